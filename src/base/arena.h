@@ -1,0 +1,30 @@
+/* A capped memory arena: everything a request allocates lives here and goes at once.
+ *
+ * Allocations are aligned to 64 bytes (a cache line, and the widest vector). Going over the cap,
+ * overflowing count * size, or running out of system memory gives NULL, which callers turn into
+ * SHD_MEMORY. One thread at a time may allocate; the memory itself may be shared.
+ * Under AddressSanitizer unused arena bytes are poisoned. */
+#ifndef SHD_BASE_ARENA_H
+#define SHD_BASE_ARENA_H
+
+#include <stddef.h>
+
+#include "base/status.h"
+
+typedef struct shd_arena shd_arena;
+
+/* `cap` is the largest total in bytes, block overhead included. NULL when out of memory. */
+shd_arena *shd_arena_new(size_t cap);
+void shd_arena_drop(shd_arena *arena); /* NULL is fine */
+
+/* Uninitialized and zeroed memory for `count` items of `size` bytes; never NULL for count 0. */
+void *shd_arena_alloc(shd_arena *arena, size_t count, size_t size);
+void *shd_arena_zalloc(shd_arena *arena, size_t count, size_t size);
+
+/* Copies; NULL where memory is short. */
+char *shd_arena_strdup(shd_arena *arena, const char *text);
+char *shd_arena_printf(shd_arena *arena, const char *format, ...) SHD_PRINTF(2, 3);
+
+size_t shd_arena_used(const shd_arena *arena); /* bytes taken from the system */
+
+#endif

@@ -1,0 +1,59 @@
+/* What the color configuration offers, by name: the scene reader checks names against it and
+ * the list of spaces that clients see is made from it.
+ *
+ * Owned by the color configuration, constant, shared by threads. */
+#ifndef SHD_BASE_CATALOG_H
+#define SHD_BASE_CATALOG_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "base/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* What the three channels of a space are called, which also says how integers store them. */
+typedef enum shd_channels { SHD_RGB, SHD_YIQ, SHD_HSV } shd_channels;
+
+typedef struct shd_space_info {
+    const char *name;
+    const char *description; /* one line, may be "" */
+    shd_channels channels;
+    bool scene_linear; /* colors may be shaded in it */
+} shd_space_info;
+
+typedef struct shd_display_info {
+    const char *name;
+    const char *const *views;
+    size_t view_count;
+} shd_display_info;
+
+typedef struct shd_catalog {
+    const shd_space_info *spaces;
+    size_t space_count;
+    const shd_display_info *displays; /* the first is the default, as is its first view */
+    size_t display_count;
+    const shd_space_info *scene_linear; /* the role's space: the default working space */
+    const shd_space_info *colors;       /* default of `colorSpace`: lin_rec709, or scene_linear */
+    const shd_space_info *css;          /* space of "#rrggbb": sRGB; NULL where there is none */
+
+    /* Converts one color in place between two spaces by name, to f32 accuracy; the identity, bit
+     * for bit, where they are the same. `self` is the first argument. Any thread. */
+    shd_status (*convert)(const void *self, const char *from, const char *to, double rgb[3],
+                          shd_error *error);
+    const void *self;
+} shd_catalog;
+
+/* Exact, case-sensitive look-up; NULL where there is none. */
+const shd_space_info *shd_catalog_space(const shd_catalog *catalog, const char *name);
+const shd_display_info *shd_catalog_display(const shd_catalog *catalog, const char *name);
+
+/* "R", "Y", "H", ... : names of the three channels. */
+const char *const *shd_channel_names(shd_channels channels);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

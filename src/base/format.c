@@ -1,0 +1,46 @@
+#include "base/format.h"
+
+#include <strings.h>
+
+static const shd_format_info formats[SHD_FORMAT_COUNT] = {
+    [SHD_PNG] = {"png", "image/png", SHD_U8 | SHD_U16, SHD_U8, true, false, false},
+    [SHD_JPEG] = {"jpeg", "image/jpeg", SHD_U8, SHD_U8, false, false, false},
+    [SHD_WEBP] = {"webp", "image/webp", SHD_U8, SHD_U8, true, false, false},
+    [SHD_TIFF] = {"tiff", "image/tiff", SHD_U8 | SHD_U16 | SHD_HALF | SHD_FLOAT, SHD_U8, true, true,
+                  false},
+    [SHD_EXR] = {"exr", "image/x-exr", SHD_HALF | SHD_FLOAT, SHD_HALF, true, true, true},
+    [SHD_HDR] = {"hdr", "image/vnd.radiance", SHD_FLOAT, SHD_FLOAT, false, false, true},
+};
+
+static const struct {
+    const char *suffix;
+    shd_format format;
+} suffixes[] = {{"png", SHD_PNG},   {"jpeg", SHD_JPEG}, {"jpg", SHD_JPEG}, {"webp", SHD_WEBP},
+                {"tiff", SHD_TIFF}, {"tif", SHD_TIFF},  {"exr", SHD_EXR},  {"hdr", SHD_HDR}};
+
+const shd_format_info *shd_format_get(shd_format format) {
+    return &formats[format];
+}
+
+bool shd_format_find(const char *name, shd_format *out) {
+    for (size_t i = 0; i < sizeof suffixes / sizeof suffixes[0]; i++) {
+        if (strcasecmp(name, suffixes[i].suffix)) continue;
+        *out = suffixes[i].format;
+        return true;
+    }
+    return false;
+}
+
+const char *shd_depth_name(shd_depth depth) {
+    switch (depth) {
+    case SHD_U8:
+        return "8";
+    case SHD_U16:
+        return "16";
+    case SHD_HALF:
+        return "half";
+    case SHD_FLOAT:
+        return "float";
+    }
+    return "";
+}

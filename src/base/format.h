@@ -1,0 +1,46 @@
+/* Picture formats and their sample types, by the names that clients use. */
+#ifndef SHD_BASE_FORMAT_H
+#define SHD_BASE_FORMAT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum shd_format {
+    SHD_PNG,
+    SHD_JPEG,
+    SHD_WEBP,
+    SHD_TIFF,
+    SHD_EXR,
+    SHD_HDR,
+    SHD_FORMAT_COUNT
+} shd_format;
+
+/* Bits of shd_format_info.depths. */
+typedef enum shd_depth { SHD_U8 = 1, SHD_U16 = 2, SHD_HALF = 4, SHD_FLOAT = 8 } shd_depth;
+
+typedef struct shd_format_info {
+    const char *name;       /* "png" */
+    const char *media_type; /* "image/png" */
+    unsigned depths;        /* shd_depth bits that the format can hold */
+    shd_depth depth;        /* the one used where the request names none */
+    bool alpha;             /* whether it can hold alpha */
+    bool premultiplied;     /* whether its alpha is associated, as EXR and TIFF have it */
+    bool linear;            /* whether its samples are scene-linear by convention */
+} shd_format_info;
+
+const shd_format_info *shd_format_get(shd_format format);
+
+/* By name or file suffix ("png", "jpg", "jpeg", "tif", ...; any case). False: unknown. */
+bool shd_format_find(const char *name, shd_format *out);
+
+/* "8", "16", "half", "float". */
+const char *shd_depth_name(shd_depth depth);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,17 @@
+/* What one request may ask for. Checked before work is done; a refusal names the limit. */
+#ifndef SHD_BASE_LIMITS_H
+#define SHD_BASE_LIMITS_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+typedef struct shd_limits {
+    uint64_t pixels;    /* rendered: of `region` where one is given */
+    uint64_t lights;    /* entries of `lights` */
+    uint64_t objects;   /* entries of `objects` */
+    uint64_t triangles; /* of all meshes and tessellated shapes together */
+    uint64_t body;      /* bytes of a scene document */
+    uint64_t memory;    /* bytes of a request's arena */
+} shd_limits;
+
+#endif

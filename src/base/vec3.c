@@ -1,0 +1,70 @@
+#include "base/vec3.h"
+
+#include <string.h>
+
+shd_affine shd_compose(const shd_affine *a, const shd_affine *b) {
+    shd_affine out;
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 3; c++)
+            out.linear[r][c] = a->linear[r][0] * b->linear[0][c] +
+                               a->linear[r][1] * b->linear[1][c] +
+                               a->linear[r][2] * b->linear[2][c];
+    out.origin = shd_transform(a, b->origin);
+    return out;
+}
+
+static shd_vec3 column(const shd_affine *m, int c) {
+    return (shd_vec3){m->linear[0][c], m->linear[1][c], m->linear[2][c]};
+}
+
+/* The columns scaled to length 1 and their cofactors: the rows of the inverse of a matrix with
+ * columns a, b, c are b x c, c x a and a x b over the determinant a . (b x c). */
+static bool scaled_cofactors(const shd_affine *m, double length[3], shd_vec3 cofactor[3],
+                             double *determinant) {
+    shd_vec3 unit[3];
+    for (int c = 0; c < 3; c++) {
+        length[c] = shd_length(column(m, c));
+        if (!shd_normalize(column(m, c), &unit[c])) return false;
+    }
+    for (int c = 0; c < 3; c++) cofactor[c] = shd_cross(unit[(c + 1) % 3], unit[(c + 2) % 3]);
+    *determinant = shd_dot(unit[0], cofactor[0]);
+    return true;
+}
+
+bool shd_invert(const shd_affine *m, shd_affine *out) {
+    double length[3], determinant;
+    shd_vec3 cofactor[3];
+    if (!scaled_cofactors(m, length, cofactor, &determinant)) return false;
+    if (!(fabs(determinant) >= 1e-12) || !shd_is_finite(m->origin)) return false;
+    shd_affine inverse;
+    for (int r = 0; r < 3; r++) {
+        shd_vec3 row = shd_scale(shd_scale(cofactor[r], 1 / determinant), 1 / length[r]);
+        if (!shd_is_finite(row)) return false;
+        inverse.linear[r][0] = row.x;
+        inverse.linear[r][1] = row.y;
+        inverse.linear[r][2] = row.z;
+    }
+    inverse.origin = shd_scale(shd_linear(&inverse, m->origin), -1);
+    if (!shd_is_finite(inverse.origin)) return false;
+    *out = inverse;
+    return true;
+}
+
+shd_affine shd_normal_map(const shd_affine *m) {
+    shd_affine out;
+    memset(&out, 0, sizeof out);
+    double length[3], determinant;
+    shd_vec3 cofactor[3];
+    if (!scaled_cofactors(m, length, cofactor, &determinant)) return out;
+    /* The cofactor matrix has the columns b x c, c x a, a x b. Dividing column c by its length
+     * is a common factor away from multiplying by the other two lengths. */
+    double smallest = fmin(length[0], fmin(length[1], length[2]));
+    double sign = determinant < 0 ? -1 : 1;
+    for (int c = 0; c < 3; c++) {
+        shd_vec3 normal = shd_scale(cofactor[c], sign * (smallest / length[c]));
+        out.linear[0][c] = normal.x;
+        out.linear[1][c] = normal.y;
+        out.linear[2][c] = normal.z;
+    }
+    return out;
+}

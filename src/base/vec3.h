@@ -1,0 +1,96 @@
+/* Vectors and affine maps in f64. Right-handed, +Y up; matrices act on column vectors. */
+#ifndef SHD_BASE_VEC3_H
+#define SHD_BASE_VEC3_H
+
+#include <math.h>
+#include <stdbool.h>
+
+#define SHD_PI 3.14159265358979323846
+
+typedef struct shd_vec3 {
+    double x, y, z;
+} shd_vec3;
+
+/* p -> linear * p + origin; linear[row][column]. */
+typedef struct shd_affine {
+    double linear[3][3];
+    shd_vec3 origin;
+} shd_affine;
+
+static inline shd_vec3 shd_add(shd_vec3 a, shd_vec3 b) {
+    return (shd_vec3){a.x + b.x, a.y + b.y, a.z + b.z};
+}
+
+static inline shd_vec3 shd_sub(shd_vec3 a, shd_vec3 b) {
+    return (shd_vec3){a.x - b.x, a.y - b.y, a.z - b.z};
+}
+
+static inline shd_vec3 shd_scale(shd_vec3 a, double s) {
+    return (shd_vec3){a.x * s, a.y * s, a.z * s};
+}
+
+/* a + b * s */
+static inline shd_vec3 shd_madd(shd_vec3 a, shd_vec3 b, double s) {
+    return (shd_vec3){a.x + b.x * s, a.y + b.y * s, a.z + b.z * s};
+}
+
+static inline double shd_dot(shd_vec3 a, shd_vec3 b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+static inline shd_vec3 shd_cross(shd_vec3 a, shd_vec3 b) {
+    return (shd_vec3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+static inline bool shd_is_finite(shd_vec3 a) {
+    return isfinite(a.x) && isfinite(a.y) && isfinite(a.z);
+}
+
+/* The largest absolute component. */
+static inline double shd_max_abs(shd_vec3 a) {
+    return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z)));
+}
+
+/* Length without overflow or underflow in the squares. */
+static inline double shd_length(shd_vec3 a) {
+    double m = shd_max_abs(a);
+    if (!(m > 0) || !isfinite(m)) return m;
+    shd_vec3 s = {a.x / m, a.y / m, a.z / m};
+    return m * sqrt(shd_dot(s, s));
+}
+
+/* The unit vector along a, scaled by the largest component first so that 1e-300 and 1e300 long
+ * vectors work. Zero or non-finite input: false, and *out is untouched. */
+static inline bool shd_normalize(shd_vec3 a, shd_vec3 *out) {
+    double m = shd_max_abs(a);
+    if (!(m > 0) || !shd_is_finite(a)) return false;
+    shd_vec3 s = {a.x / m, a.y / m, a.z / m};
+    *out = shd_scale(s, 1 / sqrt(shd_dot(s, s)));
+    return true;
+}
+
+static inline shd_vec3 shd_linear(const shd_affine *m, shd_vec3 v) {
+    return (shd_vec3){
+        m->linear[0][0] * v.x + m->linear[0][1] * v.y + m->linear[0][2] * v.z,
+        m->linear[1][0] * v.x + m->linear[1][1] * v.y + m->linear[1][2] * v.z,
+        m->linear[2][0] * v.x + m->linear[2][1] * v.y + m->linear[2][2] * v.z,
+    };
+}
+
+static inline shd_vec3 shd_transform(const shd_affine *m, shd_vec3 p) {
+    return shd_add(shd_linear(m, p), m->origin);
+}
+
+/* a after b: p -> a(b(p)). */
+shd_affine shd_compose(const shd_affine *a, const shd_affine *b);
+
+/* The inverse. False, and *out untouched, where the linear part is singular: where its
+ * determinant, after its columns are scaled to length 1, is below 1e-12 or not finite. */
+bool shd_invert(const shd_affine *m, shd_affine *out);
+
+/* The matrix that carries outward normals: the cofactor matrix times the sign of the determinant
+ * (Turkowski, "Properties of Surface Normal Transformations", Graphics Gems, 1990), scaled so
+ * that no component overflows. Its origin is zero. Apply with shd_linear and normalize. */
+shd_affine shd_normal_map(const shd_affine *m);
+
+#endif

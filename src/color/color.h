@@ -1,0 +1,65 @@
+/* Color through OpenColorIO: configurations, transforms, metadata. The only C++ behind this is
+ * ocio.cpp; every entry catches all exceptions.
+ *
+ * A configuration is loaded once and shared by threads; transforms are made on first use, kept
+ * for the configuration's life, and may be applied by any number of threads at once. */
+#ifndef SHD_COLOR_COLOR_H
+#define SHD_COLOR_COLOR_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "base/catalog.h"
+#include "base/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct shd_color_config shd_color_config;
+typedef struct shd_color_transform shd_color_transform;
+
+/* Loads `path`, or the embedded config/shaded.ocio where it is NULL. Checks that the role
+ * scene_linear is there, that every space, display and view can be built. SHD_CONFIG with
+ * OpenColorIO's own words where not. */
+shd_status shd_color_config_load(const char *path, shd_color_config **out, shd_error *error);
+void shd_color_config_drop(shd_color_config *config);
+
+const shd_catalog *shd_color_catalog(const shd_color_config *config);
+
+/* A hash of the configuration's content, hexadecimal. */
+const char *shd_color_config_digest(const shd_color_config *config);
+
+/* From a scene-linear space to another space, or to a display's view. Borrowed. */
+shd_status shd_color_to_space(shd_color_config *config, const char *from, const char *to,
+                              const shd_color_transform **out, shd_error *error);
+shd_status shd_color_to_view(shd_color_config *config, const char *from, const char *display,
+                             const char *view, const shd_color_transform **out, shd_error *error);
+
+/* What a transform's output is, for file metadata and for packing. */
+typedef enum shd_transfer {
+    SHD_TRANSFER_UNKNOWN,
+    SHD_TRANSFER_LINEAR,
+    SHD_TRANSFER_SRGB,   /* IEC 61966-2-1, which Display P3 uses too */
+    SHD_TRANSFER_REC1886 /* gamma 2.4 */
+} shd_transfer;
+
+typedef struct shd_color_info {
+    shd_channels channels;
+    shd_transfer transfer;
+    bool has_primaries;
+    double primaries[8]; /* CIE 1931 xy of red, green, blue, white */
+    const char *name;    /* of the space or "display / view", for people */
+} shd_color_info;
+
+const shd_color_info *shd_color_describe(const shd_color_transform *transform);
+
+/* Converts `count` RGBA pixels in place; alpha is untouched and colors must not be
+ * premultiplied. Values must be finite. Negative values and values above 1 are kept where the
+ * space has a meaning for them (HSV clamps negatives to 0 first). Any thread. */
+void shd_color_apply(const shd_color_transform *transform, float *rgba, size_t count);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

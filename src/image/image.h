@@ -1,0 +1,76 @@
+/* Pictures as bytes: from float RGBA pixels to a file in memory, and what formats can carry.
+ *
+ * PNG is written through libdeflate and JPEG through libjpeg-turbo; WebP, TIFF, OpenEXR and
+ * Radiance HDR go through OpenImageIO, which lives in a module of its own (shaded_oiio.so) that
+ * is loaded when the first of these formats is asked for. All functions may be called from any
+ * thread. */
+#ifndef SHD_IMAGE_IMAGE_H
+#define SHD_IMAGE_IMAGE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "base/arena.h"
+#include "base/format.h"
+#include "base/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* How integer samples store a value v: round((v * scale + offset) * max), saturated to 0..max.
+ * Half and float samples store v itself. */
+typedef struct shd_packing {
+    double scale[3], offset8[3], offset16[3];
+} shd_packing;
+
+typedef enum shd_image_transfer {
+    SHD_IMAGE_TRANSFER_UNKNOWN,
+    SHD_IMAGE_TRANSFER_LINEAR,
+    SHD_IMAGE_TRANSFER_SRGB,
+    SHD_IMAGE_TRANSFER_REC1886
+} shd_image_transfer;
+
+/* A plane set of an EXR file: `count` float channels, interleaved. */
+typedef struct shd_image_layer {
+    const char *name;            /* "diffuse"; channels become "diffuse.R", ... */
+    const char *const *channels; /* [count], "R", "G", "B" or "X", "Y", "Z" or "Z" ... */
+    int count;
+    bool full_float;     /* stored as 32 bits even where the picture is half */
+    const float *values; /* [height][width][count] */
+} shd_image_layer;
+
+typedef struct shd_image {
+    int width, height;
+    const float *rgba; /* [height][width][4]: converted color, straight alpha in 0..1, finite */
+    int channel;       /* -1: all three; 0..2: that one as grey, with alpha if `alpha`; 3: alpha
+                          as grey */
+    bool alpha;        /* keep alpha; false: `rgba` is opaque */
+    shd_packing packing;
+    shd_depth depth;
+    int quality;                 /* 1..100: jpeg, webp (100 is lossless) */
+    shd_image_transfer transfer; /* color metadata, written where the format has a place */
+    bool has_primaries;
+    double primaries[8];              /* CIE xy of red, green, blue, white */
+    const char *const *channel_names; /* [3] of the space: "R".. or "Y".. or "H".. ; used by EXR */
+    const shd_image_layer *layers;    /* EXR: further channels */
+    size_t layer_count;
+} shd_image;
+
+typedef struct shd_bytes {
+    unsigned char *data; /* malloc: the caller frees it */
+    size_t size;
+} shd_bytes;
+
+/* Encodes. `image->depth` must be one that the format holds, and `layers` are EXR's. `scratch`
+ * gives working memory. */
+shd_status shd_image_encode(const shd_image *image, shd_format format, shd_arena *scratch,
+                            shd_bytes *out, shd_error *error);
+
+/* Loads the OpenImageIO module now instead of at first use. SHD_CONFIG where it is missing. */
+shd_status shd_image_preload(shd_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

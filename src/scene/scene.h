@@ -1,0 +1,192 @@
+/* The scene as values, and its reader.
+ *
+ * A scene is what a client's JSON document says, checked, with every default filled in, every
+ * color in the working space, every direction of unit length. It is constant once read, lives in
+ * the arena that it was read into, and may be shared by threads.
+ *
+ * Lengths are unitless, angles are radians here (degrees in JSON), the frame is right-handed
+ * with +Y up. */
+#ifndef SHD_SCENE_SCENE_H
+#define SHD_SCENE_SCENE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/arena.h"
+#include "base/catalog.h"
+#include "base/format.h"
+#include "base/limits.h"
+#include "base/report.h"
+#include "base/vec3.h"
+
+typedef enum shd_projection { SHD_PERSPECTIVE, SHD_ORTHOGRAPHIC } shd_projection;
+
+/* right, up and back (toward the viewer) are unit and perpendicular: the camera frame. */
+typedef struct shd_camera {
+    shd_projection projection;
+    shd_vec3 position;
+    shd_vec3 right, up, back;
+    double fov;    /* vertical, in (0, pi); perspective */
+    double height; /* of the view volume; orthographic */
+} shd_camera;
+
+typedef struct shd_raster {
+    int width, height; /* of the whole picture, in pixels */
+    int x, y, w, h;    /* the region that is rendered; (0,0) is top left */
+    int samples;       /* a pixel, 1 to 64 */
+} shd_raster;
+
+typedef enum shd_light_type {
+    SHD_LIGHT_AMBIENT,
+    SHD_LIGHT_DIRECTIONAL,
+    SHD_LIGHT_POINT,
+    SHD_LIGHT_SPOT
+} shd_light_type;
+
+/* In the world frame: lights of the camera frame are already carried over. */
+typedef struct shd_light {
+    shd_light_type type;
+    shd_vec3 position;     /* point, spot */
+    shd_vec3 direction;    /* the way the light travels, unit; directional, spot */
+    double color[3];       /* Il = color * intensity */
+    double ambient[3];     /* its own ambient share, intensity not applied; an ambient light's
+                              color * intensity is here too, and its `color` is 0 */
+    double attenuation[3]; /* a, b, c of 1/(a + b d + c d^2); 1, 0, 0 for directional */
+    double min_distance;   /* distance below which attenuation stops growing */
+    double angle;          /* half-angle of the cone, in (0, pi]; spot */
+    double penumbra;       /* share of the angle over which it fades, 0 to 1; spot */
+    double exponent;       /* of (cos t)^exponent; spot */
+} shd_light;
+
+typedef struct shd_lobe {
+    double specular[3];
+    double shininess; /* >= 0 */
+} shd_lobe;
+
+typedef struct shd_material {
+    const char *name; /* key of `materials` or preset; "" for one written at its object */
+    double emissive[3], ambient[3], diffuse[3];
+    const shd_lobe *lobes; /* first `specular`/`shininess`, then `lobes`; black ones included */
+    size_t lobe_count;     /* >= 1 */
+    bool front_only;       /* side "front": the normal is not turned to face the viewer */
+} shd_material;
+
+typedef enum shd_shape {
+    SHD_SPHERE,   /* radius */
+    SHD_PLANE,    /* infinite, y = 0, normal +y */
+    SHD_DISC,     /* radius; in y = 0, normal +y */
+    SHD_BOX,      /* size, centred */
+    SHD_CYLINDER, /* radius, height, axis y, centred, capped */
+    SHD_CONE,     /* radius at y = -height/2, apex at y = +height/2, capped */
+    SHD_TORUS,    /* radius of the ring, radius of the tube, axis y */
+    SHD_MESH,
+    SHD_SHAPE_COUNT
+} shd_shape;
+
+typedef enum shd_interpolation { SHD_PHONG, SHD_GOURAUD, SHD_FLAT } shd_interpolation;
+
+typedef struct shd_mesh {
+    size_t vertex_count, triangle_count;
+    const double *positions; /* [vertex_count][3] */
+    const double *normals;   /* [vertex_count][3], none of them zero; NULL: a triangle's own */
+    const uint32_t *indices; /* [triangle_count][3], each < vertex_count */
+} shd_mesh;
+
+typedef struct shd_object {
+    shd_shape shape;
+    double radius, tube, height;
+    shd_vec3 size;
+    const shd_mesh *mesh; /* SHD_MESH */
+    shd_affine transform; /* object to world; invertible */
+    size_t material;      /* index into shd_scene.materials */
+    shd_interpolation interpolation;
+    int segments; /* slices of a tessellated analytic shape, 3 to 1024 */
+} shd_object;
+
+typedef enum shd_tier { SHD_DRAFT, SHD_STANDARD, SHD_EXACT } shd_tier;
+typedef enum shd_metric { SHD_LINEAR, SHD_CODE, SHD_DELTA_E_2000 } shd_metric;
+
+typedef struct shd_accuracy {
+    shd_tier tier;
+    bool budget; /* whether max_error and metric are given instead of a tier */
+    double max_error;
+    shd_metric metric;
+} shd_accuracy;
+
+typedef enum shd_layer_kind {
+    SHD_LAYER_BEAUTY,
+    SHD_LAYER_EMISSIVE,
+    SHD_LAYER_AMBIENT,
+    SHD_LAYER_DIFFUSE,
+    SHD_LAYER_SPECULAR,
+    SHD_LAYER_LIGHT,
+    SHD_LAYER_NORMAL,
+    SHD_LAYER_POSITION,
+    SHD_LAYER_DEPTH,
+    SHD_LAYER_OBJECT,
+    SHD_LAYER_KINDS
+} shd_layer_kind;
+
+typedef struct shd_layer {
+    shd_layer_kind kind;
+    size_t light;     /* SHD_LAYER_LIGHT */
+    const char *name; /* as the client wrote it: "light.0" */
+} shd_layer;
+
+typedef struct shd_output {
+    const char *name; /* of an entry of `outputs`; NULL for the one `output` */
+    shd_format format;
+    bool format_given;                 /* false: `format` is the reader's fallback */
+    const char *display, *view;        /* both or neither ... */
+    const shd_space_info *color_space; /* ... NULL where display and view are set */
+    int channel;                       /* -1: all; 0 to 2: that one as grey; 3: alpha */
+    shd_depth depth;
+    int quality;             /* 1 to 100 */
+    const shd_layer *layers; /* EXR only; only where the color space is scene-linear */
+    size_t layer_count;
+} shd_output;
+
+typedef struct shd_scene {
+    shd_camera camera;
+    shd_raster raster;
+    double ambient[3];
+    double background[3];
+    bool transparent; /* `background` null */
+    const shd_space_info *working_space;
+    const shd_light *lights;
+    size_t light_count;
+    const shd_material *materials; /* those that objects use */
+    size_t material_count;
+    const shd_object *objects;
+    size_t object_count;
+    shd_accuracy accuracy;
+    const shd_output *outputs; /* at least one */
+    size_t output_count;
+    bool multipart;  /* `outputs` was given: the answer is multipart, even for one */
+    char digest[33]; /* 128-bit hash of the document, hexadecimal: the same for documents
+                        that differ in white space, key order or spelling of a number */
+} shd_scene;
+
+/* Reads `length` bytes of JSON. Everything wrong is added to `report` (all of it, with JSON
+ * Pointers), as are warnings; the scene is made only where there is no error. `fallback` is the
+ * format of an output that names none. Jansson's own memory is freed before it returns; the
+ * scene lives in `arena`. Returns report->status. */
+shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *catalog,
+                          const shd_limits *limits, shd_format fallback, shd_arena *arena,
+                          const shd_scene **out, shd_report *report);
+
+/* The material library, sorted by name. Colors are linear Rec.709. */
+typedef struct shd_preset {
+    const char *name;
+    double ambient[3], diffuse[3], specular[3];
+    double shininess;
+    const char *note; /* one line for people: what it is, where its numbers come from */
+} shd_preset;
+
+const shd_preset *shd_presets(size_t *count);
+const shd_preset *shd_preset_find(const char *name); /* NULL: none */
+
+const char *shd_shape_name(shd_shape shape);
+
+#endif

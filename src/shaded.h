@@ -1,0 +1,131 @@
+/* shaded: a scene document in, shaded and color-converted pictures out.
+ *
+ *     shd_engine *engine;
+ *     shd_engine_options options = shd_engine_defaults();
+ *     if (shd_engine_new(&options, &engine, &error)) ...
+ *     shd_request *request;
+ *     if (shd_request_new(engine, &request, &error)) ...
+ *     if (shd_request_read(request, json, length, SHD_PNG)) ... shd_request_report(request)
+ *     if (shd_request_render(request, NULL, &error)) ...
+ *     shd_request_pictures(request, &count)[0].data
+ *     shd_request_drop(request);
+ *     shd_engine_drop(engine);
+ *
+ * Ownership: what `new` gives, `drop` ends; everything else is borrowed from it.
+ * Threads: an engine may be used by any number of threads at once, a request by one at a time
+ * (except shd_request_cancel). Errors: see base/status.h. */
+#ifndef SHADED_H
+#define SHADED_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/format.h"
+#include "base/limits.h"
+#include "base/report.h"
+#include "base/status.h"
+
+typedef struct shd_engine shd_engine;
+typedef struct shd_request shd_request;
+
+typedef struct shd_engine_options {
+    const char *ocio_config; /* path; NULL: the embedded configuration */
+    unsigned threads;        /* workers; 0: one a core */
+    size_t queue;            /* jobs that may wait in shd_engine_submit */
+    shd_limits limits;
+} shd_engine_options;
+
+shd_engine_options shd_engine_defaults(void);
+
+/* Loads the color configuration and starts the workers. SHD_CONFIG where the operator's file is
+ * wrong. */
+shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, shd_error *error);
+void shd_engine_drop(shd_engine *engine); /* finishes queued jobs first; NULL is fine */
+
+/* Runs run(context) on a worker, later. False: the queue is full, and nothing was queued. */
+bool shd_engine_submit(shd_engine *engine, void (*run)(void *context), void *context);
+
+typedef struct shd_load {
+    size_t queued; /* jobs that wait */
+    unsigned busy; /* workers that run one */
+    unsigned threads;
+} shd_load;
+
+shd_load shd_engine_load(shd_engine *engine);
+
+const shd_limits *shd_engine_limits(const shd_engine *engine);
+
+/* JSON texts of what there is, as the HTTP routes of the same names answer them. The caller
+ * frees *json. */
+typedef enum shd_topic {
+    SHD_TOPIC_MATERIALS,
+    SHD_TOPIC_SHAPES,
+    SHD_TOPIC_COLORSPACES,
+    SHD_TOPIC_VERSION
+} shd_topic;
+
+shd_status shd_engine_describe(const shd_engine *engine, shd_topic topic, char **json,
+                               shd_error *error);
+
+const char *shd_version(void); /* "0.1.0" */
+
+/* ---- A request: one scene document and its pictures. ---- */
+
+shd_status shd_request_new(shd_engine *engine, shd_request **out, shd_error *error);
+void shd_request_drop(shd_request *request); /* NULL is fine */
+
+/* Reads and checks the scene document. `fallback` is the format where the document names none.
+ * Returns the report's status. Call once. */
+shd_status shd_request_read(shd_request *request, const char *json, size_t length,
+                            shd_format fallback);
+
+/* Errors and warnings so far; never NULL. */
+const shd_report *shd_request_report(const shd_request *request);
+
+/* After a successful read: a strong entity tag without its quotes, a hash of the document, the
+ * formats, the color configuration and the version; and whether the answer is multipart. */
+const char *shd_request_etag(const shd_request *request);
+bool shd_request_multipart(const shd_request *request);
+
+typedef struct shd_render_options {
+    /* Called now and then on the thread that called shd_request_render, with the share of tiles
+     * done in [0,1]. May be NULL. */
+    void (*progress)(void *context, double share);
+    void *context;
+} shd_render_options;
+
+/* Renders and encodes. Call once, after a successful read. `options` may be NULL. */
+shd_status shd_request_render(shd_request *request, const shd_render_options *options,
+                              shd_error *error);
+
+/* Makes a running or later render end soon with SHD_CANCELLED. Any thread. */
+void shd_request_cancel(shd_request *request);
+
+typedef struct shd_picture {
+    const char *name; /* of the entry of `outputs`; NULL where the document has one `output` */
+    shd_format format;
+    unsigned char *data;
+    size_t size;
+} shd_picture;
+
+/* After a successful render. The bytes live as long as the request. */
+const shd_picture *shd_request_pictures(const shd_request *request, size_t *count);
+
+/* Gives the bytes of picture `index` to the caller, who frees them; the picture is empty then. */
+unsigned char *shd_request_take(shd_request *request, size_t index);
+
+/* Seconds of processor time by stage, summed over threads. */
+typedef struct shd_times {
+    double parse, plan, visibility, shade, color, encode;
+} shd_times;
+
+const shd_times *shd_request_times(const shd_request *request);
+
+/* After a successful render: the plan in a line, for the Shaded-Plan header. */
+const char *shd_request_plan(const shd_request *request);
+
+/* Samples saturated because they were not finite or beyond the output's range. */
+uint64_t shd_request_saturated(const shd_request *request);
+
+#endif
