@@ -28,9 +28,9 @@ typedef struct shd_error {
 } shd_error;
 
 #if defined(__GNUC__)
-#define SHD_PRINTF(format, args) __attribute__((format(printf, format, args)))
+#define SHD_PRINTF(text, args) __attribute__((format(printf, text, args)))
 #else
-#define SHD_PRINTF(format, args)
+#define SHD_PRINTF(text, args)
 #endif
 
 /* Fills `error` (unless NULL) and returns `status`. Over-long text is cut. */

@@ -37,13 +37,6 @@ shd_status shd_color_to_view(shd_color_config *config, const char *from, const c
                              const char *view, const shd_color_transform **out, shd_error *error);
 
 /* What a transform's output is, for file metadata and for packing. */
-typedef enum shd_transfer {
-    SHD_TRANSFER_UNKNOWN,
-    SHD_TRANSFER_LINEAR,
-    SHD_TRANSFER_SRGB,   /* IEC 61966-2-1, which Display P3 uses too */
-    SHD_TRANSFER_REC1886 /* gamma 2.4 */
-} shd_transfer;
-
 typedef struct shd_color_info {
     shd_channels channels;
     shd_transfer transfer;

@@ -11,6 +11,7 @@
 #include <stddef.h>
 
 #include "base/arena.h"
+#include "base/catalog.h"
 #include "base/format.h"
 #include "base/status.h"
 
@@ -23,13 +24,6 @@ extern "C" {
 typedef struct shd_packing {
     double scale[3], offset8[3], offset16[3];
 } shd_packing;
-
-typedef enum shd_image_transfer {
-    SHD_IMAGE_TRANSFER_UNKNOWN,
-    SHD_IMAGE_TRANSFER_LINEAR,
-    SHD_IMAGE_TRANSFER_SRGB,
-    SHD_IMAGE_TRANSFER_REC1886
-} shd_image_transfer;
 
 /* A plane set of an EXR file: `count` float channels, interleaved. */
 typedef struct shd_image_layer {
@@ -48,8 +42,8 @@ typedef struct shd_image {
     bool alpha;        /* keep alpha; false: `rgba` is opaque */
     shd_packing packing;
     shd_depth depth;
-    int quality;                 /* 1..100: jpeg, webp (100 is lossless) */
-    shd_image_transfer transfer; /* color metadata, written where the format has a place */
+    int quality;           /* 1..100: jpeg, webp (100 is lossless) */
+    shd_transfer transfer; /* color metadata, written where the format has a place */
     bool has_primaries;
     double primaries[8];              /* CIE xy of red, green, blue, white */
     const char *const *channel_names; /* [3] of the space: "R".. or "Y".. or "H".. ; used by EXR */
