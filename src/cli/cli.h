@@ -1,0 +1,63 @@
+/* The command line's own helpers: files read whole and written atomically, messages, progress.
+ *
+ * Everything here runs on the main thread. Functions that return bool have printed what went
+ * wrong on stderr where it is false. */
+#ifndef SHD_CLI_CLI_H
+#define SHD_CLI_CLI_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <time.h>
+
+#include "shaded.h"
+
+/* Exit status of the program. */
+enum { CLI_DONE = 0, CLI_FAILED = 1, CLI_USAGE = 2 };
+
+/* ---- messages.c ---- */
+
+/* One line on stderr, "shade: ...". */
+void cli_say(const char *format, ...) SHD_PRINTF(1, 2);
+
+/* As cli_say, with a pointer to --help; returns CLI_USAGE. */
+int cli_usage(const char *format, ...) SHD_PRINTF(1, 2);
+
+/* Every problem of a report, one a line: "FILE:line:column: detail" for syntax, else
+ * "FILE: /pointer: detail", and the warnings behind "warning: ". */
+void cli_print_report(const char *file, const shd_report *report);
+
+/* The same form for a failure that came while rendering. */
+void cli_print_error(const char *file, const shd_error *error);
+
+/* A bar on stderr, drawn only on a terminal and only once a picture takes its time. */
+typedef struct cli_progress {
+    bool terminal;
+    bool drawn;
+    struct timespec start, last;
+} cli_progress;
+
+void cli_progress_begin(cli_progress *progress);
+void cli_progress_draw(cli_progress *progress, double share); /* in [0,1] */
+void cli_progress_end(cli_progress *progress);                /* wipes the bar */
+
+/* ---- files.c ---- */
+
+/* Reads all of `path` ("-": stdin) into memory that the caller frees. Refuses more than `cap`
+ * bytes. */
+bool cli_read_file(const char *path, size_t cap, char **text, size_t *length);
+
+/* A file on its way: written beside its target under another name, then renamed over it. Where
+ * the target is there and is no regular file (a device, a pipe), bytes go straight to it. */
+typedef struct cli_file {
+    char *target;
+    char *temporary; /* NULL: nothing to rename or to remove */
+} cli_file;
+
+/* Writes the bytes; nothing is seen at `path` yet. On failure nothing is left behind. */
+bool cli_file_write(const char *path, const void *data, size_t size, cli_file *out);
+bool cli_file_commit(cli_file *file);  /* puts it in its place; ends the struct */
+void cli_file_discard(cli_file *file); /* removes it; ends the struct */
+
+bool cli_write_stdout(const void *data, size_t size);
+
+#endif

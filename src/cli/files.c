@@ -1,0 +1,149 @@
+#include "cli/cli.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+bool cli_read_file(const char *path, size_t cap, char **text, size_t *length) {
+    bool is_stdin = !strcmp(path, "-");
+    int fd = is_stdin ? STDIN_FILENO : open(path, O_RDONLY | O_CLOEXEC);
+    if (fd < 0) {
+        cli_say("cannot open '%s': %s", path, strerror(errno));
+        return false;
+    }
+
+    /* Pipes do not tell their size: the buffer grows as bytes come. */
+    size_t room = 0, used = 0;
+    char *bytes = NULL;
+    bool done = false, failed = false;
+    while (!done && !failed) {
+        if (used == room) {
+            room = room ? room * 2 : 64 * 1024;
+            char *more = realloc(bytes, room);
+            if (!more) {
+                cli_say("out of memory while reading '%s'", path);
+                failed = true;
+                break;
+            }
+            bytes = more;
+        }
+        ssize_t got = read(fd, bytes + used, room - used);
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0) {
+            cli_say("cannot read '%s': %s", path, strerror(errno));
+            failed = true;
+        } else if (got == 0) {
+            done = true;
+        } else if ((used += (size_t)got) > cap) {
+            cli_say("'%s' is longer than %zu bytes, the most that a scene may have", path, cap);
+            failed = true;
+        }
+    }
+    if (!is_stdin) close(fd);
+    if (failed) {
+        free(bytes);
+        return false;
+    }
+    *text = bytes;
+    *length = used;
+    return true;
+}
+
+/* 0, or errno. */
+static int write_all(int fd, const void *data, size_t size) {
+    const char *next = data;
+    while (size > 0) {
+        ssize_t wrote = write(fd, next, size);
+        if (wrote < 0 && errno == EINTR) continue;
+        if (wrote < 0) return errno;
+        next += wrote;
+        size -= (size_t)wrote;
+    }
+    return 0;
+}
+
+bool cli_write_stdout(const void *data, size_t size) {
+    int problem = write_all(STDOUT_FILENO, data, size);
+    /* A file system may keep its refusal (quota, network) for close. */
+    if (!problem && close(STDOUT_FILENO)) problem = errno;
+    if (problem) cli_say("cannot write to stdout: %s", strerror(problem));
+    return !problem;
+}
+
+/* Opens a new file beside `target`, with the access rights that it would have had itself. Its
+ * name does not grow with the target's, which may be as long as the system allows. */
+static int open_beside(const char *target, mode_t mode, char **name) {
+    const char *slash = strrchr(target, '/');
+    int folder = slash ? (int)(slash - target) + 1 : 0;
+    for (int attempt = 0; attempt < 1000; attempt++) {
+        char *candidate;
+        if (asprintf(&candidate, "%.*s.shade-%ld-%d.part", folder, target, (long)getpid(),
+                     attempt) < 0) {
+            errno = ENOMEM;
+            return -1;
+        }
+        int fd = open(candidate, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
+        if (fd >= 0) {
+            *name = candidate;
+            return fd;
+        }
+        int problem = errno;
+        free(candidate);
+        errno = problem;
+        if (problem != EEXIST) return -1;
+    }
+    return -1;
+}
+
+bool cli_file_write(const char *path, const void *data, size_t size, cli_file *out) {
+    struct stat status;
+    bool there = !stat(path, &status);
+    if (there && S_ISDIR(status.st_mode)) {
+        cli_say("cannot write '%s': it is a directory", path);
+        return false;
+    }
+
+    cli_file file = {0};
+    int fd;
+    if (there && !S_ISREG(status.st_mode)) {
+        fd = open(path, O_WRONLY | O_CLOEXEC);
+    } else {
+        /* A link stays a link: the file that it points to is replaced. */
+        file.target = there ? realpath(path, NULL) : strdup(path);
+        fd = file.target
+                 ? open_beside(file.target, there ? status.st_mode & 0777 : 0666, &file.temporary)
+                 : -1;
+    }
+    int problem = fd < 0 ? errno : write_all(fd, data, size);
+    if (fd >= 0 && close(fd) && !problem) problem = errno;
+    if (problem) {
+        cli_say("cannot write '%s': %s", path, strerror(problem));
+        cli_file_discard(&file);
+        return false;
+    }
+    *out = file;
+    return true;
+}
+
+bool cli_file_commit(cli_file *file) {
+    if (file->temporary && rename(file->temporary, file->target)) {
+        cli_say("cannot write '%s': %s", file->target, strerror(errno));
+        cli_file_discard(file);
+        return false;
+    }
+    free(file->temporary);
+    free(file->target);
+    *file = (cli_file){0};
+    return true;
+}
+
+void cli_file_discard(cli_file *file) {
+    if (file->temporary) unlink(file->temporary);
+    free(file->temporary);
+    free(file->target);
+    *file = (cli_file){0};
+}

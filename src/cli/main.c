@@ -1,0 +1,124 @@
+#include <fcntl.h>
+#include <getopt.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "cli/cli.h"
+#include "cli/render.h"
+
+static const char help_text[] =
+    "shade: renders scene documents (JSON) into Phong-shaded, color-converted pictures.\n"
+    "\n"
+    "  shade render SCENE.json -o OUT.png   render a scene into a file\n"
+    "  shade check SCENE.json...            say what is wrong with scenes; silent if nothing is\n"
+    "\n"
+    "  -o, --output OUT   where the picture goes. Its suffix (png, jpg, webp, tif, exr, hdr)\n"
+    "                     is the format unless the scene names one, which must agree with it.\n"
+    "                     A scene with `outputs` wants a directory (OUT/ is made if missing)\n"
+    "                     and fills it with NAME.png and so on.\n"
+    "      --threads N    threads to render with (default: one a core)\n"
+    "      --ocio FILE    an OpenColorIO configuration instead of the built-in one\n"
+    "  -h, --help         this text\n"
+    "  -V, --version      the version\n"
+    "\n"
+    "SCENE `-` is stdin and OUT `-` is stdout, as PNG unless the scene names a format.\n"
+    "Problems go to stderr, one a line: FILE:line:column: for JSON syntax, FILE: /pointer: for\n"
+    "the rest, `warning:` before what is only worth a word. A file is replaced when its picture\n"
+    "is complete, or not at all. Limits are wide: 268 million pixels, 64 million triangles,\n"
+    "a million lights and objects, 1 GiB of JSON, and as much memory as the machine has.\n"
+    "\n"
+    "Exit status: 0 done; 1 the scene is wrong, or a file could not be read or written; 2 the\n"
+    "command line is wrong.\n";
+
+/* A closed standard stream's number would go to the next file that is opened, and a picture or a
+ * message into that file. Such streams get a stand-in that refuses every read or write. */
+static void occupy_closed_streams(void) {
+    for (int fd = STDIN_FILENO; fd <= STDERR_FILENO; fd++) {
+        if (fcntl(fd, F_GETFD) != -1) continue;
+        int stand_in = open("/dev/null", fd == STDIN_FILENO ? O_WRONLY : O_RDONLY);
+        if (stand_in == -1) exit(CLI_FAILED);
+    }
+}
+
+static int print_and_exit(const char *text) {
+    return cli_write_stdout(text, strlen(text)) ? CLI_DONE : CLI_FAILED;
+}
+
+static bool parse_threads(const char *text, unsigned *out) {
+    char *end;
+    unsigned long value = strtoul(text, &end, 10);
+    if (text[0] < '0' || text[0] > '9' || *end || value < 1 || value > 1024) return false;
+    *out = (unsigned)value;
+    return true;
+}
+
+int main(int argc, char **argv) {
+    occupy_closed_streams();
+    signal(SIGPIPE, SIG_IGN); /* a reader that went away is a write error, with a message */
+
+    enum { OPTION_THREADS = 256, OPTION_OCIO };
+    static const struct option long_options[] = {
+        {"output", required_argument, NULL, 'o'},
+        {"threads", required_argument, NULL, OPTION_THREADS},
+        {"ocio", required_argument, NULL, OPTION_OCIO},
+        {"help", no_argument, NULL, 'h'},
+        {"version", no_argument, NULL, 'V'},
+        {NULL, 0, NULL, 0},
+    };
+    cli_options options = {.engine = shd_engine_defaults()};
+    options.engine.queue = 0;
+    options.engine.limits = cli_limits();
+
+    /* Options may stand anywhere, also behind the scene and before the command: what is no option
+     * is moved to the front of argv, where nothing is read any more. The leading '-' of the
+     * short options asks for that whatever POSIXLY_CORRECT says. */
+    int operands = 0, option;
+    while ((option = getopt_long(argc, argv, "-o:hV", long_options, NULL)) != -1) {
+        switch (option) {
+        case 1:
+            argv[operands++] = optarg;
+            break;
+        case 'o':
+            if (options.output) return cli_usage("-o is given twice");
+            options.output = optarg;
+            break;
+        case OPTION_THREADS:
+            if (!parse_threads(optarg, &options.engine.threads))
+                return cli_usage("--threads wants a number from 1 to 1024, not '%s'", optarg);
+            break;
+        case OPTION_OCIO:
+            options.engine.ocio_config = optarg;
+            break;
+        case 'h':
+            return print_and_exit(help_text);
+        case 'V': {
+            char text[64];
+            snprintf(text, sizeof text, "shade %s\n", shd_version());
+            return print_and_exit(text);
+        }
+        default: /* getopt has said what is wrong */
+            fputs("Try 'shade --help'.\n", stderr);
+            return CLI_USAGE;
+        }
+    }
+    for (int i = optind; i < argc; i++) argv[operands++] = argv[i]; /* behind "--" */
+
+    if (operands == 0) return cli_usage("no command: render or check");
+    const char *command = argv[0];
+    const char *const *scenes = (const char *const *)argv + 1;
+    size_t count = (size_t)operands - 1;
+    if (!strcmp(command, "render")) {
+        if (count != 1) return cli_usage("render wants one scene, not %zu", count);
+        if (!options.output) return cli_usage("render wants -o OUT");
+        return cli_render(scenes[0], &options);
+    }
+    if (!strcmp(command, "check")) {
+        if (count == 0) return cli_usage("check wants a scene");
+        if (options.output) return cli_usage("check writes nothing: -o has no place here");
+        return cli_check(scenes, count, &options);
+    }
+    return cli_usage("unknown command '%s': render or check", command);
+}

@@ -1,0 +1,134 @@
+#include "cli/cli.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+static void say(const char *format, va_list args) {
+    fputs("shade: ", stderr);
+    vfprintf(stderr, format, args);
+    fputc('\n', stderr);
+}
+
+void cli_say(const char *format, ...) {
+    va_list args;
+    va_start(args, format);
+    say(format, args);
+    va_end(args);
+}
+
+int cli_usage(const char *format, ...) {
+    va_list args;
+    va_start(args, format);
+    say(format, args);
+    va_end(args);
+    fputs("Try 'shade --help'.\n", stderr);
+    return CLI_USAGE;
+}
+
+/* Prints text that comes from a document. Its control characters are escaped: a member's name
+ * must neither break the one-problem-a-line form nor steer the terminal. */
+static void print_safely(const char *text) {
+    for (const unsigned char *c = (const unsigned char *)text; *c; c++) {
+        if (*c < 0x20 || *c == 0x7f)
+            fprintf(stderr, "\\u%04x", *c);
+        else if (*c == 0xc2 && c[1] >= 0x80 && c[1] < 0xa0) /* U+0080 to U+009F */
+            fprintf(stderr, "\\u%04x", *++c);
+        else
+            fputc(*c, stderr);
+    }
+}
+
+static void print_problem(const char *kind, const char *file, const char *pointer,
+                          const char *detail) {
+    fprintf(stderr, "%s%s: ", kind, file);
+    if (*pointer) {
+        print_safely(pointer);
+        fputs(": ", stderr);
+    }
+    print_safely(detail);
+    fputc('\n', stderr);
+}
+
+void cli_print_report(const char *file, const shd_report *report) {
+    size_t errors = shd_report_errors_kept(report);
+    for (size_t i = 0; i < errors; i++) {
+        const shd_problem *problem = &report->errors[i];
+        if (report->line > 0 && i == 0) {
+            fprintf(stderr, "%s:%d:%d: ", file, report->line, report->column);
+            print_safely(problem->detail);
+            fputc('\n', stderr);
+        } else {
+            print_problem("", file, problem->pointer, problem->detail);
+        }
+    }
+    if (report->error_count > errors)
+        fprintf(stderr, "%s: and %zu more errors\n", file, report->error_count - errors);
+
+    size_t warnings = shd_report_warnings_kept(report);
+    for (size_t i = 0; i < warnings; i++) {
+        const shd_problem *problem = &report->warnings[i];
+        print_problem("warning: ", file, problem->pointer, problem->detail);
+    }
+    if (report->warning_count > warnings)
+        fprintf(stderr, "warning: %s: and %zu more warnings\n", file,
+                report->warning_count - warnings);
+}
+
+void cli_print_error(const char *file, const shd_error *error) {
+    print_problem("", file, error->path, error->text);
+}
+
+/* ---- Progress ---- */
+
+enum { BAR_WIDTH = 40 };
+static const double BAR_DELAY = 0.5; /* seconds before the first bar */
+static const double BAR_PAUSE = 0.1; /* seconds between two */
+
+static double seconds_since(const struct timespec *then) {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)(now.tv_sec - then->tv_sec) + 1e-9 * (double)(now.tv_nsec - then->tv_nsec);
+}
+
+void cli_progress_begin(cli_progress *progress) {
+    memset(progress, 0, sizeof *progress);
+    progress->terminal = isatty(STDERR_FILENO);
+    clock_gettime(CLOCK_MONOTONIC, &progress->start);
+    progress->last = progress->start;
+}
+
+/* Columns that a line may fill without wrapping. */
+static int terminal_columns(void) {
+    struct winsize size;
+    if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) || size.ws_col == 0) return 79;
+    return size.ws_col - 1;
+}
+
+void cli_progress_draw(cli_progress *progress, double share) {
+    if (!progress->terminal || seconds_since(&progress->start) < BAR_DELAY) return;
+    if (progress->drawn && seconds_since(&progress->last) < BAR_PAUSE) return;
+    share = fmin(fmax(share, 0), 1);
+
+    char bar[BAR_WIDTH + 1];
+    int full = (int)(share * BAR_WIDTH);
+    memset(bar, ' ', BAR_WIDTH);
+    memset(bar, '#', (size_t)full);
+    bar[BAR_WIDTH] = 0;
+    char line[BAR_WIDTH + 32];
+    snprintf(line, sizeof line, "[%s] %3d %%", bar, (int)(share * 100));
+    fprintf(stderr, "\r%.*s", terminal_columns(), line);
+    fflush(stderr);
+    progress->drawn = true;
+    clock_gettime(CLOCK_MONOTONIC, &progress->last);
+}
+
+void cli_progress_end(cli_progress *progress) {
+    if (!progress->drawn) return;
+    fputs("\r\033[K", stderr); /* to the line's start, erase to its end */
+    fflush(stderr);
+    progress->drawn = false;
+}

@@ -1,0 +1,264 @@
+#include "cli/render.h"
+
+#include <errno.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "cli/cli.h"
+
+shd_limits cli_limits(void) {
+    long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
+    uint64_t memory = pages > 0 && page > 0 ? (uint64_t)pages * (uint64_t)page : UINT64_C(1) << 32;
+    return (shd_limits){
+        .pixels = UINT64_C(1) << 28,
+        .lights = 1000 * 1000,
+        .objects = 1000 * 1000,
+        .triangles = UINT64_C(1) << 26,
+        .body = UINT64_C(1) << 30,
+        .memory = memory,
+    };
+}
+
+/* ---- Where the pictures go ---- */
+
+typedef enum target_kind { TARGET_STDOUT, TARGET_FILE, TARGET_DIRECTORY } target_kind;
+
+typedef struct cli_target {
+    const char *path;
+    target_kind kind;
+    bool suffixed;     /* a file whose suffix names a format ... */
+    shd_format format; /* ... this one; else PNG, where the scene names none */
+} cli_target;
+
+/* CLI_DONE, or the usage error that it has printed. */
+static int find_target(const char *path, cli_target *out) {
+    *out = (cli_target){.path = path, .kind = TARGET_FILE, .format = SHD_PNG};
+    size_t length = strlen(path);
+    if (length == 0) return cli_usage("-o is empty");
+    if (!strcmp(path, "-")) {
+        out->kind = TARGET_STDOUT;
+        return CLI_DONE;
+    }
+    struct stat status;
+    bool there = !stat(path, &status);
+    if (path[length - 1] == '/' || (there && S_ISDIR(status.st_mode))) {
+        out->kind = TARGET_DIRECTORY;
+        return CLI_DONE;
+    }
+    /* A name without a suffix (/dev/null is one) leaves the format to the scene. */
+    const char *slash = strrchr(path, '/');
+    const char *name = slash ? slash + 1 : path;
+    const char *dot = strrchr(name, '.');
+    if (!dot || dot == name) return CLI_DONE;
+    if (!shd_format_find(dot + 1, &out->format))
+        return cli_usage("unknown suffix in '%s': png, jpg, webp, tif, exr and hdr are known",
+                         path);
+    out->suffixed = true;
+    return CLI_DONE;
+}
+
+/* Tells before the work, not after it, that a file cannot be written. */
+static bool folder_is_writable(const char *path) {
+    const char *slash = strrchr(path, '/');
+    char *folder = slash ? strndup(path, (size_t)(slash - path) + 1) : strdup(".");
+    bool writable = folder && !access(folder, W_OK | X_OK);
+    if (!writable) cli_say("cannot write '%s': %s", path, strerror(errno));
+    free(folder);
+    return writable;
+}
+
+/* Names of outputs become names of files in the directory, and nothing else. */
+static bool name_is_safe(const char *name) {
+    return *name && *name != '.' && !strchr(name, '/');
+}
+
+/* Writes all pictures beside their places first, so that a full disk leaves the old ones. */
+static bool write_directory(const char *directory, const shd_picture *pictures, size_t count) {
+    if (mkdir(directory, 0777) && errno != EEXIST) {
+        cli_say("cannot make directory '%s': %s", directory, strerror(errno));
+        return false;
+    }
+    cli_file *files = calloc(count, sizeof *files);
+    if (!files) {
+        cli_say("out of memory");
+        return false;
+    }
+    const char *slash = directory[strlen(directory) - 1] == '/' ? "" : "/";
+    size_t written = 0;
+    bool fine = true;
+    for (size_t i = 0; i < count && fine; i++) {
+        const char *suffix = shd_format_get(pictures[i].format)->name;
+        char *path = NULL;
+        if (!name_is_safe(pictures[i].name)) {
+            cli_say("output '%s' is no name for a file", pictures[i].name);
+            fine = false;
+        } else if (asprintf(&path, "%s%s%s.%s", directory, slash, pictures[i].name, suffix) < 0) {
+            cli_say("out of memory");
+            path = NULL;
+            fine = false;
+        } else {
+            fine = cli_file_write(path, pictures[i].data, pictures[i].size, &files[i]);
+        }
+        free(path);
+        if (fine) written++;
+    }
+    for (size_t i = 0; i < written; i++) {
+        if (fine)
+            fine = cli_file_commit(&files[i]);
+        else
+            cli_file_discard(&files[i]);
+    }
+    free(files);
+    return fine;
+}
+
+static bool write_pictures(const cli_target *target, const shd_picture *pictures, size_t count) {
+    switch (target->kind) {
+    case TARGET_STDOUT:
+        return cli_write_stdout(pictures[0].data, pictures[0].size);
+    case TARGET_FILE: {
+        cli_file file;
+        return cli_file_write(target->path, pictures[0].data, pictures[0].size, &file) &&
+               cli_file_commit(&file);
+    }
+    case TARGET_DIRECTORY:
+        return write_directory(target->path, pictures, count);
+    }
+    return false;
+}
+
+/* ---- Reading and rendering ---- */
+
+/* Reads a scene and prints what is wrong with it. False: there is no use in going on. */
+static bool read_scene(const char *scene, const shd_limits *limits, shd_request *request,
+                       shd_format fallback) {
+    char *text;
+    size_t length;
+    if (!cli_read_file(scene, (size_t)limits->body, &text, &length)) return false;
+    shd_status status = shd_request_read(request, text, length, fallback);
+    free(text);
+    cli_print_report(strcmp(scene, "-") ? scene : "stdin", shd_request_report(request));
+    return status == SHD_OK;
+}
+
+/* An interrupt ends the rendering at the next tile and then the program, with the status that a
+ * shell expects; a second one ends it at once. */
+static volatile sig_atomic_t interrupt;
+
+static void on_interrupt(int number) {
+    interrupt = number;
+}
+
+static void catch_interrupts(void) {
+    struct sigaction action = {.sa_handler = on_interrupt, .sa_flags = (int)SA_RESETHAND};
+    sigemptyset(&action.sa_mask);
+    sigaction(SIGINT, &action, NULL);
+    sigaction(SIGTERM, &action, NULL);
+}
+
+typedef struct cli_rendering {
+    shd_request *request;
+    cli_progress progress;
+} cli_rendering;
+
+static void on_progress(void *context, double share) {
+    cli_rendering *rendering = context;
+    if (interrupt) shd_request_cancel(rendering->request);
+    cli_progress_draw(&rendering->progress, share);
+}
+
+static int render_request(const char *scene, const cli_target *target, shd_request *request) {
+    bool multipart = shd_request_multipart(request);
+    if (multipart && target->kind != TARGET_DIRECTORY)
+        return cli_usage("the scene has `outputs`: -o must be a directory, '%s/' for example",
+                         target->kind == TARGET_STDOUT ? "pictures" : target->path);
+    if (!multipart && target->kind == TARGET_DIRECTORY)
+        return cli_usage("'%s' is a directory, but the scene has one output: -o must be a file",
+                         target->path);
+
+    cli_rendering rendering = {.request = request};
+    shd_render_options options = {.progress = on_progress, .context = &rendering};
+    shd_error error;
+    catch_interrupts();
+    cli_progress_begin(&rendering.progress);
+    shd_status status = shd_request_render(request, &options, &error);
+    cli_progress_end(&rendering.progress);
+    if (interrupt) {
+        raise(interrupt); /* its default action is back */
+        return CLI_FAILED;
+    }
+    if (status != SHD_OK) {
+        cli_print_error(strcmp(scene, "-") ? scene : "stdin", &error);
+        return CLI_FAILED;
+    }
+
+    size_t count;
+    const shd_picture *pictures = shd_request_pictures(request, &count);
+    if (target->suffixed && pictures[0].format != target->format)
+        return cli_usage("the scene asks for %s, but '%s' has the suffix of %s",
+                         shd_format_get(pictures[0].format)->name, target->path,
+                         shd_format_get(target->format)->name);
+    if (shd_request_saturated(request) > 0)
+        fprintf(stderr, "warning: %s: %llu samples were not finite or beyond the output's range\n",
+                strcmp(scene, "-") ? scene : "stdin",
+                (unsigned long long)shd_request_saturated(request));
+    return write_pictures(target, pictures, count) ? CLI_DONE : CLI_FAILED;
+}
+
+/* NULL, with a message, where the color configuration is wrong or memory is short. */
+static shd_engine *new_engine(const cli_options *options) {
+    shd_engine *engine;
+    shd_error error;
+    if (shd_engine_new(&options->engine, &engine, &error) == SHD_OK) return engine;
+    if (*error.path)
+        cli_say("%s: %s", error.path, error.text);
+    else
+        cli_say("%s", error.text);
+    return NULL;
+}
+
+static shd_request *new_request(shd_engine *engine) {
+    shd_request *request;
+    shd_error error;
+    if (shd_request_new(engine, &request, &error) == SHD_OK) return request;
+    cli_say("%s", error.text);
+    return NULL;
+}
+
+int cli_render(const char *scene, const cli_options *options) {
+    cli_target target;
+    int result = find_target(options->output, &target);
+    if (result != CLI_DONE) return result;
+    if (target.kind == TARGET_FILE && !folder_is_writable(target.path)) return CLI_FAILED;
+    shd_engine *engine = new_engine(options);
+    if (!engine) return CLI_FAILED;
+
+    result = CLI_FAILED;
+    shd_request *request = new_request(engine);
+    if (request && read_scene(scene, &options->engine.limits, request, target.format))
+        result = render_request(scene, &target, request);
+    shd_request_drop(request);
+    shd_engine_drop(engine);
+    return result;
+}
+
+int cli_check(const char *const *scenes, size_t count, const cli_options *options) {
+    cli_options checking = *options;
+    checking.engine.threads = 1; /* nothing is rendered */
+    shd_engine *engine = new_engine(&checking);
+    if (!engine) return CLI_FAILED;
+
+    int result = CLI_DONE;
+    for (size_t i = 0; i < count; i++) {
+        shd_request *request = new_request(engine);
+        if (!request || !read_scene(scenes[i], &options->engine.limits, request, SHD_PNG))
+            result = CLI_FAILED;
+        shd_request_drop(request);
+    }
+    shd_engine_drop(engine);
+    return result;
+}

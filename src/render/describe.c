@@ -1,0 +1,197 @@
+/* What there is: materials, shapes, color spaces and the version, as JSON for the HTTP routes of
+ * these names. Clients choose from these lists, so each entry says what it is for. */
+#include <jansson.h>
+#include <string.h>
+
+#include "base/catalog.h"
+#include "color/color.h"
+#include "render/engine.h"
+#include "scene/scene.h"
+
+static json_t *rgb(const double value[3]) {
+    return json_pack("[fff]", value[0], value[1], value[2]);
+}
+
+static json_t *describe_materials(void) {
+    size_t count;
+    const shd_preset *presets = shd_presets(&count);
+    json_t *list = json_array();
+    for (size_t i = 0; i < count; i++)
+        json_array_append_new(list,
+                              json_pack("{ss so so so sf ss}", "name", presets[i].name, "ambient",
+                                        rgb(presets[i].ambient), "diffuse", rgb(presets[i].diffuse),
+                                        "specular", rgb(presets[i].specular), "shininess",
+                                        presets[i].shininess, "note", presets[i].note));
+    return json_pack("{ss so}", "colorSpace", "lin_rec709", "materials", list);
+}
+
+/* ---- Shapes ---- */
+
+typedef struct member {
+    const char *name;
+    const char *type;    /* as JSON Schema spells types */
+    const char *initial; /* the default as JSON; NULL: the member is required */
+    const char *description;
+} member;
+
+enum { MAX_MEMBERS = 3 };
+
+typedef struct shape_text {
+    const char *description;
+    member members[MAX_MEMBERS]; /* up to the first without a name */
+} shape_text;
+
+static const shape_text shapes[SHD_SHAPE_COUNT] = {
+    [SHD_SPHERE] = {"A sphere around the origin",
+                    {{"radius", "number", "1", "Its radius, greater than 0"}}},
+    [SHD_PLANE] = {"The infinite plane y = 0, whose normal is +y", {{0}}},
+    [SHD_DISC] = {"A flat disc around the origin in y = 0, whose normal is +y",
+                  {{"radius", "number", "1", "Its radius, greater than 0"}}},
+    [SHD_BOX] = {"A box centered on the origin, its edges along the axes",
+                 {{"size", "array", "[1, 1, 1]", "Its extent along x, y and z, greater than 0"}}},
+    [SHD_CYLINDER] = {"A closed cylinder around the y axis, centered on the origin",
+                      {{"radius", "number", "1", "Its radius, greater than 0"},
+                       {"height", "number", "1", "Its extent along y, greater than 0"}}},
+    [SHD_CONE] = {"A closed cone around the y axis: base at y = -height/2, apex at y = height/2",
+                  {{"radius", "number", "1", "The radius of its base, greater than 0"},
+                   {"height", "number", "1", "Its extent along y, greater than 0"}}},
+    [SHD_TORUS] = {"A ring around the y axis, centered on the origin",
+                   {{"radius", "number", "1", "From its center to the middle of the tube"},
+                    {"tube", "number", "0.25", "The radius of the tube, greater than 0"}}},
+    [SHD_MESH] = {"Triangles",
+                  {{"positions", "array", NULL, "x, y, z of every vertex, one after another"},
+                   {"indices", "array", NULL, "Three vertices a triangle, counted from 0"},
+                   {"normals", "array", "null",
+                    "x, y, z of every vertex's normal; null: each triangle has its own"}}},
+};
+
+/* What every object has, whatever its shape. */
+static const member common_members[] = {
+    {"material", "string or object", "{}",
+     "A name from `materials`, a name of the library, or a material written out"},
+    {"transform", "object", "{}", "scale, then rotate, then translate; or matrix"},
+    {"interpolation", "string", "\"phong\"",
+     "flat, gouraud or phong; where absent, the scene's own"},
+    {"segments", "integer", "32",
+     "Slices of a shape that flat or gouraud turns into faces, 3 to 1024"},
+};
+
+static json_t *describe_members(const member *members, size_t count) {
+    json_t *list = json_array();
+    for (size_t i = 0; i < count && members[i].name; i++) {
+        const member *m = &members[i];
+        json_t *entry = json_pack("{ss ss sb}", "name", m->name, "type", m->type, "required",
+                                  m->initial == NULL);
+        if (m->initial)
+            json_object_set_new(entry, "default", json_loads(m->initial, JSON_DECODE_ANY, NULL));
+        json_object_set_new(entry, "description", json_string(m->description));
+        json_array_append_new(list, entry);
+    }
+    return list;
+}
+
+static json_t *describe_shapes(void) {
+    json_t *list = json_array();
+    for (int i = 0; i < SHD_SHAPE_COUNT; i++)
+        json_array_append_new(list, json_pack("{ss ss so}", "type", shd_shape_name((shd_shape)i),
+                                              "description", shapes[i].description, "members",
+                                              describe_members(shapes[i].members, MAX_MEMBERS)));
+    return json_pack(
+        "{so so}", "shapes", list, "common",
+        describe_members(common_members, sizeof common_members / sizeof common_members[0]));
+}
+
+/* ---- Color spaces ---- */
+
+static json_t *describe_colorspaces(const shd_catalog *catalog) {
+    json_t *spaces = json_array();
+    for (size_t i = 0; i < catalog->space_count; i++) {
+        const shd_space_info *space = &catalog->spaces[i];
+        const char *const *names = shd_channel_names(space->channels);
+        json_array_append_new(spaces,
+                              json_pack("{ss ss s[sss] sb}", "name", space->name, "description",
+                                        space->description, "channels", names[0], names[1],
+                                        names[2], "sceneLinear", space->scene_linear));
+    }
+    json_t *displays = json_array();
+    for (size_t i = 0; i < catalog->display_count; i++) {
+        const shd_display_info *display = &catalog->displays[i];
+        json_t *views = json_array();
+        for (size_t k = 0; k < display->view_count; k++)
+            json_array_append_new(views, json_string(display->views[k]));
+        json_array_append_new(displays,
+                              json_pack("{ss so}", "name", display->name, "views", views));
+    }
+    json_t *defaults = json_pack("{ss ss}", "colorSpace", catalog->colors->name, "workingSpace",
+                                 catalog->scene_linear->name);
+    if (catalog->display_count > 0) {
+        const shd_display_info *display = &catalog->displays[0];
+        json_object_set_new(defaults, "display", json_string(display->name));
+        json_object_set_new(defaults, "view", json_string(display->views[0]));
+    }
+    return json_pack("{so so so}", "spaces", spaces, "displays", displays, "defaults", defaults);
+}
+
+/* ---- Version ---- */
+
+#if defined(__clang__)
+#define COMPILER "clang " __clang_version__
+#elif defined(__GNUC__)
+#define COMPILER "gcc " __VERSION__
+#else
+#define COMPILER "unknown"
+#endif
+
+/* CMake says what it found. */
+#ifndef SHADED_LIBRARIES
+#define SHADED_LIBRARIES ""
+#endif
+
+/* "name version|name version" as an object. */
+static json_t *describe_libraries(void) {
+    json_t *libraries = json_object();
+    const char *at = SHADED_LIBRARIES;
+    while (*at) {
+        size_t length = strcspn(at, "|");
+        size_t name = strcspn(at, " ");
+        if (name + 1 < length) {
+            json_t *version = json_stringn(at + name + 1, length - name - 1);
+            json_object_setn_new(libraries, at, name, version);
+        }
+        at += length;
+        if (*at) at++;
+    }
+    return libraries;
+}
+
+static json_t *describe_version(const shd_engine *engine) {
+    return json_pack("{ss ss ss so ss s[s s]}", "name", "shaded", "version", shd_version(),
+                     "compiler", COMPILER, "libraries", describe_libraries(), "colorConfig",
+                     shd_color_config_digest(engine->color), "kernels", "exact f64",
+                     "standard f32");
+}
+
+shd_status shd_engine_describe(const shd_engine *engine, shd_topic topic, char **json,
+                               shd_error *error) {
+    json_t *value = NULL;
+    switch (topic) {
+    case SHD_TOPIC_MATERIALS:
+        value = describe_materials();
+        break;
+    case SHD_TOPIC_SHAPES:
+        value = describe_shapes();
+        break;
+    case SHD_TOPIC_COLORSPACES:
+        value = describe_colorspaces(shd_color_catalog(engine->color));
+        break;
+    case SHD_TOPIC_VERSION:
+        value = describe_version(engine);
+        break;
+    }
+    /* The numbers were written down with a few digits: print them so. */
+    char *text = json_dumps(value, JSON_INDENT(2) | JSON_REAL_PRECISION(7));
+    json_decref(value);
+    if (!text) return shd_fail(error, SHD_MEMORY, "", "out of memory");
+    *json = text;
+    return SHD_OK;
+}
