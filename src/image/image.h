@@ -1,9 +1,10 @@
 /* Pictures as bytes: from float RGBA pixels to a file in memory, and what formats can carry.
  *
- * PNG is written through libdeflate and JPEG through libjpeg-turbo; WebP, TIFF, OpenEXR and
- * Radiance HDR go through OpenImageIO, which lives in a module of its own (shaded_oiio.so) that
- * is loaded when the first of these formats is asked for. All functions may be called from any
- * thread. */
+ * PNG is written through libdeflate, JPEG through libjpeg-turbo and WebP through libwebp; TIFF,
+ * OpenEXR and Radiance HDR go through OpenImageIO, which lives in a module of its own
+ * (shaded_oiio.so) that is loaded when the first of these formats is asked for.
+ * The same picture gives the same bytes, always: no dates, no host, no threads show in a file.
+ * All functions may be called from any thread. */
 #ifndef SHD_IMAGE_IMAGE_H
 #define SHD_IMAGE_IMAGE_H
 
@@ -19,8 +20,8 @@
 extern "C" {
 #endif
 
-/* How integer samples store a value v: round((v * scale + offset) * max), saturated to 0..max.
- * Half and float samples store v itself. */
+/* How integer samples store a value v: round((v * scale + offset) * max), ties upward, saturated
+ * to 0..max. Half and float samples store v itself, half saturated to +-65504. */
 typedef struct shd_packing {
     double scale[3], offset8[3], offset16[3];
 } shd_packing;
@@ -56,8 +57,19 @@ typedef struct shd_bytes {
     size_t size;
 } shd_bytes;
 
-/* Encodes. `image->depth` must be one that the format holds, and `layers` are EXR's. `scratch`
- * gives working memory. */
+/* Whether a picture of this size fits into the format: SHD_SCENE and a sentence where it does
+ * not. Cheap: ask before rendering. */
+shd_status shd_image_check(int width, int height, shd_format format, shd_error *error);
+
+/* Encodes. `image->depth` must be one that the format holds, `alpha` only where it holds alpha,
+ * and `layers` are EXR's: anything else is SHD_INTERNAL. `scratch` gives working memory.
+ *
+ * - channel >= 0 is grey where the format has grey (PNG, JPEG, TIFF, EXR as "Y"), else three
+ *   equal channels. One channel of a space is no color, so no primaries are written with it.
+ * - TIFF and EXR: color is multiplied by alpha (TIFF: the encoded value), others keep it straight.
+ * - HDR stores three magnitudes with a shared exponent: negative values become 0.
+ * - EXR names color R, G, B, as viewers want it; a space with other names, or the channel that is
+ *   shown as grey, is named in the string attribute "shaded:channels". */
 shd_status shd_image_encode(const shd_image *image, shd_format format, shd_arena *scratch,
                             shd_bytes *out, shd_error *error);
 

@@ -1,0 +1,68 @@
+#include <stdint.h>
+
+#include "image/encoders.h"
+#include "image/image.h"
+
+/* The longest side: PNG's is the signed 31 bits of its header, JPEG's is libjpeg's
+ * JPEG_MAX_DIMENSION, WebP's 14 bits; the others are kept to what readers take. */
+static int longest_side(shd_format format) {
+    switch (format) {
+    case SHD_JPEG:
+        return 65500;
+    case SHD_WEBP:
+        return 16383;
+    default:
+        return 1 << 24;
+    }
+}
+
+shd_status shd_encode_no_memory(shd_error *error) {
+    return shd_fail(error, SHD_MEMORY, "", "not enough memory to encode the picture");
+}
+
+shd_status shd_image_check(int width, int height, shd_format format, shd_error *error) {
+    const char *name = shd_format_get(format)->name;
+    int side = longest_side(format);
+    if (width < 1 || height < 1)
+        return shd_fail(error, SHD_SCENE, "", "a picture has at least one pixel, not %d x %d",
+                        width, height);
+    if (width > side || height > side)
+        return shd_fail(error, SHD_SCENE, "",
+                        "a %s picture is at most %d pixels wide and high, not %d x %d", name, side,
+                        width, height);
+    return SHD_OK;
+}
+
+shd_status shd_image_encode(const shd_image *image, shd_format format, shd_arena *scratch,
+                            shd_bytes *out, shd_error *error) {
+    shd_status status = shd_image_check(image->width, image->height, format, error);
+    if (status) return status;
+    const shd_format_info *info = shd_format_get(format);
+    if (!(info->depths & (unsigned)image->depth))
+        return shd_fail(error, SHD_INTERNAL, "", "%s has no samples of depth %s", info->name,
+                        shd_depth_name(image->depth));
+    if (image->alpha && !info->alpha)
+        return shd_fail(error, SHD_INTERNAL, "", "%s has no alpha", info->name);
+    if (image->layer_count && format != SHD_EXR)
+        return shd_fail(error, SHD_INTERNAL, "", "%s has no layers", info->name);
+    /* No sample, filter byte or compressor's bound takes more than 32 bytes a pixel; sides are
+     * below 2^25, so this cannot overflow itself. */
+    uint64_t pixels = (uint64_t)image->width * (uint64_t)image->height;
+    if (pixels > SIZE_MAX / 32 / 2) return shd_encode_no_memory(error);
+
+    switch (format) {
+    case SHD_PNG:
+        return shd_encode_png(image, scratch, out, error);
+    case SHD_JPEG:
+        return shd_encode_jpeg(image, scratch, out, error);
+    case SHD_WEBP:
+        return shd_encode_webp(image, scratch, out, error);
+    case SHD_TIFF:
+    case SHD_EXR:
+    case SHD_HDR:
+        return shd_encode_oiio(image, format, scratch, out, error);
+    case SHD_FORMAT_COUNT:
+        break;
+    }
+    return shd_fail(error, SHD_INTERNAL, "", "no such format");
+}

@@ -1,0 +1,22 @@
+/* One function a format, called by shd_image_encode after its checks: the picture's size, depth,
+ * alpha and layers are what the format holds, and width * height * 32 fits into size_t. */
+#ifndef SHD_IMAGE_ENCODERS_H
+#define SHD_IMAGE_ENCODERS_H
+
+#include "image/image.h"
+
+shd_status shd_encode_png(const shd_image *image, shd_arena *scratch, shd_bytes *out,
+                          shd_error *error);
+shd_status shd_encode_jpeg(const shd_image *image, shd_arena *scratch, shd_bytes *out,
+                           shd_error *error);
+shd_status shd_encode_webp(const shd_image *image, shd_arena *scratch, shd_bytes *out,
+                           shd_error *error);
+
+/* TIFF, EXR and HDR, through the module. */
+shd_status shd_encode_oiio(const shd_image *image, shd_format format, shd_arena *scratch,
+                           shd_bytes *out, shd_error *error);
+
+/* SHD_MEMORY, with one text for all. */
+shd_status shd_encode_no_memory(shd_error *error);
+
+#endif

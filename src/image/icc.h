@@ -1,0 +1,27 @@
+/* ICC profiles made from primaries and a transfer function: for files that name their color
+ * space in no other way. Pure functions, any thread. */
+#ifndef SHD_IMAGE_ICC_H
+#define SHD_IMAGE_ICC_H
+
+#include "image/image.h"
+
+enum { SHD_ICC_MAX = 1024 }; /* bytes; the profiles have about 600 */
+
+typedef struct shd_icc {
+    unsigned char data[SHD_ICC_MAX];
+    size_t size;   /* 0: none */
+    char name[48]; /* "Display P3" */
+} shd_icc;
+
+/* Whether primaries (CIE xy of red, green, blue, white) are those of Rec.709 / sRGB. */
+bool shd_primaries_are_rec709(const double primaries[8]);
+
+/* Whether the picture's color is nothing but sRGB, which PNG says in a chunk of its own and JPEG
+ * and WebP assume. */
+bool shd_image_is_srgb(const shd_image *image);
+
+/* The RGB profile that fits the picture; size 0 where it has no known transfer or primaries, is
+ * one channel, or the primaries span no volume. */
+shd_icc shd_icc_make(const shd_image *image);
+
+#endif

@@ -1,0 +1,11 @@
+/* The module shaded_oiio.so, opened at first use and kept. Any thread. */
+#ifndef SHD_IMAGE_LOAD_H
+#define SHD_IMAGE_LOAD_H
+
+#include "base/status.h"
+#include "image/oiio.h"
+
+/* SHD_CONFIG where the module, or something that it needs, is not installed. */
+shd_status shd_oiio_load(shd_oiio_encode_fn **out, shd_error *error);
+
+#endif

@@ -1,0 +1,195 @@
+/* The module shaded_oiio.so: OpenImageIO behind one C function. Nothing thrown leaves it, and it
+ * needs nothing from the program that loads it. */
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <memory>
+#include <new>
+#include <string>
+#include <vector>
+
+#include "image/oiio.h"
+
+namespace {
+
+/* Once: the caller threads itself, and a server's standard output is not OpenImageIO's. */
+struct Quiet {
+    Quiet() {
+        OIIO::attribute("threads", 1);
+        OIIO::attribute("exr_threads", -1);
+        OIIO::attribute("debug", 0);
+    }
+};
+
+/* Collects the file in memory that free() ends, so that it need not be copied. Writers go back
+ * to patch offsets. */
+class Memory : public OIIO::Filesystem::IOProxy {
+  public:
+    Memory() : IOProxy("", Write) {}
+    ~Memory() override { std::free(data); }
+    Memory(const Memory &) = delete;
+    Memory &operator=(const Memory &) = delete;
+
+    const char *proxytype() const override { return "memory"; }
+    size_t size() const override { return length; }
+
+    size_t write(const void *from, size_t bytes) override {
+        bytes = pwrite(from, bytes, m_pos);
+        m_pos += static_cast<int64_t>(bytes);
+        return bytes;
+    }
+
+    size_t pwrite(const void *from, size_t bytes, int64_t offset) override {
+        if (offset < 0 || bytes > SIZE_MAX / 4 || static_cast<size_t>(offset) > SIZE_MAX / 4)
+            return 0;
+        size_t start = static_cast<size_t>(offset), end = start + bytes;
+        if (end > room && !grow(end)) return 0;
+        if (start > length) std::memset(data + length, 0, start - length);
+        if (bytes) std::memcpy(data + start, from, bytes);
+        if (end > length) length = end;
+        return bytes;
+    }
+
+    unsigned char *release() {
+        unsigned char *out = data;
+        data = nullptr;
+        return out;
+    }
+
+    bool starved = false;
+
+  private:
+    bool grow(size_t need) {
+        size_t larger = room ? 2 * room : 1 << 16;
+        if (larger < need) larger = need;
+        void *moved = std::realloc(data, larger);
+        starved = !moved;
+        if (!moved) return false;
+        data = static_cast<unsigned char *>(moved);
+        room = larger;
+        return true;
+    }
+
+    unsigned char *data = nullptr;
+    size_t length = 0, room = 0;
+};
+
+OIIO::TypeDesc stored_type(shd_oiio_sample sample) {
+    switch (sample) {
+    case SHD_OIIO_U8:
+        return OIIO::TypeDesc::UINT8;
+    case SHD_OIIO_U16:
+        return OIIO::TypeDesc::UINT16;
+    case SHD_OIIO_HALF:
+        return OIIO::TypeDesc::HALF;
+    case SHD_OIIO_FLOAT:
+        break;
+    }
+    return OIIO::TypeDesc::FLOAT;
+}
+
+OIIO::ImageSpec describe(const shd_oiio_job &job) {
+    OIIO::ImageSpec spec(job.width, job.height, 0, stored_type(job.planes[0].sample));
+    bool mixed = false;
+    for (size_t p = 0; p < job.plane_count; p++) {
+        const shd_oiio_plane &plane = job.planes[p];
+        mixed = mixed || plane.sample != job.planes[0].sample;
+        for (int c = 0; c < plane.count; c++) {
+            spec.channelnames.push_back(plane.names[c]);
+            spec.channelformats.push_back(stored_type(plane.sample));
+            spec.nchannels++;
+        }
+    }
+    if (!mixed) spec.channelformats.clear();
+    spec.alpha_channel = job.alpha;
+
+    spec.attribute("compression", "zip");
+    if (job.planes[0].sample == SHD_OIIO_HALF) spec.attribute("tiff:half", 1);
+    if (job.icc_size)
+        spec.attribute("ICCProfile",
+                       OIIO::TypeDesc(OIIO::TypeDesc::UINT8, static_cast<int>(job.icc_size)),
+                       job.icc);
+    if (job.primaries)
+        spec.attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8), job.primaries);
+    if (job.shown) spec.attribute("shaded:channels", job.shown);
+    /* Writers add today's date where there is no DateTime, and drop one that is no text: equal
+     * pictures stay equal bytes. */
+    spec.attribute("DateTime", 0);
+    return spec;
+}
+
+/* Pixels as the file stores them, all planes of a pixel side by side. */
+const void *weave(const shd_oiio_job &job, const OIIO::ImageSpec &spec) {
+    if (job.plane_count == 1 && job.planes[0].sample != SHD_OIIO_HALF) return job.planes[0].values;
+    size_t pixel = spec.pixel_bytes(true);
+    if (spec.image_pixels() * pixel > job.pixels_size) return nullptr;
+    size_t offset = 0;
+    for (size_t p = 0; p < job.plane_count; p++) {
+        const shd_oiio_plane &plane = job.planes[p];
+        OIIO::TypeDesc to = stored_type(plane.sample);
+        OIIO::TypeDesc from = plane.sample == SHD_OIIO_HALF ? OIIO::TypeDesc::FLOAT : to;
+        auto from_pixel = static_cast<OIIO::stride_t>(from.size()) * plane.count;
+        OIIO::convert_image(plane.count, job.width, job.height, 1, plane.values, from, from_pixel,
+                            from_pixel * job.width, OIIO::AutoStride,
+                            static_cast<unsigned char *>(job.pixels) + offset, to,
+                            static_cast<OIIO::stride_t>(pixel),
+                            static_cast<OIIO::stride_t>(pixel) * job.width, OIIO::AutoStride);
+        offset += to.size() * static_cast<size_t>(plane.count);
+    }
+    return job.pixels;
+}
+
+int fail(char *text, size_t size, const std::string &what) {
+    std::snprintf(text, size, "OpenImageIO: %s", what.c_str());
+    for (char *at = text; size && *at; at++)
+        if (*at == '\n') *at = ' ';
+    return -1;
+}
+
+int encode(const shd_oiio_job &job, unsigned char **data, size_t *size, char *text,
+           size_t text_size) {
+    static const Quiet quiet;
+    Memory memory;
+    std::string name = std::string("memory.") + job.suffix;
+    auto output = OIIO::ImageOutput::create(name, &memory);
+    if (!output) return fail(text, text_size, OIIO::geterror());
+    if (!output->supports("ioproxy"))
+        return fail(text, text_size, std::string("no writing to memory for ") + job.suffix);
+
+    OIIO::ImageSpec spec = describe(job);
+    const void *pixels = weave(job, spec);
+    if (!pixels) return fail(text, text_size, "the pixel buffer is too small");
+    bool written = output->set_ioproxy(&memory) && output->open(name, spec) &&
+                   output->write_image(OIIO::TypeDesc::UNKNOWN, pixels);
+    written = output->close() && written;
+    if (memory.starved) return 1;
+    if (!written || !memory.size()) return fail(text, text_size, output->geterror());
+    *size = memory.size();
+    *data = memory.release();
+    return 0;
+}
+
+} // namespace
+
+extern "C" __attribute__((visibility("default"))) int shd_oiio_encode(const shd_oiio_job *job,
+                                                                      unsigned char **data,
+                                                                      size_t *size, char *text,
+                                                                      size_t text_size) {
+    if (job->abi != sizeof *job) {
+        std::snprintf(text, text_size, "the module is of another build");
+        return -1;
+    }
+    try {
+        return encode(*job, data, size, text, text_size);
+    } catch (const std::bad_alloc &) {
+        return 1;
+    } catch (const std::exception &e) {
+        return fail(text, text_size, e.what());
+    } catch (...) {
+        return fail(text, text_size, "an unknown exception");
+    }
+}

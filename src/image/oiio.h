@@ -1,0 +1,51 @@
+/* What the library and the module shaded_oiio.so say to each other. The module is opened at run
+ * time and uses no symbol of its host; both come from one build, which `abi` checks. */
+#ifndef SHD_IMAGE_OIIO_H
+#define SHD_IMAGE_OIIO_H
+
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum shd_oiio_sample {
+    SHD_OIIO_U8,
+    SHD_OIIO_U16,
+    SHD_OIIO_HALF, /* given as float, stored as half */
+    SHD_OIIO_FLOAT
+} shd_oiio_sample;
+
+/* Interleaved channels of one sample type; the first plane is the picture itself. */
+typedef struct shd_oiio_plane {
+    const char *const *names; /* [count]: as the file has them, "R" or "diffuse.R" */
+    int count;
+    shd_oiio_sample sample;
+    const void *values; /* [height][width][count] */
+} shd_oiio_plane;
+
+typedef struct shd_oiio_job {
+    size_t abi;         /* sizeof(shd_oiio_job) */
+    const char *suffix; /* "tiff", "exr", "hdr" */
+    int width, height;
+    const shd_oiio_plane *planes;
+    size_t plane_count;
+    int alpha; /* index of the alpha channel in the first plane, or -1 */
+    const unsigned char *icc;
+    size_t icc_size;        /* 0: none */
+    const float *primaries; /* [8] for the attribute "chromaticities", or NULL */
+    const char *shown;      /* for the attribute "shaded:channels", or NULL */
+    void *pixels;           /* room for all planes' stored bytes; used where they must be woven */
+    size_t pixels_size;
+} shd_oiio_job;
+
+/* 0, and malloc'd bytes; or -1 and a sentence. 1: out of memory. Any thread. */
+typedef int shd_oiio_encode_fn(const shd_oiio_job *job, unsigned char **data, size_t *size,
+                               char *text, size_t text_size);
+
+shd_oiio_encode_fn shd_oiio_encode; /* the module's only symbol */
+
+#ifdef __cplusplus
+}
+#endif
+#endif

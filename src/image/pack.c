@@ -1,0 +1,140 @@
+#include "image/pack.h"
+
+#include <float.h>
+#include <string.h>
+
+enum { BLOCK = 64 }; /* pixels that are quantized before their channels are picked */
+
+shd_pack shd_pack_plan(const shd_image *image, bool premultiply, bool grey) {
+    shd_pack pack = {.limit = image->depth == SHD_HALF ? 65504.0f : FLT_MAX};
+    pack.max = image->depth == SHD_U8 ? 255 : image->depth == SHD_U16 ? 65535 : 0;
+
+    if (image->channel < 0) {
+        for (; pack.count < 3; pack.count++) pack.source[pack.count] = pack.count;
+    } else {
+        int equal = grey ? 1 : 3;
+        for (; pack.count < equal; pack.count++) pack.source[pack.count] = image->channel;
+    }
+    pack.alpha = image->alpha && image->channel != 3;
+    pack.premultiply = pack.alpha && premultiply;
+    if (pack.alpha) pack.source[pack.count++] = 3;
+
+    const double *offset =
+        image->depth == SHD_U8 ? image->packing.offset8 : image->packing.offset16;
+    for (int c = 0; c < 3; c++) {
+        pack.scale[c] = image->packing.scale[c] * pack.max;
+        pack.add[c] = offset[c] * pack.max;
+    }
+    pack.scale[3] = pack.max;
+    return pack;
+}
+
+size_t shd_pack_bytes(const shd_pack *pack) {
+    return pack->max == 255 ? 1 : pack->max == 65535 ? 2 : 4;
+}
+
+/* Saturation with the constant second: a NaN gives 0 here, and the compiler a max instruction. */
+static inline double saturate(double x, double max) {
+    x = x > 0 ? x : 0;
+    return x < max ? x : max;
+}
+
+/* Codes of all four channels of up to BLOCK pixels. In f64, so that the product is exact to far
+ * below a tie; this loop is all there is to vectorize. */
+static void quantize(const shd_pack *pack, const float *restrict rgba, int pixels,
+                     int32_t *restrict codes) {
+    const double max = pack->max;
+    double scale[4], add[4];
+    memcpy(scale, pack->scale, sizeof scale);
+    memcpy(add, pack->add, sizeof add);
+    for (int i = 0; i < pixels; i++)
+        for (int c = 0; c < 4; c++) {
+            double x = saturate(rgba[4 * i + c] * scale[c] + add[c], max);
+            codes[4 * i + c] = (int32_t)(x + 0.5);
+        }
+}
+
+/* The same with the encoded value multiplied by alpha. */
+static void quantize_premultiplied(const shd_pack *pack, const float *rgba, int pixels,
+                                   int32_t *codes) {
+    for (int i = 0; i < pixels; i++) {
+        double alpha = saturate(rgba[4 * i + 3], 1);
+        for (int c = 0; c < 3; c++) {
+            double x = saturate(rgba[4 * i + c] * pack->scale[c] + pack->add[c], pack->max);
+            codes[4 * i + c] = (int32_t)(x * alpha + 0.5);
+        }
+        codes[4 * i + 3] = (int32_t)(alpha * pack->max + 0.5);
+    }
+}
+
+static void quantize_block(const shd_pack *pack, const float *rgba, int pixels, int32_t *codes) {
+    if (pack->premultiply)
+        quantize_premultiplied(pack, rgba, pixels, codes);
+    else
+        quantize(pack, rgba, pixels, codes);
+}
+
+void shd_pack_u8(const shd_pack *pack, const float *rgba, int width, uint8_t *out) {
+    int32_t codes[4 * BLOCK];
+    const int count = pack->count;
+    for (int x = 0; x < width; x += BLOCK) {
+        int pixels = width - x < BLOCK ? width - x : BLOCK;
+        quantize_block(pack, rgba + 4 * (size_t)x, pixels, codes);
+        if (count == 4) {
+            for (int i = 0; i < 4 * pixels; i++) out[i] = (uint8_t)codes[i];
+        } else {
+            for (int i = 0; i < pixels; i++)
+                for (int s = 0; s < count; s++)
+                    out[i * count + s] = (uint8_t)codes[4 * i + pack->source[s]];
+        }
+        out += pixels * count;
+    }
+}
+
+void shd_pack_u16(const shd_pack *pack, const float *rgba, int width, uint16_t *out) {
+    int32_t codes[4 * BLOCK];
+    const int count = pack->count;
+    for (int x = 0; x < width; x += BLOCK) {
+        int pixels = width - x < BLOCK ? width - x : BLOCK;
+        quantize_block(pack, rgba + 4 * (size_t)x, pixels, codes);
+        for (int i = 0; i < pixels; i++)
+            for (int s = 0; s < count; s++)
+                out[i * count + s] = (uint16_t)codes[4 * i + pack->source[s]];
+        out += pixels * count;
+    }
+}
+
+void shd_pack_float(const shd_pack *pack, const float *rgba, int width, float *out) {
+    const float limit = pack->limit;
+    for (int i = 0; i < width; i++, rgba += 4, out += pack->count) {
+        float alpha = pack->premultiply ? rgba[3] : 1;
+        for (int s = 0; s < pack->count; s++) {
+            float v = rgba[pack->source[s]];
+            if (!(pack->alpha && s == pack->count - 1)) v *= alpha;
+            out[s] = v > limit ? limit : v < -limit ? -limit : v;
+        }
+    }
+}
+
+void *shd_pack_image(const shd_pack *pack, const shd_image *image, shd_arena *scratch) {
+    size_t pixels = (size_t)image->width * (size_t)image->height;
+    size_t row = (size_t)image->width * (size_t)pack->count * shd_pack_bytes(pack);
+    unsigned char *out =
+        shd_arena_alloc(scratch, pixels, (size_t)pack->count * shd_pack_bytes(pack));
+    if (!out) return NULL;
+    for (int y = 0; y < image->height; y++) {
+        const float *rgba = image->rgba + 4 * (size_t)y * (size_t)image->width;
+        void *at = out + (size_t)y * row;
+        switch (shd_pack_bytes(pack)) {
+        case 1:
+            shd_pack_u8(pack, rgba, image->width, at);
+            break;
+        case 2:
+            shd_pack_u16(pack, rgba, image->width, at);
+            break;
+        default:
+            shd_pack_float(pack, rgba, image->width, at);
+        }
+    }
+    return out;
+}

@@ -1,0 +1,36 @@
+/* Float RGBA rows to a format's samples. Pure functions, any thread. */
+#ifndef SHD_IMAGE_PACK_H
+#define SHD_IMAGE_PACK_H
+
+#include <stdint.h>
+
+#include "image/image.h"
+
+/* What a stored pixel is made of. */
+typedef struct shd_pack {
+    int count;               /* samples a pixel, 1..4 */
+    int source[4];           /* [count]: the channel of `rgba` that each one takes */
+    double scale[4], add[4]; /* of the four source channels: code = round(v * scale + add) */
+    double max;              /* the largest code: 255 or 65535; 0 for half and float */
+    float limit;             /* half and float saturate to +-limit */
+    bool alpha;              /* the last sample is alpha, */
+    bool premultiply;        /* and the others are multiplied by it */
+} shd_pack;
+
+/* `premultiply`: the format's alpha is associated. `grey`: it has one-channel pictures, else
+ * `image->channel` fills three samples. */
+shd_pack shd_pack_plan(const shd_image *image, bool premultiply, bool grey);
+
+/* Bytes a sample as stored: 1, 2 or 4 (half comes as float: the module narrows it). */
+size_t shd_pack_bytes(const shd_pack *pack);
+
+/* One row: rgba is [width][4], out is [width][count] in native byte order, of the type that the
+ * name says. A NaN becomes 0 in integers and stays in floats. */
+void shd_pack_u8(const shd_pack *pack, const float *rgba, int width, uint8_t *out);
+void shd_pack_u16(const shd_pack *pack, const float *rgba, int width, uint16_t *out);
+void shd_pack_float(const shd_pack *pack, const float *rgba, int width, float *out);
+
+/* All rows, into arena memory; NULL where it is short. */
+void *shd_pack_image(const shd_pack *pack, const shd_image *image, shd_arena *scratch);
+
+#endif

@@ -1,0 +1,182 @@
+/* PNG (ISO/IEC 15948, third edition) with libdeflate: a third of libpng's time. */
+#include <libdeflate.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "image/encoders.h"
+#include "image/icc.h"
+#include "image/pack.h"
+
+/* Where the curve of size over time bends: level 1 is a quarter faster and 5 % larger, from
+ * level 5 on time doubles for 2 %. */
+enum { LEVEL = 3, HEAD = 8 + 25 + 13 + 16 + 44 + 12 + 64 + SHD_ICC_MAX + 64, CHUNK = 12 };
+
+typedef struct writer {
+    unsigned char *data;
+    size_t size;
+} writer;
+
+static void put32(unsigned char *at, uint32_t v) {
+    for (int i = 0; i < 4; i++) at[i] = (unsigned char)(v >> (24 - 8 * i));
+}
+
+/* A chunk is: room for the length, the type, what the caller appends, and a checksum. */
+static size_t open_chunk(writer *w, const char type[4]) {
+    size_t start = w->size;
+    memcpy(w->data + start + 4, type, 4);
+    w->size += 8;
+    return start;
+}
+
+static void close_chunk(writer *w, size_t start) {
+    size_t length = w->size - start - 8;
+    put32(w->data + start, (uint32_t)length);
+    put32(w->data + w->size, libdeflate_crc32(0, w->data + start + 4, length + 4));
+    w->size += 4;
+}
+
+static void append32(writer *w, uint32_t v) {
+    put32(w->data + w->size, v);
+    w->size += 4;
+}
+
+static void put_header(writer *w, const shd_image *image, const shd_pack *pack) {
+    static const unsigned char signature[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
+    static const unsigned char color_types[5] = {0, 0, 4, 2, 6}; /* by samples a pixel */
+    memcpy(w->data, signature, 8);
+    w->size = 8;
+    size_t chunk = open_chunk(w, "IHDR");
+    append32(w, (uint32_t)image->width);
+    append32(w, (uint32_t)image->height);
+    w->data[w->size++] = pack->max == 255 ? 8 : 16;
+    w->data[w->size++] = color_types[pack->count];
+    memset(w->data + w->size, 0, 3); /* deflate, adaptive filters, no interlace */
+    w->size += 3;
+    close_chunk(w, chunk);
+}
+
+static void put_gamma(writer *w, shd_transfer transfer) {
+    static const uint32_t gammas[] = {[SHD_TRANSFER_LINEAR] = 100000,
+                                      [SHD_TRANSFER_SRGB] = 45455,
+                                      [SHD_TRANSFER_REC1886] = 41667};
+    size_t chunk = open_chunk(w, "gAMA");
+    append32(w, gammas[transfer]);
+    close_chunk(w, chunk);
+}
+
+/* cHRM holds what lies in the triangle of real chromaticities; readers refuse others. */
+static bool chromaticities_fit(const double xy[8]) {
+    for (int i = 0; i < 8; i += 2)
+        if (!(xy[i] >= 0 && xy[i + 1] > 0 && xy[i] + xy[i + 1] <= 1)) return false;
+    return true;
+}
+
+static void put_chromaticities(writer *w, const double xy[8]) {
+    size_t chunk = open_chunk(w, "cHRM");
+    append32(w, (uint32_t)lround(xy[6] * 1e5)); /* white comes first */
+    append32(w, (uint32_t)lround(xy[7] * 1e5));
+    for (int i = 0; i < 6; i++) append32(w, (uint32_t)lround(xy[i] * 1e5));
+    close_chunk(w, chunk);
+}
+
+static void put_profile(writer *w, const shd_icc *icc, struct libdeflate_compressor *compressor) {
+    size_t chunk = open_chunk(w, "iCCP");
+    size_t name = strlen(icc->name) + 1;
+    memcpy(w->data + w->size, icc->name, name);
+    w->size += name;
+    w->data[w->size++] = 0; /* zlib */
+    w->size += libdeflate_zlib_compress(compressor, icc->data, icc->size, w->data + w->size,
+                                        SHD_ICC_MAX + 64);
+    close_chunk(w, chunk);
+}
+
+/* sRGB where it is that; gAMA and cHRM where they say all; else a profile. One channel as grey
+ * keeps its curve; alpha as grey is no color at all. */
+static void put_color(writer *w, const shd_image *image, struct libdeflate_compressor *compressor) {
+    static const double rec709[8] = {0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290};
+    if (image->transfer == SHD_TRANSFER_UNKNOWN || image->channel == 3) return;
+    put_gamma(w, image->transfer);
+    if (shd_image_is_srgb(image)) {
+        put_chromaticities(w, rec709);
+        size_t chunk = open_chunk(w, "sRGB");
+        w->data[w->size++] = 1; /* relative colorimetric */
+        close_chunk(w, chunk);
+    } else if (image->channel < 0 && image->has_primaries) {
+        bool plain = image->transfer != SHD_TRANSFER_SRGB && chromaticities_fit(image->primaries);
+        if (chromaticities_fit(image->primaries)) put_chromaticities(w, image->primaries);
+        shd_icc icc = shd_icc_make(image);
+        if (!plain && icc.size) put_profile(w, &icc, compressor);
+    }
+}
+
+/* Rows as PNG wants them: a filter byte, then samples (16 bits big-endian) less those of the row
+ * above, the "up" filter, which suits smooth pictures and vectorizes. */
+static void filter_rows(const shd_pack *pack, const shd_image *image, unsigned char *rows[2],
+                        unsigned char *out) {
+    size_t samples = (size_t)image->width * (size_t)pack->count;
+    size_t bytes = samples * shd_pack_bytes(pack);
+    memset(rows[1], 0, bytes);
+    for (int y = 0; y < image->height; y++) {
+        const float *rgba = image->rgba + 4 * (size_t)y * (size_t)image->width;
+        unsigned char *restrict row = rows[y & 1];
+        const unsigned char *restrict above = rows[~y & 1];
+        if (bytes == samples) {
+            shd_pack_u8(pack, rgba, image->width, row);
+        } else {
+            uint16_t *wide = (void *)row;
+            shd_pack_u16(pack, rgba, image->width, wide);
+            for (size_t i = 0; i < samples; i++) {
+                unsigned v = wide[i];
+                row[2 * i] = (unsigned char)(v >> 8);
+                row[2 * i + 1] = (unsigned char)v;
+            }
+        }
+        *out++ = y ? 2 : 0;
+        for (size_t i = 0; i < bytes; i++) out[i] = (unsigned char)(row[i] - above[i]);
+        out += bytes;
+    }
+}
+
+shd_status shd_encode_png(const shd_image *image, shd_arena *scratch, shd_bytes *out,
+                          shd_error *error) {
+    shd_pack pack = shd_pack_plan(image, false, true);
+    size_t bytes = (size_t)image->width * (size_t)pack.count * shd_pack_bytes(&pack);
+    size_t height = (size_t)image->height;
+    unsigned char *filtered = shd_arena_alloc(scratch, height, bytes + 1);
+    unsigned char *rows[2] = {shd_arena_alloc(scratch, bytes, 1),
+                              shd_arena_alloc(scratch, bytes, 1)};
+    if (!filtered || !rows[0] || !rows[1]) return shd_encode_no_memory(error);
+    filter_rows(&pack, image, rows, filtered);
+
+    shd_status status = SHD_OK;
+    struct libdeflate_compressor *compressor = libdeflate_alloc_compressor(LEVEL);
+    if (!compressor) return shd_encode_no_memory(error);
+    size_t bound = libdeflate_zlib_compress_bound(compressor, height * (bytes + 1));
+    writer w = {.data = malloc(HEAD + bound + 2 * CHUNK)};
+    if (!w.data) {
+        status = shd_encode_no_memory(error);
+        goto done;
+    }
+    put_header(&w, image, &pack);
+    put_color(&w, image, compressor);
+    size_t chunk = open_chunk(&w, "IDAT");
+    size_t packed = libdeflate_zlib_compress(compressor, filtered, height * (bytes + 1),
+                                             w.data + w.size, bound);
+    w.size += packed;
+    /* A chunk's length has 31 bits. Its rows could go into several; no limit is that large. */
+    if (!packed || packed > INT32_MAX) {
+        free(w.data);
+        status = shd_fail(error, SHD_LIMIT, "", "the picture is too large for one PNG chunk");
+        goto done;
+    }
+    close_chunk(&w, chunk);
+    close_chunk(&w, open_chunk(&w, "IEND"));
+
+    /* The bound is the size of the raw picture; the caller keeps what is needed. */
+    unsigned char *shrunk = realloc(w.data, w.size);
+    *out = (shd_bytes){shrunk ? shrunk : w.data, w.size};
+done:
+    libdeflate_free_compressor(compressor);
+    return status;
+}
