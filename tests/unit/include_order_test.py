@@ -1,0 +1,110 @@
+"""The rooms of src/ include each other in one direction only, and C++ stays in its two files."""
+
+import os
+import re
+import unittest
+from pathlib import Path
+
+# What a room's files may include besides their own room's headers. A file's path stands for that
+# header alone. This is the table of ARCHITECTURE.md.
+ALLOWED = {
+    "base": set(),
+    "scene": {"base"},
+    "plan": {"base", "scene"},
+    "sight": {"base", "scene", "plan"},
+    "shade": {"base", "scene", "plan", "sight/gbuffer.h"},
+    "color": {"base"},
+    "image": {"base"},
+    "render": {"base", "scene", "plan", "sight", "shade", "color", "image", "shaded.h"},
+    "server": {"base", "shaded.h"},
+    "cli": {"base", "shaded.h"},
+    "": {"base"},  # src/shaded.h itself
+}
+CPP_FILES = {"color/ocio.cpp", "image/oiio.cpp"}
+# Pages and other things that are no C.
+ROOMS_WITHOUT_CODE = {"studio"}
+
+INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*(["<])([^">]+)[">]', re.MULTILINE)
+SUFFIXES = {".c", ".h", ".inc", ".cpp", ".hpp", ".cc", ".cxx"}
+
+
+def room_of(path):
+    """The first folder of a path below src/; "" for a file directly in it."""
+    return path.split("/")[0] if "/" in path else ""
+
+
+def violations(files):
+    """What is wrong in `files`, a dictionary from paths below src/ to their texts."""
+    found = []
+    for path, text in sorted(files.items()):
+        room = room_of(path)
+        if room not in ALLOWED:
+            found.append(f"{path}: '{room}' is no room that the table knows")
+            continue
+        if Path(path).suffix in {".cpp", ".hpp", ".cc", ".cxx"} and path not in CPP_FILES:
+            found.append(f"{path}: C++ outside {' and '.join(sorted(CPP_FILES))}")
+        for bracket, target in INCLUDE.findall(text):
+            if bracket == '"' and f"{Path(path).parent}/{target}" in files:
+                continue  # a neighbour in the same folder
+            ours = target in files or room_of(target) in ALLOWED and "/" in target
+            if bracket == "<":
+                if target in files:
+                    found.append(f"{path}: <{target}> is ours and wants quotes")
+                continue
+            if not ours:
+                found.append(f"{path}: \"{target}\" is not written from src/, or not there")
+            elif (room_of(target) != room and room_of(target) not in ALLOWED[room]
+                  and target not in ALLOWED[room]):
+                found.append(f"{path}: {room or 'shaded.h'} may not include \"{target}\"")
+    return found
+
+
+class IncludeOrder(unittest.TestCase):
+    def test_sources_keep_the_order(self):
+        source = Path(os.environ["SHADED_SOURCE"]) / "src"
+        files = {}
+        for path in source.rglob("*"):
+            below = path.relative_to(source).as_posix()
+            if path.suffix in SUFFIXES and room_of(below) not in ROOMS_WITHOUT_CODE:
+                files[below] = path.read_text(encoding="utf-8")
+        self.assertGreater(len(files), 20, "too few sources found: is the path right?")
+        self.assertEqual(violations(files), [])
+
+    # The check itself: it must see what it is there for.
+
+    def test_lower_room_may_not_include_higher(self):
+        files = {"scene/scene.h": "", "base/arena.c": '#include "scene/scene.h"\n'}
+        self.assertIn("base may not include", violations(files)[0])
+
+    def test_stages_may_not_include_each_other(self):
+        files = {"image/image.h": "", "color/ocio.cpp": '  #  include "image/image.h"\n'}
+        self.assertIn("color may not include", violations(files)[0])
+
+    def test_doors_see_only_the_public_header(self):
+        files = {"shaded.h": '#include "base/status.h"', "base/status.h": "",
+                 "cli/main.c": '#include "shaded.h"\n#include "render/engine.h"\n'}
+        self.assertEqual(len(violations(files)), 1)
+        self.assertIn("render/engine.h", violations(files)[0])
+
+    def test_shade_sees_only_the_gbuffer_of_sight(self):
+        files = {"sight/gbuffer.h": "", "sight/rays.h": "",
+                 "shade/a.c": '#include "sight/gbuffer.h"\n',
+                 "shade/b.c": '#include "sight/rays.h"\n'}
+        self.assertEqual(len(violations(files)), 1)
+        self.assertIn("shade/b.c", violations(files)[0])
+
+    def test_includes_are_written_from_src(self):
+        files = {"sight/rays.h": "", "base/arena.c": '#include "../sight/rays.h"\n',
+                 "base/pool.c": "#include <sight/rays.h>\n"}
+        self.assertEqual(len(violations(files)), 2)
+
+    def test_cpp_stays_in_two_files(self):
+        self.assertEqual(violations({"color/ocio.cpp": "", "image/oiio.cpp": ""}), [])
+        self.assertEqual(len(violations({"sight/cast.cpp": ""})), 1)
+
+    def test_unknown_rooms_are_refused(self):
+        self.assertEqual(len(violations({"misc/util.c": ""})), 1)
+
+
+if __name__ == "__main__":
+    unittest.main()
