@@ -20,23 +20,30 @@ typedef struct shd_color_config shd_color_config;
 typedef struct shd_color_transform shd_color_transform;
 
 /* Loads `path`, or the embedded config/shaded.ocio where it is NULL. Checks that the role
- * scene_linear is there, that every space, display and view can be built. SHD_CONFIG with
- * OpenColorIO's own words where not. */
+ * scene_linear is there, that every space, display and view can be built. SHD_CONFIG with the
+ * file's name as path and OpenColorIO's own words where not; definitions that run in circles and
+ * files that are not regular are refused too.
+ *
+ * The first call removes OCIO and OCIO_* from the process's environment, which would change
+ * colors, and silences OpenColorIO: make it before other threads read the environment. */
 shd_status shd_color_config_load(const char *path, shd_color_config **out, shd_error *error);
 void shd_color_config_drop(shd_color_config *config);
 
 const shd_catalog *shd_color_catalog(const shd_color_config *config);
 
-/* A hash of the configuration's content, hexadecimal. */
+/* A hash of OpenColorIO's version, the configuration and the files it uses: 32 hexadecimal
+ * digits. */
 const char *shd_color_config_digest(const shd_color_config *config);
 
-/* From a scene-linear space to another space, or to a display's view. Borrowed. */
+/* From a scene-linear space to another space, or to a display's view. Borrowed. Names are the
+ * catalog's, exactly; another one is SHD_SCENE. Any thread. */
 shd_status shd_color_to_space(shd_color_config *config, const char *from, const char *to,
                               const shd_color_transform **out, shd_error *error);
 shd_status shd_color_to_view(shd_color_config *config, const char *from, const char *display,
                              const char *view, const shd_color_transform **out, shd_error *error);
 
-/* What a transform's output is, for file metadata and for packing. */
+/* What a transform's output is, for file metadata and for packing. Transfer and primaries are
+ * known by name, for the spaces and displays of config/shaded.ocio and their ACES equivalents. */
 typedef struct shd_color_info {
     shd_channels channels;
     shd_transfer transfer;
@@ -48,8 +55,10 @@ typedef struct shd_color_info {
 const shd_color_info *shd_color_describe(const shd_color_transform *transform);
 
 /* Converts `count` RGBA pixels in place; alpha is untouched and colors must not be
- * premultiplied. Values must be finite. Negative values and values above 1 are kept where the
- * space has a meaning for them (HSV clamps negatives to 0 first). Any thread. */
+ * premultiplied. Values must be finite; results are not, where a value near the largest float
+ * overflows. Negative values and values above 1 are kept where the space has a meaning for them
+ * (HSV clamps negatives to 0 first; its hue is in [0,1), and 0 like the saturation for greys). A
+ * pixel's result does not depend on the pixels beside it, bit for bit. Any thread. */
 void shd_color_apply(const shd_color_transform *transform, float *rgba, size_t count);
 
 #ifdef __cplusplus

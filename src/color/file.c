@@ -1,0 +1,45 @@
+#include "color/file.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static shd_status read_all(int file, const char *path, size_t cap, char **data, size_t *size,
+                           shd_error *error) {
+    struct stat info;
+    if (fstat(file, &info)) return shd_fail(error, SHD_CONFIG, path, "%s", strerror(errno));
+    if (!S_ISREG(info.st_mode)) return shd_fail(error, SHD_CONFIG, path, "not a regular file");
+    if (info.st_size < 0 || (size_t)info.st_size > cap)
+        return shd_fail(error, SHD_CONFIG, path, "larger than %zu bytes", cap);
+
+    size_t expected = (size_t)info.st_size, length = 0;
+    char *bytes = malloc(expected + 1);
+    if (!bytes) return shd_fail(error, SHD_MEMORY, path, "out of memory");
+    while (length < expected) {
+        ssize_t got = read(file, bytes + length, expected - length);
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0) {
+            int why = errno;
+            free(bytes);
+            return shd_fail(error, SHD_CONFIG, path, "%s", strerror(why));
+        }
+        if (got == 0) break; /* it shrank meanwhile */
+        length += (size_t)got;
+    }
+    *data = bytes;
+    *size = length;
+    return SHD_OK;
+}
+
+shd_status shd_color_read_file(const char *path, size_t cap, char **data, size_t *size,
+                               shd_error *error) {
+    /* O_NONBLOCK: opening a FIFO that nobody writes to returns at once. */
+    int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+    if (file < 0) return shd_fail(error, SHD_CONFIG, path, "%s", strerror(errno));
+    shd_status status = read_all(file, path, cap, data, size, error);
+    close(file);
+    return status;
+}

@@ -1,0 +1,22 @@
+/* The operator's files, read with care: a directory, a FIFO or a device is refused before it can
+ * hang a start, and a size is checked before memory is taken. */
+#ifndef SHD_COLOR_FILE_H
+#define SHD_COLOR_FILE_H
+
+#include <stddef.h>
+
+#include "base/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Reads a whole regular file of at most `cap` bytes. The caller frees *data. SHD_CONFIG, with the
+ * file's name as path, where it cannot be read; SHD_MEMORY. */
+shd_status shd_color_read_file(const char *path, size_t cap, char **data, size_t *size,
+                               shd_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
