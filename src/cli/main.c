@@ -57,7 +57,9 @@ static bool parse_threads(const char *text, unsigned *out) {
 
 int main(int argc, char **argv) {
     occupy_closed_streams();
-    signal(SIGPIPE, SIG_IGN); /* a reader that went away is a write error, with a message */
+    /* A reader that went away and a file that may not grow are write errors, with a message. */
+    signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN);
 
     enum { OPTION_THREADS = 256, OPTION_OCIO };
     static const struct option long_options[] = {
