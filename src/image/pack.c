@@ -40,9 +40,9 @@ static inline double saturate(double x, double max) {
 }
 
 /* Codes of all four channels of up to BLOCK pixels. In f64, so that the product is exact to far
- * below a tie; this loop is all there is to vectorize. */
-static void quantize(const shd_pack *pack, const float *restrict rgba, int pixels,
-                     int32_t *restrict codes) {
+ * below a tie. */
+static void quantize_straight(const shd_pack *pack, const float *restrict rgba, int pixels,
+                              int32_t *restrict codes) {
     const double max = pack->max;
     double scale[4], add[4];
     memcpy(scale, pack->scale, sizeof scale);
@@ -67,40 +67,57 @@ static void quantize_premultiplied(const shd_pack *pack, const float *rgba, int 
     }
 }
 
-static void quantize_block(const shd_pack *pack, const float *rgba, int pixels, int32_t *codes) {
+static void quantize(const shd_pack *pack, const float *rgba, int pixels, int32_t *codes) {
     if (pack->premultiply)
         quantize_premultiplied(pack, rgba, pixels, codes);
     else
-        quantize(pack, rgba, pixels, codes);
+        quantize_straight(pack, rgba, pixels, codes);
+}
+
+/* Picks `count` of every four samples of `bytes` bytes. The color samples that most pictures keep
+ * are copied four at a time: what is too much is overwritten by the next pixel, but the last. */
+static void pick(const shd_pack *pack, const void *quads, size_t bytes, int pixels, void *out) {
+    const unsigned char *from = quads;
+    unsigned char *to = out;
+    const bool color = pack->count >= 3 && pack->source[0] == 0 && pack->source[1] == 1;
+    const size_t quad = 4 * bytes, step = (size_t)pack->count * bytes;
+    if (color && pack->count == 4) {
+        memcpy(to, from, quad * (size_t)pixels);
+    } else if (color && bytes == 1) {
+        for (int i = 0; i < pixels - 1; i++) memcpy(to + 3 * i, from + 4 * i, 4);
+        memcpy(to + 3 * (pixels - 1), from + 4 * (pixels - 1), 3);
+    } else if (color) {
+        for (int i = 0; i < pixels - 1; i++) memcpy(to + 6 * i, from + 8 * i, 8);
+        memcpy(to + 6 * (pixels - 1), from + 8 * (pixels - 1), 6);
+    } else {
+        for (int i = 0; i < pixels; i++)
+            for (int s = 0; s < pack->count; s++)
+                memcpy(to + (size_t)i * step + (size_t)s * bytes,
+                       from + (size_t)i * quad + (size_t)pack->source[s] * bytes, bytes);
+    }
 }
 
 void shd_pack_u8(const shd_pack *pack, const float *rgba, int width, uint8_t *out) {
     int32_t codes[4 * BLOCK];
-    const int count = pack->count;
+    uint8_t quads[4 * BLOCK];
     for (int x = 0; x < width; x += BLOCK) {
         int pixels = width - x < BLOCK ? width - x : BLOCK;
-        quantize_block(pack, rgba + 4 * (size_t)x, pixels, codes);
-        if (count == 4) {
-            for (int i = 0; i < 4 * pixels; i++) out[i] = (uint8_t)codes[i];
-        } else {
-            for (int i = 0; i < pixels; i++)
-                for (int s = 0; s < count; s++)
-                    out[i * count + s] = (uint8_t)codes[4 * i + pack->source[s]];
-        }
-        out += pixels * count;
+        quantize(pack, rgba + 4 * (size_t)x, pixels, codes);
+        for (int i = 0; i < 4 * pixels; i++) quads[i] = (uint8_t)codes[i];
+        pick(pack, quads, sizeof *quads, pixels, out);
+        out += pixels * pack->count;
     }
 }
 
 void shd_pack_u16(const shd_pack *pack, const float *rgba, int width, uint16_t *out) {
     int32_t codes[4 * BLOCK];
-    const int count = pack->count;
+    uint16_t quads[4 * BLOCK];
     for (int x = 0; x < width; x += BLOCK) {
         int pixels = width - x < BLOCK ? width - x : BLOCK;
-        quantize_block(pack, rgba + 4 * (size_t)x, pixels, codes);
-        for (int i = 0; i < pixels; i++)
-            for (int s = 0; s < count; s++)
-                out[i * count + s] = (uint16_t)codes[4 * i + pack->source[s]];
-        out += pixels * count;
+        quantize(pack, rgba + 4 * (size_t)x, pixels, codes);
+        for (int i = 0; i < 4 * pixels; i++) quads[i] = (uint16_t)codes[i];
+        pick(pack, quads, sizeof *quads, pixels, out);
+        out += pixels * pack->count;
     }
 }
 

@@ -1,0 +1,219 @@
+/* All formats through shd_image_encode: what is refused, what is mapped, equal bytes. Values are
+ * read back by other programs in image_roundtrip_test.py. */
+#include "unit/image/fixture.h"
+
+#include <stdio.h>
+#include <time.h>
+
+enum { W = 40, H = 24 };
+
+static bool oiio_is_mapped(void) {
+    FILE *maps = fopen("/proc/self/maps", "r");
+    assert_non_null(maps);
+    char line[512];
+    bool found = false;
+    while (fgets(line, sizeof line, maps))
+        found = found || strstr(line, "OpenImageIO") || strstr(line, "shaded_oiio");
+    fclose(maps);
+    return found;
+}
+
+/* First: the module stays once it is in. */
+static void png_jpeg_and_webp_never_map_openimageio(void **state) {
+    (void)state;
+    float *rgba = gradient(W, H);
+    shd_image image = picture(rgba, W, H);
+    static const shd_format formats[] = {SHD_PNG, SHD_JPEG, SHD_WEBP};
+    for (int i = 0; i < 3; i++) {
+        shd_bytes out = encoded(&image, formats[i]);
+        free(out.data);
+    }
+    assert_false(oiio_is_mapped());
+    image.depth = SHD_HALF;
+    shd_bytes out = encoded(&image, SHD_EXR);
+    free(out.data);
+    assert_true(oiio_is_mapped());
+    free(rgba);
+}
+
+static void files_begin_with_their_signature(void **state) {
+    (void)state;
+    static const struct {
+        const char *bytes;
+        size_t size;
+    } signatures[SHD_FORMAT_COUNT] = {[SHD_PNG] = {"\x89PNG\r\n\x1a\n", 8},
+                                      [SHD_JPEG] = {"\xff\xd8\xff\xe0", 4},
+                                      [SHD_WEBP] = {"RIFF", 4},
+                                      [SHD_TIFF] = {"II*\0", 4},
+                                      [SHD_EXR] = {"v/1\x01", 4},
+                                      [SHD_HDR] = {"#?RADIANCE\n", 11}};
+    float *rgba = gradient(W, H);
+    for (int f = 0; f < SHD_FORMAT_COUNT; f++) {
+        shd_image image = picture(rgba, W, H);
+        image.depth = shd_format_get((shd_format)f)->depth;
+        shd_bytes out = encoded(&image, (shd_format)f);
+        assert_true(out.size > 64);
+        assert_memory_equal(out.data, signatures[f].bytes, signatures[f].size);
+        free(out.data);
+    }
+    free(rgba);
+}
+
+/* The service's ETag promises it: no date, no pointer, no uninitialized byte may show. */
+static void equal_pictures_are_equal_bytes_at_another_second(void **state) {
+    (void)state;
+    float *rgba = gradient(W, H);
+    shd_bytes first[SHD_FORMAT_COUNT][2];
+    for (int round = 0; round < 2; round++) {
+        for (int f = 0; f < SHD_FORMAT_COUNT; f++)
+            for (int p3 = 0; p3 < 2; p3++) {
+                shd_image image = picture(rgba, W, H);
+                const shd_format_info *info = shd_format_get((shd_format)f);
+                image.depth = info->depth;
+                image.alpha = info->alpha;
+                if (p3) memcpy(image.primaries, display_p3, sizeof display_p3);
+                shd_bytes out = encoded(&image, (shd_format)f);
+                if (!round) {
+                    first[f][p3] = out;
+                    continue;
+                }
+                assert_int_equal(out.size, first[f][p3].size);
+                assert_memory_equal(out.data, first[f][p3].data, out.size);
+                free(out.data);
+                free(first[f][p3].data);
+            }
+        struct timespec wait = {1, 100000000};
+        if (!round) nanosleep(&wait, NULL);
+    }
+    free(rgba);
+}
+
+static void check_refused(const shd_image *image, shd_format format, size_t cap, shd_status wanted,
+                          const char *word) {
+    shd_arena *scratch = shd_arena_new(cap);
+    unsigned char mark;
+    shd_bytes out = {&mark, 12345};
+    shd_error error = {0};
+    assert_int_equal(shd_image_encode(image, format, scratch, &out, &error), wanted);
+    assert_int_equal(error.status, wanted);
+    if (!strstr(error.text, word)) print_error("\"%s\" lacks \"%s\"\n", error.text, word);
+    assert_non_null(strstr(error.text, word));
+    assert_ptr_equal(out.data, &mark);
+    assert_int_equal(out.size, 12345);
+    assert_int_equal(shd_image_encode(image, format, scratch, &out, NULL), wanted);
+    shd_arena_drop(scratch);
+}
+
+static void what_a_format_cannot_hold_is_refused(void **state) {
+    (void)state;
+    float *rgba = gradient(W, H);
+    shd_image image = picture(rgba, W, H);
+    const size_t cap = 1 << 24;
+    image.depth = SHD_FLOAT;
+    check_refused(&image, SHD_PNG, cap, SHD_INTERNAL, "png has no samples of depth float");
+    image.depth = SHD_U16;
+    check_refused(&image, SHD_JPEG, cap, SHD_INTERNAL, "depth 16");
+    image.depth = SHD_U8;
+    check_refused(&image, SHD_EXR, cap, SHD_INTERNAL, "depth 8");
+    image.alpha = true;
+    check_refused(&image, SHD_JPEG, cap, SHD_INTERNAL, "jpeg has no alpha");
+    image.alpha = false;
+    shd_image_layer layer = {"z", shd_channel_names(SHD_RGB), 1, false, rgba};
+    image.layers = &layer;
+    image.layer_count = 1;
+    check_refused(&image, SHD_TIFF, cap, SHD_INTERNAL, "tiff has no layers");
+    free(rgba);
+}
+
+static void sizes_beyond_a_format_are_named_before_rendering(void **state) {
+    (void)state;
+    shd_error error;
+    assert_int_equal(shd_image_check(16383, 16383, SHD_WEBP, &error), SHD_OK);
+    assert_int_equal(shd_image_check(16384, 1, SHD_WEBP, &error), SHD_SCENE);
+    assert_non_null(strstr(error.text, "16383"));
+    assert_int_equal(shd_image_check(1, 65501, SHD_JPEG, &error), SHD_SCENE);
+    assert_int_equal(shd_image_check(65501, 70000, SHD_PNG, &error), SHD_OK);
+    assert_int_equal(shd_image_check(0, 4, SHD_PNG, &error), SHD_SCENE);
+    assert_int_equal(shd_image_check(4, -1, SHD_EXR, NULL), SHD_SCENE);
+
+    /* encode itself says the same, without a look at the pixels */
+    shd_image image = picture(NULL, 20000, 20000);
+    check_refused(&image, SHD_WEBP, 1 << 20, SHD_SCENE, "webp picture is at most 16383");
+}
+
+static void short_memory_is_an_error_in_every_format(void **state) {
+    (void)state;
+    enum { SIDE = 300 };
+    float *rgba = gradient(SIDE, SIDE);
+    for (int f = 0; f < SHD_FORMAT_COUNT; f++) {
+        shd_image image = picture(rgba, SIDE, SIDE);
+        image.depth = shd_format_get((shd_format)f)->depth;
+        check_refused(&image, (shd_format)f, 100000, SHD_MEMORY, "memory");
+    }
+    /* a size whose bytes overflow */
+    shd_image image = picture(rgba, 1 << 24, 1 << 24);
+    check_refused(&image, SHD_PNG, 1 << 20, SHD_MEMORY, "memory");
+    free(rgba);
+}
+
+static const unsigned char *find_bytes(shd_bytes where, const char *what, size_t size) {
+    return memmem(where.data, where.size, what, size);
+}
+
+static void jpeg_carries_a_profile_only_where_it_is_not_srgb(void **state) {
+    (void)state;
+    float *rgba = gradient(W, H);
+    shd_image image = picture(rgba, W, H);
+    shd_bytes out = encoded(&image, SHD_JPEG);
+    assert_null(find_bytes(out, "ICC_PROFILE", 12));
+    free(out.data);
+
+    memcpy(image.primaries, display_p3, sizeof display_p3);
+    out = encoded(&image, SHD_JPEG);
+    /* directly behind SOI and the 18 bytes of JFIF */
+    assert_memory_equal(out.data + 20, "\xff\xe2", 2);
+    assert_memory_equal(out.data + 24, "ICC_PROFILE\0\1\1", 14);
+    size_t profile = (out.data[22] * 256u + out.data[23]) - 16u;
+    assert_int_equal(read32(out.data + 38), profile);
+    assert_memory_equal(out.data + 38 + profile, "\xff\xdb", 2);
+    free(out.data);
+
+    image.channel = 1; /* one channel is grey, not a color of that space */
+    out = encoded(&image, SHD_JPEG);
+    assert_null(find_bytes(out, "ICC_PROFILE", 12));
+    free(out.data);
+    free(rgba);
+}
+
+static void webp_quality_100_is_lossless(void **state) {
+    (void)state;
+    float *rgba = gradient(W, H);
+    shd_image image = picture(rgba, W, H);
+    shd_bytes out = encoded(&image, SHD_WEBP);
+    assert_memory_equal(out.data + 12, "VP8 ", 4);
+    free(out.data);
+    image.quality = 100;
+    out = encoded(&image, SHD_WEBP);
+    assert_memory_equal(out.data + 12, "VP8L", 4);
+    free(out.data);
+    memcpy(image.primaries, display_p3, sizeof display_p3);
+    out = encoded(&image, SHD_WEBP);
+    assert_memory_equal(out.data + 12, "VP8X", 4);
+    assert_non_null(find_bytes(out, "ICCP", 4));
+    free(out.data);
+    free(rgba);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(png_jpeg_and_webp_never_map_openimageio),
+        cmocka_unit_test(files_begin_with_their_signature),
+        cmocka_unit_test(equal_pictures_are_equal_bytes_at_another_second),
+        cmocka_unit_test(what_a_format_cannot_hold_is_refused),
+        cmocka_unit_test(sizes_beyond_a_format_are_named_before_rendering),
+        cmocka_unit_test(short_memory_is_an_error_in_every_format),
+        cmocka_unit_test(jpeg_carries_a_profile_only_where_it_is_not_srgb),
+        cmocka_unit_test(webp_quality_100_is_lossless),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
