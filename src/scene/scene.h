@@ -189,4 +189,9 @@ const shd_preset *shd_preset_find(const char *name); /* NULL: none */
 
 const char *shd_shape_name(shd_shape shape);
 
+/* Triangles that a shape becomes for flat and gouraud interpolation. A sphere has `segments`
+ * slices and max(2, segments / 2) stacks, of which the two at the poles are single triangles; a
+ * torus `segments` by `segments` quads. 0 for planes and meshes. */
+size_t shd_tessellation_triangles(shd_shape shape, int segments);
+
 #endif

@@ -1,0 +1,187 @@
+/* The readers of single members. */
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "scene/read.h"
+
+const shd_range shd_any_number = {-INFINITY, INFINITY, true, true, "finite"};
+const shd_range shd_positive = {0, INFINITY, true, true, "greater than 0"};
+const shd_range shd_not_negative = {0, INFINITY, false, true, "0 or more"};
+
+void *shd_take(shd_reader *r, size_t count, size_t size) {
+    void *memory = shd_arena_zalloc(r->arena, count, size);
+    if (!memory && !r->out_of_memory) {
+        r->out_of_memory = true;
+        shd_report_error(r->report, SHD_MEMORY, "",
+                         "the scene does not fit into the limit `memory`, %llu bytes",
+                         (unsigned long long)r->limits->memory);
+    }
+    return memory;
+}
+
+const char *shd_take_text(shd_reader *r, const char *text) {
+    size_t bytes = strlen(text) + 1;
+    char *copy = shd_take(r, bytes, 1);
+    return copy ? memcpy(copy, text, bytes) : NULL;
+}
+
+/* ---- Objects and their members ---- */
+
+bool shd_is_object(shd_reader *r, const shd_node *node) {
+    if (json_is_object(node->value)) return true;
+    shd_node_expect(r->report, node, "an object");
+    return false;
+}
+
+static bool is_known(const shd_field *fields, size_t count, unsigned kinds, const char *key) {
+    for (size_t i = 0; i < count; i++)
+        if ((!fields[i].kinds || fields[i].kinds & kinds) && !strcmp(fields[i].name, key))
+            return true;
+    return false;
+}
+
+static void report_unknown(shd_reader *r, const shd_node *node, const shd_field *fields,
+                           size_t count, unsigned kinds, const char *what, const char *key) {
+    const char *names[SHD_FIELDS_MOST];
+    size_t known = 0;
+    for (size_t i = 0; i < count; i++)
+        if (!fields[i].kinds || fields[i].kinds & kinds) names[known++] = fields[i].name;
+    /* Keys that are too long or too strange to show are reported at their object. */
+    shd_node member = {node, key, 0, NULL};
+    shd_node_fail(r->report, shd_is_plain_name(key) ? &member : node, SHD_SCENE,
+                  "unknown member \"%s\" of %s%s", shd_quote(key).text, what,
+                  shd_suggest(key, names, known).text);
+}
+
+uint32_t shd_read_fields(shd_reader *r, const shd_node *node, const shd_field *fields, size_t count,
+                         unsigned kinds, const char *what, void *out) {
+    uint32_t seen = 0;
+    size_t found = 0;
+    for (size_t i = 0; i < count; i++) {
+        const shd_field *field = &fields[i];
+        if (field->kinds && !(field->kinds & kinds)) continue;
+        shd_node member = shd_node_member(node, field->name);
+        if (member.value) {
+            seen |= UINT32_C(1) << i;
+            found++;
+        }
+        if (field->read && (member.value || field->always))
+            field->read(r, &member, field, (char *)out + field->offset);
+    }
+    if (found == json_object_size(node->value)) return seen;
+    json_t *object = (json_t *)(uintptr_t)node->value; /* jansson's iterators are not const */
+    for (void *at = json_object_iter(object); at; at = json_object_iter_next(object, at))
+        if (!is_known(fields, count, kinds, json_object_iter_key(at)))
+            report_unknown(r, node, fields, count, kinds, what, json_object_iter_key(at));
+    return seen;
+}
+
+/* ---- Numbers ---- */
+
+static bool in_range(double value, const shd_range *range) {
+    return (range->above ? value > range->low : value >= range->low) &&
+           (range->below ? value < range->high : value <= range->high);
+}
+
+static bool get_number(shd_reader *r, const shd_node *node, const shd_range *range, double *out) {
+    if (!json_is_number(node->value)) {
+        shd_node_expect(r->report, node, "a number");
+        return false;
+    }
+    double value = json_number_value(node->value);
+    if (!in_range(value, range)) {
+        shd_node_fail(r->report, node, SHD_SCENE, "must be %s, got %.9g", range->text, value);
+        return false;
+    }
+    *out = value;
+    return true;
+}
+
+static const shd_range *range_of(const shd_field *field) {
+    return field->range ? field->range : &shd_any_number;
+}
+
+void shd_read_number(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+    get_number(r, node, range_of(field), out);
+}
+
+void shd_read_degrees(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+    double degrees;
+    if (get_number(r, node, range_of(field), &degrees)) *(double *)out = degrees * (SHD_PI / 180);
+}
+
+void shd_read_integer(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+    double value;
+    if (!json_is_number(node->value)) {
+        shd_node_expect(r->report, node, "an integer");
+        return;
+    }
+    if (!get_number(r, node, field->range, &value)) return;
+    if (value != floor(value))
+        shd_node_fail(r->report, node, SHD_SCENE, "expected an integer, got %.9g", value);
+    else
+        *(int *)out = (int)value;
+}
+
+bool shd_is_array(shd_reader *r, const shd_node *node, size_t least, size_t most,
+                  const char *expected) {
+    if (!json_is_array(node->value)) {
+        shd_node_expect(r->report, node, expected);
+        return false;
+    }
+    size_t size = json_array_size(node->value);
+    if (size >= least && size <= most) return true;
+    shd_node_fail(r->report, node, SHD_SCENE, "expected %s, got %zu", expected, size);
+    return false;
+}
+
+static bool get_items(shd_reader *r, const shd_node *node, size_t count, const shd_range *range,
+                      double *out) {
+    bool good = true;
+    for (size_t i = 0; i < count; i++) {
+        shd_node item = shd_node_item(node, i);
+        if (!get_number(r, &item, range, &out[i])) good = false;
+    }
+    return good;
+}
+
+bool shd_get_numbers(shd_reader *r, const shd_node *node, size_t count, double *out) {
+    return get_items(r, node, count, &shd_any_number, out);
+}
+
+void shd_read_vector(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+    double v[3];
+    if (!shd_is_array(r, node, 3, 3, "an array of 3 numbers")) return;
+    if (get_items(r, node, 3, range_of(field), v)) *(shd_vec3 *)out = (shd_vec3){v[0], v[1], v[2]};
+}
+
+void shd_read_direction(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+    (void)field;
+    double v[3];
+    if (!shd_is_array(r, node, 3, 3, "an array of 3 numbers")) return;
+    if (!shd_get_numbers(r, node, 3, v)) return;
+    if (!shd_normalize((shd_vec3){v[0], v[1], v[2]}, out))
+        shd_node_fail(r->report, node, SHD_SCENE, "must not be zero: it is a direction");
+}
+
+/* ---- Names ---- */
+
+int shd_read_name(shd_reader *r, const shd_node *node, const char *const *names) {
+    if (!json_is_string(node->value)) {
+        shd_node_expect(r->report, node, "a string");
+        return -1;
+    }
+    const char *name = json_string_value(node->value);
+    size_t count = 0;
+    for (; names[count]; count++)
+        if (!strcmp(names[count], name)) return (int)count;
+    shd_node_fail(r->report, node, SHD_SCENE, "\"%s\" is not known here%s", shd_quote(name).text,
+                  shd_suggest(name, names, count).text);
+    return -1;
+}
+
+void shd_read_choice(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+    int index = shd_read_name(r, node, field->choices);
+    if (index >= 0) *(int *)out = index;
+}

@@ -1,0 +1,63 @@
+/* JSON as a tree with places: the part of the reader that knows nothing of scenes.
+ *
+ * A node is a value and the way to it. Nodes live on the stack, linked to their parents; the
+ * JSON Pointer (RFC 6901) is spelled out only when there is something to say about the place. */
+#ifndef SHD_SCENE_JSON_H
+#define SHD_SCENE_JSON_H
+
+#include <jansson.h>
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "base/arena.h"
+#include "base/report.h"
+
+typedef struct shd_node {
+    const struct shd_node *parent; /* NULL: the document */
+    const char *key;               /* in the parent; NULL: `index` counts */
+    size_t index;
+    const json_t *value; /* NULL: the member is absent */
+} shd_node;
+
+/* The member or the item of a node. The value of an absent member is NULL. */
+shd_node shd_node_member(const shd_node *parent, const char *key);
+shd_node shd_node_item(const shd_node *parent, size_t index);
+
+/* Parses `length` bytes. On failure a problem with line and column (or with the limit's name:
+ * `memory` bounds what the tree may take) is in the report and the answer is NULL; otherwise the
+ * caller owns the tree. Every number in it is a finite real. */
+json_t *shd_json_parse(const char *text, size_t length, size_t memory, shd_report *report);
+
+/* 128-bit hash of the values in a tree as 32 hexadecimal digits; the order of members does not
+ * count. False where memory is short. */
+bool shd_json_digest(const json_t *tree, shd_arena *arena, char digest[33]);
+
+/* Adds an error or a warning about the place. */
+void shd_node_fail(shd_report *report, const shd_node *node, shd_status status, const char *format,
+                   ...) SHD_PRINTF(4, 5);
+void shd_node_warn(shd_report *report, const shd_node *node, const char *format, ...)
+    SHD_PRINTF(3, 4);
+
+/* "expected a number, got a string" */
+void shd_node_expect(shd_report *report, const shd_node *node, const char *expected);
+
+/* A client's text made fit for a message: at most 60 bytes and a mark of what was cut, no control
+ * characters. */
+typedef struct shd_quoted {
+    char text[72];
+} shd_quoted;
+
+shd_quoted shd_quote(const char *text);
+
+/* Whether a name from the client may be shown whole: up to 64 characters, none of control. */
+bool shd_is_plain_name(const char *name);
+
+/* ": did you mean \"radius\"?" where a name is close to one of `names`, otherwise what there is,
+ * ": there is sphere, plane, ...", as far as it fits. */
+typedef struct shd_hint {
+    char text[320];
+} shd_hint;
+
+shd_hint shd_suggest(const char *name, const char *const *names, size_t count);
+
+#endif

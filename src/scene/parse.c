@@ -1,0 +1,81 @@
+/* Text to tree: syntax errors, and the bound on what a tree may take. */
+#include <stdio.h>
+#include <string.h>
+
+#include "scene/json.h"
+
+/* Jansson's memory lies outside of the request's arena and may be 80 times the text ("{},{},"),
+ * so the tree is measured before it grows: bytes a value of each kind takes on a 64-bit machine,
+ * the slack of doubling tables included. Punctuation in strings counts too; scenes have little. */
+static size_t tree_bytes(const char *text, size_t length) {
+    size_t commas = 0, arrays = 0, objects = 0, members = 0;
+    for (size_t i = 0; i < length; i++) {
+        commas += text[i] == ',';
+        arrays += text[i] == '[';
+        objects += text[i] == '{';
+        members += text[i] == ':';
+    }
+    return length + commas * 48 + arrays * 128 + objects * 256 + members * 96;
+}
+
+/* The key that ends at `end`, its quotes and escapes as written; jansson names short ones only. */
+static shd_quoted key_before(const char *text, size_t end) {
+    char key[80] = "";
+    size_t last = end < 2 ? 0 : end - 2, first = last;
+    while (first > 0) {
+        size_t backslashes = 0;
+        while (backslashes < first && text[first - 1 - backslashes] == '\\') backslashes++;
+        if (text[first] == '"' && backslashes % 2 == 0) break;
+        first--;
+    }
+    size_t length = last - first;
+    if (length >= sizeof key) length = sizeof key - 1;
+    memcpy(key, text + first + 1, length);
+    return shd_quote(key);
+}
+
+static void report_syntax(const char *text, size_t length, const json_error_t *error,
+                          shd_report *report) {
+    /* A tree that the system has no room for is not the client's mistake. */
+    if (json_error_code(error) == json_error_out_of_memory) {
+        shd_report_error(report, SHD_MEMORY, "", "there is not enough memory for the document");
+        return;
+    }
+    int line = error->line > 0 ? error->line : 1;
+    int column = error->column > 0 ? error->column : 1;
+    report->line = line;
+    report->column = column;
+    size_t end = error->position > 0 ? (size_t)error->position : 0;
+    if (json_error_code(error) == json_error_duplicate_key && end <= length)
+        shd_report_error(report, SHD_SYNTAX, "",
+                         "line %d, column %d: the key \"%s\" is there twice", line, column,
+                         key_before(text, end).text);
+    else if (json_error_code(error) == json_error_stack_overflow)
+        shd_report_error(report, SHD_SYNTAX, "",
+                         "line %d, column %d: the document is nested too deeply", line, column);
+    else
+        shd_report_error(report, SHD_SYNTAX, "", "line %d, column %d: %s", line, column,
+                         shd_quote(error->text).text);
+}
+
+json_t *shd_json_parse(const char *text, size_t length, size_t memory, shd_report *report) {
+    size_t first = 0;
+    while (first < length && strchr(" \t\r\n", text[first]) && text[first]) first++;
+    if (first == length) {
+        report->line = report->column = 1;
+        shd_report_error(report, SHD_SYNTAX, "", "line 1, column 1: the document is empty");
+        return NULL;
+    }
+    size_t bytes = tree_bytes(text, length);
+    if (bytes > memory) {
+        shd_report_error(report, SHD_LIMIT, "",
+                         "reading the document takes about %zu bytes; the limit `memory` is %zu",
+                         bytes, memory);
+        return NULL;
+    }
+    json_error_t error;
+    json_t *tree = json_loadb(
+        text, length, JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL | JSON_DECODE_ANY, &error);
+    if (!tree) report_syntax(text, length, &error, report);
+    return tree;
+}

@@ -1,0 +1,166 @@
+/* The material library. The classic table was published with OpenGL: teapots.c of the OpenGL
+ * Programming Guide (Mark Kilgard, SGI), and the "OpenGL/VRML Materials" table for pewter and
+ * the polished metals; its shininess is a share of 128. Metal, plastic and planet follow the
+ * usual rule of thumb for the Phong coefficients. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "scene/scene.h"
+
+#define GREY(v)                                                                                    \
+    { v, v, v }
+#define TEAPOTS "OpenGL's classic table (teapots.c)"
+#define VRML    "the OpenGL/VRML materials table"
+
+static const shd_preset presets[] = {
+    {"black-plastic", GREY(0), GREY(0.01), GREY(0.5), 32, "Black plastic; " TEAPOTS},
+    {"black-rubber", GREY(0.02), GREY(0.01), GREY(0.4), 10, "Black rubber; " TEAPOTS},
+    {"brass",
+     {0.329412, 0.223529, 0.027451},
+     {0.780392, 0.568627, 0.113725},
+     {0.992157, 0.941176, 0.807843},
+     27.8974,
+     "Brass; " TEAPOTS},
+    {"bronze",
+     {0.2125, 0.1275, 0.054},
+     {0.714, 0.4284, 0.18144},
+     {0.393548, 0.271906, 0.166721},
+     25.6,
+     "Bronze; " TEAPOTS},
+    {"chrome", GREY(0.25), GREY(0.4), GREY(0.774597), 76.8, "Chrome; " TEAPOTS},
+    {"copper",
+     {0.19125, 0.0735, 0.0225},
+     {0.7038, 0.27048, 0.0828},
+     {0.256777, 0.137622, 0.086014},
+     12.8,
+     "Copper; " TEAPOTS},
+    {"cyan-plastic",
+     {0, 0.1, 0.06},
+     {0, 0.50980392, 0.50980392},
+     GREY(0.50196078),
+     32,
+     "Cyan plastic; " TEAPOTS},
+    {"cyan-rubber",
+     {0, 0.05, 0.05},
+     {0.4, 0.5, 0.5},
+     {0.04, 0.7, 0.7},
+     10,
+     "Cyan rubber; " TEAPOTS},
+    {"emerald",
+     {0.0215, 0.1745, 0.0215},
+     {0.07568, 0.61424, 0.07568},
+     {0.633, 0.727811, 0.633},
+     76.8,
+     "Emerald; " TEAPOTS},
+    {"gold",
+     {0.24725, 0.1995, 0.0745},
+     {0.75164, 0.60648, 0.22648},
+     {0.628281, 0.555802, 0.366065},
+     51.2,
+     "Gold; " TEAPOTS},
+    {"green-plastic", GREY(0), {0.1, 0.35, 0.1}, {0.45, 0.55, 0.45}, 32, "Green plastic; " TEAPOTS},
+    {"green-rubber",
+     {0, 0.05, 0},
+     {0.4, 0.5, 0.4},
+     {0.04, 0.7, 0.04},
+     10,
+     "Green rubber; " TEAPOTS},
+    {"jade", {0.135, 0.2225, 0.1575}, {0.54, 0.89, 0.63}, GREY(0.316228), 12.8, "Jade; " TEAPOTS},
+    {"metal",
+     {0.08, 0.075, 0.07},
+     {0.08, 0.075, 0.07},
+     {0.82, 0.77, 0.72},
+     200,
+     "A metal by rule of thumb: small diffuse and large specular, both of its color; large "
+     "shininess"},
+    {"obsidian",
+     {0.05375, 0.05, 0.06625},
+     {0.18275, 0.17, 0.22525},
+     {0.332741, 0.328634, 0.346435},
+     38.4,
+     "Obsidian; " TEAPOTS},
+    {"pearl",
+     {0.25, 0.20725, 0.20725},
+     {1, 0.829, 0.829},
+     GREY(0.296648),
+     11.264,
+     "Pearl; " TEAPOTS},
+    {"pewter",
+     {0.105882, 0.058824, 0.113725},
+     {0.427451, 0.470588, 0.541176},
+     {0.333333, 0.333333, 0.521569},
+     9.84615,
+     "Pewter; " VRML},
+    {"planet",
+     {0.02, 0.016, 0.012},
+     {0.55, 0.44, 0.33},
+     GREY(0),
+     0,
+     "A planet by rule of thumb: diffuse only, no highlight"},
+    {"plastic",
+     {0.05, 0.01, 0.01},
+     {0.5, 0.1, 0.1},
+     GREY(0.4),
+     30,
+     "A plastic by rule of thumb: medium diffuse of its color, medium white specular, medium "
+     "shininess"},
+    {"polished-bronze",
+     {0.25, 0.148, 0.06475},
+     {0.4, 0.2368, 0.1036},
+     {0.774597, 0.458561, 0.200621},
+     76.8,
+     "Polished bronze; " VRML},
+    {"polished-copper",
+     {0.2295, 0.08825, 0.0275},
+     {0.5508, 0.2118, 0.066},
+     {0.580594, 0.223257, 0.0695701},
+     51.2,
+     "Polished copper; " VRML},
+    {"polished-gold",
+     {0.24725, 0.2245, 0.0645},
+     {0.34615, 0.3143, 0.0903},
+     {0.797357, 0.723991, 0.208006},
+     83.2,
+     "Polished gold; " VRML},
+    {"polished-silver", GREY(0.23125), GREY(0.2775), GREY(0.773911), 89.6,
+     "Polished silver; " VRML},
+    {"red-plastic", GREY(0), {0.5, 0, 0}, {0.7, 0.6, 0.6}, 32, "Red plastic; " TEAPOTS},
+    {"red-rubber", {0.05, 0, 0}, {0.5, 0.4, 0.4}, {0.7, 0.04, 0.04}, 10, "Red rubber; " TEAPOTS},
+    {"ruby",
+     {0.1745, 0.01175, 0.01175},
+     {0.61424, 0.04136, 0.04136},
+     {0.727811, 0.626959, 0.626959},
+     76.8,
+     "Ruby; " TEAPOTS},
+    {"silver", GREY(0.19225), GREY(0.50754), GREY(0.508273), 51.2, "Silver; " TEAPOTS},
+    {"turquoise",
+     {0.1, 0.18725, 0.1745},
+     {0.396, 0.74151, 0.69102},
+     {0.297254, 0.30829, 0.306678},
+     12.8,
+     "Turquoise; " TEAPOTS},
+    {"white-plastic", GREY(0), GREY(0.55), GREY(0.7), 32, "White plastic; " TEAPOTS},
+    {"white-rubber", GREY(0.05), GREY(0.5), GREY(0.7), 10, "White rubber; " TEAPOTS},
+    {"yellow-plastic", GREY(0), {0.5, 0.5, 0}, {0.6, 0.6, 0.5}, 32, "Yellow plastic; " TEAPOTS},
+    {"yellow-rubber",
+     {0.05, 0.05, 0},
+     {0.5, 0.5, 0.4},
+     {0.7, 0.7, 0.04},
+     10,
+     "Yellow rubber; " TEAPOTS},
+};
+
+enum { PRESETS = sizeof presets / sizeof presets[0] };
+
+const shd_preset *shd_presets(size_t *count) {
+    *count = PRESETS;
+    return presets;
+}
+
+static int compare_key(const void *key, const void *preset) {
+    return strcmp(key, ((const shd_preset *)preset)->name);
+}
+
+const shd_preset *shd_preset_find(const char *name) {
+    return bsearch(name, presets, PRESETS, sizeof presets[0], compare_key);
+}

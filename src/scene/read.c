@@ -1,0 +1,128 @@
+/* The document: its parts in the order in which they need each other. */
+#include "scene/read.h"
+
+#include <string.h>
+
+static void read_background(shd_reader *r, const shd_node *node, const shd_field *field,
+                            void *out) {
+    (void)out;
+    if (json_is_null(node->value))
+        r->scene->transparent = true;
+    else
+        shd_read_color(r, node, field, r->scene->background);
+}
+
+static void read_ambient(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+    (void)out;
+    shd_read_color(r, node, field, r->scene->ambient);
+}
+
+/* ---- Accuracy ---- */
+
+typedef struct raw_accuracy {
+    int tier, metric;
+    double max_error;
+} raw_accuracy;
+
+void shd_read_accuracy(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+    (void)field, (void)out;
+    static const char *const tiers[] = {
+        [SHD_DRAFT] = "draft", [SHD_STANDARD] = "standard", [SHD_EXACT] = "exact", NULL};
+    static const char *const metrics[] = {
+        [SHD_LINEAR] = "linear", [SHD_CODE] = "code", [SHD_DELTA_E_2000] = "deltaE2000", NULL};
+    enum { TIER, MAX_ERROR, METRIC, COUNT };
+    static const shd_field fields[COUNT] = {
+        [TIER] = {.name = "tier",
+                  .read = shd_read_choice,
+                  .offset = offsetof(raw_accuracy, tier),
+                  .choices = tiers},
+        [MAX_ERROR] = {.name = "maxError",
+                       .read = shd_read_number,
+                       .offset = offsetof(raw_accuracy, max_error),
+                       .range = &shd_positive},
+        [METRIC] = {.name = "metric",
+                    .read = shd_read_choice,
+                    .offset = offsetof(raw_accuracy, metric),
+                    .choices = metrics},
+    };
+    if (!shd_is_object(r, node)) return;
+    raw_accuracy raw = {SHD_STANDARD, SHD_DELTA_E_2000, 0};
+    uint32_t seen = shd_read_fields(r, node, fields, COUNT, 0, "accuracy", &raw);
+    bool tier = seen >> TIER & 1, error = seen >> MAX_ERROR & 1, metric = seen >> METRIC & 1;
+    if (tier && (error || metric))
+        shd_node_fail(r->report, node, SHD_SCENE,
+                      "give either `tier` or a budget of `maxError` and `metric`, not both");
+    else if (metric && !error)
+        shd_node_fail(r->report, node, SHD_SCENE, "`metric` needs a `maxError` that it measures");
+    r->scene->accuracy =
+        (shd_accuracy){(shd_tier)raw.tier, error, raw.max_error, (shd_metric)raw.metric};
+}
+
+/* ---- The whole ---- */
+
+static void read_document(shd_reader *r, const json_t *tree) {
+    static const char *const interpolations[] = {
+        [SHD_PHONG] = "phong", [SHD_GOURAUD] = "gouraud", [SHD_FLAT] = "flat", NULL};
+    /* Colors need both spaces; lights the camera's frame; objects the materials and the
+     * interpolation; outputs the working space and the number of lights. */
+    static const shd_field fields[] = {
+        {.name = "workingSpace", .read = shd_read_spaces},
+        {.name = "colorSpace", .read = shd_read_spaces},
+        {.name = "camera", .read = shd_read_camera, .always = true},
+        {.name = "image", .read = shd_read_image, .always = true},
+        {.name = "ambient", .read = read_ambient},
+        {.name = "background", .read = read_background},
+        {.name = "lights", .read = shd_read_lights, .always = true},
+        {.name = "interpolation",
+         .read = shd_read_choice,
+         .offset = offsetof(shd_reader, interpolation),
+         .choices = interpolations},
+        {.name = "materials", .read = shd_read_materials},
+        {.name = "objects", .read = shd_read_objects, .always = true},
+        {.name = "accuracy", .read = shd_read_accuracy},
+        {.name = "output", .read = shd_read_output, .always = true},
+        {.name = "outputs", .read = shd_read_outputs},
+    };
+    shd_node root = {.value = tree};
+    if (!shd_is_object(r, &root)) return;
+    shd_read_fields(r, &root, fields, sizeof fields / sizeof fields[0], 0, "the scene", r);
+}
+
+/* `ambient` and `background` default to black, which has the same numbers in every scene-linear
+ * space, and so do the arena's zeros. */
+static shd_scene *make_scene(shd_reader *r) {
+    shd_scene *scene = shd_take(r, 1, sizeof *scene);
+    if (!scene) return NULL;
+    scene->working_space = r->catalog->scene_linear;
+    scene->accuracy = (shd_accuracy){SHD_STANDARD, false, 0, SHD_DELTA_E_2000};
+    return scene;
+}
+
+shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *catalog,
+                          const shd_limits *limits, shd_format fallback, shd_arena *arena,
+                          const shd_scene **out, shd_report *report) {
+    if (length > limits->body) {
+        shd_report_error(report, SHD_LIMIT, "",
+                         "the document has %zu bytes; the limit `body` is %llu", length,
+                         (unsigned long long)limits->body);
+        return report->status;
+    }
+    json_t *tree = shd_json_parse(text, length, limits->memory, report);
+    if (!tree) return report->status;
+
+    shd_reader r = {.catalog = catalog,
+                    .limits = limits,
+                    .fallback = fallback,
+                    .arena = arena,
+                    .report = report,
+                    .colors = catalog->colors,
+                    .interpolation = SHD_PHONG,
+                    .default_used = SIZE_MAX};
+    r.scene = make_scene(&r);
+    if (r.scene) read_document(&r, tree);
+    if (report->status == SHD_OK && !shd_json_digest(tree, arena, r.scene->digest))
+        shd_report_error(report, SHD_MEMORY, "", "there is not enough memory for the digest");
+    json_decref(tree);
+    if (report->status == SHD_OK) *out = r.scene;
+    return report->status;
+}

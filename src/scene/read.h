@@ -1,0 +1,131 @@
+/* The reader's inside: the state of one reading, the readers of single members, and the readers
+ * of the document's parts, which live in read_*.c.
+ *
+ * A part is a table of fields: a name, the reader of its value, and where the value goes. Reading
+ * goes through the table in its order (so that what others need comes first), reports members
+ * that are not in it, and never stops at an error: a value that is wrong keeps its default. */
+#ifndef SHD_SCENE_READ_H
+#define SHD_SCENE_READ_H
+
+#include "scene/json.h"
+#include "scene/scene.h"
+
+enum { SHD_LOBES_MOST = 64, SHD_OUTPUTS_MOST = 16, SHD_SEGMENTS_DEFAULT = 32 };
+
+typedef struct shd_named_material {
+    const char *name; /* the arena's */
+    shd_material material;
+    size_t used; /* its index in the scene, SIZE_MAX before it is used */
+} shd_named_material;
+
+typedef struct shd_reader {
+    const shd_catalog *catalog;
+    const shd_limits *limits;
+    shd_format fallback;
+    shd_arena *arena;
+    shd_report *report;
+    shd_scene *scene;   /* under construction */
+    bool out_of_memory; /* reported once */
+
+    const shd_space_info *colors; /* the space of plain numbers */
+    int interpolation;            /* of objects that do not say */
+    bool lights_known;            /* `lights` has no error: layers may be checked against it */
+    uint64_t triangles;           /* of the objects so far */
+
+    shd_named_material *named; /* `materials`, sorted by name */
+    size_t named_count;
+    size_t *presets_used; /* as shd_named_material.used, for each preset of the library */
+    size_t default_used;  /* the same for the material of objects that name none */
+    shd_material *materials;
+    size_t material_count;
+} shd_reader;
+
+typedef struct shd_range {
+    double low, high;
+    bool above, below; /* low and high themselves are outside */
+    const char *text;  /* "greater than 0" */
+} shd_range;
+
+extern const shd_range shd_any_number, shd_positive, shd_not_negative;
+
+typedef struct shd_field shd_field;
+
+/* Reads node->value (never NULL unless the field is `always`) into `out`. */
+typedef void shd_field_read(shd_reader *r, const shd_node *node, const shd_field *field, void *out);
+
+struct shd_field {
+    const char *name;
+    shd_field_read *read; /* NULL: somebody else reads it; here it is only known */
+    size_t offset;        /* of the value in the struct that is filled */
+    unsigned kinds;       /* bits of the kinds of thing that have this member; 0: all */
+    bool always;          /* read even where absent, to report that or to make a default */
+    const shd_range *range;
+    const char *const *choices; /* ended by NULL */
+};
+
+enum { SHD_FIELDS_MOST = 32 };
+
+/* Reads the members of an object. `kinds` are the bits of what this thing may be and `what` its
+ * name in messages ("a sphere"). Bit i of the answer is set where fields[i] is there. */
+uint32_t shd_read_fields(shd_reader *r, const shd_node *node, const shd_field *fields, size_t count,
+                         unsigned kinds, const char *what, void *out);
+
+/* The index of a string among `names`; -1, and an error, where it is none of them. */
+int shd_read_name(shd_reader *r, const shd_node *node, const char *const *names);
+
+/* Checks that a value is what it must be; an error and false where not. */
+bool shd_is_object(shd_reader *r, const shd_node *node);
+bool shd_is_array(shd_reader *r, const shd_node *node, size_t least, size_t most,
+                  const char *expected);
+bool shd_get_numbers(shd_reader *r, const shd_node *node, size_t count, double *out);
+
+/* Field readers. */
+shd_field_read shd_read_number;    /* double, field->range */
+shd_field_read shd_read_integer;   /* int, field->range */
+shd_field_read shd_read_degrees;   /* double, in radians; field->range in degrees */
+shd_field_read shd_read_choice;    /* int, index into field->choices */
+shd_field_read shd_read_vector;    /* shd_vec3, field->range for each component */
+shd_field_read shd_read_direction; /* shd_vec3, made unit */
+shd_field_read shd_read_color;     /* double[3], in the working space */
+
+/* The parts: field readers that fill the reader's scene. */
+shd_field_read shd_read_spaces;
+shd_field_read shd_read_camera;
+shd_field_read shd_read_image;
+shd_field_read shd_read_lights;
+shd_field_read shd_read_materials;
+shd_field_read shd_read_objects;
+shd_field_read shd_read_accuracy;
+shd_field_read shd_read_output;
+shd_field_read shd_read_outputs;
+
+/* One color of the space `from`, in place, into the working space. */
+void shd_convert_color(shd_reader *r, const shd_node *node, const char *from, double rgb[3]);
+
+/* A grey in the space of plain numbers, as if the document had said it. */
+void shd_default_color(shd_reader *r, double grey, double out[3]);
+
+/* A space by its name. NULL, and an error, where there is none. */
+const shd_space_info *shd_read_space(shd_reader *r, const shd_node *node);
+
+/* The index in the scene of the material that an object names or holds; node->value NULL: the
+ * default material. */
+size_t shd_use_material(shd_reader *r, const shd_node *node);
+
+/* `transform` of an object. */
+shd_field_read shd_read_transform; /* shd_affine */
+
+/* The arrays of a mesh as the document has them; NULL: absent. */
+typedef struct shd_mesh_source {
+    const json_t *positions, *indices, *normals;
+} shd_mesh_source;
+
+/* Checks a mesh and builds it in the arena; `node` is its object. NULL, and an error, where it
+ * is wrong. Adds to r->triangles, and builds nothing past the limit. */
+const shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mesh_source *source);
+
+/* Arena memory; NULL, and one SHD_MEMORY error, where it is full. */
+void *shd_take(shd_reader *r, size_t count, size_t size);
+const char *shd_take_text(shd_reader *r, const char *text);
+
+#endif

@@ -1,0 +1,158 @@
+/* Colors in every spelling, into the working space. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "scene/read.h"
+
+static const shd_space_info *find_space(shd_reader *r, const shd_node *node, const char *name) {
+    const shd_space_info *space = shd_catalog_space(r->catalog, name);
+    if (space) return space;
+    enum { MOST = 256 };
+    const char *names[MOST];
+    size_t count = r->catalog->space_count < MOST ? r->catalog->space_count : MOST;
+    if (r->report->error_count >= SHD_REPORT_KEEP) count = 0; /* nobody will see it */
+    for (size_t i = 0; i < count; i++) names[i] = r->catalog->spaces[i].name;
+    shd_node_fail(r->report, node, SHD_SCENE, "there is no color space \"%s\"%s",
+                  shd_quote(name).text, shd_suggest(name, names, count).text);
+    return NULL;
+}
+
+const shd_space_info *shd_read_space(shd_reader *r, const shd_node *node) {
+    if (json_is_string(node->value)) return find_space(r, node, json_string_value(node->value));
+    shd_node_expect(r->report, node, "the name of a color space");
+    return NULL;
+}
+
+/* `colorSpace` and `workingSpace` of the document, whichever the node is. */
+void shd_read_spaces(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+    (void)field, (void)out;
+    const shd_space_info *space = shd_read_space(r, node);
+    if (!space) return;
+    if (!strcmp(node->key, "colorSpace"))
+        r->colors = space;
+    else if (space->scene_linear)
+        r->scene->working_space = space;
+    else
+        shd_node_fail(r->report, node, SHD_SCENE,
+                      "\"%s\" is not scene-linear: light cannot be added up in it", space->name);
+}
+
+void shd_convert_color(shd_reader *r, const shd_node *node, const char *from, double rgb[3]) {
+    const char *to = r->scene->working_space->name;
+    if (!strcmp(from, to)) return;
+    double converted[3] = {rgb[0], rgb[1], rgb[2]};
+    shd_error error;
+    shd_status status = r->catalog->convert(r->catalog->self, from, to, converted, &error);
+    if (status)
+        shd_node_fail(r->report, node, status, "%s to %s: %s", from, to, error.text);
+    else if (!isfinite(converted[0]) || !isfinite(converted[1]) || !isfinite(converted[2]))
+        shd_node_fail(r->report, node, SHD_SCENE, "the color is too large to be converted to %s",
+                      to);
+    else
+        memcpy(rgb, converted, sizeof converted);
+}
+
+void shd_default_color(shd_reader *r, double grey, double out[3]) {
+    shd_node document = {0};
+    out[0] = out[1] = out[2] = grey;
+    shd_convert_color(r, &document, r->colors->name, out);
+}
+
+/* "#rgb" or "#rrggbb" */
+static bool parse_css(const char *text, double rgb[3]) {
+    size_t digits = text[0] == '#' ? strlen(text + 1) : 0;
+    if (digits != 3 && digits != 6) return false;
+    if (strspn(text + 1, "0123456789abcdefABCDEF") != digits) return false;
+    unsigned long value = strtoul(text + 1, NULL, 16);
+    for (int c = 0; c < 3; c++) {
+        unsigned shift = (unsigned)(2 - c) * (digits == 3 ? 4 : 8);
+        unsigned byte = digits == 3 ? (value >> shift & 0xf) * 0x11 : value >> shift & 0xff;
+        rgb[c] = byte / 255.0;
+    }
+    return true;
+}
+
+static void read_css(shd_reader *r, const shd_node *node, double *out) {
+    double rgb[3];
+    const char *text = json_string_value(node->value);
+    if (!parse_css(text, rgb)) {
+        shd_node_fail(r->report, node, SHD_SCENE,
+                      "expected a color like \"#rgb\" or \"#rrggbb\", got \"%s\"",
+                      shd_quote(text).text);
+        return;
+    }
+    if (!r->catalog->css) {
+        shd_node_fail(r->report, node, SHD_SCENE,
+                      "the color configuration has no sRGB space for \"#rrggbb\" colors");
+        return;
+    }
+    shd_convert_color(r, node, r->catalog->css->name, rgb);
+    memcpy(out, rgb, sizeof rgb);
+}
+
+typedef struct spaced_color {
+    const shd_space_info *space;
+    double value[3];
+    bool good;
+} spaced_color;
+
+static void read_color_space(shd_reader *r, const shd_node *node, const shd_field *field,
+                             void *out) {
+    (void)field;
+    if (node->value)
+        *(const shd_space_info **)out = shd_read_space(r, node);
+    else
+        shd_node_fail(r->report, node->parent, SHD_SCENE, "the member \"space\" is missing");
+}
+
+static void read_color_value(shd_reader *r, const shd_node *node, const shd_field *field,
+                             void *out) {
+    (void)field;
+    spaced_color *color = out;
+    if (!node->value)
+        shd_node_fail(r->report, node->parent, SHD_SCENE, "the member \"value\" is missing");
+    else if (shd_is_array(r, node, 3, 3, "an array of 3 numbers"))
+        color->good = shd_get_numbers(r, node, 3, color->value);
+}
+
+static void read_spaced(shd_reader *r, const shd_node *node, double *out) {
+    static const shd_field fields[] = {
+        {.name = "space",
+         .read = read_color_space,
+         .offset = offsetof(spaced_color, space),
+         .always = true},
+        {.name = "value", .read = read_color_value, .always = true},
+    };
+    spaced_color color = {0};
+    shd_read_fields(r, node, fields, sizeof fields / sizeof fields[0], 0, "a color", &color);
+    if (!color.space || !color.good) return;
+    shd_convert_color(r, node, color.space->name, color.value);
+    memcpy(out, color.value, sizeof color.value);
+}
+
+void shd_read_color(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+    (void)field;
+    double rgb[3];
+    if (json_is_string(node->value)) {
+        read_css(r, node, out);
+        return;
+    }
+    if (json_is_object(node->value)) {
+        read_spaced(r, node, out);
+        return;
+    }
+    if (json_is_number(node->value)) {
+        rgb[0] = rgb[1] = rgb[2] = json_number_value(node->value);
+    } else {
+        if (!json_is_array(node->value)) {
+            shd_node_expect(r->report, node,
+                            "a color: a number, [r, g, b], \"#rrggbb\" or {space, value}");
+            return;
+        }
+        if (!shd_is_array(r, node, 3, 3, "an array of 3 numbers")) return;
+        if (!shd_get_numbers(r, node, 3, rgb)) return;
+    }
+    shd_convert_color(r, node, r->colors->name, rgb);
+    memcpy(out, rgb, sizeof rgb);
+}

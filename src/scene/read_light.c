@@ -1,0 +1,285 @@
+/* Lights: every type in both frames, carried over to the world. */
+#include <math.h>
+#include <string.h>
+
+#include "scene/read.h"
+
+/* Bits of shd_field.kinds. A bare light has no type, only a homogeneous position. */
+enum { AMBIENT = 1, DIRECTIONAL = 2, POINT = 4, SPOT = 8, BARE = 16, ANY = 31 };
+
+static const char *const types[] = {[SHD_LIGHT_AMBIENT] = "ambient",
+                                    [SHD_LIGHT_DIRECTIONAL] = "directional",
+                                    [SHD_LIGHT_POINT] = "point",
+                                    [SHD_LIGHT_SPOT] = "spot",
+                                    NULL};
+static const char *const frames[] = {"world", "camera", NULL};
+enum { WORLD, CAMERA };
+
+typedef struct raw_position {
+    double at[4];
+    size_t count; /* 3 or 4; 0: absent or wrong */
+} raw_position;
+
+typedef struct raw_light {
+    raw_position position;
+    double intensity;
+    int frame;
+    shd_light light;
+} raw_light;
+
+static void read_position(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+    (void)field;
+    raw_position *position = out;
+    double at[4] = {0, 0, 0, 1};
+    if (!shd_is_array(r, node, 3, 4, "an array of 3 or 4 numbers")) return;
+    size_t count = json_array_size(node->value);
+    if (!shd_get_numbers(r, node, count, at)) return;
+    memcpy(position->at, at, sizeof at);
+    position->count = count;
+}
+
+static void read_attenuation(shd_reader *r, const shd_node *node, const shd_field *field,
+                             void *out) {
+    shd_vec3 terms = {-1, -1, -1};
+    shd_read_vector(r, node, field, &terms);
+    if (terms.x < 0) return;
+    if (!(shd_max_abs(terms) > 0)) {
+        shd_node_fail(r->report, node, SHD_SCENE,
+                      "the terms must not all be 0: the light would be infinite");
+        return;
+    }
+    memcpy(out, (double[]){terms.x, terms.y, terms.z}, 3 * sizeof(double));
+}
+
+enum {
+    TYPE,
+    POSITION,
+    DIRECTION,
+    COLOR,
+    INTENSITY,
+    OWN_AMBIENT,
+    ATTENUATION,
+    MIN_DISTANCE,
+    ANGLE,
+    PENUMBRA,
+    EXPONENT,
+    FRAME,
+    FIELDS
+};
+
+#define IN_LIGHT(member) (offsetof(raw_light, light) + offsetof(shd_light, member))
+
+static const shd_range half_angle = {0, 180, true, false, "more than 0 and up to 180 degrees"};
+static const shd_range share = {0, 1, false, false, "0 to 1"};
+
+static const shd_field fields[FIELDS] = {
+    [TYPE] = {.name = "type"},
+    [POSITION] = {.name = "position",
+                  .read = read_position,
+                  .offset = offsetof(raw_light, position),
+                  .kinds = ANY & ~AMBIENT},
+    [DIRECTION] = {.name = "direction",
+                   .read = shd_read_direction,
+                   .offset = IN_LIGHT(direction),
+                   .kinds = DIRECTIONAL | SPOT},
+    [COLOR] = {.name = "color", .read = shd_read_color, .offset = IN_LIGHT(color)},
+    [INTENSITY] = {.name = "intensity",
+                   .read = shd_read_number,
+                   .offset = offsetof(raw_light, intensity)},
+    [OWN_AMBIENT] = {.name = "ambient",
+                     .read = shd_read_color,
+                     .offset = IN_LIGHT(ambient),
+                     .kinds = ANY & ~AMBIENT},
+    [ATTENUATION] = {.name = "attenuation",
+                     .read = read_attenuation,
+                     .offset = IN_LIGHT(attenuation),
+                     .kinds = POINT | SPOT | BARE,
+                     .range = &shd_not_negative},
+    [MIN_DISTANCE] = {.name = "minDistance",
+                      .read = shd_read_number,
+                      .offset = IN_LIGHT(min_distance),
+                      .kinds = POINT | SPOT | BARE,
+                      .range = &shd_not_negative},
+    [ANGLE] = {.name = "angle",
+               .read = shd_read_degrees,
+               .offset = IN_LIGHT(angle),
+               .kinds = SPOT,
+               .range = &half_angle},
+    [PENUMBRA] = {.name = "penumbra",
+                  .read = shd_read_number,
+                  .offset = IN_LIGHT(penumbra),
+                  .kinds = SPOT,
+                  .range = &share},
+    [EXPONENT] = {.name = "exponent",
+                  .read = shd_read_number,
+                  .offset = IN_LIGHT(exponent),
+                  .kinds = SPOT,
+                  .range = &shd_not_negative},
+    [FRAME] = {.name = "frame",
+               .read = shd_read_choice,
+               .offset = offsetof(raw_light, frame),
+               .kinds = ANY & ~AMBIENT,
+               .choices = frames},
+};
+
+static shd_vec3 from_camera(const shd_camera *camera, shd_vec3 v) {
+    return shd_madd(shd_madd(shd_scale(camera->right, v.x), camera->up, v.y), camera->back, v.z);
+}
+
+/* The light's place in its frame. False, and an error, where it has none. */
+static bool divide(shd_reader *r, const shd_node *node, const raw_position *position,
+                   shd_vec3 *out) {
+    double w = position->at[3];
+    shd_vec3 at = {position->at[0] / w, position->at[1] / w, position->at[2] / w};
+    if (shd_is_finite(at)) {
+        *out = at;
+        return true;
+    }
+    shd_node_fail(r->report, node, SHD_SCENE, "the position divided by w is not finite");
+    return false;
+}
+
+/* What a homogeneous or plain position means for each type of light. */
+static bool place(shd_reader *r, const shd_node *node, raw_light *raw, bool has_direction) {
+    shd_light *light = &raw->light;
+    shd_node position = shd_node_member(node, "position");
+    if (!raw->position.count) return true;
+    bool infinite = raw->position.at[3] == 0;
+    if (light->type != SHD_LIGHT_DIRECTIONAL) {
+        if (!infinite) return divide(r, &position, &raw->position, &light->position);
+        shd_node_fail(r->report, &position, SHD_SCENE,
+                      "a %s light cannot be at infinity (w is 0): leave out `type`",
+                      types[light->type]);
+        return false;
+    }
+    if (!infinite || has_direction) {
+        shd_node_fail(r->report, &position, SHD_SCENE,
+                      has_direction ? "give either `direction` or `position`, not both"
+                                    : "a directional light has no position, but a `direction`");
+        return false;
+    }
+    shd_vec3 from = {raw->position.at[0], raw->position.at[1], raw->position.at[2]};
+    if (!shd_normalize(shd_scale(from, -1), &light->direction)) {
+        shd_node_fail(r->report, &position, SHD_SCENE,
+                      "must not be zero: with w = 0 it is a direction");
+        return false;
+    }
+    return true;
+}
+
+static void to_world(shd_reader *r, const shd_node *node, shd_light *light) {
+    const shd_camera *camera = &r->scene->camera;
+    light->position = shd_add(camera->position, from_camera(camera, light->position));
+    if (!shd_is_finite(light->position))
+        shd_node_fail(r->report, node, SHD_SCENE,
+                      "its position in the camera frame is too far away to be a number");
+    if (light->type == SHD_LIGHT_DIRECTIONAL || light->type == SHD_LIGHT_SPOT)
+        shd_normalize(from_camera(camera, light->direction), &light->direction);
+}
+
+/* color * intensity; an ambient light's goes to its ambient share. */
+static void scale_color(shd_reader *r, const shd_node *node, raw_light *raw) {
+    shd_light *light = &raw->light;
+    for (int c = 0; c < 3; c++) light->color[c] *= raw->intensity;
+    if (!isfinite(light->color[0]) || !isfinite(light->color[1]) || !isfinite(light->color[2]))
+        shd_node_fail(r->report, node, SHD_SCENE, "`color` times `intensity` is not finite");
+    if (light->type != SHD_LIGHT_AMBIENT) return;
+    memcpy(light->ambient, light->color, sizeof light->ambient);
+    memset(light->color, 0, sizeof light->color);
+}
+
+static raw_light default_light(shd_reader *r, shd_light_type type) {
+    raw_light raw = {.intensity = 1, .frame = WORLD};
+    shd_light *light = &raw.light;
+    light->type = type;
+    light->attenuation[0] = 1;
+    light->direction = (shd_vec3){0, -1, 0};
+    if (type == SHD_LIGHT_DIRECTIONAL) shd_normalize((shd_vec3){0, -1, -1}, &light->direction);
+    if (type == SHD_LIGHT_POINT) light->position = (shd_vec3){3, 3, 3};
+    if (type == SHD_LIGHT_SPOT) light->position = (shd_vec3){0, 4, 0};
+    light->angle = 30 * (SHD_PI / 180);
+    light->penumbra = 0.2;
+    shd_default_color(r, 1, light->color);
+    return raw;
+}
+
+/* The kind of a light as bits; 0, and an error, where it has none. */
+static unsigned read_kind(shd_reader *r, const shd_node *node) {
+    shd_node type = shd_node_member(node, "type");
+    if (type.value) {
+        int index = shd_read_name(r, &type, types);
+        return index < 0 ? 0 : 1u << index;
+    }
+    shd_node position = shd_node_member(node, "position");
+    if (json_is_array(position.value) && json_array_size(position.value) != 3) return BARE;
+    shd_node_fail(r->report, node, SHD_SCENE,
+                  "a light needs a `type` (ambient, directional, point or spot), or a `position` "
+                  "of four components");
+    return 0;
+}
+
+static void read_light(shd_reader *r, const shd_node *node, shd_light *out) {
+    static const char *const names[] = {"an ambient light", "a directional light", "a point light",
+                                        "a spot light"};
+    if (!shd_is_object(r, node)) return;
+    size_t errors = r->report->error_count;
+    unsigned kind = read_kind(r, node);
+    shd_light_type type = kind & DIRECTIONAL ? SHD_LIGHT_DIRECTIONAL
+                          : kind & SPOT      ? SHD_LIGHT_SPOT
+                          : kind & AMBIENT   ? SHD_LIGHT_AMBIENT
+                                             : SHD_LIGHT_POINT;
+    const char *what = kind == BARE ? "a light without `type`" : kind ? names[type] : "a light";
+    raw_light raw = default_light(r, type);
+    uint32_t seen = shd_read_fields(r, node, fields, FIELDS, kind ? kind : ANY, what, &raw);
+    if (r->report->error_count > errors) return;
+
+    bool bare_direction = kind == BARE && raw.position.at[3] == 0;
+    if (bare_direction) raw.light.type = SHD_LIGHT_DIRECTIONAL;
+    if (!place(r, node, &raw, seen >> DIRECTION & 1)) return;
+    if (bare_direction) {
+        /* Distance means nothing for it. */
+        memcpy(raw.light.attenuation, (double[]){1, 0, 0}, sizeof raw.light.attenuation);
+        raw.light.min_distance = 0;
+    }
+    if (raw.frame == CAMERA) to_world(r, node, &raw.light);
+    scale_color(r, node, &raw);
+    if (raw.intensity < 0)
+        shd_node_warn(r->report, node, "the intensity is negative: the light takes light away");
+    *out = raw.light;
+}
+
+/* OpenGL's default light: along the view. */
+static void add_default_light(shd_reader *r) {
+    shd_light *light = shd_take(r, 1, sizeof *light);
+    if (!light) return;
+    *light = default_light(r, SHD_LIGHT_DIRECTIONAL).light;
+    light->direction = shd_scale(r->scene->camera.back, -1);
+    r->scene->lights = light;
+    r->scene->light_count = 1;
+}
+
+void shd_read_lights(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+    (void)field, (void)out;
+    r->lights_known = true;
+    if (!node->value) {
+        add_default_light(r);
+        return;
+    }
+    r->lights_known = json_is_array(node->value);
+    if (!shd_is_array(r, node, 0, SIZE_MAX, "an array of lights")) return;
+    size_t count = json_array_size(node->value);
+    if (count > r->limits->lights) {
+        shd_node_fail(r->report, node, SHD_LIMIT,
+                      "the scene asks for %zu lights; the limit `lights` is %llu", count,
+                      (unsigned long long)r->limits->lights);
+        return;
+    }
+    shd_light *lights = shd_take(r, count, sizeof *lights);
+    if (!lights) return;
+    for (size_t i = 0; i < count; i++) {
+        shd_node light = shd_node_item(node, i);
+        read_light(r, &light, &lights[i]);
+    }
+    r->scene->lights = lights;
+    r->scene->light_count = count;
+}

@@ -1,0 +1,189 @@
+/* Objects: shapes, their transforms and materials. */
+#include <string.h>
+
+#include "scene/read.h"
+
+typedef struct raw_object {
+    shd_object object;
+    int interpolation, segments;
+    shd_mesh_source mesh;
+} raw_object;
+
+/* Bits of shd_field.kinds, one a shape. */
+#define KIND(shape) (1u << (shape))
+
+enum {
+    SPHERE = KIND(SHD_SPHERE),
+    PLANE = KIND(SHD_PLANE),
+    DISC = KIND(SHD_DISC),
+    BOX = KIND(SHD_BOX),
+    CYLINDER = KIND(SHD_CYLINDER),
+    CONE = KIND(SHD_CONE),
+    TORUS = KIND(SHD_TORUS),
+    MESH = KIND(SHD_MESH),
+    ANY = KIND(SHD_SHAPE_COUNT) - 1,
+    ROUND = SPHERE | DISC | CYLINDER | CONE | TORUS
+};
+
+enum {
+    TYPE,
+    RADIUS,
+    TUBE,
+    HEIGHT,
+    SIZE,
+    POSITIONS,
+    INDICES,
+    NORMALS,
+    TRANSFORM,
+    INTERPOLATION,
+    SEGMENTS,
+    MATERIAL,
+    FIELDS
+};
+
+static const char *const interpolations[] = {
+    [SHD_PHONG] = "phong", [SHD_GOURAUD] = "gouraud", [SHD_FLAT] = "flat", NULL};
+
+static void read_material(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+    (void)field;
+    *(size_t *)out = shd_use_material(r, node);
+}
+
+/* A mesh is checked as a whole, after its members are known. */
+static void keep_value(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+    (void)r, (void)field;
+    *(const json_t **)out = node->value;
+}
+
+#define IN_OBJECT(member) (offsetof(raw_object, object) + offsetof(shd_object, member))
+#define IN_MESH(member)   (offsetof(raw_object, mesh) + offsetof(shd_mesh_source, member))
+
+static const shd_range segments = {3, 1024, .text = "3 to 1024"};
+
+static const shd_field fields[FIELDS] = {
+    [TYPE] = {.name = "type"},
+    [RADIUS] = {.name = "radius",
+                .read = shd_read_number,
+                .offset = IN_OBJECT(radius),
+                .kinds = ROUND,
+                .range = &shd_positive},
+    [TUBE] = {.name = "tube",
+              .read = shd_read_number,
+              .offset = IN_OBJECT(tube),
+              .kinds = TORUS,
+              .range = &shd_positive},
+    [HEIGHT] = {.name = "height",
+                .read = shd_read_number,
+                .offset = IN_OBJECT(height),
+                .kinds = CYLINDER | CONE,
+                .range = &shd_positive},
+    [SIZE] = {.name = "size",
+              .read = shd_read_vector,
+              .offset = IN_OBJECT(size),
+              .kinds = BOX,
+              .range = &shd_positive},
+    [POSITIONS] = {.name = "positions",
+                   .read = keep_value,
+                   .offset = IN_MESH(positions),
+                   .kinds = MESH},
+    [INDICES] = {.name = "indices", .read = keep_value, .offset = IN_MESH(indices), .kinds = MESH},
+    [NORMALS] = {.name = "normals", .read = keep_value, .offset = IN_MESH(normals), .kinds = MESH},
+    [TRANSFORM] = {.name = "transform", .read = shd_read_transform, .offset = IN_OBJECT(transform)},
+    [INTERPOLATION] = {.name = "interpolation",
+                       .read = shd_read_choice,
+                       .offset = offsetof(raw_object, interpolation),
+                       .choices = interpolations},
+    [SEGMENTS] = {.name = "segments",
+                  .read = shd_read_integer,
+                  .offset = offsetof(raw_object, segments),
+                  .kinds = ROUND | BOX,
+                  .range = &segments},
+    [MATERIAL] = {.name = "material",
+                  .read = read_material,
+                  .offset = IN_OBJECT(material),
+                  .always = true},
+};
+
+/* The shape that an object is; SHD_SHAPE_COUNT, and an error, where it is none. */
+static shd_shape read_shape(shd_reader *r, const shd_node *node) {
+    const char *names[SHD_SHAPE_COUNT + 1] = {NULL};
+    for (int i = 0; i < SHD_SHAPE_COUNT; i++) names[i] = shd_shape_name((shd_shape)i);
+    shd_node type = shd_node_member(node, "type");
+    if (!type.value) {
+        shd_node_fail(r->report, node, SHD_SCENE, "the member \"type\" is missing%s",
+                      shd_suggest("", names, SHD_SHAPE_COUNT).text);
+        return SHD_SHAPE_COUNT;
+    }
+    int index = shd_read_name(r, &type, names);
+    return index < 0 ? SHD_SHAPE_COUNT : (shd_shape)index;
+}
+
+static raw_object default_object(const shd_reader *r, shd_shape shape) {
+    return (raw_object){.object = {.shape = shape,
+                                   .radius = 1,
+                                   .tube = 0.25,
+                                   .height = 2,
+                                   .size = {1, 1, 1},
+                                   .transform = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}}},
+                        .interpolation = r->interpolation,
+                        .segments = SHD_SEGMENTS_DEFAULT};
+}
+
+static void read_object(shd_reader *r, const shd_node *node, shd_object *out) {
+    if (!shd_is_object(r, node)) return;
+    shd_shape shape = read_shape(r, node);
+    bool known = shape != SHD_SHAPE_COUNT;
+    char what[16] = "an object";
+    if (known) {
+        strcpy(what, "a ");
+        strcat(what, shd_shape_name(shape));
+    }
+    raw_object raw = default_object(r, shape);
+    shd_read_fields(r, node, fields, FIELDS, known ? KIND(shape) : ANY, what, &raw);
+    if (!known) return;
+
+    shd_object *object = &raw.object;
+    object->interpolation = (shd_interpolation)raw.interpolation;
+    object->segments = raw.segments;
+    bool faces = object->interpolation != SHD_PHONG;
+    if (shape == SHD_MESH)
+        object->mesh = shd_make_mesh(r, node, &raw.mesh);
+    else if (shape == SHD_PLANE && faces)
+        shd_node_fail(r->report, node, SHD_SCENE,
+                      "an infinite plane has no faces: use disc or box, or interpolation phong");
+    else if (faces)
+        r->triangles += shd_tessellation_triangles(shape, raw.segments);
+    *out = *object;
+}
+
+void shd_read_objects(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+    (void)field, (void)out;
+    if (!node->value) {
+        shd_node_fail(r->report, node->parent, SHD_SCENE, "the member \"objects\" is missing");
+        return;
+    }
+    if (!shd_is_array(r, node, 0, SIZE_MAX, "an array of objects")) return;
+    size_t count = json_array_size(node->value);
+    if (count > r->limits->objects) {
+        shd_node_fail(r->report, node, SHD_LIMIT,
+                      "the scene asks for %zu objects; the limit `objects` is %llu", count,
+                      (unsigned long long)r->limits->objects);
+        return;
+    }
+    /* Every object has one material, so there are at most as many. */
+    shd_object *objects = shd_take(r, count, sizeof *objects);
+    r->materials = shd_take(r, count, sizeof *r->materials);
+    if (!objects || !r->materials) return;
+    for (size_t i = 0; i < count; i++) {
+        shd_node object = shd_node_item(node, i);
+        read_object(r, &object, &objects[i]);
+    }
+    if (r->triangles > r->limits->triangles)
+        shd_node_fail(r->report, node, SHD_LIMIT,
+                      "the scene asks for %llu triangles; the limit `triangles` is %llu",
+                      (unsigned long long)r->triangles, (unsigned long long)r->limits->triangles);
+    r->scene->objects = objects;
+    r->scene->object_count = count;
+    r->scene->materials = r->materials;
+    r->scene->material_count = r->material_count;
+}

@@ -1,0 +1,338 @@
+/* Outputs: what the picture becomes. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "scene/read.h"
+
+enum { SINGLE = 1, ENTRY = 2 };
+enum { NAME, FORMAT, DISPLAY, VIEW, COLOR_SPACE, BIT_DEPTH, QUALITY, CHANNEL, LAYERS, FIELDS };
+
+/* Members whose meaning depends on others are kept as they are, and resolved in order: format,
+ * color, then depth, channel and layers. */
+typedef struct raw_output {
+    shd_output output;
+    int format;
+    const shd_space_info *color_space;
+    const char *display, *view, *channel; /* the document's */
+    shd_depth depth;                      /* 0: absent */
+    const json_t *layers;
+} raw_output;
+
+static void read_string(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+    (void)field;
+    if (json_is_string(node->value))
+        *(const char **)out = json_string_value(node->value);
+    else
+        shd_node_expect(r->report, node, "a string");
+}
+
+static void read_name(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+    (void)field;
+    static const char allowed[] =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-";
+    const char *name = NULL;
+    if (!node->value) {
+        shd_node_fail(r->report, node->parent, SHD_SCENE,
+                      "the member \"name\" is missing: it names the part of the answer");
+        return;
+    }
+    read_string(r, node, field, &name);
+    if (!name) return;
+    size_t length = strlen(name);
+    if (length < 1 || length > 64 || strspn(name, allowed) != length)
+        shd_node_fail(
+            r->report, node, SHD_SCENE,
+            "a name has 1 to 64 letters, digits, dots, underscores or hyphens, got \"%s\"",
+            shd_quote(name).text);
+    else
+        *(const char **)out = shd_take_text(r, name);
+}
+
+static void read_output_space(shd_reader *r, const shd_node *node, const shd_field *field,
+                              void *out) {
+    (void)field;
+    *(const shd_space_info **)out = shd_read_space(r, node);
+}
+
+static void read_depth(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+    (void)field;
+    shd_depth *depth = out;
+    if (json_is_number(node->value)) {
+        double bits = json_number_value(node->value);
+        if (bits == 8 || bits == 16) {
+            *depth = bits == 8 ? SHD_U8 : SHD_U16;
+            return;
+        }
+    } else if (json_is_string(node->value)) {
+        const char *name = json_string_value(node->value);
+        if (!strcmp(name, "half") || !strcmp(name, "float")) {
+            *depth = *name == 'h' ? SHD_HALF : SHD_FLOAT;
+            return;
+        }
+    }
+    shd_node_fail(r->report, node, SHD_SCENE, "must be 8, 16, \"half\" or \"float\"");
+}
+
+static void keep_layers(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+    (void)field;
+    if (shd_is_array(r, node, 1, SIZE_MAX, "an array of one or more layers"))
+        *(const json_t **)out = node->value;
+}
+
+static const char *const formats[] = {"png", "jpeg", "webp", "tiff", "exr", "hdr", NULL};
+_Static_assert(SHD_PNG == 0 && SHD_HDR == 5 && SHD_FORMAT_COUNT == 6, "names in the enum's order");
+
+static const shd_range quality = {1, 100, .text = "1 to 100"};
+
+#define IN_OUTPUT(member) (offsetof(raw_output, output) + offsetof(shd_output, member))
+
+static const shd_field fields[FIELDS] = {
+    [NAME] = {.name = "name",
+              .read = read_name,
+              .offset = IN_OUTPUT(name),
+              .kinds = ENTRY,
+              .always = true},
+    [FORMAT] = {.name = "format",
+                .read = shd_read_choice,
+                .offset = offsetof(raw_output, format),
+                .choices = formats},
+    [DISPLAY] = {.name = "display", .read = read_string, .offset = offsetof(raw_output, display)},
+    [VIEW] = {.name = "view", .read = read_string, .offset = offsetof(raw_output, view)},
+    [COLOR_SPACE] = {.name = "colorSpace",
+                     .read = read_output_space,
+                     .offset = offsetof(raw_output, color_space)},
+    [BIT_DEPTH] = {.name = "bitDepth", .read = read_depth, .offset = offsetof(raw_output, depth)},
+    [QUALITY] = {.name = "quality",
+                 .read = shd_read_integer,
+                 .offset = IN_OUTPUT(quality),
+                 .range = &quality},
+    [CHANNEL] = {.name = "channel", .read = read_string, .offset = offsetof(raw_output, channel)},
+    [LAYERS] = {.name = "layers", .read = keep_layers, .offset = offsetof(raw_output, layers)},
+};
+
+/* ---- Color ---- */
+
+static const shd_display_info *find_display(shd_reader *r, const shd_node *node, const char *name) {
+    enum { MOST = 64 };
+    const shd_catalog *catalog = r->catalog;
+    if (!name && catalog->display_count) return &catalog->displays[0];
+    const shd_display_info *display = name ? shd_catalog_display(catalog, name) : NULL;
+    if (display) return display;
+    shd_node at = shd_node_member(node, name ? "display" : "view");
+    const char *names[MOST];
+    size_t count = 0;
+    for (; count < catalog->display_count && count < MOST; count++)
+        names[count] = catalog->displays[count].name;
+    shd_node_fail(r->report, &at, SHD_SCENE, "there is no display \"%s\"%s",
+                  shd_quote(name ? name : "").text,
+                  shd_suggest(name ? name : "", names, count).text);
+    return NULL;
+}
+
+static void resolve_view(shd_reader *r, const shd_node *node, const char *display_name,
+                         const char *view, shd_output *out) {
+    const shd_display_info *display = find_display(r, node, display_name);
+    if (!display) return;
+    out->display = display->name;
+    for (size_t i = 0; i < display->view_count; i++)
+        if (!view || !strcmp(view, display->views[i])) {
+            out->view = display->views[i];
+            return;
+        }
+    shd_node at = shd_node_member(node, "view");
+    shd_node_fail(r->report, view ? &at : node, SHD_SCENE,
+                  "the display \"%s\" has no view \"%s\"%s", display->name,
+                  shd_quote(view ? view : "").text,
+                  shd_suggest(view ? view : "", display->views, display->view_count).text);
+}
+
+static void resolve_color(shd_reader *r, const shd_node *node, raw_output *raw, uint32_t seen) {
+    shd_output *out = &raw->output;
+    bool space = seen >> COLOR_SPACE & 1, view = seen >> DISPLAY & 1 || seen >> VIEW & 1;
+    bool linear = shd_format_get(out->format)->linear || !r->catalog->display_count;
+    if (space && view)
+        shd_node_fail(r->report, node, SHD_SCENE,
+                      "give either `colorSpace`, or `display` and `view`, not both");
+    else if (space)
+        out->color_space = raw->color_space;
+    else if (!view && linear)
+        out->color_space = r->scene->working_space;
+    else
+        resolve_view(r, node, raw->display, raw->view, out);
+}
+
+/* ---- Depth and channel ---- */
+
+static void resolve_depth(shd_reader *r, const shd_node *node, const raw_output *raw,
+                          shd_output *out) {
+    const shd_format_info *format = shd_format_get(out->format);
+    out->depth = raw->depth ? raw->depth : format->depth;
+    if (format->depths & out->depth) return;
+    char depths[64] = "";
+    for (unsigned bit = SHD_U8; bit <= SHD_FLOAT; bit <<= 1) {
+        if (!(format->depths & bit)) continue;
+        if (*depths) strcat(depths, ", ");
+        strcat(depths, shd_depth_name((shd_depth)bit));
+    }
+    shd_node at = shd_node_member(node, "bitDepth");
+    shd_node_fail(r->report, &at, SHD_SCENE, "%s cannot hold bitDepth %s: it holds %s",
+                  format->name, shd_depth_name(out->depth), depths);
+}
+
+static void resolve_channel(shd_reader *r, const shd_node *node, const char *name,
+                            shd_output *out) {
+    shd_channels kind = out->color_space ? out->color_space->channels : SHD_RGB;
+    const char *const *names = shd_channel_names(kind);
+    for (int c = 0; c < 3; c++)
+        if (!strcmp(names[c], name)) out->channel = c;
+    if (!strcmp("A", name)) out->channel = 3;
+    if (out->channel >= 0) return;
+    const char *advice = "";
+    for (int c = 0; c < 3; c++) {
+        if (!strcmp(shd_channel_names(SHD_RGB)[c], name)) advice = "; for it, ask for an RGB space";
+        if (!strcmp(shd_channel_names(SHD_YIQ)[c], name)) advice = "; for it, set colorSpace YIQ";
+        if (!strcmp(shd_channel_names(SHD_HSV)[c], name)) advice = "; for it, set colorSpace HSV";
+    }
+    shd_node at = shd_node_member(node, "channel");
+    shd_node_fail(r->report, &at, SHD_SCENE,
+                  "this output has no channel \"%s\": there is %s, %s, %s, A%s",
+                  shd_quote(name).text, names[0], names[1], names[2], advice);
+}
+
+/* ---- Layers ---- */
+
+static const char *const layer_names[] = {
+    [SHD_LAYER_BEAUTY] = "beauty",     [SHD_LAYER_EMISSIVE] = "emissive",
+    [SHD_LAYER_AMBIENT] = "ambient",   [SHD_LAYER_DIFFUSE] = "diffuse",
+    [SHD_LAYER_SPECULAR] = "specular", [SHD_LAYER_LIGHT] = "light.<i>",
+    [SHD_LAYER_NORMAL] = "normal",     [SHD_LAYER_POSITION] = "position",
+    [SHD_LAYER_DEPTH] = "depth",       [SHD_LAYER_OBJECT] = "object",
+    [SHD_LAYER_KINDS] = NULL};
+
+/* "light." and a number without leading zeros that a light has. */
+static bool parse_light(shd_reader *r, const shd_node *node, const char *name, shd_layer *out) {
+    const char *digits = name + strlen("light.");
+    size_t length = strspn(digits, "0123456789");
+    if (!length || length > 9 || digits[length] || (digits[0] == '0' && length > 1)) {
+        shd_node_fail(r->report, node, SHD_SCENE,
+                      "\"%s\" is not a layer: expected the number of a light, as in \"light.0\"",
+                      shd_quote(name).text);
+        return false;
+    }
+    out->kind = SHD_LAYER_LIGHT;
+    out->light = strtoul(digits, NULL, 10);
+    if (!r->lights_known || out->light < r->scene->light_count) return true;
+    shd_node_fail(r->report, node, SHD_SCENE, "there is no light %zu: the scene has %zu",
+                  out->light, r->scene->light_count);
+    return false;
+}
+
+static bool read_layer(shd_reader *r, const shd_node *node, shd_layer *out) {
+    const char *name = json_string_value(node->value);
+    if (!name) {
+        shd_node_expect(r->report, node, "the name of a layer");
+        return false;
+    }
+    if (!strncmp(name, "light.", strlen("light.")) && strcmp(name, "light.<i>")) {
+        if (!parse_light(r, node, name, out)) return false;
+    } else {
+        int kind = shd_read_name(r, node, layer_names);
+        if (kind == SHD_LAYER_LIGHT)
+            shd_node_fail(r->report, node, SHD_SCENE,
+                          "write the light's number, as in \"light.0\"");
+        if (kind < 0 || kind == SHD_LAYER_LIGHT) return false;
+        out->kind = (shd_layer_kind)kind;
+    }
+    out->name = shd_take_text(r, name);
+    return out->name != NULL;
+}
+
+static int compare_layers(const void *a, const void *b) {
+    const shd_layer *p = a, *q = b;
+    if (p->kind != q->kind) return p->kind < q->kind ? -1 : 1;
+    return (p->light > q->light) - (p->light < q->light);
+}
+
+static void resolve_layers(shd_reader *r, const shd_node *node, const json_t *value,
+                           shd_output *out) {
+    shd_node at = {node, "layers", 0, value};
+    if (out->format != SHD_EXR)
+        shd_node_fail(r->report, &at, SHD_SCENE, "%s has no layers: set format exr",
+                      shd_format_get(out->format)->name);
+    else if (out->display || (out->color_space && !out->color_space->scene_linear))
+        shd_node_fail(r->report, &at, SHD_SCENE,
+                      "layers are light, which adds up: set a scene-linear `colorSpace`");
+    if (out->channel >= 0)
+        shd_node_fail(r->report, &at, SHD_SCENE, "give either `channel` or `layers`, not both");
+    size_t count = json_array_size(value);
+    shd_layer *layers = shd_take(r, count, sizeof *layers);
+    shd_layer *sorted = shd_take(r, count, sizeof *sorted);
+    if (!layers || !sorted) return;
+    size_t good = 0;
+    for (size_t i = 0; i < count; i++) {
+        shd_node item = shd_node_item(&at, i);
+        good += read_layer(r, &item, &layers[good]);
+    }
+    memcpy(sorted, layers, good * sizeof *layers);
+    qsort(sorted, good, sizeof *sorted, compare_layers);
+    for (size_t i = 1; i < good; i++)
+        if (!compare_layers(&sorted[i - 1], &sorted[i]))
+            shd_node_fail(r->report, &at, SHD_SCENE, "the layer \"%s\" is there twice",
+                          shd_quote(sorted[i].name).text);
+    out->layers = layers;
+    out->layer_count = good;
+}
+
+/* ---- One output, and several ---- */
+
+static void read_one(shd_reader *r, const shd_node *node, unsigned kind, shd_output *out) {
+    raw_output raw = {.output = {.channel = -1, .quality = 90}, .format = (int)r->fallback};
+    uint32_t seen = 0;
+    if (node->value) {
+        if (!shd_is_object(r, node)) return;
+        size_t errors = r->report->error_count;
+        seen = shd_read_fields(r, node, fields, FIELDS, kind, "an output", &raw);
+        /* A format that is not known cannot be held against the rest. */
+        if (r->report->error_count > errors) return;
+    }
+    shd_output *output = &raw.output;
+    output->format = (shd_format)raw.format;
+    output->format_given = seen >> FORMAT & 1;
+    resolve_color(r, node, &raw, seen);
+    resolve_depth(r, node, &raw, output);
+    if (raw.channel) resolve_channel(r, node, raw.channel, output);
+    if (raw.layers) resolve_layers(r, node, raw.layers, output);
+    *out = *output;
+}
+
+void shd_read_output(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+    (void)field, (void)out;
+    if (!node->value && json_object_get(node->parent->value, "outputs")) return;
+    shd_output *output = shd_take(r, 1, sizeof *output);
+    if (!output) return;
+    read_one(r, node, SINGLE, output);
+    r->scene->outputs = output;
+    r->scene->output_count = 1;
+}
+
+void shd_read_outputs(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+    (void)field, (void)out;
+    if (json_object_get(node->parent->value, "output"))
+        shd_node_fail(r->report, node, SHD_SCENE, "give either `output` or `outputs`, not both");
+    if (!shd_is_array(r, node, 1, SHD_OUTPUTS_MOST, "an array of 1 to 16 outputs")) return;
+    size_t count = json_array_size(node->value);
+    shd_output *outputs = shd_take(r, count, sizeof *outputs);
+    if (!outputs) return;
+    for (size_t i = 0; i < count; i++) {
+        shd_node entry = shd_node_item(node, i), name = {&entry, "name", 0, NULL};
+        read_one(r, &entry, ENTRY, &outputs[i]);
+        for (size_t j = 0; j < i && outputs[i].name; j++)
+            if (outputs[j].name && !strcmp(outputs[i].name, outputs[j].name))
+                shd_node_fail(r->report, &name, SHD_SCENE, "the name \"%s\" is taken by output %zu",
+                              outputs[i].name, j);
+    }
+    r->scene->outputs = outputs;
+    r->scene->output_count = count;
+    r->scene->multipart = true;
+}

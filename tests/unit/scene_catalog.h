@@ -1,0 +1,51 @@
+/* A small color configuration made by hand, so that the reader's tests need no OpenColorIO.
+ *
+ * "wide" is scene-linear and its numbers are those of lin_rec709 halved; "sRGB" is the square
+ * root of lin_rec709: easy to follow by eye, and no conversion is the identity by accident. */
+#ifndef SHD_TEST_SCENE_CATALOG_H
+#define SHD_TEST_SCENE_CATALOG_H
+
+#include <math.h>
+#include <string.h>
+
+#include "base/catalog.h"
+
+static double scene_catalog_decode(const char *space, double v) {
+    if (!strcmp(space, "wide")) return v * 2;
+    return strcmp(space, "sRGB") ? v : v * v;
+}
+
+static double scene_catalog_encode(const char *space, double v) {
+    if (!strcmp(space, "wide")) return v / 2;
+    return strcmp(space, "sRGB") ? v : sqrt(v);
+}
+
+static shd_status scene_catalog_convert(const void *self, const char *from, const char *to,
+                                        double rgb[3], shd_error *error) {
+    (void)self;
+    if (!strcmp(from, "raw"))
+        return shd_fail(error, SHD_SCENE, "", "raw has no meaning as a color");
+    for (int c = 0; c < 3; c++)
+        rgb[c] = (float)scene_catalog_encode(to, scene_catalog_decode(from, rgb[c]));
+    return SHD_OK;
+}
+
+static const shd_space_info scene_spaces[] = {
+    {"lin_rec709", "", SHD_RGB, true}, {"wide", "", SHD_RGB, true}, {"sRGB", "", SHD_RGB, false},
+    {"raw", "", SHD_RGB, false},       {"YIQ", "", SHD_YIQ, false}, {"HSV", "", SHD_HSV, false}};
+
+static const char *const scene_views[] = {"Standard", "ACES SDR", "Raw"};
+
+static const shd_display_info scene_displays[] = {{"sRGB", scene_views, 3},
+                                                  {"Rec.1886", scene_views, 2}};
+
+static const shd_catalog scene_catalog = {.spaces = scene_spaces,
+                                          .space_count = 6,
+                                          .displays = scene_displays,
+                                          .display_count = 2,
+                                          .scene_linear = &scene_spaces[0],
+                                          .colors = &scene_spaces[0],
+                                          .css = &scene_spaces[2],
+                                          .convert = scene_catalog_convert};
+
+#endif
