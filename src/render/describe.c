@@ -51,10 +51,10 @@ static const shape_text shapes[SHD_SHAPE_COUNT] = {
                  {{"size", "array", "[1, 1, 1]", "Its extent along x, y and z, greater than 0"}}},
     [SHD_CYLINDER] = {"A closed cylinder around the y axis, centered on the origin",
                       {{"radius", "number", "1", "Its radius, greater than 0"},
-                       {"height", "number", "1", "Its extent along y, greater than 0"}}},
+                       {"height", "number", "2", "Its extent along y, greater than 0"}}},
     [SHD_CONE] = {"A closed cone around the y axis: base at y = -height/2, apex at y = height/2",
                   {{"radius", "number", "1", "The radius of its base, greater than 0"},
-                   {"height", "number", "1", "Its extent along y, greater than 0"}}},
+                   {"height", "number", "2", "Its extent along y, greater than 0"}}},
     [SHD_TORUS] = {"A ring around the y axis, centered on the origin",
                    {{"radius", "number", "1", "From its center to the middle of the tube"},
                     {"tube", "number", "0.25", "The radius of the tube, greater than 0"}}},
@@ -68,34 +68,43 @@ static const shape_text shapes[SHD_SHAPE_COUNT] = {
 /* What every object has, whatever its shape. */
 static const member common_members[] = {
     {"material", "string or object", "{}",
-     "A name from `materials`, a name of the library, or a material written out"},
+     "A name from `materials` or from the library, or a material written out"},
     {"transform", "object", "{}", "scale, then rotate, then translate; or matrix"},
     {"interpolation", "string", "\"phong\"",
      "flat, gouraud or phong; where absent, the scene's own"},
-    {"segments", "integer", "32",
-     "Slices of a shape that flat or gouraud turns into faces, 3 to 1024"},
 };
+
+/* ... and what those have that flat and gouraud turn into faces. */
+static const member segments_member = {
+    "segments", "integer", "32",
+    "Slices that the shape is cut into for flat or gouraud, 3 to 1024"};
+
+static json_t *describe_member(const member *m) {
+    json_t *entry =
+        json_pack("{ss ss sb}", "name", m->name, "type", m->type, "required", m->initial == NULL);
+    if (m->initial)
+        json_object_set_new(entry, "default", json_loads(m->initial, JSON_DECODE_ANY, NULL));
+    json_object_set_new(entry, "description", json_string(m->description));
+    return entry;
+}
 
 static json_t *describe_members(const member *members, size_t count) {
     json_t *list = json_array();
-    for (size_t i = 0; i < count && members[i].name; i++) {
-        const member *m = &members[i];
-        json_t *entry = json_pack("{ss ss sb}", "name", m->name, "type", m->type, "required",
-                                  m->initial == NULL);
-        if (m->initial)
-            json_object_set_new(entry, "default", json_loads(m->initial, JSON_DECODE_ANY, NULL));
-        json_object_set_new(entry, "description", json_string(m->description));
-        json_array_append_new(list, entry);
-    }
+    for (size_t i = 0; i < count && members[i].name; i++)
+        json_array_append_new(list, describe_member(&members[i]));
     return list;
 }
 
 static json_t *describe_shapes(void) {
     json_t *list = json_array();
-    for (int i = 0; i < SHD_SHAPE_COUNT; i++)
-        json_array_append_new(list, json_pack("{ss ss so}", "type", shd_shape_name((shd_shape)i),
-                                              "description", shapes[i].description, "members",
-                                              describe_members(shapes[i].members, MAX_MEMBERS)));
+    for (int i = 0; i < SHD_SHAPE_COUNT; i++) {
+        json_t *members = describe_members(shapes[i].members, MAX_MEMBERS);
+        if (shd_tessellation_triangles((shd_shape)i, 32) > 0)
+            json_array_append_new(members, describe_member(&segments_member));
+        json_array_append_new(list,
+                              json_pack("{ss ss so}", "type", shd_shape_name((shd_shape)i),
+                                        "description", shapes[i].description, "members", members));
+    }
     return json_pack(
         "{so so}", "shapes", list, "common",
         describe_members(common_members, sizeof common_members / sizeof common_members[0]));
