@@ -1,0 +1,67 @@
+#include "render/engine.h"
+
+#include <stdlib.h>
+#include <unistd.h>
+
+#ifndef SHADED_VERSION
+#error "SHADED_VERSION comes from the build"
+#endif
+
+const char *shd_version(void) {
+    return SHADED_VERSION;
+}
+
+shd_engine_options shd_engine_defaults(void) {
+    return (shd_engine_options){
+        .queue = 64,
+        .limits = {.pixels = 1u << 24,
+                   .lights = 10000,
+                   .objects = 10000,
+                   .triangles = 4000000,
+                   .body = 32u << 20,
+                   .memory = 1u << 30},
+    };
+}
+
+shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, shd_error *error) {
+    unsigned threads = options->threads;
+    if (!threads) {
+        long cores = sysconf(_SC_NPROCESSORS_ONLN);
+        threads = cores < 1 ? 1 : cores > 1024 ? 1024 : (unsigned)cores;
+    }
+    shd_engine *engine = calloc(1, sizeof *engine);
+    if (!engine) return shd_fail(error, SHD_MEMORY, "", "out of memory");
+    engine->limits = options->limits;
+    engine->tracer = shd_tracer_new();
+    shd_status status = engine->tracer
+                            ? shd_color_config_load(options->ocio_config, &engine->color, error)
+                            : shd_fail(error, SHD_MEMORY, "", "out of memory");
+    if (status == SHD_OK) status = shd_pool_new(threads, options->queue, &engine->pool, error);
+    if (status != SHD_OK) {
+        shd_engine_drop(engine);
+        return status;
+    }
+    *out = engine;
+    return SHD_OK;
+}
+
+void shd_engine_drop(shd_engine *engine) {
+    if (!engine) return;
+    shd_pool_drop(engine->pool);
+    if (engine->color) shd_color_config_drop(engine->color);
+    shd_tracer_drop(engine->tracer);
+    free(engine);
+}
+
+bool shd_engine_submit(shd_engine *engine, void (*run)(void *context), void *context) {
+    return shd_pool_submit(engine->pool, run, context);
+}
+
+shd_load shd_engine_load(shd_engine *engine) {
+    return (shd_load){shd_pool_queued(engine->pool), shd_pool_busy(engine->pool),
+                      shd_pool_slots(engine->pool) - 1};
+}
+
+const shd_limits *shd_engine_limits(const shd_engine *engine) {
+    return &engine->limits;
+}

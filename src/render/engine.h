@@ -1,0 +1,38 @@
+/* The engine's and the request's insides, shared within render/. */
+#ifndef SHD_RENDER_ENGINE_H
+#define SHD_RENDER_ENGINE_H
+
+#include <stdatomic.h>
+
+#include "base/pool.h"
+#include "color/color.h"
+#include "plan/plan.h"
+#include "scene/scene.h"
+#include "shaded.h"
+#include "sight/sight.h"
+
+struct shd_engine {
+    shd_pool *pool;
+    shd_color_config *color;
+    shd_tracer *tracer;
+    shd_limits limits;
+};
+
+struct shd_request {
+    shd_engine *engine;
+    shd_arena *arena;
+    shd_report report;
+    const shd_scene *scene;
+    char etag[33];
+    atomic_bool cancelled;
+    shd_times times;
+    const shd_plan *plan;
+    shd_picture *pictures; /* one an output */
+    size_t picture_count;
+    uint64_t saturated;
+};
+
+/* Processor seconds of the calling thread, for shd_times. */
+double shd_thread_seconds(void);
+
+#endif

@@ -1,0 +1,215 @@
+#include "render/output.h"
+
+#include <float.h>
+#include <string.h>
+
+#include "image/image.h"
+
+/* The largest value that a sample type or format can hold. */
+static float largest_value(shd_format format, shd_depth depth) {
+    if (depth == SHD_HALF) return 65504;
+    if (format == SHD_HDR) return 1.7e38f; /* a shared 8-bit exponent: below 2^127 */
+    return FLT_MAX;
+}
+
+static shd_status find_transform(shd_request *request, const shd_output *output,
+                                 const shd_color_transform **out, shd_error *error) {
+    shd_color_config *color = request->engine->color;
+    const char *from = request->scene->working_space->name;
+    if (output->color_space)
+        return shd_color_to_space(color, from, output->color_space->name, out, error);
+    return shd_color_to_view(color, from, output->display, output->view, out, error);
+}
+
+/* I spans [-.60,.60] and Q [-.52,.52]; stored as integers they are scaled to the full range
+ * around a code that grey falls on exactly (model.md, Colour). */
+static shd_packing packing_of(shd_channels channels) {
+    shd_packing packing = {{1, 1, 1}, {0, 0, 0}, {0, 0, 0}};
+    if (channels != SHD_YIQ) return packing;
+    packing.scale[1] = 1 / 1.2;
+    packing.scale[2] = 1 / 1.04;
+    for (int c = 1; c < 3; c++) {
+        packing.offset8[c] = 128.0 / 255;
+        packing.offset16[c] = 32768.0 / 65535;
+    }
+    return packing;
+}
+
+/* RGB values converted in place; RGBA is what OpenColorIO takes. */
+static bool convert_rgb(const shd_color_transform *transform, float *rgb, size_t count,
+                        shd_arena *arena) {
+    enum { ROW = 1024 };
+    float *row = shd_arena_alloc(arena, ROW, 4 * sizeof *row);
+    if (!row) return false;
+    for (size_t first = 0; first < count; first += ROW) {
+        size_t some = count - first < ROW ? count - first : ROW;
+        for (size_t i = 0; i < some; i++) {
+            memcpy(row + 4 * i, rgb + 3 * (first + i), 3 * sizeof *row);
+            row[4 * i + 3] = 1;
+        }
+        shd_color_apply(transform, row, some);
+        for (size_t i = 0; i < some; i++)
+            memcpy(rgb + 3 * (first + i), row + 4 * i, 3 * sizeof *row);
+    }
+    return true;
+}
+
+static float *copy_floats(shd_arena *arena, const float *values, size_t count) {
+    float *copy = shd_arena_alloc(arena, count, sizeof *copy);
+    return copy ? memcpy(copy, values, count * sizeof *copy) : NULL;
+}
+
+/* The values of a color layer, converted like the picture. The beauty is the picture itself,
+ * multiplied by its alpha as the other layers are by their coverage. */
+static float *color_layer(shd_request *request, const shd_film *film, const shd_layer *layer,
+                          const float *converted, const shd_color_transform *transform) {
+    const shd_plan *plan = request->plan;
+    size_t pixels = (size_t)film->width * (size_t)film->height;
+    if (layer->kind == SHD_LAYER_BEAUTY) {
+        float *rgb = shd_arena_alloc(request->arena, pixels, 3 * sizeof *rgb);
+        for (size_t i = 0; rgb && i < pixels; i++)
+            for (size_t c = 0; c < 3; c++)
+                rgb[3 * i + c] = converted[4 * i + c] * converted[4 * i + 3];
+        return rgb;
+    }
+    size_t p = 1;
+    while (plan->planes[p].kind != layer->kind ||
+           (layer->kind == SHD_LAYER_LIGHT && plan->planes[p].light != layer->light))
+        p++;
+    float *rgb = copy_floats(request->arena, film->planes[p], 3 * pixels);
+    if (!rgb || !convert_rgb(transform, rgb, pixels, request->arena)) return NULL;
+    return rgb;
+}
+
+static bool make_layers(shd_request *request, const shd_film *film, const shd_output *output,
+                        const float *converted, const shd_color_transform *transform,
+                        shd_image_layer **out) {
+    static const char *const rgb[] = {"R", "G", "B"}, *const xyz[] = {"X", "Y", "Z"},
+                             *const z[] = {"Z"}, *const id[] = {"id"};
+    size_t pixels = (size_t)film->width * (size_t)film->height;
+    shd_image_layer *layers = shd_arena_alloc(request->arena, output->layer_count, sizeof *layers);
+    if (!layers) return false;
+    for (size_t l = 0; l < output->layer_count; l++) {
+        const shd_layer *layer = &output->layers[l];
+        switch (layer->kind) {
+        case SHD_LAYER_NORMAL:
+            layers[l] = (shd_image_layer){layer->name, xyz, 3, true, film->normal};
+            break;
+        case SHD_LAYER_POSITION:
+            layers[l] = (shd_image_layer){layer->name, xyz, 3, true, film->position};
+            break;
+        case SHD_LAYER_DEPTH:
+            layers[l] = (shd_image_layer){layer->name, z, 1, true, film->depth};
+            break;
+        case SHD_LAYER_OBJECT:
+            layers[l] = (shd_image_layer){layer->name, id, 1, true, film->object};
+            break;
+        default: {
+            float *values = color_layer(request, film, layer, converted, transform);
+            if (!values) return false;
+            request->saturated +=
+                shd_saturate(values, 3 * pixels, largest_value(output->format, output->depth));
+            layers[l] = (shd_image_layer){layer->name, rgb, 3, false, values};
+        }
+        }
+    }
+    *out = layers;
+    return true;
+}
+
+/* Where the format holds no alpha the picture is laid over black, before its colors. */
+static void flatten(float *rgba, size_t pixels) {
+    for (size_t i = 0; i < pixels; i++) {
+        for (int c = 0; c < 3; c++) rgba[4 * i + (size_t)c] *= rgba[4 * i + 3];
+        rgba[4 * i + 3] = 1;
+    }
+}
+
+/* Converts rows side by side on the pool: a pixel's result does not depend on the split. */
+typedef struct conversion {
+    const shd_color_transform *transform;
+    float *rgba;
+    size_t width, rows, height;
+    double *seconds; /* [slot] */
+} conversion;
+
+static void convert_rows(void *context, size_t index, unsigned slot) {
+    const conversion *work = context;
+    double began = shd_thread_seconds();
+    size_t first = index * work->rows;
+    size_t rows = work->height - first < work->rows ? work->height - first : work->rows;
+    shd_color_apply(work->transform, work->rgba + 4 * first * work->width, rows * work->width);
+    work->seconds[slot] += shd_thread_seconds() - began;
+}
+
+static bool convert_picture(shd_request *request, const shd_color_transform *transform,
+                            const shd_film *film, float *rgba) {
+    shd_pool *pool = request->engine->pool;
+    unsigned slots = shd_pool_slots(pool);
+    conversion work = {transform,
+                       rgba,
+                       (size_t)film->width,
+                       0,
+                       (size_t)film->height,
+                       shd_arena_zalloc(request->arena, slots, sizeof *work.seconds)};
+    if (!work.seconds) return false;
+    work.rows = 1 + 32768 / work.width;
+    shd_pool_for(pool, (work.height + work.rows - 1) / work.rows, convert_rows, &work);
+    for (unsigned i = 1; i < slots; i++) request->times.color += work.seconds[i];
+    return true;
+}
+
+shd_status shd_output_make(shd_request *request, const shd_film *film, size_t index,
+                           shd_error *error) {
+    const shd_scene *scene = request->scene;
+    const shd_output *output = &scene->outputs[index];
+    shd_arena *arena = request->arena;
+    size_t pixels = (size_t)film->width * (size_t)film->height;
+
+    double began = shd_thread_seconds();
+    const shd_color_transform *transform;
+    shd_status status = find_transform(request, output, &transform, error);
+    if (status != SHD_OK) return status;
+    const shd_color_info *info = shd_color_describe(transform);
+    bool alpha = scene->transparent && shd_format_get(output->format)->alpha;
+
+    float *rgba = copy_floats(arena, film->rgba, 4 * pixels);
+    if (!rgba) goto no_memory;
+    if (scene->transparent && !alpha) flatten(rgba, pixels);
+    if (!convert_picture(request, transform, film, rgba)) goto no_memory;
+    request->saturated +=
+        shd_saturate(rgba, 4 * pixels, largest_value(output->format, output->depth));
+    shd_image_layer *layers = NULL;
+    if (output->layer_count && !make_layers(request, film, output, rgba, transform, &layers))
+        goto no_memory;
+    double colored = shd_thread_seconds();
+    request->times.color += colored - began;
+
+    shd_image image = {
+        .width = film->width,
+        .height = film->height,
+        .rgba = rgba,
+        .channel = output->channel,
+        .alpha = alpha,
+        .packing = packing_of(info->channels),
+        .depth = output->depth,
+        .quality = output->quality,
+        .transfer = info->transfer,
+        .has_primaries = info->has_primaries,
+        .channel_names = shd_channel_names(info->channels),
+        .layers = layers,
+        .layer_count = output->layer_count,
+    };
+    memcpy(image.primaries, info->primaries, sizeof image.primaries);
+    shd_bytes bytes;
+    status = shd_image_encode(&image, output->format, arena, &bytes, error);
+    request->times.encode += shd_thread_seconds() - colored;
+    if (status != SHD_OK) return status;
+    request->pictures[index] = (shd_picture){output->name, output->format, bytes.data, bytes.size};
+    return SHD_OK;
+
+no_memory:
+    return shd_fail(error, SHD_MEMORY, "/image",
+                    "the limit `memory` (%llu bytes) is reached by this picture",
+                    (unsigned long long)request->engine->limits.memory);
+}

@@ -1,0 +1,40 @@
+/* The story: a scene becomes pictures. */
+#include "render/engine.h"
+#include "render/film.h"
+#include "render/output.h"
+
+shd_status shd_request_render(shd_request *request, const shd_render_options *options,
+                              shd_error *error) {
+    const shd_scene *scene = request->scene;
+    shd_arena *arena = request->arena;
+    double began = shd_thread_seconds();
+
+    /* What does this scene need? */
+    shd_status status = shd_plan_make(scene, arena, &request->plan, error);
+    if (status != SHD_OK) return status;
+    double planned = shd_thread_seconds();
+    request->times.plan = planned - began;
+
+    /* What is there to be seen? */
+    shd_sight *sight;
+    status = shd_sight_new(request->plan, request->engine->tracer, arena, &sight, error);
+    if (status != SHD_OK) return status;
+    request->times.visibility += shd_thread_seconds() - planned;
+
+    /* What is seen, and how is it lit? */
+    shd_film film;
+    status = shd_film_render(request, sight, options, &film, error);
+    shd_sight_drop(sight);
+    if (status != SHD_OK) return status;
+
+    /* How is it shown? */
+    request->pictures = shd_arena_zalloc(arena, scene->output_count, sizeof *request->pictures);
+    if (!request->pictures)
+        return shd_fail(error, SHD_MEMORY, "/outputs", "the limit `memory` is reached");
+    request->picture_count = scene->output_count;
+    for (size_t i = 0; i < scene->output_count; i++) {
+        status = shd_output_make(request, &film, i, error);
+        if (status != SHD_OK) return status;
+    }
+    return SHD_OK;
+}

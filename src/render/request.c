@@ -1,0 +1,111 @@
+/* A request's life: read, render, give pictures. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <xxhash.h>
+
+#include "render/engine.h"
+
+shd_status shd_request_new(shd_engine *engine, shd_request **out, shd_error *error) {
+    shd_request *request = calloc(1, sizeof *request);
+    shd_arena *arena = shd_arena_new(engine->limits.memory);
+    if (!request || !arena) {
+        free(request);
+        shd_arena_drop(arena);
+        return shd_fail(error, SHD_MEMORY, "", "out of memory");
+    }
+    request->engine = engine;
+    request->arena = arena;
+    shd_report_init(&request->report, arena);
+    *out = request;
+    return SHD_OK;
+}
+
+void shd_request_drop(shd_request *request) {
+    if (!request) return;
+    for (size_t i = 0; i < request->picture_count; i++) free(request->pictures[i].data);
+    shd_arena_drop(request->arena);
+    free(request);
+}
+
+/* Everything that decides the bytes: the document, the formats that were negotiated, the color
+ * configuration and the program's version. */
+static shd_status make_etag(shd_request *request) {
+    const shd_scene *scene = request->scene;
+    const char *text =
+        shd_arena_printf(request->arena, "%s %s %s", scene->digest,
+                         shd_color_config_digest(request->engine->color), shd_version());
+    for (size_t o = 0; text && o < scene->output_count; o++)
+        text = shd_arena_printf(request->arena, "%s %s", text,
+                                shd_format_get(scene->outputs[o].format)->name);
+    if (!text) {
+        shd_report_error(&request->report, SHD_MEMORY, "", "the limit `memory` is too small");
+        return SHD_MEMORY;
+    }
+    XXH128_hash_t hash = XXH3_128bits(text, strlen(text));
+    snprintf(request->etag, sizeof request->etag, "%016llx%016llx", (unsigned long long)hash.high64,
+             (unsigned long long)hash.low64);
+    return SHD_OK;
+}
+
+shd_status shd_request_read(shd_request *request, const char *json, size_t length,
+                            shd_format fallback) {
+    double began = shd_thread_seconds();
+    shd_engine *engine = request->engine;
+    shd_status status =
+        shd_scene_read(json, length, shd_color_catalog(engine->color), &engine->limits, fallback,
+                       request->arena, &request->scene, &request->report);
+    if (status == SHD_OK) status = make_etag(request);
+    if (status == SHD_OK) {
+        const shd_scene *scene = request->scene;
+        for (size_t o = 0; scene->transparent && o < scene->output_count; o++) {
+            const shd_format_info *format = shd_format_get(scene->outputs[o].format);
+            if (!format->alpha)
+                shd_report_warning(&request->report, "/background",
+                                   "%s holds no alpha: the picture is laid over black",
+                                   format->name);
+        }
+    }
+    request->times.parse = shd_thread_seconds() - began;
+    return status;
+}
+
+const shd_report *shd_request_report(const shd_request *request) {
+    return &request->report;
+}
+
+const char *shd_request_etag(const shd_request *request) {
+    return request->etag;
+}
+
+bool shd_request_multipart(const shd_request *request) {
+    return request->scene->multipart;
+}
+
+void shd_request_cancel(shd_request *request) {
+    atomic_store(&request->cancelled, true);
+}
+
+const shd_picture *shd_request_pictures(const shd_request *request, size_t *count) {
+    *count = request->picture_count;
+    return request->pictures;
+}
+
+unsigned char *shd_request_take(shd_request *request, size_t index) {
+    unsigned char *data = request->pictures[index].data;
+    request->pictures[index].data = NULL;
+    request->pictures[index].size = 0;
+    return data;
+}
+
+const shd_times *shd_request_times(const shd_request *request) {
+    return &request->times;
+}
+
+const char *shd_request_plan(const shd_request *request) {
+    return request->plan ? request->plan->summary : "";
+}
+
+uint64_t shd_request_saturated(const shd_request *request) {
+    return request->saturated;
+}

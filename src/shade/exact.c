@@ -1,0 +1,63 @@
+/* The reference: model.md's equations in f64, a lane at a time. */
+#include "shade/shade.h"
+
+static shd_vec3 lane_of(const double v[3][SHD_BLOCK], size_t i) {
+    return (shd_vec3){v[0][i], v[1][i], v[2][i]};
+}
+
+/* |a + b|^2 / 2 of unit vectors: 1 + a.b without its cancellation near a = -b. */
+static double half_chord(shd_vec3 a, shd_vec3 b) {
+    shd_vec3 chord = shd_add(a, b);
+    return shd_dot(chord, chord) / 2;
+}
+
+static double spot_factor(const shd_plan_light *light, shd_vec3 toward) {
+    double q = half_chord(light->axis, toward); /* 1 - cos t */
+    if (q > light->outer) return 0;
+    double factor = 1;
+    if (q > light->inner) {
+        double x = (light->outer - q) / (light->outer - light->inner);
+        factor = x * x * (3 - 2 * x);
+    }
+    if (light->exponent > 0) factor *= q < 1 ? exp(light->exponent * log1p(-q)) : 0;
+    return factor;
+}
+
+/* A light may be so close that 1/d^2 is beyond f64: then it is this, finite and far beyond any
+ * output's range. */
+static const double LARGEST_FACTOR = 1e200;
+
+void shd_weigh_exact_lane(const shd_plan_light *light, const shd_plan_lobe *lobes,
+                          size_t lobe_count, const shd_prepared *block, size_t lane,
+                          shd_weights *out) {
+    out->diffuse[lane] = 0;
+    for (size_t k = 0; k < lobe_count; k++) out->specular[k][lane] = 0;
+
+    shd_vec3 toward = light->toward;
+    double factor = light->gain;
+    if (!light->directional) {
+        shd_vec3 path = shd_sub(light->position, lane_of(block->points->position, lane));
+        if (!shd_normalize(path, &toward)) return; /* on the surface: no direction */
+        if (light->attenuated) {
+            double d = fmax(shd_length(path), light->min_distance);
+            factor = fmin(light->gain / (light->a + d * (light->b + d * light->c)), LARGEST_FACTOR);
+        }
+    }
+    if (light->spot) factor *= spot_factor(light, toward);
+
+    double facing = shd_dot(lane_of(block->points->normal, lane), toward);
+    if (!(facing > 0)) return; /* the light is behind: neither term */
+    out->diffuse[lane] = factor * facing;
+
+    shd_vec3 mirror = lane_of(block->mirror, lane);
+    double d = half_chord(toward, shd_scale(mirror, -1)); /* 1 - R.V */
+    if (!(d < 1)) return;
+    for (size_t k = 0; k < lobe_count; k++)
+        out->specular[k][lane] = factor * exp(lobes[k].shininess * log1p(-d));
+}
+
+void shd_weigh_exact(const shd_plan_light *light, const shd_plan_lobe *lobes, size_t lobe_count,
+                     const shd_prepared *block, shd_weights *out) {
+    for (size_t i = 0; i < block->lanes; i++)
+        shd_weigh_exact_lane(light, lobes, lobe_count, block, i, out);
+}

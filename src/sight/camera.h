@@ -1,0 +1,22 @@
+/* Camera rays. Inside of sight/. */
+#ifndef SHD_SIGHT_CAMERA_H
+#define SHD_SIGHT_CAMERA_H
+
+#include "scene/scene.h"
+
+/* What the rays of a picture share. */
+typedef struct shd_lens {
+    const shd_camera *camera;
+    double width, height;  /* of the picture, in pixels */
+    double half_x, half_y; /* of the image plane: at distance 1, or of the view volume */
+} shd_lens;
+
+shd_lens shd_lens_make(const shd_camera *camera, const shd_raster *raster);
+
+/* The ray through (x, y) in pixels, (0,0) the top left corner; `direction` is unit. */
+void shd_lens_ray(const shd_lens *lens, double x, double y, shd_vec3 *origin, shd_vec3 *direction);
+
+/* The unit vector from p toward the viewer. */
+shd_vec3 shd_lens_view(const shd_lens *lens, shd_vec3 p);
+
+#endif

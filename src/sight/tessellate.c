@@ -1,0 +1,158 @@
+/* Analytic shapes as polygons, for the interpolations that need faces. Every shape is made of
+ * grids of quadrilaterals, which on these shapes are plane; at poles and centres they are
+ * triangles. Corners run counterclockwise seen from outside. */
+#include "sight/mesh.h"
+
+#include <stdint.h>
+
+typedef struct grid {
+    shd_shape shape;
+    int part; /* which of the shape's grids */
+    double tube;
+    int rows, columns;
+} grid;
+
+typedef struct builder {
+    double (*positions)[3], (*normals)[3];
+    uint32_t (*indices)[3], *faces;
+    size_t vertices, triangles;
+    uint32_t face;
+} builder;
+
+/* The point and outward normal at row a and column b of a grid, both in [0,1]. Rows run down,
+ * columns run counterclockwise around +y. */
+static void grid_point(const grid *g, double a, double b, shd_vec3 *p, shd_vec3 *n) {
+    double angle = 2 * SHD_PI * b;
+    shd_vec3 around = {sin(angle), 0, cos(angle)};
+    switch (g->shape) {
+    case SHD_SPHERE:
+        *n = shd_scale(around, sin(SHD_PI * a));
+        n->y = cos(SHD_PI * a);
+        *p = *n;
+        return;
+    case SHD_TORUS: {
+        shd_vec3 out = shd_scale(around, sin(2 * SHD_PI * a));
+        out.y = cos(2 * SHD_PI * a);
+        *n = out;
+        *p = shd_madd(around, out, g->tube);
+        return;
+    }
+    case SHD_BOX: {
+        /* A unit square facing +z, turned to each of the six sides. */
+        double x = b - 0.5, y = 0.5 - a;
+        static const double turn[6][3][3] = {
+            {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},  {{-1, 0, 0}, {0, 1, 0}, {0, 0, -1}},
+            {{0, 0, -1}, {0, 1, 0}, {1, 0, 0}}, {{0, 0, 1}, {0, 1, 0}, {-1, 0, 0}},
+            {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}}, {{1, 0, 0}, {0, 0, 1}, {0, -1, 0}}};
+        const double(*t)[3] = turn[g->part]; /* images of x, y, z */
+        *n = (shd_vec3){t[2][0], t[2][1], t[2][2]};
+        *p = (shd_vec3){x * t[0][0] + y * t[1][0] + 0.5 * t[2][0],
+                        x * t[0][1] + y * t[1][1] + 0.5 * t[2][1],
+                        x * t[0][2] + y * t[1][2] + 0.5 * t[2][2]};
+        return;
+    }
+    default:
+        break;
+    }
+    /* Disc, cylinder, cone. Part 0: the side (or the disc); 1: the lower cap; 2: the upper. */
+    bool cap = g->shape == SHD_DISC || g->part > 0;
+    if (cap) {
+        bool lower = g->part == 1;
+        double y = g->shape == SHD_DISC ? 0 : lower ? -0.5 : 0.5;
+        *p = shd_scale(around, lower ? 1 - a : a); /* rows outward above, inward below */
+        p->y = y;
+        *n = (shd_vec3){0, lower ? -1 : 1, 0};
+    } else if (g->shape == SHD_CYLINDER) {
+        *p = (shd_vec3){around.x, 0.5 - a, around.z};
+        *n = around;
+    } else {
+        *p = (shd_vec3){around.x * a, 0.5 - a, around.z * a};
+        *n = (shd_vec3){around.x, 1, around.z};
+    }
+}
+
+static bool same_place(const double p[3], const double q[3]) {
+    return fabs(p[0] - q[0]) + fabs(p[1] - q[1]) + fabs(p[2] - q[2]) < 1e-9;
+}
+
+static bool add_triangle(builder *b, uint32_t i, uint32_t j, uint32_t k) {
+    const double *p = b->positions[i], *q = b->positions[j], *r = b->positions[k];
+    if (same_place(p, q) || same_place(q, r) || same_place(r, p)) return false;
+    uint32_t *corner = b->indices[b->triangles];
+    corner[0] = i;
+    corner[1] = j;
+    corner[2] = k;
+    b->faces[b->triangles++] = b->face;
+    return true;
+}
+
+static void add_grid(builder *b, const grid *g) {
+    uint32_t first = (uint32_t)b->vertices, stride = (uint32_t)g->columns + 1;
+    for (int r = 0; r <= g->rows; r++) {
+        for (int c = 0; c <= g->columns; c++) {
+            shd_vec3 p, n;
+            /* The seam's last column repeats the first one's bits. */
+            bool seam = c == g->columns && g->shape != SHD_BOX;
+            grid_point(g, (double)r / g->rows, seam ? 0 : (double)c / g->columns, &p, &n);
+            double *at = b->positions[b->vertices], *normal = b->normals[b->vertices];
+            at[0] = p.x, at[1] = p.y, at[2] = p.z;
+            normal[0] = n.x, normal[1] = n.y, normal[2] = n.z;
+            b->vertices++;
+        }
+    }
+    for (uint32_t r = 0; r < (uint32_t)g->rows; r++) {
+        for (uint32_t c = 0; c < (uint32_t)g->columns; c++) {
+            uint32_t i = first + r * stride + c; /* i ... i + 1; below: i + stride ... */
+            bool lower = add_triangle(b, i, i + stride, i + stride + 1);
+            bool upper = add_triangle(b, i, i + stride + 1, i + 1);
+            if (lower || upper) b->face++;
+        }
+    }
+}
+
+bool shd_tessellate(shd_shape shape, double tube, int segments, shd_arena *arena,
+                    shd_triangles *out) {
+    grid grids[6];
+    int count = 0;
+    int stacks = segments / 2 < 2 ? 2 : segments / 2;
+    switch (shape) {
+    case SHD_SPHERE:
+        grids[count++] = (grid){shape, 0, tube, stacks, segments};
+        break;
+    case SHD_TORUS:
+        grids[count++] = (grid){shape, 0, tube, segments, segments};
+        break;
+    case SHD_BOX:
+        for (; count < 6; count++) grids[count] = (grid){shape, count, tube, 1, 1};
+        break;
+    case SHD_CYLINDER:
+        for (; count < 3; count++) grids[count] = (grid){shape, count, tube, 1, segments};
+        break;
+    case SHD_CONE:
+        for (; count < 2; count++) grids[count] = (grid){shape, count, tube, 1, segments};
+        break;
+    case SHD_DISC:
+        grids[count++] = (grid){shape, 0, tube, 1, segments};
+        break;
+    case SHD_PLANE:
+    case SHD_MESH:
+    case SHD_SHAPE_COUNT:
+        return false;
+    }
+    size_t vertices = 0, quads = 0;
+    for (int i = 0; i < count; i++) {
+        vertices += (size_t)(grids[i].rows + 1) * (size_t)(grids[i].columns + 1);
+        quads += (size_t)grids[i].rows * (size_t)grids[i].columns;
+    }
+    builder b = {
+        .positions = shd_arena_alloc(arena, vertices, sizeof *b.positions),
+        .normals = shd_arena_alloc(arena, vertices, sizeof *b.normals),
+        .indices = shd_arena_alloc(arena, 2 * quads, sizeof *b.indices),
+        .faces = shd_arena_alloc(arena, 2 * quads, sizeof *b.faces),
+    };
+    if (!b.positions || !b.normals || !b.indices || !b.faces) return false;
+    for (int i = 0; i < count; i++) add_grid(&b, &grids[i]);
+    *out = (shd_triangles){b.vertices,   b.triangles,  b.positions[0],
+                           b.normals[0], b.indices[0], b.faces};
+    return true;
+}
