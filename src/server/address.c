@@ -1,0 +1,64 @@
+#include "address.h"
+
+#include <arpa/inet.h>
+#include <errno.h>
+#include <netdb.h>
+#include <netinet/in.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+static shd_status split(const char *address, char *host, size_t host_size, char *port,
+                        size_t port_size, shd_error *error) {
+    const char *colon = strrchr(address, ':'), *start = address, *end = colon;
+    if (colon && *start == '[' && colon > start && colon[-1] == ']') {
+        start++;
+        end--;
+    } else if (!colon || memchr(address, ':', (size_t)(colon - address))) {
+        return shd_fail(error, SHD_CONFIG, address, "not of the form ADDR:PORT or [ADDR]:PORT");
+    }
+    size_t length = (size_t)(end - start), digits = strspn(colon + 1, "0123456789");
+    if (length >= host_size || !digits || colon[1 + digits] || digits >= port_size)
+        return shd_fail(error, SHD_CONFIG, address, "not of the form ADDR:PORT or [ADDR]:PORT");
+    unsigned number = 0;
+    if (digits > 5 || sscanf(colon + 1, "%u", &number) != 1 || number > 65535)
+        return shd_fail(error, SHD_CONFIG, address, "ports go from 0 to 65535");
+    memcpy(host, start, length);
+    host[length] = 0;
+    memcpy(port, colon + 1, digits + 1);
+    return SHD_OK;
+}
+
+static void describe(int fd, char bound[SHD_ADDRESS_SIZE]) {
+    struct sockaddr_storage address = {0};
+    socklen_t size = sizeof address;
+    char host[INET6_ADDRSTRLEN] = "", port[8] = "";
+    getsockname(fd, (struct sockaddr *)&address, &size);
+    getnameinfo((struct sockaddr *)&address, size, host, sizeof host, port, sizeof port,
+                NI_NUMERICHOST | NI_NUMERICSERV);
+    snprintf(bound, SHD_ADDRESS_SIZE, strchr(host, ':') ? "[%s]:%s" : "%s:%s", host, port);
+}
+
+shd_status shd_listen(const char *address, int *out, char bound[SHD_ADDRESS_SIZE],
+                      shd_error *error) {
+    char host[256], port[16];
+    shd_status status = split(address, host, sizeof host, port, sizeof port, error);
+    if (status) return status;
+
+    struct addrinfo hints = {.ai_socktype = SOCK_STREAM, .ai_flags = AI_PASSIVE}, *found;
+    int failure = getaddrinfo(*host ? host : NULL, port, &hints, &found);
+    if (failure) return shd_fail(error, SHD_CONFIG, address, "%s", gai_strerror(failure));
+
+    int fd = socket(found->ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0), on = 1;
+    if (fd < 0 || setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) ||
+        bind(fd, found->ai_addr, found->ai_addrlen) || listen(fd, SOMAXCONN)) {
+        status = shd_fail(error, SHD_CONFIG, address, "%s", strerror(errno));
+        if (fd >= 0) close(fd);
+    } else {
+        describe(fd, bound);
+        *out = fd;
+    }
+    freeaddrinfo(found);
+    return status;
+}

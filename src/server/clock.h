@@ -1,0 +1,13 @@
+/* Seconds on the monotonic clock: for durations and deadlines, never for dates. Any thread. */
+#ifndef SHD_SERVER_CLOCK_H
+#define SHD_SERVER_CLOCK_H
+
+#include <time.h>
+
+static inline double shd_now(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + (double)now.tv_nsec * 1e-9;
+}
+
+#endif

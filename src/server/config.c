@@ -1,0 +1,334 @@
+#include "config.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <getopt.h>
+#include <ini.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "shaded.h"
+
+typedef enum option_kind {
+    TEXT,   /* printable ASCII that fits its field */
+    SWITCH, /* on, off */
+    WHOLE,  /* digits */
+    BYTES   /* digits, then perhaps K, M or G (1024s) */
+} option_kind;
+
+typedef struct option_info {
+    const char *name; /* of the flag, and of the key in the file */
+    option_kind kind;
+    size_t offset, size; /* of the field in shd_config */
+    uint64_t min, max;
+    const char *argument, *help;
+} option_info;
+
+#define FIELD(name) offsetof(shd_config, name), sizeof((shd_config *)0)->name
+
+static const option_info options[] = {
+    {"listen", TEXT, FIELD(listen), 0, 0, "ADDR:PORT",
+     "where to serve; [::1]:8080 for IPv6, port 0 for any free port"},
+    {"admin", TEXT, FIELD(admin), 0, 0, "ADDR:PORT",
+     "where to answer /healthz, /readyz and /metrics; or off"},
+    {"threads", WHOLE, FIELD(threads), 0, 1024, "N", "rendering threads; 0: one a core"},
+    {"queue", WHOLE, FIELD(queue), 1, 1000000, "N",
+     "requests that may wait for a thread; one more is answered 429"},
+    {"ocio", TEXT, FIELD(ocio), 0, 0, "FILE",
+     "OpenColorIO configuration; none: the one that is built in"},
+    {"timeout", WHOLE, FIELD(timeout), 1, 86400, "SECONDS",
+     "longest time from a request's last byte to its picture"},
+    {"idle-timeout", WHOLE, FIELD(idle_timeout), 1, 86400, "SECONDS",
+     "connections silent for this long are closed"},
+    {"drain-time", WHOLE, FIELD(drain_time), 0, 86400, "SECONDS",
+     "longest time for accepted requests to finish after SIGTERM"},
+    {"max-connections", WHOLE, FIELD(connections), 1, 1000000, "N", "connections at a time"},
+    {"max-body", BYTES, FIELD(body), 1, UINT64_C(1) << 40, "BYTES", "size of a scene document"},
+    {"max-pixels", WHOLE, FIELD(pixels), 1, UINT64_C(1) << 40, "N", "pixels of a picture"},
+    {"max-lights", WHOLE, FIELD(lights), 0, UINT64_C(1) << 40, "N", "lights of a scene"},
+    {"max-objects", WHOLE, FIELD(objects), 0, UINT64_C(1) << 40, "N", "objects of a scene"},
+    {"max-triangles", WHOLE, FIELD(triangles), 0, UINT64_C(1) << 40, "N",
+     "triangles of a scene, those of tessellated shapes too"},
+    {"max-memory", BYTES, FIELD(memory), 1 << 20, UINT64_C(1) << 46, "BYTES",
+     "memory of one request"},
+    {"cache-control", TEXT, FIELD(cache_control), 0, 0, "TEXT", "Cache-Control of pictures"},
+    {"log-requests", SWITCH, FIELD(log_requests), 0, 0, "on|off", "a log line for each request"},
+};
+
+enum { OPTION_COUNT = sizeof options / sizeof options[0] };
+
+/* Values of getopt_long beside the options' indices. */
+enum { FLAG_CONFIG = 1000, FLAG_HELP, FLAG_VERSION };
+
+/* A line of the configuration file with its newline and end; libinih reads up to 200. */
+enum { LINE_SIZE = 200 };
+
+shd_config shd_config_defaults(void) {
+    shd_engine_options engine = shd_engine_defaults();
+    return (shd_config){
+        .listen = "127.0.0.1:8080",
+        .admin = "127.0.0.1:9090",
+        /* The same request gives the same bytes until the version or the configuration change. */
+        .cache_control = "public, max-age=3600",
+        .log_requests = true,
+        .threads = engine.threads,
+        .queue = engine.queue ? engine.queue : 64,
+        .connections = 1000,
+        .pixels = engine.limits.pixels,
+        .lights = engine.limits.lights,
+        .objects = engine.limits.objects,
+        .triangles = engine.limits.triangles,
+        .body = engine.limits.body,
+        .memory = engine.limits.memory,
+        .timeout = 30,
+        .idle_timeout = 30,
+        .drain_time = 30,
+    };
+}
+
+/* ---- One value ---- */
+
+static bool parse_whole(const option_info *option, const char *text, uint64_t *out) {
+    if (!isdigit((unsigned char)*text)) return false;
+    char *end;
+    errno = 0;
+    unsigned long long value = strtoull(text, &end, 10), unit = 1;
+    if (option->kind == BYTES && *end) {
+        const char *units = "KMG", *found = strchr(units, toupper((unsigned char)*end++));
+        if (!found) return false;
+        unit = 1ull << (10 * (found - units + 1));
+    }
+    if (errno || *end || value > option->max / unit) return false;
+    *out = value * unit;
+    return *out >= option->min;
+}
+
+static bool is_printable(const char *text) {
+    for (; *text; text++)
+        if (*text < 0x20 || *text > 0x7e) return false;
+    return true;
+}
+
+/* `place` names the source of the value in the message. */
+static bool set(shd_config *config, const option_info *option, const char *text, const char *place,
+                char *message, size_t size) {
+    char *field = (char *)config + option->offset;
+    switch (option->kind) {
+    case TEXT:
+        if (strlen(text) >= option->size || !is_printable(text)) {
+            snprintf(message, size, "%s: up to %zu printable ASCII characters are possible", place,
+                     option->size - 1);
+            return false;
+        }
+        memcpy(field, text, strlen(text) + 1);
+        return true;
+    case SWITCH:
+        if (strcmp(text, "on") && strcmp(text, "off")) {
+            snprintf(message, size, "%s: '%s' is neither on nor off", place, text);
+            return false;
+        }
+        *(bool *)(void *)field = !strcmp(text, "on");
+        return true;
+    case WHOLE:
+    case BYTES:
+        if (parse_whole(option, text, (uint64_t *)(void *)field)) return true;
+        snprintf(message, size, "%s: '%s' is not a whole number from %llu to %llu%s", place, text,
+                 (unsigned long long)option->min, (unsigned long long)option->max,
+                 option->kind == BYTES ? " (K, M or G may follow)" : "");
+        return false;
+    }
+    return false;
+}
+
+/* ---- The file ---- */
+
+typedef struct file_reader {
+    FILE *file;
+    const char *path;
+    shd_config *config;
+    int line;
+    bool failed;
+    char *message;
+    size_t size;
+} file_reader;
+
+static void file_error(file_reader *reader, const char *format, ...) SHD_PRINTF(2, 3);
+
+static void file_error(file_reader *reader, const char *format, ...) {
+    if (reader->failed) return; /* the first one is told */
+    reader->failed = true;
+    char text[512];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    snprintf(reader->message, reader->size, "%s:%d: %s", reader->path, reader->line, text);
+}
+
+/* Lines for libinih, which itself does not number them, cuts long ones in two, and takes an
+ * indented one for the continuation of the last value. */
+static char *read_line(char *line, int size, void *context) {
+    file_reader *reader = context;
+    char text[LINE_SIZE];
+    if (reader->failed || !fgets(text, sizeof text, reader->file)) return NULL;
+    reader->line++;
+    if (!strchr(text, '\n') && !feof(reader->file)) {
+        file_error(reader, "the line is longer than %d characters", LINE_SIZE - 2);
+        return NULL;
+    }
+    const char *start = text;
+    while (*start == ' ' || *start == '\t') start++;
+    snprintf(line, (size_t)size, "%s", start);
+    return line;
+}
+
+static int read_pair(void *context, const char *section, const char *name, const char *value) {
+    file_reader *reader = context;
+    if (*section) {
+        file_error(reader, "there are no sections: '[%s]'", section);
+        return 0;
+    }
+    for (size_t i = 0; i < OPTION_COUNT; i++) {
+        if (strcmp(options[i].name, name)) continue;
+        char place[128], message[512];
+        snprintf(place, sizeof place, "%s", name);
+        if (!set(reader->config, &options[i], value, place, message, sizeof message))
+            file_error(reader, "%s", message);
+        return !reader->failed;
+    }
+    file_error(reader, "unknown key '%s' (shaded --help lists all)", name);
+    return 0;
+}
+
+static bool read_file(const char *path, shd_config *config, char *message, size_t size) {
+    file_reader reader = {
+        .file = fopen(path, "r"), .path = path, .config = config, .message = message, .size = size};
+    if (!reader.file) {
+        snprintf(message, size, "%s: %s", path, strerror(errno));
+        return false;
+    }
+    int bad_line = ini_parse_stream(read_line, &reader, read_pair, &reader);
+    if (!reader.failed && ferror(reader.file)) {
+        snprintf(message, size, "%s: %s", path, strerror(errno));
+        reader.failed = true;
+    }
+    if (!reader.failed && bad_line) {
+        reader.line = bad_line;
+        file_error(&reader, "not of the form key = value");
+    }
+    fclose(reader.file);
+    return !reader.failed;
+}
+
+/* ---- All sources ---- */
+
+static void environment_name(const char *name, char *out, size_t size) {
+    snprintf(out, size, "SHADED_%s", name);
+    for (; *out; out++) *out = *out == '-' ? '_' : (char)toupper((unsigned char)*out);
+}
+
+static shd_config_result read_flags(int argc, char **argv, const char *values[OPTION_COUNT],
+                                    const char **path, char *message, size_t size) {
+    struct option flags[OPTION_COUNT + 4] = {{0}};
+    for (int i = 0; i < OPTION_COUNT; i++)
+        flags[i] = (struct option){options[i].name, required_argument, NULL, FLAG_VERSION + 1 + i};
+    flags[OPTION_COUNT] = (struct option){"config", required_argument, NULL, FLAG_CONFIG};
+    flags[OPTION_COUNT + 1] = (struct option){"help", no_argument, NULL, FLAG_HELP};
+    flags[OPTION_COUNT + 2] = (struct option){"version", no_argument, NULL, FLAG_VERSION};
+
+    opterr = 0; /* the messages are our own */
+    for (;;) {
+        int flag = getopt_long(argc, argv, ":", flags, NULL);
+        if (flag == -1) break;
+        if (flag == FLAG_HELP) return SHD_CONFIG_HELP;
+        if (flag == FLAG_VERSION) return SHD_CONFIG_VERSION;
+        if (flag == '?' || flag == ':') {
+            char letter[] = {'-', (char)optopt, 0}; /* optopt is set for one-letter flags only */
+            bool is_short = flag == '?' && optopt > 0 && optopt < FLAG_CONFIG;
+            snprintf(message, size, "%s %s (shaded --help lists all flags)",
+                     flag == ':' ? "no value after" : "unknown flag",
+                     is_short ? letter : argv[optind - 1]);
+            return SHD_CONFIG_BAD_FLAGS;
+        }
+        if (flag == FLAG_CONFIG)
+            *path = optarg;
+        else
+            values[flag - FLAG_VERSION - 1] = optarg;
+    }
+    if (optind < argc) {
+        snprintf(message, size, "unexpected argument '%s'", argv[optind]);
+        return SHD_CONFIG_BAD_FLAGS;
+    }
+    return SHD_CONFIG_RUN;
+}
+
+shd_config_result shd_config_read(int argc, char **argv, shd_config *config, char *message,
+                                  size_t message_size) {
+    *config = shd_config_defaults();
+    const char *values[OPTION_COUNT] = {NULL}, *path = getenv("SHADED_CONFIG");
+    shd_config_result result = read_flags(argc, argv, values, &path, message, message_size);
+    if (result != SHD_CONFIG_RUN) return result;
+
+    if (path && *path && !read_file(path, config, message, message_size)) return SHD_CONFIG_BAD;
+
+    for (size_t i = 0; i < OPTION_COUNT; i++) {
+        char name[64];
+        environment_name(options[i].name, name, sizeof name);
+        const char *value = getenv(name);
+        if (!value || !*value) continue; /* an empty variable is none, as in compose files */
+        if (!set(config, &options[i], value, name, message, message_size)) return SHD_CONFIG_BAD;
+    }
+    for (size_t i = 0; i < OPTION_COUNT; i++) {
+        char name[64];
+        snprintf(name, sizeof name, "--%s", options[i].name);
+        if (values[i] && !set(config, &options[i], values[i], name, message, message_size))
+            return SHD_CONFIG_BAD_FLAGS;
+    }
+    return SHD_CONFIG_RUN;
+}
+
+/* ---- Help ---- */
+
+static void print_default(FILE *out, const option_info *option, const shd_config *defaults) {
+    static const char *const units[] = {"", "K", "M", "G"};
+    const char *field = (const char *)defaults + option->offset;
+    switch (option->kind) {
+    case TEXT:
+        if (*field) fprintf(out, " [%s]", field);
+        break;
+    case SWITCH:
+        fprintf(out, " [%s]", *(const bool *)(const void *)field ? "on" : "off");
+        break;
+    case WHOLE:
+    case BYTES: {
+        uint64_t value = *(const uint64_t *)(const void *)field, unit = 0;
+        if (option->kind == BYTES)
+            for (; unit < 3 && value && value % 1024 == 0; unit++) value /= 1024;
+        fprintf(out, " [%llu%s]", (unsigned long long)value, units[unit]);
+        break;
+    }
+    }
+}
+
+void shd_config_help(FILE *out) {
+    shd_config defaults = shd_config_defaults();
+    fputs("Usage: shaded [--config FILE] [--OPTION VALUE]...\n"
+          "Serves pictures of JSON scenes over HTTP.\n\n"
+          "Each option may also be set as SHADED_OPTION (upper case, _ for -) in the environment\n"
+          "or as `option = value` in the file. Flags win over the environment, it over the file,\n"
+          "the file over the defaults in brackets.\n\n",
+          out);
+    for (size_t i = 0; i < OPTION_COUNT; i++) {
+        char flag[64];
+        snprintf(flag, sizeof flag, "--%s %s", options[i].name, options[i].argument);
+        fprintf(out, "  %-24s  %s", flag, options[i].help);
+        print_default(out, &options[i], &defaults);
+        fputc('\n', out);
+    }
+    fputs("  --config FILE             configuration file (or SHADED_CONFIG)\n"
+          "  --help, --version\n\n"
+          "SIGTERM and SIGINT finish what is accepted and exit 0; a second one exits at once.\n"
+          "Exit status: 0 stopped, 1 could not start or finish, 2 wrong flags.\n",
+          out);
+}

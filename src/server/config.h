@@ -1,0 +1,39 @@
+/* The daemon's options. Each has one name: `--max-body` on the command line, SHADED_MAX_BODY in
+ * the environment, `max-body` in the file. Flags win over the environment, the environment over
+ * the file, the file over the defaults. */
+#ifndef SHD_SERVER_CONFIG_H
+#define SHD_SERVER_CONFIG_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+typedef struct shd_config {
+    char listen[256], admin[256]; /* ADDR:PORT; admin may be "off" */
+    char ocio[4096];              /* path; "": the embedded configuration */
+    char cache_control[256];      /* of pictures */
+    bool log_requests;
+    uint64_t threads, queue, connections;
+    uint64_t pixels, lights, objects, triangles, body, memory; /* shd_limits */
+    uint64_t timeout, idle_timeout, drain_time;                /* seconds */
+} shd_config;
+
+typedef enum shd_config_result {
+    SHD_CONFIG_RUN,
+    SHD_CONFIG_HELP,
+    SHD_CONFIG_VERSION,
+    SHD_CONFIG_BAD_FLAGS, /* `message` says what is wrong with the command line */
+    SHD_CONFIG_BAD        /* ... with the environment or the file */
+} shd_config_result;
+
+shd_config shd_config_defaults(void);
+
+/* Reads everything into *config; `message` gets one line without a newline. */
+shd_config_result shd_config_read(int argc, char **argv, shd_config *config, char *message,
+                                  size_t message_size);
+
+/* What --help prints. */
+void shd_config_help(FILE *out);
+
+#endif

@@ -1,0 +1,365 @@
+/* libmicrohttpd. One I/O thread runs everything here but shd_exchange_resume; its handler sees
+ * each exchange so: once with the head (BEGUN), for every piece of the body and once at its end
+ * (READING), and, where a worker had it, once more when it is resumed (WAITING). */
+#include "http.h"
+
+#include <errno.h>
+#include <microhttpd.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/socket.h>
+
+#include "clock.h"
+#include "log.h"
+#include "problem.h"
+#include "routes.h"
+
+enum { BEGUN, READING, WAITING, ANSWERED };
+
+/* Memory for a connection's head and answer's head. */
+enum { CONNECTION_MEMORY = 64 << 10 };
+
+/* What the head says about itself and its body. */
+typedef struct head {
+    shd_exchange *exchange;
+    const char *length, *coding, *request_id;
+    unsigned lengths, codings, hosts;
+    bool expects;
+} head;
+
+/* ---- The start of an exchange ---- */
+
+/* The path alone, decoded, of "/path?query" or "http://host/path". A decoded 0 byte or an
+ * over-long path leaves path_cut set: it names nothing. */
+static void set_path(shd_exchange *exchange, const char *target) {
+    const char *authority = strstr(target, "://");
+    if (*target != '/' && authority) {
+        target = strchr(authority + 3, '/');
+        if (!target) target = "/";
+    }
+    size_t length = 0;
+    for (const char *c = target; *c && *c != '?'; c++) {
+        unsigned byte = (unsigned char)*c;
+        char digits[3] = {0};
+        if (*c == '%' && c[1] && c[2]) {
+            char *end;
+            memcpy(digits, c + 1, 2);
+            unsigned long value = strtoul(digits, &end, 16);
+            if (!*end && digits[0] != '+' && digits[0] != '-' && digits[0] != ' ') {
+                byte = (unsigned)value;
+                c += 2;
+            }
+        }
+        if (!byte || length == sizeof exchange->path - 1) {
+            exchange->path_cut = true;
+            break;
+        }
+        exchange->path[length++] = (char)byte;
+    }
+    exchange->path[length] = 0;
+}
+
+/* libmicrohttpd's first word about a request: its target as it was sent. */
+static void *begin(void *cls, const char *target, struct MHD_Connection *connection) {
+    shd_exchange *exchange = calloc(1, sizeof *exchange);
+    if (!exchange) return NULL;
+    exchange->server = cls;
+    exchange->connection = connection;
+    exchange->started = shd_now();
+    exchange->state = BEGUN;
+    snprintf(exchange->method_name, sizeof exchange->method_name, "-");
+    snprintf(exchange->id, sizeof exchange->id, "%08x-%08x", exchange->server->run,
+             atomic_fetch_add(&exchange->server->next_id, 1));
+    set_path(exchange, target);
+    return exchange;
+}
+
+/* Appends a field that may be repeated, as a list. */
+static void join(char **list, const char *value) {
+    size_t old = *list ? strlen(*list) : 0, size = old + strlen(value) + 3;
+    char *joined = realloc(*list, size);
+    if (!joined) return;
+    snprintf(joined + old, size - old, "%s%s", old ? ", " : "", value);
+    *list = joined;
+}
+
+static enum MHD_Result read_field(void *cls, enum MHD_ValueKind kind, const char *name,
+                                  const char *value) {
+    head *h = cls;
+    (void)kind;
+    if (!value) value = "";
+    if (!strcasecmp(name, "Accept")) {
+        join(&h->exchange->accept, value);
+    } else if (!strcasecmp(name, "If-None-Match")) {
+        join(&h->exchange->if_none_match, value);
+    } else if (!strcasecmp(name, "Content-Type")) {
+        h->exchange->content_type = value;
+    } else if (!strcasecmp(name, "Content-Encoding")) {
+        h->exchange->content_encoding = value;
+    } else if (!strcasecmp(name, "X-Request-Id")) {
+        h->request_id = value;
+    } else if (!strcasecmp(name, "Expect")) {
+        h->expects = true;
+    } else if (!strcasecmp(name, "Host")) {
+        h->hosts++;
+    } else if (!strcasecmp(name, "Content-Length")) {
+        h->length = value;
+        h->lengths++;
+    } else if (!strcasecmp(name, "Transfer-Encoding")) {
+        h->coding = value;
+        h->codings++;
+    }
+    return MHD_YES;
+}
+
+static void adopt_id(shd_exchange *exchange, const char *id) {
+    static const char allowed[] =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-";
+    size_t length = id ? strspn(id, allowed) : 0;
+    if (length && length < SHD_ID_SIZE && !id[length]) memcpy(exchange->id, id, length + 1);
+}
+
+static shd_method find_method(const char *name) {
+    if (!strcmp(name, "GET")) return SHD_GET;
+    if (!strcmp(name, "HEAD")) return SHD_HEAD;
+    if (!strcmp(name, "POST")) return SHD_POST;
+    if (!strcmp(name, "OPTIONS")) return SHD_OPTIONS;
+    return SHD_NO_METHOD;
+}
+
+/* Heads on which two servers could disagree where the body ends are refused: that is how requests
+ * are smuggled past proxies (RFC 9112, section 11.2). */
+static bool check_framing(head *h, const char *version) {
+    shd_reply *reply = &h->exchange->reply;
+    if (h->lengths > 1)
+        shd_problem_reply(reply, SHD_BAD_REQUEST, "Content-Length is given %u times", h->lengths);
+    else if (h->lengths && h->codings)
+        shd_problem_reply(reply, SHD_BAD_REQUEST, "both Content-Length and Transfer-Encoding");
+    else if (h->codings && (h->codings > 1 || strcasecmp(h->coding, "chunked")))
+        shd_problem_reply(reply, SHD_BAD_REQUEST, "the only Transfer-Encoding taken is chunked");
+    else if (h->hosts > 1 || (!h->hosts && !strcmp(version, "HTTP/1.1")))
+        shd_problem_reply(reply, SHD_BAD_REQUEST, "%u Host fields: one is needed", h->hosts);
+    else
+        return true;
+    return false;
+}
+
+/* ---- Sending ---- */
+
+static void add_common_headers(shd_exchange *exchange) {
+    shd_reply_plain(&exchange->reply, "X-Request-Id", exchange->id);
+    if (atomic_load(&exchange->server->draining))
+        shd_reply_plain(&exchange->reply, "Connection", "close");
+}
+
+static enum MHD_Result queue_reply(shd_exchange *exchange) {
+    shd_reply *reply = &exchange->reply;
+    exchange->state = ANSWERED;
+    add_common_headers(exchange);
+    void *body = (void *)(size_t)reply->body;
+    struct MHD_Response *response =
+        reply->owns_body
+            ? MHD_create_response_from_buffer_with_free_callback_cls(reply->size, body, free, body)
+            : MHD_create_response_from_buffer(reply->size, body, MHD_RESPMEM_PERSISTENT);
+    if (!response) return MHD_NO;
+    reply->owns_body = false;
+    for (size_t i = 0; i < reply->header_count; i++)
+        MHD_add_response_header(response, reply->headers[i].name, reply->headers[i].value);
+    enum MHD_Result result = MHD_queue_response(exchange->connection, reply->status, response);
+    MHD_destroy_response(response);
+    return result;
+}
+
+/* Answers before the body has come, and closes the connection. libmicrohttpd can do this only at
+ * the head, and then cuts off the client in mid-send; so the message is written to the socket by
+ * hand, which nobody else writes to while a body is awaited. It is short: where the socket does
+ * not take it at once the client is not reading. */
+static enum MHD_Result refuse_now(shd_exchange *exchange) {
+    exchange->state = ANSWERED;
+    add_common_headers(exchange);
+    size_t length;
+    char *message = shd_reply_raw(&exchange->reply, exchange->method != SHD_HEAD, &length);
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(exchange->connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+    if (message && info &&
+        send(info->connect_fd, message, length, MSG_DONTWAIT | MSG_NOSIGNAL) == (ssize_t)length)
+        shd_linger_keep(exchange->server->linger, info->connect_fd);
+    free(message);
+    return MHD_NO;
+}
+
+static enum MHD_Result refuse_size(shd_exchange *exchange, unsigned long long size) {
+    unsigned long long limit = exchange->server->config.body;
+    shd_reply_clear(&exchange->reply);
+    if (size)
+        shd_problem_reply(&exchange->reply, SHD_TOO_LARGE,
+                          "the body has %llu bytes: the limit body is %llu", size, limit);
+    else
+        shd_problem_reply(&exchange->reply, SHD_TOO_LARGE,
+                          "the body goes on after %llu bytes: that is the limit body", limit);
+    return refuse_now(exchange);
+}
+
+/* ---- Receiving ---- */
+
+static enum MHD_Result take_head(shd_exchange *exchange, const char *method, const char *version) {
+    head h = {.exchange = exchange};
+    snprintf(exchange->method_name, sizeof exchange->method_name, "%s", method);
+    exchange->method = find_method(method);
+    exchange->counted = true;
+    atomic_fetch_add(&exchange->server->in_flight, 1);
+    MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, read_field, &h);
+    adopt_id(exchange, h.request_id);
+    if (!check_framing(&h, version)) return refuse_now(exchange);
+
+    exchange->refused = !shd_route_admit(exchange);
+    errno = 0;
+    unsigned long long length = h.length ? strtoull(h.length, NULL, 10) : 0;
+    if (errno || length > exchange->server->config.body) return refuse_size(exchange, length);
+    /* A client that asks first must not be told to go on. Others send in any case: they get their
+     * answer after the body, and keep the connection. */
+    if (exchange->refused && h.expects) return refuse_now(exchange);
+    exchange->state = READING;
+    return MHD_YES;
+}
+
+/* Memory grows with what has really come, not with what Content-Length promises. */
+static bool keep(shd_exchange *exchange, const char *data, size_t size) {
+    size_t needed = exchange->size + size;
+    if (needed > exchange->capacity) {
+        size_t capacity = exchange->capacity ? exchange->capacity : 4096;
+        while (capacity < needed) capacity *= 2;
+        unsigned char *grown = realloc(exchange->body, capacity);
+        if (!grown) return false;
+        exchange->body = grown;
+        exchange->capacity = capacity;
+    }
+    memcpy(exchange->body + exchange->size, data, size);
+    exchange->size = needed;
+    return true;
+}
+
+static enum MHD_Result take_body(shd_exchange *exchange, const char *data, size_t *size) {
+    if (*size > exchange->server->config.body - exchange->size) return refuse_size(exchange, 0);
+    if (exchange->refused || exchange->method != SHD_POST) {
+        exchange->size += *size; /* read for the sake of the connection, but not kept */
+    } else if (!keep(exchange, data, *size)) {
+        shd_problem_reply(&exchange->reply, SHD_FAILED, "no memory for the body");
+        return refuse_now(exchange);
+    }
+    *size = 0;
+    return MHD_YES;
+}
+
+static enum MHD_Result take_end(shd_exchange *exchange) {
+    exchange->was_accepted = true;
+    atomic_fetch_add(&exchange->server->accepted, 1);
+    if (!exchange->refused) shd_route_answer(exchange);
+    if (!exchange->is_suspended) return queue_reply(exchange);
+    exchange->state = WAITING;
+    return MHD_YES;
+}
+
+static void leave_suspension(shd_exchange *exchange) {
+    if (!exchange->is_suspended) return;
+    exchange->is_suspended = false;
+    atomic_fetch_sub(&exchange->server->suspended, 1);
+}
+
+void shd_exchange_suspend(shd_exchange *exchange) {
+    exchange->is_suspended = true;
+    atomic_fetch_add(&exchange->server->suspended, 1);
+    MHD_suspend_connection(exchange->connection);
+}
+
+void shd_exchange_resume(shd_exchange *exchange) {
+    MHD_resume_connection(exchange->connection);
+}
+
+static enum MHD_Result handle(void *cls, struct MHD_Connection *connection, const char *url,
+                              const char *method, const char *version, const char *upload,
+                              size_t *upload_size, void **context) {
+    (void)cls, (void)connection, (void)url;
+    shd_exchange *exchange = *context;
+    if (!exchange) return MHD_NO; /* begin() had no memory */
+    switch (exchange->state) {
+    case BEGUN:
+        return take_head(exchange, method, version);
+    case READING:
+        return *upload_size ? take_body(exchange, upload, upload_size) : take_end(exchange);
+    case WAITING:
+        leave_suspension(exchange);
+        return queue_reply(exchange);
+    default:
+        return MHD_NO;
+    }
+}
+
+/* ---- The end of an exchange ---- */
+
+static size_t body_bytes(const shd_exchange *exchange) {
+    bool bodiless = exchange->method == SHD_HEAD || exchange->reply.status == 304;
+    return bodiless ? 0 : exchange->reply.size;
+}
+
+static void log_request(const shd_exchange *exchange, double seconds, bool aborted) {
+    shd_log line;
+    shd_log_begin(&line, SHD_LOG_INFO, "request");
+    shd_log_text(&line, "id", exchange->id);
+    shd_log_text(&line, "method", exchange->method_name);
+    shd_log_text(&line, "path", exchange->path);
+    shd_log_whole(&line, "status", exchange->reply.status);
+    shd_log_whole(&line, "bytes", body_bytes(exchange));
+    shd_log_milliseconds(&line, "ms", seconds);
+    if (aborted) shd_log_flag(&line, "aborted", true);
+    shd_log_end(&line);
+}
+
+static void complete(void *cls, struct MHD_Connection *connection, void **context,
+                     enum MHD_RequestTerminationCode code) {
+    (void)cls, (void)connection;
+    shd_exchange *exchange = *context;
+    *context = NULL;
+    if (!exchange) return;
+    shd_server *server = exchange->server;
+    leave_suspension(exchange);
+    if (exchange->counted) {
+        double seconds = shd_now() - exchange->started;
+        unsigned status = exchange->state == ANSWERED ? exchange->reply.status : 0;
+        /* What was refused in mid-body ends as an error, but was answered. */
+        bool aborted =
+            !status || (exchange->was_accepted && code != MHD_REQUEST_TERMINATED_COMPLETED_OK);
+        shd_route_id id = exchange->route ? exchange->route->id : SHD_ROUTE_OTHER;
+        if (status)
+            shd_metrics_request(&server->metrics, id, status, seconds, body_bytes(exchange));
+        if (aborted) atomic_fetch_add(&server->metrics.aborted, 1);
+        if (server->config.log_requests) log_request(exchange, seconds, aborted);
+        if (exchange->was_accepted) atomic_fetch_sub(&server->accepted, 1);
+        atomic_fetch_sub(&server->in_flight, 1);
+    }
+    shd_reply_clear(&exchange->reply);
+    free(exchange->accept);
+    free(exchange->if_none_match);
+    free(exchange->body);
+    free(exchange);
+}
+
+shd_status shd_http_start(shd_server *server, int socket, struct MHD_Daemon **out,
+                          shd_error *error) {
+    struct MHD_Daemon *daemon = MHD_start_daemon(
+        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC, 0, NULL, NULL,
+        handle, server, MHD_OPTION_LISTEN_SOCKET, socket, MHD_OPTION_URI_LOG_CALLBACK, begin,
+        server, MHD_OPTION_NOTIFY_COMPLETED, complete, NULL, MHD_OPTION_CONNECTION_LIMIT,
+        (unsigned)server->config.connections, MHD_OPTION_CONNECTION_TIMEOUT,
+        (unsigned)server->config.idle_timeout, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
+        (size_t)CONNECTION_MEMORY, MHD_OPTION_END);
+    if (!daemon) return shd_fail(error, SHD_INTERNAL, "", "libmicrohttpd did not start");
+    *out = daemon;
+    return SHD_OK;
+}
+
+void shd_http_stop(struct MHD_Daemon *daemon) {
+    if (daemon) MHD_stop_daemon(daemon);
+}

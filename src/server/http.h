@@ -1,0 +1,22 @@
+/* The two ports. */
+#ifndef SHD_SERVER_HTTP_H
+#define SHD_SERVER_HTTP_H
+
+#include "server.h"
+
+struct MHD_Daemon;
+
+/* Serves the public port on a listening socket, which the daemon owns from then on. The server
+ * outlives it. */
+shd_status shd_http_start(shd_server *server, int socket, struct MHD_Daemon **out,
+                          shd_error *error);
+
+/* Closes every connection; no exchange is suspended any more. */
+void shd_http_stop(struct MHD_Daemon *daemon);
+
+/* The same for the operators' port, in admin.c. */
+shd_status shd_admin_start(shd_server *server, int socket, struct MHD_Daemon **out,
+                           shd_error *error);
+void shd_admin_stop(struct MHD_Daemon *daemon);
+
+#endif

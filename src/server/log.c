@@ -1,0 +1,104 @@
+#include "log.h"
+
+#include <errno.h>
+#include <pthread.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "base/status.h"
+
+/* Room for the closing brace and the newline. */
+enum { LOG_TAIL = 2 };
+
+static const char *const level_names[] = {"info", "warning", "error"};
+
+/* Adds all of it or nothing. */
+static bool add(shd_log *line, const char *text, size_t length) {
+    if (length > sizeof line->text - LOG_TAIL - line->length) return false;
+    memcpy(line->text + line->length, text, length);
+    line->length += length;
+    return true;
+}
+
+static void addf(shd_log *line, const char *format, ...) SHD_PRINTF(2, 3);
+
+static void addf(shd_log *line, const char *format, ...) {
+    char text[128];
+    va_list args;
+    va_start(args, format);
+    int length = vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+    if (length > 0 && (size_t)length < sizeof text) add(line, text, (size_t)length);
+}
+
+/* Printable ASCII passes, everything else becomes \u00xx byte by byte: the log stays ASCII and
+ * needs no valid UTF-8 from clients. */
+static bool add_escaped(shd_log *line, const char *text) {
+    for (const unsigned char *c = (const unsigned char *)text; *c; c++) {
+        char escaped[8];
+        int length;
+        if (*c == '"' || *c == '\\')
+            length = snprintf(escaped, sizeof escaped, "\\%c", *c);
+        else if (*c >= 0x20 && *c < 0x7f)
+            length = snprintf(escaped, sizeof escaped, "%c", *c);
+        else
+            length = snprintf(escaped, sizeof escaped, "\\u%04x", *c);
+        if (!add(line, escaped, (size_t)length)) return false;
+    }
+    return true;
+}
+
+void shd_log_begin(shd_log *line, shd_log_level level, const char *event) {
+    struct timespec now;
+    struct tm date;
+    clock_gettime(CLOCK_REALTIME, &now);
+    gmtime_r(&now.tv_sec, &date);
+    char stamp[32];
+    strftime(stamp, sizeof stamp, "%Y-%m-%dT%H:%M:%S", &date);
+    line->length = 0;
+    addf(line, "{\"time\":\"%s.%03dZ\",\"level\":\"%s\"", stamp, (int)(now.tv_nsec / 1000000),
+         level_names[level]);
+    shd_log_text(line, "event", event);
+}
+
+void shd_log_text(shd_log *line, const char *name, const char *value) {
+    size_t start = line->length;
+    addf(line, ",\"%s\":\"", name);
+    if (!add_escaped(line, value) || !add(line, "\"", 1)) line->length = start;
+}
+
+void shd_log_whole(shd_log *line, const char *name, uint64_t value) {
+    addf(line, ",\"%s\":%llu", name, (unsigned long long)value);
+}
+
+void shd_log_milliseconds(shd_log *line, const char *name, double seconds) {
+    addf(line, ",\"%s\":%.3f", name, seconds * 1e3);
+}
+
+void shd_log_flag(shd_log *line, const char *name, bool value) {
+    addf(line, ",\"%s\":%s", name, value ? "true" : "false");
+}
+
+void shd_log_end(shd_log *line) {
+    static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
+    memcpy(line->text + line->length, "}\n", LOG_TAIL);
+    size_t length = line->length + LOG_TAIL;
+    pthread_mutex_lock(&mutex);
+    for (size_t done = 0; done < length;) {
+        ssize_t written = write(STDERR_FILENO, line->text + done, length - done);
+        if (written < 0 && errno == EINTR) continue;
+        if (written <= 0) break; /* nobody reads the log: the service goes on */
+        done += (size_t)written;
+    }
+    pthread_mutex_unlock(&mutex);
+}
+
+void shd_log_message(shd_log_level level, const char *event, const char *message) {
+    shd_log line;
+    shd_log_begin(&line, level, event);
+    shd_log_text(&line, "message", message);
+    shd_log_end(&line);
+}

@@ -1,0 +1,201 @@
+/* shaded: the daemon. Starts everything, waits for a signal, stops everything in order. */
+#include <errno.h>
+#include <pthread.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/random.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include "address.h"
+#include "clock.h"
+#include "config.h"
+#include "http.h"
+#include "log.h"
+#include "routes.h"
+#include "server.h"
+
+enum { EXIT_STOPPED = 0, EXIT_CANNOT_START = 1, EXIT_USAGE = 2 };
+
+/* How long clients that are still sending their request are waited for, and cancelled jobs. */
+static const double upload_grace = 1, cancel_grace = 5;
+
+typedef struct ports {
+    struct MHD_Daemon *public, *admin;
+} ports;
+
+static bool has_admin(const shd_config *config) {
+    return strcmp(config->admin, "off") != 0;
+}
+
+/* Every connection is a descriptor: take what the system allows. */
+static void raise_descriptor_limit(void) {
+    struct rlimit limit;
+    if (getrlimit(RLIMIT_NOFILE, &limit)) return;
+    limit.rlim_cur = limit.rlim_max;
+    setrlimit(RLIMIT_NOFILE, &limit);
+}
+
+/* Signals are for the main thread alone, which waits for them; threads inherit the mask. */
+static sigset_t block_signals(void) {
+    sigset_t stop;
+    sigemptyset(&stop);
+    sigaddset(&stop, SIGTERM);
+    sigaddset(&stop, SIGINT);
+    pthread_sigmask(SIG_BLOCK, &stop, NULL);
+    signal(SIGPIPE, SIG_IGN);
+    return stop;
+}
+
+/* ---- Start ---- */
+
+static shd_status make_engine(shd_server *server, shd_error *error) {
+    const shd_config *config = &server->config;
+    shd_engine_options options = shd_engine_defaults();
+    options.ocio_config = *config->ocio ? config->ocio : NULL;
+    options.threads = (unsigned)config->threads;
+    options.queue = config->queue;
+    options.limits = (shd_limits){.pixels = config->pixels,
+                                  .lights = config->lights,
+                                  .objects = config->objects,
+                                  .triangles = config->triangles,
+                                  .body = config->body,
+                                  .memory = config->memory};
+    return shd_engine_new(&options, &server->engine, error);
+}
+
+static void log_listening(const shd_server *server, const char *address, const char *admin) {
+    shd_log line;
+    shd_log_begin(&line, SHD_LOG_INFO, "listening");
+    shd_log_text(&line, "address", address);
+    shd_log_text(&line, "admin", admin);
+    shd_log_text(&line, "version", shd_version());
+    shd_log_whole(&line, "threads", shd_engine_load(server->engine).threads);
+    shd_log_whole(&line, "pid", (uint64_t)getpid());
+    shd_log_end(&line);
+}
+
+/* The sockets come first: an address in use is told before the color configuration is read.
+ * Where one step fails, main() undoes the others. */
+static shd_status start(shd_server *server, ports *out, shd_error *error) {
+    const shd_config *config = &server->config;
+    char address[SHD_ADDRESS_SIZE], admin[SHD_ADDRESS_SIZE] = "off";
+    int public_socket = -1, admin_socket = -1;
+    shd_status status = shd_listen(config->listen, &public_socket, address, error);
+    if (!status && has_admin(config))
+        status = shd_listen(config->admin, &admin_socket, admin, error);
+    if (!status) status = make_engine(server, error);
+    if (!status) status = shd_watch_new(&server->watch, error);
+    if (!status) status = shd_linger_new(&server->linger, error);
+    if (!status) status = shd_routes_prepare(server, error);
+    if (!status && admin_socket >= 0) {
+        status = shd_admin_start(server, admin_socket, &out->admin, error);
+        if (!status) admin_socket = -1;
+    }
+    if (!status) {
+        status = shd_http_start(server, public_socket, &out->public, error);
+        if (!status) public_socket = -1;
+    }
+    if (admin_socket >= 0) close(admin_socket);
+    if (public_socket >= 0) close(public_socket);
+    if (!status) log_listening(server, address, admin);
+    return status;
+}
+
+/* ---- Stop ---- */
+
+/* Returns once nothing that was accepted is unanswered, or the time is over. False: a job did not
+ * end even when it was cancelled, or a second signal came; the process can only be ended. */
+static bool drain(shd_server *server, const sigset_t *stop) {
+    const struct timespec pause = {.tv_nsec = 10 * 1000 * 1000};
+    double begin = shd_now(), deadline = begin + (double)server->config.drain_time;
+    bool cancelled = false;
+    for (;;) {
+        double now = shd_now();
+        bool uploads_over = !atomic_load(&server->in_flight) || now > begin + upload_grace;
+        if (!atomic_load(&server->accepted) && uploads_over) return true;
+        if (now > deadline && !cancelled) {
+            shd_log_message(SHD_LOG_WARNING, "drain-time", "cancelling what is unfinished");
+            shd_watch_stop(server->watch);
+            cancelled = true;
+        }
+        /* Clients that do not take their answer are not waited for any longer. */
+        if (cancelled && !atomic_load(&server->suspended)) return true;
+        if (now > deadline + cancel_grace) {
+            shd_log_message(SHD_LOG_ERROR, "stuck", "a request does not end: giving up");
+            return false;
+        }
+        if (sigtimedwait(stop, NULL, &pause) > 0) {
+            shd_log_message(SHD_LOG_WARNING, "second-signal", "stopping at once");
+            return false;
+        }
+    }
+}
+
+static void release(shd_server *server, ports *open) {
+    shd_http_stop(open->public);
+    shd_linger_drop(server->linger);
+    shd_admin_stop(open->admin);
+    shd_engine_drop(server->engine);
+    shd_watch_drop(server->watch);
+    shd_routes_release(server);
+}
+
+static int serve(shd_server *server) {
+    sigset_t stop = block_signals();
+    raise_descriptor_limit();
+    if (getrandom(&server->run, sizeof server->run, 0) != (ssize_t)sizeof server->run)
+        server->run = (uint32_t)getpid();
+
+    ports open = {0};
+    shd_error error = {0};
+    if (start(server, &open, &error)) {
+        shd_log line;
+        shd_log_begin(&line, SHD_LOG_ERROR, "cannot-start");
+        if (*error.path) shd_log_text(&line, "where", error.path);
+        shd_log_text(&line, "message", error.text);
+        shd_log_end(&line);
+        release(server, &open);
+        return EXIT_CANNOT_START;
+    }
+
+    int signal_number;
+    sigwait(&stop, &signal_number);
+    shd_log_message(SHD_LOG_INFO, "stopping", strsignal(signal_number));
+    atomic_store(&server->draining, true);
+    if (!drain(server, &stop)) _exit(EXIT_CANNOT_START);
+    release(server, &open);
+    shd_log_message(SHD_LOG_INFO, "stopped", "all requests are answered");
+    return EXIT_STOPPED;
+}
+
+int main(int argc, char **argv) {
+    /* Too large for the stack's taste, and needed to the end. */
+    shd_server *server = calloc(1, sizeof *server);
+    if (!server) return EXIT_CANNOT_START;
+    char message[1024];
+    int code = EXIT_STOPPED;
+    switch (shd_config_read(argc, argv, &server->config, message, sizeof message)) {
+    case SHD_CONFIG_RUN:
+        code = serve(server);
+        break;
+    case SHD_CONFIG_HELP:
+        shd_config_help(stdout);
+        break;
+    case SHD_CONFIG_VERSION:
+        printf("shaded %s\n", shd_version());
+        break;
+    case SHD_CONFIG_BAD_FLAGS:
+        fprintf(stderr, "shaded: %s\n", message);
+        code = EXIT_USAGE;
+        break;
+    case SHD_CONFIG_BAD:
+        fprintf(stderr, "shaded: %s\n", message);
+        code = EXIT_CANNOT_START;
+        break;
+    }
+    free(server);
+    return code;
+}

@@ -1,0 +1,140 @@
+#include "metrics.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+static const char *const route_names[SHD_ROUTE_COUNT] = {
+    [SHD_ROUTE_INDEX] = "/",
+    [SHD_ROUTE_RENDER] = "/v1/render",
+    [SHD_ROUTE_MATERIALS] = "/v1/materials",
+    [SHD_ROUTE_SHAPES] = "/v1/shapes",
+    [SHD_ROUTE_COLORSPACES] = "/v1/colorspaces",
+    [SHD_ROUTE_VERSION] = "/v1/version",
+    [SHD_ROUTE_OPENAPI] = "/openapi.yaml",
+    [SHD_ROUTE_SCHEMA] = "/scene.schema.json",
+    [SHD_ROUTE_OTHER] = "other",
+};
+
+static const char *const stage_names[SHD_STAGE_COUNT] = {"queue", "parse", "plan",  "visibility",
+                                                         "shade", "color", "encode"};
+
+/* The last one, 0, takes every other status. */
+static const unsigned statuses[SHD_STATUSES] = {200, 204, 304, 400, 404, 405, 406, 413,
+                                                415, 422, 429, 431, 500, 501, 503, 0};
+
+static const double bounds[SHD_BUCKETS] = {0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1,
+                                           0.25,   0.5,   1,      2.5,   5,    10,    30};
+
+const char *shd_stage_name(shd_stage stage) {
+    return stage_names[stage];
+}
+
+static void count(atomic_uint_least64_t *counter, uint64_t by) {
+    atomic_fetch_add_explicit(counter, by, memory_order_relaxed);
+}
+
+static uint64_t value(atomic_uint_least64_t *counter) {
+    return atomic_load_explicit(counter, memory_order_relaxed);
+}
+
+static void observe(shd_histogram *histogram, double seconds) {
+    size_t bucket = 0;
+    while (bucket < SHD_BUCKETS && seconds > bounds[bucket]) bucket++;
+    count(&histogram->buckets[bucket], 1);
+    if (seconds > 0) count(&histogram->nanoseconds, (uint64_t)(seconds * 1e9));
+}
+
+void shd_metrics_request(shd_metrics *metrics, shd_route_id route, unsigned status, double seconds,
+                         size_t bytes) {
+    size_t index = 0;
+    while (index < SHD_STATUSES - 1 && statuses[index] != status) index++;
+    count(&metrics->requests[route][index], 1);
+    count(&metrics->response_bytes, bytes);
+    observe(&metrics->durations[route], seconds);
+}
+
+void shd_metrics_stage(shd_metrics *metrics, shd_stage stage, double seconds) {
+    observe(&metrics->stages[stage], seconds);
+}
+
+static void print_head(FILE *out, const char *name, const char *type, const char *help) {
+    fprintf(out, "# HELP shaded_%s %s\n# TYPE shaded_%s %s\n", name, help, name, type);
+}
+
+static void print_number(FILE *out, const char *name, const char *type, const char *help,
+                         uint64_t number) {
+    print_head(out, name, type, help);
+    fprintf(out, "shaded_%s %" PRIu64 "\n", name, number);
+}
+
+/* The count is the sum of the buckets as they were read, so that the lines of one histogram
+ * agree while others count on. Whole and fraction apart: %f would follow the locale. */
+static void print_histogram(FILE *out, const char *name, const char *label, const char *text,
+                            shd_histogram *histogram) {
+    uint64_t sum = 0;
+    for (size_t i = 0; i <= SHD_BUCKETS; i++) {
+        sum += value(&histogram->buckets[i]);
+        fprintf(out, "shaded_%s_bucket{%s=\"%s\",le=\"", name, label, text);
+        if (i < SHD_BUCKETS)
+            fprintf(out, "%g\"} %" PRIu64 "\n", bounds[i], sum);
+        else
+            fprintf(out, "+Inf\"} %" PRIu64 "\n", sum);
+    }
+    uint64_t nanoseconds = value(&histogram->nanoseconds);
+    fprintf(out, "shaded_%s_sum{%s=\"%s\"} %" PRIu64 ".%09" PRIu64 "\n", name, label, text,
+            nanoseconds / 1000000000, nanoseconds % 1000000000);
+    fprintf(out, "shaded_%s_count{%s=\"%s\"} %" PRIu64 "\n", name, label, text, sum);
+}
+
+char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *length) {
+    char *text = NULL;
+    FILE *out = open_memstream(&text, length);
+    if (!out) return NULL;
+
+    print_head(out, "build_info", "gauge", "Constant 1, labelled with the version.");
+    fprintf(out, "shaded_build_info{version=\"%s\"} 1\n", shd_version());
+    print_number(out, "draining", "gauge", "1 while the daemon is stopping.", gauges->draining);
+    print_number(out, "requests_in_flight", "gauge", "Requests begun and not yet answered.",
+                 gauges->in_flight);
+    print_number(out, "queue_depth", "gauge", "Requests that wait for a thread.",
+                 gauges->load.queued);
+    print_number(out, "workers", "gauge", "Rendering threads.", gauges->load.threads);
+    print_number(out, "workers_busy", "gauge", "Rendering threads at work on a request.",
+                 gauges->load.busy);
+    print_number(out, "response_bytes_total", "counter", "Bytes of response bodies.",
+                 value(&metrics->response_bytes));
+    print_number(out, "saturated_samples_total", "counter",
+                 "Samples that were not finite or beyond their output's range.",
+                 value(&metrics->saturated));
+    print_number(out, "aborted_total", "counter", "Answers that their client did not take.",
+                 value(&metrics->aborted));
+
+    print_head(out, "requests_total", "counter", "Requests by route and status.");
+    for (size_t route = 0; route < SHD_ROUTE_COUNT; route++)
+        for (size_t i = 0; i < SHD_STATUSES; i++) {
+            uint64_t number = value(&metrics->requests[route][i]);
+            if (!number) continue;
+            fprintf(out, "shaded_requests_total{route=\"%s\",status=\"", route_names[route]);
+            if (statuses[i])
+                fprintf(out, "%u\"} %" PRIu64 "\n", statuses[i], number);
+            else
+                fprintf(out, "other\"} %" PRIu64 "\n", number);
+        }
+
+    print_head(out, "request_duration_seconds", "histogram",
+               "Time from a request's first line to the end of its answer.");
+    for (size_t route = 0; route < SHD_ROUTE_COUNT; route++)
+        print_histogram(out, "request_duration_seconds", "route", route_names[route],
+                        &metrics->durations[route]);
+
+    print_head(out, "stage_duration_seconds", "histogram",
+               "Processor time of a picture by stage; of queue: time waited.");
+    for (size_t stage = 0; stage < SHD_STAGE_COUNT; stage++)
+        print_histogram(out, "stage_duration_seconds", "stage", stage_names[stage],
+                        &metrics->stages[stage]);
+
+    if (!fclose(out)) return text;
+    free(text);
+    return NULL;
+}

@@ -1,0 +1,69 @@
+/* Counters for operators, in Prometheus' text format. All of them are atomic: any thread. */
+#ifndef SHD_SERVER_METRICS_H
+#define SHD_SERVER_METRICS_H
+
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "shaded.h"
+
+/* Label values of `route`. */
+typedef enum shd_route_id {
+    SHD_ROUTE_INDEX,
+    SHD_ROUTE_RENDER,
+    SHD_ROUTE_MATERIALS,
+    SHD_ROUTE_SHAPES,
+    SHD_ROUTE_COLORSPACES,
+    SHD_ROUTE_VERSION,
+    SHD_ROUTE_OPENAPI,
+    SHD_ROUTE_SCHEMA,
+    SHD_ROUTE_OTHER, /* no such path */
+    SHD_ROUTE_COUNT
+} shd_route_id;
+
+typedef enum shd_stage {
+    SHD_STAGE_QUEUE, /* waiting for a thread: wall time; the others are processor time */
+    SHD_STAGE_PARSE,
+    SHD_STAGE_PLAN,
+    SHD_STAGE_VISIBILITY,
+    SHD_STAGE_SHADE,
+    SHD_STAGE_COLOR,
+    SHD_STAGE_ENCODE,
+    SHD_STAGE_COUNT
+} shd_stage;
+
+const char *shd_stage_name(shd_stage stage);
+
+enum { SHD_BUCKETS = 15, SHD_STATUSES = 16 };
+
+typedef struct shd_histogram {
+    atomic_uint_least64_t buckets[SHD_BUCKETS + 1]; /* the last one has no upper bound */
+    atomic_uint_least64_t nanoseconds;
+} shd_histogram;
+
+typedef struct shd_metrics {
+    atomic_uint_least64_t requests[SHD_ROUTE_COUNT][SHD_STATUSES];
+    atomic_uint_least64_t response_bytes;
+    atomic_uint_least64_t saturated;
+    atomic_uint_least64_t aborted; /* answers that the client did not take */
+    shd_histogram durations[SHD_ROUTE_COUNT];
+    shd_histogram stages[SHD_STAGE_COUNT];
+} shd_metrics;
+
+void shd_metrics_request(shd_metrics *metrics, shd_route_id route, unsigned status, double seconds,
+                         size_t bytes);
+void shd_metrics_stage(shd_metrics *metrics, shd_stage stage, double seconds);
+
+/* What is true just now, beside the counters. */
+typedef struct shd_gauges {
+    shd_load load;
+    unsigned in_flight;
+    bool draining;
+} shd_gauges;
+
+/* The text of /metrics; the caller frees it. NULL where memory is short. */
+char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *length);
+
+#endif

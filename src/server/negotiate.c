@@ -1,0 +1,135 @@
+#include "negotiate.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+static const struct {
+    const char *media_type;
+    shd_format format;
+} aliases[] = {{"image/jpg", SHD_JPEG}, {"image/pjpeg", SHD_JPEG}, {"image/tif", SHD_TIFF},
+               {"image/exr", SHD_EXR},  {"image/aces", SHD_EXR},   {"image/hdr", SHD_HDR},
+               {"image/x-hdr", SHD_HDR}};
+
+static const char *skip_blanks(const char *c) {
+    while (*c == ' ' || *c == '\t') c++;
+    return c;
+}
+
+/* The end of a list element or of a parameter: the next separator outside quotes. */
+static const char *element_end(const char *c, const char *separators) {
+    bool quoted = false;
+    for (; *c; c++) {
+        if (quoted && *c == '\\' && c[1])
+            c++;
+        else if (*c == '"')
+            quoted = !quoted;
+        else if (!quoted && strchr(separators, *c))
+            break;
+    }
+    return c;
+}
+
+static bool same(const char *from, size_t length, const char *text) {
+    return strlen(text) == length && !strncasecmp(from, text, length);
+}
+
+/* How exactly a media range names a type: 0 not at all, 1 by a star for both halves, 2 for the
+ * subtype, 3 in full. */
+static int specificity(const char *range, size_t length, const char *media_type) {
+    if (same(range, length, "*/*")) return 1;
+    if (same(range, length, media_type)) return 3;
+    const char *slash = strchr(media_type, '/');
+    size_t prefix = (size_t)(slash - media_type) + 1;
+    bool subtype_star = length == prefix + 1 && range[prefix] == '*';
+    return subtype_star && !strncasecmp(range, media_type, prefix) ? 2 : 0;
+}
+
+/* The q parameter of the element in [c, end), 1 where it has none. Digits by hand: strtod would
+ * follow the locale and take "0x1" or "inf". */
+static double quality(const char *c, const char *end) {
+    for (const char *p = element_end(c, ";,"); p < end && *p == ';'; p = element_end(p + 1, ";,")) {
+        const char *q = skip_blanks(p + 1);
+        if ((*q != 'q' && *q != 'Q') || q[1] != '=') continue;
+        q += 2;
+        double value = 0, place = 1;
+        if (*q < '0' || *q > '9') return 1;
+        for (; *q >= '0' && *q <= '9'; q++) value = value * 10 + (*q - '0');
+        if (*q == '.')
+            for (q++; *q >= '0' && *q <= '9'; q++) value += (*q - '0') * (place /= 10);
+        return value < 1 ? value : 1;
+    }
+    return 1;
+}
+
+/* The quality of a type: that of the range that names it most exactly, if more exactly than
+ * *best, which it raises; else `result`. */
+static double type_quality(const char *accept, const char *media_type, int *best, double result) {
+    for (const char *c = accept; *c;) {
+        const char *start = skip_blanks(c), *end = element_end(start, ",");
+        const char *name_end = start + strcspn(start, " \t;,");
+        int here = specificity(start, (size_t)(name_end - start), media_type);
+        if (here > *best) {
+            *best = here;
+            result = quality(start, end);
+        }
+        c = *end ? end + 1 : end;
+    }
+    return result;
+}
+
+static bool has_preferences(const char *accept) {
+    return accept && *skip_blanks(accept);
+}
+
+bool shd_accepts(const char *accept, const char *media_type) {
+    int best = 0;
+    return !has_preferences(accept) || type_quality(accept, media_type, &best, 0) > 0;
+}
+
+bool shd_accepts_picture(const char *accept, shd_format *out) {
+    if (!has_preferences(accept)) accept = "*/*";
+    double best = 0;
+    for (int format = 0; format < SHD_FORMAT_COUNT; format++) {
+        /* An alias counts where it is what the client wrote; stars speak of the real name. */
+        int how = 0;
+        double q = type_quality(accept, shd_format_get((shd_format)format)->media_type, &how, 0);
+        for (size_t i = 0; i < sizeof aliases / sizeof aliases[0]; i++)
+            if ((int)aliases[i].format == format)
+                q = type_quality(accept, aliases[i].media_type, &how, q);
+        if (q > best) {
+            best = q;
+            *out = (shd_format)format;
+        }
+    }
+    return best > 0;
+}
+
+bool shd_is_json(const char *content_type) {
+    if (!content_type) return false;
+    const char *start = skip_blanks(content_type);
+    size_t length = strcspn(start, " \t;,");
+    if (same(start, length, "application/json")) return true;
+    const char *slash = memchr(start, '/', length);
+    return slash && slash > start && length > 5 && start + length - 5 > slash + 1 &&
+           same(start + length - 5, 5, "+json");
+}
+
+bool shd_etag_matches(const char *if_none_match, const char *etag) {
+    if (!if_none_match) return false;
+    for (const char *c = if_none_match; *c;) {
+        const char *start = skip_blanks(c), *end = element_end(start, ",");
+        size_t length = (size_t)(end - start);
+        while (length && (start[length - 1] == ' ' || start[length - 1] == '\t')) length--;
+        if (length == 1 && *start == '*') return true;
+        if (length > 2 && start[0] == 'W' && start[1] == '/') {
+            start += 2;
+            length -= 2;
+        }
+        if (length == strlen(etag) + 2 && start[0] == '"' && start[length - 1] == '"' &&
+            !memcmp(start + 1, etag, length - 2))
+            return true;
+        c = *end ? end + 1 : end;
+    }
+    return false;
+}

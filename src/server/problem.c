@@ -1,0 +1,134 @@
+#include "problem.h"
+
+#include <jansson.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const struct {
+    unsigned status;
+    const char *name, *title;
+} kinds[SHD_PROBLEM_KINDS] = {
+    [SHD_BAD_REQUEST] = {400, "request", "The request is not sound HTTP"},
+    [SHD_BAD_SYNTAX] = {400, "syntax", "The document is not JSON"},
+    [SHD_NOT_FOUND] = {404, "not-found", "There is nothing at this path"},
+    [SHD_BAD_METHOD] = {405, "method", "This path does not take this method"},
+    [SHD_NOT_ACCEPTABLE] = {406, "not-acceptable", "No media type of the answer is acceptable"},
+    [SHD_TOO_LARGE] = {413, "body-too-large", "The request body is too large"},
+    [SHD_BAD_TYPE] = {415, "media-type", "The request body is of a media type not taken here"},
+    [SHD_BAD_SCENE] = {422, "scene", "The document is not a valid scene"},
+    [SHD_OVER_LIMIT] = {422, "limit", "The scene asks for more than a limit allows"},
+    [SHD_BUSY] = {429, "busy", "The queue is full"},
+    [SHD_FAILED] = {500, "internal", "The server failed"},
+    [SHD_DRAINING] = {503, "draining", "The server is stopping"},
+    [SHD_OVERDUE] = {503, "deadline", "The request took too long"},
+};
+
+/* The one table from the library's statuses to HTTP's, by way of the kinds. */
+static const shd_problem_kind status_kinds[SHD_STATUS_COUNT] = {
+    [SHD_OK] = SHD_FAILED,        [SHD_SYNTAX] = SHD_BAD_SYNTAX, [SHD_SCENE] = SHD_BAD_SCENE,
+    [SHD_LIMIT] = SHD_OVER_LIMIT, [SHD_MEMORY] = SHD_OVER_LIMIT, [SHD_CANCELLED] = SHD_OVERDUE,
+    [SHD_CONFIG] = SHD_FAILED,    [SHD_INTERNAL] = SHD_FAILED,
+};
+
+/* Sent where there is no memory for a better one. */
+static const char last_words[] =
+    "{\"type\":\"urn:shaded:problem:internal\",\"title\":\"The server failed\",\"status\":500,"
+    "\"detail\":\"out of memory\"}\n";
+
+/* A JSON string of text that may have been cut inside a UTF-8 sequence, or echo junk. */
+static json_t *string(const char *text) {
+    json_t *value = json_string(text);
+    if (value) return value;
+    char *copy = strdup(text);
+    if (!copy) return NULL;
+    for (unsigned char *c = (unsigned char *)copy; *c; c++)
+        if (*c >= 0x80) *c = '?';
+    value = json_string(copy);
+    free(copy);
+    return value;
+}
+
+static json_t *begin(shd_problem_kind kind, const char *detail) {
+    char type[64];
+    snprintf(type, sizeof type, "urn:shaded:problem:%s", kinds[kind].name);
+    json_t *document = json_object();
+    json_object_set_new(document, "type", json_string(type));
+    json_object_set_new(document, "title", json_string(kinds[kind].title));
+    json_object_set_new(document, "status", json_integer(kinds[kind].status));
+    json_object_set_new(document, "detail", string(detail));
+    return document;
+}
+
+static void finish(shd_reply *reply, shd_problem_kind kind, json_t *document) {
+    char *text = json_dumps(document, JSON_COMPACT);
+    json_decref(document);
+    reply->status = text ? kinds[kind].status : 500;
+    if (text)
+        shd_reply_body(reply, "application/problem+json", text, strlen(text), true);
+    else
+        shd_reply_body(reply, "application/problem+json", last_words, sizeof last_words - 1, false);
+    shd_reply_plain(reply, "Cache-Control", "no-store");
+    if (kind == SHD_BUSY || kind == SHD_DRAINING || kind == SHD_OVERDUE)
+        shd_reply_plain(reply, "Retry-After", "1");
+}
+
+void shd_problem_reply(shd_reply *reply, shd_problem_kind kind, const char *format, ...) {
+    char detail[1024];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(detail, sizeof detail, format, args);
+    va_end(args);
+    finish(reply, kind, begin(kind, detail));
+}
+
+static void add_error(json_t *errors, const char *pointer, const char *detail) {
+    json_t *error = json_object();
+    json_object_set_new(error, "pointer", string(pointer));
+    json_object_set_new(error, "detail", string(detail));
+    json_array_append_new(errors, error);
+}
+
+void shd_problem_error(shd_reply *reply, const shd_error *error) {
+    shd_problem_kind kind = status_kinds[error->status];
+    json_t *document = begin(kind, error->text);
+    /* The path of an operator's file is not the client's business. */
+    if (kind != SHD_FAILED) {
+        json_t *errors = json_array();
+        add_error(errors, error->path, error->text);
+        json_object_set_new(document, "errors", errors);
+    }
+    finish(reply, kind, document);
+}
+
+void shd_problem_report(shd_reply *reply, const shd_report *report) {
+    shd_problem_kind kind = status_kinds[report->status];
+    size_t kept = shd_report_errors_kept(report);
+    const char *first = kept ? report->errors[0].detail : kinds[kind].title;
+
+    /* The detail alone must do for a person who sees nothing else of the document. */
+    char detail[1024];
+    const char *where = kept ? report->errors[0].pointer : "";
+    if (kind == SHD_BAD_SYNTAX && report->line)
+        snprintf(detail, sizeof detail, "line %d, column %d: %s", report->line, report->column,
+                 first);
+    else if (report->error_count > 1)
+        snprintf(detail, sizeof detail, "%s%s%.700s (and %zu more)", where, *where ? ": " : "",
+                 first, report->error_count - 1);
+    else
+        snprintf(detail, sizeof detail, "%s%s%s", where, *where ? ": " : "", first);
+
+    json_t *document = begin(kind, detail);
+    if (kind == SHD_BAD_SYNTAX && report->line) {
+        json_object_set_new(document, "line", json_integer(report->line));
+        json_object_set_new(document, "column", json_integer(report->column));
+    }
+    json_t *errors = json_array();
+    for (size_t i = 0; i < kept; i++)
+        add_error(errors, report->errors[i].pointer, report->errors[i].detail);
+    json_object_set_new(document, "errors", errors);
+    if (report->error_count > kept)
+        json_object_set_new(document, "errorCount", json_integer((json_int_t)report->error_count));
+    finish(reply, kind, document);
+}

@@ -1,0 +1,36 @@
+/* Problem documents (RFC 9457): the one way in which this server says no.
+ *
+ * Every kind has a stable `type`, "urn:shaded:problem:NAME", and one HTTP status. Each function
+ * fills an empty reply, with Cache-Control: no-store. Any thread. */
+#ifndef SHD_SERVER_PROBLEM_H
+#define SHD_SERVER_PROBLEM_H
+
+#include "base/report.h"
+#include "base/status.h"
+#include "reply.h"
+
+typedef enum shd_problem_kind {
+    SHD_BAD_REQUEST,    /* 400: not sound HTTP */
+    SHD_BAD_SYNTAX,     /* 400: the body is not JSON */
+    SHD_NOT_FOUND,      /* 404 */
+    SHD_BAD_METHOD,     /* 405, with Allow */
+    SHD_NOT_ACCEPTABLE, /* 406 */
+    SHD_TOO_LARGE,      /* 413: the body, by the limit `body` */
+    SHD_BAD_TYPE,       /* 415 */
+    SHD_BAD_SCENE,      /* 422: JSON, but not a scene */
+    SHD_OVER_LIMIT,     /* 422: more than a limit allows */
+    SHD_BUSY,           /* 429, with Retry-After: the queue is full */
+    SHD_FAILED,         /* 500 */
+    SHD_DRAINING,       /* 503, with Retry-After: the daemon is stopping */
+    SHD_OVERDUE,        /* 503, with Retry-After: `timeout` seconds passed */
+    SHD_PROBLEM_KINDS
+} shd_problem_kind;
+
+void shd_problem_reply(shd_reply *reply, shd_problem_kind kind, const char *format, ...)
+    SHD_PRINTF(3, 4);
+
+/* From what the library says: its status decides the kind. */
+void shd_problem_error(shd_reply *reply, const shd_error *error);
+void shd_problem_report(shd_reply *reply, const shd_report *report);
+
+#endif

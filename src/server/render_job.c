@@ -1,0 +1,211 @@
+#include "render_job.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "clock.h"
+#include "negotiate.h"
+#include "problem.h"
+
+enum { WARNINGS_TOLD = 8 };
+
+/* ---- multipart/form-data (RFC 7578) ---- */
+
+/* A name inside a quoted parameter, escaped as browsers do it. */
+static void print_name(FILE *out, const char *name) {
+    for (; *name; name++) {
+        if (*name == '"' || *name == '\r' || *name == '\n')
+            fprintf(out, "%%%02X", *name);
+        else
+            fputc(*name, out);
+    }
+}
+
+static char *part_head(const char *boundary, const shd_picture *picture, bool first,
+                       size_t *length) {
+    const shd_format_info *format = shd_format_get(picture->format);
+    const char *name = picture->name ? picture->name : "picture";
+    char *head = NULL;
+    FILE *out = open_memstream(&head, length);
+    if (!out) return NULL;
+    fprintf(out, "%s--%s\r\nContent-Disposition: form-data; name=\"", first ? "" : "\r\n",
+            boundary);
+    print_name(out, name);
+    fputs("\"; filename=\"", out);
+    print_name(out, name);
+    fprintf(out, ".%s\"\r\nContent-Type: %s\r\n\r\n", format->name, format->media_type);
+    if (!fclose(out)) return head;
+    free(head);
+    return NULL;
+}
+
+/* The boundary follows from the entity tag: the same request gives the same bytes, and no picture
+ * holds the hash of its own document but by a chance of 2^-64. */
+static bool set_multipart(shd_reply *reply, shd_request *request) {
+    char boundary[71], media_type[128], tail[80];
+    snprintf(boundary, sizeof boundary, "shaded-%s", shd_request_etag(request));
+    snprintf(media_type, sizeof media_type, "multipart/form-data; boundary=%s", boundary);
+    size_t count, tail_size = (size_t)snprintf(tail, sizeof tail, "\r\n--%s--\r\n", boundary);
+    const shd_picture *pictures = shd_request_pictures(request, &count);
+
+    struct head {
+        char *text;
+        size_t length;
+    } *heads = calloc(count ? count : 1, sizeof *heads);
+    size_t total = tail_size;
+    bool complete = heads;
+    for (size_t i = 0; i < count && complete; i++) {
+        heads[i].text = part_head(boundary, &pictures[i], i == 0, &heads[i].length);
+        complete = heads[i].text && !__builtin_add_overflow(total, heads[i].length, &total) &&
+                   !__builtin_add_overflow(total, pictures[i].size, &total);
+    }
+
+    char *body = complete ? malloc(total) : NULL, *end = body;
+    for (size_t i = 0; body && i < count; i++) {
+        size_t size = pictures[i].size;
+        end = (char *)memcpy(end, heads[i].text, heads[i].length) + heads[i].length;
+        unsigned char *data = shd_request_take(request, i);
+        if (size) end = (char *)memcpy(end, data, size) + size;
+        free(data);
+    }
+    if (body) {
+        memcpy(end, tail, tail_size);
+        shd_reply_body(reply, media_type, body, total, true);
+    }
+    for (size_t i = 0; heads && i < count; i++) free(heads[i].text);
+    free(heads);
+    return body;
+}
+
+static void set_single(shd_reply *reply, shd_request *request) {
+    size_t count;
+    const shd_picture *picture = shd_request_pictures(request, &count);
+    const char *media_type = shd_format_get(picture->format)->media_type;
+    size_t size = picture->size;
+    shd_reply_body(reply, media_type, shd_request_take(request, 0), size, true);
+}
+
+/* ---- Headers ---- */
+
+static void add_validators(const shd_exchange *exchange, shd_reply *reply, const char *etag) {
+    shd_reply_header(reply, "ETag", "\"%s\"", etag);
+    shd_reply_plain(reply, "Cache-Control", exchange->server->config.cache_control);
+    shd_reply_plain(reply, "Vary", "Accept");
+}
+
+static void add_account(shd_exchange *exchange, shd_request *request, double queued) {
+    shd_reply *reply = &exchange->reply;
+    shd_metrics *metrics = &exchange->server->metrics;
+    const shd_times *times = shd_request_times(request);
+    const double seconds[SHD_STAGE_COUNT] = {
+        [SHD_STAGE_QUEUE] = queued,        [SHD_STAGE_PARSE] = times->parse,
+        [SHD_STAGE_PLAN] = times->plan,    [SHD_STAGE_VISIBILITY] = times->visibility,
+        [SHD_STAGE_SHADE] = times->shade,  [SHD_STAGE_COLOR] = times->color,
+        [SHD_STAGE_ENCODE] = times->encode};
+    char timing[512];
+    size_t length = 0;
+    for (size_t i = 0; i < SHD_STAGE_COUNT; i++) {
+        if (i != SHD_STAGE_QUEUE) shd_metrics_stage(metrics, (shd_stage)i, seconds[i]);
+        length += (size_t)snprintf(timing + length, sizeof timing - length, "%s%s;dur=%.3f",
+                                   i ? ", " : "", shd_stage_name((shd_stage)i), seconds[i] * 1e3);
+    }
+    shd_reply_plain(reply, "Server-Timing", timing);
+    shd_reply_header(reply, "Shaded-Plan", "%s", shd_request_plan(request));
+
+    uint64_t saturated = shd_request_saturated(request);
+    if (saturated) {
+        atomic_fetch_add(&metrics->saturated, saturated);
+        shd_reply_header(reply, "Shaded-Saturated", "%" PRIu64, saturated);
+    }
+    const shd_report *report = shd_request_report(request);
+    size_t warnings = shd_report_warnings_kept(report);
+    for (size_t i = 0; i < warnings && i < WARNINGS_TOLD; i++)
+        shd_reply_header(reply, "Shaded-Warning", "%.300s: %s", report->warnings[i].pointer,
+                         report->warnings[i].detail);
+}
+
+/* ---- The job ---- */
+
+/* Leaves the reply empty where the request was cancelled: run() knows why. */
+static void answer(shd_exchange *exchange, shd_request *request, double queued) {
+    shd_reply *reply = &exchange->reply;
+    shd_format fallback = SHD_PNG;
+    bool picture_accepted = shd_accepts_picture(exchange->accept, &fallback);
+    const char *body = exchange->body ? (const char *)exchange->body : "";
+    shd_status status = shd_request_read(request, body, exchange->size, fallback);
+    if (status == SHD_CANCELLED) return;
+    if (status) {
+        shd_problem_report(reply, shd_request_report(request));
+        return;
+    }
+    bool multipart = shd_request_multipart(request);
+    if (!multipart && !picture_accepted) {
+        shd_problem_reply(reply, SHD_NOT_ACCEPTABLE,
+                          "Accept admits multipart/form-data only, but the scene has no `outputs`");
+        return;
+    }
+    const char *etag = shd_request_etag(request);
+    if (shd_etag_matches(exchange->if_none_match, etag)) {
+        reply->status = 304;
+        add_validators(exchange, reply, etag);
+        return;
+    }
+
+    shd_error error;
+    status = shd_request_render(request, NULL, &error);
+    if (status == SHD_CANCELLED) return;
+    if (status) {
+        shd_problem_error(reply, &error);
+        return;
+    }
+    add_validators(exchange, reply, etag);
+    add_account(exchange, request, queued);
+    reply->status = 200;
+    if (!multipart) {
+        set_single(reply, request);
+    } else if (!set_multipart(reply, request)) {
+        shd_reply_clear(reply);
+        shd_problem_reply(reply, SHD_FAILED, "no memory for the pictures together");
+    }
+}
+
+static void run(void *context) {
+    shd_exchange *exchange = context;
+    shd_server *server = exchange->server;
+    double queued = shd_now() - exchange->submitted;
+    shd_metrics_stage(&server->metrics, SHD_STAGE_QUEUE, queued);
+
+    shd_request *request = NULL;
+    shd_error error;
+    if (shd_request_new(server->engine, &request, &error))
+        shd_problem_error(&exchange->reply, &error);
+    else if (shd_watch_attach(server->watch, &exchange->watched, request))
+        answer(exchange, request, queued);
+
+    shd_verdict verdict = shd_watch_remove(server->watch, &exchange->watched);
+    shd_request_drop(request);
+    if (!exchange->reply.status && verdict == SHD_STOPPED)
+        shd_problem_reply(&exchange->reply, SHD_DRAINING,
+                          "the server stops and the time for requests to finish is over");
+    else if (!exchange->reply.status)
+        shd_problem_reply(&exchange->reply, SHD_OVERDUE, "the limit timeout is %llu seconds",
+                          (unsigned long long)server->config.timeout);
+    shd_exchange_resume(exchange);
+}
+
+void shd_render_submit(shd_exchange *exchange) {
+    shd_server *server = exchange->server;
+    exchange->submitted = shd_now();
+    shd_watch_add(server->watch, &exchange->watched,
+                  exchange->submitted + (double)server->config.timeout);
+    /* Suspended first: the worker may be done before the next line. */
+    shd_exchange_suspend(exchange);
+    if (shd_engine_submit(server->engine, run, exchange)) return;
+
+    shd_watch_remove(server->watch, &exchange->watched);
+    shd_problem_reply(&exchange->reply, SHD_BUSY, "the limit queue is %llu waiting requests",
+                      (unsigned long long)server->config.queue);
+    shd_exchange_resume(exchange);
+}

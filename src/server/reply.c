@@ -1,0 +1,94 @@
+#include "reply.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Longest header value, after encoding: a dozen of them fit the connection's memory. */
+enum { VALUE_MAX = 1000 };
+
+void shd_reply_clear(shd_reply *reply) {
+    for (size_t i = 0; i < reply->header_count; i++) free(reply->headers[i].value);
+    if (reply->owns_body) free((void *)(size_t)reply->body);
+    memset(reply, 0, sizeof *reply);
+}
+
+static void add_header(shd_reply *reply, const char *name, const char *value) {
+    if (reply->header_count == SHD_REPLY_HEADERS) return;
+    char *copy = strdup(value);
+    if (!copy) return;
+    reply->headers[reply->header_count].name = name;
+    reply->headers[reply->header_count++].value = copy;
+}
+
+void shd_reply_plain(shd_reply *reply, const char *name, const char *value) {
+    add_header(reply, name, value);
+}
+
+void shd_reply_header(shd_reply *reply, const char *name, const char *format, ...) {
+    char text[VALUE_MAX + 1], safe[VALUE_MAX + 1];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(text, sizeof text, format, args);
+    va_end(args);
+
+    size_t length = 0;
+    for (const unsigned char *c = (const unsigned char *)text; *c; c++) {
+        bool plain = *c >= 0x20 && *c < 0x7f && *c != '%';
+        if (length + (plain ? 1 : 3) > VALUE_MAX) break;
+        if (plain)
+            safe[length++] = (char)*c;
+        else
+            length += (size_t)snprintf(safe + length, 4, "%%%02X", *c);
+    }
+    while (length && safe[length - 1] == ' ') length--;
+    safe[length] = 0;
+    add_header(reply, name, safe);
+}
+
+void shd_reply_body(shd_reply *reply, const char *media_type, const void *body, size_t size,
+                    bool owned) {
+    if (reply->owns_body) free((void *)(size_t)reply->body);
+    reply->body = body;
+    reply->size = size;
+    reply->owns_body = owned;
+    shd_reply_plain(reply, "Content-Type", media_type);
+}
+
+static const char *reason(unsigned status) {
+    switch (status) {
+    case 400:
+        return "Bad Request";
+    case 404:
+        return "Not Found";
+    case 405:
+        return "Method Not Allowed";
+    case 406:
+        return "Not Acceptable";
+    case 413:
+        return "Content Too Large";
+    case 415:
+        return "Unsupported Media Type";
+    case 503:
+        return "Service Unavailable";
+    default:
+        return "Error";
+    }
+}
+
+char *shd_reply_raw(const shd_reply *reply, bool with_body, size_t *length) {
+    char *text = NULL;
+    FILE *out = open_memstream(&text, length);
+    if (!out) return NULL;
+    fprintf(out, "HTTP/1.1 %u %s\r\nConnection: close\r\nContent-Length: %zu\r\n", reply->status,
+            reason(reply->status), reply->size);
+    for (size_t i = 0; i < reply->header_count; i++)
+        if (strcmp(reply->headers[i].name, "Connection"))
+            fprintf(out, "%s: %s\r\n", reply->headers[i].name, reply->headers[i].value);
+    fputs("\r\n", out);
+    if (with_body && reply->size) fwrite(reply->body, 1, reply->size, out);
+    if (!fclose(out)) return text;
+    free(text);
+    return NULL;
+}

@@ -1,0 +1,207 @@
+#include "routes.h"
+
+#include <inttypes.h>
+#include <jansson.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "negotiate.h"
+#include "problem.h"
+#include "render_job.h"
+
+/* api/openapi.yaml and api/scene.schema.json, embedded by the build. */
+extern const unsigned char shd_embedded_openapi[], shd_embedded_schema[];
+extern const unsigned long shd_embedded_openapi_size, shd_embedded_schema_size;
+
+static void answer_document(shd_exchange *exchange);
+
+enum { READ = SHD_GET | SHD_HEAD | SHD_OPTIONS, WRITE = SHD_POST | SHD_OPTIONS };
+
+static const shd_route routes[] = {
+    {"/", SHD_ROUTE_INDEX, READ, answer_document},
+    {"/v1/render", SHD_ROUTE_RENDER, WRITE, shd_render_submit},
+    {"/v1/materials", SHD_ROUTE_MATERIALS, READ, answer_document},
+    {"/v1/shapes", SHD_ROUTE_SHAPES, READ, answer_document},
+    {"/v1/colorspaces", SHD_ROUTE_COLORSPACES, READ, answer_document},
+    {"/v1/version", SHD_ROUTE_VERSION, READ, answer_document},
+    {"/openapi.yaml", SHD_ROUTE_OPENAPI, READ, answer_document},
+    {"/scene.schema.json", SHD_ROUTE_SCHEMA, READ, answer_document},
+};
+
+enum { ROUTES = sizeof routes / sizeof routes[0] };
+
+static const struct {
+    shd_method method;
+    const char *name;
+} method_names[] = {
+    {SHD_GET, "GET"}, {SHD_HEAD, "HEAD"}, {SHD_POST, "POST"}, {SHD_OPTIONS, "OPTIONS"}};
+
+/* ---- Documents ---- */
+
+static const char media_json[] = "application/json";
+
+/* FNV-1a, 64 bits: the tag tells versions of our own texts apart, nothing more. */
+static void set_document(shd_server *server, shd_route_id id, const char *media_type,
+                         const void *data, size_t size, bool owned) {
+    uint64_t hash = UINT64_C(0xcbf29ce484222325);
+    for (size_t i = 0; i < size; i++)
+        hash = (hash ^ ((const unsigned char *)data)[i]) * UINT64_C(0x100000001b3);
+    shd_document *document = &server->documents[id];
+    *document =
+        (shd_document){.media_type = media_type, .data = data, .size = size, .owned = owned};
+    snprintf(document->etag, sizeof document->etag, "%016" PRIx64, hash);
+}
+
+static json_t *method_list(unsigned methods) {
+    json_t *list = json_array();
+    for (size_t i = 0; i < sizeof method_names / sizeof method_names[0]; i++)
+        if (methods & method_names[i].method)
+            json_array_append_new(list, json_string(method_names[i].name));
+    return list;
+}
+
+static char *make_index(void) {
+    json_t *list = json_array();
+    for (size_t i = 0; i < ROUTES; i++) {
+        json_t *route = json_object();
+        json_object_set_new(route, "path", json_string(routes[i].path));
+        json_object_set_new(route, "methods", method_list(routes[i].methods));
+        json_array_append_new(list, route);
+    }
+    json_t *index = json_object();
+    json_object_set_new(index, "name", json_string("shaded"));
+    json_object_set_new(index, "version", json_string(shd_version()));
+    json_object_set_new(index, "openapi", json_string("/openapi.yaml"));
+    json_object_set_new(index, "routes", list);
+    char *text = json_dumps(index, JSON_INDENT(2));
+    json_decref(index);
+    return text;
+}
+
+shd_status shd_routes_prepare(shd_server *server, shd_error *error) {
+    static const struct {
+        shd_route_id id;
+        shd_topic topic;
+    } topics[] = {{SHD_ROUTE_MATERIALS, SHD_TOPIC_MATERIALS},
+                  {SHD_ROUTE_SHAPES, SHD_TOPIC_SHAPES},
+                  {SHD_ROUTE_COLORSPACES, SHD_TOPIC_COLORSPACES},
+                  {SHD_ROUTE_VERSION, SHD_TOPIC_VERSION}};
+    for (size_t i = 0; i < sizeof topics / sizeof topics[0]; i++) {
+        char *json;
+        shd_status status = shd_engine_describe(server->engine, topics[i].topic, &json, error);
+        if (status) return status;
+        set_document(server, topics[i].id, media_json, json, strlen(json), true);
+    }
+    char *index = make_index();
+    if (!index) return shd_fail(error, SHD_MEMORY, "", "no memory for the list of routes");
+    set_document(server, SHD_ROUTE_INDEX, media_json, index, strlen(index), true);
+    set_document(server, SHD_ROUTE_OPENAPI, "application/yaml", shd_embedded_openapi,
+                 shd_embedded_openapi_size, false);
+    set_document(server, SHD_ROUTE_SCHEMA, "application/schema+json", shd_embedded_schema,
+                 shd_embedded_schema_size, false);
+    return SHD_OK;
+}
+
+void shd_routes_release(shd_server *server) {
+    for (size_t i = 0; i < SHD_ROUTE_COUNT; i++)
+        if (server->documents[i].owned) free((void *)(size_t)server->documents[i].data);
+}
+
+static void answer_document(shd_exchange *exchange) {
+    const shd_document *document = &exchange->server->documents[exchange->route->id];
+    shd_reply *reply = &exchange->reply;
+    shd_reply_header(reply, "ETag", "\"%s\"", document->etag);
+    shd_reply_plain(reply, "Cache-Control", "no-cache");
+    /* 304 has no body, but the Content-Length of the 200 that it stands for. */
+    reply->status = shd_etag_matches(exchange->if_none_match, document->etag) ? 304 : 200;
+    shd_reply_body(reply, document->media_type, document->data, document->size, false);
+}
+
+/* ---- Finding and admitting ---- */
+
+const shd_route *shd_route_find(const char *path) {
+    for (size_t i = 0; i < ROUTES; i++)
+        if (!strcmp(routes[i].path, path)) return &routes[i];
+    return NULL;
+}
+
+static void add_allow(shd_reply *reply, unsigned methods) {
+    char allow[64] = "";
+    for (size_t i = 0; i < sizeof method_names / sizeof method_names[0]; i++) {
+        if (!(methods & method_names[i].method)) continue;
+        if (*allow) strcat(allow, ", ");
+        strcat(allow, method_names[i].name);
+    }
+    shd_reply_plain(reply, "Allow", allow);
+}
+
+/* OPTIONS * asks about the server as a whole. */
+static bool asks_for_all(const shd_exchange *exchange) {
+    return exchange->method == SHD_OPTIONS && !strcmp(exchange->path, "*");
+}
+
+static bool admit_media_types(shd_exchange *exchange) {
+    shd_reply *reply = &exchange->reply;
+    if (exchange->method == SHD_POST) {
+        if (exchange->content_encoding && strcasecmp(exchange->content_encoding, "identity")) {
+            shd_problem_reply(reply, SHD_BAD_TYPE,
+                              "the body has the Content-Encoding %s: send it as it is",
+                              exchange->content_encoding);
+            return false;
+        }
+        if (!shd_is_json(exchange->content_type)) {
+            shd_problem_reply(reply, SHD_BAD_TYPE, "%s%s: send Content-Type: application/json",
+                              exchange->content_type ? "the body is declared as "
+                                                     : "the request has no Content-Type",
+                              exchange->content_type ? exchange->content_type : "");
+            shd_reply_plain(reply, "Accept-Post", media_json);
+            return false;
+        }
+        shd_format format;
+        if (shd_accepts_picture(exchange->accept, &format) ||
+            shd_accepts(exchange->accept, "multipart/form-data"))
+            return true;
+        shd_problem_reply(reply, SHD_NOT_ACCEPTABLE,
+                          "Accept admits none of image/png, image/jpeg, image/webp, image/tiff, "
+                          "image/x-exr, image/vnd.radiance (multipart/form-data for `outputs`)");
+        return false;
+    }
+    /* The contract and the schema are files rather than representations: no negotiation. */
+    const shd_document *document = &exchange->server->documents[exchange->route->id];
+    if (strcmp(document->media_type, media_json) || shd_accepts(exchange->accept, media_json))
+        return true;
+    shd_problem_reply(reply, SHD_NOT_ACCEPTABLE, "this path answers application/json");
+    return false;
+}
+
+bool shd_route_admit(shd_exchange *exchange) {
+    shd_reply *reply = &exchange->reply;
+    if (asks_for_all(exchange)) return true;
+    exchange->route = exchange->path_cut ? NULL : shd_route_find(exchange->path);
+    if (!exchange->route) {
+        shd_problem_reply(reply, SHD_NOT_FOUND, "GET / lists the paths");
+        return false;
+    }
+    if (!(exchange->route->methods & exchange->method)) {
+        shd_problem_reply(reply, SHD_BAD_METHOD, "the header Allow lists the methods");
+        add_allow(reply, exchange->route->methods);
+        return false;
+    }
+    if (exchange->method == SHD_OPTIONS) return true;
+    if (exchange->method == SHD_POST && atomic_load(&exchange->server->draining)) {
+        shd_problem_reply(reply, SHD_DRAINING, "the server takes no more work");
+        return false;
+    }
+    return admit_media_types(exchange);
+}
+
+void shd_route_answer(shd_exchange *exchange) {
+    if (exchange->method != SHD_OPTIONS) {
+        exchange->route->answer(exchange);
+        return;
+    }
+    exchange->reply.status = 204;
+    add_allow(&exchange->reply, exchange->route ? exchange->route->methods : READ | WRITE);
+}
