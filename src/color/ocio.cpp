@@ -26,6 +26,7 @@
 
 #include "color/file.h"
 #include "color/metadata.h"
+#include "color/text.h"
 
 extern "C" {
 extern const unsigned char shd_embedded_ocio[];
@@ -63,13 +64,14 @@ constexpr size_t max_reference_depth = 64;
 // Pixels that are handed to OpenColorIO at once; their alphas are kept on the stack meanwhile.
 constexpr size_t block = 1024;
 
-// What a message may hold: one line, no trailing period.
+// One line of text, without a trailing period; bytes that are no text become question marks.
 std::string sentence(const char *text) {
+    bool clean = shd_color_is_text(text);
     std::string out;
     for (; *text; text++) {
-        bool space = static_cast<unsigned char>(*text) <= ' ';
-        if (!space)
-            out += *text;
+        unsigned char byte = static_cast<unsigned char>(*text);
+        if (byte > ' ')
+            out += clean || byte < 0x7f ? *text : '?';
         else if (!out.empty() && out.back() != ' ')
             out += ' ';
     }
@@ -266,6 +268,8 @@ shd_status digest(shd_color_config *config, const std::string &text,
 }
 
 const char *keep(shd_color_config *config, const std::string &text) {
+    if (!shd_color_is_text(text.c_str()))
+        throw std::runtime_error("the name '" + sentence(text.c_str()) + "' is not UTF-8 text");
     config->texts.push_back(text);
     return config->texts.back().c_str();
 }
@@ -468,6 +472,8 @@ shd_status shd_color_config_load(const char *path, shd_color_config **out, shd_e
             std::unique_ptr<char, decltype(&std::free)> owner(data, std::free);
             text.assign(data, size);
         }
+        // What it remembers of files, missing ones included, would outlive a correction.
+        OCIO::ClearAllCaches();
         std::istringstream stream(text);
         OCIO::ConfigRcPtr editable = OCIO::Config::CreateFromStream(stream)->createEditableCopy();
         if (path) editable->setWorkingDir(folder_of(path).c_str());

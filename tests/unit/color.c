@@ -1,0 +1,310 @@
+/* Transforms and their cache: identity, alpha, splits, threads, metadata. */
+#include <math.h>
+#include <pthread.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "color/color.h"
+
+enum { PIXELS = 2500 }; /* over two blocks, with a tail that no vector width divides */
+
+static shd_color_config *config;
+
+static int load(void **state) {
+    (void)state;
+    /* A user's variables must not reach the colors; the first load removes them. */
+    setenv("OCIO_ACTIVE_VIEWS", "Raw", 1);
+    setenv("OCIO_INACTIVE_COLORSPACES", "sRGB", 1);
+    setenv("OCIO_OPTIMIZATION_FLAGS", "0xffffffff", 1);
+    return shd_color_config_load(NULL, &config, NULL) != SHD_OK;
+}
+
+static int drop(void **state) {
+    (void)state;
+    shd_color_config_drop(config);
+    return 0;
+}
+
+/* Every transform from lin_rec709, spaces first; the count is returned. */
+static size_t all_transforms(shd_color_config *from, const shd_color_transform *out[64]) {
+    const shd_catalog *catalog = shd_color_catalog(from);
+    size_t count = 0;
+    shd_status bad = SHD_OK;
+    for (size_t i = 0; i < catalog->space_count; i++)
+        bad |= shd_color_to_space(from, "lin_rec709", catalog->spaces[i].name, &out[count++], NULL);
+    for (size_t i = 0; i < catalog->display_count; i++)
+        for (size_t j = 0; j < catalog->displays[i].view_count; j++)
+            bad |= shd_color_to_view(from, "lin_rec709", catalog->displays[i].name,
+                                     catalog->displays[i].views[j], &out[count++], NULL);
+    return bad ? 0 : count;
+}
+
+/* Dark, bright, grey, negative and saturated pixels with odd alphas. */
+static void fill(float *rgba) {
+    uint32_t seed = 12345;
+    for (int i = 0; i < 4 * PIXELS; i++) {
+        seed = seed * 1664525 + 1013904223;
+        float unit = (float)(seed >> 8) / 16777216;
+        rgba[i] = i % 4 == 3 ? unit : unit * unit * 4 - (i % 28 < 4 ? 0.5f : 0);
+        if (i / 4 % 5 == 0 && i % 4 && i % 4 != 3) rgba[i] = rgba[i - 1];
+    }
+}
+
+static void catalog_lists_the_spaces_and_displays_in_order(void **state) {
+    (void)state;
+    static const char *const spaces[] = {"lin_rec709", "ACEScg",     "ACES2065-1", "sRGB",
+                                         "Rec.1886",   "Display P3", "raw",        "YIQ",
+                                         "YIQ linear", "HSV",        "HSV linear"};
+    static const char *const displays[] = {"sRGB", "Rec.1886", "Display P3"};
+    static const char *const views[] = {"Standard", "ACES SDR", "Raw"};
+    const shd_catalog *catalog = shd_color_catalog(config);
+    assert_int_equal(catalog->space_count, 11);
+    for (int i = 0; i < 11; i++) assert_string_equal(catalog->spaces[i].name, spaces[i]);
+    assert_int_equal(catalog->display_count, 3);
+    for (int i = 0; i < 3; i++) {
+        assert_string_equal(catalog->displays[i].name, displays[i]);
+        assert_int_equal(catalog->displays[i].view_count, 3);
+        for (int j = 0; j < 3; j++) assert_string_equal(catalog->displays[i].views[j], views[j]);
+    }
+    assert_ptr_equal(catalog->scene_linear, &catalog->spaces[0]);
+    assert_ptr_equal(catalog->colors, &catalog->spaces[0]);
+    assert_ptr_equal(catalog->css, shd_catalog_space(catalog, "sRGB"));
+    for (size_t i = 0; i < catalog->space_count; i++) {
+        const shd_space_info *space = &catalog->spaces[i];
+        assert_int_equal(space->scene_linear, i < 3);
+        assert_int_equal(space->channels, !strncmp(space->name, "YIQ", 3)   ? SHD_YIQ
+                                          : !strncmp(space->name, "HSV", 3) ? SHD_HSV
+                                                                            : SHD_RGB);
+        assert_true(*space->description && !strchr(space->description, '\n'));
+    }
+    assert_int_equal(strlen(shd_color_config_digest(config)), 32);
+}
+
+static void environment_does_not_reach_the_colors(void **state) {
+    (void)state;
+    assert_null(getenv("OCIO_ACTIVE_VIEWS"));
+    assert_null(getenv("OCIO_INACTIVE_COLORSPACES"));
+    assert_null(getenv("OCIO_OPTIMIZATION_FLAGS"));
+}
+
+static void same_space_is_the_identity(void **state) {
+    (void)state;
+    static float pixels[4 * PIXELS], before[4 * PIXELS];
+    const shd_catalog *catalog = shd_color_catalog(config);
+    fill(pixels);
+    memcpy(before, pixels, sizeof pixels);
+    for (size_t i = 0; i < catalog->space_count; i++) {
+        const char *name = catalog->spaces[i].name;
+        const shd_color_transform *transform;
+        assert_int_equal(shd_color_to_space(config, name, name, &transform, NULL), SHD_OK);
+        shd_color_apply(transform, pixels, PIXELS);
+        assert_memory_equal(pixels, before, sizeof pixels);
+        double rgb[3] = {0.1, -1e-300, 1e300};
+        assert_int_equal(catalog->convert(catalog->self, name, name, rgb, NULL), SHD_OK);
+        assert_true(rgb[0] == 0.1 && rgb[1] == -1e-300 && rgb[2] == 1e300);
+    }
+    for (int i = 0; i < 3; i++) {
+        const shd_color_transform *raw;
+        assert_int_equal(
+            shd_color_to_view(config, "ACEScg", catalog->displays[i].name, "Raw", &raw, NULL), 0);
+        shd_color_apply(raw, pixels, PIXELS);
+        assert_memory_equal(pixels, before, sizeof pixels);
+    }
+}
+
+static void alpha_is_untouched(void **state) {
+    (void)state;
+    static float pixels[4 * PIXELS], before[4 * PIXELS];
+    const shd_color_transform *transforms[64];
+    size_t count = all_transforms(config, transforms);
+    assert_int_equal(count, 11 + 9);
+    for (size_t t = 0; t < count; t++) {
+        fill(pixels);
+        pixels[0] = pixels[5] = -3e38f; /* overflows in the matrices */
+        pixels[1] = pixels[4] = 3e38f;
+        memcpy(before, pixels, sizeof pixels);
+        shd_color_apply(transforms[t], pixels, PIXELS);
+        for (int i = 3; i < 4 * PIXELS; i += 4)
+            assert_memory_equal(&pixels[i], &before[i], sizeof(float));
+        for (int i = 8; i < 4 * PIXELS; i++) assert_true(isfinite(pixels[i]));
+    }
+}
+
+static void splits_do_not_change_a_bit(void **state) {
+    (void)state;
+    static float whole[4 * PIXELS], parts[4 * PIXELS];
+    static const size_t steps[] = {1, 2, 3, 5, 16, 17, 1023, 1025};
+    const shd_color_transform *transforms[64];
+    size_t count = all_transforms(config, transforms);
+    for (size_t t = 0; t < count; t++) {
+        fill(whole);
+        shd_color_apply(transforms[t], whole, PIXELS);
+        for (size_t s = 0; s < sizeof steps / sizeof *steps; s++) {
+            fill(parts);
+            for (size_t i = 0; i < PIXELS; i += steps[s]) {
+                size_t left = PIXELS - i;
+                shd_color_apply(transforms[t], parts + 4 * i, left < steps[s] ? left : steps[s]);
+            }
+            assert_memory_equal(parts, whole, sizeof whole);
+        }
+        shd_color_apply(transforms[t], parts, 0);
+        assert_memory_equal(parts, whole, sizeof whole);
+    }
+}
+
+static void every_space_comes_back(void **state) {
+    (void)state;
+    const shd_catalog *catalog = shd_color_catalog(config);
+    for (size_t i = 0; i < catalog->space_count; i++) {
+        const shd_space_info *space = &catalog->spaces[i];
+        static const double colors[][3] = {{.5, .25, .125}, {1, 0, 0}, {0, 1, 1},
+                                           {.18, .18, .18}, {0, 0, 0}, {4, 2, 9},
+                                           {-.1, .2, -.3}};
+        for (size_t c = 0; c < sizeof colors / sizeof *colors; c++) {
+            double rgb[3], size = 0;
+            memcpy(rgb, colors[c], sizeof rgb);
+            if (space->channels == SHD_HSV && rgb[0] < 0) continue; /* cannot come back */
+            for (int k = 0; k < 3; k++) size = fmax(size, fabs(rgb[k]));
+            assert_int_equal(catalog->convert(catalog->self, "lin_rec709", space->name, rgb, NULL),
+                             SHD_OK);
+            assert_int_equal(catalog->convert(catalog->self, space->name, "lin_rec709", rgb, NULL),
+                             SHD_OK);
+            /* Two curves and two matrices in float; YIQ's inverse has entries up to 1.9. */
+            for (int k = 0; k < 3; k++) assert_true(fabs(rgb[k] - colors[c][k]) <= 3e-6 * size);
+        }
+    }
+}
+
+static void unknown_names_are_refused(void **state) {
+    (void)state;
+    const shd_color_transform *transform = NULL;
+    shd_error error;
+    /* Roles and other spellings are OpenColorIO's convenience, not ours. */
+    static const char *const names[] = {"nowhere", "scene_linear", "srgb", "", "sRGB - Display"};
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        assert_int_equal(shd_color_to_space(config, "lin_rec709", names[i], &transform, &error),
+                         SHD_SCENE);
+        assert_non_null(strstr(error.text, "unknown color space"));
+        assert_int_equal(shd_color_to_space(config, names[i], "sRGB", &transform, &error),
+                         SHD_SCENE);
+    }
+    assert_int_equal(
+        shd_color_to_view(config, "lin_rec709", "srgb", "Standard", &transform, &error), SHD_SCENE);
+    assert_int_equal(shd_color_to_view(config, "lin_rec709", "sRGB", "Film", &transform, &error),
+                     SHD_SCENE);
+    assert_string_equal(error.text, "unknown view 'Film'");
+    assert_null(transform);
+    const shd_catalog *catalog = shd_color_catalog(config);
+    double huge[3] = {1e300, 0, 0};
+    assert_int_equal(catalog->convert(catalog->self, "lin_rec709", "sRGB", huge, &error),
+                     SHD_SCENE);
+    assert_true(huge[0] == 1e300);
+}
+
+static void outputs_are_described(void **state) {
+    (void)state;
+    static const struct {
+        const char *from, *to, *view;
+        shd_channels channels;
+        shd_transfer transfer;
+        double red_x; /* 0: no primaries */
+    } cases[] = {
+        {"lin_rec709", "lin_rec709", NULL, SHD_RGB, SHD_TRANSFER_LINEAR, .64},
+        {"lin_rec709", "ACEScg", NULL, SHD_RGB, SHD_TRANSFER_LINEAR, .713},
+        {"lin_rec709", "ACES2065-1", NULL, SHD_RGB, SHD_TRANSFER_LINEAR, .7347},
+        {"ACEScg", "sRGB", NULL, SHD_RGB, SHD_TRANSFER_SRGB, .64},
+        {"lin_rec709", "Rec.1886", NULL, SHD_RGB, SHD_TRANSFER_REC1886, .64},
+        {"lin_rec709", "Display P3", NULL, SHD_RGB, SHD_TRANSFER_SRGB, .68},
+        {"ACEScg", "raw", NULL, SHD_RGB, SHD_TRANSFER_LINEAR, .713},
+        {"lin_rec709", "YIQ", NULL, SHD_YIQ, SHD_TRANSFER_UNKNOWN, 0},
+        {"lin_rec709", "HSV linear", NULL, SHD_HSV, SHD_TRANSFER_UNKNOWN, 0},
+        {"lin_rec709", "sRGB", "Standard", SHD_RGB, SHD_TRANSFER_SRGB, .64},
+        {"lin_rec709", "sRGB", "ACES SDR", SHD_RGB, SHD_TRANSFER_SRGB, .64},
+        {"lin_rec709", "Rec.1886", "ACES SDR", SHD_RGB, SHD_TRANSFER_REC1886, .64},
+        {"lin_rec709", "Display P3", "Standard", SHD_RGB, SHD_TRANSFER_SRGB, .68},
+        {"ACEScg", "sRGB", "Raw", SHD_RGB, SHD_TRANSFER_LINEAR, .713},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const shd_color_transform *made;
+        shd_status status =
+            cases[i].view
+                ? shd_color_to_view(config, cases[i].from, cases[i].to, cases[i].view, &made, NULL)
+                : shd_color_to_space(config, cases[i].from, cases[i].to, &made, NULL);
+        assert_int_equal(status, SHD_OK);
+        const shd_color_info *info = shd_color_describe(made);
+        assert_int_equal(info->channels, cases[i].channels);
+        assert_int_equal(info->transfer, cases[i].transfer);
+        assert_int_equal(info->has_primaries, cases[i].red_x > 0);
+        if (info->has_primaries) assert_true(info->primaries[0] == cases[i].red_x);
+    }
+}
+
+enum { THREADS = 8 };
+
+typedef struct worker {
+    shd_color_config *config;
+    float *pixels;
+    bool ok;
+} worker;
+
+/* Asks for every transform, in its own order of pixels' turns, and applies each. */
+static void *work(void *context) {
+    worker *self = context;
+    const shd_color_transform *transforms[64];
+    self->ok = true;
+    for (int round = 0; round < 3; round++) {
+        size_t count = all_transforms(self->config, transforms);
+        self->ok = self->ok && count;
+        for (size_t t = 0; t < count; t++) {
+            fill(self->pixels);
+            shd_color_apply(transforms[t], self->pixels, PIXELS);
+        }
+        double rgb[3] = {.1, .2, .3};
+        const shd_catalog *catalog = shd_color_catalog(self->config);
+        self->ok = self->ok && !catalog->convert(catalog->self, "sRGB", "ACEScg", rgb, NULL);
+    }
+    return NULL;
+}
+
+static void threads_share_a_configuration(void **state) {
+    (void)state;
+    static float pixels[THREADS + 1][4 * PIXELS];
+    shd_color_config *fresh;
+    assert_int_equal(shd_color_config_load(NULL, &fresh, NULL), SHD_OK);
+    pthread_t threads[THREADS];
+    worker workers[THREADS + 1];
+    for (int i = 0; i < THREADS; i++) {
+        workers[i] = (worker){fresh, pixels[i], false};
+        assert_int_equal(pthread_create(&threads[i], NULL, work, &workers[i]), 0);
+    }
+    for (int i = 0; i < THREADS; i++) pthread_join(threads[i], NULL);
+    workers[THREADS] = (worker){config, pixels[THREADS], false};
+    work(&workers[THREADS]);
+    for (int i = 0; i < THREADS; i++) {
+        assert_true(workers[i].ok);
+        assert_memory_equal(pixels[i], pixels[THREADS], sizeof *pixels);
+    }
+    assert_string_equal(shd_color_config_digest(fresh), shd_color_config_digest(config));
+    shd_color_config_drop(fresh);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(catalog_lists_the_spaces_and_displays_in_order),
+        cmocka_unit_test(environment_does_not_reach_the_colors),
+        cmocka_unit_test(same_space_is_the_identity),
+        cmocka_unit_test(alpha_is_untouched),
+        cmocka_unit_test(splits_do_not_change_a_bit),
+        cmocka_unit_test(every_space_comes_back),
+        cmocka_unit_test(unknown_names_are_refused),
+        cmocka_unit_test(outputs_are_described),
+        cmocka_unit_test(threads_share_a_configuration),
+    };
+    return cmocka_run_group_tests(tests, load, drop);
+}

@@ -1,0 +1,216 @@
+/* An operator's configuration that is wrong stops the start with a reason; it never hangs or
+ * crashes. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "color/color.h"
+
+extern const unsigned char shd_embedded_ocio[];
+extern const unsigned long shd_embedded_ocio_size;
+
+static char folder[] = "/tmp/shaded_color_XXXXXX";
+
+static int make_folder(void **state) {
+    (void)state;
+    return !mkdtemp(folder);
+}
+
+static int drop_folder(void **state) {
+    (void)state;
+    return rmdir(folder);
+}
+
+static const char *path_of(const char *name) {
+    static char path[128];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    return path;
+}
+
+static void write_file(const char *name, const char *data, size_t size) {
+    FILE *file = fopen(path_of(name), "wb");
+    assert_non_null(file);
+    assert_int_equal(fwrite(data, 1, size, file), size);
+    fclose(file);
+}
+
+/* The embedded configuration with `old` replaced once and `more` at its end. */
+static void write_config(const char *name, const char *old, const char *new, const char *more) {
+    const char *text = (const char *)shd_embedded_ocio, *at = strstr(text, old);
+    assert_non_null(at);
+    size_t size = shd_embedded_ocio_size + strlen(new) + strlen(more) + 1;
+    char *edited = malloc(size);
+    assert_non_null(edited);
+    int length =
+        snprintf(edited, size, "%.*s%s%s%s", (int)(at - text), text, new, at + strlen(old), more);
+    write_file(name, edited, (size_t)length);
+    free(edited);
+}
+
+/* The file `name` is refused with a text that has `reason` in it. It is removed. */
+static void refused(const char *name, const char *reason) {
+    shd_color_config *config = NULL;
+    shd_error error = {0};
+    assert_int_equal(shd_color_config_load(path_of(name), &config, &error), SHD_CONFIG);
+    assert_null(config);
+    assert_int_equal(error.status, SHD_CONFIG);
+    assert_string_equal(error.path, path_of(name));
+    if (!strstr(error.text, reason)) fail_msg("'%s' is not in '%s'", reason, error.text);
+    assert_null(strchr(error.text, '\n'));
+    size_t length = strlen(error.text);
+    assert_true(length && error.text[length - 1] != '.');
+    remove(path_of(name));
+}
+
+static void files_that_are_none_are_refused(void **state) {
+    (void)state;
+    refused("missing", "No such file");
+    assert_int_equal(mkdir(path_of("directory"), 0700), 0);
+    refused("directory", "not a regular file");
+    assert_int_equal(mkfifo(path_of("fifo"), 0600), 0);
+    refused("fifo", "not a regular file");
+    write_file("huge", "", 0);
+    assert_int_equal(truncate(path_of("huge"), 1L << 30), 0);
+    refused("huge", "larger than");
+}
+
+static void garbage_is_refused(void **state) {
+    (void)state;
+    write_file("empty", "", 0);
+    refused("empty", "Loading the OCIO profile failed");
+    char noise[4096];
+    for (size_t i = 0; i < sizeof noise; i++) noise[i] = (char)(i * i >> 3);
+    write_file("noise", noise, sizeof noise);
+    refused("noise", "Loading the OCIO profile failed");
+    static char deep[1 << 20];
+    memset(deep, '[', sizeof deep);
+    write_file("deep", deep, sizeof deep);
+    refused("deep", "Loading the OCIO profile failed");
+    write_file("half", (const char *)shd_embedded_ocio, shd_embedded_ocio_size / 2);
+    refused("half", "");
+}
+
+static void missing_pieces_are_named(void **state) {
+    (void)state;
+    write_config("role", "  scene_linear: lin_rec709\n", "", "");
+    refused("role", "the role scene_linear is missing");
+    write_config("data", "scene_linear: lin_rec709", "scene_linear: raw", "");
+    refused("data", "data space");
+    write_config("inactive", "inactive_colorspaces: [", "inactive_colorspaces: [lin_rec709, ", "");
+    refused("inactive", "inactive");
+    write_config("builtin", "{style: ACEScct_to_ACES2065-1}", "{style: No such}", "");
+    refused("builtin", "invalid built-in transform style 'No such'");
+    write_config("version", "ocio_profile_version: 2.1", "ocio_profile_version: 9.9", "");
+    refused("version", "9");
+    write_config("reference", "", "",
+                 "\n  - !<ColorSpace>\n    name: x\n    from_scene_reference: "
+                 "!<ColorSpaceTransform> {src: lin_rec709, dst: nowhere}\n");
+    refused("reference", "'nowhere'");
+    write_config("name", "name: HSV linear", "name: HSV \xff\xfe", "");
+    refused("name", "");
+}
+
+static void circles_are_found_before_they_are_followed(void **state) {
+    (void)state;
+    write_config("self", "", "",
+                 "\n  - !<ColorSpace>\n    name: loop\n    from_scene_reference: "
+                 "!<ColorSpaceTransform> {src: lin_rec709, dst: loop}\n");
+    refused("self", "circular definition: color space 'loop' -> color space 'loop'");
+    write_config("pair", "", "",
+                 "\n  - !<ColorSpace>\n    name: a\n    from_scene_reference: "
+                 "!<ColorSpaceTransform> {src: lin_rec709, dst: b}\n"
+                 "  - !<ColorSpace>\n    name: b\n    from_scene_reference: !<GroupTransform>\n"
+                 "      children:\n        - !<ColorSpaceTransform> {src: A, dst: lin_rec709}\n");
+    refused("pair", "'a' -> color space 'b' -> color space 'a'");
+    write_config("look", "view_transforms:",
+                 "looks:\n  - !<Look>\n    name: film\n    process_space: x\n"
+                 "    transform: !<MatrixTransform> {}\n\nview_transforms:",
+                 "\n  - !<ColorSpace>\n    name: x\n    from_scene_reference: "
+                 "!<LookTransform> {src: lin_rec709, dst: sRGB, looks: +film}\n");
+    refused("look", "circular definition");
+    write_config("view", "", "",
+                 "\n  - !<ColorSpace>\n    name: x\n    from_scene_reference: "
+                 "!<DisplayViewTransform> {src: x, display: sRGB, view: Standard}\n");
+    refused("view", "circular definition");
+
+    /* 1,000 spaces, each defined by the next one. */
+    char *chain = malloc(200000);
+    assert_non_null(chain);
+    size_t length = 0;
+    for (int i = 0; i < 1000; i++)
+        length += (size_t)snprintf(chain + length, 200000 - length,
+                                   "\n  - !<ColorSpace>\n    name: c%d\n    from_scene_reference: "
+                                   "!<ColorSpaceTransform> {src: lin_rec709, dst: c%d}\n",
+                                   i, i + 1);
+    strcpy(chain + length, "\n  - !<ColorSpace>\n    name: c1000\n");
+    write_config("chain", "", "", chain);
+    refused("chain", "nested too deeply");
+    free(chain);
+}
+
+static void files_of_a_configuration_are_looked_at_first(void **state) {
+    (void)state;
+    static const char use[] = "\n  - !<ColorSpace>\n    name: x\n    from_scene_reference: "
+                              "!<FileTransform> {src: x.spi1d}\n";
+    write_config("absent", "search_path: \"\"", "search_path: .", use);
+    refused("absent", "x.spi1d");
+    assert_int_equal(mkfifo(path_of("x.spi1d"), 0600), 0);
+    write_config("hang", "search_path: \"\"", "search_path: .", use);
+    refused("hang", "not a regular file");
+    remove(path_of("x.spi1d"));
+
+    /* A relative path is relative to the configuration, and its content counts for the digest. */
+    static const char table[] = "Version 1\nFrom 0 1\nLength 2\nComponents 1\n{\n0\n0.5\n}\n";
+    write_file("x.spi1d", table, sizeof table - 1);
+    write_config("good", "search_path: \"\"", "search_path: .", use);
+    shd_color_config *first, *second;
+    shd_error error = {0};
+    if (shd_color_config_load(path_of("good"), &first, &error)) fail_msg("%s", error.text);
+    double rgb[3] = {0.5, 0.5, 0.5};
+    const shd_catalog *catalog = shd_color_catalog(first);
+    assert_int_equal(catalog->convert(catalog->self, "lin_rec709", "x", rgb, NULL), SHD_OK);
+    assert_true(rgb[0] > 0.2499 && rgb[0] < 0.2501);
+    char *longer = strdup(table);
+    assert_non_null(longer);
+    memcpy(strstr(longer, "0.5"), "0.6", 3);
+    write_file("x.spi1d", longer, strlen(longer));
+    free(longer);
+    assert_int_equal(shd_color_config_load(path_of("good"), &second, NULL), SHD_OK);
+    assert_string_not_equal(shd_color_config_digest(first), shd_color_config_digest(second));
+    shd_color_config_drop(first);
+    shd_color_config_drop(second);
+    remove(path_of("x.spi1d"));
+    remove(path_of("good"));
+}
+
+static void a_copy_of_the_own_configuration_is_accepted(void **state) {
+    (void)state;
+    write_config("copy", "", "", "");
+    shd_color_config *config, *own;
+    assert_int_equal(shd_color_config_load(path_of("copy"), &config, NULL), SHD_OK);
+    assert_int_equal(shd_color_config_load(NULL, &own, NULL), SHD_OK);
+    assert_string_equal(shd_color_config_digest(config), shd_color_config_digest(own));
+    shd_color_config_drop(config);
+    shd_color_config_drop(own);
+    remove(path_of("copy"));
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(files_that_are_none_are_refused),
+        cmocka_unit_test(garbage_is_refused),
+        cmocka_unit_test(missing_pieces_are_named),
+        cmocka_unit_test(circles_are_found_before_they_are_followed),
+        cmocka_unit_test(files_of_a_configuration_are_looked_at_first),
+        cmocka_unit_test(a_copy_of_the_own_configuration_is_accepted),
+    };
+    return cmocka_run_group_tests(tests, make_folder, drop_folder);
+}
