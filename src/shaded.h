@@ -88,6 +88,10 @@ const shd_report *shd_request_report(const shd_request *request);
 const char *shd_request_etag(const shd_request *request);
 bool shd_request_multipart(const shd_request *request);
 
+/* After a successful read: the format of picture `index`, as the document or `fallback` has it.
+ * A document without `outputs` has one picture. */
+shd_format shd_request_format(const shd_request *request, size_t index);
+
 typedef struct shd_render_options {
     /* Called now and then on the thread that called shd_request_render, with the share of tiles
      * done in [0,1]. May be NULL. */

@@ -77,11 +77,13 @@ int main(int argc, char **argv) {
     /* Options may stand anywhere, also behind the scene and before the command: what is no option
      * is moved to the front of argv, where nothing is read any more. The leading '-' of the
      * short options asks for that whatever POSIXLY_CORRECT says. */
-    int operands = 0, option;
+    char **operands = argv + 1;
+    size_t count = 0;
+    int option;
     while ((option = getopt_long(argc, argv, "-o:hV", long_options, NULL)) != -1) {
         switch (option) {
         case 1:
-            argv[operands++] = optarg;
+            operands[count++] = optarg;
             break;
         case 'o':
             if (options.output) return cli_usage("-o is given twice");
@@ -106,12 +108,12 @@ int main(int argc, char **argv) {
             return CLI_USAGE;
         }
     }
-    for (int i = optind; i < argc; i++) argv[operands++] = argv[i]; /* behind "--" */
+    for (int i = optind; i < argc; i++) operands[count++] = argv[i]; /* behind "--" */
 
-    if (operands == 0) return cli_usage("no command: render or check");
-    const char *command = argv[0];
-    const char *const *scenes = (const char *const *)argv + 1;
-    size_t count = (size_t)operands - 1;
+    if (count == 0) return cli_usage("no command: render or check");
+    const char *command = operands[0];
+    const char *const *scenes = (const char *const *)operands + 1;
+    count--;
     if (!strcmp(command, "render")) {
         if (count != 1) return cli_usage("render wants one scene, not %zu", count);
         if (!options.output) return cli_usage("render wants -o OUT");

@@ -180,6 +180,12 @@ static int render_request(const char *scene, const cli_target *target, shd_reque
         return cli_usage("'%s' is a directory, but the scene has one output: -o must be a file",
                          target->path);
 
+    shd_format format = shd_request_format(request, 0);
+    if (target->suffixed && format != target->format)
+        return cli_usage("the scene asks for %s, but '%s' has the suffix of %s",
+                         shd_format_get(format)->name, target->path,
+                         shd_format_get(target->format)->name);
+
     cli_rendering rendering = {.request = request};
     shd_render_options options = {.progress = on_progress, .context = &rendering};
     shd_error error;
@@ -198,10 +204,6 @@ static int render_request(const char *scene, const cli_target *target, shd_reque
 
     size_t count;
     const shd_picture *pictures = shd_request_pictures(request, &count);
-    if (target->suffixed && pictures[0].format != target->format)
-        return cli_usage("the scene asks for %s, but '%s' has the suffix of %s",
-                         shd_format_get(pictures[0].format)->name, target->path,
-                         shd_format_get(target->format)->name);
     if (shd_request_saturated(request) > 0)
         fprintf(stderr, "warning: %s: %llu samples were not finite or beyond the output's range\n",
                 strcmp(scene, "-") ? scene : "stdin",

@@ -82,6 +82,10 @@ bool shd_request_multipart(const shd_request *request) {
     return request->scene->multipart;
 }
 
+shd_format shd_request_format(const shd_request *request, size_t index) {
+    return request->scene->outputs[index].format;
+}
+
 void shd_request_cancel(shd_request *request) {
     atomic_store(&request->cancelled, true);
 }

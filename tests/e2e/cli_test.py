@@ -201,8 +201,9 @@ class Render(Case):
     def test_named_format_must_agree_with_suffix(self):
         scene = self.scene(dict(SMALL, output={"format": "jpeg"}))
         self.assertEqual(self.shade("render", scene, "-o", "a.jpg").returncode, 0)
-        run = self.shade("render", scene, "-o", "b.png")
-        self.assert_fails(run, 2, "jpeg", "b.png")
+        # Told before the work is done, not after it.
+        scene = self.scene(dict(LONG, output={"format": "jpeg"}))
+        self.assert_fails(self.shade("render", scene, "-o", "b.png", timeout=20), 2, "jpeg", "b.png")
         self.assertEqual(self.files(), ["a.jpg"])
 
     def test_name_without_suffix_leaves_the_format_to_the_scene(self):
@@ -269,11 +270,12 @@ class Files(Case):
         self.assertEqual(self.files(), ["a.png"])
 
     def test_failed_output_leaves_the_others_unwritten(self):
-        scene = self.scene(dict(SMALL, outputs=[
-            {"name": "small"}, {"name": "large", "format": "tiff", "bitDepth": 16}]))
+        scene = self.scene(dict(SMALL, image={"width": 64, "height": 48}, outputs=[
+            {"name": "small", "format": "jpeg", "quality": 10},
+            {"name": "large", "format": "tiff", "bitDepth": "float"}]))
 
         def allow_small_files():
-            resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
+            resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))
 
         run = self.shade("render", scene, "-o", "new/", preexec_fn=allow_small_files)
         self.assert_fails(run, 1, "large.tiff")
