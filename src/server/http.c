@@ -195,10 +195,10 @@ static enum MHD_Result refuse_size(shd_exchange *exchange, unsigned long long si
     shd_reply_clear(&exchange->reply);
     if (size)
         shd_problem_reply(&exchange->reply, SHD_TOO_LARGE,
-                          "the body has %llu bytes: the limit body is %llu", size, limit);
+                          "the body has %llu bytes: the limit `body` is %llu", size, limit);
     else
         shd_problem_reply(&exchange->reply, SHD_TOO_LARGE,
-                          "the body goes on after %llu bytes: that is the limit body", limit);
+                          "the body goes on after %llu bytes: that is the limit `body`", limit);
     return refuse_now(exchange);
 }
 

@@ -92,8 +92,12 @@ static void add_error(json_t *errors, const char *pointer, const char *detail) {
 
 void shd_problem_error(shd_reply *reply, const shd_error *error) {
     shd_problem_kind kind = status_kinds[error->status];
-    json_t *document = begin(kind, error->text);
-    /* The path of an operator's file is not the client's business. */
+    /* What fails inside may name the operator's files, which are not the client's business. */
+    bool tells_path = kind != SHD_FAILED && *error->path;
+    char detail[1024];
+    snprintf(detail, sizeof detail, "%s%s%s", tells_path ? error->path : "", tells_path ? ": " : "",
+             error->text);
+    json_t *document = begin(kind, detail);
     if (kind != SHD_FAILED) {
         json_t *errors = json_array();
         add_error(errors, error->path, error->text);
@@ -108,16 +112,11 @@ void shd_problem_report(shd_reply *reply, const shd_report *report) {
     const char *first = kept ? report->errors[0].detail : kinds[kind].title;
 
     /* The detail alone must do for a person who sees nothing else of the document. */
-    char detail[1024];
+    char detail[1024], more[48] = "";
     const char *where = kept ? report->errors[0].pointer : "";
-    if (kind == SHD_BAD_SYNTAX && report->line)
-        snprintf(detail, sizeof detail, "line %d, column %d: %s", report->line, report->column,
-                 first);
-    else if (report->error_count > 1)
-        snprintf(detail, sizeof detail, "%s%s%.700s (and %zu more)", where, *where ? ": " : "",
-                 first, report->error_count - 1);
-    else
-        snprintf(detail, sizeof detail, "%s%s%s", where, *where ? ": " : "", first);
+    if (report->error_count > 1)
+        snprintf(more, sizeof more, " (and %zu more)", report->error_count - 1);
+    snprintf(detail, sizeof detail, "%.400s%s%.500s%s", where, *where ? ": " : "", first, more);
 
     json_t *document = begin(kind, detail);
     if (kind == SHD_BAD_SYNTAX && report->line) {

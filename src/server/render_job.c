@@ -41,8 +41,8 @@ static char *part_head(const char *boundary, const shd_picture *picture, bool fi
     return NULL;
 }
 
-/* The boundary follows from the entity tag: the same request gives the same bytes, and no picture
- * holds the hash of its own document but by a chance of 2^-64. */
+/* The boundary follows from the entity tag: the same request gives the same bytes, and that a
+ * picture holds the hash of its own document is as unlikely as any collision of the hash. */
 static bool set_multipart(shd_reply *reply, shd_request *request) {
     char boundary[71], media_type[128], tail[80];
     snprintf(boundary, sizeof boundary, "shaded-%s", shd_request_etag(request));
@@ -190,7 +190,7 @@ static void run(void *context) {
         shd_problem_reply(&exchange->reply, SHD_DRAINING,
                           "the server stops and the time for requests to finish is over");
     else if (!exchange->reply.status)
-        shd_problem_reply(&exchange->reply, SHD_OVERDUE, "the limit timeout is %llu seconds",
+        shd_problem_reply(&exchange->reply, SHD_OVERDUE, "the limit `timeout` is %llu seconds",
                           (unsigned long long)server->config.timeout);
     shd_exchange_resume(exchange);
 }
@@ -205,7 +205,7 @@ void shd_render_submit(shd_exchange *exchange) {
     if (shd_engine_submit(server->engine, run, exchange)) return;
 
     shd_watch_remove(server->watch, &exchange->watched);
-    shd_problem_reply(&exchange->reply, SHD_BUSY, "the limit queue is %llu waiting requests",
+    shd_problem_reply(&exchange->reply, SHD_BUSY, "the limit `queue` is %llu waiting requests",
                       (unsigned long long)server->config.queue);
     shd_exchange_resume(exchange);
 }
