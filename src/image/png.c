@@ -8,9 +8,13 @@
 #include "image/icc.h"
 #include "image/pack.h"
 
-/* Where the curve of size over time bends: level 1 is a quarter faster and 5 % larger, from
- * level 5 on time doubles for 2 %. */
-enum { LEVEL = 3, HEAD = 8 + 25 + 13 + 16 + 44 + 12 + 64 + SHD_ICC_MAX + 64, CHUNK = 12 };
+/* Measured on a shaded sphere, 512 x 512 at 8 bits: level 1 takes 3.2 ms for 85 kB, 3 takes 4.6
+ * for 80, 5 takes 11 for 77. */
+enum { LEVEL = 3 };
+
+/* Room for all chunks but IDAT's data: the largest is the profile, whose name and data are
+ * bounded by shd_icc. */
+enum { CHUNK = 12, PROFILE_ROOM = SHD_ICC_MAX + 64, HEAD = 512 + PROFILE_ROOM };
 
 typedef struct writer {
     unsigned char *data;
@@ -86,8 +90,8 @@ static void put_profile(writer *w, const shd_icc *icc, struct libdeflate_compres
     memcpy(w->data + w->size, icc->name, name);
     w->size += name;
     w->data[w->size++] = 0; /* zlib */
-    w->size += libdeflate_zlib_compress(compressor, icc->data, icc->size, w->data + w->size,
-                                        SHD_ICC_MAX + 64);
+    w->size +=
+        libdeflate_zlib_compress(compressor, icc->data, icc->size, w->data + w->size, PROFILE_ROOM);
     close_chunk(w, chunk);
 }
 
@@ -103,10 +107,11 @@ static void put_color(writer *w, const shd_image *image, struct libdeflate_compr
         w->data[w->size++] = 1; /* relative colorimetric */
         close_chunk(w, chunk);
     } else if (image->channel < 0 && image->has_primaries) {
-        bool plain = image->transfer != SHD_TRANSFER_SRGB && chromaticities_fit(image->primaries);
-        if (chromaticities_fit(image->primaries)) put_chromaticities(w, image->primaries);
+        bool fit = chromaticities_fit(image->primaries);
+        if (fit) put_chromaticities(w, image->primaries);
+        if (fit && image->transfer != SHD_TRANSFER_SRGB) return;
         shd_icc icc = shd_icc_make(image);
-        if (!plain && icc.size) put_profile(w, &icc, compressor);
+        if (icc.size) put_profile(w, &icc, compressor);
     }
 }
 
@@ -153,7 +158,7 @@ shd_status shd_encode_png(const shd_image *image, shd_arena *scratch, shd_bytes 
     struct libdeflate_compressor *compressor = libdeflate_alloc_compressor(LEVEL);
     if (!compressor) return shd_encode_no_memory(error);
     size_t bound = libdeflate_zlib_compress_bound(compressor, height * (bytes + 1));
-    writer w = {.data = malloc(HEAD + bound + 2 * CHUNK)};
+    writer w = {.data = malloc(HEAD + CHUNK + bound + CHUNK)};
     if (!w.data) {
         status = shd_encode_no_memory(error);
         goto done;

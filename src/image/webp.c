@@ -10,8 +10,8 @@
 #include "image/icc.h"
 #include "image/pack.h"
 
-/* Effort: libwebp's default for lossy pictures; for lossless ones a level that takes a third of
- * the default's time for 1 % more bytes. */
+/* Effort. Lossy: libwebp's default. Lossless: level 2 takes 100 ms for a 512 x 512 sphere of
+ * 49 kB; the usual 6 takes 220 ms for 47 kB, and 9 takes 3.5 s for 41 kB. */
 enum { LOSSY_METHOD = 4, LOSSLESS_LEVEL = 2 };
 
 static shd_status encoder_error(int code, shd_error *error) {
