@@ -22,7 +22,7 @@ static shd_status find_transform(shd_request *request, const shd_output *output,
 }
 
 /* I spans [-.60,.60] and Q [-.52,.52]; stored as integers they are scaled to the full range
- * around a code that grey falls on exactly (model.md, Colour). */
+ * around a code that grey falls on exactly (docs/model.md, Color). */
 static shd_packing packing_of(shd_channels channels) {
     shd_packing packing = {{1, 1, 1}, {0, 0, 0}, {0, 0, 0}};
     if (channels != SHD_YIQ) return packing;

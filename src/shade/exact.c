@@ -1,4 +1,4 @@
-/* The reference: model.md's equations in f64, a lane at a time. */
+/* The reference: the equations of docs/model.md in f64, a lane at a time. */
 #include "shade/shade.h"
 
 static shd_vec3 lane_of(const double v[3][SHD_BLOCK], size_t i) {

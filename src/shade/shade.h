@@ -1,8 +1,8 @@
 /* The model: how a point is lit. Visibility is behind it, the output's colors are ahead of it.
  *
- * Shading is split as model.md's equation is: a kernel turns geometry into weights that hold no
- * color (wd = f s (N.L)+ and, for each lobe, ws = f s g (R.V)+^ns), and the colors multiply and
- * sum them:
+ * Shading is split as the equation (docs/model.md) is: a kernel turns geometry into weights that
+ * hold no color (wd = f s (N.L)+ and, for each lobe, ws = f s g (R.V)+^ns), and the colors multiply
+ * and sum them:
  *
  *     I = ke + ka Ia + kd sum_j wd_j Il_j + sum_lobes ks sum_j ws_j Il_j
  *

@@ -1,5 +1,5 @@
 /* The standard tier: the same equations in f32, SHD_LANES at a time, in the form that keeps
- * small angles (1 - R.V = |L - W|^2 / 2). Its errors are those of model.md's table. */
+ * small angles (1 - R.V = |L - W|^2 / 2). Its errors are measured in tests/unit/shade_weights.c. */
 #include "shade/math32.h"
 #include "shade/shade.h"
 
