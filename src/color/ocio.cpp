@@ -506,7 +506,7 @@ shd_status shd_color_to_space(shd_color_config *config, const char *from, const 
     if (!shd_catalog_space(&config->catalog, from)) return unknown(error, "color space", from);
     if (!shd_catalog_space(&config->catalog, to)) return unknown(error, "color space", to);
     return guarded(SHD_INTERNAL, "", error, [&] {
-        std::string key = std::string(from) + '\n' + to;
+        std::string key = std::string(from) + '\0' + to;
         return cached(
             config, key, [&] { return make_to_space(config, from, to); }, out);
     });
@@ -522,7 +522,7 @@ shd_status shd_color_to_view(shd_color_config *config, const char *from, const c
         known = known || !std::strcmp(found->views[i], view);
     if (!known) return unknown(error, "view", view);
     return guarded(SHD_INTERNAL, "", error, [&] {
-        std::string key = std::string(from) + '\n' + display + '\n' + view;
+        std::string key = std::string(from) + '\0' + display + '\0' + view;
         return cached(
             config, key, [&] { return make_to_view(config, from, display, view); }, out);
     });
