@@ -1,0 +1,229 @@
+/* The pool: every index once, slots that do not collide, jobs that are not lost. */
+#include <pthread.h>
+#include <sched.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdatomic.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "base/pool.h"
+
+enum { MOST = 5000, SLOTS = 64 };
+
+/* What a loop's body sees of itself. */
+typedef struct tally {
+    unsigned slots;
+    atomic_uint times[MOST];   /* how often an index was run */
+    atomic_bool inside[SLOTS]; /* whether a thread is in the slot now */
+    atomic_uint wrong;         /* slots out of range, or used by two at once */
+    pthread_t caller;
+    atomic_uint strangers_in_zero; /* slot 0 belongs to the caller */
+} tally;
+
+static void count(void *context, size_t index, unsigned slot) {
+    tally *t = context;
+    if (slot >= t->slots || atomic_exchange(&t->inside[slot % SLOTS], true))
+        atomic_fetch_add(&t->wrong, 1);
+    if (slot == 0 && !pthread_equal(pthread_self(), t->caller))
+        atomic_fetch_add(&t->strangers_in_zero, 1);
+    atomic_fetch_add(&t->times[index], 1);
+    if (index % 16 == 0) sched_yield();
+    atomic_store(&t->inside[slot % SLOTS], false);
+}
+
+static shd_pool *new_pool(unsigned threads, size_t queue) {
+    shd_pool *pool = NULL;
+    shd_error error;
+    assert_int_equal(shd_pool_new(threads, queue, &pool, &error), SHD_OK);
+    return pool;
+}
+
+/* Runs a loop and says whether each index below `n` was run once, and none beyond. */
+static bool spread(shd_pool *pool, size_t n) {
+    tally *t = calloc(1, sizeof *t);
+    t->slots = shd_pool_slots(pool);
+    t->caller = pthread_self();
+    shd_pool_for(pool, n, count, t);
+    bool good = atomic_load(&t->wrong) == 0 && atomic_load(&t->strangers_in_zero) == 0;
+    for (size_t i = 0; i < MOST; i++) good = good && atomic_load(&t->times[i]) == (i < n);
+    free(t);
+    return good;
+}
+
+static void loops_run_every_index_once_in_slots_of_their_own(void **state) {
+    (void)state;
+    static const unsigned threads[] = {1, 2, 7};
+    static const size_t counts[] = {0, 1, 2, 3, 63, MOST};
+    for (size_t k = 0; k < 3; k++) {
+        shd_pool *pool = new_pool(threads[k], 4);
+        assert_int_equal(shd_pool_slots(pool), threads[k] + 1);
+        for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++)
+            for (int again = 0; again < 5; again++) assert_true(spread(pool, counts[i]));
+        shd_pool_drop(pool);
+    }
+}
+
+typedef struct outer {
+    shd_pool *pool;
+    atomic_uint good;
+} outer;
+
+static void spread_within(void *context) {
+    outer *o = context;
+    for (int i = 0; i < 10; i++) atomic_fetch_add(&o->good, spread(o->pool, 300));
+}
+
+static void spread_within_loop(void *context, size_t index, unsigned slot) {
+    (void)slot;
+    outer *o = context;
+    atomic_fetch_add(&o->good, spread(o->pool, 10 + index));
+}
+
+static void loops_within_jobs_and_loops_end(void **state) {
+    (void)state;
+    for (unsigned threads = 1; threads <= 4; threads += 3) {
+        shd_pool *pool = new_pool(threads, 16);
+        outer o = {.pool = pool};
+        for (int i = 0; i < 16; i++) assert_true(shd_pool_submit(pool, spread_within, &o));
+        shd_pool_drop(pool);
+        assert_int_equal(atomic_load(&o.good), 160);
+
+        o = (outer){.pool = pool = new_pool(threads, 0)};
+        shd_pool_for(pool, 20, spread_within_loop, &o);
+        shd_pool_drop(pool);
+        assert_int_equal(atomic_load(&o.good), 20);
+    }
+}
+
+static void *spread_from_thread(void *context) {
+    spread_within(context);
+    return NULL;
+}
+
+static void loops_of_many_threads_share_one_pool(void **state) {
+    (void)state;
+    enum { CALLERS = 6 };
+    shd_pool *pool = new_pool(3, 0);
+    outer o = {.pool = pool};
+    pthread_t callers[CALLERS];
+    for (int i = 0; i < CALLERS; i++)
+        assert_int_equal(pthread_create(&callers[i], NULL, spread_from_thread, &o), 0);
+    for (int i = 0; i < CALLERS; i++) pthread_join(callers[i], NULL);
+    assert_int_equal(atomic_load(&o.good), 10 * CALLERS);
+    shd_pool_drop(pool);
+}
+
+/* A job that holds its worker until it is let go. */
+typedef struct gate {
+    pthread_mutex_t mutex;
+    pthread_cond_t changed;
+    unsigned entered;
+    bool open;
+    atomic_uint passed;
+} gate;
+
+static void wait_at_gate(void *context) {
+    gate *g = context;
+    pthread_mutex_lock(&g->mutex);
+    g->entered++;
+    pthread_cond_broadcast(&g->changed);
+    while (!g->open) pthread_cond_wait(&g->changed, &g->mutex);
+    pthread_mutex_unlock(&g->mutex);
+    atomic_fetch_add(&g->passed, 1);
+}
+
+static void wait_for_entered(gate *g, unsigned count_wanted) {
+    pthread_mutex_lock(&g->mutex);
+    while (g->entered < count_wanted) pthread_cond_wait(&g->changed, &g->mutex);
+    pthread_mutex_unlock(&g->mutex);
+}
+
+static void open_gate(gate *g) {
+    pthread_mutex_lock(&g->mutex);
+    g->open = true;
+    pthread_cond_broadcast(&g->changed);
+    pthread_mutex_unlock(&g->mutex);
+}
+
+static void a_full_queue_refuses_and_accepts_again(void **state) {
+    (void)state;
+    enum { THREADS = 2, QUEUE = 3 };
+    gate g = {PTHREAD_MUTEX_INITIALIZER, PTHREAD_COND_INITIALIZER, 0, false, 0};
+    shd_pool *pool = new_pool(THREADS, QUEUE);
+    for (unsigned i = 0; i < THREADS; i++) {
+        assert_true(shd_pool_submit(pool, wait_at_gate, &g));
+        wait_for_entered(&g, i + 1);
+    }
+    assert_int_equal(shd_pool_busy(pool), THREADS);
+    for (size_t i = 0; i < QUEUE; i++) {
+        assert_int_equal(shd_pool_queued(pool), i);
+        assert_true(shd_pool_submit(pool, wait_at_gate, &g));
+    }
+    for (int i = 0; i < 3; i++) assert_false(shd_pool_submit(pool, wait_at_gate, &g));
+    assert_int_equal(shd_pool_queued(pool), QUEUE);
+    assert_true(spread(pool, 100)); /* a loop needs no place in the queue: its caller works */
+
+    open_gate(&g);
+    while (shd_pool_queued(pool)) sched_yield();
+    assert_true(shd_pool_submit(pool, wait_at_gate, &g));
+    shd_pool_drop(pool);
+    assert_int_equal(atomic_load(&g.passed), THREADS + QUEUE + 1);
+}
+
+static void a_queue_of_none_takes_no_jobs(void **state) {
+    (void)state;
+    gate g = {PTHREAD_MUTEX_INITIALIZER, PTHREAD_COND_INITIALIZER, 0, true, 0};
+    shd_pool *pool = new_pool(2, 0);
+    assert_false(shd_pool_submit(pool, wait_at_gate, &g));
+    assert_true(spread(pool, 100));
+    shd_pool_drop(pool);
+    assert_int_equal(atomic_load(&g.passed), 0);
+}
+
+static void *drop_from_thread(void *context) {
+    shd_pool_drop(context);
+    return NULL;
+}
+
+static void dropping_finishes_every_accepted_job(void **state) {
+    (void)state;
+    gate g = {PTHREAD_MUTEX_INITIALIZER, PTHREAD_COND_INITIALIZER, 0, false, 0};
+    shd_pool *pool = new_pool(2, 50);
+    for (int i = 0; i < 40; i++) assert_true(shd_pool_submit(pool, wait_at_gate, &g));
+    pthread_t dropper;
+    assert_int_equal(pthread_create(&dropper, NULL, drop_from_thread, pool), 0);
+    wait_for_entered(&g, 2);
+    open_gate(&g);
+    pthread_join(dropper, NULL);
+    assert_int_equal(atomic_load(&g.passed), 40);
+    shd_pool_drop(NULL);
+}
+
+static void impossible_numbers_of_threads_are_refused(void **state) {
+    (void)state;
+    static const unsigned threads[] = {0, 1025, 4000000000u};
+    for (size_t i = 0; i < 3; i++) {
+        shd_pool *pool = (shd_pool *)&pool;
+        shd_error error;
+        assert_int_equal(shd_pool_new(threads[i], 1, &pool, &error), SHD_CONFIG);
+        assert_ptr_equal(pool, &pool); /* untouched */
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(loops_run_every_index_once_in_slots_of_their_own),
+        cmocka_unit_test(loops_within_jobs_and_loops_end),
+        cmocka_unit_test(loops_of_many_threads_share_one_pool),
+        cmocka_unit_test(a_full_queue_refuses_and_accepts_again),
+        cmocka_unit_test(a_queue_of_none_takes_no_jobs),
+        cmocka_unit_test(dropping_finishes_every_accepted_job),
+        cmocka_unit_test(impossible_numbers_of_threads_are_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
