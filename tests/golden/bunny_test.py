@@ -59,7 +59,7 @@ class Bunny(unittest.TestCase):
         self.assertLessEqual(difference.max(), 1e-5 * program.rgb(exact).max())
 
     def test_picture_is_the_models(self):
-        scene = self.at(64)
+        scene = self.at(48)
         expected = phong.render(scene)
         channels = program.linear(scene, "exact")
         error = np.abs(program.rgb(channels) - expected.rgb).max(-1)

@@ -114,7 +114,7 @@ class ClosedForms(unittest.TestCase):
 
     def test_attenuation_is_the_inverse_of_its_polynomial(self):
         for a, b, c in ((1, 0, 0), (0, 1, 0), (0, 0, 1), (0.5, 0.25, 0.125)):
-            for d in (0.5, 1, 2, 4, 64):
+            for d in (0.5, 64):
                 rgb = picture(wall(diffuse=0.1), [
                     {"type": "point", "position": [0, 0, d], "attenuation": [a, b, c]}])
                 expected = 0.1 / (a + b * d + c * d * d)
@@ -218,14 +218,12 @@ class Primaries(unittest.TestCase):
 
     def test_floats(self):
         document, columns = swatches(PRIMARIES)
-        for space, which in (("YIQ linear", 0), ("HSV linear", 1), ("YIQ", 0), ("HSV", 1)):
+        for space in ("YIQ", "YIQ linear", "HSV", "HSV linear"):
             output = {"format": "exr", "bitDepth": "float", "colorSpace": space}
             samples, names = program.read(program.shade({**document, "output": output}), "exr")
-            order = [names.index(c) for c in ("YIQ" if which == 0 else "HSV")] \
-                if set("YIQ" if which == 0 else "HSV") <= set(names) else [
-                    names.index(c) for c in "RGB"]
-            expected = [values[which] for values in PRIMARIES.values()]
-            np.testing.assert_allclose(samples[2, columns][:, order], expected, atol=2e-6)
+            measured = samples[2, columns][:, [names.index(c) for c in "RGB"]]
+            expected = [values["HSV" in space] for values in PRIMARIES.values()]
+            np.testing.assert_allclose(measured, expected, atol=2e-6, err_msg=space)
 
     def test_greys_are_exact(self):
         greys = [i / 16 for i in range(17)]

@@ -145,8 +145,8 @@ def by_hand():
         {"type": "cylinder", "material": {**SHINY, "side": "front"},
          "transform": {"translate": [0, 0, 5]}})
     yield "disc_from_behind", scene(
-        shape("disc", {"rotate": [-60, 0, 0], "translate": [-1, 0, 0]}, {**SHINY, "side": "front"}),
-        shape("disc", {"rotate": [-60, 0, 0], "translate": [1, 0, 0]}, {**SHINY, "side": "both"}),
+        shape("disc", {"rotate": [-60, 0, 0], "translate": [-1.45, 0, 0]}, {**SHINY, "side": "front"}),
+        shape("disc", {"rotate": [-60, 0, 0], "translate": [1.45, 0, 0]}, {**SHINY, "side": "both"}),
         lights=[KEY, LAMP, {"type": "point", "position": [0, -3, -2]}])
     for interpolation in ("phong", "gouraud", "flat"):
         yield f"mesh_{interpolation}", scene(hills(), interpolation=interpolation)
@@ -173,6 +173,9 @@ def by_hand():
               {"space": "sRGB", "value": [0.5, 0.1, 0.9]}]),
         ambient="#222", background="#123456",
         lights=[{**KEY, "color": "#ffeedd"}, {**LAMP, "color": 0.5}])
+    yield "dark_hexadecimal_colors", scene(
+        *row(lambda c: {"diffuse": 0, "emissive": c}, ["#010203", "#080706", "#0a0a09", "#000"]),
+        lights=[])
     yield "colors_of_another_space", scene(
         *row(lambda c: {"diffuse": c}, [0.5, [0.1, 0.6, 0.3], "#808080"]), colorSpace="sRGB")
     yield "transparent", scene(shape("cone", TURNED), background=None)

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from reference.scene import Scene
-from reference.shapes import ANALYTIC, dot, triangles
+from reference.shapes import ANALYTIC, bound, dot, triangles
 
 NEAR = 1 / 16  # of a pixel
 
@@ -161,14 +161,18 @@ class Thing:
                 return color, case if self.smooth else case * 65536 + part[rows]
 
             return t, light
-        to_object = self.inverse
-        oo = o @ to_object[:3, :3].T + to_object[:3, 3]
-        t, part, normal = ANALYTIC[self.item["type"]](self.item, oo, d @ to_object[:3, :3].T)
+        oo = o @ self.inverse[:3, :3].T + self.inverse[:3, 3]
+        dd = d @ self.inverse[:3, :3].T
+        # begin just before the shape, so that a far eye costs no digits
+        start = (-dot(oo, dd) / np.linalg.norm(dd, axis=1) - bound(self.item))
+        start = np.maximum(start, 0) / np.linalg.norm(dd, axis=1)
+        t, part, normal = ANALYTIC[self.item["type"]](self.item, oo + start[:, None] * dd, dd)
+        t = t + start
 
         def light(rows):
             n = normalized(normal[rows] @ self.normal_map)
-            color, case = evaluate(self.scene, self.material, o[rows] + t[rows][:, None] * d[rows],
-                                   n)
+            p = o[rows] + t[rows][:, None] * d[rows]
+            color, case = evaluate(self.scene, self.material, p, n)
             return color, case * 8 + part[rows]
 
         return t, light

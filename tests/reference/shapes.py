@@ -161,8 +161,14 @@ def triangles(corners, o, d, chunk=512):
     best, number, weights = np.full(n, np.inf), np.full(n, -1), np.zeros((n, 3))
     edge1, edge2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     normal = np.cross(edge1, edge2)
-    for first in range(0, n, chunk):
-        rows = slice(first, min(first + chunk, n))
+    # only rays that come near the ball around all corners
+    centre = (corners.min(axis=(0, 1)) + corners.max(axis=(0, 1))) / 2
+    radius = np.sqrt(((corners - centre) ** 2).sum(axis=2).max()) * 1.01
+    way = centre - o
+    passing = way - (dot(way, d) / dot(d, d))[:, None] * d
+    near = np.flatnonzero(dot(passing, passing) <= radius ** 2)
+    for first in range(0, len(near), chunk):
+        rows = near[first:first + chunk]
         oo, dd = o[rows], d[rows]
         to = oo[:, None, :] - corners[None, :, 0, :]
         det = -dd @ normal.T
@@ -183,5 +189,13 @@ def triangles(corners, o, d, chunk=512):
     return best, number, weights
 
 
-ANALYTIC = {"sphere": sphere, "plane": plane, "disc": disc, "box": box, "cylinder": cylinder,
-            "cone": cone, "torus": torus}
+def bound(item):
+    """The radius of a sphere around the origin that holds the shape; the plane has none."""
+    kind = item["type"]
+    if kind == "box":
+        return float(np.linalg.norm(item.get("size", [1, 1, 1]))) / 2 * 1.01
+    if kind == "torus":
+        return (item.get("radius", 1) + item.get("tube", 0.25)) * 1.01
+    if kind in ("cylinder", "cone"):
+        return float(np.hypot(item.get("radius", 1), item.get("height", 2) / 2)) * 1.01
+    return np.inf if kind == "plane" else item.get("radius", 1) * 1.01
