@@ -107,7 +107,8 @@ OIIO::ImageSpec describe(const shd_oiio_job &job) {
     if (!mixed) spec.channelformats.clear();
     spec.alpha_channel = job.alpha;
 
-    spec.attribute("compression", "zip");
+    /* TIFF's default level 6 takes four times level 3's time for a quarter fewer bytes. */
+    spec.attribute("compression", std::strcmp(job.suffix, "tiff") ? "zip" : "zip:3");
     if (job.planes[0].sample == SHD_OIIO_HALF) spec.attribute("tiff:half", 1);
     if (job.icc_size)
         spec.attribute("ICCProfile",
