@@ -1,0 +1,172 @@
+"""Starts the built daemon on free ports, talks to it, and stops it as an operator would."""
+
+import http.client
+import json
+import os
+import signal
+import socket
+import subprocess
+import threading
+from collections import namedtuple
+from pathlib import Path
+
+BUILD = Path(os.environ["SHADED_BUILD"])
+SOURCE = Path(os.environ["SHADED_SOURCE"])
+SANITIZED = bool(os.environ.get("SHADED_SANITIZE"))
+SHADED = str(BUILD / "shaded")
+
+JSON = {"Content-Type": "application/json"}
+SMALL = {"objects": [{"type": "sphere"}], "image": {"width": 16, "height": 12, "samples": 1}}
+# Busy for about a second, sanitized or not.
+SLOW = {"objects": [{"type": "torus"}], "accuracy": {"tier": "exact"},
+        "lights": [{"type": "point", "position": [3, i, 3]} for i in range(8)],
+        "image": {"width": 400 if SANITIZED else 1000, "height": 400 if SANITIZED else 1000,
+                  "samples": 9}}
+
+Answer = namedtuple("Answer", "status headers body")
+
+
+def environment(**more):
+    """Ours, without anything that the daemon would take for an option."""
+    kept = {"SHADED_BUILD", "SHADED_SOURCE", "SHADED_SANITIZE"}
+    clean = {k: v for k, v in os.environ.items() if not k.startswith("SHADED_") or k in kept}
+    return {**clean, **more}
+
+
+class Daemon:
+    """with Daemon("--queue", "1") as daemon: daemon.get("/v1/version") ..."""
+
+    def __init__(self, *flags, env=None, listen="127.0.0.1:0", admin="127.0.0.1:0"):
+        places = (["--listen", listen] if listen else []) + (["--admin", admin] if admin else [])
+        self.process = subprocess.Popen([SHADED, *places, *flags], stdin=subprocess.DEVNULL,
+                                        stderr=subprocess.PIPE, env=environment(**(env or {})))
+        self.pid = self.process.pid
+        self.lines = []
+        self.changed = threading.Condition()
+        self.reader = threading.Thread(target=self._read, daemon=True)
+        self.reader.start()
+        try:
+            started = self.wait_for("listening")
+        except AssertionError:
+            self.process.kill()
+            self.process.wait()
+            raise
+        self.address = self._split(started["address"])
+        self.admin = None if started["admin"] == "off" else self._split(started["admin"])
+
+    @staticmethod
+    def _split(address):
+        host, _, port = address.rpartition(":")
+        return host.strip("[]"), int(port)
+
+    def _read(self):
+        for line in self.process.stderr:
+            with self.changed:
+                self.lines.append(line.decode("utf-8", "replace"))
+                self.changed.notify_all()
+        with self.changed:
+            self.lines.append(None)
+            self.changed.notify_all()
+
+    def stderr(self):
+        with self.changed:
+            return "".join(line for line in self.lines if line)
+
+    def events(self, name=None):
+        """The log so far, as objects."""
+        with self.changed:
+            lines = [line for line in self.lines if line and line.startswith("{")]
+        events = [json.loads(line) for line in lines]
+        return [event for event in events if name in (None, event["event"])]
+
+    def wait_for(self, name, matches=lambda event: True, timeout=60):
+        """The first log event of that name that matches."""
+        def found():
+            return next(filter(matches, self.events(name)), None)
+
+        with self.changed:
+            self.changed.wait_for(lambda: found() or (self.lines and self.lines[-1] is None),
+                                  timeout)
+        event = found()
+        if not event:
+            raise AssertionError(f"no {name} in the log:\n{self.stderr()}")
+        return event
+
+    # ---- Requests, each on a connection of its own ----
+
+    def call(self, method, path, body=None, headers=None, admin=False, timeout=120):
+        host, port = self.admin if admin else self.address
+        connection = http.client.HTTPConnection(host, port, timeout=timeout)
+        try:
+            connection.request(method, path, body, headers or {})
+            answer = connection.getresponse()
+            return Answer(answer.status, answer.headers, answer.read())
+        finally:
+            connection.close()
+
+    def get(self, path, headers=None, **options):
+        return self.call("GET", path, None, headers, **options)
+
+    def render(self, scene, headers=None, **options):
+        body = scene if isinstance(scene, (bytes, str)) else json.dumps(scene)
+        return self.call("POST", "/v1/render", body, {**JSON, **(headers or {})}, **options)
+
+    def raw(self, *pieces, timeout=30):
+        """Sends bytes as they are; everything that comes back until the connection ends."""
+        with socket.create_connection(self.address, timeout) as connection:
+            for piece in pieces:
+                connection.sendall(piece)
+            return receive_all(connection)
+
+    def metrics(self):
+        """{'shaded_requests_total{...}': value}"""
+        lines = self.get("/metrics", admin=True).body.decode().splitlines()
+        pairs = (line.rsplit(" ", 1) for line in lines if line and not line.startswith("#"))
+        return {name: float(value) for name, value in pairs}
+
+    # ---- The end ----
+
+    def signal(self, number=signal.SIGTERM):
+        self.process.send_signal(number)
+
+    def wait(self, timeout=120):
+        status = self.process.wait(timeout)
+        self.reader.join(timeout)
+        self.process.stderr.close()
+        return status
+
+    def stop(self):
+        self.signal()
+        status = self.wait()
+        if status or "Sanitizer" in self.stderr() or "runtime error" in self.stderr():
+            raise AssertionError(f"the daemon exits {status}:\n{self.stderr()[-8000:]}")
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, kind, value, trace):
+        if self.process.poll() is not None:
+            if not self.process.stderr.closed:
+                self.wait()
+            return
+        if kind:  # the test has failed already: its message counts
+            self.process.kill()
+            self.wait()
+            return
+        self.stop()
+
+
+def receive_all(connection):
+    received = b""
+    while True:
+        piece = connection.recv(65536)
+        if not piece:
+            return received
+        received += piece
+
+
+def run(*flags, env=None, timeout=60):
+    """A daemon that is expected to end by itself: (exit status, stdout, stderr)."""
+    done = subprocess.run([SHADED, *flags], capture_output=True, env=environment(**(env or {})),
+                          timeout=timeout, check=False)
+    return done.returncode, done.stdout.decode(), done.stderr.decode()

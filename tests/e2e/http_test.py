@@ -1,0 +1,315 @@
+"""HTTP itself: paths, methods, media types, bodies, framing, connections."""
+
+import http.client
+import json
+import socket
+import threading
+import unittest
+
+from e2e.daemon import JSON, SMALL, Daemon, receive_all
+
+READ = ["/", "/v1/materials", "/v1/shapes", "/v1/colorspaces", "/v1/version", "/openapi.yaml",
+        "/scene.schema.json"]
+BODY = json.dumps(SMALL).encode()
+
+
+def post(*fields, body=BODY, path=b"/v1/render", length=True):
+    head = [b"POST " + path + b" HTTP/1.1", b"Host: localhost",
+            b"Content-Type: application/json", *fields]
+    if length:
+        head.append(b"Content-Length: %d" % len(body))
+    return b"\r\n".join(head) + b"\r\n\r\n" + body
+
+
+class HttpTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = Daemon("--max-body", "100000")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.daemon.stop()
+
+    def assert_problem(self, answer, status, name, *words):
+        self.assertEqual(answer.status, status, answer.body)
+        self.assertEqual(answer.headers["Content-Type"], "application/problem+json")
+        self.assertEqual(answer.headers["Cache-Control"], "no-store")
+        self.assertRegex(answer.headers["X-Request-Id"], "^[A-Za-z0-9._-]{1,64}$")
+        problem = json.loads(answer.body)
+        self.assertEqual(problem["type"], f"urn:shaded:problem:{name}")
+        self.assertEqual(problem["status"], status)
+        self.assertTrue(problem["title"])
+        for word in words:
+            self.assertIn(word, problem["detail"])
+        return problem
+
+    def assert_raw_problem(self, data, status, name):
+        head, _, body = data.partition(b"\r\n\r\n")
+        self.assertTrue(head.startswith(b"HTTP/1.1 %d " % status), data)
+        self.assertIn(b"\r\nContent-Type: application/problem+json", head)
+        self.assertIn(b"\r\nConnection: close", head)
+        self.assertIn(b"\r\nX-Request-Id: ", head)
+        self.assertEqual(json.loads(body)["type"], f"urn:shaded:problem:{name}")
+
+    # ---- Paths and methods ----
+
+    def test_documents_have_tags_and_are_revalidated(self):
+        for path in READ:
+            with self.subTest(path):
+                answer = self.daemon.get(path)
+                self.assertEqual(answer.status, 200)
+                self.assertRegex(answer.headers["ETag"], '^"[0-9a-f]{16}"$')
+                self.assertEqual(answer.headers["Cache-Control"], "no-cache")
+                tag = answer.headers["ETag"]
+                for condition in (tag, "W/" + tag, '"other", ' + tag, "*"):
+                    again = self.daemon.get(path, {"If-None-Match": condition})
+                    self.assertEqual((again.status, again.body), (304, b""), condition)
+                    self.assertEqual(again.headers["ETag"], tag)
+                for condition in ('"other"', tag[1:-1], "W/", '""'):
+                    again = self.daemon.get(path, {"If-None-Match": condition})
+                    self.assertEqual(again.body, answer.body, condition)
+
+    def test_head_is_get_without_a_body(self):
+        for path in READ:
+            with self.subTest(path):
+                get, head = self.daemon.get(path), self.daemon.call("HEAD", path)
+                self.assertEqual((head.status, head.body), (200, b""))
+                for name in ("Content-Type", "Content-Length", "ETag", "Cache-Control"):
+                    self.assertEqual(get.headers[name], head.headers[name])
+
+    def test_options_names_the_methods(self):
+        for path in READ + ["*"]:
+            answer = self.daemon.call("OPTIONS", path)
+            self.assertEqual((answer.status, answer.body), (204, b""))
+            wanted = "GET, HEAD, POST, OPTIONS" if path == "*" else "GET, HEAD, OPTIONS"
+            self.assertEqual(answer.headers["Allow"], wanted)
+            self.assertFalse([name for name in answer.headers if name.startswith("Access-")])
+        answer = self.daemon.call("OPTIONS", "/v1/render")
+        self.assertEqual((answer.status, answer.headers["Allow"]), (204, "POST, OPTIONS"))
+
+    def test_wrong_methods_name_the_right_ones(self):
+        for method in ("GET", "HEAD", "PUT", "DELETE", "PATCH", "TRACE", "BREW"):
+            answer = self.daemon.call(method, "/v1/render")
+            self.assertEqual(answer.headers["Allow"], "POST, OPTIONS")
+            if method == "HEAD":
+                self.assertEqual((answer.status, answer.body), (405, b""))
+            else:
+                self.assert_problem(answer, 405, "method")
+        for path in READ:
+            for method in ("POST", "PUT", "DELETE"):
+                answer = self.daemon.call(method, path, b"{}", JSON)
+                self.assert_problem(answer, 405, "method")
+                self.assertEqual(answer.headers["Allow"], "GET, HEAD, OPTIONS")
+
+    def test_unknown_paths(self):
+        for path in ("/v1", "/v1/", "/v1/render/", "//", "/v1/version%00", "/V1/version", "/%",
+                     "/..", "/healthz", "/metrics", "/" + "a" * 2000, "/v1/versio%6", "*"):
+            self.assert_problem(self.daemon.get(path), 404, "not-found")
+        self.assert_problem(self.daemon.call("POST", "/nothing", BODY, JSON), 404, "not-found")
+
+    def test_other_spellings_of_a_path(self):
+        for target in ("/v1/version?", "/v1/version?a=b/c", "/v1/%76ersion",
+                       "http://localhost/v1/version", "http://other.example/v1/version?x"):
+            self.assertEqual(self.daemon.get(target).status, 200, target)
+        self.assertEqual(self.daemon.get("http://localhost").status, 200)
+
+    # ---- Media types ----
+
+    def test_json_paths_answer_json_or_406(self):
+        for path in READ[:5]:
+            for accept in ("application/json", "application/*", "*/*", "text/html, */*;q=0.1",
+                           "Application/JSON;q=0.001", "application/json; charset=utf-8"):
+                answer = self.daemon.get(path, {"Accept": accept})
+                self.assertEqual(answer.status, 200, accept)
+                self.assertEqual(answer.headers["Content-Type"], "application/json")
+            for accept in ("text/html", "application/json;q=0", "*/*, application/json;q=0.0",
+                           "application/jsonx", "nonsense"):
+                self.assert_problem(self.daemon.get(path, {"Accept": accept}), 406,
+                                    "not-acceptable")
+
+    def test_bodies_must_be_json(self):
+        def status(content_type):
+            headers = {"Content-Type": content_type} if content_type else {}
+            return self.daemon.call("POST", "/v1/render", BODY, headers)
+
+        for good in ("application/json", "Application/JSON ; charset=utf-8",
+                     "application/vnd.shaded+json", "model/x+JSON;a=b"):
+            self.assertEqual(status(good).status, 200, good)
+        for bad in ("text/plain", "application/jsonx", "application/x-www-form-urlencoded", "json",
+                    "multipart/form-data; boundary=x", "+json", "/+json", "application/+json"):
+            answer = status(bad)
+            self.assert_problem(answer, 415, "media-type", "application/json")
+            self.assertEqual(answer.headers["Accept-Post"], "application/json")
+        self.assert_problem(status(None), 415, "media-type", "no Content-Type")
+        coded = self.daemon.render(BODY, {"Content-Encoding": "gzip"})
+        self.assert_problem(coded, 415, "media-type", "gzip")
+        self.assertEqual(self.daemon.render(BODY, {"Content-Encoding": "identity"}).status, 200)
+
+    # ---- Request ids ----
+
+    def test_sane_request_ids_are_echoed(self):
+        for good in ("a", "A-b_c.9", "x" * 64):
+            answer = self.daemon.get("/", {"X-Request-Id": good})
+            self.assertEqual(answer.headers["X-Request-Id"], good)
+            self.daemon.wait_for("request", lambda event, id=good: event["id"] == id)
+        seen = set()
+        for bad in ("", "x" * 65, "a b", "a\"b", "\u00e9", "a;b"):
+            answer = self.daemon.get("/", {"X-Request-Id": bad})
+            self.assertRegex(answer.headers["X-Request-Id"], "^[0-9a-f]{8}-[0-9a-f]{8}$")
+            seen.add(answer.headers["X-Request-Id"])
+        self.assertEqual(len(seen), 6)
+
+    # ---- Bodies ----
+
+    def test_a_body_over_the_limit_is_refused_from_its_length(self):
+        answer = self.daemon.render(b"x" * 100001)
+        self.assert_problem(answer, 413, "body-too-large", "100001", "100000")
+        self.assertEqual(answer.headers["Connection"], "close")
+        # Only the head is sent: the answer cannot have waited for the body.
+        data = self.daemon.raw(post(b"Content-Length: 99999999999999999999", length=False)[:-1])
+        self.assertTrue(data.startswith(b"HTTP/1.1 4"), data)
+        data = self.daemon.raw(b"POST /v1/render HTTP/1.1\r\nHost: a\r\n"
+                               b"Content-Type: application/json\r\n"
+                               b"Content-Length: 1000000\r\n\r\n")
+        self.assert_raw_problem(data, 413, "body-too-large")
+
+    def test_a_client_that_sends_100_megabytes_can_read_the_refusal(self):
+        for chunked in (False, True):
+            with self.subTest(chunked=chunked):
+                connection = http.client.HTTPConnection(*self.daemon.address, timeout=60)
+                piece = b"[" * (1 << 20)
+                body = iter([piece] * 100) if chunked else piece * 100
+                connection.request("POST", "/v1/render", body, JSON, encode_chunked=chunked)
+                answer = connection.getresponse()
+                self.assertEqual(answer.status, 413)
+                self.assertEqual(json.loads(answer.read())["status"], 413)
+                connection.close()
+
+    def test_chunked_bodies(self):
+        connection = http.client.HTTPConnection(*self.daemon.address, timeout=60)
+        for _ in range(2):  # and the connection lives on
+            pieces = iter([BODY[:1], BODY[1:7], BODY[7:]])
+            connection.request("POST", "/v1/render", pieces, JSON, encode_chunked=True)
+            answer = connection.getresponse()
+            self.assertEqual(answer.status, 200)
+            self.assertTrue(answer.read().startswith(b"\x89PNG"))
+        connection.close()
+
+    def test_expect_is_answered_at_once(self):
+        go_on = post(b"Expect: 100-continue")[:-len(BODY)]
+        with socket.create_connection(self.daemon.address, 30) as connection:
+            connection.sendall(go_on)
+            self.assertTrue(connection.recv(1000).startswith(b"HTTP/1.1 100 "))
+            connection.sendall(BODY)
+            self.assertTrue(connection.recv(1000).startswith(b"HTTP/1.1 200 "))
+        refused = go_on.replace(b"application/json", b"text/plain")
+        self.assert_raw_problem(self.daemon.raw(refused), 415, "media-type")
+        missing = go_on.replace(b"/v1/render", b"/nothing")
+        self.assert_raw_problem(self.daemon.raw(missing), 404, "not-found")
+
+    def test_refused_bodies_keep_the_connection(self):
+        connection = http.client.HTTPConnection(*self.daemon.address, timeout=60)
+        connection.connect()
+        first = connection.sock
+        for method, path, kind, status in (
+                ("POST", "/v1/render", "text/plain", 415), ("POST", "/", "application/json", 405),
+                ("PUT", "/none", "application/json", 404),
+                ("POST", "/v1/render", "application/json", 200), ("GET", "/", "text/plain", 200)):
+            connection.request(method, path, BODY, {"Content-Type": kind})
+            answer = connection.getresponse()
+            answer.read()
+            self.assertEqual(answer.status, status)
+            self.assertIs(connection.sock, first)
+        connection.close()
+
+    def test_pipelined_requests_are_answered_in_order(self):
+        get = b"GET /v1/version HTTP/1.1\r\nHost: a\r\nX-Request-Id: %s\r\n\r\n"
+        last = get.replace(b"Host: a", b"Host: a\r\nConnection: close") % b"last"
+        data = self.daemon.raw(get % b"one" + post(b"X-Request-Id: two") + get % b"three" + last)
+        places = [data.find(b"X-Request-Id: " + name) for name in (b"one", b"two", b"three",
+                                                                   b"last")]
+        self.assertEqual(places, sorted(places))
+        self.assertNotIn(-1, places)
+
+    def test_bytewise_requests(self):
+        message = post(b"Connection: close")
+        data = self.daemon.raw(*(message[i:i + 1] for i in range(len(message))))
+        self.assertTrue(data.startswith(b"HTTP/1.1 200 "), data[:100])
+
+    def test_clients_that_leave_do_no_harm(self):
+        message = post()
+        for cut in range(1, len(message), 7):
+            with socket.create_connection(self.daemon.address, 30) as connection:
+                connection.sendall(message[:cut])
+        for _ in range(10):  # gone while the picture is made
+            with socket.create_connection(self.daemon.address, 30) as connection:
+                connection.sendall(message)
+        self.assertEqual(self.daemon.render(BODY).status, 200)
+
+    # ---- Framing ----
+
+    def test_ambiguous_heads_are_refused(self):
+        smuggled = b"0\r\n\r\nGET /v1/version HTTP/1.1\r\nHost: a\r\n\r\n"
+        for name, message in {
+                "twice": post(b"Content-Length: 5"),
+                "same twice": post(b"Content-Length: %d" % len(BODY)),
+                "both": post(b"Transfer-Encoding: chunked", body=smuggled),
+                "coding": post(b"Transfer-Encoding: gzip, chunked", body=smuggled, length=False),
+                "codings": post(b"Transfer-Encoding: chunked", b"Transfer-Encoding: chunked",
+                                body=smuggled, length=False),
+                "no host": post().replace(b"Host: localhost\r\n", b""),
+                "two hosts": post(b"Host: other")}.items():
+            with self.subTest(name):
+                data = self.daemon.raw(message)
+                self.assert_raw_problem(data, 400, "request")
+                self.assertEqual(data.count(b"HTTP/1.1 "), 1)
+
+    def test_http_1_0(self):
+        data = self.daemon.raw(b"GET /v1/version HTTP/1.0\r\n\r\n")
+        self.assertRegex(data, b"^HTTP/1.[01] 200 ")
+
+    def test_junk_does_no_harm(self):
+        for junk in (b"\0" * 100, b"\r\n" * 50 + b"x", b"GET\r\n\r\n", b"\x16\x03\x01\x02\x00",
+                     b"GET / HTTP/9.9\r\n\r\n", b"GET / HTTP/1.1\r\nHost" + b"t" * 100000,
+                     b"POST /v1/render HTTP/1.1\r\nHost: a\r\nContent-Length: -1\r\n\r\n",
+                     b"POST /v1/render HTTP/1.1\r\nHost: a\r\nContent-Length: 1x\r\n\r\n",
+                     post(b"Transfer-Encoding: chunked", body=b"zz\r\n", length=False)):
+            try:
+                with socket.create_connection(self.daemon.address, 30) as connection:
+                    connection.sendall(junk)
+                    connection.shutdown(socket.SHUT_WR)
+                    data = receive_all(connection)
+            except ConnectionError:
+                data = b""
+            self.assertFalse(data.startswith(b"HTTP/1.1 2"), junk)
+        self.assertEqual(self.daemon.get("/").status, 200)
+
+    def test_the_log_cannot_be_forged(self):
+        self.daemon.get("/%0a%7b%22event%22:%22forged%22%7d%1b%5b31m")
+        event = self.daemon.wait_for("request", lambda event: "forged" in event["path"])
+        self.assertEqual(event["path"], '/\n{"event":"forged"}\x1b[31m')
+        self.assertFalse(self.daemon.events("forged"))
+        self.assertTrue(self.daemon.stderr().isascii())
+
+    def test_many_connections_at_once(self):
+        failures = []
+
+        def work():
+            connection = http.client.HTTPConnection(*self.daemon.address, timeout=120)
+            for _ in range(20):
+                connection.request("GET", "/v1/version")
+                answer = connection.getresponse()
+                if answer.status != 200 or not answer.read():
+                    failures.append(answer.status)
+            connection.close()
+
+        threads = [threading.Thread(target=work) for _ in range(50)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(failures, [])
+
+
+if __name__ == "__main__":
+    unittest.main()
