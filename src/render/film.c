@@ -46,12 +46,12 @@ double shd_thread_seconds(void) {
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-uint64_t shd_saturate(float *values, size_t count, float largest) {
+uint64_t shd_saturate(float *values, size_t count, float least, float largest) {
     uint64_t changed = 0;
     for (size_t i = 0; i < count; i++) {
         float v = values[i];
-        if (fabsf(v) <= largest) continue;
-        values[i] = v > 0 ? largest : v < 0 ? -largest : 0;
+        if (v >= least && v <= largest) continue;
+        values[i] = v > largest ? largest : v < least ? least : 0;
         changed++;
     }
     return changed;
@@ -256,7 +256,7 @@ static void filter_tile(const job *j, scratch *s, shd_tile tile) {
                 if (p > 0) {
                     float *out = film->planes[p] + 3 * pixel;
                     for (int c = 0; c < 3; c++) out[c] = narrow(sum[c] / samples);
-                    s->saturated += shd_saturate(out, 3, FLT_MAX);
+                    s->saturated += shd_saturate(out, 3, -FLT_MAX, FLT_MAX);
                     continue;
                 }
                 float *out = film->rgba + 4 * pixel;
@@ -268,7 +268,7 @@ static void filter_tile(const job *j, scratch *s, shd_tile tile) {
                     out[c] = narrow(value);
                 }
                 out[3] = scene->transparent ? narrow((double)hits / samples) : 1;
-                s->saturated += shd_saturate(out, 3, FLT_MAX);
+                s->saturated += shd_saturate(out, 3, -FLT_MAX, FLT_MAX);
             }
             if (data) store_data(j, s, first, samples, pixel);
         }

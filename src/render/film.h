@@ -20,8 +20,7 @@ typedef struct shd_film {
 shd_status shd_film_render(shd_request *request, const shd_sight *sight,
                            const shd_render_options *options, shd_film *film, shd_error *error);
 
-/* Replaces what is not finite or beyond +-`largest`: by +-largest, not-a-number by 0. Returns
- * how many values that were. */
-uint64_t shd_saturate(float *values, size_t count, float largest);
+/* Holds values in [least, largest]; not-a-number becomes 0. Returns how many were changed. */
+uint64_t shd_saturate(float *values, size_t count, float least, float largest);
 
 #endif

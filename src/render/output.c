@@ -5,11 +5,14 @@
 
 #include "image/image.h"
 
-/* The largest value that a sample type or format can hold. */
-static float largest_value(shd_format format, shd_depth depth) {
-    if (depth == SHD_HALF) return 65504;
-    if (format == SHD_HDR) return 1.7e38f; /* a shared 8-bit exponent: below 2^127 */
-    return FLT_MAX;
+/* Holds values in what the sample type or format can store, and counts those that are not. */
+static void saturate(shd_request *request, const shd_output *output, float *values, size_t count) {
+    float largest = output->depth == SHD_HALF ? 65504 : FLT_MAX, least = -largest;
+    if (output->format == SHD_HDR) {
+        largest = 1.7e38f; /* a shared 8-bit exponent: below 2^127 ... */
+        least = 0;         /* ... and no signs */
+    }
+    request->saturated += shd_saturate(values, count, least, largest);
 }
 
 static shd_status find_transform(shd_request *request, const shd_output *output,
@@ -107,8 +110,7 @@ static bool make_layers(shd_request *request, const shd_film *film, const shd_ou
         default: {
             float *values = color_layer(request, film, layer, converted, transform);
             if (!values) return false;
-            request->saturated +=
-                shd_saturate(values, 3 * pixels, largest_value(output->format, output->depth));
+            saturate(request, output, values, 3 * pixels);
             layers[l] = (shd_image_layer){layer->name, rgb, 3, false, values};
         }
         }
@@ -177,8 +179,7 @@ shd_status shd_output_make(shd_request *request, const shd_film *film, size_t in
     if (!rgba) goto no_memory;
     if (scene->transparent && !alpha) flatten(rgba, pixels);
     if (!convert_picture(request, transform, film, rgba)) goto no_memory;
-    request->saturated +=
-        shd_saturate(rgba, 4 * pixels, largest_value(output->format, output->depth));
+    saturate(request, output, rgba, 4 * pixels);
     shd_image_layer *layers = NULL;
     if (output->layer_count && !make_layers(request, film, output, rgba, transform, &layers))
         goto no_memory;

@@ -4,6 +4,7 @@
 #include <string.h>
 #include <xxhash.h>
 
+#include "image/image.h"
 #include "render/engine.h"
 
 shd_status shd_request_new(shd_engine *engine, shd_request **out, shd_error *error) {
@@ -48,6 +49,21 @@ static shd_status make_etag(shd_request *request) {
     return SHD_OK;
 }
 
+/* What a format cannot hold is said before anything is rendered. */
+static void check_formats(shd_request *request) {
+    const shd_scene *scene = request->scene;
+    for (size_t o = 0; o < scene->output_count; o++) {
+        shd_format format = scene->outputs[o].format;
+        shd_error error;
+        if (shd_image_check(scene->raster.w, scene->raster.h, format, &error) != SHD_OK)
+            shd_report_error(&request->report, error.status, "/image", "%s", error.text);
+        if (scene->transparent && !shd_format_get(format)->alpha)
+            shd_report_warning(&request->report, "/background",
+                               "%s holds no alpha: the picture is laid over black",
+                               shd_format_get(format)->name);
+    }
+}
+
 shd_status shd_request_read(shd_request *request, const char *json, size_t length,
                             shd_format fallback) {
     double began = shd_thread_seconds();
@@ -55,17 +71,11 @@ shd_status shd_request_read(shd_request *request, const char *json, size_t lengt
     shd_status status =
         shd_scene_read(json, length, shd_color_catalog(engine->color), &engine->limits, fallback,
                        request->arena, &request->scene, &request->report);
-    if (status == SHD_OK) status = make_etag(request);
     if (status == SHD_OK) {
-        const shd_scene *scene = request->scene;
-        for (size_t o = 0; scene->transparent && o < scene->output_count; o++) {
-            const shd_format_info *format = shd_format_get(scene->outputs[o].format);
-            if (!format->alpha)
-                shd_report_warning(&request->report, "/background",
-                                   "%s holds no alpha: the picture is laid over black",
-                                   format->name);
-        }
+        check_formats(request);
+        status = request->report.status;
     }
+    if (status == SHD_OK) status = make_etag(request);
     request->times.parse = shd_thread_seconds() - began;
     return status;
 }
