@@ -199,3 +199,7 @@ def bound(item):
     if kind in ("cylinder", "cone"):
         return float(np.hypot(item.get("radius", 1), item.get("height", 2) / 2)) * 1.01
     return np.inf if kind == "plane" else item.get("radius", 1) * 1.01
+
+
+ANALYTIC = {"sphere": sphere, "plane": plane, "disc": disc, "box": box, "cylinder": cylinder,
+            "cone": cone, "torus": torus}
