@@ -175,7 +175,8 @@ shd_status shd_output_make(shd_request *request, const shd_film *film, size_t in
     const shd_color_info *info = shd_color_describe(transform);
     bool alpha = scene->transparent && shd_format_get(output->format)->alpha;
 
-    float *rgba = copy_floats(arena, film->rgba, 4 * pixels);
+    bool last = index + 1 == scene->output_count;
+    float *rgba = last ? film->rgba : copy_floats(arena, film->rgba, 4 * pixels);
     if (!rgba) goto no_memory;
     if (scene->transparent && !alpha) flatten(rgba, pixels);
     if (!convert_picture(request, transform, film, rgba)) goto no_memory;
