@@ -1,0 +1,318 @@
+/* Scenes as JSON text, rendered to floats: what the property tests compare.
+ *
+ * film_of() gives the film (f32, filtered, with its layers); samples_of() casts and shades the
+ * same scene sample by sample and gives f64 radiance and the G-buffer, so that agreement can be
+ * seen below f32's last digit; png_of() goes the public way and gives a file's bytes. */
+#ifndef SHD_TEST_FILM_OF_H
+#define SHD_TEST_FILM_OF_H
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "render/engine.h"
+#include "render/film.h"
+#include "shade/shade.h"
+
+/* Says by how much a bound is missed; with SHADED_MEASURE set, what every figure is. */
+#define assert_below(value, bound) check_below((value), (bound), #value, __LINE__)
+
+static inline void check_below(double value, double bound, const char *what, int line) {
+    if (getenv("SHADED_MEASURE")) printf("%d: %.3g of %.3g: %s\n", line, value, bound, what);
+    if (!(value < bound)) fail_msg("line %d: %s is %g, not below %g", line, what, value, bound);
+}
+
+/* ---- Texts. ---- */
+
+/* A scene being written: fprintf to `out`, then finish() gives the text, which is free()d. */
+typedef struct writing {
+    FILE *out;
+    char *text;
+    size_t size;
+} writing;
+
+static inline void start(writing *w) {
+    w->out = open_memstream(&w->text, &w->size);
+    assert_non_null(w->out);
+}
+
+static inline char *finish(writing *w) {
+    fclose(w->out);
+    return w->text;
+}
+
+/* printf into memory that the caller frees. */
+static inline SHD_PRINTF(1, 2) char *text_of(const char *format, ...) {
+    char *text = NULL;
+    va_list args;
+    va_start(args, format);
+    int length = vasprintf(&text, format, args);
+    va_end(args);
+    assert_true(length >= 0);
+    return text;
+}
+
+/* Evenly spread in [low, high); the same numbers in every run. */
+static inline double uniform(uint64_t *random, double low, double high) {
+    *random = *random * 6364136223846793005u + 1442695040888963407u;
+    return low + (high - low) * ((double)(*random >> 11) * 0x1p-53);
+}
+
+static inline int below(uint64_t *random, int count) {
+    return (int)uniform(random, 0, count);
+}
+
+static inline shd_vec3 random_direction(uint64_t *random) {
+    shd_vec3 v;
+    do {
+        v = (shd_vec3){uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)};
+    } while (shd_dot(v, v) > 1 || shd_dot(v, v) < 0.01);
+    shd_normalize(v, &v);
+    return v;
+}
+
+/* ---- Pictures. ---- */
+
+static inline shd_engine *new_engine(unsigned threads) {
+    shd_engine_options options = shd_engine_defaults();
+    options.threads = threads;
+    shd_engine *engine = NULL;
+    shd_error error = {SHD_OK, "", ""};
+    if (shd_engine_new(&options, &engine, &error)) fail_msg("%s: %s", error.path, error.text);
+    return engine;
+}
+
+/* For cmocka's group fixtures: the engine is *state. */
+static inline int make_engine(void **state) {
+    *state = new_engine(2);
+    return 0;
+}
+
+static inline int drop_engine(void **state) {
+    shd_engine_drop(*state);
+    return 0;
+}
+
+static inline shd_request *read_scene(shd_engine *engine, const char *json) {
+    shd_request *request = NULL;
+    shd_error error = {SHD_OK, "", ""};
+    if (shd_request_new(engine, &request, &error)) fail_msg("%s", error.text);
+    if (shd_request_read(request, json, strlen(json), SHD_PNG)) {
+        const shd_problem *problem = &shd_request_report(request)->errors[0];
+        fail_msg("%s: %s in\n%.1000s", problem->pointer, problem->detail, json);
+    }
+    return request;
+}
+
+/* What is drawn lives in the request; drop_drawn() ends both. */
+typedef struct drawn {
+    shd_request *request;
+    shd_film film;
+} drawn;
+
+static inline shd_sight *plan_and_see(shd_request *request) {
+    shd_error error = {SHD_OK, "", ""};
+    shd_sight *sight = NULL;
+    if (shd_plan_make(request->scene, request->arena, &request->plan, &error) ||
+        shd_sight_new(request->plan, request->engine->tracer, request->arena, &sight, &error))
+        fail_msg("%s: %s", error.path, error.text);
+    return sight;
+}
+
+static inline drawn film_of(shd_engine *engine, const char *json) {
+    drawn d = {.request = read_scene(engine, json)};
+    shd_sight *sight = plan_and_see(d.request);
+    shd_error error = {SHD_OK, "", ""};
+    shd_status status = shd_film_render(d.request, sight, NULL, &d.film, &error);
+    shd_sight_drop(sight);
+    if (status != SHD_OK) fail_msg("%s: %s", error.path, error.text);
+    return d;
+}
+
+static inline void drop_drawn(drawn *d) {
+    shd_request_drop(d->request);
+}
+
+static inline size_t pixels_of(const drawn *d) {
+    return (size_t)d->film.width * (size_t)d->film.height;
+}
+
+/* The plane of a layer; it must have been asked for. */
+static inline const float *plane_of(const drawn *d, shd_layer_kind kind, size_t light) {
+    const shd_plan *plan = d->request->plan;
+    for (size_t p = 1; p < plan->plane_count; p++)
+        if (plan->planes[p].kind == kind && plan->planes[p].light == light)
+            return d->film.planes[p];
+    fail_msg("layer %d is not there", (int)kind);
+    return NULL;
+}
+
+/* The largest difference of two films' colors over the largest value of the first. */
+static inline double film_difference(const drawn *a, const drawn *b) {
+    assert_int_equal(a->film.width, b->film.width);
+    assert_int_equal(a->film.height, b->film.height);
+    double most = 0, largest = 0;
+    for (size_t i = 0; i < 4 * pixels_of(a); i++) {
+        double va = (double)a->film.rgba[i], vb = (double)b->film.rgba[i];
+        most = fmax(most, fabs(va - vb));
+        if (i % 4 != 3) largest = fmax(largest, fabs(va));
+    }
+    return most / (largest > 0 ? largest : 1);
+}
+
+static inline bool same_film(const drawn *a, const drawn *b) {
+    return a->film.width == b->film.width && a->film.height == b->film.height &&
+           !memcmp(a->film.rgba, b->film.rgba, 4 * pixels_of(a) * sizeof(float));
+}
+
+/* ---- Samples. ---- */
+
+typedef struct sampled {
+    shd_request *request;
+    size_t count; /* region's pixels times samples, row by row */
+    shd_gbuffer seen;
+    double (*radiance)[3]; /* [count]; 0 where nothing is hit */
+} sampled;
+
+/* Scenes without flat or gouraud objects. */
+static inline sampled samples_of(shd_engine *engine, const char *json) {
+    sampled s = {.request = read_scene(engine, json)};
+    shd_sight *sight = plan_and_see(s.request);
+    const shd_plan *plan = s.request->plan;
+    const shd_raster *raster = &plan->scene->raster;
+    shd_arena *arena = s.request->arena;
+    s.count = (size_t)raster->w * (size_t)raster->h * (size_t)raster->samples;
+    shd_cast_scratch *scratch = shd_cast_scratch_new(sight, arena);
+    assert_true(scratch && shd_gbuffer_new(s.count, arena, &s.seen));
+    shd_sight_cast(sight, (shd_tile){raster->x, raster->y, raster->w, raster->h}, scratch, &s.seen);
+    shd_sight_drop(sight);
+
+    s.radiance = shd_arena_zalloc(arena, s.count, sizeof *s.radiance);
+    shd_shader *shader = shd_shader_new(plan, arena);
+    double(*block)[3][SHD_BLOCK] = shd_arena_zalloc(arena, plan->plane_count, sizeof *block);
+    assert_true(s.radiance && shader && block);
+    for (size_t i = 0; i < s.count;) {
+        int32_t object = s.seen.object[i];
+        size_t end = i + 1;
+        while (end < s.count && end - i < SHD_BLOCK && s.seen.object[end] == object) end++;
+        shd_points points = {.count = end - i};
+        for (size_t k = 0; object != SHD_NOTHING && k < SHD_BLOCK; k++) {
+            size_t from = k < points.count ? i + k : i;
+            for (int c = 0; c < 3; c++) {
+                points.position[c][k] = s.seen.position[c][from];
+                points.normal[c][k] = s.seen.normal[c][from];
+                points.view[c][k] = s.seen.view[c][from];
+            }
+        }
+        if (object != SHD_NOTHING) {
+            shd_shade(shader, &plan->materials[plan->scene->objects[object].material], &points,
+                      block);
+            for (size_t k = 0; k < points.count; k++)
+                for (int c = 0; c < 3; c++) s.radiance[i + k][c] = block[0][c][k];
+        }
+        i = end;
+    }
+    return s;
+}
+
+static inline void drop_sampled(sampled *s) {
+    shd_request_drop(s->request);
+}
+
+/* N.V at a sample. */
+static inline double facing_of(const sampled *s, size_t i) {
+    double sum = 0;
+    for (int c = 0; c < 3; c++) sum += s->seen.normal[c][i] * s->seen.view[c][i];
+    return sum;
+}
+
+static inline double largest_of(const sampled *s) {
+    double largest = 0;
+    for (size_t i = 0; i < s->count; i++)
+        for (int c = 0; c < 3; c++) largest = fmax(largest, fabs(s->radiance[i][c]));
+    return largest;
+}
+
+/* The largest difference of two pictures' samples over the largest value of the first, where
+ * both see the same object with N.V of at least `facing`: at silhouettes a rounding error of the
+ * ray moves the normal by its square root. `strays`, unless NULL, gets the number of samples that
+ * see different objects. */
+static inline double sample_difference(const sampled *a, const sampled *b, double facing,
+                                       size_t *strays) {
+    assert_int_equal(a->count, b->count);
+    double most = 0;
+    size_t different = 0;
+    for (size_t i = 0; i < a->count; i++) {
+        if (a->seen.object[i] != b->seen.object[i]) {
+            different++;
+            continue;
+        }
+        if (a->seen.object[i] == SHD_NOTHING || facing_of(a, i) < facing) continue;
+        for (int c = 0; c < 3; c++) most = fmax(most, fabs(a->radiance[i][c] - b->radiance[i][c]));
+    }
+    if (strays)
+        *strays = different;
+    else
+        assert_int_equal(different, 0);
+    double largest = largest_of(a);
+    assert_true(largest > 0); /* an all black picture proves nothing */
+    return most / largest;
+}
+
+/* ---- Files. ---- */
+
+typedef struct file {
+    unsigned char *data;
+    size_t size;
+} file;
+
+/* A status other than SHD_OK leaves the file empty. */
+static inline shd_status try_png_of(shd_engine *engine, const char *json, file *out) {
+    *out = (file){NULL, 0};
+    shd_request *request = NULL;
+    shd_error error;
+    shd_status status = shd_request_new(engine, &request, &error);
+    if (status != SHD_OK) return status;
+    status = shd_request_read(request, json, strlen(json), SHD_PNG);
+    if (status == SHD_OK) status = shd_request_render(request, NULL, &error);
+    if (status == SHD_OK) {
+        size_t count;
+        out->size = shd_request_pictures(request, &count)[0].size;
+        out->data = shd_request_take(request, 0);
+    }
+    shd_request_drop(request);
+    return status;
+}
+
+static inline file png_of(shd_engine *engine, const char *json) {
+    file out;
+    shd_status status = try_png_of(engine, json, &out);
+    if (status != SHD_OK) drop_sampled(&(sampled){.request = read_scene(engine, json)});
+    assert_int_equal(status, SHD_OK);
+    assert_true(out.size > 0);
+    return out;
+}
+
+static inline bool same_file(file a, file b) {
+    return a.size == b.size && !memcmp(a.data, b.data, a.size);
+}
+
+/* Renders both texts, frees them, and says whether the files are the same. */
+static inline bool same_png(shd_engine *engine, char *one, char *other) {
+    file a = png_of(engine, one), b = png_of(engine, other);
+    bool same = same_file(a, b);
+    free(a.data);
+    free(b.data);
+    free(one);
+    free(other);
+    return same;
+}
+
+#endif
