@@ -107,17 +107,17 @@ bool cli_file_write(const char *path, const void *data, size_t size, cli_file *o
         return false;
     }
 
-    cli_file file = {0};
-    int fd;
+    char *target = NULL, *temporary = NULL;
+    int fd = -1;
     if (there && !S_ISREG(status.st_mode)) {
         fd = open(path, O_WRONLY | O_CLOEXEC);
     } else {
         /* A link stays a link: the file that it points to is replaced. */
-        file.target = there ? realpath(path, NULL) : strdup(path);
-        fd = file.target
-                 ? open_beside(file.target, there ? status.st_mode & 0777 : 0666, &file.temporary)
-                 : -1;
+        target = there ? realpath(path, NULL) : strdup(path);
+        mode_t mode = there ? status.st_mode & 0777 : 0666;
+        if (target) fd = open_beside(target, mode, &temporary);
     }
+    cli_file file = {target, temporary};
     int problem = fd < 0 ? errno : write_all(fd, data, size);
     if (fd >= 0 && close(fd) && !problem) problem = errno;
     if (problem) {
