@@ -199,17 +199,15 @@ static void digest_is_of_what_the_document_says(void **state) {
     (void)state;
     static const char *const same[] = {
         "{'ambient': 0.5, 'background': [0, 1, 2], 'objects': [{'type': 'sphere', 'radius': 10}]}",
-        "{'objects':[{'radius':1e1,'type':'sphere'}],'background':[0,1,2],'ambient':0.5}",
-        " {\n'objects' : [ {'radius': 10.0, 'type': 'spher\\u0065'} ],\t'ambient': 50e-2,\r\n"
-        "'background': [-0.0, 1.0, 0.2e1]}",
+        "{'objects':[{'radius':1e1,'type':'spher\\u0065'}],'background':[0,1,2],'ambient':0.5}",
+        "\n{'background':[-0,1.0,2], 'objects':[{'type':'sphere','radius':1e1}], 'ambient':5e-1}",
     };
     static const char *const others[] = {
         "{'ambient': 0.5, 'background': [0, 2, 1], 'objects': [{'type': 'sphere', 'radius': 10}]}",
         "{'ambient': 0.6, 'background': [0, 1, 2], 'objects': [{'type': 'sphere', 'radius': 10}]}",
         "{'background': 0.5, 'ambient': [0, 1, 2], 'objects': [{'type': 'sphere', 'radius': 10}]}",
         "{'ambient': 0.5, 'background': [0, 1, 2], 'objects': [{'type': 'torus', 'radius': 10}]}",
-        "{'ambient': 0.5, 'background': [0, 1, 2], 'objects': [{'type': 'sphere'}, {'type':"
-        "'sphere', 'radius': 10}]}",
+        "{'ambient': 0.5, 'background': [0, 1, 2], 'objects': []}",
         "{'ambient': 0.5, 'background': null, 'objects': [{'type': 'sphere', 'radius': 10}]}",
     };
     char digest[33];

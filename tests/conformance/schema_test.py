@@ -1,0 +1,323 @@
+"""api/scene.schema.json and the reader accept and refuse the same documents.
+
+Where the reader knows more than a schema can say, the rule is in RULES, with a document that the
+schema accepts and the reader refuses: nothing else may differ."""
+
+import copy
+import glob
+import json
+import os
+import random
+import re
+import subprocess
+import unittest
+
+import jsonschema
+
+SOURCE = os.environ["SHADED_SOURCE"]
+BUILD = os.environ["SHADED_BUILD"]
+SEED = 20240229
+MUTANTS = 1500
+
+with open(os.path.join(SOURCE, "api", "scene.schema.json"), encoding="utf-8") as file:
+    SCHEMA = json.load(file)
+VALIDATOR = jsonschema.Draft202012Validator(SCHEMA)
+
+
+def read(documents):
+    """The reader's answers: {"status", "errors": [[pointer, detail]], "warnings"} for each."""
+    lines = "".join(json.dumps(document) + "\n" for document in documents)
+    done = subprocess.run([os.path.join(BUILD, "tests", "check_many")], input=lines, text=True,
+                          capture_output=True, check=False)
+    if done.returncode:
+        raise AssertionError(f"check_many failed: {done.stderr}")
+    answers = [json.loads(line) for line in done.stdout.splitlines()]
+    assert len(answers) == len(documents)
+    return answers
+
+
+def scene(*objects, **members):
+    return {"objects": list(objects or [{"type": "sphere"}]), **members}
+
+
+# Together they hold every member that there is.
+RICH = [
+    {
+        "workingSpace": "lin_rec709",
+        "colorSpace": "wide",
+        "camera": {"type": "perspective", "position": [0, 1, 4], "target": [0, 0, 0],
+                   "up": [0, 1, 0], "fov": 40},
+        "image": {"width": 64, "height": 48, "samples": 4, "region": [1, 2, 30, 40]},
+        "ambient": [0.1, 0.2, 0.3],
+        "background": None,
+        "lights": [
+            {"type": "ambient", "color": 0.5, "intensity": 2},
+            {"type": "directional", "direction": [0, -1, -1], "color": "#ffeedd", "intensity": 1,
+             "ambient": 0.1, "frame": "world"},
+            {"type": "point", "position": [3, 3, 3], "color": [1, 1, 1], "intensity": 1,
+             "ambient": "#123", "attenuation": [1, 0, 0.5], "minDistance": 0.1,
+             "frame": "camera"},
+            {"type": "spot", "position": [0, 4, 0, 2], "direction": [0, -1, 0], "angle": 30,
+             "penumbra": 0.2, "exponent": 1, "color": {"space": "sRGB", "value": [1, 0.5, 0]},
+             "intensity": 3, "ambient": 0, "attenuation": [0, 0, 1], "minDistance": 0,
+             "frame": "camera"},
+            {"position": [1, 1, 1, 0], "color": 1, "intensity": 1, "ambient": 0, "frame": "world",
+             "attenuation": [1, 0, 0], "minDistance": 0},
+            {"type": "directional", "position": [1, 1, 1, 0]},
+        ],
+        "interpolation": "phong",
+        "materials": {
+            "clay": {"model": "phong", "preset": "jade", "emissive": 0, "ambient": 0.1,
+                     "diffuse": [0.5, 0.4, 0.3], "specular": 0.2, "shininess": 20,
+                     "lobes": [{"specular": 0.1, "shininess": 200}], "side": "front"},
+        },
+        "objects": [
+            {"type": "sphere", "radius": 1, "material": "clay", "interpolation": "gouraud",
+             "segments": 16,
+             "transform": {"translate": [0, 0, 0], "rotate": [0, 10, 0], "scale": 2}},
+            {"type": "plane", "interpolation": "phong", "material": "brass",
+             "transform": {"translate": [0, -1, 0], "scale": [1, 2, 1]}},
+            {"type": "disc", "radius": 2, "segments": 8, "material": {"diffuse": "#808080"}},
+            {"type": "box", "size": [1, 2, 3], "interpolation": "flat", "segments": 8,
+             "transform": {"matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 6, 7, 1]}},
+            {"type": "cylinder", "radius": 1, "height": 2, "segments": 8},
+            {"type": "cone", "radius": 1, "height": 2, "segments": 8},
+            {"type": "torus", "radius": 1, "tube": 0.5, "segments": 8},
+            {"type": "mesh", "positions": [0, 0, 0, 1, 0, 0, 0, 1, 0], "indices": [0, 1, 2],
+             "normals": [0, 0, 1, 0, 0, 1, 0, 1, 1], "interpolation": "flat",
+             "transform": {"scale": 1}, "material": "jade"},
+        ],
+        "accuracy": {"tier": "exact"},
+        "output": {"format": "png", "display": "sRGB", "view": "Standard", "bitDepth": 16,
+                   "quality": 80, "channel": "G"},
+    },
+    scene(camera={"type": "orthographic", "height": 3}, background="#000",
+          accuracy={"maxError": 0.5, "metric": "code"},
+          output={"format": "exr", "colorSpace": "wide", "bitDepth": "half",
+                  "layers": ["beauty", "light.0", "depth"]}),
+    scene({"type": "mesh", "positions": [0, 0, 0, 1, 0, 0, 0, 1, 0], "normals": None},
+          outputs=[{"name": "one", "format": "jpeg", "bitDepth": 8},
+                   {"name": "two", "colorSpace": "YIQ", "channel": "I"},
+                   {"name": "three", "format": "hdr", "bitDepth": "float"}]),
+]
+
+TRIANGLE = {"type": "mesh", "positions": [0, 0, 0, 1, 0, 0, 0, 1, 0]}
+
+# What the reader refuses and a schema cannot: the reader's words, and an example.
+RULES = [
+    # Names of the color configuration and of the library.
+    (r"^there is no color space", scene(workingSpace="no such")),
+    (r"is not scene-linear", scene(workingSpace="sRGB")),
+    (r"^there is no preset", scene(materials={"a": {"preset": "no such"}})),
+    (r"^there is no material", scene({"type": "sphere", "material": "no such"})),
+    (r"^there is no display", scene(output={"display": "no such"})),
+    (r"has no view", scene(output={"view": "no such"})),
+    (r"has no meaning as a color", scene(ambient={"space": "raw", "value": [1, 1, 1]})),
+    # What depends on the space, the format or the lights that are there.
+    (r"^this output has no channel", scene(output={"channel": "Y"})),
+    (r"cannot hold bitDepth", scene(output={"bitDepth": "float"})),
+    (r"has no layers: set format exr", scene(output={"layers": ["beauty"]})),
+    (r"^layers are light", scene(output={"format": "exr", "colorSpace": "sRGB",
+                                         "layers": ["beauty"]})),
+    (r"^there is no light", scene(output={"format": "exr", "layers": ["light.7"]})),
+    (r"is taken by output", scene(outputs=[{"name": "a"}, {"name": "a"}])),
+    # Arithmetic between members.
+    (r"are the same point", scene(camera={"position": [0, 0, 0]})),
+    (r"is parallel to the view", scene(camera={"up": [0, 0, 1]})),
+    (r"reaches out of the picture", scene(image={"region": [0, 0, 513, 1]})),
+    (r"has no inverse", scene({"type": "box", "transform": {
+        "matrix": [1, 0, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}})),
+    (r"divided by w is not finite", scene(lights=[{"position": [1e300, 0, 0, 1e-300]}])),
+    (r"times `intensity` is not finite", scene(lights=[
+        {"type": "point", "color": 1e200, "intensity": 1e200}])),
+    (r"too far away to be a number", scene(camera={"position": [1.7e308, 0, 0]}, lights=[
+        {"type": "point", "position": [0, 0, 1.7e308], "frame": "camera"}])),
+    (r"too large to be converted", scene(ambient={"space": "wide", "value": [1e300, 1, 1]})),
+    (r"^an infinite plane has no faces", scene({"type": "plane"}, interpolation="flat")),
+    # Lengths and contents of mesh arrays.
+    (r"in threes, got", scene({"type": "mesh", "positions": [0, 0, 0, 1]})),
+    (r"^without `indices`", scene({"type": "mesh", "positions": [0, 0, 0]})),
+    (r"^an index must be", scene({**TRIANGLE, "indices": [0, 1, 3]})),
+    (r"more \w+ are wrong", scene({**TRIANGLE, "indices": [9, 9, 9, 9, 9, 9]})),
+    (r"^expected as many normals", scene({**TRIANGLE, "normals": [0, 0, 1]})),
+    (r"^the normal of vertex", scene({**TRIANGLE, "normals": [0] * 9})),
+    # Limits of the operator.
+    (r"the limit `pixels`", scene(image={"width": 65535, "height": 65535})),
+    (r"the limit `lights`", scene(lights=[{"type": "point"}] * 2000)),
+    (r"the limit `triangles`", scene(*[{"type": "torus", "interpolation": "flat",
+                                        "segments": 1024}] * 3)),
+]
+
+
+def beyond_schema(answer):
+    return all(any(re.search(rule, detail) for rule, _ in RULES) for _, detail in answer["errors"])
+
+
+# ---- Mutants ----
+
+VALUES = [None, True, False, 0, -1, 1, 0.5, 2, 181, 1e30, "", "zzz", "phong", "#12345", [], {},
+          [1, 2], [0, 0, 0], [1, 2, 3], ["x", 1, 2], [1, 1, 1, 1], {"zzz": 1}]
+
+
+def places(value, path=()):
+    yield path
+    items = value.items() if isinstance(value, dict) else (
+        enumerate(value) if isinstance(value, list) else ())
+    for key, item in items:
+        yield from places(item, path + (key,))
+
+
+def at(document, path):
+    for key in path:
+        document = document[key]
+    return document
+
+
+def mutations(document):
+    """(path, change) for every place: replace, add, remove, repeat."""
+    for path in places(document):
+        value = at(document, path)
+        if path:
+            yield from ((path, ("set", other)) for other in VALUES if other != value)
+            yield path, ("remove", None)
+        if isinstance(value, dict):
+            yield path, ("add", ("zzz", 1))
+            yield path, ("add", ("type", "mesh"))
+        if isinstance(value, list) and value:
+            yield path, ("repeat", None)
+    for kind in ("sphere", "plane", "disc", "box", "cylinder", "cone", "torus", "mesh"):
+        for i in range(len(document["objects"])):
+            yield ("objects", i, "type"), ("set", kind)
+    for kind in ("ambient", "directional", "point", "spot"):
+        for i in range(len(document.get("lights", []))):
+            yield ("lights", i, "type"), ("set", kind)
+    for name, member in (("png", "format"), ("exr", "format"), (8, "bitDepth"),
+                         ("half", "bitDepth"), ("float", "bitDepth"), ("sRGB", "colorSpace"),
+                         ("A", "channel"), (["beauty"], "layers"), ("name", "name")):
+        if "output" in document:
+            yield ("output", member), ("set", name)
+        for i in range(len(document.get("outputs", []))):
+            yield ("outputs", i, member), ("set", name)
+    for path in [p for p in places(document) if p and p[-1] == "transform"]:
+        yield path + ("matrix",), ("set", [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1])
+
+
+def mutate(document, path, change):
+    document = copy.deepcopy(document)
+    kind, value = change
+    if kind == "add":
+        at(document, path)[value[0]] = value[1]
+    elif kind == "repeat":
+        target = at(document, path)
+        target.append(copy.deepcopy(target[-1]))
+    elif kind == "set":
+        at(document, path[:-1])[path[-1]] = copy.deepcopy(value)
+    else:
+        del at(document, path[:-1])[path[-1]]
+    return document
+
+
+def pointer(path):
+    return "".join("/" + str(key).replace("~", "~0").replace("/", "~1") for key in path)
+
+
+def mutants():
+    pool = [(document, path, change) for document in RICH
+            for path, change in mutations(document)]
+    chosen = random.Random(SEED).sample(pool, min(MUTANTS, len(pool)))
+    return [(path, change, mutate(document, path, change)) for document, path, change in chosen]
+
+
+def examples():
+    return sorted(glob.glob(os.path.join(SOURCE, "api", "examples", "*.json")))
+
+
+class Schema(unittest.TestCase):
+    def test_schema_is_a_schema(self):
+        jsonschema.Draft202012Validator.check_schema(SCHEMA)
+
+    def test_examples_are_accepted_by_both(self):
+        self.assertGreaterEqual(len(examples()), 14)
+        for name in examples():
+            with self.subTest(os.path.basename(name)):
+                with open(name, encoding="utf-8") as example:
+                    VALIDATOR.validate(json.load(example))
+        done = subprocess.run([os.path.join(BUILD, "shade"), "check", *examples()], text=True,
+                              capture_output=True, check=False)
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_rich_documents_are_accepted_by_both(self):
+        for document, answer in zip(RICH, read(RICH)):
+            VALIDATOR.validate(document)
+            self.assertEqual(answer["errors"], [])
+
+    def test_rules_beyond_the_schema_are_needed(self):
+        answers = read([document for _, document in RULES])
+        for (rule, document), answer in zip(RULES, answers):
+            with self.subTest(rule):
+                VALIDATOR.validate(document)
+                self.assertTrue(any(re.search(rule, detail) for _, detail in answer["errors"]),
+                                answer)
+
+    def test_mutants_are_refused_identically(self):
+        cases = mutants()
+        answers = read([document for _, _, document in cases])
+        refused = 0
+        for (path, change, document), answer in zip(cases, answers):
+            with self.subTest(pointer(path), change=change):
+                valid = VALIDATOR.is_valid(document)
+                accepted = answer["status"] == 0
+                if valid and not accepted:
+                    self.assertTrue(beyond_schema(answer), f"only the reader: {answer['errors']}")
+                else:
+                    self.assertEqual(accepted, valid, f"schema {valid}, reader {answer}")
+                if not accepted:
+                    refused += 1
+                    self.assert_near(path, answer)
+        self.assertGreater(refused, len(cases) // 2)
+
+    def assert_near(self, path, answer):
+        """Some error is about the thing that was changed, or about what holds it."""
+        # What these hold is missed elsewhere when it is gone.
+        if path[0] in ("materials", "lights", "interpolation", "colorSpace", "workingSpace"):
+            return
+        around = pointer(path[:1] if path[0] == "camera" else path[:-1])
+        self.assertTrue(any(place.startswith(around) or around.startswith(place)
+                            for place, _ in answer["errors"]), answer)
+
+    def test_defaults_of_the_schema_are_accepted(self):
+        """Written out, the defaults of every kind of thing make a scene."""
+        defs = SCHEMA["$defs"]
+
+        def defaults(name):
+            out = {}
+            for key, member in defs[name].get("properties", {}).items():
+                while isinstance(member, dict) and "default" not in member and "$ref" in member:
+                    member = defs[member["$ref"].rsplit("/", 1)[1]]
+                if isinstance(member, dict) and "default" in member:
+                    out[key] = member["default"]
+            return out
+
+        shapes = ("sphere", "plane", "disc", "box", "cylinder", "cone", "torus")
+        camera = defaults("camera")
+        camera.pop("height")
+        accuracy = defaults("accuracy")
+        accuracy.pop("metric")
+        directional = {"type": "directional", **defaults("directionalLight")}
+        document = scene(
+            *({"type": shape, **defaults(shape), "transform": defaults("transform"),
+               "material": defaults("material")} for shape in shapes),
+            camera=camera, image=defaults("image"), accuracy=accuracy,
+            output=defaults("output"),
+            lights=[{"type": "ambient", **defaults("ambientLight")}, directional,
+                    {"type": "point", **defaults("pointLight")},
+                    {"type": "spot", **defaults("spotLight")}])
+        for key, member in SCHEMA["properties"].items():
+            if "default" in member:
+                document[key] = member["default"]
+        VALIDATOR.validate(document)
+        self.assertEqual(read([document])[0]["errors"], [])
+
+
+if __name__ == "__main__":
+    unittest.main()
