@@ -50,7 +50,8 @@ typedef struct shd_prepared {
 typedef struct shd_light32 {
     bool fits;             /* false: f32 cannot hold this light, the reference does it */
     float high[3], low[3]; /* position, the sum of both; or the direction toward it in `high` */
-    float a, b, c, min_distance;
+    float a, b, c, min_distance; /* the largest of a, b, c is 1 */
+    double gain;
     float axis[3], outer, inner, inverse_fade, exponent;
 } shd_light32;
 

@@ -17,11 +17,9 @@ static bool fits_f32(const shd_light32 *light, const shd_plan_light *from) {
         if ((fade > 0 && fade < 0.087) || from->outer < 0.004 || from->exponent > 500) return false;
     }
     if (from->directional) return true;
-    const float largest = fmaxf(light->b, fmaxf(light->c, light->min_distance));
     const float reach =
         fmaxf(fabsf(light->high[0]), fmaxf(fabsf(light->high[1]), fabsf(light->high[2])));
-    const float weakest = fmaxf(light->a, fmaxf(light->b, light->c));
-    return largest < 1e12f && reach < 1e15f && weakest > 1e-12f;
+    return light->min_distance < 1e15f && reach < 1e15f && light->gain > 0 && light->gain < 1e180;
 }
 
 shd_light32 shd_narrow_light(const shd_plan *plan, const shd_plan_light *light) {
@@ -36,9 +34,14 @@ shd_light32 shd_narrow_light(const shd_plan *plan, const shd_plan_light *light) 
         out.low[c] = (float)(xyz[c] - out.high[c]);
         out.axis[c] = (float)axis[c];
     }
-    out.a = (float)light->a;
-    out.b = (float)(light->b / s);
-    out.c = (float)(light->c / s / s);
+    /* In units of the plan's frame and divided by the largest of the three again: a scene of any
+     * size gives f32 the same numbers. */
+    const double a = light->a, b = light->b / s, c = light->c / s / s;
+    const double largest = fmax(a, fmax(b, c));
+    out.a = (float)(a / largest);
+    out.b = (float)(b / largest);
+    out.c = (float)(c / largest);
+    out.gain = light->directional ? light->gain : light->gain / largest;
     out.min_distance = (float)(light->min_distance * s);
     out.outer = (float)light->outer;
     out.inner = (float)light->inner;
@@ -163,10 +166,10 @@ void shd_weigh_standard(const shd_light32 *light, const shd_plan_light *kind,
         double *diffuse = out->diffuse + first;
         for (int i = 0; i < SHD_LANES; i++) {
             float weight = facing[i] > 0 ? factor[i] * facing[i] : 0;
-            diffuse[i] = weight * kind->gain;
+            diffuse[i] = weight * light->gain;
         }
         for (size_t k = 0; k < lobe_count; k++)
-            weigh_lobe((float)lobes[k].shininess, block, first, toward, facing, factor, kind->gain,
+            weigh_lobe((float)lobes[k].shininess, block, first, toward, facing, factor, light->gain,
                        out->specular[k] + first);
         if (!any) continue;
         for (size_t i = 0; i < SHD_LANES; i++)
