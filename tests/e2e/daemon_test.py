@@ -1,0 +1,460 @@
+"""The daemon as operators meet it: options, ports, signals, limits in time, metrics, logs."""
+
+# ctest: serial
+
+import json
+import re
+import signal
+import socket
+import tempfile
+import threading
+import time
+import unittest
+from pathlib import Path
+
+from e2e.daemon import JSON, SANITIZED, SLOW, SMALL, SOURCE, Daemon, run
+
+# Nobody waits for its end.
+ENDLESS = {**SLOW, "image": {"width": 4096, "height": 4096, "samples": 64}}
+
+
+class Background:
+    """A request on a thread of its own."""
+
+    def __init__(self, daemon, scene):
+        self.answer = None
+        self.thread = threading.Thread(target=self._work, args=(daemon, scene))
+        self.thread.start()
+
+    def _work(self, daemon, scene):
+        self.answer = daemon.render(scene, timeout=300)
+
+    def result(self):
+        self.thread.join()
+        return self.answer
+
+
+def wait_until(true, timeout=60):
+    end = time.monotonic() + timeout
+    while not true():
+        if time.monotonic() > end:
+            raise AssertionError("it did not happen in time")
+        time.sleep(0.02)
+
+
+def wait_until_busy(daemon, busy=1, queued=0):
+    def reached():
+        metrics = daemon.metrics()
+        return metrics["shaded_workers_busy"] >= busy and metrics["shaded_queue_depth"] >= queued
+
+    wait_until(reached)
+
+
+def has_ipv6():
+    try:
+        with socket.socket(socket.AF_INET6) as probe:
+            probe.bind(("::1", 0))
+        return True
+    except OSError:
+        return False
+
+
+class Folder(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+    def file(self, text, name="shaded.conf"):
+        path = self.folder / name
+        path.write_text(text)
+        return str(path)
+
+
+class OptionsTest(Folder):
+    def body_limit(self, *flags, env=None):
+        """The value of max-body that a daemon with these options has."""
+        with Daemon(*flags, env=env) as daemon:
+            detail = json.loads(daemon.render(b"x" * 2000).body)["detail"]
+        found = re.search(r"the limit `body` is (\d+)", detail)
+        return int(found.group(1)) if found else None
+
+    def test_flags_win_over_environment_over_file_over_defaults(self):
+        path = self.file("max-body = 1000\n")
+        self.assertIsNone(self.body_limit())
+        self.assertEqual(self.body_limit("--config", path), 1000)
+        self.assertEqual(self.body_limit(env={"SHADED_CONFIG": path}), 1000)
+        env = {"SHADED_MAX_BODY": "1K", "SHADED_CONFIG": path}
+        self.assertEqual(self.body_limit(env=env), 1024)
+        self.assertEqual(self.body_limit("--max-body", "1500", env=env), 1500)
+        self.assertEqual(self.body_limit("--max-body=1501", env=env), 1501)
+        self.assertEqual(self.body_limit(env={**env, "SHADED_MAX_BODY": ""}), 1000)
+
+    def test_the_file_may_be_commented_and_indented(self):
+        path = self.file("# a comment\n; another\n\n  max-body = 900 ; inline\n\tqueue=3\r\n"
+                         "threads : 1\n")
+        self.assertEqual(self.body_limit("--config", path), 900)
+
+    def test_unknown_variables_are_somebody_elses(self):
+        self.assertIsNone(self.body_limit(env={"SHADED_PORT": "tcp://10.0.0.1:80"}))
+
+    def test_help_lists_every_option_and_the_sample_shows_its_default(self):
+        status, text, _ = run("--help")
+        self.assertEqual(status, 0)
+        listed = dict(re.findall(r"^  --([a-z-]+) (?:[^\[\n]|\[::1\])*(?:\[([^\]\n]*)\])?$", text,
+                                 re.MULTILINE))
+        listed.pop("config")
+        sample = (SOURCE / "config/shaded.conf").read_text()
+        shown = dict(re.findall(r"^([a-z-]+) = (.*)$", sample, re.MULTILINE))
+        self.assertIn("; ocio = ", sample)
+        self.assertEqual({**shown, "ocio": ""}, listed)
+        for name in listed:
+            self.assertLess(len(name), 40)
+        with Daemon("--config", str(SOURCE / "config/shaded.conf")) as daemon:
+            self.assertEqual(daemon.render(SMALL).status, 200)
+
+    def test_version(self):
+        status, text, _ = run("--version")
+        self.assertEqual(status, 0)
+        self.assertRegex(text, r"^shaded \d+\.\d+\.\d+\n$")
+
+    def assert_refused(self, done, status, *words):
+        self.assertEqual(done[0], status, done[2])
+        self.assertEqual(done[1], "")
+        self.assertEqual(done[2].count("\n"), 1, done[2])
+        for word in words:
+            self.assertIn(word, done[2])
+
+    def test_bad_flags_exit_2_and_are_named(self):
+        for flags in (["--queue", "x"], ["--queue", "0"], ["--queue", "-1"], ["--queue", ""],
+                      ["--queue", "1K"], ["--queue", "99999999999999999999"],
+                      ["--threads", "1025"], ["--max-body", "1T"], ["--max-body", "1KK"],
+                      ["--max-body", "99999999999G"], ["--timeout", "1.5"],
+                      ["--log-requests", "yes"], ["--cache-control", "a\nb"],
+                      ["--ocio", "x" * 5000], ["--nothing", "1"], ["--queue"]):
+            self.assert_refused(run(*flags), 2, flags[0])
+        self.assert_refused(run("-z"), 2, "-z")
+        self.assert_refused(run("extra"), 2, "extra")
+
+    def test_bad_variables_exit_1_and_are_named(self):
+        self.assert_refused(run(env={"SHADED_QUEUE": "many"}), 1, "SHADED_QUEUE", "many")
+
+    def test_bad_files_exit_1_and_the_line_is_named(self):
+        for text, place, *words in (
+                ("\nqueue = many\n", ":2:", "queue", "many"),
+                ("queue = 1\nquue = 1\n", ":2:", "quue"), ("nonsense\n", ":1:"),
+                ("queue = 1\n[server]\nthreads = 1\n", ":3:", "[server]"),
+                ("#\n#\nocio = " + "x" * 300 + "\n", ":3:", "longer"),
+                ("config = x\n", ":1:", "config")):
+            path = self.file(text)
+            self.assert_refused(run("--config", path), 1, path + place, *words)
+        missing = str(self.folder / "missing.conf")
+        self.assert_refused(run("--config", missing), 1, missing, "No such file")
+        self.assert_refused(run("--config", str(self.folder)), 1, str(self.folder))
+
+
+class StartTest(Folder):
+    def assert_cannot_start(self, done, where, *words):
+        status, _, stderr = done
+        self.assertEqual(status, 1, stderr)
+        event = json.loads(stderr.splitlines()[-1])
+        self.assertEqual((event["event"], event["level"]), ("cannot-start", "error"))
+        self.assertEqual(event.get("where", ""), where)
+        for word in words:
+            self.assertIn(word, event["message"])
+
+    def test_addresses(self):
+        for address, pattern in (("localhost:0", r"(127\.0\.0\.1|\[::1\]):\d+"),
+                                 ("127.0.0.1:0", r"127\.0\.0\.1:\d+"), ("[::1]:0", r"\[::1\]:\d+")):
+            if "::" in address and not has_ipv6():
+                continue
+            with Daemon(listen=address, admin=address) as daemon:
+                event = daemon.wait_for("listening")
+                self.assertRegex(event["address"], f"^{pattern}$")
+                self.assertNotEqual(event["address"], event["admin"])
+                self.assertEqual(daemon.render(SMALL).status, 200)
+                self.assertEqual(daemon.get("/readyz", admin=True).status, 200)
+
+    def test_bad_addresses(self):
+        for address in ("", "8080", "localhost", "127.0.0.1:", "127.0.0.1:x", "127.0.0.1:65536",
+                        "::1:80", "[::1]", "[::1:80", "127.0.0.1:-1", "1.2.3.4.5:80:90"):
+            self.assert_cannot_start(run("--listen", address), address)
+            if address:
+                self.assert_cannot_start(
+                    run("--listen", "127.0.0.1:0", "--admin", address), address)
+
+    def test_an_address_in_use_is_named(self):
+        with socket.create_server(("127.0.0.1", 0)) as other:
+            taken = f"127.0.0.1:{other.getsockname()[1]}"
+            self.assert_cannot_start(run("--listen", taken), taken, "in use")
+            self.assert_cannot_start(run("--listen", "127.0.0.1:0", "--admin", taken), taken)
+
+    def test_the_admin_port_may_be_off(self):
+        with Daemon(admin="off") as daemon:
+            self.assertIsNone(daemon.admin)
+            self.assertEqual(daemon.render(SMALL).status, 200)
+
+    def test_a_bad_color_configuration_stops_the_start(self):
+        self.assert_cannot_start(run("--listen", "127.0.0.1:0", "--admin", "off", "--ocio",
+                                     "/nonexistent.ocio"), "/nonexistent.ocio")
+        good = (SOURCE / "config/shaded.ocio").read_text()
+        for text in ("", "nonsense: [", "ocio_profile_version: 9\n",
+                     good.replace("scene_linear:", "other_role:"), good[:len(good) // 2]):
+            path = self.file(text, "bad.ocio")
+            self.assert_cannot_start(
+                run("--listen", "127.0.0.1:0", "--admin", "off", "--ocio", path), path)
+
+    def test_another_color_configuration_is_used(self):
+        good = (SOURCE / "config/shaded.ocio").read_text()
+        path = self.file(good, "good.ocio")
+        with Daemon("--ocio", path) as daemon:
+            self.assertEqual(daemon.render(SMALL).status, 200)
+
+
+class StopTest(unittest.TestCase):
+    def test_sigterm_and_sigint_stop_an_idle_daemon(self):
+        for number in (signal.SIGTERM, signal.SIGINT):
+            daemon = Daemon()
+            idle = socket.create_connection(daemon.address, 30)
+            began = time.monotonic()
+            daemon.signal(number)
+            self.assertEqual(daemon.wait(), 0, daemon.stderr())
+            self.assertLess(time.monotonic() - began, 20 if SANITIZED else 2)
+            self.assertEqual([event["event"] for event in daemon.events()],
+                             ["listening", "stopping", "stopped"])
+            idle.close()
+
+    def test_sigterm_finishes_what_is_accepted_and_refuses_more(self):
+        daemon = Daemon("--threads", "1", "--queue", "4", "--timeout", "300", "--drain-time",
+                        "300")
+        running = Background(daemon, SLOW)
+        wait_until_busy(daemon)
+        queued = [Background(daemon, SLOW), Background(daemon, SMALL)]
+        wait_until_busy(daemon, queued=2)
+        self.assertEqual(daemon.get("/readyz", admin=True).status, 200)
+
+        daemon.signal()
+        wait_until(lambda: daemon.get("/readyz", admin=True).status == 503)
+        self.assertEqual(daemon.get("/healthz", admin=True).status, 200)
+        self.assertEqual(daemon.metrics()["shaded_draining"], 1)
+        refused = daemon.render(SMALL)
+        self.assertEqual(refused.status, 503)
+        self.assertEqual(json.loads(refused.body)["type"], "urn:shaded:problem:draining")
+        self.assertEqual(refused.headers["Connection"].lower(), "close")
+        self.assertRegex(refused.headers["Retry-After"], r"^\d+$")
+        self.assertEqual(refused.headers["Cache-Control"], "no-store")
+        read = daemon.get("/v1/version")
+        self.assertEqual((read.status, read.headers["Connection"].lower()), (200, "close"))
+        self.assertIsNone(running.answer, "the test wants a slower scene")
+
+        for request in [running, *queued]:
+            answer = request.result()
+            self.assertEqual(answer.status, 200)
+            self.assertTrue(answer.body.startswith(b"\x89PNG"))
+        self.assertEqual(daemon.wait(), 0, daemon.stderr())
+        self.assertNotIn("Sanitizer", daemon.stderr())
+
+    def test_over_the_drain_time_requests_are_cancelled_and_answered(self):
+        daemon = Daemon("--threads", "1", "--drain-time", "1", "--timeout", "300")
+        requests = [Background(daemon, ENDLESS)]
+        wait_until_busy(daemon)
+        requests.append(Background(daemon, SMALL))
+        wait_until_busy(daemon, queued=1)
+        daemon.signal()
+        self.assertEqual(daemon.wait(), 0, daemon.stderr())
+        for request in requests:
+            answer = request.result()
+            self.assertEqual(answer.status, 503)
+            self.assertEqual(json.loads(answer.body)["type"], "urn:shaded:problem:draining")
+        self.assertNotIn("Sanitizer", daemon.stderr())
+
+    def test_clients_that_still_send_are_not_waited_for_long(self):
+        daemon = Daemon("--drain-time", "300", "--idle-timeout", "300")
+        with socket.create_connection(daemon.address, 30) as slow:
+            slow.sendall(b"POST /v1/render HTTP/1.1\r\nHost: a\r\nContent-Type: application/json"
+                         b"\r\nContent-Length: 100\r\n\r\n{")
+            wait_until(lambda: daemon.metrics()["shaded_requests_in_flight"] == 1)
+            daemon.signal()
+            self.assertEqual(daemon.wait(30), 0, daemon.stderr())
+
+    def test_a_second_signal_exits_at_once(self):
+        daemon = Daemon("--drain-time", "300", "--timeout", "300")
+        request = Background(daemon, ENDLESS)
+        wait_until_busy(daemon)
+        daemon.signal()
+        daemon.wait_for("stopping")
+        daemon.signal(signal.SIGINT)
+        self.assertEqual(daemon.wait(20), 1)
+        request.thread.join()
+        self.assertIsNone(request.answer)
+
+    def setUp(self):
+        # A background request whose daemon exits dies with its connection: that is the test.
+        previous = threading.excepthook
+        threading.excepthook = lambda args: None
+        self.addCleanup(setattr, threading, "excepthook", previous)
+
+
+class LoadTest(unittest.TestCase):
+    def test_a_full_queue_is_429(self):
+        with Daemon("--threads", "1", "--queue", "1", "--timeout", "300") as daemon:
+            running = Background(daemon, SLOW)
+            wait_until_busy(daemon)
+            queued = Background(daemon, SMALL)
+            wait_until_busy(daemon, queued=1)
+            refused = daemon.render(SMALL)
+            self.assertEqual(refused.status, 429)
+            self.assertEqual(json.loads(refused.body)["type"], "urn:shaded:problem:busy")
+            self.assertIn("`queue`", json.loads(refused.body)["detail"])
+            self.assertRegex(refused.headers["Retry-After"], r"^\d+$")
+            self.assertEqual(refused.headers["Cache-Control"], "no-store")
+            # What needs no worker is not held up.
+            self.assertEqual(daemon.get("/v1/version").status, 200)
+            began = time.monotonic()
+            self.assertEqual(daemon.get("/healthz", admin=True).status, 200)
+            self.assertLess(time.monotonic() - began, 5 if SANITIZED else 1)
+            self.assertEqual([running.result().status, queued.result().status], [200, 200])
+            self.assertEqual(daemon.metrics()['shaded_requests_total{route="/v1/render",'
+                                              'status="429"}'], 1)
+
+    def test_a_request_that_takes_too_long_is_503(self):
+        with Daemon("--threads", "1", "--timeout", "1") as daemon:
+            began = time.monotonic()
+            late = Background(daemon, ENDLESS)
+            wait_until_busy(daemon)
+            waiting = Background(daemon, SMALL)
+            for request in (late, waiting):
+                answer = request.result()
+                if request is waiting and answer.status == 200:
+                    continue  # it came late enough to be in time
+                self.assertEqual(answer.status, 503)
+                self.assertEqual(json.loads(answer.body)["type"], "urn:shaded:problem:deadline")
+                self.assertIn("`timeout`", json.loads(answer.body)["detail"])
+                self.assertRegex(answer.headers["Retry-After"], r"^\d+$")
+            self.assertGreater(time.monotonic() - began, 0.9)
+            self.assertLess(time.monotonic() - began, 60 if SANITIZED else 10)
+            self.assertEqual(daemon.render(SMALL).status, 200)
+
+    def test_idle_connections_are_closed(self):
+        with Daemon("--idle-timeout", "1") as daemon:
+            began = time.monotonic()
+            self.assertEqual(daemon.raw(b"POST /v1/render HTTP/1.1\r\nHost: a\r\n"), b"")
+            self.assertLess(time.monotonic() - began, 20)
+
+    def test_descriptors_are_given_back(self):
+        with Daemon() as daemon:
+            def descriptors():
+                return len(list(Path(f"/proc/{daemon.pid}/fd").iterdir()))
+
+            daemon.render(SMALL)
+            daemon.metrics()
+            wait_until(lambda: daemon.metrics()["shaded_requests_in_flight"] == 0)
+            before = descriptors()
+            for _ in range(30):
+                daemon.render(SMALL)
+                daemon.render(b"x")
+                daemon.call("POST", "/v1/render", b"x" * 100, {**JSON, "Expect": "100-continue",
+                                                               "Accept": "text/plain"})
+            wait_until(lambda: descriptors() <= before)
+
+
+class InsideTest(unittest.TestCase):
+    def test_openimageio_is_loaded_when_a_format_needs_it(self):
+        with Daemon() as daemon:
+            def maps():
+                return Path(f"/proc/{daemon.pid}/maps").read_text()
+
+            for name in ("png", "jpeg"):
+                self.assertEqual(
+                    daemon.render({**SMALL, "output": {"format": name}}).status, 200)
+            self.assertNotIn("OpenImageIO", maps())
+            self.assertEqual(daemon.render({**SMALL, "output": {"format": "exr"}}).status, 200)
+            self.assertIn("OpenImageIO", maps())
+
+    def test_metrics_count_requests_and_stages(self):
+        with Daemon() as daemon:
+            for _ in range(3):
+                daemon.render(SMALL)
+            daemon.render(b"{}")
+            daemon.get("/nothing")
+            daemon.get("/v1/version")
+            daemon.call("HEAD", "/v1/version")
+            wait_until(lambda: daemon.metrics()["shaded_requests_in_flight"] == 0)
+            answer = daemon.get("/metrics", admin=True)
+            self.assertEqual(answer.headers["Content-Type"], "text/plain; version=0.0.4")
+            metrics = daemon.metrics()
+        requests = {name: value for name, value in metrics.items()
+                    if name.startswith("shaded_requests_total")}
+        self.assertEqual(requests, {
+            'shaded_requests_total{route="/v1/render",status="200"}': 3,
+            'shaded_requests_total{route="/v1/render",status="422"}': 1,
+            'shaded_requests_total{route="/v1/version",status="200"}': 2,
+            'shaded_requests_total{route="other",status="404"}': 1})
+        duration = 'shaded_request_duration_seconds_%s{route="/v1/render"%s}'
+        self.assertEqual(metrics[duration % ("count", "")], 4)
+        self.assertEqual(metrics[duration % ("bucket", ',le="+Inf"')], 4)
+        self.assertGreater(metrics[duration % ("sum", "")], 0)
+        for stage in ("parse", "plan", "visibility", "shade", "color", "encode"):
+            name = f'shaded_stage_duration_seconds_%s{{stage="{stage}"}}'
+            self.assertEqual(metrics[name % "count"], 3)
+        self.assertEqual(metrics['shaded_stage_duration_seconds_count{stage="queue"}'], 4)
+        self.assertGreater(metrics["shaded_response_bytes_total"], 0)
+        self.assertEqual(metrics["shaded_queue_depth"], 0)
+        self.assertGreaterEqual(metrics["shaded_workers"], 1)
+        self.assert_text_format(answer.body.decode())
+
+    def assert_text_format(self, text):
+        """Every sample belongs to a family that was announced, buckets only grow."""
+        kinds, last = {}, None
+        for line in text.splitlines():
+            if line.startswith("# TYPE "):
+                _, _, name, kind = line.split(" ")
+                self.assertNotIn(name, kinds)
+                kinds[name] = kind
+            if line.startswith("#"):
+                continue
+            self.assertRegex(line, r'^[a-z_]+(\{[a-z]+="[^"]*"(,[a-z]+="[^"]*")*\})? [0-9.]+$')
+            name = re.split(r"[{ ]", line)[0]
+            family = re.sub("_(bucket|sum|count)$", "", name)
+            kind = kinds.get(name) or kinds[family]
+            if kind == "counter":
+                self.assertTrue(name.endswith("_total"))
+            if name.endswith("_bucket"):
+                series, value = line.split(',le="')[0], float(line.split(" ")[-1])
+                if last and last[0] == series:
+                    self.assertGreaterEqual(value, last[1])
+                last = (series, value)
+
+    def test_the_admin_port_answers_what_it_has(self):
+        with Daemon() as daemon:
+            for path, body in (("/healthz", b"ok\n"), ("/readyz", b"ready\n")):
+                answer = daemon.get(path, admin=True)
+                self.assertEqual((answer.status, answer.body), (200, body))
+                self.assertEqual(answer.headers["Cache-Control"], "no-store")
+                self.assertEqual(daemon.call("HEAD", path, admin=True).status, 200)
+                wrong = daemon.call("POST", path, b"x", admin=True)
+                self.assertEqual((wrong.status, wrong.headers["Allow"]), (405, "GET, HEAD"))
+            self.assertEqual(daemon.get("/v1/render", admin=True).status, 404)
+
+    def test_requests_are_logged_without_their_bodies(self):
+        with Daemon() as daemon:
+            daemon.render(b'{"hush": "secret-in-the-body"}', {"X-Request-Id": "logged"})
+            event = daemon.wait_for("request", lambda event: event["id"] == "logged")
+            self.assertRegex(event.pop("time"), r"^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z$")
+            self.assertGreater(event.pop("ms"), 0)
+            self.assertGreater(event.pop("bytes"), 100)
+            self.assertEqual(event, {"level": "info", "event": "request", "id": "logged",
+                                     "method": "POST", "path": "/v1/render", "status": 422})
+            daemon.get("/v1/version?token=secret-in-the-query")
+            daemon.wait_for("request", lambda event: event["path"] == "/v1/version")
+            self.assertNotIn("secret", daemon.stderr())
+
+    def test_request_logs_may_be_off(self):
+        with Daemon("--log-requests", "off") as daemon:
+            daemon.render(SMALL)
+            wait_until(lambda: daemon.metrics()["shaded_requests_in_flight"] == 0)
+            self.assertEqual(daemon.events("request"), [])
+
+
+if __name__ == "__main__":
+    unittest.main()
