@@ -183,6 +183,41 @@ class ClosedForms(unittest.TestCase):
         self.near(program.rgb(program.linear(document))[0, 0], [0.25, 0.5, 2])
 
 
+class Interpolation(unittest.TestCase):
+    """What flat and Gouraud shading must do, whatever way a shape is cut into faces."""
+
+    def test_gouraud_misses_a_highlight_inside_a_face_and_phong_has_it(self):
+        material = {"diffuse": 0, "specular": 1, "shininess": 50}
+        face = {"type": "mesh", "positions": [-9, -9, 0, 9, -9, 0, 0, 9, 0],
+                "indices": [0, 1, 2], "material": material}
+        lamp = {"type": "point", "position": [0, 0, 2]}
+        camera = {"type": "perspective", "position": [0, 0, 2], "fov": 30}
+        for interpolation, expected in (("phong", 1), ("gouraud", 0)):
+            rgb = picture([{**face, "interpolation": interpolation}], [lamp], camera=camera)
+            self.assertAlmostEqual(centre(rgb)[0], expected, delta=1e-6)
+
+    def test_a_flat_face_has_one_color(self):
+        for shape, visible in (("box", 3), ("sphere", 60)):
+            rgb = picture([{"type": shape, "segments": 12, "interpolation": "flat"}],
+                          [{"type": "point", "position": [3, 2, 4], "attenuation": [0, 0, 9]}],
+                          (64, 64), {"position": [2, 1.7, 3]})
+            self.assertLessEqual(len(np.unique(rgb[..., 0])), visible + 1)
+
+    def test_many_small_faces_look_like_the_smooth_shape(self):
+        for shape in ({"type": "sphere"}, {"type": "torus", "radius": 0.7, "tube": 0.3},
+                      {"type": "cylinder", "height": 1.2, "transform": {"rotate": [40, 0, 20]}},
+                      {"type": "cone", "transform": {"rotate": [-30, 0, 20]}}):
+            material = {"diffuse": 0.5, "specular": 0.3, "shininess": 10, "side": "front"}
+            pictures = [picture([{**shape, "segments": 400, "material": material,
+                                  "interpolation": interpolation}],
+                                [{"type": "directional", "direction": [-3, -2, -4]}], (48, 48))
+                        for interpolation in ("phong", "gouraud", "flat")]
+            for other in pictures[1:]:
+                away = np.sort(np.abs(other - pictures[0]).max(-1).ravel())
+                # but for the 4 % of pixels at outlines and rims
+                self.assertLess(away[int(0.96 * len(away))], 5e-3, shape["type"])
+
+
 PRIMARIES = {  # linear = encoded here; Y, I, Q and H, S, V by hand
     (1, 0, 0): ((0.30, 0.60, 0.21), (0, 1, 1)),
     (0, 1, 0): ((0.59, -0.28, -0.52), (1 / 3, 1, 1)),

@@ -17,6 +17,7 @@ import shutil
 import subprocess
 import tempfile
 import unittest
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -158,11 +159,18 @@ class PovRay(unittest.TestCase):
     worst = 0
 
     @classmethod
+    def setUpClass(cls):
+        workers = ThreadPoolExecutor(4)  # a run is mostly POV-Ray waiting for its own threads
+        cls.others = {name: workers.submit(povray, document)
+                      for name, document in SCENES.items()}
+        workers.shutdown(wait=False)
+
+    @classmethod
     def tearDownClass(cls):
         print(f"largest difference from POV-Ray: {cls.worst:.1e} of white")
 
-    def check(self, document):
-        other = povray(document)
+    def check(self, name):
+        document, other = SCENES[name], self.others[name].result()
         own = program.rgb(program.linear(document, "exact"))
         silhouette = phong.render(document).silhouette
         self.assertLessEqual(silhouette.mean(), 0.02)
@@ -174,12 +182,12 @@ class PovRay(unittest.TestCase):
                              np.argwhere(difference > TOLERANCE)[:3].tolist())
 
 
-def claim(document):
-    return lambda self: self.check(document)
+def claim(name):
+    return lambda self: self.check(name)
 
 
-for scene_name, scene_document in SCENES.items():
-    setattr(PovRay, f"test_{scene_name}", claim(scene_document))
+for scene_name in SCENES:
+    setattr(PovRay, f"test_{scene_name}", claim(scene_name))
 
 
 if __name__ == "__main__":

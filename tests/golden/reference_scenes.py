@@ -152,6 +152,8 @@ def by_hand():
         yield f"mesh_{interpolation}", scene(hills(), interpolation=interpolation)
     yield "mesh_of_facets", scene(hills(smooth=False))
     yield "mesh_of_facets_gouraud", scene(hills(5, smooth=False, interpolation="gouraud"))
+    yield "box_flat", scene(shape("box", TURNED), interpolation="flat", lights=[
+        KEY, {**LAMP, "attenuation": [0, 0, 0.05]}])
     skewed = {"matrix": [1.5, 0.2, 0, 0, 0.3, -0.6, 0.9, 0, 0, 1.1, 0.7, 0, 0, 0.2, 0.1, 1]}
     for interpolation in ("phong", "gouraud", "flat"):
         yield f"mesh_mirrored_{interpolation}", scene(
@@ -257,6 +259,8 @@ def by_seed(seed):
             objects.append({**hills(r.randint(2, 6), smooth=r.random() < 0.6),
                             "interpolation": r.choice(["phong", "gouraud", "flat"]),
                             "material": material(), "transform": transform()})
+        elif name == "box" and r.random() < 0.4:
+            objects.append(shape(name, transform(), material(), interpolation="flat"))
         elif name == "plane":
             objects.append({"type": "plane", "material": material(), "transform": {
                 "rotate": [r.uniform(-30, 30), 0, r.uniform(-30, 30)],

@@ -119,11 +119,21 @@ class Thing:
         self.matrix, self.inverse = matrix, np.linalg.inv(matrix)
         self.normal_map = self.inverse[:3, :3]  # rows times it: the inverse transposed
         self.mesh = item["type"] == "mesh"
-        if interpolation != "phong" and not self.mesh:
-            raise ValueError("the reference interpolates meshes only")
         self.colors = None
+        if interpolation == "flat" and item["type"] == "box":
+            self.prepare_box()
+        elif interpolation != "phong" and not self.mesh:
+            raise ValueError("the reference interpolates meshes, and is flat on boxes")
         if self.mesh:
             self.prepare_mesh(interpolation)
+
+    def prepare_box(self):
+        """One evaluation a face, in the order of shapes.box."""
+        normals = np.repeat(np.eye(3), 2, axis=0) * np.tile([-1, 1], 3)[:, None]
+        centres = normals * np.array(self.item.get("size", [1, 1, 1])) / 2
+        self.colors, _ = evaluate(self.scene, self.material,
+                                  centres @ self.matrix[:3, :3].T + self.matrix[:3, 3],
+                                  normalized(normals @ self.normal_map))
 
     def prepare_mesh(self, interpolation):
         corners, indices = corners_of(self.item)
@@ -170,6 +180,8 @@ class Thing:
         t = t + start
 
         def light(rows):
+            if self.colors is not None:
+                return self.colors[part[rows]], part[rows]
             n = normalized(normal[rows] @ self.normal_map)
             p = o[rows] + t[rows][:, None] * d[rows]
             color, case = evaluate(self.scene, self.material, p, n)
