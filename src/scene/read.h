@@ -29,7 +29,7 @@ typedef struct shd_reader {
 
     const shd_space_info *colors; /* the space of plain numbers */
     int interpolation;            /* of objects that do not say */
-    bool lights_known;            /* `lights` has no error: layers may be checked against it */
+    bool lights_known;            /* how many there are, for layers to be checked against */
     uint64_t triangles;           /* of the objects so far */
 
     shd_named_material *named; /* `materials`, sorted by name */

@@ -260,12 +260,11 @@ static void add_default_light(shd_reader *r) {
 
 void shd_read_lights(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
     (void)field, (void)out;
-    r->lights_known = true;
     if (!node->value) {
         add_default_light(r);
+        r->lights_known = true;
         return;
     }
-    r->lights_known = json_is_array(node->value);
     if (!shd_is_array(r, node, 0, SIZE_MAX, "an array of lights")) return;
     size_t count = json_array_size(node->value);
     if (count > r->limits->lights) {
@@ -282,4 +281,5 @@ void shd_read_lights(shd_reader *r, const shd_node *node, const shd_field *field
     }
     r->scene->lights = lights;
     r->scene->light_count = count;
+    r->lights_known = true;
 }

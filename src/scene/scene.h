@@ -95,11 +95,11 @@ typedef struct shd_mesh {
 
 typedef struct shd_object {
     shd_shape shape;
-    double radius, tube, height;
-    shd_vec3 size;
-    const shd_mesh *mesh; /* SHD_MESH */
-    shd_affine transform; /* object to world; invertible */
-    size_t material;      /* index into shd_scene.materials */
+    double radius, tube, height; /* where the document has none: 1, 0.25, 2 */
+    shd_vec3 size;               /* 1, 1, 1 */
+    const shd_mesh *mesh;        /* SHD_MESH */
+    shd_affine transform;        /* object to world; invertible */
+    size_t material;             /* index into shd_scene.materials */
     shd_interpolation interpolation;
     int segments; /* slices of a tessellated analytic shape, 3 to 1024 */
 } shd_object;

@@ -137,6 +137,14 @@ static void limits_are_named_with_what_was_asked(void **state) {
     l.lights = 2;
     assert_limit(WITH("'lights': [{'type': 'point'}, {'type': 'point'}, {'type': 'point'}]"), l,
                  "/lights", "3 lights; the limit `lights` is 2");
+    /* What was not read is not held against the rest. */
+    shd_limits none = l;
+    none.lights = 0;
+    reading few = read_with(WITH("'lights': [{'type': 'point'}], 'output': {'format': 'exr',"
+                                 "'layers': ['light.0']}"),
+                            &none);
+    assert_int_equal(few.report.error_count, 1);
+    drop(&few);
     l.objects = 1;
     assert_limit("{'objects': [{'type': 'box'}, {'type': 'box'}]}", l, "/objects",
                  "2 objects; the limit `objects` is 1");
