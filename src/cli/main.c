@@ -27,7 +27,7 @@ static const char help_text[] =
     "SCENE `-` is stdin and OUT `-` is stdout, as PNG unless the scene names a format.\n"
     "Problems go to stderr, one a line: FILE:line:column: for JSON syntax, FILE: /pointer: for\n"
     "the rest, `warning:` before what is only worth a word. A file is replaced when its picture\n"
-    "is complete, or not at all. Limits are wide: 268 million pixels, 64 million triangles,\n"
+    "is complete, or not at all. Limits are wide: 268 million pixels, 67 million triangles,\n"
     "a million lights and objects, 1 GiB of JSON, and as much memory as the machine has.\n"
     "\n"
     "Exit status: 0 done; 1 the scene is wrong, or a file could not be read or written; 2 the\n"

@@ -8,21 +8,17 @@ import re
 import resource
 import select
 import signal
-import socket
 import struct
 import subprocess
 import tempfile
 import time
 import unittest
-import urllib.error
-import urllib.request
 from pathlib import Path
 
-BUILD = Path(os.environ["SHADED_BUILD"])
-SHADE = str(BUILD / "shade")
-SANITIZED = bool(os.environ.get("SHADED_SANITIZE"))
+from daemon import BUILD, SANITIZED, SMALL, Daemon
 
-SMALL = {"objects": [{"type": "sphere"}], "image": {"width": 16, "height": 12, "samples": 1}}
+SHADE = str(BUILD / "shade")
+
 # Takes seconds on any machine, and is given up before its end.
 LONG = {"objects": [{"type": "torus"}], "accuracy": {"tier": "exact"},
         "lights": [{"type": "point", "position": [3, i, 3]} for i in range(32)],
@@ -110,41 +106,10 @@ class Check(Case):
         run = self.shade("check", self.scene(document))
         local = [line.removeprefix("scene.json: ") for line in run.stderr.decode().splitlines()]
         with Daemon() as daemon:
-            problem = daemon.refusal(document)
+            problem = json.loads(daemon.render(document).body)
         remote = [f"{e['pointer']}: {e['detail']}" for e in problem["errors"]]
         self.assertGreaterEqual(len(local), 4)
         self.assertEqual(local, remote)
-
-
-class Daemon:
-    """build/shaded on a free port."""
-
-    def __enter__(self):
-        with socket.socket() as probe:
-            probe.bind(("127.0.0.1", 0))
-            self.port = probe.getsockname()[1]
-        self.process = subprocess.Popen(
-            [str(BUILD / "shaded"), "--listen", f"127.0.0.1:{self.port}", "--admin", "off"],
-            stderr=subprocess.DEVNULL)
-        return self
-
-    def __exit__(self, *_):
-        self.process.terminate()
-        self.process.wait(30)
-
-    def refusal(self, document):
-        request = urllib.request.Request(f"http://127.0.0.1:{self.port}/v1/render",
-                                         document.encode(), {"Content-Type": "application/json"})
-        for _ in range(300):
-            try:
-                urllib.request.urlopen(request, timeout=30).close()
-                raise AssertionError("the scene was accepted")
-            except urllib.error.HTTPError as error:
-                with error:
-                    return json.load(error)
-            except urllib.error.URLError:  # not listening yet
-                time.sleep(0.1)
-        raise AssertionError("the daemon does not answer")
 
 
 class Usage(Case):
