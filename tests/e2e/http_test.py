@@ -269,20 +269,24 @@ class HttpTest(unittest.TestCase):
         self.assertRegex(data, b"^HTTP/1.[01] 200 ")
 
     def test_junk_does_no_harm(self):
-        for junk in (b"\0" * 100, b"\r\n" * 50 + b"x", b"GET\r\n\r\n", b"\x16\x03\x01\x02\x00",
-                     b"GET / HTTP/9.9\r\n\r\n", b"GET / HTTP/1.1\r\nHost" + b"t" * 100000,
-                     b"POST /v1/render HTTP/1.1\r\nHost: a\r\nContent-Length: -1\r\n\r\n",
-                     b"POST /v1/render HTTP/1.1\r\nHost: a\r\nContent-Length: 1x\r\n\r\n",
-                     post(b"Transfer-Encoding: chunked", body=b"zz\r\n", length=False)):
-            try:
-                with socket.create_connection(self.daemon.address, 30) as connection:
-                    connection.sendall(junk)
-                    connection.shutdown(socket.SHUT_WR)
-                    data = receive_all(connection)
-            except ConnectionError:
-                data = b""
-            self.assertFalse(data.startswith(b"HTTP/1.1 2"), junk)
-        self.assertEqual(self.daemon.get("/").status, 200)
+        junks = [b"\0" * 100, b"\r\n" * 50 + b"x", b"GET\r\n\r\n", b"\x16\x03\x01\x02\x00",
+                 b"GET / HTTP/9.9\r\n\r\n", b"GET / HTTP/1.1\r\nHost" + b"t" * 100000,
+                 b"POST /v1/render HTTP/1.1\r\nHost: a\r\nContent-Length: -1\r\n\r\n",
+                 b"POST /v1/render HTTP/1.1\r\nHost: a\r\nContent-Length: 1x\r\n\r\n",
+                 post(b"Transfer-Encoding: chunked", body=b"zz\r\n", length=False)]
+        # libmicrohttpd may miss that a client has closed its half before the head was complete:
+        # then only silence ends the connection.
+        with Daemon("--idle-timeout", "1") as daemon:
+            for junk in junks:
+                try:
+                    with socket.create_connection(daemon.address, 30) as connection:
+                        connection.sendall(junk)
+                        connection.shutdown(socket.SHUT_WR)
+                        data = receive_all(connection)
+                except ConnectionError:
+                    data = b""
+                self.assertFalse(data.startswith(b"HTTP/1.1 2"), junk)
+            self.assertEqual(daemon.get("/").status, 200)
 
     def test_the_log_cannot_be_forged(self):
         self.daemon.get("/%0a%7b%22event%22:%22forged%22%7d%1b%5b31m")
