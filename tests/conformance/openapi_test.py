@@ -1,0 +1,280 @@
+"""api/openapi.yaml against itself and against the running daemon: every answer that it documents
+is brought about, and is as it says. Debian has no validator of OpenAPI 3.1: what its rules say
+about this document is checked here."""
+
+import json
+import re
+import unittest
+
+import jsonschema
+import yaml
+
+from e2e.daemon import JSON, SLOW, SMALL, SOURCE, Daemon
+from e2e.daemon_test import Background, wait_until, wait_until_busy
+from e2e.render_test import parts
+
+DOCUMENT = yaml.safe_load((SOURCE / "api/openapi.yaml").read_text())
+SCHEMA = json.loads((SOURCE / "api/scene.schema.json").read_text())
+BASE = "http://localhost/"
+RESOLVER = jsonschema.RefResolver(BASE + "openapi.yaml", DOCUMENT,
+                                  {BASE + "scene.schema.json": SCHEMA})
+METHODS = ["get", "head", "post", "put", "delete", "options", "patch", "trace"]
+
+# Header fields that HTTP itself defines for every message.
+GENERAL = {"date", "content-length", "content-type", "connection"}
+# Nothing from outside makes the server fail.
+UNREACHABLE = {("/v1/render", "post", "500")}
+
+
+def resolve(value):
+    """The object itself where it is a reference."""
+    while isinstance(value, dict) and set(value) == {"$ref"}:
+        _, value = RESOLVER.resolve(value["$ref"])
+    return value
+
+
+def validate(value, schema):
+    validator = jsonschema.Draft202012Validator(schema, resolver=RESOLVER)
+    errors = [f"{list(error.path)}: {error.message}" for error in validator.iter_errors(value)]
+    assert not errors, errors
+
+
+def walk(value, place="#"):
+    yield place, value
+    items = value.items() if isinstance(value, dict) else \
+        enumerate(value) if isinstance(value, list) else ()
+    for key, item in items:
+        yield from walk(item, f"{place}/{str(key).replace('~', '~0').replace('/', '~1')}")
+
+
+def operations():
+    for path, item in DOCUMENT["paths"].items():
+        for method in METHODS:
+            if method in item:
+                yield path, method, item[method]
+
+
+class DocumentTest(unittest.TestCase):
+    def test_it_has_the_members_of_openapi_3_1(self):
+        self.assertRegex(DOCUMENT["openapi"], r"^3\.1\.\d+$")
+        self.assertLessEqual({"title", "version"}, set(DOCUMENT["info"]))
+        self.assertLessEqual(set(DOCUMENT), {"openapi", "info", "servers", "tags", "paths",
+                                             "components", "security", "externalDocs"})
+        self.assertLessEqual(set(DOCUMENT["components"]),
+                             {"schemas", "responses", "parameters", "examples", "requestBodies",
+                              "headers", "securitySchemes", "links", "callbacks", "pathItems"})
+        for kind, entries in DOCUMENT["components"].items():
+            for name in entries:
+                self.assertRegex(name, r"^[a-zA-Z0-9._-]+$", kind)
+
+    def test_operations_are_complete(self):
+        tags = {tag["name"] for tag in DOCUMENT["tags"]}
+        ids = [operation["operationId"] for _, _, operation in operations()]
+        self.assertEqual(len(ids), len(set(ids)))
+        for path, method, operation in operations():
+            self.assertTrue(path.startswith("/"))
+            self.assertLessEqual(set(operation), {
+                "operationId", "tags", "summary", "description", "parameters", "requestBody",
+                "responses", "deprecated", "security"}, (path, method))
+            self.assertTrue(operation["summary"])
+            self.assertLessEqual(set(operation["tags"]), tags)
+            for parameter in map(resolve, operation.get("parameters", [])):
+                self.assertIn(parameter["in"], ("query", "header", "path", "cookie"))
+                self.assertTrue(parameter["name"] and parameter["schema"])
+            self.assertTrue(operation["responses"])
+            for status, response in operation["responses"].items():
+                self.assertRegex(status, r"^[1-5]\d\d$")
+                response = resolve(response)
+                self.assertTrue(response["description"])
+                self.assertLessEqual(set(response), {"description", "headers", "content"})
+                for header in map(resolve, response.get("headers", {}).values()):
+                    self.assertLessEqual(set(header), {"description", "required", "schema",
+                                                       "example"})
+
+    def test_references_resolve_and_components_are_used(self):
+        used = set()
+        for place, value in walk(DOCUMENT):
+            if isinstance(value, dict) and "$ref" in value:
+                self.assertTrue(RESOLVER.resolve(value["$ref"])[1], place)
+                used.add(value["$ref"])
+        for kind, entries in DOCUMENT["components"].items():
+            for name in entries:
+                self.assertIn(f"#/components/{kind}/{name}", used)
+
+    def test_schemas_are_json_schema_2020_12(self):
+        for place, value in walk(DOCUMENT):
+            if place.endswith("/schema") or re.fullmatch("#/components/schemas/[^/]*", place):
+                jsonschema.Draft202012Validator.check_schema(value)
+
+    def test_examples_are_valid(self):
+        count = 0
+        for place, value in walk(DOCUMENT):
+            if not isinstance(value, dict) or "schema" not in value:
+                continue
+            examples = [example["value"] for example in value.get("examples", {}).values()]
+            examples += [value["example"]] if "example" in value else []
+            for example in examples:
+                with self.subTest(place):
+                    validate(example, value["schema"])
+                    count += 1
+        self.assertGreater(count, 3)
+
+
+class ServerTest(unittest.TestCase):
+    """Each documented answer, from the daemon."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.seen = set()
+        cls.types = set()
+        cls.daemon = Daemon("--max-body", "100000")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.daemon.stop()
+
+    def check(self, answer, path, method, status):
+        """The answer is the documented one."""
+        with self.subTest(path=path, method=method, status=status):
+            self.assertEqual(answer.status, int(status), answer.body[:500])
+            response = resolve(DOCUMENT["paths"][path][method]["responses"][status])
+            self.check_headers(answer, response)
+            self.check_body(answer, response, method)
+            self.seen.add((path, method, status))
+
+    def check_headers(self, answer, response):
+        documented = {name.lower(): resolve(header)
+                      for name, header in response.get("headers", {}).items()}
+        for name, header in documented.items():
+            if header.get("required"):
+                self.assertIn(name, answer.headers)
+        for name, value in answer.headers.items():
+            if name.lower() in documented:
+                validate(value, documented[name.lower()]["schema"])
+            else:
+                self.assertIn(name.lower(), GENERAL, "is not documented")
+
+    def check_body(self, answer, response, method):
+        content = response.get("content")
+        if method == "head" or not content:
+            self.assertEqual(answer.body, b"")
+            return
+        media_type = answer.headers["Content-Type"].split(";")[0]
+        self.assertIn(media_type, content)
+        schema = content[media_type].get("schema")
+        if not schema or not media_type.endswith("json"):
+            self.assertTrue(answer.body)
+            return
+        value = json.loads(answer.body)
+        validate(value, schema)
+        if media_type == "application/problem+json":
+            self.assertEqual(value["status"], answer.status)
+            self.types.add(value["type"])
+
+    def test_paths_and_methods_are_those_of_the_daemon(self):
+        index = json.loads(self.daemon.get("/").body)
+        real = {route["path"]: set(route["methods"]) for route in index["routes"]}
+        documented = {path: {method.upper() for method in item if method in METHODS}
+                      for path, item in DOCUMENT["paths"].items()}
+        self.assertEqual(documented, real)
+        self.assertEqual(index["version"], DOCUMENT["info"]["version"])
+
+    def test_the_documents_are_served(self):
+        for path in ("/openapi.yaml", "/scene.schema.json"):
+            self.assertEqual(self.daemon.get(path).body,
+                             (SOURCE / "api" / path[1:]).read_bytes())
+
+    def test_every_documented_answer(self):
+        for path, item in DOCUMENT["paths"].items():
+            if "get" in item:
+                self.read_path(path, item)
+            self.check(self.daemon.call("OPTIONS", path), path, "options", "204")
+        self.render_path()
+        self.busy()
+        self.deadline()
+        self.draining()
+        lost = self.daemon.get("/nothing")
+        validate(json.loads(lost.body), DOCUMENT["components"]["schemas"]["Problem"])
+        self.types.add(json.loads(lost.body)["type"])
+
+        documented = {(path, method, status) for path, method, operation in operations()
+                      for status in operation["responses"]}
+        self.assertEqual(self.seen, documented - UNREACHABLE)
+        types = DOCUMENT["components"]["schemas"]["Problem"]["properties"]["type"]["enum"]
+        self.assertEqual(self.types | {"urn:shaded:problem:internal"}, set(types))
+
+    def read_path(self, path, item):
+        for method in ("get", "head"):
+            answer = self.daemon.call(method.upper(), path)
+            self.check(answer, path, method, "200")
+            tag = answer.headers["ETag"]
+            self.check(self.daemon.call(method.upper(), path, None, {"If-None-Match": tag}),
+                       path, method, "304")
+            if "406" in item[method]["responses"]:
+                self.check(self.daemon.call(method.upper(), path, None, {"Accept": "text/css"}),
+                           path, method, "406")
+        self.check(self.daemon.call("POST", path, b"{}", JSON), path, "get", "405")
+
+    def render_path(self):
+        def check(answer, status):
+            self.check(answer, "/v1/render", "post", status)
+
+        content = DOCUMENT["paths"]["/v1/render"]["post"]["responses"]["200"]["content"]
+        for media_type in content:
+            outputs = {"outputs": [{"name": "a"}, {"name": "b"}]} if "form" in media_type else {}
+            answer = self.daemon.render({**SMALL, **outputs}, {"Accept": media_type})
+            check(answer, "200")
+            self.assertEqual(answer.headers["Content-Type"].split(";")[0], media_type)
+            if outputs:
+                self.assertEqual(len(parts(answer)), 2)
+        body = DOCUMENT["paths"]["/v1/render"]["post"]["requestBody"]["content"]
+        for example in body["application/json"]["examples"].values():
+            check(self.daemon.render(example["value"]), "200")
+        warned = {**SMALL, "output": {"format": "exr", "bitDepth": "half"},
+                  "objects": [{"type": "sphere", "material": {"emissive": 1e30, "shininess": 2000}}]}
+        answer = self.daemon.render(warned)
+        check(answer, "200")
+        self.assertTrue(answer.headers["Shaded-Saturated"] and answer.headers["Shaded-Warning"])
+        check(self.daemon.render(SMALL, {"If-None-Match": "*"}), "304")
+        check(self.daemon.render(b"{"), "400")
+        check(self.daemon.call("PUT", "/v1/render", b"{}", JSON), "405")
+        check(self.daemon.render(SMALL, {"Accept": "text/css"}), "406")
+        check(self.daemon.render(b"x" * 100001), "413")
+        check(self.daemon.render(SMALL, {"Content-Type": "text/css"}), "415")
+        check(self.daemon.render({}), "422")
+        check(self.daemon.render({**SMALL, **{f"x{i}": 0 for i in range(100)}}), "422")
+        check(self.daemon.render({**SMALL, "image": {"width": 8192, "height": 8192}}), "422")
+        data = self.daemon.raw(b"POST /v1/render HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n")
+        self.assertTrue(data.startswith(b"HTTP/1.1 400 "))
+        problem = json.loads(data.partition(b"\r\n\r\n")[2])
+        validate(problem, DOCUMENT["components"]["schemas"]["Problem"])
+        self.types.add(problem["type"])
+
+    def busy(self):
+        with Daemon("--threads", "1", "--queue", "1", "--timeout", "300") as daemon:
+            waiting = [Background(daemon, SLOW)]
+            wait_until_busy(daemon)
+            waiting.append(Background(daemon, SMALL))
+            wait_until_busy(daemon, queued=1)
+            self.check(daemon.render(SMALL), "/v1/render", "post", "429")
+            for request in waiting:
+                self.check(request.result(), "/v1/render", "post", "200")
+
+    def deadline(self):
+        with Daemon("--timeout", "1") as daemon:
+            endless = {**SLOW, "image": {"width": 4096, "height": 4096, "samples": 64}}
+            self.check(daemon.render(endless), "/v1/render", "post", "503")
+
+    def draining(self):
+        daemon = Daemon("--threads", "1", "--timeout", "300", "--drain-time", "300")
+        running = Background(daemon, SLOW)
+        wait_until_busy(daemon)
+        daemon.signal()
+        wait_until(lambda: daemon.get("/readyz", admin=True).status == 503)
+        self.check(daemon.render(SMALL), "/v1/render", "post", "503")
+        self.check(running.result(), "/v1/render", "post", "200")
+        self.assertEqual(daemon.wait(), 0, daemon.stderr())
+
+
+if __name__ == "__main__":
+    unittest.main()
