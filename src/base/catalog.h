@@ -48,7 +48,8 @@ typedef struct shd_catalog {
     const shd_space_info *css;          /* space of "#rrggbb": sRGB; NULL where there is none */
 
     /* Converts one color in place between two spaces by name, to f32 accuracy; the identity, bit
-     * for bit, where they are the same. `self` is the first argument. Any thread. */
+     * for bit, where they are the same. sRGB to linear Rec.709 is IEC 61966-2-1 in f64. `self` is
+     * the first argument. Any thread. */
     shd_status (*convert)(const void *self, const char *from, const char *to, double rgb[3],
                           shd_error *error);
     const void *self;
