@@ -18,6 +18,16 @@ static inline float shd_float32(int32_t bits) {
     return x;
 }
 
+/* x as the sum of two floats, to 2^-48 (T. J. Dekker, "A floating-point technique for extending
+ * the available precision", 1971, section 5). Not x - (float)x: GCC 12 at -O3 takes
+ * (double)(float)x for x where it vectorizes straight-line code, and `low` would be 0. */
+static inline void shd_split32(double x, float *high, float *low) {
+    double t = x * 536870913.0; /* 2^29 + 1 */
+    double h = t - (t - x);     /* x rounded to 24 bits */
+    *high = (float)h;
+    *low = (float)(x - h);
+}
+
 /* log(1 - d) for d in [0, 1 - 2^-24], to 1.7e-7 relative.
  * u = 1 - d is rounded, and what the rounding took is added back: near d = 0 that is the whole
  * precision. Then u = m 2^k with m in [sqrt(1/2), sqrt(2)) and log m = 2 atanh((m-1)/(m+1)). */

@@ -4,6 +4,8 @@
 
 #include <string.h>
 
+#include "shade/math32.h"
+
 struct shd_shader {
     const shd_plan *plan;
     const shd_light32 *lights32; /* as plan->lights; standard tier */
@@ -46,8 +48,7 @@ static void prepare(const shd_plan *plan, const shd_points *points, shd_prepared
     for (int c = 0; c < 3; c++) {
         for (size_t i = 0; i < block->lanes; i++) {
             double p = (points->position[c][i] - origin[c]) * plan->scale;
-            block->high[c][i] = (float)p;
-            block->low[c][i] = (float)(p - block->high[c][i]);
+            shd_split32(p, &block->high[c][i], &block->low[c][i]);
             block->normal32[c][i] = (float)points->normal[c][i];
             block->mirror32[c][i] = (float)block->mirror[c][i];
         }

@@ -30,8 +30,7 @@ shd_light32 shd_narrow_light(const shd_plan *plan, const shd_plan_light *light) 
     const double xyz[3] = {at.x, at.y, at.z};
     const double axis[3] = {light->axis.x, light->axis.y, light->axis.z};
     for (int c = 0; c < 3; c++) {
-        out.high[c] = (float)xyz[c];
-        out.low[c] = (float)(xyz[c] - out.high[c]);
+        shd_split32(xyz[c], &out.high[c], &out.low[c]);
         out.axis[c] = (float)axis[c];
     }
     /* In units of the plan's frame and divided by the largest of the three again: a scene of any
@@ -49,6 +48,14 @@ shd_light32 shd_narrow_light(const shd_plan *plan, const shd_plan_light *light) 
     out.exponent = (float)light->exponent;
     out.fits = fits_f32(&out, light);
     return out;
+}
+
+/* (R.V)^ns with ns < 1 falls off so steeply at R.V = 0 that f32's last digit of R.V shows: with
+ * ns = 0.1 it would make 3e-5 of the maximum. */
+static bool has_steep_edge(const shd_plan_lobe *lobes, size_t lobe_count) {
+    for (size_t k = 0; k < lobe_count; k++)
+        if (lobes[k].shininess < 1) return true;
+    return false;
 }
 
 /* Directions, N.L and f s at SHD_LANES points. Marks the lanes that need f64; returns whether
@@ -154,7 +161,7 @@ static void weigh_lobe(float shininess, const shd_prepared *block, size_t first,
 void shd_weigh_standard(const shd_light32 *light, const shd_plan_light *kind,
                         const shd_plan_lobe *lobes, size_t lobe_count, const shd_prepared *block,
                         shd_weights *out) {
-    if (!light->fits) {
+    if (!light->fits || has_steep_edge(lobes, lobe_count)) {
         shd_weigh_exact(kind, lobes, lobe_count, block, out);
         return;
     }
