@@ -1,0 +1,134 @@
+/* A request's memory has a cap: under it a picture, over it an answer that says so, and between
+ * them nothing else. */
+#include "property/pieces.h"
+
+/* Everything that allocates: meshes, tessellation, layers, two outputs, names. */
+static char *scene(int kind) {
+    writing w;
+    start(&w);
+    fprintf(w.out,
+            "{\"image\": {\"width\": 40, \"height\": 30, \"samples\": 4}, \"interpolation\": "
+            "\"%s\", \"accuracy\": {\"tier\": \"%s\"}, \"lights\": [",
+            kind == 1 ? "gouraud" : "phong", kind == 2 ? "exact" : "standard");
+    for (int i = 0; i < 20; i++)
+        fprintf(w.out, "%s{\"type\": \"point\", \"position\": [%d, 3, 3]}", i ? ", " : "", i - 10);
+    fputs("], \"materials\": {\"m\": {\"specular\": 0.5, \"lobes\": [{}, {}]}}, \"objects\": [",
+          w.out);
+    fputs("{\"type\": \"sphere\", \"material\": \"m\"}, {\"type\": \"torus\", \"segments\": 24}, "
+          "{\"type\": \"mesh\", ",
+          w.out);
+    write_ball(w.out, 24, 12, true);
+    fputs("}], ", w.out);
+    if (kind == 0)
+        fputs("\"output\": {\"format\": \"png\"}}", w.out);
+    else
+        fputs("\"outputs\": [{\"name\": \"a\", \"format\": \"png\"}, {\"name\": \"b\", \"format\": "
+              "\"jpeg\"}]}",
+              w.out);
+    return finish(&w);
+}
+
+static void every_cap_gives_a_picture_or_says_memory(void **state) {
+    (void)state;
+    shd_engine *engine = new_engine(1);
+    const size_t all = (size_t)engine->limits.memory;
+    for (int kind = 0; kind < 3; kind++) {
+        char *json = scene(kind);
+        engine->limits.memory = all;
+        file wanted = png_of(engine, json);
+        int good = 0, refused_early = 0, refused_read = 0, refused_render = 0;
+        size_t fits = 0; /* the first cap that was enough */
+        for (double cap = 1024; cap < 64e6; cap *= 1.2) {
+            engine->limits.memory = (uint64_t)cap;
+            shd_request *request = NULL;
+            shd_error error = {SHD_OK, "", ""};
+            assert_int_equal(shd_request_new(engine, &request, &error), SHD_OK);
+            shd_status status = shd_request_read(request, json, strlen(json), SHD_PNG);
+            const shd_report *report = shd_request_report(request);
+            assert_int_equal(status, report->status);
+            if (status != SHD_OK) {
+                /* SHD_LIMIT: refused by its estimate, before any work */
+                assert_true(status == SHD_MEMORY || status == SHD_LIMIT);
+                assert_true(report->error_count > 0);
+                assert_non_null(strstr(report->errors[0].detail, "memory"));
+                refused_early += status == SHD_LIMIT;
+                refused_read++;
+                shd_request_drop(request);
+                continue;
+            }
+            status = shd_request_render(request, NULL, &error);
+            size_t count;
+            const shd_picture *pictures = shd_request_pictures(request, &count);
+            assert_true(shd_arena_used(request->arena) <= (size_t)cap);
+            if (status != SHD_OK) {
+                assert_int_equal(status, SHD_MEMORY);
+                assert_int_equal(error.status, SHD_MEMORY);
+                assert_true(strlen(error.text) > 0);
+                refused_render++;
+            } else {
+                assert_int_equal(count, kind ? 2 : 1);
+                assert_true(same_file((file){pictures[0].data, pictures[0].size}, wanted));
+                if (!fits) fits = (size_t)cap;
+                good++;
+            }
+            shd_request_drop(request);
+        }
+        if (getenv("SHADED_MEASURE"))
+            printf("read refused %d (%d early), render refused %d, good %d from %zu bytes\n",
+                   refused_read, refused_early, refused_render, good, fits);
+        assert_true(refused_read > 5 && refused_render > 2 && good > 5);
+        free(wanted.data);
+        free(json);
+    }
+    shd_engine_drop(engine);
+}
+
+static void a_refused_picture_gives_no_file(void **state) {
+    (void)state;
+    shd_engine *engine = new_engine(1);
+    char *json = scene(0);
+    shd_error error = {SHD_OK, "", ""};
+    int refused = 0;
+    for (uint64_t cap = 256 * 1024; cap < 4096 * 1024; cap += 16 * 1024) {
+        engine->limits.memory = cap;
+        shd_request *request = NULL;
+        assert_int_equal(shd_request_new(engine, &request, &error), SHD_OK);
+        if (shd_request_read(request, json, strlen(json), SHD_PNG) == SHD_OK &&
+            shd_request_render(request, NULL, &error) == SHD_MEMORY) {
+            size_t count;
+            const shd_picture *pictures = shd_request_pictures(request, &count);
+            for (size_t i = 0; i < count; i++) assert_null(pictures[i].data);
+            refused++;
+        }
+        shd_request_drop(request);
+    }
+    assert_true(refused > 0);
+    free(json);
+    shd_engine_drop(engine);
+}
+
+static void one_request_out_of_memory_does_not_harm_the_next(void **state) {
+    (void)state;
+    shd_engine *engine = new_engine(2);
+    const uint64_t all = engine->limits.memory;
+    char *json = scene(1);
+    file before = png_of(engine, json), none;
+    engine->limits.memory = 300 * 1024;
+    for (int i = 0; i < 20; i++) assert_int_equal(try_png_of(engine, json, &none), SHD_MEMORY);
+    engine->limits.memory = all;
+    file after = png_of(engine, json);
+    assert_true(same_file(before, after));
+    free(before.data);
+    free(after.data);
+    free(json);
+    shd_engine_drop(engine);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_cap_gives_a_picture_or_says_memory),
+        cmocka_unit_test(a_refused_picture_gives_no_file),
+        cmocka_unit_test(one_request_out_of_memory_does_not_harm_the_next),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
