@@ -46,9 +46,11 @@ static inline bool shd_is_finite(shd_vec3 a) {
     return isfinite(a.x) && isfinite(a.y) && isfinite(a.z);
 }
 
-/* The largest absolute component. */
+/* The largest absolute component. Not fmax: its treatment of NaN makes it a library call. */
 static inline double shd_max_abs(shd_vec3 a) {
-    return fmax(fabs(a.x), fmax(fabs(a.y), fabs(a.z)));
+    double x = fabs(a.x), y = fabs(a.y), z = fabs(a.z);
+    double m = x > y ? x : y;
+    return m > z ? m : z;
 }
 
 /* Length without overflow or underflow in the squares. */

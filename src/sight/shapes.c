@@ -45,16 +45,15 @@ static int quadratic(double a, double b, double c, double root[2]) {
 
 static bool sphere(const shd_ray *ray, shd_surface *out) {
     /* The discriminant from the distance of the line to the centre: no cancellation. */
-    double dd = shd_dot(ray->direction, ray->direction);
-    double b = shd_dot(ray->origin, ray->direction);
-    shd_vec3 closest = shd_madd(ray->origin, ray->direction, -b / dd);
+    double inverse = 1 / shd_dot(ray->direction, ray->direction);
+    double middle = -shd_dot(ray->origin, ray->direction) * inverse;
+    shd_vec3 closest = shd_madd(ray->origin, ray->direction, middle);
     double inside = 1 - shd_dot(closest, closest);
     if (!(inside >= 0)) return false;
-    double half = sqrt(inside / dd), best = INFINITY;
-    nearer(-b / dd - half, ray, &best);
-    nearer(-b / dd + half, ray, &best);
-    if (best == INFINITY || !shd_normalize(along(ray, best), &out->point)) return false;
-    out->t = best;
+    double half = sqrt(inside * inverse);
+    double t = middle - half > ray->near ? middle - half : middle + half;
+    if (!(t > ray->near) || !shd_normalize(along(ray, t), &out->point)) return false;
+    out->t = t;
     out->normal = out->point;
     return true;
 }
