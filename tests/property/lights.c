@@ -238,12 +238,12 @@ static void a_light_and_its_negative_are_no_light(void **state) {
 static void ambient_light_may_come_from_anywhere(void **state) {
     static const char *const forms[] = {
         "\"lights\": [" SUN ", {\"type\": \"ambient\", \"color\": [0.1, 0.2, 0.3]}]",
-        "\"lights\": [" SUN ", {\"type\": \"ambient\", \"color\": [0.05, 0.1, 0.15],"
-        " \"intensity\": 2}]",
+        ("\"lights\": [" SUN ", {\"type\": \"ambient\", \"color\": [0.05, 0.1, 0.15],"
+         " \"intensity\": 2}]"),
         "\"lights\": [" SUN ", {" LAMP ", \"color\": 0, \"ambient\": [0.1, 0.2, 0.3]}]",
         "\"lights\": [" SUN ", {" LAMP ", \"intensity\": 0, \"ambient\": [0.1, 0.2, 0.3]}]",
-        "\"lights\": [{\"type\": \"directional\", \"direction\": [-1, -2, -3], \"color\": [1, 0.5,"
-        " 0.25], \"ambient\": [0.1, 0.2, 0.3]}]"};
+        ("\"lights\": [{\"type\": \"directional\", \"direction\": [-1, -2, -3], \"color\": [1,"
+         " 0.5, 0.25], \"ambient\": [0.1, 0.2, 0.3]}]")};
     for (size_t i = 0; i < sizeof forms / sizeof forms[0]; i++)
         assert_true(same_png(*state,
                              with_lights("\"lights\": [" SUN "], \"ambient\": [0.1, 0.2, 0.3]"),
