@@ -253,8 +253,16 @@ static enum MHD_Result take_body(shd_exchange *exchange, const char *data, size_
     return MHD_YES;
 }
 
+/* The reaper's word for the connection; NULL where it has none. */
+static shd_connection *watched(struct MHD_Connection *connection) {
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+    return info ? info->socket_context : NULL;
+}
+
 static enum MHD_Result take_end(shd_exchange *exchange) {
     exchange->was_accepted = true;
+    shd_connection_awaits(watched(exchange->connection), false);
     atomic_fetch_add(&exchange->server->accepted, 1);
     if (!exchange->refused) shd_route_answer(exchange);
     if (!exchange->is_suspended) return queue_reply(exchange);
@@ -319,10 +327,11 @@ static void log_request(const shd_exchange *exchange, double seconds, bool abort
 
 static void complete(void *cls, struct MHD_Connection *connection, void **context,
                      enum MHD_RequestTerminationCode code) {
-    (void)cls, (void)connection;
+    (void)cls;
     shd_exchange *exchange = *context;
     *context = NULL;
     if (!exchange) return;
+    shd_connection_awaits(watched(connection), true);
     shd_server *server = exchange->server;
     leave_suspension(exchange);
     if (exchange->counted) {
@@ -346,15 +355,29 @@ static void complete(void *cls, struct MHD_Connection *connection, void **contex
     free(exchange);
 }
 
+/* libmicrohttpd closes the socket after this. */
+static void notify(void *cls, struct MHD_Connection *connection, void **context,
+                   enum MHD_ConnectionNotificationCode code) {
+    shd_server *server = cls;
+    if (code == MHD_CONNECTION_NOTIFY_CLOSED) {
+        shd_reaper_remove(server->reaper, *context);
+        *context = NULL;
+        return;
+    }
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+    if (info) *context = shd_reaper_add(server->reaper, info->connect_fd);
+}
+
 shd_status shd_http_start(shd_server *server, int socket, struct MHD_Daemon **out,
                           shd_error *error) {
     struct MHD_Daemon *daemon = MHD_start_daemon(
         MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC, 0, NULL, NULL,
         handle, server, MHD_OPTION_LISTEN_SOCKET, socket, MHD_OPTION_URI_LOG_CALLBACK, begin,
-        server, MHD_OPTION_NOTIFY_COMPLETED, complete, NULL, MHD_OPTION_CONNECTION_LIMIT,
-        (unsigned)server->config.connections, MHD_OPTION_CONNECTION_TIMEOUT,
-        (unsigned)server->config.idle_timeout, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
-        (size_t)CONNECTION_MEMORY, MHD_OPTION_END);
+        server, MHD_OPTION_NOTIFY_COMPLETED, complete, NULL, MHD_OPTION_NOTIFY_CONNECTION, notify,
+        server, MHD_OPTION_CONNECTION_LIMIT, (unsigned)server->config.connections,
+        MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)server->config.idle_timeout,
+        MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)CONNECTION_MEMORY, MHD_OPTION_END);
     if (!daemon) return shd_fail(error, SHD_INTERNAL, "", "libmicrohttpd did not start");
     *out = daemon;
     return SHD_OK;

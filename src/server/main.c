@@ -89,6 +89,7 @@ static shd_status start(shd_server *server, ports *out, shd_error *error) {
     if (!status) status = make_engine(server, error);
     if (!status) status = shd_watch_new(&server->watch, error);
     if (!status) status = shd_linger_new(&server->linger, error);
+    if (!status) status = shd_reaper_new(&server->reaper, error);
     if (!status) status = shd_routes_prepare(server, error);
     if (!status && admin_socket >= 0) {
         status = shd_admin_start(server, admin_socket, &out->admin, error);
@@ -136,6 +137,7 @@ static bool drain(shd_server *server, const sigset_t *stop) {
 
 static void release(shd_server *server, ports *open) {
     shd_http_stop(open->public);
+    shd_reaper_drop(server->reaper);
     shd_linger_drop(server->linger);
     shd_admin_stop(open->admin);
     shd_engine_drop(server->engine);

@@ -19,6 +19,7 @@
 #include "config.h"
 #include "linger.h"
 #include "metrics.h"
+#include "reaper.h"
 #include "reply.h"
 #include "shaded.h"
 #include "watch.h"
@@ -37,6 +38,7 @@ typedef struct shd_server {
     shd_engine *engine;
     shd_watch *watch;
     shd_linger *linger;
+    shd_reaper *reaper;
     shd_metrics metrics;
     shd_document documents[SHD_ROUTE_COUNT]; /* size 0: the route has none */
     uint32_t run;                            /* random, so that request ids differ between runs */

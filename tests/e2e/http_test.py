@@ -4,6 +4,7 @@ import http.client
 import json
 import socket
 import threading
+import time
 import unittest
 
 from e2e.daemon import JSON, SMALL, Daemon, receive_all
@@ -274,19 +275,33 @@ class HttpTest(unittest.TestCase):
                  b"POST /v1/render HTTP/1.1\r\nHost: a\r\nContent-Length: -1\r\n\r\n",
                  b"POST /v1/render HTTP/1.1\r\nHost: a\r\nContent-Length: 1x\r\n\r\n",
                  post(b"Transfer-Encoding: chunked", body=b"zz\r\n", length=False)]
-        # libmicrohttpd may miss that a client has closed its half before the head was complete:
-        # then only silence ends the connection.
-        with Daemon("--idle-timeout", "1") as daemon:
-            for junk in junks:
-                try:
-                    with socket.create_connection(daemon.address, 30) as connection:
-                        connection.sendall(junk)
-                        connection.shutdown(socket.SHUT_WR)
-                        data = receive_all(connection)
-                except ConnectionError:
-                    data = b""
-                self.assertFalse(data.startswith(b"HTTP/1.1 2"), junk)
-            self.assertEqual(daemon.get("/").status, 200)
+        for junk in junks:
+            try:
+                with socket.create_connection(self.daemon.address, 30) as connection:
+                    connection.sendall(junk)
+                    connection.shutdown(socket.SHUT_WR)
+                    data = receive_all(connection)
+            except ConnectionError:
+                data = b""
+            self.assertFalse(data.startswith(b"HTTP/1.1 2"), junk)
+        self.assertEqual(self.daemon.get("/").status, 200)
+
+    def test_half_closed_clients_get_their_answers(self):
+        for message in (post(), post() * 3, post(b"Connection: close")):
+            with socket.create_connection(self.daemon.address, 30) as connection:
+                connection.sendall(message)
+                connection.shutdown(socket.SHUT_WR)
+                began = time.monotonic()
+                data = receive_all(connection)
+                self.assertEqual(data.count(b"HTTP/1.1 200 "), message.count(b"POST "))
+                self.assertLess(time.monotonic() - began, 20)
+
+    def test_clients_that_left_in_mid_request_free_their_place(self):
+        with Daemon("--idle-timeout", "300", "--max-connections", "20") as daemon:
+            for cut in range(40):
+                with socket.create_connection(daemon.address, 30) as connection:
+                    connection.sendall(post()[:-1 - 5 * cut])
+            self.assertEqual(daemon.get("/", timeout=30).status, 200)
 
     def test_the_log_cannot_be_forged(self):
         self.daemon.get("/%0a%7b%22event%22:%22forged%22%7d%1b%5b31m")
