@@ -20,8 +20,8 @@ void shd_reaper_drop(shd_reaper *reaper); /* no connection is left; NULL is fine
 shd_connection *shd_reaper_add(shd_reaper *reaper, int socket);
 void shd_reaper_remove(shd_reaper *reaper, shd_connection *connection); /* NULL is fine */
 
-/* Whether the connection waits for a request, or for the rest of one. A client that closes its
- * half after a whole request is served. NULL is fine. */
+/* Whether the connection waits for a request, or for the rest of one: only then is it reaped. NULL
+ * is fine. */
 void shd_connection_awaits(shd_connection *connection, bool awaits);
 
 #endif
