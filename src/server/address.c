@@ -42,7 +42,7 @@ static void describe(int fd, char bound[SHD_ADDRESS_SIZE]) {
 
 shd_status shd_listen(const char *address, int *out, char bound[SHD_ADDRESS_SIZE],
                       shd_error *error) {
-    char host[256], port[16];
+    char host[256] = "", port[16] = "";
     shd_status status = split(address, host, sizeof host, port, sizeof port, error);
     if (status) return status;
 

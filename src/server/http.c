@@ -158,13 +158,14 @@ static enum MHD_Result queue_reply(shd_exchange *exchange) {
     shd_reply *reply = &exchange->reply;
     exchange->state = ANSWERED;
     add_common_headers(exchange);
-    void *body = (void *)(size_t)reply->body;
     struct MHD_Response *response =
-        reply->owns_body
-            ? MHD_create_response_from_buffer_with_free_callback_cls(reply->size, body, free, body)
-            : MHD_create_response_from_buffer(reply->size, body, MHD_RESPMEM_PERSISTENT);
+        reply->owned_body
+            ? MHD_create_response_from_buffer_with_free_callback_cls(reply->size, reply->owned_body,
+                                                                     free, reply->owned_body)
+            : MHD_create_response_from_buffer(reply->size, (void *)(size_t)reply->body,
+                                              MHD_RESPMEM_PERSISTENT);
     if (!response) return MHD_NO;
-    reply->owns_body = false;
+    reply->owned_body = NULL; /* it is libmicrohttpd's now */
     for (size_t i = 0; i < reply->header_count; i++)
         MHD_add_response_header(response, reply->headers[i].name, reply->headers[i].value);
     enum MHD_Result result = MHD_queue_response(exchange->connection, reply->status, response);

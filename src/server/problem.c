@@ -66,9 +66,9 @@ static void finish(shd_reply *reply, shd_problem_kind kind, json_t *document) {
     json_decref(document);
     reply->status = text ? kinds[kind].status : 500;
     if (text)
-        shd_reply_body(reply, "application/problem+json", text, strlen(text), true);
+        shd_reply_give(reply, "application/problem+json", text, strlen(text));
     else
-        shd_reply_body(reply, "application/problem+json", last_words, sizeof last_words - 1, false);
+        shd_reply_lend(reply, "application/problem+json", last_words, sizeof last_words - 1);
     shd_reply_plain(reply, "Cache-Control", "no-store");
     if (kind == SHD_BUSY || kind == SHD_DRAINING || kind == SHD_OVERDUE)
         shd_reply_plain(reply, "Retry-After", "1");

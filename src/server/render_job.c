@@ -72,7 +72,7 @@ static bool set_multipart(shd_reply *reply, shd_request *request) {
     }
     if (body) {
         memcpy(end, tail, tail_size);
-        shd_reply_body(reply, media_type, body, total, true);
+        shd_reply_give(reply, media_type, body, total);
     }
     for (size_t i = 0; heads && i < count; i++) free(heads[i].text);
     free(heads);
@@ -84,7 +84,7 @@ static void set_single(shd_reply *reply, shd_request *request) {
     const shd_picture *picture = shd_request_pictures(request, &count);
     const char *media_type = shd_format_get(picture->format)->media_type;
     size_t size = picture->size;
-    shd_reply_body(reply, media_type, shd_request_take(request, 0), size, true);
+    shd_reply_give(reply, media_type, shd_request_take(request, 0), size);
 }
 
 /* ---- Headers ---- */

@@ -10,7 +10,7 @@ enum { VALUE_MAX = 1000 };
 
 void shd_reply_clear(shd_reply *reply) {
     for (size_t i = 0; i < reply->header_count; i++) free(reply->headers[i].value);
-    if (reply->owns_body) free((void *)(size_t)reply->body);
+    free(reply->owned_body);
     memset(reply, 0, sizeof *reply);
 }
 
@@ -47,13 +47,17 @@ void shd_reply_header(shd_reply *reply, const char *name, const char *format, ..
     add_header(reply, name, safe);
 }
 
-void shd_reply_body(shd_reply *reply, const char *media_type, const void *body, size_t size,
-                    bool owned) {
-    if (reply->owns_body) free((void *)(size_t)reply->body);
+void shd_reply_lend(shd_reply *reply, const char *media_type, const void *body, size_t size) {
+    free(reply->owned_body);
+    reply->owned_body = NULL;
     reply->body = body;
     reply->size = size;
-    reply->owns_body = owned;
     shd_reply_plain(reply, "Content-Type", media_type);
+}
+
+void shd_reply_give(shd_reply *reply, const char *media_type, void *body, size_t size) {
+    shd_reply_lend(reply, media_type, body, size);
+    reply->owned_body = body;
 }
 
 static const char *reason(unsigned status) {

@@ -17,9 +17,9 @@ typedef struct shd_reply {
         const char *name; /* literal */
         char *value;      /* owned */
     } headers[SHD_REPLY_HEADERS];
-    const void *body;
+    void *owned_body;
+    const void *body; /* the owned one, or one that is lent */
     size_t size;
-    bool owns_body; /* free() it */
 } shd_reply;
 
 /* Frees everything and leaves an empty reply. */
@@ -32,9 +32,9 @@ void shd_reply_header(shd_reply *reply, const char *name, const char *format, ..
 /* A value as it is: only for text that is known to be safe. */
 void shd_reply_plain(shd_reply *reply, const char *name, const char *value);
 
-/* The body: the reply frees an owned one. */
-void shd_reply_body(shd_reply *reply, const char *media_type, const void *body, size_t size,
-                    bool owned);
+/* The body: given to the reply, which frees it, or lent for longer than the reply lives. */
+void shd_reply_give(shd_reply *reply, const char *media_type, void *body, size_t size);
+void shd_reply_lend(shd_reply *reply, const char *media_type, const void *body, size_t size);
 
 /* The whole reply as an HTTP/1.1 message that ends its connection, for refusals that cannot go
  * through libmicrohttpd. The caller frees it; NULL where memory is short. */

@@ -116,7 +116,7 @@ static void answer_document(shd_exchange *exchange) {
     shd_reply_plain(reply, "Cache-Control", "no-cache");
     /* 304 has no body, but the Content-Length of the 200 that it stands for. */
     reply->status = shd_etag_matches(exchange->if_none_match, document->etag) ? 304 : 200;
-    shd_reply_body(reply, document->media_type, document->data, document->size, false);
+    shd_reply_lend(reply, document->media_type, document->data, document->size);
 }
 
 /* ---- Finding and admitting ---- */
