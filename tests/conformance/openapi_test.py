@@ -2,6 +2,8 @@
 is brought about, and is as it says. Debian has no validator of OpenAPI 3.1: what its rules say
 about this document is checked here."""
 
+# ctest: serial
+
 import json
 import re
 import unittest
