@@ -10,11 +10,13 @@ static const float NEAREST2 = 1e-13f, FARTHEST2 = 1e30f;
 static const float FAINTEST = 60;
 
 /* Whether f32 is enough for this light: a cone that fades within less than 5 degrees, a steep
- * exponent, or constants beyond f32's range in the plan's frame want f64. */
+ * exponent, one below 1 (vertical at 90 degrees), or constants beyond f32's range in the plan's
+ * frame want f64. */
 static bool fits_f32(const shd_light32 *light, const shd_plan_light *from) {
     if (from->spot) {
         double fade = 2 * (asin(sqrt(from->outer / 2)) - asin(sqrt(from->inner / 2)));
-        if ((fade > 0 && fade < 0.087) || from->outer < 0.004 || from->exponent > 500) return false;
+        bool steep = from->exponent > 500 || (from->exponent > 0 && from->exponent < 1);
+        if ((fade > 0 && fade < 0.087) || from->outer < 0.004 || steep) return false;
     }
     if (from->directional) return true;
     const float reach =

@@ -181,6 +181,35 @@ static void tiers_agree_next_to_lights_and_far_from_them(void **state) {
     }
 }
 
+/* Where a spot's (cos t)^exponent or a highlight falls off vertically, at 90 degrees: the middle of
+ * this picture, seen from so near that cos t and R.V are below 5e-3 in it, and 1.5e-4 at least. */
+static void tiers_agree_where_powers_below_1_fall_off(void **state) {
+    static const char *const lights[] = {
+        "{\"type\": \"spot\", \"position\": [0, 0, 1], \"direction\": [1, 0, 0], \"angle\": 120,"
+        " \"exponent\": 0.1}",
+        "{\"type\": \"spot\", \"position\": [0, 0, 1], \"direction\": [1, 0, 0], \"angle\": 90,"
+        " \"penumbra\": 0, \"exponent\": 0.5}",
+        "{\"type\": \"point\", \"position\": [1, 0, 1e-3]}"};
+    for (int i = 0; i < 3; i++) {
+        sampled got[2];
+        for (int t = 0; t < 2; t++) {
+            char *json = text_of(
+                "{\"image\": {\"width\": 32, \"height\": 24, \"samples\": 1}, \"accuracy\": "
+                "{\"tier\": \"%s\"}, \"camera\": {\"type\": \"orthographic\", \"height\": 0.0072}, "
+                "\"objects\": [{\"type\": \"disc\", \"radius\": 2, \"transform\": {\"rotate\": "
+                "[90, "
+                "0, 0]}, \"material\": {\"specular\": 0.5, \"shininess\": %s}}], \"lights\": "
+                "[%s]}",
+                t ? "standard" : "exact", i < 2 ? "5" : "0.1", lights[i]);
+            got[t] = samples_of(*state, json);
+            free(json);
+        }
+        assert_below(sample_difference(&got[0], &got[1], -1, NULL), 1e-6); /* f32's few ulps */
+        drop_sampled(&got[0]);
+        drop_sampled(&got[1]);
+    }
+}
+
 static void attenuation_may_have_any_unit(void **state) {
     /* Terms from 1e-30 to 1e30, with the intensity that makes up for them. */
     for (int exponent = -30; exponent <= 30; exponent += 10)
@@ -211,6 +240,7 @@ int main(void) {
         cmocka_unit_test(tiers_agree_on_sharp_highlights_as_well),
         cmocka_unit_test(light_positions_keep_48_bits),
         cmocka_unit_test(tiers_agree_next_to_lights_and_far_from_them),
+        cmocka_unit_test(tiers_agree_where_powers_below_1_fall_off),
         cmocka_unit_test(attenuation_may_have_any_unit),
     };
     return cmocka_run_group_tests(tests, make_engine, drop_engine);
