@@ -111,6 +111,19 @@ static void zeroed_memory_is_zero_and_texts_are_copies(void **state) {
     shd_arena_drop(arena);
 }
 
+#ifdef __SANITIZE_ADDRESS__
+#include <sanitizer/asan_interface.h>
+
+static void bytes_that_nobody_asked_for_are_poisoned(void **state) {
+    (void)state;
+    shd_arena *arena = shd_arena_new(1 << 20);
+    unsigned char *at = shd_arena_alloc(arena, 10, 3);
+    for (int i = 0; i < 30; i++) assert_false(__asan_address_is_poisoned(at + i));
+    for (int i = 32; i < 64; i++) assert_true(__asan_address_is_poisoned(at + i));
+    shd_arena_drop(arena);
+}
+#endif
+
 static void dropping_nothing_is_fine(void **state) {
     (void)state;
     shd_arena_drop(NULL);
@@ -125,6 +138,9 @@ int main(void) {
         cmocka_unit_test(the_cap_holds_for_any_cap),
         cmocka_unit_test(the_whole_cap_but_the_headers_can_be_used),
         cmocka_unit_test(zeroed_memory_is_zero_and_texts_are_copies),
+#ifdef __SANITIZE_ADDRESS__
+        cmocka_unit_test(bytes_that_nobody_asked_for_are_poisoned),
+#endif
         cmocka_unit_test(dropping_nothing_is_fine),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
