@@ -5,11 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "clock.h"
+#include "job.h"
 #include "negotiate.h"
 #include "problem.h"
-
-enum { WARNINGS_TOLD = 8 };
 
 /* ---- multipart/form-data (RFC 7578) ---- */
 
@@ -119,16 +117,11 @@ static void add_account(shd_exchange *exchange, shd_request *request, double que
         atomic_fetch_add(&metrics->saturated, saturated);
         shd_reply_header(reply, "Shaded-Saturated", "%" PRIu64, saturated);
     }
-    const shd_report *report = shd_request_report(request);
-    size_t warnings = shd_report_warnings_kept(report);
-    for (size_t i = 0; i < warnings && i < WARNINGS_TOLD; i++)
-        shd_reply_header(reply, "Shaded-Warning", "%.300s: %s", report->warnings[i].pointer,
-                         report->warnings[i].detail);
+    shd_job_warn(reply, request);
 }
 
 /* ---- The job ---- */
 
-/* Leaves the reply empty where the request was cancelled: run() knows why. */
 static void answer(shd_exchange *exchange, shd_request *request, double queued) {
     shd_reply *reply = &exchange->reply;
     shd_format fallback = SHD_PNG;
@@ -171,41 +164,6 @@ static void answer(shd_exchange *exchange, shd_request *request, double queued) 
     }
 }
 
-static void run(void *context) {
-    shd_exchange *exchange = context;
-    shd_server *server = exchange->server;
-    double queued = shd_now() - exchange->submitted;
-    shd_metrics_stage(&server->metrics, SHD_STAGE_QUEUE, queued);
-
-    shd_request *request = NULL;
-    shd_error error;
-    if (shd_request_new(server->engine, &request, &error))
-        shd_problem_error(&exchange->reply, &error);
-    else if (shd_watch_attach(server->watch, &exchange->watched, request))
-        answer(exchange, request, queued);
-
-    shd_verdict verdict = shd_watch_remove(server->watch, &exchange->watched);
-    shd_request_drop(request);
-    if (!exchange->reply.status && verdict == SHD_STOPPED)
-        shd_problem_reply(&exchange->reply, SHD_DRAINING,
-                          "the server stops and the time for requests to finish is over");
-    else if (!exchange->reply.status)
-        shd_problem_reply(&exchange->reply, SHD_OVERDUE, "the limit `timeout` is %llu seconds",
-                          (unsigned long long)server->config.timeout);
-    shd_exchange_resume(exchange);
-}
-
 void shd_render_submit(shd_exchange *exchange) {
-    shd_server *server = exchange->server;
-    exchange->submitted = shd_now();
-    shd_watch_add(server->watch, &exchange->watched,
-                  exchange->submitted + (double)server->config.timeout);
-    /* Suspended first: the worker may be done before the next line. */
-    shd_exchange_suspend(exchange);
-    if (shd_engine_submit(server->engine, run, exchange)) return;
-
-    shd_watch_remove(server->watch, &exchange->watched);
-    shd_problem_reply(&exchange->reply, SHD_BUSY, "the limit `queue` is %llu waiting requests",
-                      (unsigned long long)server->config.queue);
-    shd_exchange_resume(exchange);
+    shd_job_submit(exchange, answer);
 }

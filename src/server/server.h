@@ -3,6 +3,7 @@
  *     main.c    starts and stops everything
  *     http.c    libmicrohttpd: connections, bodies, sending; the only thread is its I/O thread
  *     routes.c  which paths and methods there are, and what can be answered at once
+ *     job.c     how work gets to the engine's workers and how it ends
  *     render_job.c  what a worker does for POST /v1/render
  *     admin.c   the operators' port
  *
@@ -60,7 +61,12 @@ typedef enum shd_method {
 enum { SHD_ID_SIZE = 65, SHD_PATH_SIZE = 512 };
 
 struct shd_route;
+struct shd_exchange;
 struct MHD_Connection;
+
+/* Reads the body and fills the reply, on a worker; leaves it empty where the request was
+ * cancelled, for job.c knows why. `queued`: seconds waited. */
+typedef void shd_work(struct shd_exchange *exchange, shd_request *request, double queued);
 
 typedef struct shd_exchange {
     shd_server *server;
@@ -78,6 +84,7 @@ typedef struct shd_exchange {
     size_t size, capacity;
 
     double started, submitted; /* on shd_now()'s clock */
+    shd_work *work;
     shd_watched watched;
     shd_reply reply;
 
