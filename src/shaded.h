@@ -103,7 +103,15 @@ typedef struct shd_render_options {
 shd_status shd_request_render(shd_request *request, const shd_render_options *options,
                               shd_error *error);
 
-/* Makes a running or later render end soon with SHD_CANCELLED. Any thread. */
+/* Renders the scene in every tier, whatever its own `accuracy` is, and tells as JSON what each one
+ * cost and how far it is from the exact one, as the HTTP route of the same name answers it. Only
+ * the first output counts, without its layers, and nothing is encoded. Call once, after a
+ * successful read, instead of shd_request_render; the caller frees *json. The pictures of two
+ * tiers are kept at once, within the limit `memory`. `options` may be NULL. */
+shd_status shd_request_compare(shd_request *request, const shd_render_options *options, char **json,
+                               shd_error *error);
+
+/* Makes a running or later render or comparison end soon with SHD_CANCELLED. Any thread. */
 void shd_request_cancel(shd_request *request);
 
 typedef struct shd_picture {

@@ -13,6 +13,8 @@ static const char help_text[] =
     "shade: renders scene documents (JSON) into Phong-shaded, color-converted pictures.\n"
     "\n"
     "  shade render SCENE.json -o OUT.png   render a scene into a file\n"
+    "  shade compare SCENE.json [-o OUT]    say what each accuracy tier costs, and how far off it\n"
+    "                                       is from the exact one, as JSON (default: stdout)\n"
     "  shade check SCENE.json...            say what is wrong with scenes; silent if nothing is\n"
     "\n"
     "  -o, --output OUT   where the picture goes. Its suffix (png, jpg, webp, tif, exr, hdr)\n"
@@ -110,7 +112,7 @@ int main(int argc, char **argv) {
     }
     for (int i = optind; i < argc; i++) operands[count++] = argv[i]; /* behind "--" */
 
-    if (count == 0) return cli_usage("no command: render or check");
+    if (count == 0) return cli_usage("no command: render, compare or check");
     const char *command = operands[0];
     const char *const *scenes = (const char *const *)operands + 1;
     count--;
@@ -119,10 +121,14 @@ int main(int argc, char **argv) {
         if (!options.output) return cli_usage("render wants -o OUT");
         return cli_render(scenes[0], &options);
     }
+    if (!strcmp(command, "compare")) {
+        if (count != 1) return cli_usage("compare wants one scene, not %zu", count);
+        return cli_compare(scenes[0], &options);
+    }
     if (!strcmp(command, "check")) {
         if (count == 0) return cli_usage("check wants a scene");
         if (options.output) return cli_usage("check writes nothing: -o has no place here");
         return cli_check(scenes, count, &options);
     }
-    return cli_usage("unknown command '%s': render or check", command);
+    return cli_usage("unknown command '%s': render, compare or check", command);
 }

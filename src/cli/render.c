@@ -171,6 +171,27 @@ static void on_progress(void *context, double share) {
     cli_progress_draw(&rendering->progress, share);
 }
 
+/* Renders, or compares where `json` is wanted, with a progress bar. */
+static int work(const char *scene, shd_request *request, char **json) {
+    cli_rendering rendering = {.request = request};
+    shd_render_options options = {.progress = on_progress, .context = &rendering};
+    shd_error error;
+    catch_interrupts();
+    cli_progress_begin(&rendering.progress);
+    shd_status status = json ? shd_request_compare(request, &options, json, &error)
+                             : shd_request_render(request, &options, &error);
+    cli_progress_end(&rendering.progress);
+    if (interrupt) {
+        raise(interrupt); /* its default action is back */
+        return CLI_FAILED;
+    }
+    if (status != SHD_OK) {
+        cli_print_error(strcmp(scene, "-") ? scene : "stdin", &error);
+        return CLI_FAILED;
+    }
+    return CLI_DONE;
+}
+
 static int render_request(const char *scene, const cli_target *target, shd_request *request) {
     bool multipart = shd_request_multipart(request);
     if (multipart && target->kind != TARGET_DIRECTORY)
@@ -186,21 +207,8 @@ static int render_request(const char *scene, const cli_target *target, shd_reque
                          shd_format_get(format)->name, target->path,
                          shd_format_get(target->format)->name);
 
-    cli_rendering rendering = {.request = request};
-    shd_render_options options = {.progress = on_progress, .context = &rendering};
-    shd_error error;
-    catch_interrupts();
-    cli_progress_begin(&rendering.progress);
-    shd_status status = shd_request_render(request, &options, &error);
-    cli_progress_end(&rendering.progress);
-    if (interrupt) {
-        raise(interrupt); /* its default action is back */
-        return CLI_FAILED;
-    }
-    if (status != SHD_OK) {
-        cli_print_error(strcmp(scene, "-") ? scene : "stdin", &error);
-        return CLI_FAILED;
-    }
+    int result = work(scene, request, NULL);
+    if (result != CLI_DONE) return result;
 
     size_t count;
     const shd_picture *pictures = shd_request_pictures(request, &count);
@@ -243,6 +251,37 @@ int cli_render(const char *scene, const cli_options *options) {
     shd_request *request = new_request(engine);
     if (request && read_scene(scene, &options->engine.limits, request, target.format))
         result = render_request(scene, &target, request);
+    shd_request_drop(request);
+    shd_engine_drop(engine);
+    return result;
+}
+
+/* The text and a line's end, into the file or to stdout. */
+static bool write_json(const char *path, char *json) {
+    size_t length = strlen(json);
+    json[length] = '\n'; /* in place of the end that nobody needs any more */
+    if (!strcmp(path, "-")) return cli_write_stdout(json, length + 1);
+    cli_file file;
+    return cli_file_write(path, json, length + 1, &file) && cli_file_commit(&file);
+}
+
+int cli_compare(const char *scene, const cli_options *options) {
+    const char *path = options->output ? options->output : "-";
+    struct stat status;
+    if (!*path) return cli_usage("-o is empty");
+    if (path[strlen(path) - 1] == '/' || (!stat(path, &status) && S_ISDIR(status.st_mode)))
+        return cli_usage("'%s' is a directory: -o must be a file", path);
+    if (strcmp(path, "-") && !folder_is_writable(path)) return CLI_FAILED;
+    shd_engine *engine = new_engine(options);
+    if (!engine) return CLI_FAILED;
+
+    int result = CLI_FAILED;
+    char *json = NULL;
+    shd_request *request = new_request(engine);
+    if (request && read_scene(scene, &options->engine.limits, request, SHD_PNG))
+        result = work(scene, request, &json);
+    if (result == CLI_DONE && !write_json(path, json)) result = CLI_FAILED;
+    free(json);
     shd_request_drop(request);
     shd_engine_drop(engine);
     return result;

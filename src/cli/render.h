@@ -1,4 +1,4 @@
-/* `shade render` and `shade check`. */
+/* `shade render`, `shade compare` and `shade check`. */
 #ifndef SHD_CLI_RENDER_H
 #define SHD_CLI_RENDER_H
 
@@ -12,8 +12,9 @@ typedef struct cli_options {
 /* What one scene is allowed on the command line, where its owner owns the machine too. */
 shd_limits cli_limits(void);
 
-/* Both return the program's exit status. */
+/* All return the program's exit status. */
 int cli_render(const char *scene, const cli_options *options);
+int cli_compare(const char *scene, const cli_options *options);
 int cli_check(const char *const *scenes, size_t count, const cli_options *options);
 
 #endif

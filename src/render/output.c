@@ -3,8 +3,6 @@
 #include <float.h>
 #include <string.h>
 
-#include "image/image.h"
-
 /* Holds values in what the sample type or format can store, and counts those that are not. */
 static void saturate(shd_request *request, const shd_output *output, float *values, size_t count) {
     float largest = output->depth == SHD_HALF ? 65504 : FLT_MAX, least = -largest;
@@ -15,8 +13,8 @@ static void saturate(shd_request *request, const shd_output *output, float *valu
     request->saturated += shd_saturate(values, count, least, largest);
 }
 
-static shd_status find_transform(shd_request *request, const shd_output *output,
-                                 const shd_color_transform **out, shd_error *error) {
+shd_status shd_output_transform(const shd_request *request, const shd_output *output,
+                                const shd_color_transform **out, shd_error *error) {
     shd_color_config *color = request->engine->color;
     const char *from = request->scene->working_space->name;
     if (output->color_space)
@@ -26,7 +24,7 @@ static shd_status find_transform(shd_request *request, const shd_output *output,
 
 /* I spans [-.60,.60] and Q [-.52,.52]; stored as integers they are scaled to the full range
  * around a code that grey falls on exactly (docs/model.md, Color). */
-static shd_packing packing_of(shd_channels channels) {
+shd_packing shd_output_packing(shd_channels channels) {
     shd_packing packing = {{1, 1, 1}, {0, 0, 0}, {0, 0, 0}};
     if (channels != SHD_YIQ) return packing;
     packing.scale[1] = 1 / 1.2;
@@ -119,8 +117,7 @@ static bool make_layers(shd_request *request, const shd_film *film, const shd_ou
     return true;
 }
 
-/* Where the format holds no alpha the picture is laid over black, before its colors. */
-static void flatten(float *rgba, size_t pixels) {
+void shd_output_flatten(float *rgba, size_t pixels) {
     for (size_t i = 0; i < pixels; i++) {
         for (int c = 0; c < 3; c++) rgba[4 * i + (size_t)c] *= rgba[4 * i + 3];
         rgba[4 * i + 3] = 1;
@@ -170,7 +167,7 @@ shd_status shd_output_make(shd_request *request, const shd_film *film, size_t in
 
     double began = shd_thread_seconds();
     const shd_color_transform *transform;
-    shd_status status = find_transform(request, output, &transform, error);
+    shd_status status = shd_output_transform(request, output, &transform, error);
     if (status != SHD_OK) return status;
     const shd_color_info *info = shd_color_describe(transform);
     bool alpha = scene->transparent && shd_format_get(output->format)->alpha;
@@ -178,7 +175,7 @@ shd_status shd_output_make(shd_request *request, const shd_film *film, size_t in
     bool last = index + 1 == scene->output_count;
     float *rgba = last ? film->rgba : copy_floats(arena, film->rgba, 4 * pixels);
     if (!rgba) goto no_memory;
-    if (scene->transparent && !alpha) flatten(rgba, pixels);
+    if (scene->transparent && !alpha) shd_output_flatten(rgba, pixels);
     if (!convert_picture(request, transform, film, rgba)) goto no_memory;
     saturate(request, output, rgba, 4 * pixels);
     shd_image_layer *layers = NULL;
@@ -193,7 +190,7 @@ shd_status shd_output_make(shd_request *request, const shd_film *film, size_t in
         .rgba = rgba,
         .channel = output->channel,
         .alpha = alpha,
-        .packing = packing_of(info->channels),
+        .packing = shd_output_packing(info->channels),
         .depth = output->depth,
         .quality = output->quality,
         .transfer = info->transfer,

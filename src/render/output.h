@@ -2,11 +2,22 @@
 #ifndef SHD_RENDER_OUTPUT_H
 #define SHD_RENDER_OUTPUT_H
 
+#include "image/image.h"
 #include "render/film.h"
 
 /* Makes picture `index` of the request from the film. Call in order: the last picture is made in
  * the film's own pixels. Adds to the request's times and saturated count. */
 shd_status shd_output_make(shd_request *request, const shd_film *film, size_t index,
                            shd_error *error);
+
+/* From the working space to the output's own. */
+shd_status shd_output_transform(const shd_request *request, const shd_output *output,
+                                const shd_color_transform **out, shd_error *error);
+
+/* How integers hold the channels. */
+shd_packing shd_output_packing(shd_channels channels);
+
+/* Lays pixels over black: what is done before the colors where the format holds no alpha. */
+void shd_output_flatten(float *rgba, size_t pixels);
 
 #endif

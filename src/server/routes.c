@@ -7,6 +7,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "compare_job.h"
 #include "negotiate.h"
 #include "problem.h"
 #include "render_job.h"
@@ -22,6 +23,7 @@ enum { READ = SHD_GET | SHD_HEAD | SHD_OPTIONS, WRITE = SHD_POST | SHD_OPTIONS }
 static const shd_route routes[] = {
     {"/", SHD_ROUTE_INDEX, READ, answer_document},
     {"/v1/render", SHD_ROUTE_RENDER, WRITE, shd_render_submit},
+    {"/v1/compare", SHD_ROUTE_COMPARE, WRITE, shd_compare_submit},
     {"/v1/materials", SHD_ROUTE_MATERIALS, READ, answer_document},
     {"/v1/shapes", SHD_ROUTE_SHAPES, READ, answer_document},
     {"/v1/colorspaces", SHD_ROUTE_COLORSPACES, READ, answer_document},
@@ -142,6 +144,12 @@ static bool asks_for_all(const shd_exchange *exchange) {
     return exchange->method == SHD_OPTIONS && !strcmp(exchange->path, "*");
 }
 
+static bool admit_json(shd_exchange *exchange) {
+    if (shd_accepts(exchange->accept, media_json)) return true;
+    shd_problem_reply(&exchange->reply, SHD_NOT_ACCEPTABLE, "this path answers application/json");
+    return false;
+}
+
 static bool admit_media_types(shd_exchange *exchange) {
     shd_reply *reply = &exchange->reply;
     if (exchange->method == SHD_POST) {
@@ -159,6 +167,7 @@ static bool admit_media_types(shd_exchange *exchange) {
             shd_reply_plain(reply, "Accept-Post", media_json);
             return false;
         }
+        if (exchange->route->id != SHD_ROUTE_RENDER) return admit_json(exchange);
         shd_format format;
         if (shd_accepts_picture(exchange->accept, &format) ||
             shd_accepts(exchange->accept, "multipart/form-data"))
@@ -170,10 +179,7 @@ static bool admit_media_types(shd_exchange *exchange) {
     }
     /* The contract and the schema are files rather than representations: no negotiation. */
     const shd_document *document = &exchange->server->documents[exchange->route->id];
-    if (strcmp(document->media_type, media_json) || shd_accepts(exchange->accept, media_json))
-        return true;
-    shd_problem_reply(reply, SHD_NOT_ACCEPTABLE, "this path answers application/json");
-    return false;
+    return strcmp(document->media_type, media_json) || admit_json(exchange);
 }
 
 bool shd_route_admit(shd_exchange *exchange) {

@@ -4,7 +4,7 @@
  *     http.c    libmicrohttpd: connections, bodies, sending; the only thread is its I/O thread
  *     routes.c  which paths and methods there are, and what can be answered at once
  *     job.c     how work gets to the engine's workers and how it ends
- *     render_job.c  what a worker does for POST /v1/render
+ *     render_job.c, compare_job.c  what a worker does for POST /v1/render and /v1/compare
  *     admin.c   the operators' port
  *
  * An exchange belongs to the I/O thread, but to one worker between shd_exchange_suspend and

@@ -25,7 +25,7 @@ METHODS = ["get", "head", "post", "put", "delete", "options", "patch", "trace"]
 # Header fields that HTTP itself defines for every message.
 GENERAL = {"date", "content-length", "content-type", "connection"}
 # Nothing from outside makes the server fail.
-UNREACHABLE = {("/v1/render", "post", "500")}
+UNREACHABLE = {(path, "post", "500") for path in ("/v1/render", "/v1/compare")}
 
 
 def resolve(value):
@@ -192,6 +192,7 @@ class ServerTest(unittest.TestCase):
                 self.read_path(path, item)
             self.check(self.daemon.call("OPTIONS", path), path, "options", "204")
         self.render_path()
+        self.compare_path()
         self.busy()
         self.deadline()
         self.draining()
@@ -238,19 +239,40 @@ class ServerTest(unittest.TestCase):
         check(answer, "200")
         self.assertTrue(answer.headers["Shaded-Saturated"] and answer.headers["Shaded-Warning"])
         check(self.daemon.render(SMALL, {"If-None-Match": "*"}), "304")
-        check(self.daemon.render(b"{"), "400")
-        check(self.daemon.call("PUT", "/v1/render", b"{}", JSON), "405")
-        check(self.daemon.render(SMALL, {"Accept": "text/css"}), "406")
-        check(self.daemon.render(b"x" * 100001), "413")
-        check(self.daemon.render(SMALL, {"Content-Type": "text/css"}), "415")
-        check(self.daemon.render({}), "422")
-        check(self.daemon.render({**SMALL, **{f"x{i}": 0 for i in range(100)}}), "422")
-        check(self.daemon.render({**SMALL, "image": {"width": 8192, "height": 8192}}), "422")
+        self.refusals("/v1/render")
         data = self.daemon.raw(b"POST /v1/render HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n")
         self.assertTrue(data.startswith(b"HTTP/1.1 400 "))
         problem = json.loads(data.partition(b"\r\n\r\n")[2])
         validate(problem, DOCUMENT["components"]["schemas"]["Problem"])
         self.types.add(problem["type"])
+
+    def compare_path(self):
+        path = "/v1/compare"
+        body = DOCUMENT["paths"][path]["post"]["requestBody"]["content"]
+        for example in body["application/json"]["examples"].values():
+            self.check(self.daemon.post(path, example["value"]), path, "post", "200")
+        warned = {**SMALL, "objects": [{"type": "sphere", "material": {"shininess": 2000}}]}
+        answer = self.daemon.post(path, warned, {"Accept": "application/json"})
+        self.check(answer, path, "post", "200")
+        self.assertTrue(answer.headers["Shaded-Warning"])
+        black = {"objects": [], "image": {"width": 3, "height": 2}}
+        self.check(self.daemon.post(path, black), path, "post", "200")
+        self.refusals(path)
+
+    def refusals(self, path):
+        """What every path that takes a scene refuses alike."""
+        def check(answer, status):
+            self.check(answer, path, "post", status)
+
+        post = self.daemon.post
+        check(post(path, b"{"), "400")
+        check(self.daemon.call("PUT", path, b"{}", JSON), "405")
+        check(post(path, SMALL, {"Accept": "text/css"}), "406")
+        check(post(path, b"x" * 100001), "413")
+        check(post(path, SMALL, {"Content-Type": "text/css"}), "415")
+        check(post(path, {}), "422")
+        check(post(path, {**SMALL, **{f"x{i}": 0 for i in range(100)}}), "422")
+        check(post(path, {**SMALL, "image": {"width": 8192, "height": 8192}}), "422")
 
     def busy(self):
         with Daemon("--threads", "1", "--queue", "1", "--timeout", "300") as daemon:
@@ -258,14 +280,16 @@ class ServerTest(unittest.TestCase):
             wait_until_busy(daemon)
             waiting.append(Background(daemon, SMALL))
             wait_until_busy(daemon, queued=1)
-            self.check(daemon.render(SMALL), "/v1/render", "post", "429")
+            for path in ("/v1/render", "/v1/compare"):
+                self.check(daemon.post(path, SMALL), path, "post", "429")
             for request in waiting:
                 self.check(request.result(), "/v1/render", "post", "200")
 
     def deadline(self):
         with Daemon("--timeout", "1") as daemon:
             endless = {**SLOW, "image": {"width": 4096, "height": 4096, "samples": 64}}
-            self.check(daemon.render(endless), "/v1/render", "post", "503")
+            for path in ("/v1/render", "/v1/compare"):
+                self.check(daemon.post(path, endless), path, "post", "503")
 
     def draining(self):
         daemon = Daemon("--threads", "1", "--timeout", "300", "--drain-time", "300")
@@ -273,7 +297,8 @@ class ServerTest(unittest.TestCase):
         wait_until_busy(daemon)
         daemon.signal()
         wait_until(lambda: daemon.get("/readyz", admin=True).status == 503)
-        self.check(daemon.render(SMALL), "/v1/render", "post", "503")
+        for path in ("/v1/render", "/v1/compare"):
+            self.check(daemon.post(path, SMALL), path, "post", "503")
         self.check(running.result(), "/v1/render", "post", "200")
         self.assertEqual(daemon.wait(), 0, daemon.stderr())
 

@@ -131,7 +131,7 @@ class Usage(Case):
     def test_help_and_version(self):
         run = self.shade("--help")
         self.assertEqual((run.returncode, run.stderr), (0, b""))
-        for word in (b"render", b"check", b"--threads", b"--ocio", b"Exit status"):
+        for word in (b"render", b"compare", b"check", b"--threads", b"--ocio", b"Exit status"):
             self.assertIn(word, run.stdout)
         run = self.shade("--version")
         self.assertRegex(run.stdout.decode(), r"\Ashade \d+\.\d+\.\d+\n\Z")

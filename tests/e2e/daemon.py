@@ -107,9 +107,12 @@ class Daemon:
     def get(self, path, headers=None, **options):
         return self.call("GET", path, None, headers, **options)
 
-    def render(self, scene, headers=None, **options):
+    def post(self, path, scene, headers=None, **options):
         body = scene if isinstance(scene, (bytes, str)) else json.dumps(scene)
-        return self.call("POST", "/v1/render", body, {**JSON, **(headers or {})}, **options)
+        return self.call("POST", path, body, {**JSON, **(headers or {})}, **options)
+
+    def render(self, scene, headers=None, **options):
+        return self.post("/v1/render", scene, headers, **options)
 
     def raw(self, *pieces, timeout=30):
         """Sends bytes as they are; everything that comes back until the connection ends."""

@@ -85,8 +85,9 @@ class HttpTest(unittest.TestCase):
             wanted = "GET, HEAD, POST, OPTIONS" if path == "*" else "GET, HEAD, OPTIONS"
             self.assertEqual(answer.headers["Allow"], wanted)
             self.assertFalse([name for name in answer.headers if name.startswith("Access-")])
-        answer = self.daemon.call("OPTIONS", "/v1/render")
-        self.assertEqual((answer.status, answer.headers["Allow"]), (204, "POST, OPTIONS"))
+        for path in ("/v1/render", "/v1/compare"):
+            answer = self.daemon.call("OPTIONS", path)
+            self.assertEqual((answer.status, answer.headers["Allow"]), (204, "POST, OPTIONS"))
 
     def test_wrong_methods_name_the_right_ones(self):
         for method in ("GET", "HEAD", "PUT", "DELETE", "PATCH", "TRACE", "BREW"):
