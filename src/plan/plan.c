@@ -111,6 +111,7 @@ shd_status shd_plan_make(const shd_scene *scene, shd_arena *arena, const shd_pla
     shd_plan_material *materials = shd_arena_alloc(arena, scene->material_count, sizeof *materials);
     if (!plan || !lights || !materials || !plan_planes(scene, arena, plan)) goto no_memory;
     plan->scene = scene;
+    plan->isa = shd_cpu_best();
 
     /* A budget is met by the exact tier, whose error no output format can show. The draft tier
      * may be answered by a better one. */

@@ -8,6 +8,7 @@
 #define SHD_PLAN_PLAN_H
 
 #include "base/arena.h"
+#include "base/cpu.h"
 #include "base/vec3.h"
 #include "scene/scene.h"
 
@@ -54,6 +55,8 @@ typedef struct shd_plane {
 typedef struct shd_plan {
     const shd_scene *scene;
     shd_tier tier; /* the tier that runs: SHD_STANDARD or SHD_EXACT */
+    shd_isa isa;   /* of the kernels: the widest that this machine has; the bits do not depend on
+                      it, so tests may choose another that it has */
     const shd_plan_light *lights;
     size_t light_count;
     const shd_plan_material *materials; /* as shd_scene.materials */

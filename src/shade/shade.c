@@ -4,10 +4,9 @@
 
 #include <string.h>
 
-#include "shade/math32.h"
-
 struct shd_shader {
     const shd_plan *plan;
+    const shd_shade_kernel *kernel;
     const shd_light32 *lights32; /* as plan->lights; standard tier */
     shd_prepared block;
     shd_weights weights;
@@ -15,10 +14,16 @@ struct shd_shader {
     double (*specular)[3][SHD_BLOCK]; /* per lobe, sum of ws Il */
 };
 
+const shd_shade_kernel *shd_shade_kernel_of(shd_isa isa) {
+    static const shd_shade_kernel *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_shade_kernel);
+    return kernels[isa];
+}
+
 shd_shader *shd_shader_new(const shd_plan *plan, shd_arena *arena) {
     shd_shader *shader = shd_arena_zalloc(arena, 1, sizeof *shader);
     if (!shader) return NULL;
     shader->plan = plan;
+    shader->kernel = shd_shade_kernel_of(plan->isa);
     shader->weights.specular =
         shd_arena_zalloc(arena, plan->max_lobes, sizeof *shader->weights.specular);
     shader->specular = shd_arena_zalloc(arena, plan->max_lobes, sizeof *shader->specular);
@@ -33,78 +38,50 @@ shd_shader *shd_shader_new(const shd_plan *plan, shd_arena *arena) {
     return shader;
 }
 
-/* Mirrors V about N once a point, in f64 for every tier: R.V = L.W. */
-static void prepare(const shd_plan *plan, const shd_points *points, shd_prepared *block) {
-    block->points = points;
-    block->lanes = (points->count + SHD_LANES - 1) / SHD_LANES * SHD_LANES;
-    for (size_t i = 0; i < block->lanes; i++) {
-        const double *n[3] = {points->normal[0], points->normal[1], points->normal[2]};
-        const double *v[3] = {points->view[0], points->view[1], points->view[2]};
-        double facing = n[0][i] * v[0][i] + n[1][i] * v[1][i] + n[2][i] * v[2][i];
-        for (int c = 0; c < 3; c++) block->mirror[c][i] = 2 * facing * n[c][i] - v[c][i];
-    }
-    if (plan->tier != SHD_STANDARD) return;
-    const double origin[3] = {plan->origin.x, plan->origin.y, plan->origin.z};
-    for (int c = 0; c < 3; c++) {
-        for (size_t i = 0; i < block->lanes; i++) {
-            double p = (points->position[c][i] - origin[c]) * plan->scale;
-            shd_split32(p, &block->high[c][i], &block->low[c][i]);
-            block->normal32[c][i] = (float)points->normal[c][i];
-            block->mirror32[c][i] = (float)block->mirror[c][i];
-        }
-    }
-}
-
-static void add_scaled(double *restrict sum, const double *restrict weight, double color,
-                       size_t lanes) {
-    for (size_t i = 0; i < lanes; i++) sum[i] += weight[i] * color;
-}
-
 /* One light's own picture: kd wd Il + sum of ks ws Il. */
 static void shade_light_plane(const shd_shader *shader, const shd_plan_light *light,
                               const shd_plan_material *material, double (*out)[SHD_BLOCK]) {
     const size_t lanes = shader->block.lanes;
-    for (int c = 0; c < 3; c++) {
-        add_scaled(out[c], shader->weights.diffuse, light->color[c] * material->diffuse[c], lanes);
-        for (size_t k = 0; k < material->lobe_count; k++)
-            add_scaled(out[c], shader->weights.specular[k],
-                       light->color[c] * material->lobes[k].specular[c], lanes);
+    double color[3];
+    for (int c = 0; c < 3; c++) color[c] = light->color[c] * material->diffuse[c];
+    shader->kernel->add_weight(out, shader->weights.diffuse, color, lanes);
+    for (size_t k = 0; k < material->lobe_count; k++) {
+        for (int c = 0; c < 3; c++) color[c] = light->color[c] * material->lobes[k].specular[c];
+        shader->kernel->add_weight(out, shader->weights.specular[k], color, lanes);
     }
 }
 
-static void fill(double *out, double value, size_t lanes) {
-    for (size_t i = 0; i < lanes; i++) out[i] = value;
-}
-
 /* The planes that are terms of the equation, from the sums over the lights. */
-static void shade_term_planes(const shd_shader *shader, const shd_plan_material *material,
+static void shade_term_planes(shd_shader *shader, const shd_plan_material *material,
                               double (*radiance)[3][SHD_BLOCK]) {
     const shd_plan *plan = shader->plan;
+    const shd_shade_kernel *kernel = shader->kernel;
     const size_t lanes = shader->block.lanes;
     for (size_t p = 0; p < plan->plane_count; p++) {
         const shd_layer_kind kind = plan->planes[p].kind;
         const bool beauty = kind == SHD_LAYER_BEAUTY;
         if (kind == SHD_LAYER_LIGHT) continue;
+        double constant[3] = {0, 0, 0};
         for (int c = 0; c < 3; c++) {
-            double *out = radiance[p][c];
-            double constant = 0;
-            if (beauty || kind == SHD_LAYER_EMISSIVE) constant += material->emissive[c];
-            if (beauty || kind == SHD_LAYER_AMBIENT) constant += material->ambient[c];
-            fill(out, constant, lanes);
-            if ((beauty || kind == SHD_LAYER_DIFFUSE) && material->has_diffuse)
-                add_scaled(out, shader->diffuse[c], material->diffuse[c], lanes);
-            if (beauty || kind == SHD_LAYER_SPECULAR)
-                for (size_t k = 0; k < material->lobe_count; k++)
-                    add_scaled(out, shader->specular[k][c], material->lobes[k].specular[c], lanes);
+            if (beauty || kind == SHD_LAYER_EMISSIVE) constant[c] += material->emissive[c];
+            if (beauty || kind == SHD_LAYER_AMBIENT) constant[c] += material->ambient[c];
         }
+        kernel->fill(radiance[p], constant, lanes);
+        if ((beauty || kind == SHD_LAYER_DIFFUSE) && material->has_diffuse)
+            kernel->add_scaled(radiance[p], shader->diffuse, material->diffuse, lanes);
+        if (beauty || kind == SHD_LAYER_SPECULAR)
+            for (size_t k = 0; k < material->lobe_count; k++)
+                kernel->add_scaled(radiance[p], shader->specular[k], material->lobes[k].specular,
+                                   lanes);
     }
 }
 
 void shd_shade(shd_shader *shader, const shd_plan_material *material, const shd_points *points,
                double (*radiance)[3][SHD_BLOCK]) {
     const shd_plan *plan = shader->plan;
+    const shd_shade_kernel *kernel = shader->kernel;
     const size_t lobes = material->lobe_count;
-    prepare(plan, points, &shader->block);
+    kernel->prepare(plan, points, &shader->block);
     const size_t lanes = shader->block.lanes;
 
     memset(shader->diffuse, 0, sizeof shader->diffuse);
@@ -116,17 +93,15 @@ void shd_shade(shd_shader *shader, const shd_plan_material *material, const shd_
     for (size_t j = 0; lit && j < plan->light_count; j++) {
         const shd_plan_light *light = &plan->lights[j];
         if (plan->tier == SHD_STANDARD)
-            shd_weigh_standard(&shader->lights32[j], light, material->lobes, lobes, &shader->block,
-                               &shader->weights);
+            kernel->weigh(&shader->lights32[j], light, material->lobes, lobes, &shader->block,
+                          &shader->weights);
         else
             shd_weigh_exact(light, material->lobes, lobes, &shader->block, &shader->weights);
 
-        for (int c = 0; c < 3; c++) {
-            add_scaled(shader->diffuse[c], shader->weights.diffuse, light->color[c], lanes);
-            for (size_t k = 0; k < lobes; k++)
-                add_scaled(shader->specular[k][c], shader->weights.specular[k], light->color[c],
-                           lanes);
-        }
+        kernel->add_weight(shader->diffuse, shader->weights.diffuse, light->color, lanes);
+        for (size_t k = 0; k < lobes; k++)
+            kernel->add_weight(shader->specular[k], shader->weights.specular[k], light->color,
+                               lanes);
         for (size_t p = 0; p < plan->plane_count; p++)
             if (plan->planes[p].kind == SHD_LAYER_LIGHT && plan->planes[p].light == light->index)
                 shade_light_plane(shader, light, material, radiance[p]);

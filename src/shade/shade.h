@@ -57,13 +57,31 @@ typedef struct shd_light32 {
 
 shd_light32 shd_narrow_light(const shd_plan *plan, const shd_plan_light *light);
 
-/* Weights of a light by the f64 reference (exact) and in f32 (standard). `lobes` gives the
- * exponents. Both write every lane. */
+/* Weights of a light by the f64 reference. `lobes` gives the exponents. Writes every lane. */
 void shd_weigh_exact(const shd_plan_light *light, const shd_plan_lobe *lobes, size_t lobe_count,
                      const shd_prepared *block, shd_weights *out);
-void shd_weigh_standard(const shd_light32 *light, const shd_plan_light *kind,
-                        const shd_plan_lobe *lobes, size_t lobe_count, const shd_prepared *block,
-                        shd_weights *out);
+
+/* The loops over lanes, compiled once an instruction set; all variants give the same bits. */
+typedef struct shd_shade_kernel {
+    /* Mirrors the views, and narrows to f32 where the plan's tier wants it. */
+    void (*prepare)(const shd_plan *plan, const shd_points *points, shd_prepared *block);
+    /* As shd_weigh_exact, in f32: the standard tier. */
+    void (*weigh)(const shd_light32 *light, const shd_plan_light *kind, const shd_plan_lobe *lobes,
+                  size_t lobe_count, const shd_prepared *block, shd_weights *out);
+    /* Sums by channel, of as many lanes (a multiple of SHD_LANES): out = value;
+     * sum += weight color; sum += term color. */
+    void (*fill)(double (*out)[SHD_BLOCK], const double value[3], size_t lanes);
+    void (*add_weight)(double (*sum)[SHD_BLOCK], const double *weight, const double color[3],
+                       size_t lanes);
+    void (*add_scaled)(double (*sum)[SHD_BLOCK], double (*term)[SHD_BLOCK], const double color[3],
+                       size_t lanes);
+} shd_shade_kernel;
+
+extern const shd_shade_kernel shd_shade_kernel_portable, shd_shade_kernel_avx2,
+    shd_shade_kernel_avx512;
+
+/* NULL where it was not compiled in. */
+const shd_shade_kernel *shd_shade_kernel_of(shd_isa isa);
 
 /* The reference at one lane: for tests, and where f32 cannot hold what a lane needs. */
 void shd_weigh_exact_lane(const shd_plan_light *light, const shd_plan_lobe *lobes,

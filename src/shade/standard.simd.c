@@ -1,5 +1,7 @@
 /* The standard tier: the same equations in f32, SHD_LANES at a time, in the form that keeps
- * small angles (1 - R.V = |L - W|^2 / 2). Its errors are measured in tests/unit/shade_weights.c. */
+ * small angles (1 - R.V = |L - W|^2 / 2), and the sums of every tier. Compiled once an
+ * instruction set. Errors are measured in tests/unit/shade_weights.c. */
+#include "base/cpu.h"
 #include "shade/math32.h"
 #include "shade/shade.h"
 
@@ -8,49 +10,6 @@ static const float NEAREST2 = 1e-13f, FARTHEST2 = 1e30f;
 
 /* (R.V)^ns below exp(-60) is nothing beside any picture's maximum. */
 static const float FAINTEST = 60;
-
-/* Whether f32 is enough for this light: a cone that fades within less than 5 degrees, a steep
- * exponent, one below 1 (vertical at 90 degrees), or constants beyond f32's range in the plan's
- * frame want f64. */
-static bool fits_f32(const shd_light32 *light, const shd_plan_light *from) {
-    if (from->spot) {
-        double fade = 2 * (asin(sqrt(from->outer / 2)) - asin(sqrt(from->inner / 2)));
-        bool steep = from->exponent > 500 || (from->exponent > 0 && from->exponent < 1);
-        if ((fade > 0 && fade < 0.087) || from->outer < 0.004 || steep) return false;
-    }
-    if (from->directional) return true;
-    const float reach =
-        fmaxf(fabsf(light->high[0]), fmaxf(fabsf(light->high[1]), fabsf(light->high[2])));
-    return light->min_distance < 1e15f && reach < 1e15f && light->gain > 0 && light->gain < 1e180;
-}
-
-shd_light32 shd_narrow_light(const shd_plan *plan, const shd_plan_light *light) {
-    shd_light32 out = {0};
-    double s = plan->scale;
-    shd_vec3 at =
-        light->directional ? light->toward : shd_scale(shd_sub(light->position, plan->origin), s);
-    const double xyz[3] = {at.x, at.y, at.z};
-    const double axis[3] = {light->axis.x, light->axis.y, light->axis.z};
-    for (int c = 0; c < 3; c++) {
-        shd_split32(xyz[c], &out.high[c], &out.low[c]);
-        out.axis[c] = (float)axis[c];
-    }
-    /* In units of the plan's frame and divided by the largest of the three again: a scene of any
-     * size gives f32 the same numbers. */
-    const double a = light->a, b = light->b / s, c = light->c / s / s;
-    const double largest = fmax(a, fmax(b, c));
-    out.a = (float)(a / largest);
-    out.b = (float)(b / largest);
-    out.c = (float)(c / largest);
-    out.gain = light->directional ? light->gain : light->gain / largest;
-    out.min_distance = (float)(light->min_distance * s);
-    out.outer = (float)light->outer;
-    out.inner = (float)light->inner;
-    out.inverse_fade = light->outer > light->inner ? (float)(1 / (light->outer - light->inner)) : 0;
-    out.exponent = (float)light->exponent;
-    out.fits = fits_f32(&out, light);
-    return out;
-}
 
 /* (R.V)^ns with ns < 1 falls off so steeply at R.V = 0 that f32's last digit of R.V shows: with
  * ns = 0.1 it would make 3e-5 of the maximum. */
@@ -85,20 +44,26 @@ static bool weigh_directions(const shd_light32 *light, const shd_plan_light *kin
         const float *restrict px = block->low[0] + first, *restrict py = block->low[1] + first,
                               *restrict pz = block->low[2] + first;
         const float a = light->a, b = light->b, c = light->c, least = light->min_distance;
-        const bool attenuated = kind->attenuated;
+        float distance[SHD_LANES];
         for (int i = 0; i < SHD_LANES; i++) {
             float x = (lx - hx[i]) + (mx - px[i]);
             float y = (ly - hy[i]) + (my - py[i]);
             float z = (lz - hz[i]) + (mz - pz[i]);
             float d2 = x * x + y * y + z * z;
-            redo[i] = !(d2 > NEAREST2) | !(d2 < FARTHEST2);
-            float distance = sqrtf(d2);
-            float inverse = 1 / distance;
+            int near = d2 > NEAREST2 ? 0 : 1; /* not `|`: the loop vectorizes */
+            redo[i] = d2 < FARTHEST2 ? near : 1;
+            distance[i] = sqrtf(d2);
+            float inverse = 1 / distance[i];
             toward[0][i] = x * inverse;
             toward[1][i] = y * inverse;
             toward[2][i] = z * inverse;
-            float d = distance > least ? distance : least;
-            factor[i] = attenuated ? 1 / (a + d * (b + d * c)) : 1;
+            factor[i] = 1;
+        }
+        if (kind->attenuated) {
+            for (int i = 0; i < SHD_LANES; i++) {
+                float d = distance[i] > least ? distance[i] : least;
+                factor[i] = 1 / (a + d * (b + d * c));
+            }
         }
     }
     for (int i = 0; i < SHD_LANES; i++)
@@ -160,9 +125,9 @@ static void weigh_lobe(float shininess, const shd_prepared *block, size_t first,
     for (int i = 0; i < SHD_LANES; i++) out[i] = weight[i] * gain;
 }
 
-void shd_weigh_standard(const shd_light32 *light, const shd_plan_light *kind,
-                        const shd_plan_lobe *lobes, size_t lobe_count, const shd_prepared *block,
-                        shd_weights *out) {
+static void weigh_standard(const shd_light32 *light, const shd_plan_light *kind,
+                           const shd_plan_lobe *lobes, size_t lobe_count, const shd_prepared *block,
+                           shd_weights *out) {
     if (!light->fits || has_steep_edge(lobes, lobe_count)) {
         shd_weigh_exact(kind, lobes, lobe_count, block, out);
         return;
@@ -185,3 +150,49 @@ void shd_weigh_standard(const shd_light32 *light, const shd_plan_light *kind,
             if (redo[i]) shd_weigh_exact_lane(kind, lobes, lobe_count, block, first + i, out);
     }
 }
+
+/* Mirrors V about N once a point, in f64 for every tier: R.V = L.W. */
+static void prepare(const shd_plan *plan, const shd_points *points, shd_prepared *block) {
+    block->points = points;
+    block->lanes = (points->count + SHD_LANES - 1) / SHD_LANES * SHD_LANES;
+    for (size_t i = 0; i < block->lanes; i++) {
+        const double *n[3] = {points->normal[0], points->normal[1], points->normal[2]};
+        const double *v[3] = {points->view[0], points->view[1], points->view[2]};
+        double facing = n[0][i] * v[0][i] + n[1][i] * v[1][i] + n[2][i] * v[2][i];
+        for (int c = 0; c < 3; c++) block->mirror[c][i] = 2 * facing * n[c][i] - v[c][i];
+    }
+    if (plan->tier != SHD_STANDARD) return;
+    const double origin[3] = {plan->origin.x, plan->origin.y, plan->origin.z};
+    for (int c = 0; c < 3; c++) {
+        for (size_t i = 0; i < block->lanes; i++) {
+            double p = (points->position[c][i] - origin[c]) * plan->scale;
+            shd_split32(p, &block->high[c][i], &block->low[c][i]);
+            block->normal32[c][i] = (float)points->normal[c][i];
+            block->mirror32[c][i] = (float)block->mirror[c][i];
+        }
+    }
+}
+
+static void fill(double (*out)[SHD_BLOCK], const double value[3], size_t lanes) {
+    for (int c = 0; c < 3; c++)
+        for (size_t i = 0; i < lanes; i++) out[c][i] = value[c];
+}
+
+static void add_weight(double (*restrict sum)[SHD_BLOCK], const double *restrict weight,
+                       const double color[3], size_t lanes) {
+    const double r = color[0], g = color[1], b = color[2];
+    for (size_t i = 0; i < lanes; i++) {
+        sum[0][i] += weight[i] * r;
+        sum[1][i] += weight[i] * g;
+        sum[2][i] += weight[i] * b;
+    }
+}
+
+static void add_scaled(double (*restrict sum)[SHD_BLOCK], double (*restrict term)[SHD_BLOCK],
+                       const double color[3], size_t lanes) {
+    for (int c = 0; c < 3; c++)
+        for (size_t i = 0; i < lanes; i++) sum[c][i] += term[c][i] * color[c];
+}
+
+const shd_shade_kernel SHD_VARIANT(shd_shade_kernel) = {prepare, weigh_standard, fill, add_weight,
+                                                        add_scaled};

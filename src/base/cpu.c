@@ -1,0 +1,23 @@
+#include "base/cpu.h"
+
+bool shd_cpu_has(shd_isa isa) {
+    if (isa == SHD_PORTABLE) return true;
+#ifdef SHD_HAS_X86_VARIANTS
+    if (isa == SHD_AVX2) return __builtin_cpu_supports("avx2");
+    if (isa == SHD_AVX512)
+        return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+               __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl");
+#endif
+    return false;
+}
+
+shd_isa shd_cpu_best(void) {
+    shd_isa isa = SHD_ISA_COUNT - 1;
+    while (!shd_cpu_has(isa)) isa--;
+    return isa;
+}
+
+const char *shd_isa_name(shd_isa isa) {
+    static const char *const names[SHD_ISA_COUNT] = {"portable", "avx2", "avx512"};
+    return names[isa];
+}

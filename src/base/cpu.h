@@ -1,0 +1,40 @@
+/* Instruction sets that the kernels are compiled for.
+ *
+ * Files named *.simd.c are compiled once an instruction set (see CMakeLists.txt), each time with
+ * another SHD_ISA; what they export is named with SHD_VARIANT. Every variant gives the same bits:
+ * nothing in them depends on the width of a vector, and products are never fused into sums. */
+#ifndef SHD_BASE_CPU_H
+#define SHD_BASE_CPU_H
+
+#include <stdbool.h>
+
+typedef enum shd_isa {
+    SHD_PORTABLE, /* what every machine of the build's kind has */
+    SHD_AVX2,
+    SHD_AVX512, /* F, DQ, BW and VL */
+    SHD_ISA_COUNT
+} shd_isa;
+
+/* Whether the variant was compiled in and this machine can run it. */
+bool shd_cpu_has(shd_isa isa);
+
+/* The widest one that it has. */
+shd_isa shd_cpu_best(void);
+
+const char *shd_isa_name(shd_isa isa); /* "portable", "avx2", "avx512" */
+
+#define SHD_JOIN_(name, isa) name##_##isa
+#define SHD_JOIN(name, isa)  SHD_JOIN_(name, isa)
+#define SHD_VARIANT(name)    SHD_JOIN(name, SHD_ISA)
+
+/* The initializer of an array [SHD_ISA_COUNT] of pointers to the variants of an object. Those
+ * that were not compiled in are NULL. */
+#ifdef SHD_HAS_X86_VARIANTS
+#define SHD_VARIANTS(name)                                                                         \
+    { &name##_portable, &name##_avx2, &name##_avx512 }
+#else
+#define SHD_VARIANTS(name)                                                                         \
+    { &name##_portable, 0, 0 }
+#endif
+
+#endif

@@ -1,0 +1,122 @@
+/* Every variant of the kernels gives the bits of the portable one. */
+#include "property/pieces.h"
+
+static const char *const shapes[] = {"sphere", "box", "cylinder", "cone", "torus", "disc", "plane"};
+enum { SHAPES = sizeof shapes / sizeof shapes[0] };
+
+static void write_color(FILE *out, const char *name, uint64_t *random) {
+    fprintf(out, "\"%s\": [%.17g, %.17g, %.17g]", name, uniform(random, 0, 1),
+            uniform(random, 0, 1), uniform(random, 0, 1));
+}
+
+static void write_light(FILE *out, uint64_t *random) {
+    static const char *const types[] = {"point", "spot", "directional"};
+    int type = below(random, 3);
+    shd_vec3 from = shd_scale(random_direction(random), uniform(random, 0.5, 8));
+    fprintf(out, "{\"type\": \"%s\", ", types[type]);
+    write_color(out, "color", random);
+    if (type != 2) {
+        fputs(", ", out);
+        write_vector(out, "position", from);
+        fprintf(out, ", \"attenuation\": [1, %.17g, %.17g]", uniform(random, 0, 1),
+                uniform(random, 0, 1));
+    }
+    if (type != 0) {
+        fputs(", ", out);
+        write_vector(out, "direction", shd_scale(from, -1));
+    }
+    if (type == 1)
+        fprintf(out, ", \"angle\": %.17g, \"penumbra\": %.17g, \"exponent\": %.17g",
+                uniform(random, 1, 80), uniform(random, 0, 1), uniform(random, 0, 20));
+    fputs("}", out);
+}
+
+/* Shapes of any kind, half of them cut by others, seen from near, far or inside. */
+static char *scene(uint64_t seed) {
+    uint64_t random = seed * 31 + 7;
+    bool ortho = below(&random, 3) == 0;
+    writing w;
+    start(&w);
+    fprintf(w.out,
+            "{\"image\": {\"width\": %d, \"height\": %d, \"samples\": %d}, \"accuracy\": "
+            "{\"tier\": \"%s\"}, \"camera\": {\"type\": \"%s\", ",
+            40 + below(&random, 70), 30 + below(&random, 40), 1 + below(&random, 5),
+            below(&random, 4) ? "standard" : "exact", ortho ? "orthographic" : "perspective");
+    write_vector(
+        w.out, "position",
+        shd_scale(random_direction(&random), uniform(&random, 0.1, below(&random, 2) ? 4 : 40)));
+    fputs("}, \"lights\": [", w.out);
+    for (int i = 0, count = 1 + below(&random, 6); i < count; i++) {
+        fputs(i ? ", " : "", w.out);
+        write_light(w.out, &random);
+    }
+    fputs("], \"objects\": [", w.out);
+    for (int i = 0, count = 1 + below(&random, 9); i < count; i++) {
+        shd_affine turn = random_rotation(&random);
+        shd_affine size = scaling(uniform(&random, 0.2, 1.2), uniform(&random, 0.2, 1.2),
+                                  uniform(&random, 0.2, 1.2));
+        shd_affine map = shd_compose(&turn, &size);
+        map.origin = shd_scale(random_direction(&random), uniform(&random, 0, 1.5));
+        fprintf(w.out, "%s{\"type\": \"%s\", ", i ? ", " : "", shapes[below(&random, SHAPES)]);
+        write_transform(w.out, &map);
+        fputs(", \"material\": {", w.out);
+        write_color(w.out, "diffuse", &random);
+        fprintf(w.out, ", \"specular\": %.17g, \"shininess\": %.17g, \"side\": \"%s\"}}",
+                uniform(&random, 0, 1), pow(10, uniform(&random, -1, 4)),
+                below(&random, 4) ? "both" : "front");
+    }
+    fputs("]}", w.out);
+    return finish(&w);
+}
+
+static drawn film_by(shd_engine *engine, const char *json, shd_isa isa) {
+    drawn d = {.request = read_scene(engine, json)};
+    shd_request *request = d.request;
+    shd_error error = {SHD_OK, "", ""};
+    shd_sight *sight = NULL;
+    shd_plan *plan = shd_arena_alloc(request->arena, 1, sizeof *plan);
+    shd_status status = shd_plan_make(request->scene, request->arena, &request->plan, &error);
+    assert_true(plan && status == SHD_OK);
+    *plan = *request->plan;
+    plan->isa = isa;
+    request->plan = plan;
+    status = shd_sight_new(plan, engine->tracer, request->arena, &sight, &error);
+    if (status == SHD_OK) status = shd_film_render(request, sight, NULL, &d.film, &error);
+    shd_sight_drop(sight);
+    if (status != SHD_OK) fail_msg("%s: %s", error.path, error.text);
+    return d;
+}
+
+static void every_variant_gives_the_same_floats(void **state) {
+    for (uint64_t seed = 1; seed <= 120; seed++) {
+        char *json = scene(seed);
+        drawn portable = film_by(*state, json, SHD_PORTABLE);
+        for (shd_isa isa = SHD_PORTABLE + 1; isa < SHD_ISA_COUNT; isa++) {
+            if (!shd_cpu_has(isa)) continue;
+            drawn other = film_by(*state, json, isa);
+            if (!same_film(&portable, &other))
+                fail_msg("%s differs in\n%.2000s", shd_isa_name(isa), json);
+            drop_drawn(&other);
+        }
+        drop_drawn(&portable);
+        free(json);
+    }
+}
+
+static void the_plan_takes_the_widest_variant_there_is(void **state) {
+    char *json = scene(1);
+    drawn d = film_of(*state, json);
+    assert_int_equal(d.request->plan->isa, shd_cpu_best());
+    for (shd_isa isa = shd_cpu_best() + 1; isa < SHD_ISA_COUNT; isa++)
+        assert_false(shd_cpu_has(isa));
+    drop_drawn(&d);
+    free(json);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(every_variant_gives_the_same_floats),
+        cmocka_unit_test(the_plan_takes_the_widest_variant_there_is),
+    };
+    return cmocka_run_group_tests(tests, make_engine, drop_engine);
+}
