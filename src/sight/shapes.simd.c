@@ -1,0 +1,286 @@
+/* Analytic shapes in their unit form, a batch of rays at a time. Compiled once an instruction
+ * set: every loop is free of branches. Where a formula has no answer it gives infinity or
+ * not-a-number, which no comparison takes for a hit. */
+#include <float.h>
+
+#include "sight/batch.h"
+
+#define LANES(i) for (int i = 0; i < SHD_RAYS; i++)
+
+/* A batch on its way: shapes of finite size are met from where the ray is closest to their
+ * centre; what is left of the coordinates is then of the shape's own size. */
+typedef struct work {
+    double ox[SHD_RAYS], oy[SHD_RAYS], oz[SHD_RAYS]; /* the origin moved along the ray by shift */
+    double dx[SHD_RAYS], dy[SHD_RAYS], dz[SHD_RAYS];
+    double near[SHD_RAYS], shift[SHD_RAYS];
+    double t[SHD_RAYS];    /* from the moved origin; infinity: missed */
+    double face[SHD_RAYS]; /* which of the shape's faces */
+} work;
+
+static void begin(const shd_rays *restrict rays, bool closer, work *restrict w) {
+    LANES(i) {
+        double ox = rays->origin[0][i], oy = rays->origin[1][i], oz = rays->origin[2][i];
+        double dx = rays->direction[0][i], dy = rays->direction[1][i], dz = rays->direction[2][i];
+        double middle = -(ox * dx + oy * dy + oz * dz) / (dx * dx + dy * dy + dz * dz);
+        double shift = closer ? middle : 0;
+        w->ox[i] = ox + dx * shift;
+        w->oy[i] = oy + dy * shift;
+        w->oz[i] = oz + dz * shift;
+        w->dx[i] = dx;
+        w->dy[i] = dy;
+        w->dz[i] = dz;
+        w->near[i] = rays->near[i] - shift;
+        w->shift[i] = shift;
+    }
+}
+
+/* ---- Finding: t and face. ---- */
+
+/* The discriminant from the distance of the line to the centre: no cancellation (Haines et al.,
+ * "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems, chapter 7). */
+static void find_sphere(work *restrict w) {
+    LANES(i) {
+        double ox = w->ox[i], oy = w->oy[i], oz = w->oz[i];
+        double dx = w->dx[i], dy = w->dy[i], dz = w->dz[i], near = w->near[i];
+        double inverse = 1 / (dx * dx + dy * dy + dz * dz);
+        double middle = -(ox * dx + oy * dy + oz * dz) * inverse;
+        double x = ox + dx * middle, y = oy + dy * middle, z = oz + dz * middle;
+        double inside = 1 - (x * x + y * y + z * z);
+        double half = sqrt(inside * inverse);
+        double t = middle - half > near ? middle - half : middle + half;
+        t = t > near ? t : INFINITY;
+        w->t[i] = inside >= 0 ? t : INFINITY;
+    }
+}
+
+static void find_plane(bool disc, work *restrict w) {
+    const double reach = disc ? 1 : INFINITY;
+    LANES(i) {
+        double t = -w->oy[i] / w->dy[i];
+        double x = w->ox[i] + w->dx[i] * t, z = w->oz[i] + w->dz[i] * t;
+        double held = x * x + z * z <= reach ? t : INFINITY;
+        /* beyond f64 there is no point to shade */
+        held = fabs(x) <= DBL_MAX ? held : INFINITY;
+        held = fabs(z) <= DBL_MAX ? held : INFINITY;
+        w->t[i] = held > w->near[i] ? held : INFINITY;
+    }
+}
+
+/* Where rays enter and leave the slab of one axis, and the faces through which they do: 0, 1, 2
+ * for x, y, z. The first axis keeps what another only equals. */
+static void find_slab(const double *restrict origin, const double *restrict direction, double axis,
+                      double *restrict enter, double *restrict leave, double *restrict enter_axis,
+                      double *restrict leave_axis) {
+    LANES(i) {
+        double o = origin[i], d = direction[i];
+        double side = d > 0 ? 0.5 : -0.5;
+        double t0 = (-side - o) / d, t1 = (side - o) / d;
+        /* parallel: never in the slab, or always */
+        double never = fabs(o) > 0.5 ? INFINITY : -INFINITY;
+        t0 = d == 0 ? never : t0;
+        t1 = d == 0 ? INFINITY : t1;
+        enter_axis[i] = t0 > enter[i] ? axis : enter_axis[i];
+        leave_axis[i] = t1 < leave[i] ? axis : leave_axis[i];
+        enter[i] = t0 > enter[i] ? t0 : enter[i];
+        leave[i] = t1 < leave[i] ? t1 : leave[i];
+    }
+}
+
+/* face: the axis, plus 3 where the ray comes from inside. */
+static void find_box(work *restrict w) {
+    double enter[SHD_RAYS], leave[SHD_RAYS], enter_axis[SHD_RAYS], leave_axis[SHD_RAYS];
+    LANES(i) {
+        enter[i] = -INFINITY;
+        leave[i] = INFINITY;
+        enter_axis[i] = leave_axis[i] = 0;
+    }
+    find_slab(w->ox, w->dx, 0, enter, leave, enter_axis, leave_axis);
+    find_slab(w->oy, w->dy, 1, enter, leave, enter_axis, leave_axis);
+    find_slab(w->oz, w->dz, 2, enter, leave, enter_axis, leave_axis);
+    LANES(i) {
+        double near = w->near[i];
+        double t = enter[i] > near ? enter[i] : leave[i];
+        w->face[i] = enter[i] > near ? enter_axis[i] : leave_axis[i] + 3;
+        t = t > near ? t : INFINITY;
+        w->t[i] = enter[i] <= leave[i] ? t : INFINITY;
+    }
+}
+
+/* Takes a face at `candidate` as the nearest so far of a lane if it is one. */
+static inline void take(bool valid, double candidate, double which, double near, double *t,
+                        double *face) {
+    double taken = valid ? candidate : INFINITY;
+    taken = taken > near ? taken : INFINITY;
+    *face = taken < *t ? which : *face;
+    *t = taken < *t ? taken : *t;
+}
+
+enum { BOTTOM, TOP, SIDE }; /* faces of cylinder and cone */
+
+/* The caps are discs of radius 1 at y = -1/2 and 1/2. The side's roots of a t^2 + 2 b t + c come
+ * without cancellation; a root that is none has a zero below it or a negative in the root. */
+static void find_cylinder(work *restrict w) {
+    LANES(i) {
+        double ox = w->ox[i], oy = w->oy[i], oz = w->oz[i];
+        double dx = w->dx[i], dy = w->dy[i], dz = w->dz[i], near = w->near[i];
+        double t = INFINITY, face = SIDE;
+        double bottom = (-0.5 - oy) / dy, top = (0.5 - oy) / dy;
+        double x = ox + dx * bottom, z = oz + dz * bottom;
+        take(x * x + z * z <= 1, bottom, BOTTOM, near, &t, &face);
+        x = ox + dx * top, z = oz + dz * top;
+        take(x * x + z * z <= 1, top, TOP, near, &t, &face);
+
+        double a = dx * dx + dz * dz, b = ox * dx + oz * dz, c = ox * ox + oz * oz - 1;
+        double root = sqrt(b * b - a * c);
+        double q = b > 0 ? -b - root : -b + root;
+        double first = c / q, second = q / a;
+        take(fabs(oy + dy * first) <= 0.5, first, SIDE, near, &t, &face);
+        take(fabs(oy + dy * second) <= 0.5, second, SIDE, near, &t, &face);
+        w->t[i] = t;
+        w->face[i] = face;
+    }
+}
+
+/* x^2 + z^2 = (1/2 - y)^2 for y in [-1/2, 1/2] */
+static void find_cone(work *restrict w) {
+    LANES(i) {
+        double ox = w->ox[i], oy = w->oy[i], oz = w->oz[i];
+        double dx = w->dx[i], dy = w->dy[i], dz = w->dz[i], near = w->near[i];
+        double t = INFINITY, face = SIDE;
+        double bottom = (-0.5 - oy) / dy;
+        double x = ox + dx * bottom, z = oz + dz * bottom;
+        take(x * x + z * z <= 1, bottom, BOTTOM, near, &t, &face);
+
+        double k = 0.5 - oy;
+        double a = dx * dx + dz * dz - dy * dy, b = ox * dx + oz * dz + k * dy,
+               c = ox * ox + oz * oz - k * k;
+        double root = sqrt(b * b - a * c);
+        double q = b > 0 ? -b - root : -b + root;
+        double first = c / q, second = q / a;
+        take(fabs(oy + dy * first) <= 0.5, first, SIDE, near, &t, &face);
+        take(fabs(oy + dy * second) <= 0.5, second, SIDE, near, &t, &face);
+        w->t[i] = t;
+        w->face[i] = face;
+    }
+}
+
+/* ---- Placing: points, snapped onto the shape, and outward normals. ---- */
+
+static void place_sphere(const work *restrict w, shd_surfaces *restrict out) {
+    LANES(i) {
+        double x = w->ox[i] + w->dx[i] * w->t[i], y = w->oy[i] + w->dy[i] * w->t[i],
+               z = w->oz[i] + w->dz[i] * w->t[i];
+        double scale = 1 / sqrt(x * x + y * y + z * z);
+        out->point[0][i] = out->normal[0][i] = x * scale;
+        out->point[1][i] = out->normal[1][i] = y * scale;
+        out->point[2][i] = out->normal[2][i] = z * scale;
+    }
+}
+
+static void place_plane(const work *restrict w, shd_surfaces *restrict out) {
+    LANES(i) {
+        out->point[0][i] = w->ox[i] + w->dx[i] * w->t[i];
+        out->point[1][i] = 0;
+        out->point[2][i] = w->oz[i] + w->dz[i] * w->t[i];
+        out->normal[0][i] = 0;
+        out->normal[1][i] = 1;
+        out->normal[2][i] = 0;
+    }
+}
+
+static void place_on_slab(const double *restrict origin, const double *restrict direction,
+                          double axis, const work *restrict w, double *restrict point,
+                          double *restrict normal) {
+    LANES(i) {
+        double at = origin[i] + direction[i] * w->t[i];
+        at = at > -0.5 ? at : -0.5;
+        at = at < 0.5 ? at : 0.5;
+        double ahead = direction[i] > 0 ? 1 : -1;
+        double sign = w->face[i] > 2 ? ahead : -ahead;
+        bool entered = w->face[i] == axis, left = w->face[i] == axis + 3;
+        double n = entered ? sign : 0;
+        n = left ? sign : n;
+        point[i] = n != 0 ? 0.5 * n : at;
+        normal[i] = n;
+    }
+}
+
+static void place_box(const work *restrict w, shd_surfaces *restrict out) {
+    place_on_slab(w->ox, w->dx, 0, w, out->point[0], out->normal[0]);
+    place_on_slab(w->oy, w->dy, 1, w, out->point[1], out->normal[1]);
+    place_on_slab(w->oz, w->dz, 2, w, out->point[2], out->normal[2]);
+}
+
+static void place_cylinder(const work *restrict w, shd_surfaces *restrict out) {
+    LANES(i) {
+        double x = w->ox[i] + w->dx[i] * w->t[i], y = w->oy[i] + w->dy[i] * w->t[i],
+               z = w->oz[i] + w->dz[i] * w->t[i];
+        double inverse = 1 / sqrt(x * x + z * z), side = w->face[i];
+        double cap = side == TOP ? 0.5 : -0.5;
+        out->point[0][i] = side == SIDE ? x * inverse : x;
+        out->point[1][i] = side == SIDE ? y : cap;
+        out->point[2][i] = side == SIDE ? z * inverse : z;
+        out->normal[0][i] = side == SIDE ? x * inverse : 0;
+        out->normal[1][i] = side == SIDE ? 0 : cap;
+        out->normal[2][i] = side == SIDE ? z * inverse : 0;
+    }
+}
+
+static void place_cone(const work *restrict w, shd_surfaces *restrict out) {
+    LANES(i) {
+        double x = w->ox[i] + w->dx[i] * w->t[i], y = w->oy[i] + w->dy[i] * w->t[i],
+               z = w->oz[i] + w->dz[i] * w->t[i];
+        double radius = sqrt(x * x + z * z), wanted = 0.5 - y, side = w->face[i];
+        double snap = radius > 0 ? wanted / radius : 1;
+        double sx = x * snap, sz = z * snap;
+        double size = fabs(sx) + fabs(sz) + fabs(wanted);
+        double up = size > 0 ? wanted : 1; /* the apex has no normal: up */
+        out->point[0][i] = side == SIDE ? sx : x;
+        out->point[1][i] = side == SIDE ? y : -0.5;
+        out->point[2][i] = side == SIDE ? sz : z;
+        out->normal[0][i] = side == SIDE ? sx : 0;
+        out->normal[1][i] = side == SIDE ? up : -0.5;
+        out->normal[2][i] = side == SIDE ? sz : 0;
+    }
+}
+
+bool SHD_VARIANT(shd_intersect_rays)(shd_shape shape, const shd_rays *rays, const double *limit,
+                                     shd_surfaces *out) {
+    work w;
+    begin(rays, shape != SHD_PLANE, &w);
+    switch (shape) {
+    case SHD_SPHERE:
+        find_sphere(&w);
+        break;
+    case SHD_PLANE:
+    case SHD_DISC:
+        find_plane(shape == SHD_DISC, &w);
+        break;
+    case SHD_BOX:
+        find_box(&w);
+        break;
+    case SHD_CYLINDER:
+        find_cylinder(&w);
+        break;
+    case SHD_CONE:
+        find_cone(&w);
+        break;
+    case SHD_TORUS:
+    case SHD_MESH:
+    case SHD_SHAPE_COUNT:
+        return false;
+    }
+    long long any = 0;
+    LANES(i) {
+        double t = w.t[i] + w.shift[i];
+        any |= t < limit[i] ? 1 : 0;
+        out->t[i] = t < limit[i] ? t : INFINITY;
+    }
+    if (!any) return false;
+    if (shape == SHD_SPHERE) place_sphere(&w, out);
+    if (shape == SHD_PLANE || shape == SHD_DISC) place_plane(&w, out);
+    if (shape == SHD_BOX) place_box(&w, out);
+    if (shape == SHD_CYLINDER) place_cylinder(&w, out);
+    if (shape == SHD_CONE) place_cone(&w, out);
+    return true;
+}
