@@ -1,14 +1,10 @@
 #include "render/film.h"
 
-#include <float.h>
 #include <pthread.h>
 #include <string.h>
 #include <time.h>
 
 #include "shade/shade.h"
-
-/* Samples of a tile: enough work to share, small enough to stay in a core's cache. */
-enum { TILE_SAMPLES = 4096 };
 
 /* One thread's working memory. */
 typedef struct scratch {
@@ -34,6 +30,7 @@ typedef struct job {
     size_t tile_count;
     double **facet_radiance; /* [object]: NULL or [point][plane][channel] */
     size_t facet_object;     /* the one that shade_facet_block is at */
+    bool faceted;            /* some object is */
     pthread_mutex_t mutex;   /* guards the arena and `slots` while threads run */
     scratch **slots;
     atomic_bool failed; /* memory ran out */
@@ -44,22 +41,6 @@ double shd_thread_seconds(void) {
     struct timespec now;
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
-uint64_t shd_saturate(float *values, size_t count, float least, float largest) {
-    uint64_t changed = 0;
-    for (size_t i = 0; i < count; i++) {
-        float v = values[i];
-        if (v >= least && v <= largest) continue;
-        values[i] = v > largest ? largest : v < least ? least : 0;
-        changed++;
-    }
-    return changed;
-}
-
-/* The f32 of a sum; beyond f32 it is left for shd_saturate to see. */
-static float narrow(double value) {
-    return (float)value;
 }
 
 static scratch *new_scratch(const job *j) {
@@ -136,6 +117,7 @@ static bool shade_facets(job *j) {
             j->request->arena, 3 * j->plan->plane_count * facets->point_count, sizeof(double));
         pthread_mutex_unlock(&j->mutex);
         if (!j->facet_radiance[o]) return false;
+        j->faceted = true;
         j->facet_object = o;
         shd_pool_for(j->request->engine->pool, (facets->point_count + SHD_BLOCK - 1) / SHD_BLOCK,
                      shade_facet_block, j);
@@ -149,6 +131,15 @@ static bool shade_facets(job *j) {
 static void group_by_material(const job *j, scratch *s) {
     const shd_scene *scene = j->plan->scene;
     memset(s->starts, 0, (scene->material_count + 1) * sizeof *s->starts);
+    if (scene->material_count == 1 && !j->faceted) {
+        uint32_t count = 0;
+        for (size_t i = 0; i < s->seen.count; i++) {
+            s->order[count] = (uint32_t)i; /* stays if it hit: no branch to mispredict */
+            count += s->seen.object[i] != SHD_NOTHING;
+        }
+        s->starts[0] = count;
+        return;
+    }
     for (int pass = 0; pass < 2; pass++) {
         for (size_t i = 0; i < s->seen.count; i++) {
             int32_t object = s->seen.object[i];
@@ -165,10 +156,23 @@ static void group_by_material(const job *j, scratch *s) {
     /* The second pass moved each start to its group's end, the next one's start. */
 }
 
+/* Samples that follow each other are the usual case: then `order` need not be asked. */
 static void gather(double out[3][SHD_BLOCK], double *const in[3], const uint32_t *order,
-                   size_t count) {
-    for (int c = 0; c < 3; c++)
-        for (size_t i = 0; i < SHD_BLOCK; i++) out[c][i] = in[c][order[i < count ? i : count - 1]];
+                   size_t count, bool run) {
+    for (int c = 0; c < 3; c++) {
+        if (run)
+            memcpy(out[c], in[c] + order[0], count * sizeof **out);
+        else
+            for (size_t i = 0; i < count; i++) out[c][i] = in[c][order[i]];
+        for (size_t i = count; i < SHD_BLOCK; i++) out[c][i] = out[c][count - 1];
+    }
+}
+
+static void scatter(double *out, const double *in, const uint32_t *order, size_t count, bool run) {
+    if (run)
+        memcpy(out + order[0], in, count * sizeof *out);
+    else
+        for (size_t i = 0; i < count; i++) out[order[i]] = in[i];
 }
 
 static void shade_samples(const job *j, scratch *s) {
@@ -178,16 +182,18 @@ static void shade_samples(const job *j, scratch *s) {
     for (size_t m = 0; m < j->plan->scene->material_count; m++) {
         for (size_t end = s->starts[m]; first < end;) {
             const uint32_t *order = s->order + first;
-            shd_points points = {.count = end - first < SHD_BLOCK ? end - first : SHD_BLOCK};
-            gather(points.position, s->seen.position, order, points.count);
-            gather(points.normal, s->seen.normal, order, points.count);
-            gather(points.view, s->seen.view, order, points.count);
+            const size_t count = end - first < SHD_BLOCK ? end - first : SHD_BLOCK;
+            const bool run = order[count - 1] - order[0] == count - 1;
+            shd_points points; /* every lane is written: clearing 4.6 kB a block would show */
+            points.count = count;
+            gather(points.position, s->seen.position, order, count, run);
+            gather(points.normal, s->seen.normal, order, count, run);
+            gather(points.view, s->seen.view, order, count, run);
             shd_shade(s->shader, &j->plan->materials[m], &points, s->block);
             for (size_t p = 0; p < planes; p++)
-                for (int c = 0; c < 3; c++)
-                    for (size_t i = 0; i < points.count; i++)
-                        s->radiance[(3 * p + (size_t)c) * total + order[i]] = s->block[p][c][i];
-            first += points.count;
+                for (size_t c = 0; c < 3; c++)
+                    scatter(s->radiance + (3 * p + c) * total, s->block[p][c], order, count, run);
+            first += count;
         }
     }
 }
@@ -206,72 +212,6 @@ static void interpolate_facets(const job *j, scratch *s) {
         bool flat = corner[0] == corner[1] && corner[0] == corner[2];
         for (size_t k = 0; k < values; k++)
             s->radiance[k * total + i] = flat ? a[k] : (1 - u - v) * a[k] + u * b[k] + v * c[k];
-    }
-}
-
-/* Data layers hold the pixel's sample that is nearest to the camera: averages would be places
- * and directions that are nowhere on the surface. */
-static void store_data(const job *j, const scratch *s, size_t first, int samples, size_t pixel) {
-    const shd_film *film = j->film;
-    size_t nearest = first;
-    bool hit = false;
-    for (size_t i = first; i < first + (size_t)samples; i++) {
-        if (s->seen.object[i] == SHD_NOTHING) continue;
-        if (!hit || s->seen.depth[i] < s->seen.depth[nearest]) nearest = i;
-        hit = true;
-    }
-    for (int c = 0; c < 3; c++) {
-        if (film->normal)
-            film->normal[3 * pixel + (size_t)c] = hit ? narrow(s->seen.normal[c][nearest]) : 0;
-        if (film->position)
-            film->position[3 * pixel + (size_t)c] = hit ? narrow(s->seen.position[c][nearest]) : 0;
-    }
-    if (film->depth) film->depth[pixel] = hit ? narrow(s->seen.depth[nearest]) : INFINITY;
-    if (film->object) film->object[pixel] = hit ? (float)s->seen.object[nearest] : -1;
-}
-
-/* The box filter: samples of a pixel are summed in the pattern's order. */
-static void filter_tile(const job *j, scratch *s, shd_tile tile) {
-    const shd_scene *scene = j->plan->scene;
-    shd_film *film = j->film;
-    const int samples = scene->raster.samples;
-    const size_t total = s->seen.count;
-    const bool data = film->normal || film->position || film->depth || film->object;
-    size_t first = 0;
-    for (int y = tile.y; y < tile.y + tile.h; y++) {
-        for (int x = tile.x; x < tile.x + tile.w; x++, first += (size_t)samples) {
-            size_t pixel =
-                (size_t)(y - scene->raster.y) * (size_t)film->width + (size_t)(x - scene->raster.x);
-            int hits = 0;
-            for (int i = 0; i < samples; i++)
-                hits += s->seen.object[first + (size_t)i] != SHD_NOTHING;
-            for (size_t p = 0; p < j->plan->plane_count; p++) {
-                double sum[3] = {0, 0, 0};
-                for (int i = 0; i < samples; i++) {
-                    size_t sample = first + (size_t)i;
-                    if (s->seen.object[sample] == SHD_NOTHING) continue;
-                    for (size_t c = 0; c < 3; c++)
-                        sum[c] += s->radiance[(3 * p + c) * total + sample];
-                }
-                if (p > 0) {
-                    float *out = film->planes[p] + 3 * pixel;
-                    for (int c = 0; c < 3; c++) out[c] = narrow(sum[c] / samples);
-                    s->saturated += shd_saturate(out, 3, -FLT_MAX, FLT_MAX);
-                    continue;
-                }
-                float *out = film->rgba + 4 * pixel;
-                for (int c = 0; c < 3; c++) {
-                    double value =
-                        scene->transparent
-                            ? sum[c] / (hits ? hits : 1)
-                            : (sum[c] + scene->background[c] * (samples - hits)) / samples;
-                    out[c] = narrow(value);
-                }
-                out[3] = scene->transparent ? narrow((double)hits / samples) : 1;
-                s->saturated += shd_saturate(out, 3, -FLT_MAX, FLT_MAX);
-            }
-            if (data) store_data(j, s, first, samples, pixel);
-        }
     }
 }
 
@@ -294,9 +234,9 @@ static void render_tile(void *context, size_t index, unsigned slot) {
     double cast = shd_thread_seconds();
     if (hits) {
         shade_samples(j, s);
-        interpolate_facets(j, s);
+        if (j->faceted) interpolate_facets(j, s);
     }
-    filter_tile(j, s, tile);
+    s->saturated += shd_filter_tile(j->plan, &s->seen, s->radiance, tile, j->film);
     s->times.visibility += cast - began;
     s->times.shade += shd_thread_seconds() - cast;
 
@@ -346,7 +286,8 @@ shd_status shd_film_render(shd_request *request, const shd_sight *sight,
              .options = options,
              .film = film,
              .tile_size = 1};
-    while ((j.tile_size + 1) * (j.tile_size + 1) * raster->samples <= TILE_SAMPLES) j.tile_size++;
+    while ((j.tile_size + 1) * (j.tile_size + 1) * raster->samples <= SHD_TILE_SAMPLES)
+        j.tile_size++;
     j.tiles_across = (raster->w + j.tile_size - 1) / j.tile_size;
     j.tile_count = (size_t)j.tiles_across * (size_t)((raster->h + j.tile_size - 1) / j.tile_size);
     j.slots = shd_arena_zalloc(arena, slots, sizeof *j.slots);

@@ -43,27 +43,23 @@ static bool weigh_directions(const shd_light32 *light, const shd_plan_light *kin
                               *restrict hz = block->high[2] + first;
         const float *restrict px = block->low[0] + first, *restrict py = block->low[1] + first,
                               *restrict pz = block->low[2] + first;
-        const float a = light->a, b = light->b, c = light->c, least = light->min_distance;
-        float distance[SHD_LANES];
+        /* Without attenuation 1 / (1 + d (0 + d 0)): no branch, the loop vectorizes. */
+        const float a = kind->attenuated ? light->a : 1, b = kind->attenuated ? light->b : 0,
+                    c = kind->attenuated ? light->c : 0, least = light->min_distance;
         for (int i = 0; i < SHD_LANES; i++) {
             float x = (lx - hx[i]) + (mx - px[i]);
             float y = (ly - hy[i]) + (my - py[i]);
             float z = (lz - hz[i]) + (mz - pz[i]);
             float d2 = x * x + y * y + z * z;
-            int near = d2 > NEAREST2 ? 0 : 1; /* not `|`: the loop vectorizes */
+            int near = d2 > NEAREST2 ? 0 : 1;
             redo[i] = d2 < FARTHEST2 ? near : 1;
-            distance[i] = sqrtf(d2);
-            float inverse = 1 / distance[i];
+            float distance = sqrtf(d2);
+            float inverse = 1 / distance;
             toward[0][i] = x * inverse;
             toward[1][i] = y * inverse;
             toward[2][i] = z * inverse;
-            factor[i] = 1;
-        }
-        if (kind->attenuated) {
-            for (int i = 0; i < SHD_LANES; i++) {
-                float d = distance[i] > least ? distance[i] : least;
-                factor[i] = 1 / (a + d * (b + d * c));
-            }
+            float d = distance > least ? distance : least;
+            factor[i] = 1 / (a + d * (b + d * c));
         }
     }
     for (int i = 0; i < SHD_LANES; i++)
@@ -134,16 +130,17 @@ static void weigh_standard(const shd_light32 *light, const shd_plan_light *kind,
     }
     float toward[3][SHD_LANES], facing[SHD_LANES], factor[SHD_LANES];
     int redo[SHD_LANES];
+    const double gain = light->gain;
     for (size_t first = 0; first < block->lanes; first += SHD_LANES) {
         bool any = weigh_directions(light, kind, block, first, toward, facing, factor, redo);
         if (kind->spot) weigh_spot(light, toward, factor);
-        double *diffuse = out->diffuse + first;
+        double *restrict diffuse = out->diffuse + first;
         for (int i = 0; i < SHD_LANES; i++) {
             float weight = facing[i] > 0 ? factor[i] * facing[i] : 0;
-            diffuse[i] = weight * light->gain;
+            diffuse[i] = weight * gain;
         }
         for (size_t k = 0; k < lobe_count; k++)
-            weigh_lobe((float)lobes[k].shininess, block, first, toward, facing, factor, light->gain,
+            weigh_lobe((float)lobes[k].shininess, block, first, toward, facing, factor, gain,
                        out->specular[k] + first);
         if (!any) continue;
         for (size_t i = 0; i < SHD_LANES; i++)
