@@ -3,13 +3,13 @@
 #include <strings.h>
 
 static const shd_format_info formats[SHD_FORMAT_COUNT] = {
-    [SHD_PNG] = {"png", "image/png", SHD_U8 | SHD_U16, SHD_U8, true, false, false},
-    [SHD_JPEG] = {"jpeg", "image/jpeg", SHD_U8, SHD_U8, false, false, false},
-    [SHD_WEBP] = {"webp", "image/webp", SHD_U8, SHD_U8, true, false, false},
+    [SHD_PNG] = {"png", "image/png", SHD_U8 | SHD_U16, SHD_U8, true, false, true, false},
+    [SHD_JPEG] = {"jpeg", "image/jpeg", SHD_U8, SHD_U8, false, false, true, false},
+    [SHD_WEBP] = {"webp", "image/webp", SHD_U8, SHD_U8, true, false, false, false},
     [SHD_TIFF] = {"tiff", "image/tiff", SHD_U8 | SHD_U16 | SHD_HALF | SHD_FLOAT, SHD_U8, true, true,
-                  false},
-    [SHD_EXR] = {"exr", "image/x-exr", SHD_HALF | SHD_FLOAT, SHD_HALF, true, true, true},
-    [SHD_HDR] = {"hdr", "image/vnd.radiance", SHD_FLOAT, SHD_FLOAT, false, false, true},
+                  true, false},
+    [SHD_EXR] = {"exr", "image/x-exr", SHD_HALF | SHD_FLOAT, SHD_HALF, true, true, true, true},
+    [SHD_HDR] = {"hdr", "image/vnd.radiance", SHD_FLOAT, SHD_FLOAT, false, false, false, true},
 };
 
 static const struct {

@@ -29,6 +29,7 @@ typedef struct shd_format_info {
     shd_depth depth;        /* the one used where the request names none */
     bool alpha;             /* whether it can hold alpha */
     bool premultiplied;     /* whether its alpha is associated, as EXR and TIFF have it */
+    bool grey;              /* whether it has pictures of one channel */
     bool linear;            /* whether its samples are scene-linear by convention */
 } shd_format_info;
 

@@ -8,6 +8,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 #include "base/catalog.h"
 #include "base/status.h"
@@ -18,6 +19,7 @@ extern "C" {
 
 typedef struct shd_color_config shd_color_config;
 typedef struct shd_color_transform shd_color_transform;
+typedef struct shd_color_codes shd_color_codes;
 
 /* Loads `path`, or the embedded config/shaded.ocio where it is NULL. Checks that the role
  * scene_linear is there, that every space, display and view can be built. SHD_CONFIG with the
@@ -60,6 +62,21 @@ const shd_color_info *shd_color_describe(const shd_color_transform *transform);
  * (HSV clamps negatives to 0 first; its hue is in [0,1), and 0 like the saturation for greys). A
  * pixel's result does not depend on the pixels beside it, bit for bit. Any thread. */
 void shd_color_apply(const shd_color_transform *transform, float *rgba, size_t count);
+
+/* The transform straight to integer codes 0..max (255 or 65535), or NULL where it has to go
+ * through floats: its channels mix, or its curves do not only rise, or the tables do not pay yet.
+ * `pixels` is how many the caller is about to convert: tables are made once as many were asked
+ * for as cost the same. Borrowed: kept with the transform. Any thread. */
+const shd_color_codes *shd_color_codes_of(const shd_color_transform *transform, unsigned max,
+                                          size_t pixels);
+
+/* The samples of `count` RGBA pixels: out is [count][samples], of uint8_t or, where the codes' max
+ * is 65535, of uint16_t. Sample s holds channel source[s], 0..2 converted, 3 alpha as it is.
+ * The codes are those of shd_color_apply's floats, not-a-number and what lies beyond 0..1 held as
+ * in base/sample.h, for every finite input. Returns how many of the 3 x count converted values
+ * are not finite. Any thread. */
+uint64_t shd_color_encode(const shd_color_codes *codes, const float *rgba, size_t count,
+                          const int source[], int samples, void *out);
 
 #ifdef __cplusplus
 }

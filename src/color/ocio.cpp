@@ -10,6 +10,7 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -24,6 +25,7 @@
 #include <string>
 #include <vector>
 
+#include "color/codes.h"
 #include "color/file.h"
 #include "color/metadata.h"
 #include "color/text.h"
@@ -39,6 +41,15 @@ struct shd_color_transform {
     OCIO::ConstCPUProcessorRcPtr cpu; // null: nothing to do
     shd_color_info info{};
     std::string name;
+
+    // Of 8 and 16 bits, each baked at most once; null also where that failed.
+    struct Codes {
+        std::atomic<size_t> asked{0}; // pixels
+        std::once_flag once;
+        std::unique_ptr<shd_color_codes, decltype(&shd_color_codes_drop)> baked{
+            nullptr, shd_color_codes_drop};
+    };
+    mutable Codes codes[2];
 };
 
 struct shd_color_config {
@@ -579,6 +590,34 @@ void shd_color_apply(const shd_color_transform *transform, float *rgba, size_t c
             for (size_t i = 0; i < pixels; i++)
                 if (rgba[4 * i] >= 1) rgba[4 * i] = 0x1.fffffep-1f;
     }
+}
+
+bool shd_color_mixes(const shd_color_transform *transform) {
+    try {
+        return transform->cpu && transform->cpu->hasChannelCrosstalk();
+    } catch (...) {
+        return true;
+    }
+}
+
+const shd_color_codes *shd_color_codes_of(const shd_color_transform *transform, unsigned max,
+                                          size_t pixels) {
+    shd_color_transform::Codes &codes = transform->codes[max == 255 ? 0 : 1];
+    // What baking costs, in pixels that are converted to floats; measured.
+    const size_t enough = max == 255 ? size_t{1} << 14 : size_t{3} << 19;
+    size_t before = codes.asked.load(std::memory_order_relaxed);
+    if (before < enough) {
+        pixels = std::min(pixels, enough);
+        if (codes.asked.fetch_add(pixels, std::memory_order_relaxed) + pixels < enough)
+            return nullptr;
+    }
+    try {
+        std::call_once(codes.once,
+                       [&] { codes.baked.reset(shd_color_codes_bake(transform, max)); });
+    } catch (...) {
+        return nullptr;
+    }
+    return codes.baked.get();
 }
 
 } // extern "C"

@@ -43,6 +43,8 @@ shd_status shd_image_encode(const shd_image *image, shd_format format, shd_arena
                         shd_depth_name(image->depth));
     if (image->alpha && !info->alpha)
         return shd_fail(error, SHD_INTERNAL, "", "%s has no alpha", info->name);
+    if (image->samples && image->depth != SHD_U8 && image->depth != SHD_U16)
+        return shd_fail(error, SHD_INTERNAL, "", "ready samples are integers");
     if (image->layer_count && format != SHD_EXR)
         return shd_fail(error, SHD_INTERNAL, "", "%s has no layers", info->name);
     /* No sample, filter byte or compressor's bound takes more than 32 bytes a pixel; sides are

@@ -37,10 +37,13 @@ typedef struct shd_image_layer {
 
 typedef struct shd_image {
     int width, height;
-    const float *rgba; /* [height][width][4]: converted color, straight alpha in 0..1, finite */
-    int channel;       /* -1: all three; 0..2: that one as grey, with alpha if `alpha`; 3: alpha
-                          as grey */
-    bool alpha;        /* keep alpha; false: `rgba` is opaque */
+    const float *rgba;   /* [height][width][4]: converted color, straight alpha in 0..1, finite */
+    const void *samples; /* NULL; or what is stored, and `rgba` and `packing` are not looked at:
+                            [height][width][count] of shd_image_layout's samples, 8 or 16 bits in
+                            native byte order */
+    int channel;         /* -1: all three; 0..2: that one as grey, with alpha if `alpha`; 3: alpha
+                            as grey */
+    bool alpha;          /* keep alpha; false: `rgba` is opaque */
     shd_packing packing;
     shd_depth depth;
     int quality;           /* 1..100: jpeg, webp (100 is lossless) */
@@ -60,6 +63,18 @@ typedef struct shd_bytes {
 /* Whether a picture of this size fits into the format: SHD_SCENE and a sentence where it does
  * not. Cheap: ask before rendering. */
 shd_status shd_image_check(int width, int height, shd_format format, shd_error *error);
+
+/* What a stored pixel is made of, in order: `count` samples of `bytes` bytes each, which are
+ * channel source[i] of an RGBA pixel. Half comes as float. Depends on the image's channel, alpha
+ * and depth. */
+typedef struct shd_layout {
+    int count; /* 1..4 */
+    int source[4];
+    size_t bytes;
+    bool premultiplied; /* the color samples are multiplied by alpha */
+} shd_layout;
+
+shd_layout shd_image_layout(const shd_image *image, shd_format format);
 
 /* Encodes. `image->depth` must be one that the format holds, `alpha` only where it holds alpha,
  * and `layers` are EXR's: anything else is SHD_INTERNAL. `scratch` gives working memory.

@@ -42,13 +42,13 @@ static shd_status assemble(const unsigned char *jpeg, size_t size, const shd_icc
 
 shd_status shd_encode_jpeg(const shd_image *image, shd_arena *scratch, shd_bytes *out,
                            shd_error *error) {
-    shd_pack pack = shd_pack_plan(image, false, true);
+    shd_pack pack = shd_pack_of(image, SHD_JPEG);
     bool grey = pack.count == 1;
     /* Coarse chroma shows at colored edges; whoever asks for high quality looks for them. */
     int sampling = grey ? TJSAMP_GRAY : image->quality >= 90 ? TJSAMP_444 : TJSAMP_420;
     unsigned long bound = tjBufSize(image->width, image->height, sampling);
     if (bound == (unsigned long)-1) return shd_encode_no_memory(error);
-    unsigned char *pixels = shd_pack_image(&pack, image, scratch);
+    const unsigned char *pixels = shd_pack_samples(&pack, image, scratch);
     unsigned char *jpeg = shd_arena_alloc(scratch, bound, 1);
     if (!pixels || !jpeg) return shd_encode_no_memory(error);
 

@@ -35,14 +35,17 @@ static shd_oiio_sample picture_sample(shd_depth depth) {
 static shd_status picture_plane(const shd_image *image, shd_format format, shd_arena *scratch,
                                 shd_oiio_plane *out, int *alpha, shd_error *error) {
     static const char *const color[] = {"R", "G", "B", "A"}, *const grey[] = {"Y", "A"};
-    shd_pack pack = shd_pack_plan(image, shd_format_get(format)->premultiplied, format != SHD_HDR);
-    void *values = shd_pack_image(&pack, image, scratch);
-    if (!values) return shd_encode_no_memory(error);
+    shd_pack pack = shd_pack_of(image, format);
+    const void *values;
     if (format == SHD_HDR) {
-        float *v = values;
+        float *v = shd_pack_image(&pack, image, scratch);
         size_t count = (size_t)image->width * (size_t)image->height * (size_t)pack.count;
-        for (size_t i = 0; i < count; i++) v[i] = v[i] > 0 ? v[i] : 0;
+        for (size_t i = 0; v && i < count; i++) v[i] = v[i] > 0 ? v[i] : 0;
+        values = v;
+    } else {
+        values = shd_pack_samples(&pack, image, scratch);
     }
+    if (!values) return shd_encode_no_memory(error);
     *out = (shd_oiio_plane){pack.count < 3 ? grey : color, pack.count, picture_sample(image->depth),
                             values};
     *alpha = pack.alpha ? pack.count - 1 : -1;

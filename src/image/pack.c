@@ -3,6 +3,8 @@
 #include <float.h>
 #include <string.h>
 
+#include "base/sample.h"
+
 enum { BLOCK = 64 }; /* pixels that are quantized before their channels are picked */
 
 shd_pack shd_pack_plan(const shd_image *image, bool premultiply, bool grey) {
@@ -29,18 +31,24 @@ shd_pack shd_pack_plan(const shd_image *image, bool premultiply, bool grey) {
     return pack;
 }
 
+shd_pack shd_pack_of(const shd_image *image, shd_format format) {
+    const shd_format_info *info = shd_format_get(format);
+    return shd_pack_plan(image, info->premultiplied, info->grey);
+}
+
+shd_layout shd_image_layout(const shd_image *image, shd_format format) {
+    shd_pack pack = shd_pack_of(image, format);
+    shd_layout layout = {
+        .count = pack.count, .bytes = shd_pack_bytes(&pack), .premultiplied = pack.premultiply};
+    memcpy(layout.source, pack.source, sizeof layout.source);
+    return layout;
+}
+
 size_t shd_pack_bytes(const shd_pack *pack) {
     return pack->max == 255 ? 1 : pack->max == 65535 ? 2 : 4;
 }
 
-/* Saturation with the constant second: a NaN gives 0 here, and the compiler a max instruction. */
-static inline double saturate(double x, double max) {
-    x = x > 0 ? x : 0;
-    return x < max ? x : max;
-}
-
-/* Codes of all four channels of up to BLOCK pixels. In f64, so that the product is exact to far
- * below a tie. */
+/* Codes of all four channels of up to BLOCK pixels. */
 static void quantize_straight(const shd_pack *pack, const float *restrict rgba, int pixels,
                               int32_t *restrict codes) {
     const double max = pack->max;
@@ -48,19 +56,17 @@ static void quantize_straight(const shd_pack *pack, const float *restrict rgba, 
     memcpy(scale, pack->scale, sizeof scale);
     memcpy(add, pack->add, sizeof add);
     for (int i = 0; i < pixels; i++)
-        for (int c = 0; c < 4; c++) {
-            double x = saturate(rgba[4 * i + c] * scale[c] + add[c], max);
-            codes[4 * i + c] = (int32_t)(x + 0.5);
-        }
+        for (int c = 0; c < 4; c++)
+            codes[4 * i + c] = shd_code(rgba[4 * i + c] * scale[c] + add[c], max);
 }
 
 /* The same with the encoded value multiplied by alpha. */
 static void quantize_premultiplied(const shd_pack *pack, const float *rgba, int pixels,
                                    int32_t *codes) {
     for (int i = 0; i < pixels; i++) {
-        double alpha = saturate(rgba[4 * i + 3], 1);
+        double alpha = shd_hold(rgba[4 * i + 3], 1);
         for (int c = 0; c < 3; c++) {
-            double x = saturate(rgba[4 * i + c] * pack->scale[c] + pack->add[c], pack->max);
+            double x = shd_hold(rgba[4 * i + c] * pack->scale[c] + pack->add[c], pack->max);
             codes[4 * i + c] = (int32_t)(x * alpha + 0.5);
         }
         codes[4 * i + 3] = (int32_t)(alpha * pack->max + 0.5);
@@ -154,4 +160,8 @@ void *shd_pack_image(const shd_pack *pack, const shd_image *image, shd_arena *sc
         }
     }
     return out;
+}
+
+const void *shd_pack_samples(const shd_pack *pack, const shd_image *image, shd_arena *scratch) {
+    return image->samples ? image->samples : shd_pack_image(pack, image, scratch);
 }

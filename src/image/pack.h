@@ -17,6 +17,9 @@ typedef struct shd_pack {
     bool premultiply;        /* and the others are multiplied by it */
 } shd_pack;
 
+/* As the format stores it. */
+shd_pack shd_pack_of(const shd_image *image, shd_format format);
+
 /* `premultiply`: the format's alpha is associated. `grey`: it has one-channel pictures, else
  * `image->channel` fills three samples. */
 shd_pack shd_pack_plan(const shd_image *image, bool premultiply, bool grey);
@@ -32,5 +35,8 @@ void shd_pack_float(const shd_pack *pack, const float *rgba, int width, float *o
 
 /* All rows, into arena memory; NULL where it is short. */
 void *shd_pack_image(const shd_pack *pack, const shd_image *image, shd_arena *scratch);
+
+/* The same, or the image's own samples where it has them. */
+const void *shd_pack_samples(const shd_pack *pack, const shd_image *image, shd_arena *scratch);
 
 #endif

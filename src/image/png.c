@@ -115,37 +115,48 @@ static void put_color(writer *w, const shd_image *image, struct libdeflate_compr
     }
 }
 
-/* Rows as PNG wants them: a filter byte, then samples (16 bits big-endian) less those of the row
- * above, the "up" filter, which suits smooth pictures and vectorizes. */
-static void filter_rows(const shd_pack *pack, const shd_image *image, unsigned char *rows[2],
-                        unsigned char *out) {
-    size_t samples = (size_t)image->width * (size_t)pack->count;
-    size_t bytes = samples * shd_pack_bytes(pack);
-    memset(rows[1], 0, bytes);
+/* A row's samples, 16 bits big-endian; where they are not ready in that form, in `room`. */
+static const unsigned char *make_row(const shd_pack *pack, const shd_image *image, int y,
+                                     unsigned char *room) {
+    const size_t first = (size_t)y * (size_t)image->width;
+    const size_t samples = (size_t)image->width * (size_t)pack->count;
+    if (shd_pack_bytes(pack) == 1) {
+        if (image->samples) return (const unsigned char *)image->samples + (size_t)y * samples;
+        shd_pack_u8(pack, image->rgba + 4 * first, image->width, room);
+        return room;
+    }
+    const uint16_t *wide = (const void *)room;
+    if (image->samples)
+        wide = (const uint16_t *)image->samples + (size_t)y * samples;
+    else
+        shd_pack_u16(pack, image->rgba + 4 * first, image->width, (void *)room);
+    for (size_t i = 0; i < samples; i++) {
+        unsigned v = wide[i];
+        room[2 * i] = (unsigned char)(v >> 8);
+        room[2 * i + 1] = (unsigned char)v;
+    }
+    return room;
+}
+
+/* Rows as PNG wants them: a filter byte, then bytes less those of the row above, the "up" filter,
+ * which suits smooth pictures and vectorizes. */
+static void filter_rows(const shd_pack *pack, const shd_image *image, unsigned char *rooms[2],
+                        unsigned char *restrict out) {
+    size_t bytes = (size_t)image->width * (size_t)pack->count * shd_pack_bytes(pack);
+    memset(rooms[1], 0, bytes);
+    const unsigned char *above = rooms[1];
     for (int y = 0; y < image->height; y++) {
-        const float *rgba = image->rgba + 4 * (size_t)y * (size_t)image->width;
-        unsigned char *restrict row = rows[y & 1];
-        const unsigned char *restrict above = rows[~y & 1];
-        if (bytes == samples) {
-            shd_pack_u8(pack, rgba, image->width, row);
-        } else {
-            uint16_t *wide = (void *)row;
-            shd_pack_u16(pack, rgba, image->width, wide);
-            for (size_t i = 0; i < samples; i++) {
-                unsigned v = wide[i];
-                row[2 * i] = (unsigned char)(v >> 8);
-                row[2 * i + 1] = (unsigned char)v;
-            }
-        }
+        const unsigned char *row = make_row(pack, image, y, rooms[y & 1]);
         *out++ = y ? 2 : 0;
         for (size_t i = 0; i < bytes; i++) out[i] = (unsigned char)(row[i] - above[i]);
         out += bytes;
+        above = row;
     }
 }
 
 shd_status shd_encode_png(const shd_image *image, shd_arena *scratch, shd_bytes *out,
                           shd_error *error) {
-    shd_pack pack = shd_pack_plan(image, false, true);
+    shd_pack pack = shd_pack_of(image, SHD_PNG);
     size_t bytes = (size_t)image->width * (size_t)pack.count * shd_pack_bytes(&pack);
     size_t height = (size_t)image->height;
     unsigned char *filtered = shd_arena_alloc(scratch, height, bytes + 1);

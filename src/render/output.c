@@ -158,12 +158,106 @@ static bool convert_picture(shd_request *request, const shd_color_transform *tra
     return true;
 }
 
+/* ---- Pictures whose colors go straight to codes. ---- */
+
+typedef struct coding {
+    const shd_color_codes *codes;
+    const float *rgba;
+    shd_layout layout;
+    bool flatten;
+    size_t pixels, step; /* of an index */
+    unsigned char *samples;
+    double *seconds;     /* [slot], */
+    uint64_t *saturated; /* as is this */
+} coding;
+
+static void code_pixels(void *context, size_t index, unsigned slot) {
+    enum { BLOCK = 1024 };
+    const coding *work = context;
+    double began = shd_thread_seconds();
+    size_t end = (index + 1) * work->step < work->pixels ? (index + 1) * work->step : work->pixels;
+    for (size_t first = index * work->step; first < end; first += BLOCK) {
+        size_t some = end - first < BLOCK ? end - first : BLOCK;
+        const float *rgba = work->rgba + 4 * first;
+        float flat[4 * BLOCK];
+        if (work->flatten) {
+            memcpy(flat, rgba, 4 * some * sizeof *flat);
+            shd_output_flatten(flat, some);
+            rgba = flat;
+        }
+        const shd_layout *layout = &work->layout;
+        work->saturated[slot] +=
+            shd_color_encode(work->codes, rgba, some, layout->source, layout->count,
+                             work->samples + first * (size_t)layout->count * layout->bytes);
+    }
+    work->seconds[slot] += shd_thread_seconds() - began;
+}
+
+/* Whether the picture's colors can go straight to its samples: nobody needs converted floats, and
+ * a sample depends on one channel alone. */
+static const shd_color_codes *find_codes(const shd_request *request, const shd_output *output,
+                                         const shd_color_transform *transform,
+                                         const shd_image *image) {
+    const shd_packing *packing = &image->packing;
+    if (request->engine->floats_only || output->layer_count) return NULL;
+    if (output->depth != SHD_U8 && output->depth != SHD_U16) return NULL;
+    if (shd_image_layout(image, output->format).premultiplied) return NULL;
+    for (int c = 0; c < 3; c++)
+        if (packing->scale[c] != 1 || packing->offset8[c] != 0 || packing->offset16[c] != 0)
+            return NULL;
+    return shd_color_codes_of(transform, output->depth == SHD_U8 ? 255 : 65535,
+                              (size_t)image->width * (size_t)image->height);
+}
+
+static bool code_picture(shd_request *request, const shd_color_codes *codes, const shd_film *film,
+                         bool flat, shd_format format, shd_image *image) {
+    shd_pool *pool = request->engine->pool;
+    unsigned slots = shd_pool_slots(pool);
+    coding work = {.codes = codes,
+                   .rgba = film->rgba,
+                   .layout = shd_image_layout(image, format),
+                   .flatten = flat,
+                   .pixels = (size_t)film->width * (size_t)film->height,
+                   .step = 32768,
+                   .seconds = shd_arena_zalloc(request->arena, slots, sizeof *work.seconds),
+                   .saturated = shd_arena_zalloc(request->arena, slots, sizeof *work.saturated)};
+    work.samples =
+        shd_arena_alloc(request->arena, work.pixels, (size_t)work.layout.count * work.layout.bytes);
+    if (!work.seconds || !work.saturated || !work.samples) return false;
+    shd_pool_for(pool, (work.pixels + work.step - 1) / work.step, code_pixels, &work);
+    for (unsigned i = 0; i < slots; i++) {
+        request->times.color += i ? work.seconds[i] : 0;
+        request->saturated += work.saturated[i];
+    }
+    image->samples = work.samples;
+    return true;
+}
+
+/* ---- The other ones, and layers. ---- */
+
+static bool convert_film(shd_request *request, const shd_film *film, size_t index,
+                         const shd_color_transform *transform, bool flat, shd_image *image) {
+    const shd_output *output = &request->scene->outputs[index];
+    size_t pixels = (size_t)film->width * (size_t)film->height;
+    bool last = index + 1 == request->scene->output_count;
+    float *rgba = last ? film->rgba : copy_floats(request->arena, film->rgba, 4 * pixels);
+    if (!rgba) return false;
+    if (flat) shd_output_flatten(rgba, pixels);
+    if (!convert_picture(request, transform, film, rgba)) return false;
+    saturate(request, output, rgba, 4 * pixels);
+    shd_image_layer *layers = NULL;
+    if (output->layer_count && !make_layers(request, film, output, rgba, transform, &layers))
+        return false;
+    image->rgba = rgba;
+    image->layers = layers;
+    image->layer_count = output->layer_count;
+    return true;
+}
+
 shd_status shd_output_make(shd_request *request, const shd_film *film, size_t index,
                            shd_error *error) {
     const shd_scene *scene = request->scene;
     const shd_output *output = &scene->outputs[index];
-    shd_arena *arena = request->arena;
-    size_t pixels = (size_t)film->width * (size_t)film->height;
 
     double began = shd_thread_seconds();
     const shd_color_transform *transform;
@@ -171,23 +265,9 @@ shd_status shd_output_make(shd_request *request, const shd_film *film, size_t in
     if (status != SHD_OK) return status;
     const shd_color_info *info = shd_color_describe(transform);
     bool alpha = scene->transparent && shd_format_get(output->format)->alpha;
-
-    bool last = index + 1 == scene->output_count;
-    float *rgba = last ? film->rgba : copy_floats(arena, film->rgba, 4 * pixels);
-    if (!rgba) goto no_memory;
-    if (scene->transparent && !alpha) shd_output_flatten(rgba, pixels);
-    if (!convert_picture(request, transform, film, rgba)) goto no_memory;
-    saturate(request, output, rgba, 4 * pixels);
-    shd_image_layer *layers = NULL;
-    if (output->layer_count && !make_layers(request, film, output, rgba, transform, &layers))
-        goto no_memory;
-    double colored = shd_thread_seconds();
-    request->times.color += colored - began;
-
     shd_image image = {
         .width = film->width,
         .height = film->height,
-        .rgba = rgba,
         .channel = output->channel,
         .alpha = alpha,
         .packing = shd_output_packing(info->channels),
@@ -196,19 +276,24 @@ shd_status shd_output_make(shd_request *request, const shd_film *film, size_t in
         .transfer = info->transfer,
         .has_primaries = info->has_primaries,
         .channel_names = shd_channel_names(info->channels),
-        .layers = layers,
-        .layer_count = output->layer_count,
     };
     memcpy(image.primaries, info->primaries, sizeof image.primaries);
+
+    bool flat = scene->transparent && !alpha;
+    const shd_color_codes *codes = find_codes(request, output, transform, &image);
+    bool made = codes ? code_picture(request, codes, film, flat, output->format, &image)
+                      : convert_film(request, film, index, transform, flat, &image);
+    if (!made)
+        return shd_fail(error, SHD_MEMORY, "/image",
+                        "the limit `memory` (%llu bytes) is reached by this picture",
+                        (unsigned long long)request->engine->limits.memory);
+    double colored = shd_thread_seconds();
+    request->times.color += colored - began;
+
     shd_bytes bytes;
-    status = shd_image_encode(&image, output->format, arena, &bytes, error);
+    status = shd_image_encode(&image, output->format, request->arena, &bytes, error);
     request->times.encode += shd_thread_seconds() - colored;
     if (status != SHD_OK) return status;
     request->pictures[index] = (shd_picture){output->name, output->format, bytes.data, bytes.size};
     return SHD_OK;
-
-no_memory:
-    return shd_fail(error, SHD_MEMORY, "/image",
-                    "the limit `memory` (%llu bytes) is reached by this picture",
-                    (unsigned long long)request->engine->limits.memory);
 }

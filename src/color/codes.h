@@ -1,0 +1,82 @@
+/* Baked transforms: from f32 to integer codes without a float pixel between. color.h has the part
+ * that other rooms use.
+ *
+ * A transform whose channels do not mix and whose curves only rise takes each code k from the
+ * inputs of one interval, from threshold[k] to below threshold[k + 1]. The thresholds are found by
+ * search, on the transform itself, so that codes are its own and not an approximation's.
+ *
+ * Inputs that share their exponent and the first bits of their mantissa share a bucket. With 8
+ * bits a bucket has one threshold at most, and looking up an input is an addition that carries
+ * into the code at the threshold. With 16 bits it is a guess and a comparison: a straight line for
+ * each bucket gives the code or the one below for every float in it, which is checked where codes
+ * and buckets begin and end (between these the guess rises and the code does not change). */
+#ifndef SHD_COLOR_CODES_H
+#define SHD_COLOR_CODES_H
+
+#include <stdint.h>
+#include <string.h>
+
+#include "color/color.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct shd_color_line {
+    float add, slope; /* the guess for x is the integer part of add + slope x */
+} shd_color_line;
+
+struct shd_color_codes {
+    unsigned max;             /* 255 or 65535 */
+    int least[3], most[3];    /* the codes that channels have */
+    float low, high[3];       /* inputs are held between them: beyond, codes stay; low >= 0 */
+    uint32_t first;           /* bits of `low`, where the first bucket begins */
+    int shift;                /* of an input's bits less `first`, to its bucket */
+    uint32_t *steps[3];       /* 8 bits, [bucket]: code << shift, where it begins, plus what carries
+                                 the input's other bits into the next code from the threshold on */
+    shd_color_line *lines[3]; /* 16 bits, [bucket] */
+    float *threshold[3];      /* [max + 2]: the smallest input of each code, -infinity where the
+                                 lowest inputs have it or a higher one, infinity where none has */
+    float finite_least[3], finite_most[3]; /* inputs between them have finite values */
+    void *memory[6];                       /* malloc'd: the tables; equal channels share theirs */
+};
+
+static inline float shd_float_of(uint32_t bits) {
+    float x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static inline uint32_t shd_bits_of(float x) {
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+/* The guess for an input in [low, high]. Multiplied and added apart, so that every build and
+ * vector width guesses what was checked. */
+static inline float shd_color_guess(const struct shd_color_codes *codes, int channel, float x) {
+    uint32_t offset = shd_bits_of(x) - codes->first;
+    shd_color_line line = codes->lines[channel][offset >> codes->shift];
+    return line.add + line.slope * x;
+}
+
+/* The transform's codes from 0 to `max`. NULL where it does not qualify (channels depend on each
+ * other or on alpha, a curve falls, codes change below 0, or a bucket would need more)
+ * or memory is short. Owned by the caller. */
+shd_color_codes *shd_color_codes_bake(const shd_color_transform *transform, unsigned max);
+void shd_color_codes_drop(shd_color_codes *codes); /* NULL is fine */
+
+/* The part of baking that makes tables from thresholds, of which there are all between the inputs
+ * whose bits are `from`, a multiple of 2^21, and `to`. False: not with so few buckets, or no
+ * memory. */
+bool shd_color_make_tables(const shd_color_transform *transform, shd_color_codes *codes,
+                           uint32_t from, uint32_t to);
+
+/* Whether OpenColorIO knows of channels that mix. False proves nothing. */
+bool shd_color_mixes(const shd_color_transform *transform);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

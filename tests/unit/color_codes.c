@@ -1,0 +1,285 @@
+/* Baked codes against the transform's own floats, packed: the same for every input.
+ *
+ * All thresholds with their neighbors and inputs of every size are tried each time. With
+ * SHADED_EXHAUSTIVE set, every finite float is: some minutes. */
+#include <float.h>
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "color/codes.h"
+#include "image/pack.h"
+
+extern const unsigned char shd_embedded_ocio[];
+extern const unsigned long shd_embedded_ocio_size;
+
+enum { PIXELS = 1000 };
+
+static shd_color_config *config;
+
+static int load(void **state) {
+    (void)state;
+    return shd_color_config_load(NULL, &config, NULL) != SHD_OK;
+}
+
+static int drop(void **state) {
+    (void)state;
+    shd_color_config_drop(config);
+    return 0;
+}
+
+static const shd_color_transform *to_space(shd_color_config *from, const char *name) {
+    const shd_color_transform *made;
+    assert_int_equal(shd_color_to_space(from, "lin_rec709", name, &made, NULL), SHD_OK);
+    return made;
+}
+
+/* The way through floats: converted, held finite, packed. Returns what was not finite. */
+static uint64_t pack_floats(const shd_color_transform *transform, const shd_pack *pack,
+                            const float *rgba, size_t count, void *out) {
+    static float converted[4 * PIXELS];
+    memcpy(converted, rgba, 4 * count * sizeof *converted);
+    shd_color_apply(transform, converted, count);
+    uint64_t beyond = 0;
+    for (size_t i = 0; i < 4 * count; i++) {
+        float v = converted[i];
+        if (v >= -FLT_MAX && v <= FLT_MAX) continue;
+        converted[i] = v > FLT_MAX ? FLT_MAX : v < -FLT_MAX ? -FLT_MAX : 0;
+        beyond++;
+    }
+    if (pack->max == 255)
+        shd_pack_u8(pack, converted, (int)count, out);
+    else
+        shd_pack_u16(pack, converted, (int)count, out);
+    return beyond;
+}
+
+static shd_pack pack_for(unsigned max, int channel, bool alpha) {
+    const shd_image image = {.channel = channel,
+                             .alpha = alpha,
+                             .packing = {{1, 1, 1}, {0, 0, 0}, {0, 0, 0}},
+                             .depth = max == 255 ? SHD_U8 : SHD_U16};
+    return shd_pack_plan(&image, false, true);
+}
+
+static void same_codes(const shd_color_transform *transform, const shd_color_codes *codes,
+                       const float *rgba, size_t count) {
+    static uint16_t want[4 * PIXELS], got[4 * PIXELS]; /* bytes where there are 8 bits */
+    shd_pack pack = pack_for(codes->max, -1, false);
+    uint64_t beyond = pack_floats(transform, &pack, rgba, count, want);
+    assert_true(beyond == shd_color_encode(codes, rgba, count, pack.source, pack.count, got));
+    if (!memcmp(want, got, 3 * count * shd_pack_bytes(&pack))) return;
+    for (size_t i = 0; i < count; i++) {
+        assert_int_equal(shd_color_encode(codes, rgba + 4 * i, 1, pack.source, 3, got),
+                         pack_floats(transform, &pack, rgba + 4 * i, 1, want));
+        if (memcmp(want, got, 3 * shd_pack_bytes(&pack)))
+            fail_msg("%u: %a %a %a", codes->max, (double)rgba[4 * i], (double)rgba[4 * i + 1],
+                     (double)rgba[4 * i + 2]);
+    }
+}
+
+/* Pixels of inputs by their bits, three a pixel, that are compared when there are PIXELS. */
+typedef struct trial {
+    const shd_color_transform *transform;
+    const shd_color_codes *codes;
+    float rgba[4 * PIXELS];
+    size_t count; /* inputs */
+} trial;
+
+static void flush(trial *t) {
+    size_t pixels = t->count / 3;
+    if (pixels) same_codes(t->transform, t->codes, t->rgba, pixels);
+    t->count = 0;
+}
+
+static void try(trial *t, uint32_t bits) {
+    t->rgba[t->count / 3 * 4 + t->count % 3] = shd_float_of(bits);
+    if (++t->count == 3 * PIXELS) flush(t);
+}
+
+/* In all three channels: their tables may differ. */
+static void try_grey(trial *t, uint32_t bits) {
+    if ((bits & 0x7fffffff) > 0x7f7fffff) return;
+    for (int c = 0; c < 3; c++) try(t, bits);
+}
+
+static void codes_are_those_of_floats(const shd_color_transform *transform, unsigned max,
+                                      bool all) {
+    static trial t;
+    t = (trial){.transform = transform, .codes = shd_color_codes_bake(transform, max)};
+    for (int i = 0; i < PIXELS; i++) t.rgba[4 * i + 3] = 1;
+    assert_non_null(t.codes);
+
+    /* Every threshold's neighbors: 64 on each side. */
+    for (int c = 0; c < 3; c++) {
+        if (c && t.codes->threshold[c] == t.codes->threshold[0]) continue;
+        for (int k = t.codes->least[c] + 1; k <= t.codes->most[c]; k++) {
+            uint32_t at = shd_bits_of(t.codes->threshold[c][k]);
+            for (uint32_t near = at - 64; near < at + 64; near++) try_grey(&t, near);
+        }
+    }
+    /* All sizes and signs; the stride is prime. */
+    for (uint32_t bits = 0; bits < 0xffff0000; bits += 4099) try_grey(&t, bits);
+    for (uint32_t sign = 0; sign < 2; sign++)
+        for (uint32_t i = 0; i < 300; i++) {
+            try_grey(&t, sign << 31 | i);
+            try_grey(&t, sign << 31 | (0x7f7fffff - i));
+            try_grey(&t, sign << 31 | (shd_bits_of(1) - 150 + i));
+            try_grey(&t, shd_bits_of(t.codes->finite_least[0]) - 150 + i);
+            try_grey(&t, shd_bits_of(t.codes->finite_most[0]) - 150 + i);
+        }
+    if (all)
+        for (uint32_t sign = 0; sign < 2; sign++)
+            for (uint32_t bits = 0; bits < 0x7f800000; bits++) try(&t, sign << 31 | bits);
+    while (t.count % 3) try(&t, 0);
+    flush(&t);
+    shd_color_codes_drop((shd_color_codes *)t.codes);
+}
+
+static const char *const separable[] = {"lin_rec709", "sRGB", "Rec.1886", "raw"};
+static const char *const mixing[] = {"ACEScg",     "ACES2065-1", "Display P3", "YIQ",
+                                     "YIQ linear", "HSV",        "HSV linear"};
+
+static void codes_of_8_bits_are_those_of_floats(void **state) {
+    (void)state;
+    for (size_t i = 0; i < 3; i++)
+        codes_are_those_of_floats(to_space(config, separable[i]), 255, getenv("SHADED_EXHAUSTIVE"));
+}
+
+static void codes_of_16_bits_are_those_of_floats(void **state) {
+    (void)state;
+    for (size_t i = 0; i < 3; i++)
+        codes_are_those_of_floats(to_space(config, separable[i]), 65535,
+                                  getenv("SHADED_EXHAUSTIVE"));
+}
+
+static void transforms_that_qualify_are_found_by_what_they_do(void **state) {
+    (void)state;
+    for (unsigned max = 255; max <= 65535; max += 65280) {
+        for (size_t i = 0; i < sizeof separable / sizeof *separable; i++)
+            assert_non_null(shd_color_codes_of(to_space(config, separable[i]), max, SIZE_MAX));
+        for (size_t i = 0; i < sizeof mixing / sizeof *mixing; i++)
+            assert_null(shd_color_codes_of(to_space(config, mixing[i]), max, SIZE_MAX));
+    }
+    static const char *const displays[] = {"sRGB", "Rec.1886", "Display P3"};
+    static const char *const views[] = {"Standard", "Raw", "ACES SDR"};
+    for (int i = 0; i < 9; i++) {
+        const shd_color_transform *made;
+        assert_int_equal(
+            shd_color_to_view(config, "lin_rec709", displays[i % 3], views[i / 3], &made, NULL),
+            SHD_OK);
+        bool yes = i < 2 || i / 3 == 1;
+        assert_int_equal(shd_color_codes_of(made, 255, SIZE_MAX) != NULL, yes);
+    }
+}
+
+static void tables_are_made_once_they_pay(void **state) {
+    (void)state;
+    shd_color_config *fresh;
+    assert_int_equal(shd_color_config_load(NULL, &fresh, NULL), SHD_OK);
+    const shd_color_transform *srgb = to_space(fresh, "sRGB");
+    for (int i = 0; i < 16; i++) assert_null(shd_color_codes_of(srgb, 255, 1000));
+    const shd_color_codes *codes = shd_color_codes_of(srgb, 255, 1000);
+    assert_non_null(codes);
+    assert_ptr_equal(shd_color_codes_of(srgb, 255, 1), codes);
+    assert_null(shd_color_codes_of(srgb, 65535, 262144));
+    assert_non_null(shd_color_codes_of(srgb, 65535, SIZE_MAX));
+    shd_color_config_drop(fresh);
+}
+
+static void samples_are_the_channels_that_are_asked_for(void **state) {
+    (void)state;
+    static float rgba[4 * PIXELS];
+    static uint16_t want[4 * PIXELS + 1], got[4 * PIXELS + 1];
+    for (int i = 0; i < 4 * PIXELS; i++)
+        rgba[i] = (float)((uint32_t)i * 2654435761u >> 8) / 16777216 * (i % 4 == 3 ? 1 : 1.1f);
+    rgba[3] = 0;
+    const shd_color_transform *srgb = to_space(config, "sRGB");
+    for (unsigned max = 255; max <= 65535; max += 65280) {
+        const shd_color_codes *codes = shd_color_codes_of(srgb, max, SIZE_MAX);
+        for (int channel = -1; channel < 4; channel++)
+            for (int alpha = 0; alpha < 2; alpha++)
+                for (size_t count = 1; count <= PIXELS; count = count * 3 + 1) {
+                    shd_pack pack = pack_for(max, channel, alpha);
+                    memset(want, 7, sizeof want);
+                    memset(got, 7, sizeof got);
+                    pack_floats(srgb, &pack, rgba, count, want);
+                    shd_color_encode(codes, rgba, count, pack.source, pack.count, got);
+                    assert_memory_equal(got, want, sizeof got);
+                }
+    }
+}
+
+/* A configuration with one more space, `X`. */
+static shd_color_config *with_space(const char *transform) {
+    char path[] = "/tmp/shaded_codes_XXXXXX";
+    int file = mkstemp(path);
+    assert_true(file >= 0);
+    FILE *out = fdopen(file, "wb");
+    assert_non_null(out);
+    fwrite(shd_embedded_ocio, 1, shd_embedded_ocio_size, out);
+    fprintf(out,
+            "\n  - !<ColorSpace>\n    name: X\n    bitdepth: 32f\n    isdata: false\n"
+            "    from_scene_reference: %s\n",
+            transform);
+    fclose(out);
+    shd_color_config *made = NULL;
+    shd_error error = {SHD_OK, "", ""};
+    if (shd_color_config_load(path, &made, &error)) fail_msg("%s", error.text);
+    remove(path);
+    return made;
+}
+
+static void channels_may_have_curves_of_their_own(void **state) {
+    (void)state;
+    static const char *const transforms[] = {
+        "!<ExponentTransform> {value: [2.4, 1.8, 1.1, 1], direction: inverse}",
+        "!<ExponentTransform> {value: [2.2, 3, 1, 1], style: mirror}",
+        "!<MatrixTransform> {matrix: [2, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 1.7, 0, 0, 0, 0, 1]}",
+        ("!<RangeTransform> {min_in_value: 0.1, min_out_value: 0.2, max_in_value: 0.7,"
+         " max_out_value: 0.9}"),
+    };
+    for (size_t i = 0; i < sizeof transforms / sizeof *transforms; i++) {
+        shd_color_config *own = with_space(transforms[i]);
+        codes_are_those_of_floats(to_space(own, "X"), 255, false);
+        shd_color_config_drop(own);
+    }
+}
+
+static void other_transforms_do_not_qualify(void **state) {
+    (void)state;
+    static const char *const transforms[] = {
+        /* falling, with codes that change below 0, mixing a very little, or alpha in */
+        ("!<MatrixTransform> {matrix: [-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1],"
+         " offset: [1, 0, 0, 0]}"),
+        "!<MatrixTransform> {offset: [0.1, 0, 0, 0]}",
+        "!<MatrixTransform> {matrix: [1, 1e-9, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}",
+        "!<MatrixTransform> {matrix: [1, 0, 0, 0.1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]}",
+    };
+    for (size_t i = 0; i < sizeof transforms / sizeof *transforms; i++) {
+        shd_color_config *own = with_space(transforms[i]);
+        if (shd_color_codes_of(to_space(own, "X"), 255, SIZE_MAX)) fail_msg("%s", transforms[i]);
+        shd_color_config_drop(own);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(codes_of_8_bits_are_those_of_floats),
+        cmocka_unit_test(codes_of_16_bits_are_those_of_floats),
+        cmocka_unit_test(transforms_that_qualify_are_found_by_what_they_do),
+        cmocka_unit_test(tables_are_made_once_they_pay),
+        cmocka_unit_test(samples_are_the_channels_that_are_asked_for),
+        cmocka_unit_test(channels_may_have_curves_of_their_own),
+        cmocka_unit_test(other_transforms_do_not_qualify),
+    };
+    return cmocka_run_group_tests(tests, load, drop);
+}
