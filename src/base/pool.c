@@ -17,7 +17,6 @@ typedef struct loop {
     void *context;
     size_t count;
     atomic_size_t taken;
-    unsigned slots;   /* handed out so far; guarded by the pool's mutex */
     unsigned helpers; /* workers inside; guarded by the pool's mutex */
 } loop;
 
@@ -28,16 +27,21 @@ struct shd_pool {
     job *queue;              /* ring */
     size_t capacity, first, waiting;
     loop *loops;
-    unsigned threads, busy;
+    unsigned threads, busy, started;
     bool stopping;
     pthread_t thread[];
 };
 
+/* Takes an index and runs it; false where none is left. */
+static bool run_index(loop *l, unsigned slot) {
+    size_t index = atomic_fetch_add_explicit(&l->taken, 1, memory_order_relaxed);
+    if (index >= l->count) return false;
+    l->run(l->context, index, slot);
+    return true;
+}
+
 static void run_indices(loop *l, unsigned slot) {
-    for (;;) {
-        size_t index = atomic_fetch_add_explicit(&l->taken, 1, memory_order_relaxed);
-        if (index >= l->count) return;
-        l->run(l->context, index, slot);
+    while (run_index(l, slot)) {
     }
 }
 
@@ -47,19 +51,28 @@ static loop *find_open_loop(shd_pool *pool) {
     return NULL;
 }
 
-/* Workers help running pictures before they start new ones: what was begun ends soonest. */
+/* Helps a loop until it is done or a job waits. Called and left with the mutex held. */
+static void help(shd_pool *pool, loop *l, unsigned slot) {
+    l->helpers++;
+    bool more = true;
+    while (more && !pool->waiting) {
+        pthread_mutex_unlock(&pool->mutex);
+        more = run_index(l, slot);
+        pthread_mutex_lock(&pool->mutex);
+    }
+    if (--l->helpers == 0) pthread_cond_broadcast(&pool->loop_end);
+}
+
+/* New pictures come before help for running ones: a large picture goes on with the worker that
+ * began it, and small ones do not wait for its end. */
 static void *worker(void *argument) {
     shd_pool *pool = argument;
     pthread_mutex_lock(&pool->mutex);
+    unsigned slot = ++pool->started; /* 0 is the caller's, in any loop */
     for (;;) {
-        loop *l = find_open_loop(pool);
+        loop *l = pool->waiting ? NULL : find_open_loop(pool);
         if (l) {
-            unsigned slot = ++l->slots;
-            l->helpers++;
-            pthread_mutex_unlock(&pool->mutex);
-            run_indices(l, slot);
-            pthread_mutex_lock(&pool->mutex);
-            if (--l->helpers == 0) pthread_cond_broadcast(&pool->loop_end);
+            help(pool, l, slot);
         } else if (pool->waiting) {
             job next = pool->queue[pool->first];
             pool->first = (pool->first + 1) % pool->capacity;

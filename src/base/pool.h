@@ -2,7 +2,8 @@
  *
  * Pictures are jobs in a bounded queue. A running job may spread a loop over the pool: the
  * caller always works on its own loop, and idle workers join, so that a lone large picture uses
- * every core and many small ones run side by side, without a thread more than was asked for.
+ * every core and many small ones run side by side, without a thread more than was asked for. A
+ * worker that helps leaves the loop when a job waits.
  * All functions may be called from any thread. */
 #ifndef SHD_BASE_POOL_H
 #define SHD_BASE_POOL_H

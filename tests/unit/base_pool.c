@@ -8,6 +8,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include <cmocka.h>
 
@@ -204,6 +205,43 @@ static void dropping_finishes_every_accepted_job(void **state) {
     shd_pool_drop(NULL);
 }
 
+/* A job that comes in the middle of a long loop, and the loop's indices that wait for it. */
+typedef struct late {
+    shd_pool *pool;
+    atomic_bool looped, ran;
+    atomic_uint waited_in_vain;
+} late;
+
+static void run_late(void *context) {
+    late *l = context;
+    atomic_store(&l->ran, true);
+}
+
+static void submit_or_wait(void *context, size_t index, unsigned slot) {
+    (void)slot;
+    late *l = context;
+    if (index == 1 && !shd_pool_submit(l->pool, run_late, l))
+        atomic_fetch_add(&l->waited_in_vain, 1);
+    if (index == 1) return;
+    for (int ms = 0; ms < 3000 && !atomic_load(&l->ran); ms++) usleep(1000);
+    if (!atomic_load(&l->ran)) atomic_fetch_add(&l->waited_in_vain, 1);
+}
+
+static void loop_with_late_job(void *context) {
+    late *l = context;
+    shd_pool_for(l->pool, 4, submit_or_wait, l);
+    atomic_store(&l->looped, true);
+}
+
+static void a_job_does_not_wait_for_the_end_of_a_loop(void **state) {
+    (void)state;
+    late l = {.pool = new_pool(2, 4)};
+    assert_true(shd_pool_submit(l.pool, loop_with_late_job, &l));
+    while (!atomic_load(&l.looped)) usleep(1000);
+    shd_pool_drop(l.pool);
+    assert_int_equal(atomic_load(&l.waited_in_vain), 0);
+}
+
 static void impossible_numbers_of_threads_are_refused(void **state) {
     (void)state;
     static const unsigned threads[] = {0, 1025, 4000000000u};
@@ -223,6 +261,7 @@ int main(void) {
         cmocka_unit_test(a_full_queue_refuses_and_accepts_again),
         cmocka_unit_test(a_queue_of_none_takes_no_jobs),
         cmocka_unit_test(dropping_finishes_every_accepted_job),
+        cmocka_unit_test(a_job_does_not_wait_for_the_end_of_a_loop),
         cmocka_unit_test(impossible_numbers_of_threads_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
