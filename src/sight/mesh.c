@@ -148,8 +148,17 @@ void shd_mesh_tree_drop(shd_mesh_tree *tree) {
     if (tree) rtcReleaseScene(tree->scene);
 }
 
+/* How far out of its triangle f64 may find a hit that f32 found in it. At an edge between two
+ * triangles f32 may take the neighbour: the point on the neighbour's plane, a little outside, is
+ * nearer to the truth than the nearest point of the edge. Slivers are held closer. */
+static const double OUTSIDE = 1e-3;
+
+static double hold(double weight) {
+    return fmin(fmax(weight, -OUTSIDE), 1 + OUTSIDE);
+}
+
 /* Where the ray meets the plane of a triangle that it is known to hit (Moeller and Trumbore
- * 1997), in f64; barycentrics are held in the triangle. */
+ * 1997), in f64. */
 static bool place(const shd_triangles *triangles, uint32_t triangle, const shd_ray *ray, double *t,
                   double *u, double *v) {
     shd_vec3 a = shd_triangle_corner(triangles, triangle, 0);
@@ -161,11 +170,9 @@ static bool place(const shd_triangles *triangles, uint32_t triangle, const shd_r
     if (volume == 0) return false;
     shd_vec3 q = shd_cross(from, ab);
     *t = shd_dot(ac, q) / volume;
-    *u = fmin(fmax(shd_dot(from, h) / volume, 0), 1);
-    *v = fmin(fmax(shd_dot(ray->direction, q) / volume, 0), 1);
-    double sum = *u + *v;
-    if (sum > 1) *u /= sum, *v /= sum;
-    return isfinite(*t) && isfinite(sum);
+    *u = hold(shd_dot(from, h) / volume);
+    *v = hold(shd_dot(ray->direction, q) / volume);
+    return isfinite(*t) && isfinite(*u) && isfinite(*v);
 }
 
 bool shd_mesh_tree_intersect(const shd_mesh_tree *tree, const shd_ray *ray, double *t,
