@@ -570,6 +570,13 @@ const shd_color_info *shd_color_describe(const shd_color_transform *transform) {
     return &transform->info;
 }
 
+// Matrices in float leave a grey's channels a few ulps apart, and a hue made from that would be
+// noise: so little saturation is none. Hues just below red round up to 1, but hue 1 is hue 0.
+static void settle_hue(float *hsv) {
+    if (hsv[1] < 2e-6f) hsv[0] = hsv[1] = 0;
+    if (hsv[0] >= 1) hsv[0] = 0x1.fffffep-1f;
+}
+
 void shd_color_apply(const shd_color_transform *transform, float *rgba, size_t count) {
     if (!transform->cpu) return;
     for (size_t pixels; count; rgba += 4 * pixels, count -= pixels) {
@@ -585,10 +592,8 @@ void shd_color_apply(const shd_color_transform *transform, float *rgba, size_t c
         }
         // Its 4 x 4 matrices mix alpha in where a color overflows.
         for (size_t i = 0; i < pixels; i++) rgba[4 * i + 3] = alpha[i];
-        // Hues just below red round up to 1, but hue 1 is hue 0.
         if (transform->info.channels == SHD_HSV)
-            for (size_t i = 0; i < pixels; i++)
-                if (rgba[4 * i] >= 1) rgba[4 * i] = 0x1.fffffep-1f;
+            for (size_t i = 0; i < pixels; i++) settle_hue(rgba + 4 * i);
     }
 }
 
