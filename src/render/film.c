@@ -71,7 +71,7 @@ static scratch *get_scratch(job *j, unsigned slot) {
     return s;
 }
 
-static bool stopped(job *j) {
+static bool stopped(const job *j) {
     return atomic_load(&j->failed) ||
            atomic_load_explicit(&j->request->cancelled, memory_order_relaxed);
 }
@@ -181,6 +181,7 @@ static void shade_samples(const job *j, scratch *s) {
     size_t first = 0;
     for (size_t m = 0; m < j->plan->scene->material_count; m++) {
         for (size_t end = s->starts[m]; first < end;) {
+            if (stopped(j)) return; /* ten thousand lights make a block long */
             const uint32_t *order = s->order + first;
             const size_t count = end - first < SHD_BLOCK ? end - first : SHD_BLOCK;
             const bool run = order[count - 1] - order[0] == count - 1;
@@ -272,6 +273,15 @@ static bool make_film(const shd_plan *plan, shd_arena *arena, shd_film *film) {
     return true;
 }
 
+/* Samples of a tile: fewer where there are many objects, so that a tile of ten thousand tori is
+ * done, and a cancelled picture ended, within seconds. */
+static int tile_samples(size_t objects) {
+    enum { FEWEST = 256, MANY_OBJECTS = 256 };
+    size_t samples = objects > MANY_OBJECTS ? (size_t)SHD_TILE_SAMPLES * MANY_OBJECTS / objects
+                                            : SHD_TILE_SAMPLES;
+    return samples < FEWEST ? FEWEST : (int)samples;
+}
+
 shd_status shd_film_render(shd_request *request, const shd_sight *sight,
                            const shd_render_options *options, shd_film *film, shd_error *error) {
     const shd_plan *plan = request->plan;
@@ -286,8 +296,8 @@ shd_status shd_film_render(shd_request *request, const shd_sight *sight,
              .options = options,
              .film = film,
              .tile_size = 1};
-    while ((j.tile_size + 1) * (j.tile_size + 1) * raster->samples <= SHD_TILE_SAMPLES)
-        j.tile_size++;
+    const int most = tile_samples(plan->scene->object_count);
+    while ((j.tile_size + 1) * (j.tile_size + 1) * raster->samples <= most) j.tile_size++;
     j.tiles_across = (raster->w + j.tile_size - 1) / j.tile_size;
     j.tile_count = (size_t)j.tiles_across * (size_t)((raster->h + j.tile_size - 1) / j.tile_size);
     j.slots = shd_arena_zalloc(arena, slots, sizeof *j.slots);

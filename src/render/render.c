@@ -35,6 +35,8 @@ shd_status shd_request_render(shd_request *request, const shd_render_options *op
     for (size_t i = 0; i < scene->output_count; i++) {
         status = shd_output_make(request, &film, i, error);
         if (status != SHD_OK) return status;
+        if (atomic_load(&request->cancelled))
+            return shd_fail(error, SHD_CANCELLED, "", "the render was cancelled");
     }
     return SHD_OK;
 }
