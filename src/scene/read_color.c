@@ -53,9 +53,16 @@ void shd_convert_color(shd_reader *r, const shd_node *node, const char *from, do
         memcpy(rgb, converted, sizeof converted);
 }
 
+/* One number as a color of a space, which need not be RGB. */
+static void make_grey(const shd_space_info *space, double grey, double out[3]) {
+    out[0] = space->channels == SHD_HSV ? 0 : grey;
+    out[1] = space->channels == SHD_RGB ? grey : 0;
+    out[2] = space->channels == SHD_YIQ ? 0 : grey;
+}
+
 void shd_default_color(shd_reader *r, double grey, double out[3]) {
     shd_node document = {0};
-    out[0] = out[1] = out[2] = grey;
+    make_grey(r->colors, grey, out);
     shd_convert_color(r, &document, r->colors->name, out);
 }
 
@@ -143,7 +150,7 @@ void shd_read_color(shd_reader *r, const shd_node *node, const shd_field *field,
         return;
     }
     if (json_is_number(node->value)) {
-        rgb[0] = rgb[1] = rgb[2] = json_number_value(node->value);
+        make_grey(r->colors, json_number_value(node->value), rgb);
     } else {
         if (!json_is_array(node->value)) {
             shd_node_expect(r->report, node,

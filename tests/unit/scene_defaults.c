@@ -73,6 +73,23 @@ static void absent_lights_are_one_along_the_view(void **state) {
     drop(&r);
 }
 
+/* The catalog of tests leaves the numbers of YIQ and HSV as they are. */
+static void one_number_is_grey_in_every_space(void **state) {
+    (void)state;
+    reading r = read_scene(WITH("'colorSpace': 'YIQ', 'ambient': 0.5"));
+    assert_rgb(r.scene->ambient, .5, 0, 0);
+    assert_rgb(r.scene->lights[0].color, 1, 0, 0);
+    assert_rgb(r.scene->materials[0].diffuse, (float).8, 0, 0);
+    drop(&r);
+    r = read_scene(WITH("'colorSpace': 'HSV', 'ambient': 0.5"));
+    assert_rgb(r.scene->ambient, 0, 0, .5);
+    assert_rgb(r.scene->lights[0].color, 0, 0, 1);
+    drop(&r);
+    r = read_scene(WITH("'colorSpace': 'wide', 'ambient': 0.5"));
+    assert_rgb(r.scene->ambient, 1, 1, 1);
+    drop(&r);
+}
+
 static void empty_lights_are_none(void **state) {
     (void)state;
     reading r = read_scene(WITH("'lights': []"));
@@ -206,6 +223,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(smallest_scene_has_every_default),
         cmocka_unit_test(absent_lights_are_one_along_the_view),
+        cmocka_unit_test(one_number_is_grey_in_every_space),
         cmocka_unit_test(empty_lights_are_none),
         cmocka_unit_test(every_light_has_its_defaults),
         cmocka_unit_test(every_shape_has_its_defaults),
