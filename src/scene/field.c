@@ -56,7 +56,7 @@ static void report_unknown(shd_reader *r, const shd_node *node, const shd_field 
 
 uint32_t shd_read_fields(shd_reader *r, const shd_node *node, const shd_field *fields, size_t count,
                          unsigned kinds, const char *what, void *out) {
-    uint32_t seen = 0;
+    uint32_t seen = 0, wrong = 0;
     size_t found = 0;
     for (size_t i = 0; i < count; i++) {
         const shd_field *field = &fields[i];
@@ -66,9 +66,12 @@ uint32_t shd_read_fields(shd_reader *r, const shd_node *node, const shd_field *f
             seen |= UINT32_C(1) << i;
             found++;
         }
-        if (field->read && (member.value || field->always))
-            field->read(r, &member, field, (char *)out + field->offset);
+        if (!field->read || !(member.value || field->always)) continue;
+        size_t errors = r->report->error_count;
+        field->read(r, &member, field, (char *)out + field->offset);
+        if (r->report->error_count > errors) wrong |= UINT32_C(1) << i;
     }
+    r->wrong = wrong; /* last, for fields that have fields of their own */
     if (found == json_object_size(node->value)) return seen;
     json_t *object = (json_t *)(uintptr_t)node->value; /* jansson's iterators are not const */
     for (void *at = json_object_iter(object); at; at = json_object_iter_next(object, at))

@@ -31,6 +31,7 @@ typedef struct shd_reader {
     int interpolation;            /* of objects that do not say */
     bool lights_known;            /* how many there are, for layers to be checked against */
     uint64_t triangles;           /* of the objects so far */
+    uint32_t wrong;               /* as shd_read_fields answers: the fields that it found wrong */
 
     shd_named_material *named; /* `materials`, sorted by name */
     size_t named_count;
@@ -66,7 +67,8 @@ struct shd_field {
 enum { SHD_FIELDS_MOST = 32 };
 
 /* Reads the members of an object. `kinds` are the bits of what this thing may be and `what` its
- * name in messages ("a sphere"). Bit i of the answer is set where fields[i] is there. */
+ * name in messages ("a sphere"). Bit i of the answer is set where fields[i] is there; that of
+ * r->wrong where reading it gave an error, so that nothing that needs it is checked. */
 uint32_t shd_read_fields(shd_reader *r, const shd_node *node, const shd_field *fields, size_t count,
                          unsigned kinds, const char *what, void *out);
 

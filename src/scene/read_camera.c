@@ -22,7 +22,9 @@ enum {
 };
 
 /* The camera frame. Halving before the subtraction keeps 1e308 - -1e308 finite. */
-static void build_frame(shd_reader *r, const shd_node *node, const raw_camera *raw, uint32_t seen) {
+static void build_frame(shd_reader *r, const shd_node *node, const raw_camera *raw, uint32_t seen,
+                        uint32_t wrong) {
+    if (wrong & (1u << CAMERA_POSITION | 1u << CAMERA_TARGET)) return;
     shd_camera *camera = &r->scene->camera;
     shd_vec3 back, right, up = {0, 1, 0};
     shd_node target = shd_node_member(node, "target"), position = shd_node_member(node, "position");
@@ -32,6 +34,7 @@ static void build_frame(shd_reader *r, const shd_node *node, const raw_camera *r
                       "position and target are the same point: there is no direction to look in");
         return;
     }
+    if (wrong >> CAMERA_UP & 1) return;
     shd_normalize(raw->up, &up);
     shd_vec3 across = shd_cross(up, back);
     if (!(shd_length(across) >= 1e-9) || !shd_normalize(across, &right)) {
@@ -73,10 +76,9 @@ void shd_read_camera(shd_reader *r, const shd_node *node, const shd_field *field
                            .kinds = ORTHOGRAPHIC,
                            .range = &shd_positive},
     };
-    size_t errors = r->report->error_count;
     raw_camera raw = {{0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 40 * (SHD_PI / 180), 2};
     int type = SHD_PERSPECTIVE;
-    uint32_t seen = 0;
+    uint32_t seen = 0, wrong = 0;
     if (node->value) {
         if (!shd_is_object(r, node)) return;
         shd_node type_node = shd_node_member(node, "type");
@@ -84,73 +86,96 @@ void shd_read_camera(shd_reader *r, const shd_node *node, const shd_field *field
         unsigned kinds = type < 0 ? PERSPECTIVE | ORTHOGRAPHIC : 1u << type;
         const char *what = type == SHD_ORTHOGRAPHIC ? "an orthographic camera" : "a camera";
         seen = shd_read_fields(r, node, fields, CAMERA_FIELDS, kinds, what, &raw);
+        wrong = r->wrong;
     }
-    if (r->report->error_count > errors) return;
     shd_camera *camera = &r->scene->camera;
-    camera->projection = (shd_projection)type;
+    camera->projection = type < 0 ? SHD_PERSPECTIVE : (shd_projection)type;
     camera->position = raw.position;
     camera->fov = raw.fov;
     camera->height = raw.height;
-    build_frame(r, node, &raw, seen);
+    build_frame(r, node, &raw, seen, wrong);
 }
 
 /* ---- Image ---- */
 
+enum { WIDTH, HEIGHT, SAMPLES, REGION, COUNT };
+
+typedef struct raw_image {
+    shd_raster raster;
+    double region[4]; /* NAN: wrong */
+} raw_image;
+
 static void read_region(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
     (void)field;
-    shd_raster *raster = out;
-    double v[4];
+    double *v = out;
+    for (size_t i = 0; i < 4; i++) v[i] = NAN;
     if (!shd_is_array(r, node, 4, 4, "an array of 4 integers: x, y, width, height")) return;
-    if (!shd_get_numbers(r, node, 4, v)) return;
+    shd_get_numbers(r, node, 4, v);
     for (size_t i = 0; i < 4; i++) {
         shd_node item = shd_node_item(node, i);
+        if (isnan(v[i]) || v[i] == floor(v[i])) continue;
+        shd_node_fail(r->report, &item, SHD_SCENE, "expected an integer, got %.9g", v[i]);
+        v[i] = NAN;
+    }
+}
+
+/* Each item against the side that it is along, if that is known; extents where the corner is. */
+static bool place_region(shd_reader *r, const shd_node *node, double v[4], uint32_t wrong,
+                         shd_raster *raster) {
+    bool good = true;
+    for (size_t i = 0; i < 4; i++) {
+        shd_node item = shd_node_item(node, i);
+        bool known = !(wrong >> (i % 2 ? HEIGHT : WIDTH) & 1);
         double low = i < 2 ? 0 : 1, high = i % 2 ? raster->height : raster->width;
-        if (v[i] != floor(v[i])) {
-            shd_node_fail(r->report, &item, SHD_SCENE, "expected an integer, got %.9g", v[i]);
-            return;
-        }
-        if (v[i] < low || v[i] > high || (i >= 2 && v[i - 2] + v[i] > high)) {
+        /* Comparisons with NAN are false. */
+        if (v[i] < low || (known && (v[i] > high || (i >= 2 && v[i - 2] + v[i] > high)))) {
             shd_node_fail(r->report, &item, SHD_SCENE,
                           "the region reaches out of the picture of %d x %d pixels", raster->width,
                           raster->height);
-            return;
+            v[i] = NAN;
         }
+        good = good && known && !isnan(v[i]);
     }
+    if (!good) return false;
     raster->x = (int)v[0];
     raster->y = (int)v[1];
     raster->w = (int)v[2];
     raster->h = (int)v[3];
+    return true;
 }
 
 void shd_read_image(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
     (void)field, (void)out;
-    enum { WIDTH, HEIGHT, SAMPLES, REGION, COUNT };
     static const shd_range pixels = {1, 65535, .text = "1 to 65535"};
     static const shd_range samples = {1, 64, .text = "1 to 64"};
     static const shd_field fields[COUNT] = {
         [WIDTH] = {.name = "width",
                    .read = shd_read_integer,
-                   .offset = offsetof(shd_raster, width),
+                   .offset = offsetof(raw_image, raster.width),
                    .range = &pixels},
         [HEIGHT] = {.name = "height",
                     .read = shd_read_integer,
-                    .offset = offsetof(shd_raster, height),
+                    .offset = offsetof(raw_image, raster.height),
                     .range = &pixels},
         [SAMPLES] = {.name = "samples",
                      .read = shd_read_integer,
-                     .offset = offsetof(shd_raster, samples),
+                     .offset = offsetof(raw_image, raster.samples),
                      .range = &samples},
-        [REGION] = {.name = "region", .read = read_region},
+        [REGION] = {.name = "region", .read = read_region, .offset = offsetof(raw_image, region)},
     };
-    size_t errors = r->report->error_count;
-    shd_raster raster = {.width = 512, .height = 512, .samples = 4};
-    uint32_t seen = 0;
+    raw_image raw = {.raster = {.width = 512, .height = 512, .samples = 4}};
+    uint32_t seen = 0, wrong = 0;
     if (node->value) {
         if (!shd_is_object(r, node)) return;
-        seen = shd_read_fields(r, node, fields, COUNT, 0, "the image", &raster);
+        seen = shd_read_fields(r, node, fields, COUNT, 0, "the image", &raw);
+        wrong = r->wrong;
     }
-    if (r->report->error_count > errors) return;
-    if (!(seen >> REGION & 1)) {
+    shd_raster raster = raw.raster;
+    if (seen >> REGION & 1) {
+        shd_node region = shd_node_member(node, "region");
+        if (!place_region(r, &region, raw.region, wrong, &raster)) return;
+    } else {
+        if (wrong & (1u << WIDTH | 1u << HEIGHT)) return;
         raster.w = raster.width;
         raster.h = raster.height;
     }

@@ -244,6 +244,46 @@ static void all_violations_are_in_one_answer(void **state) {
     drop(&r);
 }
 
+/* The document gives errors at these places, ended by NULL, and at no others. */
+static void assert_errors(const char *text, const char *const *pointers) {
+    reading r = read_with(text, &scene_limits);
+    size_t count = 0;
+    for (; pointers[count]; count++) {
+        if (has_error(&r, pointers[count], "")) continue;
+        print_error("%s\n  wanted an error at %s\n", text, pointers[count]);
+        fail();
+    }
+    for (size_t e = 0; count != r.report.error_count && e < shd_report_errors_kept(&r.report); e++)
+        print_error("got %s: %s\n", r.report.errors[e].pointer, r.report.errors[e].detail);
+    assert_int_equal(r.report.error_count, count);
+    drop(&r);
+}
+
+#define ASSERT_ERRORS(text, ...) assert_errors(text, (const char *const[]){__VA_ARGS__, NULL})
+
+static void a_wrong_member_hides_nothing_else_of_the_camera(void **state) {
+    (void)state;
+    ASSERT_ERRORS(WITH("'camera': {'fov': 200, 'up': [0, 0, 1]}"), "/camera/fov", "/camera/up");
+    ASSERT_ERRORS(WITH("'camera': {'type': 'x', 'position': [0, 0, 0]}"), "/camera/type",
+                  "/camera/position");
+    ASSERT_ERRORS(WITH("'camera': {'up': 1, 'target': [0, 0, 4]}"), "/camera/up", "/camera/target");
+    ASSERT_ERRORS(WITH("'camera': {'position': 1, 'target': [0, 0, 4]}"), "/camera/position");
+    ASSERT_ERRORS(WITH("'camera': {'target': 1, 'up': [0, 0, 1]}"), "/camera/target");
+}
+
+static void a_wrong_member_hides_nothing_else_of_the_image(void **state) {
+    (void)state;
+    ASSERT_ERRORS(WITH("'image': {'region': [600, 700, 10, 10.5]}"), "/image/region/0",
+                  "/image/region/1", "/image/region/3");
+    ASSERT_ERRORS(WITH("'image': {'region': [null, 0.5, 600, 600]}"), "/image/region/0",
+                  "/image/region/1", "/image/region/2", "/image/region/3");
+    ASSERT_ERRORS(WITH("'image': {'width': 0, 'region': [600, 0, 10, 513]}"), "/image/width",
+                  "/image/region/3");
+    ASSERT_ERRORS(WITH("'image': {'width': 60000, 'height': 60000, 'samples': 0}"),
+                  "/image/samples", "/image");
+    ASSERT_ERRORS(WITH("'image': {'width': 60000, 'height': -1}"), "/image/height");
+}
+
 static void more_errors_than_are_kept_are_counted(void **state) {
     (void)state;
     char text[8192] = "{'objects': [";
@@ -288,6 +328,8 @@ int main(void) {
         cmocka_unit_test(scenes_that_make_no_sense_are_refused),
         cmocka_unit_test(meshes_that_do_not_fit_are_refused),
         cmocka_unit_test(all_violations_are_in_one_answer),
+        cmocka_unit_test(a_wrong_member_hides_nothing_else_of_the_camera),
+        cmocka_unit_test(a_wrong_member_hides_nothing_else_of_the_image),
         cmocka_unit_test(more_errors_than_are_kept_are_counted),
         cmocka_unit_test(messages_are_fit_to_be_shown),
     };
