@@ -32,8 +32,8 @@ typedef struct shd_tile {
     int x, y, w, h;
 } shd_tile;
 
-/* Memory for tiles of up to `count` samples (0 on success, like every status), and for one
- * thread's object lists. */
+/* Memory for one thread's object lists (NULL: there is none), and for tiles of up to `count`
+ * samples (false: there is none). */
 typedef struct shd_cast_scratch shd_cast_scratch;
 shd_cast_scratch *shd_cast_scratch_new(const shd_sight *sight, shd_arena *arena);
 bool shd_gbuffer_new(size_t count, shd_arena *arena, shd_gbuffer *out);
