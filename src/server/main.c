@@ -1,5 +1,6 @@
 /* shaded: the daemon. Starts everything, waits for a signal, stops everything in order. */
 #include <errno.h>
+#include <inttypes.h>
 #include <pthread.h>
 #include <signal.h>
 #include <stdio.h>
@@ -145,6 +146,14 @@ static void release(shd_server *server, ports *open) {
     shd_routes_release(server);
 }
 
+/* `aborted`: requests since the signal whose upload did not end or whose answer was not taken. */
+static void log_stopped(uint64_t aborted) {
+    char message[64] = "all requests are answered";
+    if (aborted)
+        snprintf(message, sizeof message, "requests that are not answered: %" PRIu64, aborted);
+    shd_log_message(SHD_LOG_INFO, "stopped", message);
+}
+
 static int serve(shd_server *server) {
     sigset_t stop = block_signals();
     raise_descriptor_limit();
@@ -167,9 +176,10 @@ static int serve(shd_server *server) {
     sigwait(&stop, &signal_number);
     shd_log_message(SHD_LOG_INFO, "stopping", strsignal(signal_number));
     atomic_store(&server->draining, true);
+    uint64_t aborted = atomic_load(&server->metrics.aborted);
     if (!drain(server, &stop)) _exit(EXIT_CANNOT_START);
     release(server, &open);
-    shd_log_message(SHD_LOG_INFO, "stopped", "all requests are answered");
+    log_stopped(atomic_load(&server->metrics.aborted) - aborted);
     return EXIT_STOPPED;
 }
 

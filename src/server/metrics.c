@@ -108,7 +108,8 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
     print_number(out, "saturated_samples_total", "counter",
                  "Samples that were not finite or beyond their output's range.",
                  value(&metrics->saturated));
-    print_number(out, "aborted_total", "counter", "Answers that their client did not take.",
+    print_number(out, "aborted_total", "counter",
+                 "Requests that got no answer, or whose client did not take it.",
                  value(&metrics->aborted));
 
     print_head(out, "requests_total", "counter", "Requests by route and status.");

@@ -48,7 +48,7 @@ typedef struct shd_metrics {
     atomic_uint_least64_t requests[SHD_ROUTE_COUNT][SHD_STATUSES];
     atomic_uint_least64_t response_bytes;
     atomic_uint_least64_t saturated;
-    atomic_uint_least64_t aborted; /* answers that the client did not take */
+    atomic_uint_least64_t aborted; /* requests without an answer, or whose client did not take it */
     shd_histogram durations[SHD_ROUTE_COUNT];
     shd_histogram stages[SHD_STAGE_COUNT];
 } shd_metrics;

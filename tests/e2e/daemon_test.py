@@ -276,6 +276,7 @@ class StopTest(unittest.TestCase):
             wait_until(lambda: daemon.metrics()["shaded_requests_in_flight"] == 1)
             daemon.signal()
             self.assertEqual(daemon.wait(30), 0, daemon.stderr())
+            self.assertEqual(daemon.events()[-1]["message"], "requests that are not answered: 1")
 
     def test_a_second_signal_exits_at_once(self):
         daemon = Daemon("--drain-time", "300", "--timeout", "300")
