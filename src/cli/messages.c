@@ -53,13 +53,21 @@ static void print_problem(const char *kind, const char *file, const char *pointe
     fputc('\n', stderr);
 }
 
+/* A syntax error's detail without its own words for the place, which is printed before it. */
+static const char *without_place(const char *detail, const shd_report *report) {
+    char place[64];
+    int length =
+        snprintf(place, sizeof place, "line %d, column %d: ", report->line, report->column);
+    return strncmp(detail, place, (size_t)length) ? detail : detail + length;
+}
+
 void cli_print_report(const char *file, const shd_report *report) {
     size_t errors = shd_report_errors_kept(report);
     for (size_t i = 0; i < errors; i++) {
         const shd_problem *problem = &report->errors[i];
         if (report->line > 0 && i == 0) {
             fprintf(stderr, "%s:%d:%d: ", file, report->line, report->column);
-            print_safely(problem->detail);
+            print_safely(without_place(problem->detail, report));
             fputc('\n', stderr);
         } else {
             print_problem("", file, problem->pointer, problem->detail);

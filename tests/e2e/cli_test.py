@@ -65,7 +65,7 @@ class Check(Case):
     def test_syntax_error_names_line_and_column(self):
         run = self.shade("check", self.scene('{\n  "objects": [}\n'))
         self.assertEqual(run.returncode, 1)
-        self.assertRegex(run.stderr.decode(), r"\Ascene\.json:2:\d+: .+\n\Z")
+        self.assertRegex(run.stderr.decode(), r"\Ascene\.json:2:\d+: (?!line ).+\n\Z")
 
     def test_every_problem_is_a_line_with_its_pointer(self):
         bad = dict(SMALL, objects=[{"type": "sphere", "radius": -1}, {"type": "sfere"}])
