@@ -222,7 +222,6 @@ static void read_light(shd_reader *r, const shd_node *node, shd_light *out) {
     static const char *const names[] = {"an ambient light", "a directional light", "a point light",
                                         "a spot light"};
     if (!shd_is_object(r, node)) return;
-    size_t errors = r->report->error_count;
     unsigned kind = read_kind(r, node);
     shd_light_type type = kind & DIRECTIONAL ? SHD_LIGHT_DIRECTIONAL
                           : kind & SPOT      ? SHD_LIGHT_SPOT
@@ -231,8 +230,9 @@ static void read_light(shd_reader *r, const shd_node *node, shd_light *out) {
     const char *what = kind == BARE ? "a light without `type`" : kind ? names[type] : "a light";
     raw_light raw = default_light(r, type);
     uint32_t seen = shd_read_fields(r, node, fields, FIELDS, kind ? kind : ANY, what, &raw);
-    if (r->report->error_count > errors) return;
+    if (!kind) return;
 
+    /* What is wrong has its default here, which passes the checks below. */
     bool bare_direction = kind == BARE && raw.position.at[3] == 0;
     if (bare_direction) raw.light.type = SHD_LIGHT_DIRECTIONAL;
     if (!place(r, node, &raw, seen >> DIRECTION & 1)) return;

@@ -111,15 +111,19 @@ const shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mes
     shd_node at = {node, "positions", 0, source->positions};
     shd_node at_indices = {node, "indices", 0, source->indices};
     shd_node at_normals = {node, "normals", 0, source->normals};
+    const bool has_normals = at_normals.value && !json_is_null(at_normals.value);
     size_t errors = r->report->error_count;
-    if (!at.value) {
+    if (at.value)
+        in_threes(r, &at, "positions");
+    else
         shd_node_fail(r->report, node, SHD_SCENE, "the member \"positions\" is missing");
+    if (at_indices.value) in_threes(r, &at_indices, "indices");
+    if (r->report->error_count > errors) {
+        if (has_normals) in_threes(r, &at_normals, "normals");
         return NULL;
     }
-    if (!in_threes(r, &at, "positions")) return NULL;
     size_t vertices = json_array_size(at.value) / 3, triangles = vertices / 3;
     if (at_indices.value) {
-        if (!in_threes(r, &at_indices, "indices")) return NULL;
         triangles = json_array_size(at_indices.value) / 3;
     } else if (vertices % 3) {
         shd_node_fail(r->report, &at, SHD_SCENE,
@@ -142,7 +146,6 @@ const shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mes
                        .triangle_count = triangles,
                        .positions = positions,
                        .indices = make_indices(r, &at_indices, vertices, triangles)};
-    if (at_normals.value && !json_is_null(at_normals.value))
-        mesh->normals = read_normals(r, &at_normals, vertices);
+    if (has_normals) mesh->normals = read_normals(r, &at_normals, vertices);
     return r->report->error_count == errors ? mesh : NULL;
 }

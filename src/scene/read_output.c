@@ -288,19 +288,23 @@ static void resolve_layers(shd_reader *r, const shd_node *node, const json_t *va
 
 static void read_one(shd_reader *r, const shd_node *node, unsigned kind, shd_output *out) {
     raw_output raw = {.output = {.channel = -1, .quality = 90}, .format = (int)r->fallback};
-    uint32_t seen = 0;
+    uint32_t seen = 0, wrong = 0;
     if (node->value) {
         if (!shd_is_object(r, node)) return;
-        size_t errors = r->report->error_count;
         seen = shd_read_fields(r, node, fields, FIELDS, kind, "an output", &raw);
+        wrong = r->wrong;
         /* A format that is not known cannot be held against the rest. */
-        if (r->report->error_count > errors) return;
+        if (wrong >> FORMAT & 1) return;
     }
     shd_output *output = &raw.output;
     output->format = (shd_format)raw.format;
     output->format_given = seen >> FORMAT & 1;
+    if (!(wrong >> BIT_DEPTH & 1)) resolve_depth(r, node, &raw, output);
+    size_t errors = r->report->error_count;
+    if (wrong & (1u << DISPLAY | 1u << VIEW | 1u << COLOR_SPACE)) return;
     resolve_color(r, node, &raw, seen);
-    resolve_depth(r, node, &raw, output);
+    /* Channels and layers are those of the output's space, where that is known. */
+    if (r->report->error_count > errors) return;
     if (raw.channel) resolve_channel(r, node, raw.channel, output);
     if (raw.layers) resolve_layers(r, node, raw.layers, output);
     *out = *output;

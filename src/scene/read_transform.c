@@ -108,14 +108,15 @@ void shd_read_transform(shd_reader *r, const shd_node *node, const shd_field *fi
                     .offset = offsetof(raw_transform, matrix)},
     };
     if (!shd_is_object(r, node)) return;
-    size_t errors = r->report->error_count;
     raw_transform raw = {.scale = {1, 1, 1}};
     uint32_t seen = shd_read_fields(r, node, fields, FIELDS, 0, "a transform", &raw);
     bool matrix = seen >> MATRIX & 1;
-    if (matrix && seen != UINT32_C(1) << MATRIX)
+    if (matrix && seen != UINT32_C(1) << MATRIX) {
         shd_node_fail(r->report, node, SHD_SCENE,
                       "`matrix` stands alone: leave out `scale`, `rotate` and `translate`");
-    if (r->report->error_count > errors) return;
+        return;
+    }
+    if (r->wrong) return;
 
     shd_affine transform = matrix ? from_matrix(raw.matrix) : from_parts(&raw), inverse;
     if (shd_invert(&transform, &inverse)) {

@@ -284,6 +284,25 @@ static void a_wrong_member_hides_nothing_else_of_the_image(void **state) {
     ASSERT_ERRORS(WITH("'image': {'width': 60000, 'height': -1}"), "/image/height");
 }
 
+static void a_wrong_member_hides_nothing_else_of_the_rest(void **state) {
+    (void)state;
+    ASSERT_ERRORS(WITH("'output': {'bitDepth': 'half', 'channel': 'Y', 'foo': 1}"), "/output/foo",
+                  "/output/bitDepth", "/output/channel");
+    ASSERT_ERRORS(WITH("'output': {'format': 'gif', 'bitDepth': 'half'}"), "/output/format");
+    ASSERT_ERRORS(WITH("'output': {'colorSpace': 'nowhere', 'channel': 'Y', 'bitDepth': 'half'}"),
+                  "/output/colorSpace", "/output/bitDepth");
+    ASSERT_ERRORS(WITH("'lights': [{'type': 'point', 'position': [1, 1, 1, 0], "
+                       "'attenuation': [0, 0, 0]}]"),
+                  "/lights/0/attenuation", "/lights/0/position");
+    ASSERT_ERRORS(
+        "{'objects': [{'type': 'sphere', 'transform': {'matrix': [0, 0, 0, 0, 0, 0, 0, 0, "
+        "0, 0, 0, 0, 0, 0, 0, 1], 'foo': 1}}]}",
+        "/objects/0/transform/foo", "/objects/0/transform/matrix");
+    ASSERT_ERRORS("{'objects': [{'type': 'mesh', 'positions': [0, 0], 'indices': [0, 1], "
+                  "'normals': [1]}]}",
+                  "/objects/0/positions", "/objects/0/indices", "/objects/0/normals");
+}
+
 static void more_errors_than_are_kept_are_counted(void **state) {
     (void)state;
     char text[8192] = "{'objects': [";
@@ -330,6 +349,7 @@ int main(void) {
         cmocka_unit_test(all_violations_are_in_one_answer),
         cmocka_unit_test(a_wrong_member_hides_nothing_else_of_the_camera),
         cmocka_unit_test(a_wrong_member_hides_nothing_else_of_the_image),
+        cmocka_unit_test(a_wrong_member_hides_nothing_else_of_the_rest),
         cmocka_unit_test(more_errors_than_are_kept_are_counted),
         cmocka_unit_test(messages_are_fit_to_be_shown),
     };
