@@ -24,7 +24,7 @@ LONG = {"objects": [{"type": "torus"}], "accuracy": {"tier": "exact"},
         "lights": [{"type": "point", "position": [3, i, 3]} for i in range(32)],
         "image": {"width": 4096, "height": 4096, "samples": 16}}
 # Long enough for a progress bar.
-SLOW = dict(LONG, image={"width": 700, "height": 700, "samples": 1 if SANITIZED else 9})
+SLOW = dict(LONG, image={"width": 700, "height": 700, "samples": 8 if SANITIZED else 16})
 
 SIGNATURES = {"png": b"\x89PNG\r\n", "jpg": b"\xff\xd8\xff", "jpeg": b"\xff\xd8\xff",
               "webp": b"RIFF", "tif": b"II*\0", "tiff": b"II*\0", "exr": b"v/1\x01",
