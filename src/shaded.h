@@ -31,6 +31,7 @@ typedef struct shd_request shd_request;
 
 typedef struct shd_engine_options {
     const char *ocio_config; /* path; NULL: the embedded configuration */
+    const char *kernel;      /* "portable", "avx2", "avx512"; NULL or "auto": the widest there is */
     unsigned threads;        /* workers; 0: one a core */
     size_t queue;            /* jobs that may wait in shd_engine_submit */
     shd_limits limits;
@@ -39,7 +40,7 @@ typedef struct shd_engine_options {
 shd_engine_options shd_engine_defaults(void);
 
 /* Loads the color configuration and starts the workers. SHD_CONFIG where the operator's file is
- * wrong. */
+ * wrong, or this machine lacks the kernel's instructions. */
 shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, shd_error *error);
 void shd_engine_drop(shd_engine *engine); /* finishes queued jobs first; NULL is fine */
 

@@ -1,5 +1,7 @@
 #include "base/cpu.h"
 
+#include <string.h>
+
 bool shd_cpu_has(shd_isa isa) {
     if (isa == SHD_PORTABLE) return true;
 #ifdef SHD_HAS_X86_VARIANTS
@@ -20,4 +22,15 @@ shd_isa shd_cpu_best(void) {
 const char *shd_isa_name(shd_isa isa) {
     static const char *const names[SHD_ISA_COUNT] = {"portable", "avx2", "avx512"};
     return names[isa];
+}
+
+bool shd_isa_find(const char *name, shd_isa *out) {
+    shd_isa isa = SHD_PORTABLE;
+    if (!strcmp(name, "auto"))
+        isa = shd_cpu_best();
+    else
+        while (isa < SHD_ISA_COUNT && strcmp(name, shd_isa_name(isa))) isa++;
+    if (isa == SHD_ISA_COUNT || !shd_cpu_has(isa)) return false;
+    *out = isa;
+    return true;
 }

@@ -23,6 +23,9 @@ shd_isa shd_cpu_best(void);
 
 const char *shd_isa_name(shd_isa isa); /* "portable", "avx2", "avx512" */
 
+/* False: no variant has that name, or this machine cannot run it. "auto" is the widest one. */
+bool shd_isa_find(const char *name, shd_isa *out);
+
 #define SHD_JOIN_(name, isa) name##_##isa
 #define SHD_JOIN(name, isa)  SHD_JOIN_(name, isa)
 #define SHD_VARIANT(name)    SHD_JOIN(name, SHD_ISA)

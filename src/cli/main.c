@@ -22,6 +22,8 @@ static const char help_text[] =
     "                     A scene with `outputs` wants a directory (OUT/ is made if missing)\n"
     "                     and fills it with NAME.png and so on.\n"
     "      --threads N    threads to render with (default: one a core)\n"
+    "      --kernel NAME  portable, avx2 or avx512: instructions to render with (default: auto,\n"
+    "                     the widest there are; the picture is the same)\n"
     "      --ocio FILE    an OpenColorIO configuration instead of the built-in one\n"
     "  -h, --help         this text\n"
     "  -V, --version      the version\n"
@@ -63,10 +65,11 @@ int main(int argc, char **argv) {
     signal(SIGPIPE, SIG_IGN);
     signal(SIGXFSZ, SIG_IGN);
 
-    enum { OPTION_THREADS = 256, OPTION_OCIO };
+    enum { OPTION_THREADS = 256, OPTION_KERNEL, OPTION_OCIO };
     static const struct option long_options[] = {
         {"output", required_argument, NULL, 'o'},
         {"threads", required_argument, NULL, OPTION_THREADS},
+        {"kernel", required_argument, NULL, OPTION_KERNEL},
         {"ocio", required_argument, NULL, OPTION_OCIO},
         {"help", no_argument, NULL, 'h'},
         {"version", no_argument, NULL, 'V'},
@@ -94,6 +97,9 @@ int main(int argc, char **argv) {
         case OPTION_THREADS:
             if (!parse_threads(optarg, &options.engine.threads))
                 return cli_usage("--threads wants a number from 1 to 1024, not '%s'", optarg);
+            break;
+        case OPTION_KERNEL:
+            options.engine.kernel = optarg;
             break;
         case OPTION_OCIO:
             options.engine.ocio_config = optarg;

@@ -104,14 +104,14 @@ static void plan_frame(const shd_scene *scene, shd_plan *plan) {
     plan->scale = size > 1e-280 && size < 1e280 ? ldexp(1, -ilogb(size)) : 1;
 }
 
-shd_status shd_plan_make(const shd_scene *scene, shd_arena *arena, const shd_plan **out,
-                         shd_error *error) {
+shd_status shd_plan_make(const shd_scene *scene, shd_isa isa, shd_arena *arena,
+                         const shd_plan **out, shd_error *error) {
     shd_plan *plan = shd_arena_zalloc(arena, 1, sizeof *plan);
     shd_plan_light *lights = shd_arena_alloc(arena, scene->light_count, sizeof *lights);
     shd_plan_material *materials = shd_arena_alloc(arena, scene->material_count, sizeof *materials);
     if (!plan || !lights || !materials || !plan_planes(scene, arena, plan)) goto no_memory;
     plan->scene = scene;
-    plan->isa = shd_cpu_best();
+    plan->isa = isa;
 
     /* A budget is met by the exact tier, whose error no output format can show. The draft tier
      * may be answered by a better one. */

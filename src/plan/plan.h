@@ -55,8 +55,7 @@ typedef struct shd_plane {
 typedef struct shd_plan {
     const shd_scene *scene;
     shd_tier tier; /* the tier that runs: SHD_STANDARD or SHD_EXACT */
-    shd_isa isa;   /* of the kernels: the widest that this machine has; the bits do not depend on
-                      it, so tests may choose another that it has */
+    shd_isa isa;   /* of the kernels; the bits do not depend on it */
     const shd_plan_light *lights;
     size_t light_count;
     const shd_plan_material *materials; /* as shd_scene.materials */
@@ -71,9 +70,10 @@ typedef struct shd_plan {
     const char *summary; /* "tier=standard; lights=3/4", for people and the Shaded-Plan header */
 } shd_plan;
 
-/* SHD_MEMORY is the only error: a scene that was read can be planned. */
-shd_status shd_plan_make(const shd_scene *scene, shd_arena *arena, const shd_plan **out,
-                         shd_error *error);
+/* Plans for kernels of the instruction set `isa`. SHD_MEMORY is the only error: a scene that was
+ * read can be planned. */
+shd_status shd_plan_make(const shd_scene *scene, shd_isa isa, shd_arena *arena,
+                         const shd_plan **out, shd_error *error);
 
 /* The sphere around an object in the world frame. False for infinite objects. */
 bool shd_object_bounds(const shd_object *object, shd_vec3 *center, double *radius);

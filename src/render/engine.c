@@ -29,9 +29,14 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
         long cores = sysconf(_SC_NPROCESSORS_ONLN);
         threads = cores < 1 ? 1 : cores > 1024 ? 1024 : (unsigned)cores;
     }
+    shd_isa isa;
+    if (!shd_isa_find(options->kernel ? options->kernel : "auto", &isa))
+        return shd_fail(error, SHD_CONFIG, "", "this machine has no kernel '%.64s'",
+                        options->kernel);
     shd_engine *engine = calloc(1, sizeof *engine);
     if (!engine) return shd_fail(error, SHD_MEMORY, "", "out of memory");
     engine->limits = options->limits;
+    engine->isa = isa;
     engine->tracer = shd_tracer_new();
     shd_status status = engine->tracer
                             ? shd_color_config_load(options->ocio_config, &engine->color, error)

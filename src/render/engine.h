@@ -16,6 +16,7 @@ struct shd_engine {
     shd_color_config *color;
     shd_tracer *tracer;
     shd_limits limits;
+    shd_isa isa;      /* of the kernels */
     bool floats_only; /* for tests: colors never go straight to codes, which gives the same bytes */
 };
 

@@ -10,7 +10,7 @@ shd_status shd_request_render(shd_request *request, const shd_render_options *op
     double began = shd_thread_seconds();
 
     /* What does this scene need? */
-    shd_status status = shd_plan_make(scene, arena, &request->plan, error);
+    shd_status status = shd_plan_make(scene, request->engine->isa, arena, &request->plan, error);
     if (status != SHD_OK) return status;
     double planned = shd_thread_seconds();
     request->times.plan = planned - began;

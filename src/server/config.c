@@ -33,6 +33,8 @@ static const option_info options[] = {
     {"admin", TEXT, FIELD(admin), 0, 0, "ADDR:PORT",
      "where to answer /healthz, /readyz and /metrics; or off"},
     {"threads", WHOLE, FIELD(threads), 0, 1024, "N", "rendering threads; 0: one a core"},
+    {"kernel", TEXT, FIELD(kernel), 0, 0, "NAME",
+     "portable, avx2 or avx512: instructions to render with; auto: the widest there are"},
     {"queue", WHOLE, FIELD(queue), 1, 1000000, "N",
      "requests that may wait for a thread; one more is answered 429"},
     {"ocio", TEXT, FIELD(ocio), 0, 0, "FILE",
@@ -70,6 +72,7 @@ shd_config shd_config_defaults(void) {
         .listen = "127.0.0.1:8080",
         .admin = "127.0.0.1:9090",
         /* The same request gives the same bytes until the version or the configuration change. */
+        .kernel = "auto",
         .cache_control = "public, max-age=3600",
         .log_requests = true,
         .threads = engine.threads,

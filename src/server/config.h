@@ -12,6 +12,7 @@
 typedef struct shd_config {
     char listen[256], admin[256]; /* ADDR:PORT; admin may be "off" */
     char ocio[4096];              /* path; "": the embedded configuration */
+    char kernel[16];              /* auto, portable, avx2, avx512 */
     char cache_control[256];      /* of pictures */
     bool log_requests;
     uint64_t threads, queue, connections;

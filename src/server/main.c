@@ -57,6 +57,7 @@ static shd_status make_engine(shd_server *server, shd_error *error) {
     shd_engine_options options = shd_engine_defaults();
     options.ocio_config = *config->ocio ? config->ocio : NULL;
     options.threads = (unsigned)config->threads;
+    options.kernel = config->kernel;
     options.queue = config->queue;
     options.limits = (shd_limits){.pixels = config->pixels,
                                   .lights = config->lights,

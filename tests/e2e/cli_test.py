@@ -131,7 +131,7 @@ class Usage(Case):
     def test_help_and_version(self):
         run = self.shade("--help")
         self.assertEqual((run.returncode, run.stderr), (0, b""))
-        for word in (b"render", b"compare", b"check", b"--threads", b"--ocio", b"Exit status"):
+        for word in (b"render", b"compare", b"check", b"--threads", b"--kernel", b"--ocio", b"Exit status"):
             self.assertIn(word, run.stdout)
         run = self.shade("--version")
         self.assertRegex(run.stdout.decode(), r"\Ashade \d+\.\d+\.\d+\n\Z")
@@ -188,6 +188,14 @@ class Render(Case):
         pictures = {self.shade("render", scene, "-o", "-", "--threads", n).stdout
                     for n in ("1", "2", "7")}
         self.assertEqual(len(pictures), 1)
+
+    def test_any_kernel_gives_the_same_bytes(self):
+        scene = self.scene(dict(SMALL, image={"width": 60, "height": 50}))
+        pictures = {self.shade("render", scene, "-o", "-", "--kernel", name).stdout
+                    for name in ("auto", "portable")}
+        self.assertEqual(len(pictures), 1)
+        run = self.shade("render", scene, "-o", "-", "--kernel", "avx3")
+        self.assert_fails(run, 1, "avx3")
 
     def test_bad_scene_writes_nothing(self):
         run = self.shade("render", self.scene({"objects": [{"type": "cube"}]}), "-o", "a.png")

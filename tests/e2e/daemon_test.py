@@ -163,6 +163,11 @@ class StartTest(Folder):
         for word in words:
             self.assertIn(word, event["message"])
 
+    def test_kernel(self):
+        self.assert_cannot_start(run("--kernel", "avx3"), "", "avx3")
+        with Daemon(env={"SHADED_KERNEL": "portable"}) as daemon:
+            self.assertEqual(daemon.render(SMALL).status, 200)
+
     def test_addresses(self):
         for address, pattern in (("localhost:0", r"(127\.0\.0\.1|\[::1\]):\d+"),
                                  ("127.0.0.1:0", r"127\.0\.0\.1:\d+"), ("[::1]:0", r"\[::1\]:\d+")):

@@ -73,13 +73,9 @@ static char *scene(uint64_t seed) {
 static shd_request *plan_for(shd_engine *engine, const char *json, shd_isa isa, shd_sight **sight) {
     shd_request *request = read_scene(engine, json);
     shd_error error = {SHD_OK, "", ""};
-    shd_plan *plan = shd_arena_alloc(request->arena, 1, sizeof *plan);
-    shd_status status = shd_plan_make(request->scene, request->arena, &request->plan, &error);
-    assert_true(plan && status == SHD_OK);
-    *plan = *request->plan;
-    plan->isa = isa;
-    request->plan = plan;
-    if (shd_sight_new(plan, engine->tracer, request->arena, sight, &error))
+    shd_status status = shd_plan_make(request->scene, isa, request->arena, &request->plan, &error);
+    assert_int_equal(status, SHD_OK);
+    if (shd_sight_new(request->plan, engine->tracer, request->arena, sight, &error))
         fail_msg("%s: %s", error.path, error.text);
     return request;
 }
@@ -171,6 +167,26 @@ static void every_variant_gives_the_same_floats(void **state) {
     }
 }
 
+static void an_engine_takes_the_variant_it_is_told(void **state) {
+    (void)state;
+    for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++) {
+        shd_engine_options options = shd_engine_defaults();
+        options.threads = 1;
+        options.kernel = shd_isa_name(isa);
+        shd_engine *engine;
+        shd_error error;
+        shd_status status = shd_engine_new(&options, &engine, &error);
+        assert_int_equal(status, shd_cpu_has(isa) ? SHD_OK : SHD_CONFIG);
+        if (status != SHD_OK) continue;
+        char *json = scene(1);
+        drawn d = film_of(engine, json);
+        assert_int_equal(d.request->plan->isa, isa);
+        drop_drawn(&d);
+        free(json);
+        shd_engine_drop(engine);
+    }
+}
+
 static void the_plan_takes_the_widest_variant_there_is(void **state) {
     char *json = scene(1);
     drawn d = film_of(*state, json);
@@ -185,6 +201,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_variant_and_tile_sees_the_same_bits),
         cmocka_unit_test(every_variant_gives_the_same_floats),
+        cmocka_unit_test(an_engine_takes_the_variant_it_is_told),
         cmocka_unit_test(the_plan_takes_the_widest_variant_there_is),
     };
     return cmocka_run_group_tests(tests, make_engine, drop_engine);
