@@ -397,9 +397,9 @@ shd_status unknown(shd_error *error, const char *what, const char *name) {
     return shd_fail(error, SHD_SCENE, "", "unknown %s '%.64s'", what, name);
 }
 
-// IEC 61966-2-1, in f64. OpenColorIO's curve joins the two pieces with a common slope instead,
-// which makes the darkest eleven of the 8-bit codes 2.5e-4 too dark; colors that people write are
-// held to the standard.
+// IEC 61966-2-1, in f64: colors that people write have no rounding of a float, and no toe of
+// another standard where an operator's configuration has OpenColorIO's own sRGB, which is 2.5e-4
+// darker there.
 double decode_srgb(double v) {
     return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
 }

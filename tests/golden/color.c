@@ -55,11 +55,8 @@ static double iec_srgb(double x) {
     return x <= 0.0031308 ? 12.92 * x : 1.055 * pow(x, 1 / 2.4) - 0.055;
 }
 
-/* The same curve with its pieces joined where value and slope agree: y0 = 0.055 / 1.4, as
- * OpenColorIO's reference on ExponentWithLinearTransform has it. */
-static double smooth_srgb(double x) {
-    double y0 = 0.055 / 1.4, x0 = pow((y0 + 0.055) / 1.055, 2.4);
-    return x <= x0 ? x * y0 / x0 : 1.055 * pow(x, 1 / 2.4) - 0.055;
+static double iec_linear(double v) {
+    return v <= 0.04045 ? v / 12.92 : pow((v + 0.055) / 1.055, 2.4);
 }
 
 static const float colors[][3] = {
@@ -70,17 +67,53 @@ static const float colors[][3] = {
 
 static void srgb_is_the_iec_curve(void **state) {
     (void)state;
-    /* 2.5e-7 is four roundings of a float; 1e-5 is what joining smoothly costs in the toe. */
-    for (double x = 1e-7; x < 16; x *= 1.001) {
+    /* Six roundings of a float. */
+    for (double x = 1e-30; x < 1e5; x *= 1.001) {
         const float in[3] = {(float)x, (float)x, (float)x};
-        float out[4];
+        float out[4], same[4];
         to_view("sRGB", "Standard", in, out);
-        double exact = smooth_srgb((double)in[0]), iec = iec_srgb((double)in[0]);
-        close_to(out, (double[3]){exact, exact, exact}, 2.5e-7, 0);
-        close_to(out, (double[3]){iec, iec, iec}, 2.5e-7, x < 0.0032 ? 1e-5 : 0);
-        float same[4];
+        double want = iec_srgb((double)in[0]);
+        close_to(out, (double[3]){want, want, want}, 3.6e-7, 0);
         to_space("lin_rec709", "sRGB", in, same);
         assert_memory_equal(out, same, sizeof out);
+    }
+}
+
+static void srgb_s_pieces_meet_where_iec_says(void **state) {
+    (void)state;
+    /* Every float around the two breaks, OpenColorIO's (0.0030399) and IEC's. At the latter IEC's
+     * pieces leave a gap of 2.9e-8, which a curve that rises has to close on one side. */
+    static float pixels[1 << 20];
+    size_t count = 0;
+    for (float x = 0.003f; x < 0.0032f; x = nextafterf(x, 1)) {
+        assert_true(count < COUNT(pixels));
+        pixels[count++] = x;
+    }
+    count -= count % 4;
+    const shd_color_transform *srgb;
+    assert_int_equal(shd_color_to_space(config, "lin_rec709", "sRGB", &srgb, NULL), SHD_OK);
+    shd_color_apply(srgb, pixels, count / 4);
+    float x = 0.003f, before = 0;
+    for (size_t i = 0; i < count; i++, x = nextafterf(x, 1)) {
+        if (i % 4 == 3) continue; /* alpha */
+        double want = iec_srgb((double)x);
+        bool gap = x > 0.0031307f && x < 0.003131f;
+        if (!(fabs((double)pixels[i] - want) <= 3.6e-7 * want + (gap ? 2.9e-8 : 0)))
+            fail_msg("%.9g becomes %.9g, not %.9g", (double)x, (double)pixels[i], want);
+        assert_true(pixels[i] >= before);
+        before = pixels[i];
+    }
+}
+
+static void srgb_comes_back_by_the_iec_curve(void **state) {
+    (void)state;
+    /* The power doubles what the roundings before it leave. */
+    for (double v = 1e-30; v < 120; v *= 1.001) {
+        const float in[3] = {(float)v, (float)-v, (float)v};
+        float out[4];
+        to_space("sRGB", "lin_rec709", in, out);
+        double want = iec_linear((double)in[0]);
+        close_to(out, (double[3]){want, (double)in[1] / 12.92, want}, 8e-7, 0);
     }
 }
 
@@ -93,17 +126,20 @@ static void srgb_codes_are_the_iec_curve_s(void **state) {
         float out[4];
         to_space("lin_rec709", "sRGB", in, out);
         double want = iec_srgb((double)in[0]) * 255 + 0.5, got = (double)out[0] * 255 + 0.5;
-        if (floor(want) != floor(got))
-            assert_true(fabs(want - round(want)) < (i < 210 ? 255 * 1e-5 : 255 * 2.5e-7));
+        if (floor(want) != floor(got)) assert_true(fabs(want - round(want)) < 255 * 3.6e-7);
     }
 }
 
 static void negative_light_follows_the_linear_segment(void **state) {
     (void)state;
-    float out[4];
-    to_space("lin_rec709", "sRGB", (const float[3]){-1, -0.25f, -1e-6f}, out);
-    double slope = smooth_srgb(0.001) / 0.001;
-    close_to(out, (const double[3]){-slope, -0.25 * slope, -1e-6 * slope}, 2e-7, 0);
+    for (double x = 1e-30; x < 1e30; x *= 1.1) {
+        const float in[3] = {(float)-x, (float)-x, (float)(-x / 3)};
+        float out[4];
+        to_space("lin_rec709", "sRGB", in, out);
+        const double want[3] = {12.92 * (double)in[0], 12.92 * (double)in[1],
+                                12.92 * (double)in[2]};
+        close_to(out, want, 2e-7, 0);
+    }
 }
 
 static void rec1886_is_gamma_2_4_and_mirrors(void **state) {
@@ -131,8 +167,8 @@ static void display_p3_is_the_published_matrix_and_the_srgb_curve(void **state) 
         float out[4];
         double want[3];
         for (int r = 0; r < 3; r++)
-            want[r] = smooth_srgb(m[r][0] * (double)colors[i][0] + m[r][1] * (double)colors[i][1] +
-                                  m[r][2] * (double)colors[i][2]);
+            want[r] = iec_srgb(m[r][0] * (double)colors[i][0] + m[r][1] * (double)colors[i][1] +
+                               m[r][2] * (double)colors[i][2]);
         to_view("Display P3", "Standard", colors[i], out);
         close_to(out, want, 3e-7, 1e-7);
     }
@@ -176,11 +212,28 @@ static void aces_sdr_puts_middle_grey_where_aces_says(void **state) {
     float out[4];
     to_view("Rec.1886", "ACES SDR", (const float[3]){.18f, .18f, .18f}, out);
     close_to(out, want, 1e-4, 0);
-    for (int c = 0; c < 3; c++) want[c] = smooth_srgb(grey);
+    for (int c = 0; c < 3; c++) want[c] = iec_srgb(grey);
     to_view("sRGB", "ACES SDR", (const float[3]){.18f, .18f, .18f}, out);
     close_to(out, want, 1e-4, 0);
     to_view("Display P3", "ACES SDR", (const float[3]){.18f, .18f, .18f}, out);
     close_to(out, want, 1e-4, 0);
+}
+
+static void displays_have_the_iec_curve_in_the_dark(void **state) {
+    (void)state;
+    /* The same tone scale on three displays: Rec.1886 undone gives the light that sRGB encodes,
+     * and greys are the same in P3. Powers there and back, and the matrices before them. */
+    for (float x = 1e-4f; x < 0.3f; x *= 1.01f) {
+        const float in[3] = {x, x, x};
+        float video[4], out[4];
+        double want[3];
+        to_view("Rec.1886", "ACES SDR", in, video);
+        for (int c = 0; c < 3; c++) want[c] = iec_srgb(pow((double)video[c], 2.4));
+        to_view("sRGB", "ACES SDR", in, out);
+        close_to(out, want, 2e-6, 0);
+        to_view("Display P3", "ACES SDR", in, out);
+        close_to(out, want, 1e-5, 0);
+    }
 }
 
 /* The model's matrix (NTSC's, rounded to two digits). */
@@ -224,11 +277,11 @@ static void yiq_and_hsv_are_the_definitions(void **state) {
     (void)state;
     for (size_t i = 0; i < COUNT(colors) + COUNT(signed_colors); i++) {
         const float *rgb = i < COUNT(colors) ? colors[i] : signed_colors[i - COUNT(colors)];
-        check_encoded("YIQ", yiq, smooth_srgb, rgb);
+        check_encoded("YIQ", yiq, iec_srgb, rgb);
         check_encoded("YIQ linear", yiq, NULL, rgb);
         /* The hue of nearly grey colors magnifies the curve's rounding. */
         if (rgb[0] == .9f) continue;
-        check_encoded("HSV", hsv, smooth_srgb, rgb);
+        check_encoded("HSV", hsv, iec_srgb, rgb);
         check_encoded("HSV linear", hsv, NULL, rgb);
     }
 }
@@ -309,12 +362,15 @@ static void hues_stay_below_one(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(srgb_is_the_iec_curve),
+        cmocka_unit_test(srgb_s_pieces_meet_where_iec_says),
+        cmocka_unit_test(srgb_comes_back_by_the_iec_curve),
         cmocka_unit_test(srgb_codes_are_the_iec_curve_s),
         cmocka_unit_test(negative_light_follows_the_linear_segment),
         cmocka_unit_test(rec1886_is_gamma_2_4_and_mirrors),
         cmocka_unit_test(display_p3_is_the_published_matrix_and_the_srgb_curve),
         cmocka_unit_test(aces_matrices_are_the_published_ones),
         cmocka_unit_test(aces_sdr_puts_middle_grey_where_aces_says),
+        cmocka_unit_test(displays_have_the_iec_curve_in_the_dark),
         cmocka_unit_test(yiq_and_hsv_are_the_definitions),
         cmocka_unit_test(primaries_and_secondaries_have_the_hues_of_the_hexcone),
         cmocka_unit_test(greys_have_no_hue_and_no_saturation),

@@ -7,15 +7,14 @@ YIQ = np.array([[0.30, 0.59, 0.11], [0.60, -0.28, -0.32], [0.21, -0.52, 0.31]])
 
 
 def srgb_encode(linear):
-    """IEC 61966-2-1; negative values mirror."""
-    a = np.abs(linear)
-    return np.sign(linear) * np.where(a <= 0.0031308, 12.92 * a,
-                                      1.055 * np.power(np.maximum(a, 1e-300), 1 / 2.4) - 0.055)
+    """IEC 61966-2-1:1999; the linear piece goes on below 0."""
+    return np.where(linear <= 0.0031308, 12.92 * linear,
+                    1.055 * np.power(np.maximum(linear, 1e-300), 1 / 2.4) - 0.055)
 
 
 def srgb_decode(encoded):
-    a = np.abs(encoded)
-    return np.sign(encoded) * np.where(a <= 0.04045, a / 12.92, ((a + 0.055) / 1.055) ** 2.4)
+    return np.where(encoded <= 0.04045, encoded / 12.92,
+                    ((np.maximum(encoded, 0) + 0.055) / 1.055) ** 2.4)
 
 
 def parse(value, space="lin_rec709"):
