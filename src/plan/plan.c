@@ -3,9 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
-static bool is_black(const double color[3]) {
-    return color[0] == 0 && color[1] == 0 && color[2] == 0;
-}
+#include "plan/parts.h"
 
 static shd_plan_light plan_light(const shd_light *light, size_t index) {
     shd_plan_light out = {.index = index};
@@ -31,6 +29,11 @@ static shd_plan_light plan_light(const shd_light *light, size_t index) {
     out.outer = 2 * outer * outer;
     out.inner = 2 * inner * inner;
     out.exponent = light->exponent;
+    if (out.spot) {
+        double fade = light->angle * light->penumbra;
+        out.steep = (fade > 0 && fade < 0.087) || out.outer < 0.004 || out.exponent > 500 ||
+                    (out.exponent > 0 && out.exponent < 1);
+    }
     return out;
 }
 
@@ -42,12 +45,15 @@ static bool plan_material(const shd_material *material, const double ambient[3],
     for (int c = 0; c < 3; c++) {
         out->emissive[c] = material->emissive[c];
         out->ambient[c] = material->ambient[c] * ambient[c];
+        out->constant[c] = out->emissive[c] + out->ambient[c];
         out->diffuse[c] = material->diffuse[c];
     }
-    out->has_diffuse = !is_black(out->diffuse);
+    out->has_emissive = !shd_is_black(out->emissive);
+    out->has_ambient = !shd_is_black(out->ambient);
+    out->has_diffuse = !shd_is_black(out->diffuse);
     for (size_t i = 0; i < material->lobe_count; i++) {
         const shd_lobe *lobe = &material->lobes[i];
-        if (is_black(lobe->specular)) continue;
+        if (shd_is_black(lobe->specular)) continue;
         shd_plan_lobe *kept = &lobes[out->lobe_count++];
         memcpy(kept->specular, lobe->specular, sizeof kept->specular);
         kept->shininess = lobe->shininess;
@@ -81,67 +87,98 @@ static bool plan_planes(const shd_scene *scene, shd_arena *arena, shd_plan *plan
     return true;
 }
 
-/* The frame in which f32 positions are small: around the finite objects, or around the camera
- * where there are none. */
-static void plan_frame(const shd_scene *scene, shd_plan *plan) {
-    shd_vec3 low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};
-    for (size_t i = 0; i < scene->object_count; i++) {
-        shd_vec3 c;
-        double r;
-        if (!shd_object_bounds(&scene->objects[i], &c, &r)) continue;
-        low = (shd_vec3){fmin(low.x, c.x - r), fmin(low.y, c.y - r), fmin(low.z, c.z - r)};
-        high = (shd_vec3){fmax(high.x, c.x + r), fmax(high.y, c.y + r), fmax(high.z, c.z + r)};
+/* Whether one channel tells all three. */
+static void find_greys(shd_plan *plan) {
+    const shd_scene *scene = plan->scene;
+    plan->grey_lights = true;
+    for (size_t j = 0; j < plan->light_count; j++)
+        plan->grey_lights &= shd_is_grey(plan->lights[j].color);
+    plan->opaque = !scene->transparent;
+    plan->grey = plan->grey_lights && (scene->transparent || shd_is_grey(scene->background));
+    for (size_t i = 0; i < scene->material_count; i++) {
+        const shd_plan_material *material = &plan->materials[i];
+        plan->grey &= shd_is_grey(material->emissive) && shd_is_grey(material->ambient) &&
+                      shd_is_grey(material->diffuse);
+        for (size_t k = 0; k < material->lobe_count; k++)
+            plan->grey &= shd_is_grey(material->lobes[k].specular);
     }
-    double size;
-    if (low.x <= high.x) {
-        plan->origin = shd_madd(shd_scale(low, 0.5), high, 0.5);
-        size = shd_max_abs(shd_sub(shd_scale(high, 0.5), shd_scale(low, 0.5)));
-    } else {
-        plan->origin = scene->camera.position;
-        size = shd_max_abs(scene->camera.position);
-    }
-    if (!shd_is_finite(plan->origin)) plan->origin = (shd_vec3){0, 0, 0};
-    plan->scale = size > 1e-280 && size < 1e280 ? ldexp(1, -ilogb(size)) : 1;
 }
 
-shd_status shd_plan_make(const shd_scene *scene, shd_isa isa, shd_arena *arena,
-                         const shd_plan **out, shd_error *error) {
-    shd_plan *plan = shd_arena_zalloc(arena, 1, sizeof *plan);
+static bool make_sweep(shd_plan *plan, bool whole, shd_arena *arena) {
+    shd_plan_sweep *sweep = shd_arena_alloc(arena, 1, sizeof *sweep);
+    shd_cone *cones = shd_arena_alloc(arena, plan->light_count, sizeof *cones);
+    if (!sweep || !cones) return false;
+    for (size_t j = 0; j < plan->light_count; j++) cones[j] = shd_light_cone(&plan->lights[j]);
+    *sweep = (shd_plan_sweep){cones, whole};
+    plan->sweep = sweep;
+    return true;
+}
+
+/* The tier that runs. */
+static shd_tier choose_tier(const shd_accuracy *accuracy) {
+    /* A budget is met by the exact tier, whose error no output format can show. */
+    if (accuracy->budget || accuracy->tier == SHD_EXACT) return SHD_EXACT;
+    /* The draft tier is answered by a better one. */
+    return SHD_STANDARD;
+}
+
+static bool make_parts(const shd_scene *scene, bool whole, shd_arena *arena, shd_plan *plan) {
     shd_plan_light *lights = shd_arena_alloc(arena, scene->light_count, sizeof *lights);
     shd_plan_material *materials = shd_arena_alloc(arena, scene->material_count, sizeof *materials);
-    if (!plan || !lights || !materials || !plan_planes(scene, arena, plan)) goto no_memory;
-    plan->scene = scene;
-    plan->isa = isa;
-
-    /* A budget is met by the exact tier, whose error no output format can show. The draft tier
-     * may be answered by a better one. */
-    plan->tier =
-        scene->accuracy.budget || scene->accuracy.tier == SHD_EXACT ? SHD_EXACT : SHD_STANDARD;
+    uint8_t *drops = shd_arena_zalloc(arena, scene->light_count, sizeof *drops);
+    if (!lights || !materials || !drops || !plan_planes(scene, arena, plan)) return false;
 
     double ambient[3];
+    size_t count = 0;
     memcpy(ambient, scene->ambient, sizeof ambient);
     for (size_t i = 0; i < scene->light_count; i++) {
         const shd_light *light = &scene->lights[i];
         for (int c = 0; c < 3; c++) ambient[c] += light->ambient[c];
-        if (light->type == SHD_LIGHT_AMBIENT || is_black(light->color)) continue;
-        lights[plan->light_count++] = plan_light(light, i);
+        if (light->type == SHD_LIGHT_AMBIENT)
+            drops[i] = SHD_DROP_AMBIENT;
+        else if (shd_is_black(light->color))
+            drops[i] = SHD_DROP_BLACK;
+        else
+            lights[count++] = plan_light(light, i);
     }
-    plan->lights = lights;
 
     for (size_t i = 0; i < scene->material_count; i++) {
-        if (!plan_material(&scene->materials[i], ambient, arena, &materials[i])) goto no_memory;
+        if (!plan_material(&scene->materials[i], ambient, arena, &materials[i])) return false;
         if (materials[i].lobe_count > plan->max_lobes) plan->max_lobes = materials[i].lobe_count;
     }
     plan->materials = materials;
-    plan_frame(scene, plan);
+    if (!shd_plan_reach(plan, lights, count, drops, whole, arena)) return false;
+    if (!make_sweep(plan, whole, arena)) return false;
+    find_greys(plan);
+    shd_plan_frame(plan);
 
     plan->summary = shd_arena_printf(arena, "tier=%s; lights=%zu/%zu",
                                      plan->tier == SHD_EXACT ? "exact" : "standard",
                                      plan->light_count, scene->light_count);
-    if (!plan->summary) goto no_memory;
+    return plan->summary;
+}
+
+static shd_status make_plan(const shd_scene *scene, shd_isa isa, bool whole, shd_arena *arena,
+                            const shd_plan **out, shd_error *error) {
+    shd_plan *plan = shd_arena_zalloc(arena, 1, sizeof *plan);
+    if (plan) {
+        plan->scene = scene;
+        plan->isa = isa;
+        plan->tier = choose_tier(&scene->accuracy);
+    }
+    if (!plan || !make_parts(scene, whole, arena, plan))
+        return shd_fail(error, SHD_MEMORY, "",
+                        "the limit `memory` is too small for this scene's plan");
     *out = plan;
     return SHD_OK;
+}
 
-no_memory:
-    return shd_fail(error, SHD_MEMORY, "", "the limit `memory` is too small for this scene's plan");
+shd_status shd_plan_make(const shd_scene *scene, shd_isa isa, shd_arena *arena,
+                         const shd_plan **out, shd_error *error) {
+    return make_plan(scene, isa, false, arena, out, error);
+}
+
+shd_status shd_plan_make_whole(const shd_scene *scene, shd_isa isa, shd_arena *arena,
+                               const shd_plan **out, shd_error *error) {
+    return make_plan(scene, isa, true, arena, out, error);
 }

@@ -1,9 +1,9 @@
 /* The plan: the scene reduced to what it needs, before any pixel is touched.
  *
- * Constants are folded, black terms and lights are gone, angles have become what the kernels
- * compare, and the tier and its kernel are chosen. A plan is constant once made, lives in its
- * arena, and may be shared by threads. Every reduction made here is exact: the picture is the
- * one of the full scene. */
+ * Constants are folded, black terms are gone, so are lights that reach nothing that is seen (of
+ * the picture, and of each object), angles have become what the kernels compare, and the tier and
+ * its kernel are chosen. A plan is constant once made, lives in its arena, and may be shared by
+ * threads. These reductions are exact: the picture is the one of the full scene. */
 #ifndef SHD_PLAN_PLAN_H
 #define SHD_PLAN_PLAN_H
 
@@ -29,7 +29,17 @@ typedef struct shd_plan_light {
      * the axis cosines cancel and chords do not. inner <= outer <= 2. */
     double outer, inner;
     double exponent;
+    bool steep; /* too steep for f32: a narrow fade, a high exponent, or one below 1 */
 } shd_plan_light;
+
+/* Why a light of the scene is not in the plan: bits, all of them that say so for some object. */
+enum {
+    SHD_DROP_AMBIENT = 1, /* it is all in the ambient term */
+    SHD_DROP_BLACK = 2,   /* its color is */
+    SHD_DROP_UNLIT = 4,   /* no object reflects its color, or there is no object */
+    SHD_DROP_BEHIND = 8,  /* behind all that is seen */
+    SHD_DROP_CONE = 16    /* its cone misses the objects */
+};
 
 typedef struct shd_plan_lobe {
     double specular[3];
@@ -38,13 +48,33 @@ typedef struct shd_plan_lobe {
 
 typedef struct shd_plan_material {
     double emissive[3];
-    double ambient[3]; /* ka Ia */
+    double ambient[3];  /* ka Ia */
+    double constant[3]; /* ke + ka Ia */
     double diffuse[3];
-    bool has_diffuse;
+    bool has_emissive, has_ambient, has_diffuse;
     const shd_plan_lobe *lobes; /* those that are not black */
     size_t lobe_count;
     bool front_only;
 } shd_plan_material;
+
+/* An object as its lights see it. */
+typedef struct shd_plan_object {
+    bool bounded;    /* false: an infinite plane, and the sphere is not set */
+    shd_vec3 center; /* of the sphere around it, in the world frame */
+    double radius;
+    size_t material;        /* in plan->materials: the first that is equal to the object's */
+    size_t group;           /* in plan->groups */
+    const uint32_t *lights; /* [light_count]: indices in plan->lights, ascending, of those that
+                               may reach it; the other ones add exactly 0 to what is seen of it */
+    size_t light_count;
+} shd_plan_object;
+
+/* Objects that are lit alike: one material, one list of lights. */
+typedef struct shd_plan_group {
+    size_t material;
+    const uint32_t *lights;
+    size_t light_count;
+} shd_plan_group;
 
 /* A color picture that is summed: the beauty first, then each layer that an output wants. */
 typedef struct shd_plane {
@@ -55,11 +85,19 @@ typedef struct shd_plane {
 typedef struct shd_plan {
     const shd_scene *scene;
     shd_tier tier; /* the tier that runs: SHD_STANDARD or SHD_EXACT */
-    shd_isa isa;   /* of the kernels; the bits do not depend on it */
-    const shd_plan_light *lights;
+    shd_isa isa;   /* of the kernels: the widest that this machine has; the bits do not depend on
+                      it, so tests may choose another that it has */
+    const shd_plan_light *lights; /* those that may reach some object */
     size_t light_count;
+    const uint8_t *drops; /* [scene->light_count]: SHD_DROP bits; 0: it is in `lights` */
     const shd_plan_material *materials; /* as shd_scene.materials */
     size_t max_lobes;                   /* of any material */
+    const shd_plan_object *objects;     /* as shd_scene.objects */
+    const shd_plan_group *groups;
+    size_t group_count;
+    bool grey_lights; /* r = g = b in every one of `lights` */
+    bool grey;        /* ... and in all materials and the background: channels are equal */
+    bool opaque;      /* the background is: alpha is 1 everywhere */
     const shd_plane *planes;
     size_t plane_count;
     bool wants[SHD_LAYER_KINDS]; /* whether any output has a layer of the kind */
@@ -67,6 +105,13 @@ typedef struct shd_plan {
      * scale is a power of 2, made from the scene alone so that it is the same for any region. */
     shd_vec3 origin;
     double scale;
+    /* Whether a position needs more than f32's 24 bits in that frame: some light is near an
+     * object, or some light or lobe is so steep that it is done in f64. */
+    bool split_positions;
+    /* What a sum of lights may leave out at any point, and what the film may leave to fewer
+     * samples than the pattern has: absolute, in components of the working space. */
+    double drop_tolerance, sampling_tolerance;
+    const struct shd_plan_sweep *sweep; /* for shd_plan_cull */
     const char *summary; /* "tier=standard; lights=3/4", for people and the Shaded-Plan header */
 } shd_plan;
 
@@ -74,6 +119,28 @@ typedef struct shd_plan {
  * read can be planned. */
 shd_status shd_plan_make(const shd_scene *scene, shd_isa isa, shd_arena *arena,
                          const shd_plan **out, shd_error *error);
+
+/* The same without the reductions that leave lights out and merge materials: every light with a
+ * color, for every object and every patch. Tests compare pictures of both. */
+shd_status shd_plan_make_whole(const shd_scene *scene, shd_isa isa, shd_arena *arena,
+                               const shd_plan **out, shd_error *error);
+
+/* Surface points that are close to each other, a tile's for example. World frame. */
+typedef struct shd_patch {
+    shd_vec3 center; /* of a sphere around the points */
+    double radius;
+    shd_vec3 axis;     /* unit; of a cone around their normals N, turned as they are shaded */
+    double cos_spread; /* of the half-angle of that cone; -1: any normal */
+} shd_patch;
+
+/* Of the lights `in[0..count)` (indices in plan->lights, ascending) those that may reach the
+ * patch of an object's surface; `out` has room for all and may be `in`. Returns how many. With
+ * tolerance 0 the other ones add exactly 0 there: they are behind all normals, or their cones
+ * miss the sphere. With more, the weakest go as well, as long as all of them together add no more
+ * than that in any channel; then a picture does not depend on how it is cut only where patches do
+ * not. Costs some 10 ns a light. */
+size_t shd_plan_cull(const shd_plan *plan, size_t object, const shd_patch *patch, double tolerance,
+                     const uint32_t *in, size_t count, uint32_t *out);
 
 /* The sphere around an object in the world frame. False for infinite objects. */
 bool shd_object_bounds(const shd_object *object, shd_vec3 *center, double *radius);

@@ -1,0 +1,170 @@
+/* Whether a light is behind all that is seen of an object.
+ *
+ * Under an affine map A normals go with its inverse transposed, so that N.(l - p) keeps its sign:
+ * everything is decided in the object's own frame, where shapes are simple. Of a convex solid seen
+ * from outside, at points p with n.(e - p) > 0 from the eye e, normals are not turned, and those
+ * that may be seen are some of its faces and an arc of its curved part. A light l is behind if
+ * n.(l - p) < 0 for all of these. Eyes and lights at infinity are directions: p drops out. */
+#include "plan/parts.h"
+
+/* A point of the object's frame (weight 1) or a direction (weight 0). */
+typedef struct place {
+    shd_vec3 at;
+    double weight;
+} place;
+
+static place eye_of(const shd_scene *scene, const shd_back *back) {
+    const shd_camera *camera = &scene->camera;
+    bool far = camera->projection == SHD_ORTHOGRAPHIC;
+    shd_vec3 at = far ? camera->back : shd_sub(camera->position, back->origin);
+    return (place){shd_linear(&back->inverse, at), !far};
+}
+
+static void add_face(shd_back *back, shd_vec3 normal, double offset) {
+    back->faces[back->face_count] = normal;
+    back->offsets[back->face_count++] = offset;
+}
+
+/* How far the eye is in front of a plane; the size that tells whether that is much. */
+static double before(const place *eye, shd_vec3 normal, double offset, double *size) {
+    *size = shd_length(eye->at) + fabs(offset) * eye->weight;
+    return shd_dot(normal, eye->at) - offset * eye->weight;
+}
+
+/* A face of a solid, where the eye may see it. Returns whether the eye is clearly in front. */
+static bool see_face(shd_back *back, const place *eye, shd_vec3 normal, double offset) {
+    double size, height = before(eye, normal, offset, &size);
+    if (height > -1e-9 * size) add_face(back, normal, offset);
+    return height > 1e-6 * size;
+}
+
+/* The curved part of a sphere (not `flat_circle`), cylinder or cone, where the eye may see it:
+ * n.x = radial |x| cos(angle between n and x) + axial x.y - reach is above 0. Returns whether the
+ * eye is clearly in front of some of it. */
+static bool see_arc(shd_back *back, const place *eye, bool flat_circle, double radial, double axial,
+                    double reach) {
+    shd_vec3 across = eye->at;
+    if (flat_circle) across.y = 0;
+    double out = radial * shd_length(across), rest = axial * eye->at.y - reach * eye->weight;
+    double size = out + fabs(rest);
+    if (!(out + rest > -1e-9 * size)) return false;
+    back->round = true;
+    back->flat_circle = flat_circle;
+    back->slope_radial = radial;
+    back->slope_axial = axial;
+    back->reach = reach;
+    /* Seen where cos > -rest / out. */
+    double cosine = out > 0 ? -rest / out : -1;
+    back->arc_cosine = cosine > 1 ? 1 : cosine;
+    if (!(back->arc_cosine > -1) || !shd_normalize(across, &back->arc)) back->arc_cosine = -1;
+    return out + rest > 1e-6 * size;
+}
+
+/* A surface without inside: its normal is turned to the eye, wherever that is. */
+static bool see_sheet(shd_back *back, const place *eye, bool front_only) {
+    shd_vec3 up = {0, 1, 0};
+    double size, height = before(eye, up, 0, &size);
+    bool turned = !front_only && height < 0;
+    add_face(back, turned ? shd_scale(up, -1) : up, 0);
+    return front_only || fabs(height) > 1e-6 * size;
+}
+
+/* Whether rays begin outside of the object: those of an orthographic camera begin on a plane. */
+static bool begins_outside(const shd_camera *camera, const shd_plan_object *bounds) {
+    if (camera->projection == SHD_PERSPECTIVE) return true;
+    double depth = shd_dot(shd_sub(camera->position, bounds->center), camera->back);
+    return depth > bounds->radius * (1 + 1e-9);
+}
+
+double shd_norm(const shd_affine *m) {
+    double sum = 0;
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 3; c++) sum += m->linear[r][c] * m->linear[r][c];
+    return sqrt(sum);
+}
+
+shd_back shd_back_of(const shd_scene *scene, const shd_object *object,
+                     const shd_plan_object *bounds) {
+    shd_back back = {.origin = object->transform.origin};
+    shd_affine linear = object->transform;
+    linear.origin = (shd_vec3){0, 0, 0};
+    /* Faceted objects are lit where nobody looks too, at vertices of the far side. */
+    if (object->interpolation != SHD_PHONG || !shd_invert(&linear, &back.inverse)) return back;
+    back.norm = shd_norm(&back.inverse);
+    back.center = bounds->center;
+    back.radius = bounds->radius;
+    const place eye = eye_of(scene, &back);
+    const bool front_only = scene->materials[object->material].front_only;
+    const double r = object->radius, h = object->height / 2;
+    bool outside = false;
+    switch (object->shape) {
+    case SHD_PLANE: /* rays may begin on either side of it */
+        if (scene->camera.projection == SHD_ORTHOGRAPHIC && !front_only) return back;
+        back.center = scene->camera.position;
+        back.radius = shd_length(shd_sub(scene->camera.position, back.origin));
+        back.known = see_sheet(&back, &eye, front_only);
+        return back;
+    case SHD_DISC:
+        outside = see_sheet(&back, &eye, front_only);
+        break;
+    case SHD_SPHERE:
+        outside = see_arc(&back, &eye, false, 1, 0, r);
+        break;
+    case SHD_BOX:
+        for (int f = 0; f < 6; f++) {
+            double sign = f % 2 ? -1 : 1,
+                   half[3] = {object->size.x, object->size.y, object->size.z};
+            shd_vec3 n = {f / 2 == 0 ? sign : 0, f / 2 == 1 ? sign : 0, f / 2 == 2 ? sign : 0};
+            outside |= see_face(&back, &eye, n, half[f / 2] / 2);
+        }
+        break;
+    case SHD_CYLINDER:
+        outside |= see_face(&back, &eye, (shd_vec3){0, 1, 0}, h);
+        outside |= see_face(&back, &eye, (shd_vec3){0, -1, 0}, h);
+        outside |= see_arc(&back, &eye, true, 1, 0, r);
+        break;
+    case SHD_CONE: {
+        double slant = hypot(r, 2 * h), radial = 2 * h / slant, axial = r / slant;
+        outside |= see_face(&back, &eye, (shd_vec3){0, -1, 0}, h);
+        outside |= see_arc(&back, &eye, true, radial, axial, axial * h);
+        break;
+    }
+    case SHD_TORUS: /* not convex */
+    case SHD_MESH:  /* normals are what its author wants */
+    case SHD_SHAPE_COUNT:
+        break;
+    }
+    back.known = outside && begins_outside(&scene->camera, bounds);
+    return back;
+}
+
+/* The largest n.(l - p) on the curved part. */
+static double most_before_arc(const shd_back *back, const place *light) {
+    shd_vec3 across = light->at;
+    if (back->flat_circle) across.y = 0;
+    double length = shd_length(across), cosine = back->arc_cosine, most = length;
+    double along = cosine > -1 ? shd_dot(across, back->arc) : length;
+    if (along < length * cosine) {
+        double away = sqrt(fmax(0, length * length - along * along));
+        most = along * cosine + away * sqrt(1 - cosine * cosine);
+    }
+    return back->slope_radial * most + back->slope_axial * light->at.y -
+           back->reach * light->weight;
+}
+
+bool shd_is_behind(const shd_back *back, const shd_plan_light *light) {
+    if (!back->known) return false;
+    place at;
+    double distance = 1;
+    if (light->directional) {
+        at = (place){shd_linear(&back->inverse, light->toward), 0};
+    } else {
+        at = (place){shd_linear(&back->inverse, shd_sub(light->position, back->origin)), 1};
+        distance = shd_length(shd_sub(light->position, back->center)) + back->radius;
+    }
+    /* n.(l - p) = |n| |l - p| N.L, the first two at most: */
+    const double clear = -SHD_PLAN_MARGIN * back->norm * distance;
+    for (int f = 0; f < back->face_count; f++)
+        if (!(shd_dot(back->faces[f], at.at) - back->offsets[f] * at.weight <= clear)) return false;
+    return !back->round || most_before_arc(back, &at) <= clear;
+}

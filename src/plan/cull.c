@@ -1,0 +1,117 @@
+/* Lights that do not reach a patch of surface. */
+#include <string.h>
+
+#include "plan/parts.h"
+
+shd_cone shd_light_cone(const shd_plan_light *light) {
+    if (!light->spot) return (shd_cone){-1, 0};
+    double cosine = 1 - light->outer;
+    if (light->exponent > 0 && cosine < 0) cosine = 0;
+    return (shd_cone){cosine, sqrt(fmax(0, 1 - cosine * cosine))};
+}
+
+bool shd_outside_cone(shd_cone cone, shd_vec3 axis, shd_vec3 path, double radius) {
+    /* From the light to the center: -path. */
+    double squared = shd_dot(path, path), along = -shd_dot(path, axis);
+    double away = sqrt(fmax(0, squared - along * along));
+    return away * cone.cosine - along * cone.sine >
+           radius + SHD_PLAN_MARGIN * (sqrt(squared) + radius);
+}
+
+/* Whether N.L <= 0 at all points and for all normals of the patch: N.(l - p) is at most
+ * |l - center| cos(the least angle) + radius. */
+static bool is_behind_patch(const shd_plan_light *light, const shd_patch *patch, double sine,
+                            shd_vec3 path) {
+    if (!(patch->cos_spread > 0)) return false;
+    double radius = light->directional ? 0 : patch->radius;
+    double squared = shd_dot(path, path), length = sqrt(squared);
+    double along = shd_dot(path, patch->axis);
+    if (!(along < length * patch->cos_spread)) return false;
+    double away = sqrt(fmax(0, squared - along * along));
+    return along * patch->cos_spread + away * sine + radius <= -SHD_PLAN_MARGIN * (length + radius);
+}
+
+/* ---- The weakest lights. ---- */
+
+/* The most that a light adds to any channel at the patch. */
+static double most_of(const shd_plan_light *light, const shd_plan_material *material,
+                      const shd_patch *patch, shd_vec3 path) {
+    double factor = light->gain;
+    if (light->attenuated) {
+        double d = fmax(shd_length(path) - patch->radius, light->min_distance);
+        d = d > 0 ? d : 0;
+        factor /= light->a + d * (light->b + d * light->c);
+    }
+    double most = 0;
+    for (int c = 0; c < 3; c++) {
+        double reflected = fabs(material->diffuse[c]);
+        for (size_t k = 0; k < material->lobe_count; k++)
+            reflected += fabs(material->lobes[k].specular[c]);
+        most = fmax(most, reflected * fabs(light->color[c]));
+    }
+    return factor * most;
+}
+
+/* By powers of two, so that a pass over the lights sorts them well enough. */
+enum { STEPS = 64 };
+
+static int step_of(double most, double tolerance) {
+    if (!(most <= tolerance)) return STEPS; /* also what is not a number */
+    int exponent;
+    frexp(most / tolerance, &exponent); /* (0, 1] has exponents up to 1 */
+    int step = exponent + STEPS - 2;
+    return step < 0 ? 0 : step;
+}
+
+/* All lights of the steps below one that does not fit any more go, and of that one as many as do,
+ * in their order. */
+static size_t drop_weakest(const shd_plan *plan, const shd_plan_material *material,
+                           const shd_patch *patch, double tolerance, const uint32_t *in,
+                           size_t count, uint32_t *out) {
+    double sums[STEPS] = {0};
+    for (size_t i = 0; i < count; i++) {
+        const shd_plan_light *light = &plan->lights[in[i]];
+        double most = most_of(light, material, patch, shd_sub(light->position, patch->center));
+        int step = step_of(most, tolerance);
+        if (step < STEPS) sums[step] += most;
+    }
+    int full = 0;
+    double left = tolerance * (1 - 1e-9); /* for the sums' own rounding */
+    while (full < STEPS && sums[full] <= left) left -= sums[full++];
+    size_t kept = 0;
+    for (size_t i = 0; i < count; i++) {
+        const shd_plan_light *light = &plan->lights[in[i]];
+        double most = most_of(light, material, patch, shd_sub(light->position, patch->center));
+        int step = step_of(most, tolerance);
+        if (step < full) continue;
+        if (step == full && step < STEPS && most <= left) {
+            left -= most;
+            continue;
+        }
+        out[kept++] = in[i];
+    }
+    return kept;
+}
+
+size_t shd_plan_cull(const shd_plan *plan, size_t object, const shd_patch *patch, double tolerance,
+                     const uint32_t *in, size_t count, uint32_t *out) {
+    size_t kept = 0;
+    if (plan->sweep->whole) {
+        memmove(out, in, count * sizeof *out);
+        return count;
+    }
+    const double cosine = patch->cos_spread, sine = sqrt(fmax(0, 1 - cosine * cosine));
+    for (size_t i = 0; i < count; i++) {
+        const shd_plan_light *light = &plan->lights[in[i]];
+        const shd_vec3 path =
+            light->directional ? light->toward : shd_sub(light->position, patch->center);
+        if (is_behind_patch(light, patch, sine, path)) continue;
+        if (light->spot &&
+            shd_outside_cone(plan->sweep->cones[in[i]], light->axis, path, patch->radius))
+            continue;
+        out[kept++] = in[i];
+    }
+    if (!(tolerance > 0)) return kept;
+    return drop_weakest(plan, &plan->materials[plan->objects[object].material], patch, tolerance,
+                        out, kept, out);
+}

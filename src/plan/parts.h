@@ -1,0 +1,69 @@
+/* The plan's parts, in the order in which they are made. Inside of plan/. */
+#ifndef SHD_PLAN_PARTS_H
+#define SHD_PLAN_PARTS_H
+
+#include "plan/plan.h"
+
+/* Smaller than this, beside the lengths that it is compared with, a distance or a cosine may be
+ * an error of f32: what is decided on says nothing there. */
+#define SHD_PLAN_MARGIN 1e-5
+
+static inline bool shd_is_black(const double color[3]) {
+    return color[0] == 0 && color[1] == 0 && color[2] == 0;
+}
+
+static inline bool shd_is_grey(const double color[3]) {
+    return color[0] == color[1] && color[1] == color[2];
+}
+
+/* The Frobenius norm of the linear part: no vector grows by more. */
+double shd_norm(const shd_affine *m);
+
+/* A light's cone as a line through its side: x cosine - y sine is a point's distance from it, y
+ * along the axis and x away from it. Beyond 90 degrees there is no light where it has an
+ * exponent. cosine -1: not a spot. */
+typedef struct shd_cone {
+    double cosine, sine;
+} shd_cone;
+
+shd_cone shd_light_cone(const shd_plan_light *light);
+
+/* Whether the sphere is wholly out of the cone; `path` leads from its center to the light. */
+bool shd_outside_cone(shd_cone cone, shd_vec3 axis, shd_vec3 path, double radius);
+
+/* What cull.c knows of each light. */
+typedef struct shd_plan_sweep {
+    const shd_cone *cones; /* [light_count] */
+    bool whole;            /* every light stays in every list */
+} shd_plan_sweep;
+
+/* Whether the light is behind all that is seen of the object, or of its inside. See behind.c. */
+typedef struct shd_back {
+    bool known;         /* false: nothing can be said */
+    shd_affine inverse; /* of the object's frame, linear */
+    shd_vec3 origin;    /* of the object's frame */
+    double norm;        /* of `inverse` */
+    shd_vec3 center;    /* of the object's sphere, */
+    double radius;      /* or for planes the eye and its distance from the origin */
+    shd_vec3 faces[6];  /* normals, turned as they are seen, of flat parts that may be seen: */
+    double offsets[6];  /* points x of theirs have n.x = offset */
+    int face_count;
+    bool round;        /* there is a curved part, whose normals are within an arc: */
+    bool flat_circle;  /* normals are in the plane y = 0, but for the cone's slope */
+    shd_vec3 arc;      /* unit: its middle */
+    double arc_cosine; /* of its half-angle */
+    double slope_radial, slope_axial, reach; /* n.x = radial |x| cos(..) + axial x.y - reach */
+} shd_back;
+
+shd_back shd_back_of(const shd_scene *scene, const shd_object *object,
+                     const shd_plan_object *bounds);
+bool shd_is_behind(const shd_back *back, const shd_plan_light *light);
+
+/* Fills `objects`, `groups`, `lights` and `drops` from `given`, all lights that have a color. */
+bool shd_plan_reach(shd_plan *plan, const shd_plan_light *given, size_t count, uint8_t *drops,
+                    bool whole, shd_arena *arena);
+
+/* Sets the frame, and whether positions are split in it. */
+void shd_plan_frame(shd_plan *plan);
+
+#endif

@@ -1,0 +1,236 @@
+/* Which lights reach which objects, and objects that are lit alike. */
+#include <string.h>
+#include <xxhash.h>
+
+#include "plan/parts.h"
+
+/* Pairs of objects and lights that are looked at one by one: beyond, a plan would take longer
+ * than what it saves, and each object has all lights. */
+enum { MOST_PAIRS = 1 << 22 };
+
+/* ---- Things that are equal, found by their hashes. ---- */
+
+typedef struct table {
+    uint32_t *slots; /* [mask + 1]: index of a thing, plus 1; 0: empty */
+    size_t mask;
+    bool (*equal)(const void *things, size_t a, size_t b);
+    const void *things;
+} table;
+
+static bool make_table(table *t, size_t count, shd_arena *arena) {
+    size_t size = 16;
+    while (size < 2 * count) size *= 2;
+    t->mask = size - 1;
+    t->slots = shd_arena_zalloc(arena, size, sizeof *t->slots);
+    return t->slots;
+}
+
+/* The first thing that equals thing `index`: itself where there is none. */
+static size_t first_equal(table *t, uint64_t hash, size_t index) {
+    size_t at = (size_t)hash & t->mask;
+    for (; t->slots[at]; at = (at + 1) & t->mask)
+        if (t->equal(t->things, t->slots[at] - 1, index)) return t->slots[at] - 1;
+    t->slots[at] = (uint32_t)index + 1;
+    return index;
+}
+
+/* ---- Materials. ---- */
+
+static bool same_color(const double a[3], const double b[3]) {
+    return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
+}
+
+static bool same_material(const void *things, size_t x, size_t y) {
+    const shd_plan_material *a = (const shd_plan_material *)things + x,
+                            *b = (const shd_plan_material *)things + y;
+    if (!same_color(a->emissive, b->emissive) || !same_color(a->ambient, b->ambient) ||
+        !same_color(a->diffuse, b->diffuse) || a->front_only != b->front_only ||
+        a->lobe_count != b->lobe_count)
+        return false;
+    for (size_t k = 0; k < a->lobe_count; k++)
+        if (!same_color(a->lobes[k].specular, b->lobes[k].specular) ||
+            a->lobes[k].shininess != b->lobes[k].shininess)
+            return false;
+    return true;
+}
+
+/* Of what makes most materials different. */
+static uint64_t hash_material(const shd_plan_material *m) {
+    double values[11] = {0};
+    for (int c = 0; c < 3; c++) {
+        values[c] = m->constant[c] + 0.0; /* -0 is 0 */
+        values[3 + c] = m->diffuse[c] + 0.0;
+        if (m->lobe_count) values[6 + c] = m->lobes[0].specular[c] + 0.0;
+    }
+    if (m->lobe_count) values[9] = m->lobes[0].shininess + 0.0;
+    values[10] = m->front_only;
+    return XXH3_64bits(values, sizeof values);
+}
+
+/* `first`: [material_count], for each the first that equals it. */
+static bool merge_materials(const shd_plan *plan, bool whole, size_t *first, shd_arena *arena) {
+    const size_t count = plan->scene->material_count;
+    table t = {.equal = same_material, .things = plan->materials};
+    if (!make_table(&t, count, arena)) return false;
+    for (size_t m = 0; m < count; m++)
+        first[m] = whole ? m : first_equal(&t, hash_material(&plan->materials[m]), m);
+    return true;
+}
+
+/* ---- Lights. ---- */
+
+typedef struct reach {
+    const shd_scene *scene;
+    shd_plan_object *objects;
+    const shd_plan_light *given;
+    const shd_cone *cones; /* of the given lights */
+    size_t count;
+    bool *used;     /* [count] */
+    uint8_t *drops; /* [scene->light_count] */
+    shd_plan_group *groups;
+    size_t group_count;
+    table table; /* of groups */
+} reach;
+
+static bool reflects(const shd_plan_material *material, const double color[3]) {
+    for (int c = 0; c < 3; c++) {
+        if (color[c] == 0) continue;
+        if (material->diffuse[c] != 0) return true;
+        for (size_t k = 0; k < material->lobe_count; k++)
+            if (material->lobes[k].specular[c] != 0) return true;
+    }
+    return false;
+}
+
+/* Why light j adds nothing to the object; 0: it may. */
+static uint8_t find_drop(const reach *r, const shd_plan_object *object,
+                         const shd_plan_material *material, const shd_back *back, size_t j) {
+    const shd_plan_light *light = &r->given[j];
+    if (!reflects(material, light->color)) return SHD_DROP_UNLIT;
+    if (light->spot && object->bounded &&
+        shd_outside_cone(r->cones[j], light->axis, shd_sub(light->position, object->center),
+                         object->radius))
+        return SHD_DROP_CONE;
+    return shd_is_behind(back, light) ? SHD_DROP_BEHIND : 0;
+}
+
+static bool same_group(const void *things, size_t x, size_t y) {
+    const shd_plan_group *a = (const shd_plan_group *)things + x,
+                         *b = (const shd_plan_group *)things + y;
+    return a->material == b->material && a->light_count == b->light_count &&
+           (a->lights == b->lights ||
+            !memcmp(a->lights, b->lights, a->light_count * sizeof *a->lights));
+}
+
+/* The group of a material and a list, which is copied where it is new and not of all lights. */
+static bool join_group(reach *r, shd_plan_object *object, const uint32_t *list, size_t count,
+                       const uint32_t *all, shd_arena *arena) {
+    if (count == r->count) list = all;
+    uint64_t hash = XXH3_64bits_withSeed(list, count * sizeof *list, object->material);
+    r->groups[r->group_count] = (shd_plan_group){object->material, list, count};
+    object->group = first_equal(&r->table, hash, r->group_count);
+    object->light_count = count;
+    if (object->group < r->group_count) return true;
+    if (list != all) {
+        uint32_t *copy = shd_arena_alloc(arena, count, sizeof *copy);
+        if (!copy) return false;
+        memcpy(copy, list, count * sizeof *copy);
+        r->groups[r->group_count].lights = copy;
+    }
+    r->group_count++;
+    return true;
+}
+
+static bool find_lists(reach *r, const shd_plan *plan, bool whole, shd_arena *arena) {
+    const shd_scene *scene = r->scene;
+    uint32_t *all = shd_arena_alloc(arena, r->count, sizeof *all);
+    uint32_t *list = shd_arena_alloc(arena, r->count, sizeof *list);
+    if (!all || !list) return false;
+    for (size_t j = 0; j < r->count; j++) all[j] = (uint32_t)j;
+    const bool few = scene->object_count <= MOST_PAIRS / (r->count ? r->count : 1);
+    for (size_t i = 0; i < scene->object_count; i++) {
+        shd_plan_object *object = &r->objects[i];
+        const shd_plan_material *material = &plan->materials[object->material];
+        const bool lit = material->has_diffuse || material->lobe_count;
+        size_t count = 0;
+        shd_back back = {.known = false};
+        if (few && lit && !whole) back = shd_back_of(scene, &scene->objects[i], object);
+        for (size_t j = 0; j < r->count; j++) {
+            uint8_t drop = lit ? 0 : SHD_DROP_UNLIT;
+            if (lit && few) drop = find_drop(r, object, material, &back, j);
+            if (whole) drop = 0;
+            r->drops[r->given[j].index] |= drop;
+            if (drop) continue;
+            r->used[j] = true;
+            list[count++] = (uint32_t)j;
+        }
+        if (!join_group(r, object, list, count, all, arena)) return false;
+    }
+    return true;
+}
+
+/* Takes the lights that no object has out, and numbers the lists anew. */
+static bool keep_used(reach *r, shd_plan *plan, bool whole, shd_arena *arena) {
+    shd_plan_light *lights = shd_arena_alloc(arena, r->count, sizeof *lights);
+    uint32_t *number = shd_arena_alloc(arena, r->count, sizeof *number);
+    uint32_t *all = shd_arena_alloc(arena, r->count, sizeof *all);
+    if (!lights || !number || !all) return false;
+    for (size_t j = 0; j < r->count; j++) {
+        const size_t index = r->given[j].index;
+        if (!r->used[j] && !whole) {
+            if (!r->drops[index]) r->drops[index] = SHD_DROP_UNLIT; /* no object */
+            continue;
+        }
+        r->drops[index] = 0;
+        number[j] = (uint32_t)plan->light_count;
+        all[plan->light_count] = (uint32_t)plan->light_count;
+        lights[plan->light_count++] = r->given[j];
+    }
+    for (size_t g = 0; g < r->group_count; g++) {
+        shd_plan_group *group = &r->groups[g];
+        if (group->light_count == plan->light_count) {
+            group->lights = all;
+            continue;
+        }
+        uint32_t *list = shd_arena_alloc(arena, group->light_count, sizeof *list);
+        if (!list) return false;
+        for (size_t k = 0; k < group->light_count; k++) list[k] = number[group->lights[k]];
+        group->lights = list;
+    }
+    for (size_t i = 0; i < r->scene->object_count; i++)
+        r->objects[i].lights = r->groups[r->objects[i].group].lights;
+    plan->lights = lights;
+    return true;
+}
+
+bool shd_plan_reach(shd_plan *plan, const shd_plan_light *given, size_t count, uint8_t *drops,
+                    bool whole, shd_arena *arena) {
+    const shd_scene *scene = plan->scene;
+    shd_cone *cones = shd_arena_alloc(arena, count, sizeof *cones);
+    size_t *first = shd_arena_alloc(arena, scene->material_count, sizeof *first);
+    reach r = {.scene = scene,
+               .given = given,
+               .cones = cones,
+               .count = count,
+               .drops = drops,
+               .used = shd_arena_zalloc(arena, count, sizeof(bool)),
+               .objects = shd_arena_zalloc(arena, scene->object_count, sizeof(shd_plan_object)),
+               .groups = shd_arena_alloc(arena, scene->object_count, sizeof(shd_plan_group))};
+    r.table = (table){.equal = same_group, .things = r.groups};
+    if (!cones || !first || !r.used || !r.objects || !r.groups ||
+        !make_table(&r.table, scene->object_count, arena) ||
+        !merge_materials(plan, whole, first, arena))
+        return false;
+    for (size_t j = 0; j < count; j++) cones[j] = shd_light_cone(&given[j]);
+    for (size_t i = 0; i < scene->object_count; i++) {
+        shd_plan_object *object = &r.objects[i];
+        object->bounded = shd_object_bounds(&scene->objects[i], &object->center, &object->radius);
+        object->material = first[scene->objects[i].material];
+    }
+    if (!find_lists(&r, plan, whole, arena) || !keep_used(&r, plan, whole, arena)) return false;
+    plan->objects = r.objects;
+    plan->groups = r.groups;
+    plan->group_count = r.group_count;
+    plan->drops = drops;
+    return true;
+}
