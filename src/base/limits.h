@@ -7,11 +7,12 @@
 
 typedef struct shd_limits {
     uint64_t pixels;    /* rendered: of `region` where one is given */
+    uint64_t samples;   /* rendered: pixels times samples a pixel */
     uint64_t lights;    /* entries of `lights` */
     uint64_t objects;   /* entries of `objects` */
     uint64_t triangles; /* of all meshes and tessellated shapes together */
     uint64_t body;      /* bytes of a scene document */
-    uint64_t memory;    /* bytes of a request's arena */
+    uint64_t memory;    /* bytes of a request's arena, and of what the scene needs at least */
 } shd_limits;
 
 #endif

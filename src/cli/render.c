@@ -15,6 +15,7 @@ shd_limits cli_limits(void) {
     uint64_t memory = pages > 0 && page > 0 ? (uint64_t)pages * (uint64_t)page : UINT64_C(1) << 32;
     return (shd_limits){
         .pixels = UINT64_C(1) << 28,
+        .samples = UINT64_C(1) << 34,
         .lights = 1000 * 1000,
         .objects = 1000 * 1000,
         .triangles = UINT64_C(1) << 26,

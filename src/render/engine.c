@@ -15,6 +15,7 @@ shd_engine_options shd_engine_defaults(void) {
     return (shd_engine_options){
         .queue = 64,
         .limits = {.pixels = 1u << 24,
+                   .samples = 1u << 28,
                    .lights = 10000,
                    .objects = 10000,
                    .triangles = 4000000,

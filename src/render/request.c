@@ -6,6 +6,7 @@
 
 #include "image/image.h"
 #include "render/engine.h"
+#include "render/estimate.h"
 
 shd_status shd_request_new(shd_engine *engine, shd_request **out, shd_error *error) {
     shd_request *request = calloc(1, sizeof *request);
@@ -64,6 +65,16 @@ static void check_formats(shd_request *request) {
     }
 }
 
+static shd_status check_memory(shd_request *request) {
+    uint64_t limit = request->engine->limits.memory;
+    uint64_t needed = shd_arena_used(request->arena) + shd_estimate_memory(request->scene);
+    if (needed > limit)
+        shd_report_error(&request->report, SHD_LIMIT, "/image",
+                         "the pictures take at least %llu bytes; the limit `memory` is %llu",
+                         (unsigned long long)needed, (unsigned long long)limit);
+    return request->report.status;
+}
+
 shd_status shd_request_read(shd_request *request, const char *json, size_t length,
                             shd_format fallback) {
     double began = shd_thread_seconds();
@@ -76,6 +87,7 @@ shd_status shd_request_read(shd_request *request, const char *json, size_t lengt
         status = request->report.status;
     }
     if (status == SHD_OK) status = make_etag(request);
+    if (status == SHD_OK) status = check_memory(request);
     request->times.parse = shd_thread_seconds() - began;
     return status;
 }

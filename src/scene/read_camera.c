@@ -185,4 +185,12 @@ void shd_read_image(shd_reader *r, const shd_node *node, const shd_field *field,
         shd_node_fail(r->report, node->value ? node : node->parent, SHD_LIMIT,
                       "the image asks for %llu pixels; the limit `pixels` is %llu",
                       (unsigned long long)asked, (unsigned long long)r->limits->pixels);
+    if (wrong >> SAMPLES & 1) return;
+    uint64_t rays = asked * (uint64_t)raster.samples;
+    if (rays > r->limits->samples)
+        shd_node_fail(r->report, node->value ? node : node->parent, SHD_LIMIT,
+                      "the image asks for %llu samples (%llu pixels of %d); the limit `samples` "
+                      "is %llu",
+                      (unsigned long long)rays, (unsigned long long)asked, raster.samples,
+                      (unsigned long long)r->limits->samples);
 }

@@ -16,8 +16,8 @@ typedef struct shd_config {
     char cache_control[256];      /* of pictures */
     bool log_requests;
     uint64_t threads, queue, connections;
-    uint64_t pixels, lights, objects, triangles, body, memory; /* shd_limits */
-    uint64_t timeout, idle_timeout, drain_time;                /* seconds */
+    uint64_t pixels, samples, lights, objects, triangles, body, memory; /* shd_limits */
+    uint64_t timeout, idle_timeout, drain_time;                         /* seconds */
 } shd_config;
 
 typedef enum shd_config_result {

@@ -60,6 +60,7 @@ static shd_status make_engine(shd_server *server, shd_error *error) {
     options.kernel = config->kernel;
     options.queue = config->queue;
     options.limits = (shd_limits){.pixels = config->pixels,
+                                  .samples = config->samples,
                                   .lights = config->lights,
                                   .objects = config->objects,
                                   .triangles = config->triangles,

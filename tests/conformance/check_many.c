@@ -16,7 +16,13 @@ static json_t *list(const shd_problem *problems, size_t count) {
 }
 
 static void answer(const char *text, size_t length) {
-    static const shd_limits limits = {1 << 24, 1024, 1 << 16, 1 << 22, 1 << 26, 1 << 28};
+    static const shd_limits limits = {.pixels = 1 << 24,
+                                      .samples = 1 << 30,
+                                      .lights = 1024,
+                                      .objects = 1 << 16,
+                                      .triangles = 1 << 22,
+                                      .body = 1 << 26,
+                                      .memory = 1 << 28};
     shd_arena *arena = shd_arena_new(limits.memory);
     if (!arena) abort();
     shd_report report;

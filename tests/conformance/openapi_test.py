@@ -12,7 +12,7 @@ import jsonschema
 import yaml
 
 from e2e.daemon import JSON, SLOW, SMALL, SOURCE, Daemon
-from e2e.daemon_test import Background, wait_until, wait_until_busy
+from e2e.daemon_test import ENDLESS, Background, wait_until, wait_until_busy
 from e2e.render_test import parts
 
 DOCUMENT = yaml.safe_load((SOURCE / "api/openapi.yaml").read_text())
@@ -287,9 +287,8 @@ class ServerTest(unittest.TestCase):
 
     def deadline(self):
         with Daemon("--timeout", "1") as daemon:
-            endless = {**SLOW, "image": {"width": 4096, "height": 4096, "samples": 64}}
             for path in ("/v1/render", "/v1/compare"):
-                self.check(daemon.post(path, endless), path, "post", "503")
+                self.check(daemon.post(path, ENDLESS), path, "post", "503")
 
     def draining(self):
         daemon = Daemon("--threads", "1", "--timeout", "300", "--drain-time", "300")

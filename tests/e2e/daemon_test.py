@@ -15,7 +15,7 @@ from pathlib import Path
 from e2e.daemon import JSON, SANITIZED, SLOW, SMALL, SOURCE, Daemon, run
 
 # Nobody waits for its end.
-ENDLESS = {**SLOW, "image": {"width": 4096, "height": 4096, "samples": 64}}
+ENDLESS = {**SLOW, "image": {"width": 4096, "height": 4096, "samples": 16}}
 
 
 class Background:

@@ -215,6 +215,13 @@ class MalformedTest(unittest.TestCase):
 
     def test_limits_are_named(self):
         for change, word in (({"image": {"width": 8192, "height": 8192}}, "pixels"),
+                             ({"image": {"width": 4096, "height": 4096, "samples": 17}},
+                              "samples"),
+                             ({"image": {"width": 4096, "height": 4096, "samples": 1},
+                               "lights": [{"position": [1, 1, 1, 0]}] * 9,
+                               "output": {"format": "exr", "layers": [
+                                   "diffuse", "specular", "normal", "position",
+                                   *(f"light.{i}" for i in range(9))]}}, "memory"),
                              ({"lights": [{"position": [1, 1, 1, 0]}] * 10001}, "lights"),
                              ({"objects": [{"type": "sphere"}] * 10001}, "objects")):
             problem = self.assert_problem(json.dumps({**SMALL, **change}).encode(), {422},

@@ -1,6 +1,7 @@
 /* A request's memory has a cap: under it a picture, over it an answer that says so, and between
  * them nothing else. */
 #include "property/pieces.h"
+#include "render/estimate.h"
 
 /* Everything that allocates: meshes, tessellation, layers, two outputs, names. */
 static char *scene(int kind) {
@@ -87,6 +88,59 @@ static void every_cap_gives_a_picture_or_says_memory(void **state) {
     shd_engine_drop(engine);
 }
 
+/* What is refused before any work would not have fitted; and of a large picture little is left for
+ * the cap to find out. The rest is one more copy of the pixels in most encoders, and tiles. */
+static void the_estimate_is_below_what_is_taken(void **state) {
+    (void)state;
+    static const char *const outputs[] = {
+        "\"output\": {\"format\": \"png\"}",
+        "\"output\": {\"format\": \"png\", \"bitDepth\": 16}",
+        "\"output\": {\"format\": \"jpeg\", \"channel\": \"R\"}",
+        "\"output\": {\"format\": \"webp\"}",
+        "\"output\": {\"format\": \"hdr\"}",
+        "\"output\": {\"format\": \"tiff\", \"bitDepth\": \"float\"}",
+        "\"output\": {\"format\": \"exr\", \"layers\": [\"beauty\", \"diffuse\", \"light.0\", "
+        "\"normal\", \"depth\", \"object\"]}",
+        "\"outputs\": [{\"name\": \"a\", \"format\": \"png\"}, {\"name\": \"b\", \"format\": "
+        "\"jpeg\"}]"};
+    shd_engine *engine = new_engine(1);
+    for (size_t i = 0; i < sizeof outputs / sizeof outputs[0]; i++) {
+        char json[1000];
+        snprintf(
+            json, sizeof json,
+            "{\"objects\": [], \"lights\": [{\"type\": \"point\"}], \"image\": {\"width\": 1500, "
+            "\"height\": 1000, \"samples\": 1}, %s}",
+            outputs[i]);
+        shd_request *request = NULL;
+        shd_error error;
+        assert_int_equal(shd_request_new(engine, &request, &error), SHD_OK);
+        assert_int_equal(shd_request_read(request, json, strlen(json), SHD_PNG), SHD_OK);
+        double estimate = (double)shd_estimate_memory(request->scene);
+        assert_int_equal(shd_request_render(request, NULL, &error), SHD_OK);
+        double used = (double)shd_arena_used(request->arena);
+        assert_below(estimate, used);
+        assert_below(used, 3 * estimate);
+        shd_request_drop(request);
+    }
+    shd_engine_drop(engine);
+}
+
+static void memory_is_refused_before_rendering(void **state) {
+    (void)state;
+    shd_engine *engine = new_engine(1);
+    engine->limits.memory = 10 << 20;
+    const char *json = "{\"objects\": [], \"image\": {\"width\": 1000, \"height\": 1000}}";
+    shd_request *request = NULL;
+    shd_error error;
+    assert_int_equal(shd_request_new(engine, &request, &error), SHD_OK);
+    assert_int_equal(shd_request_read(request, json, strlen(json), SHD_PNG), SHD_LIMIT);
+    const shd_problem *problem = &shd_request_report(request)->errors[0];
+    assert_string_equal(problem->pointer, "/image");
+    assert_non_null(strstr(problem->detail, "the limit `memory` is 10485760"));
+    shd_request_drop(request);
+    shd_engine_drop(engine);
+}
+
 static void a_refused_picture_gives_no_file(void **state) {
     (void)state;
     shd_engine *engine = new_engine(1);
@@ -135,6 +189,8 @@ static void one_request_out_of_memory_does_not_harm_the_next(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_cap_gives_a_picture_or_says_memory),
+        cmocka_unit_test(the_estimate_is_below_what_is_taken),
+        cmocka_unit_test(memory_is_refused_before_rendering),
         cmocka_unit_test(a_refused_picture_gives_no_file),
         cmocka_unit_test(one_request_out_of_memory_does_not_harm_the_next),
     };

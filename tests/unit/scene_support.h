@@ -24,6 +24,7 @@ typedef struct reading {
 } reading;
 
 static const shd_limits scene_limits = {.pixels = 1 << 24,
+                                        .samples = 1 << 30,
                                         .lights = 64,
                                         .objects = 1000,
                                         .triangles = 1 << 20,

@@ -134,6 +134,17 @@ static void limits_are_named_with_what_was_asked(void **state) {
     drop(&r);
 
     l = scene_limits;
+    l.samples = 4 * 512 * 512 - 1;
+    assert_limit("{'objects': []}", l, "",
+                 "1048576 samples (262144 pixels of 4); the limit `samples` is 1048575");
+    assert_limit(WITH("'image': {'width': 65535, 'height': 65535, 'region': [9, 9, 129, 128],"
+                      "'samples': 64}"),
+                 l, "/image", "1056768 samples");
+    r = read_with(WITH("'image': {'region': [9, 9, 128, 127], 'samples': 64}"), &l);
+    assert_int_equal(r.status, SHD_OK);
+    drop(&r);
+
+    l = scene_limits;
     l.lights = 2;
     assert_limit(WITH("'lights': [{'type': 'point'}, {'type': 'point'}, {'type': 'point'}]"), l,
                  "/lights", "3 lights; the limit `lights` is 2");

@@ -1,0 +1,16 @@
+/* What a scene will take, told before anything is made from it. */
+#ifndef SHD_RENDER_ESTIMATE_H
+#define SHD_RENDER_ESTIMATE_H
+
+#include "scene/scene.h"
+
+/* Bytes that rendering the scene takes from its arena at least: the film, its layers, and what the
+ * largest output is made in. Never more than it really takes, so that what would fit is not
+ * refused; what is small beside a large picture (tiles, plans) is left to the arena's cap. */
+uint64_t shd_estimate_memory(const shd_scene *scene);
+
+/* How much there is to compute, in units of about one light on one sample in single precision:
+ * tells large work from small, to a factor of a few. Saturates. */
+uint64_t shd_estimate_work(const shd_scene *scene);
+
+#endif
