@@ -6,19 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer)
-#define SHD_ASAN 1
-#endif
-#elif defined(__SANITIZE_ADDRESS__)
-#define SHD_ASAN 1
-#endif
-#ifdef SHD_ASAN
-#include <sanitizer/asan_interface.h>
-#else
-#define ASAN_POISON_MEMORY_REGION(at, size)   ((void)(at), (void)(size))
-#define ASAN_UNPOISON_MEMORY_REGION(at, size) ((void)(at), (void)(size))
-#endif
+#include "base/poison.h"
 
 enum { ALIGNMENT = 64, FIRST_BLOCK = 64 * 1024 };
 
@@ -32,25 +20,31 @@ _Static_assert(sizeof(block) <= ALIGNMENT, "a block's header fits into one align
 
 struct shd_arena {
     size_t cap, taken;
-    block *blocks; /* newest first */
+    shd_spares *spares; /* NULL: blocks are the system's */
+    block *blocks;      /* newest first */
 };
 
 static unsigned char *block_bytes(block *b) {
     return (unsigned char *)b + ALIGNMENT;
 }
 
-shd_arena *shd_arena_new(size_t cap) {
+shd_arena *shd_arena_new_from(shd_spares *spares, size_t cap) {
     shd_arena *arena = calloc(1, sizeof *arena);
-    if (arena) arena->cap = cap;
+    if (!arena) return NULL;
+    arena->cap = cap;
+    arena->spares = spares;
     return arena;
+}
+
+shd_arena *shd_arena_new(size_t cap) {
+    return shd_arena_new_from(NULL, cap);
 }
 
 void shd_arena_drop(shd_arena *arena) {
     if (!arena) return;
     for (block *b = arena->blocks; b;) {
         block *next = b->next;
-        ASAN_UNPOISON_MEMORY_REGION(block_bytes(b), b->size);
-        free(b);
+        shd_spares_give(arena->spares, b, ALIGNMENT + b->size);
         b = next;
     }
     free(arena);
@@ -66,7 +60,7 @@ static block *add_block(shd_arena *arena, size_t need) {
     if (size < need) size = need;
     if (size > room - ALIGNMENT) size = (room - ALIGNMENT) / ALIGNMENT * ALIGNMENT;
     if (size < need) return NULL;
-    block *b = aligned_alloc(ALIGNMENT, ALIGNMENT + size);
+    block *b = shd_spares_take(arena->spares, ALIGNMENT + size);
     if (!b) return NULL;
     *b = (block){arena->blocks, size, 0};
     ASAN_POISON_MEMORY_REGION(block_bytes(b), size);

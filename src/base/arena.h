@@ -9,12 +9,18 @@
 
 #include <stddef.h>
 
+#include "base/spares.h"
 #include "base/status.h"
 
 typedef struct shd_arena shd_arena;
 
 /* `cap` is the largest total in bytes, block overhead included. NULL when out of memory. */
 shd_arena *shd_arena_new(size_t cap);
+
+/* Blocks come from `spares`, which outlives the arena, and go back there. What is kept changes
+ * nothing about the cap. */
+shd_arena *shd_arena_new_from(shd_spares *spares, size_t cap);
+
 void shd_arena_drop(shd_arena *arena); /* NULL is fine */
 
 /* Uninitialized and zeroed memory for `count` items of `size` bytes; never NULL for count 0. */
@@ -25,6 +31,6 @@ void *shd_arena_zalloc(shd_arena *arena, size_t count, size_t size);
 char *shd_arena_strdup(shd_arena *arena, const char *text);
 char *shd_arena_printf(shd_arena *arena, const char *format, ...) SHD_PRINTF(2, 3);
 
-size_t shd_arena_used(const shd_arena *arena); /* bytes taken from the system */
+size_t shd_arena_used(const shd_arena *arena); /* bytes of its blocks */
 
 #endif

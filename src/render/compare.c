@@ -110,7 +110,9 @@ static shd_status compare_tier(shd_request *request, shd_tier tier, const shd_sh
                                double *largest, json_t **out, shd_error *error) {
     shd_arena *own = request->arena;
     const shd_plan *plan = request->plan;
-    shd_arena *arena = shd_arena_new(request->engine->limits.memory - shd_arena_used(own));
+    const shd_engine *engine = request->engine;
+    shd_arena *arena =
+        shd_arena_new_from(engine->spares, engine->limits.memory - shd_arena_used(own));
     if (!arena) return shd_fail(error, SHD_MEMORY, "", "out of memory");
 
     request->arena = arena;

@@ -7,6 +7,9 @@
 #error "SHADED_VERSION comes from the build"
 #endif
 
+/* Bytes kept between requests for each thread: a picture of 1920 x 1080 fits. */
+enum { SPARE_BYTES = 64 << 20 };
+
 const char *shd_version(void) {
     return SHADED_VERSION;
 }
@@ -38,8 +41,11 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
     if (!engine) return shd_fail(error, SHD_MEMORY, "", "out of memory");
     engine->limits = options->limits;
     engine->isa = isa;
+    uint64_t spare = (uint64_t)threads * SPARE_BYTES;
+    engine->spares =
+        shd_spares_new(spare < options->limits.memory ? spare : options->limits.memory);
     engine->tracer = shd_tracer_new();
-    shd_status status = engine->tracer
+    shd_status status = engine->spares && engine->tracer
                             ? shd_color_config_load(options->ocio_config, &engine->color, error)
                             : shd_fail(error, SHD_MEMORY, "", "out of memory");
     if (status == SHD_OK) status = shd_pool_new(threads, options->queue, &engine->pool, error);
@@ -56,6 +62,7 @@ void shd_engine_drop(shd_engine *engine) {
     shd_pool_drop(engine->pool);
     if (engine->color) shd_color_config_drop(engine->color);
     shd_tracer_drop(engine->tracer);
+    shd_spares_drop(engine->spares);
     free(engine);
 }
 

@@ -5,6 +5,7 @@
 #include <stdatomic.h>
 
 #include "base/pool.h"
+#include "base/spares.h"
 #include "color/color.h"
 #include "plan/plan.h"
 #include "scene/scene.h"
@@ -13,6 +14,7 @@
 
 struct shd_engine {
     shd_pool *pool;
+    shd_spares *spares; /* of requests' arenas */
     shd_color_config *color;
     shd_tracer *tracer;
     shd_limits limits;

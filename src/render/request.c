@@ -10,7 +10,7 @@
 
 shd_status shd_request_new(shd_engine *engine, shd_request **out, shd_error *error) {
     shd_request *request = calloc(1, sizeof *request);
-    shd_arena *arena = shd_arena_new(engine->limits.memory);
+    shd_arena *arena = shd_arena_new_from(engine->spares, engine->limits.memory);
     if (!request || !arena) {
         free(request);
         shd_arena_drop(arena);

@@ -1,5 +1,6 @@
 #include "watch.h"
 
+#include <math.h>
 #include <pthread.h>
 #include <stdlib.h>
 #include <time.h>
@@ -11,6 +12,7 @@ struct shd_watch {
     pthread_cond_t changed;
     pthread_t thread;
     shd_watched list; /* ring; its first entry is due first */
+    double wakes;     /* while the thread waits: when it looks next, infinity where it does not */
     bool stopped;     /* every job is to end */
     bool ending;      /* the thread is to end */
 };
@@ -36,9 +38,11 @@ static void *run(void *context) {
         for (; entry != &watch->list && entry->deadline <= now; entry = entry->next)
             if (entry->verdict == SHD_IN_TIME) cancel(entry, SHD_EXPIRED);
         if (entry == &watch->list) {
+            watch->wakes = INFINITY;
             pthread_cond_wait(&watch->changed, &watch->mutex);
         } else {
             struct timespec until = to_timespec(entry->deadline);
+            watch->wakes = entry->deadline;
             pthread_cond_timedwait(&watch->changed, &watch->mutex, &until);
         }
     }
@@ -89,7 +93,9 @@ void shd_watch_add(shd_watch *watch, shd_watched *entry, double deadline) {
     entry->next = after->next;
     entry->previous->next = entry;
     entry->next->previous = entry;
-    if (after == &watch->list) pthread_cond_signal(&watch->changed);
+    /* The thread may still wait for the deadline of a job that is done long since: then it need
+     * not be called for a later one, which on a quiet server is every one. */
+    if (deadline < watch->wakes) pthread_cond_signal(&watch->changed);
     pthread_mutex_unlock(&watch->mutex);
 }
 

@@ -186,6 +186,47 @@ static void one_request_out_of_memory_does_not_harm_the_next(void **state) {
     shd_engine_drop(engine);
 }
 
+/* Fills whatever earlier requests left with bytes that are NaN, true and out of range. */
+static void paint_spares(shd_spares *spares) {
+    enum { MOST = 4096 };
+    static struct {
+        void *at;
+        size_t size;
+    } taken[MOST];
+    size_t count = 0;
+    for (size_t size = 64 * 1024; size < 64u << 20; size += size / 16) {
+        size_t before;
+        do {
+            before = shd_spares_kept(spares);
+            assert_true(count < MOST);
+            taken[count].at = shd_spares_take(spares, size);
+            taken[count].size = size;
+            assert_non_null(taken[count].at);
+            memset(taken[count++].at, 255, size);
+        } while (shd_spares_kept(spares) < before);
+    }
+    assert_int_equal(shd_spares_kept(spares), 0);
+    while (count--) shd_spares_give(spares, taken[count].at, taken[count].size);
+}
+
+static void used_memory_gives_the_pictures_of_new_memory(void **state) {
+    (void)state;
+    for (unsigned threads = 1; threads < 3; threads++)
+        for (int kind = 0; kind < 3; kind++) {
+            shd_engine *engine = new_engine(threads);
+            char *json = scene(kind);
+            file before = png_of(engine, json);
+            assert_true(shd_spares_kept(engine->spares) > 0);
+            paint_spares(engine->spares);
+            file after = png_of(engine, json);
+            assert_true(same_file(before, after));
+            free(before.data);
+            free(after.data);
+            free(json);
+            shd_engine_drop(engine);
+        }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_cap_gives_a_picture_or_says_memory),
@@ -193,6 +234,7 @@ int main(void) {
         cmocka_unit_test(memory_is_refused_before_rendering),
         cmocka_unit_test(a_refused_picture_gives_no_file),
         cmocka_unit_test(one_request_out_of_memory_does_not_harm_the_next),
+        cmocka_unit_test(used_memory_gives_the_pictures_of_new_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
