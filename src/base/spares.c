@@ -3,28 +3,27 @@
 #include <pthread.h>
 #include <stdint.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/mman.h>
 
 #include "base/poison.h"
 
-enum { ALIGNMENT = 64, SMALLEST = 64 * 1024, HUGE_PAGE = 2 << 20 };
+enum { ALIGNMENT = 64, SMALLEST = 64 * 1024, HUGE_PAGE = 2 << 20, MOST = 256 };
 
-/* A kept block begins with its place in the ring. */
 typedef struct spare {
-    struct spare *newer, *older;
+    void *memory;
     size_t size;
 } spare;
 
 struct shd_spares {
     pthread_mutex_t mutex;
-    spare ring; /* ring.older is what was given back last */
-    size_t cap, kept;
+    size_t cap, kept, count;
+    spare list[MOST + 1]; /* [count], what was given back last is last; one too many for a moment */
 };
 
 shd_spares *shd_spares_new(size_t cap) {
     shd_spares *spares = calloc(1, sizeof *spares);
     if (!spares) return NULL;
-    spares->ring.newer = spares->ring.older = &spares->ring;
     spares->cap = cap;
     pthread_mutex_init(&spares->mutex, NULL);
     return spares;
@@ -39,24 +38,24 @@ static size_t round_up(size_t size) {
     return (size + step - 1) / step * step;
 }
 
-static void unlink_spare(shd_spares *spares, spare *s) {
-    s->newer->older = s->older;
-    s->older->newer = s->newer;
-    spares->kept -= s->size;
+/* The mutex is held. */
+static spare take_out(shd_spares *spares, size_t index) {
+    spare out = spares->list[index];
+    spares->count--;
+    spares->kept -= out.size;
+    memmove(spares->list + index, spares->list + index + 1,
+            (spares->count - index) * sizeof *spares->list);
+    return out;
 }
 
-static void end_spare(spare *s) {
-    ASAN_UNPOISON_MEMORY_REGION(s, s->size);
-    free(s);
+static void end_spare(spare s) {
+    ASAN_UNPOISON_MEMORY_REGION(s.memory, s.size);
+    free(s.memory);
 }
 
 void shd_spares_drop(shd_spares *spares) {
     if (!spares) return;
-    while (spares->ring.older != &spares->ring) {
-        spare *s = spares->ring.older;
-        unlink_spare(spares, s);
-        end_spare(s);
-    }
+    for (size_t i = 0; i < spares->count; i++) end_spare(spares->list[i]);
     pthread_mutex_destroy(&spares->mutex);
     free(spares);
 }
@@ -75,52 +74,31 @@ static void *allocate(size_t size) {
 void *shd_spares_take(shd_spares *spares, size_t size) {
     size = round_up(size);
     if (!size) return NULL;
+    spare found = {NULL, 0};
     if (spares) {
         pthread_mutex_lock(&spares->mutex);
-        spare *s = spares->ring.older;
-        while (s != &spares->ring && s->size != size) s = s->older;
-        if (s != &spares->ring) unlink_spare(spares, s);
+        for (size_t i = spares->count; i-- > 0 && !found.memory;)
+            if (spares->list[i].size == size) found = take_out(spares, i);
         pthread_mutex_unlock(&spares->mutex);
-        if (s != &spares->ring) {
-            ASAN_UNPOISON_MEMORY_REGION(s, size);
-            return s;
-        }
     }
-    return allocate(size);
+    if (!found.memory) return allocate(size);
+    ASAN_UNPOISON_MEMORY_REGION(found.memory, size);
+    return found.memory;
 }
 
 void shd_spares_give(shd_spares *spares, void *memory, size_t size) {
     if (!memory) return;
-    spare *s = memory, *oldest = NULL;
-    size = round_up(size);
-    ASAN_UNPOISON_MEMORY_REGION(s, size);
-    if (!spares || size > spares->cap) {
-        free(memory);
+    spare given = {memory, round_up(size)};
+    if (!spares || given.size > spares->cap) {
+        end_spare(given);
         return;
     }
-    s->size = size;
-    ASAN_POISON_MEMORY_REGION(s + 1, size - sizeof *s);
-
+    ASAN_POISON_MEMORY_REGION(memory, given.size);
     pthread_mutex_lock(&spares->mutex);
-    s->newer = &spares->ring;
-    s->older = spares->ring.older;
-    s->older->newer = s;
-    spares->ring.older = s;
-    spares->kept += size;
-    while (spares->kept > spares->cap) {
-        spare *end = spares->ring.newer;
-        unlink_spare(spares, end);
-        end->newer = oldest;
-        oldest = end;
-    }
+    spares->list[spares->count++] = given;
+    spares->kept += given.size;
+    while (spares->kept > spares->cap || spares->count > MOST) end_spare(take_out(spares, 0));
     pthread_mutex_unlock(&spares->mutex);
-
-    /* The system takes its time: nobody waits for it. */
-    while (oldest) {
-        spare *next = oldest->newer;
-        end_spare(oldest);
-        oldest = next;
-    }
 }
 
 size_t shd_spares_kept(shd_spares *spares) {
