@@ -2,14 +2,20 @@
 
 #include <strings.h>
 
+/* JPEG's side is libjpeg's JPEG_MAX_DIMENSION, WebP's the 14 bits of its header; the others are
+ * kept to what readers take. */
+enum { LONG = 1 << 24 };
+
 static const shd_format_info formats[SHD_FORMAT_COUNT] = {
-    [SHD_PNG] = {"png", "image/png", SHD_U8 | SHD_U16, SHD_U8, true, false, true, false},
-    [SHD_JPEG] = {"jpeg", "image/jpeg", SHD_U8, SHD_U8, false, false, true, false},
-    [SHD_WEBP] = {"webp", "image/webp", SHD_U8, SHD_U8, true, false, false, false},
+    [SHD_PNG] = {"png", "image/png", SHD_U8 | SHD_U16, SHD_U8, true, false, true, false, LONG},
+    [SHD_JPEG] = {"jpeg", "image/jpeg", SHD_U8, SHD_U8, false, false, true, false, 65500},
+    [SHD_WEBP] = {"webp", "image/webp", SHD_U8, SHD_U8, true, false, false, false, 16383},
     [SHD_TIFF] = {"tiff", "image/tiff", SHD_U8 | SHD_U16 | SHD_HALF | SHD_FLOAT, SHD_U8, true, true,
-                  true, false},
-    [SHD_EXR] = {"exr", "image/x-exr", SHD_HALF | SHD_FLOAT, SHD_HALF, true, true, true, true},
-    [SHD_HDR] = {"hdr", "image/vnd.radiance", SHD_FLOAT, SHD_FLOAT, false, false, false, true},
+                  true, false, LONG},
+    [SHD_EXR] = {"exr", "image/x-exr", SHD_HALF | SHD_FLOAT, SHD_HALF, true, true, true, true,
+                 LONG},
+    [SHD_HDR] = {"hdr", "image/vnd.radiance", SHD_FLOAT, SHD_FLOAT, false, false, false, true,
+                 LONG},
 };
 
 static const struct {

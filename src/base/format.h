@@ -31,6 +31,7 @@ typedef struct shd_format_info {
     bool premultiplied;     /* whether its alpha is associated, as EXR and TIFF have it */
     bool grey;              /* whether it has pictures of one channel */
     bool linear;            /* whether its samples are scene-linear by convention */
+    int side;               /* the longest that a picture may have, in pixels */
 } shd_format_info;
 
 const shd_format_info *shd_format_get(shd_format format);

@@ -3,41 +3,18 @@
 #include "image/encoders.h"
 #include "image/image.h"
 
-/* The longest side: PNG's is the signed 31 bits of its header, JPEG's is libjpeg's
- * JPEG_MAX_DIMENSION, WebP's 14 bits; the others are kept to what readers take. */
-static int longest_side(shd_format format) {
-    switch (format) {
-    case SHD_JPEG:
-        return 65500;
-    case SHD_WEBP:
-        return 16383;
-    default:
-        return 1 << 24;
-    }
-}
-
 shd_status shd_encode_no_memory(shd_error *error) {
     return shd_fail(error, SHD_MEMORY, "", "not enough memory to encode the picture");
 }
 
-shd_status shd_image_check(int width, int height, shd_format format, shd_error *error) {
-    const char *name = shd_format_get(format)->name;
-    int side = longest_side(format);
-    if (width < 1 || height < 1)
-        return shd_fail(error, SHD_SCENE, "", "a picture has at least one pixel, not %d x %d",
-                        width, height);
-    if (width > side || height > side)
-        return shd_fail(error, SHD_SCENE, "",
-                        "a %s picture is at most %d pixels wide and high, not %d x %d", name, side,
-                        width, height);
-    return SHD_OK;
-}
-
 shd_status shd_image_encode(const shd_image *image, shd_format format, shd_arena *scratch,
                             shd_bytes *out, shd_error *error) {
-    shd_status status = shd_image_check(image->width, image->height, format, error);
-    if (status) return status;
     const shd_format_info *info = shd_format_get(format);
+    if (image->width < 1 || image->height < 1 || image->width > info->side ||
+        image->height > info->side)
+        return shd_fail(error, SHD_INTERNAL, "",
+                        "a %s picture has 1 to %d pixels a side, not %d x %d", info->name,
+                        info->side, image->width, image->height);
     if (!(info->depths & (unsigned)image->depth))
         return shd_fail(error, SHD_INTERNAL, "", "%s has no samples of depth %s", info->name,
                         shd_depth_name(image->depth));

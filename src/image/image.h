@@ -60,10 +60,6 @@ typedef struct shd_bytes {
     size_t size;
 } shd_bytes;
 
-/* Whether a picture of this size fits into the format: SHD_SCENE and a sentence where it does
- * not. Cheap: ask before rendering. */
-shd_status shd_image_check(int width, int height, shd_format format, shd_error *error);
-
 /* What a stored pixel is made of, in order: `count` samples of `bytes` bytes each, which are
  * channel source[i] of an RGBA pixel. Half comes as float. Depends on the image's channel, alpha
  * and depth. */

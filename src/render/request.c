@@ -50,21 +50,7 @@ static shd_status make_etag(shd_request *request) {
     return SHD_OK;
 }
 
-/* What a format cannot hold is said before anything is rendered. */
-static void check_formats(shd_request *request) {
-    const shd_scene *scene = request->scene;
-    for (size_t o = 0; o < scene->output_count; o++) {
-        shd_format format = scene->outputs[o].format;
-        shd_error error;
-        if (shd_image_check(scene->raster.w, scene->raster.h, format, &error) != SHD_OK)
-            shd_report_error(&request->report, error.status, "/image", "%s", error.text);
-        if (scene->transparent && !shd_format_get(format)->alpha)
-            shd_report_warning(&request->report, "/background",
-                               "%s holds no alpha: the picture is laid over black",
-                               shd_format_get(format)->name);
-    }
-}
-
+/* What the pictures take is known when all the scene is. */
 static shd_status check_memory(shd_request *request) {
     uint64_t limit = request->engine->limits.memory;
     uint64_t needed = shd_arena_used(request->arena) + shd_estimate_memory(request->scene);
@@ -82,10 +68,6 @@ shd_status shd_request_read(shd_request *request, const char *json, size_t lengt
     shd_status status =
         shd_scene_read(json, length, shd_color_catalog(engine->color), &engine->limits, fallback,
                        request->arena, &request->scene, &request->report);
-    if (status == SHD_OK) {
-        check_formats(request);
-        status = request->report.status;
-    }
     if (status == SHD_OK) status = make_etag(request);
     if (status == SHD_OK) status = check_memory(request);
     request->times.parse = shd_thread_seconds() - began;

@@ -47,11 +47,9 @@ static void report_unknown(shd_reader *r, const shd_node *node, const shd_field 
     size_t known = 0;
     for (size_t i = 0; i < count; i++)
         if (!fields[i].kinds || fields[i].kinds & kinds) names[known++] = fields[i].name;
-    /* Keys that are too long or too strange to show are reported at their object. */
     shd_node member = {node, key, 0, NULL};
-    shd_node_fail(r->report, shd_is_plain_name(key) ? &member : node, SHD_SCENE,
-                  "unknown member \"%s\" of %s%s", shd_quote(key).text, what,
-                  shd_suggest(key, names, known).text);
+    shd_node_fail(r->report, &member, SHD_SCENE, "unknown member \"%s\" of %s%s",
+                  shd_quote(key).text, what, shd_suggest(key, names, known).text);
 }
 
 uint32_t shd_read_fields(shd_reader *r, const shd_node *node, const shd_field *fields, size_t count,
@@ -115,14 +113,12 @@ void shd_read_degrees(shd_reader *r, const shd_node *node, const shd_field *fiel
 }
 
 void shd_read_integer(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    double value;
-    if (!json_is_number(node->value)) {
+    double value = json_number_value(node->value);
+    if (!json_is_number(node->value))
         shd_node_expect(r->report, node, "an integer");
-        return;
-    }
-    if (!get_number(r, node, field->range, &value)) return;
-    if (value != floor(value))
-        shd_node_fail(r->report, node, SHD_SCENE, "expected an integer, got %.9g", value);
+    else if (!in_range(value, field->range) || value != floor(value))
+        shd_node_fail(r->report, node, SHD_SCENE, "expected an integer from %s, got %.9g",
+                      field->range->text, value);
     else
         *(int *)out = (int)value;
 }
@@ -134,36 +130,36 @@ bool shd_is_array(shd_reader *r, const shd_node *node, size_t least, size_t most
         return false;
     }
     size_t size = json_array_size(node->value);
-    if (size >= least && size <= most) return true;
-    shd_node_fail(r->report, node, SHD_SCENE, "expected %s, got %zu", expected, size);
-    return false;
+    if (size < least || size > most)
+        shd_node_fail(r->report, node, SHD_SCENE, "expected %s, got %zu", expected, size);
+    return true;
 }
 
-static bool get_items(shd_reader *r, const shd_node *node, size_t count, const shd_range *range,
-                      double *out) {
-    bool good = true;
-    for (size_t i = 0; i < count; i++) {
+bool shd_get_numbers(shd_reader *r, const shd_node *node, size_t least, size_t most,
+                     const char *expected, const shd_range *range, double *out) {
+    if (!shd_is_array(r, node, least, most, expected)) return false;
+    size_t size = json_array_size(node->value);
+    bool good = size >= least && size <= most;
+    for (size_t i = 0; i < size && i < most; i++) {
         shd_node item = shd_node_item(node, i);
         if (!get_number(r, &item, range, &out[i])) good = false;
     }
     return good;
 }
 
-bool shd_get_numbers(shd_reader *r, const shd_node *node, size_t count, double *out) {
-    return get_items(r, node, count, &shd_any_number, out);
+bool shd_get_three(shd_reader *r, const shd_node *node, const shd_range *range, double out[3]) {
+    return shd_get_numbers(r, node, 3, 3, "an array of 3 numbers", range, out);
 }
 
 void shd_read_vector(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
     double v[3];
-    if (!shd_is_array(r, node, 3, 3, "an array of 3 numbers")) return;
-    if (get_items(r, node, 3, range_of(field), v)) *(shd_vec3 *)out = (shd_vec3){v[0], v[1], v[2]};
+    if (shd_get_three(r, node, range_of(field), v)) *(shd_vec3 *)out = (shd_vec3){v[0], v[1], v[2]};
 }
 
 void shd_read_direction(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
     (void)field;
     double v[3];
-    if (!shd_is_array(r, node, 3, 3, "an array of 3 numbers")) return;
-    if (!shd_get_numbers(r, node, 3, v)) return;
+    if (!shd_get_three(r, node, &shd_any_number, v)) return;
     if (!shd_normalize((shd_vec3){v[0], v[1], v[2]}, out))
         shd_node_fail(r->report, node, SHD_SCENE, "must not be zero: it is a direction");
 }

@@ -52,13 +52,30 @@ void shd_read_accuracy(shd_reader *r, const shd_node *node, const shd_field *fie
     if (tier && (error || metric))
         shd_node_fail(r->report, node, SHD_SCENE,
                       "give either `tier` or a budget of `maxError` and `metric`, not both");
-    else if (metric && !error)
+    if (metric && !error)
         shd_node_fail(r->report, node, SHD_SCENE, "`metric` needs a `maxError` that it measures");
     r->scene->accuracy =
         (shd_accuracy){(shd_tier)raw.tier, error, raw.max_error, (shd_metric)raw.metric};
 }
 
 /* ---- The whole ---- */
+
+/* What a format cannot hold. Sides of the raster that are not known are 0. */
+static void check_formats(shd_reader *r) {
+    const shd_raster *raster = &r->scene->raster;
+    for (int f = 0; f < SHD_FORMAT_COUNT; f++) {
+        if (!(r->formats >> f & 1)) continue;
+        const shd_format_info *format = shd_format_get((shd_format)f);
+        int side = raster->w > raster->h ? raster->w : raster->h;
+        if (side > format->side)
+            shd_report_error(r->report, SHD_SCENE, "/image",
+                             "a %s picture is at most %d pixels wide and high, not %d",
+                             format->name, format->side, side);
+        if (r->scene->transparent && !format->alpha)
+            shd_report_warning(r->report, "/background",
+                               "%s holds no alpha: the picture is laid over black", format->name);
+    }
+}
 
 static void read_document(shd_reader *r, const json_t *tree) {
     static const char *const interpolations[] = {
@@ -86,6 +103,7 @@ static void read_document(shd_reader *r, const json_t *tree) {
     shd_node root = {.value = tree};
     if (!shd_is_object(r, &root)) return;
     shd_read_fields(r, &root, fields, sizeof fields / sizeof fields[0], 0, "the scene", r);
+    check_formats(r);
 }
 
 /* `ambient` and `background` default to black, which has the same numbers in every scene-linear

@@ -3,7 +3,11 @@
  *
  * A part is a table of fields: a name, the reader of its value, and where the value goes. Reading
  * goes through the table in its order (so that what others need comes first), reports members
- * that are not in it, and never stops at an error: a value that is wrong keeps its default. */
+ * that are not in it, and never stops at an error: a value that is wrong keeps its default.
+ *
+ * A check is left out only where what it needs is wrong itself, so that no answer would be true
+ * for every way to mend that. Of lists that are too long the items past the most are not read:
+ * limits bound the work. */
 #ifndef SHD_SCENE_READ_H
 #define SHD_SCENE_READ_H
 
@@ -27,14 +31,16 @@ typedef struct shd_reader {
     shd_scene *scene;   /* under construction */
     bool out_of_memory; /* reported once */
 
-    const shd_space_info *colors; /* the space of plain numbers */
+    const shd_space_info *colors; /* the space of plain numbers; NULL: what it says is wrong */
     int interpolation;            /* of objects that do not say */
-    bool lights_known;            /* how many there are, for layers to be checked against */
+    size_t lights;                /* that the document asks for; SIZE_MAX: not known */
     uint64_t triangles;           /* of the objects so far */
+    unsigned formats;             /* bits of the outputs' shd_format */
     uint32_t wrong;               /* as shd_read_fields answers: the fields that it found wrong */
 
     shd_named_material *named; /* `materials`, sorted by name */
     size_t named_count;
+    bool names_unknown;   /* `materials` is not an object */
     size_t *presets_used; /* as shd_named_material.used, for each preset of the library */
     size_t default_used;  /* the same for the material of objects that name none */
     shd_material *materials;
@@ -75,11 +81,17 @@ uint32_t shd_read_fields(shd_reader *r, const shd_node *node, const shd_field *f
 /* The index of a string among `names`; -1, and an error, where it is none of them. */
 int shd_read_name(shd_reader *r, const shd_node *node, const char *const *names);
 
-/* Checks that a value is what it must be; an error and false where not. */
+/* Checks that a value is what it must be; an error and false where not. An array that has a wrong
+ * number of items gives an error, but is one. */
 bool shd_is_object(shd_reader *r, const shd_node *node);
 bool shd_is_array(shd_reader *r, const shd_node *node, size_t least, size_t most,
                   const char *expected);
-bool shd_get_numbers(shd_reader *r, const shd_node *node, size_t count, double *out);
+
+/* The numbers of an array, at most `most`. False, and errors, where their count or one of them is
+ * wrong; those that are right are in `out` even then. */
+bool shd_get_numbers(shd_reader *r, const shd_node *node, size_t least, size_t most,
+                     const char *expected, const shd_range *range, double *out);
+bool shd_get_three(shd_reader *r, const shd_node *node, const shd_range *range, double out[3]);
 
 /* Field readers. */
 shd_field_read shd_read_number;    /* double, field->range */
@@ -101,10 +113,12 @@ shd_field_read shd_read_accuracy;
 shd_field_read shd_read_output;
 shd_field_read shd_read_outputs;
 
-/* One color of the space `from`, in place, into the working space. */
-void shd_convert_color(shd_reader *r, const shd_node *node, const char *from, double rgb[3]);
+/* One color of the space `from`, in place, into the working space. It becomes NAN where it cannot
+ * be converted, which is an error, or where one of the spaces is not known (`from` NULL). */
+void shd_convert_color(shd_reader *r, const shd_node *node, const shd_space_info *from,
+                       double rgb[3]);
 
-/* A grey in the space of plain numbers, as if the document had said it. */
+/* A grey in the space of plain numbers, as if the document had said it; NAN as above. */
 void shd_default_color(shd_reader *r, double grey, double out[3]);
 
 /* A space by its name. NULL, and an error, where there is none. */
@@ -114,7 +128,7 @@ const shd_space_info *shd_read_space(shd_reader *r, const shd_node *node);
  * default material. */
 size_t shd_use_material(shd_reader *r, const shd_node *node);
 
-/* `transform` of an object. */
+/* `transform` of an object. linear[0][0] is NAN where the linear part is not known. */
 shd_field_read shd_read_transform; /* shd_affine */
 
 /* The arrays of a mesh as the document has them; NULL: absent. */
@@ -122,8 +136,9 @@ typedef struct shd_mesh_source {
     const json_t *positions, *indices, *normals;
 } shd_mesh_source;
 
-/* Checks a mesh and builds it in the arena; `node` is its object. NULL, and an error, where it
- * is wrong. Adds to r->triangles, and builds nothing past the limit. */
+/* Checks a mesh and builds it in the arena; `node` is its object. NULL where it is wrong, which is
+ * an error but for positions that are absent. Adds to r->triangles, and builds nothing past the
+ * limit. */
 const shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mesh_source *source);
 
 /* Arena memory; NULL, and one SHD_MEMORY error, where it is full. */

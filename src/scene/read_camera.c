@@ -1,5 +1,6 @@
 /* Camera and image: where the eye is, and the raster before it. */
 #include <math.h>
+#include <string.h>
 
 #include "scene/read.h"
 
@@ -99,6 +100,7 @@ void shd_read_camera(shd_reader *r, const shd_node *node, const shd_field *field
 /* ---- Image ---- */
 
 enum { WIDTH, HEIGHT, SAMPLES, REGION, COUNT };
+enum { LONGEST = 65535 };
 
 typedef struct raw_image {
     shd_raster raster;
@@ -107,46 +109,44 @@ typedef struct raw_image {
 
 static void read_region(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
     (void)field;
-    double *v = out;
-    for (size_t i = 0; i < 4; i++) v[i] = NAN;
-    if (!shd_is_array(r, node, 4, 4, "an array of 4 integers: x, y, width, height")) return;
-    shd_get_numbers(r, node, 4, v);
+    double v[4] = {NAN, NAN, NAN, NAN};
+    shd_get_numbers(r, node, 4, 4, "an array of 4 integers: x, y, width, height", &shd_any_number,
+                    v);
     for (size_t i = 0; i < 4; i++) {
         shd_node item = shd_node_item(node, i);
-        if (isnan(v[i]) || v[i] == floor(v[i])) continue;
-        shd_node_fail(r->report, &item, SHD_SCENE, "expected an integer, got %.9g", v[i]);
-        v[i] = NAN;
+        if (!isnan(v[i]) && v[i] != floor(v[i]))
+            shd_node_fail(r->report, &item, SHD_SCENE, "expected an integer, got %.9g", v[i]);
     }
+    /* Which side an item is along is known where there are four. */
+    if (json_array_size(node->value) == 4) memcpy(out, v, sizeof v);
 }
 
-/* Each item against the side that it is along, if that is known; extents where the corner is. */
-static bool place_region(shd_reader *r, const shd_node *node, double v[4], uint32_t wrong,
+/* Each item against the side that it is along, or the longest if that is not known; extents where
+ * the corner is. */
+static void place_region(shd_reader *r, const shd_node *node, double v[4], uint32_t wrong,
                          shd_raster *raster) {
-    bool good = true;
     for (size_t i = 0; i < 4; i++) {
         shd_node item = shd_node_item(node, i);
         bool known = !(wrong >> (i % 2 ? HEIGHT : WIDTH) & 1);
-        double low = i < 2 ? 0 : 1, high = i % 2 ? raster->height : raster->width;
+        double low = i < 2 ? 0 : 1;
+        double high = !known ? LONGEST : i % 2 ? raster->height : raster->width;
         /* Comparisons with NAN are false. */
-        if (v[i] < low || (known && (v[i] > high || (i >= 2 && v[i - 2] + v[i] > high)))) {
+        bool out = v[i] < low || v[i] > high || (i >= 2 && v[i - 2] + v[i] > high);
+        if (out)
             shd_node_fail(r->report, &item, SHD_SCENE,
-                          "the region reaches out of the picture of %d x %d pixels", raster->width,
-                          raster->height);
-            v[i] = NAN;
-        }
-        good = good && known && !isnan(v[i]);
+                          "the region reaches out of the picture, which has %s%g pixels this way",
+                          known ? "" : "at most ", high);
+        if (out || v[i] != floor(v[i])) v[i] = NAN;
     }
-    if (!good) return false;
-    raster->x = (int)v[0];
-    raster->y = (int)v[1];
-    raster->w = (int)v[2];
-    raster->h = (int)v[3];
-    return true;
+    raster->x = isnan(v[0]) ? 0 : (int)v[0];
+    raster->y = isnan(v[1]) ? 0 : (int)v[1];
+    raster->w = isnan(v[2]) ? 0 : (int)v[2];
+    raster->h = isnan(v[3]) ? 0 : (int)v[3];
 }
 
 void shd_read_image(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
     (void)field, (void)out;
-    static const shd_range pixels = {1, 65535, .text = "1 to 65535"};
+    static const shd_range pixels = {1, LONGEST, .text = "1 to 65535"};
     static const shd_range samples = {1, 64, .text = "1 to 64"};
     static const shd_field fields[COUNT] = {
         [WIDTH] = {.name = "width",
@@ -163,7 +163,8 @@ void shd_read_image(shd_reader *r, const shd_node *node, const shd_field *field,
                      .range = &samples},
         [REGION] = {.name = "region", .read = read_region, .offset = offsetof(raw_image, region)},
     };
-    raw_image raw = {.raster = {.width = 512, .height = 512, .samples = 4}};
+    raw_image raw = {.raster = {.width = 512, .height = 512, .samples = 4},
+                     .region = {NAN, NAN, NAN, NAN}};
     uint32_t seen = 0, wrong = 0;
     if (node->value) {
         if (!shd_is_object(r, node)) return;
@@ -173,12 +174,12 @@ void shd_read_image(shd_reader *r, const shd_node *node, const shd_field *field,
     shd_raster raster = raw.raster;
     if (seen >> REGION & 1) {
         shd_node region = shd_node_member(node, "region");
-        if (!place_region(r, &region, raw.region, wrong, &raster)) return;
+        place_region(r, &region, raw.region, wrong, &raster);
     } else {
-        if (wrong & (1u << WIDTH | 1u << HEIGHT)) return;
-        raster.w = raster.width;
-        raster.h = raster.height;
+        raster.w = wrong >> WIDTH & 1 ? 0 : raster.width;
+        raster.h = wrong >> HEIGHT & 1 ? 0 : raster.height;
     }
+    /* A side that is not known is 0 here, which is within every limit. */
     r->scene->raster = raster;
     uint64_t asked = (uint64_t)raster.w * (uint64_t)raster.h;
     if (asked > r->limits->pixels)

@@ -24,31 +24,21 @@ const shd_space_info *shd_read_space(shd_reader *r, const shd_node *node) {
     return NULL;
 }
 
-/* `colorSpace` and `workingSpace` of the document, whichever the node is. */
-void shd_read_spaces(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    (void)field, (void)out;
-    const shd_space_info *space = shd_read_space(r, node);
-    if (!space) return;
-    if (!strcmp(node->key, "colorSpace"))
-        r->colors = space;
-    else if (space->scene_linear)
-        r->scene->working_space = space;
-    else
-        shd_node_fail(r->report, node, SHD_SCENE,
-                      "\"%s\" is not scene-linear: light cannot be added up in it", space->name);
-}
-
-void shd_convert_color(shd_reader *r, const shd_node *node, const char *from, double rgb[3]) {
-    const char *to = r->scene->working_space->name;
-    if (!strcmp(from, to)) return;
+void shd_convert_color(shd_reader *r, const shd_node *node, const shd_space_info *from,
+                       double rgb[3]) {
+    const shd_space_info *to = r->scene->working_space;
+    if (from && from == to) return;
     double converted[3] = {rgb[0], rgb[1], rgb[2]};
+    for (int c = 0; c < 3; c++) rgb[c] = NAN;
+    if (!from || !to) return;
     shd_error error;
-    shd_status status = r->catalog->convert(r->catalog->self, from, to, converted, &error);
+    shd_status status =
+        r->catalog->convert(r->catalog->self, from->name, to->name, converted, &error);
     if (status)
-        shd_node_fail(r->report, node, status, "%s to %s: %s", from, to, error.text);
+        shd_node_fail(r->report, node, status, "%s to %s: %s", from->name, to->name, error.text);
     else if (!isfinite(converted[0]) || !isfinite(converted[1]) || !isfinite(converted[2]))
         shd_node_fail(r->report, node, SHD_SCENE, "the color is too large to be converted to %s",
-                      to);
+                      to->name);
     else
         memcpy(rgb, converted, sizeof converted);
 }
@@ -60,10 +50,29 @@ static void make_grey(const shd_space_info *space, double grey, double out[3]) {
     out[2] = space->channels == SHD_YIQ ? 0 : grey;
 }
 
+/* `colorSpace` and `workingSpace` of the document, whichever the node is. */
+void shd_read_spaces(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+    (void)field, (void)out;
+    bool working = !strcmp(node->key, "workingSpace");
+    const shd_space_info *space = shd_read_space(r, node);
+    if (space && working && !space->scene_linear) {
+        shd_node_fail(r->report, node, SHD_SCENE,
+                      "\"%s\" is not scene-linear: light cannot be added up in it", space->name);
+        space = NULL;
+    }
+    *(working ? &r->scene->working_space : &r->colors) = space;
+    if (working || !space) return;
+    /* Said once, not for each color and each default. */
+    double white[3];
+    make_grey(space, 1, white);
+    shd_convert_color(r, node, space, white);
+    if (isnan(white[0])) r->colors = NULL;
+}
+
 void shd_default_color(shd_reader *r, double grey, double out[3]) {
     shd_node document = {0};
-    make_grey(r->colors, grey, out);
-    shd_convert_color(r, &document, r->colors->name, out);
+    if (r->colors) make_grey(r->colors, grey, out);
+    shd_convert_color(r, &document, r->colors, out);
 }
 
 /* "#rgb" or "#rrggbb" */
@@ -94,7 +103,7 @@ static void read_css(shd_reader *r, const shd_node *node, double *out) {
                       "the color configuration has no sRGB space for \"#rrggbb\" colors");
         return;
     }
-    shd_convert_color(r, node, r->catalog->css->name, rgb);
+    shd_convert_color(r, node, r->catalog->css, rgb);
     memcpy(out, rgb, sizeof rgb);
 }
 
@@ -119,8 +128,8 @@ static void read_color_value(shd_reader *r, const shd_node *node, const shd_fiel
     spaced_color *color = out;
     if (!node->value)
         shd_node_fail(r->report, node->parent, SHD_SCENE, "the member \"value\" is missing");
-    else if (shd_is_array(r, node, 3, 3, "an array of 3 numbers"))
-        color->good = shd_get_numbers(r, node, 3, color->value);
+    else
+        color->good = shd_get_three(r, node, &shd_any_number, color->value);
 }
 
 static void read_spaced(shd_reader *r, const shd_node *node, double *out) {
@@ -134,13 +143,13 @@ static void read_spaced(shd_reader *r, const shd_node *node, double *out) {
     spaced_color color = {0};
     shd_read_fields(r, node, fields, sizeof fields / sizeof fields[0], 0, "a color", &color);
     if (!color.space || !color.good) return;
-    shd_convert_color(r, node, color.space->name, color.value);
+    shd_convert_color(r, node, color.space, color.value);
     memcpy(out, color.value, sizeof color.value);
 }
 
 void shd_read_color(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
     (void)field;
-    double rgb[3];
+    double rgb[3] = {0};
     if (json_is_string(node->value)) {
         read_css(r, node, out);
         return;
@@ -150,16 +159,14 @@ void shd_read_color(shd_reader *r, const shd_node *node, const shd_field *field,
         return;
     }
     if (json_is_number(node->value)) {
-        make_grey(r->colors, json_number_value(node->value), rgb);
-    } else {
-        if (!json_is_array(node->value)) {
-            shd_node_expect(r->report, node,
-                            "a color: a number, [r, g, b], \"#rrggbb\" or {space, value}");
-            return;
-        }
-        if (!shd_is_array(r, node, 3, 3, "an array of 3 numbers")) return;
-        if (!shd_get_numbers(r, node, 3, rgb)) return;
+        if (r->colors) make_grey(r->colors, json_number_value(node->value), rgb);
+    } else if (!json_is_array(node->value)) {
+        shd_node_expect(r->report, node,
+                        "a color: a number, [r, g, b], \"#rrggbb\" or {space, value}");
+        return;
+    } else if (!shd_get_three(r, node, &shd_any_number, rgb)) {
+        return;
     }
-    shd_convert_color(r, node, r->colors->name, rgb);
+    shd_convert_color(r, node, r->colors, rgb);
     memcpy(out, rgb, sizeof rgb);
 }

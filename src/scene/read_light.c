@@ -16,8 +16,8 @@ static const char *const frames[] = {"world", "camera", NULL};
 enum { WORLD, CAMERA };
 
 typedef struct raw_position {
-    double at[4];
-    size_t count; /* 3 or 4; 0: absent or wrong */
+    double at[4]; /* w NAN: absent or wrong */
+    bool good;    /* all of them */
 } raw_position;
 
 typedef struct raw_light {
@@ -30,12 +30,13 @@ typedef struct raw_light {
 static void read_position(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
     (void)field;
     raw_position *position = out;
-    double at[4] = {0, 0, 0, 1};
-    if (!shd_is_array(r, node, 3, 4, "an array of 3 or 4 numbers")) return;
     size_t count = json_array_size(node->value);
-    if (!shd_get_numbers(r, node, count, at)) return;
+    double at[4] = {0, 0, 0, count == 3 ? 1 : NAN};
+    position->good =
+        shd_get_numbers(r, node, 3, 4, "an array of 3 or 4 numbers", &shd_any_number, at);
+    /* Which item is w is known where there are four. */
+    if (count > 4) at[3] = NAN;
     memcpy(position->at, at, sizeof at);
-    position->count = count;
 }
 
 static void read_attenuation(shd_reader *r, const shd_node *node, const shd_field *field,
@@ -126,45 +127,41 @@ static shd_vec3 from_camera(const shd_camera *camera, shd_vec3 v) {
     return shd_madd(shd_madd(shd_scale(camera->right, v.x), camera->up, v.y), camera->back, v.z);
 }
 
-/* The light's place in its frame. False, and an error, where it has none. */
-static bool divide(shd_reader *r, const shd_node *node, const raw_position *position,
+/* The light's place in its frame. */
+static void divide(shd_reader *r, const shd_node *node, const raw_position *position,
                    shd_vec3 *out) {
     double w = position->at[3];
     shd_vec3 at = {position->at[0] / w, position->at[1] / w, position->at[2] / w};
-    if (shd_is_finite(at)) {
+    if (shd_is_finite(at))
         *out = at;
-        return true;
-    }
-    shd_node_fail(r->report, node, SHD_SCENE, "the position divided by w is not finite");
-    return false;
+    else
+        shd_node_fail(r->report, node, SHD_SCENE, "the position divided by w is not finite");
 }
 
 /* What a homogeneous or plain position means for each type of light. */
-static bool place(shd_reader *r, const shd_node *node, raw_light *raw, bool has_direction) {
+static void place(shd_reader *r, const shd_node *node, raw_light *raw, bool has_direction) {
     shd_light *light = &raw->light;
     shd_node position = shd_node_member(node, "position");
-    if (!raw->position.count) return true;
-    bool infinite = raw->position.at[3] == 0;
-    if (light->type != SHD_LIGHT_DIRECTIONAL) {
-        if (!infinite) return divide(r, &position, &raw->position, &light->position);
+    bool directional = light->type == SHD_LIGHT_DIRECTIONAL;
+    if (directional && position.value && has_direction)
+        shd_node_fail(r->report, &position, SHD_SCENE,
+                      "give either `direction` or `position`, not both");
+    double w = raw->position.at[3];
+    shd_vec3 from = {raw->position.at[0], raw->position.at[1], raw->position.at[2]};
+    if (!directional && w == 0)
         shd_node_fail(r->report, &position, SHD_SCENE,
                       "a %s light cannot be at infinity (w is 0): leave out `type`",
                       types[light->type]);
-        return false;
-    }
-    if (!infinite || has_direction) {
+    else if (directional && !isnan(w) && w != 0)
         shd_node_fail(r->report, &position, SHD_SCENE,
-                      has_direction ? "give either `direction` or `position`, not both"
-                                    : "a directional light has no position, but a `direction`");
-        return false;
-    }
-    shd_vec3 from = {raw->position.at[0], raw->position.at[1], raw->position.at[2]};
-    if (!shd_normalize(shd_scale(from, -1), &light->direction)) {
+                      "a directional light has no position, but a `direction`");
+    else if (!raw->position.good)
+        return;
+    else if (!directional)
+        divide(r, &position, &raw->position, &light->position);
+    else if (!shd_normalize(shd_scale(from, -1), &light->direction))
         shd_node_fail(r->report, &position, SHD_SCENE,
                       "must not be zero: with w = 0 it is a direction");
-        return false;
-    }
-    return true;
 }
 
 static void to_world(shd_reader *r, const shd_node *node, shd_light *light) {
@@ -177,11 +174,11 @@ static void to_world(shd_reader *r, const shd_node *node, shd_light *light) {
         shd_normalize(from_camera(camera, light->direction), &light->direction);
 }
 
-/* color * intensity; an ambient light's goes to its ambient share. */
+/* color * intensity; an ambient light's goes to its ambient share. What is not known is NAN. */
 static void scale_color(shd_reader *r, const shd_node *node, raw_light *raw) {
     shd_light *light = &raw->light;
     for (int c = 0; c < 3; c++) light->color[c] *= raw->intensity;
-    if (!isfinite(light->color[0]) || !isfinite(light->color[1]) || !isfinite(light->color[2]))
+    if (isinf(light->color[0]) || isinf(light->color[1]) || isinf(light->color[2]))
         shd_node_fail(r->report, node, SHD_SCENE, "`color` times `intensity` is not finite");
     if (light->type != SHD_LIGHT_AMBIENT) return;
     memcpy(light->ambient, light->color, sizeof light->ambient);
@@ -189,7 +186,7 @@ static void scale_color(shd_reader *r, const shd_node *node, raw_light *raw) {
 }
 
 static raw_light default_light(shd_reader *r, shd_light_type type) {
-    raw_light raw = {.intensity = 1, .frame = WORLD};
+    raw_light raw = {.position.at[3] = NAN, .intensity = 1, .frame = WORLD};
     shd_light *light = &raw.light;
     light->type = type;
     light->attenuation[0] = 1;
@@ -230,21 +227,21 @@ static void read_light(shd_reader *r, const shd_node *node, shd_light *out) {
     const char *what = kind == BARE ? "a light without `type`" : kind ? names[type] : "a light";
     raw_light raw = default_light(r, type);
     uint32_t seen = shd_read_fields(r, node, fields, FIELDS, kind ? kind : ANY, what, &raw);
+    if (!(r->wrong & (1u << COLOR | 1u << INTENSITY))) scale_color(r, node, &raw);
+    if (raw.intensity < 0)
+        shd_node_warn(r->report, node, "the intensity is negative: the light takes light away");
     if (!kind) return;
 
     /* What is wrong has its default here, which passes the checks below. */
     bool bare_direction = kind == BARE && raw.position.at[3] == 0;
     if (bare_direction) raw.light.type = SHD_LIGHT_DIRECTIONAL;
-    if (!place(r, node, &raw, seen >> DIRECTION & 1)) return;
+    place(r, node, &raw, seen >> DIRECTION & 1);
     if (bare_direction) {
         /* Distance means nothing for it. */
         memcpy(raw.light.attenuation, (double[]){1, 0, 0}, sizeof raw.light.attenuation);
         raw.light.min_distance = 0;
     }
     if (raw.frame == CAMERA) to_world(r, node, &raw.light);
-    scale_color(r, node, &raw);
-    if (raw.intensity < 0)
-        shd_node_warn(r->report, node, "the intensity is negative: the light takes light away");
     *out = raw.light;
 }
 
@@ -260,18 +257,19 @@ static void add_default_light(shd_reader *r) {
 
 void shd_read_lights(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
     (void)field, (void)out;
+    r->lights = 1;
     if (!node->value) {
         add_default_light(r);
-        r->lights_known = true;
         return;
     }
+    r->lights = SIZE_MAX;
     if (!shd_is_array(r, node, 0, SIZE_MAX, "an array of lights")) return;
-    size_t count = json_array_size(node->value);
+    size_t count = r->lights = json_array_size(node->value);
     if (count > r->limits->lights) {
         shd_node_fail(r->report, node, SHD_LIMIT,
                       "the scene asks for %zu lights; the limit `lights` is %llu", count,
                       (unsigned long long)r->limits->lights);
-        return;
+        count = (size_t)r->limits->lights;
     }
     shd_light *lights = shd_take(r, count, sizeof *lights);
     if (!lights) return;
@@ -281,5 +279,4 @@ void shd_read_lights(shd_reader *r, const shd_node *node, const shd_field *field
     }
     r->scene->lights = lights;
     r->scene->light_count = count;
-    r->lights_known = true;
 }

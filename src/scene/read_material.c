@@ -43,10 +43,11 @@ static void take_preset(shd_reader *r, const shd_node *node, const shd_preset *p
     memcpy(raw->first.specular, preset->specular, sizeof raw->first.specular);
     raw->first.shininess = preset->shininess;
     raw->preset = true;
-    if (!shd_catalog_space(r->catalog, "lin_rec709")) return;
-    shd_convert_color(r, node, "lin_rec709", raw->ambient);
-    shd_convert_color(r, node, "lin_rec709", raw->diffuse);
-    shd_convert_color(r, node, "lin_rec709", raw->first.specular);
+    const shd_space_info *space = shd_catalog_space(r->catalog, "lin_rec709");
+    if (!space) return;
+    shd_convert_color(r, node, space, raw->ambient);
+    shd_convert_color(r, node, space, raw->diffuse);
+    shd_convert_color(r, node, space, raw->first.specular);
 }
 
 static void read_preset(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
@@ -79,6 +80,7 @@ static void read_lobes(shd_reader *r, const shd_node *node, const shd_field *fie
     raw_lobes *further = out;
     if (!shd_is_array(r, node, 0, SHD_LOBES_MOST, "an array of up to 64 lobes")) return;
     size_t count = json_array_size(node->value);
+    if (count > SHD_LOBES_MOST) count = SHD_LOBES_MOST;
     shd_lobe *lobes = shd_take(r, count, sizeof *lobes);
     if (!lobes) return;
     for (size_t i = 0; i < count; i++) {
@@ -135,13 +137,13 @@ static bool add_stated(bool stated, const double rgb[3], double sum[3]) {
 
 /* Materials are never changed silently; what looks like a mistake is named. Only what the
  * document itself says counts: nobody wants a word about a default or the library's brass. */
-static void warn(shd_reader *r, const shd_node *node, const raw_material *raw, uint32_t seen) {
+static void warn(shd_reader *r, const shd_node *node, const raw_material *raw, uint32_t stated) {
     enum { SLACK = 1000000 }; /* rounding of decimals and of color conversion */
     double sum[3] = {0, 0, 0}, brightest = raw->first.shininess;
-    bool negative = seen >> EMISSIVE & 1 && is_negative(raw->emissive);
-    negative |= add_stated(seen >> AMBIENT & 1, raw->ambient, sum);
-    negative |= add_stated(seen >> DIFFUSE & 1, raw->diffuse, sum);
-    negative |= add_stated(seen >> SPECULAR & 1, raw->first.specular, sum);
+    bool negative = stated >> EMISSIVE & 1 && is_negative(raw->emissive);
+    negative |= add_stated(stated >> AMBIENT & 1, raw->ambient, sum);
+    negative |= add_stated(stated >> DIFFUSE & 1, raw->diffuse, sum);
+    negative |= add_stated(stated >> SPECULAR & 1, raw->first.specular, sum);
     for (size_t i = 0; i < raw->further.count; i++) {
         const shd_lobe *lobe = &raw->further.lobes[i];
         negative |= add_stated(true, lobe->specular, sum);
@@ -191,8 +193,9 @@ static void read_material(shd_reader *r, const shd_node *node, const char *name,
     if (!shd_is_object(r, node)) return;
     raw_material raw = default_material(r);
     uint32_t seen = shd_read_fields(r, node, fields, FIELDS, 0, "a material", &raw);
+    uint32_t right = seen & ~r->wrong;
     if (!raw.preset && !(seen >> AMBIENT & 1)) memcpy(raw.ambient, raw.diffuse, sizeof raw.ambient);
-    warn(r, node, &raw, seen);
+    warn(r, node, &raw, right);
     make_material(r, &raw, name, out);
 }
 
@@ -208,19 +211,18 @@ static int compare_key(const void *key, const void *named) {
 
 void shd_read_materials(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
     (void)field, (void)out;
-    if (!shd_is_object(r, node)) return;
+    r->names_unknown = !shd_is_object(r, node);
+    if (r->names_unknown) return;
     size_t count = json_object_size(node->value);
     r->named = shd_take(r, count, sizeof *r->named);
     if (!r->named) return;
     json_t *object = (json_t *)(uintptr_t)node->value; /* jansson's iterators are not const */
     for (void *at = json_object_iter(object); at; at = json_object_iter_next(object, at)) {
         const char *key = json_object_iter_key(at);
-        if (!shd_is_plain_name(key)) {
+        if (!shd_is_plain_name(key))
             shd_node_fail(r->report, node, SHD_SCENE,
                           "the name \"%s\" is longer than 64 characters or has control characters",
                           shd_quote(key).text);
-            continue;
-        }
         const char *name = shd_take_text(r, key);
         if (!name) return;
         shd_named_material *named = &r->named[r->named_count++];
@@ -284,6 +286,7 @@ size_t shd_use_material(shd_reader *r, const shd_node *node) {
     }
     const shd_preset *preset = shd_preset_find(name);
     if (preset) return use_preset(r, node, preset);
+    if (r->names_unknown) return 0;
     shd_node_fail(r->report, node, SHD_SCENE, "there is no material \"%s\"%s", shd_quote(name).text,
                   suggest_material(r, name, true).text);
     return 0;

@@ -1,4 +1,5 @@
 /* Objects: shapes, their transforms and materials. */
+#include <math.h>
 #include <string.h>
 
 #include "scene/read.h"
@@ -140,19 +141,30 @@ static void read_object(shd_reader *r, const shd_node *node, shd_object *out) {
     }
     raw_object raw = default_object(r, shape);
     shd_read_fields(r, node, fields, FIELDS, known ? KIND(shape) : ANY, what, &raw);
+    uint32_t wrong = r->wrong;
+    shd_object *object = &raw.object;
+    /* Only a mesh has arrays, whatever `type` says instead. */
+    if (shape == SHD_MESH && !raw.mesh.positions)
+        shd_node_fail(r->report, node, SHD_SCENE, "the member \"positions\" is missing");
+    if (raw.mesh.positions || raw.mesh.indices || raw.mesh.normals)
+        object->mesh = shd_make_mesh(r, node, &raw.mesh);
     if (!known) return;
 
-    shd_object *object = &raw.object;
     object->interpolation = (shd_interpolation)raw.interpolation;
     object->segments = raw.segments;
-    bool faces = object->interpolation != SHD_PHONG;
-    if (shape == SHD_MESH)
-        object->mesh = shd_make_mesh(r, node, &raw.mesh);
-    else if (shape == SHD_PLANE && faces)
+    bool faces = object->interpolation != SHD_PHONG && !(wrong >> INTERPOLATION & 1);
+    if (shape == SHD_PLANE && faces)
         shd_node_fail(r->report, node, SHD_SCENE,
                       "an infinite plane has no faces: use disc or box, or interpolation phong");
-    else if (faces)
+    else if (faces && !(wrong >> SEGMENTS & 1))
         r->triangles += shd_tessellation_triangles(shape, raw.segments);
+    shd_affine to_world, from_world;
+    bool sized = !(wrong & (1u << RADIUS | 1u << HEIGHT | 1u << SIZE));
+    if (sized && !isnan(object->transform.linear[0][0]) &&
+        !shd_object_frame(object, &to_world, &from_world))
+        shd_node_fail(r->report, node, SHD_SCENE,
+                      "the object's size and transform together have no inverse: their numbers are "
+                      "too far apart");
     *out = *object;
 }
 
@@ -168,7 +180,7 @@ void shd_read_objects(shd_reader *r, const shd_node *node, const shd_field *fiel
         shd_node_fail(r->report, node, SHD_LIMIT,
                       "the scene asks for %zu objects; the limit `objects` is %llu", count,
                       (unsigned long long)r->limits->objects);
-        return;
+        count = (size_t)r->limits->objects;
     }
     /* Every object has one material, so there are at most as many. */
     shd_object *objects = shd_take(r, count, sizeof *objects);

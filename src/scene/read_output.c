@@ -130,6 +130,8 @@ static const shd_display_info *find_display(shd_reader *r, const shd_node *node,
     return NULL;
 }
 
+/* A view that is wrong is NULL here, as one that is absent; the display is looked at all the
+ * same. */
 static void resolve_view(shd_reader *r, const shd_node *node, const char *display_name,
                          const char *view, shd_output *out) {
     const shd_display_info *display = find_display(r, node, display_name);
@@ -147,18 +149,19 @@ static void resolve_view(shd_reader *r, const shd_node *node, const char *displa
                   shd_suggest(view ? view : "", display->views, display->view_count).text);
 }
 
-static void resolve_color(shd_reader *r, const shd_node *node, raw_output *raw, uint32_t seen) {
+static void resolve_color(shd_reader *r, const shd_node *node, raw_output *raw, uint32_t seen,
+                          uint32_t wrong) {
     shd_output *out = &raw->output;
-    bool space = seen >> COLOR_SPACE & 1, view = seen >> DISPLAY & 1 || seen >> VIEW & 1;
+    bool space = seen >> COLOR_SPACE & 1, view = seen & (1u << DISPLAY | 1u << VIEW);
     bool linear = shd_format_get(out->format)->linear || !r->catalog->display_count;
     if (space && view)
         shd_node_fail(r->report, node, SHD_SCENE,
                       "give either `colorSpace`, or `display` and `view`, not both");
-    else if (space)
+    if (space)
         out->color_space = raw->color_space;
     else if (!view && linear)
         out->color_space = r->scene->working_space;
-    else
+    if ((view || !(space || linear)) && !(wrong >> DISPLAY & 1))
         resolve_view(r, node, raw->display, raw->view, out);
 }
 
@@ -180,12 +183,24 @@ static void resolve_depth(shd_reader *r, const shd_node *node, const raw_output 
                   format->name, shd_depth_name(out->depth), depths);
 }
 
-static void resolve_channel(shd_reader *r, const shd_node *node, const char *name,
+/* What the space of an output may be, as bits of shd_channels: anything where it is not known. */
+static unsigned channels_of(const raw_output *raw, uint32_t seen) {
+    const shd_space_info *space = raw->output.color_space;
+    if (seen >> COLOR_SPACE & 1 && !space) return 1u << SHD_RGB | 1u << SHD_YIQ | 1u << SHD_HSV;
+    bool view = !space || seen & (1u << DISPLAY | 1u << VIEW);
+    return (space ? 1u << space->channels : 0) | (view ? 1u << SHD_RGB : 0);
+}
+
+/* `kinds` are bits of shd_channels: what the output's space may be. */
+static void resolve_channel(shd_reader *r, const shd_node *node, const char *name, unsigned kinds,
                             shd_output *out) {
-    shd_channels kind = out->color_space ? out->color_space->channels : SHD_RGB;
-    const char *const *names = shd_channel_names(kind);
-    for (int c = 0; c < 3; c++)
-        if (!strcmp(names[c], name)) out->channel = c;
+    const char *const *names = shd_channel_names(SHD_RGB);
+    for (int kind = SHD_HSV; kind >= SHD_RGB; kind--) {
+        if (!(kinds >> kind & 1)) continue;
+        names = shd_channel_names((shd_channels)kind);
+        for (int c = 0; c < 3; c++)
+            if (!strcmp(names[c], name)) out->channel = c;
+    }
     if (!strcmp("A", name)) out->channel = 3;
     if (out->channel >= 0) return;
     const char *advice = "";
@@ -222,9 +237,9 @@ static bool parse_light(shd_reader *r, const shd_node *node, const char *name, s
     }
     out->kind = SHD_LAYER_LIGHT;
     out->light = strtoul(digits, NULL, 10);
-    if (!r->lights_known || out->light < r->scene->light_count) return true;
+    if (out->light < r->lights) return true;
     shd_node_fail(r->report, node, SHD_SCENE, "there is no light %zu: the scene has %zu",
-                  out->light, r->scene->light_count);
+                  out->light, r->lights);
     return false;
 }
 
@@ -254,17 +269,23 @@ static int compare_layers(const void *a, const void *b) {
     return (p->light > q->light) - (p->light < q->light);
 }
 
+static void check_layers(shd_reader *r, const shd_node *node, const raw_output *raw, uint32_t seen,
+                         uint32_t wrong) {
+    shd_node at = shd_node_member(node, "layers");
+    bool view = seen & (1u << DISPLAY | 1u << VIEW);
+    if (raw->format != SHD_EXR && !(wrong >> FORMAT & 1))
+        shd_node_fail(r->report, &at, SHD_SCENE, "%s has no layers: set format exr",
+                      shd_format_get((shd_format)raw->format)->name);
+    if (seen >> COLOR_SPACE & 1 ? raw->color_space && !raw->color_space->scene_linear : view)
+        shd_node_fail(r->report, &at, SHD_SCENE,
+                      "layers are light, which adds up: set a scene-linear `colorSpace`");
+    if (seen >> CHANNEL & 1)
+        shd_node_fail(r->report, &at, SHD_SCENE, "give either `channel` or `layers`, not both");
+}
+
 static void resolve_layers(shd_reader *r, const shd_node *node, const json_t *value,
                            shd_output *out) {
     shd_node at = {node, "layers", 0, value};
-    if (out->format != SHD_EXR)
-        shd_node_fail(r->report, &at, SHD_SCENE, "%s has no layers: set format exr",
-                      shd_format_get(out->format)->name);
-    else if (out->display || (out->color_space && !out->color_space->scene_linear))
-        shd_node_fail(r->report, &at, SHD_SCENE,
-                      "layers are light, which adds up: set a scene-linear `colorSpace`");
-    if (out->channel >= 0)
-        shd_node_fail(r->report, &at, SHD_SCENE, "give either `channel` or `layers`, not both");
     size_t count = json_array_size(value);
     shd_layer *layers = shd_take(r, count, sizeof *layers);
     shd_layer *sorted = shd_take(r, count, sizeof *sorted);
@@ -293,19 +314,15 @@ static void read_one(shd_reader *r, const shd_node *node, unsigned kind, shd_out
         if (!shd_is_object(r, node)) return;
         seen = shd_read_fields(r, node, fields, FIELDS, kind, "an output", &raw);
         wrong = r->wrong;
-        /* A format that is not known cannot be held against the rest. */
-        if (wrong >> FORMAT & 1) return;
     }
     shd_output *output = &raw.output;
     output->format = (shd_format)raw.format;
     output->format_given = seen >> FORMAT & 1;
-    if (!(wrong >> BIT_DEPTH & 1)) resolve_depth(r, node, &raw, output);
-    size_t errors = r->report->error_count;
-    if (wrong & (1u << DISPLAY | 1u << VIEW | 1u << COLOR_SPACE)) return;
-    resolve_color(r, node, &raw, seen);
-    /* Channels and layers are those of the output's space, where that is known. */
-    if (r->report->error_count > errors) return;
-    if (raw.channel) resolve_channel(r, node, raw.channel, output);
+    if (!(wrong >> FORMAT & 1)) r->formats |= 1u << raw.format;
+    if (!(wrong & (1u << FORMAT | 1u << BIT_DEPTH))) resolve_depth(r, node, &raw, output);
+    resolve_color(r, node, &raw, seen, wrong);
+    if (raw.channel) resolve_channel(r, node, raw.channel, channels_of(&raw, seen), output);
+    if (seen >> LAYERS & 1) check_layers(r, node, &raw, seen, wrong);
     if (raw.layers) resolve_layers(r, node, raw.layers, output);
     *out = *output;
 }
@@ -326,6 +343,7 @@ void shd_read_outputs(shd_reader *r, const shd_node *node, const shd_field *fiel
         shd_node_fail(r->report, node, SHD_SCENE, "give either `output` or `outputs`, not both");
     if (!shd_is_array(r, node, 1, SHD_OUTPUTS_MOST, "an array of 1 to 16 outputs")) return;
     size_t count = json_array_size(node->value);
+    if (count > SHD_OUTPUTS_MOST) count = SHD_OUTPUTS_MOST;
     shd_output *outputs = shd_take(r, count, sizeof *outputs);
     if (!outputs) return;
     for (size_t i = 0; i < count; i++) {

@@ -4,6 +4,7 @@
 
 #include "scene/read.h"
 
+/* scale.x and matrix[0] are NAN where numbers that an inverse depends on are wrong. */
 typedef struct raw_transform {
     shd_vec3 scale, rotate, translate;
     double matrix[16]; /* column-major */
@@ -12,33 +13,37 @@ typedef struct raw_transform {
 enum { SCALE, ROTATE, TRANSLATE, MATRIX, FIELDS };
 
 static void read_scale(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    shd_vec3 scale = {1, 1, 1};
-    if (json_is_number(node->value)) {
-        shd_read_number(r, node, field, &scale.x);
-        scale.y = scale.z = scale.x;
-    } else if (json_is_array(node->value)) {
-        shd_read_vector(r, node, field, &scale);
-    } else {
-        shd_node_expect(r->report, node, "a number or an array of 3 numbers");
-        return;
-    }
-    if (scale.x == 0 || scale.y == 0 || scale.z == 0)
-        shd_node_fail(r->report, node, SHD_SCENE, "a scale must not be 0: nothing would be left");
+    (void)field;
+    double scale[3] = {NAN, NAN, NAN};
+    bool good = true;
+    if (json_is_number(node->value))
+        scale[0] = scale[1] = scale[2] = json_number_value(node->value);
+    else if (json_is_array(node->value))
+        good = shd_get_three(r, node, &shd_any_number, scale);
     else
-        *(shd_vec3 *)out = scale;
+        shd_node_expect(r->report, node, "a number or an array of 3 numbers");
+    if (scale[0] == 0 || scale[1] == 0 || scale[2] == 0) {
+        shd_node_fail(r->report, node, SHD_SCENE, "a scale must not be 0: nothing would be left");
+        good = false;
+    }
+    *(shd_vec3 *)out = (shd_vec3){good ? scale[0] : NAN, scale[1], scale[2]};
 }
 
 static void read_matrix(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
     (void)field;
-    double matrix[16];
-    if (!shd_is_array(r, node, 16, 16, "an array of 16 numbers")) return;
-    if (!shd_get_numbers(r, node, 16, matrix)) return;
-    if (matrix[3] != 0 || matrix[7] != 0 || matrix[11] != 0 || matrix[15] != 1)
+    double m[16];
+    for (int i = 0; i < 16; i++) m[i] = i == 15 ? 1 : i > 11 || i % 4 == 3 ? 0 : NAN;
+    shd_get_numbers(r, node, 16, 16, "an array of 16 numbers", &shd_any_number, m);
+    for (int i = 0; i < 12; i++)
+        if (isnan(m[i])) m[0] = NAN;
+    /* Which row an item is in is known where there are sixteen. */
+    if (json_array_size(node->value) != 16)
+        m[0] = NAN;
+    else if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1)
         shd_node_fail(r->report, node, SHD_SCENE,
                       "the last row (items 3, 7, 11, 15: the matrix is column-major) must be "
                       "0, 0, 0, 1");
-    else
-        memcpy(out, matrix, sizeof matrix);
+    memcpy(out, m, sizeof m);
 }
 
 /* Sine and cosine of an angle in degrees, exact at multiples of 90. */
@@ -93,6 +98,20 @@ static shd_affine from_matrix(const double matrix[16]) {
     return m;
 }
 
+/* Takes the transform that the member says, NAN where it is not known or has no inverse. */
+static void take(shd_reader *r, const shd_node *node, const char *member, bool known,
+                 const shd_affine *transform, shd_affine *out) {
+    shd_node given = shd_node_member(node, member);
+    shd_affine inverse;
+    *out = *transform;
+    if (known && shd_invert(transform, &inverse)) return;
+    out->linear[0][0] = NAN;
+    if (known)
+        shd_node_fail(r->report, given.value ? &given : node, SHD_SCENE,
+                      "the transform has no inverse: it flattens the object, or its numbers are "
+                      "too far apart");
+}
+
 void shd_read_transform(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
     (void)field;
     static const shd_field fields[FIELDS] = {
@@ -107,24 +126,17 @@ void shd_read_transform(shd_reader *r, const shd_node *node, const shd_field *fi
                     .read = read_matrix,
                     .offset = offsetof(raw_transform, matrix)},
     };
+    shd_affine *transform = out;
+    transform->linear[0][0] = NAN;
     if (!shd_is_object(r, node)) return;
     raw_transform raw = {.scale = {1, 1, 1}};
     uint32_t seen = shd_read_fields(r, node, fields, FIELDS, 0, "a transform", &raw);
-    bool matrix = seen >> MATRIX & 1;
-    if (matrix && seen != UINT32_C(1) << MATRIX) {
-        shd_node_fail(r->report, node, SHD_SCENE,
-                      "`matrix` stands alone: leave out `scale`, `rotate` and `translate`");
-        return;
-    }
-    if (r->wrong) return;
-
-    shd_affine transform = matrix ? from_matrix(raw.matrix) : from_parts(&raw), inverse;
-    if (shd_invert(&transform, &inverse)) {
-        *(shd_affine *)out = transform;
-        return;
-    }
-    shd_node given = shd_node_member(node, matrix ? "matrix" : "scale");
-    shd_node_fail(r->report, given.value ? &given : node, SHD_SCENE,
-                  "the transform has no inverse: it flattens the object, or its numbers are too "
-                  "far apart");
+    shd_affine parts = from_parts(&raw), whole = from_matrix(raw.matrix);
+    take(r, node, "scale", !isnan(raw.scale.x), &parts, transform);
+    if (!(seen >> MATRIX & 1)) return;
+    take(r, node, "matrix", !isnan(raw.matrix[0]), &whole, transform);
+    if (seen == UINT32_C(1) << MATRIX) return;
+    shd_node_fail(r->report, node, SHD_SCENE,
+                  "`matrix` stands alone: leave out `scale`, `rotate` and `translate`");
+    transform->linear[0][0] = NAN;
 }

@@ -169,9 +169,10 @@ typedef struct shd_scene {
 } shd_scene;
 
 /* Reads `length` bytes of JSON. Everything wrong is added to `report` (all of it, with JSON
- * Pointers), as are warnings; the scene is made only where there is no error. `fallback` is the
- * format of an output that names none. Jansson's own memory is freed before it returns; the
- * scene lives in `arena`. Returns report->status. */
+ * Pointers; of lists that are too long, what lies within the limit), as are warnings; the scene is
+ * made only where there is no error. `fallback` is the format of an output that names none.
+ * Jansson's own memory is freed before it returns; the scene lives in `arena`. Returns
+ * report->status. */
 shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *catalog,
                           const shd_limits *limits, shd_format fallback, shd_arena *arena,
                           const shd_scene **out, shd_report *report);
@@ -188,6 +189,10 @@ const shd_preset *shd_presets(size_t *count);
 const shd_preset *shd_preset_find(const char *name); /* NULL: none */
 
 const char *shd_shape_name(shd_shape shape);
+
+/* The map of an object's unit form (see sight/shapes.h) to the world, and the inverse of its linear
+ * part. False where it has none, which no object of a scene is. */
+bool shd_object_frame(const shd_object *object, shd_affine *to_world, shd_affine *from_world);
 
 /* Triangles that a shape becomes for flat and gouraud interpolation. A sphere has `segments`
  * slices and max(2, segments / 2) stacks, of which the two at the poles are single triangles; a

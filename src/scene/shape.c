@@ -10,6 +10,40 @@ const char *shd_shape_name(shd_shape shape) {
     return names[shape];
 }
 
+/* Per axis scale of the unit form. */
+static shd_vec3 unit_size(const shd_object *object) {
+    double r = object->radius;
+    switch (object->shape) {
+    case SHD_BOX:
+        return object->size;
+    case SHD_CYLINDER:
+    case SHD_CONE:
+        return (shd_vec3){r, object->height, r};
+    case SHD_SPHERE:
+    case SHD_DISC:
+    case SHD_TORUS:
+        return (shd_vec3){r, r, r};
+    case SHD_PLANE:
+    case SHD_MESH:
+    case SHD_SHAPE_COUNT:
+        break;
+    }
+    return (shd_vec3){1, 1, 1};
+}
+
+bool shd_object_frame(const shd_object *object, shd_affine *to_world, shd_affine *from_world) {
+    shd_vec3 size = unit_size(object);
+    shd_affine sized = object->transform;
+    for (int r = 0; r < 3; r++) {
+        sized.linear[r][0] *= size.x;
+        sized.linear[r][1] *= size.y;
+        sized.linear[r][2] *= size.z;
+    }
+    *to_world = sized;
+    sized.origin = (shd_vec3){0, 0, 0};
+    return shd_invert(&sized, from_world);
+}
+
 size_t shd_tessellation_triangles(shd_shape shape, int segments) {
     size_t slices = (size_t)segments, stacks = slices / 2 > 2 ? slices / 2 : 2;
     switch (shape) {

@@ -2,26 +2,6 @@
 
 #include "sight/batch.h"
 
-shd_vec3 shd_unit_size(const shd_object *object) {
-    double r = object->radius;
-    switch (object->shape) {
-    case SHD_BOX:
-        return object->size;
-    case SHD_CYLINDER:
-    case SHD_CONE:
-        return (shd_vec3){r, object->height, r};
-    case SHD_SPHERE:
-    case SHD_DISC:
-    case SHD_TORUS:
-        return (shd_vec3){r, r, r};
-    case SHD_PLANE:
-    case SHD_MESH:
-    case SHD_SHAPE_COUNT:
-        break;
-    }
-    return (shd_vec3){1, 1, 1};
-}
-
 /* The torus is met from where the ray is closest to its centre, like all shapes of finite
  * size. */
 static bool torus(double tube, const shd_ray *ray, shd_surface *out) {

@@ -16,10 +16,9 @@ typedef struct shd_surface {
     shd_vec3 normal; /* outward, any length but zero */
 } shd_surface;
 
-/* The shape's unit form: the sphere, disc, cylinder (height 1, centred) and cone (base at
+/* A shape's unit form: the sphere, disc, cylinder (height 1, centred) and cone (base at
  * y = -1/2, apex at y = 1/2) have radius 1, the box has sides of 1, the torus a ring of radius 1
  * and a tube of `tube` (the ratio of its radii). */
-shd_vec3 shd_unit_size(const shd_object *object); /* per axis scale of the unit form */
 
 /* The nearest surface with t > ray.near; false: none. */
 bool shd_intersect(shd_shape shape, double tube, const shd_ray *ray, shd_surface *out);

@@ -103,26 +103,16 @@ static shd_status no_memory(shd_error *error, size_t object) {
 static shd_status make_item(const shd_plan *plan, const shd_lens *lens, size_t index,
                             shd_tracer *tracer, shd_arena *arena, shd_item *it, shd_error *error) {
     const shd_object *object = &plan->scene->objects[index];
-    shd_vec3 size = shd_unit_size(object);
-    shd_affine sized = object->transform;
-    for (int r = 0; r < 3; r++) {
-        sized.linear[r][0] *= size.x;
-        sized.linear[r][1] *= size.y;
-        sized.linear[r][2] *= size.z;
-    }
     it->shape = object->shape;
     it->tube = object->tube / object->radius;
     it->front_only = plan->materials[object->material].front_only;
-    it->to_world = sized;
-    it->normal_map = shd_normal_map(&sized);
-    it->bounded = shd_object_bounds(object, &it->center, &it->radius);
-    shd_affine centered = sized;
-    centered.origin = (shd_vec3){0, 0, 0};
-    if (!shd_invert(&centered, &it->from_world)) {
+    if (!shd_object_frame(object, &it->to_world, &it->from_world)) {
         char path[64];
         snprintf(path, sizeof path, "/objects/%zu", index);
-        return shd_fail(error, SHD_SCENE, path, "this object's size and transform are singular");
+        return shd_fail(error, SHD_INTERNAL, path, "this object's size and transform are singular");
     }
+    it->normal_map = shd_normal_map(&it->to_world);
+    it->bounded = shd_object_bounds(object, &it->center, &it->radius);
 
     bool faceted = object->interpolation != SHD_PHONG;
     if (object->shape == SHD_MESH) {

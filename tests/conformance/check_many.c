@@ -18,8 +18,8 @@ static json_t *list(const shd_problem *problems, size_t count) {
 static void answer(const char *text, size_t length) {
     static const shd_limits limits = {.pixels = 1 << 24,
                                       .samples = 1 << 30,
-                                      .lights = 1024,
-                                      .objects = 1 << 16,
+                                      .lights = 100,
+                                      .objects = 100,
                                       .triangles = 1 << 22,
                                       .body = 1 << 26,
                                       .memory = 1 << 28};

@@ -132,6 +132,9 @@ RULES = [
         {"type": "point", "color": 1e200, "intensity": 1e200}])),
     (r"too far away to be a number", scene(camera={"position": [1.7e308, 0, 0]}, lights=[
         {"type": "point", "position": [0, 0, 1.7e308], "frame": "camera"}])),
+    (r"size and transform together", scene({"type": "sphere", "radius": 1e-320})),
+    (r"pixels wide and high", scene(image={"width": 20000, "height": 1},
+                                    output={"format": "webp"})),
     (r"too large to be converted", scene(ambient={"space": "wide", "value": [1e300, 1, 1]})),
     (r"^an infinite plane has no faces", scene({"type": "plane"}, interpolation="flat")),
     # Lengths and contents of mesh arrays.
