@@ -53,6 +53,27 @@ static inline uint32_t shd_bits_of(float x) {
     return bits;
 }
 
+/* Pixels to encode: what shd_color_encode and shd_color_encode_planes have in common. */
+typedef struct shd_color_task {
+    const shd_color_codes *codes;
+    const float *channel[4]; /* red, green, blue and alpha of pixel i at [i * stride]; alpha may be
+                                NULL */
+    size_t stride, count;
+    const int *source; /* [samples] */
+    int samples;
+    const uint32_t *place; /* [count] or NULL */
+    uint32_t finite;       /* bits of the largest size up to which all channels are finite */
+    void *out;
+} shd_color_task;
+
+/* One variant's functions. */
+typedef struct shd_color_kernel {
+    uint64_t (*encode)(const shd_color_task *task);
+} shd_color_kernel;
+
+extern const shd_color_kernel shd_color_kernel_portable, shd_color_kernel_avx2,
+    shd_color_kernel_avx512;
+
 /* The guess for an input in [low, high]. Multiplied and added apart, so that every build and
  * vector width guesses what was checked. */
 static inline float shd_color_guess(const struct shd_color_codes *codes, int channel, float x) {

@@ -11,6 +11,7 @@
 #include <stdint.h>
 
 #include "base/catalog.h"
+#include "base/cpu.h"
 #include "base/status.h"
 
 #ifdef __cplusplus
@@ -73,10 +74,17 @@ const shd_color_codes *shd_color_codes_of(const shd_color_transform *transform, 
 /* The samples of `count` RGBA pixels: out is [count][samples], of uint8_t or, where the codes' max
  * is 65535, of uint16_t. Sample s holds channel source[s], 0..2 converted, 3 alpha as it is.
  * The codes are those of shd_color_apply's floats, not-a-number and what lies beyond 0..1 held as
- * in base/sample.h, for every finite input. Returns how many of the 3 x count converted values
- * are not finite. Any thread. */
-uint64_t shd_color_encode(const shd_color_codes *codes, const float *rgba, size_t count,
-                          const int source[], int samples, void *out);
+ * in base/sample.h, for every finite input, with every variant `isa`. Returns how many of the
+ * 3 x count converted values are not finite. Any thread. */
+uint64_t shd_color_encode(const shd_color_codes *codes, shd_isa isa, const float *rgba,
+                          size_t count, const int source[], int samples, void *out);
+
+/* The same from planes: rgb is [3][count], alpha [count], or NULL where all is opaque. Pixel i
+ * goes to out[place[i]], of different ones; `place` NULL: to out[i]. Nothing else is written, so
+ * that threads may fill a picture together. */
+uint64_t shd_color_encode_planes(const shd_color_codes *codes, shd_isa isa,
+                                 const float *const rgb[3], const float *alpha, size_t count,
+                                 const int source[], int samples, const uint32_t *place, void *out);
 
 #ifdef __cplusplus
 }

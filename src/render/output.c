@@ -162,6 +162,7 @@ static bool convert_picture(shd_request *request, const shd_color_transform *tra
 
 typedef struct coding {
     const shd_color_codes *codes;
+    shd_isa isa;
     const float *rgba;
     shd_layout layout;
     bool flatten;
@@ -187,7 +188,7 @@ static void code_pixels(void *context, size_t index, unsigned slot) {
         }
         const shd_layout *layout = &work->layout;
         work->saturated[slot] +=
-            shd_color_encode(work->codes, rgba, some, layout->source, layout->count,
+            shd_color_encode(work->codes, work->isa, rgba, some, layout->source, layout->count,
                              work->samples + first * (size_t)layout->count * layout->bytes);
     }
     work->seconds[slot] += shd_thread_seconds() - began;
@@ -214,6 +215,7 @@ static bool code_picture(shd_request *request, const shd_color_codes *codes, con
     shd_pool *pool = request->engine->pool;
     unsigned slots = shd_pool_slots(pool);
     coding work = {.codes = codes,
+                   .isa = request->engine->isa,
                    .rgba = film->rgba,
                    .layout = shd_image_layout(image, format),
                    .flatten = flat,

@@ -70,19 +70,25 @@ static shd_pack pack_for(unsigned max, int channel, bool alpha) {
     return shd_pack_plan(&image, false, true);
 }
 
+/* By every variant. */
 static void same_codes(const shd_color_transform *transform, const shd_color_codes *codes,
                        const float *rgba, size_t count) {
     static uint16_t want[4 * PIXELS], got[4 * PIXELS]; /* bytes where there are 8 bits */
     shd_pack pack = pack_for(codes->max, -1, false);
     uint64_t beyond = pack_floats(transform, &pack, rgba, count, want);
-    assert_true(beyond == shd_color_encode(codes, rgba, count, pack.source, pack.count, got));
-    if (!memcmp(want, got, 3 * count * shd_pack_bytes(&pack))) return;
-    for (size_t i = 0; i < count; i++) {
-        assert_int_equal(shd_color_encode(codes, rgba + 4 * i, 1, pack.source, 3, got),
-                         pack_floats(transform, &pack, rgba + 4 * i, 1, want));
-        if (memcmp(want, got, 3 * shd_pack_bytes(&pack)))
-            fail_msg("%u: %a %a %a", codes->max, (double)rgba[4 * i], (double)rgba[4 * i + 1],
-                     (double)rgba[4 * i + 2]);
+    for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++) {
+        if (!shd_cpu_has(isa)) continue;
+        assert_true(beyond ==
+                    shd_color_encode(codes, isa, rgba, count, pack.source, pack.count, got));
+        if (!memcmp(want, got, 3 * count * shd_pack_bytes(&pack))) continue;
+        for (size_t i = 0; i < count; i++) {
+            shd_color_encode(codes, isa, rgba + 4 * i, 1, pack.source, 3, got);
+            pack_floats(transform, &pack, rgba + 4 * i, 1, want);
+            if (memcmp(want, got, 3 * shd_pack_bytes(&pack)))
+                fail_msg("%u: %a %a %a with %s", codes->max, (double)rgba[4 * i],
+                         (double)rgba[4 * i + 1], (double)rgba[4 * i + 2], shd_isa_name(isa));
+        }
+        fail_msg("pixels together differ from one by one");
     }
 }
 
@@ -212,8 +218,70 @@ static void samples_are_the_channels_that_are_asked_for(void **state) {
                     memset(want, 7, sizeof want);
                     memset(got, 7, sizeof got);
                     pack_floats(srgb, &pack, rgba, count, want);
-                    shd_color_encode(codes, rgba, count, pack.source, pack.count, got);
+                    shd_color_encode(codes, shd_cpu_best(), rgba, count, pack.source, pack.count,
+                                     got);
                     assert_memory_equal(got, want, sizeof got);
+                }
+    }
+}
+
+/* Where pixels go, by i: one after the other, rows of a tile, scattered, back to front. */
+static uint32_t place_of(int way, uint32_t i) {
+    switch (way) {
+    case 0:
+        return 5 + i;
+    case 1:
+        return i / 32 * 77 + i % 32;
+    case 2:
+        return i * 3 + (i / 7) % 2;
+    default:
+        return 4000 - i;
+    }
+}
+
+/* And nothing is touched beside them. */
+static void planes_give_the_same_samples_at_their_places(void **state) {
+    (void)state;
+    enum { PLACES = 4096 };
+    static float rgba[4 * PIXELS], plane[4][PIXELS];
+    static uint16_t together[4 * PIXELS];
+    static unsigned char want[8 * PLACES], got[8 * PLACES];
+    static uint32_t place[PIXELS];
+    for (int i = 0; i < 4 * PIXELS; i++)
+        plane[i % 4][i / 4] = rgba[i] =
+            (float)((uint32_t)i * 2654435761u >> 8) / 16777216 * (i % 4 == 3 ? 1 : 1.1f);
+    plane[1][70] = rgba[4 * 70 + 1] = -3e38f;
+    plane[2][700] = rgba[4 * 700 + 2] = INFINITY;
+    const float *const rgb[3] = {plane[0], plane[1], plane[2]};
+    const shd_color_transform *srgb = to_space(config, "sRGB");
+    for (unsigned max = 255; max <= 65535; max += 65280) {
+        const shd_color_codes *codes = shd_color_codes_of(srgb, max, SIZE_MAX);
+        for (int channel = -1; channel < 4; channel++)
+            for (int alpha = 0; alpha < 3; alpha++) /* none, opaque, of pixels */
+                for (size_t count = 1; count <= PIXELS; count = count * 3 + 1) {
+                    shd_pack pack = pack_for(max, channel, alpha > 0);
+                    const size_t bytes = (size_t)pack.count * shd_pack_bytes(&pack);
+                    for (size_t i = 0; i < count; i++)
+                        rgba[4 * i + 3] = alpha == 1 ? 1 : plane[3][i];
+                    uint64_t beyond = shd_color_encode(codes, SHD_PORTABLE, rgba, count,
+                                                       pack.source, pack.count, together);
+                    for (int way = 0; way < 5; way++) {
+                        memset(want, 7, sizeof want);
+                        for (uint32_t i = 0; i < count; i++) {
+                            place[i] = way < 4 ? place_of(way, i) : i;
+                            memcpy(want + place[i] * bytes,
+                                   (const unsigned char *)together + i * bytes, bytes);
+                        }
+                        for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++) {
+                            if (!shd_cpu_has(isa)) continue;
+                            memset(got, 7, sizeof got);
+                            uint64_t counted = shd_color_encode_planes(
+                                codes, isa, rgb, alpha == 1 ? NULL : plane[3], count, pack.source,
+                                pack.count, way < 4 ? place : NULL, got);
+                            assert_memory_equal(got, want, sizeof got);
+                            assert_true(counted == beyond);
+                        }
+                    }
                 }
     }
 }
@@ -278,6 +346,7 @@ int main(void) {
         cmocka_unit_test(transforms_that_qualify_are_found_by_what_they_do),
         cmocka_unit_test(tables_are_made_once_they_pay),
         cmocka_unit_test(samples_are_the_channels_that_are_asked_for),
+        cmocka_unit_test(planes_give_the_same_samples_at_their_places),
         cmocka_unit_test(channels_may_have_curves_of_their_own),
         cmocka_unit_test(other_transforms_do_not_qualify),
     };
