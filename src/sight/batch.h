@@ -5,40 +5,98 @@
 #ifndef SHD_SIGHT_BATCH_H
 #define SHD_SIGHT_BATCH_H
 
+#include <string.h>
+
 #include "base/cpu.h"
 #include "sight/item.h"
 
-enum { SHD_RAYS = 32 }; /* lanes of a batch; arrays of them are never shorter */
+enum { SHD_RAYS = 64 }; /* lanes of a batch; arrays of them are never shorter */
 
-/* Rays in a shape's frame; directions need not be unit. Only t > near counts. */
-typedef struct shd_rays {
-    double origin[3][SHD_RAYS], direction[3][SHD_RAYS], near[SHD_RAYS];
-} shd_rays;
+/* A batch's arrays fill whole cache lines: the widest vectors are one. */
+#define SHD_ALIGNED _Alignas(64)
 
-/* As shd_surface; t is infinity where nothing was hit, and the rest undefined there. */
+/* A batch in a shape's frame. Shapes of finite size are met from where the ray is closest to their
+ * centre; what is left of the coordinates is then of the shape's own size. */
+typedef struct shd_work {
+    SHD_ALIGNED double ox[SHD_RAYS], oy[SHD_RAYS],
+        oz[SHD_RAYS];                                /* the origin moved along the ray by shift */
+    double dx[SHD_RAYS], dy[SHD_RAYS], dz[SHD_RAYS]; /* need not be unit */
+    double near[SHD_RAYS], shift[SHD_RAYS];          /* only t > near counts */
+    double t[SHD_RAYS];                              /* from the moved origin; infinity: missed */
+    double face[SHD_RAYS];                           /* which of the shape's faces */
+} shd_work;
+
+/* Points and outward unit normals in a shape's frame. */
 typedef struct shd_surfaces {
-    double t[SHD_RAYS];
-    double point[3][SHD_RAYS], normal[3][SHD_RAYS];
+    SHD_ALIGNED double point[3][SHD_RAYS], normal[3][SHD_RAYS];
 } shd_surfaces;
 
+/* A batch of hits, before what hit nothing is left out. */
+typedef struct shd_stage {
+    SHD_ALIGNED double t[SHD_RAYS]; /* infinity: nothing */
+    double object[SHD_RAYS]; /* whole numbers: selects of doubles by doubles vectorize best */
+    float position32[3][SHD_RAYS], low32[3][SHD_RAYS], normal32[3][SHD_RAYS], mirror32[3][SHD_RAYS],
+        world32[3][SHD_RAYS];
+    double position[3][SHD_RAYS], normal[3][SHD_RAYS], view[3][SHD_RAYS], depth[SHD_RAYS];
+    uint32_t triangle[SHD_RAYS];
+    double u[SHD_RAYS], v[SHD_RAYS];
+} shd_stage;
+
+/* What of a stage is wanted. */
+typedef struct shd_wants {
+    bool fast;  /* position32, normal32, mirror32; else position, normal, view */
+    bool low;   /* low32 */
+    bool world; /* world32 */
+    bool depth;
+} shd_wants;
+
 typedef struct shd_cast_kernel {
-    /* The nearest surfaces with near < t < limit of a shape other than torus and mesh. Returns
-     * whether there is any; else `point` and `normal` are not written. */
-    bool (*intersect)(shd_shape shape, const shd_rays *rays, const double *limit,
-                      shd_surfaces *out);
-    /* Fills the G-buffer of a tile from the objects that may be seen. Returns the hits. */
-    size_t (*cast)(const shd_sight *sight, shd_tile tile, const size_t *candidates,
-                   size_t candidate_count, shd_gbuffer *out);
+    /* Where rays meet a shape other than a mesh; t, and what `place` needs of it. */
+    void (*find)(shd_shape shape, double tube, shd_work *work);
+    void (*place)(shd_shape shape, double tube, const shd_work *work, shd_surfaces *out);
+    /* Casts shots [first, first + SHD_RAYS) or as many as there are. Returns the hits. */
+    size_t (*cast)(const shd_sight *sight, const uint32_t *candidates, size_t candidate_count,
+                   const shd_shots *shots, size_t first, shd_wants wants, shd_stage *out);
+    /* Appends the hits of a stage, whose first lane is shot `first`. */
+    void (*append)(const shd_stage *stage, size_t hits, size_t first, shd_hits *out);
 } shd_cast_kernel;
 
 extern const shd_cast_kernel shd_cast_kernel_portable, shd_cast_kernel_avx2, shd_cast_kernel_avx512;
 
-/* The intersect of each kernel, by name. */
-bool shd_intersect_rays_portable(shd_shape shape, const shd_rays *rays, const double *limit,
+/* The find and place of each kernel, by name. */
+void shd_find_surfaces_portable(shd_shape shape, double tube, shd_work *work);
+void shd_find_surfaces_avx2(shd_shape shape, double tube, shd_work *work);
+void shd_find_surfaces_avx512(shd_shape shape, double tube, shd_work *work);
+void shd_place_surfaces_portable(shd_shape shape, double tube, const shd_work *work,
                                  shd_surfaces *out);
-bool shd_intersect_rays_avx2(shd_shape shape, const shd_rays *rays, const double *limit,
-                             shd_surfaces *out);
-bool shd_intersect_rays_avx512(shd_shape shape, const shd_rays *rays, const double *limit,
+void shd_place_surfaces_avx2(shd_shape shape, double tube, const shd_work *work, shd_surfaces *out);
+void shd_place_surfaces_avx512(shd_shape shape, double tube, const shd_work *work,
                                shd_surfaces *out);
+
+/* Moves lane i's ray, of which origin, direction and near are set, to where it is closest to the
+ * frame's origin. */
+static inline void shd_approach(shd_work *w, int i) {
+    double ox = w->ox[i], oy = w->oy[i], oz = w->oz[i];
+    double dx = w->dx[i], dy = w->dy[i], dz = w->dz[i];
+    double shift = -(ox * dx + oy * dy + oz * dz) / (dx * dx + dy * dy + dz * dz);
+    w->ox[i] = ox + dx * shift;
+    w->oy[i] = oy + dy * shift;
+    w->oz[i] = oz + dz * shift;
+    w->near[i] = w->near[i] - shift;
+    w->shift[i] = shift;
+}
+
+/* 1 / sqrt(x) for x > 0, not denormal, to 2 ulp; for 0 it is finite. An integer's guess, good to
+ * 3.4 % (C. Lomont, "Fast inverse square root", 2003), and Newton's steps: the same bits from any
+ * instruction set, and faster than its own square root and division where vectors are wide. */
+static inline double shd_inverse_root(double x) {
+    uint64_t bits;
+    double y, half = 0.5 * x;
+    memcpy(&bits, &x, sizeof bits);
+    bits = 0x5fe6eb50c7b537a9u - (bits >> 1);
+    memcpy(&y, &bits, sizeof y);
+    for (int step = 0; step < 4; step++) y = y * (1.5 - half * y * y);
+    return y;
+}
 
 #endif

@@ -11,27 +11,62 @@ typedef struct shd_item {
     shd_shape shape; /* SHD_MESH for tessellated shapes too */
     double tube;
     bool front_only;
+    bool similar; /* its unit form is turned or mirrored, scaled alike in all directions, and moved
+                   */
+    bool ball;    /* a similar sphere; its maps do not turn, for a ball cannot tell */
+    double size;  /* that scale, where similar */
     shd_affine to_world, from_world; /* of the unit form; from_world.origin is not used: points
                                         are taken relative to to_world.origin first */
+    shd_affine to_frame;             /* of the unit form to the plan's frame */
     shd_affine normal_map;
-    bool bounded;
-    shd_vec3 center;
-    double radius;
+    shd_vec3 eye;     /* the camera's position in the unit form's frame */
+    shd_vec3 forward; /* the rays' direction there; orthographic */
+    double nearest;   /* no ray meets it at a smaller t */
+    bool far;         /* the eye is so far away that f64 wants the origin moved twice (balls) */
+    bool convex;      /* its silhouette is */
     shd_triangles triangles; /* SHD_MESH */
     shd_mesh_tree *tree;
     bool smooth; /* interpolate the mesh's normals at each sample */
     const shd_facets *facets;
 } shd_item;
 
+/* Where in the picture an object may be seen. In the camera's frame (x right, y up, z forward),
+ * on the image plane's coordinates: at z = 1 (perspective), or lengths (orthographic). */
+typedef enum shd_outline_kind {
+    SHD_OUTLINE_NONE,  /* nowhere */
+    SHD_OUTLINE_ALL,   /* anywhere */
+    SHD_OUTLINE_CONE,  /* within the cone around a sphere */
+    SHD_OUTLINE_ROUND, /* within a circle; orthographic */
+    SHD_OUTLINE_HALF   /* where a p + b q + c < 0 */
+} shd_outline_kind;
+
+typedef struct shd_outline {
+    double left, right, top, bottom; /* nothing of it is seen outside of these, in pixels */
+    shd_outline_kind kind;
+    shd_vec3 center; /* of the sphere, from the camera; or a, b, c */
+    double radius;
+    double tangent; /* the length of tangents to the sphere; cone */
+    double margin;  /* for rounding */
+} shd_outline;
+
 struct shd_sight {
     const shd_plan *plan;
     shd_lens lens;
     shd_item *items; /* as shd_scene.objects */
     size_t count;
-    double offset_x[64], offset_y[64]; /* the sample pattern */
+    uint32_t *order;                     /* [count]: nearer ones first, as far as can be told */
+    shd_outline *outlines;               /* [count]: in that order */
+    double offset_x[256], offset_y[256]; /* the sample pattern, and the centre */
 };
 
-/* The point and normal, in the mesh's frame, of a triangle at its barycentrics. */
+/* Fills order and outlines, and what items need of their distance. False: the arena is full. */
+bool shd_sight_outline(shd_sight *sight, shd_arena *arena);
+
+/* The objects that may be seen through a rectangle of pixels; room for all. */
+size_t shd_sight_candidates(const shd_sight *sight, shd_tile rect, uint32_t *out);
+
+/* The point and normal, in the mesh's frame, of a triangle at its barycentrics. The normal is
+ * unit, or zero where the triangle has no area. */
 void shd_item_place(const shd_item *it, uint32_t triangle, double u, double v, shd_vec3 *point,
                     shd_vec3 *normal);
 

@@ -4,41 +4,15 @@
 #include <float.h>
 
 #include "sight/batch.h"
+#include "sight/shapes.h"
 
 #define LANES(i) for (int i = 0; i < SHD_RAYS; i++)
-
-/* A batch on its way: shapes of finite size are met from where the ray is closest to their
- * centre; what is left of the coordinates is then of the shape's own size. */
-typedef struct work {
-    double ox[SHD_RAYS], oy[SHD_RAYS], oz[SHD_RAYS]; /* the origin moved along the ray by shift */
-    double dx[SHD_RAYS], dy[SHD_RAYS], dz[SHD_RAYS];
-    double near[SHD_RAYS], shift[SHD_RAYS];
-    double t[SHD_RAYS];    /* from the moved origin; infinity: missed */
-    double face[SHD_RAYS]; /* which of the shape's faces */
-} work;
-
-static void begin(const shd_rays *restrict rays, bool closer, work *restrict w) {
-    LANES(i) {
-        double ox = rays->origin[0][i], oy = rays->origin[1][i], oz = rays->origin[2][i];
-        double dx = rays->direction[0][i], dy = rays->direction[1][i], dz = rays->direction[2][i];
-        double middle = -(ox * dx + oy * dy + oz * dz) / (dx * dx + dy * dy + dz * dz);
-        double shift = closer ? middle : 0;
-        w->ox[i] = ox + dx * shift;
-        w->oy[i] = oy + dy * shift;
-        w->oz[i] = oz + dz * shift;
-        w->dx[i] = dx;
-        w->dy[i] = dy;
-        w->dz[i] = dz;
-        w->near[i] = rays->near[i] - shift;
-        w->shift[i] = shift;
-    }
-}
 
 /* ---- Finding: t and face. ---- */
 
 /* The discriminant from the distance of the line to the centre: no cancellation (Haines et al.,
  * "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems, chapter 7). */
-static void find_sphere(work *restrict w) {
+static void find_sphere(shd_work *restrict w) {
     LANES(i) {
         double ox = w->ox[i], oy = w->oy[i], oz = w->oz[i];
         double dx = w->dx[i], dy = w->dy[i], dz = w->dz[i], near = w->near[i];
@@ -53,7 +27,7 @@ static void find_sphere(work *restrict w) {
     }
 }
 
-static void find_plane(bool disc, work *restrict w) {
+static void find_plane(bool disc, shd_work *restrict w) {
     const double reach = disc ? 1 : INFINITY;
     LANES(i) {
         double t = -w->oy[i] / w->dy[i];
@@ -87,7 +61,7 @@ static void find_slab(const double *restrict origin, const double *restrict dire
 }
 
 /* face: the axis, plus 3 where the ray comes from inside. */
-static void find_box(work *restrict w) {
+static void find_box(shd_work *restrict w) {
     double enter[SHD_RAYS], leave[SHD_RAYS], enter_axis[SHD_RAYS], leave_axis[SHD_RAYS];
     LANES(i) {
         enter[i] = -INFINITY;
@@ -119,7 +93,7 @@ enum { BOTTOM, TOP, SIDE }; /* faces of cylinder and cone */
 
 /* The caps are discs of radius 1 at y = -1/2 and 1/2. The side's roots of a t^2 + 2 b t + c come
  * without cancellation; a root that is none has a zero below it or a negative in the root. */
-static void find_cylinder(work *restrict w) {
+static void find_cylinder(shd_work *restrict w) {
     LANES(i) {
         double ox = w->ox[i], oy = w->oy[i], oz = w->oz[i];
         double dx = w->dx[i], dy = w->dy[i], dz = w->dz[i], near = w->near[i];
@@ -142,7 +116,7 @@ static void find_cylinder(work *restrict w) {
 }
 
 /* x^2 + z^2 = (1/2 - y)^2 for y in [-1/2, 1/2] */
-static void find_cone(work *restrict w) {
+static void find_cone(shd_work *restrict w) {
     LANES(i) {
         double ox = w->ox[i], oy = w->oy[i], oz = w->oz[i];
         double dx = w->dx[i], dy = w->dy[i], dz = w->dz[i], near = w->near[i];
@@ -166,18 +140,18 @@ static void find_cone(work *restrict w) {
 
 /* ---- Placing: points, snapped onto the shape, and outward normals. ---- */
 
-static void place_sphere(const work *restrict w, shd_surfaces *restrict out) {
+static void place_sphere(const shd_work *restrict w, shd_surfaces *restrict out) {
     LANES(i) {
         double x = w->ox[i] + w->dx[i] * w->t[i], y = w->oy[i] + w->dy[i] * w->t[i],
                z = w->oz[i] + w->dz[i] * w->t[i];
-        double scale = 1 / sqrt(x * x + y * y + z * z);
+        double scale = shd_inverse_root(x * x + y * y + z * z);
         out->point[0][i] = out->normal[0][i] = x * scale;
         out->point[1][i] = out->normal[1][i] = y * scale;
         out->point[2][i] = out->normal[2][i] = z * scale;
     }
 }
 
-static void place_plane(const work *restrict w, shd_surfaces *restrict out) {
+static void place_plane(const shd_work *restrict w, shd_surfaces *restrict out) {
     LANES(i) {
         out->point[0][i] = w->ox[i] + w->dx[i] * w->t[i];
         out->point[1][i] = 0;
@@ -189,7 +163,7 @@ static void place_plane(const work *restrict w, shd_surfaces *restrict out) {
 }
 
 static void place_on_slab(const double *restrict origin, const double *restrict direction,
-                          double axis, const work *restrict w, double *restrict point,
+                          double axis, const shd_work *restrict w, double *restrict point,
                           double *restrict normal) {
     LANES(i) {
         double at = origin[i] + direction[i] * w->t[i];
@@ -205,20 +179,20 @@ static void place_on_slab(const double *restrict origin, const double *restrict 
     }
 }
 
-static void place_box(const work *restrict w, shd_surfaces *restrict out) {
+static void place_box(const shd_work *restrict w, shd_surfaces *restrict out) {
     place_on_slab(w->ox, w->dx, 0, w, out->point[0], out->normal[0]);
     place_on_slab(w->oy, w->dy, 1, w, out->point[1], out->normal[1]);
     place_on_slab(w->oz, w->dz, 2, w, out->point[2], out->normal[2]);
 }
 
-static void place_cylinder(const work *restrict w, shd_surfaces *restrict out) {
+static void place_cylinder(const shd_work *restrict w, shd_surfaces *restrict out) {
     LANES(i) {
         double x = w->ox[i] + w->dx[i] * w->t[i], y = w->oy[i] + w->dy[i] * w->t[i],
                z = w->oz[i] + w->dz[i] * w->t[i];
-        double inverse = 1 / sqrt(x * x + z * z), side = w->face[i];
-        double cap = side == TOP ? 0.5 : -0.5;
+        double inverse = shd_inverse_root(x * x + z * z), side = w->face[i];
+        double cap = side == TOP ? 1 : -1;
         out->point[0][i] = side == SIDE ? x * inverse : x;
-        out->point[1][i] = side == SIDE ? y : cap;
+        out->point[1][i] = side == SIDE ? y : 0.5 * cap;
         out->point[2][i] = side == SIDE ? z * inverse : z;
         out->normal[0][i] = side == SIDE ? x * inverse : 0;
         out->normal[1][i] = side == SIDE ? 0 : cap;
@@ -226,61 +200,85 @@ static void place_cylinder(const work *restrict w, shd_surfaces *restrict out) {
     }
 }
 
-static void place_cone(const work *restrict w, shd_surfaces *restrict out) {
+static void place_cone(const shd_work *restrict w, shd_surfaces *restrict out) {
+    const double slope = 0.70710678118654752;
     LANES(i) {
         double x = w->ox[i] + w->dx[i] * w->t[i], y = w->oy[i] + w->dy[i] * w->t[i],
                z = w->oz[i] + w->dz[i] * w->t[i];
-        double radius = sqrt(x * x + z * z), wanted = 0.5 - y, side = w->face[i];
-        double snap = radius > 0 ? wanted / radius : 1;
-        double sx = x * snap, sz = z * snap;
-        double size = fabs(sx) + fabs(sz) + fabs(wanted);
-        double up = size > 0 ? wanted : 1; /* the apex has no normal: up */
-        out->point[0][i] = side == SIDE ? sx : x;
+        double square = x * x + z * z, inverse = shd_inverse_root(square), side = w->face[i];
+        double ax = x * inverse, az = z * inverse, wanted = 0.5 - y;
+        bool apex = !(square > DBL_MIN); /* it has no normal: up */
+        double up = apex ? 1 : slope, out_x = apex ? 0 : slope * ax, out_z = apex ? 0 : slope * az;
+        out->point[0][i] = side == SIDE ? ax * wanted : x;
         out->point[1][i] = side == SIDE ? y : -0.5;
-        out->point[2][i] = side == SIDE ? sz : z;
-        out->normal[0][i] = side == SIDE ? sx : 0;
-        out->normal[1][i] = side == SIDE ? up : -0.5;
-        out->normal[2][i] = side == SIDE ? sz : 0;
+        out->point[2][i] = side == SIDE ? az * wanted : z;
+        out->normal[0][i] = side == SIDE ? out_x : 0;
+        out->normal[1][i] = side == SIDE ? up : -1;
+        out->normal[2][i] = side == SIDE ? out_z : 0;
     }
 }
 
-bool SHD_VARIANT(shd_intersect_rays)(shd_shape shape, const shd_rays *rays, const double *limit,
-                                     shd_surfaces *out) {
-    work w;
-    begin(rays, shape != SHD_PLANE, &w);
+/* ---- The torus. ---- */
+
+static void find_torus(double tube, shd_work *restrict w) {
+    for (int i = 0; i < SHD_RAYS; i++) {
+        shd_ray ray = {{w->ox[i], w->oy[i], w->oz[i]}, {w->dx[i], w->dy[i], w->dz[i]}, w->near[i]};
+        shd_surface s;
+        w->t[i] = shd_intersect_torus(tube, &ray, &s) ? s.t : INFINITY;
+    }
+}
+
+/* From the tube's circle, of radius 1 around y. */
+static void place_torus(double tube, const shd_work *restrict w, shd_surfaces *restrict out) {
+    LANES(i) {
+        double x = w->ox[i] + w->dx[i] * w->t[i], y = w->oy[i] + w->dy[i] * w->t[i],
+               z = w->oz[i] + w->dz[i] * w->t[i];
+        double square = x * x + z * z, inverse = shd_inverse_root(square);
+        double ax = x * inverse, az = z * inverse, off = square * inverse - 1;
+        double scale = shd_inverse_root(off * off + y * y);
+        double n = off * scale, ny = y * scale;
+        out->normal[0][i] = ax * n;
+        out->normal[1][i] = ny;
+        out->normal[2][i] = az * n;
+        out->point[0][i] = ax * (1 + tube * n);
+        out->point[1][i] = tube * ny;
+        out->point[2][i] = az * (1 + tube * n);
+    }
+}
+
+void SHD_VARIANT(shd_find_surfaces)(shd_shape shape, double tube, shd_work *work) {
     switch (shape) {
     case SHD_SPHERE:
-        find_sphere(&w);
+        find_sphere(work);
         break;
     case SHD_PLANE:
     case SHD_DISC:
-        find_plane(shape == SHD_DISC, &w);
+        find_plane(shape == SHD_DISC, work);
         break;
     case SHD_BOX:
-        find_box(&w);
+        find_box(work);
         break;
     case SHD_CYLINDER:
-        find_cylinder(&w);
+        find_cylinder(work);
         break;
     case SHD_CONE:
-        find_cone(&w);
+        find_cone(work);
         break;
     case SHD_TORUS:
+        find_torus(tube, work);
+        break;
     case SHD_MESH:
     case SHD_SHAPE_COUNT:
-        return false;
+        break;
     }
-    long long any = 0;
-    LANES(i) {
-        double t = w.t[i] + w.shift[i];
-        any |= t < limit[i] ? 1 : 0;
-        out->t[i] = t < limit[i] ? t : INFINITY;
-    }
-    if (!any) return false;
-    if (shape == SHD_SPHERE) place_sphere(&w, out);
-    if (shape == SHD_PLANE || shape == SHD_DISC) place_plane(&w, out);
-    if (shape == SHD_BOX) place_box(&w, out);
-    if (shape == SHD_CYLINDER) place_cylinder(&w, out);
-    if (shape == SHD_CONE) place_cone(&w, out);
-    return true;
+}
+
+void SHD_VARIANT(shd_place_surfaces)(shd_shape shape, double tube, const shd_work *work,
+                                     shd_surfaces *out) {
+    if (shape == SHD_SPHERE) place_sphere(work, out);
+    if (shape == SHD_PLANE || shape == SHD_DISC) place_plane(work, out);
+    if (shape == SHD_BOX) place_box(work, out);
+    if (shape == SHD_CYLINDER) place_cylinder(work, out);
+    if (shape == SHD_CONE) place_cone(work, out);
+    if (shape == SHD_TORUS) place_torus(tube, work, out);
 }

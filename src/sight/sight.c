@@ -100,6 +100,41 @@ static shd_status no_memory(shd_error *error, size_t object) {
     return shd_fail(error, SHD_MEMORY, path, "the limit `memory` is reached by this object");
 }
 
+static shd_affine scaled(double size, shd_vec3 origin) {
+    return (shd_affine){{{size, 0, 0}, {0, size, 0}, {0, 0, size}}, origin};
+}
+
+/* Whether a map turns (or mirrors) and scales alike in all directions, to rounding; by how much. */
+static bool is_similar(const shd_affine *m, double *size) {
+    double length[3];
+    for (int c = 0; c < 3; c++) {
+        shd_vec3 column = {m->linear[0][c], m->linear[1][c], m->linear[2][c]};
+        length[c] = shd_length(column);
+    }
+    const double s = length[0];
+    for (int c = 0; c < 3; c++) {
+        const int d = (c + 1) % 3;
+        double product = 0;
+        for (int r = 0; r < 3; r++) product += m->linear[r][c] / s * (m->linear[r][d] / s);
+        if (!(fabs(length[c] / s - 1) < 1e-14 && fabs(product) < 1e-14)) return false;
+    }
+    *size = s;
+    return true;
+}
+
+/* The camera in the item's frame, and the item in the plan's. */
+static void place_eye(const shd_plan *plan, shd_item *it) {
+    const shd_camera *camera = &plan->scene->camera;
+    const shd_vec3 at = it->to_world.origin;
+    it->eye = shd_linear(&it->from_world, shd_sub(camera->position, at));
+    it->forward = shd_linear(&it->from_world, shd_scale(camera->back, -1));
+    it->far = !(shd_length(it->eye) < 16);
+    it->to_frame.origin = shd_scale(shd_sub(at, plan->origin), plan->scale);
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 3; c++)
+            it->to_frame.linear[r][c] = it->to_world.linear[r][c] * plan->scale;
+}
+
 static shd_status make_item(const shd_plan *plan, const shd_lens *lens, size_t index,
                             shd_tracer *tracer, shd_arena *arena, shd_item *it, shd_error *error) {
     const shd_object *object = &plan->scene->objects[index];
@@ -112,9 +147,20 @@ static shd_status make_item(const shd_plan *plan, const shd_lens *lens, size_t i
         return shd_fail(error, SHD_INTERNAL, path, "this object's size and transform are singular");
     }
     it->normal_map = shd_normal_map(&it->to_world);
-    it->bounded = shd_object_bounds(object, &it->center, &it->radius);
-
     bool faceted = object->interpolation != SHD_PHONG;
+    it->similar = is_similar(&it->to_world, &it->size);
+    if (it->similar)
+        for (int r = 0; r < 3; r++)
+            for (int c = 0; c < 3; c++)
+                it->normal_map.linear[r][c] = it->to_world.linear[r][c] / it->size;
+    it->ball = it->similar && it->shape == SHD_SPHERE && !faceted;
+    if (it->ball) {
+        it->to_world = scaled(it->size, it->to_world.origin);
+        it->from_world = scaled(1 / it->size, (shd_vec3){0, 0, 0});
+        it->normal_map = scaled(1, (shd_vec3){0, 0, 0});
+    }
+    place_eye(plan, it);
+
     if (object->shape == SHD_MESH) {
         const shd_mesh *m = object->mesh;
         it->triangles = (shd_triangles){m->vertex_count, m->triangle_count, m->positions,
@@ -143,6 +189,7 @@ shd_status shd_sight_new(const shd_plan *plan, shd_tracer *tracer, shd_arena *ar
     sight->items = items;
     for (int i = 0; i < scene->raster.samples; i++)
         shd_sample_offset(i, scene->raster.samples, &sight->offset_x[i], &sight->offset_y[i]);
+    sight->offset_x[SHD_CENTER] = sight->offset_y[SHD_CENTER] = 0.5;
     for (size_t i = 0; i < scene->object_count; i++) {
         shd_status status = make_item(plan, &sight->lens, i, tracer, arena, &items[i], error);
         sight->count = i + 1;
@@ -150,6 +197,10 @@ shd_status shd_sight_new(const shd_plan *plan, shd_tracer *tracer, shd_arena *ar
             shd_sight_drop(sight);
             return status;
         }
+    }
+    if (!shd_sight_outline(sight, arena)) {
+        shd_sight_drop(sight);
+        return shd_fail(error, SHD_MEMORY, "/objects", "the limit `memory` is reached");
     }
     *out = sight;
     return SHD_OK;

@@ -32,8 +32,47 @@ typedef struct shd_tile {
     int x, y, w, h;
 } shd_tile;
 
-/* Memory for one thread's object lists (NULL: there is none), and for tiles of up to `count`
- * samples (false: there is none). */
+/* ---- Surveys: what may be seen where, before any ray is cast. ---- */
+
+enum { SHD_BLOCK_SIDE = 8 }; /* pixels */
+
+/* What may be seen through a block of 8 x 8 pixels (fewer at the rectangle's right and lower
+ * edges), through any point of it. */
+typedef struct shd_block {
+    uint32_t first, count; /* in survey.candidates; count 0: nothing is seen, cast no ray */
+    /* The object, where it is the only candidate and its silhouette is convex (sphere, box,
+     * cylinder, cone, disc, plane, not tessellated): then each ray within the hull of rays that
+     * hit it hits it too. Else SHD_NOTHING. */
+    int32_t convex;
+} shd_block;
+
+typedef struct shd_survey {
+    int across, down;       /* blocks of the rectangle that was surveyed */
+    shd_block *blocks;      /* [down][across] */
+    uint32_t *candidates;   /* indices of objects, nearer ones roughly first */
+    size_t candidate_count; /* of the whole rectangle: the first ones of `candidates` */
+    size_t capacity;        /* in blocks */
+} shd_survey;
+
+/* Memory for one thread's surveys of rectangles of up to w x h pixels. False: the arena is full. */
+bool shd_survey_new(const shd_sight *sight, int w, int h, shd_arena *arena, shd_survey *out);
+
+/* Surveys a rectangle of pixels of the whole picture (parts of it may lie outside), in blocks from
+ * its upper left corner. Objects may be named that are not seen; one that is seen through a block
+ * is always named. */
+void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out);
+
+/* ---- Casting. ---- */
+
+/* Casts the shots at the candidates (any list that has all objects that they may hit, in any
+ * order) and appends the hits to `out`, which must have room for them: shots->count entries.
+ * Returns how many there were. A hit's values depend on the shot alone: not on its neighbors, on
+ * further candidates or on the instruction set. */
+size_t shd_sight_shoot(const shd_sight *sight, const uint32_t *candidates, size_t candidate_count,
+                       const shd_shots *shots, shd_hits *out);
+
+/* The same for all samples of a tile, hit or not. Memory for one thread's object lists (NULL:
+ * there is none), and for tiles of up to `count` samples (false: there is none). */
 typedef struct shd_cast_scratch shd_cast_scratch;
 shd_cast_scratch *shd_cast_scratch_new(const shd_sight *sight, shd_arena *arena);
 bool shd_gbuffer_new(size_t count, shd_arena *arena, shd_gbuffer *out);

@@ -1,0 +1,309 @@
+/* Surveys: outlines of objects against rectangles of pixels.
+ *
+ * An outline is a rectangle of pixels and, within it, the cone around the object's sphere (or the
+ * half plane below a plane's horizon). Both are larger than the object by more than rounding can
+ * move a ray. A rectangle of pixels is seen as the circle around it on the image plane: at
+ * distance 1 from the eye, with c the middle and h the half diagonal, all of its rays are within
+ * asin(h / |c|) of c. The cone around a sphere at v of radius R has the sine R / |v|, so with k =
+ * sqrt(c.c - h h) and l = sqrt(v.v - R R) they meet where c.v >= k l - h R: the cosine of the
+ * sum. */
+#include <stdlib.h>
+
+#include "sight/batch.h"
+
+/* A pixel's share by which outlines are widened on all sides. */
+static const double WIDER = 1e-3;
+
+/* A mesh's size's share by which its hits in f32 may be outside of it. */
+static const double MESH_WIDER = 1e-5;
+
+/* ---- Outlines. ---- */
+
+/* In the camera's frame. */
+static shd_vec3 in_camera(const shd_camera *camera, shd_vec3 v) {
+    return (shd_vec3){shd_dot(v, camera->right), shd_dot(v, camera->up), -shd_dot(v, camera->back)};
+}
+
+/* At most the factor by which a map makes vectors longer: of turned scales, the largest. */
+static double longest(const shd_affine *m) {
+    double size = 0, most = 0;
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 3; c++) size = fmax(size, fabs(m->linear[r][c]));
+    for (int r = 0; r < 3; r++) {
+        double sum = 0;
+        for (int c = 0; c < 3; c++) {
+            double product = 0;
+            for (int k = 0; k < 3; k++)
+                product += m->linear[k][r] / size * (m->linear[k][c] / size);
+            sum += fabs(product);
+        }
+        most = fmax(most, sum);
+    }
+    return size * sqrt(most);
+}
+
+typedef struct range {
+    double low, high;
+} range;
+
+/* The slopes x/z of tangents from the origin to a circle around (x, z), which lies at z > 0. */
+static range tangents(double x, double z, double radius) {
+    double square = x * x + z * z - radius * radius;
+    if (!(square > 0)) return (range){-INFINITY, INFINITY};
+    double length = sqrt(square);
+    return (range){(x * length - z * radius) / (z * length + x * radius),
+                   (x * length + z * radius) / (z * length - x * radius)};
+}
+
+static range common(range a, range b) {
+    return (range){fmax(a.low, b.low), fmin(a.high, b.high)};
+}
+
+/* What rounding may move on the image plane, and more. */
+static range widened(range r) {
+    return (range){r.low - 1e-12 * (1 + fabs(r.low)), r.high + 1e-12 * (1 + fabs(r.high))};
+}
+
+/* From the image plane to pixels. */
+static void set_rectangle(const shd_lens *lens, range p, range q, shd_outline *out) {
+    p = widened(p);
+    q = widened(q);
+    out->left = (p.low / lens->half_x + 1) * lens->width / 2 - WIDER;
+    out->right = (p.high / lens->half_x + 1) * lens->width / 2 + WIDER;
+    out->top = (1 - q.high / lens->half_y) * lens->height / 2 - WIDER;
+    out->bottom = (1 - q.low / lens->half_y) * lens->height / 2 + WIDER;
+}
+
+/* Where the corners of the box around an object are seen. False: not all are before the eye. */
+static bool corner_ranges(const shd_sight *sight, size_t index, range *p, range *q) {
+    const shd_camera *camera = sight->lens.camera;
+    const shd_object *object = &sight->plan->scene->objects[index];
+    shd_vec3 low, high;
+    if (!shd_object_box(object, &low, &high)) return false;
+    if (sight->items[index].shape == SHD_MESH) {
+        const double more = MESH_WIDER * shd_max_abs(shd_sub(high, low));
+        low = shd_add(low, (shd_vec3){-more, -more, -more});
+        high = shd_add(high, (shd_vec3){more, more, more});
+    }
+    *p = *q = (range){INFINITY, -INFINITY};
+    for (int corner = 0; corner < 8; corner++) {
+        shd_vec3 at = {corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y,
+                       corner & 4 ? high.z : low.z};
+        shd_vec3 from = shd_sub(object->transform.origin, camera->position);
+        shd_vec3 v = in_camera(camera, shd_add(shd_linear(&object->transform, at), from));
+        if (camera->projection == SHD_PERSPECTIVE) {
+            if (!(v.z > 1e-9 * shd_max_abs(v))) return false;
+            v.x /= v.z;
+            v.y /= v.z;
+        }
+        *p = (range){fmin(p->low, v.x), fmax(p->high, v.x)};
+        *q = (range){fmin(q->low, v.y), fmax(q->high, v.y)};
+    }
+    return true;
+}
+
+/* A plane is hit where the ray goes toward it: on one side of a line on the image plane. */
+static void outline_plane(const shd_sight *sight, const shd_item *it, shd_outline *out) {
+    const shd_camera *camera = sight->lens.camera;
+    const double *m = it->from_world.linear[1];
+    const shd_vec3 up = in_camera(camera, (shd_vec3){m[0], m[1], m[2]});
+    const bool orthographic = camera->projection == SHD_ORTHOGRAPHIC;
+    /* The part that is the same for all rays, and the one that depends on the pixel: the ray's
+     * direction or its origin, along the plane's normal. */
+    double fixed = orthographic ? up.z : it->eye.y, sign = fixed > 0 ? 1 : -1;
+    out->kind = fixed == 0 ? SHD_OUTLINE_NONE : SHD_OUTLINE_HALF;
+    out->center = (shd_vec3){sign * up.x, sign * up.y, sign * (orthographic ? it->eye.y : up.z)};
+    double error = orthographic ? shd_max_abs(shd_sub(camera->position, it->to_world.origin)) : 1;
+    out->margin = 1e-12 * error * shd_max_abs(up);
+}
+
+static void outline_sphere(const shd_sight *sight, size_t index, shd_item *it, shd_outline *out) {
+    const shd_camera *camera = sight->lens.camera;
+    const shd_plan_object *bounds = &sight->plan->objects[index];
+    shd_vec3 v = in_camera(camera, shd_sub(bounds->center, camera->position));
+    double radius = bounds->radius;
+    if (it->shape == SHD_SPHERE) radius = fmin(radius, longest(&it->to_world));
+    radius *= it->shape == SHD_MESH ? 1 + MESH_WIDER : 1 + 1e-9;
+    const double distance = shd_length(v);
+    if (!isfinite(distance) || !isfinite(radius)) {
+        out->kind = SHD_OUTLINE_ALL;
+        return;
+    }
+    out->center = v;
+    out->radius = radius;
+    range p = {-INFINITY, INFINITY}, q = p, corners_p, corners_q;
+    if (v.z + radius <= 0) {
+        out->kind = SHD_OUTLINE_NONE;
+        return;
+    }
+    if (camera->projection == SHD_ORTHOGRAPHIC) {
+        out->kind = SHD_OUTLINE_ROUND;
+        it->nearest = fmax(0, v.z - radius) * (1 - 1e-9);
+        p = (range){v.x - radius, v.x + radius};
+        q = (range){v.y - radius, v.y + radius};
+        out->margin = 1e-12 * fmax(fabs(v.x), fabs(v.y));
+        p.low -= out->margin, p.high += out->margin;
+        q.low -= out->margin, q.high += out->margin;
+    } else {
+        it->nearest = fmax(0, distance - radius) * (1 - 1e-9);
+        if (distance <= radius) {
+            out->kind = SHD_OUTLINE_ALL;
+        } else {
+            out->kind = SHD_OUTLINE_CONE;
+            out->tangent = sqrt(distance - radius) * sqrt(distance + radius);
+            out->margin = 1e-13 * distance;
+        }
+        if (v.z > radius) {
+            p = tangents(v.x, v.z, radius);
+            q = tangents(v.y, v.z, radius);
+        }
+    }
+    if (corner_ranges(sight, index, &corners_p, &corners_q)) {
+        p = common(p, corners_p);
+        q = common(q, corners_q);
+    }
+    set_rectangle(&sight->lens, p, q, out);
+}
+
+static bool is_convex(shd_shape shape) {
+    return shape != SHD_MESH && shape != SHD_TORUS;
+}
+
+typedef struct ranked {
+    double nearest;
+    uint32_t object;
+} ranked;
+
+static int by_distance(const void *a, const void *b) {
+    const ranked *x = a, *y = b;
+    if (x->nearest != y->nearest) return x->nearest < y->nearest ? -1 : 1;
+    return (x->object > y->object) - (x->object < y->object);
+}
+
+bool shd_sight_outline(shd_sight *sight, shd_arena *arena) {
+    ranked *ranks = shd_arena_alloc(arena, sight->count, sizeof *ranks);
+    shd_outline *outlines = shd_arena_alloc(arena, sight->count, sizeof *outlines);
+    sight->order = shd_arena_alloc(arena, sight->count, sizeof *sight->order);
+    sight->outlines = shd_arena_alloc(arena, sight->count, sizeof *sight->outlines);
+    if (!ranks || !outlines || !sight->order || !sight->outlines) return false;
+    for (size_t i = 0; i < sight->count; i++) {
+        shd_item *it = &sight->items[i];
+        shd_outline *outline = &outlines[i];
+        *outline = (shd_outline){-INFINITY, INFINITY, -INFINITY, INFINITY, .tangent = -INFINITY};
+        it->convex = is_convex(it->shape);
+        it->nearest = 0;
+        if (it->shape == SHD_PLANE)
+            outline_plane(sight, it, outline);
+        else
+            outline_sphere(sight, i, it, outline);
+        ranks[i] = (ranked){it->nearest, (uint32_t)i};
+    }
+    qsort(ranks, sight->count, sizeof *ranks, by_distance);
+    for (size_t i = 0; i < sight->count; i++) {
+        sight->order[i] = ranks[i].object;
+        sight->outlines[i] = outlines[ranks[i].object];
+    }
+    return true;
+}
+
+/* ---- Rectangles of pixels. ---- */
+
+/* On the image plane: the middle, and half of the diagonal. */
+typedef struct window {
+    double left, right, top, bottom; /* pixels */
+    double p, q, across, down;       /* middle, and half of the sides */
+    double h, k;
+} window;
+
+static window make_window(const shd_lens *lens, double x, double y, double w, double h) {
+    const double step_x = 2 * lens->half_x / lens->width, step_y = 2 * lens->half_y / lens->height;
+    window out = {
+        x, x + w, y, y + h, .across = (w / 2 + WIDER) * step_x, .down = (h / 2 + WIDER) * step_y};
+    out.p = (x + w / 2 - lens->width / 2) * step_x;
+    out.q = (lens->height / 2 - y - h / 2) * step_y;
+    double square = out.across * out.across + out.down * out.down;
+    out.h = sqrt(square);
+    out.k = out.p * out.p + out.q * out.q + 1 - square;
+    out.k = out.k > 0 ? sqrt(out.k) : 0;
+    return out;
+}
+
+/* Whether an object may be seen through a window. */
+static inline bool may_see(const shd_outline *o, const window *w) {
+    if (o->right < w->left || o->left > w->right || o->bottom < w->top || o->top > w->bottom)
+        return false;
+    const shd_vec3 v = o->center;
+    switch (o->kind) {
+    case SHD_OUTLINE_NONE:
+        return false;
+    case SHD_OUTLINE_ALL:
+        break;
+    case SHD_OUTLINE_CONE:
+        return w->p * v.x + w->q * v.y + v.z + w->h * o->radius + (w->k + w->h) * o->margin >=
+               w->k * o->tangent;
+    case SHD_OUTLINE_ROUND: {
+        double x = w->p - v.x, y = w->q - v.y, reach = w->h + o->radius + o->margin;
+        return x * x + y * y <= reach * reach * (1 + 1e-9);
+    }
+    case SHD_OUTLINE_HALF:
+        return v.x * w->p + v.y * w->q + v.z - fabs(v.x) * w->across - fabs(v.y) * w->down <=
+               o->margin * (1 + fabs(w->p) + fabs(w->q));
+    }
+    return true;
+}
+
+bool shd_survey_new(const shd_sight *sight, int w, int h, shd_arena *arena, shd_survey *out) {
+    size_t across = ((size_t)w + SHD_BLOCK_SIDE - 1) / SHD_BLOCK_SIDE,
+           down = ((size_t)h + SHD_BLOCK_SIDE - 1) / SHD_BLOCK_SIDE;
+    shd_survey survey = {.capacity = across * down};
+    survey.blocks = shd_arena_alloc(arena, survey.capacity, sizeof *survey.blocks);
+    survey.candidates =
+        shd_arena_alloc(arena, (survey.capacity + 1) * sight->count, sizeof *survey.candidates);
+    if (!survey.blocks || !survey.candidates) return false;
+    *out = survey;
+    return true;
+}
+
+/* The ranks of those that may be seen. */
+static size_t look_through(const shd_sight *sight, const window *w, uint32_t *ranks) {
+    size_t count = 0;
+    for (size_t k = 0; k < sight->count; k++)
+        if (may_see(&sight->outlines[k], w)) ranks[count++] = (uint32_t)k;
+    return count;
+}
+
+void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out) {
+    out->across = (rect.w + SHD_BLOCK_SIDE - 1) / SHD_BLOCK_SIDE;
+    out->down = (rect.h + SHD_BLOCK_SIDE - 1) / SHD_BLOCK_SIDE;
+    const size_t blocks = (size_t)out->across * (size_t)out->down;
+    const window all = make_window(&sight->lens, rect.x, rect.y, rect.w, rect.h);
+    const size_t count = look_through(sight, &all, out->candidates);
+    out->candidate_count = count;
+    uint32_t first = (uint32_t)count;
+    for (size_t i = 0; i < blocks; i++) {
+        shd_block *block = &out->blocks[i];
+        *block = (shd_block){first, 0, SHD_NOTHING};
+        if (!count) continue;
+        int x = (int)(i % (size_t)out->across) * SHD_BLOCK_SIDE,
+            y = (int)(i / (size_t)out->across) * SHD_BLOCK_SIDE;
+        int w = rect.w - x < SHD_BLOCK_SIDE ? rect.w - x : SHD_BLOCK_SIDE,
+            h = rect.h - y < SHD_BLOCK_SIDE ? rect.h - y : SHD_BLOCK_SIDE;
+        const window part = make_window(&sight->lens, rect.x + x, rect.y + y, w, h);
+        for (size_t k = 0; k < count; k++) {
+            const uint32_t rank = out->candidates[k];
+            if (!may_see(&sight->outlines[rank], &part)) continue;
+            out->candidates[first + block->count++] = sight->order[rank];
+        }
+        if (block->count == 1 && sight->items[out->candidates[first]].convex)
+            block->convex = (int32_t)out->candidates[first];
+        first += block->count;
+    }
+    for (size_t k = 0; k < count; k++) out->candidates[k] = sight->order[out->candidates[k]];
+}
+
+size_t shd_sight_candidates(const shd_sight *sight, shd_tile rect, uint32_t *out) {
+    const window all = make_window(&sight->lens, rect.x, rect.y, rect.w, rect.h);
+    size_t count = look_through(sight, &all, out);
+    for (size_t k = 0; k < count; k++) out[k] = sight->order[out[k]];
+    return count;
+}

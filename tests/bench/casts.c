@@ -1,0 +1,214 @@
+/* Times sight alone: the survey, and casting one ray a pixel, of 512 x 512 frames on one thread,
+ * by shape and instruction set.
+ *
+ * Machines are noisy, so each figure is the median of several runs. Usage:
+ * casts [RUNS [SCENE [KERNEL]]], SCENE the beginning of a name. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "render/engine.h"
+
+enum { SIDE = 512, TILE = 32, MAX_RUNS = 1000 };
+
+static void quit(const char *what, const char *path, const char *text) {
+    fprintf(stderr, "casts: %s: %s %s\n", what, path, text);
+    exit(1);
+}
+
+static double milliseconds(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return 1e3 * (double)now.tv_sec + 1e-6 * (double)now.tv_nsec;
+}
+
+typedef struct stage {
+    const char *name, *before, *object; /* what is written before the objects, and one of them */
+    int count; /* of objects, spread over the picture where there are many */
+} stage;
+
+#define PERSPECTIVE "\"camera\": {\"position\": [0.6, 0.9, 3.8]}"
+#define ORTHOGRAPHIC                                                                               \
+    "\"camera\": {\"type\": \"orthographic\", \"height\": 3, \"position\": [0.6, 0.9, 3.8]}"
+#define TURNED  ", \"transform\": {\"rotate\": [20, 30, 40]}"
+#define THIN    ", \"transform\": {\"rotate\": [20, 30, 40], \"scale\": [1, 0.4, 0.8]}"
+#define LAYERED ", \"output\": {\"format\": \"exr\", \"layers\": [\"position\"]}"
+
+static const stage scenes[] = {
+    {"sphere", "", "\"sphere\"", 1},
+    {"sphere, exact", "\"accuracy\": {\"tier\": \"exact\"}", "\"sphere\"", 1},
+    {"sphere, orthographic", ORTHOGRAPHIC, "\"sphere\"", 1},
+    {"ellipsoid", PERSPECTIVE, "\"sphere\"" THIN, 1},
+    {"plane", PERSPECTIVE, "\"plane\"", 1},
+    {"disc", PERSPECTIVE, "\"disc\"" TURNED, 1},
+    {"box", PERSPECTIVE, "\"box\", \"size\": [1.4, 1.4, 1.4]" TURNED, 1},
+    {"box, thin", PERSPECTIVE, "\"box\", \"size\": [1.4, 1.4, 1.4]" THIN, 1},
+    {"cylinder", PERSPECTIVE, "\"cylinder\"" TURNED, 1},
+    {"cone", PERSPECTIVE, "\"cone\"" TURNED, 1},
+    {"torus", PERSPECTIVE, "\"torus\"" TURNED, 1},
+    {"torus, exact", PERSPECTIVE ", \"accuracy\": {\"tier\": \"exact\"}", "\"torus\"" TURNED, 1},
+    {"mesh (a flat sphere)", PERSPECTIVE, "\"sphere\", \"interpolation\": \"flat\"", 1},
+    {"1000 spheres", "", "\"sphere\"", 1000},
+    {"1000 cylinders", "", "\"cylinder\"", 1000},
+    {"10000 spheres", "", "\"sphere\"", 10000},
+};
+enum { SCENES = sizeof scenes / sizeof scenes[0] };
+
+/* Many objects fill a cube; the caller frees the text. */
+static char *write_scene(const stage *s) {
+    char *text;
+    size_t length;
+    FILE *out = open_memstream(&text, &length);
+    if (!out) quit("scene", "", "out of memory");
+    fprintf(out, "{%s%s\"image\": {\"width\": %d, \"height\": %d, \"samples\": 1}, \"objects\": [",
+            s->before, *s->before ? ", " : "", SIDE, SIDE);
+    uint64_t random = 1;
+    for (int i = 0; i < s->count; i++) {
+        fprintf(out, "%s{\"type\": %s", i ? ", " : "", s->object);
+        if (s->count > 1) {
+            fputs(", \"transform\": {\"scale\": ", out);
+            fprintf(out, "%g, \"translate\": [", s->count > 1000 ? 0.03 : 0.07);
+            for (int c = 0; c < 3; c++) {
+                random = random * 6364136223846793005u + 1442695040888963407u;
+                fprintf(out, "%s%g", c ? ", " : "", (double)(random >> 40) * 0x1p-23 - 1);
+            }
+            fputs("]}", out);
+        }
+        fputs("}", out);
+    }
+    fputs("]}", out);
+    fclose(out);
+    return text;
+}
+
+/* One thread's memory for a tile. */
+typedef struct scratch {
+    shd_survey survey;
+    shd_hits hits;
+    shd_cast_scratch *cast;
+    shd_gbuffer dense;
+} scratch;
+
+typedef struct figures {
+    double survey, cast, dense; /* milliseconds */
+    size_t rays, hits;
+} figures;
+
+/* A block's rays, row by row. */
+static void cast_block(const shd_sight *sight, const shd_survey *survey, size_t index, int x, int y,
+                       shd_hits *out) {
+    static const uint8_t sample[SHD_BLOCK_SIDE * SHD_BLOCK_SIDE]; /* the pattern's first ray */
+    int32_t xs[SHD_BLOCK_SIDE * SHD_BLOCK_SIDE], ys[SHD_BLOCK_SIDE * SHD_BLOCK_SIDE];
+    const shd_block *block = &survey->blocks[index];
+    for (int i = 0; i < SHD_BLOCK_SIDE * SHD_BLOCK_SIDE; i++) {
+        xs[i] = x + i % SHD_BLOCK_SIDE;
+        ys[i] = y + i / SHD_BLOCK_SIDE;
+    }
+    const shd_shots shots = {SHD_BLOCK_SIDE * SHD_BLOCK_SIDE, xs, ys, sample};
+    shd_sight_shoot(sight, survey->candidates + block->first, block->count, &shots, out);
+}
+
+static figures run_once(const shd_sight *sight, scratch *s) {
+    figures f = {0};
+    double start = milliseconds();
+    for (int y = 0; y < SIDE; y += TILE)
+        for (int x = 0; x < SIDE; x += TILE)
+            shd_sight_survey(sight, (shd_tile){x, y, TILE, TILE}, &s->survey);
+    f.survey = milliseconds() - start;
+
+    start = milliseconds();
+    for (int y = 0; y < SIDE; y += TILE)
+        for (int x = 0; x < SIDE; x += TILE) {
+            shd_sight_survey(sight, (shd_tile){x, y, TILE, TILE}, &s->survey);
+            s->hits.count = 0;
+            for (size_t i = 0; i < (size_t)s->survey.across * (size_t)s->survey.down; i++) {
+                if (!s->survey.blocks[i].count) continue;
+                int column = (int)i % s->survey.across, row = (int)i / s->survey.across;
+                cast_block(sight, &s->survey, i, x + column * SHD_BLOCK_SIDE,
+                           y + row * SHD_BLOCK_SIDE, &s->hits);
+                f.rays += SHD_BLOCK_SIDE * SHD_BLOCK_SIDE;
+            }
+            f.hits += s->hits.count;
+        }
+    f.cast = milliseconds() - start;
+
+    start = milliseconds();
+    for (int y = 0; y < SIDE; y += TILE)
+        for (int x = 0; x < SIDE; x += TILE)
+            shd_sight_cast(sight, (shd_tile){x, y, TILE, TILE}, s->cast, &s->dense);
+    f.dense = milliseconds() - start;
+    return f;
+}
+
+static int by_value(const void *a, const void *b) {
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+static void report(const stage *scene, shd_engine *engine, shd_isa isa, int runs) {
+    static double survey[MAX_RUNS], cast[MAX_RUNS], dense[MAX_RUNS];
+    char *text = write_scene(scene);
+    shd_request *request;
+    shd_error error;
+    if (shd_request_new(engine, &request, &error)) quit("request", error.path, error.text);
+    if (shd_request_read(request, text, strlen(text), SHD_PNG)) {
+        const shd_problem *problem = &shd_request_report(request)->errors[0];
+        quit(scene->name, problem->pointer, problem->detail);
+    }
+    const shd_plan *plan;
+    shd_sight *sight;
+    if (shd_plan_make(request->scene, isa, request->arena, &plan, &error) ||
+        shd_sight_new(plan, engine->tracer, request->arena, &sight, &error))
+        quit(scene->name, error.path, error.text);
+    scratch s;
+    s.cast = shd_cast_scratch_new(sight, request->arena);
+    if (!s.cast || !shd_survey_new(sight, TILE, TILE, request->arena, &s.survey) ||
+        !shd_hits_new(plan, TILE * TILE, request->arena, &s.hits) ||
+        !shd_gbuffer_new(TILE * TILE, request->arena, &s.dense))
+        quit(scene->name, "", "out of memory");
+    figures f = run_once(sight, &s);
+    for (int i = 0; i < runs; i++) {
+        f = run_once(sight, &s);
+        survey[i] = f.survey;
+        cast[i] = f.cast;
+        dense[i] = f.dense;
+    }
+    qsort(survey, (size_t)runs, sizeof *survey, by_value);
+    qsort(cast, (size_t)runs, sizeof *cast, by_value);
+    qsort(dense, (size_t)runs, sizeof *dense, by_value);
+    printf("%-22s %-9s %8.3f %8.3f %8.3f %8zu %8zu %7.2f\n", scene->name, shd_isa_name(isa),
+           survey[runs / 2], cast[getenv("MIN") ? 0 : runs / 2], dense[runs / 2], f.rays, f.hits,
+           f.rays ? 1e6 * cast[runs / 2] / (double)f.rays : 0);
+    shd_sight_drop(sight);
+    shd_request_drop(request);
+    free(text);
+}
+
+int main(int argc, char **argv) {
+    int runs = argc > 1 ? atoi(argv[1]) : 15;
+    const char *only = argc > 2 ? argv[2] : "";
+    const char *kernel = argc > 3 ? argv[3] : "";
+    if (runs < 1 || runs > MAX_RUNS) {
+        fprintf(stderr, "usage: casts [RUNS [SCENE [KERNEL]]]\n");
+        return 2;
+    }
+    shd_engine_options options = shd_engine_defaults();
+    options.threads = 1;
+    shd_engine *engine;
+    shd_error error;
+    if (shd_engine_new(&options, &engine, &error)) quit("engine", error.path, error.text);
+    printf("512x512, one ray a pixel, one thread, milliseconds of processor time a frame, median "
+           "of %d\n\n",
+           runs);
+    printf("%-22s %-9s %8s %8s %8s %8s %8s %7s\n", "scene", "kernel", "survey", "+ cast", "dense",
+           "rays", "hits", "ns/ray");
+    for (size_t i = 0; i < SCENES; i++) {
+        if (strncmp(scenes[i].name, only, strlen(only)) != 0) continue;
+        for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++)
+            if (shd_cpu_has(isa) && (!*kernel || !strcmp(kernel, shd_isa_name(isa))))
+                report(&scenes[i], engine, isa, runs);
+    }
+    shd_engine_drop(engine);
+    return 0;
+}
