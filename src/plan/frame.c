@@ -33,50 +33,22 @@ static void place_frame(shd_plan *plan) {
     plan->scale = size > 1e-280 && size < 1e280 ? ldexp(1, -ilogb(size)) : 1;
 }
 
-/* At most the distance of a point from the object's surface, in the world's unit. Of boxes around
- * an object in its own frame: distances there shrink by the inverse's norm at most. */
-static double least_distance(const shd_object *object, const shd_affine *inverse, double norm,
-                             shd_vec3 low, shd_vec3 high, shd_vec3 point) {
-    shd_vec3 p = shd_linear(inverse, shd_sub(point, object->transform.origin));
-    if (object->shape == SHD_SPHERE) return fabs(shd_length(p) - object->radius) / norm;
-    if (object->shape == SHD_PLANE) return fabs(p.y) / norm;
-    shd_vec3 out = {fmax(fmax(low.x - p.x, p.x - high.x), 0),
-                    fmax(fmax(low.y - p.y, p.y - high.y), 0),
-                    fmax(fmax(low.z - p.z, p.z - high.z), 0)};
-    double distance = shd_length(out);
-    if (distance == 0 && object->shape == SHD_BOX) /* inside of it */
-        distance = fmin(high.x - fabs(p.x), fmin(high.y - fabs(p.y), high.z - fabs(p.z)));
-    return distance / norm;
-}
-
 static bool has_near_light(const shd_plan *plan, size_t index) {
-    const shd_object *object = &plan->scene->objects[index];
-    const shd_plan_object *bounds = &plan->objects[index];
-    shd_affine linear = object->transform, inverse;
-    linear.origin = (shd_vec3){0, 0, 0};
-    shd_vec3 low, high;
-    bool looked = false;
-    double norm = 0;
-    for (size_t i = 0; i < bounds->light_count; i++) {
-        const shd_plan_light *light = &plan->lights[bounds->lights[i]];
+    const shd_plan_object *object = &plan->objects[index];
+    const shd_place place = shd_place_of(&plan->scene->objects[index], object);
+    for (size_t i = 0; i < object->light_count; i++) {
+        const shd_plan_light *light = &plan->lights[object->lights[i]];
         if (light->directional) continue;
-        /* On a plane points may be as far out as the light, and rounded accordingly. */
-        shd_vec3 from = shd_scale(shd_sub(light->position, plan->origin), plan->scale);
-        double near = NEAR * (bounds->bounded ? 1 : fmax(1, shd_length(from))) / plan->scale;
-        if (bounds->bounded) {
-            shd_vec3 path = shd_sub(light->position, bounds->center);
-            if (shd_length(path) - bounds->radius >= near) continue;
-        }
-        if (!looked) {
-            if (!shd_invert(&linear, &inverse)) return true;
-            norm = shd_norm(&inverse);
-            shd_object_box(object, &low, &high);
-            looked = true;
-        }
-        if (!(least_distance(object, &inverse, norm, low, high, light->position) >= near))
-            return true;
+        double near = NEAR * shd_plan_size(plan, object, light) / plan->scale;
+        if (!(shd_least_distance(&place, light->position) >= near)) return true;
     }
     return false;
+}
+
+double shd_plan_size(const shd_plan *plan, const shd_plan_object *object,
+                     const shd_plan_light *light) {
+    if (object->bounded) return 1;
+    return fmax(1, plan->scale * shd_length(shd_sub(light->position, plan->origin)));
 }
 
 static bool splits_positions(const shd_plan *plan) {

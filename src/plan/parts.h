@@ -16,7 +16,7 @@ static inline bool shd_is_grey(const double color[3]) {
     return color[0] == color[1] && color[1] == color[2];
 }
 
-/* The Frobenius norm of the linear part: no vector grows by more. */
+/* The linear part's largest singular value: no vector grows by more. */
 double shd_norm(const shd_affine *m);
 
 /* A light's cone as a line through its side: x cosine - y sine is a point's distance from it, y
@@ -36,6 +36,21 @@ typedef struct shd_plan_sweep {
     const shd_cone *cones; /* [light_count] */
     bool whole;            /* every light stays in every list */
 } shd_plan_sweep;
+
+/* What tells an object's distance from points. */
+typedef struct shd_place {
+    const shd_object *object;
+    const shd_plan_object *bounds;
+    bool known;         /* the inverse */
+    shd_affine inverse; /* of the object's frame, linear */
+    double norm;        /* of `inverse`: distances grow by no more on the way into that frame */
+    shd_vec3 low, high; /* its box there */
+} shd_place;
+
+shd_place shd_place_of(const shd_object *object, const shd_plan_object *bounds);
+
+/* At most the distance of a point of the world from the object's surface. */
+double shd_least_distance(const shd_place *place, shd_vec3 point);
 
 /* Whether the light is behind all that is seen of the object, or of its inside. See behind.c. */
 typedef struct shd_back {
@@ -59,11 +74,24 @@ shd_back shd_back_of(const shd_scene *scene, const shd_object *object,
                      const shd_plan_object *bounds);
 bool shd_is_behind(const shd_back *back, const shd_plan_light *light);
 
+/* Tier, tolerances and bound; with a budget also the lights that are left out for it: bits of
+ * `drops`, which is [scene->light_count]. *dropped: whether there are any. */
+shd_status shd_plan_choose(shd_plan *plan, const shd_shown *shown, uint8_t *drops, bool *dropped,
+                           shd_arena *arena, shd_error *error);
+
+/* The most that each light of the plan adds to a channel of an object: [light_count]. */
+void shd_plan_influences(const shd_plan *plan, double *most);
+
 /* Fills `objects`, `groups`, `lights` and `drops` from `given`, all lights that have a color. */
 bool shd_plan_reach(shd_plan *plan, const shd_plan_light *given, size_t count, uint8_t *drops,
                     bool whole, shd_arena *arena);
 
 /* Sets the frame, and whether positions are split in it. */
 void shd_plan_frame(shd_plan *plan);
+
+/* How large coordinates are, in the frame's unit, where the light is nearest to the object: on a
+ * plane they are as far out as the light. */
+double shd_plan_size(const shd_plan *plan, const shd_plan_object *object,
+                     const shd_plan_light *light);
 
 #endif

@@ -114,19 +114,52 @@ static bool make_sweep(shd_plan *plan, bool whole, shd_arena *arena) {
     return true;
 }
 
-/* The tier that runs. */
-static shd_tier choose_tier(const shd_accuracy *accuracy) {
-    /* A budget is met by the exact tier, whose error no output format can show. */
-    if (accuracy->budget || accuracy->tier == SHD_EXACT) return SHD_EXACT;
-    /* The draft tier is answered by a better one. */
-    return SHD_STANDARD;
+/* Lists of lights and everything that follows from them. */
+static bool arrange(shd_plan *plan, const shd_plan_light *lights, size_t count, uint8_t *drops,
+                    bool whole, shd_arena *arena) {
+    plan->light_count = 0;
+    if (!shd_plan_reach(plan, lights, count, drops, whole, arena)) return false;
+    if (!make_sweep(plan, whole, arena)) return false;
+    find_greys(plan);
+    shd_plan_frame(plan);
+    return true;
 }
 
-static bool make_parts(const shd_scene *scene, bool whole, shd_arena *arena, shd_plan *plan) {
-    shd_plan_light *lights = shd_arena_alloc(arena, scene->light_count, sizeof *lights);
+static bool make_materials(shd_plan *plan, const double ambient[3], shd_arena *arena) {
+    const shd_scene *scene = plan->scene;
     shd_plan_material *materials = shd_arena_alloc(arena, scene->material_count, sizeof *materials);
+    if (!materials) return false;
+    for (size_t i = 0; i < scene->material_count; i++) {
+        if (!plan_material(&scene->materials[i], ambient, arena, &materials[i])) return false;
+        if (materials[i].lobe_count > plan->max_lobes) plan->max_lobes = materials[i].lobe_count;
+    }
+    plan->materials = materials;
+    return true;
+}
+
+static const char *summarize(const shd_plan *plan, shd_arena *arena) {
+    static const char *const tiers[] = {"draft", "standard", "exact"};
+    const char *text = shd_arena_printf(arena, "tier=%s; lights=%zu/%zu", tiers[plan->tier],
+                                        plan->light_count, plan->scene->light_count);
+    const double values[] = {plan->bound.linear, plan->bound.code, plan->bound.delta_e};
+    static const char *const units[] = {"linear", "code", "deltaE2000"};
+    const char *before = "; error<=";
+    for (int i = 0; i < 3 && text; i++) {
+        if (!isfinite(values[i])) continue;
+        char number[16];
+        shd_print_bound(values[i], number);
+        text = shd_arena_printf(arena, "%s%s%s %s", text, before, number, units[i]);
+        before = ", ";
+    }
+    return text;
+}
+
+static shd_status make_parts(shd_plan *plan, const shd_shown *shown, bool whole, shd_arena *arena,
+                             shd_error *error) {
+    const shd_scene *scene = plan->scene;
+    shd_plan_light *lights = shd_arena_alloc(arena, scene->light_count, sizeof *lights);
     uint8_t *drops = shd_arena_zalloc(arena, scene->light_count, sizeof *drops);
-    if (!lights || !materials || !drops || !plan_planes(scene, arena, plan)) return false;
+    if (!lights || !drops || !plan_planes(scene, arena, plan)) return SHD_MEMORY;
 
     double ambient[3];
     size_t count = 0;
@@ -141,44 +174,63 @@ static bool make_parts(const shd_scene *scene, bool whole, shd_arena *arena, shd
         else
             lights[count++] = plan_light(light, i);
     }
+    if (!make_materials(plan, ambient, arena)) return SHD_MEMORY;
+    if (!arrange(plan, lights, count, drops, whole, arena)) return SHD_MEMORY;
 
-    for (size_t i = 0; i < scene->material_count; i++) {
-        if (!plan_material(&scene->materials[i], ambient, arena, &materials[i])) return false;
-        if (materials[i].lobe_count > plan->max_lobes) plan->max_lobes = materials[i].lobe_count;
+    bool dropped;
+    shd_status status = shd_plan_choose(plan, shown, drops, &dropped, arena, error);
+    if (status != SHD_OK) return status;
+    if (whole) {
+        plan->sampling_absolute = plan->sampling_relative = 0;
+        plan->drop_tolerance = plan->dropped = 0;
+    } else if (dropped) {
+        size_t kept = 0;
+        for (size_t j = 0; j < count; j++)
+            if (!(drops[lights[j].index] & SHD_DROP_BUDGET)) lights[kept++] = lights[j];
+        if (!arrange(plan, lights, kept, drops, whole, arena)) return SHD_MEMORY;
     }
-    plan->materials = materials;
-    if (!shd_plan_reach(plan, lights, count, drops, whole, arena)) return false;
-    if (!make_sweep(plan, whole, arena)) return false;
-    find_greys(plan);
-    shd_plan_frame(plan);
-
-    plan->summary = shd_arena_printf(arena, "tier=%s; lights=%zu/%zu",
-                                     plan->tier == SHD_EXACT ? "exact" : "standard",
-                                     plan->light_count, scene->light_count);
-    return plan->summary;
+    if (!shd_plan_bound(plan, plan->tier, shown, arena, &plan->bound)) return SHD_MEMORY;
+    plan->summary = summarize(plan, arena);
+    return plan->summary ? SHD_OK : SHD_MEMORY;
 }
 
-static shd_status make_plan(const shd_scene *scene, shd_isa isa, bool whole, shd_arena *arena,
-                            const shd_plan **out, shd_error *error) {
+static shd_status make_plan(const shd_scene *scene, shd_isa isa, const shd_shown *shown, bool whole,
+                            shd_arena *arena, const shd_plan **out, shd_error *error) {
     shd_plan *plan = shd_arena_zalloc(arena, 1, sizeof *plan);
+    shd_status status = SHD_MEMORY;
     if (plan) {
         plan->scene = scene;
         plan->isa = isa;
-        plan->tier = choose_tier(&scene->accuracy);
+        status = make_parts(plan, shown, whole, arena, error);
     }
-    if (!plan || !make_parts(scene, whole, arena, plan))
-        return shd_fail(error, SHD_MEMORY, "",
-                        "the limit `memory` is too small for this scene's plan");
-    *out = plan;
-    return SHD_OK;
+    if (status == SHD_MEMORY)
+        shd_fail(error, SHD_MEMORY, "", "the limit `memory` is too small for this scene's plan");
+    if (status == SHD_OK) *out = plan;
+    return status;
 }
 
 shd_status shd_plan_make(const shd_scene *scene, shd_isa isa, shd_arena *arena,
                          const shd_plan **out, shd_error *error) {
-    return make_plan(scene, isa, false, arena, out, error);
+    return make_plan(scene, isa, NULL, false, arena, out, error);
+}
+
+shd_status shd_plan_make_shown(const shd_scene *scene, shd_isa isa, const shd_shown *shown,
+                               shd_arena *arena, const shd_plan **out, shd_error *error) {
+    return make_plan(scene, isa, shown, false, arena, out, error);
 }
 
 shd_status shd_plan_make_whole(const shd_scene *scene, shd_isa isa, shd_arena *arena,
                                const shd_plan **out, shd_error *error) {
-    return make_plan(scene, isa, true, arena, out, error);
+    return make_plan(scene, isa, NULL, true, arena, out, error);
+}
+
+bool shd_plan_find_light(const shd_plan *plan, size_t index, uint32_t *out) {
+    if (plan->drops[index]) return false;
+    size_t low = 0, high = plan->light_count; /* they are in the scene's order */
+    while (high - low > 1) {
+        size_t middle = low + (high - low) / 2;
+        *(plan->lights[middle].index <= index ? &low : &high) = middle;
+    }
+    *out = (uint32_t)low;
+    return true;
 }

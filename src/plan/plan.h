@@ -10,6 +10,7 @@
 #include "base/arena.h"
 #include "base/cpu.h"
 #include "base/vec3.h"
+#include "plan/bound.h"
 #include "scene/scene.h"
 
 /* A light that reaches surfaces: directional, point or spot, with a color that is not black. */
@@ -38,7 +39,8 @@ enum {
     SHD_DROP_BLACK = 2,   /* its color is */
     SHD_DROP_UNLIT = 4,   /* no object reflects its color, or there is no object */
     SHD_DROP_BEHIND = 8,  /* behind all that is seen */
-    SHD_DROP_CONE = 16    /* its cone misses the objects */
+    SHD_DROP_CONE = 16,   /* its cone misses the objects */
+    SHD_DROP_BUDGET = 32  /* what it adds is under the budget */
 };
 
 typedef struct shd_plan_lobe {
@@ -108,22 +110,43 @@ typedef struct shd_plan {
     /* Whether a position needs more than f32's 24 bits in that frame: some light is near an
      * object, or some light or lobe is so steep that it is done in f64. */
     bool split_positions;
-    /* What a sum of lights may leave out at any point, and what the film may leave to fewer
-     * samples than the pattern has: absolute, in components of the working space. */
-    double drop_tolerance, sampling_tolerance;
+    /* What a sum of lights may leave out at any point: absolute, in components of the working
+     * space; and the error that fewer samples than the pattern has may make in a component of
+     * value I: absolute + relative I. 0 and 0: all samples are taken. */
+    double drop_tolerance, sampling_absolute, sampling_relative;
+    double dropped;                     /* what the lights that are gone for a budget add at most */
+    shd_bound bound;                    /* of the picture's error, all of these counted */
     const struct shd_plan_sweep *sweep; /* for shd_plan_cull */
-    const char *summary; /* "tier=standard; lights=3/4", for people and the Shaded-Plan header */
+    const char *summary; /* "tier=standard; lights=3/4; error<=2.1e-06 linear, 1 code, 0.012
+                            deltaE2000", for people and the Shaded-Plan header; what is not known
+                            is left out */
 } shd_plan;
 
 /* Plans for kernels of the instruction set `isa`. SHD_MEMORY is the only error: a scene that was
- * read can be planned. */
+ * read can be planned. How outputs show colors is taken for unknown: a budget in codes or CIEDE2000
+ * is met by the exact tier. */
 shd_status shd_plan_make(const shd_scene *scene, shd_isa isa, shd_arena *arena,
                          const shd_plan **out, shd_error *error);
 
-/* The same without the reductions that leave lights out and merge materials: every light with a
- * color, for every object and every patch. Tests compare pictures of both. */
+/* The same for the outputs `shown` ([scene->output_count], used during the call only). A budget
+ * that nothing meets is SHD_SCENE. */
+shd_status shd_plan_make_shown(const shd_scene *scene, shd_isa isa, const shd_shown *shown,
+                               shd_arena *arena, const shd_plan **out, shd_error *error);
+
+/* The same without the reductions that leave lights and samples out and merge materials: every
+ * light with a color, for every object and every patch. Tests compare pictures of both. */
 shd_status shd_plan_make_whole(const shd_scene *scene, shd_isa isa, shd_arena *arena,
                                const shd_plan **out, shd_error *error);
+
+/* The tier that runs where `tier` is asked for. */
+shd_tier shd_tier_run(shd_tier tier);
+
+/* The bound of the picture that the tier would make of the plan. False: memory. */
+bool shd_plan_bound(const shd_plan *plan, shd_tier tier, const shd_shown *shown, shd_arena *arena,
+                    shd_bound *out);
+
+/* The index in plan->lights of the scene's light `index`; false: it was dropped. */
+bool shd_plan_find_light(const shd_plan *plan, size_t index, uint32_t *out);
 
 /* Surface points that are close to each other, a tile's for example. World frame. */
 typedef struct shd_patch {

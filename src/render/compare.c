@@ -5,6 +5,7 @@
 #include "render/engine.h"
 #include "render/film.h"
 #include "render/measure.h"
+#include "render/shown.h"
 
 enum { TIERS = SHD_EXACT + 1 };
 
@@ -46,8 +47,7 @@ static shd_status render_tier(shd_request *request, shd_tier tier, stretch *prog
     if (!scene) return shd_fail(error, SHD_MEMORY, "/image", "the limit `memory` is reached");
     const shd_times before = request->times;
     double began = shd_thread_seconds();
-    shd_status status =
-        shd_plan_make(scene, request->engine->isa, request->arena, &request->plan, error);
+    shd_status status = shd_request_plan_make(request, scene, error);
     if (status != SHD_OK) return status;
     double planned = shd_thread_seconds();
     shd_sight *sight;

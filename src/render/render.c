@@ -2,6 +2,7 @@
 #include "render/engine.h"
 #include "render/film.h"
 #include "render/output.h"
+#include "render/shown.h"
 
 shd_status shd_request_render(shd_request *request, const shd_render_options *options,
                               shd_error *error) {
@@ -10,7 +11,7 @@ shd_status shd_request_render(shd_request *request, const shd_render_options *op
     double began = shd_thread_seconds();
 
     /* What does this scene need? */
-    shd_status status = shd_plan_make(scene, request->engine->isa, arena, &request->plan, error);
+    shd_status status = shd_request_plan_make(request, scene, error);
     if (status != SHD_OK) return status;
     double planned = shd_thread_seconds();
     request->times.plan = planned - began;

@@ -136,8 +136,12 @@ static void lights_left_out_of_an_object_add_nothing_to_it(void **state) {
         sampled s = samples_of(*state, json);
         const shd_plan *plan = s.request->plan;
         const shd_scene *from = plan->scene;
-        for (size_t j = 0; j < from->light_count; j++)
+        for (size_t j = 0; j < from->light_count; j++) {
             for (int bit = 1; bit < 32; bit *= 2) dropped[bit] += (plan->drops[j] & bit) != 0;
+            uint32_t at;
+            assert_int_equal(shd_plan_find_light(plan, j, &at), !plan->drops[j]);
+            if (!plan->drops[j]) assert_int_equal(plan->lights[at].index, j);
+        }
         for (size_t i = 0; i < s.count; i++) {
             if (s.seen.object[i] == SHD_NOTHING) continue;
             const shd_plan_object *object = &plan->objects[s.seen.object[i]];

@@ -1,0 +1,132 @@
+/* Bounds in linear light and in codes. */
+#include "plan/bound.h"
+
+#include <math.h>
+#include <stdio.h>
+
+#include "plan/parts.h"
+
+void shd_print_bound(double bound, char out[16]) {
+    if (bound == floor(bound) && bound < 1e6) {
+        snprintf(out, 16, "%.0f", bound);
+        return;
+    }
+    double step = isfinite(bound) ? pow(10, floor(log10(bound)) - 1) : 1;
+    snprintf(out, 16, "%.2g", step * ceil(bound / step * (1 - 1e-12)));
+}
+
+double shd_curve_encode(shd_transfer transfer, double linear) {
+    const double v = fabs(linear);
+    double out = v;
+    if (transfer == SHD_TRANSFER_SRGB) /* IEC 61966-2-1 */
+        out = v <= 0.0031308 ? 12.92 * v : 1.055 * pow(v, 1 / 2.4) - 0.055;
+    if (transfer == SHD_TRANSFER_REC1886) out = pow(v, 1 / 2.4);
+    return copysign(out, linear);
+}
+
+double shd_curve_decode(shd_transfer transfer, double encoded) {
+    const double v = fabs(encoded);
+    double out = v;
+    if (transfer == SHD_TRANSFER_SRGB)
+        out = v <= 0.04045 ? v / 12.92 : pow((v + 0.055) / 1.055, 2.4);
+    if (transfer == SHD_TRANSFER_REC1886) out = pow(v, 2.4);
+    return copysign(out, encoded);
+}
+
+double shd_bound_linear(const shd_excess_list *list) {
+    double worst = 0, most = 0;
+    for (int c = 0; c < 3; c++) {
+        most = fmax(most, list->most[c]);
+        for (size_t i = 0; i < list->count; i++)
+            worst = fmax(worst, list->excess[i].absolute[c] + list->excess[i].limited[c]);
+    }
+    worst += list->color * most + list->more;
+    return worst < 1e37 ? worst : INFINITY; /* beyond what the film holds */
+}
+
+/* ---- Codes. ---- */
+
+/* OpenColorIO's f32 on the way to a code, relative: two films that differ are rounded apart. */
+static const double CONVERSION = 1e-6;
+
+/* The error of an output's linear channel is at most
+ *     absolute + min(limited, ratio u) + color u
+ * where it is u >= 0, and u is at least `floor`. */
+typedef struct channel {
+    double absolute, limited, ratio, color, floor;
+} channel;
+
+static channel channel_of(const shd_excess_list *list, const shd_excess *e, const double row[3]) {
+    channel out = {.absolute = 0};
+    double most = 0, whole = 0;
+    bool positive = list->nonnegative;
+    for (int c = 0; c < 3; c++) {
+        const double weight = fabs(row[c]);
+        out.absolute += weight * (e->absolute[c] + list->more);
+        out.limited += weight * e->limited[c];
+        out.floor += row[c] * e->floor[c];
+        most += weight * list->most[c];
+        whole += weight;
+        if (row[c] < -1e-6 * whole) positive = false;
+    }
+    if (positive) {
+        out.ratio = e->ratio;
+        out.color = list->color;
+    } else {
+        out.absolute += list->color * most;
+        out.ratio = INFINITY;
+        out.floor = 0;
+    }
+    return out;
+}
+
+static double error_at(const channel *c, double u) {
+    double limited = c->limited;
+    if (isfinite(c->ratio) && c->ratio * u < limited) limited = c->ratio * u;
+    return c->absolute + limited + c->color * u;
+}
+
+/* The largest curve(u + error) - curve(u) for u in [0,1]. Curves are concave, so that the largest
+ * in an interval of u is at most that of its lower end with the error of its upper one. Below the
+ * floor there are only colors that cover a part of their pixel, and their errors shrink with them
+ * faster than the curve rises: x times its slope at x does not fall. */
+static double spread_of(const channel *c, shd_transfer curve) {
+    /* Around the picture's value instead of the model's: an error's own error. */
+    const double slack = 1 / (1 - fmin(isfinite(c->ratio) ? c->ratio + c->color : 0, 0.5));
+    double low = c->floor - slack * error_at(c, c->floor);
+    low = fmin(fmax(low, 0), 1);
+    double worst = 0;
+    while (low < 1) {
+        double high = low > 1e-5 ? 1.3 * low : low + 1e-5;
+        high = high < 1 ? high : 1;
+        double error = slack * error_at(c, high) + CONVERSION * high;
+        double to = fmin(low + error, 1);
+        worst = fmax(worst, shd_curve_encode(curve, to) - shd_curve_encode(curve, low));
+        low = high;
+    }
+    return worst;
+}
+
+double shd_bound_code(const shd_excess_list *list, const shd_shown *shown) {
+    if (!shown->coded) return INFINITY;
+    double worst = 0;
+    for (size_t i = 0; i < list->count; i++)
+        for (int r = 0; r < 3; r++) {
+            const channel c = channel_of(list, &list->excess[i], shown->matrix[r]);
+            worst = fmax(worst, spread_of(&c, shown->curve));
+        }
+    if (!(worst < 1)) return 255;
+    return worst > 0 ? fmin(floor(255 * worst) + 1, 255) : 0;
+}
+
+shd_bound shd_bound_of(const shd_excess_list *list, const shd_shown *shown, size_t count,
+                       shd_tier tier) {
+    shd_bound bound = {shd_bound_linear(list), 0, 0};
+    if (tier == SHD_EXACT && list->more == 0) return bound; /* it is the picture in question */
+    if (!count) bound.code = bound.delta_e = INFINITY;
+    for (size_t i = 0; i < count; i++) {
+        bound.code = fmax(bound.code, shd_bound_code(list, &shown[i]));
+        bound.delta_e = fmax(bound.delta_e, shd_bound_delta_e(list, &shown[i]));
+    }
+    return bound;
+}

@@ -1,0 +1,190 @@
+/* The tier, and what may be left out under a budget. */
+#include <math.h>
+#include <stdlib.h>
+
+#include "plan/parts.h"
+
+/* Of what the tier's own error leaves of a budget in linear light: to samples, to lights of the
+ * whole picture; the rest goes to lights of tiles. */
+static const double SAMPLES_SHARE = 0.4, PICTURE_SHARE = 0.3;
+
+/* Without a budget, 8-bit pictures may differ from the full sample pattern's by this in codes. */
+static const double SAMPLES_CODE = 0.05;
+
+/* Curves are steep in the dark and flat in the light: there an error may grow with the light. This
+ * much of the room is for the dark. */
+static const double DARK_SHARE = 0.9;
+
+shd_tier shd_tier_run(shd_tier tier) {
+    /* There are no draft kernels: what is better answers. */
+    return tier == SHD_DRAFT ? SHD_STANDARD : tier;
+}
+
+bool shd_plan_bound(const shd_plan *plan, shd_tier tier, const shd_shown *shown, shd_arena *arena,
+                    shd_bound *out) {
+    shd_excess_list list;
+    if (!shd_excess_find(plan, tier, arena, &list)) return false;
+    list.more = plan->drop_tolerance + plan->dropped;
+    if (tier != SHD_EXACT) {
+        list.more += plan->sampling_absolute;
+        list.color += plan->sampling_relative;
+    }
+    *out = shd_bound_of(&list, shown, shown ? plan->scene->output_count : 0, tier);
+    return true;
+}
+
+/* ---- Without a budget. ---- */
+
+/* The largest share r of the light I such that absolute + r I is at most `code` codes at any I up
+ * to 1; beyond, codes do not change. */
+static double relative_room(shd_transfer curve, double absolute, double code) {
+    double room = INFINITY;
+    double i = 1;
+    while (i > absolute) {
+        double step = shd_curve_decode(curve, shd_curve_encode(curve, i) + code) - i;
+        /* Of all I between this one and the next one. */
+        room = fmin(room, (step - absolute) / (1.03 * i));
+        i /= 1.03;
+    }
+    return room > 0 ? room : 0;
+}
+
+/* Where every output is of 8 bits. Curves are concave and begin at 0: they are steepest there. */
+static void choose_coarse_samples(shd_plan *plan, const shd_shown *shown) {
+    if (!shown || plan->tier == SHD_EXACT || plan->scene->raster.samples == 1) return;
+    double absolute = INFINITY, relative = INFINITY;
+    for (size_t o = 0; o < plan->scene->output_count; o++) {
+        if (!shown[o].coarse || !shown[o].coded) return;
+        const double code = SAMPLES_CODE / 255;
+        double dark = DARK_SHARE * shd_curve_decode(shown[o].curve, code);
+        double light = relative_room(shown[o].curve, dark, code);
+        for (int r = 0; r < 3; r++) {
+            const double *row = shown[o].matrix[r];
+            absolute = fmin(absolute, dark / (fabs(row[0]) + fabs(row[1]) + fabs(row[2])));
+            /* Where channels take from each other, a dark one may come of light ones. */
+            if (row[0] < 0 || row[1] < 0 || row[2] < 0) light = 0;
+        }
+        relative = fmin(relative, light);
+    }
+    plan->sampling_absolute = absolute;
+    plan->sampling_relative = relative;
+}
+
+/* ---- With one. ---- */
+
+static double measured(const shd_bound *bound, shd_metric metric) {
+    return metric == SHD_LINEAR ? bound->linear : metric == SHD_CODE ? bound->code : bound->delta_e;
+}
+
+static bool is_within(const shd_plan *plan, const shd_shown *shown, const shd_excess_list *list,
+                      shd_tier tier) {
+    const shd_accuracy *accuracy = &plan->scene->accuracy;
+    size_t count = shown ? plan->scene->output_count : 0;
+    /* Outputs count for the metrics that they have a part in. */
+    const shd_bound bound =
+        shd_bound_of(list, shown, accuracy->metric == SHD_LINEAR ? 0 : count, tier);
+    return measured(&bound, accuracy->metric) <= accuracy->max_error;
+}
+
+/* The most that `value`, `more` or `color` of the list, may be, to a factor of 1.2. */
+static double find_room(const shd_plan *plan, const shd_shown *shown, shd_excess_list *list,
+                        shd_tier tier, double *value) {
+    const double begin = *value;
+    double low = 1e-9, high = 16;
+    *value = begin + low;
+    if (!is_within(plan, shown, list, tier)) low = 0;
+    while (low > 0 && high / low > 1.2) {
+        double middle = sqrt(low * high);
+        *value = begin + middle;
+        *(is_within(plan, shown, list, tier) ? &low : &high) = middle;
+    }
+    *value = begin;
+    return low;
+}
+
+/* What a tier within the budget leaves of it. */
+static void share_room(shd_plan *plan, const shd_shown *shown, shd_excess_list *list, shd_tier tier,
+                       double *lights) {
+    const bool samples = plan->scene->raster.samples > 1;
+    double room = find_room(plan, shown, list, tier, &list->more);
+    if (samples && plan->scene->accuracy.metric != SHD_LINEAR) {
+        room *= DARK_SHARE;
+        list->more = room;
+        plan->sampling_relative = find_room(plan, shown, list, tier, &list->color);
+    }
+    if (samples) plan->sampling_absolute = SAMPLES_SHARE * room;
+    *lights = room - plan->sampling_absolute;
+}
+
+typedef struct weak {
+    double most;
+    uint32_t light;
+} weak;
+
+static int compare_weak(const void *a, const void *b) {
+    const weak *x = a, *y = b;
+    if (x->most != y->most) return x->most < y->most ? -1 : 1;
+    return x->light < y->light ? -1 : 1;
+}
+
+/* Drops the weakest lights, as long as they add no more than `room` together. False: memory. */
+static bool drop_weakest(shd_plan *plan, double room, uint8_t *drops, bool *dropped,
+                         shd_arena *arena) {
+    double *most = shd_arena_alloc(arena, plan->light_count, sizeof *most);
+    weak *order = shd_arena_alloc(arena, plan->light_count, sizeof *order);
+    if (!most || !order) return false;
+    shd_plan_influences(plan, most);
+    for (size_t j = 0; j < plan->light_count; j++) order[j] = (weak){most[j], (uint32_t)j};
+    qsort(order, plan->light_count, sizeof *order, compare_weak);
+    for (size_t j = 0; j < plan->light_count && plan->dropped + order[j].most <= room; j++) {
+        plan->dropped += order[j].most;
+        drops[plan->lights[order[j].light].index] |= SHD_DROP_BUDGET;
+        *dropped = true;
+    }
+    return true;
+}
+
+/* The best that there is, for the message. */
+static shd_status fail_budget(const shd_plan *plan, const shd_shown *shown, shd_arena *arena,
+                              shd_error *error) {
+    static const char *const units[] = {"linear", "code", "deltaE2000"};
+    const shd_accuracy *accuracy = &plan->scene->accuracy;
+    shd_bound bound;
+    if (!shd_plan_bound(plan, SHD_EXACT, shown, arena, &bound)) return SHD_MEMORY;
+    double reached = measured(&bound, accuracy->metric);
+    if (!isfinite(reached))
+        return shd_fail(error, SHD_SCENE, "/accuracy/maxError",
+                        "no bound in %s is known for this scene: a light may touch a surface",
+                        units[accuracy->metric]);
+    return shd_fail(error, SHD_SCENE, "/accuracy/maxError",
+                    "no tier stays within %.9g %s in this scene: `exact` reaches %.2g",
+                    accuracy->max_error, units[accuracy->metric], reached);
+}
+
+static shd_status meet_budget(shd_plan *plan, const shd_shown *shown, uint8_t *drops, bool *dropped,
+                              shd_arena *arena, shd_error *error) {
+    for (shd_tier tier = SHD_DRAFT; tier <= SHD_EXACT; tier++) {
+        if (shd_tier_run(tier) != tier) continue;
+        shd_excess_list list;
+        if (!shd_excess_find(plan, tier, arena, &list)) return SHD_MEMORY;
+        if (!is_within(plan, shown, &list, tier)) continue;
+        plan->tier = tier;
+        if (tier == SHD_EXACT) return SHD_OK; /* of its error nothing should be left to doubt */
+        double left;
+        share_room(plan, shown, &list, tier, &left);
+        if (!drop_weakest(plan, PICTURE_SHARE * left, drops, dropped, arena)) return SHD_MEMORY;
+        plan->drop_tolerance = plan->light_count > 1 ? left - plan->dropped : 0;
+        return SHD_OK;
+    }
+    return fail_budget(plan, shown, arena, error);
+}
+
+shd_status shd_plan_choose(shd_plan *plan, const shd_shown *shown, uint8_t *drops, bool *dropped,
+                           shd_arena *arena, shd_error *error) {
+    const shd_accuracy *accuracy = &plan->scene->accuracy;
+    *dropped = false;
+    if (accuracy->budget) return meet_budget(plan, shown, drops, dropped, arena, error);
+    plan->tier = shd_tier_run(accuracy->tier);
+    choose_coarse_samples(plan, shown);
+    return SHD_OK;
+}

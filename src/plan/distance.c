@@ -1,0 +1,61 @@
+/* How near a light is to an object's surface, at least. */
+#include "plan/parts.h"
+
+shd_place shd_place_of(const shd_object *object, const shd_plan_object *bounds) {
+    shd_place place = {.object = object, .bounds = bounds};
+    shd_affine linear = object->transform;
+    linear.origin = (shd_vec3){0, 0, 0};
+    place.known = shd_invert(&linear, &place.inverse);
+    if (place.known) place.norm = shd_norm(&place.inverse);
+    shd_object_box(object, &place.low, &place.high);
+    return place;
+}
+
+/* The larger of two signed distances from convex parts: that of what they have in common, or less
+ * where both are positive. */
+static double within(double a, double b) {
+    return a > b ? a : b;
+}
+
+/* Signed, in the object's frame: negative inside. At most the distance to the surface, by size. */
+static double signed_distance(const shd_place *place, shd_vec3 p) {
+    const shd_object *object = place->object;
+    const double r = object->radius, h = object->height / 2, out = hypot(p.x, p.z);
+    const bool faceted = object->interpolation != SHD_PHONG;
+    switch (faceted ? SHD_MESH : object->shape) {
+    case SHD_SPHERE:
+        return shd_length(p) - r;
+    case SHD_PLANE:
+        return fabs(p.y);
+    case SHD_DISC:
+        return hypot(fmax(out - r, 0), p.y);
+    case SHD_BOX:
+        return within(within(fabs(p.x) - place->high.x, fabs(p.y) - place->high.y),
+                      fabs(p.z) - place->high.z);
+    case SHD_CYLINDER:
+        return within(out - r, fabs(p.y) - h);
+    case SHD_CONE:
+        return within((2 * h * out + r * (p.y - h)) / hypot(r, 2 * h), -h - p.y);
+    case SHD_TORUS:
+        return hypot(out - r, p.y) - object->tube;
+    case SHD_MESH: /* and facets: within the box, on its far side of which nothing is known */
+    case SHD_SHAPE_COUNT:
+        break;
+    }
+    const shd_vec3 low = place->low, high = place->high;
+    double apart =
+        within(within(within(low.x - p.x, p.x - high.x), within(low.y - p.y, p.y - high.y)),
+               within(low.z - p.z, p.z - high.z));
+    return fmax(apart, 0);
+}
+
+double shd_least_distance(const shd_place *place, shd_vec3 point) {
+    const shd_plan_object *bounds = place->bounds;
+    double least = 0;
+    if (bounds->bounded) least = shd_length(shd_sub(point, bounds->center)) - bounds->radius;
+    if (place->known) {
+        shd_vec3 p = shd_linear(&place->inverse, shd_sub(point, place->object->transform.origin));
+        least = fmax(least, fabs(signed_distance(place, p)) / place->norm);
+    }
+    return fmax(least, 0);
+}

@@ -1,0 +1,16 @@
+/* What the planner has to know of an output's colors, found by trying. */
+#ifndef SHD_RENDER_SHOWN_H
+#define SHD_RENDER_SHOWN_H
+
+#include "plan/bound.h"
+#include "render/engine.h"
+
+/* For each output of the scene; NULL where memory is short or a transform cannot be made, with
+ * the error. What does not turn out to be a matrix and a known curve is left unknown. */
+const shd_shown *shd_shown_make(const shd_request *request, const shd_scene *scene,
+                                shd_error *error);
+
+/* The scene's plan, for its outputs. `request->plan` is set. */
+shd_status shd_request_plan_make(shd_request *request, const shd_scene *scene, shd_error *error);
+
+#endif

@@ -1,0 +1,219 @@
+/* Error bounds are upper bounds, in scenes of every kind, and not far above what is measured. */
+#include "property/pieces.h"
+#include "render/measure.h"
+#include "render/shown.h"
+
+static const char *const shapes[] = {"sphere", "box",  "cylinder", "cone",
+                                     "torus",  "disc", "plane",    "mesh"};
+
+/* Plain scenes are what most people draw: an object or two, a few lights of the same kind, broad
+ * highlights. In wild ones there is everything, and most of it is not in sight of most. */
+typedef struct kind {
+    bool plain;
+    bool grey, negative;
+    double most_shininess;
+    const char *output;
+} kind;
+
+static void write_color(FILE *out, const char *name, const kind *k, double most, uint64_t *random) {
+    double r = uniform(random, 0, most), g = uniform(random, 0, most), b = uniform(random, 0, most);
+    if (k->grey) g = b = r;
+    if (k->negative && below(random, 4) == 0) g = -g;
+    fprintf(out, "\"%s\": [%.17g, %.17g, %.17g]", name, r, g, b);
+}
+
+/* Spots have penumbras: no bound counts the samples that an edge runs through. */
+static void write_light(FILE *out, const kind *k, double strength, uint64_t *random) {
+    static const char *const types[] = {"point", "spot", "directional"};
+    int type = k->plain ? 0 : below(random, 3);
+    shd_vec3 from = shd_scale(random_direction(random), uniform(random, 2, 7));
+    fprintf(out, "{\"type\": \"%s\", ", types[type]);
+    write_color(out, "color", k, strength, random);
+    if (type != 2) {
+        fputs(", ", out);
+        write_vector(out, "position", from);
+        if (below(random, 2))
+            fprintf(out, ", \"attenuation\": [%.17g, %.17g, %.17g], \"minDistance\": %.17g",
+                    uniform(random, 0, 1), uniform(random, 0, 1), uniform(random, 0.01, 1),
+                    uniform(random, 0, 0.5));
+    }
+    if (type != 0) {
+        shd_vec3 aim = shd_add(shd_scale(from, -1), shd_scale(random_direction(random), 0.5));
+        fputs(", ", out);
+        write_vector(out, "direction", aim);
+    }
+    if (type == 1)
+        fprintf(out, ", \"angle\": %.17g, \"penumbra\": %.17g, \"exponent\": %.17g",
+                uniform(random, 5, 100), uniform(random, 0.1, 1),
+                below(random, 2) ? uniform(random, 0, 50) : 0);
+    fputs("}", out);
+}
+
+static void write_object(FILE *out, const kind *k, uint64_t *random) {
+    const char *shape = shapes[below(random, 8)];
+    shd_affine turn = random_rotation(random);
+    shd_affine size =
+        scaling(uniform(random, 0.2, 1.2), uniform(random, 0.2, 1.2), uniform(random, 0.2, 1.2));
+    shd_affine map = shd_compose(&turn, &size);
+    map.origin = shd_scale(random_direction(random), uniform(random, 0, 1.5));
+    fprintf(out, "{\"type\": \"%s\", ", shape);
+    if (!strcmp(shape, "mesh")) {
+        write_ball(out, 12, 6, below(random, 2));
+        fputs(", ", out);
+    }
+    write_transform(out, &map);
+    fputs(", \"material\": {", out);
+    write_color(out, "diffuse", k, 0.9, random);
+    fputs(", ", out);
+    write_color(out, "specular", k, 1, random);
+    fprintf(out, ", \"shininess\": %.17g, ", pow(k->most_shininess, uniform(random, 0, 1)));
+    if (below(random, 3) == 0) fprintf(out, "\"emissive\": %.17g, ", uniform(random, 0, 0.3));
+    fprintf(out, "\"lobes\": [{\"specular\": %.17g, \"shininess\": %.17g}]}",
+            uniform(random, 0, 0.5), below(random, 4) ? uniform(random, 1, 100) : 0);
+    if (below(random, 6) == 0 && strcmp(shape, "plane") != 0)
+        fprintf(out, ", \"interpolation\": \"%s\"", below(random, 2) ? "flat" : "gouraud");
+    fputs("}", out);
+}
+
+static char *scene(const char *tier, bool plain, uint64_t seed) {
+    static const char *const outputs[] = {
+        "{}",
+        "{}",
+        "{\"display\": \"Rec.1886\", \"view\": \"Standard\"}",
+        "{\"display\": \"Display P3\", \"view\": \"Standard\", \"format\": \"tiff\"}",
+        "{\"format\": \"exr\"}",
+        "{\"colorSpace\": \"YIQ\"}",
+        "{\"colorSpace\": \"HSV\"}",
+        "{\"colorSpace\": \"ACEScg\", \"format\": \"exr\"}",
+        "{\"format\": \"png\", \"bitDepth\": 16}"};
+    uint64_t random = seed * 6151 + 11;
+    kind k = {.plain = plain,
+              .grey = below(&random, 3) == 0,
+              .negative = !plain && below(&random, 10) == 0,
+              .most_shininess = pow(10, below(&random, plain ? 3 : 6)),
+              .output = outputs[seed % (sizeof outputs / sizeof outputs[0])]};
+    double strength = pow(10, uniform(&random, -1.5, 1));
+    writing w;
+    start(&w);
+    fprintf(
+        w.out,
+        "{\"image\": {\"width\": 40, \"height\": 32, \"samples\": %d}, \"accuracy\": {\"tier\": "
+        "\"%s\"}, \"output\": %s, \"ambient\": %.17g, \"background\": %s, %s\"camera\": "
+        "{\"type\": \"%s\"}, \"lights\": [",
+        plain || below(&random, 4) ? 1 : 3, tier, k.output, below(&random, 2) ? 0.1 : 0,
+        below(&random, 4)   ? "0.02"
+        : below(&random, 2) ? "null"
+                            : "[0, 0, 0]",
+        below(&random, 5) ? "" : "\"workingSpace\": \"ACEScg\", ",
+        below(&random, 3) ? "perspective" : "orthographic");
+    int lights = plain || below(&random, 5) ? 1 + below(&random, plain ? 4 : 6) : 40;
+    for (int i = 0; i < lights; i++) {
+        fputs(i ? ", " : "", w.out);
+        write_light(w.out, &k, strength, &random);
+    }
+    fputs("], \"objects\": [", w.out);
+    int objects = plain || below(&random, 8) ? 1 + below(&random, plain ? 2 : 5) : 14;
+    for (int i = 0; i < objects; i++) {
+        fputs(i ? ", " : "", w.out);
+        write_object(w.out, &k, &random);
+    }
+    fputs("]}", w.out);
+    return finish(&w);
+}
+
+static drawn shown_film_of(shd_engine *engine, const char *json) {
+    drawn d = {.request = read_scene(engine, json)};
+    shd_error error = {SHD_OK, "", ""};
+    shd_sight *sight = NULL;
+    if (shd_request_plan_make(d.request, d.request->scene, &error) ||
+        shd_sight_new(d.request->plan, d.request->engine->tracer, d.request->arena, &sight, &error))
+        fail_msg("%s: %s", error.path, error.text);
+    shd_status status = shd_film_render(d.request, sight, NULL, &d.film, &error);
+    shd_sight_drop(sight);
+    if (status != SHD_OK) fail_msg("%s: %s", error.path, error.text);
+    return d;
+}
+
+/* Bound over measurement of many scenes, sorted. */
+typedef struct ratios {
+    double values[512];
+    size_t count, unknown;
+} ratios;
+
+static int compare_doubles(const void *a, const void *b) {
+    double x = *(const double *)a, y = *(const double *)b;
+    return x < y ? -1 : x > y;
+}
+
+static void note(ratios *r, double measured, double bound, const char *unit, const char *json) {
+    if (isinf(bound))
+        r->unknown++;
+    else if (!(measured <= bound))
+        fail_msg("%s is off by %g, not %g as bound, in\n%s", unit, measured, bound, json);
+    else if (measured > 0)
+        r->values[r->count++] = bound / measured;
+}
+
+static double median_of(ratios *r, const char *unit) {
+    qsort(r->values, r->count, sizeof *r->values, compare_doubles);
+    const double *v = r->values;
+    size_t n = r->count;
+    if (n == 0) return 0; /* nothing was off */
+    if (getenv("SHADED_MEASURE"))
+        printf("bound over measured, %s: least %.3g, 10 %% %.3g, median %.3g, 90 %% %.3g, most "
+               "%.3g of %zu; %zu unknown\n",
+               unit, v[0], v[n / 10], v[n / 2], v[9 * n / 10], v[n - 1], n, r->unknown);
+    return v[n / 2];
+}
+
+static void check_scenes(shd_engine *engine, bool plain, uint64_t count, double medians[3]) {
+    ratios linear = {.count = 0}, code = linear, delta_e = linear;
+    for (uint64_t seed = 1; seed <= count; seed++) {
+        char *json = scene(seed % 2 ? "standard" : "draft", plain, seed);
+        char *reference = scene("exact", plain, seed);
+        drawn exact = shown_film_of(engine, reference), other = shown_film_of(engine, json);
+        const shd_bound bound = other.request->plan->bound;
+        shd_showing showing;
+        shd_error error;
+        shd_difference got;
+        double seconds[2];
+        assert_int_equal(
+            shd_showing_make(other.request, &other.request->scene->outputs[0], &showing, &error),
+            SHD_OK);
+        assert_int_equal(shd_film_measure(other.request, &showing, &exact.film, &other.film, &got,
+                                          seconds, &error),
+                         SHD_OK);
+        note(&linear, got.linear.max, bound.linear, "linear", json);
+        note(&code, got.code.max, bound.code, "code", json);
+        note(&delta_e, got.delta_e.max, bound.delta_e, "deltaE2000", json);
+        drop_drawn(&exact);
+        drop_drawn(&other);
+        free(json);
+        free(reference);
+    }
+    assert_int_equal(linear.unknown, 0);
+    medians[0] = median_of(&linear, "linear");
+    medians[1] = median_of(&code, "code");
+    medians[2] = median_of(&delta_e, "deltaE2000");
+}
+
+static void measured_errors_are_below_their_bounds(void **state) {
+    double medians[3];
+    check_scenes(*state, false, 240, medians);
+}
+
+/* In scenes without much that is out of sight. */
+static void bounds_of_plain_scenes_are_near_what_is_measured(void **state) {
+    double medians[3];
+    check_scenes(*state, true, 120, medians);
+    assert_below(medians[0], 20);
+    assert_below(medians[1], 2);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(measured_errors_are_below_their_bounds),
+        cmocka_unit_test(bounds_of_plain_scenes_are_near_what_is_measured),
+    };
+    return cmocka_run_group_tests(tests, make_engine, drop_engine);
+}

@@ -1,0 +1,251 @@
+/* What error bounds rest on, and how budgets are met. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "color/delta_e.h"
+#include "plan/plan.h"
+#include "render/shown.h"
+
+static double uniform(uint64_t *random, double low, double high) {
+    *random = *random * 6364136223846793005u + 1442695040888963407u;
+    return low + (high - low) * ((double)(*random >> 11) * 0x1p-53);
+}
+
+/* ---- CIEDE2000. ---- */
+
+/* src/plan/seen.c's measure of a difference. */
+static double measure_of(const double a[3], const double b[3]) {
+    double mean = (a[0] + b[0]) / 2, off = (mean - 50) * (mean - 50);
+    double weight = 1 + 0.015 * off / sqrt(20 + off);
+    double l = (a[0] - b[0]) / weight, x = 1.5 * (a[1] - b[1]), y = a[2] - b[2];
+    return sqrt(l * l + x * x + y * y);
+}
+
+static void ciede2000_is_at_most_the_measure(void **state) {
+    (void)state;
+    uint64_t random = 9;
+    double most = 0;
+    for (int i = 0; i < 2000000; i++) {
+        /* Near and far pairs, from greys to colors that no screen has. */
+        double chroma = pow(10, uniform(&random, -3, 2.2)), hue = uniform(&random, 0, 2 * SHD_PI);
+        double apart = pow(10, uniform(&random, -4, 2));
+        double a[3] = {uniform(&random, 0, 100), chroma * cos(hue), chroma * sin(hue)}, b[3];
+        for (int c = 0; c < 3; c++) b[c] = a[c] + uniform(&random, -apart, apart);
+        double measure = measure_of(a, b);
+        if (measure > 0) most = fmax(most, shd_delta_e_2000(a, b) / measure);
+    }
+    assert_true(most <= 1 + 1e-9);
+    assert_true(most > 0.99); /* and no less would do */
+}
+
+/* ---- Curves and matrices, found by trying. ---- */
+
+static shd_engine *new_engine(void) {
+    shd_engine_options options = shd_engine_defaults();
+    options.threads = 1;
+    shd_engine *engine = NULL;
+    assert_int_equal(shd_engine_new(&options, &engine, NULL), SHD_OK);
+    return engine;
+}
+
+static int start(void **state) {
+    *state = new_engine();
+    return 0;
+}
+
+static int stop(void **state) {
+    shd_engine_drop(*state);
+    return 0;
+}
+
+/* A request for a sphere with these members in front; the caller drops it. */
+static shd_request *read_with(shd_engine *engine, const char *members) {
+    char json[1024];
+    int length =
+        snprintf(json, sizeof json, "{%s, \"objects\": [{\"type\": \"sphere\"}]}", members);
+    shd_request *request;
+    assert_int_equal(shd_request_new(engine, &request, NULL), SHD_OK);
+    if (shd_request_read(request, json, (size_t)length, SHD_PNG))
+        fail_msg("%s: %s", shd_request_report(request)->errors[0].detail, json);
+    return request;
+}
+
+static void outputs_are_known_by_their_curves(void **state) {
+    static const struct {
+        const char *members;
+        bool coded, seen, coarse;
+        double first; /* matrix[0][0] */
+    } cases[] = {
+        {"\"output\": {}", true, true, true, 1},
+        {"\"output\": {\"bitDepth\": 16}", true, true, false, 1},
+        {"\"output\": {\"display\": \"Rec.1886\", \"view\": \"Standard\"}", true, true, true, 1},
+        {"\"output\": {\"display\": \"Display P3\", \"view\": \"Standard\"}", true, true, true,
+         0.822},
+        {"\"output\": {\"format\": \"exr\"}", true, true, false, 1},
+        {"\"output\": {\"colorSpace\": \"ACEScg\"}", true, true, true, 0.613},
+        {"\"workingSpace\": \"ACEScg\"", true, true, true, 1.705},
+        {"\"output\": {\"colorSpace\": \"YIQ\"}", false, true, true, 0},
+        {"\"output\": {\"colorSpace\": \"HSV\"}", false, true, true, 0},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        shd_request *request = read_with(*state, cases[i].members);
+        shd_error error;
+        const shd_shown *shown = shd_shown_make(request, request->scene, &error);
+        assert_non_null(shown);
+        assert_int_equal(shown->coded, cases[i].coded);
+        assert_int_equal(shown->seen, cases[i].seen);
+        assert_int_equal(shown->coarse, cases[i].coarse);
+        if (shown->coded && !(fabs(shown->matrix[0][0] - cases[i].first) < 2e-3))
+            fail_msg("%s: %g", cases[i].members, shown->matrix[0][0]);
+        shd_request_drop(request);
+    }
+}
+
+static void curves_are_their_own_inverses(void **state) {
+    (void)state;
+    for (int t = SHD_TRANSFER_LINEAR; t <= SHD_TRANSFER_REC1886; t++)
+        for (double x = -2; x <= 2; x += 0.01) {
+            double back = shd_curve_decode((shd_transfer)t, shd_curve_encode((shd_transfer)t, x));
+            assert_true(fabs(back - x) < 1e-6); /* sRGB's two parts meet to 1e-8 */
+        }
+}
+
+static void bounds_are_printed_rounded_up(void **state) {
+    (void)state;
+    static const struct {
+        double bound;
+        const char *text;
+    } cases[] = {{0, "0"},         {1, "1"},          {255, "255"},     {2.04e-6, "2.1e-06"},
+                 {0.011, "0.011"}, {0.0111, "0.012"}, {0.995, "1"},     {9.91, "10"},
+                 {1e-7, "1e-07"},  {2e-6, "2e-06"},   {0.5001, "0.51"}, {12.5, "13"}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char text[16];
+        shd_print_bound(cases[i].bound, text);
+        assert_string_equal(text, cases[i].text);
+    }
+}
+
+/* ---- Budgets. ---- */
+
+#define LIGHTS                                                                                     \
+    "\"lights\": [{\"type\": \"point\"}, {\"type\": \"point\", \"intensity\": 1e-5, "              \
+    "\"position\": [0, 4, 0]}, {\"type\": \"point\", \"intensity\": 1e-9}]"
+
+static void budgets_choose_what_is_cheapest(void **state) {
+    static const struct {
+        const char *members;
+        shd_tier tier;
+        size_t lights;
+        bool drops, samples;
+    } cases[] = {
+        {LIGHTS ", \"accuracy\": {\"maxError\": 0.5}", SHD_STANDARD, 1, true, true},
+        {LIGHTS ", \"accuracy\": {\"maxError\": 0.001, \"metric\": \"linear\"}", SHD_STANDARD, 1,
+         true, true},
+        {LIGHTS ", \"accuracy\": {\"maxError\": 0.001, \"metric\": \"linear\"}, \"image\": "
+                "{\"samples\": 1}",
+         SHD_STANDARD, 1, true, false},
+        {LIGHTS ", \"accuracy\": {\"maxError\": 1e-5, \"metric\": \"linear\"}", SHD_STANDARD, 2,
+         true, true},
+        {LIGHTS ", \"accuracy\": {\"maxError\": 2e-7, \"metric\": \"linear\"}", SHD_EXACT, 3, false,
+         false},
+        {LIGHTS ", \"accuracy\": {\"maxError\": 2, \"metric\": \"code\"}", SHD_STANDARD, 1, true,
+         true},
+        /* A code of a picture that differs at all may differ by one. */
+        {LIGHTS ", \"accuracy\": {\"maxError\": 0.9, \"metric\": \"code\"}", SHD_EXACT, 3, false,
+         false},
+        /* Nothing is known of HSV's codes, but of how colors look. */
+        {LIGHTS ", \"output\": {\"colorSpace\": \"HSV\"}, \"accuracy\": {\"maxError\": 2, "
+                "\"metric\": \"code\"}",
+         SHD_EXACT, 3, false, false},
+        {LIGHTS ", \"output\": {\"colorSpace\": \"HSV\"}, \"accuracy\": {\"maxError\": 0.5}",
+         SHD_STANDARD, 1, true, true},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        shd_request *request = read_with(*state, cases[i].members);
+        shd_error error;
+        assert_int_equal(shd_request_plan_make(request, request->scene, &error), SHD_OK);
+        const shd_plan *plan = request->plan;
+        if (plan->tier != cases[i].tier || plan->light_count != cases[i].lights)
+            fail_msg("%s: %s", cases[i].members, plan->summary);
+        if (cases[i].drops && plan->light_count < 3)
+            assert_int_equal(plan->drops[2], SHD_DROP_BUDGET);
+        assert_true((plan->sampling_absolute > 0) == cases[i].samples);
+        assert_true(plan->dropped > 0 || !cases[i].drops);
+        const shd_accuracy *accuracy = &request->scene->accuracy;
+        double bound = accuracy->metric == SHD_LINEAR ? plan->bound.linear
+                       : accuracy->metric == SHD_CODE ? plan->bound.code
+                                                      : plan->bound.delta_e;
+        assert_true(bound <= accuracy->max_error);
+        /* Most of the budget is used where something can be left out. */
+        if (cases[i].drops && accuracy->metric != SHD_CODE)
+            assert_true(bound > accuracy->max_error / 3);
+        shd_request_drop(request);
+    }
+}
+
+static void budgets_that_nothing_meets_say_what_is_reached(void **state) {
+    shd_request *request =
+        read_with(*state, "\"accuracy\": {\"maxError\": 1e-9, \"metric\": \"linear\"}");
+    shd_error error;
+    assert_int_equal(shd_request_plan_make(request, request->scene, &error), SHD_SCENE);
+    assert_string_equal(error.path, "/accuracy/maxError");
+    assert_non_null(strstr(error.text, "`exact` reaches 4.8e-08"));
+    shd_request_drop(request);
+    request =
+        read_with(*state, "\"accuracy\": {\"maxError\": 1, \"metric\": \"linear\"}, \"lights\": "
+                          "[{\"type\": \"point\", \"position\": [0, 0, 1], \"attenuation\": [0, 0, "
+                          "1]}]");
+    assert_int_equal(shd_request_plan_make(request, request->scene, &error), SHD_SCENE);
+    assert_non_null(strstr(error.text, "may touch a surface"));
+    shd_request_drop(request);
+}
+
+static void coarse_pictures_may_leave_out_samples(void **state) {
+    static const struct {
+        const char *members;
+        bool may;
+    } cases[] = {
+        {"\"output\": {}", true},
+        {"\"accuracy\": {\"tier\": \"draft\"}", true},
+        {"\"accuracy\": {\"tier\": \"exact\"}", false},
+        {"\"image\": {\"samples\": 1}", false},
+        {"\"output\": {\"bitDepth\": 16}", false},
+        {"\"output\": {\"format\": \"exr\"}", false},
+        {"\"output\": {\"colorSpace\": \"HSV\"}", false},
+        {"\"outputs\": [{\"name\": \"a\"}, {\"name\": \"b\", \"format\": \"hdr\"}]", false},
+        {"\"outputs\": [{\"name\": \"a\"}, {\"name\": \"b\"}]", true}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        shd_request *request = read_with(*state, cases[i].members);
+        shd_error error;
+        assert_int_equal(shd_request_plan_make(request, request->scene, &error), SHD_OK);
+        assert_int_equal(request->plan->sampling_absolute > 0, cases[i].may);
+        const double a = request->plan->sampling_absolute, r = request->plan->sampling_relative;
+        for (double v = 1e-9; v < 1; v *= 1.01) {
+            double code = 255 * (shd_curve_encode(SHD_TRANSFER_SRGB, v + a + r * v) -
+                                 shd_curve_encode(SHD_TRANSFER_SRGB, v));
+            assert_true(code <= 0.0501); /* sRGB's curve has two parts that meet to 1e-8 */
+        }
+        assert_true(!cases[i].may || (a > 1.3e-5 && r > 4e-4));
+        shd_request_drop(request);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(ciede2000_is_at_most_the_measure),
+        cmocka_unit_test(curves_are_their_own_inverses),
+        cmocka_unit_test(bounds_are_printed_rounded_up),
+        cmocka_unit_test(outputs_are_known_by_their_curves),
+        cmocka_unit_test(budgets_choose_what_is_cheapest),
+        cmocka_unit_test(budgets_that_nothing_meets_say_what_is_reached),
+        cmocka_unit_test(coarse_pictures_may_leave_out_samples),
+    };
+    return cmocka_run_group_tests(tests, start, stop);
+}
