@@ -22,6 +22,7 @@ typedef struct range {
 typedef struct screen {
     double xyz[3][3];     /* from the working space */
     bool coherent;        /* no color is held at 0: errors keep their directions */
+    bool positive;        /* nor do channels take from each other: relative errors stay so */
     range x_of_y, z_of_y; /* X / Y and Z / Y of the picture's colors */
     double sum_of_y;      /* largest (r + g + b) / Y, and of each channel: */
     double part_of_y[3];
@@ -36,7 +37,8 @@ static void widen(range *r, double value) {
 }
 
 static screen screen_of(const shd_excess_list *list, const shd_shown *shown) {
-    screen s = {.coherent = list->nonnegative, .held = INFINITY, .most = 1};
+    screen s = {
+        .coherent = list->nonnegative, .positive = list->nonnegative, .held = INFINITY, .most = 1};
     const range none = {INFINITY, -INFINITY};
     s.x_of_y = s.z_of_y = s.x_of_y_held = s.z_of_y_held = none;
     double most = 0;
@@ -44,6 +46,7 @@ static screen screen_of(const shd_excess_list *list, const shd_shown *shown) {
         double channel = 0;
         for (int c = 0; c < 3; c++) {
             channel += fabs(shown->screen[r][c]) * list->most[c];
+            if (shown->screen[r][c] < 0 || shown->to_xyz[r][c] < 0) s.positive = false;
             s.xyz[r][c] = 0;
             for (int k = 0; k < 3; k++) s.xyz[r][c] += shown->to_xyz[r][k] * shown->screen[k][c];
         }
@@ -123,24 +126,29 @@ static double longest(const range slope[3], double weight, double x, double y, d
 static double step_bound(const shd_excess_list *list, const shd_excess *e, const screen *s,
                          double low, double high) {
     const bool held = high >= s->held;
+    /* A relative error of every channel alike, or apart: then of X, Y and Z, too. */
+    const bool alike = list->grey && !held, apart = s->positive && !alike;
     /* The error as a move along the main direction, and moves of single channels. */
     const double color = list->color + CONVERSION;
     double main = e->main_absolute, rest[3];
     double sum = high * s->sum_of_y;
     if (held) {
         main += e->main_limited;
-        for (int c = 0; c < 3; c++)
-            rest[c] = e->rest_absolute[c] + e->rest_limited[c] + color * list->most[c] + list->more;
+        for (int c = 0; c < 3; c++) {
+            rest[c] = e->rest_absolute[c] + e->rest_limited[c] + list->more;
+            if (!apart) rest[c] += color * list->most[c];
+        }
     } else {
         main += fmin(e->main_limited, e->ratio * sum);
         for (int c = 0; c < 3; c++) {
             double value = high * s->part_of_y[c];
             double limited = fmin(e->rest_limited[c], e->ratio * (value + sum * e->main[c]));
             rest[c] = e->rest_absolute[c] + limited;
-            if (!list->grey) rest[c] += color * value + list->more;
+            if (!alike) rest[c] += list->more;
+            if (!alike && !apart) rest[c] += color * value;
         }
     }
-    double grey = list->grey && !held ? color * high + list->more : 0; /* all channels alike */
+    const double grey = alike ? color * high + list->more : 0;
 
     double move[3] = {0, 0, 0}, along[3] = {0, 0, 0}, all[3] = {0, 0, 0};
     for (int r = 0; r < 3; r++)
@@ -155,7 +163,14 @@ static double step_bound(const shd_excess_list *list, const shd_excess *e, const
     for (int r = 0; r < 3; r++) slope[r] = slopes_of(at[r], move[r]);
     const double weight = least_lightness_weight((range){low - move[1], high + move[1]});
 
-    double bound = grey * longest(slope, weight, all[0], all[1], all[2]);
+    double bound = 0;
+    if (apart) {
+        double part[3]; /* x f'(x) does not fall */
+        for (int r = 0; r < 3; r++) part[r] = color * at[r].high * lab_slope(at[r].high);
+        bound = hypot(hypot(116 * part[1] / weight, 1.5 * 500 * (part[0] + part[1])),
+                      200 * (part[1] + part[2]));
+    }
+    bound += grey * longest(slope, weight, all[0], all[1], all[2]);
     if (!held) bound += main * longest(slope, weight, along[0], along[1], along[2]);
     for (int c = 0; c < 3; c++) {
         double alone = held ? rest[c] + main * e->main[c] : rest[c];
