@@ -112,6 +112,15 @@ shd_status shd_request_render(shd_request *request, const shd_render_options *op
 shd_status shd_request_compare(shd_request *request, const shd_render_options *options, char **json,
                                shd_error *error);
 
+/* Plans the scene and tells the plan, without rendering anything: what is used and what is left out,
+ * and why, upper bounds of the picture's error and an estimate of what it costs. As JSON, as the
+ * HTTP route of the same name answers it, or in words, a sentence a line. Call once, after a
+ * successful read, instead of shd_request_render; the caller frees *text. */
+typedef enum shd_telling { SHD_IN_JSON, SHD_IN_WORDS } shd_telling;
+
+shd_status shd_request_explain(shd_request *request, shd_telling telling, char **text,
+                               shd_error *error);
+
 /* Makes a running or later render or comparison end soon with SHD_CANCELLED. Any thread. */
 void shd_request_cancel(shd_request *request);
 

@@ -13,6 +13,10 @@ static const char help_text[] =
     "shade: renders scene documents (JSON) into Phong-shaded, color-converted pictures.\n"
     "\n"
     "  shade render SCENE.json -o OUT.png   render a scene into a file\n"
+    "  shade explain SCENE.json [-o OUT]    say how a scene would be rendered: what is used and "
+    "left\n"
+    "                                       out, and why, how far off the picture may be, and\n"
+    "                                       what it costs; in words on a terminal, else as JSON\n"
     "  shade compare SCENE.json [-o OUT]    say what each accuracy tier costs, and how far off it\n"
     "                                       is from the exact one, as JSON (default: stdout)\n"
     "  shade check SCENE.json...            say what is wrong with scenes; silent if nothing is\n"
@@ -21,6 +25,7 @@ static const char help_text[] =
     "                     is the format unless the scene names one, which must agree with it.\n"
     "                     A scene with `outputs` wants a directory (OUT/ is made if missing)\n"
     "                     and fills it with NAME.png and so on.\n"
+    "      --json         explain as JSON on a terminal, too\n"
     "      --threads N    threads to render with (default: one a core)\n"
     "      --kernel NAME  portable, avx2 or avx512: instructions to render with (default: auto,\n"
     "                     the widest there are; the picture is the same)\n"
@@ -65,9 +70,10 @@ int main(int argc, char **argv) {
     signal(SIGPIPE, SIG_IGN);
     signal(SIGXFSZ, SIG_IGN);
 
-    enum { OPTION_THREADS = 256, OPTION_KERNEL, OPTION_OCIO };
+    enum { OPTION_THREADS = 256, OPTION_JSON, OPTION_KERNEL, OPTION_OCIO };
     static const struct option long_options[] = {
         {"output", required_argument, NULL, 'o'},
+        {"json", no_argument, NULL, OPTION_JSON},
         {"threads", required_argument, NULL, OPTION_THREADS},
         {"kernel", required_argument, NULL, OPTION_KERNEL},
         {"ocio", required_argument, NULL, OPTION_OCIO},
@@ -101,6 +107,9 @@ int main(int argc, char **argv) {
         case OPTION_KERNEL:
             options.engine.kernel = optarg;
             break;
+        case OPTION_JSON:
+            options.json = true;
+            break;
         case OPTION_OCIO:
             options.engine.ocio_config = optarg;
             break;
@@ -118,7 +127,7 @@ int main(int argc, char **argv) {
     }
     for (int i = optind; i < argc; i++) operands[count++] = argv[i]; /* behind "--" */
 
-    if (count == 0) return cli_usage("no command: render, compare or check");
+    if (count == 0) return cli_usage("no command: render, explain, compare or check");
     const char *command = operands[0];
     const char *const *scenes = (const char *const *)operands + 1;
     count--;
@@ -126,6 +135,12 @@ int main(int argc, char **argv) {
         if (count != 1) return cli_usage("render wants one scene, not %zu", count);
         if (!options.output) return cli_usage("render wants -o OUT");
         return cli_render(scenes[0], &options);
+    }
+    if (options.json && strcmp(command, "explain") != 0)
+        return cli_usage("--json is for explain, which has words as well");
+    if (!strcmp(command, "explain")) {
+        if (count != 1) return cli_usage("explain wants one scene, not %zu", count);
+        return cli_explain(scenes[0], &options);
     }
     if (!strcmp(command, "compare")) {
         if (count != 1) return cli_usage("compare wants one scene, not %zu", count);
@@ -136,5 +151,5 @@ int main(int argc, char **argv) {
         if (options.output) return cli_usage("check writes nothing: -o has no place here");
         return cli_check(scenes, count, &options);
     }
-    return cli_usage("unknown command '%s': render, compare or check", command);
+    return cli_usage("unknown command '%s': render, explain, compare or check", command);
 }

@@ -266,23 +266,56 @@ static bool write_json(const char *path, char *json) {
     return cli_file_write(path, json, length + 1, &file) && cli_file_commit(&file);
 }
 
-int cli_compare(const char *scene, const cli_options *options) {
-    const char *path = options->output ? options->output : "-";
+/* Whether a text may go to `path` ("-": stdout). CLI_DONE, or what has been said is wrong. */
+static int check_text_target(const char *path) {
     struct stat status;
     if (!*path) return cli_usage("-o is empty");
     if (path[strlen(path) - 1] == '/' || (!stat(path, &status) && S_ISDIR(status.st_mode)))
         return cli_usage("'%s' is a directory: -o must be a file", path);
-    if (strcmp(path, "-") && !folder_is_writable(path)) return CLI_FAILED;
+    return !strcmp(path, "-") || folder_is_writable(path) ? CLI_DONE : CLI_FAILED;
+}
+
+int cli_compare(const char *scene, const cli_options *options) {
+    const char *path = options->output ? options->output : "-";
+    int result = check_text_target(path);
+    if (result != CLI_DONE) return result;
     shd_engine *engine = new_engine(options);
     if (!engine) return CLI_FAILED;
 
-    int result = CLI_FAILED;
+    result = CLI_FAILED;
     char *json = NULL;
     shd_request *request = new_request(engine);
     if (request && read_scene(scene, &options->engine.limits, request, SHD_PNG))
         result = work(scene, request, &json);
     if (result == CLI_DONE && !write_json(path, json)) result = CLI_FAILED;
     free(json);
+    shd_request_drop(request);
+    shd_engine_drop(engine);
+    return result;
+}
+
+/* People read words, programs JSON. */
+int cli_explain(const char *scene, const cli_options *options) {
+    const char *path = options->output ? options->output : "-";
+    int result = check_text_target(path);
+    if (result != CLI_DONE) return result;
+    const bool words = !options->json && !options->output && isatty(STDOUT_FILENO);
+    cli_options explaining = *options;
+    explaining.engine.threads = 1; /* nothing is rendered */
+    shd_engine *engine = new_engine(&explaining);
+    if (!engine) return CLI_FAILED;
+
+    result = CLI_FAILED;
+    char *text = NULL;
+    shd_error error;
+    shd_request *request = new_request(engine);
+    if (request && read_scene(scene, &options->engine.limits, request, SHD_PNG)) {
+        if (shd_request_explain(request, words ? SHD_IN_WORDS : SHD_IN_JSON, &text, &error))
+            cli_print_error(strcmp(scene, "-") ? scene : "stdin", &error);
+        else if (words ? cli_write_stdout(text, strlen(text)) : write_json(path, text))
+            result = CLI_DONE;
+    }
+    free(text);
     shd_request_drop(request);
     shd_engine_drop(engine);
     return result;

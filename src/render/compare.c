@@ -3,14 +3,12 @@
 #include <math.h>
 
 #include "render/engine.h"
+#include "render/explain.h"
 #include "render/film.h"
 #include "render/measure.h"
 #include "render/shown.h"
 
 enum { TIERS = SHD_EXACT + 1 };
-
-static const char *const names[TIERS] = {
-    [SHD_DRAFT] = "draft", [SHD_STANDARD] = "standard", [SHD_EXACT] = "exact"};
 
 /* ---- One tier ---- */
 
@@ -84,8 +82,9 @@ static json_t *tell_error(const shd_difference *d) {
 
 static json_t *tell_tier(const shd_plan *plan, shd_tier tier, const shd_times *times,
                          const shd_difference *difference) {
-    return json_pack("{ss ss ss s{sf sf sf sf} so}", "tier", names[tier], "ran", names[plan->tier],
-                     "plan", plan->summary, "seconds", "plan", times->plan, "visibility",
+    return json_pack("{ss ss ss so s{sf sf sf sf} so}", "tier", shd_tier_names[tier], "ran",
+                     shd_tier_names[plan->tier], "plan", plan->summary, "bound",
+                     shd_tell_bound(&plan->bound), "seconds", "plan", times->plan, "visibility",
                      times->visibility, "shade", times->shade, "color", times->color, "error",
                      tell_error(difference));
 }
@@ -93,9 +92,9 @@ static json_t *tell_tier(const shd_plan *plan, shd_tier tier, const shd_times *t
 static json_t *tell_head(const shd_request *request, const shd_showing *showing, double largest) {
     const shd_raster *raster = &request->scene->raster;
     const shd_color_transform *lab = showing->detour ? showing->detour : showing->transform;
-    return json_pack("{ss s{si si si} sf s{ss ss ss} s{sf}}", "reference", names[SHD_EXACT],
-                     "image", "width", raster->w, "height", raster->h, "samples", raster->samples,
-                     "largest", largest, "measuredIn", "linear",
+    return json_pack("{ss s{si si si} sf s{ss ss ss} s{sf}}", "reference",
+                     shd_tier_names[SHD_EXACT], "image", "width", raster->w, "height", raster->h,
+                     "samples", raster->samples, "largest", largest, "measuredIn", "linear",
                      request->scene->working_space->name, "code",
                      shd_color_describe(showing->transform)->name, "deltaE2000",
                      shd_color_describe(lab)->name, "seconds", "parse", request->times.parse);

@@ -80,21 +80,22 @@ static shd_status find_shown(const shd_request *request, const shd_output *outpu
     return SHD_OK;
 }
 
-const shd_shown *shd_shown_make(const shd_request *request, const shd_scene *scene,
-                                shd_error *error) {
+shd_status shd_shown_make(const shd_request *request, const shd_scene *scene, const shd_shown **out,
+                          shd_error *error) {
     shd_shown *shown = shd_arena_alloc(request->arena, scene->output_count, sizeof *shown);
-    if (!shown) {
-        shd_fail(error, SHD_MEMORY, "/outputs", "the limit `memory` is reached");
-        return NULL;
+    if (!shown) return shd_fail(error, SHD_MEMORY, "/outputs", "the limit `memory` is reached");
+    for (size_t i = 0; i < scene->output_count; i++) {
+        shd_status status = find_shown(request, &scene->outputs[i], &shown[i], error);
+        if (status != SHD_OK) return status;
     }
-    for (size_t i = 0; i < scene->output_count; i++)
-        if (find_shown(request, &scene->outputs[i], &shown[i], error) != SHD_OK) return NULL;
-    return shown;
+    *out = shown;
+    return SHD_OK;
 }
 
 shd_status shd_request_plan_make(shd_request *request, const shd_scene *scene, shd_error *error) {
-    const shd_shown *shown = shd_shown_make(request, scene, error);
-    if (!shown) return error ? error->status : SHD_MEMORY;
+    const shd_shown *shown;
+    shd_status status = shd_shown_make(request, scene, &shown, error);
+    if (status != SHD_OK) return status;
     return shd_plan_make_shown(scene, request->engine->isa, shown, request->arena, &request->plan,
                                error);
 }

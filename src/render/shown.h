@@ -5,10 +5,10 @@
 #include "plan/bound.h"
 #include "render/engine.h"
 
-/* For each output of the scene; NULL where memory is short or a transform cannot be made, with
- * the error. What does not turn out to be a matrix and a known curve is left unknown. */
-const shd_shown *shd_shown_make(const shd_request *request, const shd_scene *scene,
-                                shd_error *error);
+/* For each output of the scene, in the request's arena. What does not turn out to be a matrix and
+ * a known curve is left unknown. SHD_MEMORY, or what a transform cannot be made for. */
+shd_status shd_shown_make(const shd_request *request, const shd_scene *scene, const shd_shown **out,
+                          shd_error *error);
 
 /* The scene's plan, for its outputs. `request->plan` is set. */
 shd_status shd_request_plan_make(shd_request *request, const shd_scene *scene, shd_error *error);

@@ -7,6 +7,7 @@
 static const char *const route_names[SHD_ROUTE_COUNT] = {
     [SHD_ROUTE_INDEX] = "/",
     [SHD_ROUTE_RENDER] = "/v1/render",
+    [SHD_ROUTE_EXPLAIN] = "/v1/explain",
     [SHD_ROUTE_COMPARE] = "/v1/compare",
     [SHD_ROUTE_MATERIALS] = "/v1/materials",
     [SHD_ROUTE_SHAPES] = "/v1/shapes",

@@ -13,6 +13,7 @@
 typedef enum shd_route_id {
     SHD_ROUTE_INDEX,
     SHD_ROUTE_RENDER,
+    SHD_ROUTE_EXPLAIN,
     SHD_ROUTE_COMPARE,
     SHD_ROUTE_MATERIALS,
     SHD_ROUTE_SHAPES,

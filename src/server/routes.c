@@ -8,6 +8,7 @@
 #include <strings.h>
 
 #include "compare_job.h"
+#include "explain_job.h"
 #include "negotiate.h"
 #include "problem.h"
 #include "render_job.h"
@@ -23,6 +24,7 @@ enum { READ = SHD_GET | SHD_HEAD | SHD_OPTIONS, WRITE = SHD_POST | SHD_OPTIONS }
 static const shd_route routes[] = {
     {"/", SHD_ROUTE_INDEX, READ, answer_document},
     {"/v1/render", SHD_ROUTE_RENDER, WRITE, shd_render_submit},
+    {"/v1/explain", SHD_ROUTE_EXPLAIN, WRITE, shd_explain_submit},
     {"/v1/compare", SHD_ROUTE_COMPARE, WRITE, shd_compare_submit},
     {"/v1/materials", SHD_ROUTE_MATERIALS, READ, answer_document},
     {"/v1/shapes", SHD_ROUTE_SHAPES, READ, answer_document},

@@ -25,7 +25,8 @@ METHODS = ["get", "head", "post", "put", "delete", "options", "patch", "trace"]
 # Header fields that HTTP itself defines for every message.
 GENERAL = {"date", "content-length", "content-type", "connection"}
 # Nothing from outside makes the server fail.
-UNREACHABLE = {(path, "post", "500") for path in ("/v1/render", "/v1/compare")}
+SCENE_PATHS = ("/v1/render", "/v1/explain", "/v1/compare")
+UNREACHABLE = {(path, "post", "500") for path in SCENE_PATHS}
 
 
 def resolve(value):
@@ -192,6 +193,7 @@ class ServerTest(unittest.TestCase):
                 self.read_path(path, item)
             self.check(self.daemon.call("OPTIONS", path), path, "options", "204")
         self.render_path()
+        self.explain_path()
         self.compare_path()
         self.busy()
         self.deadline()
@@ -246,6 +248,17 @@ class ServerTest(unittest.TestCase):
         validate(problem, DOCUMENT["components"]["schemas"]["Problem"])
         self.types.add(problem["type"])
 
+    def explain_path(self):
+        path = "/v1/explain"
+        body = DOCUMENT["paths"][path]["post"]["requestBody"]["content"]
+        for example in body["application/json"]["examples"].values():
+            self.check(self.daemon.post(path, example["value"]), path, "post", "200")
+        warned = {"objects": [{"type": "sphere", "material": {"shininess": 2000}}]}
+        answer = self.daemon.post(path, warned, {"Accept": "application/json"})
+        self.check(answer, path, "post", "200")
+        self.assertTrue(answer.headers["Shaded-Warning"])
+        self.refusals(path)
+
     def compare_path(self):
         path = "/v1/compare"
         body = DOCUMENT["paths"][path]["post"]["requestBody"]["content"]
@@ -280,7 +293,7 @@ class ServerTest(unittest.TestCase):
             wait_until_busy(daemon)
             waiting.append(Background(daemon, SMALL))
             wait_until_busy(daemon, queued=1)
-            for path in ("/v1/render", "/v1/compare"):
+            for path in SCENE_PATHS:
                 self.check(daemon.post(path, SMALL), path, "post", "429")
             for request in waiting:
                 self.check(request.result(), "/v1/render", "post", "200")
@@ -296,7 +309,7 @@ class ServerTest(unittest.TestCase):
         wait_until_busy(daemon)
         daemon.signal()
         wait_until(lambda: daemon.get("/readyz", admin=True).status == 503)
-        for path in ("/v1/render", "/v1/compare"):
+        for path in SCENE_PATHS:
             self.check(daemon.post(path, SMALL), path, "post", "503")
         self.check(running.result(), "/v1/render", "post", "200")
         self.assertEqual(daemon.wait(), 0, daemon.stderr())

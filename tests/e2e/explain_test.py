@@ -1,0 +1,165 @@
+"""POST /v1/explain and `shade explain`: what is used, what is left out and why, in JSON and words."""
+
+import json
+import os
+import pty
+import re
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+from e2e.daemon import BUILD, SMALL, Daemon
+
+SHADE = BUILD / "shade"
+SPHERE = {"type": "sphere", "material": {"specular": 0.5, "shininess": 50}}
+SCENE = {"image": {"width": 64, "height": 48, "samples": 4}, "objects": [SPHERE], "lights": [
+    {"type": "ambient"},
+    {"type": "point", "intensity": 0},
+    {"type": "point", "position": [0, 0, -5]},
+    {"type": "spot", "position": [0, 4, 0], "direction": [0, 1, 0]},
+    {"type": "point"}]}
+BUDGET = {**SCENE, "lights": [{"type": "point"}, {"type": "point", "intensity": 1e-9}],
+          "accuracy": {"maxError": 0.5}}
+UNREACHABLE = {**SCENE, "accuracy": {"maxError": 1e-12, "metric": "linear"}}
+
+
+def why(told):
+    return [light["why"] for light in told["lights"]["list"]]
+
+
+class Http(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = Daemon()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.daemon.stop()
+
+    def explain(self, scene, status=200):
+        answer = self.daemon.post("/v1/explain", scene)
+        self.assertEqual(answer.status, status, answer.body)
+        return json.loads(answer.body)
+
+    def test_lights_that_are_left_out_have_their_reasons(self):
+        told = self.explain(SCENE)
+        self.assertEqual(told["lights"]["given"], 5)
+        self.assertEqual(told["lights"]["used"], 1)
+        self.assertEqual(why(told), ["it is part of the ambient term", "its color is black",
+                                     "it is behind all that is seen",
+                                     "its cone misses the objects", None])
+        self.assertIn("Light 2 is left out: it is behind all that is seen.", told["words"])
+
+    def test_terms_are_used_or_not_and_why(self):
+        told = self.explain({**SCENE, "objects": [{"type": "sphere"}]})
+        used = {term["term"]: term["used"] for term in told["terms"]}
+        self.assertEqual(used, {"emission": False, "ambient": True, "diffuse": True,
+                                "specular": False, "attenuation": False, "spots": False})
+        for term in told["terms"]:
+            self.assertEqual(term["why"] is None, term["used"])
+
+    def test_the_plan_is_that_of_the_picture(self):
+        for scene in (SCENE, BUDGET, SMALL, {**SCENE, "accuracy": {"tier": "exact"}}):
+            told = self.explain(scene)
+            self.assertEqual(told["plan"], self.daemon.render(scene).headers["Shaded-Plan"])
+            match = re.fullmatch(r"tier=(\w+); lights=(\d+)/(\d+); error<=.*", told["plan"])
+            self.assertEqual(match.groups(), (told["tier"], str(told["lights"]["used"]),
+                                              str(told["lights"]["given"])))
+
+    def test_budgets_are_met_by_leaving_out(self):
+        told = self.explain(BUDGET)
+        self.assertEqual(told["asked"], {"maxError": 0.5, "metric": "deltaE2000"})
+        self.assertEqual(told["tier"], "standard")
+        self.assertEqual(why(told), [None, "what it adds is under the budget"])
+        self.assertLessEqual(told["bound"]["deltaE2000"]["most"], 0.5)
+        self.assertEqual(told["samples"]["pattern"], "adaptive")
+        self.assertGreater(told["leftOut"]["lights"], 0)
+
+    def test_budgets_that_nothing_meets_are_refused_everywhere(self):
+        for path in ("/v1/explain", "/v1/render"):
+            answer = self.daemon.post(path, UNREACHABLE)
+            self.assertEqual(answer.status, 422)
+            error, = json.loads(answer.body)["errors"]
+            self.assertEqual(error["pointer"], "/accuracy/maxError")
+            self.assertRegex(error["detail"], "`exact` reaches [0-9.e-]+$")
+
+    def test_what_is_not_known_is_null_and_why(self):
+        told = self.explain({**SCENE, "output": {"colorSpace": "HSV"}})
+        code = told["bound"]["code"]
+        self.assertIsNone(code["most"])
+        self.assertTrue(code["why"])
+        self.assertIsNotNone(told["bound"]["deltaE2000"]["most"])
+        self.assertNotIn("code,", told["plan"])
+        self.assertEqual(told["outputs"][0]["color"], "floats")
+
+    def test_nothing_is_rendered(self):
+        huge = {**SCENE, "image": {"width": 4096, "height": 4096, "samples": 1}}
+        self.assertGreater(self.explain(huge)["milliseconds"]["total"], 50)
+
+    def test_compare_tells_bounds_that_hold(self):
+        answer = self.daemon.post("/v1/compare", SCENE)
+        for tier in json.loads(answer.body)["tiers"]:
+            self.assertLessEqual(tier["error"]["linear"]["max"], tier["bound"]["linear"])
+            self.assertLessEqual(tier["error"]["code"]["max"], tier["bound"]["code"])
+            self.assertLessEqual(tier["error"]["deltaE2000"]["max"], tier["bound"]["deltaE2000"])
+
+
+class Cli(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+        (self.folder / "scene.json").write_text(json.dumps(SCENE))
+
+    def shade(self, *arguments, **options):
+        return subprocess.run([SHADE, "explain", *arguments], cwd=self.folder, check=False,
+                              capture_output=True, timeout=60, **options)
+
+    def on_terminal(self, *arguments):
+        """What is written to a terminal."""
+        ours, theirs = pty.openpty()
+        process = subprocess.Popen([SHADE, "explain", *arguments], cwd=self.folder, stdout=theirs)
+        os.close(theirs)
+        text = b""
+        try:
+            while piece := os.read(ours, 65536):
+                text += piece
+        except OSError:  # what a terminal says at its end
+            pass
+        os.close(ours)
+        self.assertEqual(process.wait(timeout=60), 0)
+        return text.decode().replace("\r\n", "\n")
+
+    def test_programs_read_json_and_people_words(self):
+        told = json.loads(self.shade("scene.json").stdout)
+        self.assertEqual(self.on_terminal("scene.json"), "\n".join(told["words"]) + "\n")
+        self.assertEqual(json.loads(self.on_terminal("scene.json", "--json")), told)
+        self.assertEqual(self.shade("scene.json", "-o", "out.json").stdout, b"")
+        self.assertEqual(json.loads((self.folder / "out.json").read_bytes()), told)
+
+    def test_it_tells_what_http_tells(self):
+        with Daemon() as daemon:
+            remote = json.loads(daemon.post("/v1/explain", SCENE).body)
+        self.assertEqual(json.loads(self.shade("scene.json").stdout), remote)
+
+    def test_scenes_that_cannot_be_are_1(self):
+        (self.folder / "scene.json").write_text(json.dumps(UNREACHABLE))
+        run = self.shade("scene.json", "-o", "out.json")
+        self.assertEqual((run.returncode, run.stdout), (1, b""))
+        self.assertIn(b"scene.json: /accuracy/maxError: no tier stays within", run.stderr)
+        self.assertFalse((self.folder / "out.json").exists())
+        (self.folder / "scene.json").write_text("{}")
+        self.assertEqual(self.shade("scene.json").returncode, 1)
+
+    def test_wrong_command_lines_are_2(self):
+        for arguments in ([], ["scene.json", "scene.json"], ["scene.json", "-o", ""],
+                          ["scene.json", "-o", "."]):
+            self.assertEqual(self.shade(*arguments).returncode, 2)
+        run = subprocess.run([SHADE, "compare", "scene.json", "--json"], cwd=self.folder,
+                             check=False, capture_output=True, timeout=60)
+        self.assertEqual(run.returncode, 2)
+
+
+if __name__ == "__main__":
+    unittest.main()
