@@ -112,9 +112,9 @@ shd_status shd_request_render(shd_request *request, const shd_render_options *op
 shd_status shd_request_compare(shd_request *request, const shd_render_options *options, char **json,
                                shd_error *error);
 
-/* Plans the scene and tells the plan, without rendering anything: what is used and what is left out,
- * and why, upper bounds of the picture's error and an estimate of what it costs. As JSON, as the
- * HTTP route of the same name answers it, or in words, a sentence a line. Call once, after a
+/* Plans the scene and tells the plan, without rendering anything: what is used and what is left
+ * out, and why, upper bounds of the picture's error and an estimate of what it costs. As JSON, as
+ * the HTTP route of the same name answers it, or in words, a sentence a line. Call once, after a
  * successful read, instead of shd_request_render; the caller frees *text. */
 typedef enum shd_telling { SHD_IN_JSON, SHD_IN_WORDS } shd_telling;
 

@@ -93,7 +93,7 @@ shd_status shd_shown_make(const shd_request *request, const shd_scene *scene, co
 }
 
 shd_status shd_request_plan_make(shd_request *request, const shd_scene *scene, shd_error *error) {
-    const shd_shown *shown;
+    const shd_shown *shown = NULL;
     shd_status status = shd_shown_make(request, scene, &shown, error);
     if (status != SHD_OK) return status;
     return shd_plan_make_shown(scene, request->engine->isa, shown, request->arena, &request->plan,
