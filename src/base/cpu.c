@@ -5,7 +5,7 @@
 bool shd_cpu_has(shd_isa isa) {
     if (isa == SHD_PORTABLE) return true;
 #ifdef SHD_HAS_X86_VARIANTS
-    if (isa == SHD_AVX2) return __builtin_cpu_supports("avx2");
+    if (isa == SHD_AVX2) return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
     if (isa == SHD_AVX512)
         return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
                __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl");

@@ -2,7 +2,8 @@
  *
  * Files named *.simd.c are compiled once an instruction set (see CMakeLists.txt), each time with
  * another SHD_ISA; what they export is named with SHD_VARIANT. Every variant gives the same bits:
- * nothing in them depends on the width of a vector, and products are never fused into sums. */
+ * nothing in them depends on the width of a vector, and products are fused into sums only where
+ * the source says so (base/simd.h), which every variant then does. */
 #ifndef SHD_BASE_CPU_H
 #define SHD_BASE_CPU_H
 
@@ -10,8 +11,8 @@
 
 typedef enum shd_isa {
     SHD_PORTABLE, /* what every machine of the build's kind has */
-    SHD_AVX2,
-    SHD_AVX512, /* F, DQ, BW and VL */
+    SHD_AVX2,     /* and FMA */
+    SHD_AVX512,   /* F, DQ, BW and VL */
     SHD_ISA_COUNT
 } shd_isa;
 

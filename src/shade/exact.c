@@ -27,33 +27,42 @@ static double spot_factor(const shd_plan_light *light, shd_vec3 toward) {
  * output's range. */
 static const double LARGEST_FACTOR = 1e200;
 
+double shd_weigh_light(const shd_plan_light *light, shd_vec3 position, shd_vec3 normal,
+                       shd_vec3 mirror, double *factor, double *off) {
+    *factor = 0;
+    *off = 1;
+    shd_vec3 toward = light->toward;
+    double f = light->gain;
+    if (!light->directional) {
+        shd_vec3 path = shd_sub(light->position, position);
+        if (!shd_normalize(path, &toward)) return 0; /* on the surface: no direction */
+        if (light->attenuated) {
+            double d = fmax(shd_length(path), light->min_distance);
+            f = fmin(light->gain / (light->a + d * (light->b + d * light->c)), LARGEST_FACTOR);
+        }
+    }
+    if (light->spot) f *= spot_factor(light, toward);
+
+    double facing = shd_dot(normal, toward);
+    if (!(facing > 0)) return 0; /* the light is behind: neither term */
+    *factor = f;
+    *off = half_chord(toward, shd_scale(mirror, -1));
+    return f * facing;
+}
+
+double shd_weigh_lobe(double shininess, double factor, double off) {
+    return off < 1 ? factor * exp(shininess * log1p(-off)) : 0;
+}
+
 void shd_weigh_exact_lane(const shd_plan_light *light, const shd_plan_lobe *lobes,
                           size_t lobe_count, const shd_prepared *block, size_t lane,
                           shd_weights *out) {
-    out->diffuse[lane] = 0;
-    for (size_t k = 0; k < lobe_count; k++) out->specular[k][lane] = 0;
-
-    shd_vec3 toward = light->toward;
-    double factor = light->gain;
-    if (!light->directional) {
-        shd_vec3 path = shd_sub(light->position, lane_of(block->points->position, lane));
-        if (!shd_normalize(path, &toward)) return; /* on the surface: no direction */
-        if (light->attenuated) {
-            double d = fmax(shd_length(path), light->min_distance);
-            factor = fmin(light->gain / (light->a + d * (light->b + d * light->c)), LARGEST_FACTOR);
-        }
-    }
-    if (light->spot) factor *= spot_factor(light, toward);
-
-    double facing = shd_dot(lane_of(block->points->normal, lane), toward);
-    if (!(facing > 0)) return; /* the light is behind: neither term */
-    out->diffuse[lane] = factor * facing;
-
-    shd_vec3 mirror = lane_of(block->mirror, lane);
-    double d = half_chord(toward, shd_scale(mirror, -1)); /* 1 - R.V */
-    if (!(d < 1)) return;
+    double factor, off;
+    out->diffuse[lane] = shd_weigh_light(light, lane_of(block->points->position, lane),
+                                         lane_of(block->points->normal, lane),
+                                         lane_of(block->mirror, lane), &factor, &off);
     for (size_t k = 0; k < lobe_count; k++)
-        out->specular[k][lane] = factor * exp(lobes[k].shininess * log1p(-d));
+        out->specular[k][lane] = shd_weigh_lobe(lobes[k].shininess, factor, off);
 }
 
 void shd_weigh_exact(const shd_plan_light *light, const shd_plan_lobe *lobes, size_t lobe_count,

@@ -14,11 +14,9 @@
 
 #include "base/arena.h"
 #include "plan/plan.h"
+#include "shade/lighting.h"
 
-enum {
-    SHD_BLOCK = 64, /* points in a block */
-    SHD_LANES = 16  /* loops run over whole groups of these, so that none has a tail */
-};
+enum { SHD_BLOCK = 64 /* points in a block */ };
 
 /* Surface points, all of one material. World frame, f64. Lanes up to the next multiple of
  * SHD_LANES must hold finite values (repeat the last point); their results are ignored. */
@@ -87,6 +85,14 @@ const shd_shade_kernel *shd_shade_kernel_of(shd_isa isa);
 void shd_weigh_exact_lane(const shd_plan_light *light, const shd_plan_lobe *lobes,
                           size_t lobe_count, const shd_prepared *block, size_t lane,
                           shd_weights *out);
+
+/* The equations for one light at one point, in f64. Returns wd = f s (N.L)+; *factor is f s where
+ * the light is before the surface, else 0, and *off = 1 - R.V, for shd_weigh_lobe. */
+double shd_weigh_light(const shd_plan_light *light, shd_vec3 position, shd_vec3 normal,
+                       shd_vec3 mirror, double *factor, double *off);
+
+/* ws = factor (R.V)+^shininess. */
+double shd_weigh_lobe(double shininess, double factor, double off);
 
 /* Working memory of one thread. */
 typedef struct shd_shader shd_shader;

@@ -1,0 +1,417 @@
+/* Vectors of the width that this file is compiled for: SHD_W floats (16, 8 or 4), or half as many
+ * doubles. For *.simd.c only, which are compiled once an instruction set (base/cpu.h).
+ *
+ * Every operation gives the same bits on every machine: + - * / and shd_vf_sqrt round as IEEE 754
+ * says, shd_vf_fma rounds once everywhere, and what differs by machine (estimates of 1/x, maxima
+ * of NaN) is not here. + - * / & | ^ ~ << >> are the language's: GCC's and clang's vector types
+ * have them, and casts between types of equal size keep the bits.
+ *
+ *     shd_vf  floats         shd_vi  int32_t      shd_mf  truth of each float lane
+ *     shd_vd  doubles        shd_vl  int64_t      shd_md  truth of each double lane
+ */
+#ifndef SHD_BASE_SIMD_H
+#define SHD_BASE_SIMD_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <string.h>
+
+#if defined(__AVX512F__) && defined(__AVX512DQ__)
+#define SHD_W 16
+#elif defined(__AVX2__) && defined(__FMA__)
+#define SHD_W 8
+#else
+#define SHD_W 4
+#endif
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
+#define SHD_INLINE static inline __attribute__((always_inline))
+
+typedef float shd_vf __attribute__((vector_size(4 * SHD_W)));
+typedef int32_t shd_vi __attribute__((vector_size(4 * SHD_W)));
+typedef uint32_t shd_vu __attribute__((vector_size(4 * SHD_W)));
+typedef double shd_vd __attribute__((vector_size(4 * SHD_W)));
+typedef int64_t shd_vl __attribute__((vector_size(4 * SHD_W)));
+typedef uint64_t shd_vul __attribute__((vector_size(4 * SHD_W)));
+/* Half a vector of floats: as many as a vector has doubles. */
+typedef float shd_vh __attribute__((vector_size(2 * SHD_W)));
+
+/* ---- Memory: of any alignment, though whole cache lines are faster. ---- */
+
+SHD_INLINE shd_vf shd_vf_load(const float *from) {
+    shd_vf v;
+    memcpy(&v, from, sizeof v);
+    return v;
+}
+
+SHD_INLINE void shd_vf_store(float *to, shd_vf v) {
+    memcpy(to, &v, sizeof v);
+}
+
+SHD_INLINE shd_vd shd_vd_load(const double *from) {
+    shd_vd v;
+    memcpy(&v, from, sizeof v);
+    return v;
+}
+
+SHD_INLINE void shd_vd_store(double *to, shd_vd v) {
+    memcpy(to, &v, sizeof v);
+}
+
+/* ---- What each instruction set has its own words for. ---- */
+
+#if SHD_W == 16
+
+typedef __mmask16 shd_mf;
+typedef __mmask8 shd_md;
+
+SHD_INLINE shd_vf shd_vf_set(float x) {
+    return (shd_vf)_mm512_set1_ps(x);
+}
+SHD_INLINE shd_vi shd_vi_set(int32_t x) {
+    return (shd_vi)_mm512_set1_epi32(x);
+}
+SHD_INLINE shd_vd shd_vd_set(double x) {
+    return (shd_vd)_mm512_set1_pd(x);
+}
+SHD_INLINE shd_vl shd_vl_set(int64_t x) {
+    return (shd_vl)_mm512_set1_epi64(x);
+}
+SHD_INLINE shd_vf shd_vf_fma(shd_vf a, shd_vf b, shd_vf c) {
+    return (shd_vf)_mm512_fmadd_ps((__m512)a, (__m512)b, (__m512)c);
+}
+SHD_INLINE shd_vf shd_vf_sqrt(shd_vf a) {
+    return (shd_vf)_mm512_sqrt_ps((__m512)a);
+}
+SHD_INLINE shd_vd shd_vd_sqrt(shd_vd a) {
+    return (shd_vd)_mm512_sqrt_pd((__m512d)a);
+}
+/* a > b ? a : b, so that b is the one that may not be NaN. */
+SHD_INLINE shd_vf shd_vf_max(shd_vf a, shd_vf b) {
+    return (shd_vf)_mm512_max_ps((__m512)a, (__m512)b);
+}
+SHD_INLINE shd_vd shd_vd_max(shd_vd a, shd_vd b) {
+    return (shd_vd)_mm512_max_pd((__m512d)a, (__m512d)b);
+}
+SHD_INLINE shd_mf shd_vf_gt(shd_vf a, shd_vf b) {
+    return _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_GT_OQ);
+}
+SHD_INLINE shd_mf shd_vu_ge(shd_vu a, shd_vu b) {
+    return _mm512_cmpge_epu32_mask((__m512i)a, (__m512i)b);
+}
+SHD_INLINE shd_md shd_vd_gt(shd_vd a, shd_vd b) {
+    return _mm512_cmp_pd_mask((__m512d)a, (__m512d)b, _CMP_GT_OQ);
+}
+/* Where m and a > b. */
+SHD_INLINE shd_mf shd_vf_gt_in(shd_mf m, shd_vf a, shd_vf b) {
+    return _mm512_mask_cmp_ps_mask(m, (__m512)a, (__m512)b, _CMP_GT_OQ);
+}
+SHD_INLINE shd_md shd_vd_gt_in(shd_md m, shd_vd a, shd_vd b) {
+    return _mm512_mask_cmp_pd_mask(m, (__m512d)a, (__m512d)b, _CMP_GT_OQ);
+}
+SHD_INLINE shd_mf shd_mf_and(shd_mf a, shd_mf b) {
+    return (shd_mf)(a & b);
+}
+SHD_INLINE shd_mf shd_mf_or(shd_mf a, shd_mf b) {
+    return (shd_mf)(a | b);
+}
+SHD_INLINE shd_mf shd_mf_not(shd_mf a) {
+    return (shd_mf)~a;
+}
+SHD_INLINE shd_md shd_md_and(shd_md a, shd_md b) {
+    return (shd_md)(a & b);
+}
+SHD_INLINE shd_md shd_md_or(shd_md a, shd_md b) {
+    return (shd_md)(a | b);
+}
+SHD_INLINE shd_md shd_md_not(shd_md a) {
+    return (shd_md)~a;
+}
+/* Bit i: lane i. */
+SHD_INLINE unsigned shd_mf_bits(shd_mf m) {
+    return m;
+}
+SHD_INLINE unsigned shd_md_bits(shd_md m) {
+    return m;
+}
+/* a where m, else b. */
+SHD_INLINE shd_vf shd_vf_select(shd_mf m, shd_vf a, shd_vf b) {
+    return (shd_vf)_mm512_mask_blend_ps(m, (__m512)b, (__m512)a);
+}
+SHD_INLINE shd_vd shd_vd_select(shd_md m, shd_vd a, shd_vd b) {
+    return (shd_vd)_mm512_mask_blend_pd(m, (__m512d)b, (__m512d)a);
+}
+/* a b where m, else +0. */
+SHD_INLINE shd_vf shd_vf_mul_in(shd_mf m, shd_vf a, shd_vf b) {
+    return (shd_vf)_mm512_maskz_mul_ps(m, (__m512)a, (__m512)b);
+}
+SHD_INLINE shd_vd shd_vd_mul_in(shd_md m, shd_vd a, shd_vd b) {
+    return (shd_vd)_mm512_maskz_mul_pd(m, (__m512d)a, (__m512d)b);
+}
+SHD_INLINE shd_vf shd_vf_from_vi(shd_vi a) {
+    return (shd_vf)_mm512_cvtepi32_ps((__m512i)a);
+}
+/* To the nearest, ties to even; lanes beyond int32 have an unspecified value. */
+SHD_INLINE shd_vi shd_vi_round(shd_vf a) {
+    return (shd_vi)_mm512_cvtps_epi32((__m512)a);
+}
+SHD_INLINE shd_vd shd_vd_widen(shd_vh a) {
+    return (shd_vd)_mm512_cvtps_pd((__m256)a);
+}
+SHD_INLINE shd_vh shd_vh_narrow(shd_vd a) {
+    return (shd_vh)_mm512_cvtpd_ps((__m512d)a);
+}
+SHD_INLINE shd_vh shd_vf_half(shd_vf a, int high) {
+    return high ? (shd_vh)_mm512_extractf32x8_ps((__m512)a, 1)
+                : (shd_vh)_mm512_castps512_ps256((__m512)a);
+}
+
+#elif SHD_W == 8
+
+typedef shd_vi shd_mf;
+typedef shd_vl shd_md;
+
+SHD_INLINE shd_vf shd_vf_set(float x) {
+    return (shd_vf)_mm256_set1_ps(x);
+}
+SHD_INLINE shd_vi shd_vi_set(int32_t x) {
+    return (shd_vi)_mm256_set1_epi32(x);
+}
+SHD_INLINE shd_vd shd_vd_set(double x) {
+    return (shd_vd)_mm256_set1_pd(x);
+}
+SHD_INLINE shd_vl shd_vl_set(int64_t x) {
+    return (shd_vl)_mm256_set1_epi64x(x);
+}
+SHD_INLINE shd_vf shd_vf_fma(shd_vf a, shd_vf b, shd_vf c) {
+    return (shd_vf)_mm256_fmadd_ps((__m256)a, (__m256)b, (__m256)c);
+}
+SHD_INLINE shd_vf shd_vf_sqrt(shd_vf a) {
+    return (shd_vf)_mm256_sqrt_ps((__m256)a);
+}
+SHD_INLINE shd_vd shd_vd_sqrt(shd_vd a) {
+    return (shd_vd)_mm256_sqrt_pd((__m256d)a);
+}
+SHD_INLINE shd_vf shd_vf_max(shd_vf a, shd_vf b) {
+    return (shd_vf)_mm256_max_ps((__m256)a, (__m256)b);
+}
+SHD_INLINE shd_vd shd_vd_max(shd_vd a, shd_vd b) {
+    return (shd_vd)_mm256_max_pd((__m256d)a, (__m256d)b);
+}
+SHD_INLINE unsigned shd_mf_bits(shd_mf m) {
+    return (unsigned)_mm256_movemask_ps((__m256)m);
+}
+SHD_INLINE unsigned shd_md_bits(shd_md m) {
+    return (unsigned)_mm256_movemask_pd((__m256d)m);
+}
+SHD_INLINE shd_vf shd_vf_select(shd_mf m, shd_vf a, shd_vf b) {
+    return (shd_vf)_mm256_blendv_ps((__m256)b, (__m256)a, (__m256)m);
+}
+SHD_INLINE shd_vd shd_vd_select(shd_md m, shd_vd a, shd_vd b) {
+    return (shd_vd)_mm256_blendv_pd((__m256d)b, (__m256d)a, (__m256d)m);
+}
+SHD_INLINE shd_vf shd_vf_from_vi(shd_vi a) {
+    return (shd_vf)_mm256_cvtepi32_ps((__m256i)a);
+}
+SHD_INLINE shd_vi shd_vi_round(shd_vf a) {
+    return (shd_vi)_mm256_cvtps_epi32((__m256)a);
+}
+SHD_INLINE shd_vd shd_vd_widen(shd_vh a) {
+    return (shd_vd)_mm256_cvtps_pd((__m128)a);
+}
+SHD_INLINE shd_vh shd_vh_narrow(shd_vd a) {
+    return (shd_vh)_mm256_cvtpd_ps((__m256d)a);
+}
+SHD_INLINE shd_vh shd_vf_half(shd_vf a, int high) {
+    return high ? (shd_vh)_mm256_extractf128_ps((__m256)a, 1)
+                : (shd_vh)_mm256_castps256_ps128((__m256)a);
+}
+
+#else /* SHD_W == 4 */
+
+typedef shd_vi shd_mf;
+typedef shd_vl shd_md;
+
+SHD_INLINE shd_vf shd_vf_set(float x) {
+    return (shd_vf){x, x, x, x};
+}
+SHD_INLINE shd_vi shd_vi_set(int32_t x) {
+    return (shd_vi){x, x, x, x};
+}
+SHD_INLINE shd_vd shd_vd_set(double x) {
+    return (shd_vd){x, x};
+}
+SHD_INLINE shd_vl shd_vl_set(int64_t x) {
+    return (shd_vl){x, x};
+}
+SHD_INLINE shd_vf shd_vf_select(shd_mf m, shd_vf a, shd_vf b) {
+    return (shd_vf)((m & (shd_vi)a) | (~m & (shd_vi)b));
+}
+SHD_INLINE shd_vd shd_vd_select(shd_md m, shd_vd a, shd_vd b) {
+    return (shd_vd)((m & (shd_vl)a) | (~m & (shd_vl)b));
+}
+SHD_INLINE shd_vd shd_vd_widen(shd_vh a) {
+    return (shd_vd){a[0], a[1]};
+}
+SHD_INLINE shd_vh shd_vh_narrow(shd_vd a) {
+    return (shd_vh){(float)a[0], (float)a[1]};
+}
+SHD_INLINE shd_vh shd_vf_half(shd_vf a, int high) {
+    return high ? (shd_vh){a[2], a[3]} : (shd_vh){a[0], a[1]};
+}
+
+#ifdef __SSE2__
+
+/* a b + c rounded to odd: the sum's nearest double toward zero, whose last bit says whether
+ * anything was left. Rounded once more, to 24 bits, that gives the float nearest to the exact sum
+ * (S. Boldo and G. Melquiond, "Emulation of a FMA and correctly rounded sums: proved algorithms
+ * using rounding to odd", 2008). The product of floats is exact in a double, and what their sum
+ * left comes from Knuth's TwoSum; after an overflow it is NaN and counts as nothing. */
+SHD_INLINE __m128d shd_sum_to_odd(__m128d a, __m128d b, __m128d c) {
+    __m128d product = _mm_mul_pd(a, b), sum = _mm_add_pd(product, c);
+    __m128d part = _mm_sub_pd(sum, product);
+    __m128d left = _mm_add_pd(_mm_sub_pd(product, _mm_sub_pd(sum, part)), _mm_sub_pd(c, part));
+    __m128d size = _mm_andnot_pd(_mm_set1_pd(-0.0), left);
+    __m128i inexact = _mm_castpd_si128(_mm_cmplt_pd(_mm_setzero_pd(), size));
+    __m128i opposite = _mm_castpd_si128(_mm_xor_pd(sum, left));
+    __m128i beyond = _mm_and_si128(_mm_srli_epi64(opposite, 63), inexact);
+    __m128i toward_zero = _mm_sub_epi64(_mm_castpd_si128(sum), beyond);
+    return _mm_castsi128_pd(_mm_or_si128(toward_zero, _mm_srli_epi64(inexact, 63)));
+}
+
+SHD_INLINE shd_vf shd_vf_fma(shd_vf x, shd_vf y, shd_vf z) {
+    __m128 a = (__m128)x, b = (__m128)y, c = (__m128)z;
+    __m128d low = shd_sum_to_odd(_mm_cvtps_pd(a), _mm_cvtps_pd(b), _mm_cvtps_pd(c));
+    __m128d high =
+        shd_sum_to_odd(_mm_cvtps_pd(_mm_movehl_ps(a, a)), _mm_cvtps_pd(_mm_movehl_ps(b, b)),
+                       _mm_cvtps_pd(_mm_movehl_ps(c, c)));
+    return (shd_vf)_mm_movelh_ps(_mm_cvtpd_ps(low), _mm_cvtpd_ps(high));
+}
+SHD_INLINE shd_vf shd_vf_sqrt(shd_vf a) {
+    return (shd_vf)_mm_sqrt_ps((__m128)a);
+}
+SHD_INLINE shd_vd shd_vd_sqrt(shd_vd a) {
+    return (shd_vd)_mm_sqrt_pd((__m128d)a);
+}
+SHD_INLINE shd_vf shd_vf_max(shd_vf a, shd_vf b) {
+    return (shd_vf)_mm_max_ps((__m128)a, (__m128)b);
+}
+SHD_INLINE shd_vd shd_vd_max(shd_vd a, shd_vd b) {
+    return (shd_vd)_mm_max_pd((__m128d)a, (__m128d)b);
+}
+SHD_INLINE unsigned shd_mf_bits(shd_mf m) {
+    return (unsigned)_mm_movemask_ps((__m128)m);
+}
+SHD_INLINE unsigned shd_md_bits(shd_md m) {
+    return (unsigned)_mm_movemask_pd((__m128d)m);
+}
+SHD_INLINE shd_vf shd_vf_from_vi(shd_vi a) {
+    return (shd_vf)_mm_cvtepi32_ps((__m128i)a);
+}
+SHD_INLINE shd_vi shd_vi_round(shd_vf a) {
+    return (shd_vi)_mm_cvtps_epi32((__m128)a);
+}
+
+#else /* neither x86: compilers make these vectors where the machine has them */
+
+SHD_INLINE shd_vf shd_vf_fma(shd_vf a, shd_vf b, shd_vf c) {
+    for (int i = 0; i < SHD_W; i++) c[i] = __builtin_fmaf(a[i], b[i], c[i]);
+    return c;
+}
+SHD_INLINE shd_vf shd_vf_sqrt(shd_vf a) {
+    for (int i = 0; i < SHD_W; i++) a[i] = __builtin_sqrtf(a[i]);
+    return a;
+}
+SHD_INLINE shd_vd shd_vd_sqrt(shd_vd a) {
+    for (int i = 0; i < SHD_W / 2; i++) a[i] = __builtin_sqrt(a[i]);
+    return a;
+}
+SHD_INLINE shd_vf shd_vf_max(shd_vf a, shd_vf b) {
+    return shd_vf_select((shd_mf)(a > b), a, b);
+}
+SHD_INLINE shd_vd shd_vd_max(shd_vd a, shd_vd b) {
+    return shd_vd_select((shd_md)(a > b), a, b);
+}
+SHD_INLINE unsigned shd_mf_bits(shd_mf m) {
+    return (unsigned)((m[0] & 1) | (m[1] & 2) | (m[2] & 4) | (m[3] & 8));
+}
+SHD_INLINE unsigned shd_md_bits(shd_md m) {
+    return (unsigned)((m[0] & 1) | (m[1] & 2));
+}
+SHD_INLINE shd_vf shd_vf_from_vi(shd_vi a) {
+    return __builtin_convertvector(a, shd_vf);
+}
+SHD_INLINE shd_vi shd_vi_round(shd_vf a) {
+    return (shd_vi){(int32_t)__builtin_rintf(a[0]), (int32_t)__builtin_rintf(a[1]),
+                    (int32_t)__builtin_rintf(a[2]), (int32_t)__builtin_rintf(a[3])};
+}
+
+#endif
+#endif
+
+#if SHD_W < 16 /* masks are vectors of zeros and ones */
+
+SHD_INLINE shd_mf shd_vf_gt(shd_vf a, shd_vf b) {
+    return (shd_mf)(a > b);
+}
+SHD_INLINE shd_mf shd_vu_ge(shd_vu a, shd_vu b) {
+    return (shd_mf)(a >= b);
+}
+SHD_INLINE shd_md shd_vd_gt(shd_vd a, shd_vd b) {
+    return (shd_md)(a > b);
+}
+SHD_INLINE shd_mf shd_vf_gt_in(shd_mf m, shd_vf a, shd_vf b) {
+    return m & shd_vf_gt(a, b);
+}
+SHD_INLINE shd_md shd_vd_gt_in(shd_md m, shd_vd a, shd_vd b) {
+    return m & shd_vd_gt(a, b);
+}
+SHD_INLINE shd_mf shd_mf_and(shd_mf a, shd_mf b) {
+    return a & b;
+}
+SHD_INLINE shd_mf shd_mf_or(shd_mf a, shd_mf b) {
+    return a | b;
+}
+SHD_INLINE shd_mf shd_mf_not(shd_mf a) {
+    return ~a;
+}
+SHD_INLINE shd_md shd_md_and(shd_md a, shd_md b) {
+    return a & b;
+}
+SHD_INLINE shd_md shd_md_or(shd_md a, shd_md b) {
+    return a | b;
+}
+SHD_INLINE shd_md shd_md_not(shd_md a) {
+    return ~a;
+}
+SHD_INLINE shd_vf shd_vf_mul_in(shd_mf m, shd_vf a, shd_vf b) {
+    return (shd_vf)(m & (shd_vi)(a * b));
+}
+SHD_INLINE shd_vd shd_vd_mul_in(shd_md m, shd_vd a, shd_vd b) {
+    return (shd_vd)(m & (shd_vl)(a * b));
+}
+
+#endif
+
+/* ---- The same on all of them. ---- */
+
+SHD_INLINE shd_vu shd_vu_set(uint32_t x) {
+    return (shd_vu)shd_vi_set((int32_t)x);
+}
+
+SHD_INLINE bool shd_mf_any(shd_mf m) {
+    return shd_mf_bits(m) != 0;
+}
+SHD_INLINE bool shd_md_any(shd_md m) {
+    return shd_md_bits(m) != 0;
+}
+SHD_INLINE shd_vf shd_vf_join(shd_vh low, shd_vh high) {
+    shd_vf v;
+    memcpy(&v, &low, sizeof low);
+    memcpy((char *)&v + sizeof low, &high, sizeof high);
+    return v;
+}
+
+#endif

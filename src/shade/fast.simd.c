@@ -1,0 +1,341 @@
+/* Light sums of the tiers draft and standard: f32, a vector of points at a time, all lights on it
+ * while its sums stay in registers. Compiled once an instruction set. Errors are measured in
+ * tests/unit/shade_sums.c, time in tests/bench/kernels.c. */
+#include "base/cpu.h"
+#include "shade/math_simd.h"
+
+enum { LOBES_AT_ONCE = 8, ROWS = 3 + 3 * LOBES_AT_ONCE, MANY = 2 };
+
+/* What a body is compiled for: constants, wherever the machine is worth a specialization. */
+typedef struct shape {
+    bool draft, split;
+    int channels; /* 1 or 3 */
+    int lobes;    /* 0, 1 or MANY */
+} shape;
+
+typedef struct points {
+    shd_vf p[3], low[3], n[3], w[3];
+} points;
+
+/* Sums over one group of lights: diffuse by channel, then lobes by channel. */
+typedef struct sums {
+    shd_vf diffuse[3], specular[3];
+    shd_vf *more; /* [3 lobe + channel] where lobes are MANY */
+} sums;
+
+/* Rows of f64 sums, each of two vectors: diffuse by channel, then lobes by channel. */
+typedef struct totals {
+    shd_vd row[ROWS][2];
+    bool any;
+} totals;
+
+SHD_INLINE shd_vf dot(const shd_vf a[3], const shd_vf b[3]) {
+    return shd_vf_fma(a[2], b[2], shd_vf_fma(a[1], b[1], a[0] * b[0]));
+}
+
+SHD_INLINE void add_colored(shd_vf *sum, shd_vf weight, const float *color, int channels) {
+#pragma GCC unroll 3
+    for (int c = 0; c < channels; c++) sum[c] = shd_vf_fma(weight, shd_vf_set(color[c]), sum[c]);
+}
+
+/* f ((R.V)+)^ns of the lanes `lit`; 0 in the others. `path` r is L. */
+SHD_INLINE shd_vf weigh_lobe(const shd_packed_lobe *lobe, const shd_vf path[3], shd_vf r,
+                             const shd_vf w[3], shd_vf f, shd_mf lit, bool directional,
+                             bool draft) {
+    shd_vf z;
+    if (!draft || lobe->chord) {
+        shd_vf chord[3];
+#pragma GCC unroll 3
+        for (int c = 0; c < 3; c++)
+            chord[c] = directional ? path[c] - w[c] : shd_vf_fma(path[c], r, -w[c]);
+        z = dot(chord, chord);
+    } else {
+        shd_vf cosine = dot(path, w);
+        z = directional ? shd_vf_set(1) - cosine : shd_vf_fma(-cosine, r, shd_vf_set(1));
+        z = shd_vf_max(z, shd_vf_set(0));
+    }
+    shd_mf in = shd_vf_gt_in(lit, shd_vf_set(lobe->reach), z);
+    if (!shd_mf_any(in)) return shd_vf_set(0);
+
+    shd_vf power;
+    if (lobe->is_short) {
+        if (draft) {
+            shd_vf sum = shd_polynomial(z, lobe->log, SHD_LOG_TERMS_DRAFT);
+            power = shd_exp2_draft(shd_vf_fma(z, sum, shd_vf_set(-1)));
+        } else {
+            power = shd_exp2(z * shd_polynomial(z, lobe->log, SHD_LOG_TERMS));
+        }
+    } else {
+        shd_vf d = z * shd_vf_set(draft ? lobe->half : 0.5f);
+        power = shd_power_1m(d, shd_vf_set(lobe->shininess), draft);
+    }
+    return shd_vf_mul_in(in, power, f);
+}
+
+/* The spot's factor: 0 outside of its cone, and there lanes leave `lit`. */
+SHD_INLINE shd_vf weigh_spot(const shd_packed_light *light, const shd_vf path[3], shd_vf r,
+                             bool draft, shd_mf *lit) {
+    shd_vf chord[3];
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; c++) chord[c] = shd_vf_fma(path[c], r, shd_vf_set(light->axis[c]));
+    const shd_vf half = shd_vf_set(0.5f), inner = shd_vf_set(light->inner);
+    shd_vf q = dot(chord, chord) * half; /* 1 - cos t */
+    shd_mf out = shd_vf_gt(q, shd_vf_set(light->outer));
+    *lit = shd_mf_and(*lit, shd_mf_not(out));
+    if (!shd_mf_any(*lit)) return q;
+    shd_vf fade = (shd_vf_set(light->outer) - q) * shd_vf_set(light->inverse_fade);
+    shd_vf smooth = fade * fade * shd_vf_fma(shd_vf_set(-2), fade, shd_vf_set(3));
+    shd_vf factor = shd_vf_select(shd_vf_gt(q, inner), smooth, shd_vf_set(1));
+    if (!(light->exponent > 0)) return factor;
+    /* At 90 degrees and beyond cos t is at most 0, and so is its power. */
+    const shd_vf largest = shd_vf_set(0x1.fffffep-1f);
+    *lit = shd_vf_gt_in(*lit, shd_vf_set(1), q);
+    q = shd_vf_select(shd_vf_gt(q, largest), largest, q);
+    return factor * shd_power_1m(q, shd_vf_set(light->exponent), draft);
+}
+
+/* One light in f64, for the lanes `wide` of the vector from `first` on. */
+__attribute__((noinline, cold)) static void add_wide(const shd_sums_job *job, uint32_t index,
+                                                     size_t first, size_t first_lobe,
+                                                     size_t lobe_count, unsigned wide, int channels,
+                                                     bool many, sums *s) {
+    float rows[ROWS][SHD_W] = {{0}};
+    for (size_t i = 0; i < SHD_W; i++) {
+        double row[ROWS] = {0};
+        if (!(wide >> i & 1)) continue;
+        shd_add_wide(job, index, first + i, first_lobe, lobe_count, row);
+        for (size_t k = 0; k < ROWS; k++) rows[k][i] = (float)row[k];
+    }
+    shd_vf *specular = many ? s->more : s->specular;
+    for (int c = 0; c < channels; c++) {
+        s->diffuse[c] += shd_vf_load(rows[c]);
+        for (size_t k = 0; k < lobe_count; k++)
+            specular[3 * k + (size_t)c] += shd_vf_load(rows[3 + 3 * k + (size_t)c]);
+    }
+}
+
+SHD_INLINE void add_light(const shd_sums_job *job, uint32_t index, shd_light_kind kind,
+                          const points *at, size_t first, const shd_packed_lobe *lobes,
+                          size_t first_lobe, size_t lobe_count, shape is, sums *s) {
+    const shd_packed_light *light = &job->lighting->lights[index];
+    const bool directional = kind == SHD_KIND_DIRECTIONAL;
+    shd_vf path[3];
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; c++) {
+        path[c] = shd_vf_set(light->at[c]);
+        if (directional) continue;
+        path[c] -= at->p[c];
+        if (is.split) path[c] += shd_vf_set(light->low[c]) - at->low[c];
+    }
+    shd_vf facing = dot(at->n, path); /* times the distance */
+    shd_mf lit = shd_vf_gt(facing, shd_vf_set(0));
+
+    shd_vf r = shd_vf_set(1), f = r;
+    if (!directional) {
+        shd_vf d2 = dot(path, path);
+        shd_vu above = (shd_vu)d2 - shd_vu_set(light->nearest); /* wraps below it */
+        shd_mf wide = shd_vu_ge(above, shd_vu_set(light->span));
+        if (__builtin_expect(shd_mf_any(wide), 0)) {
+            sums copy = *s; /* or s would not be in registers */
+            add_wide(job, index, first, first_lobe, lobe_count, shd_mf_bits(wide), is.channels,
+                     is.lobes == MANY, &copy);
+            *s = copy;
+            lit = shd_mf_and(lit, shd_mf_not(wide));
+        }
+        if (!shd_mf_any(lit)) return;
+        shd_vf distance = shd_vf_sqrt(d2);
+        if (kind == SHD_KIND_POINT) {
+            r = shd_vf_set(1) / distance;
+        } else {
+            /* One division for two: 1/distance and the attenuation. */
+            shd_vf d = shd_vf_max(distance, shd_vf_set(light->least));
+            shd_vf slope = shd_vf_fma(d, shd_vf_set(light->c), shd_vf_set(light->b));
+            shd_vf fall = shd_vf_fma(d, slope, shd_vf_set(light->a));
+            shd_vf both = shd_vf_set(1) / (fall * distance);
+            r = both * fall;
+            f = both * distance;
+        }
+    } else if (!shd_mf_any(lit)) {
+        return;
+    }
+    if (kind == SHD_KIND_SPOT) {
+        shd_vf spot = weigh_spot(light, path, r, is.draft, &lit);
+        if (!shd_mf_any(lit)) return;
+        f *= spot;
+    }
+
+    shd_vf weight = shd_vf_mul_in(lit, facing, directional ? f : f * r);
+    add_colored(s->diffuse, weight, light->color, is.channels);
+    if (is.lobes == 1)
+        add_colored(s->specular, weigh_lobe(lobes, path, r, at->w, f, lit, directional, is.draft),
+                    light->color, is.channels);
+    for (size_t k = 0; is.lobes == MANY && k < lobe_count; k++)
+        add_colored(s->more + 3 * k,
+                    weigh_lobe(&lobes[k], path, r, at->w, f, lit, directional, is.draft),
+                    light->color, is.channels);
+}
+
+SHD_INLINE void add_row(shd_vf *sum, shd_vd total[2]) {
+    total[0] += shd_vd_widen(shd_vf_half(*sum, 0));
+    total[1] += shd_vd_widen(shd_vf_half(*sum, 1));
+    *sum = shd_vf_set(0);
+}
+
+/* Moves a group's sums to the totals. */
+SHD_INLINE void end_group(sums *s, shape is, size_t lobe_count, totals *t) {
+#pragma GCC unroll 3
+    for (int c = 0; c < is.channels; c++) {
+        add_row(&s->diffuse[c], t->row[c]);
+        if (is.lobes == 1) add_row(&s->specular[c], t->row[3 + c]);
+    }
+    for (size_t k = 0; is.lobes == MANY && k < lobe_count; k++)
+        for (int c = 0; c < is.channels; c++)
+            add_row(&s->more[3 * k + (size_t)c], t->row[3 + 3 * k + (size_t)c]);
+    t->any = true;
+}
+
+SHD_INLINE void store_row(shd_vf sum, const shd_vd total[2], bool any, float *out) {
+    if (any)
+        sum = shd_vf_join(shd_vh_narrow(total[0] + shd_vd_widen(shd_vf_half(sum, 0))),
+                          shd_vh_narrow(total[1] + shd_vd_widen(shd_vf_half(sum, 1))));
+    shd_vf_store(out, sum);
+}
+
+SHD_INLINE void load(const shd_points32 *from, size_t i, shape is, points *to) {
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; c++) {
+        to->p[c] = shd_vf_load(from->position[c] + i);
+        to->n[c] = shd_vf_load(from->normal[c] + i);
+        to->w[c] = shd_vf_load(from->mirror[c] + i);
+        to->low[c] = is.split ? shd_vf_load(from->low[c] + i) : shd_vf_set(0);
+    }
+}
+
+/* The sums of the lobes [first_lobe, first_lobe + lobe_count), and the diffuse ones. */
+SHD_INLINE void sum_lights(const shd_sums_job *job, size_t first_lobe, size_t lobe_count,
+                           shape is) {
+    const shd_packed_light *lights = job->lighting->lights;
+    const shd_packed_lobe *lobes = job->packed->lobes + first_lobe;
+    float *const *specular = job->specular + 3 * first_lobe;
+    for (size_t i = 0; i < job->points->count; i += SHD_W) {
+        points at;
+        load(job->points, i, is, &at);
+        shd_vf more[ROWS];
+        sums s;
+        s.more = more;
+        totals total;
+        total.any = false;
+#pragma GCC unroll 3
+        for (int c = 0; c < 3; c++) {
+            s.diffuse[c] = s.specular[c] = shd_vf_set(0);
+            for (int h = 0; h < 2; h++) total.row[c][h] = total.row[3 + c][h] = shd_vd_set(0);
+        }
+        for (size_t k = 0; is.lobes == MANY && k < 3 * lobe_count; k++) {
+            more[k] = shd_vf_set(0);
+            total.row[3 + k][0] = total.row[3 + k][1] = shd_vd_set(0);
+        }
+        uint32_t group = job->n ? lights[job->which[0]].group : 0;
+
+        for (size_t k = 0; k < job->n; k++) {
+            const uint32_t index = job->which[k];
+            if (lights[index].group != group) {
+                end_group(&s, is, lobe_count, &total);
+                group = lights[index].group;
+            }
+#define ADD(kind) add_light(job, index, kind, &at, i, lobes, first_lobe, lobe_count, is, &s)
+            switch ((shd_light_kind)lights[index].kind) {
+            case SHD_KIND_ATTENUATED:
+                ADD(SHD_KIND_ATTENUATED);
+                break;
+            case SHD_KIND_POINT:
+                ADD(SHD_KIND_POINT);
+                break;
+            case SHD_KIND_DIRECTIONAL:
+                ADD(SHD_KIND_DIRECTIONAL);
+                break;
+            case SHD_KIND_SPOT:
+                ADD(SHD_KIND_SPOT);
+                break;
+            case SHD_KIND_WIDE: {
+                sums copy = s;
+                add_wide(job, index, i, first_lobe, lobe_count, ~0u, is.channels, is.lobes == MANY,
+                         &copy);
+                s = copy;
+                break;
+            }
+            }
+#undef ADD
+        }
+
+#pragma GCC unroll 3
+        for (int c = 0; c < is.channels; c++) {
+            if (job->diffuse) store_row(s.diffuse[c], total.row[c], total.any, job->diffuse[c] + i);
+            if (is.lobes == 1)
+                store_row(s.specular[c], total.row[3 + c], total.any, specular[c] + i);
+        }
+        for (size_t k = 0; is.lobes == MANY && k < lobe_count; k++)
+            for (size_t c = 0; c < (size_t)is.channels; c++)
+                store_row(more[3 * k + c], total.row[3 + 3 * k + c], total.any,
+                          specular[3 * k + c] + i);
+    }
+}
+
+/* Every form that is worth code of its own. The portable one, whose fma is emulated, is one body
+ * with questions in it. */
+typedef void sum_function(const shd_sums_job *job, size_t first_lobe, size_t lobe_count);
+
+#if SHD_W > 4
+#define FORM(draft, split, channels, lobes)                                                        \
+    static void sum_##draft##split##channels##lobes(const shd_sums_job *job, size_t first_lobe,    \
+                                                    size_t lobe_count) {                           \
+        sum_lights(job, first_lobe, lobe_count, (shape){draft, split, channels, lobes});           \
+    }
+#define NAME(draft, split, channels, lobes) sum_##draft##split##channels##lobes
+#define LOBES(m, draft, split, channels)                                                           \
+    m(draft, split, channels, 0) m(draft, split, channels, 1) m(draft, split, channels, 2)
+#define FORMS(m)                                                                                   \
+    LOBES(m, 0, 0, 1)                                                                              \
+    LOBES(m, 0, 0, 3)                                                                              \
+    LOBES(m, 0, 1, 1)                                                                              \
+    LOBES(m, 0, 1, 3) LOBES(m, 1, 0, 1) LOBES(m, 1, 0, 3) LOBES(m, 1, 1, 1) LOBES(m, 1, 1, 3)
+FORMS(FORM)
+#define ENTRY(draft, split, channels, lobes)                                                       \
+    [draft][split][channels == 3][lobes] = NAME(draft, split, channels, lobes),
+static sum_function *const forms[2][2][2][3] = {FORMS(ENTRY)};
+
+static void run(const shd_sums_job *job, size_t first, size_t count, shape is) {
+    forms[is.draft][is.split][is.channels == 3][is.lobes](job, first, count);
+}
+#else
+__attribute__((noinline)) static void run(const shd_sums_job *job, size_t first, size_t count,
+                                          shape is) {
+    sum_lights(job, first, count, is);
+}
+#endif
+
+static void sums32(const shd_sums_job *job) {
+    const size_t lobes = job->material->lobe_count;
+    shape is = {job->lighting->draft, job->points->low[0] != NULL,
+                job->lighting->plan->grey_lights ? 1 : 3, lobes < 2 ? (int)lobes : MANY};
+    shd_sums_job rest = *job;
+    for (size_t first = 0; first == 0 || first < lobes; first += LOBES_AT_ONCE) {
+        size_t count = lobes - first < LOBES_AT_ONCE ? lobes - first : LOBES_AT_ONCE;
+        run(&rest, first, count, is);
+        rest.diffuse = NULL;
+    }
+}
+
+static void combine(const shd_combination *what, size_t count, float *const out[3]) {
+    for (size_t i = 0; i < count; i += SHD_W) {
+        shd_vf sum[3];
+        for (int c = 0; c < 3; c++) {
+            sum[c] = shd_vf_set(what->constant[c]);
+            for (size_t t = 0; t < what->terms[c]; t++)
+                sum[c] = shd_vf_fma(shd_vf_load(what->row[c][t] + i),
+                                    shd_vf_set(what->coefficient[c][t]), sum[c]);
+        }
+        for (int c = 0; c < 3; c++) shd_vf_store(out[c] + i, sum[c]);
+    }
+}
+
+const shd_sums_kernel SHD_VARIANT(shd_sums_kernel) = {sums32, combine};

@@ -1,0 +1,205 @@
+#include "shade/lighting.h"
+
+#include <string.h>
+
+#include "shade/math32.h"
+#include "shade/packed.h"
+#include "shade/shade.h"
+
+static const shd_sums_kernel *kernel_of(shd_isa isa) {
+    static const shd_sums_kernel *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sums_kernel);
+    return kernels[isa];
+}
+
+/* Whether f32 is enough for this light: a cone that fades within less than 5 degrees, a steep
+ * exponent, one below 1 (vertical at 90 degrees), or constants beyond what keeps f32's products
+ * finite in the plan's frame want f64. */
+static bool fits_f32(const shd_packed_light *light, const shd_plan_light *from) {
+    if (from->spot) {
+        double fade = 2 * (asin(sqrt(from->outer / 2)) - asin(sqrt(from->inner / 2)));
+        bool steep = from->exponent > 500 || (from->exponent > 0 && from->exponent < 1);
+        if ((fade > 0 && fade < 0.087) || from->outer < 0.004 || steep) return false;
+    }
+    float brightest = 0, reach = 0;
+    for (int c = 0; c < 3; c++) {
+        brightest = fmaxf(brightest, fabsf(light->color[c]));
+        reach = fmaxf(reach, fabsf(light->at[c]));
+    }
+    if (!(brightest > 1e-18f && brightest < 1e18f)) return false;
+    return from->directional || (light->least < 1e12f && reach < 1e12f);
+}
+
+shd_packed_light shd_pack_light(const shd_plan *plan, const shd_plan_light *light) {
+    shd_packed_light out = {.group = (uint32_t)(light->index / SHD_LIGHT_GROUP)};
+    const double s = plan->scale;
+    const shd_vec3 at =
+        light->directional ? light->toward : shd_scale(shd_sub(light->position, plan->origin), s);
+    const double xyz[3] = {at.x, at.y, at.z};
+    const double axis[3] = {light->axis.x, light->axis.y, light->axis.z};
+    /* In units of the plan's frame and divided by the largest of the three again: a scene of any
+     * size gives f32 the same numbers. */
+    const double a = light->a, b = light->b / s, c = light->c / s / s;
+    const double largest = light->directional ? 1 : fmax(a, fmax(b, c));
+    out.a = (float)(a / largest);
+    out.b = (float)(b / largest);
+    out.c = (float)(c / largest);
+    out.least = (float)(light->min_distance * s);
+    for (int k = 0; k < 3; k++) {
+        shd_split32(xyz[k], &out.at[k], &out.low[k]);
+        out.axis[k] = (float)axis[k];
+        out.color[k] = (float)(light->color[k] * (light->gain / largest));
+    }
+    /* 2^-43 and 2^80: beyond, f32's squares and their products have lost bits. */
+    out.nearest = 0x2a000000;
+    out.span = 0x67800000 - 0x2a000000;
+    out.outer = (float)light->outer;
+    out.inner = (float)light->inner;
+    out.inverse_fade = light->outer > light->inner ? (float)(1 / (light->outer - light->inner)) : 0;
+    out.exponent = (float)light->exponent;
+    out.kind = light->directional  ? SHD_KIND_DIRECTIONAL
+               : light->spot       ? SHD_KIND_SPOT
+               : light->attenuated ? SHD_KIND_ATTENUATED
+                                   : SHD_KIND_POINT;
+    if (!fits_f32(&out, light)) out.kind = SHD_KIND_WIDE;
+    return out;
+}
+
+/* log2(1 - d) = -d (c[0] + d (c[1] + ...)), least in what it does to 2^(ns log2(1 - d)) of the
+ * short lobes, for d up to 1/2. */
+static const double LOG_STANDARD[SHD_LOG_TERMS] = {1.44269508759, 0.721330732974, 0.481848665832,
+                                                   0.342813376071, 0.413331551016};
+static const double LOG_DRAFT[SHD_LOG_TERMS_DRAFT] = {1.4427492744, 0.715030234221, 0.586171051804};
+
+/* A lobe is cut where it has fallen to exp(-cut), so that those of all lights together are
+ * nothing beside the tier's error. The number of lights is the scene's: what the plan leaves out
+ * does not change a bit. */
+static double cut_of(const shd_plan *plan) {
+    const size_t lights = plan->scene->light_count;
+    return (plan->tier == SHD_DRAFT ? 11 : 17) + log((double)(lights > 1 ? lights : 1));
+}
+
+shd_packed_lobe shd_pack_lobe(const shd_plan *plan, double shininess) {
+    const bool draft = plan->tier == SHD_DRAFT;
+    const double cut = cut_of(plan) / shininess;
+    shd_packed_lobe out = {.shininess = (float)shininess};
+    out.is_short = cut < 0.5 && shininess > (draft ? 22 : 34);
+    out.chord = !draft || shininess > 300;
+    out.half = out.chord ? 0.5f : 1;
+    out.reach = (float)(fmin(1, cut) / (double)out.half);
+    const int terms = draft ? SHD_LOG_TERMS_DRAFT : SHD_LOG_TERMS;
+    double scale = -shininess * (draft ? 0x1p23 : 1);
+    for (int k = 0; k < terms; k++) {
+        scale *= (double)out.half;
+        out.log[k] = (float)(scale * (draft ? LOG_DRAFT[k] : LOG_STANDARD[k]));
+    }
+    return out;
+}
+
+shd_lighting *shd_lighting_new(const shd_plan *plan, shd_arena *arena) {
+    const size_t material_count = plan->scene->material_count;
+    shd_lighting *lighting = shd_arena_alloc(arena, 1, sizeof *lighting);
+    shd_packed_light *lights = shd_arena_alloc(arena, plan->light_count, sizeof *lights);
+    shd_packed_material *materials = shd_arena_alloc(arena, material_count, sizeof *materials);
+    if (!lighting || !lights || !materials) return NULL;
+    for (size_t j = 0; j < plan->light_count; j++)
+        lights[j] = shd_pack_light(plan, &plan->lights[j]);
+    for (size_t m = 0; m < material_count; m++) {
+        const shd_plan_material *from = &plan->materials[m];
+        shd_packed_lobe *lobes = shd_arena_alloc(arena, from->lobe_count, sizeof *lobes);
+        if (!lobes) return NULL;
+        materials[m] = (shd_packed_material){.lobes = lobes};
+        for (size_t k = 0; k < from->lobe_count; k++) {
+            lobes[k] = shd_pack_lobe(plan, from->lobes[k].shininess);
+            materials[m].wide |= from->lobes[k].shininess < 1;
+        }
+    }
+    *lighting = (shd_lighting){.plan = plan,
+                               .kernel = kernel_of(plan->isa),
+                               .lights = lights,
+                               .materials = materials,
+                               .draft = plan->tier == SHD_DRAFT};
+    return lighting;
+}
+
+static shd_vec3 lane_of(const float *const v[3], size_t i) {
+    return (shd_vec3){(double)v[0][i], (double)v[1][i], (double)v[2][i]};
+}
+
+void shd_add_wide(const shd_sums_job *job, uint32_t j, size_t lane, size_t first_lobe,
+                  size_t lobe_count, double *sums) {
+    const shd_plan *plan = job->lighting->plan;
+    const shd_points32 *points = job->points;
+    shd_vec3 at = lane_of(points->position, lane);
+    if (points->low[0]) at = shd_add(at, lane_of(points->low, lane));
+    at = shd_madd(plan->origin, at, 1 / plan->scale);
+    const shd_plan_light *light = &plan->lights[j];
+    const shd_vec3 normal = lane_of(points->normal, lane), mirror = lane_of(points->mirror, lane);
+    double factor, mirrored;
+    double weight = shd_weigh_light(light, at, normal, mirror, &factor, &mirrored);
+    for (int c = 0; c < 3; c++) sums[c] += weight * light->color[c];
+    for (size_t k = 0; k < lobe_count; k++) {
+        double lobe =
+            shd_weigh_lobe(job->material->lobes[first_lobe + k].shininess, factor, mirrored);
+        for (int c = 0; c < 3; c++) sums[3 + 3 * k + (size_t)c] += lobe * light->color[c];
+    }
+}
+
+/* All lights in f64: lobes whose edge is too steep for f32. */
+static void sum_wide(const shd_sums_job *job) {
+    const size_t lobes = job->material->lobe_count;
+    const size_t lanes = (job->points->count + SHD_LANES - 1) / SHD_LANES * SHD_LANES;
+    const int channels = job->lighting->plan->grey_lights ? 1 : 3;
+    for (size_t k = 0; k == 0 || k < lobes; k++) {
+        for (size_t i = 0; i < lanes; i++) {
+            double sums[6] = {0};
+            for (size_t j = 0; j < job->n; j++)
+                shd_add_wide(job, job->which[j], i, k, lobes ? 1 : 0, sums);
+            for (int c = 0; c < channels; c++) {
+                if (job->diffuse && k == 0) job->diffuse[c][i] = (float)sums[c];
+                if (lobes) job->specular[3 * k + (size_t)c][i] = (float)sums[3 + c];
+            }
+        }
+    }
+}
+
+void shd_light_sums32(const shd_lighting *lighting, const shd_plan_material *material,
+                      const uint32_t *which, size_t n, const shd_points32 *points,
+                      float *const diffuse[3], float *const *specular) {
+    const shd_packed_material *packed = &lighting->materials[material - lighting->plan->materials];
+    const shd_sums_job job = {lighting, material, packed, which, n, points, diffuse, specular};
+    if (packed->wide)
+        sum_wide(&job);
+    else
+        lighting->kernel->sums32(&job);
+}
+
+enum { FURTHER_LOBES = SHD_TERMS_AT_ONCE - 1 };
+
+/* A coefficient of 0 leaves its term out: an infinite sum would make NaN of it. */
+static void add_term(shd_combination *to, int c, double coefficient, const float *row) {
+    const float rounded = (float)coefficient;
+    if (rounded == 0) return;
+    to->coefficient[c][to->terms[c]] = rounded;
+    to->row[c][to->terms[c]++] = row;
+}
+
+void shd_radiance32(const shd_lighting *lighting, const double constant[3], const double *diffuse,
+                    const shd_plan_lobe *lobes, size_t lobe_count, size_t count, float *const D[3],
+                    float *const *S, float *const out[3]) {
+    const bool grey = lighting->plan->grey_lights;
+    shd_combination now = {{0}, {0}, {{0}}, {{0}}};
+    for (int c = 0; c < 3; c++) {
+        now.constant[c] = (float)constant[c];
+        add_term(&now, c, diffuse ? diffuse[c] : 0, diffuse ? D[grey ? 0 : c] : NULL);
+    }
+    for (size_t k = 0; k < lobe_count; k++) {
+        for (int c = 0; c < 3; c++)
+            add_term(&now, c, lobes[k].specular[c], S[3 * k + (size_t)(grey ? 0 : c)]);
+        if (k + 1 == lobe_count || k % FURTHER_LOBES != FURTHER_LOBES - 1) continue;
+        lighting->kernel->combine(&now, count, out);
+        /* Goes on with what is there: 0 + 1 out. */
+        now = (shd_combination){{0}, {0}, {{0}}, {{0}}};
+        for (int c = 0; c < 3; c++) add_term(&now, c, 1, out[c]);
+    }
+    lighting->kernel->combine(&now, count, out);
+}

@@ -1,0 +1,67 @@
+/* Light sums: what a material's colors multiply, for any number of points.
+ *
+ *     D = sum_j wd_j Il_j,   S_k = sum_j ws_jk Il_j,   I = constant + kd D + sum_k ks_k S_k
+ *
+ * with the weights of docs/model.md: wd = f s (N.L)+ and ws = f s g (R.V)+^ns. Neither D nor S
+ * holds a material's color. Everything here is constant or belongs to the caller, so that threads
+ * share a shd_lighting. Kernels cannot fail: everything was checked before.
+ *
+ * A point's sums depend on that point and the list of lights alone, not on its neighbors, on the
+ * instruction set or on lights that add exactly 0, to the bit. Lights are summed in the order
+ * of `which` in f32 over groups of SHD_LIGHT_GROUP neighbors in the scene's list, and in f64 over
+ * the groups. */
+#ifndef SHD_SHADE_LIGHTING_H
+#define SHD_SHADE_LIGHTING_H
+
+#include "base/arena.h"
+#include "plan/plan.h"
+
+enum {
+    SHD_LANES = 16,     /* arrays of points are as long as the next multiple of this */
+    SHD_LIGHT_GROUP = 4 /* lights whose f32 weights meet in f32 */
+};
+
+/* Points of one material. Every array has `count` entries, and from there to the next multiple of
+ * SHD_LANES any finite ones (repeat the last); their results are as meaningless. 64-byte aligned
+ * arrays are faster. */
+
+/* For the tiers draft and standard, in the plan's frame: (p - plan->origin) plan->scale. */
+typedef struct shd_points32 {
+    size_t count;
+    const float *position[3];
+    const float *low[3];    /* what rounding took from `position`; low[0] NULL: nothing */
+    const float *normal[3]; /* N */
+    const float *mirror[3]; /* W = 2(N.V)N - V, rounded from f64 */
+} shd_points32;
+
+/* For the exact tier, in the world's frame. */
+typedef struct shd_points64 {
+    size_t count;
+    const double *position[3], *normal[3], *view[3];
+} shd_points64;
+
+/* The plan's lights and lobes as kernels want them. */
+typedef struct shd_lighting shd_lighting;
+
+/* Lives in `arena`, and borrows the plan. NULL where the arena is full. */
+shd_lighting *shd_lighting_new(const shd_plan *plan, shd_arena *arena);
+
+/* The sums over the lights which[0..n): indices in plan->lights, ascending. `material` is one of
+ * plan->materials. diffuse[c] and specular[3 lobe + c] are rows as long as the points' arrays, and
+ * all of them are written, but of grey lights (plan->grey_lights) only those with c = 0.
+ * `diffuse` may be NULL.
+ *
+ * What is beyond f32 is infinite, and NaN where infinite light meets infinite negative light. */
+void shd_light_sums32(const shd_lighting *lighting, const shd_plan_material *material,
+                      const uint32_t *which, size_t n, const shd_points32 *points,
+                      float *const diffuse[3], float *const *specular);
+
+/* out[c] = constant[c] + diffuse[c] D[c] + sum over lobes of specular[c] S[lobe][c], with sums as
+ * above. `diffuse` NULL and lobe_count 0 leave those terms out, as do coefficients of 0: an
+ * infinite sum does not show there. D may be NULL where `diffuse` is. `out` may be the rows of D
+ * where lights are not grey. */
+void shd_radiance32(const shd_lighting *lighting, const double constant[3], const double *diffuse,
+                    const shd_plan_lobe *lobes, size_t lobe_count, size_t count, float *const D[3],
+                    float *const *S, float *const out[3]);
+
+#endif

@@ -1,0 +1,94 @@
+/* Lights and lobes as the kernels read them. Inside of shade/. */
+#ifndef SHD_SHADE_PACKED_H
+#define SHD_SHADE_PACKED_H
+
+#include "shade/lighting.h"
+
+typedef enum shd_light_kind {
+    SHD_KIND_DIRECTIONAL,
+    SHD_KIND_POINT,      /* without attenuation */
+    SHD_KIND_ATTENUATED, /* point */
+    SHD_KIND_SPOT,
+    SHD_KIND_WIDE /* of any kind; f32 cannot hold it, so f64 does it */
+} shd_light_kind;
+
+/* A light in f32, in the plan's frame: two cache lines, of which points need the first. */
+typedef struct shd_packed_light {
+    _Alignas(64) float at[3]; /* position, or the direction toward it */
+    float a, b, c, least;     /* 1/(a + b d + c d^2), d = max(distance, least); the largest is 1 */
+    float color[3];           /* Il times what a, b and c were divided by */
+    /* Squared distances in f32 as integers, from `nearest` on and fewer than `span`: what is nearer
+     * or farther is done in f64. */
+    uint32_t nearest, span;
+    int32_t kind;                               /* shd_light_kind */
+    uint32_t group;                             /* of lights that are summed in f32 */
+    float low[3];                               /* what rounding took from `at` */
+    float outer, inner, inverse_fade, exponent; /* as shd_plan_light; 1/(outer - inner) or 0 */
+    float axis[3];
+} shd_packed_light;
+
+enum { SHD_LOG_TERMS = 5, SHD_LOG_TERMS_DRAFT = 3 };
+
+/* (R.V)^ns = 2^t in f32, with t a polynomial of z (short lobes) or by way of a logarithm. */
+typedef struct shd_packed_lobe {
+    float reach;              /* beyond this z the lobe is 0 */
+    bool is_short;            /* it falls to nothing within 60 degrees */
+    bool chord;               /* z = |L - W|^2 = 2 (1 - R.V); else z = 1 - L.W */
+    float half;               /* of a chord 1/2, else 1: 1 - R.V = half z */
+    float log[SHD_LOG_TERMS]; /* short lobes: t = z (log[0] + z (log[1] + ...)) */
+    float shininess;
+} shd_packed_lobe;
+
+typedef struct shd_packed_material {
+    const shd_packed_lobe *lobes; /* [lobe_count] */
+    bool wide; /* a shininess below 1, whose edge at R.V = 0 is too steep for f32 */
+} shd_packed_material;
+
+/* The points of a call and what is done with them. */
+typedef struct shd_sums_job {
+    const shd_lighting *lighting;
+    const shd_plan_material *material;
+    const shd_packed_material *packed;
+    const uint32_t *which;
+    size_t n;
+    const shd_points32 *points;
+    float *const *diffuse;
+    float *const *specular;
+} shd_sums_job;
+
+enum { SHD_TERMS_AT_ONCE = 8 };
+
+/* out[c] = constant[c] + sum over terms of coefficient[c][t] row[c][t] */
+typedef struct shd_combination {
+    float constant[3];
+    size_t terms[3];
+    float coefficient[3][SHD_TERMS_AT_ONCE];
+    const float *row[3][SHD_TERMS_AT_ONCE];
+} shd_combination;
+
+typedef struct shd_sums_kernel {
+    void (*sums32)(const shd_sums_job *job);
+    /* Rounds `count` up to whole vectors. */
+    void (*combine)(const shd_combination *what, size_t count, float *const out[3]);
+} shd_sums_kernel;
+
+extern const shd_sums_kernel shd_sums_kernel_portable, shd_sums_kernel_avx2, shd_sums_kernel_avx512;
+
+struct shd_lighting {
+    const shd_plan *plan;
+    const shd_sums_kernel *kernel;
+    const shd_packed_light *lights;       /* [plan->light_count] */
+    const shd_packed_material *materials; /* [plan->material_count] */
+    bool draft;
+};
+
+/* A light and a material's lobes for the tier; for tests, too. */
+shd_packed_light shd_pack_light(const shd_plan *plan, const shd_plan_light *light);
+shd_packed_lobe shd_pack_lobe(const shd_plan *plan, double shininess);
+
+/* One lane of the sums by the f64 reference: adds light j's contribution to sums[row], row = c for
+ * the diffuse sums and 3 + 3 lobe + c for lobes. `lane` counts from the points' start. */
+void shd_add_wide(const shd_sums_job *job, uint32_t j, size_t lane, size_t first_lobe,
+                  size_t lobe_count, double *sums);
+
+#endif

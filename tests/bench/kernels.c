@@ -1,0 +1,116 @@
+/* Times the shading kernels alone: nanoseconds a pixel-light by tier, variant and shininess, four
+ * attenuated point lights, one lobe, points in the order of a sphere's picture.
+ *
+ * Machines are noisy, so each figure is the least of several runs, and what to compare are the
+ * ratios. Usage: bench_kernels [RUNS] */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "shade/lighting.h"
+
+enum { SIDE = 64, MOST = SIDE * SIDE, LIGHTS = 4 };
+
+/* A sphere of radius 1 seen from (0, 0, 4): what both kinds of points are made from. */
+typedef struct surface {
+    size_t count;
+    double position[3][MOST], normal[3][MOST], view[3][MOST];
+    _Alignas(64) float position32[3][MOST], normal32[3][MOST], mirror32[3][MOST];
+} surface;
+
+static double nanoseconds(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return 1e9 * (double)now.tv_sec + (double)now.tv_nsec;
+}
+
+static void make_surface(surface *s) {
+    size_t n = 0;
+    for (int y = 0; y < SIDE; y++) {
+        for (int x = 0; x < SIDE; x++) {
+            double u = (2 * x + 1) / (double)SIDE - 1, w = 1 - (2 * y + 1) / (double)SIDE;
+            if (u * u + w * w >= 1) continue;
+            shd_vec3 p = {u, w, sqrt(1 - u * u - w * w)}, v = p;
+            shd_normalize(shd_sub((shd_vec3){0, 0, 4}, p), &v);
+            if (!(shd_dot(p, v) > 0)) continue;
+            shd_vec3 m = shd_sub(shd_scale(p, 2 * shd_dot(p, v)), v);
+            const double pa[3] = {p.x, p.y, p.z}, va[3] = {v.x, v.y, v.z}, ma[3] = {m.x, m.y, m.z};
+            for (int c = 0; c < 3; c++) {
+                s->position[c][n] = s->normal[c][n] = pa[c];
+                s->position32[c][n] = s->normal32[c][n] = (float)pa[c];
+                s->view[c][n] = va[c];
+                s->mirror32[c][n] = (float)ma[c];
+            }
+            n++;
+        }
+    }
+    s->count = n / SHD_LANES * SHD_LANES;
+}
+
+static double time_of(const surface *s, shd_tier tier, shd_isa isa, double shininess, int runs) {
+    shd_arena *arena = shd_arena_new(1 << 20);
+    static const shd_scene scene = {.light_count = LIGHTS, .material_count = 1};
+    shd_plan_light lights[LIGHTS];
+    for (int i = 0; i < LIGHTS; i++)
+        lights[i] = (shd_plan_light){.index = (size_t)i,
+                                     .attenuated = true,
+                                     .position = {i - 1.5, 2 - i % 2, 3},
+                                     .color = {1, 1, 1},
+                                     .a = 1,
+                                     .b = 0.1,
+                                     .c = 0.05,
+                                     .gain = 1};
+    const shd_plan_lobe lobe = {{1, 1, 1}, shininess};
+    const shd_plan_material material = {.lobes = &lobe, .lobe_count = 1};
+    const shd_plan plan = {.scene = &scene,
+                           .tier = tier,
+                           .isa = isa,
+                           .lights = lights,
+                           .light_count = LIGHTS,
+                           .materials = &material,
+                           .grey_lights = true,
+                           .scale = 1};
+    const shd_lighting *lighting = shd_lighting_new(&plan, arena);
+    if (!lighting) exit(1);
+    static _Alignas(64) float diffuse[MOST], specular[MOST];
+    float *const D[3] = {diffuse}, *const S[3] = {specular};
+    static const uint32_t which[LIGHTS] = {0, 1, 2, 3};
+    shd_points32 points = {.count = s->count};
+    for (int c = 0; c < 3; c++) {
+        points.position[c] = s->position32[c];
+        points.normal[c] = s->normal32[c];
+        points.mirror[c] = s->mirror32[c];
+    }
+    double least = 1e30;
+    for (int r = 0; r < runs; r++) {
+        double start = nanoseconds();
+        shd_light_sums32(lighting, &material, which, LIGHTS, &points, D, S);
+        double took = nanoseconds() - start;
+        if (took < least) least = took;
+    }
+    shd_arena_drop(arena);
+    return least / (double)(s->count * LIGHTS);
+}
+
+int main(int argc, char **argv) {
+    static const double shininess[] = {5, 50, 1e3, 1e5};
+    static const char *const tiers[] = {"draft", "standard", "exact"};
+    const int runs = argc > 1 ? atoi(argv[1]) : 200;
+    static surface s;
+    make_surface(&s);
+    printf("ns a pixel-light: %d lights, %zu points, least of %d runs\n\n%-9s %-9s", LIGHTS,
+           s.count, runs, "tier", "variant");
+    for (size_t i = 0; i < sizeof shininess / sizeof *shininess; i++)
+        printf(" ns %-6g", shininess[i]);
+    for (shd_tier tier = SHD_DRAFT; tier <= SHD_STANDARD; tier++) {
+        for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++) {
+            if (!shd_cpu_has(isa)) continue;
+            printf("\n%-9s %-9s", tiers[tier], shd_isa_name(isa));
+            for (size_t i = 0; i < sizeof shininess / sizeof *shininess; i++)
+                printf(" %-9.3f", time_of(&s, tier, isa, shininess[i], runs));
+        }
+    }
+    putchar('\n');
+    return 0;
+}
