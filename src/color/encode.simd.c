@@ -180,7 +180,7 @@ static inline const float *take(const float *from, size_t stride, size_t count, 
 
 static uint64_t encode(const shd_color_task *task) {
     const shd_color_codes *codes = task->codes;
-    uint32_t code[4][BLOCK];
+    uint32_t code[4][BLOCK] = {{0}};
     uint32_t(*code_of[4])[BLOCK] = {code, code, code, code}; /* by sample */
     bool wanted[4] = {false};
     for (int s = 0; s < task->samples; s++) {

@@ -278,6 +278,9 @@ shd_status shd_output_make(shd_request *request, const shd_film *film, size_t in
         .transfer = info->transfer,
         .has_primaries = info->has_primaries,
         .channel_names = shd_channel_names(info->channels),
+        .isa = request->engine->isa,
+        .pool = request->engine->pool,
+        .helpers_seconds = &request->times.encode,
     };
     memcpy(image.primaries, info->primaries, sizeof image.primaries);
 

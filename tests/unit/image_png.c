@@ -9,7 +9,7 @@ typedef struct chunk {
 } chunk;
 
 /* Walks the file, checks every checksum, and finds a chunk; `order` gets all types in a row. */
-static chunk find(shd_bytes png, const char *type, char order[64]) {
+static chunk find(shd_bytes png, const char *type, char order[512]) {
     static const unsigned char signature[] = {137, 80, 78, 71, 13, 10, 26, 10};
     chunk found = {NULL, 0};
     size_t at = 8;
@@ -30,17 +30,44 @@ static chunk find(shd_bytes png, const char *type, char order[64]) {
 }
 
 static void check_order(const shd_image *image, const char *wanted) {
-    char order[64];
+    char order[512];
     shd_bytes png = encoded(image, SHD_PNG);
     find(png, "IHDR", order);
     assert_string_equal(order, wanted);
     free(png.data);
 }
 
-/* Undoes deflate and the filters; rows of samples as stored. */
-static unsigned char *decode(shd_bytes png, size_t row, size_t height) {
-    char order[64];
-    chunk idat = find(png, "IDAT", order);
+/* The data of all IDAT chunks; the caller frees it. */
+static chunk join_data(shd_bytes png) {
+    unsigned char *all = malloc(png.size);
+    uint32_t size = 0;
+    for (size_t at = 8; at < png.size; at += 12 + read32(png.data + at)) {
+        if (memcmp(png.data + at + 4, "IDAT", 4)) continue;
+        memcpy(all + size, png.data + at + 8, read32(png.data + at));
+        size += read32(png.data + at);
+    }
+    return (chunk){all, size};
+}
+
+/* What a filter expects of a byte from those to the left and above. */
+static unsigned expected(unsigned filter, unsigned left, unsigned above) {
+    switch (filter) {
+    case 1:
+        return left;
+    case 2:
+        return above;
+    case 3:
+        return (left + above) / 2;
+    default:
+        assert_int_equal(filter, 0);
+        return 0;
+    }
+}
+
+/* Undoes deflate and the filters; rows of samples as stored. `used` counts the filters. */
+static unsigned char *decode_counting(shd_bytes png, size_t row, size_t pixel, size_t height,
+                                      int used[5]) {
+    chunk idat = join_data(png);
     unsigned char *raw = malloc((row + 1) * height), *out = malloc(row * height);
     struct libdeflate_decompressor *d = libdeflate_alloc_decompressor();
     size_t size;
@@ -49,14 +76,22 @@ static unsigned char *decode(shd_bytes png, size_t row, size_t height) {
     assert_int_equal(size, (row + 1) * height);
     libdeflate_free_decompressor(d);
     for (size_t y = 0; y < height; y++) {
-        unsigned char filter = raw[y * (row + 1)];
-        assert_true(filter == 0 || (filter == 2 && y));
+        const unsigned char *from = raw + y * (row + 1);
+        unsigned char *to = out + y * row;
+        assert_true(from[0] < 5);
+        used[from[0]]++;
         for (size_t x = 0; x < row; x++)
-            out[y * row + x] =
-                (unsigned char)(raw[y * (row + 1) + 1 + x] + (filter ? out[(y - 1) * row + x] : 0));
+            to[x] = (unsigned char)(from[1 + x] + expected(from[0], x < pixel ? 0 : to[x - pixel],
+                                                           y ? *(to + x - row) : 0));
     }
+    free((void *)(size_t)idat.data);
     free(raw);
     return out;
+}
+
+static unsigned char *decode(shd_bytes png, size_t row, size_t pixel, size_t height) {
+    int used[5] = {0};
+    return decode_counting(png, row, pixel, height, used);
 }
 
 static void header_names_size_depth_and_channels(void **state) {
@@ -78,7 +113,7 @@ static void header_names_size_depth_and_channels(void **state) {
         image.alpha = cases[i].alpha;
         image.depth = cases[i].depth;
         shd_bytes png = encoded(&image, SHD_PNG);
-        char order[64];
+        char order[512];
         chunk ihdr = find(png, "IHDR", order);
         assert_int_equal(ihdr.length, 13);
         assert_int_equal(read32(ihdr.data), W);
@@ -98,7 +133,7 @@ static void samples_come_back_straight_and_big_endian(void **state) {
     shd_image image = picture(rgba, W, H);
     image.alpha = true;
     shd_bytes png = encoded(&image, SHD_PNG);
-    unsigned char *samples = decode(png, 4 * W, H);
+    unsigned char *samples = decode(png, 4 * W, 4, H);
     for (int i = 0; i < 4 * W * H; i++)
         assert_int_equal(samples[i], (int)floor(rgba[i] * 255.0 + 0.5));
     free(samples);
@@ -106,7 +141,7 @@ static void samples_come_back_straight_and_big_endian(void **state) {
 
     image.depth = SHD_U16;
     png = encoded(&image, SHD_PNG);
-    samples = decode(png, 8 * W, H);
+    samples = decode(png, 8 * W, 8, H);
     for (int i = 0; i < 4 * W * H; i++)
         assert_int_equal(samples[2 * i] << 8 | samples[2 * i + 1],
                          (int)floor(rgba[i] * 65535.0 + 0.5));
@@ -160,7 +195,7 @@ static void gamma_and_chromaticities_have_the_standards_values(void **state) {
         shd_image image = picture(rgba, 1, 1);
         image.transfer = cases[i].transfer;
         shd_bytes png = encoded(&image, SHD_PNG);
-        char order[64];
+        char order[512];
         chunk gamma = find(png, "gAMA", order), chrm = find(png, "cHRM", order);
         assert_int_equal(read32(gamma.data), cases[i].gamma);
         for (int k = 0; k < 8; k++) assert_int_equal(read32(chrm.data + 4 * k), srgb[k]);
@@ -183,7 +218,7 @@ static void noise_and_single_pixels_fit_their_bounds(void **state) {
             image.alpha = true;
             image.depth = SHD_U16;
             shd_bytes png = encoded(&image, SHD_PNG);
-            unsigned char *samples = decode(png, 8 * (size_t)w, (size_t)h);
+            unsigned char *samples = decode(png, 8 * (size_t)w, 8, (size_t)h);
             for (int i = 0; i < 4 * w * h; i++)
                 assert_int_equal(samples[2 * i] << 8 | samples[2 * i + 1],
                                  (int)floor(rgba[i] * 65535.0 + 0.5));
@@ -193,6 +228,67 @@ static void noise_and_single_pixels_fit_their_bounds(void **state) {
     free(rgba);
 }
 
+/* A disc of slopes on black, beside noise and stripes. */
+static void paint(unsigned char *samples, size_t width, size_t height, size_t pixel) {
+    uint32_t seed = 3;
+    for (size_t y = 0; y < height; y++)
+        for (size_t x = 0; x < width; x++)
+            for (size_t c = 0; c < pixel; c++) {
+                double dx = (double)x / (double)width - 0.4, dy = (double)y / (double)height - 0.5;
+                unsigned v =
+                    dx * dx + dy * dy < 0.1 ? (unsigned)(200 - 300 * (dx + dy * (double)c)) : 0;
+                seed = seed * 1664525u + 1013904223u;
+                if (x > width * 9 / 10) v = y > height / 2 ? seed >> 24 : (unsigned)x * 40;
+                samples[(y * width + x) * pixel + c] = (unsigned char)v;
+            }
+}
+
+static void large_pictures_have_the_same_bytes_from_any_thread_and_variant(void **state) {
+    (void)state;
+    enum { W = 701, H = 530 };
+    shd_error error;
+    shd_pool *pools[2] = {NULL, NULL};
+    assert_int_equal(shd_pool_new(3, 0, &pools[1], &error), SHD_OK);
+    unsigned char *samples = malloc((size_t)8 * W * H);
+    for (int deep = 0; deep < 2; deep++)
+        for (int alpha = 0; alpha < 2; alpha++) {
+            shd_image image = picture(NULL, W, H);
+            image.samples = samples;
+            image.alpha = alpha;
+            image.depth = deep ? SHD_U16 : SHD_U8;
+            const size_t pixel = (size_t)(alpha ? 4 : 3) * (deep ? 2 : 1);
+            paint(samples, W, H, pixel);
+            shd_bytes first = encoded(&image, SHD_PNG);
+            int used[5] = {0};
+            unsigned char *back = decode_counting(first, W * pixel, pixel, H, used);
+            for (size_t i = 0; i < W * H * pixel; i += deep ? 2 : 1) {
+                assert_int_equal(back[i], samples[i + (deep ? 1 : 0)]);
+                if (deep) assert_int_equal(back[i + 1], samples[i]);
+            }
+            free(back);
+            char order[512];
+            find(first, "IHDR", order);
+            assert_non_null(strstr(order, "IDAT IDAT IDAT")); /* in several pieces */
+            assert_true(used[1] && used[2] && used[3]);
+            for (int threads = 0; threads < 2; threads++)
+                for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++) {
+                    if (!shd_cpu_has(isa)) continue;
+                    double helped = 0;
+                    image.isa = isa;
+                    image.pool = pools[threads];
+                    image.helpers_seconds = &helped;
+                    shd_bytes other = encoded(&image, SHD_PNG);
+                    assert_int_equal(other.size, first.size);
+                    assert_memory_equal(other.data, first.data, first.size);
+                    assert_true(helped >= 0);
+                    free(other.data);
+                }
+            free(first.data);
+        }
+    free(samples);
+    shd_pool_drop(pools[1]);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(header_names_size_depth_and_channels),
@@ -200,6 +296,7 @@ int main(void) {
         cmocka_unit_test(color_is_said_once_and_truly),
         cmocka_unit_test(gamma_and_chromaticities_have_the_standards_values),
         cmocka_unit_test(noise_and_single_pixels_fit_their_bounds),
+        cmocka_unit_test(large_pictures_have_the_same_bytes_from_any_thread_and_variant),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
