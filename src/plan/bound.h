@@ -65,7 +65,7 @@ typedef struct shd_excess_list {
     shd_excess excess[SHD_EXCESSES];
     bool nonnegative; /* no color or coefficient is below 0; else `ratio` and `main` mean nothing */
     bool grey;        /* channels are equal */
-    double color;     /* relative error of every color: rounding, samples left out */
+    double color;     /* relative error of every color: rounding, what is left out */
     double more;      /* absolute, in every channel: lights left out, samples left out */
     double most[3];   /* of all colors, by size */
     /* Of all colors' parts: r, g, b / (r + g + b). */

@@ -25,6 +25,7 @@ bool shd_plan_bound(const shd_plan *plan, shd_tier tier, const shd_shown *shown,
     shd_excess_list list;
     if (!shd_excess_find(plan, tier, arena, &list)) return false;
     list.more = plan->drop_tolerance + plan->dropped;
+    list.color += plan->drop_relative;
     if (tier != SHD_EXACT) {
         list.more += plan->sampling_absolute;
         list.color += plan->sampling_relative;
@@ -106,13 +107,18 @@ static double find_room(const shd_plan *plan, const shd_shown *shown, shd_excess
 static void share_room(shd_plan *plan, const shd_shown *shown, shd_excess_list *list, shd_tier tier,
                        double *lights) {
     const bool samples = plan->scene->raster.samples > 1;
+    const double share = samples ? SAMPLES_SHARE : 0;
     double room = find_room(plan, shown, list, tier, &list->more);
-    if (samples && plan->scene->accuracy.metric != SHD_LINEAR) {
+    if (plan->scene->accuracy.metric != SHD_LINEAR) {
         room *= DARK_SHARE;
         list->more = room;
-        plan->sampling_relative = find_room(plan, shown, list, tier, &list->color);
+        double relative = find_room(plan, shown, list, tier, &list->color);
+        plan->sampling_relative = share * relative;
+        /* What is seen is no less than what is sure to be seen only where light adds up. */
+        if (list->nonnegative && plan->light_count > 1)
+            plan->drop_relative = relative - plan->sampling_relative;
     }
-    if (samples) plan->sampling_absolute = SAMPLES_SHARE * room;
+    plan->sampling_absolute = share * room;
     *lights = room - plan->sampling_absolute;
 }
 

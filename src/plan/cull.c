@@ -63,6 +63,31 @@ static int step_of(double most, double tolerance) {
     return step < 0 ? 0 : step;
 }
 
+/* At least what is seen of the patch, in any channel: constant terms and diffuse light. */
+static double least_of(const shd_plan *plan, const shd_plan_material *material,
+                       const shd_patch *patch, double sine, const uint32_t *in, size_t count) {
+    double light[3] = {0, 0, 0}, least = INFINITY;
+    for (size_t i = 0; i < count && patch->cos_spread > 0; i++) {
+        const shd_plan_light *from = &plan->lights[in[i]];
+        if (from->spot) continue; /* it may not reach all of the patch */
+        shd_vec3 path = shd_sub(from->position, patch->center);
+        double radius = patch->radius, factor = from->gain;
+        if (from->directional) path = from->toward, radius = 0;
+        double squared = shd_dot(path, path), length = sqrt(squared);
+        double along = shd_dot(path, patch->axis), away = sqrt(fmax(0, squared - along * along));
+        double facing = (along * patch->cos_spread - away * sine - radius) / (length + radius);
+        if (!(facing > 0)) continue;
+        if (from->attenuated) {
+            double d = fmax(length + radius, from->min_distance);
+            factor /= from->a + d * (from->b + d * from->c);
+        }
+        for (int c = 0; c < 3; c++) light[c] += factor * facing * from->color[c];
+    }
+    for (int c = 0; c < 3; c++)
+        least = fmin(least, material->constant[c] + material->diffuse[c] * light[c]);
+    return least > 0 ? least * (1 - 1e-3) : 0; /* for the picture's own errors */
+}
+
 /* All lights of the steps below one that does not fit any more go, and of that one as many as do,
  * in their order. */
 static size_t drop_weakest(const shd_plan *plan, const shd_plan_material *material,
@@ -112,6 +137,8 @@ size_t shd_plan_cull(const shd_plan *plan, size_t object, const shd_patch *patch
         out[kept++] = in[i];
     }
     if (!(tolerance > 0)) return kept;
-    return drop_weakest(plan, &plan->materials[plan->objects[object].material], patch, tolerance,
-                        out, kept, out);
+    const shd_plan_material *material = &plan->materials[plan->objects[object].material];
+    if (plan->drop_relative > 0)
+        tolerance += plan->drop_relative * least_of(plan, material, patch, sine, out, kept);
+    return drop_weakest(plan, material, patch, tolerance, out, kept, out);
 }

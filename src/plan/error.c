@@ -2,9 +2,8 @@
 
 #include <math.h>
 
-/* Draft is answered by standard: its errors are standard's. */
 static const shd_tier_error errors[] = {
-    [SHD_DRAFT] = {1.6e-7, 3e-7, 6e-8, 1.6e-7, 2.5e-7, 1.8e-7},
+    [SHD_DRAFT] = {1.6e-7, 3e-7, 6e-8, 1.6e-7, 1.6e-4, 1.8e-7},
     [SHD_STANDARD] = {1.6e-7, 3e-7, 6e-8, 1.6e-7, 2.5e-7, 1.8e-7},
     /* In f64, 1e-12 is nothing beside the film's f32. */
     [SHD_EXACT] = {1e-13, 1e-13, 0, 1e-15, 1e-13, 6e-8},
@@ -21,5 +20,5 @@ double shd_specular_error(shd_tier tier, double shininess, double more) {
 
 double shd_specular_ratio(shd_tier tier, double shininess, double more) {
     const shd_tier_error *e = &errors[tier];
-    return 2 * e->specular + sqrt(120 * shininess) * (e->direction + more) + 2 * more;
+    return 40 * e->specular + sqrt(120 * shininess) * (e->direction + more) + 2 * more;
 }

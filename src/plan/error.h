@@ -29,7 +29,8 @@ const shd_tier_error *shd_tier_error_of(shd_tier tier);
 
 /* specular(ns) and ratio(ns) of the tier, where directions are off by `more` on top. The power is
  * exp(ns log(1 - d)) with d = |L - W|^2 / 2, off by sqrt(2 d) times the directions' error: of
- * (1 - d)^ns that is most at d = 1 / 2ns, and relative to it most where it fades, at ns d = 60. */
+ * (1 - d)^ns that is most at d = 1 / 2ns, and relative to it most where it fades, at ns d = 60,
+ * where the logarithm's own error counts 40 times and more. */
 double shd_specular_error(shd_tier tier, double shininess, double more);
 double shd_specular_ratio(shd_tier tier, double shininess, double more);
 

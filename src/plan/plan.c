@@ -182,7 +182,7 @@ static shd_status make_parts(shd_plan *plan, const shd_shown *shown, bool whole,
     if (status != SHD_OK) return status;
     if (whole) {
         plan->sampling_absolute = plan->sampling_relative = 0;
-        plan->drop_tolerance = plan->dropped = 0;
+        plan->drop_tolerance = plan->drop_relative = plan->dropped = 0;
     } else if (dropped) {
         size_t kept = 0;
         for (size_t j = 0; j < count; j++)

@@ -210,16 +210,17 @@ static json_t *tell_accuracy(const shd_accuracy *accuracy) {
 
 static json_t *tell_all(const shd_explained *e, json_t *words) {
     const shd_plan *plan = e->plan;
-    return json_pack(
-        "{so ss ss ss so so so so so si si sb so so so so so so}", "asked",
-        tell_accuracy(&plan->scene->accuracy), "tier", shd_tier_names[plan->tier], "kernel",
-        shd_isa_name(plan->isa), "plan", plan->summary, "bound", tell_bounds(plan), "milliseconds",
-        tell_cost(&e->cost), "terms", tell_terms(plan), "lights", tell_lights(plan), "materials",
-        tell_materials(plan), "lightChannels", plan->grey_lights ? 1 : 3, "channels",
-        plan->grey ? 1 : 3, "splitPositions", plan->split_positions, "objects", tell_objects(plan),
-        "samples", tell_samples(plan), "leftOut",
-        json_pack("{sf sf}", "lights", plan->dropped, "lightsOfTiles", plan->drop_tolerance),
-        "outputs", tell_outputs(e), "tiers", tell_tiers(e), "words", words);
+    return json_pack("{so ss ss ss so so so so so si si sb so so so so so so}", "asked",
+                     tell_accuracy(&plan->scene->accuracy), "tier", shd_tier_names[plan->tier],
+                     "kernel", shd_isa_name(plan->isa), "plan", plan->summary, "bound",
+                     tell_bounds(plan), "milliseconds", tell_cost(&e->cost), "terms",
+                     tell_terms(plan), "lights", tell_lights(plan), "materials",
+                     tell_materials(plan), "lightChannels", plan->grey_lights ? 1 : 3, "channels",
+                     plan->grey ? 1 : 3, "splitPositions", plan->split_positions, "objects",
+                     tell_objects(plan), "samples", tell_samples(plan), "leftOut",
+                     json_pack("{sf s{sf sf}}", "lights", plan->dropped, "tileLights", "absolute",
+                               plan->drop_tolerance, "relative", plan->drop_relative),
+                     "outputs", tell_outputs(e), "tiers", tell_tiers(e), "words", words);
 }
 
 /* ---- The answer. ---- */

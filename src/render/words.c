@@ -88,8 +88,8 @@ static void say_lights(json_t *words, const shd_plan *plan) {
     }
     if (more) say(words, "So are %zu more light%s.", more, s_of(more));
     if (plan->drop_tolerance > 0)
-        say(words, "Tiles leave out lights that add no more than %.2g together.",
-            plan->drop_tolerance);
+        say(words, "Tiles leave out lights that add no more than %.2g + %.2g of a value to it.",
+            plan->drop_tolerance, plan->drop_relative);
 }
 
 static void say_objects(json_t *words, const shd_plan *plan) {

@@ -1,6 +1,7 @@
 /* What the plan leaves out adds nothing: lights of a picture, of an object and of a patch of its
  * surface, weighed here by the equations themselves. */
 #include "property/pieces.h"
+#include "render/shown.h"
 
 static const char *const shapes[] = {"sphere", "box",  "cylinder", "cone",
                                      "torus",  "disc", "plane",    "mesh"};
@@ -242,6 +243,69 @@ static void check_patch(const sampled *s, size_t first, size_t count, double tol
     }
 }
 
+/* Under a budget the plan's own tolerances hold: of what is left out beside what is seen. */
+static void check_budget(const sampled *s, const shd_plan *plan, size_t first, size_t count,
+                         size_t *given, size_t *kept) {
+    const shd_scene *from = plan->scene;
+    const size_t index = (size_t)s->seen.object[first];
+    const shd_plan_object *object = &plan->objects[index];
+    const shd_plan_material *material = &plan->materials[object->material];
+    const shd_patch patch = patch_of(s, first, count);
+    uint32_t list[64];
+    size_t left = shd_plan_cull(plan, index, &patch, plan->drop_tolerance, object->lights,
+                                object->light_count, list);
+    *given += object->light_count;
+    *kept += left;
+    for (size_t i = first; i < first + count; i++) {
+        const point at = point_of(s, i);
+        double out[3] = {0, 0, 0}, all[3];
+        memcpy(all, material->constant, sizeof all);
+        for (size_t k = 0; k < object->light_count; k++) {
+            const size_t j = plan->lights[object->lights[k]].index;
+            double rgb[3];
+            radiance_of(&from->lights[j], &from->materials[from->objects[index].material], &at,
+                        rgb);
+            for (int c = 0; c < 3; c++) {
+                all[c] += rgb[c];
+                if (!holds(list, left, plan, j)) out[c] += rgb[c];
+            }
+        }
+        for (int c = 0; c < 3; c++)
+            assert_true(out[c] <= plan->drop_tolerance + plan->drop_relative * all[c]);
+    }
+}
+
+static void budgets_leave_out_lights_of_patches_within_their_tolerances(void **state) {
+    size_t given = 0, kept = 0, relative = 0;
+    for (uint64_t seed = 1; seed <= 40; seed++) {
+        char *json = scene(seed + 3000, 40, 2);
+        sampled s = samples_of(*state, json);
+        /* The same scene with a budget: its plan alone is needed. */
+        shd_scene asking = *s.request->scene;
+        asking.accuracy =
+            (shd_accuracy){.budget = true, .max_error = 1, .metric = SHD_DELTA_E_2000};
+        asking.ambient[0] = asking.ambient[1] = asking.ambient[2] = 0.05;
+        shd_error error;
+        const shd_plan *plan = NULL;
+        const shd_shown *shown = NULL;
+        assert_int_equal(shd_shown_make(s.request, &asking, &shown, &error), SHD_OK);
+        if (shd_plan_make_shown(&asking, SHD_PORTABLE, shown, s.request->arena, &plan, &error))
+            fail_msg("%s in\n%s", error.text, json);
+        relative += plan->drop_relative > 0;
+        for (size_t i = 0; i < s.count;) {
+            size_t end = i + 1;
+            while (end < s.count && end % 40 && s.seen.object[end] == s.seen.object[i] &&
+                   end - i < 8)
+                end++;
+            if (s.seen.object[i] != SHD_NOTHING) check_budget(&s, plan, i, end - i, &given, &kept);
+            i = end;
+        }
+        drop_sampled(&s);
+        free(json);
+    }
+    assert_true(relative > 20 && kept < given);
+}
+
 static void lights_left_out_of_a_patch_add_no_more_than_is_tolerated(void **state) {
     static const double tolerances[] = {0, 1e-3, 0.1, 1};
     size_t kept[4] = {0}, given = 0;
@@ -348,6 +412,7 @@ int main(void) {
         cmocka_unit_test(lights_left_out_of_an_object_add_nothing_to_it),
         cmocka_unit_test(reduced_pictures_are_the_whole_ones),
         cmocka_unit_test(lights_left_out_of_a_patch_add_no_more_than_is_tolerated),
+        cmocka_unit_test(budgets_leave_out_lights_of_patches_within_their_tolerances),
         cmocka_unit_test(plans_tell_what_scenes_need),
     };
     return cmocka_run_group_tests(tests, make_engine, drop_engine);
