@@ -187,7 +187,17 @@ static void reduced_pictures_are_the_whole_ones(void **state) {
                          SHD_OK);
         assert_int_equal(shd_film_render(whole.request, sight, NULL, &whole.film, &error), SHD_OK);
         shd_sight_drop(sight);
-        if (!same_film(&reduced, &whole)) fail_msg("the pictures differ in\n%s", json);
+        /* A light that reaches nothing does not make positions keep more digits, either: then
+         * the pictures are as far apart as both errors allow. */
+        const shd_plan *few = reduced.request->plan, *all = whole.request->plan;
+        if (few->split_positions == all->split_positions) {
+            if (!same_film(&reduced, &whole)) fail_msg("the pictures differ in\n%s", json);
+        } else {
+            for (size_t i = 0; i < 4 * pixels_of(&whole); i++) {
+                double apart = (double)reduced.film.rgba[i] - (double)whole.film.rgba[i];
+                assert_true(fabs(apart) <= few->bound.linear + all->bound.linear);
+            }
+        }
         fewer += reduced.request->plan->light_count < whole.request->plan->light_count;
         drop_drawn(&reduced);
         drop_drawn(&whole);
