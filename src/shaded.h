@@ -34,6 +34,8 @@ typedef struct shd_engine_options {
     const char *kernel;      /* "portable", "avx2", "avx512"; NULL or "auto": the widest there is */
     unsigned threads;        /* workers; 0: one a core */
     size_t queue;            /* jobs that may wait in shd_engine_submit */
+    size_t reuse;            /* bytes of G-buffers and sums of light that are kept between
+                                requests; 0: none. Pictures are the same, to the byte */
     shd_limits limits;
 } shd_engine_options;
 
@@ -47,18 +49,10 @@ void shd_engine_drop(shd_engine *engine); /* finishes queued jobs first; NULL is
 /* Runs run(context) on a worker, later. False: the queue is full, and nothing was queued. */
 bool shd_engine_submit(shd_engine *engine, void (*run)(void *context), void *context);
 
-/* From a job: runs run(context) later as the large rest of it. Deferred work takes turns with new
- * jobs, and lets them pass between its tiles: what is small does not wait for what is large. */
-void shd_engine_defer(shd_engine *engine, void (*run)(void *context), void *context);
-
-/* Takes a waiting job back. False: it runs, or has run. */
-bool shd_engine_withdraw(shd_engine *engine, const void *context);
-
 typedef struct shd_load {
     size_t queued; /* jobs that wait */
     unsigned busy; /* workers that run one */
     unsigned threads;
-    uint64_t lent; /* jobs so far that ran between the tiles of a deferred one */
 } shd_load;
 
 shd_load shd_engine_load(shd_engine *engine);
@@ -97,10 +91,6 @@ const shd_report *shd_request_report(const shd_request *request);
 const char *shd_request_etag(const shd_request *request);
 bool shd_request_multipart(const shd_request *request);
 
-/* After a successful read: how much there is to compute, in units of about one light on one sample
- * in single precision, right to a factor of a few. */
-uint64_t shd_request_work(const shd_request *request);
-
 /* After a successful read: the format of picture `index`, as the document or `fallback` has it.
  * A document without `outputs` has one picture. */
 shd_format shd_request_format(const shd_request *request, size_t index);
@@ -133,8 +123,7 @@ typedef enum shd_telling { SHD_IN_JSON, SHD_IN_WORDS } shd_telling;
 shd_status shd_request_explain(shd_request *request, shd_telling telling, char **text,
                                shd_error *error);
 
-/* Makes a running or later render or comparison end soon with SHD_CANCELLED: within a tile, or
- * after an encoding that is not WebP's. Any thread. */
+/* Makes a running or later render or comparison end soon with SHD_CANCELLED. Any thread. */
 void shd_request_cancel(shd_request *request);
 
 typedef struct shd_picture {
@@ -150,12 +139,29 @@ const shd_picture *shd_request_pictures(const shd_request *request, size_t *coun
 /* Gives the bytes of picture `index` to the caller, who frees them; the picture is empty then. */
 unsigned char *shd_request_take(shd_request *request, size_t index);
 
-/* Seconds of processor time by stage, summed over threads. */
+/* Seconds by stage, summed over the threads that worked on it. */
 typedef struct shd_times {
     double parse, plan, visibility, shade, color, encode;
 } shd_times;
 
 const shd_times *shd_request_times(const shd_request *request);
+
+/* After a successful render: what was known of the picture from earlier ones. */
+typedef enum shd_reused {
+    SHD_REUSED_NOTHING,
+    SHD_REUSED_GEOMETRY, /* what rays hit: none was cast, or only those of new samples */
+    SHD_REUSED_LIGHT     /* and what light falls there: only colors were left to do */
+} shd_reused;
+
+shd_reused shd_request_reused(const shd_request *request);
+
+/* What was kept for pictures to come, since the engine was made. */
+typedef struct shd_reuse_load {
+    size_t bytes, cap;
+    uint64_t light_hits, light_misses, geometry_hits, geometry_misses;
+} shd_reuse_load;
+
+shd_reuse_load shd_engine_reuse(shd_engine *engine);
 
 /* After a successful render: the plan in a line, for the Shaded-Plan header. */
 const char *shd_request_plan(const shd_request *request);

@@ -54,7 +54,8 @@ static shd_status render_tier(shd_request *request, shd_tier tier, stretch *prog
     request->times.plan += planned - began;
     request->times.visibility += shd_thread_seconds() - planned;
     const shd_render_options options = {on_progress, progress};
-    status = shd_film_render(request, sight, &options, film, error);
+    *film = (shd_film){0};
+    status = shd_film_render(request, sight, NULL, &options, film, error);
     shd_sight_drop(sight);
     times->plan = request->times.plan - before.plan;
     times->visibility = request->times.visibility - before.visibility;

@@ -17,6 +17,7 @@ const char *shd_version(void) {
 shd_engine_options shd_engine_defaults(void) {
     return (shd_engine_options){
         .queue = 64,
+        .reuse = (size_t)256 << 20,
         .limits = {.pixels = 1u << 24,
                    .samples = 1u << 28,
                    .lights = 10000,
@@ -45,7 +46,8 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
     engine->spares =
         shd_spares_new(spare < options->limits.memory ? spare : options->limits.memory);
     engine->tracer = shd_tracer_new();
-    shd_status status = engine->spares && engine->tracer
+    engine->reuse = shd_reuse_new(options->reuse);
+    shd_status status = engine->spares && engine->tracer && engine->reuse
                             ? shd_color_config_load(options->ocio_config, &engine->color, error)
                             : shd_fail(error, SHD_MEMORY, "", "out of memory");
     if (status == SHD_OK) status = shd_pool_new(threads, options->queue, &engine->pool, error);
@@ -62,6 +64,7 @@ void shd_engine_drop(shd_engine *engine) {
     shd_pool_drop(engine->pool);
     if (engine->color) shd_color_config_drop(engine->color);
     shd_tracer_drop(engine->tracer);
+    shd_reuse_drop(engine->reuse);
     shd_spares_drop(engine->spares);
     free(engine);
 }
@@ -70,19 +73,15 @@ bool shd_engine_submit(shd_engine *engine, void (*run)(void *context), void *con
     return shd_pool_submit(engine->pool, run, context);
 }
 
-void shd_engine_defer(shd_engine *engine, void (*run)(void *context), void *context) {
-    shd_pool_defer(engine->pool, run, context);
-}
-
-bool shd_engine_withdraw(shd_engine *engine, const void *context) {
-    return shd_pool_withdraw(engine->pool, context);
-}
-
 shd_load shd_engine_load(shd_engine *engine) {
     return (shd_load){shd_pool_queued(engine->pool), shd_pool_busy(engine->pool),
-                      shd_pool_slots(engine->pool) - 1, shd_pool_lent(engine->pool)};
+                      shd_pool_slots(engine->pool) - 1};
 }
 
 const shd_limits *shd_engine_limits(const shd_engine *engine) {
     return &engine->limits;
+}
+
+shd_reuse_load shd_engine_reuse(shd_engine *engine) {
+    return shd_reuse_load_of(engine->reuse);
 }

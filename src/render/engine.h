@@ -8,6 +8,7 @@
 #include "base/spares.h"
 #include "color/color.h"
 #include "plan/plan.h"
+#include "render/reuse.h"
 #include "scene/scene.h"
 #include "shaded.h"
 #include "sight/sight.h"
@@ -17,6 +18,7 @@ struct shd_engine {
     shd_spares *spares; /* of requests' arenas */
     shd_color_config *color;
     shd_tracer *tracer;
+    shd_reuse *reuse;
     shd_limits limits;
     shd_isa isa;      /* of the kernels */
     bool floats_only; /* for tests: colors never go straight to codes, which gives the same bytes */
@@ -34,6 +36,7 @@ struct shd_request {
     shd_picture *pictures; /* one an output */
     size_t picture_count;
     uint64_t saturated;
+    shd_reused reused;
 };
 
 /* Processor seconds of the calling thread, for shd_times. */

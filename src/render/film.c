@@ -1,20 +1,23 @@
 #include "render/film.h"
 
+#include <float.h>
 #include <pthread.h>
 #include <string.h>
 #include <time.h>
 
-#include "shade/shade.h"
+#include "render/clock.h"
+#include "render/keep.h"
+#include "render/refine.h"
+#include "render/tile.h"
 
 /* One thread's working memory. */
 typedef struct scratch {
-    shd_cast_scratch *cast;
-    shd_shader *shader;
-    shd_gbuffer seen;
-    double *radiance;              /* [plane][channel][sample of the tile] */
-    double (*block)[3][SHD_BLOCK]; /* [plane]: what a block's shading gives */
-    uint32_t *order;               /* samples that are shaded one by one, grouped by material */
-    uint32_t *starts;              /* [material_count + 1] */
+    shd_tile_scratch *tile;
+    shd_paint_term *terms;
+    size_t *term_of;
+    float *mixed[3];                               /* radiance of a run */
+    _Alignas(64) float pixels[3][SHD_TILE_PIXELS]; /* of a plane */
+    _Alignas(64) float cover[SHD_TILE_PIXELS];
     shd_times times;
     uint64_t saturated;
 } scratch;
@@ -22,16 +25,14 @@ typedef struct scratch {
 /* What all threads share. */
 typedef struct job {
     shd_request *request;
-    const shd_plan *plan;
-    const shd_sight *sight;
+    shd_scenery scenery;
     const shd_render_options *options;
     shd_film *film;
-    int tile_size, tiles_across;
+    shd_recall recall;
+    int left, top, across; /* of the region's tiles, on the picture's grid */
     size_t tile_count;
-    double **facet_radiance; /* [object]: NULL or [point][plane][channel] */
-    size_t facet_object;     /* the one that shade_facet_block is at */
-    bool faceted;            /* some object is */
-    pthread_mutex_t mutex;   /* guards the arena and `slots` while threads run */
+    uint8_t background[16]; /* a pixel's samples where nothing is seen */
+    pthread_mutex_t mutex;  /* guards the arena and `slots` while threads run */
     scratch **slots;
     atomic_bool failed; /* memory ran out */
     atomic_size_t done; /* tiles */
@@ -43,22 +44,35 @@ double shd_thread_seconds(void) {
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
+uint64_t shd_saturate(float *values, size_t count, float least, float largest) {
+    /* Almost always there is nothing to do, which a loop without branches sees quickly. */
+    unsigned outside = 0;
+    for (size_t i = 0; i < count; i++) {
+        unsigned low = values[i] >= least ? 0 : 1, high = values[i] <= largest ? 0 : 1;
+        outside |= low | high;
+    }
+    if (!outside) return 0;
+    uint64_t changed = 0;
+    for (size_t i = 0; i < count; i++) {
+        float v = values[i];
+        if (v >= least && v <= largest) continue;
+        values[i] = v > largest ? largest : v < least ? least : 0;
+        changed++;
+    }
+    return changed;
+}
+
 static scratch *new_scratch(const job *j) {
     shd_arena *arena = j->request->arena;
-    const shd_plan *plan = j->plan;
-    size_t samples =
-        (size_t)j->tile_size * (size_t)j->tile_size * (size_t)plan->scene->raster.samples;
+    const size_t terms = 1 + j->scenery.plan->max_lobes;
     scratch *s = shd_arena_zalloc(arena, 1, sizeof *s);
     if (!s) return NULL;
-    s->cast = shd_cast_scratch_new(j->sight, arena);
-    s->shader = shd_shader_new(plan, arena);
-    s->radiance = shd_arena_alloc(arena, plan->plane_count * 3 * samples, sizeof *s->radiance);
-    s->block = shd_arena_zalloc(arena, plan->plane_count, sizeof *s->block);
-    s->order = shd_arena_alloc(arena, samples, sizeof *s->order);
-    s->starts = shd_arena_alloc(arena, plan->scene->material_count + 1, sizeof *s->starts);
-    bool seen = shd_gbuffer_new(samples, arena, &s->seen);
-    return s->cast && s->shader && s->radiance && s->block && s->order && s->starts && seen ? s
-                                                                                            : NULL;
+    if (j->scenery.sight && !(s->tile = shd_tile_scratch_new(&j->scenery, arena))) return NULL;
+    s->terms = shd_arena_alloc(arena, terms, sizeof *s->terms);
+    s->term_of = shd_arena_alloc(arena, terms, sizeof *s->term_of);
+    float *mixed = shd_arena_alloc(arena, (size_t)3 * SHD_CHUNK, sizeof *mixed);
+    for (int c = 0; mixed && c < 3; c++) s->mixed[c] = mixed + c * SHD_CHUNK;
+    return s->terms && s->term_of && mixed ? s : NULL;
 }
 
 /* The scratch of a slot, made when the slot first works. NULL: the arena is full. */
@@ -76,144 +90,150 @@ static bool stopped(const job *j) {
            atomic_load_explicit(&j->request->cancelled, memory_order_relaxed);
 }
 
-/* ---- Faceted objects: lit once a face or vertex, before any tile. ---- */
+/* ---- From fragments to the pixels of a tile. ---- */
 
-static void shade_facet_block(void *context, size_t index, unsigned slot) {
-    job *j = context;
-    if (stopped(j)) return;
-    scratch *s = get_scratch(j, slot);
-    if (!s) return;
-    double began = shd_thread_seconds();
-    const shd_scene *scene = j->plan->scene;
-    const shd_facets *facets = shd_sight_facets(j->sight, j->facet_object);
-    const shd_plan_material *material =
-        &j->plan->materials[scene->objects[j->facet_object].material];
-    size_t first = index * SHD_BLOCK, left = facets->point_count - first;
-    shd_points points = {.count = left < SHD_BLOCK ? left : SHD_BLOCK};
-    for (size_t i = 0; i < SHD_BLOCK; i++) {
-        size_t from = first + (i < points.count ? i : points.count - 1);
-        const shd_vec3 p = facets->positions[from], n = facets->normals[from],
-                       v = facets->views[from];
-        points.position[0][i] = p.x, points.position[1][i] = p.y, points.position[2][i] = p.z;
-        points.normal[0][i] = n.x, points.normal[1][i] = n.y, points.normal[2][i] = n.z;
-        points.view[0][i] = v.x, points.view[1][i] = v.y, points.view[2][i] = v.z;
+/* A run's radiance in a plane: where its pixels follow each other, straight into them. */
+static void paint_run(const job *j, scratch *s, const shd_fragments *f, shd_run run, size_t plane,
+                      bool whole) {
+    const shd_plan *plan = j->scenery.plan;
+    float constant[3] = {0, 0, 0};
+    size_t terms = 1;
+    size_t sums_plane = plane;
+    if (run.group == SHD_RADIANCE) {
+        s->terms[0] = (shd_paint_term){.color = {1, 1, 1}};
+        s->term_of[0] = 0;
+    } else {
+        terms = shd_plane_terms(plan, &plan->materials[plan->groups[run.group].material], plane,
+                                constant, s->terms, s->term_of);
+        if (plan->planes[plane].kind != SHD_LAYER_LIGHT) sums_plane = 0;
     }
-    shd_shade(s->shader, material, &points, s->block);
-    const size_t planes = j->plan->plane_count;
-    double *out = j->facet_radiance[j->facet_object] + 3 * planes * first;
-    for (size_t i = 0; i < points.count; i++)
-        for (size_t p = 0; p < planes; p++)
-            for (int c = 0; c < 3; c++) *out++ = s->block[p][c][i];
-    s->times.shade += shd_thread_seconds() - began;
-}
-
-static bool shade_facets(job *j) {
-    const shd_scene *scene = j->plan->scene;
-    for (size_t o = 0; o < scene->object_count; o++) {
-        const shd_facets *facets = shd_sight_facets(j->sight, o);
-        if (!facets) continue;
-        pthread_mutex_lock(&j->mutex);
-        j->facet_radiance[o] = shd_arena_alloc(
-            j->request->arena, 3 * j->plan->plane_count * facets->point_count, sizeof(double));
-        pthread_mutex_unlock(&j->mutex);
-        if (!j->facet_radiance[o]) return false;
-        j->faceted = true;
-        j->facet_object = o;
-        shd_pool_for(j->request->engine->pool, (facets->point_count + SHD_BLOCK - 1) / SHD_BLOCK,
-                     shade_facet_block, j);
-    }
-    return true;
-}
-
-/* ---- A tile: cast, shade, filter. ---- */
-
-/* Groups the samples that are shaded one by one by their material (a counting sort). */
-static void group_by_material(const job *j, scratch *s) {
-    const shd_scene *scene = j->plan->scene;
-    memset(s->starts, 0, (scene->material_count + 1) * sizeof *s->starts);
-    if (scene->material_count == 1 && !j->faceted) {
-        uint32_t count = 0;
-        for (size_t i = 0; i < s->seen.count; i++) {
-            s->order[count] = (uint32_t)i; /* stays if it hit: no branch to mispredict */
-            count += s->seen.object[i] != SHD_NOTHING;
-        }
-        s->starts[0] = count;
-        return;
-    }
-    for (int pass = 0; pass < 2; pass++) {
-        for (size_t i = 0; i < s->seen.count; i++) {
-            int32_t object = s->seen.object[i];
-            if (object == SHD_NOTHING || j->facet_radiance[object]) continue;
-            size_t material = scene->objects[object].material;
-            if (pass == 0)
-                s->starts[material + 1]++;
+    const bool grey = run.group != SHD_RADIANCE && plan->grey_lights;
+    for (uint32_t done = 0; done < run.count; done += SHD_CHUNK) {
+        const size_t at = run.first + done,
+                     count = run.count - done < SHD_CHUNK ? run.count - done : SHD_CHUNK;
+        const uint16_t *cell = f->cell + at;
+        for (size_t k = 0; k < terms; k++)
+            for (int c = 0; c < 3; c++)
+                s->terms[k].sums[c] =
+                    f->sums[shd_sum_of(plan, sums_plane, s->term_of[k], grey ? 0 : c)] + at;
+        const float *coverage = f->coverage ? f->coverage + at : NULL;
+        const bool straight = whole && (size_t)(cell[count - 1] - cell[0]) == count - 1;
+        float *out[3];
+        for (int c = 0; c < 3; c++) out[c] = straight ? s->pixels[c] + cell[0] : s->mixed[c];
+        j->scenery.paint->mix(constant, coverage, s->terms, terms, count, out);
+        if (straight) continue;
+        for (int c = 0; c < 3; c++) {
+            float *restrict pixels = s->pixels[c];
+            const float *restrict mixed = s->mixed[c];
+            if (whole)
+                for (size_t i = 0; i < count; i++) pixels[cell[i]] = mixed[i];
             else
-                s->order[s->starts[material]++] = (uint32_t)i;
+                for (size_t i = 0; i < count; i++) pixels[cell[i]] += mixed[i];
         }
-        if (pass == 1) break;
-        for (size_t m = 1; m <= scene->material_count; m++) s->starts[m] += s->starts[m - 1];
     }
-    /* The second pass moved each start to its group's end, the next one's start. */
 }
 
-/* Samples that follow each other are the usual case: then `order` need not be asked. */
-static void gather(double out[3][SHD_BLOCK], double *const in[3], const uint32_t *order,
-                   size_t count, bool run) {
+/* A plane's pixels from all runs, over the background where it is opaque and the beauty. */
+static void paint_plane(const job *j, scratch *s, const shd_fragments *f, size_t plane) {
+    const shd_plan *plan = j->scenery.plan;
+    const shd_scene *scene = plan->scene;
+    const bool whole = !f->coverage, over = plane == 0 && !scene->transparent;
     for (int c = 0; c < 3; c++) {
-        if (run)
-            memcpy(out[c], in[c] + order[0], count * sizeof **out);
-        else
-            for (size_t i = 0; i < count; i++) out[c][i] = in[c][order[i]];
-        for (size_t i = count; i < SHD_BLOCK; i++) out[c][i] = out[c][count - 1];
+        const float value = whole && over ? (float)scene->background[c] : 0;
+        for (size_t i = 0; i < SHD_TILE_PIXELS; i++) s->pixels[c][i] = value;
+    }
+    for (size_t r = 0; r < f->run_count; r++) paint_run(j, s, f, f->runs[r], plane, whole);
+    if (whole) return;
+    for (int c = 0; c < 3; c++) {
+        if (over && scene->background[c] != 0)
+            j->scenery.paint->fill_rest(s->pixels[c], s->cover, (float)scene->background[c],
+                                        SHD_TILE_PIXELS);
+        if (plane == 0 && scene->transparent)
+            j->scenery.paint->divide(s->pixels[c], s->cover, SHD_TILE_PIXELS);
     }
 }
 
-static void scatter(double *out, const double *in, const uint32_t *order, size_t count, bool run) {
-    if (run)
-        memcpy(out + order[0], in, count * sizeof *out);
-    else
-        for (size_t i = 0; i < count; i++) out[order[i]] = in[i];
+static void find_cover(scratch *s, const shd_fragments *f) {
+    memset(s->cover, 0, sizeof s->cover);
+    for (size_t i = 0; i < f->count; i++) s->cover[f->cell[i]] += f->coverage ? f->coverage[i] : 1;
 }
 
-static void shade_samples(const job *j, scratch *s) {
-    const size_t planes = j->plan->plane_count, total = s->seen.count;
-    group_by_material(j, s);
-    size_t first = 0;
-    for (size_t m = 0; m < j->plan->scene->material_count; m++) {
-        for (size_t end = s->starts[m]; first < end;) {
-            if (stopped(j)) return; /* ten thousand lights make a block long */
-            const uint32_t *order = s->order + first;
-            const size_t count = end - first < SHD_BLOCK ? end - first : SHD_BLOCK;
-            const bool run = order[count - 1] - order[0] == count - 1;
-            shd_points points; /* every lane is written: clearing 4.6 kB a block would show */
-            points.count = count;
-            gather(points.position, s->seen.position, order, count, run);
-            gather(points.normal, s->seen.normal, order, count, run);
-            gather(points.view, s->seen.view, order, count, run);
-            shd_shade(s->shader, &j->plan->materials[m], &points, s->block);
-            for (size_t p = 0; p < planes; p++)
-                for (size_t c = 0; c < 3; c++)
-                    scatter(s->radiance + (3 * p + c) * total, s->block[p][c], order, count, run);
-            first += count;
+/* ---- From pixels to the film. ---- */
+
+/* Rows of the tile that lie in the region. */
+static void store_colors(const job *j, scratch *s, shd_tile tile) {
+    const shd_scene *scene = j->scenery.plan->scene;
+    shd_film *film = j->film;
+    for (int y = 0; y < tile.h; y++) {
+        const size_t from = (size_t)((tile.y + y) % SHD_TILE * SHD_TILE + tile.x % SHD_TILE);
+        float *out =
+            film->rgba + 4 * ((size_t)(tile.y + y - scene->raster.y) * (size_t)film->width +
+                              (size_t)(tile.x - scene->raster.x));
+        for (size_t x = 0; x < (size_t)tile.w; x++) {
+            for (int c = 0; c < 3; c++) out[4 * x + (size_t)c] = s->pixels[c][from + x];
+            out[4 * x + 3] = scene->transparent ? s->cover[from + x] : 1;
         }
+        s->saturated += shd_saturate(out, 4 * (size_t)tile.w, -FLT_MAX, FLT_MAX);
     }
 }
 
-static void interpolate_facets(const job *j, scratch *s) {
-    const size_t values = 3 * j->plan->plane_count, total = s->seen.count;
-    for (size_t i = 0; i < total; i++) {
-        int32_t object = s->seen.object[i];
-        if (object == SHD_NOTHING || !j->facet_radiance[object]) continue;
-        const shd_facets *facets = shd_sight_facets(j->sight, (size_t)object);
-        const uint32_t *corner = facets->corners + 3 * (size_t)s->seen.triangle[i];
-        const double *radiance = j->facet_radiance[object];
-        const double *a = radiance + values * corner[0], *b = radiance + values * corner[1],
-                     *c = radiance + values * corner[2];
-        double u = s->seen.u[i], v = s->seen.v[i];
-        bool flat = corner[0] == corner[1] && corner[0] == corner[2];
-        for (size_t k = 0; k < values; k++)
-            s->radiance[k * total + i] = flat ? a[k] : (1 - u - v) * a[k] + u * b[k] + v * c[k];
+static void store_plane(const job *j, scratch *s, shd_tile tile, size_t plane) {
+    const shd_scene *scene = j->scenery.plan->scene;
+    shd_film *film = j->film;
+    for (int y = 0; y < tile.h; y++) {
+        const size_t from = (size_t)((tile.y + y) % SHD_TILE * SHD_TILE + tile.x % SHD_TILE);
+        float *out = film->planes[plane] +
+                     3 * ((size_t)(tile.y + y - scene->raster.y) * (size_t)film->width +
+                          (size_t)(tile.x - scene->raster.x));
+        for (size_t x = 0; x < (size_t)tile.w; x++)
+            for (int c = 0; c < 3; c++) out[3 * x + (size_t)c] = s->pixels[c][from + x];
+        s->saturated += shd_saturate(out, 3 * (size_t)tile.w, -FLT_MAX, FLT_MAX);
     }
+}
+
+static void store_codes(const job *j, scratch *s, shd_tile tile, bool empty) {
+    const shd_raster *raster = &j->scenery.plan->scene->raster;
+    const shd_film *film = j->film;
+    const size_t size = (size_t)film->layout.count * film->layout.bytes;
+    for (int y = 0; y < tile.h; y++) {
+        unsigned char *out =
+            film->samples + size * ((size_t)(tile.y + y - raster->y) * (size_t)film->width +
+                                    (size_t)(tile.x - raster->x));
+        if (empty) {
+            for (size_t x = 0; x < (size_t)tile.w; x++) memcpy(out + size * x, j->background, size);
+            continue;
+        }
+        const size_t from = (size_t)((tile.y + y) % SHD_TILE * SHD_TILE + tile.x % SHD_TILE);
+        for (int c = 0; c < 3; c++)
+            s->saturated += shd_saturate(s->pixels[c] + from, (size_t)tile.w, -FLT_MAX, FLT_MAX);
+        s->saturated += shd_color_encode_planes(
+            film->codes, j->scenery.plan->isa,
+            (const float *const[3]){s->pixels[0] + from, s->pixels[1] + from, s->pixels[2] + from},
+            NULL, (size_t)tile.w, film->layout.source, film->layout.count, NULL, out);
+    }
+}
+
+/* The part of a tile of the grid that lies in a rectangle. */
+static shd_tile tile_within(const job *j, size_t index, shd_tile bounds) {
+    const int x = (j->left + (int)(index % (size_t)j->across)) * SHD_TILE,
+              y = (j->top + (int)(index / (size_t)j->across)) * SHD_TILE;
+    const int x0 = x > bounds.x ? x : bounds.x, y0 = y > bounds.y ? y : bounds.y;
+    const int right = bounds.x + bounds.w, bottom = bounds.y + bounds.h;
+    const int x1 = x + SHD_TILE < right ? x + SHD_TILE : right,
+              y1 = y + SHD_TILE < bottom ? y + SHD_TILE : bottom;
+    return (shd_tile){x0, y0, x1 - x0, y1 - y0};
+}
+
+static const shd_fragments *find_fragments(const job *j, scratch *s, size_t index, shd_tile tile) {
+    if (j->recall.light) return shd_kept_fragments(j->recall.light, index);
+    const shd_plan *plan = j->scenery.plan;
+    const shd_raster *raster = &plan->scene->raster;
+    /* What is left out within a tolerance depends on all that is seen through the tile. */
+    if (plan->drop_tolerance > 0 || j->scenery.adaptive)
+        tile = tile_within(j, index, (shd_tile){0, 0, raster->width, raster->height});
+    const shd_fragments *f = shd_tile_look(&j->scenery, index, tile, s->tile, j->film, &s->times);
+    if (j->recall.keep_light) shd_keep_fragments(j->recall.keep_light, index, plan, f);
+    return f;
 }
 
 static void render_tile(void *context, size_t index, unsigned slot) {
@@ -221,25 +241,29 @@ static void render_tile(void *context, size_t index, unsigned slot) {
     if (stopped(j)) return;
     scratch *s = get_scratch(j, slot);
     if (!s) return;
-    const shd_raster *raster = &j->plan->scene->raster;
-    int column = (int)(index % (size_t)j->tiles_across),
-        row = (int)(index / (size_t)j->tiles_across);
-    shd_tile tile = {column * j->tile_size, row * j->tile_size, j->tile_size, j->tile_size};
-    if (tile.w > raster->w - tile.x) tile.w = raster->w - tile.x;
-    if (tile.h > raster->h - tile.y) tile.h = raster->h - tile.y;
-    tile.x += raster->x;
-    tile.y += raster->y;
+    const shd_raster *raster = &j->scenery.plan->scene->raster;
+    const shd_tile tile =
+        tile_within(j, index, (shd_tile){raster->x, raster->y, raster->w, raster->h});
+    const shd_fragments *f = find_fragments(j, s, index, tile);
 
-    double began = shd_thread_seconds();
-    size_t hits = shd_sight_cast(j->sight, tile, s->cast, &s->seen);
-    double cast = shd_thread_seconds();
-    if (hits) {
-        shade_samples(j, s);
-        if (j->faceted) interpolate_facets(j, s);
+    const double lit = shd_wall_seconds();
+    if (j->film->codes && !f->count) {
+        store_codes(j, s, tile, true);
+        s->times.color += shd_wall_seconds() - lit;
+    } else {
+        if (f->coverage || j->scenery.plan->scene->transparent) find_cover(s, f);
+        for (size_t p = 0; p < j->scenery.plan->plane_count; p++) {
+            paint_plane(j, s, f, p);
+            if (p)
+                store_plane(j, s, tile, p);
+            else if (j->film->rgba)
+                store_colors(j, s, tile);
+        }
+        const double painted = shd_wall_seconds();
+        s->times.shade += painted - lit;
+        if (j->film->codes) store_codes(j, s, tile, false);
+        s->times.color += shd_wall_seconds() - painted;
     }
-    s->saturated += shd_filter_tile(j->plan, &s->seen, s->radiance, tile, j->film);
-    s->times.visibility += cast - began;
-    s->times.shade += shd_thread_seconds() - cast;
 
     size_t done = atomic_fetch_add(&j->done, 1) + 1;
     if (slot == 0 && j->options && j->options->progress)
@@ -248,73 +272,100 @@ static void render_tile(void *context, size_t index, unsigned slot) {
 
 /* ---- The film. ---- */
 
+static void fill(float *values, size_t count, float value) {
+    for (size_t i = 0; i < count; i++) values[i] = value;
+}
+
+/* Data layers begin as where nothing is hit. */
 static bool make_film(const shd_plan *plan, shd_arena *arena, shd_film *film) {
     size_t pixels = (size_t)film->width * (size_t)film->height;
     const bool *wants = plan->wants;
-    film->rgba = shd_arena_alloc(arena, pixels, 4 * sizeof(float));
+    if (!film->codes && !(film->rgba = shd_arena_alloc(arena, pixels, 4 * sizeof(float))))
+        return false;
     film->planes = shd_arena_zalloc(arena, plan->plane_count, sizeof *film->planes);
-    if (!film->rgba || !film->planes) return false;
+    if (!film->planes) return false;
     for (size_t p = 1; p < plan->plane_count; p++)
         if (!(film->planes[p] = shd_arena_alloc(arena, pixels, 3 * sizeof(float)))) return false;
     struct {
         bool wanted;
         float **at;
         size_t channels;
-    } data[] = {{wants[SHD_LAYER_NORMAL], &film->normal, 3},
-                {wants[SHD_LAYER_POSITION], &film->position, 3},
-                {wants[SHD_LAYER_DEPTH], &film->depth, 1},
-                {wants[SHD_LAYER_OBJECT], &film->object, 1}};
+        float nothing;
+    } data[] = {{wants[SHD_LAYER_NORMAL], &film->normal, 3, 0},
+                {wants[SHD_LAYER_POSITION], &film->position, 3, 0},
+                {wants[SHD_LAYER_DEPTH], &film->depth, 1, INFINITY},
+                {wants[SHD_LAYER_OBJECT], &film->object, 1, -1}};
     for (size_t i = 0; i < sizeof data / sizeof data[0]; i++) {
-        *data[i].at = data[i].wanted
-                          ? shd_arena_alloc(arena, pixels, data[i].channels * sizeof(float))
-                          : NULL;
-        if (data[i].wanted && !*data[i].at) return false;
+        if (!data[i].wanted) continue;
+        *data[i].at = shd_arena_alloc(arena, pixels, data[i].channels * sizeof(float));
+        if (!*data[i].at) return false;
+        fill(*data[i].at, pixels * data[i].channels, data[i].nothing);
     }
     return true;
 }
 
-/* Samples of a tile: fewer where there are many objects, so that a tile of ten thousand tori is
- * done, and a cancelled picture ended, within seconds. */
-static int tile_samples(size_t objects) {
-    enum { FEWEST = 256, MANY_OBJECTS = 256 };
-    size_t samples = objects > MANY_OBJECTS ? (size_t)SHD_TILE_SAMPLES * MANY_OBJECTS / objects
-                                            : SHD_TILE_SAMPLES;
-    return samples < FEWEST ? FEWEST : (int)samples;
+static void find_background(job *j) {
+    const shd_film *film = j->film;
+    if (!film->codes) return;
+    float rgb[3];
+    for (int c = 0; c < 3; c++) rgb[c] = (float)j->scenery.plan->scene->background[c];
+    shd_color_encode_planes(film->codes, j->scenery.plan->isa,
+                            (const float *const[3]){&rgb[0], &rgb[1], &rgb[2]}, NULL, 1,
+                            film->layout.source, film->layout.count, NULL, j->background);
 }
 
-shd_status shd_film_render(shd_request *request, const shd_sight *sight,
+static void add_times(shd_request *request, const scratch *s) {
+    request->times.visibility += s->times.visibility;
+    request->times.shade += s->times.shade;
+    request->times.color += s->times.color;
+    request->saturated += s->saturated;
+}
+
+shd_status shd_film_render(shd_request *request, const shd_sight *sight, const shd_recall *recall,
                            const shd_render_options *options, shd_film *film, shd_error *error) {
+    static const shd_paint_kernel *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_paint_kernel);
     const shd_plan *plan = request->plan;
     const shd_raster *raster = &plan->scene->raster;
     shd_arena *arena = request->arena;
-    unsigned slots = shd_pool_slots(request->engine->pool);
-    *film = (shd_film){.width = raster->w, .height = raster->h};
+    shd_pool *pool = request->engine->pool;
+    const unsigned slots = shd_pool_slots(pool);
+    film->width = raster->w;
+    film->height = raster->h;
 
+    const bool *wants = plan->wants;
     job j = {.request = request,
-             .plan = plan,
-             .sight = sight,
+             .scenery = {.plan = plan,
+                         .sight = sight,
+                         .paint = kernels[plan->isa],
+                         .adaptive = shd_is_adaptive(plan),
+                         .data = wants[SHD_LAYER_NORMAL] || wants[SHD_LAYER_POSITION] ||
+                                 wants[SHD_LAYER_DEPTH] || wants[SHD_LAYER_OBJECT]},
              .options = options,
              .film = film,
-             .tile_size = 1};
-    const int most = tile_samples(plan->scene->object_count);
-    while ((j.tile_size + 1) * (j.tile_size + 1) * raster->samples <= most) j.tile_size++;
-    j.tiles_across = (raster->w + j.tile_size - 1) / j.tile_size;
-    j.tile_count = (size_t)j.tiles_across * (size_t)((raster->h + j.tile_size - 1) / j.tile_size);
+             .recall = recall ? *recall : (shd_recall){NULL, NULL, NULL, NULL},
+             .left = raster->x / SHD_TILE,
+             .top = raster->y / SHD_TILE};
+    j.across = (raster->x + raster->w - 1) / SHD_TILE - j.left + 1;
+    j.tile_count = shd_tile_count(raster);
+    j.scenery.known = j.recall.geometry;
+    j.scenery.kept = j.recall.keep_geometry;
+    shd_facet_light facets = {NULL, false};
+    j.scenery.facets = &facets;
     j.slots = shd_arena_zalloc(arena, slots, sizeof *j.slots);
-    j.facet_radiance = shd_arena_zalloc(arena, plan->scene->object_count, sizeof *j.facet_radiance);
+    j.scenery.lighting = shd_lighting_new(plan, arena);
     pthread_mutex_init(&j.mutex, NULL);
-    if (!j.slots || !j.facet_radiance || !make_film(plan, arena, film) || !shade_facets(&j))
+    if (!j.slots || !j.scenery.lighting || !make_film(plan, arena, film) ||
+        (sight &&
+         !shd_facets_light(request, sight, j.scenery.lighting, j.scenery.paint, &facets))) {
         atomic_store(&j.failed, true);
-    else
-        shd_pool_for(request->engine->pool, j.tile_count, render_tile, &j);
+    } else {
+        find_background(&j);
+        shd_pool_for(pool, j.tile_count, render_tile, &j);
+    }
     pthread_mutex_destroy(&j.mutex);
 
-    for (unsigned i = 0; j.slots && i < slots; i++) {
-        if (!j.slots[i]) continue;
-        request->times.visibility += j.slots[i]->times.visibility;
-        request->times.shade += j.slots[i]->times.shade;
-        request->saturated += j.slots[i]->saturated;
-    }
+    for (unsigned i = 0; j.slots && i < slots; i++)
+        if (j.slots[i]) add_times(request, j.slots[i]);
     if (atomic_load(&j.failed))
         return shd_fail(error, SHD_MEMORY, "/image",
                         "the limit `memory` (%llu bytes) is reached by this picture",

@@ -153,8 +153,7 @@ static bool convert_picture(shd_request *request, const shd_color_transform *tra
                        shd_arena_zalloc(request->arena, slots, sizeof *work.seconds)};
     if (!work.seconds) return false;
     work.rows = 1 + 32768 / work.width;
-    request->times.color -=
-        shd_pool_for(pool, (work.height + work.rows - 1) / work.rows, convert_rows, &work);
+    shd_pool_for(pool, (work.height + work.rows - 1) / work.rows, convert_rows, &work);
     for (unsigned i = 1; i < slots; i++) request->times.color += work.seconds[i];
     return true;
 }
@@ -227,8 +226,7 @@ static bool code_picture(shd_request *request, const shd_color_codes *codes, con
     work.samples =
         shd_arena_alloc(request->arena, work.pixels, (size_t)work.layout.count * work.layout.bytes);
     if (!work.seconds || !work.saturated || !work.samples) return false;
-    request->times.color -=
-        shd_pool_for(pool, (work.pixels + work.step - 1) / work.step, code_pixels, &work);
+    shd_pool_for(pool, (work.pixels + work.step - 1) / work.step, code_pixels, &work);
     for (unsigned i = 0; i < slots; i++) {
         request->times.color += i ? work.seconds[i] : 0;
         request->saturated += work.saturated[i];
@@ -258,30 +256,22 @@ static bool convert_film(shd_request *request, const shd_film *film, size_t inde
     return true;
 }
 
-/* Between the pieces of a long encoding: it is left where the request was cancelled, and other
- * requests take their turn. */
-static bool go_on(void *context) {
-    shd_request *request = context;
-    request->times.encode -= shd_pool_lend(request->engine->pool);
-    return !atomic_load(&request->cancelled);
-}
+/* ---- Both. ---- */
 
-shd_status shd_output_make(shd_request *request, const shd_film *film, size_t index,
-                           shd_error *error) {
+/* What the encoder will be told, but for the pixels. */
+static shd_status begin_image(shd_request *request, size_t index,
+                              const shd_color_transform **transform, shd_image *image,
+                              shd_error *error) {
     const shd_scene *scene = request->scene;
     const shd_output *output = &scene->outputs[index];
-
-    double began = shd_thread_seconds();
-    const shd_color_transform *transform;
-    shd_status status = shd_output_transform(request, output, &transform, error);
+    shd_status status = shd_output_transform(request, output, transform, error);
     if (status != SHD_OK) return status;
-    const shd_color_info *info = shd_color_describe(transform);
-    bool alpha = scene->transparent && shd_format_get(output->format)->alpha;
-    shd_image image = {
-        .width = film->width,
-        .height = film->height,
+    const shd_color_info *info = shd_color_describe(*transform);
+    *image = (shd_image){
+        .width = scene->raster.w,
+        .height = scene->raster.h,
         .channel = output->channel,
-        .alpha = alpha,
+        .alpha = scene->transparent && shd_format_get(output->format)->alpha,
         .packing = shd_output_packing(info->channels),
         .depth = output->depth,
         .quality = output->quality,
@@ -291,15 +281,51 @@ shd_status shd_output_make(shd_request *request, const shd_film *film, size_t in
         .isa = request->engine->isa,
         .pool = request->engine->pool,
         .helpers_seconds = &request->times.encode,
-        .go_on = go_on,
-        .context = request,
     };
-    memcpy(image.primaries, info->primaries, sizeof image.primaries);
+    memcpy(image->primaries, info->primaries, sizeof image->primaries);
+    return SHD_OK;
+}
 
-    bool flat = scene->transparent && !alpha;
-    const shd_color_codes *codes = find_codes(request, output, transform, &image);
-    bool made = codes ? code_picture(request, codes, film, flat, output->format, &image)
-                      : convert_film(request, film, index, transform, flat, &image);
+shd_status shd_output_prepare(shd_request *request, shd_film *film, shd_error *error) {
+    const shd_scene *scene = request->scene;
+    const shd_output *output = &scene->outputs[0];
+    if (scene->output_count > 1 || scene->transparent) return SHD_OK;
+    const shd_color_transform *transform;
+    shd_image image;
+    shd_status status = begin_image(request, 0, &transform, &image, error);
+    if (status != SHD_OK) return status;
+    film->codes = find_codes(request, output, transform, &image);
+    if (!film->codes) return SHD_OK;
+    film->layout = shd_image_layout(&image, output->format);
+    film->samples = shd_arena_alloc(request->arena, (size_t)image.width * (size_t)image.height,
+                                    (size_t)film->layout.count * film->layout.bytes);
+    if (!film->samples)
+        return shd_fail(error, SHD_MEMORY, "/image",
+                        "the limit `memory` (%llu bytes) is reached by this picture",
+                        (unsigned long long)request->engine->limits.memory);
+    return SHD_OK;
+}
+
+shd_status shd_output_make(shd_request *request, const shd_film *film, size_t index,
+                           shd_error *error) {
+    const shd_scene *scene = request->scene;
+    const shd_output *output = &scene->outputs[index];
+
+    double began = shd_thread_seconds();
+    const shd_color_transform *transform;
+    shd_image image;
+    shd_status status = begin_image(request, index, &transform, &image, error);
+    if (status != SHD_OK) return status;
+
+    bool made = true;
+    if (film->codes) {
+        image.samples = film->samples;
+    } else {
+        const bool flat = scene->transparent && !image.alpha;
+        const shd_color_codes *codes = find_codes(request, output, transform, &image);
+        made = codes ? code_picture(request, codes, film, flat, output->format, &image)
+                     : convert_film(request, film, index, transform, flat, &image);
+    }
     if (!made)
         return shd_fail(error, SHD_MEMORY, "/image",
                         "the limit `memory` (%llu bytes) is reached by this picture",

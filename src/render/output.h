@@ -10,6 +10,10 @@
 shd_status shd_output_make(shd_request *request, const shd_film *film, size_t index,
                            shd_error *error);
 
+/* Before the film is rendered: where the request's only output takes its codes from it at once,
+ * makes the film's samples. SHD_MEMORY. */
+shd_status shd_output_prepare(shd_request *request, shd_film *film, shd_error *error);
+
 /* From the working space to the output's own. */
 shd_status shd_output_transform(const shd_request *request, const shd_output *output,
                                 const shd_color_transform **out, shd_error *error);

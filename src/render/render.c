@@ -1,6 +1,7 @@
 /* The story: a scene becomes pictures. */
 #include "render/engine.h"
 #include "render/film.h"
+#include "render/keep.h"
 #include "render/output.h"
 #include "render/shown.h"
 
@@ -16,16 +17,22 @@ shd_status shd_request_render(shd_request *request, const shd_render_options *op
     double planned = shd_thread_seconds();
     request->times.plan = planned - began;
 
-    /* What is there to be seen? */
-    shd_sight *sight;
-    status = shd_sight_new(request->plan, request->engine->tracer, arena, &sight, error);
-    if (status != SHD_OK) return status;
+    /* What is known of it, and what is there to be seen? */
+    shd_recall recall = shd_recall_open(request->engine->reuse, request->plan);
+    request->reused = recall.light      ? SHD_REUSED_LIGHT
+                      : recall.geometry ? SHD_REUSED_GEOMETRY
+                                        : SHD_REUSED_NOTHING;
+    shd_sight *sight = NULL;
+    if (!recall.light)
+        status = shd_sight_new(request->plan, request->engine->tracer, arena, &sight, error);
     request->times.visibility += shd_thread_seconds() - planned;
 
     /* What is seen, and how is it lit? */
-    shd_film film;
-    status = shd_film_render(request, sight, options, &film, error);
+    shd_film film = {0};
+    if (status == SHD_OK) status = shd_output_prepare(request, &film, error);
+    if (status == SHD_OK) status = shd_film_render(request, sight, &recall, options, &film, error);
     shd_sight_drop(sight);
+    shd_recall_close(&recall, status == SHD_OK);
     if (status != SHD_OK) return status;
 
     /* How is it shown? */

@@ -82,10 +82,6 @@ const char *shd_request_etag(const shd_request *request) {
     return request->etag;
 }
 
-uint64_t shd_request_work(const shd_request *request) {
-    return shd_estimate_work(request->scene);
-}
-
 bool shd_request_multipart(const shd_request *request) {
     return request->scene->multipart;
 }
@@ -120,4 +116,8 @@ const char *shd_request_plan(const shd_request *request) {
 
 uint64_t shd_request_saturated(const shd_request *request) {
     return request->saturated;
+}
+
+shd_reused shd_request_reused(const shd_request *request) {
+    return request->reused;
 }

@@ -59,6 +59,7 @@ static shd_status make_engine(shd_server *server, shd_error *error) {
     options.threads = (unsigned)config->threads;
     options.kernel = config->kernel;
     options.queue = config->queue;
+    options.reuse = config->reuse;
     options.limits = (shd_limits){.pixels = config->pixels,
                                   .samples = config->samples,
                                   .lights = config->lights,
@@ -85,18 +86,14 @@ static void log_listening(const shd_server *server, const char *address, const c
 static shd_status start(shd_server *server, ports *out, shd_error *error) {
     const shd_config *config = &server->config;
     char address[SHD_ADDRESS_SIZE], admin[SHD_ADDRESS_SIZE] = "off";
-    const shd_patience patience = {.head = (double)config->head_time,
-                                   .body = (double)config->body_time,
-                                   .send = (double)config->send_time,
-                                   .connections = config->connections};
     int public_socket = -1, admin_socket = -1;
     shd_status status = shd_listen(config->listen, &public_socket, address, error);
     if (!status && has_admin(config))
         status = shd_listen(config->admin, &admin_socket, admin, error);
     if (!status) status = make_engine(server, error);
-    if (!status) status = shd_jobs_new(server, &server->jobs, error);
+    if (!status) status = shd_watch_new(&server->watch, error);
     if (!status) status = shd_linger_new(&server->linger, error);
-    if (!status) status = shd_reaper_new(&patience, server->jobs, &server->reaper, error);
+    if (!status) status = shd_reaper_new(&server->reaper, error);
     if (!status) status = shd_routes_prepare(server, error);
     if (!status && admin_socket >= 0) {
         status = shd_admin_start(server, admin_socket, &out->admin, error);
@@ -126,7 +123,7 @@ static bool drain(shd_server *server, const sigset_t *stop) {
         if (!atomic_load(&server->accepted) && uploads_over) return true;
         if (now > deadline && !cancelled) {
             shd_log_message(SHD_LOG_WARNING, "drain-time", "cancelling what is unfinished");
-            shd_jobs_stop(server->jobs);
+            shd_watch_stop(server->watch);
             cancelled = true;
         }
         /* Clients that do not take their answer are not waited for any longer. */
@@ -148,7 +145,7 @@ static void release(shd_server *server, ports *open) {
     shd_linger_drop(server->linger);
     shd_admin_stop(open->admin);
     shd_engine_drop(server->engine);
-    shd_jobs_drop(server->jobs);
+    shd_watch_drop(server->watch);
     shd_routes_release(server);
 }
 

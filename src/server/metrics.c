@@ -21,9 +21,6 @@ static const char *const route_names[SHD_ROUTE_COUNT] = {
 static const char *const stage_names[SHD_STAGE_COUNT] = {"queue", "parse", "plan",  "visibility",
                                                          "shade", "color", "encode"};
 
-static const char *const phase_names[SHD_PHASES] = {"rest", "head", "body", "work", "answer"};
-static const char *const ending_names[SHD_ENDINGS] = {"time", "left", "room"};
-
 /* The last one, 0, takes every other status. */
 static const unsigned statuses[SHD_STATUSES] = {200, 204, 304, 400, 404, 405, 406, 413,
                                                 415, 422, 429, 431, 500, 501, 503, 0};
@@ -107,30 +104,29 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
     print_number(out, "workers", "gauge", "Rendering threads.", gauges->load.threads);
     print_number(out, "workers_busy", "gauge", "Rendering threads at work on a request.",
                  gauges->load.busy);
+    print_number(out, "reuse_bytes", "gauge", "Memory of what later pictures may share.",
+                 gauges->reuse.bytes);
+    print_head(out, "reuse_lookups_total", "counter",
+               "Pictures whose light, and else geometry, was looked for among earlier ones'.");
+    const shd_reuse_load *reuse = &gauges->reuse;
+    const struct {
+        const char *kind, *result;
+        uint64_t count;
+    } lookups[] = {{"light", "hit", reuse->light_hits},
+                   {"light", "miss", reuse->light_misses},
+                   {"geometry", "hit", reuse->geometry_hits},
+                   {"geometry", "miss", reuse->geometry_misses}};
+    for (size_t i = 0; i < sizeof lookups / sizeof lookups[0]; i++)
+        fprintf(out, "shaded_reuse_lookups_total{kind=\"%s\",result=\"%s\"} %" PRIu64 "\n",
+                lookups[i].kind, lookups[i].result, lookups[i].count);
     print_number(out, "response_bytes_total", "counter", "Bytes of response bodies.",
                  value(&metrics->response_bytes));
     print_number(out, "saturated_samples_total", "counter",
                  "Samples that were not finite or beyond their output's range.",
                  value(&metrics->saturated));
-    print_number(out, "joined_total", "counter", "Requests answered by the work for an equal one.",
-                 value(&metrics->joined));
-    print_number(out, "lent_total", "counter",
-                 "Requests that ran between the tiles of a large picture.", gauges->load.lent);
-    print_number(out, "left_total", "counter",
-                 "Requests whose client left before the answer was there.", value(&metrics->left));
     print_number(out, "aborted_total", "counter",
                  "Requests that got no answer, or whose client did not take it.",
                  value(&metrics->aborted));
-
-    print_head(out, "connections", "gauge", "Connections by what they are at.");
-    for (size_t phase = 0; phase < SHD_PHASES; phase++)
-        fprintf(out, "shaded_connections{at=\"%s\"} %zu\n", phase_names[phase],
-                gauges->reaped.connections[phase]);
-    print_head(out, "connections_ended_total", "counter",
-               "Connections that were ended: over a time, left by their client, for room.");
-    for (size_t ending = 0; ending < SHD_ENDINGS; ending++)
-        fprintf(out, "shaded_connections_ended_total{reason=\"%s\"} %" PRIu64 "\n",
-                ending_names[ending], gauges->reaped.ended[ending]);
 
     print_head(out, "requests_total", "counter", "Requests by route and status.");
     for (size_t route = 0; route < SHD_ROUTE_COUNT; route++)

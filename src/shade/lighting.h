@@ -56,6 +56,12 @@ void shd_light_sums32(const shd_lighting *lighting, const shd_plan_material *mat
                       const uint32_t *which, size_t n, const shd_points32 *points,
                       float *const diffuse[3], float *const *specular);
 
+/* The same in f64, for the exact tier: sums in f64 in the order of `which`. Only `count` entries of
+ * the rows are written. */
+void shd_light_sums64(const shd_lighting *lighting, const shd_plan_material *material,
+                      const uint32_t *which, size_t n, const shd_points64 *points,
+                      double *const diffuse[3], double *const *specular);
+
 /* out[c] = constant[c] + diffuse[c] D[c] + sum over lobes of specular[c] S[lobe][c], with sums as
  * above. `diffuse` NULL and lobe_count 0 leave those terms out, as do coefficients of 0: an
  * infinite sum does not show there. D may be NULL where `diffuse` is. `out` may be the rows of D

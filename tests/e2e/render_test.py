@@ -63,10 +63,35 @@ class RenderTest(unittest.TestCase):
         self.assertIn("tier=standard", answer.headers["Shaded-Plan"])
         self.assertIsNone(answer.headers["Shaded-Warning"])
         self.assertIsNone(answer.headers["Shaded-Saturated"])
-        timing = [entry.split(";dur=") for entry in answer.headers["Server-Timing"].split(", ")]
+        *stages, reuse = answer.headers["Server-Timing"].split(", ")
+        timing = [entry.split(";dur=") for entry in stages]
         self.assertEqual([name for name, _ in timing], STAGES)
+        self.assertRegex(reuse, "^reuse;desc=(nothing|geometry|light)$")
         self.assertTrue(all(0 <= float(value) < 60000 for _, value in timing))
         self.assertGreater(float(timing[4][1]), 0)
+
+    def test_a_picture_takes_from_earlier_ones_what_did_not_change(self):
+        def scene(red, light, radius):
+            return {**SMALL, "lights": [{"type": "point", "position": [light, 2, 3]}],
+                    "objects": [{"type": "sphere", "radius": radius,
+                                 "material": {"diffuse": [red, 0.5, 0.5]}}]}
+
+        before = self.daemon.metrics()
+        for step, reused in ((scene(0.6, 1, 0.77), "nothing"), (scene(0.7, 1, 0.77), "light"),
+                             (scene(0.7, 2, 0.77), "geometry"), (scene(0.7, 2, 0.78), "nothing")):
+            answer = self.render(step)
+            self.assertIn(f"reuse;desc={reused}", answer.headers["Server-Timing"])
+        after = self.daemon.metrics()
+
+        def grown(kind, result):
+            name = f'shaded_reuse_lookups_total{{kind="{kind}",result="{result}"}}'
+            return after[name] - before[name]
+
+        self.assertEqual(grown("light", "hit"), 1)
+        self.assertEqual(grown("light", "miss"), 3)
+        self.assertEqual(grown("geometry", "hit"), 1)
+        self.assertEqual(grown("geometry", "miss"), 2)
+        self.assertGreater(after["shaded_reuse_bytes"], 0)
 
     def test_the_same_request_gives_the_same_bytes_and_tag(self):
         one, two = self.render(SMALL), self.render(json.dumps(SMALL, indent=3))

@@ -1,8 +1,9 @@
 /* Scenes as JSON text, rendered to floats: what the property tests compare.
  *
- * film_of() gives the film (f32, filtered, with its layers); samples_of() casts and shades the
- * same scene sample by sample and gives f64 radiance and the G-buffer, so that agreement can be
- * seen below f32's last digit; png_of() goes the public way and gives a file's bytes. */
+ * film_of() gives the film (f32, filtered, with its layers); samples_of() casts and lights the
+ * same scene sample by sample and gives radiance in f64 and what was hit, so that the exact tier's
+ * agreement can be seen below f32's last digit; png_of() goes the public way and gives a file's
+ * bytes. */
 #ifndef SHD_TEST_FILM_OF_H
 #define SHD_TEST_FILM_OF_H
 
@@ -19,7 +20,7 @@
 
 #include "render/engine.h"
 #include "render/film.h"
-#include "shade/shade.h"
+#include "shade/lighting.h"
 
 /* Says by how much a bound is missed; with SHADED_MEASURE set, what every figure is. */
 #define assert_below(value, bound) check_below((value), (bound), #value, __LINE__)
@@ -83,6 +84,7 @@ static inline shd_vec3 random_direction(uint64_t *random) {
 static inline shd_engine *new_engine(unsigned threads) {
     shd_engine_options options = shd_engine_defaults();
     options.threads = threads;
+    options.reuse = 0; /* each picture is made from its own document alone */
     shd_engine *engine = NULL;
     shd_error error = {SHD_OK, "", ""};
     if (shd_engine_new(&options, &engine, &error)) fail_msg("%s: %s", error.path, error.text);
@@ -131,7 +133,7 @@ static inline drawn film_of(shd_engine *engine, const char *json) {
     drawn d = {.request = read_scene(engine, json)};
     shd_sight *sight = plan_and_see(d.request);
     shd_error error = {SHD_OK, "", ""};
-    shd_status status = shd_film_render(d.request, sight, NULL, &d.film, &error);
+    shd_status status = shd_film_render(d.request, sight, NULL, NULL, &d.film, &error);
     shd_sight_drop(sight);
     if (status != SHD_OK) fail_msg("%s: %s", error.path, error.text);
     return d;
@@ -175,12 +177,90 @@ static inline bool same_film(const drawn *a, const drawn *b) {
 
 /* ---- Samples. ---- */
 
+/* World frame; of a tier in f32 as it was rounded. */
+typedef struct samples_seen {
+    int32_t *object; /* SHD_NOTHING where nothing is hit */
+    double *position[3], *normal[3], *view[3];
+} samples_seen;
+
 typedef struct sampled {
     shd_request *request;
     size_t count; /* region's pixels times samples, row by row */
-    shd_gbuffer seen;
+    samples_seen seen;
     double (*radiance)[3]; /* [count]; 0 where nothing is hit */
 } sampled;
+
+/* Samples `first` to `end` of the hits, which see one object. */
+static inline void light_samples(const shd_plan *plan, const shd_lighting *lighting,
+                                 const shd_hits *hits, size_t first, size_t end, sampled *s) {
+    enum { MOST = 64 };
+    const size_t count = end - first;
+    assert_true(count <= MOST);
+    const shd_plan_object *object = &plan->objects[hits->object[first]];
+    const shd_plan_material *material = &plan->materials[object->material];
+    static double sums64[3 * 17][MOST];
+    static float sums32[3 * 17][MOST + SHD_LANES];
+    double *rows64[3 * 17];
+    float *rows32[3 * 17];
+    assert_true(material->lobe_count <= 16);
+    for (int k = 0; k < 3 * 17; k++) rows64[k] = sums64[k], rows32[k] = sums32[k];
+    if (plan->tier == SHD_EXACT) {
+        shd_points64 points = {.count = count};
+        for (int c = 0; c < 3; c++) {
+            points.position[c] = hits->position[c] + first;
+            points.normal[c] = hits->normal[c] + first;
+            points.view[c] = hits->view[c] + first;
+        }
+        shd_light_sums64(lighting, material, object->lights, object->light_count, &points, rows64,
+                         rows64 + 3);
+    } else {
+        shd_points32 points = {.count = count};
+        for (int c = 0; c < 3; c++) {
+            points.position[c] = hits->position32[c] + first;
+            points.low[c] = hits->low32[c] ? hits->low32[c] + first : NULL;
+            points.normal[c] = hits->normal32[c] + first;
+            points.mirror[c] = hits->mirror32[c] + first;
+        }
+        shd_light_sums32(lighting, material, object->lights, object->light_count, &points, rows32,
+                         rows32 + 3);
+        for (size_t k = 0; k < 3 * (1 + material->lobe_count); k++)
+            for (size_t i = 0; i < count; i++) sums64[k][i] = (double)sums32[k][i];
+    }
+    for (size_t i = 0; i < count; i++)
+        for (size_t c = 0; c < 3; c++) {
+            const size_t at = plan->grey_lights ? 0 : c;
+            double value = material->constant[c];
+            if (material->has_diffuse) value += material->diffuse[c] * sums64[at][i];
+            for (size_t k = 0; k < material->lobe_count; k++)
+                value += material->lobes[k].specular[c] * sums64[3 + 3 * k + at][i];
+            s->radiance[hits->shot[first + i]][c] = value;
+        }
+}
+
+/* Where hit i is, as doubles in the world's frame. */
+static inline void place_sample(const shd_plan *plan, const shd_hits *hits, size_t i, sampled *s) {
+    const size_t to = hits->shot[i];
+    s->seen.object[to] = hits->object[i];
+    const double origin[3] = {plan->origin.x, plan->origin.y, plan->origin.z};
+    double facing = 0;
+    for (int c = 0; c < 3; c++) {
+        if (plan->tier == SHD_EXACT) {
+            s->seen.position[c][to] = hits->position[c][i];
+            s->seen.normal[c][to] = hits->normal[c][i];
+            s->seen.view[c][to] = hits->view[c][i];
+            continue;
+        }
+        double p = (double)hits->position32[c][i];
+        if (hits->low32[c]) p += (double)hits->low32[c][i];
+        s->seen.position[c][to] = origin[c] + p / plan->scale;
+        s->seen.normal[c][to] = (double)hits->normal32[c][i];
+        facing += (double)hits->normal32[c][i] * (double)hits->mirror32[c][i];
+    }
+    /* V is mirrored W. */
+    for (int c = 0; plan->tier != SHD_EXACT && c < 3; c++)
+        s->seen.view[c][to] =
+            2 * facing * (double)hits->normal32[c][i] - (double)hits->mirror32[c][i];
+}
 
 /* Scenes without flat or gouraud objects. */
 static inline sampled samples_of(shd_engine *engine, const char *json) {
@@ -189,35 +269,42 @@ static inline sampled samples_of(shd_engine *engine, const char *json) {
     const shd_plan *plan = s.request->plan;
     const shd_raster *raster = &plan->scene->raster;
     shd_arena *arena = s.request->arena;
-    s.count = (size_t)raster->w * (size_t)raster->h * (size_t)raster->samples;
-    shd_cast_scratch *scratch = shd_cast_scratch_new(sight, arena);
-    assert_true(scratch && shd_gbuffer_new(s.count, arena, &s.seen));
-    shd_sight_cast(sight, (shd_tile){raster->x, raster->y, raster->w, raster->h}, scratch, &s.seen);
+    const size_t samples = (size_t)raster->samples;
+    s.count = (size_t)raster->w * (size_t)raster->h * samples;
+    int32_t *x = shd_arena_alloc(arena, s.count, sizeof *x),
+            *y = shd_arena_alloc(arena, s.count, sizeof *y);
+    uint8_t *sample = shd_arena_alloc(arena, s.count, sizeof *sample);
+    uint32_t *every = shd_arena_alloc(arena, plan->scene->object_count, sizeof *every);
+    s.seen.object = shd_arena_alloc(arena, s.count, sizeof *s.seen.object);
+    for (int c = 0; c < 3; c++) {
+        s.seen.position[c] = shd_arena_zalloc(arena, s.count, sizeof(double));
+        s.seen.normal[c] = shd_arena_zalloc(arena, s.count, sizeof(double));
+        s.seen.view[c] = shd_arena_zalloc(arena, s.count, sizeof(double));
+        assert_true(s.seen.position[c] && s.seen.normal[c] && s.seen.view[c]);
+    }
+    s.radiance = shd_arena_zalloc(arena, s.count, sizeof *s.radiance);
+    shd_lighting *lighting = shd_lighting_new(plan, arena);
+    shd_hits hits;
+    assert_true(x && y && sample && every && s.seen.object && s.radiance && lighting &&
+                shd_hits_new(plan, s.count, arena, &hits));
+    for (size_t i = 0; i < s.count; i++) {
+        const size_t pixel = i / samples;
+        x[i] = raster->x + (int)(pixel % (size_t)raster->w);
+        y[i] = raster->y + (int)(pixel / (size_t)raster->w);
+        sample[i] = (uint8_t)(i % samples);
+        s.seen.object[i] = SHD_NOTHING;
+    }
+    for (size_t o = 0; o < plan->scene->object_count; o++) every[o] = (uint32_t)o;
+    shd_sight_shoot(sight, every, plan->scene->object_count, &(shd_shots){s.count, x, y, sample},
+                    &hits);
+    shd_hits_pad(&hits);
     shd_sight_drop(sight);
 
-    s.radiance = shd_arena_zalloc(arena, s.count, sizeof *s.radiance);
-    shd_shader *shader = shd_shader_new(plan, arena);
-    double(*block)[3][SHD_BLOCK] = shd_arena_zalloc(arena, plan->plane_count, sizeof *block);
-    assert_true(s.radiance && shader && block);
-    for (size_t i = 0; i < s.count;) {
-        int32_t object = s.seen.object[i];
-        size_t end = i + 1;
-        while (end < s.count && end - i < SHD_BLOCK && s.seen.object[end] == object) end++;
-        shd_points points = {.count = end - i};
-        for (size_t k = 0; object != SHD_NOTHING && k < SHD_BLOCK; k++) {
-            size_t from = k < points.count ? i + k : i;
-            for (int c = 0; c < 3; c++) {
-                points.position[c][k] = s.seen.position[c][from];
-                points.normal[c][k] = s.seen.normal[c][from];
-                points.view[c][k] = s.seen.view[c][from];
-            }
-        }
-        if (object != SHD_NOTHING) {
-            shd_shade(shader, &plan->materials[plan->scene->objects[object].material], &points,
-                      block);
-            for (size_t k = 0; k < points.count; k++)
-                for (int c = 0; c < 3; c++) s.radiance[i + k][c] = block[0][c][k];
-        }
+    for (size_t i = 0; i < hits.count;) {
+        size_t end = i;
+        for (; end < hits.count && end - i < 64 && hits.object[end] == hits.object[i]; end++)
+            place_sample(plan, &hits, end, &s);
+        light_samples(plan, lighting, &hits, i, end, &s);
         i = end;
     }
     return s;

@@ -84,7 +84,7 @@ static drawn film_by(shd_engine *engine, const char *json, shd_isa isa) {
     shd_sight *sight;
     drawn d = {.request = plan_for(engine, json, isa, &sight)};
     shd_error error = {SHD_OK, "", ""};
-    shd_status status = shd_film_render(d.request, sight, NULL, &d.film, &error);
+    shd_status status = shd_film_render(d.request, sight, NULL, NULL, &d.film, &error);
     shd_sight_drop(sight);
     if (status != SHD_OK) fail_msg("%s: %s", error.path, error.text);
     return d;

@@ -119,7 +119,8 @@ static void the_estimate_is_below_what_is_taken(void **state) {
         assert_int_equal(shd_request_render(request, NULL, &error), SHD_OK);
         double used = (double)shd_arena_used(request->arena);
         assert_below(estimate, used);
-        assert_below(used, 3 * estimate);
+        /* Small integers may come from floats, or from the tiles at once. */
+        assert_below(used, 3 * (estimate + 1500 * 1000 * 4 * sizeof(float)));
         shd_request_drop(request);
     }
     shd_engine_drop(engine);
@@ -129,7 +130,8 @@ static void memory_is_refused_before_rendering(void **state) {
     (void)state;
     shd_engine *engine = new_engine(1);
     engine->limits.memory = 10 << 20;
-    const char *json = "{\"objects\": [], \"image\": {\"width\": 1000, \"height\": 1000}}";
+    const char *json = "{\"objects\": [], \"image\": {\"width\": 1000, \"height\": 1000}, "
+                       "\"output\": {\"format\": \"exr\"}}";
     shd_request *request = NULL;
     shd_error error;
     assert_int_equal(shd_request_new(engine, &request, &error), SHD_OK);

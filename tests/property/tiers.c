@@ -1,6 +1,7 @@
 /* The standard tier is the exact one to 1e-5 of the picture's maximum, for exponents up to 1000,
  * in scenes with every kind of light. */
 #include "property/pieces.h"
+#include "shade/packed.h"
 
 typedef struct bounds {
     double least_shininess, most_shininess;
@@ -129,12 +130,12 @@ static void light_positions_keep_48_bits(void **state) {
                                .scale = ldexp(1, below(&random, 9) - 4)};
         shd_plan_light light = {.a = 1, .gain = 1};
         light.position = shd_scale(random_direction(&random), uniform(&random, 0.1, 10));
-        const shd_light32 narrow = shd_narrow_light(&plan, &light);
+        const shd_packed_light packed = shd_pack_light(&plan, &light);
         const double wanted[3] = {(light.position.x - plan.origin.x) * plan.scale,
                                   (light.position.y - plan.origin.y) * plan.scale,
                                   (light.position.z - plan.origin.z) * plan.scale};
         for (int c = 0; c < 3; c++) {
-            double sum = (double)narrow.high[c] + (double)narrow.low[c];
+            double sum = (double)packed.at[c] + (double)packed.low[c];
             /* 24 bits, and 24 of what is left of at most half a step */
             assert_true(fabs(sum - wanted[c]) <= 0x1p-48 * fabs(wanted[c]));
         }

@@ -1,0 +1,232 @@
+#include "render/keep.h"
+
+#include <string.h>
+#include <xxhash.h>
+
+#include "render/refine.h"
+
+/* ---- Keys. ---- */
+
+typedef XXH3_state_t hash;
+
+static void put(hash *h, const void *data, size_t size) {
+    XXH3_128bits_update(h, data, size);
+}
+
+static void put_number(hash *h, double value) {
+    value += 0.0; /* -0 as 0 */
+    put(h, &value, sizeof value);
+}
+
+static void put_count(hash *h, uint64_t value) {
+    put(h, &value, sizeof value);
+}
+
+static void put_vec(hash *h, shd_vec3 v) {
+    put_number(h, v.x);
+    put_number(h, v.y);
+    put_number(h, v.z);
+}
+
+static void put_mesh(hash *h, const shd_mesh *mesh) {
+    put_count(h, mesh->vertex_count);
+    put_count(h, mesh->triangle_count);
+    put_count(h, mesh->normals != NULL);
+    put(h, mesh->positions, 3 * mesh->vertex_count * sizeof *mesh->positions);
+    if (mesh->normals) put(h, mesh->normals, 3 * mesh->vertex_count * sizeof *mesh->normals);
+    put(h, mesh->indices, 3 * mesh->triangle_count * sizeof *mesh->indices);
+}
+
+static void put_object(hash *h, const shd_object *object, const shd_plan_material *material) {
+    put_count(h, object->shape);
+    put_number(h, object->radius);
+    put_number(h, object->tube);
+    put_number(h, object->height);
+    put_vec(h, object->size);
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 3; c++) put_number(h, object->transform.linear[r][c]);
+    put_vec(h, object->transform.origin);
+    put_count(h, material->front_only);
+    if (object->shape == SHD_MESH) put_mesh(h, object->mesh);
+}
+
+static void put_geometry(hash *h, const shd_plan *plan, bool adaptive) {
+    const shd_scene *scene = plan->scene;
+    const shd_camera *camera = &scene->camera;
+    const shd_raster *raster = &scene->raster;
+    put_count(h, camera->projection);
+    put_vec(h, camera->position);
+    put_vec(h, camera->right);
+    put_vec(h, camera->up);
+    put_vec(h, camera->back);
+    put_number(h, camera->fov);
+    put_number(h, camera->height);
+    const int numbers[] = {raster->width, raster->height, raster->x,      raster->y,
+                           raster->w,     raster->h,      raster->samples};
+    put(h, numbers, sizeof numbers);
+    put_count(h, adaptive);
+    put_count(h, plan->split_positions);
+    put_count(h, scene->object_count);
+    for (size_t o = 0; o < scene->object_count; o++)
+        put_object(h, &scene->objects[o], &plan->materials[scene->objects[o].material]);
+}
+
+static void put_light(hash *h, const shd_plan_light *light) {
+    put_count(h, (unsigned)light->directional | (unsigned)light->attenuated << 1 |
+                     (unsigned)light->spot << 2);
+    put_vec(h, light->position);
+    put_vec(h, light->toward);
+    put_vec(h, light->axis);
+    for (int c = 0; c < 3; c++) put_number(h, light->color[c]);
+    const double numbers[] = {
+        light->a,     light->b,     light->c,       light->gain, light->min_distance,
+        light->outer, light->inner, light->exponent};
+    for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++) put_number(h, numbers[i]);
+}
+
+/* Of colors only what decides where samples are taken, and which terms there are. */
+static void put_material(hash *h, const shd_plan_material *material, bool adaptive) {
+    put_count(h, material->has_diffuse);
+    if (adaptive && material->has_diffuse) put_number(h, shd_refine_coefficient(material->diffuse));
+    put_count(h, material->lobe_count);
+    for (size_t k = 0; k < material->lobe_count; k++) {
+        put_number(h, material->lobes[k].shininess);
+        if (adaptive) put_number(h, shd_refine_coefficient(material->lobes[k].specular));
+    }
+}
+
+static void put_lights(hash *h, const shd_plan *plan, bool adaptive) {
+    put_count(h, plan->tier);
+    put_count(h, plan->grey_lights);
+    put_number(h, plan->sampling_absolute);
+    put_number(h, plan->sampling_relative);
+    put_count(h, plan->light_count);
+    for (size_t j = 0; j < plan->light_count; j++) put_light(h, &plan->lights[j]);
+    put_count(h, plan->group_count);
+    for (size_t g = 0; g < plan->group_count; g++)
+        put_material(h, &plan->materials[plan->groups[g].material], adaptive);
+    for (size_t o = 0; o < plan->scene->object_count; o++) put_count(h, plan->objects[o].group);
+}
+
+static shd_reuse_key key_of(const hash *h) {
+    const XXH128_hash_t digest = XXH3_128bits_digest(h);
+    return (shd_reuse_key){digest.low64, digest.high64};
+}
+
+/* Everything that hits, and everything that fragments depend on. False: they are not kept. */
+static bool find_keys(const shd_plan *plan, shd_reuse_key *geometry, shd_reuse_key *light) {
+    const bool adaptive = shd_is_adaptive(plan);
+    const shd_scene *scene = plan->scene;
+    if (plan->tier == SHD_EXACT || plan->plane_count > 1 || plan->drop_tolerance > 0) return false;
+    for (int k = SHD_LAYER_NORMAL; k < SHD_LAYER_KINDS; k++)
+        if (plan->wants[k]) return false;
+    for (size_t o = 0; o < scene->object_count; o++)
+        if (scene->objects[o].interpolation != SHD_PHONG) return false;
+    hash *h = XXH3_createState();
+    if (!h) return false;
+    XXH3_128bits_reset(h);
+    put_geometry(h, plan, adaptive);
+    *geometry = key_of(h);
+    put_lights(h, plan, adaptive);
+    *light = key_of(h);
+    XXH3_freeState(h);
+    return true;
+}
+
+/* ---- Records. ---- */
+
+shd_recall shd_recall_open(shd_reuse *reuse, const shd_plan *plan) {
+    shd_recall recall = {NULL, NULL, NULL, NULL};
+    shd_reuse_key geometry, light;
+    if (!find_keys(plan, &geometry, &light)) return recall;
+    recall.light = shd_reuse_find(reuse, SHD_RECORD_LIGHT, light);
+    if (recall.light) return recall;
+    const size_t tiles = shd_tile_count(&plan->scene->raster);
+    recall.keep_light = shd_record_new(reuse, SHD_RECORD_LIGHT, light, tiles);
+    recall.geometry = shd_reuse_find(reuse, SHD_RECORD_GEOMETRY, geometry);
+    if (!recall.geometry)
+        recall.keep_geometry = shd_record_new(reuse, SHD_RECORD_GEOMETRY, geometry, tiles);
+    return recall;
+}
+
+void shd_recall_close(shd_recall *recall, bool complete) {
+    if (complete && recall->keep_light) shd_record_publish(recall->keep_light);
+    if (complete && recall->keep_geometry) shd_record_publish(recall->keep_geometry);
+    shd_record_drop((shd_record *)recall->light);
+    shd_record_drop((shd_record *)recall->geometry);
+    shd_record_drop(recall->keep_light);
+    shd_record_drop(recall->keep_geometry);
+    *recall = (shd_recall){NULL, NULL, NULL, NULL};
+}
+
+/* ---- Fragments. ---- */
+
+static void *copy(shd_record *record, const void *from, size_t size) {
+    void *to = shd_record_alloc(record, size);
+    return to ? memcpy(to, from, size) : NULL;
+}
+
+void shd_keep_fragments(shd_record *record, size_t tile, const shd_plan *plan,
+                        const shd_fragments *from) {
+    const size_t arrays = shd_sum_of(plan, 1, 0, 0), count = from->count;
+    shd_fragments *to = shd_record_alloc(record, sizeof *to);
+    if (!to) return;
+    *to = (shd_fragments){.count = count, .capacity = count, .run_count = from->run_count};
+    if (count) {
+        to->cell = copy(record, from->cell, count * sizeof *to->cell);
+        to->runs = copy(record, from->runs, from->run_count * sizeof *to->runs);
+        to->sums = shd_record_alloc(record, arrays * sizeof *to->sums);
+        if (!to->cell || !to->runs || !to->sums) return;
+        if (from->coverage &&
+            !(to->coverage = copy(record, from->coverage, count * sizeof *to->coverage)))
+            return;
+        /* Terms that no run has are not copied. */
+        for (size_t k = 0; k < arrays; k++) to->sums[k] = NULL;
+        for (size_t r = 0; r < from->run_count; r++) {
+            const shd_plan_group *group = &plan->groups[from->runs[r].group];
+            for (size_t t = 0; t < 1 + plan->materials[group->material].lobe_count; t++)
+                for (int c = 0; c < (plan->grey_lights ? 1 : 3); c++) {
+                    const size_t k = shd_sum_of(plan, 0, t, c);
+                    if (to->sums[k]) continue;
+                    to->sums[k] = copy(record, from->sums[k], count * sizeof **to->sums);
+                    if (!to->sums[k]) return;
+                }
+        }
+    }
+    shd_record_put(record, tile, to);
+}
+
+const shd_fragments *shd_kept_fragments(const shd_record *record, size_t tile) {
+    return shd_record_get(record, tile);
+}
+
+/* ---- Hits. ---- */
+
+void shd_keep_cast(shd_record *record, size_t tile, const shd_plan *plan, const uint16_t *shot_cell,
+                   size_t shots, const shd_hits *hits) {
+    shd_kept_cast *to = shd_record_alloc(record, sizeof *to);
+    if (!to) return;
+    *to = (shd_kept_cast){.shots = shots};
+    /* Kernels read whole vectors. */
+    const size_t count = (hits->count + SHD_LANES - 1) / SHD_LANES * SHD_LANES;
+    to->hits.count = hits->count;
+    to->hits.capacity = count;
+    bool complete = (to->shot_cell = copy(record, shot_cell, shots * sizeof *shot_cell)) &&
+                    (to->hits.shot = copy(record, hits->shot, count * sizeof *hits->shot)) &&
+                    (to->hits.object = copy(record, hits->object, count * sizeof *hits->object));
+    for (int c = 0; complete && c < 3; c++) {
+        const size_t size = count * sizeof **hits->position32;
+        complete =
+            (to->hits.position32[c] = copy(record, hits->position32[c], size)) &&
+            (to->hits.normal32[c] = copy(record, hits->normal32[c], size)) &&
+            (to->hits.mirror32[c] = copy(record, hits->mirror32[c], size)) &&
+            (!plan->split_positions || (to->hits.low32[c] = copy(record, hits->low32[c], size)));
+    }
+    if (!complete) return;
+    shd_kept_cast *first = (shd_kept_cast *)shd_record_get(record, tile), *last = first;
+    while (last && last->next) last = last->next;
+    if (last)
+        last->next = to;
+    else
+        shd_record_put(record, tile, to);
+}

@@ -1,0 +1,141 @@
+#include <string.h>
+
+#include "base/simd.h"
+#include "render/paint.h"
+
+/* The terms' loops are apart: each is a plain one that vectorizes. */
+static void mix(const float constant[3], const float *coverage, const shd_paint_term *terms,
+                size_t term_count, size_t count, float *const out[3]) {
+    for (int c = 0; c < 3; c++) {
+        const float base = constant[c];
+        float *restrict to = out[c];
+        if (coverage)
+            for (size_t i = 0; i < count; i++) to[i] = base * coverage[i];
+        else
+            for (size_t i = 0; i < count; i++) to[i] = base;
+        for (size_t t = 0; t < term_count; t++) {
+            const float color = terms[t].color[c];
+            const float *restrict sums = terms[t].sums[c];
+            if (color == 0) continue; /* an infinite sum does not show there */
+            for (size_t i = 0; i < count; i++) to[i] += color * sums[i];
+        }
+    }
+}
+
+static void fill_rest(float *values, const float *cover, float background, size_t count) {
+    for (size_t i = 0; i < count; i++) values[i] += (1 - cover[i]) * background;
+}
+
+static void divide(float *values, const float *cover, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        float some = cover[i] > 0 ? cover[i] : 1;
+        values[i] /= some;
+    }
+}
+
+static void average(const float *values, const uint32_t *first, size_t count, int samples,
+                    float *out) {
+    const double share = 1.0 / samples;
+    if ((samples & (samples - 1)) == 0) { /* the product is the quotient, to the bit */
+        for (size_t k = 0; k < count; k++) {
+            double sum = 0;
+            for (uint32_t i = first[k]; i < first[k + 1]; i++) sum += (double)values[i];
+            out[k] = (float)(sum * share);
+        }
+        return;
+    }
+    for (size_t k = 0; k < count; k++) {
+        double sum = 0;
+        for (uint32_t i = first[k]; i < first[k + 1]; i++) sum += (double)values[i];
+        out[k] = (float)(sum / samples);
+    }
+}
+
+/* ---- Bounds: sixteen lanes on their own, met at the end, so that every width does the same. ----
+ */
+
+enum { LANES = 16, VECTORS = LANES / SHD_W };
+
+static float most_of(const shd_vf v[VECTORS]) {
+    float lanes[LANES];
+    memcpy(lanes, v, sizeof lanes);
+    for (int k = 1; k < LANES; k++) lanes[0] = lanes[k] > lanes[0] ? lanes[k] : lanes[0];
+    return lanes[0];
+}
+
+/* What is left after whole groups of lanes: its last values, some of which were met already. */
+static void bound_axis(const float *values, size_t count, float *low, float *high) {
+    if (count < LANES) {
+        *low = *high = values[0];
+        for (size_t i = 1; i < count; i++) {
+            *low = values[i] < *low ? values[i] : *low;
+            *high = values[i] > *high ? values[i] : *high;
+        }
+        return;
+    }
+    shd_vf least[VECTORS], most[VECTORS];
+    /* The least is the most of what is negated. */
+    for (int k = 0; k < VECTORS; k++) {
+        most[k] = shd_vf_load(values + k * SHD_W);
+        least[k] = -most[k];
+    }
+    for (size_t done = LANES; done < count; done += LANES) {
+        const float *at = values + (done + LANES <= count ? done : count - LANES);
+        for (int k = 0; k < VECTORS; k++) {
+            const shd_vf v = shd_vf_load(at + k * SHD_W);
+            least[k] = shd_vf_max(-v, least[k]);
+            most[k] = shd_vf_max(v, most[k]);
+        }
+    }
+    *low = -most_of(least);
+    *high = most_of(most);
+}
+
+static float sum_axis(const float *values, size_t count) {
+    shd_vf sums[VECTORS];
+    for (int k = 0; k < VECTORS; k++) sums[k] = shd_vf_set(0);
+    size_t i = 0;
+    for (; i + LANES <= count; i += LANES)
+        for (int k = 0; k < VECTORS; k++) sums[k] += shd_vf_load(values + i + (size_t)k * SHD_W);
+    float lanes[LANES], sum = 0;
+    memcpy(lanes, sums, sizeof lanes);
+    for (; i < count; i++) sum += values[i];
+    for (int k = 0; k < LANES; k++) sum += lanes[k];
+    return sum;
+}
+
+static void bound(const float *const position[3], const float *const normal[3], size_t count,
+                  float low[3], float high[3], float sum[3]) {
+    for (int c = 0; c < 3; c++) {
+        bound_axis(position[c], count, &low[c], &high[c]);
+        sum[c] = sum_axis(normal[c], count);
+    }
+}
+
+static float spread(const float *const normal[3], const float axis[3], size_t count) {
+    float least = 1;
+    if (count < LANES) {
+        for (size_t i = 0; i < count; i++) {
+            const float cosine =
+                normal[0][i] * axis[0] + normal[1][i] * axis[1] + normal[2][i] * axis[2];
+            least = cosine < least ? cosine : least;
+        }
+        return least;
+    }
+    const shd_vf x = shd_vf_set(axis[0]), y = shd_vf_set(axis[1]), z = shd_vf_set(axis[2]);
+    shd_vf all[VECTORS]; /* negated */
+    for (int k = 0; k < VECTORS; k++) all[k] = shd_vf_set(-1);
+    for (size_t done = 0; done < count; done += LANES) {
+        const size_t at = done + LANES <= count ? done : count - LANES;
+        for (int k = 0; k < VECTORS; k++) {
+            const size_t i = at + (size_t)k * SHD_W;
+            const shd_vf cosine = shd_vf_load(normal[0] + i) * x + shd_vf_load(normal[1] + i) * y +
+                                  shd_vf_load(normal[2] + i) * z;
+            all[k] = shd_vf_max(-cosine, all[k]);
+        }
+    }
+    return -most_of(all);
+}
+
+const shd_paint_kernel SHD_VARIANT(shd_paint_kernel) = {mix,     fill_rest, divide,
+                                                        average, bound,     spread};

@@ -1,0 +1,206 @@
+/* What is kept between requests changes no byte, and is used where it can be. */
+#include <pthread.h>
+
+#include "property/pieces.h"
+
+typedef struct change {
+    const char *red, *light, *shininess, *radius;
+} change;
+
+static char *scene(change c, int samples, const char *tier) {
+    return text_of(
+        "{\"image\": {\"width\": 150, \"height\": 130, \"samples\": %d}, \"accuracy\": {\"tier\": "
+        "\"%s\"}, \"background\": [0.1, 0, 0], \"ambient\": 0.1, \"lights\": [{\"type\": "
+        "\"point\", "
+        "\"position\": [%s, 2, 3], \"attenuation\": [1, 0.1, 0]}, {\"type\": \"directional\", "
+        "\"direction\": [0, -1, -1], \"color\": [0.2, 0.3, 0.4]}], \"objects\": [{\"type\": "
+        "\"sphere\", \"radius\": %s, \"material\": {\"diffuse\": [%s, 0.4, 0.2], \"specular\": "
+        "0.3, "
+        "\"shininess\": %s}}, {\"type\": \"torus\", \"material\": {\"diffuse\": [0.2, %s, 0.2]}}]}",
+        samples, tier, c.light, c.radius, c.red, c.shininess, c.red);
+}
+
+static file render(shd_engine *engine, const char *json, shd_reused *reused) {
+    shd_request *request = read_scene(engine, json);
+    shd_error error;
+    assert_int_equal(shd_request_render(request, NULL, &error), SHD_OK);
+    size_t count;
+    file out = {NULL, shd_request_pictures(request, &count)[0].size};
+    out.data = shd_request_take(request, 0);
+    *reused = shd_request_reused(request);
+    shd_request_drop(request);
+    return out;
+}
+
+static shd_engine *engine_that_keeps(size_t bytes) {
+    shd_engine_options options = shd_engine_defaults();
+    options.threads = 2;
+    options.reuse = bytes;
+    shd_engine *engine = NULL;
+    shd_error error;
+    assert_int_equal(shd_engine_new(&options, &engine, &error), SHD_OK);
+    return engine;
+}
+
+static const change first = {"0.6", "1", "50", "1"};
+static const struct {
+    change to;
+    shd_reused reused;
+} steps[] = {{{"0.6", "1", "50", "1"}, SHD_REUSED_NOTHING},
+             {{"0.6", "1", "50", "1"}, SHD_REUSED_LIGHT},        /* the same again */
+             {{"0.7", "1", "50", "1"}, SHD_REUSED_LIGHT},        /* a color */
+             {{"0.7", "1.5", "50", "1"}, SHD_REUSED_GEOMETRY},   /* a light */
+             {{"0.7", "1", "80", "1"}, SHD_REUSED_GEOMETRY},     /* a shininess */
+             {{"0.8", "1.5", "50", "1"}, SHD_REUSED_LIGHT},      /* a color under that light */
+             {{"0.8", "1.5", "50", "0.9"}, SHD_REUSED_NOTHING}}; /* a shape */
+
+static void pictures_are_the_same_and_work_is_saved(void **state) {
+    (void)state;
+    static const char *const tiers[] = {"standard", "draft", "exact"};
+    for (int k = 0; k < 6; k++) {
+        const char *tier = tiers[k % 3];
+        shd_engine *keeps = engine_that_keeps((size_t)64 << 20), *forgets = engine_that_keeps(0);
+        for (size_t i = 0; i < sizeof steps / sizeof steps[0]; i++) {
+            char *json = scene(steps[i].to, k < 3 ? 4 : 1, tier);
+            shd_reused reused, none;
+            file a = render(keeps, json, &reused), b = render(forgets, json, &none);
+            if (!same_file(a, b)) fail_msg("step %zu, %s", i, tier);
+            assert_int_equal(none, SHD_REUSED_NOTHING);
+            assert_int_equal(reused, k % 3 == 2 ? SHD_REUSED_NOTHING : steps[i].reused);
+            free(a.data);
+            free(b.data);
+            free(json);
+        }
+        shd_engine_drop(keeps);
+        shd_engine_drop(forgets);
+    }
+}
+
+/* A color that crosses a power of two moves the places where samples are taken: its sums are
+ * others, and the hits the same. */
+static void verdicts_follow_large_changes(void **state) {
+    (void)state;
+    shd_engine *keeps = engine_that_keeps((size_t)64 << 20), *forgets = engine_that_keeps(0);
+    static const char *const reds[] = {"0.9", "1.1", "3", "0.01", "40"};
+    for (int i = 0; i < 5; i++) {
+        change c = first;
+        c.red = reds[i];
+        char *json = scene(c, 4, "standard");
+        shd_reused reused;
+        file a = render(keeps, json, &reused), b = render(forgets, json, &(shd_reused){0});
+        assert_true(same_file(a, b));
+        if (i) assert_true(reused != SHD_REUSED_NOTHING);
+        free(a.data);
+        free(b.data);
+        free(json);
+    }
+    shd_engine_drop(keeps);
+    shd_engine_drop(forgets);
+}
+
+/* More pictures than fit: the cap holds, the latest stay. */
+static void the_cap_holds(void **state) {
+    (void)state;
+    const size_t cap = (size_t)6 << 20;
+    shd_engine *engine = engine_that_keeps(cap);
+    for (int i = 0; i < 20; i++) {
+        change c = first;
+        char *radius = text_of("%g", 0.5 + 0.02 * i);
+        c.radius = radius;
+        char *json = scene(c, 1, "standard");
+        shd_reused reused;
+        free(render(engine, json, &reused).data);
+        assert_int_equal(reused, SHD_REUSED_NOTHING);
+        free(render(engine, json, &reused).data);
+        assert_int_equal(reused, SHD_REUSED_LIGHT);
+        const shd_reuse_load load = shd_engine_reuse(engine);
+        assert_true(load.bytes <= cap && load.bytes > 0);
+        assert_int_equal(load.cap, cap);
+        assert_int_equal(load.light_hits, i + 1);
+        assert_int_equal(load.light_misses, i + 1);
+        free(radius);
+        free(json);
+    }
+    shd_engine_drop(engine);
+}
+
+/* A picture that would fill the cap is rendered and not kept. */
+static void what_is_too_large_is_not_kept(void **state) {
+    (void)state;
+    shd_engine *engine = engine_that_keeps((size_t)1 << 20);
+    char *json = scene(first, 4, "standard");
+    for (int i = 0; i < 2; i++) {
+        shd_reused reused;
+        free(render(engine, json, &reused).data);
+        assert_int_equal(reused, SHD_REUSED_NOTHING);
+    }
+    assert_int_equal(shd_engine_reuse(engine).bytes, 0);
+    free(json);
+    shd_engine_drop(engine);
+}
+
+/* ---- Threads. ---- */
+
+typedef struct worker {
+    shd_engine *engine;
+    file expected[4];
+    bool same;
+} worker;
+
+static const char *const reds[] = {"0.5", "0.55", "0.6", "0.65"};
+
+static void *work(void *context) {
+    worker *w = context;
+    w->same = true;
+    for (int i = 0; i < 24; i++) {
+        change c = first;
+        c.red = reds[i % 4];
+        c.light = i % 3 ? "1" : "2";
+        char *json = scene(c, 1, "standard");
+        file a = {NULL, 0};
+        if (try_png_of(w->engine, json, &a) != SHD_OK) w->same = false;
+        if (i % 3) w->same &= same_file(a, w->expected[i % 4]);
+        free(a.data);
+        free(json);
+    }
+    return NULL;
+}
+
+static void threads_share_records(void **state) {
+    (void)state;
+    /* Small, so that records go while others are in use. */
+    shd_engine *engine = engine_that_keeps((size_t)5 << 20), *forgets = engine_that_keeps(0);
+    worker workers[4];
+    file expected[4];
+    for (int i = 0; i < 4; i++) {
+        change c = first;
+        c.red = reds[i];
+        char *json = scene(c, 1, "standard");
+        expected[i] = render(forgets, json, &(shd_reused){0});
+        free(json);
+    }
+    pthread_t threads[4];
+    for (int i = 0; i < 4; i++) {
+        workers[i] = (worker){.engine = engine};
+        memcpy(workers[i].expected, expected, sizeof expected);
+        assert_int_equal(pthread_create(&threads[i], NULL, work, &workers[i]), 0);
+    }
+    for (int i = 0; i < 4; i++) {
+        pthread_join(threads[i], NULL);
+        assert_true(workers[i].same);
+    }
+    for (int i = 0; i < 4; i++) free(expected[i].data);
+    shd_engine_drop(engine);
+    shd_engine_drop(forgets);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(pictures_are_the_same_and_work_is_saved),
+        cmocka_unit_test(verdicts_follow_large_changes),
+        cmocka_unit_test(the_cap_holds),
+        cmocka_unit_test(what_is_too_large_is_not_kept),
+        cmocka_unit_test(threads_share_records),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
