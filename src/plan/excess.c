@@ -8,7 +8,8 @@
  * around objects are, and pictures count as having colors of any kind. */
 enum { MOST_PAIRS = 1 << 20 };
 
-/* Rounding of a position in f32, in the frame's unit: half an ulp below 2 in three coordinates. */
+/* Rounding of a position in f32, in the frame's unit: half an ulp below 2 in three coordinates.
+ * Lights have twice the digits. */
 static const double POSITION = 1.1e-7;
 
 typedef struct finding {
@@ -47,9 +48,11 @@ static influence influence_of(const finding *f, const shd_plan_object *object,
         in.factor /= light->a + d * (light->b + d * light->c);
         if (!(in.factor < 1e200)) in.factor = 1e200; /* as the kernels hold it */
     }
-    if (f->tier != SHD_EXACT && !plan->split_positions)
-        in.position =
-            POSITION * (1 + shd_plan_size(plan, object, light)) / (distance * plan->scale);
+    if (f->tier != SHD_EXACT && !plan->split_positions) {
+        /* On a plane coordinates grow with the distance. */
+        double size = shd_plan_size(plan, object, light) / (distance * plan->scale);
+        in.position = POSITION * (object->bounded ? size : 1 + size);
+    }
     if (!(in.position < 1)) in.position = 1;
     in.spot = spot_error(f, light, in.position);
     return in;
