@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-/* Nanoseconds, from medians of `shade compare --threads 1` of api/examples (materials.json,
+/* Nanoseconds, from `shade compare --threads 1` of api/examples with one sample (materials.json,
  * lights.json, sixteen-lights.json), and for encoders of `shade render`, with AVX-512 kernels.
  * Other machines and pictures differ by two times and more: what to compare are estimates. */
 static const double RAY = 11;       /* a ray that an object may be in the way of */
@@ -18,42 +18,29 @@ static const double encoders[SHD_FORMAT_COUNT] =
     {/* a sample of 8 bits */
      [SHD_PNG] = 6, [SHD_JPEG] = 2, [SHD_WEBP] = 30, [SHD_TIFF] = 6, [SHD_EXR] = 25, [SHD_HDR] = 8};
 
-/* The share of the picture that the objects' spheres cover, one beside the other. */
-static double coverage_of(const shd_plan *plan) {
+/* The share of the picture that an object covers, about. */
+static double share_of(const shd_plan *plan, size_t index) {
     const shd_scene *scene = plan->scene;
     const shd_camera *camera = &scene->camera;
-    const double aspect = (double)scene->raster.width / scene->raster.height;
-    double share = 0;
-    for (size_t i = 0; i < scene->object_count; i++) {
-        const shd_plan_object *object = &plan->objects[i];
-        if (!object->bounded) {
-            share += 0.5;
-            continue;
-        }
-        double half = camera->height / 2, radius = object->radius;
-        if (camera->projection == SHD_PERSPECTIVE) {
-            double distance = shd_length(shd_sub(object->center, camera->position));
-            half = tan(camera->fov / 2) * distance;
-            if (distance <= radius) half = radius;
-        }
-        /* A shape covers about two thirds of its sphere's disc. */
-        share += 0.67 * SHD_PI / 4 * (radius / half) * (radius / half) / aspect;
-        if (share > 1) return 1;
+    const shd_plan_object *object = &plan->objects[index];
+    if (!object->bounded) return 0.5;
+    double half = camera->height / 2;
+    if (camera->projection == SHD_PERSPECTIVE) {
+        double distance = shd_length(shd_sub(object->center, camera->position));
+        half = tan(camera->fov / 2) * fmax(distance, object->radius);
     }
-    return share;
+    double part = SHD_PI / 4 * (object->radius / half) * (object->radius / half);
+    part *= (double)scene->raster.height / scene->raster.width;
+    /* Other shapes cover about two thirds of their sphere's disc. */
+    return fmin(scene->objects[index].shape == SHD_SPHERE ? part : 0.67 * part, 1);
 }
 
-/* Nanoseconds of a hit, averaged over the objects. */
-static double hit_of(const shd_plan *plan) {
-    const shd_scene *scene = plan->scene;
-    double sum = 0;
-    for (size_t i = 0; i < scene->object_count; i++) {
-        const shd_plan_object *object = &plan->objects[i];
-        const shd_plan_material *material = &plan->materials[object->material];
-        sum += (double)object->light_count * (LIGHT + LOBE * (double)material->lobe_count);
-    }
-    if (scene->object_count) sum /= (double)scene->object_count;
-    return SAMPLE + (plan->tier == SHD_EXACT ? EXACT : 1) * sum;
+/* Nanoseconds of a hit of the object. */
+static double hit_of(const shd_plan *plan, size_t index) {
+    const shd_plan_object *object = &plan->objects[index];
+    const size_t lobes = plan->materials[object->material].lobe_count;
+    double lights = (double)object->light_count * (LIGHT + LOBE * (double)lobes);
+    return SAMPLE + (plan->tier == SHD_EXACT ? EXACT : 1) * lights;
 }
 
 shd_cost shd_cost_of(const shd_plan *plan, const bool *codes) {
@@ -61,8 +48,15 @@ shd_cost shd_cost_of(const shd_plan *plan, const bool *codes) {
     const double pixels = (double)scene->raster.w * scene->raster.h, million = 1e6;
     double rays = scene->raster.samples;
     if (plan->tier != SHD_EXACT && plan->sampling_absolute > 0) rays = fmin(rays, ADAPTIVE);
-    const double hits = pixels * rays * coverage_of(plan);
-    shd_cost cost = {.visibility = hits * RAY / million, .shade = hits * hit_of(plan) / million};
+    double covered = 0, lit = 0;
+    for (size_t i = 0; i < scene->object_count; i++) {
+        covered += share_of(plan, i);
+        lit += share_of(plan, i) * hit_of(plan, i);
+    }
+    /* Objects are beside each other until the picture is full, and then before each other. */
+    if (covered > 1) lit /= covered, covered = 1;
+    shd_cost cost = {.visibility = pixels * rays * covered * RAY / million,
+                     .shade = pixels * rays * lit / million};
     for (size_t o = 0; o < scene->output_count; o++) {
         const shd_output *output = &scene->outputs[o];
         double samples = output->channel < 0 ? 3 : 1;
