@@ -2,21 +2,26 @@
 
 #include <math.h>
 
-/* Nanoseconds, from `shade compare --threads 1` of api/examples with one sample (materials.json,
- * lights.json, sixteen-lights.json), and for encoders of `shade render`, with AVX-512 kernels.
- * Other machines and pictures differ by two times and more: what to compare are estimates. */
+/* Nanoseconds: rays and light from `shade compare --threads 1` of api/examples with one sample
+ * (materials.json, lights.json, sixteen-lights.json), colors and encoders from the Server-Timing of
+ * a daemon with `--threads 1` that renders materials.json with one sample, all with AVX-512
+ * kernels. Other machines and pictures differ by two times and more: what to compare are
+ * estimates. */
 static const double RAY = 11;       /* a ray that an object may be in the way of */
 static const double SAMPLE = 4;     /* a hit: its way from light sums to the film */
 static const double LIGHT = 1.6;    /* a light at a hit: direction and diffuse weight */
 static const double LOBE = 1.8;     /* each specular lobe of it */
 static const double EXACT = 6;      /* times that in f64 */
-static const double CODES = 1.5;    /* a pixel straight to codes, */
-static const double FLOATS = 30;    /* or through OpenColorIO's floats */
 static const double ADAPTIVE = 1.5; /* rays a pixel where fewer samples do */
+static const double CODES = 2.5;    /* a pixel straight to codes, */
+static const double FLOATS = 48;    /* through OpenColorIO's floats, */
+static const double LINEAR = 1.3;   /* or to a linear space */
 
-static const double encoders[SHD_FORMAT_COUNT] =
-    {/* a sample of 8 bits */
-     [SHD_PNG] = 6, [SHD_JPEG] = 2, [SHD_WEBP] = 30, [SHD_TIFF] = 6, [SHD_EXR] = 25, [SHD_HDR] = 8};
+/* A sample of the depth that the format has by itself. */
+static const double encoders[SHD_FORMAT_COUNT] = {
+    [SHD_PNG] = 1.6, [SHD_JPEG] = 1.4, [SHD_WEBP] = 26,
+    [SHD_TIFF] = 10, [SHD_EXR] = 21,   [SHD_HDR] = 5,
+};
 
 /* The share of the picture that an object covers, about. */
 static double share_of(const shd_plan *plan, size_t index) {
@@ -59,12 +64,14 @@ shd_cost shd_cost_of(const shd_plan *plan, const bool *codes) {
                      .shade = pixels * rays * lit / million};
     for (size_t o = 0; o < scene->output_count; o++) {
         const shd_output *output = &scene->outputs[o];
-        double samples = output->channel < 0 ? 3 : 1;
-        double wide = output->depth == SHD_U8 ? 1 : output->depth == SHD_FLOAT ? 4 : 2;
-        cost.color +=
-            pixels * (codes[o] ? CODES : FLOATS) * (1 + (double)output->layer_count) / million;
-        cost.encode += pixels * samples * wide * (1 + (double)output->layer_count) *
-                       encoders[output->format] / million;
+        const shd_format_info *format = shd_format_get(output->format);
+        const double pictures = 1 + (double)output->layer_count;
+        const double samples = pixels * pictures * (output->channel < 0 ? 3 : 1);
+        const bool linear = output->color_space && output->color_space->scene_linear;
+        const double color = codes[o] ? CODES : linear ? LINEAR : FLOATS;
+        cost.color += pixels * pictures * color / million;
+        cost.encode +=
+            samples * encoders[output->format] * (output->depth > format->depth ? 2 : 1) / million;
     }
     return cost;
 }
