@@ -49,10 +49,18 @@ void shd_engine_drop(shd_engine *engine); /* finishes queued jobs first; NULL is
 /* Runs run(context) on a worker, later. False: the queue is full, and nothing was queued. */
 bool shd_engine_submit(shd_engine *engine, void (*run)(void *context), void *context);
 
+/* From a job: runs run(context) later as the large rest of it. Deferred work takes turns with new
+ * jobs, and lets them pass between its tiles: what is small does not wait for what is large. */
+void shd_engine_defer(shd_engine *engine, void (*run)(void *context), void *context);
+
+/* Takes a waiting job back. False: it runs, or has run. */
+bool shd_engine_withdraw(shd_engine *engine, const void *context);
+
 typedef struct shd_load {
     size_t queued; /* jobs that wait */
     unsigned busy; /* workers that run one */
     unsigned threads;
+    uint64_t lent; /* jobs so far that ran between the tiles of a deferred one */
 } shd_load;
 
 shd_load shd_engine_load(shd_engine *engine);
@@ -91,6 +99,10 @@ const shd_report *shd_request_report(const shd_request *request);
 const char *shd_request_etag(const shd_request *request);
 bool shd_request_multipart(const shd_request *request);
 
+/* After a successful read: how much there is to compute, in units of about one light on one sample
+ * in single precision, right to a factor of a few. */
+uint64_t shd_request_work(const shd_request *request);
+
 /* After a successful read: the format of picture `index`, as the document or `fallback` has it.
  * A document without `outputs` has one picture. */
 shd_format shd_request_format(const shd_request *request, size_t index);
@@ -123,7 +135,8 @@ typedef enum shd_telling { SHD_IN_JSON, SHD_IN_WORDS } shd_telling;
 shd_status shd_request_explain(shd_request *request, shd_telling telling, char **text,
                                shd_error *error);
 
-/* Makes a running or later render or comparison end soon with SHD_CANCELLED. Any thread. */
+/* Makes a running or later render or comparison end soon with SHD_CANCELLED: within a tile, or
+ * after an encoding that is not WebP's. Any thread. */
 void shd_request_cancel(shd_request *request);
 
 typedef struct shd_picture {

@@ -3,6 +3,7 @@
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
+#include <time.h>
 
 typedef struct job {
     void (*run)(void *context);
@@ -20,17 +21,118 @@ typedef struct loop {
     unsigned helpers; /* workers inside; guarded by the pool's mutex */
 } loop;
 
+/* Jobs in order. */
+typedef struct line {
+    job *ring;
+    size_t room, first, count;
+} line;
+
+typedef struct worker {
+    pthread_t self;
+    bool large;   /* it runs a deferred job ... */
+    bool lending; /* ... and within that a new one */
+} worker;
+
 struct shd_pool {
     pthread_mutex_t mutex;
     pthread_cond_t work;     /* a job, a loop or the end */
     pthread_cond_t loop_end; /* a helper left a loop */
-    job *queue;              /* ring */
-    size_t capacity, first, waiting;
+    line fresh, deferred;
+    bool deferred_next; /* whose turn it is */
+    size_t capacity;
+    atomic_bool has_fresh; /* fresh.count, to be looked at without the mutex */
+    atomic_uint_least64_t lent;
     loop *loops;
     unsigned threads, busy, started;
     bool stopping;
-    pthread_t thread[];
+    pthread_t *thread;
+    worker workers[]; /* [started], each written by its own thread only, but under the mutex */
 };
+
+/* ---- Lines ---- */
+
+static void push(line *l, job j) {
+    l->ring[(l->first + l->count++) % l->room] = j;
+}
+
+static job pop(line *l) {
+    job j = l->ring[l->first];
+    l->first = (l->first + 1) % l->room;
+    l->count--;
+    return j;
+}
+
+static bool take_out(line *l, const void *context) {
+    for (size_t i = 0; i < l->count; i++) {
+        if (l->ring[(l->first + i) % l->room].context != context) continue;
+        for (size_t k = i; k + 1 < l->count; k++)
+            l->ring[(l->first + k) % l->room] = l->ring[(l->first + k + 1) % l->room];
+        l->count--;
+        return true;
+    }
+    return false;
+}
+
+static size_t waiting(const shd_pool *pool) {
+    return pool->fresh.count + pool->deferred.count;
+}
+
+static job pop_fresh(shd_pool *pool) {
+    job j = pop(&pool->fresh);
+    atomic_store_explicit(&pool->has_fresh, pool->fresh.count > 0, memory_order_relaxed);
+    return j;
+}
+
+/* ---- Lending ---- */
+
+/* The worker that the calling thread is, NULL for others. The mutex is held. */
+static worker *find_self(shd_pool *pool) {
+    for (unsigned i = 0; i < pool->started; i++)
+        if (pthread_equal(pool->workers[i].self, pthread_self())) return &pool->workers[i];
+    return NULL;
+}
+
+/* The same, where it may run new jobs between the pieces of its own. */
+static worker *find_lender(shd_pool *pool) {
+    pthread_mutex_lock(&pool->mutex);
+    worker *self = find_self(pool);
+    if (self && (!self->large || self->lending)) self = NULL;
+    pthread_mutex_unlock(&pool->mutex);
+    return self;
+}
+
+static double processor_seconds(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+static double lend(shd_pool *pool, worker *self) {
+    if (!atomic_load_explicit(&pool->has_fresh, memory_order_relaxed)) return 0;
+    pthread_mutex_lock(&pool->mutex);
+    bool some = pool->fresh.count > 0;
+    job next = {NULL, NULL};
+    if (some) next = pop_fresh(pool);
+    self->lending = some;
+    pthread_mutex_unlock(&pool->mutex);
+    if (!some) return 0;
+
+    double began = processor_seconds();
+    next.run(next.context);
+    atomic_fetch_add(&pool->lent, 1);
+    pthread_mutex_lock(&pool->mutex);
+    self->lending = false;
+    pthread_mutex_unlock(&pool->mutex);
+    return processor_seconds() - began;
+}
+
+double shd_pool_lend(shd_pool *pool) {
+    if (!atomic_load_explicit(&pool->has_fresh, memory_order_relaxed)) return 0;
+    worker *self = find_lender(pool);
+    return self ? lend(pool, self) : 0;
+}
+
+/* ---- Loops ---- */
 
 /* Takes an index and runs it; false where none is left. */
 static bool run_index(loop *l, unsigned slot) {
@@ -40,9 +142,13 @@ static bool run_index(loop *l, unsigned slot) {
     return true;
 }
 
-static void run_indices(loop *l, unsigned slot) {
-    while (run_index(l, slot)) {
-    }
+/* The caller's own part of its loop. */
+static double run_indices(shd_pool *pool, loop *l) {
+    worker *lender = find_lender(pool);
+    double lent = 0;
+    while (run_index(l, 0))
+        if (lender) lent += lend(pool, lender);
+    return lent;
 }
 
 static loop *find_open_loop(shd_pool *pool) {
@@ -55,7 +161,7 @@ static loop *find_open_loop(shd_pool *pool) {
 static void help(shd_pool *pool, loop *l, unsigned slot) {
     l->helpers++;
     bool more = true;
-    while (more && !pool->waiting) {
+    while (more && !waiting(pool)) {
         pthread_mutex_unlock(&pool->mutex);
         more = run_index(l, slot);
         pthread_mutex_lock(&pool->mutex);
@@ -63,25 +169,36 @@ static void help(shd_pool *pool, loop *l, unsigned slot) {
     if (--l->helpers == 0) pthread_cond_broadcast(&pool->loop_end);
 }
 
+/* ---- Workers ---- */
+
+/* The next job of the line whose turn it is. Called and left with the mutex held. */
+static void run_job(shd_pool *pool, worker *self) {
+    bool large = pool->deferred.count && (pool->deferred_next || !pool->fresh.count);
+    job next = large ? pop(&pool->deferred) : pop_fresh(pool);
+    pool->deferred_next = !large;
+    self->large = large;
+    pool->busy++;
+    pthread_mutex_unlock(&pool->mutex);
+    next.run(next.context);
+    pthread_mutex_lock(&pool->mutex);
+    pool->busy--;
+    self->large = false;
+}
+
 /* New pictures come before help for running ones: a large picture goes on with the worker that
  * began it, and small ones do not wait for its end. */
-static void *worker(void *argument) {
+static void *work(void *argument) {
     shd_pool *pool = argument;
     pthread_mutex_lock(&pool->mutex);
+    worker *self = &pool->workers[pool->started];
+    self->self = pthread_self();
     unsigned slot = ++pool->started; /* 0 is the caller's, in any loop */
     for (;;) {
-        loop *l = pool->waiting ? NULL : find_open_loop(pool);
+        loop *l = waiting(pool) ? NULL : find_open_loop(pool);
         if (l) {
             help(pool, l, slot);
-        } else if (pool->waiting) {
-            job next = pool->queue[pool->first];
-            pool->first = (pool->first + 1) % pool->capacity;
-            pool->waiting--;
-            pool->busy++;
-            pthread_mutex_unlock(&pool->mutex);
-            next.run(next.context);
-            pthread_mutex_lock(&pool->mutex);
-            pool->busy--;
+        } else if (waiting(pool)) {
+            run_job(pool, self);
         } else if (pool->stopping) {
             break;
         } else {
@@ -92,23 +209,36 @@ static void *worker(void *argument) {
     return NULL;
 }
 
+/* ---- The pool ---- */
+
+static void release(shd_pool *pool) {
+    free(pool->fresh.ring);
+    free(pool->deferred.ring);
+    free(pool->thread);
+    free(pool);
+}
+
 shd_status shd_pool_new(unsigned threads, size_t queue, shd_pool **out, shd_error *error) {
     if (threads < 1 || threads > 1024)
         return shd_fail(error, SHD_CONFIG, "", "%u threads: 1 to 1024 are possible", threads);
-    shd_pool *pool = calloc(1, sizeof *pool + threads * sizeof pool->thread[0]);
-    job *ring = calloc(queue ? queue : 1, sizeof *ring);
-    if (!pool || !ring) {
-        free(pool);
-        free(ring);
+    shd_pool *pool = calloc(1, sizeof *pool + threads * sizeof pool->workers[0]);
+    if (!pool) return shd_fail(error, SHD_MEMORY, "", "no memory for %u threads", threads);
+    /* Each worker may hold a job that was accepted, and defer it when its place is taken. */
+    pool->fresh.room = queue ? queue : 1;
+    pool->deferred.room = queue + threads;
+    pool->fresh.ring = calloc(pool->fresh.room, sizeof(job));
+    pool->deferred.ring = calloc(pool->deferred.room, sizeof(job));
+    pool->thread = calloc(threads, sizeof pool->thread[0]);
+    if (!pool->fresh.ring || !pool->deferred.ring || !pool->thread) {
+        release(pool);
         return shd_fail(error, SHD_MEMORY, "", "no memory for %zu queued jobs", queue);
     }
-    pool->queue = ring;
     pool->capacity = queue;
     pthread_mutex_init(&pool->mutex, NULL);
     pthread_cond_init(&pool->work, NULL);
     pthread_cond_init(&pool->loop_end, NULL);
     for (; pool->threads < threads; pool->threads++) {
-        if (pthread_create(&pool->thread[pool->threads], NULL, worker, pool)) {
+        if (pthread_create(&pool->thread[pool->threads], NULL, work, pool)) {
             shd_pool_drop(pool);
             return shd_fail(error, SHD_MEMORY, "", "the system refused to start %u threads",
                             threads);
@@ -128,29 +258,42 @@ void shd_pool_drop(shd_pool *pool) {
     pthread_cond_destroy(&pool->work);
     pthread_cond_destroy(&pool->loop_end);
     pthread_mutex_destroy(&pool->mutex);
-    free(pool->queue);
-    free(pool);
+    release(pool);
 }
 
 bool shd_pool_submit(shd_pool *pool, void (*run)(void *context), void *context) {
     pthread_mutex_lock(&pool->mutex);
-    bool accepted = pool->waiting < pool->capacity && !pool->stopping;
+    bool accepted = waiting(pool) < pool->capacity && !pool->stopping;
     if (accepted) {
-        size_t last = (pool->first + pool->waiting) % pool->capacity;
-        pool->queue[last] = (job){run, context};
-        pool->waiting++;
+        push(&pool->fresh, (job){run, context});
+        atomic_store_explicit(&pool->has_fresh, true, memory_order_relaxed);
         pthread_cond_signal(&pool->work);
     }
     pthread_mutex_unlock(&pool->mutex);
     return accepted;
 }
 
-void shd_pool_for(shd_pool *pool, size_t count,
-                  void (*run)(void *context, size_t index, unsigned slot), void *context) {
+void shd_pool_defer(shd_pool *pool, void (*run)(void *context), void *context) {
+    pthread_mutex_lock(&pool->mutex);
+    push(&pool->deferred, (job){run, context});
+    pthread_cond_signal(&pool->work);
+    pthread_mutex_unlock(&pool->mutex);
+}
+
+bool shd_pool_withdraw(shd_pool *pool, const void *context) {
+    pthread_mutex_lock(&pool->mutex);
+    bool found = take_out(&pool->fresh, context) || take_out(&pool->deferred, context);
+    atomic_store_explicit(&pool->has_fresh, pool->fresh.count > 0, memory_order_relaxed);
+    pthread_mutex_unlock(&pool->mutex);
+    return found;
+}
+
+double shd_pool_for(shd_pool *pool, size_t count,
+                    void (*run)(void *context, size_t index, unsigned slot), void *context) {
     loop here = {.run = run, .context = context, .count = count};
     if (count < 2) {
-        run_indices(&here, 0);
-        return;
+        run_index(&here, 0);
+        return 0;
     }
     pthread_mutex_lock(&pool->mutex);
     here.next = pool->loops;
@@ -158,7 +301,7 @@ void shd_pool_for(shd_pool *pool, size_t count,
     pthread_cond_broadcast(&pool->work);
     pthread_mutex_unlock(&pool->mutex);
 
-    run_indices(&here, 0);
+    double lent = run_indices(pool, &here);
 
     pthread_mutex_lock(&pool->mutex);
     for (loop **at = &pool->loops; *at; at = &(*at)->next) {
@@ -169,6 +312,7 @@ void shd_pool_for(shd_pool *pool, size_t count,
     }
     while (here.helpers) pthread_cond_wait(&pool->loop_end, &pool->mutex);
     pthread_mutex_unlock(&pool->mutex);
+    return lent;
 }
 
 unsigned shd_pool_slots(const shd_pool *pool) {
@@ -177,9 +321,13 @@ unsigned shd_pool_slots(const shd_pool *pool) {
 
 size_t shd_pool_queued(shd_pool *pool) {
     pthread_mutex_lock(&pool->mutex);
-    size_t waiting = pool->waiting;
+    size_t count = waiting(pool);
     pthread_mutex_unlock(&pool->mutex);
-    return waiting;
+    return count;
+}
+
+uint64_t shd_pool_lent(shd_pool *pool) {
+    return atomic_load(&pool->lent);
 }
 
 unsigned shd_pool_busy(shd_pool *pool) {

@@ -4,12 +4,18 @@
  * caller always works on its own loop, and idle workers join, so that a lone large picture uses
  * every core and many small ones run side by side, without a thread more than was asked for. A
  * worker that helps leaves the loop when a job waits.
+ *
+ * Small work does not wait for large work: a job that finds itself large defers the rest of itself.
+ * Deferred jobs have a line of their own, which takes turns with the new ones; while one runs, its
+ * worker runs a new job, if one waits, after each index of its loops. So a new job waits for a tile
+ * at most, even where every worker has a large picture, and a large one is only slowed down.
  * All functions may be called from any thread. */
 #ifndef SHD_BASE_POOL_H
 #define SHD_BASE_POOL_H
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 #include "base/status.h"
 
@@ -24,15 +30,28 @@ void shd_pool_drop(shd_pool *pool);
 /* Queues run(context). False, and nothing is queued, where the queue is full. */
 bool shd_pool_submit(shd_pool *pool, void (*run)(void *context), void *context);
 
+/* From a running job: queues run(context), the large rest of that job. Always accepted: the queue
+ * has room for what was accepted before. */
+void shd_pool_defer(shd_pool *pool, void (*run)(void *context), void *context);
+
+/* Takes a job that waits out of the queue. False: there is none with this context, or not any
+ * more. */
+bool shd_pool_withdraw(shd_pool *pool, const void *context);
+
+/* From a deferred job, outside of loops, now and then: runs a new job if one waits. Returns the
+ * processor seconds that it took. */
+double shd_pool_lend(shd_pool *pool);
+
 /* Calls run(context, index, slot) for every index in [0, count), in no particular order, on the
  * calling thread and on idle workers; returns when all are done. `slot` < shd_pool_slots() is
  * unique among the threads that work on this loop: it selects scratch memory. The caller's slot
- * is 0. */
-void shd_pool_for(shd_pool *pool, size_t count,
-                  void (*run)(void *context, size_t index, unsigned slot), void *context);
+ * is 0. Returns the processor seconds that the calling thread lent to other jobs meanwhile. */
+double shd_pool_for(shd_pool *pool, size_t count,
+                    void (*run)(void *context, size_t index, unsigned slot), void *context);
 
 unsigned shd_pool_slots(const shd_pool *pool); /* workers + 1 */
-size_t shd_pool_queued(shd_pool *pool);        /* jobs that wait */
+size_t shd_pool_queued(shd_pool *pool);        /* jobs that wait, new and deferred */
+uint64_t shd_pool_lent(shd_pool *pool);        /* jobs that were run between other ones' tiles */
 unsigned shd_pool_busy(shd_pool *pool);        /* workers that run a job */
 
 #endif

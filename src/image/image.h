@@ -55,9 +55,12 @@ typedef struct shd_image {
     const char *const *channel_names; /* [3] of the space: "R".. or "Y".. or "H".. ; used by EXR */
     const shd_image_layer *layers;    /* EXR: further channels */
     size_t layer_count;
-    shd_isa isa;             /* of the kernels; 0, the portable ones, gives the same bytes */
-    shd_pool *pool;          /* NULL; or workers that help with large PNG pictures, whose */
-    double *helpers_seconds; /* processor seconds are added here where it is not NULL */
+    shd_isa isa;                  /* of the kernels; 0, the portable ones, gives the same bytes */
+    shd_pool *pool;               /* NULL; or workers that help with large PNG pictures, whose */
+    double *helpers_seconds;      /* processor seconds are added here where it is not NULL */
+    bool (*go_on)(void *context); /* NULL; or called now and then while WebP is encoded, on the
+                                     calling thread: false ends it with SHD_CANCELLED */
+    void *context;
 } shd_image;
 
 typedef struct shd_bytes {

@@ -133,8 +133,9 @@ shd_status shd_png_rows_make(const shd_image *image, const shd_pack *pack, shd_a
     unsigned slots = pool ? shd_pool_slots(pool) : 1;
     if (!out->data || !out->sizes || !j.checksums || !make_desks(&j, slots, scratch))
         return shd_encode_no_memory(error);
+    double lent = 0;
     if (pool)
-        shd_pool_for(pool, out->count, make_piece, &j);
+        lent = shd_pool_for(pool, out->count, make_piece, &j);
     else
         for (size_t i = 0; i < out->count; i++) make_piece(&j, i, 0);
 
@@ -146,5 +147,6 @@ shd_status shd_png_rows_make(const shd_image *image, const shd_pack *pack, shd_a
     }
     for (unsigned i = 0; i < j.desk_count && image->helpers_seconds; i++)
         *image->helpers_seconds += j.desks[i].seconds;
+    if (image->helpers_seconds) *image->helpers_seconds -= lent;
     return SHD_OK;
 }

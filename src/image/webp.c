@@ -19,9 +19,17 @@ static shd_status encoder_error(int code, shd_error *error) {
     case VP8_ENC_ERROR_OUT_OF_MEMORY:
     case VP8_ENC_ERROR_BITSTREAM_OUT_OF_MEMORY:
         return shd_encode_no_memory(error);
+    case VP8_ENC_ERROR_USER_ABORT:
+        return shd_fail(error, SHD_CANCELLED, "", "the encoding was cancelled");
     default:
         return shd_fail(error, SHD_INTERNAL, "", "libwebp failed with error %d", code);
     }
+}
+
+static int ask_to_go_on(int percent, const WebPPicture *picture) {
+    (void)percent;
+    const shd_image *image = picture->user_data;
+    return image->go_on(image->context);
 }
 
 /* Wraps the stream into an extended file with the profile. */
@@ -58,6 +66,10 @@ shd_status shd_encode_webp(const shd_image *image, shd_arena *scratch, shd_bytes
         WebPConfigLosslessPreset(&config, LOSSLESS_LEVEL);
         config.exact = 1; /* color under alpha 0 stays too */
         picture.use_argb = 1;
+    }
+    if (image->go_on) {
+        picture.progress_hook = ask_to_go_on;
+        picture.user_data = (void *)(size_t)image;
     }
     picture.width = image->width;
     picture.height = image->height;

@@ -73,9 +73,17 @@ bool shd_engine_submit(shd_engine *engine, void (*run)(void *context), void *con
     return shd_pool_submit(engine->pool, run, context);
 }
 
+void shd_engine_defer(shd_engine *engine, void (*run)(void *context), void *context) {
+    shd_pool_defer(engine->pool, run, context);
+}
+
+bool shd_engine_withdraw(shd_engine *engine, const void *context) {
+    return shd_pool_withdraw(engine->pool, context);
+}
+
 shd_load shd_engine_load(shd_engine *engine) {
     return (shd_load){shd_pool_queued(engine->pool), shd_pool_busy(engine->pool),
-                      shd_pool_slots(engine->pool) - 1};
+                      shd_pool_slots(engine->pool) - 1, shd_pool_lent(engine->pool)};
 }
 
 const shd_limits *shd_engine_limits(const shd_engine *engine) {

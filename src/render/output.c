@@ -153,7 +153,8 @@ static bool convert_picture(shd_request *request, const shd_color_transform *tra
                        shd_arena_zalloc(request->arena, slots, sizeof *work.seconds)};
     if (!work.seconds) return false;
     work.rows = 1 + 32768 / work.width;
-    shd_pool_for(pool, (work.height + work.rows - 1) / work.rows, convert_rows, &work);
+    request->times.color -=
+        shd_pool_for(pool, (work.height + work.rows - 1) / work.rows, convert_rows, &work);
     for (unsigned i = 1; i < slots; i++) request->times.color += work.seconds[i];
     return true;
 }
@@ -226,7 +227,8 @@ static bool code_picture(shd_request *request, const shd_color_codes *codes, con
     work.samples =
         shd_arena_alloc(request->arena, work.pixels, (size_t)work.layout.count * work.layout.bytes);
     if (!work.seconds || !work.saturated || !work.samples) return false;
-    shd_pool_for(pool, (work.pixels + work.step - 1) / work.step, code_pixels, &work);
+    request->times.color -=
+        shd_pool_for(pool, (work.pixels + work.step - 1) / work.step, code_pixels, &work);
     for (unsigned i = 0; i < slots; i++) {
         request->times.color += i ? work.seconds[i] : 0;
         request->saturated += work.saturated[i];
@@ -256,6 +258,14 @@ static bool convert_film(shd_request *request, const shd_film *film, size_t inde
     return true;
 }
 
+/* Between the pieces of a long encoding: it is left where the request was cancelled, and other
+ * requests take their turn. */
+static bool go_on(void *context) {
+    shd_request *request = context;
+    request->times.encode -= shd_pool_lend(request->engine->pool);
+    return !atomic_load(&request->cancelled);
+}
+
 /* ---- Both. ---- */
 
 /* What the encoder will be told, but for the pixels. */
@@ -281,6 +291,8 @@ static shd_status begin_image(shd_request *request, size_t index,
         .isa = request->engine->isa,
         .pool = request->engine->pool,
         .helpers_seconds = &request->times.encode,
+        .go_on = go_on,
+        .context = request,
     };
     memcpy(image->primaries, info->primaries, sizeof image->primaries);
     return SHD_OK;

@@ -82,6 +82,10 @@ const char *shd_request_etag(const shd_request *request) {
     return request->etag;
 }
 
+uint64_t shd_request_work(const shd_request *request) {
+    return shd_estimate_work(request->scene);
+}
+
 bool shd_request_multipart(const shd_request *request) {
     return request->scene->multipart;
 }

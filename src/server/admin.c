@@ -28,6 +28,7 @@ static enum MHD_Result send_word(struct MHD_Connection *connection, unsigned sta
 
 static enum MHD_Result send_metrics(struct MHD_Connection *connection, shd_server *server) {
     shd_gauges gauges = {.load = shd_engine_load(server->engine),
+                         .reaped = shd_reaper_count(server->reaper),
                          .reuse = shd_engine_reuse(server->engine),
                          .in_flight = atomic_load(&server->in_flight),
                          .draining = atomic_load(&server->draining)};

@@ -5,31 +5,23 @@
 #include "job.h"
 #include "problem.h"
 
-static void answer(shd_exchange *exchange, shd_request *request, double queued) {
-    (void)queued;
-    shd_reply *reply = &exchange->reply;
-    const char *body = exchange->body ? (const char *)exchange->body : "";
-    shd_status status = shd_request_read(request, body, exchange->size, SHD_PNG);
-    if (status == SHD_CANCELLED) return;
-    if (status) {
-        shd_problem_report(reply, shd_request_report(request));
-        return;
-    }
+static void compare(shd_job *job) {
     char *json;
     shd_error error;
-    status = shd_request_compare(request, NULL, &json, &error);
+    shd_status status = shd_request_compare(job->request, NULL, &json, &error);
     if (status == SHD_CANCELLED) return;
     if (status) {
-        shd_problem_error(reply, &error);
+        shd_problem_error(&job->reply, &error);
         return;
     }
-    reply->status = 200;
-    shd_reply_give(reply, "application/json", json, strlen(json));
+    job->reply.status = 200;
+    shd_reply_give(&job->reply, "application/json", json, strlen(json));
     /* Times are of this run only. */
-    shd_reply_plain(reply, "Cache-Control", "no-store");
-    shd_job_warn(reply, request);
+    shd_reply_plain(&job->reply, "Cache-Control", "no-store");
+    shd_job_warn(&job->reply, job->request);
 }
 
 void shd_compare_submit(shd_exchange *exchange) {
-    shd_job_submit(exchange, answer);
+    static const shd_work work = {.read = shd_job_read, .run = compare, .size = SHD_LARGE};
+    shd_job_submit(exchange, &work);
 }

@@ -15,10 +15,11 @@ typedef struct shd_config {
     char kernel[16];              /* auto, portable, avx2, avx512 */
     char cache_control[256];      /* of pictures */
     bool log_requests;
-    uint64_t threads, queue, connections;
+    uint64_t threads, queue, connections, connections_each;
     uint64_t pixels, samples, lights, objects, triangles, body, memory; /* shd_limits */
     uint64_t reuse; /* bytes, see shd_engine_options */
-    uint64_t timeout, idle_timeout, drain_time;                         /* seconds */
+    /* Seconds. */
+    uint64_t timeout, idle_timeout, head_time, body_time, send_time, drain_time;
 } shd_config;
 
 typedef enum shd_config_result {

@@ -26,7 +26,7 @@ typedef struct head {
     shd_exchange *exchange;
     const char *length, *coding, *request_id;
     unsigned lengths, codings, hosts;
-    bool expects;
+    bool expects, blanks;
 } head;
 
 /* ---- The start of an exchange ---- */
@@ -35,7 +35,7 @@ typedef struct head {
  * over-long path leaves path_cut set: it names nothing. */
 static void set_path(shd_exchange *exchange, const char *target) {
     const char *authority = strstr(target, "://");
-    if (*target != '/' && authority) {
+    if (*target != '/' && authority && authority > target) {
         target = strchr(authority + 3, '/');
         if (!target) target = "/";
     }
@@ -89,6 +89,7 @@ static enum MHD_Result read_field(void *cls, enum MHD_ValueKind kind, const char
                                   const char *value) {
     head *h = cls;
     (void)kind;
+    if (strpbrk(name, " \t")) h->blanks = true;
     if (!value) value = "";
     if (!strcasecmp(name, "Accept")) {
         join(&h->exchange->accept, value);
@@ -139,6 +140,8 @@ static bool check_framing(head *h, const char *version) {
         shd_problem_reply(reply, SHD_BAD_REQUEST, "both Content-Length and Transfer-Encoding");
     else if (h->codings && (h->codings > 1 || strcasecmp(h->coding, "chunked")))
         shd_problem_reply(reply, SHD_BAD_REQUEST, "the only Transfer-Encoding taken is chunked");
+    else if (h->blanks) /* "Content-Length : 5", of which others see a Content-Length */
+        shd_problem_reply(reply, SHD_BAD_REQUEST, "a field's name holds blanks");
     else if (h->hosts > 1 || (!h->hosts && !strcmp(version, "HTTP/1.1")))
         shd_problem_reply(reply, SHD_BAD_REQUEST, "%u Host fields: one is needed", h->hosts);
     else
@@ -154,18 +157,29 @@ static void add_common_headers(shd_exchange *exchange) {
         shd_reply_plain(&exchange->reply, "Connection", "close");
 }
 
+/* The reaper's word for the connection; NULL where it has none. */
+static shd_connection *watched(struct MHD_Connection *connection) {
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+    return info ? info->socket_context : NULL;
+}
+
+static void enter(shd_exchange *exchange, shd_phase phase) {
+    shd_reaper_phase(exchange->server->reaper, watched(exchange->connection), phase, exchange);
+}
+
 static enum MHD_Result queue_reply(shd_exchange *exchange) {
     shd_reply *reply = &exchange->reply;
     exchange->state = ANSWERED;
+    enter(exchange, SHD_AT_ANSWER);
     add_common_headers(exchange);
     struct MHD_Response *response =
-        reply->owned_body
-            ? MHD_create_response_from_buffer_with_free_callback_cls(reply->size, reply->owned_body,
-                                                                     free, reply->owned_body)
-            : MHD_create_response_from_buffer(reply->size, (void *)(size_t)reply->body,
-                                              MHD_RESPMEM_PERSISTENT);
+        reply->held ? MHD_create_response_from_buffer_with_free_callback_cls(
+                          reply->size, (void *)(size_t)reply->body, shd_bytes_drop, reply->held)
+                    : MHD_create_response_from_buffer(reply->size, (void *)(size_t)reply->body,
+                                                      MHD_RESPMEM_PERSISTENT);
     if (!response) return MHD_NO;
-    reply->owned_body = NULL; /* it is libmicrohttpd's now */
+    reply->held = NULL; /* it is libmicrohttpd's now */
     for (size_t i = 0; i < reply->header_count; i++)
         MHD_add_response_header(response, reply->headers[i].name, reply->headers[i].value);
     enum MHD_Result result = MHD_queue_response(exchange->connection, reply->status, response);
@@ -223,6 +237,7 @@ static enum MHD_Result take_head(shd_exchange *exchange, const char *method, con
      * answer after the body, and keep the connection. */
     if (exchange->refused && h.expects) return refuse_now(exchange);
     exchange->state = READING;
+    enter(exchange, SHD_AT_BODY);
     return MHD_YES;
 }
 
@@ -254,16 +269,8 @@ static enum MHD_Result take_body(shd_exchange *exchange, const char *data, size_
     return MHD_YES;
 }
 
-/* The reaper's word for the connection; NULL where it has none. */
-static shd_connection *watched(struct MHD_Connection *connection) {
-    const union MHD_ConnectionInfo *info =
-        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
-    return info ? info->socket_context : NULL;
-}
-
 static enum MHD_Result take_end(shd_exchange *exchange) {
     exchange->was_accepted = true;
-    shd_connection_awaits(watched(exchange->connection), false);
     atomic_fetch_add(&exchange->server->accepted, 1);
     if (!exchange->refused) shd_route_answer(exchange);
     if (!exchange->is_suspended) return queue_reply(exchange);
@@ -279,6 +286,7 @@ static void leave_suspension(shd_exchange *exchange) {
 
 void shd_exchange_suspend(shd_exchange *exchange) {
     exchange->is_suspended = true;
+    enter(exchange, SHD_AT_WORK);
     atomic_fetch_add(&exchange->server->suspended, 1);
     MHD_suspend_connection(exchange->connection);
 }
@@ -300,6 +308,7 @@ static enum MHD_Result handle(void *cls, struct MHD_Connection *connection, cons
         return *upload_size ? take_body(exchange, upload, upload_size) : take_end(exchange);
     case WAITING:
         leave_suspension(exchange);
+        if (!exchange->reply.status) return MHD_NO; /* its client has gone */
         return queue_reply(exchange);
     default:
         return MHD_NO;
@@ -332,8 +341,8 @@ static void complete(void *cls, struct MHD_Connection *connection, void **contex
     shd_exchange *exchange = *context;
     *context = NULL;
     if (!exchange) return;
-    shd_connection_awaits(watched(connection), true);
     shd_server *server = exchange->server;
+    shd_reaper_phase(server->reaper, watched(connection), SHD_AT_REST, NULL);
     leave_suspension(exchange);
     if (exchange->counted) {
         double seconds = shd_now() - exchange->started;
@@ -377,6 +386,7 @@ shd_status shd_http_start(shd_server *server, int socket, struct MHD_Daemon **ou
         handle, server, MHD_OPTION_LISTEN_SOCKET, socket, MHD_OPTION_URI_LOG_CALLBACK, begin,
         server, MHD_OPTION_NOTIFY_COMPLETED, complete, NULL, MHD_OPTION_NOTIFY_CONNECTION, notify,
         server, MHD_OPTION_CONNECTION_LIMIT, (unsigned)server->config.connections,
+        MHD_OPTION_PER_IP_CONNECTION_LIMIT, (unsigned)server->config.connections_each,
         MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)server->config.idle_timeout,
         MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)CONNECTION_MEMORY, MHD_OPTION_END);
     if (!daemon) return shd_fail(error, SHD_INTERNAL, "", "libmicrohttpd did not start");

@@ -1,9 +1,16 @@
 #include "job.h"
 
+#include <stdlib.h>
+
 #include "clock.h"
+#include "negotiate.h"
 #include "problem.h"
 
 enum { WARNINGS_TOLD = 8 };
+
+/* Work up to this is done at once, more is deferred: 512 x 512 pixels of 4 samples with 6 lights,
+ * about 10 ms. */
+static const uint64_t small_work = UINT64_C(1) << 23;
 
 void shd_job_warn(shd_reply *reply, const shd_request *request) {
     const shd_report *report = shd_request_report(request);
@@ -13,42 +20,90 @@ void shd_job_warn(shd_reply *reply, const shd_request *request) {
                          report->warnings[i].detail);
 }
 
-static void run(void *context) {
-    shd_exchange *exchange = context;
-    shd_server *server = exchange->server;
-    double queued = shd_now() - exchange->submitted;
-    shd_metrics_stage(&server->metrics, SHD_STAGE_QUEUE, queued);
-
-    shd_request *request = NULL;
-    shd_error error;
-    if (shd_request_new(server->engine, &request, &error))
-        shd_problem_error(&exchange->reply, &error);
-    else if (shd_watch_attach(server->watch, &exchange->watched, request))
-        exchange->work(exchange, request, queued);
-
-    shd_verdict verdict = shd_watch_remove(server->watch, &exchange->watched);
-    shd_request_drop(request);
-    if (!exchange->reply.status && verdict == SHD_STOPPED)
-        shd_problem_reply(&exchange->reply, SHD_DRAINING,
-                          "the server stops and the time for requests to finish is over");
-    else if (!exchange->reply.status)
-        shd_problem_reply(&exchange->reply, SHD_OVERDUE, "the limit `timeout` is %llu seconds",
-                          (unsigned long long)server->config.timeout);
-    shd_exchange_resume(exchange);
+void shd_job_read(shd_job *job) {
+    const char *body = job->body ? (const char *)job->body : "";
+    if (shd_request_read(job->request, body, job->size, job->fallback))
+        shd_problem_report(&job->reply, shd_request_report(job->request));
 }
 
-void shd_job_submit(shd_exchange *exchange, shd_work *work) {
-    shd_server *server = exchange->server;
-    exchange->work = work;
-    exchange->submitted = shd_now();
-    shd_watch_add(server->watch, &exchange->watched,
-                  exchange->submitted + (double)server->config.timeout);
-    /* Suspended first: the worker may be done before the next line. */
-    shd_exchange_suspend(exchange);
-    if (shd_engine_submit(server->engine, run, exchange)) return;
+void shd_job_drop(shd_job *job) {
+    shd_request_drop(job->request);
+    shd_reply_clear(&job->reply);
+    free(job->body);
+    free(job);
+}
 
-    shd_watch_remove(server->watch, &exchange->watched);
-    shd_problem_reply(&exchange->reply, SHD_BUSY, "the limit `queue` is %llu waiting requests",
+/* Whoever still waits gets the reply; there is none only where nobody does. */
+static void finish(shd_job *job) {
+    shd_jobs_finish(job->server->jobs, job);
+    shd_job_drop(job);
+}
+
+static void run(void *context) {
+    shd_job *job = context;
+    double began = shd_now();
+    job->work->run(job);
+    job->seconds += shd_now() - began;
+    finish(job);
+}
+
+static bool is_large(const shd_job *job) {
+    return job->work->size == SHD_LARGE ||
+           (job->work->size == SHD_BY_SCENE && shd_request_work(job->request) > small_work);
+}
+
+static void begin(void *context) {
+    shd_job *job = context;
+    shd_server *server = job->server;
+    shd_error error;
+    job->began = shd_now();
+    if (shd_request_new(server->engine, &job->request, &error))
+        shd_problem_error(&job->reply, &error);
+    if (!shd_jobs_begin(server->jobs, job)) {
+        shd_job_drop(job);
+        return;
+    }
+    if (job->request) job->work->read(job);
+    job->seconds = shd_now() - job->began;
+    if (job->reply.status)
+        finish(job);
+    else if (!shd_jobs_settle(server->jobs, job))
+        shd_job_drop(job);
+    else if (is_large(job))
+        shd_engine_defer(server->engine, run, job);
+    else
+        run(job);
+}
+
+void shd_job_submit(shd_exchange *exchange, const shd_work *work) {
+    shd_server *server = exchange->server;
+    exchange->submitted = shd_now();
+    shd_job *job = calloc(1, sizeof *job);
+    if (!job) {
+        shd_problem_reply(&exchange->reply, SHD_FAILED, "out of memory");
+        return;
+    }
+    *job = (shd_job){.server = server,
+                     .work = work,
+                     .body = exchange->body,
+                     .size = exchange->size,
+                     .fallback = SHD_PNG};
+    job->picture_accepted = shd_accepts_picture(exchange->accept, &job->fallback);
+    exchange->body = NULL;
+
+    /* Suspended first: the answer may be there before the next line. */
+    shd_exchange_suspend(exchange);
+    if (shd_jobs_join(server->jobs, job, exchange)) {
+        shd_job_drop(job);
+        return;
+    }
+    if (shd_engine_submit(server->engine, begin, job)) return;
+
+    bool waits = shd_jobs_refuse(server->jobs, job, exchange);
+    shd_job_drop(job);
+    if (!waits) return;
+    shd_problem_later(&exchange->reply, SHD_BUSY, shd_jobs_retry_after(server->jobs),
+                      "the limit `queue` is %llu waiting requests",
                       (unsigned long long)server->config.queue);
     shd_exchange_resume(exchange);
 }

@@ -1,15 +1,72 @@
-/* Work for the engine's workers: admission to its queue, the deadline, the refusals. What kind of
- * work it is, the routes' own files know. */
+/* Work for the engine's workers, and those who wait for it.
+ *
+ * A job reads a scene and makes an answer from it. Exchanges wait for it, suspended: usually one;
+ * several where the same is asked for while it is being made, and then it is made once. Each may
+ * leave, because its client has gone or its deadline has come; what nobody waits for any more is
+ * taken from the queue, or cancelled.
+ *
+ *     jobs.c  who waits for which job: joining, leaving, deadlines
+ *     job.c   what a worker does with a job
+ *
+ * A job belongs to the thread that made it, then to the engine's queue, then to a worker. */
 #ifndef SHD_SERVER_JOB_H
 #define SHD_SERVER_JOB_H
 
 #include "server.h"
 
-/* Suspends the exchange and gives it to a worker, who calls `work` with a new request and the
- * seconds that it waited. Where the queue is full the answer, 429, is there at once. */
-void shd_job_submit(shd_exchange *exchange, shd_work *work);
+/* A kind of work. `read`, `run`: on a worker; they fill job->reply where they know the answer.
+ * Empty, it means: of `read`, that `run` has to follow; of `run`, that it was cancelled. */
+typedef struct shd_work {
+    void (*read)(shd_job *job);
+    void (*run)(shd_job *job);
+    /* Whether one waiter has its answer before anything is run. After `read`; may be NULL. */
+    bool (*settle)(const shd_job *job, const shd_exchange *exchange, shd_reply *reply);
+    /* What answers have besides what they share. May be NULL. */
+    void (*add)(const shd_job *job, double queued, shd_reply *reply);
+    /* The same question gets the same bytes, so that it need not be answered twice at a time. */
+    bool shared;
+    enum { SHD_BY_SCENE, SHD_SMALL, SHD_LARGE } size;
+} shd_work;
+
+/* A job's entry under a key that finds it. */
+typedef struct shd_listing {
+    struct shd_listing *next;
+    shd_job *job; /* NULL: it is not listed */
+    uint64_t hash;
+} shd_listing;
+
+struct shd_job {
+    shd_server *server;
+    const shd_work *work;
+
+    /* The question: a document, and what Accept makes of it. */
+    unsigned char *body;
+    size_t size;
+    shd_format fallback;
+    bool picture_accepted;
+
+    shd_request *request;
+    shd_reply reply;
+    char timing[400];      /* Server-Timing, without the time waited */
+    double began, seconds; /* when a worker took it, and what workers spent on it so far */
+
+    /* jobs.c's own. */
+    struct shd_waiter *waiters;
+    shd_listing by_body, by_meaning;
+    bool may_cancel; /* it has a request that is not done */
+    shd_job *other_unwanted;
+};
+
+/* Suspends the exchange until a job has its answer; or answers it at once where the queue is
+ * full. */
+void shd_job_submit(shd_exchange *exchange, const shd_work *work);
+
+/* shd_work.read: the scene, or what is wrong with it. */
+void shd_job_read(shd_job *job);
 
 /* The document's warnings, the first few of them, as headers. */
 void shd_job_warn(shd_reply *reply, const shd_request *request);
+
+void shd_job_drop(shd_job *job);
 
 #endif

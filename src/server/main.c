@@ -86,14 +86,18 @@ static void log_listening(const shd_server *server, const char *address, const c
 static shd_status start(shd_server *server, ports *out, shd_error *error) {
     const shd_config *config = &server->config;
     char address[SHD_ADDRESS_SIZE], admin[SHD_ADDRESS_SIZE] = "off";
+    const shd_patience patience = {.head = (double)config->head_time,
+                                   .body = (double)config->body_time,
+                                   .send = (double)config->send_time,
+                                   .connections = config->connections};
     int public_socket = -1, admin_socket = -1;
     shd_status status = shd_listen(config->listen, &public_socket, address, error);
     if (!status && has_admin(config))
         status = shd_listen(config->admin, &admin_socket, admin, error);
     if (!status) status = make_engine(server, error);
-    if (!status) status = shd_watch_new(&server->watch, error);
+    if (!status) status = shd_jobs_new(server, &server->jobs, error);
     if (!status) status = shd_linger_new(&server->linger, error);
-    if (!status) status = shd_reaper_new(&server->reaper, error);
+    if (!status) status = shd_reaper_new(&patience, server->jobs, &server->reaper, error);
     if (!status) status = shd_routes_prepare(server, error);
     if (!status && admin_socket >= 0) {
         status = shd_admin_start(server, admin_socket, &out->admin, error);
@@ -123,7 +127,7 @@ static bool drain(shd_server *server, const sigset_t *stop) {
         if (!atomic_load(&server->accepted) && uploads_over) return true;
         if (now > deadline && !cancelled) {
             shd_log_message(SHD_LOG_WARNING, "drain-time", "cancelling what is unfinished");
-            shd_watch_stop(server->watch);
+            shd_jobs_stop(server->jobs);
             cancelled = true;
         }
         /* Clients that do not take their answer are not waited for any longer. */
@@ -145,7 +149,7 @@ static void release(shd_server *server, ports *open) {
     shd_linger_drop(server->linger);
     shd_admin_stop(open->admin);
     shd_engine_drop(server->engine);
-    shd_watch_drop(server->watch);
+    shd_jobs_drop(server->jobs);
     shd_routes_release(server);
 }
 

@@ -21,6 +21,9 @@ static const char *const route_names[SHD_ROUTE_COUNT] = {
 static const char *const stage_names[SHD_STAGE_COUNT] = {"queue", "parse", "plan",  "visibility",
                                                          "shade", "color", "encode"};
 
+static const char *const phase_names[SHD_PHASES] = {"rest", "head", "body", "work", "answer"};
+static const char *const ending_names[SHD_ENDINGS] = {"time", "left", "room"};
+
 /* The last one, 0, takes every other status. */
 static const unsigned statuses[SHD_STATUSES] = {200, 204, 304, 400, 404, 405, 406, 413,
                                                 415, 422, 429, 431, 500, 501, 503, 0};
@@ -124,9 +127,25 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
     print_number(out, "saturated_samples_total", "counter",
                  "Samples that were not finite or beyond their output's range.",
                  value(&metrics->saturated));
+    print_number(out, "joined_total", "counter", "Requests answered by the work for an equal one.",
+                 value(&metrics->joined));
+    print_number(out, "lent_total", "counter",
+                 "Requests that ran between the tiles of a large picture.", gauges->load.lent);
+    print_number(out, "left_total", "counter",
+                 "Requests whose client left before the answer was there.", value(&metrics->left));
     print_number(out, "aborted_total", "counter",
                  "Requests that got no answer, or whose client did not take it.",
                  value(&metrics->aborted));
+
+    print_head(out, "connections", "gauge", "Connections by what they are at.");
+    for (size_t phase = 0; phase < SHD_PHASES; phase++)
+        fprintf(out, "shaded_connections{at=\"%s\"} %zu\n", phase_names[phase],
+                gauges->reaped.connections[phase]);
+    print_head(out, "connections_ended_total", "counter",
+               "Connections that were ended: over a time, left by their client, for room.");
+    for (size_t ending = 0; ending < SHD_ENDINGS; ending++)
+        fprintf(out, "shaded_connections_ended_total{reason=\"%s\"} %" PRIu64 "\n",
+                ending_names[ending], gauges->reaped.ended[ending]);
 
     print_head(out, "requests_total", "counter", "Requests by route and status.");
     for (size_t route = 0; route < SHD_ROUTE_COUNT; route++)

@@ -7,6 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "reaper.h"
 #include "shaded.h"
 
 /* Label values of `route`. */
@@ -49,6 +50,8 @@ typedef struct shd_metrics {
     atomic_uint_least64_t requests[SHD_ROUTE_COUNT][SHD_STATUSES];
     atomic_uint_least64_t response_bytes;
     atomic_uint_least64_t saturated;
+    atomic_uint_least64_t joined;  /* requests that were answered by another one's job */
+    atomic_uint_least64_t left;    /* requests whose client left before their job was done */
     atomic_uint_least64_t aborted; /* requests without an answer, or whose client did not take it */
     shd_histogram durations[SHD_ROUTE_COUNT];
     shd_histogram stages[SHD_STAGE_COUNT];
@@ -61,6 +64,7 @@ void shd_metrics_stage(shd_metrics *metrics, shd_stage stage, double seconds);
 /* What is true just now, beside the counters. */
 typedef struct shd_gauges {
     shd_load load;
+    shd_reaped reaped;
     shd_reuse_load reuse;
     unsigned in_flight;
     bool draining;

@@ -61,7 +61,8 @@ static json_t *begin(shd_problem_kind kind, const char *detail) {
     return document;
 }
 
-static void finish(shd_reply *reply, shd_problem_kind kind, json_t *document) {
+/* `seconds`: of Retry-After; 0: none. */
+static void finish(shd_reply *reply, shd_problem_kind kind, unsigned seconds, json_t *document) {
     char *text = json_dumps(document, JSON_COMPACT);
     json_decref(document);
     reply->status = text ? kinds[kind].status : 500;
@@ -70,8 +71,7 @@ static void finish(shd_reply *reply, shd_problem_kind kind, json_t *document) {
     else
         shd_reply_lend(reply, "application/problem+json", last_words, sizeof last_words - 1);
     shd_reply_plain(reply, "Cache-Control", "no-store");
-    if (kind == SHD_BUSY || kind == SHD_DRAINING || kind == SHD_OVERDUE)
-        shd_reply_plain(reply, "Retry-After", "1");
+    if (seconds) shd_reply_header(reply, "Retry-After", "%u", seconds);
 }
 
 void shd_problem_reply(shd_reply *reply, shd_problem_kind kind, const char *format, ...) {
@@ -80,7 +80,17 @@ void shd_problem_reply(shd_reply *reply, shd_problem_kind kind, const char *form
     va_start(args, format);
     vsnprintf(detail, sizeof detail, format, args);
     va_end(args);
-    finish(reply, kind, begin(kind, detail));
+    finish(reply, kind, kind == SHD_DRAINING, begin(kind, detail));
+}
+
+void shd_problem_later(shd_reply *reply, shd_problem_kind kind, unsigned seconds,
+                       const char *format, ...) {
+    char detail[1024];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(detail, sizeof detail, format, args);
+    va_end(args);
+    finish(reply, kind, seconds, begin(kind, detail));
 }
 
 static void add_error(json_t *errors, const char *pointer, const char *detail) {
@@ -103,7 +113,7 @@ void shd_problem_error(shd_reply *reply, const shd_error *error) {
         add_error(errors, error->path, error->text);
         json_object_set_new(document, "errors", errors);
     }
-    finish(reply, kind, document);
+    finish(reply, kind, 0, document);
 }
 
 void shd_problem_report(shd_reply *reply, const shd_report *report) {
@@ -129,5 +139,5 @@ void shd_problem_report(shd_reply *reply, const shd_report *report) {
     json_object_set_new(document, "errors", errors);
     if (report->error_count > kept)
         json_object_set_new(document, "errorCount", json_integer((json_int_t)report->error_count));
-    finish(reply, kind, document);
+    finish(reply, kind, 0, document);
 }

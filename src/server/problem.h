@@ -29,6 +29,10 @@ typedef enum shd_problem_kind {
 void shd_problem_reply(shd_reply *reply, shd_problem_kind kind, const char *format, ...)
     SHD_PRINTF(3, 4);
 
+/* With Retry-After. */
+void shd_problem_later(shd_reply *reply, shd_problem_kind kind, unsigned seconds,
+                       const char *format, ...) SHD_PRINTF(4, 5);
+
 /* From what the library says: its status decides the kind. */
 void shd_problem_error(shd_reply *reply, const shd_error *error);
 void shd_problem_report(shd_reply *reply, const shd_report *report);

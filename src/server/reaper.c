@@ -1,69 +1,185 @@
 #include "reaper.h"
 
-#include <linux/sockios.h>
 #include <netinet/in.h>
-#include <netinet/tcp.h>
+#include <poll.h>
 #include <pthread.h>
-#include <stdatomic.h>
+#include <stdbool.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <time.h>
 
+/* glibc's <netinet/tcp.h> has a tcp_info without the count of bytes. */
+#include <linux/tcp.h>
+
+#include "clock.h"
+#include "server.h"
+
+/* Between two looks, seconds; and before room is made again. */
+static const double pause_between = 0.25, pause_for_room = 0.01;
+/* Answers get this long before they give way to new connections. */
+static const double least_sending = 2;
+
 struct shd_connection {
     shd_connection *previous, *next;
     int socket;
+    shd_phase phase;
+    double since;  /* when the phase began */
+    uint64_t read; /* bytes received then */
     bool had_left; /* at the last look */
-    atomic_bool awaits;
+    bool ended;
+    shd_exchange *exchange; /* SHD_AT_WORK */
 };
 
 struct shd_reaper {
     pthread_mutex_t mutex;
     pthread_cond_t changed;
     pthread_t thread;
+    shd_jobs *jobs;
+    shd_patience patience;
     shd_connection list; /* ring */
-    bool ending;
+    shd_reaped count;
+    size_t open;
+    bool crowded, ending;
 };
 
-/* The client has closed its half, and all that it sent was read. */
+/* ---- What sockets tell ---- */
+
+/* The client has closed its half or all of it, and everything that it sent was read. */
 static bool has_left(int socket) {
-    struct tcp_info info;
-    socklen_t size = sizeof info;
+    struct pollfd polled = {.fd = socket, .events = POLLRDHUP};
     int unread = 0;
-    return !getsockopt(socket, IPPROTO_TCP, TCP_INFO, &info, &size) &&
-           info.tcpi_state == TCP_CLOSE_WAIT && !ioctl(socket, SIOCINQ, &unread) && !unread;
+    if (poll(&polled, 1, 0) <= 0 || polled.revents & POLLNVAL) return false;
+    if (polled.revents & (POLLHUP | POLLERR)) return true;
+    return polled.revents & POLLRDHUP && !ioctl(socket, FIONREAD, &unread) && !unread;
 }
 
-/* Twice in a row, a second apart: the I/O thread may have the last bytes in hand just now. */
-static void look(shd_connection *connection) {
-    bool left = atomic_load(&connection->awaits) && has_left(connection->socket);
-    if (left && connection->had_left) shutdown(connection->socket, SHUT_RDWR);
-    connection->had_left = left;
+/* Bytes received so far; 0 where the socket cannot tell. */
+static uint64_t bytes_read(int socket) {
+    struct tcp_info info = {0};
+    socklen_t size = sizeof info;
+    return getsockopt(socket, IPPROTO_TCP, TCP_INFO, &info, &size) ? 0 : info.tcpi_bytes_received;
+}
+
+/* ---- Looking ---- */
+
+static void end(shd_reaper *reaper, shd_connection *c, shd_ending why) {
+    shutdown(c->socket, SHUT_RDWR);
+    c->ended = true;
+    reaper->open--;
+    reaper->count.ended[why]++;
+}
+
+static double patience_for(const shd_reaper *reaper, shd_phase phase) {
+    switch (phase) {
+    case SHD_AT_HEAD:
+        return reaper->patience.head;
+    case SHD_AT_BODY:
+        return reaper->patience.body;
+    case SHD_AT_ANSWER:
+        return reaper->patience.send;
+    default:
+        return 0;
+    }
+}
+
+static void look(shd_reaper *reaper, shd_connection *c, double now) {
+    /* A head begins with its first byte, of which libmicrohttpd does not tell. */
+    if (c->phase == SHD_AT_REST && bytes_read(c->socket) > c->read) {
+        c->phase = SHD_AT_HEAD;
+        c->since = now;
+    }
+    double patience = patience_for(reaper, c->phase);
+    if (patience > 0 && now - c->since > patience) {
+        end(reaper, c, SHD_END_LATE);
+        return;
+    }
+    /* Twice in a row: the I/O thread may have the last bytes in hand just now. */
+    bool left = c->phase != SHD_AT_ANSWER && has_left(c->socket);
+    if (left && c->had_left) end(reaper, c, SHD_END_LEFT);
+    c->had_left = left;
+}
+
+/* Whether `a` is to go before `b`. */
+static bool goes_before(const shd_connection *a, const shd_connection *b) {
+    if (!b) return true;
+    return a->phase != b->phase ? a->phase < b->phase : a->since < b->since;
+}
+
+/* Ends one of those that hold their place for longest. False: there is none. */
+static bool make_room(shd_reaper *reaper, double now) {
+    shd_connection *first = NULL;
+    for (shd_connection *c = reaper->list.next; c != &reaper->list; c = c->next) {
+        if (c->ended || c->phase == SHD_AT_WORK) continue;
+        if (c->phase == SHD_AT_ANSWER && now - c->since < least_sending) continue;
+        if (goes_before(c, first)) first = c;
+    }
+    if (first) end(reaper, first, SHD_END_ROOM);
+    return first;
+}
+
+/* One place in eight is kept free, so that who comes is let in before others have to go. */
+static size_t places(const shd_reaper *reaper) {
+    size_t all = reaper->patience.connections;
+    return all - all / 8;
+}
+
+/* Those whose client has gone, whether they wait for a job or not. Where a job is waited for, the
+ * exchange is resumed later, without the mutex: libmicrohttpd may call us with its own held. */
+static size_t look_at_all(shd_reaper *reaper, shd_exchange *gone[], size_t most) {
+    double now = shd_now();
+    size_t count = 0;
+    for (shd_connection *c = reaper->list.next; c != &reaper->list; c = c->next) {
+        if (c->ended) continue;
+        if (c->phase != SHD_AT_WORK) {
+            look(reaper, c, now);
+        } else if (count < most && has_left(c->socket)) {
+            end(reaper, c, SHD_END_LEFT);
+            if (shd_jobs_leave(reaper->jobs, c->exchange)) gone[count++] = c->exchange;
+        }
+    }
+    reaper->crowded = false;
+    while (reaper->open > places(reaper) && make_room(reaper, now)) continue;
+    return count;
 }
 
 static void *run(void *context) {
+    enum { MOST = 256 };
     shd_reaper *reaper = context;
+    shd_exchange *gone[MOST];
     pthread_mutex_lock(&reaper->mutex);
     while (!reaper->ending) {
         if (reaper->list.next == &reaper->list) {
             pthread_cond_wait(&reaper->changed, &reaper->mutex);
             continue;
         }
-        for (shd_connection *c = reaper->list.next; c != &reaper->list; c = c->next) look(c);
-        struct timespec next;
-        clock_gettime(CLOCK_MONOTONIC, &next);
-        next.tv_sec++;
-        while (!reaper->ending && !pthread_cond_timedwait(&reaper->changed, &reaper->mutex, &next))
-            continue;
+        size_t count = look_at_all(reaper, gone, MOST);
+        pthread_mutex_unlock(&reaper->mutex);
+        for (size_t i = 0; i < count; i++) shd_exchange_resume(gone[i]);
+        pthread_mutex_lock(&reaper->mutex);
+
+        double began = shd_now();
+        while (!reaper->ending) {
+            double next = began + (reaper->crowded ? pause_for_room : pause_between);
+            if (shd_now() >= next) break;
+            struct timespec until = shd_timespec(next);
+            pthread_cond_timedwait(&reaper->changed, &reaper->mutex, &until);
+        }
     }
     pthread_mutex_unlock(&reaper->mutex);
     return NULL;
 }
 
-shd_status shd_reaper_new(shd_reaper **out, shd_error *error) {
+/* ---- The whole ---- */
+
+shd_status shd_reaper_new(const shd_patience *patience, shd_jobs *jobs, shd_reaper **out,
+                          shd_error *error) {
     shd_reaper *reaper = calloc(1, sizeof *reaper);
     if (!reaper) return shd_fail(error, SHD_MEMORY, "", "no memory for the reaper");
     reaper->list.previous = reaper->list.next = &reaper->list;
+    reaper->jobs = jobs;
+    reaper->patience = *patience;
     pthread_condattr_t monotonic;
     pthread_condattr_init(&monotonic);
     pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
@@ -92,18 +208,27 @@ void shd_reaper_drop(shd_reaper *reaper) {
     free(reaper);
 }
 
+void shd_reaper_set_patience(shd_reaper *reaper, const shd_patience *patience) {
+    pthread_mutex_lock(&reaper->mutex);
+    reaper->patience = *patience;
+    pthread_mutex_unlock(&reaper->mutex);
+}
+
 shd_connection *shd_reaper_add(shd_reaper *reaper, int socket) {
     shd_connection *connection = calloc(1, sizeof *connection);
     if (!connection) return NULL;
     connection->socket = socket;
-    atomic_init(&connection->awaits, true);
+    connection->phase = SHD_AT_HEAD;
+    connection->since = shd_now();
     pthread_mutex_lock(&reaper->mutex);
     bool first = reaper->list.next == &reaper->list;
     connection->next = &reaper->list;
     connection->previous = reaper->list.previous;
     connection->previous->next = connection;
     reaper->list.previous = connection;
-    if (first) pthread_cond_signal(&reaper->changed);
+    bool crowded = ++reaper->open > places(reaper);
+    if (first || (crowded && !reaper->crowded)) pthread_cond_signal(&reaper->changed);
+    reaper->crowded = crowded;
     pthread_mutex_unlock(&reaper->mutex);
     return connection;
 }
@@ -113,10 +238,30 @@ void shd_reaper_remove(shd_reaper *reaper, shd_connection *connection) {
     pthread_mutex_lock(&reaper->mutex);
     connection->previous->next = connection->next;
     connection->next->previous = connection->previous;
+    if (!connection->ended) reaper->open--;
     pthread_mutex_unlock(&reaper->mutex);
     free(connection);
 }
 
-void shd_connection_awaits(shd_connection *connection, bool awaits) {
-    if (connection) atomic_store(&connection->awaits, awaits);
+void shd_reaper_phase(shd_reaper *reaper, shd_connection *connection, shd_phase phase,
+                      shd_exchange *exchange) {
+    if (!connection) return;
+    uint64_t read = phase == SHD_AT_REST ? bytes_read(connection->socket) : 0;
+    double now = shd_now();
+    pthread_mutex_lock(&reaper->mutex);
+    connection->phase = phase;
+    connection->since = now;
+    connection->read = read;
+    connection->had_left = false;
+    connection->exchange = exchange;
+    pthread_mutex_unlock(&reaper->mutex);
+}
+
+shd_reaped shd_reaper_count(shd_reaper *reaper) {
+    pthread_mutex_lock(&reaper->mutex);
+    shd_reaped count = reaper->count;
+    for (shd_connection *c = reaper->list.next; c != &reaper->list; c = c->next)
+        count.connections[c->phase]++;
+    pthread_mutex_unlock(&reaper->mutex);
+    return count;
 }

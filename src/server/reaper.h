@@ -1,27 +1,67 @@
-/* Ends connections whose client has left in the middle of a request. libmicrohttpd waits for
- * edges of epoll: where a client's last bytes and its end arrive together it sees the bytes only,
- * and keeps the connection until it has been silent for `idle-timeout`. A thread looks once a
- * second instead. All functions: any thread. */
+/* Watches the connections of the public port, from a thread that looks several times a second.
+ *
+ * libmicrohttpd closes connections that are silent; but a byte now and then keeps one for ever, the
+ * end of a client is not seen while its connection is suspended, and where a client's last bytes
+ * and its end arrive together they are not told apart. So here
+ *
+ * - a head, a body and an answer each have a total time, over which their connection is ended;
+ * - connections whose client has left are ended, or their exchange stops waiting for its job;
+ * - where nearly all places are taken, room is made: connections that do nothing end first, then
+ * those that have been at their head, their body or their answer for longest.
+ *
+ * To end a connection is to shut its socket down: libmicrohttpd sees that and closes it. */
 #ifndef SHD_SERVER_REAPER_H
 #define SHD_SERVER_REAPER_H
 
-#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
 
 #include "base/status.h"
+#include "jobs.h"
 
 typedef struct shd_reaper shd_reaper;
 typedef struct shd_connection shd_connection;
 
-shd_status shd_reaper_new(shd_reaper **out, shd_error *error);
+/* What a connection is at. */
+typedef enum shd_phase {
+    SHD_AT_REST, /* between requests */
+    SHD_AT_HEAD,
+    SHD_AT_BODY,
+    SHD_AT_WORK,   /* suspended */
+    SHD_AT_ANSWER, /* its answer is on its way */
+    SHD_PHASES
+} shd_phase;
+
+typedef struct shd_patience {
+    double head, body, send; /* seconds */
+    size_t connections;      /* places */
+} shd_patience;
+
+/* Why connections were ended. */
+typedef enum shd_ending { SHD_END_LATE, SHD_END_LEFT, SHD_END_ROOM, SHD_ENDINGS } shd_ending;
+
+/* `jobs` outlives it. */
+shd_status shd_reaper_new(const shd_patience *patience, shd_jobs *jobs, shd_reaper **out,
+                          shd_error *error);
 void shd_reaper_drop(shd_reaper *reaper); /* no connection is left; NULL is fine */
 
-/* Watches a connection, which is new and waits for a request. NULL, and unwatched, where memory
- * is short. The socket stays open until it is removed. */
+/* Watches a new connection. NULL, and unwatched, where memory is short. The socket stays open until
+ * it is removed. */
 shd_connection *shd_reaper_add(shd_reaper *reaper, int socket);
 void shd_reaper_remove(shd_reaper *reaper, shd_connection *connection); /* NULL is fine */
 
-/* Whether the connection waits for a request, or for the rest of one: only then is it reaped. NULL
- * is fine. */
-void shd_connection_awaits(shd_connection *connection, bool awaits);
+/* The connection is at something else now; `exchange` is what waits, for SHD_AT_WORK. It stays
+ * there until the next call. A NULL connection is fine. */
+void shd_reaper_phase(shd_reaper *reaper, shd_connection *connection, shd_phase phase,
+                      shd_exchange *exchange);
+
+void shd_reaper_set_patience(shd_reaper *reaper, const shd_patience *patience);
+
+typedef struct shd_reaped {
+    size_t connections[SHD_PHASES]; /* now */
+    uint64_t ended[SHD_ENDINGS];    /* so far */
+} shd_reaped;
+
+shd_reaped shd_reaper_count(shd_reaper *reaper);
 
 #endif

@@ -87,87 +87,83 @@ static void set_single(shd_reply *reply, shd_request *request) {
 
 /* ---- Headers ---- */
 
-static void add_validators(const shd_exchange *exchange, shd_reply *reply, const char *etag) {
-    shd_reply_header(reply, "ETag", "\"%s\"", etag);
-    shd_reply_plain(reply, "Cache-Control", exchange->server->config.cache_control);
+static void add_validators(const shd_job *job, shd_reply *reply) {
+    shd_reply_header(reply, "ETag", "\"%s\"", shd_request_etag(job->request));
+    shd_reply_plain(reply, "Cache-Control", job->server->config.cache_control);
     shd_reply_plain(reply, "Vary", "Accept");
 }
 
-static void add_account(shd_exchange *exchange, shd_request *request, double queued) {
-    shd_reply *reply = &exchange->reply;
-    shd_metrics *metrics = &exchange->server->metrics;
-    const shd_times *times = shd_request_times(request);
+static void add_account(shd_job *job) {
+    shd_reply *reply = &job->reply;
+    shd_metrics *metrics = &job->server->metrics;
+    const shd_times *times = shd_request_times(job->request);
     const double seconds[SHD_STAGE_COUNT] = {
-        [SHD_STAGE_QUEUE] = queued,        [SHD_STAGE_PARSE] = times->parse,
-        [SHD_STAGE_PLAN] = times->plan,    [SHD_STAGE_VISIBILITY] = times->visibility,
-        [SHD_STAGE_SHADE] = times->shade,  [SHD_STAGE_COLOR] = times->color,
-        [SHD_STAGE_ENCODE] = times->encode};
-    char timing[512];
+        [SHD_STAGE_PARSE] = times->parse,           [SHD_STAGE_PLAN] = times->plan,
+        [SHD_STAGE_VISIBILITY] = times->visibility, [SHD_STAGE_SHADE] = times->shade,
+        [SHD_STAGE_COLOR] = times->color,           [SHD_STAGE_ENCODE] = times->encode};
     size_t length = 0;
-    for (size_t i = 0; i < SHD_STAGE_COUNT; i++) {
-        if (i != SHD_STAGE_QUEUE) shd_metrics_stage(metrics, (shd_stage)i, seconds[i]);
-        length += (size_t)snprintf(timing + length, sizeof timing - length, "%s%s;dur=%.3f",
-                                   i ? ", " : "", shd_stage_name((shd_stage)i), seconds[i] * 1e3);
+    for (size_t i = SHD_STAGE_QUEUE + 1; i < SHD_STAGE_COUNT; i++) {
+        shd_metrics_stage(metrics, (shd_stage)i, seconds[i]);
+        length += (size_t)snprintf(job->timing + length, sizeof job->timing - length,
+                                   ", %s;dur=%.3f", shd_stage_name((shd_stage)i), seconds[i] * 1e3);
     }
     static const char *const reused[] = {[SHD_REUSED_NOTHING] = "nothing",
                                          [SHD_REUSED_GEOMETRY] = "geometry",
                                          [SHD_REUSED_LIGHT] = "light"};
-    shd_reply_header(reply, "Server-Timing", "%s, reuse;desc=%s", timing,
-                     reused[shd_request_reused(request)]);
-    shd_reply_header(reply, "Shaded-Plan", "%s", shd_request_plan(request));
+    snprintf(job->timing + length, sizeof job->timing - length, ", reuse;desc=%s",
+             reused[shd_request_reused(job->request)]);
+    shd_reply_header(reply, "Shaded-Plan", "%s", shd_request_plan(job->request));
 
-    uint64_t saturated = shd_request_saturated(request);
+    uint64_t saturated = shd_request_saturated(job->request);
     if (saturated) {
         atomic_fetch_add(&metrics->saturated, saturated);
         shd_reply_header(reply, "Shaded-Saturated", "%" PRIu64, saturated);
     }
-    shd_job_warn(reply, request);
+    shd_job_warn(reply, job->request);
+}
+
+static void add_timing(const shd_job *job, double queued, shd_reply *reply) {
+    shd_reply_header(reply, "Server-Timing", "%s;dur=%.3f%s", shd_stage_name(SHD_STAGE_QUEUE),
+                     queued * 1e3, job->timing);
 }
 
 /* ---- The job ---- */
 
-static void answer(shd_exchange *exchange, shd_request *request, double queued) {
-    shd_reply *reply = &exchange->reply;
-    shd_format fallback = SHD_PNG;
-    bool picture_accepted = shd_accepts_picture(exchange->accept, &fallback);
-    const char *body = exchange->body ? (const char *)exchange->body : "";
-    shd_status status = shd_request_read(request, body, exchange->size, fallback);
-    if (status == SHD_CANCELLED) return;
-    if (status) {
-        shd_problem_report(reply, shd_request_report(request));
-        return;
-    }
-    bool multipart = shd_request_multipart(request);
-    if (!multipart && !picture_accepted) {
-        shd_problem_reply(reply, SHD_NOT_ACCEPTABLE,
+static void read_scene(shd_job *job) {
+    shd_job_read(job);
+    if (!job->reply.status && !shd_request_multipart(job->request) && !job->picture_accepted)
+        shd_problem_reply(&job->reply, SHD_NOT_ACCEPTABLE,
                           "Accept admits multipart/form-data only, but the scene has no `outputs`");
-        return;
-    }
-    const char *etag = shd_request_etag(request);
-    if (shd_etag_matches(exchange->if_none_match, etag)) {
-        reply->status = 304;
-        add_validators(exchange, reply, etag);
-        return;
-    }
+}
 
+static bool settle(const shd_job *job, const shd_exchange *exchange, shd_reply *reply) {
+    if (!shd_etag_matches(exchange->if_none_match, shd_request_etag(job->request))) return false;
+    reply->status = 304;
+    add_validators(job, reply);
+    return true;
+}
+
+static void render(shd_job *job) {
     shd_error error;
-    status = shd_request_render(request, NULL, &error);
+    shd_status status = shd_request_render(job->request, NULL, &error);
     if (status == SHD_CANCELLED) return;
     if (status) {
-        shd_problem_error(reply, &error);
+        shd_problem_error(&job->reply, &error);
         return;
     }
-    add_validators(exchange, reply, etag);
-    add_account(exchange, request, queued);
-    reply->status = 200;
-    if (!multipart) {
-        set_single(reply, request);
-    } else if (!set_multipart(reply, request)) {
-        shd_reply_clear(reply);
-        shd_problem_reply(reply, SHD_FAILED, "no memory for the pictures together");
+    add_validators(job, &job->reply);
+    add_account(job);
+    job->reply.status = 200;
+    if (!shd_request_multipart(job->request)) {
+        set_single(&job->reply, job->request);
+    } else if (!set_multipart(&job->reply, job->request)) {
+        shd_reply_clear(&job->reply);
+        shd_problem_reply(&job->reply, SHD_FAILED, "no memory for the pictures together");
     }
 }
 
 void shd_render_submit(shd_exchange *exchange) {
-    shd_job_submit(exchange, answer);
+    static const shd_work work = {
+        .read = read_scene, .run = render, .settle = settle, .add = add_timing, .shared = true};
+    shd_job_submit(exchange, &work);
 }

@@ -10,8 +10,15 @@ enum { VALUE_MAX = 1000 };
 
 void shd_reply_clear(shd_reply *reply) {
     for (size_t i = 0; i < reply->header_count; i++) free(reply->headers[i].value);
-    free(reply->owned_body);
+    shd_bytes_drop(reply->held);
     memset(reply, 0, sizeof *reply);
+}
+
+void shd_bytes_drop(void *context) {
+    shd_bytes_held *held = context;
+    if (!held || atomic_fetch_sub(&held->holders, 1) > 1) return;
+    free(held->data);
+    free(held);
 }
 
 static void add_header(shd_reply *reply, const char *name, const char *value) {
@@ -48,16 +55,36 @@ void shd_reply_header(shd_reply *reply, const char *name, const char *format, ..
 }
 
 void shd_reply_lend(shd_reply *reply, const char *media_type, const void *body, size_t size) {
-    free(reply->owned_body);
-    reply->owned_body = NULL;
+    shd_bytes_drop(reply->held);
+    reply->held = NULL;
     reply->body = body;
     reply->size = size;
     shd_reply_plain(reply, "Content-Type", media_type);
 }
 
 void shd_reply_give(shd_reply *reply, const char *media_type, void *body, size_t size) {
+    shd_bytes_held *held = malloc(sizeof *held);
+    if (!held) { /* no memory for 16 bytes: nothing better can be said either */
+        free(body);
+        reply->status = 500;
+        body = NULL;
+        size = 0;
+    }
     shd_reply_lend(reply, media_type, body, size);
-    reply->owned_body = body;
+    if (!held) return;
+    atomic_init(&held->holders, 1);
+    held->data = body;
+    reply->held = held;
+}
+
+void shd_reply_copy(shd_reply *reply, const shd_reply *from) {
+    reply->status = from->status;
+    for (size_t i = 0; i < from->header_count; i++)
+        add_header(reply, from->headers[i].name, from->headers[i].value);
+    reply->held = from->held;
+    reply->body = from->body;
+    reply->size = from->size;
+    if (reply->held) atomic_fetch_add(&reply->held->holders, 1);
 }
 
 static const char *reason(unsigned status) {

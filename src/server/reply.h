@@ -3,12 +3,21 @@
 #ifndef SHD_SERVER_REPLY_H
 #define SHD_SERVER_REPLY_H
 
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stddef.h>
 
 #include "base/status.h"
 
 enum { SHD_REPLY_HEADERS = 32 };
+
+/* Bytes that several replies may share. */
+typedef struct shd_bytes_held {
+    atomic_uint holders;
+    void *data;
+} shd_bytes_held;
+
+void shd_bytes_drop(void *held); /* the last one frees them; NULL is fine */
 
 typedef struct shd_reply {
     unsigned status; /* 0: not answered yet */
@@ -17,8 +26,8 @@ typedef struct shd_reply {
         const char *name; /* literal */
         char *value;      /* owned */
     } headers[SHD_REPLY_HEADERS];
-    void *owned_body;
-    const void *body; /* the owned one, or one that is lent */
+    shd_bytes_held *held; /* NULL: the body is lent */
+    const void *body;
     size_t size;
 } shd_reply;
 
@@ -31,6 +40,9 @@ void shd_reply_header(shd_reply *reply, const char *name, const char *format, ..
 
 /* A value as it is: only for text that is known to be safe. */
 void shd_reply_plain(shd_reply *reply, const char *name, const char *value);
+
+/* Makes an empty reply the same as another one, whose body they share from now on. */
+void shd_reply_copy(shd_reply *reply, const shd_reply *from);
 
 /* The body: given to the reply, which frees it, or lent for longer than the reply lives. */
 void shd_reply_give(shd_reply *reply, const char *media_type, void *body, size_t size);

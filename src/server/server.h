@@ -3,11 +3,12 @@
  *     main.c    starts and stops everything
  *     http.c    libmicrohttpd: connections, bodies, sending; the only thread is its I/O thread
  *     routes.c  which paths and methods there are, and what can be answered at once
- *     job.c     how work gets to the engine's workers and how it ends
- *     render_job.c, compare_job.c  what a worker does for POST /v1/render and /v1/compare
+ *     jobs.c    which exchange waits for which work, and for how long
+ *     job.c     how the engine's workers do it
+ *     render_job.c, compare_job.c, explain_job.c  what a worker does for a kind of work
  *     admin.c   the operators' port
  *
- * An exchange belongs to the I/O thread, but to one worker between shd_exchange_suspend and
+ * An exchange belongs to the I/O thread, but to jobs.c between shd_exchange_suspend and
  * shd_exchange_resume. */
 #ifndef SHD_SERVER_SERVER_H
 #define SHD_SERVER_SERVER_H
@@ -18,12 +19,12 @@
 #include <stdint.h>
 
 #include "config.h"
+#include "jobs.h"
 #include "linger.h"
 #include "metrics.h"
 #include "reaper.h"
 #include "reply.h"
 #include "shaded.h"
-#include "watch.h"
 
 /* A text that never changes while the daemon runs. */
 typedef struct shd_document {
@@ -34,10 +35,10 @@ typedef struct shd_document {
     char etag[20];
 } shd_document;
 
-typedef struct shd_server {
+struct shd_server {
     shd_config config;
     shd_engine *engine;
-    shd_watch *watch;
+    shd_jobs *jobs;
     shd_linger *linger;
     shd_reaper *reaper;
     shd_metrics metrics;
@@ -47,8 +48,8 @@ typedef struct shd_server {
     atomic_bool draining;
     atomic_uint in_flight; /* exchanges whose head was read, until they are completed */
     atomic_uint accepted;  /* those of them whose body was read too */
-    atomic_uint suspended; /* those of them that a worker has */
-} shd_server;
+    atomic_uint suspended; /* those of them that wait for a job */
+};
 
 typedef enum shd_method {
     SHD_GET = 1,
@@ -61,14 +62,9 @@ typedef enum shd_method {
 enum { SHD_ID_SIZE = 65, SHD_PATH_SIZE = 512 };
 
 struct shd_route;
-struct shd_exchange;
 struct MHD_Connection;
 
-/* Reads the body and fills the reply, on a worker; leaves it empty where the request was
- * cancelled, for job.c knows why. `queued`: seconds waited. */
-typedef void shd_work(struct shd_exchange *exchange, shd_request *request, double queued);
-
-typedef struct shd_exchange {
+struct shd_exchange {
     shd_server *server;
     const struct shd_route *route; /* NULL: there is no such path */
     char id[SHD_ID_SIZE];
@@ -84,20 +80,20 @@ typedef struct shd_exchange {
     size_t size, capacity;
 
     double started, submitted; /* on shd_now()'s clock */
-    shd_work *work;
-    shd_watched watched;
+    shd_waiter waiter;
     shd_reply reply;
 
     /* http.c's own. */
     struct MHD_Connection *connection;
     int state;
     bool refused, counted, was_accepted, is_suspended;
-} shd_exchange;
+};
 
-/* Takes the connection from the I/O thread's loop, before the exchange is given to a worker. */
+/* Takes the connection from the I/O thread's loop, before the exchange waits for a job. */
 void shd_exchange_suspend(shd_exchange *exchange);
 
-/* Gives it back once the reply is there; the exchange may be gone when this returns. */
+/* Gives it back once the reply is there, or its client has gone: then the reply is empty. The
+ * exchange may not exist any more when this returns. */
 void shd_exchange_resume(shd_exchange *exchange);
 
 #endif

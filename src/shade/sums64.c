@@ -24,8 +24,7 @@ void shd_light_sums64(const shd_lighting *lighting, const shd_plan_material *mat
             const shd_plan_light *light = &plan->lights[which[j]];
             double factor, off;
             const double weight = shd_weigh_light(light, position, normal, mirror, &factor, &off);
-            for (int c = 0; diffuse && c < channels; c++)
-                diffuse[c][i] += weight * light->color[c];
+            for (int c = 0; diffuse && c < channels; c++) diffuse[c][i] += weight * light->color[c];
             for (size_t k = 0; k < lobes; k++) {
                 const double lobe = shd_weigh_lobe(material->lobes[k].shininess, factor, off);
                 for (int c = 0; c < channels; c++)

@@ -63,15 +63,16 @@ typedef struct shd_cast_kernel {
 
 extern const shd_cast_kernel shd_cast_kernel_portable, shd_cast_kernel_avx2, shd_cast_kernel_avx512;
 
-/* The find and place of each kernel, by name. */
-void shd_find_surfaces_portable(shd_shape shape, double tube, shd_work *work);
-void shd_find_surfaces_avx2(shd_shape shape, double tube, shd_work *work);
-void shd_find_surfaces_avx512(shd_shape shape, double tube, shd_work *work);
-void shd_place_surfaces_portable(shd_shape shape, double tube, const shd_work *work,
-                                 shd_surfaces *out);
-void shd_place_surfaces_avx2(shd_shape shape, double tube, const shd_work *work, shd_surfaces *out);
-void shd_place_surfaces_avx512(shd_shape shape, double tube, const shd_work *work,
-                               shd_surfaces *out);
+/* What a kernel is made of, by name. */
+#define SHD_CAST_KERNEL_PARTS(isa)                                                                 \
+    void shd_find_surfaces_##isa(shd_shape shape, double tube, shd_work *work);                    \
+    void shd_place_surfaces_##isa(shd_shape shape, double tube, const shd_work *work,              \
+                                  shd_surfaces *out);                                              \
+    void shd_find_torus_##isa(double tube, shd_work *work);                                        \
+    void shd_place_torus_##isa(double tube, const shd_work *work, shd_surfaces *out);
+SHD_CAST_KERNEL_PARTS(portable)
+SHD_CAST_KERNEL_PARTS(avx2)
+SHD_CAST_KERNEL_PARTS(avx512)
 
 /* Moves lane i's ray, of which origin, direction and near are set, to where it is closest to the
  * frame's origin. */

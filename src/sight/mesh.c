@@ -13,7 +13,7 @@ struct shd_tracer {
 struct shd_mesh_tree {
     RTCScene scene;
     shd_vec3 center;
-    double scale, radius; /* radius of a sphere around the mesh, in the object's frame */
+    double scale, radius; /* radius of a sphere around the mesh, in that frame */
     shd_triangles triangles;
 };
 
@@ -92,7 +92,7 @@ static void fit_frame(shd_mesh_tree *tree) {
     shd_vec3 half = shd_sub(shd_scale(high, 0.5), shd_scale(low, 0.5));
     double size = shd_max_abs(half);
     tree->scale = size > 0 ? 1 / size : 1;
-    tree->radius = shd_length(half);
+    tree->radius = shd_length(shd_scale(half, tree->scale));
 }
 
 static bool fill_geometry(const shd_mesh_tree *tree, RTCGeometry geometry) {
@@ -154,7 +154,8 @@ void shd_mesh_tree_drop(shd_mesh_tree *tree) {
 static const double OUTSIDE = 1e-3;
 
 static double hold(double weight) {
-    return fmin(fmax(weight, -OUTSIDE), 1 + OUTSIDE);
+    double least = weight > -OUTSIDE ? weight : -OUTSIDE;
+    return least < 1 + OUTSIDE ? least : 1 + OUTSIDE;
 }
 
 /* Where the ray meets the plane of a triangle that it is known to hit (Moeller and Trumbore
@@ -177,18 +178,22 @@ static bool place(const shd_triangles *triangles, uint32_t triangle, const shd_r
 
 bool shd_mesh_tree_intersect(const shd_mesh_tree *tree, const shd_ray *ray, double *t,
                              uint32_t *triangle, double *u, double *v) {
-    /* Start where the ray enters the mesh's sphere: f32 then has digits for the mesh alone. */
-    double length = shd_length(ray->direction);
+    /* Start where the ray enters the mesh's sphere: f32 then has digits for the mesh alone. In
+     * the tree's frame, where the mesh's size is 1. */
+    const double square = shd_dot(ray->direction, ray->direction);
+    const bool safe = square > 1e-280 && square < 1e280;
+    const double length = safe ? sqrt(square) : shd_length(ray->direction);
     if (!(length > 0)) return false;
-    shd_vec3 unit = shd_scale(ray->direction, 1 / length);
-    shd_vec3 from = shd_sub(ray->origin, tree->center);
-    double closest = -shd_dot(from, unit);
-    shd_vec3 foot = shd_madd(from, unit, closest);
-    double margin = 1.001 * tree->radius;
-    if (shd_length(foot) > margin) return false;
-    double start = fmax(closest - margin, ray->near * length);
-    if (start > closest + margin) return false;
-    shd_vec3 origin = shd_scale(shd_madd(from, unit, start), tree->scale);
+    const shd_vec3 unit = shd_scale(ray->direction, 1 / length);
+    const shd_vec3 from = shd_scale(shd_sub(ray->origin, tree->center), tree->scale);
+    const double closest = -shd_dot(from, unit), margin = 1.001 * tree->radius;
+    const shd_vec3 foot = shd_madd(from, unit, closest);
+    if (shd_dot(foot, foot) > margin * margin) return false;
+    const double first = closest - margin, near = ray->near * length * tree->scale;
+    const double begin = first > near ? first : near;
+    if (begin > closest + margin) return false;
+    const shd_vec3 origin = shd_madd(from, unit, begin);
+    const double start = begin / tree->scale;
 
     struct RTCRayHit hit = {
         .ray = {.org_x = (float)origin.x,
@@ -204,6 +209,8 @@ bool shd_mesh_tree_intersect(const shd_mesh_tree *tree, const shd_ray *ray, doub
     };
     struct RTCIntersectContext context;
     rtcInitIntersectContext(&context);
+    /* Alone: coherent packets are five times as fast, but where two triangles share an edge the
+     * one that they find depends on the packet. */
     rtcIntersect1(tree->scene, &context, &hit);
     if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
 

@@ -23,6 +23,4 @@ typedef struct shd_surface {
 /* The nearest surface with t > ray.near; false: none. */
 bool shd_intersect(shd_shape shape, double tube, const shd_ray *ray, shd_surface *out);
 
-bool shd_intersect_torus(double tube, const shd_ray *ray, shd_surface *out);
-
 #endif

@@ -4,7 +4,6 @@
 #include <float.h>
 
 #include "sight/batch.h"
-#include "sight/shapes.h"
 
 #define LANES(i) for (int i = 0; i < SHD_RAYS; i++)
 
@@ -218,34 +217,6 @@ static void place_cone(const shd_work *restrict w, shd_surfaces *restrict out) {
     }
 }
 
-/* ---- The torus. ---- */
-
-static void find_torus(double tube, shd_work *restrict w) {
-    for (int i = 0; i < SHD_RAYS; i++) {
-        shd_ray ray = {{w->ox[i], w->oy[i], w->oz[i]}, {w->dx[i], w->dy[i], w->dz[i]}, w->near[i]};
-        shd_surface s;
-        w->t[i] = shd_intersect_torus(tube, &ray, &s) ? s.t : INFINITY;
-    }
-}
-
-/* From the tube's circle, of radius 1 around y. */
-static void place_torus(double tube, const shd_work *restrict w, shd_surfaces *restrict out) {
-    LANES(i) {
-        double x = w->ox[i] + w->dx[i] * w->t[i], y = w->oy[i] + w->dy[i] * w->t[i],
-               z = w->oz[i] + w->dz[i] * w->t[i];
-        double square = x * x + z * z, inverse = shd_inverse_root(square);
-        double ax = x * inverse, az = z * inverse, off = square * inverse - 1;
-        double scale = shd_inverse_root(off * off + y * y);
-        double n = off * scale, ny = y * scale;
-        out->normal[0][i] = ax * n;
-        out->normal[1][i] = ny;
-        out->normal[2][i] = az * n;
-        out->point[0][i] = ax * (1 + tube * n);
-        out->point[1][i] = tube * ny;
-        out->point[2][i] = az * (1 + tube * n);
-    }
-}
-
 void SHD_VARIANT(shd_find_surfaces)(shd_shape shape, double tube, shd_work *work) {
     switch (shape) {
     case SHD_SPHERE:
@@ -265,7 +236,7 @@ void SHD_VARIANT(shd_find_surfaces)(shd_shape shape, double tube, shd_work *work
         find_cone(work);
         break;
     case SHD_TORUS:
-        find_torus(tube, work);
+        SHD_VARIANT(shd_find_torus)(tube, work);
         break;
     case SHD_MESH:
     case SHD_SHAPE_COUNT:
@@ -280,5 +251,5 @@ void SHD_VARIANT(shd_place_surfaces)(shd_shape shape, double tube, const shd_wor
     if (shape == SHD_BOX) place_box(work, out);
     if (shape == SHD_CYLINDER) place_cylinder(work, out);
     if (shape == SHD_CONE) place_cone(work, out);
-    if (shape == SHD_TORUS) place_torus(tube, work, out);
+    if (shape == SHD_TORUS) SHD_VARIANT(shd_place_torus)(tube, work, out);
 }

@@ -11,7 +11,7 @@ import unittest
 import jsonschema
 import yaml
 
-from e2e.daemon import JSON, SLOW, SMALL, SOURCE, Daemon
+from e2e.daemon import JSON, SLOW, SMALL, SOURCE, Daemon, another
 from e2e.daemon_test import ENDLESS, Background, wait_until, wait_until_busy
 from e2e.render_test import parts
 
@@ -291,7 +291,7 @@ class ServerTest(unittest.TestCase):
         with Daemon("--threads", "1", "--queue", "1", "--timeout", "300") as daemon:
             waiting = [Background(daemon, SLOW)]
             wait_until_busy(daemon)
-            waiting.append(Background(daemon, SMALL))
+            waiting.append(Background(daemon, another(SLOW)))
             wait_until_busy(daemon, queued=1)
             for path in SCENE_PATHS:
                 self.check(daemon.post(path, SMALL), path, "post", "429")

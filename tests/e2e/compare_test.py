@@ -9,7 +9,7 @@ import time
 import unittest
 from pathlib import Path
 
-from e2e.daemon import BUILD, SANITIZED, SMALL, Daemon
+from e2e.daemon import BUILD, SANITIZED, SMALL, Daemon, another
 from e2e.daemon_test import Background, wait_until, wait_until_busy
 
 SHADE = str(BUILD / "shade")
@@ -103,7 +103,7 @@ class Http(unittest.TestCase):
         with Daemon("--threads", "1", "--queue", "1", "--timeout", "3") as daemon:
             waiting = [Background(daemon, LONG)]
             wait_until_busy(daemon)
-            waiting.append(Background(daemon, SMALL))
+            waiting.append(Background(daemon, another(LONG)))
             wait_until_busy(daemon, queued=1)
             self.assertEqual(daemon.post("/v1/compare", SMALL).status, 429)
             for request in waiting:

@@ -23,6 +23,12 @@ SLOW = {"objects": [{"type": "torus"}], "accuracy": {"tier": "exact"},
         "image": {"width": 400 if SANITIZED else 1000, "height": 400 if SANITIZED else 1000,
                   "samples": 9}}
 
+
+def another(scene, n=1):
+    """As slow, but not the same, so that it is not rendered together with it."""
+    return {**scene, "ambient": n / 64}
+
+
 Answer = namedtuple("Answer", "status headers body")
 
 

@@ -12,7 +12,7 @@ import time
 import unittest
 from pathlib import Path
 
-from e2e.daemon import JSON, SANITIZED, SLOW, SMALL, SOURCE, Daemon, run
+from e2e.daemon import JSON, SANITIZED, SLOW, SMALL, SOURCE, Daemon, another, run
 
 # Nobody waits for its end.
 ENDLESS = {**SLOW, "image": {"width": 4096, "height": 4096, "samples": 16}}
@@ -21,13 +21,13 @@ ENDLESS = {**SLOW, "image": {"width": 4096, "height": 4096, "samples": 16}}
 class Background:
     """A request on a thread of its own."""
 
-    def __init__(self, daemon, scene):
+    def __init__(self, daemon, scene, path="/v1/render"):
         self.answer = None
-        self.thread = threading.Thread(target=self._work, args=(daemon, scene))
+        self.thread = threading.Thread(target=self._work, args=(daemon, scene, path))
         self.thread.start()
 
-    def _work(self, daemon, scene):
-        self.answer = daemon.render(scene, timeout=300)
+    def _work(self, daemon, scene, path):
+        self.answer = daemon.post(path, scene, timeout=300)
 
     def result(self):
         self.thread.join()
@@ -234,7 +234,7 @@ class StopTest(unittest.TestCase):
                         "300")
         running = Background(daemon, SLOW)
         wait_until_busy(daemon)
-        queued = [Background(daemon, SLOW), Background(daemon, SMALL)]
+        queued = [Background(daemon, another(SLOW)), Background(daemon, another(SLOW, 2))]
         wait_until_busy(daemon, queued=2)
         self.assertEqual(daemon.get("/readyz", admin=True).status, 200)
 
@@ -263,7 +263,7 @@ class StopTest(unittest.TestCase):
         daemon = Daemon("--threads", "1", "--drain-time", "1", "--timeout", "300")
         requests = [Background(daemon, ENDLESS)]
         wait_until_busy(daemon)
-        requests.append(Background(daemon, SMALL))
+        requests.append(Background(daemon, another(ENDLESS)))
         wait_until_busy(daemon, queued=1)
         daemon.signal()
         self.assertEqual(daemon.wait(), 0, daemon.stderr())
@@ -306,7 +306,7 @@ class LoadTest(unittest.TestCase):
         with Daemon("--threads", "1", "--queue", "1", "--timeout", "300") as daemon:
             running = Background(daemon, SLOW)
             wait_until_busy(daemon)
-            queued = Background(daemon, SMALL)
+            queued = Background(daemon, another(SLOW))
             wait_until_busy(daemon, queued=1)
             refused = daemon.render(SMALL)
             self.assertEqual(refused.status, 429)

@@ -260,6 +260,8 @@ class HttpTest(unittest.TestCase):
                 "codings": post(b"Transfer-Encoding: chunked", b"Transfer-Encoding: chunked",
                                 body=smuggled, length=False),
                 "no host": post().replace(b"Host: localhost\r\n", b""),
+                "blank name": post(b"Content-Length : 5", length=False),
+                "blank in a name": post(b"Transfer-Encoding\t: chunked", length=False),
                 "two hosts": post(b"Host: other")}.items():
             with self.subTest(name):
                 data = self.daemon.raw(message)

@@ -325,7 +325,7 @@ static void surveys_name_all_that_is_seen(void **state) {
         uint64_t random = seed;
         shd_survey survey;
         assert_true(shd_survey_new(l.sight, 40, 40, l.request->arena, &survey));
-        for (int k = 0; k < 4; k++) {
+        for (int k = 0; k < 12; k++) {
             shd_tile rect = {below(&random, raster->width) - 8, below(&random, raster->height) - 8,
                              1 + below(&random, 40), 1 + below(&random, 40)};
             convex += check_survey(&l, rect, &survey, &shots);

@@ -243,6 +243,117 @@ static void a_job_does_not_wait_for_the_end_of_a_loop(void **state) {
     assert_int_equal(atomic_load(&l.waited_in_vain), 0);
 }
 
+/* A large job whose tiles wait for a small one that comes while they run. */
+typedef struct large {
+    late l;
+    bool deferred;
+    atomic_uint nested;
+    double lent;
+} large;
+
+static void run_small(void *context) {
+    large *job = context;
+    atomic_fetch_add(&job->nested, 1);
+    tally *t = calloc(1, sizeof *t); /* with a loop of its own, in which nothing is lent again */
+    t->slots = shd_pool_slots(job->l.pool);
+    t->caller = pthread_self();
+    shd_pool_for(job->l.pool, 64, count, t);
+    if (atomic_load(&t->wrong)) atomic_fetch_add(&job->l.waited_in_vain, 1);
+    free(t);
+    atomic_store(&job->l.ran, true);
+}
+
+static void tile_of_large(void *context, size_t index, unsigned slot) {
+    (void)slot;
+    large *job = context;
+    if (index == 0) {
+        for (int i = 0; i < 3; i++)
+            if (!shd_pool_submit(job->l.pool, run_small, job))
+                atomic_fetch_add(&job->l.waited_in_vain, 1);
+    } else if (index >= 2 && !atomic_load(&job->l.ran)) {
+        atomic_fetch_add(&job->l.waited_in_vain, 1); /* the tile before was left for it */
+    }
+}
+
+static void rest_of_large(void *context) {
+    large *job = context;
+    job->lent = shd_pool_for(job->l.pool, 8, tile_of_large, job);
+    atomic_store(&job->l.looped, true);
+}
+
+static void begin_large(void *context) {
+    large *job = context;
+    shd_pool_defer(job->l.pool, rest_of_large, job);
+}
+
+static void a_small_job_waits_for_a_tile_of_a_large_one(void **state) {
+    (void)state;
+    large job = {.l = {.pool = new_pool(1, 4)}};
+    assert_true(shd_pool_submit(job.l.pool, begin_large, &job));
+    while (!atomic_load(&job.l.looped)) usleep(1000);
+    assert_int_equal(atomic_load(&job.l.waited_in_vain), 0);
+    assert_int_equal(atomic_load(&job.nested), 3);
+    assert_int_equal(shd_pool_lent(job.l.pool), 3);
+    assert_true(job.lent > 0);
+    shd_pool_drop(job.l.pool);
+}
+
+/* Large jobs are not starved by small ones either. */
+typedef struct flood {
+    shd_pool *pool;
+    atomic_bool large_ran;
+    atomic_uint small_ran;
+} flood;
+
+static void run_flood(void *context) {
+    flood *f = context;
+    if (atomic_fetch_add(&f->small_ran, 1) > 10000 || atomic_load(&f->large_ran)) return;
+    shd_pool_submit(f->pool, run_flood, f); /* there is always another one */
+}
+
+static void end_flood(void *context) {
+    atomic_store(&((flood *)context)->large_ran, true);
+}
+
+static void begin_flood(void *context) {
+    flood *f = context;
+    shd_pool_submit(f->pool, run_flood, f);
+    shd_pool_submit(f->pool, run_flood, f);
+    shd_pool_defer(f->pool, end_flood, f);
+}
+
+static void large_jobs_take_turns_with_small_ones(void **state) {
+    (void)state;
+    flood f = {.pool = new_pool(1, 8)};
+    assert_true(shd_pool_submit(f.pool, begin_flood, &f));
+    while (!atomic_load(&f.large_ran)) usleep(1000);
+    shd_pool_drop(f.pool);
+    assert_true(atomic_load(&f.small_ran) < 100);
+}
+
+static void waiting_jobs_can_be_taken_back(void **state) {
+    (void)state;
+    gate g = {PTHREAD_MUTEX_INITIALIZER, PTHREAD_COND_INITIALIZER, 0, false, 0}, other = g;
+    shd_pool *pool = new_pool(1, 3);
+    assert_true(shd_pool_submit(pool, wait_at_gate, &g));
+    wait_for_entered(&g, 1);
+    assert_false(shd_pool_withdraw(pool, &g)); /* it runs */
+    int a, b;
+    assert_true(shd_pool_submit(pool, wait_at_gate, &a));
+    assert_true(shd_pool_submit(pool, wait_at_gate, &other));
+    shd_pool_defer(pool, wait_at_gate, &b);
+    assert_false(shd_pool_submit(pool, wait_at_gate, &a)); /* deferred ones count */
+    assert_true(shd_pool_withdraw(pool, &a));
+    assert_false(shd_pool_withdraw(pool, &a));
+    assert_true(shd_pool_withdraw(pool, &b));
+    assert_int_equal(shd_pool_queued(pool), 1);
+    open_gate(&other);
+    open_gate(&g);
+    shd_pool_drop(pool);
+    assert_int_equal(atomic_load(&g.passed), 1);
+    assert_int_equal(atomic_load(&other.passed), 1);
+}
+
 static void impossible_numbers_of_threads_are_refused(void **state) {
     (void)state;
     static const unsigned threads[] = {0, 1025, 4000000000u};
@@ -263,6 +374,9 @@ int main(void) {
         cmocka_unit_test(a_queue_of_none_takes_no_jobs),
         cmocka_unit_test(dropping_finishes_every_accepted_job),
         cmocka_unit_test(a_job_does_not_wait_for_the_end_of_a_loop),
+        cmocka_unit_test(a_small_job_waits_for_a_tile_of_a_large_one),
+        cmocka_unit_test(large_jobs_take_turns_with_small_ones),
+        cmocka_unit_test(waiting_jobs_can_be_taken_back),
         cmocka_unit_test(impossible_numbers_of_threads_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -204,6 +204,36 @@ static void webp_quality_100_is_lossless(void **state) {
     free(rgba);
 }
 
+static bool count_down(void *context) {
+    return --*(int *)context > 0;
+}
+
+static void webp_is_left_where_it_is_told_to(void **state) {
+    (void)state;
+    enum { SIDE = 300 };
+    float *rgba = gradient(SIDE, SIDE);
+    for (int quality = 80; quality <= 100; quality += 20) {
+        int calls = 1000000;
+        shd_image image = picture(rgba, SIDE, SIDE);
+        image.quality = quality;
+        shd_bytes wanted = encoded(&image, SHD_WEBP);
+        image.go_on = count_down;
+        image.context = &calls;
+        shd_bytes out = encoded(&image, SHD_WEBP);
+        assert_int_equal(out.size, wanted.size);
+        assert_memory_equal(out.data, wanted.data, wanted.size);
+        free(wanted.data);
+        free(out.data);
+        int most = 1000000 - calls;
+        assert_true(most > 3);
+        for (int at = 1; at <= most; at += 2) {
+            calls = at;
+            check_refused(&image, SHD_WEBP, 1 << 24, SHD_CANCELLED, "cancelled");
+        }
+    }
+    free(rgba);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(png_jpeg_and_webp_never_map_openimageio),
@@ -214,6 +244,7 @@ int main(void) {
         cmocka_unit_test(short_memory_is_an_error_in_every_format),
         cmocka_unit_test(jpeg_carries_a_profile_only_where_it_is_not_srgb),
         cmocka_unit_test(webp_quality_100_is_lossless),
+        cmocka_unit_test(webp_is_left_where_it_is_told_to),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

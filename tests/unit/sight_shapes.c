@@ -186,6 +186,57 @@ static void thin_torus_far_away_is_met_on_its_tube(void **state) {
     }
 }
 
+/* (distance from the tube's circle)^2 - r^2 */
+static double tube_square(double r, shd_vec3 p) {
+    double off = sqrt(p.x * p.x + p.z * p.z) - 1;
+    return (off - r) * (off + r) + p.y * p.y;
+}
+
+/* Rays of all kinds, many of them along tangents or in planes of symmetry, against marching in
+ * steps of a thousandth: the torus is met in the first step that ends inside of it, or a ray that
+ * is inside leaves it, unless what lies between is thinner than a step. */
+static void tori_are_met_where_marching_meets_them(void **state) {
+    (void)state;
+    srand(5);
+    static const double tubes[] = {0.02, 0.35, 0.9, 1, 1.6};
+    enum { STEPS = 4000 };
+    int hits = 0, misses = 0;
+    for (int i = 0; i < 4000; i++) {
+        const double r = tubes[i % 5], reach = 2 * (1 + r), step = 2 * reach / STEPS;
+        double u = uniform(0, 2 * SHD_PI), v = uniform(0, 2 * SHD_PI);
+        if (i % 3 == 0) v = SHD_PI / 2 * (i % 4); /* the equators, and the circles on top */
+        shd_vec3 n = {cos(u) * cos(v), sin(v), sin(u) * cos(v)};
+        shd_vec3 at = shd_madd((shd_vec3){cos(u), 0, sin(u)}, n, r * uniform(0.9, 1.1));
+        shd_vec3 d = unit(shd_cross(n, random_in(1)));
+        if (i % 4 == 1) d = unit(random_in(1));
+        if (i % 7 == 2) d = (shd_vec3){0, 1, 0};
+        if (i % 7 == 3) d = (shd_vec3){1, 0, 0};
+        shd_ray ray = {shd_madd(at, d, i % 11 ? -reach : uniform(-1, 1)), d, 0};
+        const bool inside = tube_square(r, ray.origin) < 0;
+        shd_surface s;
+        const bool hit = shd_intersect(SHD_TORUS, r, &ray, &s);
+        double met = INFINITY, thinnest = fabs(tube_square(r, ray.origin));
+        for (int k = 1; k <= STEPS && met == INFINITY; k++) {
+            double now = tube_square(r, shd_madd(ray.origin, d, k * step));
+            if ((now < 0) != inside) met = k * step;
+            thinnest = fmin(thinnest, fabs(now));
+        }
+        if (hit) {
+            hits++;
+            shd_vec3 there = shd_madd(ray.origin, d, s.t);
+            assert_true(shd_length(shd_sub(there, s.point)) < 1e-7);
+            assert_true(fabs(tube_square(r, s.point)) < 1e-14);
+            assert_true(s.t <= met + 1e-9);
+            /* nearer than marching says: it slipped through, or stepped over a thin part */
+            if (s.t < met - step - 1e-9) assert_true(thinnest < 4 * step * step + 1e-12);
+        } else {
+            misses++;
+            assert_true(met == INFINITY);
+        }
+    }
+    assert_true(hits > 1000 && misses > 400);
+}
+
 /* ---- Tessellation ---- */
 
 static void tessellations_are_closed_and_face_outward(void **state) {
@@ -251,6 +302,7 @@ int main(void) {
         cmocka_unit_test(far_spheres_are_hit_and_missed_rightly),
         cmocka_unit_test(ray_from_inside_meets_the_far_wall),
         cmocka_unit_test(thin_torus_far_away_is_met_on_its_tube),
+        cmocka_unit_test(tori_are_met_where_marching_meets_them),
         cmocka_unit_test(tessellations_are_closed_and_face_outward),
         cmocka_unit_test(faces_are_plane_polygons),
     };

@@ -1,0 +1,225 @@
+"""Work that waits: what is rendered once for several, for nobody any more, between large pictures."""
+
+# ctest: serial
+
+import http.client
+import json
+import socket
+import time
+import unittest
+
+from e2e.daemon import JSON, SANITIZED, SLOW, SMALL, Daemon, another
+from e2e.daemon_test import ENDLESS, Background, wait_until, wait_until_busy
+
+# Busy for longer than a dozen requests need to come.
+SIDE = 300 if SANITIZED else 900
+BUSY = {**SLOW, "image": {"width": SIDE, "height": SIDE, "samples": 9}}
+# How much longer everything may take.
+PATIENCE = 10 if SANITIZED else 1
+
+
+def encoded(daemon):
+    """How many pictures were made."""
+    return daemon.metrics()['shaded_stage_duration_seconds_count{stage="encode"}']
+
+
+class Client:
+    """A request that may be left alone."""
+
+    def __init__(self, daemon, scene, path="/v1/render"):
+        self.connection = http.client.HTTPConnection(*daemon.address, timeout=300)
+        self.connection.request("POST", path, json.dumps(scene), JSON)
+
+    def leave(self):
+        self.connection.close()
+
+    def reset(self):
+        """Leaves with an RST instead of a FIN."""
+        self.connection.sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER,
+                                        b"\1\0\0\0\0\0\0\0")
+        self.connection.close()
+
+
+class TogetherTest(unittest.TestCase):
+    def assert_same(self, requests):
+        answers = [request.result() for request in requests]
+        self.assertEqual({answer.status for answer in answers}, {200})
+        self.assertEqual(len({answer.body for answer in answers}), 1)
+        self.assertEqual(len({answer.headers["ETag"] for answer in answers}), 1)
+        ids = {answer.headers["X-Request-Id"] for answer in answers}
+        self.assertEqual(len(ids), len(answers))
+        for answer in answers:
+            self.assertRegex(answer.headers["Server-Timing"], "^queue;dur=[0-9.]+, parse;dur=")
+
+    def test_equal_requests_in_flight_are_rendered_once(self):
+        with Daemon("--timeout", "300") as daemon:
+            self.assert_same([Background(daemon, BUSY) for _ in range(12)])
+            self.assertEqual(encoded(daemon), 1)
+            self.assertEqual(daemon.metrics()["shaded_joined_total"], 11)
+            # Nothing is kept: this is no cache.
+            self.assertEqual(daemon.render(SMALL).body, daemon.render(SMALL).body)
+            self.assertEqual(encoded(daemon), 3)
+
+    def test_what_is_written_differently_may_be_equal(self):
+        with Daemon("--threads", "1", "--timeout", "300") as daemon:
+            first = Background(daemon, BUSY)
+            wait_until_busy(daemon)
+            others = [json.dumps(BUSY, indent=i) for i in range(1, 4)]
+            others.append(json.dumps(dict(reversed(BUSY.items()))))
+            self.assert_same([first, *(Background(daemon, text) for text in others)])
+            self.assertEqual(encoded(daemon), 1)
+
+    def test_other_formats_are_other_pictures(self):
+        with Daemon("--timeout", "300") as daemon:
+            both = [Background(daemon, {**BUSY, "output": {"format": name}})
+                    for name in ("png", "jpeg")]
+            self.assertEqual(len({request.result().body for request in both}), 2)
+            self.assertEqual(encoded(daemon), 2)
+
+    def test_equal_requests_take_one_place_in_the_queue(self):
+        with Daemon("--threads", "1", "--queue", "1", "--timeout", "300") as daemon:
+            first = Background(daemon, BUSY)
+            wait_until_busy(daemon)
+            equal = [Background(daemon, another(BUSY)) for _ in range(8)]
+            wait_until_busy(daemon, queued=1)
+            self.assertEqual(daemon.render(another(BUSY, 2)).status, 429)
+            self.assertEqual(first.result().status, 200)
+            self.assert_same(equal)
+
+    def test_equal_mistakes_are_each_answered(self):
+        with Daemon("--threads", "1") as daemon:
+            wrong = [Background(daemon, {**BUSY, "lights": 7}) for _ in range(8)]
+            self.assertEqual({request.result().status for request in wrong}, {422})
+
+    def test_each_has_its_own_condition(self):
+        with Daemon("--threads", "1", "--timeout", "300") as daemon:
+            tag = daemon.render(BUSY).headers["ETag"]
+            first = Background(daemon, BUSY)
+            wait_until_busy(daemon)
+            again = daemon.render(json.dumps(BUSY, indent=1), {"If-None-Match": tag})
+            self.assertEqual((again.status, again.body), (304, b""))
+            self.assertIsNone(first.answer)
+            again = daemon.render(BUSY, {"If-None-Match": tag})
+            self.assertEqual((again.status, again.body), (304, b""))
+            self.assertEqual(first.result().status, 200)
+
+    def test_comparisons_are_measured_each(self):
+        with Daemon() as daemon:
+            both = [Background(daemon, SMALL, "/v1/compare") for _ in range(4)]
+            self.assertEqual({request.result().status for request in both}, {200})
+            self.assertEqual(daemon.metrics()["shaded_joined_total"], 0)
+
+
+class LeaveTest(unittest.TestCase):
+    def assert_idle(self, daemon, seconds=3):
+        wait_until(lambda: daemon.metrics()["shaded_workers_busy"] == 0, seconds * PATIENCE)
+        wait_until(lambda: daemon.metrics()["shaded_requests_in_flight"] == 0)
+        self.assertEqual(daemon.metrics()["shaded_queue_depth"], 0)
+
+    def test_a_picture_whose_client_has_gone_is_not_finished(self):
+        with Daemon("--timeout", "300", "--drain-time", "300") as daemon:
+            for leave in (Client.leave, Client.reset):
+                client = Client(daemon, ENDLESS)
+                wait_until_busy(daemon)
+                leave(client)
+                self.assert_idle(daemon)
+            self.assertEqual(daemon.metrics()["shaded_left_total"], 2)
+            self.assertEqual(daemon.metrics()["shaded_aborted_total"], 2)
+            event = daemon.wait_for("request")
+            self.assertEqual((event["status"], event["aborted"]), (0, True))
+            client = Client(daemon, ENDLESS, "/v1/compare")
+            wait_until_busy(daemon)
+            client.leave()
+            self.assert_idle(daemon)
+            self.assertEqual(daemon.render(SMALL).status, 200)
+
+    def test_waiting_requests_whose_client_has_gone_leave_the_queue(self):
+        with Daemon("--threads", "1", "--queue", "2", "--timeout", "300") as daemon:
+            running = Client(daemon, ENDLESS)
+            wait_until_busy(daemon)
+            waiting = [Client(daemon, another(ENDLESS, i)) for i in (1, 2)]
+            wait_until_busy(daemon, queued=2)
+            for client in waiting:
+                client.leave()
+            wait_until(lambda: daemon.metrics()["shaded_queue_depth"] == 0, 3 * PATIENCE)
+            self.assertEqual(daemon.metrics()["shaded_workers_busy"], 1)
+            running.leave()
+            self.assert_idle(daemon)
+
+    def test_who_leaves_takes_nothing_from_those_who_wait_for_the_same(self):
+        with Daemon("--threads", "1", "--timeout", "300") as daemon:
+            first = Client(daemon, BUSY)
+            wait_until_busy(daemon)
+            second = Background(daemon, BUSY)
+            third = Background(daemon, json.dumps(BUSY, indent=1))
+            wait_until(lambda: daemon.metrics()["shaded_joined_total"] == 2)
+            first.leave()
+            wait_until(lambda: daemon.metrics()["shaded_left_total"] == 1)
+            self.assertEqual((second.result().status, third.result().status), (200, 200))
+            self.assertEqual(encoded(daemon), 1)
+
+    def test_a_cancelled_picture_is_not_joined(self):
+        with Daemon("--threads", "1", "--timeout", "300") as daemon:
+            for _ in range(5):
+                client = Client(daemon, BUSY)
+                wait_until_busy(daemon)
+                client.leave()
+            self.assertEqual(daemon.render(BUSY).status, 200)
+
+    def test_deadlines_are_answered_when_they_come(self):
+        with Daemon("--threads", "1", "--timeout", "1") as daemon:
+            began = time.monotonic()
+            requests = [Background(daemon, another(ENDLESS, i)) for i in range(4)]
+            for request in requests:
+                self.assertEqual(request.result().status, 503)
+            self.assertLess(time.monotonic() - began, 3 * PATIENCE)
+            self.assert_idle(daemon)
+
+
+class TurnsTest(unittest.TestCase):
+    def test_small_pictures_pass_between_the_tiles_of_large_ones(self):
+        with Daemon("--threads", "2", "--timeout", "300", "--drain-time", "0") as daemon:
+            large = [Client(daemon, another(ENDLESS, i)) for i in range(5)]
+            wait_until_busy(daemon, busy=2, queued=3)
+            waits = []
+            for i in range(20):
+                began = time.monotonic()
+                self.assertEqual(daemon.render(another(SMALL, i)).status, 200)
+                waits.append(time.monotonic() - began)
+            # A tile of the slowest scene takes some 10 ms on its own.
+            self.assertLess(sorted(waits)[10], 0.3 * PATIENCE)
+            self.assertGreaterEqual(daemon.metrics()["shaded_lent_total"], 20)
+            self.assertEqual(daemon.metrics()["shaded_queue_depth"], 3)
+            for client in large:
+                client.leave()
+
+    def test_large_pictures_come_to_their_turn(self):
+        with Daemon("--threads", "1", "--queue", "1000", "--timeout", "300") as daemon:
+            large = Background(daemon, BUSY)
+            count = 0
+            while large.answer is None:
+                self.assertEqual(daemon.render(another(SMALL, count % 60)).status, 200)
+                count += 1
+            self.assertEqual(large.result().status, 200)
+            self.assertGreater(count, 3)
+
+    def test_retry_after_follows_from_what_jobs_take(self):
+        with Daemon("--threads", "1", "--queue", "3", "--timeout", "300") as daemon:
+            began = time.monotonic()
+            self.assertEqual(daemon.render(BUSY).status, 200)
+            took = time.monotonic() - began
+            waiting = [Background(daemon, another(BUSY))]
+            wait_until_busy(daemon)
+            waiting += [Background(daemon, another(BUSY, i)) for i in range(2, 5)]
+            wait_until_busy(daemon, queued=3)
+            refused = daemon.render(SMALL)
+            self.assertEqual(refused.status, 429)
+            seconds = int(refused.headers["Retry-After"])
+            self.assertGreaterEqual(seconds, max(1, int(2 * took)))
+            self.assertLessEqual(seconds, max(1, 5 * took + 1))
+            for request in waiting:
+                self.assertEqual(request.result().status, 200)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,314 @@
+"""Clients that are slow, or mean it: everybody else is served, and the admin port answers."""
+
+# ctest: serial
+
+import json
+import resource
+import selectors
+import socket
+import threading
+import time
+import unittest
+
+from e2e.daemon import SANITIZED, SMALL, Daemon, another, receive_all
+from e2e.daemon_test import wait_until
+from e2e.http_test import post
+
+PATIENCE = 10 if SANITIZED else 1
+BODY = json.dumps(SMALL).encode()
+# Some megabytes that are made quickly.
+MANY_BYTES = {"objects": [{"type": "plane"}], "image": {"width": 2000, "height": 1500, "samples": 1},
+              "camera": {"position": [0, 1, 3]}, "lights": [{"position": [1, 2, 3, 1]}],
+              "output": {"format": "tiff", "bitDepth": "float", "colorSpace": "lin_rec709"}}
+
+
+class Drippers:
+    """Connections that send a byte now and then, on a thread of their own."""
+
+    def __init__(self, address, count, message, pause=0.5):
+        self.address, self.message, self.pause = address, message, pause
+        self.sockets, self.ended, self.stopping = [], 0, False
+        for _ in range(count):
+            self.open()
+        self.thread = threading.Thread(target=self.drip)
+        self.thread.start()
+
+    def open(self):
+        connection = socket.create_connection(self.address, 30)
+        connection.setblocking(False)
+        self.sockets.append([connection, 0])
+
+    def drip(self):
+        while not self.stopping:
+            for entry in list(self.sockets):
+                connection, sent = entry
+                try:
+                    connection.send(self.message[sent:sent + 1])
+                    entry[1] += 1
+                except BlockingIOError:
+                    continue
+                except OSError:
+                    self.ended += 1
+                    connection.close()
+                    self.sockets.remove(entry)
+                    self.open()  # they are persistent
+            time.sleep(self.pause)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.stopping = True
+        self.thread.join()
+        for connection, _ in self.sockets:
+            connection.close()
+
+
+def drip(connection, message, pause=0.2, seconds=60):
+    """Sends byte after byte until the other side ends the connection: how long that took."""
+    began = time.monotonic()
+    for i in range(int(seconds / pause)):
+        try:
+            connection.send(message[i % len(message):][:1])
+        except OSError:
+            break
+        readable = selectors.DefaultSelector()
+        readable.register(connection, selectors.EVENT_READ)
+        if readable.select(pause):
+            try:
+                if not connection.recv(1000):
+                    break
+            except OSError:
+                break
+    return time.monotonic() - began
+
+
+def ended(daemon, reason):
+    return daemon.metrics()[f'shaded_connections_ended_total{{reason="{reason}"}}']
+
+
+class TimeTest(unittest.TestCase):
+    def test_a_head_has_a_total_time(self):
+        for start in (b"", b"POST /v1/render HTTP/1.1\r\nHost: a\r\n"):
+            with Daemon("--head-time", "1", "--idle-timeout", "300") as daemon:
+                with socket.create_connection(daemon.address, 30) as connection:
+                    connection.sendall(start)
+                    took = drip(connection, b"X-Drip: aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa")
+                self.assertGreater(took, 0.9)
+                self.assertLess(took, 3 * PATIENCE)
+                self.assertEqual(ended(daemon, "time"), 1)
+
+    def test_a_body_has_a_total_time(self):
+        for chunked in (False, True):
+            head = post(b"Transfer-Encoding: chunked", length=False, body=b"") if chunked \
+                else post(b"Content-Length: 1000", length=False, body=b"")
+            with Daemon("--body-time", "1", "--idle-timeout", "300") as daemon:
+                with socket.create_connection(daemon.address, 30) as connection:
+                    connection.sendall(head)
+                    took = drip(connection, b"1\r\n \r\n" if chunked else b" ")
+                self.assertGreater(took, 0.9)
+                self.assertLess(took, 3 * PATIENCE)
+                event = daemon.wait_for("request")
+                self.assertEqual((event["status"], event["aborted"]), (0, True))
+
+    def test_an_answer_has_a_total_time(self):
+        with Daemon("--send-time", "1", "--idle-timeout", "300") as daemon:
+            with socket.socket() as connection:
+                connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+                connection.settimeout(60)
+                connection.connect(daemon.address)
+                connection.sendall(post(body=json.dumps(MANY_BYTES).encode()))
+
+                def read_a_little():
+                    self.assertTrue(connection.recv(1000))
+                    return ended(daemon, "time") == 1
+
+                wait_until(read_a_little, 8 * PATIENCE)
+                event = daemon.wait_for("request")
+                self.assertTrue(event["aborted"])
+                self.assertGreater(event["ms"], 900)
+
+    def test_connections_may_rest_for_longer_than_a_head_may_take(self):
+        with Daemon("--head-time", "1", "--idle-timeout", "300") as daemon:
+            with socket.create_connection(daemon.address, 30) as connection:
+                for _ in range(2):
+                    connection.sendall(post())
+                    self.assertTrue(connection.recv(100000).startswith(b"HTTP/1.1 200 "))
+                    time.sleep(2.5)
+                # But the next head has its time, too.
+                self.assertLess(drip(connection, b"GET /aaaaaaaaaaaaaaaaaaaa"), 4 * PATIENCE)
+
+    def test_whoever_keeps_moving_is_left_alone(self):
+        message = post(b"Connection: close")
+        with Daemon("--head-time", "20", "--body-time", "20") as daemon:
+            pieces = (message[i:i + 8] for i in range(0, len(message), 8))
+            data = daemon.raw(*pieces)
+            self.assertTrue(data.startswith(b"HTTP/1.1 200 "))
+
+
+class CrowdTest(unittest.TestCase):
+    def serve_in_crowd(self, daemon, crowd):
+        """Requests and looks at the admin port while a crowd drips."""
+        renders, looks = [], []
+        for i in range(30):
+            began = time.monotonic()
+            self.assertEqual(daemon.render(another(SMALL, i)).status, 200)
+            renders.append(time.monotonic() - began)
+            for path in ("/healthz", "/metrics"):
+                began = time.monotonic()
+                self.assertEqual(daemon.get(path, admin=True).status, 200)
+                looks.append(time.monotonic() - began)
+            time.sleep(0.05)
+        self.assertLess(sorted(renders)[-3], 1 * PATIENCE)
+        # Of 60 looks a few may meet a busy machine.
+        self.assertLess(sorted(looks)[-4], 0.1 * PATIENCE)
+        self.assertGreater(len(crowd.sockets), 100)
+
+    def test_a_thousand_dripping_connections_hold_nobody_up(self):
+        count = 200 if SANITIZED else 1000
+        needed = 2 * count + 200
+        soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+        if soft < needed:
+            if hard != resource.RLIM_INFINITY and hard < needed:
+                self.skipTest(f"the limit of open files is {hard}")
+            resource.setrlimit(resource.RLIMIT_NOFILE, (needed, hard))
+        for message in (b"POST /v1/render HTTP/1.1\r\nHost: a\r\nX-Drip: " + b"a" * 10000,
+                        post(b"Content-Length: 10000", length=False, body=b" " * 9000)):
+            with Daemon("--max-connections", str(count), "--log-requests", "off") as daemon, \
+                    Drippers(daemon.address, count, message) as crowd:
+                self.serve_in_crowd(daemon, crowd)
+                self.assertGreater(ended(daemon, "room"), 0)
+
+    def test_clients_that_rest_go_first(self):
+        with Daemon("--max-connections", "16", "--idle-timeout", "300") as daemon:
+            resting = [socket.create_connection(daemon.address, 30) for _ in range(14)]
+            for connection in resting:
+                connection.sendall(b"GET /v1/version HTTP/1.1\r\nHost: a\r\n\r\n")
+                self.assertTrue(connection.recv(10000))
+            slow = socket.create_connection(daemon.address, 30)
+            slow.sendall(post()[:-5])
+            time.sleep(1)
+            for i in range(30):
+                self.assertEqual(daemon.render(another(SMALL, i)).status, 200)
+            slow.sendall(post()[-5:])
+            self.assertTrue(slow.recv(10000).startswith(b"HTTP/1.1 200 "))
+            for connection in [slow, *resting]:
+                connection.close()
+
+    def test_clients_that_take_nothing_give_way(self):
+        with Daemon("--max-connections", "16", "--send-time", "300",
+                    "--idle-timeout", "300") as daemon:
+            takers = []
+            for _ in range(16):
+                taker = socket.socket()
+                taker.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+                taker.connect(daemon.address)
+                taker.sendall(post(body=json.dumps(MANY_BYTES).encode()))
+                takers.append(taker)
+            began = time.monotonic()
+            self.assertEqual(daemon.render(SMALL, timeout=60).status, 200)
+            self.assertLess(time.monotonic() - began, 10 * PATIENCE)
+            for taker in takers:
+                taker.close()
+
+    def test_one_address_may_have_a_share_only(self):
+        with Daemon("--max-connections-each", "5") as daemon:
+            crowd = [socket.create_connection(daemon.address, 30) for _ in range(5)]
+            wait_until(lambda: daemon.metrics()['shaded_connections{at="head"}'] == 5)
+            with self.assertRaises(OSError):
+                daemon.get("/")
+            crowd.pop().close()
+
+            def is_served():
+                try:
+                    return daemon.get("/").status == 200
+                except OSError:
+                    return False
+
+            wait_until(is_served)
+            for connection in crowd:
+                connection.close()
+
+
+class HostileTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = Daemon("--max-body", "100000", "--log-requests", "off")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.daemon.stop()
+
+    def tearDown(self):
+        self.assertEqual(self.daemon.render(SMALL).status, 200)
+
+    def statuses(self, message):
+        try:
+            with socket.create_connection(self.daemon.address, 30) as connection:
+                connection.sendall(message)
+                connection.shutdown(socket.SHUT_WR)
+                data = receive_all(connection)
+        except OSError:
+            return []
+        return [int(part[:3]) for part in data.split(b"HTTP/1.1 ")[1:]]
+
+    def test_a_thousand_pipelined_requests(self):
+        get = b"GET /v1/version HTTP/1.1\r\nHost: a\r\n\r\n"
+        last = b"GET /v1/version HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n"
+        data = self.daemon.raw(get * 999 + last)
+        self.assertEqual(data.count(b"HTTP/1.1 200 "), 1000)
+
+    def test_floods_of_fields_and_targets_are_refused(self):
+        for message, status in (
+                (b"GET / HTTP/1.1\r\nHost: a\r\n" + b"a: b\r\n" * 100000 + b"\r\n", 431),
+                (b"GET / HTTP/1.1\r\nHost: a\r\nX: " + b"a" * 200000 + b"\r\n\r\n", 431),
+                (b"GET /" + b"a" * 200000 + b" HTTP/1.1\r\nHost: a\r\n\r\n", 414),
+                (b"GET /?" + b"a=b&" * 50000 + b" HTTP/1.1\r\nHost: a\r\n\r\n", 414)):
+            with self.subTest(message[:20]):
+                got = self.statuses(message)
+                self.assertTrue(got in ([], [status]), got)
+
+    def test_odd_targets_name_nothing(self):
+        for target, status in ((b"http://", 200), (b"http:///", 200), (b"://", 404), (b"a", 404),
+                               (b"//v1/version", 404), (b"/v1/../v1/version", 404),
+                               (b"/v1/version#a", 404), (b"/%2e%2e/etc/passwd", 404),
+                               (b"example.com:443", 404), (b"/\xff\xfe", 404)):
+            with self.subTest(target):
+                data = self.daemon.raw(b"GET " + target + b" HTTP/1.1\r\nHost: a\r\n"
+                                       b"Connection: close\r\n\r\n")
+                self.assertTrue(data.startswith(b"HTTP/1.1 %d " % status), data[:200])
+
+    def test_chunks_beyond_the_limit_are_refused_in_mid_body(self):
+        head = post(b"Transfer-Encoding: chunked", length=False, body=b"")
+        for size in (1, 1000, 60000):
+            chunk = b"%x\r\n" % size + b" " * size + b"\r\n"
+            self.assertIn(self.statuses(head + chunk * (100001 // size + 1)), ([413], []), size)
+        self.assertEqual(self.statuses(head + b"7fffffff\r\n"), [])
+        self.assertIn(self.statuses(head + b"ffffffffffffffffff\r\n"), ([413], [400], []))
+        self.assertIn(self.statuses(head + b"-1\r\n"), ([400], []))
+
+    def test_lengths_that_disagree_are_refused(self):
+        for fields in ([b"Content-Length: 5", b"Content-Length: 6"],
+                       [b"Content-Length: 5, 5"], [b"Content-Length: +5"],
+                       [b"Content-Length: 0x5"], [b"Content-Length: 5 5"],
+                       [b"Content-Length: 5", b"Transfer-Encoding: chunked"],
+                       [b"Transfer-Encoding: chunked, chunked"],
+                       [b"Transfer-Encoding: identity"]):
+            with self.subTest(fields):
+                # libmicrohttpd writes the head of its own refusals twice.
+                self.assertEqual(set(self.statuses(post(*fields, length=False))), {400})
+
+    def test_junk_between_requests(self):
+        get = b"GET /v1/version HTTP/1.1\r\nHost: a\r\n\r\n"
+        self.assertEqual(self.statuses(b"\r\n" + get)[:1], [200])
+        self.assertIn(self.statuses(get + b"\0\1\2\3 \r\n\r\n"), ([200, 400], [200], [400], []))
+
+    def test_nothing_is_taken_for_a_request_after_a_head_that_was_refused(self):
+        hidden = b"GET /v1/version HTTP/1.1\r\nHost: a\r\n\r\n"
+        for field in (b"Content-Length: 5, 5", b"Content-Length: +5", b"Content-Length: x"):
+            got = self.statuses(post(field, length=False, body=hidden * 3))
+            self.assertEqual(set(got), {400})
+
+
+if __name__ == "__main__":
+    unittest.main()
