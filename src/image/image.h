@@ -1,6 +1,6 @@
 /* Pictures as bytes: from float RGBA pixels to a file in memory, and what formats can carry.
  *
- * PNG is written by png.c and deflate.c, JPEG through libjpeg-turbo and WebP through libwebp; TIFF,
+ * PNG is written through libdeflate, JPEG through libjpeg-turbo and WebP through libwebp; TIFF,
  * OpenEXR and Radiance HDR go through OpenImageIO, which lives in a module of its own
  * (shaded_oiio.so) that is loaded when the first of these formats is asked for.
  * The same picture gives the same bytes, always: no dates, no host, no threads show in a file.
@@ -15,7 +15,6 @@
 #include "base/catalog.h"
 #include "base/cpu.h"
 #include "base/format.h"
-#include "base/pool.h"
 #include "base/status.h"
 
 #ifdef __cplusplus
@@ -56,8 +55,6 @@ typedef struct shd_image {
     const shd_image_layer *layers;    /* EXR: further channels */
     size_t layer_count;
     shd_isa isa;                  /* of the kernels; 0, the portable ones, gives the same bytes */
-    shd_pool *pool;               /* NULL; or workers that help with large PNG pictures, whose */
-    double *helpers_seconds;      /* processor seconds are added here where it is not NULL */
     bool (*go_on)(void *context); /* NULL; or called now and then while WebP is encoded, on the
                                      calling thread: false ends it with SHD_CANCELLED */
     void *context;

@@ -289,8 +289,6 @@ static shd_status begin_image(shd_request *request, size_t index,
         .has_primaries = info->has_primaries,
         .channel_names = shd_channel_names(info->channels),
         .isa = request->engine->isa,
-        .pool = request->engine->pool,
-        .helpers_seconds = &request->times.encode,
         .go_on = go_on,
         .context = request,
     };
