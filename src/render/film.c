@@ -18,6 +18,9 @@ typedef struct scratch {
     float *mixed[3];                               /* radiance of a run */
     _Alignas(64) float pixels[3][SHD_TILE_PIXELS]; /* of a plane */
     _Alignas(64) float cover[SHD_TILE_PIXELS];
+    uint32_t
+        place[SHD_TILE_PIXELS]; /* of a tile's pixels in the picture, from its first one; for */
+    size_t place_width;         /* tiles of this width */
     shd_times times;
     uint64_t saturated;
 } scratch;
@@ -31,8 +34,8 @@ typedef struct job {
     shd_recall recall;
     int left, top, across; /* of the region's tiles, on the picture's grid */
     size_t tile_count;
-    uint8_t background[16]; /* a pixel's samples where nothing is seen */
-    pthread_mutex_t mutex;  /* guards the arena and `slots` while threads run */
+    uint8_t background[16 * SHD_TILE]; /* a row's samples where nothing is seen */
+    pthread_mutex_t mutex;             /* guards the arena and `slots` while threads run */
     scratch **slots;
     atomic_bool failed; /* memory ran out */
     atomic_size_t done; /* tiles */
@@ -191,26 +194,40 @@ static void store_plane(const job *j, scratch *s, shd_tile tile, size_t plane) {
     }
 }
 
+/* The rows are apart in the picture: every pixel is told its place. */
 static void store_codes(const job *j, scratch *s, shd_tile tile, bool empty) {
     const shd_raster *raster = &j->scenery.plan->scene->raster;
     const shd_film *film = j->film;
-    const size_t size = (size_t)film->layout.count * film->layout.bytes;
-    for (int y = 0; y < tile.h; y++) {
-        unsigned char *out =
-            film->samples + size * ((size_t)(tile.y + y - raster->y) * (size_t)film->width +
-                                    (size_t)(tile.x - raster->x));
-        if (empty) {
-            for (size_t x = 0; x < (size_t)tile.w; x++) memcpy(out + size * x, j->background, size);
-            continue;
-        }
-        const size_t from = (size_t)((tile.y + y) % SHD_TILE * SHD_TILE + tile.x % SHD_TILE);
-        for (int c = 0; c < 3; c++)
-            s->saturated += shd_saturate(s->pixels[c] + from, (size_t)tile.w, -FLT_MAX, FLT_MAX);
-        s->saturated += shd_color_encode_planes(
-            film->codes, j->scenery.plan->isa,
-            (const float *const[3]){s->pixels[0] + from, s->pixels[1] + from, s->pixels[2] + from},
-            NULL, (size_t)tile.w, film->layout.source, film->layout.count, NULL, out);
+    const size_t size = (size_t)film->layout.count * film->layout.bytes, width = (size_t)tile.w;
+    unsigned char *out =
+        film->samples +
+        size * ((size_t)(tile.y - raster->y) * (size_t)film->width + (size_t)(tile.x - raster->x));
+    if (empty) {
+        for (int y = 0; y < tile.h; y++, out += size * (size_t)film->width)
+            memcpy(out, j->background, size * width);
+        return;
     }
+    const size_t first = (size_t)(tile.y % SHD_TILE * SHD_TILE + tile.x % SHD_TILE);
+    size_t count = (size_t)tile.h * SHD_TILE;
+    float *const *pixels =
+        (float *const[3]){s->pixels[0] + first, s->pixels[1] + first, s->pixels[2] + first};
+    if (width < SHD_TILE) { /* at the region's edges: rows follow each other */
+        for (int c = 0; c < 3; c++)
+            for (size_t y = 1; y < (size_t)tile.h; y++)
+                memmove(pixels[c] + y * width, pixels[c] + y * SHD_TILE, width * sizeof(float));
+        count = width * (size_t)tile.h;
+    }
+    if (s->place_width != width) {
+        for (size_t i = 0; i < SHD_TILE_PIXELS; i++)
+            s->place[i] = (uint32_t)(i / width * (size_t)film->width + i % width);
+        s->place_width = width;
+    }
+    for (int c = 0; c < 3; c++)
+        if (!j->scenery.paint->all_finite(pixels[c], count))
+            s->saturated += shd_saturate(pixels[c], count, -FLT_MAX, FLT_MAX);
+    s->saturated += shd_color_encode_planes(
+        film->codes, j->scenery.plan->isa, (const float *const[3]){pixels[0], pixels[1], pixels[2]},
+        NULL, count, film->layout.source, film->layout.count, s->place, out);
 }
 
 /* The part of a tile of the grid that lies in a rectangle. */
@@ -307,10 +324,11 @@ static bool make_film(const shd_plan *plan, shd_arena *arena, shd_film *film) {
 static void find_background(job *j) {
     const shd_film *film = j->film;
     if (!film->codes) return;
-    float rgb[3];
-    for (int c = 0; c < 3; c++) rgb[c] = (float)j->scenery.plan->scene->background[c];
+    float rgb[3][SHD_TILE];
+    for (int c = 0; c < 3; c++)
+        for (int x = 0; x < SHD_TILE; x++) rgb[c][x] = (float)j->scenery.plan->scene->background[c];
     shd_color_encode_planes(film->codes, j->scenery.plan->isa,
-                            (const float *const[3]){&rgb[0], &rgb[1], &rgb[2]}, NULL, 1,
+                            (const float *const[3]){rgb[0], rgb[1], rgb[2]}, NULL, SHD_TILE,
                             film->layout.source, film->layout.count, NULL, j->background);
 }
 
