@@ -9,7 +9,7 @@
 static const double SAMPLES_SHARE = 0.4, PICTURE_SHARE = 0.3;
 
 /* Without a budget, 8-bit pictures may differ from the full sample pattern's by this in codes. */
-static const double SAMPLES_CODE = 0.25;
+static const double SAMPLES_CODE = 0.5;
 
 /* Curves are steep in the dark and flat in the light: there an error may grow with the light. This
  * much of the room is for the dark. */
