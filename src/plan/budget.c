@@ -15,11 +15,6 @@ static const double SAMPLES_CODE = 0.5;
  * much of the room is for the dark. */
 static const double DARK_SHARE = 0.9;
 
-shd_tier shd_tier_run(shd_tier tier) {
-    /* There are no draft kernels: what is better answers. */
-    return tier == SHD_DRAFT ? SHD_STANDARD : tier;
-}
-
 bool shd_plan_bound(const shd_plan *plan, shd_tier tier, const shd_shown *shown, shd_arena *arena,
                     shd_bound *out) {
     shd_excess_list list;
@@ -170,7 +165,6 @@ static shd_status fail_budget(const shd_plan *plan, const shd_shown *shown, shd_
 static shd_status meet_budget(shd_plan *plan, const shd_shown *shown, uint8_t *drops, bool *dropped,
                               shd_arena *arena, shd_error *error) {
     for (shd_tier tier = SHD_DRAFT; tier <= SHD_EXACT; tier++) {
-        if (shd_tier_run(tier) != tier) continue;
         shd_excess_list list;
         if (!shd_excess_find(plan, tier, arena, &list)) return SHD_MEMORY;
         if (!is_within(plan, shown, &list, tier)) continue;
@@ -190,7 +184,7 @@ shd_status shd_plan_choose(shd_plan *plan, const shd_shown *shown, uint8_t *drop
     const shd_accuracy *accuracy = &plan->scene->accuracy;
     *dropped = false;
     if (accuracy->budget) return meet_budget(plan, shown, drops, dropped, arena, error);
-    plan->tier = shd_tier_run(accuracy->tier);
+    plan->tier = accuracy->tier;
     choose_coarse_samples(plan, shown);
     return SHD_OK;
 }

@@ -138,9 +138,6 @@ shd_status shd_plan_make_shown(const shd_scene *scene, shd_isa isa, const shd_sh
 shd_status shd_plan_make_whole(const shd_scene *scene, shd_isa isa, shd_arena *arena,
                                const shd_plan **out, shd_error *error);
 
-/* The tier that runs where `tier` is asked for. */
-shd_tier shd_tier_run(shd_tier tier);
-
 /* The bound of the picture that the tier would make of the plan. False: memory. */
 bool shd_plan_bound(const shd_plan *plan, shd_tier tier, const shd_shown *shown, shd_arena *arena,
                     shd_bound *out);

@@ -195,8 +195,7 @@ static json_t *tell_cost(const shd_cost *cost) {
 static json_t *tell_tiers(const shd_explained *e) {
     json_t *list = json_array();
     for (int t = 0; t <= SHD_EXACT; t++)
-        json_array_append_new(list, json_pack("{ss ss so so}", "tier", shd_tier_names[t], "ran",
-                                              shd_tier_names[shd_tier_run((shd_tier)t)], "bound",
+        json_array_append_new(list, json_pack("{ss so so}", "tier", shd_tier_names[t], "bound",
                                               shd_tell_bound(&e->bounds[t]), "milliseconds",
                                               tell_cost(&e->costs[t])));
     return list;

@@ -134,7 +134,7 @@ static void say_tiers(json_t *words, const shd_explained *e) {
     for (int t = 0; t <= SHD_EXACT; t++) {
         const shd_cost *c = &e->costs[t];
         char linear[16];
-        if ((shd_tier)t == e->plan->tier || shd_tier_run((shd_tier)t) != (shd_tier)t) continue;
+        if ((shd_tier)t == e->plan->tier) continue;
         say(words, "Tier %s would take about %.2g ms and err by at most %s in linear components.",
             shd_tier_names[t], c->visibility + c->shade + c->color + c->encode,
             isfinite(e->bounds[t].linear) ? digits(e->bounds[t].linear, linear) : "an unknown sum");

@@ -117,16 +117,14 @@ class Compare(unittest.TestCase):
                         self.assertLess(abs(error[name] - value), 1e-7 + 2e-3 * value, name)
         self.assertGreater(wanted["max"], 0)
 
-    def test_each_tier_says_what_ran(self):
+    def test_each_tier_is_told(self):
         told = compare({**MIXED, "accuracy": {"maxError": 1, "metric": "code"}})
         self.assertEqual([tier["tier"] for tier in told["tiers"]], ["draft", "standard", "exact"])
         for tier in told["tiers"]:
-            self.assertIn(f"tier={tier['ran']}", tier["plan"])
+            self.assertIn(f"tier={tier['tier']}", tier["plan"])
             self.assertTrue(all(seconds >= 0 for seconds in tier["seconds"].values()))
         draft, standard, exact = told["tiers"]
-        self.assertEqual((standard["ran"], exact["ran"]), ("standard", "exact"))
-        if draft["ran"] == "standard":
-            self.assertEqual(draft["error"], standard["error"])
+        self.assertGreater(draft["error"]["linear"]["max"], standard["error"]["linear"]["max"])
         nothing = {"max": 0, "mean": 0, "p99": 0}
         self.assertEqual(exact["error"], {"linear": {**nothing, "relative": nothing},
                                           "code": {**nothing, "equal": 1},
