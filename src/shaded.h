@@ -44,6 +44,13 @@ shd_engine_options shd_engine_defaults(void);
 /* Loads the color configuration and starts the workers. SHD_CONFIG where the operator's file is
  * wrong, or this machine lacks the kernel's instructions. */
 shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, shd_error *error);
+
+/* An engine with other limits and another color configuration, which are read again, but with the
+ * workers, the queue and the kernel of the first one, which outlives it. Requests of both may run
+ * side by side; each keeps to its own engine, which outlives it. */
+shd_status shd_engine_renew(const shd_engine *first, const shd_engine_options *options,
+                            shd_engine **out, shd_error *error);
+
 void shd_engine_drop(shd_engine *engine); /* finishes queued jobs first; NULL is fine */
 
 /* Runs run(context) on a worker, later. False: the queue is full, and nothing was queued. */

@@ -59,13 +59,31 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
     return SHD_OK;
 }
 
+shd_status shd_engine_renew(const shd_engine *first, const shd_engine_options *options,
+                            shd_engine **out, shd_error *error) {
+    shd_engine *engine = calloc(1, sizeof *engine);
+    if (!engine) return shd_fail(error, SHD_MEMORY, "", "out of memory");
+    *engine = *first;
+    engine->borrows = true;
+    engine->limits = options->limits;
+    engine->color = NULL;
+    shd_status status = shd_color_config_load(options->ocio_config, &engine->color, error);
+    if (status == SHD_OK)
+        *out = engine;
+    else
+        free(engine);
+    return status;
+}
+
 void shd_engine_drop(shd_engine *engine) {
     if (!engine) return;
-    shd_pool_drop(engine->pool);
+    if (!engine->borrows) shd_pool_drop(engine->pool);
     if (engine->color) shd_color_config_drop(engine->color);
-    shd_tracer_drop(engine->tracer);
-    shd_reuse_drop(engine->reuse);
-    shd_spares_drop(engine->spares);
+    if (!engine->borrows) {
+        shd_tracer_drop(engine->tracer);
+        shd_reuse_drop(engine->reuse);
+        shd_spares_drop(engine->spares);
+    }
     free(engine);
 }
 

@@ -14,6 +14,7 @@
 #include "sight/sight.h"
 
 struct shd_engine {
+    bool borrows; /* all but colors and limits is another engine's */
     shd_pool *pool;
     shd_spares *spares; /* of requests' arenas */
     shd_color_config *color;

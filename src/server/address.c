@@ -30,11 +30,15 @@ static shd_status split(const char *address, char *host, size_t host_size, char 
     return SHD_OK;
 }
 
-static void describe(int fd, char bound[SHD_ADDRESS_SIZE]) {
+void shd_listen_describe(int fd, char bound[SHD_ADDRESS_SIZE]) {
     struct sockaddr_storage address = {0};
     socklen_t size = sizeof address;
     char host[INET6_ADDRSTRLEN] = "", port[8] = "";
     getsockname(fd, (struct sockaddr *)&address, &size);
+    if (address.ss_family == AF_UNIX) {
+        snprintf(bound, SHD_ADDRESS_SIZE, "unix");
+        return;
+    }
     getnameinfo((struct sockaddr *)&address, size, host, sizeof host, port, sizeof port,
                 NI_NUMERICHOST | NI_NUMERICSERV);
     snprintf(bound, SHD_ADDRESS_SIZE, strchr(host, ':') ? "[%s]:%s" : "%s:%s", host, port);
@@ -56,7 +60,7 @@ shd_status shd_listen(const char *address, int *out, char bound[SHD_ADDRESS_SIZE
         status = shd_fail(error, SHD_CONFIG, address, "%s", strerror(errno));
         if (fd >= 0) close(fd);
     } else {
-        describe(fd, bound);
+        shd_listen_describe(fd, bound);
         *out = fd;
     }
     freeaddrinfo(found);

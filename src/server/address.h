@@ -13,4 +13,7 @@ enum { SHD_ADDRESS_SIZE = 80 };
 shd_status shd_listen(const char *address, int *out, char bound[SHD_ADDRESS_SIZE],
                       shd_error *error);
 
+/* The address of a listening socket, in the same form; "unix" where it is none of the network. */
+void shd_listen_describe(int fd, char bound[SHD_ADDRESS_SIZE]);
+
 #endif

@@ -23,51 +23,58 @@ typedef struct option_info {
     size_t offset, size; /* of the field in shd_config */
     uint64_t min, max;
     const char *argument, *help;
+    bool fixed; /* until the next start */
 } option_info;
 
 #define FIELD(name) offsetof(shd_config, name), sizeof((shd_config *)0)->name
 
 static const option_info options[] = {
     {"listen", TEXT, FIELD(listen), 0, 0, "ADDR:PORT",
-     "where to serve; [::1]:8080 for IPv6, port 0 for any free port"},
+     "where to serve; [::1]:8080 for IPv6, port 0 for any free port", true},
     {"admin", TEXT, FIELD(admin), 0, 0, "ADDR:PORT",
-     "where to answer /healthz, /readyz and /metrics; or off"},
-    {"threads", WHOLE, FIELD(threads), 0, 1024, "N", "rendering threads; 0: one a core"},
+     "where to answer /healthz, /readyz and /metrics; or off", true},
+    {"threads", WHOLE, FIELD(threads), 0, 1024, "N", "rendering threads; 0: one a core", true},
     {"kernel", TEXT, FIELD(kernel), 0, 0, "NAME",
-     "portable, avx2 or avx512: instructions to render with; auto: the widest there are"},
+     "portable, avx2 or avx512: instructions to render with; auto: the widest there are", true},
     {"queue", WHOLE, FIELD(queue), 1, 1000000, "N",
-     "requests that may wait for a thread; one more is answered 429"},
+     "requests that may wait for a thread; one more is answered 429", true},
     {"ocio", TEXT, FIELD(ocio), 0, 0, "FILE",
-     "OpenColorIO configuration; none: the one that is built in"},
+     "OpenColorIO configuration; none: the one that is built in", false},
     {"timeout", WHOLE, FIELD(timeout), 1, 86400, "SECONDS",
-     "longest time from a request's last byte to its picture"},
+     "longest time from a request's last byte to its picture", false},
     {"idle-timeout", WHOLE, FIELD(idle_timeout), 1, 86400, "SECONDS",
-     "connections silent for this long are closed"},
+     "connections silent for this long are closed", true},
     {"head-time", WHOLE, FIELD(head_time), 1, 86400, "SECONDS",
-     "longest time for a request's head to come"},
+     "longest time for a request's head to come", false},
     {"body-time", WHOLE, FIELD(body_time), 1, 86400, "SECONDS",
-     "longest time for a request's body to come"},
+     "longest time for a request's body to come", false},
     {"send-time", WHOLE, FIELD(send_time), 1, 86400, "SECONDS",
-     "longest time for an answer to be taken"},
+     "longest time for an answer to be taken", false},
     {"drain-time", WHOLE, FIELD(drain_time), 0, 86400, "SECONDS",
-     "longest time for accepted requests to finish after SIGTERM"},
-    {"max-connections", WHOLE, FIELD(connections), 1, 1000000, "N", "connections at a time"},
+     "longest time for accepted requests to finish after SIGTERM", false},
+    {"max-connections", WHOLE, FIELD(connections), 1, 1000000, "N", "connections at a time", true},
     {"max-connections-each", WHOLE, FIELD(connections_each), 0, 1000000, "N",
-     "of them from one address; 0: any number"},
-    {"max-body", BYTES, FIELD(body), 1, UINT64_C(1) << 40, "BYTES", "size of a scene document"},
-    {"max-pixels", WHOLE, FIELD(pixels), 1, UINT64_C(1) << 40, "N", "pixels of a picture"},
+     "of them from one address; 0: any number", true},
+    {"max-body", BYTES, FIELD(body), 1, UINT64_C(1) << 40, "BYTES", "size of a scene document",
+     false},
+    {"max-pixels", WHOLE, FIELD(pixels), 1, UINT64_C(1) << 40, "N", "pixels of a picture", false},
     {"max-samples", WHOLE, FIELD(samples), 1, UINT64_C(1) << 46, "N",
-     "samples of a picture: its pixels times `samples`"},
-    {"max-lights", WHOLE, FIELD(lights), 0, UINT64_C(1) << 40, "N", "lights of a scene"},
-    {"max-objects", WHOLE, FIELD(objects), 0, UINT64_C(1) << 40, "N", "objects of a scene"},
+     "samples of a picture: its pixels times `samples`", false},
+    {"max-lights", WHOLE, FIELD(lights), 0, UINT64_C(1) << 40, "N", "lights of a scene", false},
+    {"max-objects", WHOLE, FIELD(objects), 0, UINT64_C(1) << 40, "N", "objects of a scene", false},
     {"max-triangles", WHOLE, FIELD(triangles), 0, UINT64_C(1) << 40, "N",
-     "triangles of a scene, those of tessellated shapes too"},
+     "triangles of a scene, those of tessellated shapes too", false},
     {"max-memory", BYTES, FIELD(memory), 1 << 20, UINT64_C(1) << 46, "BYTES",
-     "memory of one request"},
+     "memory of one request", false},
     {"reuse", BYTES, FIELD(reuse), 0, UINT64_C(1) << 46, "BYTES",
-     "memory for what later pictures share with earlier ones; 0: nothing is kept"},
-    {"cache-control", TEXT, FIELD(cache_control), 0, 0, "TEXT", "Cache-Control of pictures"},
-    {"log-requests", SWITCH, FIELD(log_requests), 0, 0, "on|off", "a log line for each request"},
+     "memory for what later pictures share with earlier ones; 0: nothing is kept", true},
+    {"tokens", TEXT, FIELD(tokens), 0, 0, "FILE",
+     "bearer tokens, one a line, that /v1/ asks for; none: everybody is served", false},
+    {"cors-origins", TEXT, FIELD(cors_origins), 0, 0, "ORIGINS",
+     "origins whose pages may ask, such as https://a.example; or *", false},
+    {"cache-control", TEXT, FIELD(cache_control), 0, 0, "TEXT", "Cache-Control of pictures", false},
+    {"log-requests", SWITCH, FIELD(log_requests), 0, 0, "on|off", "a log line for each request",
+     false},
 };
 
 enum { OPTION_COUNT = sizeof options / sizeof options[0] };
@@ -286,6 +293,7 @@ static shd_config_result read_flags(int argc, char **argv, const char *values[OP
 shd_config_result shd_config_read(int argc, char **argv, shd_config *config, char *message,
                                   size_t message_size) {
     *config = shd_config_defaults();
+    optind = 0; /* read again from the start, for SIGHUP */
     const char *values[OPTION_COUNT] = {NULL}, *path = getenv("SHADED_CONFIG");
     shd_config_result result = read_flags(argc, argv, values, &path, message, message_size);
     if (result != SHD_CONFIG_RUN) return result;
@@ -306,6 +314,23 @@ shd_config_result shd_config_read(int argc, char **argv, shd_config *config, cha
             return SHD_CONFIG_BAD_FLAGS;
     }
     return SHD_CONFIG_RUN;
+}
+
+bool shd_config_keep(shd_config *config, const shd_config *running, char *names, size_t size) {
+    size_t length = 0;
+    *names = 0;
+    for (size_t i = 0; i < OPTION_COUNT; i++) {
+        const option_info *option = &options[i];
+        char *field = (char *)config + option->offset;
+        const char *old = (const char *)running + option->offset;
+        bool same = option->kind == TEXT ? !strcmp(field, old) : !memcmp(field, old, option->size);
+        if (!option->fixed || same) continue;
+        memcpy(field, old, option->size);
+        if (length < size)
+            length += (size_t)snprintf(names + length, size - length, "%s%s", length ? ", " : "",
+                                       option->name);
+    }
+    return *names;
 }
 
 /* ---- Help ---- */
@@ -348,6 +373,8 @@ void shd_config_help(FILE *out) {
     }
     fputs("  --config FILE             configuration file (or SHADED_CONFIG)\n"
           "  --help, --version\n\n"
+          "SIGHUP reads the options, the tokens and the color configuration again; what is bad\n"
+          "leaves everything as it was.\n"
           "SIGTERM and SIGINT finish what is accepted and exit 0; a second one exits at once.\n"
           "Exit status: 0 stopped, 1 could not start or finish, 2 wrong flags.\n",
           out);

@@ -14,6 +14,8 @@ typedef struct shd_config {
     char ocio[4096];              /* path; "": the embedded configuration */
     char kernel[16];              /* auto, portable, avx2, avx512 */
     char cache_control[256];      /* of pictures */
+    char tokens[4096];            /* path; "": everybody may ask */
+    char cors_origins[1024];
     bool log_requests;
     uint64_t threads, queue, connections, connections_each;
     uint64_t pixels, samples, lights, objects, triangles, body, memory; /* shd_limits */
@@ -35,6 +37,10 @@ shd_config shd_config_defaults(void);
 /* Reads everything into *config; `message` gets one line without a newline. */
 shd_config_result shd_config_read(int argc, char **argv, shd_config *config, char *message,
                                   size_t message_size);
+
+/* Takes back what only a start can change, and names the options, up to `size` bytes of them.
+ * False: there was nothing. */
+bool shd_config_keep(shd_config *config, const shd_config *running, char *names, size_t size);
 
 /* What --help prints. */
 void shd_config_help(FILE *out);

@@ -25,7 +25,7 @@ enum { CONNECTION_MEMORY = 64 << 10 };
 typedef struct head {
     shd_exchange *exchange;
     const char *length, *coding, *request_id;
-    unsigned lengths, codings, hosts;
+    unsigned lengths, codings, hosts, authorizations;
     bool expects, blanks;
 } head;
 
@@ -66,6 +66,7 @@ static void *begin(void *cls, const char *target, struct MHD_Connection *connect
     shd_exchange *exchange = calloc(1, sizeof *exchange);
     if (!exchange) return NULL;
     exchange->server = cls;
+    exchange->settings = shd_server_settings(cls);
     exchange->connection = connection;
     exchange->started = shd_now();
     exchange->state = BEGUN;
@@ -99,6 +100,12 @@ static enum MHD_Result read_field(void *cls, enum MHD_ValueKind kind, const char
         h->exchange->content_type = value;
     } else if (!strcasecmp(name, "Content-Encoding")) {
         h->exchange->content_encoding = value;
+    } else if (!strcasecmp(name, "Authorization")) {
+        h->exchange->authorization = h->authorizations++ ? NULL : value;
+    } else if (!strcasecmp(name, "Origin")) {
+        h->exchange->origin = value;
+    } else if (!strcasecmp(name, "Access-Control-Request-Method")) {
+        h->exchange->is_preflight = h->exchange->method == SHD_OPTIONS;
     } else if (!strcasecmp(name, "X-Request-Id")) {
         h->request_id = value;
     } else if (!strcasecmp(name, "Expect")) {
@@ -153,6 +160,7 @@ static bool check_framing(head *h, const char *version) {
 
 static void add_common_headers(shd_exchange *exchange) {
     shd_reply_plain(&exchange->reply, "X-Request-Id", exchange->id);
+    shd_route_add_cors(exchange);
     if (atomic_load(&exchange->server->draining))
         shd_reply_plain(&exchange->reply, "Connection", "close");
 }
@@ -206,7 +214,7 @@ static enum MHD_Result refuse_now(shd_exchange *exchange) {
 }
 
 static enum MHD_Result refuse_size(shd_exchange *exchange, unsigned long long size) {
-    unsigned long long limit = exchange->server->config.body;
+    unsigned long long limit = exchange->settings->config.body;
     shd_reply_clear(&exchange->reply);
     if (size)
         shd_problem_reply(&exchange->reply, SHD_TOO_LARGE,
@@ -232,7 +240,7 @@ static enum MHD_Result take_head(shd_exchange *exchange, const char *method, con
     exchange->refused = !shd_route_admit(exchange);
     errno = 0;
     unsigned long long length = h.length ? strtoull(h.length, NULL, 10) : 0;
-    if (errno || length > exchange->server->config.body) return refuse_size(exchange, length);
+    if (errno || length > exchange->settings->config.body) return refuse_size(exchange, length);
     /* A client that asks first must not be told to go on. Others send in any case: they get their
      * answer after the body, and keep the connection. */
     if (exchange->refused && h.expects) return refuse_now(exchange);
@@ -258,7 +266,7 @@ static bool keep(shd_exchange *exchange, const char *data, size_t size) {
 }
 
 static enum MHD_Result take_body(shd_exchange *exchange, const char *data, size_t *size) {
-    if (*size > exchange->server->config.body - exchange->size) return refuse_size(exchange, 0);
+    if (*size > exchange->settings->config.body - exchange->size) return refuse_size(exchange, 0);
     if (exchange->refused || exchange->method != SHD_POST) {
         exchange->size += *size; /* read for the sake of the connection, but not kept */
     } else if (!keep(exchange, data, *size)) {
@@ -354,10 +362,11 @@ static void complete(void *cls, struct MHD_Connection *connection, void **contex
         if (status)
             shd_metrics_request(&server->metrics, id, status, seconds, body_bytes(exchange));
         if (aborted) atomic_fetch_add(&server->metrics.aborted, 1);
-        if (server->config.log_requests) log_request(exchange, seconds, aborted);
+        if (exchange->settings->config.log_requests) log_request(exchange, seconds, aborted);
         if (exchange->was_accepted) atomic_fetch_sub(&server->accepted, 1);
         atomic_fetch_sub(&server->in_flight, 1);
     }
+    shd_settings_drop(exchange->settings);
     shd_reply_clear(&exchange->reply);
     free(exchange->accept);
     free(exchange->if_none_match);

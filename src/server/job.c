@@ -29,6 +29,7 @@ void shd_job_read(shd_job *job) {
 void shd_job_drop(shd_job *job) {
     shd_request_drop(job->request);
     shd_reply_clear(&job->reply);
+    shd_settings_drop(job->settings);
     free(job->body);
     free(job);
 }
@@ -57,7 +58,7 @@ static void begin(void *context) {
     shd_server *server = job->server;
     shd_error error;
     job->began = shd_now();
-    if (shd_request_new(server->engine, &job->request, &error))
+    if (shd_request_new(job->settings->engine, &job->request, &error))
         shd_problem_error(&job->reply, &error);
     if (!shd_jobs_begin(server->jobs, job)) {
         shd_job_drop(job);
@@ -84,12 +85,14 @@ void shd_job_submit(shd_exchange *exchange, const shd_work *work) {
         return;
     }
     *job = (shd_job){.server = server,
+                     .settings = exchange->settings,
                      .work = work,
                      .body = exchange->body,
                      .size = exchange->size,
                      .fallback = SHD_PNG};
     job->picture_accepted = shd_accepts_picture(exchange->accept, &job->fallback);
     exchange->body = NULL;
+    atomic_fetch_add(&job->settings->holders, 1);
 
     /* Suspended first: the answer may be there before the next line. */
     shd_exchange_suspend(exchange);

@@ -37,6 +37,7 @@ typedef struct shd_listing {
 
 struct shd_job {
     shd_server *server;
+    shd_settings *settings;
     const shd_work *work;
 
     /* The question: a document, and what Accept makes of it. */

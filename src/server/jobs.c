@@ -52,7 +52,8 @@ static shd_job *find_by_body(shd_jobs *jobs, const shd_job *like, uint64_t hash)
     for (shd_listing *l = jobs->by_body[hash % BUCKETS]; l; l = l->next) {
         shd_job *job = l->job;
         if (l->hash == hash && job->work == like->work && job->size == like->size &&
-            job->fallback == like->fallback && job->picture_accepted == like->picture_accepted &&
+            job->fallback == like->fallback && job->settings == like->settings &&
+            job->picture_accepted == like->picture_accepted &&
             (!job->size || !memcmp(job->body, like->body, job->size)))
             return job;
     }
@@ -144,7 +145,7 @@ static void answer_overdue(shd_jobs *jobs, shd_waiter *waiters) {
     for (shd_waiter *w = waiters; w; w = w->other)
         shd_problem_later(&w->exchange->reply, SHD_OVERDUE, seconds,
                           "the limit `timeout` is %llu seconds",
-                          (unsigned long long)jobs->server->config.timeout);
+                          (unsigned long long)w->exchange->settings->config.timeout);
     send(waiters);
 }
 
@@ -197,7 +198,7 @@ bool shd_jobs_join(shd_jobs *jobs, shd_job *job, shd_exchange *exchange) {
     uint64_t hash = job->work->shared ? XXH3_64bits(job->body, job->size) : 0;
     shd_waiter *waiter = &exchange->waiter;
     waiter->exchange = exchange;
-    waiter->deadline = exchange->submitted + (double)jobs->server->config.timeout;
+    waiter->deadline = exchange->submitted + (double)exchange->settings->config.timeout;
     pthread_mutex_lock(&jobs->mutex);
     shd_job *equal = job->work->shared ? find_by_body(jobs, job, hash) : NULL;
     if (!equal && job->work->shared) list(jobs->by_body, &job->by_body, job, hash);

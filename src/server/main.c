@@ -15,8 +15,8 @@
 #include "config.h"
 #include "http.h"
 #include "log.h"
-#include "routes.h"
 #include "server.h"
+#include "systemd.h"
 
 enum { EXIT_STOPPED = 0, EXIT_CANNOT_START = 1, EXIT_USAGE = 2 };
 
@@ -43,6 +43,7 @@ static void raise_descriptor_limit(void) {
 static sigset_t block_signals(void) {
     sigset_t stop;
     sigemptyset(&stop);
+    sigaddset(&stop, SIGHUP);
     sigaddset(&stop, SIGTERM);
     sigaddset(&stop, SIGINT);
     pthread_sigmask(SIG_BLOCK, &stop, NULL);
@@ -53,21 +54,26 @@ static sigset_t block_signals(void) {
 /* ---- Start ---- */
 
 static shd_status make_engine(shd_server *server, shd_error *error) {
-    const shd_config *config = &server->config;
-    shd_engine_options options = shd_engine_defaults();
-    options.ocio_config = *config->ocio ? config->ocio : NULL;
-    options.threads = (unsigned)config->threads;
-    options.kernel = config->kernel;
-    options.queue = config->queue;
-    options.reuse = config->reuse;
-    options.limits = (shd_limits){.pixels = config->pixels,
-                                  .samples = config->samples,
-                                  .lights = config->lights,
-                                  .objects = config->objects,
-                                  .triangles = config->triangles,
-                                  .body = config->body,
-                                  .memory = config->memory};
-    return shd_engine_new(&options, &server->engine, error);
+    shd_engine_options options = shd_settings_engine(&server->config);
+    shd_status status = shd_engine_new(&options, &server->engine, error);
+    if (status) return status;
+    return shd_settings_new(&server->config, server->engine, false, &server->settings, error);
+}
+
+static shd_patience patience_of(const shd_config *config) {
+    return (shd_patience){.head = (double)config->head_time,
+                          .body = (double)config->body_time,
+                          .send = (double)config->send_time,
+                          .connections = config->connections};
+}
+
+/* The socket is the service manager's, or opened here. */
+static shd_status open_socket(const char *address, int given, int *out,
+                              char bound[SHD_ADDRESS_SIZE], shd_error *error) {
+    if (given < 0) return shd_listen(address, out, bound, error);
+    *out = given;
+    shd_listen_describe(given, bound);
+    return SHD_OK;
 }
 
 static void log_listening(const shd_server *server, const char *address, const char *admin) {
@@ -86,19 +92,17 @@ static void log_listening(const shd_server *server, const char *address, const c
 static shd_status start(shd_server *server, ports *out, shd_error *error) {
     const shd_config *config = &server->config;
     char address[SHD_ADDRESS_SIZE], admin[SHD_ADDRESS_SIZE] = "off";
-    const shd_patience patience = {.head = (double)config->head_time,
-                                   .body = (double)config->body_time,
-                                   .send = (double)config->send_time,
-                                   .connections = config->connections};
+    const shd_patience patience = patience_of(config);
+    shd_sockets given;
     int public_socket = -1, admin_socket = -1;
-    shd_status status = shd_listen(config->listen, &public_socket, address, error);
-    if (!status && has_admin(config))
-        status = shd_listen(config->admin, &admin_socket, admin, error);
+    shd_status status = shd_take_sockets(&given, error);
+    if (!status) status = open_socket(config->listen, given.public, &public_socket, address, error);
+    if (!status && (has_admin(config) || given.admin >= 0))
+        status = open_socket(config->admin, given.admin, &admin_socket, admin, error);
     if (!status) status = make_engine(server, error);
     if (!status) status = shd_jobs_new(server, &server->jobs, error);
     if (!status) status = shd_linger_new(&server->linger, error);
     if (!status) status = shd_reaper_new(&patience, server->jobs, &server->reaper, error);
-    if (!status) status = shd_routes_prepare(server, error);
     if (!status && admin_socket >= 0) {
         status = shd_admin_start(server, admin_socket, &out->admin, error);
         if (!status) admin_socket = -1;
@@ -119,7 +123,8 @@ static shd_status start(shd_server *server, ports *out, shd_error *error) {
  * end even when it was cancelled, or a second signal came; the process can only be ended. */
 static bool drain(shd_server *server, const sigset_t *stop) {
     const struct timespec pause = {.tv_nsec = 10 * 1000 * 1000};
-    double begin = shd_now(), deadline = begin + (double)server->config.drain_time;
+    double begin = shd_now();
+    double deadline = begin + (double)server->settings->config.drain_time;
     bool cancelled = false;
     for (;;) {
         double now = shd_now();
@@ -136,7 +141,8 @@ static bool drain(shd_server *server, const sigset_t *stop) {
             shd_log_message(SHD_LOG_ERROR, "stuck", "a request does not end: giving up");
             return false;
         }
-        if (sigtimedwait(stop, NULL, &pause) > 0) {
+        int number = sigtimedwait(stop, NULL, &pause);
+        if (number == SIGTERM || number == SIGINT) {
             shd_log_message(SHD_LOG_WARNING, "second-signal", "stopping at once");
             return false;
         }
@@ -150,7 +156,7 @@ static void release(shd_server *server, ports *open) {
     shd_admin_stop(open->admin);
     shd_engine_drop(server->engine);
     shd_jobs_drop(server->jobs);
-    shd_routes_release(server);
+    shd_settings_drop(server->settings);
 }
 
 /* `aborted`: requests since the signal whose upload did not end or whose answer was not taken. */
@@ -161,7 +167,53 @@ static void log_stopped(uint64_t aborted) {
     shd_log_message(SHD_LOG_INFO, "stopped", message);
 }
 
-static int serve(shd_server *server) {
+/* ---- While it runs ---- */
+
+/* New settings for new requests, or, where anything is bad, the old ones for all. */
+static void reload(shd_server *server, int argc, char **argv) {
+    char message[1024] = "", kept[256] = "";
+    shd_config config;
+    shd_settings *settings;
+    shd_error error = {0};
+    shd_notify_reloading();
+    bool good = shd_config_read(argc, argv, &config, message, sizeof message) == SHD_CONFIG_RUN;
+    if (good) {
+        shd_config_keep(&config, &server->config, kept, sizeof kept);
+        good = !shd_settings_new(&config, server->engine, true, &settings, &error);
+        if (!good)
+            snprintf(message, sizeof message, "%s%s%s", error.path, *error.path ? ": " : "",
+                     error.text);
+    }
+    if (good) {
+        const shd_patience patience = patience_of(&config);
+        shd_server_replace(server, settings);
+        shd_reaper_set_patience(server->reaper, &patience);
+    }
+    atomic_fetch_add(&server->metrics.reloads[good], 1);
+    shd_log line;
+    shd_log_begin(&line, good ? SHD_LOG_INFO : SHD_LOG_ERROR, good ? "reloaded" : "reload-failed");
+    if (*kept) shd_log_text(&line, "needs-restart", kept);
+    if (!good) shd_log_text(&line, "message", message);
+    shd_log_end(&line);
+    shd_notify("READY=1");
+}
+
+/* The next signal; meanwhile the service manager is told that all is well, which is true where the
+ * reaper, whose lock every connection and job takes in turn, answers. */
+static int wait_for_signal(shd_server *server, const sigset_t *signals) {
+    double interval = shd_watchdog_interval();
+    struct timespec pause = shd_timespec(interval);
+    for (;;) {
+        int number =
+            interval > 0 ? sigtimedwait(signals, NULL, &pause) : sigwaitinfo(signals, NULL);
+        if (number > 0) return number;
+        if (errno != EAGAIN) continue;
+        shd_reaper_count(server->reaper);
+        shd_notify("WATCHDOG=1");
+    }
+}
+
+static int serve(shd_server *server, int argc, char **argv) {
     sigset_t stop = block_signals();
     raise_descriptor_limit();
     if (getrandom(&server->run, sizeof server->run, 0) != (ssize_t)sizeof server->run)
@@ -179,9 +231,11 @@ static int serve(shd_server *server) {
         return EXIT_CANNOT_START;
     }
 
+    shd_notify("READY=1");
     int signal_number;
-    sigwait(&stop, &signal_number);
+    while ((signal_number = wait_for_signal(server, &stop)) == SIGHUP) reload(server, argc, argv);
     shd_log_message(SHD_LOG_INFO, "stopping", strsignal(signal_number));
+    shd_notify("STOPPING=1");
     atomic_store(&server->draining, true);
     uint64_t aborted = atomic_load(&server->metrics.aborted);
     if (!drain(server, &stop)) _exit(EXIT_CANNOT_START);
@@ -194,11 +248,12 @@ int main(int argc, char **argv) {
     /* Too large for the stack's taste, and needed to the end. */
     shd_server *server = calloc(1, sizeof *server);
     if (!server) return EXIT_CANNOT_START;
+    pthread_mutex_init(&server->settings_mutex, NULL);
     char message[1024];
     int code = EXIT_STOPPED;
     switch (shd_config_read(argc, argv, &server->config, message, sizeof message)) {
     case SHD_CONFIG_RUN:
-        code = serve(server);
+        code = serve(server, argc, argv);
         break;
     case SHD_CONFIG_HELP:
         shd_config_help(stdout);

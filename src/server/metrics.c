@@ -25,7 +25,7 @@ static const char *const phase_names[SHD_PHASES] = {"rest", "head", "body", "wor
 static const char *const ending_names[SHD_ENDINGS] = {"time", "left", "room"};
 
 /* The last one, 0, takes every other status. */
-static const unsigned statuses[SHD_STATUSES] = {200, 204, 304, 400, 404, 405, 406, 413,
+static const unsigned statuses[SHD_STATUSES] = {200, 204, 304, 400, 401, 404, 405, 406, 413,
                                                 415, 422, 429, 431, 500, 501, 503, 0};
 
 static const double bounds[SHD_BUCKETS] = {0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1,
@@ -137,6 +137,10 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
                  "Requests that got no answer, or whose client did not take it.",
                  value(&metrics->aborted));
 
+    print_head(out, "reloads_total", "counter", "Configurations read again.");
+    for (int good = 0; good < 2; good++)
+        fprintf(out, "shaded_reloads_total{result=\"%s\"} %" PRIu64 "\n", good ? "done" : "failed",
+                value(&metrics->reloads[good]));
     print_head(out, "connections", "gauge", "Connections by what they are at.");
     for (size_t phase = 0; phase < SHD_PHASES; phase++)
         fprintf(out, "shaded_connections{at=\"%s\"} %zu\n", phase_names[phase],

@@ -39,7 +39,7 @@ typedef enum shd_stage {
 
 const char *shd_stage_name(shd_stage stage);
 
-enum { SHD_BUCKETS = 15, SHD_STATUSES = 16 };
+enum { SHD_BUCKETS = 15, SHD_STATUSES = 17 };
 
 typedef struct shd_histogram {
     atomic_uint_least64_t buckets[SHD_BUCKETS + 1]; /* the last one has no upper bound */
@@ -53,6 +53,7 @@ typedef struct shd_metrics {
     atomic_uint_least64_t joined;  /* requests that were answered by another one's job */
     atomic_uint_least64_t left;    /* requests whose client left before their job was done */
     atomic_uint_least64_t aborted; /* requests without an answer, or whose client did not take it */
+    atomic_uint_least64_t reloads[2]; /* that failed, that were done */
     shd_histogram durations[SHD_ROUTE_COUNT];
     shd_histogram stages[SHD_STAGE_COUNT];
 } shd_metrics;

@@ -12,6 +12,7 @@ static const struct {
 } kinds[SHD_PROBLEM_KINDS] = {
     [SHD_BAD_REQUEST] = {400, "request", "The request is not sound HTTP"},
     [SHD_BAD_SYNTAX] = {400, "syntax", "The document is not JSON"},
+    [SHD_UNAUTHORIZED] = {401, "unauthorized", "This path needs a token"},
     [SHD_NOT_FOUND] = {404, "not-found", "There is nothing at this path"},
     [SHD_BAD_METHOD] = {405, "method", "This path does not take this method"},
     [SHD_NOT_ACCEPTABLE] = {406, "not-acceptable", "No media type of the answer is acceptable"},

@@ -12,6 +12,7 @@
 typedef enum shd_problem_kind {
     SHD_BAD_REQUEST,    /* 400: not sound HTTP */
     SHD_BAD_SYNTAX,     /* 400: the body is not JSON */
+    SHD_UNAUTHORIZED,   /* 401, with WWW-Authenticate */
     SHD_NOT_FOUND,      /* 404 */
     SHD_BAD_METHOD,     /* 405, with Allow */
     SHD_NOT_ACCEPTABLE, /* 406 */

@@ -89,7 +89,7 @@ static void set_single(shd_reply *reply, shd_request *request) {
 
 static void add_validators(const shd_job *job, shd_reply *reply) {
     shd_reply_header(reply, "ETag", "\"%s\"", shd_request_etag(job->request));
-    shd_reply_plain(reply, "Cache-Control", job->server->config.cache_control);
+    shd_reply_plain(reply, "Cache-Control", job->settings->config.cache_control);
     shd_reply_plain(reply, "Vary", "Accept");
 }
 

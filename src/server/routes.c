@@ -47,12 +47,12 @@ static const struct {
 static const char media_json[] = "application/json";
 
 /* FNV-1a, 64 bits: the tag tells versions of our own texts apart, nothing more. */
-static void set_document(shd_server *server, shd_route_id id, const char *media_type,
+static void set_document(shd_settings *settings, shd_route_id id, const char *media_type,
                          const void *data, size_t size, bool owned) {
     uint64_t hash = UINT64_C(0xcbf29ce484222325);
     for (size_t i = 0; i < size; i++)
         hash = (hash ^ ((const unsigned char *)data)[i]) * UINT64_C(0x100000001b3);
-    shd_document *document = &server->documents[id];
+    shd_document *document = &settings->documents[id];
     *document =
         (shd_document){.media_type = media_type, .data = data, .size = size, .owned = owned};
     snprintf(document->etag, sizeof document->etag, "%016" PRIx64, hash);
@@ -84,7 +84,7 @@ static char *make_index(void) {
     return text;
 }
 
-shd_status shd_routes_prepare(shd_server *server, shd_error *error) {
+shd_status shd_routes_prepare(shd_settings *settings, shd_error *error) {
     static const struct {
         shd_route_id id;
         shd_topic topic;
@@ -94,27 +94,27 @@ shd_status shd_routes_prepare(shd_server *server, shd_error *error) {
                   {SHD_ROUTE_VERSION, SHD_TOPIC_VERSION}};
     for (size_t i = 0; i < sizeof topics / sizeof topics[0]; i++) {
         char *json;
-        shd_status status = shd_engine_describe(server->engine, topics[i].topic, &json, error);
+        shd_status status = shd_engine_describe(settings->engine, topics[i].topic, &json, error);
         if (status) return status;
-        set_document(server, topics[i].id, media_json, json, strlen(json), true);
+        set_document(settings, topics[i].id, media_json, json, strlen(json), true);
     }
     char *index = make_index();
     if (!index) return shd_fail(error, SHD_MEMORY, "", "no memory for the list of routes");
-    set_document(server, SHD_ROUTE_INDEX, media_json, index, strlen(index), true);
-    set_document(server, SHD_ROUTE_OPENAPI, "application/yaml", shd_embedded_openapi,
+    set_document(settings, SHD_ROUTE_INDEX, media_json, index, strlen(index), true);
+    set_document(settings, SHD_ROUTE_OPENAPI, "application/yaml", shd_embedded_openapi,
                  shd_embedded_openapi_size, false);
-    set_document(server, SHD_ROUTE_SCHEMA, "application/schema+json", shd_embedded_schema,
+    set_document(settings, SHD_ROUTE_SCHEMA, "application/schema+json", shd_embedded_schema,
                  shd_embedded_schema_size, false);
     return SHD_OK;
 }
 
-void shd_routes_release(shd_server *server) {
+void shd_routes_release(shd_settings *settings) {
     for (size_t i = 0; i < SHD_ROUTE_COUNT; i++)
-        if (server->documents[i].owned) free((void *)(size_t)server->documents[i].data);
+        if (settings->documents[i].owned) free((void *)(size_t)settings->documents[i].data);
 }
 
 static void answer_document(shd_exchange *exchange) {
-    const shd_document *document = &exchange->server->documents[exchange->route->id];
+    const shd_document *document = &exchange->settings->documents[exchange->route->id];
     shd_reply *reply = &exchange->reply;
     shd_reply_header(reply, "ETag", "\"%s\"", document->etag);
     shd_reply_plain(reply, "Cache-Control", "no-cache");
@@ -180,8 +180,41 @@ static bool admit_media_types(shd_exchange *exchange) {
         return false;
     }
     /* The contract and the schema are files rather than representations: no negotiation. */
-    const shd_document *document = &exchange->server->documents[exchange->route->id];
+    const shd_document *document = &exchange->settings->documents[exchange->route->id];
     return strcmp(document->media_type, media_json) || admit_json(exchange);
+}
+
+/* What this server is stays open; what it does needs a token, where there are tokens. */
+static bool admit_token(shd_exchange *exchange) {
+    const shd_tokens *tokens = exchange->settings->tokens;
+    if (!tokens || strncmp(exchange->route->path, "/v1/", 4)) return true;
+    if (shd_tokens_admit(tokens, exchange->authorization)) return true;
+    shd_problem_reply(&exchange->reply, SHD_UNAUTHORIZED,
+                      exchange->authorization ? "the token is not a known one"
+                                              : "send Authorization: Bearer TOKEN");
+    shd_reply_plain(&exchange->reply, "WWW-Authenticate",
+                    exchange->authorization ? "Bearer realm=\"shaded\", error=\"invalid_token\""
+                                            : "Bearer realm=\"shaded\"");
+    return false;
+}
+
+/* Cross-origin requests: what a page of a configured origin may send and read. */
+void shd_route_add_cors(shd_exchange *exchange) {
+    const char *origins = exchange->settings->config.cors_origins;
+    shd_reply *reply = &exchange->reply;
+    if (!*origins) return;
+    bool anybody = !strcmp(origins, "*");
+    if (!anybody) shd_reply_plain(reply, "Vary", "Origin");
+    if (!exchange->origin || !shd_origins_admit(origins, exchange->origin)) return;
+    shd_reply_header(reply, "Access-Control-Allow-Origin", "%s", anybody ? "*" : exchange->origin);
+    shd_reply_plain(reply, "Access-Control-Expose-Headers",
+                    "ETag, Retry-After, Server-Timing, Shaded-Plan, Shaded-Saturated, "
+                    "Shaded-Warning, X-Request-Id");
+    if (!exchange->is_preflight) return;
+    shd_reply_plain(reply, "Access-Control-Allow-Methods", "GET, HEAD, POST, OPTIONS");
+    shd_reply_plain(reply, "Access-Control-Allow-Headers",
+                    "Authorization, Content-Type, If-None-Match, X-Request-Id");
+    shd_reply_plain(reply, "Access-Control-Max-Age", "600");
 }
 
 bool shd_route_admit(shd_exchange *exchange) {
@@ -198,6 +231,7 @@ bool shd_route_admit(shd_exchange *exchange) {
         return false;
     }
     if (exchange->method == SHD_OPTIONS) return true;
+    if (!admit_token(exchange)) return false;
     if (exchange->method == SHD_POST && atomic_load(&exchange->server->draining)) {
         shd_problem_reply(reply, SHD_DRAINING, "the server takes no more work");
         return false;

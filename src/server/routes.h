@@ -14,8 +14,8 @@ typedef struct shd_route {
 } shd_route;
 
 /* Builds the documents that GET answers. */
-shd_status shd_routes_prepare(shd_server *server, shd_error *error);
-void shd_routes_release(shd_server *server);
+shd_status shd_routes_prepare(shd_settings *settings, shd_error *error);
+void shd_routes_release(shd_settings *settings);
 
 /* NULL where there is none. */
 const shd_route *shd_route_find(const char *path);
@@ -23,6 +23,9 @@ const shd_route *shd_route_find(const char *path);
 /* Everything that the head alone decides: the path, the method, the media types. On refusal fills
  * the reply and returns false. */
 bool shd_route_admit(shd_exchange *exchange);
+
+/* The headers of CORS, where they are configured. */
+void shd_route_add_cors(shd_exchange *exchange);
 
 /* Answers an admitted exchange whose body is complete. Without a reply afterwards, a worker has
  * it. */

@@ -6,6 +6,7 @@
  *     jobs.c    which exchange waits for which work, and for how long
  *     job.c     how the engine's workers do it
  *     render_job.c, compare_job.c, explain_job.c  what a worker does for a kind of work
+ *     settings.c  what SIGHUP changes; access.c  tokens and origins
  *     admin.c   the operators' port
  *
  * An exchange belongs to the I/O thread, but to jobs.c between shd_exchange_suspend and
@@ -13,6 +14,7 @@
 #ifndef SHD_SERVER_SERVER_H
 #define SHD_SERVER_SERVER_H
 
+#include <pthread.h>
 #include <stdatomic.h>
 #include <stdbool.h>
 #include <stddef.h>
@@ -24,26 +26,19 @@
 #include "metrics.h"
 #include "reaper.h"
 #include "reply.h"
+#include "settings.h"
 #include "shaded.h"
 
-/* A text that never changes while the daemon runs. */
-typedef struct shd_document {
-    const char *media_type;
-    const void *data;
-    size_t size;
-    bool owned;
-    char etag[20];
-} shd_document;
-
 struct shd_server {
-    shd_config config;
-    shd_engine *engine;
+    shd_config config;  /* as it was at the start: for what cannot change */
+    shd_engine *engine; /* the first one, whose workers all others use */
+    pthread_mutex_t settings_mutex;
+    shd_settings *settings; /* for new requests; see shd_server_settings */
     shd_jobs *jobs;
     shd_linger *linger;
     shd_reaper *reaper;
     shd_metrics metrics;
-    shd_document documents[SHD_ROUTE_COUNT]; /* size 0: the route has none */
-    uint32_t run;                            /* random, so that request ids differ between runs */
+    uint32_t run; /* random, so that request ids differ between runs */
     atomic_uint next_id;
     atomic_bool draining;
     atomic_uint in_flight; /* exchanges whose head was read, until they are completed */
@@ -66,6 +61,7 @@ struct MHD_Connection;
 
 struct shd_exchange {
     shd_server *server;
+    shd_settings *settings;
     const struct shd_route *route; /* NULL: there is no such path */
     char id[SHD_ID_SIZE];
     shd_method method;
@@ -74,7 +70,9 @@ struct shd_exchange {
 
     /* The head's fields; NULL where there are none. Strings live as long as the exchange. */
     char *accept, *if_none_match;
-    const char *content_type, *content_encoding;
+    const char *content_type, *content_encoding, *origin;
+    const char *authorization; /* a secret; NULL too where there is more than one */
+    bool is_preflight;
 
     unsigned char *body;
     size_t size, capacity;
@@ -88,6 +86,10 @@ struct shd_exchange {
     int state;
     bool refused, counted, was_accepted, is_suspended;
 };
+
+/* The settings of now, of which the caller becomes a holder; and others from now on. */
+shd_settings *shd_server_settings(shd_server *server);
+void shd_server_replace(shd_server *server, shd_settings *settings);
 
 /* Takes the connection from the I/O thread's loop, before the exchange waits for a job. */
 void shd_exchange_suspend(shd_exchange *exchange);

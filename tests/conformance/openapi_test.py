@@ -6,6 +6,7 @@ about this document is checked here."""
 
 import json
 import re
+import tempfile
 import unittest
 
 import jsonschema
@@ -102,6 +103,9 @@ class DocumentTest(unittest.TestCase):
                 used.add(value["$ref"])
         for kind, entries in DOCUMENT["components"].items():
             for name in entries:
+                if kind == "securitySchemes":
+                    self.assertIn({name: []}, DOCUMENT["security"])
+                    continue
                 self.assertIn(f"#/components/{kind}/{name}", used)
 
     def test_schemas_are_json_schema_2020_12(self):
@@ -198,6 +202,7 @@ class ServerTest(unittest.TestCase):
         self.busy()
         self.deadline()
         self.draining()
+        self.unauthorized()
         lost = self.daemon.get("/nothing")
         validate(json.loads(lost.body), DOCUMENT["components"]["schemas"]["Problem"])
         self.types.add(json.loads(lost.body)["type"])
@@ -297,6 +302,15 @@ class ServerTest(unittest.TestCase):
                 self.check(daemon.post(path, SMALL), path, "post", "429")
             for request in waiting:
                 self.check(request.result(), "/v1/render", "post", "200")
+
+    def unauthorized(self):
+        with tempfile.NamedTemporaryFile("w", encoding="ascii") as file:
+            file.write("0123456789abcdef\n")
+            file.flush()
+            with Daemon("--tokens", file.name) as daemon:
+                for path, method, operation in operations():
+                    if "401" in operation["responses"]:
+                        self.check(daemon.call(method.upper(), path), path, method, "401")
 
     def deadline(self):
         with Daemon("--timeout", "1") as daemon:

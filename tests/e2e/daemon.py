@@ -42,10 +42,11 @@ def environment(**more):
 class Daemon:
     """with Daemon("--queue", "1") as daemon: daemon.get("/v1/version") ..."""
 
-    def __init__(self, *flags, env=None, listen="127.0.0.1:0", admin="127.0.0.1:0"):
+    def __init__(self, *flags, env=None, listen="127.0.0.1:0", admin="127.0.0.1:0",
+                 program=SHADED, pass_fds=()):
         places = (["--listen", listen] if listen else []) + (["--admin", admin] if admin else [])
-        self.process = subprocess.Popen([SHADED, *places, *flags], stdin=subprocess.DEVNULL,
-                                        stderr=subprocess.PIPE, env=environment(**(env or {})))
+        self.process = subprocess.Popen([program, *places, *flags], stdin=subprocess.DEVNULL,
+                                        stderr=subprocess.PIPE, pass_fds=pass_fds, env=environment(**(env or {})))
         self.pid = self.process.pid
         self.lines = []
         self.changed = threading.Condition()

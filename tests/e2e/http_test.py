@@ -284,7 +284,7 @@ class HttpTest(unittest.TestCase):
                     connection.sendall(junk)
                     connection.shutdown(socket.SHUT_WR)
                     data = receive_all(connection)
-            except ConnectionError:
+            except OSError:
                 data = b""
             self.assertFalse(data.startswith(b"HTTP/1.1 2"), junk)
         self.assertEqual(self.daemon.get("/").status, 200)

@@ -1,0 +1,43 @@
+/* What may change while the daemon runs: limits and times, the color configuration, tokens,
+ * origins. A request keeps the settings that it began with; SIGHUP makes new ones for the next,
+ * all of them or, where one is bad, none. */
+#ifndef SHD_SERVER_SETTINGS_H
+#define SHD_SERVER_SETTINGS_H
+
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "access.h"
+#include "config.h"
+#include "metrics.h"
+#include "shaded.h"
+
+/* A text that never changes while the settings hold. */
+typedef struct shd_document {
+    const char *media_type;
+    const void *data;
+    size_t size;
+    bool owned;
+    char etag[20];
+} shd_document;
+
+typedef struct shd_settings {
+    atomic_uint holders;
+    shd_config config;
+    shd_engine *engine;
+    bool owns_engine;
+    shd_tokens *tokens;                      /* NULL: everybody may ask */
+    shd_document documents[SHD_ROUTE_COUNT]; /* size 0: the route has none */
+} shd_settings;
+
+/* Settings with a first engine, which they do not own, or with one of their own that borrows the
+ * first one's workers. */
+shd_status shd_settings_new(const shd_config *config, shd_engine *first, bool renew,
+                            shd_settings **out, shd_error *error);
+void shd_settings_drop(shd_settings *settings); /* the last holder frees them; NULL is fine */
+
+/* The engine's part of the configuration. */
+shd_engine_options shd_settings_engine(const shd_config *config);
+
+#endif

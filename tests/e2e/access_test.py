@@ -1,0 +1,294 @@
+"""Tokens, origins, and settings that change while the daemon runs."""
+
+# ctest: serial
+
+import json
+import os
+import signal
+import socket
+import time
+import unittest
+
+from e2e.daemon import SANITIZED, SLOW, SMALL, SOURCE, Daemon, another
+from e2e.daemon_test import Background, Folder, wait_until, wait_until_busy
+
+FIRST, SECOND, THIRD = "first-token-0123456789", "second.token_~+/=9876543210", "third-token-abcdef"
+
+
+def bearer(token):
+    return {"Authorization": f"Bearer {token}"}
+
+
+def reload(daemon, good=True):
+    """Sends SIGHUP: the event that tells what came of it."""
+    before = len(daemon.events("reloaded")) + len(daemon.events("reload-failed"))
+    daemon.signal(signal.SIGHUP)
+    wait_until(lambda: len(daemon.events("reloaded")) + len(daemon.events("reload-failed")) >
+               before)
+    event = [event for event in daemon.events() if event["event"].startswith("reload")][-1]
+    if (event["event"] == "reloaded") != good:
+        raise AssertionError(event)
+    return event
+
+
+class TokenTest(Folder):
+    def test_without_a_token_nothing_is_done(self):
+        path = self.file(f"# for the studio\n\n  {FIRST}  \r\n{SECOND}\n", "tokens")
+        with Daemon("--tokens", path) as daemon:
+            for route in ("/v1/materials", "/v1/version"):
+                answer = daemon.get(route)
+                self.assertEqual(answer.status, 401)
+                self.assertEqual(answer.headers["WWW-Authenticate"], 'Bearer realm="shaded"')
+                self.assertEqual(answer.headers["Cache-Control"], "no-store")
+                self.assertEqual(json.loads(answer.body)["type"],
+                                 "urn:shaded:problem:unauthorized")
+            self.assertEqual(daemon.render(SMALL).status, 401)
+            self.assertEqual(daemon.metrics()["shaded_workers_busy"], 0)
+            for token in (FIRST, SECOND):
+                self.assertEqual(daemon.render(SMALL, bearer(token)).status, 200)
+                self.assertEqual(daemon.get("/v1/version", bearer(token)).status, 200)
+            self.assertEqual(
+                daemon.render(SMALL, {"Authorization": f"bearer   {FIRST}"}).status, 200)
+            # What tells how to ask is open, and so are the questions of browsers.
+            for route in ("/", "/openapi.yaml", "/scene.schema.json"):
+                self.assertEqual(daemon.get(route).status, 200)
+            self.assertEqual(daemon.call("OPTIONS", "/v1/render").status, 204)
+            self.assertEqual(daemon.get("/nothing").status, 404)
+            self.assertEqual(daemon.get("/readyz", admin=True).status, 200)
+
+    def test_wrong_tokens_are_no_tokens(self):
+        path = self.file(FIRST + "\n", "tokens")
+        with Daemon("--tokens", path) as daemon:
+            for wrong in (f"Bearer {FIRST[:-1]}", f"Bearer {FIRST}x", "Bearer", "Bearer ",
+                          f"Basic {FIRST}", FIRST, f"Bearer {FIRST.upper()}", "Bearer #",
+                          f"Bearer {FIRST} {FIRST}", "Bearer " + "a" * 5000,
+                          f"Bearer {FIRST}, Bearer {FIRST}"):
+                answer = daemon.get("/v1/version", {"Authorization": wrong})
+                self.assertEqual(answer.status, 401, wrong)
+                self.assertIn('error="invalid_token"', answer.headers["WWW-Authenticate"])
+            twice = b"Authorization: Bearer " + FIRST.encode() + b"\r\n"
+            data = daemon.raw(b"GET /v1/version HTTP/1.1\r\nHost: a\r\nConnection: close\r\n" +
+                              twice * 2 + b"\r\n")
+            self.assertTrue(data.startswith(b"HTTP/1.1 401 "))
+
+    def test_tokens_are_not_told(self):
+        path = self.file(FIRST + "\n", "tokens")
+        with Daemon("--tokens", path) as daemon:
+            daemon.render(SMALL, bearer(FIRST))
+            daemon.render(SMALL, bearer(SECOND))
+            self.assertNotIn(b"token-0123", daemon.render(b"x", bearer(FIRST)).body)
+            self.file(FIRST + "\nbad token " + THIRD + "\n", "tokens")
+            event = reload(daemon, good=False)
+            self.assertIn("line 2", event["message"])
+            wait_until(lambda: daemon.metrics()["shaded_requests_in_flight"] == 0)
+            for secret in (FIRST, SECOND, THIRD):
+                self.assertNotIn(secret, daemon.stderr())
+
+    def test_files_that_are_none_stop_the_start(self):
+        from e2e.daemon import run
+        for text, word in (("", "no token"), ("# nothing\n", "no token"), ("short\n", "line 1"),
+                           ("\n" + "x" * 400 + "\n", "line 2"), ("a b c d e f g h i\n", "line 1")):
+            path = self.file(text, "tokens")
+            status, _, stderr = run("--listen", "127.0.0.1:0", "--admin", "off", "--tokens", path)
+            self.assertEqual(status, 1)
+            event = json.loads(stderr.splitlines()[-1])
+            self.assertEqual((event["event"], event["where"]), ("cannot-start", path))
+            self.assertIn(word, event["message"])
+        status, _, stderr = run("--listen", "127.0.0.1:0", "--admin", "off", "--tokens",
+                                str(self.folder / "missing"))
+        self.assertEqual(status, 1)
+        self.assertIn("No such file", stderr)
+
+
+class OriginTest(unittest.TestCase):
+    def test_configured_origins_may_ask_and_read(self):
+        good = {"Origin": "https://studio.example"}
+        with Daemon("--cors-origins", "https://studio.example http://localhost:3000") as daemon:
+            asked = {**good, "Access-Control-Request-Method": "POST",
+                     "Access-Control-Request-Headers": "content-type,authorization"}
+            answer = daemon.call("OPTIONS", "/v1/render", None, asked)
+            self.assertEqual(answer.status, 204)
+            self.assertEqual(answer.headers["Access-Control-Allow-Origin"], good["Origin"])
+            self.assertIn("POST", answer.headers["Access-Control-Allow-Methods"])
+            self.assertIn("Content-Type", answer.headers["Access-Control-Allow-Headers"])
+            self.assertIn("Authorization", answer.headers["Access-Control-Allow-Headers"])
+            self.assertTrue(int(answer.headers["Access-Control-Max-Age"]))
+            for answer in (daemon.render(SMALL, good), daemon.render(b"{", good),
+                           daemon.render(SMALL, {**good, "If-None-Match": "*"}),
+                           daemon.get("/nothing", good), daemon.get("/v1/version", good)):
+                self.assertEqual(answer.headers["Access-Control-Allow-Origin"], good["Origin"])
+                self.assertIn("ETag", answer.headers["Access-Control-Expose-Headers"])
+                self.assertIsNone(answer.headers["Access-Control-Allow-Methods"])
+                self.assertIn("Origin", answer.headers.get_all("Vary"))
+            self.assertEqual(daemon.get("/", {"Origin": "http://localhost:3000"})
+                             .headers["Access-Control-Allow-Origin"], "http://localhost:3000")
+            for other in ({}, {"Origin": "https://evil.example"}, {"Origin": "null"},
+                          {"Origin": "https://studio.example.evil"}, {"Origin": "*"},
+                          {"Origin": "https://studio.exampl"}, {"Origin": ""}):
+                answer = daemon.render(SMALL, other)
+                self.assertEqual(answer.status, 200)
+                self.assertFalse([name for name in answer.headers if name.startswith("Access-")])
+                self.assertIn("Origin", answer.headers.get_all("Vary"))
+
+    def test_anybody(self):
+        with Daemon("--cors-origins", "*") as daemon:
+            answer = daemon.render(SMALL, {"Origin": "https://any.example"})
+            self.assertEqual(answer.headers["Access-Control-Allow-Origin"], "*")
+            self.assertEqual(answer.headers.get_all("Vary"), ["Accept"])
+
+    def test_origins_must_be_origins(self):
+        from e2e.daemon import run
+        for wrong in ("example.com", "https://", "https://a.example/", "HTTPS://a.example",
+                      "https://a.example b"):
+            status, _, stderr = run("--listen", "127.0.0.1:0", "--admin", "off",
+                                    "--cors-origins", wrong)
+            self.assertEqual(status, 1, wrong)
+            self.assertIn("cors-origins", stderr)
+
+
+class ReloadTest(Folder):
+    def test_new_requests_have_new_settings(self):
+        tokens = self.file(FIRST + "\n", "tokens")
+        path = self.file(f"max-pixels = 1000\ntokens = {tokens}\n")
+        with Daemon("--config", path) as daemon:
+            self.assertEqual(daemon.render(SMALL, bearer(FIRST)).status, 200)
+            self.file(SECOND + "\n", "tokens")
+            self.file(f"max-pixels = 100\ntokens = {tokens}\ncache-control = private\n")
+            self.assertEqual(daemon.render(SMALL, bearer(FIRST)).status, 200)
+            reload(daemon)
+            self.assertEqual(daemon.render(SMALL, bearer(FIRST)).status, 401)
+            refused = daemon.render(SMALL, bearer(SECOND))
+            self.assertEqual(refused.status, 422)
+            self.assertIn("the limit `pixels` is 100", json.loads(refused.body)["detail"])
+            self.file("max-pixels = 100000\ncache-control = private\n")
+            reload(daemon)
+            answer = daemon.render(SMALL)
+            self.assertEqual((answer.status, answer.headers["Cache-Control"]), (200, "private"))
+            self.assertEqual(daemon.metrics()['shaded_reloads_total{result="done"}'], 2)
+
+    def test_what_is_bad_leaves_everything_as_it_was(self):
+        tokens = self.file(FIRST + "\n", "tokens")
+        good = f"max-pixels = 1000\ntokens = {tokens}\n"
+        path = self.file(good)
+        with Daemon("--config", path) as daemon:
+            for text, word in ((good + "max-pixels = many\n", "shaded.conf:3"),
+                               ("max-pixels = 9\ntokens = /nonexistent\n", "/nonexistent"),
+                               ("max-pixels = 9\nocio = /nonexistent\n", "/nonexistent"),
+                               ("max-pixels = 9\ncors-origins = x\n", "cors-origins"),
+                               ("nonsense\n", "shaded.conf:1")):
+                self.file(text)
+                self.assertIn(word, reload(daemon, good=False)["message"])
+                self.assertEqual(daemon.render(SMALL).status, 401)
+                self.assertEqual(daemon.render(SMALL, bearer(FIRST)).status, 200)
+            self.assertEqual(daemon.metrics()['shaded_reloads_total{result="failed"}'], 5)
+
+    def test_the_color_configuration_is_read_again(self):
+        text = (SOURCE / "config/shaded.ocio").read_text()
+        ocio = self.file(text, "studio.ocio")
+        with Daemon("--ocio", ocio) as daemon:
+            tag = daemon.render(SMALL).headers["ETag"]
+            before = json.loads(daemon.get("/v1/version").body)["colorConfig"]
+            self.file(text + "\n# another one\n", "studio.ocio")
+            reload(daemon)
+            self.assertNotEqual(daemon.render(SMALL).headers["ETag"], tag)
+            self.assertNotEqual(json.loads(daemon.get("/v1/version").body)["colorConfig"], before)
+            self.file("nonsense: [", "studio.ocio")
+            reload(daemon, good=False)
+            self.assertEqual(daemon.render(SMALL).status, 200)
+
+    def test_running_requests_keep_what_they_began_with(self):
+        path = self.file("timeout = 300\ncache-control = old\n")
+        with Daemon("--config", path, "--threads", "1") as daemon:
+            running = Background(daemon, SLOW)
+            wait_until_busy(daemon)
+            waiting = Background(daemon, another(SLOW))
+            wait_until_busy(daemon, queued=1)
+            self.file("timeout = 200\nmax-pixels = 1\ncache-control = new\n")
+            reload(daemon)
+            self.assertEqual(daemon.render(SMALL).status, 422)
+            for request in (running, waiting):
+                answer = request.result()
+                self.assertEqual((answer.status, answer.headers["Cache-Control"]), (200, "old"))
+
+    def test_what_needs_a_restart_is_named(self):
+        path = self.file("queue = 5\n")
+        with Daemon("--config", path) as daemon:
+            self.file("queue = 6\nthreads = 1\nmax-pixels = 10\n")
+            self.assertEqual(reload(daemon)["needs-restart"], "threads, queue")
+            self.assertEqual(daemon.render(SMALL).status, 422)
+
+    def test_reloads_under_load(self):
+        ocio = self.file((SOURCE / "config/shaded.ocio").read_text(), "studio.ocio")
+        with Daemon("--ocio", ocio, "--log-requests", "off", "--timeout", "300") as daemon:
+            work = [Background(daemon, another(SLOW, i)) for i in range(3)]
+            for i in range(10 if SANITIZED else 30):
+                daemon.signal(signal.SIGHUP)
+                self.assertEqual(daemon.render(another(SMALL, i)).status, 200)
+            for request in work:
+                self.assertEqual(request.result().status, 200)
+
+
+class ServiceManagerTest(Folder):
+    def notifications(self):
+        manager = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        self.addCleanup(manager.close)
+        path = str(self.folder / "notify")
+        manager.bind(path)
+        manager.settimeout(60)
+        return manager, path
+
+    def test_states_are_told(self):
+        manager, path = self.notifications()
+        with Daemon(env={"NOTIFY_SOCKET": path, "WATCHDOG_USEC": "400000"}) as daemon:
+            self.assertEqual(manager.recv(1000), b"READY=1")
+            began = time.monotonic()
+            for _ in range(3):
+                self.assertEqual(manager.recv(1000), b"WATCHDOG=1")
+            self.assertLess(time.monotonic() - began, 3)
+            daemon.signal(signal.SIGHUP)
+            told = []
+            while b"READY=1" not in told:
+                told.append(manager.recv(1000))
+            self.assertRegex([word for word in told if word != b"WATCHDOG=1"][0],
+                             rb"^RELOADING=1\nMONOTONIC_USEC=\d+$")
+            daemon.stop()
+            while (word := manager.recv(1000)) == b"WATCHDOG=1":
+                pass
+            self.assertEqual(word, b"STOPPING=1")
+
+    def test_without_a_manager_or_with_a_bad_one_it_runs(self):
+        for path in ("", "/nonexistent/socket", "relative", "/" + "x" * 200):
+            with Daemon(env={"NOTIFY_SOCKET": path}) as daemon:
+                self.assertEqual(daemon.render(SMALL).status, 200)
+
+    def start_with_sockets(self, sockets, names, *flags):
+        """As systemd does it: descriptors from 3 on, and LISTEN_PID the daemon's own."""
+        for place, listener in enumerate(sockets):
+            os.dup2(listener.fileno(), 100 + place, inheritable=True)
+        script = "; ".join(f"exec {3 + i}<&{100 + i} {100 + i}<&-" for i in range(len(sockets)))
+        wrapper = self.file(f'#!/bin/bash\n{script}\nexport LISTEN_PID=$$ '
+                            f'LISTEN_FDS={len(sockets)} LISTEN_FDNAMES={names}\n'
+                            f'exec "$SHADED_BUILD/shaded" "$@"\n', "wrapper")
+        os.chmod(wrapper, 0o755)
+        return Daemon(*flags, program=wrapper,
+                      pass_fds=tuple(100 + i for i in range(len(sockets))))
+
+    def test_sockets_are_taken_over(self):
+        with socket.create_server(("127.0.0.1", 0)) as public, \
+                socket.create_server(("127.0.0.1", 0)) as admin:
+            # A request that comes before the daemon waits for it.
+            early = socket.create_connection(public.getsockname())
+            early.sendall(b"GET /v1/version HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n")
+            with self.start_with_sockets([admin, public], "admin:http") as daemon:
+                self.assertEqual(daemon.address, public.getsockname())
+                self.assertEqual(daemon.admin, admin.getsockname())
+                self.assertTrue(early.recv(1000).startswith(b"HTTP/1.1 200 "))
+                early.close()
+                self.assertEqual(daemon.render(SMALL).status, 200)
+                self.assertEqual(daemon.get("/readyz", admin=True).status, 200)
+                maps = os.listdir(f"/proc/{daemon.pid}/fd")
+                self.assertNotIn("100", maps)
+
+
+if __name__ == "__main__":
+    unittest.main()
