@@ -1,5 +1,7 @@
 #include "base/pool.h"
 
+#include "base/denormals.h"
+
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
@@ -118,7 +120,9 @@ static double lend(shd_pool *pool, worker *self) {
     if (!some) return 0;
 
     double began = processor_seconds();
+    const shd_denormals before = shd_denormals_keep(); /* a loop's body may be the lender */
     next.run(next.context);
+    shd_denormals_restore(before);
     atomic_fetch_add(&pool->lent, 1);
     pthread_mutex_lock(&pool->mutex);
     self->lending = false;
@@ -138,7 +142,9 @@ double shd_pool_lend(shd_pool *pool) {
 static bool run_index(loop *l, unsigned slot) {
     size_t index = atomic_fetch_add_explicit(&l->taken, 1, memory_order_relaxed);
     if (index >= l->count) return false;
+    const shd_denormals before = shd_denormals_flush();
     l->run(l->context, index, slot);
+    shd_denormals_restore(before);
     return true;
 }
 

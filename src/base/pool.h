@@ -45,7 +45,8 @@ double shd_pool_lend(shd_pool *pool);
 /* Calls run(context, index, slot) for every index in [0, count), in no particular order, on the
  * calling thread and on idle workers; returns when all are done. `slot` < shd_pool_slots() is
  * unique among the threads that work on this loop: it selects scratch memory. The caller's slot
- * is 0. Returns the processor seconds that the calling thread lent to other jobs meanwhile. */
+ * is 0. Denormal numbers count as zero within run (base/denormals.h), and nowhere else. Returns
+ * the processor seconds that the calling thread lent to other jobs meanwhile. */
 double shd_pool_for(shd_pool *pool, size_t count,
                     void (*run)(void *context, size_t index, unsigned slot), void *context);
 

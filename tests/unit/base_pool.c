@@ -12,6 +12,7 @@
 
 #include <cmocka.h>
 
+#include "base/denormals.h"
 #include "base/pool.h"
 
 enum { MOST = 5000, SLOTS = 64 };
@@ -354,6 +355,41 @@ static void waiting_jobs_can_be_taken_back(void **state) {
     assert_int_equal(atomic_load(&other.passed), 1);
 }
 
+/* Whether a denormal product is zero; volatile, or compilers would know it. */
+static bool is_flushed(void) {
+    volatile float small = 0x1p-100f, product = small * 0x1p-40f;
+    return product == 0;
+}
+
+static void note_flushed(void *context, size_t index, unsigned slot) {
+    (void)index;
+    (void)slot;
+    atomic_fetch_add((atomic_uint *)context, is_flushed());
+    usleep(100); /* so that helpers come, too */
+}
+
+static void note_outside(void *context) {
+    atomic_fetch_add((atomic_uint *)context, is_flushed());
+}
+
+static void denormal_numbers_are_zero_in_loops_and_nowhere_else(void **state) {
+    (void)state;
+    const shd_denormals before = shd_denormals_flush();
+    const bool possible = is_flushed();
+    shd_denormals_restore(before);
+    assert_false(is_flushed());
+    shd_pool *pool = new_pool(3, 4);
+    atomic_uint inside = 0, outside = 0;
+    for (int round = 0; round < 4; round++) {
+        shd_pool_for(pool, 50, note_flushed, &inside);
+        assert_false(is_flushed());
+        assert_true(shd_pool_submit(pool, note_outside, &outside));
+    }
+    shd_pool_drop(pool);
+    assert_int_equal(atomic_load(&inside), possible ? 200 : 0);
+    assert_int_equal(atomic_load(&outside), 0);
+}
+
 static void impossible_numbers_of_threads_are_refused(void **state) {
     (void)state;
     static const unsigned threads[] = {0, 1025, 4000000000u};
@@ -377,6 +413,7 @@ int main(void) {
         cmocka_unit_test(a_small_job_waits_for_a_tile_of_a_large_one),
         cmocka_unit_test(large_jobs_take_turns_with_small_ones),
         cmocka_unit_test(waiting_jobs_can_be_taken_back),
+        cmocka_unit_test(denormal_numbers_are_zero_in_loops_and_nowhere_else),
         cmocka_unit_test(impossible_numbers_of_threads_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
