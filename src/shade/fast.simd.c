@@ -4,7 +4,7 @@
 #include "base/cpu.h"
 #include "shade/math_simd.h"
 
-enum { LOBES_AT_ONCE = 8, ROWS = 3 + 3 * LOBES_AT_ONCE, MANY = 2 };
+enum { LOBES_AT_ONCE = SHD_WIDE_LOBES, ROWS = SHD_WIDE_ROWS, MANY = 2 };
 
 /* What a body is compiled for: constants, wherever the machine is worth a specialization. */
 typedef struct shape {
@@ -97,17 +97,17 @@ SHD_INLINE shd_vf weigh_spot(const shd_packed_light *light, const shd_vf path[3]
 /* One light in f64, for the lanes `wide` of the vector from `first` on. */
 __attribute__((noinline, cold)) static void add_wide(const shd_sums_job *job, uint32_t index,
                                                      size_t first, size_t first_lobe,
-                                                     size_t lobe_count, unsigned wide, int channels,
-                                                     bool many, sums *s) {
-    float rows[ROWS][SHD_W] = {{0}};
-    for (size_t i = 0; i < SHD_W; i++) {
-        double row[ROWS] = {0};
-        if (!(wide >> i & 1)) continue;
-        shd_add_wide(job, index, first + i, first_lobe, lobe_count, row);
-        for (size_t k = 0; k < ROWS; k++) rows[k][i] = (float)row[k];
-    }
-    shd_vf *specular = many ? s->more : s->specular;
-    for (int c = 0; c < channels; c++) {
+                                                     size_t lobe_count, unsigned wide, shape is,
+                                                     sums *s) {
+    const shd_wide_job one = {.lighting = job->lighting,
+                              .material = job->material,
+                              .first_lobe = first_lobe,
+                              .lobe_count = lobe_count,
+                              .narrow = job->points};
+    _Alignas(64) float rows[ROWS][SHD_W];
+    SHD_VARIANT(shd_add_wide)(&one, index, first, wide, rows[0]);
+    shd_vf *specular = is.lobes == MANY ? s->more : s->specular;
+    for (int c = 0; c < is.channels; c++) {
         s->diffuse[c] += shd_vf_load(rows[c]);
         for (size_t k = 0; k < lobe_count; k++)
             specular[3 * k + (size_t)c] += shd_vf_load(rows[3 + 3 * k + (size_t)c]);
@@ -137,8 +137,7 @@ SHD_INLINE void add_light(const shd_sums_job *job, uint32_t index, shd_light_kin
         shd_mf wide = shd_vu_ge(above, shd_vu_set(light->span));
         if (__builtin_expect(shd_mf_any(wide), 0)) {
             sums copy = *s; /* or s would not be in registers */
-            add_wide(job, index, first, first_lobe, lobe_count, shd_mf_bits(wide), is.channels,
-                     is.lobes == MANY, &copy);
+            add_wide(job, index, first, first_lobe, lobe_count, shd_mf_bits(wide), is, &copy);
             *s = copy;
             lit = shd_mf_and(lit, shd_mf_not(wide));
         }
@@ -258,8 +257,7 @@ SHD_INLINE void sum_lights(const shd_sums_job *job, size_t first_lobe, size_t lo
                 break;
             case SHD_KIND_WIDE: {
                 sums copy = s;
-                add_wide(job, index, i, first_lobe, lobe_count, ~0u, is.channels, is.lobes == MANY,
-                         &copy);
+                add_wide(job, index, i, first_lobe, lobe_count, ~0u, is, &copy);
                 s = copy;
                 break;
             }

@@ -11,6 +11,17 @@ static const shd_sums_kernel *kernel_of(shd_isa isa) {
     return kernels[isa];
 }
 
+static const shd_wide_kernel *wide_kernel_of(shd_isa isa) {
+    static const shd_wide_kernel *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_wide_kernel);
+    return kernels[isa];
+}
+
+static int32_t kind_of(const shd_plan_light *light) {
+    if (light->directional) return SHD_KIND_DIRECTIONAL;
+    if (light->spot) return SHD_KIND_SPOT;
+    return light->attenuated ? SHD_KIND_ATTENUATED : SHD_KIND_POINT;
+}
+
 /* Whether f32 is enough for this light: a cone that fades within less than 5 degrees, a steep
  * exponent, one below 1 (vertical at 90 degrees), or constants beyond what keeps f32's products
  * finite in the plan's frame want f64. */
@@ -56,11 +67,37 @@ shd_packed_light shd_pack_light(const shd_plan *plan, const shd_plan_light *ligh
     out.inner = (float)light->inner;
     out.inverse_fade = light->outer > light->inner ? (float)(1 / (light->outer - light->inner)) : 0;
     out.exponent = (float)light->exponent;
-    out.kind = light->directional  ? SHD_KIND_DIRECTIONAL
-               : light->spot       ? SHD_KIND_SPOT
-               : light->attenuated ? SHD_KIND_ATTENUATED
-                                   : SHD_KIND_POINT;
+    out.kind = kind_of(light);
     if (!fits_f32(&out, light)) out.kind = SHD_KIND_WIDE;
+    return out;
+}
+
+shd_wide_light shd_pack_wide(const shd_plan *plan, const shd_plan_light *light) {
+    const double s = plan->scale;
+    const shd_vec3 from = plan->tier == SHD_EXACT ? (shd_vec3){0, 0, 0} : plan->origin;
+    const shd_vec3 at =
+        light->directional ? light->toward : shd_scale(shd_sub(light->position, from), s);
+    const double a = light->a, b = light->b / s, c = light->c / s / s;
+    const double largest = light->directional ? 1 : fmax(a, fmax(b, c));
+    shd_wide_light out = {.at = {at.x, at.y, at.z},
+                          .a = a / largest,
+                          .b = b / largest,
+                          .c = c / largest,
+                          .least = light->min_distance * s,
+                          .axis = {light->axis.x, light->axis.y, light->axis.z},
+                          .outer = light->outer,
+                          .inner = light->inner,
+                          .exponent = light->exponent,
+                          .kind = kind_of(light)};
+    if (light->outer > light->inner) out.inverse_fade = 1 / (light->outer - light->inner);
+    double brightest = 0;
+    for (int k = 0; k < 3; k++) {
+        out.color[k] = light->color[k] * (light->gain / largest);
+        brightest = fmax(brightest, fabs(out.color[k]));
+    }
+    const double reach = shd_max_abs(at);
+    if (!(brightest > 1e-250 && brightest < 1e30 && reach < 1e90 && out.least < 1e90))
+        out.kind = SHD_KIND_WIDE;
     return out;
 }
 
@@ -96,13 +133,18 @@ shd_packed_lobe shd_pack_lobe(const shd_plan *plan, double shininess) {
 }
 
 shd_lighting *shd_lighting_new(const shd_plan *plan, shd_arena *arena) {
-    const size_t material_count = plan->scene->material_count;
+    const bool fast = plan->tier != SHD_EXACT;
+    const size_t material_count = fast ? plan->scene->material_count : 0;
+    const size_t light_count = plan->light_count;
     shd_lighting *lighting = shd_arena_alloc(arena, 1, sizeof *lighting);
-    shd_packed_light *lights = shd_arena_alloc(arena, plan->light_count, sizeof *lights);
+    shd_wide_light *wide = shd_arena_alloc(arena, light_count, sizeof *wide);
+    shd_packed_light *lights = shd_arena_alloc(arena, fast ? light_count : 0, sizeof *lights);
     shd_packed_material *materials = shd_arena_alloc(arena, material_count, sizeof *materials);
-    if (!lighting || !lights || !materials) return NULL;
-    for (size_t j = 0; j < plan->light_count; j++)
-        lights[j] = shd_pack_light(plan, &plan->lights[j]);
+    if (!lighting || !wide || !lights || !materials) return NULL;
+    for (size_t j = 0; j < light_count; j++) {
+        wide[j] = shd_pack_wide(plan, &plan->lights[j]);
+        if (fast) lights[j] = shd_pack_light(plan, &plan->lights[j]);
+    }
     for (size_t m = 0; m < material_count; m++) {
         const shd_plan_material *from = &plan->materials[m];
         shd_packed_lobe *lobes = shd_arena_alloc(arena, from->lobe_count, sizeof *lobes);
@@ -115,7 +157,9 @@ shd_lighting *shd_lighting_new(const shd_plan *plan, shd_arena *arena) {
     }
     *lighting = (shd_lighting){.plan = plan,
                                .kernel = kernel_of(plan->isa),
+                               .wide_kernel = wide_kernel_of(plan->isa),
                                .lights = lights,
+                               .wide = wide,
                                .materials = materials,
                                .draft = plan->tier == SHD_DRAFT};
     return lighting;
@@ -125,40 +169,33 @@ static shd_vec3 lane_of(const float *const v[3], size_t i) {
     return (shd_vec3){(double)v[0][i], (double)v[1][i], (double)v[2][i]};
 }
 
-void shd_add_wide(const shd_sums_job *job, uint32_t j, size_t lane, size_t first_lobe,
-                  size_t lobe_count, double *sums) {
-    const shd_plan *plan = job->lighting->plan;
-    const shd_points32 *points = job->points;
-    shd_vec3 at = lane_of(points->position, lane);
-    if (points->low[0]) at = shd_add(at, lane_of(points->low, lane));
-    at = shd_madd(plan->origin, at, 1 / plan->scale);
-    const shd_plan_light *light = &plan->lights[j];
-    const shd_vec3 normal = lane_of(points->normal, lane), mirror = lane_of(points->mirror, lane);
-    double factor, mirrored;
-    double weight = shd_weigh_light(light, at, normal, mirror, &factor, &mirrored);
-    for (int c = 0; c < 3; c++) sums[c] += weight * light->color[c];
-    for (size_t k = 0; k < lobe_count; k++) {
-        double lobe =
-            shd_weigh_lobe(job->material->lobes[first_lobe + k].shininess, factor, mirrored);
-        for (int c = 0; c < 3; c++) sums[3 + 3 * k + (size_t)c] += lobe * light->color[c];
-    }
+static shd_vec3 lane64_of(const double *const v[3], size_t i) {
+    return (shd_vec3){v[0][i], v[1][i], v[2][i]};
 }
 
-/* All lights in f64: lobes whose edge is too steep for f32. */
-static void sum_wide(const shd_sums_job *job) {
-    const size_t lobes = job->material->lobe_count;
-    const size_t lanes = (job->points->count + SHD_LANES - 1) / SHD_LANES * SHD_LANES;
-    const int channels = job->lighting->plan->grey_lights ? 1 : 3;
-    for (size_t k = 0; k == 0 || k < lobes; k++) {
-        for (size_t i = 0; i < lanes; i++) {
-            double sums[6] = {0};
-            for (size_t j = 0; j < job->n; j++)
-                shd_add_wide(job, job->which[j], i, k, lobes ? 1 : 0, sums);
-            for (int c = 0; c < channels; c++) {
-                if (job->diffuse && k == 0) job->diffuse[c][i] = (float)sums[c];
-                if (lobes) job->specular[3 * k + (size_t)c][i] = (float)sums[3 + c];
-            }
-        }
+void shd_add_reference(const shd_wide_job *job, uint32_t index, size_t point, double *row) {
+    const shd_plan *plan = job->lighting->plan;
+    shd_vec3 at, normal, mirror;
+    if (job->narrow) {
+        at = lane_of(job->narrow->position, point);
+        if (job->narrow->low[0]) at = shd_add(at, lane_of(job->narrow->low, point));
+        at = shd_madd(plan->origin, at, 1 / plan->scale);
+        normal = lane_of(job->narrow->normal, point);
+        mirror = lane_of(job->narrow->mirror, point);
+    } else {
+        at = lane64_of(job->points->position, point);
+        normal = lane64_of(job->points->normal, point);
+        const shd_vec3 view = lane64_of(job->points->view, point);
+        mirror = shd_sub(shd_scale(normal, 2 * shd_dot(normal, view)), view);
+    }
+    const shd_plan_light *light = &plan->lights[index];
+    double factor, off;
+    const double weight = shd_weigh_light(light, at, normal, mirror, &factor, &off);
+    for (int c = 0; c < 3; c++) row[c] += weight * light->color[c];
+    for (size_t k = 0; k < job->lobe_count; k++) {
+        const double shininess = job->material->lobes[job->first_lobe + k].shininess;
+        const double lobe = shd_weigh_lobe(shininess, factor, off);
+        for (size_t c = 0; c < 3; c++) row[3 + 3 * k + c] += lobe * light->color[c];
     }
 }
 
@@ -167,10 +204,32 @@ void shd_light_sums32(const shd_lighting *lighting, const shd_plan_material *mat
                       float *const diffuse[3], float *const *specular) {
     const shd_packed_material *packed = &lighting->materials[material - lighting->plan->materials];
     const shd_sums_job job = {lighting, material, packed, which, n, points, diffuse, specular};
+    const shd_wide_job wide = {.lighting = lighting,
+                               .material = material,
+                               .which = which,
+                               .n = n,
+                               .count = points->count,
+                               .narrow = points,
+                               .diffuse = diffuse,
+                               .specular = specular};
     if (packed->wide)
-        sum_wide(&job);
+        lighting->wide_kernel->sums64(&wide);
     else
         lighting->kernel->sums32(&job);
+}
+
+void shd_light_sums64(const shd_lighting *lighting, const shd_plan_material *material,
+                      const uint32_t *which, size_t n, const shd_points64 *points,
+                      double *const diffuse[3], double *const *specular) {
+    const shd_wide_job job = {.lighting = lighting,
+                              .material = material,
+                              .which = which,
+                              .n = n,
+                              .count = points->count,
+                              .points = points,
+                              .diffuse64 = diffuse,
+                              .specular64 = specular};
+    lighting->wide_kernel->sums64(&job);
 }
 
 enum { FURTHER_LOBES = SHD_TERMS_AT_ONCE - 1 };

@@ -1,5 +1,5 @@
 /* f32 functions on vectors (base/simd.h). Polynomials are minimax, coefficients rounded to f32;
- * tests/unit/shade_power.c measures what is left of their errors. */
+ * tests/unit/shade_vectors.c measures what is left of their errors. */
 #ifndef SHD_SHADE_MATH_SIMD_H
 #define SHD_SHADE_MATH_SIMD_H
 
@@ -14,7 +14,7 @@ SHD_INLINE shd_vf shd_polynomial(shd_vf x, const float *c, int n) {
     return sum;
 }
 
-/* 2^t for t in [-125, 0], to 1.6e-7 relative; 1 at 0 and never more. t = k + r, |r| <= 1/2. */
+/* 2^t for t in [-125, 0], to 1.8e-7 relative; 1 at 0 and never more. t = k + r, |r| <= 1/2. */
 SHD_INLINE shd_vf shd_exp2(shd_vf t) {
     static const float c[] = {1.0f,          0.6931469776f,   0.2402224209f,
                               0.0555073374f, 0.009671512633f, 0.001326472802f};
@@ -24,8 +24,8 @@ SHD_INLINE shd_vf shd_exp2(shd_vf t) {
     return (shd_vf)((shd_vu)power + ((shd_vu)shifted << 23));
 }
 
-/* The same of t 2^23, for t in [-250, -2^-23], to 6e-5 absolute: the integer part of t becomes the
- * exponent, the fraction m - 1 a cubic of m in [1, 2). */
+/* The same of t 2^23, for t in [-250, -2^-23], to 6.4e-5 absolute: the integer part of t becomes
+ * the exponent, the fraction m - 1 a cubic of m in [1, 2). */
 SHD_INLINE shd_vf shd_exp2_draft(shd_vf t23) {
     static const float c[] = {0.44557587f, 0.49201321f, -0.018029702f, 0.080314562f};
     shd_vi fixed = shd_vi_round(t23);

@@ -27,6 +27,16 @@ typedef struct shd_packed_light {
     float axis[3];
 } shd_packed_light;
 
+/* The same in f64: in the world's frame times the plan's scale for the exact tier, which subtracts
+ * positions as they are, and in the plan's frame for the other ones. */
+typedef struct shd_wide_light {
+    _Alignas(64) double at[3];
+    double a, b, c, least;
+    double color[3];
+    double axis[3], outer, inner, inverse_fade, exponent;
+    int32_t kind; /* SHD_KIND_WIDE: beyond f64, too, so that the reference does it */
+} shd_wide_light;
+
 enum { SHD_LOG_TERMS = 5, SHD_LOG_TERMS_DRAFT = 3 };
 
 /* (R.V)^ns = 2^t in f32, with t a polynomial of z (short lobes) or by way of a logarithm. */
@@ -74,21 +84,51 @@ typedef struct shd_sums_kernel {
 
 extern const shd_sums_kernel shd_sums_kernel_portable, shd_sums_kernel_avx2, shd_sums_kernel_avx512;
 
+enum { SHD_WIDE_LOBES = 8, SHD_WIDE_ROWS = 3 + 3 * SHD_WIDE_LOBES };
+
+/* Points in f64 (`points`), whose sums go to diffuse64 and specular64, or in f32 (`narrow`), whose
+ * sums are rounded; the other one is NULL. */
+typedef struct shd_wide_job {
+    const shd_lighting *lighting;
+    const shd_plan_material *material;
+    size_t first_lobe, lobe_count; /* of the material: at most SHD_WIDE_LOBES */
+    const uint32_t *which;
+    size_t n, count;
+    const shd_points64 *points;
+    const shd_points32 *narrow;
+    float *const *diffuse, *const *specular;
+    double *const *diffuse64, *const *specular64;
+} shd_wide_job;
+
+typedef struct shd_wide_kernel {
+    void (*sums64)(const shd_wide_job *job); /* all lobes of the material */
+} shd_wide_kernel;
+
+extern const shd_wide_kernel shd_wide_kernel_portable, shd_wide_kernel_avx2, shd_wide_kernel_avx512;
+
+/* One light at one vector of floats: the contributions of the set bits of `lanes` from point
+ * `first` on, 0 in the others, to rows[SHD_WIDE_ROWS][vector]: the channels of the diffuse sum,
+ * then 3 + 3 lobe + channel. */
+typedef void shd_add_wide_function(const shd_wide_job *job, uint32_t index, size_t first,
+                                   unsigned lanes, float *rows);
+shd_add_wide_function shd_add_wide_portable, shd_add_wide_avx2, shd_add_wide_avx512;
+
 struct shd_lighting {
     const shd_plan *plan;
     const shd_sums_kernel *kernel;
-    const shd_packed_light *lights;       /* [plan->light_count] */
+    const shd_wide_kernel *wide_kernel;
+    const shd_packed_light *lights;       /* [plan->light_count]; NULL for the exact tier */
+    const shd_wide_light *wide;           /* [plan->light_count] */
     const shd_packed_material *materials; /* [plan->material_count] */
     bool draft;
 };
 
-/* A light and a material's lobes for the tier; for tests, too. */
+/* A light and a material's lobes for the tier. */
 shd_packed_light shd_pack_light(const shd_plan *plan, const shd_plan_light *light);
+shd_wide_light shd_pack_wide(const shd_plan *plan, const shd_plan_light *light);
 shd_packed_lobe shd_pack_lobe(const shd_plan *plan, double shininess);
 
-/* One lane of the sums by the f64 reference: adds light j's contribution to sums[row], row = c for
- * the diffuse sums and 3 + 3 lobe + c for lobes. `lane` counts from the points' start. */
-void shd_add_wide(const shd_sums_job *job, uint32_t j, size_t lane, size_t first_lobe,
-                  size_t lobe_count, double *sums);
+/* One light at one point by the f64 reference, to row[SHD_WIDE_ROWS] as above. */
+void shd_add_reference(const shd_wide_job *job, uint32_t index, size_t point, double *row);
 
 #endif

@@ -74,7 +74,9 @@ static double time_of(const surface *s, shd_tier tier, shd_isa isa, double shini
     const shd_lighting *lighting = shd_lighting_new(&plan, arena);
     if (!lighting) exit(1);
     static _Alignas(64) float diffuse[MOST], specular[MOST];
+    static _Alignas(64) double diffuse64[MOST], specular64[MOST];
     float *const D[3] = {diffuse}, *const S[3] = {specular};
+    double *const D64[3] = {diffuse64}, *const S64[3] = {specular64};
     static const uint32_t which[LIGHTS] = {0, 1, 2, 3};
     shd_points32 points = {.count = s->count};
     for (int c = 0; c < 3; c++) {
@@ -82,10 +84,19 @@ static double time_of(const surface *s, shd_tier tier, shd_isa isa, double shini
         points.normal[c] = s->normal32[c];
         points.mirror[c] = s->mirror32[c];
     }
+    shd_points64 exact = {.count = s->count};
+    for (int c = 0; c < 3; c++) {
+        exact.position[c] = s->position[c];
+        exact.normal[c] = s->normal[c];
+        exact.view[c] = s->view[c];
+    }
     double least = 1e30;
     for (int r = 0; r < runs; r++) {
         double start = nanoseconds();
-        shd_light_sums32(lighting, &material, which, LIGHTS, &points, D, S);
+        if (tier == SHD_EXACT)
+            shd_light_sums64(lighting, &material, which, LIGHTS, &exact, D64, S64);
+        else
+            shd_light_sums32(lighting, &material, which, LIGHTS, &points, D, S);
         double took = nanoseconds() - start;
         if (took < least) least = took;
     }
@@ -103,7 +114,7 @@ int main(int argc, char **argv) {
            s.count, runs, "tier", "variant");
     for (size_t i = 0; i < sizeof shininess / sizeof *shininess; i++)
         printf(" ns %-6g", shininess[i]);
-    for (shd_tier tier = SHD_DRAFT; tier <= SHD_STANDARD; tier++) {
+    for (shd_tier tier = SHD_DRAFT; tier <= SHD_EXACT; tier++) {
         for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++) {
             if (!shd_cpu_has(isa)) continue;
             printf("\n%-9s %-9s", tiers[tier], shd_isa_name(isa));

@@ -11,8 +11,6 @@
 #include "shade/lighting.h"
 #include "shade/shade.h"
 
-static const shd_tier LAST_TIER = SHD_STANDARD; /* of those with kernels */
-
 /* 113 bits where the compiler has them (gcc), else 64. */
 #if __has_include(<quadmath.h>)
 #include <quadmath.h>
@@ -45,7 +43,7 @@ static inline size_t find_kernels(kernel out[MOST_KERNELS]) {
     static const char *const tiers[] = {"draft", "standard", "exact"};
     size_t n = 0;
     out[n++] = (kernel){"reference", true, SHD_EXACT, SHD_PORTABLE};
-    for (shd_tier tier = SHD_DRAFT; tier <= LAST_TIER; tier++) {
+    for (shd_tier tier = SHD_DRAFT; tier <= SHD_EXACT; tier++) {
         for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++) {
             if (!shd_cpu_has(isa)) continue;
             out[n] = (kernel){"", false, tier, isa};
@@ -103,8 +101,18 @@ static inline void narrow_points(points *to, const shd_plan *plan) {
 }
 
 typedef struct sums_of {
-    _Alignas(64) float diffuse[3][MOST_POINTS], specular[3 * 16][MOST_POINTS];
+    double diffuse[3][MOST_POINTS], specular[3 * 16][MOST_POINTS];
 } sums_of;
+
+static inline shd_points64 world_points(const points *at) {
+    shd_points64 p = {.count = at->count};
+    for (int c = 0; c < 3; c++) {
+        p.position[c] = at->position[c];
+        p.normal[c] = at->normal[c];
+        p.view[c] = at->view[c];
+    }
+    return p;
+}
 
 /* The sums over all lights of the plan, or those of `which`, by its tier and variant. */
 static inline void sum_by(const shd_plan *plan, const shd_plan_material *material,
@@ -113,9 +121,13 @@ static inline void sum_by(const shd_plan *plan, const shd_plan_material *materia
     shd_arena *arena = shd_arena_new((size_t)1 << 24);
     const shd_lighting *lighting = shd_lighting_new(plan, arena);
     assert_non_null(lighting);
-    float *D[3], *S[3 * 16];
-    for (int c = 0; c < 3; c++) D[c] = out->diffuse[c];
-    for (int k = 0; k < 3 * 16; k++) S[k] = out->specular[k];
+    static _Alignas(64) float rows[3 * 17][MOST_POINTS];
+    float *D[3 * 17];
+    double *D64[3 * 17];
+    for (size_t k = 0; k < 3 * 17; k++) {
+        D[k] = rows[k];
+        D64[k] = k < 3 ? out->diffuse[k] : out->specular[k - 3];
+    }
     shd_points32 narrow = {.count = at->count};
     for (int c = 0; c < 3; c++) {
         narrow.position[c] = at->position32[c];
@@ -123,7 +135,13 @@ static inline void sum_by(const shd_plan *plan, const shd_plan_material *materia
         narrow.normal[c] = at->normal32[c];
         narrow.mirror[c] = at->mirror32[c];
     }
-    shd_light_sums32(lighting, material, which, n, &narrow, D, S);
+    const shd_points64 exact = world_points(at);
+    if (plan->tier == SHD_EXACT)
+        shd_light_sums64(lighting, material, which, n, &exact, D64, D64 + 3);
+    else
+        shd_light_sums32(lighting, material, which, n, &narrow, D, D + 3);
+    for (size_t k = 0; plan->tier != SHD_EXACT && k < 3 * (1 + material->lobe_count); k++)
+        for (size_t i = 0; i < at->count; i++) D64[k][i] = (double)rows[k][i];
     shd_arena_drop(arena);
 }
 
@@ -173,8 +191,8 @@ static inline void weigh_points(const kernel *k, double scale, const shd_plan_li
     narrow_points(at, &s.plan);
     sum_by(&s.plan, &s.material, which, 1, at, split, &out);
     for (size_t i = 0; i < at->count; i++) {
-        diffuse[i] = (double)out.diffuse[0][i];
-        specular[i] = (double)out.specular[0][i];
+        diffuse[i] = out.diffuse[0][i];
+        specular[i] = out.specular[0][i];
     }
 }
 

@@ -1,0 +1,254 @@
+/* Light sums in f64: the exact tier, and what f32 cannot hold of the others. The same forms as
+ * in fast.simd.c, without fused products. Compiled once an instruction set. Errors are measured in
+ * tests/unit/shade_sums.c, time in tests/bench/kernels.c. */
+#include "base/cpu.h"
+#include "shade/math64_simd.h"
+#include "shade/packed.h"
+
+enum {
+    VW = SHD_W / 2,
+    LOBES_AT_ONCE = SHD_WIDE_LOBES,
+    ROWS = SHD_WIDE_ROWS,
+};
+
+/* (R.V)^ns below exp(-60) is nothing beside any picture's maximum. */
+static const double FAINTEST = 60;
+
+/* Squared distances outside of these have lost bits, or their products would: such lanes are the
+ * reference's. */
+static const double NEAREST2 = 0x1p-600, FARTHEST2 = 0x1p600;
+
+typedef struct points {
+    shd_vd p[3], n[3], w[3];
+} points;
+
+SHD_INLINE shd_vd dot(const shd_vd a[3], const shd_vd b[3]) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* |a + b|^2 / 2 of unit vectors. */
+SHD_INLINE shd_vd half_chord(const shd_vd a[3], const shd_vd b[3]) {
+    const shd_vd chord[3] = {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+    return dot(chord, chord) * shd_vd_set(0.5);
+}
+
+/* (1 - d)^exponent from log(1 - d). */
+SHD_INLINE shd_vd power_of(shd_vd log, double exponent) {
+    return shd_exp64(shd_vd_max(log * shd_vd_set(exponent), shd_vd_set(-700)));
+}
+
+/* d where it is a power's, else what is as good as 1. */
+SHD_INLINE shd_vd below_one(shd_vd d) {
+    const shd_vd largest = shd_vd_set(0x1.fffffffffffffp-1);
+    return shd_vd_select(shd_vd_gt(largest, d), d, largest);
+}
+
+/* The factor of a spot; lanes outside of its cone leave `lit`. */
+SHD_INLINE shd_vd weigh_spot(const shd_wide_light *light, const shd_vd toward[3], shd_md *lit) {
+    const shd_vd axis[3] = {shd_vd_set(light->axis[0]), shd_vd_set(light->axis[1]),
+                            shd_vd_set(light->axis[2])};
+    const shd_vd one = shd_vd_set(1), outer = shd_vd_set(light->outer);
+    shd_vd q = half_chord(axis, toward); /* 1 - cos t */
+    *lit = shd_md_and(*lit, shd_md_not(shd_vd_gt(q, outer)));
+    if (!shd_md_any(*lit)) return q;
+    shd_vd fade = (outer - q) * shd_vd_set(light->inverse_fade);
+    shd_vd smooth = fade * fade * (shd_vd_set(3) - (fade + fade));
+    shd_vd factor = shd_vd_select(shd_vd_gt(q, shd_vd_set(light->inner)), smooth, one);
+    if (!(light->exponent > 0)) return factor;
+    *lit = shd_vd_gt_in(*lit, one, q);
+    return factor * power_of(shd_log1m64(below_one(q)), light->exponent);
+}
+
+/* Adds one light to sums[row]: channels of the diffuse sum, then 3 + 3 lobe + channel, of the lanes
+ * `asked`. Returns the lanes that are left to the reference. */
+SHD_INLINE unsigned add_light(const shd_wide_light *light, const points *at,
+                              const shd_plan_lobe *lobes, size_t lobe_count, shd_md asked,
+                              int channels, shd_vd *sums) {
+    shd_vd toward[3];
+    shd_vd factor = shd_vd_set(1);
+    unsigned left = 0;
+    for (int c = 0; c < 3; c++) toward[c] = shd_vd_set(light->at[c]);
+    shd_md lit;
+    shd_vd facing;
+    if (light->kind == SHD_KIND_DIRECTIONAL) {
+        facing = dot(at->n, toward);
+        lit = shd_vd_gt_in(asked, facing, shd_vd_set(0));
+        if (!shd_md_any(lit)) return 0;
+    } else {
+        for (int c = 0; c < 3; c++) toward[c] -= at->p[c];
+        shd_vd d2 = dot(toward, toward);
+        shd_md held = shd_vd_gt_in(shd_vd_gt(d2, shd_vd_set(NEAREST2)), shd_vd_set(FARTHEST2), d2);
+        left = shd_md_bits(shd_md_and(asked, shd_md_not(held)));
+        facing = dot(at->n, toward);
+        lit = shd_vd_gt_in(shd_md_and(held, asked), facing, shd_vd_set(0));
+        if (!shd_md_any(lit)) return left;
+        shd_vd distance = shd_vd_sqrt(d2), inverse;
+        if (light->kind == SHD_KIND_POINT) {
+            inverse = shd_vd_set(1) / distance;
+        } else {
+            shd_vd d = shd_vd_max(distance, shd_vd_set(light->least));
+            shd_vd slope = d * shd_vd_set(light->c) + shd_vd_set(light->b);
+            shd_vd fall = d * slope + shd_vd_set(light->a);
+            shd_vd both = shd_vd_set(1) / (fall * distance);
+            inverse = both * fall;
+            factor = both * distance;
+        }
+        for (int c = 0; c < 3; c++) toward[c] *= inverse;
+        facing *= inverse;
+    }
+    if (light->kind == SHD_KIND_SPOT) {
+        factor *= weigh_spot(light, toward, &lit);
+        if (!shd_md_any(lit)) return left;
+    }
+    shd_vd weight = shd_vd_mul_in(lit, factor, facing);
+    for (int c = 0; c < channels; c++) sums[c] += weight * shd_vd_set(light->color[c]);
+
+    const shd_vd away[3] = {-at->w[0], -at->w[1], -at->w[2]};
+    shd_vd d = half_chord(toward, away), log = d; /* 1 - R.V */
+    bool has_log = false;
+    for (size_t k = 0; k < lobe_count; k++) {
+        const double shininess = lobes[k].shininess;
+        const double reach = shininess > FAINTEST ? FAINTEST / shininess : 1;
+        shd_md in = shd_vd_gt_in(lit, shd_vd_set(reach), d);
+        if (!shd_md_any(in)) continue;
+        if (!has_log) log = shd_log1m64(below_one(d));
+        has_log = true;
+        weight = shd_vd_mul_in(in, power_of(log, shininess), factor);
+        for (size_t c = 0; c < (size_t)channels; c++)
+            sums[3 + 3 * k + c] += weight * shd_vd_set(light->color[c]);
+    }
+    return left;
+}
+
+/* One light at lanes that vectors cannot hold, by the reference. */
+__attribute__((noinline, cold)) static void add_left(const shd_wide_job *job, uint32_t index,
+                                                     size_t first, unsigned left, shd_vd *sums) {
+    for (size_t i = 0; i < VW; i++) {
+        if (!(left >> i & 1)) continue;
+        double row[ROWS] = {0};
+        shd_add_reference(job, index, first + i, row);
+        for (size_t k = 0; k < 3 + 3 * job->lobe_count; k++) sums[k][i] += row[k];
+    }
+}
+
+static shd_vd widen_load(const float *from) {
+    shd_vh half;
+    memcpy(&half, from, sizeof half);
+    return shd_vd_widen(half);
+}
+
+SHD_INLINE void load_narrow(const shd_points32 *from, size_t i, points *to) {
+    for (int c = 0; c < 3; c++) {
+        to->p[c] = widen_load(from->position[c] + i);
+        if (from->low[0]) to->p[c] += widen_load(from->low[c] + i);
+        to->n[c] = widen_load(from->normal[c] + i);
+        to->w[c] = widen_load(from->mirror[c] + i);
+    }
+}
+
+/* Lanes from `count` on repeat the last point, and are not read. */
+SHD_INLINE shd_vd load_some(const double *from, size_t count) {
+    if (__builtin_expect(count >= VW, 1)) return shd_vd_load(from);
+    shd_vd v;
+    for (size_t i = 0; i < VW; i++) v[i] = from[i < count ? i : count - 1];
+    return v;
+}
+
+SHD_INLINE void load_points(const shd_wide_job *job, size_t i, points *to) {
+    const shd_vd scale = shd_vd_set(job->lighting->plan->scale);
+    const size_t left = job->count - i;
+    shd_vd v[3];
+    for (int c = 0; c < 3; c++) {
+        to->p[c] = load_some(job->points->position[c] + i, left) * scale;
+        to->n[c] = load_some(job->points->normal[c] + i, left);
+        v[c] = load_some(job->points->view[c] + i, left);
+    }
+    shd_vd twice = dot(to->n, v) * shd_vd_set(2);
+    for (int c = 0; c < 3; c++) to->w[c] = twice * to->n[c] - v[c];
+}
+
+static void store(const shd_wide_job *job, size_t row, size_t i, shd_vd sum) {
+    const bool is_diffuse = row < 3;
+    const size_t at = is_diffuse ? row : row - 3 + 3 * job->first_lobe;
+    if (job->narrow) {
+        float *const *rows = is_diffuse ? job->diffuse : job->specular;
+        shd_vh half = shd_vh_narrow(sum);
+        if (rows) memcpy(rows[at] + i, &half, sizeof half);
+        return;
+    }
+    double *const *rows = is_diffuse ? job->diffuse64 : job->specular64;
+    const size_t left = job->count - i;
+    if (rows) memcpy(rows[at] + i, &sum, (left < VW ? left : VW) * sizeof(double));
+}
+
+SHD_INLINE void sum_lights(const shd_wide_job *job, int channels, size_t lobe_count) {
+    const shd_wide_light *lights = job->lighting->wide;
+    const shd_plan_lobe *lobes = job->material->lobes + job->first_lobe;
+    const shd_md all = shd_md_not(shd_vd_gt(shd_vd_set(0), shd_vd_set(0)));
+    for (size_t i = 0; i < job->count; i += VW) {
+        points at;
+        if (job->narrow)
+            load_narrow(job->narrow, i, &at);
+        else
+            load_points(job, i, &at);
+        shd_vd sums[ROWS];
+        for (size_t k = 0; k < 3 + 3 * lobe_count; k++) sums[k] = shd_vd_set(0);
+        for (size_t k = 0; k < job->n; k++) {
+            const uint32_t index = job->which[k];
+            unsigned left = (1u << VW) - 1;
+            if (__builtin_expect(lights[index].kind != SHD_KIND_WIDE, 1))
+                left = add_light(&lights[index], &at, lobes, lobe_count, all, channels, sums);
+            if (job->count - i < VW) left &= (1u << (job->count - i)) - 1;
+            if (__builtin_expect(left, 0)) add_left(job, index, i, left, sums);
+        }
+        for (size_t c = 0; c < (size_t)channels; c++) {
+            store(job, c, i, sums[c]);
+            for (size_t k = 0; k < lobe_count; k++)
+                store(job, 3 + 3 * k + c, i, sums[3 + 3 * k + c]);
+        }
+    }
+}
+
+static void sums64(const shd_wide_job *job) {
+    const size_t lobes = job->material->lobe_count;
+    const bool grey = job->lighting->plan->grey_lights;
+    shd_wide_job rest = *job;
+    do {
+        const size_t left = lobes - rest.first_lobe;
+        rest.lobe_count = left < LOBES_AT_ONCE ? left : LOBES_AT_ONCE;
+        if (grey && rest.lobe_count == 1)
+            sum_lights(&rest, 1, 1);
+        else if (rest.lobe_count == 1)
+            sum_lights(&rest, 3, 1);
+        else
+            sum_lights(&rest, grey ? 1 : 3, rest.lobe_count);
+        rest.diffuse = NULL;
+        rest.diffuse64 = NULL;
+        rest.first_lobe += LOBES_AT_ONCE;
+    } while (rest.first_lobe < lobes);
+}
+
+void SHD_VARIANT(shd_add_wide)(const shd_wide_job *job, uint32_t index, size_t first,
+                               unsigned lanes, float *rows) {
+    const shd_wide_light *light = &job->lighting->wide[index];
+    const shd_plan_lobe *lobes = job->material->lobes + job->first_lobe;
+    const int channels = job->lighting->plan->grey_lights ? 1 : 3;
+    for (size_t h = 0; h < 2; h++, lanes >>= VW) {
+        points at;
+        load_narrow(job->narrow, first + h * VW, &at);
+        shd_vd sums[ROWS], lane;
+        for (size_t k = 0; k < ROWS; k++) sums[k] = shd_vd_set(0);
+        for (size_t i = 0; i < VW; i++) lane[i] = (double)(lanes >> i & 1);
+        unsigned left = lanes & ((1u << VW) - 1);
+        if (light->kind != SHD_KIND_WIDE)
+            left = add_light(light, &at, lobes, job->lobe_count, shd_vd_gt(lane, shd_vd_set(0)),
+                             channels, sums);
+        if (left) add_left(job, index, first + h * VW, left, sums);
+        for (size_t k = 0; k < ROWS; k++) {
+            shd_vh half = shd_vh_narrow(sums[k]);
+            memcpy(rows + k * SHD_W + h * VW, &half, sizeof half);
+        }
+    }
+}
+
+const shd_wide_kernel SHD_VARIANT(shd_wide_kernel) = {sums64};

@@ -1,0 +1,139 @@
+/* The functions of the kernels on vectors, f64 against 113-bit floats and f32 against f64. */
+#include "shade/math64_simd.h"
+#include "shade/math_simd.h"
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+/* 113 bits where the compiler has them (gcc), else 64. */
+#if __has_include(<quadmath.h>)
+#include <quadmath.h>
+typedef __float128 wide;
+#define wide_exp   expq
+#define wide_log1p log1pq
+#else
+typedef long double wide;
+#define wide_exp   expl
+#define wide_log1p log1pl
+#endif
+
+static double exp_of(double x) {
+    double out[SHD_W / 2];
+    shd_vd_store(out, shd_exp64(shd_vd_set(x)));
+    return out[0];
+}
+
+static double log1m_of(double d) {
+    double out[SHD_W / 2];
+    shd_vd_store(out, shd_log1m64(shd_vd_set(d)));
+    return out[0];
+}
+
+/* A number between 2^low and 2^high, evenly in its exponent. */
+static double some(double low, double high) {
+    return exp2(low + (high - low) * (rand() / (RAND_MAX + 1.0)));
+}
+
+static double relative(double got, wide wanted) {
+    wide error = ((wide)got - wanted) / wanted;
+    return fabs((double)error);
+}
+
+static void exp_is_within_an_ulp(void **state) {
+    (void)state;
+    srand(1);
+    double worst = 0;
+    for (int i = 0; i < 200000; i++) {
+        double x = -some(-60, log2(700));
+        worst = fmax(worst, relative(exp_of(x), wide_exp((wide)x)));
+    }
+    print_message("exp: %.2e relative\n", worst);
+    assert_true(worst < 2.3e-16);
+}
+
+static void log_is_within_an_ulp(void **state) {
+    (void)state;
+    srand(2);
+    double worst = 0;
+    for (int i = 0; i < 200000; i++) {
+        double d = i % 2 ? some(-70, 0) : 1 - some(-53, -1);
+        if (!(d < 1)) continue;
+        worst = fmax(worst, relative(log1m_of(d), wide_log1p(-(wide)d)));
+    }
+    print_message("log(1 - d): %.2e relative\n", worst);
+    assert_true(worst < 2.3e-16);
+}
+
+static void ends_are_exact(void **state) {
+    (void)state;
+    assert_true(exp_of(0) == 1 && exp_of(-0.0) == 1);
+    assert_true(exp_of(-0x1p-60) <= 1);
+    assert_true(exp_of(-700) > 0);
+    assert_true(log1m_of(0) == 0);
+    assert_true(fabs(log1m_of(1 - 0x1p-53) / (-53 * log(2)) - 1) < 1e-15);
+}
+
+static double exp2_of(float t, bool draft) {
+    float out[SHD_W];
+    shd_vf v = shd_vf_set(t);
+    shd_vf_store(out, draft ? shd_exp2_draft(v * shd_vf_set(0x1p23f)) : shd_exp2(v));
+    return (double)out[0];
+}
+
+static double log2_of(float d, bool draft) {
+    float out[SHD_W];
+    shd_vf_store(out, shd_log2_1m(shd_vf_set(d), draft));
+    return (double)out[0];
+}
+
+static void exp2_is_near_an_ulp_of_f32(void **state) {
+    (void)state;
+    srand(3);
+    double worst = 0, draft = 0;
+    for (int i = 0; i < 400000; i++) {
+        float t = -(float)some(-22.9, log2(125));
+        double wanted = exp2((double)t);
+        worst = fmax(worst, fabs(exp2_of(t, false) / wanted - 1));
+        draft = fmax(draft, fabs(exp2_of(t, true) - wanted));
+        assert_true(exp2_of(t, false) <= 1 && exp2_of(t, true) <= 1);
+    }
+    print_message("2^t: %.2e relative; draft: %.2e absolute\n", worst, draft);
+    assert_true(worst < 1.8e-7);
+    assert_true(draft < 6.4e-5);
+    assert_true(exp2_of(0, false) == 1);
+    assert_true(exp2_of(-0x1p-23f, true) <= 1);
+    assert_true(exp2_of(-125, false) > 0);
+}
+
+static void log2_is_near_an_ulp_of_f32(void **state) {
+    (void)state;
+    srand(4);
+    double worst = 0, draft = 0;
+    for (int i = 0; i < 400000; i++) {
+        float d = (float)(i % 2 ? some(-40, 0) : 1 - some(-24, -1));
+        if (!(d < 1)) continue;
+        double wanted = log1p(-(double)d) / log(2);
+        worst = fmax(worst, fabs(log2_of(d, false) / wanted - 1));
+        draft = fmax(draft, fabs(log2_of(d, true) / wanted - 1));
+    }
+    print_message("log2(1 - d): %.2e relative; draft: %.2e\n", worst, draft);
+    assert_true(worst < 2.4e-7);
+    assert_true(draft < 6.5e-5);
+    assert_true(log2_of(0, false) == 0 && log2_of(0, true) == 0);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(exp_is_within_an_ulp),
+        cmocka_unit_test(log_is_within_an_ulp),
+        cmocka_unit_test(ends_are_exact),
+        cmocka_unit_test(exp2_is_near_an_ulp_of_f32),
+        cmocka_unit_test(log2_is_near_an_ulp_of_f32),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
