@@ -186,6 +186,9 @@ shd_reuse_load shd_engine_reuse(shd_engine *engine);
 /* After a successful render: the plan in a line, for the Shaded-Plan header. */
 const char *shd_request_plan(const shd_request *request);
 
+/* Bytes that the request's arena holds by now, which the limit `memory` bounds. */
+size_t shd_request_memory(const shd_request *request);
+
 /* Samples saturated because they were not finite or beyond the output's range. */
 uint64_t shd_request_saturated(const shd_request *request);
 

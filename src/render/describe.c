@@ -151,6 +151,12 @@ static json_t *describe_colorspaces(const shd_catalog *catalog) {
 #define COMPILER "unknown"
 #endif
 
+#ifdef NDEBUG
+#define BUILD_KIND "release"
+#else
+#define BUILD_KIND "debug"
+#endif
+
 /* CMake says what it found. */
 #ifndef SHADED_LIBRARIES
 #define SHADED_LIBRARIES ""
@@ -174,10 +180,10 @@ static json_t *describe_libraries(void) {
 }
 
 static json_t *describe_version(const shd_engine *engine) {
-    return json_pack("{ss ss ss so ss s[s s]}", "name", "shaded", "version", shd_version(),
-                     "compiler", COMPILER, "libraries", describe_libraries(), "colorConfig",
-                     shd_color_config_digest(engine->color), "kernels", "exact f64",
-                     "standard f32");
+    return json_pack("{ss ss ss ss so ss ss s[s s]}", "name", "shaded", "version", shd_version(),
+                     "compiler", COMPILER, "build", BUILD_KIND, "libraries", describe_libraries(),
+                     "colorConfig", shd_color_config_digest(engine->color), "kernel",
+                     shd_isa_name(engine->isa), "kernels", "exact f64", "standard f32");
 }
 
 shd_status shd_engine_describe(const shd_engine *engine, shd_topic topic, char **json,

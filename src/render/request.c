@@ -118,6 +118,10 @@ const char *shd_request_plan(const shd_request *request) {
     return request->plan ? request->plan->summary : "";
 }
 
+size_t shd_request_memory(const shd_request *request) {
+    return shd_arena_used(request->arena);
+}
+
 uint64_t shd_request_saturated(const shd_request *request) {
     return request->saturated;
 }

@@ -159,6 +159,9 @@ static bool check_framing(head *h, const char *version) {
 /* ---- Sending ---- */
 
 static void add_common_headers(shd_exchange *exchange) {
+    const shd_reply *reply = &exchange->reply;
+    if (reply->status >= 400 && reply->size)
+        shd_metrics_refusal(&exchange->server->metrics, reply->body, reply->size);
     shd_reply_plain(&exchange->reply, "X-Request-Id", exchange->id);
     shd_route_add_cors(exchange);
     if (atomic_load(&exchange->server->draining))

@@ -36,6 +36,7 @@ void shd_job_drop(shd_job *job) {
 
 /* Whoever still waits gets the reply; there is none only where nobody does. */
 static void finish(shd_job *job) {
+    if (job->request) shd_metrics_memory(&job->server->metrics, shd_request_memory(job->request));
     shd_jobs_finish(job->server->jobs, job);
     shd_job_drop(job);
 }

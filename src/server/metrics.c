@@ -3,6 +3,7 @@
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 static const char *const route_names[SHD_ROUTE_COUNT] = {
     [SHD_ROUTE_INDEX] = "/",
@@ -23,6 +24,10 @@ static const char *const stage_names[SHD_STAGE_COUNT] = {"queue", "parse", "plan
 
 static const char *const phase_names[SHD_PHASES] = {"rest", "head", "body", "work", "answer"};
 static const char *const ending_names[SHD_ENDINGS] = {"time", "left", "room"};
+
+/* As refusals name them. */
+static const char *const limit_names[SHD_LIMITS] = {
+    "body", "pixels", "samples", "lights", "objects", "triangles", "memory", "queue", "timeout"};
 
 /* The last one, 0, takes every other status. */
 static const unsigned statuses[SHD_STATUSES] = {200, 204, 304, 400, 401, 404, 405, 406, 413,
@@ -57,6 +62,33 @@ void shd_metrics_request(shd_metrics *metrics, shd_route_id route, unsigned stat
     count(&metrics->requests[route][index], 1);
     count(&metrics->response_bytes, bytes);
     observe(&metrics->durations[route], seconds);
+}
+
+void shd_metrics_refusal(shd_metrics *metrics, const char *text, size_t size) {
+    static const char mark[] = "limit `";
+    /* Of other kinds the text may quote the client's words. */
+    static const char *const kinds[] = {"limit", "body-too-large", "busy", "deadline"};
+    bool over = false;
+    for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {
+        char head[80];
+        size_t length =
+            (size_t)snprintf(head, sizeof head, "{\"type\":\"urn:shaded:problem:%s\"", kinds[i]);
+        over = over || (size > length && !memcmp(text, head, length));
+    }
+    const char *name = over ? memmem(text, size, mark, sizeof mark - 1) : NULL;
+    if (!name) return;
+    name += sizeof mark - 1;
+    size_t left = (size_t)(text + size - name);
+    for (size_t i = 0; i < SHD_LIMITS; i++) {
+        size_t length = strlen(limit_names[i]);
+        if (length < left && !memcmp(name, limit_names[i], length) && name[length] == '`')
+            count(&metrics->refused[i], 1);
+    }
+}
+
+void shd_metrics_memory(shd_metrics *metrics, size_t bytes) {
+    size_t most = atomic_load_explicit(&metrics->memory, memory_order_relaxed);
+    while (bytes > most && !atomic_compare_exchange_weak(&metrics->memory, &most, bytes)) continue;
 }
 
 void shd_metrics_stage(shd_metrics *metrics, shd_stage stage, double seconds) {
@@ -137,6 +169,13 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
                  "Requests that got no answer, or whose client did not take it.",
                  value(&metrics->aborted));
 
+    print_number(out, "request_memory_high_water_bytes", "gauge",
+                 "The most memory that one request has taken from its arena.",
+                 atomic_load(&metrics->memory));
+    print_head(out, "refused_total", "counter", "Requests over a limit, by its name.");
+    for (size_t i = 0; i < SHD_LIMITS; i++)
+        fprintf(out, "shaded_refused_total{limit=\"%s\"} %" PRIu64 "\n", limit_names[i],
+                value(&metrics->refused[i]));
     print_head(out, "reloads_total", "counter", "Configurations read again.");
     for (int good = 0; good < 2; good++)
         fprintf(out, "shaded_reloads_total{result=\"%s\"} %" PRIu64 "\n", good ? "done" : "failed",

@@ -39,7 +39,7 @@ typedef enum shd_stage {
 
 const char *shd_stage_name(shd_stage stage);
 
-enum { SHD_BUCKETS = 15, SHD_STATUSES = 17 };
+enum { SHD_BUCKETS = 15, SHD_STATUSES = 17, SHD_LIMITS = 9 };
 
 typedef struct shd_histogram {
     atomic_uint_least64_t buckets[SHD_BUCKETS + 1]; /* the last one has no upper bound */
@@ -53,13 +53,21 @@ typedef struct shd_metrics {
     atomic_uint_least64_t joined;  /* requests that were answered by another one's job */
     atomic_uint_least64_t left;    /* requests whose client left before their job was done */
     atomic_uint_least64_t aborted; /* requests without an answer, or whose client did not take it */
-    atomic_uint_least64_t reloads[2]; /* that failed, that were done */
+    atomic_uint_least64_t refused[SHD_LIMITS]; /* by the limit that they were over */
+    atomic_size_t memory;                      /* the most that one request has taken */
+    atomic_uint_least64_t reloads[2];          /* that failed, that were done */
     shd_histogram durations[SHD_ROUTE_COUNT];
     shd_histogram stages[SHD_STAGE_COUNT];
 } shd_metrics;
 
 void shd_metrics_request(shd_metrics *metrics, shd_route_id route, unsigned status, double seconds,
                          size_t bytes);
+/* A refusal, by the text of its problem: which limit it names, if any. */
+void shd_metrics_refusal(shd_metrics *metrics, const char *text, size_t size);
+
+/* The memory of a request that is done. */
+void shd_metrics_memory(shd_metrics *metrics, size_t bytes);
+
 void shd_metrics_stage(shd_metrics *metrics, shd_stage stage, double seconds);
 
 /* What is true just now, beside the counters. */

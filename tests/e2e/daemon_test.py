@@ -433,6 +433,31 @@ class InsideTest(unittest.TestCase):
                     self.assertGreaterEqual(value, last[1])
                 last = (series, value)
 
+    def test_the_version_tells_the_kernel(self):
+        with Daemon("--kernel", "portable") as daemon:
+            version = json.loads(daemon.get("/v1/version").body)
+            self.assertEqual(version["kernel"], "portable")
+            self.assertIn(version["build"], ("release", "debug"))
+
+    def test_refusals_are_counted_by_their_limit(self):
+        with Daemon("--max-body", "5000", "--max-pixels", "300", "--max-lights", "1",
+                    "--max-samples", "1000") as daemon:
+            for scene in ({**SMALL, "image": {"width": 301, "height": 1, "samples": 1}},
+                          {**SMALL, "image": {"width": 300, "height": 1, "samples": 4}},
+                          {**SMALL, "lights": [{"type": "point"}] * 2}, b" " * 5001, b" " * 5001):
+                self.assertIn(daemon.render(scene).status, (413, 422))
+            # A client's text is no limit.
+            daemon.render({**SMALL, "objects": [{"type": "the limit `queue`"}]})
+            self.assertEqual(daemon.render(SMALL).status, 200)
+            metrics = daemon.metrics()
+            counts = {name.split('"')[1]: int(value) for name, value in metrics.items()
+                      if name.startswith("shaded_refused_total")}
+            self.assertEqual({name: count for name, count in counts.items() if count},
+                             {"pixels": 1, "samples": 1, "lights": 1, "body": 2})
+            most = metrics["shaded_request_memory_high_water_bytes"]
+            self.assertGreater(most, 50000)
+            self.assertLess(most, 1 << 30)
+
     def test_the_admin_port_answers_what_it_has(self):
         with Daemon() as daemon:
             for path, body in (("/healthz", b"ok\n"), ("/readyz", b"ready\n")):
