@@ -143,6 +143,7 @@ static void paint_plane(const job *j, scratch *s, const shd_fragments *f, size_t
     const bool whole = !f->coverage, over = plane == 0 && !scene->transparent;
     for (int c = 0; c < 3; c++) {
         const float value = whole && over ? (float)scene->background[c] : 0;
+        if (whole && f->count == SHD_TILE_PIXELS) break; /* nothing shows through */
         for (size_t i = 0; i < SHD_TILE_PIXELS; i++) s->pixels[c][i] = value;
     }
     for (size_t r = 0; r < f->run_count; r++) paint_run(j, s, f, f->runs[r], plane, whole);

@@ -94,7 +94,6 @@ static size_t make_shots(shd_tile tile, shd_tile_scratch *s) {
             for (int i = 0; i < count; i++) {
                 s->x[shots + (size_t)i] = x + i;
                 s->y[shots + (size_t)i] = y;
-                s->sample[shots + (size_t)i] = SHD_CENTER;
                 s->shot_cell[shots + (size_t)i] = (uint16_t)(cell + i);
             }
             shots += (size_t)count;
@@ -284,7 +283,7 @@ size_t shd_refine(const shd_scenery *scenery, shd_tile tile, shd_tile_scratch *s
                   shd_times *times) {
     const shd_plan *plan = scenery->plan;
     shd_refining *r = s->refining;
-    shd_tile_cast(scenery, s, make_shots(tile, s), times);
+    shd_tile_cast(scenery, s, make_shots(tile, s), s->centres, times);
     const double began = shd_wall_seconds();
     const shd_hits *hits = shd_tile_light(scenery, s);
     memset(r->settled, 0, sizeof r->settled);

@@ -35,7 +35,8 @@ shd_tile_scratch *shd_tile_scratch_new(const shd_scenery *scenery, shd_arena *ar
     if (!s) return NULL;
     s->x = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->x);
     s->y = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->y);
-    s->sample = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->sample);
+    s->pattern = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->pattern);
+    s->centres = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->centres);
     s->shot_cell = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->shot_cell);
     s->pixels = shd_arena_alloc(arena, SHD_TILE_PIXELS, sizeof *s->pixels);
     s->cell = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->cell);
@@ -60,9 +61,15 @@ shd_tile_scratch *shd_tile_scratch_new(const shd_scenery *scenery, shd_arena *ar
                                SHD_TILE + 2 * SHD_BLOCK_SIDE, arena, &s->survey) &&
                 shd_hits_new(plan, SHD_CHUNK, arena, &s->hits) &&
                 shd_hits_new(plan, SHD_CHUNK, arena, &s->sorted);
-    if (!made || !s->outs || !s->x || !s->y || !s->sample || !s->shot_cell || !s->pixels ||
-        !s->cell || !s->order || !s->starts || !s->first || !s->which || !s->runs || !s->sums)
+    if (!made || !s->outs || !s->x || !s->y || !s->pattern || !s->centres || !s->shot_cell ||
+        !s->pixels || !s->cell || !s->order || !s->starts || !s->first || !s->which || !s->runs ||
+        !s->sums)
         return NULL;
+
+    for (size_t i = 0; i < SHD_CHUNK; i++) {
+        s->pattern[i] = (uint8_t)(i % samples);
+        s->centres[i] = SHD_CENTER;
+    }
 
     shd_fragments *f = &s->fragments;
     if (samples == 1) { /* samples are fragments */
@@ -274,7 +281,10 @@ static size_t find_lights(const shd_scenery *scenery, const shd_hits *hits, shd_
 const shd_hits *shd_tile_light(const shd_scenery *scenery, shd_tile_scratch *s) {
     const shd_plan *plan = scenery->plan;
     const shd_hits *hits = make_runs(scenery, s->now, s);
-    for (size_t i = 0; i < hits->count; i++) s->cell[i] = s->shot_cell[hits->shot[i]];
+    if (hits->count && hits == s->now && hits->shot[hits->count - 1] == hits->count - 1)
+        memcpy(s->cell, s->shot_cell, hits->count * sizeof *s->cell); /* every shot hit */
+    else
+        for (size_t i = 0; i < hits->count; i++) s->cell[i] = s->shot_cell[hits->shot[i]];
     for (size_t r = 0; r < s->run_count; r++) {
         const shd_run run = s->runs[r];
         if (run.group == SHD_RADIANCE) {
@@ -381,13 +391,13 @@ static bool recall(shd_tile_scratch *s, size_t shots) {
 }
 
 void shd_tile_cast(const shd_scenery *scenery, shd_tile_scratch *s, size_t shots,
-                   shd_times *times) {
+                   const uint8_t *sample, shd_times *times) {
     const double began = shd_wall_seconds();
     if (!recall(s, shots)) {
         s->hits.count = 0;
         s->now = &s->hits;
         shd_sight_shoot(scenery->sight, s->survey.candidates, s->survey.candidate_count,
-                        &(shd_shots){shots, s->x, s->y, s->sample}, &s->hits);
+                        &(shd_shots){shots, s->x, s->y, sample}, &s->hits);
         shd_hits_pad(&s->hits);
         if (scenery->kept)
             shd_keep_cast(scenery->kept, s->tile, scenery->plan, s->shot_cell, shots, &s->hits);
@@ -411,9 +421,7 @@ static void sample_pixels(const shd_scenery *scenery, shd_tile tile, shd_tile_sc
             s->x[i] = left + s->shot_cell[i] % SHD_TILE;
             s->y[i] = top + s->shot_cell[i] / SHD_TILE;
         }
-        for (size_t i = 0; i < shots; i += (size_t)samples)
-            for (int k = 0; k < samples; k++) s->sample[i + (size_t)k] = (uint8_t)k;
-        shd_tile_cast(scenery, s, shots, times);
+        shd_tile_cast(scenery, s, shots, s->pattern, times);
         double began = shd_wall_seconds();
         if (scenery->data) store_data(scenery, s->now, s, film, tile);
         const shd_hits *hits = shd_tile_light(scenery, s);

@@ -12,7 +12,7 @@ struct shd_tile_scratch {
     shd_tile surveyed; /* sampling is adaptive */
     /* A chunk's rays, */
     int32_t *x, *y;
-    uint8_t *sample;
+    uint8_t *pattern, *centres; /* sample indices: pixel by pixel, and SHD_CENTER for all */
     uint16_t *shot_cell;
     /* what they hit, the same grouped by material, and each one's pixel, */
     shd_hits hits, sorted;
@@ -33,8 +33,9 @@ struct shd_tile_scratch {
     shd_refining *refining; /* NULL where the plan samples everything */
 };
 
-/* Casts s->x .. s->sample, or recalls what they hit: s->now. */
-void shd_tile_cast(const shd_scenery *scenery, shd_tile_scratch *s, size_t shots, shd_times *times);
+/* Casts s->x, s->y and `sample`, or recalls what they hit: s->now. */
+void shd_tile_cast(const shd_scenery *scenery, shd_tile_scratch *s, size_t shots,
+                   const uint8_t *sample, shd_times *times);
 
 /* Lights s->now: fills s->cell, s->runs and s->sums. Returns the hits in the runs' order. */
 const shd_hits *shd_tile_light(const shd_scenery *scenery, shd_tile_scratch *s);
