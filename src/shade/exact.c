@@ -1,9 +1,4 @@
-/* The reference: the equations of docs/model.md in f64, a lane at a time. */
-#include "shade/shade.h"
-
-static shd_vec3 lane_of(const double v[3][SHD_BLOCK], size_t i) {
-    return (shd_vec3){v[0][i], v[1][i], v[2][i]};
-}
+#include "shade/exact.h"
 
 /* |a + b|^2 / 2 of unit vectors: 1 + a.b without its cancellation near a = -b. */
 static double half_chord(shd_vec3 a, shd_vec3 b) {
@@ -52,21 +47,4 @@ double shd_weigh_light(const shd_plan_light *light, shd_vec3 position, shd_vec3 
 
 double shd_weigh_lobe(double shininess, double factor, double off) {
     return off < 1 ? factor * exp(shininess * log1p(-off)) : 0;
-}
-
-void shd_weigh_exact_lane(const shd_plan_light *light, const shd_plan_lobe *lobes,
-                          size_t lobe_count, const shd_prepared *block, size_t lane,
-                          shd_weights *out) {
-    double factor, off;
-    out->diffuse[lane] = shd_weigh_light(light, lane_of(block->points->position, lane),
-                                         lane_of(block->points->normal, lane),
-                                         lane_of(block->mirror, lane), &factor, &off);
-    for (size_t k = 0; k < lobe_count; k++)
-        out->specular[k][lane] = shd_weigh_lobe(lobes[k].shininess, factor, off);
-}
-
-void shd_weigh_exact(const shd_plan_light *light, const shd_plan_lobe *lobes, size_t lobe_count,
-                     const shd_prepared *block, shd_weights *out) {
-    for (size_t i = 0; i < block->lanes; i++)
-        shd_weigh_exact_lane(light, lobes, lobe_count, block, i, out);
 }

@@ -323,17 +323,4 @@ static void sums32(const shd_sums_job *job) {
     }
 }
 
-static void combine(const shd_combination *what, size_t count, float *const out[3]) {
-    for (size_t i = 0; i < count; i += SHD_W) {
-        shd_vf sum[3];
-        for (int c = 0; c < 3; c++) {
-            sum[c] = shd_vf_set(what->constant[c]);
-            for (size_t t = 0; t < what->terms[c]; t++)
-                sum[c] = shd_vf_fma(shd_vf_load(what->row[c][t] + i),
-                                    shd_vf_set(what->coefficient[c][t]), sum[c]);
-        }
-        for (int c = 0; c < 3; c++) shd_vf_store(out[c] + i, sum[c]);
-    }
-}
-
-const shd_sums_kernel SHD_VARIANT(shd_sums_kernel) = {sums32, combine};
+const shd_sums_kernel SHD_VARIANT(shd_sums_kernel) = {sums32};

@@ -2,9 +2,9 @@
 
 #include <string.h>
 
+#include "shade/exact.h"
 #include "shade/math32.h"
 #include "shade/packed.h"
-#include "shade/shade.h"
 
 static const shd_sums_kernel *kernel_of(shd_isa isa) {
     static const shd_sums_kernel *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sums_kernel);
@@ -230,35 +230,4 @@ void shd_light_sums64(const shd_lighting *lighting, const shd_plan_material *mat
                               .diffuse64 = diffuse,
                               .specular64 = specular};
     lighting->wide_kernel->sums64(&job);
-}
-
-enum { FURTHER_LOBES = SHD_TERMS_AT_ONCE - 1 };
-
-/* A coefficient of 0 leaves its term out: an infinite sum would make NaN of it. */
-static void add_term(shd_combination *to, int c, double coefficient, const float *row) {
-    const float rounded = (float)coefficient;
-    if (rounded == 0) return;
-    to->coefficient[c][to->terms[c]] = rounded;
-    to->row[c][to->terms[c]++] = row;
-}
-
-void shd_radiance32(const shd_lighting *lighting, const double constant[3], const double *diffuse,
-                    const shd_plan_lobe *lobes, size_t lobe_count, size_t count, float *const D[3],
-                    float *const *S, float *const out[3]) {
-    const bool grey = lighting->plan->grey_lights;
-    shd_combination now = {{0}, {0}, {{0}}, {{0}}};
-    for (int c = 0; c < 3; c++) {
-        now.constant[c] = (float)constant[c];
-        add_term(&now, c, diffuse ? diffuse[c] : 0, diffuse ? D[grey ? 0 : c] : NULL);
-    }
-    for (size_t k = 0; k < lobe_count; k++) {
-        for (int c = 0; c < 3; c++)
-            add_term(&now, c, lobes[k].specular[c], S[3 * k + (size_t)(grey ? 0 : c)]);
-        if (k + 1 == lobe_count || k % FURTHER_LOBES != FURTHER_LOBES - 1) continue;
-        lighting->kernel->combine(&now, count, out);
-        /* Goes on with what is there: 0 + 1 out. */
-        now = (shd_combination){{0}, {0}, {{0}}, {{0}}};
-        for (int c = 0; c < 3; c++) add_term(&now, c, 1, out[c]);
-    }
-    lighting->kernel->combine(&now, count, out);
 }

@@ -62,12 +62,4 @@ void shd_light_sums64(const shd_lighting *lighting, const shd_plan_material *mat
                       const uint32_t *which, size_t n, const shd_points64 *points,
                       double *const diffuse[3], double *const *specular);
 
-/* out[c] = constant[c] + diffuse[c] D[c] + sum over lobes of specular[c] S[lobe][c], with sums as
- * above. `diffuse` NULL and lobe_count 0 leave those terms out, as do coefficients of 0: an
- * infinite sum does not show there. D may be NULL where `diffuse` is. `out` may be the rows of D
- * where lights are not grey. */
-void shd_radiance32(const shd_lighting *lighting, const double constant[3], const double *diffuse,
-                    const shd_plan_lobe *lobes, size_t lobe_count, size_t count, float *const D[3],
-                    float *const *S, float *const out[3]);
-
 #endif

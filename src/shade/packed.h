@@ -66,20 +66,8 @@ typedef struct shd_sums_job {
     float *const *specular;
 } shd_sums_job;
 
-enum { SHD_TERMS_AT_ONCE = 8 };
-
-/* out[c] = constant[c] + sum over terms of coefficient[c][t] row[c][t] */
-typedef struct shd_combination {
-    float constant[3];
-    size_t terms[3];
-    float coefficient[3][SHD_TERMS_AT_ONCE];
-    const float *row[3][SHD_TERMS_AT_ONCE];
-} shd_combination;
-
 typedef struct shd_sums_kernel {
     void (*sums32)(const shd_sums_job *job);
-    /* Rounds `count` up to whole vectors. */
-    void (*combine)(const shd_combination *what, size_t count, float *const out[3]);
 } shd_sums_kernel;
 
 extern const shd_sums_kernel shd_sums_kernel_portable, shd_sums_kernel_avx2, shd_sums_kernel_avx512;

@@ -90,67 +90,6 @@ static drawn film_by(shd_engine *engine, const char *json, shd_isa isa) {
     return d;
 }
 
-/* Entry i of one G-buffer and entry k of another, every bit that is defined. */
-static bool same_entry(const shd_gbuffer *a, size_t i, const shd_gbuffer *b, size_t k) {
-    if (a->object[i] != b->object[k]) return false;
-    if (a->object[i] == SHD_NOTHING) return true;
-    bool same = !memcmp(&a->depth[i], &b->depth[k], sizeof(double));
-    for (int c = 0; c < 3; c++)
-        same = same && !memcmp(&a->position[c][i], &b->position[c][k], sizeof(double)) &&
-               !memcmp(&a->normal[c][i], &b->normal[c][k], sizeof(double)) &&
-               !memcmp(&a->view[c][i], &b->view[c][k], sizeof(double));
-    return same;
-}
-
-/* Every variant's G-buffer of the whole picture, and of tiles of all sizes, which begin anywhere
- * in a batch, against the portable one's. */
-static void every_variant_and_tile_sees_the_same_bits(void **state) {
-    for (uint64_t seed = 1; seed <= 60; seed++) {
-        char *json = scene(seed);
-        uint64_t random = seed;
-        shd_gbuffer whole = {0};
-        shd_request *first = NULL;
-        for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++) {
-            if (!shd_cpu_has(isa)) continue;
-            shd_sight *sight;
-            shd_request *request = plan_for(*state, json, isa, &sight);
-            const shd_raster *raster = &request->scene->raster;
-            const size_t n = (size_t)raster->samples, w = (size_t)raster->w;
-            shd_cast_scratch *scratch = shd_cast_scratch_new(sight, request->arena);
-            shd_gbuffer seen;
-            assert_true(scratch &&
-                        shd_gbuffer_new(w * (size_t)raster->h * n, request->arena, &seen));
-            size_t hits =
-                shd_sight_cast(sight, (shd_tile){0, 0, raster->w, raster->h}, scratch, &seen);
-            size_t counted = 0;
-            for (size_t i = 0; i < seen.count; i++) counted += seen.object[i] != SHD_NOTHING;
-            assert_int_equal(hits, counted);
-            if (!first) {
-                first = request;
-                whole = seen;
-                assert_true(shd_gbuffer_new(w * (size_t)raster->h * n, request->arena, &seen));
-            }
-            for (size_t i = 0; first != request && i < seen.count; i++)
-                assert_true(same_entry(&whole, i, &seen, i));
-            for (int k = 0; k < 20; k++) {
-                shd_tile tile = {below(&random, raster->w), below(&random, raster->h), 1, 1};
-                tile.w += below(&random, raster->w - tile.x);
-                tile.h += below(&random, raster->h - tile.y);
-                shd_sight_cast(sight, tile, scratch, &seen);
-                for (size_t i = 0; i < seen.count; i++) {
-                    size_t pixel = i / n, x = pixel % (size_t)tile.w + (size_t)tile.x,
-                           y = pixel / (size_t)tile.w + (size_t)tile.y;
-                    assert_true(same_entry(&whole, (y * w + x) * n + i % n, &seen, i));
-                }
-            }
-            shd_sight_drop(sight);
-            if (request != first) shd_request_drop(request);
-        }
-        shd_request_drop(first);
-        free(json);
-    }
-}
-
 static void every_variant_gives_the_same_floats(void **state) {
     for (uint64_t seed = 1; seed <= 120; seed++) {
         char *json = scene(seed);
@@ -199,7 +138,6 @@ static void the_plan_takes_the_widest_variant_there_is(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_variant_and_tile_sees_the_same_bits),
         cmocka_unit_test(every_variant_gives_the_same_floats),
         cmocka_unit_test(an_engine_takes_the_variant_it_is_told),
         cmocka_unit_test(the_plan_takes_the_widest_variant_there_is),

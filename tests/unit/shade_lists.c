@@ -268,54 +268,6 @@ static void the_order_of_ten_thousand_lights_does_not_show(void **state) {
     assert_true(plain_most / plain_least - 1 > 1e-6);
 }
 
-/* constant + kd D + sum of ks S, of as many lobes as there may be, within f32's rounding. */
-static void radiance_is_what_the_sums_and_the_colors_make(void **state) {
-    (void)state;
-    make_world(&w, 2, false);
-    uint32_t which[LIGHTS];
-    size_t n = all_lights(which);
-    const shd_plan_material *material = &w.materials[2];
-    for (int k = 0; k < LOBES; k++)
-        for (int c = 0; c < 3; c++) w.lobes[k].specular[c] = k % 3 == c ? 0 : uniform();
-    for (int grey = 0; grey < 2; grey++) {
-        w.plan.tier = SHD_STANDARD;
-        w.plan.isa = shd_cpu_best();
-        w.plan.grey_lights = grey;
-        sum_by(&w.plan, material, which, n, &w.at, false, &first);
-        first.specular[0][3] = INFINITY; /* k = 0: c = 0 has a coefficient of 0 */
-        shd_arena *arena = shd_arena_new(1 << 20);
-        const shd_lighting *lighting = shd_lighting_new(&w.plan, arena);
-        static float rows[3 * LOBES + 6][MOST_POINTS];
-        float *D[3], *S[3 * LOBES], *out[3];
-        for (int c = 0; c < 3; c++) D[c] = rows[c], out[c] = rows[3 + c];
-        for (int k = 0; k < 3 * LOBES; k++) S[k] = rows[6 + k];
-        for (int i = 0; i < POINTS; i++) {
-            for (int c = 0; c < 3; c++) D[c][i] = (float)first.diffuse[c][i];
-            for (int k = 0; k < 3 * LOBES; k++) S[k][i] = (float)first.specular[k][i];
-        }
-        const double constant[3] = {0.1, 0.2, 0}, kd[3] = {0.5, 0, 0.25};
-        shd_radiance32(lighting, constant, kd, material->lobes, LOBES, POINTS, D, S, out);
-        for (int c = 0; c < 3; c++) {
-            const int from = grey ? 0 : c;
-            for (int i = 0; i < POINTS; i++) {
-                double wanted = constant[c], size = constant[c];
-                if (kd[c] != 0) wanted += kd[c] * (double)D[from][i];
-                size += fabs(kd[c] * (double)D[from][i]);
-                for (int k = 0; k < LOBES; k++) {
-                    const double ks = w.lobes[k].specular[c], sum = (double)S[3 * k + from][i];
-                    if (ks != 0) wanted += ks * sum, size += fabs(ks * sum);
-                }
-                if (isinf(wanted))
-                    assert_true(isinf(out[c][i]));
-                else
-                    assert_true(fabs((double)out[c][i] - wanted) <= 1e-6 * size);
-            }
-        }
-        assert_true(grey || isfinite(out[0][3]));
-        shd_arena_drop(arena);
-    }
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(variants_give_the_same_bits),
@@ -323,7 +275,6 @@ int main(void) {
         cmocka_unit_test(lights_that_add_nothing_may_be_left_out),
         cmocka_unit_test(denormal_numbers_do_not_show),
         cmocka_unit_test(the_order_of_ten_thousand_lights_does_not_show),
-        cmocka_unit_test(radiance_is_what_the_sums_and_the_colors_make),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -9,7 +9,7 @@
 #include <string.h>
 
 #include "shade/lighting.h"
-#include "shade/shade.h"
+#include "shade/exact.h"
 
 /* 113 bits where the compiler has them (gcc), else 64. */
 #if __has_include(<quadmath.h>)
