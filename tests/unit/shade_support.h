@@ -8,18 +8,20 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "shade/lighting.h"
 #include "shade/exact.h"
+#include "shade/lighting.h"
 
 /* 113 bits where the compiler has them (gcc), else 64. */
 #if __has_include(<quadmath.h>)
 #include <quadmath.h>
 typedef __float128 wide;
+enum { WIDE_BITS = 113 };
 #define wide_sqrt  sqrtq
 #define wide_exp   expq
 #define wide_log1p log1pq
 #else
 typedef long double wide;
+enum { WIDE_BITS = 64 };
 #define wide_sqrt  sqrtl
 #define wide_exp   expl
 #define wide_log1p log1pl
