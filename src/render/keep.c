@@ -72,6 +72,8 @@ static void put_geometry(hash *h, const shd_plan *plan, bool adaptive) {
 }
 
 static void put_light(hash *h, const shd_plan_light *light) {
+    /* Which lights meet in f32 is told by their places in the scene's list. */
+    put_count(h, light->index / SHD_LIGHT_GROUP);
     put_count(h, (unsigned)light->directional | (unsigned)light->attenuated << 1 |
                      (unsigned)light->spot << 2);
     put_vec(h, light->position);
@@ -102,9 +104,15 @@ static void put_lights(hash *h, const shd_plan *plan, bool adaptive) {
     put_number(h, plan->sampling_relative);
     put_count(h, plan->light_count);
     for (size_t j = 0; j < plan->light_count; j++) put_light(h, &plan->lights[j]);
+    put_count(h, plan->scene->light_count); /* lobes are cut by it */
     put_count(h, plan->group_count);
-    for (size_t g = 0; g < plan->group_count; g++)
-        put_material(h, &plan->materials[plan->groups[g].material], adaptive);
+    for (size_t g = 0; g < plan->group_count; g++) {
+        const shd_plan_group *group = &plan->groups[g];
+        put_material(h, &plan->materials[group->material], adaptive);
+        /* Lights whose color the material has nothing of are not in its sums. */
+        put_count(h, group->light_count);
+        put(h, group->lights, group->light_count * sizeof *group->lights);
+    }
     for (size_t o = 0; o < plan->scene->object_count; o++) put_count(h, plan->objects[o].group);
 }
 

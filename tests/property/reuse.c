@@ -98,6 +98,40 @@ static void verdicts_follow_large_changes(void **state) {
     shd_engine_drop(forgets);
 }
 
+/* Sums hold the lights whose color a material has something of, and depend on the places of lights
+ * in the list and on how many there are: none of it is taken for something else. */
+static void lists_of_lights_are_told_apart(void **state) {
+    (void)state;
+    static const char *const scenes[] = {
+        "{\"lights\": [{\"type\": \"point\", \"color\": [1, 0, 0]}, {\"type\": "
+        "\"directional\", \"direction\": [1, -1, -1], \"color\": [0, 1, 1]}], \"objects\": "
+        "[{\"type\": \"sphere\", \"material\": {\"diffuse\": [%s, 0.5, 0.5]}}, {\"type\": "
+        "\"torus\", \"material\": {\"diffuse\": 0.4}}]}",
+        "{\"output\": {\"format\": \"png\", \"bitDepth\": 16}, \"image\": {\"samples\": 1}, "
+        "\"lights\": [%s{\"type\": \"point\"}, {\"type\": \"directional\", \"direction\": "
+        "[1, -1, -1]}, {\"type\": \"point\", \"position\": [-3, 1, 2]}, {\"type\": \"point\", "
+        "\"position\": [3, 1, 2]}, {\"type\": \"point\", \"position\": [1, 4, 2]}], \"objects\": "
+        "[{\"type\": \"sphere\", \"material\": {\"specular\": 0.5}}]}"};
+    static const char *const parts[][3] = {
+        {"0", "0.5", "0"},
+        {"", "{\"type\": \"ambient\"}, ",
+         "{\"type\": \"ambient\", \"color\": 0}, {\"type\": \"ambient\", \"color\": 0}, "}};
+    for (int k = 0; k < 2; k++) {
+        shd_engine *keeps = engine_that_keeps((size_t)64 << 20), *forgets = engine_that_keeps(0);
+        for (int i = 0; i < 3; i++) {
+            char *json = text_of(scenes[k], parts[k][i]);
+            shd_reused reused;
+            file a = render(keeps, json, &reused), b = render(forgets, json, &(shd_reused){0});
+            assert_true(same_file(a, b));
+            free(a.data);
+            free(b.data);
+            free(json);
+        }
+        shd_engine_drop(keeps);
+        shd_engine_drop(forgets);
+    }
+}
+
 /* More pictures than fit: the cap holds, the latest stay. */
 static void the_cap_holds(void **state) {
     (void)state;
@@ -198,6 +232,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(pictures_are_the_same_and_work_is_saved),
         cmocka_unit_test(verdicts_follow_large_changes),
+        cmocka_unit_test(lists_of_lights_are_told_apart),
         cmocka_unit_test(the_cap_holds),
         cmocka_unit_test(what_is_too_large_is_not_kept),
         cmocka_unit_test(threads_share_records),
