@@ -1,9 +1,9 @@
 /* One tile of the picture: what is seen through it and what light falls there, before the
  * materials' colors. Inside of render/.
  *
- * Radiance is linear in the sums of light (shade/lighting.h), so a pixel needs no more than the means
- * of its samples' sums: a fragment is the share of a pixel that one material covers, and colors
- * multiply once a fragment however many samples it has. */
+ * Radiance is linear in the sums of light (shade/lighting.h), so a pixel needs no more than the
+ * means of its samples' sums: a fragment is the share of a pixel that one material covers, and
+ * colors multiply once a fragment however many samples it has. */
 #ifndef SHD_RENDER_TILE_H
 #define SHD_RENDER_TILE_H
 

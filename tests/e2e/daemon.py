@@ -18,15 +18,16 @@ SHADED = str(BUILD / "shaded")
 JSON = {"Content-Type": "application/json"}
 SMALL = {"objects": [{"type": "sphere"}], "image": {"width": 16, "height": 12, "samples": 1}}
 # Busy for about a second, sanitized or not.
-SLOW = {"objects": [{"type": "torus"}], "accuracy": {"tier": "exact"},
-        "lights": [{"type": "point", "position": [3, i, 3]} for i in range(8)],
-        "image": {"width": 400 if SANITIZED else 1000, "height": 400 if SANITIZED else 1000,
+SLOW = {"objects": [{"type": "torus", "radius": 2, "tube": 1.5, "material": {"specular": 0.5}}],
+        "accuracy": {"tier": "exact"},
+        "lights": [{"type": "point", "position": [3, i, 3]} for i in range(32)],
+        "image": {"width": 260 if SANITIZED else 900, "height": 260 if SANITIZED else 900,
                   "samples": 9}}
 
 
 def another(scene, n=1):
-    """As slow, but not the same, so that it is not rendered together with it."""
-    return {**scene, "ambient": n / 64}
+    """As slow, but another view, which shares nothing with it."""
+    return {**scene, "camera": {"fov": 40 + n / 64}}
 
 
 Answer = namedtuple("Answer", "status headers body")

@@ -12,7 +12,7 @@ from e2e.daemon import JSON, SANITIZED, SLOW, SMALL, Daemon, another
 from e2e.daemon_test import ENDLESS, Background, wait_until, wait_until_busy
 
 # Busy for longer than a dozen requests need to come.
-SIDE = 300 if SANITIZED else 900
+SIDE = 220 if SANITIZED else 700
 BUSY = {**SLOW, "image": {"width": SIDE, "height": SIDE, "samples": 9}}
 # How much longer everything may take.
 PATIENCE = 10 if SANITIZED else 1
@@ -21,6 +21,11 @@ PATIENCE = 10 if SANITIZED else 1
 def encoded(daemon):
     """How many pictures were made."""
     return daemon.metrics()['shaded_stage_duration_seconds_count{stage="encode"}']
+
+
+def new_daemon(*flags):
+    """One that renders everything anew."""
+    return Daemon("--reuse", "0", *flags)
 
 
 class Client:
@@ -52,7 +57,7 @@ class TogetherTest(unittest.TestCase):
             self.assertRegex(answer.headers["Server-Timing"], "^queue;dur=[0-9.]+, parse;dur=")
 
     def test_equal_requests_in_flight_are_rendered_once(self):
-        with Daemon("--timeout", "300") as daemon:
+        with new_daemon("--timeout", "300") as daemon:
             self.assert_same([Background(daemon, BUSY) for _ in range(12)])
             self.assertEqual(encoded(daemon), 1)
             self.assertEqual(daemon.metrics()["shaded_joined_total"], 11)
@@ -61,7 +66,7 @@ class TogetherTest(unittest.TestCase):
             self.assertEqual(encoded(daemon), 3)
 
     def test_what_is_written_differently_may_be_equal(self):
-        with Daemon("--threads", "1", "--timeout", "300") as daemon:
+        with new_daemon("--threads", "1", "--timeout", "300") as daemon:
             first = Background(daemon, BUSY)
             wait_until_busy(daemon)
             others = [json.dumps(BUSY, indent=i) for i in range(1, 4)]
@@ -70,14 +75,14 @@ class TogetherTest(unittest.TestCase):
             self.assertEqual(encoded(daemon), 1)
 
     def test_other_formats_are_other_pictures(self):
-        with Daemon("--timeout", "300") as daemon:
+        with new_daemon("--timeout", "300") as daemon:
             both = [Background(daemon, {**BUSY, "output": {"format": name}})
                     for name in ("png", "jpeg")]
             self.assertEqual(len({request.result().body for request in both}), 2)
             self.assertEqual(encoded(daemon), 2)
 
     def test_equal_requests_take_one_place_in_the_queue(self):
-        with Daemon("--threads", "1", "--queue", "1", "--timeout", "300") as daemon:
+        with new_daemon("--threads", "1", "--queue", "1", "--timeout", "300") as daemon:
             first = Background(daemon, BUSY)
             wait_until_busy(daemon)
             equal = [Background(daemon, another(BUSY)) for _ in range(8)]
@@ -87,12 +92,12 @@ class TogetherTest(unittest.TestCase):
             self.assert_same(equal)
 
     def test_equal_mistakes_are_each_answered(self):
-        with Daemon("--threads", "1") as daemon:
+        with new_daemon("--threads", "1") as daemon:
             wrong = [Background(daemon, {**BUSY, "lights": 7}) for _ in range(8)]
             self.assertEqual({request.result().status for request in wrong}, {422})
 
     def test_each_has_its_own_condition(self):
-        with Daemon("--threads", "1", "--timeout", "300") as daemon:
+        with new_daemon("--threads", "1", "--timeout", "300") as daemon:
             tag = daemon.render(BUSY).headers["ETag"]
             first = Background(daemon, BUSY)
             wait_until_busy(daemon)
@@ -104,7 +109,7 @@ class TogetherTest(unittest.TestCase):
             self.assertEqual(first.result().status, 200)
 
     def test_comparisons_are_measured_each(self):
-        with Daemon() as daemon:
+        with new_daemon() as daemon:
             both = [Background(daemon, SMALL, "/v1/compare") for _ in range(4)]
             self.assertEqual({request.result().status for request in both}, {200})
             self.assertEqual(daemon.metrics()["shaded_joined_total"], 0)
@@ -117,7 +122,7 @@ class LeaveTest(unittest.TestCase):
         self.assertEqual(daemon.metrics()["shaded_queue_depth"], 0)
 
     def test_a_picture_whose_client_has_gone_is_not_finished(self):
-        with Daemon("--timeout", "300", "--drain-time", "300") as daemon:
+        with new_daemon("--timeout", "300", "--drain-time", "300") as daemon:
             for leave in (Client.leave, Client.reset):
                 client = Client(daemon, ENDLESS)
                 wait_until_busy(daemon)
@@ -134,7 +139,7 @@ class LeaveTest(unittest.TestCase):
             self.assertEqual(daemon.render(SMALL).status, 200)
 
     def test_waiting_requests_whose_client_has_gone_leave_the_queue(self):
-        with Daemon("--threads", "1", "--queue", "2", "--timeout", "300") as daemon:
+        with new_daemon("--threads", "1", "--queue", "2", "--timeout", "300") as daemon:
             running = Client(daemon, ENDLESS)
             wait_until_busy(daemon)
             waiting = [Client(daemon, another(ENDLESS, i)) for i in (1, 2)]
@@ -147,7 +152,7 @@ class LeaveTest(unittest.TestCase):
             self.assert_idle(daemon)
 
     def test_who_leaves_takes_nothing_from_those_who_wait_for_the_same(self):
-        with Daemon("--threads", "1", "--timeout", "300") as daemon:
+        with new_daemon("--threads", "1", "--timeout", "300") as daemon:
             first = Client(daemon, BUSY)
             wait_until_busy(daemon)
             second = Background(daemon, BUSY)
@@ -159,7 +164,7 @@ class LeaveTest(unittest.TestCase):
             self.assertEqual(encoded(daemon), 1)
 
     def test_a_cancelled_picture_is_not_joined(self):
-        with Daemon("--threads", "1", "--timeout", "300") as daemon:
+        with new_daemon("--threads", "1", "--timeout", "300") as daemon:
             for _ in range(5):
                 client = Client(daemon, BUSY)
                 wait_until_busy(daemon)
@@ -167,7 +172,7 @@ class LeaveTest(unittest.TestCase):
             self.assertEqual(daemon.render(BUSY).status, 200)
 
     def test_deadlines_are_answered_when_they_come(self):
-        with Daemon("--threads", "1", "--timeout", "1") as daemon:
+        with new_daemon("--threads", "1", "--timeout", "1") as daemon:
             began = time.monotonic()
             requests = [Background(daemon, another(ENDLESS, i)) for i in range(4)]
             for request in requests:
@@ -178,7 +183,7 @@ class LeaveTest(unittest.TestCase):
 
 class TurnsTest(unittest.TestCase):
     def test_small_pictures_pass_between_the_tiles_of_large_ones(self):
-        with Daemon("--threads", "2", "--timeout", "300", "--drain-time", "0") as daemon:
+        with new_daemon("--threads", "2", "--timeout", "300", "--drain-time", "0") as daemon:
             large = [Client(daemon, another(ENDLESS, i)) for i in range(5)]
             wait_until_busy(daemon, busy=2, queued=3)
             waits = []
@@ -194,7 +199,7 @@ class TurnsTest(unittest.TestCase):
                 client.leave()
 
     def test_large_pictures_come_to_their_turn(self):
-        with Daemon("--threads", "1", "--queue", "1000", "--timeout", "300") as daemon:
+        with new_daemon("--threads", "1", "--queue", "1000", "--timeout", "300") as daemon:
             large = Background(daemon, BUSY)
             count = 0
             while large.answer is None:
@@ -204,7 +209,7 @@ class TurnsTest(unittest.TestCase):
             self.assertGreater(count, 3)
 
     def test_retry_after_follows_from_what_jobs_take(self):
-        with Daemon("--threads", "1", "--queue", "3", "--timeout", "300") as daemon:
+        with new_daemon("--threads", "1", "--queue", "3", "--timeout", "300") as daemon:
             began = time.monotonic()
             self.assertEqual(daemon.render(BUSY).status, 200)
             took = time.monotonic() - began
