@@ -131,7 +131,7 @@ __attribute__((noinline, cold)) static void add_left(const shd_wide_job *job, ui
     }
 }
 
-static shd_vd widen_load(const float *from) {
+SHD_INLINE shd_vd widen_load(const float *from) {
     shd_vh half;
     memcpy(&half, from, sizeof half);
     return shd_vd_widen(half);
@@ -146,28 +146,35 @@ SHD_INLINE void load_narrow(const shd_points32 *from, size_t i, points *to) {
     }
 }
 
-/* Lanes from `count` on repeat the last point, and are not read. */
-SHD_INLINE shd_vd load_some(const double *from, size_t count) {
-    if (__builtin_expect(count >= VW, 1)) return shd_vd_load(from);
-    shd_vd v;
-    for (size_t i = 0; i < VW; i++) v[i] = from[i < count ? i : count - 1];
-    return v;
-}
-
-SHD_INLINE void load_points(const shd_wide_job *job, size_t i, points *to) {
-    const shd_vd scale = shd_vd_set(job->lighting->plan->scale);
-    const size_t left = job->count - i;
+SHD_INLINE void load_points(const shd_points64 *from, size_t i, double scale, points *to) {
     shd_vd v[3];
     for (int c = 0; c < 3; c++) {
-        to->p[c] = load_some(job->points->position[c] + i, left) * scale;
-        to->n[c] = load_some(job->points->normal[c] + i, left);
-        v[c] = load_some(job->points->view[c] + i, left);
+        to->p[c] = shd_vd_load(from->position[c] + i) * shd_vd_set(scale);
+        to->n[c] = shd_vd_load(from->normal[c] + i);
+        v[c] = shd_vd_load(from->view[c] + i);
     }
     shd_vd twice = dot(to->n, v) * shd_vd_set(2);
     for (int c = 0; c < 3; c++) to->w[c] = twice * to->n[c] - v[c];
 }
 
-static void store(const shd_wide_job *job, size_t row, size_t i, shd_vd sum) {
+/* The last vector of points, which repeats the last one: nothing beyond is read. */
+__attribute__((noinline, cold)) static void load_last(const shd_points64 *from, size_t i,
+                                                      double scale, points *to) {
+    double held[9][VW];
+    for (size_t k = 0; k < VW; k++) {
+        const size_t at = i + k < from->count ? i + k : from->count - 1;
+        for (int c = 0; c < 3; c++) {
+            held[c][k] = from->position[c][at];
+            held[3 + c][k] = from->normal[c][at];
+            held[6 + c][k] = from->view[c][at];
+        }
+    }
+    const shd_points64 last = {
+        VW, {held[0], held[1], held[2]}, {held[3], held[4], held[5]}, {held[6], held[7], held[8]}};
+    load_points(&last, 0, scale, to);
+}
+
+SHD_INLINE void store(const shd_wide_job *job, size_t row, size_t i, shd_vd sum) {
     const bool is_diffuse = row < 3;
     const size_t at = is_diffuse ? row : row - 3 + 3 * job->first_lobe;
     if (job->narrow) {
@@ -178,19 +185,29 @@ static void store(const shd_wide_job *job, size_t row, size_t i, shd_vd sum) {
     }
     double *const *rows = is_diffuse ? job->diffuse64 : job->specular64;
     const size_t left = job->count - i;
-    if (rows) memcpy(rows[at] + i, &sum, (left < VW ? left : VW) * sizeof(double));
+    if (!rows) return;
+    if (__builtin_expect(left >= VW, 1))
+        shd_vd_store(rows[at] + i, sum);
+    else
+        memcpy(rows[at] + i, &sum, left * sizeof(double));
 }
 
 SHD_INLINE void sum_lights(const shd_wide_job *job, int channels, size_t lobe_count) {
     const shd_wide_light *lights = job->lighting->wide;
     const shd_plan_lobe *lobes = job->material->lobes + job->first_lobe;
+    const double scale = job->lighting->plan->scale;
     const shd_md all = shd_md_not(shd_vd_gt(shd_vd_set(0), shd_vd_set(0)));
     for (size_t i = 0; i < job->count; i += VW) {
         points at;
-        if (job->narrow)
+        if (job->narrow) {
             load_narrow(job->narrow, i, &at);
-        else
-            load_points(job, i, &at);
+        } else if (__builtin_expect(job->count - i >= VW, 1)) {
+            load_points(job->points, i, scale, &at);
+        } else {
+            points last; /* or `at` would not be in registers */
+            load_last(job->points, i, scale, &last);
+            at = last;
+        }
         shd_vd sums[ROWS];
         for (size_t k = 0; k < 3 + 3 * lobe_count; k++) sums[k] = shd_vd_set(0);
         for (size_t k = 0; k < job->n; k++) {
