@@ -24,7 +24,8 @@ LONG = {"objects": [{"type": "torus"}], "accuracy": {"tier": "exact"},
         "lights": [{"type": "point", "position": [3, i, 3]} for i in range(32)],
         "image": {"width": 4096, "height": 4096, "samples": 16}}
 # Long enough for a progress bar.
-SLOW = dict(LONG, image={"width": 700, "height": 700, "samples": 8 if SANITIZED else 16})
+SIDE = 700 if SANITIZED else 1500
+SLOW = dict(LONG, image={"width": SIDE, "height": SIDE, "samples": 8 if SANITIZED else 16})
 
 SIGNATURES = {"png": b"\x89PNG\r\n", "jpg": b"\xff\xd8\xff", "jpeg": b"\xff\xd8\xff",
               "webp": b"RIFF", "tif": b"II*\0", "tiff": b"II*\0", "exr": b"v/1\x01",
