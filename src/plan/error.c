@@ -3,8 +3,9 @@
 #include <math.h>
 
 static const shd_tier_error errors[] = {
-    [SHD_DRAFT] = {1.6e-7, 3e-7, 6e-8, 1.6e-7, 1.6e-4, 1.8e-7},
-    [SHD_STANDARD] = {1.6e-7, 3e-7, 6e-8, 1.6e-7, 2.5e-7, 1.8e-7},
+    /* Lobes are cut at exp(-11) and exp(-17), shared by the lights. */
+    [SHD_DRAFT] = {1.6e-7, 3e-7, 1.7e-5, 1.6e-7, 1.6e-4, 3e-7},
+    [SHD_STANDARD] = {1.6e-7, 3e-7, 6e-8, 1.6e-7, 2.5e-7, 3e-7},
     /* In f64, 1e-12 is nothing beside the film's f32. */
     [SHD_EXACT] = {1e-13, 1e-13, 0, 1e-15, 1e-13, 6e-8},
 };

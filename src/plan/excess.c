@@ -9,7 +9,7 @@
 enum { MOST_PAIRS = 1 << 20 };
 
 /* Rounding of a position in f32, in the frame's unit: half an ulp below 2 in three coordinates.
- * Lights have twice the digits. */
+ * A light's, whose coordinates may be larger, grows with them. */
 static const double POSITION = 1.1e-7;
 
 typedef struct finding {
@@ -52,6 +52,10 @@ static influence influence_of(const finding *f, const shd_plan_object *object,
         /* On a plane coordinates grow with the distance. */
         double size = shd_plan_size(plan, object, light) / (distance * plan->scale);
         in.position = POSITION * (object->bounded ? size : 1 + size);
+        if (!light->directional) {
+            const double far = shd_length(shd_sub(light->position, plan->origin));
+            in.position += POSITION / 2 * far / distance;
+        }
     }
     if (!(in.position < 1)) in.position = 1;
     in.spot = spot_error(f, light, in.position);

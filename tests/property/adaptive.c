@@ -51,7 +51,7 @@ static char *random_scene(uint64_t *random, int samples, const char *region) {
 /* As film_of, with every sample where `full`. */
 static drawn draw(shd_engine *engine, const char *json, bool full) {
     drawn d = {.request = read_scene(engine, json)};
-    shd_sight *sight;
+    shd_sight *sight = NULL;
     shd_error error = {SHD_OK, "", ""};
     if (shd_request_plan_make(d.request, d.request->scene, &error) ||
         shd_sight_new(d.request->plan, engine->tracer, d.request->arena, &sight, &error))
