@@ -184,8 +184,8 @@ const void *shd_record_get(const shd_record *record, size_t tile) {
 void shd_record_publish(shd_record *r) {
     shd_reuse *reuse = r->reuse;
     pthread_mutex_lock(&reuse->mutex);
-    /* Another request may have been faster. */
-    if (!r->failed && !find(reuse, r->kind, r->key)) {
+    /* Another request may have been faster; where nothing is seen there is nothing to keep. */
+    if (!r->failed && r->bytes && !find(reuse, r->kind, r->key)) {
         r->users++;
         r->published = true;
         link_newest(reuse, r);

@@ -79,7 +79,9 @@ shd_tile_scratch *shd_tile_scratch_new(const shd_scenery *scenery, shd_arena *ar
         f->runs = s->runs;
         return s;
     }
-    const size_t chunks = (SHD_TILE_PIXELS * samples + SHD_CHUNK - 1) / SHD_CHUNK + 1;
+    /* Chunks are of whole pixels; adaptive sampling has runs of its own before them. */
+    const size_t step = SHD_CHUNK / samples;
+    const size_t chunks = (SHD_TILE_PIXELS + step - 1) / step + 1;
     f->capacity = SHD_TILE_PIXELS * each;
     f->cell = shd_arena_alloc(arena, f->capacity, sizeof *f->cell);
     f->coverage = shd_arena_alloc(arena, f->capacity, sizeof *f->coverage);
