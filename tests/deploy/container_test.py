@@ -1,0 +1,161 @@
+"""The image of deploy/container, built and run as it is meant to be: as nobody, on a read-only file
+system, without capabilities. `./dev container` fetches the tools, which are heavy; where they are
+missing the test is skipped."""
+
+# ctest: serial
+
+import http.client
+import json
+import os
+import shutil
+import subprocess
+import sys
+import time
+import unittest
+from pathlib import Path
+
+from deploy.tools import DEPLOY, SOURCE
+
+TOOLS = ["buildah", "podman", "runc", "mmdebstrap"]
+STATE = SOURCE / "build/container"
+BASE, IMAGE, NAME = "localhost/debian:bookworm-slim", "localhost/shaded:test", "shaded-test"
+PUBLIC, ADMIN = 18480, 18490
+
+# Rootless and nested machines have neither systemd nor cgroups of version 2 to give.
+FILES = {
+    "containers.conf": """[containers]
+netns = "host"
+cgroupns = "host"
+default_ulimits = ["nofile=20000:20000", "nproc=32768:32768"]
+[engine]
+runtime = "runc"
+cgroup_manager = "cgroupfs"
+events_logger = "file"
+""",
+    "registries.conf": 'unqualified-search-registries = ["localhost"]\n',
+    "storage.conf": f"""[storage]
+driver = "overlay"
+graphroot = "{STATE}/root"
+runroot = "{STATE}/run"
+""",
+}
+
+
+def prepare():
+    """Why it cannot be done here, or None."""
+    missing = [tool for tool in TOOLS if not shutil.which(tool)]
+    if missing:
+        return f"there is no {', '.join(missing)}: ./dev container fetches them"
+    if os.geteuid() != 0:
+        return "this test wants root: sudo ./dev container"
+    STATE.mkdir(parents=True, exist_ok=True)
+    for name, text in FILES.items():
+        (STATE / name).write_text(text)
+    os.environ["CONTAINERS_CONF"] = str(STATE / "containers.conf")
+    os.environ["CONTAINERS_REGISTRIES_CONF"] = str(STATE / "registries.conf")
+    os.environ["CONTAINERS_STORAGE_CONF"] = str(STATE / "storage.conf")
+    if subprocess.run(["podman", "image", "exists", BASE], check=False).returncode:
+        done = subprocess.run(f"mmdebstrap --quiet --variant=minbase bookworm - | "
+                              f"podman import --quiet - {BASE}", shell=True, timeout=600,
+                              capture_output=True, text=True, check=False)
+        if done.returncode:
+            return f"no base image can be made: {done.stderr.strip()[-300:]}"
+    done = subprocess.run(["podman", "run", "--rm", "--pull", "never", BASE, "true"], timeout=120,
+                          capture_output=True, text=True, check=False)
+    if done.returncode:
+        return f"containers do not run here: {done.stderr.strip()[-300:]}"
+    return None
+
+
+def podman(*command):
+    done = subprocess.run(["podman", *command], capture_output=True, text=True, timeout=120,
+                          check=False)
+    if done.returncode:
+        raise AssertionError(f"podman {' '.join(command)}: {done.stderr}")
+    return done.stdout
+
+
+def ask(port, method, path, body=None):
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=30)
+    try:
+        connection.request(method, path, body, {"Content-Type": "application/json"})
+        answer = connection.getresponse()
+        return answer.status, answer.read()
+    finally:
+        connection.close()
+
+
+class ContainerTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        subprocess.run(["buildah", "bud", "--isolation", "chroot", "--network", "host", "--layers",
+                        "--format", "docker", "--build-arg", f"BASE={BASE}", "-t", IMAGE,
+                        "-f", str(DEPLOY / "container/Containerfile"), str(SOURCE)],
+                       stdout=sys.stderr, check=True, timeout=1500)
+
+    def setUp(self):
+        subprocess.run(["podman", "rm", "--force", "--ignore", NAME], capture_output=True,
+                       check=False)
+        self.addCleanup(podman, "rm", "--force", "--ignore", NAME)
+        podman("run", "--detach", "--name", NAME, "--pull", "never", "--network", "host",
+               "--read-only", "--tmpfs", "/tmp", "--user", "65532:65532", "--cap-drop", "ALL",
+               "--security-opt", "no-new-privileges",
+               "--security-opt", f"seccomp={DEPLOY / 'seccomp/shaded.json'}",
+               "--memory", "1g", "--pids-limit", "128",
+               "--env", f"SHADED_LISTEN=127.0.0.1:{PUBLIC}",
+               "--env", f"SHADED_ADMIN=127.0.0.1:{ADMIN}", IMAGE)
+        for _ in range(100):
+            try:
+                if ask(ADMIN, "GET", "/readyz")[0] == 200:
+                    return
+            except OSError:
+                time.sleep(0.1)
+        self.fail(f"it does not come up: {podman('logs', NAME)}")
+
+    def test_it_renders_every_format(self):
+        for name in "png", "jpeg", "webp", "tiff", "exr", "hdr":
+            with self.subTest(name):
+                scene = {"objects": [{"type": "sphere"}], "output": {"format": name}}
+                status, body = ask(PUBLIC, "POST", "/v1/render", json.dumps(scene))
+                self.assertEqual(status, 200, body[:300])
+
+    def test_it_is_nobody_and_may_nothing(self):
+        pid = podman("inspect", "--format", "{{.State.Pid}}", NAME).strip()
+        state = dict(line.split(":\t", 1) for line in Path(f"/proc/{pid}/status").read_text()
+                     .splitlines() if ":\t" in line)
+        self.assertEqual(state["Uid"].split(), ["65532"] * 4)
+        self.assertEqual(state["NoNewPrivs"], "1")
+        self.assertEqual(state["Seccomp"], "2")
+        for kind in "CapInh", "CapPrm", "CapEff", "CapBnd", "CapAmb":
+            self.assertEqual(int(state[kind], 16), 0, kind)
+        done = subprocess.run(["podman", "exec", NAME, "bash", "-c", "echo x >/usr/x"],
+                              capture_output=True, text=True, check=False)
+        self.assertIn("Read-only file system", done.stderr)
+
+    def test_it_tells_whether_it_is_well(self):
+        podman("exec", NAME, "shaded-healthy")
+        done = subprocess.run(["podman", "exec", "--env", "SHADED_ADMIN=127.0.0.1:1", NAME,
+                               "shaded-healthy"], capture_output=True, check=False)
+        self.assertNotEqual(done.returncode, 0)
+
+    def test_it_stops_in_a_second(self):
+        begin = time.monotonic()
+        podman("stop", "--time", "10", NAME)
+        self.assertLess(time.monotonic() - begin, 1)
+        self.assertEqual(podman("inspect", "--format", "{{.State.ExitCode}}", NAME).strip(), "0")
+
+    def test_it_tells_its_packages(self):
+        listed = podman("exec", NAME, "cat", "/usr/share/shaded/packages.txt").splitlines()
+        self.assertEqual(listed, sorted(listed))
+        for name in "libopencolorio2.1", "libopenimageio2.4", "libc6":
+            self.assertTrue([line for line in listed if line.startswith(name + "=")], name)
+        # What OpenImageIO depends on in Debian's eyes and does not load.
+        self.assertFalse([line for line in listed if line.startswith("libllvm")])
+
+
+if __name__ == "__main__":
+    reason = prepare()
+    if reason:
+        print(f"SKIPPED: {reason}")
+        sys.exit(77)
+    unittest.main()

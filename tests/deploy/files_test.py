@@ -1,0 +1,259 @@
+"""Each file of deploy/ is accepted by the program that it is for, and says what the daemon knows."""
+
+import json
+import re
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+import yaml
+
+from deploy.tools import DEPLOY, SOURCE, run
+from e2e.daemon import BUILD, Daemon
+
+KUBERNETES = DEPLOY / "kubernetes"
+
+
+def options():
+    """SHADED_ variables that the daemon reads."""
+    text = subprocess.run([str(BUILD / "shaded"), "--help"], capture_output=True, text=True,
+                          check=True).stdout
+    names = re.findall(r"^  --([a-z-]+)", text, re.MULTILINE)
+    return {"SHADED_" + name.upper().replace("-", "_") for name in names}
+
+
+class Folder(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+
+class SystemdTest(Folder):
+    def test_units_are_valid(self):
+        for unit in (DEPLOY / "systemd").iterdir():
+            # The daemon is not installed here.
+            text = unit.read_text().replace("/usr/bin/shaded", str(BUILD / "shaded"))
+            (self.folder / unit.name).write_text(text)
+        names = sorted(str(path) for path in self.folder.iterdir())
+        self.assertEqual(len(names), 3)
+        self.assertEqual(run("systemd-analyze", "verify", "--man=no", *names), "")
+
+    def test_exposure_is_at_most_2(self):
+        # The threshold is in tenths. 0.8 when this was written.
+        run("systemd-analyze", "security", "--offline=true", "--threshold=20", "--no-pager",
+            DEPLOY / "systemd/shaded.service")
+
+    def test_the_daemon_stops_before_it_is_killed(self):
+        text = (DEPLOY / "systemd/shaded.service").read_text()
+        drain = int(re.search(r"^drain-time = (\d+)$", (SOURCE / "config/shaded.conf").read_text(),
+                              re.MULTILINE)[1])
+        self.assertGreater(int(re.search(r"^TimeoutStopSec=(\d+)$", text, re.MULTILINE)[1]),
+                           drain + 5)
+
+
+class ProxiesTest(Folder):
+    def test_haproxy_takes_its_configurations(self):
+        for path in DEPLOY / "haproxy/haproxy.cfg", KUBERNETES / "hashed/haproxy.cfg":
+            run("haproxy", "-c", "-f", path)
+
+    def test_both_haproxy_configurations_differ_only_in_their_replicas(self):
+        def essence(path):
+            text = re.sub(r"^\s*#.*$|\s+#.*$", "", path.read_text(), flags=re.MULTILINE)
+            own = r"^    (server|server-template|hold obsolete|accepted_payload_size) .*$"
+            return re.sub(own, "", text, flags=re.MULTILINE).split()
+
+        self.assertEqual(essence(DEPLOY / "haproxy/haproxy.cfg"),
+                         essence(KUBERNETES / "hashed/haproxy.cfg"))
+
+    def test_nginx_takes_its_configuration(self):
+        text = (DEPLOY / "nginx/nginx.conf").read_text()
+        self.assertIn("server shaded:8080 ", text)
+        path = self.folder / "nginx.conf"
+        # A name would be looked up; /tmp is everybody's here.
+        path.write_text(text.replace("shaded:8080", "127.0.0.1:8080")
+                        .replace("/tmp/", f"{self.folder}/"))
+        run("nginx", "-t", "-c", path)
+
+    def test_the_proxies_bodies_are_the_daemons(self):
+        compose = yaml.safe_load((DEPLOY / "compose.yaml").read_text())
+        body = compose["services"]["shaded"]["environment"]["SHADED_MAX_BODY"]
+        self.assertIn(f"client_max_body_size {body.lower()};",
+                      (DEPLOY / "nginx/nginx.conf").read_text())
+
+
+class ComposeTest(unittest.TestCase):
+    def test_docker_compose_takes_it(self):
+        run("docker-compose", "-f", "compose.yaml", "config", "-q", cwd=DEPLOY)
+
+    def test_its_options_and_files_exist(self):
+        services = yaml.safe_load((DEPLOY / "compose.yaml").read_text())["services"]
+        own = {name for name in services["shaded"]["environment"] if name.startswith("SHADED_")}
+        self.assertLessEqual(own, options())
+        build = services["shaded"]["build"]
+        self.assertTrue((DEPLOY / build["context"] / build["dockerfile"]).is_file())
+        for service in services.values():
+            self.assertTrue(service["read_only"])
+            self.assertEqual(service["cap_drop"], ["ALL"])
+            self.assertNotEqual(service["user"].split(":")[0], "0")
+
+
+class KubernetesTest(unittest.TestCase):
+    def build(self, folder):
+        """The overlay's objects, by kustomize."""
+        version = run("kubectl", "version", "--client", "-o", "json")
+        version = json.loads(version)["clientVersion"]
+        kubectl = int(version["major"]), int(version["minor"].rstrip("+"))
+        if kubectl < (1, 21) and folder != "base":
+            self.skipTest(f"kubectl {kubectl[0]}.{kubectl[1]} (Debian 12's) knows no folders as "
+                          "resources: only base/ is built, the overlay's YAML is checked")
+        return list(yaml.safe_load_all(run("kubectl", "kustomize", KUBERNETES / folder)))
+
+    def pods(self, objects):
+        return [item["spec"]["template"]["spec"] for item in objects
+                if item["kind"] == "Deployment"]
+
+    def test_base_is_built_and_complete(self):
+        objects = self.build("base")
+        kinds = {item["kind"] for item in objects}
+        self.assertEqual(kinds, {"ServiceAccount", "Deployment", "Service", "NetworkPolicy",
+                                 "HorizontalPodAutoscaler", "PodDisruptionBudget"})
+        self.confined(objects)
+
+    def test_hashed_is_built(self):
+        objects = self.build("hashed")
+        self.assertEqual(len(self.pods(objects)), 2)
+        self.confined(objects)
+        maps = [item for item in objects if item["kind"] == "ConfigMap"]
+        self.assertIn("haproxy.cfg", maps[0]["data"])
+
+    def test_confined_is_built_with_the_profile(self):
+        (pod,) = self.pods(self.build("confined"))
+        profile = pod["containers"][0]["securityContext"]["seccompProfile"]
+        self.assertEqual(profile, {"type": "Localhost",
+                                   "localhostProfile": "profiles/shaded.json"})
+
+    def confined(self, objects):
+        for pod in self.pods(objects):
+            self.assertTrue(pod["securityContext"]["runAsNonRoot"])
+            for container in pod["containers"]:
+                security = container["securityContext"]
+                self.assertTrue(security["readOnlyRootFilesystem"])
+                self.assertFalse(security["allowPrivilegeEscalation"])
+                self.assertEqual(security["capabilities"], {"drop": ["ALL"]})
+                self.assertEqual(set(container["resources"]), {"requests", "limits"})
+                for probe in "readinessProbe", "livenessProbe":
+                    self.assertIn(probe, container)
+
+    def test_every_resource_is_named_and_refers_to_what_there_is(self):
+        """What kustomize does not look at: selectors, ports, options, and files of overlays."""
+        objects = {}
+        for path in KUBERNETES.glob("*/*.yaml"):
+            for item in yaml.safe_load_all(path.read_text()):
+                if item["kind"] == "Kustomization":
+                    named = item.get("resources", []) + [patch["path"]
+                                                         for patch in item.get("patches", [])]
+                    for maps in item.get("configMapGenerator", []):
+                        named += maps["files"]
+                    for name in named:
+                        self.assertTrue((path.parent / name).exists(), name)
+                    unnamed = {other.name for other in path.parent.iterdir()} - set(named)
+                    self.assertEqual(unnamed, {path.name})
+                elif path.parent.name != "confined":
+                    objects[item["kind"], item["metadata"]["name"]] = item
+        pods = {name: item["spec"]["template"] for (kind, name), item in objects.items()
+                if kind == "Deployment"}
+        labels = {name: pod["metadata"]["labels"] for name, pod in pods.items()}
+        self.assertEqual(set(pods), {"shaded", "shaded-proxy"})
+        for (kind, name), item in objects.items():
+            selector = item.get("spec", {}).get("selector", item.get("spec", {}).get("podSelector"))
+            if selector:
+                self.assertIn(selector.get("matchLabels", selector), labels.values(), name)
+            if kind == "Service":
+                target = pods["shaded-proxy" if "proxy" in name else "shaded"]
+                ports = {port["name"] for port in target["spec"]["containers"][0]["ports"]}
+                self.assertLessEqual({port["targetPort"] for port in item["spec"]["ports"]}, ports)
+        container = pods["shaded"]["spec"]["containers"][0]
+        names = {variable["name"] for variable in container["env"]}
+        self.assertLessEqual({name for name in names if name.startswith("SHADED_")}, options())
+        scaled = objects["HorizontalPodAutoscaler", "shaded"]["spec"]
+        self.assertIn(f"server-template replica- {scaled['maxReplicas']} ",
+                      (KUBERNETES / "hashed/haproxy.cfg").read_text())
+
+
+class MetricsTest(unittest.TestCase):
+    def test_prometheus_takes_the_rules(self):
+        run("promtool", "check", "config", "prometheus.yaml", cwd=DEPLOY / "prometheus")
+        run("promtool", "check", "rules", DEPLOY / "prometheus/alerts.yaml")
+
+    def test_alerts_fire_when_they_should(self):
+        run("promtool", "test", "rules", SOURCE / "tests/deploy/alerts.yaml")
+
+    def test_every_metric_that_is_asked_for_is_exposed(self):
+        with Daemon() as daemon:
+            daemon.get("/v1/version")
+            text = daemon.get("/metrics", admin=True).body.decode()
+        samples = re.findall(r"^(shaded_\w+)(?:\{(.*)\})? ", text, re.MULTILINE)
+        exposed = {}
+        for name, labels in samples:
+            exposed.setdefault(name, set()).update(re.findall(r'(\w+)="([^"]*)"', labels))
+        board = json.loads((DEPLOY / "grafana/shaded.json").read_text())
+        asked = [target["expr"] for panel in board["panels"] for target in panel["targets"]]
+        rules = yaml.safe_load((DEPLOY / "prometheus/alerts.yaml").read_text())
+        asked += [rule["expr"] for group in rules["groups"] for rule in group["rules"]]
+        autoscaler = yaml.safe_load((KUBERNETES / "base/autoscaler.yaml").read_text())
+        asked.append(autoscaler["spec"]["metrics"][0]["pods"]["metric"]["name"])
+        for expression in asked:
+            for name, labels in re.findall(r"(shaded_\w+)(?:\{([^}]*)\})?", expression):
+                self.assertIn(name, exposed, expression)
+                for label, value in re.findall(r'(\w+)="([^"]*)"', labels):
+                    self.assertIn(label, {known for known, _ in exposed[name]}, expression)
+                    if label != "status":  # they appear with their first request
+                        self.assertIn((label, value), exposed[name], expression)
+
+    def test_the_dashboard_is_well_formed(self):
+        board = json.loads((DEPLOY / "grafana/shaded.json").read_text())
+        panels = board["panels"]
+        self.assertEqual(len({panel["id"] for panel in panels}), len(panels))
+        taken = set()
+        for panel in panels:
+            place = panel["gridPos"]
+            cells = {(place["x"] + x, place["y"] + y)
+                     for x in range(place["w"]) for y in range(place["h"])}
+            self.assertFalse(cells & taken, panel["title"])
+            self.assertLessEqual(place["x"] + place["w"], 24)
+            taken |= cells
+        # promtool reads the queries as rules, with Grafana's variables filled in.
+        rules = [{"record": f"panel:{number}", "expr": target["expr"]
+                  .replace("$__rate_interval", "1m").replace("$instance", ".*")}
+                 for number, target in enumerate(t for panel in panels for t in panel["targets"])]
+        with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
+            yaml.safe_dump({"groups": [{"name": "panels", "rules": rules}]}, file)
+            file.flush()
+            run("promtool", "check", "rules", file.name)
+
+
+class ImageTest(unittest.TestCase):
+    def test_it_is_built_from_the_packages_that_dev_installs(self):
+        built = re.search(r"build_packages=\((.*?)\)", (SOURCE / "dev").read_text(), re.DOTALL)
+        text = (DEPLOY / "container/Containerfile").read_text().replace("\\\n", " ")
+        installed = re.search(r"^RUN install-packages (build-essential .*)$", text, re.MULTILINE)
+        self.assertEqual(installed[1].split(), built[1].split())
+
+    def test_only_what_is_copied_is_sent(self):
+        text = (DEPLOY / "container/Containerfile").read_text()
+        copied = re.findall(r"^COPY (?!--from)(\S+) ", text, re.MULTILINE)
+        sent = re.findall(r"^!(\S+)$", (SOURCE / ".dockerignore").read_text(), re.MULTILINE)
+        for path in copied:
+            self.assertTrue((SOURCE / path).exists(), path)
+            self.assertTrue(any(Path(path).is_relative_to(entry) for entry in sent), path)
+
+    def test_no_file_names_a_registry(self):
+        for path in DEPLOY.rglob("*"):
+            if path.is_file():
+                self.assertNotRegex(path.read_text(), r"(docker|quay|ghcr|gcr)\.io|registry\.", path)
+
+
+if __name__ == "__main__":
+    unittest.main()

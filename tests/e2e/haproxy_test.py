@@ -1,0 +1,237 @@
+"""Three replicas behind the proxies of deploy/: one is lost under load, and no client notices."""
+
+# ctest: serial
+
+import contextlib
+import http.client
+import json
+import os
+import re
+import signal
+import socket
+import subprocess
+import tempfile
+import threading
+import time
+import unittest
+from pathlib import Path
+
+from deploy.tools import DEPLOY, environment, find
+from e2e.daemon import JSON, SMALL, Daemon
+
+REPLICAS = 3
+
+
+def scene(number):
+    return {**SMALL, "image": {"width": 64, "height": 48, "samples": 4},
+            "objects": [{"type": "sphere", "radius": 1 + number / 1000}]}
+
+
+def free_port():
+    with socket.create_server(("127.0.0.1", 0)) as probe:
+        return probe.getsockname()[1]
+
+
+def ask(port, body, path="/v1/render", headers=None):
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
+    try:
+        connection.request("POST", path, body, {**JSON, **(headers or {})})
+        answer = connection.getresponse()
+        return answer.status, answer.headers, answer.read()
+    finally:
+        connection.close()
+
+
+def wait_until(true, timeout=30):
+    end = time.monotonic() + timeout
+    while not true():
+        if time.monotonic() > end:
+            raise AssertionError("it did not happen in time")
+        time.sleep(0.05)
+
+
+def rendered(daemon):
+    return daemon.metrics().get('shaded_requests_total{route="/v1/render",status="200"}', 0)
+
+
+class Load:
+    """Clients that render until they are stopped; what went wrong is counted."""
+
+    def __init__(self, port, clients=6):
+        self.port, self.over = port, threading.Event()
+        self.answers, self.failures = 0, []
+        self.lock = threading.Lock()
+        self.threads = [threading.Thread(target=self._work, args=(client,))
+                        for client in range(clients)]
+
+    def _work(self, client):
+        number = client
+        while not self.over.is_set():
+            number += len(self.threads)
+            try:
+                status, _, body = ask(self.port, json.dumps(scene(number)))
+                failure = None if status == 200 and body[:4] == b"\x89PNG" else (status, body[:200])
+            except (OSError, http.client.HTTPException) as error:
+                failure = repr(error)
+            with self.lock:
+                self.answers += 1
+                if failure:
+                    self.failures.append(failure)
+
+    def __enter__(self):
+        for thread in self.threads:
+            thread.start()
+        return self
+
+    def __exit__(self, *_):
+        self.over.set()
+        for thread in self.threads:
+            thread.join()
+
+
+class Proxied(unittest.TestCase):
+    def setUp(self):
+        self.stack = contextlib.ExitStack()
+        self.addCleanup(self.stack.close)
+        self.folder = Path(self.stack.enter_context(tempfile.TemporaryDirectory()))
+
+    def start(self, name, configuration, *flags):
+        path = self.folder / Path(name).name
+        path.write_text(configuration)
+        log = self.stack.enter_context(open(self.folder / "log", "w", encoding="utf-8"))
+        process = subprocess.Popen([find(name), *flags, str(path)], env=environment(),
+                                   stdin=subprocess.DEVNULL, stdout=log, stderr=log)
+        self.stack.callback(process.wait)
+        self.stack.callback(process.terminate)
+        return process
+
+    def wait_for(self, port):
+        def answers():
+            try:
+                return ask(port, json.dumps(SMALL))[0] == 200
+            except (OSError, http.client.HTTPException):
+                return False
+
+        try:
+            wait_until(answers)
+        except AssertionError as error:
+            raise AssertionError((self.folder / "log").read_text()) from error
+
+    def replicas(self):
+        return [self.stack.enter_context(Daemon("--threads", "1", "--log-requests", "off"))
+                for _ in range(REPLICAS)]
+
+    def haproxy(self, replicas):
+        find("haproxy")
+        port, text = free_port(), (DEPLOY / "haproxy/haproxy.cfg").read_text()
+        text = text.replace("bind :8080", f"bind 127.0.0.1:{port}")
+        for number, daemon in enumerate(replicas, 1):
+            there = "%s:%d" % daemon.address
+            text = re.sub(f"shaded-{number}:8080$", f"{there} port {daemon.admin[1]}", text,
+                          flags=re.MULTILINE)
+        self.start("haproxy", text, "-f")
+        self.wait_for(port)
+        return port
+
+    def nginx(self, replicas):
+        port, text = free_port(), (DEPLOY / "nginx/nginx.conf").read_text()
+        text = text.replace("listen 8080", f"listen 127.0.0.1:{port}")
+        (server,) = re.findall(r"^ *server shaded:8080.*;$", text, re.MULTILINE)
+        text = text.replace(server, "\n".join(server.replace("shaded:8080", "%s:%d" % one.address)
+                                              for one in replicas))
+        # Root's nginx would work as nobody, who may not enter the folder.
+        user = ["-g", "user root;"] if os.geteuid() == 0 else []
+        self.start("nginx", text.replace("/tmp/", f"{self.folder}/"), *user, "-c")
+        self.wait_for(port)
+        return port
+
+    def lose(self, port, victim, number):
+        with Load(port) as load:
+            time.sleep(1.5)
+            before = load.answers
+            victim.process.send_signal(number)
+            time.sleep(3)
+        self.assertGreater(before, 10)
+        self.assertGreater(load.answers, before + 10)
+        self.assertEqual(load.failures, [], f"of {load.answers}")
+        victim.process.wait()
+
+
+class HaproxyTest(Proxied):
+    def test_no_request_fails_when_a_replica_is_killed(self):
+        replicas = self.replicas()
+        port = self.haproxy(replicas)
+        self.lose(port, replicas[0], signal.SIGKILL)
+        # The others have its work.
+        self.assertGreater(min(rendered(daemon) for daemon in replicas[1:]), 0)
+
+    def test_no_request_fails_when_a_replica_is_stopped(self):
+        replicas = self.replicas()
+        self.lose(self.haproxy(replicas), replicas[1], signal.SIGTERM)
+
+    def test_a_scene_goes_to_the_same_replica(self):
+        replicas = self.replicas()
+        port = self.haproxy(replicas)
+        wait_until(lambda: sum(map(rendered, replicas)) >= 1)
+        # One connection: on it a request is over for haproxy when the next one comes, which else
+        # might find its replica at work for more than its share.
+        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
+        self.addCleanup(connection.close)
+        for number in range(12):
+            before = [rendered(daemon) for daemon in replicas]
+            for _ in range(4):
+                connection.request("POST", "/v1/render", json.dumps(scene(number)), JSON)
+                answer = connection.getresponse()
+                self.assertEqual((answer.status, answer.read()[:4]), (200, b"\x89PNG"))
+            # A request is counted when its answer has gone.
+            wait_until(lambda: sum(map(rendered, replicas)) >= sum(before) + 4)
+            after = [rendered(daemon) for daemon in replicas]
+            self.assertEqual(sorted(new - old for old, new in zip(before, after)), [0, 0, 4])
+        self.assertGreater(min(rendered(daemon) for daemon in replicas), 0)
+
+
+class NginxTest(Proxied):
+    def test_no_request_fails_when_a_replica_is_killed(self):
+        replicas = self.replicas()
+        self.lose(self.nginx(replicas), replicas[0], signal.SIGKILL)
+
+    def test_a_picture_is_rendered_once(self):
+        replicas = self.replicas()
+        port = self.nginx(replicas)
+        wait_until(lambda: sum(map(rendered, replicas)) >= 1)
+        before = sum(map(rendered, replicas))
+        answers = [ask(port, json.dumps(scene(1))) for _ in range(5)]
+        self.assertEqual({answer[0] for answer in answers}, {200})
+        self.assertEqual(len({answer[2] for answer in answers}), 1)
+        self.assertEqual([answer[1]["X-Cache"] for answer in answers], ["MISS"] + ["HIT"] * 4)
+        self.assertEqual(len({answer[1]["X-Request-Id"] for answer in answers}), 5)
+        wait_until(lambda: sum(map(rendered, replicas)) > before)
+        self.assertEqual(sum(map(rendered, replicas)), before + 1)
+        # What it accepts is part of the request.
+        jpeg = ask(port, json.dumps(scene(1)), headers={"Accept": "image/jpeg"})
+        self.assertEqual((jpeg[1]["X-Cache"], jpeg[2][:2]), ("MISS", b"\xff\xd8"))
+
+    def test_it_answers_304(self):
+        port = self.nginx(self.replicas()[:1])
+        etag = ask(port, json.dumps(scene(1)))[1]["ETag"]
+        status, _, body = ask(port, json.dumps(scene(1)), headers={"If-None-Match": etag})
+        self.assertEqual((status, body), (304, b""))
+
+    def test_requests_of_one_client_are_not_answered_to_another(self):
+        port = self.nginx(self.replicas()[:1])
+        secret = {"Authorization": "Bearer of-one"}
+        answers = [ask(port, json.dumps(scene(1)), headers=secret) for _ in range(2)]
+        self.assertEqual([answer[1]["X-Cache"] for answer in answers], ["BYPASS"] * 2)
+        self.assertEqual(ask(port, json.dumps(scene(1)))[1]["X-Cache"], "MISS")
+
+    def test_large_scenes_are_told_apart(self):
+        port = self.nginx(self.replicas()[:1])
+        padding = " " * 200_000
+        answers = [ask(port, json.dumps(scene(number)) + padding) for number in (1, 500)]
+        self.assertEqual([answer[0] for answer in answers], [200, 200])
+        self.assertNotEqual(answers[0][2], answers[1][2])
+        self.assertEqual(answers[0][2], ask(port, json.dumps(scene(1)))[2])
+
+
+if __name__ == "__main__":
+    unittest.main()
