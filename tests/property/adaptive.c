@@ -145,10 +145,41 @@ static void floats_and_the_exact_tier_take_every_sample(void **state) {
     }
 }
 
+/* Whole pixels of 48 samples leave gaps in chunks, and every chunk of this tile sees smooth and
+ * flat objects after pixels that one sample settled. */
+static void tiles_of_many_runs_are_whole(void **state) {
+    static const double boxes[][5] = {
+        {3.8, 3.8, -12.5, 12.5, 0}, {1, 32, 4.5, 0, 0},  {1, 1, 14.5, -15.5, 0}, {1, 32, 9.5, 0, 1},
+        {1, 1, 15.5, -15.5, 1},     {15, 23, -8, -4, 1}, {7, 7, -4, 12, 1}};
+    for (int samples = 2; samples <= 64; samples++) {
+        writing w;
+        start(&w);
+        fprintf(w.out,
+                "{\"camera\": {\"type\": \"orthographic\", \"position\": [0, 0, 50], \"height\": "
+                "32}, \"image\": {\"width\": 32, \"height\": 32, \"samples\": %d}, \"objects\": [",
+                samples);
+        for (int i = 0; i < 7; i++)
+            fprintf(w.out,
+                    "%s{\"type\": \"box\", \"size\": [%g, %g, 1], \"transform\": {\"translate\": "
+                    "[%g, %g, 0]}, \"interpolation\": \"%s\"}",
+                    i ? ", " : "", boxes[i][0], boxes[i][1], boxes[i][2], boxes[i][3],
+                    boxes[i][4] > 0 ? "flat" : "phong");
+        fputs("]}", w.out);
+        char *json = finish(&w);
+        drawn full = draw(*state, json, true), some = draw(*state, json, false);
+        size_t different = 0;
+        assert_true(share_of_tolerance(&full, &some, &different) <= 1);
+        drop_drawn(&full);
+        drop_drawn(&some);
+        free(json);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(fewer_samples_stay_within_the_tolerance),
         cmocka_unit_test(regions_are_crops),
+        cmocka_unit_test(tiles_of_many_runs_are_whole),
         cmocka_unit_test(floats_and_the_exact_tier_take_every_sample),
     };
     return cmocka_run_group_tests(tests, make_engine, drop_engine);
