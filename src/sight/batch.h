@@ -51,9 +51,6 @@ typedef struct shd_wants {
 } shd_wants;
 
 typedef struct shd_cast_kernel {
-    /* Where rays meet a shape other than a mesh; t, and what `place` needs of it. */
-    void (*find)(shd_shape shape, double tube, shd_work *work);
-    void (*place)(shd_shape shape, double tube, const shd_work *work, shd_surfaces *out);
     /* Casts shots [first, first + SHD_RAYS) or as many as there are. Returns the hits. */
     size_t (*cast)(const shd_sight *sight, const uint32_t *candidates, size_t candidate_count,
                    const shd_shots *shots, size_t first, shd_wants wants, shd_stage *out);
@@ -63,7 +60,8 @@ typedef struct shd_cast_kernel {
 
 extern const shd_cast_kernel shd_cast_kernel_portable, shd_cast_kernel_avx2, shd_cast_kernel_avx512;
 
-/* What a kernel is made of, by name. */
+/* What a kernel is made of, by name: where rays meet a shape other than a mesh (t, and what `place`
+ * needs of it), and the surface there. */
 #define SHD_CAST_KERNEL_PARTS(isa)                                                                 \
     void shd_find_surfaces_##isa(shd_shape shape, double tube, shd_work *work);                    \
     void shd_place_surfaces_##isa(shd_shape shape, double tube, const shd_work *work,              \
@@ -87,17 +85,18 @@ static inline void shd_approach(shd_work *w, int i) {
     w->shift[i] = shift;
 }
 
-/* 1 / sqrt(x) for x > 0, not denormal, to 2 ulp; for 0 it is finite. An integer's guess, good to
- * 3.4 % (C. Lomont, "Fast inverse square root", 2003), and Newton's steps: the same bits from any
- * instruction set, and faster than its own square root and division where vectors are wide. */
+/* 1 / sqrt(x) for x > 0, not denormal, to 2 ulp (tests/unit/sight_shapes.c); for 0 it is finite.
+ * An integer's guess, good to 3.4 % (C. Lomont, "Fast inverse square root", 2003), and Newton's
+ * steps: the same bits from any instruction set, and faster than its own square root and division
+ * where vectors are wide. */
 static inline double shd_inverse_root(double x) {
     uint64_t bits;
     double y, half = 0.5 * x;
     memcpy(&bits, &x, sizeof bits);
     bits = 0x5fe6eb50c7b537a9u - (bits >> 1);
     memcpy(&y, &bits, sizeof y);
-    for (int step = 0; step < 4; step++) y = y * (1.5 - half * y * y);
-    return y;
+    for (int step = 0; step < 3; step++) y = y * (1.5 - half * y * y);
+    return y + y * (0.5 - half * y * y);
 }
 
 #endif

@@ -614,5 +614,4 @@ static void append(const shd_stage *s, size_t hits, size_t first, shd_hits *out)
     out->count = at + hits;
 }
 
-const shd_cast_kernel SHD_VARIANT(shd_cast_kernel) = {
-    SHD_VARIANT(shd_find_surfaces), SHD_VARIANT(shd_place_surfaces), cast, append};
+const shd_cast_kernel SHD_VARIANT(shd_cast_kernel) = {cast, append};

@@ -41,7 +41,6 @@ typedef enum shd_outline_kind {
 } shd_outline_kind;
 
 typedef struct shd_outline {
-    double left, right, top, bottom; /* nothing of it is seen outside of these, in pixels */
     shd_outline_kind kind;
     shd_vec3 center; /* of the sphere, from the camera; or a, b, c */
     double radius;
@@ -49,13 +48,19 @@ typedef struct shd_outline {
     double margin;  /* for rounding */
 } shd_outline;
 
+/* Nothing of an object is seen outside of these, in pixels: arrays, for loops that vectorize. */
+typedef struct shd_frames {
+    float *left, *right, *top, *bottom;
+} shd_frames;
+
 struct shd_sight {
     const shd_plan *plan;
     shd_lens lens;
     shd_item *items; /* as shd_scene.objects */
     size_t count;
     uint32_t *order;                     /* [count]: nearer ones first, as far as can be told */
-    shd_outline *outlines;               /* [count]: in that order */
+    shd_outline *outlines;               /* [count]: in that order, */
+    shd_frames frames;                   /* as these are */
     double offset_x[256], offset_y[256]; /* the sample pattern, and the centre */
 };
 

@@ -47,7 +47,8 @@ static void find_slab(const double *restrict origin, const double *restrict dire
     LANES(i) {
         double o = origin[i], d = direction[i];
         double side = d > 0 ? 0.5 : -0.5;
-        double t0 = (-side - o) / d, t1 = (side - o) / d;
+        double inverse = 1 / d;
+        double t0 = (-side - o) * inverse, t1 = (side - o) * inverse;
         /* parallel: never in the slab, or always */
         double never = fabs(o) > 0.5 ? INFINITY : -INFINITY;
         t0 = d == 0 ? never : t0;
@@ -97,7 +98,7 @@ static void find_cylinder(shd_work *restrict w) {
         double ox = w->ox[i], oy = w->oy[i], oz = w->oz[i];
         double dx = w->dx[i], dy = w->dy[i], dz = w->dz[i], near = w->near[i];
         double t = INFINITY, face = SIDE;
-        double bottom = (-0.5 - oy) / dy, top = (0.5 - oy) / dy;
+        double inverse = 1 / dy, bottom = (-0.5 - oy) * inverse, top = (0.5 - oy) * inverse;
         double x = ox + dx * bottom, z = oz + dz * bottom;
         take(x * x + z * z <= 1, bottom, BOTTOM, near, &t, &face);
         x = ox + dx * top, z = oz + dz * top;

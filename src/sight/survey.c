@@ -12,7 +12,7 @@
 #include "sight/batch.h"
 
 /* A pixel's share by which outlines are widened on all sides. */
-static const double WIDER = 1e-3;
+static const double WIDER = 1e-2;
 
 /* A mesh's size's share by which its hits in f32 may be outside of it. */
 static const double MESH_WIDER = 1e-5;
@@ -64,14 +64,23 @@ static range widened(range r) {
     return (range){r.low - 1e-12 * (1 + fabs(r.low)), r.high + 1e-12 * (1 + fabs(r.high))};
 }
 
-/* From the image plane to pixels. */
-static void set_rectangle(const shd_lens *lens, range p, range q, shd_outline *out) {
-    p = widened(p);
-    q = widened(q);
-    out->left = (p.low / lens->half_x + 1) * lens->width / 2 - WIDER;
-    out->right = (p.high / lens->half_x + 1) * lens->width / 2 + WIDER;
-    out->top = (1 - q.high / lens->half_y) * lens->height / 2 - WIDER;
-    out->bottom = (1 - q.low / lens->half_y) * lens->height / 2 + WIDER;
+/* Where an object may be seen: its outline, and the rectangle around it on the image plane. */
+typedef struct sighting {
+    shd_outline outline;
+    range p, q;
+    double nearest;
+    uint32_t object;
+} sighting;
+
+/* From the image plane to pixels. Rounding to f32 is less than a hundredth of a pixel for any that
+ * there is. */
+static void set_frame(const shd_lens *lens, const sighting *from, const shd_frames *frames,
+                      size_t k) {
+    range p = widened(from->p), q = widened(from->q);
+    frames->left[k] = (float)((p.low / lens->half_x + 1) * lens->width / 2 - WIDER);
+    frames->right[k] = (float)((p.high / lens->half_x + 1) * lens->width / 2 + WIDER);
+    frames->top[k] = (float)((1 - q.high / lens->half_y) * lens->height / 2 - WIDER);
+    frames->bottom[k] = (float)((1 - q.low / lens->half_y) * lens->height / 2 + WIDER);
 }
 
 /* Where the corners of the box around an object are seen. False: not all are before the eye. */
@@ -117,7 +126,8 @@ static void outline_plane(const shd_sight *sight, const shd_item *it, shd_outlin
     out->margin = 1e-12 * error * shd_max_abs(up);
 }
 
-static void outline_sphere(const shd_sight *sight, size_t index, shd_item *it, shd_outline *out) {
+static void outline_sphere(const shd_sight *sight, size_t index, const shd_item *it, sighting *s) {
+    shd_outline *out = &s->outline;
     const shd_camera *camera = sight->lens.camera;
     const shd_plan_object *bounds = &sight->plan->objects[index];
     shd_vec3 v = in_camera(camera, shd_sub(bounds->center, camera->position));
@@ -131,21 +141,20 @@ static void outline_sphere(const shd_sight *sight, size_t index, shd_item *it, s
     }
     out->center = v;
     out->radius = radius;
-    range p = {-INFINITY, INFINITY}, q = p, corners_p, corners_q;
+    range p, q;
     if (v.z + radius <= 0) {
         out->kind = SHD_OUTLINE_NONE;
         return;
     }
     if (camera->projection == SHD_ORTHOGRAPHIC) {
         out->kind = SHD_OUTLINE_ROUND;
-        it->nearest = fmax(0, v.z - radius) * (1 - 1e-9);
-        p = (range){v.x - radius, v.x + radius};
-        q = (range){v.y - radius, v.y + radius};
+        s->nearest = fmax(0, v.z - radius) * (1 - 1e-9);
         out->margin = 1e-12 * fmax(fabs(v.x), fabs(v.y));
-        p.low -= out->margin, p.high += out->margin;
-        q.low -= out->margin, q.high += out->margin;
+        const double reach = radius + out->margin;
+        s->p = (range){v.x - reach, v.x + reach};
+        s->q = (range){v.y - reach, v.y + reach};
     } else {
-        it->nearest = fmax(0, distance - radius) * (1 - 1e-9);
+        s->nearest = fmax(0, distance - radius) * (1 - 1e-9);
         if (distance <= radius) {
             out->kind = SHD_OUTLINE_ALL;
         } else {
@@ -154,54 +163,52 @@ static void outline_sphere(const shd_sight *sight, size_t index, shd_item *it, s
             out->margin = 1e-13 * distance;
         }
         if (v.z > radius) {
-            p = tangents(v.x, v.z, radius);
-            q = tangents(v.y, v.z, radius);
+            s->p = tangents(v.x, v.z, radius);
+            s->q = tangents(v.y, v.z, radius);
         }
     }
-    if (corner_ranges(sight, index, &corners_p, &corners_q)) {
-        p = common(p, corners_p);
-        q = common(q, corners_q);
+    if (corner_ranges(sight, index, &p, &q)) {
+        s->p = common(s->p, p);
+        s->q = common(s->q, q);
     }
-    set_rectangle(&sight->lens, p, q, out);
 }
 
 static bool is_convex(shd_shape shape) {
     return shape != SHD_MESH && shape != SHD_TORUS;
 }
 
-typedef struct ranked {
-    double nearest;
-    uint32_t object;
-} ranked;
-
 static int by_distance(const void *a, const void *b) {
-    const ranked *x = a, *y = b;
+    const sighting *x = a, *y = b;
     if (x->nearest != y->nearest) return x->nearest < y->nearest ? -1 : 1;
     return (x->object > y->object) - (x->object < y->object);
 }
 
 bool shd_sight_outline(shd_sight *sight, shd_arena *arena) {
-    ranked *ranks = shd_arena_alloc(arena, sight->count, sizeof *ranks);
-    shd_outline *outlines = shd_arena_alloc(arena, sight->count, sizeof *outlines);
-    sight->order = shd_arena_alloc(arena, sight->count, sizeof *sight->order);
-    sight->outlines = shd_arena_alloc(arena, sight->count, sizeof *sight->outlines);
-    if (!ranks || !outlines || !sight->order || !sight->outlines) return false;
-    for (size_t i = 0; i < sight->count; i++) {
+    const size_t count = sight->count;
+    sighting *seen = shd_arena_alloc(arena, count, sizeof *seen);
+    float *frames = shd_arena_alloc(arena, 4 * count, sizeof *frames);
+    sight->order = shd_arena_alloc(arena, count, sizeof *sight->order);
+    sight->outlines = shd_arena_alloc(arena, count, sizeof *sight->outlines);
+    if (!seen || !frames || !sight->order || !sight->outlines) return false;
+    sight->frames = (shd_frames){frames, frames + count, frames + 2 * count, frames + 3 * count};
+    const range all = {-INFINITY, INFINITY}, none = {INFINITY, -INFINITY};
+    for (size_t i = 0; i < count; i++) {
         shd_item *it = &sight->items[i];
-        shd_outline *outline = &outlines[i];
-        *outline = (shd_outline){-INFINITY, INFINITY, -INFINITY, INFINITY, .tangent = -INFINITY};
-        it->convex = is_convex(it->shape);
-        it->nearest = 0;
+        seen[i] = (sighting){.outline.tangent = -INFINITY, .p = all, .q = all};
+        seen[i].object = (uint32_t)i;
         if (it->shape == SHD_PLANE)
-            outline_plane(sight, it, outline);
+            outline_plane(sight, it, &seen[i].outline);
         else
-            outline_sphere(sight, i, it, outline);
-        ranks[i] = (ranked){it->nearest, (uint32_t)i};
+            outline_sphere(sight, i, it, &seen[i]);
+        if (seen[i].outline.kind == SHD_OUTLINE_NONE) seen[i].p = none;
+        it->convex = is_convex(it->shape);
+        it->nearest = seen[i].nearest;
     }
-    qsort(ranks, sight->count, sizeof *ranks, by_distance);
-    for (size_t i = 0; i < sight->count; i++) {
-        sight->order[i] = ranks[i].object;
-        sight->outlines[i] = outlines[ranks[i].object];
+    qsort(seen, count, sizeof *seen, by_distance);
+    for (size_t k = 0; k < count; k++) {
+        sight->order[k] = seen[k].object;
+        sight->outlines[k] = seen[k].outline;
+        set_frame(&sight->lens, &seen[k], &sight->frames, k);
     }
     return true;
 }
@@ -210,8 +217,8 @@ bool shd_sight_outline(shd_sight *sight, shd_arena *arena) {
 
 /* On the image plane: the middle, and half of the diagonal. */
 typedef struct window {
-    double left, right, top, bottom; /* pixels */
-    double p, q, across, down;       /* middle, and half of the sides */
+    float left, right, top, bottom; /* pixels */
+    double p, q, across, down;      /* middle, and half of the sides */
     double h, k;
 } window;
 
@@ -228,10 +235,8 @@ static window make_window(const shd_lens *lens, double x, double y, double w, do
     return out;
 }
 
-/* Whether an object may be seen through a window. */
-static inline bool may_see(const shd_outline *o, const window *w) {
-    if (o->right < w->left || o->left > w->right || o->bottom < w->top || o->top > w->bottom)
-        return false;
+/* Whether an object may be seen through a window that its frame reaches into. */
+static bool may_see(const shd_outline *o, const window *w) {
     const shd_vec3 v = o->center;
     switch (o->kind) {
     case SHD_OUTLINE_NONE:
@@ -264,11 +269,27 @@ bool shd_survey_new(const shd_sight *sight, int w, int h, shd_arena *arena, shd_
     return true;
 }
 
+static inline bool reaches_into(const shd_frames *f, size_t k, const window *w) {
+    /* Not-a-number reaches anywhere. */
+    return !((f->right[k] < w->left) | (f->left[k] > w->right) | (f->bottom[k] < w->top) |
+             (f->top[k] > w->bottom));
+}
+
 /* The ranks of those that may be seen. */
 static size_t look_through(const shd_sight *sight, const window *w, uint32_t *ranks) {
+    enum { CHUNK = 64 };
     size_t count = 0;
-    for (size_t k = 0; k < sight->count; k++)
-        if (may_see(&sight->outlines[k], w)) ranks[count++] = (uint32_t)k;
+    for (size_t first = 0; first < sight->count; first += CHUNK) {
+        const size_t left = sight->count - first, size = left < CHUNK ? left : CHUNK;
+        uint32_t reaches[CHUNK], any = 0;
+        for (size_t i = 0; i < size; i++) {
+            reaches[i] = reaches_into(&sight->frames, first + i, w) ? 1 : 0;
+            any |= reaches[i];
+        }
+        for (size_t i = 0; any && i < size; i++)
+            if (reaches[i] && may_see(&sight->outlines[first + i], w))
+                ranks[count++] = (uint32_t)(first + i);
+    }
     return count;
 }
 
@@ -291,7 +312,9 @@ void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out) {
         const window part = make_window(&sight->lens, rect.x + x, rect.y + y, w, h);
         for (size_t k = 0; k < count; k++) {
             const uint32_t rank = out->candidates[k];
-            if (!may_see(&sight->outlines[rank], &part)) continue;
+            if (!reaches_into(&sight->frames, rank, &part) ||
+                !may_see(&sight->outlines[rank], &part))
+                continue;
             out->candidates[first + block->count++] = sight->order[rank];
         }
         if (block->count == 1 && sight->items[out->candidates[first]].convex)

@@ -7,7 +7,7 @@
 
 #include <cmocka.h>
 
-#include "sight/mesh.h"
+#include "sight/batch.h"
 #include "sight/shapes.h"
 
 static const double tube = 0.35;
@@ -237,6 +237,21 @@ static void tori_are_met_where_marching_meets_them(void **state) {
     assert_true(hits > 1000 && misses > 400);
 }
 
+static void inverse_roots_are_right_to_2_ulp(void **state) {
+    (void)state;
+    srand(6);
+    double worst = 0;
+    for (int i = 0; i < 200000; i++) {
+        double x = ldexp(uniform(1, 4), 2 * (rand() % 1000 - 500));
+        long double right = 1 / sqrtl(x);
+        double ulp = ldexp(1, ilogb((double)right) - 52);
+        worst = fmax(worst, (double)fabsl(shd_inverse_root(x) - right) / ulp);
+    }
+    assert_true(worst <= 2);
+    assert_true(shd_inverse_root(1) == 1 && shd_inverse_root(4) == 0.5);
+    assert_true(isfinite(shd_inverse_root(0)));
+}
+
 /* ---- Tessellation ---- */
 
 static void tessellations_are_closed_and_face_outward(void **state) {
@@ -303,6 +318,7 @@ int main(void) {
         cmocka_unit_test(ray_from_inside_meets_the_far_wall),
         cmocka_unit_test(thin_torus_far_away_is_met_on_its_tube),
         cmocka_unit_test(tori_are_met_where_marching_meets_them),
+        cmocka_unit_test(inverse_roots_are_right_to_2_ulp),
         cmocka_unit_test(tessellations_are_closed_and_face_outward),
         cmocka_unit_test(faces_are_plane_polygons),
     };
