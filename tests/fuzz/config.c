@@ -1,0 +1,76 @@
+/* What operators write: "FILE \0 FLAG \0 FLAG ...". The file is read as a configuration and as a
+ * list of tokens, of which the flags are tried as Authorization fields too. */
+#include <string.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include "fuzz.h"
+#include "server/access.h"
+#include "server/config.h"
+
+enum { FLAGS_MOST = 16 };
+
+/* In memory, under a name that programs can open. */
+static const char *make_file(const uint8_t *data, size_t size) {
+    static char path[64];
+    static int file = -1;
+    if (file < 0) {
+        file = memfd_create("config", 0);
+        snprintf(path, sizeof path, "/proc/self/fd/%d", file);
+    }
+    CHECK(file >= 0 && !ftruncate(file, 0) && pwrite(file, data, size, 0) == (ssize_t)size);
+    return path;
+}
+
+static bool is_text(const char *field, size_t size) {
+    size_t length = strnlen(field, size);
+    for (size_t i = 0; i < length; i++)
+        if (field[i] < 0x20 || field[i] > 0x7e) return false;
+    return length < size;
+}
+
+static void check_config(int count, char **flags) {
+    char message[1024] = "", kept[256];
+    shd_config config, defaults = shd_config_defaults();
+    shd_config_result result = shd_config_read(count, flags, &config, message, sizeof message);
+    CHECK(strnlen(message, sizeof message) < sizeof message);
+    if (result == SHD_CONFIG_BAD || result == SHD_CONFIG_BAD_FLAGS) CHECK(*message);
+    if (result != SHD_CONFIG_RUN) return;
+    CHECK(is_text(config.listen, sizeof config.listen));
+    CHECK(is_text(config.ocio, sizeof config.ocio));
+    CHECK(is_text(config.cors_origins, sizeof config.cors_origins));
+    CHECK(config.threads <= 1024 && config.queue >= 1 && config.timeout >= 1 && config.body >= 1);
+    shd_config_keep(&config, &defaults, kept, sizeof kept);
+    CHECK(!strcmp(config.listen, defaults.listen) && config.threads == defaults.threads);
+    if (shd_origins_check(config.cors_origins, NULL) == SHD_OK)
+        shd_origins_admit(config.cors_origins, "https://a.example");
+}
+
+static void check_tokens(const char *path, int count, char **fields) {
+    shd_tokens *tokens;
+    if (shd_tokens_load(path, &tokens, NULL) != SHD_OK) return;
+    CHECK(!shd_tokens_admit(tokens, NULL) && !shd_tokens_admit(tokens, "Bearer "));
+    for (int i = 0; i < count; i++) shd_tokens_admit(tokens, fields[i]);
+    shd_tokens_drop(tokens);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+    const uint8_t *zero = size ? memchr(data, 0, size) : NULL;
+    size_t length = zero ? (size_t)(zero - data) : size, rest = zero ? size - length - 1 : 0;
+    const char *path = make_file(data, length);
+    char *text = malloc(rest + 1);
+    CHECK(text);
+    if (rest) memcpy(text, zero + 1, rest);
+    text[rest] = 0;
+
+    char program[] = "shaded", config[] = "--config";
+    char *flags[FLAGS_MOST + 4] = {program, config, (char *)(size_t)path};
+    int count = 3;
+    for (char *flag = text; flag < text + rest && count < FLAGS_MOST; flag += strlen(flag) + 1)
+        /* No other file: there are some that never end. */
+        if (strncmp(flag, "--con", 5)) flags[count++] = flag;
+    check_tokens(path, count - 3, flags + 3);
+    check_config(count, flags);
+    free(text);
+    return 0;
+}
