@@ -215,8 +215,8 @@ void shd_keep_cast(shd_record *record, size_t tile, const shd_plan *plan, const 
     shd_kept_cast *to = shd_record_alloc(record, sizeof *to);
     if (!to) return;
     *to = (shd_kept_cast){.shots = shots};
-    /* Kernels read whole vectors. */
-    const size_t count = (hits->count + SHD_LANES - 1) / SHD_LANES * SHD_LANES;
+    /* Kernels read whole vectors, from wherever a run begins. */
+    const size_t count = (hits->count + SHD_LANES - 1) / SHD_LANES * SHD_LANES + SHD_LANES;
     to->hits.count = hits->count;
     to->hits.capacity = count;
     bool complete = (to->shot_cell = copy(record, shot_cell, shots * sizeof *shot_cell)) &&

@@ -56,11 +56,12 @@ shd_tile_scratch *shd_tile_scratch_new(const shd_scenery *scenery, shd_arena *ar
     s->sum_arrays = shd_sum_of(plan, plan->plane_count, 0, 0);
     s->sums = new_arrays(s->sum_arrays, SHD_CHUNK + SHD_LANES, arena);
     s->outs = shd_arena_alloc(arena, shd_sum_of(plan, 1, 0, 0), sizeof *s->outs);
-    /* Adaptive sampling looks a pixel beyond the tile. */
+    /* Adaptive sampling looks a pixel beyond the tile; kernels read whole vectors from wherever a
+     * run begins. */
     bool made = shd_survey_new(scenery->sight, SHD_TILE + 2 * SHD_BLOCK_SIDE,
                                SHD_TILE + 2 * SHD_BLOCK_SIDE, arena, &s->survey) &&
-                shd_hits_new(plan, SHD_CHUNK, arena, &s->hits) &&
-                shd_hits_new(plan, SHD_CHUNK, arena, &s->sorted);
+                shd_hits_new(plan, SHD_CHUNK + SHD_LANES, arena, &s->hits) &&
+                shd_hits_new(plan, SHD_CHUNK + SHD_LANES, arena, &s->sorted);
     if (!made || !s->outs || !s->x || !s->y || !s->pattern || !s->centres || !s->shot_cell ||
         !s->pixels || !s->cell || !s->order || !s->starts || !s->first || !s->which || !s->runs ||
         !s->sums)
