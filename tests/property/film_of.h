@@ -286,7 +286,7 @@ static inline sampled samples_of(shd_engine *engine, const char *json) {
     shd_lighting *lighting = shd_lighting_new(plan, arena);
     shd_hits hits;
     assert_true(x && y && sample && every && s.seen.object && s.radiance && lighting &&
-                shd_hits_new(plan, s.count, arena, &hits));
+                shd_hits_new(plan, s.count + SHD_LANES, arena, &hits));
     for (size_t i = 0; i < s.count; i++) {
         const size_t pixel = i / samples;
         x[i] = raster->x + (int)(pixel % (size_t)raster->w);
