@@ -1,0 +1,92 @@
+"""The programs and the report of `./dev bench` still work; no time is looked at."""
+
+import json
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+from daemon import BUILD, SOURCE, Daemon, environment
+
+sys.path.insert(0, str(SOURCE / "tests/bench"))
+import report  # noqa: E402
+import scenes  # noqa: E402
+
+STAGES = {"parse", "plan", "visibility", "shade", "color", "encode"}
+
+
+def run(name, arguments, jobs):
+    lines = "".join(json.dumps(job) + "\n" for job in jobs)
+    return subprocess.run([BUILD / f"tests/bench_{name}", *arguments], input=lines.encode(),
+                          capture_output=True, env=environment(), timeout=120, check=False)
+
+
+def small(**more):
+    return scenes.text(scenes.scene(scenes.lights(2, scenes.FADING), size=16, **more))
+
+
+class BenchTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+    def answers(self, done):
+        self.assertEqual((done.returncode, done.stderr), (0, b""))
+        return json.loads(done.stdout)
+
+    def test_library_times_and_compares(self):
+        picture = self.folder / "picture"
+        timed, portable, compared = self.answers(run("library", ["2"], [
+            {"text": small(), "save": str(picture)},
+            {"text": small(), "kernel": "portable", "threads": 2, "format": "jpeg", "again": True},
+            {"text": small(), "compare": True}]))
+        for samples in (timed, portable):
+            for name in STAGES | {"wall", "cpu", "tiles"}:
+                self.assertEqual(len(samples[name]), 2, name)
+            self.assertLessEqual(max(samples["tiles"]), max(samples["wall"]))
+        self.assertEqual(picture.stat().st_size, timed["bytes"])
+        self.assertEqual([tier["tier"] for tier in compared["compare"]["tiers"]],
+                         ["draft", "standard", "exact"])
+
+    def test_library_says_what_is_wrong(self):
+        done = run("library", ["1"], [{"text": '{"objects": [{"type": "cube"}]}'}])
+        self.assertEqual(done.returncode, 1)
+        self.assertIn(b"/objects/0/type", done.stderr)
+
+    def test_client_times_requests(self):
+        with Daemon() as daemon:
+            host, port = daemon.address
+            first, again = self.answers(run("client", [host, str(port), "2"], [
+                {"text": small(output={"format": "jpeg"})},
+                {"text": small(material=scenes.REPAINTED), "again": True,
+                 "save": str(self.folder / "picture")}]))
+            for samples in (first, again):
+                for name in STAGES | {"wall", "queue"}:
+                    self.assertEqual(len(samples[name]), 2, name)
+            data = (self.folder / "picture").read_bytes()
+            self.assertTrue(data.startswith(b"\x89PNG"))
+            self.assertEqual(len(data), again["bytes"])
+
+    def test_every_request_is_new_unless_it_is_the_same_again(self):
+        paths = [self.folder / str(i) for i in range(3)]
+        document = scenes.scene(scenes.lights(1), size=64,
+                                output={"format": "exr", "bitDepth": "float"})
+        text = scenes.text(document).replace('"ambient": 0.1,', '"ambient": 0.@@@@@@,')
+        jobs = [{"text": text, "save": str(path), "again": i == 2}
+                for i, path in enumerate(paths)]
+        self.answers(run("library", ["1"], jobs))
+        one, other, same = (path.read_bytes() for path in paths)
+        self.assertNotEqual(one, other)
+        self.assertEqual(other, same)
+
+    def test_the_page_is_made_of_the_results(self):
+        result = json.loads((SOURCE / "docs/bench/results.json").read_text())
+        self.assertFalse(result["quick"])
+        self.assertEqual(report.Report(result).page(),
+                         (SOURCE / "docs/speed-and-error.md").read_text())
+
+
+if __name__ == "__main__":
+    unittest.main()
