@@ -10,8 +10,8 @@
  * penumbra) a point within rounding of the edge may fall on its other side. No bound counts
  * these: they are single samples.
  *
- * The figures are two to three times what tests/unit/shade_weights.c and tests/property/bounds.c
- * measure, of which the latter fails where they are too small. */
+ * The figures are above what tests/unit/shade_sums.c and tests/property/bounds.c measure, of which
+ * the latter fails where they are too small. */
 #ifndef SHD_PLAN_ERROR_H
 #define SHD_PLAN_ERROR_H
 
