@@ -1,9 +1,4 @@
-/* What is seen: hits of rays, in the order of the rays. And the older form of it: the G-buffer of
- * a tile, one entry a sample, f64, world frame.
- *
- * Entry i of that one belongs to pixel i / samples (row by row within the tile) and to sample i %
- * samples of the pattern. Where `object` is SHD_NOTHING nothing was hit and the other values are
- * undefined. */
+/* What is seen: hits of rays, in the order of the rays. */
 #ifndef SHD_SIGHT_GBUFFER_H
 #define SHD_SIGHT_GBUFFER_H
 
@@ -54,18 +49,5 @@ bool shd_hits_new(const shd_plan *plan, size_t capacity, shd_arena *arena, shd_h
 /* Repeats the last hit up to the next multiple of 16, so that vectors of any width see finite
  * values. The count stays. Nothing is done where there is no hit. */
 void shd_hits_pad(shd_hits *hits);
-
-typedef struct shd_gbuffer {
-    size_t count;        /* pixels of the tile times samples */
-    double *position[3]; /* [count] each: the surface point */
-    double *normal[3];   /* N: unit, turned to the viewer where the material is two-sided */
-    double *view[3];     /* V: unit, toward the viewer */
-    double *depth;       /* distance along the camera's axis */
-    int32_t *object;     /* index in shd_scene.objects, or SHD_NOTHING */
-    /* Of faceted objects (flat, gouraud): the triangle, and the barycentric weights of its
-     * second and third corner. */
-    uint32_t *triangle;
-    double *u, *v;
-} shd_gbuffer;
 
 #endif

@@ -67,9 +67,6 @@ struct shd_sight {
 /* Fills order and outlines, and what items need of their distance. False: the arena is full. */
 bool shd_sight_outline(shd_sight *sight, shd_arena *arena);
 
-/* The objects that may be seen through a rectangle of pixels; room for all. */
-size_t shd_sight_candidates(const shd_sight *sight, shd_tile rect, uint32_t *out);
-
 /* The point and normal, in the mesh's frame, of a triangle at its barycentrics. The normal is
  * unit, or zero where the triangle has no area. */
 void shd_item_place(const shd_item *it, uint32_t triangle, double u, double v, shd_vec3 *point,

@@ -71,17 +71,6 @@ void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out);
 size_t shd_sight_shoot(const shd_sight *sight, const uint32_t *candidates, size_t candidate_count,
                        const shd_shots *shots, shd_hits *out);
 
-/* The same for all samples of a tile, hit or not. Memory for one thread's object lists (NULL:
- * there is none), and for tiles of up to `count` samples (false: there is none). */
-typedef struct shd_cast_scratch shd_cast_scratch;
-shd_cast_scratch *shd_cast_scratch_new(const shd_sight *sight, shd_arena *arena);
-bool shd_gbuffer_new(size_t count, shd_arena *arena, shd_gbuffer *out);
-
-/* Fills out->count = tile.w * tile.h * samples entries; `out` must have room for them. Returns
- * the number that hit something. */
-size_t shd_sight_cast(const shd_sight *sight, shd_tile tile, shd_cast_scratch *scratch,
-                      shd_gbuffer *out);
-
 /* Where the sample pattern's ray i of n goes through the pixel, in [0,1)^2 from its top left:
  * the Hammersley set x = (i + 1/2)/n, y = van der Corput in base 2 of i, plus half of its
  * spacing. One sample goes through the centre, four are a rotated grid. */

@@ -323,10 +323,3 @@ void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out) {
     }
     for (size_t k = 0; k < count; k++) out->candidates[k] = sight->order[out->candidates[k]];
 }
-
-size_t shd_sight_candidates(const shd_sight *sight, shd_tile rect, uint32_t *out) {
-    const window all = make_window(&sight->lens, rect.x, rect.y, rect.w, rect.h);
-    size_t count = look_through(sight, &all, out);
-    for (size_t k = 0; k < count; k++) out[k] = sight->order[out[k]];
-    return count;
-}

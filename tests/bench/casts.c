@@ -89,12 +89,10 @@ typedef struct scratch {
     size_t count;
     shd_survey survey;
     shd_hits hits;
-    shd_cast_scratch *cast;
-    shd_gbuffer dense;
 } scratch;
 
 typedef struct figures {
-    double survey, cast, dense; /* milliseconds */
+    double survey, cast; /* milliseconds */
     size_t rays, hits;
 } figures;
 
@@ -145,12 +143,6 @@ static figures run_once(const shd_sight *sight, scratch *s) {
             f.hits += s->hits.count;
         }
     f.cast = milliseconds() - start;
-
-    start = milliseconds();
-    for (int y = 0; y < SIDE; y += TILE)
-        for (int x = 0; x < SIDE; x += TILE)
-            shd_sight_cast(sight, (shd_tile){x, y, TILE, TILE}, s->cast, &s->dense);
-    f.dense = milliseconds() - start;
     return f;
 }
 
@@ -160,7 +152,7 @@ static int by_value(const void *a, const void *b) {
 }
 
 static void report(const stage *scene, shd_engine *engine, shd_isa isa, int runs) {
-    static double survey[MAX_RUNS], cast[MAX_RUNS], dense[MAX_RUNS];
+    static double survey[MAX_RUNS], cast[MAX_RUNS];
     char *text = write_scene(scene);
     shd_request *request;
     shd_error error;
@@ -175,23 +167,19 @@ static void report(const stage *scene, shd_engine *engine, shd_isa isa, int runs
         shd_sight_new(plan, engine->tracer, request->arena, &sight, &error))
         quit(scene->name, error.path, error.text);
     static scratch s;
-    s.cast = shd_cast_scratch_new(sight, request->arena);
-    if (!s.cast || !shd_survey_new(sight, TILE, TILE, request->arena, &s.survey) ||
-        !shd_hits_new(plan, TILE * TILE, request->arena, &s.hits) ||
-        !shd_gbuffer_new(TILE * TILE, request->arena, &s.dense))
+    if (!shd_survey_new(sight, TILE, TILE, request->arena, &s.survey) ||
+        !shd_hits_new(plan, TILE * TILE, request->arena, &s.hits))
         quit(scene->name, "", "out of memory");
     figures f = run_once(sight, &s);
     for (int i = 0; i < runs; i++) {
         f = run_once(sight, &s);
         survey[i] = f.survey;
         cast[i] = f.cast;
-        dense[i] = f.dense;
     }
     qsort(survey, (size_t)runs, sizeof *survey, by_value);
     qsort(cast, (size_t)runs, sizeof *cast, by_value);
-    qsort(dense, (size_t)runs, sizeof *dense, by_value);
-    printf("%-22s %-9s %8.3f %8.3f %8.3f %8zu %8zu %7.2f\n", scene->name, shd_isa_name(isa),
-           survey[runs / 2], cast[runs / 2], dense[runs / 2], f.rays, f.hits,
+    printf("%-22s %-9s %8.3f %8.3f %8zu %8zu %7.2f\n", scene->name, shd_isa_name(isa),
+           survey[runs / 2], cast[runs / 2], f.rays, f.hits,
            f.rays ? 1e6 * cast[runs / 2] / (double)f.rays : 0);
     shd_sight_drop(sight);
     shd_request_drop(request);
@@ -214,8 +202,8 @@ int main(int argc, char **argv) {
     printf("512x512, one ray a pixel, one thread, milliseconds of processor time a frame, median "
            "of %d\n\n",
            runs);
-    printf("%-22s %-9s %8s %8s %8s %8s %8s %7s\n", "scene", "kernel", "survey", "+ cast", "dense",
-           "rays", "hits", "ns/ray");
+    printf("%-22s %-9s %8s %8s %8s %8s %7s\n", "scene", "kernel", "survey", "+ cast", "rays",
+           "hits", "ns/ray");
     for (size_t i = 0; i < SCENES; i++) {
         if (strncmp(scenes[i].name, only, strlen(only)) != 0) continue;
         for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++)
