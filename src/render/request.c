@@ -1,8 +1,8 @@
 /* A request's life: read, render, give pictures. */
-#include <stdio.h>
+#include <nettle/base16.h>
+#include <nettle/sha2.h>
 #include <stdlib.h>
 #include <string.h>
-#include <xxhash.h>
 
 #include "image/image.h"
 #include "render/engine.h"
@@ -44,9 +44,13 @@ static shd_status make_etag(shd_request *request) {
         shd_report_error(&request->report, SHD_MEMORY, "", "the limit `memory` is too small");
         return SHD_MEMORY;
     }
-    XXH128_hash_t hash = XXH3_128bits(text, strlen(text));
-    snprintf(request->etag, sizeof request->etag, "%016llx%016llx", (unsigned long long)hash.high64,
-             (unsigned long long)hash.low64);
+    struct sha256_ctx hash;
+    unsigned char bytes[(sizeof request->etag - 1) / 2];
+    sha256_init(&hash);
+    sha256_update(&hash, strlen(text), (const unsigned char *)text);
+    sha256_digest(&hash, sizeof bytes, bytes);
+    base16_encode_update(request->etag, sizeof bytes, bytes);
+    request->etag[2 * sizeof bytes] = 0;
     return SHD_OK;
 }
 

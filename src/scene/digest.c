@@ -1,32 +1,33 @@
-/* A hash of what a document says, whatever way it is written.
+/* A hash of what a document says, whatever way it is written: SHA-256, as nobody may find another
+ * document that is answered by this one's picture.
  *
- * Every value is fed to XXH3 as a tag and its bits: numbers as their double (-0 as 0), strings
+ * Every value is fed to it as a tag and its bits: numbers as their double (-0 as 0), strings
  * behind their length, containers behind their count, members in the order of their keys. */
+#include <nettle/base16.h>
+#include <nettle/sha2.h>
 #include <stdint.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <xxhash.h>
 
 #include "scene/json.h"
 
-/* XXH3 works best on long pieces; a mesh has a million short ones. */
+/* Hashing works best on long pieces; a mesh has a million short ones. */
 typedef struct sink {
-    XXH3_state_t *state;
+    struct sha256_ctx hash;
     shd_arena *arena;
     size_t used;
     unsigned char bytes[4096];
 } sink;
 
 static void flush(sink *s) {
-    XXH3_128bits_update(s->state, s->bytes, s->used);
+    sha256_update(&s->hash, s->used, s->bytes);
     s->used = 0;
 }
 
 static void put(sink *s, const void *data, size_t size) {
     if (size > sizeof s->bytes - s->used) flush(s);
     if (size > sizeof s->bytes) {
-        XXH3_128bits_update(s->state, data, size);
+        sha256_update(&s->hash, size, data);
         return;
     }
     memcpy(s->bytes + s->used, data, size);
@@ -109,15 +110,14 @@ static bool put_value(sink *s, const json_t *value) {
 }
 
 bool shd_json_digest(const json_t *tree, shd_arena *arena, char digest[33]) {
-    sink s = {.state = XXH3_createState(), .arena = arena};
-    if (!s.state) return false;
-    XXH3_128bits_reset(s.state);
-    bool whole = put_value(&s, tree);
+    enum { BYTES = 16 };
+    sink s = {.arena = arena};
+    unsigned char bytes[BYTES];
+    sha256_init(&s.hash);
+    if (!put_value(&s, tree)) return false;
     flush(&s);
-    XXH128_hash_t hash = XXH3_128bits_digest(s.state);
-    XXH3_freeState(s.state);
-    if (!whole) return false;
-    snprintf(digest, 33, "%016llx%016llx", (unsigned long long)hash.high64,
-             (unsigned long long)hash.low64);
+    sha256_digest(&s.hash, BYTES, bytes);
+    base16_encode_update(digest, BYTES, bytes);
+    digest[2 * BYTES] = 0;
     return true;
 }

@@ -28,8 +28,8 @@ shd_node shd_node_item(const shd_node *parent, size_t index);
  * caller owns the tree. Every number in it is a finite real. */
 json_t *shd_json_parse(const char *text, size_t length, size_t memory, shd_report *report);
 
-/* 128-bit hash of the values in a tree as 32 hexadecimal digits; the order of members does not
- * count. False where memory is short. */
+/* 128 bits of SHA-256 of the values in a tree as 32 hexadecimal digits; the order of members does
+ * not count. False where memory is short. */
 bool shd_json_digest(const json_t *tree, shd_arena *arena, char digest[33]);
 
 /* Adds an error or a warning about the place. */

@@ -164,7 +164,7 @@ typedef struct shd_scene {
     const shd_output *outputs; /* at least one */
     size_t output_count;
     bool multipart;  /* `outputs` was given: the answer is multipart, even for one */
-    char digest[33]; /* 128-bit hash of the document, hexadecimal: the same for documents
+    char digest[33]; /* 128 bits of SHA-256 of the document, hexadecimal: the same for documents
                         that differ in white space, key order or spelling of a number */
 } shd_scene;
 
