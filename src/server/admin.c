@@ -30,6 +30,7 @@ static enum MHD_Result send_metrics(struct MHD_Connection *connection, shd_serve
     shd_gauges gauges = {.load = shd_engine_load(server->engine),
                          .reaped = shd_reaper_count(server->reaper),
                          .reuse = shd_engine_reuse(server->engine),
+                         .cache = shd_cache_load_of(server->cache),
                          .in_flight = atomic_load(&server->in_flight),
                          .draining = atomic_load(&server->draining)};
     size_t size;

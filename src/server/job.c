@@ -21,8 +21,9 @@ void shd_job_warn(shd_reply *reply, const shd_request *request) {
 }
 
 void shd_job_read(shd_job *job) {
-    const char *body = job->body ? (const char *)job->body : "";
-    if (shd_request_read(job->request, body, job->size, job->fallback))
+    const shd_question *asked = &job->question;
+    const char *body = asked->body ? (const char *)asked->body : "";
+    if (shd_request_read(job->request, body, asked->size, asked->fallback))
         shd_problem_report(&job->reply, shd_request_report(job->request));
 }
 
@@ -30,7 +31,7 @@ void shd_job_drop(shd_job *job) {
     shd_request_drop(job->request);
     shd_reply_clear(&job->reply);
     shd_settings_drop(job->settings);
-    free(job->body);
+    free(job->question.body);
     free(job);
 }
 
@@ -88,12 +89,18 @@ void shd_job_submit(shd_exchange *exchange, const shd_work *work) {
     *job = (shd_job){.server = server,
                      .settings = exchange->settings,
                      .work = work,
-                     .body = exchange->body,
-                     .size = exchange->size,
-                     .fallback = SHD_PNG};
-    job->picture_accepted = shd_accepts_picture(exchange->accept, &job->fallback);
+                     .question = {.body = exchange->body,
+                                  .size = exchange->size,
+                                  .fallback = SHD_PNG,
+                                  .settings = exchange->settings->number}};
+    shd_question *asked = &job->question;
+    asked->picture_accepted = shd_accepts_picture(exchange->accept, &asked->fallback);
     exchange->body = NULL;
     atomic_fetch_add(&job->settings->holders, 1);
+    if (work->recall && work->recall(job, exchange, &exchange->reply)) {
+        shd_job_drop(job);
+        return;
+    }
 
     /* Suspended first: the answer may be there before the next line. */
     shd_exchange_suspend(exchange);

@@ -12,11 +12,14 @@
 #ifndef SHD_SERVER_JOB_H
 #define SHD_SERVER_JOB_H
 
+#include "cache.h"
 #include "server.h"
 
 /* A kind of work. `read`, `run`: on a worker; they fill job->reply where they know the answer.
  * Empty, it means: of `read`, that `run` has to follow; of `run`, that it was cancelled. */
 typedef struct shd_work {
+    /* Whether the answer is known before anything is read. On the I/O thread; may be NULL. */
+    bool (*recall)(const shd_job *job, const shd_exchange *exchange, shd_reply *reply);
     void (*read)(shd_job *job);
     void (*run)(shd_job *job);
     /* Whether one waiter has its answer before anything is run. After `read`; may be NULL. */
@@ -40,14 +43,11 @@ struct shd_job {
     shd_settings *settings;
     const shd_work *work;
 
-    /* The question: a document, and what Accept makes of it. */
-    unsigned char *body;
-    size_t size;
-    shd_format fallback;
-    bool picture_accepted;
+    shd_question question;
 
     shd_request *request;
     shd_reply reply;
+    shd_cached cached;
     char timing[400];      /* Server-Timing, without the time waited */
     double began, seconds; /* when a worker took it, and what workers spent on it so far */
 

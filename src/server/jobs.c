@@ -51,10 +51,8 @@ static void hide(shd_jobs *jobs, shd_job *job) {
 static shd_job *find_by_body(shd_jobs *jobs, const shd_job *like, uint64_t hash) {
     for (shd_listing *l = jobs->by_body[hash % BUCKETS]; l; l = l->next) {
         shd_job *job = l->job;
-        if (l->hash == hash && job->work == like->work && job->size == like->size &&
-            job->fallback == like->fallback && job->settings == like->settings &&
-            job->picture_accepted == like->picture_accepted &&
-            (!job->size || !memcmp(job->body, like->body, job->size)))
+        if (l->hash == hash && job->work == like->work &&
+            shd_question_same(&job->question, &like->question))
             return job;
     }
     return NULL;
@@ -195,7 +193,7 @@ void shd_jobs_stop(shd_jobs *jobs) {
 /* ---- A job's way ---- */
 
 bool shd_jobs_join(shd_jobs *jobs, shd_job *job, shd_exchange *exchange) {
-    uint64_t hash = job->work->shared ? XXH3_64bits(job->body, job->size) : 0;
+    uint64_t hash = job->work->shared ? XXH3_64bits(job->question.body, job->question.size) : 0;
     shd_waiter *waiter = &exchange->waiter;
     waiter->exchange = exchange;
     waiter->deadline = exchange->submitted + (double)exchange->settings->config.timeout;

@@ -100,6 +100,7 @@ static shd_status start(shd_server *server, ports *out, shd_error *error) {
     if (!status && (has_admin(config) || given.admin >= 0))
         status = open_socket(config->admin, given.admin, &admin_socket, admin, error);
     if (!status) status = make_engine(server, error);
+    if (!status) status = shd_cache_new(config->response_cache, &server->cache, error);
     if (!status) status = shd_jobs_new(server, &server->jobs, error);
     if (!status) status = shd_linger_new(&server->linger, error);
     if (!status) status = shd_reaper_new(&patience, server->jobs, &server->reaper, error);
@@ -156,6 +157,7 @@ static void release(shd_server *server, ports *open) {
     shd_admin_stop(open->admin);
     shd_engine_drop(server->engine);
     shd_jobs_drop(server->jobs);
+    shd_cache_drop(server->cache);
     shd_settings_drop(server->settings);
 }
 

@@ -91,6 +91,10 @@ void shd_metrics_memory(shd_metrics *metrics, size_t bytes) {
     while (bytes > most && !atomic_compare_exchange_weak(&metrics->memory, &most, bytes)) continue;
 }
 
+void shd_metrics_cached(shd_metrics *metrics, shd_cached cached) {
+    if (cached != SHD_CACHE_OFF) count(&metrics->cached[cached == SHD_CACHE_HIT], 1);
+}
+
 void shd_metrics_stage(shd_metrics *metrics, shd_stage stage, double seconds) {
     observe(&metrics->stages[stage], seconds);
 }
@@ -154,6 +158,18 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
     for (size_t i = 0; i < sizeof lookups / sizeof lookups[0]; i++)
         fprintf(out, "shaded_reuse_lookups_total{kind=\"%s\",result=\"%s\"} %" PRIu64 "\n",
                 lookups[i].kind, lookups[i].result, lookups[i].count);
+    const shd_cache_load *cache = &gauges->cache;
+    print_number(out, "response_cache_bytes", "gauge", "Memory of finished pictures that are kept.",
+                 cache->bytes);
+    print_number(out, "response_cache_entries", "gauge", "Finished pictures that are kept.",
+                 cache->entries);
+    print_number(out, "response_cache_evictions_total", "counter",
+                 "Finished pictures that were forgotten for lack of room.", cache->evictions);
+    print_head(out, "response_cache_answers_total", "counter",
+               "Pictures answered, by whether they were kept from an earlier request.");
+    for (int hit = 0; hit < 2; hit++)
+        fprintf(out, "shaded_response_cache_answers_total{result=\"%s\"} %" PRIu64 "\n",
+                hit ? "hit" : "miss", value(&metrics->cached[hit]));
     print_number(out, "response_bytes_total", "counter", "Bytes of response bodies.",
                  value(&metrics->response_bytes));
     print_number(out, "saturated_samples_total", "counter",

@@ -7,6 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "cache.h"
 #include "reaper.h"
 #include "shaded.h"
 
@@ -50,8 +51,9 @@ typedef struct shd_metrics {
     atomic_uint_least64_t requests[SHD_ROUTE_COUNT][SHD_STATUSES];
     atomic_uint_least64_t response_bytes;
     atomic_uint_least64_t saturated;
-    atomic_uint_least64_t joined;  /* requests that were answered by another one's job */
-    atomic_uint_least64_t left;    /* requests whose client left before their job was done */
+    atomic_uint_least64_t joined;    /* requests that were answered by another one's job */
+    atomic_uint_least64_t left;      /* requests whose client left before their job was done */
+    atomic_uint_least64_t cached[2]; /* pictures that were made, that the response cache had */
     atomic_uint_least64_t aborted; /* requests without an answer, or whose client did not take it */
     atomic_uint_least64_t refused[SHD_LIMITS]; /* by the limit that they were over */
     atomic_size_t memory;                      /* the most that one request has taken */
@@ -65,6 +67,9 @@ void shd_metrics_request(shd_metrics *metrics, shd_route_id route, unsigned stat
 /* A refusal, by the text of its problem: which limit it names, if any. */
 void shd_metrics_refusal(shd_metrics *metrics, const char *text, size_t size);
 
+/* A picture that is answered. */
+void shd_metrics_cached(shd_metrics *metrics, shd_cached cached);
+
 /* The memory of a request that is done. */
 void shd_metrics_memory(shd_metrics *metrics, size_t bytes);
 
@@ -75,6 +80,7 @@ typedef struct shd_gauges {
     shd_load load;
     shd_reaped reaped;
     shd_reuse_load reuse;
+    shd_cache_load cache;
     unsigned in_flight;
     bool draining;
 } shd_gauges;

@@ -85,15 +85,45 @@ static void set_single(shd_reply *reply, shd_request *request) {
     shd_reply_give(reply, media_type, shd_request_take(request, 0), size);
 }
 
+static bool set_pictures(shd_reply *reply, shd_request *request) {
+    if (!shd_request_multipart(request))
+        set_single(reply, request);
+    else if (!set_multipart(reply, request))
+        return false;
+    return reply->held;
+}
+
 /* ---- Headers ---- */
 
-static void add_validators(const shd_job *job, shd_reply *reply) {
-    shd_reply_header(reply, "ETag", "\"%s\"", shd_request_etag(job->request));
-    shd_reply_plain(reply, "Cache-Control", job->settings->config.cache_control);
+static void add_validators(const shd_settings *settings, const char *tag, shd_reply *reply) {
+    shd_reply_header(reply, "ETag", "\"%s\"", tag);
+    shd_reply_plain(reply, "Cache-Control", settings->config.cache_control);
     shd_reply_plain(reply, "Vary", "Accept");
 }
 
-static void add_account(shd_job *job) {
+static void print_timing(char *out, size_t size, const double seconds[SHD_STAGE_COUNT],
+                         const char *reused) {
+    size_t length = 0;
+    for (size_t i = SHD_STAGE_QUEUE + 1; i < SHD_STAGE_COUNT; i++)
+        length += (size_t)snprintf(out + length, size - length, ", %s;dur=%.3f",
+                                   shd_stage_name((shd_stage)i), seconds[i] * 1e3);
+    snprintf(out + length, size - length, ", reuse;desc=%s", reused);
+}
+
+/* What every picture has, however it came about; `queued` in seconds. */
+static void add_account(shd_reply *reply, shd_metrics *metrics, shd_cached cached, double queued,
+                        const char *timing) {
+    static const char *const values[] = {[SHD_CACHE_HIT] = "shaded; hit",
+                                         [SHD_CACHE_STORED] = "shaded; fwd=miss; stored",
+                                         [SHD_CACHE_MISS] = "shaded; fwd=miss"};
+    shd_reply_header(reply, "Server-Timing", "%s;dur=%.3f%s", shd_stage_name(SHD_STAGE_QUEUE),
+                     queued * 1e3, timing);
+    if (cached != SHD_CACHE_OFF) shd_reply_plain(reply, "Cache-Status", values[cached]);
+    shd_metrics_cached(metrics, cached);
+}
+
+/* What a picture's making tells: kept with it. */
+static void add_making(shd_job *job) {
     shd_reply *reply = &job->reply;
     shd_metrics *metrics = &job->server->metrics;
     const shd_times *times = shd_request_times(job->request);
@@ -101,17 +131,13 @@ static void add_account(shd_job *job) {
         [SHD_STAGE_PARSE] = times->parse,           [SHD_STAGE_PLAN] = times->plan,
         [SHD_STAGE_VISIBILITY] = times->visibility, [SHD_STAGE_SHADE] = times->shade,
         [SHD_STAGE_COLOR] = times->color,           [SHD_STAGE_ENCODE] = times->encode};
-    size_t length = 0;
-    for (size_t i = SHD_STAGE_QUEUE + 1; i < SHD_STAGE_COUNT; i++) {
+    for (size_t i = SHD_STAGE_QUEUE + 1; i < SHD_STAGE_COUNT; i++)
         shd_metrics_stage(metrics, (shd_stage)i, seconds[i]);
-        length += (size_t)snprintf(job->timing + length, sizeof job->timing - length,
-                                   ", %s;dur=%.3f", shd_stage_name((shd_stage)i), seconds[i] * 1e3);
-    }
     static const char *const reused[] = {[SHD_REUSED_NOTHING] = "nothing",
                                          [SHD_REUSED_GEOMETRY] = "geometry",
                                          [SHD_REUSED_LIGHT] = "light"};
-    snprintf(job->timing + length, sizeof job->timing - length, ", reuse;desc=%s",
-             reused[shd_request_reused(job->request)]);
+    print_timing(job->timing, sizeof job->timing, seconds,
+                 reused[shd_request_reused(job->request)]);
     shd_reply_header(reply, "Shaded-Plan", "%s", shd_request_plan(job->request));
 
     uint64_t saturated = shd_request_saturated(job->request);
@@ -119,51 +145,99 @@ static void add_account(shd_job *job) {
         atomic_fetch_add(&metrics->saturated, saturated);
         shd_reply_header(reply, "Shaded-Saturated", "%" PRIu64, saturated);
     }
-    shd_job_warn(reply, job->request);
 }
 
-static void add_timing(const shd_job *job, double queued, shd_reply *reply) {
-    shd_reply_header(reply, "Server-Timing", "%s;dur=%.3f%s", shd_stage_name(SHD_STAGE_QUEUE),
-                     queued * 1e3, job->timing);
+/* What the document itself tells, whether the picture is made or found. */
+static void add_document(shd_job *job) {
+    add_validators(job->settings, shd_request_etag(job->request), &job->reply);
+    shd_job_warn(&job->reply, job->request);
+}
+
+/* ---- The response cache ---- */
+
+/* Warnings are found by reading: a document that has some must be read. */
+static const shd_question *askable(const shd_job *job) {
+    return shd_request_report(job->request)->warning_count ? NULL : &job->question;
+}
+
+static bool recall(const shd_job *job, const shd_exchange *exchange, shd_reply *reply) {
+    static const double no_time[SHD_STAGE_COUNT] = {0};
+    shd_server *server = job->server;
+    char tag[SHD_TAG_SIZE], timing[sizeof job->timing];
+    if (shd_cache_ask(server->cache, &job->question, tag, reply) != SHD_CACHE_HIT) return false;
+    if (shd_etag_matches(exchange->if_none_match, tag)) {
+        shd_reply_clear(reply);
+        reply->status = 304;
+        add_validators(job->settings, tag, reply);
+        return true;
+    }
+    add_validators(job->settings, tag, reply);
+    print_timing(timing, sizeof timing, no_time, "picture");
+    add_account(reply, &server->metrics, SHD_CACHE_HIT, 0, timing);
+    return true;
+}
+
+static void find(shd_job *job) {
+    job->cached = shd_cache_find(job->server->cache, shd_request_etag(job->request), askable(job),
+                                 &job->reply);
+    if (job->cached != SHD_CACHE_HIT) return;
+    const double seconds[SHD_STAGE_COUNT] = {[SHD_STAGE_PARSE] =
+                                                 shd_request_times(job->request)->parse};
+    print_timing(job->timing, sizeof job->timing, seconds, "picture");
+    add_document(job);
 }
 
 /* ---- The job ---- */
 
 static void read_scene(shd_job *job) {
     shd_job_read(job);
-    if (!job->reply.status && !shd_request_multipart(job->request) && !job->picture_accepted)
+    if (job->reply.status) return;
+    if (!shd_request_multipart(job->request) && !job->question.picture_accepted)
         shd_problem_reply(&job->reply, SHD_NOT_ACCEPTABLE,
                           "Accept admits multipart/form-data only, but the scene has no `outputs`");
+    else
+        find(job);
 }
 
 static bool settle(const shd_job *job, const shd_exchange *exchange, shd_reply *reply) {
-    if (!shd_etag_matches(exchange->if_none_match, shd_request_etag(job->request))) return false;
+    const char *tag = shd_request_etag(job->request);
+    if (!shd_etag_matches(exchange->if_none_match, tag)) return false;
     reply->status = 304;
-    add_validators(job, reply);
+    add_validators(job->settings, tag, reply);
     return true;
 }
 
 static void render(shd_job *job) {
     shd_error error;
+    shd_reply *reply = &job->reply;
     shd_status status = shd_request_render(job->request, NULL, &error);
     if (status == SHD_CANCELLED) return;
     if (status) {
-        shd_problem_error(&job->reply, &error);
+        shd_problem_error(reply, &error);
         return;
     }
-    add_validators(job, &job->reply);
-    add_account(job);
-    job->reply.status = 200;
-    if (!shd_request_multipart(job->request)) {
-        set_single(&job->reply, job->request);
-    } else if (!set_multipart(&job->reply, job->request)) {
-        shd_reply_clear(&job->reply);
-        shd_problem_reply(&job->reply, SHD_FAILED, "no memory for the pictures together");
+    add_making(job);
+    reply->status = 200;
+    if (!set_pictures(reply, job->request)) {
+        shd_reply_clear(reply);
+        shd_problem_reply(reply, SHD_FAILED, "no memory for the answer");
+        return;
     }
+    job->cached =
+        shd_cache_put(job->server->cache, shd_request_etag(job->request), askable(job), reply);
+    add_document(job);
+}
+
+static void add(const shd_job *job, double queued, shd_reply *reply) {
+    add_account(reply, &job->server->metrics, job->cached, queued, job->timing);
 }
 
 void shd_render_submit(shd_exchange *exchange) {
-    static const shd_work work = {
-        .read = read_scene, .run = render, .settle = settle, .add = add_timing, .shared = true};
+    static const shd_work work = {.recall = recall,
+                                  .read = read_scene,
+                                  .run = render,
+                                  .settle = settle,
+                                  .add = add,
+                                  .shared = true};
     shd_job_submit(exchange, &work);
 }

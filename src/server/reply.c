@@ -87,6 +87,11 @@ void shd_reply_copy(shd_reply *reply, const shd_reply *from) {
     if (reply->held) atomic_fetch_add(&reply->held->holders, 1);
 }
 
+void shd_reply_fit(shd_reply *reply) {
+    void *fit = reply->held && reply->size ? realloc(reply->held->data, reply->size) : NULL;
+    if (fit) reply->body = reply->held->data = fit;
+}
+
 static const char *reason(unsigned status) {
     switch (status) {
     case 400:

@@ -48,6 +48,9 @@ void shd_reply_copy(shd_reply *reply, const shd_reply *from);
 void shd_reply_give(shd_reply *reply, const char *media_type, void *body, size_t size);
 void shd_reply_lend(shd_reply *reply, const char *media_type, const void *body, size_t size);
 
+/* Gives back what the body's allocation has beyond its size, of a body that nobody shares yet. */
+void shd_reply_fit(shd_reply *reply);
+
 /* The whole reply as an HTTP/1.1 message that ends its connection, for refusals that cannot go
  * through libmicrohttpd. The caller frees it; NULL where memory is short. */
 char *shd_reply_raw(const shd_reply *reply, bool with_body, size_t *length);

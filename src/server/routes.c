@@ -208,8 +208,8 @@ void shd_route_add_cors(shd_exchange *exchange) {
     if (!exchange->origin || !shd_origins_admit(origins, exchange->origin)) return;
     shd_reply_header(reply, "Access-Control-Allow-Origin", "%s", anybody ? "*" : exchange->origin);
     shd_reply_plain(reply, "Access-Control-Expose-Headers",
-                    "ETag, Retry-After, Server-Timing, Shaded-Plan, Shaded-Saturated, "
-                    "Shaded-Warning, X-Request-Id");
+                    "Cache-Status, ETag, Retry-After, Server-Timing, Shaded-Plan, "
+                    "Shaded-Saturated, Shaded-Warning, X-Request-Id");
     if (!exchange->is_preflight) return;
     shd_reply_plain(reply, "Access-Control-Allow-Methods", "GET, HEAD, POST, OPTIONS");
     shd_reply_plain(reply, "Access-Control-Allow-Headers",

@@ -6,6 +6,7 @@
  *     jobs.c    which exchange waits for which work, and for how long
  *     job.c     how the engine's workers do it
  *     render_job.c, compare_job.c, explain_job.c  what a worker does for a kind of work
+ *     cache.c   finished pictures, for who asks for the same ones
  *     settings.c  what SIGHUP changes; access.c  tokens and origins
  *     admin.c   the operators' port
  *
@@ -20,6 +21,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "cache.h"
 #include "config.h"
 #include "jobs.h"
 #include "linger.h"
@@ -35,6 +37,7 @@ struct shd_server {
     pthread_mutex_t settings_mutex;
     shd_settings *settings; /* for new requests; see shd_server_settings */
     shd_jobs *jobs;
+    shd_cache *cache;
     shd_linger *linger;
     shd_reaper *reaper;
     shd_metrics metrics;

@@ -65,6 +65,7 @@ shd_settings *shd_server_settings(shd_server *server) {
 void shd_server_replace(shd_server *server, shd_settings *settings) {
     pthread_mutex_lock(&server->settings_mutex);
     shd_settings *old = server->settings;
+    settings->number = old->number + 1;
     server->settings = settings;
     pthread_mutex_unlock(&server->settings_mutex);
     shd_settings_drop(old);

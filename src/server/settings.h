@@ -7,6 +7,7 @@
 #include <stdatomic.h>
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 #include "access.h"
 #include "config.h"
@@ -24,6 +25,7 @@ typedef struct shd_document {
 
 typedef struct shd_settings {
     atomic_uint holders;
+    uint64_t number; /* of a server's settings, those of its start being 0 */
     shd_config config;
     shd_engine *engine;
     bool owns_engine;

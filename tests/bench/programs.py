@@ -62,7 +62,7 @@ class Daemon:
 
     def __init__(self, core=FIRST):
         command = [BUILD / "shaded", "--threads", "1", "--listen", "127.0.0.1:0", "--admin", "off",
-                   "--log-requests", "off"]
+                   "--log-requests", "off", "--response-cache", "0"]
         self.process = subprocess.Popen(pinned(command, core), stderr=subprocess.PIPE, text=True,
                                         env=clean_environment())
         for line in self.process.stderr:

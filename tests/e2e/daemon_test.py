@@ -381,8 +381,8 @@ class InsideTest(unittest.TestCase):
 
     def test_metrics_count_requests_and_stages(self):
         with Daemon() as daemon:
-            for _ in range(3):
-                daemon.render(SMALL)
+            for number in range(3):
+                daemon.render({**SMALL, "ambient": number / 3})
             daemon.render(b"{}")
             daemon.get("/nothing")
             daemon.get("/v1/version")

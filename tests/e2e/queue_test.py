@@ -25,7 +25,7 @@ def encoded(daemon):
 
 def new_daemon(*flags):
     """One that renders everything anew."""
-    return Daemon("--reuse", "0", *flags)
+    return Daemon("--reuse", "0", "--response-cache", "0", *flags)
 
 
 class Client:

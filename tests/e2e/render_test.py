@@ -29,7 +29,7 @@ def parts(answer):
 class RenderTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.daemon = Daemon("--cache-control", "private, max-age=7")
+        cls.daemon = Daemon("--response-cache", "0", "--cache-control", "private, max-age=7")
 
     @classmethod
     def tearDownClass(cls):

@@ -62,13 +62,17 @@ class Client(threading.Thread):
         self.expect(self.daemon_under_test.render(scene), 200)
 
     def example(self, _):
-        scene = {**self.random.choice(EXAMPLES), "image": SIZE}
+        scene = {**self.random.choice(EXAMPLES), "image": SIZE, "ambient": self.random.random()}
         self.expect(self.daemon_under_test.render(scene), 200)
 
     def unchanged(self, _):
         scene = self.new_scene()
         answer = self.daemon_under_test.render(scene)
         self.expect(answer, 200)
+        same = self.daemon_under_test.render(scene)
+        self.expect(same, 200)
+        if same.body != answer.body:
+            raise AssertionError("the same request has other bytes")
         again = self.daemon_under_test.render(scene, {"If-None-Match": answer.headers["ETag"]})
         self.expect(again, 304)
 
@@ -116,12 +120,13 @@ class Look:
         self.descriptors = len(os.listdir(f"/proc/{daemon.pid}/fd"))
         self.arena = metrics["shaded_request_memory_high_water_bytes"] / 2**20
         self.reuse = metrics["shaded_reuse_bytes"] / 2**20
+        self.responses = metrics["shaded_response_cache_bytes"] / 2**20
 
 
 class SoakTest(unittest.TestCase):
     def test_what_the_daemon_holds_does_not_grow(self):
-        with Daemon("--log-requests", "off", "--reuse", "16M", "--queue", "1000",
-                    "--timeout", "300") as daemon:
+        with Daemon("--log-requests", "off", "--reuse", "16M", "--response-cache", "2M",
+                    "--queue", "1000", "--timeout", "300") as daemon:
             before = Look(daemon)
             clients = [Client(daemon, seed, time.monotonic() + SECONDS) for seed in range(CLIENTS)]
             for client in clients:
@@ -140,7 +145,7 @@ class SoakTest(unittest.TestCase):
     def compare(self, looks, before):
         first, second = looks[:len(looks) // 2], looks[len(looks) // 2:]
         for name, slack in (("rss", None if SANITIZED else 16), ("descriptors", CLIENTS + 4),
-                            ("arena", 0.5), ("reuse", 1)):
+                            ("arena", 0.5), ("reuse", 1), ("responses", 1)):
             most = [max(getattr(look, name) for look in half) for half in (first, second)]
             print(f"{name}: {getattr(before, name):.1f} at the start, at most {most[0]:.1f} in the "
                   f"first half, {most[1]:.1f} in the second")

@@ -32,6 +32,7 @@ static void stop(void) {
     shd_linger_drop(server.linger);
     shd_engine_drop(server.engine);
     shd_jobs_drop(server.jobs);
+    shd_cache_drop(server.cache);
     shd_settings_drop(server.settings);
 }
 
@@ -48,6 +49,7 @@ static void start(void) {
     config->body = 4096;
     config->memory = 16 << 20;
     config->reuse = 1 << 20;
+    config->response_cache = 1 << 16;
     config->connections = 16;
     config->log_requests = false;
     strcpy(config->cors_origins, "https://a.example http://b.example:8080");
@@ -64,6 +66,7 @@ static void start(void) {
     shd_error error;
     CHECK(!shd_engine_new(&options, &server.engine, &error));
     CHECK(!shd_settings_new(config, server.engine, false, &server.settings, &error));
+    CHECK(!shd_cache_new(config->response_cache, &server.cache, &error));
     CHECK(!shd_jobs_new(&server, &server.jobs, &error));
     CHECK(!shd_linger_new(&server.linger, &error));
     CHECK(!shd_reaper_new(&patience, server.jobs, &server.reaper, &error));
