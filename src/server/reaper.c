@@ -18,8 +18,9 @@
 
 /* Between two looks, seconds; and before room is made again. */
 static const double pause_between = 0.25, pause_for_room = 0.01;
-/* Answers get this long before they give way to new connections. */
-static const double least_sending = 2;
+/* What a head or a body, and an answer, get at least before they give way to new connections: who
+ * has only just come is whom room was made for. Seconds. */
+static const double least_reading = 0.5, least_sending = 2;
 
 struct shd_connection {
     shd_connection *previous, *next;
@@ -101,6 +102,20 @@ static void look(shd_reaper *reaper, shd_connection *c, double now) {
     c->had_left = left;
 }
 
+static bool may_go(const shd_connection *c, double now) {
+    switch (c->phase) {
+    case SHD_AT_REST:
+        return true;
+    case SHD_AT_HEAD:
+    case SHD_AT_BODY:
+        return now - c->since >= least_reading;
+    case SHD_AT_ANSWER:
+        return now - c->since >= least_sending;
+    default:
+        return false;
+    }
+}
+
 /* Whether `a` is to go before `b`. */
 static bool goes_before(const shd_connection *a, const shd_connection *b) {
     if (!b) return true;
@@ -111,9 +126,7 @@ static bool goes_before(const shd_connection *a, const shd_connection *b) {
 static bool make_room(shd_reaper *reaper, double now) {
     shd_connection *first = NULL;
     for (shd_connection *c = reaper->list.next; c != &reaper->list; c = c->next) {
-        if (c->ended || c->phase == SHD_AT_WORK) continue;
-        if (c->phase == SHD_AT_ANSWER && now - c->since < least_sending) continue;
-        if (goes_before(c, first)) first = c;
+        if (!c->ended && may_go(c, now) && goes_before(c, first)) first = c;
     }
     if (first) end(reaper, first, SHD_END_ROOM);
     return first;

@@ -7,7 +7,7 @@
  * - a head, a body and an answer each have a total time, over which their connection is ended;
  * - connections whose client has left are ended, or their exchange stops waiting for its job;
  * - where nearly all places are taken, room is made: connections that do nothing end first, then
- * those that have been at their head, their body or their answer for longest.
+ *   those that have been at their head, their body or their answer for longest, but nobody at once.
  *
  * To end a connection is to shut its socket down: libmicrohttpd sees that and closes it. */
 #ifndef SHD_SERVER_REAPER_H
