@@ -1,6 +1,7 @@
 #include "sight/mesh.h"
 
 #include <embree3/rtcore.h>
+#include <float.h>
 #include <pthread.h>
 #include <stdlib.h>
 
@@ -59,8 +60,7 @@ static const char *error_text(enum RTCError code) {
     return "unknown error";
 }
 
-static shd_status embree_error(RTCDevice device, shd_error *error) {
-    enum RTCError code = rtcGetDeviceError(device);
+static shd_status embree_error(enum RTCError code, shd_error *error) {
     return shd_fail(error, code == RTC_ERROR_OUT_OF_MEMORY ? SHD_MEMORY : SHD_INTERNAL, "",
                     "Embree cannot take this mesh: %s", error_text(code));
 }
@@ -91,7 +91,7 @@ static void fit_frame(shd_mesh_tree *tree) {
     tree->center = shd_madd(shd_scale(low, 0.5), high, 0.5);
     shd_vec3 half = shd_sub(shd_scale(high, 0.5), shd_scale(low, 0.5));
     double size = shd_max_abs(half);
-    tree->scale = size > 0 ? 1 / size : 1;
+    tree->scale = size > DBL_MIN ? 1 / size : 1; /* below it the quotient would not be finite */
     tree->radius = shd_length(shd_scale(half, tree->scale));
 }
 
@@ -114,6 +114,18 @@ static bool fill_geometry(const shd_mesh_tree *tree, RTCGeometry geometry) {
     return true;
 }
 
+static bool attach_triangles(const shd_mesh_tree *tree, RTCDevice device) {
+    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    if (!geometry) return false;
+    bool filled = fill_geometry(tree, geometry);
+    if (filled) {
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometry(tree->scene, geometry);
+    }
+    rtcReleaseGeometry(geometry);
+    return filled;
+}
+
 shd_status shd_mesh_tree_new(const shd_triangles *triangles, shd_tracer *tracer, shd_arena *arena,
                              shd_mesh_tree **out, shd_error *error) {
     RTCDevice device = get_device(tracer);
@@ -123,22 +135,18 @@ shd_status shd_mesh_tree_new(const shd_triangles *triangles, shd_tracer *tracer,
     tree->triangles = *triangles;
     fit_frame(tree);
     tree->scene = rtcNewScene(device);
-    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    if (!tree->scene || !geometry || !fill_geometry(tree, geometry)) {
-        if (geometry) rtcReleaseGeometry(geometry);
-        if (tree->scene) rtcReleaseScene(tree->scene);
-        return embree_error(device, error);
-    }
+    if (!tree->scene) return embree_error(rtcGetDeviceError(device), error);
     rtcSetSceneFlags(tree->scene, RTC_SCENE_FLAG_ROBUST);
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(tree->scene, geometry);
-    rtcReleaseGeometry(geometry);
+    /* A shape whose every face is degenerate has no triangle, which Embree's buffers cannot be. */
+    if (tree->triangles.triangle_count && !attach_triangles(tree, device)) {
+        rtcReleaseScene(tree->scene);
+        return embree_error(rtcGetDeviceError(device), error);
+    }
     rtcCommitScene(tree->scene);
     enum RTCError code = rtcGetDeviceError(device);
     if (code != RTC_ERROR_NONE) {
         rtcReleaseScene(tree->scene);
-        return shd_fail(error, code == RTC_ERROR_OUT_OF_MEMORY ? SHD_MEMORY : SHD_INTERNAL, "",
-                        "Embree cannot take this mesh: %s", error_text(code));
+        return embree_error(code, error);
     }
     *out = tree;
     return SHD_OK;
@@ -179,7 +187,8 @@ static bool place(const shd_triangles *triangles, uint32_t triangle, const shd_r
 bool shd_mesh_tree_intersect(const shd_mesh_tree *tree, const shd_ray *ray, double *t,
                              uint32_t *triangle, double *u, double *v) {
     /* Start where the ray enters the mesh's sphere: f32 then has digits for the mesh alone. In
-     * the tree's frame, where the mesh's size is 1. */
+     * the tree's frame, where the mesh's size is 1. Comparisons are such that what is not a number
+     * misses: Embree may abort on it. */
     const double square = shd_dot(ray->direction, ray->direction);
     const bool safe = square > 1e-280 && square < 1e280;
     const double length = safe ? sqrt(square) : shd_length(ray->direction);
@@ -188,10 +197,10 @@ bool shd_mesh_tree_intersect(const shd_mesh_tree *tree, const shd_ray *ray, doub
     const shd_vec3 from = shd_scale(shd_sub(ray->origin, tree->center), tree->scale);
     const double closest = -shd_dot(from, unit), margin = 1.001 * tree->radius;
     const shd_vec3 foot = shd_madd(from, unit, closest);
-    if (shd_dot(foot, foot) > margin * margin) return false;
+    if (!(shd_dot(foot, foot) <= margin * margin)) return false;
     const double first = closest - margin, near = ray->near * length * tree->scale;
     const double begin = first > near ? first : near;
-    if (begin > closest + margin) return false;
+    if (!(begin <= closest + margin)) return false;
     const shd_vec3 origin = shd_madd(from, unit, begin);
     const double start = begin / tree->scale;
 

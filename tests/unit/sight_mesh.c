@@ -151,6 +151,58 @@ static void hits_at_a_shared_edge_stay_where_the_ray_meets_the_plane(void **stat
     drop(&f);
 }
 
+/* Embree aborts on rays that are no numbers. */
+static void rays_whose_arithmetic_overflows_miss(void **state) {
+    (void)state;
+    fixture f = make_torus(1, 0);
+    const double far[] = {1e150, 1e200, 1e308, 1.7976931348623143e308, INFINITY, NAN};
+    for (size_t i = 0; i < sizeof far / sizeof far[0]; i++) {
+        for (int c = 0; c < 3; c++) {
+            double from[3] = {0.5, 0.3, 0.7}, along[3] = {0};
+            from[c] = far[i];
+            along[c] = -1;
+            const shd_ray rays[] = {
+                {{from[0], from[1], from[2]}, {along[0], along[1], along[2]}, 0},
+                {{from[0], from[1], from[2]}, {-0.6, -0.8, 1e-9}, 0},
+                {{1, 2, 3}, {from[0], from[1], from[2]}, 0},
+                {{1, 2, 3}, {along[0], along[1], along[2]}, far[i]}};
+            for (size_t k = 0; k < 4; k++) {
+                double t = 0, u = 0, v = 0;
+                uint32_t triangle;
+                if (shd_mesh_tree_intersect(f.tree, &rays[k], &t, &triangle, &u, &v))
+                    assert_true(isfinite(t) && isfinite(u) && isfinite(v));
+            }
+        }
+    }
+    drop(&f);
+}
+
+static void meshes_smaller_than_normal_numbers_are_taken(void **state) {
+    (void)state;
+    for (double size = 1e-300; size > 0; size /= 1e6) {
+        fixture f = make_torus(size, 0);
+        shd_ray ray = {{0, 9, 1}, {0, -1, 0}, 0};
+        double t, u, v;
+        uint32_t triangle;
+        assert_false(shd_mesh_tree_intersect(f.tree, &ray, &t, &triangle, &u, &v));
+        drop(&f);
+    }
+}
+
+static void without_triangles_nothing_is_hit(void **state) {
+    (void)state;
+    fixture f = {shd_arena_new(1 << 24), shd_tracer_new(), {0}, NULL};
+    shd_error error;
+    assert_true(shd_tessellate(SHD_TORUS, 1e-12, 24, f.arena, &f.triangles));
+    assert_int_equal(f.triangles.triangle_count, 0);
+    assert_int_equal(shd_mesh_tree_new(&f.triangles, f.tracer, f.arena, &f.tree, &error), SHD_OK);
+    shd_ray ray = {{1, 9, 0}, {0, -1, 0}, 0};
+    double t, u, v;
+    uint32_t triangle;
+    assert_false(shd_mesh_tree_intersect(f.tree, &ray, &t, &triangle, &u, &v));
+    drop(&f);
+}
+
 static void every_pattern_is_stratified_in_both_directions(void **state) {
     (void)state;
     for (int n = 1; n <= 64; n++) {
@@ -180,6 +232,9 @@ int main(void) {
         cmocka_unit_test(hits_are_those_of_every_triangle_tried_in_f64),
         cmocka_unit_test(far_meshes_keep_their_precision),
         cmocka_unit_test(hits_at_a_shared_edge_stay_where_the_ray_meets_the_plane),
+        cmocka_unit_test(rays_whose_arithmetic_overflows_miss),
+        cmocka_unit_test(meshes_smaller_than_normal_numbers_are_taken),
+        cmocka_unit_test(without_triangles_nothing_is_hit),
         cmocka_unit_test(every_pattern_is_stratified_in_both_directions),
         cmocka_unit_test(one_sample_is_the_centre),
     };
