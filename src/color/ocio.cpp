@@ -437,8 +437,7 @@ shd_status convert(const void *self, const char *from, const char *to, double rg
     if (transform->cpu) shd_color_apply(transform, pixel, 1);
     for (int i = 0; i < 3; i++)
         if (!std::isfinite(pixel[i]))
-            return shd_fail(error, SHD_SCENE, "", "the color is too large to convert from %s to %s",
-                            from, to);
+            return shd_fail(error, SHD_SCENE, "", "the color is too large to be converted");
     for (int i = 0; i < 3; i++) rgb[i] = static_cast<double>(pixel[i]);
     return SHD_OK;
 }
