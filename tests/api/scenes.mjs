@@ -1,0 +1,94 @@
+// Random scenes: valid by the schema, and made from these by mistakes.
+import { fc } from "./packages.mjs";
+import { schema } from "./contract.mjs";
+import { Values } from "./values.mjs";
+
+// What the schema leaves open and the reader knows: names, and numbers that fit together. From the
+// schema alone come scenes of which almost all are refused.
+async function hints(daemon) {
+    const read = async path => JSON.parse((await daemon.ask({ method: "GET", path })).body);
+    const { spaces, displays } = await read("/v1/colorspaces");
+    const { materials } = await read("/v1/materials");
+    const named = list => fc.constantFrom(...list.map(entry => entry.name));
+    const linear = named(spaces.filter(entry => entry.sceneLinear));
+    const number = fc.integer({ min: -8, max: 8 }).map(step => step / 4);
+    const triangle = fc.array(number, { minLength: 9, maxLength: 9 });
+    const side = fc.integer({ min: 3, max: 24 });
+    return {
+        names: {
+            workingSpace: linear,
+            colorSpace: fc.oneof({ arbitrary: linear, weight: 3 }, named(spaces)),
+            space: named(spaces),
+            display: named(displays),
+            view: fc.constantFrom(displays[0].views[0]),
+            preset: named(materials),
+            material: named(materials),
+        },
+        members: {
+            positions: triangle,
+            normals: triangle,
+            indices: fc.constantFrom([0, 1, 2], [2, 1, 0], [0, 1, 2, 1, 0, 2]),
+            width: side,
+            height: side,
+            samples: fc.integer({ min: 1, max: 9 }),
+            region: fc.constantFrom([0, 0, 1, 1], [1, 0, 2, 3], [0, 1, 3, 2]),
+            channel: fc.constantFrom("R", "G", "B", "A"),
+            layers: fc.constantFrom(["beauty"], ["diffuse", "specular", "emissive", "ambient"],
+                                    ["normal", "position", "depth", "object"]),
+        },
+    };
+}
+
+// Without an image of their own, scenes have more pixels than the daemon's limit.
+const sized = {
+    ...schema,
+    required: [...schema.required, "image"],
+    $defs: { ...schema.$defs, image: { ...schema.$defs.image, required: ["width", "height"] } },
+};
+
+export async function sceneArbitrary(daemon) {
+    const known = await hints(daemon);
+    const calm = new Values(sized, known).of(sized);
+    const wild = new Values(sized, { ...known, wild: true }).of(sized);
+    return fc.oneof({ arbitrary: calm, weight: 3 }, { arbitrary: wild, weight: 1 });
+}
+
+export function* places(value, path = []) {
+    yield path;
+    if (value && typeof value === "object")
+        for (const key of Object.keys(value)) yield* places(value[key], [...path, key]);
+}
+
+const at = (document, path) => path.reduce((value, key) => value[key], document);
+
+// {scene, path}: a scene with one mistake, mostly, at `path`.
+export function mutantArbitrary(scenes) {
+    const value = fc.oneof(fc.jsonValue({ maxDepth: 1 }),
+                           fc.constantFrom(null, true, -1, 0, 1.5, 181, "", "zzz", "phong", "#12345",
+                                           [], {}, [0, 0, 0], [1, 2], "mesh", "exr", "half"));
+    const change = fc.record({ how: fc.constantFrom("set", "set", "remove", "add", "repeat"), value,
+                               name: fc.constantFrom("type", "zzz", "name", "matrix", "", "a/b~c") });
+    return fc.tuple(scenes, fc.nat(), change).map(([original, choice, { how, value, name }]) => {
+        const scene = structuredClone(original);
+        const all = [...places(scene)].slice(1);
+        const path = all[choice % all.length];
+        const holder = at(scene, path.slice(0, -1)), key = path.at(-1), old = holder[key];
+        if (how === "add" && old && typeof old === "object" && !Array.isArray(old)) old[name] = value;
+        else if (how === "repeat" && Array.isArray(old) && old.length) old.push(old[0]);
+        else if (how === "remove" && !Array.isArray(holder)) delete holder[key];
+        else holder[key] = value;
+        return { scene, path };
+    });
+}
+
+// Whether a JSON Pointer leads to something in the document, or to where a member is missing.
+export function leadsSomewhere(document, pointer) {
+    const keys = pointer.split("/").slice(1)
+        .map(key => key.replaceAll("~1", "/").replaceAll("~0", "~"));
+    let value = document;
+    return keys.every((key, i) => {
+        if (!value || typeof value !== "object") return false;
+        value = Object.hasOwn(value, key) ? value[key] : undefined;
+        return value !== undefined || i === keys.length - 1;
+    });
+}

@@ -1,0 +1,55 @@
+// Scenes made from the schema: what is valid by it is drawn, or refused for what a schema cannot
+// say; what is not is refused, with pointers to what is wrong.
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+
+import { checkAnswer, checkBeyondSchema, checkProblem, isScene, operations } from "./contract.mjs";
+import { Daemon } from "./daemon.mjs";
+import { holds } from "./packages.mjs";
+import { leadsSomewhere, mutantArbitrary, sceneArbitrary } from "./scenes.mjs";
+
+const submitting = operations.filter(operation => operation.requestBody);
+let daemon, scenes;
+
+before(async () => {
+    daemon = await Daemon.start();
+    scenes = await sceneArbitrary(daemon);
+});
+after(() => daemon.stop());
+
+test("scenes that are valid by the schema are taken, or refused for what it cannot say", async () => {
+    for (const operation of submitting) {
+        let taken = 0, refused = 0;
+        await holds(operation.path === "/v1/render" ? 200 : 40, scenes, async scene => {
+            assert.ok(isScene(scene));
+            const answer = await daemon.post(operation.path, scene);
+            checkAnswer(answer, operation);
+            if (answer.status === 200) {
+                taken++;
+            } else {
+                refused++;
+                checkBeyondSchema(answer);
+            }
+        });
+        console.log(`${operation.path}: ${taken} taken, ${refused} refused`);
+        assert.ok(taken > refused / 2, "most scenes are refused: nothing was tested");
+    }
+});
+
+test("scenes that are not valid by the schema are refused, with pointers", async () => {
+    let invalid = 0, valid = 0;
+    await holds(500, mutantArbitrary(scenes), async ({ scene }) => {
+        const answer = await daemon.post("/v1/render", scene);
+        if (isScene(scene)) {
+            valid++;
+            if (answer.status !== 200) checkBeyondSchema(answer);
+            return;
+        }
+        invalid++;
+        assert.equal(answer.status, 422, `${answer.status}: only the schema refuses it`);
+        for (const { pointer } of checkProblem(answer).errors)
+            assert.ok(leadsSomewhere(scene, pointer), pointer);
+    });
+    console.log(`${invalid} mistakes, ${valid} that are none`);
+    assert.ok(invalid > valid / 2, "most mistakes are none: nothing was tested");
+});
