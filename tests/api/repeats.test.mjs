@@ -6,13 +6,18 @@ import { Daemon } from "./daemon.mjs";
 import { fc, holds } from "./packages.mjs";
 import { sceneArbitrary } from "./scenes.mjs";
 
-let daemon, scenes;
+// One renders everything anew, one has what earlier requests left.
+let daemon, keeping, scenes;
 
 before(async () => {
-    daemon = await Daemon.start();
+    daemon = await Daemon.start("--response-cache", "0", "--reuse", "0");
+    keeping = await Daemon.start();
     scenes = await sceneArbitrary(daemon);
 });
-after(() => daemon.stop());
+after(async () => {
+    await daemon.stop();
+    await keeping.stop();
+});
 
 const tagOf = answer => answer.headers.get("etag")?.[0];
 
@@ -35,7 +40,8 @@ test("the same request gets the same bytes, and 304 where the client has them", 
     let pictures = 0;
     await holds(50, scenes, async scene => {
         const first = await daemon.post("/v1/render", scene);
-        assertSame(first, await daemon.post("/v1/render", scene));
+        for (const other of [daemon, keeping, keeping])
+            assertSame(first, await other.post("/v1/render", scene));
         if (first.status !== 200) return;
         pictures++;
         for (const [tags, status] of [[tagOf(first), 304], [`"a", W/${tagOf(first)}`, 304], ["*", 304],
