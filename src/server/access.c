@@ -1,96 +1,124 @@
 #include "access.h"
 
 #include <errno.h>
+#include <nettle/base64.h>
+#include <nettle/hmac.h>
+#include <nettle/memops.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 
-enum { TOKEN_SIZE = 256, TOKENS_MOST = 1000, TOKEN_LEAST = 16 };
+enum { SECRET_SIZE = 256, SECRETS_MOST = 1000 };
+
+const shd_secret_kind shd_token_kind = {"token", 16}, shd_key_kind = {"key", 32};
 
 /* Padded with zeros, so that all are compared at one length. */
-typedef struct token {
-    unsigned char bytes[TOKEN_SIZE];
-} token;
+typedef struct secret {
+    unsigned char bytes[SECRET_SIZE];
+} secret;
 
-struct shd_tokens {
+struct shd_secrets {
     size_t count;
-    token list[TOKENS_MOST];
+    secret list[SECRETS_MOST];
 };
 
-/* ---- Tokens ---- */
+/* ---- Secrets ---- */
 
-static bool add_token(shd_tokens *tokens, const char *text) {
+static bool add_secret(shd_secrets *secrets, const char *text, size_t least) {
     static const char allowed[] =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~+/=";
     size_t length = strlen(text);
-    if (length < TOKEN_LEAST || length >= TOKEN_SIZE || strspn(text, allowed) != length)
-        return false;
-    memcpy(tokens->list[tokens->count++].bytes, text, length);
+    if (length < least || length >= SECRET_SIZE || strspn(text, allowed) != length) return false;
+    memcpy(secrets->list[secrets->count++].bytes, text, length);
     return true;
 }
 
-static shd_status read_tokens(FILE *file, const char *path, shd_tokens *tokens, shd_error *error) {
-    char line[TOKEN_SIZE + 64];
+static shd_status read_secrets(FILE *file, const char *path, const shd_secret_kind *kind,
+                               shd_secrets *secrets, shd_error *error) {
+    char line[SECRET_SIZE + 64];
     shd_status status = SHD_OK;
     for (int number = 1; !status && fgets(line, sizeof line, file); number++) {
         line[strcspn(line, "\r\n")] = 0;
         char *start = line + strspn(line, " \t"), *end = start + strlen(start);
         while (end > start && (end[-1] == ' ' || end[-1] == '\t')) *--end = 0;
         if (!*start || *start == '#') continue;
-        if (tokens->count == TOKENS_MOST)
-            status = shd_fail(error, SHD_CONFIG, path, "more than %d tokens", TOKENS_MOST);
-        else if (!add_token(tokens, start))
+        if (secrets->count == SECRETS_MOST)
+            status =
+                shd_fail(error, SHD_CONFIG, path, "more than %d %ss", SECRETS_MOST, kind->name);
+        else if (!add_secret(secrets, start, kind->least))
             status = shd_fail(error, SHD_CONFIG, path,
-                              "line %d is no token: %d to %d of A-Z a-z 0-9 - . _ ~ + / =", number,
-                              TOKEN_LEAST, TOKEN_SIZE - 1);
+                              "line %d is no %s: %zu to %d of A-Z a-z 0-9 - . _ ~ + / =", number,
+                              kind->name, kind->least, SECRET_SIZE - 1);
     }
     explicit_bzero(line, sizeof line);
     if (!status && ferror(file)) status = shd_fail(error, SHD_CONFIG, path, "%s", strerror(errno));
-    if (!status && !tokens->count) status = shd_fail(error, SHD_CONFIG, path, "there is no token");
+    if (!status && !secrets->count)
+        status = shd_fail(error, SHD_CONFIG, path, "there is no %s", kind->name);
     return status;
 }
 
-shd_status shd_tokens_load(const char *path, shd_tokens **out, shd_error *error) {
+shd_status shd_secrets_load(const char *path, const shd_secret_kind *kind, shd_secrets **out,
+                            shd_error *error) {
     FILE *file = fopen(path, "re");
     if (!file) return shd_fail(error, SHD_CONFIG, path, "%s", strerror(errno));
-    shd_tokens *tokens = calloc(1, sizeof *tokens);
-    shd_status status = tokens ? read_tokens(file, path, tokens, error)
-                               : shd_fail(error, SHD_MEMORY, path, "out of memory");
+    shd_secrets *secrets = calloc(1, sizeof *secrets);
+    shd_status status = secrets ? read_secrets(file, path, kind, secrets, error)
+                                : shd_fail(error, SHD_MEMORY, path, "out of memory");
     fclose(file);
     if (status)
-        shd_tokens_drop(tokens);
+        shd_secrets_drop(secrets);
     else
-        *out = tokens;
+        *out = secrets;
     return status;
 }
 
-void shd_tokens_drop(shd_tokens *tokens) {
-    if (!tokens) return;
-    explicit_bzero(tokens, sizeof *tokens);
-    free(tokens);
+void shd_secrets_drop(shd_secrets *secrets) {
+    if (!secrets) return;
+    explicit_bzero(secrets, sizeof *secrets);
+    free(secrets);
 }
 
-/* Each token is looked at as a whole, whatever the others gave. */
-bool shd_tokens_admit(const shd_tokens *tokens, const char *authorization) {
+/* Each secret is looked at as a whole, whatever the others gave. */
+
+bool shd_secrets_admit(const shd_secrets *tokens, const char *authorization) {
     static const char scheme[] = "Bearer ";
     if (!authorization || strncasecmp(authorization, scheme, sizeof scheme - 1)) return false;
     const char *text = authorization + sizeof scheme - 1;
     text += strspn(text, " ");
     size_t length = strlen(text);
-    if (length >= TOKEN_SIZE)
+    if (length >= SECRET_SIZE)
         return false; /* known to be wrong by its length, which is no secret */
-    token given = {{0}};
+    secret given = {{0}};
     memcpy(given.bytes, text, length);
-    volatile unsigned char found = 0;
-    for (size_t i = 0; i < tokens->count; i++) {
-        volatile unsigned char differs = 0;
-        for (size_t k = 0; k < TOKEN_SIZE; k++)
-            differs |= (unsigned char)(given.bytes[k] ^ tokens->list[i].bytes[k]);
-        found |= (unsigned char)(((unsigned)differs - 1) >> 8 & 1);
-    }
+    volatile int found = 0;
+    for (size_t i = 0; i < tokens->count; i++)
+        found |= memeql_sec(given.bytes, tokens->list[i].bytes, SECRET_SIZE);
     explicit_bzero(&given, sizeof given);
+    return found;
+}
+
+bool shd_secrets_signed(const shd_secrets *keys, const char *text, size_t length,
+                        const char *signature) {
+    enum { ENCODED = BASE64_ENCODE_RAW_LENGTH(SHA256_DIGEST_SIZE), UNPADDED = ENCODED - 1 };
+    if (strlen(signature) != UNPADDED) return false;
+    volatile int found = 0;
+    for (size_t i = 0; i < keys->count; i++) {
+        const unsigned char *key = keys->list[i].bytes;
+        struct hmac_sha256_ctx hmac;
+        struct base64_encode_ctx encoder;
+        unsigned char digest[SHA256_DIGEST_SIZE];
+        char encoded[ENCODED];
+        hmac_sha256_set_key(&hmac, strlen((const char *)key), key);
+        hmac_sha256_update(&hmac, length, (const unsigned char *)text);
+        hmac_sha256_digest(&hmac, sizeof digest, digest);
+        base64url_encode_init(&encoder);
+        size_t written = base64_encode_update(&encoder, encoded, sizeof digest, digest);
+        base64_encode_final(&encoder, encoded + written);
+        found |= memeql_sec(encoded, signature, UNPADDED);
+        explicit_bzero(&hmac, sizeof hmac);
+    }
     return found;
 }
 

@@ -1,22 +1,40 @@
-/* Who may ask, and from which pages: bearer tokens and CORS. Constant once made: any thread. */
+/* Who may ask, and from which pages: bearer tokens, signatures and CORS. Constant once made: any
+ * thread. */
 #ifndef SHD_SERVER_ACCESS_H
 #define SHD_SERVER_ACCESS_H
 
 #include <stdbool.h>
+#include <stddef.h>
 
 #include "base/status.h"
 
-typedef struct shd_tokens shd_tokens;
+/* Bearer tokens, or keys that sign. */
+typedef struct shd_secrets shd_secrets;
 
-/* Reads a file of tokens: one a line, of 16 to 255 of A-Z a-z 0-9 - . _ ~ + / =; blank lines and
- * those that start with # are left out. SHD_CONFIG, with the file and line but no token, where it
- * cannot be read, holds anything else, or no token at all. */
-shd_status shd_tokens_load(const char *path, shd_tokens **out, shd_error *error);
-void shd_tokens_drop(shd_tokens *tokens); /* wipes them; NULL is fine */
+/* What a file holds: the word for one of them, and the least of its characters. */
+typedef struct shd_secret_kind {
+    const char *name;
+    size_t least;
+} shd_secret_kind;
 
-/* Whether an Authorization field, NULL where there is none, carries one of them. Takes the same
- * time whichever it is and however much of one is right. */
-bool shd_tokens_admit(const shd_tokens *tokens, const char *authorization);
+extern const shd_secret_kind shd_token_kind, shd_key_kind; /* 16 and 32 */
+
+/* Reads a file of secrets: one a line, up to 255 of A-Z a-z 0-9 - . _ ~ + / =; blank lines and
+ * those that start with # are left out. SHD_CONFIG, with the file and line but no secret, where it
+ * cannot be read, holds anything else, or none at all. */
+shd_status shd_secrets_load(const char *path, const shd_secret_kind *kind, shd_secrets **out,
+                            shd_error *error);
+void shd_secrets_drop(shd_secrets *secrets); /* wipes them; NULL is fine */
+
+/* Both take the same time whichever secret it is and however much of it is right. */
+
+/* Whether an Authorization field, NULL where there is none, carries one of these tokens. */
+bool shd_secrets_admit(const shd_secrets *tokens, const char *authorization);
+
+/* Whether `signature` is the HMAC-SHA256 (RFC 2104, FIPS 180-4) of the text by one of these keys,
+ * the characters of its line being the key, in base64url without padding (RFC 4648, section 5). */
+bool shd_secrets_signed(const shd_secrets *keys, const char *text, size_t length,
+                        const char *signature);
 
 /* A list of origins, "https://a.example http://b.example:8080", or "*", or "" for none. SHD_CONFIG
  * where it is none. */

@@ -72,6 +72,8 @@ static const option_info options[] = {
      "memory for finished pictures, for who asks for the same ones; 0: none are kept"},
     {"tokens", TEXT, false, FIELD(tokens), 0, 0, "FILE",
      "bearer tokens, one a line, that /v1/ asks for; none: everybody is served"},
+    {"preview-keys", TEXT, false, FIELD(preview_keys), 0, 0, "FILE",
+     "keys, one a line, one of which must have signed a link to /v1/preview/"},
     {"cors-origins", TEXT, false, FIELD(cors_origins), 0, 0, "ORIGINS",
      "origins whose pages may ask, such as https://a.example; or *"},
     {"cache-control", TEXT, false, FIELD(cache_control), 0, 0, "TEXT", "Cache-Control of pictures"},
@@ -376,8 +378,8 @@ void shd_config_help(FILE *out) {
     }
     fputs("  --config FILE             configuration file (or SHADED_CONFIG)\n"
           "  --help, --version\n\n"
-          "SIGHUP reads the options, the tokens and the color configuration again; what is bad\n"
-          "leaves everything as it was.\n"
+          "SIGHUP reads the options, the tokens, the keys and the color configuration again; what\n"
+          "is bad leaves everything as it was.\n"
           "SIGTERM and SIGINT finish what is accepted and exit 0; a second one exits at once.\n"
           "Exit status: 0 stopped, 1 could not start or finish, 2 wrong flags.\n",
           out);

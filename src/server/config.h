@@ -15,6 +15,7 @@ typedef struct shd_config {
     char kernel[16];              /* auto, portable, avx2, avx512 */
     char cache_control[256];      /* of pictures */
     char tokens[4096];            /* path; "": everybody may ask */
+    char preview_keys[4096];      /* path; "": previews need no signature */
     char cors_origins[1024];
     bool log_requests;
     uint64_t threads, queue, connections, connections_each;

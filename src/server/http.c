@@ -31,14 +31,17 @@ typedef struct head {
 
 /* ---- The start of an exchange ---- */
 
-/* The path alone, decoded, of "/path?query" or "http://host/path". A decoded 0 byte or an
- * over-long path leaves path_cut set: it names nothing. */
-static void set_path(shd_exchange *exchange, const char *target) {
+/* "/path?query" of itself or of "http://host/path?query". */
+static const char *skip_authority(const char *target) {
     const char *authority = strstr(target, "://");
-    if (*target != '/' && authority && authority > target) {
-        target = strchr(authority + 3, '/');
-        if (!target) target = "/";
-    }
+    if (*target == '/' || !authority || authority == target) return target;
+    const char *path = strchr(authority + 3, '/');
+    return path ? path : "/";
+}
+
+/* The path alone, decoded. A decoded 0 byte or an over-long path leaves path_cut set: it names
+ * nothing. */
+static void set_path(shd_exchange *exchange, const char *target) {
     size_t length = 0;
     for (const char *c = target; *c && *c != '?'; c++) {
         unsigned byte = (unsigned char)*c;
@@ -73,6 +76,8 @@ static void *begin(void *cls, const char *target, struct MHD_Connection *connect
     snprintf(exchange->method_name, sizeof exchange->method_name, "-");
     snprintf(exchange->id, sizeof exchange->id, "%08x-%08x", exchange->server->run,
              atomic_fetch_add(&exchange->server->next_id, 1));
+    target = skip_authority(target);
+    exchange->target = strdup(target);
     set_path(exchange, target);
     return exchange;
 }
@@ -371,6 +376,7 @@ static void complete(void *cls, struct MHD_Connection *connection, void **contex
     }
     shd_settings_drop(exchange->settings);
     shd_reply_clear(&exchange->reply);
+    free(exchange->target);
     free(exchange->accept);
     free(exchange->if_none_match);
     free(exchange->body);

@@ -23,7 +23,10 @@ void shd_job_warn(shd_reply *reply, const shd_request *request) {
 void shd_job_read(shd_job *job) {
     const shd_question *asked = &job->question;
     const char *body = asked->body ? (const char *)asked->body : "";
-    if (shd_request_read(job->request, body, asked->size, asked->fallback))
+    if (!shd_request_read(job->request, body, asked->size, asked->fallback)) return;
+    if (job->work->refuse)
+        job->work->refuse(job);
+    else
         shd_problem_report(&job->reply, shd_request_report(job->request));
 }
 

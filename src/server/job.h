@@ -22,6 +22,8 @@ typedef struct shd_work {
     bool (*recall)(const shd_job *job, const shd_exchange *exchange, shd_reply *reply);
     void (*read)(shd_job *job);
     void (*run)(shd_job *job);
+    /* What a document that is not read is answered; NULL: as its report has it. */
+    void (*refuse)(shd_job *job);
     /* Whether one waiter has its answer before anything is run. After `read`; may be NULL. */
     bool (*settle)(const shd_job *job, const shd_exchange *exchange, shd_reply *reply);
     /* What answers have besides what they share. May be NULL. */

@@ -8,6 +8,7 @@
 static const char *const route_names[SHD_ROUTE_COUNT] = {
     [SHD_ROUTE_INDEX] = "/",
     [SHD_ROUTE_RENDER] = "/v1/render",
+    [SHD_ROUTE_PREVIEW] = "/v1/preview",
     [SHD_ROUTE_EXPLAIN] = "/v1/explain",
     [SHD_ROUTE_COMPARE] = "/v1/compare",
     [SHD_ROUTE_MATERIALS] = "/v1/materials",
@@ -30,8 +31,8 @@ static const char *const limit_names[SHD_LIMITS] = {
     "body", "pixels", "samples", "lights", "objects", "triangles", "memory", "queue", "timeout"};
 
 /* The last one, 0, takes every other status. */
-static const unsigned statuses[SHD_STATUSES] = {200, 204, 304, 400, 401, 404, 405, 406, 413,
-                                                415, 422, 429, 431, 500, 501, 503, 0};
+static const unsigned statuses[SHD_STATUSES] = {200, 204, 304, 400, 401, 403, 404, 405, 406,
+                                                413, 415, 422, 429, 431, 500, 501, 503, 0};
 
 static const double bounds[SHD_BUCKETS] = {0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1,
                                            0.25,   0.5,   1,      2.5,   5,    10,    30};

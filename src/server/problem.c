@@ -6,13 +6,17 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { DETAIL_SIZE = 1024 };
+
 static const struct {
     unsigned status;
     const char *name, *title;
 } kinds[SHD_PROBLEM_KINDS] = {
     [SHD_BAD_REQUEST] = {400, "request", "The request is not sound HTTP"},
     [SHD_BAD_SYNTAX] = {400, "syntax", "The document is not JSON"},
+    [SHD_BAD_QUERY] = {400, "query", "A parameter of the link is wrong"},
     [SHD_UNAUTHORIZED] = {401, "unauthorized", "This path needs a token"},
+    [SHD_BAD_SIGNATURE] = {403, "signature", "The link is not validly signed"},
     [SHD_NOT_FOUND] = {404, "not-found", "There is nothing at this path"},
     [SHD_BAD_METHOD] = {405, "method", "This path does not take this method"},
     [SHD_NOT_ACCEPTABLE] = {406, "not-acceptable", "No media type of the answer is acceptable"},
@@ -76,7 +80,7 @@ static void finish(shd_reply *reply, shd_problem_kind kind, unsigned seconds, js
 }
 
 void shd_problem_reply(shd_reply *reply, shd_problem_kind kind, const char *format, ...) {
-    char detail[1024];
+    char detail[DETAIL_SIZE];
     va_list args;
     va_start(args, format);
     vsnprintf(detail, sizeof detail, format, args);
@@ -86,7 +90,7 @@ void shd_problem_reply(shd_reply *reply, shd_problem_kind kind, const char *form
 
 void shd_problem_later(shd_reply *reply, shd_problem_kind kind, unsigned seconds,
                        const char *format, ...) {
-    char detail[1024];
+    char detail[DETAIL_SIZE];
     va_list args;
     va_start(args, format);
     vsnprintf(detail, sizeof detail, format, args);
@@ -94,9 +98,10 @@ void shd_problem_later(shd_reply *reply, shd_problem_kind kind, unsigned seconds
     finish(reply, kind, seconds, begin(kind, detail));
 }
 
-static void add_error(json_t *errors, const char *pointer, const char *detail) {
+/* `kind` of place: "pointer" or "parameter". */
+static void add_error(json_t *errors, const char *kind, const char *place, const char *detail) {
     json_t *error = json_object();
-    json_object_set_new(error, "pointer", string(pointer));
+    json_object_set_new(error, kind, string(place));
     json_object_set_new(error, "detail", string(detail));
     json_array_append_new(errors, error);
 }
@@ -105,16 +110,23 @@ void shd_problem_error(shd_reply *reply, const shd_error *error) {
     shd_problem_kind kind = status_kinds[error->status];
     /* What fails inside may name the operator's files, which are not the client's business. */
     bool tells_path = kind != SHD_FAILED && *error->path;
-    char detail[1024];
+    char detail[DETAIL_SIZE];
     snprintf(detail, sizeof detail, "%s%s%s", tells_path ? error->path : "", tells_path ? ": " : "",
              error->text);
     json_t *document = begin(kind, detail);
     if (kind != SHD_FAILED) {
         json_t *errors = json_array();
-        add_error(errors, error->path, error->text);
+        add_error(errors, "pointer", error->path, error->text);
         json_object_set_new(document, "errors", errors);
     }
     finish(reply, kind, 0, document);
+}
+
+/* The detail alone must do for a person who sees nothing else of the document. */
+static void summarize(char detail[DETAIL_SIZE], const char *where, const char *what, size_t count) {
+    char more[48] = "";
+    if (count > 1) snprintf(more, sizeof more, " (and %zu more)", count - 1);
+    snprintf(detail, DETAIL_SIZE, "%.400s%s%.500s%s", where, *where ? ": " : "", what, more);
 }
 
 void shd_problem_report(shd_reply *reply, const shd_report *report) {
@@ -122,12 +134,8 @@ void shd_problem_report(shd_reply *reply, const shd_report *report) {
     size_t kept = shd_report_errors_kept(report);
     const char *first = kept ? report->errors[0].detail : kinds[kind].title;
 
-    /* The detail alone must do for a person who sees nothing else of the document. */
-    char detail[1024], more[48] = "";
-    const char *where = kept ? report->errors[0].pointer : "";
-    if (report->error_count > 1)
-        snprintf(more, sizeof more, " (and %zu more)", report->error_count - 1);
-    snprintf(detail, sizeof detail, "%.400s%s%.500s%s", where, *where ? ": " : "", first, more);
+    char detail[DETAIL_SIZE];
+    summarize(detail, kept ? report->errors[0].pointer : "", first, report->error_count);
 
     json_t *document = begin(kind, detail);
     if (kind == SHD_BAD_SYNTAX && report->line) {
@@ -136,9 +144,22 @@ void shd_problem_report(shd_reply *reply, const shd_report *report) {
     }
     json_t *errors = json_array();
     for (size_t i = 0; i < kept; i++)
-        add_error(errors, report->errors[i].pointer, report->errors[i].detail);
+        add_error(errors, "pointer", report->errors[i].pointer, report->errors[i].detail);
     json_object_set_new(document, "errors", errors);
     if (report->error_count > kept)
         json_object_set_new(document, "errorCount", json_integer((json_int_t)report->error_count));
+    finish(reply, kind, 0, document);
+}
+
+void shd_problem_mistakes(shd_reply *reply, shd_problem_kind kind, const shd_mistake *mistakes,
+                          size_t count) {
+    const char *parameter = mistakes->parameter;
+    char detail[DETAIL_SIZE];
+    summarize(detail, parameter ? parameter : mistakes->pointer, mistakes->detail, count);
+    json_t *document = begin(kind, detail), *errors = json_array();
+    for (const shd_mistake *m = mistakes; m < mistakes + count; m++)
+        add_error(errors, m->parameter ? "parameter" : "pointer",
+                  m->parameter ? m->parameter : m->pointer, m->detail);
+    json_object_set_new(document, "errors", errors);
     finish(reply, kind, 0, document);
 }

@@ -12,7 +12,9 @@
 typedef enum shd_problem_kind {
     SHD_BAD_REQUEST,    /* 400: not sound HTTP */
     SHD_BAD_SYNTAX,     /* 400: the body is not JSON */
+    SHD_BAD_QUERY,      /* 400: a query parameter is wrong */
     SHD_UNAUTHORIZED,   /* 401, with WWW-Authenticate */
+    SHD_BAD_SIGNATURE,  /* 403: a link is not signed, or not any more */
     SHD_NOT_FOUND,      /* 404 */
     SHD_BAD_METHOD,     /* 405, with Allow */
     SHD_NOT_ACCEPTABLE, /* 406 */
@@ -37,5 +39,13 @@ void shd_problem_later(shd_reply *reply, shd_problem_kind kind, unsigned seconds
 /* From what the library says: its status decides the kind. */
 void shd_problem_error(shd_reply *reply, const shd_error *error);
 void shd_problem_report(shd_reply *reply, const shd_report *report);
+
+/* Something wrong with a parameter of the path or query or, where that is NULL, in a document. */
+typedef struct shd_mistake {
+    const char *parameter, *pointer, *detail;
+} shd_mistake;
+
+void shd_problem_mistakes(shd_reply *reply, shd_problem_kind kind, const shd_mistake *mistakes,
+                          size_t count);
 
 #endif

@@ -7,6 +7,7 @@
 
 #include "job.h"
 #include "negotiate.h"
+#include "preview.h"
 #include "problem.h"
 
 /* ---- multipart/form-data (RFC 7578) ---- */
@@ -240,4 +241,15 @@ void shd_render_submit(shd_exchange *exchange) {
                                   .add = add,
                                   .shared = true};
     shd_job_submit(exchange, &work);
+}
+
+void shd_preview_submit(shd_exchange *exchange) {
+    static const shd_work work = {.recall = recall,
+                                  .read = read_scene,
+                                  .refuse = shd_preview_refuse,
+                                  .run = render,
+                                  .settle = settle,
+                                  .add = add,
+                                  .shared = true};
+    if (shd_preview_document(exchange)) shd_job_submit(exchange, &work);
 }

@@ -10,6 +10,7 @@
 #include "compare_job.h"
 #include "explain_job.h"
 #include "negotiate.h"
+#include "preview.h"
 #include "problem.h"
 #include "render_job.h"
 
@@ -24,6 +25,7 @@ enum { READ = SHD_GET | SHD_HEAD | SHD_OPTIONS, WRITE = SHD_POST | SHD_OPTIONS }
 static const shd_route routes[] = {
     {"/", SHD_ROUTE_INDEX, READ, answer_document},
     {"/v1/render", SHD_ROUTE_RENDER, WRITE, shd_render_submit},
+    {"/v1/preview/{material}", SHD_ROUTE_PREVIEW, READ, shd_preview_submit},
     {"/v1/explain", SHD_ROUTE_EXPLAIN, WRITE, shd_explain_submit},
     {"/v1/compare", SHD_ROUTE_COMPARE, WRITE, shd_compare_submit},
     {"/v1/materials", SHD_ROUTE_MATERIALS, READ, answer_document},
@@ -125,10 +127,22 @@ static void answer_document(shd_exchange *exchange) {
 
 /* ---- Finding and admitting ---- */
 
+/* A route's "{name}" stands for one segment of the path, the last. */
+static bool is_path_of(const shd_route *route, const char *path) {
+    size_t fixed = strcspn(route->path, "{");
+    if (!route->path[fixed]) return !strcmp(route->path, path);
+    return !strncmp(route->path, path, fixed) && path[fixed] && !strchr(path + fixed, '/');
+}
+
 const shd_route *shd_route_find(const char *path) {
     for (size_t i = 0; i < ROUTES; i++)
-        if (!strcmp(routes[i].path, path)) return &routes[i];
+        if (is_path_of(&routes[i], path)) return &routes[i];
     return NULL;
+}
+
+/* Whether the answer is a worker's. */
+static bool wants_work(const shd_exchange *exchange) {
+    return exchange->method == SHD_POST || exchange->route->id == SHD_ROUTE_PREVIEW;
 }
 
 static void add_allow(shd_reply *reply, unsigned methods) {
@@ -152,6 +166,17 @@ static bool admit_json(shd_exchange *exchange) {
     return false;
 }
 
+static bool admit_picture(shd_exchange *exchange) {
+    shd_format format;
+    if (shd_accepts_picture(exchange->accept, &format) ||
+        (exchange->method == SHD_POST && shd_accepts(exchange->accept, "multipart/form-data")))
+        return true;
+    shd_problem_reply(&exchange->reply, SHD_NOT_ACCEPTABLE,
+                      "Accept admits none of image/png, image/jpeg, image/webp, image/tiff, "
+                      "image/x-exr, image/vnd.radiance (multipart/form-data for `outputs`)");
+    return false;
+}
+
 static bool admit_media_types(shd_exchange *exchange) {
     shd_reply *reply = &exchange->reply;
     if (exchange->method == SHD_POST) {
@@ -169,26 +194,38 @@ static bool admit_media_types(shd_exchange *exchange) {
             shd_reply_plain(reply, "Accept-Post", media_json);
             return false;
         }
-        if (exchange->route->id != SHD_ROUTE_RENDER) return admit_json(exchange);
-        shd_format format;
-        if (shd_accepts_picture(exchange->accept, &format) ||
-            shd_accepts(exchange->accept, "multipart/form-data"))
-            return true;
-        shd_problem_reply(reply, SHD_NOT_ACCEPTABLE,
-                          "Accept admits none of image/png, image/jpeg, image/webp, image/tiff, "
-                          "image/x-exr, image/vnd.radiance (multipart/form-data for `outputs`)");
-        return false;
+        return exchange->route->id == SHD_ROUTE_RENDER ? admit_picture(exchange)
+                                                       : admit_json(exchange);
     }
+    if (exchange->route->id == SHD_ROUTE_PREVIEW) return admit_picture(exchange);
     /* The contract and the schema are files rather than representations: no negotiation. */
     const shd_document *document = &exchange->settings->documents[exchange->route->id];
     return strcmp(document->media_type, media_json) || admit_json(exchange);
 }
 
-/* What this server is stays open; what it does needs a token, where there are tokens. */
-static bool admit_token(shd_exchange *exchange) {
-    const shd_tokens *tokens = exchange->settings->tokens;
-    if (!tokens || strncmp(exchange->route->path, "/v1/", 4)) return true;
-    if (shd_tokens_admit(tokens, exchange->authorization)) return true;
+/* A link to a preview, where there are keys. False without a reply: a token would do. */
+static bool admit_link(shd_exchange *exchange, const shd_secrets *keys) {
+    static const char *const details[] = {
+        [SHD_LINK_UNSIGNED] = "this link needs a signature",
+        [SHD_LINK_WRONG] = "the signature is not that of this link, by any of the keys",
+        [SHD_LINK_EXPIRED] = "the link was valid until the time in `expires`, which has passed"};
+    shd_link link = shd_preview_link(exchange, keys);
+    if (link == SHD_LINK_SIGNED) return true;
+    if (link != SHD_LINK_UNSIGNED || !exchange->settings->tokens)
+        shd_problem_reply(&exchange->reply, SHD_BAD_SIGNATURE, "%s", details[link]);
+    return false;
+}
+
+/* What this server is stays open; what it does needs a token or, of an image's link, a signature,
+ * where there are any. */
+static bool admit_caller(shd_exchange *exchange) {
+    const shd_secrets *tokens = exchange->settings->tokens;
+    const shd_secrets *keys =
+        exchange->route->id == SHD_ROUTE_PREVIEW ? exchange->settings->preview_keys : NULL;
+    if ((!tokens && !keys) || strncmp(exchange->route->path, "/v1/", 4)) return true;
+    if (tokens && shd_secrets_admit(tokens, exchange->authorization)) return true;
+    if (keys && admit_link(exchange, keys)) return true;
+    if (exchange->reply.status) return false;
     shd_problem_reply(&exchange->reply, SHD_UNAUTHORIZED,
                       exchange->authorization ? "the token is not a known one"
                                               : "send Authorization: Bearer TOKEN");
@@ -231,8 +268,8 @@ bool shd_route_admit(shd_exchange *exchange) {
         return false;
     }
     if (exchange->method == SHD_OPTIONS) return true;
-    if (!admit_token(exchange)) return false;
-    if (exchange->method == SHD_POST && atomic_load(&exchange->server->draining)) {
+    if (!admit_caller(exchange)) return false;
+    if (wants_work(exchange) && atomic_load(&exchange->server->draining)) {
         shd_problem_reply(reply, SHD_DRAINING, "the server takes no more work");
         return false;
     }

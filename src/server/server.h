@@ -7,7 +7,8 @@
  *     job.c     how the engine's workers do it
  *     render_job.c, compare_job.c, explain_job.c  what a worker does for a kind of work
  *     cache.c   finished pictures, for who asks for the same ones
- *     settings.c  what SIGHUP changes; access.c  tokens and origins
+ *     preview.c  links as documents; signatures
+ *     settings.c  what SIGHUP changes; access.c  tokens, keys and origins
  *     admin.c   the operators' port
  *
  * An exchange belongs to the I/O thread, but to jobs.c between shd_exchange_suspend and
@@ -70,6 +71,7 @@ struct shd_exchange {
     shd_method method;
     char method_name[16], path[SHD_PATH_SIZE]; /* for the log; cut where longer */
     bool path_cut;
+    char *target; /* path and query as they were sent; owned */
 
     /* The head's fields; NULL where there are none. Strings live as long as the exchange. */
     char *accept, *if_none_match;

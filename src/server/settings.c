@@ -36,7 +36,10 @@ shd_status shd_settings_new(const shd_config *config, shd_engine *first, bool re
         status = shd_engine_renew(first, &options, &settings->engine, error);
     }
     if (!status && *config->tokens)
-        status = shd_tokens_load(config->tokens, &settings->tokens, error);
+        status = shd_secrets_load(config->tokens, &shd_token_kind, &settings->tokens, error);
+    if (!status && *config->preview_keys)
+        status =
+            shd_secrets_load(config->preview_keys, &shd_key_kind, &settings->preview_keys, error);
     if (!status) status = shd_origins_check(config->cors_origins, error);
     if (!status) status = shd_routes_prepare(settings, error);
     if (status)
@@ -49,7 +52,8 @@ shd_status shd_settings_new(const shd_config *config, shd_engine *first, bool re
 void shd_settings_drop(shd_settings *settings) {
     if (!settings || atomic_fetch_sub(&settings->holders, 1) > 1) return;
     shd_routes_release(settings);
-    shd_tokens_drop(settings->tokens);
+    shd_secrets_drop(settings->tokens);
+    shd_secrets_drop(settings->preview_keys);
     if (settings->owns_engine) shd_engine_drop(settings->engine);
     free(settings);
 }

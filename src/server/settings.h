@@ -1,4 +1,4 @@
-/* What may change while the daemon runs: limits and times, the color configuration, tokens,
+/* What may change while the daemon runs: limits and times, the color configuration, tokens, keys,
  * origins. A request keeps the settings that it began with; SIGHUP makes new ones for the next,
  * all of them or, where one is bad, none. */
 #ifndef SHD_SERVER_SETTINGS_H
@@ -29,7 +29,8 @@ typedef struct shd_settings {
     shd_config config;
     shd_engine *engine;
     bool owns_engine;
-    shd_tokens *tokens;                      /* NULL: everybody may ask */
+    shd_secrets *tokens;                     /* NULL: everybody may ask */
+    shd_secrets *preview_keys;               /* NULL: previews need no signature */
     shd_document documents[SHD_ROUTE_COUNT]; /* size 0: the route has none */
 } shd_settings;
 

@@ -41,11 +41,44 @@ const PARAMETERS = {
         .map(list => list.join("")), fieldText),
 };
 
+const parametersOf = (operation, place) =>
+    (operation.parameters ?? []).map(resolve).filter(parameter => parameter.in === place);
+
 function headersArbitrary(operation) {
     const model = {};
-    for (const parameter of (operation.parameters ?? []).map(resolve))
+    for (const parameter of parametersOf(operation, "header"))
         model[parameter.name] = PARAMETERS[parameter.name] ?? acceptArbitrary(operation);
     return fc.record(model, { requiredKeys: [], noNullPrototype: true });
+}
+
+// Values of parameters of the path and the query: by their schemas or, where these do not say, ones
+// that exist and ones that do not.
+const VALUES = {
+    material: ["brass", "polished-gold", "planet", "bras", "br%C3%A4ss", "%ff"],
+    view: ["Standard", "ACES SDR", "Raw", "Standerd"],
+    colorSpace: ["ACEScg", "YIQ linear", "HSV", "none"],
+    size: [1, 16, 33, 65535],
+    expires: [0, 2000000000],
+};
+
+function valueArbitrary({ name, schema }) {
+    if (schema.pattern) return fc.constant("A".repeat(43));
+    return fc.constantFrom(...(schema.enum ?? VALUES[name]));
+}
+
+const pathArbitrary = operation => {
+    const [parameter] = parametersOf(operation, "path");
+    return parameter ? valueArbitrary(parameter).map(value =>
+        operation.path.replace(`{${parameter.name}}`, value)) : fc.constant(operation.path);
+};
+
+function queryArbitrary(operation) {
+    const parameters = parametersOf(operation, "query");
+    if (!parameters.length) return queries;
+    const model = Object.fromEntries(parameters.map(p => [p.name, valueArbitrary(p)]));
+    const written = fc.record(model, { requiredKeys: [], noNullPrototype: true })
+        .map(values => "?" + new URLSearchParams(values));
+    return fc.oneof({ arbitrary: written, weight: 4 }, queries);
 }
 
 const queries = fc.constantFrom("", "", "?", "?a=1", "?size=64&shape=torus", "?%00", "?a=%zz");
@@ -53,10 +86,11 @@ const jsonTypes = fc.constantFrom("application/json", "application/json; charset
                                   "application/vnd.scene+json", "APPLICATION/JSON");
 
 function validRequests(operation) {
-    const { path, method } = operation;
-    const common = { query: queries, headers: headersArbitrary(operation) };
+    const { method } = operation;
+    const common = { path: pathArbitrary(operation), query: queryArbitrary(operation),
+                     headers: headersArbitrary(operation) };
     const body = operation.requestBody ? { scene: scenes, type: jsonTypes } : {};
-    return fc.record({ ...common, ...body }).map(({ query, headers, scene, type }) => ({
+    return fc.record({ ...common, ...body }).map(({ path, query, headers, scene, type }) => ({
         method: method.toUpperCase(),
         path: path + query,
         headers: scene ? { ...headers, "Content-Type": type } : headers,

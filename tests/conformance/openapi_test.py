@@ -27,7 +27,9 @@ METHODS = ["get", "head", "post", "put", "delete", "options", "patch", "trace"]
 GENERAL = {"date", "content-length", "content-type", "connection"}
 # Nothing from outside makes the server fail.
 SCENE_PATHS = ("/v1/render", "/v1/explain", "/v1/compare")
-UNREACHABLE = {(path, "post", "500") for path in SCENE_PATHS}
+PREVIEW = "/v1/preview/{material}"
+UNREACHABLE = {*((path, "post", "500") for path in SCENE_PATHS),
+               *((PREVIEW, method, "500") for method in ("get", "head"))}
 
 
 def resolve(value):
@@ -193,10 +195,11 @@ class ServerTest(unittest.TestCase):
 
     def test_every_documented_answer(self):
         for path, item in DOCUMENT["paths"].items():
-            if "get" in item:
+            if "get" in item and path != PREVIEW:
                 self.read_path(path, item)
             self.check(self.daemon.call("OPTIONS", path), path, "options", "204")
         self.render_path()
+        self.preview_path()
         self.explain_path()
         self.compare_path()
         self.busy()
@@ -253,6 +256,34 @@ class ServerTest(unittest.TestCase):
         validate(problem, DOCUMENT["components"]["schemas"]["Problem"])
         self.types.add(problem["type"])
 
+    def preview(self, daemon, method, status, query="?size=16", headers=None):
+        answer = daemon.call(method.upper(), f"/v1/preview/brass{query}", None, headers)
+        self.check(answer, PREVIEW, method, status)
+        return answer
+
+    def preview_path(self):
+        content = DOCUMENT["paths"][PREVIEW]["get"]["responses"]["200"]["content"]
+        for method in ("get", "head"):
+            for media_type in content:
+                answer = self.preview(self.daemon, method, "200", headers={"Accept": media_type})
+                self.assertEqual(answer.headers["Content-Type"], media_type)
+            tag = {"If-None-Match": answer.headers["ETag"], "Accept": media_type}
+            self.preview(self.daemon, method, "304", headers=tag)
+            self.preview(self.daemon, method, "400", "?size=0&sice=9")
+            self.preview(self.daemon, method, "400", "?size=0")
+            self.preview(self.daemon, method, "406", headers={"Accept": "text/css"})
+            self.preview(self.daemon, method, "422", "?size=9000")
+            self.check(self.daemon.call(method.upper(), "/v1/preview/bras"), PREVIEW, method,
+                       "404")
+        self.preview(self.daemon, "get", "200", "?size=16&format=exr&colorSpace=ACEScg&shape=cone")
+        self.check(self.daemon.call("POST", "/v1/preview/brass", b"{}"), PREVIEW, "get", "405")
+        with tempfile.NamedTemporaryFile("w", encoding="ascii") as file:
+            file.write("0123456789abcdef0123456789abcdef\n")
+            file.flush()
+            with Daemon("--preview-keys", file.name) as daemon:
+                for method in ("get", "head"):
+                    self.preview(daemon, method, "403")
+
     def explain_path(self):
         path = "/v1/explain"
         body = DOCUMENT["paths"][path]["post"]["requestBody"]["content"]
@@ -300,6 +331,8 @@ class ServerTest(unittest.TestCase):
             wait_until_busy(daemon, queued=1)
             for path in SCENE_PATHS:
                 self.check(daemon.post(path, SMALL), path, "post", "429")
+            for method in ("get", "head"):
+                self.preview(daemon, method, "429")
             for request in waiting:
                 self.check(request.result(), "/v1/render", "post", "200")
 
@@ -325,6 +358,8 @@ class ServerTest(unittest.TestCase):
         wait_until(lambda: daemon.get("/readyz", admin=True).status == 503)
         for path in SCENE_PATHS:
             self.check(daemon.post(path, SMALL), path, "post", "503")
+        for method in ("get", "head"):
+            self.preview(daemon, method, "503")
         self.check(running.result(), "/v1/render", "post", "200")
         self.assertEqual(daemon.wait(), 0, daemon.stderr())
 

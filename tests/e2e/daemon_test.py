@@ -106,7 +106,7 @@ class OptionsTest(Folder):
         listed.pop("config")
         sample = (SOURCE / "config/shaded.conf").read_text()
         shown = dict(re.findall(r"^([a-z-]+) = (.*)$", sample, re.MULTILINE))
-        without = ("ocio", "tokens", "cors-origins")
+        without = ("ocio", "tokens", "preview-keys", "cors-origins")
         for name in without:
             self.assertIn(f"\n; {name} = ", sample)
         self.assertEqual({**shown, **dict.fromkeys(without, "")}, listed)

@@ -47,11 +47,14 @@ static void check_config(int count, char **flags) {
 }
 
 static void check_tokens(const char *path, int count, char **fields) {
-    shd_tokens *tokens;
-    if (shd_tokens_load(path, &tokens, NULL) != SHD_OK) return;
-    CHECK(!shd_tokens_admit(tokens, NULL) && !shd_tokens_admit(tokens, "Bearer "));
-    for (int i = 0; i < count; i++) shd_tokens_admit(tokens, fields[i]);
-    shd_tokens_drop(tokens);
+    shd_secrets *tokens;
+    if (shd_secrets_load(path, &shd_token_kind, &tokens, NULL) != SHD_OK) return;
+    CHECK(!shd_secrets_admit(tokens, NULL) && !shd_secrets_admit(tokens, "Bearer "));
+    for (int i = 0; i < count; i++) {
+        shd_secrets_admit(tokens, fields[i]);
+        CHECK(!shd_secrets_signed(tokens, "/", 1, fields[i]));
+    }
+    shd_secrets_drop(tokens);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {

@@ -1,0 +1,231 @@
+#include "preview.h"
+
+#include <jansson.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "job.h"
+#include "problem.h"
+
+/* What surrounds the object: seen from above, so that shapes that lie flat are seen at all. */
+static const char surroundings[] =
+    "{\"camera\": {\"position\": [1.2, 2.3, 4.2], \"fov\": 37}, \"background\": 0.01,"
+    " \"ambient\": 0.25, \"lights\": ["
+    "{\"type\": \"directional\", \"direction\": [0.6, -0.7, -1], \"intensity\": 0.9},"
+    "{\"type\": \"directional\", \"direction\": [-1, 0.2, -0.5], \"color\": [0.6, 0.75, 1],"
+    " \"intensity\": 0.25}]}";
+
+enum { SIDE = 256, SAMPLES = 9, DIGITS_MOST = 15 };
+
+enum { SHAPE, SIZE, VIEW, COLOR_SPACE, FORMAT, EXPIRES, SIGNATURE, PARAMETERS };
+
+static const char *const names[PARAMETERS] = {"shape",  "size",    "view",     "colorSpace",
+                                              "format", "expires", "signature"};
+
+static const char material[] = "material"; /* of the path */
+
+/* ---- The link ---- */
+
+/* A link as it is read: the parameters' values, NULL where they are not given, and mistakes. */
+typedef struct link_read {
+    json_t *values[PARAMETERS];
+    shd_mistake mistakes[SHD_REPORT_KEEP];
+    char *unknown[SHD_REPORT_KEEP]; /* names in mistakes that are owned */
+    size_t mistake_count, unknown_count;
+} link_read;
+
+static void add_mistake(link_read *l, const char *parameter, const char *detail) {
+    if (l->mistake_count < SHD_REPORT_KEEP)
+        l->mistakes[l->mistake_count++] = (shd_mistake){.parameter = parameter, .detail = detail};
+}
+
+static void add_unknown(link_read *l, const char *name, size_t length) {
+    char *copy = l->unknown_count < SHD_REPORT_KEEP ? strndup(name, length) : NULL;
+    if (!copy) return;
+    l->unknown[l->unknown_count++] = copy;
+    add_mistake(l, copy, "it is not known here: there is shape, size, view, colorSpace, format");
+}
+
+static void drop_link(link_read *l) {
+    for (size_t i = 0; i < PARAMETERS; i++) json_decref(l->values[i]);
+    for (size_t i = 0; i < l->unknown_count; i++) free(l->unknown[i]);
+}
+
+static int digit(char c) {
+    if (c >= '0' && c <= '9') return c - '0';
+    c |= 0x20; /* lower case */
+    return c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
+}
+
+/* Text of application/x-www-form-urlencoded, as forms and URLSearchParams write it. NULL: it is no
+ * text in UTF-8, or memory is short. */
+static json_t *decode(const char *from, size_t size) {
+    char *text = malloc(size + 1);
+    size_t length = 0;
+    for (size_t i = 0; text && i < size; i++) {
+        char c = from[i] == '+' ? ' ' : from[i];
+        if (c == '%' && i + 2 < size && digit(from[i + 1]) >= 0 && digit(from[i + 2]) >= 0) {
+            c = (char)(digit(from[i + 1]) * 16 + digit(from[i + 2]));
+            i += 2;
+        }
+        text[length++] = c;
+    }
+    json_t *value = text && !memchr(text, 0, length) ? json_stringn(text, length) : NULL;
+    free(text);
+    return value;
+}
+
+/* "name=value". Names are compared as they are written: there is nothing to escape in them. */
+static void read_parameter(link_read *l, const char *from, size_t size) {
+    const char *equals = memchr(from, '=', size);
+    size_t length = equals ? (size_t)(equals - from) : size, which = 0;
+    while (which < PARAMETERS &&
+           (strlen(names[which]) != length || memcmp(names[which], from, length) != 0))
+        which++;
+    if (which == PARAMETERS) {
+        add_unknown(l, from, length);
+    } else if (l->values[which]) {
+        add_mistake(l, names[which], "it is given more than once");
+    } else {
+        l->values[which] = equals ? decode(equals + 1, size - length - 1) : json_string("");
+        if (!l->values[which]) add_mistake(l, names[which], "it is no text in UTF-8");
+    }
+}
+
+/* Turns a value of digits into a number. */
+static void read_whole(link_read *l, int which) {
+    const char *text = json_string_value(l->values[which]);
+    if (!text) return;
+    size_t length = strlen(text);
+    if (!length || length > DIGITS_MOST || strspn(text, "0123456789") != length) {
+        add_mistake(l, names[which], "expected an integer");
+        return;
+    }
+    json_t *number = json_integer(strtoll(text, NULL, 10));
+    json_decref(l->values[which]);
+    l->values[which] = number;
+}
+
+static void read_link(link_read *l, const char *target) {
+    const char *query = strchr(target, '?');
+    while (query) {
+        const char *from = query + 1;
+        query = strchr(from, '&');
+        size_t size = query ? (size_t)(query - from) : strlen(from);
+        if (size) read_parameter(l, from, size);
+    }
+    read_whole(l, SIZE);
+    read_whole(l, EXPIRES);
+    /* The reader of scenes would miss its vertices, of which a link knows nothing. */
+    const char *shape = json_string_value(l->values[SHAPE]);
+    if (shape && !strcmp(shape, "mesh"))
+        add_mistake(l, names[SHAPE], "a mesh has no preview: its triangles are the scene's own");
+}
+
+/* ---- The document ---- */
+
+static json_t *value_or(const link_read *l, int which, json_t *otherwise) {
+    if (!l->values[which]) return otherwise;
+    json_decref(otherwise);
+    return json_incref(l->values[which]);
+}
+
+/* NULL where memory is short. */
+static char *make_document(const link_read *l, json_t *preset) {
+    json_t *document = json_loads(surroundings, 0, NULL);
+    json_t *side = value_or(l, SIZE, json_integer(SIDE));
+    json_t *shape = value_or(l, SHAPE, json_string("sphere"));
+    json_t *output = json_object();
+    for (int which = VIEW; which <= FORMAT; which++)
+        if (l->values[which]) json_object_set(output, names[which], l->values[which]);
+    int failed = json_object_set_new(
+        document, "image",
+        json_pack("{s:O, s:o, s:i}", "width", side, "height", side, "samples", SAMPLES));
+    failed |= json_object_set_new(
+        document, "objects",
+        json_pack("[{s:o, s:{s:O}}]", "type", shape, "material", "preset", preset));
+    failed |= json_object_set_new(document, "output", output);
+    char *text = failed ? NULL : json_dumps(document, JSON_COMPACT);
+    json_decref(document);
+    return text;
+}
+
+bool shd_preview_document(shd_exchange *exchange) {
+    static const char prefix[] = "/v1/preview/";
+    static const shd_mistake no_text = {.parameter = material, .detail = "it is no text in UTF-8"};
+    link_read l = {.mistake_count = 0};
+    shd_reply *reply = &exchange->reply;
+    char *text = NULL;
+    json_t *name = json_string(exchange->path + sizeof prefix - 1);
+    if (exchange->target) read_link(&l, exchange->target);
+    if (!name)
+        shd_problem_mistakes(reply, SHD_NOT_FOUND, &no_text, 1);
+    else if (l.mistake_count)
+        shd_problem_mistakes(reply, SHD_BAD_QUERY, l.mistakes, l.mistake_count);
+    else if (exchange->target)
+        text = make_document(&l, name);
+    if (!text && !reply->status) shd_problem_reply(reply, SHD_FAILED, "out of memory");
+    json_decref(name);
+    drop_link(&l);
+    free(exchange->body);
+    exchange->body = (unsigned char *)text;
+    exchange->size = text ? strlen(text) : 0;
+    return text;
+}
+
+/* ---- Mistakes that the reader finds ---- */
+
+/* The parameter that the pointer's value came from; NULL: none. */
+static const char *parameter_of(const char *pointer) {
+    static const struct {
+        const char *prefix, *parameter;
+    } places[] = {
+        {"/objects/0/material", material}, {"/objects/0", "shape"},      {"/image", "size"},
+        {"/output/view", "view"},          {"/output/format", "format"}, {"/output", "colorSpace"}};
+    for (size_t i = 0; i < sizeof places / sizeof places[0]; i++)
+        if (!strncmp(pointer, places[i].prefix, strlen(places[i].prefix)))
+            return places[i].parameter;
+    return NULL;
+}
+
+void shd_preview_refuse(shd_job *job) {
+    const shd_report *report = shd_request_report(job->request);
+    shd_mistake mistakes[SHD_REPORT_KEEP];
+    size_t count = 0;
+    shd_problem_kind kind = report->status == SHD_SCENE ? SHD_BAD_QUERY : SHD_OVER_LIMIT;
+    if (report->status != SHD_SCENE && report->status != SHD_LIMIT) {
+        shd_problem_report(&job->reply, report);
+        return;
+    }
+    for (size_t i = 0; i < shd_report_errors_kept(report); i++) {
+        const shd_problem *error = &report->errors[i];
+        const char *parameter = parameter_of(error->pointer);
+        if (parameter == material) kind = SHD_NOT_FOUND;
+        /* Width and height are one size: its mistake is told once. */
+        if (count && parameter && mistakes[count - 1].parameter == parameter) continue;
+        mistakes[count++] = (shd_mistake){parameter, error->pointer, error->detail};
+    }
+    shd_problem_mistakes(&job->reply, kind, mistakes, count);
+}
+
+/* ---- Signatures ---- */
+
+/* Where a parameter's value begins in the target, as it was sent; NULL: it has none. */
+static const char *raw_value(const char *target, const char *name) {
+    size_t length = strlen(name);
+    for (const char *c = strpbrk(target, "?&"); c; c = strpbrk(c + 1, "?&"))
+        if (!strncmp(c + 1, name, length) && c[1 + length] == '=') return c + length + 2;
+    return NULL;
+}
+
+shd_link shd_preview_link(const shd_exchange *exchange, const shd_secrets *keys) {
+    const char *target = exchange->target ? exchange->target : "";
+    const char *signature = raw_value(target, names[SIGNATURE]);
+    if (!signature) return SHD_LINK_UNSIGNED;
+    size_t length = (size_t)(signature - target) - strlen(names[SIGNATURE]) - 2;
+    if (!shd_secrets_signed(keys, target, length, signature)) return SHD_LINK_WRONG;
+    /* What is signed and no number ends as a mistake of the link, or here. */
+    const char *expires = raw_value(target, names[EXPIRES]);
+    return expires && strtoll(expires, NULL, 10) <= time(NULL) ? SHD_LINK_EXPIRED : SHD_LINK_SIGNED;
+}

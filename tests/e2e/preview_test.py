@@ -1,0 +1,329 @@
+"""GET /v1/preview/{material}: pictures to link to, and links that are signed."""
+
+import base64
+import hashlib
+import hmac
+import io
+import json
+import re
+import signal
+import subprocess
+import time
+import unittest
+from urllib.parse import quote, urlencode
+
+from PIL import Image
+
+from e2e.cache_test import HIT, STORED, status
+from e2e.daemon import SMALL, SOURCE, Daemon
+from e2e.daemon_test import Folder
+from e2e.queue_test import encoded
+from e2e.render_test import NAMES
+
+SHAPES = ("sphere", "plane", "disc", "box", "cylinder", "cone", "torus")
+# What Chromium sends for <img>.
+IMG = "image/avif,image/webp,image/apng,image/svg+xml,image/*,*/*;q=0.8"
+
+
+def link(material="brass", **parameters):
+    return f"/v1/preview/{quote(material)}" + ("?" + urlencode(parameters) if parameters else "")
+
+
+class PictureTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = Daemon("--cache-control", "public, max-age=77", "--max-pixels", "1000000")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.daemon.stop()
+
+    def picture(self, path, media_type="image/png", **headers):
+        answer = self.daemon.get(path, headers)
+        self.assertEqual((answer.status, answer.headers["Content-Type"]), (200, media_type),
+                         answer.body[:500])
+        return answer
+
+    def test_every_library_material_has_one(self):
+        materials = json.loads(self.daemon.get("/v1/materials").body)["materials"]
+        self.assertGreater(len(materials), 20)
+        bodies = {self.picture(link(material["name"], size=32)).body for material in materials}
+        self.assertEqual(len(bodies), len(materials))
+
+    def test_every_shape_shows_in_the_middle_of_the_picture(self):
+        bodies = set()
+        for shape in SHAPES:
+            answer = self.picture(link(shape=shape, size=48))
+            bodies.add(answer.body)
+            picture = Image.open(io.BytesIO(answer.body)).convert("RGB")
+            self.assertEqual(picture.size, (48, 48))
+            colors = picture.getcolors(10000)
+            background = picture.getpixel((0, 0))
+            covered = sum(count for count, color in colors if color != background)
+            if shape != "plane":  # it has no end
+                self.assertGreater(covered, 48 * 48 / 12, shape)
+                self.assertLess(covered, 48 * 48 * 0.8, shape)
+            red, _, blue = picture.getpixel((24, 44 if shape == "torus" else 26))
+            if shape != "torus":  # whose middle is a hole
+                self.assertGreater(red, 1.5 * blue, shape)
+        self.assertEqual(len(bodies), len(SHAPES))
+        self.assertEqual(self.picture(link(size=48)).body,
+                         self.picture(link(size=48, shape="sphere")).body)
+
+    def test_size_view_color_space_and_format(self):
+        self.assertEqual(Image.open(io.BytesIO(self.picture(link()).body)).size, (256, 256))
+        plain = self.picture(link(size=20)).body
+        for change in ({"view": "Raw"}, {"view": "ACES SDR"}, {"colorSpace": "HSV"},
+                       {"colorSpace": "YIQ linear"}):
+            self.assertNotEqual(self.picture(link(size=20, **change)).body, plain)
+        # "YIQ linear": as forms write it, and as encodeURIComponent does.
+        self.assertEqual(self.picture("/v1/preview/brass?size=20&colorSpace=YIQ+linear").body,
+                         self.picture("/v1/preview/brass?colorSpace=YIQ%20linear&&size=20&").body)
+        for name, media_type in NAMES.items():
+            self.picture(link(size=20, format=name), media_type)
+
+    def test_accept_chooses_where_the_link_does_not(self):
+        answer = self.picture(link(size=20), "image/png", Accept=IMG)
+        self.assertEqual(answer.headers["Vary"], "Accept")
+        self.picture(link(size=20), "image/webp", Accept="image/webp,image/*;q=0.8")
+        self.picture(link(size=20, format="jpeg"), "image/jpeg", Accept="image/webp")
+        for accept in ("text/html", "multipart/form-data"):
+            answer = self.daemon.get(link(size=20), {"Accept": accept})
+            self.assertEqual(answer.status, 406)
+
+    def test_it_is_the_picture_of_a_document(self):
+        """With its tag, its headers, its place in the cache, and known by it."""
+        first = self.picture(link(size=24, shape="cone"))
+        self.assertEqual(status(first), STORED)
+        self.assertEqual(first.headers["Cache-Control"], "public, max-age=77")
+        self.assertIn("tier=standard", first.headers["Shaded-Plan"])
+        for path in (link(size=24, shape="cone"), link(shape="cone", size=24)):
+            again = self.picture(path)
+            self.assertEqual((status(again), again.body), (HIT, first.body))
+            known = self.daemon.get(path, {"If-None-Match": first.headers["ETag"]})
+            self.assertEqual((known.status, known.body), (304, b""))
+        made = encoded(self.daemon)
+        head = self.daemon.call("HEAD", link(size=24, shape="cone"))
+        self.assertEqual((head.status, head.body, status(head)), (200, b"", HIT))
+        self.assertEqual(int(head.headers["Content-Length"]), len(first.body))
+        self.assertEqual(head.headers["ETag"], first.headers["ETag"])
+        self.assertEqual(encoded(self.daemon), made)
+        new = self.daemon.call("HEAD", link(size=25))
+        self.assertEqual((new.status, new.body, status(new)), (200, b"", STORED))
+        routes = {name for name in self.daemon.metrics()
+                  if name.startswith('shaded_requests_total{route="/v1/preview"')}
+        self.assertIn('shaded_requests_total{route="/v1/preview",status="200"}', routes)
+
+    # ---- Mistakes ----
+
+    def refused(self, path, code, kind):
+        answer = self.daemon.get(path)
+        self.assertEqual((answer.status, answer.headers["Content-Type"]),
+                         (code, "application/problem+json"), path)
+        self.assertEqual(answer.headers["Cache-Control"], "no-store")
+        problem = json.loads(answer.body)
+        self.assertEqual(problem["type"], f"urn:shaded:problem:{kind}")
+        return problem
+
+    def test_each_wrong_parameter_is_named(self):
+        for query, parameter, word in (
+                ("shape=tors", "shape", 'did you mean "torus"'), ("shape=", "shape", "sphere"),
+                ("shape=mesh", "shape", "no preview"), ("shape=%00", "shape", "UTF-8"),
+                ("shape=%ff", "shape", "UTF-8"), ("shape=sphere%00", "shape", "UTF-8"),
+                ("size=0", "size", "from 1"), ("size=65536", "size", "65535"),
+                ("size=-1", "size", "integer"), ("size=1.5", "size", "integer"),
+                ("size=1e2", "size", "integer"), ("size=", "size", "integer"),
+                ("size=9999999999999999999", "size", "integer"), ("size", "size", "integer"),
+                ("view=Standerd", "view", 'did you mean "Standard"'),
+                ("colorSpace=lin", "colorSpace", "lin_rec709"),
+                ("view=Raw&colorSpace=raw", "colorSpace", "not both"),
+                ("format=pgn", "format", 'did you mean "png"'),
+                ("expires=soon", "expires", "integer"),
+                ("size=9&size=9", "size", "more than once"),
+                ("sizes=9", "sizes", "shape, size, view, colorSpace, format"),
+                ("s%69ze=9", "s%69ze", "not known"), ("=1", "", "not known")):
+            problem = self.refused(f"/v1/preview/brass?{query}", 400, "query")
+            self.assertEqual([error["parameter"] for error in problem["errors"]], [parameter],
+                             query)
+            self.assertIn(word, problem["errors"][0]["detail"])
+            self.assertTrue(problem["detail"].startswith(f"{parameter}: " if parameter else ""))
+            self.assertIn(word, problem["detail"])
+
+    def test_all_mistakes_come_together(self):
+        problem = self.refused(link(shape="tors", size=0, format="pgn", view="x"), 400, "query")
+        self.assertEqual({error["parameter"] for error in problem["errors"]},
+                         {"shape", "size", "format", "view"})
+        self.assertIn("(and 3 more)", problem["detail"])
+        many = "&".join(f"x{i}" for i in range(200))
+        problem = self.refused(f"/v1/preview/brass?{many}", 400, "query")
+        self.assertEqual(len(problem["errors"]), 64)
+
+    def test_a_limit_is_named(self):
+        problem = self.refused(link(size=2000), 422, "limit")
+        self.assertEqual(problem["errors"][0]["parameter"], "size")
+        self.assertIn("`pixels` is 1000000", problem["detail"])
+
+    def test_paths_that_lead_nowhere(self):
+        problem = self.refused(link("bras"), 404, "not-found")
+        self.assertEqual(problem["errors"][0]["parameter"], "material")
+        self.assertIn('did you mean "brass"', problem["detail"])
+        self.refused(link("br\u00e4ss"), 404, "not-found")
+        for path in ("/v1/preview", "/v1/preview/", "/v1/preview/brass/", "/v1/preview/a/b",
+                     "/v1/preview/%ff", "/v1/preview/brass%00", "/v1/preview/%2e%2e%2f"):
+            self.refused(path, 404, "not-found")
+
+    def test_methods(self):
+        for path in (link(), link("bras"), link(size="x")):
+            answer = self.daemon.call("OPTIONS", path)
+            self.assertEqual((answer.status, answer.headers["Allow"]), (204, "GET, HEAD, OPTIONS"))
+        for method in ("POST", "PUT", "DELETE"):
+            answer = self.daemon.call(method, link(), b"{}")
+            self.assertEqual((answer.status, answer.headers["Allow"]), (405, "GET, HEAD, OPTIONS"))
+        body = self.daemon.call("GET", link(size=24), b"a body that means nothing")
+        self.assertEqual(body.status, 200)
+
+
+KEYS = ("Jn5cR2v8yT4wZ7qL1mX9bK3dF6hG0sPa", "another/key+of-some.length_and~character=", "c" * 255)
+
+
+def signed(path, key=KEYS[0]):
+    digest = hmac.new(key.encode(), path.encode(), hashlib.sha256).digest()
+    signature = base64.urlsafe_b64encode(digest).decode().rstrip("=")
+    return f"{path}{'&' if '?' in path else '?'}signature={signature}"
+
+
+class SignatureTest(Folder):
+    def keys(self, *keys):
+        return self.file("# links\n" + "\n".join(keys) + "\n", "keys")
+
+    def assert_status(self, answer, code, *words):
+        self.assertEqual(answer.status, code, answer.body[:500])
+        if code == 403:
+            problem = json.loads(answer.body)
+            self.assertEqual(problem["type"], "urn:shaded:problem:signature")
+            self.assertEqual(answer.headers["Cache-Control"], "no-store")
+            for word in words:
+                self.assertIn(word, problem["detail"])
+
+    def test_a_link_needs_the_signature_of_all_of_it(self):
+        with Daemon("--preview-keys", self.keys(*KEYS)) as daemon:
+            get, now = daemon.get, int(time.time())
+            path = link(size=20, shape="torus")
+            for key in KEYS:
+                self.assert_status(get(signed(path, key)), 200)
+            self.assert_status(get(signed(link(size=20, view="ACES SDR"))), 200)
+            self.assert_status(get(signed("/v1/preview/brass")), 200)
+            self.assert_status(daemon.call("HEAD", signed(path)), 200)
+            absolute = daemon.raw(f"GET http://a.example{signed(path)} HTTP/1.1\r\nHost: a\r\n"
+                                  "Connection: close\r\n\r\n".encode())
+            self.assertTrue(absolute.startswith(b"HTTP/1.1 200 "))
+
+            good = signed(path)
+            self.assert_status(get(path), 403, "needs a signature")
+            for wrong in (good.replace("size=20", "size=21"), good.replace("brass", "gold"),
+                          good + "&size=20", good + "=", good[:-1], good + "A",
+                          good[:-1] + ("A" if good[-1] != "A" else "B"),
+                          signed(path, "x" * 32), path + "&signature=", good[:-43] + good[-43:].swapcase(),
+                          link(shape="torus", size=20) + good[good.index("&signature"):],
+                          good.replace("&signature", "&view=Raw&signature")):
+                self.assert_status(get(wrong), 403, "not that of this link")
+            self.assertEqual(daemon.call("HEAD", path).status, 403)
+            self.assert_status(daemon.call("OPTIONS", path), 204)
+
+            later, past = link(size=20, expires=now + 600), link(size=20, expires=now - 1)
+            self.assert_status(get(signed(later)), 200)
+            self.assert_status(get(later), 403, "needs a signature")
+            self.assert_status(get(signed(past)), 403, "was valid until")
+            self.assert_status(get(signed(past, "x" * 32)), 403, "not that of this link")
+            self.assert_status(get(signed(past).replace(f"{now - 1}", f"{now + 999}")), 403)
+            self.assert_status(get(signed(past + f"&expires={now + 999}")), 403, "was valid")
+            # What is signed and wrong is still wrong; what is not signed is not looked at.
+            self.assert_status(get(signed(link(size=0))), 400)
+            self.assert_status(get(signed(link("bras"))), 404)
+            self.assert_status(get(link(size=0)), 403)
+            # Other paths are as open as they were.
+            self.assert_status(get("/v1/materials"), 200)
+            self.assert_status(daemon.render(SMALL), 200)
+            # Neither signatures nor keys are for the log.
+            text = daemon.stderr()
+            self.assertIn('"path":"/v1/preview/brass"', text)
+            for secret in (*KEYS, "signature", good[-43:]):
+                self.assertNotIn(secret, text)
+
+    def test_a_link_that_expires_is_good_until_then(self):
+        with Daemon("--preview-keys", self.keys(KEYS[0])) as daemon:
+            path = signed(link(size=20, expires=int(time.time()) + 2))
+            self.assert_status(daemon.get(path), 200)
+            answers = []
+            end = time.monotonic() + 60
+            while time.monotonic() < end and (not answers or answers[-1].status == 200):
+                answers.append(daemon.get(path))
+                time.sleep(0.1)
+            self.assert_status(answers[-1], 403, "was valid until")
+
+    def test_a_signature_stands_for_a_token_here_alone(self):
+        tokens = self.file("0123456789abcdef\n", "tokens")
+        token = {"Authorization": "Bearer 0123456789abcdef"}
+        path = link(size=20)
+        with Daemon("--tokens", tokens, "--preview-keys", self.keys(KEYS[0])) as daemon:
+            self.assert_status(daemon.get(signed(path)), 200)
+            for allowed in (path, signed(path, "x" * 32), signed(link(size=20, expires=1))):
+                self.assert_status(daemon.get(allowed, token), 200)
+            unsigned = daemon.get(path)
+            self.assert_status(unsigned, 401)
+            self.assertIn("Bearer", unsigned.headers["WWW-Authenticate"])
+            self.assert_status(daemon.get(signed(path, "x" * 32)), 403)
+            self.assert_status(daemon.get(signed(link(size=20, expires=1))), 403, "was valid")
+            self.assert_status(daemon.get(signed("/v1/materials")), 401)
+            self.assert_status(daemon.post(signed("/v1/render"), SMALL), 401)
+        with Daemon("--tokens", tokens) as daemon:
+            self.assert_status(daemon.get(signed(path)), 401)
+            self.assert_status(daemon.get(signed(path), token), 200)
+        with Daemon() as daemon:
+            self.assert_status(daemon.get(signed(path)), 200)
+
+    def test_keys_are_rotated_by_sighup(self):
+        first, second = (signed(link(size=20), key) for key in KEYS[:2])
+        path = self.keys(KEYS[0])
+        with Daemon("--preview-keys", path) as daemon:
+            def statuses(count):
+                daemon.signal(signal.SIGHUP)
+                daemon.wait_for("reloaded", lambda _: len(daemon.events("reloaded")) == count)
+                return [daemon.get(one).status for one in (first, second)]
+
+            self.assertEqual([daemon.get(one).status for one in (first, second)], [200, 403])
+            self.keys(KEYS[1], KEYS[0])
+            self.assertEqual(statuses(1), [200, 200])
+            self.keys(KEYS[1])
+            self.assertEqual(statuses(2), [403, 200])
+            for bad, word in (("short", "line 2 is no key: 32 to 255"), ("", "there is no key")):
+                self.keys(bad)
+                daemon.signal(signal.SIGHUP)
+                event = daemon.wait_for("reload-failed", lambda event: word in event["message"])
+                self.assertNotIn("short", event["message"])
+                self.assertEqual([daemon.get(one).status for one in (first, second)], [403, 200])
+
+    def test_the_recipe_of_the_readme_signs(self):
+        lines = (SOURCE / "README.md").read_text().splitlines()
+        start = next(i for i, line in enumerate(lines) if line.startswith("    key=$("))
+        recipe = []
+        for line in lines[start:]:
+            if not line.startswith("    "):
+                break
+            recipe.append(line.strip())
+        making = next(line.strip() for line in lines if "> preview.keys" in line)
+        soon = str(int(time.time()) + 600)
+        script = "\n".join([making, *recipe]).replace("$(date -d '+1 day' +%s)", soon)
+        self.assertIn(soon, script)
+        done = subprocess.run(["bash", "-euc", script], cwd=self.folder, capture_output=True,
+                              check=True, timeout=60)
+        path = done.stdout.decode().strip()
+        self.assertRegex(path, r"^/v1/preview/.*&expires=\d+&signature=[A-Za-z0-9_-]{43}$")
+        with Daemon("--preview-keys", str(self.folder / "preview.keys")) as daemon:
+            self.assert_status(daemon.get(path), 200)
+            self.assert_status(daemon.get(path.replace(soon, soon + "0")), 403)
+        self.assertEqual(re.search("expires=([0-9]+)", path).group(1), soon)
+
+
+if __name__ == "__main__":
+    unittest.main()
