@@ -150,7 +150,7 @@ def scene_cases():
 class MalformedTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.daemon = Daemon("--log-requests", "off")
+        cls.daemon = Daemon("--log-requests", "off", "--timeout", "300")
         cls.count = 0
 
     @classmethod
