@@ -35,7 +35,7 @@ typedef struct job {
     int left, top, across; /* of the region's tiles, on the picture's grid */
     size_t tile_count;
     uint8_t background[16 * SHD_TILE]; /* a row's samples where nothing is seen */
-    pthread_mutex_t mutex;             /* guards the arena and `slots` while threads run */
+    pthread_mutex_t mutex;             /* guards the arena while threads run */
     scratch **slots;
     atomic_bool failed; /* memory ran out */
     atomic_size_t done; /* tiles */
@@ -80,10 +80,12 @@ static scratch *new_scratch(const job *j) {
 
 /* The scratch of a slot, made when the slot first works. NULL: the arena is full. */
 static scratch *get_scratch(job *j, unsigned slot) {
-    pthread_mutex_lock(&j->mutex);
-    if (!j->slots[slot]) j->slots[slot] = new_scratch(j);
     scratch *s = j->slots[slot];
-    pthread_mutex_unlock(&j->mutex);
+    if (!s) {
+        pthread_mutex_lock(&j->mutex);
+        s = j->slots[slot] = new_scratch(j);
+        pthread_mutex_unlock(&j->mutex);
+    }
     if (!s) atomic_store(&j->failed, true);
     return s;
 }
@@ -223,9 +225,6 @@ static void store_codes(const job *j, scratch *s, shd_tile tile, bool empty) {
             s->place[i] = (uint32_t)(i / width * (size_t)film->width + i % width);
         s->place_width = width;
     }
-    for (int c = 0; c < 3; c++)
-        if (!j->scenery.paint->all_finite(pixels[c], count))
-            s->saturated += shd_saturate(pixels[c], count, -FLT_MAX, FLT_MAX);
     s->saturated += shd_color_encode_planes(
         film->codes, j->scenery.plan->isa, (const float *const[3]){pixels[0], pixels[1], pixels[2]},
         NULL, count, film->layout.source, film->layout.count, s->place, out);
@@ -283,9 +282,9 @@ static void render_tile(void *context, size_t index, unsigned slot) {
         s->times.color += shd_wall_seconds() - painted;
     }
 
+    if (!j->options || !j->options->progress) return; /* counting waits for the tile's stores */
     size_t done = atomic_fetch_add(&j->done, 1) + 1;
-    if (slot == 0 && j->options && j->options->progress)
-        j->options->progress(j->options->context, (double)done / (double)j->tile_count);
+    if (slot == 0) j->options->progress(j->options->context, (double)done / (double)j->tile_count);
 }
 
 /* ---- The film. ---- */

@@ -1,9 +1,13 @@
 #include "render/keep.h"
 
 #include <string.h>
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
 #include <xxhash.h>
 
 #include "render/refine.h"
+#include "render/tile_scratch.h"
 
 /* ---- Keys. ---- */
 
@@ -167,40 +171,86 @@ void shd_recall_close(shd_recall *recall, bool complete) {
     *recall = (shd_recall){NULL, NULL, NULL, NULL};
 }
 
+/* ---- What a tile leaves: arrays side by side, in one piece of its record's memory. ---- */
+
+enum { ALIGNED = 64 };
+
+static size_t aligned(size_t size) {
+    return (size + ALIGNED - 1) / ALIGNED * ALIGNED;
+}
+
+/* The next array of a piece. */
+static void *next(char **at, size_t size) {
+    void *array = *at;
+    *at += aligned(size);
+    return array;
+}
+
+static void *copy(char **at, const void *from, size_t size) {
+    return memcpy(next(at, size), from, size);
+}
+
+/* Past the caches where there are instructions for it: what is kept is not read soon, and would
+ * push out what is. Half of the memory's traffic and of the time. */
+static void *stream(char **at, const void *from, size_t size) {
+#if defined(__SSE2__)
+    const size_t lines = size / ALIGNED;
+    const __m128i *in = from;
+    char *to = next(at, size);
+    __m128i *out = (void *)to;
+    for (size_t i = 0; i < 4 * lines; i++) _mm_stream_si128(out + i, _mm_loadu_si128(in + i));
+    memcpy(out + 4 * lines, in + 4 * lines, size % ALIGNED);
+    return to;
+#else
+    return copy(at, from, size);
+#endif
+}
+
+/* Others see what was streamed. */
+static void finish_streams(void) {
+#if defined(__SSE2__)
+    _mm_sfence();
+#endif
+}
+
 /* ---- Fragments. ---- */
 
-static void *copy(shd_record *record, const void *from, size_t size) {
-    void *to = shd_record_alloc(record, size);
-    return to ? memcpy(to, from, size) : NULL;
+/* Terms that some run has: the others' sums are not copied. */
+static size_t find_terms(const shd_plan *plan, const shd_fragments *from) {
+    size_t most = 0;
+    for (size_t r = 0; r < from->run_count; r++) {
+        const size_t terms = shd_terms_of(plan, from->runs[r].group);
+        most = terms > most ? terms : most;
+    }
+    return most;
 }
 
 void shd_keep_fragments(shd_record *record, size_t tile, const shd_plan *plan,
                         const shd_fragments *from) {
     const size_t arrays = shd_sum_of(plan, 1, 0, 0), count = from->count;
-    shd_fragments *to = shd_record_alloc(record, sizeof *to);
-    if (!to) return;
+    const size_t terms = find_terms(plan, from), channels = plan->grey_lights ? 1 : 3;
+    shd_fragments *to;
+    size_t size = aligned(sizeof *to);
+    if (count)
+        size += aligned(count * sizeof *to->cell) + aligned(from->run_count * sizeof *to->runs) +
+                aligned(arrays * sizeof *to->sums) +
+                terms * channels * aligned(count * sizeof **to->sums) +
+                (from->coverage ? aligned(count * sizeof *to->coverage) : 0);
+    char *at = shd_record_alloc(record, size);
+    if (!at) return;
+    to = next(&at, sizeof *to);
     *to = (shd_fragments){.count = count, .capacity = count, .run_count = from->run_count};
     if (count) {
-        to->cell = copy(record, from->cell, count * sizeof *to->cell);
-        to->runs = copy(record, from->runs, from->run_count * sizeof *to->runs);
-        to->sums = shd_record_alloc(record, arrays * sizeof *to->sums);
-        if (!to->cell || !to->runs || !to->sums) return;
-        if (from->coverage &&
-            !(to->coverage = copy(record, from->coverage, count * sizeof *to->coverage)))
-            return;
-        /* Terms that no run has are not copied. */
-        for (size_t k = 0; k < arrays; k++) to->sums[k] = NULL;
-        for (size_t r = 0; r < from->run_count; r++) {
-            const shd_plan_group *group = &plan->groups[from->runs[r].group];
-            for (size_t t = 0; t < 1 + plan->materials[group->material].lobe_count; t++)
-                for (int c = 0; c < (plan->grey_lights ? 1 : 3); c++) {
-                    const size_t k = shd_sum_of(plan, 0, t, c);
-                    if (to->sums[k]) continue;
-                    to->sums[k] = copy(record, from->sums[k], count * sizeof **to->sums);
-                    if (!to->sums[k]) return;
-                }
-        }
+        to->cell = copy(&at, from->cell, count * sizeof *to->cell);
+        to->runs = copy(&at, from->runs, from->run_count * sizeof *to->runs);
+        if (from->coverage) to->coverage = copy(&at, from->coverage, count * sizeof *to->coverage);
+        to->sums = next(&at, arrays * sizeof *to->sums);
+        for (size_t k = 0; k < arrays; k++)
+            to->sums[k] = k / 3 < terms && k % 3 < channels
+                              ? stream(&at, from->sums[k], count * sizeof **to->sums)
+                              : NULL;
     }
+    finish_streams();
     shd_record_put(record, tile, to);
 }
 
@@ -210,31 +260,67 @@ const shd_fragments *shd_kept_fragments(const shd_record *record, size_t tile) {
 
 /* ---- Hits. ---- */
 
+static bool all_alike(const int32_t *values, size_t count) {
+    int32_t differ = 0;
+    for (size_t i = 0; i < count; i++) differ |= values[i] ^ values[0];
+    return !differ;
+}
+
+/* Kernels read whole vectors, from wherever a run begins. */
+static size_t roomy(size_t count) {
+    return (count + SHD_LANES - 1) / SHD_LANES * SHD_LANES + SHD_LANES;
+}
+
+/* Every shot hit: shot[i] is i. */
+static bool is_full(size_t hits, size_t shots) {
+    return hits == shots;
+}
+
 void shd_keep_cast(shd_record *record, size_t tile, const shd_plan *plan, const uint16_t *shot_cell,
                    size_t shots, const shd_hits *hits) {
-    shd_kept_cast *to = shd_record_alloc(record, sizeof *to);
-    if (!to) return;
-    *to = (shd_kept_cast){.shots = shots};
-    /* Kernels read whole vectors, from wherever a run begins. */
-    const size_t count = (hits->count + SHD_LANES - 1) / SHD_LANES * SHD_LANES + SHD_LANES;
-    to->hits.count = hits->count;
-    to->hits.capacity = count;
-    bool complete = (to->shot_cell = copy(record, shot_cell, shots * sizeof *shot_cell)) &&
-                    (to->hits.shot = copy(record, hits->shot, count * sizeof *hits->shot)) &&
-                    (to->hits.object = copy(record, hits->object, count * sizeof *hits->object));
-    for (int c = 0; complete && c < 3; c++) {
-        const size_t size = count * sizeof **hits->position32;
-        complete =
-            (to->hits.position32[c] = copy(record, hits->position32[c], size)) &&
-            (to->hits.normal32[c] = copy(record, hits->normal32[c], size)) &&
-            (to->hits.mirror32[c] = copy(record, hits->mirror32[c], size)) &&
-            (!plan->split_positions || (to->hits.low32[c] = copy(record, hits->low32[c], size)));
+    const size_t count = hits->count, room = roomy(count), floats = room * sizeof(float);
+    const bool full = is_full(count, shots), alike = all_alike(hits->object, count);
+    const size_t planes = plan->split_positions ? 12 : 9;
+    shd_kept_cast *to;
+    char *at = shd_record_alloc(
+        record, aligned(sizeof *to) + aligned(shots * sizeof *shot_cell) +
+                    (count ? (full ? 0 : aligned(room * sizeof *hits->shot)) +
+                                 (alike ? 0 : aligned(room * sizeof *hits->object)) +
+                                 planes * aligned(floats)
+                           : 0));
+    if (!at) return;
+    to = next(&at, sizeof *to);
+    *to = (shd_kept_cast){.shots = shots, .hits = {.count = count, .capacity = room}};
+    to->shot_cell = copy(&at, shot_cell, shots * sizeof *shot_cell);
+    if (count) {
+        to->object = hits->object[0];
+        if (!full) to->hits.shot = copy(&at, hits->shot, room * sizeof *hits->shot);
+        if (!alike) to->hits.object = copy(&at, hits->object, room * sizeof *hits->object);
+        for (int c = 0; c < 3; c++) {
+            to->hits.position32[c] = stream(&at, hits->position32[c], floats);
+            to->hits.normal32[c] = stream(&at, hits->normal32[c], floats);
+            to->hits.mirror32[c] = stream(&at, hits->mirror32[c], floats);
+            if (plan->split_positions) to->hits.low32[c] = stream(&at, hits->low32[c], floats);
+        }
     }
-    if (!complete) return;
+    finish_streams();
     shd_kept_cast *first = (shd_kept_cast *)shd_record_get(record, tile), *last = first;
     while (last && last->next) last = last->next;
     if (last)
         last->next = to;
     else
         shd_record_put(record, tile, to);
+}
+
+void shd_recall_cast(const shd_kept_cast *cast, shd_hits *room, shd_hits *out) {
+    *out = cast->hits;
+    if (!out->count) return;
+    if (!out->shot) {
+        out->shot = room->shot;
+        for (size_t i = 0; i < out->capacity; i++) out->shot[i] = (uint32_t)i;
+    }
+    if (!out->object) {
+        out->object = room->object;
+        for (size_t i = 0; i < out->capacity; i++) out->object[i] = cast->object;
+    }
 }

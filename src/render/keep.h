@@ -33,11 +33,16 @@ typedef struct shd_kept_cast {
     struct shd_kept_cast *next;
     size_t shots;
     const uint16_t *shot_cell; /* [shots]: says which pixels they went to */
-    shd_hits hits;
+    int32_t object;            /* all hits', where hits.object is NULL */
+    shd_hits hits;             /* shot is NULL where every shot hit */
 } shd_kept_cast;
 
 /* Copies a cast's hits to a tile's end. */
 void shd_keep_cast(shd_record *record, size_t tile, const shd_plan *plan, const uint16_t *shot_cell,
                    size_t shots, const shd_hits *hits);
+
+/* The hits as they were: borrowed from the record, and from `room`'s arrays what it does not
+ * hold. */
+void shd_recall_cast(const shd_kept_cast *cast, shd_hits *room, shd_hits *out);
 
 #endif

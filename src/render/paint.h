@@ -28,8 +28,6 @@ typedef struct shd_paint_kernel {
      * `samples`: their sum in f64, in this order, over `samples`. */
     void (*average)(const float *values, const uint32_t *first, size_t count, int samples,
                     float *out);
-    /* Whether all values are finite. */
-    bool (*all_finite)(const float *values, size_t count);
     /* The box around points, their normals' sum. `count` is at least 1. */
     void (*bound)(const float *const position[3], const float *const normal[3], size_t count,
                   float low[3], float high[3], float sum[3]);

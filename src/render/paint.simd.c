@@ -51,17 +51,6 @@ static void average(const float *values, const uint32_t *first, size_t count, in
     }
 }
 
-/* A finite value times 0 is 0; the others stay NaN. */
-static bool all_finite(const float *values, size_t count) {
-    float sums[16] = {0};
-    size_t i = 0;
-    for (; i + 16 <= count; i += 16)
-        for (size_t k = 0; k < 16; k++) sums[k] += values[i + k] * 0.0f;
-    for (; i < count; i++) sums[0] += values[i] * 0.0f;
-    for (int k = 1; k < 16; k++) sums[0] += sums[k];
-    return sums[0] == 0;
-}
-
 /* ---- Bounds: sixteen lanes on their own, met at the end, so that every width does the same. ----
  */
 
@@ -148,5 +137,5 @@ static float spread(const float *const normal[3], const float axis[3], size_t co
     return -most_of(all);
 }
 
-const shd_paint_kernel SHD_VARIANT(shd_paint_kernel) = {mix,        fill_rest, divide, average,
-                                                        all_finite, bound,     spread};
+const shd_paint_kernel SHD_VARIANT(shd_paint_kernel) = {mix,     fill_rest, divide,
+                                                        average, bound,     spread};

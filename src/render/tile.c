@@ -389,7 +389,8 @@ static bool recall(shd_tile_scratch *s, size_t shots) {
     s->recalled = cast->next;
     if (cast->shots != shots || memcmp(cast->shot_cell, s->shot_cell, shots * sizeof *s->shot_cell))
         return false;
-    s->now = &cast->hits;
+    shd_recall_cast(cast, &s->hits, &s->kept);
+    s->now = &s->kept;
     return true;
 }
 
@@ -456,6 +457,12 @@ static size_t list_pixels(shd_tile tile, shd_tile_scratch *s) {
             end = shd_tile_block_end(s, x, right);
             if (!shd_tile_block(s, x, y)->count) continue;
             const int cell = y % SHD_TILE * SHD_TILE + x % SHD_TILE;
+            if (end - x == SHD_BLOCK_SIDE) { /* almost always: a vector's store */
+                for (int i = 0; i < SHD_BLOCK_SIDE; i++)
+                    s->pixels[count + (size_t)i] = (uint16_t)(cell + i);
+                count += SHD_BLOCK_SIDE;
+                continue;
+            }
             for (int i = 0; i < end - x; i++) s->pixels[count++] = (uint16_t)(cell + i);
         }
     return count;

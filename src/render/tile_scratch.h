@@ -16,7 +16,8 @@ struct shd_tile_scratch {
     uint16_t *shot_cell;
     /* what they hit, the same grouped by material, and each one's pixel, */
     shd_hits hits, sorted;
-    const shd_hits *now;                  /* `hits`, or what is known of the same rays */
+    shd_hits kept;                        /* what is known of the same rays */
+    const shd_hits *now;                  /* `hits` or `kept` */
     const struct shd_kept_cast *recalled; /* what is known of the next ones */
     uint16_t *cell;
     /* and the sums of light there, as in shd_fragments. */

@@ -31,6 +31,16 @@ typedef struct shd_surfaces {
     SHD_ALIGNED double point[3][SHD_RAYS], normal[3][SHD_RAYS];
 } shd_surfaces;
 
+/* Rays start at the camera's position, plus `start` in an orthographic camera. */
+typedef struct shd_batch {
+    SHD_ALIGNED double x[SHD_RAYS], y[SHD_RAYS]; /* in pixels */
+    double direction[3][SHD_RAYS];               /* unit */
+    double start[3][SHD_RAYS];                   /* orthographic; else not set */
+    bool orthographic;
+    shd_work work[2];
+    shd_surfaces surfaces;
+} shd_batch;
+
 /* A batch of hits, before what hit nothing is left out. */
 typedef struct shd_stage {
     SHD_ALIGNED double t[SHD_RAYS]; /* infinity: nothing */
@@ -50,6 +60,11 @@ typedef struct shd_wants {
     bool depth;
 } shd_wants;
 
+/* Balls of which a tier in f32 wants no more than it lights. */
+static inline bool shd_is_quick(const shd_item *it, shd_wants wants) {
+    return it->ball && wants.fast && !wants.low && !wants.world;
+}
+
 typedef struct shd_cast_kernel {
     /* Casts shots [first, first + SHD_RAYS) or as many as there are. Returns the hits. */
     size_t (*cast)(const shd_sight *sight, const uint32_t *candidates, size_t candidate_count,
@@ -67,7 +82,11 @@ extern const shd_cast_kernel shd_cast_kernel_portable, shd_cast_kernel_avx2, shd
     void shd_place_surfaces_##isa(shd_shape shape, double tube, const shd_work *work,              \
                                   shd_surfaces *out);                                              \
     void shd_find_torus_##isa(double tube, shd_work *work);                                        \
-    void shd_place_torus_##isa(double tube, const shd_work *work, shd_surfaces *out);
+    void shd_place_torus_##isa(double tube, const shd_work *work, shd_surfaces *out);              \
+    /* t of balls; their surfaces; both, with what tiers in f32 want. */                           \
+    void shd_find_ball_##isa(const shd_item *it, const shd_batch *b, double *t);                   \
+    void shd_place_ball_##isa(const shd_item *it, const shd_batch *b, shd_surfaces *out);          \
+    void shd_show_ball_##isa(const shd_item *it, const shd_batch *b, double *t, shd_stage *out);
 SHD_CAST_KERNEL_PARTS(portable)
 SHD_CAST_KERNEL_PARTS(avx2)
 SHD_CAST_KERNEL_PARTS(avx512)
