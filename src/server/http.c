@@ -358,7 +358,9 @@ static void complete(void *cls, struct MHD_Connection *connection, void **contex
     *context = NULL;
     if (!exchange) return;
     shd_server *server = exchange->server;
-    shd_reaper_phase(server->reaper, watched(connection), SHD_AT_REST, NULL);
+    /* Before that, libmicrohttpd has refused it, or lost its client, and closes the connection. */
+    if (exchange->state == WAITING || exchange->state == ANSWERED)
+        shd_reaper_phase(server->reaper, watched(connection), SHD_AT_REST, NULL);
     leave_suspension(exchange);
     if (exchange->counted) {
         double seconds = shd_now() - exchange->started;
@@ -383,17 +385,19 @@ static void complete(void *cls, struct MHD_Connection *connection, void **contex
     free(exchange);
 }
 
-/* libmicrohttpd closes the socket after this. */
+/* libmicrohttpd closes the socket after this. Where it has refused a request by itself, with words
+ * of its own, the rest of the request may still be coming. */
 static void notify(void *cls, struct MHD_Connection *connection, void **context,
                    enum MHD_ConnectionNotificationCode code) {
     shd_server *server = cls;
-    if (code == MHD_CONNECTION_NOTIFY_CLOSED) {
-        shd_reaper_remove(server->reaper, *context);
-        *context = NULL;
-        return;
-    }
     const union MHD_ConnectionInfo *info =
         MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+    if (code == MHD_CONNECTION_NOTIFY_CLOSED) {
+        bool amid = shd_reaper_remove(server->reaper, *context);
+        *context = NULL;
+        if (amid && info) shd_linger_keep(server->linger, info->connect_fd);
+        return;
+    }
     if (info) *context = shd_reaper_add(server->reaper, info->connect_fd);
 }
 

@@ -246,14 +246,21 @@ shd_connection *shd_reaper_add(shd_reaper *reaper, int socket) {
     return connection;
 }
 
-void shd_reaper_remove(shd_reaper *reaper, shd_connection *connection) {
-    if (!connection) return;
+static bool is_amid_request(const shd_connection *c) {
+    if (c->phase == SHD_AT_BODY) return true;
+    return c->phase <= SHD_AT_HEAD && bytes_read(c->socket) > c->read;
+}
+
+bool shd_reaper_remove(shd_reaper *reaper, shd_connection *connection) {
+    if (!connection) return false;
     pthread_mutex_lock(&reaper->mutex);
     connection->previous->next = connection->next;
     connection->next->previous = connection->previous;
     if (!connection->ended) reaper->open--;
+    bool amid = !connection->ended && is_amid_request(connection);
     pthread_mutex_unlock(&reaper->mutex);
     free(connection);
+    return amid;
 }
 
 void shd_reaper_phase(shd_reaper *reaper, shd_connection *connection, shd_phase phase,

@@ -13,6 +13,7 @@
 #ifndef SHD_SERVER_REAPER_H
 #define SHD_SERVER_REAPER_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -48,7 +49,10 @@ void shd_reaper_drop(shd_reaper *reaper); /* no connection is left; NULL is fine
 /* Watches a new connection. NULL, and unwatched, where memory is short. The socket stays open until
  * it is removed. */
 shd_connection *shd_reaper_add(shd_reaper *reaper, int socket);
-void shd_reaper_remove(shd_reaper *reaper, shd_connection *connection); /* NULL is fine */
+
+/* Forgets a connection that is closed next; NULL is fine. True: it was not ended from here, but
+ * amid a request's head or body, so that its client may be sending still. */
+bool shd_reaper_remove(shd_reaper *reaper, shd_connection *connection);
 
 /* The connection is at something else now; `exchange` is what waits, for SHD_AT_WORK. It stays
  * there until the next call. A NULL connection is fine. */
