@@ -1,13 +1,15 @@
 """The response cache: the same answer without the work, as far as room and settings allow."""
 
+import http.client
 import json
 import signal
+import socket
 import threading
 import unittest
 
-from e2e.daemon import SMALL, SOURCE, Daemon
-from e2e.daemon_test import Folder
-from e2e.queue_test import encoded
+from e2e.daemon import SMALL, SOURCE, Answer, Daemon
+from e2e.daemon_test import Background, Folder, wait_until, wait_until_busy
+from e2e.queue_test import BUSY, encoded
 
 HIT, STORED, MISS = "shaded; hit", "shaded; fwd=miss; stored", "shaded; fwd=miss"
 # What tells about one request rather than about its picture.
@@ -26,6 +28,12 @@ def large(number):
     """A picture of about 60 KiB."""
     return {**scene(number), "image": {"width": 200, "height": 200, "samples": 1},
             "output": {"format": "tiff", "bitDepth": "float"}}
+
+
+def receive(stream):
+    """One of several answers that come on a connection."""
+    line, headers = stream.readline(), http.client.parse_headers(stream)
+    return Answer(int(line.split()[1]), headers, stream.read(int(headers["Content-Length"])))
 
 
 class Test(Folder):
@@ -179,6 +187,69 @@ class RoomTest(Test):
             metrics = daemon.metrics()
             self.assertEqual(sum(value for name, value in metrics.items()
                                  if name.startswith("shaded_response_cache_")), 0)
+
+    def test_what_is_forgotten_is_still_sent(self):
+        """To a client that is slow to take it."""
+        def long(number):
+            return {**scene(number), "objects": [{"type": "plane"}],
+                    "image": {"width": 256, "height": 256, "samples": 1},
+                    "camera": {"position": [0, 1, 3]}, "lights": [{"position": [1, 2, 3, 1]}],
+                    "output": {"format": "tiff", "bitDepth": "float",
+                               "colorSpace": "lin_rec709"}}
+
+        with Daemon("--response-cache", "1500K") as daemon, socket.socket() as connection:
+            fresh = daemon.render(long(0))
+            self.assertEqual(status(fresh), STORED)
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+            connection.settimeout(120)
+            connection.connect(daemon.address)
+            body = json.dumps(long(0)).encode()
+            # As often as it takes for an answer to be longer than what the system's buffers hold.
+            count = 2 + (12 << 20) // len(fresh.body)
+            message = (b"POST /v1/render HTTP/1.1\r\nHost: a\r\nContent-Type: application/json\r\n"
+                       b"Content-Length: %d\r\n\r\n%s" % (len(body), body))
+            connection.sendall(message * count)
+            looks = []
+
+            def stuck():
+                metrics = daemon.metrics()
+                looks.append((metrics['shaded_connections{at="answer"}'],
+                              metrics['shaded_response_cache_answers_total{result="hit"}']))
+                return looks[-1][0] == 1 and len(looks) > 10 and len(set(looks[-10:])) == 1
+
+            wait_until(stuck)
+            self.assertLess(looks[-1][1], count)
+            number = 0
+            while daemon.metrics()["shaded_response_cache_evictions_total"] < 2:
+                number += 1
+                self.assertEqual(status(daemon.render(long(number))), STORED)
+            self.assertEqual(daemon.metrics()['shaded_connections{at="answer"}'], 1)
+            found = []
+            with connection.makefile("rb") as stream:
+                for _ in range(count):
+                    slow = receive(stream)
+                    self.assert_same(slow, fresh)
+                    found.append(status(slow))
+            # Those that were behind the one that was being sent find it gone.
+            self.assertEqual(found[0], HIT)
+            self.assertEqual(found.count(STORED), 1, found)
+
+    def test_equal_requests_still_wait_for_one_picture(self):
+        with Daemon("--threads", "1", "--timeout", "300") as daemon:
+            first = Background(daemon, BUSY)
+            wait_until_busy(daemon)
+            together = [first, *(Background(daemon, BUSY) for _ in range(5))]
+            answers = [request.result() for request in together]
+            self.assertEqual({answer.status for answer in answers}, {200})
+            self.assertEqual(len({answer.body for answer in answers}), 1)
+            self.assertEqual(status(answers[0]), STORED)
+            metrics = daemon.metrics()
+            self.assertEqual(encoded(daemon), 1)
+            # Who came late found it finished.
+            found = metrics['shaded_response_cache_answers_total{result="hit"}']
+            self.assertEqual(metrics["shaded_joined_total"] + found, 5)
+            self.assertEqual(status(daemon.render(BUSY)), HIT)
+            self.assertEqual(encoded(daemon), 1)
 
     def test_many_clients_and_little_room(self):
         """What one client is sent is forgotten for another one meanwhile."""
