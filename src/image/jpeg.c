@@ -1,3 +1,11 @@
+/* JPEG, in strips that may be encoded side by side.
+ *
+ * A large picture is cut into strips of whole rows of MCUs, each of which is a JPEG of its own. A
+ * restart marker makes a decoder begin anew as at a picture's start (ITU-T T.81, F.1.1.5.1), so
+ * the strips' entropy-coded data, with markers between them, are the data of the whole. Where
+ * strips begin depends on the picture's size alone. */
+#include <stdatomic.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <turbojpeg.h>
@@ -8,61 +16,177 @@
 
 static const char icc_mark[] = "ICC_PROFILE"; /* with its terminating 0, ICC.1:2010 B.4 */
 
+enum { STRIP_PIXELS = 1 << 18, RESTARTS = 8 };
+
+/* Marker codes, T.81 table B.1. */
+enum {
+    RST0 = 0xD0,
+    SOI = 0xD8,
+    EOI = 0xD9,
+    SOF0 = 0xC0,
+    SOS = 0xDA,
+    DRI = 0xDD,
+    APP0 = 0xE0,
+    APP2 = 0xE2
+};
+
+/* A strip's JPEG: head, up to its scan; the scan's header; entropy-coded data; EOI. */
+typedef struct strip {
+    unsigned char *jpeg; /* in an arena, with room for the largest */
+    unsigned long size;
+    size_t frame, scan, data; /* where SOF0, SOS and the data are */
+} strip;
+
+typedef struct job {
+    const shd_image *image;
+    const unsigned char *pixels;
+    size_t samples; /* a pixel */
+    int sampling, rows;
+    strip *strips;
+    tjhandle *handles; /* [slots] */
+    atomic_bool failed, cancelled;
+    char words[200]; /* libjpeg-turbo's, of the first strip that failed */
+    atomic_flag told;
+} job;
+
+static size_t length_at(const unsigned char *at) {
+    return at[0] * 256u + at[1];
+}
+
+/* Finds the parts of a strip. False: it is not as libjpeg-turbo writes them. */
+static bool read_strip(strip *s) {
+    if (s->size < 4 || s->jpeg[1] != SOI || s->jpeg[s->size - 1] != EOI) return false;
+    for (size_t at = 2; at + 4 <= s->size && s->jpeg[at] == 0xFF;) {
+        const unsigned char code = s->jpeg[at + 1];
+        const size_t next = at + 2 + length_at(s->jpeg + at + 2);
+        if (next > s->size - 2) return false;
+        if (code == SOF0) s->frame = at;
+        if (code == SOS) {
+            s->scan = at;
+            s->data = next;
+            return s->frame != 0;
+        }
+        at = next;
+    }
+    return false;
+}
+
+static void encode_strip(void *context, size_t index, unsigned slot) {
+    job *j = context;
+    const shd_image *image = j->image;
+    if (atomic_load(&j->failed) || atomic_load(&j->cancelled)) return;
+    if (slot == 0 && image->go_on && !image->go_on(image->context)) {
+        atomic_store(&j->cancelled, true);
+        return;
+    }
+    strip *s = &j->strips[index];
+    const int first = (int)index * j->rows, left = image->height - first;
+    if (!j->handles[slot]) j->handles[slot] = tjInitCompress();
+    const int failed =
+        !j->handles[slot] ||
+        tjCompress2(j->handles[slot], j->pixels + (size_t)first * (size_t)image->width * j->samples,
+                    image->width, 0, left < j->rows ? left : j->rows,
+                    j->samples == 1 ? TJPF_GRAY : TJPF_RGB, &s->jpeg, &s->size, j->sampling,
+                    image->quality, TJFLAG_NOREALLOC | TJFLAG_ACCURATEDCT);
+    if (!failed && read_strip(s)) return;
+    if (!atomic_flag_test_and_set(&j->told))
+        snprintf(j->words, sizeof j->words, "%s",
+                 failed ? tjGetErrorStr2(j->handles[slot]) : "an unknown form");
+    atomic_store(&j->failed, true);
+}
+
+static unsigned char *put(unsigned char *at, const void *from, size_t size) {
+    memcpy(at, from, size);
+    return at + size;
+}
+
+static unsigned char *put_marker(unsigned char *at, unsigned char code) {
+    *at++ = 0xFF;
+    *at++ = code;
+    return at;
+}
+
+static unsigned char *put_u16(unsigned char *at, size_t value) {
+    *at++ = (unsigned char)(value >> 8);
+    *at++ = (unsigned char)value;
+    return at;
+}
+
 /* libturbojpeg 2.1 cannot write a profile: its APP2 segment goes behind the JFIF segment, which
  * the standard wants first. */
-static shd_status assemble(const unsigned char *jpeg, size_t size, const shd_icc *icc,
+static shd_status assemble(const job *j, size_t count, size_t interval, const shd_icc *icc,
                            shd_bytes *out, shd_error *error) {
-    size_t head = 2;
-    if (size > 6 && jpeg[2] == 0xFF && jpeg[3] == 0xE0) head += 2 + (jpeg[4] * 256u + jpeg[5]);
-    size_t segment = icc->size ? 2 + 2 + sizeof icc_mark + 2 + icc->size : 0;
-    if (head > size) return shd_fail(error, SHD_INTERNAL, "", "libjpeg-turbo wrote no JPEG");
-    unsigned char *data = malloc(size + segment);
+    const strip *first = &j->strips[0];
+    const size_t profile = icc->size ? 2 + sizeof icc_mark + 2 + icc->size : 0;
+    size_t size = first->size + (profile ? 2 + profile : 0) + 6, head = 2;
+    for (size_t i = 1; i < count; i++) size += j->strips[i].size;
+    unsigned char *data = malloc(size), *at = data;
     if (!data) return shd_encode_no_memory(error);
 
-    unsigned char *at = data;
-    memcpy(at, jpeg, head);
-    at += head;
-    if (segment) {
-        size_t length = segment - 2;
-        *at++ = 0xFF;
-        *at++ = 0xE2;
-        *at++ = (unsigned char)(length >> 8);
-        *at++ = (unsigned char)length;
-        memcpy(at, icc_mark, sizeof icc_mark);
-        at += sizeof icc_mark;
+    if (first->jpeg[3] == APP0) head += 2 + length_at(first->jpeg + 4);
+    at = put(at, first->jpeg, head);
+    if (profile) {
+        at = put_u16(put_marker(at, APP2), profile);
+        at = put(at, icc_mark, sizeof icc_mark);
         *at++ = 1; /* the first of one */
         *at++ = 1;
-        memcpy(at, icc->data, icc->size);
-        at += icc->size;
+        at = put(at, icc->data, icc->size);
     }
-    memcpy(at, jpeg + head, size - head);
-    *out = (shd_bytes){data, size + segment};
+    at = put(at, first->jpeg + head, first->scan - head);
+    put_u16(at - first->scan + first->frame + 5, (size_t)j->image->height);
+    if (count > 1) at = put_u16(put_u16(put_marker(at, DRI), 4), interval);
+    at = put(at, first->jpeg + first->scan, first->data - first->scan);
+    for (size_t i = 0; i < count; i++) {
+        const strip *s = &j->strips[i];
+        if (i) at = put_marker(at, (unsigned char)(RST0 + (i - 1) % RESTARTS));
+        at = put(at, s->jpeg + s->data, s->size - 2 - s->data);
+    }
+    at = put_marker(at, EOI);
+    *out = (shd_bytes){data, (size_t)(at - data)};
     return SHD_OK;
 }
 
 shd_status shd_encode_jpeg(const shd_image *image, shd_arena *scratch, shd_bytes *out,
                            shd_error *error) {
-    shd_pack pack = shd_pack_of(image, SHD_JPEG);
-    bool grey = pack.count == 1;
+    const shd_pack pack = shd_pack_of(image, SHD_JPEG);
+    const bool grey = pack.count == 1;
     /* Coarse chroma shows at colored edges; whoever asks for high quality looks for them. */
-    int sampling = grey ? TJSAMP_GRAY : image->quality >= 90 ? TJSAMP_444 : TJSAMP_420;
-    unsigned long bound = tjBufSize(image->width, image->height, sampling);
-    if (bound == (unsigned long)-1) return shd_encode_no_memory(error);
-    const unsigned char *pixels = shd_pack_samples(&pack, image, scratch);
-    unsigned char *jpeg = shd_arena_alloc(scratch, bound, 1);
-    if (!pixels || !jpeg) return shd_encode_no_memory(error);
+    const int sampling = grey ? TJSAMP_GRAY : image->quality >= 90 ? TJSAMP_444 : TJSAMP_420;
+    const int side = sampling == TJSAMP_420 ? 16 : 8; /* of an MCU */
+    int rows = STRIP_PIXELS / image->width / side * side;
+    rows = rows < side ? side : rows < image->height ? rows : image->height;
+    const size_t count = ((size_t)image->height + (size_t)rows - 1) / (size_t)rows;
+    const size_t interval =
+        ((size_t)image->width + (size_t)side - 1) / (size_t)side * (size_t)(rows / side);
+    const unsigned slots = image->spread ? image->slots : 1;
 
-    tjhandle handle = tjInitCompress();
-    if (!handle) return shd_encode_no_memory(error);
-    unsigned long size = bound;
-    int failed =
-        tjCompress2(handle, pixels, image->width, 0, image->height, grey ? TJPF_GRAY : TJPF_RGB,
-                    &jpeg, &size, sampling, image->quality, TJFLAG_NOREALLOC | TJFLAG_ACCURATEDCT);
-    if (failed) shd_fail(error, SHD_INTERNAL, "", "libjpeg-turbo: %s", tjGetErrorStr2(handle));
-    tjDestroy(handle);
-    if (failed) return SHD_INTERNAL;
+    job j = {.image = image,
+             .samples = (size_t)pack.count,
+             .sampling = sampling,
+             .rows = rows,
+             .told = ATOMIC_FLAG_INIT};
+    const unsigned long bound = tjBufSize(image->width, rows, sampling);
+    if (bound == (unsigned long)-1) return shd_encode_no_memory(error);
+    j.pixels = shd_pack_samples(&pack, image, scratch);
+    j.strips = shd_arena_zalloc(scratch, count, sizeof *j.strips);
+    j.handles = shd_arena_zalloc(scratch, slots, sizeof *j.handles);
+    if (!j.pixels || !j.strips || !j.handles) return shd_encode_no_memory(error);
+    for (size_t i = 0; i < count; i++) {
+        j.strips[i] = (strip){.jpeg = shd_arena_alloc(scratch, bound, 1), .size = bound};
+        if (!j.strips[i].jpeg) return shd_encode_no_memory(error);
+    }
+    if (image->spread && count > 1)
+        image->spread(image->context, count, encode_strip, &j);
+    else
+        for (size_t i = 0; i < count; i++) encode_strip(&j, i, 0);
+    for (unsigned i = 0; i < slots; i++)
+        if (j.handles[i]) tjDestroy(j.handles[i]);
+    if (atomic_load(&j.cancelled))
+        return shd_fail(error, SHD_CANCELLED, "", "the encoding was cancelled");
+    if (atomic_load(&j.failed))
+        return shd_fail(error, SHD_INTERNAL, "", "libjpeg-turbo: %s", j.words);
 
     shd_icc icc = {.size = 0};
     if (!shd_image_is_srgb(image)) icc = shd_icc_make(image);
-    return assemble(jpeg, size, &icc, out, error);
+    return assemble(&j, count, interval, &icc, out, error);
 }

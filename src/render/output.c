@@ -266,6 +266,34 @@ static bool go_on(void *context) {
     return !atomic_load(&request->cancelled);
 }
 
+/* An encoder's loop, whose every thread counts. */
+typedef struct encoding {
+    void (*run)(void *work, size_t index, unsigned slot);
+    void *work;
+    double *seconds; /* [slots] */
+} encoding;
+
+static void encode_part(void *context, size_t index, unsigned slot) {
+    encoding *e = context;
+    const double began = shd_thread_seconds();
+    e->run(e->work, index, slot);
+    e->seconds[slot] += shd_thread_seconds() - began;
+}
+
+static void spread(void *context, size_t count,
+                   void (*run)(void *work, size_t index, unsigned slot), void *work) {
+    shd_request *request = context;
+    shd_pool *pool = request->engine->pool;
+    const unsigned slots = shd_pool_slots(pool);
+    encoding e = {run, work, shd_arena_zalloc(request->arena, slots, sizeof *e.seconds)};
+    if (!e.seconds) { /* without memory for that, alone */
+        for (size_t i = 0; i < count; i++) run(work, i, 0);
+        return;
+    }
+    request->times.encode -= shd_pool_for(pool, count, encode_part, &e);
+    for (unsigned i = 1; i < slots; i++) request->times.encode += e.seconds[i];
+}
+
 /* ---- Both. ---- */
 
 /* What the encoder will be told, but for the pixels. */
@@ -290,6 +318,8 @@ static shd_status begin_image(shd_request *request, size_t index,
         .channel_names = shd_channel_names(info->channels),
         .isa = request->engine->isa,
         .go_on = go_on,
+        .spread = spread,
+        .slots = shd_pool_slots(request->engine->pool),
         .context = request,
     };
     memcpy(image->primaries, info->primaries, sizeof image->primaries);
