@@ -88,6 +88,10 @@ shd_status shd_engine_describe(const shd_engine *engine, shd_topic topic, char *
 
 const char *shd_version(void); /* "0.1.0" */
 
+/* Whether pictures of the format are made here: TIFF, EXR and HDR take OpenImageIO, whose module
+ * need not be installed. Scenes that ask for them are refused then. Any thread. */
+bool shd_writes(shd_format format);
+
 /* ---- A request: one scene document and its pictures. ---- */
 
 shd_status shd_request_new(shd_engine *engine, shd_request **out, shd_error *error);

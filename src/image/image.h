@@ -94,6 +94,10 @@ shd_layout shd_image_layout(const shd_image *image, shd_format format);
 shd_status shd_image_encode(const shd_image *image, shd_format format, shd_arena *scratch,
                             shd_bytes *out, shd_error *error);
 
+/* Whether the format can be written: false for TIFF, EXR and HDR where the OpenImageIO module is
+ * not installed. Looks for its file once, and loads nothing. */
+bool shd_image_writes(shd_format format);
+
 /* Loads the OpenImageIO module now instead of at first use. SHD_CONFIG where it is missing. */
 shd_status shd_image_preload(shd_error *error);
 

@@ -179,11 +179,20 @@ static json_t *describe_libraries(void) {
     return libraries;
 }
 
+static json_t *describe_formats(void) {
+    json_t *formats = json_array();
+    for (int f = 0; f < SHD_FORMAT_COUNT; f++)
+        if (shd_writes((shd_format)f))
+            json_array_append_new(formats, json_string(shd_format_get((shd_format)f)->name));
+    return formats;
+}
+
 static json_t *describe_version(const shd_engine *engine) {
-    return json_pack("{ss ss ss ss so ss ss s[s s]}", "name", "shaded", "version", shd_version(),
+    return json_pack("{ss ss ss ss so so ss ss s[s s]}", "name", "shaded", "version", shd_version(),
                      "compiler", COMPILER, "build", BUILD_KIND, "libraries", describe_libraries(),
-                     "colorConfig", shd_color_config_digest(engine->color), "kernel",
-                     shd_isa_name(engine->isa), "kernels", "exact f64", "standard f32");
+                     "formats", describe_formats(), "colorConfig",
+                     shd_color_config_digest(engine->color), "kernel", shd_isa_name(engine->isa),
+                     "kernels", "exact f64", "standard f32");
 }
 
 shd_status shd_engine_describe(const shd_engine *engine, shd_topic topic, char **json,

@@ -1,6 +1,7 @@
 /* A request's life: read, render, give pictures. */
 #include <nettle/base16.h>
 #include <nettle/sha2.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -54,6 +55,24 @@ static shd_status make_etag(shd_request *request) {
     return SHD_OK;
 }
 
+bool shd_writes(shd_format format) {
+    return shd_image_writes(format);
+}
+
+static shd_status check_formats(shd_request *request) {
+    const shd_scene *scene = request->scene;
+    for (size_t o = 0; o < scene->output_count; o++) {
+        shd_format format = scene->outputs[o].format;
+        char pointer[64] = "/output/format";
+        if (scene->multipart) snprintf(pointer, sizeof pointer, "/outputs/%zu/format", o);
+        if (!shd_image_writes(format))
+            shd_report_error(&request->report, SHD_SCENE, pointer,
+                             "no %s pictures are made here: OpenImageIO is not installed",
+                             shd_format_get(format)->name);
+    }
+    return request->report.status;
+}
+
 /* What the pictures take is known when all the scene is. */
 static shd_status check_memory(shd_request *request) {
     uint64_t limit = request->engine->limits.memory;
@@ -72,6 +91,7 @@ shd_status shd_request_read(shd_request *request, const char *json, size_t lengt
     shd_status status =
         shd_scene_read(json, length, shd_color_catalog(engine->color), &engine->limits, fallback,
                        request->arena, &request->scene, &request->report);
+    if (status == SHD_OK) status = check_formats(request);
     if (status == SHD_OK) status = make_etag(request);
     if (status == SHD_OK) status = check_memory(request);
     request->times.parse = shd_thread_seconds() - began;

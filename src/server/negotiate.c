@@ -4,6 +4,8 @@
 #include <string.h>
 #include <strings.h>
 
+#include "shaded.h"
+
 static const struct {
     const char *media_type;
     shd_format format;
@@ -91,6 +93,7 @@ bool shd_accepts_picture(const char *accept, shd_format *out) {
     if (!has_preferences(accept)) accept = "*/*";
     double best = 0;
     for (int format = 0; format < SHD_FORMAT_COUNT; format++) {
+        if (!shd_writes((shd_format)format)) continue;
         /* An alias counts where it is what the client wrote; stars speak of the real name. */
         int how = 0;
         double q = type_quality(accept, shd_format_get((shd_format)format)->media_type, &how, 0);

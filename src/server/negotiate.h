@@ -12,9 +12,9 @@
 /* Whether `accept` admits the media type. Without the header, everything is acceptable. */
 bool shd_accepts(const char *accept, const char *media_type);
 
-/* The picture format that `accept` likes best, under its name or a usual alias (image/jpg,
- * image/exr, ...); between equals the first of shd_format, which is also the cheapest. False:
- * it admits none. */
+/* The picture format, of those that are made here, that `accept` likes best, under its name or
+ * a usual alias (image/jpg, image/exr, ...); between equals the first of shd_format, which is also
+ * the cheapest. False: it admits none. */
 bool shd_accepts_picture(const char *accept, shd_format *out);
 
 /* Whether a Content-Type is JSON: application/json or anything/anything+json, any parameters. */

@@ -171,9 +171,17 @@ static bool admit_picture(shd_exchange *exchange) {
     if (shd_accepts_picture(exchange->accept, &format) ||
         (exchange->method == SHD_POST && shd_accepts(exchange->accept, "multipart/form-data")))
         return true;
+    char made[256] = "";
+    bool all = true;
+    for (int f = 0; f < SHD_FORMAT_COUNT; f++) {
+        bool written = shd_writes((shd_format)f);
+        if (written && *made) strcat(made, ", ");
+        if (written) strcat(made, shd_format_get((shd_format)f)->media_type);
+        all = all && written;
+    }
     shd_problem_reply(&exchange->reply, SHD_NOT_ACCEPTABLE,
-                      "Accept admits none of image/png, image/jpeg, image/webp, image/tiff, "
-                      "image/x-exr, image/vnd.radiance (multipart/form-data for `outputs`)");
+                      "Accept admits none of %s (multipart/form-data for `outputs`)%s", made,
+                      all ? "" : "; for other formats OpenImageIO is not installed");
     return false;
 }
 
