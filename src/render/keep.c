@@ -4,17 +4,18 @@
 #if defined(__SSE2__)
 #include <emmintrin.h>
 #endif
-#include <xxhash.h>
+#include <nettle/sha2.h>
 
 #include "render/refine.h"
 #include "render/tile_scratch.h"
 
 /* ---- Keys. ---- */
 
-typedef XXH3_state_t hash;
+/* Nobody can make two pictures that are taken for one another. */
+typedef struct sha256_ctx hash;
 
 static void put(hash *h, const void *data, size_t size) {
-    XXH3_128bits_update(h, data, size);
+    sha256_update(h, size, data);
 }
 
 static void put_number(hash *h, double value) {
@@ -120,9 +121,12 @@ static void put_lights(hash *h, const shd_plan *plan, bool adaptive) {
     for (size_t o = 0; o < plan->scene->object_count; o++) put_count(h, plan->objects[o].group);
 }
 
+/* Of all that was put so far; more may follow. */
 static shd_reuse_key key_of(const hash *h) {
-    const XXH128_hash_t digest = XXH3_128bits_digest(h);
-    return (shd_reuse_key){digest.low64, digest.high64};
+    hash ended = *h;
+    shd_reuse_key key;
+    sha256_digest(&ended, sizeof key, (uint8_t *)&key);
+    return key;
 }
 
 /* Everything that hits, and everything that fragments depend on. False: they are not kept. */
@@ -134,14 +138,12 @@ static bool find_keys(const shd_plan *plan, shd_reuse_key *geometry, shd_reuse_k
         if (plan->wants[k]) return false;
     for (size_t o = 0; o < scene->object_count; o++)
         if (scene->objects[o].interpolation != SHD_PHONG) return false;
-    hash *h = XXH3_createState();
-    if (!h) return false;
-    XXH3_128bits_reset(h);
-    put_geometry(h, plan, adaptive);
-    *geometry = key_of(h);
-    put_lights(h, plan, adaptive);
-    *light = key_of(h);
-    XXH3_freeState(h);
+    hash h;
+    sha256_init(&h);
+    put_geometry(&h, plan, adaptive);
+    *geometry = key_of(&h);
+    put_lights(&h, plan, adaptive);
+    *light = key_of(&h);
     return true;
 }
 
