@@ -20,6 +20,7 @@ _Static_assert(sizeof(block) <= ALIGNMENT, "a block's header fits into one align
 
 struct shd_arena {
     size_t cap, taken;
+    bool full;
     shd_spares *spares; /* NULL: blocks are the system's */
     block *blocks;      /* newest first */
 };
@@ -55,11 +56,17 @@ void shd_arena_drop(shd_arena *arena) {
 static block *add_block(shd_arena *arena, size_t need) {
     size_t size = arena->taken < FIRST_BLOCK ? FIRST_BLOCK : arena->taken;
     size_t room = arena->cap - arena->taken;
-    if (room < ALIGNMENT || need > room - ALIGNMENT) return NULL;
+    if (room < ALIGNMENT || need > room - ALIGNMENT) {
+        arena->full = true;
+        return NULL;
+    }
     if (size > 16u << 20) size = 16u << 20;
     if (size < need) size = need;
     if (size > room - ALIGNMENT) size = (room - ALIGNMENT) / ALIGNMENT * ALIGNMENT;
-    if (size < need) return NULL;
+    if (size < need) {
+        arena->full = true;
+        return NULL;
+    }
     block *b = shd_spares_take(arena->spares, ALIGNMENT + size);
     if (!b) return NULL;
     *b = (block){arena->blocks, size, 0};
@@ -70,7 +77,10 @@ static block *add_block(shd_arena *arena, size_t need) {
 }
 
 void *shd_arena_alloc(shd_arena *arena, size_t count, size_t size) {
-    if (size && count > (SIZE_MAX - ALIGNMENT) / size) return NULL;
+    if (size && count > (SIZE_MAX - ALIGNMENT) / size) {
+        arena->full = true;
+        return NULL;
+    }
     size_t bytes = count * size;
     size_t rounded = (bytes ? bytes + ALIGNMENT - 1 : ALIGNMENT) / ALIGNMENT * ALIGNMENT;
     block *b = arena->blocks;
@@ -106,6 +116,10 @@ char *shd_arena_printf(shd_arena *arena, const char *format, ...) {
     vsnprintf(text, (size_t)length + 1, format, args);
     va_end(args);
     return text;
+}
+
+bool shd_arena_full(const shd_arena *arena) {
+    return arena->full;
 }
 
 size_t shd_arena_used(const shd_arena *arena) {

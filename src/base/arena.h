@@ -2,11 +2,12 @@
  *
  * Allocations are aligned to 64 bytes (a cache line, and the widest vector). Going over the cap,
  * overflowing count * size, or running out of system memory gives NULL, which callers turn into
- * SHD_MEMORY. One thread at a time may allocate; the memory itself may be shared.
- * Under AddressSanitizer unused arena bytes are poisoned. */
+ * SHD_MEMORY; shd_arena_full tells which it was. One thread at a time may allocate; the memory
+ * itself may be shared. Under AddressSanitizer unused arena bytes are poisoned. */
 #ifndef SHD_BASE_ARENA_H
 #define SHD_BASE_ARENA_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "base/spares.h"
@@ -30,6 +31,9 @@ void *shd_arena_zalloc(shd_arena *arena, size_t count, size_t size);
 /* Copies; NULL where memory is short. */
 char *shd_arena_strdup(shd_arena *arena, const char *text);
 char *shd_arena_printf(shd_arena *arena, const char *format, ...) SHD_PRINTF(2, 3);
+
+/* Whether the cap, or an overflow, has refused an allocation; the system may have as well. */
+bool shd_arena_full(const shd_arena *arena);
 
 size_t shd_arena_used(const shd_arena *arena); /* bytes of its blocks */
 

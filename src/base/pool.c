@@ -228,7 +228,7 @@ shd_status shd_pool_new(unsigned threads, size_t queue, shd_pool **out, shd_erro
     if (threads < 1 || threads > 1024)
         return shd_fail(error, SHD_CONFIG, "", "%u threads: 1 to 1024 are possible", threads);
     shd_pool *pool = calloc(1, sizeof *pool + threads * sizeof pool->workers[0]);
-    if (!pool) return shd_fail(error, SHD_MEMORY, "", "no memory for %u threads", threads);
+    if (!pool) return shd_fail(error, SHD_EXHAUSTED, "", "no memory for %u threads", threads);
     /* Each worker may hold a job that was accepted, and defer it when its place is taken. */
     pool->fresh.room = queue ? queue : 1;
     pool->deferred.room = queue + threads;
@@ -237,7 +237,7 @@ shd_status shd_pool_new(unsigned threads, size_t queue, shd_pool **out, shd_erro
     pool->thread = calloc(threads, sizeof pool->thread[0]);
     if (!pool->fresh.ring || !pool->deferred.ring || !pool->thread) {
         release(pool);
-        return shd_fail(error, SHD_MEMORY, "", "no memory for %zu queued jobs", queue);
+        return shd_fail(error, SHD_EXHAUSTED, "", "no memory for %zu queued jobs", queue);
     }
     pool->capacity = queue;
     pthread_mutex_init(&pool->mutex, NULL);
@@ -246,7 +246,7 @@ shd_status shd_pool_new(unsigned threads, size_t queue, shd_pool **out, shd_erro
     for (; pool->threads < threads; pool->threads++) {
         if (pthread_create(&pool->thread[pool->threads], NULL, work, pool)) {
             shd_pool_drop(pool);
-            return shd_fail(error, SHD_MEMORY, "", "the system refused to start %u threads",
+            return shd_fail(error, SHD_EXHAUSTED, "", "the system refused to start %u threads",
                             threads);
         }
     }

@@ -14,7 +14,8 @@ typedef enum shd_status {
     SHD_SYNTAX,    /* the document is not JSON */
     SHD_SCENE,     /* it is JSON, but not a scene */
     SHD_LIMIT,     /* the scene asks for more than a configured limit allows */
-    SHD_MEMORY,    /* the request's arena cap, or the system's memory, is reached */
+    SHD_MEMORY,    /* the request's cap of memory is reached */
+    SHD_EXHAUSTED, /* the system refused memory, or a thread */
     SHD_CANCELLED, /* the cancel flag was raised */
     SHD_CONFIG,    /* something the operator supplied is wrong */
     SHD_INTERNAL,  /* a dependency failed where it should not */

@@ -17,7 +17,7 @@ static shd_status read_all(int file, const char *path, size_t cap, char **data, 
 
     size_t expected = (size_t)info.st_size, length = 0;
     char *bytes = malloc(expected + 1);
-    if (!bytes) return shd_fail(error, SHD_MEMORY, path, "out of memory");
+    if (!bytes) return shd_fail(error, SHD_EXHAUSTED, path, "out of memory");
     while (length < expected) {
         ssize_t got = read(file, bytes + length, expected - length);
         if (got < 0 && errno == EINTR) continue;

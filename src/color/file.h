@@ -12,7 +12,7 @@ extern "C" {
 #endif
 
 /* Reads a whole regular file of at most `cap` bytes. The caller frees *data. SHD_CONFIG, with the
- * file's name as path, where it cannot be read; SHD_MEMORY. */
+ * file's name as path, where it cannot be read; SHD_EXHAUSTED. */
 shd_status shd_color_read_file(const char *path, size_t cap, char **data, size_t *size,
                                shd_error *error);
 

@@ -96,7 +96,7 @@ shd_status guarded(shd_status status, const char *path, shd_error *error, Body b
     try {
         return body();
     } catch (const std::bad_alloc &) {
-        return shd_fail(error, SHD_MEMORY, path, "out of memory");
+        return shd_fail(error, SHD_EXHAUSTED, path, "out of memory");
     } catch (const std::exception &e) {
         return shd_fail(error, status, path, "%s", sentence(e.what()).c_str());
     } catch (...) {

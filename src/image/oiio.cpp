@@ -64,6 +64,30 @@ class Memory : public OIIO::Filesystem::IOProxy {
         return out;
     }
 
+    /* OpenEXR leaves out the lines that it has no memory to compress, and says nothing; their
+     * offsets in the table behind the header stay 0 (OpenEXR File Layout: magic, version,
+     * attributes of a name, a type, a size and a value, an empty name, an offset of 8 bytes for
+     * each 16 lines of ZIP). */
+    bool lacks_lines(int height) const {
+        size_t at = 8;
+        while (at < length && data[at]) {
+            for (int text = 0; text < 2; text++) {
+                while (at < length && data[at]) at++;
+                at++;
+            }
+            if (length < 4 || at > length - 4) return true;
+            uint32_t bytes;
+            std::memcpy(&bytes, data + at, sizeof bytes);
+            at += 4 + bytes;
+        }
+        at++;
+        for (int y = 0; y < height; y += 16, at += 8) {
+            static const unsigned char missing[8] = {};
+            if (length < 8 || at > length - 8 || !std::memcmp(data + at, missing, 8)) return true;
+        }
+        return false;
+    }
+
     bool starved = false;
 
   private:
@@ -174,6 +198,7 @@ int encode(const shd_oiio_job &job, unsigned char **data, size_t *size, char *te
     written = output->close() && written;
     if (memory.starved) return 1;
     if (!written || !memory.size()) return fail(text, text_size, output->geterror());
+    if (!std::strcmp(job.suffix, "exr") && memory.lacks_lines(job.height)) return 1;
     *size = memory.size();
     *data = memory.release();
     return 0;

@@ -2,6 +2,7 @@
 #include <jansson.h>
 #include <math.h>
 
+#include "base/json_memory.h"
 #include "render/engine.h"
 #include "render/explain.h"
 #include "render/film.h"
@@ -112,7 +113,7 @@ static shd_status compare_tier(shd_request *request, shd_tier tier, const shd_sh
     const shd_engine *engine = request->engine;
     shd_arena *arena =
         shd_arena_new_from(engine->spares, engine->limits.memory - shd_arena_used(own));
-    if (!arena) return shd_fail(error, SHD_MEMORY, "", "out of memory");
+    if (!arena) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
 
     request->arena = arena;
     shd_film film;
@@ -131,16 +132,18 @@ static shd_status compare_tier(shd_request *request, shd_tier tier, const shd_sh
     }
     request->arena = own;
     request->plan = plan;
+    request->full = request->full || shd_arena_full(arena);
     shd_arena_drop(arena);
     return status;
 }
 
-shd_status shd_request_compare(shd_request *request, const shd_render_options *options, char **json,
-                               shd_error *error) {
+static shd_status compare(shd_request *request, const shd_render_options *options, char **json,
+                          shd_error *error) {
     shd_showing showing;
     shd_status status = shd_showing_make(request, &request->scene->outputs[0], &showing, error);
     if (status != SHD_OK) return status;
 
+    shd_json_memory_watch();
     stretch progress = {options, 0};
     shd_film exact;
     shd_times times = {0};
@@ -169,7 +172,16 @@ shd_status shd_request_compare(shd_request *request, const shd_render_options *o
     json_object_set_new(answer, "tiers", list);
     char *text = complete ? json_dumps(answer, JSON_INDENT(2) | JSON_REAL_PRECISION(9)) : NULL;
     json_decref(answer);
-    if (!text) return shd_fail(error, SHD_MEMORY, "", "out of memory");
+    if (shd_json_memory_short()) {
+        free(text);
+        text = NULL;
+    }
+    if (!text) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     *json = text;
     return SHD_OK;
+}
+
+shd_status shd_request_compare(shd_request *request, const shd_render_options *options, char **json,
+                               shd_error *error) {
+    return shd_request_blame(request, compare(request, options, json, error), error);
 }

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/catalog.h"
+#include "base/json_memory.h"
 #include "color/color.h"
 #include "render/engine.h"
 #include "scene/scene.h"
@@ -198,6 +199,7 @@ static json_t *describe_version(const shd_engine *engine) {
 shd_status shd_engine_describe(const shd_engine *engine, shd_topic topic, char **json,
                                shd_error *error) {
     json_t *value = NULL;
+    shd_json_memory_watch();
     switch (topic) {
     case SHD_TOPIC_MATERIALS:
         value = describe_materials();
@@ -215,7 +217,11 @@ shd_status shd_engine_describe(const shd_engine *engine, shd_topic topic, char *
     /* The numbers were written down with a few digits: print them so. */
     char *text = json_dumps(value, JSON_INDENT(2) | JSON_REAL_PRECISION(7));
     json_decref(value);
-    if (!text) return shd_fail(error, SHD_MEMORY, "", "out of memory");
+    if (shd_json_memory_short()) {
+        free(text);
+        text = NULL;
+    }
+    if (!text) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     *json = text;
     return SHD_OK;
 }

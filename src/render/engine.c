@@ -39,7 +39,7 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
         return shd_fail(error, SHD_CONFIG, "", "this machine has no kernel '%.64s'",
                         options->kernel);
     shd_engine *engine = calloc(1, sizeof *engine);
-    if (!engine) return shd_fail(error, SHD_MEMORY, "", "out of memory");
+    if (!engine) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     engine->limits = options->limits;
     engine->isa = isa;
     uint64_t spare = (uint64_t)threads * SPARE_BYTES;
@@ -49,7 +49,7 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
     engine->reuse = shd_reuse_new(options->reuse);
     shd_status status = engine->spares && engine->tracer && engine->reuse
                             ? shd_color_config_load(options->ocio_config, &engine->color, error)
-                            : shd_fail(error, SHD_MEMORY, "", "out of memory");
+                            : shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     if (status == SHD_OK) status = shd_pool_new(threads, options->queue, &engine->pool, error);
     if (status != SHD_OK) {
         shd_engine_drop(engine);
@@ -62,7 +62,7 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
 shd_status shd_engine_renew(const shd_engine *first, const shd_engine_options *options,
                             shd_engine **out, shd_error *error) {
     shd_engine *engine = calloc(1, sizeof *engine);
-    if (!engine) return shd_fail(error, SHD_MEMORY, "", "out of memory");
+    if (!engine) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     *engine = *first;
     engine->borrows = true;
     engine->limits = options->limits;

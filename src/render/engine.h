@@ -32,6 +32,7 @@ struct shd_request {
     const shd_scene *scene;
     char etag[33];
     atomic_bool cancelled;
+    bool full; /* another arena of it has been */
     shd_times times;
     const shd_plan *plan;
     shd_picture *pictures; /* one an output */
@@ -39,6 +40,10 @@ struct shd_request {
     uint64_t saturated;
     shd_reused reused;
 };
+
+/* The status with which a request ends. Stages say SHD_MEMORY wherever an arena gives nothing:
+ * where its cap was not the reason it becomes SHD_EXHAUSTED, in `error` too. */
+shd_status shd_request_blame(const shd_request *request, shd_status status, shd_error *error);
 
 /* Processor seconds of the calling thread, for shd_times. */
 double shd_thread_seconds(void);

@@ -1,5 +1,6 @@
 /* The plan as JSON: what is used, what is left out and why, the bounds, the costs. */
 #include "render/explain.h"
+#include "base/json_memory.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -282,8 +283,9 @@ static char *join(const json_t *words) {
 shd_status shd_request_explain(shd_request *request, shd_telling telling, char **text,
                                shd_error *error) {
     shd_explained e = {.plan = NULL};
-    shd_status status = explain(request, &e, error);
+    shd_status status = shd_request_blame(request, explain(request, &e, error), error);
     if (status != SHD_OK) return status;
+    shd_json_memory_watch();
     json_t *words = shd_explain_words(&e);
     char *out;
     if (telling == SHD_IN_WORDS) {
@@ -294,7 +296,11 @@ shd_status shd_request_explain(shd_request *request, shd_telling telling, char *
         out = answer ? json_dumps(answer, JSON_INDENT(2) | JSON_REAL_PRECISION(9)) : NULL;
         json_decref(answer);
     }
-    if (!out) return shd_fail(error, SHD_MEMORY, "", "out of memory");
+    if (shd_json_memory_short()) {
+        free(out);
+        out = NULL;
+    }
+    if (!out) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     *text = out;
     return SHD_OK;
 }

@@ -5,8 +5,8 @@
 #include "render/output.h"
 #include "render/shown.h"
 
-shd_status shd_request_render(shd_request *request, const shd_render_options *options,
-                              shd_error *error) {
+static shd_status render(shd_request *request, const shd_render_options *options,
+                         shd_error *error) {
     const shd_scene *scene = request->scene;
     shd_arena *arena = request->arena;
     double began = shd_thread_seconds();
@@ -47,4 +47,9 @@ shd_status shd_request_render(shd_request *request, const shd_render_options *op
             return shd_fail(error, SHD_CANCELLED, "", "the render was cancelled");
     }
     return SHD_OK;
+}
+
+shd_status shd_request_render(shd_request *request, const shd_render_options *options,
+                              shd_error *error) {
+    return shd_request_blame(request, render(request, options, error), error);
 }

@@ -15,7 +15,7 @@ shd_status shd_request_new(shd_engine *engine, shd_request **out, shd_error *err
     if (!request || !arena) {
         free(request);
         shd_arena_drop(arena);
-        return shd_fail(error, SHD_MEMORY, "", "out of memory");
+        return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     }
     request->engine = engine;
     request->arena = arena;
@@ -29,6 +29,20 @@ void shd_request_drop(shd_request *request) {
     for (size_t i = 0; i < request->picture_count; i++) free(request->pictures[i].data);
     shd_arena_drop(request->arena);
     free(request);
+}
+
+shd_status shd_request_blame(const shd_request *request, shd_status status, shd_error *error) {
+    if (status != SHD_MEMORY || request->full || shd_arena_full(request->arena)) return status;
+    return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
+}
+
+/* The same for what is wrong with a document, which then was not the document. */
+static shd_status blame_report(shd_request *request, shd_status status) {
+    shd_report *report = &request->report;
+    if (shd_request_blame(request, status, NULL) != SHD_EXHAUSTED) return status;
+    shd_report_init(report, request->arena);
+    shd_report_error(report, SHD_EXHAUSTED, "", "out of memory");
+    return report->status;
 }
 
 /* Everything that decides the bytes: the document, the formats that were negotiated, the color
@@ -95,7 +109,7 @@ shd_status shd_request_read(shd_request *request, const char *json, size_t lengt
     if (status == SHD_OK) status = make_etag(request);
     if (status == SHD_OK) status = check_memory(request);
     request->times.parse = shd_thread_seconds() - began;
-    return status;
+    return blame_report(request, status);
 }
 
 const shd_report *shd_request_report(const shd_request *request) {

@@ -2,6 +2,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/json_memory.h"
 #include "scene/json.h"
 
 /* Jansson's memory lies outside of the request's arena and may be 80 times the text ("{},{},"),
@@ -37,7 +38,7 @@ static shd_quoted key_before(const char *text, size_t end) {
 static void report_syntax(const char *text, size_t length, const json_error_t *error,
                           shd_report *report) {
     /* A tree that the system has no room for is not the client's mistake. */
-    if (json_error_code(error) == json_error_out_of_memory) {
+    if (shd_json_memory_short()) {
         shd_report_error(report, SHD_MEMORY, "", "there is not enough memory for the document");
         return;
     }
@@ -73,6 +74,7 @@ json_t *shd_json_parse(const char *text, size_t length, size_t memory, shd_repor
                          bytes, memory);
         return NULL;
     }
+    shd_json_memory_watch();
     json_error_t error;
     json_t *tree = json_loadb(
         text, length, JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL | JSON_DECODE_ANY, &error);

@@ -65,7 +65,7 @@ shd_status shd_secrets_load(const char *path, const shd_secret_kind *kind, shd_s
     if (!file) return shd_fail(error, SHD_CONFIG, path, "%s", strerror(errno));
     shd_secrets *secrets = calloc(1, sizeof *secrets);
     shd_status status = secrets ? read_secrets(file, path, kind, secrets, error)
-                                : shd_fail(error, SHD_MEMORY, path, "out of memory");
+                                : shd_fail(error, SHD_EXHAUSTED, path, "out of memory");
     fclose(file);
     if (status)
         shd_secrets_drop(secrets);

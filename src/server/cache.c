@@ -226,7 +226,8 @@ static entry *make_entry(const char *tag, const shd_reply *reply) {
 shd_cached shd_cache_put(shd_cache *cache, const char *tag, const shd_question *question,
                          shd_reply *reply) {
     if (!cache->cap) return SHD_CACHE_OFF;
-    if (strlen(tag) >= SHD_TAG_SIZE || bytes_of(reply) > cache->cap / SHARE) return SHD_CACHE_MISS;
+    if (reply->is_short || strlen(tag) >= SHD_TAG_SIZE || bytes_of(reply) > cache->cap / SHARE)
+        return SHD_CACHE_MISS;
     shd_reply_fit(reply);
     entry *e = make_entry(tag, reply);
     if (!e) return SHD_CACHE_MISS;
@@ -264,7 +265,7 @@ shd_cache_load shd_cache_load_of(shd_cache *cache) {
 
 shd_status shd_cache_new(size_t cap, shd_cache **out, shd_error *error) {
     shd_cache *cache = calloc(1, sizeof *cache);
-    if (!cache) return shd_fail(error, SHD_MEMORY, "", "no memory for the response cache");
+    if (!cache) return shd_fail(error, SHD_EXHAUSTED, "", "no memory for the response cache");
     pthread_mutex_init(&cache->mutex, NULL);
     cache->cap = cap;
     cache->buckets = 1;
@@ -274,7 +275,7 @@ shd_status shd_cache_new(size_t cap, shd_cache **out, shd_error *error) {
     cache->by_question = calloc(cache->buckets, sizeof(entry *));
     shd_status status = SHD_OK;
     if (!cache->by_tag || !cache->by_question)
-        status = shd_fail(error, SHD_MEMORY, "", "no memory for the response cache");
+        status = shd_fail(error, SHD_EXHAUSTED, "", "no memory for the response cache");
     else if (getrandom(&cache->seed, sizeof cache->seed, 0) != (ssize_t)sizeof cache->seed)
         status = shd_fail(error, SHD_INTERNAL, "", "the system gives no random numbers");
     if (status)

@@ -18,6 +18,9 @@
 
 enum { BEGUN, READING, WAITING, ANSWERED };
 
+/* What shd_http_start has made ready says this. */
+enum { LAST_STATUS = MHD_HTTP_SERVICE_UNAVAILABLE };
+
 /* Memory for a connection's head and answer's head. */
 enum { CONNECTION_MEMORY = 64 << 10 };
 
@@ -78,15 +81,19 @@ static void *begin(void *cls, const char *target, struct MHD_Connection *connect
              atomic_fetch_add(&exchange->server->next_id, 1));
     target = skip_authority(target);
     exchange->target = strdup(target);
+    exchange->reply.is_short = !exchange->target;
     set_path(exchange, target);
     return exchange;
 }
 
 /* Appends a field that may be repeated, as a list. */
-static void join(char **list, const char *value) {
+static void join(char **list, const char *value, shd_reply *reply) {
     size_t old = *list ? strlen(*list) : 0, size = old + strlen(value) + 3;
     char *joined = realloc(*list, size);
-    if (!joined) return;
+    if (!joined) {
+        reply->is_short = true; /* without the field it might be another answer */
+        return;
+    }
     snprintf(joined + old, size - old, "%s%s", old ? ", " : "", value);
     *list = joined;
 }
@@ -98,9 +105,9 @@ static enum MHD_Result read_field(void *cls, enum MHD_ValueKind kind, const char
     if (strpbrk(name, " \t")) h->blanks = true;
     if (!value) value = "";
     if (!strcasecmp(name, "Accept")) {
-        join(&h->exchange->accept, value);
+        join(&h->exchange->accept, value, &h->exchange->reply);
     } else if (!strcasecmp(name, "If-None-Match")) {
-        join(&h->exchange->if_none_match, value);
+        join(&h->exchange->if_none_match, value, &h->exchange->reply);
     } else if (!strcasecmp(name, "Content-Type")) {
         h->exchange->content_type = value;
     } else if (!strcasecmp(name, "Content-Encoding")) {
@@ -184,20 +191,49 @@ static void enter(shd_exchange *exchange, shd_phase phase) {
     shd_reaper_phase(exchange->server->reaper, watched(exchange->connection), phase, exchange);
 }
 
-static enum MHD_Result queue_reply(shd_exchange *exchange) {
-    shd_reply *reply = &exchange->reply;
-    exchange->state = ANSWERED;
-    enter(exchange, SHD_AT_ANSWER);
-    add_common_headers(exchange);
+static struct MHD_Response *make_last_words(void) {
+    struct MHD_Response *response = MHD_create_response_from_buffer(
+        strlen(shd_problem_last_words), (void *)(size_t)shd_problem_last_words,
+        MHD_RESPMEM_PERSISTENT);
+    if (!response) return NULL;
+    if (MHD_add_response_header(response, "Content-Type", "application/problem+json") &&
+        MHD_add_response_header(response, "Cache-Control", "no-store") &&
+        MHD_add_response_header(response, "Retry-After", "1"))
+        return response;
+    MHD_destroy_response(response);
+    return NULL;
+}
+
+/* NULL where memory is short. */
+static struct MHD_Response *make_response(shd_reply *reply) {
+    if (reply->is_short) return NULL;
     struct MHD_Response *response =
         reply->held ? MHD_create_response_from_buffer_with_free_callback_cls(
                           reply->size, (void *)(size_t)reply->body, shd_bytes_drop, reply->held)
                     : MHD_create_response_from_buffer(reply->size, (void *)(size_t)reply->body,
                                                       MHD_RESPMEM_PERSISTENT);
-    if (!response) return MHD_NO;
+    if (!response) return NULL;
     reply->held = NULL; /* it is libmicrohttpd's now */
-    for (size_t i = 0; i < reply->header_count; i++)
-        MHD_add_response_header(response, reply->headers[i].name, reply->headers[i].value);
+    bool complete = true;
+    for (size_t i = 0; i < reply->header_count && complete; i++)
+        complete =
+            MHD_add_response_header(response, reply->headers[i].name, reply->headers[i].value);
+    if (complete) return response;
+    MHD_destroy_response(response);
+    return NULL;
+}
+
+static enum MHD_Result queue_reply(shd_exchange *exchange) {
+    shd_reply *reply = &exchange->reply;
+    exchange->state = ANSWERED;
+    enter(exchange, SHD_AT_ANSWER);
+    add_common_headers(exchange);
+    struct MHD_Response *response = make_response(reply);
+    if (!response) {
+        shd_reply_clear(reply);
+        reply->status = LAST_STATUS;
+        return MHD_queue_response(exchange->connection, LAST_STATUS, exchange->server->last_words);
+    }
     enum MHD_Result result = MHD_queue_response(exchange->connection, reply->status, response);
     MHD_destroy_response(response);
     return result;
@@ -208,16 +244,28 @@ static enum MHD_Result queue_reply(shd_exchange *exchange) {
  * hand, which nobody else writes to while a body is awaited. It is short: where the socket does
  * not take it at once the client is not reading. */
 static enum MHD_Result refuse_now(shd_exchange *exchange) {
+    shd_reply *reply = &exchange->reply;
     exchange->state = ANSWERED;
     add_common_headers(exchange);
     size_t length;
-    char *message = shd_reply_raw(&exchange->reply, exchange->method != SHD_HEAD, &length);
+    char last[512], *kept = NULL;
+    if (!reply->is_short) kept = shd_reply_raw(reply, exchange->method != SHD_HEAD, &length);
+    if (!kept) {
+        reply->status = LAST_STATUS;
+        length = (size_t)snprintf(last, sizeof last,
+                                  "HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\n"
+                                  "Content-Type: application/problem+json\r\n"
+                                  "Cache-Control: no-store\r\nRetry-After: 1\r\n"
+                                  "Content-Length: %zu\r\n\r\n%s",
+                                  strlen(shd_problem_last_words), shd_problem_last_words);
+    }
+    const char *message = kept ? kept : last;
     const union MHD_ConnectionInfo *info =
         MHD_get_connection_info(exchange->connection, MHD_CONNECTION_INFO_CONNECTION_FD);
-    if (message && info &&
+    if (info &&
         send(info->connect_fd, message, length, MSG_DONTWAIT | MSG_NOSIGNAL) == (ssize_t)length)
         shd_linger_keep(exchange->server->linger, info->connect_fd);
-    free(message);
+    free(kept);
     return MHD_NO;
 }
 
@@ -278,7 +326,7 @@ static enum MHD_Result take_body(shd_exchange *exchange, const char *data, size_
     if (exchange->refused || exchange->method != SHD_POST) {
         exchange->size += *size; /* read for the sake of the connection, but not kept */
     } else if (!keep(exchange, data, *size)) {
-        shd_problem_reply(&exchange->reply, SHD_FAILED, "no memory for the body");
+        shd_problem_reply(&exchange->reply, SHD_NO_MEMORY, "no memory for the body");
         return refuse_now(exchange);
     }
     *size = 0;
@@ -314,9 +362,11 @@ void shd_exchange_resume(shd_exchange *exchange) {
 static enum MHD_Result handle(void *cls, struct MHD_Connection *connection, const char *url,
                               const char *method, const char *version, const char *upload,
                               size_t *upload_size, void **context) {
-    (void)cls, (void)connection, (void)url;
+    (void)url;
+    const shd_server *server = cls;
     shd_exchange *exchange = *context;
-    if (!exchange) return MHD_NO; /* begin() had no memory */
+    if (!exchange) /* begin() had no memory */
+        return MHD_queue_response(connection, LAST_STATUS, server->last_words);
     switch (exchange->state) {
     case BEGUN:
         return take_head(exchange, method, version);
@@ -403,6 +453,8 @@ static void notify(void *cls, struct MHD_Connection *connection, void **context,
 
 shd_status shd_http_start(shd_server *server, int socket, struct MHD_Daemon **out,
                           shd_error *error) {
+    server->last_words = make_last_words();
+    if (!server->last_words) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     struct MHD_Daemon *daemon = MHD_start_daemon(
         MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC, 0, NULL, NULL,
         handle, server, MHD_OPTION_LISTEN_SOCKET, socket, MHD_OPTION_URI_LOG_CALLBACK, begin,
@@ -416,6 +468,8 @@ shd_status shd_http_start(shd_server *server, int socket, struct MHD_Daemon **ou
     return SHD_OK;
 }
 
-void shd_http_stop(struct MHD_Daemon *daemon) {
+void shd_http_stop(shd_server *server, struct MHD_Daemon *daemon) {
     if (daemon) MHD_stop_daemon(daemon);
+    if (server->last_words) MHD_destroy_response(server->last_words);
+    server->last_words = NULL;
 }

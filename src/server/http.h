@@ -12,7 +12,7 @@ shd_status shd_http_start(shd_server *server, int socket, struct MHD_Daemon **ou
                           shd_error *error);
 
 /* Closes every connection; no exchange is suspended any more. */
-void shd_http_stop(struct MHD_Daemon *daemon);
+void shd_http_stop(shd_server *server, struct MHD_Daemon *daemon);
 
 /* The same for the operators' port, in admin.c. */
 shd_status shd_admin_start(shd_server *server, int socket, struct MHD_Daemon **out,

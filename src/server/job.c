@@ -86,7 +86,7 @@ void shd_job_submit(shd_exchange *exchange, const shd_work *work) {
     exchange->submitted = shd_now();
     shd_job *job = calloc(1, sizeof *job);
     if (!job) {
-        shd_problem_reply(&exchange->reply, SHD_FAILED, "out of memory");
+        shd_problem_reply(&exchange->reply, SHD_NO_MEMORY, "out of memory");
         return;
     }
     *job = (shd_job){.server = server,

@@ -310,7 +310,7 @@ unsigned shd_jobs_retry_after(shd_jobs *jobs) {
 
 shd_status shd_jobs_new(shd_server *server, shd_jobs **out, shd_error *error) {
     shd_jobs *jobs = calloc(1, sizeof *jobs);
-    if (!jobs) return shd_fail(error, SHD_MEMORY, "", "no memory for the jobs");
+    if (!jobs) return shd_fail(error, SHD_EXHAUSTED, "", "no memory for the jobs");
     jobs->server = server;
     jobs->line.previous = jobs->line.next = &jobs->line;
     pthread_condattr_t monotonic;
@@ -323,7 +323,7 @@ shd_status shd_jobs_new(shd_server *server, shd_jobs **out, shd_error *error) {
         pthread_cond_destroy(&jobs->changed);
         pthread_mutex_destroy(&jobs->mutex);
         free(jobs);
-        return shd_fail(error, SHD_MEMORY, "", "the system refused to start a thread");
+        return shd_fail(error, SHD_EXHAUSTED, "", "the system refused to start a thread");
     }
     *out = jobs;
     return SHD_OK;

@@ -97,14 +97,14 @@ static void *run(void *context) {
 
 shd_status shd_linger_new(shd_linger **out, shd_error *error) {
     shd_linger *linger = calloc(1, sizeof *linger);
-    if (!linger) return shd_fail(error, SHD_MEMORY, "", "no memory for lingering connections");
+    if (!linger) return shd_fail(error, SHD_EXHAUSTED, "", "no memory for lingering connections");
     linger->wake = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     pthread_mutex_init(&linger->mutex, NULL);
     if (linger->wake < 0 || pthread_create(&linger->thread, NULL, run, linger)) {
         if (linger->wake >= 0) close(linger->wake);
         pthread_mutex_destroy(&linger->mutex);
         free(linger);
-        return shd_fail(error, SHD_MEMORY, "", "the system refused to start a thread");
+        return shd_fail(error, SHD_EXHAUSTED, "", "the system refused to start a thread");
     }
     *out = linger;
     return SHD_OK;

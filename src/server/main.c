@@ -48,6 +48,7 @@ static sigset_t block_signals(void) {
     sigaddset(&stop, SIGINT);
     pthread_sigmask(SIG_BLOCK, &stop, NULL);
     signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN); /* a log that may not grow any more ends nothing */
     return stop;
 }
 
@@ -151,7 +152,7 @@ static bool drain(shd_server *server, const sigset_t *stop) {
 }
 
 static void release(shd_server *server, ports *open) {
-    shd_http_stop(open->public);
+    shd_http_stop(server, open->public);
     shd_reaper_drop(server->reaper);
     shd_linger_drop(server->linger);
     shd_admin_stop(open->admin);

@@ -5,6 +5,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "base/json_memory.h"
 #include "job.h"
 #include "problem.h"
 
@@ -33,6 +34,7 @@ typedef struct link_read {
     shd_mistake mistakes[SHD_REPORT_KEEP];
     char *unknown[SHD_REPORT_KEEP]; /* names in mistakes that are owned */
     size_t mistake_count, unknown_count;
+    bool is_short; /* memory was refused */
 } link_read;
 
 static void add_mistake(link_read *l, const char *parameter, const char *detail) {
@@ -41,8 +43,12 @@ static void add_mistake(link_read *l, const char *parameter, const char *detail)
 }
 
 static void add_unknown(link_read *l, const char *name, size_t length) {
-    char *copy = l->unknown_count < SHD_REPORT_KEEP ? strndup(name, length) : NULL;
-    if (!copy) return;
+    if (l->unknown_count == SHD_REPORT_KEEP) return;
+    char *copy = strndup(name, length);
+    if (!copy) {
+        l->is_short = true;
+        return;
+    }
     l->unknown[l->unknown_count++] = copy;
     add_mistake(l, copy, "it is not known here: there is shape, size, view, colorSpace, format");
 }
@@ -60,8 +66,9 @@ static int digit(char c) {
 
 /* Text of application/x-www-form-urlencoded, as forms and URLSearchParams write it. NULL: it is no
  * text in UTF-8, or memory is short. */
-static json_t *decode(const char *from, size_t size) {
+static json_t *decode(const char *from, size_t size, bool *is_short) {
     char *text = malloc(size + 1);
+    if (!text) *is_short = true;
     size_t length = 0;
     for (size_t i = 0; text && i < size; i++) {
         char c = from[i] == '+' ? ' ' : from[i];
@@ -88,7 +95,8 @@ static void read_parameter(link_read *l, const char *from, size_t size) {
     } else if (l->values[which]) {
         add_mistake(l, names[which], "it is given more than once");
     } else {
-        l->values[which] = equals ? decode(equals + 1, size - length - 1) : json_string("");
+        l->values[which] =
+            equals ? decode(equals + 1, size - length - 1, &l->is_short) : json_string("");
         if (!l->values[which]) add_mistake(l, names[which], "it is no text in UTF-8");
     }
 }
@@ -157,15 +165,19 @@ bool shd_preview_document(shd_exchange *exchange) {
     link_read l = {.mistake_count = 0};
     shd_reply *reply = &exchange->reply;
     char *text = NULL;
+    shd_json_memory_watch();
     json_t *name = json_string(exchange->path + sizeof prefix - 1);
     if (exchange->target) read_link(&l, exchange->target);
-    if (!name)
+    if (name && !l.mistake_count) text = make_document(&l, name);
+    if (!exchange->target || l.is_short || shd_json_memory_short()) {
+        free(text);
+        text = NULL;
+        shd_problem_reply(reply, SHD_NO_MEMORY, "out of memory");
+    } else if (!name) {
         shd_problem_mistakes(reply, SHD_NOT_FOUND, &no_text, 1);
-    else if (l.mistake_count)
+    } else if (l.mistake_count) {
         shd_problem_mistakes(reply, SHD_BAD_QUERY, l.mistakes, l.mistake_count);
-    else if (exchange->target)
-        text = make_document(&l, name);
-    if (!text && !reply->status) shd_problem_reply(reply, SHD_FAILED, "out of memory");
+    }
     json_decref(name);
     drop_link(&l);
     free(exchange->body);

@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/json_memory.h"
+
 enum { DETAIL_SIZE = 1024 };
 
 static const struct {
@@ -26,6 +28,7 @@ static const struct {
     [SHD_OVER_LIMIT] = {422, "limit", "The scene asks for more than a limit allows"},
     [SHD_BUSY] = {429, "busy", "The queue is full"},
     [SHD_FAILED] = {500, "internal", "The server failed"},
+    [SHD_NO_MEMORY] = {503, "memory", "The server is out of memory"},
     [SHD_DRAINING] = {503, "draining", "The server is stopping"},
     [SHD_OVERDUE] = {503, "deadline", "The request took too long"},
 };
@@ -34,13 +37,12 @@ static const struct {
 static const shd_problem_kind status_kinds[SHD_STATUS_COUNT] = {
     [SHD_OK] = SHD_FAILED,        [SHD_SYNTAX] = SHD_BAD_SYNTAX, [SHD_SCENE] = SHD_BAD_SCENE,
     [SHD_LIMIT] = SHD_OVER_LIMIT, [SHD_MEMORY] = SHD_OVER_LIMIT, [SHD_CANCELLED] = SHD_OVERDUE,
-    [SHD_CONFIG] = SHD_FAILED,    [SHD_INTERNAL] = SHD_FAILED,
+    [SHD_CONFIG] = SHD_FAILED,    [SHD_INTERNAL] = SHD_FAILED,   [SHD_EXHAUSTED] = SHD_NO_MEMORY,
 };
 
-/* Sent where there is no memory for a better one. */
-static const char last_words[] =
-    "{\"type\":\"urn:shaded:problem:internal\",\"title\":\"The server failed\",\"status\":500,"
-    "\"detail\":\"out of memory\"}\n";
+const char shd_problem_last_words[] =
+    "{\"type\":\"urn:shaded:problem:memory\",\"title\":\"The server is out of memory\","
+    "\"status\":503,\"detail\":\"out of memory\"}\n";
 
 /* A JSON string of text that may have been cut inside a UTF-8 sequence, or echo junk. */
 static json_t *string(const char *text) {
@@ -56,6 +58,7 @@ static json_t *string(const char *text) {
 }
 
 static json_t *begin(shd_problem_kind kind, const char *detail) {
+    shd_json_memory_watch();
     char type[64];
     snprintf(type, sizeof type, "urn:shaded:problem:%s", kinds[kind].name);
     json_t *document = json_object();
@@ -70,11 +73,9 @@ static json_t *begin(shd_problem_kind kind, const char *detail) {
 static void finish(shd_reply *reply, shd_problem_kind kind, unsigned seconds, json_t *document) {
     char *text = json_dumps(document, JSON_COMPACT);
     json_decref(document);
-    reply->status = text ? kinds[kind].status : 500;
-    if (text)
-        shd_reply_give(reply, "application/problem+json", text, strlen(text));
-    else
-        shd_reply_lend(reply, "application/problem+json", last_words, sizeof last_words - 1);
+    reply->status = kinds[kind].status;
+    reply->is_short = reply->is_short || !text || shd_json_memory_short();
+    shd_reply_give(reply, "application/problem+json", text, text ? strlen(text) : 0);
     shd_reply_plain(reply, "Cache-Control", "no-store");
     if (seconds) shd_reply_header(reply, "Retry-After", "%u", seconds);
 }
@@ -85,7 +86,7 @@ void shd_problem_reply(shd_reply *reply, shd_problem_kind kind, const char *form
     va_start(args, format);
     vsnprintf(detail, sizeof detail, format, args);
     va_end(args);
-    finish(reply, kind, kind == SHD_DRAINING, begin(kind, detail));
+    finish(reply, kind, kind == SHD_DRAINING || kind == SHD_NO_MEMORY, begin(kind, detail));
 }
 
 void shd_problem_later(shd_reply *reply, shd_problem_kind kind, unsigned seconds,
@@ -114,12 +115,12 @@ void shd_problem_error(shd_reply *reply, const shd_error *error) {
     snprintf(detail, sizeof detail, "%s%s%s", tells_path ? error->path : "", tells_path ? ": " : "",
              error->text);
     json_t *document = begin(kind, detail);
-    if (kind != SHD_FAILED) {
+    if (kind != SHD_FAILED && kind != SHD_NO_MEMORY) {
         json_t *errors = json_array();
         add_error(errors, "pointer", error->path, error->text);
         json_object_set_new(document, "errors", errors);
     }
-    finish(reply, kind, 0, document);
+    finish(reply, kind, kind == SHD_NO_MEMORY, document);
 }
 
 /* The detail alone must do for a person who sees nothing else of the document. */
@@ -148,7 +149,7 @@ void shd_problem_report(shd_reply *reply, const shd_report *report) {
     json_object_set_new(document, "errors", errors);
     if (report->error_count > kept)
         json_object_set_new(document, "errorCount", json_integer((json_int_t)report->error_count));
-    finish(reply, kind, 0, document);
+    finish(reply, kind, kind == SHD_NO_MEMORY, document);
 }
 
 void shd_problem_mistakes(shd_reply *reply, shd_problem_kind kind, const shd_mistake *mistakes,

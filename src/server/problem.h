@@ -24,10 +24,14 @@ typedef enum shd_problem_kind {
     SHD_OVER_LIMIT,     /* 422: more than a limit allows */
     SHD_BUSY,           /* 429, with Retry-After: the queue is full */
     SHD_FAILED,         /* 500 */
+    SHD_NO_MEMORY,      /* 503, with Retry-After: the system refused memory */
     SHD_DRAINING,       /* 503, with Retry-After: the daemon is stopping */
     SHD_OVERDUE,        /* 503, with Retry-After: `timeout` seconds passed */
     SHD_PROBLEM_KINDS
 } shd_problem_kind;
+
+/* What is sent where there is no memory for any other document. */
+extern const char shd_problem_last_words[];
 
 void shd_problem_reply(shd_reply *reply, shd_problem_kind kind, const char *format, ...)
     SHD_PRINTF(3, 4);

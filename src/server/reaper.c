@@ -189,7 +189,7 @@ static void *run(void *context) {
 shd_status shd_reaper_new(const shd_patience *patience, shd_jobs *jobs, shd_reaper **out,
                           shd_error *error) {
     shd_reaper *reaper = calloc(1, sizeof *reaper);
-    if (!reaper) return shd_fail(error, SHD_MEMORY, "", "no memory for the reaper");
+    if (!reaper) return shd_fail(error, SHD_EXHAUSTED, "", "no memory for the reaper");
     reaper->list.previous = reaper->list.next = &reaper->list;
     reaper->jobs = jobs;
     reaper->patience = *patience;
@@ -203,7 +203,7 @@ shd_status shd_reaper_new(const shd_patience *patience, shd_jobs *jobs, shd_reap
         pthread_cond_destroy(&reaper->changed);
         pthread_mutex_destroy(&reaper->mutex);
         free(reaper);
-        return shd_fail(error, SHD_MEMORY, "", "the system refused to start a thread");
+        return shd_fail(error, SHD_EXHAUSTED, "", "the system refused to start a thread");
     }
     *out = reaper;
     return SHD_OK;

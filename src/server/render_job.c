@@ -221,7 +221,7 @@ static void render(shd_job *job) {
     reply->status = 200;
     if (!set_pictures(reply, job->request)) {
         shd_reply_clear(reply);
-        shd_problem_reply(reply, SHD_FAILED, "no memory for the answer");
+        shd_problem_reply(reply, SHD_NO_MEMORY, "no memory for the answer");
         return;
     }
     job->cached =

@@ -24,7 +24,10 @@ void shd_bytes_drop(void *context) {
 static void add_header(shd_reply *reply, const char *name, const char *value) {
     if (reply->header_count == SHD_REPLY_HEADERS) return;
     char *copy = strdup(value);
-    if (!copy) return;
+    if (!copy) {
+        reply->is_short = true;
+        return;
+    }
     reply->headers[reply->header_count].name = name;
     reply->headers[reply->header_count++].value = copy;
 }
@@ -64,9 +67,9 @@ void shd_reply_lend(shd_reply *reply, const char *media_type, const void *body, 
 
 void shd_reply_give(shd_reply *reply, const char *media_type, void *body, size_t size) {
     shd_bytes_held *held = malloc(sizeof *held);
-    if (!held) { /* no memory for 16 bytes: nothing better can be said either */
+    if (!held) {
         free(body);
-        reply->status = 500;
+        reply->is_short = true;
         body = NULL;
         size = 0;
     }
@@ -84,6 +87,7 @@ void shd_reply_copy(shd_reply *reply, const shd_reply *from) {
     reply->held = from->held;
     reply->body = from->body;
     reply->size = from->size;
+    reply->is_short = reply->is_short || from->is_short;
     if (reply->held) atomic_fetch_add(&reply->held->holders, 1);
 }
 

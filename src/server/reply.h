@@ -29,13 +29,14 @@ typedef struct shd_reply {
     shd_bytes_held *held; /* NULL: the body is lent */
     const void *body;
     size_t size;
+    bool is_short; /* memory was refused for a part of it: it is not to be sent */
 } shd_reply;
 
 /* Frees everything and leaves an empty reply. */
 void shd_reply_clear(shd_reply *reply);
 
 /* Header values are made safe: whatever is not printable ASCII, and '%' itself, leaves
- * percent-encoded; over-long ones are cut. Where memory is short the header is left out. */
+ * percent-encoded; over-long ones are cut. */
 void shd_reply_header(shd_reply *reply, const char *name, const char *format, ...) SHD_PRINTF(3, 4);
 
 /* A value as it is: only for text that is known to be safe. */

@@ -101,7 +101,7 @@ shd_status shd_routes_prepare(shd_settings *settings, shd_error *error) {
         set_document(settings, topics[i].id, media_json, json, strlen(json), true);
     }
     char *index = make_index();
-    if (!index) return shd_fail(error, SHD_MEMORY, "", "no memory for the list of routes");
+    if (!index) return shd_fail(error, SHD_EXHAUSTED, "", "no memory for the list of routes");
     set_document(settings, SHD_ROUTE_INDEX, media_json, index, strlen(index), true);
     set_document(settings, SHD_ROUTE_OPENAPI, "application/yaml", shd_embedded_openapi,
                  shd_embedded_openapi_size, false);

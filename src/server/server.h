@@ -32,6 +32,8 @@
 #include "settings.h"
 #include "shaded.h"
 
+struct MHD_Response;
+
 struct shd_server {
     shd_config config;  /* as it was at the start: for what cannot change */
     shd_engine *engine; /* the first one, whose workers all others use */
@@ -41,6 +43,7 @@ struct shd_server {
     shd_cache *cache;
     shd_linger *linger;
     shd_reaper *reaper;
+    struct MHD_Response *last_words; /* http.c's, for want of memory for any other */
     shd_metrics metrics;
     uint32_t run; /* random, so that request ids differ between runs */
     atomic_uint next_id;

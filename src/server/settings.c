@@ -25,7 +25,7 @@ shd_engine_options shd_settings_engine(const shd_config *config) {
 shd_status shd_settings_new(const shd_config *config, shd_engine *first, bool renew,
                             shd_settings **out, shd_error *error) {
     shd_settings *settings = calloc(1, sizeof *settings);
-    if (!settings) return shd_fail(error, SHD_MEMORY, "", "out of memory");
+    if (!settings) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     atomic_init(&settings->holders, 1);
     settings->config = *config;
     settings->engine = renew ? NULL : first;

@@ -61,7 +61,7 @@ static const char *error_text(enum RTCError code) {
 }
 
 static shd_status embree_error(enum RTCError code, shd_error *error) {
-    return shd_fail(error, code == RTC_ERROR_OUT_OF_MEMORY ? SHD_MEMORY : SHD_INTERNAL, "",
+    return shd_fail(error, code == RTC_ERROR_OUT_OF_MEMORY ? SHD_EXHAUSTED : SHD_INTERNAL, "",
                     "Embree cannot take this mesh: %s", error_text(code));
 }
 
@@ -145,7 +145,10 @@ shd_status shd_mesh_tree_new(const shd_triangles *triangles, shd_tracer *tracer,
     rtcCommitScene(tree->scene);
     enum RTCError code = rtcGetDeviceError(device);
     if (code != RTC_ERROR_NONE) {
-        rtcReleaseScene(tree->scene);
+        /* Where the system refused memory in mid-build the scene is left: Embree 3.13 breaks its
+         * allocator when such a scene is released or built again; then later pictures are wrong,
+         * and its threads do not end. */
+        if (code != RTC_ERROR_OUT_OF_MEMORY) rtcReleaseScene(tree->scene);
         return embree_error(code, error);
     }
     *out = tree;

@@ -22,7 +22,7 @@ void shd_tracer_drop(shd_tracer *tracer);
 typedef struct shd_sight shd_sight;
 
 /* Builds acceleration structures. Lives in the arena, but holds Embree's memory: drop it before
- * the arena goes. SHD_MEMORY, or SHD_INTERNAL with Embree's words. */
+ * the arena goes. SHD_MEMORY, SHD_EXHAUSTED, or SHD_INTERNAL with Embree's words. */
 shd_status shd_sight_new(const shd_plan *plan, shd_tracer *tracer, shd_arena *arena,
                          shd_sight **out, shd_error *error);
 void shd_sight_drop(shd_sight *sight); /* NULL is fine */

@@ -27,7 +27,7 @@ static int open_socket(void) {
 }
 
 static void stop(void) {
-    shd_http_stop(daemon_of_server);
+    shd_http_stop(&server, daemon_of_server);
     shd_reaper_drop(server.reaper);
     shd_linger_drop(server.linger);
     shd_engine_drop(server.engine);

@@ -1,0 +1,17 @@
+/* Whether jansson had the memory that it asked for.
+ *
+ * It does not tell: where the system refuses memory, a document that it reads ends in a syntax
+ * error, and one that it builds lacks members. So it allocates through here. */
+#ifndef SHD_BASE_JSON_MEMORY_H
+#define SHD_BASE_JSON_MEMORY_H
+
+#include <stdbool.h>
+
+/* Begins a piece of work with jansson on the calling thread. What the whole process uses for
+ * jansson's memory is set by the first call: it stays interchangeable with malloc and free. */
+void shd_json_memory_watch(void);
+
+/* Whether memory was refused on this thread since the last watch. */
+bool shd_json_memory_short(void);
+
+#endif

@@ -1,0 +1,296 @@
+"""Memory is refused at every place where it is asked for: what comes is the right answer or a plain
+error, the daemon serves on, and nothing is left behind.
+
+A place is a call stack. Where there are more than there is time for, every so-manieth is tried, and
+the output says so; FAULT_SECONDS is the time of each case, and with FAULT_SECONDS=all (./dev fault)
+every place is tried."""
+
+import json
+import os
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+from e2e.daemon import BUILD, Daemon, another, environment
+from e2e.daemon_test import wait_until
+from fault.control import Control
+
+SECONDS = os.environ.get("FAULT_SECONDS", "0.4")
+SHADE = str(BUILD / "shade")
+# Allocations of a program's own work, after those of its start, which are tried first.
+LAST = 150
+
+SCENE = {"objects": [{"type": "sphere", "material": {"specular": 0.5}}],
+         "lights": [{"position": [3, 3, 3, 1]}], "image": {"width": 40, "height": 30, "samples": 1}}
+SCENES = {
+    "png": SCENE,
+    "jpeg": {**SCENE, "output": {"format": "jpeg"}},
+    "webp": {**SCENE, "output": {"format": "webp"}},
+    "samples": {**SCENE, "image": {"width": 40, "height": 30, "samples": 16}},
+    "layers": {**SCENE, "interpolation": "gouraud", "accuracy": {"maxError": 1},
+               "outputs": [{"name": "a", "format": "png", "channel": "G"},
+                           {"name": "b", "format": "jpeg", "colorSpace": "HSV"}]},
+    "mesh": {**SCENE, "objects": [{"type": "mesh", "indices": [0, 1, 2],
+                                   "positions": [-1, -1, 0, 1, -1, 0, 0, 1, 0]}]},
+}
+
+# What ends the process by design of a library: std::terminate, which nobody can catch. Each with the
+# library whose frame is on the stack, and the reason.
+ABORTS = {"libOpenColorIO": "it asks for memory in functions that are declared noexcept while it "
+                            "reads a configuration, at the start and for SIGHUP"}
+
+# libmicrohttpd forgets three allocations where it has no memory for a connection's pool.
+MHD_LEFT = 3
+# Scenes for Embree: one that was refused memory while it was built is left, see sight/mesh.c.
+EMBREE_LEFT = {"mesh", "layers"}
+
+
+def choose(places):
+    """Of numbers of allocations, those that there is time for: an iterator, and what to say."""
+    if SECONDS == "all":
+        return places
+    own, start = places[-LAST:], places[:-LAST]
+    order = []
+    stride = 64
+    taken = set()
+    while stride:  # coarse first, then finer
+        for offset in range(0, len(start), stride):
+            if offset not in taken:
+                taken.add(offset)
+                order.append(start[offset])
+        stride //= 2
+    return own[::2] + order[:len(order) // 8] + own[1::2] + order[len(order) // 8:]
+
+
+class Tally:
+    """Goes through places as long as there is time, and says what came of them."""
+
+    def __init__(self, name, places):
+        self.name, self.total, self.counts = name, len(places), {}
+        self.chosen = choose(places)
+        self.end = time.monotonic() + (1e9 if SECONDS == "all" else float(SECONDS))
+
+    def __iter__(self):
+        tried = 0
+        for number in self.chosen:
+            if time.monotonic() > self.end:
+                break
+            tried += 1
+            yield number
+        told = ", ".join(f"{count} {name}" for name, count in sorted(self.counts.items()))
+        print(f"{self.name}: {tried} of {self.total} places tried: {told}", flush=True)
+
+    def count(self, name):
+        self.counts[name] = self.counts.get(name, 0) + 1
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.control = Control()
+        self.addCleanup(self.control.close)
+
+    def fail_at(self, number, why):
+        self.fail(f"allocation {number} refused: {why}\n" + "\n".join(self.control.where()))
+
+    def reason_to_abort(self):
+        return next((name for name in ABORTS
+                     if any(line.startswith(name) for line in self.control.where())), None)
+
+
+class CommandTest(Case):
+    def setUp(self):
+        super().setUp()
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = Path(folder.name)
+
+    def shade(self, *arguments):
+        env = environment(**self.control.environment(at_main=True))
+        return subprocess.run([SHADE, *arguments], cwd=self.folder, capture_output=True, env=env,
+                              timeout=60, check=False)
+
+    def look(self, number, run, good, tally):
+        made = {path.name: path.read_bytes() for path in self.folder.glob("out/*")}
+        for name in made:
+            os.unlink(self.folder / "out" / name)
+        if run.returncode == 0 and made == good:
+            tally.count("good")
+        elif run.returncode == 1 and run.stderr and not made:
+            tally.count("refused")
+        elif run.returncode == -signal.SIGABRT and not made and self.reason_to_abort():
+            tally.count(f"ended by {self.reason_to_abort()}")
+        else:
+            self.fail_at(number, f"exit {run.returncode}, files {list(made)}: "
+                                 f"{run.stderr.decode()[-3000:]}")
+
+    def try_places(self, name, *arguments):
+        (self.folder / "out").mkdir(exist_ok=True)
+        self.control.set(hashes=1 << 20)
+        run = self.shade(*arguments)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        good = {path.name: path.read_bytes() for path in self.folder.glob("out/*")}
+        for made in good:
+            os.unlink(self.folder / "out" / made)
+        tally = Tally(name, self.control.places())
+        for number in tally:
+            self.control.set(number)
+            self.look(number, self.shade(*arguments), good, tally)
+
+    def test_shade_renders_or_says_why_not(self):
+        for name in ("png", "samples", "mesh"):
+            (self.folder / "scene.json").write_text(json.dumps(SCENES[name]))
+            self.try_places(f"shade render {name}", "render", "scene.json", "-o", "out/a.png")
+
+    def test_shade_checks_or_says_why_not(self):
+        (self.folder / "scene.json").write_text(json.dumps(SCENES["layers"]))
+        self.try_places("shade check", "check", "scene.json")
+
+
+class DaemonTest(Case):
+    """One worker, so that the same request asks for memory in the same order."""
+
+    def start(self, *flags):
+        daemon = Daemon("--threads", "1", "--log-requests", "off", *flags,
+                        env=self.control.environment())
+        self.control.armed = 0
+        return daemon
+
+    def ask(self, daemon, path, scene, headers=None):
+        """(status, bytes, what matters of the head); None where the connection ended without an
+        answer. What came of the answer's body in part is an error of http.client."""
+        try:
+            answer = daemon.post(path, scene, headers, timeout=60) if scene is not None \
+                else daemon.get(path, headers, timeout=60)
+        except ConnectionError:
+            return None
+        head = tuple(answer.headers.get(name) for name in
+                     ("Content-Type", "Content-Length", "ETag", "Cache-Control", "Vary",
+                      "Shaded-Plan"))
+        return answer.status, answer.body, head
+
+    def is_plain_error(self, answer):
+        status, body, head = answer
+        if status not in (500, 503) or head[0] != "application/problem+json":
+            return False
+        problem = json.loads(body)
+        return problem["status"] == status and problem["type"].endswith((":memory", ":internal"))
+
+    def look(self, daemon, number, got, good, tally):
+        if daemon.process.poll() is not None:
+            self.fail_at(number, f"the daemon ended, {daemon.process.returncode}: "
+                                 f"{daemon.stderr()[-3000:]}")
+        if got is None:
+            # libmicrohttpd's own, before there is a request to answer.
+            frames = [line for line in self.control.where() if not line.startswith("fault_shim")]
+            if not frames[0].startswith("libmicrohttpd"):
+                self.fail_at(number, "no answer")
+            tally.count("closed by libmicrohttpd")
+        elif good(got):
+            tally.count("good")
+        elif self.is_plain_error(got):
+            tally.count("refused")
+        else:
+            self.fail_at(number, str(got)[:1000])
+
+    def refuse_each(self, name, daemon, path, scenes, good, left=MHD_LEFT, headers=None):
+        """`scenes` gives another one for each number; `left` is how many allocations may be left
+        behind by all of it, None: any number, since answers are kept."""
+        self.assertTrue(good(scenes(0), self.ask(daemon, path, scenes(0), headers)))
+        wait_until(lambda: self.descriptors(daemon) == self.before)
+        self.control.set(hashes=1 << 20)
+        self.control.armed = 1
+        answer = self.ask(daemon, path, scenes(1), headers)
+        self.control.armed = 0
+        self.assertTrue(good(scenes(1), answer), answer)
+        total = self.control.seen
+        for number in (total // 4, total // 2, total - total // 4):  # what errors make once
+            self.control.set(number)
+            self.control.armed = 1
+            self.ask(daemon, path, scenes(1), headers)
+            self.control.armed = 0
+        wait_until(lambda: self.descriptors(daemon) == self.before)
+        time.sleep(0.1)
+        live = self.control.live
+        tally = Tally(name, list(range(1, total + 20)))
+        for number in tally:
+            scene = scenes(number + 1)
+            self.control.set(number)
+            self.control.armed = 1
+            got = self.ask(daemon, path, scene, headers)
+            self.control.armed = 0
+            self.look(daemon, number, got, lambda answer, s=scene: good(s, answer), tally)
+            again = self.ask(daemon, path, scene, headers)
+            if not again or not good(scene, again):
+                self.fail_at(number, f"after {str(got)[:300]} the next request: {str(again)[:300]}; "
+                                     f"exit {daemon.process.poll()} {daemon.stderr()[-1000:]}")
+        wait_until(lambda: self.descriptors(daemon) == self.before)
+        time.sleep(0.1)
+        if left is not None:
+            self.assertLessEqual(self.control.live - live, left, "allocations are left behind")
+
+    @staticmethod
+    def descriptors(daemon):
+        return len(os.listdir(f"/proc/{daemon.pid}/fd"))
+
+    def try_pictures(self, keeps, *flags):
+        with Daemon("--reuse", "0", "--response-cache", "0", "--log-requests", "off") as calm, \
+                self.start(*flags) as daemon:
+            self.before = self.descriptors(daemon)
+            for name, scene in SCENES.items():
+                def right(scene, answer):
+                    return answer[0] == 200 and answer == self.ask(calm, "/v1/render", scene)
+
+                left = None if keeps or name in EMBREE_LEFT else MHD_LEFT
+                self.refuse_each(f"POST /v1/render {name} {' '.join(flags)}", daemon, "/v1/render",
+                                 lambda n, scene=scene: another(scene, n), right, left)
+
+    def test_pictures_are_right_or_refused(self):
+        self.try_pictures(False, "--reuse", "0", "--response-cache", "0")
+
+    def test_what_is_kept_stays_right(self):
+        self.try_pictures(True, "--reuse", "1M", "--response-cache", "64K")
+
+    def test_other_answers_are_right_or_refused(self):
+        def keys(value):
+            """What a document has, whatever times it tells."""
+            if isinstance(value, dict):
+                return {key: keys(item) for key, item in value.items()}
+            return [keys(item) for item in value] if isinstance(value, list) else None
+
+        with Daemon("--threads", "1", "--log-requests", "off") as calm, \
+                self.start("--reuse", "0", "--response-cache", "0") as daemon:
+            self.before = self.descriptors(daemon)
+            for path in ("/v1/explain", "/v1/compare"):
+                shape = keys(json.loads(self.ask(calm, path, SCENE)[1]))
+
+                def right(_, answer, shape=shape):
+                    return answer[0] == 200 and keys(json.loads(answer[1])) == shape
+
+                self.refuse_each(f"POST {path}", daemon, path, lambda n: another(SCENE, n), right)
+            for path in ("/v1/version", "/v1/nothing", "/v1/preview/gold?size=32&shape=disc",
+                         "/v1/preview/gold?size=x"):
+                expected = self.ask(calm, path, None)
+                self.refuse_each(f"GET {path}", daemon, path, lambda n: None,
+                                 lambda _, answer, expected=expected: answer == expected)
+
+    def test_when_all_memory_is_gone_the_daemon_waits_for_better_times(self):
+        with self.start() as daemon:
+            self.before = self.descriptors(daemon)
+            good = self.ask(daemon, "/v1/render", SCENE)
+            for number in range(1, 300, 7):
+                self.control.set(number, 1 << 40)
+                self.control.armed = 1
+                got = self.ask(daemon, "/v1/render", another(SCENE, number))
+                self.control.armed = 0
+                self.assertIsNone(daemon.process.poll(), daemon.stderr())
+                if got and got[0] != 200 and not self.is_plain_error(got):
+                    self.fail_at(number, str(got)[:1000])
+                self.assertEqual(self.ask(daemon, "/v1/render", SCENE), good)
+            wait_until(lambda: self.descriptors(daemon) == self.before)
+
+
+if __name__ == "__main__":
+    unittest.main()
