@@ -15,6 +15,10 @@ void shd_print_bound(double bound, char out[16]) {
     snprintf(out, 16, "%.2g", step * ceil(bound / step * (1 - 1e-12)));
 }
 
+double shd_curve_noise(shd_transfer transfer) {
+    return transfer == SHD_TRANSFER_LINEAR ? 0 : transfer == SHD_TRANSFER_REC1886 ? 3.4e-7 : 6.5e-7;
+}
+
 double shd_curve_encode(shd_transfer transfer, double linear) {
     const double v = fabs(linear);
     double out = v;
@@ -34,72 +38,72 @@ double shd_curve_decode(shd_transfer transfer, double encoded) {
 }
 
 double shd_bound_linear(const shd_excess_list *list) {
-    double worst = 0, most = 0;
-    for (int c = 0; c < 3; c++) {
-        most = fmax(most, list->most[c]);
-        for (size_t i = 0; i < list->count; i++)
-            worst = fmax(worst, list->excess[i].absolute[c] + list->excess[i].limited[c]);
-    }
-    worst += list->color * most + list->more;
+    double most = 0;
+    for (int c = 0; c < 3; c++) most = fmax(most, list->most[c]);
+    const double worst = list->worst + (list->color - list->rounding) * most + list->more;
     return worst < 1e37 ? worst : INFINITY; /* beyond what the film holds */
 }
 
 /* ---- Codes. ---- */
 
-/* OpenColorIO's f32 on the way to a code, relative: two films that differ are rounded apart. */
-static const double CONVERSION = 1e-6;
-
 /* The error of an output's linear channel is at most
- *     absolute + min(limited, ratio u) + color u
- * where it is u >= 0, and u is at least `floor`. */
+ *     absolute + min(limited, ratio (u - base) + distance u) + color u
+ * where it is u >= 0, and u is within [floor, most]. */
 typedef struct channel {
-    double absolute, limited, ratio, color, floor;
+    double absolute, limited, ratio, distance, color, base, floor, most;
 } channel;
 
 static channel channel_of(const shd_excess_list *list, const shd_excess *e, const double row[3]) {
     channel out = {.absolute = 0};
-    double most = 0, whole = 0;
+    double whole = 0, products = 0;
+    int others = -1;
     bool positive = list->nonnegative;
     for (int c = 0; c < 3; c++) {
         const double weight = fabs(row[c]);
         out.absolute += weight * (e->absolute[c] + list->more);
         out.limited += weight * e->limited[c];
+        out.base += row[c] * e->base[c];
         out.floor += row[c] * e->floor[c];
-        most += weight * list->most[c];
+        out.most += weight * e->most[c];
         whole += weight;
+        products += weight * e->most[c];
+        others += weight > 0;
         if (row[c] < -1e-6 * whole) positive = false;
     }
+    if (others > 0) out.absolute += SHD_MATRIX_NOISE * products;
     if (positive) {
         out.ratio = e->ratio;
+        out.distance = e->distance;
         out.color = list->color;
     } else {
-        out.absolute += list->color * most;
+        out.absolute += list->color * out.most;
         out.ratio = INFINITY;
-        out.floor = 0;
+        out.base = out.floor = 0;
     }
     return out;
 }
 
 static double error_at(const channel *c, double u) {
     double limited = c->limited;
-    if (isfinite(c->ratio) && c->ratio * u < limited) limited = c->ratio * u;
+    if (isfinite(c->ratio))
+        limited = fmin(limited, c->ratio * fmax(u - c->base, 0) + c->distance * u);
     return c->absolute + limited + c->color * u;
 }
 
-/* The largest curve(u + error) - curve(u) for u in [0,1]. Curves are concave, so that the largest
- * in an interval of u is at most that of its lower end with the error of its upper one. Below the
- * floor there are only colors that cover a part of their pixel, and their errors shrink with them
- * faster than the curve rises: x times its slope at x does not fall. */
+/* The largest curve(u + error) - curve(u) for u in [0,1] that there are. Curves are concave, so
+ * that the largest in an interval of u is at most that of its lower end with the error of its upper
+ * one. Below the floor there are only colors that cover a part of their pixel, and their errors
+ * shrink with them faster than the curve rises: x times its slope at x does not fall. */
 static double spread_of(const channel *c, shd_transfer curve) {
-    /* Around the picture's value instead of the model's: an error's own error. */
-    const double slack = 1 / (1 - fmin(isfinite(c->ratio) ? c->ratio + c->color : 0, 0.5));
-    double low = c->floor - slack * error_at(c, c->floor);
-    low = fmin(fmax(low, 0), 1);
+    /* Either of the two may be the model's. */
+    const double most = error_at(c, c->most);
+    double low = fmin(fmax(c->floor - most, 0), 1);
+    const double end = fmin(c->most, 1);
     double worst = 0;
-    while (low < 1) {
+    while (low < end) {
         double high = low > 1e-5 ? 1.3 * low : low + 1e-5;
-        high = high < 1 ? high : 1;
-        double error = slack * error_at(c, high) + CONVERSION * high;
+        high = high < end ? high : end;
+        double error = error_at(c, fmin(high + most, c->most)) + shd_curve_noise(curve) * high;
         double to = fmin(low + error, 1);
         worst = fmax(worst, shd_curve_encode(curve, to) - shd_curve_encode(curve, low));
         low = high;
@@ -115,6 +119,7 @@ double shd_bound_code(const shd_excess_list *list, const shd_shown *shown) {
             const channel c = channel_of(list, &list->excess[i], shown->matrix[r]);
             worst = fmax(worst, spread_of(&c, shown->curve));
         }
+    if (list->mixed) worst *= SHD_MIXTURE;
     if (!(worst < 1)) return 255;
     return worst > 0 ? fmin(floor(255 * worst) + 1, 255) : 0;
 }

@@ -1,9 +1,9 @@
 /* Error bounds: how far a picture may be from the model.
  *
- * A tier's errors (error.h) are carried through the scene in three steps: what each object's
- * lights may add to the error of its color (excess.c), what that is in the output's codes
- * (codes.c), and to the eye (seen.c). Edges that run through a sample are not counted, see
- * error.h. */
+ * A tier's errors (error.h) are carried through the scene in three steps: what the lights may add
+ * to the error of a color in each piece of what is seen (pieces.h, excess.c), what that is in the
+ * output's codes (bound.c), and to the eye (seen.c). Edges that run through a sample are not
+ * counted, see error.h. */
 #ifndef SHD_PLAN_BOUND_H
 #define SHD_PLAN_BOUND_H
 
@@ -28,7 +28,8 @@ typedef struct shd_shown {
     bool coded; /* false: `curve` and `matrix` are not known */
     shd_transfer curve;
     double matrix[3][3];
-    bool seen; /* false: nor are `screen` and `to_xyz` */
+    bool seen;                 /* false: nor are these */
+    shd_transfer screen_curve; /* on the way to the screen's linear RGB: to there and back */
     double screen[3][3], to_xyz[3][3];
     bool coarse; /* nothing but 8-bit integers is stored */
 } shd_shown;
@@ -36,40 +37,65 @@ typedef struct shd_shown {
 /* With two digits, rounded up: 2.1e-06. */
 void shd_print_bound(double bound, char out[16]);
 
+/* What f32 on the way through an output's curve makes of a difference of two films, relative to the
+ * channel: 1.15 times what 3e6 pairs of floats have shown. */
+double shd_curve_noise(shd_transfer transfer);
+
+/* And through a matrix that is not diagonal, relative to the products that it adds up. */
+static const double SHD_MATRIX_NOISE = 5 * 0x1p-24;
+
 /* The curve that outputs with a transfer have: encoded from linear light, and back. Both are
  * odd functions; not for SHD_TRANSFER_UNKNOWN. */
 double shd_curve_encode(shd_transfer transfer, double linear);
 double shd_curve_decode(shd_transfer transfer, double encoded);
 
-/* ---- Excess: errors of objects with one material, any of them. ---- */
+/* ---- Excess: errors of what is seen, for pieces of surfaces that are about as bright. ---- */
 
-/* The error of a color, in channel c, where its value is v >= 0:
- *     absolute[c] + min(limited[c], ratio v[c]) + color v[c]
- * and, as all lights of a color err in one direction of the colors, it is at most
- *     (main_absolute + min(main_limited, ratio |v| / |main|)) main[c]
- *         + rest_absolute[c] + min(rest_limited[c], ...) + color v[c]
- * of which the first part is one vector in length and direction. */
+/* Of colors' parts: r, g, b / (r + g + b). */
+typedef struct shd_parts {
+    double least[3], most[3];
+    bool negative; /* some color or coefficient is below 0, or not looked at */
+} shd_parts;
+
+/* The error of a color, in channel c, where its value is v within [floor, most], is at most
+ *     absolute[c] + limit(c, v) + color v
+ *     limit(c, v) = min(limited[c], ratio (v - base[c]) + distance v)
+ * for highlights err in proportion to themselves, and what lies below `base` is none. As all
+ * lights of a color err in one direction of the colors, it is also at most
+ *     (main_absolute + min(main_limited, ...)) main[c] + rest_absolute[c] + rest_limited[c] + color
+ * v of which the first part is one vector in length and direction. */
 typedef struct shd_excess {
     double absolute[3], limited[3];
     double main[3]; /* its sum is 1, or 0 where there is nothing */
     double main_absolute, main_limited;
     double rest_absolute[3], rest_limited[3];
-    double ratio;
-    double floor[3]; /* the least that its colors can be: constant terms */
+    double ratio, distance;
+    double base[3], floor[3], most[3];
+    shd_parts parts, gain; /* of its colors; of what they have above `floor` */
+    size_t material;       /* of the pieces, */
+    int dark, bright;      /* and steps of what they show least and most */
 } shd_excess;
 
-enum { SHD_EXCESSES = 8 }; /* more materials than that share the last one */
+enum { SHD_EXCESSES = 24 };
+
+/* A pixel that mixes colors errs by their errors' mean, and lies above each one's share w of it.
+ * Curves are flattest in the light, so that all shares but one hide in that one's; but where a
+ * curve is straight near black, colors u at its end and 0 err by 1 - w + slope(w u) / slope(u) w
+ * of each one's bound together: at most 1.39 for Lab's cube root, 1.32 for sRGB. */
+static const double SHD_MIXTURE = 1.4;
 
 typedef struct shd_excess_list {
     size_t count;
     shd_excess excess[SHD_EXCESSES];
-    bool nonnegative; /* no color or coefficient is below 0; else `ratio` and `main` mean nothing */
+    bool nonnegative; /* no color or coefficient is below 0; else `ratio`, `main`, `base` and
+                         `floor` mean nothing */
     bool grey;        /* channels are equal */
+    bool mixed;       /* pixels may be means of samples, of any of the pieces and the background */
     double color;     /* relative error of every color: rounding, what is left out */
+    double rounding;  /* the rounding alone */
     double more;      /* absolute, in every channel: lights left out, samples left out */
     double most[3];   /* of all colors, by size */
-    /* Of all colors' parts: r, g, b / (r + g + b). */
-    double least_part[3], most_part[3];
+    double worst;     /* of all errors, those with `rounding` */
 } shd_excess_list;
 
 /* SHD_MEMORY is false. Without `more`. */

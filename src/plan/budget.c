@@ -15,6 +15,37 @@ static const double SAMPLES_CODE = 0.5;
  * much of the room is for the dark. */
 static const double DARK_SHARE = 0.9;
 
+/* ---- Samples. ---- */
+
+static bool is_negative(const double color[3]) {
+    return color[0] < 0 || color[1] < 0 || color[2] < 0;
+}
+
+/* Where a pixel's centre and its neighbors may tell the pattern's mean (render/refine.h): in
+ * objects that are convex on the picture and lit at every sample, and where light does not cancel
+ * light. */
+static bool may_skip_samples(const shd_plan *plan) {
+    const shd_scene *scene = plan->scene;
+    if (scene->raster.samples == 1 || plan->plane_count > 1) return false;
+    for (int k = SHD_LAYER_NORMAL; k < SHD_LAYER_KINDS; k++)
+        if (plan->wants[k]) return false;
+    for (size_t j = 0; j < plan->light_count; j++)
+        if (is_negative(plan->lights[j].color)) return false;
+    for (size_t m = 0; m < scene->material_count; m++) {
+        const shd_plan_material *material = &plan->materials[m];
+        if (is_negative(material->diffuse) || is_negative(material->constant)) return false;
+        for (size_t k = 0; k < material->lobe_count; k++)
+            if (is_negative(material->lobes[k].specular)) return false;
+    }
+    for (size_t i = 0; i < scene->object_count; i++) {
+        const shd_object *object = &scene->objects[i];
+        if (object->interpolation == SHD_PHONG && object->shape != SHD_TORUS &&
+            object->shape != SHD_MESH)
+            return true;
+    }
+    return false;
+}
+
 bool shd_plan_bound(const shd_plan *plan, shd_tier tier, const shd_shown *shown, shd_arena *arena,
                     shd_bound *out) {
     shd_excess_list list;
@@ -47,7 +78,7 @@ static double relative_room(shd_transfer curve, double absolute, double code) {
 
 /* Where every output is of 8 bits. Curves are concave and begin at 0: they are steepest there. */
 static void choose_coarse_samples(shd_plan *plan, const shd_shown *shown) {
-    if (!shown || plan->tier == SHD_EXACT || plan->scene->raster.samples == 1) return;
+    if (!shown || plan->tier == SHD_EXACT || !may_skip_samples(plan)) return;
     double absolute = INFINITY, relative = INFINITY;
     for (size_t o = 0; o < plan->scene->output_count; o++) {
         if (!shown[o].coarse || !shown[o].coded) return;
@@ -72,14 +103,22 @@ static double measured(const shd_bound *bound, shd_metric metric) {
     return metric == SHD_LINEAR ? bound->linear : metric == SHD_CODE ? bound->code : bound->delta_e;
 }
 
+bool shd_plan_meets_budget(const shd_plan *plan) {
+    const shd_accuracy *accuracy = &plan->scene->accuracy;
+    return measured(&plan->bound, accuracy->metric) <= accuracy->max_error;
+}
+
 static bool is_within(const shd_plan *plan, const shd_shown *shown, const shd_excess_list *list,
                       shd_tier tier) {
     const shd_accuracy *accuracy = &plan->scene->accuracy;
-    size_t count = shown ? plan->scene->output_count : 0;
-    /* Outputs count for the metrics that they have a part in. */
-    const shd_bound bound =
-        shd_bound_of(list, shown, accuracy->metric == SHD_LINEAR ? 0 : count, tier);
-    return measured(&bound, accuracy->metric) <= accuracy->max_error;
+    if (accuracy->metric == SHD_LINEAR) return shd_bound_linear(list) <= accuracy->max_error;
+    if (tier == SHD_EXACT && list->more == 0) return true; /* it is the picture in question */
+    for (size_t o = 0; shown && o < plan->scene->output_count; o++) {
+        const double bound = accuracy->metric == SHD_CODE ? shd_bound_code(list, &shown[o])
+                                                          : shd_bound_delta_e(list, &shown[o]);
+        if (!(bound <= accuracy->max_error)) return false;
+    }
+    return shown;
 }
 
 /* The most that `value`, `more` or `color` of the list, may be, to a factor of 1.2. */
@@ -101,8 +140,7 @@ static double find_room(const shd_plan *plan, const shd_shown *shown, shd_excess
 /* What a tier within the budget leaves of it. */
 static void share_room(shd_plan *plan, const shd_shown *shown, shd_excess_list *list, shd_tier tier,
                        double *lights) {
-    const bool samples = plan->scene->raster.samples > 1;
-    const double share = samples ? SAMPLES_SHARE : 0;
+    const double share = may_skip_samples(plan) ? SAMPLES_SHARE : 0;
     double room = find_room(plan, shown, list, tier, &list->more);
     if (plan->scene->accuracy.metric != SHD_LINEAR) {
         room *= DARK_SHARE;
@@ -128,18 +166,32 @@ static int compare_weak(const void *a, const void *b) {
     return x->light < y->light ? -1 : 1;
 }
 
-/* Drops the weakest lights, as long as they add no more than `room` together. False: memory. */
+/* Drops the weakest lights, as long as they add no more than `room` together, wherever that is.
+ * False: memory. */
 static bool drop_weakest(shd_plan *plan, double room, uint8_t *drops, bool *dropped,
                          shd_arena *arena) {
-    double *most = shd_arena_alloc(arena, plan->light_count, sizeof *most);
-    weak *order = shd_arena_alloc(arena, plan->light_count, sizeof *order);
-    if (!most || !order) return false;
-    shd_plan_influences(plan, most);
-    for (size_t j = 0; j < plan->light_count; j++) order[j] = (weak){most[j], (uint32_t)j};
-    qsort(order, plan->light_count, sizeof *order, compare_weak);
-    for (size_t j = 0; j < plan->light_count && plan->dropped + order[j].most <= room; j++) {
-        plan->dropped += order[j].most;
-        drops[plan->lights[order[j].light].index] |= SHD_DROP_BUDGET;
+    const size_t lights = plan->light_count;
+    weak *order = shd_arena_zalloc(arena, lights, sizeof *order);
+    shd_influences in;
+    if (!order || !shd_plan_influences(plan, arena, &in)) return false;
+    double *sums = shd_arena_zalloc(arena, in.rows, sizeof *sums);
+    if (!sums) return false;
+    for (size_t j = 0; j < lights; j++) {
+        order[j].light = (uint32_t)j;
+        for (size_t r = 0; r < in.rows; r++)
+            order[j].most = fmax(order[j].most, in.most[r * lights + j]);
+    }
+    qsort(order, lights, sizeof *order, compare_weak);
+    for (size_t k = 0; k < lights && order[k].most <= room; k++) {
+        const double *most = in.most + order[k].light;
+        bool fits = true;
+        for (size_t r = 0; r < in.rows && fits; r++) fits = sums[r] + most[r * lights] <= room;
+        if (!fits) continue;
+        for (size_t r = 0; r < in.rows; r++) {
+            sums[r] += most[r * lights];
+            plan->dropped = fmax(plan->dropped, sums[r]);
+        }
+        drops[plan->lights[order[k].light].index] |= SHD_DROP_BUDGET;
         *dropped = true;
     }
     return true;

@@ -1,7 +1,7 @@
 /* Lights that do not reach a patch of surface. */
 #include <string.h>
 
-#include "plan/parts.h"
+#include "plan/pieces.h"
 
 shd_cone shd_light_cone(const shd_plan_light *light) {
     if (!light->spot) return (shd_cone){-1, 0};
@@ -32,25 +32,6 @@ static bool is_behind_patch(const shd_plan_light *light, const shd_patch *patch,
 }
 
 /* ---- The weakest lights. ---- */
-
-/* The most that a light adds to any channel at the patch. */
-static double most_of(const shd_plan_light *light, const shd_plan_material *material,
-                      const shd_patch *patch, shd_vec3 path) {
-    double factor = light->gain;
-    if (light->attenuated) {
-        double d = fmax(shd_length(path) - patch->radius, light->min_distance);
-        d = d > 0 ? d : 0;
-        factor /= light->a + d * (light->b + d * light->c);
-    }
-    double most = 0;
-    for (int c = 0; c < 3; c++) {
-        double reflected = fabs(material->diffuse[c]);
-        for (size_t k = 0; k < material->lobe_count; k++)
-            reflected += fabs(material->lobes[k].specular[c]);
-        most = fmax(most, reflected * fabs(light->color[c]));
-    }
-    return factor * most;
-}
 
 /* By powers of two, so that a pass over the lights sorts them well enough. */
 enum { STEPS = 64 };
@@ -88,15 +69,29 @@ static double least_of(const shd_plan *plan, const shd_plan_material *material,
     return least > 0 ? least * (1 - 1e-3) : 0; /* for the picture's own errors */
 }
 
+/* What lights add at most, of as many as there is room for. */
+enum { MOST_KNOWN = 256 };
+
+typedef struct weighing {
+    const shd_plan *plan;
+    const shd_plan_material *material;
+    shd_piece piece;
+    const uint32_t *in;
+    double most[MOST_KNOWN];
+} weighing;
+
+static double most_of(const weighing *w, size_t i) {
+    const shd_plan_light *light = &w->plan->lights[w->in[i]];
+    return shd_piece_most(w->plan->scene, &w->piece, w->material, light, 0);
+}
+
 /* All lights of the steps below one that does not fit any more go, and of that one as many as do,
  * in their order. */
-static size_t drop_weakest(const shd_plan *plan, const shd_plan_material *material,
-                           const shd_patch *patch, double tolerance, const uint32_t *in,
-                           size_t count, uint32_t *out) {
+static size_t drop_weakest(weighing *w, double tolerance, size_t count, uint32_t *out) {
     double sums[STEPS] = {0};
     for (size_t i = 0; i < count; i++) {
-        const shd_plan_light *light = &plan->lights[in[i]];
-        double most = most_of(light, material, patch, shd_sub(light->position, patch->center));
+        const double most = most_of(w, i);
+        if (i < MOST_KNOWN) w->most[i] = most;
         int step = step_of(most, tolerance);
         if (step < STEPS) sums[step] += most;
     }
@@ -105,15 +100,14 @@ static size_t drop_weakest(const shd_plan *plan, const shd_plan_material *materi
     while (full < STEPS && sums[full] <= left) left -= sums[full++];
     size_t kept = 0;
     for (size_t i = 0; i < count; i++) {
-        const shd_plan_light *light = &plan->lights[in[i]];
-        double most = most_of(light, material, patch, shd_sub(light->position, patch->center));
+        const double most = i < MOST_KNOWN ? w->most[i] : most_of(w, i);
         int step = step_of(most, tolerance);
         if (step < full) continue;
         if (step == full && step < STEPS && most <= left) {
             left -= most;
             continue;
         }
-        out[kept++] = in[i];
+        out[kept++] = w->in[i];
     }
     return kept;
 }
@@ -140,5 +134,10 @@ size_t shd_plan_cull(const shd_plan *plan, size_t object, const shd_patch *patch
     const shd_plan_material *material = &plan->materials[plan->objects[object].material];
     if (plan->drop_relative > 0)
         tolerance += plan->drop_relative * least_of(plan, material, patch, sine, out, kept);
-    return drop_weakest(plan, material, patch, tolerance, out, kept, out);
+    weighing w;
+    w.plan = plan;
+    w.material = material;
+    w.in = out;
+    w.piece = shd_piece_of(plan->scene, patch);
+    return drop_weakest(&w, tolerance, kept, out);
 }

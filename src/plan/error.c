@@ -2,24 +2,116 @@
 
 #include <math.h>
 
-static const shd_tier_error errors[] = {
-    /* Lobes are cut at exp(-11) and exp(-17), shared by the lights. */
-    [SHD_DRAFT] = {1.6e-7, 3e-7, 1.7e-5, 1.6e-7, 1.6e-4, 3e-7},
-    [SHD_STANDARD] = {1.6e-7, 3e-7, 6e-8, 1.6e-7, 2.5e-7, 3e-7},
-    /* In f64, 1e-12 is nothing beside the film's f32. */
-    [SHD_EXACT] = {1e-13, 1e-13, 0, 1e-15, 1e-13, 6e-8},
+/* Half an ulp of f32 and f64, relative. */
+#define U32 0x1p-24
+#define U64 0x1p-53
+
+static const shd_path_error fast[] = {
+    [SHD_PATH_DIRECTIONAL] = {2 * U32, 1.2 * U32, 1.8 * U32},
+    [SHD_PATH_POINT] = {2.6 * U32, 2.4 * U32, 2.3 * U32},
+    [SHD_PATH_ATTENUATED] = {2.6 * U32, 9.4 * U32, 2.3 * U32},
 };
+/* N.V, the products, the difference, and N and V that are not of unit length to the last digit. */
+static const shd_path_error exact = {4 * U64, 8 * U64, 8 * U64};
 
-const shd_tier_error *shd_tier_error_of(shd_tier tier) {
-    return &errors[tier];
+const shd_path_error *shd_path_error_of(shd_tier tier, shd_path path) {
+    return tier == SHD_EXACT ? &exact : &fast[path];
 }
 
-double shd_specular_error(shd_tier tier, double shininess, double more) {
-    const shd_tier_error *e = &errors[tier];
-    return e->specular + 0.61 * sqrt(shininess) * (e->direction + more) + 2 * more;
+double shd_color_error(shd_tier tier) {
+    return tier == SHD_EXACT ? U32 : 5 * U32;
 }
 
-double shd_specular_ratio(shd_tier tier, double shininess, double more) {
-    const shd_tier_error *e = &errors[tier];
-    return 40 * e->specular + sqrt(120 * shininess) * (e->direction + more) + 2 * more;
+/* The tiers' ways to powers: lobes that fall to nothing within 60 degrees have polynomials, and the
+ * draft tier up to its other one a cosine in place of a chord. */
+static const double STANDARD_SHORT = 34, DRAFT_SHORT = 22, DRAFT_CHORD = 300;
+
+double shd_shine_power(double shine, double shininess) {
+    if (!(shine > 0)) return 0;
+    return shine < 1 && shininess > 0 ? pow(shine, shininess) : 1;
+}
+
+static void add_functions(shd_tier tier, shd_lobe_error *e) {
+    e->most = INFINITY;
+    e->ratio = tier == SHD_EXACT ? 10 * U64 : 4 * U32;
+    if (tier == SHD_STANDARD && e->shininess > STANDARD_SHORT) e->rough = 0.3 * U32;
+    if (tier != SHD_DRAFT) return;
+    if (e->shininess <= DRAFT_SHORT) {
+        e->most = 480 * U32;
+        e->ratio = 5600 * U32;
+        return;
+    }
+    const double cosine = e->shininess <= DRAFT_CHORD ? 4 * U32 * e->shininess : 0;
+    e->most = 1750 * U32 + cosine;
+    e->ratio = 4400 * U32 + cosine;
+    e->rough = (e->shininess < 32 ? 300 : 75) * U32;
+}
+
+shd_lobe_error shd_lobe_error_of(shd_tier tier, double shininess, size_t lights) {
+    shd_lobe_error e = {.shininess = shininess, .square = 2 * (tier == SHD_EXACT ? U64 : U32)};
+    add_functions(tier, &e);
+    if (tier != SHD_EXACT) {
+        const double cut = (tier == SHD_DRAFT ? 11 : 17) + log(lights > 1 ? (double)lights : 1);
+        if (cut < shininess) e.faint = exp(shininess * log1p(-cut / shininess));
+    }
+    if (shininess < 1) { /* f64 does these, of positions of twice f32's digits */
+        e.slope = 2;
+        e.turned_ratio = INFINITY;
+        return e;
+    }
+    e.crest = (shininess - 1) / (shininess - 0.5);
+    e.slope = e.crest > 0 ? shininess * pow(e.crest, shininess - 1) : 1;
+    /* Relative errors grow without end toward R.V = 0, which lobes of few ns reach before they are
+     * faint. Of the others ns (1 - c) is at most 17 where the power is exp(-17). */
+    const double c = 1 - 17 / shininess;
+    e.turned_ratio = c > 0.5 ? sqrt(34 * shininess) / c : (double)INFINITY;
+    return e;
+}
+
+double shd_lobe_turned(const shd_lobe_error *e, double shine, double power, double direction) {
+    double slope = e->slope, c = e->crest;
+    if (shine < c) {
+        if (!(shine > 0)) return 0;
+        c = shine;
+        slope = e->shininess * power / shine;
+    }
+    return slope * (sqrt(2 - 2 * c) * direction + (1 - c) * e->square);
+}
+
+double shd_lobe_functions(const shd_lobe_error *e, double power) {
+    return e->ratio * power < e->most ? e->ratio * power : e->most;
+}
+
+double shd_lobe_faint(const shd_lobe_error *e, double power) {
+    const double none = 0x1p-124; /* the kernels' least powers */
+    return (e->faint < power ? e->faint : power) +
+           (e->rough < 0.5 * power ? e->rough : 0.5 * power) + none;
+}
+
+/* The functions' is largest at the highlight's middle, the other where it has fallen to 0.6. */
+double shd_lobe_sum(double turned, double functions) {
+    const double both = 0.8 * functions + turned;
+    return functions > both ? functions : both;
+}
+
+double shd_spot_error(shd_tier tier, const shd_spot_shape *spot, double low, double high,
+                      double moved) {
+    const double direction = shd_path_error_of(tier, SHD_PATH_ATTENUATED)->direction + moved;
+    const double unit = tier == SHD_EXACT ? U64 : U32;
+    double error = 0;
+    /* q is off by sqrt(2 q) times the directions' error, and smoothstep is 1.5 steep at most; where
+     * the cone has not begun to fade, that is nothing. */
+    const double q = 1 - low < spot->outer ? 1 - low : spot->outer;
+    if (spot->outer > spot->inner && q > spot->inner - 1e-5)
+        error = 1.5 * (sqrt(2 * q) * direction + 4 * unit * q) / (spot->outer - spot->inner);
+    if (spot->exponent > 0) {
+        /* The draft tier takes logarithms that are rough here, and the other tier's powers. */
+        const shd_lobe_error e =
+            shd_lobe_error_of(tier == SHD_DRAFT ? SHD_STANDARD : tier, spot->exponent, 1);
+        const double power = shd_shine_power(high, spot->exponent);
+        error += shd_lobe_sum(shd_lobe_turned(&e, high, power, direction),
+                              shd_lobe_functions(&e, power));
+        if (tier == SHD_DRAFT) error += 480 * U32;
+    }
+    return error < 1 ? error : 1;
 }

@@ -8,6 +8,15 @@
  * an error of f32: what is decided on says nothing there. */
 #define SHD_PLAN_MARGIN 1e-5
 
+/* Not fmax and fmin: their treatment of NaN makes them library calls. Of NaN and b this is b. */
+static inline double shd_larger(double a, double b) {
+    return a > b ? a : b;
+}
+
+static inline double shd_smaller(double a, double b) {
+    return a < b ? a : b;
+}
+
 static inline bool shd_is_black(const double color[3]) {
     return color[0] == 0 && color[1] == 0 && color[2] == 0;
 }
@@ -79,8 +88,17 @@ bool shd_is_behind(const shd_back *back, const shd_plan_light *light);
 shd_status shd_plan_choose(shd_plan *plan, const shd_shown *shown, uint8_t *drops, bool *dropped,
                            shd_arena *arena, shd_error *error);
 
-/* The most that each light of the plan adds to a channel of an object: [light_count]. */
-void shd_plan_influences(const shd_plan *plan, double *most);
+/* Whether the plan's bound is within its budget. */
+bool shd_plan_meets_budget(const shd_plan *plan);
+
+/* The most that each light adds to a channel: in pieces of what is seen. */
+typedef struct shd_influences {
+    size_t rows;
+    double *most; /* [rows][light_count] */
+} shd_influences;
+
+/* False: memory. */
+bool shd_plan_influences(const shd_plan *plan, shd_arena *arena, shd_influences *out);
 
 /* Fills `objects`, `groups`, `lights` and `drops` from `given`, all lights that have a color. */
 bool shd_plan_reach(shd_plan *plan, const shd_plan_light *given, size_t count, uint8_t *drops,

@@ -184,12 +184,23 @@ static shd_status make_parts(shd_plan *plan, const shd_shown *shown, bool whole,
         plan->sampling_absolute = plan->sampling_relative = 0;
         plan->drop_tolerance = plan->drop_relative = plan->dropped = 0;
     } else if (dropped) {
+        shd_plan_light *some = shd_arena_alloc(arena, count, sizeof *some);
         size_t kept = 0;
+        if (!some) return SHD_MEMORY;
         for (size_t j = 0; j < count; j++)
-            if (!(drops[lights[j].index] & SHD_DROP_BUDGET)) lights[kept++] = lights[j];
-        if (!arrange(plan, lights, kept, drops, whole, arena)) return SHD_MEMORY;
+            if (!(drops[lights[j].index] & SHD_DROP_BUDGET)) some[kept++] = lights[j];
+        if (!arrange(plan, some, kept, drops, whole, arena)) return SHD_MEMORY;
     }
     if (!shd_plan_bound(plan, plan->tier, shown, arena, &plan->bound)) return SHD_MEMORY;
+    if (dropped && !shd_plan_meets_budget(plan)) {
+        /* Other lights are looked at in other pieces: those of all lights have room for all. */
+        for (size_t j = 0; j < count; j++) drops[lights[j].index] &= (uint8_t)~SHD_DROP_BUDGET;
+        plan->drop_tolerance += plan->dropped;
+        plan->dropped = 0;
+        if (!arrange(plan, lights, count, drops, whole, arena) ||
+            !shd_plan_bound(plan, plan->tier, shown, arena, &plan->bound))
+            return SHD_MEMORY;
+    }
     plan->summary = summarize(plan, arena);
     return plan->summary ? SHD_OK : SHD_MEMORY;
 }

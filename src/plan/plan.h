@@ -158,7 +158,7 @@ typedef struct shd_patch {
  * tolerance 0 the other ones add exactly 0 there: they are behind all normals, or their cones
  * miss the sphere. With more, the weakest go as well, as long as all of them together add no more
  * than that, and plan->drop_relative times what is seen there, in any channel; then a picture does
- * not depend on how it is cut only where patches do not. Costs some 10 ns a light, 40 with a
+ * not depend on how it is cut only where patches do not. Costs some 10 ns a light, 100 with a
  * tolerance. */
 size_t shd_plan_cull(const shd_plan *plan, size_t object, const shd_patch *patch, double tolerance,
                      const uint32_t *in, size_t count, uint32_t *out);

@@ -355,7 +355,7 @@ shd_status shd_film_render(shd_request *request, const shd_sight *sight, const s
              .scenery = {.plan = plan,
                          .sight = sight,
                          .paint = kernels[plan->isa],
-                         .adaptive = shd_is_adaptive(plan),
+                         .adaptive = plan->sampling_absolute > 0,
                          .data = wants[SHD_LAYER_NORMAL] || wants[SHD_LAYER_POSITION] ||
                                  wants[SHD_LAYER_DEPTH] || wants[SHD_LAYER_OBJECT]},
              .options = options,

@@ -131,7 +131,7 @@ static shd_reuse_key key_of(const hash *h) {
 
 /* Everything that hits, and everything that fragments depend on. False: they are not kept. */
 static bool find_keys(const shd_plan *plan, shd_reuse_key *geometry, shd_reuse_key *light) {
-    const bool adaptive = shd_is_adaptive(plan);
+    const bool adaptive = plan->sampling_absolute > 0;
     const shd_scene *scene = plan->scene;
     if (plan->tier == SHD_EXACT || plan->plane_count > 1 || plan->drop_tolerance > 0) return false;
     for (int k = SHD_LAYER_NORMAL; k < SHD_LAYER_KINDS; k++)

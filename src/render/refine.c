@@ -21,28 +21,6 @@ struct shd_refining {
     int32_t settled[SHD_TILE_PIXELS]; /* a row's verdicts at its first pixel */
 };
 
-/* Whether samples may be left out: their pattern's mean is bounded by what the centres say only
- * where light does not cancel light. */
-bool shd_is_adaptive(const shd_plan *plan) {
-    if (!(plan->sampling_absolute > 0) || plan->scene->raster.samples == 1 ||
-        plan->plane_count > 1 || plan->tier == SHD_EXACT)
-        return false;
-    for (int k = SHD_LAYER_NORMAL; k < SHD_LAYER_KINDS; k++)
-        if (plan->wants[k]) return false;
-    for (size_t j = 0; j < plan->light_count; j++)
-        for (int c = 0; c < 3; c++)
-            if (plan->lights[j].color[c] < 0) return false;
-    for (size_t m = 0; m < plan->scene->material_count; m++) {
-        const shd_plan_material *material = &plan->materials[m];
-        for (int c = 0; c < 3; c++) {
-            if (material->diffuse[c] < 0 || material->constant[c] < 0) return false;
-            for (size_t k = 0; k < material->lobe_count; k++)
-                if (material->lobes[k].specular[c] < 0) return false;
-        }
-    }
-    return true;
-}
-
 /* The mean over the pattern of the Lagrange polynomials of -1, 0 and 1, in both directions. */
 static void find_weights(int samples, float weights[9]) {
     double sum[9] = {0};

@@ -38,10 +38,6 @@ typedef struct shd_centres {
     float footprint; /* times a pixel's step at most 1: light's smallest details */
 } shd_centres;
 
-/* Whether the picture is sampled so: its plan has a tolerance for it, and no light cancels light.
- */
-bool shd_is_adaptive(const shd_plan *plan);
-
 /* What verdicts take a material's color for: the next power of two, so that they stay while it
  * changes a little, and sums of light can be kept. */
 float shd_refine_coefficient(const double color[3]);

@@ -76,6 +76,7 @@ static shd_status find_shown(const shd_request *request, const shd_output *outpu
         memcpy(out->screen, out->matrix, sizeof out->screen);
     }
     out->seen = out->seen && curve == showing.lab.transfer;
+    out->screen_curve = curve;
     memcpy(out->to_xyz, showing.lab.to_xyz, sizeof out->to_xyz);
     return SHD_OK;
 }

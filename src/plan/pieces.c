@@ -1,0 +1,582 @@
+/* Pieces of surfaces. A part of a shape's unit form lies in the convex hull of a few points, and
+ * its normals in the convex cone of a few vectors; both stay so under affine maps. A sphere around
+ * the points and a circular cone around the vectors hold what is in the hulls, for both are
+ * convex. */
+#include "plan/pieces.h"
+
+#include <string.h>
+
+/* What rounding may move, and more. */
+static const double MARGIN = 1e-6;
+
+/* A picture's sides by this many pixels farther out: centres of pixels around it are looked at. */
+static const double PIXELS_AROUND = 2;
+
+enum { MOST_POINTS = 9 };
+
+typedef struct hull {
+    shd_vec3 points[MOST_POINTS], normals[MOST_POINTS];
+    int point_count, normal_count;
+} hull;
+
+typedef struct maker {
+    const shd_scene *scene;
+    shd_affine to_world, normal_map;
+    bool closed;     /* a solid seen from outside: what faces away is not seen */
+    bool front_only; /* normals are not turned */
+    double half_x, half_y;
+    shd_piece *out;
+    size_t count;
+} maker;
+
+/* ---- Angles. ---- */
+
+static shd_angle angle_of(double cosine) {
+    cosine = shd_smaller(shd_larger(cosine, -1), 1);
+    return (shd_angle){cosine, sqrt(1 - cosine * cosine)};
+}
+
+static const shd_angle ANY = {-1, 0};
+
+static shd_angle sum_of(shd_angle a, shd_angle b) {
+    const double sine = a.sine * b.cosine + a.cosine * b.sine;
+    if (sine < 0 || a.cosine + b.cosine <= 0) return ANY;
+    return (shd_angle){a.cosine * b.cosine - a.sine * b.sine, sine};
+}
+
+/* The cosine of the angle less `by`, at least 0 degrees, and of the angle more `by`, at most 180.
+ */
+static double cosine_less(shd_angle a, shd_angle by) {
+    return a.cosine >= by.cosine ? 1 : a.cosine * by.cosine + a.sine * by.sine;
+}
+
+static double cosine_more(shd_angle a, shd_angle by) {
+    return a.cosine <= -by.cosine ? -1 : a.cosine * by.cosine - a.sine * by.sine;
+}
+
+/* Of directions from points of a sphere to a point, around that from its center. */
+static shd_angle seen_from(double radius, double distance) {
+    if (!(radius < distance)) return ANY;
+    const double sine = radius / distance;
+    return (shd_angle){sqrt(1 - sine * sine), sine};
+}
+
+/* ---- Pieces. ---- */
+
+static bool is_in_frame(const maker *m, shd_vec3 center, double radius) {
+    const shd_camera *camera = &m->scene->camera;
+    const shd_vec3 from = shd_sub(center, camera->position);
+    const double x = fabs(shd_dot(from, camera->right)), y = fabs(shd_dot(from, camera->up)),
+                 z = -shd_dot(from, camera->back);
+    if (!(radius < INFINITY)) return true;
+    radius += MARGIN * (shd_length(from) + radius);
+    if (z + radius < 0) return false;
+    if (camera->projection == SHD_ORTHOGRAPHIC)
+        return x - radius <= m->half_x && y - radius <= m->half_y;
+    return x - m->half_x * z <= radius * sqrt(1 + m->half_x * m->half_x) &&
+           y - m->half_y * z <= radius * sqrt(1 + m->half_y * m->half_y);
+}
+
+/* Where the viewer is from the piece; within which angle. */
+static shd_angle view_of(const shd_camera *camera, const shd_piece *piece, shd_vec3 *view) {
+    *view = camera->back;
+    if (camera->projection == SHD_ORTHOGRAPHIC) return (shd_angle){1, 0};
+    const shd_vec3 path = shd_sub(camera->position, piece->center);
+    return shd_normalize(path, view) ? seen_from(piece->radius, shd_length(path)) : ANY;
+}
+
+static void reflect(shd_piece *piece, shd_vec3 view, shd_angle views) {
+    piece->mirror = shd_sub(shd_scale(piece->axis, 2 * shd_dot(piece->axis, view)), view);
+    piece->glitter = sum_of(sum_of(piece->spread, piece->spread), views);
+}
+
+static void put(maker *m, shd_piece piece, shd_vec3 view, shd_angle views, double sign) {
+    if (m->count == SHD_MOST_PIECES) return; /* there are never so many */
+    piece.axis = shd_scale(piece.axis, sign);
+    reflect(&piece, view, views);
+    m->out[m->count++] = piece;
+}
+
+/* The piece with its normals as they are shaded, if it may be seen: twice where they may be turned
+ * either way. */
+static void add_piece(maker *m, shd_piece piece) {
+    const shd_camera *camera = &m->scene->camera;
+    if (!is_in_frame(m, piece.center, piece.radius)) return;
+    shd_vec3 view;
+    const shd_angle views = view_of(camera, &piece, &view);
+    const shd_angle facing = angle_of(shd_dot(piece.axis, view)),
+                    spread = sum_of(piece.spread, views);
+    const bool toward = cosine_less(facing, spread) >= -MARGIN,
+               away = cosine_more(facing, spread) <= MARGIN;
+    if (toward || m->front_only) put(m, piece, view, views, 1);
+    if (away && !m->closed && !m->front_only) put(m, piece, view, views, -1);
+}
+
+static void add_hull(maker *m, const hull *h) {
+    shd_vec3 at[MOST_POINTS], low = {INFINITY, INFINITY, INFINITY},
+                              high = {-INFINITY, -INFINITY, -INFINITY};
+    for (int i = 0; i < h->point_count; i++) {
+        at[i] = shd_transform(&m->to_world, h->points[i]);
+        low = (shd_vec3){shd_smaller(low.x, at[i].x), shd_smaller(low.y, at[i].y),
+                         shd_smaller(low.z, at[i].z)};
+        high = (shd_vec3){shd_larger(high.x, at[i].x), shd_larger(high.y, at[i].y),
+                          shd_larger(high.z, at[i].z)};
+    }
+    shd_piece piece = {.center = shd_madd(shd_scale(low, 0.5), high, 0.5), .spread = ANY};
+    for (int i = 0; i < h->point_count; i++)
+        piece.radius = shd_larger(piece.radius, shd_length(shd_sub(at[i], piece.center)));
+    piece.radius *= 1 + MARGIN;
+
+    shd_vec3 normal[MOST_POINTS];
+    for (int i = 0; i < h->normal_count; i++) {
+        if (!shd_normalize(shd_linear(&m->normal_map, h->normals[i]), &normal[i])) return;
+        piece.axis = shd_add(piece.axis, normal[i]);
+    }
+    double cosine = 1;
+    if (!shd_normalize(piece.axis, &piece.axis)) cosine = -1;
+    for (int i = 0; i < h->normal_count; i++)
+        cosine = shd_smaller(cosine, shd_dot(piece.axis, normal[i]));
+    /* Cones that are not wider than a half space are convex. */
+    if (cosine >= 1 - 1e-14)
+        piece.spread = (shd_angle){1, 0};
+    else if (cosine > 0)
+        piece.spread = angle_of(cosine - 1e-12);
+    add_piece(m, piece);
+}
+
+/* The whole object, of any normals. */
+static void add_whole(maker *m, const shd_plan_object *bounds) {
+    const shd_piece piece = {.center = bounds->center,
+                             .radius = bounds->bounded ? bounds->radius : INFINITY,
+                             .axis = m->scene->camera.back,
+                             .mirror = m->scene->camera.back,
+                             .spread = ANY,
+                             .glitter = ANY};
+    if (is_in_frame(m, piece.center, piece.radius)) m->out[m->count++] = piece;
+}
+
+/* ---- Shapes, in their unit form. ---- */
+
+/* The points of the square [u0, u1] x [v0, v1] of a flat face around `middle`. */
+static void add_flat(maker *m, shd_vec3 middle, shd_vec3 u, shd_vec3 v, shd_vec3 normal, int n,
+                     bool round) {
+    const double step = 2.0 / n;
+    for (int i = 0; i < n; i++)
+        for (int k = 0; k < n; k++) {
+            const double a = -1 + i * step, b = -1 + k * step;
+            const double x = shd_larger(shd_larger(a, -(a + step)), 0),
+                         y = shd_larger(shd_larger(b, -(b + step)), 0);
+            if (round && x * x + y * y > 1 + MARGIN) continue;
+            hull h = {.point_count = 4, .normal_count = 1};
+            h.normals[0] = normal;
+            for (int c = 0; c < 4; c++)
+                h.points[c] = shd_madd(shd_madd(middle, u, a + (c & 1 ? step : 0)), v,
+                                       b + (c & 2 ? step : 0));
+            add_hull(m, &h);
+        }
+}
+
+/* The hull of an arc of a unit circle of at most 90 degrees: its ends, and where tangents at them
+ * meet. */
+static void arc_of(double from, double to, double x[3], double y[3]) {
+    const double middle = (from + to) / 2, out = 1 / cos((to - from) / 2);
+    x[0] = cos(from), y[0] = sin(from);
+    x[1] = cos(to), y[1] = sin(to);
+    x[2] = out * cos(middle), y[2] = out * sin(middle);
+}
+
+/* One of the six parts of a unit sphere around the axes: the directions of a cube's face. */
+static void add_dome(maker *m, int axis, double sign, int n) {
+    for (int i = 0; i < n; i++)
+        for (int k = 0; k < n; k++) {
+            hull h = {.point_count = 8, .normal_count = 4};
+            shd_vec3 middle = {0, 0, 0};
+            for (int c = 0; c < 4; c++) {
+                /* Tangents, so that parts are about as large as each other. */
+                const double a = tan(SHD_PI / 4 * (-1 + 2.0 / n * (i + (c & 1)))),
+                             b = tan(SHD_PI / 4 * (-1 + 2.0 / n * (k + (c >> 1))));
+                shd_vec3 d = axis == 0   ? (shd_vec3){sign, a, b}
+                             : axis == 1 ? (shd_vec3){a, sign, b}
+                                         : (shd_vec3){a, b, sign};
+                shd_normalize(d, &h.normals[c]);
+                middle = shd_add(middle, h.normals[c]);
+            }
+            shd_normalize(middle, &middle);
+            double cosine = 1;
+            for (int c = 0; c < 4; c++) cosine = shd_smaller(cosine, shd_dot(middle, h.normals[c]));
+            for (int c = 0; c < 4; c++) {
+                h.points[c] = h.normals[c];
+                h.points[4 + c] = shd_scale(h.normals[c], 1 / cosine);
+            }
+            add_hull(m, &h);
+        }
+}
+
+/* The side of a cylinder, or of a cone (`tip`). */
+static void add_side(maker *m, bool tip, int n) {
+    for (int i = 0; i < 4 * n; i++) {
+        double x[3], z[3];
+        arc_of(SHD_PI / 2 / n * i, SHD_PI / 2 / n * (i + 1), x, z);
+        for (int k = 0; k < n; k++) {
+            hull h = {.point_count = 6, .normal_count = 3};
+            for (int c = 0; c < 3; c++) {
+                for (int end = 0; end < 2; end++) {
+                    const double y = -0.5 + (double)(k + end) / n, r = tip ? 0.5 - y : 1;
+                    h.points[2 * c + end] = (shd_vec3){r * x[c], y, r * z[c]};
+                }
+                h.normals[c] = (shd_vec3){x[c], tip ? 1 : 0, z[c]};
+            }
+            add_hull(m, &h);
+        }
+    }
+}
+
+static void add_ring(maker *m, double tube, int n) {
+    const int tubes = n > 2 ? 2 * n : 4;
+    for (int i = 0; i < 4 * n; i++) {
+        double x[3], z[3];
+        arc_of(SHD_PI / 2 / n * i, SHD_PI / 2 / n * (i + 1), x, z);
+        for (int k = 0; k < tubes; k++) {
+            double out[3], up[3];
+            arc_of(2 * SHD_PI / tubes * k, 2 * SHD_PI / tubes * (k + 1), out, up);
+            hull h = {.point_count = 9, .normal_count = 9};
+            for (int c = 0; c < 9; c++) {
+                const double r = 1 + tube * out[c % 3];
+                h.points[c] = (shd_vec3){r * x[c / 3], tube * up[c % 3], r * z[c / 3]};
+                h.normals[c] = (shd_vec3){out[c % 3] * x[c / 3], up[c % 3], out[c % 3] * z[c / 3]};
+            }
+            add_hull(m, &h);
+        }
+    }
+}
+
+/* A plane, through cells of the picture. */
+static void add_plane(maker *m, int n) {
+    const shd_camera *camera = &m->scene->camera;
+    const bool far = camera->projection == SHD_ORTHOGRAPHIC;
+    shd_piece piece = {.spread = {1, 0}};
+    if (!shd_normalize(shd_linear(&m->normal_map, (shd_vec3){0, 1, 0}), &piece.axis)) return;
+    const double height = shd_dot(piece.axis, shd_sub(camera->position, m->to_world.origin));
+    const double side = height < 0 ? -1 : 1;
+    for (int i = 0; i < n; i++)
+        for (int k = 0; k < n; k++) {
+            shd_vec3 at[4], low = {INFINITY, INFINITY, INFINITY},
+                            high = {-INFINITY, -INFINITY, -INFINITY};
+            double steepest = 0;
+            int hits = 0;
+            for (int c = 0; c < 4; c++) {
+                const double a = m->half_x * (-1 + 2.0 / n * (i + (c & 1))),
+                             b = m->half_y * (-1 + 2.0 / n * (k + (c >> 1)));
+                const shd_vec3 across = shd_madd(shd_scale(camera->right, a), camera->up, b);
+                shd_vec3 from = camera->position, ray = shd_sub(across, camera->back);
+                if (far) from = shd_add(from, across), ray = shd_scale(camera->back, -1);
+                const double down = -shd_dot(ray, piece.axis);
+                const double above = shd_dot(piece.axis, shd_sub(from, m->to_world.origin));
+                steepest = shd_larger(steepest, side * down);
+                if (!(far ? fabs(down) > 1e-6 : side * down > 1e-3)) continue;
+                hits++;
+                at[c] = shd_madd(from, ray, above / down);
+                low = (shd_vec3){shd_smaller(low.x, at[c].x), shd_smaller(low.y, at[c].y),
+                                 shd_smaller(low.z, at[c].z)};
+                high = (shd_vec3){shd_larger(high.x, at[c].x), shd_larger(high.y, at[c].y),
+                                  shd_larger(high.z, at[c].z)};
+            }
+            if (!far && !(steepest > 0)) continue;
+            if (hits == 4) {
+                piece.center = shd_madd(shd_scale(low, 0.5), high, 0.5);
+                piece.radius = piece.beyond = 0;
+                for (int c = 0; c < 4; c++)
+                    piece.radius =
+                        shd_larger(piece.radius, shd_length(shd_sub(at[c], piece.center)));
+                piece.radius *= 1 + MARGIN;
+            } else {
+                /* Rays of unit depth are no shorter than 1. */
+                piece.center = m->to_world.origin;
+                piece.radius = INFINITY;
+                piece.beyond = far ? 0 : fabs(height) / steepest * (1 - MARGIN);
+            }
+            add_piece(m, piece);
+        }
+}
+
+/* ---- Meshes: their triangles by cells of a grid. ---- */
+
+enum { MOST_SIDE = 4 };
+
+typedef struct cell {
+    shd_vec3 low, high, normals;
+    double cosine;
+    bool any;
+} cell;
+
+static shd_vec3 vertex_of(const double *values, uint32_t index) {
+    const double *p = values + 3 * (size_t)index;
+    return (shd_vec3){p[0], p[1], p[2]};
+}
+
+static void widen(cell *to, shd_vec3 p) {
+    to->low = (shd_vec3){shd_smaller(to->low.x, p.x), shd_smaller(to->low.y, p.y),
+                         shd_smaller(to->low.z, p.z)};
+    to->high = (shd_vec3){shd_larger(to->high.x, p.x), shd_larger(to->high.y, p.y),
+                          shd_larger(to->high.z, p.z)};
+}
+
+/* The normals at a triangle's corners, in the world's frame: one or three. 0: it has none. */
+static int normals_of(const maker *m, const shd_mesh *mesh, bool own, const uint32_t *corner,
+                      shd_vec3 out[3]) {
+    int count = own ? 1 : 3;
+    for (int c = 0; c < count; c++) {
+        shd_vec3 n;
+        if (own) {
+            const shd_vec3 a = vertex_of(mesh->positions, corner[0]);
+            n = shd_cross(shd_sub(vertex_of(mesh->positions, corner[1]), a),
+                          shd_sub(vertex_of(mesh->positions, corner[2]), a));
+        } else {
+            n = vertex_of(mesh->normals, corner[c]);
+        }
+        if (!shd_normalize(shd_linear(&m->normal_map, n), &out[c])) return 0;
+    }
+    return count;
+}
+
+/* The cell of the grid that a triangle's middle lies in, along one axis. */
+static int step_of(double sum, double low, double high, int side) {
+    const double at = (sum / 3 - low) / (high - low) * side;
+    if (!(at > 0)) return 0; /* also where it is flat, or too large for the sum */
+    return at < side ? (int)at : side - 1;
+}
+
+static void add_mesh(maker *m, const shd_object *object, int side) {
+    const shd_mesh *mesh = object->mesh;
+    const bool own = !mesh->normals || object->interpolation == SHD_FLAT;
+    cell cells[MOST_SIDE * MOST_SIDE * MOST_SIDE];
+    for (int i = 0; i < side * side * side; i++)
+        cells[i] = (cell){.low = {INFINITY, INFINITY, INFINITY},
+                          .high = {-INFINITY, -INFINITY, -INFINITY},
+                          .cosine = 1};
+    shd_vec3 low, high;
+    shd_object_box(object, &low, &high);
+    for (int pass = 0; pass < 2; pass++) {
+        for (size_t t = 0; t < mesh->triangle_count; t++) {
+            const uint32_t *corner = mesh->indices + 3 * t;
+            shd_vec3 p[3], sum = {0, 0, 0}, n[3];
+            for (int c = 0; c < 3; c++) {
+                p[c] = vertex_of(mesh->positions, corner[c]);
+                sum = shd_add(sum, p[c]);
+            }
+            cell *to = &cells[(step_of(sum.z, low.z, high.z, side) * side +
+                               step_of(sum.y, low.y, high.y, side)) *
+                                  side +
+                              step_of(sum.x, low.x, high.x, side)];
+            const int count = normals_of(m, mesh, own, corner, n);
+            for (int c = 0; pass == 0 && c < 3; c++) widen(to, p[c]);
+            for (int c = 0; c < count; c++) {
+                if (pass == 0)
+                    to->normals = shd_add(to->normals, n[c]);
+                else
+                    to->cosine = shd_smaller(to->cosine, shd_dot(to->normals, n[c]));
+            }
+            if (!count) to->cosine = -1;
+            to->any = true;
+        }
+        for (int i = 0; pass == 0 && i < side * side * side; i++)
+            if (cells[i].any && !shd_normalize(cells[i].normals, &cells[i].normals))
+                cells[i].cosine = -1;
+    }
+    for (int i = 0; i < side * side * side; i++) {
+        const cell *c = &cells[i];
+        if (!c->any) continue;
+        shd_piece piece = {.axis = c->normals, .spread = ANY};
+        if (c->cosine > 0) piece.spread = angle_of(c->cosine - 1e-9);
+        if (!(c->cosine > -1)) piece.axis = (shd_vec3){0, 0, 1};
+        piece.center = shd_transform(&m->to_world, shd_madd(shd_scale(c->low, 0.5), c->high, 0.5));
+        for (int corner = 0; corner < 8; corner++) {
+            const shd_vec3 p = {corner & 1 ? c->high.x : c->low.x,
+                                corner & 2 ? c->high.y : c->low.y,
+                                corner & 4 ? c->high.z : c->low.z};
+            piece.radius = shd_larger(
+                piece.radius, shd_length(shd_sub(shd_transform(&m->to_world, p), piece.center)));
+        }
+        piece.radius *= 1 + 1e-5; /* Embree's hits are in f32 */
+        add_piece(m, piece);
+    }
+}
+
+static void add_shape(maker *m, const shd_object *object, int n) {
+    const shd_vec3 x = {1, 0, 0}, y = {0, 1, 0}, z = {0, 0, 1}, none = {0, 0, 0};
+    switch (object->shape) {
+    case SHD_SPHERE:
+        for (int f = 0; f < 6; f++) add_dome(m, f / 2, f % 2 ? -1 : 1, n);
+        break;
+    case SHD_PLANE:
+        add_plane(m, 2 * n);
+        break;
+    case SHD_DISC:
+        add_flat(m, none, x, z, y, 2 * n, true);
+        break;
+    case SHD_BOX:
+        for (int f = 0; f < 6; f++) {
+            const shd_vec3 axes[3] = {x, y, z}, out = shd_scale(axes[f / 2], f % 2 ? -1 : 1);
+            add_flat(m, shd_scale(out, 0.5), shd_scale(axes[(f / 2 + 1) % 3], 0.5),
+                     shd_scale(axes[(f / 2 + 2) % 3], 0.5), out, n, false);
+        }
+        break;
+    case SHD_CYLINDER:
+        add_side(m, false, n);
+        add_flat(m, shd_scale(y, 0.5), x, z, y, n, true);
+        add_flat(m, shd_scale(y, -0.5), x, z, shd_scale(y, -1), n, true);
+        break;
+    case SHD_CONE:
+        add_side(m, true, n);
+        add_flat(m, shd_scale(y, -0.5), x, z, shd_scale(y, -1), n, true);
+        break;
+    case SHD_TORUS:
+        add_ring(m, object->tube / object->radius, n);
+        break;
+    case SHD_MESH:
+        add_mesh(m, object, n + 1);
+        break;
+    case SHD_SHAPE_COUNT:
+        break;
+    }
+}
+
+static bool is_solid(shd_shape shape) {
+    return shape != SHD_PLANE && shape != SHD_DISC && shape != SHD_MESH;
+}
+
+size_t shd_plan_pieces(const shd_scene *scene, size_t index, const shd_plan_object *bounds,
+                       int fineness, shd_piece *out) {
+    const shd_object *object = &scene->objects[index];
+    const shd_camera *camera = &scene->camera;
+    const shd_raster *raster = &scene->raster;
+    const double half =
+        camera->projection == SHD_PERSPECTIVE ? tan(camera->fov / 2) : camera->height / 2;
+    const double around =
+        1 + 2 * PIXELS_AROUND / (raster->width < raster->height ? raster->width : raster->height);
+    maker m = {.scene = scene,
+               .front_only = scene->materials[object->material].front_only,
+               .half_x = half * raster->width / raster->height * around,
+               .half_y = half * around,
+               .out = out};
+    shd_affine unused;
+    /* Facets are lit off the shape that they stand for. */
+    const bool faceted = object->interpolation != SHD_PHONG && object->shape != SHD_MESH;
+    if (fineness == 0 || faceted || !shd_object_frame(object, &m.to_world, &unused)) {
+        add_whole(&m, bounds);
+        return m.count;
+    }
+    m.normal_map = shd_normal_map(&m.to_world);
+    if (is_solid(object->shape)) {
+        const shd_vec3 from = shd_sub(camera->position, bounds->center);
+        const double reach = bounds->radius * (1 + MARGIN);
+        m.closed = camera->projection == SHD_PERSPECTIVE ? shd_length(from) > reach
+                                                         : shd_dot(from, camera->back) > reach;
+    }
+    add_shape(&m, object, fineness);
+    return m.count;
+}
+
+/* ---- Lights. ---- */
+
+static double spot_at(const shd_plan_light *light, double cosine) {
+    const double q = 1 - cosine;
+    if (q > light->outer || (light->exponent > 0 && !(cosine > 0))) return 0;
+    double s = 1;
+    if (q > light->inner) {
+        const double x = (light->outer - q) / (light->outer - light->inner);
+        s = x * x * (3 - 2 * x);
+    }
+    return light->exponent > 0 ? s * pow(cosine, light->exponent) : s;
+}
+
+static double attenuation_at(const shd_plan_light *light, double distance) {
+    if (!light->attenuated) return light->gain;
+    const double d = shd_larger(distance, light->min_distance);
+    /* as the kernels hold it */
+    return shd_smaller(light->gain / (light->a + d * (light->b + d * light->c)), 1e200);
+}
+
+bool shd_piece_lit(const shd_scene *scene, const shd_piece *piece, const shd_plan_light *light,
+                   double least, shd_lit *out) {
+    shd_vec3 toward = light->toward;
+    shd_angle spread = {1, 0};
+    double nearest = 0, farthest = 0, facing_low = -1, facing_high = 1;
+    const bool flat = piece->spread.cosine == 1;
+    if (!light->directional) {
+        const shd_vec3 path = shd_sub(light->position, piece->center);
+        const double distance = shd_length(path);
+        spread = seen_from(piece->radius, distance);
+        if (!shd_normalize(path, &toward)) spread = ANY;
+        nearest = shd_larger(distance - piece->radius, 0);
+        farthest = distance + piece->radius;
+        if (flat) { /* N.(l - p) is the same for all p */
+            const double height = shd_dot(path, piece->axis),
+                         across = sqrt(shd_larger(distance * distance - height * height, 0));
+            if (!(height > -MARGIN * distance)) return false;
+            nearest = hypot(height, shd_larger(across - piece->radius, 0));
+            farthest = hypot(height, across + piece->radius);
+            if (piece->beyond > 0)
+                nearest = shd_larger(
+                    nearest,
+                    piece->beyond - shd_length(shd_sub(light->position, scene->camera.position)));
+            nearest *= 1 - MARGIN;
+            facing_high = shd_larger(height, 0) / nearest;
+            facing_low = height / farthest;
+        }
+        nearest = shd_larger(nearest, least);
+    }
+    const shd_angle facing = angle_of(shd_dot(piece->axis, toward)),
+                    facings = sum_of(spread, piece->spread);
+    facing_high = shd_smaller(facing_high, cosine_less(facing, facings)) + MARGIN;
+    if (!(facing_high > 0)) return false;
+    facing_low = shd_larger(facing_low, cosine_more(facing, facings)) - MARGIN;
+    out->nearest = nearest;
+    out->facing_high = shd_smaller(facing_high, 1);
+    out->facing_low = shd_larger(facing_low, 0);
+    out->fall_high = out->factor_high = attenuation_at(light, nearest) * (1 + MARGIN);
+    out->factor_low = attenuation_at(light, light->directional ? 0 : farthest) * (1 - MARGIN);
+    if (!(out->factor_low > 0)) out->factor_low = 0;
+    if (light->spot) {
+        const shd_angle off = angle_of(-shd_dot(light->axis, toward));
+        out->axis_high = shd_smaller(cosine_less(off, spread) + MARGIN, 1);
+        out->axis_low = cosine_more(off, spread) - MARGIN;
+        const double high = spot_at(light, out->axis_high);
+        if (high == 0) return false;
+        out->factor_high *= high;
+        out->factor_low *= spot_at(light, out->axis_low);
+    }
+    const shd_angle shine = angle_of(shd_dot(piece->mirror, toward)),
+                    shines = sum_of(spread, piece->glitter);
+    out->shine_high = shd_smaller(cosine_less(shine, shines) + MARGIN, 1);
+    out->shine_low = out->facing_low > 0 ? cosine_more(shine, shines) - MARGIN : 0;
+    return true;
+}
+
+double shd_piece_most(const shd_scene *scene, const shd_piece *piece,
+                      const shd_plan_material *material, const shd_plan_light *light,
+                      double least) {
+    shd_lit lit;
+    if (!shd_piece_lit(scene, piece, light, least, &lit)) return 0;
+    double reflected[3], most = 0;
+    for (int c = 0; c < 3; c++) reflected[c] = fabs(material->diffuse[c]) * lit.facing_high;
+    for (size_t k = 0; k < material->lobe_count; k++) {
+        const shd_plan_lobe *lobe = &material->lobes[k];
+        const double power = shd_shine_power(lit.shine_high, lobe->shininess);
+        for (int c = 0; c < 3; c++) reflected[c] += fabs(lobe->specular[c]) * power;
+    }
+    for (int c = 0; c < 3; c++) most = shd_larger(most, reflected[c] * fabs(light->color[c]));
+    return most * lit.factor_high;
+}
+
+shd_piece shd_piece_of(const shd_scene *scene, const shd_patch *patch) {
+    shd_piece piece = {.center = patch->center,
+                       .radius = patch->radius,
+                       .axis = patch->axis,
+                       .spread =
+                           patch->cos_spread > 0 ? angle_of(patch->cos_spread - MARGIN) : ANY};
+    shd_vec3 view;
+    const shd_angle views = view_of(&scene->camera, &piece, &view);
+    reflect(&piece, view, views);
+    return piece;
+}
