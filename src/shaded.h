@@ -146,8 +146,8 @@ typedef enum shd_telling { SHD_IN_JSON, SHD_IN_WORDS } shd_telling;
 shd_status shd_request_explain(shd_request *request, shd_telling telling, char **text,
                                shd_error *error);
 
-/* Makes a running or later render or comparison end soon with SHD_CANCELLED: within a tile, or
- * after an encoding that is not WebP's. Any thread. */
+/* Makes a running or later render or comparison end soon with SHD_CANCELLED: within a tile or
+ * a piece of an encoding, of which a PNG's compression is one. Any thread. */
 void shd_request_cancel(shd_request *request);
 
 typedef struct shd_picture {

@@ -7,6 +7,14 @@ shd_status shd_encode_no_memory(shd_error *error) {
     return shd_fail(error, SHD_MEMORY, "", "not enough memory to encode the picture");
 }
 
+shd_status shd_encode_cancelled(shd_error *error) {
+    return shd_fail(error, SHD_CANCELLED, "", "the encoding was cancelled");
+}
+
+bool shd_encode_goes_on(const shd_image *image) {
+    return !image->go_on || image->go_on(image->context);
+}
+
 shd_status shd_image_encode(const shd_image *image, shd_format format, shd_arena *scratch,
                             shd_bytes *out, shd_error *error) {
     const shd_format_info *info = shd_format_get(format);

@@ -16,7 +16,11 @@ shd_status shd_encode_webp(const shd_image *image, shd_arena *scratch, shd_bytes
 shd_status shd_encode_oiio(const shd_image *image, shd_format format, shd_arena *scratch,
                            shd_bytes *out, shd_error *error);
 
-/* SHD_MEMORY, with one text for all. */
+/* SHD_MEMORY and SHD_CANCELLED, with one text each for all. */
 shd_status shd_encode_no_memory(shd_error *error);
+shd_status shd_encode_cancelled(shd_error *error);
+
+/* Asks image->go_on, if it is there. */
+bool shd_encode_goes_on(const shd_image *image);
 
 #endif

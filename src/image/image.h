@@ -55,7 +55,7 @@ typedef struct shd_image {
     const shd_image_layer *layers;    /* EXR: further channels */
     size_t layer_count;
     shd_isa isa;                  /* of the kernels; 0, the portable ones, gives the same bytes */
-    bool (*go_on)(void *context); /* NULL; or called now and then while JPEG or WebP is encoded, on
+    bool (*go_on)(void *context); /* NULL; or called now and then while the picture is encoded, on
                                      the calling thread: false ends it with SHD_CANCELLED */
     /* NULL; or calls run(work, index, slot) for all of [0, count), on several threads, of which
      * each has a slot of its own in [0, slots), the calling one 0, and returns when all is done. */

@@ -107,7 +107,9 @@ shd_status shd_encode_oiio(const shd_image *image, shd_format format, shd_arena 
                         .suffix = shd_format_get(format)->name,
                         .width = image->width,
                         .height = image->height,
-                        .plane_count = 1 + image->layer_count};
+                        .plane_count = 1 + image->layer_count,
+                        .go_on = image->go_on,
+                        .context = image->context};
     shd_oiio_plane *planes = shd_arena_alloc(scratch, job.plane_count, sizeof *planes);
     if (!planes) return shd_encode_no_memory(error);
     status = picture_plane(image, format, scratch, planes, &job.alpha, error);
@@ -144,6 +146,7 @@ shd_status shd_encode_oiio(const shd_image *image, shd_format format, shd_arena 
     size_t size;
     char text[400];
     int failed = encode(&job, &data, &size, text, sizeof text);
+    if (failed == 2) return shd_encode_cancelled(error);
     if (failed > 0) return shd_encode_no_memory(error);
     if (failed) return shd_fail(error, SHD_INTERNAL, "", "%s", text);
     *out = (shd_bytes){data, size};

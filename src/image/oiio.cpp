@@ -180,6 +180,19 @@ int fail(char *text, size_t size, const std::string &what) {
     return -1;
 }
 
+// What OpenImageIO asks between scanlines: true ends the writing.
+struct Asking {
+    const shd_oiio_job &job;
+    bool stopped = false;
+
+    static bool ask(void *self, float /*done*/) {
+        auto asking = static_cast<Asking *>(self);
+        const shd_oiio_job &job = asking->job;
+        asking->stopped = asking->stopped || (job.go_on && !job.go_on(job.context));
+        return asking->stopped;
+    }
+};
+
 int encode(const shd_oiio_job &job, unsigned char **data, size_t *size, char *text,
            size_t text_size) {
     static const Quiet quiet;
@@ -193,9 +206,12 @@ int encode(const shd_oiio_job &job, unsigned char **data, size_t *size, char *te
     OIIO::ImageSpec spec = describe(job);
     const void *pixels = weave(job, spec);
     if (!pixels) return fail(text, text_size, "the pixel buffer is too small");
+    Asking asking{job};
     bool written = output->set_ioproxy(&memory) && output->open(name, spec) &&
-                   output->write_image(OIIO::TypeDesc::UNKNOWN, pixels);
+                   output->write_image(OIIO::TypeDesc::UNKNOWN, pixels, OIIO::AutoStride,
+                                       OIIO::AutoStride, OIIO::AutoStride, Asking::ask, &asking);
     written = output->close() && written;
+    if (asking.stopped) return 2;
     if (memory.starved) return 1;
     if (!written || !memory.size()) return fail(text, text_size, output->geterror());
     if (!std::strcmp(job.suffix, "exr") && memory.lacks_lines(job.height)) return 1;

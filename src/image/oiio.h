@@ -3,6 +3,7 @@
 #ifndef SHD_IMAGE_OIIO_H
 #define SHD_IMAGE_OIIO_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 #ifdef __cplusplus
@@ -37,9 +38,12 @@ typedef struct shd_oiio_job {
     const char *shown;      /* for the attribute "shaded:channels", or NULL */
     void *pixels;           /* room for all planes' stored bytes; used where they must be woven */
     size_t pixels_size;
+    bool (*go_on)(void *context); /* NULL; or asked now and then whether to */
+    void *context;
 } shd_oiio_job;
 
-/* 0, and malloc'd bytes; or -1 and a sentence. 1: out of memory. Any thread. */
+/* 0, and malloc'd bytes; or -1 and a sentence. 1: out of memory; 2: it was not to go on. Any
+ * thread. */
 typedef int shd_oiio_encode_fn(const shd_oiio_job *job, unsigned char **data, size_t *size,
                                char *text, size_t text_size);
 

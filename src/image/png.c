@@ -14,6 +14,9 @@
  * for 28 and 100, 5 takes 2.8 and 5.0 for 27 and 95. */
 enum { LEVEL = 2 };
 
+/* Bytes of rows between two questions whether to go on: half a millisecond. */
+enum { BAND = 1 << 18 };
+
 /* Bytes of an IDAT chunk, whose length has 31 bits; larger pictures take several. */
 enum { DATA_MOST = 1 << 20 };
 
@@ -145,25 +148,27 @@ static const unsigned char *make_row(const shd_pack *pack, const shd_image *imag
     return room;
 }
 
-/* All rows as PNG wants them, each after its filter's name. `data` is NULL where memory is short.
- */
-static shd_bytes filter_rows(const shd_image *image, const shd_pack *pack, shd_arena *scratch) {
+/* All rows as PNG wants them, each after its filter's name. */
+static shd_status filter_rows(const shd_image *image, const shd_pack *pack, shd_arena *scratch,
+                              shd_bytes *rows, shd_error *error) {
     static const shd_filter_kernel *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_filter_kernel);
     const size_t height = (size_t)image->height;
     const size_t pixel = (size_t)pack->count * shd_pack_bytes(pack);
-    const size_t bytes = (size_t)image->width * pixel;
+    const size_t bytes = (size_t)image->width * pixel, band = BAND / (bytes + 1) + 1;
     unsigned char *out = shd_arena_alloc(scratch, height, bytes + 1);
     unsigned char *room = shd_arena_alloc(scratch, bytes, 1);
-    unsigned char *rows[2] = {shd_arena_alloc(scratch, bytes, 1),
-                              shd_arena_zalloc(scratch, bytes, 1)};
-    if (!out || !room || !rows[0] || !rows[1]) return (shd_bytes){NULL, 0};
-    const unsigned char *above = rows[1]; /* zeros are above the first row */
+    unsigned char *samples[2] = {shd_arena_alloc(scratch, bytes, 1),
+                                 shd_arena_zalloc(scratch, bytes, 1)};
+    if (!out || !room || !samples[0] || !samples[1]) return shd_encode_no_memory(error);
+    const unsigned char *above = samples[1]; /* zeros are above the first row */
     for (size_t y = 0; y < height; y++) {
-        const unsigned char *row = make_row(pack, image, y, rows[y & 1]);
+        if (y % band == 0 && !shd_encode_goes_on(image)) return shd_encode_cancelled(error);
+        const unsigned char *row = make_row(pack, image, y, samples[y & 1]);
         kernels[image->isa]->filter(row, above, bytes, pixel, room, out + y * (bytes + 1));
         above = row;
     }
-    return (shd_bytes){out, height * (bytes + 1)};
+    *rows = (shd_bytes){out, height * (bytes + 1)};
+    return SHD_OK;
 }
 
 /* In arena memory; `data` is NULL where that is short. */
@@ -192,9 +197,12 @@ static void put_data(writer *w, shd_bytes data) {
 shd_status shd_encode_png(const shd_image *image, shd_arena *scratch, shd_bytes *out,
                           shd_error *error) {
     shd_pack pack = shd_pack_of(image, SHD_PNG);
-    shd_bytes rows = filter_rows(image, &pack, scratch);
-    struct libdeflate_compressor *compressor =
-        rows.data ? libdeflate_alloc_compressor(LEVEL) : NULL;
+    shd_bytes rows = {NULL, 0};
+    shd_status status = filter_rows(image, &pack, scratch, &rows, error);
+    if (status) return status;
+    /* Its compression is one call of libdeflate. */
+    if (!shd_encode_goes_on(image)) return shd_encode_cancelled(error);
+    struct libdeflate_compressor *compressor = libdeflate_alloc_compressor(LEVEL);
     if (!compressor) return shd_encode_no_memory(error);
     shd_bytes data = compress(rows, compressor, scratch);
     writer w = {NULL, 0};

@@ -20,7 +20,7 @@ static shd_status encoder_error(int code, shd_error *error) {
     case VP8_ENC_ERROR_BITSTREAM_OUT_OF_MEMORY:
         return shd_encode_no_memory(error);
     case VP8_ENC_ERROR_USER_ABORT:
-        return shd_fail(error, SHD_CANCELLED, "", "the encoding was cancelled");
+        return shd_encode_cancelled(error);
     default:
         return shd_fail(error, SHD_INTERNAL, "", "libwebp failed with error %d", code);
     }

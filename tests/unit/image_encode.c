@@ -208,28 +208,41 @@ static bool count_down(void *context) {
     return --*(int *)context > 0;
 }
 
-static void webp_is_left_where_it_is_told_to(void **state) {
+static void check_left_where_told(shd_image image, shd_format format) {
+    int calls = 1000000;
+    shd_bytes wanted = encoded(&image, format);
+    image.go_on = count_down;
+    image.context = &calls;
+    shd_bytes out = encoded(&image, format);
+    assert_int_equal(out.size, wanted.size);
+    assert_memory_equal(out.data, wanted.data, wanted.size);
+    free(wanted.data);
+    free(out.data);
+    int most = 1000000 - calls;
+    assert_true(most >= 3);
+    for (int at = 1; at <= most; at += 1 + most / 50) {
+        calls = at;
+        check_refused(&image, format, 1 << 24, SHD_CANCELLED, "cancelled");
+    }
+}
+
+static void encoding_is_left_where_it_is_told_to(void **state) {
     (void)state;
-    enum { SIDE = 300 };
+    enum { SIDE = 600 };
     float *rgba = gradient(SIDE, SIDE);
-    for (int quality = 80; quality <= 100; quality += 20) {
-        int calls = 1000000;
-        shd_image image = picture(rgba, SIDE, SIDE);
-        image.quality = quality;
-        shd_bytes wanted = encoded(&image, SHD_WEBP);
-        image.go_on = count_down;
-        image.context = &calls;
-        shd_bytes out = encoded(&image, SHD_WEBP);
-        assert_int_equal(out.size, wanted.size);
-        assert_memory_equal(out.data, wanted.data, wanted.size);
-        free(wanted.data);
-        free(out.data);
-        int most = 1000000 - calls;
-        assert_true(most > 3);
-        for (int at = 1; at <= most; at += 2) {
-            calls = at;
-            check_refused(&image, SHD_WEBP, 1 << 24, SHD_CANCELLED, "cancelled");
-        }
+    static const struct {
+        shd_format format;
+        shd_depth depth;
+        int quality, side;
+    } cases[] = {{SHD_PNG, SHD_U8, 0, SIDE},       {SHD_PNG, SHD_U16, 0, SIDE},
+                 {SHD_WEBP, SHD_U8, 80, SIDE / 2}, {SHD_WEBP, SHD_U8, 100, SIDE / 2},
+                 {SHD_TIFF, SHD_U8, 0, SIDE},      {SHD_EXR, SHD_HALF, 0, SIDE},
+                 {SHD_HDR, SHD_FLOAT, 0, SIDE}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        shd_image image = picture(rgba, cases[i].side, cases[i].side);
+        image.depth = cases[i].depth;
+        image.quality = cases[i].quality;
+        check_left_where_told(image, cases[i].format);
     }
     free(rgba);
 }
@@ -244,7 +257,7 @@ int main(void) {
         cmocka_unit_test(short_memory_is_an_error_in_every_format),
         cmocka_unit_test(jpeg_carries_a_profile_only_where_it_is_not_srgb),
         cmocka_unit_test(webp_quality_100_is_lossless),
-        cmocka_unit_test(webp_is_left_where_it_is_told_to),
+        cmocka_unit_test(encoding_is_left_where_it_is_told_to),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
