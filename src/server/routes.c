@@ -7,8 +7,7 @@
 #include <string.h>
 #include <strings.h>
 
-#include "compare_job.h"
-#include "explain_job.h"
+#include "json_job.h"
 #include "negotiate.h"
 #include "preview.h"
 #include "problem.h"

@@ -5,7 +5,7 @@
  *     routes.c  which paths and methods there are, and what can be answered at once
  *     jobs.c    which exchange waits for which work, and for how long
  *     job.c     how the engine's workers do it
- *     render_job.c, compare_job.c, explain_job.c  what a worker does for a kind of work
+ *     render_job.c, json_job.c  what a worker does for a kind of work
  *     cache.c   finished pictures, for who asks for the same ones
  *     preview.c  links as documents; signatures
  *     settings.c  what SIGHUP changes; access.c  tokens, keys and origins
