@@ -58,8 +58,9 @@ static int print_and_exit(const char *text) {
 
 static bool parse_threads(const char *text, unsigned *out) {
     char *end;
+    if (!text || text[0] < '0' || text[0] > '9') return false;
     unsigned long value = strtoul(text, &end, 10);
-    if (text[0] < '0' || text[0] > '9' || *end || value < 1 || value > 1024) return false;
+    if (*end || value < 1 || value > 1024) return false;
     *out = (unsigned)value;
     return true;
 }

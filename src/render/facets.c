@@ -145,6 +145,6 @@ bool shd_facets_light(shd_request *request, const shd_sight *sight, const shd_li
         out->radiance[o] = l.radiance;
         shd_pool_for(pool, (l.facets->point_count + BLOCK - 1) / BLOCK, light_block, &l);
     }
-    for (unsigned i = 0; out->any && i < slots; i++) request->times.shade += l.seconds[i];
+    for (unsigned i = 0; l.seconds && i < slots; i++) request->times.shade += l.seconds[i];
     return true;
 }

@@ -167,11 +167,16 @@ static void find_cover(scratch *s, const shd_fragments *f) {
 /* ---- From pixels to the film. ---- */
 
 /* Rows of the tile that lie in the region. */
+/* Of a pixel of the raster, in a tile's planes. */
+static size_t place_in_scratch(int x, int y) {
+    return (size_t)(y % SHD_TILE) * SHD_TILE + (size_t)(x % SHD_TILE);
+}
+
 static void store_colors(const job *j, scratch *s, shd_tile tile) {
     const shd_scene *scene = j->scenery.plan->scene;
     shd_film *film = j->film;
     for (int y = 0; y < tile.h; y++) {
-        const size_t from = (size_t)((tile.y + y) % SHD_TILE * SHD_TILE + tile.x % SHD_TILE);
+        const size_t from = place_in_scratch(tile.x, tile.y + y);
         float *out =
             film->rgba + 4 * ((size_t)(tile.y + y - scene->raster.y) * (size_t)film->width +
                               (size_t)(tile.x - scene->raster.x));
@@ -187,7 +192,7 @@ static void store_plane(const job *j, scratch *s, shd_tile tile, size_t plane) {
     const shd_scene *scene = j->scenery.plan->scene;
     shd_film *film = j->film;
     for (int y = 0; y < tile.h; y++) {
-        const size_t from = (size_t)((tile.y + y) % SHD_TILE * SHD_TILE + tile.x % SHD_TILE);
+        const size_t from = place_in_scratch(tile.x, tile.y + y);
         float *out = film->planes[plane] +
                      3 * ((size_t)(tile.y + y - scene->raster.y) * (size_t)film->width +
                           (size_t)(tile.x - scene->raster.x));
@@ -210,7 +215,7 @@ static void store_codes(const job *j, scratch *s, shd_tile tile, bool empty) {
             memcpy(out, j->background, size * width);
         return;
     }
-    const size_t first = (size_t)(tile.y % SHD_TILE * SHD_TILE + tile.x % SHD_TILE);
+    const size_t first = place_in_scratch(tile.x, tile.y);
     size_t count = (size_t)tile.h * SHD_TILE;
     float *const *pixels =
         (float *const[3]){s->pixels[0] + first, s->pixels[1] + first, s->pixels[2] + first};
@@ -304,14 +309,14 @@ static bool make_film(const shd_plan *plan, shd_arena *arena, shd_film *film) {
     for (size_t p = 1; p < plan->plane_count; p++)
         if (!(film->planes[p] = shd_arena_alloc(arena, pixels, 3 * sizeof(float)))) return false;
     struct {
-        bool wanted;
         float **at;
         size_t channels;
         float nothing;
-    } data[] = {{wants[SHD_LAYER_NORMAL], &film->normal, 3, 0},
-                {wants[SHD_LAYER_POSITION], &film->position, 3, 0},
-                {wants[SHD_LAYER_DEPTH], &film->depth, 1, INFINITY},
-                {wants[SHD_LAYER_OBJECT], &film->object, 1, -1}};
+        bool wanted;
+    } data[] = {{&film->normal, 3, 0, wants[SHD_LAYER_NORMAL]},
+                {&film->position, 3, 0, wants[SHD_LAYER_POSITION]},
+                {&film->depth, 1, INFINITY, wants[SHD_LAYER_DEPTH]},
+                {&film->object, 1, -1, wants[SHD_LAYER_OBJECT]}};
     for (size_t i = 0; i < sizeof data / sizeof data[0]; i++) {
         if (!data[i].wanted) continue;
         *data[i].at = shd_arena_alloc(arena, pixels, data[i].channels * sizeof(float));
