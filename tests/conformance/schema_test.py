@@ -14,6 +14,8 @@ import unittest
 
 import jsonschema
 
+from conformance.mistakes import FIRST, SECOND, at
+
 SOURCE = os.environ["SHADED_SOURCE"]
 BUILD = os.environ["SHADED_BUILD"]
 SEED = 20240229
@@ -42,55 +44,8 @@ def scene(*objects, **members):
 
 # Together they hold every member that there is.
 RICH = [
-    {
-        "workingSpace": "lin_rec709",
-        "colorSpace": "wide",
-        "camera": {"type": "perspective", "position": [0, 1, 4], "target": [0, 0, 0],
-                   "up": [0, 1, 0], "fov": 40},
-        "image": {"width": 64, "height": 48, "samples": 4, "region": [1, 2, 30, 40]},
-        "ambient": [0.1, 0.2, 0.3],
-        "background": None,
-        "lights": [
-            {"type": "ambient", "color": 0.5, "intensity": 2},
-            {"type": "directional", "direction": [0, -1, -1], "color": "#ffeedd", "intensity": 1,
-             "ambient": 0.1, "frame": "world"},
-            {"type": "point", "position": [3, 3, 3], "color": [1, 1, 1], "intensity": 1,
-             "ambient": "#123", "attenuation": [1, 0, 0.5], "minDistance": 0.1,
-             "frame": "camera"},
-            {"type": "spot", "position": [0, 4, 0, 2], "direction": [0, -1, 0], "angle": 30,
-             "penumbra": 0.2, "exponent": 1, "color": {"space": "sRGB", "value": [1, 0.5, 0]},
-             "intensity": 3, "ambient": 0, "attenuation": [0, 0, 1], "minDistance": 0,
-             "frame": "camera"},
-            {"position": [1, 1, 1, 0], "color": 1, "intensity": 1, "ambient": 0, "frame": "world",
-             "attenuation": [1, 0, 0], "minDistance": 0},
-            {"type": "directional", "position": [1, 1, 1, 0]},
-        ],
-        "interpolation": "phong",
-        "materials": {
-            "clay": {"model": "phong", "preset": "jade", "emissive": 0, "ambient": 0.1,
-                     "diffuse": [0.5, 0.4, 0.3], "specular": 0.2, "shininess": 20,
-                     "lobes": [{"specular": 0.1, "shininess": 200}], "side": "front"},
-        },
-        "objects": [
-            {"type": "sphere", "radius": 1, "material": "clay", "interpolation": "gouraud",
-             "segments": 16,
-             "transform": {"translate": [0, 0, 0], "rotate": [0, 10, 0], "scale": 2}},
-            {"type": "plane", "interpolation": "phong", "material": "brass",
-             "transform": {"translate": [0, -1, 0], "scale": [1, 2, 1]}},
-            {"type": "disc", "radius": 2, "segments": 8, "material": {"diffuse": "#808080"}},
-            {"type": "box", "size": [1, 2, 3], "interpolation": "flat", "segments": 8,
-             "transform": {"matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 6, 7, 1]}},
-            {"type": "cylinder", "radius": 1, "height": 2, "segments": 8},
-            {"type": "cone", "radius": 1, "height": 2, "segments": 8},
-            {"type": "torus", "radius": 1, "tube": 0.5, "segments": 8},
-            {"type": "mesh", "positions": [0, 0, 0, 1, 0, 0, 0, 1, 0], "indices": [0, 1, 2],
-             "normals": [0, 0, 1, 0, 0, 1, 0, 1, 1], "interpolation": "flat",
-             "transform": {"scale": 1}, "material": "jade"},
-        ],
-        "accuracy": {"tier": "exact"},
-        "output": {"format": "png", "display": "sRGB", "view": "Standard", "bitDepth": 16,
-                   "quality": 80, "channel": "G"},
-    },
+    FIRST,
+    SECOND,
     scene(camera={"type": "orthographic", "height": 3}, background="#000",
           accuracy={"maxError": 0.5, "metric": "code"},
           output={"format": "exr", "colorSpace": "wide", "bitDepth": "half",
@@ -129,12 +84,6 @@ def places(value, path=()):
         enumerate(value) if isinstance(value, list) else ())
     for key, item in items:
         yield from places(item, path + (key,))
-
-
-def at(document, path):
-    for key in path:
-        document = document[key]
-    return document
 
 
 def mutations(document):

@@ -4,13 +4,11 @@ import json
 import os
 import signal
 import subprocess
-import tempfile
 import time
 import unittest
-from pathlib import Path
 
 from e2e.daemon import BUILD, SANITIZED, SMALL, Daemon, another
-from e2e.daemon_test import wait_until, wait_until_busy
+from e2e.daemon_test import Folder, wait_until, wait_until_busy
 from e2e.queue_test import Client
 
 SHADE = str(BUILD / "shade")
@@ -119,12 +117,10 @@ class Http(unittest.TestCase):
             self.assertIn("timeout", json.loads(answer.body)["detail"])
 
 
-class Cli(unittest.TestCase):
+class Cli(Folder):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
-        (self.folder / "scene.json").write_text(json.dumps(SMALL))
+        super().setUp()
+        self.file(json.dumps(SMALL), "scene.json")
 
     def shade(self, *arguments, **options):
         return subprocess.run([SHADE, "compare", *arguments], cwd=self.folder, check=False,

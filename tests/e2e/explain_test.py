@@ -5,11 +5,10 @@ import os
 import pty
 import re
 import subprocess
-import tempfile
 import unittest
-from pathlib import Path
 
 from e2e.daemon import BUILD, SMALL, Daemon
+from e2e.daemon_test import Folder
 
 SHADE = BUILD / "shade"
 SPHERE = {"type": "sphere", "material": {"specular": 0.5, "shininess": 50}}
@@ -105,12 +104,10 @@ class Http(unittest.TestCase):
             self.assertLessEqual(tier["error"]["deltaE2000"]["max"], tier["bound"]["deltaE2000"])
 
 
-class Cli(unittest.TestCase):
+class Cli(Folder):
     def setUp(self):
-        folder = tempfile.TemporaryDirectory()
-        self.addCleanup(folder.cleanup)
-        self.folder = Path(folder.name)
-        (self.folder / "scene.json").write_text(json.dumps(SCENE))
+        super().setUp()
+        self.file(json.dumps(SCENE), "scene.json")
 
     def shade(self, *arguments, **options):
         return subprocess.run([SHADE, "explain", *arguments], cwd=self.folder, check=False,
