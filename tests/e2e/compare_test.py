@@ -7,9 +7,9 @@ import subprocess
 import time
 import unittest
 
-from e2e.daemon import BUILD, SANITIZED, SMALL, Daemon, another
-from e2e.daemon_test import Folder, wait_until, wait_until_busy
-from e2e.queue_test import Client
+from e2e.daemon import BUILD, SANITIZED, SMALL, Daemon
+from e2e.daemon_test import Folder, wait_until
+from e2e.queue_test import Client, occupied, wait_until_read
 
 SHADE = str(BUILD / "shade")
 TIERS = ["draft", "standard", "exact"]
@@ -100,10 +100,9 @@ class Http(unittest.TestCase):
 
     def test_it_waits_its_turn(self):
         with Daemon("--threads", "1", "--queue", "1", "--timeout", "300") as daemon:
-            clients = [Client(daemon, LONG)]
-            wait_until_busy(daemon)
-            clients.append(Client(daemon, another(LONG)))
-            wait_until_busy(daemon, queued=1)
+            clients = [occupied(daemon)]
+            clients.append(Client(daemon, LONG))
+            wait_until_read(daemon, clients[0], 1)
             self.assertEqual(daemon.post("/v1/compare", SMALL).status, 429)
             for client in clients:
                 client.leave()
