@@ -78,6 +78,11 @@ json_t *shd_json_parse(const char *text, size_t length, size_t memory, shd_repor
     json_error_t error;
     json_t *tree = json_loadb(
         text, length, JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL | JSON_DECODE_ANY, &error);
+    /* It may have gone on without: numbers are then other ones. */
+    if (tree && shd_json_memory_short()) {
+        json_decref(tree);
+        tree = NULL;
+    }
     if (!tree) report_syntax(text, length, &error, report);
     return tree;
 }
