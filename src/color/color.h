@@ -1,5 +1,5 @@
-/* Color through OpenColorIO: configurations, transforms, metadata. The C++ behind this is
- * ocio.cpp and its walk; every entry catches all exceptions.
+/* Color through OpenColorIO: configurations, transforms, metadata. The only C++ behind this is
+ * ocio.cpp; every entry catches all exceptions.
  *
  * A configuration is loaded once and shared by threads; transforms are made on first use, kept
  * for the configuration's life, and may be applied by any number of threads at once. */

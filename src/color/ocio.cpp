@@ -1,10 +1,11 @@
-// OpenColorIO behind the C header. In order: its process-wide habits; the catalog; transforms;
-// loading.
+// OpenColorIO behind the C header. In order: its process-wide habits; a walk over everything that
+// a configuration refers to, before OpenColorIO follows it; loading; the catalog; transforms.
 
 #include "color/color.h"
 
 #include <OpenColorIO/OpenColorIO.h>
 #include <strings.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <xxhash.h>
 
@@ -27,7 +28,6 @@
 #include "color/codes.h"
 #include "color/file.h"
 #include "color/metadata.h"
-#include "color/ocio_walk.hpp"
 #include "color/text.h"
 
 extern "C" {
@@ -71,6 +71,7 @@ namespace {
 
 constexpr size_t max_config_bytes = 16u << 20;
 constexpr size_t max_referenced_bytes = 256u << 20;
+constexpr size_t max_reference_depth = 64;
 // Pixels that are handed to OpenColorIO at once; their alphas are kept on the stack meanwhile.
 constexpr size_t block = 1024;
 
@@ -116,6 +117,138 @@ void quiet_the_process() {
         OCIO::SetLoggingLevel(OCIO::LOGGING_LEVEL_NONE);
         OCIO::SetLoggingFunction([](const char *) {});
     });
+}
+
+// Visits everything that the active spaces, displays and views refer to. OpenColorIO follows
+// references by recursion without an end and opens any path, so this refuses circles, chains
+// that are too deep and files that are not regular before a processor is built.
+class Walk {
+  public:
+    explicit Walk(const OCIO::ConstConfigRcPtr &config)
+        : config_(config), context_(config->getCurrentContext()) {}
+
+    void space(const char *name) {
+        const char *resolved = context_->resolveStringVar(name);
+        OCIO::ConstColorSpaceRcPtr found = config_->getColorSpace(resolved);
+        if (!found) return named(resolved);
+        node("color space '" + std::string(found->getName()) + "'", [&] {
+            transform(found->getTransform(OCIO::COLORSPACE_DIR_TO_REFERENCE));
+            transform(found->getTransform(OCIO::COLORSPACE_DIR_FROM_REFERENCE));
+        });
+    }
+
+    void view(const char *display, const char *name) {
+        node("view '" + std::string(display) + " / " + name + "'", [&] {
+            const char *target = config_->getDisplayViewColorSpaceName(display, name);
+            space(std::strcmp(target, OCIO::OCIO_VIEW_USE_DISPLAY_NAME) ? target : display);
+            const char *through = config_->getDisplayViewTransformName(display, name);
+            if (*through) view_transform(config_->getViewTransform(through));
+            looks(config_->getDisplayViewLooks(display, name));
+        });
+    }
+
+    // Between the scene's and the displays' reference spaces.
+    void bridge() { view_transform(config_->getDefaultSceneToDisplayViewTransform()); }
+
+    const std::set<std::string> &files() const { return files_; }
+
+  private:
+    template <typename Body> void node(const std::string &key, Body body) {
+        if (done_.count(key)) return;
+        for (size_t i = 0; i < path_.size(); i++)
+            if (path_[i] == key) throw std::runtime_error("circular definition: " + chain(i, key));
+        if (path_.size() >= max_reference_depth)
+            throw std::runtime_error("references are nested too deeply at " + key);
+        path_.push_back(key);
+        body();
+        path_.pop_back();
+        done_.insert(key);
+    }
+
+    std::string chain(size_t from, const std::string &last) const {
+        std::string out;
+        for (size_t i = from; i < path_.size(); i++) out += path_[i] + " -> ";
+        return out + last;
+    }
+
+    void named(const char *name) {
+        OCIO::ConstNamedTransformRcPtr found = config_->getNamedTransform(name);
+        if (!found) return; // OpenColorIO says so when it builds
+        node("named transform '" + std::string(found->getName()) + "'", [&] {
+            transform(found->getTransform(OCIO::TRANSFORM_DIR_FORWARD));
+            transform(found->getTransform(OCIO::TRANSFORM_DIR_INVERSE));
+        });
+    }
+
+    void view_transform(const OCIO::ConstViewTransformRcPtr &found) {
+        if (!found) return;
+        node("view transform '" + std::string(found->getName()) + "'", [&] {
+            transform(found->getTransform(OCIO::VIEWTRANSFORM_DIR_TO_REFERENCE));
+            transform(found->getTransform(OCIO::VIEWTRANSFORM_DIR_FROM_REFERENCE));
+        });
+    }
+
+    // "+look, -look | fallback": signs are directions, and a look may be an empty word.
+    void looks(const char *text) {
+        std::string names(text);
+        for (size_t at = 0; at < names.size();) {
+            size_t begin = names.find_first_not_of(",:|+- \t", at);
+            if (begin == std::string::npos) return;
+            size_t end = std::min(names.find_first_of(",:|", begin), names.size());
+            at = end;
+            while (end > begin && (names[end - 1] == ' ' || names[end - 1] == '\t')) end--;
+            OCIO::ConstLookRcPtr look = config_->getLook(names.substr(begin, end - begin).c_str());
+            if (!look) continue;
+            node("look '" + std::string(look->getName()) + "'", [&] {
+                space(look->getProcessSpace());
+                transform(look->getTransform());
+                transform(look->getInverseTransform());
+            });
+        }
+    }
+
+    void convert(const char *from, const char *to) {
+        space(from);
+        space(to);
+        OCIO::ConstColorSpaceRcPtr a = config_->getColorSpace(context_->resolveStringVar(from));
+        OCIO::ConstColorSpaceRcPtr b = config_->getColorSpace(context_->resolveStringVar(to));
+        if (a && b && a->getReferenceSpaceType() != b->getReferenceSpaceType()) bridge();
+    }
+
+    void file(const char *source) {
+        std::string path = context_->resolveFileLocation(source); // throws where it is missing
+        struct stat info;
+        if (stat(path.c_str(), &info) || !S_ISREG(info.st_mode))
+            throw std::runtime_error("'" + path + "' is not a regular file");
+        files_.insert(path);
+    }
+
+    void transform(const OCIO::ConstTransformRcPtr &t) {
+        using namespace OCIO;
+        if (!t) return;
+        if (auto group = DynamicPtrCast<const GroupTransform>(t)) {
+            for (int i = 0; i < group->getNumTransforms(); i++) transform(group->getTransform(i));
+        } else if (auto color = DynamicPtrCast<const ColorSpaceTransform>(t)) {
+            convert(color->getSrc(), color->getDst());
+        } else if (auto look = DynamicPtrCast<const LookTransform>(t)) {
+            convert(look->getSrc(), look->getDst());
+            looks(look->getLooks());
+        } else if (auto shown = DynamicPtrCast<const DisplayViewTransform>(t)) {
+            space(shown->getSrc());
+            view(shown->getDisplay(), shown->getView());
+        } else if (auto lut = DynamicPtrCast<const FileTransform>(t)) {
+            file(lut->getSrc());
+        }
+    }
+
+    OCIO::ConstConfigRcPtr config_;
+    OCIO::ConstContextRcPtr context_;
+    std::vector<std::string> path_; // nodes that are being visited, outermost first
+    std::set<std::string> done_, files_;
+};
+
+bool is_display_space(const OCIO::ConstColorSpaceRcPtr &space) {
+    return space->getReferenceSpaceType() == OCIO::REFERENCE_SPACE_DISPLAY;
 }
 
 // Everything that decides on a picture's colors: the library, the configuration and its files.
@@ -321,7 +454,16 @@ void check(shd_color_config *config, std::set<std::string> *files) {
                                  "converted");
     if (!ocio->getNumDisplays()) throw std::runtime_error("there is no display");
 
-    *files = shd_ocio_walk(ocio);
+    Walk walk(ocio);
+    for (int i = 0; i < ocio->getNumColorSpaces(); i++) {
+        const char *name = ocio->getColorSpaceNameByIndex(i);
+        walk.space(name);
+        if (is_display_space(ocio->getColorSpace(name))) walk.bridge();
+    }
+    for (int i = 0; i < ocio->getNumDisplays(); i++)
+        for (int j = 0; j < ocio->getNumViews(ocio->getDisplay(i)); j++)
+            walk.view(ocio->getDisplay(i), ocio->getView(ocio->getDisplay(i), j));
+    *files = walk.files();
 
     fill_catalog(config);
     const shd_catalog &catalog = config->catalog;
