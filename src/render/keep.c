@@ -192,8 +192,8 @@ static void *copy(char **at, const void *from, size_t size) {
     return memcpy(next(at, size), from, size);
 }
 
-/* Past the caches where there are instructions for it: what is kept is not read soon, and would
- * push out what is. Half of the memory's traffic and of the time. */
+/* Past the caches where there are instructions for it: what is kept is not read soon, would push
+ * out what is, and its lines need not be read before they are written. */
 static void *stream(char **at, const void *from, size_t size) {
 #if defined(__SSE2__)
     const size_t lines = size / ALIGNED;
@@ -262,26 +262,16 @@ const shd_fragments *shd_kept_fragments(const shd_record *record, size_t tile) {
 
 /* ---- Hits. ---- */
 
-static bool all_alike(const int32_t *values, size_t count) {
-    int32_t differ = 0;
-    for (size_t i = 0; i < count; i++) differ |= values[i] ^ values[0];
-    return !differ;
-}
-
 /* Kernels read whole vectors, from wherever a run begins. */
 static size_t roomy(size_t count) {
     return (count + SHD_LANES - 1) / SHD_LANES * SHD_LANES + SHD_LANES;
 }
 
-/* Every shot hit: shot[i] is i. */
-static bool is_full(size_t hits, size_t shots) {
-    return hits == shots;
-}
-
 void shd_keep_cast(shd_record *record, size_t tile, const shd_plan *plan, const uint16_t *shot_cell,
                    size_t shots, const shd_hits *hits) {
     const size_t count = hits->count, room = roomy(count), floats = room * sizeof(float);
-    const bool full = is_full(count, shots), alike = all_alike(hits->object, count);
+    const bool full = count == shots; /* shot[i] is i */
+    const bool alike = shd_is_one_object(hits);
     const size_t planes = plan->split_positions ? 12 : 9;
     shd_kept_cast *to;
     char *at = shd_record_alloc(

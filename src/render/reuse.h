@@ -39,8 +39,8 @@ shd_record *shd_reuse_find(shd_reuse *reuse, shd_record_kind kind, shd_reuse_key
 shd_record *shd_record_new(shd_reuse *reuse, shd_record_kind kind, shd_reuse_key key,
                            size_t tile_count);
 
-/* Memory for a tile of a record that is being filled, aligned to 64 bytes. NULL: the record is too
- * large, and will not be published. */
+/* Memory for a tile of a record that is being filled, aligned to 64 bytes. NULL: the record, or
+ * this piece with more than a mebibyte, is too large, and the record will not be published. */
 void *shd_record_alloc(shd_record *record, size_t size);
 
 /* A tile's content: whatever was put there, NULL before. */

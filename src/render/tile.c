@@ -128,12 +128,6 @@ static void sort_hits(const shd_plan *plan, const shd_hits *from, const uint32_t
     shd_hits_pad(to);
 }
 
-static bool is_one_object(const shd_hits *hits) {
-    int32_t differ = 0;
-    for (size_t i = 0; i < hits->count; i++) differ |= hits->object[i] ^ hits->object[0];
-    return !differ;
-}
-
 /* What an object's hits are grouped by: its group, or one more for all faceted objects. */
 static size_t class_of(const shd_scenery *scenery, int32_t object) {
     return scenery->facets->radiance[object] ? scenery->plan->group_count
@@ -152,7 +146,7 @@ static const shd_hits *make_runs(const shd_scenery *scenery, const shd_hits *hit
     const size_t classes = scenery->plan->group_count + 1;
     s->run_count = 0;
     if (!hits->count) return hits;
-    bool alike = is_one_object(hits);
+    bool alike = shd_is_one_object(hits);
     if (!alike) {
         memset(s->starts, 0, (classes + 1) * sizeof *s->starts);
         for (size_t i = 0; i < hits->count; i++)

@@ -53,6 +53,13 @@ static inline int shd_tile_block_end(const shd_tile_scratch *s, int x, int end) 
     return next < end ? next : end;
 }
 
+/* Whether all hits are of the same object; true where there are none. */
+static inline bool shd_is_one_object(const shd_hits *hits) {
+    int32_t differ = 0;
+    for (size_t i = 0; i < hits->count; i++) differ |= hits->object[i] ^ hits->object[0];
+    return !differ;
+}
+
 static inline size_t shd_terms_of(const shd_plan *plan, int32_t group) {
     return group == SHD_RADIANCE ? 1 : 1 + plan->materials[plan->groups[group].material].lobe_count;
 }
