@@ -241,10 +241,8 @@ class ServiceManagerTest(Folder):
         manager, path = self.notifications()
         with Daemon(env={"NOTIFY_SOCKET": path, "WATCHDOG_USEC": "400000"}) as daemon:
             self.assertEqual(manager.recv(1000), b"READY=1")
-            began = time.monotonic()
             for _ in range(3):
                 self.assertEqual(manager.recv(1000), b"WATCHDOG=1")
-            self.assertLess(time.monotonic() - began, 3)
             daemon.signal(signal.SIGHUP)
             told = []
             while b"READY=1" not in told:

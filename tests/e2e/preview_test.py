@@ -252,7 +252,7 @@ class SignatureTest(Folder):
 
     def test_a_link_that_expires_is_good_until_then(self):
         with Daemon("--preview-keys", self.keys(KEYS[0])) as daemon:
-            path = signed(link(size=20, expires=int(time.time()) + 2))
+            path = signed(link(size=20, expires=int(time.time()) + 4))
             self.assert_status(daemon.get(path), 200)
             answers = []
             end = time.monotonic() + 60

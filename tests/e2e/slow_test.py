@@ -1,7 +1,5 @@
 """Clients that are slow, or mean it: everybody else is served, and the admin port answers."""
 
-# ctest: serial
-
 import json
 import resource
 import selectors
@@ -14,7 +12,8 @@ from e2e.daemon import SANITIZED, SMALL, Daemon, another, receive_all
 from e2e.daemon_test import wait_until
 from e2e.http_test import post
 
-PATIENCE = 10 if SANITIZED else 1
+# Seconds for what happens at once, on a machine that is busy with other things.
+PATIENCE = 10
 BODY = json.dumps(SMALL).encode()
 # 15 MB: several times what sockets hold, made in a few seconds even where that is sanitized.
 MANY_BYTES = {"objects": [{"type": "plane"}], "image": {"width": 800, "height": 800, "samples": 1},
