@@ -111,7 +111,8 @@ static const char *const outputs =
 
 static void every_cap_gives_an_answer_or_says_memory(void **state) {
     (void)state;
-    shd_engine *engine = new_engine(2);
+    /* One worker: whether a second one has work, and needs memory, is chance. */
+    shd_engine *engine = new_engine(1);
     char *json = scene(200, 100, outputs);
     int good = 0, refused = 0;
     for (double cap = 64 * 1024; cap < 64e6; cap *= 1.15) {
