@@ -1,6 +1,7 @@
 /* Times requests inside the library: library ROUNDS < JOBS (see jobs.h). A job may say
  *
- *   "kernel", "threads": of its engine; jobs with the same ones share it
+ *   "kernel", "threads", "keep": of its engine; jobs with the same ones share it. keep: false is
+ *              without memory of earlier pictures
  *   "format":  of the picture, default "png"
  *   "compare": true: the comparison of tiers instead of a picture
  *   "save":    a file for the last picture
@@ -19,6 +20,7 @@ enum { ENGINES = 16 };
 static struct {
     char kernel[16];
     unsigned threads;
+    bool keep;
     shd_engine *engine;
 } known[ENGINES];
 
@@ -56,20 +58,25 @@ static shd_engine *engine_of(const json_t *job) {
     const char *kernel = text_of(job, "kernel", "auto");
     const json_t *number = json_object_get(job, "threads");
     unsigned threads = number ? (unsigned)json_integer_value(number) : 1;
+    const bool keep = !json_is_false(json_object_get(job, "keep"));
     int i = 0;
     for (; i < ENGINES && known[i].engine; i++)
-        if (!strcmp(known[i].kernel, kernel) && known[i].threads == threads) return known[i].engine;
+        if (!strcmp(known[i].kernel, kernel) && known[i].threads == threads &&
+            known[i].keep == keep)
+            return known[i].engine;
     if (i == ENGINES) quit("too many engines", "");
 
     shd_engine_options options = shd_engine_defaults();
     options.threads = threads;
     options.kernel = kernel;
+    if (!keep) options.reuse = 0;
     pid_t before = newest_thread();
     shd_error error;
     if (shd_engine_new(&options, &known[i].engine, &error)) quit("engine:", error.text);
     spread_workers(before);
     snprintf(known[i].kernel, sizeof known[i].kernel, "%s", kernel);
     known[i].threads = threads;
+    known[i].keep = keep;
     return known[i].engine;
 }
 

@@ -146,7 +146,8 @@ def measure(rounds, frames):
     install_three()
     (WORK / "scene.json").write_text(json.dumps(PLAIN))
     job = {"text": scenes.text(DOCUMENT)}
-    jobs = [{**job, "save": str(WORK / "own.png")}]
+    # Peers keep nothing for the next picture.
+    jobs = [{**job, "keep": False, "save": str(WORK / "own.png")}, job]
     sixteen = scenes.scene(scenes.lights(16, scenes.FADING), samples=None,
                            output={"format": "jpeg", "quality": 90})
     repainted = scenes.scene(sixteen["lights"], samples=None, output=sixteen["output"],
@@ -164,7 +165,9 @@ def measure(rounds, frames):
     for _ in range(rounds):
         for pipe in pipes:
             note(pipe.name, pipe.measure(frames))
-        note("library", programs.library(jobs, frames, warm=60)[0])
+        for name, samples in zip(("library", "library keeping"),
+                                 programs.library(jobs, frames, warm=60)):
+            note(name, samples)
         for name, segments in (("three.js", 128), ("three.js coarse", 64)):
             with ThreeJs(segments) as page:
                 about = {**about, "three.js": page.about}

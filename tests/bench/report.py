@@ -115,6 +115,7 @@ class Report:
                "process": self.peers["shade png"]["process"]}
         for what, name, figure, unit in (
                 ("library: cast + shade + sRGB codes (CPU)", "library", "seen", "seen"),
+                ("the same, keeping hits and sums of light", "library keeping", "seen", "seen"),
                 ("llvmpipe, scene in uniforms, read back (CPU)", "llvmpipe", "cpu", "seen"),
                 ("llvmpipe, scene folded into the shader (CPU)", "llvmpipe folded", "cpu", "seen"),
                 ("POV-Ray, its own tracing time (CPU)", "povray", "trace", "seen"),
