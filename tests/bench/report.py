@@ -125,6 +125,8 @@ class Report:
                 ("three.js, 64 x 32 segments, to PNG", "three.js coarse png", "blob", "png"),
                 ("shaded, HTTP to JPEG q90", "http jpeg, one core for both", "wall", "jpeg"),
                 ("shaded, the client on another core", "http jpeg", "wall", "jpeg"),
+                ("shaded, HTTP to JPEG q89, 4:2:0 as the browser's",
+                 "http jpeg 4:2:0, one core for both", "wall", "jpeg"),
                 ("three.js, 128 x 64 segments, to JPEG q90", "three.js jpeg", "blob", "jpeg"),
                 ("three.js, 64 x 32 segments, to JPEG q90", "three.js coarse jpeg", "blob", "jpeg"),
                 ("`shade render` to PNG, a process", "shade png", "process", "process"),
