@@ -24,7 +24,8 @@ typedef struct shd_work {
     void (*run)(shd_job *job);
     /* What a document that is not read is answered; NULL: as its report has it. */
     void (*refuse)(shd_job *job);
-    /* Whether one waiter has its answer before anything is run. After `read`; may be NULL. */
+    /* Whether one waiter has its answer before anything is run. After `read`, on any thread, also
+     * while the job runs; may be NULL. */
     bool (*settle)(const shd_job *job, const shd_exchange *exchange, shd_reply *reply);
     /* What answers have besides what they share. May be NULL. */
     void (*add)(const shd_job *job, double queued, shd_reply *reply);
@@ -56,6 +57,7 @@ struct shd_job {
     /* jobs.c's own. */
     struct shd_waiter *waiters;
     shd_listing by_body, by_meaning;
+    bool was_read;   /* without a mistake: it may settle */
     bool may_cancel; /* it has a request that is not done */
     shd_job *other_unwanted;
 };

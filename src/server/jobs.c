@@ -200,9 +200,15 @@ bool shd_jobs_join(shd_jobs *jobs, shd_job *job, shd_exchange *exchange) {
     pthread_mutex_lock(&jobs->mutex);
     shd_job *equal = job->work->shared ? find_by_body(jobs, job, hash) : NULL;
     if (!equal && job->work->shared) list(jobs->by_body, &job->by_body, job, hash);
-    if (equal) atomic_fetch_add(&jobs->server->metrics.joined, 1);
-    wait_for(jobs, waiter, equal ? equal : job);
+    /* Those who came before it was read are settled then. */
+    bool settled = equal && equal->was_read && equal->work->settle &&
+                   equal->work->settle(equal, exchange, &exchange->reply);
+    if (!settled) {
+        if (equal) atomic_fetch_add(&jobs->server->metrics.joined, 1);
+        wait_for(jobs, waiter, equal ? equal : job);
+    }
     pthread_mutex_unlock(&jobs->mutex);
+    if (settled) shd_exchange_resume(exchange);
     return equal;
 }
 
@@ -226,6 +232,7 @@ bool shd_jobs_begin(shd_jobs *jobs, shd_job *job) {
 bool shd_jobs_settle(shd_jobs *jobs, shd_job *job) {
     shd_waiter *settled = NULL;
     pthread_mutex_lock(&jobs->mutex);
+    job->was_read = true;
     for (shd_waiter *w = job->waiters, *other; w; w = other) {
         other = w->other;
         if (!job->work->settle || !job->work->settle(job, w->exchange, &w->exchange->reply))

@@ -23,8 +23,9 @@ typedef struct shd_waiter {
 shd_status shd_jobs_new(shd_server *server, shd_jobs **out, shd_error *error);
 void shd_jobs_drop(shd_jobs *jobs); /* nobody waits; NULL is fine */
 
-/* The suspended exchange waits for an equal job that is there already, where `job` may be shared:
- * then true. Else it waits for `job` itself, which others find from now on. */
+/* The suspended exchange waits for an equal job that is there already, where `job` may be shared,
+ * or is sent on at once where that one's having been read is its answer: then true. Else it waits
+ * for `job` itself, which others find from now on. */
 bool shd_jobs_join(shd_jobs *jobs, shd_job *job, shd_exchange *exchange);
 
 /* The job was refused by the queue: its only exchange, if it still waits, does not any more. */

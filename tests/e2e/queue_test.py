@@ -31,9 +31,9 @@ def new_daemon(*flags):
 class Client:
     """A request that may be left alone."""
 
-    def __init__(self, daemon, scene, path="/v1/render"):
+    def __init__(self, daemon, scene, path="/v1/render", headers=None):
         self.connection = http.client.HTTPConnection(*daemon.address, timeout=300)
-        self.connection.request("POST", path, json.dumps(scene), JSON)
+        self.connection.request("POST", path, json.dumps(scene), {**JSON, **(headers or {})})
 
     def leave(self):
         self.connection.close()
@@ -140,6 +140,22 @@ class TogetherTest(unittest.TestCase):
             again = daemon.render(BUSY, {"If-None-Match": tag})
             self.assertEqual((again.status, again.body), (304, b""))
             self.assertEqual(waiting.result().status, 200)
+
+    def test_who_comes_while_it_is_rendered_is_told_at_once_that_it_is_known(self):
+        tags = {"If-None-Match": "*"}
+        with new_daemon("--threads", "1", "--timeout", "300") as daemon:
+            first = occupied(daemon)
+            again = daemon.render(ENDLESS, tags, timeout=60)
+            self.assertEqual((again.status, again.body), (304, b""))
+            tags = {"If-None-Match": again.headers["ETag"]}
+            again = daemon.render(ENDLESS, tags, timeout=60)
+            self.assertEqual((again.status, again.headers["ETag"]), (304, tags["If-None-Match"]))
+            self.assertEqual(daemon.metrics()["shaded_joined_total"], 0)
+            # Another tag than that, and it waits like everybody.
+            other = Client(daemon, ENDLESS, headers={"If-None-Match": '"other"'})
+            wait_until_joined(daemon, 1)
+            other.leave()
+            first.leave()
 
     def test_comparisons_are_measured_each(self):
         with new_daemon() as daemon:
