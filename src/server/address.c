@@ -2,8 +2,10 @@
 
 #include <arpa/inet.h>
 #include <errno.h>
+#include <linux/filter.h>
 #include <netdb.h>
 #include <netinet/in.h>
+#include <poll.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/socket.h>
@@ -65,4 +67,18 @@ shd_status shd_listen(const char *address, int *out, char bound[SHD_ADDRESS_SIZE
     }
     freeaddrinfo(found);
     return status;
+}
+
+/* A filter that passes no byte of any packet: neither a client's first one, which it sends again a
+ * second later, nor its last one before it is connected. Without it whoever connects between the
+ * last accept() and the end would be reset. Where the system refuses it, that is what is left. */
+void shd_listen_seal(int fd) {
+    struct sock_filter nothing = BPF_STMT(BPF_RET | BPF_K, 0);
+    const struct sock_fprog program = {.len = 1, .filter = &nothing};
+    (void)setsockopt(fd, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof program);
+}
+
+bool shd_listen_has_waiting(int fd) {
+    struct pollfd polled = {.fd = fd, .events = POLLIN};
+    return poll(&polled, 1, 0) > 0 && polled.revents & POLLIN;
 }

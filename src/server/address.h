@@ -2,6 +2,7 @@
 #ifndef SHD_SERVER_ADDRESS_H
 #define SHD_SERVER_ADDRESS_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "base/status.h"
@@ -12,6 +13,13 @@ enum { SHD_ADDRESS_SIZE = 80 };
  * address) or with port 0 (any free port). `bound` gets the real address, in the same form. */
 shd_status shd_listen(const char *address, int *out, char bound[SHD_ADDRESS_SIZE],
                       shd_error *error);
+
+/* Lets nobody in any more, without an answer: who tries is told later, by the socket's end. Who is
+ * connected already is still there to be accepted. For a socket that nobody else listens on. */
+void shd_listen_seal(int fd);
+
+/* Whether somebody is connected who was not accepted yet. */
+bool shd_listen_has_waiting(int fd);
 
 /* The address of a listening socket, in the same form; "unix" where it is none of the network. */
 void shd_listen_describe(int fd, char bound[SHD_ADDRESS_SIZE]);

@@ -468,6 +468,10 @@ shd_status shd_http_start(shd_server *server, int socket, struct MHD_Daemon **ou
     return SHD_OK;
 }
 
+void shd_http_quiesce(struct MHD_Daemon *daemon) {
+    MHD_quiesce_daemon(daemon);
+}
+
 void shd_http_stop(shd_server *server, struct MHD_Daemon *daemon) {
     if (daemon) MHD_stop_daemon(daemon);
     if (server->last_words) MHD_destroy_response(server->last_words);

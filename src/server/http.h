@@ -11,6 +11,9 @@ struct MHD_Daemon;
 shd_status shd_http_start(shd_server *server, int socket, struct MHD_Daemon **out,
                           shd_error *error);
 
+/* Accepts no connection any more; those that there are go on. The socket stays open. */
+void shd_http_quiesce(struct MHD_Daemon *daemon);
+
 /* Closes every connection; no exchange is suspended any more. */
 void shd_http_stop(shd_server *server, struct MHD_Daemon *daemon);
 

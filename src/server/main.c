@@ -1,6 +1,7 @@
 /* shaded: the daemon. Starts everything, waits for a signal, stops everything in order. */
 #include <errno.h>
 #include <inttypes.h>
+#include <math.h>
 #include <pthread.h>
 #include <signal.h>
 #include <stdio.h>
@@ -20,11 +21,14 @@
 
 enum { EXIT_STOPPED = 0, EXIT_CANNOT_START = 1, EXIT_USAGE = 2 };
 
-/* How long clients that are still sending their request are waited for, and cancelled jobs. */
+/* How long clients that are connected, or still sending their request, are waited for; and
+ * cancelled jobs. */
 static const double upload_grace = 1, cancel_grace = 5;
 
 typedef struct ports {
     struct MHD_Daemon *public, *admin;
+    int own; /* the public port's socket, which libmicrohttpd closes; -1: it is the manager's, too
+              */
 } ports;
 
 static bool has_admin(const shd_config *config) {
@@ -111,6 +115,7 @@ static shd_status start(shd_server *server, ports *out, shd_error *error) {
     }
     if (!status) {
         status = shd_http_start(server, public_socket, &out->public, error);
+        out->own = given.public < 0 ? public_socket : -1;
         if (!status) public_socket = -1;
     }
     if (admin_socket >= 0) close(admin_socket);
@@ -121,24 +126,51 @@ static shd_status start(shd_server *server, ports *out, shd_error *error) {
 
 /* ---- Stop ---- */
 
-/* Returns once nothing that was accepted is unanswered, or the time is over. False: a job did not
+/* The end of arrivals. Where a service manager keeps the socket, who has not been let in waits
+ * there for the next daemon. */
+static void close_door(shd_server *server, const ports *open) {
+    if (open->own >= 0)
+        shd_listen_seal(open->own);
+    else
+        shd_http_quiesce(open->public);
+    shd_reaper_finish(server->reaper, upload_grace);
+}
+
+/* Whether no connection is open or waits to be. */
+static bool is_deserted(shd_server *server, const ports *open) {
+    shd_reaped count = shd_reaper_count(server->reaper);
+    for (int phase = 0; phase < SHD_PHASES; phase++)
+        if (count.connections[phase]) return false;
+    return open->own < 0 || !shd_listen_has_waiting(open->own);
+}
+
+/* Returns once nothing that has come is unanswered, or the time is over. False: a job did not
  * end even when it was cancelled, or a second signal came; the process can only be ended. */
-static bool drain(shd_server *server, const sigset_t *stop) {
+static bool drain(shd_server *server, const ports *open, const sigset_t *stop) {
     const struct timespec pause = {.tv_nsec = 10 * 1000 * 1000};
-    double begin = shd_now();
+    double begin = shd_now(), closed = INFINITY;
     double deadline = begin + (double)server->settings->config.drain_time;
-    bool cancelled = false;
+    bool cancelled = false, was_deserted = false;
     for (;;) {
         double now = shd_now();
-        bool uploads_over = !atomic_load(&server->in_flight) || now > begin + upload_grace;
-        if (!atomic_load(&server->accepted) && uploads_over) return true;
         if (now > deadline && !cancelled) {
             shd_log_message(SHD_LOG_WARNING, "drain-time", "cancelling what is unfinished");
             shd_jobs_stop(server->jobs);
             cancelled = true;
         }
-        /* Clients that do not take their answer are not waited for any longer. */
-        if (cancelled && !atomic_load(&server->suspended)) return true;
+        /* Then clients that do not take their answer are not waited for any longer. */
+        bool unanswered = atomic_load(cancelled ? &server->suspended : &server->accepted);
+        bool uploads_over =
+            !atomic_load(&server->in_flight) || now > begin + upload_grace || cancelled;
+        if (!unanswered && uploads_over && closed == INFINITY) {
+            close_door(server, open);
+            closed = now;
+        }
+        /* Twice in a row: the I/O thread may be taking a connection just now. */
+        bool deserted = !unanswered && closed < INFINITY && is_deserted(server, open);
+        if (deserted && was_deserted) return true;
+        was_deserted = deserted;
+        if (!unanswered && now > closed + upload_grace) return true;
         if (now > deadline + cancel_grace) {
             shd_log_message(SHD_LOG_ERROR, "stuck", "a request does not end: giving up");
             return false;
@@ -222,7 +254,7 @@ static int serve(shd_server *server, int argc, char **argv) {
     if (getrandom(&server->run, sizeof server->run, 0) != (ssize_t)sizeof server->run)
         server->run = (uint32_t)getpid();
 
-    ports open = {0};
+    ports open = {.own = -1};
     shd_error error = {0};
     if (start(server, &open, &error)) {
         shd_log line;
@@ -237,11 +269,11 @@ static int serve(shd_server *server, int argc, char **argv) {
     shd_notify("READY=1");
     int signal_number;
     while ((signal_number = wait_for_signal(server, &stop)) == SIGHUP) reload(server, argc, argv);
+    atomic_store(&server->draining, true);
     shd_log_message(SHD_LOG_INFO, "stopping", strsignal(signal_number));
     shd_notify("STOPPING=1");
-    atomic_store(&server->draining, true);
     uint64_t aborted = atomic_load(&server->metrics.aborted);
-    if (!drain(server, &stop)) _exit(EXIT_CANNOT_START);
+    if (!drain(server, &open, &stop)) _exit(EXIT_CANNOT_START);
     release(server, &open);
     log_stopped(atomic_load(&server->metrics.aborted) - aborted);
     return EXIT_STOPPED;

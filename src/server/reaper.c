@@ -42,7 +42,8 @@ struct shd_reaper {
     shd_connection list; /* ring */
     shd_reaped count;
     size_t open;
-    bool crowded, ending;
+    double grace; /* for who has begun to send, while `finishing` */
+    bool crowded, finishing, ending;
 };
 
 /* ---- What sockets tell ---- */
@@ -72,6 +73,13 @@ static void end(shd_reaper *reaper, shd_connection *c, shd_ending why) {
     reaper->count.ended[why]++;
 }
 
+/* The half that is read from: what has arrived is read still, and after it comes an end. */
+static void finish(shd_reaper *reaper, shd_connection *c) {
+    shutdown(c->socket, SHUT_RD);
+    c->ended = true;
+    reaper->open--;
+}
+
 static double patience_for(const shd_reaper *reaper, shd_phase phase) {
     switch (phase) {
     case SHD_AT_HEAD:
@@ -90,6 +98,11 @@ static void look(shd_reaper *reaper, shd_connection *c, double now) {
     if (c->phase == SHD_AT_REST && bytes_read(c->socket) > c->read) {
         c->phase = SHD_AT_HEAD;
         c->since = now;
+    }
+    if (reaper->finishing &&
+        (c->phase == SHD_AT_REST || (c->phase < SHD_AT_WORK && now - c->since > reaper->grace))) {
+        finish(reaper, c);
+        return;
     }
     double patience = patience_for(reaper, c->phase);
     if (patience > 0 && now - c->since > patience) {
@@ -174,7 +187,8 @@ static void *run(void *context) {
 
         double began = shd_now();
         while (!reaper->ending) {
-            double next = began + (reaper->crowded ? pause_for_room : pause_between);
+            bool hurries = reaper->crowded || reaper->finishing;
+            double next = began + (hurries ? pause_for_room : pause_between);
             if (shd_now() >= next) break;
             struct timespec until = shd_timespec(next);
             pthread_cond_timedwait(&reaper->changed, &reaper->mutex, &until);
@@ -219,6 +233,14 @@ void shd_reaper_drop(shd_reaper *reaper) {
     pthread_cond_destroy(&reaper->changed);
     pthread_mutex_destroy(&reaper->mutex);
     free(reaper);
+}
+
+void shd_reaper_finish(shd_reaper *reaper, double grace) {
+    pthread_mutex_lock(&reaper->mutex);
+    reaper->finishing = true;
+    reaper->grace = grace;
+    pthread_cond_signal(&reaper->changed);
+    pthread_mutex_unlock(&reaper->mutex);
 }
 
 void shd_reaper_set_patience(shd_reaper *reaper, const shd_patience *patience) {

@@ -59,6 +59,10 @@ bool shd_reaper_remove(shd_reaper *reaper, shd_connection *connection);
 void shd_reaper_phase(shd_reaper *reaper, shd_connection *connection, shd_phase phase,
                       shd_exchange *exchange);
 
+/* The server stops: connections that rest are told so by their end, and so is who has been at a
+ * head or a body for `grace` seconds. What they have sent until then is still read and answered. */
+void shd_reaper_finish(shd_reaper *reaper, double grace);
+
 void shd_reaper_set_patience(shd_reaper *reaper, const shd_patience *patience);
 
 typedef struct shd_reaped {

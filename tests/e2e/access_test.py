@@ -2,6 +2,7 @@
 
 # ctest: serial
 
+import http.client
 import json
 import os
 import signal
@@ -9,7 +10,7 @@ import socket
 import time
 import unittest
 
-from e2e.daemon import SANITIZED, SLOW, SMALL, SOURCE, Daemon, another
+from e2e.daemon import JSON, SANITIZED, SLOW, SMALL, SOURCE, Daemon, another
 from e2e.daemon_test import Background, Folder, wait_until, wait_until_busy
 
 FIRST, SECOND, THIRD = "first-token-0123456789", "second.token_~+/=9876543210", "third-token-abcdef"
@@ -286,6 +287,23 @@ class ServiceManagerTest(Folder):
                 self.assertEqual(daemon.get("/readyz", admin=True).status, 200)
                 maps = os.listdir(f"/proc/{daemon.pid}/fd")
                 self.assertNotIn("100", maps)
+
+    def test_who_waits_at_a_socket_of_the_manager_is_served_by_the_next_daemon(self):
+        with socket.create_server(("127.0.0.1", 0), backlog=100) as public:
+            daemon = self.start_with_sockets([public], "http")
+            daemon.signal(signal.SIGSTOP)
+            clients = [http.client.HTTPConnection(*daemon.address, timeout=120)
+                       for _ in range(40)]
+            for client in clients:
+                client.request("POST", "/v1/render", json.dumps(SMALL), JSON)
+            daemon.signal()
+            daemon.signal(signal.SIGCONT)
+            self.assertEqual(daemon.wait(), 0, daemon.stderr())
+            with self.start_with_sockets([public], "http"):
+                answers = [client.getresponse().status for client in clients]
+                for client in clients:
+                    client.close()
+            self.assertLessEqual(set(answers), {200, 503})
 
 
 if __name__ == "__main__":

@@ -2,6 +2,8 @@
 
 # ctest: serial
 
+import contextlib
+import http.client
 import json
 import re
 import signal
@@ -260,6 +262,55 @@ class StopTest(unittest.TestCase):
             self.assertTrue(answer.body.startswith(b"\x89PNG"))
         self.assertEqual(daemon.wait(), 0, daemon.stderr())
         self.assertNotIn("Sanitizer", daemon.stderr())
+
+    def assert_answered(self, connection):
+        """With a picture where it came before the signal."""
+        with connection.getresponse() as answer:
+            body = answer.read()
+            if answer.status == 200:
+                self.assertTrue(body.startswith(b"\x89PNG"))
+                return
+            self.assertEqual(answer.status, 503)
+            self.assertEqual(answer.headers["Connection"].lower(), "close")
+            self.assertEqual(json.loads(body)["type"], "urn:shaded:problem:draining")
+
+    def test_what_has_reached_its_sockets_is_answered_before_it_ends(self):
+        daemon = Daemon("--drain-time", "300", "--max-connections-each", "1000")
+        connections = [http.client.HTTPConnection(*daemon.address, timeout=120)
+                       for _ in range(300)]
+        for connection in connections[:10]:  # these rest between two requests, others are new
+            connection.request("GET", "/v1/version")
+            connection.getresponse().read()
+        daemon.signal(signal.SIGSTOP)
+        for connection in connections:
+            connection.request("POST", "/v1/render", json.dumps(SMALL), JSON)
+        daemon.signal()
+        daemon.signal(signal.SIGCONT)
+        for connection in connections:
+            self.assert_answered(connection)
+            connection.close()
+        self.assertEqual(daemon.wait(), 0, daemon.stderr())
+        self.assertEqual(daemon.events()[-1]["message"], "all requests are answered")
+
+    def test_who_is_connected_may_still_ask(self):
+        def attempt():
+            daemon = Daemon()
+            with contextlib.closing(http.client.HTTPConnection(*daemon.address)) as connection:
+                connection.connect()
+                daemon.signal()
+                daemon.wait_for("stopping")
+                time.sleep(0.1)
+                try:
+                    connection.request("POST", "/v1/render", json.dumps(SMALL), JSON)
+                    self.assert_answered(connection)
+                except OSError:
+                    return False
+                finally:
+                    self.assertEqual(daemon.wait(), 0, daemon.stderr())
+            return True
+
+        # It waits for a second, which a busy machine may let pass.
+        self.assertTrue(any(attempt() for _ in range(5)))
 
     def test_over_the_drain_time_requests_are_cancelled_and_answered(self):
         daemon = Daemon("--threads", "1", "--drain-time", "1", "--timeout", "300")
