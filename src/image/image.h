@@ -95,11 +95,15 @@ shd_status shd_image_encode(const shd_image *image, shd_format format, shd_arena
                             shd_bytes *out, shd_error *error);
 
 /* Whether the format can be written: false for TIFF, EXR and HDR where the OpenImageIO module is
- * not installed. Looks for its file once, and loads nothing. */
+ * not installed, or shd_image_prepare has found its libraries missing. Looks for its file once, and
+ * loads nothing. */
 bool shd_image_writes(shd_format format);
 
-/* Loads the OpenImageIO module now instead of at first use. SHD_CONFIG where it is missing. */
-shd_status shd_image_preload(shd_error *error);
+/* Loads what the format takes, which the first picture would do otherwise: for TIFF, EXR and HDR
+ * the OpenImageIO module. SHD_SCENE where that, or a library that it needs, is not installed;
+ * SHD_EXHAUSTED where there is no memory or descriptor for it now; SHD_CONFIG where it is broken.
+ */
+shd_status shd_image_prepare(shd_format format, shd_error *error);
 
 #ifdef __cplusplus
 }

@@ -5,7 +5,7 @@
 #include "base/status.h"
 #include "image/oiio.h"
 
-/* SHD_CONFIG where the module, or something that it needs, is not installed. */
+/* As shd_image_prepare. What failed is tried again by the next call, unless it was not there. */
 shd_status shd_oiio_load(shd_oiio_encode_fn **out, shd_error *error);
 
 #endif

@@ -45,6 +45,10 @@ struct shd_request {
  * where its cap was not the reason it becomes SHD_EXHAUSTED, in `error` too. */
 shd_status shd_request_blame(const shd_request *request, shd_status status, shd_error *error);
 
+/* Loads what its pictures' formats take, before anything is rendered; errors as of
+ * shd_image_prepare, where the document names the format. */
+shd_status shd_request_prepare_formats(shd_request *request, shd_error *error);
+
 /* Processor seconds of the calling thread, for shd_times. */
 double shd_thread_seconds(void);
 

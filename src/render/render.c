@@ -9,10 +9,12 @@ static shd_status render(shd_request *request, const shd_render_options *options
                          shd_error *error) {
     const shd_scene *scene = request->scene;
     shd_arena *arena = request->arena;
-    double began = shd_thread_seconds();
+    shd_status status = shd_request_prepare_formats(request, error);
+    if (status != SHD_OK) return status;
 
     /* What does this scene need? */
-    shd_status status = shd_request_plan_make(request, scene, error);
+    double began = shd_thread_seconds();
+    status = shd_request_plan_make(request, scene, error);
     if (status != SHD_OK) return status;
     double planned = shd_thread_seconds();
     request->times.plan = planned - began;

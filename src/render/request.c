@@ -73,18 +73,39 @@ bool shd_writes(shd_format format) {
     return shd_image_writes(format);
 }
 
+static void point_to_format(const shd_scene *scene, size_t output, char pointer[64]) {
+    snprintf(pointer, 64, scene->multipart ? "/outputs/%zu/format" : "/output/format", output);
+}
+
 static shd_status check_formats(shd_request *request) {
     const shd_scene *scene = request->scene;
     for (size_t o = 0; o < scene->output_count; o++) {
         shd_format format = scene->outputs[o].format;
-        char pointer[64] = "/output/format";
-        if (scene->multipart) snprintf(pointer, sizeof pointer, "/outputs/%zu/format", o);
+        char pointer[64];
+        point_to_format(scene, o, pointer);
         if (!shd_image_writes(format))
             shd_report_error(&request->report, SHD_SCENE, pointer,
                              "no %s pictures are made here: OpenImageIO is not installed",
                              shd_format_get(format)->name);
     }
     return request->report.status;
+}
+
+shd_status shd_request_prepare_formats(shd_request *request, shd_error *error) {
+    const shd_scene *scene = request->scene;
+    double began = shd_thread_seconds();
+    shd_error why;
+    for (size_t o = 0; o < scene->output_count; o++) {
+        shd_format format = scene->outputs[o].format;
+        shd_status status = shd_image_prepare(format, &why);
+        if (status == SHD_OK) continue;
+        char pointer[64];
+        point_to_format(scene, o, pointer);
+        return shd_fail(error, status, pointer, "no %s pictures are made here: %s",
+                        shd_format_get(format)->name, why.text);
+    }
+    request->times.encode += shd_thread_seconds() - began;
+    return SHD_OK;
 }
 
 /* What the pictures take is known when all the scene is. */

@@ -125,7 +125,7 @@ static int run(const shd_image *image, shd_format format, int repeat, int thread
     pthread_t ids[THREADS_MAX];
     int failed = 0;
     /* Times are without the module's loading. */
-    if (repeat > 1 && format != SHD_PNG && format != SHD_JPEG) shd_image_preload(NULL);
+    if (repeat > 1) shd_image_prepare(format, NULL);
     double start = now();
     for (int i = 0; i < threads; i++) {
         works[i] = (work){.image = image, .format = format, .repeat = repeat};
