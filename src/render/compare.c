@@ -50,7 +50,8 @@ static shd_status render_tier(shd_request *request, shd_tier tier, stretch *prog
     if (status != SHD_OK) return status;
     double planned = shd_thread_seconds();
     shd_sight *sight;
-    status = shd_sight_new(request->plan, request->engine->tracer, request->arena, &sight, error);
+    status = shd_sight_new(request->plan, request->engine->tracer, &request->cancelled,
+                           request->arena, &sight, error);
     if (status != SHD_OK) return status;
     request->times.plan += planned - began;
     request->times.visibility += shd_thread_seconds() - planned;

@@ -26,7 +26,8 @@ static shd_status render(shd_request *request, const shd_render_options *options
                                         : SHD_REUSED_NOTHING;
     shd_sight *sight = NULL;
     if (!recall.light)
-        status = shd_sight_new(request->plan, request->engine->tracer, arena, &sight, error);
+        status = shd_sight_new(request->plan, request->engine->tracer, &request->cancelled, arena,
+                               &sight, error);
     request->times.visibility += shd_thread_seconds() - planned;
 
     /* What is seen, and how is it lit? */

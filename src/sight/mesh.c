@@ -61,6 +61,8 @@ static const char *error_text(enum RTCError code) {
 }
 
 static shd_status embree_error(enum RTCError code, shd_error *error) {
+    if (code == RTC_ERROR_CANCELLED)
+        return shd_fail(error, SHD_CANCELLED, "", "the render was cancelled");
     return shd_fail(error, code == RTC_ERROR_OUT_OF_MEMORY ? SHD_EXHAUSTED : SHD_INTERNAL, "",
                     "Embree cannot take this mesh: %s", error_text(code));
 }
@@ -126,8 +128,15 @@ static bool attach_triangles(const shd_mesh_tree *tree, RTCDevice device) {
     return filled;
 }
 
-shd_status shd_mesh_tree_new(const shd_triangles *triangles, shd_tracer *tracer, shd_arena *arena,
-                             shd_mesh_tree **out, shd_error *error) {
+/* Embree asks it now and then while it builds. */
+static bool goes_on(void *cancelled, double share) {
+    (void)share;
+    return !atomic_load_explicit((const atomic_bool *)cancelled, memory_order_relaxed);
+}
+
+shd_status shd_mesh_tree_new(const shd_triangles *triangles, shd_tracer *tracer,
+                             const atomic_bool *cancelled, shd_arena *arena, shd_mesh_tree **out,
+                             shd_error *error) {
     RTCDevice device = get_device(tracer);
     if (!device) return shd_fail(error, SHD_INTERNAL, "", "Embree does not start");
     shd_mesh_tree *tree = shd_arena_zalloc(arena, 1, sizeof *tree);
@@ -142,6 +151,8 @@ shd_status shd_mesh_tree_new(const shd_triangles *triangles, shd_tracer *tracer,
         rtcReleaseScene(tree->scene);
         return embree_error(rtcGetDeviceError(device), error);
     }
+    if (cancelled)
+        rtcSetSceneProgressMonitorFunction(tree->scene, goes_on, (void *)(size_t)cancelled);
     rtcCommitScene(tree->scene);
     enum RTCError code = rtcGetDeviceError(device);
     if (code != RTC_ERROR_NONE) {

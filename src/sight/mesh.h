@@ -2,6 +2,8 @@
 #ifndef SHD_SIGHT_MESH_H
 #define SHD_SIGHT_MESH_H
 
+#include <stdatomic.h>
+
 #include "sight/shapes.h"
 #include "sight/sight.h"
 
@@ -21,8 +23,10 @@ bool shd_tessellate(shd_shape shape, double tube, int segments, shd_arena *arena
 
 typedef struct shd_mesh_tree shd_mesh_tree;
 
-shd_status shd_mesh_tree_new(const shd_triangles *triangles, shd_tracer *tracer, shd_arena *arena,
-                             shd_mesh_tree **out, shd_error *error);
+/* Errors and `cancelled`: as of shd_sight_new. */
+shd_status shd_mesh_tree_new(const shd_triangles *triangles, shd_tracer *tracer,
+                             const atomic_bool *cancelled, shd_arena *arena, shd_mesh_tree **out,
+                             shd_error *error);
 void shd_mesh_tree_drop(shd_mesh_tree *tree); /* NULL is fine */
 
 /* The nearest triangle with t > ray->near: t, the triangle, and the barycentric weights of its

@@ -136,7 +136,8 @@ static void place_eye(const shd_plan *plan, shd_item *it) {
 }
 
 static shd_status make_item(const shd_plan *plan, const shd_lens *lens, size_t index,
-                            shd_tracer *tracer, shd_arena *arena, shd_item *it, shd_error *error) {
+                            shd_tracer *tracer, const atomic_bool *cancelled, shd_arena *arena,
+                            shd_item *it, shd_error *error) {
     const shd_object *object = &plan->scene->objects[index];
     it->shape = object->shape;
     it->tube = object->tube / object->radius;
@@ -174,11 +175,11 @@ static shd_status make_item(const shd_plan *plan, const shd_lens *lens, size_t i
     if (faceted && !make_facets(it, object->interpolation == SHD_FLAT, lens, arena, &it->facets))
         return no_memory(error, index);
     if (it->shape != SHD_MESH) return SHD_OK;
-    return shd_mesh_tree_new(&it->triangles, tracer, arena, &it->tree, error);
+    return shd_mesh_tree_new(&it->triangles, tracer, cancelled, arena, &it->tree, error);
 }
 
-shd_status shd_sight_new(const shd_plan *plan, shd_tracer *tracer, shd_arena *arena,
-                         shd_sight **out, shd_error *error) {
+shd_status shd_sight_new(const shd_plan *plan, shd_tracer *tracer, const atomic_bool *cancelled,
+                         shd_arena *arena, shd_sight **out, shd_error *error) {
     const shd_scene *scene = plan->scene;
     shd_sight *sight = shd_arena_zalloc(arena, 1, sizeof *sight);
     shd_item *items = shd_arena_zalloc(arena, scene->object_count, sizeof *items);
@@ -191,7 +192,8 @@ shd_status shd_sight_new(const shd_plan *plan, shd_tracer *tracer, shd_arena *ar
         shd_sample_offset(i, scene->raster.samples, &sight->offset_x[i], &sight->offset_y[i]);
     sight->offset_x[SHD_CENTER] = sight->offset_y[SHD_CENTER] = 0.5;
     for (size_t i = 0; i < scene->object_count; i++) {
-        shd_status status = make_item(plan, &sight->lens, i, tracer, arena, &items[i], error);
+        shd_status status =
+            make_item(plan, &sight->lens, i, tracer, cancelled, arena, &items[i], error);
         sight->count = i + 1;
         if (status != SHD_OK) {
             shd_sight_drop(sight);

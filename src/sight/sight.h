@@ -8,6 +8,8 @@
 #ifndef SHD_SIGHT_SIGHT_H
 #define SHD_SIGHT_SIGHT_H
 
+#include <stdatomic.h>
+
 #include "base/arena.h"
 #include "plan/plan.h"
 #include "sight/gbuffer.h"
@@ -22,9 +24,10 @@ void shd_tracer_drop(shd_tracer *tracer);
 typedef struct shd_sight shd_sight;
 
 /* Builds acceleration structures. Lives in the arena, but holds Embree's memory: drop it before
- * the arena goes. SHD_MEMORY, SHD_EXHAUSTED, or SHD_INTERNAL with Embree's words. */
-shd_status shd_sight_new(const shd_plan *plan, shd_tracer *tracer, shd_arena *arena,
-                         shd_sight **out, shd_error *error);
+ * the arena goes. Where any thread sets `cancelled` (NULL: nobody does) it ends soon, also amid
+ * a mesh. SHD_MEMORY, SHD_EXHAUSTED, SHD_CANCELLED, or SHD_INTERNAL with Embree's words. */
+shd_status shd_sight_new(const shd_plan *plan, shd_tracer *tracer, const atomic_bool *cancelled,
+                         shd_arena *arena, shd_sight **out, shd_error *error);
 void shd_sight_drop(shd_sight *sight); /* NULL is fine */
 
 /* A rectangle of pixels of the whole picture. */

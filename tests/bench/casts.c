@@ -164,7 +164,7 @@ static void report(const stage *scene, shd_engine *engine, shd_isa isa, int runs
     const shd_plan *plan;
     shd_sight *sight;
     if (shd_plan_make(request->scene, isa, request->arena, &plan, &error) ||
-        shd_sight_new(plan, engine->tracer, request->arena, &sight, &error))
+        shd_sight_new(plan, engine->tracer, NULL, request->arena, &sight, &error))
         quit(scene->name, error.path, error.text);
     static scratch s;
     if (!shd_survey_new(sight, TILE, TILE, request->arena, &s.survey) ||

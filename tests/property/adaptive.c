@@ -54,7 +54,7 @@ static drawn draw(shd_engine *engine, const char *json, bool full) {
     shd_sight *sight = NULL;
     shd_error error = {SHD_OK, "", ""};
     if (shd_request_plan_make(d.request, d.request->scene, &error) ||
-        shd_sight_new(d.request->plan, engine->tracer, d.request->arena, &sight, &error))
+        shd_sight_new(d.request->plan, engine->tracer, NULL, d.request->arena, &sight, &error))
         fail_msg("%s: %s", error.path, error.text);
     shd_plan plan = *d.request->plan;
     if (full) plan.sampling_absolute = plan.sampling_relative = 0;

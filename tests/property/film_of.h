@@ -124,7 +124,7 @@ static inline shd_sight *plan_and_see(shd_request *request) {
     shd_sight *sight = NULL;
     if (shd_plan_make(request->scene, request->engine->isa, request->arena, &request->plan,
                       &error) ||
-        shd_sight_new(request->plan, request->engine->tracer, request->arena, &sight, &error))
+        shd_sight_new(request->plan, request->engine->tracer, NULL, request->arena, &sight, &error))
         fail_msg("%s: %s", error.path, error.text);
     return sight;
 }

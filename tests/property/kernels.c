@@ -75,7 +75,7 @@ static shd_request *plan_for(shd_engine *engine, const char *json, shd_isa isa, 
     shd_error error = {SHD_OK, "", ""};
     shd_status status = shd_plan_make(request->scene, isa, request->arena, &request->plan, &error);
     assert_int_equal(status, SHD_OK);
-    if (shd_sight_new(request->plan, engine->tracer, request->arena, sight, &error))
+    if (shd_sight_new(request->plan, engine->tracer, NULL, request->arena, sight, &error))
         fail_msg("%s: %s", error.path, error.text);
     return request;
 }

@@ -1,10 +1,12 @@
 /* Meshes through Embree, placed in f64: against every triangle tried in f64. And the pattern of
  * samples. */
 #include <math.h>
+#include <pthread.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdlib.h>
+#include <unistd.h>
 
 #include <cmocka.h>
 
@@ -29,7 +31,8 @@ static fixture make_torus(double scale, double offset) {
     for (size_t i = 0; i < 3 * f.triangles.vertex_count; i++)
         positions[i] = positions[i] * scale + offset;
     shd_error error;
-    assert_int_equal(shd_mesh_tree_new(&f.triangles, f.tracer, f.arena, &f.tree, &error), SHD_OK);
+    assert_int_equal(shd_mesh_tree_new(&f.triangles, f.tracer, NULL, f.arena, &f.tree, &error),
+                     SHD_OK);
     return f;
 }
 
@@ -134,7 +137,8 @@ static void hits_at_a_shared_edge_stay_where_the_ray_meets_the_plane(void **stat
     fixture f = {
         shd_arena_new(1 << 20), shd_tracer_new(), {4, 2, positions, NULL, indices, NULL}, NULL};
     shd_error error;
-    assert_int_equal(shd_mesh_tree_new(&f.triangles, f.tracer, f.arena, &f.tree, &error), SHD_OK);
+    assert_int_equal(shd_mesh_tree_new(&f.triangles, f.tracer, NULL, f.arena, &f.tree, &error),
+                     SHD_OK);
     for (int i = 0; i < 2000; i++) {
         double along = uniform(-10, 10), off = uniform(-1e-3, 1e-3);
         shd_vec3 at = {along + off, 0, along - off}, from = {3, 2, 5}, direction;
@@ -195,11 +199,72 @@ static void without_triangles_nothing_is_hit(void **state) {
     shd_error error;
     assert_true(shd_tessellate(SHD_TORUS, 1e-12, 24, f.arena, &f.triangles));
     assert_int_equal(f.triangles.triangle_count, 0);
-    assert_int_equal(shd_mesh_tree_new(&f.triangles, f.tracer, f.arena, &f.tree, &error), SHD_OK);
+    assert_int_equal(shd_mesh_tree_new(&f.triangles, f.tracer, NULL, f.arena, &f.tree, &error),
+                     SHD_OK);
     shd_ray ray = {{1, 9, 0}, {0, -1, 0}, 0};
     double t, u, v;
     uint32_t triangle;
     assert_false(shd_mesh_tree_intersect(f.tree, &ray, &t, &triangle, &u, &v));
+    drop(&f);
+}
+
+typedef struct canceller {
+    atomic_bool flag;
+    useconds_t pause;
+} canceller;
+
+static void *cancel_later(void *context) {
+    canceller *c = context;
+    usleep(c->pause);
+    atomic_store(&c->flag, true);
+    return NULL;
+}
+
+/* Where a ray meets the mesh, or a negative number. */
+static double first_hit(const shd_mesh_tree *tree, const shd_ray *ray) {
+    double t, u, v;
+    uint32_t triangle;
+    return shd_mesh_tree_intersect(tree, ray, &t, &triangle, &u, &v) ? t : -1;
+}
+
+static void a_build_ends_when_it_is_cancelled_and_later_ones_are_whole(void **state) {
+    (void)state;
+    srand(4);
+    fixture f = {shd_arena_new(1 << 28), shd_tracer_new(), {0}, NULL};
+    assert_true(shd_tessellate(SHD_TORUS, 0.4, 400, f.arena, &f.triangles));
+    assert_true(f.triangles.triangle_count > 300000);
+    shd_ray rays[200];
+    double expected[200];
+    for (int round = 0; round < 8; round++) {
+        /* At once, then wherever the build is by then, it may be over; in the end not at all. */
+        canceller c = {.pause = (useconds_t)(rand() % 200000)};
+        atomic_init(&c.flag, round == 1);
+        pthread_t thread;
+        const bool amid = round > 1 && round < 7;
+        if (amid) assert_int_equal(pthread_create(&thread, NULL, cancel_later, &c), 0);
+        shd_error error = {SHD_OK, "", ""};
+        shd_mesh_tree *tree = NULL;
+        const shd_status status =
+            shd_mesh_tree_new(&f.triangles, f.tracer, &c.flag, f.arena, &tree, &error);
+        if (amid) pthread_join(thread, NULL);
+        if (round == 1) assert_int_equal(status, SHD_CANCELLED);
+        if (!round || round == 7) assert_int_equal(status, SHD_OK);
+        if (status) {
+            assert_int_equal(status, SHD_CANCELLED);
+            assert_int_equal(error.status, SHD_CANCELLED);
+            assert_null(tree);
+            continue;
+        }
+        for (int i = 0; i < 200; i++) {
+            if (!round) {
+                const shd_vec3 from = {uniform(-1, 1), 3, uniform(-1, 1)}, along = {0, -1, 0};
+                rays[i] = (shd_ray){from, along, 0};
+                expected[i] = first_hit(tree, &rays[i]);
+            }
+            assert_true(first_hit(tree, &rays[i]) == expected[i]);
+        }
+        shd_mesh_tree_drop(tree);
+    }
     drop(&f);
 }
 
@@ -235,6 +300,7 @@ int main(void) {
         cmocka_unit_test(rays_whose_arithmetic_overflows_miss),
         cmocka_unit_test(meshes_smaller_than_normal_numbers_are_taken),
         cmocka_unit_test(without_triangles_nothing_is_hit),
+        cmocka_unit_test(a_build_ends_when_it_is_cancelled_and_later_ones_are_whole),
         cmocka_unit_test(every_pattern_is_stratified_in_both_directions),
         cmocka_unit_test(one_sample_is_the_centre),
     };
