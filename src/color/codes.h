@@ -61,8 +61,8 @@ typedef struct shd_color_task {
     size_t stride, count;
     const int *source; /* [samples] */
     int samples;
-    const uint32_t *place; /* [count] or NULL */
-    uint32_t finite;       /* bits of the largest size up to which all channels are finite */
+    size_t width, pitch; /* of rows in out: pixels, and pixels from one to the next */
+    uint32_t finite;     /* bits of the largest size up to which all channels are finite */
     void *out;
 } shd_color_task;
 

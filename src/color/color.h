@@ -79,12 +79,13 @@ const shd_color_codes *shd_color_codes_of(const shd_color_transform *transform, 
 uint64_t shd_color_encode(const shd_color_codes *codes, shd_isa isa, const float *rgba,
                           size_t count, const int source[], int samples, void *out);
 
-/* The same from planes: rgb is [3][count], alpha [count], or NULL where all is opaque. Pixel i
- * goes to out[place[i]], of different ones; `place` NULL: to out[i]. Nothing else is written, so
- * that threads may fill a picture together. */
+/* The same from planes: rgb is [3][count], alpha [count], or NULL where all is opaque. They go
+ * to out in rows of `width` > 0 pixels whose first ones are `pitch` >= width pixels apart. Nothing
+ * else is written, so that threads may fill a picture together. */
 uint64_t shd_color_encode_planes(const shd_color_codes *codes, shd_isa isa,
                                  const float *const rgb[3], const float *alpha, size_t count,
-                                 const int source[], int samples, const uint32_t *place, void *out);
+                                 const int source[], int samples, size_t width, size_t pitch,
+                                 void *out);
 
 #ifdef __cplusplus
 }

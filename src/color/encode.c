@@ -14,7 +14,7 @@ static uint64_t run(shd_isa isa, shd_color_task *task) {
 
 uint64_t shd_color_encode_planes(const shd_color_codes *codes, shd_isa isa,
                                  const float *const rgb[3], const float *alpha, size_t count,
-                                 const int source[], int samples, const uint32_t *place,
+                                 const int source[], int samples, size_t width, size_t pitch,
                                  void *out) {
     shd_color_task task = {.codes = codes,
                            .channel = {rgb[0], rgb[1], rgb[2], alpha},
@@ -22,7 +22,8 @@ uint64_t shd_color_encode_planes(const shd_color_codes *codes, shd_isa isa,
                            .count = count,
                            .source = source,
                            .samples = samples,
-                           .place = place,
+                           .width = width,
+                           .pitch = pitch,
                            .out = out};
     return run(isa, &task);
 }
@@ -35,6 +36,8 @@ uint64_t shd_color_encode(const shd_color_codes *codes, shd_isa isa, const float
                            .count = count,
                            .source = source,
                            .samples = samples,
+                           .width = count,
+                           .pitch = count,
                            .out = out};
     return run(isa, &task);
 }

@@ -1,5 +1,5 @@
 /* Colors to codes, BLOCK pixels at a time: inputs to buckets, buckets to codes, codes to samples,
- * samples to their places. Compiled once an instruction set. */
+ * samples to rows. Compiled once an instruction set. */
 #include <string.h>
 
 #include "base/cpu.h"
@@ -31,19 +31,25 @@ static inline void gather(const void *table, const uint32_t index[BLOCK], uint32
 #endif
 }
 
-/* Inputs held where codes change. Returns, in the highest bit, whether one is beyond `finite`, by
- * size, which is rare: who looks closer may take his time. */
-static inline uint32_t hold(const shd_color_codes *codes, int c, const float *restrict in,
-                            uint32_t finite, float held[restrict BLOCK]) {
+/* Inputs held where codes change. The highest bits of `beyond` tell whether one is beyond `finite`,
+ * by size, which is rare: who looks closer may take his time. */
+static inline void hold(const shd_color_codes *codes, int c, const float *restrict in,
+                        uint32_t finite, float held[restrict BLOCK],
+                        uint32_t beyond[restrict GROUP]) {
     const float low = codes->low, high = codes->high[c];
-    uint32_t beyond = 0;
-    for (int i = 0; i < BLOCK; i++) {
-        float x = in[i];
-        beyond |= finite - (shd_bits_of(x) & 0x7fffffff);
-        x = x > low ? x : low;
-        held[i] = x < high ? x : high;
-    }
-    return beyond;
+    for (int first = 0; first < BLOCK; first += GROUP)
+        for (int i = 0; i < GROUP; i++) {
+            float x = in[first + i];
+            beyond[i] |= finite - (shd_bits_of(x) & 0x7fffffff);
+            x = x > low ? x : low;
+            held[first + i] = x < high ? x : high;
+        }
+}
+
+static inline bool is_any_beyond(const uint32_t beyond[GROUP]) {
+    uint32_t any = 0;
+    for (int i = 0; i < GROUP; i++) any |= beyond[i];
+    return any >> 31;
 }
 
 static inline void find_u8(const shd_color_codes *codes, int c, const float held[restrict BLOCK],
@@ -84,7 +90,7 @@ static uint64_t count_beyond(const shd_color_codes *codes, const float *const in
     return beyond;
 }
 
-/* ---- Samples and places. ---- */
+/* ---- Samples and rows. ---- */
 
 /* A pixel's samples side by side in a word, the first one lowest. */
 static inline void pack_u8(uint32_t (*const code[4])[BLOCK], int samples,
@@ -101,67 +107,84 @@ static inline void pack_u16(uint32_t (*const code[4])[BLOCK], int samples,
         for (int i = 0; i < BLOCK; i++) out[i] |= (uint64_t)(*code[s])[i] << 16 * s;
 }
 
-static inline bool follow_each_other(const uint32_t *place, size_t count) {
-    uint32_t other = 0;
-    for (size_t i = 0; i < count; i++) other |= place[i] - place[0] - (uint32_t)i;
-    return !other;
+/* Where the next pixel goes. */
+typedef struct place {
+    unsigned char *row;
+    size_t column;
+} place;
+
+/* The lowest three bytes of GROUP words of four, and nothing behind them. */
+static inline void store_threes(const unsigned char *words, unsigned char *to) {
+#if defined(__AVX2__)
+    const __m256i pick = _mm256_setr_epi8(0, 1, 2, 4, 5, 6, 8, 9, 10, 12, 13, 14, -1, -1, -1, -1, 0,
+                                          1, 2, 4, 5, 6, 8, 9, 10, 12, 13, 14, -1, -1, -1, -1);
+    const __m256i join = _mm256_setr_epi32(0, 1, 2, 4, 5, 6, 7, 7);
+    for (int half = 0; half < 2; half++, words += 32, to += 24) {
+        __m256i picked = _mm256_shuffle_epi8(_mm256_loadu_si256((const void *)words), pick);
+        __m256i joined = _mm256_permutevar8x32_epi32(picked, join);
+        _mm_storeu_si128((void *)to, _mm256_castsi256_si128(joined));
+        _mm_storel_epi64((void *)(to + 16), _mm256_extracti128_si256(joined, 1));
+    }
+#else
+    /* With a fourth one, which the next word overwrites, but the last. */
+    for (size_t i = 0; i < GROUP - 1; i++) memcpy(to + 3 * i, words + 4 * i, 4);
+    memcpy(to + 3 * (GROUP - 1), words + 4 * (GROUP - 1), 3);
+#endif
 }
 
-/* Stores the lowest `bytes` of words of `wide` bytes. Neighbors are stored with what is too much
- * where the next one overwrites it, but the last. */
+/* Stores the lowest `bytes` of words of `wide` bytes. */
 static inline void store(const unsigned char *words, size_t wide, size_t bytes, size_t count,
-                         const uint32_t *place, size_t first, unsigned char *out) {
-    for (size_t done = 0; done < count; done += GROUP) {
+                         const shd_color_task *task, place *at) {
+    for (size_t done = 0; done < count;) {
+        const size_t left = task->width - at->column;
         size_t some = count - done < GROUP ? count - done : GROUP;
+        some = some < left ? some : left;
         const unsigned char *from = words + done * wide;
-        if (place && !follow_each_other(place + done, some)) {
-            for (size_t i = 0; i < some; i++)
-                memcpy(out + place[done + i] * bytes, from + i * wide, bytes);
-            continue;
-        }
-        unsigned char *to = out + (place ? place[done] : first + done) * bytes;
-        if (some == GROUP && bytes < wide && wide <= 2 * bytes)
-            for (size_t i = 0; i < GROUP - 1; i++) memcpy(to + i * bytes, from + i * wide, wide);
+        unsigned char *to = at->row + at->column * bytes;
+        if (some == GROUP && wide == 4 && bytes == 3)
+            store_threes(from, to);
         else
-            for (size_t i = 0; i < some - 1; i++) memcpy(to + i * bytes, from + i * wide, bytes);
-        memcpy(to + (some - 1) * bytes, from + (some - 1) * wide, bytes);
+            for (size_t i = 0; i < some; i++) memcpy(to + i * bytes, from + i * wide, bytes);
+        done += some;
+        at->column += some;
+        if (at->column == task->width) *at = (place){at->row + task->pitch * bytes, 0};
     }
 }
 
 /* Constants make copies of a few instructions. */
-static void store_u8(const uint32_t *words, int samples, size_t count, const uint32_t *place,
-                     size_t first, unsigned char *out) {
+static void store_u8(const uint32_t *words, int samples, size_t count, const shd_color_task *task,
+                     place *at) {
     const unsigned char *from = (const void *)words;
     switch (samples) {
     case 1:
-        store(from, 4, 1, count, place, first, out);
+        store(from, 4, 1, count, task, at);
         break;
     case 2:
-        store(from, 4, 2, count, place, first, out);
+        store(from, 4, 2, count, task, at);
         break;
     case 3:
-        store(from, 4, 3, count, place, first, out);
+        store(from, 4, 3, count, task, at);
         break;
     default:
-        store(from, 4, 4, count, place, first, out);
+        store(from, 4, 4, count, task, at);
     }
 }
 
-static void store_u16(const uint64_t *words, int samples, size_t count, const uint32_t *place,
-                      size_t first, unsigned char *out) {
+static void store_u16(const uint64_t *words, int samples, size_t count, const shd_color_task *task,
+                      place *at) {
     const unsigned char *from = (const void *)words;
     switch (samples) {
     case 1:
-        store(from, 8, 2, count, place, first, out);
+        store(from, 8, 2, count, task, at);
         break;
     case 2:
-        store(from, 8, 4, count, place, first, out);
+        store(from, 8, 4, count, task, at);
         break;
     case 3:
-        store(from, 8, 6, count, place, first, out);
+        store(from, 8, 6, count, task, at);
         break;
     default:
-        store(from, 8, 8, count, place, first, out);
+        store(from, 8, 8, count, task, at);
     }
 }
 
@@ -187,38 +210,38 @@ static uint64_t encode(const shd_color_task *task) {
         wanted[task->source[s]] = true;
         code_of[s] = &code[task->source[s]];
     }
+    place next = {task->out, 0};
     uint64_t beyond = 0;
     for (size_t first = 0; first < task->count; first += BLOCK) {
         const size_t count = task->count - first < BLOCK ? task->count - first : BLOCK;
         const size_t at = first * task->stride;
         float room[4][BLOCK], held[BLOCK];
         const float *in[3];
-        uint32_t look_closer = 0;
+        uint32_t look_closer[GROUP] = {0};
         for (int c = 0; c < 3; c++) {
             in[c] = take(task->channel[c] + at, task->stride, count, room[c]);
-            look_closer |= hold(codes, c, in[c], task->finite, held);
+            hold(codes, c, in[c], task->finite, held, look_closer);
             if (!wanted[c]) continue;
             if (codes->max == 255)
                 find_u8(codes, c, held, code[c]);
             else
                 find_u16(codes, c, held, code[c]);
         }
-        if (look_closer >> 31) beyond += count_beyond(codes, in, count);
+        if (is_any_beyond(look_closer)) beyond += count_beyond(codes, in, count);
         if (wanted[3] && task->channel[3])
             find_alpha(codes->max, take(task->channel[3] + at, task->stride, count, room[3]),
                        code[3]);
         else if (wanted[3])
             for (int i = 0; i < BLOCK; i++) code[3][i] = codes->max;
 
-        const uint32_t *place = task->place ? task->place + first : NULL;
         if (codes->max == 255) {
             uint32_t words[BLOCK];
             pack_u8(code_of, task->samples, words);
-            store_u8(words, task->samples, count, place, first, task->out);
+            store_u8(words, task->samples, count, task, &next);
         } else {
             uint64_t words[BLOCK];
             pack_u16(code_of, task->samples, words);
-            store_u16(words, task->samples, count, place, first, task->out);
+            store_u16(words, task->samples, count, task, &next);
         }
     }
     return beyond;

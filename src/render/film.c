@@ -5,7 +5,6 @@
 #include <string.h>
 #include <time.h>
 
-#include "render/clock.h"
 #include "render/keep.h"
 #include "render/refine.h"
 #include "render/tile.h"
@@ -18,10 +17,7 @@ typedef struct scratch {
     float *mixed[3];                               /* radiance of a run */
     _Alignas(64) float pixels[3][SHD_TILE_PIXELS]; /* of a plane */
     _Alignas(64) float cover[SHD_TILE_PIXELS];
-    uint32_t
-        place[SHD_TILE_PIXELS]; /* of a tile's pixels in the picture, from its first one; for */
-    size_t place_width;         /* tiles of this width */
-    shd_times times;
+    shd_stopwatch watch;
     uint64_t saturated;
 } scratch;
 
@@ -97,6 +93,21 @@ static bool stopped(const job *j) {
 
 /* ---- From fragments to the pixels of a tile. ---- */
 
+/* Values to their cells, which rise: mostly one behind the other, in a row of the tile. */
+static void scatter(const float *restrict values, const uint16_t *restrict cell, size_t count,
+                    float *restrict pixels) {
+    enum { SPAN = 8 };
+    for (size_t i = 0; i < count;) {
+        if (count - i >= SPAN && cell[i + SPAN - 1] - cell[i] == SPAN - 1) {
+            memcpy(pixels + cell[i], values + i, SPAN * sizeof *values);
+            i += SPAN;
+        } else {
+            pixels[cell[i]] = values[i];
+            i++;
+        }
+    }
+}
+
 /* A run's radiance in a plane: where its pixels follow each other, straight into them. */
 static void paint_run(const job *j, scratch *s, const shd_fragments *f, shd_run run, size_t plane,
                       bool whole) {
@@ -131,7 +142,7 @@ static void paint_run(const job *j, scratch *s, const shd_fragments *f, shd_run 
             float *restrict pixels = s->pixels[c];
             const float *restrict mixed = s->mixed[c];
             if (whole)
-                for (size_t i = 0; i < count; i++) pixels[cell[i]] = mixed[i];
+                scatter(mixed, cell, count, pixels);
             else
                 for (size_t i = 0; i < count; i++) pixels[cell[i]] += mixed[i];
         }
@@ -202,7 +213,6 @@ static void store_plane(const job *j, scratch *s, shd_tile tile, size_t plane) {
     }
 }
 
-/* The rows are apart in the picture: every pixel is told its place. */
 static void store_codes(const job *j, scratch *s, shd_tile tile, bool empty) {
     const shd_raster *raster = &j->scenery.plan->scene->raster;
     const shd_film *film = j->film;
@@ -225,14 +235,9 @@ static void store_codes(const job *j, scratch *s, shd_tile tile, bool empty) {
                 memmove(pixels[c] + y * width, pixels[c] + y * SHD_TILE, width * sizeof(float));
         count = width * (size_t)tile.h;
     }
-    if (s->place_width != width) {
-        for (size_t i = 0; i < SHD_TILE_PIXELS; i++)
-            s->place[i] = (uint32_t)(i / width * (size_t)film->width + i % width);
-        s->place_width = width;
-    }
     s->saturated += shd_color_encode_planes(
         film->codes, j->scenery.plan->isa, (const float *const[3]){pixels[0], pixels[1], pixels[2]},
-        NULL, count, film->layout.source, film->layout.count, s->place, out);
+        NULL, count, film->layout.source, film->layout.count, width, (size_t)film->width, out);
 }
 
 /* The part of a tile of the grid that lies in a rectangle. */
@@ -253,7 +258,7 @@ static const shd_fragments *find_fragments(const job *j, scratch *s, size_t inde
     /* What is left out within a tolerance depends on all that is seen through the tile. */
     if (plan->drop_tolerance > 0 || j->scenery.adaptive)
         tile = tile_within(j, index, (shd_tile){0, 0, raster->width, raster->height});
-    const shd_fragments *f = shd_tile_look(&j->scenery, index, tile, s->tile, j->film, &s->times);
+    const shd_fragments *f = shd_tile_look(&j->scenery, index, tile, s->tile, j->film, &s->watch);
     if (j->recall.keep_light) shd_keep_fragments(j->recall.keep_light, index, plan, f);
     return f;
 }
@@ -266,12 +271,12 @@ static void render_tile(void *context, size_t index, unsigned slot) {
     const shd_raster *raster = &j->scenery.plan->scene->raster;
     const shd_tile tile =
         tile_within(j, index, (shd_tile){raster->x, raster->y, raster->w, raster->h});
+    shd_stopwatch *watch = &s->watch;
+    shd_begin(watch);
     const shd_fragments *f = find_fragments(j, s, index, tile);
 
-    const double lit = shd_wall_seconds();
     if (j->film->codes && !f->count) {
         store_codes(j, s, tile, true);
-        s->times.color += shd_wall_seconds() - lit;
     } else {
         if (f->coverage || j->scenery.plan->scene->transparent) find_cover(s, f);
         for (size_t p = 0; p < j->scenery.plan->plane_count; p++) {
@@ -281,11 +286,10 @@ static void render_tile(void *context, size_t index, unsigned slot) {
             else if (j->film->rgba)
                 store_colors(j, s, tile);
         }
-        const double painted = shd_wall_seconds();
-        s->times.shade += painted - lit;
+        shd_end(watch, &watch->times.shade);
         if (j->film->codes) store_codes(j, s, tile, false);
-        s->times.color += shd_wall_seconds() - painted;
     }
+    shd_end(watch, &watch->times.color);
 
     if (!j->options || !j->options->progress) return; /* counting waits for the tile's stores */
     size_t done = atomic_fetch_add(&j->done, 1) + 1;
@@ -332,15 +336,15 @@ static void find_background(job *j) {
     float rgb[3][SHD_TILE];
     for (int c = 0; c < 3; c++)
         for (int x = 0; x < SHD_TILE; x++) rgb[c][x] = (float)j->scenery.plan->scene->background[c];
-    shd_color_encode_planes(film->codes, j->scenery.plan->isa,
-                            (const float *const[3]){rgb[0], rgb[1], rgb[2]}, NULL, SHD_TILE,
-                            film->layout.source, film->layout.count, NULL, j->background);
+    shd_color_encode_planes(
+        film->codes, j->scenery.plan->isa, (const float *const[3]){rgb[0], rgb[1], rgb[2]}, NULL,
+        SHD_TILE, film->layout.source, film->layout.count, SHD_TILE, SHD_TILE, j->background);
 }
 
 static void add_times(shd_request *request, const scratch *s) {
-    request->times.visibility += s->times.visibility;
-    request->times.shade += s->times.shade;
-    request->times.color += s->times.color;
+    request->times.visibility += s->watch.times.visibility;
+    request->times.shade += s->watch.times.shade;
+    request->times.color += s->watch.times.color;
     request->saturated += s->saturated;
 }
 

@@ -258,11 +258,10 @@ static void add_settled(const shd_scenery *scenery, shd_tile tile, shd_tile_scra
 }
 
 size_t shd_refine(const shd_scenery *scenery, shd_tile tile, shd_tile_scratch *s,
-                  shd_times *times) {
+                  shd_stopwatch *watch) {
     const shd_plan *plan = scenery->plan;
     shd_refining *r = s->refining;
-    shd_tile_cast(scenery, s, make_shots(tile, s), s->centres, times);
-    const double began = shd_wall_seconds();
+    shd_tile_cast(scenery, s, make_shots(tile, s), s->centres, watch);
     const shd_hits *hits = shd_tile_light(scenery, s);
     memset(r->settled, 0, sizeof r->settled);
     if (hits->count) {
@@ -290,6 +289,6 @@ size_t shd_refine(const shd_scenery *scenery, shd_tile tile, shd_tile_scratch *s
                 count += !r->settled[i];
             }
         }
-    times->shade += shd_wall_seconds() - began;
+    shd_end(watch, &watch->times.shade);
     return count;
 }

@@ -2,7 +2,6 @@
 
 #include <string.h>
 
-#include "render/clock.h"
 #include "render/film.h"
 #include "render/keep.h"
 #include "render/refine.h"
@@ -389,8 +388,7 @@ static bool recall(shd_tile_scratch *s, size_t shots) {
 }
 
 void shd_tile_cast(const shd_scenery *scenery, shd_tile_scratch *s, size_t shots,
-                   const uint8_t *sample, shd_times *times) {
-    const double began = shd_wall_seconds();
+                   const uint8_t *sample, shd_stopwatch *watch) {
     if (!recall(s, shots)) {
         s->hits.count = 0;
         s->now = &s->hits;
@@ -400,12 +398,12 @@ void shd_tile_cast(const shd_scenery *scenery, shd_tile_scratch *s, size_t shots
         if (scenery->kept)
             shd_keep_cast(scenery->kept, s->tile, scenery->plan, s->shot_cell, shots, &s->hits);
     }
-    times->visibility += shd_wall_seconds() - began;
+    shd_end(watch, &watch->times.visibility);
 }
 
 /* The whole pattern of the pixels in s->pixels. */
 static void sample_pixels(const shd_scenery *scenery, shd_tile tile, shd_tile_scratch *s,
-                          size_t count, const shd_film *film, shd_times *times) {
+                          size_t count, const shd_film *film, shd_stopwatch *watch) {
     const int samples = scenery->plan->scene->raster.samples;
     const int left = tile.x / SHD_TILE * SHD_TILE, top = tile.y / SHD_TILE * SHD_TILE;
     const size_t step = SHD_CHUNK / (size_t)samples;
@@ -419,8 +417,7 @@ static void sample_pixels(const shd_scenery *scenery, shd_tile tile, shd_tile_sc
             s->x[i] = left + s->shot_cell[i] % SHD_TILE;
             s->y[i] = top + s->shot_cell[i] / SHD_TILE;
         }
-        shd_tile_cast(scenery, s, shots, s->pattern, times);
-        double began = shd_wall_seconds();
+        shd_tile_cast(scenery, s, shots, s->pattern, watch);
         if (scenery->data) store_data(scenery, s->now, s, film, tile);
         const shd_hits *hits = shd_tile_light(scenery, s);
         if (samples == 1) {
@@ -429,7 +426,7 @@ static void sample_pixels(const shd_scenery *scenery, shd_tile tile, shd_tile_sc
         } else {
             add_fragments(scenery, s);
         }
-        times->shade += shd_wall_seconds() - began;
+        shd_end(watch, &watch->times.shade);
     }
 }
 
@@ -463,16 +460,18 @@ static size_t list_pixels(shd_tile tile, shd_tile_scratch *s) {
 }
 
 const shd_fragments *shd_tile_look(const shd_scenery *scenery, size_t index, shd_tile tile,
-                                   shd_tile_scratch *s, const shd_film *film, shd_times *times) {
+                                   shd_tile_scratch *s, const shd_film *film,
+                                   shd_stopwatch *watch) {
     s->fragments.count = s->fragments.run_count = 0;
     s->tile = index;
     s->recalled = scenery->known ? shd_record_get(scenery->known, index) : NULL;
-    const double began = shd_wall_seconds();
     survey(scenery, tile, s);
-    times->visibility += shd_wall_seconds() - began;
-    if (!s->survey.candidate_count) return &s->fragments;
+    if (!s->survey.candidate_count) {
+        shd_end(watch, &watch->times.visibility);
+        return &s->fragments;
+    }
     const size_t count =
-        scenery->adaptive ? shd_refine(scenery, tile, s, times) : list_pixels(tile, s);
-    sample_pixels(scenery, tile, s, count, film, times);
+        scenery->adaptive ? shd_refine(scenery, tile, s, watch) : list_pixels(tile, s);
+    sample_pixels(scenery, tile, s, count, film, watch);
     return &s->fragments;
 }

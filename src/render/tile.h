@@ -7,6 +7,7 @@
 #ifndef SHD_RENDER_TILE_H
 #define SHD_RENDER_TILE_H
 
+#include "render/clock.h"
 #include "render/engine.h"
 #include "render/facets.h"
 #include "render/paint.h"
@@ -63,11 +64,11 @@ typedef struct shd_tile_scratch shd_tile_scratch;
 shd_tile_scratch *shd_tile_scratch_new(const shd_scenery *scenery, shd_arena *arena);
 
 /* Looks at the pixels of tile `index`. The fragments live in the scratch until the next call. Data
- * layers go to the film at once. Adds to times->visibility and ->shade. `tile` lies within one
+ * layers go to the film at once. Ends the stages visibility and shade. `tile` lies within one
  * tile of the grid. */
 struct shd_film;
 const shd_fragments *shd_tile_look(const shd_scenery *scenery, size_t index, shd_tile tile,
                                    shd_tile_scratch *scratch, const struct shd_film *film,
-                                   shd_times *times);
+                                   shd_stopwatch *watch);
 
 #endif

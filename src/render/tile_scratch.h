@@ -34,9 +34,9 @@ struct shd_tile_scratch {
     shd_refining *refining; /* NULL where the plan samples everything */
 };
 
-/* Casts s->x, s->y and `sample`, or recalls what they hit: s->now. */
+/* Casts s->x, s->y and `sample`, or recalls what they hit: s->now. Ends the stage. */
 void shd_tile_cast(const shd_scenery *scenery, shd_tile_scratch *s, size_t shots,
-                   const uint8_t *sample, shd_times *times);
+                   const uint8_t *sample, shd_stopwatch *watch);
 
 /* Lights s->now: fills s->cell, s->runs and s->sums. Returns the hits in the runs' order. */
 const shd_hits *shd_tile_light(const shd_scenery *scenery, shd_tile_scratch *s);
@@ -72,6 +72,7 @@ static inline int shd_channels_of(const shd_plan *plan, int32_t group) {
 /* Adaptive sampling. Adds fragments for the pixels whose pattern's mean their neighborhood tells
  * within the plan's tolerance, and lists the others that may see something in s->pixels. */
 shd_refining *shd_refining_new(const shd_plan *plan, shd_arena *arena);
-size_t shd_refine(const shd_scenery *scenery, shd_tile tile, shd_tile_scratch *s, shd_times *times);
+size_t shd_refine(const shd_scenery *scenery, shd_tile tile, shd_tile_scratch *s,
+                  shd_stopwatch *watch);
 
 #endif

@@ -225,28 +225,17 @@ static void samples_are_the_channels_that_are_asked_for(void **state) {
     }
 }
 
-/* Where pixels go, by i: one after the other, rows of a tile, scattered, back to front. */
-static uint32_t place_of(int way, uint32_t i) {
-    switch (way) {
-    case 0:
-        return 5 + i;
-    case 1:
-        return i / 32 * 77 + i % 32;
-    case 2:
-        return i * 3 + (i / 7) % 2;
-    default:
-        return 4000 - i;
-    }
-}
+/* Rows: one behind the other, a tile's, short ones, one in all. */
+static const struct {
+    size_t width, pitch;
+} ways[] = {{32, 32}, {32, 77}, {7, 20}, {1, 3}, {PIXELS, PIXELS}};
 
-/* And nothing is touched beside them. */
 static void planes_give_the_same_samples_at_their_places(void **state) {
     (void)state;
     enum { PLACES = 4096 };
     static float rgba[4 * PIXELS], plane[4][PIXELS];
     static uint16_t together[4 * PIXELS];
     static unsigned char want[8 * PLACES], got[8 * PLACES];
-    static uint32_t place[PIXELS];
     for (int i = 0; i < 4 * PIXELS; i++)
         plane[i % 4][i / 4] = rgba[i] =
             (float)((uint32_t)i * 2654435761u >> 8) / 16777216 * (i % 4 == 3 ? 1 : 1.1f);
@@ -265,19 +254,18 @@ static void planes_give_the_same_samples_at_their_places(void **state) {
                         rgba[4 * i + 3] = alpha == 1 ? 1 : plane[3][i];
                     uint64_t beyond = shd_color_encode(codes, SHD_PORTABLE, rgba, count,
                                                        pack.source, pack.count, together);
-                    for (int way = 0; way < 5; way++) {
+                    for (size_t way = 0; way < sizeof ways / sizeof ways[0]; way++) {
+                        const size_t width = ways[way].width, pitch = ways[way].pitch;
                         memset(want, 7, sizeof want);
-                        for (uint32_t i = 0; i < count; i++) {
-                            place[i] = way < 4 ? place_of(way, i) : i;
-                            memcpy(want + place[i] * bytes,
+                        for (size_t i = 0; i < count; i++)
+                            memcpy(want + (i / width * pitch + i % width) * bytes,
                                    (const unsigned char *)together + i * bytes, bytes);
-                        }
                         for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++) {
                             if (!shd_cpu_has(isa)) continue;
                             memset(got, 7, sizeof got);
                             uint64_t counted = shd_color_encode_planes(
                                 codes, isa, rgb, alpha == 1 ? NULL : plane[3], count, pack.source,
-                                pack.count, way < 4 ? place : NULL, got);
+                                pack.count, width, pitch, got);
                             assert_memory_equal(got, want, sizeof got);
                             assert_true(counted == beyond);
                         }
