@@ -100,14 +100,14 @@ static double spread_of(const channel *c, shd_transfer curve) {
     double low = fmin(fmax(c->floor - most, 0), 1);
     const double end = fmin(c->most, 1);
     double worst = 0;
-    while (low < end) {
+    do { /* once where nothing but what is left out gives any light */
         double high = low > 1e-5 ? 1.3 * low : low + 1e-5;
         high = high < end ? high : end;
         double error = error_at(c, fmin(high + most, c->most)) + shd_curve_noise(curve) * high;
         double to = fmin(low + error, 1);
         worst = fmax(worst, shd_curve_encode(curve, to) - shd_curve_encode(curve, low));
         low = high;
-    }
+    } while (low < end);
     return worst;
 }
 

@@ -177,11 +177,9 @@ typedef struct spreads {
     ratios linear, code, delta_e;
 } spreads;
 
-/* Measures a picture with such an accuracy against the exact tier's. Returns its bound. */
-static shd_bound check_scene(shd_engine *engine, const char *accuracy, bool plain, uint64_t seed,
-                             spreads *s) {
-    char *json = scene(accuracy, plain, seed);
-    char *reference = scene("\"tier\": \"exact\"", plain, seed);
+/* Measures a picture against the exact tier's, `reference`; both texts are freed. Returns its
+ * bound. */
+static shd_bound check_texts(shd_engine *engine, char *json, char *reference, spreads *s) {
     drawn exact = shown_film_of(engine, reference), other = shown_film_of(engine, json);
     const shd_bound bound = other.request->plan->bound;
     shd_showing showing;
@@ -203,6 +201,13 @@ static shd_bound check_scene(shd_engine *engine, const char *accuracy, bool plai
     free(json);
     free(reference);
     return bound;
+}
+
+/* The same with such an accuracy. */
+static shd_bound check_scene(shd_engine *engine, const char *accuracy, bool plain, uint64_t seed,
+                             spreads *s) {
+    return check_texts(engine, scene(accuracy, plain, seed),
+                       scene("\"tier\": \"exact\"", plain, seed), s);
 }
 
 static void check_scenes(shd_engine *engine, bool plain, uint64_t count, spreads *s) {
@@ -250,11 +255,26 @@ static void budgets_hold_what_is_measured(void **state) {
     share_within(&s.delta_e, 10, "deltaE2000");
 }
 
+/* Black instead of up to 22 codes. */
+static void a_budget_that_takes_all_light_is_bounded(void **state) {
+    static const char text[] =
+        "{\"image\": {\"width\": 64, \"height\": 48, \"samples\": 1}, \"accuracy\": {%s}, "
+        "\"ambient\": 0,"
+        " \"output\": {\"format\": \"png\"}, \"lights\": [{\"type\": \"point\", \"position\": "
+        "[1, 2, 3], \"intensity\": 0.01}], \"objects\": [{\"type\": \"sphere\"}]}";
+    spreads s = {.linear = {.count = 0}};
+    const shd_bound bound =
+        check_texts(*state, text_of(text, "\"maxError\": 0.03, \"metric\": \"linear\""),
+                    text_of(text, "\"tier\": \"exact\""), &s);
+    assert_true(s.code.count == 1 && bound.code < 30);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(measured_errors_are_below_their_bounds),
         cmocka_unit_test(bounds_of_plain_scenes_are_near_what_is_measured),
         cmocka_unit_test(budgets_hold_what_is_measured),
+        cmocka_unit_test(a_budget_that_takes_all_light_is_bounded),
     };
     return cmocka_run_group_tests(tests, make_engine, drop_engine);
 }
