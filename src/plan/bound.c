@@ -86,42 +86,51 @@ static channel channel_of(const shd_excess_list *list, const shd_excess *e, cons
 static double error_at(const channel *c, double u) {
     double limited = c->limited;
     if (isfinite(c->ratio))
-        limited = fmin(limited, c->ratio * fmax(u - c->base, 0) + c->distance * u);
+        limited = shd_smaller(limited, c->ratio * shd_larger(u - c->base, 0) + c->distance * u);
     return c->absolute + limited + c->color * u;
 }
 
-/* The largest curve(u + error) - curve(u) for u in [0,1] that there are. Curves are concave, so
- * that the largest in an interval of u is at most that of its lower end with the error of its upper
- * one. Below the floor there are only colors that cover a part of their pixel, and their errors
- * shrink with them faster than the curve rises: x times its slope at x does not fall. */
-static double spread_of(const channel *c, shd_transfer curve) {
+/* The largest curve(u + error) - curve(u) for u in [low, high]. Curves are concave, so that it is
+ * at most that of the interval's lower end with the error of its upper one. What is no more than
+ * `enough` is told as any value up to that. */
+static double spread_in(const channel *c, shd_transfer curve, double most, double low, double high,
+                        double enough) {
+    const double error =
+        error_at(c, shd_smaller(high + most, c->most)) + shd_curve_noise(curve) * high;
+    double spread = shd_curve_encode(curve, shd_smaller(error, 1));
+    if (spread <= enough) return spread;
+    spread = shd_curve_encode(curve, shd_smaller(low + error, 1)) - shd_curve_encode(curve, low);
+    const double begin = shd_larger(low, 1e-5);
+    if (spread <= enough || high <= 1.3 * begin) return spread;
+    const double middle = sqrt(begin * high);
+    const double dark = spread_in(c, curve, most, low, middle, enough);
+    return shd_larger(dark, spread_in(c, curve, most, middle, high, shd_larger(dark, enough)));
+}
+
+/* The same for those u in [0,1] that there are. Below the floor there are only colors that cover a
+ * part of their pixel, and their errors shrink with them faster than the curve rises: x times its
+ * slope at x does not fall. */
+static double spread_of(const channel *c, shd_transfer curve, double enough) {
     /* Either of the two may be the model's. */
     const double most = error_at(c, c->most);
-    double low = fmin(fmax(c->floor - most, 0), 1);
-    const double end = fmin(c->most, 1);
-    double worst = 0;
-    do { /* once where nothing but what is left out gives any light */
-        double high = low > 1e-5 ? 1.3 * low : low + 1e-5;
-        high = high < end ? high : end;
-        double error = error_at(c, fmin(high + most, c->most)) + shd_curve_noise(curve) * high;
-        double to = fmin(low + error, 1);
-        worst = fmax(worst, shd_curve_encode(curve, to) - shd_curve_encode(curve, low));
-        low = high;
-    } while (low < end);
-    return worst;
+    /* Lights that are left out may give what is not in `most`. */
+    const double low = fmin(fmax(c->floor - most, 0), 1), high = fmin(c->most + most, 1);
+    return low < high ? spread_in(c, curve, most, low, high, enough) : 0;
 }
 
 double shd_bound_code(const shd_excess_list *list, const shd_shown *shown) {
     if (!shown->coded) return INFINITY;
+    const double codes = 255 * (list->mixed ? SHD_MIXTURE : 1);
     double worst = 0;
     for (size_t i = 0; i < list->count; i++)
         for (int r = 0; r < 3; r++) {
             const channel c = channel_of(list, &list->excess[i], shown->matrix[r]);
-            worst = fmax(worst, spread_of(&c, shown->curve));
+            /* Up to here the bound in codes stays as it is. */
+            const double enough = (floor(codes * worst) + 1) / codes * (1 - 1e-9);
+            worst = fmax(worst, spread_of(&c, shown->curve, enough));
         }
-    if (list->mixed) worst *= SHD_MIXTURE;
-    if (!(worst < 1)) return 255;
-    return worst > 0 ? fmin(floor(255 * worst) + 1, 255) : 0;
+    if (!(worst * codes < 255)) return 255;
+    return worst > 0 ? floor(codes * worst) + 1 : 0;
 }
 
 shd_bound shd_bound_of(const shd_excess_list *list, const shd_shown *shown, size_t count,
@@ -131,7 +140,7 @@ shd_bound shd_bound_of(const shd_excess_list *list, const shd_shown *shown, size
     if (!count) bound.code = bound.delta_e = INFINITY;
     for (size_t i = 0; i < count; i++) {
         bound.code = fmax(bound.code, shd_bound_code(list, &shown[i]));
-        bound.delta_e = fmax(bound.delta_e, shd_bound_delta_e(list, &shown[i]));
+        bound.delta_e = fmax(bound.delta_e, shd_bound_delta_e(list, &shown[i], 0));
     }
     return bound;
 }

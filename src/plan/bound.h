@@ -54,7 +54,6 @@ double shd_curve_decode(shd_transfer transfer, double encoded);
 /* Of colors' parts: r, g, b / (r + g + b). */
 typedef struct shd_parts {
     double least[3], most[3];
-    bool negative; /* some color or coefficient is below 0, or not looked at */
 } shd_parts;
 
 /* The error of a color, in channel c, where its value is v within [floor, most], is at most
@@ -98,13 +97,20 @@ typedef struct shd_excess_list {
     double worst;     /* of all errors, those with `rounding` */
 } shd_excess_list;
 
-/* SHD_MEMORY is false. Without `more`. */
+/* The most that each light adds to a channel. */
+typedef struct shd_influences {
+    size_t count;
+    double **rows; /* [count][light_count]: of pieces of what is seen */
+} shd_influences;
+
+/* Without `more`; `influences` may be NULL. SHD_MEMORY is false. */
 bool shd_excess_find(const struct shd_plan *plan, shd_tier tier, shd_arena *arena,
-                     shd_excess_list *out);
+                     shd_excess_list *out, shd_influences *influences);
 
 double shd_bound_linear(const shd_excess_list *list);
 double shd_bound_code(const shd_excess_list *list, const shd_shown *shown);
-double shd_bound_delta_e(const shd_excess_list *list, const shd_shown *shown);
+/* What is no more than `enough` is told as any value up to that. */
+double shd_bound_delta_e(const shd_excess_list *list, const shd_shown *shown, double enough);
 
 /* The worst of all outputs; `count` 0: only `linear` is known. */
 shd_bound shd_bound_of(const shd_excess_list *list, const shd_shown *shown, size_t count,

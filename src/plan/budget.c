@@ -2,7 +2,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "plan/parts.h"
+#include "plan/terms.h"
 
 /* Of what the tier's own error leaves of a budget in linear light: to samples, to lights of the
  * whole picture; the rest goes to lights of tiles. */
@@ -17,10 +17,6 @@ static const double DARK_SHARE = 0.9;
 
 /* ---- Samples. ---- */
 
-static bool is_negative(const double color[3]) {
-    return color[0] < 0 || color[1] < 0 || color[2] < 0;
-}
-
 /* Where a pixel's centre and its neighbors may tell the pattern's mean (render/refine.h): in
  * objects that are convex on the picture and lit at every sample, and where light does not cancel
  * light. */
@@ -30,12 +26,12 @@ static bool may_skip_samples(const shd_plan *plan) {
     for (int k = SHD_LAYER_NORMAL; k < SHD_LAYER_KINDS; k++)
         if (plan->wants[k]) return false;
     for (size_t j = 0; j < plan->light_count; j++)
-        if (is_negative(plan->lights[j].color)) return false;
+        if (shd_is_negative(plan->lights[j].color)) return false;
     for (size_t m = 0; m < scene->material_count; m++) {
         const shd_plan_material *material = &plan->materials[m];
-        if (is_negative(material->diffuse) || is_negative(material->constant)) return false;
+        if (shd_is_negative(material->diffuse) || shd_is_negative(material->constant)) return false;
         for (size_t k = 0; k < material->lobe_count; k++)
-            if (is_negative(material->lobes[k].specular)) return false;
+            if (shd_is_negative(material->lobes[k].specular)) return false;
     }
     for (size_t i = 0; i < scene->object_count; i++) {
         const shd_object *object = &scene->objects[i];
@@ -46,32 +42,48 @@ static bool may_skip_samples(const shd_plan *plan) {
     return false;
 }
 
+/* What is left out counted, of a list without it. */
+static shd_bound bound_with(const shd_plan *plan, shd_tier tier, const shd_shown *shown,
+                            shd_excess_list *list) {
+    list->more = plan->drop_tolerance + plan->dropped;
+    list->color = list->rounding + plan->drop_relative;
+    if (tier != SHD_EXACT) {
+        list->more += plan->sampling_absolute;
+        list->color += plan->sampling_relative;
+    }
+    return shd_bound_of(list, shown, shown ? plan->scene->output_count : 0, tier);
+}
+
 bool shd_plan_bound(const shd_plan *plan, shd_tier tier, const shd_shown *shown, shd_arena *arena,
                     shd_bound *out) {
     shd_excess_list list;
-    if (!shd_excess_find(plan, tier, arena, &list)) return false;
-    list.more = plan->drop_tolerance + plan->dropped;
-    list.color += plan->drop_relative;
-    if (tier != SHD_EXACT) {
-        list.more += plan->sampling_absolute;
-        list.color += plan->sampling_relative;
-    }
-    *out = shd_bound_of(&list, shown, shown ? plan->scene->output_count : 0, tier);
+    if (!shd_excess_find(plan, tier, arena, &list, NULL)) return false;
+    *out = bound_with(plan, tier, shown, &list);
     return true;
 }
 
 /* ---- Without a budget. ---- */
 
+/* What changes the code of I by so much. */
+static double step_up(shd_transfer curve, double i, double code) {
+    return shd_curve_decode(curve, shd_curve_encode(curve, i) + code) - i;
+}
+
 /* The largest share r of the light I such that absolute + r I is at most `code` codes at any I up
  * to 1; beyond, codes do not change. */
 static double relative_room(shd_transfer curve, double absolute, double code) {
-    double room = INFINITY;
-    double i = 1;
+    double room = (step_up(curve, 1, code) - absolute) / 1.03;
+    double i = 1, factor = 1.03;
     while (i > absolute) {
-        double step = shd_curve_decode(curve, shd_curve_encode(curve, i) + code) - i;
-        /* Of all I between this one and the next one. */
-        room = fmin(room, (step - absolute) / (1.03 * i));
-        i /= 1.03;
+        /* Of all I from here on up to the last one: the step rises with I. */
+        const double low = i / factor, least = (step_up(curve, low, code) - absolute) / i;
+        if (!(least >= room) && factor > 1.03) {
+            factor = shd_larger(sqrt(factor), 1.03);
+            continue;
+        }
+        room = shd_smaller(least, room);
+        factor *= factor;
+        i = low;
     }
     return room > 0 ? room : 0;
 }
@@ -114,9 +126,11 @@ static bool is_within(const shd_plan *plan, const shd_shown *shown, const shd_ex
     if (accuracy->metric == SHD_LINEAR) return shd_bound_linear(list) <= accuracy->max_error;
     if (tier == SHD_EXACT && list->more == 0) return true; /* it is the picture in question */
     for (size_t o = 0; shown && o < plan->scene->output_count; o++) {
-        const double bound = accuracy->metric == SHD_CODE ? shd_bound_code(list, &shown[o])
-                                                          : shd_bound_delta_e(list, &shown[o]);
-        if (!(bound <= accuracy->max_error)) return false;
+        const double most = accuracy->max_error;
+        const double bound = accuracy->metric == SHD_CODE
+                                 ? shd_bound_code(list, &shown[o])
+                                 : shd_bound_delta_e(list, &shown[o], most);
+        if (!(bound <= most)) return false;
     }
     return shown;
 }
@@ -168,30 +182,29 @@ static int compare_weak(const void *a, const void *b) {
 
 /* Drops the weakest lights, as long as they add no more than `room` together, wherever that is.
  * False: memory. */
-static bool drop_weakest(shd_plan *plan, double room, uint8_t *drops, bool *dropped,
-                         shd_arena *arena) {
+static bool drop_weakest(shd_plan *plan, double room, const shd_influences *in, uint8_t *drops,
+                         bool *dropped, shd_arena *arena) {
     const size_t lights = plan->light_count;
     weak *order = shd_arena_zalloc(arena, lights, sizeof *order);
-    shd_influences in;
-    if (!order || !shd_plan_influences(plan, arena, &in)) return false;
-    double *sums = shd_arena_zalloc(arena, in.rows, sizeof *sums);
-    if (!sums) return false;
-    for (size_t j = 0; j < lights; j++) {
-        order[j].light = (uint32_t)j;
-        for (size_t r = 0; r < in.rows; r++)
-            order[j].most = fmax(order[j].most, in.most[r * lights + j]);
-    }
-    qsort(order, lights, sizeof *order, compare_weak);
-    for (size_t k = 0; k < lights && order[k].most <= room; k++) {
-        const double *most = in.most + order[k].light;
+    double *sums = shd_arena_zalloc(arena, in->count, sizeof *sums);
+    if (!order || !sums) return false;
+    size_t some = 0;
+    for (size_t r = 0; r < in->count; r++)
+        for (size_t j = 0; j < lights; j++)
+            order[j].most = shd_larger(in->rows[r][j], order[j].most);
+    for (size_t j = 0; j < lights; j++)
+        if (order[j].most <= room) order[some++] = (weak){order[j].most, (uint32_t)j};
+    qsort(order, some, sizeof *order, compare_weak);
+    for (size_t k = 0; k < some; k++) {
+        const uint32_t j = order[k].light;
         bool fits = true;
-        for (size_t r = 0; r < in.rows && fits; r++) fits = sums[r] + most[r * lights] <= room;
+        for (size_t r = 0; r < in->count && fits; r++) fits = sums[r] + in->rows[r][j] <= room;
         if (!fits) continue;
-        for (size_t r = 0; r < in.rows; r++) {
-            sums[r] += most[r * lights];
+        for (size_t r = 0; r < in->count; r++) {
+            sums[r] += in->rows[r][j];
             plan->dropped = fmax(plan->dropped, sums[r]);
         }
-        drops[plan->lights[order[k].light].index] |= SHD_DROP_BUDGET;
+        drops[plan->lights[j].index] |= SHD_DROP_BUDGET;
         *dropped = true;
     }
     return true;
@@ -218,14 +231,18 @@ static shd_status meet_budget(shd_plan *plan, const shd_shown *shown, uint8_t *d
                               shd_arena *arena, shd_error *error) {
     for (shd_tier tier = SHD_DRAFT; tier <= SHD_EXACT; tier++) {
         shd_excess_list list;
-        if (!shd_excess_find(plan, tier, arena, &list)) return SHD_MEMORY;
+        shd_influences influences;
+        if (!shd_excess_find(plan, tier, arena, &list, &influences)) return SHD_MEMORY;
         if (!is_within(plan, shown, &list, tier)) continue;
         plan->tier = tier;
-        if (tier == SHD_EXACT) return SHD_OK; /* of its error nothing should be left to doubt */
-        double left;
-        share_room(plan, shown, &list, tier, &left);
-        if (!drop_weakest(plan, PICTURE_SHARE * left, drops, dropped, arena)) return SHD_MEMORY;
+        double left = 0;
+        /* Of the exact tier's error nothing should be left to doubt. */
+        if (tier != SHD_EXACT) share_room(plan, shown, &list, tier, &left);
+        if (tier != SHD_EXACT &&
+            !drop_weakest(plan, PICTURE_SHARE * left, &influences, drops, dropped, arena))
+            return SHD_MEMORY;
         plan->drop_tolerance = plan->light_count > 1 ? left - plan->dropped : 0;
+        plan->bound = bound_with(plan, tier, shown, &list);
         return SHD_OK;
     }
     return fail_budget(plan, shown, arena, error);
@@ -238,5 +255,5 @@ shd_status shd_plan_choose(shd_plan *plan, const shd_shown *shown, uint8_t *drop
     if (accuracy->budget) return meet_budget(plan, shown, drops, dropped, arena, error);
     plan->tier = accuracy->tier;
     choose_coarse_samples(plan, shown);
-    return SHD_OK;
+    return shd_plan_bound(plan, plan->tier, shown, arena, &plan->bound) ? SHD_OK : SHD_MEMORY;
 }

@@ -2,14 +2,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "plan/bound.h"
 #include "plan/pieces.h"
+#include "plan/terms.h"
 
 /* Pairs of objects and lights that are looked at one by one: beyond, only the spheres
- * around objects are, and pictures count as having colors of any kind. */
+ * around objects are. */
 enum { MOST_PAIRS = 1 << 20 };
 
-/* Pairs of pieces and lights that are looked at, some 60 ns each. */
+/* Pairs of pieces and lights that are looked at, some 40 ns each. */
 enum { MOST_LOOKS = 1024 };
 
 /* Rounding of a position in f32, in the frame's unit: half an ulp below 2 in three coordinates.
@@ -19,14 +19,30 @@ static const double POSITION = 1.1e-7;
 /* What it moves a direction by at most where positions are not split: see frame.c. */
 static const double MOVED = 2 * 1.1e-7 / 0.05;
 
+/* A light as it comes to an object. */
+typedef struct source {
+    const shd_plan_light *light;
+    const shd_path_error *error;
+    size_t term;     /* the first of its terms */
+    double strength; /* what these are times */
+    double least;    /* no point of the object is nearer */
+    /* Error of the direction, and half the relative one of the distance: near / distance + far. */
+    double near, far;
+} source;
+
 typedef struct finding {
     const shd_plan *plan;
     shd_tier tier;
     double color, distance; /* relative errors: of rounding; of what depends on distances */
     shd_excess_list *list;
-    shd_piece *pieces;     /* [SHD_MOST_PIECES] */
-    double *least;         /* [light_count]: distances from the object in question */
+    shd_influences *influences; /* or NULL */
+    shd_hues hues;
+    shd_terms terms;       /* of the object in question, */
+    shd_much *much;        /* [terms]: of its piece */
+    source *sources;       /* [light_count]: its lights */
     shd_lobe_error *lobes; /* [max_lobes]: of its material */
+    double ratio;          /* the largest of their relative errors */
+    shd_piece *pieces;     /* [SHD_MOST_PIECES] */
     int fineness;
     bool mixed; /* pixels may be made of several samples, which lie anywhere */
 } finding;
@@ -40,187 +56,86 @@ static double spot_error(const finding *f, const shd_plan_light *light, const sh
     return shd_spot_error(f->tier, &shape, lit->axis_low, lit->axis_high, position);
 }
 
-/* Relative error of the distance, and error of the direction. */
-static double position_error(const finding *f, const shd_plan_object *object,
-                             const shd_plan_light *light, double nearest) {
-    const shd_plan *plan = f->plan;
-    if (light->directional || f->tier == SHD_EXACT || plan->split_positions) return 0;
-    /* On a plane coordinates grow with the distance. */
-    const double size = shd_plan_size(plan, object, light) / (nearest * plan->scale);
-    const double far = shd_length(shd_sub(light->position, plan->origin));
-    const double error =
-        POSITION * (object->bounded ? size : 1 + size) + POSITION / 2 * far / nearest;
-    return error < 1 ? error : 1;
-}
-
 static shd_path path_of(const shd_plan_light *light) {
     return light->directional                 ? SHD_PATH_DIRECTIONAL
            : light->attenuated || light->spot ? SHD_PATH_ATTENUATED
                                               : SHD_PATH_POINT;
 }
 
-/* What a light adds to a piece's colors, and to their errors; `base` is the diffuse part of `low`.
- */
-typedef struct share {
-    double absolute[3], limited[3], base[3], low[3], high[3];
-} share;
-
-/* Light of one chromaticity in a piece's colors. */
-typedef struct tint {
-    double part[3];   /* r, g, b / (r + g + b) */
-    double low, high; /* r + g + b */
-} tint;
-
-enum { MOST_TINTS = 32 };
-
-typedef struct tints {
-    size_t count; /* beyond MOST_TINTS: unknown */
-    tint list[MOST_TINTS];
-} tints;
-
-static void add_tint(tints *to, const double a[3], const double b[3], double low, double high) {
-    const double color[3] = {a[0] * b[0], a[1] * b[1], a[2] * b[2]};
-    const double sum = color[0] + color[1] + color[2];
-    if (!(sum * high > 0)) return;
-    if (to->count++ >= MOST_TINTS) return;
-    tint *t = &to->list[to->count - 1];
-    for (int c = 0; c < 3; c++) t->part[c] = color[c] / sum;
-    t->low = sum * low;
-    t->high = sum * high;
+static source source_of(const finding *f, const shd_plan_object *object, uint32_t index,
+                        const shd_place *place) {
+    const shd_plan *plan = f->plan;
+    const shd_plan_light *light = &plan->lights[index];
+    source s = {.light = light,
+                .error = shd_path_error_of(f->tier, path_of(light)),
+                .term = f->terms.first[f->hues.of_light[index]],
+                .strength = f->hues.strength[index]};
+    if (light->directional) return s;
+    s.least = shd_least_distance(place, light->position);
+    if (f->tier == SHD_EXACT || plan->split_positions) return s;
+    const double from_origin = shd_plan_length(shd_sub(light->position, plan->origin));
+    s.near =
+        POSITION * shd_plan_size(plan, object, light) / plan->scale + POSITION / 2 * from_origin;
+    /* On a plane coordinates grow with the distance. */
+    if (!object->bounded) s.far = POSITION;
+    return s;
 }
 
-/* The largest part of a channel in the sum of tints (sign 1; -1: the smallest): those with more of
- * it than the sum has are as bright, the others as dark as they can be. Each round but the last
- * finds fewer of them (W. Dinkelbach, "On nonlinear fractional programming", 1967). */
-static double extreme_part(const tints *of, int channel, double sign) {
-    double best = 0;
-    for (int round = 0; round < MOST_TINTS + 2; round++) {
-        double sum = 0, all = 0;
-        for (size_t i = 0; i < of->count; i++) {
-            const tint *t = &of->list[i];
-            const double much =
-                round == 0 || sign * (t->part[channel] - best) > 0 ? t->high : t->low;
-            sum += much * t->part[channel];
-            all += much;
-        }
-        const double part = sum / all;
-        if (round > 0 && !(sign * (part - best) > 1e-9)) break;
-        best = part;
-    }
-    return best;
-}
-
-static share share_of(const finding *f, const shd_plan_object *object,
-                      const shd_plan_material *material, const shd_plan_light *light,
-                      const shd_lit *lit, tints *colors) {
-    const shd_path path = path_of(light);
-    const shd_path_error *e = shd_path_error_of(f->tier, path);
-    const double position = position_error(f, object, light, lit->nearest);
-    const double spot = spot_error(f, light, lit, position);
+/* Adds the light to the terms. Returns the most that it adds to any channel. */
+static double add_light(const finding *f, const shd_plan_material *material, const source *from,
+                        const shd_lit *lit) {
+    const shd_plan_light *light = from->light;
+    const shd_path_error *e = from->error;
+    double position = from->far + (from->near > 0 ? from->near / lit->nearest : 0);
+    position = position < 1 ? position : 1;
     const double distance = e->relative + (light->attenuated ? 2 * position : 0);
-    share out;
-    double all[3];
-    for (int c = 0; c < 3; c++) {
-        const double kd = fabs(material->diffuse[c]);
-        out.absolute[c] = kd * (e->facing + position);
-        all[c] = kd;
-        out.limited[c] = kd * distance * lit->facing_high;
-        out.base[c] = kd * lit->facing_low;
-        out.low[c] = out.base[c];
-        out.high[c] = kd * lit->facing_high;
-    }
-    if (material->has_diffuse)
-        add_tint(colors, material->diffuse, light->color, lit->factor_low * lit->facing_low,
-                 lit->factor_high * lit->facing_high);
+    const double high = from->strength * lit->factor_high, low = from->strength * lit->factor_low;
+    /* Where s is low, so are the errors that it multiplies, but not its own. */
+    const double spot =
+        light->spot ? from->strength * lit->fall_high * spot_error(f, light, lit, position) : 0;
+    shd_much *to = &f->much[from->term];
+    const shd_term *term = &f->terms.list[from->term];
+    double seen[3];
+    for (int c = 0; c < 3; c++) seen[c] = term->color[c] * high * lit->facing_high;
+    to->low += low * lit->facing_low;
+    to->high += high * lit->facing_high;
+    to->absolute += high * (e->facing + position) + spot;
+    to->limited += high * distance * lit->facing_high;
     for (size_t k = 0; k < material->lobe_count; k++) {
-        const shd_plan_lobe *lobe = &material->lobes[k];
+        const double shininess = material->lobes[k].shininess;
         const shd_lobe_error *error = &f->lobes[k];
-        const double most = shd_shine_power(lit->shine_high, lobe->shininess),
-                     least = shd_shine_power(lit->shine_low, lobe->shininess);
+        const double most = shd_shine_most(lit->shine_high, shininess);
         const double turned =
             shd_lobe_turned(error, lit->shine_high, most, e->direction + position);
         const double functions = shd_lobe_functions(error, most);
         /* What is not in proportion to the lobe is absolute. */
-        const bool relative = isfinite(error->turned_ratio);
+        const bool relative = error->turned_ratio < INFINITY;
         const double wrong = relative ? shd_lobe_sum(turned, functions) : functions;
         const double faint = shd_lobe_faint(error, most) + (relative ? 0 : turned);
-        for (int c = 0; c < 3; c++) {
-            const double ks = fabs(lobe->specular[c]);
-            out.absolute[c] += ks * faint;
-            all[c] += ks;
-            out.limited[c] += ks * shd_smaller(wrong + distance * most, 1);
-            out.low[c] += ks * least;
-            out.high[c] += ks * most;
-        }
-        add_tint(colors, lobe->specular, light->color, lit->factor_low * least,
-                 lit->factor_high * most);
+        to++;
+        term++;
+        for (int c = 0; c < 3; c++) seen[c] += term->color[c] * high * most;
+        if (low > 0 && lit->shine_low > 0)
+            to->low += low * shd_shine_least(lit->shine_low, shininess);
+        to->high += high * most;
+        to->absolute += high * faint + spot;
+        to->limited += high * shd_smaller(wrong + distance * most, 1);
     }
-    for (int c = 0; c < 3; c++) {
-        const double color = fabs(light->color[c]);
-        /* Where s is low, so are the errors that it multiplies, but not its own. */
-        out.absolute[c] *= color * lit->factor_high;
-        out.absolute[c] += color * lit->fall_high * spot * all[c];
-        out.limited[c] *= color * lit->factor_high;
-        out.base[c] *= color * lit->factor_low;
-        out.low[c] *= color * lit->factor_low;
-        out.high[c] *= color * lit->factor_high;
-    }
-    return out;
+    return shd_larger(shd_larger(seen[0], seen[1]), seen[2]);
 }
 
 /* ---- Colors that there are. ---- */
-
-static bool is_negative(const double color[3]) {
-    return color[0] < 0 || color[1] < 0 || color[2] < 0;
-}
-
-static void note_part(shd_parts *parts, const double color[3]) {
-    double sum = color[0] + color[1] + color[2];
-    if (is_negative(color)) parts->negative = true;
-    if (!(sum > 0) || !isfinite(sum)) return;
-    for (int c = 0; c < 3; c++) {
-        parts->least[c] = shd_smaller(parts->least[c], color[c] / sum);
-        parts->most[c] = shd_larger(parts->most[c], color[c] / sum);
-    }
-}
-
-static void note_product(shd_parts *parts, const double a[3], const double b[3]) {
-    if (is_negative(a) || is_negative(b)) parts->negative = true;
-    const double color[3] = {a[0] * b[0], a[1] * b[1], a[2] * b[2]};
-    note_part(parts, color);
-}
-
-static const shd_parts NO_PARTS = {
-    .least = {INFINITY, INFINITY, INFINITY},
-    .most = {0, 0, 0},
-};
-
-/* Of the colors that a material has in a list of lights. */
-static shd_parts parts_of(const shd_plan *plan, const shd_plan_group *group) {
-    const shd_plan_material *material = &plan->materials[group->material];
-    shd_parts parts = NO_PARTS;
-    note_part(&parts, material->constant);
-    for (size_t i = 0; i < group->light_count; i++) {
-        const shd_plan_light *light = &plan->lights[group->lights[i]];
-        note_product(&parts, light->color, material->diffuse);
-        for (size_t k = 0; k < material->lobe_count; k++)
-            note_product(&parts, light->color, material->lobes[k].specular);
-    }
-    return parts;
-}
 
 static void add_parts(shd_parts *to, const shd_parts *from) {
     for (int c = 0; c < 3; c++) {
         to->least[c] = shd_smaller(to->least[c], from->least[c]);
         to->most[c] = shd_larger(to->most[c], from->most[c]);
     }
-    to->negative |= from->negative;
 }
 
 /* Pixels that mix samples have colors between all that there are. */
 static void finish_parts(const finding *f, const shd_parts *all) {
     shd_excess_list *list = f->list;
-    list->nonnegative = !all->negative;
     for (size_t i = 0; i < list->count; i++) {
         shd_excess *e = &list->excess[i];
         if (f->mixed) e->parts = e->gain = *all;
@@ -234,20 +149,6 @@ static void finish_parts(const finding *f, const shd_parts *all) {
 }
 
 /* ---- Pieces. ---- */
-
-/* The part of an error beside its main direction. */
-static void add_error(shd_excess *to, const double absolute[3], const double limited[3]) {
-    const double a = absolute[0] + absolute[1] + absolute[2],
-                 b = limited[0] + limited[1] + limited[2];
-    to->main_absolute += a;
-    to->main_limited += b;
-    for (int c = 0; c < 3; c++) {
-        to->absolute[c] += absolute[c];
-        to->limited[c] += limited[c];
-        to->rest_absolute[c] += fabs(absolute[c] - a * to->main[c]);
-        to->rest_limited[c] += fabs(limited[c] - b * to->main[c]);
-    }
-}
 
 static void take_larger(double *to, const double *from, size_t count) {
     for (size_t i = 0; i < count; i++) to[i] = shd_larger(to[i], from[i]);
@@ -273,7 +174,7 @@ static void merge(shd_excess *to, const shd_excess *from) {
     }
     add_parts(&to->parts, &from->parts);
     add_parts(&to->gain, &from->gain);
-    for (int k = 0; k < 2; k++) note_part(&to->gain, above[k]);
+    for (int k = 0; k < 2; k++) shd_parts_note(&to->gain, above[k]);
 }
 
 /* In powers of 2.5 from 1e-4 on. */
@@ -298,69 +199,101 @@ static shd_excess *slot_of(const finding *f, const shd_excess *sum, bool *fresh)
     return *fresh ? &list->excess[list->count++] : nearest;
 }
 
-/* The lobes of a material, and the largest of their relative errors. */
-static double find_lobes(const finding *f, const shd_plan_material *material) {
-    const double direction = shd_path_error_of(f->tier, SHD_PATH_ATTENUATED)->direction +
-                             (f->tier == SHD_EXACT ? 0 : MOVED);
-    double ratio = 0;
-    for (size_t k = 0; k < material->lobe_count; k++) {
-        shd_lobe_error *e = &f->lobes[k];
-        *e = shd_lobe_error_of(f->tier, material->lobes[k].shininess, f->plan->scene->light_count);
-        ratio = shd_larger(
-            ratio, e->ratio + (isfinite(e->turned_ratio) ? direction * e->turned_ratio : 0));
-    }
-    return ratio;
-}
-
-/* The sum over an object's lights at one of its pieces. `shares` is memory. */
-static void add_piece(const finding *f, size_t index, const shd_piece *piece, double ratio,
-                      const shd_parts *parts, share *shares) {
+/* Everything about an object but its pieces. Materials and terms are those of its group. */
+static void find_object(finding *f, size_t index, bool same_group, bool few) {
     const shd_plan *plan = f->plan;
     const shd_plan_object *object = &plan->objects[index];
     const shd_plan_material *material = &plan->materials[object->material];
-    shd_excess sum = {.parts = *parts, .ratio = ratio, .distance = f->distance};
-    memcpy(sum.floor, material->constant, sizeof sum.floor);
-    memcpy(sum.base, material->constant, sizeof sum.base);
-    for (int c = 0; c < 3; c++) sum.most[c] = fabs(material->constant[c]);
-    static const double white[3] = {1, 1, 1};
-    tints colors = {.count = 0};
-    add_tint(&colors, material->constant, white, 1, 1);
-    size_t count = 0;
-    double main[3] = {0, 0, 0}, total = 0;
+    const double direction = shd_path_error_of(f->tier, SHD_PATH_ATTENUATED)->direction +
+                             (f->tier == SHD_EXACT ? 0 : MOVED);
+    if (!same_group) {
+        shd_terms_set(plan, &f->hues, &plan->groups[object->group], &f->terms);
+        f->ratio = 0;
+    }
+    for (size_t k = 0; k < material->lobe_count && !same_group; k++) {
+        shd_lobe_error *e = &f->lobes[k];
+        *e = shd_lobe_error_of(f->tier, material->lobes[k].shininess, plan->scene->light_count);
+        f->ratio = shd_larger(
+            f->ratio, e->ratio + (e->turned_ratio < INFINITY ? direction * e->turned_ratio : 0));
+    }
+    shd_place place = shd_place_of(&plan->scene->objects[index], object);
+    place.known = place.known && few;
+    for (size_t k = 0; k < object->light_count; k++)
+        f->sources[k] = source_of(f, object, object->lights[k], &place);
+}
+
+/* The sums of the terms: colors and their errors. */
+static void sum_terms(const finding *f, const shd_plan_material *material, shd_excess *to) {
+    const size_t stride = 1 + material->lobe_count;
+    double low[4] = {0}, high[4] = {0}, absolute[4] = {0}, limited[4] = {0}, base[4] = {0};
+    for (size_t i = 0; i < f->terms.count; i++) {
+        const double *color = f->terms.list[i].color;
+        const shd_much much = f->much[i];
+        for (int c = 0; c < 4; c++) low[c] += color[c] * much.low;
+        for (int c = 0; c < 4; c++) high[c] += color[c] * much.high;
+        for (int c = 0; c < 4; c++) absolute[c] += color[c] * much.absolute;
+        for (int c = 0; c < 4; c++) limited[c] += color[c] * much.limited;
+    }
+    for (size_t i = 1; i < f->terms.count; i += stride)
+        for (int c = 0; c < 4; c++) base[c] += f->terms.list[i].color[c] * f->much[i].low;
+    for (int c = 0; c < 3; c++) {
+        to->base[c] = f->terms.list[0].color[c] + base[c];
+        to->floor[c] = low[c];
+        to->most[c] = high[c];
+        to->absolute[c] = absolute[c];
+        to->limited[c] = limited[c];
+    }
+    to->main_absolute = absolute[3];
+    to->main_limited = limited[3];
+}
+
+/* What is beside the main direction of the errors. Each term errs by itself. */
+static void part_errors(const finding *f, shd_excess *to) {
+    const double main[4] = {to->main[0], to->main[1], to->main[2], 0};
+    double absolute[4] = {0}, limited[4] = {0};
+    for (size_t i = 1; i < f->terms.count; i++) {
+        const double *color = f->terms.list[i].color;
+        const shd_much much = f->much[i];
+        double beside[4];
+        for (int c = 0; c < 4; c++) beside[c] = fabs(color[c] - color[3] * main[c]);
+        for (int c = 0; c < 4; c++) absolute[c] += much.absolute * beside[c];
+        for (int c = 0; c < 4; c++) limited[c] += much.limited * beside[c];
+    }
+    memcpy(to->rest_absolute, absolute, sizeof to->rest_absolute);
+    memcpy(to->rest_limited, limited, sizeof to->rest_limited);
+}
+
+/* The sum over an object's lights at one of its pieces. */
+static void add_piece(finding *f, const shd_plan_object *object, const shd_piece *piece,
+                      double *influences) {
+    const shd_plan *plan = f->plan;
+    const shd_plan_material *material = &plan->materials[object->material];
+    memset(f->much, 0, f->terms.count * sizeof *f->much);
+    f->much[0] = (shd_much){.low = 1, .high = 1};
     for (size_t i = 0; i < object->light_count; i++) {
-        const shd_plan_light *light = &plan->lights[object->lights[i]];
         shd_lit lit;
-        if (!shd_piece_lit(plan->scene, piece, light, f->least[i], &lit)) continue;
-        const share s = shares[count++] = share_of(f, object, material, light, &lit, &colors);
-        for (int c = 0; c < 3; c++) {
-            sum.base[c] += s.base[c];
-            sum.floor[c] += s.low[c];
-            sum.most[c] += s.high[c];
-            main[c] += s.absolute[c] + s.limited[c];
-        }
+        const source *from = &f->sources[i];
+        if (!shd_piece_lit(plan->scene, piece, from->light, from->least, &lit)) continue;
+        const double most = add_light(f, material, from, &lit);
+        if (influences)
+            influences[object->lights[i]] = shd_larger(influences[object->lights[i]], most);
     }
-    sum.gain = *parts;
-    if (colors.count <= MOST_TINTS && !parts->negative) {
-        sum.gain = NO_PARTS;
-        for (size_t i = 0; i < colors.count; i++)
-            if (colors.list[i].high > colors.list[i].low) note_part(&sum.gain, colors.list[i].part);
-    }
-    for (int c = 0; c < 3 && colors.count && colors.count <= MOST_TINTS && !parts->negative; c++) {
-        sum.parts.least[c] = extreme_part(&colors, c, -1) - 1e-9;
-        sum.parts.most[c] = extreme_part(&colors, c, 1) + 1e-9;
-    }
+    shd_excess sum = {.ratio = f->ratio, .distance = f->distance, .material = object->material};
+    sum_terms(f, material, &sum);
+    if (!shd_terms_mix(&f->terms, f->much, sum.floor, &sum.parts, &sum.gain))
+        sum.parts = sum.gain = f->terms.parts;
     bool fresh;
-    sum.material = object->material;
     sum.dark = step_of(sum.floor);
     sum.bright = step_of(sum.most);
     shd_excess *to = slot_of(f, &sum, &fresh);
-    for (int c = 0; c < 3; c++) total += main[c];
-    for (int c = 0; c < 3; c++)
-        sum.main[c] = !fresh ? to->main[c] : total > 0 && isfinite(total) ? main[c] / total : 0;
-    for (size_t i = 0; i < count; i++) add_error(&sum, shares[i].absolute, shares[i].limited);
-    double worst = 0;
-    for (int c = 0; c < 3; c++)
-        worst = shd_larger(worst, sum.absolute[c] + sum.limited[c] + f->color * sum.most[c]);
+    double total = 0, worst = 0;
+    for (int c = 0; c < 3; c++) total += sum.absolute[c] + sum.limited[c];
+    for (int c = 0; c < 3; c++) {
+        const double error = sum.absolute[c] + sum.limited[c];
+        sum.main[c] = !fresh ? to->main[c] : total > 0 && isfinite(total) ? error / total : 0;
+        worst = shd_larger(worst, error + f->color * sum.most[c]);
+    }
+    part_errors(f, &sum);
     if (!(worst >= 0)) worst = INFINITY; /* not a number */
     f->list->worst = shd_larger(f->list->worst, worst);
     take_larger(f->list->most, sum.most, 3);
@@ -380,44 +313,45 @@ static int fineness_of(const shd_plan *plan) {
     return fineness;
 }
 
-static bool add_objects(const finding *f, shd_arena *arena) {
+/* A row for each piece where these are few, else one of the most that each light adds anywhere.
+ * False: memory. */
+static bool next_row(const finding *f, shd_arena *arena) {
+    shd_influences *in = f->influences;
+    if (!in || (in->count && f->fineness == 0)) return true;
+    in->rows[in->count] = shd_arena_zalloc(arena, f->plan->light_count, sizeof **in->rows);
+    return in->rows[in->count++];
+}
+
+static bool add_objects(finding *f, shd_arena *arena) {
     const shd_plan *plan = f->plan;
     const shd_scene *scene = plan->scene;
-    share *shares = shd_arena_alloc(arena, plan->light_count, sizeof *shares);
-    shd_parts *parts = shd_arena_alloc(arena, plan->group_count, sizeof *parts);
-    if (!shares || !parts) return false;
-    shd_parts all = NO_PARTS;
-    size_t pairs = 0;
-    for (size_t g = 0; g < plan->group_count; g++) {
-        pairs += plan->groups[g].light_count;
-        parts[g] = NO_PARTS;
-        if (pairs <= MOST_PAIRS) parts[g] = parts_of(plan, &plan->groups[g]);
-        if (pairs > MOST_PAIRS) parts[g].negative = true;
-        add_parts(&all, &parts[g]);
-    }
+    shd_parts all = SHD_NO_PARTS;
+    bool negative = f->hues.negative;
     if (!scene->transparent) {
-        note_part(&all, scene->background);
+        shd_parts_note(&all, scene->background);
+        negative |= shd_is_negative(scene->background);
         for (int c = 0; c < 3; c++) {
             const double most = fabs(scene->background[c]);
             f->list->most[c] = most;
             f->list->worst = shd_larger(f->list->worst, f->color * most);
         }
     }
-    pairs = 0;
+    size_t pairs = 0;
     for (size_t i = 0; i < scene->object_count; i++) {
         const shd_plan_object *object = &plan->objects[i];
         pairs += object->light_count;
-        shd_place place = shd_place_of(&scene->objects[i], object);
-        place.known = place.known && pairs <= MOST_PAIRS;
-        for (size_t k = 0; k < object->light_count; k++) {
-            const shd_plan_light *light = &plan->lights[object->lights[k]];
-            f->least[k] = light->directional ? 0 : shd_least_distance(&place, light->position);
-        }
-        const double ratio = find_lobes(f, &plan->materials[object->material]);
+        find_object(f, i, i > 0 && object->group == plan->objects[i - 1].group,
+                    pairs <= MOST_PAIRS);
+        add_parts(&all, &f->terms.parts);
+        negative |= f->terms.negative;
         const size_t count = shd_plan_pieces(scene, i, object, f->fineness, f->pieces);
-        for (size_t p = 0; p < count; p++)
-            add_piece(f, i, &f->pieces[p], ratio, &parts[object->group], shares);
+        for (size_t p = 0; p < count; p++) {
+            if (!next_row(f, arena)) return false;
+            shd_influences *in = f->influences;
+            add_piece(f, object, &f->pieces[p], in ? in->rows[in->count - 1] : NULL);
+        }
     }
+    f->list->nonnegative = !negative;
     finish_parts(f, &all);
     return true;
 }
@@ -427,54 +361,31 @@ static double distance_error(shd_tier tier) {
            (tier == SHD_EXACT ? 0 : 2 * MOVED);
 }
 
-bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_excess_list *out) {
+bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_excess_list *out,
+                     shd_influences *influences) {
     *out = (shd_excess_list){.grey = plan->grey};
     /* Facets mix colors of one piece, which are all in its range. */
     const bool mixed = plan->scene->raster.samples > 1;
-    const finding f = {.plan = plan,
-                       .tier = tier,
-                       .color = shd_color_error(tier),
-                       .distance = distance_error(tier),
-                       .list = out,
-                       .pieces = shd_arena_alloc(arena, SHD_MOST_PIECES, sizeof(shd_piece)),
-                       .least = shd_arena_alloc(arena, plan->light_count, sizeof(double)),
-                       .lobes = shd_arena_alloc(arena, plan->max_lobes, sizeof(shd_lobe_error)),
-                       .fineness = fineness_of(plan),
-                       .mixed = mixed};
+    finding f = {.plan = plan,
+                 .tier = tier,
+                 .color = shd_color_error(tier),
+                 .distance = distance_error(tier),
+                 .list = out,
+                 .influences = influences,
+                 .sources = shd_arena_alloc(arena, plan->light_count, sizeof(source)),
+                 .lobes = shd_arena_alloc(arena, plan->max_lobes, sizeof(shd_lobe_error)),
+                 .pieces = shd_arena_alloc(arena, SHD_MOST_PIECES, sizeof(shd_piece)),
+                 .fineness = fineness_of(plan),
+                 .mixed = mixed};
+    if (!f.sources || !f.lobes || !f.pieces || !shd_hues_find(plan, arena, &f.hues) ||
+        !shd_terms_new(plan, &f.hues, arena, &f.terms))
+        return false;
+    f.much = shd_arena_alloc(arena, 1 + f.hues.count * (1 + plan->max_lobes), sizeof(shd_much));
+    if (influences) {
+        const size_t rows = f.fineness ? SHD_MOST_PIECES * plan->scene->object_count : 1;
+        *influences = (shd_influences){0, shd_arena_alloc(arena, rows, sizeof(double *))};
+    }
     out->color = out->rounding = f.color;
     out->mixed = mixed;
-    return f.pieces && f.least && f.lobes && add_objects(&f, arena);
-}
-
-bool shd_plan_influences(const shd_plan *plan, shd_arena *arena, shd_influences *out) {
-    const shd_scene *scene = plan->scene;
-    const size_t lights = plan->light_count, fineness = (size_t)fineness_of(plan);
-    /* Rows of pieces where these are few, else one of the most that each light adds anywhere. */
-    const size_t most_rows = fineness ? SHD_MOST_PIECES * scene->object_count : 1;
-    shd_piece *pieces = shd_arena_alloc(arena, SHD_MOST_PIECES, sizeof *pieces);
-    out->rows = 0;
-    out->most = shd_arena_zalloc(arena, most_rows * lights, sizeof *out->most);
-    if (!pieces || !out->most) return false;
-    size_t pairs = 0;
-    for (size_t i = 0; i < scene->object_count; i++) {
-        const shd_plan_object *object = &plan->objects[i];
-        const shd_plan_material *material = &plan->materials[object->material];
-        pairs += object->light_count;
-        shd_place place = shd_place_of(&scene->objects[i], object);
-        place.known = place.known && pairs <= MOST_PAIRS;
-        const size_t count = shd_plan_pieces(scene, i, object, (int)fineness, pieces);
-        for (size_t p = 0; p < count && object->light_count; p++) {
-            double *row = out->most + (fineness ? out->rows : 0) * lights;
-            for (size_t k = 0; k < object->light_count; k++) {
-                const uint32_t j = object->lights[k];
-                const shd_plan_light *light = &plan->lights[j];
-                const double least =
-                    light->directional ? 0 : shd_least_distance(&place, light->position);
-                row[j] =
-                    shd_larger(row[j], shd_piece_most(scene, &pieces[p], material, light, least));
-            }
-            out->rows = fineness ? out->rows + 1 : 1;
-        }
-    }
-    return true;
+    return f.much && (!influences || influences->rows) && add_objects(&f, arena);
 }

@@ -17,6 +17,20 @@ static inline double shd_smaller(double a, double b) {
     return a < b ? a : b;
 }
 
+/* As shd_length and shd_normalize, which divide by the largest component first, but for the last
+ * digit: here that is done only where squares would not do. */
+static inline double shd_plan_length(shd_vec3 a) {
+    const double squared = shd_dot(a, a);
+    return squared > 1e-280 && squared < 1e280 ? sqrt(squared) : shd_length(a);
+}
+
+static inline bool shd_plan_normalize(shd_vec3 a, shd_vec3 *out) {
+    const double squared = shd_dot(a, a);
+    if (!(squared > 1e-280 && squared < 1e280)) return shd_normalize(a, out);
+    *out = shd_scale(a, 1 / sqrt(squared));
+    return true;
+}
+
 static inline bool shd_is_black(const double color[3]) {
     return color[0] == 0 && color[1] == 0 && color[2] == 0;
 }
@@ -90,15 +104,6 @@ shd_status shd_plan_choose(shd_plan *plan, const shd_shown *shown, uint8_t *drop
 
 /* Whether the plan's bound is within its budget. */
 bool shd_plan_meets_budget(const shd_plan *plan);
-
-/* The most that each light adds to a channel: in pieces of what is seen. */
-typedef struct shd_influences {
-    size_t rows;
-    double *most; /* [rows][light_count] */
-} shd_influences;
-
-/* False: memory. */
-bool shd_plan_influences(const shd_plan *plan, shd_arena *arena, shd_influences *out);
 
 /* Fills `objects`, `groups`, `lights` and `drops` from `given`, all lights that have a color. */
 bool shd_plan_reach(shd_plan *plan, const shd_plan_light *given, size_t count, uint8_t *drops,

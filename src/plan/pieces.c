@@ -6,9 +6,6 @@
 
 #include <string.h>
 
-/* What rounding may move, and more. */
-static const double MARGIN = 1e-6;
-
 /* A picture's sides by this many pixels farther out: centres of pixels around it are looked at. */
 static const double PIXELS_AROUND = 2;
 
@@ -23,43 +20,14 @@ typedef struct maker {
     const shd_scene *scene;
     shd_affine to_world, normal_map;
     bool closed;     /* a solid seen from outside: what faces away is not seen */
+    shd_vec3 eye;    /* then, in the frame of the shape's unit form: the points of a unit sphere */
+    double sight;    /* that are seen are those with x.eye > sight */
     bool front_only; /* normals are not turned */
-    double half_x, half_y;
+    double half_x, half_y;   /* of the picture, at a distance of 1 in perspective */
+    double slant_x, slant_y; /* of rays to its sides there: their lengths */
     shd_piece *out;
     size_t count;
 } maker;
-
-/* ---- Angles. ---- */
-
-static shd_angle angle_of(double cosine) {
-    cosine = shd_smaller(shd_larger(cosine, -1), 1);
-    return (shd_angle){cosine, sqrt(1 - cosine * cosine)};
-}
-
-static const shd_angle ANY = {-1, 0};
-
-static shd_angle sum_of(shd_angle a, shd_angle b) {
-    const double sine = a.sine * b.cosine + a.cosine * b.sine;
-    if (sine < 0 || a.cosine + b.cosine <= 0) return ANY;
-    return (shd_angle){a.cosine * b.cosine - a.sine * b.sine, sine};
-}
-
-/* The cosine of the angle less `by`, at least 0 degrees, and of the angle more `by`, at most 180.
- */
-static double cosine_less(shd_angle a, shd_angle by) {
-    return a.cosine >= by.cosine ? 1 : a.cosine * by.cosine + a.sine * by.sine;
-}
-
-static double cosine_more(shd_angle a, shd_angle by) {
-    return a.cosine <= -by.cosine ? -1 : a.cosine * by.cosine - a.sine * by.sine;
-}
-
-/* Of directions from points of a sphere to a point, around that from its center. */
-static shd_angle seen_from(double radius, double distance) {
-    if (!(radius < distance)) return ANY;
-    const double sine = radius / distance;
-    return (shd_angle){sqrt(1 - sine * sine), sine};
-}
 
 /* ---- Pieces. ---- */
 
@@ -69,12 +37,11 @@ static bool is_in_frame(const maker *m, shd_vec3 center, double radius) {
     const double x = fabs(shd_dot(from, camera->right)), y = fabs(shd_dot(from, camera->up)),
                  z = -shd_dot(from, camera->back);
     if (!(radius < INFINITY)) return true;
-    radius += MARGIN * (shd_length(from) + radius);
+    radius += SHD_PIECE_MARGIN * (x + y + fabs(z) + radius);
     if (z + radius < 0) return false;
     if (camera->projection == SHD_ORTHOGRAPHIC)
         return x - radius <= m->half_x && y - radius <= m->half_y;
-    return x - m->half_x * z <= radius * sqrt(1 + m->half_x * m->half_x) &&
-           y - m->half_y * z <= radius * sqrt(1 + m->half_y * m->half_y);
+    return x - m->half_x * z <= radius * m->slant_x && y - m->half_y * z <= radius * m->slant_y;
 }
 
 /* Where the viewer is from the piece; within which angle. */
@@ -82,12 +49,15 @@ static shd_angle view_of(const shd_camera *camera, const shd_piece *piece, shd_v
     *view = camera->back;
     if (camera->projection == SHD_ORTHOGRAPHIC) return (shd_angle){1, 0};
     const shd_vec3 path = shd_sub(camera->position, piece->center);
-    return shd_normalize(path, view) ? seen_from(piece->radius, shd_length(path)) : ANY;
+    const double inverse = 1 / shd_plan_length(path);
+    if (!(inverse > 0 && inverse < INFINITY)) return SHD_ANY_ANGLE;
+    *view = shd_scale(path, inverse);
+    return shd_seen_from(piece->radius, inverse);
 }
 
 static void reflect(shd_piece *piece, shd_vec3 view, shd_angle views) {
     piece->mirror = shd_sub(shd_scale(piece->axis, 2 * shd_dot(piece->axis, view)), view);
-    piece->glitter = sum_of(sum_of(piece->spread, piece->spread), views);
+    piece->glitter = shd_angle_sum(shd_angle_sum(piece->spread, piece->spread), views);
 }
 
 static void put(maker *m, shd_piece piece, shd_vec3 view, shd_angle views, double sign) {
@@ -104,44 +74,62 @@ static void add_piece(maker *m, shd_piece piece) {
     if (!is_in_frame(m, piece.center, piece.radius)) return;
     shd_vec3 view;
     const shd_angle views = view_of(camera, &piece, &view);
-    const shd_angle facing = angle_of(shd_dot(piece.axis, view)),
-                    spread = sum_of(piece.spread, views);
-    const bool toward = cosine_less(facing, spread) >= -MARGIN,
-               away = cosine_more(facing, spread) <= MARGIN;
+    const shd_angle facing = shd_angle_of(shd_dot(piece.axis, view)),
+                    spread = shd_angle_sum(piece.spread, views);
+    const bool toward = shd_cosine_less(facing, spread) >= -SHD_PIECE_MARGIN,
+               away = shd_cosine_more(facing, spread) <= SHD_PIECE_MARGIN;
     if (toward || m->front_only) put(m, piece, view, views, 1);
     if (away && !m->closed && !m->front_only) put(m, piece, view, views, -1);
 }
 
-static void add_hull(maker *m, const hull *h) {
-    shd_vec3 at[MOST_POINTS], low = {INFINITY, INFINITY, INFINITY},
-                              high = {-INFINITY, -INFINITY, -INFINITY};
-    for (int i = 0; i < h->point_count; i++) {
-        at[i] = shd_transform(&m->to_world, h->points[i]);
+/* A sphere around the points: in the middle of their box. */
+static shd_piece piece_around(const shd_vec3 *at, int count) {
+    shd_vec3 low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};
+    for (int i = 0; i < count; i++) {
         low = (shd_vec3){shd_smaller(low.x, at[i].x), shd_smaller(low.y, at[i].y),
                          shd_smaller(low.z, at[i].z)};
         high = (shd_vec3){shd_larger(high.x, at[i].x), shd_larger(high.y, at[i].y),
                           shd_larger(high.z, at[i].z)};
     }
-    shd_piece piece = {.center = shd_madd(shd_scale(low, 0.5), high, 0.5), .spread = ANY};
-    for (int i = 0; i < h->point_count; i++)
-        piece.radius = shd_larger(piece.radius, shd_length(shd_sub(at[i], piece.center)));
-    piece.radius *= 1 + MARGIN;
-
-    shd_vec3 normal[MOST_POINTS];
-    for (int i = 0; i < h->normal_count; i++) {
-        if (!shd_normalize(shd_linear(&m->normal_map, h->normals[i]), &normal[i])) return;
-        piece.axis = shd_add(piece.axis, normal[i]);
+    shd_piece piece = {.center = shd_madd(shd_scale(low, 0.5), high, 0.5), .spread = SHD_ANY_ANGLE};
+    double most = 0, sum = 0;
+    for (int i = 0; i < count; i++) {
+        const shd_vec3 out = shd_sub(at[i], piece.center);
+        const double squared = shd_dot(out, out);
+        most = shd_larger(most, squared);
+        sum += squared;
     }
+    piece.radius = sqrt(most);
+    if (!(most > 1e-280 && sum < 1e280))
+        for (int i = 0; i < count; i++)
+            piece.radius = shd_larger(piece.radius, shd_length(shd_sub(at[i], piece.center)));
+    piece.radius *= 1 + SHD_PIECE_MARGIN;
+    return piece;
+}
+
+/* Points and unit normals in the world's frame. */
+static void add_hull(maker *m, const shd_vec3 *at, int points, const shd_vec3 *normal,
+                     int normals) {
+    shd_piece piece = piece_around(at, points);
+    for (int i = 0; i < normals; i++) piece.axis = shd_add(piece.axis, normal[i]);
     double cosine = 1;
-    if (!shd_normalize(piece.axis, &piece.axis)) cosine = -1;
-    for (int i = 0; i < h->normal_count; i++)
-        cosine = shd_smaller(cosine, shd_dot(piece.axis, normal[i]));
+    if (!shd_plan_normalize(piece.axis, &piece.axis)) cosine = -1;
+    for (int i = 0; i < normals; i++) cosine = shd_smaller(cosine, shd_dot(piece.axis, normal[i]));
     /* Cones that are not wider than a half space are convex. */
     if (cosine >= 1 - 1e-14)
         piece.spread = (shd_angle){1, 0};
     else if (cosine > 0)
-        piece.spread = angle_of(cosine - 1e-12);
+        piece.spread = shd_angle_of(cosine - 1e-12);
     add_piece(m, piece);
+}
+
+/* Of the shape's unit form. */
+static void add_unit_hull(maker *m, const hull *h) {
+    shd_vec3 at[MOST_POINTS], normal[MOST_POINTS];
+    for (int i = 0; i < h->point_count; i++) at[i] = shd_transform(&m->to_world, h->points[i]);
+    for (int i = 0; i < h->normal_count; i++)
+        if (!shd_plan_normalize(shd_linear(&m->normal_map, h->normals[i]), &normal[i])) return;
+    add_hull(m, at, h->point_count, normal, h->normal_count);
 }
 
 /* The whole object, of any normals. */
@@ -150,8 +138,8 @@ static void add_whole(maker *m, const shd_plan_object *bounds) {
                              .radius = bounds->bounded ? bounds->radius : INFINITY,
                              .axis = m->scene->camera.back,
                              .mirror = m->scene->camera.back,
-                             .spread = ANY,
-                             .glitter = ANY};
+                             .spread = SHD_ANY_ANGLE,
+                             .glitter = SHD_ANY_ANGLE};
     if (is_in_frame(m, piece.center, piece.radius)) m->out[m->count++] = piece;
 }
 
@@ -166,13 +154,13 @@ static void add_flat(maker *m, shd_vec3 middle, shd_vec3 u, shd_vec3 v, shd_vec3
             const double a = -1 + i * step, b = -1 + k * step;
             const double x = shd_larger(shd_larger(a, -(a + step)), 0),
                          y = shd_larger(shd_larger(b, -(b + step)), 0);
-            if (round && x * x + y * y > 1 + MARGIN) continue;
+            if (round && x * x + y * y > 1 + SHD_PIECE_MARGIN) continue;
             hull h = {.point_count = 4, .normal_count = 1};
             h.normals[0] = normal;
             for (int c = 0; c < 4; c++)
                 h.points[c] = shd_madd(shd_madd(middle, u, a + (c & 1 ? step : 0)), v,
                                        b + (c & 2 ? step : 0));
-            add_hull(m, &h);
+            add_unit_hull(m, &h);
         }
 }
 
@@ -185,31 +173,64 @@ static void arc_of(double from, double to, double x[3], double y[3]) {
     x[2] = out * cos(middle), y[2] = out * sin(middle);
 }
 
-/* One of the six parts of a unit sphere around the axes: the directions of a cube's face. */
-static void add_dome(maker *m, int axis, double sign, int n) {
+/* Directions of a cube's face, [n + 1][n + 1] of them, as parts of a unit sphere. */
+typedef struct dome {
+    double steps[4];   /* along the face's sides */
+    double unit[4][4]; /* over the length of (1, step, step) */
+    double apex[3][3]; /* how far out planes that touch the corners of a part meet */
+} dome;
+
+static void add_face(maker *m, const dome *d, int axis, double sign, int n) {
+    shd_vec3 at[4][4], normal[4][4];
+    double seen[4][4];
+    for (int i = 0; i <= n; i++)
+        for (int k = 0; k <= n; k++) {
+            const double a = d->steps[i], b = d->steps[k];
+            const shd_vec3 out = axis == 0   ? (shd_vec3){sign, a, b}
+                                 : axis == 1 ? (shd_vec3){a, sign, b}
+                                             : (shd_vec3){a, b, sign};
+            at[i][k] = shd_scale(shd_linear(&m->to_world, out), d->unit[i][k]);
+            seen[i][k] = shd_dot(m->eye, out) * d->unit[i][k];
+            if (!shd_plan_normalize(shd_linear(&m->normal_map, out), &normal[i][k])) return;
+        }
     for (int i = 0; i < n; i++)
         for (int k = 0; k < n; k++) {
-            hull h = {.point_count = 8, .normal_count = 4};
-            shd_vec3 middle = {0, 0, 0};
+            shd_vec3 points[8], normals[4];
+            double most = -INFINITY;
+            for (int c = 0; c < 4; c++) most = shd_larger(most, seen[i + (c & 1)][k + (c >> 1)]);
+            if (m->closed && most * d->apex[i][k] < m->sight) continue;
             for (int c = 0; c < 4; c++) {
-                /* Tangents, so that parts are about as large as each other. */
-                const double a = tan(SHD_PI / 4 * (-1 + 2.0 / n * (i + (c & 1)))),
-                             b = tan(SHD_PI / 4 * (-1 + 2.0 / n * (k + (c >> 1))));
-                shd_vec3 d = axis == 0   ? (shd_vec3){sign, a, b}
-                             : axis == 1 ? (shd_vec3){a, sign, b}
-                                         : (shd_vec3){a, b, sign};
-                shd_normalize(d, &h.normals[c]);
-                middle = shd_add(middle, h.normals[c]);
+                const shd_vec3 p = at[i + (c & 1)][k + (c >> 1)];
+                points[c] = shd_add(m->to_world.origin, p);
+                points[4 + c] = shd_madd(m->to_world.origin, p, d->apex[i][k]);
+                normals[c] = normal[i + (c & 1)][k + (c >> 1)];
             }
-            shd_normalize(middle, &middle);
-            double cosine = 1;
-            for (int c = 0; c < 4; c++) cosine = shd_smaller(cosine, shd_dot(middle, h.normals[c]));
-            for (int c = 0; c < 4; c++) {
-                h.points[c] = h.normals[c];
-                h.points[4 + c] = shd_scale(h.normals[c], 1 / cosine);
-            }
-            add_hull(m, &h);
+            add_hull(m, points, 8, normals, 4);
         }
+}
+
+static void add_sphere(maker *m, int n) {
+    dome d;
+    shd_vec3 out[4][4];
+    /* Tangents, so that parts are about as large as each other. */
+    for (int i = 0; i <= n; i++) d.steps[i] = tan(SHD_PI / 4 * (-1 + 2.0 / n * i));
+    for (int i = 0; i <= n; i++)
+        for (int k = 0; k <= n; k++) {
+            out[i][k] = (shd_vec3){1, d.steps[i], d.steps[k]};
+            d.unit[i][k] = 1 / shd_plan_length(out[i][k]);
+            out[i][k] = shd_scale(out[i][k], d.unit[i][k]);
+        }
+    for (int i = 0; i < n; i++)
+        for (int k = 0; k < n; k++) {
+            shd_vec3 middle = {0, 0, 0};
+            double cosine = 1;
+            for (int c = 0; c < 4; c++) middle = shd_add(middle, out[i + (c & 1)][k + (c >> 1)]);
+            shd_plan_normalize(middle, &middle);
+            for (int c = 0; c < 4; c++)
+                cosine = shd_smaller(cosine, shd_dot(middle, out[i + (c & 1)][k + (c >> 1)]));
+            d.apex[i][k] = 1 / cosine;
+        }
+    for (int f = 0; f < 6; f++) add_face(m, &d, f / 2, f % 2 ? -1 : 1, n);
 }
 
 /* The side of a cylinder, or of a cone (`tip`). */
@@ -226,7 +247,7 @@ static void add_side(maker *m, bool tip, int n) {
                 }
                 h.normals[c] = (shd_vec3){x[c], tip ? 1 : 0, z[c]};
             }
-            add_hull(m, &h);
+            add_unit_hull(m, &h);
         }
     }
 }
@@ -245,7 +266,7 @@ static void add_ring(maker *m, double tube, int n) {
                 h.points[c] = (shd_vec3){r * x[c / 3], tube * up[c % 3], r * z[c / 3]};
                 h.normals[c] = (shd_vec3){out[c % 3] * x[c / 3], up[c % 3], out[c % 3] * z[c / 3]};
             }
-            add_hull(m, &h);
+            add_unit_hull(m, &h);
         }
     }
 }
@@ -255,13 +276,12 @@ static void add_plane(maker *m, int n) {
     const shd_camera *camera = &m->scene->camera;
     const bool far = camera->projection == SHD_ORTHOGRAPHIC;
     shd_piece piece = {.spread = {1, 0}};
-    if (!shd_normalize(shd_linear(&m->normal_map, (shd_vec3){0, 1, 0}), &piece.axis)) return;
+    if (!shd_plan_normalize(shd_linear(&m->normal_map, (shd_vec3){0, 1, 0}), &piece.axis)) return;
     const double height = shd_dot(piece.axis, shd_sub(camera->position, m->to_world.origin));
     const double side = height < 0 ? -1 : 1;
     for (int i = 0; i < n; i++)
         for (int k = 0; k < n; k++) {
-            shd_vec3 at[4], low = {INFINITY, INFINITY, INFINITY},
-                            high = {-INFINITY, -INFINITY, -INFINITY};
+            shd_vec3 at[4];
             double steepest = 0;
             int hits = 0;
             for (int c = 0; c < 4; c++) {
@@ -274,26 +294,19 @@ static void add_plane(maker *m, int n) {
                 const double above = shd_dot(piece.axis, shd_sub(from, m->to_world.origin));
                 steepest = shd_larger(steepest, side * down);
                 if (!(far ? fabs(down) > 1e-6 : side * down > 1e-3)) continue;
-                hits++;
-                at[c] = shd_madd(from, ray, above / down);
-                low = (shd_vec3){shd_smaller(low.x, at[c].x), shd_smaller(low.y, at[c].y),
-                                 shd_smaller(low.z, at[c].z)};
-                high = (shd_vec3){shd_larger(high.x, at[c].x), shd_larger(high.y, at[c].y),
-                                  shd_larger(high.z, at[c].z)};
+                at[hits++] = shd_madd(from, ray, above / down);
             }
             if (!far && !(steepest > 0)) continue;
             if (hits == 4) {
-                piece.center = shd_madd(shd_scale(low, 0.5), high, 0.5);
-                piece.radius = piece.beyond = 0;
-                for (int c = 0; c < 4; c++)
-                    piece.radius =
-                        shd_larger(piece.radius, shd_length(shd_sub(at[c], piece.center)));
-                piece.radius *= 1 + MARGIN;
+                const shd_piece around = piece_around(at, 4);
+                piece.center = around.center;
+                piece.radius = around.radius;
+                piece.beyond = 0;
             } else {
                 /* Rays of unit depth are no shorter than 1. */
                 piece.center = m->to_world.origin;
                 piece.radius = INFINITY;
-                piece.beyond = far ? 0 : fabs(height) / steepest * (1 - MARGIN);
+                piece.beyond = far ? 0 : fabs(height) / steepest * (1 - SHD_PIECE_MARGIN);
             }
             add_piece(m, piece);
         }
@@ -334,7 +347,7 @@ static int normals_of(const maker *m, const shd_mesh *mesh, bool own, const uint
         } else {
             n = vertex_of(mesh->normals, corner[c]);
         }
-        if (!shd_normalize(shd_linear(&m->normal_map, n), &out[c])) return 0;
+        if (!shd_plan_normalize(shd_linear(&m->normal_map, n), &out[c])) return 0;
     }
     return count;
 }
@@ -380,22 +393,23 @@ static void add_mesh(maker *m, const shd_object *object, int side) {
             to->any = true;
         }
         for (int i = 0; pass == 0 && i < side * side * side; i++)
-            if (cells[i].any && !shd_normalize(cells[i].normals, &cells[i].normals))
+            if (cells[i].any && !shd_plan_normalize(cells[i].normals, &cells[i].normals))
                 cells[i].cosine = -1;
     }
     for (int i = 0; i < side * side * side; i++) {
         const cell *c = &cells[i];
         if (!c->any) continue;
-        shd_piece piece = {.axis = c->normals, .spread = ANY};
-        if (c->cosine > 0) piece.spread = angle_of(c->cosine - 1e-9);
+        shd_piece piece = {.axis = c->normals, .spread = SHD_ANY_ANGLE};
+        if (c->cosine > 0) piece.spread = shd_angle_of(c->cosine - 1e-9);
         if (!(c->cosine > -1)) piece.axis = (shd_vec3){0, 0, 1};
         piece.center = shd_transform(&m->to_world, shd_madd(shd_scale(c->low, 0.5), c->high, 0.5));
         for (int corner = 0; corner < 8; corner++) {
             const shd_vec3 p = {corner & 1 ? c->high.x : c->low.x,
                                 corner & 2 ? c->high.y : c->low.y,
                                 corner & 4 ? c->high.z : c->low.z};
-            piece.radius = shd_larger(
-                piece.radius, shd_length(shd_sub(shd_transform(&m->to_world, p), piece.center)));
+            piece.radius =
+                shd_larger(piece.radius,
+                           shd_plan_length(shd_sub(shd_transform(&m->to_world, p), piece.center)));
         }
         piece.radius *= 1 + 1e-5; /* Embree's hits are in f32 */
         add_piece(m, piece);
@@ -406,7 +420,7 @@ static void add_shape(maker *m, const shd_object *object, int n) {
     const shd_vec3 x = {1, 0, 0}, y = {0, 1, 0}, z = {0, 0, 1}, none = {0, 0, 0};
     switch (object->shape) {
     case SHD_SPHERE:
-        for (int f = 0; f < 6; f++) add_dome(m, f / 2, f % 2 ? -1 : 1, n);
+        add_sphere(m, n);
         break;
     case SHD_PLANE:
         add_plane(m, 2 * n);
@@ -459,122 +473,36 @@ size_t shd_plan_pieces(const shd_scene *scene, size_t index, const shd_plan_obje
                .half_x = half * raster->width / raster->height * around,
                .half_y = half * around,
                .out = out};
-    shd_affine unused;
+    m.slant_x = sqrt(1 + m.half_x * m.half_x);
+    m.slant_y = sqrt(1 + m.half_y * m.half_y);
+    shd_affine from_world;
     /* Facets are lit off the shape that they stand for. */
     const bool faceted = object->interpolation != SHD_PHONG && object->shape != SHD_MESH;
-    if (fineness == 0 || faceted || !shd_object_frame(object, &m.to_world, &unused)) {
+    if (fineness == 0 || faceted || !shd_object_frame(object, &m.to_world, &from_world)) {
         add_whole(&m, bounds);
         return m.count;
     }
     m.normal_map = shd_normal_map(&m.to_world);
     if (is_solid(object->shape)) {
         const shd_vec3 from = shd_sub(camera->position, bounds->center);
-        const double reach = bounds->radius * (1 + MARGIN);
-        m.closed = camera->projection == SHD_PERSPECTIVE ? shd_length(from) > reach
-                                                         : shd_dot(from, camera->back) > reach;
+        const double reach = bounds->radius * (1 + SHD_PIECE_MARGIN);
+        const bool far = camera->projection == SHD_ORTHOGRAPHIC;
+        m.closed = far ? shd_dot(from, camera->back) > reach : shd_plan_length(from) > reach;
+        m.eye = shd_linear(&from_world,
+                           far ? camera->back : shd_sub(camera->position, m.to_world.origin));
+        m.sight = (far ? 0 : 1) - SHD_PIECE_MARGIN * shd_plan_length(m.eye);
     }
     add_shape(&m, object, fineness);
     return m.count;
-}
-
-/* ---- Lights. ---- */
-
-static double spot_at(const shd_plan_light *light, double cosine) {
-    const double q = 1 - cosine;
-    if (q > light->outer || (light->exponent > 0 && !(cosine > 0))) return 0;
-    double s = 1;
-    if (q > light->inner) {
-        const double x = (light->outer - q) / (light->outer - light->inner);
-        s = x * x * (3 - 2 * x);
-    }
-    return light->exponent > 0 ? s * pow(cosine, light->exponent) : s;
-}
-
-static double attenuation_at(const shd_plan_light *light, double distance) {
-    if (!light->attenuated) return light->gain;
-    const double d = shd_larger(distance, light->min_distance);
-    /* as the kernels hold it */
-    return shd_smaller(light->gain / (light->a + d * (light->b + d * light->c)), 1e200);
-}
-
-bool shd_piece_lit(const shd_scene *scene, const shd_piece *piece, const shd_plan_light *light,
-                   double least, shd_lit *out) {
-    shd_vec3 toward = light->toward;
-    shd_angle spread = {1, 0};
-    double nearest = 0, farthest = 0, facing_low = -1, facing_high = 1;
-    const bool flat = piece->spread.cosine == 1;
-    if (!light->directional) {
-        const shd_vec3 path = shd_sub(light->position, piece->center);
-        const double distance = shd_length(path);
-        spread = seen_from(piece->radius, distance);
-        if (!shd_normalize(path, &toward)) spread = ANY;
-        nearest = shd_larger(distance - piece->radius, 0);
-        farthest = distance + piece->radius;
-        if (flat) { /* N.(l - p) is the same for all p */
-            const double height = shd_dot(path, piece->axis),
-                         across = sqrt(shd_larger(distance * distance - height * height, 0));
-            if (!(height > -MARGIN * distance)) return false;
-            nearest = hypot(height, shd_larger(across - piece->radius, 0));
-            farthest = hypot(height, across + piece->radius);
-            if (piece->beyond > 0)
-                nearest = shd_larger(
-                    nearest,
-                    piece->beyond - shd_length(shd_sub(light->position, scene->camera.position)));
-            nearest *= 1 - MARGIN;
-            facing_high = shd_larger(height, 0) / nearest;
-            facing_low = height / farthest;
-        }
-        nearest = shd_larger(nearest, least);
-    }
-    const shd_angle facing = angle_of(shd_dot(piece->axis, toward)),
-                    facings = sum_of(spread, piece->spread);
-    facing_high = shd_smaller(facing_high, cosine_less(facing, facings)) + MARGIN;
-    if (!(facing_high > 0)) return false;
-    facing_low = shd_larger(facing_low, cosine_more(facing, facings)) - MARGIN;
-    out->nearest = nearest;
-    out->facing_high = shd_smaller(facing_high, 1);
-    out->facing_low = shd_larger(facing_low, 0);
-    out->fall_high = out->factor_high = attenuation_at(light, nearest) * (1 + MARGIN);
-    out->factor_low = attenuation_at(light, light->directional ? 0 : farthest) * (1 - MARGIN);
-    if (!(out->factor_low > 0)) out->factor_low = 0;
-    if (light->spot) {
-        const shd_angle off = angle_of(-shd_dot(light->axis, toward));
-        out->axis_high = shd_smaller(cosine_less(off, spread) + MARGIN, 1);
-        out->axis_low = cosine_more(off, spread) - MARGIN;
-        const double high = spot_at(light, out->axis_high);
-        if (high == 0) return false;
-        out->factor_high *= high;
-        out->factor_low *= spot_at(light, out->axis_low);
-    }
-    const shd_angle shine = angle_of(shd_dot(piece->mirror, toward)),
-                    shines = sum_of(spread, piece->glitter);
-    out->shine_high = shd_smaller(cosine_less(shine, shines) + MARGIN, 1);
-    out->shine_low = out->facing_low > 0 ? cosine_more(shine, shines) - MARGIN : 0;
-    return true;
-}
-
-double shd_piece_most(const shd_scene *scene, const shd_piece *piece,
-                      const shd_plan_material *material, const shd_plan_light *light,
-                      double least) {
-    shd_lit lit;
-    if (!shd_piece_lit(scene, piece, light, least, &lit)) return 0;
-    double reflected[3], most = 0;
-    for (int c = 0; c < 3; c++) reflected[c] = fabs(material->diffuse[c]) * lit.facing_high;
-    for (size_t k = 0; k < material->lobe_count; k++) {
-        const shd_plan_lobe *lobe = &material->lobes[k];
-        const double power = shd_shine_power(lit.shine_high, lobe->shininess);
-        for (int c = 0; c < 3; c++) reflected[c] += fabs(lobe->specular[c]) * power;
-    }
-    for (int c = 0; c < 3; c++) most = shd_larger(most, reflected[c] * fabs(light->color[c]));
-    return most * lit.factor_high;
 }
 
 shd_piece shd_piece_of(const shd_scene *scene, const shd_patch *patch) {
     shd_piece piece = {.center = patch->center,
                        .radius = patch->radius,
                        .axis = patch->axis,
-                       .spread =
-                           patch->cos_spread > 0 ? angle_of(patch->cos_spread - MARGIN) : ANY};
+                       .spread = patch->cos_spread > 0
+                                     ? shd_angle_of(patch->cos_spread - SHD_PIECE_MARGIN)
+                                     : SHD_ANY_ANGLE};
     shd_vec3 view;
     const shd_angle views = view_of(&scene->camera, &piece, &view);
     reflect(&piece, view, views);

@@ -9,10 +9,45 @@
 
 #include "plan/parts.h"
 
+/* What rounding may move, and more. */
+static const double SHD_PIECE_MARGIN = 1e-6;
+
 /* In [0, pi], by its cosine and sine. */
 typedef struct shd_angle {
     double cosine, sine;
 } shd_angle;
+
+static const shd_angle SHD_ANY_ANGLE = {-1, 0};
+
+static inline shd_angle shd_angle_of(double cosine) {
+    cosine = shd_smaller(shd_larger(cosine, -1), 1);
+    return (shd_angle){cosine, sqrt(1 - cosine * cosine)};
+}
+
+/* At most 180 degrees. */
+static inline shd_angle shd_angle_sum(shd_angle a, shd_angle b) {
+    const double sine = a.sine * b.cosine + a.cosine * b.sine;
+    if (sine < 0 || a.cosine + b.cosine <= 0) return SHD_ANY_ANGLE;
+    return (shd_angle){a.cosine * b.cosine - a.sine * b.sine, sine};
+}
+
+/* The cosine of the angle less `by`, at least 0 degrees, and of the angle more `by`, at most 180.
+ */
+static inline double shd_cosine_less(shd_angle a, shd_angle by) {
+    return a.cosine >= by.cosine ? 1 : a.cosine * by.cosine + a.sine * by.sine;
+}
+
+static inline double shd_cosine_more(shd_angle a, shd_angle by) {
+    return a.cosine <= -by.cosine ? -1 : a.cosine * by.cosine - a.sine * by.sine;
+}
+
+/* Of directions from points of a sphere to a point, around that from its center, which is
+ * 1 / `inverse` away. */
+static inline shd_angle shd_seen_from(double radius, double inverse) {
+    const double sine = radius * inverse;
+    if (!(sine < 1)) return SHD_ANY_ANGLE;
+    return (shd_angle){sqrt(1 - sine * sine), sine};
+}
 
 typedef struct shd_piece {
     shd_vec3 center;   /* world frame */
@@ -51,6 +86,10 @@ bool shd_piece_lit(const shd_scene *scene, const shd_piece *piece, const shd_pla
 /* The most that it adds to any channel of a material there. */
 double shd_piece_most(const shd_scene *scene, const shd_piece *piece,
                       const shd_plan_material *material, const shd_plan_light *light, double least);
+
+/* (shine+)^shininess as a bound: at least, or at most, and to 2e-10. */
+double shd_shine_most(double shine, double shininess);
+double shd_shine_least(double shine, double shininess);
 
 /* The piece that a patch is. */
 shd_piece shd_piece_of(const shd_scene *scene, const shd_patch *patch);

@@ -139,19 +139,21 @@ static bool make_materials(shd_plan *plan, const double ambient[3], shd_arena *a
 
 static const char *summarize(const shd_plan *plan, shd_arena *arena) {
     static const char *const tiers[] = {"draft", "standard", "exact"};
-    const char *text = shd_arena_printf(arena, "tier=%s; lights=%zu/%zu", tiers[plan->tier],
-                                        plan->light_count, plan->scene->light_count);
+    char text[160]; /* of 130 at most */
+    int length = snprintf(text, sizeof text, "tier=%s; lights=%zu/%zu", tiers[plan->tier],
+                          plan->light_count, plan->scene->light_count);
     const double values[] = {plan->bound.linear, plan->bound.code, plan->bound.delta_e};
     static const char *const units[] = {"linear", "code", "deltaE2000"};
     const char *before = "; error<=";
-    for (int i = 0; i < 3 && text; i++) {
+    for (int i = 0; i < 3; i++) {
         if (!isfinite(values[i])) continue;
         char number[16];
         shd_print_bound(values[i], number);
-        text = shd_arena_printf(arena, "%s%s%s %s", text, before, number, units[i]);
+        length += snprintf(text + length, sizeof text - (size_t)length, "%s%s %s", before, number,
+                           units[i]);
         before = ", ";
     }
-    return text;
+    return shd_arena_strdup(arena, text);
 }
 
 static shd_status make_parts(shd_plan *plan, const shd_shown *shown, bool whole, shd_arena *arena,
@@ -183,15 +185,17 @@ static shd_status make_parts(shd_plan *plan, const shd_shown *shown, bool whole,
     if (whole) {
         plan->sampling_absolute = plan->sampling_relative = 0;
         plan->drop_tolerance = plan->drop_relative = plan->dropped = 0;
+        if (!shd_plan_bound(plan, plan->tier, shown, arena, &plan->bound)) return SHD_MEMORY;
     } else if (dropped) {
         shd_plan_light *some = shd_arena_alloc(arena, count, sizeof *some);
         size_t kept = 0;
         if (!some) return SHD_MEMORY;
         for (size_t j = 0; j < count; j++)
             if (!(drops[lights[j].index] & SHD_DROP_BUDGET)) some[kept++] = lights[j];
-        if (!arrange(plan, some, kept, drops, whole, arena)) return SHD_MEMORY;
+        if (!arrange(plan, some, kept, drops, whole, arena) ||
+            !shd_plan_bound(plan, plan->tier, shown, arena, &plan->bound))
+            return SHD_MEMORY;
     }
-    if (!shd_plan_bound(plan, plan->tier, shown, arena, &plan->bound)) return SHD_MEMORY;
     if (dropped && !shd_plan_meets_budget(plan)) {
         /* Other lights are looked at in other pieces: those of all lights have room for all. */
         for (size_t j = 0; j < count; j++) drops[lights[j].index] &= (uint8_t)~SHD_DROP_BUDGET;

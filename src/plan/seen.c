@@ -8,35 +8,46 @@
  * each X and Z are as far from Y as these colors can have them. Channels that the screen holds at 1
  * do not err, and the other ones then each go their own way. */
 #include <math.h>
+#include <stdint.h>
 #include <string.h>
 
 #include "plan/bound.h"
 #include "plan/parts.h"
 
-/* Colors are taken by their Y in steps of this factor. */
-static const double STEP = 1.35;
+/* Colors are taken by their Y in steps of this factor at most, and from this Y on. */
+static const double STEP = 1.35, DARKEST = 1e-4;
 
 typedef struct range {
     double low, high;
 } range;
 
-/* What the colors of an excess are on a screen: linear light of its channels, and X, Y, Z. */
+/* A list of excesses and a screen for it. */
 typedef struct screen {
+    const shd_excess_list *list;
+    double error; /* of any color, and what it makes of Y */
+    double error_y;
     double rgb[3][3], to_xyz[3][3], xyz[3][3]; /* of the working space, of rgb, of both */
+    double white[3];                           /* X, Y, Z of all channels of the working space */
     double noise;                              /* relative: of f32 on the way to a channel */
-    bool same;                  /* rgb is the working space: equal channels stay so to the bit */
+    bool same;          /* rgb is the working space: equal channels stay so to the bit */
+    range of_y_held[3]; /* X / Y, 1, Z / Y of all colors that it has */
+} screen;
+
+/* What the colors of an excess are there: linear light of its channels, and X, Y, Z. */
+typedef struct colors {
+    const screen *screen;
+    const shd_excess *excess;
     bool coherent;              /* no channel is held at 0: errors keep their directions */
     double held;                /* from this Y on a channel may be held at 1 */
     range channel[3], value[3]; /* of each color: held in [0, 1], and X, Y, Z of those */
     range of_y[3];              /* X / Y, 1, Z / Y of colors that are not held; the same of */
-    range gain_of_y[3];         /* what they have above the floor; X, Y, Z of that; */
-    double floor[3];
-    range of_y_held[3];     /* of all that the screen has */
-    double least[3][3];     /* of channel [r] beside channel [k], at most 1 */
-    double channel_of_y[3]; /* largest channel / Y, */
+    range gain_of_y[3];         /* what they have above the floor; X, Y, Z of that, */
+    double floor[3], main[3];   /* and of the main direction of errors */
+    double least[3][3];         /* of channel [r] beside channel [k], at most 1 */
+    double channel_of_y[3];     /* largest channel / Y, */
     /* r / Y, .. and (r + g + b) / Y in the working space, of all and of what is above the floor */
     double part_of_y[3], sum_of_y, gain_part_of_y[3], gain_sum_of_y;
-} screen;
+} colors;
 
 static void widen(range *r, double value) {
     r->low = shd_smaller(r->low, value);
@@ -47,10 +58,10 @@ static const range NONE = {INFINITY, -INFINITY};
 
 /* Of the colors' chromaticities. Ratios are monotone in each part: the corners have the extremes.
  */
-static void look_at_parts(const shd_parts *parts, screen *s) {
+static void look_at_parts(const shd_parts *parts, colors *s) {
     for (int r = 0; r < 3; r++) {
         s->of_y[r] = NONE;
-        for (int k = 0; k < 3; k++) s->least[r][k] = 1;
+        for (int k = 0; k < 3; k++) s->least[r][k] = s->screen->list->nonnegative ? 1 : 0;
     }
     for (int corner = 0; corner < 8; corner++) {
         double part[3], xyz[3] = {0, 0, 0}, channel[3] = {0, 0, 0}, sum = 0;
@@ -60,133 +71,169 @@ static void look_at_parts(const shd_parts *parts, screen *s) {
         }
         for (int r = 0; r < 3; r++) {
             for (int c = 0; c < 3; c++) {
-                channel[r] += s->rgb[r][c] * part[c];
-                xyz[r] += s->xyz[r][c] * part[c];
+                channel[r] += s->screen->rgb[r][c] * part[c];
+                xyz[r] += s->screen->xyz[r][c] * part[c];
             }
             if (channel[r] < -1e-6) s->coherent = false;
         }
         if (!(xyz[1] > 0)) s->coherent = false;
+        const double of_y = 1 / xyz[1];
         for (int r = 0; r < 3; r++) {
-            widen(&s->of_y[r], xyz[r] / xyz[1]);
-            s->channel_of_y[r] = shd_larger(s->channel_of_y[r], channel[r] / xyz[1]);
-            s->part_of_y[r] = shd_larger(s->part_of_y[r], part[r] / xyz[1]);
-            for (int k = 0; k < 3; k++)
+            widen(&s->of_y[r], xyz[r] * of_y);
+            s->channel_of_y[r] = shd_larger(s->channel_of_y[r], channel[r] * of_y);
+            s->part_of_y[r] = shd_larger(s->part_of_y[r], part[r] * of_y);
+            for (int k = 0; k < 3 && s->held < INFINITY; k++)
                 if (channel[k] > 0)
                     s->least[r][k] = shd_smaller(s->least[r][k], channel[r] / channel[k]);
         }
-        s->sum_of_y = shd_larger(s->sum_of_y, sum / xyz[1]);
-    }
-    for (int k = 0; k < 3; k++) {
-        double y = 0; /* where channel k is 1 */
-        for (int r = 0; r < 3; r++)
-            y += s->to_xyz[1][r] * (r == k ? 1 : shd_larger(s->least[r][k], s->channel[r].low));
-        s->held = shd_smaller(s->held, y);
+        s->sum_of_y = shd_larger(s->sum_of_y, sum * of_y);
     }
 }
 
 /* The ratios of a part of the colors. */
-static void look_at_gain(const shd_excess *e, screen *s) {
+static void look_at_gain(const shd_excess *e, colors *s) {
     for (int r = 0; r < 3; r++) {
         s->gain_of_y[r] = NONE;
-        s->floor[r] = 0;
-        for (int c = 0; c < 3; c++) s->floor[r] += s->xyz[r][c] * e->floor[c];
+        s->floor[r] = s->main[r] = 0;
+        for (int c = 0; c < 3; c++) {
+            s->floor[r] += s->screen->xyz[r][c] * e->floor[c];
+            s->main[r] += s->screen->xyz[r][c] * e->main[c];
+        }
     }
     for (int corner = 0; corner < 8; corner++) {
         double xyz[3] = {0, 0, 0}, part[3], sum = 0;
         for (int c = 0; c < 3; c++) {
             part[c] = corner >> c & 1 ? e->gain.most[c] : e->gain.least[c];
             sum += part[c];
-            for (int r = 0; r < 3; r++) xyz[r] += s->xyz[r][c] * part[c];
+            for (int r = 0; r < 3; r++) xyz[r] += s->screen->xyz[r][c] * part[c];
         }
+        const double of_y = 1 / xyz[1];
         for (int r = 0; r < 3; r++) {
-            widen(&s->gain_of_y[r], xyz[r] / xyz[1]);
-            s->gain_part_of_y[r] = shd_larger(s->gain_part_of_y[r], part[r] / xyz[1]);
+            widen(&s->gain_of_y[r], xyz[r] * of_y);
+            s->gain_part_of_y[r] = shd_larger(s->gain_part_of_y[r], part[r] * of_y);
         }
-        s->gain_sum_of_y = shd_larger(s->gain_sum_of_y, sum / xyz[1]);
+        s->gain_sum_of_y = shd_larger(s->gain_sum_of_y, sum * of_y);
     }
 }
 
 /* The most that a channel of the working space is at Y, and all of them together. */
-static double value_at(const shd_excess_list *list, const shd_excess *e, const screen *s, int c,
-                       double y) {
+static double value_at(const colors *s, int c, double y) {
+    const shd_excess *e = s->excess;
     double value = shd_smaller(e->most[c], y * s->part_of_y[c]);
-    if (!list->mixed)
+    if (!s->screen->list->mixed)
         value =
             shd_smaller(value, e->floor[c] + shd_larger(y - s->floor[1], 0) * s->gain_part_of_y[c]);
     return value;
 }
 
-static double sum_at(const shd_excess_list *list, const shd_excess *e, const screen *s, double y) {
+static double sum_at(const colors *s, double y) {
+    const shd_excess *e = s->excess;
     double sum = y * s->sum_of_y, most = 0, floor = 0;
     for (int c = 0; c < 3; c++) {
         most += e->most[c];
         floor += e->floor[c];
     }
-    if (!list->mixed)
+    if (!s->screen->list->mixed)
         sum = shd_smaller(sum, floor + shd_larger(y - s->floor[1], 0) * s->gain_sum_of_y);
     return shd_smaller(sum, most);
 }
 
 /* X / Y or Z / Y at Y, by what is above the floor. */
-static range ratio_at(const screen *s, int r, double y) {
-    const double above = shd_larger(y - s->floor[1], 0);
-    return (range){(s->floor[r] + s->gain_of_y[r].low * above) / y,
-                   (s->floor[r] + s->gain_of_y[r].high * above) / y};
+static range ratio_at(const colors *s, int r, double y) {
+    const double above = shd_larger(y - s->floor[1], 0), of_y = 1 / y;
+    return (range){(s->floor[r] + s->gain_of_y[r].low * above) * of_y,
+                   (s->floor[r] + s->gain_of_y[r].high * above) * of_y};
 }
 
-static screen screen_of(const shd_excess_list *list, const shd_excess *e, const shd_shown *shown) {
-    screen s = {.noise = shd_curve_noise(shown->screen_curve),
-                .coherent = list->nonnegative,
-                .same = true,
-                .held = INFINITY};
-    const double error = shd_bound_linear(list);
-    bool held = false;
+static screen screen_of(const shd_excess_list *list, const shd_shown *shown) {
+    screen s = {.list = list,
+                .error = shd_bound_linear(list),
+                .noise = shd_curve_noise(shown->screen_curve),
+                .same = true};
     memcpy(s.rgb, shown->screen, sizeof s.rgb);
     memcpy(s.to_xyz, shown->to_xyz, sizeof s.to_xyz);
     for (int r = 0; r < 3; r++) {
-        range at = {0, 0};
-        for (int c = 0; c < 3; c++) {
-            const double m = s.rgb[r][c], high = e->most[c] + error;
-            s.same &= r == c ? m == s.rgb[0][0] : m == 0;
-            const double low = list->nonnegative && !list->mixed ? e->floor[c] - error
-                               : list->nonnegative               ? -error
-                                                                 : -high;
-            at.low += shd_smaller(m * low, m * high);
-            at.high += shd_larger(m * low, m * high);
-            s.xyz[r][c] = 0;
-            for (int k = 0; k < 3; k++) s.xyz[r][c] += s.to_xyz[r][k] * s.rgb[k][c];
-        }
-        if (list->mixed) at.high = INFINITY;
-        held |= !(at.high <= 1);
-        s.channel[r] =
-            (range){shd_smaller(shd_larger(at.low, 0), 1), shd_smaller(shd_larger(at.high, 0), 1)};
-    }
-    for (int r = 0; r < 3; r++) {
         s.of_y_held[r] = NONE;
-        for (int k = 0; k < 3; k++) {
-            s.value[r].low += s.to_xyz[r][k] * s.channel[k].low;
-            s.value[r].high += s.to_xyz[r][k] * s.channel[k].high;
-            widen(&s.of_y_held[r], s.to_xyz[r][k] / s.to_xyz[1][k]);
+        for (int c = 0; c < 3; c++) {
+            s.same &= r == c ? s.rgb[r][c] == s.rgb[0][0] : s.rgb[r][c] == 0;
+            for (int k = 0; k < 3; k++) s.xyz[r][c] += s.to_xyz[r][k] * s.rgb[k][c];
+            s.white[r] += s.xyz[r][c];
+            widen(&s.of_y_held[r], s.to_xyz[r][c] / s.to_xyz[1][c]);
         }
     }
-    look_at_parts(&e->parts, &s);
-    look_at_gain(e, &s);
-    /* Equal channels are held together. */
-    if (!held || list->grey) s.held = INFINITY;
+    for (int c = 0; c < 3; c++) s.error_y += fabs(s.xyz[1][c]) * s.error;
     return s;
 }
 
+static void find_colors(const screen *on, const shd_excess *e, colors *s) {
+    const shd_excess_list *list = on->list;
+    *s = (colors){.screen = on, .excess = e, .coherent = list->nonnegative, .held = INFINITY};
+    bool held = false;
+    for (int r = 0; r < 3; r++) {
+        range at = {0, 0};
+        for (int c = 0; c < 3; c++) {
+            const double m = on->rgb[r][c], high = e->most[c] + on->error;
+            const double low = list->nonnegative && !list->mixed ? e->floor[c] - on->error
+                               : list->nonnegative               ? -on->error
+                                                                 : -high;
+            at.low += shd_smaller(m * low, m * high);
+            at.high += shd_larger(m * low, m * high);
+        }
+        if (list->mixed) at.high = INFINITY;
+        held |= !(at.high <= 1);
+        s->channel[r] =
+            (range){shd_smaller(shd_larger(at.low, 0), 1), shd_smaller(shd_larger(at.high, 0), 1)};
+    }
+    for (int r = 0; r < 3; r++)
+        for (int k = 0; k < 3; k++) {
+            s->value[r].low += on->to_xyz[r][k] * s->channel[k].low;
+            s->value[r].high += on->to_xyz[r][k] * s->channel[k].high;
+        }
+    /* Equal channels are held together. */
+    if (held && !list->grey) s->held = 0;
+    look_at_parts(&e->parts, s);
+    look_at_gain(e, s);
+    if (s->held < INFINITY) {
+        s->held = INFINITY;
+        for (int k = 0; k < 3; k++) {
+            double y = 0; /* where channel k is 1 */
+            for (int r = 0; r < 3; r++)
+                y +=
+                    on->to_xyz[1][r] * (r == k ? 1 : shd_larger(s->least[r][k], s->channel[r].low));
+            s->held = shd_smaller(s->held, y);
+        }
+    }
+}
+
+/* t^(-1/3) of a normal number, to 1e-9: Newton's steps from an estimate by the exponent. */
+static double inverse_root(double t) {
+    if (!(t < 1e300)) return 0;
+    uint64_t bits;
+    memcpy(&bits, &t, sizeof bits);
+    bits = 0x553EF0FF289DD796u - bits / 3;
+    double root;
+    memcpy(&root, &bits, sizeof root);
+    for (int i = 0; i < 3; i++) root *= (4 - t * root * root * root) * (1.0 / 3);
+    return root;
+}
+
+static const double LAB_STRAIGHT = 216.0 / 24389, LAB_SLOPE = 24389.0 / 27 / 116;
+
 static double lab_curve(double t) {
-    return t > 216.0 / 24389 ? cbrt(t) : (24389.0 / 27 * t + 16) / 116;
+    if (!(t > LAB_STRAIGHT)) return LAB_SLOPE * t + 16.0 / 116;
+    const double root = inverse_root(t);
+    return t * root * root;
 }
 
 static double lab_slope(double t) {
-    return t > 216.0 / 24389 ? 1 / (3 * cbrt(t * t)) : 24389.0 / 27 / 116;
+    if (!(t > LAB_STRAIGHT)) return LAB_SLOPE;
+    const double root = inverse_root(t);
+    return root * root / 3;
 }
 
 /* Slopes that f has between colors of a range that are `error` apart at most. */
 static range slopes_of(range at, double error) {
-    return (range){lab_slope(at.high + error), lab_slope(shd_larger(at.low - error, 0))};
+    return (range){lab_slope(at.high + error), lab_slope(at.low - error)};
 }
 
 /* The same of X, Y and Z together, where Y is in a range and the ratios to Y are in theirs. Above
@@ -194,7 +241,7 @@ static range slopes_of(range at, double error) {
  * products with any moves are largest at the lowest Y. */
 static void find_slopes(const range of_y[3], range y, const double move[3], range slope[3]) {
     bool curved = true;
-    for (int r = 0; r < 3; r++) curved &= y.low * of_y[r].low - move[r] > 216.0 / 24389;
+    for (int r = 0; r < 3; r++) curved &= y.low * of_y[r].low - move[r] > LAB_STRAIGHT;
     const double high = curved ? y.low : y.high;
     for (int r = 0; r < 3; r++)
         slope[r] = slopes_of((range){y.low * of_y[r].low, high * of_y[r].high}, move[r]);
@@ -244,8 +291,10 @@ static double stretch_of(const range of_y[3], range y, double moved) {
     }
     const double a = 500 * shd_larger(shd_larger(least[0] - most[1], least[1] - most[0]), 0),
                  b = 200 * shd_larger(shd_larger(least[1] - most[2], least[2] - most[1]), 0);
-    const double seventh = pow(shd_larger(hypot(a, b) - moved, 0), 7);
-    return 1 + 0.5 * (1 - sqrt(seventh / (seventh + 6103515625.0)));
+    const double chroma = shd_larger(sqrt(a * a + b * b) - moved, 0);
+    if (!(chroma > 1)) return 1.5;
+    const double third = chroma * chroma * chroma, seventh = third * third * chroma;
+    return 1.5 - 0.5 * sqrt(seventh / (seventh + 6103515625.0));
 }
 
 /* Errors of the colors of a step: along the main direction, and of single channels. */
@@ -256,62 +305,70 @@ typedef struct moves {
 } moves;
 
 /* Where channels are not held, of colors whose Y is at most `y`. */
-static moves free_moves(const shd_excess_list *list, const shd_excess *e, const screen *s,
-                        double y) {
+static moves free_moves(const colors *s, double y) {
+    const shd_excess *e = s->excess;
+    const screen *on = s->screen;
+    const shd_excess_list *list = on->list;
     moves m = {.main = e->main_absolute};
     double base = 0;
     for (int c = 0; c < 3; c++) base += list->mixed ? 0 : e->base[c];
-    const double sum = sum_at(list, e, s, y);
+    const double sum = sum_at(s, y);
     const double limit =
         shd_smaller(e->main_limited, e->ratio * shd_larger(sum - base, 0) + e->distance * sum);
     m.main += limit;
     for (int c = 0; c < 3; c++) {
         m.rest[c] = e->rest_absolute[c] + shd_smaller(e->rest_limited[c], limit);
-        if (!list->grey) m.rest[c] += list->more + list->color * value_at(list, e, s, c, y);
-        if (!list->grey || !s->same)
-            m.channel[c] = s->noise * shd_smaller(s->channel[c].high, y * s->channel_of_y[c]);
-        for (int k = 0; k < 3 && !s->same; k++)
-            m.channel[c] += SHD_MATRIX_NOISE * fabs(s->rgb[c][k]) * value_at(list, e, s, k, y);
+        if (!list->grey) m.rest[c] += list->more + list->color * value_at(s, c, y);
+        if (!list->grey || !on->same)
+            m.channel[c] = on->noise * shd_smaller(s->channel[c].high, y * s->channel_of_y[c]);
+        for (int k = 0; k < 3 && !on->same; k++)
+            m.channel[c] += SHD_MATRIX_NOISE * fabs(on->rgb[c][k]) * value_at(s, k, y);
     }
-    if (list->grey) m.grey = (list->color + (s->same ? s->noise : 0)) * y + list->more;
+    if (list->grey) m.grey = (list->color + (on->same ? on->noise : 0)) * y + list->more;
     return m;
 }
 
 /* The error of one of the screen's channels where it shows `light`, and where no channel is held at
  * 1 in a color of Y at most `y`; else that is infinite. */
-static double channel_move(const shd_excess_list *list, const shd_excess *e, const screen *s, int r,
-                           double light, double y) {
+static double channel_move(const colors *s, int r, double light, double y) {
+    const shd_excess *e = s->excess;
+    const screen *on = s->screen;
+    const shd_excess_list *list = on->list;
     /* Whether it is one of the working space's. */
-    const bool same = s->rgb[r][(r + 1) % 3] == 0 && s->rgb[r][(r + 2) % 3] == 0;
-    double move = s->noise * light;
+    const bool same = on->rgb[r][(r + 1) % 3] == 0 && on->rgb[r][(r + 2) % 3] == 0;
+    double move = on->noise * light;
     for (int c = 0; c < 3; c++) {
         double value = e->most[c], limited = e->limited[c];
-        if (same && r == c) value = shd_smaller(value, light / s->rgb[r][r]);
+        if (same && r == c) value = shd_smaller(value, light / on->rgb[r][r]);
         /* What is held at 0 adds to Y. */
-        if (isfinite(y) && list->nonnegative)
-            value = shd_smaller(value, value_at(list, e, s, c, y));
+        if (y < INFINITY && list->nonnegative) value = shd_smaller(value, value_at(s, c, y));
         if (list->nonnegative) {
             const double base = list->mixed ? 0 : e->base[c];
             limited =
                 shd_smaller(limited, e->ratio * shd_larger(value - base, 0) + e->distance * value);
         }
-        move += fabs(s->rgb[r][c]) * (e->absolute[c] + limited + list->more +
-                                      (list->color + (same ? 0 : SHD_MATRIX_NOISE)) * value);
+        move += fabs(on->rgb[r][c]) * (e->absolute[c] + limited + list->more +
+                                       (list->color + (same ? 0 : SHD_MATRIX_NOISE)) * value);
     }
     return move;
 }
 
-/* The length of a difference between colors like these, which moved so. */
-static double length_of(const difference *d, const range of_y[3], range y, double moved) {
+/* The length of a difference between colors like these, which moved so; or that of a simpler
+ * estimate, if this is no more than `enough`. */
+static double length_of(const difference *d, const range of_y[3], range y, double moved,
+                        double enough) {
+    const double l = d->l, b = d->b;
+    double a = 1.5 * d->a, length = sqrt(l * l + a * a + b * b);
+    if (length <= enough) return length;
     const double weight = least_lightness_weight((range){y.low - moved, y.high + moved});
-    const double stretch = stretch_of(of_y, y, hypot(1.5 * d->a, d->b));
-    return hypot(d->l / weight, hypot(stretch * d->a, d->b));
+    a = stretch_of(of_y, y, sqrt(a * a + b * b)) * d->a;
+    return sqrt(l * l / (weight * weight) + a * a + b * b);
 }
 
 /* The largest difference of colors whose Y is in the range and whose channels in `at_1` are held at
  * 1, while each other one goes its own way. */
-static double held_bound(const shd_excess_list *list, const shd_excess *e, const screen *s, range y,
-                         double error, int at_1) {
+static double held_bound(const colors *s, range y, int at_1, double enough) {
+    const screen *on = s->screen;
     range channel[3];
     double least = 0, most = 0;
     for (int r = 0; r < 3; r++) {
@@ -320,55 +377,56 @@ static double held_bound(const shd_excess_list *list, const shd_excess *e, const
         for (int k = 0; k < 3; k++)
             if (at_1 >> k & 1) channel[r].low = shd_larger(channel[r].low, s->least[r][k]);
         if (channel[r].low > channel[r].high) return 0; /* there are none */
-        least += s->to_xyz[1][r] * channel[r].low;
-        most += s->to_xyz[1][r] * channel[r].high;
+        least += on->to_xyz[1][r] * channel[r].low;
+        most += on->to_xyz[1][r] * channel[r].high;
     }
     if (y.high < least || y.low > most) return 0;
     double move[3] = {0, 0, 0}, alone[3];
     for (int r = 0; r < 3; r++) {
-        const double own = s->to_xyz[1][r];
+        const double own = on->to_xyz[1][r];
         const range given = channel[r];
         alone[r] = 0;
         if (at_1 >> r & 1) continue;
         channel[r].high = shd_smaller(given.high, (y.high - least) / own + given.low);
         channel[r].low = shd_larger(given.low, (y.low - most) / own + given.high);
-        alone[r] = channel_move(list, e, s, r, channel[r].high + error,
-                                at_1 ? (double)INFINITY : y.high + error);
-        for (int k = 0; k < 3; k++) move[k] += s->to_xyz[k][r] * alone[r];
+        alone[r] = channel_move(s, r, channel[r].high + on->error_y,
+                                at_1 ? (double)INFINITY : y.high + on->error_y);
+        for (int k = 0; k < 3; k++) move[k] += on->to_xyz[k][r] * alone[r];
     }
     range of_y[3], slope[3];
+    const double of_high = 1 / y.high, of_low = 1 / shd_larger(y.low, 1e-9);
     for (int k = 0; k < 3; k++) {
         range value = {0, 0};
         for (int r = 0; r < 3; r++) {
-            value.low += s->to_xyz[k][r] * channel[r].low;
-            value.high += s->to_xyz[k][r] * channel[r].high;
+            value.low += on->to_xyz[k][r] * channel[r].low;
+            value.high += on->to_xyz[k][r] * channel[r].high;
         }
-        of_y[k] = (range){shd_larger(s->of_y_held[k].low, value.low / y.high),
-                          shd_smaller(s->of_y_held[k].high, value.high / shd_larger(y.low, 1e-9))};
+        of_y[k] = (range){shd_larger(on->of_y_held[k].low, value.low * of_high),
+                          shd_smaller(on->of_y_held[k].high, value.high * of_low)};
     }
     find_slopes(of_y, y, move, slope);
     difference d = {.l = 0};
     for (int r = 0; r < 3; r++)
-        add_move(&d, slope, alone[r], s->to_xyz[0][r], s->to_xyz[1][r], s->to_xyz[2][r]);
-    return length_of(&d, of_y, y, move[1]);
+        add_move(&d, slope, alone[r], on->to_xyz[0][r], on->to_xyz[1][r], on->to_xyz[2][r]);
+    return length_of(&d, of_y, y, move[1], enough);
 }
 
 /* The same of colors of which no channel is held. */
-static double free_bound(const shd_excess_list *list, const shd_excess *e, const screen *s, range y,
-                         double error) {
-    const moves m = free_moves(list, e, s, y.high + error);
-    double along[3] = {0, 0, 0}, all[3] = {0, 0, 0}, move[3] = {0, 0, 0};
+static double free_bound(const colors *s, range y, double enough) {
+    const screen *on = s->screen;
+    const moves m = free_moves(s, y.high + on->error_y);
     range of_y[3], slope[3];
+    double move[3];
+    const double of_high = 1 / y.high, of_low = 1 / shd_larger(y.low, 1e-9);
     for (int r = 0; r < 3; r++) {
+        move[r] = 0;
         for (int c = 0; c < 3; c++) {
-            along[r] += s->xyz[r][c] * e->main[c];
-            all[r] += s->xyz[r][c];
-            move[r] += fabs(s->xyz[r][c]) * (m.main * e->main[c] + m.rest[c] + m.grey);
-            move[r] += s->to_xyz[r][c] * m.channel[c];
+            move[r] += fabs(on->xyz[r][c]) * (m.main * s->excess->main[c] + m.rest[c] + m.grey);
+            move[r] += on->to_xyz[r][c] * m.channel[c];
         }
         of_y[r] = s->of_y[r];
-        range value = {s->value[r].low / y.high, s->value[r].high / shd_larger(y.low, 1e-9)};
-        if (!list->mixed && y.low > s->floor[1] * 0.5 && y.low > 0) {
+        range value = {s->value[r].low * of_high, s->value[r].high * of_low};
+        if (!on->list->mixed && y.low > s->floor[1] * 0.5 && y.low > 0) {
             /* Between the step's ends the ratio goes one way. */
             const range a = ratio_at(s, r, shd_larger(y.low, s->floor[1])),
                         b = ratio_at(s, r, y.high);
@@ -381,51 +439,74 @@ static double free_bound(const shd_excess_list *list, const shd_excess *e, const
     }
     find_slopes(of_y, y, move, slope);
     difference d = {.l = 0};
-    add_move(&d, slope, m.grey, all[0], all[1], all[2]);
-    add_move(&d, slope, m.main, along[0], along[1], along[2]);
+    add_move(&d, slope, m.grey, on->white[0], on->white[1], on->white[2]);
+    add_move(&d, slope, m.main, s->main[0], s->main[1], s->main[2]);
     for (int c = 0; c < 3; c++) {
-        add_move(&d, slope, m.rest[c], s->xyz[0][c], s->xyz[1][c], s->xyz[2][c]);
-        add_move(&d, slope, m.channel[c], s->to_xyz[0][c], s->to_xyz[1][c], s->to_xyz[2][c]);
+        add_move(&d, slope, m.rest[c], on->xyz[0][c], on->xyz[1][c], on->xyz[2][c]);
+        add_move(&d, slope, m.channel[c], on->to_xyz[0][c], on->to_xyz[1][c], on->to_xyz[2][c]);
     }
-    return length_of(&d, of_y, y, move[1]);
+    return length_of(&d, of_y, y, move[1], enough);
 }
 
-/* The largest difference of colors whose Y is in the range. `error` is that of any of them. */
-static double step_bound(const shd_excess_list *list, const shd_excess *e, const screen *s, range y,
-                         double error) {
-    double worst =
-        s->coherent ? free_bound(list, e, s, y, error) : held_bound(list, e, s, y, error, 0);
+/* The largest difference of colors whose Y is in the range. What is no more than `enough` may be
+ * estimated. */
+static double step_bound(const colors *s, range y, double enough) {
+    double worst = s->coherent ? free_bound(s, y, enough) : held_bound(s, y, 0, enough);
     for (int at_1 = 1; at_1 < 7 && y.high >= s->held; at_1++)
-        worst = shd_larger(worst, held_bound(list, e, s, y, error, at_1));
+        worst = shd_larger(worst, held_bound(s, y, at_1, enough));
     return worst;
 }
 
-double shd_bound_delta_e(const shd_excess_list *list, const shd_shown *shown) {
+/* The Y of an excess' colors. */
+static range lightness_of(const colors *s) {
+    const shd_excess_list *list = s->screen->list;
+    double low = 0;
+    for (int c = 0; c < 3; c++)
+        low += s->screen->xyz[1][c] * (s->excess->floor[c] - s->screen->error);
+    /* What is held at 0 adds to Y. Darker ones cover a part of their pixel: see SHD_MIXTURE. */
+    low = list->nonnegative ? shd_larger(s->value[1].low, shd_smaller(shd_smaller(low, 1), s->held))
+                            : 0;
+    return (range){low > DARKEST ? low : 0, s->value[1].high};
+}
+
+/* Where a range of Y is parted into two; 0: it is small enough. */
+static double middle_of(const colors *s, range y) {
+    const double low = shd_larger(y.low, DARKEST);
+    if (y.high <= STEP * low) return 0;
+    return y.low < s->held && s->held < y.high ? s->held : sqrt(low * y.high);
+}
+
+/* The same in steps, or `enough` where it is less. Ranges are parted only where they exceed that.
+ */
+static double range_bound(const colors *s, range y, double enough) {
+    const double bound = step_bound(s, y, enough);
+    if (bound <= enough) return enough;
+    const double middle = middle_of(s, y);
+    if (middle == 0) return bound;
+    const double dark = range_bound(s, (range){y.low, middle}, enough);
+    return shd_smaller(range_bound(s, (range){middle, y.high}, dark), bound);
+}
+
+double shd_bound_delta_e(const shd_excess_list *list, const shd_shown *shown, double enough) {
     if (!shown->seen) return INFINITY;
-    const double error = shd_bound_linear(list);
-    if (!isfinite(error)) return INFINITY;
-    double worst = 0;
+    const screen on = screen_of(list, shown);
+    if (!isfinite(on.error)) return INFINITY;
+    colors all[SHD_EXCESSES];
+    range y[SHD_EXCESSES];
+    size_t darkest = 0;
     for (size_t i = 0; i < list->count; i++) {
-        const shd_excess *e = &list->excess[i];
-        const screen s = screen_of(list, e, shown);
-        double low = 0, all = 0;
-        for (int c = 0; c < 3; c++) {
-            all += fabs(s.xyz[1][c]);
-            low += s.xyz[1][c] * (e->floor[c] - error);
-        }
-        /* What is held at 0 adds to Y. Darker ones cover a part of their pixel: see SHD_MIXTURE. */
-        low = list->nonnegative
-                  ? shd_larger(s.value[1].low, shd_smaller(shd_smaller(low, 1), s.held))
-                  : 0;
-        low = low > 1e-4 ? low : 0;
-        do {
-            double high = low > 1e-4 ? STEP * low : low + 1e-4;
-            if (low < s.held && high > s.held) high = s.held;
-            high = shd_smaller(high, s.value[1].high);
-            worst = shd_larger(worst, step_bound(list, e, &s, (range){low, high}, all * error));
-            low = high;
-        } while (low < s.value[1].high);
+        find_colors(&on, &list->excess[i], &all[i]);
+        y[i] = lightness_of(&all[i]);
+        if (y[i].low < y[darkest].low) darkest = i;
     }
-    if (list->mixed) worst *= SHD_MIXTURE;
-    return worst < 1e3 ? worst : INFINITY;
+    const double mixture = list->mixed ? SHD_MIXTURE : 1;
+    double worst = enough / mixture;
+    /* The likely one first: where it is not exceeded, the other ones are done at once. */
+    for (size_t k = 0; k < list->count; k++) {
+        const size_t i = k == 0 ? darkest : k <= darkest ? k - 1 : k;
+        worst = range_bound(&all[i], y[i], worst);
+        if (!(worst < 1e3)) return INFINITY;
+        if (enough > 0 && worst > enough / mixture) break;
+    }
+    return worst * mixture;
 }

@@ -1,0 +1,106 @@
+/* What a light can do at a piece. */
+#include "plan/pieces.h"
+
+static double spot_at(const shd_plan_light *light, double cosine) {
+    const double q = 1 - cosine;
+    if (q > light->outer || (light->exponent > 0 && !(cosine > 0))) return 0;
+    double s = 1;
+    if (q > light->inner) {
+        const double x = (light->outer - q) / (light->outer - light->inner);
+        s = x * x * (3 - 2 * x);
+    }
+    return light->exponent > 0 ? s * pow(cosine, light->exponent) : s;
+}
+
+static double attenuation_at(const shd_plan_light *light, double distance) {
+    if (!light->attenuated) return light->gain;
+    const double d = shd_larger(distance, light->min_distance);
+    /* as the kernels hold it */
+    return shd_smaller(light->gain / (light->a + d * (light->b + d * light->c)), 1e200);
+}
+
+static double hypotenuse(double a, double b) {
+    return shd_plan_length((shd_vec3){a, b, 0});
+}
+
+bool shd_piece_lit(const shd_scene *scene, const shd_piece *piece, const shd_plan_light *light,
+                   double least, shd_lit *out) {
+    shd_vec3 toward = light->toward;
+    shd_angle spread = {1, 0};
+    double nearest = 0, farthest = 0, facing_low = -1, facing_high = 1;
+    if (!light->directional) {
+        const shd_vec3 path = shd_sub(light->position, piece->center);
+        const double distance = shd_plan_length(path), inverse = 1 / distance;
+        const bool known = inverse > 0 && inverse < INFINITY;
+        spread = known ? shd_seen_from(piece->radius, inverse) : SHD_ANY_ANGLE;
+        if (known) toward = shd_scale(path, inverse);
+        nearest = shd_larger(distance - piece->radius, 0);
+        farthest = distance + piece->radius;
+        if (piece->spread.cosine == 1) { /* flat: N.(l - p) is the same for all p */
+            const double height = shd_dot(path, piece->axis),
+                         across = sqrt(shd_larger(distance * distance - height * height, 0));
+            if (!(height > -SHD_PIECE_MARGIN * distance)) return false;
+            nearest = hypotenuse(height, shd_larger(across - piece->radius, 0));
+            farthest = hypotenuse(height, across + piece->radius);
+            if (piece->beyond > 0)
+                nearest = shd_larger(
+                    nearest, piece->beyond -
+                                 shd_plan_length(shd_sub(light->position, scene->camera.position)));
+            nearest *= 1 - SHD_PIECE_MARGIN;
+            facing_high = shd_larger(height, 0) / nearest;
+            facing_low = height / farthest;
+        }
+        nearest = shd_larger(nearest, least);
+    }
+    const shd_angle facing = shd_angle_of(shd_dot(piece->axis, toward)),
+                    facings = shd_angle_sum(spread, piece->spread);
+    facing_high = shd_smaller(facing_high, shd_cosine_less(facing, facings)) + SHD_PIECE_MARGIN;
+    if (!(facing_high > 0)) return false;
+    facing_low = shd_larger(facing_low, shd_cosine_more(facing, facings)) - SHD_PIECE_MARGIN;
+    out->nearest = nearest;
+    out->facing_high = shd_smaller(facing_high, 1);
+    out->facing_low = shd_larger(facing_low, 0);
+    out->fall_high = out->factor_high = attenuation_at(light, nearest) * (1 + SHD_PIECE_MARGIN);
+    out->factor_low =
+        attenuation_at(light, light->directional ? 0 : farthest) * (1 - SHD_PIECE_MARGIN);
+    if (!(out->factor_low > 0)) out->factor_low = 0;
+    if (light->spot) {
+        const shd_angle off = shd_angle_of(-shd_dot(light->axis, toward));
+        out->axis_high = shd_smaller(shd_cosine_less(off, spread) + SHD_PIECE_MARGIN, 1);
+        out->axis_low = shd_cosine_more(off, spread) - SHD_PIECE_MARGIN;
+        const double high = spot_at(light, out->axis_high);
+        if (high == 0) return false;
+        out->factor_high *= high;
+        out->factor_low *= spot_at(light, out->axis_low);
+    }
+    const shd_angle shine = shd_angle_of(shd_dot(piece->mirror, toward)),
+                    shines = shd_angle_sum(spread, piece->glitter);
+    out->shine_high = shd_smaller(shd_cosine_less(shine, shines) + SHD_PIECE_MARGIN, 1);
+    out->shine_low = out->facing_low > 0 ? shd_cosine_more(shine, shines) - SHD_PIECE_MARGIN : 0;
+    return true;
+}
+
+/* No more than exp(-ns (1 - R.V)). */
+double shd_shine_most(double shine, double shininess) {
+    return shininess * (1 - shine) > 23 ? 1.1e-10 : shd_shine_power(shine, shininess);
+}
+
+double shd_shine_least(double shine, double shininess) {
+    return shininess * (1 - shine) > 23 ? 0 : shd_shine_power(shine, shininess);
+}
+
+double shd_piece_most(const shd_scene *scene, const shd_piece *piece,
+                      const shd_plan_material *material, const shd_plan_light *light,
+                      double least) {
+    shd_lit lit;
+    if (!shd_piece_lit(scene, piece, light, least, &lit)) return 0;
+    double reflected[3], most = 0;
+    for (int c = 0; c < 3; c++) reflected[c] = fabs(material->diffuse[c]) * lit.facing_high;
+    for (size_t k = 0; k < material->lobe_count; k++) {
+        const shd_plan_lobe *lobe = &material->lobes[k];
+        const double power = shd_shine_most(lit.shine_high, lobe->shininess);
+        for (int c = 0; c < 3; c++) reflected[c] += fabs(lobe->specular[c]) * power;
+    }
+    for (int c = 0; c < 3; c++) most = shd_larger(most, reflected[c] * fabs(light->color[c]));
+    return most * lit.factor_high;
+}

@@ -1,0 +1,140 @@
+#include "plan/terms.h"
+
+#include <string.h>
+
+/* As many hues are compared with a light's color: where each light has its own, none is found. */
+enum { MOST_COMPARED = 16 };
+
+/* Colors that are as near to each other are one hue: far below what they err by. */
+static const double SAME = 1e-12;
+
+static double size_of(const double color[3]) {
+    return fabs(color[0]) + fabs(color[1]) + fabs(color[2]);
+}
+
+static bool is_hue(const double hue[3], const double color[3], double strength) {
+    for (int c = 0; c < 3; c++)
+        if (!(fabs(fabs(color[c]) - strength * hue[c]) <= SAME * strength)) return false;
+    return true;
+}
+
+bool shd_hues_find(const shd_plan *plan, shd_arena *arena, shd_hues *out) {
+    const size_t lights = plan->light_count;
+    *out = (shd_hues){.color = shd_arena_alloc(arena, lights, sizeof *out->color),
+                      .of_light = shd_arena_alloc(arena, lights, sizeof *out->of_light),
+                      .strength = shd_arena_alloc(arena, lights, sizeof *out->strength)};
+    if (!out->color || !out->of_light || !out->strength) return false;
+    for (size_t j = 0; j < lights; j++) {
+        const double *color = plan->lights[j].color;
+        const double strength = out->strength[j] = size_of(color);
+        size_t hue = 0;
+        while (hue < out->count && hue < MOST_COMPARED && !is_hue(out->color[hue], color, strength))
+            hue++;
+        if (hue == MOST_COMPARED) hue = out->count;
+        if (hue == out->count) {
+            for (int c = 0; c < 3; c++)
+                out->color[hue][c] = strength > 0 ? fabs(color[c]) / strength : 0;
+            out->count++;
+        }
+        out->of_light[j] = (uint32_t)hue;
+        out->negative |= shd_is_negative(color);
+    }
+    return true;
+}
+
+bool shd_terms_new(const shd_plan *plan, const shd_hues *hues, shd_arena *arena, shd_terms *out) {
+    const size_t most = 1 + hues->count * (1 + plan->max_lobes);
+    *out = (shd_terms){.list = shd_arena_alloc(arena, most, sizeof *out->list),
+                       .first = shd_arena_zalloc(arena, hues->count, sizeof *out->first)};
+    return out->list && out->first;
+}
+
+void shd_parts_note(shd_parts *parts, const double color[3]) {
+    const double sum = color[0] + color[1] + color[2];
+    if (!(sum > 0) || !isfinite(sum)) return;
+    for (int c = 0; c < 3; c++) {
+        parts->least[c] = shd_smaller(parts->least[c], color[c] / sum);
+        parts->most[c] = shd_larger(parts->most[c], color[c] / sum);
+    }
+}
+
+static void add_term(shd_terms *to, const double material[3], const double light[3]) {
+    const size_t index = to->count++;
+    shd_term *term = &to->list[index];
+    for (int c = 0; c < 3; c++) term->color[c] = fabs(material[c]) * light[c];
+    const double sum = term->color[3] = term->color[0] + term->color[1] + term->color[2];
+    to->negative |= shd_is_negative(material);
+    if (!(sum > 0) || !isfinite(sum)) return;
+    for (int c = 0; c < 3; c++) {
+        const double part = term->part[c] = term->color[c] / sum;
+        to->parts.least[c] = shd_smaller(to->parts.least[c], part);
+        to->parts.most[c] = shd_larger(to->parts.most[c], part);
+    }
+    if (to->mixed < SHD_MOST_MIXED) to->mixed_list[to->mixed] = (uint32_t)index;
+    to->mixed++;
+}
+
+void shd_terms_set(const shd_plan *plan, const shd_hues *hues, const shd_plan_group *group,
+                   shd_terms *to) {
+    static const double white[3] = {1, 1, 1};
+    const shd_plan_material *material = &plan->materials[group->material];
+    memset(to->first, 0, hues->count * sizeof *to->first);
+    to->count = to->mixed = 0;
+    to->negative = false;
+    to->parts = SHD_NO_PARTS;
+    add_term(to, material->constant, white);
+    for (size_t i = 0; i < group->light_count; i++) {
+        const uint32_t hue = hues->of_light[group->lights[i]];
+        if (to->first[hue]) continue;
+        to->first[hue] = (uint32_t)to->count;
+        add_term(to, material->diffuse, hues->color[hue]);
+        for (size_t k = 0; k < material->lobe_count; k++)
+            add_term(to, material->lobes[k].specular, hues->color[hue]);
+    }
+    if (to->mixed > SHD_MOST_MIXED) to->mixed = 0;
+    for (int c = 0; c < 3; c++)
+        for (size_t i = 0; i < to->mixed; i++) {
+            const double part = to->list[to->mixed_list[i]].part[c];
+            size_t at = i;
+            for (; at > 0 && to->list[to->mixed_list[to->order[c][at - 1]]].part[c] < part; at--)
+                to->order[c][at] = to->order[c][at - 1];
+            to->order[c][at] = (uint8_t)i;
+        }
+}
+
+/* Widens `gain` by the largest part of a channel that some term adds (or the smallest), and returns
+ * that in the sum, whose least is `sum` of `all`: terms with more of it than the sum has are as
+ * bright as they can be. `more` is what they may add. */
+static double extreme_part(const shd_terms *terms, const double *more, int c, bool largest,
+                           double sum, double all, double *gain) {
+    const size_t count = terms->mixed;
+    bool first = true;
+    for (size_t i = 0; i < count; i++) {
+        const size_t place = terms->order[c][largest ? i : count - 1 - i];
+        if (!(more[place] > 0)) continue;
+        const double part = terms->list[terms->mixed_list[place]].part[c];
+        if (first) *gain = part;
+        first = false;
+        if (all > 0 && !(largest ? part * all > sum : part * all < sum)) break;
+        all += more[place];
+        sum += more[place] * part;
+    }
+    return sum / all;
+}
+
+bool shd_terms_mix(const shd_terms *terms, const shd_much *much, const double low[3],
+                   shd_parts *all, shd_parts *gain) {
+    double more[SHD_MOST_MIXED], sum = low[0] + low[1] + low[2], high = sum;
+    for (size_t i = 0; i < terms->mixed; i++) {
+        const size_t index = terms->mixed_list[i];
+        more[i] = terms->list[index].color[3] * (much[index].high - much[index].low);
+        high += more[i];
+    }
+    if (!terms->mixed || !(high > 0)) return false;
+    *gain = SHD_NO_PARTS;
+    for (int c = 0; c < 3; c++) {
+        all->least[c] = extreme_part(terms, more, c, false, low[c], sum, &gain->least[c]) - 1e-9;
+        all->most[c] = extreme_part(terms, more, c, true, low[c], sum, &gain->most[c]) + 1e-9;
+    }
+    return true;
+}

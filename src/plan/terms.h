@@ -1,0 +1,70 @@
+/* The colors that an object's light is made of: each is one of its material's colors times that of
+ * some of its lights, and how much of it there is depends on the point. Inside of plan/. */
+#ifndef SHD_PLAN_TERMS_H
+#define SHD_PLAN_TERMS_H
+
+#include "plan/parts.h"
+
+/* Lights whose colors are multiples of each other share a hue. */
+typedef struct shd_hues {
+    size_t count;
+    double (*color)[3]; /* [count]: the sum of the components' sizes is 1, or 0 for black */
+    uint32_t *of_light; /* [plan->light_count] */
+    double *strength;   /* [plan->light_count]: times the hue it is the light's color by size */
+    bool negative;      /* some light has a component below 0 */
+} shd_hues;
+
+/* False: memory. */
+bool shd_hues_find(const shd_plan *plan, shd_arena *arena, shd_hues *out);
+
+typedef struct shd_term {
+    double color[4]; /* components by their size, and their sum */
+    double part[3];  /* r, g, b / (r + g + b) */
+} shd_term;
+
+/* Beyond this many the mixtures of terms are not looked at. */
+enum { SHD_MOST_MIXED = 40 };
+
+/* Term 0 is the constant one. A light's terms are `first[hue]` for its diffuse light and those
+ * behind it for the highlights of each lobe. */
+typedef struct shd_terms {
+    size_t count;
+    shd_term *list;  /* [1 + hues (1 + max_lobes)] */
+    uint32_t *first; /* [hues]: 0: not of this object */
+    bool negative;   /* the material has a component below 0 */
+    shd_parts parts; /* of all terms */
+    size_t mixed;    /* terms that are not black, up to SHD_MOST_MIXED; 0: there are more */
+    uint32_t mixed_list[SHD_MOST_MIXED];
+    uint8_t order[3][SHD_MOST_MIXED]; /* of that: those with much of a channel first */
+} shd_terms;
+
+/* Room for those of any object. False: memory. */
+bool shd_terms_new(const shd_plan *plan, const shd_hues *hues, shd_arena *arena, shd_terms *out);
+
+void shd_terms_set(const shd_plan *plan, const shd_hues *hues, const shd_plan_group *group,
+                   shd_terms *to);
+
+/* How much of a term there is at a piece, and how much it errs, as multiples of its color. */
+typedef struct shd_much {
+    double low, high;
+    double absolute, limited; /* errors, as in shd_excess */
+} shd_much;
+
+/* The parts that sums of terms may have, if each is within its [low, high]: of all, and of what
+ * they have above the sum of `low`, which is given. False: there are too many, or none. */
+bool shd_terms_mix(const shd_terms *terms, const shd_much *much, const double low[3],
+                   shd_parts *all, shd_parts *gain);
+
+/* Widens parts by a color's. Black has none. */
+void shd_parts_note(shd_parts *parts, const double color[3]);
+
+static const shd_parts SHD_NO_PARTS = {
+    .least = {INFINITY, INFINITY, INFINITY},
+    .most = {0, 0, 0},
+};
+
+static inline bool shd_is_negative(const double color[3]) {
+    return color[0] < 0 || color[1] < 0 || color[2] < 0;
+}
+
+#endif
