@@ -71,6 +71,7 @@ namespace {
 
 constexpr size_t max_config_bytes = 16u << 20;
 constexpr size_t max_referenced_bytes = 256u << 20;
+constexpr size_t room_to_read = 32u << 20;
 constexpr size_t max_reference_depth = 64;
 // Pixels that are handed to OpenColorIO at once; their alphas are kept on the stack meanwhile.
 constexpr size_t block = 1024;
@@ -90,15 +91,19 @@ std::string sentence(const char *text) {
     return out;
 }
 
-// Runs `body` and turns whatever it throws into `status`.
+// Runs `body` and turns whatever it throws into `status`; what telling it throws, too.
 template <typename Body>
 shd_status guarded(shd_status status, const char *path, shd_error *error, Body body) {
     try {
-        return body();
+        try {
+            return body();
+        } catch (const std::bad_alloc &) {
+            throw;
+        } catch (const std::exception &e) {
+            return shd_fail(error, status, path, "%s", sentence(e.what()).c_str());
+        }
     } catch (const std::bad_alloc &) {
         return shd_fail(error, SHD_EXHAUSTED, path, "out of memory");
-    } catch (const std::exception &e) {
-        return shd_fail(error, status, path, "%s", sentence(e.what()).c_str());
     } catch (...) {
         return shd_fail(error, status, path, "OpenColorIO failed without a reason");
     }
@@ -500,6 +505,9 @@ shd_status shd_color_config_load(const char *path, shd_color_config **out, shd_e
     const char *where = path ? path : "";
     return guarded(SHD_CONFIG, where, error, [&]() -> shd_status {
         quiet_the_process();
+        // OpenColorIO allocates in functions that are declared noexcept, and ends the process where
+        // there is nothing: so it is asked before whether there is room for an ordinary one.
+        operator delete(operator new(room_to_read));
         std::string text(reinterpret_cast<const char *>(shd_embedded_ocio), shd_embedded_ocio_size);
         if (path) {
             char *data = nullptr;
