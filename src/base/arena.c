@@ -125,3 +125,7 @@ bool shd_arena_full(const shd_arena *arena) {
 size_t shd_arena_used(const shd_arena *arena) {
     return arena->taken;
 }
+
+size_t shd_arena_room(const shd_arena *arena) {
+    return arena->cap - arena->taken;
+}

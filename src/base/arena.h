@@ -35,6 +35,7 @@ char *shd_arena_printf(shd_arena *arena, const char *format, ...) SHD_PRINTF(2, 
 /* Whether the cap, or an overflow, has refused an allocation; the system may have as well. */
 bool shd_arena_full(const shd_arena *arena);
 
+size_t shd_arena_room(const shd_arena *arena); /* bytes that the cap leaves */
 size_t shd_arena_used(const shd_arena *arena); /* bytes of its blocks */
 
 #endif

@@ -325,6 +325,13 @@ unsigned shd_pool_slots(const shd_pool *pool) {
     return pool->threads + 1;
 }
 
+unsigned shd_pool_hands(shd_pool *pool) {
+    pthread_mutex_lock(&pool->mutex);
+    bool is_worker = find_self(pool);
+    pthread_mutex_unlock(&pool->mutex);
+    return pool->threads + (is_worker ? 0 : 1);
+}
+
 size_t shd_pool_queued(shd_pool *pool) {
     pthread_mutex_lock(&pool->mutex);
     size_t count = waiting(pool);

@@ -47,6 +47,7 @@ static shd_status render_tier(shd_request *request, shd_tier tier, stretch *prog
     const shd_times before = request->times;
     double began = shd_thread_seconds();
     shd_status status = shd_request_plan_make(request, scene, error);
+    if (status == SHD_OK) status = shd_request_admit(request, error);
     if (status != SHD_OK) return status;
     double planned = shd_thread_seconds();
     shd_sight *sight;

@@ -49,6 +49,10 @@ shd_status shd_request_blame(const shd_request *request, shd_status status, shd_
  * shd_image_prepare, where the document names the format. */
 shd_status shd_request_prepare_formats(shd_request *request, shd_error *error);
 
+/* Whether there is memory for what request->plan takes: the film, the outputs, and what each thread
+ * works in that may help. SHD_LIMIT where there is not. */
+shd_status shd_request_admit(shd_request *request, shd_error *error);
+
 /* Processor seconds of the calling thread, for shd_times. */
 double shd_thread_seconds(void);
 

@@ -6,7 +6,8 @@
 
 /* Bytes that rendering the scene takes from its arena at least: the film, its layers, and what the
  * largest output is made in. Never more than it really takes, so that what would fit is not
- * refused; what is small beside a large picture (tiles, plans) is left to the arena's cap. */
+ * refused; what threads work in depends on the plan (shd_film_scratch_size), and what is small
+ * beside a large picture is left to the arena's cap. */
 uint64_t shd_estimate_memory(const shd_scene *scene);
 
 /* How much there is to compute, in units of about one light on one sample in single precision:

@@ -74,6 +74,12 @@ static scratch *new_scratch(const job *j) {
     return s->terms && s->term_of && mixed ? s : NULL;
 }
 
+uint64_t shd_film_scratch_size(const shd_plan *plan) {
+    const uint64_t terms = 1 + plan->max_lobes, mixed = (uint64_t)3 * SHD_CHUNK * sizeof(float);
+    return sizeof(scratch) + terms * (sizeof(shd_paint_term) + sizeof(size_t)) + mixed +
+           (uint64_t)4 * 64 + shd_tile_scratch_size(plan);
+}
+
 /* The scratch of a slot, made when the slot first works. NULL: the arena is full. */
 static scratch *get_scratch(job *j, unsigned slot) {
     scratch *s = j->slots[slot];

@@ -30,6 +30,10 @@ shd_status shd_film_render(shd_request *request, const shd_sight *sight,
                            const struct shd_recall *recall, const shd_render_options *options,
                            shd_film *film, shd_error *error);
 
+/* Bytes of working memory that one thread takes for it from the request's arena, where the plan's
+ * light is not recalled: never less, and not much more. */
+uint64_t shd_film_scratch_size(const shd_plan *plan);
+
 /* Holds values in [least, largest]; not-a-number becomes 0. Returns how many were changed. */
 uint64_t shd_saturate(float *values, size_t count, float least, float largest);
 

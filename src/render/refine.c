@@ -36,6 +36,12 @@ static void find_weights(int samples, float weights[9]) {
     for (int k = 0; k < 9; k++) weights[k] = (float)(sum[k] / samples);
 }
 
+uint64_t shd_refining_size(const shd_plan *plan) {
+    const uint64_t sums = shd_sum_of(plan, 1, 0, 0);
+    return sizeof(shd_refining) + (10 + sums) * SHD_GRID_CELLS * sizeof(float) +
+           sums * (2 * sizeof(float *) + sizeof(float)) + (uint64_t)5 * 64;
+}
+
 shd_refining *shd_refining_new(const shd_plan *plan, shd_arena *arena) {
     static const shd_refine_kernel *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_refine_kernel);
     shd_refining *r = shd_arena_zalloc(arena, 1, sizeof *r);

@@ -25,7 +25,8 @@ static shd_status render(shd_request *request, const shd_render_options *options
                       : recall.geometry ? SHD_REUSED_GEOMETRY
                                         : SHD_REUSED_NOTHING;
     shd_sight *sight = NULL;
-    if (!recall.light)
+    if (!recall.light) status = shd_request_admit(request, error);
+    if (status == SHD_OK && !recall.light)
         status = shd_sight_new(request->plan, request->engine->tracer, &request->cancelled, arena,
                                &sight, error);
     request->times.visibility += shd_thread_seconds() - planned;

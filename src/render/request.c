@@ -8,6 +8,8 @@
 #include "image/image.h"
 #include "render/engine.h"
 #include "render/estimate.h"
+#include "render/film.h"
+#include "render/tile.h"
 
 shd_status shd_request_new(shd_engine *engine, shd_request **out, shd_error *error) {
     shd_request *request = calloc(1, sizeof *request);
@@ -117,6 +119,22 @@ static shd_status check_memory(shd_request *request) {
                          "the pictures take at least %llu bytes; the limit `memory` is %llu",
                          (unsigned long long)needed, (unsigned long long)limit);
     return request->report.status;
+}
+
+shd_status shd_request_admit(shd_request *request, shd_error *error) {
+    const shd_plan *plan = request->plan;
+    const size_t tiles = shd_tile_count(&plan->scene->raster);
+    const unsigned hands = shd_pool_hands(request->engine->pool);
+    const uint64_t threads = tiles < hands ? tiles : hands;
+    const uint64_t pictures = shd_estimate_memory(plan->scene);
+    const uint64_t working = threads * shd_film_scratch_size(plan);
+    if (pictures + working <= shd_arena_room(request->arena)) return SHD_OK;
+    return shd_fail(error, SHD_LIMIT, "/image",
+                    "the pictures take at least %llu bytes, and rendering them on %llu threads "
+                    "%llu; the limit `memory` is %llu",
+                    (unsigned long long)pictures, (unsigned long long)threads,
+                    (unsigned long long)working,
+                    (unsigned long long)request->engine->limits.memory);
 }
 
 shd_status shd_request_read(shd_request *request, const char *json, size_t length,

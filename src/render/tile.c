@@ -92,6 +92,33 @@ shd_tile_scratch *shd_tile_scratch_new(const shd_scenery *scenery, shd_arena *ar
     return s;
 }
 
+/* The terms are those of shd_tile_scratch_new, of what it calls, and their rounding. */
+uint64_t shd_tile_scratch_size(const shd_plan *plan) {
+    const shd_scene *scene = plan->scene;
+    const bool exact = plan->tier == SHD_EXACT;
+    const uint64_t samples = (uint64_t)scene->raster.samples, classes = plan->group_count + 1;
+    const uint64_t length = SHD_CHUNK + 2 * SHD_LANES, rows = shd_sum_of(plan, 1, 0, 0);
+    const uint64_t arrays = plan->plane_count * rows;
+    const uint64_t side = SHD_TILE / SHD_BLOCK_SIDE + 2, blocks = side * side;
+    const uint64_t shot = 2 * sizeof(int32_t) + 2 + 2 * sizeof(uint16_t) + 2 * sizeof(uint32_t);
+    const uint64_t runs = (classes < SHD_CHUNK ? classes : SHD_CHUNK) * sizeof(shd_run);
+    const uint64_t roundings = 100 * 64;
+
+    uint64_t bytes = sizeof(shd_tile_scratch) + SHD_CHUNK * shot + 2 * length * shd_hit_size(plan) +
+                     runs + SHD_TILE_PIXELS * sizeof(uint16_t) + (classes + 1) * sizeof(uint32_t) +
+                     plan->light_count * sizeof(uint32_t) + blocks * sizeof(shd_block) +
+                     (blocks + 1) * scene->object_count * sizeof(uint32_t) + roundings;
+    bytes += (arrays + rows) * sizeof(float *) + arrays * length * sizeof(float);
+    if (exact) bytes += rows * (length * sizeof(double) + sizeof(double *));
+    if (samples == 1) return bytes;
+    const uint64_t each = samples < classes ? samples : classes;
+    const uint64_t fragments = SHD_TILE_PIXELS * each + 2 * SHD_LANES;
+    const uint64_t step = SHD_CHUNK / samples, chunks = (SHD_TILE_PIXELS + step - 1) / step + 1;
+    bytes += fragments * (sizeof(uint16_t) + sizeof(float)) + chunks * runs;
+    bytes += arrays * (fragments * sizeof(float) + sizeof(float *));
+    return plan->sampling_absolute > 0 ? bytes + shd_refining_size(plan) : bytes;
+}
+
 /* ---- Light on what was hit. ---- */
 
 /* Copies the hits so that those of a group follow each other, in the order of the shots. */

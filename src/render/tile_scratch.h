@@ -72,6 +72,7 @@ static inline int shd_channels_of(const shd_plan *plan, int32_t group) {
 /* Adaptive sampling. Adds fragments for the pixels whose pattern's mean their neighborhood tells
  * within the plan's tolerance, and lists the others that may see something in s->pixels. */
 shd_refining *shd_refining_new(const shd_plan *plan, shd_arena *arena);
+uint64_t shd_refining_size(const shd_plan *plan); /* as shd_tile_scratch_size */
 size_t shd_refine(const shd_scenery *scenery, shd_tile tile, shd_tile_scratch *s,
                   shd_stopwatch *watch);
 

@@ -30,15 +30,31 @@ void shd_item_place(const shd_item *it, uint32_t triangle, double u, double v, s
 
 enum { GROUP = 16 };
 
-bool shd_hits_new(const shd_plan *plan, size_t capacity, shd_arena *arena, shd_hits *out) {
-    const shd_scene *scene = plan->scene;
-    const bool fast = plan->tier != SHD_EXACT, *wants = plan->wants;
+static bool has_facets(const shd_scene *scene) {
     bool faceted = false;
     for (size_t i = 0; i < scene->object_count; i++)
         faceted = faceted || scene->objects[i].interpolation != SHD_PHONG;
-    const bool world = fast && wants[SHD_LAYER_POSITION];
-    const bool depth = wants[SHD_LAYER_NORMAL] || wants[SHD_LAYER_POSITION] ||
-                       wants[SHD_LAYER_DEPTH] || wants[SHD_LAYER_OBJECT];
+    return faceted;
+}
+
+static bool has_data(const shd_plan *plan) {
+    const bool *wants = plan->wants;
+    return wants[SHD_LAYER_NORMAL] || wants[SHD_LAYER_POSITION] || wants[SHD_LAYER_DEPTH] ||
+           wants[SHD_LAYER_OBJECT];
+}
+
+size_t shd_hit_size(const shd_plan *plan) {
+    const bool fast = plan->tier != SHD_EXACT, world = fast && plan->wants[SHD_LAYER_POSITION];
+    const size_t floats = 9 + (plan->split_positions ? 3 : 0) + (world ? 3 : 0);
+    const size_t geometry = fast ? floats * sizeof(float) : 9 * sizeof(double);
+    return 2 * sizeof(uint32_t) + geometry + (has_data(plan) ? sizeof(double) : 0) +
+           (has_facets(plan->scene) ? sizeof(uint32_t) + 2 * sizeof(double) : 0);
+}
+
+bool shd_hits_new(const shd_plan *plan, size_t capacity, shd_arena *arena, shd_hits *out) {
+    const bool fast = plan->tier != SHD_EXACT;
+    const bool faceted = has_facets(plan->scene), depth = has_data(plan);
+    const bool world = fast && plan->wants[SHD_LAYER_POSITION];
     shd_hits hits = {.capacity = (capacity + GROUP - 1) / GROUP * GROUP};
     bool made = true;
 #define NEW(array, wanted)                                                                         \

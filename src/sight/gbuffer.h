@@ -46,6 +46,8 @@ typedef struct shd_hits {
 /* Memory for `capacity` hits, rounded up to a multiple of 16. False: the arena is full. */
 bool shd_hits_new(const shd_plan *plan, size_t capacity, shd_arena *arena, shd_hits *out);
 
+size_t shd_hit_size(const shd_plan *plan); /* bytes of each */
+
 /* Repeats the last hit up to the next multiple of 16, so that vectors of any width see finite
  * values. The count stays. Nothing is done where there is no hit. */
 void shd_hits_pad(shd_hits *hits);
