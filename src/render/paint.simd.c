@@ -3,21 +3,42 @@
 #include "base/simd.h"
 #include "render/paint.h"
 
-/* The terms' loops are apart: each is a plain one that vectorizes. */
+/* The constant and the first terms in one pass. Without a coverage it is 1. */
+static inline void begin(float base, const float *restrict coverage, const float *color,
+                         const float *const *sums, size_t terms, size_t count, float *restrict to) {
+    for (size_t i = 0; i < count; i++) {
+        float sum = coverage ? base * coverage[i] : base;
+        for (size_t t = 0; t < terms; t++) sum += color[t] * sums[t][i];
+        to[i] = sum;
+    }
+}
+
 static void mix(const float constant[3], const float *coverage, const shd_paint_term *terms,
                 size_t term_count, size_t count, float *const out[3]) {
+    enum { FIRST = 2 };
     for (int c = 0; c < 3; c++) {
         const float base = constant[c];
-        float *restrict to = out[c];
-        if (coverage)
-            for (size_t i = 0; i < count; i++) to[i] = base * coverage[i];
+        float color[FIRST];
+        const float *sums[FIRST];
+        size_t first = 0, t = 0;
+        for (; t < term_count && first < FIRST; t++) {
+            if (terms[t].color[c] == 0) continue; /* an infinite sum does not show there */
+            color[first] = terms[t].color[c];
+            sums[first++] = terms[t].sums[c];
+        }
+        /* Constants make loops that vectorize. */
+        if (first == 2)
+            begin(base, coverage, color, sums, 2, count, out[c]);
+        else if (first == 1)
+            begin(base, coverage, color, sums, 1, count, out[c]);
         else
-            for (size_t i = 0; i < count; i++) to[i] = base;
-        for (size_t t = 0; t < term_count; t++) {
-            const float color = terms[t].color[c];
-            const float *restrict sums = terms[t].sums[c];
-            if (color == 0) continue; /* an infinite sum does not show there */
-            for (size_t i = 0; i < count; i++) to[i] += color * sums[i];
+            begin(base, coverage, color, sums, 0, count, out[c]);
+        for (; t < term_count; t++) {
+            const float weight = terms[t].color[c];
+            const float *restrict more = terms[t].sums[c];
+            float *restrict to = out[c];
+            if (weight == 0) continue;
+            for (size_t i = 0; i < count; i++) to[i] += weight * more[i];
         }
     }
 }
