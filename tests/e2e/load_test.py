@@ -4,14 +4,17 @@
 
 import json
 import signal
+import subprocess
+import tempfile
 import threading
 import time
 import unittest
 
-from deploy.tools import find
+from deploy.tools import environment, find
 from e2e.daemon import Daemon
 from e2e.daemon_test import wait_until
 from e2e.overload_test import SCENE, Wrk, check
+from e2e.queue_test import encoded
 
 
 class LoadTest(unittest.TestCase):
@@ -61,6 +64,22 @@ class LoadTest(unittest.TestCase):
             self.assertEqual(answers.count(status),
                              sum(event["status"] == status for event in told), status)
 
+    def test_a_crowd_that_wants_the_same_costs_what_one_costs(self):
+        """h2load's clients, each of which sends several requests before it reads an answer."""
+        requests, clients = 2000, 100
+        with tempfile.NamedTemporaryFile("w") as scene, \
+                Daemon("--log-requests", "off", "--queue", "2", "--timeout", "60") as daemon:
+            scene.write(SCENE.replace("FOV", "45"))
+            scene.flush()
+            done = subprocess.run(
+                [find("h2load"), "--h1", "-n", str(requests), "-c", str(clients), "-m", "4",
+                 "-d", scene.name, "-H", "Content-Type: application/json",
+                 "http://{}:{}/v1/render".format(*daemon.address)], env=environment(),
+                capture_output=True, text=True, timeout=300, check=True)
+            self.assertIn(f"{requests} succeeded, 0 failed, 0 errored, 0 timeout", done.stdout)
+            self.assertIn(f"status codes: {requests} 2xx", done.stdout)
+            # Not those that found it kept, nor those that waited with another one.
+            self.assertLess(encoded(daemon), requests / 20)
 
 
 if __name__ == "__main__":
