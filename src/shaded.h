@@ -31,7 +31,7 @@ typedef struct shd_request shd_request;
 
 typedef struct shd_engine_options {
     const char *ocio_config; /* path; NULL: the embedded configuration */
-    const char *kernel;      /* "portable", "avx2", "avx512"; NULL or "auto": the widest there is */
+    const char *kernel;      /* "portable", "avx2", "avx512", "neon"; NULL or "auto": the widest */
     unsigned threads;        /* workers; 0: one a core */
     size_t queue;            /* jobs that may wait in shd_engine_submit */
     size_t reuse;            /* bytes of G-buffers and sums of light that are kept between

@@ -19,8 +19,14 @@ shd_isa shd_cpu_best(void) {
     return isa;
 }
 
+#if defined(__aarch64__)
+#define BASELINE "neon"
+#else
+#define BASELINE "portable"
+#endif
+
 const char *shd_isa_name(shd_isa isa) {
-    static const char *const names[SHD_ISA_COUNT] = {"portable", "avx2", "avx512"};
+    static const char *const names[SHD_ISA_COUNT] = {BASELINE, "avx2", "avx512"};
     return names[isa];
 }
 
@@ -28,7 +34,7 @@ bool shd_isa_find(const char *name, shd_isa *out) {
     shd_isa isa = SHD_PORTABLE;
     if (!strcmp(name, "auto"))
         isa = shd_cpu_best();
-    else
+    else if (strcmp(name, "portable"))
         while (isa < SHD_ISA_COUNT && strcmp(name, shd_isa_name(isa))) isa++;
     if (isa == SHD_ISA_COUNT || !shd_cpu_has(isa)) return false;
     *out = isa;

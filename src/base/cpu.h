@@ -10,7 +10,7 @@
 #include <stdbool.h>
 
 typedef enum shd_isa {
-    SHD_PORTABLE, /* what every machine of the build's kind has */
+    SHD_PORTABLE, /* what every machine of the build's kind has: SSE2 or NEON, of four floats */
     SHD_AVX2,     /* and FMA */
     SHD_AVX512,   /* F, DQ, BW and VL */
     SHD_ISA_COUNT
@@ -22,9 +22,11 @@ bool shd_cpu_has(shd_isa isa);
 /* The widest one that it has. */
 shd_isa shd_cpu_best(void);
 
-const char *shd_isa_name(shd_isa isa); /* "portable", "avx2", "avx512" */
+/* "portable", which on 64-bit ARM is "neon"; "avx2", "avx512". */
+const char *shd_isa_name(shd_isa isa);
 
-/* False: no variant has that name, or this machine cannot run it. "auto" is the widest one. */
+/* False: no variant has that name, or this machine cannot run it. "auto" is the widest one, and
+ * "portable" SHD_PORTABLE on every machine. */
 bool shd_isa_find(const char *name, shd_isa *out);
 
 #define SHD_JOIN_(name, isa) name##_##isa

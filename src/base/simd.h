@@ -25,6 +25,8 @@
 #endif
 #if defined(__SSE2__)
 #include <immintrin.h>
+#elif defined(__aarch64__)
+#include <arm_neon.h>
 #endif
 
 #define SHD_INLINE static inline __attribute__((always_inline))
@@ -252,12 +254,24 @@ SHD_INLINE shd_vf shd_vf_select(shd_mf m, shd_vf a, shd_vf b) {
 SHD_INLINE shd_vd shd_vd_select(shd_md m, shd_vd a, shd_vd b) {
     return (shd_vd)((m & (shd_vl)a) | (~m & (shd_vl)b));
 }
+
+/* GCC makes vectors of most of what is written lane by lane here and below, but not of all. */
+#if defined(__aarch64__)
+SHD_INLINE shd_vd shd_vd_widen(shd_vh a) {
+    return (shd_vd)vcvt_f64_f32((float32x2_t)a);
+}
+SHD_INLINE shd_vh shd_vh_narrow(shd_vd a) {
+    return (shd_vh)vcvt_f32_f64((float64x2_t)a);
+}
+#else
 SHD_INLINE shd_vd shd_vd_widen(shd_vh a) {
     return (shd_vd){a[0], a[1]};
 }
 SHD_INLINE shd_vh shd_vh_narrow(shd_vd a) {
     return (shd_vh){(float)a[0], (float)a[1]};
 }
+#endif
+
 SHD_INLINE shd_vh shd_vf_half(shd_vf a, int high) {
     return high ? (shd_vh){a[2], a[3]} : (shd_vh){a[0], a[1]};
 }
@@ -314,7 +328,30 @@ SHD_INLINE shd_vi shd_vi_round(shd_vf a) {
     return (shd_vi)_mm_cvtps_epi32((__m128)a);
 }
 
-#else /* neither x86: compilers make these vectors where the machine has them */
+#else /* not x86 */
+
+#if defined(__aarch64__)
+
+SHD_INLINE shd_vf shd_vf_fma(shd_vf a, shd_vf b, shd_vf c) {
+    return (shd_vf)vfmaq_f32((float32x4_t)c, (float32x4_t)a, (float32x4_t)b);
+}
+SHD_INLINE shd_vf shd_vf_sqrt(shd_vf a) {
+    return (shd_vf)vsqrtq_f32((float32x4_t)a);
+}
+SHD_INLINE shd_vd shd_vd_sqrt(shd_vd a) {
+    return (shd_vd)vsqrtq_f64((float64x2_t)a);
+}
+SHD_INLINE unsigned shd_mf_bits(shd_mf m) {
+    return vaddvq_u32((uint32x4_t)(m & (shd_vi){1, 2, 4, 8}));
+}
+SHD_INLINE unsigned shd_md_bits(shd_md m) {
+    return (unsigned)vaddvq_u64((uint64x2_t)(m & (shd_vl){1, 2}));
+}
+SHD_INLINE shd_vi shd_vi_round(shd_vf a) {
+    return (shd_vi)vcvtnq_s32_f32((float32x4_t)a);
+}
+
+#else
 
 SHD_INLINE shd_vf shd_vf_fma(shd_vf a, shd_vf b, shd_vf c) {
     for (int i = 0; i < SHD_W; i++) c[i] = __builtin_fmaf(a[i], b[i], c[i]);
@@ -328,24 +365,27 @@ SHD_INLINE shd_vd shd_vd_sqrt(shd_vd a) {
     for (int i = 0; i < SHD_W / 2; i++) a[i] = __builtin_sqrt(a[i]);
     return a;
 }
-SHD_INLINE shd_vf shd_vf_max(shd_vf a, shd_vf b) {
-    return shd_vf_select((shd_mf)(a > b), a, b);
-}
-SHD_INLINE shd_vd shd_vd_max(shd_vd a, shd_vd b) {
-    return shd_vd_select((shd_md)(a > b), a, b);
-}
 SHD_INLINE unsigned shd_mf_bits(shd_mf m) {
     return (unsigned)((m[0] & 1) | (m[1] & 2) | (m[2] & 4) | (m[3] & 8));
 }
 SHD_INLINE unsigned shd_md_bits(shd_md m) {
     return (unsigned)((m[0] & 1) | (m[1] & 2));
 }
-SHD_INLINE shd_vf shd_vf_from_vi(shd_vi a) {
-    return __builtin_convertvector(a, shd_vf);
-}
 SHD_INLINE shd_vi shd_vi_round(shd_vf a) {
     return (shd_vi){(int32_t)__builtin_rintf(a[0]), (int32_t)__builtin_rintf(a[1]),
                     (int32_t)__builtin_rintf(a[2]), (int32_t)__builtin_rintf(a[3])};
+}
+
+#endif
+
+SHD_INLINE shd_vf shd_vf_max(shd_vf a, shd_vf b) {
+    return shd_vf_select((shd_mf)(a > b), a, b);
+}
+SHD_INLINE shd_vd shd_vd_max(shd_vd a, shd_vd b) {
+    return shd_vd_select((shd_md)(a > b), a, b);
+}
+SHD_INLINE shd_vf shd_vf_from_vi(shd_vi a) {
+    return __builtin_convertvector(a, shd_vf);
 }
 
 #endif

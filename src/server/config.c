@@ -35,7 +35,7 @@ static const option_info options[] = {
      "where to answer /healthz, /readyz and /metrics; or off"},
     {"threads", WHOLE, true, FIELD(threads), 0, 1024, "N", "rendering threads; 0: one a core"},
     {"kernel", TEXT, true, FIELD(kernel), 0, 0, "NAME",
-     "portable, avx2 or avx512: instructions to render with; auto: the widest there are"},
+     "portable, avx2, avx512 or neon: instructions to render with; auto: the widest there are"},
     {"queue", WHOLE, true, FIELD(queue), 1, 1000000, "N",
      "requests that may wait for a thread; one more is answered 429"},
     {"ocio", TEXT, false, FIELD(ocio), 0, 0, "FILE",

@@ -12,7 +12,7 @@
 typedef struct shd_config {
     char listen[256], admin[256]; /* ADDR:PORT; admin may be "off" */
     char ocio[4096];              /* path; "": the embedded configuration */
-    char kernel[16];              /* auto, portable, avx2, avx512 */
+    char kernel[16];              /* auto, portable, avx2, avx512, neon */
     char cache_control[256];      /* of pictures */
     char tokens[4096];            /* path; "": everybody may ask */
     char preview_keys[4096];      /* path; "": previews need no signature */

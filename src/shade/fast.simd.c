@@ -278,11 +278,11 @@ SHD_INLINE void sum_lights(const shd_sums_job *job, size_t first_lobe, size_t lo
     }
 }
 
-/* Every form that is worth code of its own. The portable one, whose fma is emulated, is one body
- * with questions in it, as are those of sanitizer builds, which would take minutes to compile. */
+/* Every form that is worth code of its own. Where fma is emulated, one body asks about forms as it
+ * goes, as it does in sanitizer builds, which would take minutes to compile. */
 typedef void sum_function(const shd_sums_job *job, size_t first_lobe, size_t lobe_count);
 
-#if SHD_W > 4 && !defined(SHD_ONE_BODY)
+#if (SHD_W > 4 || defined(__aarch64__)) && !defined(SHD_ONE_BODY)
 #define FORM(draft, split, channels, lobes)                                                        \
     static void sum_##draft##split##channels##lobes(const shd_sums_job *job, size_t first_lobe,    \
                                                     size_t lobe_count) {                           \

@@ -79,7 +79,7 @@ static double share_of_tolerance(const drawn *full, const drawn *some, size_t *d
         const double a = (double)full->film.rgba[i], b = (double)some->film.rgba[i];
         worst = fmax(worst, fabs(a - b) / (plan->sampling_absolute + plan->sampling_relative * a +
                                            1e-6 * fabs(a)));
-        *different += a != b;
+        if (a != b) ++*different;
     }
     return worst;
 }

@@ -3,6 +3,7 @@
 #ifndef SHD_TEST_SHADE_SUPPORT_H
 #define SHD_TEST_SHADE_SUPPORT_H
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,7 +12,7 @@
 #include "shade/exact.h"
 #include "shade/lighting.h"
 
-/* 113 bits where the compiler has them (gcc), else 64. */
+/* 113 bits by gcc on x86-64, where `long double` has 64; there are others where it has 113. */
 #if __has_include(<quadmath.h>)
 #include <quadmath.h>
 typedef __float128 wide;
@@ -21,7 +22,7 @@ enum { WIDE_BITS = 113 };
 #define wide_log1p log1pq
 #else
 typedef long double wide;
-enum { WIDE_BITS = 64 };
+enum { WIDE_BITS = LDBL_MANT_DIG };
 #define wide_sqrt  sqrtl
 #define wide_exp   expl
 #define wide_log1p log1pl

@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-/* 113 bits where the compiler has them (gcc), else 64. */
+/* 113 bits by gcc on x86-64, where `long double` has 64; there are others where it has 113. */
 #if __has_include(<quadmath.h>)
 #include <quadmath.h>
 typedef __float128 wide;
