@@ -107,15 +107,25 @@ static double spread_in(const channel *c, shd_transfer curve, double most, doubl
     return shd_larger(dark, spread_in(c, curve, most, middle, high, shd_larger(dark, enough)));
 }
 
+/* The same of what is held at 1, but for pixels that it covers a part x of: there it errs by x
+ * times its error, which relative to u is largest at the least u. */
+static double spread_of_held(const channel *c, shd_transfer curve) {
+    const double least = shd_larger(c->floor, 1);
+    const double error = c->absolute / least + c->color + shd_curve_noise(curve) +
+                         shd_smaller(c->limited / least, c->ratio + c->distance);
+    return shd_curve_encode(curve, 1) - shd_curve_encode(curve, shd_larger(1 - error, 0));
+}
+
 /* The same for those u in [0,1] that there are. Below the floor there are only colors that cover a
  * part of their pixel, and their errors shrink with them faster than the curve rises: x times its
  * slope at x does not fall. */
-static double spread_of(const channel *c, shd_transfer curve, double enough) {
+static double spread_of(const channel *c, shd_transfer curve, bool mixed, double enough) {
     /* Either of the two may be the model's. */
     const double most = error_at(c, c->most);
     /* Lights that are left out may give what is not in `most`. */
     const double low = fmin(fmax(c->floor - most, 0), 1), high = fmin(c->most + most, 1);
-    return low < high ? spread_in(c, curve, most, low, high, enough) : 0;
+    const double held = mixed && c->most + most > 1 ? spread_of_held(c, curve) : 0;
+    return low < high ? shd_larger(held, spread_in(c, curve, most, low, high, enough)) : held;
 }
 
 double shd_bound_code(const shd_excess_list *list, const shd_shown *shown) {
@@ -127,7 +137,7 @@ double shd_bound_code(const shd_excess_list *list, const shd_shown *shown) {
             const channel c = channel_of(list, &list->excess[i], shown->matrix[r]);
             /* Up to here the bound in codes stays as it is. */
             const double enough = (floor(codes * worst) + 1) / codes * (1 - 1e-9);
-            worst = fmax(worst, spread_of(&c, shown->curve, enough));
+            worst = fmax(worst, spread_of(&c, shown->curve, list->mixed, enough));
         }
     if (!(worst * codes < 255)) return 255;
     return worst > 0 ? floor(codes * worst) + 1 : 0;

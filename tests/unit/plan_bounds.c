@@ -190,6 +190,18 @@ static void budgets_choose_what_is_cheapest(void **state) {
     }
 }
 
+/* What is brighter than any code is not, where it covers a part of a pixel. */
+static void pixels_that_bright_light_covers_a_part_of_count_in_codes(void **state) {
+    shd_request *request =
+        read_with(*state, "\"background\": [0, 0, 0], \"ambient\": 100, " LIGHTS
+                          ", \"accuracy\": {\"maxError\": 0.1, \"metric\": \"linear\"}");
+    shd_error error;
+    assert_int_equal(shd_request_plan_make(request, request->scene, &error), SHD_OK);
+    assert_true(request->plan->sampling_absolute > 0);
+    assert_true(request->plan->bound.code >= 1);
+    shd_request_drop(request);
+}
+
 static void budgets_that_nothing_meets_say_what_is_reached(void **state) {
     shd_request *request =
         read_with(*state, "\"accuracy\": {\"maxError\": 1e-9, \"metric\": \"linear\"}");
@@ -244,6 +256,7 @@ int main(void) {
         cmocka_unit_test(bounds_are_printed_rounded_up),
         cmocka_unit_test(outputs_are_known_by_their_curves),
         cmocka_unit_test(budgets_choose_what_is_cheapest),
+        cmocka_unit_test(pixels_that_bright_light_covers_a_part_of_count_in_codes),
         cmocka_unit_test(budgets_that_nothing_meets_say_what_is_reached),
         cmocka_unit_test(coarse_pictures_may_leave_out_samples),
     };
