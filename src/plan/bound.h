@@ -56,13 +56,28 @@ typedef struct shd_parts {
     double least[3], most[3];
 } shd_parts;
 
+/* Light of one color: of a material times some of its lights. */
+typedef struct shd_term {
+    double color[4]; /* components by their size, and their sum */
+    double part[3];  /* r, g, b / (r + g + b) */
+} shd_term;
+
+/* How much of a term there is at a piece, and how much it errs, as multiples of its color. */
+typedef struct shd_much {
+    double low, high;
+    double absolute, limited; /* errors, as in shd_excess */
+} shd_much;
+
 /* The error of a color, in channel c, where its value is v within [floor, most], is at most
  *     absolute[c] + limit(c, v) + color v
  *     limit(c, v) = min(limited[c], ratio (v - base[c]) + distance v)
  * for highlights err in proportion to themselves, and what lies below `base` is none. As all
  * lights of a color err in one direction of the colors, it is also at most
  *     (main_absolute + min(main_limited, ...)) main[c] + rest_absolute[c] + rest_limited[c] + color
- * v of which the first part is one vector in length and direction. */
+ * v of which the first part is one vector in length and direction. Where its terms are known, it is
+ * the sum of their errors and color v: each is one vector, and of where there is w of a term
+ *     absolute + min(limited, (ratio + distance) w)
+ * at most, without the ratio for the diffuse ones. */
 typedef struct shd_excess {
     double absolute[3], limited[3];
     double main[3]; /* its sum is 1, or 0 where there is nothing */
@@ -71,11 +86,15 @@ typedef struct shd_excess {
     double ratio, distance;
     double base[3], floor[3], most[3];
     shd_parts parts, gain; /* of its colors; of what they have above `floor` */
-    size_t material;       /* of the pieces, */
-    int dark, bright;      /* and steps of what they show least and most */
+    /* The constant term, and for each hue of its lights a diffuse one and those of each lobe; how
+     * much there is of each is in the list. NULL: too many, or those of different materials. */
+    const shd_term *terms;
+    size_t term_count, lobe_count;
+    size_t material;  /* of the pieces, */
+    int dark, bright; /* and steps of what they show least and most */
 } shd_excess;
 
-enum { SHD_EXCESSES = 24 };
+enum { SHD_EXCESSES = 24, SHD_MOST_TERMS = 12 };
 
 /* A pixel that mixes colors errs by their errors' mean, and lies above each one's share w of it.
  * Curves are flattest in the light, so that all shares but one hide in that one's; but where a
@@ -86,6 +105,7 @@ static const double SHD_MIXTURE = 1.4;
 typedef struct shd_excess_list {
     size_t count;
     shd_excess excess[SHD_EXCESSES];
+    shd_much much[SHD_EXCESSES][SHD_MOST_TERMS]; /* of excesses whose terms are known */
     bool nonnegative; /* no color or coefficient is below 0; else `ratio`, `main`, `base` and
                          `floor` mean nothing */
     bool grey;        /* channels are equal */
@@ -109,7 +129,7 @@ bool shd_excess_find(const struct shd_plan *plan, shd_tier tier, shd_arena *aren
 
 double shd_bound_linear(const shd_excess_list *list);
 double shd_bound_code(const shd_excess_list *list, const shd_shown *shown);
-/* What is no more than `enough` is told as any value up to that. */
+/* What is no more than `enough` may be told as that, and then what is more as any value that is. */
 double shd_bound_delta_e(const shd_excess_list *list, const shd_shown *shown, double enough);
 
 /* The worst of all outputs; `count` 0: only `linear` is known. */

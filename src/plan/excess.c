@@ -38,6 +38,7 @@ typedef struct finding {
     shd_influences *influences; /* or NULL */
     shd_hues hues;
     shd_terms terms;       /* of the object in question, */
+    const shd_term *kept;  /* a copy of them that stays, or NULL: they are many, */
     shd_much *much;        /* [terms]: of its piece */
     source *sources;       /* [light_count]: its lights */
     shd_lobe_error *lobes; /* [max_lobes]: of its material */
@@ -154,6 +155,23 @@ static void take_larger(double *to, const double *from, size_t count) {
     for (size_t i = 0; i < count; i++) to[i] = shd_larger(to[i], from[i]);
 }
 
+/* Keeps how much there is of each term with an excess of the list. */
+static void keep_terms(const finding *f, shd_excess *to, bool fresh) {
+    shd_much *kept = f->list->much[to - f->list->excess];
+    if (to->terms != f->kept) to->terms = NULL;
+    for (size_t i = 0; to->terms && i < to->term_count; i++) {
+        const shd_much *from = &f->much[i];
+        if (fresh) {
+            kept[i] = *from;
+            continue;
+        }
+        kept[i].low = shd_smaller(kept[i].low, from->low);
+        kept[i].high = shd_larger(kept[i].high, from->high);
+        kept[i].absolute = shd_larger(kept[i].absolute, from->absolute);
+        kept[i].limited = shd_larger(kept[i].limited, from->limited);
+    }
+}
+
 /* The larger of both, in everything; their main directions are the same. */
 static void merge(shd_excess *to, const shd_excess *from) {
     take_larger(to->absolute, from->absolute, 3);
@@ -199,8 +217,9 @@ static shd_excess *slot_of(const finding *f, const shd_excess *sum, bool *fresh)
     return *fresh ? &list->excess[list->count++] : nearest;
 }
 
-/* Everything about an object but its pieces. Materials and terms are those of its group. */
-static void find_object(finding *f, size_t index, bool same_group, bool few) {
+/* Everything about an object but its pieces. Materials and terms are those of its group. False:
+ * memory. */
+static bool find_object(finding *f, size_t index, bool same_group, bool few, shd_arena *arena) {
     const shd_plan *plan = f->plan;
     const shd_plan_object *object = &plan->objects[index];
     const shd_plan_material *material = &plan->materials[object->material];
@@ -209,6 +228,13 @@ static void find_object(finding *f, size_t index, bool same_group, bool few) {
     if (!same_group) {
         shd_terms_set(plan, &f->hues, &plan->groups[object->group], &f->terms);
         f->ratio = 0;
+        f->kept = NULL;
+        if (f->terms.count <= SHD_MOST_TERMS && f->list->count < SHD_EXCESSES) {
+            shd_term *kept = shd_arena_alloc(arena, f->terms.count, sizeof *kept);
+            if (!kept) return false;
+            memcpy(kept, f->terms.list, f->terms.count * sizeof *kept);
+            f->kept = kept;
+        }
     }
     for (size_t k = 0; k < material->lobe_count && !same_group; k++) {
         shd_lobe_error *e = &f->lobes[k];
@@ -220,6 +246,7 @@ static void find_object(finding *f, size_t index, bool same_group, bool few) {
     place.known = place.known && few;
     for (size_t k = 0; k < object->light_count; k++)
         f->sources[k] = source_of(f, object, object->lights[k], &place);
+    return true;
 }
 
 /* The sums of the terms: colors and their errors. */
@@ -278,7 +305,12 @@ static void add_piece(finding *f, const shd_plan_object *object, const shd_piece
         if (influences)
             influences[object->lights[i]] = shd_larger(influences[object->lights[i]], most);
     }
-    shd_excess sum = {.ratio = f->ratio, .distance = f->distance, .material = object->material};
+    shd_excess sum = {.ratio = f->ratio,
+                      .distance = f->distance,
+                      .terms = f->kept,
+                      .term_count = f->terms.count,
+                      .lobe_count = material->lobe_count,
+                      .material = object->material};
     sum_terms(f, material, &sum);
     if (!shd_terms_mix(&f->terms, f->much, sum.floor, &sum.parts, &sum.gain))
         sum.parts = sum.gain = f->terms.parts;
@@ -301,6 +333,7 @@ static void add_piece(finding *f, const shd_plan_object *object, const shd_piece
         *to = sum;
     else
         merge(to, &sum);
+    keep_terms(f, to, fresh);
 }
 
 /* How finely objects are looked at. Of the pieces of a solid about half may be seen. */
@@ -340,8 +373,8 @@ static bool add_objects(finding *f, shd_arena *arena) {
     for (size_t i = 0; i < scene->object_count; i++) {
         const shd_plan_object *object = &plan->objects[i];
         pairs += object->light_count;
-        find_object(f, i, i > 0 && object->group == plan->objects[i - 1].group,
-                    pairs <= MOST_PAIRS);
+        const bool same_group = i > 0 && object->group == plan->objects[i - 1].group;
+        if (!find_object(f, i, same_group, pairs <= MOST_PAIRS, arena)) return false;
         add_parts(&all, &f->terms.parts);
         negative |= f->terms.negative;
         const size_t count = shd_plan_pieces(scene, i, object, f->fineness, f->pieces);

@@ -14,8 +14,9 @@
 #include "plan/bound.h"
 #include "plan/parts.h"
 
-/* Colors are taken by their Y in steps of this factor at most, and from this Y on. */
-static const double STEP = 1.35, DARKEST = 1e-4;
+/* Colors are taken by their Y in steps of this factor at most, and from this Y on. Coarse steps are
+ * for pixels that mix samples, where what is left out counts most, and for searches. */
+static const double STEP = 1.2, COARSE_STEP = 1.35, DARKEST = 1e-4;
 
 typedef struct range {
     double low, high;
@@ -27,8 +28,10 @@ typedef struct screen {
     double error; /* of any color, and what it makes of Y */
     double error_y;
     double rgb[3][3], to_xyz[3][3], xyz[3][3]; /* of the working space, of rgb, of both */
-    double white[3];                           /* X, Y, Z of all channels of the working space */
-    double noise;                              /* relative: of f32 on the way to a channel */
+    double columns[3][3], channels[3][3]; /* X, Y, Z of channels: the working space's, its own; */
+    double white[3];                      /* and of all of the working space's together */
+    double step, limit; /* of Y, from one to the next; a bound beyond this may be any such one */
+    double noise;       /* relative: of f32 on the way to a channel */
     bool same;          /* rgb is the working space: equal channels stay so to the bit */
     range of_y_held[3]; /* X / Y, 1, Z / Y of all colors that it has */
 } screen;
@@ -37,8 +40,9 @@ typedef struct screen {
 typedef struct colors {
     const screen *screen;
     const shd_excess *excess;
-    bool coherent;              /* no channel is held at 0: errors keep their directions */
-    double held;                /* from this Y on a channel may be held at 1 */
+    bool coherent; /* no channel is held at 0: errors keep their directions */
+    double held;   /* from this Y on a channel may be held at 1 */
+    range y;
     range channel[3], value[3]; /* of each color: held in [0, 1], and X, Y, Z of those */
     range of_y[3];              /* X / Y, 1, Z / Y of colors that are not held; the same of */
     range gain_of_y[3];         /* what they have above the floor; X, Y, Z of that, */
@@ -47,6 +51,7 @@ typedef struct colors {
     double channel_of_y[3];     /* largest channel / Y, */
     /* r / Y, .. and (r + g + b) / Y in the working space, of all and of what is above the floor */
     double part_of_y[3], sum_of_y, gain_part_of_y[3], gain_sum_of_y;
+    double terms[SHD_MOST_TERMS][3], terms_floor; /* X, Y, Z of each; the least Y of all together */
 } colors;
 
 static void widen(range *r, double value) {
@@ -145,8 +150,29 @@ static range ratio_at(const colors *s, int r, double y) {
                    (s->floor[r] + s->gain_of_y[r].high * above) * of_y};
 }
 
-static screen screen_of(const shd_excess_list *list, const shd_shown *shown) {
+static const shd_much *much_of(const colors *s) {
+    const shd_excess_list *list = s->screen->list;
+    return list->much[s->excess - list->excess];
+}
+
+static void look_at_terms(const shd_excess *e, colors *s) {
+    const shd_much *much = much_of(s);
+    s->terms_floor = 0;
+    for (size_t t = 0; e->terms && t < e->term_count; t++) {
+        for (int r = 0; r < 3; r++) {
+            s->terms[t][r] = 0;
+            for (int c = 0; c < 3; c++)
+                s->terms[t][r] += s->screen->xyz[r][c] * e->terms[t].color[c];
+        }
+        s->terms_floor += much[t].low * s->terms[t][1];
+    }
+}
+
+/* `limit` 0: there is none. */
+static screen screen_of(const shd_excess_list *list, const shd_shown *shown, double limit) {
     screen s = {.list = list,
+                .step = list->mixed || limit > 0 ? COARSE_STEP : STEP,
+                .limit = limit > 0 ? limit : INFINITY,
                 .error = shd_bound_linear(list),
                 .noise = shd_curve_noise(shown->screen_curve),
                 .same = true};
@@ -158,11 +184,25 @@ static screen screen_of(const shd_excess_list *list, const shd_shown *shown) {
             s.same &= r == c ? s.rgb[r][c] == s.rgb[0][0] : s.rgb[r][c] == 0;
             for (int k = 0; k < 3; k++) s.xyz[r][c] += s.to_xyz[r][k] * s.rgb[k][c];
             s.white[r] += s.xyz[r][c];
+            s.columns[c][r] = s.xyz[r][c];
+            s.channels[c][r] = s.to_xyz[r][c];
             widen(&s.of_y_held[r], s.to_xyz[r][c] / s.to_xyz[1][c]);
         }
     }
     for (int c = 0; c < 3; c++) s.error_y += fabs(s.xyz[1][c]) * s.error;
     return s;
+}
+
+/* The Y of the colors. */
+static range lightness_of(const colors *s) {
+    const shd_excess_list *list = s->screen->list;
+    double low = 0;
+    for (int c = 0; c < 3; c++)
+        low += s->screen->xyz[1][c] * (s->excess->floor[c] - s->screen->error);
+    /* What is held at 0 adds to Y. Darker ones cover a part of their pixel: see SHD_MIXTURE. */
+    low = list->nonnegative ? shd_larger(s->value[1].low, shd_smaller(shd_smaller(low, 1), s->held))
+                            : 0;
+    return (range){low > DARKEST ? low : 0, s->value[1].high};
 }
 
 static void find_colors(const screen *on, const shd_excess *e, colors *s) {
@@ -193,6 +233,7 @@ static void find_colors(const screen *on, const shd_excess *e, colors *s) {
     if (held && !list->grey) s->held = 0;
     look_at_parts(&e->parts, s);
     look_at_gain(e, s);
+    look_at_terms(e, s);
     if (s->held < INFINITY) {
         s->held = INFINITY;
         for (int k = 0; k < 3; k++) {
@@ -203,6 +244,7 @@ static void find_colors(const screen *on, const shd_excess *e, colors *s) {
             s->held = shd_smaller(s->held, y);
         }
     }
+    s->y = lightness_of(s);
 }
 
 /* t^(-1/3) of a normal number, to 1e-9: Newton's steps from an estimate by the exponent. */
@@ -264,22 +306,21 @@ typedef struct difference {
     double l, a, b;
 } difference;
 
-static double largest_product(range slope, double x, range other, double y) {
-    return shd_larger(fabs(slope.low * x - other.high * y), fabs(slope.high * x - other.low * y));
+/* |p - q| at most, where p is x times a slope of its range and q likewise. */
+static double largest_apart(range slope, double x, range other, double y) {
+    if (x < 0 || y < 0)
+        return x <= 0 && y <= 0 ? largest_apart(slope, -x, other, -y)
+                                : slope.high * fabs(x) + other.high * fabs(y);
+    return shd_larger(slope.high * x - other.low * y, other.high * y - slope.low * x);
 }
 
 /* Adds what `much` of a move of X, Y and Z makes: linear in the slopes, whose ends have the
  * extremes. */
-static void add_move(difference *d, const range slope[3], double much, double x, double y,
-                     double z) {
+static void add_move(difference *d, const range slope[3], double much, const double xyz[3]) {
     if (!(much > 0)) return;
-    d->l += much * 116 * slope[1].high * fabs(y);
-    const double a = x * y > 0 ? largest_product(slope[0], x, slope[1], y)
-                               : slope[0].high * fabs(x) + slope[1].high * fabs(y);
-    const double b = y * z > 0 ? largest_product(slope[1], y, slope[2], z)
-                               : slope[1].high * fabs(y) + slope[2].high * fabs(z);
-    d->a += much * 500 * a;
-    d->b += much * 200 * b;
+    d->l += much * slope[1].high * fabs(xyz[1]) * 116;
+    d->a += much * largest_apart(slope[0], xyz[0], slope[1], xyz[1]) * 500;
+    d->b += much * largest_apart(slope[1], xyz[1], slope[2], xyz[2]) * 200;
 }
 
 /* How a* is stretched at most: less where there is much chroma. */
@@ -299,7 +340,8 @@ static double stretch_of(const range of_y[3], range y, double moved) {
 
 /* Errors of the colors of a step: along the main direction, and of single channels. */
 typedef struct moves {
-    double main, rest[3]; /* of the working space */
+    double main, rest[3]; /* of lights and highlights */
+    double own[3];        /* of each channel of the working space by itself */
     double grey;          /* of all of its channels alike */
     double channel[3];    /* of the screen's */
 } moves;
@@ -318,7 +360,7 @@ static moves free_moves(const colors *s, double y) {
     m.main += limit;
     for (int c = 0; c < 3; c++) {
         m.rest[c] = e->rest_absolute[c] + shd_smaller(e->rest_limited[c], limit);
-        if (!list->grey) m.rest[c] += list->more + list->color * value_at(s, c, y);
+        if (!list->grey) m.own[c] = list->more + list->color * value_at(s, c, y);
         if (!list->grey || !on->same)
             m.channel[c] = on->noise * shd_smaller(s->channel[c].high, y * s->channel_of_y[c]);
         for (int k = 0; k < 3 && !on->same; k++)
@@ -406,9 +448,32 @@ static double held_bound(const colors *s, range y, int at_1, double enough) {
     }
     find_slopes(of_y, y, move, slope);
     difference d = {.l = 0};
-    for (int r = 0; r < 3; r++)
-        add_move(&d, slope, alone[r], on->to_xyz[0][r], on->to_xyz[1][r], on->to_xyz[2][r]);
+    for (int r = 0; r < 3; r++) add_move(&d, slope, alone[r], on->channels[r]);
     return length_of(&d, of_y, y, move[1], enough);
+}
+
+/* Adds what the errors of lights and highlights make, along their main direction and beside it. */
+static void add_lights(difference *d, const colors *s, const moves *m, const range slope[3]) {
+    add_move(d, slope, m->main, s->main);
+    for (int c = 0; c < 3; c++) add_move(d, slope, m->rest[c], s->screen->columns[c]);
+}
+
+/* The same term by term, of colors whose Y is at most `y`. */
+static void add_terms(difference *d, const colors *s, const range slope[3], double y) {
+    const shd_excess *e = s->excess;
+    const shd_much *much = much_of(s);
+    size_t lobe = 0;
+    for (size_t t = 1; t < e->term_count; t++) {
+        const double *xyz = s->terms[t];
+        /* The other ones are at their least where there is most of it. */
+        double most = y;
+        if (!s->screen->list->mixed)
+            most = much[t].low * xyz[1] + shd_larger(y - s->terms_floor, 0);
+        most = xyz[1] > 0 ? shd_smaller(most / xyz[1], much[t].high) : much[t].high;
+        const double rate = e->distance + (lobe > 0 ? e->ratio : 0);
+        add_move(d, slope, much[t].absolute + shd_smaller(much[t].limited, rate * most), xyz);
+        lobe = lobe < e->lobe_count ? lobe + 1 : 0;
+    }
 }
 
 /* The same of colors of which no channel is held. */
@@ -421,7 +486,8 @@ static double free_bound(const colors *s, range y, double enough) {
     for (int r = 0; r < 3; r++) {
         move[r] = 0;
         for (int c = 0; c < 3; c++) {
-            move[r] += fabs(on->xyz[r][c]) * (m.main * s->excess->main[c] + m.rest[c] + m.grey);
+            move[r] +=
+                fabs(on->xyz[r][c]) * (m.main * s->excess->main[c] + m.rest[c] + m.own[c] + m.grey);
             move[r] += on->to_xyz[r][c] * m.channel[c];
         }
         of_y[r] = s->of_y[r];
@@ -439,12 +505,19 @@ static double free_bound(const colors *s, range y, double enough) {
     }
     find_slopes(of_y, y, move, slope);
     difference d = {.l = 0};
-    add_move(&d, slope, m.grey, on->white[0], on->white[1], on->white[2]);
-    add_move(&d, slope, m.main, s->main[0], s->main[1], s->main[2]);
+    add_move(&d, slope, m.grey, on->white);
     for (int c = 0; c < 3; c++) {
-        add_move(&d, slope, m.rest[c], on->xyz[0][c], on->xyz[1][c], on->xyz[2][c]);
-        add_move(&d, slope, m.channel[c], on->to_xyz[0][c], on->to_xyz[1][c], on->to_xyz[2][c]);
+        add_move(&d, slope, m.own[c], on->columns[c]);
+        add_move(&d, slope, m.channel[c], on->channels[c]);
     }
+    difference lights = d;
+    add_lights(&lights, s, &m, slope);
+    const double length = length_of(&lights, of_y, y, move[1], enough);
+    if (length <= enough || !s->excess->terms) return length;
+    add_terms(&d, s, slope, y.high + on->error_y);
+    d.l = shd_smaller(d.l, lights.l);
+    d.a = shd_smaller(d.a, lights.a);
+    d.b = shd_smaller(d.b, lights.b);
     return length_of(&d, of_y, y, move[1], enough);
 }
 
@@ -457,56 +530,50 @@ static double step_bound(const colors *s, range y, double enough) {
     return worst;
 }
 
-/* The Y of an excess' colors. */
-static range lightness_of(const colors *s) {
-    const shd_excess_list *list = s->screen->list;
-    double low = 0;
-    for (int c = 0; c < 3; c++)
-        low += s->screen->xyz[1][c] * (s->excess->floor[c] - s->screen->error);
-    /* What is held at 0 adds to Y. Darker ones cover a part of their pixel: see SHD_MIXTURE. */
-    low = list->nonnegative ? shd_larger(s->value[1].low, shd_smaller(shd_smaller(low, 1), s->held))
-                            : 0;
-    return (range){low > DARKEST ? low : 0, s->value[1].high};
-}
-
-/* Where a range of Y is parted into two; 0: it is small enough. */
-static double middle_of(const colors *s, range y) {
+/* The same of a range whose bound is known, in steps; or `enough` where it is less. Ranges are
+ * parted only where they exceed that, and the worst part goes first. */
+static double range_bound(const colors *s, range y, double bound, double enough) {
+    enum { MOST_PARTS = 8 };
+    range part[MOST_PARTS];
+    double parts[MOST_PARTS];
     const double low = shd_larger(y.low, DARKEST);
-    if (y.high <= STEP * low) return 0;
-    return y.low < s->held && s->held < y.high ? s->held : sqrt(low * y.high);
-}
-
-/* The same in steps, or `enough` where it is less. Ranges are parted only where they exceed that.
- */
-static double range_bound(const colors *s, range y, double enough) {
-    const double bound = step_bound(s, y, enough);
-    if (bound <= enough) return enough;
-    const double middle = middle_of(s, y);
-    if (middle == 0) return bound;
-    const double dark = range_bound(s, (range){y.low, middle}, enough);
-    return shd_smaller(range_bound(s, (range){middle, y.high}, dark), bound);
+    if (bound <= enough || y.high <= s->screen->step * low) return shd_larger(bound, enough);
+    const int count = (int)shd_smaller(2 + 1.5 * log2(y.high / low), MOST_PARTS);
+    const double factor = pow(y.high / low, 1.0 / count);
+    for (int i = 0; i < count; i++) {
+        part[i].low = i ? part[i - 1].high : y.low;
+        part[i].high = i < count - 1 ? shd_larger(part[i].low, DARKEST) * factor : y.high;
+        parts[i] = step_bound(s, part[i], enough);
+    }
+    for (int k = 0; k < count && enough <= s->screen->limit; k++) {
+        int worst = 0;
+        for (int i = 1; i < count; i++)
+            if (!(parts[i] <= parts[worst])) worst = i;
+        enough = range_bound(s, part[worst], parts[worst], enough);
+        parts[worst] = 0;
+    }
+    return shd_smaller(enough, bound);
 }
 
 double shd_bound_delta_e(const shd_excess_list *list, const shd_shown *shown, double enough) {
     if (!shown->seen) return INFINITY;
-    const screen on = screen_of(list, shown);
+    const double mixture = list->mixed ? SHD_MIXTURE : 1;
+    const screen on = screen_of(list, shown, enough / mixture);
     if (!isfinite(on.error)) return INFINITY;
+    double worst = enough / mixture, bound[SHD_EXCESSES];
     colors all[SHD_EXCESSES];
-    range y[SHD_EXCESSES];
-    size_t darkest = 0;
     for (size_t i = 0; i < list->count; i++) {
         find_colors(&on, &list->excess[i], &all[i]);
-        y[i] = lightness_of(&all[i]);
-        if (y[i].low < y[darkest].low) darkest = i;
+        bound[i] = step_bound(&all[i], all[i].y, worst);
+        if (!(bound[i] >= 0)) return INFINITY; /* not a number */
     }
-    const double mixture = list->mixed ? SHD_MIXTURE : 1;
-    double worst = enough / mixture;
-    /* The likely one first: where it is not exceeded, the other ones are done at once. */
-    for (size_t k = 0; k < list->count; k++) {
-        const size_t i = k == 0 ? darkest : k <= darkest ? k - 1 : k;
-        worst = range_bound(&all[i], y[i], worst);
+    for (size_t k = 0; k < list->count && worst <= on.limit; k++) {
+        size_t most = 0;
+        for (size_t i = 1; i < list->count; i++)
+            if (bound[i] > bound[most]) most = i;
+        worst = range_bound(&all[most], all[most].y, bound[most], worst);
         if (!(worst < 1e3)) return INFINITY;
-        if (enough > 0 && worst > enough / mixture) break;
+        bound[most] = 0;
     }
-    return worst * mixture;
+    return enough > 0 && worst <= on.limit ? enough : worst * mixture;
 }

@@ -17,16 +17,11 @@ typedef struct shd_hues {
 /* False: memory. */
 bool shd_hues_find(const shd_plan *plan, shd_arena *arena, shd_hues *out);
 
-typedef struct shd_term {
-    double color[4]; /* components by their size, and their sum */
-    double part[3];  /* r, g, b / (r + g + b) */
-} shd_term;
-
 /* Beyond this many the mixtures of terms are not looked at. */
 enum { SHD_MOST_MIXED = 40 };
 
-/* Term 0 is the constant one. A light's terms are `first[hue]` for its diffuse light and those
- * behind it for the highlights of each lobe. */
+/* A light's terms are `first[hue]` for its diffuse light and those behind it for the highlights of
+ * each lobe. */
 typedef struct shd_terms {
     size_t count;
     shd_term *list;  /* [1 + hues (1 + max_lobes)] */
@@ -43,12 +38,6 @@ bool shd_terms_new(const shd_plan *plan, const shd_hues *hues, shd_arena *arena,
 
 void shd_terms_set(const shd_plan *plan, const shd_hues *hues, const shd_plan_group *group,
                    shd_terms *to);
-
-/* How much of a term there is at a piece, and how much it errs, as multiples of its color. */
-typedef struct shd_much {
-    double low, high;
-    double absolute, limited; /* errors, as in shd_excess */
-} shd_much;
 
 /* The parts that sums of terms may have, if each is within its [low, high]: of all, and of what
  * they have above the sum of `low`, which is given. False: there are too many, or none. */

@@ -202,6 +202,19 @@ static void pixels_that_bright_light_covers_a_part_of_count_in_codes(void **stat
     shd_request_drop(request);
 }
 
+/* Whatever their last digits are. */
+static void budgets_that_are_easily_met_take_the_fastest_tier(void **state) {
+    for (int i = 10; i < 300; i++) {
+        char members[512];
+        snprintf(members, sizeof members, LIGHTS ", \"accuracy\": {\"maxError\": %.17g}", i * 0.01);
+        shd_request *request = read_with(*state, members);
+        shd_error error;
+        assert_int_equal(shd_request_plan_make(request, request->scene, &error), SHD_OK);
+        if (request->plan->tier != SHD_DRAFT) fail_msg("%s: %s", members, request->plan->summary);
+        shd_request_drop(request);
+    }
+}
+
 static void budgets_that_nothing_meets_say_what_is_reached(void **state) {
     shd_request *request =
         read_with(*state, "\"accuracy\": {\"maxError\": 1e-9, \"metric\": \"linear\"}");
@@ -257,6 +270,7 @@ int main(void) {
         cmocka_unit_test(outputs_are_known_by_their_curves),
         cmocka_unit_test(budgets_choose_what_is_cheapest),
         cmocka_unit_test(pixels_that_bright_light_covers_a_part_of_count_in_codes),
+        cmocka_unit_test(budgets_that_are_easily_met_take_the_fastest_tier),
         cmocka_unit_test(budgets_that_nothing_meets_say_what_is_reached),
         cmocka_unit_test(coarse_pictures_may_leave_out_samples),
     };
