@@ -261,32 +261,37 @@ static double inverse_root(double t) {
 
 static const double LAB_STRAIGHT = 216.0 / 24389, LAB_SLOPE = 24389.0 / 27 / 116;
 
-static double lab_curve(double t) {
-    if (!(t > LAB_STRAIGHT)) return LAB_SLOPE * t + 16.0 / 116;
-    const double root = inverse_root(t);
-    return t * root * root;
+/* f and its slope. */
+static double lab_curve(double t, double *slope) {
+    if (!(t > LAB_STRAIGHT)) {
+        *slope = LAB_SLOPE;
+        return LAB_SLOPE * t + 16.0 / 116;
+    }
+    const double root = inverse_root(t), squared = root * root;
+    *slope = squared / 3;
+    return t * squared;
 }
 
-static double lab_slope(double t) {
-    if (!(t > LAB_STRAIGHT)) return LAB_SLOPE;
-    const double root = inverse_root(t);
-    return root * root / 3;
-}
+/* f of the X, Y and Z of some colors, and its slopes between colors that are a move apart. */
+typedef struct curves {
+    range value[3], slope[3];
+} curves;
 
-/* Slopes that f has between colors of a range that are `error` apart at most. */
-static range slopes_of(range at, double error) {
-    return (range){lab_slope(at.high + error), lab_slope(at.low - error)};
-}
-
-/* The same of X, Y and Z together, where Y is in a range and the ratios to Y are in theirs. Above
- * the curve's straight part all three fall with the same power of Y, so that differences of their
- * products with any moves are largest at the lowest Y. */
-static void find_slopes(const range of_y[3], range y, const double move[3], range slope[3]) {
+/* Of colors whose Y is in a range and whose ratios to Y are in theirs. Above the curve's straight
+ * part all three slopes fall with the same power of Y, so that differences of their products with
+ * any moves are largest at the lowest Y. */
+static curves find_curves(const range of_y[3], range y, const double move[3]) {
+    curves f;
     bool curved = true;
     for (int r = 0; r < 3; r++) curved &= y.low * of_y[r].low - move[r] > LAB_STRAIGHT;
     const double high = curved ? y.low : y.high;
-    for (int r = 0; r < 3; r++)
-        slope[r] = slopes_of((range){y.low * of_y[r].low, high * of_y[r].high}, move[r]);
+    /* Not less than the cube root of the highest Y over the lowest. */
+    const double rise = curved ? 1 + (y.high / y.low - 1) / 3 : 1;
+    for (int r = 0; r < 3; r++) {
+        f.value[r].low = lab_curve(y.low * of_y[r].low - move[r], &f.slope[r].high);
+        f.value[r].high = lab_curve(high * of_y[r].high + move[r], &f.slope[r].low) * rise;
+    }
+    return f;
 }
 
 static double lightness_weight(double l) {
@@ -294,9 +299,9 @@ static double lightness_weight(double l) {
     return 1 + 0.015 * off / sqrt(20 + off);
 }
 
-/* The least SL of colors whose Y is in the range. */
-static double least_lightness_weight(range y) {
-    double low = 116 * lab_curve(shd_larger(y.low, 0)) - 16, high = 116 * lab_curve(y.high) - 16;
+/* The least SL of colors the f of whose Y is in the range. */
+static double least_lightness_weight(range f) {
+    const double low = 116 * f.low - 16, high = 116 * f.high - 16;
     if (low <= 50 && high >= 50) return 1;
     return lightness_weight(low > 50 ? low : high);
 }
@@ -324,14 +329,9 @@ static void add_move(difference *d, const range slope[3], double much, const dou
 }
 
 /* How a* is stretched at most: less where there is much chroma. */
-static double stretch_of(const range of_y[3], range y, double moved) {
-    double least[3], most[3];
-    for (int r = 0; r < 3; r++) {
-        least[r] = lab_curve(y.low * of_y[r].low);
-        most[r] = lab_curve(y.high * of_y[r].high);
-    }
-    const double a = 500 * shd_larger(shd_larger(least[0] - most[1], least[1] - most[0]), 0),
-                 b = 200 * shd_larger(shd_larger(least[1] - most[2], least[2] - most[1]), 0);
+static double stretch_of(const range f[3], double moved) {
+    const double a = 500 * shd_larger(shd_larger(f[0].low - f[1].high, f[1].low - f[0].high), 0),
+                 b = 200 * shd_larger(shd_larger(f[1].low - f[2].high, f[2].low - f[1].high), 0);
     const double chroma = shd_larger(sqrt(a * a + b * b) - moved, 0);
     if (!(chroma > 1)) return 1.5;
     const double third = chroma * chroma * chroma, seventh = third * third * chroma;
@@ -395,15 +395,14 @@ static double channel_move(const colors *s, int r, double light, double y) {
     return move;
 }
 
-/* The length of a difference between colors like these, which moved so; or that of a simpler
+/* The length of a difference between colors like these; or that of a simpler
  * estimate, if this is no more than `enough`. */
-static double length_of(const difference *d, const range of_y[3], range y, double moved,
-                        double enough) {
+static double length_of(const difference *d, const range f[3], double enough) {
     const double l = d->l, b = d->b;
     double a = 1.5 * d->a, length = sqrt(l * l + a * a + b * b);
     if (length <= enough) return length;
-    const double weight = least_lightness_weight((range){y.low - moved, y.high + moved});
-    a = stretch_of(of_y, y, sqrt(a * a + b * b)) * d->a;
+    const double weight = least_lightness_weight(f[1]);
+    a = stretch_of(f, sqrt(a * a + b * b)) * d->a;
     return sqrt(l * l / (weight * weight) + a * a + b * b);
 }
 
@@ -435,7 +434,7 @@ static double held_bound(const colors *s, range y, int at_1, double enough) {
                                 at_1 ? (double)INFINITY : y.high + on->error_y);
         for (int k = 0; k < 3; k++) move[k] += on->to_xyz[k][r] * alone[r];
     }
-    range of_y[3], slope[3];
+    range of_y[3];
     const double of_high = 1 / y.high, of_low = 1 / shd_larger(y.low, 1e-9);
     for (int k = 0; k < 3; k++) {
         range value = {0, 0};
@@ -446,10 +445,10 @@ static double held_bound(const colors *s, range y, int at_1, double enough) {
         of_y[k] = (range){shd_larger(on->of_y_held[k].low, value.low * of_high),
                           shd_smaller(on->of_y_held[k].high, value.high * of_low)};
     }
-    find_slopes(of_y, y, move, slope);
+    const curves f = find_curves(of_y, y, move);
     difference d = {.l = 0};
-    for (int r = 0; r < 3; r++) add_move(&d, slope, alone[r], on->channels[r]);
-    return length_of(&d, of_y, y, move[1], enough);
+    for (int r = 0; r < 3; r++) add_move(&d, f.slope, alone[r], on->channels[r]);
+    return length_of(&d, f.value, enough);
 }
 
 /* Adds what the errors of lights and highlights make, along their main direction and beside it. */
@@ -480,7 +479,7 @@ static void add_terms(difference *d, const colors *s, const range slope[3], doub
 static double free_bound(const colors *s, range y, double enough) {
     const screen *on = s->screen;
     const moves m = free_moves(s, y.high + on->error_y);
-    range of_y[3], slope[3];
+    range of_y[3];
     double move[3];
     const double of_high = 1 / y.high, of_low = 1 / shd_larger(y.low, 1e-9);
     for (int r = 0; r < 3; r++) {
@@ -503,22 +502,22 @@ static double free_bound(const colors *s, range y, double enough) {
             of_y[r] =
                 (range){shd_larger(of_y[r].low, value.low), shd_smaller(of_y[r].high, value.high)};
     }
-    find_slopes(of_y, y, move, slope);
+    const curves f = find_curves(of_y, y, move);
     difference d = {.l = 0};
-    add_move(&d, slope, m.grey, on->white);
+    add_move(&d, f.slope, m.grey, on->white);
     for (int c = 0; c < 3; c++) {
-        add_move(&d, slope, m.own[c], on->columns[c]);
-        add_move(&d, slope, m.channel[c], on->channels[c]);
+        add_move(&d, f.slope, m.own[c], on->columns[c]);
+        add_move(&d, f.slope, m.channel[c], on->channels[c]);
     }
     difference lights = d;
-    add_lights(&lights, s, &m, slope);
-    const double length = length_of(&lights, of_y, y, move[1], enough);
+    add_lights(&lights, s, &m, f.slope);
+    const double length = length_of(&lights, f.value, enough);
     if (length <= enough || !s->excess->terms) return length;
-    add_terms(&d, s, slope, y.high + on->error_y);
+    add_terms(&d, s, f.slope, y.high + on->error_y);
     d.l = shd_smaller(d.l, lights.l);
     d.a = shd_smaller(d.a, lights.a);
     d.b = shd_smaller(d.b, lights.b);
-    return length_of(&d, of_y, y, move[1], enough);
+    return length_of(&d, f.value, enough);
 }
 
 /* The largest difference of colors whose Y is in the range. What is no more than `enough` may be
