@@ -55,7 +55,7 @@ shd_lobe_error shd_lobe_error_of(shd_tier tier, double shininess, size_t lights)
         if (cut < shininess) e.faint = exp(shininess * log1p(-cut / shininess));
     }
     if (shininess < 1) { /* f64 does these, of positions of twice f32's digits */
-        e.slope = 2;
+        e.slope = fmax(2, shininess * pow(SHD_CLIFF, shininess - 1));
         e.turned_ratio = INFINITY;
         return e;
     }

@@ -9,7 +9,8 @@
  * where `moved` is what rounding of positions moves the direction to the light by; faint and lobe
  * depend on how bright the highlight may be there. On edges the model jumps (N.L = 0 under a
  * highlight, the rim of a cone without penumbra), and a point within rounding of one may fall on
- * its other side. No bound counts these: they are single samples.
+ * its other side. No bound counts these: they are single samples. A shininess below 1 makes a cliff
+ * of R.V = 0, where (R.V)^ns has no slope that ends: there samples below SHD_CLIFF are its edge.
  *
  * The figures are 1.2 times and more what 2e5 random points have shown for each path and each of 26
  * exponents from 1 to 1e6. tests/unit/shade_errors.c holds them against 113-bit floats, and fails
@@ -18,6 +19,8 @@
 #define SHD_PLAN_ERROR_H
 
 #include "scene/scene.h"
+
+#define SHD_CLIFF 1e-3 /* of R.V */
 
 /* What a light's weights take to compute. */
 typedef enum shd_path { SHD_PATH_DIRECTIONAL, SHD_PATH_POINT, SHD_PATH_ATTENUATED } shd_path;
