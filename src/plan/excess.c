@@ -396,7 +396,6 @@ static double distance_error(shd_tier tier) {
 
 bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_excess_list *out,
                      shd_influences *influences) {
-    *out = (shd_excess_list){.grey = plan->grey};
     /* Facets mix colors of one piece, which are all in its range. */
     const bool mixed = plan->scene->raster.samples > 1;
     finding f = {.plan = plan,
@@ -418,7 +417,12 @@ bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_
         const size_t rows = f.fineness ? SHD_MOST_PIECES * plan->scene->object_count : 1;
         *influences = (shd_influences){0, shd_arena_alloc(arena, rows, sizeof(double *))};
     }
-    out->color = out->rounding = f.color;
+    /* Of the excesses, those that are counted are set. */
+    out->count = 0;
+    out->grey = plan->grey;
     out->mixed = mixed;
+    out->color = out->rounding = f.color;
+    out->more = out->worst = 0;
+    memset(out->most, 0, sizeof out->most);
     return f.much && (!influences || influences->rows) && add_objects(&f, arena);
 }
