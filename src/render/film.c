@@ -265,7 +265,10 @@ static const shd_fragments *find_fragments(const job *j, scratch *s, size_t inde
     if (plan->drop_tolerance > 0 || j->scenery.adaptive)
         tile = tile_within(j, index, (shd_tile){0, 0, raster->width, raster->height});
     const shd_fragments *f = shd_tile_look(&j->scenery, index, tile, s->tile, j->film, &s->watch);
-    if (j->recall.keep_light) shd_keep_fragments(j->recall.keep_light, index, plan, f);
+    if (j->recall.keep_light) {
+        shd_keep_fragments(j->recall.keep_light, index, plan, f);
+        shd_begin(&s->watch); /* keeping is no part of shading */
+    }
     return f;
 }
 
