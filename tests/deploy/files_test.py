@@ -11,6 +11,7 @@ import yaml
 
 from deploy.tools import DEPLOY, SOURCE, run
 from e2e.daemon import BUILD, Daemon
+from e2e.daemon_test import wait_until
 
 KUBERNETES = DEPLOY / "kubernetes"
 
@@ -193,6 +194,9 @@ class MetricsTest(unittest.TestCase):
     def test_every_metric_that_is_asked_for_is_exposed(self):
         with Daemon() as daemon:
             daemon.get("/v1/version")
+            # A request is counted when its answer has gone.
+            wait_until(lambda: any(name.startswith("shaded_requests_total")
+                                   for name in daemon.metrics()))
             text = daemon.get("/metrics", admin=True).body.decode()
         samples = re.findall(r"^(shaded_\w+)(?:\{(.*)\})? ", text, re.MULTILINE)
         exposed = {}
