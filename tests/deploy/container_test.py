@@ -1,6 +1,5 @@
 """The image of deploy/container, built and run as it is meant to be: as nobody, on a read-only file
-system, without capabilities. `./dev container` fetches the tools, which are heavy; where they are
-missing the test is skipped."""
+system, without capabilities. Its tools are heavy and it takes minutes: `./dev container` runs it."""
 
 import http.client
 import json
@@ -18,7 +17,6 @@ TOOLS = ["buildah", "podman", "runc", "mmdebstrap"]
 STATE = SOURCE / "build/container"
 BASE, IMAGE, NAME = "localhost/debian:bookworm-slim", "localhost/shaded:test", "shaded-test"
 PUBLIC, ADMIN = 18480, 18490
-ALONE = "SHADED_CONTAINER" in os.environ
 
 # Rootless and nested machines have neither systemd nor cgroups of version 2 to give.
 FILES = {
@@ -42,9 +40,11 @@ runroot = "{STATE}/run"
 
 def prepare():
     """Why it cannot be done here, or None."""
+    if "SHADED_CONTAINER" not in os.environ:
+        return "building the image takes minutes: ./dev container does it, and tries it"
     missing = [tool for tool in TOOLS if not shutil.which(tool)]
     if missing:
-        return f"there is no {', '.join(missing)}: ./dev container fetches them"
+        return f"there is no {', '.join(missing)}"
     if os.geteuid() != 0:
         return "this test wants root: sudo ./dev container"
     STATE.mkdir(parents=True, exist_ok=True)
@@ -140,8 +140,7 @@ class ContainerTest(unittest.TestCase):
     def test_it_stops_in_a_second(self):
         begin = time.monotonic()
         podman("stop", "--time", "10", NAME)
-        # In a second, where nothing else is tested at the same time.
-        self.assertLess(time.monotonic() - begin, 1 if ALONE else 8)
+        self.assertLess(time.monotonic() - begin, 1)
         self.assertEqual(podman("inspect", "--format", "{{.State.ExitCode}}", NAME).strip(), "0")
 
     def test_it_tells_its_packages(self):
