@@ -2,8 +2,6 @@
 is brought about, and is as it says. Debian has no validator of OpenAPI 3.1: what its rules say
 about this document is checked here."""
 
-# ctest: serial
-
 import json
 import re
 import tempfile
@@ -12,8 +10,8 @@ import unittest
 import jsonschema
 import yaml
 
-from e2e.daemon import JSON, SLOW, SMALL, SOURCE, Daemon, another
-from e2e.daemon_test import ENDLESS, Background, wait_until, wait_until_busy
+from e2e.daemon import JSON, SMALL, SOURCE, Daemon, another
+from e2e.daemon_test import ENDLESS, Client, occupied, wait_until, wait_until_read
 from e2e.render_test import parts
 
 DOCUMENT = yaml.safe_load((SOURCE / "api/openapi.yaml").read_text())
@@ -326,16 +324,14 @@ class ServerTest(unittest.TestCase):
 
     def busy(self):
         with Daemon("--threads", "1", "--queue", "1", "--timeout", "300") as daemon:
-            waiting = [Background(daemon, SLOW)]
-            wait_until_busy(daemon)
-            waiting.append(Background(daemon, another(SLOW)))
-            wait_until_busy(daemon, queued=1)
+            waiting = [occupied(daemon), Client(daemon, another(ENDLESS))]
+            wait_until_read(daemon, waiting[0], 1)
             for path in SCENE_PATHS:
                 self.check(daemon.post(path, SMALL), path, "post", "429")
             for method in ("get", "head"):
                 self.preview(daemon, method, "429")
             for request in waiting:
-                self.check(request.result(), "/v1/render", "post", "200")
+                request.leave()
 
     def unauthorized(self):
         with tempfile.NamedTemporaryFile("w", encoding="ascii") as file:
@@ -353,15 +349,14 @@ class ServerTest(unittest.TestCase):
 
     def draining(self):
         daemon = Daemon("--threads", "1", "--timeout", "300", "--drain-time", "300")
-        running = Background(daemon, SLOW)
-        wait_until_busy(daemon)
+        running = occupied(daemon)
         daemon.signal()
         wait_until(lambda: daemon.get("/readyz", admin=True).status == 503)
         for path in SCENE_PATHS:
             self.check(daemon.post(path, SMALL), path, "post", "503")
         for method in ("get", "head"):
             self.preview(daemon, method, "503")
-        self.check(running.result(), "/v1/render", "post", "200")
+        running.leave()
         self.assertEqual(daemon.wait(), 0, daemon.stderr())
 
 

@@ -1,7 +1,5 @@
 """Tokens, origins, and settings that change while the daemon runs."""
 
-# ctest: serial
-
 import http.client
 import json
 import os
@@ -11,7 +9,7 @@ import time
 import unittest
 
 from e2e.daemon import JSON, SANITIZED, SLOW, SMALL, SOURCE, Daemon, another
-from e2e.daemon_test import Background, Folder, wait_until, wait_until_busy
+from e2e.daemon_test import Background, Folder, occupied, wait_until, wait_until_read
 
 FIRST, SECOND, THIRD = "first-token-0123456789", "second.token_~+/=9876543210", "third-token-abcdef"
 
@@ -197,19 +195,18 @@ class ReloadTest(Folder):
             reload(daemon, good=False)
             self.assertEqual(daemon.render(SMALL).status, 200)
 
-    def test_running_requests_keep_what_they_began_with(self):
+    def test_accepted_requests_keep_what_they_came_with(self):
         path = self.file("timeout = 300\ncache-control = old\n")
         with Daemon("--config", path, "--threads", "1") as daemon:
-            running = Background(daemon, SLOW)
-            wait_until_busy(daemon)
-            waiting = Background(daemon, another(SLOW))
-            wait_until_busy(daemon, queued=1)
+            running = occupied(daemon)
+            waiting = Background(daemon, SLOW)
+            wait_until_read(daemon, running, 1)
             self.file("timeout = 200\nmax-pixels = 1\ncache-control = new\n")
             reload(daemon)
             self.assertEqual(daemon.render(SMALL).status, 422)
-            for request in (running, waiting):
-                answer = request.result()
-                self.assertEqual((answer.status, answer.headers["Cache-Control"]), (200, "old"))
+            running.leave()
+            answer = waiting.result()
+            self.assertEqual((answer.status, answer.headers["Cache-Control"]), (200, "old"))
 
     def test_what_needs_a_restart_is_named(self):
         path = self.file("queue = 5\n")

@@ -1,15 +1,12 @@
 """Work that waits: what is rendered once for several, for nobody any more, between large pictures."""
 
-# ctest: serial
-
-import http.client
 import json
-import socket
 import time
 import unittest
 
-from e2e.daemon import JSON, SANITIZED, SLOW, SMALL, Daemon, another
-from e2e.daemon_test import ENDLESS, Background, wait_until, wait_until_busy
+from e2e.daemon import SANITIZED, SLOW, SMALL, Daemon, another
+from e2e.daemon_test import (ENDLESS, Background, Client, lent, occupied, wait_until,
+                             wait_until_busy, wait_until_read)
 
 # Busy for longer than a dozen requests need to come.
 SIDE = 220 if SANITIZED else 700
@@ -26,45 +23,6 @@ def encoded(daemon):
 def new_daemon(*flags):
     """One that renders everything anew."""
     return Daemon("--reuse", "0", "--response-cache", "0", *flags)
-
-
-class Client:
-    """A request that may be left alone."""
-
-    def __init__(self, daemon, scene, path="/v1/render", headers=None):
-        self.connection = http.client.HTTPConnection(*daemon.address, timeout=300)
-        self.connection.request("POST", path, json.dumps(scene), {**JSON, **(headers or {})})
-
-    def leave(self):
-        self.connection.close()
-
-    def reset(self):
-        """Leaves with an RST instead of a FIN."""
-        self.connection.sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER,
-                                        b"\1\0\0\0\0\0\0\0")
-        self.connection.close()
-
-
-def lent(daemon):
-    """Jobs so far that were read, or run, between two tiles of a large picture."""
-    return daemon.metrics()["shaded_lent_total"]
-
-
-def occupied(daemon):
-    """A client that keeps the daemon's only worker until it leaves; others wait meanwhile, however
-    slow the machine is, and are read between two tiles."""
-    client = Client(daemon, ENDLESS)
-    wait_until_busy(daemon)
-    wait_until(lambda: daemon.render({}).status == 422 and lent(daemon) > 0)
-    client.lent = lent(daemon)
-    return client
-
-
-def wait_until_read(daemon, first, count):
-    """So many large pictures wait for the worker that `first` keeps, and all of them were read:
-    while one is, there is a place for another one."""
-    wait_until(lambda: lent(daemon) - first.lent >= count
-               and daemon.metrics()["shaded_queue_depth"] >= count)
 
 
 def wait_until_joined(daemon, count):

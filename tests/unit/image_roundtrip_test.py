@@ -36,14 +36,27 @@ def codes(values, top=255):
 
 
 class Case(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.writer = subprocess.Popen([WRITER], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                                      text=True)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.writer.communicate(timeout=300)
+        if cls.writer.returncode:
+            raise AssertionError(f"the writer exits {cls.writer.returncode}")
+
     def setUp(self):
         self.folder = tempfile.mkdtemp()
         self.addCleanup(shutil.rmtree, self.folder)
 
     def write(self, suffix, **options):
         path = os.path.join(self.folder, "picture." + suffix)
-        arguments = [f"{key}={value}" for key, value in options.items()]
-        subprocess.run([WRITER, path, *arguments], check=True, timeout=300)
+        words = [path, *(f"{key}={value}" for key, value in options.items())]
+        self.writer.stdin.write(" ".join(words) + "\n")
+        self.writer.stdin.flush()
+        self.assertEqual(self.writer.stdout.readline(), "0\n", words)
         return path
 
     def pillow(self, suffix, **options):

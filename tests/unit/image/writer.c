@@ -1,17 +1,20 @@
 /* Writes pictures of a known pattern for image_roundtrip_test.py:
  *
  *     image_writer OUT.png [key=value ...]
+ *     image_writer < LINES
+ *
+ * A line is such a command's words, and its answer a line with the exit status: one process for
+ * many pictures, because some formats take long to load.
  *
  * size=WxH depth=8|16|half|float channel=-1..3 alpha=0|1 quality=N transfer=unknown|linear|srgb|
  * rec1886 primaries=none|rec709|p3|acescg|aces space=RGB|YIQ|HSV layers=0|1 repeat=N threads=N.
- * The pattern is color(x, y) below. Prints seconds a picture where repeat > 1. Exit 1 with the
- * error's text where encoding fails. */
+ * The pattern is fill's below. Exit 1 with the error's text where encoding fails, or where one of
+ * `threads` times `repeat` pictures is not as the others. */
 #include <math.h>
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "image/image.h"
 
@@ -111,12 +114,6 @@ static void *encode_all(void *context) {
     return NULL;
 }
 
-static double now(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 enum { THREADS_MAX = 16 };
 
 static int run(const shd_image *image, shd_format format, int repeat, int threads,
@@ -124,9 +121,6 @@ static int run(const shd_image *image, shd_format format, int repeat, int thread
     work works[THREADS_MAX];
     pthread_t ids[THREADS_MAX];
     int failed = 0;
-    /* Times are without the module's loading. */
-    if (repeat > 1) shd_image_prepare(format, NULL);
-    double start = now();
     for (int i = 0; i < threads; i++) {
         works[i] = (work){.image = image, .format = format, .repeat = repeat};
         if (pthread_create(&ids[i], NULL, encode_all, &works[i])) return 2;
@@ -137,7 +131,6 @@ static int run(const shd_image *image, shd_format format, int repeat, int thread
         if (bad) fprintf(stderr, "%s\n", works[i].error.text);
         failed |= bad != NULL;
     }
-    if (repeat > 1) printf("%.6f\n", (now() - start) / repeat / threads);
     for (int i = 0; i < threads && !failed; i++)
         if (works[i].differs || works[i].out.size != works[0].out.size ||
             memcmp(works[i].out.data, works[0].out.data, works[0].out.size)) {
@@ -153,7 +146,8 @@ static int run(const shd_image *image, shd_format format, int repeat, int thread
     return failed || !file;
 }
 
-int main(int argc, char **argv) {
+/* The exit status of a command; words[0] is the file. */
+static int write_picture(int count, char **words) {
     shd_image image = {.width = 32,
                        .height = 16,
                        .channel = -1,
@@ -165,11 +159,11 @@ int main(int argc, char **argv) {
     set_space(&image, "RGB");
     int layers = 0, repeat = 1, threads = 1;
     shd_format format;
-    const char *dot = argc > 1 ? strrchr(argv[1], '.') : NULL;
+    const char *dot = count ? strrchr(words[0], '.') : NULL;
     if (!dot || !shd_format_find(dot + 1, &format)) return 2;
     image.depth = shd_format_get(format)->depth;
-    for (int i = 2; i < argc; i++)
-        if (!set(&image, argv[i], &layers, &repeat, &threads)) return 2;
+    for (int i = 1; i < count; i++)
+        if (!set(&image, words[i], &layers, &repeat, &threads)) return 2;
     if (threads < 1 || threads > THREADS_MAX || image.width < 1 || image.height < 1) return 2;
 
     size_t pixels = (size_t)image.width * (size_t)image.height;
@@ -186,8 +180,26 @@ int main(int argc, char **argv) {
                              {"light.0", z_names, 1, false, depth}};
     image.layers = all;
     image.layer_count = layers ? 3 : 0;
-    int failed = run(&image, format, repeat, threads, argv[1]);
+    int failed = run(&image, format, repeat, threads, words[0]);
     free(rgba);
     free(depth);
     return failed;
+}
+
+int main(int argc, char **argv) {
+    enum { WORDS = 32 };
+    if (argc > 1) return write_picture(argc - 1, argv + 1);
+    char *line = NULL;
+    size_t room = 0;
+    while (getline(&line, &room, stdin) > 0) {
+        char *words[WORDS], *rest;
+        int count = 0;
+        for (char *word = strtok_r(line, " \n", &rest); word && count < WORDS;
+             word = strtok_r(NULL, " \n", &rest))
+            words[count++] = word;
+        printf("%d\n", write_picture(count, words));
+        fflush(stdout);
+    }
+    free(line);
+    return 0;
 }
