@@ -16,7 +16,7 @@ typedef struct shd_sockets {
  * are the caller's. SHD_CONFIG where there are others, or what is no listening socket. */
 shd_status shd_take_sockets(shd_sockets *out, shd_error *error);
 
-/* "READY=1", "STOPPING=1", ... */
+/* "READY=1", "STOPPING=1", ... Takes a second at most. */
 void shd_notify(const char *state);
 
 /* "RELOADING=1", with the time, as Type=notify-reload wants it. */

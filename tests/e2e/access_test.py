@@ -257,6 +257,19 @@ class ServiceManagerTest(Folder):
             with Daemon(env={"NOTIFY_SOCKET": path}) as daemon:
                 self.assertEqual(daemon.render(SMALL).status, 200)
 
+    def test_a_manager_that_reads_nothing_keeps_it_from_nothing(self):
+        manager, path = self.notifications()
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as stuffer:
+            stuffer.setblocking(False)
+            with self.assertRaises(BlockingIOError):
+                while True:
+                    stuffer.sendto(b"X=1", path)
+        with Daemon(env={"NOTIFY_SOCKET": path}) as daemon:
+            daemon.signal(signal.SIGHUP)
+            daemon.wait_for("reloaded")
+            self.assertEqual(daemon.render(SMALL).status, 200)
+        manager.close()
+
     def start_with_sockets(self, sockets, names, *flags):
         """As systemd does it: descriptors from 3 on, and LISTEN_PID the daemon's own."""
         for place, listener in enumerate(sockets):
