@@ -31,8 +31,8 @@ static const char *const limit_names[SHD_LIMITS] = {
     "body", "pixels", "samples", "lights", "objects", "triangles", "memory", "queue", "timeout"};
 
 /* The last one, 0, takes every other status. */
-static const unsigned statuses[SHD_STATUSES] = {200, 204, 304, 400, 401, 403, 404, 405, 406,
-                                                413, 415, 422, 429, 431, 500, 501, 503, 0};
+static const unsigned statuses[SHD_STATUSES] = {200, 204, 304, 400, 401, 403, 404, 405, 406, 413,
+                                                414, 415, 422, 429, 431, 500, 501, 503, 0};
 
 static const double bounds[SHD_BUCKETS] = {0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1,
                                            0.25,   0.5,   1,      2.5,   5,    10,    30};
@@ -207,11 +207,11 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
         fprintf(out, "shaded_connections_ended_total{reason=\"%s\"} %" PRIu64 "\n",
                 ending_names[ending], gauges->reaped.ended[ending]);
 
+    /* Those that have not come, too: Prometheus sees no increase in what begins with 1. */
     print_head(out, "requests_total", "counter", "Requests by route and status.");
     for (size_t route = 0; route < SHD_ROUTE_COUNT; route++)
         for (size_t i = 0; i < SHD_STATUSES; i++) {
             uint64_t number = value(&metrics->requests[route][i]);
-            if (!number) continue;
             fprintf(out, "shaded_requests_total{route=\"%s\",status=\"", route_names[route]);
             if (statuses[i])
                 fprintf(out, "%u\"} %" PRIu64 "\n", statuses[i], number);

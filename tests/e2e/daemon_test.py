@@ -481,7 +481,9 @@ class InsideTest(unittest.TestCase):
             metrics = daemon.metrics()
         requests = {name: value for name, value in metrics.items()
                     if name.startswith("shaded_requests_total")}
-        self.assertEqual(requests, {
+        # Of the others there are lines, too, for what begins with 1 has not increased.
+        self.assertEqual(requests['shaded_requests_total{route="/v1/render",status="500"}'], 0)
+        self.assertEqual({name: value for name, value in requests.items() if value}, {
             'shaded_requests_total{route="/v1/render",status="200"}': 3,
             'shaded_requests_total{route="/v1/render",status="422"}': 1,
             'shaded_requests_total{route="/v1/version",status="200"}': 2,
