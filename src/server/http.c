@@ -24,6 +24,10 @@ enum { LAST_STATUS = MHD_HTTP_SERVICE_UNAVAILABLE };
 /* Memory for a connection's head and answer's head. */
 enum { CONNECTION_MEMORY = 64 << 10 };
 
+/* Of a request's target, in bytes; and the most parameters that it may have: libmicrohttpd takes
+ * memory of the connection for each, and where that ends it neither answers nor closes. */
+enum { TARGET_MOST = 8000, PARAMETERS_MOST = 250 };
+
 /* What the head says about itself and its body. */
 typedef struct head {
     shd_exchange *exchange;
@@ -67,6 +71,14 @@ static void set_path(shd_exchange *exchange, const char *target) {
     exchange->path[length] = 0;
 }
 
+static void refuse_target(shd_exchange *exchange);
+
+static bool is_too_long(const char *target) {
+    size_t parameters = 1;
+    for (const char *c = target; (c = strchr(c, '&')); c++) parameters++;
+    return parameters > PARAMETERS_MOST || strlen(target) > TARGET_MOST;
+}
+
 /* libmicrohttpd's first word about a request: its target as it was sent. */
 static void *begin(void *cls, const char *target, struct MHD_Connection *connection) {
     shd_exchange *exchange = calloc(1, sizeof *exchange);
@@ -79,10 +91,12 @@ static void *begin(void *cls, const char *target, struct MHD_Connection *connect
     snprintf(exchange->method_name, sizeof exchange->method_name, "-");
     snprintf(exchange->id, sizeof exchange->id, "%08x-%08x", exchange->server->run,
              atomic_fetch_add(&exchange->server->next_id, 1));
+    bool too_long = is_too_long(target);
     target = skip_authority(target);
     exchange->target = strdup(target);
     exchange->reply.is_short = !exchange->target;
     set_path(exchange, target);
+    if (too_long) refuse_target(exchange);
     return exchange;
 }
 
@@ -269,6 +283,23 @@ static enum MHD_Result refuse_now(shd_exchange *exchange) {
     return MHD_NO;
 }
 
+static void count(shd_exchange *exchange) {
+    exchange->counted = true;
+    atomic_fetch_add(&exchange->server->in_flight, 1);
+}
+
+/* Before libmicrohttpd looks into it, which cannot be told to stop. */
+static void refuse_target(shd_exchange *exchange) {
+    count(exchange);
+    shd_problem_reply(&exchange->reply, SHD_LONG_TARGET,
+                      "the target has more than %d bytes, or more than %d parameters", TARGET_MOST,
+                      PARAMETERS_MOST);
+    refuse_now(exchange);
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(exchange->connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+    if (info) shutdown(info->connect_fd, SHUT_RDWR);
+}
+
 static enum MHD_Result refuse_size(shd_exchange *exchange, unsigned long long size) {
     unsigned long long limit = exchange->settings->config.body;
     shd_reply_clear(&exchange->reply);
@@ -287,8 +318,7 @@ static enum MHD_Result take_head(shd_exchange *exchange, const char *method, con
     head h = {.exchange = exchange};
     snprintf(exchange->method_name, sizeof exchange->method_name, "%s", method);
     exchange->method = find_method(method);
-    exchange->counted = true;
-    atomic_fetch_add(&exchange->server->in_flight, 1);
+    count(exchange);
     MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, read_field, &h);
     adopt_id(exchange, h.request_id);
     if (!check_framing(&h, version)) return refuse_now(exchange);

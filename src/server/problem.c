@@ -23,6 +23,7 @@ static const struct {
     [SHD_BAD_METHOD] = {405, "method", "This path does not take this method"},
     [SHD_NOT_ACCEPTABLE] = {406, "not-acceptable", "No media type of the answer is acceptable"},
     [SHD_TOO_LARGE] = {413, "body-too-large", "The request body is too large"},
+    [SHD_LONG_TARGET] = {414, "target-too-long", "The request's target is too long"},
     [SHD_BAD_TYPE] = {415, "media-type", "The request body is of a media type not taken here"},
     [SHD_BAD_SCENE] = {422, "scene", "The document is not a valid scene"},
     [SHD_OVER_LIMIT] = {422, "limit", "The scene asks for more than a limit allows"},

@@ -19,6 +19,7 @@ typedef enum shd_problem_kind {
     SHD_BAD_METHOD,     /* 405, with Allow */
     SHD_NOT_ACCEPTABLE, /* 406 */
     SHD_TOO_LARGE,      /* 413: the body, by the limit `body` */
+    SHD_LONG_TARGET,    /* 414 */
     SHD_BAD_TYPE,       /* 415 */
     SHD_BAD_SCENE,      /* 422: JSON, but not a scene */
     SHD_OVER_LIMIT,     /* 422: more than a limit allows */

@@ -112,6 +112,8 @@ static const char *reason(unsigned status) {
         return "Not Acceptable";
     case 413:
         return "Content Too Large";
+    case 414:
+        return "URI Too Long";
     case 415:
         return "Unsupported Media Type";
     case 503:

@@ -205,9 +205,10 @@ class ServerTest(unittest.TestCase):
         self.deadline()
         self.draining()
         self.unauthorized()
-        lost = self.daemon.get("/nothing")
-        validate(json.loads(lost.body), DOCUMENT["components"]["schemas"]["Problem"])
-        self.types.add(json.loads(lost.body)["type"])
+        for target in ("/nothing", "/?" + "a" * 8000):
+            lost = json.loads(self.daemon.get(target).body)
+            validate(lost, DOCUMENT["components"]["schemas"]["Problem"])
+            self.types.add(lost["type"])
 
         documented = {(path, method, status) for path, method, operation in operations()
                       for status in operation["responses"]}

@@ -279,6 +279,19 @@ class HostileTest(unittest.TestCase):
                 with self.subTest(message[:20], size=size):
                     self.assertEqual(self.statuses(message), [status])
 
+    def test_long_targets_are_refused_before_libmicrohttpd_runs_short(self):
+        """It has no memory for a thousand parameters, and then neither answers nor closes."""
+        last = b" HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n"
+        for query in (b"a=b&" * 250, b"&" * 1000, b"a=b&" * 9000, b"a" * 8000):
+            with self.subTest(query[:4], size=len(query)):
+                head, _, body = self.daemon.raw(b"GET /v1/version?" + query + last).partition(
+                    b"\r\n\r\n")
+                self.assertTrue(head.startswith(b"HTTP/1.1 414 "), head)
+                self.assertEqual(json.loads(body)["type"], "urn:shaded:problem:target-too-long")
+        self.assertTrue(self.daemon.raw(b"GET /v1/version?" + b"a=b&" * 249 + last)
+                        .startswith(b"HTTP/1.1 200 "))
+        wait_until(lambda: not self.daemon.metrics()["shaded_requests_in_flight"])
+
     def test_what_libmicrohttpd_cannot_read_it_refuses_as_the_contract_says(self):
         get = b"GET / HTTP/1.1\r\nHost: a\r\n"
         chunks = post(b"Transfer-Encoding: chunked", length=False, body=b"")
@@ -288,7 +301,8 @@ class HostileTest(unittest.TestCase):
                 (post(b"Content-Length: x", length=False, body=b""), b"400"),
                 (post(b"Content-Length: " + b"9" * 30, length=False, body=b""), b"413"),
                 (chunks + b"zz\r\n", b"400"), (chunks + b"f" * 20 + b"\r\n", b"413"),
-                (chunks + b"2\r\n{}!!", b"400"), (b"GET / HTTP/2.0\r\n\r\n", b"505"),
+                (chunks + b"2\r\n{}!!", b"400"),
+                (chunks + b"2;" + b"a" * 100000, b"500"), (b"GET / HTTP/2.0\r\n\r\n", b"505"),
                 (b"GET / HTTP/0.9\r\n\r\n", b"505"), (b"hello\r\n\r\n", b""),
                 (b"\x16\x03\x01\x02\0\x01\0\r\n", b"")):
             for rest in (b"", more):
