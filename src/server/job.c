@@ -117,7 +117,7 @@ void shd_job_submit(shd_exchange *exchange, const shd_work *work) {
     shd_job_drop(job);
     if (!waits) return;
     shd_problem_later(&exchange->reply, SHD_BUSY, shd_jobs_retry_after(server->jobs),
-                      "the limit `queue` is %llu waiting requests",
+                      "as many requests wait as may: the limit `queue` is %llu",
                       (unsigned long long)server->config.queue);
     shd_exchange_resume(exchange);
 }

@@ -142,7 +142,8 @@ static void answer_overdue(shd_jobs *jobs, shd_waiter *waiters) {
     unsigned seconds = shd_jobs_retry_after(jobs);
     for (shd_waiter *w = waiters; w; w = w->other)
         shd_problem_later(&w->exchange->reply, SHD_OVERDUE, seconds,
-                          "the limit `timeout` is %llu seconds",
+                          "not done after %.1f seconds: the limit `timeout` is %llu",
+                          shd_now() - w->exchange->submitted,
                           (unsigned long long)w->exchange->settings->config.timeout);
     send(waiters);
 }
