@@ -2,6 +2,7 @@
 
 import json
 import re
+import socket
 import subprocess
 import tempfile
 import unittest
@@ -9,10 +10,12 @@ from pathlib import Path
 
 import yaml
 
-from deploy.tools import DEPLOY, SOURCE, run
+from deploy.tools import DEPLOY, SOURCE, environment, find, run
 from e2e.daemon import BUILD, Daemon
 
 KUBERNETES = DEPLOY / "kubernetes"
+# What the pod of kubernetes/hashed knows of where it is.
+POD = {"NAMESPACE": "pictures", "CLUSTER_DOMAIN": "cluster.local"}
 
 
 def options():
@@ -56,7 +59,35 @@ class SystemdTest(Folder):
 class ProxiesTest(Folder):
     def test_haproxy_takes_its_configurations(self):
         for path in DEPLOY / "haproxy/haproxy.cfg", KUBERNETES / "hashed/haproxy.cfg":
-            run("haproxy", "-c", "-f", path)
+            run("haproxy", "-c", "-f", path, **POD)
+
+    def test_haproxy_looks_replicas_up_by_their_whole_name(self):
+        """It knows no search list, by which other programs in a pod get along with less."""
+        proxy = next(item for item in yaml.safe_load_all(
+            (KUBERNETES / "hashed/proxy.yaml").read_text()) if item["kind"] == "Deployment")
+        container = proxy["spec"]["template"]["spec"]["containers"][0]
+        self.assertEqual({variable["name"] for variable in container["env"]}, set(POD))
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as server:
+            server.bind(("127.0.0.1", 0))
+            server.settimeout(60)
+            path = self.folder / "haproxy.cfg"
+            path.write_text((KUBERNETES / "hashed/haproxy.cfg").read_text()
+                            .replace("parse-resolv-conf",
+                                     f"nameserver fake 127.0.0.1:{server.getsockname()[1]}")
+                            .replace("init-addr last,libc,none", "init-addr none")
+                            .replace("bind :8080", f"bind {self.folder}/socket"))
+            haproxy = subprocess.Popen([find("haproxy"), "-f", path], env={**environment(), **POD},
+                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            try:
+                question = server.recv(1000)[12:]
+            finally:
+                haproxy.kill()
+                haproxy.wait()
+        labels = []
+        while question[0]:
+            labels.append(question[1:1 + question[0]].decode())
+            question = question[1 + question[0]:]
+        self.assertEqual(labels, ["shaded-replicas", "pictures", "svc", "cluster", "local"])
 
     def test_both_haproxy_configurations_differ_only_in_their_replicas(self):
         def essence(path):

@@ -28,9 +28,10 @@ def environment():
     return {**os.environ, "LD_LIBRARY_PATH": libraries}
 
 
-def run(*command, cwd=None):
+def run(*command, cwd=None, **variables):
     """What it printed; an AssertionError with that where it failed."""
-    done = subprocess.run([find(command[0]), *map(str, command[1:])], cwd=cwd, env=environment(),
+    done = subprocess.run([find(command[0]), *map(str, command[1:])], cwd=cwd,
+                          env={**environment(), **variables},
                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                           stderr=subprocess.STDOUT, text=True, timeout=120, check=False)
     if done.returncode:
