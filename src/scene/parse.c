@@ -23,11 +23,12 @@ static size_t tree_bytes(const char *text, size_t length) {
 static shd_quoted key_before(const char *text, size_t end) {
     char key[80] = "";
     size_t last = end < 2 ? 0 : end - 2, first = last;
-    while (first > 0) {
+    /* Backslashes are counted behind quotes alone: a key may be nothing but millions of them. */
+    for (; first > 0; first--) {
+        if (text[first] != '"') continue;
         size_t backslashes = 0;
         while (backslashes < first && text[first - 1 - backslashes] == '\\') backslashes++;
-        if (text[first] == '"' && backslashes % 2 == 0) break;
-        first--;
+        if (backslashes % 2 == 0) break;
     }
     size_t length = last - first;
     if (length >= sizeof key) length = sizeof key - 1;

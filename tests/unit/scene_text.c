@@ -54,6 +54,27 @@ static void long_duplicate_keys_are_named(void **state) {
     drop(&r);
 }
 
+/* Looking for its beginning takes no more than one look at each byte: else this would take hours.
+ */
+static void duplicate_keys_of_backslashes_are_named_at_once(void **state) {
+    (void)state;
+    enum { KEY = 1 << 22 };
+    char *text = malloc(2 * KEY + 16), *end = text;
+    assert_non_null(text);
+    for (int k = 0; k < 2; k++) {
+        *end++ = k ? ',' : '{';
+        *end++ = '"';
+        memset(end, '\\', KEY);
+        end += KEY;
+        end = stpcpy(end, "\":1");
+    }
+    reading r = read_bytes(text, (size_t)(end - text), &scene_limits);
+    assert_int_equal(r.status, SHD_SYNTAX);
+    assert_true(has_error(&r, "", "the key \"\\\\\\"));
+    drop(&r);
+    free(text);
+}
+
 static void bytes_of_zero_are_syntax_errors(void **state) {
     (void)state;
     static const char inside[] = "{\"obj\0ects\": []}", after[] = "{\"objects\": []}\0";
@@ -265,6 +286,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(syntax_errors_have_line_and_column),
         cmocka_unit_test(long_duplicate_keys_are_named),
+        cmocka_unit_test(duplicate_keys_of_backslashes_are_named_at_once),
         cmocka_unit_test(bytes_of_zero_are_syntax_errors),
         cmocka_unit_test(nesting_without_end_is_refused),
         cmocka_unit_test(every_prefix_of_a_document_is_refused),
