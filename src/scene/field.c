@@ -49,7 +49,7 @@ static void report_unknown(shd_reader *r, const shd_node *node, const shd_field 
         if (!fields[i].kinds || fields[i].kinds & kinds) names[known++] = fields[i].name;
     shd_node member = {node, key, 0, NULL};
     shd_node_fail(r->report, &member, SHD_SCENE, "unknown member \"%s\" of %s%s",
-                  shd_quote(key).text, what, shd_suggest(key, names, known).text);
+                  shd_quote(key).text, what, shd_suggest(r->report, key, names, known).text);
 }
 
 uint32_t shd_read_fields(shd_reader *r, const shd_node *node, const shd_field *fields, size_t count,
@@ -176,7 +176,7 @@ int shd_read_name(shd_reader *r, const shd_node *node, const char *const *names)
     for (; names[count]; count++)
         if (!strcmp(names[count], name)) return (int)count;
     shd_node_fail(r->report, node, SHD_SCENE, "\"%s\" is not known here%s", shd_quote(name).text,
-                  shd_suggest(name, names, count).text);
+                  shd_suggest(r->report, name, names, count).text);
     return -1;
 }
 

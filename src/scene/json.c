@@ -154,8 +154,10 @@ static void list_names(shd_hint *hint, const char *const *names, size_t count) {
     }
 }
 
-shd_hint shd_suggest(const char *name, const char *const *names, size_t count) {
+shd_hint shd_suggest(const shd_report *report, const char *name, const char *const *names,
+                     size_t count) {
     shd_hint hint = {""};
+    if (report->error_count >= SHD_REPORT_KEEP) return hint;
     size_t best = SIZE_MAX, near = 0;
     for (size_t i = 0; i < count && i < NAMES_COMPARED; i++) {
         size_t distance = edit_distance(name, names[i]);

@@ -53,11 +53,13 @@ shd_quoted shd_quote(const char *text);
 bool shd_is_plain_name(const char *name);
 
 /* ": did you mean \"radius\"?" where a name is close to one of `names`, otherwise what there is,
- * ": there is sphere, plane, ...", as far as it fits. */
+ * ": there is sphere, plane, ...", as far as it fits. Nothing where the report is full: comparing
+ * names is for messages that somebody will see. */
 typedef struct shd_hint {
     char text[320];
 } shd_hint;
 
-shd_hint shd_suggest(const char *name, const char *const *names, size_t count);
+shd_hint shd_suggest(const shd_report *report, const char *name, const char *const *names,
+                     size_t count);
 
 #endif

@@ -11,10 +11,9 @@ static const shd_space_info *find_space(shd_reader *r, const shd_node *node, con
     enum { MOST = 256 };
     const char *names[MOST];
     size_t count = r->catalog->space_count < MOST ? r->catalog->space_count : MOST;
-    if (r->report->error_count >= SHD_REPORT_KEEP) count = 0; /* nobody will see it */
     for (size_t i = 0; i < count; i++) names[i] = r->catalog->spaces[i].name;
     shd_node_fail(r->report, node, SHD_SCENE, "there is no color space \"%s\"%s",
-                  shd_quote(name).text, shd_suggest(name, names, count).text);
+                  shd_quote(name).text, shd_suggest(r->report, name, names, count).text);
     return NULL;
 }
 

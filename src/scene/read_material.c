@@ -27,12 +27,10 @@ static shd_hint suggest_material(shd_reader *r, const char *name, bool with_name
     const char *names[MOST];
     size_t preset_count, count = 0;
     const shd_preset *presets = shd_presets(&preset_count);
-    /* Looking through so many names is for messages that somebody will see. */
-    if (r->report->error_count >= SHD_REPORT_KEEP) return (shd_hint){""};
     for (size_t i = 0; with_named && i < r->named_count && count < MOST / 2; i++)
         names[count++] = r->named[i].name;
     for (size_t i = 0; i < preset_count && count < MOST; i++) names[count++] = presets[i].name;
-    return shd_suggest(name, names, count);
+    return shd_suggest(r->report, name, names, count);
 }
 
 /* The library's colors are linear Rec.709. */

@@ -112,7 +112,7 @@ static shd_shape read_shape(shd_reader *r, const shd_node *node) {
     shd_node type = shd_node_member(node, "type");
     if (!type.value) {
         shd_node_fail(r->report, node, SHD_SCENE, "the member \"type\" is missing%s",
-                      shd_suggest("", names, SHD_SHAPE_COUNT).text);
+                      shd_suggest(r->report, "", names, SHD_SHAPE_COUNT).text);
         return SHD_SHAPE_COUNT;
     }
     int index = shd_read_name(r, &type, names);

@@ -126,7 +126,7 @@ static const shd_display_info *find_display(shd_reader *r, const shd_node *node,
         names[count] = catalog->displays[count].name;
     shd_node_fail(r->report, &at, SHD_SCENE, "there is no display \"%s\"%s",
                   shd_quote(name ? name : "").text,
-                  shd_suggest(name ? name : "", names, count).text);
+                  shd_suggest(r->report, name ? name : "", names, count).text);
     return NULL;
 }
 
@@ -143,10 +143,10 @@ static void resolve_view(shd_reader *r, const shd_node *node, const char *displa
             return;
         }
     shd_node at = shd_node_member(node, "view");
-    shd_node_fail(r->report, view ? &at : node, SHD_SCENE,
-                  "the display \"%s\" has no view \"%s\"%s", display->name,
-                  shd_quote(view ? view : "").text,
-                  shd_suggest(view ? view : "", display->views, display->view_count).text);
+    shd_node_fail(
+        r->report, view ? &at : node, SHD_SCENE, "the display \"%s\" has no view \"%s\"%s",
+        display->name, shd_quote(view ? view : "").text,
+        shd_suggest(r->report, view ? view : "", display->views, display->view_count).text);
 }
 
 static void resolve_color(shd_reader *r, const shd_node *node, raw_output *raw, uint32_t seen,
