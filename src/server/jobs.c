@@ -225,7 +225,7 @@ bool shd_jobs_refuse(shd_jobs *jobs, shd_job *job, shd_exchange *exchange) {
 bool shd_jobs_begin(shd_jobs *jobs, shd_job *job) {
     pthread_mutex_lock(&jobs->mutex);
     bool wanted = job->waiters;
-    job->may_cancel = wanted;
+    job->may_cancel = wanted && job->request;
     pthread_mutex_unlock(&jobs->mutex);
     return wanted;
 }
