@@ -72,8 +72,6 @@ typedef struct shd_load {
 
 shd_load shd_engine_load(shd_engine *engine);
 
-const shd_limits *shd_engine_limits(const shd_engine *engine);
-
 /* JSON texts of what there is, as the HTTP routes of the same names answer them. The caller
  * frees *json. */
 typedef enum shd_topic {

@@ -28,13 +28,9 @@ static int find_primaries(const double xy[8]) {
     return -1;
 }
 
-bool shd_primaries_are_rec709(const double primaries[8]) {
-    return find_primaries(primaries) == 0;
-}
-
 bool shd_image_is_srgb(const shd_image *image) {
     return image->transfer == SHD_TRANSFER_SRGB &&
-           (!image->has_primaries || shd_primaries_are_rec709(image->primaries));
+           (!image->has_primaries || find_primaries(image->primaries) == 0);
 }
 
 typedef struct matrix {

@@ -13,9 +13,6 @@ typedef struct shd_icc {
     char name[48]; /* "Display P3" */
 } shd_icc;
 
-/* Whether primaries (CIE xy of red, green, blue, white) are those of Rec.709 / sRGB. */
-bool shd_primaries_are_rec709(const double primaries[8]);
-
 /* Whether the picture's color is nothing but sRGB, which PNG says in a chunk of its own and JPEG
  * and WebP assume. */
 bool shd_image_is_srgb(const shd_image *image);

@@ -104,10 +104,6 @@ shd_load shd_engine_load(shd_engine *engine) {
                       shd_pool_slots(engine->pool) - 1, shd_pool_lent(engine->pool)};
 }
 
-const shd_limits *shd_engine_limits(const shd_engine *engine) {
-    return &engine->limits;
-}
-
 shd_reuse_load shd_engine_reuse(shd_engine *engine) {
     return shd_reuse_load_of(engine->reuse);
 }

@@ -1,7 +1,7 @@
 #include "render/facets.h"
 
 #include "render/clock.h"
-#include "shade/math32.h"
+#include "shade/split32.h"
 
 enum { BLOCK = 64 };
 

@@ -30,9 +30,6 @@ static void say_tier(json_t *words, const shd_explained *e) {
     if (accuracy->budget)
         say(words, "Tier %s, with %s kernels: the cheapest one that stays within %.6g %s.", tier,
             isa, accuracy->max_error, shd_metric_names[accuracy->metric]);
-    else if (accuracy->tier != plan->tier)
-        say(words, "Tier %s, with %s kernels, answers %s.", tier, isa,
-            shd_tier_names[accuracy->tier]);
     else
         say(words, "Tier %s, with %s kernels, as asked for.", tier, isa);
 }

@@ -24,7 +24,7 @@ typedef struct raw_accuracy {
     double max_error;
 } raw_accuracy;
 
-void shd_read_accuracy(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+static void read_accuracy(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
     (void)field, (void)out;
     static const char *const tiers[] = {
         [SHD_DRAFT] = "draft", [SHD_STANDARD] = "standard", [SHD_EXACT] = "exact", NULL};
@@ -96,7 +96,7 @@ static void read_document(shd_reader *r, const json_t *tree) {
          .choices = interpolations},
         {.name = "materials", .read = shd_read_materials},
         {.name = "objects", .read = shd_read_objects, .always = true},
-        {.name = "accuracy", .read = shd_read_accuracy},
+        {.name = "accuracy", .read = read_accuracy},
         {.name = "output", .read = shd_read_output, .always = true},
         {.name = "outputs", .read = shd_read_outputs},
     };

@@ -109,7 +109,6 @@ shd_field_read shd_read_image;
 shd_field_read shd_read_lights;
 shd_field_read shd_read_materials;
 shd_field_read shd_read_objects;
-shd_field_read shd_read_accuracy;
 shd_field_read shd_read_output;
 shd_field_read shd_read_outputs;
 

@@ -94,12 +94,12 @@ shd_config shd_config_defaults(void) {
     return (shd_config){
         .listen = "127.0.0.1:8080",
         .admin = "127.0.0.1:9090",
-        /* The same request gives the same bytes until the version or the configuration change. */
         .kernel = "auto",
+        /* The same request gives the same bytes until the version or the configuration change. */
         .cache_control = "public, max-age=3600",
         .log_requests = true,
         .threads = engine.threads,
-        .queue = engine.queue ? engine.queue : 64,
+        .queue = engine.queue,
         .connections = 1000,
         .pixels = engine.limits.pixels,
         .samples = engine.limits.samples,

@@ -133,7 +133,8 @@ static bool is_path_of(const shd_route *route, const char *path) {
     return !strncmp(route->path, path, fixed) && path[fixed] && !strchr(path + fixed, '/');
 }
 
-const shd_route *shd_route_find(const char *path) {
+/* NULL where there is none. */
+static const shd_route *find_route(const char *path) {
     for (size_t i = 0; i < ROUTES; i++)
         if (is_path_of(&routes[i], path)) return &routes[i];
     return NULL;
@@ -264,7 +265,7 @@ void shd_route_add_cors(shd_exchange *exchange) {
 bool shd_route_admit(shd_exchange *exchange) {
     shd_reply *reply = &exchange->reply;
     if (asks_for_all(exchange)) return true;
-    exchange->route = exchange->path_cut ? NULL : shd_route_find(exchange->path);
+    exchange->route = exchange->path_cut ? NULL : find_route(exchange->path);
     if (!exchange->route) {
         shd_problem_reply(reply, SHD_NOT_FOUND, "GET / lists the paths");
         return false;

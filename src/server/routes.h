@@ -17,9 +17,6 @@ typedef struct shd_route {
 shd_status shd_routes_prepare(shd_settings *settings, shd_error *error);
 void shd_routes_release(shd_settings *settings);
 
-/* NULL where there is none. */
-const shd_route *shd_route_find(const char *path);
-
 /* Everything that the head alone decides: the path, the method, the media types. On refusal fills
  * the reply and returns false. */
 bool shd_route_admit(shd_exchange *exchange);

@@ -3,8 +3,8 @@
 #include <string.h>
 
 #include "shade/exact.h"
-#include "shade/math32.h"
 #include "shade/packed.h"
+#include "shade/split32.h"
 
 static const shd_sums_kernel *kernel_of(shd_isa isa) {
     static const shd_sums_kernel *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sums_kernel);

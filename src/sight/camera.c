@@ -8,20 +8,6 @@ shd_lens shd_lens_make(const shd_camera *camera, const shd_raster *raster) {
                       half};
 }
 
-void shd_lens_ray(const shd_lens *lens, double x, double y, shd_vec3 *origin, shd_vec3 *direction) {
-    const shd_camera *camera = lens->camera;
-    double a = (2 * x / lens->width - 1) * lens->half_x;
-    double b = (1 - 2 * y / lens->height) * lens->half_y;
-    shd_vec3 across = shd_madd(shd_scale(camera->right, a), camera->up, b);
-    if (camera->projection == SHD_PERSPECTIVE) {
-        *origin = camera->position;
-        shd_normalize(shd_sub(across, camera->back), direction);
-    } else {
-        *origin = shd_add(camera->position, across);
-        *direction = shd_scale(camera->back, -1);
-    }
-}
-
 shd_vec3 shd_lens_view(const shd_lens *lens, shd_vec3 p) {
     shd_vec3 view = lens->camera->back;
     if (lens->camera->projection == SHD_PERSPECTIVE)

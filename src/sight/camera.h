@@ -13,9 +13,6 @@ typedef struct shd_lens {
 
 shd_lens shd_lens_make(const shd_camera *camera, const shd_raster *raster);
 
-/* The ray through (x, y) in pixels, (0,0) the top left corner; `direction` is unit. */
-void shd_lens_ray(const shd_lens *lens, double x, double y, shd_vec3 *origin, shd_vec3 *direction);
-
 /* The unit vector from p toward the viewer. */
 shd_vec3 shd_lens_view(const shd_lens *lens, shd_vec3 p);
 

@@ -151,7 +151,7 @@ static void narrow(const double *restrict x, float *restrict out) {
     }
 }
 
-/* The sum of two floats, as shd_split32 of shade/math32.h. */
+/* The sum of two floats, as shd_split32 of shade/split32.h. */
 static void split(const double *restrict x, float *restrict high, float *restrict low) {
     SHD_EACH_LANE(i) {
         double least = x[i] > -1e30 ? x[i] : -1e30, held = least < 1e30 ? least : 1e30;

@@ -47,7 +47,8 @@ static inline shd_fan shd_fan_of(const shd_lens *lens) {
         camera->up, camera->back};
 }
 
-/* As shd_lens_ray; perspective: unit. */
+/* The direction, unit, of the ray through a point in pixels, (0,0) the top left corner, of a
+ * perspective camera. */
 SHD_ALWAYS shd_vec3 shd_fan_direction(const shd_fan *fan, double px, double py) {
     double p = (px - fan->middle_x) * fan->step_x, q = (fan->middle_y - py) * fan->step_y;
     double x = fan->right.x * p + fan->up.x * q - fan->back.x,
@@ -57,7 +58,7 @@ SHD_ALWAYS shd_vec3 shd_fan_direction(const shd_fan *fan, double px, double py) 
     return (shd_vec3){x * scale, y * scale, z * scale};
 }
 
-/* Orthographic: from the camera's position. */
+/* Where an orthographic camera's ray through a point starts, from the camera's position. */
 SHD_ALWAYS shd_vec3 shd_fan_start(const shd_fan *fan, double px, double py) {
     double p = (px - fan->middle_x) * fan->step_x, q = (fan->middle_y - py) * fan->step_y;
     return (shd_vec3){fan->right.x * p + fan->up.x * q, fan->right.y * p + fan->up.y * q,
