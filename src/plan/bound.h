@@ -15,10 +15,9 @@ struct shd_plan;
 
 /* Upper bounds; infinite: unknown. */
 typedef struct shd_bound {
-    double linear; /* of components of the film, in the working space, from the model's */
-    double code;   /* of 8-bit samples of outputs, from those of the exact tier's picture */
-    double
-        delta_e; /* CIEDE2000, from the same; of a picture that lies over black, if it has alpha */
+    double linear;  /* of components of the film, in the working space, from the model's */
+    double code;    /* of 8-bit samples of outputs, from those of the exact tier's picture */
+    double delta_e; /* CIEDE2000, from the same; what has alpha lies over black */
 } shd_bound;
 
 /* How an output shows linear light, as far as that is known. Its codes are a curve of a matrix

@@ -86,7 +86,7 @@ typedef struct shd_plane {
 
 typedef struct shd_plan {
     const shd_scene *scene;
-    shd_tier tier; /* the tier that runs: SHD_STANDARD or SHD_EXACT */
+    shd_tier tier; /* the one that runs: with a budget, the cheapest that meets it */
     shd_isa isa;   /* of the kernels: the widest that this machine has; the bits do not depend on
                       it, so tests may choose another that it has */
     const shd_plan_light *lights; /* those that may reach some object */

@@ -183,8 +183,7 @@ static void find_cover(scratch *s, const shd_fragments *f) {
 
 /* ---- From pixels to the film. ---- */
 
-/* Rows of the tile that lie in the region. */
-/* Of a pixel of the raster, in a tile's planes. */
+/* The index of a pixel of the raster in its tile's planes. */
 static size_t place_in_scratch(int x, int y) {
     return (size_t)(y % SHD_TILE) * SHD_TILE + (size_t)(x % SHD_TILE);
 }

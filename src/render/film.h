@@ -7,6 +7,8 @@
 #include "image/image.h"
 #include "render/engine.h"
 
+struct shd_recall;
+
 typedef struct shd_film {
     int width, height; /* of the region */
     float *rgba;       /* [height][width][4]: straight alpha, finite. NULL where `codes` is not */
@@ -25,7 +27,6 @@ typedef struct shd_film {
 
 /* Renders the scene. `film` has its codes set or is zero. `sight` is NULL where `recall` has the
  * picture's light; `recall` and `options` may be NULL. Adds to request->times and ->saturated. */
-struct shd_recall;
 shd_status shd_film_render(shd_request *request, const shd_sight *sight,
                            const struct shd_recall *recall, const shd_render_options *options,
                            shd_film *film, shd_error *error);

@@ -13,6 +13,8 @@
 #include "render/paint.h"
 #include "shade/lighting.h"
 
+struct shd_film;
+
 enum {
     SHD_TILE = 32, /* pixels of a side; the grid of tiles begins at the picture's (0,0) */
     SHD_TILE_PIXELS = SHD_TILE * SHD_TILE,
@@ -69,7 +71,6 @@ uint64_t shd_tile_scratch_size(const shd_plan *plan);
 /* Looks at the pixels of tile `index`. The fragments live in the scratch until the next call. Data
  * layers go to the film at once. Ends the stages visibility and shade. `tile` lies within one
  * tile of the grid. */
-struct shd_film;
 const shd_fragments *shd_tile_look(const shd_scenery *scenery, size_t index, shd_tile tile,
                                    shd_tile_scratch *scratch, const struct shd_film *film,
                                    shd_stopwatch *watch);

@@ -27,8 +27,7 @@ static const double upload_grace = 1, cancel_grace = 5;
 
 typedef struct ports {
     struct MHD_Daemon *public, *admin;
-    int own; /* the public port's socket, which libmicrohttpd closes; -1: it is the manager's, too
-              */
+    int own; /* the public port's socket, libmicrohttpd's to close; -1: a service manager has it */
 } ports;
 
 static bool has_admin(const shd_config *config) {
