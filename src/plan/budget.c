@@ -213,7 +213,6 @@ static bool drop_weakest(shd_plan *plan, double room, const shd_influences *in, 
 /* The best that there is, for the message. */
 static shd_status fail_budget(const shd_plan *plan, const shd_shown *shown, shd_arena *arena,
                               shd_error *error) {
-    static const char *const units[] = {"linear", "code", "deltaE2000"};
     const shd_accuracy *accuracy = &plan->scene->accuracy;
     shd_bound bound;
     if (!shd_plan_bound(plan, SHD_EXACT, shown, arena, &bound)) return SHD_MEMORY;
@@ -221,10 +220,10 @@ static shd_status fail_budget(const shd_plan *plan, const shd_shown *shown, shd_
     if (!isfinite(reached))
         return shd_fail(error, SHD_SCENE, "/accuracy/maxError",
                         "no bound in %s is known for this scene: a light may touch a surface",
-                        units[accuracy->metric]);
+                        shd_metric_names[accuracy->metric]);
     return shd_fail(error, SHD_SCENE, "/accuracy/maxError",
                     "no tier stays within %.9g %s in this scene: `exact` reaches %.2g",
-                    accuracy->max_error, units[accuracy->metric], reached);
+                    accuracy->max_error, shd_metric_names[accuracy->metric], reached);
 }
 
 static shd_status meet_budget(shd_plan *plan, const shd_shown *shown, uint8_t *drops, bool *dropped,

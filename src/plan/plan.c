@@ -138,19 +138,19 @@ static bool make_materials(shd_plan *plan, const double ambient[3], shd_arena *a
 }
 
 static const char *summarize(const shd_plan *plan, shd_arena *arena) {
-    static const char *const tiers[] = {"draft", "standard", "exact"};
     char text[160]; /* of 130 at most */
-    int length = snprintf(text, sizeof text, "tier=%s; lights=%zu/%zu", tiers[plan->tier],
+    int length = snprintf(text, sizeof text, "tier=%s; lights=%zu/%zu", shd_tier_names[plan->tier],
                           plan->light_count, plan->scene->light_count);
-    const double values[] = {plan->bound.linear, plan->bound.code, plan->bound.delta_e};
-    static const char *const units[] = {"linear", "code", "deltaE2000"};
+    const double values[] = {[SHD_LINEAR] = plan->bound.linear,
+                             [SHD_CODE] = plan->bound.code,
+                             [SHD_DELTA_E_2000] = plan->bound.delta_e};
     const char *before = "; error<=";
     for (int i = 0; i < 3; i++) {
         if (!isfinite(values[i])) continue;
         char number[16];
         shd_print_bound(values[i], number);
         length += snprintf(text + length, sizeof text - (size_t)length, "%s%s %s", before, number,
-                           units[i]);
+                           shd_metric_names[i]);
         before = ", ";
     }
     return shd_arena_strdup(arena, text);

@@ -188,12 +188,21 @@ static json_t *describe_formats(void) {
     return formats;
 }
 
+/* What each tier lights in. */
+static json_t *describe_tiers(void) {
+    json_t *tiers = json_array();
+    for (int t = 0; shd_tier_names[t]; t++)
+        json_array_append_new(
+            tiers, json_sprintf("%s %s", shd_tier_names[t], t == SHD_EXACT ? "f64" : "f32"));
+    return tiers;
+}
+
 static json_t *describe_version(const shd_engine *engine) {
-    return json_pack("{ss ss ss ss so so ss ss s[s s]}", "name", "shaded", "version", shd_version(),
+    return json_pack("{ss ss ss ss so so ss ss so}", "name", "shaded", "version", shd_version(),
                      "compiler", COMPILER, "build", BUILD_KIND, "libraries", describe_libraries(),
                      "formats", describe_formats(), "colorConfig",
                      shd_color_config_digest(engine->color), "kernel", shd_isa_name(engine->isa),
-                     "kernels", "exact f64", "standard f32");
+                     "kernels", describe_tiers());
 }
 
 shd_status shd_engine_describe(const shd_engine *engine, shd_topic topic, char **json,

@@ -6,9 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-const char *const shd_tier_names[] = {"draft", "standard", "exact"};
-const char *const shd_metric_names[] = {"linear", "code", "deltaE2000"};
-
 static json_t *maybe_text(const char *text) {
     return text ? json_string(text) : json_null();
 }
@@ -97,7 +94,6 @@ static json_t *tell_terms(const shd_plan *plan) {
 /* ---- Lights, materials, objects. ---- */
 
 static json_t *tell_lights(const shd_plan *plan) {
-    static const char *const types[] = {"ambient", "directional", "point", "spot"};
     const shd_scene *scene = plan->scene;
     json_t *list = json_array();
     for (size_t i = 0; i < scene->light_count; i++) {
@@ -105,7 +101,7 @@ static json_t *tell_lights(const shd_plan *plan) {
         bool used = shd_plan_find_light(plan, i, &at);
         json_array_append_new(list,
                               json_pack("{sI ss sb so}", "light", (json_int_t)i, "type",
-                                        types[scene->lights[i].type], "used", used, "why",
+                                        shd_light_names[scene->lights[i].type], "used", used, "why",
                                         maybe_text(used ? NULL : shd_drop_reason(plan->drops[i]))));
     }
     return json_pack("{sI sI so}", "given", (json_int_t)scene->light_count, "used",

@@ -27,7 +27,4 @@ const char *shd_drop_reason(unsigned drops);
 /* As the last member of the answer: sentences, one a line of text. NULL: memory. */
 json_t *shd_explain_words(const shd_explained *e);
 
-extern const char *const shd_tier_names[SHD_EXACT + 1];
-extern const char *const shd_metric_names[3];
-
 #endif

@@ -26,16 +26,12 @@ typedef struct raw_accuracy {
 
 static void read_accuracy(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
     (void)field, (void)out;
-    static const char *const tiers[] = {
-        [SHD_DRAFT] = "draft", [SHD_STANDARD] = "standard", [SHD_EXACT] = "exact", NULL};
-    static const char *const metrics[] = {
-        [SHD_LINEAR] = "linear", [SHD_CODE] = "code", [SHD_DELTA_E_2000] = "deltaE2000", NULL};
     enum { TIER, MAX_ERROR, METRIC, COUNT };
     static const shd_field fields[COUNT] = {
         [TIER] = {.name = "tier",
                   .read = shd_read_choice,
                   .offset = offsetof(raw_accuracy, tier),
-                  .choices = tiers},
+                  .choices = shd_tier_names},
         [MAX_ERROR] = {.name = "maxError",
                        .read = shd_read_number,
                        .offset = offsetof(raw_accuracy, max_error),
@@ -43,7 +39,7 @@ static void read_accuracy(shd_reader *r, const shd_node *node, const shd_field *
         [METRIC] = {.name = "metric",
                     .read = shd_read_choice,
                     .offset = offsetof(raw_accuracy, metric),
-                    .choices = metrics},
+                    .choices = shd_metric_names},
     };
     if (!shd_is_object(r, node)) return;
     raw_accuracy raw = {SHD_STANDARD, SHD_DELTA_E_2000, 0};
@@ -78,8 +74,6 @@ static void check_formats(shd_reader *r) {
 }
 
 static void read_document(shd_reader *r, const json_t *tree) {
-    static const char *const interpolations[] = {
-        [SHD_PHONG] = "phong", [SHD_GOURAUD] = "gouraud", [SHD_FLAT] = "flat", NULL};
     /* Colors need both spaces; lights the camera's frame; objects the materials and the
      * interpolation; outputs the working space and the number of lights. */
     static const shd_field fields[] = {
@@ -93,7 +87,7 @@ static void read_document(shd_reader *r, const json_t *tree) {
         {.name = "interpolation",
          .read = shd_read_choice,
          .offset = offsetof(shd_reader, interpolation),
-         .choices = interpolations},
+         .choices = shd_interpolation_names},
         {.name = "materials", .read = shd_read_materials},
         {.name = "objects", .read = shd_read_objects, .always = true},
         {.name = "accuracy", .read = read_accuracy},

@@ -7,11 +7,6 @@
 /* Bits of shd_field.kinds. A bare light has no type, only a homogeneous position. */
 enum { AMBIENT = 1, DIRECTIONAL = 2, POINT = 4, SPOT = 8, BARE = 16, ANY = 31 };
 
-static const char *const types[] = {[SHD_LIGHT_AMBIENT] = "ambient",
-                                    [SHD_LIGHT_DIRECTIONAL] = "directional",
-                                    [SHD_LIGHT_POINT] = "point",
-                                    [SHD_LIGHT_SPOT] = "spot",
-                                    NULL};
 static const char *const frames[] = {"world", "camera", NULL};
 enum { WORLD, CAMERA };
 
@@ -151,7 +146,7 @@ static void place(shd_reader *r, const shd_node *node, raw_light *raw, bool has_
     if (!directional && w == 0)
         shd_node_fail(r->report, &position, SHD_SCENE,
                       "a %s light cannot be at infinity (w is 0): leave out `type`",
-                      types[light->type]);
+                      shd_light_names[light->type]);
     else if (directional && !isnan(w) && w != 0)
         shd_node_fail(r->report, &position, SHD_SCENE,
                       "a directional light has no position, but a `direction`");
@@ -204,7 +199,7 @@ static raw_light default_light(shd_reader *r, shd_light_type type) {
 static unsigned read_kind(shd_reader *r, const shd_node *node) {
     shd_node type = shd_node_member(node, "type");
     if (type.value) {
-        int index = shd_read_name(r, &type, types);
+        int index = shd_read_name(r, &type, shd_light_names);
         return index < 0 ? 0 : 1u << index;
     }
     shd_node position = shd_node_member(node, "position");

@@ -42,9 +42,6 @@ enum {
     FIELDS
 };
 
-static const char *const interpolations[] = {
-    [SHD_PHONG] = "phong", [SHD_GOURAUD] = "gouraud", [SHD_FLAT] = "flat", NULL};
-
 static void read_material(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
     (void)field;
     *(size_t *)out = shd_use_material(r, node);
@@ -93,7 +90,7 @@ static const shd_field fields[FIELDS] = {
     [INTERPOLATION] = {.name = "interpolation",
                        .read = shd_read_choice,
                        .offset = offsetof(raw_object, interpolation),
-                       .choices = interpolations},
+                       .choices = shd_interpolation_names},
     [SEGMENTS] = {.name = "segments",
                   .read = shd_read_integer,
                   .offset = offsetof(raw_object, segments),

@@ -188,6 +188,10 @@ typedef struct shd_preset {
 const shd_preset *shd_presets(size_t *count);
 const shd_preset *shd_preset_find(const char *name); /* NULL: none */
 
+/* Names as documents have them, by enum; after the last one NULL. */
+extern const char *const shd_tier_names[],
+    *const shd_metric_names[], *const shd_light_names[], *const shd_interpolation_names[];
+
 const char *shd_shape_name(shd_shape shape);
 
 /* The map of an object's unit form (see sight/shapes.h) to the world, and the inverse of its linear

@@ -1,14 +1,4 @@
-#include <string.h>
-
 #include "scene/scene.h"
-
-const char *shd_shape_name(shd_shape shape) {
-    static const char *const names[SHD_SHAPE_COUNT] = {
-        [SHD_SPHERE] = "sphere", [SHD_PLANE] = "plane",       [SHD_DISC] = "disc",
-        [SHD_BOX] = "box",       [SHD_CYLINDER] = "cylinder", [SHD_CONE] = "cone",
-        [SHD_TORUS] = "torus",   [SHD_MESH] = "mesh"};
-    return names[shape];
-}
 
 /* Per axis scale of the unit form. */
 static shd_vec3 unit_size(const shd_object *object) {

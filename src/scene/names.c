@@ -1,0 +1,25 @@
+/* Enums by the names that documents have for them. */
+#include "scene/scene.h"
+
+const char *const shd_tier_names[] = {
+    [SHD_DRAFT] = "draft", [SHD_STANDARD] = "standard", [SHD_EXACT] = "exact", NULL};
+
+const char *const shd_metric_names[] = {
+    [SHD_LINEAR] = "linear", [SHD_CODE] = "code", [SHD_DELTA_E_2000] = "deltaE2000", NULL};
+
+const char *const shd_light_names[] = {[SHD_LIGHT_AMBIENT] = "ambient",
+                                       [SHD_LIGHT_DIRECTIONAL] = "directional",
+                                       [SHD_LIGHT_POINT] = "point",
+                                       [SHD_LIGHT_SPOT] = "spot",
+                                       NULL};
+
+const char *const shd_interpolation_names[] = {
+    [SHD_PHONG] = "phong", [SHD_GOURAUD] = "gouraud", [SHD_FLAT] = "flat", NULL};
+
+const char *shd_shape_name(shd_shape shape) {
+    static const char *const names[SHD_SHAPE_COUNT] = {
+        [SHD_SPHERE] = "sphere", [SHD_PLANE] = "plane",       [SHD_DISC] = "disc",
+        [SHD_BOX] = "box",       [SHD_CYLINDER] = "cylinder", [SHD_CONE] = "cone",
+        [SHD_TORUS] = "torus",   [SHD_MESH] = "mesh"};
+    return names[shape];
+}
