@@ -59,11 +59,13 @@ static const shape_text shapes[SHD_SHAPE_COUNT] = {
     [SHD_TORUS] = {"A ring around the y axis, centered on the origin",
                    {{"radius", "number", "1", "From its center to the middle of the tube"},
                     {"tube", "number", "0.25", "The radius of the tube, greater than 0"}}},
-    [SHD_MESH] = {"Triangles",
-                  {{"positions", "array", NULL, "x, y, z of every vertex, one after another"},
-                   {"indices", "array", NULL, "Three vertices a triangle, counted from 0"},
-                   {"normals", "array", "null",
-                    "x, y, z of every vertex's normal; null: each triangle has its own"}}},
+    [SHD_MESH] =
+        {"Triangles",
+         {{"positions", "array", NULL, "x, y, z of every vertex, one after another"},
+          {"indices", "array", "null",
+           "Three vertices a triangle, counted from 0; null: every three vertices are one"},
+          {"normals", "array", "null",
+           "x, y, z of every vertex's normal; null: each triangle has its own"}}},
 };
 
 /* What every object has, whatever its shape. */

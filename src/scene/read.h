@@ -130,7 +130,8 @@ size_t shd_use_material(shd_reader *r, const shd_node *node);
 /* `transform` of an object. linear[0][0] is NAN where the linear part is not known. */
 shd_field_read shd_read_transform; /* shd_affine */
 
-/* The arrays of a mesh as the document has them; NULL: absent. */
+/* The arrays of a mesh as the document has them; NULL: absent, as which null counts for all but
+ * positions. */
 typedef struct shd_mesh_source {
     const json_t *positions, *indices, *normals;
 } shd_mesh_source;

@@ -96,6 +96,7 @@ const shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mes
     shd_node at = {node, "positions", 0, source->positions};
     shd_node at_indices = {node, "indices", 0, source->indices};
     shd_node at_normals = {node, "normals", 0, source->normals};
+    bool has_indices = at_indices.value && !json_is_null(at_indices.value);
     bool has_normals = at_normals.value && !json_is_null(at_normals.value);
     size_t errors = r->report->error_count;
 
@@ -103,7 +104,7 @@ const shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mes
     bool whole = at.value && in_threes(r, &at, "positions");
     size_t size = json_array_size(at.value);
     size_t vertices = size / 3 + (size % 3 > 0), triangles = vertices / 3;
-    if (at_indices.value) {
+    if (has_indices) {
         in_threes(r, &at_indices, "indices");
         triangles = json_array_size(at_indices.value) / 3;
     } else if (whole && vertices % 3) {
@@ -130,7 +131,7 @@ const shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mes
         if (has_normals) normals = shd_take(r, vertices, 3 * sizeof *normals);
     }
     read_numbers(r, &at, "positions", positions);
-    if (at_indices.value)
+    if (has_indices)
         read_indices(r, &at_indices, vertices, indices);
     else if (indices)
         for (size_t i = 0; i < 3 * triangles; i++) indices[i] = (uint32_t)i;

@@ -33,17 +33,22 @@ static json_t *describe(shd_engine *engine, shd_topic topic) {
 }
 
 /* Takes `document`. */
-static void assert_accepted(shd_engine *engine, json_t *document) {
+static void assert_read(shd_engine *engine, json_t *document, bool accepted) {
     char *text = json_dumps(document, 0);
     shd_request *request;
     assert_int_equal(shd_request_new(engine, &request, NULL), SHD_OK);
-    if (shd_request_read(request, text, strlen(text), SHD_PNG)) {
+    if (accepted != !shd_request_read(request, text, strlen(text), SHD_PNG)) {
         const shd_problem *problem = &shd_request_report(request)->errors[0];
-        fail_msg("%s\n%s: %s", text, problem->pointer, problem->detail);
+        if (accepted) fail_msg("%s\n%s: %s", text, problem->pointer, problem->detail);
+        fail_msg("%s\naccepted", text);
     }
     shd_request_drop(request);
     free(text);
     json_decref(document);
+}
+
+static void assert_accepted(shd_engine *engine, json_t *document) {
+    assert_read(engine, document, true);
 }
 
 /* Adds the members' defaults to `object`. */
@@ -59,7 +64,7 @@ static void set_defaults(json_t *object, const json_t *members) {
     }
 }
 
-static void every_shape_is_accepted_with_its_described_members(void **state) {
+static void every_shape_is_accepted_with_the_members_that_it_requires(void **state) {
     json_t *list = describe(*state, SHD_TOPIC_SHAPES);
     size_t i;
     json_t *shape;
@@ -70,9 +75,17 @@ static void every_shape_is_accepted_with_its_described_members(void **state) {
         if (!strcmp(json_string_value(json_object_get(object, "type")), "mesh")) {
             json_object_set_new(object, "positions",
                                 json_pack("[iiiiiiiii]", 0, 0, 0, 1, 0, 0, 0, 1, 0));
-            json_object_set_new(object, "indices", json_pack("[iii]", 0, 1, 2));
         }
-        assert_accepted(*state, json_pack("{s[o]}", "objects", object));
+        assert_accepted(*state, json_pack("{s[O]}", "objects", object));
+        size_t k;
+        json_t *member;
+        json_array_foreach(json_object_get(shape, "members"), k, member) {
+            json_t *without = json_copy(object);
+            json_object_del(without, json_string_value(json_object_get(member, "name")));
+            assert_read(*state, json_pack("{s[o]}", "objects", without),
+                        !json_boolean_value(json_object_get(member, "required")));
+        }
+        json_decref(object);
     }
     assert_int_equal(i, 8);
     json_decref(list);
@@ -181,7 +194,7 @@ static void version_names_what_it_is_made_of(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(every_shape_is_accepted_with_its_described_members),
+        cmocka_unit_test(every_shape_is_accepted_with_the_members_that_it_requires),
         cmocka_unit_test(described_defaults_are_the_readers_own),
         cmocka_unit_test(every_material_is_a_preset),
         cmocka_unit_test(every_space_and_view_is_accepted_as_output),
