@@ -20,9 +20,9 @@ SHD_ALWAYS ball_hit meet(shd_vec3 o, shd_vec3 u, bool far) {
     }
     double inside = 1 - (x * x + y * y + z * z);
     double half = sqrt(inside);
-    double side = -along - half > 0 ? -half : half;
+    double side = -along - half > SHD_BLIND ? -half : half;
     double t = side - along;
-    t = t > 0 ? t : INFINITY;
+    t = t > SHD_BLIND ? t : INFINITY;
     return (ball_hit){inside >= 0 ? t : INFINITY, side, x + side * u.x, y + side * u.y,
                       z + side * u.z};
 }

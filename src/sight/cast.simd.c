@@ -17,6 +17,7 @@
 static void carry(const shd_item *it, const shd_batch *restrict b, shd_work *restrict w) {
     const shd_affine m = it->from_world;
     const shd_vec3 eye = it->eye, forward = it->forward;
+    const double blind = it->blind;
     if (b->orthographic) {
         SHD_EACH_LANE(i) {
             double x = b->start[0][i], y = b->start[1][i], z = b->start[2][i];
@@ -26,7 +27,8 @@ static void carry(const shd_item *it, const shd_batch *restrict b, shd_work *res
             w->dx[i] = forward.x;
             w->dy[i] = forward.y;
             w->dz[i] = forward.z;
-            w->near[i] = w->shift[i] = 0;
+            w->near[i] = blind;
+            w->shift[i] = 0;
         }
     } else {
         SHD_EACH_LANE(i) {
@@ -37,7 +39,8 @@ static void carry(const shd_item *it, const shd_batch *restrict b, shd_work *res
             w->ox[i] = eye.x;
             w->oy[i] = eye.y;
             w->oz[i] = eye.z;
-            w->near[i] = w->shift[i] = 0;
+            w->near[i] = blind;
+            w->shift[i] = 0;
         }
     }
     if (it->shape != SHD_PLANE) SHD_EACH_LANE(i) shd_approach(w, i);

@@ -22,6 +22,8 @@ typedef struct shd_item {
     shd_vec3 eye;     /* the camera's position in the unit form's frame */
     shd_vec3 forward; /* the rays' direction there; orthographic */
     double nearest;   /* no ray meets it at a smaller t */
+    double blind;     /* nor does it count up to this one; 0 for planes, which are met exactly, and
+                         for meshes, whose trees know their size */
     bool far;         /* the eye is so far away that f64 wants the origin moved twice (balls) */
     bool convex;      /* its silhouette is */
     shd_triangles triangles; /* SHD_MESH */

@@ -29,8 +29,9 @@ shd_status shd_mesh_tree_new(const shd_triangles *triangles, shd_tracer *tracer,
                              shd_error *error);
 void shd_mesh_tree_drop(shd_mesh_tree *tree); /* NULL is fine */
 
-/* The nearest triangle with t > ray->near: t, the triangle, and the barycentric weights of its
- * second and third corner: in [0,1] with a sum of at most 1, but for 1e-3 at edges. */
+/* The nearest triangle with t > ray->near, and not closer than SHD_BLIND: t, the triangle, and the
+ * barycentric weights of its second and third corner: in [0,1] with a sum of at most 1, but for
+ * 1e-3 at edges. */
 bool shd_mesh_tree_intersect(const shd_mesh_tree *tree, const shd_ray *ray, double *t,
                              uint32_t *triangle, double *u, double *v);
 

@@ -9,6 +9,10 @@
 
 #include "scene/scene.h"
 
+/* Of an object nothing is seen that is closer to the eye than this, of its size: whether an eye on
+ * its surface has it before or behind itself, rays would tell each by its own rounding. */
+#define SHD_BLIND 1e-12
+
 /* `direction` need not be unit. Only t > near counts. */
 typedef struct shd_ray {
     shd_vec3 origin, direction;

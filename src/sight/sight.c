@@ -104,13 +104,16 @@ static shd_affine scaled(double size, shd_vec3 origin) {
     return (shd_affine){{{size, 0, 0}, {0, size, 0}, {0, 0, size}}, origin};
 }
 
-/* Whether a map turns (or mirrors) and scales alike in all directions, to rounding; by how much. */
-static bool is_similar(const shd_affine *m, double *size) {
-    double length[3];
+/* The lengths of what a map makes of the axes' unit vectors. */
+static void measure_axes(const shd_affine *m, double length[3]) {
     for (int c = 0; c < 3; c++) {
         shd_vec3 column = {m->linear[0][c], m->linear[1][c], m->linear[2][c]};
         length[c] = shd_length(column);
     }
+}
+
+/* Whether a map turns (or mirrors) and scales alike in all directions, to rounding; by how much. */
+static bool is_similar(const shd_affine *m, const double length[3], double *size) {
     const double s = length[0];
     for (int c = 0; c < 3; c++) {
         const int d = (c + 1) % 3;
@@ -149,7 +152,9 @@ static shd_status make_item(const shd_plan *plan, const shd_lens *lens, size_t i
     }
     it->normal_map = shd_normal_map(&it->to_world);
     bool faceted = object->interpolation != SHD_PHONG;
-    it->similar = is_similar(&it->to_world, &it->size);
+    double axes[3];
+    measure_axes(&it->to_world, axes);
+    it->similar = is_similar(&it->to_world, axes, &it->size);
     if (it->similar)
         for (int r = 0; r < 3; r++)
             for (int c = 0; c < 3; c++)
@@ -174,8 +179,12 @@ static shd_status make_item(const shd_plan *plan, const shd_lens *lens, size_t i
     }
     if (faceted && !make_facets(it, object->interpolation == SHD_FLAT, lens, arena, &it->facets))
         return no_memory(error, index);
-    if (it->shape != SHD_MESH) return SHD_OK;
-    return shd_mesh_tree_new(&it->triangles, tracer, cancelled, arena, &it->tree, error);
+    if (it->shape == SHD_MESH)
+        return shd_mesh_tree_new(&it->triangles, tracer, cancelled, arena, &it->tree, error);
+    if (it->shape != SHD_PLANE)
+        it->blind = SHD_BLIND * fmax(axes[0], fmax(axes[1], axes[2])) *
+                    (it->shape == SHD_TORUS ? 1 + it->tube : 1);
+    return SHD_OK;
 }
 
 shd_status shd_sight_new(const shd_plan *plan, shd_tracer *tracer, const atomic_bool *cancelled,

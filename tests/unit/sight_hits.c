@@ -148,6 +148,38 @@ static void from_inside_a_sphere_its_far_wall_is_seen(void **state) {
         }
 }
 
+/* The eye on a surface whose normal is up in the picture: rays of the lower half go inside and see
+ * the far wall, and none sees the place where the eye is. */
+static void an_eye_on_a_surface_looks_past_it(void **state) {
+    static const struct {
+        const char *object, *camera;
+        bool plane, hollow; /* tessellated, the surface is the same; there is an inside */
+    } cases[] = {
+        {"\"sphere\"", "[0, 0, 1], \"target\": [1, 0, 1], \"up\": [0, 0, 1]", false, true},
+        {"\"sphere\", \"transform\": {\"scale\": [1, 3, 2]}",
+         "[0, 0, 2], \"target\": [1, 0.3, 2], \"up\": [0, 0, 1]", false, true},
+        {"\"box\"", "[0.1, 0.2, 0.5], \"target\": [1, 0.3, 0.5], \"up\": [0, 0, 1]", true, true},
+        {"\"cylinder\"", "[0, 0, 1], \"target\": [1, 0.3, 1], \"up\": [0, 0, 1]", false, true},
+        {"\"cylinder\"", "[0.1, 1, 0.5], \"target\": [0, 1, 0]", true, true},
+        {"\"cone\"", "[0.1, -1, 0.5], \"target\": [0, -1, 0], \"up\": [0, -1, 0]", true, true},
+        {"\"torus\"", "[1.25, 0, 0], \"target\": [1.25, 0.3, 1], \"up\": [1, 0, 0]", false, true},
+        {"\"disc\", \"radius\": 10", "[0, 0, 4]", true, false},
+    };
+    for (shd_isa isa = 0; every_variant(&isa); isa++)
+        for (size_t k = 0; k < 2 * (sizeof cases / sizeof cases[0]); k++) {
+            const bool flat = k & 1;
+            if (flat && !cases[k / 2].plane) continue;
+            char *json = text_of("{" PICTURE EXACT ", \"camera\": {\"position\": %s}, "
+                                 "\"objects\": [{\"type\": %s, \"interpolation\": \"%s\"}]}",
+                                 cases[k / 2].camera, cases[k / 2].object, flat ? "flat" : "phong");
+            seen s = see(*state, json, isa);
+            assert_int_equal(s.hits.count, cases[k / 2].hollow ? ALL / 2 : 0);
+            for (size_t i = 0; i < s.hits.count; i++) assert_true(s.hits.shot[i] >= ALL / 2);
+            drop_seen(&s);
+            free(json);
+        }
+}
+
 /* Normals of (x, y, 10 z) on the unit sphere: the gradient, and what the map itself would give. */
 static void normals_of_scaled_spheres_are_the_gradient(void **state) {
     for (shd_isa isa = 0; every_variant(&isa); isa++) {
@@ -238,6 +270,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(far_spheres_have_their_outline_and_normals),
         cmocka_unit_test(from_inside_a_sphere_its_far_wall_is_seen),
+        cmocka_unit_test(an_eye_on_a_surface_looks_past_it),
         cmocka_unit_test(normals_of_scaled_spheres_are_the_gradient),
         cmocka_unit_test(scenes_of_any_size_are_seen_alike),
     };
