@@ -44,7 +44,7 @@ typedef struct shd_image {
                             native byte order */
     int channel;         /* -1: all three; 0..2: that one as grey, with alpha if `alpha`; 3: alpha
                             as grey */
-    bool alpha;          /* keep alpha; false: `rgba` is opaque */
+    bool alpha;          /* keep alpha; false: `rgba` is opaque, or alpha is the channel */
     shd_packing packing;
     shd_depth depth;
     int quality;           /* 1..100: jpeg, webp (100 is lossless) */

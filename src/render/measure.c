@@ -20,7 +20,7 @@ shd_status shd_showing_make(const shd_request *request, const shd_output *output
                             shd_error *error) {
     shd_color_config *color = request->engine->color;
     bool alpha = request->scene->transparent && shd_format_get(output->format)->alpha;
-    shd_showing showing = {.flatten = request->scene->transparent && !alpha};
+    shd_showing showing = {.flatten = shd_output_is_flat(request->scene, output)};
     shd_status status = shd_output_transform(request, output, &showing.transform, error);
     if (status != SHD_OK) return status;
 

@@ -117,6 +117,10 @@ static bool make_layers(shd_request *request, const shd_film *film, const shd_ou
     return true;
 }
 
+bool shd_output_is_flat(const shd_scene *scene, const shd_output *output) {
+    return scene->transparent && !shd_format_get(output->format)->alpha && output->channel != 3;
+}
+
 void shd_output_flatten(float *rgba, size_t pixels) {
     for (size_t i = 0; i < pixels; i++) {
         for (int c = 0; c < 3; c++) rgba[4 * i + (size_t)c] *= rgba[4 * i + 3];
@@ -361,7 +365,7 @@ shd_status shd_output_make(shd_request *request, const shd_film *film, size_t in
     if (film->codes) {
         image.samples = film->samples;
     } else {
-        const bool flat = scene->transparent && !image.alpha;
+        const bool flat = shd_output_is_flat(scene, output);
         const shd_color_codes *codes = find_codes(request, output, transform, &image);
         made = codes ? code_picture(request, codes, film, flat, output->format, &image)
                      : convert_film(request, film, index, transform, flat, &image);

@@ -21,7 +21,9 @@ shd_status shd_output_transform(const shd_request *request, const shd_output *ou
 /* How integers hold the channels. */
 shd_packing shd_output_packing(shd_channels channels);
 
-/* Lays pixels over black: what is done before the colors where the format holds no alpha. */
+/* Whether pixels are laid over black before the colors: where the format holds no alpha, and alpha
+ * is not what is asked for. */
+bool shd_output_is_flat(const shd_scene *scene, const shd_output *output);
 void shd_output_flatten(float *rgba, size_t pixels);
 
 #endif

@@ -67,7 +67,7 @@ static void check_formats(shd_reader *r) {
             shd_report_error(r->report, SHD_SCENE, "/image",
                              "a %s picture is at most %d pixels wide and high, not %d",
                              format->name, format->side, side);
-        if (r->scene->transparent && !format->alpha)
+        if (r->scene->transparent && r->flat >> f & 1)
             shd_report_warning(r->report, "/background",
                                "%s holds no alpha: the picture is laid over black", format->name);
     }

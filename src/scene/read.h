@@ -35,8 +35,9 @@ typedef struct shd_reader {
     int interpolation;            /* of objects that do not say */
     size_t lights;                /* that the document asks for; SIZE_MAX: not known */
     uint64_t triangles;           /* of the objects so far */
-    unsigned formats;             /* bits of the outputs' shd_format */
-    uint32_t wrong;               /* as shd_read_fields answers: the fields that it found wrong */
+    unsigned formats,
+        flat;       /* bits of the outputs' shd_format; of those with color, without alpha */
+    uint32_t wrong; /* as shd_read_fields answers: the fields that it found wrong */
 
     shd_named_material *named; /* `materials`, sorted by name */
     size_t named_count;

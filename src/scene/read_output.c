@@ -322,6 +322,8 @@ static void read_one(shd_reader *r, const shd_node *node, unsigned kind, shd_out
     if (!(wrong & (1u << FORMAT | 1u << BIT_DEPTH))) resolve_depth(r, node, &raw, output);
     resolve_color(r, node, &raw, seen, wrong);
     if (raw.channel) resolve_channel(r, node, raw.channel, channels_of(&raw, seen), output);
+    if (!shd_format_get(output->format)->alpha && output->channel != 3)
+        r->flat |= r->formats & 1u << raw.format;
     if (seen >> LAYERS & 1) check_layers(r, node, &raw, seen, wrong);
     if (raw.layers) resolve_layers(r, node, raw.layers, output);
     *out = *output;

@@ -172,6 +172,16 @@ class RenderTest(unittest.TestCase):
         grey = self.render({**SMALL, "output": {"format": "png", "channel": "R"}})
         self.assertEqual(Image.open(io.BytesIO(grey.body)).mode, "L")
 
+    def test_alpha_is_a_channel_in_formats_that_hold_none(self):
+        for output in ({"format": "jpeg", "quality": 100}, {"format": "png"}):
+            answer = self.render({**SMALL, "background": None, "output": {**output, "channel": "A"}})
+            self.assertNotIn("Shaded-Warning", answer.headers)
+            matte = Image.open(io.BytesIO(answer.body))
+            self.assertLess(matte.getpixel((0, 0)), 8)
+            self.assertGreater(matte.getpixel((8, 6)), 247)
+        color = self.render({**SMALL, "background": None, "output": {"format": "jpeg"}})
+        self.assertIn("laid over black", color.headers["Shaded-Warning"])
+
     # ---- Several outputs ----
 
     def test_outputs_come_as_form_data(self):
