@@ -52,6 +52,13 @@ static void report_syntax(const char *text, size_t length, const json_error_t *e
         shd_report_error(report, SHD_SYNTAX, "",
                          "line %d, column %d: the key \"%s\" is there twice", line, column,
                          key_before(text, end).text);
+    else if (json_error_code(error) == json_error_null_character)
+        shd_report_error(report, SHD_SYNTAX, "",
+                         "line %d, column %d: \\u0000 is not allowed in strings", line, column);
+    else if (length >= 3 && !memcmp(text, "\xef\xbb\xbf", 3))
+        shd_report_error(report, SHD_SYNTAX, "",
+                         "line %d, column %d: a byte order mark stands before the document", line,
+                         column);
     else if (json_error_code(error) == json_error_stack_overflow)
         shd_report_error(report, SHD_SYNTAX, "",
                          "line %d, column %d: the document is nested too deeply", line, column);

@@ -32,7 +32,7 @@ enum { TARGET_MOST = 8000, PARAMETERS_MOST = 250 };
 typedef struct head {
     shd_exchange *exchange;
     const char *length, *coding, *request_id;
-    unsigned lengths, codings, hosts, authorizations;
+    unsigned lengths, codings, hosts, types, authorizations;
     bool expects, blanks;
 } head;
 
@@ -124,8 +124,9 @@ static enum MHD_Result read_field(void *cls, enum MHD_ValueKind kind, const char
         join(&h->exchange->if_none_match, value, &h->exchange->reply);
     } else if (!strcasecmp(name, "Content-Type")) {
         h->exchange->content_type = value;
+        h->types++;
     } else if (!strcasecmp(name, "Content-Encoding")) {
-        h->exchange->content_encoding = value;
+        if (*value && strcasecmp(value, "identity")) h->exchange->content_encoding = value;
     } else if (!strcasecmp(name, "Authorization")) {
         h->exchange->authorization = h->authorizations++ ? NULL : value;
     } else if (!strcasecmp(name, "Origin")) {
@@ -163,8 +164,8 @@ static shd_method find_method(const char *name) {
     return SHD_NO_METHOD;
 }
 
-/* Heads on which two servers could disagree where the body ends are refused: that is how requests
- * are smuggled past proxies (RFC 9112, section 11.2). */
+/* Heads on which two servers could disagree where the body ends, or what it is, are refused: that
+ * is how requests are smuggled past proxies (RFC 9112, section 11.2). */
 static bool check_framing(head *h, const char *version) {
     shd_reply *reply = &h->exchange->reply;
     if (h->lengths > 1)
@@ -177,6 +178,8 @@ static bool check_framing(head *h, const char *version) {
         shd_problem_reply(reply, SHD_BAD_REQUEST, "a field's name holds blanks");
     else if (h->hosts > 1 || (!h->hosts && !strcmp(version, "HTTP/1.1")))
         shd_problem_reply(reply, SHD_BAD_REQUEST, "%u Host fields: one is needed", h->hosts);
+    else if (h->types > 1)
+        shd_problem_reply(reply, SHD_BAD_REQUEST, "Content-Type is given %u times", h->types);
     else
         return true;
     return false;

@@ -188,10 +188,11 @@ static bool admit_picture(shd_exchange *exchange) {
 static bool admit_media_types(shd_exchange *exchange) {
     shd_reply *reply = &exchange->reply;
     if (exchange->method == SHD_POST) {
-        if (exchange->content_encoding && strcasecmp(exchange->content_encoding, "identity")) {
+        if (exchange->content_encoding) {
             shd_problem_reply(reply, SHD_BAD_TYPE,
                               "the body has the Content-Encoding %s: send it as it is",
                               exchange->content_encoding);
+            shd_reply_plain(reply, "Accept-Encoding", "identity");
             return false;
         }
         if (!shd_is_json(exchange->content_type)) {

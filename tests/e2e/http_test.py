@@ -145,6 +145,9 @@ class HttpTest(unittest.TestCase):
         self.assert_problem(status(None), 415, "media-type", "no Content-Type")
         coded = self.daemon.render(BODY, {"Content-Encoding": "gzip"})
         self.assert_problem(coded, 415, "media-type", "gzip")
+        self.assertEqual(coded.headers["Accept-Encoding"], "identity")
+        twice = post(b"Content-Encoding: gzip", b"Content-Encoding: identity", b"Connection: close")
+        self.assert_raw_problem(self.daemon.raw(twice), 415, "media-type")
         self.assertEqual(self.daemon.render(BODY, {"Content-Encoding": "identity"}).status, 200)
 
     # ---- Request ids ----
@@ -262,6 +265,7 @@ class HttpTest(unittest.TestCase):
                 "no host": post().replace(b"Host: localhost\r\n", b""),
                 "blank name": post(b"Content-Length : 5", length=False),
                 "blank in a name": post(b"Transfer-Encoding\t: chunked", length=False),
+                "two types": post(b"Content-Type: text/plain"),
                 "two hosts": post(b"Host: other")}.items():
             with self.subTest(name):
                 data = self.daemon.raw(message)
