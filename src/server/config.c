@@ -11,7 +11,7 @@
 #include "shaded.h"
 
 typedef enum option_kind {
-    TEXT,   /* printable ASCII that fits its field */
+    TEXT,   /* printable ASCII that fits its field; min 1: not blank */
     SWITCH, /* on, off */
     WHOLE,  /* digits */
     BYTES   /* digits, then perhaps K, M or G (1024s) */
@@ -34,7 +34,7 @@ static const option_info options[] = {
     {"admin", TEXT, true, FIELD(admin), 0, 0, "ADDR:PORT",
      "where to answer /healthz, /readyz and /metrics; or off"},
     {"threads", WHOLE, true, FIELD(threads), 0, 1024, "N", "rendering threads; 0: one a core"},
-    {"kernel", TEXT, true, FIELD(kernel), 0, 0, "NAME",
+    {"kernel", TEXT, true, FIELD(kernel), 1, 0, "NAME",
      "portable, avx2, avx512 or neon: instructions to render with; auto: the widest there are"},
     {"queue", WHOLE, true, FIELD(queue), 1, 1000000, "N",
      "requests that may wait for a thread; one more is answered 429"},
@@ -76,7 +76,7 @@ static const option_info options[] = {
      "keys, one a line, one of which must have signed a link to /v1/preview/"},
     {"cors-origins", TEXT, false, FIELD(cors_origins), 0, 0, "ORIGINS",
      "origins whose pages may ask, such as https://a.example; or *"},
-    {"cache-control", TEXT, false, FIELD(cache_control), 0, 0, "TEXT", "Cache-Control of pictures"},
+    {"cache-control", TEXT, false, FIELD(cache_control), 1, 0, "TEXT", "Cache-Control of pictures"},
     {"log-requests", SWITCH, false, FIELD(log_requests), 0, 0, "on|off",
      "a log line for each request"},
 };
@@ -151,6 +151,10 @@ static bool set(shd_config *config, const option_info *option, const char *text,
         if (strlen(text) >= option->size || !is_printable(text)) {
             snprintf(message, size, "%s: up to %zu printable ASCII characters are possible", place,
                      option->size - 1);
+            return false;
+        }
+        if (option->min && !text[strspn(text, " ")]) {
+            snprintf(message, size, "%s: it is empty", place);
             return false;
         }
         memcpy(field, text, strlen(text) + 1);

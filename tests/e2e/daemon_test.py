@@ -172,6 +172,7 @@ class OptionsTest(Folder):
                       ["--threads", "1025"], ["--max-body", "1T"], ["--max-body", "1KK"],
                       ["--max-body", "99999999999G"], ["--timeout", "1.5"],
                       ["--log-requests", "yes"], ["--cache-control", "a\nb"],
+                      ["--cache-control", ""], ["--cache-control", " "], ["--kernel", ""],
                       ["--ocio", "x" * 5000], ["--nothing", "1"], ["--queue"]):
             self.assert_refused(run(*flags), 2, flags[0])
         self.assert_refused(run("-z"), 2, "-z")
