@@ -95,4 +95,8 @@ bool shd_invert(const shd_affine *m, shd_affine *out);
  * that no component overflows. Its origin is zero. Apply with shd_linear and normalize. */
 shd_affine shd_normal_map(const shd_affine *m);
 
+/* The linear part's largest singular value or up to 1.1e-7 more, relative: no vector grows by more.
+ * What is not finite gives the largest component by size. */
+double shd_norm(const shd_affine *m);
+
 #endif

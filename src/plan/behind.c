@@ -76,35 +76,6 @@ static bool begins_outside(const shd_camera *camera, const shd_plan_object *boun
     return depth > bounds->radius * (1 + 1e-9);
 }
 
-/* The largest eigenvalue of M^T M by its characteristic polynomial's trigonometric solution
- * (O. K. Smith, "Eigenvalues of a symmetric 3 x 3 matrix", 1961). */
-double shd_norm(const shd_affine *m) {
-    double a[3][3], largest = 0;
-    for (int r = 0; r < 3; r++)
-        for (int c = 0; c < 3; c++) largest = fmax(largest, fabs(m->linear[r][c]));
-    if (!(largest > 0) || !isfinite(largest)) return largest;
-    for (int r = 0; r < 3; r++)
-        for (int c = 0; c < 3; c++) {
-            a[r][c] = 0;
-            for (int k = 0; k < 3; k++)
-                a[r][c] += m->linear[k][r] / largest * (m->linear[k][c] / largest);
-        }
-    const double mean = (a[0][0] + a[1][1] + a[2][2]) / 3;
-    double spread = 2 * (a[0][1] * a[0][1] + a[0][2] * a[0][2] + a[1][2] * a[1][2]);
-    for (int i = 0; i < 3; i++) spread += (a[i][i] - mean) * (a[i][i] - mean);
-    const double p = sqrt(spread / 6);
-    double most = mean;
-    if (p > 1e-12 * mean) {
-        for (int i = 0; i < 3; i++) a[i][i] -= mean;
-        const double half = (a[0][0] * (a[1][1] * a[2][2] - a[1][2] * a[2][1]) -
-                             a[0][1] * (a[1][0] * a[2][2] - a[1][2] * a[2][0]) +
-                             a[0][2] * (a[1][0] * a[2][1] - a[1][1] * a[2][0])) /
-                            (2 * p * p * p);
-        most += 2 * p * cos(acos(fmin(fmax(half, -1), 1)) / 3);
-    }
-    return largest * sqrt(most) * (1 + 1e-9);
-}
-
 shd_back shd_back_of(const shd_scene *scene, const shd_object *object,
                      const shd_plan_object *bounds) {
     shd_back back = {.origin = object->transform.origin};

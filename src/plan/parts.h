@@ -39,9 +39,6 @@ static inline bool shd_is_grey(const double color[3]) {
     return color[0] == color[1] && color[1] == color[2];
 }
 
-/* The linear part's largest singular value: no vector grows by more. */
-double shd_norm(const shd_affine *m);
-
 /* A light's cone as a line through its side: x cosine - y sine is a point's distance from it, y
  * along the axis and x away from it. Beyond 90 degrees there is no light where it has an
  * exponent. cosine -1: not a spot. */

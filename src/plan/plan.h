@@ -163,10 +163,4 @@ typedef struct shd_patch {
 size_t shd_plan_cull(const shd_plan *plan, size_t object, const shd_patch *patch, double tolerance,
                      const uint32_t *in, size_t count, uint32_t *out);
 
-/* The sphere around an object in the world frame. False for infinite objects. */
-bool shd_object_bounds(const shd_object *object, shd_vec3 *center, double *radius);
-
-/* The box around an object in its own frame, its dimensions applied. False for infinite ones. */
-bool shd_object_box(const shd_object *object, shd_vec3 *low, shd_vec3 *high);
-
 #endif

@@ -189,14 +189,22 @@ const shd_preset *shd_presets(size_t *count);
 const shd_preset *shd_preset_find(const char *name); /* NULL: none */
 
 /* Names as documents have them, by enum; after the last one NULL. */
-extern const char *const shd_tier_names[],
-    *const shd_metric_names[], *const shd_light_names[], *const shd_interpolation_names[];
+extern const char *const shd_tier_names[];
+extern const char *const shd_metric_names[];
+extern const char *const shd_light_names[];
+extern const char *const shd_interpolation_names[];
 
 const char *shd_shape_name(shd_shape shape);
 
 /* The map of an object's unit form (see sight/shapes.h) to the world, and the inverse of its linear
  * part. False where it has none, which no object of a scene is. */
 bool shd_object_frame(const shd_object *object, shd_affine *to_world, shd_affine *from_world);
+
+/* The sphere around an object in the world frame. False for infinite objects. */
+bool shd_object_bounds(const shd_object *object, shd_vec3 *center, double *radius);
+
+/* The box around an object in its own frame, its dimensions applied. False for infinite ones. */
+bool shd_object_box(const shd_object *object, shd_vec3 *low, shd_vec3 *high);
 
 /* Triangles that a shape becomes for flat and gouraud interpolation. A sphere has `segments`
  * slices and max(2, segments / 2) stacks, of which the two at the poles are single triangles; a

@@ -24,24 +24,6 @@ static shd_vec3 in_camera(const shd_camera *camera, shd_vec3 v) {
     return (shd_vec3){shd_dot(v, camera->right), shd_dot(v, camera->up), -shd_dot(v, camera->back)};
 }
 
-/* At most the factor by which a map makes vectors longer: of turned scales, the largest. */
-static double longest(const shd_affine *m) {
-    double size = 0, most = 0;
-    for (int r = 0; r < 3; r++)
-        for (int c = 0; c < 3; c++) size = fmax(size, fabs(m->linear[r][c]));
-    for (int r = 0; r < 3; r++) {
-        double sum = 0;
-        for (int c = 0; c < 3; c++) {
-            double product = 0;
-            for (int k = 0; k < 3; k++)
-                product += m->linear[k][r] / size * (m->linear[k][c] / size);
-            sum += fabs(product);
-        }
-        most = fmax(most, sum);
-    }
-    return size * sqrt(most);
-}
-
 typedef struct range {
     double low, high;
 } range;
@@ -132,7 +114,7 @@ static void outline_sphere(const shd_sight *sight, size_t index, const shd_item 
     const shd_plan_object *bounds = &sight->plan->objects[index];
     shd_vec3 v = in_camera(camera, shd_sub(bounds->center, camera->position));
     double radius = bounds->radius;
-    if (it->shape == SHD_SPHERE) radius = fmin(radius, longest(&it->to_world));
+    if (it->shape == SHD_SPHERE) radius = fmin(radius, shd_norm(&it->to_world));
     radius *= it->shape == SHD_MESH ? 1 + MESH_WIDER : 1 + 1e-9;
     const double distance = shd_length(v);
     if (!isfinite(distance) || !isfinite(radius)) {

@@ -215,6 +215,37 @@ static void composing_is_applying_one_after_the_other(void **state) {
     }
 }
 
+/* The largest factor by power iteration, from one of three directions. */
+static double growth_of(const shd_affine *m) {
+    double most = 0;
+    for (int axis = 0; axis < 3; axis++) {
+        shd_vec3 v = {axis == 0, axis == 1, axis == 2}, w;
+        for (int i = 0; i < 20000; i++) {
+            const shd_vec3 along = shd_linear(m, v);
+            w.x = m->linear[0][0] * along.x + m->linear[1][0] * along.y + m->linear[2][0] * along.z;
+            w.y = m->linear[0][1] * along.x + m->linear[1][1] * along.y + m->linear[2][1] * along.z;
+            w.z = m->linear[0][2] * along.x + m->linear[1][2] * along.y + m->linear[2][2] * along.z;
+            if (!shd_normalize(w, &v)) break;
+        }
+        most = fmax(most, shd_length(shd_linear(m, v)));
+    }
+    return most;
+}
+
+static void no_vector_grows_by_more_than_the_norm(void **state) {
+    (void)state;
+    uint64_t random = 5;
+    for (int i = 0; i < 60; i++) {
+        shd_affine m = random_map(&random, 0);
+        if (i % 2) /* of which two are the same, more and more */
+            m = (shd_affine){{{0, 3, 0}, {0, 0, 1}, {-3 * (1 - ldexp(1, -i)), 0, 0}}, {0, 0, 0}};
+        const double growth = growth_of(&m), norm = shd_norm(&m);
+        assert_true(norm >= growth * (1 - UNIT) && norm < growth * (1 + 1e-6));
+    }
+    const shd_affine none = {{{0}}, {0, 0, 0}};
+    assert_true(shd_norm(&none) == 0);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(vectors_of_any_length_become_unit),
@@ -227,6 +258,7 @@ int main(void) {
         cmocka_unit_test(a_squashed_sphere_has_the_normals_of_an_ellipsoid),
         cmocka_unit_test(normal_maps_hold_at_any_scale),
         cmocka_unit_test(composing_is_applying_one_after_the_other),
+        cmocka_unit_test(no_vector_grows_by_more_than_the_norm),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
