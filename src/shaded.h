@@ -161,7 +161,8 @@ const shd_picture *shd_request_pictures(const shd_request *request, size_t *coun
 /* Gives the bytes of picture `index` to the caller, who frees them; the picture is empty then. */
 unsigned char *shd_request_take(shd_request *request, size_t index);
 
-/* Seconds by stage, summed over the threads that worked on it. */
+/* Seconds by stage, summed over the threads that worked on it: of their processor time, but in
+ * tiles (visibility, shade, and color where it goes straight to samples) of wall time. */
 typedef struct shd_times {
     double parse, plan, visibility, shade, color, encode;
 } shd_times;

@@ -1,11 +1,11 @@
 #include "base/pool.h"
 
+#include "base/clock.h"
 #include "base/denormals.h"
 
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
-#include <time.h>
 
 typedef struct job {
     void (*run)(void *context);
@@ -103,12 +103,6 @@ static worker *find_lender(shd_pool *pool) {
     return self;
 }
 
-static double processor_seconds(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 static double lend(shd_pool *pool, worker *self) {
     if (!atomic_load_explicit(&pool->has_fresh, memory_order_relaxed)) return 0;
     pthread_mutex_lock(&pool->mutex);
@@ -119,7 +113,7 @@ static double lend(shd_pool *pool, worker *self) {
     pthread_mutex_unlock(&pool->mutex);
     if (!some) return 0;
 
-    double began = processor_seconds();
+    double began = shd_thread_seconds();
     const shd_denormals before = shd_denormals_keep(); /* a loop's body may be the lender */
     next.run(next.context);
     shd_denormals_restore(before);
@@ -127,7 +121,7 @@ static double lend(shd_pool *pool, worker *self) {
     pthread_mutex_lock(&pool->mutex);
     self->lending = false;
     pthread_mutex_unlock(&pool->mutex);
-    return processor_seconds() - began;
+    return shd_thread_seconds() - began;
 }
 
 double shd_pool_lend(shd_pool *pool) {

@@ -7,7 +7,6 @@
 
 #include <stdbool.h>
 #include <stddef.h>
-#include <time.h>
 
 #include "shaded.h"
 
@@ -33,7 +32,7 @@ void cli_print_error(const char *file, const shd_error *error);
 typedef struct cli_progress {
     bool terminal;
     bool drawn;
-    struct timespec start, last;
+    double start, last; /* on shd_now()'s clock */
 } cli_progress;
 
 void cli_progress_begin(cli_progress *progress);

@@ -7,6 +7,8 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include "base/clock.h"
+
 static void say(const char *format, va_list args) {
     fputs("shade: ", stderr);
     vfprintf(stderr, format, args);
@@ -96,17 +98,10 @@ enum { BAR_WIDTH = 40 };
 static const double BAR_DELAY = 0.5; /* seconds before the first bar */
 static const double BAR_PAUSE = 0.1; /* seconds between two */
 
-static double seconds_since(const struct timespec *then) {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)(now.tv_sec - then->tv_sec) + 1e-9 * (double)(now.tv_nsec - then->tv_nsec);
-}
-
 void cli_progress_begin(cli_progress *progress) {
     memset(progress, 0, sizeof *progress);
     progress->terminal = isatty(STDERR_FILENO);
-    clock_gettime(CLOCK_MONOTONIC, &progress->start);
-    progress->last = progress->start;
+    progress->start = progress->last = shd_now();
 }
 
 /* Columns that a line may fill without wrapping. */
@@ -117,8 +112,8 @@ static int terminal_columns(void) {
 }
 
 void cli_progress_draw(cli_progress *progress, double share) {
-    if (!progress->terminal || seconds_since(&progress->start) < BAR_DELAY) return;
-    if (progress->drawn && seconds_since(&progress->last) < BAR_PAUSE) return;
+    if (!progress->terminal || shd_now() - progress->start < BAR_DELAY) return;
+    if (progress->drawn && shd_now() - progress->last < BAR_PAUSE) return;
     share = fmin(fmax(share, 0), 1);
 
     char bar[BAR_WIDTH + 1];
@@ -131,7 +126,7 @@ void cli_progress_draw(cli_progress *progress, double share) {
     fprintf(stderr, "\r%.*s", terminal_columns(), line);
     fflush(stderr);
     progress->drawn = true;
-    clock_gettime(CLOCK_MONOTONIC, &progress->last);
+    progress->last = shd_now();
 }
 
 void cli_progress_end(cli_progress *progress) {

@@ -2,6 +2,7 @@
 #include <jansson.h>
 #include <math.h>
 
+#include "base/clock.h"
 #include "base/json_memory.h"
 #include "render/engine.h"
 #include "render/explain.h"

@@ -53,7 +53,4 @@ shd_status shd_request_prepare_formats(shd_request *request, shd_error *error);
  * works in that may help. SHD_LIMIT where there is not. */
 shd_status shd_request_admit(shd_request *request, shd_error *error);
 
-/* Processor seconds of the calling thread, for shd_times. */
-double shd_thread_seconds(void);
-
 #endif

@@ -1,6 +1,6 @@
 #include "render/facets.h"
 
-#include "render/clock.h"
+#include "base/clock.h"
 #include "shade/split32.h"
 
 enum { BLOCK = 64 };
@@ -78,7 +78,7 @@ static void mix_plane(const facet_job *l, const struct scratch *s, size_t plane,
 static void light_block(void *context, size_t index, unsigned slot) {
     const facet_job *l = context;
     if (atomic_load_explicit(&l->request->cancelled, memory_order_relaxed)) return;
-    const double began = shd_wall_seconds();
+    const double began = shd_now();
     const shd_plan *plan = l->request->plan;
     const struct scratch *s = &l->scratch[slot];
     const size_t first = index * BLOCK, left = l->facets->point_count - first,
@@ -93,7 +93,7 @@ static void light_block(void *context, size_t index, unsigned slot) {
     light_points(l, first, count, l->every, plan->light_count, s);
     for (size_t p = 0; p < plan->plane_count; p++)
         if (plan->planes[p].kind != SHD_LAYER_LIGHT) mix_plane(l, s, p, first, count);
-    l->seconds[slot] += shd_wall_seconds() - began;
+    l->seconds[slot] += shd_now() - began;
 }
 
 static bool new_scratch(const shd_plan *plan, shd_arena *arena, struct scratch *out) {

@@ -3,7 +3,6 @@
 #include <float.h>
 #include <pthread.h>
 #include <string.h>
-#include <time.h>
 
 #include "render/keep.h"
 #include "render/refine.h"
@@ -36,12 +35,6 @@ typedef struct job {
     atomic_bool failed; /* memory ran out */
     atomic_size_t done; /* tiles */
 } job;
-
-double shd_thread_seconds(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 uint64_t shd_saturate(float *values, size_t count, float least, float largest) {
     /* Almost always there is nothing to do, which a loop without branches sees quickly. */

@@ -3,6 +3,8 @@
 #include <float.h>
 #include <string.h>
 
+#include "base/clock.h"
+
 /* Holds values in what the sample type or format can store, and counts those that are not. */
 static void saturate(shd_request *request, const shd_output *output, float *values, size_t count) {
     float largest = output->depth == SHD_HALF ? 65504 : FLT_MAX, least = -largest;

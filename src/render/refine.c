@@ -3,7 +3,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "render/clock.h"
 #include "render/tile_scratch.h"
 
 struct shd_refining {

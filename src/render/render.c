@@ -1,4 +1,5 @@
 /* The story: a scene becomes pictures. */
+#include "base/clock.h"
 #include "render/engine.h"
 #include "render/film.h"
 #include "render/keep.h"

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/clock.h"
 #include "image/image.h"
 #include "render/engine.h"
 #include "render/estimate.h"

@@ -7,10 +7,10 @@
 #ifndef SHD_RENDER_TILE_H
 #define SHD_RENDER_TILE_H
 
-#include "render/clock.h"
 #include "render/engine.h"
 #include "render/facets.h"
 #include "render/paint.h"
+#include "render/stopwatch.h"
 #include "shade/lighting.h"
 
 struct shd_film;

@@ -7,7 +7,7 @@
 #include <time.h>
 #include <xxhash.h>
 
-#include "clock.h"
+#include "base/clock.h"
 #include "job.h"
 #include "problem.h"
 

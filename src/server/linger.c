@@ -11,7 +11,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "clock.h"
+#include "base/clock.h"
 
 /* Enough for a client to send 256 MiB over a local network, and to read the answer. */
 enum { LINGER_MAX = 64 };

@@ -12,7 +12,7 @@
 #include <unistd.h>
 
 #include "address.h"
-#include "clock.h"
+#include "base/clock.h"
 #include "config.h"
 #include "http.h"
 #include "log.h"

@@ -226,7 +226,7 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
                         &metrics->durations[route]);
 
     print_head(out, "stage_duration_seconds", "histogram",
-               "Processor time of a picture by stage; of queue: time waited.");
+               "Time of threads that a picture took by stage; of queue: time waited.");
     for (size_t stage = 0; stage < SHD_STAGE_COUNT; stage++)
         print_histogram(out, "stage_duration_seconds", "stage", stage_names[stage],
                         &metrics->stages[stage]);

@@ -29,7 +29,7 @@ typedef enum shd_route_id {
 } shd_route_id;
 
 typedef enum shd_stage {
-    SHD_STAGE_QUEUE, /* waiting for a thread: wall time; the others are processor time */
+    SHD_STAGE_QUEUE, /* waiting for a thread; the others are as in shd_times */
     SHD_STAGE_PARSE,
     SHD_STAGE_PLAN,
     SHD_STAGE_VISIBILITY,

@@ -13,7 +13,7 @@
 /* glibc's <netinet/tcp.h> has a tcp_info without the count of bytes. */
 #include <linux/tcp.h>
 
-#include "clock.h"
+#include "base/clock.h"
 #include "server.h"
 
 /* Between two looks, seconds; and before room is made again. */

@@ -1,16 +1,10 @@
-/* Seconds of a clock that is read in 20 to 50 ns: stages of tiles are timed with it. */
-#ifndef SHD_RENDER_CLOCK_H
-#define SHD_RENDER_CLOCK_H
+/* What the stages of tiles take: wall time, as reading the clock of processor time would take a
+ * share of it. */
+#ifndef SHD_RENDER_STOPWATCH_H
+#define SHD_RENDER_STOPWATCH_H
 
-#include <time.h>
-
+#include "base/clock.h"
 #include "shaded.h"
-
-static inline double shd_wall_seconds(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 /* One thread's stages, of which each begins where the last one ended. */
 typedef struct shd_stopwatch {
@@ -19,12 +13,12 @@ typedef struct shd_stopwatch {
 } shd_stopwatch;
 
 static inline void shd_begin(shd_stopwatch *watch) {
-    watch->since = shd_wall_seconds();
+    watch->since = shd_now();
 }
 
 /* The time since then was `stage`'s, one of the watch's times. */
 static inline void shd_end(shd_stopwatch *watch, double *stage) {
-    const double now = shd_wall_seconds();
+    const double now = shd_now();
     *stage += now - watch->since;
     watch->since = now;
 }
