@@ -9,6 +9,7 @@
 #include <stddef.h>
 
 #include "base/status.h"
+#include "base/transfer.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -16,14 +17,6 @@ extern "C" {
 
 /* What the three channels of a space are called, which also says how integers store them. */
 typedef enum shd_channels { SHD_RGB, SHD_YIQ, SHD_HSV } shd_channels;
-
-/* How an output encodes light, for file metadata. */
-typedef enum shd_transfer {
-    SHD_TRANSFER_UNKNOWN,
-    SHD_TRANSFER_LINEAR,
-    SHD_TRANSFER_SRGB,   /* IEC 61966-2-1, which Display P3 uses too */
-    SHD_TRANSFER_REC1886 /* gamma 2.4 */
-} shd_transfer;
 
 typedef struct shd_space_info {
     const char *name;

@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "base/sample.h"
+
 static const double degree = 3.14159265358979323846 / 180;
 
 /* ---- To Lab ---- */
@@ -39,19 +41,6 @@ bool shd_lab_space_make(shd_transfer transfer, const double primaries[8], shd_la
     return true;
 }
 
-static double decode(shd_transfer transfer, double v) {
-    v = v > 0 ? v : 0;
-    v = v < 1 ? v : 1;
-    switch (transfer) {
-    case SHD_TRANSFER_SRGB: /* IEC 61966-2-1 */
-        return v <= 0.04045 ? v / 12.92 : pow((v + 0.055) / 1.055, 2.4);
-    case SHD_TRANSFER_REC1886:
-        return pow(v, 2.4);
-    default:
-        return v;
-    }
-}
-
 /* The cube root, and below 1% of white a line that meets it smoothly. */
 static double lab_curve(double t) {
     return t > 216.0 / 24389 ? cbrt(t) : (24389.0 / 27 * t + 16) / 116;
@@ -59,7 +48,8 @@ static double lab_curve(double t) {
 
 void shd_lab_of(const shd_lab_space *space, const float rgb[3], double lab[3]) {
     double linear[3], f[3];
-    for (int i = 0; i < 3; i++) linear[i] = decode(space->transfer, (double)rgb[i]);
+    for (int i = 0; i < 3; i++)
+        linear[i] = shd_curve_decode(space->transfer, shd_hold((double)rgb[i], 1));
     for (int row = 0; row < 3; row++)
         f[row] = lab_curve(space->to_xyz[row][0] * linear[0] + space->to_xyz[row][1] * linear[1] +
                            space->to_xyz[row][2] * linear[2]);

@@ -10,7 +10,7 @@
 
 #include <stdbool.h>
 
-#include "base/catalog.h"
+#include "base/transfer.h"
 
 /* From codes to Lab: what the picture's encoding is, made once. */
 typedef struct shd_lab_space {

@@ -404,9 +404,9 @@ shd_status unknown(shd_error *error, const char *what, const char *name) {
 
 // IEC 61966-2-1, in f64: colors that people write have no rounding of a float, and no toe of
 // another standard where an operator's configuration has OpenColorIO's own sRGB, which is 2.5e-4
-// darker there.
+// darker there. Below 0 the line goes on, as in config/shaded.ocio.
 double decode_srgb(double v) {
-    return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+    return v < 0 ? v / 12.92 : shd_curve_decode(SHD_TRANSFER_SRGB, v);
 }
 
 bool is_linear_rec709(const shd_space_info *space) {

@@ -19,24 +19,6 @@ double shd_curve_noise(shd_transfer transfer) {
     return transfer == SHD_TRANSFER_LINEAR ? 0 : transfer == SHD_TRANSFER_REC1886 ? 3.4e-7 : 6.5e-7;
 }
 
-double shd_curve_encode(shd_transfer transfer, double linear) {
-    const double v = fabs(linear);
-    double out = v;
-    if (transfer == SHD_TRANSFER_SRGB) /* IEC 61966-2-1 */
-        out = v <= 0.0031308 ? 12.92 * v : 1.055 * pow(v, 1 / 2.4) - 0.055;
-    if (transfer == SHD_TRANSFER_REC1886) out = pow(v, 1 / 2.4);
-    return copysign(out, linear);
-}
-
-double shd_curve_decode(shd_transfer transfer, double encoded) {
-    const double v = fabs(encoded);
-    double out = v;
-    if (transfer == SHD_TRANSFER_SRGB)
-        out = v <= 0.04045 ? v / 12.92 : pow((v + 0.055) / 1.055, 2.4);
-    if (transfer == SHD_TRANSFER_REC1886) out = pow(v, 2.4);
-    return copysign(out, encoded);
-}
-
 double shd_bound_linear(const shd_excess_list *list) {
     double most = 0;
     for (int c = 0; c < 3; c++) most = fmax(most, list->most[c]);

@@ -2,13 +2,13 @@
  *
  * A tier's errors (error.h) are carried through the scene in three steps: what the lights may add
  * to the error of a color in each piece of what is seen (pieces.h, excess.c), what that is in the
- * output's codes (bound.c), and to the eye (seen.c). Edges that run through a sample are not
- * counted, see error.h. */
+ * output's codes (bound.c), and to the eye (bound_delta_e.c). Edges that run through a sample are
+ * not counted, see error.h. */
 #ifndef SHD_PLAN_BOUND_H
 #define SHD_PLAN_BOUND_H
 
 #include "base/arena.h"
-#include "base/catalog.h"
+#include "base/transfer.h"
 #include "plan/error.h"
 
 struct shd_plan;
@@ -42,11 +42,6 @@ double shd_curve_noise(shd_transfer transfer);
 
 /* And through a matrix that is not diagonal, relative to the products that it adds up. */
 static const double SHD_MATRIX_NOISE = 5 * 0x1p-24;
-
-/* The curve that outputs with a transfer have: encoded from linear light, and back. Both are
- * odd functions; not for SHD_TRANSFER_UNKNOWN. */
-double shd_curve_encode(shd_transfer transfer, double linear);
-double shd_curve_decode(shd_transfer transfer, double encoded);
 
 /* ---- Excess: errors of what is seen, for pieces of surfaces that are about as bright. ---- */
 

@@ -20,7 +20,7 @@ static double uniform(uint64_t *random, double low, double high) {
 
 /* ---- CIEDE2000. ---- */
 
-/* src/plan/seen.c's measure of a difference. */
+/* src/plan/bound_delta_e.c's measure of a difference. */
 static double measure_of(const double a[3], const double b[3]) {
     double mean = (a[0] + b[0]) / 2, off = (mean - 50) * (mean - 50);
     double weight = 1 + 0.015 * off / sqrt(20 + off);
