@@ -33,12 +33,14 @@ typedef struct shd_engine_options {
     const char *ocio_config; /* path; NULL: the embedded configuration */
     const char *kernel;      /* "portable", "avx2", "avx512", "neon"; NULL or "auto": the widest */
     unsigned threads;        /* workers; 0: one a core */
-    size_t queue;            /* jobs that may wait in shd_engine_submit */
+    size_t queue;            /* jobs that may wait in shd_engine_submit; 0: none is taken */
     size_t reuse;            /* bytes of G-buffers and sums of light that are kept between
                                 requests; 0: none. Pictures are the same, to the byte */
     shd_limits limits;
 } shd_engine_options;
 
+/* What the daemon takes where nothing else is said: one worker a core, 64 queued jobs, 256 MiB for
+ * reuse, and the limits that config/shaded.conf shows. */
 shd_engine_options shd_engine_defaults(void);
 
 /* Loads the color configuration and starts the workers. SHD_CONFIG where the operator's file is
@@ -46,12 +48,14 @@ shd_engine_options shd_engine_defaults(void);
 shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, shd_error *error);
 
 /* An engine with other limits and another color configuration, which are read again, but with the
- * workers, the queue and the kernel of the first one, which outlives it. Requests of both may run
- * side by side; each keeps to its own engine, which outlives it. */
+ * workers, the queue and the kernel of the first one, which outlives its requests. Requests of both
+ * may run side by side; each keeps to its own engine, which outlives it. */
 shd_status shd_engine_renew(const shd_engine *first, const shd_engine_options *options,
                             shd_engine **out, shd_error *error);
 
-void shd_engine_drop(shd_engine *engine); /* finishes queued jobs first; NULL is fine */
+/* Finishes queued jobs first. No request is left then, of it or of an engine that renewed it. NULL
+ * is fine. */
+void shd_engine_drop(shd_engine *engine);
 
 /* Runs run(context) on a worker, later. False: the queue is full, and nothing was queued. */
 bool shd_engine_submit(shd_engine *engine, void (*run)(void *context), void *context);
@@ -92,6 +96,7 @@ bool shd_writes(shd_format format);
 
 /* ---- A request: one scene document and its pictures. ---- */
 
+/* SHD_EXHAUSTED where the system refuses memory. */
 shd_status shd_request_new(shd_engine *engine, shd_request **out, shd_error *error);
 void shd_request_drop(shd_request *request); /* NULL is fine */
 
@@ -123,7 +128,9 @@ typedef struct shd_render_options {
     void *context;
 } shd_render_options;
 
-/* Renders and encodes. Call once, after a successful read. `options` may be NULL. */
+/* Renders and encodes. Call once, after a successful read. `options` may be NULL. SHD_SCENE: no
+ * tier meets the scene's budget; SHD_LIMIT or SHD_MEMORY: the limit `memory`; SHD_EXHAUSTED,
+ * SHD_CANCELLED, SHD_INTERNAL. */
 shd_status shd_request_render(shd_request *request, const shd_render_options *options,
                               shd_error *error);
 

@@ -181,8 +181,7 @@ shd_status shd_encode_jpeg(const shd_image *image, shd_arena *scratch, shd_bytes
         for (size_t i = 0; i < count; i++) encode_strip(&j, i, 0);
     for (unsigned i = 0; i < slots; i++)
         if (j.handles[i]) tjDestroy(j.handles[i]);
-    if (atomic_load(&j.cancelled))
-        return shd_fail(error, SHD_CANCELLED, "", "the encoding was cancelled");
+    if (atomic_load(&j.cancelled)) return shd_encode_cancelled(error);
     if (atomic_load(&j.failed))
         return shd_fail(error, SHD_INTERNAL, "", "libjpeg-turbo: %s", j.words);
 

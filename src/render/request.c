@@ -114,7 +114,9 @@ shd_status shd_request_prepare_formats(shd_request *request, shd_error *error) {
 /* What the pictures take is known when all the scene is. */
 static shd_status check_memory(shd_request *request) {
     uint64_t limit = request->engine->limits.memory;
-    uint64_t needed = shd_arena_used(request->arena) + shd_estimate_memory(request->scene);
+    uint64_t needed, estimate = shd_estimate_memory(request->scene);
+    if (__builtin_add_overflow(estimate, shd_arena_used(request->arena), &needed))
+        needed = UINT64_MAX;
     if (needed > limit)
         shd_report_error(&request->report, SHD_LIMIT, "/image",
                          "the pictures take at least %llu bytes; the limit `memory` is %llu",
@@ -129,7 +131,8 @@ shd_status shd_request_admit(shd_request *request, shd_error *error) {
     const uint64_t threads = tiles < hands ? tiles : hands;
     const uint64_t pictures = shd_estimate_memory(plan->scene);
     const uint64_t working = threads * shd_film_scratch_size(plan);
-    if (pictures + working <= shd_arena_room(request->arena)) return SHD_OK;
+    const uint64_t room = shd_arena_room(request->arena);
+    if (pictures <= room && working <= room - pictures) return SHD_OK;
     return shd_fail(error, SHD_LIMIT, "/image",
                     "the pictures take at least %llu bytes, and rendering them on %llu threads "
                     "%llu; the limit `memory` is %llu",

@@ -8,8 +8,12 @@
  *     render_job.c, json_job.c  what a worker does for a kind of work
  *     cache.c   finished pictures, for who asks for the same ones
  *     preview.c  links as documents; signatures
- *     settings.c  what SIGHUP changes; access.c  tokens, keys and origins
- *     admin.c   the operators' port
+ *     negotiate.c  what Accept and If-None-Match mean
+ *     reply.c, problem.c  answers before they become HTTP, refusals among them
+ *     reaper.c, linger.c  connections that are slow or left; those that must not be cut off
+ *     settings.c  what SIGHUP changes, from config.c; access.c  tokens, keys and origins
+ *     admin.c, metrics.c, log.c  the operators' port, and what they are told
+ *     address.c, systemd.c  sockets, opened here or handed over
  *
  * An exchange belongs to the I/O thread, but to jobs.c between shd_exchange_suspend and
  * shd_exchange_resume. */
