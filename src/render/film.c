@@ -92,21 +92,6 @@ static bool stopped(const job *j) {
 
 /* ---- From fragments to the pixels of a tile. ---- */
 
-/* Values to their cells, which rise: mostly one behind the other, in a row of the tile. */
-static void scatter(const float *restrict values, const uint16_t *restrict cell, size_t count,
-                    float *restrict pixels) {
-    enum { SPAN = 8 };
-    for (size_t i = 0; i < count;) {
-        if (count - i >= SPAN && cell[i + SPAN - 1] - cell[i] == SPAN - 1) {
-            memcpy(pixels + cell[i], values + i, SPAN * sizeof *values);
-            i += SPAN;
-        } else {
-            pixels[cell[i]] = values[i];
-            i++;
-        }
-    }
-}
-
 /* A run's radiance in a plane: where its pixels follow each other, straight into them. */
 static void paint_run(const job *j, scratch *s, const shd_fragments *f, shd_run run, size_t plane,
                       bool whole) {
@@ -137,13 +122,15 @@ static void paint_run(const job *j, scratch *s, const shd_fragments *f, shd_run 
         for (int c = 0; c < 3; c++) out[c] = straight ? s->pixels[c] + cell[0] : s->mixed[c];
         j->scenery.paint->mix(constant, coverage, s->terms, terms, count, out);
         if (straight) continue;
+        if (whole) {
+            float *const pixels[3] = {s->pixels[0], s->pixels[1], s->pixels[2]};
+            j->scenery.paint->scatter((const float *const *)s->mixed, cell, count, pixels);
+            continue;
+        }
         for (int c = 0; c < 3; c++) {
             float *restrict pixels = s->pixels[c];
             const float *restrict mixed = s->mixed[c];
-            if (whole)
-                scatter(mixed, cell, count, pixels);
-            else
-                for (size_t i = 0; i < count; i++) pixels[cell[i]] += mixed[i];
+            for (size_t i = 0; i < count; i++) pixels[cell[i]] += mixed[i];
         }
     }
 }
@@ -156,7 +143,7 @@ static void paint_plane(const job *j, scratch *s, const shd_fragments *f, size_t
     for (int c = 0; c < 3; c++) {
         const float value = whole && over ? (float)scene->background[c] : 0;
         if (whole && f->count == SHD_TILE_PIXELS) break; /* nothing shows through */
-        for (size_t i = 0; i < SHD_TILE_PIXELS; i++) s->pixels[c][i] = value;
+        j->scenery.paint->fill(s->pixels[c], SHD_TILE_PIXELS, value);
     }
     for (size_t r = 0; r < f->run_count; r++) paint_run(j, s, f, f->runs[r], plane, whole);
     if (whole) return;

@@ -20,6 +20,10 @@ typedef struct shd_paint_kernel {
      * is 1. */
     void (*mix)(const float constant[3], const float *coverage, const shd_paint_term *terms,
                 size_t term_count, size_t count, float *const out[3]);
+    void (*fill)(float *values, size_t count, float value);
+    /* pixels[c][cell[i]] = values[c][i]; cells rise. */
+    void (*scatter)(const float *const values[3], const uint16_t *cell, size_t count,
+                    float *const pixels[3]);
     /* values[i] += (1 - cover[i]) background */
     void (*fill_rest)(float *values, const float *cover, float background, size_t count);
     /* values[i] /= cover[i], 0 where that is 0 */

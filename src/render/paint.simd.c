@@ -43,6 +43,35 @@ static void mix(const float constant[3], const float *coverage, const shd_paint_
     }
 }
 
+static void fill(float *values, size_t count, float value) {
+    for (size_t i = 0; i < count; i++) values[i] = value;
+}
+
+/* Whether cells from i on follow each other. */
+static inline bool is_span(const uint16_t *cell, size_t i, size_t count, size_t length) {
+    return count - i >= length && (size_t)(cell[i + length - 1] - cell[i]) == length - 1;
+}
+
+/* Cells mostly follow each other, in a row of the tile. */
+static void scatter(const float *const values[3], const uint16_t *cell, size_t count,
+                    float *const pixels[3]) {
+    enum { LONG = 16, SHORT = 4 };
+    for (size_t i = 0; i < count;) {
+        const size_t to = cell[i];
+        if (is_span(cell, i, count, LONG)) {
+            for (int c = 0; c < 3; c++) memcpy(pixels[c] + to, values[c] + i, LONG * sizeof(float));
+            i += LONG;
+        } else if (is_span(cell, i, count, SHORT)) {
+            for (int c = 0; c < 3; c++)
+                memcpy(pixels[c] + to, values[c] + i, SHORT * sizeof(float));
+            i += SHORT;
+        } else {
+            for (int c = 0; c < 3; c++) pixels[c][to] = values[c][i];
+            i++;
+        }
+    }
+}
+
 static void fill_rest(float *values, const float *cover, float background, size_t count) {
     for (size_t i = 0; i < count; i++) values[i] += (1 - cover[i]) * background;
 }
@@ -158,5 +187,5 @@ static float spread(const float *const normal[3], const float axis[3], size_t co
     return -most_of(all);
 }
 
-const shd_paint_kernel SHD_VARIANT(shd_paint_kernel) = {mix,     fill_rest, divide,
-                                                        average, bound,     spread};
+const shd_paint_kernel SHD_VARIANT(shd_paint_kernel) = {mix,    fill,    scatter, fill_rest,
+                                                        divide, average, bound,   spread};
