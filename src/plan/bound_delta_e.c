@@ -1,26 +1,18 @@
 /* Bounds of CIEDE2000.
  *
- * Of two near colors it is at most the length of (dL / SL, (1 + G) da, db): the weights SC, SH and
- * the rotation only shorten what is left (a test walks through chroma and hue), and a* is stretched
- * by 1.5 at most, less where there is chroma. L, a and b are differences of the cube roots f of X,
- * Y and Z over the white's, and f(X) moves by the slope of f between both colors times the move of
- * X. The slopes depend on the color: the colors of an excess are taken by their Y in steps, and in
- * each X and Z are as far from Y as these colors can have them. Channels that the screen holds at 1
- * do not err, and the other ones then each go their own way. */
+ * L, a and b of two colors differ by moves of X, Y and Z times slopes, which depend on the color
+ * (lab.h): the colors of an excess are taken by their Y in steps, and in each X and Z are as far
+ * from Y as these colors can have them. Channels that the screen holds at 1 do not err, and the
+ * other ones then each go their own way. */
 #include <math.h>
-#include <stdint.h>
 #include <string.h>
 
 #include "plan/bound.h"
-#include "plan/parts.h"
+#include "plan/lab.h"
 
 /* Colors are taken by their Y in steps of this factor at most, and from this Y on. Coarse steps are
  * for pixels that mix samples, where what is left out counts most, and for searches. */
 static const double STEP = 1.2, COARSE_STEP = 1.35, DARKEST = 1e-4;
-
-typedef struct range {
-    double low, high;
-} range;
 
 /* A list of excesses and a screen for it. */
 typedef struct screen {
@@ -33,7 +25,7 @@ typedef struct screen {
     double step, limit; /* of Y, from one to the next; a bound beyond this may be any such one */
     double noise;       /* relative: of f32 on the way to a channel */
     bool same;          /* rgb is the working space: equal channels stay so to the bit */
-    range of_y_held[3]; /* X / Y, 1, Z / Y of all colors that it has */
+    shd_range of_y_held[3]; /* X / Y, 1, Z / Y of all colors that it has */
 } screen;
 
 /* What the colors of an excess are there: linear light of its channels, and X, Y, Z. */
@@ -42,38 +34,39 @@ typedef struct colors {
     const shd_excess *excess;
     bool coherent; /* no channel is held at 0: errors keep their directions */
     double held;   /* from this Y on a channel may be held at 1 */
-    range y;
-    range channel[3], value[3]; /* of each color: held in [0, 1], and X, Y, Z of those */
-    range of_y[3];              /* X / Y, 1, Z / Y of colors that are not held; the same of */
-    range gain_of_y[3];         /* what they have above the floor; X, Y, Z of that, */
-    double floor[3], main[3];   /* and of the main direction of errors */
-    double least[3][3];         /* of channel [r] beside channel [k], at most 1 */
-    double channel_of_y[3];     /* largest channel / Y, */
+    shd_range y;
+    shd_range channel[3], value[3]; /* of each color: held in [0, 1], and X, Y, Z of those */
+    shd_range of_y[3];              /* X / Y, 1, Z / Y of colors that are not held; the same of */
+    shd_range gain_of_y[3];         /* what they have above the floor; X, Y, Z of that, */
+    double floor[3], main[3];       /* and of the main direction of errors */
+    double least[3][3];             /* of channel [r] beside channel [k], at most 1 */
+    double channel_of_y[3];         /* largest channel / Y, */
     /* r / Y, .. and (r + g + b) / Y in the working space, of all and of what is above the floor */
     double part_of_y[3], sum_of_y, gain_part_of_y[3], gain_sum_of_y;
     double terms[SHD_MOST_TERMS][3], terms_floor; /* X, Y, Z of each; the least Y of all together */
 } colors;
 
-static void widen(range *r, double value) {
-    r->low = shd_smaller(r->low, value);
-    r->high = shd_larger(r->high, value);
+/* One of the eight ends of the parts, which have the extremes of ratios: these are monotone in each
+ * part. False: it is black, and the colors beside it are between the other ends. */
+static bool find_end(const colors *s, const shd_parts *parts, int corner, double part[3]) {
+    double sum = 0;
+    for (int c = 0; c < 3; c++) {
+        part[c] = corner >> c & 1 ? parts->most[c] : parts->least[c];
+        if (s->screen->list->nonnegative) part[c] = shd_larger(part[c], 0);
+        sum += part[c];
+    }
+    return sum != 0;
 }
 
-static const range NONE = {INFINITY, -INFINITY};
-
-/* Of the colors' chromaticities. Ratios are monotone in each part: the corners have the extremes.
- */
+/* Of the colors' chromaticities. */
 static void look_at_parts(const shd_parts *parts, colors *s) {
     for (int r = 0; r < 3; r++) {
-        s->of_y[r] = NONE;
+        s->of_y[r] = SHD_NO_RANGE;
         for (int k = 0; k < 3; k++) s->least[r][k] = s->screen->list->nonnegative ? 1 : 0;
     }
     for (int corner = 0; corner < 8; corner++) {
-        double part[3], xyz[3] = {0, 0, 0}, channel[3] = {0, 0, 0}, sum = 0;
-        for (int c = 0; c < 3; c++) {
-            part[c] = corner >> c & 1 ? parts->most[c] : parts->least[c];
-            sum += part[c];
-        }
+        double part[3], xyz[3] = {0, 0, 0}, channel[3] = {0, 0, 0};
+        if (!find_end(s, parts, corner, part)) continue;
         for (int r = 0; r < 3; r++) {
             for (int c = 0; c < 3; c++) {
                 channel[r] += s->screen->rgb[r][c] * part[c];
@@ -84,21 +77,21 @@ static void look_at_parts(const shd_parts *parts, colors *s) {
         if (!(xyz[1] > 0)) s->coherent = false;
         const double of_y = 1 / xyz[1];
         for (int r = 0; r < 3; r++) {
-            widen(&s->of_y[r], xyz[r] * of_y);
+            shd_widen(&s->of_y[r], xyz[r] * of_y);
             s->channel_of_y[r] = shd_larger(s->channel_of_y[r], channel[r] * of_y);
             s->part_of_y[r] = shd_larger(s->part_of_y[r], part[r] * of_y);
             for (int k = 0; k < 3 && s->held < INFINITY; k++)
                 if (channel[k] > 0)
                     s->least[r][k] = shd_smaller(s->least[r][k], channel[r] / channel[k]);
         }
-        s->sum_of_y = shd_larger(s->sum_of_y, sum * of_y);
+        s->sum_of_y = shd_larger(s->sum_of_y, (part[0] + part[1] + part[2]) * of_y);
     }
 }
 
 /* The ratios of a part of the colors. */
 static void look_at_gain(const shd_excess *e, colors *s) {
     for (int r = 0; r < 3; r++) {
-        s->gain_of_y[r] = NONE;
+        s->gain_of_y[r] = SHD_NO_RANGE;
         s->floor[r] = s->main[r] = 0;
         for (int c = 0; c < 3; c++) {
             s->floor[r] += s->screen->xyz[r][c] * e->floor[c];
@@ -106,18 +99,16 @@ static void look_at_gain(const shd_excess *e, colors *s) {
         }
     }
     for (int corner = 0; corner < 8; corner++) {
-        double xyz[3] = {0, 0, 0}, part[3], sum = 0;
-        for (int c = 0; c < 3; c++) {
-            part[c] = corner >> c & 1 ? e->gain.most[c] : e->gain.least[c];
-            sum += part[c];
+        double xyz[3] = {0, 0, 0}, part[3];
+        if (!find_end(s, &e->gain, corner, part)) continue;
+        for (int c = 0; c < 3; c++)
             for (int r = 0; r < 3; r++) xyz[r] += s->screen->xyz[r][c] * part[c];
-        }
         const double of_y = 1 / xyz[1];
         for (int r = 0; r < 3; r++) {
-            widen(&s->gain_of_y[r], xyz[r] * of_y);
+            shd_widen(&s->gain_of_y[r], xyz[r] * of_y);
             s->gain_part_of_y[r] = shd_larger(s->gain_part_of_y[r], part[r] * of_y);
         }
-        s->gain_sum_of_y = shd_larger(s->gain_sum_of_y, sum * of_y);
+        s->gain_sum_of_y = shd_larger(s->gain_sum_of_y, (part[0] + part[1] + part[2]) * of_y);
     }
 }
 
@@ -144,10 +135,10 @@ static double sum_at(const colors *s, double y) {
 }
 
 /* X / Y or Z / Y at Y, by what is above the floor. */
-static range ratio_at(const colors *s, int r, double y) {
+static shd_range ratio_at(const colors *s, int r, double y) {
     const double above = shd_larger(y - s->floor[1], 0), of_y = 1 / y;
-    return (range){(s->floor[r] + s->gain_of_y[r].low * above) * of_y,
-                   (s->floor[r] + s->gain_of_y[r].high * above) * of_y};
+    return (shd_range){(s->floor[r] + s->gain_of_y[r].low * above) * of_y,
+                       (s->floor[r] + s->gain_of_y[r].high * above) * of_y};
 }
 
 static const shd_much *much_of(const colors *s) {
@@ -179,14 +170,14 @@ static screen screen_of(const shd_excess_list *list, const shd_shown *shown, dou
     memcpy(s.rgb, shown->screen, sizeof s.rgb);
     memcpy(s.to_xyz, shown->to_xyz, sizeof s.to_xyz);
     for (int r = 0; r < 3; r++) {
-        s.of_y_held[r] = NONE;
+        s.of_y_held[r] = SHD_NO_RANGE;
         for (int c = 0; c < 3; c++) {
             s.same &= r == c ? s.rgb[r][c] == s.rgb[0][0] : s.rgb[r][c] == 0;
             for (int k = 0; k < 3; k++) s.xyz[r][c] += s.to_xyz[r][k] * s.rgb[k][c];
             s.white[r] += s.xyz[r][c];
             s.columns[c][r] = s.xyz[r][c];
             s.channels[c][r] = s.to_xyz[r][c];
-            widen(&s.of_y_held[r], s.to_xyz[r][c] / s.to_xyz[1][c]);
+            shd_widen(&s.of_y_held[r], s.to_xyz[r][c] / s.to_xyz[1][c]);
         }
     }
     for (int c = 0; c < 3; c++) s.error_y += fabs(s.xyz[1][c]) * s.error;
@@ -194,7 +185,7 @@ static screen screen_of(const shd_excess_list *list, const shd_shown *shown, dou
 }
 
 /* The Y of the colors. */
-static range lightness_of(const colors *s) {
+static shd_range lightness_of(const colors *s) {
     const shd_excess_list *list = s->screen->list;
     double low = 0;
     for (int c = 0; c < 3; c++)
@@ -202,7 +193,7 @@ static range lightness_of(const colors *s) {
     /* What is held at 0 adds to Y. Darker ones cover a part of their pixel: see SHD_MIXTURE. */
     low = list->nonnegative ? shd_larger(s->value[1].low, shd_smaller(shd_smaller(low, 1), s->held))
                             : 0;
-    return (range){low > DARKEST ? low : 0, s->value[1].high};
+    return (shd_range){low > DARKEST ? low : 0, s->value[1].high};
 }
 
 static void find_colors(const screen *on, const shd_excess *e, colors *s) {
@@ -210,7 +201,7 @@ static void find_colors(const screen *on, const shd_excess *e, colors *s) {
     *s = (colors){.screen = on, .excess = e, .coherent = list->nonnegative, .held = INFINITY};
     bool held = false;
     for (int r = 0; r < 3; r++) {
-        range at = {0, 0};
+        shd_range at = {0, 0};
         for (int c = 0; c < 3; c++) {
             const double m = on->rgb[r][c], high = e->most[c] + on->error;
             const double low = list->nonnegative && !list->mixed ? e->floor[c] - on->error
@@ -221,8 +212,8 @@ static void find_colors(const screen *on, const shd_excess *e, colors *s) {
         }
         if (list->mixed) at.high = INFINITY;
         held |= !(at.high <= 1);
-        s->channel[r] =
-            (range){shd_smaller(shd_larger(at.low, 0), 1), shd_smaller(shd_larger(at.high, 0), 1)};
+        s->channel[r] = (shd_range){shd_smaller(shd_larger(at.low, 0), 1),
+                                    shd_smaller(shd_larger(at.high, 0), 1)};
     }
     for (int r = 0; r < 3; r++)
         for (int k = 0; k < 3; k++) {
@@ -247,101 +238,11 @@ static void find_colors(const screen *on, const shd_excess *e, colors *s) {
     s->y = lightness_of(s);
 }
 
-/* t^(-1/3) of a normal number, to 1e-9: Newton's steps from an estimate by the exponent. */
-static double inverse_root(double t) {
-    if (!(t < 1e300)) return 0;
-    uint64_t bits;
-    memcpy(&bits, &t, sizeof bits);
-    bits = 0x553EF0FF289DD796u - bits / 3;
-    double root;
-    memcpy(&root, &bits, sizeof root);
-    for (int i = 0; i < 3; i++) root *= (4 - t * root * root * root) * (1.0 / 3);
-    return root;
-}
-
-static const double LAB_STRAIGHT = 216.0 / 24389, LAB_SLOPE = 24389.0 / 27 / 116;
-
-/* f and its slope. */
-static double lab_curve(double t, double *slope) {
-    if (!(t > LAB_STRAIGHT)) {
-        *slope = LAB_SLOPE;
-        return LAB_SLOPE * t + 16.0 / 116;
-    }
-    const double root = inverse_root(t), squared = root * root;
-    *slope = squared / 3;
-    return t * squared;
-}
-
-/* f of the X, Y and Z of some colors, and its slopes between colors that are a move apart. */
-typedef struct curves {
-    range value[3], slope[3];
-} curves;
-
-/* Of colors whose Y is in a range and whose ratios to Y are in theirs. Above the curve's straight
- * part all three slopes fall with the same power of Y, so that differences of their products with
- * any moves are largest at the lowest Y. */
-static curves find_curves(const range of_y[3], range y, const double move[3]) {
-    curves f;
-    bool curved = true;
-    for (int r = 0; r < 3; r++) curved &= y.low * of_y[r].low - move[r] > LAB_STRAIGHT;
-    const double high = curved ? y.low : y.high;
-    /* Not less than the cube root of the highest Y over the lowest. */
-    const double rise = curved ? 1 + (y.high / y.low - 1) / 3 : 1;
-    for (int r = 0; r < 3; r++) {
-        f.value[r].low = lab_curve(y.low * of_y[r].low - move[r], &f.slope[r].high);
-        f.value[r].high = lab_curve(high * of_y[r].high + move[r], &f.slope[r].low) * rise;
-    }
-    return f;
-}
-
-static double lightness_weight(double l) {
-    double off = (l - 50) * (l - 50);
-    return 1 + 0.015 * off / sqrt(20 + off);
-}
-
-/* The least SL of colors the f of whose Y is in the range. */
-static double least_lightness_weight(range f) {
-    const double low = 116 * f.low - 16, high = 116 * f.high - 16;
-    if (low <= 50 && high >= 50) return 1;
-    return lightness_weight(low > 50 ? low : high);
-}
-
-/* A difference in L, a and b, each at most. */
-typedef struct difference {
-    double l, a, b;
-} difference;
-
-/* |p - q| at most, where p is x times a slope of its range and q likewise. */
-static double largest_apart(range slope, double x, range other, double y) {
-    if (x < 0 || y < 0)
-        return x <= 0 && y <= 0 ? largest_apart(slope, -x, other, -y)
-                                : slope.high * fabs(x) + other.high * fabs(y);
-    return shd_larger(slope.high * x - other.low * y, other.high * y - slope.low * x);
-}
-
-/* Adds what `much` of a move of X, Y and Z makes: linear in the slopes, whose ends have the
- * extremes. */
-static void add_move(difference *d, const range slope[3], double much, const double xyz[3]) {
-    if (!(much > 0)) return;
-    d->l += much * slope[1].high * fabs(xyz[1]) * 116;
-    d->a += much * largest_apart(slope[0], xyz[0], slope[1], xyz[1]) * 500;
-    d->b += much * largest_apart(slope[1], xyz[1], slope[2], xyz[2]) * 200;
-}
-
-/* How a* is stretched at most: less where there is much chroma. */
-static double stretch_of(const range f[3], double moved) {
-    const double a = 500 * shd_larger(shd_larger(f[0].low - f[1].high, f[1].low - f[0].high), 0),
-                 b = 200 * shd_larger(shd_larger(f[1].low - f[2].high, f[2].low - f[1].high), 0);
-    const double chroma = shd_larger(sqrt(a * a + b * b) - moved, 0);
-    if (!(chroma > 1)) return 1.5;
-    const double third = chroma * chroma * chroma, seventh = third * third * chroma;
-    return 1.5 - 0.5 * sqrt(seventh / (seventh + 6103515625.0));
-}
-
 /* Errors of the colors of a step: along the main direction, and of single channels. */
 typedef struct moves {
     double main, rest[3]; /* of lights and highlights */
-    double own[3];        /* of each channel of the working space by itself */
+    double own[3];        /* of each channel of the working space by itself, and in proportion */
+    double share[3];      /* to it */
     double grey;          /* of all of its channels alike */
     double channel[3];    /* of the screen's */
 } moves;
@@ -360,7 +261,8 @@ static moves free_moves(const colors *s, double y) {
     m.main += limit;
     for (int c = 0; c < 3; c++) {
         m.rest[c] = e->rest_absolute[c] + shd_smaller(e->rest_limited[c], limit);
-        if (!list->grey) m.own[c] = list->more + list->color * value_at(s, c, y);
+        if (!list->grey) m.own[c] = list->more;
+        if (!list->grey) m.share[c] = list->color * value_at(s, c, y);
         if (!list->grey || !on->same)
             m.channel[c] = on->noise * shd_smaller(s->channel[c].high, y * s->channel_of_y[c]);
         for (int k = 0; k < 3 && !on->same; k++)
@@ -371,17 +273,27 @@ static moves free_moves(const colors *s, double y) {
 }
 
 /* The error of one of the screen's channels where it shows `light`, and where no channel is held at
- * 1 in a color of Y at most `y`; else that is infinite. */
-static double channel_move(const colors *s, int r, double light, double y) {
+ * 1 in a color of Y at most `y`; else that is infinite. What of it is in proportion to the channel
+ * goes to `share`. */
+static double channel_move(const colors *s, int r, double light, double y, double *share) {
     const shd_excess *e = s->excess;
     const screen *on = s->screen;
     const shd_excess_list *list = on->list;
-    /* Whether it is one of the working space's. */
+    /* Whether it is one of the working space's, or a sum of them, which are no more than it then.
+     */
     const bool same = on->rgb[r][(r + 1) % 3] == 0 && on->rgb[r][(r + 2) % 3] == 0;
-    double move = on->noise * light;
+    bool sum = same || list->nonnegative;
     for (int c = 0; c < 3; c++) {
+        if (on->rgb[r][c] < -1e-6) sum = false;
+        if (on->rgb[r][c] < 0) light -= on->rgb[r][c] * e->most[c];
+    }
+    const double color = list->color + (same ? 0 : SHD_MATRIX_NOISE);
+    double move = 0;
+    *share = (on->noise + (sum ? color : 0)) * light;
+    for (int c = 0; c < 3; c++) {
+        const double weight = fabs(on->rgb[r][c]);
         double value = e->most[c], limited = e->limited[c];
-        if (same && r == c) value = shd_smaller(value, light / on->rgb[r][r]);
+        if (sum && weight > 0) value = shd_smaller(value, light / weight);
         /* What is held at 0 adds to Y. */
         if (y < INFINITY && list->nonnegative) value = shd_smaller(value, value_at(s, c, y));
         if (list->nonnegative) {
@@ -389,28 +301,16 @@ static double channel_move(const colors *s, int r, double light, double y) {
             limited =
                 shd_smaller(limited, e->ratio * shd_larger(value - base, 0) + e->distance * value);
         }
-        move += fabs(on->rgb[r][c]) * (e->absolute[c] + limited + list->more +
-                                       (list->color + (same ? 0 : SHD_MATRIX_NOISE)) * value);
+        move += weight * (e->absolute[c] + limited + list->more + (sum ? 0 : color * value));
     }
     return move;
 }
 
-/* The length of a difference between colors like these; or that of a simpler
- * estimate, if this is no more than `enough`. */
-static double length_of(const difference *d, const range f[3], double enough) {
-    const double l = d->l, b = d->b;
-    double a = 1.5 * d->a, length = sqrt(l * l + a * a + b * b);
-    if (length <= enough) return length;
-    const double weight = least_lightness_weight(f[1]);
-    a = stretch_of(f, sqrt(a * a + b * b)) * d->a;
-    return sqrt(l * l / (weight * weight) + a * a + b * b);
-}
-
 /* The largest difference of colors whose Y is in the range and whose channels in `at_1` are held at
  * 1, while each other one goes its own way. */
-static double held_bound(const colors *s, range y, int at_1, double enough) {
+static double held_bound(const colors *s, shd_range y, int at_1, double enough) {
     const screen *on = s->screen;
-    range channel[3];
+    shd_range channel[3];
     double least = 0, most = 0;
     for (int r = 0; r < 3; r++) {
         channel[r] = s->channel[r];
@@ -422,43 +322,46 @@ static double held_bound(const colors *s, range y, int at_1, double enough) {
         most += on->to_xyz[1][r] * channel[r].high;
     }
     if (y.high < least || y.low > most) return 0;
-    double move[3] = {0, 0, 0}, alone[3];
+    double move[3] = {0, 0, 0}, alone[3], share[3];
     for (int r = 0; r < 3; r++) {
         const double own = on->to_xyz[1][r];
-        const range given = channel[r];
-        alone[r] = 0;
+        const shd_range given = channel[r];
+        alone[r] = share[r] = 0;
         if (at_1 >> r & 1) continue;
         channel[r].high = shd_smaller(given.high, (y.high - least) / own + given.low);
         channel[r].low = shd_larger(given.low, (y.low - most) / own + given.high);
         alone[r] = channel_move(s, r, channel[r].high + on->error_y,
-                                at_1 ? (double)INFINITY : y.high + on->error_y);
-        for (int k = 0; k < 3; k++) move[k] += on->to_xyz[k][r] * alone[r];
+                                at_1 ? (double)INFINITY : y.high + on->error_y, &share[r]);
+        for (int k = 0; k < 3; k++) move[k] += on->to_xyz[k][r] * (alone[r] + share[r]);
     }
-    range of_y[3];
+    shd_range of_y[3];
     const double of_high = 1 / y.high, of_low = 1 / shd_larger(y.low, 1e-9);
     for (int k = 0; k < 3; k++) {
-        range value = {0, 0};
+        shd_range value = {0, 0};
         for (int r = 0; r < 3; r++) {
             value.low += on->to_xyz[k][r] * channel[r].low;
             value.high += on->to_xyz[k][r] * channel[r].high;
         }
-        of_y[k] = (range){shd_larger(on->of_y_held[k].low, value.low * of_high),
-                          shd_smaller(on->of_y_held[k].high, value.high * of_low)};
+        of_y[k] = (shd_range){shd_larger(on->of_y_held[k].low, value.low * of_high),
+                              shd_smaller(on->of_y_held[k].high, value.high * of_low)};
     }
-    const curves f = find_curves(of_y, y, move);
-    difference d = {.l = 0};
-    for (int r = 0; r < 3; r++) add_move(&d, f.slope, alone[r], on->channels[r]);
-    return length_of(&d, f.value, enough);
+    const shd_lab_curves f = shd_lab_curves_of(of_y, y, move);
+    shd_lab_difference d = {.l = 0};
+    const double part = on->list->color + on->noise + (on->same ? 0 : SHD_MATRIX_NOISE);
+    shd_lab_add_shares(&d, share, on->channels, part, f.slope, of_y, y.high + on->error_y, move);
+    for (int r = 0; r < 3; r++) shd_lab_add(&d, f.slope, alone[r], on->channels[r]);
+    return shd_lab_length(&d, f.value, enough);
 }
 
 /* Adds what the errors of lights and highlights make, along their main direction and beside it. */
-static void add_lights(difference *d, const colors *s, const moves *m, const range slope[3]) {
-    add_move(d, slope, m->main, s->main);
-    for (int c = 0; c < 3; c++) add_move(d, slope, m->rest[c], s->screen->columns[c]);
+static void add_lights(shd_lab_difference *d, const colors *s, const moves *m,
+                       const shd_range slope[3]) {
+    shd_lab_add(d, slope, m->main, s->main);
+    for (int c = 0; c < 3; c++) shd_lab_add(d, slope, m->rest[c], s->screen->columns[c]);
 }
 
 /* The same term by term, of colors whose Y is at most `y`. */
-static void add_terms(difference *d, const colors *s, const range slope[3], double y) {
+static void add_terms(shd_lab_difference *d, const colors *s, const shd_range slope[3], double y) {
     const shd_excess *e = s->excess;
     const shd_much *much = much_of(s);
     size_t lobe = 0;
@@ -470,59 +373,61 @@ static void add_terms(difference *d, const colors *s, const range slope[3], doub
             most = much[t].low * xyz[1] + shd_larger(y - s->terms_floor, 0);
         most = xyz[1] > 0 ? shd_smaller(most / xyz[1], much[t].high) : much[t].high;
         const double rate = e->distance + (lobe > 0 ? e->ratio : 0);
-        add_move(d, slope, much[t].absolute + shd_smaller(much[t].limited, rate * most), xyz);
+        shd_lab_add(d, slope, much[t].absolute + shd_smaller(much[t].limited, rate * most), xyz);
         lobe = lobe < e->lobe_count ? lobe + 1 : 0;
     }
 }
 
 /* The same of colors of which no channel is held. */
-static double free_bound(const colors *s, range y, double enough) {
+static double free_bound(const colors *s, shd_range y, double enough) {
     const screen *on = s->screen;
     const moves m = free_moves(s, y.high + on->error_y);
-    range of_y[3];
+    shd_range of_y[3];
     double move[3];
     const double of_high = 1 / y.high, of_low = 1 / shd_larger(y.low, 1e-9);
     for (int r = 0; r < 3; r++) {
         move[r] = 0;
         for (int c = 0; c < 3; c++) {
-            move[r] +=
-                fabs(on->xyz[r][c]) * (m.main * s->excess->main[c] + m.rest[c] + m.own[c] + m.grey);
+            move[r] += fabs(on->xyz[r][c]) *
+                       (m.main * s->excess->main[c] + m.rest[c] + m.own[c] + m.share[c] + m.grey);
             move[r] += on->to_xyz[r][c] * m.channel[c];
         }
         of_y[r] = s->of_y[r];
-        range value = {s->value[r].low * of_high, s->value[r].high * of_low};
+        shd_range value = {s->value[r].low * of_high, s->value[r].high * of_low};
         if (!on->list->mixed && y.low > s->floor[1] * 0.5 && y.low > 0) {
             /* Between the step's ends the ratio goes one way. */
-            const range a = ratio_at(s, r, shd_larger(y.low, s->floor[1])),
-                        b = ratio_at(s, r, y.high);
+            const shd_range a = ratio_at(s, r, shd_larger(y.low, s->floor[1])),
+                            b = ratio_at(s, r, y.high);
             value.low = shd_larger(value.low, shd_smaller(a.low, b.low));
             value.high = shd_smaller(value.high, shd_larger(a.high, b.high));
         }
         if (r != 1 && value.low <= of_y[r].high && value.high >= of_y[r].low)
-            of_y[r] =
-                (range){shd_larger(of_y[r].low, value.low), shd_smaller(of_y[r].high, value.high)};
+            of_y[r] = (shd_range){shd_larger(of_y[r].low, value.low),
+                                  shd_smaller(of_y[r].high, value.high)};
     }
-    const curves f = find_curves(of_y, y, move);
-    difference d = {.l = 0};
-    add_move(&d, f.slope, m.grey, on->white);
+    const shd_lab_curves f = shd_lab_curves_of(of_y, y, move);
+    shd_lab_difference d = {.l = 0};
+    shd_lab_add(&d, f.slope, m.grey, on->white);
+    shd_lab_add_shares(&d, m.share, on->columns, on->list->color, f.slope, of_y,
+                       y.high + on->error_y, move);
     for (int c = 0; c < 3; c++) {
-        add_move(&d, f.slope, m.own[c], on->columns[c]);
-        add_move(&d, f.slope, m.channel[c], on->channels[c]);
+        shd_lab_add(&d, f.slope, m.own[c], on->columns[c]);
+        shd_lab_add(&d, f.slope, m.channel[c], on->channels[c]);
     }
-    difference lights = d;
+    shd_lab_difference lights = d;
     add_lights(&lights, s, &m, f.slope);
-    const double length = length_of(&lights, f.value, enough);
+    const double length = shd_lab_length(&lights, f.value, enough);
     if (length <= enough || !s->excess->terms) return length;
     add_terms(&d, s, f.slope, y.high + on->error_y);
     d.l = shd_smaller(d.l, lights.l);
     d.a = shd_smaller(d.a, lights.a);
     d.b = shd_smaller(d.b, lights.b);
-    return length_of(&d, f.value, enough);
+    return shd_lab_length(&d, f.value, enough);
 }
 
 /* The largest difference of colors whose Y is in the range. What is no more than `enough` may be
  * estimated. */
-static double step_bound(const colors *s, range y, double enough) {
+static double step_bound(const colors *s, shd_range y, double enough) {
     double worst = s->coherent ? free_bound(s, y, enough) : held_bound(s, y, 0, enough);
     for (int at_1 = 1; at_1 < 7 && y.high >= s->held; at_1++)
         worst = shd_larger(worst, held_bound(s, y, at_1, enough));
@@ -531,9 +436,9 @@ static double step_bound(const colors *s, range y, double enough) {
 
 /* The same of a range whose bound is known, in steps; or `enough` where it is less. Ranges are
  * parted only where they exceed that, and the worst part goes first. */
-static double range_bound(const colors *s, range y, double bound, double enough) {
+static double range_bound(const colors *s, shd_range y, double bound, double enough) {
     enum { MOST_PARTS = 8 };
-    range part[MOST_PARTS];
+    shd_range part[MOST_PARTS];
     double parts[MOST_PARTS];
     const double low = shd_larger(y.low, DARKEST);
     if (bound <= enough || y.high <= s->screen->step * low) return shd_larger(bound, enough);

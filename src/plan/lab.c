@@ -1,0 +1,118 @@
+#include "plan/lab.h"
+
+#include <math.h>
+#include <stdint.h>
+#include <string.h>
+
+/* t^(-1/3) of a normal number, to 1e-9: Newton's steps from an estimate by the exponent. */
+static double inverse_root(double t) {
+    if (!(t < 1e300)) return 0;
+    uint64_t bits;
+    memcpy(&bits, &t, sizeof bits);
+    bits = 0x553EF0FF289DD796u - bits / 3;
+    double root;
+    memcpy(&root, &bits, sizeof root);
+    for (int i = 0; i < 3; i++) root *= (4 - t * root * root * root) * (1.0 / 3);
+    return root;
+}
+
+static const double LAB_STRAIGHT = 216.0 / 24389, LAB_SLOPE = 24389.0 / 27 / 116;
+
+/* f and its slope. */
+static double lab_curve(double t, double *slope) {
+    if (!(t > LAB_STRAIGHT)) {
+        *slope = LAB_SLOPE;
+        return LAB_SLOPE * t + 16.0 / 116;
+    }
+    const double root = inverse_root(t), squared = root * root;
+    *slope = squared / 3;
+    return t * squared;
+}
+
+shd_lab_curves shd_lab_curves_of(const shd_range of_y[3], shd_range y, const double move[3]) {
+    shd_lab_curves f;
+    bool curved = true;
+    for (int r = 0; r < 3; r++) curved &= y.low * of_y[r].low - move[r] > LAB_STRAIGHT;
+    const double high = curved ? y.low : y.high;
+    /* Not less than the cube root of the highest Y over the lowest. */
+    const double rise = curved ? 1 + (y.high / y.low - 1) / 3 : 1;
+    for (int r = 0; r < 3; r++) {
+        f.value[r].low = lab_curve(y.low * of_y[r].low - move[r], &f.slope[r].high);
+        f.value[r].high = lab_curve(high * of_y[r].high + move[r], &f.slope[r].low) * rise;
+    }
+    return f;
+}
+
+static double lightness_weight(double l) {
+    double off = (l - 50) * (l - 50);
+    return 1 + 0.015 * off / sqrt(20 + off);
+}
+
+/* The least SL of colors the f of whose Y is in the range. */
+static double least_lightness_weight(shd_range f) {
+    const double low = 116 * f.low - 16, high = 116 * f.high - 16;
+    if (low <= 50 && high >= 50) return 1;
+    return lightness_weight(low > 50 ? low : high);
+}
+
+/* |p - q| at most, where p is x times a slope of its range and q likewise. */
+static double largest_apart(shd_range slope, double x, shd_range other, double y) {
+    if (x < 0 || y < 0)
+        return x <= 0 && y <= 0 ? largest_apart(slope, -x, other, -y)
+                                : slope.high * fabs(x) + other.high * fabs(y);
+    return shd_larger(slope.high * x - other.low * y, other.high * y - slope.low * x);
+}
+
+/* Linear in the slopes, whose ends have the extremes. */
+void shd_lab_add(shd_lab_difference *d, const shd_range slope[3], double much,
+                 const double xyz[3]) {
+    if (!(much > 0)) return;
+    d->l += much * slope[1].high * fabs(xyz[1]) * 116;
+    d->a += much * largest_apart(slope[0], xyz[0], slope[1], xyz[1]) * 500;
+    d->b += much * largest_apart(slope[1], xyz[1], slope[2], xyz[2]) * 200;
+}
+
+/* How a* is stretched at most: less where there is much chroma. */
+static double stretch_of(const shd_range f[3], double moved) {
+    const double a = 500 * shd_larger(shd_larger(f[0].low - f[1].high, f[1].low - f[0].high), 0),
+                 b = 200 * shd_larger(shd_larger(f[1].low - f[2].high, f[2].low - f[1].high), 0);
+    const double chroma = shd_larger(sqrt(a * a + b * b) - moved, 0);
+    if (!(chroma > 1)) return 1.5;
+    const double third = chroma * chroma * chroma, seventh = third * third * chroma;
+    return 1.5 - 0.5 * sqrt(seventh / (seventh + 6103515625.0));
+}
+
+double shd_lab_length(const shd_lab_difference *d, const shd_range f[3], double enough) {
+    const double l = d->l, b = d->b;
+    double a = 1.5 * d->a, length = sqrt(l * l + a * a + b * b);
+    if (length <= enough) return length;
+    const double weight = least_lightness_weight(f[1]);
+    a = stretch_of(f, sqrt(a * a + b * b)) * d->a;
+    return sqrt(l * l / (weight * weight) + a * a + b * b);
+}
+
+/* At most t times the slope of f between colors that are a move apart, for any t up to `most`: in
+ * the straight part it rises, and above with t (t - move)^(-2/3), which does from 3 moves on. */
+static double largest_product(double most, double move) {
+    double slope;
+    const double straight = LAB_SLOPE * shd_smaller(most, 3 * move + LAB_STRAIGHT);
+    lab_curve(most - move, &slope);
+    return shd_larger(straight, slope * most);
+}
+
+void shd_lab_add_shares(shd_lab_difference *d, const double share[3], const double columns[3][3],
+                        double part, const shd_range slope[3], const shd_range of_y[3], double y,
+                        const double move[3]) {
+    shd_lab_difference sum = {.l = 0};
+    double most[3];
+    bool positive = true;
+    for (int c = 0; c < 3; c++) {
+        shd_lab_add(&sum, slope, share[c], columns[c]);
+        for (int r = 0; r < 3; r++) positive &= columns[c][r] >= 0;
+    }
+    for (int r = 0; r < 3; r++)
+        most[r] = positive ? part * largest_product(y * of_y[r].high, move[r]) : INFINITY;
+    d->l += shd_smaller(sum.l, 116 * most[1]);
+    d->a += shd_smaller(sum.a, 500 * (most[0] + most[1]));
+    d->b += shd_smaller(sum.b, 200 * (most[1] + most[2]));
+}
