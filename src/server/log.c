@@ -1,6 +1,7 @@
 #include "log.h"
 
 #include <errno.h>
+#include <poll.h>
 #include <pthread.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -12,6 +13,9 @@
 
 /* Room for the closing brace and the newline. */
 enum { LOG_TAIL = 2 };
+
+/* Milliseconds that a full log is waited for, before lines are lost until there is room again. */
+enum { LOG_PATIENCE = 100 };
 
 static const char *const level_names[] = {"info", "warning", "error"};
 
@@ -82,17 +86,45 @@ void shd_log_flag(shd_log *line, const char *name, bool value) {
     addf(line, ",\"%s\":%s", name, value ? "true" : "false");
 }
 
-void shd_log_end(shd_log *line) {
-    static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
+/* Whether a line can be written without being held up by a reader who does not read: what is ready
+ * takes it whole. Errors are for write() to meet. */
+static bool is_ready(int milliseconds) {
+    struct pollfd out = {.fd = STDERR_FILENO, .events = POLLOUT};
+    return poll(&out, 1, milliseconds);
+}
+
+static void write_line(shd_log *line) {
     memcpy(line->text + line->length, "}\n", LOG_TAIL);
     size_t length = line->length + LOG_TAIL;
-    pthread_mutex_lock(&mutex);
     for (size_t done = 0; done < length;) {
         ssize_t written = write(STDERR_FILENO, line->text + done, length - done);
         if (written < 0 && errno == EINTR) continue;
         if (written <= 0) break; /* nobody reads the log: the service goes on */
         done += (size_t)written;
     }
+}
+
+static void write_lost(uint64_t lines) {
+    shd_log line;
+    shd_log_begin(&line, SHD_LOG_WARNING, "log-lost");
+    shd_log_whole(&line, "lines", lines);
+    write_line(&line);
+}
+
+void shd_log_end(shd_log *line) {
+    static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
+    static uint64_t lost;
+    pthread_mutex_lock(&mutex);
+    bool ready = is_ready(lost ? 0 : LOG_PATIENCE);
+    if (ready && lost) {
+        write_lost(lost);
+        lost = 0;
+        ready = is_ready(0);
+    }
+    if (ready)
+        write_line(line);
+    else
+        lost++;
     pthread_mutex_unlock(&mutex);
 }
 

@@ -7,7 +7,8 @@
  *
  * Texts are escaped, so that nothing a client sends can forge a line or reach a terminal. A line
  * that would not fit loses its last members. Each line leaves in one write, whole, from any
- * thread. */
+ * thread. Where nobody reads what was written before it is lost, and "log-lost" tells how many
+ * were. */
 #ifndef SHD_SERVER_LOG_H
 #define SHD_SERVER_LOG_H
 

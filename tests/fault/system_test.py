@@ -1,9 +1,11 @@
 """What fails around the daemon: the disk that its log goes to, clients that cut their connections,
 color configurations, OpenImageIO in want of memory, the wall clock."""
 
+import fcntl
 import json
 import os
 import resource
+import select
 import signal
 import socket
 import struct
@@ -12,6 +14,7 @@ import tempfile
 import time
 import unittest
 from collections import Counter
+from contextlib import contextmanager
 from pathlib import Path
 
 from e2e.daemon import SHADED, SLOW, SMALL, SOURCE, Daemon, another, environment
@@ -31,7 +34,9 @@ def descriptors(daemon):
 class LogTest(unittest.TestCase):
     """Its log is not written to a pipe here, so its ports are chosen by the test."""
 
-    def serve(self, log, **options):
+    @contextmanager
+    def running(self, log, **options):
+        """The process, and what asks it for a picture."""
         with socket.create_server(("127.0.0.1", 0)) as probe:
             port = probe.getsockname()[1]
         process = subprocess.Popen([SHADED, "--listen", f"127.0.0.1:{port}", "--admin", "off"],
@@ -49,14 +54,18 @@ class LogTest(unittest.TestCase):
                     return False
 
             wait_until(answers)
+            yield process, request
+        finally:
+            process.terminate()
+        self.assertEqual(process.wait(60), 0)
+
+    def serve(self, log, **options):
+        with self.running(log, **options) as (process, request):
             for _ in range(50):
                 self.assertTrue(request())
             process.send_signal(signal.SIGHUP)
             for _ in range(20):
                 self.assertTrue(request())
-        finally:
-            process.terminate()
-        self.assertEqual(process.wait(60), 0)
 
     def test_a_full_disk_stops_the_log_and_nothing_else(self):
         with open("/dev/full", "wb") as full:
@@ -74,6 +83,21 @@ class LogTest(unittest.TestCase):
         os.close(reader)
         with os.fdopen(writer, "wb") as pipe:
             self.serve(pipe)
+
+    def test_a_log_whose_reader_is_stuck_stops_nothing_else(self):
+        reader, writer = os.pipe()
+        fcntl.fcntl(writer, fcntl.F_SETPIPE_SZ, 4096)
+        with os.fdopen(reader, "rb") as log, os.fdopen(writer, "wb") as pipe:
+            with self.running(pipe) as (_, request):
+                for _ in range(50):
+                    self.assertTrue(request())
+                begin = log.read1(4096)
+                self.assertTrue(request())
+                wait_until(lambda: select.select([log], [], [], 0)[0])
+                again = json.loads(log.readline())
+        self.assertIn(b"listening", begin)
+        self.assertEqual((again["event"], again["level"]), ("log-lost", "warning"))
+        self.assertGreater(again["lines"], 30)
 
 
 class CutTest(unittest.TestCase):
