@@ -28,6 +28,9 @@ enum { CONNECTION_MEMORY = 64 << 10 };
  * memory of the connection for each, and where that ends it neither answers nor closes. */
 enum { TARGET_MOST = 8000, PARAMETERS_MOST = 250 };
 
+/* Bytes of a body that there is always room for. */
+enum { SMALL_BODY = 64 << 10 };
+
 /* What the head says about itself and its body. */
 typedef struct head {
     shd_exchange *exchange;
@@ -338,14 +341,37 @@ static enum MHD_Result take_head(shd_exchange *exchange, const char *method, con
     return MHD_YES;
 }
 
+/* All bodies together may be as many bytes as those of the requests that may wait or be worked on,
+ * however many connections there are. Small ones always may: they do not come to much. */
+static bool may_grow(shd_exchange *exchange, size_t capacity) {
+    shd_server *server = exchange->server;
+    const uint64_t more = capacity - exchange->capacity;
+    const uint64_t all = atomic_fetch_add(&server->body_bytes, more) + more;
+    if (capacity <= SMALL_BODY || all / server->places <= exchange->settings->config.body)
+        return true;
+    atomic_fetch_sub(&server->body_bytes, more);
+    shd_problem_later(&exchange->reply, SHD_BUSY, shd_jobs_retry_after(server->jobs),
+                      "the bodies of other requests take %llu bytes: with the limit `queue` of "
+                      "%llu there is no room for this one",
+                      (unsigned long long)(all - more), (unsigned long long)server->config.queue);
+    return false;
+}
+
 /* Memory grows with what has really come, not with what Content-Length promises. */
 static bool keep(shd_exchange *exchange, const char *data, size_t size) {
+    const uint64_t limit = exchange->settings->config.body;
     size_t needed = exchange->size + size;
     if (needed > exchange->capacity) {
         size_t capacity = exchange->capacity ? exchange->capacity : 4096;
         while (capacity < needed) capacity *= 2;
+        if (capacity > limit) capacity = limit;
+        if (!may_grow(exchange, capacity)) return false;
         unsigned char *grown = realloc(exchange->body, capacity);
-        if (!grown) return false;
+        if (!grown) {
+            atomic_fetch_sub(&exchange->server->body_bytes, capacity - exchange->capacity);
+            shd_problem_reply(&exchange->reply, SHD_NO_MEMORY, "no memory for the body");
+            return false;
+        }
         exchange->body = grown;
         exchange->capacity = capacity;
     }
@@ -359,7 +385,6 @@ static enum MHD_Result take_body(shd_exchange *exchange, const char *data, size_
     if (exchange->refused || exchange->method != SHD_POST) {
         exchange->size += *size; /* read for the sake of the connection, but not kept */
     } else if (!keep(exchange, data, *size)) {
-        shd_problem_reply(&exchange->reply, SHD_NO_MEMORY, "no memory for the body");
         return refuse_now(exchange);
     }
     *size = 0;
@@ -459,6 +484,7 @@ static void complete(void *cls, struct MHD_Connection *connection, void **contex
         if (exchange->was_accepted) atomic_fetch_sub(&server->accepted, 1);
         atomic_fetch_sub(&server->in_flight, 1);
     }
+    atomic_fetch_sub(&server->body_bytes, exchange->capacity);
     shd_settings_drop(exchange->settings);
     shd_reply_clear(&exchange->reply);
     free(exchange->target);
@@ -486,6 +512,7 @@ static void notify(void *cls, struct MHD_Connection *connection, void **context,
 
 shd_status shd_http_start(shd_server *server, int socket, struct MHD_Daemon **out,
                           shd_error *error) {
+    server->places = server->config.queue + shd_engine_load(server->engine).threads;
     server->last_words = make_last_words();
     if (!server->last_words) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     struct MHD_Daemon *daemon = MHD_start_daemon(

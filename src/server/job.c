@@ -35,6 +35,8 @@ void shd_job_drop(shd_job *job) {
     shd_reply_clear(&job->reply);
     shd_settings_drop(job->settings);
     free(job->question.body);
+    atomic_fetch_sub(&job->server->body_bytes, job->body_bytes);
+    atomic_fetch_sub(&job->server->scene_bytes, job->scene_bytes);
     free(job);
 }
 
@@ -47,6 +49,8 @@ static void finish(shd_job *job) {
 
 static void run(void *context) {
     shd_job *job = context;
+    atomic_fetch_sub(&job->server->scene_bytes, job->scene_bytes);
+    job->scene_bytes = 0;
     double began = shd_now();
     job->work->run(job);
     job->seconds += shd_now() - began;
@@ -56,6 +60,22 @@ static void run(void *context) {
 static bool is_large(const shd_job *job) {
     return job->work->size == SHD_LARGE ||
            (job->work->size == SHD_BY_SCENE && shd_request_work(job->request) > small_work);
+}
+
+/* Whether the large job may keep its scene while it waits: all that wait may have as much memory as
+ * one request. */
+static bool may_wait(shd_job *job) {
+    const uint64_t bytes = shd_request_memory(job->request);
+    const uint64_t others = atomic_fetch_add(&job->server->scene_bytes, bytes);
+    const uint64_t limit = job->settings->config.memory;
+    job->scene_bytes = bytes;
+    if (!others || others + bytes <= limit) return true;
+    shd_problem_later(&job->reply, SHD_BUSY, shd_jobs_retry_after(job->server->jobs),
+                      "the scenes of requests that wait take %llu bytes, and this one's %llu: the "
+                      "limit `memory` is %llu",
+                      (unsigned long long)others, (unsigned long long)bytes,
+                      (unsigned long long)limit);
+    return false;
 }
 
 static void begin(void *context) {
@@ -75,10 +95,12 @@ static void begin(void *context) {
         finish(job);
     else if (!shd_jobs_settle(server->jobs, job))
         shd_job_drop(job);
-    else if (is_large(job))
+    else if (!is_large(job))
+        run(job);
+    else if (may_wait(job))
         shd_engine_defer(server->engine, run, job);
     else
-        run(job);
+        finish(job);
 }
 
 void shd_job_submit(shd_exchange *exchange, const shd_work *work) {
@@ -99,6 +121,8 @@ void shd_job_submit(shd_exchange *exchange, const shd_work *work) {
     shd_question *asked = &job->question;
     asked->picture_accepted = shd_accepts_picture(exchange->accept, &asked->fallback);
     exchange->body = NULL;
+    job->body_bytes = exchange->capacity;
+    exchange->capacity = 0;
     atomic_fetch_add(&job->settings->holders, 1);
     if (work->recall && work->recall(job, exchange, &exchange->reply)) {
         shd_job_drop(job);

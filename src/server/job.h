@@ -47,6 +47,7 @@ struct shd_job {
     const shd_work *work;
 
     shd_question question;
+    size_t body_bytes, scene_bytes; /* of what the server's count */
 
     shd_request *request;
     shd_reply reply;

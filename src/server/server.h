@@ -52,9 +52,12 @@ struct shd_server {
     uint32_t run; /* random, so that request ids differ between runs */
     atomic_uint next_id;
     atomic_bool draining;
-    atomic_uint in_flight; /* exchanges whose head was read, until they are completed */
-    atomic_uint accepted;  /* those of them whose body was read too */
-    atomic_uint suspended; /* those of them that wait for a job */
+    atomic_uint in_flight;         /* exchanges whose head was read, until they are completed */
+    atomic_uint accepted;          /* those of them whose body was read too */
+    atomic_uint suspended;         /* those of them that wait for a job */
+    uint64_t places;               /* requests that may wait or be worked on */
+    _Atomic(uint64_t) scene_bytes; /* memory of scenes whose job waits for its turn */
+    _Atomic(uint64_t) body_bytes;  /* memory of bodies: that are coming, or that jobs have */
 };
 
 typedef enum shd_method {
@@ -87,7 +90,7 @@ struct shd_exchange {
     bool is_preflight;
 
     unsigned char *body;
-    size_t size, capacity;
+    size_t size, capacity; /* capacity: of what the server's body_bytes counts */
 
     double started, submitted; /* on shd_now()'s clock */
     shd_waiter waiter;

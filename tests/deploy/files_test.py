@@ -269,6 +269,45 @@ class MetricsTest(unittest.TestCase):
             run("promtool", "check", "rules", file.name)
 
 
+def size(text):
+    number, unit = re.fullmatch(r"(\d+)([KMG]?)I?", str(text).upper()).groups()
+    return int(number) << {"": 0, "K": 10, "M": 20, "G": 30}[unit]
+
+
+class MemoryTest(unittest.TestCase):
+    """What deploy/README.md says may be in memory at a time fits what each file allows."""
+
+    def most(self, given):
+        lines = (SOURCE / "config/shaded.conf").read_text()
+        options = {name: given.get("SHADED_" + name.upper().replace("-", "_"), value)
+                   for name, value in re.findall(r"^([a-z-]+) = (\w+)$", lines, re.MULTILINE)}
+        threads, queue = int(options["threads"]), int(options["queue"])
+        self.assertGreater(threads, 0, "one a core, of which nobody knows the number")
+        return ((2 * threads + 1) * size(options["max-memory"])
+                + (queue + threads) * size(options["max-body"])
+                + int(options["max-connections"]) * size("128K")
+                + size(options["reuse"]) + size(options["response-cache"]) + size("200M"))
+
+    def test_compose(self):
+        service = yaml.safe_load((DEPLOY / "compose.yaml").read_text())["services"]["shaded"]
+        given = {**service["environment"],
+                 "SHADED_THREADS": service["environment"]["SHADED_THREADS"].split(":-")[1][:-1]}
+        self.assertLess(self.most(given), size(service["mem_limit"]))
+
+    def test_kubernetes(self):
+        text = (KUBERNETES / "base/deployment.yaml").read_text()
+        container = yaml.safe_load(text)["spec"]["template"]["spec"]["containers"][0]
+        limits = container["resources"]["limits"]
+        given = {variable["name"]: variable.get("value", limits["cpu"])
+                 for variable in container["env"]}
+        self.assertLess(self.most(given), size(limits["memory"]))
+
+    def test_systemd(self):
+        text = (DEPLOY / "systemd/shaded.service").read_text()
+        given = dict(re.findall(r"\b(SHADED_\w+)=(\w+)", re.sub("#.*", "", text)))
+        self.assertLess(self.most(given), size(re.search("^MemoryMax=(.*)$", text, re.MULTILINE)[1]))
+
+
 class ImageTest(unittest.TestCase):
     def test_it_is_built_from_the_packages_that_dev_installs(self):
         built = re.search(r"build_packages=\((.*?)\)", (SOURCE / "dev").read_text(), re.DOTALL)

@@ -2,6 +2,7 @@
 
 import json
 import resource
+import select
 import selectors
 import socket
 import threading
@@ -234,6 +235,34 @@ class CrowdTest(unittest.TestCase):
             wait_until(is_served)
             for connection in crowd:
                 connection.close()
+
+
+class BodiesTest(unittest.TestCase):
+    def test_many_large_bodies_at_a_time_take_the_memory_of_a_few(self):
+        size = 1 << 20
+        with Daemon("--threads", "2", "--queue", "4", "--max-body", "1M") as daemon:
+            crowd = []
+            for _ in range(40):
+                connection = socket.create_connection(daemon.address, 30)
+                connection.sendall(post(b"Content-Length: %d" % size, length=False,
+                                        body=b" " * (size - 1)))
+                crowd.append(connection)
+            # Six are waited for; the others are told, and small ones are served.
+            wait_until(lambda: daemon.metrics()['shaded_refused_total{limit="queue"}'] == 34)
+            self.assertEqual(daemon.render(SMALL).status, 200)
+            answered = select.select(crowd, [], [], 0)[0]
+            self.assertEqual(len(answered), 34)
+            for connection in crowd:
+                if connection not in answered:
+                    connection.sendall(b" ")
+                answer = connection.recv(65536)
+                status = b"429" if connection in answered else b"400"
+                self.assertTrue(answer.startswith(b"HTTP/1.1 " + status), answer)
+                self.assertEqual(b"\r\nRetry-After: " in answer, status == b"429")
+                connection.close()
+            # And their memory is given back.
+            for _ in range(12):
+                self.assertEqual(daemon.render(b" " * size).status, 400)
 
 
 class HostileTest(unittest.TestCase):
