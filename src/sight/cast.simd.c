@@ -254,13 +254,16 @@ static void take(const shd_stage *from, double object, shd_wants wants, shd_stag
 
 /* ---- A batch. ---- */
 
-/* At equal distance the object that comes first in the scene stays. Returns whether any lane
- * was nearer. */
+/* At equal distance, to within rounding, the object that comes first in the scene stays: or
+ * surfaces that lie in each other would be seen in speckles. Returns whether any lane was nearer.
+ */
 static bool keep_nearer(const double *restrict t, double object, shd_stage *restrict best) {
+    const double rounded = 1 + 0x1p-44;
     long long any = 0;
     SHD_EACH_LANE(i) {
-        bool nearer = t[i] < best->t[i], first = t[i] == best->t[i] && object < best->object[i];
-        bool kept = nearer || first;
+        bool equal = t[i] <= best->t[i] * rounded && best->t[i] <= t[i] * rounded;
+        bool nearer = t[i] < best->t[i], first = object < best->object[i];
+        bool kept = equal ? first : nearer;
         any |= kept ? 1 : 0;
         best->t[i] = kept ? t[i] : best->t[i];
         best->object[i] = kept ? object : best->object[i];

@@ -180,6 +180,47 @@ static void an_eye_on_a_surface_looks_past_it(void **state) {
         }
 }
 
+static size_t count_first(const shd_hits *hits) {
+    size_t first = 0;
+    for (size_t i = 0; i < hits->count; i++) first += hits->object[i] == 0;
+    return first;
+}
+
+/* The second object's surface lies in the first one's, or the other way around; rounding does not
+ * decide by pixels which of them is nearer. */
+static void of_surfaces_in_each_other_the_first_object_is_seen(void **state) {
+#define BOX  "{\"type\": \"box\", \"size\": [2, 2, 2], \"transform\": {\"translate\": [0, -1, 0]}"
+#define DISC "{\"type\": \"disc\"}"
+    static const char *const pairs[][2] = {
+        {"{\"type\": \"plane\"}", DISC},
+        {DISC, "{\"type\": \"plane\"}"},
+        {DISC, BOX "}"},
+        {BOX "}", DISC},
+        {BOX "}", BOX ", \"interpolation\": \"flat\"}"},
+        {BOX ", \"interpolation\": \"flat\"}", BOX "}"},
+        {"{\"type\": \"cylinder\"}", "{\"type\": \"cylinder\", \"height\": 1}"},
+    };
+    static const char *const cameras[] = {"\"fov\": 50",
+                                          "\"type\": \"orthographic\", \"height\": 3"};
+    for (shd_isa isa = 0; every_variant(&isa); isa++)
+        for (size_t k = 0; k < 2 * (sizeof pairs / sizeof pairs[0]); k++) {
+            const char *const *pair = pairs[k / 2];
+            char *alone = text_of("{" PICTURE ", \"camera\": {%s, \"position\": [1.3, 2.1, 3.7]}, "
+                                  "\"objects\": [%s]}",
+                                  cameras[k % 2], pair[0]);
+            char *both = text_of("{" PICTURE ", \"camera\": {%s, \"position\": [1.3, 2.1, 3.7]}, "
+                                 "\"objects\": [%s, %s]}",
+                                 cameras[k % 2], pair[0], pair[1]);
+            seen first = see(*state, alone, isa), s = see(*state, both, isa);
+            assert_true(first.hits.count > 300);
+            assert_int_equal(count_first(&s.hits), first.hits.count);
+            drop_seen(&first);
+            drop_seen(&s);
+            free(alone);
+            free(both);
+        }
+}
+
 /* Normals of (x, y, 10 z) on the unit sphere: the gradient, and what the map itself would give. */
 static void normals_of_scaled_spheres_are_the_gradient(void **state) {
     for (shd_isa isa = 0; every_variant(&isa); isa++) {
@@ -271,6 +312,7 @@ int main(void) {
         cmocka_unit_test(far_spheres_have_their_outline_and_normals),
         cmocka_unit_test(from_inside_a_sphere_its_far_wall_is_seen),
         cmocka_unit_test(an_eye_on_a_surface_looks_past_it),
+        cmocka_unit_test(of_surfaces_in_each_other_the_first_object_is_seen),
         cmocka_unit_test(normals_of_scaled_spheres_are_the_gradient),
         cmocka_unit_test(scenes_of_any_size_are_seen_alike),
     };
