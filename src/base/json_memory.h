@@ -7,8 +7,9 @@
 
 #include <stdbool.h>
 
-/* Begins a piece of work with jansson on the calling thread. What the whole process uses for
- * jansson's memory is set by the first call: it stays interchangeable with malloc and free. */
+/* Begins a piece of work with jansson on the calling thread, which renders nothing until it has
+ * asked below: between tiles it may run other jobs, which begin theirs. What the whole process uses
+ * for jansson's memory is set by the first call: it stays interchangeable with malloc and free. */
 void shd_json_memory_watch(void);
 
 /* Whether memory was refused on this thread since the last watch. */

@@ -131,7 +131,9 @@ static shd_status compare_tier(shd_request *request, shd_tier tier, const shd_sh
         times.color = seconds[1];
         request->times.color += seconds[1];
         *largest = difference.largest;
+        shd_json_memory_watch();
         *out = tell_tier(request->plan, tier, &times, &difference);
+        if (shd_json_memory_short()) status = shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     }
     request->arena = own;
     request->plan = plan;
@@ -146,7 +148,6 @@ static shd_status compare(shd_request *request, const shd_render_options *option
     shd_status status = shd_showing_make(request, &request->scene->outputs[0], &showing, error);
     if (status != SHD_OK) return status;
 
-    shd_json_memory_watch();
     stretch progress = {options, 0};
     shd_film exact;
     shd_times times = {0};
@@ -167,6 +168,7 @@ static shd_status compare(shd_request *request, const shd_render_options *option
     /* Errors are measured against the exact tier: its own are 0. */
     request->times.color += times.color;
     const shd_difference none = {.largest = largest, .equal = 1, .psnr = INFINITY};
+    shd_json_memory_watch();
     tiers[SHD_EXACT] = tell_tier(request->plan, SHD_EXACT, &times, &none);
 
     json_t *answer = tell_head(request, &showing, largest), *list = json_array();
