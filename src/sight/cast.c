@@ -11,9 +11,13 @@ void shd_item_place(const shd_item *it, uint32_t triangle, double u, double v, s
                     shd_vec3 *normal) {
     const shd_triangles *tri = &it->triangles;
     const double weight[3] = {1 - u - v, u, v};
-    *point = *normal = (shd_vec3){0, 0, 0};
-    for (int k = 0; k < 3; k++)
-        *point = shd_madd(*point, shd_triangle_corner(tri, triangle, k), weight[k]);
+    /* From a corner: a triangle with one y has all of its points there, so that a light at this y
+     * does not shine on some of them. */
+    const shd_vec3 a = shd_triangle_corner(tri, triangle, 0);
+    const shd_vec3 ab = shd_sub(shd_triangle_corner(tri, triangle, 1), a);
+    const shd_vec3 ac = shd_sub(shd_triangle_corner(tri, triangle, 2), a);
+    *point = shd_madd(shd_madd(a, ab, u), ac, v);
+    *normal = (shd_vec3){0, 0, 0};
     if (it->smooth) {
         for (int k = 0; k < 3; k++) {
             const double *n = tri->normals + 3 * (size_t)tri->indices[3 * triangle + (size_t)k];

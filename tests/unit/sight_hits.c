@@ -221,6 +221,20 @@ static void of_surfaces_in_each_other_the_first_object_is_seen(void **state) {
         }
 }
 
+/* Their points lie in the plane y = -0.3, and none is lit by a light in it. */
+static void points_of_a_level_mesh_are_level(void **state) {
+    for (shd_isa isa = 0; every_variant(&isa); isa++) {
+        seen s =
+            see(*state,
+                "{" PICTURE EXACT ", \"camera\": {\"position\": [0, 1, 4]}, \"objects\": "
+                "[{\"type\": \"mesh\", \"positions\": [-2, -0.3, -2, -2, -0.3, 2, 2, -0.3, 2]}]}",
+                isa);
+        assert_true(s.hits.count > 300);
+        for (size_t i = 0; i < s.hits.count; i++) assert_true(s.hits.position[1][i] == -0.3);
+        drop_seen(&s);
+    }
+}
+
 /* Normals of (x, y, 10 z) on the unit sphere: the gradient, and what the map itself would give. */
 static void normals_of_scaled_spheres_are_the_gradient(void **state) {
     for (shd_isa isa = 0; every_variant(&isa); isa++) {
@@ -313,6 +327,7 @@ int main(void) {
         cmocka_unit_test(from_inside_a_sphere_its_far_wall_is_seen),
         cmocka_unit_test(an_eye_on_a_surface_looks_past_it),
         cmocka_unit_test(of_surfaces_in_each_other_the_first_object_is_seen),
+        cmocka_unit_test(points_of_a_level_mesh_are_level),
         cmocka_unit_test(normals_of_scaled_spheres_are_the_gradient),
         cmocka_unit_test(scenes_of_any_size_are_seen_alike),
     };
