@@ -20,6 +20,9 @@ typedef struct shd_bound {
     double delta_e; /* CIEDE2000, from the same; what has alpha lies over black */
 } shd_bound;
 
+/* Why `linear` is unknown. */
+#define SHD_NO_LINEAR_BOUND "a light may touch a surface, or a value exceed what floats hold"
+
 /* How an output shows linear light, as far as that is known. Its codes are a curve of a matrix
  * times the working space's components. To the eye, it is a matrix to the linear RGB of a screen,
  * held in [0,1], and from there to XYZ divided by the white. */

@@ -219,7 +219,7 @@ static shd_status fail_budget(const shd_plan *plan, const shd_shown *shown, shd_
     double reached = measured(&bound, accuracy->metric);
     if (!isfinite(reached))
         return shd_fail(error, SHD_SCENE, "/accuracy/maxError",
-                        "no bound in %s is known for this scene: a light may touch a surface",
+                        "no bound in %s is known for this scene: " SHD_NO_LINEAR_BOUND,
                         shd_metric_names[accuracy->metric]);
     return shd_fail(error, SHD_SCENE, "/accuracy/maxError",
                     "no tier stays within %.9g %s in this scene: `exact` reaches %.2g",

@@ -26,7 +26,7 @@ static json_t *tell_bounds(const shd_plan *plan) {
         double value;
         const char *unit, *against, *why;
     } metrics[] = {
-        {bound->linear, plan->scene->working_space->name, "model", "a light may touch a surface"},
+        {bound->linear, plan->scene->working_space->name, "model", SHD_NO_LINEAR_BOUND},
         {bound->code, "8-bit codes", "exact", "an output's colors are no curve of a matrix"},
         {bound->delta_e, "CIEDE2000", "exact", "an output's colors are no curve of a matrix"}};
     json_t *all = json_object();

@@ -47,7 +47,7 @@ static void say_bound(json_t *words, const shd_explained *e) {
         say(words, "Error: at most %s in linear components (%s) against the model.",
             digits(bound->linear, number), space);
     else
-        say(words, "Error: not bounded in linear components, as a light may touch a surface.");
+        say(words, "Error: not bounded in linear components, as " SHD_NO_LINEAR_BOUND ".");
     if (isfinite(bound->code))
         say(words, "Error: at most %s in 8-bit codes against the exact tier.",
             digits(bound->code, number));

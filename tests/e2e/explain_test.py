@@ -92,6 +92,10 @@ class Http(unittest.TestCase):
         self.assertNotIn("code,", told["plan"])
         self.assertEqual(told["outputs"][0]["color"], "floats")
 
+        beyond = self.explain({"objects": [{"type": "sphere", "material": {"emissive": 1e300}}]})
+        self.assertIsNone(beyond["bound"]["linear"]["most"])
+        self.assertIn("exceed what floats hold", beyond["bound"]["linear"]["why"])
+
     def test_nothing_is_rendered(self):
         huge = {**SCENE, "image": {"width": 4096, "height": 4096, "samples": 1}}
         self.assertGreater(self.explain(huge)["milliseconds"]["total"], 50)
