@@ -31,8 +31,12 @@ static void grid_point(const grid *g, double a, double b, shd_vec3 *p, shd_vec3 
         *p = *n;
         return;
     case SHD_TORUS: {
-        shd_vec3 out = shd_scale(around, sin(2 * SHD_PI * a));
-        out.y = cos(2 * SHD_PI * a);
+        /* From the top around the tube; of one that meets itself on the axis, from there to there:
+         * what lies beyond is inside. */
+        double inner = g->tube > 1 ? asin(1 / g->tube) : SHD_PI / 2;
+        double start = g->tube > 1 ? -inner : 0, turn = start + (SHD_PI + 2 * inner) * a;
+        shd_vec3 out = shd_scale(around, sin(turn));
+        out.y = cos(turn);
         *n = out;
         *p = shd_madd(around, out, g->tube);
         return;

@@ -318,6 +318,23 @@ static void tessellations_are_closed_and_face_outward(void **state) {
     }
 }
 
+/* What is seen of a torus is as far from its circle as its tube is thick, whichever way it is met.
+ */
+static void a_tube_that_meets_itself_has_no_surface_inside(void **state) {
+    (void)state;
+    shd_arena *arena = shd_arena_new(1 << 24);
+    shd_triangles t;
+    assert_true(shd_tessellate(SHD_TORUS, 1.5, 16, arena, &t));
+    shd_vec3 sum = {0, 0, 0};
+    for (size_t i = 0; i < 3 * t.triangle_count; i++) {
+        shd_vec3 p = shd_triangle_corner(&t, i / 3, (int)(i % 3));
+        assert_true(fabs(tube_square(1.5, p)) < 1e-12);
+        if (i % 3 == 0) sum = shd_add(sum, shd_triangle_normal(&t, i / 3));
+    }
+    assert_true(shd_length(sum) < 1e-12); /* closed */
+    shd_arena_drop(arena);
+}
+
 static void faces_are_plane_polygons(void **state) {
     (void)state;
     for (size_t k = 0; k < SOLIDS; k++) {
@@ -347,6 +364,7 @@ int main(void) {
         cmocka_unit_test(tori_are_met_where_marching_meets_them),
         cmocka_unit_test(inverse_roots_are_right_to_2_ulp),
         cmocka_unit_test(tessellations_are_closed_and_face_outward),
+        cmocka_unit_test(a_tube_that_meets_itself_has_no_surface_inside),
         cmocka_unit_test(faces_are_plane_polygons),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
