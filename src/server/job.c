@@ -12,6 +12,10 @@ enum { WARNINGS_TOLD = 8 };
  * about 10 ms. */
 static const uint64_t small_work = UINT64_C(1) << 23;
 
+/* Bytes of a document that is read at once. Larger ones are large work before it is known what they
+ * ask for: a megabyte takes up to half a second to read, and then 30 MB of memory. */
+static const size_t small_document = 64 << 10;
+
 void shd_job_warn(shd_reply *reply, const shd_request *request) {
     const shd_report *report = shd_request_report(request);
     size_t warnings = shd_report_warnings_kept(report);
@@ -36,7 +40,6 @@ void shd_job_drop(shd_job *job) {
     shd_settings_drop(job->settings);
     free(job->question.body);
     atomic_fetch_sub(&job->server->body_bytes, job->body_bytes);
-    atomic_fetch_sub(&job->server->scene_bytes, job->scene_bytes);
     free(job);
 }
 
@@ -49,8 +52,6 @@ static void finish(shd_job *job) {
 
 static void run(void *context) {
     shd_job *job = context;
-    atomic_fetch_sub(&job->server->scene_bytes, job->scene_bytes);
-    job->scene_bytes = 0;
     double began = shd_now();
     job->work->run(job);
     job->seconds += shd_now() - began;
@@ -62,25 +63,14 @@ static bool is_large(const shd_job *job) {
            (job->work->size == SHD_BY_SCENE && shd_request_work(job->request) > small_work);
 }
 
-/* Whether the large job may keep its scene while it waits: all that wait may have as much memory as
- * one request. */
-static bool may_wait(shd_job *job) {
-    const uint64_t bytes = shd_request_memory(job->request);
-    const uint64_t others = atomic_fetch_add(&job->server->scene_bytes, bytes);
-    const uint64_t limit = job->settings->config.memory;
-    job->scene_bytes = bytes;
-    if (!others || others + bytes <= limit) return true;
-    shd_problem_later(&job->reply, SHD_BUSY, shd_jobs_retry_after(job->server->jobs),
-                      "the scenes of requests that wait take %llu bytes, and this one's %llu: the "
-                      "limit `memory` is %llu",
-                      (unsigned long long)others, (unsigned long long)bytes,
-                      (unsigned long long)limit);
-    return false;
-}
-
 static void begin(void *context) {
     shd_job *job = context;
     shd_server *server = job->server;
+    if (job->question.size > small_document && !job->had_turn) {
+        job->had_turn = true;
+        shd_engine_defer(server->engine, begin, job);
+        return;
+    }
     shd_error error;
     job->began = shd_now();
     if (shd_request_new(job->settings->engine, &job->request, &error))
@@ -95,12 +85,10 @@ static void begin(void *context) {
         finish(job);
     else if (!shd_jobs_settle(server->jobs, job))
         shd_job_drop(job);
-    else if (!is_large(job))
-        run(job);
-    else if (may_wait(job))
+    else if (is_large(job) && !job->had_turn)
         shd_engine_defer(server->engine, run, job);
     else
-        finish(job);
+        run(job);
 }
 
 void shd_job_submit(shd_exchange *exchange, const shd_work *work) {

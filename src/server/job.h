@@ -47,7 +47,8 @@ struct shd_job {
     const shd_work *work;
 
     shd_question question;
-    size_t body_bytes, scene_bytes; /* of what the server's count */
+    size_t body_bytes; /* of its body, as the server counts them */
+    bool had_turn;     /* it was deferred for its document's length */
 
     shd_request *request;
     shd_reply reply;

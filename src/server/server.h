@@ -52,12 +52,11 @@ struct shd_server {
     uint32_t run; /* random, so that request ids differ between runs */
     atomic_uint next_id;
     atomic_bool draining;
-    atomic_uint in_flight;         /* exchanges whose head was read, until they are completed */
-    atomic_uint accepted;          /* those of them whose body was read too */
-    atomic_uint suspended;         /* those of them that wait for a job */
-    uint64_t places;               /* requests that may wait or be worked on */
-    _Atomic(uint64_t) scene_bytes; /* memory of scenes whose job waits for its turn */
-    _Atomic(uint64_t) body_bytes;  /* memory of bodies: that are coming, or that jobs have */
+    atomic_uint in_flight;        /* exchanges whose head was read, until they are completed */
+    atomic_uint accepted;         /* those of them whose body was read too */
+    atomic_uint suspended;        /* those of them that wait for a job */
+    uint64_t places;              /* requests that may wait or be worked on */
+    _Atomic(uint64_t) body_bytes; /* memory of bodies: that are coming, or that jobs have */
 };
 
 typedef enum shd_method {

@@ -283,7 +283,7 @@ class MemoryTest(unittest.TestCase):
                    for name, value in re.findall(r"^([a-z-]+) = (\w+)$", lines, re.MULTILINE)}
         threads, queue = int(options["threads"]), int(options["queue"])
         self.assertGreater(threads, 0, "one a core, of which nobody knows the number")
-        return ((2 * threads + 1) * size(options["max-memory"])
+        return (2 * threads * size(options["max-memory"]) + queue * size("10M")
                 + (queue + threads) * size(options["max-body"])
                 + int(options["max-connections"]) * size("128K")
                 + size(options["reuse"]) + size(options["response-cache"]) + size("200M"))
