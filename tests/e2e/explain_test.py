@@ -100,6 +100,19 @@ class Http(unittest.TestCase):
         huge = {**SCENE, "image": {"width": 4096, "height": 4096, "samples": 1}}
         self.assertGreater(self.explain(huge)["milliseconds"]["total"], 50)
 
+    def test_estimates_know_what_is_seen(self):
+        def visibility(**thing):
+            told = self.explain({"objects": [thing], "image": {"samples": 16}})
+            return told["milliseconds"]["visibility"]
+
+        whole = visibility(type="box", size=[1, 1, 1])
+        self.assertGreater(whole, 5 * visibility(type="box", size=[0.02, 1, 0.02]))
+        self.assertGreater(visibility(type="sphere", interpolation="flat"),
+                           5 * visibility(type="sphere"))
+        # Outlines want all samples, and of small objects that is most.
+        self.assertGreater(100 * visibility(type="sphere", radius=0.1),
+                           2 * visibility(type="sphere", radius=1))
+
     def test_compare_tells_bounds_that_hold(self):
         answer = self.daemon.post("/v1/compare", SCENE)
         for tier in json.loads(answer.body)["tiers"]:
