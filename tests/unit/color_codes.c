@@ -17,6 +17,7 @@
 
 #include "color/codes.h"
 #include "image/pack.h"
+#include "sanitized.h"
 
 extern const unsigned char shd_embedded_ocio[];
 extern const unsigned long shd_embedded_ocio_size;
@@ -124,16 +125,18 @@ static void codes_are_those_of_floats(const shd_color_transform *transform, unsi
     for (int i = 0; i < PIXELS; i++) t.rgba[4 * i + 3] = 1;
     assert_non_null(t.codes);
 
-    /* Every threshold's neighbors: 64 on each side. */
+    /* Every threshold's neighbors: 64 on each side, or a few. */
+    const uint32_t side = SHD_SANITIZED ? 4 : 64;
     for (int c = 0; c < 3; c++) {
         if (c && t.codes->threshold[c] == t.codes->threshold[0]) continue;
         for (int k = t.codes->least[c] + 1; k <= t.codes->most[c]; k++) {
             uint32_t at = shd_bits_of(t.codes->threshold[c][k]);
-            for (uint32_t near = at - 64; near < at + 64; near++) try_grey(&t, near);
+            for (uint32_t near = at - side; near < at + side; near++) try_grey(&t, near);
         }
     }
-    /* All sizes and signs; the stride is prime. */
-    for (uint32_t bits = 0; bits < 0xffff0000; bits += 4099) try_grey(&t, bits);
+    /* All sizes and signs; the strides are prime. */
+    for (uint32_t bits = 0; bits < 0xffff0000; bits += SHD_SANITIZED ? 65537 : 4099)
+        try_grey(&t, bits);
     for (uint32_t sign = 0; sign < 2; sign++)
         for (uint32_t i = 0; i < 300; i++) {
             try_grey(&t, sign << 31 | i);
