@@ -20,7 +20,7 @@ from e2e.daemon import BUILD, SOURCE, Daemon, another, environment
 from e2e.daemon_test import wait_until
 from fault.control import Control
 
-SECONDS = os.environ.get("FAULT_SECONDS", "0.4")
+SECONDS = os.environ.get("FAULT_SECONDS", "0.25")
 SHADE = str(BUILD / "shade")
 # Allocations of a program's own work, after those of its start, which are tried first.
 LAST = 150
