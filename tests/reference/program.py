@@ -1,9 +1,10 @@
-"""Runs the built `shade` and reads its pictures."""
+"""Renders with the built daemon, one for all of a test's pictures, and reads them."""
 
+import atexit
 import json
 import os
-import subprocess
 import tempfile
+import threading
 
 import numpy as np
 
@@ -11,14 +12,27 @@ BUILD = os.environ.get("SHADED_BUILD", "build")
 SOURCE = os.environ.get("SHADED_SOURCE", ".")
 
 
+_running = []
+_starting = threading.Lock()
+
+
+def _daemon():
+    """Programs that do not render need no daemon, nor what starts one."""
+    from e2e.daemon import Daemon
+    with _starting:
+        if not _running:
+            _running.append(Daemon("--reuse", "0", "--response-cache", "0", "--timeout", "300",
+                                   "--log-requests", "off"))
+            atexit.register(_running[0].stop)
+    return _running[0]
+
+
 def shade(document):
-    """The bytes that `shade render` writes for a scene document."""
-    run = subprocess.run([os.path.join(BUILD, "shade"), "render", "-", "-o", "-"],
-                         input=json.dumps(document).encode(), stdout=subprocess.PIPE,
-                         stderr=subprocess.PIPE, check=False, timeout=120)
-    if run.returncode:
-        raise AssertionError(f"shade exits {run.returncode}: {run.stderr.decode()[:2000]}")
-    return run.stdout
+    """The bytes of the picture of a scene document."""
+    answer = _daemon().render(document)
+    if answer.status != 200:
+        raise AssertionError(f"{answer.status}: {answer.body.decode()[:2000]}")
+    return answer.body
 
 
 def read(data, suffix):
