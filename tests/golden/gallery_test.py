@@ -1,7 +1,10 @@
 """Every example renders without a word, to the picture that the gallery shows of it."""
 
+import importlib.machinery
+import importlib.util
 import json
 import os
+import sys
 import subprocess
 import tempfile
 import unittest
@@ -13,17 +16,20 @@ from PIL import Image
 
 from reference import program
 
+sys.dont_write_bytecode = True
 EXAMPLES = Path(program.SOURCE, "api", "examples")
 GALLERY = Path(program.SOURCE, "docs", "gallery")
 
 
-def shown(document):
-    """The scene as its first picture, as PNG."""
-    output = document.pop("outputs", [document.get("output", {})])[0]
-    if output.get("format", "png") != "png":
-        output = {}
-    output = {key: value for key, value in output.items() if key != "name"}
-    return {**document, "output": {"format": "png", **output}}
+def load_make():
+    """docs/gallery/make, as a module."""
+    loader = importlib.machinery.SourceFileLoader("make", str(GALLERY / "make"))
+    module = importlib.util.module_from_spec(importlib.util.spec_from_loader("make", loader))
+    loader.exec_module(module)
+    return module
+
+
+MAKE = load_make()
 
 
 class Gallery(unittest.TestCase):
@@ -32,10 +38,11 @@ class Gallery(unittest.TestCase):
         self.assertGreaterEqual(len(scenes), 14)
         with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(2) as workers:
             def render(path):
+                _, document = MAKE.shown(path.stem, MAKE.read(path.stem))[0]
                 out = os.path.join(folder, path.stem + ".png")
                 run = subprocess.run(
                     [os.path.join(program.BUILD, "shade"), "render", "-", "-o", out],
-                    input=json.dumps(shown(json.loads(path.read_text(encoding="utf-8")))),
+                    input=json.dumps(document),
                     capture_output=True, text=True, check=False, timeout=300)
                 return out, run
 
@@ -49,10 +56,15 @@ class Gallery(unittest.TestCase):
                     self.assertLess(np.mean(np.abs(new - old) > 1), 1e-3,
                                     "docs/gallery/make renders the gallery again")
 
-    def test_the_page_shows_every_picture(self):
+    def test_the_page_is_made_of_the_list(self):
         page = (GALLERY / "README.md").read_text(encoding="utf-8")
+        self.assertEqual(page, MAKE.page(), "docs/gallery/make writes the page again")
         for path in GALLERY.glob("*.png"):
             self.assertIn(f"]({path.name})", page)
+
+    def test_every_example_is_in_the_list(self):
+        examples = {path.stem for path in EXAMPLES.glob("*.json")}
+        self.assertEqual(examples | {"bunny"}, set(MAKE.captions()))
 
 
 if __name__ == "__main__":
