@@ -1,11 +1,12 @@
-"""Measures speed and error, beside the peers: measure.py [--quick] OUT.json
+"""Measures speed and error, beside the peers: measure.py [--quick] FOLDER
 
-Times are medians; what is compared takes turns. `./dev bench` builds what this needs, runs it, and
-has report.py make docs/speed-and-error.md of the result."""
+Writes FOLDER/PROCESSOR.json. Times are medians; what is compared takes turns. `./dev bench` builds
+what this needs, runs it, and has report.py make docs/speed-and-error.md of the results."""
 
 import atexit
 import json
 import os
+import re
 import sys
 from pathlib import Path
 
@@ -174,7 +175,8 @@ def raise_priority():
 
 def main():
     quick = "--quick" in sys.argv
-    target = sys.argv[-1]
+    folder = Path(sys.argv[-1])
+    folder.mkdir(parents=True, exist_ok=True)
     programs.WORK.mkdir(parents=True, exist_ok=True)
     result = {"machine": programs.machine(), "quick": quick, "priority": raise_priority(),
               "kernels": kernels(),
@@ -186,8 +188,14 @@ def main():
         say(part.__name__)
         result[part.__name__] = part(quick)
     result["load"].append(round(os.getloadavg()[0], 2))
-    with open(target, "w", encoding="utf-8") as file:
-        file.write(dumped(result))
+    name = f"{slug(result['machine']['processor'])}.json"
+    (folder / name).write_text(dumped(result), encoding="utf-8")
+
+
+def slug(processor):
+    """intel-xeon-processor of "Intel(R) Xeon(R) Processor"."""
+    words = re.sub(r"\((R|TM)\)|@.*", " ", processor).lower()
+    return re.sub(r"[^a-z0-9]+", "-", words).strip("-")
 
 
 def dumped(result):

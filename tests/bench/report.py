@@ -1,6 +1,8 @@
-"""Makes docs/speed-and-error.md and its plots of measured figures: report.py RESULTS.json FOLDER
+"""Makes docs/speed-and-error.md and what it links to of measured figures: report.py FOLDER
 
-FOLDER gets speed-and-error.md and bench/*.svg; without gnuplot the plots stay as they are."""
+FOLDER/bench has a file of results for each processor, PROCESSOR.json. FOLDER gets
+speed-and-error.md, bench/PROCESSOR.md and bench/PROCESSOR-*.svg; without gnuplot the plots stay as
+they are."""
 
 import json
 import shutil
@@ -35,7 +37,10 @@ def find(entries, **wanted):
 
 
 class Report:
-    def __init__(self, result):
+    """Of one processor's results, in the file SLUG.json."""
+
+    def __init__(self, slug, result):
+        self.slug = slug
         self.result = result
         self.peers = result["peers"]
 
@@ -251,12 +256,12 @@ class Report:
                     error = errors[4, e["shininess"], kernel, tier]["linear"]["max"]
                     points.append((e["seen"], max(error, 3e-8)))
                 series.append((f"{tier} {kernel}", f"points pt {5 + 2 * k} lc {t + 1}", points))
-        self.plot(folder / "error.svg", "set logscale xy\nset format y '10^{%L}'\n"
+        self.plot(folder / f"{self.slug}-error.svg", "set logscale xy\nset format y '10^{%L}'\n"
                   "set xlabel 'cast + shade + sRGB, ms'\n"
                   "set ylabel 'largest linear error (exact: below 10^{-7})'", series)
         entries = self.result["light_cost"]
         names = sorted({e["scene"] for e in entries}, key=[e["scene"] for e in entries].index)
-        self.plot(folder / "lights.svg", "set logscale xy\nset xlabel 'lights'\n"
+        self.plot(folder / f"{self.slug}-lights.svg", "set logscale xy\nset xlabel 'lights'\n"
                   "set ylabel 'shade stage, ns a light and point'",
                   [(name, f"linespoints lw 2 lc {i + 1}",
                     [(e["lights"], e["ns"]) for e in entries if e["scene"] == name])
@@ -264,14 +269,16 @@ class Report:
 
     # ---- The page ----
 
+    def processor(self):
+        return self.result["machine"]["processor"]
+
     def page(self):
         m, r = self.result["machine"], self.result
         browser, pipe = r["about"]["three.js"], r["about"]["llvmpipe"]
-        targets = table(("what", "asked for", "reached", ""),
-                        [(*row[:3], "yes" if row[3] else "**no**") for row in self.targets()])
         quick = "\n**A quick run, good for a glance only.**\n" if r["quick"] else ""
-        return TEMPLATE.format(
-            quick=quick, targets=targets, peers=self.peer_table(),
+        return template("machine.md").format(
+            quick=quick, processor=self.processor(), slug=self.slug, file=f"{self.slug}.json",
+            peers=self.peer_table(),
             differences=self.difference_table(), stages=self.stage_table(),
             reuse=self.reuse_table(), scaling=self.scaling_table(), lights=self.light_table(),
             budgets=self.budget_table(), errors=self.error_table(), times=self.time_table(), covered=r["covered"],
@@ -290,17 +297,38 @@ def gpu(name):
     return "SwiftShader" if "SwiftShader" in name else name
 
 
-TEMPLATE = (Path(__file__).parent / "report.md").read_text()
+def template(name):
+    return (Path(__file__).parent / name).read_text()
+
+
+def read(folder):
+    """A report for each processor that FOLDER/bench has results of."""
+    return [Report(path.stem, json.loads(path.read_text()))
+            for path in sorted((folder / "bench").glob("*.json"))]
+
+
+def overview(reports):
+    """speed-and-error.md: what is asked for, with a column for each processor."""
+    asked = {}
+    for report in reports:
+        for what, wanted, reached, met in report.targets():
+            cells = asked.setdefault((what, wanted), {})
+            cells[report.slug] = reached if met else f"{reached}, **not reached**"
+    return template("report.md").format(
+        pages="".join(f"- [{r.processor()}](bench/{r.slug}.md)\n" for r in reports),
+        targets=table(("what", "asked for", *(r.processor() for r in reports)),
+                      [(*words, *(cells.get(r.slug, "not measured") for r in reports))
+                       for words, cells in asked.items()]))
 
 
 def main():
-    result = json.loads(Path(sys.argv[1]).read_text())
-    folder = Path(sys.argv[2])
-    (folder / "bench").mkdir(parents=True, exist_ok=True)
-    report = Report(result)
-    (folder / "speed-and-error.md").write_text(report.page())
-    if shutil.which("gnuplot"):
-        report.plots(folder / "bench")
+    folder = Path(sys.argv[1])
+    reports = read(folder)
+    (folder / "speed-and-error.md").write_text(overview(reports))
+    for report in reports:
+        (folder / "bench" / f"{report.slug}.md").write_text(report.page())
+        if shutil.which("gnuplot"):
+            report.plots(folder / "bench")
 
 
 if __name__ == "__main__":

@@ -81,11 +81,14 @@ class BenchTest(unittest.TestCase):
         self.assertNotEqual(one, other)
         self.assertEqual(other, same)
 
-    def test_the_page_is_made_of_the_results(self):
-        result = json.loads((SOURCE / "docs/bench/results.json").read_text())
-        self.assertFalse(result["quick"])
-        self.assertEqual(report.Report(result).page(),
-                         (SOURCE / "docs/speed-and-error.md").read_text())
+    def test_the_pages_are_made_of_the_results(self):
+        docs = SOURCE / "docs"
+        reports = report.read(docs)
+        self.assertTrue(reports)
+        self.assertEqual(report.overview(reports), (docs / "speed-and-error.md").read_text())
+        for one in reports:
+            self.assertFalse(one.result["quick"])
+            self.assertEqual(one.page(), (docs / "bench" / f"{one.slug}.md").read_text())
 
 
 if __name__ == "__main__":
