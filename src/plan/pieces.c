@@ -68,12 +68,17 @@ static void put(maker *m, shd_piece piece, shd_vec3 view, shd_angle views, doubl
 }
 
 /* The piece with its normals as they are shaded, if it may be seen: twice where they may be turned
- * either way. */
-static void add_piece(maker *m, shd_piece piece) {
+ * either way. `sides`: what they are turned by, where that is not the normals themselves. */
+static void add_piece(maker *m, shd_piece piece, const bool *sides) {
     const shd_camera *camera = &m->scene->camera;
     if (!is_in_frame(m, piece.center, piece.radius)) return;
     shd_vec3 view;
     const shd_angle views = view_of(camera, &piece, &view);
+    if (sides) {
+        if (sides[0] || m->front_only) put(m, piece, view, views, 1);
+        if (sides[1] && !m->front_only) put(m, piece, view, views, -1);
+        return;
+    }
     const shd_angle facing = shd_angle_of(shd_dot(piece.axis, view)),
                     spread = shd_angle_sum(piece.spread, views);
     const bool toward = shd_cosine_less(facing, spread) >= -SHD_PIECE_MARGIN,
@@ -120,7 +125,7 @@ static void add_hull(maker *m, const shd_vec3 *at, int points, const shd_vec3 *n
         piece.spread = (shd_angle){1, 0};
     else if (cosine > 0)
         piece.spread = shd_angle_of(cosine - 1e-12);
-    add_piece(m, piece);
+    add_piece(m, piece, NULL);
 }
 
 /* Of the shape's unit form. */
@@ -308,7 +313,7 @@ static void add_plane(maker *m, int n) {
                 piece.radius = INFINITY;
                 piece.beyond = far ? 0 : fabs(height) / steepest * (1 - SHD_PIECE_MARGIN);
             }
-            add_piece(m, piece);
+            add_piece(m, piece, NULL);
         }
 }
 
@@ -319,6 +324,7 @@ enum { MOST_SIDE = 4 };
 typedef struct cell {
     shd_vec3 low, high, normals;
     double cosine;
+    bool sides[2]; /* which of its triangles' sides may be seen: their fronts, their backs */
     bool any;
 } cell;
 
@@ -352,6 +358,20 @@ static int normals_of(const maker *m, const shd_mesh *mesh, bool own, const uint
     return count;
 }
 
+/* Which sides of a triangle's plane the viewer may be on. */
+static void add_sides(const maker *m, const shd_vec3 at[3], bool sides[2]) {
+    const shd_camera *camera = &m->scene->camera;
+    const shd_vec3 p = shd_transform(&m->to_world, at[0]);
+    const shd_vec3 n =
+        shd_linear(&m->normal_map, shd_cross(shd_sub(at[1], at[0]), shd_sub(at[2], at[0])));
+    const shd_vec3 view =
+        camera->projection == SHD_ORTHOGRAPHIC ? camera->back : shd_sub(camera->position, p);
+    const double facing = shd_dot(n, view),
+                 margin = SHD_PIECE_MARGIN * shd_plan_length(n) * shd_plan_length(view);
+    sides[0] = sides[0] || !(facing < -margin);
+    sides[1] = sides[1] || !(facing > margin);
+}
+
 /* The cell of the grid that a triangle's middle lies in, along one axis. */
 static int step_of(double sum, double low, double high, int side) {
     const double at = (sum / 3 - low) / (high - low) * side;
@@ -383,6 +403,7 @@ static void add_mesh(maker *m, const shd_object *object, int side) {
                               step_of(sum.x, low.x, high.x, side)];
             const int count = normals_of(m, mesh, own, corner, n);
             for (int c = 0; pass == 0 && c < 3; c++) widen(to, p[c]);
+            if (pass == 0 && !own) add_sides(m, p, to->sides);
             for (int c = 0; c < count; c++) {
                 if (pass == 0)
                     to->normals = shd_add(to->normals, n[c]);
@@ -412,7 +433,7 @@ static void add_mesh(maker *m, const shd_object *object, int side) {
                            shd_plan_length(shd_sub(shd_transform(&m->to_world, p), piece.center)));
         }
         piece.radius *= 1 + 1e-5; /* Embree's hits are in f32 */
-        add_piece(m, piece);
+        add_piece(m, piece, own ? NULL : c->sides);
     }
 }
 

@@ -7,8 +7,8 @@ static const shd_cast_kernel *kernel_of(const shd_sight *sight) {
     return kernels[sight->plan->isa];
 }
 
-void shd_item_place(const shd_item *it, uint32_t triangle, double u, double v, shd_vec3 *point,
-                    shd_vec3 *normal) {
+void shd_item_place(const shd_item *it, uint32_t triangle, double u, double v, shd_vec3 along,
+                    shd_vec3 *point, shd_vec3 *normal) {
     const shd_triangles *tri = &it->triangles;
     const double weight[3] = {1 - u - v, u, v};
     /* From a corner: a triangle with one y has all of its points there, so that a light at this y
@@ -28,6 +28,8 @@ void shd_item_place(const shd_item *it, uint32_t triangle, double u, double v, s
     }
     if (!(shd_max_abs(*normal) > 0)) *normal = shd_triangle_normal(tri, triangle);
     shd_normalize(*normal, normal);
+    if (it->smooth && !it->front_only && shd_dot(shd_triangle_normal(tri, triangle), along) > 0)
+        *normal = shd_scale(*normal, -1);
 }
 
 /* ---- Hits. ---- */

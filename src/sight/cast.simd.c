@@ -76,12 +76,14 @@ static void find_in_mesh(const shd_item *it, const shd_batch *b, int used, doubl
     }
 }
 
-static void place_on_mesh(const shd_item *it, double object, const shd_stage *stage,
-                          shd_surfaces *out) {
+static void place_on_mesh(const shd_item *it, double object, const shd_batch *b,
+                          const shd_stage *stage, shd_surfaces *out) {
     for (int i = 0; i < SHD_RAYS; i++) {
         shd_vec3 p = {0, 0, 0}, n = {0, 0, 0};
+        const shd_vec3 u = {b->direction[0][i], b->direction[1][i], b->direction[2][i]};
         if (stage->object[i] == object)
-            shd_item_place(it, stage->triangle[i], stage->u[i], stage->v[i], &p, &n);
+            shd_item_place(it, stage->triangle[i], stage->u[i], stage->v[i],
+                           shd_linear(&it->from_world, u), &p, &n);
         out->point[0][i] = p.x, out->normal[0][i] = n.x;
         out->point[1][i] = p.y, out->normal[1][i] = n.y;
         out->point[2][i] = p.z, out->normal[2][i] = n.z;
@@ -94,7 +96,7 @@ static void place_on_mesh(const shd_item *it, double object, const shd_stage *st
 static void turn_normals(const shd_item *it, const shd_batch *restrict b,
                          double n[restrict 3][SHD_RAYS]) {
     const shd_affine k = it->normal_map;
-    const double turned = it->front_only ? 1 : -1;
+    const double turned = it->front_only || it->smooth ? 1 : -1;
     if (it->similar && it->shape != SHD_MESH) {
         SHD_EACH_LANE(i) {
             double x = n[0][i], y = n[1][i], z = n[2][i];
@@ -218,7 +220,7 @@ static void show_object(const shd_sight *sight, int object, shd_batch *b, shd_wo
     if (it->ball) {
         SHD_VARIANT(shd_place_ball)(it, b, &b->surfaces);
     } else if (it->shape == SHD_MESH) {
-        place_on_mesh(it, object, hits, &b->surfaces);
+        place_on_mesh(it, object, b, hits, &b->surfaces);
     } else {
         if (!made) find(it, b, work, t);
         SHD_VARIANT(shd_place_surfaces)(it->shape, it->tube, work, &b->surfaces);

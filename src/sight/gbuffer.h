@@ -27,7 +27,8 @@ typedef struct shd_hits {
     uint32_t *shot;         /* index of the shot */
     int32_t *object;        /* index in shd_scene.objects */
     /* Tiers in f32 (NULL for exact), rounded from f64: the position in the plan's frame, (p -
-     * plan->origin) * plan->scale; N, unit, turned to the viewer where the material is two-sided;
+     * plan->origin) * plan->scale; N, unit, of the side that is seen where the material is
+     * two-sided: it faces the viewer, but for interpolated ones near silhouettes;
      * W = 2(N.V)N - V, unit: the mirrored view. */
     float *position32[3], *normal32[3], *mirror32[3];
     float *low32[3]; /* what rounding the position took; NULL unless plan->split_positions */

@@ -69,9 +69,11 @@ struct shd_sight {
 /* Fills order and outlines, and what items need of their distance. False: the arena is full. */
 bool shd_sight_outline(shd_sight *sight, shd_arena *arena);
 
-/* The point and normal, in the mesh's frame, of a triangle at its barycentrics. The normal is
- * unit, or zero where the triangle has no area. */
-void shd_item_place(const shd_item *it, uint32_t triangle, double u, double v, shd_vec3 *point,
-                    shd_vec3 *normal);
+/* The point and normal, in the mesh's frame, of a triangle at its barycentrics; `along`: the ray's
+ * direction there. The normal is unit, or zero where the triangle has no area. An interpolated one
+ * is that of the side that is seen, by the triangle's plane and corners: it may face away from the
+ * viewer near a silhouette, and is not to be turned. */
+void shd_item_place(const shd_item *it, uint32_t triangle, double u, double v, shd_vec3 along,
+                    shd_vec3 *point, shd_vec3 *normal);
 
 #endif

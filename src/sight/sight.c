@@ -4,15 +4,11 @@
 
 #include "sight/item.h"
 
-static shd_vec3 turned(shd_vec3 normal, shd_vec3 view, bool front_only) {
-    return !front_only && shd_dot(normal, view) < 0 ? shd_scale(normal, -1) : normal;
-}
-
 /* A direction that shades somehow where a mesh has no normal at all (a sliver of no area). */
 static shd_vec3 world_normal(const shd_item *it, shd_vec3 normal, shd_vec3 view) {
     shd_vec3 out = view;
     shd_normalize(shd_linear(&it->normal_map, normal), &out);
-    return turned(out, view, it->front_only);
+    return out;
 }
 
 /* ---- Facets: where flat and gouraud objects are lit. ---- */
@@ -44,19 +40,10 @@ static size_t flat_points(const shd_item *it, shd_vec3 *positions, shd_vec3 *nor
     return faces;
 }
 
-/* The vertices where they have normals, else three points a triangle with its own normal. */
-static size_t gouraud_points(const shd_item *it, shd_vec3 *positions, shd_vec3 *normals,
-                             uint32_t *corners) {
+/* Three points a triangle with its own normal. */
+static size_t triangle_points(const shd_item *it, shd_vec3 *positions, shd_vec3 *normals,
+                              uint32_t *corners) {
     const shd_triangles *tri = &it->triangles;
-    if (tri->normals) {
-        for (size_t i = 0; i < tri->vertex_count; i++) {
-            const double *p = tri->positions + 3 * i, *n = tri->normals + 3 * i;
-            positions[i] = (shd_vec3){p[0], p[1], p[2]};
-            normals[i] = (shd_vec3){n[0], n[1], n[2]};
-        }
-        for (size_t i = 0; i < 3 * tri->triangle_count; i++) corners[i] = tri->indices[i];
-        return tri->vertex_count;
-    }
     for (size_t i = 0; i < 3 * tri->triangle_count; i++) {
         positions[i] = shd_triangle_corner(tri, i / 3, (int)(i % 3));
         normals[i] = shd_triangle_normal(tri, i / 3);
@@ -65,23 +52,61 @@ static size_t gouraud_points(const shd_item *it, shd_vec3 *positions, shd_vec3 *
     return 3 * tri->triangle_count;
 }
 
+/* Whether the viewer is behind the triangle, whose front is where its corners run counterclockwise.
+ */
+static bool is_seen_from_behind(const shd_item *it, const shd_lens *lens, size_t triangle) {
+    const shd_vec3 p = shd_transform(&it->to_world,
+                                     shd_triangle_corner(&it->triangles, triangle, 0)),
+                   n = shd_linear(&it->normal_map, shd_triangle_normal(&it->triangles, triangle));
+    return shd_dot(n, shd_lens_view(lens, p)) < 0;
+}
+
+/* The vertices with their normals, for each side of them that is seen: a vertex of a silhouette is
+ * a point for the triangles in front and another, its normal negated, for those behind. `points`:
+ * [vertex_count][2], zeroed. */
+static size_t vertex_points(const shd_item *it, const shd_lens *lens, uint32_t (*points)[2],
+                            shd_vec3 *positions, shd_vec3 *normals, uint32_t *corners) {
+    const shd_triangles *tri = &it->triangles;
+    uint32_t count = 0;
+    for (size_t i = 0; i < tri->triangle_count; i++) {
+        const bool behind = !it->front_only && is_seen_from_behind(it, lens, i);
+        for (size_t k = 3 * i; k < 3 * i + 3; k++) {
+            const size_t vertex = tri->indices[k];
+            uint32_t *point = &points[vertex][behind];
+            if (!*point) {
+                const double *p = tri->positions + 3 * vertex, *n = tri->normals + 3 * vertex;
+                positions[count] = (shd_vec3){p[0], p[1], p[2]};
+                normals[count] = shd_scale((shd_vec3){n[0], n[1], n[2]}, behind ? -1 : 1);
+                *point = ++count;
+            }
+            corners[k] = *point - 1;
+        }
+    }
+    return count;
+}
+
 static bool make_facets(const shd_item *it, bool flat, const shd_lens *lens, shd_arena *arena,
                         const shd_facets **out) {
     const shd_triangles *tri = &it->triangles;
-    size_t most = 3 * tri->triangle_count;
-    if (!flat && tri->normals) most = tri->vertex_count;
+    const bool smooth = !flat && tri->normals;
+    const size_t corner_count = 3 * tri->triangle_count, vertices = smooth ? tri->vertex_count : 0,
+                 most = smooth && 2 * vertices < corner_count ? 2 * vertices : corner_count;
     shd_facets *facets = shd_arena_alloc(arena, 1, sizeof *facets);
     shd_vec3 *positions = shd_arena_alloc(arena, most, sizeof *positions);
     shd_vec3 *normals = shd_arena_alloc(arena, most, sizeof *normals);
     shd_vec3 *views = shd_arena_alloc(arena, most, sizeof *views);
-    uint32_t *corners = shd_arena_alloc(arena, 3 * tri->triangle_count, sizeof *corners);
-    if (!facets || !positions || !normals || !views || !corners) return false;
-    size_t count = flat ? flat_points(it, positions, normals, corners)
-                        : gouraud_points(it, positions, normals, corners);
+    uint32_t *corners = shd_arena_alloc(arena, corner_count, sizeof *corners);
+    uint32_t(*points)[2] = shd_arena_zalloc(arena, vertices, sizeof *points);
+    if (!facets || !positions || !normals || !views || !corners || !points) return false;
+    const size_t count = smooth ? vertex_points(it, lens, points, positions, normals, corners)
+                         : flat ? flat_points(it, positions, normals, corners)
+                                : triangle_points(it, positions, normals, corners);
     for (size_t i = 0; i < count; i++) {
         positions[i] = shd_transform(&it->to_world, positions[i]);
         views[i] = shd_lens_view(lens, positions[i]);
         normals[i] = world_normal(it, normals[i], views[i]);
+        if (!smooth && !it->front_only && shd_dot(normals[i], views[i]) < 0)
+            normals[i] = shd_scale(normals[i], -1);
     }
     *facets = (shd_facets){count, positions, normals, views, tri->triangle_count, corners};
     *out = facets;

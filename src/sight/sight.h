@@ -81,7 +81,8 @@ size_t shd_sight_shoot(const shd_sight *sight, const uint32_t *candidates, size_
 void shd_sample_offset(int i, int n, double *x, double *y);
 
 /* The points at which a faceted object is lit: a face's centroid with the face's normal (flat),
- * or vertices with their normals (gouraud). World frame, normals turned like the G-buffer's. */
+ * or vertices with their normals (gouraud), once for each side from which a face that they are
+ * part of is seen. World frame, normals of that side like the G-buffer's. */
 typedef struct shd_facets {
     size_t point_count;
     const shd_vec3 *positions, *normals, *views; /* [point_count] */

@@ -41,6 +41,23 @@ def hills(steps=9, smooth=True, **more):
             "transform": {"rotate": [50, 25, 0], "scale": 1.3}, **more}
 
 
+def coarse_ball(steps, **more):
+    """A coarse sphere with its own normals, which near silhouettes face away from the viewer."""
+    positions, indices = [], []
+    for k in range(steps + 1):
+        for i in range(2 * steps):
+            ring, turn = math.sin(math.pi * k / steps), math.pi * i / steps
+            positions += [ring * math.cos(turn), math.cos(math.pi * k / steps),
+                          ring * math.sin(turn)]
+            a, b = 2 * steps * k + i, 2 * steps * k + (i + 1) % (2 * steps)
+            if 0 < k < steps:
+                indices += [a, b, b + 2 * steps]
+            if k < steps - 1:
+                indices += [a, b + 2 * steps, a + 2 * steps]
+    return {"type": "mesh", "positions": positions, "normals": positions, "indices": indices,
+            "material": SHINY, **more}
+
+
 def row(material_of, values, **more):
     n = len(values)
     return [{"type": "sphere", "radius": 2.1 / n, "material": material_of(v),
@@ -150,6 +167,16 @@ def by_hand():
         lights=[KEY, LAMP, {"type": "point", "position": [0, -3, -2]}])
     for interpolation in ("phong", "gouraud", "flat"):
         yield f"mesh_{interpolation}", scene(hills(), interpolation=interpolation)
+    behind = [{"type": "directional", "direction": [-4, -1, 3]},
+              {"type": "point", "position": [1, 3, -4]}]
+    for interpolation in ("phong", "gouraud"):
+        for side in ("both", "front"):
+            yield f"mesh_lit_from_behind_{interpolation}_{side}", scene(
+                coarse_ball(5, interpolation=interpolation, material={**SHINY, "side": side}),
+                lights=behind)
+        yield f"mesh_open_{interpolation}", scene(
+            hills(4, transform={"rotate": [8, 25, 0], "scale": 1.3}, interpolation=interpolation),
+            lights=[KEY, LAMP, {"type": "point", "position": [0, -3, 1]}])
     yield "mesh_of_facets", scene(hills(smooth=False))
     yield "mesh_of_facets_gouraud", scene(hills(5, smooth=False, interpolation="gouraud"))
     yield "box_flat", scene(shape("box", TURNED), interpolation="flat", lights=[

@@ -230,6 +230,50 @@ static void a_mesh_with_a_spheres_normals_approaches_the_sphere(void **state) {
     drop_drawn(&smooth);
 }
 
+/* A coarse ball lit from behind, on the right: a mesh with a sphere's normals, or tessellated. */
+static drawn lit_from_behind(void **state, const char *interpolation, bool tessellated,
+                             double light) {
+    writing w;
+    start(&w);
+    fprintf(w.out,
+            "{\"image\": {\"width\": 160, \"height\": 120, \"samples\": 4}, " EXACT
+            "\"lights\": [{\"type\": \"directional\", \"direction\": [%g, 0, %g]}], "
+            "\"interpolation\": \"%s\", \"objects\": [{\"material\": {" GLOSS "}, ",
+            -0.8 * light, 0.6 * light, interpolation);
+    if (tessellated)
+        fputs("\"type\": \"sphere\", \"segments\": 12", w.out);
+    else
+        fputs("\"type\": \"mesh\", ", w.out), write_ball(w.out, 12, 6, true);
+    fputs("}]}", w.out);
+    char *json = finish(&w);
+    drawn d = film_of(*state, json);
+    free(json);
+    return d;
+}
+
+static void no_light_from_behind_is_seen_on_a_dark_silhouette(void **state) {
+    static const char *const interpolations[] = {"phong", "gouraud", "gouraud"};
+    for (int i = 0; i < 3; i++) {
+        drawn dark = lit_from_behind(state, interpolations[i], i == 2, 1),
+              bright = lit_from_behind(state, interpolations[i], i == 2, -1);
+        size_t unlit = 0, covered = 0, lit = 0;
+        for (size_t p = 0; p < pixels_of(&dark); p++) {
+            const float sum =
+                dark.film.rgba[4 * p] + dark.film.rgba[4 * p + 1] + dark.film.rgba[4 * p + 2];
+            lit += sum > 0;
+            /* Where normals point left by more than slices are wide, N.L < 0: x < -0.3 there. */
+            if (p % 160 >= 80 - 20) continue;
+            unlit += sum > 0;
+            covered += bright.film.rgba[4 * p] > 0;
+        }
+        assert_int_equal(unlit, 0);
+        assert_true(covered > 1000);
+        assert_true(lit > 100); /* on its right */
+        drop_drawn(&dark);
+        drop_drawn(&bright);
+    }
+}
+
 static void a_mesh_without_normals_is_flat(void **state) {
     /* Every triangle has its own normal: phong on it sees the facets that flat would. */
     writing w;
@@ -261,6 +305,7 @@ int main(void) {
         cmocka_unit_test(gouraud_approaches_phong),
         cmocka_unit_test(flat_approaches_phong),
         cmocka_unit_test(a_mesh_with_a_spheres_normals_approaches_the_sphere),
+        cmocka_unit_test(no_light_from_behind_is_seen_on_a_dark_silhouette),
         cmocka_unit_test(a_mesh_without_normals_is_flat),
     };
     return cmocka_run_group_tests(tests, make_engine, drop_engine);

@@ -88,11 +88,12 @@ def weights(light, p, n, v, lobes):
     return wd, ws, case
 
 
-def evaluate(scene, material, p, n):
-    """The model at points p with unit normals n. Answers colors [n,3] and the case of each point:
-    the side it is seen from and the case of every light, as one number."""
+def evaluate(scene, material, p, n, geometric=None):
+    """The model at points p with unit normals n; which side is seen, the geometric normals tell,
+    which are n where none are given. Answers colors [n,3] and the case of each point: the side it
+    is seen from and the case of every light, as one number."""
     v = scene.camera.toward(p)
-    away = dot(n, v) < 0
+    away = dot(n if geometric is None else geometric, v) < 0
     case = away.astype(np.int64)
     if not material.front_only:
         n = np.where(away[:, None], -n, n)
@@ -144,6 +145,7 @@ class Thing:
         else:
             self.normals = np.array(normals, dtype=np.float64).reshape(-1, 3)[indices]
         self.smooth = normals is not None and interpolation == "phong"
+        self.face = face @ self.normal_map
         self.corners = corners @ self.matrix[:3, :3].T + self.matrix[:3, 3]
         if interpolation == "flat":
             color, _ = evaluate(self.scene, self.material, self.corners.mean(axis=1),
@@ -152,7 +154,8 @@ class Thing:
         elif interpolation == "gouraud":
             self.colors = np.stack(
                 [evaluate(self.scene, self.material, self.corners[:, k],
-                          normalized(self.normals[:, k] @ self.normal_map))[0] for k in range(3)],
+                          normalized(self.normals[:, k] @ self.normal_map), self.face)[0]
+                 for k in range(3)],
                 axis=1)
 
     def cast(self, o, d):
@@ -167,7 +170,7 @@ class Thing:
                 n = np.einsum("ij,ijk->ik", bary[rows], normalized(
                     self.normals.reshape(-1, 3)).reshape(self.normals.shape)[part[rows]])
                 color, case = evaluate(self.scene, self.material, (o + t[:, None] * d)[rows],
-                                       normalized(n @ self.normal_map))
+                                       normalized(n @ self.normal_map), self.face[part[rows]])
                 return color, case if self.smooth else case * 65536 + part[rows]
 
             return t, light
