@@ -1,0 +1,74 @@
+/* What the evaluation of the model reads from a document. */
+#ifndef SHD_ATTACK_DOCUMENT_H
+#define SHD_ATTACK_DOCUMENT_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "attack/solids.h"
+
+typedef enum light_kind { AMBIENT, DIRECTIONAL, POINT, SPOT } light_kind;
+
+typedef struct lamp {
+    light_kind kind;
+    point position, toward, axis; /* axis: the way that a spot's light travels, unit */
+    real color[3];                /* times its intensity */
+    real attenuation[3], least;   /* least: distance below which it stops growing */
+    real angle, inner, exponent;  /* of a spot: where its light ends, and where it fades */
+} lamp;
+
+typedef struct lobe {
+    real specular[3], shininess;
+} lobe;
+
+enum { MOST_LOBES = 4 };
+
+typedef struct stuff {
+    real constant[3], diffuse[3]; /* ke + ka Ia */
+    lobe lobes[MOST_LOBES];
+    size_t lobe_count;
+    bool front_only;
+} stuff;
+
+typedef enum way { PHONG, GOURAUD, FLAT } way;
+
+typedef struct thing {
+    solid solid;
+    way way;
+    stuff stuff;
+    real to_world[3][3], from_world[3][3], cofactor[3][3]; /* the latter outward */
+    point origin;
+    bool mirrored;
+    real reach; /* of a sphere around `origin`, in the world; planes: 0 */
+    /* Of a mesh: corners in its frame and the world's, [triangles][3]; normals, made unit, or
+     * NULL. */
+    point *corners, *placed, *normals;
+    size_t triangles;
+} thing;
+
+typedef struct document {
+    bool orthographic, transparent;
+    point eye, right, up, back;
+    real half; /* of the picture's height: at distance 1, or orthographic */
+    int width, height, samples;
+    real background[3];
+    lamp *lamps;
+    size_t lamp_count;
+    thing *things;
+    size_t thing_count;
+} document;
+
+bool document_read(const char *json, document *out); /* false: memory, or not of scenes.h */
+void document_drop(document *d);
+
+static inline point apply(const real m[3][3], point p) {
+    return (point){m[0][0] * p.x + m[0][1] * p.y + m[0][2] * p.z,
+                   m[1][0] * p.x + m[1][1] * p.y + m[1][2] * p.z,
+                   m[2][0] * p.x + m[2][1] * p.y + m[2][2] * p.z};
+}
+
+static inline point place(const thing *t, point p) {
+    return add(apply(t->to_world, p), t->origin);
+}
+
+#endif

@@ -1,0 +1,373 @@
+#include "attack/model.h"
+
+#include <stdlib.h>
+
+#include "attack/document.h"
+
+#ifdef ATTACK_QUAD
+#define MODEL_PROGRAM model_quad
+#else
+#define MODEL_PROGRAM model_long
+#endif
+
+static const real EPS = (real)0x1p-52; /* of f64 */
+
+/* A color, and the range of what it is where that is undecided. */
+typedef struct shade {
+    real low[3], high[3];
+} shade;
+
+struct model {
+    document d;
+    const double (*offsets)[2];
+    real aside;     /* in pixels: how far beside a sample its case must be the same */
+    shade **facets; /* [thing]: of each triangle's corners, or of a box's faces; or NULL */
+};
+
+/* ---- Light. ---- */
+
+/* What is at a place: its point, its normal as it is shaded, whether the surface there is flat. */
+typedef struct spot {
+    point at, normal, view;
+    bool flat;
+} spot;
+
+static void note(uint64_t *key, uint64_t value) {
+    *key = (*key ^ value) * 0x9e3779b97f4a7c15u;
+    *key ^= *key >> 29;
+}
+
+/* f s, 0 where the light does not come; `unsure`: whether rounding may decide on it. */
+static real strength(const lamp *l, const spot *s, point *toward, uint64_t *key, bool *unsure) {
+    *toward = l->toward;
+    if (l->kind == DIRECTIONAL) return 1;
+    const point path = sub(l->position, s->at);
+    const real distance = length(path);
+    if (!(distance > 0)) return 0;
+    *toward = times(path, 1 / distance);
+    const real d = larger(distance, l->least), *a = l->attenuation;
+    real f = 1 / (a[0] + d * (a[1] + d * a[2]));
+    /* A light in the plane of a flat surface. */
+    const real off = SIZE(dot(s->normal, path)),
+               rounding = EPS * (length(l->position) + length(s->at));
+    if (s->flat && off < 64 * rounding) {
+        *unsure |= off > 4 * rounding;
+        if (off <= 16 * rounding) return 0;
+    }
+    if (l->kind != SPOT) return f;
+    const real cosine = -dot(l->axis, *toward);
+    const real t = ANGLE(length(cross(l->axis, *toward)), cosine);
+    note(key, (uint64_t)(t <= l->angle) + 2 * (uint64_t)(l->exponent > 0 && cosine > 0));
+    if (t > l->angle) return 0;
+    const real outer = COSINE(l->angle), inner = COSINE(l->inner);
+    if (t > l->inner) {
+        const real x = smaller(1, larger(0, (cosine - outer) / (inner - outer)));
+        f *= x * x * (3 - 2 * x);
+    }
+    if (l->exponent > 0) f *= cosine > 0 ? POWER(cosine, l->exponent) : 0;
+    return f;
+}
+
+static void add_lamp(const lamp *l, const stuff *m, const spot *s, uint64_t *key, shade *out) {
+    point toward;
+    bool unsure = false;
+    const real f = strength(l, s, &toward, key, &unsure), facing = dot(s->normal, toward);
+    note(key, facing > 0);
+    unsure |= s->flat && SIZE(facing) < 64 * EPS;
+    if (!(facing > 0) && !unsure) return;
+    const real shine = dot(sub(times(s->normal, 2 * facing), toward), s->view);
+    for (size_t k = 0; k < m->lobe_count; k++)
+        if (m->lobes[k].shininess < 1) note(key, shine > 0);
+    for (int c = 0; c < 3; c++) {
+        real sum = m->diffuse[c] * larger(0, facing);
+        for (size_t k = 0; k < m->lobe_count; k++)
+            if (shine > 0) sum += m->lobes[k].specular[c] * POWER(shine, m->lobes[k].shininess);
+        sum *= f * l->color[c];
+        out->low[c] += unsure ? smaller(0, sum) : sum;
+        out->high[c] += unsure ? larger(0, sum) : sum;
+    }
+}
+
+/* `face`: the geometric normal, which decides on the side; it and `normal` outward, not unit. */
+static shade light_place(const model *whole, const stuff *m, point at, point face, point normal,
+                         bool flat, uint64_t *key) {
+    const document *d = &whole->d;
+    spot s = {at, unit(normal), d->orthographic ? d->back : unit(sub(d->eye, at)), flat};
+    const bool away = dot(face, s.view) < 0;
+    note(key, away);
+    if (away && !m->front_only) s.normal = times(s.normal, -1);
+    shade out;
+    for (int c = 0; c < 3; c++) out.low[c] = out.high[c] = m->constant[c];
+    for (size_t j = 0; j < d->lamp_count; j++)
+        if (d->lamps[j].kind != AMBIENT) add_lamp(&d->lamps[j], m, &s, key, &out);
+    return out;
+}
+
+/* ---- What rays meet. ---- */
+
+typedef struct meeting {
+    crossing c;
+    size_t thing;
+    real u, v; /* of a mesh: weights of its triangle's second and third corner */
+} meeting;
+
+enum { MOST_MEETINGS = 64 };
+
+typedef struct meetings {
+    meeting list[MOST_MEETINGS];
+    int count;
+} meetings;
+
+static void put_meeting(meetings *m, const crossing *c, size_t index, real u, real v) {
+    if (m->count < MOST_MEETINGS) m->list[m->count++] = (meeting){*c, index, u, v};
+}
+
+/* A triangle's own normal, outward where its mirror image would be inward. */
+static point face_of(const thing *t, size_t triangle) {
+    const point *p = t->placed + 3 * triangle;
+    return times(cross(sub(p[1], p[0]), sub(p[2], p[0])), t->mirrored ? -1 : 1);
+}
+
+static void meet_mesh(const thing *t, size_t index, point o, point d, meetings *out) {
+    for (size_t i = 0; i < t->triangles; i++) {
+        const point *p = t->placed + 3 * i, ab = sub(p[1], p[0]), ac = sub(p[2], p[0]);
+        const point h = cross(d, ac), from = sub(o, p[0]), q = cross(from, ab);
+        const real volume = dot(ab, h);
+        if (volume == 0) continue;
+        const real u = dot(from, h) / volume, v = dot(d, q) / volume, at = dot(ac, q) / volume;
+        if (!(u >= 0 && v >= 0 && u + v <= 1 && at > 0)) continue;
+        const crossing c = {at, (int)i, !t->normals, add(o, times(d, at)), face_of(t, i)};
+        put_meeting(out, &c, index, u, v);
+    }
+}
+
+static void meet(const document *d, point o, point ray, meetings *out) {
+    out->count = 0;
+    for (size_t i = 0; i < d->thing_count; i++) {
+        const thing *t = &d->things[i];
+        if (t->solid.form == MESH) {
+            meet_mesh(t, i, o, ray, out);
+            continue;
+        }
+        crossing found[MOST_CROSSINGS];
+        const int count = cross_solid(&t->solid, apply(t->from_world, sub(o, t->origin)),
+                                      apply(t->from_world, ray), found);
+        for (int k = 0; k < count; k++) {
+            found[k].normal = apply(t->cofactor, found[k].normal);
+            found[k].at = place(t, found[k].at);
+            put_meeting(out, &found[k], i, 0, 0);
+        }
+    }
+}
+
+static void blend(const shade *from, const real weight[3], shade *out) {
+    for (int c = 0; c < 3; c++) {
+        out->low[c] = out->high[c] = 0;
+        for (int k = 0; k < 3; k++) {
+            out->low[c] += weight[k] * from[k].low[c];
+            out->high[c] += weight[k] * from[k].high[c];
+        }
+    }
+}
+
+static shade shade_of(const model *whole, const meeting *m, uint64_t *key) {
+    const thing *t = &whole->d.things[m->thing];
+    const real weight[3] = {1 - m->u - m->v, m->u, m->v};
+    note(key, m->thing + 1);
+    note(key, (uint64_t)m->c.part + 1);
+    if (whole->facets[m->thing] && t->solid.form != MESH) return whole->facets[m->thing][m->c.part];
+    shade out;
+    if (whole->facets[m->thing]) {
+        blend(whole->facets[m->thing] + 3 * (size_t)m->c.part, weight, &out);
+        return out;
+    }
+    point normal = m->c.normal;
+    if (t->normals) {
+        normal = (point){0, 0, 0};
+        for (size_t k = 0; k < 3; k++)
+            normal = add(normal, times(t->normals[3 * (size_t)m->c.part + k], weight[k]));
+        normal = apply(t->cofactor, normal);
+    }
+    return light_place(whole, &t->stuff, m->c.at, m->c.normal, normal, m->c.flat, key);
+}
+
+/* ---- Samples. ---- */
+
+typedef struct candidate {
+    real low[4], high[4];
+    uint64_t key;
+} candidate;
+
+static void widen(candidate *to, const candidate *by) {
+    for (int c = 0; c < 4; c++) {
+        to->low[c] = smaller(to->low[c], by->low[c]);
+        to->high[c] = larger(to->high[c], by->high[c]);
+    }
+}
+
+static candidate candidate_of(const model *whole, const meeting *m) {
+    const document *d = &whole->d;
+    candidate out = {.key = 1};
+    if (m) {
+        const shade s = shade_of(whole, m, &out.key);
+        for (int c = 0; c < 3; c++) out.low[c] = s.low[c], out.high[c] = s.high[c];
+        out.low[3] = out.high[3] = 1;
+        return out;
+    }
+    for (int c = 0; c < 3; c++) out.low[c] = out.high[c] = d->transparent ? 0 : d->background[c];
+    out.low[3] = out.high[3] = d->transparent ? 0 : 1;
+    return out;
+}
+
+/* What is seen through a point of the picture, in pixels; true: a second surface is as near. */
+static bool look(const model *whole, real x, real y, candidate *out) {
+    const document *d = &whole->d;
+    const real u = (2 * x / d->width - 1) * d->half * d->width / d->height,
+               v = (1 - 2 * y / d->height) * d->half;
+    const point across = add(times(d->right, u), times(d->up, v));
+    point o = d->eye, ray = times(d->back, -1);
+    if (d->orthographic)
+        o = add(o, across);
+    else
+        ray = unit(add(across, ray));
+    meetings list;
+    meet(d, o, ray, &list);
+    const meeting *nearest = NULL;
+    for (int i = 0; i < list.count; i++)
+        if (!nearest || list.list[i].c.t < nearest->c.t) nearest = &list.list[i];
+    *out = candidate_of(whole, nearest);
+    bool tied = false;
+    for (int i = 0; i < list.count; i++) {
+        const meeting *m = &list.list[i];
+        const real reach = d->things[m->thing].reach + d->things[nearest->thing].reach;
+        if (m == nearest) continue;
+        if (!(m->c.t - nearest->c.t <= 64 * EPS * (m->c.t + length(o) + reach))) continue;
+        const candidate other = candidate_of(whole, m);
+        if (other.key == out->key) continue;
+        widen(out, &other);
+        tied = true;
+    }
+    return tied;
+}
+
+static void evaluate(const model *whole, int px, int py, model_pixel *out) {
+    real low[4] = {0, 0, 0, 0}, high[4] = {0, 0, 0, 0};
+    const int samples = whole->d.samples;
+    out->undecided = 0;
+    for (int i = 0; i < samples; i++) {
+        const real x = px + (real)whole->offsets[i][0], y = py + (real)whole->offsets[i][1];
+        candidate at;
+        bool unsure = look(whole, x, y, &at);
+        candidate range = at;
+        for (int k = 0; k < 4; k++) {
+            candidate beside;
+            unsure |= look(whole, x + (k & 1 ? whole->aside : -whole->aside),
+                           y + (k & 2 ? whole->aside : -whole->aside), &beside);
+            unsure |= beside.key != at.key;
+            widen(&range, &beside);
+        }
+        for (int c = 0; c < 4; c++) unsure |= at.low[c] != at.high[c];
+        for (int c = 0; c < 4; c++) {
+            low[c] += unsure ? range.low[c] : at.low[c];
+            high[c] += unsure ? range.high[c] : at.high[c];
+        }
+        out->undecided += unsure;
+    }
+    out->low[3] = (double)(low[3] / samples);
+    out->high[3] = (double)(high[3] / samples);
+    for (int c = 0; c < 3; c++) {
+        /* Straight colors: of the samples that hit. Where their number is undecided, so are these.
+         */
+        const real count = whole->d.transparent && high[3] > 0 ? high[3] : samples;
+        const bool known = !whole->d.transparent || low[3] == high[3];
+        out->low[c] = known ? (double)(low[c] / count) : -INFINITY;
+        out->high[c] = known ? (double)(high[c] / count) : INFINITY;
+    }
+}
+
+/* ---- A model. ---- */
+
+/* See model.h. */
+static real find_aside(const document *d) {
+    real most = (real)1e-9;
+    const real pixel = 2 * d->half / d->height;
+    for (size_t i = 0; i < d->thing_count; i++) {
+        const thing *t = &d->things[i];
+        real away = length(sub(d->eye, t->origin)) - t->reach;
+        if (t->solid.form == PLANE) {
+            const point up = unit(apply(t->cofactor, (point){0, 1, 0}));
+            away = SIZE(dot(up, sub(d->eye, t->origin)));
+        }
+        away = larger(away, t->reach / 1000);
+        const real size = length(d->eye) + length(t->origin) + t->reach + away,
+                   footprint = d->orthographic ? pixel : pixel * away;
+        if (footprint > 0) most = larger(most, 256 * EPS * size / footprint);
+    }
+    return smaller(most, 1);
+}
+
+static shade *light_corners(const model *whole, const thing *t) {
+    shade *out = calloc(3 * t->triangles + 1, sizeof *out);
+    uint64_t key = 0;
+    for (size_t i = 0; out && i < t->triangles; i++) {
+        const point *p = t->placed + 3 * i;
+        const point face = face_of(t, i);
+        if (t->way == FLAT) {
+            const point middle = times(add(add(p[0], p[1]), p[2]), (real)1 / 3);
+            out[3 * i] = light_place(whole, &t->stuff, middle, face, face, true, &key);
+            out[3 * i + 1] = out[3 * i + 2] = out[3 * i];
+            continue;
+        }
+        for (size_t k = 0; k < 3; k++) {
+            const point normal = t->normals ? apply(t->cofactor, t->normals[3 * i + k]) : face;
+            out[3 * i + k] = light_place(whole, &t->stuff, p[k], t->normals ? normal : face, normal,
+                                         !t->normals, &key);
+        }
+    }
+    return out;
+}
+
+/* In the order of cross_solid's parts. */
+static shade *light_box(const model *whole, const thing *t) {
+    shade *out = calloc(6, sizeof *out);
+    uint64_t key = 0;
+    for (int i = 0; out && i < 6; i++) {
+        const real sign = i % 2 ? 1 : -1, x = i / 2 == 0 ? sign : 0, y = i / 2 == 1 ? sign : 0,
+                   z = i / 2 == 2 ? sign : 0;
+        const point out_of = apply(t->cofactor, (point){x, y, z}),
+                    middle = {x * t->solid.size.x / 2, y * t->solid.size.y / 2,
+                              z * t->solid.size.z / 2};
+        out[i] = light_place(whole, &t->stuff, place(t, middle), out_of, out_of, true, &key);
+    }
+    return out;
+}
+
+static void drop(model *whole) {
+    if (!whole) return;
+    for (size_t i = 0; whole->facets && i < whole->d.thing_count; i++) free(whole->facets[i]);
+    free(whole->facets);
+    document_drop(&whole->d);
+    free(whole);
+}
+
+static struct model *read_document(const char *json, const double (*offsets)[2]) {
+    struct model *whole = calloc(1, sizeof *whole);
+    bool good = whole && document_read(json, &whole->d);
+    if (good) {
+        whole->offsets = offsets;
+        whole->aside = find_aside(&whole->d);
+        whole->facets = calloc(whole->d.thing_count + 1, sizeof *whole->facets);
+        good = whole->facets;
+    }
+    for (size_t i = 0; good && i < whole->d.thing_count; i++) {
+        const thing *t = &whole->d.things[i];
+        if (t->way == PHONG) continue;
+        whole->facets[i] = t->solid.form == MESH ? light_corners(whole, t) : light_box(whole, t);
+        good = whole->facets[i];
+    }
+    if (good) return whole;
+    drop(whole);
+    return NULL;
+}
+
+const model_program MODEL_PROGRAM = {read_document, evaluate, drop};

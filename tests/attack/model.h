@@ -1,0 +1,39 @@
+/* The model, evaluated anew: docs/model.md in long double or 113-bit floats, from the document's
+ * text, a ray at a time, every object and every light looked at by every ray. Nothing here is of
+ * src/, so that what both say is no mistake of one; only where samples lie in a pixel is told by
+ * the caller.
+ *
+ * A sample is undecided where the model jumps within rounding of it: rays beside it, or a second
+ * surface at the same distance, have another case (object, part, side, lights before or behind the
+ * surface, inside or outside their cones). "Beside" is max(1e-9, 256 eps C / f) pixels, eps = 2^-52
+ * the rounding of f64, C the size of the coordinates of eye, hit and object, and f what a pixel
+ * covers at the hit. Such a sample has the range of all values that are found there; any other one
+ * value.
+ *
+ * Documents are those of scenes.h: valid, their colors numbers of the working space. A thread
+ * may use a model at a time. */
+#ifndef SHD_ATTACK_MODEL_H
+#define SHD_ATTACK_MODEL_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+typedef struct model model;
+
+typedef struct model_pixel {
+    double low[4], high[4]; /* r, g, b, alpha; straight: those of samples that hit,
+                                  where the background is transparent */
+    int undecided;          /* of its samples */
+} model_pixel;
+
+typedef struct model_program {
+    /* `offsets`: [samples][2], in pixels from the pixel's top left corner. NULL: memory. */
+    model *(*read)(const char *json, const double (*offsets)[2]);
+    void (*evaluate)(const model *, int x, int y, model_pixel *out);
+    void (*drop)(model *);
+} model_program;
+
+/* In the compiler's long double, and in floats of 113 bits where it has others. */
+extern const model_program model_long, model_quad;
+
+#endif

@@ -1,0 +1,28 @@
+/* Documents to attack with: of each family any number, by seed. */
+#ifndef SHD_ATTACK_SCENES_H
+#define SHD_ATTACK_SCENES_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+typedef struct family {
+    const char *name;
+    const char *about; /* a line for people */
+    void (*write)(FILE *out, uint64_t *random, const char *accuracy);
+    bool modelled; /* the evaluation of the model knows all that its documents say */
+    bool quad;     /* which takes 113 bits */
+} family;
+
+extern const family families[];
+extern const int family_count;
+
+/* A document whose member `accuracy` is the text; free()d by the caller. */
+char *write_scene(const family *f, uint64_t seed, const char *accuracy);
+
+/* Evenly spread in [low, high), in [0, count), and over decades. */
+double between(uint64_t *random, double low, double high);
+int one_of(uint64_t *random, int count);
+double decades(uint64_t *random, double low, double high);
+
+#endif

@@ -1,0 +1,181 @@
+#include "attack/write.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+static const double TURN = 2 * 3.14159265358979323846;
+
+double between(uint64_t *random, double low, double high) {
+    *random += 0x9e3779b97f4a7c15u; /* splitmix64 */
+    uint64_t z = *random;
+    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
+    z ^= z >> 31;
+    return low + (high - low) * ((double)(z >> 11) * 0x1p-53);
+}
+
+int one_of(uint64_t *random, int count) {
+    return (int)between(random, 0, count);
+}
+
+double decades(uint64_t *random, double low, double high) {
+    return pow(10, between(random, log10(low), log10(high)));
+}
+
+xyz scaled_by(xyz v, double by) {
+    return (xyz){v.x * by, v.y * by, v.z * by};
+}
+
+xyz sum_of(xyz a, xyz b) {
+    return (xyz){a.x + b.x, a.y + b.y, a.z + b.z};
+}
+
+xyz cross_of(xyz a, xyz b) {
+    return (xyz){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+xyz any_direction(uint64_t *random) {
+    const double y = between(random, -1, 1), angle = between(random, 0, TURN), r = sqrt(1 - y * y);
+    return (xyz){r * cos(angle), y, r * sin(angle)};
+}
+
+void put_vector(FILE *out, const char *name, xyz v) {
+    fprintf(out, "\"%s\": [%.17g, %.17g, %.17g]", name, v.x, v.y, v.z);
+}
+
+void put_color(FILE *out, const char *name, uint64_t *random, double most) {
+    const double r = between(random, 0, most), g = between(random, 0, most),
+                 b = between(random, 0, most);
+    const bool grey = one_of(random, 3) == 0;
+    put_vector(out, name, (xyz){r, grey ? r : g, grey ? r : b});
+}
+
+void put_frame(FILE *out, uint64_t *random, const char *accuracy, frame f) {
+    static const int counts[] = {1, 1, 2, 3, 4, 4, 4, 5, 8, 16, 64};
+    int samples = counts[one_of(random, sizeof counts / sizeof counts[0])];
+    if (samples > f.most_samples) samples = f.most_samples;
+    const int width = (int)(f.pixels * between(random, 0.8, 1.3)),
+              height = (int)(f.pixels * between(random, 0.7, 1.1));
+    static const char *const backgrounds[] = {"[0, 0, 0]", "[0.1, 0.2, 0.3]", "null", "0.02"};
+    fprintf(out,
+            "{\"image\": {\"width\": %d, \"height\": %d, \"samples\": %d}, \"accuracy\": {%s}, "
+            "\"output\": %s, \"ambient\": %g, \"background\": %s, \"camera\": {",
+            width, height, samples, accuracy, f.output ? f.output : "{}",
+            one_of(random, 2) ? 0.1 : 0, backgrounds[one_of(random, 4)]);
+    if (f.camera) {
+        fputs(f.camera, out);
+    } else {
+        put_vector(out, "position",
+                   (xyz){between(random, -1, 1), between(random, -1, 1), between(random, 3.5, 5)});
+        if (one_of(random, 3) == 0) fputs(", \"type\": \"orthographic\", \"height\": 2.5", out);
+    }
+    fputs("}, \"lights\": [", out);
+}
+
+void put_material(FILE *out, uint64_t *random, double least, double most) {
+    fputs("\"material\": {", out);
+    put_color(out, "diffuse", random, 0.9);
+    fputs(", ", out);
+    put_color(out, "specular", random, 0.8);
+    fprintf(out, ", \"shininess\": %.17g", decades(random, least, most));
+    if (one_of(random, 6) == 0) fprintf(out, ", \"emissive\": %.17g", between(random, 0, 0.3));
+    if (one_of(random, 4) == 0)
+        fprintf(out, ", \"lobes\": [{\"specular\": %.17g, \"shininess\": %.17g}]",
+                between(random, 0, 0.5), decades(random, least, most));
+    if (one_of(random, 8) == 0) fputs(", \"side\": \"front\"", out);
+    fputs("}", out);
+}
+
+static void put_light(FILE *out, uint64_t *random, double strength, xyz at, double size) {
+    static const char *const types[] = {"point", "spot", "directional", "point"};
+    const int type = one_of(random, 4);
+    const xyz from = scaled_by(any_direction(random), size * between(random, 2, 7));
+    fprintf(out, "{\"type\": \"%s\", ", types[type]);
+    put_color(out, "color", random, strength);
+    if (type != 2) {
+        fputs(", ", out);
+        put_vector(out, "position", sum_of(at, from));
+        if (one_of(random, 3) == 0)
+            fprintf(out, ", \"attenuation\": [%.17g, %.17g, %.17g], \"minDistance\": %.17g",
+                    between(random, 0, 1), between(random, 0, 1) / size,
+                    between(random, 0.01, 1) / size / size, between(random, 0, 0.5) * size);
+    }
+    if (type == 1 || type == 2) {
+        fputs(", ", out);
+        put_vector(out, "direction",
+                   sum_of(scaled_by(from, -1 / size), scaled_by(any_direction(random), 0.5)));
+    }
+    if (type == 1)
+        fprintf(out, ", \"angle\": %.17g, \"penumbra\": %.17g, \"exponent\": %.17g",
+                between(random, 5, 100), one_of(random, 3) ? between(random, 0, 1) : 0,
+                one_of(random, 2) ? decades(random, 0.3, 100) : 0);
+    fputs("}", out);
+}
+
+void put_lights(FILE *out, uint64_t *random, int count, xyz at, double size) {
+    const double strength = decades(random, 0.1, 2) / sqrt(count);
+    for (int i = 0; i < count; i++) {
+        if (i) fputs(", ", out);
+        put_light(out, random, strength, at, size);
+    }
+}
+
+void put_shape(FILE *out, uint64_t *random, double size) {
+    const double r = size * between(random, 0.4, 1), h = size * between(random, 0.5, 2);
+    switch (one_of(random, 6)) {
+    case 0:
+        fprintf(out, "\"type\": \"sphere\", \"radius\": %.17g, ", r);
+        break;
+    case 1:
+        fprintf(out, "\"type\": \"box\", ");
+        put_vector(out, "size", (xyz){r, h, size});
+        fputs(", ", out);
+        break;
+    case 2:
+        fprintf(out, "\"type\": \"cylinder\", \"radius\": %.17g, \"height\": %.17g, ", r, h);
+        break;
+    case 3:
+        fprintf(out, "\"type\": \"cone\", \"radius\": %.17g, \"height\": %.17g, ", r, h);
+        break;
+    case 4:
+        fprintf(out, "\"type\": \"torus\", \"radius\": %.17g, \"tube\": %.17g, ", r,
+                r * between(random, 0.1, 0.9));
+        break;
+    default:
+        fprintf(out, "\"type\": \"disc\", \"radius\": %.17g, ", r);
+    }
+}
+
+void put_turn(FILE *out, uint64_t *random, xyz scale, xyz at) {
+    fputs("\"transform\": {", out);
+    put_vector(out, "scale", scale);
+    fprintf(out, ", \"rotate\": [%.17g, %.17g, %.17g], ", between(random, 0, 360),
+            between(random, 0, 360), between(random, 0, 360));
+    put_vector(out, "translate", at);
+    fputs("}", out);
+}
+
+void put_ball(FILE *out, int slices, int stacks, double size, bool smooth) {
+    static const char *const members[] = {"positions", "normals"};
+    fputs("\"type\": \"mesh\"", out);
+    for (int pass = 0; pass < (smooth ? 2 : 1); pass++) {
+        fprintf(out, ", \"%s\": [", members[pass]);
+        for (int s = 0; s <= stacks; s++)
+            for (int i = 0; i < slices; i++) {
+                const double a = TURN / 2 * s / stacks, b = TURN * i / slices, r = pass ? 1 : size;
+                fprintf(out, "%s%.17g, %.17g, %.17g", s || i ? ", " : "", r * sin(a) * sin(b),
+                        r * cos(a), r * sin(a) * cos(b));
+            }
+        fputs("]", out);
+    }
+    fputs(", \"indices\": [", out);
+    const char *comma = "";
+    for (int s = 0; s < stacks; s++)
+        for (int i = 0; i < slices; i++) {
+            const int a = s * slices + i, b = s * slices + (i + 1) % slices;
+            if (s + 1 < stacks)
+                fprintf(out, "%s%d, %d, %d", comma, a, a + slices, b + slices), comma = ", ";
+            if (s > 0) fprintf(out, "%s%d, %d, %d", comma, a, b + slices, b), comma = ", ";
+        }
+    fputs("], ", out);
+}
