@@ -10,7 +10,7 @@
 #include <string.h>
 #include <strings.h>
 
-enum { SECRET_SIZE = 256, SECRETS_MOST = 1000 };
+enum { SECRET_SIZE = 256, SECRETS_MOST = 1000, LINE_MOST = 1000 };
 
 const shd_secret_kind shd_token_kind = {"token", 16}, shd_key_kind = {"key", 32};
 
@@ -35,19 +35,46 @@ static bool add_secret(shd_secrets *secrets, const char *text, size_t least) {
     return true;
 }
 
+/* What is wrong with the next line; NULL: nothing. A line is read whole or refused: the end of a
+ * long comment is no secret. */
+static const char *read_line(FILE *file, char line[LINE_MOST + 1], bool *ended) {
+    size_t length = 0;
+    int c;
+    while ((c = getc(file)) != EOF && c != '\n') {
+        if (length == LINE_MOST) return "is longer than 1000 characters";
+        line[length++] = (char)c;
+    }
+    *ended = c == EOF;
+    if (length && line[length - 1] == '\r') length--;
+    line[length] = 0;
+    for (size_t i = 0; i < length; i++)
+        if (line[i] != '\t' && (line[i] < 0x20 || line[i] > 0x7e))
+            return "holds a character that is neither printable ASCII nor a tab";
+    return NULL;
+}
+
+/* The line without the blanks around it. */
+static char *trim(char *line) {
+    char *start = line + strspn(line, " \t"), *end = start + strlen(start);
+    while (end > start && (end[-1] == ' ' || end[-1] == '\t')) *--end = 0;
+    return start;
+}
+
 static shd_status read_secrets(FILE *file, const char *path, const shd_secret_kind *kind,
                                shd_secrets *secrets, shd_error *error) {
-    char line[SECRET_SIZE + 64];
+    char line[LINE_MOST + 1];
     shd_status status = SHD_OK;
-    for (int number = 1; !status && fgets(line, sizeof line, file); number++) {
-        line[strcspn(line, "\r\n")] = 0;
-        char *start = line + strspn(line, " \t"), *end = start + strlen(start);
-        while (end > start && (end[-1] == ' ' || end[-1] == '\t')) *--end = 0;
-        if (!*start || *start == '#') continue;
-        if (secrets->count == SECRETS_MOST)
+    bool ended = false;
+    for (int number = 1; !status && !ended; number++) {
+        const char *wrong = read_line(file, line, &ended), *text = wrong ? "" : trim(line);
+        if (wrong)
+            status = shd_fail(error, SHD_CONFIG, path, "line %d %s", number, wrong);
+        else if (!*text || *text == '#')
+            continue;
+        else if (secrets->count == SECRETS_MOST)
             status =
                 shd_fail(error, SHD_CONFIG, path, "more than %d %ss", SECRETS_MOST, kind->name);
-        else if (!add_secret(secrets, start, kind->least))
+        else if (!add_secret(secrets, text, kind->least))
             status = shd_fail(error, SHD_CONFIG, path,
                               "line %d is no %s: %zu to %d of A-Z a-z 0-9 - . _ ~ + / =", number,
                               kind->name, kind->least, SECRET_SIZE - 1);

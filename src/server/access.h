@@ -20,7 +20,8 @@ typedef struct shd_secret_kind {
 extern const shd_secret_kind shd_token_kind, shd_key_kind; /* 16 and 32 */
 
 /* Reads a file of secrets: one a line, up to 255 of A-Z a-z 0-9 - . _ ~ + / =; blank lines and
- * those that start with # are left out. SHD_CONFIG, with the file and line but no secret, where it
+ * those that start with # are left out. Every line has at most 1000 characters, of printable ASCII
+ * and tabs; it ends with LF or CRLF. SHD_CONFIG, with the file and line but no secret, where it
  * cannot be read, holds anything else, or none at all. */
 shd_status shd_secrets_load(const char *path, const shd_secret_kind *kind, shd_secrets **out,
                             shd_error *error);

@@ -8,7 +8,7 @@ import socket
 import time
 import unittest
 
-from e2e.daemon import JSON, SANITIZED, SLOW, SMALL, SOURCE, Daemon, another
+from e2e.daemon import JSON, SANITIZED, SLOW, SMALL, SOURCE, Daemon, another, run
 from e2e.daemon_test import Background, Folder, occupied, wait_until, wait_until_read
 
 FIRST, SECOND, THIRD = "first-token-0123456789", "second.token_~+/=9876543210", "third-token-abcdef"
@@ -84,7 +84,6 @@ class TokenTest(Folder):
                 self.assertNotIn(secret, daemon.stderr())
 
     def test_files_that_are_none_stop_the_start(self):
-        from e2e.daemon import run
         for text, word in (("", "no token"), ("# nothing\n", "no token"), ("short\n", "line 1"),
                            ("\n" + "x" * 400 + "\n", "line 2"), ("a b c d e f g h i\n", "line 1")):
             path = self.file(text, "tokens")
@@ -97,6 +96,24 @@ class TokenTest(Folder):
                                 str(self.folder / "missing"))
         self.assertEqual(status, 1)
         self.assertIn("No such file", stderr)
+
+
+    def test_no_end_of_a_line_becomes_a_token(self):
+        """Wherever a buffer may end, and after bytes that end strings or lines elsewhere."""
+        token = FIRST.encode()
+        cases = [(b"#" * n + token, "line 1 is longer" if n > 1000 - len(token) else "no token")
+                 for n in (254, 255, 318, 319, 320, 638, 978, 979, 1000, 1023, 4095, 65535)]
+        cases += [(b"\n# " + byte + token, "line 2 holds a character")
+                  for byte in (b"\0", b"\r", b"\x0b", b"\x7f", "é".encode(), b"\xff")]
+        cases += [(THIRD.encode() + b"\0\n", "line 1 holds"), (b" " * 1001, "line 1 is longer")]
+        for data, word in cases:
+            with self.subTest(data[:8], size=len(data)):
+                path = self.folder / "tokens"
+                path.write_bytes(data)
+                status, _, stderr = run("--listen", "127.0.0.1:0", "--admin", "off", "--tokens",
+                                        str(path))
+                self.assertEqual(status, 1)
+                self.assertIn(word, json.loads(stderr.splitlines()[-1])["message"])
 
 
 class OriginTest(unittest.TestCase):
@@ -136,7 +153,6 @@ class OriginTest(unittest.TestCase):
             self.assertEqual(answer.headers.get_all("Vary"), ["Accept"])
 
     def test_origins_must_be_origins(self):
-        from e2e.daemon import run
         for wrong in ("example.com", "https://", "https://a.example/", "HTTPS://a.example",
                       "https://a.example b"):
             status, _, stderr = run("--listen", "127.0.0.1:0", "--admin", "off",
