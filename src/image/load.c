@@ -1,7 +1,7 @@
 #include "image/load.h"
 
 #include <dlfcn.h>
-#include <errno.h>
+#include <fcntl.h>
 #include <limits.h>
 #include <pthread.h>
 #include <stdatomic.h>
@@ -21,7 +21,7 @@ static char path[PATH_MAX]; /* of the module; "": it is not installed */
 /* Under the mutex, each at most once. */
 static pthread_mutex_t load_mutex = PTHREAD_MUTEX_INITIALIZER;
 static _Atomic(shd_oiio_encode_fn *) loaded;
-static atomic_bool incomplete; /* its libraries are not installed */
+static atomic_bool incomplete; /* it, or one of its libraries, cannot be loaded */
 
 /* Looks where dlopen would, along the program's run path, which points beside the program in the
  * build tree and to lib/shaded where installed; but loads nothing. */
@@ -52,33 +52,33 @@ bool shd_image_writes(shd_format format) {
     return *path && !atomic_load(&incomplete);
 }
 
+static bool has_addresses(size_t size, int protection, int flags) {
+    void *there = mmap(NULL, size, protection, MAP_PRIVATE | MAP_ANONYMOUS | flags, -1, 0);
+    return there != MAP_FAILED && !munmap(there, size);
+}
+
+static bool has_descriptor(void) {
+    int fd = open("/", O_PATH | O_CLOEXEC);
+    return fd >= 0 && !close(fd);
+}
+
 /* Some of its 260 libraries allocate in static constructors, and what these throw ends the process:
  * so it is asked before whether there is room. Loading takes 460 MB of addresses and 110 MB of
  * memory on Debian 12. */
 static bool has_room(void) {
     enum { ADDRESSES = 640 << 20, MEMORY = 160 << 20 };
-    void *memory = malloc(MEMORY);
-    void *addresses =
-        mmap(NULL, ADDRESSES, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-    bool both = memory && addresses != MAP_FAILED;
-    if (addresses != MAP_FAILED) munmap(addresses, ADDRESSES);
-    free(memory);
-    return both;
+    return has_addresses(ADDRESSES, PROT_NONE, MAP_NORESERVE) &&
+           has_addresses(MEMORY, PROT_READ | PROT_WRITE, 0) && has_descriptor();
 }
 
-/* dlerror() has the system's words for the reason at its end. */
-static bool says(const char *why, int number) {
-    return strstr(why, strerror(number));
-}
-
-static shd_status refuse(const char *why, shd_error *error) {
-    if (says(why, ENOENT)) {
-        atomic_store(&incomplete, true);
-        return shd_fail(error, SHD_SCENE, "", "OpenImageIO is not installed: %s", why);
-    }
-    bool later = says(why, ENOMEM) || says(why, EMFILE) || says(why, ENFILE);
-    return shd_fail(error, later ? SHD_EXHAUSTED : SHD_CONFIG, "",
-                    "OpenImageIO, which TIFF, EXR and HDR need, cannot be loaded: %s", why);
+/* The module's function; NULL, with dlerror's words. */
+static void *open_module(const char **why) {
+    void *module = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    void *symbol = module ? dlsym(module, "shd_oiio_encode") : NULL;
+    if (symbol) return symbol;
+    const char *words = dlerror();
+    *why = words ? words : "it is not a module";
+    return NULL;
 }
 
 /* The module is never closed: its libraries start threads and register themselves in places that do
@@ -88,12 +88,19 @@ static shd_status load(shd_error *error) {
     if (!shd_image_writes(SHD_EXR))
         return shd_fail(error, SHD_SCENE, "", "OpenImageIO is not installed: %s is missing",
                         *path ? "a library" : name);
-    if (!has_room()) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory for OpenImageIO");
-    void *module = dlopen(path, RTLD_NOW | RTLD_LOCAL);
-    void *symbol = module ? dlsym(module, "shd_oiio_encode") : NULL;
+    /* dlopen tells its reasons in words only. What fails twice, though there is room for it before
+     * and after, is not there or broken, and stays so. */
+    const char *why = "";
+    void *symbol = NULL;
+    bool room = has_room();
+    for (int attempt = 0; attempt < 2 && room && !symbol; attempt++) {
+        symbol = open_module(&why);
+        room = symbol || has_room();
+    }
+    if (!room) return shd_fail(error, SHD_EXHAUSTED, "", "there is no room to load OpenImageIO");
     if (!symbol) {
-        const char *why = dlerror();
-        return refuse(why ? why : "it is not a module", error);
+        atomic_store(&incomplete, true);
+        return shd_fail(error, SHD_SCENE, "", "OpenImageIO is not installed: %s", why);
     }
     /* POSIX's way from an object pointer to a function pointer, without a cast that ISO C lacks. */
     shd_oiio_encode_fn *encode;

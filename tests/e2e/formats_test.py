@@ -91,12 +91,27 @@ class WithoutItsLibraries(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.folder = Path(folder.name)
-        for program in (SHADED, BUILD / "shade"):
-            shutil.copy(program, self.folder)
+        self.install_programs()
         module = (BUILD / "shaded_oiio.so").read_bytes()
         self.assertIn(b"\0libOpenImageIO.so", module)
         (self.folder / "shaded_oiio.so").write_bytes(
             module.replace(b"\0libOpenImageIO.so", b"\0libOpenImageXX.so"))
+
+    def install_programs(self):
+        for program in (SHADED, BUILD / "shade"):
+            shutil.copy(program, self.folder)
+
+    def test_a_module_that_is_none_is_told_by_what_it_is_and_not_by_its_folders_name(self):
+        self.folder = self.folder / "Cannot allocate memory"
+        self.folder.mkdir()
+        self.install_programs()
+        (self.folder / "shaded_oiio.so").write_text("no module at all")
+        with Daemon(program=str(self.folder / "shaded")) as daemon:
+            for _ in range(2):
+                answer = daemon.render({**SMALL, "output": {"format": "exr"}})
+                self.assertEqual(answer.status, 422, answer.body)
+                self.assertIn("OpenImageIO is not installed", json.loads(answer.body)["detail"])
+            self.assertEqual(daemon.render(SMALL).status, 200)
 
     def test_is_as_without_the_module(self):
         with Daemon(program=str(self.folder / "shaded")) as daemon:
