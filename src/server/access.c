@@ -172,14 +172,23 @@ static bool is_origin(const char *text, size_t length) {
     return !memchr(authority + 3, '/', (size_t)(end - authority - 3));
 }
 
-shd_status shd_origins_check(const char *origins, shd_error *error) {
+shd_status shd_origins_list(const char *origins, char **out, shd_error *error) {
+    char *list = malloc(2 * strlen(origins) + 1), *end = list;
+    if (!list) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     const char *origin;
     size_t length;
-    while ((origin = next_origin(&origins, &length)))
-        if (!is_origin(origin, length))
+    while ((origin = next_origin(&origins, &length))) {
+        if (!is_origin(origin, length)) {
+            free(list);
             return shd_fail(error, SHD_CONFIG, "cors-origins",
                             "'%.*s' is no origin, such as https://example.com or *", (int)length,
                             origin);
+        }
+        if (end != list) end = stpcpy(end, ", ");
+        end = mempcpy(end, origin, length);
+    }
+    *end = 0;
+    *out = list;
     return SHD_OK;
 }
 

@@ -37,9 +37,10 @@ bool shd_secrets_admit(const shd_secrets *tokens, const char *authorization);
 bool shd_secrets_signed(const shd_secrets *keys, const char *text, size_t length,
                         const char *signature);
 
-/* A list of origins, "https://a.example http://b.example:8080", or "*", or "" for none. SHD_CONFIG
- * where it is none. */
-shd_status shd_origins_check(const char *origins, shd_error *error);
+/* A list of origins, "https://a.example http://b.example:8080", or "*", or "" for none, as
+ * Timing-Allow-Origin has it, joined by ", ", for the caller to free. SHD_CONFIG where it is no
+ * list. */
+shd_status shd_origins_list(const char *origins, char **out, shd_error *error);
 bool shd_origins_admit(const char *origins, const char *origin);
 
 #endif

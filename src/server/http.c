@@ -49,8 +49,8 @@ static const char *skip_authority(const char *target) {
     return path ? path : "/";
 }
 
-/* The path alone, decoded. A decoded 0 byte or an over-long path leaves path_cut set: it names
- * nothing. */
+/* The path alone, decoded but for "%2F", which parts no segments. A decoded 0 byte or an over-long
+ * path leaves path_cut set: it names nothing. */
 static void set_path(shd_exchange *exchange, const char *target) {
     size_t length = 0;
     for (const char *c = target; *c && *c != '?'; c++) {
@@ -60,7 +60,7 @@ static void set_path(shd_exchange *exchange, const char *target) {
             char *end;
             memcpy(digits, c + 1, 2);
             unsigned long value = strtoul(digits, &end, 16);
-            if (!*end && digits[0] != '+' && digits[0] != '-' && digits[0] != ' ') {
+            if (!*end && value != '/' && digits[0] != '+' && digits[0] != '-' && digits[0] != ' ') {
                 byte = (unsigned)value;
                 c += 2;
             }
@@ -123,6 +123,8 @@ static enum MHD_Result read_field(void *cls, enum MHD_ValueKind kind, const char
     if (!value) value = "";
     if (!strcasecmp(name, "Accept")) {
         join(&h->exchange->accept, value, &h->exchange->reply);
+    } else if (!strcasecmp(name, "Accept-Encoding")) {
+        join(&h->exchange->accept_encoding, value, &h->exchange->reply);
     } else if (!strcasecmp(name, "If-None-Match")) {
         join(&h->exchange->if_none_match, value, &h->exchange->reply);
     } else if (!strcasecmp(name, "Content-Type")) {
@@ -224,14 +226,36 @@ static struct MHD_Response *make_last_words(void) {
     return NULL;
 }
 
+/* A 304 has the Content-Length of the 200 that it stands for, or none (RFC 9110, section 8.6).
+ * libmicrohttpd writes one with every status but 1xx and 204; release 1.0 can be told not to,
+ * before that it leaves it out only of what ends with its connection. */
+#if MHD_VERSION >= 0x01000000
+static struct MHD_Response *make_without_length(void) {
+    return MHD_create_response_empty(MHD_RF_HEAD_ONLY_RESPONSE);
+}
+#else
+static ssize_t read_nothing(void *cls, uint64_t at, char *out, size_t size) {
+    (void)cls, (void)at, (void)out, (void)size;
+    return MHD_CONTENT_READER_END_OF_STREAM;
+}
+
+static struct MHD_Response *make_without_length(void) {
+    struct MHD_Response *response =
+        MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, 1, read_nothing, NULL, NULL);
+    if (response) MHD_set_response_options(response, MHD_RF_HTTP_1_0_COMPATIBLE_STRICT, MHD_RO_END);
+    return response;
+}
+#endif
+
 /* NULL where memory is short. */
 static struct MHD_Response *make_response(shd_reply *reply) {
     if (reply->is_short) return NULL;
     struct MHD_Response *response =
-        reply->held ? MHD_create_response_from_buffer_with_free_callback_cls(
-                          reply->size, (void *)(size_t)reply->body, shd_bytes_drop, reply->held)
-                    : MHD_create_response_from_buffer(reply->size, (void *)(size_t)reply->body,
-                                                      MHD_RESPMEM_PERSISTENT);
+        reply->status == 304 && !reply->size ? make_without_length()
+        : reply->held ? MHD_create_response_from_buffer_with_free_callback_cls(
+                            reply->size, (void *)(size_t)reply->body, shd_bytes_drop, reply->held)
+                      : MHD_create_response_from_buffer(reply->size, (void *)(size_t)reply->body,
+                                                        MHD_RESPMEM_PERSISTENT);
     if (!response) return NULL;
     reply->held = NULL; /* it is libmicrohttpd's now */
     bool complete = true;
@@ -272,12 +296,15 @@ static enum MHD_Result refuse_now(shd_exchange *exchange) {
     if (!reply->is_short) kept = shd_reply_raw(reply, exchange->method != SHD_HEAD, &length);
     if (!kept) {
         reply->status = LAST_STATUS;
+        char date[SHD_DATE_SIZE];
+        shd_reply_date(date);
         length = (size_t)snprintf(last, sizeof last,
                                   "HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\n"
+                                  "Date: %s\r\n"
                                   "Content-Type: application/problem+json\r\n"
                                   "Cache-Control: no-store\r\nRetry-After: 1\r\n"
                                   "Content-Length: %zu\r\n\r\n%s",
-                                  strlen(shd_problem_last_words), shd_problem_last_words);
+                                  date, strlen(shd_problem_last_words), shd_problem_last_words);
     }
     const char *message = kept ? kept : last;
     const union MHD_ConnectionInfo *info =
@@ -489,6 +516,7 @@ static void complete(void *cls, struct MHD_Connection *connection, void **contex
     shd_reply_clear(&exchange->reply);
     free(exchange->target);
     free(exchange->accept);
+    free(exchange->accept_encoding);
     free(exchange->if_none_match);
     free(exchange->body);
     free(exchange);

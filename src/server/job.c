@@ -107,6 +107,7 @@ void shd_job_submit(shd_exchange *exchange, const shd_work *work) {
                                   .fallback = SHD_PNG,
                                   .settings = exchange->settings->number}};
     shd_question *asked = &job->question;
+    job->takes_gzip = shd_accepts_gzip(exchange->accept_encoding);
     asked->picture_accepted = shd_accepts_picture(exchange->accept, &asked->fallback);
     exchange->body = NULL;
     job->body_bytes = exchange->capacity;

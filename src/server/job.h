@@ -49,6 +49,7 @@ struct shd_job {
     shd_question question;
     size_t body_bytes; /* of its body, as the server counts them */
     bool had_turn;     /* it was deferred for its document's length */
+    bool takes_gzip;   /* its one exchange does: of work that is not shared */
 
     shd_request *request;
     shd_reply reply;

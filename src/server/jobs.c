@@ -138,10 +138,9 @@ static void drop_all(shd_job *job) {
     }
 }
 
-static void answer_overdue(shd_jobs *jobs, shd_waiter *waiters) {
-    unsigned seconds = shd_jobs_retry_after(jobs);
+static void answer_overdue(shd_waiter *waiters) {
     for (shd_waiter *w = waiters; w; w = w->other)
-        shd_problem_later(&w->exchange->reply, SHD_OVERDUE, seconds,
+        shd_problem_reply(&w->exchange->reply, SHD_OVERDUE,
                           "not done after %.1f seconds: the limit `timeout` is %llu",
                           shd_now() - w->exchange->submitted,
                           (unsigned long long)w->exchange->settings->config.timeout);
@@ -169,7 +168,7 @@ static void *keep_time(void *context) {
             if (stopped)
                 answer_stopped(late);
             else
-                answer_overdue(jobs, late);
+                answer_overdue(late);
             pthread_mutex_lock(&jobs->mutex);
         } else if (jobs->line.next == &jobs->line) {
             jobs->wakes = INFINITY;
@@ -268,8 +267,10 @@ static void fill(const shd_job *job, shd_exchange *exchange) {
     double queued = job->began - exchange->submitted;
     if (queued < 0) queued = 0; /* it came when the job was running already */
     shd_metrics_stage(&job->server->metrics, SHD_STAGE_QUEUE, queued);
-    if (job->reply.status == 200 && job->work->settle && job->work->settle(job, exchange, reply))
+    if (job->reply.status == 200 && job->work->settle && job->work->settle(job, exchange, reply)) {
+        shd_reply_share(reply, &job->reply); /* of which a 304 tells the length */
         return;
+    }
     shd_reply_copy(reply, &job->reply);
     if (job->reply.status == 200 && job->work->add) job->work->add(job, queued, reply);
 }

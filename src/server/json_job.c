@@ -1,7 +1,9 @@
 #include "json_job.h"
 
+#include <stdlib.h>
 #include <string.h>
 
+#include "gzip.h"
 #include "job.h"
 #include "problem.h"
 
@@ -13,7 +15,14 @@ static void tell(shd_job *job, shd_status status, char *json, const shd_error *e
         return;
     }
     job->reply.status = 200;
-    shd_reply_give(&job->reply, "application/json", json, strlen(json));
+    size_t size = strlen(json), less;
+    char *gzip = job->takes_gzip ? shd_gzip(json, size, &less) : NULL;
+    if (gzip) {
+        free(json);
+        shd_reply_plain(&job->reply, "Content-Encoding", "gzip");
+    }
+    shd_reply_give(&job->reply, "application/json", gzip ? gzip : json, gzip ? less : size);
+    shd_reply_plain(&job->reply, "Vary", "Accept-Encoding");
     /* Times are of this run, estimates and kernels of this machine. */
     shd_reply_plain(&job->reply, "Cache-Control", "no-store");
     shd_job_warn(&job->reply, job->request);

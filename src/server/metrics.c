@@ -32,7 +32,7 @@ static const char *const limit_names[SHD_LIMITS] = {
 
 /* The last one, 0, takes every other status. */
 static const unsigned statuses[SHD_STATUSES] = {200, 204, 304, 400, 401, 403, 404, 405, 406, 413,
-                                                414, 415, 422, 429, 431, 500, 501, 503, 0};
+                                                414, 415, 422, 429, 431, 500, 501, 503, 504, 0};
 
 static const double bounds[SHD_BUCKETS] = {0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1,
                                            0.25,   0.5,   1,      2.5,   5,    10,    30};

@@ -108,6 +108,21 @@ bool shd_accepts_picture(const char *accept, shd_format *out) {
     return best > 0;
 }
 
+bool shd_accepts_gzip(const char *accept_encoding) {
+    double star = 0, gzip = -1, identity = 0;
+    for (const char *c = accept_encoding ? accept_encoding : ""; *c;) {
+        const char *start = skip_blanks(c), *end = element_end(start, ",");
+        size_t length = strcspn(start, " \t;,");
+        if (same(start, length, "*")) star = quality(start, end);
+        if (same(start, length, "gzip") || same(start, length, "x-gzip"))
+            gzip = quality(start, end);
+        if (same(start, length, "identity")) identity = quality(start, end);
+        c = *end ? end + 1 : end;
+    }
+    if (gzip < 0) gzip = star;
+    return gzip > 0 && gzip >= identity;
+}
+
 bool shd_is_json(const char *content_type) {
     if (!content_type) return false;
     const char *start = skip_blanks(content_type);
@@ -118,13 +133,13 @@ bool shd_is_json(const char *content_type) {
            same(start + length - 5, 5, "+json");
 }
 
-bool shd_etag_matches(const char *if_none_match, const char *etag) {
+bool shd_etag_matches(const char *if_none_match, const char *etag, bool star) {
     if (!if_none_match) return false;
     for (const char *c = if_none_match; *c;) {
         const char *start = skip_blanks(c), *end = element_end(start, ",");
         size_t length = (size_t)(end - start);
         while (length && (start[length - 1] == ' ' || start[length - 1] == '\t')) length--;
-        if (length == 1 && *start == '*') return true;
+        if (length == 1 && *start == '*' && star) return true;
         if (length > 2 && start[0] == 'W' && start[1] == '/') {
             start += 2;
             length -= 2;

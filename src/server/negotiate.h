@@ -20,7 +20,12 @@ bool shd_accepts_picture(const char *accept, shd_format *out);
 /* Whether a Content-Type is JSON: application/json or anything/anything+json, any parameters. */
 bool shd_is_json(const char *content_type);
 
-/* Whether the tag (without quotes) is among those of If-None-Match, by weak comparison. */
-bool shd_etag_matches(const char *if_none_match, const char *etag);
+/* Whether Accept-Encoding (RFC 9110, section 12.5.3) likes gzip at least as well as the text as it
+ * is. Without the header, it does not. */
+bool shd_accepts_gzip(const char *accept_encoding);
+
+/* Whether the tag (without quotes) is among those of If-None-Match, by weak comparison; `*` is
+ * `star`. */
+bool shd_etag_matches(const char *if_none_match, const char *etag, bool star);
 
 #endif

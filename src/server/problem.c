@@ -31,7 +31,7 @@ static const struct {
     [SHD_FAILED] = {500, "internal", "The server failed"},
     [SHD_NO_MEMORY] = {503, "memory", "The server is out of memory"},
     [SHD_DRAINING] = {503, "draining", "The server is stopping"},
-    [SHD_OVERDUE] = {503, "deadline", "The request took too long"},
+    [SHD_OVERDUE] = {504, "deadline", "The request took too long"},
 };
 
 /* The one table from the library's statuses to HTTP's, by way of the kinds. */

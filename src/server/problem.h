@@ -27,7 +27,7 @@ typedef enum shd_problem_kind {
     SHD_FAILED,         /* 500 */
     SHD_NO_MEMORY,      /* 503, with Retry-After: the system refused memory */
     SHD_DRAINING,       /* 503, with Retry-After: the daemon is stopping */
-    SHD_OVERDUE,        /* 503, with Retry-After: `timeout` seconds passed */
+    SHD_OVERDUE,        /* 504: `timeout` seconds passed */
     SHD_PROBLEM_KINDS
 } shd_problem_kind;
 

@@ -154,6 +154,12 @@ static void add_document(shd_job *job) {
     shd_job_warn(&job->reply, job->request);
 }
 
+/* Whether the client has it. `*` stands for whatever a path has: a link's picture; but a POST makes
+ * its own. */
+static bool is_known(const shd_exchange *exchange, const char *tag) {
+    return shd_etag_matches(exchange->if_none_match, tag, exchange->method != SHD_POST);
+}
+
 /* ---- The response cache ---- */
 
 /* Warnings are found by reading: a document that has some must be read. */
@@ -166,8 +172,8 @@ static bool recall(const shd_job *job, const shd_exchange *exchange, shd_reply *
     shd_server *server = job->server;
     char tag[SHD_TAG_SIZE], timing[sizeof job->timing];
     if (shd_cache_ask(server->cache, &job->question, tag, reply) != SHD_CACHE_HIT) return false;
-    if (shd_etag_matches(exchange->if_none_match, tag)) {
-        shd_reply_clear(reply);
+    if (is_known(exchange, tag)) {
+        shd_reply_strip(reply);
         reply->status = 304;
         add_validators(job->settings, tag, reply);
         return true;
@@ -202,7 +208,7 @@ static void read_scene(shd_job *job) {
 
 static bool settle(const shd_job *job, const shd_exchange *exchange, shd_reply *reply) {
     const char *tag = shd_request_etag(job->request);
-    if (!shd_etag_matches(exchange->if_none_match, tag)) return false;
+    if (!is_known(exchange, tag)) return false;
     reply->status = 304;
     add_validators(job->settings, tag, reply);
     return true;

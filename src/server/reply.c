@@ -4,12 +4,18 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 /* Longest header value, after encoding: a dozen of them fit the connection's memory. */
 enum { VALUE_MAX = 1000 };
 
-void shd_reply_clear(shd_reply *reply) {
+void shd_reply_strip(shd_reply *reply) {
     for (size_t i = 0; i < reply->header_count; i++) free(reply->headers[i].value);
+    reply->header_count = 0;
+}
+
+void shd_reply_clear(shd_reply *reply) {
+    shd_reply_strip(reply);
     shd_bytes_drop(reply->held);
     memset(reply, 0, sizeof *reply);
 }
@@ -80,15 +86,19 @@ void shd_reply_give(shd_reply *reply, const char *media_type, void *body, size_t
     reply->held = held;
 }
 
+void shd_reply_share(shd_reply *reply, const shd_reply *from) {
+    reply->held = from->held;
+    reply->body = from->body;
+    reply->size = from->size;
+    if (reply->held) atomic_fetch_add(&reply->held->holders, 1);
+}
+
 void shd_reply_copy(shd_reply *reply, const shd_reply *from) {
     reply->status = from->status;
     for (size_t i = 0; i < from->header_count; i++)
         add_header(reply, from->headers[i].name, from->headers[i].value);
-    reply->held = from->held;
-    reply->body = from->body;
-    reply->size = from->size;
+    shd_reply_share(reply, from);
     reply->is_short = reply->is_short || from->is_short;
-    if (reply->held) atomic_fetch_add(&reply->held->holders, 1);
 }
 
 void shd_reply_fit(shd_reply *reply) {
@@ -125,12 +135,21 @@ static const char *reason(unsigned status) {
     }
 }
 
+void shd_reply_date(char out[SHD_DATE_SIZE]) {
+    time_t now = time(NULL);
+    struct tm parts;
+    gmtime_r(&now, &parts);
+    strftime(out, SHD_DATE_SIZE, "%a, %d %b %Y %H:%M:%S GMT", &parts);
+}
+
 char *shd_reply_raw(const shd_reply *reply, bool with_body, size_t *length) {
     char *text = NULL;
     FILE *out = open_memstream(&text, length);
     if (!out) return NULL;
-    fprintf(out, "HTTP/1.1 %u %s\r\nConnection: close\r\nContent-Length: %zu\r\n", reply->status,
-            reason(reply->status), reply->size);
+    char date[SHD_DATE_SIZE];
+    shd_reply_date(date);
+    fprintf(out, "HTTP/1.1 %u %s\r\nDate: %s\r\nConnection: close\r\nContent-Length: %zu\r\n",
+            reply->status, reason(reply->status), date, reply->size);
     for (size_t i = 0; i < reply->header_count; i++)
         if (strcmp(reply->headers[i].name, "Connection"))
             fprintf(out, "%s: %s\r\n", reply->headers[i].name, reply->headers[i].value);

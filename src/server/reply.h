@@ -49,8 +49,18 @@ void shd_reply_copy(shd_reply *reply, const shd_reply *from);
 void shd_reply_give(shd_reply *reply, const char *media_type, void *body, size_t size);
 void shd_reply_lend(shd_reply *reply, const char *media_type, const void *body, size_t size);
 
+/* Takes the headers from a reply, which keeps its status and body. */
+void shd_reply_strip(shd_reply *reply);
+
+/* Gives a reply without a body the body of another one, which they share. */
+void shd_reply_share(shd_reply *reply, const shd_reply *from);
+
 /* Gives back what the body's allocation has beyond its size, of a body that nobody shares yet. */
 void shd_reply_fit(shd_reply *reply);
+
+/* The time of day as HTTP writes it (RFC 9110, section 5.6.7). No locale is set in the daemon. */
+enum { SHD_DATE_SIZE = 32 };
+void shd_reply_date(char out[SHD_DATE_SIZE]);
 
 /* The whole reply as an HTTP/1.1 message that ends its connection, for refusals that cannot go
  * through libmicrohttpd. The caller frees it; NULL where memory is short. */

@@ -7,6 +7,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "gzip.h"
 #include "json_job.h"
 #include "negotiate.h"
 #include "preview.h"
@@ -48,15 +49,22 @@ static const struct {
 static const char media_json[] = "application/json";
 
 /* FNV-1a, 64 bits: the tag tells versions of our own texts apart, nothing more. */
-static void set_document(shd_settings *settings, shd_route_id id, const char *media_type,
-                         const void *data, size_t size, bool owned) {
+static void set_text(shd_text *text, const void *data, size_t size, bool owned) {
     uint64_t hash = UINT64_C(0xcbf29ce484222325);
     for (size_t i = 0; i < size; i++)
         hash = (hash ^ ((const unsigned char *)data)[i]) * UINT64_C(0x100000001b3);
+    *text = (shd_text){.data = data, .size = size, .owned = owned};
+    snprintf(text->etag, sizeof text->etag, "%016" PRIx64, hash);
+}
+
+static void set_document(shd_settings *settings, shd_route_id id, const char *media_type,
+                         const void *data, size_t size, bool owned) {
     shd_document *document = &settings->documents[id];
-    *document =
-        (shd_document){.media_type = media_type, .data = data, .size = size, .owned = owned};
-    snprintf(document->etag, sizeof document->etag, "%016" PRIx64, hash);
+    document->media_type = media_type;
+    set_text(&document->plain, data, size, owned);
+    size_t less;
+    void *gzip = shd_gzip(data, size, &less);
+    if (gzip) set_text(&document->gzip, gzip, less, true);
 }
 
 static json_t *method_list(unsigned methods) {
@@ -109,19 +117,29 @@ shd_status shd_routes_prepare(shd_settings *settings, shd_error *error) {
     return SHD_OK;
 }
 
+static void release_text(const shd_text *text) {
+    if (text->owned) free((void *)(size_t)text->data);
+}
+
 void shd_routes_release(shd_settings *settings) {
-    for (size_t i = 0; i < SHD_ROUTE_COUNT; i++)
-        if (settings->documents[i].owned) free((void *)(size_t)settings->documents[i].data);
+    for (size_t i = 0; i < SHD_ROUTE_COUNT; i++) {
+        release_text(&settings->documents[i].plain);
+        release_text(&settings->documents[i].gzip);
+    }
 }
 
 static void answer_document(shd_exchange *exchange) {
     const shd_document *document = &exchange->settings->documents[exchange->route->id];
+    bool is_coded = document->gzip.size && shd_accepts_gzip(exchange->accept_encoding);
+    const shd_text *text = is_coded ? &document->gzip : &document->plain;
     shd_reply *reply = &exchange->reply;
-    shd_reply_header(reply, "ETag", "\"%s\"", document->etag);
+    shd_reply_header(reply, "ETag", "\"%s\"", text->etag);
     shd_reply_plain(reply, "Cache-Control", "no-cache");
+    shd_reply_plain(reply, "Vary", "Accept-Encoding");
+    if (is_coded) shd_reply_plain(reply, "Content-Encoding", "gzip");
     /* 304 has no body, but the Content-Length of the 200 that it stands for. */
-    reply->status = shd_etag_matches(exchange->if_none_match, document->etag) ? 304 : 200;
-    shd_reply_lend(reply, document->media_type, document->data, document->size);
+    reply->status = shd_etag_matches(exchange->if_none_match, text->etag, true) ? 304 : 200;
+    shd_reply_lend(reply, document->media_type, text->data, text->size);
 }
 
 /* ---- Finding and admitting ---- */
@@ -250,6 +268,9 @@ void shd_route_add_cors(shd_exchange *exchange) {
     shd_reply *reply = &exchange->reply;
     if (!*origins) return;
     bool anybody = !strcmp(origins, "*");
+    /* An <img> tells no origin: what it may be told is said to all. */
+    shd_reply_plain(reply, "Timing-Allow-Origin", exchange->settings->origins);
+    shd_reply_plain(reply, "Cross-Origin-Resource-Policy", "cross-origin");
     if (!anybody) shd_reply_plain(reply, "Vary", "Origin");
     if (!exchange->origin || !shd_origins_admit(origins, exchange->origin)) return;
     shd_reply_header(reply, "Access-Control-Allow-Origin", "%s", anybody ? "*" : exchange->origin);

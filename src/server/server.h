@@ -83,7 +83,7 @@ struct shd_exchange {
     char *target; /* path and query as they were sent; owned */
 
     /* The head's fields; NULL where there are none. Strings live as long as the exchange. */
-    char *accept, *if_none_match;
+    char *accept, *accept_encoding, *if_none_match;
     const char *content_type, *content_encoding, *origin;
     const char *authorization; /* a secret; NULL too where there is more than one */
     bool is_preflight;

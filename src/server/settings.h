@@ -14,13 +14,18 @@
 #include "metrics.h"
 #include "shaded.h"
 
-/* A text that never changes while the settings hold. */
-typedef struct shd_document {
-    const char *media_type;
+/* Texts that never change while the settings hold: one, and the same in gzip, where it is shorter
+ * so; else that one's size is 0. */
+typedef struct shd_text {
     const void *data;
     size_t size;
     bool owned;
     char etag[20];
+} shd_text;
+
+typedef struct shd_document {
+    const char *media_type;
+    shd_text plain, gzip;
 } shd_document;
 
 typedef struct shd_settings {
@@ -29,9 +34,10 @@ typedef struct shd_settings {
     shd_config config;
     shd_engine *engine;
     bool owns_engine;
+    char *origins;                           /* of CORS, joined by commas */
     shd_secrets *tokens;                     /* NULL: everybody may ask */
     shd_secrets *preview_keys;               /* NULL: previews need no signature */
-    shd_document documents[SHD_ROUTE_COUNT]; /* size 0: the route has none */
+    shd_document documents[SHD_ROUTE_COUNT]; /* plain.size 0: the route has none */
 } shd_settings;
 
 /* Settings with a first engine, which they do not own, or with one of their own that borrows the

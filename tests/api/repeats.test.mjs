@@ -44,7 +44,7 @@ test("the same request gets the same bytes, and 304 where the client has them", 
             assertSame(first, await other.post("/v1/render", scene));
         if (first.status !== 200) return;
         pictures++;
-        for (const [tags, status] of [[tagOf(first), 304], [`"a", W/${tagOf(first)}`, 304], ["*", 304],
+        for (const [tags, status] of [[tagOf(first), 304], [`"a", W/${tagOf(first)}`, 304], ["*", 200],
                                       ['"0123456789abcdef"', 200]]) {
             const answer = await daemon.post("/v1/render", scene, { "If-None-Match": tags });
             assert.equal(answer.status, status, tags);

@@ -102,7 +102,7 @@ test("valid requests get documented answers, with documented fields and bodies",
         await holds(runs, validRequests(operation), async request => {
             const answer = await daemon.ask(request);
             checkAnswer(answer, operation);
-            if (request.headers["If-None-Match"]?.split(", ").includes("*"))
+            if (!request.body && request.headers["If-None-Match"]?.split(", ").includes("*"))
                 assert.notEqual(answer.status, 200, "it has changed since *");
             if (/^[A-Za-z0-9._-]{1,64}$/.test(request.headers["X-Request-Id"] ?? ""))
                 assert.deepEqual(answer.headers.get("x-request-id"),

@@ -136,6 +136,7 @@ class OriginTest(unittest.TestCase):
                 self.assertIn("ETag", answer.headers["Access-Control-Expose-Headers"])
                 self.assertIsNone(answer.headers["Access-Control-Allow-Methods"])
                 self.assertIn("Origin", answer.headers.get_all("Vary"))
+                self.assert_embeddable(answer, "https://studio.example, http://localhost:3000")
             self.assertEqual(daemon.get("/", {"Origin": "http://localhost:3000"})
                              .headers["Access-Control-Allow-Origin"], "http://localhost:3000")
             for other in ({}, {"Origin": "https://evil.example"}, {"Origin": "null"},
@@ -145,12 +146,27 @@ class OriginTest(unittest.TestCase):
                 self.assertEqual(answer.status, 200)
                 self.assertFalse([name for name in answer.headers if name.startswith("Access-")])
                 self.assertIn("Origin", answer.headers.get_all("Vary"))
+                self.assert_embeddable(answer, "https://studio.example, http://localhost:3000")
+
+    def assert_embeddable(self, answer, origins):
+        """As far as a page may measure it, and show it where it isolates itself."""
+        self.assertEqual(answer.headers["Timing-Allow-Origin"], origins)
+        self.assertEqual(answer.headers["Cross-Origin-Resource-Policy"], "cross-origin")
+
+    def test_without_origins_nothing_is_said(self):
+        with Daemon() as daemon:
+            answer = daemon.render(SMALL, {"Origin": "https://any.example"})
+            for name in ("Timing-Allow-Origin", "Cross-Origin-Resource-Policy",
+                         "Access-Control-Allow-Origin"):
+                self.assertIsNone(answer.headers[name])
 
     def test_anybody(self):
         with Daemon("--cors-origins", "*") as daemon:
             answer = daemon.render(SMALL, {"Origin": "https://any.example"})
             self.assertEqual(answer.headers["Access-Control-Allow-Origin"], "*")
             self.assertEqual(answer.headers.get_all("Vary"), ["Accept"])
+            self.assert_embeddable(answer, "*")
+            self.assert_embeddable(daemon.get("/v1/preview/brass?size=16"), "*")
 
     def test_origins_must_be_origins(self):
         for wrong in ("example.com", "https://", "https://a.example/", "HTTPS://a.example",

@@ -122,12 +122,13 @@ class AnswerTest(Test):
         fresh = self.daemon.render(scene(4))
         tag, hits = fresh.headers["ETag"], self.answers("hit")
         for body in (scene(4), json.dumps(scene(4), indent=1)):
-            for condition in (tag, "*", f'"x", W/{tag}'):
+            for condition in (tag, f'"x", W/{tag}', f'*, {tag}'):
                 answer = self.daemon.render(body, {"If-None-Match": condition})
                 self.assertEqual((answer.status, answer.body, status(answer)), (304, b"", None))
                 self.assertEqual(answer.headers["ETag"], tag)
                 self.assertEqual(answer.headers["Cache-Control"], fresh.headers["Cache-Control"])
                 self.assertEqual(answer.headers["Vary"], "Accept")
+                self.assertEqual(answer.headers["Content-Length"], str(len(fresh.body)))
         self.assertEqual(self.answers("hit"), hits)
         other = self.daemon.render(scene(4), {"If-None-Match": '"other"'})
         self.assertEqual((other.status, status(other)), (200, HIT))

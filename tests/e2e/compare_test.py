@@ -112,7 +112,7 @@ class Http(unittest.TestCase):
     def test_it_ends_at_its_deadline(self):
         with Daemon("--timeout", "1") as daemon:
             answer = daemon.post("/v1/compare", LONG)
-            self.assertEqual(answer.status, 503)
+            self.assertEqual(answer.status, 504)
             self.assertIn("timeout", json.loads(answer.body)["detail"])
 
 

@@ -1,5 +1,6 @@
 """HTTP itself: paths, methods, media types, bodies, framing, connections."""
 
+import gzip
 import http.client
 import json
 import socket
@@ -50,6 +51,7 @@ class HttpTest(unittest.TestCase):
         self.assertIn(b"\r\nContent-Type: application/problem+json", head)
         self.assertIn(b"\r\nConnection: close", head)
         self.assertIn(b"\r\nX-Request-Id: ", head)
+        self.assertRegex(head, rb"\r\nDate: \w{3}, \d\d \w{3} \d{4} \d\d:\d\d:\d\d GMT\r\n")
         self.assertEqual(json.loads(body)["type"], f"urn:shaded:problem:{name}")
 
     # ---- Paths and methods ----
@@ -69,6 +71,62 @@ class HttpTest(unittest.TestCase):
                 for condition in ('"other"', tag[1:-1], "W/", '""'):
                     again = self.daemon.get(path, {"If-None-Match": condition})
                     self.assertEqual(again.body, answer.body, condition)
+
+    def test_documents_are_compressed_where_asked_for(self):
+        coded = ("gzip", "GZip", "x-gzip", "deflate, gzip;q=0.5", "*", "gzip;q=0.5, identity;q=0.5",
+                 "br;q=1.0, gzip;q=0.8, *;q=0.1", "identity;q=0, *;q=0.001")
+        plain = (None, "", "identity", "br, deflate", "gzip;q=0", "*, gzip;q=0", "gzip;q=0, *;q=0.5",
+                 "gzip;q=0.4, identity;q=0.5", "gzipx", "identity, *;q=0.5")
+        for path in READ:
+            tags = set()
+            for accepted in coded + plain:
+                with self.subTest(path, accepted=accepted):
+                    fields = {} if accepted is None else {"Accept-Encoding": accepted}
+                    answer = self.daemon.get(path, fields)
+                    self.assertEqual(answer.headers["Vary"], "Accept-Encoding")
+                    self.assertEqual(answer.headers["Content-Encoding"],
+                                     "gzip" if accepted in coded else None)
+                    text = gzip.decompress(answer.body) if accepted in coded else answer.body
+                    self.assertEqual(text, self.daemon.get(path).body)
+                    head = self.daemon.call("HEAD", path, None, fields)
+                    for name in ("Content-Length", "Content-Encoding", "ETag", "Vary"):
+                        self.assertEqual(head.headers[name], answer.headers[name], name)
+                    tags.add(answer.headers["ETag"])
+                    known = self.daemon.get(path, {**fields, "If-None-Match": answer.headers["ETag"]})
+                    self.assertEqual(known.status, 304)
+                    self.assertEqual(known.headers["Content-Length"], str(len(answer.body)))
+            self.assertEqual(len(tags), 2)
+        two = self.daemon.raw(b"GET / HTTP/1.1\r\nHost: a\r\nConnection: close\r\n"
+                              b"Accept-Encoding: br\r\nAccept-Encoding: gzip\r\n\r\n")
+        self.assertIn(b"\r\nContent-Encoding: gzip\r\n", two)
+
+    def test_answers_in_json_are_compressed_where_asked_for(self):
+        for path in ("/v1/explain", "/v1/compare"):
+            for accepted, coding in (("gzip", "gzip"), ("gzip;q=0", None), (None, None)):
+                fields = {"Accept-Encoding": accepted} if accepted else {}
+                answer = self.daemon.post(path, SMALL, fields)
+                self.assertEqual(answer.status, 200)
+                self.assertEqual((answer.headers["Content-Encoding"], answer.headers["Vary"]),
+                                 (coding, "Accept-Encoding"))
+                text = gzip.decompress(answer.body) if coding else answer.body
+                self.assertIsInstance(json.loads(text), dict)
+                self.assertEqual(int(answer.headers["Content-Length"]), len(answer.body))
+
+    def test_304_has_the_length_of_the_picture_or_none(self):
+        picture = self.daemon.render(BODY)
+        tag = picture.headers["ETag"].encode()
+        again = b"GET /v1/version HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n"
+        # The response cache has it: its length is known, and the connection goes on.
+        data = self.daemon.raw(post(b"If-None-Match: " + tag), again)
+        self.assertTrue(data.startswith(b"HTTP/1.1 304 "), data)
+        self.assertIn(b"\r\nContent-Length: %d\r\n" % len(picture.body), data)
+        self.assertIn(b"\r\n\r\nHTTP/1.1 200 ", data)
+        with Daemon("--response-cache", "0") as daemon:
+            data = daemon.raw(post(b"If-None-Match: " + tag))
+            self.assertTrue(data.startswith(b"HTTP/1.1 304 "), data)
+            self.assertTrue(data.endswith(b"\r\n\r\n"), data)
+            for field in (b"content-length", b"transfer-encoding"):
+                self.assertNotIn(field, data.lower())
 
     def test_head_is_get_without_a_body(self):
         for path in READ:
@@ -105,7 +163,8 @@ class HttpTest(unittest.TestCase):
 
     def test_unknown_paths(self):
         for path in ("/v1", "/v1/", "/v1/render/", "//", "/v1/version%00", "/V1/version", "/%",
-                     "/..", "/healthz", "/metrics", "/" + "a" * 2000, "/v1/versio%6", "*"):
+                     "/v1%2Fversion", "/v1/%2fversion", "%2Fv1/version", "/v1/preview%2Fbrass",
+                     "/v1/preview/brass%2F", "/..", "/healthz", "/metrics", "/" + "a" * 2000, "/v1/versio%6", "*"):
             self.assert_problem(self.daemon.get(path), 404, "not-found")
         self.assert_problem(self.daemon.call("POST", "/nothing", BODY, JSON), 404, "not-found")
 

@@ -4,6 +4,7 @@ import email
 import email.policy
 import io
 import json
+import re
 import threading
 import unittest
 
@@ -67,8 +68,7 @@ class RenderTest(unittest.TestCase):
         timing = [entry.split(";dur=") for entry in stages]
         self.assertEqual([name for name, _ in timing], STAGES)
         self.assertRegex(reuse, "^reuse;desc=(nothing|geometry|light)$")
-        self.assertTrue(all(0 <= float(value) < 60000 for _, value in timing))
-        self.assertGreater(float(timing[4][1]), 0)
+        self.assertTrue(all(re.fullmatch(r"\d+\.\d{3}", value) for _, value in timing))
 
     def test_a_picture_takes_from_earlier_ones_what_did_not_change(self):
         def scene(red, light, radius):
@@ -108,7 +108,7 @@ class RenderTest(unittest.TestCase):
     def test_a_known_tag_is_answered_without_rendering(self):
         tag = self.render(SMALL).headers["ETag"]
         before = self.daemon.metrics()
-        for condition in (tag, "W/" + tag, f'"a", {tag} , "b"', "*"):
+        for condition in (tag, "W/" + tag, f'"a", {tag} , "b"', f"*, {tag}"):
             answer = self.render(SMALL, **{"If-None-Match": condition})
             self.assertEqual((answer.status, answer.body), (304, b""))
             self.assertEqual(answer.headers["ETag"], tag)
@@ -117,11 +117,14 @@ class RenderTest(unittest.TestCase):
         after = self.daemon.metrics()
         shade = 'shaded_stage_duration_seconds_count{stage="shade"}'
         self.assertEqual(before[shade], after[shade])
-        for condition in ('"other"', tag[1:-1]):
+        for condition in ('"other"', tag[1:-1], "*"):
             self.assertEqual(self.render(SMALL, **{"If-None-Match": condition}).status, 200)
         other = self.render(SMALL, "image/jpeg", **{"If-None-Match": tag})
         self.assertEqual(other.status, 200)
-        wrong = self.render({**SMALL, "ambience": 1}, **{"If-None-Match": "*"})
+        never = {**SMALL, "ambient": 0.123}
+        for condition in ("*", ' * ', '*, "other"'):
+            self.assertEqual(self.render(never, **{"If-None-Match": condition}).status, 200)
+        wrong = self.render({**SMALL, "ambience": 1}, **{"If-None-Match": tag})
         self.assertEqual(wrong.status, 422)
 
     # ---- Formats ----
