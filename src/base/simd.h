@@ -155,10 +155,6 @@ SHD_INLINE shd_vd shd_vd_mul_in(shd_md m, shd_vd a, shd_vd b) {
 SHD_INLINE shd_vf shd_vf_from_vi(shd_vi a) {
     return (shd_vf)_mm512_cvtepi32_ps((__m512i)a);
 }
-/* To the nearest, ties to even; lanes beyond int32 have an unspecified value. */
-SHD_INLINE shd_vi shd_vi_round(shd_vf a) {
-    return (shd_vi)_mm512_cvtps_epi32((__m512)a);
-}
 SHD_INLINE shd_vd shd_vd_widen(shd_vh a) {
     return (shd_vd)_mm512_cvtps_pd((__m256)a);
 }
@@ -216,9 +212,6 @@ SHD_INLINE shd_vd shd_vd_select(shd_md m, shd_vd a, shd_vd b) {
 }
 SHD_INLINE shd_vf shd_vf_from_vi(shd_vi a) {
     return (shd_vf)_mm256_cvtepi32_ps((__m256i)a);
-}
-SHD_INLINE shd_vi shd_vi_round(shd_vf a) {
-    return (shd_vi)_mm256_cvtps_epi32((__m256)a);
 }
 SHD_INLINE shd_vd shd_vd_widen(shd_vh a) {
     return (shd_vd)_mm256_cvtps_pd((__m128)a);
@@ -324,9 +317,6 @@ SHD_INLINE unsigned shd_md_bits(shd_md m) {
 SHD_INLINE shd_vf shd_vf_from_vi(shd_vi a) {
     return (shd_vf)_mm_cvtepi32_ps((__m128i)a);
 }
-SHD_INLINE shd_vi shd_vi_round(shd_vf a) {
-    return (shd_vi)_mm_cvtps_epi32((__m128)a);
-}
 
 #else /* not x86 */
 
@@ -346,9 +336,6 @@ SHD_INLINE unsigned shd_mf_bits(shd_mf m) {
 }
 SHD_INLINE unsigned shd_md_bits(shd_md m) {
     return (unsigned)vaddvq_u64((uint64x2_t)(m & (shd_vl){1, 2}));
-}
-SHD_INLINE shd_vi shd_vi_round(shd_vf a) {
-    return (shd_vi)vcvtnq_s32_f32((float32x4_t)a);
 }
 
 #else
@@ -370,10 +357,6 @@ SHD_INLINE unsigned shd_mf_bits(shd_mf m) {
 }
 SHD_INLINE unsigned shd_md_bits(shd_md m) {
     return (unsigned)((m[0] & 1) | (m[1] & 2));
-}
-SHD_INLINE shd_vi shd_vi_round(shd_vf a) {
-    return (shd_vi){(int32_t)__builtin_rintf(a[0]), (int32_t)__builtin_rintf(a[1]),
-                    (int32_t)__builtin_rintf(a[2]), (int32_t)__builtin_rintf(a[3])};
 }
 
 #endif

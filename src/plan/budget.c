@@ -228,7 +228,7 @@ static shd_status fail_budget(const shd_plan *plan, const shd_shown *shown, shd_
 
 static shd_status meet_budget(shd_plan *plan, const shd_shown *shown, uint8_t *drops, bool *dropped,
                               shd_arena *arena, shd_error *error) {
-    for (shd_tier tier = SHD_DRAFT; tier <= SHD_EXACT; tier++) {
+    for (shd_tier tier = SHD_STANDARD; tier <= SHD_EXACT; tier++) {
         shd_excess_list list;
         shd_influences influences;
         if (!shd_excess_find(plan, tier, arena, &list, &influences)) return SHD_MEMORY;

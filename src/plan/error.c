@@ -22,36 +22,21 @@ double shd_color_error(shd_tier tier) {
     return tier == SHD_EXACT ? U32 : 5 * U32;
 }
 
-/* The tiers' ways to powers: lobes that fall to nothing within 60 degrees have polynomials, and the
- * draft tier up to its other one a cosine in place of a chord. */
-static const double STANDARD_SHORT = 34, DRAFT_SHORT = 22, DRAFT_CHORD = 300;
+/* Of the standard tier: lobes beyond, which fall to nothing within 60 degrees, have polynomials. */
+static const double SHORT = 34;
 
 double shd_shine_power(double shine, double shininess) {
     if (!(shine > 0)) return 0;
     return shine < 1 && shininess > 0 ? pow(shine, shininess) : 1;
 }
 
-static void add_functions(shd_tier tier, shd_lobe_error *e) {
-    e->most = INFINITY;
-    e->ratio = tier == SHD_EXACT ? 10 * U64 : 4 * U32;
-    if (tier == SHD_STANDARD && e->shininess > STANDARD_SHORT) e->rough = 0.3 * U32;
-    if (tier != SHD_DRAFT) return;
-    if (e->shininess <= DRAFT_SHORT) {
-        e->most = 480 * U32;
-        e->ratio = 5600 * U32;
-        return;
-    }
-    const double cosine = e->shininess <= DRAFT_CHORD ? 4 * U32 * e->shininess : 0;
-    e->most = 1750 * U32 + cosine;
-    e->ratio = 4400 * U32 + cosine;
-    e->rough = (e->shininess < 32 ? 300 : 75) * U32;
-}
-
 shd_lobe_error shd_lobe_error_of(shd_tier tier, double shininess, size_t lights) {
-    shd_lobe_error e = {.shininess = shininess, .square = 2 * (tier == SHD_EXACT ? U64 : U32)};
-    add_functions(tier, &e);
+    shd_lobe_error e = {.shininess = shininess,
+                        .square = 2 * (tier == SHD_EXACT ? U64 : U32),
+                        .ratio = tier == SHD_EXACT ? 10 * U64 : 4 * U32};
     if (tier != SHD_EXACT) {
-        const double cut = (tier == SHD_DRAFT ? 11 : 17) + log(lights > 1 ? (double)lights : 1);
+        if (shininess > SHORT) e.rough = 0.3 * U32;
+        const double cut = 17 + log(lights > 1 ? (double)lights : 1);
         if (cut < shininess) e.faint = exp(shininess * log1p(-cut / shininess));
     }
     if (shininess < 1) { /* f64 does these, of positions of twice f32's digits */
@@ -79,7 +64,7 @@ double shd_lobe_turned(const shd_lobe_error *e, double shine, double power, doub
 }
 
 double shd_lobe_functions(const shd_lobe_error *e, double power) {
-    return e->ratio * power < e->most ? e->ratio * power : e->most;
+    return e->ratio * power;
 }
 
 double shd_lobe_faint(const shd_lobe_error *e, double power) {
@@ -105,13 +90,10 @@ double shd_spot_error(shd_tier tier, const shd_spot_shape *spot, double low, dou
     if (spot->outer > spot->inner && q > spot->inner - 1e-5)
         error = 1.5 * (sqrt(2 * q) * direction + 4 * unit * q) / (spot->outer - spot->inner);
     if (spot->exponent > 0) {
-        /* The draft tier takes logarithms that are rough here, and the other tier's powers. */
-        const shd_lobe_error e =
-            shd_lobe_error_of(tier == SHD_DRAFT ? SHD_STANDARD : tier, spot->exponent, 1);
+        const shd_lobe_error e = shd_lobe_error_of(tier, spot->exponent, 1);
         const double power = shd_shine_power(high, spot->exponent);
         error += shd_lobe_sum(shd_lobe_turned(&e, high, power, direction),
                               shd_lobe_functions(&e, power));
-        if (tier == SHD_DRAFT) error += 480 * U32;
     }
     return error < 1 ? error : 1;
 }

@@ -47,7 +47,7 @@ typedef struct shd_lobe_error {
     double crest, slope; /* that c, and ns c^(ns - 1) there */
     double square;       /* relative: of |L - W|^2 */
     double turned_ratio; /* that factor over (R.V)^ns wherever that is not faint, or infinite */
-    double most, ratio;  /* of functions: at most, and relative to (R.V)^ns */
+    double ratio;        /* of functions, relative to (R.V)^ns */
     double faint, rough; /* what is cut off as nothing; errors of functions near it */
 } shd_lobe_error;
 

@@ -138,9 +138,13 @@ static bool make_materials(shd_plan *plan, const double ambient[3], shd_arena *a
 }
 
 static const char *summarize(const shd_plan *plan, shd_arena *arena) {
-    char text[160]; /* of 130 at most */
-    int length = snprintf(text, sizeof text, "tier=%s; lights=%zu/%zu", shd_tier_names[plan->tier],
-                          plan->light_count, plan->scene->light_count);
+    char text[192]; /* of 145 at most */
+    const shd_accuracy *accuracy = &plan->scene->accuracy;
+    const char *tier = shd_tier_names[plan->tier], *asked = shd_asked_tier(accuracy);
+    const bool other = !accuracy->budget && strcmp(asked, tier);
+    int length =
+        snprintf(text, sizeof text, "tier=%s%s%s; lights=%zu/%zu", tier, other ? "; asked=" : "",
+                 other ? asked : "", plan->light_count, plan->scene->light_count);
     const double values[] = {[SHD_LINEAR] = plan->bound.linear,
                              [SHD_CODE] = plan->bound.code,
                              [SHD_DELTA_E_2000] = plan->bound.delta_e};

@@ -119,7 +119,7 @@ typedef struct shd_plan {
     const struct shd_plan_sweep *sweep; /* for shd_plan_cull */
     const char *summary; /* "tier=standard; lights=3/4; error<=2.1e-06 linear, 1 code, 0.012
                             deltaE2000", for people and the Shaded-Plan header; what is not known
-                            is left out */
+                            is left out. "; asked=draft" follows a tier that was not asked for */
 } shd_plan;
 
 /* Plans for kernels of the instruction set `isa`. SHD_MEMORY is the only error: a scene that was

@@ -156,7 +156,7 @@ static shd_status compare(shd_request *request, const shd_render_options *option
 
     json_t *tiers[TIERS] = {NULL};
     double largest = 0;
-    for (int t = SHD_STANDARD; t >= SHD_DRAFT && status == SHD_OK; t--) {
+    for (int t = SHD_STANDARD; t >= 0 && status == SHD_OK; t--) {
         progress.done++;
         status = compare_tier(request, (shd_tier)t, &showing, &exact, &progress, &times, &largest,
                               &tiers[t], error);

@@ -30,6 +30,9 @@ static void say_tier(json_t *words, const shd_explained *e) {
     if (accuracy->budget)
         say(words, "Tier %s, with %s kernels: the cheapest one that stays within %.6g %s.", tier,
             isa, accuracy->max_error, shd_metric_names[accuracy->metric]);
+    else if (strcmp(tier, shd_asked_tier(accuracy)))
+        say(words, "Tier %s, with %s kernels: %s was asked for, and would not be faster.", tier,
+            isa, shd_asked_tier(accuracy));
     else
         say(words, "Tier %s, with %s kernels, as asked for.", tier, isa);
 }

@@ -1,8 +1,11 @@
 /* Enums by the names that documents have for them. */
 #include "scene/scene.h"
 
-const char *const shd_tier_names[] = {
-    [SHD_DRAFT] = "draft", [SHD_STANDARD] = "standard", [SHD_EXACT] = "exact", NULL};
+const char *const shd_tier_names[] = {[SHD_STANDARD] = "standard", [SHD_EXACT] = "exact", NULL};
+
+const char *shd_asked_tier(const shd_accuracy *accuracy) {
+    return accuracy->draft ? "draft" : shd_tier_names[accuracy->tier];
+}
 
 const char *const shd_metric_names[] = {
     [SHD_LINEAR] = "linear", [SHD_CODE] = "code", [SHD_DELTA_E_2000] = "deltaE2000", NULL};

@@ -27,11 +27,14 @@ typedef struct raw_accuracy {
 static void read_accuracy(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
     (void)field, (void)out;
     enum { TIER, MAX_ERROR, METRIC, COUNT };
+    enum { STANDARD, EXACT, DRAFT };
+    static const char *const tiers[] = {
+        [STANDARD] = "standard", [EXACT] = "exact", [DRAFT] = "draft", NULL};
     static const shd_field fields[COUNT] = {
         [TIER] = {.name = "tier",
                   .read = shd_read_choice,
                   .offset = offsetof(raw_accuracy, tier),
-                  .choices = shd_tier_names},
+                  .choices = tiers},
         [MAX_ERROR] = {.name = "maxError",
                        .read = shd_read_number,
                        .offset = offsetof(raw_accuracy, max_error),
@@ -42,7 +45,7 @@ static void read_accuracy(shd_reader *r, const shd_node *node, const shd_field *
                     .choices = shd_metric_names},
     };
     if (!shd_is_object(r, node)) return;
-    raw_accuracy raw = {SHD_STANDARD, SHD_DELTA_E_2000, 0};
+    raw_accuracy raw = {STANDARD, SHD_DELTA_E_2000, 0};
     uint32_t seen = shd_read_fields(r, node, fields, COUNT, 0, "accuracy", &raw);
     bool tier = seen >> TIER & 1, error = seen >> MAX_ERROR & 1, metric = seen >> METRIC & 1;
     if (tier && (error || metric))
@@ -50,8 +53,11 @@ static void read_accuracy(shd_reader *r, const shd_node *node, const shd_field *
                       "give either `tier` or a budget of `maxError` and `metric`, not both");
     if (metric && !error)
         shd_node_fail(r->report, node, SHD_SCENE, "`metric` needs a `maxError` that it measures");
-    r->scene->accuracy =
-        (shd_accuracy){(shd_tier)raw.tier, error, raw.max_error, (shd_metric)raw.metric};
+    r->scene->accuracy = (shd_accuracy){.tier = raw.tier == EXACT ? SHD_EXACT : SHD_STANDARD,
+                                        .draft = raw.tier == DRAFT,
+                                        .budget = error,
+                                        .max_error = raw.max_error,
+                                        .metric = (shd_metric)raw.metric};
 }
 
 /* ---- The whole ---- */
@@ -106,7 +112,7 @@ static shd_scene *make_scene(shd_reader *r) {
     shd_scene *scene = shd_take(r, 1, sizeof *scene);
     if (!scene) return NULL;
     scene->working_space = r->catalog->scene_linear;
-    scene->accuracy = (shd_accuracy){SHD_STANDARD, false, 0, SHD_DELTA_E_2000};
+    scene->accuracy = (shd_accuracy){.metric = SHD_DELTA_E_2000};
     return scene;
 }
 

@@ -104,11 +104,12 @@ typedef struct shd_object {
     int segments; /* slices of a tessellated analytic shape, 3 to 1024 */
 } shd_object;
 
-typedef enum shd_tier { SHD_DRAFT, SHD_STANDARD, SHD_EXACT } shd_tier;
+typedef enum shd_tier { SHD_STANDARD, SHD_EXACT } shd_tier;
 typedef enum shd_metric { SHD_LINEAR, SHD_CODE, SHD_DELTA_E_2000 } shd_metric;
 
 typedef struct shd_accuracy {
     shd_tier tier;
+    bool draft;  /* asked for as `draft`, which renders as `standard`: no kernel gains by less */
     bool budget; /* whether max_error and metric are given instead of a tier */
     double max_error;
     shd_metric metric;
@@ -190,6 +191,10 @@ const shd_preset *shd_preset_find(const char *name); /* NULL: none */
 
 /* Names as documents have them, by enum; after the last one NULL. */
 extern const char *const shd_tier_names[];
+
+/* The tier by the name that the document has for it. */
+const char *shd_asked_tier(const shd_accuracy *accuracy);
+
 extern const char *const shd_metric_names[];
 extern const char *const shd_light_names[];
 extern const char *const shd_interpolation_names[];

@@ -1,4 +1,4 @@
-/* Light sums of the tiers draft and standard: f32, a vector of points at a time, all lights on it
+/* Light sums of the standard tier: f32, a vector of points at a time, all lights on it
  * while its sums stay in registers. Compiled once an instruction set. Errors are measured in
  * tests/unit/shade_sums.c, time in tests/bench/kernels.c. */
 #include "base/cpu.h"
@@ -8,7 +8,7 @@ enum { LOBES_AT_ONCE = SHD_WIDE_LOBES, ROWS = SHD_WIDE_ROWS, MANY = 2 };
 
 /* What a body is compiled for: constants, wherever the machine is worth a specialization. */
 typedef struct shape {
-    bool draft, split;
+    bool split;
     int channels; /* 1 or 3 */
     int lobes;    /* 0, 1 or MANY */
 } shape;
@@ -40,41 +40,26 @@ SHD_INLINE void add_colored(shd_vf *sum, shd_vf weight, const float *color, int 
 
 /* f ((R.V)+)^ns of the lanes `lit`; 0 in the others. `path` r is L. */
 SHD_INLINE shd_vf weigh_lobe(const shd_packed_lobe *lobe, const shd_vf path[3], shd_vf r,
-                             const shd_vf w[3], shd_vf f, shd_mf lit, bool directional,
-                             bool draft) {
-    shd_vf z;
-    if (!draft || lobe->chord) {
-        shd_vf chord[3];
+                             const shd_vf w[3], shd_vf f, shd_mf lit, bool directional) {
+    shd_vf chord[3];
 #pragma GCC unroll 3
-        for (int c = 0; c < 3; c++)
-            chord[c] = directional ? path[c] - w[c] : shd_vf_fma(path[c], r, -w[c]);
-        z = dot(chord, chord);
-    } else {
-        shd_vf cosine = dot(path, w);
-        z = directional ? shd_vf_set(1) - cosine : shd_vf_fma(-cosine, r, shd_vf_set(1));
-        z = shd_vf_max(z, shd_vf_set(0));
-    }
+    for (int c = 0; c < 3; c++)
+        chord[c] = directional ? path[c] - w[c] : shd_vf_fma(path[c], r, -w[c]);
+    shd_vf z = dot(chord, chord);
     shd_mf in = shd_vf_gt_in(lit, shd_vf_set(lobe->reach), z);
     if (!shd_mf_any(in)) return shd_vf_set(0);
 
     shd_vf power;
-    if (lobe->is_short) {
-        if (draft) {
-            shd_vf sum = shd_polynomial(z, lobe->log, SHD_LOG_TERMS_DRAFT);
-            power = shd_exp2_draft(shd_vf_fma(z, sum, shd_vf_set(-1)));
-        } else {
-            power = shd_exp2(z * shd_polynomial(z, lobe->log, SHD_LOG_TERMS));
-        }
-    } else {
-        shd_vf d = z * shd_vf_set(draft ? lobe->half : 0.5f);
-        power = shd_power_1m(d, shd_vf_set(lobe->shininess), draft);
-    }
+    if (lobe->is_short)
+        power = shd_exp2(z * shd_polynomial(z, lobe->log, SHD_LOG_TERMS));
+    else
+        power = shd_power_1m(z * shd_vf_set(0.5f), shd_vf_set(lobe->shininess));
     return shd_vf_mul_in(in, power, f);
 }
 
 /* The spot's factor: 0 outside of its cone, and there lanes leave `lit`. */
 SHD_INLINE shd_vf weigh_spot(const shd_packed_light *light, const shd_vf path[3], shd_vf r,
-                             bool draft, shd_mf *lit) {
+                             shd_mf *lit) {
     shd_vf chord[3];
 #pragma GCC unroll 3
     for (int c = 0; c < 3; c++) chord[c] = shd_vf_fma(path[c], r, shd_vf_set(light->axis[c]));
@@ -91,7 +76,7 @@ SHD_INLINE shd_vf weigh_spot(const shd_packed_light *light, const shd_vf path[3]
     const shd_vf largest = shd_vf_set(0x1.fffffep-1f);
     *lit = shd_vf_gt_in(*lit, shd_vf_set(1), q);
     q = shd_vf_select(shd_vf_gt(q, largest), largest, q);
-    return factor * shd_power_1m(q, shd_vf_set(light->exponent), draft);
+    return factor * shd_power_1m(q, shd_vf_set(light->exponent));
 }
 
 /* One light in f64, for the lanes `wide` of the vector from `first` on. */
@@ -158,7 +143,7 @@ SHD_INLINE void add_light(const shd_sums_job *job, uint32_t index, shd_light_kin
         return;
     }
     if (kind == SHD_KIND_SPOT) {
-        shd_vf spot = weigh_spot(light, path, r, is.draft, &lit);
+        shd_vf spot = weigh_spot(light, path, r, &lit);
         if (!shd_mf_any(lit)) return;
         f *= spot;
     }
@@ -166,11 +151,10 @@ SHD_INLINE void add_light(const shd_sums_job *job, uint32_t index, shd_light_kin
     shd_vf weight = shd_vf_mul_in(lit, facing, directional ? f : f * r);
     add_colored(s->diffuse, weight, light->color, is.channels);
     if (is.lobes == 1)
-        add_colored(s->specular, weigh_lobe(lobes, path, r, at->w, f, lit, directional, is.draft),
+        add_colored(s->specular, weigh_lobe(lobes, path, r, at->w, f, lit, directional),
                     light->color, is.channels);
     for (size_t k = 0; is.lobes == MANY && k < lobe_count; k++)
-        add_colored(s->more + 3 * k,
-                    weigh_lobe(&lobes[k], path, r, at->w, f, lit, directional, is.draft),
+        add_colored(s->more + 3 * k, weigh_lobe(&lobes[k], path, r, at->w, f, lit, directional),
                     light->color, is.channels);
 }
 
@@ -283,26 +267,19 @@ SHD_INLINE void sum_lights(const shd_sums_job *job, size_t first_lobe, size_t lo
 typedef void sum_function(const shd_sums_job *job, size_t first_lobe, size_t lobe_count);
 
 #if (SHD_W > 4 || defined(__aarch64__)) && !defined(SHD_ONE_BODY)
-#define FORM(draft, split, channels, lobes)                                                        \
-    static void sum_##draft##split##channels##lobes(const shd_sums_job *job, size_t first_lobe,    \
-                                                    size_t lobe_count) {                           \
-        sum_lights(job, first_lobe, lobe_count, (shape){draft, split, channels, lobes});           \
+#define FORM(split, channels, lobes)                                                               \
+    static void sum_##split##channels##lobes(const shd_sums_job *job, size_t first_lobe,           \
+                                             size_t lobe_count) {                                  \
+        sum_lights(job, first_lobe, lobe_count, (shape){split, channels, lobes});                  \
     }
-#define NAME(draft, split, channels, lobes) sum_##draft##split##channels##lobes
-#define LOBES(m, draft, split, channels)                                                           \
-    m(draft, split, channels, 0) m(draft, split, channels, 1) m(draft, split, channels, 2)
-#define FORMS(m)                                                                                   \
-    LOBES(m, 0, 0, 1)                                                                              \
-    LOBES(m, 0, 0, 3)                                                                              \
-    LOBES(m, 0, 1, 1)                                                                              \
-    LOBES(m, 0, 1, 3) LOBES(m, 1, 0, 1) LOBES(m, 1, 0, 3) LOBES(m, 1, 1, 1) LOBES(m, 1, 1, 3)
+#define LOBES(m, split, channels) m(split, channels, 0) m(split, channels, 1) m(split, channels, 2)
+#define FORMS(m)                  LOBES(m, 0, 1) LOBES(m, 0, 3) LOBES(m, 1, 1) LOBES(m, 1, 3)
 FORMS(FORM)
-#define ENTRY(draft, split, channels, lobes)                                                       \
-    [draft][split][channels == 3][lobes] = NAME(draft, split, channels, lobes),
-static sum_function *const forms[2][2][2][3] = {FORMS(ENTRY)};
+#define ENTRY(split, channels, lobes) [split][channels == 3][lobes] = sum_##split##channels##lobes,
+static sum_function *const forms[2][2][3] = {FORMS(ENTRY)};
 
 static void run(const shd_sums_job *job, size_t first, size_t count, shape is) {
-    forms[is.draft][is.split][is.channels == 3][is.lobes](job, first, count);
+    forms[is.split][is.channels == 3][is.lobes](job, first, count);
 }
 #else
 __attribute__((noinline)) static void run(const shd_sums_job *job, size_t first, size_t count,
@@ -313,8 +290,8 @@ __attribute__((noinline)) static void run(const shd_sums_job *job, size_t first,
 
 static void sums32(const shd_sums_job *job) {
     const size_t lobes = job->material->lobe_count;
-    shape is = {job->lighting->draft, job->points->low[0] != NULL,
-                job->lighting->plan->grey_lights ? 1 : 3, lobes < 2 ? (int)lobes : MANY};
+    shape is = {job->points->low[0] != NULL, job->lighting->plan->grey_lights ? 1 : 3,
+                lobes < 2 ? (int)lobes : MANY};
     shd_sums_job rest = *job;
     for (size_t first = 0; first == 0 || first < lobes; first += LOBES_AT_ONCE) {
         size_t count = lobes - first < LOBES_AT_ONCE ? lobes - first : LOBES_AT_ONCE;

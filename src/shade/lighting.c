@@ -103,31 +103,26 @@ shd_wide_light shd_pack_wide(const shd_plan *plan, const shd_plan_light *light) 
 
 /* log2(1 - d) = -d (c[0] + d (c[1] + ...)), least in what it does to 2^(ns log2(1 - d)) of the
  * short lobes, for d up to 1/2. */
-static const double LOG_STANDARD[SHD_LOG_TERMS] = {1.44269508759, 0.721330732974, 0.481848665832,
-                                                   0.342813376071, 0.413331551016};
-static const double LOG_DRAFT[SHD_LOG_TERMS_DRAFT] = {1.4427492744, 0.715030234221, 0.586171051804};
+static const double LOG[SHD_LOG_TERMS] = {1.44269508759, 0.721330732974, 0.481848665832,
+                                          0.342813376071, 0.413331551016};
 
 /* A lobe is cut where it has fallen to exp(-cut), so that those of all lights together are
  * nothing beside the tier's error. The number of lights is the scene's: what the plan leaves out
  * does not change a bit. */
 static double cut_of(const shd_plan *plan) {
     const size_t lights = plan->scene->light_count;
-    return (plan->tier == SHD_DRAFT ? 11 : 17) + log((double)(lights > 1 ? lights : 1));
+    return 17 + log((double)(lights > 1 ? lights : 1));
 }
 
 shd_packed_lobe shd_pack_lobe(const shd_plan *plan, double shininess) {
-    const bool draft = plan->tier == SHD_DRAFT;
     const double cut = cut_of(plan) / shininess;
-    shd_packed_lobe out = {.shininess = (float)shininess};
-    out.is_short = cut < 0.5 && shininess > (draft ? 22 : 34);
-    out.chord = !draft || shininess > 300;
-    out.half = out.chord ? 0.5f : 1;
-    out.reach = (float)(fmin(1, cut) / (double)out.half);
-    const int terms = draft ? SHD_LOG_TERMS_DRAFT : SHD_LOG_TERMS;
-    double scale = -shininess * (draft ? 0x1p23 : 1);
-    for (int k = 0; k < terms; k++) {
-        scale *= (double)out.half;
-        out.log[k] = (float)(scale * (draft ? LOG_DRAFT[k] : LOG_STANDARD[k]));
+    shd_packed_lobe out = {.reach = (float)(2 * fmin(1, cut)),
+                           .is_short = cut < 0.5 && shininess > 34,
+                           .shininess = (float)shininess};
+    double scale = -shininess;
+    for (int k = 0; k < SHD_LOG_TERMS; k++) {
+        scale /= 2;
+        out.log[k] = (float)(scale * LOG[k]);
     }
     return out;
 }
@@ -160,8 +155,7 @@ shd_lighting *shd_lighting_new(const shd_plan *plan, shd_arena *arena) {
                                .wide_kernel = wide_kernel_of(plan->isa),
                                .lights = lights,
                                .wide = wide,
-                               .materials = materials,
-                               .draft = plan->tier == SHD_DRAFT};
+                               .materials = materials};
     return lighting;
 }
 

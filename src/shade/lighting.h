@@ -26,7 +26,7 @@ enum {
  * SHD_LANES any finite ones (repeat the last); their results are as meaningless. 64-byte aligned
  * arrays are faster. */
 
-/* For the tiers draft and standard, in the plan's frame: (p - plan->origin) plan->scale. */
+/* For the standard tier, in the plan's frame: (p - plan->origin) plan->scale. */
 typedef struct shd_points32 {
     size_t count;
     const float *position[3];

@@ -24,36 +24,23 @@ SHD_INLINE shd_vf shd_exp2(shd_vf t) {
     return (shd_vf)((shd_vu)power + ((shd_vu)shifted << 23));
 }
 
-/* The same of t 2^23, for t in [-250, -2^-23], to 6.4e-5 absolute: the integer part of t becomes
- * the exponent, the fraction m - 1 a cubic of m in [1, 2). */
-SHD_INLINE shd_vf shd_exp2_draft(shd_vf t23) {
-    static const float c[] = {0.44557587f, 0.49201321f, -0.018029702f, 0.080314562f};
-    shd_vi fixed = shd_vi_round(t23);
-    shd_vf m = (shd_vf)((fixed & shd_vi_set(0x007fffff)) | shd_vi_set(0x3f800000));
-    shd_vi exponent = fixed & shd_vi_set(-0x00800000);
-    return (shd_vf)((shd_vu)shd_polynomial(m, c, 4) + (shd_vu)exponent);
-}
-
 /* log2(1 - d) for d in [0, 1 - 2^-24]. u = 1 - d = 2^k (1 + f) with 1 + f in [sqrt(1/2), sqrt(2));
  * f comes from d and not from u, whose rounding would cost what is to be kept near d = 0. */
-SHD_INLINE shd_vf shd_log2_1m(shd_vf d, bool draft) {
-    static const float standard[] = {1.44269500489f,   -0.721347199237f, 0.480910279278f,
-                                     -0.360716269815f, 0.287939110109f,  -0.238675565748f,
-                                     0.215212027758f,  -0.208934470376f, 0.12926559262f};
-    static const float rough[] = {1.44265584962f, -0.720462416982f, 0.484648192739f,
-                                  -0.392461678208f, 0.261170618113f};
+SHD_INLINE shd_vf shd_log2_1m(shd_vf d) {
+    static const float c[] = {1.44269500489f,   -0.721347199237f, 0.480910279278f,
+                              -0.360716269815f, 0.287939110109f,  -0.238675565748f,
+                              0.215212027758f,  -0.208934470376f, 0.12926559262f};
     const shd_vf one = shd_vf_set(1);
     shd_vu above = (shd_vu)(one - d) - shd_vu_set(0x3f3504f3); /* sqrt(1/2) */
     shd_vi k23 = (shd_vi)above & shd_vi_set(-0x00800000);
     shd_vf scale = (shd_vf)(shd_vu_set(0x3f800000) - (shd_vu)k23); /* 2^-k */
     shd_vf f = shd_vf_fma(-d, scale, scale - one);
-    shd_vf sum = draft ? shd_polynomial(f, rough, 5) : shd_polynomial(f, standard, 9);
-    return shd_vf_fma(shd_vf_from_vi(k23), shd_vf_set(0x1p-23f), f * sum);
+    return shd_vf_fma(shd_vf_from_vi(k23), shd_vf_set(0x1p-23f), f * shd_polynomial(f, c, 9));
 }
 
 /* (1 - d)^exponent for d in [0, 1 - 2^-24]. */
-SHD_INLINE shd_vf shd_power_1m(shd_vf d, shd_vf exponent, bool draft) {
-    shd_vf t = shd_vf_max(shd_log2_1m(d, draft) * exponent, shd_vf_set(-125));
+SHD_INLINE shd_vf shd_power_1m(shd_vf d, shd_vf exponent) {
+    shd_vf t = shd_vf_max(shd_log2_1m(d) * exponent, shd_vf_set(-125));
     return shd_exp2(t);
 }
 

@@ -37,14 +37,12 @@ typedef struct shd_wide_light {
     int32_t kind; /* SHD_KIND_WIDE: beyond f64, too, so that the reference does it */
 } shd_wide_light;
 
-enum { SHD_LOG_TERMS = 5, SHD_LOG_TERMS_DRAFT = 3 };
+enum { SHD_LOG_TERMS = 5 };
 
 /* (R.V)^ns = 2^t in f32, with t a polynomial of z (short lobes) or by way of a logarithm. */
 typedef struct shd_packed_lobe {
-    float reach;              /* beyond this z the lobe is 0 */
+    float reach;              /* beyond this z = |L - W|^2 = 2 (1 - R.V) the lobe is 0 */
     bool is_short;            /* it falls to nothing within 60 degrees */
-    bool chord;               /* z = |L - W|^2 = 2 (1 - R.V); else z = 1 - L.W */
-    float half;               /* of a chord 1/2, else 1: 1 - R.V = half z */
     float log[SHD_LOG_TERMS]; /* short lobes: t = z (log[0] + z (log[1] + ...)) */
     float shininess;
 } shd_packed_lobe;
@@ -108,7 +106,6 @@ struct shd_lighting {
     const shd_packed_light *lights;       /* [plan->light_count]; NULL for the exact tier */
     const shd_wide_light *wide;           /* [plan->light_count] */
     const shd_packed_material *materials; /* [plan->material_count] */
-    bool draft;
 };
 
 /* A light and a material's lobes for the tier. */

@@ -106,7 +106,6 @@ static double time_of(const surface *s, shd_tier tier, shd_isa isa, double shini
 
 int main(int argc, char **argv) {
     static const double shininess[] = {5, 50, 1e3, 1e5};
-    static const char *const tiers[] = {"draft", "standard", "exact"};
     const int runs = argc > 1 ? atoi(argv[1]) : 200;
     static surface s;
     make_surface(&s);
@@ -114,10 +113,10 @@ int main(int argc, char **argv) {
            s.count, runs, "tier", "variant");
     for (size_t i = 0; i < sizeof shininess / sizeof *shininess; i++)
         printf(" ns %-6g", shininess[i]);
-    for (shd_tier tier = SHD_DRAFT; tier <= SHD_EXACT; tier++) {
+    for (shd_tier tier = SHD_STANDARD; tier <= SHD_EXACT; tier++) {
         for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++) {
             if (!shd_cpu_has(isa)) continue;
-            printf("\n%-9s %-9s", tiers[tier], shd_isa_name(isa));
+            printf("\n%-9s %-9s", shd_tier_names[tier], shd_isa_name(isa));
             for (size_t i = 0; i < sizeof shininess / sizeof *shininess; i++)
                 printf(" %-9.3f", time_of(&s, tier, isa, shininess[i], runs));
         }

@@ -15,7 +15,7 @@ import peers
 import programs
 import scenes
 
-TIERS = ("draft", "standard", "exact")
+TIERS = ("standard", "exact")
 KERNELS = ("portable", "avx2", "avx512")
 LIGHTS = (1, 4, 16, 256)
 SHININESS = (1, 10, 100, 1000, 100000)

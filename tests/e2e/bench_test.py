@@ -48,7 +48,7 @@ class BenchTest(unittest.TestCase):
             self.assertLessEqual(max(samples["tiles"]), max(samples["wall"]))
         self.assertEqual(picture.stat().st_size, timed["bytes"])
         self.assertEqual([tier["tier"] for tier in compared["compare"]["tiers"]],
-                         ["draft", "standard", "exact"])
+                         ["standard", "exact"])
 
     def test_library_says_what_is_wrong(self):
         done = run("library", ["1"], [{"text": '{"objects": [{"type": "cube"}]}'}])

@@ -66,10 +66,22 @@ class Http(unittest.TestCase):
             self.assertEqual(match.groups(), (told["tier"], str(told["lights"]["used"]),
                                               str(told["lights"]["given"])))
 
+    def test_draft_renders_as_standard_and_says_so(self):
+        draft, standard = ({**SCENE, "accuracy": {"tier": tier}} for tier in ("draft", "standard"))
+        told = self.explain(draft)
+        self.assertEqual((told["asked"], told["tier"]), ({"tier": "draft"}, "standard"))
+        self.assertTrue(told["words"][0].endswith(
+            "kernels: draft was asked for, and would not be faster."), told["words"][0])
+        pictures = [self.daemon.render(scene) for scene in (draft, standard)]
+        self.assertEqual(pictures[0].body, pictures[1].body)
+        plans = [picture.headers["Shaded-Plan"] for picture in pictures]
+        self.assertEqual(plans[0], plans[1].replace("; lights", "; asked=draft; lights"))
+        self.assertEqual([tier["tier"] for tier in told["tiers"]], ["standard", "exact"])
+
     def test_budgets_are_met_by_leaving_out(self):
         told = self.explain(BUDGET)
         self.assertEqual(told["asked"], {"maxError": 0.5, "metric": "deltaE2000"})
-        self.assertEqual(told["tier"], "draft")
+        self.assertEqual(told["tier"], "standard")
         self.assertEqual(why(told), [None, "what it adds is under the budget"])
         self.assertLessEqual(told["bound"]["deltaE2000"]["most"], 0.5)
         self.assertEqual(told["samples"]["pattern"], "adaptive")

@@ -178,9 +178,9 @@ static void version_names_what_it_is_made_of(void **state) {
     assert_true(json_string_length(json_object_get(version, "compiler")) > 4);
     assert_true(json_string_length(json_object_get(version, "colorConfig")) >= 8);
     json_t *kernels = json_object_get(version, "kernels");
-    assert_int_equal(json_array_size(kernels), 3);
-    assert_string_equal(json_string_value(json_array_get(kernels, 0)), "draft f32");
-    assert_string_equal(json_string_value(json_array_get(kernels, 2)), "exact f64");
+    assert_int_equal(json_array_size(kernels), 2);
+    assert_string_equal(json_string_value(json_array_get(kernels, 0)), "standard f32");
+    assert_string_equal(json_string_value(json_array_get(kernels, 1)), "exact f64");
     json_t *libraries = json_object_get(version, "libraries");
     assert_non_null(json_object_get(libraries, "OpenColorIO"));
     assert_non_null(json_object_get(libraries, "jansson"));

@@ -145,17 +145,17 @@ static void budgets_choose_what_is_cheapest(void **state) {
         size_t lights;
         bool drops, samples;
     } cases[] = {
-        {LIGHTS ", \"accuracy\": {\"maxError\": 0.5}", SHD_DRAFT, 1, true, true},
-        {LIGHTS ", \"accuracy\": {\"maxError\": 0.001, \"metric\": \"linear\"}", SHD_DRAFT, 1, true,
-         true},
+        {LIGHTS ", \"accuracy\": {\"maxError\": 0.5}", SHD_STANDARD, 1, true, true},
+        {LIGHTS ", \"accuracy\": {\"maxError\": 0.001, \"metric\": \"linear\"}", SHD_STANDARD, 1,
+         true, true},
         {LIGHTS ", \"accuracy\": {\"maxError\": 0.001, \"metric\": \"linear\"}, \"image\": "
                 "{\"samples\": 1}",
-         SHD_DRAFT, 1, true, false},
-        {LIGHTS ", \"accuracy\": {\"maxError\": 1e-5, \"metric\": \"linear\"}", SHD_DRAFT, 2, true,
-         true},
+         SHD_STANDARD, 1, true, false},
+        {LIGHTS ", \"accuracy\": {\"maxError\": 1e-5, \"metric\": \"linear\"}", SHD_STANDARD, 2,
+         true, true},
         {LIGHTS ", \"accuracy\": {\"maxError\": 2e-7, \"metric\": \"linear\"}", SHD_EXACT, 3, false,
          false},
-        {LIGHTS ", \"accuracy\": {\"maxError\": 2, \"metric\": \"code\"}", SHD_DRAFT, 1, true,
+        {LIGHTS ", \"accuracy\": {\"maxError\": 2, \"metric\": \"code\"}", SHD_STANDARD, 1, true,
          true},
         /* A code of a picture that differs at all may differ by one. */
         {LIGHTS ", \"accuracy\": {\"maxError\": 0.9, \"metric\": \"code\"}", SHD_EXACT, 3, false,
@@ -165,7 +165,7 @@ static void budgets_choose_what_is_cheapest(void **state) {
                 "\"metric\": \"code\"}",
          SHD_EXACT, 3, false, false},
         {LIGHTS ", \"output\": {\"colorSpace\": \"HSV\"}, \"accuracy\": {\"maxError\": 0.5}",
-         SHD_DRAFT, 1, true, true},
+         SHD_STANDARD, 1, true, true},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         shd_request *request = read_with(*state, cases[i].members);
@@ -210,7 +210,8 @@ static void budgets_that_are_easily_met_take_the_fastest_tier(void **state) {
         shd_request *request = read_with(*state, members);
         shd_error error;
         assert_int_equal(shd_request_plan_make(request, request->scene, &error), SHD_OK);
-        if (request->plan->tier != SHD_DRAFT) fail_msg("%s: %s", members, request->plan->summary);
+        if (request->plan->tier != SHD_STANDARD)
+            fail_msg("%s: %s", members, request->plan->summary);
         shd_request_drop(request);
     }
 }

@@ -97,7 +97,7 @@ static sums_of first, second;
 static void for_all(void (*check)(const shd_plan_material *material, bool split)) {
     for (unsigned seed = 1; seed <= 4; seed++) {
         make_world(&w, seed, seed % 2);
-        for (shd_tier tier = SHD_DRAFT; tier <= SHD_EXACT; tier++) {
+        for (shd_tier tier = SHD_STANDARD; tier <= SHD_EXACT; tier++) {
             w.plan.tier = tier;
             for (int m = 0; m < 4; m++)
                 for (int split = 0; split < 2; split++) check(&w.materials[m], split);

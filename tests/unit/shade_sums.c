@@ -88,13 +88,11 @@ static void measure_errors(double shininess, errors out[MOST_KERNELS][2]) {
 }
 
 /* The tiers' errors as docs/model.md states them: exact below 1e-12; standard 4e-7, 2.4e-6 and 3e-5
- * for ns 10, 1e3 and 1e5; draft 1.1e-4 and 1.5e-4. */
+ * for ns 10, 1e3 and 1e5. */
 static void tiers_keep_the_errors_of_the_table(void **state) {
     (void)state;
     static const double shininess[] = {0, 1, 10, 34, 35, 100, 1e3, 1e4, 1e5, 1e6};
     static const double standard[] = {4e-7, 4e-7, 4e-7, 7e-7, 7e-7, 1e-6, 2.4e-6, 1e-5, 3e-5, 1e-4};
-    static const double draft[] = {4e-7,   1.1e-4, 1.1e-4, 1.1e-4, 1.1e-4,
-                                   1.1e-4, 1.5e-4, 1.5e-4, 1.5e-4, 2.5e-4};
     for (size_t i = 0; i < sizeof shininess / sizeof shininess[0]; i++) {
         errors found[MOST_KERNELS][2];
         measure_errors(shininess[i], found);
@@ -105,9 +103,7 @@ static void tiers_keep_the_errors_of_the_table(void **state) {
                 if (kernels[k].isa == shd_cpu_best() || kernels[k].reference)
                     print_message("ns %-6g %s%s: diffuse %.1e specular %.1e\n", shininess[i],
                                   kernels[k].name, split ? " split" : "", e.diffuse, e.specular);
-                assert_true(e.specular < (tier == SHD_EXACT      ? 1e-12
-                                          : tier == SHD_STANDARD ? standard[i]
-                                                                 : draft[i]));
+                assert_true(e.specular < (tier == SHD_EXACT ? 1e-12 : standard[i]));
             }
         }
     }
@@ -300,9 +296,7 @@ static void soft_spots_follow_smoothstep(void **state) {
         shd_vec3 p = {tan(t), 0, 0};
         for (size_t k = 0; k < kernel_count; k++) {
             double got = weigh(&kernels[k], plan, &light, 1, p, up, up).diffuse;
-            assert_true(fabs(got - wanted) < (kernels[k].tier == SHD_EXACT   ? 1e-12
-                                              : kernels[k].tier == SHD_DRAFT ? 6e-5
-                                                                             : 2e-6));
+            assert_true(fabs(got - wanted) < (kernels[k].tier == SHD_EXACT ? 1e-12 : 2e-6));
         }
     }
 }

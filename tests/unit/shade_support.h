@@ -39,18 +39,18 @@ typedef struct kernel {
     shd_isa isa;
 } kernel;
 
-enum { MOST_KERNELS = 1 + 3 * SHD_ISA_COUNT };
+enum { MOST_KERNELS = 1 + 2 * SHD_ISA_COUNT };
 
 /* The reference, and every variant of every tier that this machine has. */
 static inline size_t find_kernels(kernel out[MOST_KERNELS]) {
-    static const char *const tiers[] = {"draft", "standard", "exact"};
     size_t n = 0;
     out[n++] = (kernel){"reference", true, SHD_EXACT, SHD_PORTABLE};
-    for (shd_tier tier = SHD_DRAFT; tier <= SHD_EXACT; tier++) {
+    for (shd_tier tier = SHD_STANDARD; tier <= SHD_EXACT; tier++) {
         for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++) {
             if (!shd_cpu_has(isa)) continue;
             out[n] = (kernel){"", false, tier, isa};
-            snprintf(out[n].name, sizeof out[n].name, "%s %s", tiers[tier], shd_isa_name(isa));
+            snprintf(out[n].name, sizeof out[n].name, "%s %s", shd_tier_names[tier],
+                     shd_isa_name(isa));
             n++;
         }
     }
