@@ -97,6 +97,10 @@ SHD_INLINE shd_vf shd_vf_max(shd_vf a, shd_vf b) {
 SHD_INLINE shd_vd shd_vd_max(shd_vd a, shd_vd b) {
     return (shd_vd)_mm512_max_pd((__m512d)a, (__m512d)b);
 }
+/* a < b ? a : b, likewise. */
+SHD_INLINE shd_vd shd_vd_min(shd_vd a, shd_vd b) {
+    return (shd_vd)_mm512_min_pd((__m512d)a, (__m512d)b);
+}
 SHD_INLINE shd_mf shd_vf_gt(shd_vf a, shd_vf b) {
     return _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_GT_OQ);
 }
@@ -197,6 +201,9 @@ SHD_INLINE shd_vf shd_vf_max(shd_vf a, shd_vf b) {
 }
 SHD_INLINE shd_vd shd_vd_max(shd_vd a, shd_vd b) {
     return (shd_vd)_mm256_max_pd((__m256d)a, (__m256d)b);
+}
+SHD_INLINE shd_vd shd_vd_min(shd_vd a, shd_vd b) {
+    return (shd_vd)_mm256_min_pd((__m256d)a, (__m256d)b);
 }
 SHD_INLINE unsigned shd_mf_bits(shd_mf m) {
     return (unsigned)_mm256_movemask_ps((__m256)m);
@@ -308,6 +315,9 @@ SHD_INLINE shd_vf shd_vf_max(shd_vf a, shd_vf b) {
 SHD_INLINE shd_vd shd_vd_max(shd_vd a, shd_vd b) {
     return (shd_vd)_mm_max_pd((__m128d)a, (__m128d)b);
 }
+SHD_INLINE shd_vd shd_vd_min(shd_vd a, shd_vd b) {
+    return (shd_vd)_mm_min_pd((__m128d)a, (__m128d)b);
+}
 SHD_INLINE unsigned shd_mf_bits(shd_mf m) {
     return (unsigned)_mm_movemask_ps((__m128)m);
 }
@@ -366,6 +376,9 @@ SHD_INLINE shd_vf shd_vf_max(shd_vf a, shd_vf b) {
 }
 SHD_INLINE shd_vd shd_vd_max(shd_vd a, shd_vd b) {
     return shd_vd_select((shd_md)(a > b), a, b);
+}
+SHD_INLINE shd_vd shd_vd_min(shd_vd a, shd_vd b) {
+    return shd_vd_select((shd_md)(a < b), a, b);
 }
 SHD_INLINE shd_vf shd_vf_from_vi(shd_vi a) {
     return __builtin_convertvector(a, shd_vf);

@@ -432,7 +432,7 @@ static void add_mesh(maker *m, const shd_object *object, int side) {
                 shd_larger(piece.radius,
                            shd_plan_length(shd_sub(shd_transform(&m->to_world, p), piece.center)));
         }
-        piece.radius *= 1 + 1e-5; /* Embree's hits are in f32 */
+        piece.radius *= 1 + SHD_PIECE_MARGIN;
         add_piece(m, piece, own ? NULL : c->sides);
     }
 }

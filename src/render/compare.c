@@ -52,15 +52,13 @@ static shd_status render_tier(shd_request *request, shd_tier tier, stretch *prog
     if (status != SHD_OK) return status;
     double planned = shd_thread_seconds();
     shd_sight *sight;
-    status = shd_sight_new(request->plan, request->engine->tracer, &request->cancelled,
-                           request->arena, &sight, error);
+    status = shd_sight_new(request->plan, &request->cancelled, request->arena, &sight, error);
     if (status != SHD_OK) return status;
     request->times.plan += planned - began;
     request->times.visibility += shd_thread_seconds() - planned;
     const shd_render_options options = {on_progress, progress};
     *film = (shd_film){0};
     status = shd_film_render(request, sight, NULL, &options, film, error);
-    shd_sight_drop(sight);
     times->plan = request->times.plan - before.plan;
     times->visibility = request->times.visibility - before.visibility;
     times->shade = request->times.shade - before.shade;

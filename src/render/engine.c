@@ -45,9 +45,8 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
     uint64_t spare = (uint64_t)threads * SPARE_BYTES;
     engine->spares =
         shd_spares_new(spare < options->limits.memory ? spare : options->limits.memory);
-    engine->tracer = shd_tracer_new();
     engine->reuse = shd_reuse_new(options->reuse);
-    shd_status status = engine->spares && engine->tracer && engine->reuse
+    shd_status status = engine->spares && engine->reuse
                             ? shd_color_config_load(options->ocio_config, &engine->color, error)
                             : shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     if (status == SHD_OK) status = shd_pool_new(threads, options->queue, &engine->pool, error);
@@ -80,7 +79,6 @@ void shd_engine_drop(shd_engine *engine) {
     if (!engine->borrows) shd_pool_drop(engine->pool);
     if (engine->color) shd_color_config_drop(engine->color);
     if (!engine->borrows) {
-        shd_tracer_drop(engine->tracer);
         shd_reuse_drop(engine->reuse);
         shd_spares_drop(engine->spares);
     }

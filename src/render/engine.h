@@ -18,7 +18,6 @@ struct shd_engine {
     shd_pool *pool;
     shd_spares *spares; /* of requests' arenas */
     shd_color_config *color;
-    shd_tracer *tracer;
     shd_reuse *reuse;
     shd_limits limits;
     shd_isa isa;      /* of the kernels */

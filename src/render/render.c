@@ -28,15 +28,13 @@ static shd_status render(shd_request *request, const shd_render_options *options
     shd_sight *sight = NULL;
     if (!recall.light) status = shd_request_admit(request, error);
     if (status == SHD_OK && !recall.light)
-        status = shd_sight_new(request->plan, request->engine->tracer, &request->cancelled, arena,
-                               &sight, error);
+        status = shd_sight_new(request->plan, &request->cancelled, arena, &sight, error);
     request->times.visibility += shd_thread_seconds() - planned;
 
     /* What is seen, and how is it lit? */
     shd_film film = {0};
     if (status == SHD_OK) status = shd_output_prepare(request, &film, error);
     if (status == SHD_OK) status = shd_film_render(request, sight, &recall, options, &film, error);
-    shd_sight_drop(sight);
     shd_recall_close(&recall, status == SHD_OK);
     if (status != SHD_OK) return status;
 

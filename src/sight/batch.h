@@ -73,6 +73,13 @@ typedef struct shd_cast_kernel {
     void (*append)(const shd_stage *stage, size_t hits, size_t first, shd_hits *out);
 } shd_cast_kernel;
 
+/* Where rays meet a mesh. */
+typedef struct shd_mesh_hits {
+    SHD_ALIGNED double t[SHD_RAYS]; /* infinity: missed, and what follows is not set */
+    uint32_t triangle[SHD_RAYS];
+    double u[SHD_RAYS], v[SHD_RAYS]; /* the weights of its second and third corner */
+} shd_mesh_hits;
+
 extern const shd_cast_kernel shd_cast_kernel_portable, shd_cast_kernel_avx2, shd_cast_kernel_avx512;
 
 /* What a kernel is made of, by name: where rays meet a shape other than a mesh (t, and what `place`
@@ -83,6 +90,12 @@ extern const shd_cast_kernel shd_cast_kernel_portable, shd_cast_kernel_avx2, shd
                                   shd_surfaces *out);                                              \
     void shd_find_torus_##isa(double tube, shd_work *work);                                        \
     void shd_place_torus_##isa(double tube, const shd_work *work, shd_surfaces *out);              \
+    /* The nearest triangles at t up to about `limit`; the surface, where `hits` are the object's. \
+     */                                                                                            \
+    void shd_find_mesh_##isa(const shd_lens *lens, const shd_item *it, const shd_batch *b,         \
+                             double limit, shd_mesh_hits *out);                                    \
+    void shd_place_mesh_##isa(const shd_item *it, double object, const shd_batch *b,               \
+                              const shd_stage *hits, shd_surfaces *out);                           \
     /* t of balls; their surfaces; both, with what tiers in f32 want. */                           \
     void shd_find_ball_##isa(const shd_item *it, const shd_batch *b, double *t);                   \
     void shd_place_ball_##isa(const shd_item *it, const shd_batch *b, shd_surfaces *out);          \

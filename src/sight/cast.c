@@ -7,31 +7,6 @@ static const shd_cast_kernel *kernel_of(const shd_sight *sight) {
     return kernels[sight->plan->isa];
 }
 
-void shd_item_place(const shd_item *it, uint32_t triangle, double u, double v, shd_vec3 along,
-                    shd_vec3 *point, shd_vec3 *normal) {
-    const shd_triangles *tri = &it->triangles;
-    const double weight[3] = {1 - u - v, u, v};
-    /* From a corner: a triangle with one y has all of its points there, so that a light at this y
-     * does not shine on some of them. */
-    const shd_vec3 a = shd_triangle_corner(tri, triangle, 0);
-    const shd_vec3 ab = shd_sub(shd_triangle_corner(tri, triangle, 1), a);
-    const shd_vec3 ac = shd_sub(shd_triangle_corner(tri, triangle, 2), a);
-    *point = shd_madd(shd_madd(a, ab, u), ac, v);
-    *normal = (shd_vec3){0, 0, 0};
-    if (it->smooth) {
-        for (int k = 0; k < 3; k++) {
-            const double *n = tri->normals + 3 * (size_t)tri->indices[3 * triangle + (size_t)k];
-            shd_vec3 unit = {n[0], n[1], n[2]};
-            shd_normalize(unit, &unit);
-            *normal = shd_madd(*normal, unit, weight[k]);
-        }
-    }
-    if (!(shd_max_abs(*normal) > 0)) *normal = shd_triangle_normal(tri, triangle);
-    shd_normalize(*normal, normal);
-    if (it->smooth && !it->front_only && shd_dot(shd_triangle_normal(tri, triangle), along) > 0)
-        *normal = shd_scale(*normal, -1);
-}
-
 /* ---- Hits. ---- */
 
 enum { GROUP = 16 };

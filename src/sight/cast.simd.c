@@ -57,39 +57,6 @@ static void find(const shd_item *it, const shd_batch *b, shd_work *work, double 
     SHD_EACH_LANE(i) t[i] = work->t[i] + work->shift[i];
 }
 
-/* A mesh, a ray at a time. */
-static void find_in_mesh(const shd_item *it, const shd_batch *b, int used, double *t,
-                         uint32_t *triangle, double *u, double *v) {
-    for (int i = 0; i < SHD_RAYS; i++) {
-        t[i] = INFINITY;
-        if (i >= used) continue;
-        shd_ray ray = {it->eye, it->forward, 0};
-        if (b->orthographic) {
-            shd_vec3 start = {b->start[0][i], b->start[1][i], b->start[2][i]};
-            ray.origin = shd_add(shd_linear(&it->from_world, start), it->eye);
-        } else {
-            shd_vec3 direction = {b->direction[0][i], b->direction[1][i], b->direction[2][i]};
-            ray.direction = shd_linear(&it->from_world, direction);
-        }
-        double at;
-        if (shd_mesh_tree_intersect(it->tree, &ray, &at, &triangle[i], &u[i], &v[i])) t[i] = at;
-    }
-}
-
-static void place_on_mesh(const shd_item *it, double object, const shd_batch *b,
-                          const shd_stage *stage, shd_surfaces *out) {
-    for (int i = 0; i < SHD_RAYS; i++) {
-        shd_vec3 p = {0, 0, 0}, n = {0, 0, 0};
-        const shd_vec3 u = {b->direction[0][i], b->direction[1][i], b->direction[2][i]};
-        if (stage->object[i] == object)
-            shd_item_place(it, stage->triangle[i], stage->u[i], stage->v[i],
-                           shd_linear(&it->from_world, u), &p, &n);
-        out->point[0][i] = p.x, out->normal[0][i] = n.x;
-        out->point[1][i] = p.y, out->normal[1][i] = n.y;
-        out->point[2][i] = p.z, out->normal[2][i] = n.z;
-    }
-}
-
 /* ---- Back into the world. ---- */
 
 /* Unit normals in the world, in place, from outward unit normals of the unit form. */
@@ -220,7 +187,7 @@ static void show_object(const shd_sight *sight, int object, shd_batch *b, shd_wo
     if (it->ball) {
         SHD_VARIANT(shd_place_ball)(it, b, &b->surfaces);
     } else if (it->shape == SHD_MESH) {
-        place_on_mesh(it, object, b, hits, &b->surfaces);
+        SHD_VARIANT(shd_place_mesh)(it, object, b, hits, &b->surfaces);
     } else {
         if (!made) find(it, b, work, t);
         SHD_VARIANT(shd_place_surfaces)(it->shape, it->tube, work, &b->surfaces);
@@ -290,8 +257,8 @@ static double farthest(const double *restrict t) {
  * `*holder`. */
 static int find_nearest(const shd_sight *sight, const uint32_t *candidates, size_t count, int used,
                         shd_batch *b, shd_stage *out, int *holder) {
-    SHD_ALIGNED double t[SHD_RAYS], u[SHD_RAYS], v[SHD_RAYS], limit = INFINITY;
-    uint32_t triangle[SHD_RAYS];
+    SHD_ALIGNED double t[SHD_RAYS], limit = INFINITY;
+    shd_mesh_hits met;
     int held = 0;
     *holder = SHD_NOTHING;
     SHD_EACH_LANE(i) {
@@ -303,13 +270,13 @@ static int find_nearest(const shd_sight *sight, const uint32_t *candidates, size
         const double object = candidates[k];
         if (it->nearest > limit) continue;
         if (it->shape == SHD_MESH) {
-            find_in_mesh(it, b, used, t, triangle, u, v);
-            if (!keep_nearer(t, object, out)) continue;
+            SHD_VARIANT(shd_find_mesh)(&sight->lens, it, b, limit * (1 + 1e-12), &met);
+            if (!keep_nearer(met.t, object, out)) continue;
             for (int i = 0; i < used; i++) {
                 if (out->object[i] != object) continue;
-                out->triangle[i] = triangle[i];
-                out->u[i] = u[i];
-                out->v[i] = v[i];
+                out->triangle[i] = met.triangle[i];
+                out->u[i] = met.u[i];
+                out->v[i] = met.v[i];
             }
         } else {
             find(it, b, &b->work[!held], t);

@@ -4,6 +4,7 @@
 
 #include "sight/camera.h"
 #include "sight/mesh.h"
+#include "sight/shapes.h"
 #include "sight/sight.h"
 
 /* An object as rays meet it. */
@@ -22,13 +23,13 @@ typedef struct shd_item {
     shd_vec3 eye;     /* the camera's position in the unit form's frame */
     shd_vec3 forward; /* the rays' direction there; orthographic */
     double nearest;   /* no ray meets it at a smaller t */
-    double blind;     /* nor does it count up to this one; 0 for planes, which are met exactly, and
-                         for meshes, whose trees know their size */
+    double blind;     /* nor does it count up to this one; 0 for planes, which are met exactly */
     bool far;         /* the eye is so far away that f64 wants the origin moved twice (balls) */
     bool convex;      /* its silhouette is */
     shd_triangles triangles; /* SHD_MESH */
-    shd_mesh_tree *tree;
-    bool smooth; /* interpolate the mesh's normals at each sample */
+    shd_mesh_view view;
+    bool smooth;         /* interpolate the mesh's normals at each sample: */
+    const double *units; /* [vertex_count][3], these, unit */
     const shd_facets *facets;
 } shd_item;
 
@@ -68,12 +69,5 @@ struct shd_sight {
 
 /* Fills order and outlines, and what items need of their distance. False: the arena is full. */
 bool shd_sight_outline(shd_sight *sight, shd_arena *arena);
-
-/* The point and normal, in the mesh's frame, of a triangle at its barycentrics; `along`: the ray's
- * direction there. The normal is unit, or zero where the triangle has no area. An interpolated one
- * is that of the side that is seen, by the triangle's plane and corners: it may face away from the
- * viewer near a silhouette, and is not to be turned. */
-void shd_item_place(const shd_item *it, uint32_t triangle, double u, double v, shd_vec3 along,
-                    shd_vec3 *point, shd_vec3 *normal);
 
 #endif

@@ -1,10 +1,8 @@
-/* Triangles: Embree finds them, f64 places the hit. Inside of sight/. */
+/* Triangles, and how the camera sees them. Inside of sight/. */
 #ifndef SHD_SIGHT_MESH_H
 #define SHD_SIGHT_MESH_H
 
-#include <stdatomic.h>
-
-#include "sight/shapes.h"
+#include "sight/camera.h"
 #include "sight/sight.h"
 
 /* Triangles in an object's frame. Made from a client's mesh or by tessellation. */
@@ -21,22 +19,31 @@ typedef struct shd_triangles {
 bool shd_tessellate(shd_shape shape, double tube, int segments, shd_arena *arena,
                     shd_triangles *out);
 
-typedef struct shd_mesh_tree shd_mesh_tree;
-
-/* Errors and `cancelled`: as of shd_sight_new. */
-shd_status shd_mesh_tree_new(const shd_triangles *triangles, shd_tracer *tracer,
-                             const atomic_bool *cancelled, shd_arena *arena, shd_mesh_tree **out,
-                             shd_error *error);
-void shd_mesh_tree_drop(shd_mesh_tree *tree); /* NULL is fine */
-
-/* The nearest triangle with t > ray->near, and not closer than SHD_BLIND: t, the triangle, and the
- * barycentric weights of its second and third corner: in [0,1] with a sum of at most 1, but for
- * 1e-3 at edges. */
-bool shd_mesh_tree_intersect(const shd_mesh_tree *tree, const shd_ray *ray, double *t,
-                             uint32_t *triangle, double *u, double *v);
-
 /* Corner k of a triangle, and its normal by the order of its corners: twice the area long. */
 shd_vec3 shd_triangle_corner(const shd_triangles *triangles, size_t triangle, int k);
 shd_vec3 shd_triangle_normal(const shd_triangles *triangles, size_t triangle);
+
+typedef struct shd_mesh_tree shd_mesh_tree; /* tree.h */
+
+/* A vertex from the camera: x right, y up, `depth` forward. Where the ray through the point (p, q)
+ * of the image plane passes it is (x - p w, y - q w). */
+typedef struct shd_seen_vertex {
+    double x, y, w, depth; /* w: the depth, or 1 in an orthographic camera */
+    double p, q;           /* its place on the image plane, where w > 0 */
+} shd_seen_vertex;
+
+/* A mesh from the camera, in units of its own. */
+typedef struct shd_mesh_view {
+    const shd_mesh_tree *tree;
+    const shd_seen_vertex *vertices; /* as shd_triangles */
+    shd_vec3 rows[3], eye; /* x, y and depth of a point v in the tree's frame: row . (v - eye) */
+    double unit;           /* of lengths in the world */
+    bool orthographic;
+} shd_mesh_view;
+
+/* False: the arena is full. `eye`: the camera in the mesh's frame. */
+bool shd_mesh_view_make(const shd_triangles *triangles, const shd_mesh_tree *tree,
+                        const shd_affine *to_world, shd_vec3 eye, const shd_camera *camera,
+                        shd_arena *arena, shd_mesh_view *out);
 
 #endif

@@ -13,10 +13,4 @@
  * its surface has it before or behind itself, rays would tell each by its own rounding. */
 #define SHD_BLIND 1e-12
 
-/* `direction` need not be unit. Only t > near counts. */
-typedef struct shd_ray {
-    shd_vec3 origin, direction;
-    double near;
-} shd_ray;
-
 #endif

@@ -3,6 +3,7 @@
 #include <stdio.h>
 
 #include "sight/item.h"
+#include "sight/tree.h"
 
 /* A direction that shades somehow where a mesh has no normal at all (a sliver of no area). */
 static shd_vec3 world_normal(const shd_item *it, shd_vec3 normal, shd_vec3 view) {
@@ -163,9 +164,37 @@ static void place_eye(const shd_plan *plan, shd_item *it) {
             it->to_frame.linear[r][c] = it->to_world.linear[r][c] * plan->scale;
 }
 
+/* The mesh's normals, each made unit; those of no length stay. False: the arena is full. */
+static bool make_units(const shd_triangles *tri, shd_arena *arena, const double **out) {
+    shd_vec3 *units = shd_arena_alloc(arena, tri->vertex_count, sizeof *units);
+    if (!units) return false;
+    for (size_t i = 0; i < tri->vertex_count; i++) {
+        const double *n = tri->normals + 3 * i;
+        units[i] = (shd_vec3){n[0], n[1], n[2]};
+        shd_normalize(units[i], &units[i]);
+    }
+    *out = &units->x;
+    return true;
+}
+
+static shd_status make_mesh(const shd_plan *plan, const shd_lens *lens, size_t index,
+                            const atomic_bool *cancelled, shd_arena *arena, shd_item *it,
+                            shd_error *error) {
+    const shd_mesh_tree *tree;
+    shd_status status = shd_mesh_tree_new(&it->triangles, cancelled, arena, &tree, error);
+    if (status != SHD_OK) return status;
+    if (it->smooth && !make_units(&it->triangles, arena, &it->units))
+        return no_memory(error, index);
+    it->blind = SHD_BLIND * plan->objects[index].radius;
+    if (!shd_mesh_view_make(&it->triangles, tree, &it->to_world, it->eye, lens->camera, arena,
+                            &it->view))
+        return no_memory(error, index);
+    return SHD_OK;
+}
+
 static shd_status make_item(const shd_plan *plan, const shd_lens *lens, size_t index,
-                            shd_tracer *tracer, const atomic_bool *cancelled, shd_arena *arena,
-                            shd_item *it, shd_error *error) {
+                            const atomic_bool *cancelled, shd_arena *arena, shd_item *it,
+                            shd_error *error) {
     const shd_object *object = &plan->scene->objects[index];
     it->shape = object->shape;
     it->tube = object->tube / object->radius;
@@ -204,16 +233,15 @@ static shd_status make_item(const shd_plan *plan, const shd_lens *lens, size_t i
     }
     if (faceted && !make_facets(it, object->interpolation == SHD_FLAT, lens, arena, &it->facets))
         return no_memory(error, index);
-    if (it->shape == SHD_MESH)
-        return shd_mesh_tree_new(&it->triangles, tracer, cancelled, arena, &it->tree, error);
+    if (it->shape == SHD_MESH) return make_mesh(plan, lens, index, cancelled, arena, it, error);
     if (it->shape != SHD_PLANE)
         it->blind = SHD_BLIND * fmax(axes[0], fmax(axes[1], axes[2])) *
                     (it->shape == SHD_TORUS ? 1 + it->tube : 1);
     return SHD_OK;
 }
 
-shd_status shd_sight_new(const shd_plan *plan, shd_tracer *tracer, const atomic_bool *cancelled,
-                         shd_arena *arena, shd_sight **out, shd_error *error) {
+shd_status shd_sight_new(const shd_plan *plan, const atomic_bool *cancelled, shd_arena *arena,
+                         shd_sight **out, shd_error *error) {
     const shd_scene *scene = plan->scene;
     shd_sight *sight = shd_arena_zalloc(arena, 1, sizeof *sight);
     shd_item *items = shd_arena_zalloc(arena, scene->object_count, sizeof *items);
@@ -226,23 +254,12 @@ shd_status shd_sight_new(const shd_plan *plan, shd_tracer *tracer, const atomic_
         shd_sample_offset(i, scene->raster.samples, &sight->offset_x[i], &sight->offset_y[i]);
     sight->offset_x[SHD_CENTER] = sight->offset_y[SHD_CENTER] = 0.5;
     for (size_t i = 0; i < scene->object_count; i++) {
-        shd_status status =
-            make_item(plan, &sight->lens, i, tracer, cancelled, arena, &items[i], error);
-        sight->count = i + 1;
-        if (status != SHD_OK) {
-            shd_sight_drop(sight);
-            return status;
-        }
+        shd_status status = make_item(plan, &sight->lens, i, cancelled, arena, &items[i], error);
+        if (status != SHD_OK) return status;
     }
-    if (!shd_sight_outline(sight, arena)) {
-        shd_sight_drop(sight);
+    sight->count = scene->object_count;
+    if (!shd_sight_outline(sight, arena))
         return shd_fail(error, SHD_MEMORY, "/objects", "the limit `memory` is reached");
-    }
     *out = sight;
     return SHD_OK;
-}
-
-void shd_sight_drop(shd_sight *sight) {
-    if (!sight) return;
-    for (size_t i = 0; i < sight->count; i++) shd_mesh_tree_drop(sight->items[i].tree);
 }

@@ -1,10 +1,10 @@
-/* Visibility: camera rays, analytic shapes, meshes through Embree.
+/* Visibility: camera rays, analytic shapes, meshes.
  *
- * Every object is intersected in its own frame, with the ray's origin first moved to where the
- * ray passes closest to the object: spheres 1e6 radii away, coordinates of 1e20 and tiny objects
- * far from the origin keep their precision. Embree finds the triangle in f32; the hit point is
- * then found from that triangle in f64 and taken from barycentrics. Each sample is cast alone, so
- * that a region equals the crop of the whole picture bit for bit. */
+ * Every object is intersected in its own frame or the camera's, in f64. Of shapes, the ray's origin
+ * is first moved to where the ray passes closest to the object: spheres 1e6 radii away, coordinates
+ * of 1e20 and tiny objects far from the origin keep their precision. Hits on a mesh are weighted
+ * means of a triangle's corners. Each sample is cast alone, so that a region equals the crop of the
+ * whole picture bit for bit. */
 #ifndef SHD_SIGHT_SIGHT_H
 #define SHD_SIGHT_SIGHT_H
 
@@ -14,21 +14,13 @@
 #include "plan/plan.h"
 #include "sight/gbuffer.h"
 
-/* Embree's device, made when the first mesh comes. Shared by threads. */
-typedef struct shd_tracer shd_tracer;
-
-shd_tracer *shd_tracer_new(void); /* NULL: out of memory */
-void shd_tracer_drop(shd_tracer *tracer);
-
 /* The objects of a scene, ready to be seen. Constant once made; any thread may cast. */
 typedef struct shd_sight shd_sight;
 
-/* Builds acceleration structures. Lives in the arena, but holds Embree's memory: drop it before
- * the arena goes. Where any thread sets `cancelled` (NULL: nobody does) it ends soon, also amid
- * a mesh. SHD_MEMORY, SHD_EXHAUSTED, SHD_CANCELLED, or SHD_INTERNAL with Embree's words. */
-shd_status shd_sight_new(const shd_plan *plan, shd_tracer *tracer, const atomic_bool *cancelled,
-                         shd_arena *arena, shd_sight **out, shd_error *error);
-void shd_sight_drop(shd_sight *sight); /* NULL is fine */
+/* Builds trees over meshes, in the arena. Where any thread sets `cancelled` (NULL: nobody does) it
+ * ends soon, also amid a mesh. SHD_MEMORY, SHD_CANCELLED or SHD_INTERNAL. */
+shd_status shd_sight_new(const shd_plan *plan, const atomic_bool *cancelled, shd_arena *arena,
+                         shd_sight **out, shd_error *error);
 
 /* A rectangle of pixels of the whole picture. */
 typedef struct shd_tile {

@@ -14,9 +14,6 @@
 /* A pixel's share by which outlines are widened on all sides. */
 static const double WIDER = 1e-2;
 
-/* A mesh's size's share by which its hits in f32 may be outside of it. */
-static const double MESH_WIDER = 1e-5;
-
 /* ---- Outlines. ---- */
 
 /* In the camera's frame. */
@@ -71,11 +68,6 @@ static bool corner_ranges(const shd_sight *sight, size_t index, range *p, range 
     const shd_object *object = &sight->plan->scene->objects[index];
     shd_vec3 low, high;
     if (!shd_object_box(object, &low, &high)) return false;
-    if (sight->items[index].shape == SHD_MESH) {
-        const double more = MESH_WIDER * shd_max_abs(shd_sub(high, low));
-        low = shd_add(low, (shd_vec3){-more, -more, -more});
-        high = shd_add(high, (shd_vec3){more, more, more});
-    }
     *p = *q = (range){INFINITY, -INFINITY};
     for (int corner = 0; corner < 8; corner++) {
         shd_vec3 at = {corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y,
@@ -115,7 +107,7 @@ static void outline_sphere(const shd_sight *sight, size_t index, const shd_item 
     shd_vec3 v = in_camera(camera, shd_sub(bounds->center, camera->position));
     double radius = bounds->radius;
     if (it->shape == SHD_SPHERE) radius = fmin(radius, shd_norm(&it->to_world));
-    radius *= it->shape == SHD_MESH ? 1 + MESH_WIDER : 1 + 1e-9;
+    radius *= 1 + 1e-9;
     const double distance = shd_length(v);
     if (!isfinite(distance) || !isfinite(radius)) {
         out->kind = SHD_OUTLINE_ALL;

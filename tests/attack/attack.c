@@ -126,11 +126,9 @@ static bool draw(worker *w, picture *out, bool may_refuse) {
         return false;
     }
     if (status == SHD_OK)
-        status = shd_sight_new(out->request->plan, w->engine->tracer, NULL, out->request->arena,
-                               &sight, &error);
+        status = shd_sight_new(out->request->plan, NULL, out->request->arena, &sight, &error);
     if (status == SHD_OK)
         status = shd_film_render(out->request, sight, NULL, NULL, &out->film, &error);
-    shd_sight_drop(sight);
     if (status == SHD_OK) {
         w->counts.pictures++;
         return true;

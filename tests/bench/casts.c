@@ -164,7 +164,7 @@ static void report(const stage *scene, shd_engine *engine, shd_isa isa, int runs
     const shd_plan *plan;
     shd_sight *sight;
     if (shd_plan_make(request->scene, isa, request->arena, &plan, &error) ||
-        shd_sight_new(plan, engine->tracer, NULL, request->arena, &sight, &error))
+        shd_sight_new(plan, NULL, request->arena, &sight, &error))
         quit(scene->name, error.path, error.text);
     static scratch s;
     if (!shd_survey_new(sight, TILE, TILE, request->arena, &s.survey) ||
@@ -181,7 +181,6 @@ static void report(const stage *scene, shd_engine *engine, shd_isa isa, int runs
     printf("%-22s %-9s %8.3f %8.3f %8zu %8zu %7.2f\n", scene->name, shd_isa_name(isa),
            survey[runs / 2], cast[runs / 2], f.rays, f.hits,
            f.rays ? 1e6 * cast[runs / 2] / (double)f.rays : 0);
-    shd_sight_drop(sight);
     shd_request_drop(request);
     free(text);
 }

@@ -49,8 +49,6 @@ ABORTS = {"libOpenColorIO": "it asks for memory in functions that are declared n
 
 # libmicrohttpd forgets three allocations where it has no memory for a connection's pool.
 MHD_LEFT = 3
-# Scenes for Embree: one that was refused memory while it was built is left, see sight/mesh.c.
-EMBREE_LEFT = {"mesh", "layers"}
 
 
 def choose(places):
@@ -248,7 +246,7 @@ class DaemonTest(Case):
                 def right(scene, answer):
                     return answer[0] == 200 and answer == self.ask(calm, "/v1/render", scene)
 
-                left = None if keeps or name in EMBREE_LEFT else MHD_LEFT
+                left = None if keeps else MHD_LEFT
                 self.refuse_each(f"POST /v1/render {name} {' '.join(flags)}", daemon, "/v1/render",
                                  lambda n, scene=scene: another(scene, n), right, left)
 

@@ -55,7 +55,7 @@ static drawn draw(shd_engine *engine, const char *json, bool full) {
     shd_sight *sight = NULL;
     shd_error error = {SHD_OK, "", ""};
     if (shd_request_plan_make(d.request, d.request->scene, &error) ||
-        shd_sight_new(d.request->plan, engine->tracer, NULL, d.request->arena, &sight, &error))
+        shd_sight_new(d.request->plan, NULL, d.request->arena, &sight, &error))
         fail_msg("%s: %s", error.path, error.text);
     shd_plan plan = *d.request->plan;
     if (full) plan.sampling_absolute = plan.sampling_relative = 0;
@@ -63,7 +63,6 @@ static drawn draw(shd_engine *engine, const char *json, bool full) {
     d.request->plan = &plan;
     shd_status status = shd_film_render(d.request, sight, NULL, NULL, &d.film, &error);
     d.request->plan = own;
-    shd_sight_drop(sight);
     if (status != SHD_OK) fail_msg("%s: %s", error.path, error.text);
     return d;
 }

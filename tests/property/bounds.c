@@ -127,11 +127,9 @@ static drawn shown_film_of(shd_engine *engine, const char *json) {
     shd_error error = {SHD_OK, "", ""};
     shd_sight *sight = NULL;
     if (shd_request_plan_make(d.request, d.request->scene, &error) ||
-        shd_sight_new(d.request->plan, d.request->engine->tracer, NULL, d.request->arena, &sight,
-                      &error))
+        shd_sight_new(d.request->plan, NULL, d.request->arena, &sight, &error))
         fail_msg("%s: %s", error.path, error.text);
     shd_status status = shd_film_render(d.request, sight, NULL, NULL, &d.film, &error);
-    shd_sight_drop(sight);
     if (status != SHD_OK) fail_msg("%s: %s", error.path, error.text);
     return d;
 }

@@ -124,7 +124,7 @@ static inline shd_sight *plan_and_see(shd_request *request) {
     shd_sight *sight = NULL;
     if (shd_plan_make(request->scene, request->engine->isa, request->arena, &request->plan,
                       &error) ||
-        shd_sight_new(request->plan, request->engine->tracer, NULL, request->arena, &sight, &error))
+        shd_sight_new(request->plan, NULL, request->arena, &sight, &error))
         fail_msg("%s: %s", error.path, error.text);
     return sight;
 }
@@ -134,7 +134,6 @@ static inline drawn film_of(shd_engine *engine, const char *json) {
     shd_sight *sight = plan_and_see(d.request);
     shd_error error = {SHD_OK, "", ""};
     shd_status status = shd_film_render(d.request, sight, NULL, NULL, &d.film, &error);
-    shd_sight_drop(sight);
     if (status != SHD_OK) fail_msg("%s: %s", error.path, error.text);
     return d;
 }
@@ -298,7 +297,6 @@ static inline sampled samples_of(shd_engine *engine, const char *json) {
     shd_sight_shoot(sight, every, plan->scene->object_count, &(shd_shots){s.count, x, y, sample},
                     &hits);
     shd_hits_pad(&hits);
-    shd_sight_drop(sight);
 
     for (size_t i = 0; i < hits.count;) {
         size_t end = i;

@@ -75,7 +75,7 @@ static shd_request *plan_for(shd_engine *engine, const char *json, shd_isa isa, 
     shd_error error = {SHD_OK, "", ""};
     shd_status status = shd_plan_make(request->scene, isa, request->arena, &request->plan, &error);
     assert_int_equal(status, SHD_OK);
-    if (shd_sight_new(request->plan, engine->tracer, NULL, request->arena, sight, &error))
+    if (shd_sight_new(request->plan, NULL, request->arena, sight, &error))
         fail_msg("%s: %s", error.path, error.text);
     return request;
 }
@@ -85,7 +85,6 @@ static drawn film_by(shd_engine *engine, const char *json, shd_isa isa) {
     drawn d = {.request = plan_for(engine, json, isa, &sight)};
     shd_error error = {SHD_OK, "", ""};
     shd_status status = shd_film_render(d.request, sight, NULL, NULL, &d.film, &error);
-    shd_sight_drop(sight);
     if (status != SHD_OK) fail_msg("%s: %s", error.path, error.text);
     return d;
 }

@@ -206,8 +206,7 @@ static void what_threads_work_in_is_known_before(void **state) {
         assert_int_equal(shd_request_plan_make(request, request->scene, &error), SHD_OK);
         const shd_plan *plan = request->plan;
         shd_sight *sight;
-        assert_int_equal(shd_sight_new(plan, engine->tracer, NULL, request->arena, &sight, &error),
-                         SHD_OK);
+        assert_int_equal(shd_sight_new(plan, NULL, request->arena, &sight, &error), SHD_OK);
         const shd_scenery scenery = {
             .plan = plan, .sight = sight, .adaptive = plan->sampling_absolute > 0};
         asked = 0;
@@ -225,7 +224,6 @@ static void what_threads_work_in_is_known_before(void **state) {
         assert_int_equal(shd_film_render(request, sight, NULL, NULL, &film, &error), SHD_OK);
         const double pixels = 100 * 70 * 4 * sizeof(float) * (double)(plan->plane_count + 3);
         assert_true((double)asked <= 2 * (double)shd_film_scratch_size(plan) + pixels + 1e6);
-        shd_sight_drop(sight);
         shd_request_drop(request);
         free(json);
     }

@@ -184,12 +184,9 @@ static void reduced_pictures_are_the_whole_ones(void **state) {
                          SHD_OK);
         /* A light that is left out does not ask for more digits. */
         ((shd_plan *)whole.request->plan)->split_positions = reduced.request->plan->split_positions;
-        assert_int_equal(shd_sight_new(whole.request->plan, whole.request->engine->tracer, NULL,
-                                       arena, &sight, &error),
-                         SHD_OK);
+        assert_int_equal(shd_sight_new(whole.request->plan, NULL, arena, &sight, &error), SHD_OK);
         assert_int_equal(shd_film_render(whole.request, sight, NULL, NULL, &whole.film, &error),
                          SHD_OK);
-        shd_sight_drop(sight);
         /* A light that reaches nothing does not make positions keep more digits, either: then
          * the pictures are as far apart as both errors allow. */
         const shd_plan *few = reduced.request->plan, *all = whole.request->plan;

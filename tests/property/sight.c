@@ -68,7 +68,7 @@ static looked look(shd_engine *engine, const setting *s, shd_isa isa) {
     shd_error error = {SHD_OK, "", ""};
     shd_arena *arena = l.request->arena;
     if (shd_plan_make(l.request->scene, isa, arena, &l.request->plan, &error) ||
-        shd_sight_new(l.request->plan, engine->tracer, NULL, arena, &l.sight, &error))
+        shd_sight_new(l.request->plan, NULL, arena, &l.sight, &error))
         fail_msg("%s: %s", error.path, error.text);
     l.raster = &l.request->scene->raster;
     free(json);
@@ -76,7 +76,6 @@ static looked look(shd_engine *engine, const setting *s, shd_isa isa) {
 }
 
 static void drop_looked(looked *l) {
-    shd_sight_drop(l->sight);
     shd_request_drop(l->request);
 }
 

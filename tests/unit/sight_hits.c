@@ -21,7 +21,7 @@ static seen see(shd_engine *engine, const char *json, shd_isa isa) {
     shd_error error = {SHD_OK, "", ""};
     shd_arena *arena = s.request->arena;
     if (shd_plan_make(s.request->scene, isa, arena, &s.request->plan, &error) ||
-        shd_sight_new(s.request->plan, engine->tracer, NULL, arena, &s.sight, &error))
+        shd_sight_new(s.request->plan, NULL, arena, &s.sight, &error))
         fail_msg("%s: %s", error.path, error.text);
     assert_true(shd_hits_new(s.request->plan, ALL, arena, &s.hits));
     for (int i = 0; i < ALL; i++) {
@@ -36,7 +36,6 @@ static seen see(shd_engine *engine, const char *json, shd_isa isa) {
 }
 
 static void drop_seen(seen *s) {
-    shd_sight_drop(s->sight);
     shd_request_drop(s->request);
 }
 

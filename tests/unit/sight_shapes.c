@@ -13,6 +13,12 @@ static const double tube = 0.35;
 static const shd_shape solids[] = {SHD_SPHERE, SHD_BOX, SHD_CYLINDER, SHD_CONE, SHD_TORUS};
 enum { SOLIDS = sizeof solids / sizeof solids[0] };
 
+/* `direction` need not be unit. Only t > near counts. */
+typedef struct test_ray {
+    shd_vec3 origin, direction;
+    double near;
+} test_ray;
+
 typedef struct surface {
     double t;        /* along the ray */
     shd_vec3 point;  /* snapped onto the shape */
@@ -21,7 +27,7 @@ typedef struct surface {
 
 /* The nearest surface with t > ray->near; false: none. One ray fills a batch: slow, but the same
  * code. */
-static bool intersect(shd_shape shape, double ring_tube, const shd_ray *ray, surface *out) {
+static bool intersect(shd_shape shape, double ring_tube, const test_ray *ray, surface *out) {
     shd_work w;
     shd_surfaces met;
     for (int i = 0; i < SHD_RAYS; i++) {
@@ -74,9 +80,9 @@ static shd_vec3 unit(shd_vec3 v) {
     return out;
 }
 
-static shd_ray random_ray(double size) {
+static test_ray random_ray(double size) {
     shd_vec3 from = random_in(size), at = random_in(0.8);
-    return (shd_ray){from, shd_scale(unit(shd_sub(at, from)), uniform(0.1, 10)), 0};
+    return (test_ray){from, shd_scale(unit(shd_sub(at, from)), uniform(0.1, 10)), 0};
 }
 
 static void hits_lie_on_the_surface_and_nothing_is_before_them(void **state) {
@@ -85,7 +91,7 @@ static void hits_lie_on_the_surface_and_nothing_is_before_them(void **state) {
     for (size_t k = 0; k < SOLIDS; k++) {
         int hits = 0;
         for (int i = 0; i < 3000; i++) {
-            shd_ray ray = random_ray(i % 3 ? 3 : 0.6); /* a third of them from near or inside */
+            test_ray ray = random_ray(i % 3 ? 3 : 0.6); /* a third of them from near or inside */
             surface s;
             bool hit = intersect(solids[k], tube, &ray, &s);
             double reach = 10 / shd_length(ray.direction);
@@ -113,7 +119,7 @@ static void normals_are_the_gradient(void **state) {
     srand(2);
     for (size_t k = 0; k < SOLIDS; k++) {
         for (int i = 0; i < 1000; i++) {
-            shd_ray ray = random_ray(3);
+            test_ray ray = random_ray(3);
             surface s;
             if (!intersect(solids[k], tube, &ray, &s)) continue;
             shd_vec3 n = unit(s.normal);
@@ -142,8 +148,8 @@ static void normals_are_the_gradient(void **state) {
 static void plane_and_disc_lie_in_y_0(void **state) {
     (void)state;
     surface s;
-    shd_ray down = {{0.5, 2, 0.25}, {0, -2, 0}, 0}, up = {{0.5, 2, 0.25}, {0, 1, 0}, 0};
-    shd_ray wide = {{0.9, 2, 0.9}, {0, -2, 0}, 0}, level = {{0, 1, 0}, {1, 0, 0}, 0};
+    test_ray down = {{0.5, 2, 0.25}, {0, -2, 0}, 0}, up = {{0.5, 2, 0.25}, {0, 1, 0}, 0};
+    test_ray wide = {{0.9, 2, 0.9}, {0, -2, 0}, 0}, level = {{0, 1, 0}, {1, 0, 0}, 0};
     assert_true(intersect(SHD_PLANE, 0, &down, &s) && s.t == 1 && s.point.y == 0);
     assert_true(intersect(SHD_DISC, 0, &down, &s) && fabs(s.t - 1) < 1e-15);
     assert_false(intersect(SHD_PLANE, 0, &up, &s));
@@ -168,7 +174,7 @@ static void far_spheres_are_hit_and_missed_rightly(void **state) {
             double sine = r / distance;
             shd_vec3 toward =
                 shd_add(shd_scale(from, -sqrt(1 - sine * sine)), shd_scale(side, sine));
-            shd_ray ray = {shd_scale(from, distance), toward, 0};
+            test_ray ray = {shd_scale(from, distance), toward, 0};
             surface s;
             assert_true(intersect(SHD_SPHERE, 0, &ray, &s) == inside);
             float ox = (float)ray.origin.x, oy = (float)ray.origin.y, oz = (float)ray.origin.z;
@@ -185,7 +191,7 @@ static void far_spheres_are_hit_and_missed_rightly(void **state) {
 
 static void ray_from_inside_meets_the_far_wall(void **state) {
     (void)state;
-    shd_ray ray = {{0.1, 0.05, 0}, {0, 0, -1}, 0};
+    test_ray ray = {{0.1, 0.05, 0}, {0, 0, -1}, 0};
     surface s;
     for (size_t k = 0; k < SOLIDS; k++) {
         if (solids[k] == SHD_TORUS) ray.origin.x = 1;
@@ -202,7 +208,7 @@ static void thin_torus_far_away_is_met_on_its_tube(void **state) {
     for (int i = 0; i < 1000; i++) {
         double angle = uniform(0, 2 * SHD_PI), off = uniform(-0.9, 0.9) * thin;
         shd_vec3 at = {(1 + off) * cos(angle), 0, (1 + off) * sin(angle)};
-        shd_ray ray = {{50, 1000, 20}, {0, 0, 0}, 0};
+        test_ray ray = {{50, 1000, 20}, {0, 0, 0}, 0};
         ray.direction = unit(shd_sub(at, ray.origin));
         surface s;
         assert_true(intersect(SHD_TORUS, thin, &ray, &s));
@@ -238,7 +244,7 @@ static void tori_are_met_where_marching_meets_them(void **state) {
         if (i % 4 == 1) d = unit(random_in(1));
         if (i % 7 == 2) d = (shd_vec3){0, 1, 0};
         if (i % 7 == 3) d = (shd_vec3){1, 0, 0};
-        shd_ray ray = {shd_madd(at, d, i % 11 ? -reach : uniform(-1, 1)), d, 0};
+        test_ray ray = {shd_madd(at, d, i % 11 ? -reach : uniform(-1, 1)), d, 0};
         const bool inside = tube_square(r, ray.origin) < 0;
         surface s;
         const bool hit = intersect(SHD_TORUS, r, &ray, &s);

@@ -1,0 +1,372 @@
+/* Meshes, a batch of rays at a time. The rays are a bundle within a rectangle of the image plane:
+ * boxes and triangles that no ray of it may meet are left out, with more room than rounding takes.
+ *
+ * Which triangle a ray meets is then decided in f64, by the sides on which its corners' edges pass
+ * the ray (S. Woop, C. Benthin, I. Wald, "Watertight Ray/Triangle Intersection", 2013). Corners
+ * are moved by the same arithmetic in each triangle that has them, an edge's two triangles get
+ * opposite values, and a value of the wrong sign cannot come of rounding, only 0, which is taken
+ * for either side: no ray slips through between triangles. Depths are weighted means of the
+ * corners', so that a triangle that is seen from its edge is met no farther than it reaches.
+ *
+ * Compiled once an instruction set. */
+#include "base/simd.h"
+#include "sight/rays.h"
+#include "sight/tree.h"
+
+enum {
+    GROUP = 8, /* rays that are tried together */
+    GROUPS = SHD_RAYS / GROUP,
+    SIDES = 8 /* functions of a box, filled up to whole vectors */
+};
+
+/* What of a sum of products rounding may change, and more. */
+static const double ROUNDING = 1e-14;
+
+/* A rectangle of the image plane. */
+typedef struct area {
+    double left, right, bottom, top;
+} area;
+
+typedef struct bundle {
+    SHD_ALIGNED double p[SHD_RAYS], q[SHD_RAYS], cosine[SHD_RAYS]; /* of the ray and the depth */
+    double near[SHD_RAYS];                                         /* only a depth > near counts */
+    double depth[SHD_RAYS], name[SHD_RAYS];   /* of the nearest so far; infinity: none */
+    double second[SHD_RAYS], third[SHD_RAYS]; /* the weights of its corners */
+    double left[GROUPS], right[GROUPS], bottom[GROUPS], top[GROUPS];
+    area all;
+    double reach; /* nothing farther is wanted */
+    double slack; /* what rounding may change of depths, and more */
+    /* A box is left out where one of these, linear functions, is negative all over it: how far it
+     * is within each side of the bundle; and the depth. */
+    SHD_ALIGNED double x[SIDES], y[SIDES], z[SIDES], fixed[SIDES];
+} bundle;
+
+/* ---- The bundle. ---- */
+
+static void bound_groups(bundle *k) {
+    k->all = (area){INFINITY, -INFINITY, INFINITY, -INFINITY};
+    for (int g = 0; g < GROUPS; g++) {
+        area a = {INFINITY, -INFINITY, INFINITY, -INFINITY};
+        for (int i = g * GROUP; i < (g + 1) * GROUP; i++) {
+            a.left = k->p[i] < a.left ? k->p[i] : a.left;
+            a.right = k->p[i] > a.right ? k->p[i] : a.right;
+            a.bottom = k->q[i] < a.bottom ? k->q[i] : a.bottom;
+            a.top = k->q[i] > a.top ? k->q[i] : a.top;
+        }
+        const double across = ROUNDING * (fabs(a.left) + fabs(a.right)),
+                     up = ROUNDING * (fabs(a.bottom) + fabs(a.top));
+        k->left[g] = a.left - across, k->right[g] = a.right + across;
+        k->bottom[g] = a.bottom - up, k->top[g] = a.top + up;
+        k->all.left = k->left[g] < k->all.left ? k->left[g] : k->all.left;
+        k->all.right = k->right[g] > k->all.right ? k->right[g] : k->all.right;
+        k->all.bottom = k->bottom[g] < k->all.bottom ? k->bottom[g] : k->all.bottom;
+        k->all.top = k->top[g] > k->all.top ? k->top[g] : k->all.top;
+    }
+}
+
+/* Side `at`: sign * (row - bound * w) of points, and how much rounding may change it. */
+static void set_side(const shd_mesh_view *view, bundle *k, int at, double sign, shd_vec3 row,
+                     double bound) {
+    const shd_vec3 w = view->orthographic ? (shd_vec3){0, 0, 0} : view->rows[2];
+    const shd_vec3 n = shd_scale(shd_madd(row, w, -bound), sign), e = view->eye;
+    const double fixed = view->orthographic ? -sign * bound : 0, b = fabs(bound);
+    const double error = (fabs(row.x) + b * fabs(w.x)) * (1 + fabs(e.x)) +
+                         (fabs(row.y) + b * fabs(w.y)) * (1 + fabs(e.y)) +
+                         (fabs(row.z) + b * fabs(w.z)) * (1 + fabs(e.z)) + fabs(fixed);
+    k->x[at] = n.x;
+    k->y[at] = n.y;
+    k->z[at] = n.z;
+    k->fixed[at] = fixed - shd_dot(n, e) + ROUNDING * error;
+}
+
+static void aim(const shd_lens *lens, const shd_item *it, const shd_batch *b, double limit,
+                bundle *k) {
+    const shd_mesh_view *view = &it->view;
+    const shd_fan fan = shd_fan_of(lens);
+    const double unit = 1 / view->unit, blind = it->blind * unit;
+    const double across = view->orthographic ? fan.step_x * unit : fan.step_x,
+                 up_by = view->orthographic ? fan.step_y * unit : fan.step_y;
+    double most = 0;
+    SHD_EACH_LANE(i) {
+        const double cosine = -(b->direction[0][i] * fan.back.x + b->direction[1][i] * fan.back.y +
+                                b->direction[2][i] * fan.back.z);
+        k->p[i] = (b->x[i] - fan.middle_x) * across;
+        k->q[i] = (fan.middle_y - b->y[i]) * up_by;
+        k->cosine[i] = cosine;
+        k->near[i] = blind * cosine;
+        k->depth[i] = k->name[i] = INFINITY;
+        most = cosine > most ? cosine : most;
+    }
+    bound_groups(k);
+    const shd_vec3 right = view->rows[0], up = view->rows[1], forward = view->rows[2];
+    memset(k->x, 0, sizeof k->x);
+    memset(k->y, 0, sizeof k->y);
+    memset(k->z, 0, sizeof k->z);
+    memset(k->fixed, 0, sizeof k->fixed);
+    set_side(view, k, 0, 1, right, k->all.left);
+    set_side(view, k, 1, -1, right, k->all.right);
+    set_side(view, k, 2, 1, up, k->all.bottom);
+    set_side(view, k, 3, -1, up, k->all.top);
+    /* How far before and behind the eye; these have no bound to subtract. */
+    const shd_vec3 e = view->eye;
+    k->slack = ROUNDING * (fabs(forward.x) * (1 + fabs(e.x)) + fabs(forward.y) * (1 + fabs(e.y)) +
+                           fabs(forward.z) * (1 + fabs(e.z)));
+    for (int s = 4; s < 6; s++) {
+        const double sign = s == 4 ? 1 : -1;
+        k->x[s] = sign * forward.x;
+        k->y[s] = sign * forward.y;
+        k->z[s] = sign * forward.z;
+        k->fixed[s] = k->slack - sign * shd_dot(forward, e);
+    }
+    k->reach = limit * unit * most + k->slack;
+}
+
+/* ---- Triangles. ---- */
+
+/* Tries the rays from `at` on: a vector of them. Returns whether any was met nearer. */
+SHD_INLINE bool try_rays(bundle *k, int at, const shd_seen_vertex *a, const shd_seen_vertex *b,
+                         const shd_seen_vertex *c, double name) {
+    const shd_vd zero = shd_vd_set(0), p = shd_vd_load(k->p + at), q = shd_vd_load(k->q + at);
+    const shd_vd ax = shd_vd_set(a->x) - p * shd_vd_set(a->w),
+                 ay = shd_vd_set(a->y) - q * shd_vd_set(a->w),
+                 bx = shd_vd_set(b->x) - p * shd_vd_set(b->w),
+                 by = shd_vd_set(b->y) - q * shd_vd_set(b->w),
+                 cx = shd_vd_set(c->x) - p * shd_vd_set(c->w),
+                 cy = shd_vd_set(c->y) - q * shd_vd_set(c->w);
+    const shd_vd u = bx * cy - by * cx, v = cx * ay - cy * ax, w = ax * by - ay * bx;
+    const shd_md negative = shd_vd_gt(zero, shd_vd_min(shd_vd_min(u, v), w)),
+                 positive = shd_vd_gt(shd_vd_max(shd_vd_max(u, v), w), zero);
+    if (!(shd_md_bits(negative) ^ shd_md_bits(positive))) return false;
+
+    /* Of a triangle that is seen from its edge, all three may round to 0 or one sign beside it. */
+    const shd_vd left = shd_vd_min(shd_vd_min(ax, bx), cx),
+                 right = shd_vd_max(shd_vd_max(ax, bx), cx),
+                 low = shd_vd_min(shd_vd_min(ay, by), cy),
+                 high = shd_vd_max(shd_vd_max(ay, by), cy);
+    const shd_md beside = shd_md_or(shd_md_or(shd_vd_gt(left, zero), shd_vd_gt(zero, right)),
+                                    shd_md_or(shd_vd_gt(low, zero), shd_vd_gt(zero, high)));
+    const shd_md one = shd_md_or(negative, positive), both = shd_md_and(negative, positive),
+                 met = shd_md_and(one, shd_md_not(shd_md_or(both, beside)));
+
+    const shd_vd inverse = shd_vd_set(1) / (u + v + w);
+    const shd_vd second = v * inverse, third = w * inverse;
+    const shd_vd depth =
+        (u * shd_vd_set(a->depth) + v * shd_vd_set(b->depth) + w * shd_vd_set(c->depth)) * inverse;
+    const shd_vd before = shd_vd_load(k->depth + at), names = shd_vd_set(name),
+                 known = shd_vd_load(k->name + at);
+    /* At the same depth the first triangle stays. */
+    const shd_md first = shd_md_and(shd_md_not(shd_vd_gt(depth, before)), shd_vd_gt(known, names)),
+                 nearer = shd_md_or(shd_vd_gt(before, depth), first),
+                 kept = shd_md_and(shd_md_and(met, nearer),
+                                   shd_vd_gt(depth, shd_vd_load(k->near + at)));
+    if (!shd_md_any(kept)) return false;
+    shd_vd_store(k->depth + at, shd_vd_select(kept, depth, before));
+    shd_vd_store(k->name + at, shd_vd_select(kept, names, known));
+    shd_vd_store(k->second + at, shd_vd_select(kept, second, shd_vd_load(k->second + at)));
+    shd_vd_store(k->third + at, shd_vd_select(kept, third, shd_vd_load(k->third + at)));
+    return true;
+}
+
+static inline double least_of(double a, double b, double c) {
+    a = a < b ? a : b;
+    return a < c ? a : c;
+}
+
+static inline double most_of(double a, double b, double c) {
+    a = a > b ? a : b;
+    return a > c ? a : c;
+}
+
+/* Bit g: group g may meet what lies within `there`. */
+static inline unsigned groups_in(const bundle *k, area there) {
+    unsigned groups = 0;
+    for (int g = 0; g < GROUPS; g++) {
+        const bool out = (k->left[g] > there.right) | (k->right[g] < there.left) |
+                         (k->bottom[g] > there.top) | (k->top[g] < there.bottom);
+        groups |= (unsigned)!out << g;
+    }
+    return groups;
+}
+
+static bool try_triangle(bundle *k, const shd_mesh_view *view, const shd_leaf *leaf) {
+    const shd_seen_vertex *a = &view->vertices[leaf->corner[0]],
+                          *b = &view->vertices[leaf->corner[1]],
+                          *c = &view->vertices[leaf->corner[2]];
+    unsigned groups = (1u << GROUPS) - 1;
+    if (least_of(a->depth, b->depth, c->depth) > k->reach) return false;
+    if (least_of(a->w, b->w, c->w) > 0) {
+        const area there = {least_of(a->p, b->p, c->p), most_of(a->p, b->p, c->p),
+                            least_of(a->q, b->q, c->q), most_of(a->q, b->q, c->q)};
+        if (there.left > k->all.right || there.right < k->all.left || there.bottom > k->all.top ||
+            there.top < k->all.bottom)
+            return false;
+        groups = groups_in(k, there);
+    }
+    bool any = false;
+    for (; groups; groups &= groups - 1) {
+        const int at = __builtin_ctz(groups) * GROUP;
+        for (int i = at; i < at + GROUP; i += SHD_W / 2)
+            any = try_rays(k, i, a, b, c, leaf->name) || any;
+    }
+    return any;
+}
+
+/* ---- The tree. ---- */
+
+/* Whether any ray may meet the box; from which depth on. */
+static inline bool may_meet(const bundle *k, const shd_branch *b, double *depth) {
+    double most[SIDES];
+    for (int s = 0; s < SIDES; s++) {
+        const double x0 = k->x[s] * b->low[0], x1 = k->x[s] * b->high[0];
+        const double y0 = k->y[s] * b->low[1], y1 = k->y[s] * b->high[1];
+        const double z0 = k->z[s] * b->low[2], z1 = k->z[s] * b->high[2];
+        most[s] = k->fixed[s] + ((x0 > x1 ? x0 : x1) + (y0 > y1 ? y0 : y1) + (z0 > z1 ? z0 : z1));
+    }
+    *depth = -most[5];
+    bool out = *depth > k->reach;
+    for (int s = 0; s < 5; s++) out |= most[s] < 0;
+    return !out;
+}
+
+static void update_reach(bundle *k) {
+    double most = 0;
+    SHD_EACH_LANE(i) most = k->depth[i] > most ? k->depth[i] : most;
+    most += k->slack;
+    k->reach = most < k->reach ? most : k->reach;
+}
+
+static void walk(bundle *k, const shd_mesh_view *view) {
+    struct {
+        uint32_t branch;
+        double depth;
+    } waiting[SHD_TREE_DEPTH];
+    int waits = 0;
+    const shd_branch *branches = view->tree->branches;
+    double depth;
+    if (!view->tree->leaf_count || !may_meet(k, branches, &depth)) return;
+    for (uint32_t at = 0;;) {
+        const shd_branch *now = &branches[at];
+        if (now->count) {
+            bool any = false;
+            for (uint32_t i = now->first; i < now->first + now->count; i++)
+                any = try_triangle(k, view, &view->tree->leaves[i]) || any;
+            if (any) update_reach(k);
+        } else {
+            double one, other;
+            const bool first = may_meet(k, &branches[now->first], &one),
+                       second = may_meet(k, &branches[now->first + 1], &other);
+            const bool swapped = second && (!first || other < one);
+            if (first && second) {
+                waiting[waits].branch = now->first + !swapped;
+                waiting[waits++].depth = swapped ? one : other;
+            }
+            if (first || second) {
+                at = now->first + swapped;
+                continue;
+            }
+        }
+        do
+            if (!waits--) return;
+        while (waiting[waits].depth > k->reach);
+        at = waiting[waits].branch;
+    }
+}
+
+/* ---- For cast.simd.c. ---- */
+
+void SHD_VARIANT(shd_find_mesh)(const shd_lens *lens, const shd_item *it, const shd_batch *b,
+                                double limit, shd_mesh_hits *out) {
+    bundle k;
+    aim(lens, it, b, limit, &k);
+    walk(&k, &it->view);
+    SHD_EACH_LANE(i) out->t[i] = k.depth[i] * it->view.unit / k.cosine[i];
+    for (int i = 0; i < SHD_RAYS; i++) {
+        if (!(k.depth[i] < INFINITY)) continue;
+        const uint32_t name = (uint32_t)k.name[i], order = name % SHD_ORDERS;
+        const double rest = 1 - k.second[i] - k.third[i];
+        const double weights[3] = {rest > 0 ? rest : 0, k.second[i], k.third[i]};
+        const uint32_t first = order / SHD_CORNERS, second = order % SHD_CORNERS;
+        out->triangle[i] = name / SHD_ORDERS;
+        out->u[i] = weights[second];
+        out->v[i] = weights[SHD_CORNERS - first - second];
+    }
+}
+
+/* Where the item is not hit: somewhere on its first triangle. */
+static void gather(const shd_item *it, double object, const shd_stage *hits,
+                   double corner[3][3][SHD_RAYS], double normal[3][3][SHD_RAYS], double *restrict u,
+                   double *restrict v) {
+    const shd_triangles *tri = &it->triangles;
+    for (int i = 0; i < SHD_RAYS; i++) {
+        const bool hit = hits->object[i] == object;
+        const uint32_t *vertex = tri->indices + 3 * (size_t)(hit ? hits->triangle[i] : 0);
+        u[i] = hit ? hits->u[i] : 0;
+        v[i] = hit ? hits->v[i] : 0;
+        for (int n = 0; n < 3; n++) {
+            const double *from = tri->positions + 3 * (size_t)vertex[n];
+            for (int c = 0; c < 3; c++) corner[n][c][i] = from[c];
+            if (!it->smooth) continue;
+            from = it->units + 3 * (size_t)vertex[n];
+            for (int c = 0; c < 3; c++) normal[n][c][i] = from[c];
+        }
+    }
+}
+
+static void cross_edges(const double ab[restrict 3][SHD_RAYS],
+                        const double ac[restrict 3][SHD_RAYS], double n[restrict 3][SHD_RAYS]) {
+    SHD_EACH_LANE(i) {
+        n[0][i] = ab[1][i] * ac[2][i] - ab[2][i] * ac[1][i];
+        n[1][i] = ab[2][i] * ac[0][i] - ab[0][i] * ac[2][i];
+        n[2][i] = ab[0][i] * ac[1][i] - ab[1][i] * ac[0][i];
+    }
+}
+
+/* Interpolated normals, of the side that is seen by the triangle's plane; the plane's own where
+ * they cancel. */
+static void smooth_normals(const shd_item *it, const shd_batch *restrict b,
+                           const double corner[restrict 3][3][SHD_RAYS], const double *restrict u,
+                           const double *restrict v, double n[restrict 3][SHD_RAYS]) {
+    const shd_affine m = it->from_world;
+    const double turned = it->front_only ? 1 : -1;
+    SHD_EACH_LANE(i) {
+        const double x = b->direction[0][i], y = b->direction[1][i], z = b->direction[2][i];
+        const double first = 1 - u[i] - v[i], second = u[i], third = v[i];
+        const double ox = m.linear[0][0] * x + m.linear[0][1] * y + m.linear[0][2] * z,
+                     oy = m.linear[1][0] * x + m.linear[1][1] * y + m.linear[1][2] * z,
+                     oz = m.linear[2][0] * x + m.linear[2][1] * y + m.linear[2][2] * z;
+        const double sx = corner[0][0][i] * first + corner[1][0][i] * second +
+                          corner[2][0][i] * third,
+                     sy = corner[0][1][i] * first + corner[1][1][i] * second +
+                          corner[2][1][i] * third,
+                     sz = corner[0][2][i] * first + corner[1][2][i] * second +
+                          corner[2][2][i] * third;
+        const bool away = n[0][i] * ox + n[1][i] * oy + n[2][i] * oz > 0;
+        const bool none = sx == 0 && sy == 0 && sz == 0;
+        const double sign = away ? turned : 1;
+        n[0][i] = sign * (none ? n[0][i] : sx);
+        n[1][i] = sign * (none ? n[1][i] : sy);
+        n[2][i] = sign * (none ? n[2][i] : sz);
+    }
+}
+
+void SHD_VARIANT(shd_place_mesh)(const shd_item *it, double object, const shd_batch *b,
+                                 const shd_stage *hits, shd_surfaces *out) {
+    SHD_ALIGNED double corner[3][3][SHD_RAYS], normal[3][3][SHD_RAYS], u[SHD_RAYS], v[SHD_RAYS];
+    gather(it, object, hits, corner, normal, u, v);
+    /* From a corner: a triangle with one y has all of its points there, so that a light at this y
+     * does not shine on some of them. */
+    const double scale = it->view.tree->scale;
+    for (int c = 0; c < 3; c++) {
+        double *restrict a = corner[0][c], *restrict ab = corner[1][c], *restrict ac = corner[2][c],
+                         *restrict point = out->point[c];
+        SHD_EACH_LANE(i) {
+            ab[i] -= a[i];
+            ac[i] -= a[i];
+            point[i] = a[i] + ab[i] * u[i] + ac[i] * v[i];
+            ab[i] *= scale;
+            ac[i] *= scale;
+        }
+    }
+    cross_edges(corner[1], corner[2], out->normal);
+    if (it->smooth) smooth_normals(it, b, normal, u, v, out->normal);
+}

@@ -1,0 +1,313 @@
+/* Trees are split where binned surface areas promise the least work (I. Wald, "On fast
+ * construction of SAH-based bounding volume hierarchies", 2007). */
+#include "sight/tree.h"
+
+#include <float.h>
+#include <stdlib.h>
+
+enum {
+    BINS = 16,
+    FEW = 4,        /* triangles that are not split further */
+    LEAST = 2,      /* on either side of a split, so that there are fewer branches than leaves */
+    SAH_DEPTH = 60, /* below it halves, however they lie */
+    CANCEL_EVERY = 4096 /* triangles */
+};
+
+/* A triangle while the tree is made. */
+typedef struct part {
+    double low[3], high[3];
+    uint32_t triangle;
+} part;
+
+typedef struct box {
+    double low[3], high[3];
+} box;
+
+typedef struct job {
+    uint32_t branch, first, count;
+    int depth;
+} job;
+
+typedef struct planter {
+    const shd_triangles *triangles;
+    const atomic_bool *cancelled;
+    shd_mesh_tree *tree;
+    part *parts;
+    uint32_t branch_count;
+} planter;
+
+static const box EMPTY = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+
+static inline double smaller(double a, double b) {
+    return a < b ? a : b;
+}
+
+static inline double larger(double a, double b) {
+    return a > b ? a : b;
+}
+
+static inline void enclose(box *b, const double low[3], const double high[3]) {
+    for (int c = 0; c < 3; c++) {
+        b->low[c] = smaller(b->low[c], low[c]);
+        b->high[c] = larger(b->high[c], high[c]);
+    }
+}
+
+static inline double half_area(const box *b) {
+    const double x = b->high[0] - b->low[0], y = b->high[1] - b->low[1], z = b->high[2] - b->low[2];
+    return x * y + y * z + z * x;
+}
+
+/* Twice the middle. */
+static inline double middle(const part *p, int c) {
+    return p->low[c] + p->high[c];
+}
+
+static bool is_cancelled(const planter *w) {
+    return w->cancelled && atomic_load_explicit(w->cancelled, memory_order_relaxed);
+}
+
+/* ---- Triangles. ---- */
+
+static shd_vec3 corner_of(const planter *w, uint32_t triangle, int k) {
+    return shd_scale(shd_triangle_corner(w->triangles, triangle, k), w->tree->scale);
+}
+
+static void measure(planter *w) {
+    const shd_triangles *t = w->triangles;
+    double most = 0;
+    for (size_t i = 0; i < 3 * t->vertex_count; i++) most = larger(most, fabs(t->positions[i]));
+    int exponent = 0;
+    if (most > 0) (void)frexp(most, &exponent);
+    exponent = exponent > 1000 ? 1000 : exponent < -1000 ? -1000 : exponent;
+    w->tree->exponent = exponent;
+    w->tree->scale = ldexp(1, -exponent);
+}
+
+/* Those with an area. */
+static uint32_t list_parts(planter *w) {
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < w->triangles->triangle_count; i++) {
+        const shd_vec3 a = corner_of(w, i, 0), b = corner_of(w, i, 1), c = corner_of(w, i, 2);
+        if (!(shd_max_abs(shd_cross(shd_sub(b, a), shd_sub(c, a))) > 0)) continue;
+        w->parts[count++] =
+            (part){{smaller(smaller(a.x, b.x), c.x), smaller(smaller(a.y, b.y), c.y),
+                    smaller(smaller(a.z, b.z), c.z)},
+                   {larger(larger(a.x, b.x), c.x), larger(larger(a.y, b.y), c.y),
+                    larger(larger(a.z, b.z), c.z)},
+                   i};
+    }
+    return count;
+}
+
+static int compare_corners(const shd_triangles *t, uint32_t a, uint32_t b) {
+    const double *p = t->positions + 3 * (size_t)a, *q = t->positions + 3 * (size_t)b;
+    for (int c = 0; c < 3; c++)
+        if (p[c] != q[c]) return p[c] < q[c] ? -1 : 1;
+    return 0;
+}
+
+static shd_leaf make_leaf(const shd_triangles *t, uint32_t triangle) {
+    const uint32_t *given = t->indices + 3 * (size_t)triangle;
+    uint32_t place[3] = {0, 0, 0}; /* of each corner: how many come before it */
+    for (int i = 0; i < 3; i++)
+        for (int k = i + 1; k < 3; k++) place[compare_corners(t, given[i], given[k]) > 0 ? i : k]++;
+    shd_leaf leaf = {.name = SHD_ORDERS * triangle + SHD_CORNERS * place[0] + place[1]};
+    for (int i = 0; i < 3; i++) leaf.corner[place[i]] = given[i];
+    return leaf;
+}
+
+/* ---- Repeated triangles. ---- */
+
+static int compare_parts(const void *a, const void *b, void *context) {
+    const shd_triangles *t = context;
+    const uint32_t i = ((const part *)a)->triangle, k = ((const part *)b)->triangle;
+    const shd_leaf p = make_leaf(t, i), q = make_leaf(t, k);
+    for (int c = 0; c < 3; c++) {
+        const int order = compare_corners(t, p.corner[c], q.corner[c]);
+        if (order) return order;
+    }
+    return i < k ? -1 : i > k;
+}
+
+/* Keeps the first of equal triangles. Returns how many are left. */
+static uint32_t drop_repeated(const planter *w, part *parts, uint32_t count) {
+    const shd_triangles *t = w->triangles;
+    qsort_r(parts, count, sizeof *parts, compare_parts, (void *)(size_t)t);
+    uint32_t kept = 1;
+    for (uint32_t i = 1; i < count; i++) {
+        const shd_leaf a = make_leaf(t, parts[kept - 1].triangle),
+                       b = make_leaf(t, parts[i].triangle);
+        bool equal = true;
+        for (int c = 0; c < 3; c++) equal = equal && !compare_corners(t, a.corner[c], b.corner[c]);
+        if (!equal) parts[kept++] = parts[i];
+    }
+    return kept;
+}
+
+/* ---- Splits. ---- */
+
+typedef struct bins {
+    box boxes[BINS];
+    uint32_t counts[BINS];
+} bins;
+
+typedef struct cut {
+    double low, steps; /* bin = (middle - low) steps */
+    int axis, at;      /* bins below `at` are on the left; 0: none is worth it */
+} cut;
+
+static inline int bin_of(const cut *c, const part *p) {
+    const int bin = (int)((middle(p, c->axis) - c->low) * c->steps);
+    return bin < BINS ? bin : BINS - 1;
+}
+
+static void fill_bins(const part *parts, uint32_t count, const cut *c, bins *out) {
+    for (int k = 0; k < BINS; k++) {
+        out->boxes[k] = EMPTY;
+        out->counts[k] = 0;
+    }
+    for (uint32_t i = 0; i < count; i++) {
+        const int k = bin_of(c, &parts[i]);
+        enclose(&out->boxes[k], parts[i].low, parts[i].high);
+        out->counts[k]++;
+    }
+}
+
+/* The cut between bins with the least sum of areas times triangles. */
+static void choose_cut(const bins *b, uint32_t count, cut *c) {
+    double right[BINS], best = INFINITY;
+    box side = EMPTY;
+    uint32_t on = 0;
+    for (int k = BINS - 1; k > 0; k--) {
+        if (b->counts[k]) enclose(&side, b->boxes[k].low, b->boxes[k].high);
+        on += b->counts[k];
+        right[k] = on >= LEAST ? half_area(&side) * on : INFINITY;
+    }
+    side = EMPTY;
+    on = 0;
+    for (int k = 1; k < BINS; k++) {
+        if (b->counts[k - 1]) enclose(&side, b->boxes[k - 1].low, b->boxes[k - 1].high);
+        on += b->counts[k - 1];
+        if (on < LEAST || count - on < LEAST) continue;
+        const double cost = half_area(&side) * on + right[k];
+        if (cost < best) {
+            best = cost;
+            c->at = k;
+        }
+    }
+}
+
+static uint32_t part_by(const cut *c, part *parts, uint32_t count) {
+    uint32_t left = 0, right = count;
+    while (left < right) {
+        if (bin_of(c, &parts[left]) < c->at) {
+            left++;
+            continue;
+        }
+        const part moved = parts[--right];
+        parts[right] = parts[left];
+        parts[left] = moved;
+    }
+    return left;
+}
+
+/* Sorts parts into two sides; returns how many are on the left. They may have become fewer. */
+static uint32_t split_parts(const planter *w, part *parts, uint32_t *count, int depth) {
+    box middles = EMPTY;
+    for (uint32_t i = 0; i < *count; i++) {
+        const double at[3] = {middle(&parts[i], 0), middle(&parts[i], 1), middle(&parts[i], 2)};
+        enclose(&middles, at, at);
+    }
+    cut c = {.axis = 0};
+    double most = 0;
+    for (int axis = 0; axis < 3; axis++) {
+        const double extent = middles.high[axis] - middles.low[axis];
+        if (!(extent > most)) continue;
+        most = extent;
+        c.axis = axis;
+    }
+    c.low = middles.low[c.axis];
+    c.steps = BINS * (1 - 1e-9) / most;
+    if (!(most > 0)) {
+        *count = drop_repeated(w, parts, *count);
+    } else if (c.steps < DBL_MAX && depth < SAH_DEPTH) {
+        bins b;
+        fill_bins(parts, *count, &c, &b);
+        choose_cut(&b, *count, &c);
+    }
+    return c.at ? part_by(&c, parts, *count) : *count / 2;
+}
+
+/* ---- The tree. ---- */
+
+static void set_box(const planter *w, const job *j) {
+    box all = EMPTY;
+    for (uint32_t i = j->first; i < j->first + j->count; i++)
+        enclose(&all, w->parts[i].low, w->parts[i].high);
+    shd_branch *branch = &w->tree->branches[j->branch];
+    for (int c = 0; c < 3; c++) {
+        branch->low[c] = all.low[c];
+        branch->high[c] = all.high[c];
+    }
+}
+
+static void put_leaves(const planter *w, const job *j, uint32_t count) {
+    shd_mesh_tree *tree = w->tree;
+    shd_branch *branch = &tree->branches[j->branch];
+    branch->first = (uint32_t)tree->leaf_count;
+    branch->count = count;
+    for (uint32_t i = 0; i < count; i++)
+        tree->leaves[tree->leaf_count++] = make_leaf(w->triangles, w->parts[j->first + i].triangle);
+}
+
+/* Depth first, the smaller side at once: what waits is at most half as much each time. False: it
+ * was cancelled. */
+static bool grow(planter *w, uint32_t count) {
+    job waiting[64], now = {0, 0, count, 0};
+    int waits = 0;
+    uint32_t since = 0;
+    w->branch_count = 1;
+    for (;;) {
+        since += now.count;
+        if (since > CANCEL_EVERY) {
+            since = 0;
+            if (is_cancelled(w)) return false;
+        }
+        set_box(w, &now);
+        uint32_t left = 0, kept = now.count;
+        if (now.count > FEW) left = split_parts(w, w->parts + now.first, &kept, now.depth);
+        if (kept <= FEW) {
+            put_leaves(w, &now, kept);
+            if (!waits) return true;
+            now = waiting[--waits];
+            continue;
+        }
+        shd_branch *branch = &w->tree->branches[now.branch];
+        branch->first = w->branch_count;
+        branch->count = 0;
+        job one = {w->branch_count, now.first, left, now.depth + 1},
+            other = {w->branch_count + 1, now.first + left, kept - left, now.depth + 1};
+        w->branch_count += 2;
+        waiting[waits++] = one.count < other.count ? other : one;
+        now = one.count < other.count ? one : other;
+    }
+}
+
+shd_status shd_mesh_tree_new(const shd_triangles *triangles, const atomic_bool *cancelled,
+                             shd_arena *arena, const shd_mesh_tree **out, shd_error *error) {
+    const size_t count = triangles->triangle_count;
+    shd_mesh_tree *tree = shd_arena_zalloc(arena, 1, sizeof *tree);
+    part *parts = shd_arena_alloc(arena, count, sizeof *parts);
+    if (tree) tree->branches = shd_arena_alloc(arena, count + 1, sizeof *tree->branches);
+    if (tree) tree->leaves = shd_arena_alloc(arena, count, sizeof *tree->leaves);
+    if (!tree || !parts || !tree->branches || !tree->leaves)
+        return shd_fail(error, SHD_MEMORY, "", "the limit `memory` is reached by a mesh");
+    planter w = {triangles, cancelled, tree, parts, 0};
+    measure(&w);
+    const uint32_t with_area = is_cancelled(&w) ? 0 : list_parts(&w);
+    if (is_cancelled(&w) || (with_area && !grow(&w, with_area)))
+        return shd_fail(error, SHD_CANCELLED, "", "the render was cancelled");
+    *out = tree;
+    return SHD_OK;
+}

@@ -1,0 +1,46 @@
+/* A tree of boxes over a mesh's triangles. Inside of sight/.
+ *
+ * In the mesh's own frame, so that it does not depend on the camera, scaled by a power of 2 to
+ * coordinates of at most 1. Boxes are exact: the least and largest coordinates of corners, in f64.
+ * What a ray meets is decided by triangles, and trees only leave out what no ray of a bundle may
+ * meet, so that no hit depends on how a tree was built. */
+#ifndef SHD_SIGHT_TREE_H
+#define SHD_SIGHT_TREE_H
+
+#include <stdatomic.h>
+
+#include "sight/mesh.h"
+
+typedef struct shd_branch {
+    double low[3], high[3];
+    uint32_t first, count; /* count > 0: leaves [first, first + count); 0: branches first and
+                              first + 1 */
+} shd_branch;
+
+/* Its corners ascend by x, then y, then z: triangles of the same corners, in any order, are met by
+ * the same arithmetic. */
+typedef struct shd_leaf {
+    uint32_t corner[3]; /* vertices */
+    uint32_t name;      /* SHD_ORDERS times the triangle's index, plus where its first (0 to 2) and
+                           second corner are among these: SHD_CORNERS * first + second */
+} shd_leaf;
+
+enum { SHD_CORNERS = 3, SHD_ORDERS = 9 };
+
+/* Branches on a path from the root to a leaf are no more than these. */
+enum { SHD_TREE_DEPTH = 96 };
+
+struct shd_mesh_tree {
+    double scale; /* 2^-exponent */
+    int exponent;
+    shd_branch *branches; /* the root first */
+    shd_leaf *leaves;     /* of triangles with an area, but for repeated ones: */
+    size_t leaf_count;    /* 0: there are no branches */
+};
+
+/* Triangles without an area are not met. Of equal ones (by the places of their corners) at least
+ * the first is kept; where there are many at a place, it alone. SHD_MEMORY or SHD_CANCELLED. */
+shd_status shd_mesh_tree_new(const shd_triangles *triangles, const atomic_bool *cancelled,
+                             shd_arena *arena, const shd_mesh_tree **out, shd_error *error);
+
+#endif
