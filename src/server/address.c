@@ -6,6 +6,7 @@
 #include <netdb.h>
 #include <netinet/in.h>
 #include <poll.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/socket.h>
@@ -69,12 +70,17 @@ shd_status shd_listen(const char *address, int *out, char bound[SHD_ADDRESS_SIZE
     return status;
 }
 
-/* A filter that passes no byte of any packet: neither a client's first one, which it sends again a
- * second later, nor its last one before it is connected. Without it whoever connects between the
- * last accept() and the end would be reset. Where the system refuses it, that is what is left. */
+/* A filter that drops the first packet of every connection (SYN without ACK; the flags are byte 13
+ * of TCP's header, with which a packet begins here), which its sender sends again a second later.
+ * Who has been answered is let in: where its last packet were dropped too, it would take itself for
+ * connected, and be reset at the end. Accepted connections inherit the filter, and do not notice.
+ * Where the system refuses it, who connects between the last accept() and the end is reset. */
 void shd_listen_seal(int fd) {
-    struct sock_filter nothing = BPF_STMT(BPF_RET | BPF_K, 0);
-    const struct sock_fprog program = {.len = 1, .filter = &nothing};
+    struct sock_filter filter[] = {
+        BPF_STMT(BPF_LD | BPF_B | BPF_ABS, 13), BPF_STMT(BPF_ALU | BPF_AND | BPF_K, 0x12),
+        BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 0x02, 0, 1), BPF_STMT(BPF_RET | BPF_K, 0),
+        BPF_STMT(BPF_RET | BPF_K, UINT32_MAX)};
+    const struct sock_fprog program = {.len = sizeof filter / sizeof *filter, .filter = filter};
     (void)setsockopt(fd, SOL_SOCKET, SO_ATTACH_FILTER, &program, sizeof program);
 }
 

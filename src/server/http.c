@@ -10,6 +10,7 @@
 #include <string.h>
 #include <strings.h>
 #include <sys/socket.h>
+#include <sys/un.h>
 
 #include "base/clock.h"
 #include "log.h"
@@ -558,6 +559,18 @@ shd_status shd_http_start(shd_server *server, int socket, struct MHD_Daemon **ou
 
 void shd_http_quiesce(struct MHD_Daemon *daemon) {
     MHD_quiesce_daemon(daemon);
+}
+
+/* A connection that is closed at once: new ones are taken on by the I/O thread alone, between its
+ * other work. */
+int shd_http_turn(struct MHD_Daemon *daemon) {
+    const struct sockaddr_un address = {.sun_family = AF_UNIX};
+    int pair[2];
+    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair)) return -1;
+    shutdown(pair[1], SHUT_WR);
+    /* Its end is closed by libmicrohttpd, also where that cannot take it on. */
+    MHD_add_connection(daemon, pair[0], (const struct sockaddr *)&address, sizeof address);
+    return pair[1];
 }
 
 void shd_http_stop(shd_server *server, struct MHD_Daemon *daemon) {

@@ -14,6 +14,11 @@ shd_status shd_http_start(shd_server *server, int socket, struct MHD_Daemon **ou
 /* Accepts no connection any more; those that there are go on. The socket stays open. */
 void shd_http_quiesce(struct MHD_Daemon *daemon);
 
+/* A descriptor that can be read, to its end, once the I/O thread has finished what it is at now: a
+ * connection that it was taking meanwhile is known to the reaper by then. The caller closes it.
+ * -1: the system refused it. */
+int shd_http_turn(struct MHD_Daemon *daemon);
+
 /* Closes every connection; no exchange is suspended any more. */
 void shd_http_stop(shd_server *server, struct MHD_Daemon *daemon);
 

@@ -2,6 +2,7 @@
 #include <errno.h>
 #include <inttypes.h>
 #include <math.h>
+#include <poll.h>
 #include <pthread.h>
 #include <signal.h>
 #include <stdio.h>
@@ -27,7 +28,8 @@ static const double upload_grace = 1, cancel_grace = 5;
 
 typedef struct ports {
     struct MHD_Daemon *public, *admin;
-    int own; /* the public port's socket, libmicrohttpd's to close; -1: a service manager has it */
+    int own;  /* the public port's socket, libmicrohttpd's to close; -1: a service manager has it */
+    int turn; /* shd_http_turn's, while it is waited for; -1: it is not */
 } ports;
 
 static bool has_admin(const shd_config *config) {
@@ -143,13 +145,26 @@ static bool is_deserted(shd_server *server, const ports *open) {
     return open->own < 0 || !shd_listen_has_waiting(open->own);
 }
 
+/* The same on two looks with a turn of the I/O thread between them: it may just be taking a
+ * connection, which then neither waits nor is open yet. */
+static bool is_over(shd_server *server, ports *open) {
+    struct pollfd turn = {.fd = open->turn, .events = POLLIN};
+    bool has_turned = open->turn >= 0;
+    if (has_turned && poll(&turn, 1, 0) <= 0) return false;
+    if (has_turned) close(open->turn);
+    open->turn = -1;
+    if (!is_deserted(server, open)) return false;
+    if (!has_turned) open->turn = shd_http_turn(open->public);
+    return open->turn < 0;
+}
+
 /* Returns once nothing that has come is unanswered, or the time is over. False: a job did not
  * end even when it was cancelled, or a second signal came; the process can only be ended. */
-static bool drain(shd_server *server, const ports *open, const sigset_t *stop) {
+static bool drain(shd_server *server, ports *open, const sigset_t *stop) {
     const struct timespec pause = {.tv_nsec = 10 * 1000 * 1000};
     double begin = shd_now(), closed = INFINITY;
     double deadline = begin + (double)server->settings->config.drain_time;
-    bool cancelled = false, was_deserted = false;
+    bool cancelled = false;
     for (;;) {
         double now = shd_now();
         if (now > deadline && !cancelled) {
@@ -165,11 +180,8 @@ static bool drain(shd_server *server, const ports *open, const sigset_t *stop) {
             close_door(server, open);
             closed = now;
         }
-        /* Twice in a row: the I/O thread may be taking a connection just now. */
-        bool deserted = !unanswered && closed < INFINITY && is_deserted(server, open);
-        if (deserted && was_deserted) return true;
-        was_deserted = deserted;
-        if (!unanswered && now > closed + upload_grace) return true;
+        if (!unanswered && closed < INFINITY && is_over(server, open)) return true;
+        if (!unanswered && cancelled && now > closed + upload_grace) return true;
         if (now > deadline + cancel_grace) {
             shd_log_message(SHD_LOG_ERROR, "stuck", "a request does not end: giving up");
             return false;
@@ -183,6 +195,7 @@ static bool drain(shd_server *server, const ports *open, const sigset_t *stop) {
 }
 
 static void release(shd_server *server, ports *open) {
+    if (open->turn >= 0) close(open->turn);
     shd_http_stop(server, open->public);
     shd_reaper_drop(server->reaper);
     shd_linger_drop(server->linger);
@@ -253,7 +266,7 @@ static int serve(shd_server *server, int argc, char **argv) {
     if (getrandom(&server->run, sizeof server->run, 0) != (ssize_t)sizeof server->run)
         server->run = (uint32_t)getpid();
 
-    ports open = {.own = -1};
+    ports open = {.own = -1, .turn = -1};
     shd_error error = {0};
     if (start(server, &open, &error)) {
         shd_log line;

@@ -20,6 +20,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
+#include <sys/socket.h>
 #include <sys/syscall.h>
 #include <sys/time.h>
 #include <time.h>
@@ -31,6 +32,7 @@ enum { DEPTH = 32, WHERE = 8000, HASHES = 1 << 20 };
 typedef struct control {
     atomic_uint_least64_t armed, seen, first, last, failed, hashes_most;
     atomic_int_least64_t clock_offset; /* seconds, of the wall clock */
+    atomic_int_least64_t accept_pause; /* microseconds that each accept takes longer */
     atomic_int_least64_t live;         /* allocations that were not given back */
     atomic_uint_least64_t where_length;
     char where[WHERE]; /* call stack of the first that failed, a line a frame */
@@ -175,6 +177,14 @@ int gettimeofday(struct timeval *restrict out, void *restrict zone) {
     clock_gettime(CLOCK_REALTIME, &now);
     *out = (struct timeval){now.tv_sec, now.tv_nsec / 1000};
     return 0;
+}
+
+/* ---- Connections ---- */
+
+int accept4(int fd, struct sockaddr *address, socklen_t *length, int flags) {
+    int accepted = (int)syscall(SYS_accept4, fd, address, length, flags);
+    if (accepted >= 0 && shared) usleep((useconds_t)atomic_load(&shared->accept_pause));
+    return accepted;
 }
 
 /* ---- The start ---- */

@@ -17,7 +17,8 @@ from collections import Counter
 from contextlib import contextmanager
 from pathlib import Path
 
-from e2e.daemon import SHADED, SLOW, SMALL, SOURCE, Daemon, another, environment
+from e2e.daemon import (SHADED, SLOW, SMALL, SOURCE, Daemon, another, environment,
+                        receive_all)
 from e2e.daemon_test import Background, wait_until, wait_until_busy
 from e2e.http_test import post
 from e2e.slow_test import MANY_BYTES
@@ -280,9 +281,38 @@ class ClockTest(unittest.TestCase):
             wait_until_busy(daemon)
             began = time.monotonic()
             self.control.clock_offset = -DAY
-            self.assertEqual(work.result().status, 503)
+            self.assertEqual(work.result().status, 504)
             self.assertEqual(late.recv(100), b"")
             self.assertLess(time.monotonic() - began, 20)
+
+
+class StopTest(unittest.TestCase):
+    """The I/O thread is held up where it takes connections, as on a machine that is busy."""
+
+    def setUp(self):
+        self.control = Control()
+        self.addCleanup(self.control.close)
+
+    def stop_before_a_crowd(self, count, pause):
+        self.control.accept_pause = pause
+        daemon = Daemon(env=self.control.environment())
+        daemon.signal(signal.SIGSTOP)
+        crowd = [socket.create_connection(daemon.address, 60) for _ in range(count)]
+        for connection in crowd:
+            connection.sendall(post())
+        daemon.signal()
+        daemon.signal(signal.SIGCONT)
+        for connection in crowd:
+            with connection:
+                self.assertRegex(receive_all(connection), rb"^HTTP/1.1 (200|503) ")
+        self.assertEqual(daemon.wait(), 0, daemon.stderr())
+        self.assertEqual(daemon.events()[-1]["message"], "all requests are answered")
+
+    def test_who_is_being_let_in_is_answered(self):
+        self.stop_before_a_crowd(1, 300000)
+
+    def test_who_waits_to_be_let_in_is_answered(self):
+        self.stop_before_a_crowd(12, 200000)
 
 
 if __name__ == "__main__":
