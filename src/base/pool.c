@@ -45,6 +45,8 @@ struct shd_pool {
     atomic_bool has_fresh; /* fresh.count, to be looked at without the mutex */
     atomic_uint_least64_t lent;
     loop *loops;
+    bool (*idle)(void *context); /* or NULL */
+    void *idle_context;
     unsigned threads, busy, started;
     bool stopping;
     pthread_t *thread;
@@ -185,6 +187,15 @@ static void run_job(shd_pool *pool, worker *self) {
     self->large = false;
 }
 
+/* A step of what there is to do before sleep. Called and left with the mutex held. */
+static bool run_idle(shd_pool *pool) {
+    if (!pool->idle) return false;
+    pthread_mutex_unlock(&pool->mutex);
+    const bool more = pool->idle(pool->idle_context);
+    pthread_mutex_lock(&pool->mutex);
+    return more;
+}
+
 /* New pictures come before help for running ones: a large picture goes on with the worker that
  * began it, and small ones do not wait for its end. */
 static void *work(void *argument) {
@@ -193,6 +204,7 @@ static void *work(void *argument) {
     worker *self = &pool->workers[pool->started];
     self->self = pthread_self();
     unsigned slot = ++pool->started; /* 0 is the caller's, in any loop */
+    bool rested = false;             /* nothing is to be done while idle */
     for (;;) {
         loop *l = waiting(pool) ? NULL : find_open_loop(pool);
         if (l) {
@@ -201,8 +213,11 @@ static void *work(void *argument) {
             run_job(pool, self);
         } else if (pool->stopping) {
             break;
+        } else if (!rested) {
+            rested = !run_idle(pool);
         } else {
             pthread_cond_wait(&pool->work, &pool->mutex);
+            rested = false;
         }
     }
     pthread_mutex_unlock(&pool->mutex);
@@ -259,6 +274,14 @@ void shd_pool_drop(shd_pool *pool) {
     pthread_cond_destroy(&pool->loop_end);
     pthread_mutex_destroy(&pool->mutex);
     release(pool);
+}
+
+void shd_pool_when_idle(shd_pool *pool, bool (*step)(void *context), void *context) {
+    pthread_mutex_lock(&pool->mutex);
+    pool->idle = step;
+    pool->idle_context = context;
+    pthread_cond_broadcast(&pool->work);
+    pthread_mutex_unlock(&pool->mutex);
 }
 
 bool shd_pool_submit(shd_pool *pool, void (*run)(void *context), void *context) {

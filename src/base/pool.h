@@ -50,6 +50,10 @@ double shd_pool_lend(shd_pool *pool);
 double shd_pool_for(shd_pool *pool, size_t count,
                     void (*run)(void *context, size_t index, unsigned slot), void *context);
 
+/* What workers do before they sleep, a short step at a time as long as step(context) is true: jobs
+ * and loops come first. Once, and for the pool's life. */
+void shd_pool_when_idle(shd_pool *pool, bool (*step)(void *context), void *context);
+
 unsigned shd_pool_hands(shd_pool *pool);       /* threads that a loop of the caller's may have */
 unsigned shd_pool_slots(const shd_pool *pool); /* workers + 1 */
 size_t shd_pool_queued(shd_pool *pool);        /* jobs that wait, new and deferred */

@@ -83,6 +83,7 @@ int main(int argc, char **argv) {
         {NULL, 0, NULL, 0},
     };
     cli_options options = {.engine = shd_engine_defaults()};
+    options.engine.reuse = 0; /* one scene */
     options.engine.queue = 0;
     options.engine.limits = cli_limits();
 

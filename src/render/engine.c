@@ -28,6 +28,10 @@ shd_engine_options shd_engine_defaults(void) {
     };
 }
 
+static bool touch_memory(void *reuse) {
+    return shd_reuse_touch(reuse);
+}
+
 shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, shd_error *error) {
     unsigned threads = options->threads;
     if (!threads) {
@@ -54,6 +58,7 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
         shd_engine_drop(engine);
         return status;
     }
+    if (options->reuse) shd_pool_when_idle(engine->pool, touch_memory, engine->reuse);
     *out = engine;
     return SHD_OK;
 }

@@ -4,12 +4,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Records take memory in pieces that go round: a picture does not pay for fresh pages. */
-enum { PIECE = 1 << 20, ALIGNMENT = 64 };
+#include "base/stock.h"
+
+enum { ALIGNMENT = 64 };
 
 typedef struct piece {
     struct piece *next;
-    size_t used;
+    size_t size, used;
 } piece;
 
 struct shd_record {
@@ -28,7 +29,7 @@ struct shd_record {
 struct shd_reuse {
     pthread_mutex_t mutex;
     size_t cap, bytes; /* bytes: all pieces of records, published or not */
-    piece *spare;
+    shd_stock *stock;
     shd_record *newest, *oldest;
     shd_reuse_load stats;
 };
@@ -37,6 +38,11 @@ shd_reuse *shd_reuse_new(size_t cap) {
     shd_reuse *reuse = calloc(1, sizeof *reuse);
     if (!reuse) return NULL;
     reuse->cap = cap;
+    reuse->stock = shd_stock_new(cap);
+    if (!reuse->stock) {
+        free(reuse);
+        return NULL;
+    }
     pthread_mutex_init(&reuse->mutex, NULL);
     return reuse;
 }
@@ -61,8 +67,7 @@ static void forget(shd_record *r) {
     while (r->pieces) {
         piece *p = r->pieces;
         r->pieces = p->next;
-        p->next = reuse->spare;
-        reuse->spare = p;
+        shd_stock_give(reuse->stock, p, p->size);
     }
     reuse->bytes -= r->bytes;
     free(r);
@@ -78,15 +83,34 @@ static void unpublish(shd_record *r) {
     release(r);
 }
 
-/* Makes room for a piece: false where what is in use fills the cap. */
-static bool make_room(shd_reuse *reuse) {
-    while (reuse->bytes + PIECE > reuse->cap) {
+/* A piece, for which the oldest records are forgotten. NULL where what is in use fills the cap. */
+static piece *take_piece(shd_reuse *reuse, size_t size) {
+    for (;;) {
+        piece *p = shd_stock_take(reuse->stock, size);
+        if (p) return p;
         shd_record *r = reuse->oldest;
         while (r && r->users > 1) r = r->newer;
-        if (!r) return false;
+        if (!r) return NULL;
         unpublish(r);
     }
-    return true;
+}
+
+/* Gives the record a piece with room for `size` bytes, and for a quarter of what it has: a small
+ * picture keeps little more than it uses. */
+static piece *add_piece(shd_record *r, size_t size) {
+    shd_reuse *reuse = r->reuse;
+    const size_t unit = SHD_STOCK_UNIT, need = ALIGNMENT + size;
+    size_t whole = need > r->bytes / 4 ? need : r->bytes / 4;
+    whole = whole < SHD_STOCK_MOST ? (whole + unit - 1) / unit * unit : SHD_STOCK_MOST;
+    /* No record takes more than half of what may be kept. */
+    if (need > whole || r->bytes + whole > reuse->cap / 2) return NULL;
+    piece *p = take_piece(reuse, whole);
+    if (!p) return NULL;
+    *p = (piece){r->pieces, whole, ALIGNMENT};
+    r->pieces = p;
+    r->bytes += whole;
+    reuse->bytes += whole;
+    return p;
 }
 
 static shd_record *find(shd_reuse *reuse, shd_record_kind kind, shd_reuse_key key) {
@@ -100,11 +124,7 @@ static shd_record *find(shd_reuse *reuse, shd_record_kind kind, shd_reuse_key ke
 void shd_reuse_drop(shd_reuse *reuse) {
     if (!reuse) return;
     while (reuse->newest) unpublish(reuse->newest);
-    while (reuse->spare) {
-        piece *p = reuse->spare;
-        reuse->spare = p->next;
-        free(p);
-    }
+    shd_stock_drop(reuse->stock);
     pthread_mutex_destroy(&reuse->mutex);
     free(reuse);
 }
@@ -143,29 +163,11 @@ void *shd_record_alloc(shd_record *r, size_t size) {
     shd_reuse *reuse = r->reuse;
     size = (size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
     pthread_mutex_lock(&reuse->mutex);
-    if (size > PIECE - ALIGNMENT) r->failed = true;
-    piece *p = r->pieces;
-    /* No record takes more than half of what may be kept. */
-    if (!r->failed && (!p || size > PIECE - p->used)) {
-        p = NULL;
-        if (r->bytes + PIECE <= reuse->cap / 2 && make_room(reuse)) {
-            p = reuse->spare;
-            if (p)
-                reuse->spare = p->next;
-            else
-                p = aligned_alloc(ALIGNMENT, PIECE);
-        }
-        if (p) {
-            *p = (piece){r->pieces, ALIGNMENT};
-            r->pieces = p;
-            r->bytes += PIECE;
-            reuse->bytes += PIECE;
-        } else {
-            r->failed = true;
-        }
-    }
+    piece *p = r->failed ? NULL : r->pieces;
+    if (!r->failed && (!p || size > p->size - p->used)) p = add_piece(r, size);
+    r->failed = !p;
     void *memory = NULL;
-    if (!r->failed) {
+    if (p) {
         memory = (char *)p + p->used;
         p->used += size;
     }
@@ -199,6 +201,10 @@ void shd_record_drop(shd_record *r) {
     pthread_mutex_lock(mutex);
     release(r);
     pthread_mutex_unlock(mutex);
+}
+
+bool shd_reuse_touch(shd_reuse *reuse) {
+    return shd_stock_touch(reuse->stock);
 }
 
 shd_reuse_load shd_reuse_load_of(shd_reuse *reuse) {

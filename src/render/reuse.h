@@ -51,6 +51,9 @@ const void *shd_record_get(const shd_record *record, size_t tile);
 void shd_record_publish(shd_record *record);
 void shd_record_drop(shd_record *record); /* NULL is fine */
 
+/* Makes ready a little of the memory that records will take next, as shd_stock_touch. */
+bool shd_reuse_touch(shd_reuse *reuse);
+
 shd_reuse_load shd_reuse_load_of(shd_reuse *reuse);
 
 #endif

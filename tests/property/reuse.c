@@ -161,7 +161,7 @@ static void the_cap_holds(void **state) {
 /* A picture that would fill the cap is rendered and not kept. */
 static void what_is_too_large_is_not_kept(void **state) {
     (void)state;
-    shd_engine *engine = engine_that_keeps((size_t)1 << 20);
+    shd_engine *engine = engine_that_keeps((size_t)1 << 17);
     char *json = scene(first, 4, "standard");
     for (int i = 0; i < 2; i++) {
         shd_reused reused;

@@ -1,4 +1,5 @@
 /* The pool: every index once, slots that do not collide, jobs that are not lost. */
+#include <limits.h>
 #include <pthread.h>
 #include <sched.h>
 #include <setjmp.h>
@@ -401,6 +402,37 @@ static void impossible_numbers_of_threads_are_refused(void **state) {
     }
 }
 
+static atomic_int steps_left;
+
+static void do_nothing(void *context) {
+    (void)context;
+}
+
+static bool take_step(void *context) {
+    (void)context;
+    return atomic_fetch_sub(&steps_left, 1) > 0;
+}
+
+static void idle_workers_do_what_there_is_to_do(void **state) {
+    (void)state;
+    shd_pool *pool;
+    shd_error error;
+    assert_int_equal(shd_pool_new(2, 4, &pool, &error), SHD_OK);
+    atomic_store(&steps_left, 100);
+    shd_pool_when_idle(pool, take_step, NULL);
+    while (atomic_load(&steps_left) > 0) sched_yield();
+    /* And again after each job. */
+    atomic_store(&steps_left, 100);
+    assert_true(shd_pool_submit(pool, do_nothing, NULL));
+    while (atomic_load(&steps_left) > 0) sched_yield();
+    /* Endless ones keep nobody from working. */
+    atomic_store(&steps_left, INT_MAX);
+    for (int i = 0; i < 100; i++)
+        while (!shd_pool_submit(pool, do_nothing, NULL)) sched_yield();
+    while (shd_pool_queued(pool)) sched_yield();
+    shd_pool_drop(pool);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(loops_run_every_index_once_in_slots_of_their_own),
@@ -414,6 +446,7 @@ int main(void) {
         cmocka_unit_test(large_jobs_take_turns_with_small_ones),
         cmocka_unit_test(waiting_jobs_can_be_taken_back),
         cmocka_unit_test(denormal_numbers_are_zero_in_loops_and_nowhere_else),
+        cmocka_unit_test(idle_workers_do_what_there_is_to_do),
         cmocka_unit_test(impossible_numbers_of_threads_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
