@@ -14,15 +14,14 @@ static json_t *rgb(const double value[3]) {
 }
 
 static json_t *describe_materials(void) {
-    size_t count;
-    const shd_preset *presets = shd_presets(&count);
     json_t *list = json_array();
-    for (size_t i = 0; i < count; i++)
-        json_array_append_new(list,
-                              json_pack("{ss so so so sf ss}", "name", presets[i].name, "ambient",
-                                        rgb(presets[i].ambient), "diffuse", rgb(presets[i].diffuse),
-                                        "specular", rgb(presets[i].specular), "shininess",
-                                        presets[i].shininess, "note", presets[i].note));
+    for (size_t i = 0; i < shd_preset_count(); i++) {
+        const shd_preset preset = shd_preset_at(i);
+        json_array_append_new(list, json_pack("{ss so so so sf ss}", "name", preset.name, "ambient",
+                                              rgb(preset.ambient), "diffuse", rgb(preset.diffuse),
+                                              "specular", rgb(preset.specular), "shininess",
+                                              preset.shininess, "note", preset.note));
+    }
     return json_pack("{ss so}", "colorSpace", "lin_rec709", "materials", list);
 }
 

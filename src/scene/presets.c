@@ -1,10 +1,15 @@
 /* The material library. The classic table was published with OpenGL: teapots.c of the OpenGL
  * Programming Guide (Mark Kilgard, SGI), and the "OpenGL/VRML Materials" table for pewter and
  * the polished metals; its shininess is a share of 128. Metal, plastic and planet follow the
- * usual rule of thumb for the Phong coefficients. */
+ * usual rule of thumb for the Phong coefficients.
+ *
+ * The classic coefficients were chosen by eye in programs that sent their sums to the display as
+ * they were: they are display codes, and stand here as they were published. `decode` makes linear
+ * light of them, by the sRGB curve; as linear light, gold would be beige and rubber pink. */
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/transfer.h"
 #include "scene/scene.h"
 
 #define GREY(v)                                                                                    \
@@ -67,9 +72,9 @@ static const shd_preset presets[] = {
      "Green rubber; " TEAPOTS},
     {"jade", {0.135, 0.2225, 0.1575}, {0.54, 0.89, 0.63}, GREY(0.316228), 12.8, "Jade; " TEAPOTS},
     {"metal",
-     {0.08, 0.075, 0.07},
-     {0.08, 0.075, 0.07},
-     {0.82, 0.77, 0.72},
+     {0.31, 0.3, 0.29},
+     {0.31, 0.3, 0.29},
+     {0.92, 0.89, 0.87},
      200,
      "A metal by rule of thumb: small diffuse and large specular, both of its color; large "
      "shininess"},
@@ -92,15 +97,15 @@ static const shd_preset presets[] = {
      9.84615,
      "Pewter; " VRML},
     {"planet",
-     {0.02, 0.016, 0.012},
-     {0.55, 0.44, 0.33},
+     {0.15, 0.13, 0.11},
+     {0.77, 0.69, 0.61},
      GREY(0),
      0,
      "A planet by rule of thumb: diffuse only, no highlight"},
     {"plastic",
-     {0.05, 0.01, 0.01},
-     {0.5, 0.1, 0.1},
-     GREY(0.4),
+     {0.25, 0.1, 0.1},
+     {0.74, 0.35, 0.35},
+     GREY(0.67),
      30,
      "A plastic by rule of thumb: medium diffuse of its color, medium white specular, medium "
      "shininess"},
@@ -152,15 +157,27 @@ static const shd_preset presets[] = {
 
 enum { PRESETS = sizeof presets / sizeof presets[0] };
 
-const shd_preset *shd_presets(size_t *count) {
-    *count = PRESETS;
-    return presets;
+size_t shd_preset_count(void) {
+    return PRESETS;
+}
+
+static void decode(double rgb[3]) {
+    for (int c = 0; c < 3; c++) rgb[c] = shd_curve_decode(SHD_TRANSFER_SRGB, rgb[c]);
+}
+
+shd_preset shd_preset_at(size_t index) {
+    shd_preset preset = presets[index];
+    decode(preset.ambient);
+    decode(preset.diffuse);
+    decode(preset.specular);
+    return preset;
 }
 
 static int compare_key(const void *key, const void *preset) {
     return strcmp(key, ((const shd_preset *)preset)->name);
 }
 
-const shd_preset *shd_preset_find(const char *name) {
-    return bsearch(name, presets, PRESETS, sizeof presets[0], compare_key);
+size_t shd_preset_find(const char *name) {
+    const shd_preset *found = bsearch(name, presets, PRESETS, sizeof presets[0], compare_key);
+    return found ? (size_t)(found - presets) : SIZE_MAX;
 }

@@ -25,21 +25,21 @@ enum { MODEL, PRESET, EMISSIVE, AMBIENT, DIFFUSE, SPECULAR, SHININESS, LOBES, SI
 static shd_hint suggest_material(shd_reader *r, const char *name, bool with_named) {
     enum { MOST = 512 };
     const char *names[MOST];
-    size_t preset_count, count = 0;
-    const shd_preset *presets = shd_presets(&preset_count);
+    size_t count = 0;
     for (size_t i = 0; with_named && i < r->named_count && count < MOST / 2; i++)
         names[count++] = r->named[i].name;
-    for (size_t i = 0; i < preset_count && count < MOST; i++) names[count++] = presets[i].name;
+    for (size_t i = 0; i < shd_preset_count() && count < MOST; i++)
+        names[count++] = shd_preset_at(i).name;
     return shd_suggest(r->report, name, names, count);
 }
 
 /* The library's colors are linear Rec.709. */
-static void take_preset(shd_reader *r, const shd_node *node, const shd_preset *preset,
-                        raw_material *raw) {
-    memcpy(raw->ambient, preset->ambient, sizeof raw->ambient);
-    memcpy(raw->diffuse, preset->diffuse, sizeof raw->diffuse);
-    memcpy(raw->first.specular, preset->specular, sizeof raw->first.specular);
-    raw->first.shininess = preset->shininess;
+static void take_preset(shd_reader *r, const shd_node *node, size_t index, raw_material *raw) {
+    const shd_preset preset = shd_preset_at(index);
+    memcpy(raw->ambient, preset.ambient, sizeof raw->ambient);
+    memcpy(raw->diffuse, preset.diffuse, sizeof raw->diffuse);
+    memcpy(raw->first.specular, preset.specular, sizeof raw->first.specular);
+    raw->first.shininess = preset.shininess;
     raw->preset = true;
     const shd_space_info *space = shd_catalog_space(r->catalog, "lin_rec709");
     if (!space) return;
@@ -55,8 +55,8 @@ static void read_preset(shd_reader *r, const shd_node *node, const shd_field *fi
         return;
     }
     const char *name = json_string_value(node->value);
-    const shd_preset *preset = shd_preset_find(name);
-    if (preset)
+    const size_t preset = shd_preset_find(name);
+    if (preset != SIZE_MAX)
         take_preset(r, node, preset, out);
     else
         shd_node_fail(r->report, node, SHD_SCENE, "there is no preset \"%s\"%s",
@@ -238,9 +238,8 @@ static size_t append(shd_reader *r, const shd_material *material) {
     return r->material_count++;
 }
 
-static size_t use_preset(shd_reader *r, const shd_node *node, const shd_preset *preset) {
-    size_t count;
-    size_t index = (size_t)(preset - shd_presets(&count));
+static size_t use_preset(shd_reader *r, const shd_node *node, size_t index) {
+    const size_t count = shd_preset_count();
     if (!r->presets_used) {
         r->presets_used = shd_take(r, count, sizeof *r->presets_used);
         if (!r->presets_used) return 0;
@@ -249,9 +248,10 @@ static size_t use_preset(shd_reader *r, const shd_node *node, const shd_preset *
     size_t *used = &r->presets_used[index];
     if (*used != SIZE_MAX) return *used;
     raw_material raw = {0};
-    take_preset(r, node, preset, &raw);
-    shd_material material = {.name = preset->name};
-    make_material(r, &raw, preset->name, &material);
+    take_preset(r, node, index, &raw);
+    const char *name = shd_preset_at(index).name;
+    shd_material material = {.name = name};
+    make_material(r, &raw, name, &material);
     return *used = append(r, &material);
 }
 
@@ -282,8 +282,8 @@ size_t shd_use_material(shd_reader *r, const shd_node *node) {
         if (named->used == SIZE_MAX) named->used = append(r, &named->material);
         return named->used;
     }
-    const shd_preset *preset = shd_preset_find(name);
-    if (preset) return use_preset(r, node, preset);
+    const size_t preset = shd_preset_find(name);
+    if (preset != SIZE_MAX) return use_preset(r, node, preset);
     if (r->names_unknown) return 0;
     shd_node_fail(r->report, node, SHD_SCENE, "there is no material \"%s\"%s", shd_quote(name).text,
                   suggest_material(r, name, true).text);

@@ -178,7 +178,8 @@ shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *ca
                           const shd_limits *limits, shd_format fallback, shd_arena *arena,
                           const shd_scene **out, shd_report *report);
 
-/* The material library, sorted by name. Colors are linear Rec.709. */
+/* The material library, sorted by name. Colors are linear Rec.709, decoded from the display codes
+ * that the classic table was published in. */
 typedef struct shd_preset {
     const char *name;
     double ambient[3], diffuse[3], specular[3];
@@ -186,8 +187,9 @@ typedef struct shd_preset {
     const char *note; /* one line for people: what it is, where its numbers come from */
 } shd_preset;
 
-const shd_preset *shd_presets(size_t *count);
-const shd_preset *shd_preset_find(const char *name); /* NULL: none */
+size_t shd_preset_count(void);
+shd_preset shd_preset_at(size_t index);
+size_t shd_preset_find(const char *name); /* its index; SIZE_MAX: none */
 
 /* Names as documents have them, by enum; after the last one NULL. */
 extern const char *const shd_tier_names[];

@@ -9,13 +9,28 @@
 #include "job.h"
 #include "problem.h"
 
-/* What surrounds the object: seen from above, so that shapes that lie flat are seen at all. */
+/* What surrounds the object: seen from above, before a grey that black rubber is darker than, lit
+ * by a lamp, from the side, and from below as a floor would, so that faces of every direction
+ * shine. */
 static const char surroundings[] =
-    "{\"camera\": {\"position\": [1.2, 2.3, 4.2], \"fov\": 37}, \"background\": 0.01,"
-    " \"ambient\": 0.25, \"lights\": ["
-    "{\"type\": \"directional\", \"direction\": [0.6, -0.7, -1], \"intensity\": 0.9},"
-    "{\"type\": \"directional\", \"direction\": [-1, 0.2, -0.5], \"color\": [0.6, 0.75, 1],"
-    " \"intensity\": 0.25}]}";
+    "{\"camera\": {\"position\": [1.2, 2.3, 4.2], \"fov\": 32}, \"background\": 0.06,"
+    " \"ambient\": 0.3, \"lights\": [{\"type\": \"point\", \"position\": [-2.6, 3.1, 4.4]},"
+    "{\"type\": \"directional\", \"direction\": [-1, -0.3, 0.55], \"color\": [0.75, 0.87, 1],"
+    " \"intensity\": 0.7},"
+    "{\"type\": \"directional\", \"direction\": [0.75, 0.45, -0.5], \"color\": [1, 0.9, 0.8],"
+    " \"intensity\": 0.3}]}";
+
+/* Shapes in about the same frame; flat ones tilted so that the lamp is mirrored in them. */
+static const struct framed {
+    const char *shape, *members;
+} framed[] = {
+    {"box", "{\"size\": [1.25, 1.25, 1.25], \"transform\": {\"rotate\": [0, -25, 0]}}"},
+    {"cylinder", "{\"radius\": 0.75, \"height\": 1.4}"},
+    {"cone", "{\"radius\": 0.9, \"height\": 1.6, \"transform\": {\"translate\": [0, 0.1, 0]}}"},
+    {"torus", "{\"radius\": 0.75, \"tube\": 0.3, \"transform\": {\"rotate\": [30, 0, 0]}}"},
+    {"disc", "{\"radius\": 1.05, \"transform\": {\"rotate\": [66, -10, 0]}}"},
+    {"plane", "{\"transform\": {\"rotate\": [66, -10, 0]}}"},
+};
 
 enum { SIDE = 256, SAMPLES = 9, DIGITS_MOST = 15 };
 
@@ -139,6 +154,16 @@ static json_t *value_or(const link_read *l, int which, json_t *otherwise) {
     return json_incref(l->values[which]);
 }
 
+/* The object of a shape, without its material; NULL where memory is short. */
+static json_t *make_object(const json_t *shape) {
+    const char *name = json_string_value(shape), *members = "{}";
+    for (size_t i = 0; i < sizeof framed / sizeof framed[0]; i++)
+        if (!strcmp(name, framed[i].shape)) members = framed[i].members;
+    json_t *object = json_loads(members, 0, NULL);
+    json_object_set(object, "type", (json_t *)(uintptr_t)shape);
+    return object;
+}
+
 /* NULL where memory is short. */
 static char *make_document(const link_read *l, json_t *preset) {
     json_t *document = json_loads(surroundings, 0, NULL);
@@ -150,9 +175,10 @@ static char *make_document(const link_read *l, json_t *preset) {
     int failed = json_object_set_new(
         document, "image",
         json_pack("{s:O, s:o, s:i}", "width", side, "height", side, "samples", SAMPLES));
-    failed |= json_object_set_new(
-        document, "objects",
-        json_pack("[{s:o, s:{s:O}}]", "type", shape, "material", "preset", preset));
+    json_t *object = make_object(shape);
+    failed |= json_object_set_new(object, "material", json_pack("{s:O}", "preset", preset));
+    failed |= json_object_set_new(document, "objects", json_pack("[o]", object));
+    json_decref(shape);
     failed |= json_object_set_new(document, "output", output);
     char *text = failed ? NULL : json_dumps(document, JSON_COMPACT);
     json_decref(document);

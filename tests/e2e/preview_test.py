@@ -12,7 +12,7 @@ import time
 import unittest
 from urllib.parse import quote, urlencode
 
-from PIL import Image
+from PIL import Image, ImageChops
 
 from e2e.cache_test import HIT, STORED, status
 from e2e.daemon import SMALL, SOURCE, Daemon
@@ -57,18 +57,42 @@ class PictureTest(unittest.TestCase):
             bodies.add(answer.body)
             picture = Image.open(io.BytesIO(answer.body)).convert("RGB")
             self.assertEqual(picture.size, (48, 48))
-            colors = picture.getcolors(10000)
-            background = picture.getpixel((0, 0))
-            covered = sum(count for count, color in colors if color != background)
             if shape != "plane":  # it has no end
-                self.assertGreater(covered, 48 * 48 / 12, shape)
-                self.assertLess(covered, 48 * 48 * 0.8, shape)
-            red, _, blue = picture.getpixel((24, 44 if shape == "torus" else 26))
-            if shape != "torus":  # whose middle is a hole
-                self.assertGreater(red, 1.5 * blue, shape)
+                left, top, right, bottom = self.frame(picture)
+                for size in (right - left, bottom - top):  # alike
+                    self.assertTrue(48 * 0.54 < size < 48 * 0.8, (shape, size))
+                self.assertLess(abs(left + right - 48), 6, shape)
+                self.assertLess(abs(top + bottom - 48), 6, shape)
+            red, _, blue = picture.getpixel((24, 35 if shape == "torus" else 26))
+            self.assertGreater(red, 1.5 * blue, shape)
         self.assertEqual(len(bodies), len(SHAPES))
         self.assertEqual(self.picture(link(size=48)).body,
                          self.picture(link(size=48, shape="sphere")).body)
+
+    @staticmethod
+    def frame(picture):
+        """The box around what differs from the background."""
+        background = Image.new("RGB", picture.size, picture.getpixel((0, 0)))
+        return ImageChops.difference(picture, background).getbbox()
+
+    def test_black_rubber_is_seen_in_every_shape(self):
+        for shape in SHAPES:
+            answer = self.picture(link("black-rubber", shape=shape, size=96))
+            picture = Image.open(io.BytesIO(answer.body)).convert("L")
+            background = picture.getpixel((0, 0))
+            shades = [picture.getpixel((x, y)) for y in range(96) for x in range(96)]
+            if shape == "plane":
+                self.assertGreater(max(shades) - min(shades), 40)
+                continue
+            shown = [shade for shade in shades if abs(shade - background) > 8]
+            self.assertGreater(len(shown), 96 * 96 / 6, shape)  # it stands out
+            self.assertGreater(max(shown) - min(shown), 40, shape)  # and light is seen on it
+
+    def test_gold_is_no_beige(self):
+        """Its published diffuse color, where the lamp shines straight: (192, 155, 58)."""
+        answer = self.picture(link("gold", shape="box", size=96))
+        red, green, blue = Image.open(io.BytesIO(answer.body)).convert("RGB").getpixel((32, 55))
+        self.assertTrue(1.1 < red / green < 1.5 and red / blue > 2.5, (red, green, blue))
 
     def test_size_view_color_space_and_format(self):
         self.assertEqual(Image.open(io.BytesIO(self.picture(link()).body)).size, (256, 256))

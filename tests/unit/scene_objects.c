@@ -152,12 +152,12 @@ static void preset_is_overridden_member_by_member(void **state) {
     (void)state;
     reading r = read_scene(OBJECT("'type': 'sphere', 'material':"
                                   "{'shininess': 5, 'diffuse': 0.25, 'preset': 'brass'}"));
-    const shd_preset *brass = shd_preset_find("brass");
+    const shd_preset brass = shd_preset_at(shd_preset_find("brass"));
     const shd_material *m = material_of(&r, 0);
     assert_rgb(m->diffuse, .25, .25, .25);
     assert_float_equal(m->lobes[0].shininess, 5, 0);
-    assert_memory_equal(m->ambient, brass->ambient, sizeof m->ambient);
-    assert_memory_equal(m->lobes[0].specular, brass->specular, sizeof brass->specular);
+    assert_memory_equal(m->ambient, brass.ambient, sizeof m->ambient);
+    assert_memory_equal(m->lobes[0].specular, brass.specular, sizeof brass.specular);
     assert_int_equal(r.report.warning_count, 0);
     drop(&r);
 }
@@ -196,23 +196,35 @@ static void suspicious_materials_give_warnings(void **state) {
 
 static void library_is_sorted_and_plausible(void **state) {
     (void)state;
-    size_t count;
-    const shd_preset *presets = shd_presets(&count);
-    assert_true(count >= 27);
-    for (size_t i = 0; i < count; i++) {
-        if (i) assert_true(strcmp(presets[i - 1].name, presets[i].name) < 0);
-        assert_ptr_equal(shd_preset_find(presets[i].name), &presets[i]);
-        assert_true(*presets[i].note);
-        assert_in_range((uintmax_t)presets[i].shininess, 0, 200);
+    assert_true(shd_preset_count() >= 27);
+    for (size_t i = 0; i < shd_preset_count(); i++) {
+        const shd_preset preset = shd_preset_at(i);
+        if (i) assert_true(strcmp(shd_preset_at(i - 1).name, preset.name) < 0);
+        assert_int_equal(shd_preset_find(preset.name), i);
+        assert_true(*preset.note);
+        assert_in_range((uintmax_t)preset.shininess, 0, 200);
         for (int c = 0; c < 3; c++) {
-            assert_true(presets[i].ambient[c] >= 0 && presets[i].ambient[c] <= 1);
-            assert_true(presets[i].diffuse[c] >= 0 && presets[i].diffuse[c] <= 1);
-            assert_true(presets[i].specular[c] >= 0 && presets[i].specular[c] <= 1);
+            assert_true(preset.ambient[c] >= 0 && preset.ambient[c] <= 1);
+            assert_true(preset.diffuse[c] >= 0 && preset.diffuse[c] <= 1);
+            assert_true(preset.specular[c] >= 0 && preset.specular[c] <= 1);
         }
     }
-    assert_null(shd_preset_find("unobtainium"));
-    assert_float_equal(shd_preset_find("brass")->shininess, 27.8974, 0);
-    assert_float_equal(shd_preset_find("planet")->shininess, 0, 0);
+    assert_true(shd_preset_find("unobtainium") == SIZE_MAX);
+    assert_float_equal(shd_preset_at(shd_preset_find("brass")).shininess, 27.8974, 0);
+    assert_float_equal(shd_preset_at(shd_preset_find("planet")).shininess, 0, 0);
+}
+
+/* The published 0.75164, 0.60648, 0.22648 by IEC 61966-2-1: a lamp of 1 shows these codes. */
+static void the_librarys_display_codes_are_decoded(void **state) {
+    (void)state;
+    reading r = read_scene(OBJECT("'type': 'sphere', 'material': 'gold'"));
+    const shd_preset gold = shd_preset_at(shd_preset_find("gold"));
+    const double expected[3] = {0.52508004, 0.32616264, 0.04196316};
+    for (int c = 0; c < 3; c++) {
+        assert_float_equal(gold.diffuse[c], expected[c], 5e-8);
+        assert_float_equal(material_of(&r, 0)->diffuse[c], gold.diffuse[c], 0);
+    }
+    drop(&r);
 }
 
 int main(void) {
@@ -232,6 +244,7 @@ int main(void) {
         cmocka_unit_test(lobes_follow_the_first),
         cmocka_unit_test(suspicious_materials_give_warnings),
         cmocka_unit_test(library_is_sorted_and_plausible),
+        cmocka_unit_test(the_librarys_display_codes_are_decoded),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
