@@ -241,15 +241,19 @@ def survey(named):
 
 def notice(mutant, named, known, most):
     """The test that notices it; None: none. And how many were tried."""
-    kernel = mutant.file.endswith(".simd.c") or mutant.file.endswith("simd.h")
+    room = mutant.file.split("/")[0]
+    # Kernels include their rooms' headers.
+    kernel = mutant.file.endswith(".simd.c") or mutant.file.endswith(".h") and room in KERNEL_TESTS
     tried = 0
     for name in sorted(known, key=lambda n: known[n]["seconds"]):
         info = known[name]
-        if info["seconds"] > most or not kernel and mutant.number not in info["seen"]:
+        if info["seconds"] > (3 * most if room == "server" else most):
             continue
-        if kernel and not re.search(KERNEL_TESTS[mutant.file.split("/")[0]], name):
+        if not kernel and mutant.number not in info["seen"]:
             continue
-        if SERVER_ONLY.search(name) and not mutant.file.startswith("server/"):
+        if kernel and not re.search(KERNEL_TESTS[room], name):
+            continue
+        if SERVER_ONLY.search(name) and room != "server":
             continue
         tried += 1
         if not run_test(named[name], 3 * info["seconds"] + 5, MUTANT=str(mutant.number))[0]:
