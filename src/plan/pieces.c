@@ -303,9 +303,11 @@ static void add_plane(maker *m, int n) {
             }
             if (!far && !(steepest > 0)) continue;
             if (hits == 4) {
+                /* The middle of their box is beside the plane that they are in. */
                 const shd_piece around = piece_around(at, 4);
-                piece.center = around.center;
-                piece.radius = around.radius;
+                const double off = shd_dot(piece.axis, shd_sub(around.center, m->to_world.origin));
+                piece.center = shd_madd(around.center, piece.axis, -off);
+                piece.radius = around.radius + fabs(off);
                 piece.beyond = 0;
             } else {
                 /* Rays of unit depth are no shorter than 1. */
