@@ -320,8 +320,7 @@ static shade *light_corners(const model *whole, const thing *t) {
         }
         for (size_t k = 0; k < 3; k++) {
             const point normal = t->normals ? apply(t->cofactor, t->normals[3 * i + k]) : face;
-            out[3 * i + k] = light_place(whole, &t->stuff, p[k], t->normals ? normal : face, normal,
-                                         !t->normals, &key);
+            out[3 * i + k] = light_place(whole, &t->stuff, p[k], face, normal, !t->normals, &key);
         }
     }
     return out;

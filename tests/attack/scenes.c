@@ -285,7 +285,7 @@ static void write_smooth(FILE *out, uint64_t *random, const char *accuracy) {
     fputs("{", out);
     put_ball(out, 4 + one_of(random, 9), 3 + one_of(random, 5), 1, true);
     put_material(out, random, 1, 300);
-    fputs(", ", out);
+    fprintf(out, ", \"interpolation\": \"%s\", ", one_of(random, 3) ? "phong" : "gouraud");
     put_turn(out, random, (xyz){between(random, 0.4, 1), between(random, 0.4, 1), 1}, ORIGIN);
     fputs("}", out);
     put_end(out);
