@@ -13,6 +13,14 @@ bool shd_cpu_has(shd_isa isa) {
     return false;
 }
 
+bool shd_isa_fuses(shd_isa isa) {
+#if defined(__aarch64__)
+    return isa == SHD_PORTABLE;
+#else
+    return isa != SHD_PORTABLE;
+#endif
+}
+
 shd_isa shd_cpu_best(void) {
     shd_isa isa = SHD_ISA_COUNT - 1;
     while (!shd_cpu_has(isa)) isa--;

@@ -3,7 +3,8 @@
  * Files named *.simd.c are compiled once an instruction set (see CMakeLists.txt), each time with
  * another SHD_ISA; what they export is named with SHD_VARIANT. Every variant gives the same bits:
  * nothing in them depends on the width of a vector, and products are fused into sums only where
- * the source says so (base/simd.h), which every variant then does. */
+ * the source says so (base/simd.h), which every variant then does. But for one: what has no
+ * instruction for that lights the standard tier in f64 (shade/lighting.h). */
 #ifndef SHD_BASE_CPU_H
 #define SHD_BASE_CPU_H
 
@@ -18,6 +19,10 @@ typedef enum shd_isa {
 
 /* Whether the variant was compiled in and this machine can run it. */
 bool shd_cpu_has(shd_isa isa);
+
+/* Whether it has an instruction that fuses f32 products into sums. Without, emulation would take
+ * three times as long as f64. */
+bool shd_isa_fuses(shd_isa isa);
 
 /* The widest one that it has. */
 shd_isa shd_cpu_best(void);

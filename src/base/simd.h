@@ -23,6 +23,12 @@
 #else
 #define SHD_W 4
 #endif
+/* As shd_isa_fuses says. */
+#if SHD_W > 4 || defined(__aarch64__)
+#define SHD_FUSES 1
+#else
+#define SHD_FUSES 0
+#endif
 #if defined(__SSE2__)
 #include <immintrin.h>
 #elif defined(__aarch64__)
@@ -257,6 +263,9 @@ SHD_INLINE shd_vd shd_vd_select(shd_md m, shd_vd a, shd_vd b) {
 
 /* GCC makes vectors of most of what is written lane by lane here and below, but not of all. */
 #if defined(__aarch64__)
+SHD_INLINE shd_vf shd_vf_fma(shd_vf a, shd_vf b, shd_vf c) {
+    return (shd_vf)vfmaq_f32((float32x4_t)c, (float32x4_t)a, (float32x4_t)b);
+}
 SHD_INLINE shd_vd shd_vd_widen(shd_vh a) {
     return (shd_vd)vcvt_f64_f32((float32x2_t)a);
 }
@@ -264,6 +273,11 @@ SHD_INLINE shd_vh shd_vh_narrow(shd_vd a) {
     return (shd_vh)vcvt_f32_f64((float64x2_t)a);
 }
 #else
+/* By the C library, slowly: kernels leave it alone where this is all there is (shd_isa_fuses). */
+SHD_INLINE shd_vf shd_vf_fma(shd_vf a, shd_vf b, shd_vf c) {
+    for (int i = 0; i < SHD_W; i++) c[i] = __builtin_fmaf(a[i], b[i], c[i]);
+    return c;
+}
 SHD_INLINE shd_vd shd_vd_widen(shd_vh a) {
     return (shd_vd){a[0], a[1]};
 }
@@ -278,31 +292,6 @@ SHD_INLINE shd_vh shd_vf_half(shd_vf a, int high) {
 
 #ifdef __SSE2__
 
-/* a b + c rounded to odd: the sum's nearest double toward zero, whose last bit says whether
- * anything was left. Rounded once more, to 24 bits, that gives the float nearest to the exact sum
- * (S. Boldo and G. Melquiond, "Emulation of a FMA and correctly rounded sums: proved algorithms
- * using rounding to odd", 2008). The product of floats is exact in a double, and what their sum
- * left comes from Knuth's TwoSum; after an overflow it is NaN and counts as nothing. */
-SHD_INLINE __m128d shd_sum_to_odd(__m128d a, __m128d b, __m128d c) {
-    __m128d product = _mm_mul_pd(a, b), sum = _mm_add_pd(product, c);
-    __m128d part = _mm_sub_pd(sum, product);
-    __m128d left = _mm_add_pd(_mm_sub_pd(product, _mm_sub_pd(sum, part)), _mm_sub_pd(c, part));
-    __m128d size = _mm_andnot_pd(_mm_set1_pd(-0.0), left);
-    __m128i inexact = _mm_castpd_si128(_mm_cmplt_pd(_mm_setzero_pd(), size));
-    __m128i opposite = _mm_castpd_si128(_mm_xor_pd(sum, left));
-    __m128i beyond = _mm_and_si128(_mm_srli_epi64(opposite, 63), inexact);
-    __m128i toward_zero = _mm_sub_epi64(_mm_castpd_si128(sum), beyond);
-    return _mm_castsi128_pd(_mm_or_si128(toward_zero, _mm_srli_epi64(inexact, 63)));
-}
-
-SHD_INLINE shd_vf shd_vf_fma(shd_vf x, shd_vf y, shd_vf z) {
-    __m128 a = (__m128)x, b = (__m128)y, c = (__m128)z;
-    __m128d low = shd_sum_to_odd(_mm_cvtps_pd(a), _mm_cvtps_pd(b), _mm_cvtps_pd(c));
-    __m128d high =
-        shd_sum_to_odd(_mm_cvtps_pd(_mm_movehl_ps(a, a)), _mm_cvtps_pd(_mm_movehl_ps(b, b)),
-                       _mm_cvtps_pd(_mm_movehl_ps(c, c)));
-    return (shd_vf)_mm_movelh_ps(_mm_cvtpd_ps(low), _mm_cvtpd_ps(high));
-}
 SHD_INLINE shd_vf shd_vf_sqrt(shd_vf a) {
     return (shd_vf)_mm_sqrt_ps((__m128)a);
 }
@@ -332,9 +321,6 @@ SHD_INLINE shd_vf shd_vf_from_vi(shd_vi a) {
 
 #if defined(__aarch64__)
 
-SHD_INLINE shd_vf shd_vf_fma(shd_vf a, shd_vf b, shd_vf c) {
-    return (shd_vf)vfmaq_f32((float32x4_t)c, (float32x4_t)a, (float32x4_t)b);
-}
 SHD_INLINE shd_vf shd_vf_sqrt(shd_vf a) {
     return (shd_vf)vsqrtq_f32((float32x4_t)a);
 }
@@ -350,10 +336,6 @@ SHD_INLINE unsigned shd_md_bits(shd_md m) {
 
 #else
 
-SHD_INLINE shd_vf shd_vf_fma(shd_vf a, shd_vf b, shd_vf c) {
-    for (int i = 0; i < SHD_W; i++) c[i] = __builtin_fmaf(a[i], b[i], c[i]);
-    return c;
-}
 SHD_INLINE shd_vf shd_vf_sqrt(shd_vf a) {
     for (int i = 0; i < SHD_W; i++) a[i] = __builtin_sqrtf(a[i]);
     return a;

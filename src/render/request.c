@@ -49,12 +49,14 @@ static shd_status blame_report(shd_request *request, shd_status status) {
 }
 
 /* Everything that decides the bytes: the document, the formats that were negotiated, the color
- * configuration and the program's version. */
+ * configuration, the program's version, and the kernel where its bits are its own. */
 static shd_status make_etag(shd_request *request) {
     const shd_scene *scene = request->scene;
-    const char *text =
-        shd_arena_printf(request->arena, "%s %s %s", scene->digest,
-                         shd_color_config_digest(request->engine->color), shd_version());
+    const shd_isa isa = request->engine->isa;
+    const char *text = shd_arena_printf(request->arena, "%s %s %s%s%s", scene->digest,
+                                        shd_color_config_digest(request->engine->color),
+                                        shd_version(), shd_isa_fuses(isa) ? "" : " ",
+                                        shd_isa_fuses(isa) ? "" : shd_isa_name(isa));
     for (size_t o = 0; text && o < scene->output_count; o++)
         text = shd_arena_printf(request->arena, "%s %s", text,
                                 shd_format_get(scene->outputs[o].format)->name);

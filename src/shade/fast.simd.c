@@ -4,6 +4,10 @@
 #include "base/cpu.h"
 #include "shade/math_simd.h"
 
+#if !SHD_FUSES
+const shd_sums_kernel SHD_VARIANT(shd_sums_kernel) = {NULL};
+#else
+
 enum { LOBES_AT_ONCE = SHD_WIDE_LOBES, ROWS = SHD_WIDE_ROWS, MANY = 2 };
 
 /* What a body is compiled for: constants, wherever the machine is worth a specialization. */
@@ -262,18 +266,18 @@ SHD_INLINE void sum_lights(const shd_sums_job *job, size_t first_lobe, size_t lo
     }
 }
 
-/* Every form that is worth code of its own. Where fma is emulated, one body asks about forms as it
- * goes, as it does in sanitizer builds, which would take minutes to compile. */
+/* Every form that is worth code of its own. In sanitizer builds, which would take minutes to
+ * compile, one body asks about forms as it goes. */
 typedef void sum_function(const shd_sums_job *job, size_t first_lobe, size_t lobe_count);
 
-#if (SHD_W > 4 || defined(__aarch64__)) && !defined(SHD_ONE_BODY)
+#if !defined(SHD_ONE_BODY)
 #define FORM(split, channels, lobes)                                                               \
     static void sum_##split##channels##lobes(const shd_sums_job *job, size_t first_lobe,           \
                                              size_t lobe_count) {                                  \
         sum_lights(job, first_lobe, lobe_count, (shape){split, channels, lobes});                  \
     }
-#define LOBES(m, split, channels) m(split, channels, 0) m(split, channels, 1) m(split, channels, 2)
-#define FORMS(m)                  LOBES(m, 0, 1) LOBES(m, 0, 3) LOBES(m, 1, 1) LOBES(m, 1, 3)
+#define LOBES(m, split, channels)     m(split, channels, 0) m(split, channels, 1) m(split, channels, 2)
+#define FORMS(m)                      LOBES(m, 0, 1) LOBES(m, 0, 3) LOBES(m, 1, 1) LOBES(m, 1, 3)
 FORMS(FORM)
 #define ENTRY(split, channels, lobes) [split][channels == 3][lobes] = sum_##split##channels##lobes,
 static sum_function *const forms[2][2][3] = {FORMS(ENTRY)};
@@ -301,3 +305,5 @@ static void sums32(const shd_sums_job *job) {
 }
 
 const shd_sums_kernel SHD_VARIANT(shd_sums_kernel) = {sums32};
+
+#endif

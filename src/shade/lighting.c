@@ -206,7 +206,7 @@ void shd_light_sums32(const shd_lighting *lighting, const shd_plan_material *mat
                                .narrow = points,
                                .diffuse = diffuse,
                                .specular = specular};
-    if (packed->wide)
+    if (packed->wide || !lighting->kernel->sums32)
         lighting->wide_kernel->sums64(&wide);
     else
         lighting->kernel->sums32(&job);

@@ -9,8 +9,9 @@
  * A point's sums depend on that point and the list of lights alone, not on its neighbors, on the
  * instruction set or on lights that add exactly 0, to the bit. Lights are summed in the order
  * of `which` in f32 over groups of SHD_LIGHT_GROUP neighbors in the scene's list, and in f64 over
- * the groups; by the exact tier in f64. So another light in the scene's list, a black one too, may
- * move others into other groups and change last bits. */
+ * the groups; by the exact tier in f64, and by all where no instruction fuses f32 products into
+ * sums (shd_isa_fuses): there the bits are others. So another light in the scene's list, a black
+ * one too, may move others into other groups and change last bits. */
 #ifndef SHD_SHADE_LIGHTING_H
 #define SHD_SHADE_LIGHTING_H
 

@@ -65,7 +65,7 @@ typedef struct shd_sums_job {
 } shd_sums_job;
 
 typedef struct shd_sums_kernel {
-    void (*sums32)(const shd_sums_job *job);
+    void (*sums32)(const shd_sums_job *job); /* NULL: f64 is faster (shd_isa_fuses) */
 } shd_sums_kernel;
 
 extern const shd_sums_kernel shd_sums_kernel_portable, shd_sums_kernel_avx2, shd_sums_kernel_avx512;

@@ -1,4 +1,4 @@
-"""The kernels of another machine, emulated, give the bits that this machine's portable ones give.
+"""The kernels of another machine, emulated, give the bits that this machine's give.
 
 Pictures are compared in linear light: OpenColorIO's curves are its own on each kind of processor."""
 
@@ -26,7 +26,7 @@ def run(*arguments, **options):
 
 
 def picture(command, scene):
-    return run(*command, "-", "-o", "-", "--kernel", "portable",
+    return run(*command, "-", "-o", "-",
                input=json.dumps(scene).encode()).stdout
 
 

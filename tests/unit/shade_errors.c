@@ -175,7 +175,10 @@ static void spots_are_within_their_bounds(void **state) {
     for (size_t k = 0; k < count; k++) {
         if (kernels[k].reference || kernels[k].isa == shd_cpu_best())
             print_message("%-16s of the bound of spots: %.2f\n", kernels[k].name, most[k]);
-        assert_true(most[k] <= 1 && most[k] > 0.05);
+        assert_true(most[k] <= 1);
+        /* What lights the standard tier in f64 is far below. */
+        if (kernels[k].tier == SHD_EXACT || shd_isa_fuses(kernels[k].isa))
+            assert_true(most[k] > 0.05);
     }
 }
 

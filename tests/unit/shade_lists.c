@@ -111,6 +111,8 @@ static void check_variants(const shd_plan_material *material, bool split) {
     uint32_t which[LIGHTS];
     size_t n = all_lights(which);
     w.plan.isa = SHD_PORTABLE;
+    while (w.plan.tier == SHD_STANDARD && !shd_isa_fuses(w.plan.isa)) w.plan.isa++;
+    if (!shd_cpu_has(w.plan.isa)) return;
     sum_by(&w.plan, material, which, n, &w.at, split, &first);
     for (int c = 0; c < (w.plan.grey_lights ? 1 : 3); c++) {
         for (int i = 0; i < POINTS; i++) assert_false(isnan(first.diffuse[c][i]));
@@ -119,7 +121,7 @@ static void check_variants(const shd_plan_material *material, bool split) {
                 XXH3_64bits_withSeed(k ? first.specular[3 * (k - 1) + (size_t)c] : first.diffuse[c],
                                      POINTS * sizeof(double), bits_of_sums);
     }
-    for (shd_isa isa = SHD_PORTABLE + 1; isa < SHD_ISA_COUNT; isa++) {
+    for (shd_isa isa = w.plan.isa + 1; isa < SHD_ISA_COUNT; isa++) {
         if (!shd_cpu_has(isa)) continue;
         w.plan.isa = isa;
         sum_by(&w.plan, material, which, n, &w.at, split, &second);
