@@ -92,7 +92,7 @@ extern const shd_cast_kernel shd_cast_kernel_portable, shd_cast_kernel_avx2, shd
     void shd_place_torus_##isa(double tube, const shd_work *work, shd_surfaces *out);              \
     /* The nearest triangles at t up to about `limit`; the surface, where `hits` are the object's. \
      */                                                                                            \
-    void shd_find_mesh_##isa(const shd_lens *lens, const shd_item *it, const shd_batch *b,         \
+    bool shd_find_mesh_##isa(const shd_lens *lens, const shd_item *it, const shd_batch *b,         \
                              double limit, shd_mesh_hits *out);                                    \
     void shd_place_mesh_##isa(const shd_item *it, double object, const shd_batch *b,               \
                               const shd_stage *hits, shd_surfaces *out);                           \

@@ -4,10 +4,8 @@
  * An object is first only asked for t. When it is known which objects the lanes hit, each of these
  * gives its surface, from the same formulas. */
 #include <float.h>
-#if defined(__AVX512F__)
-#include <immintrin.h>
-#endif
 
+#include "base/simd.h"
 #include "sight/rays.h"
 #include "sight/shapes.h"
 
@@ -89,9 +87,10 @@ static void turn_normals(const shd_item *it, const shd_batch *restrict b,
         double ax = fabs(wx), ay = fabs(wy), az = fabs(wz);
         double most = ax > ay ? ax : ay;
         most = most > az ? most : az;
-        wx /= most;
-        wy /= most;
-        wz /= most;
+        double inverse = 1 / most;
+        wx *= inverse;
+        wy *= inverse;
+        wz *= inverse;
         double square = wx * wx + wy * wy + wz * wz, scale = shd_inverse_root(square);
         /* A sliver without a normal (0/0) is shaded somehow: as if it faced the viewer. */
         wx = square > 0 ? wx * scale : -ux;
@@ -227,15 +226,18 @@ static void take(const shd_stage *from, double object, shd_wants wants, shd_stag
  * surfaces that lie in each other would be seen in speckles. Returns whether any lane was nearer.
  */
 static bool keep_nearer(const double *restrict t, double object, shd_stage *restrict best) {
-    const double rounded = 1 + 0x1p-44;
-    long long any = 0;
-    SHD_EACH_LANE(i) {
-        bool equal = t[i] <= best->t[i] * rounded && best->t[i] <= t[i] * rounded;
-        bool nearer = t[i] < best->t[i], first = object < best->object[i];
-        bool kept = equal ? first : nearer;
-        any |= kept ? 1 : 0;
-        best->t[i] = kept ? t[i] : best->t[i];
-        best->object[i] = kept ? object : best->object[i];
+    const shd_vd rounded = shd_vd_set(1 + 0x1p-44), mine = shd_vd_set(object);
+    unsigned any = 0;
+    for (int i = 0; i < SHD_RAYS; i += SHD_W / 2) {
+        const shd_vd now = shd_vd_load(t + i), before = shd_vd_load(best->t + i),
+                     whose = shd_vd_load(best->object + i);
+        const shd_md farther = shd_vd_gt(now, before * rounded),
+                     nearer = shd_vd_gt(before, now * rounded),
+                     first = shd_md_and(shd_md_not(farther), shd_vd_gt(whose, mine)),
+                     kept = shd_md_or(nearer, first);
+        any |= shd_md_bits(kept);
+        shd_vd_store(best->t + i, shd_vd_select(kept, now, before));
+        shd_vd_store(best->object + i, shd_vd_select(kept, mine, whose));
     }
     return any;
 }
@@ -255,7 +257,7 @@ static double farthest(const double *restrict t) {
 
 /* Fills t and object of `out`. Returns which of the batch's works belongs to the object
  * `*holder`. */
-static int find_nearest(const shd_sight *sight, const uint32_t *candidates, size_t count, int used,
+static int find_nearest(const shd_sight *sight, const uint32_t *candidates, size_t count,
                         shd_batch *b, shd_stage *out, int *holder) {
     SHD_ALIGNED double t[SHD_RAYS], limit = INFINITY;
     shd_mesh_hits met;
@@ -270,14 +272,13 @@ static int find_nearest(const shd_sight *sight, const uint32_t *candidates, size
         const double object = candidates[k];
         if (it->nearest > limit) continue;
         if (it->shape == SHD_MESH) {
-            SHD_VARIANT(shd_find_mesh)(&sight->lens, it, b, limit * (1 + 1e-12), &met);
-            if (!keep_nearer(met.t, object, out)) continue;
-            for (int i = 0; i < used; i++) {
-                if (out->object[i] != object) continue;
-                out->triangle[i] = met.triangle[i];
-                out->u[i] = met.u[i];
-                out->v[i] = met.v[i];
-            }
+            if (!SHD_VARIANT(shd_find_mesh)(&sight->lens, it, b, limit * (1 + 1e-12), &met) ||
+                !keep_nearer(met.t, object, out))
+                continue;
+            take64(out->object, object, met.u, out->u);
+            take64(out->object, object, met.v, out->v);
+            SHD_EACH_LANE(i)
+            out->triangle[i] = out->object[i] == object ? met.triangle[i] : out->triangle[i];
         } else {
             find(it, b, &b->work[!held], t);
             if (!keep_nearer(t, object, out)) continue;
@@ -295,24 +296,36 @@ static size_t count_hits(const double *restrict t) {
     return (size_t)hits;
 }
 
+/* How many lanes hit an object; they are taken from `left`. */
+static size_t take_lanes(double *restrict left, double object) {
+    long long lanes = 0;
+    SHD_EACH_LANE(i) {
+        const bool same = left[i] == object;
+        lanes += same ? 1 : 0;
+        left[i] = same ? SHD_NOTHING : left[i];
+    }
+    return (size_t)lanes;
+}
+
 /* Every object that some lane hit, in turn. */
 static void show_hits(const shd_sight *sight, shd_batch *b, int held, int holder, size_t hits,
                       shd_wants wants, shd_stage *out) {
+    SHD_ALIGNED double left[SHD_RAYS];
     shd_stage part;
-    bool shown[SHD_RAYS] = {false};
-    for (int i = 0; hits; i++) {
-        const double object = out->object[i];
-        if (object == SHD_NOTHING || shown[i]) continue;
-        size_t mine = 0;
-        for (int k = i; k < SHD_RAYS; k++) {
-            shown[k] = shown[k] || out->object[k] == object;
-            mine += out->object[k] == object;
-        }
-        const bool made = (int)object == holder, alone = mine == hits && i == 0;
+    memcpy(left, out->object, sizeof left);
+    for (int i = 0, shown = 0; shown < (int)hits; i++) {
+        const double object = left[i];
+        if (object == SHD_NOTHING) continue;
+        const size_t mine = take_lanes(left, object);
+        const bool made = (int)object == holder, alone = mine == hits;
         shd_work *work = &b->work[made ? held : !held];
-        show_object(sight, (int)object, b, work, made, wants, out, alone ? out : &part);
-        if (!alone) take(&part, object, wants, out);
-        hits -= mine;
+        if (alone) {
+            show_object(sight, (int)object, b, work, made, wants, out, out);
+        } else {
+            show_object(sight, (int)object, b, work, made, wants, out, &part);
+            take(&part, object, wants, out);
+        }
+        shown += (int)mine;
     }
 }
 
@@ -331,7 +344,7 @@ static size_t cast(const shd_sight *sight, const uint32_t *candidates, size_t ca
         SHD_VARIANT(shd_show_ball)(one, &b, out->t, out);
         SHD_EACH_LANE(i) out->object[i] = out->t[i] < INFINITY ? object : SHD_NOTHING;
     } else {
-        held = find_nearest(sight, candidates, candidate_count, used, &b, out, &holder);
+        held = find_nearest(sight, candidates, candidate_count, &b, out, &holder);
     }
     for (int i = used; i < SHD_RAYS; i++) out->t[i] = INFINITY, out->object[i] = SHD_NOTHING;
     const size_t hits = count_hits(out->t);

@@ -16,7 +16,11 @@
 enum {
     GROUP = 8, /* rays that are tried together */
     GROUPS = SHD_RAYS / GROUP,
-    SIDES = 8 /* functions of a box, filled up to whole vectors */
+    FRONT = 4, /* functions of a box, after those of four sides: */
+    REACH,
+    DEPTH,
+    USED,
+    SIDES = 8 /* filled up to whole vectors */
 };
 
 /* What of a sum of products rounding may change, and more. */
@@ -36,32 +40,54 @@ typedef struct bundle {
     area all;
     double reach; /* nothing farther is wanted */
     double slack; /* what rounding may change of depths, and more */
-    /* A box is left out where one of these, linear functions, is negative all over it: how far it
-     * is within each side of the bundle; and the depth. */
+    /* A box is left out where one of these linear functions, but that of DEPTH, is negative all
+     * over it: how far it is within each side of the bundle, and before the eye and `reach`. */
     SHD_ALIGNED double x[SIDES], y[SIDES], z[SIDES], fixed[SIDES];
 } bundle;
 
 /* ---- The bundle. ---- */
 
-static void bound_groups(bundle *k) {
-    k->all = (area){INFINITY, -INFINITY, INFINITY, -INFINITY};
-    for (int g = 0; g < GROUPS; g++) {
-        area a = {INFINITY, -INFINITY, INFINITY, -INFINITY};
-        for (int i = g * GROUP; i < (g + 1) * GROUP; i++) {
-            a.left = k->p[i] < a.left ? k->p[i] : a.left;
-            a.right = k->p[i] > a.right ? k->p[i] : a.right;
-            a.bottom = k->q[i] < a.bottom ? k->q[i] : a.bottom;
-            a.top = k->q[i] > a.top ? k->q[i] : a.top;
-        }
-        const double across = ROUNDING * (fabs(a.left) + fabs(a.right)),
-                     up = ROUNDING * (fabs(a.bottom) + fabs(a.top));
-        k->left[g] = a.left - across, k->right[g] = a.right + across;
-        k->bottom[g] = a.bottom - up, k->top[g] = a.top + up;
-        k->all.left = k->left[g] < k->all.left ? k->left[g] : k->all.left;
-        k->all.right = k->right[g] > k->all.right ? k->right[g] : k->all.right;
-        k->all.bottom = k->bottom[g] < k->all.bottom ? k->bottom[g] : k->all.bottom;
-        k->all.top = k->top[g] > k->all.top ? k->top[g] : k->all.top;
+/* The extremes of pairs. */
+SHD_ALWAYS void halve(const double *low, const double *high, int pairs, double *restrict least,
+                      double *restrict most) {
+    for (int i = 0; i < pairs; i++) {
+        least[i] = low[2 * i] < low[2 * i + 1] ? low[2 * i] : low[2 * i + 1];
+        most[i] = high[2 * i] > high[2 * i + 1] ? high[2 * i] : high[2 * i + 1];
     }
+}
+
+/* A little more than the extremes of groups. */
+SHD_ALWAYS void bound_groups(const double *restrict at, double *restrict least,
+                             double *restrict most) {
+    SHD_ALIGNED double low[2][SHD_RAYS / 2], high[2][SHD_RAYS / 2];
+    halve(at, at, SHD_RAYS / 2, low[0], high[0]);
+    halve(low[0], high[0], SHD_RAYS / 4, low[1], high[1]);
+    halve(low[1], high[1], GROUPS, low[0], high[0]);
+    for (int g = 0; g < GROUPS; g++) {
+        const double more = ROUNDING * (fabs(low[0][g]) + fabs(high[0][g]));
+        least[g] = low[0][g] - more;
+        most[g] = high[0][g] + more;
+    }
+}
+
+static void bound_bundle(bundle *k) {
+    bound_groups(k->p, k->left, k->right);
+    bound_groups(k->q, k->bottom, k->top);
+    area all = {k->left[0], k->right[0], k->bottom[0], k->top[0]};
+    for (int g = 1; g < GROUPS; g++) {
+        all.left = k->left[g] < all.left ? k->left[g] : all.left;
+        all.right = k->right[g] > all.right ? k->right[g] : all.right;
+        all.bottom = k->bottom[g] < all.bottom ? k->bottom[g] : all.bottom;
+        all.top = k->top[g] > all.top ? k->top[g] : all.top;
+    }
+    k->all = all;
+}
+
+static void set_function(bundle *k, int at, shd_vec3 n, double fixed) {
+    k->x[at] = n.x;
+    k->y[at] = n.y;
+    k->z[at] = n.z;
+    k->fixed[at] = fixed;
 }
 
 /* Side `at`: sign * (row - bound * w) of points, and how much rounding may change it. */
@@ -73,52 +99,49 @@ static void set_side(const shd_mesh_view *view, bundle *k, int at, double sign, 
     const double error = (fabs(row.x) + b * fabs(w.x)) * (1 + fabs(e.x)) +
                          (fabs(row.y) + b * fabs(w.y)) * (1 + fabs(e.y)) +
                          (fabs(row.z) + b * fabs(w.z)) * (1 + fabs(e.z)) + fabs(fixed);
-    k->x[at] = n.x;
-    k->y[at] = n.y;
-    k->z[at] = n.z;
-    k->fixed[at] = fixed - shd_dot(n, e) + ROUNDING * error;
+    set_function(k, at, n, fixed - shd_dot(n, e) + ROUNDING * error);
 }
 
-static void aim(const shd_lens *lens, const shd_item *it, const shd_batch *b, double limit,
-                bundle *k) {
-    const shd_mesh_view *view = &it->view;
-    const shd_fan fan = shd_fan_of(lens);
-    const double unit = 1 / view->unit, blind = it->blind * unit;
-    const double across = view->orthographic ? fan.step_x * unit : fan.step_x,
-                 up_by = view->orthographic ? fan.step_y * unit : fan.step_y;
-    double most = 0;
-    SHD_EACH_LANE(i) {
-        const double cosine = -(b->direction[0][i] * fan.back.x + b->direction[1][i] * fan.back.y +
-                                b->direction[2][i] * fan.back.z);
-        k->p[i] = (b->x[i] - fan.middle_x) * across;
-        k->q[i] = (fan.middle_y - b->y[i]) * up_by;
-        k->cosine[i] = cosine;
-        k->near[i] = blind * cosine;
-        k->depth[i] = k->name[i] = INFINITY;
-        most = cosine > most ? cosine : most;
-    }
-    bound_groups(k);
-    const shd_vec3 right = view->rows[0], up = view->rows[1], forward = view->rows[2];
-    memset(k->x, 0, sizeof k->x);
-    memset(k->y, 0, sizeof k->y);
-    memset(k->z, 0, sizeof k->z);
-    memset(k->fixed, 0, sizeof k->fixed);
-    set_side(view, k, 0, 1, right, k->all.left);
-    set_side(view, k, 1, -1, right, k->all.right);
-    set_side(view, k, 2, 1, up, k->all.bottom);
-    set_side(view, k, 3, -1, up, k->all.top);
-    /* How far before and behind the eye; these have no bound to subtract. */
-    const shd_vec3 e = view->eye;
+static void set_reach(bundle *k, double reach) {
+    k->reach = reach + k->slack;
+    k->fixed[REACH] = k->fixed[DEPTH] + k->reach;
+}
+
+static void set_functions(const shd_mesh_view *view, bundle *k) {
+    const shd_vec3 forward = view->rows[2], back = shd_scale(forward, -1), e = view->eye;
     k->slack = ROUNDING * (fabs(forward.x) * (1 + fabs(e.x)) + fabs(forward.y) * (1 + fabs(e.y)) +
                            fabs(forward.z) * (1 + fabs(e.z)));
-    for (int s = 4; s < 6; s++) {
-        const double sign = s == 4 ? 1 : -1;
-        k->x[s] = sign * forward.x;
-        k->y[s] = sign * forward.y;
-        k->z[s] = sign * forward.z;
-        k->fixed[s] = k->slack - sign * shd_dot(forward, e);
+    set_side(view, k, 0, 1, view->rows[0], k->all.left);
+    set_side(view, k, 1, -1, view->rows[0], k->all.right);
+    set_side(view, k, 2, 1, view->rows[1], k->all.bottom);
+    set_side(view, k, 3, -1, view->rows[1], k->all.top);
+    set_function(k, FRONT, forward, k->slack - shd_dot(forward, e));
+    set_function(k, DEPTH, back, k->slack - shd_dot(back, e));
+    set_function(k, REACH, back, 0);
+    for (int s = USED; s < SIDES; s++) set_function(k, s, (shd_vec3){0, 0, 0}, 0);
+}
+
+static void aim(const shd_lens *lens, const shd_item *it, const shd_batch *restrict b, double limit,
+                bundle *restrict k) {
+    const shd_mesh_view *view = &it->view;
+    const shd_fan fan = shd_fan_of(lens);
+    const shd_vec3 back = fan.back;
+    const double unit = 1 / view->unit, blind = it->blind * unit;
+    const double across = view->orthographic ? fan.step_x * unit : fan.step_x,
+                 up = view->orthographic ? fan.step_y * unit : fan.step_y;
+    SHD_EACH_LANE(i) {
+        const double cosine = -(b->direction[0][i] * back.x + b->direction[1][i] * back.y +
+                                b->direction[2][i] * back.z);
+        k->p[i] = (b->x[i] - fan.middle_x) * across;
+        k->q[i] = (fan.middle_y - b->y[i]) * up;
+        k->cosine[i] = cosine;
+        k->near[i] = blind * cosine;
+        k->depth[i] = INFINITY;
+        k->name[i] = INFINITY;
     }
-    k->reach = limit * unit * most + k->slack;
+    bound_bundle(k);
+    set_functions(view, k);
+    set_reach(k, limit * unit); /* a cosine is 1 at most, but for rounding */
 }
 
 /* ---- Triangles. ---- */
@@ -214,36 +237,44 @@ static bool try_triangle(bundle *k, const shd_mesh_view *view, const shd_leaf *l
 /* ---- The tree. ---- */
 
 /* Whether any ray may meet the box; from which depth on. */
-static inline bool may_meet(const bundle *k, const shd_branch *b, double *depth) {
-    double most[SIDES];
-    for (int s = 0; s < SIDES; s++) {
-        const double x0 = k->x[s] * b->low[0], x1 = k->x[s] * b->high[0];
-        const double y0 = k->y[s] * b->low[1], y1 = k->y[s] * b->high[1];
-        const double z0 = k->z[s] * b->low[2], z1 = k->z[s] * b->high[2];
-        most[s] = k->fixed[s] + ((x0 > x1 ? x0 : x1) + (y0 > y1 ? y0 : y1) + (z0 > z1 ? z0 : z1));
+SHD_INLINE bool may_meet(const bundle *k, const shd_branch *b, double *depth) {
+    SHD_ALIGNED double most[SIDES];
+    unsigned out = 0;
+    for (int s = 0; s < SIDES; s += SHD_W / 2) {
+        const shd_vd x = shd_vd_load(k->x + s), y = shd_vd_load(k->y + s),
+                     z = shd_vd_load(k->z + s);
+        const shd_vd along_x = shd_vd_max(x * shd_vd_set(b->low[0]), x * shd_vd_set(b->high[0])),
+                     along_y = shd_vd_max(y * shd_vd_set(b->low[1]), y * shd_vd_set(b->high[1])),
+                     along_z = shd_vd_max(z * shd_vd_set(b->low[2]), z * shd_vd_set(b->high[2]));
+        const shd_vd all = shd_vd_load(k->fixed + s) + (along_x + along_y + along_z);
+        out |= shd_md_bits(shd_vd_gt(shd_vd_set(0), all)) << s;
+        shd_vd_store(most + s, all);
     }
-    *depth = -most[5];
-    bool out = *depth > k->reach;
-    for (int s = 0; s < 5; s++) out |= most[s] < 0;
-    return !out;
+    *depth = -most[DEPTH];
+    return !(out & ~(1u << DEPTH));
 }
 
 static void update_reach(bundle *k) {
-    double most = 0;
-    SHD_EACH_LANE(i) most = k->depth[i] > most ? k->depth[i] : most;
-    most += k->slack;
-    k->reach = most < k->reach ? most : k->reach;
+    shd_vd most = shd_vd_load(k->depth);
+    for (int i = SHD_W / 2; i < SHD_RAYS; i += SHD_W / 2)
+        most = shd_vd_max(shd_vd_load(k->depth + i), most);
+    SHD_ALIGNED double lanes[SHD_W / 2];
+    shd_vd_store(lanes, most);
+    for (int i = 1; i < SHD_W / 2; i++) lanes[0] = lanes[i] > lanes[0] ? lanes[i] : lanes[0];
+    if (lanes[0] + k->slack < k->reach) set_reach(k, lanes[0]);
 }
 
-static void walk(bundle *k, const shd_mesh_view *view) {
+/* Whether any ray met a triangle. */
+static bool walk(bundle *k, const shd_mesh_view *view) {
     struct {
         uint32_t branch;
         double depth;
     } waiting[SHD_TREE_DEPTH];
     int waits = 0;
+    bool met = false;
     const shd_branch *branches = view->tree->branches;
     double depth;
-    if (!view->tree->leaf_count || !may_meet(k, branches, &depth)) return;
+    if (!view->tree->leaf_count || !may_meet(k, branches, &depth)) return false;
     for (uint32_t at = 0;;) {
         const shd_branch *now = &branches[at];
         if (now->count) {
@@ -251,6 +282,7 @@ static void walk(bundle *k, const shd_mesh_view *view) {
             for (uint32_t i = now->first; i < now->first + now->count; i++)
                 any = try_triangle(k, view, &view->tree->leaves[i]) || any;
             if (any) update_reach(k);
+            met = met || any;
         } else {
             double one, other;
             const bool first = may_meet(k, &branches[now->first], &one),
@@ -266,7 +298,7 @@ static void walk(bundle *k, const shd_mesh_view *view) {
             }
         }
         do
-            if (!waits--) return;
+            if (!waits--) return met;
         while (waiting[waits].depth > k->reach);
         at = waiting[waits].branch;
     }
@@ -274,40 +306,56 @@ static void walk(bundle *k, const shd_mesh_view *view) {
 
 /* ---- For cast.simd.c. ---- */
 
-void SHD_VARIANT(shd_find_mesh)(const shd_lens *lens, const shd_item *it, const shd_batch *b,
-                                double limit, shd_mesh_hits *out) {
-    bundle k;
-    aim(lens, it, b, limit, &k);
-    walk(&k, &it->view);
-    SHD_EACH_LANE(i) out->t[i] = k.depth[i] * it->view.unit / k.cosine[i];
-    for (int i = 0; i < SHD_RAYS; i++) {
-        if (!(k.depth[i] < INFINITY)) continue;
-        const uint32_t name = (uint32_t)k.name[i], order = name % SHD_ORDERS;
-        const double rest = 1 - k.second[i] - k.third[i];
-        const double weights[3] = {rest > 0 ? rest : 0, k.second[i], k.third[i]};
-        const uint32_t first = order / SHD_CORNERS, second = order % SHD_CORNERS;
-        out->triangle[i] = name / SHD_ORDERS;
-        out->u[i] = weights[second];
-        out->v[i] = weights[SHD_CORNERS - first - second];
+static void tell_hits(const bundle *restrict k, double unit, shd_mesh_hits *restrict out) {
+    SHD_EACH_LANE(i) {
+        const double second = k->second[i], third = k->third[i];
+        const double rest = 1 - second - third, first = rest > 0 ? rest : 0;
+        const int32_t name = (int32_t)(k->depth[i] < INFINITY ? k->name[i] : 0);
+        const int one = name >> 2 & 3, two = name & 3, three = 3 - one - two;
+        const double u = two == 1 ? second : third, v = three == 1 ? second : third;
+        out->t[i] = k->depth[i] * unit / k->cosine[i];
+        out->triangle[i] = (uint32_t)name >> 4;
+        out->u[i] = two == 0 ? first : u;
+        out->v[i] = three == 0 ? first : v;
     }
 }
 
-/* Where the item is not hit: somewhere on its first triangle. */
-static void gather(const shd_item *it, double object, const shd_stage *hits,
-                   double corner[3][3][SHD_RAYS], double normal[3][3][SHD_RAYS], double *restrict u,
-                   double *restrict v) {
+bool SHD_VARIANT(shd_find_mesh)(const shd_lens *lens, const shd_item *it, const shd_batch *b,
+                                double limit, shd_mesh_hits *out) {
+    bundle k;
+    aim(lens, it, b, limit, &k);
+    if (!walk(&k, &it->view)) return false;
+    tell_hits(&k, it->view.unit, out);
+    return true;
+}
+
+typedef struct corners {
+    SHD_ALIGNED double at[3][3][SHD_RAYS], normal[3][3][SHD_RAYS]; /* [corner][component] */
+} corners;
+
+/* A group of rays, most of which meet the same triangle as their neighbors. Where the item is not
+ * hit: somewhere on its first triangle. */
+static void gather(const shd_item *it, const uint32_t *restrict triangle, int first,
+                   corners *restrict out) {
     const shd_triangles *tri = &it->triangles;
-    for (int i = 0; i < SHD_RAYS; i++) {
-        const bool hit = hits->object[i] == object;
-        const uint32_t *vertex = tri->indices + 3 * (size_t)(hit ? hits->triangle[i] : 0);
-        u[i] = hit ? hits->u[i] : 0;
-        v[i] = hit ? hits->v[i] : 0;
+    uint32_t other = 0;
+    for (int i = 1; i < GROUP; i++) other |= triangle[first + i] ^ triangle[first];
+    const int each = other ? 1 : GROUP;
+    for (int i = first; i < first + GROUP; i += each) {
+        const uint32_t *vertex = tri->indices + 3 * (size_t)triangle[i];
         for (int n = 0; n < 3; n++) {
-            const double *from = tri->positions + 3 * (size_t)vertex[n];
-            for (int c = 0; c < 3; c++) corner[n][c][i] = from[c];
-            if (!it->smooth) continue;
-            from = it->units + 3 * (size_t)vertex[n];
-            for (int c = 0; c < 3; c++) normal[n][c][i] = from[c];
+            const double *at = tri->positions + 3 * (size_t)vertex[n];
+            const double *normal = it->smooth ? it->units + 3 * (size_t)vertex[n] : at;
+            for (int c = 0; c < 3; c++) {
+                double *to = &out->at[n][c][i], *normal_to = &out->normal[n][c][i];
+                if (other) {
+                    *to = at[c];
+                    *normal_to = normal[c];
+                    continue;
+                }
+                for (int k = 0; k < GROUP; k++) to[k] = at[c];
+                for (int k = 0; k < GROUP; k++) normal_to[k] = normal[c];
+            }
         }
     }
 }
@@ -351,13 +399,21 @@ static void smooth_normals(const shd_item *it, const shd_batch *restrict b,
 
 void SHD_VARIANT(shd_place_mesh)(const shd_item *it, double object, const shd_batch *b,
                                  const shd_stage *hits, shd_surfaces *out) {
-    SHD_ALIGNED double corner[3][3][SHD_RAYS], normal[3][3][SHD_RAYS], u[SHD_RAYS], v[SHD_RAYS];
-    gather(it, object, hits, corner, normal, u, v);
+    SHD_ALIGNED double u[SHD_RAYS], v[SHD_RAYS];
+    uint32_t triangle[SHD_RAYS];
+    corners k;
+    SHD_EACH_LANE(i) {
+        const bool hit = hits->object[i] == object;
+        triangle[i] = hit ? hits->triangle[i] : 0;
+        u[i] = hit ? hits->u[i] : 0;
+        v[i] = hit ? hits->v[i] : 0;
+    }
+    for (int i = 0; i < SHD_RAYS; i += GROUP) gather(it, triangle, i, &k);
     /* From a corner: a triangle with one y has all of its points there, so that a light at this y
      * does not shine on some of them. */
     const double scale = it->view.tree->scale;
     for (int c = 0; c < 3; c++) {
-        double *restrict a = corner[0][c], *restrict ab = corner[1][c], *restrict ac = corner[2][c],
+        double *restrict a = k.at[0][c], *restrict ab = k.at[1][c], *restrict ac = k.at[2][c],
                          *restrict point = out->point[c];
         SHD_EACH_LANE(i) {
             ab[i] -= a[i];
@@ -367,6 +423,6 @@ void SHD_VARIANT(shd_place_mesh)(const shd_item *it, double object, const shd_ba
             ac[i] *= scale;
         }
     }
-    cross_edges(corner[1], corner[2], out->normal);
-    if (it->smooth) smooth_normals(it, b, normal, u, v, out->normal);
+    cross_edges(k.at[1], k.at[2], out->normal);
+    if (it->smooth) smooth_normals(it, b, k.normal, u, v, out->normal);
 }

@@ -112,7 +112,7 @@ static shd_leaf make_leaf(const shd_triangles *t, uint32_t triangle) {
     uint32_t place[3] = {0, 0, 0}; /* of each corner: how many come before it */
     for (int i = 0; i < 3; i++)
         for (int k = i + 1; k < 3; k++) place[compare_corners(t, given[i], given[k]) > 0 ? i : k]++;
-    shd_leaf leaf = {.name = SHD_ORDERS * triangle + SHD_CORNERS * place[0] + place[1]};
+    shd_leaf leaf = {.name = 16 * triangle + 4 * place[0] + place[1]};
     for (int i = 0; i < 3; i++) leaf.corner[place[i]] = given[i];
     return leaf;
 }

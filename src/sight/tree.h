@@ -21,11 +21,9 @@ typedef struct shd_branch {
  * the same arithmetic. */
 typedef struct shd_leaf {
     uint32_t corner[3]; /* vertices */
-    uint32_t name;      /* SHD_ORDERS times the triangle's index, plus where its first (0 to 2) and
-                           second corner are among these: SHD_CORNERS * first + second */
+    uint32_t name;      /* 16 times the triangle's index, plus where its first and its second corner
+                           are among these (0 to 2): 4 first + second */
 } shd_leaf;
-
-enum { SHD_CORNERS = 3, SHD_ORDERS = 9 };
 
 /* Branches on a path from the root to a leaf are no more than these. */
 enum { SHD_TREE_DEPTH = 96 };

@@ -486,9 +486,9 @@ static size_t walk_tree(const shd_mesh_tree *tree, const shd_triangles *t, uint3
     }
     for (uint32_t i = b->first; i < b->first + b->count; i++) {
         const shd_leaf *leaf = &tree->leaves[i];
-        const uint32_t triangle = leaf->name / SHD_ORDERS, order = leaf->name % SHD_ORDERS;
-        const uint32_t place[3] = {order / SHD_CORNERS, order % SHD_CORNERS,
-                                   SHD_CORNERS - order / SHD_CORNERS - order % SHD_CORNERS};
+        const uint32_t triangle = leaf->name / 16, first = leaf->name / 4 % 4,
+                       second = leaf->name % 4;
+        const uint32_t place[3] = {first, second, 3 - first - second};
         assert_false(found[triangle]++);
         for (int k = 0; k < 3; k++) {
             const uint32_t corner = t->indices[3 * triangle + (uint32_t)k];
