@@ -3,16 +3,29 @@
 
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 #include "plan/parts.h"
 
-void shd_print_bound(double bound, char out[16]) {
-    if (bound == floor(bound) && bound < 1e6) {
-        snprintf(out, 16, "%.0f", bound);
+void shd_print_bound(double bound, double most, char out[SHD_BOUND_TEXT]) {
+    if (!isfinite(bound) || (bound == floor(bound) && bound < 1e6)) {
+        snprintf(out, SHD_BOUND_TEXT, "%.0f", bound);
         return;
     }
-    double step = isfinite(bound) ? pow(10, floor(log10(bound)) - 1) : 1;
-    snprintf(out, 16, "%.2g", step * ceil(bound / step * (1 - 1e-12)));
+    /* 17 digits are the bound itself. */
+    for (int digits = 2; digits <= 17; digits++) {
+        snprintf(out, SHD_BOUND_TEXT, "%.*g", digits, bound);
+        double told = strtod(out, NULL);
+        if (told < bound * (1 - 1e-15)) { /* one more of the last digit */
+            told += pow(10, floor(log10(bound)) - digits + 1);
+            snprintf(out, SHD_BOUND_TEXT, "%.*g", digits, told);
+        }
+        if (told <= most) return;
+    }
+}
+
+double shd_bound_in(const shd_bound *bound, shd_metric metric) {
+    return metric == SHD_LINEAR ? bound->linear : metric == SHD_CODE ? bound->code : bound->delta_e;
 }
 
 double shd_curve_noise(shd_transfer transfer) {

@@ -20,6 +20,8 @@ typedef struct shd_bound {
     double delta_e; /* CIEDE2000, from the same; what has alpha lies over black */
 } shd_bound;
 
+double shd_bound_in(const shd_bound *bound, shd_metric metric);
+
 /* Why `linear` is unknown. */
 #define SHD_NO_LINEAR_BOUND "a light may touch a surface, or a value exceed what floats hold"
 
@@ -36,8 +38,11 @@ typedef struct shd_shown {
     bool coarse; /* nothing but 8-bit integers is stored */
 } shd_shown;
 
-/* With two digits, rounded up: 2.1e-06. */
-void shd_print_bound(double bound, char out[16]);
+enum { SHD_BOUND_TEXT = 32 };
+
+/* Rounded up to two digits, 2.1e-06, or to as many more as keep it within `most`, the budget that
+ * the bound meets (infinite: there is none). */
+void shd_print_bound(double bound, double most, char out[SHD_BOUND_TEXT]);
 
 /* What f32 on the way through an output's curve makes of a difference of two films, relative to the
  * channel: 1.15 times what 3e6 pairs of floats have shown. */

@@ -111,13 +111,9 @@ static void choose_coarse_samples(shd_plan *plan, const shd_shown *shown) {
 
 /* ---- With one. ---- */
 
-static double measured(const shd_bound *bound, shd_metric metric) {
-    return metric == SHD_LINEAR ? bound->linear : metric == SHD_CODE ? bound->code : bound->delta_e;
-}
-
 bool shd_plan_meets_budget(const shd_plan *plan) {
     const shd_accuracy *accuracy = &plan->scene->accuracy;
-    return measured(&plan->bound, accuracy->metric) <= accuracy->max_error;
+    return shd_bound_in(&plan->bound, accuracy->metric) <= accuracy->max_error;
 }
 
 static bool is_within(const shd_plan *plan, const shd_shown *shown, const shd_excess_list *list,
@@ -216,14 +212,16 @@ static shd_status fail_budget(const shd_plan *plan, const shd_shown *shown, shd_
     const shd_accuracy *accuracy = &plan->scene->accuracy;
     shd_bound bound;
     if (!shd_plan_bound(plan, SHD_EXACT, shown, arena, &bound)) return SHD_MEMORY;
-    double reached = measured(&bound, accuracy->metric);
+    double reached = shd_bound_in(&bound, accuracy->metric);
     if (!isfinite(reached))
         return shd_fail(error, SHD_SCENE, "/accuracy/maxError",
                         "no bound in %s is known for this scene: " SHD_NO_LINEAR_BOUND,
                         shd_metric_names[accuracy->metric]);
+    char told[SHD_BOUND_TEXT];
+    shd_print_bound(reached, INFINITY, told);
     return shd_fail(error, SHD_SCENE, "/accuracy/maxError",
-                    "no tier stays within %.9g %s in this scene: `exact` reaches %.2g",
-                    accuracy->max_error, shd_metric_names[accuracy->metric], reached);
+                    "no tier stays within %.9g %s in this scene: `exact` reaches %s",
+                    accuracy->max_error, shd_metric_names[accuracy->metric], told);
 }
 
 static shd_status meet_budget(shd_plan *plan, const shd_shown *shown, uint8_t *drops, bool *dropped,

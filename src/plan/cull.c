@@ -38,8 +38,10 @@ enum { STEPS = 64 };
 
 static int step_of(double most, double tolerance) {
     if (!(most <= tolerance)) return STEPS; /* also what is not a number */
+    const double share = most / tolerance;
+    if (share == 0) return 0; /* it has no exponent */
     int exponent;
-    frexp(most / tolerance, &exponent); /* (0, 1] has exponents up to 1 */
+    frexp(share, &exponent); /* (0, 1] has exponents up to 1 */
     int step = exponent + STEPS - 2;
     return step < 0 ? 0 : step;
 }

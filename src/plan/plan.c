@@ -30,6 +30,8 @@ static shd_plan_light plan_light(const shd_light *light, size_t index) {
     out.inner = 2 * inner * inner;
     out.exponent = light->exponent;
     if (out.spot) {
+        /* A cone that fades within less than 5 degrees, a narrow one, or an exponent that is steep
+         * or, below 1, vertical at 90 degrees. */
         double fade = light->angle * light->penumbra;
         out.steep = (fade > 0 && fade < 0.087) || out.outer < 0.004 || out.exponent > 500 ||
                     (out.exponent > 0 && out.exponent < 1);
@@ -137,24 +139,27 @@ static bool make_materials(shd_plan *plan, const double ambient[3], shd_arena *a
     return true;
 }
 
+void shd_plan_print_bound(const shd_plan *plan, shd_metric metric, char out[SHD_BOUND_TEXT]) {
+    const shd_accuracy *accuracy = &plan->scene->accuracy;
+    const bool met = accuracy->budget && accuracy->metric == metric;
+    shd_print_bound(shd_bound_in(&plan->bound, metric), met ? accuracy->max_error : INFINITY, out);
+}
+
 static const char *summarize(const shd_plan *plan, shd_arena *arena) {
-    char text[192]; /* of 145 at most */
+    char text[192]; /* of 175 at most */
     const shd_accuracy *accuracy = &plan->scene->accuracy;
     const char *tier = shd_tier_names[plan->tier], *asked = shd_asked_tier(accuracy);
     const bool other = !accuracy->budget && strcmp(asked, tier);
     int length =
         snprintf(text, sizeof text, "tier=%s%s%s; lights=%zu/%zu", tier, other ? "; asked=" : "",
                  other ? asked : "", plan->light_count, plan->scene->light_count);
-    const double values[] = {[SHD_LINEAR] = plan->bound.linear,
-                             [SHD_CODE] = plan->bound.code,
-                             [SHD_DELTA_E_2000] = plan->bound.delta_e};
     const char *before = "; error<=";
-    for (int i = 0; i < 3; i++) {
-        if (!isfinite(values[i])) continue;
-        char number[16];
-        shd_print_bound(values[i], number);
+    for (shd_metric metric = SHD_LINEAR; metric <= SHD_DELTA_E_2000; metric++) {
+        if (!isfinite(shd_bound_in(&plan->bound, metric))) continue;
+        char number[SHD_BOUND_TEXT];
+        shd_plan_print_bound(plan, metric, number);
         length += snprintf(text + length, sizeof text - (size_t)length, "%s%s %s", before, number,
-                           shd_metric_names[i]);
+                           shd_metric_names[metric]);
         before = ", ";
     }
     return shd_arena_strdup(arena, text);

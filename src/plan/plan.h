@@ -138,6 +138,9 @@ shd_status shd_plan_make_shown(const shd_scene *scene, shd_isa isa, const shd_sh
 shd_status shd_plan_make_whole(const shd_scene *scene, shd_isa isa, shd_arena *arena,
                                const shd_plan **out, shd_error *error);
 
+/* As shd_print_bound: within the budget where the plan has one in that metric. */
+void shd_plan_print_bound(const shd_plan *plan, shd_metric metric, char out[SHD_BOUND_TEXT]);
+
 /* The bound of the picture that the tier would make of the plan. False: memory. */
 bool shd_plan_bound(const shd_plan *plan, shd_tier tier, const shd_shown *shown, shd_arena *arena,
                     shd_bound *out);

@@ -37,28 +37,28 @@ static void say_tier(json_t *words, const shd_explained *e) {
         say(words, "Tier %s, with %s kernels, as asked for.", tier, isa);
 }
 
-static const char *digits(double bound, char out[16]) {
-    shd_print_bound(bound, out);
+static const char *digits(const shd_explained *e, shd_metric metric, char out[SHD_BOUND_TEXT]) {
+    shd_plan_print_bound(e->plan, metric, out);
     return out;
 }
 
 static void say_bound(json_t *words, const shd_explained *e) {
     const shd_bound *bound = &e->plan->bound;
     const char *space = e->plan->scene->working_space->name;
-    char number[16];
+    char number[SHD_BOUND_TEXT];
     if (isfinite(bound->linear))
         say(words, "Error: at most %s in linear components (%s) against the model.",
-            digits(bound->linear, number), space);
+            digits(e, SHD_LINEAR, number), space);
     else
         say(words, "Error: not bounded in linear components, as " SHD_NO_LINEAR_BOUND ".");
     if (isfinite(bound->code))
         say(words, "Error: at most %s in 8-bit codes against the exact tier.",
-            digits(bound->code, number));
+            digits(e, SHD_CODE, number));
     else
         say(words, "Error: not bounded in codes, as an output's colors are no curve of a matrix.");
     if (isfinite(bound->delta_e))
         say(words, "Error: at most %s in CIEDE2000 against the exact tier.",
-            digits(bound->delta_e, number));
+            digits(e, SHD_DELTA_E_2000, number));
     else
         say(words, "Error: not bounded in CIEDE2000.");
     say(words, "Single samples that lie on the edge of a cone or of a highlight are not counted.");
@@ -133,11 +133,11 @@ static void say_outputs(json_t *words, const shd_explained *e) {
 static void say_tiers(json_t *words, const shd_explained *e) {
     for (int t = 0; t <= SHD_EXACT; t++) {
         const shd_cost *c = &e->costs[t];
-        char linear[16];
+        char linear[SHD_BOUND_TEXT] = "an unknown sum";
         if ((shd_tier)t == e->plan->tier) continue;
+        if (isfinite(e->bounds[t].linear)) shd_print_bound(e->bounds[t].linear, INFINITY, linear);
         say(words, "Tier %s would take about %.2g ms and err by at most %s in linear components.",
-            shd_tier_names[t], c->visibility + c->shade + c->color + c->encode,
-            isfinite(e->bounds[t].linear) ? digits(e->bounds[t].linear, linear) : "an unknown sum");
+            shd_tier_names[t], c->visibility + c->shade + c->color + c->encode, linear);
     }
 }
 

@@ -131,8 +131,12 @@ static void place_region(shd_reader *r, const shd_node *node, double v[4], uint3
         double low = i < 2 ? 0 : 1;
         double high = !known ? LONGEST : i % 2 ? raster->height : raster->width;
         /* Comparisons with NAN are false. */
-        bool out = v[i] < low || v[i] > high || (i >= 2 && v[i - 2] + v[i] > high);
-        if (out)
+        const bool empty = i >= 2 && v[i] < 1;
+        const bool out = v[i] < low || v[i] > high || (i >= 2 && v[i - 2] + v[i] > high);
+        if (empty)
+            shd_node_fail(r->report, &item, SHD_SCENE, "a region is at least 1 pixel %s, got %.9g",
+                          i == 2 ? "wide" : "high", v[i]);
+        else if (out)
             shd_node_fail(r->report, &item, SHD_SCENE,
                           "the region reaches out of the picture, which has %s%g pixels this way",
                           known ? "" : "at most ", high);

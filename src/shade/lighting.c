@@ -22,15 +22,10 @@ static int32_t kind_of(const shd_plan_light *light) {
     return light->attenuated ? SHD_KIND_ATTENUATED : SHD_KIND_POINT;
 }
 
-/* Whether f32 is enough for this light: a cone that fades within less than 5 degrees, a steep
- * exponent, one below 1 (vertical at 90 degrees), or constants beyond what keeps f32's products
- * finite in the plan's frame want f64. */
+/* Whether f32 is enough for this light: steep ones, and constants beyond what keeps f32's products
+ * finite in the plan's frame, want f64. */
 static bool fits_f32(const shd_packed_light *light, const shd_plan_light *from) {
-    if (from->spot) {
-        double fade = 2 * (asin(sqrt(from->outer / 2)) - asin(sqrt(from->inner / 2)));
-        bool steep = from->exponent > 500 || (from->exponent > 0 && from->exponent < 1);
-        if ((fade > 0 && fade < 0.087) || from->outer < 0.004 || steep) return false;
-    }
+    if (from->steep) return false;
     float brightest = 0, reach = 0;
     for (int c = 0; c < 3; c++) {
         brightest = fmaxf(brightest, fabsf(light->color[c]));

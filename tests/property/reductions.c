@@ -285,6 +285,29 @@ static void check_budget(const sampled *s, const shd_plan *plan, size_t first, s
     }
 }
 
+/* A cone's exponent leaves less than f64's least number of it there. */
+static void lights_that_add_nothing_are_the_weakest(void **state) {
+    shd_request *request = read_scene(
+        *state,
+        "{\"lights\": [{\"type\": \"point\", \"position\": [0, 3, 4]}, {\"type\": \"spot\", "
+        "\"position\": [0, 3, 4], \"direction\": [0, -3.5, 2.5], \"angle\": 89, "
+        "\"exponent\": 500}], \"objects\": [{\"type\": \"disc\", \"transform\": "
+        "{\"rotate\": [30, 0, 0]}}]}");
+    shd_error error = {SHD_OK, "", ""};
+    const shd_plan *plan;
+    assert_int_equal(
+        shd_plan_make(request->scene, request->engine->isa, request->arena, &plan, &error), SHD_OK);
+    const shd_plan_object *disc = &plan->objects[0];
+    assert_int_equal(disc->light_count, 2);
+    const double a = SHD_PI / 6;
+    const shd_patch patch = {.radius = 0.01, .axis = {0, cos(a), sin(a)}, .cos_spread = 1};
+    uint32_t list[2];
+    assert_int_equal(shd_plan_cull(plan, 0, &patch, 0, disc->lights, 2, list), 2);
+    assert_int_equal(shd_plan_cull(plan, 0, &patch, 1e-3, disc->lights, 2, list), 1);
+    assert_int_equal(list[0], 0);
+    shd_request_drop(request);
+}
+
 static void budgets_leave_out_lights_of_patches_within_their_tolerances(void **state) {
     size_t given = 0, kept = 0, relative = 0;
     for (uint64_t seed = 1; seed <= 40; seed++) {
@@ -422,6 +445,7 @@ int main(void) {
         cmocka_unit_test(lights_left_out_of_an_object_add_nothing_to_it),
         cmocka_unit_test(reduced_pictures_are_the_whole_ones),
         cmocka_unit_test(lights_left_out_of_a_patch_add_no_more_than_is_tolerated),
+        cmocka_unit_test(lights_that_add_nothing_are_the_weakest),
         cmocka_unit_test(budgets_leave_out_lights_of_patches_within_their_tolerances),
         cmocka_unit_test(plans_tell_what_scenes_need),
     };

@@ -5,6 +5,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -117,18 +118,41 @@ static void curves_are_their_own_inverses(void **state) {
         }
 }
 
-static void bounds_are_printed_rounded_up(void **state) {
+static void bounds_are_printed_rounded_up_within_their_budget(void **state) {
     (void)state;
     static const struct {
-        double bound;
+        double bound, budget;
         const char *text;
-    } cases[] = {{0, "0"},         {1, "1"},          {255, "255"},     {2.04e-6, "2.1e-06"},
-                 {0.011, "0.011"}, {0.0111, "0.012"}, {0.995, "1"},     {9.91, "10"},
-                 {1e-7, "1e-07"},  {2e-6, "2e-06"},   {0.5001, "0.51"}, {12.5, "13"}};
+    } cases[] = {{0, INFINITY, "0"},
+                 {1, INFINITY, "1"},
+                 {255, INFINITY, "255"},
+                 {2.04e-6, INFINITY, "2.1e-06"},
+                 {0.011, INFINITY, "0.011"},
+                 {0.0111, INFINITY, "0.012"},
+                 {0.995, INFINITY, "1"},
+                 {9.91, INFINITY, "10"},
+                 {1e-7, INFINITY, "1e-07"},
+                 {2e-6, INFINITY, "2e-06"},
+                 {0.5001, INFINITY, "0.51"},
+                 {12.5, INFINITY, "13"},
+                 {1.129, 1.13, "1.13"},
+                 {1.129, 1.129, "1.129"},
+                 {0.99991, 0.99995, "0.99991"},
+                 {1.0 / 3, 1.0 / 3, "0.33333333333333331"}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        char text[16];
-        shd_print_bound(cases[i].bound, text);
+        char text[SHD_BOUND_TEXT];
+        shd_print_bound(cases[i].bound, cases[i].budget, text);
         assert_string_equal(text, cases[i].text);
+    }
+    uint64_t random = 1;
+    for (int i = 0; i < 100000; i++) {
+        char text[SHD_BOUND_TEXT];
+        random = random * 6364136223846793005u + 1442695040888963407u;
+        const double bound = ldexp((double)(random >> 11), -(int)(random >> 58) - 30),
+                     budget = bound * (1 + ldexp(1, -(int)(random >> 8 & 63)));
+        shd_print_bound(bound, budget, text);
+        const double told = strtod(text, NULL);
+        assert_true(told >= bound * (1 - 1e-15) && told <= budget);
     }
 }
 
@@ -267,7 +291,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(ciede2000_is_at_most_the_measure),
         cmocka_unit_test(curves_are_their_own_inverses),
-        cmocka_unit_test(bounds_are_printed_rounded_up),
+        cmocka_unit_test(bounds_are_printed_rounded_up_within_their_budget),
         cmocka_unit_test(outputs_are_known_by_their_curves),
         cmocka_unit_test(budgets_choose_what_is_cheapest),
         cmocka_unit_test(pixels_that_bright_light_covers_a_part_of_count_in_codes),
