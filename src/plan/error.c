@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "plan/plan.h"
+
 /* Half an ulp of f32 and f64, relative. */
 #define U32 0x1p-24
 #define U64 0x1p-53
@@ -18,8 +20,22 @@ const shd_path_error *shd_path_error_of(shd_tier tier, shd_path path) {
     return tier == SHD_EXACT ? &exact : &fast[path];
 }
 
-double shd_color_error(shd_tier tier) {
-    return tier == SHD_EXACT ? U32 : 5 * U32;
+double shd_color_error(const shd_plan *plan, shd_tier tier) {
+    const shd_scene *scene = plan->scene;
+    const int samples = scene->raster.samples;
+    double roundings = tier == SHD_EXACT ? 1 : 5;
+    for (size_t i = 0; i < scene->object_count; i++)
+        if (scene->objects[i].interpolation == SHD_GOURAUD) {
+            roundings++;
+            break;
+        }
+    if (samples > 1) {
+        const double groups = (double)plan->group_count;
+        const double parts = groups < samples ? groups : samples;
+        roundings += 3 + parts;
+        if ((samples & (samples - 1)) != 0) roundings += 2 * parts; /* their shares are rounded */
+    }
+    return roundings * U32;
 }
 
 /* Of the standard tier: lobes beyond, which fall to nothing within 60 degrees, have polynomials. */

@@ -20,6 +20,8 @@
 
 #include "scene/scene.h"
 
+struct shd_plan;
+
 #define SHD_CLIFF 1e-3 /* of R.V */
 
 /* What a light's weights take to compute. */
@@ -34,9 +36,10 @@ typedef struct shd_path_error {
 /* Spots are on the path of attenuated lights. */
 const shd_path_error *shd_path_error_of(shd_tier tier, shd_path path);
 
-/* Relative, of a sample's color: colors and sums of up to four lights in f32, products with the
- * material, the film's f32. */
-double shd_color_error(shd_tier tier);
+/* Relative, of a color: sums of up to four lights in f32 and products with the material, or f64's
+ * sum as f32; then what lies between vertices, and a pixel's mean of its samples, which are in as
+ * many parts as it sees materials, before the background. */
+double shd_color_error(const struct shd_plan *plan, shd_tier tier);
 
 /* What the errors of a lobe are made of. (R.V)^ns is off by its derivative times the error of
  * R.V = 1 - |L - W|^2 / 2, that is by ns c^(ns - 1) sqrt(2 - 2 c) times that of L and W at c = R.V,

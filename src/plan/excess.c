@@ -400,7 +400,7 @@ bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_
     const bool mixed = plan->scene->raster.samples > 1;
     finding f = {.plan = plan,
                  .tier = tier,
-                 .color = shd_color_error(tier),
+                 .color = shd_color_error(plan, tier),
                  .distance = distance_error(tier),
                  .list = out,
                  .influences = influences,

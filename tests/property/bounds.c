@@ -2,6 +2,7 @@
 #include "property/pieces.h"
 #include "render/measure.h"
 #include "render/shown.h"
+#include "shade/exact.h"
 
 static const char *const shapes[] = {"sphere", "box",  "cylinder", "cone",
                                      "torus",  "disc", "plane",    "mesh"};
@@ -277,6 +278,65 @@ static void budgets_hold_what_is_measured(void **state) {
     share_within(&s.delta_e, 10, "deltaE2000");
 }
 
+/* A vertex's radiance in f64, of diffuse light. */
+static void vertex_radiance(const shd_plan *plan, size_t object, const shd_facets *facets,
+                            size_t index, double out[3]) {
+    const shd_plan_material *material = &plan->materials[plan->objects[object].material];
+    memcpy(out, material->constant, 3 * sizeof *out);
+    for (size_t j = 0; j < plan->light_count; j++) {
+        double factor, off;
+        const double weight =
+            shd_weigh_light(&plan->lights[j], facets->positions[index], facets->normals[index],
+                            facets->views[index], &factor, &off);
+        for (int c = 0; c < 3; c++)
+            out[c] += material->diffuse[c] * weight * plan->lights[j].color[c];
+    }
+}
+
+/* Radiance is rounded at vertices and again between them. */
+static void exact_gouraud_is_within_its_bound(void **state) {
+    drawn d = {.request = read_scene(
+                   *state,
+                   "{\"image\": {\"width\": 160, \"height\": 160, \"samples\": 1}, "
+                   "\"accuracy\": {\"tier\": \"exact\"}, \"ambient\": 0.07, \"lights\": "
+                   "[{\"type\": \"directional\", \"direction\": [0, 0, -1], \"color\": "
+                   "[1.03, 1.01, 1.02]}], \"objects\": [{\"type\": \"sphere\", \"segments\": "
+                   "24, \"interpolation\": \"gouraud\", \"material\": {\"diffuse\": "
+                   "[0.95, 0.95, 0.95]}}]}")};
+    shd_sight *sight = plan_and_see(d.request);
+    const shd_plan *plan = d.request->plan;
+    shd_error error;
+    assert_int_equal(shd_film_render(d.request, sight, NULL, NULL, &d.film, &error), SHD_OK);
+    const size_t count = pixels_of(&d);
+    int32_t *x = shd_arena_alloc(d.request->arena, count, sizeof *x),
+            *y = shd_arena_alloc(d.request->arena, count, sizeof *y);
+    uint8_t *sample = shd_arena_zalloc(d.request->arena, count, sizeof *sample);
+    shd_hits hits;
+    assert_true(x && y && sample && shd_hits_new(plan, count + SHD_LANES, d.request->arena, &hits));
+    for (size_t i = 0; i < count; i++) x[i] = (int)(i % 160), y[i] = (int)(i / 160);
+    const uint32_t every[] = {0};
+    shd_sight_shoot(sight, every, 1, &(shd_shots){count, x, y, sample}, &hits);
+    assert_true(hits.count > 1000);
+    const shd_facets *facets = shd_sight_facets(sight, 0);
+    double worst = 0;
+    for (size_t i = 0; i < hits.count; i++) {
+        const double share[3] = {1 - hits.u[i] - hits.v[i], hits.u[i], hits.v[i]};
+        double sum[3] = {0, 0, 0};
+        for (int k = 0; k < 3; k++) {
+            double radiance[3];
+            vertex_radiance(plan, 0, facets, facets->corners[3 * (size_t)hits.triangle[i] + k],
+                            radiance);
+            for (int c = 0; c < 3; c++) sum[c] += share[k] * radiance[c];
+        }
+        for (int c = 0; c < 3; c++)
+            worst = fmax(worst, fabs((double)d.film.rgba[4 * hits.shot[i] + c] - sum[c]));
+    }
+    shd_sight_drop(sight);
+    if (!(worst <= plan->bound.linear))
+        fail_msg("off by %g, not %g as bound", worst, plan->bound.linear);
+    drop_drawn(&d);
+}
+
 /* Black instead of up to 22 codes. */
 static void a_budget_that_takes_all_light_is_bounded(void **state) {
     static const char text[] =
@@ -297,6 +357,7 @@ int main(void) {
         cmocka_unit_test(bounds_of_plain_scenes_are_near_what_is_measured),
         cmocka_unit_test(codes_that_stay_look_alike),
         cmocka_unit_test(budgets_hold_what_is_measured),
+        cmocka_unit_test(exact_gouraud_is_within_its_bound),
         cmocka_unit_test(a_budget_that_takes_all_light_is_bounded),
     };
     return cmocka_run_group_tests(tests, make_engine, drop_engine);
