@@ -30,7 +30,10 @@ static void place_frame(shd_plan *plan) {
         size = shd_max_abs(scene->camera.position);
     }
     if (!shd_is_finite(plan->origin)) plan->origin = (shd_vec3){0, 0, 0};
-    plan->scale = size > 1e-280 && size < 1e280 ? ldexp(1, -ilogb(size)) : 1;
+    /* It and its inverse are normal numbers. */
+    plan->scale = 1;
+    if (size > 0 && size < INFINITY)
+        plan->scale = ldexp(1, (int)shd_larger(shd_smaller(-ilogb(size), 1022), -1022));
 }
 
 static bool has_near_light(const shd_plan *plan, size_t index) {

@@ -16,7 +16,7 @@ static double attenuation_at(const shd_plan_light *light, double distance) {
     if (!light->attenuated) return light->gain;
     const double d = shd_larger(distance, light->min_distance);
     /* as the kernels hold it */
-    return shd_smaller(light->gain / (light->a + d * (light->b + d * light->c)), 1e200);
+    return shd_smaller(light->gain / (light->a + d * (light->b + d * light->c)), 1e300);
 }
 
 static double hypotenuse(double a, double b) {

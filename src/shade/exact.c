@@ -20,7 +20,7 @@ static double spot_factor(const shd_plan_light *light, shd_vec3 toward) {
 
 /* A light may be so close that 1/d^2 is beyond f64: then it is this, finite and far beyond any
  * output's range. */
-static const double LARGEST_FACTOR = 1e200;
+static const double LARGEST_FACTOR = 1e300;
 
 double shd_weigh_light(const shd_plan_light *light, shd_vec3 position, shd_vec3 normal,
                        shd_vec3 mirror, double *factor, double *off) {

@@ -337,6 +337,33 @@ static void exact_gouraud_is_within_its_bound(void **state) {
     drop_drawn(&d);
 }
 
+/* Up to the ends of f64, and where 1/d^2 is beyond 1e200. */
+static void bounds_hold_at_any_size(void **state) {
+    static const double sizes[] = {1e-305, 1e-290, 1e-150, 1, 1e150, 1e290, 1e304};
+    spreads s = {.linear = {.count = 0}};
+    for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
+        const double k = sizes[i];
+        char *text[2];
+        for (int t = 0; t < 2; t++)
+            text[t] = text_of(
+                "{\"camera\": {\"position\": [0, 0, %.17g]}, \"image\": {\"width\": 48, "
+                "\"height\": 48, \"samples\": 1}, \"accuracy\": {\"tier\": \"%s\"}, \"lights\": "
+                "[{\"type\": \"point\", \"position\": [%.17g, %.17g, %.17g], \"intensity\": %.17g, "
+                "\"attenuation\": [0, 0, 1]}, {\"type\": \"point\", \"position\": [%.17g, 0, "
+                "%.17g], \"intensity\": 0.1}], \"objects\": [{\"type\": \"sphere\", \"radius\": "
+                "%.17g, \"material\": {\"specular\": 0.5}}]}",
+                4 * k, t ? "exact" : "standard", 3 * k, 3 * k, 3 * k,
+                fmin(fmax(20 * k * k, 1e-300), 1e300), -2 * k, k, k);
+        drawn exact = shown_film_of(*state, text[1]);
+        float most = 0;
+        for (size_t p = 0; p < 4 * pixels_of(&exact); p += 4)
+            most = fmaxf(most, exact.film.rgba[p]);
+        drop_drawn(&exact);
+        assert_true(most > 0.09f);
+        check_texts(*state, text[0], text[1], &s);
+    }
+}
+
 /* Black instead of up to 22 codes. */
 static void a_budget_that_takes_all_light_is_bounded(void **state) {
     static const char text[] =
@@ -358,6 +385,7 @@ int main(void) {
         cmocka_unit_test(codes_that_stay_look_alike),
         cmocka_unit_test(budgets_hold_what_is_measured),
         cmocka_unit_test(exact_gouraud_is_within_its_bound),
+        cmocka_unit_test(bounds_hold_at_any_size),
         cmocka_unit_test(a_budget_that_takes_all_light_is_bounded),
     };
     return cmocka_run_group_tests(tests, make_engine, drop_engine);
