@@ -16,7 +16,7 @@ void shd_print_bound(double bound, double most, char out[SHD_BOUND_TEXT]) {
     for (int digits = 2; digits <= 17; digits++) {
         snprintf(out, SHD_BOUND_TEXT, "%.*g", digits, bound);
         double told = strtod(out, NULL);
-        if (told < bound * (1 - 1e-15)) { /* one more of the last digit */
+        if (told < bound) { /* one more of the last digit */
             told += pow(10, floor(log10(bound)) - digits + 1);
             snprintf(out, SHD_BOUND_TEXT, "%.*g", digits, told);
         }

@@ -106,6 +106,9 @@ bool shd_plan_meets_budget(const shd_plan *plan);
 bool shd_plan_reach(shd_plan *plan, const shd_plan_light *given, size_t count, uint8_t *drops,
                     bool whole, shd_arena *arena);
 
+/* Fills `sheets`. False: memory. */
+bool shd_plan_sheets(shd_plan *plan, shd_arena *arena);
+
 /* Sets the frame, and whether positions are split in it. */
 void shd_plan_frame(shd_plan *plan);
 

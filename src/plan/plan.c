@@ -124,7 +124,7 @@ static bool arrange(shd_plan *plan, const shd_plan_light *lights, size_t count, 
     if (!make_sweep(plan, whole, arena)) return false;
     find_greys(plan);
     shd_plan_frame(plan);
-    return true;
+    return shd_plan_sheets(plan, arena);
 }
 
 static bool make_materials(shd_plan *plan, const double ambient[3], shd_arena *arena) {

@@ -33,6 +33,18 @@ typedef struct shd_plan_light {
     bool steep; /* too steep for f32: a narrow fade, a high exponent, or one below 1 */
 } shd_plan_light;
 
+/* A plane of flat faces that a light is in, or near to. */
+typedef struct shd_sheet {
+    shd_vec3 normal, point; /* unit; world frame */
+    double height;          /* of the light, along the normal, or N.L; 0: it is in the plane */
+    double size;            /* of the faces and their coordinates */
+} shd_sheet;
+
+typedef struct shd_sheets {
+    size_t count;
+    shd_sheet *list;
+} shd_sheets;
+
 /* Why a light of the scene is not in the plan: bits, all of them that say so for some object. */
 enum {
     SHD_DROP_AMBIENT = 1, /* it is all in the ambient term */
@@ -91,7 +103,8 @@ typedef struct shd_plan {
                       it (but see shd_isa_fuses), so tests may choose another that it has */
     const shd_plan_light *lights; /* those that may reach some object */
     size_t light_count;
-    const uint8_t *drops; /* [scene->light_count]: SHD_DROP bits; 0: it is in `lights` */
+    const shd_sheets *sheets; /* [light_count]: what decides on which side of a face they are */
+    const uint8_t *drops;     /* [scene->light_count]: SHD_DROP bits; 0: it is in `lights` */
     const shd_plan_material *materials; /* as shd_scene.materials */
     size_t max_lobes;                   /* of any material */
     const shd_plan_object *objects;     /* as shd_scene.objects */

@@ -122,6 +122,32 @@ shd_packed_lobe shd_pack_lobe(const shd_plan *plan, double shininess) {
     return out;
 }
 
+/* In f32, points of a plane are as near to it as this, and in f64. */
+static const double SAME32 = 4e-7, SAME64 = 1e-13;
+
+/* False: memory. */
+static bool pack_sheets(const shd_plan *plan, size_t index, shd_wide_light *to, shd_arena *arena) {
+    const shd_sheets *from = &plan->sheets[index];
+    const bool exact = plan->tier == SHD_EXACT, far = plan->lights[index].directional;
+    const double s = plan->scale, same = exact ? SAME64 : SAME32;
+    const shd_vec3 origin = exact ? (shd_vec3){0, 0, 0} : plan->origin;
+    shd_packed_sheet *sheets = shd_arena_alloc(arena, from->count, sizeof *sheets);
+    if (!sheets) return false;
+    for (size_t k = 0; k < from->count; k++) {
+        const shd_sheet *sheet = &from->list[k];
+        const shd_vec3 n = sheet->normal;
+        sheets[k] = (shd_packed_sheet){.normal = {n.x, n.y, n.z},
+                                       .offset = shd_dot(n, shd_sub(sheet->point, origin)) * s,
+                                       .height = far ? sheet->height : sheet->height * s,
+                                       .same_normal = same * same,
+                                       .same_place = same,
+                                       .slack = SAME64 * sheet->size * s};
+    }
+    to->sheets = sheets;
+    to->sheet_count = (uint32_t)from->count;
+    return true;
+}
+
 shd_lighting *shd_lighting_new(const shd_plan *plan, shd_arena *arena) {
     const bool fast = plan->tier != SHD_EXACT;
     const size_t material_count = fast ? plan->scene->material_count : 0;
@@ -133,7 +159,10 @@ shd_lighting *shd_lighting_new(const shd_plan *plan, shd_arena *arena) {
     if (!lighting || !wide || !lights || !materials) return NULL;
     for (size_t j = 0; j < light_count; j++) {
         wide[j] = shd_pack_wide(plan, &plan->lights[j]);
-        if (fast) lights[j] = shd_pack_light(plan, &plan->lights[j]);
+        if (!pack_sheets(plan, j, &wide[j], arena)) return NULL;
+        if (!fast) continue;
+        lights[j] = shd_pack_light(plan, &plan->lights[j]);
+        if (wide[j].sheet_count) lights[j].kind = SHD_KIND_WIDE; /* f64 knows sides */
     }
     for (size_t m = 0; m < material_count; m++) {
         const shd_plan_material *from = &plan->materials[m];
@@ -162,18 +191,36 @@ static shd_vec3 lane64_of(const double *const v[3], size_t i) {
     return (shd_vec3){v[0][i], v[1][i], v[2][i]};
 }
 
+/* Whether the light is in the plane of the point's face, or behind it. */
+static bool is_behind_face(const shd_wide_light *light, shd_vec3 p, shd_vec3 normal) {
+    for (uint32_t k = 0; k < light->sheet_count; k++) {
+        const shd_packed_sheet *s = &light->sheets[k];
+        const shd_vec3 n = {s->normal[0], s->normal[1], s->normal[2]};
+        const double sign = shd_dot(n, normal) < 0 ? -1 : 1;
+        const shd_vec3 off = shd_madd(normal, n, -sign);
+        const double place = fabs(p.x) + fabs(p.y) + fabs(p.z);
+        if (shd_dot(off, off) < s->same_normal &&
+            fabs(shd_dot(n, p) - s->offset) < place * s->same_place + s->slack)
+            return !(sign * s->height > 0);
+    }
+    return false;
+}
+
 void shd_add_reference(const shd_wide_job *job, uint32_t index, size_t point, double *row) {
     const shd_plan *plan = job->lighting->plan;
+    const shd_wide_light *from = &job->lighting->wide[index];
     shd_vec3 at, normal, mirror;
     if (job->narrow) {
         at = lane_of(job->narrow->position, point);
         if (job->narrow->low[0]) at = shd_add(at, lane_of(job->narrow->low, point));
+        if (is_behind_face(from, at, lane_of(job->narrow->normal, point))) return;
         at = shd_madd(plan->origin, at, 1 / plan->scale);
         normal = lane_of(job->narrow->normal, point);
         mirror = lane_of(job->narrow->mirror, point);
     } else {
         at = lane64_of(job->points->position, point);
         normal = lane64_of(job->points->normal, point);
+        if (is_behind_face(from, shd_scale(at, plan->scale), normal)) return;
         const shd_vec3 view = lane64_of(job->points->view, point);
         mirror = shd_sub(shd_scale(normal, 2 * shd_dot(normal, view)), view);
     }

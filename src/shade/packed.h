@@ -27,6 +27,14 @@ typedef struct shd_packed_light {
     float axis[3];
 } shd_packed_light;
 
+/* A plane of flat faces that the light is in or near to: there N.(light - p) is `height`, turned as
+ * N is, for all p. Points are of it whose normals squared and places differ by less than these. */
+typedef struct shd_packed_sheet {
+    double normal[3], offset; /* normal.p, in the frame of shd_wide_light */
+    double height;
+    double same_normal, same_place, slack; /* same_place (|x| + |y| + |z|) + slack */
+} shd_packed_sheet;
+
 /* The same in f64: in the world's frame times the plan's scale for the exact tier, which subtracts
  * positions as they are, and in the plan's frame for the other ones. */
 typedef struct shd_wide_light {
@@ -35,6 +43,8 @@ typedef struct shd_wide_light {
     double color[3];
     double axis[3], outer, inner, inverse_fade, exponent;
     int32_t kind; /* SHD_KIND_WIDE: beyond f64, too, so that the reference does it */
+    uint32_t sheet_count;
+    const shd_packed_sheet *sheets;
 } shd_wide_light;
 
 enum { SHD_LOG_TERMS = 5 };

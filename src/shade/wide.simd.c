@@ -59,6 +59,27 @@ SHD_INLINE shd_vd weigh_spot(const shd_wide_light *light, const shd_vd toward[3]
     return factor * power_of(shd_log1m64(below_one(q)), light->exponent);
 }
 
+/* N.(light - p), or N.L, of points whose face's plane the light is in or near to. */
+SHD_INLINE shd_vd facing_of_sheets(const shd_wide_light *light, const points *at, shd_vd facing) {
+    const shd_vd zero = shd_vd_set(0), one = shd_vd_set(1);
+    shd_vd place = zero;
+    for (int c = 0; c < 3; c++) place += shd_vd_max(at->p[c], -at->p[c]);
+    for (uint32_t k = 0; k < light->sheet_count; k++) {
+        const shd_packed_sheet *s = &light->sheets[k];
+        shd_vd n[3], off[3];
+        for (int c = 0; c < 3; c++) n[c] = shd_vd_set(s->normal[c]);
+        const shd_vd sign = shd_vd_select(shd_vd_gt(zero, dot(at->n, n)), -one, one);
+        for (int c = 0; c < 3; c++) off[c] = at->n[c] - sign * n[c];
+        shd_vd apart = dot(at->p, n) - shd_vd_set(s->offset);
+        apart = shd_vd_max(apart, -apart);
+        const shd_vd most = place * shd_vd_set(s->same_place) + shd_vd_set(s->slack);
+        const shd_md on =
+            shd_vd_gt_in(shd_vd_gt(most, apart), shd_vd_set(s->same_normal), dot(off, off));
+        facing = shd_vd_select(on, sign * shd_vd_set(s->height), facing);
+    }
+    return facing;
+}
+
 /* Adds one light to sums[row]: channels of the diffuse sum, then 3 + 3 lobe + channel, of the lanes
  * `asked`. Returns the lanes that are left to the reference. */
 SHD_INLINE unsigned add_light(const shd_wide_light *light, const points *at,
@@ -72,6 +93,8 @@ SHD_INLINE unsigned add_light(const shd_wide_light *light, const points *at,
     shd_vd facing;
     if (light->kind == SHD_KIND_DIRECTIONAL) {
         facing = dot(at->n, toward);
+        if (__builtin_expect(light->sheet_count > 0, 0))
+            facing = facing_of_sheets(light, at, facing);
         lit = shd_vd_gt_in(asked, facing, shd_vd_set(0));
         if (!shd_md_any(lit)) return 0;
     } else {
@@ -80,6 +103,8 @@ SHD_INLINE unsigned add_light(const shd_wide_light *light, const points *at,
         shd_md held = shd_vd_gt_in(shd_vd_gt(d2, shd_vd_set(NEAREST2)), shd_vd_set(FARTHEST2), d2);
         left = shd_md_bits(shd_md_and(asked, shd_md_not(held)));
         facing = dot(at->n, toward);
+        if (__builtin_expect(light->sheet_count > 0, 0))
+            facing = facing_of_sheets(light, at, facing);
         lit = shd_vd_gt_in(shd_md_and(held, asked), facing, shd_vd_set(0));
         if (!shd_md_any(lit)) return left;
         shd_vd distance = shd_vd_sqrt(d2), inverse;

@@ -36,7 +36,7 @@ PREMISES = [
      r"^/camera/\w+: (position and target are|`up` is parallel)|in the camera frame",
      r"/camera/(position|target|up).*"),
     ("A region needs the picture's sides, its extents the corner",
-     r"the region reaches out of the picture",
+     r"the region reaches out of the picture|a region is at least",
      r"/image/(width|height)|/image/region/(\d|length)"),
     ("How many samples there are is said by `samples`", r"limit `samples`", r"/image/samples"),
     ("What a light's position means is said by its type, its w is the last of four",

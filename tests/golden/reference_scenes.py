@@ -82,7 +82,42 @@ def shape(name, transform, material=None, **more):
             **more}
 
 
+def turned(rotate, v):
+    """About x, then y, then z."""
+    for axis, degrees in enumerate(rotate):
+        c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
+        a, b = [(1, 2), (2, 0), (0, 1)][axis]
+        v = list(v)
+        v[a], v[b] = c * v[a] - s * v[b], s * v[a] + c * v[b]
+    return v
+
+
+def lights_in_planes():
+    """Lights in the plane of a tilted face, to within rounding: a point, a spot, a directional."""
+    glossy = {"diffuse": 0.3, "specular": 0.7, "shininess": 3}
+    quad = {"type": "mesh", "positions": [-1.5, 0, -1.2, 1.5, 0, -1.2, 1.5, 0, 1.2, -1.5, 0, 1.2],
+            "indices": [0, 2, 1, 0, 3, 2]}
+    faces = [("plane", {"type": "plane"}, 0), ("disc", {"type": "disc", "radius": 1.6}, 0),
+             ("quad", quad, 0), ("box", {"type": "box", "size": [1.8, 1.1, 1.5]}, 0.55),
+             ("cylinder", {"type": "cylinder", "height": 1.2}, 0.6),
+             ("cone", {"type": "cone", "height": 1.4}, -0.7)]
+    for number, (name, item, height) in enumerate(faces):
+        for k, rotate in enumerate(([31, 17, 23 + number], [-143, 29, 11], [57, -71, 5])):
+            move = [0.1 * k, -0.3, 0.2]
+            at = [turned(rotate, v) for v in ([0.7, height, 2.6], [-2.9, height, 0.4])]
+            at = [[a + b for a, b in zip(v, move)] for v in at]
+            aim = turned(rotate, [1, 0, 0.05])
+            yield f"light_in_plane_of_{name}_{k}", scene(
+                {**item, "material": glossy, "transform": {"rotate": rotate, "translate": move}},
+                lights=[{"type": "point", "position": at[0], "attenuation": [0.2, 0, 0.3]},
+                        {"type": "spot", "position": at[1], "direction": aim, "angle": 60,
+                         "penumbra": 0.7},
+                        {"type": "directional", "direction": turned(rotate, [0.3, 0, -1])},
+                        {**LAMP, "intensity": 0.1}])
+
+
 def by_hand():
+    yield from lights_in_planes()
     yield "smallest", {"image": dict(SIZE), "objects": [{"type": "sphere"}]}
     yield "emissive", scene({"type": "sphere", "material": {
         "emissive": [0.9, 0.4, 0.1], "diffuse": 0}}, lights=[])

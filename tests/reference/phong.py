@@ -19,6 +19,7 @@ from reference.scene import Scene
 from reference.shapes import ANALYTIC, bound, dot, triangles
 
 NEAR = 1 / 16  # of a pixel
+IN_PLANE = 16 * 2.0 ** -52  # of lengths: a light that is no farther from a surface's plane is in it
 
 
 @dataclass
@@ -77,6 +78,12 @@ def weights(light, p, n, v, lobes):
         f = f * s
         case += 2 * inside
     nl = dot(n, to_light)
+    if light.kind == "directional":
+        height, lengths = nl, 1
+    else:
+        height = dot(n, way)
+        lengths = np.linalg.norm(light.position) + np.linalg.norm(p, axis=1)
+    nl = np.where(np.abs(height) <= IN_PLANE * lengths, 0, nl)
     before = nl > 0
     case += before
     r = 2 * nl[:, None] * n - to_light

@@ -138,7 +138,7 @@ static void bounds_are_printed_rounded_up_within_their_budget(void **state) {
                  {1.129, 1.13, "1.13"},
                  {1.129, 1.129, "1.129"},
                  {0.99991, 0.99995, "0.99991"},
-                 {1.0 / 3, 1.0 / 3, "0.33333333333333331"}};
+                 {1.0 / 3, 1.0 / 3, "0.3333333333333333"}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         char text[SHD_BOUND_TEXT];
         shd_print_bound(cases[i].bound, cases[i].budget, text);
@@ -152,7 +152,7 @@ static void bounds_are_printed_rounded_up_within_their_budget(void **state) {
                      budget = bound * (1 + ldexp(1, -(int)(random >> 8 & 63)));
         shd_print_bound(bound, budget, text);
         const double told = strtod(text, NULL);
-        assert_true(told >= bound * (1 - 1e-15) && told <= budget);
+        assert_true(told >= bound && told <= budget);
     }
 }
 
@@ -177,7 +177,7 @@ static void budgets_choose_what_is_cheapest(void **state) {
          SHD_STANDARD, 1, true, false},
         {LIGHTS ", \"accuracy\": {\"maxError\": 1e-5, \"metric\": \"linear\"}", SHD_STANDARD, 2,
          true, true},
-        {LIGHTS ", \"accuracy\": {\"maxError\": 2e-7, \"metric\": \"linear\"}", SHD_EXACT, 3, false,
+        {LIGHTS ", \"accuracy\": {\"maxError\": 5e-7, \"metric\": \"linear\"}", SHD_EXACT, 3, false,
          false},
         {LIGHTS ", \"accuracy\": {\"maxError\": 2, \"metric\": \"code\"}", SHD_STANDARD, 1, true,
          true},
@@ -246,7 +246,7 @@ static void budgets_that_nothing_meets_say_what_is_reached(void **state) {
     shd_error error;
     assert_int_equal(shd_request_plan_make(request, request->scene, &error), SHD_SCENE);
     assert_string_equal(error.path, "/accuracy/maxError");
-    assert_non_null(strstr(error.text, "`exact` reaches 4.8e-08"));
+    assert_non_null(strstr(error.text, "`exact` reaches 2.4e-07"));
     shd_request_drop(request);
     request =
         read_with(*state, "\"accuracy\": {\"maxError\": 1, \"metric\": \"linear\"}, \"lights\": "

@@ -1,0 +1,144 @@
+/* Flat faces that lights are in the planes of, or so near to that rounding would decide on which of
+ * their sides a light is: it must be the same all over a face. */
+#include "plan/parts.h"
+
+/* Of |light| + |point|: a light that is no farther from a plane is in it (docs/model.md). */
+static const double IN_PLANE = 16 * 0x1p-52;
+
+/* Of a light's distance and the face's size: nearer to the plane, f32's normals and positions may
+ * have it on the other side. */
+static const double NEAR_PLANE = 1e-5;
+
+/* Faces of meshes and lights that are looked at; meshes with more triangles are only looked at for
+ * lights in their planes. */
+enum { MOST_PAIRS = 1 << 22, FEW_TRIANGLES = 64 };
+
+/* Of a light: those that it is nearest to. */
+enum { MOST_SHEETS = 32 };
+
+typedef struct face {
+    shd_vec3 normal, point; /* unit; any of its points, world frame */
+    double size, reach;     /* of it, from that point on; the farthest of it from (0,0,0) */
+    bool near;              /* lights that are near its plane count */
+} face;
+
+typedef struct gathering {
+    shd_plan *plan;
+    shd_sheets *sheets; /* [light_count] */
+    shd_arena *arena;
+    bool full;
+} gathering;
+
+static bool is_same_plane(const shd_sheet *a, const shd_sheet *b) {
+    const shd_vec3 turned = shd_sub(a->normal, b->normal), moved = shd_sub(a->point, b->point);
+    return shd_dot(turned, turned) < 1e-29 && a->height == b->height &&
+           fabs(shd_dot(a->normal, moved)) <= 1e-15 * (a->size + b->size);
+}
+
+static void keep_sheet(gathering *g, size_t light, const shd_sheet *sheet) {
+    shd_sheets *to = &g->sheets[light];
+    if (!to->list && !(to->list = shd_arena_alloc(g->arena, MOST_SHEETS, sizeof *to->list))) {
+        g->full = true;
+        return;
+    }
+    size_t farthest = 0;
+    for (size_t i = 0; i < to->count; i++) {
+        if (is_same_plane(&to->list[i], sheet)) return;
+        if (fabs(to->list[i].height) > fabs(to->list[farthest].height)) farthest = i;
+    }
+    if (to->count < MOST_SHEETS)
+        to->list[to->count++] = *sheet;
+    else if (fabs(sheet->height) < fabs(to->list[farthest].height))
+        to->list[farthest] = *sheet;
+}
+
+static void look_at_face(gathering *g, const face *f) {
+    for (size_t j = 0; j < g->plan->light_count && !g->full; j++) {
+        const shd_plan_light *light = &g->plan->lights[j];
+        shd_vec3 toward = light->toward;
+        double in = IN_PLANE, near = NEAR_PLANE;
+        if (!light->directional) {
+            toward = shd_sub(light->position, f->point);
+            in *= shd_plan_length(light->position) + f->reach;
+            near *= shd_plan_length(toward) + f->size;
+        }
+        const double height = shd_dot(f->normal, toward);
+        const bool within = fabs(height) <= in;
+        if (!within && !(f->near && fabs(height) <= near)) continue;
+        keep_sheet(g, j,
+                   &(shd_sheet){f->normal, f->point, within ? 0 : height, f->reach + f->size});
+    }
+}
+
+/* A face of the shape's unit form, which has the normal and the point. */
+static void look_at_unit_face(gathering *g, const shd_plan_object *bounds, const shd_affine *map,
+                              const shd_affine *normal_map, shd_vec3 normal, shd_vec3 point) {
+    face f = {.point = shd_transform(map, point), .size = bounds->radius, .near = true};
+    if (!shd_normalize(shd_linear(normal_map, normal), &f.normal)) return;
+    if (!bounds->bounded)
+        f.size = shd_plan_length(shd_sub(g->plan->scene->camera.position, f.point));
+    f.reach = shd_plan_length(f.point) + (bounds->bounded ? f.size : 0);
+    look_at_face(g, &f);
+}
+
+static void look_at_shape(gathering *g, const shd_object *object, const shd_plan_object *bounds) {
+    shd_affine map, inverse;
+    if (!shd_object_frame(object, &map, &inverse)) return;
+    const shd_affine normal_map = shd_normal_map(&map);
+    static const shd_vec3 axes[] = {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}};
+    const int count = object->shape == SHD_BOX        ? 6
+                      : object->shape == SHD_CYLINDER ? 2
+                      : object->shape == SHD_CONE     ? 1
+                                                      : 0;
+    for (int i = 0; i < count; i++) { /* the cone's base first */
+        const shd_vec3 out = shd_scale(axes[i / 2], i % 2 ? 1 : -1);
+        look_at_unit_face(g, bounds, &map, &normal_map, out, shd_scale(out, 0.5));
+    }
+    if (object->shape == SHD_PLANE || object->shape == SHD_DISC)
+        look_at_unit_face(g, bounds, &map, &normal_map, axes[0], (shd_vec3){0, 0, 0});
+}
+
+/* Triangles that have their own normals. */
+static void look_at_mesh(gathering *g, const shd_object *object) {
+    const shd_mesh *mesh = object->mesh;
+    if (mesh->normals && object->interpolation != SHD_FLAT) return;
+    if (mesh->triangle_count > MOST_PAIRS / (g->plan->light_count + 1)) return;
+    const shd_affine normal_map = shd_normal_map(&object->transform);
+    for (size_t t = 0; t < mesh->triangle_count; t++) {
+        shd_vec3 p[3];
+        face f = {.near = mesh->triangle_count <= FEW_TRIANGLES};
+        for (int c = 0; c < 3; c++) {
+            const double *at = mesh->positions + 3 * (size_t)mesh->indices[3 * t + (size_t)c];
+            p[c] = (shd_vec3){at[0], at[1], at[2]};
+        }
+        const shd_vec3 out = shd_cross(shd_sub(p[1], p[0]), shd_sub(p[2], p[0]));
+        if (!shd_normalize(out, &f.normal) ||
+            !shd_normalize(shd_linear(&normal_map, f.normal), &f.normal))
+            continue;
+        for (int c = 0; c < 3; c++) {
+            p[c] = shd_transform(&object->transform, p[c]);
+            f.reach = shd_larger(f.reach, shd_plan_length(p[c]));
+            f.size = shd_larger(f.size, shd_plan_length(shd_sub(p[c], p[0])));
+        }
+        f.point = p[0];
+        look_at_face(g, &f);
+    }
+}
+
+bool shd_plan_sheets(shd_plan *plan, shd_arena *arena) {
+    const shd_scene *scene = plan->scene;
+    gathering g = {.plan = plan,
+                   .sheets = shd_arena_zalloc(arena, plan->light_count, sizeof *g.sheets),
+                   .arena = arena};
+    if (!g.sheets) return false;
+    /* All objects, whatever lights their lists have, so that lists change no bit. */
+    for (size_t i = 0; i < scene->object_count; i++) {
+        const shd_object *object = &scene->objects[i];
+        if (object->shape == SHD_MESH)
+            look_at_mesh(&g, object);
+        else
+            look_at_shape(&g, object, &plan->objects[i]);
+    }
+    plan->sheets = g.sheets;
+    return !g.full;
+}
