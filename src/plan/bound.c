@@ -20,7 +20,7 @@ void shd_print_bound(double bound, double most, char out[SHD_BOUND_TEXT]) {
             told += pow(10, floor(log10(bound)) - digits + 1);
             snprintf(out, SHD_BOUND_TEXT, "%.*g", digits, told);
         }
-        if (told <= most) return;
+        if (told >= bound && told <= most) return;
     }
 }
 

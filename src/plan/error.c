@@ -62,10 +62,10 @@ shd_lobe_error shd_lobe_error_of(shd_tier tier, double shininess, size_t lights)
     }
     e.crest = (shininess - 1) / (shininess - 0.5);
     e.slope = e.crest > 0 ? shininess * pow(e.crest, shininess - 1) : 1;
-    /* Relative errors grow without end toward R.V = 0, which lobes of few ns reach before they are
-     * faint. Of the others ns (1 - c) is at most 17 where the power is exp(-17). */
-    const double c = 1 - 17 / shininess;
-    e.turned_ratio = c > 0.5 ? sqrt(34 * shininess) / c : (double)INFINITY;
+    /* Errors rise with R.V up to the crest, and relative ones fall with it. */
+    e.foot = pow(SHD_LOBE_FOOT, 1 / shininess);
+    e.turned_ratio =
+        e.foot < e.crest ? shininess * sqrt(2 - 2 * e.foot) / e.foot : (double)INFINITY;
     return e;
 }
 
@@ -77,6 +77,17 @@ double shd_lobe_turned(const shd_lobe_error *e, double shine, double power, doub
         slope = e->shininess * power / shine;
     }
     return slope * (sqrt(2 - 2 * c) * direction + (1 - c) * e->square);
+}
+
+double shd_lobe_foot(const shd_lobe_error *e, double shine, double power, double direction) {
+    if (e->turned_ratio < INFINITY && shine > e->foot) shine = e->foot, power = SHD_LOBE_FOOT;
+    return shd_lobe_turned(e, shine, power, direction);
+}
+
+double shd_lobe_ratio(const shd_lobe_error *e, double direction) {
+    if (!(e->turned_ratio < INFINITY)) return e->ratio;
+    return e->ratio + direction * e->turned_ratio +
+           e->square * e->shininess * (1 - e->foot) / e->foot;
 }
 
 double shd_lobe_functions(const shd_lobe_error *e, double power) {

@@ -41,6 +41,9 @@ const shd_path_error *shd_path_error_of(shd_tier tier, shd_path path);
  * many parts as it sees materials, before the background. */
 double shd_color_error(const struct shd_plan *plan, shd_tier tier);
 
+/* Below this part of its top a lobe's errors count as they are, and above in proportion to it. */
+static const double SHD_LOBE_FOOT = 1e-3;
+
 /* What the errors of a lobe are made of. (R.V)^ns is off by its derivative times the error of
  * R.V = 1 - |L - W|^2 / 2, that is by ns c^(ns - 1) sqrt(2 - 2 c) times that of L and W at c = R.V,
  * which rises up to c = (ns - 1) / (ns - 1/2), and by what the square is rounded; and by what the
@@ -49,7 +52,8 @@ typedef struct shd_lobe_error {
     double shininess;
     double crest, slope; /* that c, and ns c^(ns - 1) there */
     double square;       /* relative: of |L - W|^2 */
-    double turned_ratio; /* that factor over (R.V)^ns wherever that is not faint, or infinite */
+    double turned_ratio; /* that factor over (R.V)^ns where that is at least SHD_LOBE_FOOT, */
+    double foot;         /* from this c on; infinite: there is none */
     double ratio;        /* of functions, relative to (R.V)^ns */
     double faint, rough; /* what is cut off as nothing; errors of functions near it */
 } shd_lobe_error;
@@ -63,6 +67,10 @@ double shd_shine_power(double shine, double shininess);
 /* Where R.V is at most `shine`, whose power is `power`: what directions that are off by `direction`
  * make of the lobe, and what functions do. */
 double shd_lobe_turned(const shd_lobe_error *e, double shine, double power, double direction);
+/* The part of the first that is not in proportion to the lobe; and what the rest is relative to it.
+ */
+double shd_lobe_foot(const shd_lobe_error *e, double shine, double power, double direction);
+double shd_lobe_ratio(const shd_lobe_error *e, double direction);
 double shd_lobe_functions(const shd_lobe_error *e, double power);
 double shd_lobe_faint(const shd_lobe_error *e, double power);
 

@@ -16,9 +16,6 @@ enum { MOST_LOOKS = 1024 };
  * A light's, whose coordinates may be larger, grows with them. */
 static const double POSITION = 1.1e-7;
 
-/* What it moves a direction by at most where positions are not split: see frame.c. */
-static const double MOVED = 2 * 1.1e-7 / 0.05;
-
 /* A light as it comes to an object. */
 typedef struct source {
     const shd_plan_light *light;
@@ -33,7 +30,8 @@ typedef struct source {
 typedef struct finding {
     const shd_plan *plan;
     shd_tier tier;
-    double color, distance; /* relative errors: of rounding; of what depends on distances */
+    double color;           /* relative error of rounding; at a piece the largest of */
+    double ratio, distance; /* highlights, and of what depends on distances */
     shd_excess_list *list;
     shd_influences *influences; /* or NULL */
     shd_hues hues;
@@ -42,7 +40,6 @@ typedef struct finding {
     shd_much *much;        /* [terms]: of its piece */
     source *sources;       /* [light_count]: its lights */
     shd_lobe_error *lobes; /* [max_lobes]: of its material */
-    double ratio;          /* the largest of their relative errors */
     shd_piece *pieces;     /* [SHD_MOST_PIECES] */
     int fineness;
     bool mixed; /* pixels may be made of several samples, which lie anywhere */
@@ -83,13 +80,14 @@ static source source_of(const finding *f, const shd_plan_object *object, uint32_
 }
 
 /* Adds the light to the terms. Returns the most that it adds to any channel. */
-static double add_light(const finding *f, const shd_plan_material *material, const source *from,
+static double add_light(finding *f, const shd_plan_material *material, const source *from,
                         const shd_lit *lit) {
     const shd_plan_light *light = from->light;
     const shd_path_error *e = from->error;
     double position = from->far + (from->near > 0 ? from->near / lit->nearest : 0);
     position = position < 1 ? position : 1;
     const double distance = e->relative + (light->attenuated ? 2 * position : 0);
+    f->distance = shd_larger(f->distance, distance);
     const double high = from->strength * lit->factor_high, low = from->strength * lit->factor_low;
     /* Where s is low, so are the errors that it multiplies, but not its own. */
     const double spot =
@@ -112,7 +110,9 @@ static double add_light(const finding *f, const shd_plan_material *material, con
         /* What is not in proportion to the lobe is absolute. */
         const bool relative = error->turned_ratio < INFINITY;
         const double wrong = relative ? shd_lobe_sum(turned, functions) : functions;
-        const double faint = shd_lobe_faint(error, most) + (relative ? 0 : turned);
+        const double faint = shd_lobe_faint(error, most) +
+                             shd_lobe_foot(error, lit->shine_high, most, e->direction + position);
+        f->ratio = shd_larger(f->ratio, shd_lobe_ratio(error, e->direction + position));
         to++;
         term++;
         for (int c = 0; c < 3; c++) seen[c] += term->color[c] * high * most;
@@ -182,6 +182,7 @@ static void merge(shd_excess *to, const shd_excess *from) {
     to->main_absolute = shd_larger(to->main_absolute, from->main_absolute);
     to->main_limited = shd_larger(to->main_limited, from->main_limited);
     to->ratio = shd_larger(to->ratio, from->ratio);
+    to->distance = shd_larger(to->distance, from->distance);
     double floor[3], above[2][3];
     for (int c = 0; c < 3; c++) {
         to->base[c] = shd_smaller(to->base[c], from->base[c]);
@@ -223,11 +224,8 @@ static bool find_object(finding *f, size_t index, bool same_group, bool few, shd
     const shd_plan *plan = f->plan;
     const shd_plan_object *object = &plan->objects[index];
     const shd_plan_material *material = &plan->materials[object->material];
-    const double direction = shd_path_error_of(f->tier, SHD_PATH_ATTENUATED)->direction +
-                             (f->tier == SHD_EXACT ? 0 : MOVED);
     if (!same_group) {
         shd_terms_set(plan, &f->hues, &plan->groups[object->group], &f->terms);
-        f->ratio = 0;
         f->kept = NULL;
         if (f->terms.count <= SHD_MOST_TERMS && f->list->count < SHD_EXCESSES) {
             shd_term *kept = shd_arena_alloc(arena, f->terms.count, sizeof *kept);
@@ -236,12 +234,9 @@ static bool find_object(finding *f, size_t index, bool same_group, bool few, shd
             f->kept = kept;
         }
     }
-    for (size_t k = 0; k < material->lobe_count && !same_group; k++) {
-        shd_lobe_error *e = &f->lobes[k];
-        *e = shd_lobe_error_of(f->tier, material->lobes[k].shininess, plan->scene->light_count);
-        f->ratio = shd_larger(
-            f->ratio, e->ratio + (e->turned_ratio < INFINITY ? direction * e->turned_ratio : 0));
-    }
+    for (size_t k = 0; k < material->lobe_count && !same_group; k++)
+        f->lobes[k] =
+            shd_lobe_error_of(f->tier, material->lobes[k].shininess, plan->scene->light_count);
     shd_place place = shd_place_of(&plan->scene->objects[index], object);
     place.known = place.known && few;
     for (size_t k = 0; k < object->light_count; k++)
@@ -297,6 +292,7 @@ static void add_piece(finding *f, const shd_plan_object *object, const shd_piece
     const shd_plan_material *material = &plan->materials[object->material];
     memset(f->much, 0, f->terms.count * sizeof *f->much);
     f->much[0] = (shd_much){.low = 1, .high = 1};
+    f->ratio = f->distance = 0;
     for (size_t i = 0; i < object->light_count; i++) {
         shd_lit lit;
         const source *from = &f->sources[i];
@@ -389,11 +385,6 @@ static bool add_objects(finding *f, shd_arena *arena) {
     return true;
 }
 
-static double distance_error(shd_tier tier) {
-    return shd_path_error_of(tier, SHD_PATH_ATTENUATED)->relative +
-           (tier == SHD_EXACT ? 0 : 2 * MOVED);
-}
-
 bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_excess_list *out,
                      shd_influences *influences) {
     /* Facets mix colors of one piece, which are all in its range. */
@@ -401,7 +392,6 @@ bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_
     finding f = {.plan = plan,
                  .tier = tier,
                  .color = shd_color_error(plan, tier),
-                 .distance = distance_error(tier),
                  .list = out,
                  .influences = influences,
                  .sources = shd_arena_alloc(arena, plan->light_count, sizeof(source)),

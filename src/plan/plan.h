@@ -103,7 +103,7 @@ typedef struct shd_plan {
                       it (but see shd_isa_fuses), so tests may choose another that it has */
     const shd_plan_light *lights; /* those that may reach some object */
     size_t light_count;
-    const shd_sheets *sheets; /* [light_count]: what decides on which side of a face they are */
+    const shd_sheets *sheets; /* [light_count]: on which side of faces they are; NULL: of none */
     const uint8_t *drops;     /* [scene->light_count]: SHD_DROP bits; 0: it is in `lights` */
     const shd_plan_material *materials; /* as shd_scene.materials */
     size_t max_lobes;                   /* of any material */

@@ -127,6 +127,7 @@ static const double SAME32 = 4e-7, SAME64 = 1e-13;
 
 /* False: memory. */
 static bool pack_sheets(const shd_plan *plan, size_t index, shd_wide_light *to, shd_arena *arena) {
+    if (!plan->sheets) return true;
     const shd_sheets *from = &plan->sheets[index];
     const bool exact = plan->tier == SHD_EXACT, far = plan->lights[index].directional;
     const double s = plan->scale, same = exact ? SAME64 : SAME32;
