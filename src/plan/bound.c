@@ -19,6 +19,7 @@ void shd_print_bound(double bound, double most, char out[SHD_BOUND_TEXT]) {
         if (told < bound) { /* one more of the last digit */
             told += pow(10, floor(log10(bound)) - digits + 1);
             snprintf(out, SHD_BOUND_TEXT, "%.*g", digits, told);
+            told = strtod(out, NULL);
         }
         if (told >= bound && told <= most) return;
     }

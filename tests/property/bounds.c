@@ -331,7 +331,6 @@ static void exact_gouraud_is_within_its_bound(void **state) {
         for (int c = 0; c < 3; c++)
             worst = fmax(worst, fabs((double)d.film.rgba[4 * hits.shot[i] + c] - sum[c]));
     }
-    shd_sight_drop(sight);
     if (!(worst <= plan->bound.linear))
         fail_msg("off by %g, not %g as bound", worst, plan->bound.linear);
     drop_drawn(&d);

@@ -152,7 +152,8 @@ static void bounds_are_printed_rounded_up_within_their_budget(void **state) {
                      budget = bound * (1 + ldexp(1, -(int)(random >> 8 & 63)));
         shd_print_bound(bound, budget, text);
         const double told = strtod(text, NULL);
-        assert_true(told >= bound && told <= budget);
+        if (!(told >= bound && told <= budget))
+            fail_msg("%.17g of %.17g is told as %s", bound, budget, text);
     }
 }
 

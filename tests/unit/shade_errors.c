@@ -76,6 +76,13 @@ static void compare(const kernel *k, const shd_plan_light *light, double shinine
         if (error > 0 && !(error <= bound))
             fail_msg("%s, ns %g: %g of %g is off by %g, not %g", k->name, shininess,
                      wanted[i].specular, f, error, bound);
+        /* in proportion to it but for the lobe's foot, */
+        const double direction = e->direction + moved;
+        bound = f * (shd_lobe_faint(&lobe, 1) + shd_lobe_foot(&lobe, 1, 1, direction)) +
+                (shd_lobe_ratio(&lobe, direction) + distance) * wanted[i].specular;
+        if (error > 0 && !(error <= bound))
+            fail_msg("%s, ns %g: %g of %g is off by %g, not %g in proportion", k->name, shininess,
+                     wanted[i].specular, f, error, bound);
         /* and as if some were as bright as can be. */
         bound = f * (shd_lobe_faint(&lobe, 1) +
                      shd_lobe_sum(shd_lobe_turned(&lobe, 1, 1, e->direction + moved),
