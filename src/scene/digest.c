@@ -14,6 +14,7 @@
 /* Hashing works best on long pieces; a mesh has a million short ones. */
 typedef struct sink {
     struct sha256_ctx hash;
+    const shd_json *json;
     shd_arena *arena;
     size_t used;
     unsigned char bytes[4096];
@@ -92,7 +93,12 @@ static bool put_value(sink *s, const json_t *value) {
     case JSON_STRING:
         put_string(s, json_string_value(value), json_string_length(value));
         return true;
-    case JSON_INTEGER:
+    case JSON_INTEGER: {
+        const shd_numbers numbers = shd_json_numbers(s->json, value);
+        put_tagged(s, 'a', numbers.count);
+        for (size_t i = 0; i < numbers.count; i++) put_number(s, numbers.values[i]);
+        return true;
+    }
     case JSON_REAL:
         put_number(s, json_number_value(value));
         return true;
@@ -109,12 +115,12 @@ static bool put_value(sink *s, const json_t *value) {
     return true;
 }
 
-bool shd_json_digest(const json_t *tree, shd_arena *arena, char digest[33]) {
+bool shd_json_digest(const shd_json *json, shd_arena *arena, char digest[33]) {
     enum { BYTES = 16 };
-    sink s = {.arena = arena};
+    sink s = {.json = json, .arena = arena};
     unsigned char bytes[BYTES];
     sha256_init(&s.hash);
-    if (!put_value(&s, tree)) return false;
+    if (!put_value(&s, json->tree)) return false;
     flush(&s);
     sha256_digest(&s.hash, BYTES, bytes);
     base16_encode_update(digest, BYTES, bytes);

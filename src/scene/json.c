@@ -70,10 +70,15 @@ void shd_node_warn(shd_report *report, const shd_node *node, const char *format,
 void shd_node_expect(shd_report *report, const shd_node *node, const char *expected) {
     static const char *const kinds[] = {
         [JSON_OBJECT] = "an object", [JSON_ARRAY] = "an array", [JSON_STRING] = "a string",
-        [JSON_INTEGER] = "a number", [JSON_REAL] = "a number",  [JSON_TRUE] = "true",
+        [JSON_INTEGER] = "an array", [JSON_REAL] = "a number",  [JSON_TRUE] = "true",
         [JSON_FALSE] = "false",      [JSON_NULL] = "null"};
     shd_node_fail(report, node, SHD_SCENE, "expected %s, got %s", expected,
                   kinds[json_typeof(node->value)]);
+}
+
+shd_numbers shd_json_numbers(const shd_json *json, const json_t *value) {
+    if (json_is_integer(value)) return json->packs.arrays[json_integer_value(value)];
+    return (shd_numbers){NULL, json_array_size(value), 0, 0};
 }
 
 /* Bytes of the control character at `c`, 0 where it is none. U+0080 to U+009F steer terminals

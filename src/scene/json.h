@@ -11,6 +11,7 @@
 
 #include "base/arena.h"
 #include "base/report.h"
+#include "scene/pack.h"
 
 typedef struct shd_node {
     const struct shd_node *parent; /* NULL: the document */
@@ -23,14 +24,25 @@ typedef struct shd_node {
 shd_node shd_node_member(const shd_node *parent, const char *key);
 shd_node shd_node_item(const shd_node *parent, size_t index);
 
+/* A document. Every number in its tree is a finite real. What is an integer there is a long array
+ * of numbers, the index of one of `packs`. */
+typedef struct shd_json {
+    json_t *tree; /* owned; the rest is the arena's */
+    shd_packs packs;
+} shd_json;
+
 /* Parses `length` bytes. On failure a problem with line and column (or with the limit's name:
- * `memory` bounds what the tree may take) is in the report and the answer is NULL; otherwise the
- * caller owns the tree. Every number in it is a finite real. */
-json_t *shd_json_parse(const char *text, size_t length, size_t memory, shd_report *report);
+ * `memory` bounds what the tree may take) is in the report and the answer is false; otherwise the
+ * caller owns the tree. */
+bool shd_json_parse(const char *text, size_t length, size_t memory, shd_arena *arena, shd_json *out,
+                    shd_report *report);
+
+/* The numbers of a long array; values NULL: it is none, and count that of its items. */
+shd_numbers shd_json_numbers(const shd_json *json, const json_t *value);
 
 /* 128 bits of SHA-256 of the values in a tree as 32 hexadecimal digits; the order of members does
  * not count. False where memory is short. */
-bool shd_json_digest(const json_t *tree, shd_arena *arena, char digest[33]);
+bool shd_json_digest(const shd_json *json, shd_arena *arena, char digest[33]);
 
 /* Adds an error or a warning about the place. */
 void shd_node_fail(shd_report *report, const shd_node *node, shd_status status, const char *format,

@@ -1,5 +1,6 @@
 /* Text to tree: syntax errors, and the bound on what a tree may take. */
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/json_memory.h"
@@ -67,30 +68,61 @@ static void report_syntax(const char *text, size_t length, const json_error_t *e
                          shd_quote(error->text).text);
 }
 
-json_t *shd_json_parse(const char *text, size_t length, size_t memory, shd_report *report) {
-    size_t first = 0;
-    while (first < length && strchr(" \t\r\n", text[first]) && text[first]) first++;
-    if (first == length) {
-        report->line = report->column = 1;
-        shd_report_error(report, SHD_SYNTAX, "", "line 1, column 1: the document is empty");
+static json_t *load(const char *text, size_t length, json_error_t *error) {
+    return json_loadb(text, length,
+                      JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL | JSON_DECODE_ANY, error);
+}
+
+/* The tree of a document; `copy` has room for it. */
+static json_t *make_tree(const char *text, size_t length, char *copy, size_t memory,
+                         shd_arena *arena, shd_packs *packs, shd_report *report) {
+    const size_t packed = shd_pack_arrays(text, length, copy, arena, packs);
+    if (packs->full) {
+        shd_report_error(report, SHD_MEMORY, "", "the limit `memory` is reached by the document");
         return NULL;
     }
-    size_t bytes = tree_bytes(text, length);
+    const size_t bytes = packs->count ? tree_bytes(copy, packed) : tree_bytes(text, length);
     if (bytes > memory) {
         shd_report_error(report, SHD_LIMIT, "",
                          "reading the document takes about %zu bytes; the limit `memory` is %zu",
                          bytes, memory);
         return NULL;
     }
-    shd_json_memory_watch();
     json_error_t error;
-    json_t *tree = json_loadb(
-        text, length, JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL | JSON_DECODE_ANY, &error);
+    json_t *tree = packs->count ? load(copy, packed, &error) : load(text, length, &error);
+    const bool marked = !tree || shd_pack_mark(tree, packs);
     /* It may have gone on without: numbers are then other ones. */
-    if (tree && shd_json_memory_short()) {
+    if (tree && (!marked || shd_json_memory_short())) {
         json_decref(tree);
         tree = NULL;
+    } else if (!tree && packs->count && !shd_json_memory_short()) {
+        /* Where it is wrong, told by the document. */
+        memcpy(copy, text, length);
+        shd_pack_blank(packs, copy);
+        json_decref(load(copy, length, &error));
     }
     if (!tree) report_syntax(text, length, &error, report);
     return tree;
+}
+
+bool shd_json_parse(const char *text, size_t length, size_t memory, shd_arena *arena, shd_json *out,
+                    shd_report *report) {
+    size_t first = 0;
+    while (first < length && strchr(" \t\r\n", text[first]) && text[first]) first++;
+    if (first == length) {
+        report->line = report->column = 1;
+        shd_report_error(report, SHD_SYNTAX, "", "line 1, column 1: the document is empty");
+        return false;
+    }
+    shd_json_memory_watch();
+    char *copy = malloc(length);
+    shd_json json;
+    if (copy)
+        json.tree = make_tree(text, length, copy, memory, arena, &json.packs, report);
+    else
+        shd_report_error(report, SHD_MEMORY, "", "there is not enough memory for the document");
+    const bool made = copy && json.tree;
+    free(copy);
+    if (made) *out = json;
+    return made;
 }

@@ -125,22 +125,23 @@ shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *ca
                          (unsigned long long)limits->body);
         return report->status;
     }
-    json_t *tree = shd_json_parse(text, length, limits->memory, report);
-    if (!tree) return report->status;
+    shd_json json;
+    if (!shd_json_parse(text, length, limits->memory, arena, &json, report)) return report->status;
 
     shd_reader r = {.catalog = catalog,
                     .limits = limits,
                     .fallback = fallback,
                     .arena = arena,
+                    .json = &json,
                     .report = report,
                     .colors = catalog->colors,
                     .interpolation = SHD_PHONG,
                     .default_used = SIZE_MAX};
     r.scene = make_scene(&r);
-    if (r.scene) read_document(&r, tree);
-    if (report->status == SHD_OK && !shd_json_digest(tree, arena, r.scene->digest))
+    if (r.scene) read_document(&r, json.tree);
+    if (report->status == SHD_OK && !shd_json_digest(&json, arena, r.scene->digest))
         shd_report_error(report, SHD_MEMORY, "", "there is not enough memory for the digest");
-    json_decref(tree);
+    json_decref(json.tree);
     if (report->status == SHD_OK) *out = r.scene;
     return report->status;
 }

@@ -27,6 +27,7 @@ typedef struct shd_reader {
     const shd_limits *limits;
     shd_format fallback;
     shd_arena *arena;
+    const shd_json *json;
     shd_report *report;
     shd_scene *scene;   /* under construction */
     bool out_of_memory; /* reported once */

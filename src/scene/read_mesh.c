@@ -23,48 +23,70 @@ static void count_rest(const tally *t, const char *what) {
                       what);
 }
 
+/* An array of numbers, packed or item by item. */
+typedef struct list {
+    shd_node node;
+    shd_numbers numbers;
+} list;
+
+static list list_of(const shd_reader *r, const shd_node *parent, const char *key,
+                    const json_t *value) {
+    return (list){{parent, key, 0, value}, shd_json_numbers(r->json, value)};
+}
+
+/* Whether item i is a number. */
+static bool get_number(const list *l, size_t i, double *out) {
+    if (l->numbers.values) {
+        *out = l->numbers.values[i];
+        return true;
+    }
+    const json_t *item = json_array_get(l->node.value, i);
+    *out = json_real_value(item);
+    return json_is_real(item);
+}
+
 /* An array in threes; `what` names its items. */
-static bool in_threes(shd_reader *r, const shd_node *node, const char *what) {
-    if (!json_is_array(node->value)) {
-        shd_node_expect(r->report, node, "an array of numbers");
+static bool in_threes(shd_reader *r, const list *l, const char *what) {
+    if (!l->numbers.values && !json_is_array(l->node.value)) {
+        shd_node_expect(r->report, &l->node, "an array of numbers");
         return false;
     }
-    size_t size = json_array_size(node->value);
+    const size_t size = l->numbers.count;
     if (size > 0 && size % 3 == 0) return true;
-    shd_node_fail(r->report, node, SHD_SCENE, "expected %s in threes, got %zu numbers", what, size);
+    shd_node_fail(r->report, &l->node, SHD_SCENE, "expected %s in threes, got %zu numbers", what,
+                  size);
     return false;
 }
 
-/* Where `out` is NULL the numbers are checked only. */
-static void read_numbers(shd_reader *r, const shd_node *node, const char *what, double *out) {
-    tally bad = {r, node, 0};
-    size_t size = json_array_size(node->value);
-    for (size_t i = 0; i < size; i++) {
-        const json_t *item = json_array_get(node->value, i);
-        if (!json_is_real(item) && may_name(&bad)) {
-            shd_node at = shd_node_item(node, i);
+/* The array's numbers; where `wanted` is false, or one is none, they are checked only. */
+static const double *read_numbers(shd_reader *r, const list *l, const char *what, bool wanted) {
+    if (l->numbers.values) return l->numbers.values;
+    tally bad = {r, &l->node, 0};
+    double value, *out = wanted ? shd_take(r, l->numbers.count, sizeof *out) : NULL;
+    for (size_t i = 0; i < l->numbers.count; i++) {
+        if (!get_number(l, i, &value) && may_name(&bad)) {
+            shd_node at = shd_node_item(&l->node, i);
             shd_node_expect(r->report, &at, "a number");
         }
-        if (out) out[i] = json_real_value(item);
+        if (out) out[i] = value;
     }
     count_rest(&bad, what);
+    return out;
 }
 
-/* The same; `vertices` 0: their number is not known. */
-static void read_indices(shd_reader *r, const shd_node *node, size_t vertices, uint32_t *out) {
-    tally bad = {r, node, 0};
-    size_t size = json_array_size(node->value);
+/* The same of indices; `vertices` 0: their number is not known. `out` may be NULL. */
+static void read_indices(shd_reader *r, const list *l, size_t vertices, uint32_t *out) {
+    tally bad = {r, &l->node, 0};
     char most[32] = "";
     if (vertices) snprintf(most, sizeof most, " to %zu", vertices - 1);
-    double end = vertices ? (double)vertices : INFINITY;
-    for (size_t i = 0; i < size; i++) {
-        const json_t *item = json_array_get(node->value, i);
-        double value = json_is_real(item) ? json_real_value(item) : -1;
-        if (value >= 0 && value < end && value == floor(value)) {
+    double value, end = vertices ? (double)vertices : INFINITY;
+    for (size_t i = 0; i < l->numbers.count; i++) {
+        const bool number = get_number(l, i, &value);
+        if (number && value >= 0 && value < end && value == floor(value)) {
             if (out) out[i] = (uint32_t)value;
         } else if (may_name(&bad)) {
-            shd_node at = shd_node_item(node, i);
-            if (json_is_real(item))
+            shd_node at = shd_node_item(&l->node, i);
+            if (number)
                 shd_node_fail(r->report, &at, SHD_SCENE,
                               "an index must be an integer from 0%s, got %.9g", most, value);
             else
@@ -74,69 +96,61 @@ static void read_indices(shd_reader *r, const shd_node *node, size_t vertices, u
     count_rest(&bad, "indices");
 }
 
-static bool is_zero(const json_t *number) {
-    return json_is_real(number) && json_real_value(number) == 0;
+static bool is_zero(const list *l, size_t i) {
+    double value;
+    return get_number(l, i, &value) && value == 0;
 }
 
-static void check_normals(shd_reader *r, const shd_node *node) {
-    tally bad = {r, node, 0};
-    size_t size = json_array_size(node->value);
-    for (size_t i = 0; i + 2 < size; i += 3) {
-        if (!is_zero(json_array_get(node->value, i)) ||
-            !is_zero(json_array_get(node->value, i + 1)) ||
-            !is_zero(json_array_get(node->value, i + 2)) || !may_name(&bad))
-            continue;
-        shd_node at = shd_node_item(node, i);
+static void check_normals(shd_reader *r, const list *l) {
+    tally bad = {r, &l->node, 0};
+    for (size_t i = 0; i + 2 < l->numbers.count; i += 3) {
+        if (!is_zero(l, i) || !is_zero(l, i + 1) || !is_zero(l, i + 2) || !may_name(&bad)) continue;
+        shd_node at = shd_node_item(&l->node, i);
         shd_node_fail(r->report, &at, SHD_SCENE, "the normal of vertex %zu is zero", i / 3);
     }
     count_rest(&bad, "normals");
 }
 
 const shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mesh_source *source) {
-    shd_node at = {node, "positions", 0, source->positions};
-    shd_node at_indices = {node, "indices", 0, source->indices};
-    shd_node at_normals = {node, "normals", 0, source->normals};
-    bool has_indices = at_indices.value && !json_is_null(at_indices.value);
-    bool has_normals = at_normals.value && !json_is_null(at_normals.value);
+    const list at = list_of(r, node, "positions", source->positions),
+               at_indices = list_of(r, node, "indices", source->indices),
+               at_normals = list_of(r, node, "normals", source->normals);
+    bool has_indices = source->indices && !json_is_null(source->indices);
+    bool has_normals = source->normals && !json_is_null(source->normals);
     size_t errors = r->report->error_count;
 
     /* The arrays' sizes, before anything is made for what they hold. */
-    bool whole = at.value && in_threes(r, &at, "positions");
-    size_t size = json_array_size(at.value);
+    bool whole = source->positions && in_threes(r, &at, "positions");
+    size_t size = at.numbers.count;
     size_t vertices = size / 3 + (size % 3 > 0), triangles = vertices / 3;
     if (has_indices) {
         in_threes(r, &at_indices, "indices");
-        triangles = json_array_size(at_indices.value) / 3;
+        triangles = at_indices.numbers.count / 3;
     } else if (whole && vertices % 3) {
-        shd_node_fail(r->report, &at, SHD_SCENE,
+        shd_node_fail(r->report, &at.node, SHD_SCENE,
                       "without `indices` every three positions are a triangle; there are %zu",
                       vertices);
     }
     if (has_normals && in_threes(r, &at_normals, "normals") && whole &&
-        json_array_size(at_normals.value) != size)
-        shd_node_fail(r->report, &at_normals, SHD_SCENE,
+        at_normals.numbers.count != size)
+        shd_node_fail(r->report, &at_normals.node, SHD_SCENE,
                       "expected as many normals as positions, %zu numbers, got %zu", size,
-                      json_array_size(at_normals.value));
+                      at_normals.numbers.count);
     if (vertices > UINT32_MAX)
-        shd_node_fail(r->report, &at, SHD_SCENE, "a mesh has at most 4294967295 positions");
+        shd_node_fail(r->report, &at.node, SHD_SCENE, "a mesh has at most 4294967295 positions");
     r->triangles += triangles; /* too many are reported once for all objects */
 
-    shd_mesh *mesh = NULL;
-    double *positions = NULL, *normals = NULL;
-    uint32_t *indices = NULL;
-    if (whole && r->report->error_count == errors && r->triangles <= r->limits->triangles) {
-        mesh = shd_take(r, 1, sizeof *mesh);
-        positions = shd_take(r, vertices, 3 * sizeof *positions);
-        indices = shd_take(r, triangles, 3 * sizeof *indices);
-        if (has_normals) normals = shd_take(r, vertices, 3 * sizeof *normals);
-    }
-    read_numbers(r, &at, "positions", positions);
+    const bool wanted =
+        whole && r->report->error_count == errors && r->triangles <= r->limits->triangles;
+    shd_mesh *mesh = wanted ? shd_take(r, 1, sizeof *mesh) : NULL;
+    uint32_t *indices = wanted ? shd_take(r, triangles, 3 * sizeof *indices) : NULL;
+    const double *positions = read_numbers(r, &at, "positions", wanted), *normals = NULL;
     if (has_indices)
         read_indices(r, &at_indices, vertices, indices);
     else if (indices)
         for (size_t i = 0; i < 3 * triangles; i++) indices[i] = (uint32_t)i;
     if (has_normals) {
-        read_numbers(r, &at_normals, "normals", normals);
+        normals = read_numbers(r, &at_normals, "normals", wanted);
         check_normals(r, &at_normals);
     }
     if (!mesh || r->report->error_count > errors) return NULL;

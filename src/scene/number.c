@@ -1,0 +1,125 @@
+#include "scene/number.h"
+
+#include <jansson.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+__extension__ typedef unsigned __int128 wide;
+
+/* Numbers of up to 19 digits times 10^-27 to 10^27 are a whole number of 128 bits, or a quotient of
+ * two such: their double is one exact division and one rounding away. */
+enum { DIGITS = 19, POWERS = 28 };
+
+static const uint64_t power_of_five[POWERS] = {
+    1u,
+    5u,
+    25u,
+    125u,
+    625u,
+    3125u,
+    15625u,
+    78125u,
+    390625u,
+    1953125u,
+    9765625u,
+    48828125u,
+    244140625u,
+    1220703125u,
+    6103515625u,
+    30517578125u,
+    152587890625u,
+    762939453125u,
+    3814697265625u,
+    19073486328125u,
+    95367431640625u,
+    476837158203125u,
+    2384185791015625u,
+    11920928955078125u,
+    59604644775390625u,
+    298023223876953125u,
+    1490116119384765625u,
+    7450580596923828125u,
+};
+
+/* A power of two within doubles' normal range. */
+static double power_of_two(int exponent) {
+    const uint64_t bits = (uint64_t)(1023 + exponent) << 52;
+    double out;
+    memcpy(&out, &bits, sizeof out);
+    return out;
+}
+
+/* digits * 10^power, of at most 19 digits, not 0, and -POWERS < power < POWERS. */
+static double convert(uint64_t digits, int power) {
+    if (power >= 0) return (double)((wide)digits * power_of_five[power]) * power_of_two(power);
+    /* The quotient has at least 63 bits. What division leaves only tells whether it lies above the
+     * middle of two doubles: that makes its last bit odd. */
+    const int shift = 63 + __builtin_clzll(digits);
+    const wide above = (wide)digits << shift, below = power_of_five[-power];
+    const wide quotient = above / below;
+    return (double)(quotient | (quotient * below != above)) * power_of_two(power - shift);
+}
+
+static bool is_digit(const char *at, const char *end) {
+    return at < end && *at >= '0' && *at <= '9';
+}
+
+static const char *read_digits(const char *at, const char *end, uint64_t *digits) {
+    for (; is_digit(at, end); at++) *digits = 10 * *digits + (uint64_t)(*at - '0');
+    return at;
+}
+
+/* Whether there are at most 19 digits between the zeros that come first and the end. */
+static bool is_short(const char *text, const char *end) {
+    if (end - text <= DIGITS) return true;
+    while (text < end && (*text == '0' || *text == '.')) text++;
+    return end - text - (memchr(text, '.', (size_t)(end - text)) != NULL) <= DIGITS;
+}
+
+static const char *read_exponent(const char *at, const char *end, int *power) {
+    enum { MOST = 100000 }; /* far beyond all that is read here */
+    const bool negative = at < end && *at == '-';
+    if (at < end && (*at == '-' || *at == '+')) at++;
+    if (!is_digit(at, end)) return NULL;
+    int exponent = 0;
+    for (; is_digit(at, end); at++)
+        if (exponent < MOST) exponent = 10 * exponent + (*at - '0');
+    *power += negative ? -exponent : exponent;
+    return at;
+}
+
+/* All others as jansson reads them, by strtod. */
+static bool read_slowly(const char *text, size_t length, double *out) {
+    json_t *number = json_loadb(text, length, JSON_DECODE_ANY | JSON_DECODE_INT_AS_REAL, NULL);
+    if (number) *out = json_real_value(number);
+    json_decref(number);
+    return number;
+}
+
+const char *shd_number_read(const char *text, const char *end, double *out) {
+    const bool negative = text < end && *text == '-';
+    const char *const first = text + negative, *at = first;
+    uint64_t digits = 0;
+    int power = 0;
+    if (!is_digit(at, end)) return NULL;
+    at = *at == '0' ? at + 1 : read_digits(at, end, &digits);
+    if (at < end && *at == '.') {
+        const char *fraction = at + 1;
+        at = read_digits(fraction, end, &digits);
+        if (at == fraction) return NULL;
+        power = at - fraction < POWERS ? (int)(fraction - at) : -POWERS;
+    }
+    const bool quick = is_short(first, at);
+    if (at < end && (*at | 0x20) == 'e') at = read_exponent(at + 1, end, &power);
+    if (!at) return NULL;
+    double value = 0;
+    if (!quick || power <= -POWERS || power >= POWERS) {
+        if (!read_slowly(first, (size_t)(at - first), &value)) return NULL;
+    } else if (digits) {
+        value = convert(digits, power);
+    }
+    *out = negative ? -value : value;
+    return at;
+}
