@@ -5,7 +5,6 @@ import json
 import os
 import signal
 import socket
-import time
 import unittest
 
 from e2e.daemon import JSON, SANITIZED, SLOW, SMALL, SOURCE, Daemon, another, run
@@ -264,7 +263,7 @@ class ServiceManagerTest(Folder):
         self.addCleanup(manager.close)
         path = str(self.folder / "notify")
         manager.bind(path)
-        manager.settimeout(60)
+        manager.settimeout(500)
         return manager, path
 
     def test_states_are_told(self):
@@ -334,7 +333,7 @@ class ServiceManagerTest(Folder):
         with socket.create_server(("127.0.0.1", 0), backlog=100) as public:
             daemon = self.start_with_sockets([public], "http")
             daemon.signal(signal.SIGSTOP)
-            clients = [http.client.HTTPConnection(*daemon.address, timeout=120)
+            clients = [http.client.HTTPConnection(*daemon.address, timeout=500)
                        for _ in range(40)]
             for client in clients:
                 client.request("POST", "/v1/render", json.dumps(SMALL), JSON)

@@ -202,7 +202,7 @@ class RoomTest(Test):
             fresh = daemon.render(long(0))
             self.assertEqual(status(fresh), STORED)
             connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-            connection.settimeout(120)
+            connection.settimeout(500)
             connection.connect(daemon.address)
             body = json.dumps(long(0)).encode()
             # As often as it takes for an answer to be longer than what the system's buffers hold.

@@ -4,10 +4,9 @@ import json
 import os
 import signal
 import subprocess
-import time
 import unittest
 
-from e2e.daemon import BUILD, SANITIZED, SMALL, Daemon
+from e2e.daemon import BUILD, SMALL, Daemon, wait_until_at_work
 from e2e.daemon_test import Folder, wait_until
 from e2e.queue_test import Client, occupied, wait_until_read
 
@@ -180,7 +179,7 @@ class Cli(Folder):
         (self.folder / "scene.json").write_text(json.dumps(LONG))
         process = subprocess.Popen([SHADE, "compare", "scene.json", "-o", "out.json"],
                                    cwd=self.folder, stderr=subprocess.PIPE)
-        time.sleep(1.5 if SANITIZED else 0.7)
+        wait_until_at_work(process)
         process.send_signal(signal.SIGINT)
         process.communicate(timeout=60)
         self.assertEqual(process.returncode, -signal.SIGINT)

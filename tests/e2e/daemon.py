@@ -7,6 +7,7 @@ import signal
 import socket
 import subprocess
 import threading
+import time
 from collections import namedtuple
 from pathlib import Path
 
@@ -15,9 +16,11 @@ SOURCE = Path(os.environ["SHADED_SOURCE"])
 SANITIZED = bool(os.environ.get("SHADED_SANITIZE"))
 SHADED = str(BUILD / "shaded")
 
+# Seconds until a test gives up, on the slowest machine. Nothing is held to be fast or slow.
+PATIENCE = 500
 JSON = {"Content-Type": "application/json"}
 SMALL = {"objects": [{"type": "sphere"}], "image": {"width": 16, "height": 12, "samples": 1}}
-# Busy for about a second, sanitized or not.
+# Some work, sanitized or not: a second of it, or a hundredth.
 SLOW = {"objects": [{"type": "torus", "radius": 2, "tube": 1.5, "material": {"specular": 0.5}}],
         "accuracy": {"tier": "exact"},
         "lights": [{"type": "point", "position": [3, i, 3]} for i in range(32)],
@@ -87,7 +90,7 @@ class Daemon:
         events = [json.loads(line) for line in lines]
         return [event for event in events if name in (None, event["event"])]
 
-    def wait_for(self, name, matches=lambda event: True, timeout=60):
+    def wait_for(self, name, matches=lambda event: True, timeout=PATIENCE):
         """The first log event of that name that matches."""
         def found():
             return next(filter(matches, self.events(name)), None)
@@ -102,7 +105,7 @@ class Daemon:
 
     # ---- Requests, each on a connection of its own ----
 
-    def call(self, method, path, body=None, headers=None, admin=False, timeout=120):
+    def call(self, method, path, body=None, headers=None, admin=False, timeout=PATIENCE):
         host, port = self.admin if admin else self.address
         connection = http.client.HTTPConnection(host, port, timeout=timeout)
         try:
@@ -122,7 +125,7 @@ class Daemon:
     def render(self, scene, headers=None, **options):
         return self.post("/v1/render", scene, headers, **options)
 
-    def raw(self, *pieces, timeout=30):
+    def raw(self, *pieces, timeout=PATIENCE):
         """Sends bytes as they are; everything that comes back until the connection ends."""
         with socket.create_connection(self.address, timeout) as connection:
             for piece in pieces:
@@ -140,7 +143,7 @@ class Daemon:
     def signal(self, number=signal.SIGTERM):
         self.process.send_signal(number)
 
-    def wait(self, timeout=120):
+    def wait(self, timeout=PATIENCE):
         status = self.process.wait(timeout)
         self.reader.join(timeout)
         self.process.stderr.close()
@@ -176,7 +179,17 @@ def receive_all(connection):
         received += piece
 
 
-def run(*flags, env=None, timeout=60):
+def wait_until_at_work(process):
+    """For a program that has more to do than some time of a processor, which it has had then."""
+    ticks = os.sysconf("SC_CLK_TCK")
+    while process.poll() is None:
+        fields = Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
+        if int(fields[11]) > 0.3 * ticks:
+            return
+        time.sleep(0.02)
+
+
+def run(*flags, env=None, timeout=PATIENCE):
     """A daemon that is expected to end by itself: (exit status, stdout, stderr)."""
     done = subprocess.run([SHADED, *flags], capture_output=True, env=environment(**(env or {})),
                           timeout=timeout, check=False)

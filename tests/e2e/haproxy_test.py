@@ -42,7 +42,7 @@ def ask(port, body, path="/v1/render", headers=None):
         connection.close()
 
 
-def wait_until(true, timeout=30):
+def wait_until(true, timeout=500):
     end = time.monotonic() + timeout
     while not true():
         if time.monotonic() > end:

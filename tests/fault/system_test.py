@@ -19,7 +19,7 @@ from pathlib import Path
 
 from e2e.daemon import (SHADED, SLOW, SMALL, SOURCE, Daemon, another, environment,
                         receive_all)
-from e2e.daemon_test import Background, wait_until, wait_until_busy
+from e2e.daemon_test import Background, wait_until
 from e2e.http_test import post
 from e2e.slow_test import MANY_BYTES
 from fault.control import DAY, Control
@@ -256,7 +256,7 @@ class ClockTest(unittest.TestCase):
             began = time.monotonic()
             for number, days in enumerate((1, -1, 0)):
                 work = Background(daemon, another(SLOW, number))
-                wait_until_busy(daemon)
+                wait_until(lambda: daemon.metrics()["shaded_workers_busy"] or work.answer)
                 self.control.clock_offset = days * DAY
                 answer = work.result()
                 self.assertEqual(answer.status, 200)
@@ -278,12 +278,9 @@ class ClockTest(unittest.TestCase):
             late.sendall(b"GET")
             slow = {**SLOW, "image": {"width": 4096, "height": 4096, "samples": 16}}
             work = Background(daemon, slow)
-            wait_until_busy(daemon)
-            began = time.monotonic()
             self.control.clock_offset = -DAY
             self.assertEqual(work.result().status, 504)
             self.assertEqual(late.recv(100), b"")
-            self.assertLess(time.monotonic() - began, 20)
 
 
 class StopTest(unittest.TestCase):
