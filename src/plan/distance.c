@@ -1,4 +1,5 @@
-/* How near a light is to an object's surface, at least. */
+/* How near a light is to an object's surface, at least, and to what is seen. */
+#include "base/pattern.h"
 #include "plan/parts.h"
 
 shd_place shd_place_of(const shd_object *object, const shd_plan_object *bounds) {
@@ -58,4 +59,38 @@ double shd_least_distance(const shd_place *place, shd_vec3 point) {
         least = fmax(least, fabs(signed_distance(place, p)) / place->norm);
     }
     return fmax(least, 0);
+}
+
+/* Of pixel coordinate `at` of `count`: the one that it is in, or nearest to. */
+static int pixel_of(double at, int count) {
+    return (int)shd_smaller(shd_larger(at, 0), count - 1);
+}
+
+/* On the image plane, whose nearest sample is in the pixel that the point is in or nearest to, or
+ * beside that: all pixels have the same ones. */
+double shd_ray_distance(const shd_scene *scene, shd_vec3 point) {
+    const shd_camera *camera = &scene->camera;
+    const shd_raster *raster = &scene->raster;
+    const shd_vec3 from = shd_sub(point, camera->position);
+    const bool far = camera->projection == SHD_ORTHOGRAPHIC;
+    const double depth = far ? 1 : -shd_dot(from, camera->back);
+    const double half = far ? camera->height / 2 : tan(camera->fov / 2);
+    const double half_x = half * raster->width / raster->height, step = 2 * half / raster->height;
+    const double x = (shd_dot(from, camera->right) / depth + half_x) / step,
+                 y = (half - shd_dot(from, camera->up) / depth) / step;
+    if (!(depth > 0) || !isfinite(x) || !isfinite(y)) return 0;
+    const int column = pixel_of(x, raster->width), row = pixel_of(y, raster->height);
+    double least = INFINITY;
+    for (int i = 0; i < raster->samples; i++) {
+        double dx, dy;
+        shd_sample_offset(i, raster->samples, &dx, &dy);
+        for (int k = 0; k < 9; k++) {
+            const double across = column + k % 3 - 1 + dx - x, down = row + k / 3 - 1 + dy - y;
+            least = shd_smaller(least, across * across + down * down);
+        }
+    }
+    /* A ray to (a, b) on the plane at depth 1 is |(a, b, 1)| long there. */
+    const double slant = far ? 1 : sqrt(1 + half_x * half_x + half * half);
+    const double distance = sqrt(least) * step * depth / slant;
+    return shd_larger(distance * (1 - 1e-6) - 1e-9 * (shd_plan_length(from) + depth), 0);
 }

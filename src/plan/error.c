@@ -22,20 +22,22 @@ const shd_path_error *shd_path_error_of(shd_tier tier, shd_path path) {
 
 double shd_color_error(const shd_plan *plan, shd_tier tier) {
     const shd_scene *scene = plan->scene;
-    const int samples = scene->raster.samples;
     double roundings = tier == SHD_EXACT ? 1 : 5;
     for (size_t i = 0; i < scene->object_count; i++)
         if (scene->objects[i].interpolation == SHD_GOURAUD) {
             roundings++;
             break;
         }
-    if (samples > 1) {
-        const double groups = (double)plan->group_count;
-        const double parts = groups < samples ? groups : samples;
-        roundings += 3 + parts;
-        if ((samples & (samples - 1)) != 0) roundings += 2 * parts; /* their shares are rounded */
-    }
+    if (scene->raster.samples > 1) roundings++;
     return roundings * U32;
+}
+
+double shd_edge_error(const shd_plan *plan) {
+    const int samples = plan->scene->raster.samples;
+    if (samples == 1) return 0;
+    const double groups = (double)plan->group_count, parts = groups < samples ? groups : samples;
+    const bool even = (samples & (samples - 1)) == 0; /* shares are not rounded */
+    return (parts + 2 + (even ? 0 : 2 * parts)) * U32;
 }
 
 /* Of the standard tier: lobes beyond, which fall to nothing within 60 degrees, have polynomials. */

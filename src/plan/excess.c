@@ -30,7 +30,7 @@ typedef struct source {
 typedef struct finding {
     const shd_plan *plan;
     shd_tier tier;
-    double color;           /* relative error of rounding; at a piece the largest of */
+    double color, edges;    /* relative errors of rounding, and of edges; at a piece those of */
     double ratio, distance; /* highlights, and of what depends on distances */
     shd_excess_list *list;
     shd_influences *influences; /* or NULL */
@@ -39,6 +39,7 @@ typedef struct finding {
     const shd_term *kept;  /* a copy of them that stays, or NULL: they are many, */
     shd_much *much;        /* [terms]: of its piece */
     source *sources;       /* [light_count]: its lights */
+    double *beside;        /* [light_count]: no point that is seen is nearer to the light */
     shd_lobe_error *lobes; /* [max_lobes]: of its material */
     shd_piece *pieces;     /* [SHD_MOST_PIECES] */
     int fineness;
@@ -70,6 +71,8 @@ static source source_of(const finding *f, const shd_plan_object *object, uint32_
                 .strength = f->hues.strength[index]};
     if (light->directional) return s;
     s.least = shd_least_distance(place, light->position);
+    /* Facets are lit where nobody looks too. */
+    if (place->object->interpolation == SHD_PHONG) s.least = shd_larger(s.least, f->beside[index]);
     if (f->tier == SHD_EXACT || plan->split_positions) return s;
     const double from_origin = shd_plan_length(shd_sub(light->position, plan->origin));
     s.near =
@@ -319,7 +322,7 @@ static void add_piece(finding *f, const shd_plan_object *object, const shd_piece
     for (int c = 0; c < 3; c++) {
         const double error = sum.absolute[c] + sum.limited[c];
         sum.main[c] = !fresh ? to->main[c] : total > 0 && isfinite(total) ? error / total : 0;
-        worst = shd_larger(worst, error + f->color * sum.most[c]);
+        worst = shd_larger(worst, error + (f->color + f->edges) * sum.most[c]);
     }
     part_errors(f, &sum);
     if (!(worst >= 0)) worst = INFINITY; /* not a number */
@@ -362,7 +365,7 @@ static bool add_objects(finding *f, shd_arena *arena) {
         for (int c = 0; c < 3; c++) {
             const double most = fabs(scene->background[c]);
             f->list->most[c] = most;
-            f->list->worst = shd_larger(f->list->worst, f->color * most);
+            f->list->worst = shd_larger(f->list->worst, (f->color + f->edges) * most);
         }
     }
     size_t pairs = 0;
@@ -392,17 +395,22 @@ bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_
     finding f = {.plan = plan,
                  .tier = tier,
                  .color = shd_color_error(plan, tier),
+                 .edges = shd_edge_error(plan),
                  .list = out,
                  .influences = influences,
                  .sources = shd_arena_alloc(arena, plan->light_count, sizeof(source)),
+                 .beside = shd_arena_zalloc(arena, plan->light_count, sizeof(double)),
                  .lobes = shd_arena_alloc(arena, plan->max_lobes, sizeof(shd_lobe_error)),
                  .pieces = shd_arena_alloc(arena, SHD_MOST_PIECES, sizeof(shd_piece)),
                  .fineness = fineness_of(plan),
                  .mixed = mixed};
-    if (!f.sources || !f.lobes || !f.pieces || !shd_hues_find(plan, arena, &f.hues) ||
+    if (!f.sources || !f.beside || !f.lobes || !f.pieces || !shd_hues_find(plan, arena, &f.hues) ||
         !shd_terms_new(plan, &f.hues, arena, &f.terms))
         return false;
     f.much = shd_arena_alloc(arena, 1 + f.hues.count * (1 + plan->max_lobes), sizeof(shd_much));
+    for (size_t j = 0; j < plan->light_count; j++)
+        if (!plan->lights[j].directional)
+            f.beside[j] = shd_ray_distance(plan->scene, plan->lights[j].position);
     if (influences) {
         const size_t rows = f.fineness ? SHD_MOST_PIECES * plan->scene->object_count : 1;
         *influences = (shd_influences){0, shd_arena_alloc(arena, rows, sizeof(double *))};

@@ -72,6 +72,9 @@ shd_place shd_place_of(const shd_object *object, const shd_plan_object *bounds);
 /* At most the distance of a point of the world from the object's surface. */
 double shd_least_distance(const shd_place *place, shd_vec3 point);
 
+/* At most the distance of a point of the world from any ray of the picture, of whatever region. */
+double shd_ray_distance(const shd_scene *scene, shd_vec3 point);
+
 /* Whether the light is behind all that is seen of the object, or of its inside. See behind.c. */
 typedef struct shd_back {
     bool known;         /* false: nothing can be said */

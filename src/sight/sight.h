@@ -11,6 +11,7 @@
 #include <stdatomic.h>
 
 #include "base/arena.h"
+#include "base/pattern.h"
 #include "plan/plan.h"
 #include "sight/gbuffer.h"
 
@@ -66,11 +67,6 @@ void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out);
  * instruction set. */
 size_t shd_sight_shoot(const shd_sight *sight, const uint32_t *candidates, size_t candidate_count,
                        const shd_shots *shots, shd_hits *out);
-
-/* Where the sample pattern's ray i of n goes through the pixel, in [0,1)^2 from its top left:
- * the Hammersley set x = (i + 1/2)/n, y = van der Corput in base 2 of i, plus half of its
- * spacing. One sample goes through the centre, four are a rotated grid. */
-void shd_sample_offset(int i, int n, double *x, double *y);
 
 /* The points at which a faceted object is lit: a face's centroid with the face's normal (flat),
  * or vertices with their normals (gouraud), once for each side from which a face that they are

@@ -363,6 +363,33 @@ static void bounds_hold_at_any_size(void **state) {
     }
 }
 
+/* Lamps that all but touch a sphere, where pixels' corners are: rays, through centres, see none of
+ * the light that is a million times as bright there. */
+static void light_between_rays_does_not_count(void **state) {
+    spreads s = {.linear = {.count = 0}};
+    char *text[2];
+    for (int t = 0; t < 2; t++) {
+        writing w;
+        start(&w);
+        fprintf(
+            w.out,
+            "{\"camera\": {\"type\": \"orthographic\", \"height\": 4}, \"image\": {\"width\": 64, "
+            "\"height\": 64, \"samples\": 1}, \"accuracy\": {%s}, \"lights\": [",
+            t ? "\"tier\": \"exact\"" : "\"maxError\": 1e-3, \"metric\": \"linear\"");
+        for (int i = 0; i < 25; i++) {
+            const double x = 0.125 * (i % 5 - 2), y = 0.125 * (i / 5 - 2);
+            fprintf(w.out,
+                    "%s{\"type\": \"point\", \"position\": [%.17g, %.17g, %.17g], \"intensity\": "
+                    "1e-3, \"attenuation\": [0, 0, 1]}",
+                    i ? ", " : "", x, y, sqrt(1 - x * x - y * y) + 1e-5);
+        }
+        fputs("], \"objects\": [{\"type\": \"sphere\", \"material\": {\"specular\": 0.5}}]}",
+              w.out);
+        text[t] = finish(&w);
+    }
+    check_texts(*state, text[0], text[1], &s);
+}
+
 /* Black instead of up to 22 codes. */
 static void a_budget_that_takes_all_light_is_bounded(void **state) {
     static const char text[] =
@@ -385,6 +412,7 @@ int main(void) {
         cmocka_unit_test(budgets_hold_what_is_measured),
         cmocka_unit_test(exact_gouraud_is_within_its_bound),
         cmocka_unit_test(bounds_hold_at_any_size),
+        cmocka_unit_test(light_between_rays_does_not_count),
         cmocka_unit_test(a_budget_that_takes_all_light_is_bounded),
     };
     return cmocka_run_group_tests(tests, make_engine, drop_engine);

@@ -250,7 +250,8 @@ static void budgets_that_nothing_meets_say_what_is_reached(void **state) {
     assert_non_null(strstr(error.text, "`exact` reaches 2.4e-07"));
     shd_request_drop(request);
     request =
-        read_with(*state, "\"accuracy\": {\"maxError\": 1, \"metric\": \"linear\"}, \"lights\": "
+        read_with(*state, "\"accuracy\": {\"maxError\": 1, \"metric\": \"linear\"}, \"image\": "
+                          "{\"width\": 33, \"height\": 33, \"samples\": 1}, \"lights\": "
                           "[{\"type\": \"point\", \"position\": [0, 0, 1], \"attenuation\": [0, 0, "
                           "1]}]");
     assert_int_equal(shd_request_plan_make(request, request->scene, &error), SHD_SCENE);
