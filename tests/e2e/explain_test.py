@@ -1,6 +1,7 @@
 """POST /v1/explain and `shade explain`: what is used, what is left out and why, in JSON and words."""
 
 import json
+import math
 import os
 import pty
 import re
@@ -77,6 +78,25 @@ class Http(unittest.TestCase):
         plans = [picture.headers["Shaded-Plan"] for picture in pictures]
         self.assertEqual(plans[0], plans[1].replace("; lights", "; asked=draft; lights"))
         self.assertEqual([tier["tier"] for tier in told["tiers"]], ["standard", "exact"])
+
+    def test_estimates_count_objects_however_small_and_the_kernel(self):
+        def visibility(objects, samples=16):
+            return self.explain({"objects": objects, "image": {
+                "width": 128, "height": 128, "samples": samples}})["milliseconds"]["visibility"]
+
+        # Each is asked for at every ray of its tiles, not of its pixels.
+        small = [{"type": "sphere", "radius": 0.01, "transform": {
+            "translate": [math.sin(i), math.sin(2 * i), math.sin(3 * i)]}} for i in range(1000)]
+        needle = {"type": "cylinder", "radius": 0.005, "height": 2}
+        one = visibility([{"type": "sphere"}])
+        self.assertGreater(visibility(small), 50 * one)
+        self.assertGreater(visibility([needle]), one / 20)
+        told = {name: json.loads(subprocess.run(
+            [BUILD / "shade", "explain", "-", "--kernel", name], input=json.dumps(SCENE).encode(),
+            capture_output=True, check=True).stdout) for name in ("auto", "portable")}
+        costs = {each["kernel"]: each["milliseconds"]["shade"] for each in told.values()}
+        if len(costs) > 1:
+            self.assertGreater(costs["portable"], 1.5 * min(costs.values()))
 
     def test_budgets_are_met_by_leaving_out(self):
         told = self.explain(BUDGET)
