@@ -17,7 +17,8 @@ import unittest
 from pathlib import Path
 
 from deploy.tools import DEPLOY, environment, find
-from e2e.daemon import JSON, SMALL, Daemon
+from e2e.daemon import JSON, PATIENCE, SMALL, Daemon
+from e2e.daemon_test import ENDLESS
 
 REPLICAS = 3
 
@@ -33,7 +34,7 @@ def free_port():
 
 
 def ask(port, body, path="/v1/render", headers=None):
-    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
     try:
         connection.request("POST", path, body, {**JSON, **(headers or {})})
         answer = connection.getresponse()
@@ -42,7 +43,7 @@ def ask(port, body, path="/v1/render", headers=None):
         connection.close()
 
 
-def wait_until(true, timeout=500):
+def wait_until(true, timeout=PATIENCE):
     end = time.monotonic() + timeout
     while not true():
         if time.monotonic() > end:
@@ -117,9 +118,24 @@ class Proxied(unittest.TestCase):
         except AssertionError as error:
             raise AssertionError((self.folder / "log").read_text()) from error
 
-    def replicas(self):
-        return [self.stack.enter_context(Daemon("--threads", "1", "--log-requests", "off"))
+    def replicas(self, *flags):
+        return [self.stack.enter_context(Daemon("--threads", "1", "--log-requests", "off", *flags))
                 for _ in range(REPLICAS)]
+
+    def pass_a_deadline(self, proxy):
+        """One replica has worked for it in vain: that is enough."""
+        def late():
+            name = 'shaded_requests_total{route="/v1/render",status="504"}'
+            return sum(daemon.metrics().get(name, 0) for daemon in replicas)
+
+        replicas = self.replicas("--timeout", "2")
+        port = proxy(replicas)
+        before = late()
+        status, headers, body = ask(port, json.dumps(ENDLESS))
+        self.assertEqual((status, headers["Retry-After"]), (504, None))
+        self.assertEqual(json.loads(body)["type"], "urn:shaded:problem:deadline")
+        wait_until(lambda: late() > before)
+        self.assertEqual(late(), before + 1)
 
     def haproxy(self, replicas):
         find("haproxy")
@@ -187,8 +203,14 @@ class HaproxyTest(Proxied):
             self.assertEqual(sorted(new - old for old, new in zip(before, after)), [0, 0, 4])
         self.assertGreater(min(rendered(daemon) for daemon in replicas), 0)
 
+    def test_a_passed_deadline_is_not_carried_on(self):
+        self.pass_a_deadline(self.haproxy)
+
 
 class NginxTest(Proxied):
+    def test_a_passed_deadline_is_not_carried_on(self):
+        self.pass_a_deadline(self.nginx)
+
     def test_no_request_fails_when_a_replica_is_killed(self):
         replicas = self.replicas()
         self.lose(self.nginx(replicas), replicas[0], signal.SIGKILL)
