@@ -30,7 +30,7 @@ static json_t *describe_materials(void) {
 typedef struct member {
     const char *name;
     const char *type;    /* as JSON Schema spells types */
-    const char *initial; /* the default as JSON; NULL: the member is required */
+    const char *initial; /* the default as JSON, "" where there is none; NULL: it is required */
     const char *description;
 } member;
 
@@ -61,8 +61,8 @@ static const shape_text shapes[SHD_SHAPE_COUNT] = {
     [SHD_MESH] =
         {"Triangles",
          {{"positions", "array", NULL, "x, y, z of every vertex, one after another"},
-          {"indices", "array", "null",
-           "Three vertices a triangle, counted from 0; null: every three vertices are one"},
+          {"indices", "array", "",
+           "Three vertices a triangle, counted from 0; where absent, every three vertices are one"},
           {"normals", "array", "null",
            "x, y, z of every vertex's normal; null: each triangle has its own"}}},
 };
@@ -74,6 +74,7 @@ static const member common_members[] = {
     {"transform", "object", "{}", "scale, then rotate, then translate; or matrix"},
     {"interpolation", "string", "\"phong\"",
      "flat, gouraud or phong; where absent, the scene's own"},
+    {"name", "string", "", "For people and programs; it changes nothing"},
 };
 
 /* ... and what those have that flat and gouraud turn into faces. */
@@ -84,7 +85,7 @@ static const member segments_member = {
 static json_t *describe_member(const member *m) {
     json_t *entry =
         json_pack("{ss ss sb}", "name", m->name, "type", m->type, "required", m->initial == NULL);
-    if (m->initial)
+    if (m->initial && *m->initial)
         json_object_set_new(entry, "default", json_loads(m->initial, JSON_DECODE_ANY, NULL));
     json_object_set_new(entry, "description", json_string(m->description));
     return entry;

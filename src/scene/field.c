@@ -78,6 +78,11 @@ uint32_t shd_read_fields(shd_reader *r, const shd_node *node, const shd_field *f
     return seen;
 }
 
+void shd_read_label(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+    (void)field, (void)out;
+    if (!json_is_string(node->value)) shd_node_expect(r->report, node, "a string");
+}
+
 /* ---- Numbers ---- */
 
 static bool in_range(double value, const shd_range *range) {

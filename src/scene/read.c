@@ -83,6 +83,7 @@ static void read_document(shd_reader *r, const json_t *tree) {
     /* Colors need both spaces; lights the camera's frame; objects the materials and the
      * interpolation; outputs the working space and the number of lights. */
     static const shd_field fields[] = {
+        {.name = "$schema", .read = shd_read_label},
         {.name = "workingSpace", .read = shd_read_spaces},
         {.name = "colorSpace", .read = shd_read_spaces},
         {.name = "camera", .read = shd_read_camera, .always = true},

@@ -103,6 +103,7 @@ shd_field_read shd_read_choice;    /* int, index into field->choices */
 shd_field_read shd_read_vector;    /* shd_vec3, field->range for each component */
 shd_field_read shd_read_direction; /* shd_vec3, made unit */
 shd_field_read shd_read_color;     /* double[3], in the working space */
+shd_field_read shd_read_label;     /* nothing: a string that is for others */
 
 /* The parts: field readers that fill the reader's scene. */
 shd_field_read shd_read_spaces;
@@ -132,8 +133,7 @@ size_t shd_use_material(shd_reader *r, const shd_node *node);
 /* `transform` of an object. linear[0][0] is NAN where the linear part is not known. */
 shd_field_read shd_read_transform; /* shd_affine */
 
-/* The arrays of a mesh as the document has them; NULL: absent, as which null counts for all but
- * positions. */
+/* The arrays of a mesh as the document has them; NULL: absent, as which null counts for normals. */
 typedef struct shd_mesh_source {
     const json_t *positions, *indices, *normals;
 } shd_mesh_source;

@@ -60,6 +60,7 @@ enum {
     PENUMBRA,
     EXPONENT,
     FRAME,
+    NAME,
     FIELDS
 };
 
@@ -116,6 +117,7 @@ static const shd_field fields[FIELDS] = {
                .offset = offsetof(raw_light, frame),
                .kinds = ANY & ~AMBIENT,
                .choices = frames},
+    [NAME] = {.name = "name", .read = shd_read_label},
 };
 
 static shd_vec3 from_camera(const shd_camera *camera, shd_vec3 v) {

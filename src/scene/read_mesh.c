@@ -115,7 +115,7 @@ const shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mes
     const list at = list_of(r, node, "positions", source->positions),
                at_indices = list_of(r, node, "indices", source->indices),
                at_normals = list_of(r, node, "normals", source->normals);
-    bool has_indices = source->indices && !json_is_null(source->indices);
+    bool has_indices = source->indices != NULL;
     bool has_normals = source->normals && !json_is_null(source->normals);
     size_t errors = r->report->error_count;
 

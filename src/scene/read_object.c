@@ -39,6 +39,7 @@ enum {
     INTERPOLATION,
     SEGMENTS,
     MATERIAL,
+    NAME,
     FIELDS
 };
 
@@ -100,6 +101,7 @@ static const shd_field fields[FIELDS] = {
                   .read = read_material,
                   .offset = IN_OBJECT(material),
                   .always = true},
+    [NAME] = {.name = "name", .read = shd_read_label},
 };
 
 /* The shape that an object is; SHD_SHAPE_COUNT, and an error, where it is none. */

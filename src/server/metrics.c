@@ -16,6 +16,7 @@ static const char *const route_names[SHD_ROUTE_COUNT] = {
     [SHD_ROUTE_COLORSPACES] = "/v1/colorspaces",
     [SHD_ROUTE_VERSION] = "/v1/version",
     [SHD_ROUTE_OPENAPI] = "/openapi.yaml",
+    [SHD_ROUTE_OPENAPI_JSON] = "/openapi.json",
     [SHD_ROUTE_SCHEMA] = "/scene.schema.json",
     [SHD_ROUTE_OTHER] = "other",
 };

@@ -23,6 +23,7 @@ typedef enum shd_route_id {
     SHD_ROUTE_COLORSPACES,
     SHD_ROUTE_VERSION,
     SHD_ROUTE_OPENAPI,
+    SHD_ROUTE_OPENAPI_JSON,
     SHD_ROUTE_SCHEMA,
     SHD_ROUTE_OTHER, /* no such path */
     SHD_ROUTE_COUNT

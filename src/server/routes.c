@@ -14,9 +14,11 @@
 #include "problem.h"
 #include "render_job.h"
 
-/* api/openapi.yaml and api/scene.schema.json, embedded by the build. */
-extern const unsigned char shd_embedded_openapi[], shd_embedded_schema[];
-extern const unsigned long shd_embedded_openapi_size, shd_embedded_schema_size;
+/* The files of api/, embedded by the build. */
+extern const unsigned char shd_embedded_openapi[], shd_embedded_openapi_json[],
+    shd_embedded_schema[];
+extern const unsigned long shd_embedded_openapi_size, shd_embedded_openapi_json_size,
+    shd_embedded_schema_size;
 
 static void answer_document(shd_exchange *exchange);
 
@@ -33,6 +35,7 @@ static const shd_route routes[] = {
     {"/v1/colorspaces", SHD_ROUTE_COLORSPACES, READ, answer_document},
     {"/v1/version", SHD_ROUTE_VERSION, READ, answer_document},
     {"/openapi.yaml", SHD_ROUTE_OPENAPI, READ, answer_document},
+    {"/openapi.json", SHD_ROUTE_OPENAPI_JSON, READ, answer_document},
     {"/scene.schema.json", SHD_ROUTE_SCHEMA, READ, answer_document},
 };
 
@@ -112,6 +115,8 @@ shd_status shd_routes_prepare(shd_settings *settings, shd_error *error) {
     set_document(settings, SHD_ROUTE_INDEX, media_json, index, strlen(index), true);
     set_document(settings, SHD_ROUTE_OPENAPI, "application/yaml", shd_embedded_openapi,
                  shd_embedded_openapi_size, false);
+    set_document(settings, SHD_ROUTE_OPENAPI_JSON, media_json, shd_embedded_openapi_json,
+                 shd_embedded_openapi_json_size, false);
     set_document(settings, SHD_ROUTE_SCHEMA, "application/schema+json", shd_embedded_schema,
                  shd_embedded_schema_size, false);
     return SHD_OK;

@@ -1,7 +1,7 @@
 // The npm packages, from where `run` has put them.
 import { createRequire } from "node:module";
 
-const require = createRequire(process.env.SHADED_API_PACKAGES + "/");
+const require = createRequire(process.env.SHADED_PACKAGES + "/");
 
 export const fc = require("fast-check");
 export const Ajv = require("ajv/dist/2020.js").default;

@@ -90,7 +90,8 @@ test("what Accept chooses is what output.format chooses", async () => {
 });
 
 test("HEAD has the fields of GET", async () => {
-    for (const path of ["/", "/openapi.yaml", "/scene.schema.json", "/v1/version", "/v1/materials"]) {
+    for (const path of ["/", "/openapi.yaml", "/openapi.json", "/scene.schema.json", "/v1/version",
+                        "/v1/materials"]) {
         const whole = await daemon.ask({ method: "GET", path });
         const head = await daemon.ask({ method: "HEAD", path });
         for (const name of ["etag", "content-type", "content-length", "cache-control"])

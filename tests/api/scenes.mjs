@@ -43,7 +43,7 @@ async function hints(daemon) {
 const sized = {
     ...schema,
     required: [...schema.required, "image"],
-    $defs: { ...schema.$defs, image: { ...schema.$defs.image, required: ["width", "height"] } },
+    $defs: { ...schema.$defs, Image: { ...schema.$defs.Image, required: ["width", "height"] } },
 };
 
 export async function sceneArbitrary(daemon) {

@@ -1,7 +1,7 @@
 // Random values that are valid by a JSON Schema, as far as scene.schema.json uses it.
 //
-// A schema is cut into alternatives without `$ref`, `allOf`, `anyOf`, `if`, `dependentSchemas` and
-// `not: {required}`, from which values are built; what alternatives do not say is filtered.
+// A schema is cut into alternatives without `$ref`, `allOf`, `anyOf`, `oneOf`, `if` and
+// `dependentSchemas`, from which values are built; what alternatives do not say is filtered.
 import { Ajv, fc } from "./packages.mjs";
 
 const ANNOTATIONS = ["title", "description", "default", "examples", "$id", "$schema", "$defs"];
@@ -30,6 +30,7 @@ function merge(a, b) {
     for (const [key, choose] of [["minimum", Math.max], ["maximum", Math.min],
                                  ["minItems", Math.max], ["maxItems", Math.min]])
         if (key in a && key in b) merged[key] = choose(a[key], b[key]);
+    if (a.prefixItems && b.prefixItems) throw new Error("both have prefixItems");
     const choices = [a, b].map(part => "const" in part ? [part.const] : part.enum).filter(Boolean);
     delete merged.const;
     if (choices.length) {
@@ -67,32 +68,28 @@ export class Values {
     alternatives(schema) {
         if (schema === true) return [{}];
         if (schema === false) return [];
-        const { $ref, allOf = [], anyOf, if: condition, dependentSchemas = {}, not, ...plain } = schema;
-        delete plain.then;
-        delete plain.else;
+        const { $ref, allOf = [], anyOf, oneOf, if: condition, then, else: _, dependentSchemas = {},
+                unevaluatedProperties, ...plain } = schema;
         for (const name of ANNOTATIONS) delete plain[name];
         let list = cross([{}], [plain]);
         if ($ref) list = cross(list, this.alternatives(this.resolve($ref)));
-        if (anyOf) list = cross(list, anyOf.flatMap(part => this.alternatives(part)));
-        for (const part of allOf.filter(part => !part.if))
-            list = cross(list, this.alternatives(part));
-        const conditions = [...(condition ? [schema] : []), ...allOf.filter(part => part.if)];
-        if (conditions.length) list = cross(list, this.branches(conditions));
+        for (const choices of [anyOf, oneOf].filter(Boolean))
+            list = cross(list, choices.flatMap(part => this.alternatives(part)));
+        for (const part of allOf) list = cross(list, this.alternatives(part));
+        // That all items are there is no condition: of each it says what it is.
+        if (condition?.minItems) list = cross(list, [then]);
+        else if (condition) list = cross(list, this.branches(schema));
         for (const [name, part] of Object.entries(dependentSchemas))
             list = cross(list, [{ properties: { [name]: false } },
                                 ...cross([{ required: [name] }], this.alternatives(part))]);
-        if (not?.required)
-            list = cross(list, not.required.map(name => ({ properties: { [name]: false } })));
+        if (unevaluatedProperties === false)
+            list = list.map(part => ({ ...part, additionalProperties: false }));
         return list;
     }
 
-    // At most one of several conditions is met.
-    branches(conditions) {
-        const otherwise = part => this.alternatives(part.else ?? true);
-        const met = part => cross(this.alternatives(part.if), this.alternatives(part.then ?? true));
-        const choose = chosen => conditions.reduce(
-            (list, part) => cross(list, part === chosen ? met(part) : otherwise(part)), [{}]);
-        return [null, ...conditions].flatMap(choose);
+    branches({ if: condition, then, else: otherwise = true }) {
+        return [...cross(this.alternatives(condition), this.alternatives(then)),
+                ...this.alternatives(otherwise)];
     }
 
     // An arbitrary of values that are valid by `schema`, a part of the root; null: there are none.

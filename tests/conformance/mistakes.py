@@ -8,6 +8,7 @@ TRIANGLE = [0, 0, 0, 1, 0, 0, 0, 1, 0]
 
 # Together they hold every member that there is.
 FIRST = {
+    "$schema": "scene.schema.json",
     "workingSpace": "lin_rec709",
     "colorSpace": "wide",
     "camera": {"type": "perspective", "position": [0, 1, 4], "target": [0, 0, 0],
@@ -16,7 +17,7 @@ FIRST = {
     "ambient": [0.1, 0.2, 0.3],
     "background": {"space": "sRGB", "value": [0.1, 0.2, 0.3]},
     "lights": [
-        {"type": "ambient", "color": 0.5, "intensity": 2},
+        {"type": "ambient", "name": "sky", "color": 0.5, "intensity": 2},
         {"type": "directional", "direction": [0, -1, -1], "color": "#ffeedd", "intensity": 1,
          "ambient": 0.1, "frame": "world"},
         {"type": "point", "position": [3, 3, 3], "color": [1, 1, 1], "intensity": 1,
@@ -25,7 +26,7 @@ FIRST = {
          "penumbra": 0.2, "exponent": 1, "color": {"space": "sRGB", "value": [1, 0.5, 0]},
          "intensity": 3, "ambient": 0, "attenuation": [0, 0, 1], "minDistance": 0,
          "frame": "world"},
-        {"position": [1, 1, 1, 0], "color": 1, "intensity": 1, "ambient": 0, "frame": "world",
+        {"position": [1, 1, 1, 0], "name": "", "color": 1, "intensity": 1, "ambient": 0, "frame": "world",
          "attenuation": [1, 0, 0], "minDistance": 0},
         {"type": "directional", "position": [1, 1, 1, 0]},
     ],
@@ -43,7 +44,7 @@ FIRST = {
          "transform": {"translate": [0, -1, 0], "scale": [1, 2, 1]}},
         {"type": "disc", "radius": 2, "segments": 8, "material": {"diffuse": "#808080"}},
         {"type": "box", "size": [1, 2, 3], "transform": {"matrix": MATRIX}},
-        {"type": "cone", "radius": 1, "height": 2},
+        {"type": "cone", "name": "hat", "radius": 1, "height": 2},
         {"type": "torus", "radius": 1, "tube": 0.5, "interpolation": "flat", "segments": 8},
         {"type": "mesh", "positions": TRIANGLE, "indices": [0, 1, 2],
          "normals": [0, 0, 1, 0, 0, 1, 0, 1, 1]},

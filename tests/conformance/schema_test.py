@@ -149,6 +149,12 @@ class Schema(unittest.TestCase):
     def test_schema_is_a_schema(self):
         jsonschema.Draft202012Validator.check_schema(SCHEMA)
 
+    def test_no_member_has_a_default_of_its_own(self):
+        """Generators of clients would make it required."""
+        for name, part in {"": SCHEMA, **SCHEMA["$defs"]}.items():
+            for key, member in part.get("properties", {}).items():
+                self.assertNotIn("default", member, f"{name}.{key}")
+
     def test_examples_are_accepted_by_both(self):
         self.assertGreaterEqual(len(examples()), 14)
         for name in examples():
@@ -203,31 +209,29 @@ class Schema(unittest.TestCase):
         defs = SCHEMA["$defs"]
 
         def defaults(name):
-            out = {}
-            for key, member in defs[name].get("properties", {}).items():
-                while isinstance(member, dict) and "default" not in member and "$ref" in member:
-                    member = defs[member["$ref"].rsplit("/", 1)[1]]
-                if isinstance(member, dict) and "default" in member:
-                    out[key] = member["default"]
-            return out
+            """Of the members that refer to a schema which has one."""
+            members = {key: defs[member["$ref"].rsplit("/", 1)[1]]
+                       for key, member in defs[name]["properties"].items() if "$ref" in member}
+            return {key: member["default"] for key, member in members.items()
+                    if "default" in member}
 
-        shapes = ("sphere", "plane", "disc", "box", "cylinder", "cone", "torus")
-        camera = defaults("camera")
-        camera.pop("height")
-        accuracy = defaults("accuracy")
-        accuracy.pop("metric")
-        directional = {"type": "directional", **defaults("directionalLight")}
+        def typed(name):
+            kind = defs[name]["properties"]["type"]["const"]
+            return {"type": kind, **defaults(name)}
+
+        shapes = ("Sphere", "Plane", "Disc", "Box", "Cylinder", "Cone", "Torus")
         document = scene(
-            *({"type": shape, **defaults(shape), "transform": defaults("transform"),
-               "material": defaults("material")} for shape in shapes),
-            camera=camera, image=defaults("image"), accuracy=accuracy,
-            output=defaults("output"),
-            lights=[{"type": "ambient", **defaults("ambientLight")}, directional,
-                    {"type": "point", **defaults("pointLight")},
-                    {"type": "spot", **defaults("spotLight")}])
+            *({**typed(shape), "transform": defaults("TransformSteps"),
+               "material": {**defaults("Material"), "lobes": [defaults("Lobe")]}}
+              for shape in shapes),
+            camera=typed("PerspectiveCamera"), image=defaults("Image"),
+            accuracy=defaults("AccuracyTier"), output=defaults("OutputMembers"),
+            lights=[typed(f"{kind}Light") for kind in ("Ambient", "Directional", "Point", "Spot")])
         for key, member in SCHEMA["properties"].items():
-            if "default" in member:
-                document[key] = member["default"]
+            target = defs.get(member.get("$ref", "").rsplit("/", 1)[-1], {})
+            if "default" in target:
+                document[key] = target["default"]
+        self.assertLessEqual({"ambient", "background", "interpolation"}, set(document))
         VALIDATOR.validate(document)
         self.assertEqual(read([document])[0]["errors"], [])
 

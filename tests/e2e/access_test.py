@@ -48,7 +48,7 @@ class TokenTest(Folder):
             self.assertEqual(
                 daemon.render(SMALL, {"Authorization": f"bearer   {FIRST}"}).status, 200)
             # What tells how to ask is open, and so are the questions of browsers.
-            for route in ("/", "/openapi.yaml", "/scene.schema.json"):
+            for route in ("/", "/openapi.yaml", "/openapi.json", "/scene.schema.json"):
                 self.assertEqual(daemon.get(route).status, 200)
             self.assertEqual(daemon.call("OPTIONS", "/v1/render").status, 204)
             self.assertEqual(daemon.get("/nothing").status, 404)

@@ -10,7 +10,7 @@ import unittest
 from e2e.daemon import JSON, SMALL, Daemon, receive_all
 
 READ = ["/", "/v1/materials", "/v1/shapes", "/v1/colorspaces", "/v1/version", "/openapi.yaml",
-        "/scene.schema.json"]
+        "/openapi.json", "/scene.schema.json"]
 BODY = json.dumps(SMALL).encode()
 
 

@@ -57,7 +57,7 @@ static void set_defaults(json_t *object, const json_t *members) {
     json_t *member;
     json_array_foreach(members, i, member) {
         json_t *initial = json_object_get(member, "default");
-        assert_true(json_boolean_value(json_object_get(member, "required")) == !initial);
+        assert_false(json_boolean_value(json_object_get(member, "required")) && initial);
         assert_non_null(json_object_get(member, "description"));
         if (initial)
             json_object_set(object, json_string_value(json_object_get(member, "name")), initial);
