@@ -1,21 +1,19 @@
-/* A hash of what a document says, whatever way it is written: SHA-256, as nobody may find another
- * document that is answered by this one's picture.
+/* A hash of what a scene is, whatever way its document says it: SHA-256, as nobody may find another
+ * scene that is answered by this one's picture.
  *
- * Every value is fed to it as a tag and its bits: numbers as their double (-0 as 0), strings
- * behind their length, containers behind their count, members in the order of their keys. */
+ * It is fed every value that a picture depends on, in one order: numbers as their double (-0 as 0),
+ * strings behind their length, lists behind their count. A material stands at each object that has
+ * it, without its name. */
 #include <nettle/base16.h>
 #include <nettle/sha2.h>
 #include <stdint.h>
-#include <stdlib.h>
 #include <string.h>
 
-#include "scene/json.h"
+#include "scene/read.h"
 
 /* Hashing works best on long pieces; a mesh has a million short ones. */
 typedef struct sink {
     struct sha256_ctx hash;
-    const shd_json *json;
-    shd_arena *arena;
     size_t used;
     unsigned char bytes[4096];
 } sink;
@@ -25,105 +23,139 @@ static void flush(sink *s) {
     s->used = 0;
 }
 
-static void put(sink *s, const void *data, size_t size) {
-    if (size > sizeof s->bytes - s->used) flush(s);
-    if (size > sizeof s->bytes) {
-        sha256_update(&s->hash, size, data);
-        return;
-    }
-    memcpy(s->bytes + s->used, data, size);
-    s->used += size;
+static void put_count(sink *s, uint64_t bits) {
+    if (sizeof bits > sizeof s->bytes - s->used) flush(s);
+    memcpy(s->bytes + s->used, &bits, sizeof bits);
+    s->used += sizeof bits;
 }
 
-static void put_tagged(sink *s, char tag, uint64_t bits) {
-    unsigned char piece[9] = {(unsigned char)tag};
-    memcpy(piece + 1, &bits, sizeof bits);
-    put(s, piece, sizeof piece);
+static void put_numbers(sink *s, const double *values, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        double value = values[i] + 0.0; /* -0 + 0 is 0 */
+        uint64_t bits;
+        memcpy(&bits, &value, sizeof bits);
+        put_count(s, bits);
+    }
 }
 
 static void put_number(sink *s, double value) {
-    uint64_t bits;
-    value += 0.0; /* -0 + 0 is 0 */
-    memcpy(&bits, &value, sizeof bits);
-    put_tagged(s, 'n', bits);
+    put_numbers(s, &value, 1);
 }
 
-static void put_string(sink *s, const char *text, size_t length) {
-    put_tagged(s, 's', length);
-    put(s, text, length);
+static void put_vector(sink *s, shd_vec3 v) {
+    put_numbers(s, (double[]){v.x, v.y, v.z}, 3);
 }
 
-static int compare_keys(const void *a, const void *b) {
-    return strcmp(*(const char *const *)a, *(const char *const *)b);
+/* NULL is another text than the empty one. */
+static void put_text(sink *s, const char *text) {
+    size_t length = text ? strlen(text) : SIZE_MAX;
+    put_count(s, length);
+    if (!text) return;
+    flush(s);
+    sha256_update(&s->hash, length, (const unsigned char *)text);
 }
 
-static bool put_value(sink *s, const json_t *value);
+static void put_view(sink *s, const shd_scene *scene) {
+    const shd_camera *camera = &scene->camera;
+    put_count(s, camera->projection);
+    put_vector(s, camera->position);
+    put_vector(s, camera->right);
+    put_vector(s, camera->up);
+    put_vector(s, camera->back);
+    put_number(s, camera->projection == SHD_PERSPECTIVE ? camera->fov : camera->height);
+    const shd_raster *raster = &scene->raster;
+    const int sizes[] = {raster->width, raster->height, raster->x,      raster->y,
+                         raster->w,     raster->h,      raster->samples};
+    for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) put_count(s, (uint64_t)sizes[i]);
+    put_numbers(s, scene->ambient, 3);
+    put_count(s, scene->transparent);
+    put_numbers(s, scene->background, 3);
+    put_text(s, scene->working_space->name);
+}
 
-static bool put_object(sink *s, const json_t *object) {
-    enum { FEW = 32 };
-    const char *few[FEW], **keys = few;
-    size_t count = json_object_size(object), i = 0;
-    if (count > FEW) keys = shd_arena_alloc(s->arena, count, sizeof *keys);
-    if (!keys) return false;
-    /* Iteration does not change the object, but jansson's iterators are not const. */
-    json_t *mutable_object = (json_t *)(uintptr_t)object;
-    for (void *at = json_object_iter(mutable_object); at;
-         at = json_object_iter_next(mutable_object, at))
-        keys[i++] = json_object_iter_key(at);
-    qsort(keys, count, sizeof *keys, compare_keys);
-    put_tagged(s, 'o', count);
-    for (i = 0; i < count; i++) {
-        put_string(s, keys[i], strlen(keys[i]));
-        if (!put_value(s, json_object_get(object, keys[i]))) return false;
+static void put_light(sink *s, const shd_light *light) {
+    put_count(s, light->type);
+    put_vector(s, light->position);
+    put_vector(s, light->direction);
+    put_numbers(s, light->color, 3);
+    put_numbers(s, light->ambient, 3);
+    put_numbers(s, light->attenuation, 3);
+    put_number(s, light->min_distance);
+    put_number(s, light->angle);
+    put_number(s, light->penumbra);
+    put_number(s, light->exponent);
+}
+
+static void put_material(sink *s, const shd_material *material) {
+    put_numbers(s, material->emissive, 3);
+    put_numbers(s, material->ambient, 3);
+    put_numbers(s, material->diffuse, 3);
+    put_count(s, material->front_only);
+    put_count(s, material->lobe_count);
+    for (size_t i = 0; i < material->lobe_count; i++) {
+        put_numbers(s, material->lobes[i].specular, 3);
+        put_number(s, material->lobes[i].shininess);
     }
-    return true;
 }
 
-static bool put_value(sink *s, const json_t *value) {
-    switch (json_typeof(value)) {
-    case JSON_OBJECT:
-        return put_object(s, value);
-    case JSON_ARRAY: {
-        size_t count = json_array_size(value);
-        put_tagged(s, 'a', count);
-        for (size_t i = 0; i < count; i++)
-            if (!put_value(s, json_array_get(value, i))) return false;
-        return true;
-    }
-    case JSON_STRING:
-        put_string(s, json_string_value(value), json_string_length(value));
-        return true;
-    case JSON_INTEGER: {
-        const shd_numbers numbers = shd_json_numbers(s->json, value);
-        put_tagged(s, 'a', numbers.count);
-        for (size_t i = 0; i < numbers.count; i++) put_number(s, numbers.values[i]);
-        return true;
-    }
-    case JSON_REAL:
-        put_number(s, json_number_value(value));
-        return true;
-    case JSON_TRUE:
-        put(s, "t", 1);
-        return true;
-    case JSON_FALSE:
-        put(s, "f", 1);
-        return true;
-    case JSON_NULL:
-        put(s, "0", 1);
-        return true;
-    }
-    return true;
+static void put_mesh(sink *s, const shd_mesh *mesh) {
+    put_count(s, mesh->vertex_count);
+    put_count(s, mesh->triangle_count);
+    put_count(s, mesh->normals != NULL);
+    put_numbers(s, mesh->positions, 3 * mesh->vertex_count);
+    if (mesh->normals) put_numbers(s, mesh->normals, 3 * mesh->vertex_count);
+    for (size_t i = 0; i < 3 * mesh->triangle_count; i++) put_count(s, mesh->indices[i]);
 }
 
-bool shd_json_digest(const shd_json *json, shd_arena *arena, char digest[33]) {
+static void put_object(sink *s, const shd_object *object) {
+    put_count(s, object->shape);
+    put_number(s, object->radius);
+    put_number(s, object->tube);
+    put_number(s, object->height);
+    put_vector(s, object->size);
+    if (object->mesh) put_mesh(s, object->mesh);
+    put_numbers(s, &object->transform.linear[0][0], 9);
+    put_vector(s, object->transform.origin);
+    put_count(s, object->interpolation);
+    /* Slices of what is not cut mean nothing. */
+    put_count(s, object->interpolation == SHD_PHONG ? 0 : (uint64_t)object->segments);
+}
+
+static void put_output(sink *s, const shd_output *output) {
+    put_text(s, output->name);
+    put_count(s, output->format);
+    put_text(s, output->display);
+    put_text(s, output->view);
+    put_text(s, output->color_space ? output->color_space->name : NULL);
+    put_count(s, (uint64_t)(output->channel + 1));
+    put_count(s, output->depth);
+    put_count(s, (uint64_t)output->quality);
+    put_count(s, output->layer_count);
+    for (size_t i = 0; i < output->layer_count; i++) put_text(s, output->layers[i].name);
+}
+
+void shd_scene_digest(const shd_scene *scene, char digest[33]) {
     enum { BYTES = 16 };
-    sink s = {.json = json, .arena = arena};
+    sink s = {.used = 0};
     unsigned char bytes[BYTES];
     sha256_init(&s.hash);
-    if (!put_value(&s, json->tree)) return false;
+    put_view(&s, scene);
+    put_count(&s, scene->light_count);
+    for (size_t i = 0; i < scene->light_count; i++) put_light(&s, &scene->lights[i]);
+    put_count(&s, scene->object_count);
+    for (size_t i = 0; i < scene->object_count; i++) {
+        put_object(&s, &scene->objects[i]);
+        put_material(&s, &scene->materials[scene->objects[i].material]);
+    }
+    put_count(&s, scene->accuracy.tier);
+    put_count(&s, scene->accuracy.budget);
+    put_number(&s, scene->accuracy.max_error);
+    put_count(&s, scene->accuracy.metric);
+    put_count(&s, scene->multipart);
+    put_count(&s, scene->output_count);
+    for (size_t i = 0; i < scene->output_count; i++) put_output(&s, &scene->outputs[i]);
     flush(&s);
     sha256_digest(&s.hash, BYTES, bytes);
     base16_encode_update(digest, BYTES, bytes);
     digest[2 * BYTES] = 0;
-    return true;
 }

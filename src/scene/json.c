@@ -168,7 +168,7 @@ shd_hint shd_suggest(const shd_report *report, const char *name, const char *con
         size_t distance = edit_distance(name, names[i]);
         if (distance < best) best = distance, near = i;
     }
-    if (best != SIZE_MAX && best <= 1 + strlen(name) / 4 && best < strlen(names[near]))
+    if (best != SIZE_MAX && best <= 1 + strlen(name) / 6 && best < strlen(names[near]))
         snprintf(hint.text, sizeof hint.text, ": did you mean \"%s\"?",
                  shd_quote(names[near]).text);
     else

@@ -40,10 +40,6 @@ bool shd_json_parse(const char *text, size_t length, size_t memory, shd_arena *a
 /* The numbers of a long array; values NULL: it is none, and count that of its items. */
 shd_numbers shd_json_numbers(const shd_json *json, const json_t *value);
 
-/* 128 bits of SHA-256 of the values in a tree as 32 hexadecimal digits; the order of members does
- * not count. False where memory is short. */
-bool shd_json_digest(const shd_json *json, shd_arena *arena, char digest[33]);
-
 /* Adds an error or a warning about the place. */
 void shd_node_fail(shd_report *report, const shd_node *node, shd_status status, const char *format,
                    ...) SHD_PRINTF(4, 5);
@@ -64,7 +60,8 @@ shd_quoted shd_quote(const char *text);
 /* Whether a name from the client may be shown whole: up to 64 characters, none of control. */
 bool shd_is_plain_name(const char *name);
 
-/* ": did you mean \"radius\"?" where a name is close to one of `names`, otherwise what there is,
+/* ": did you mean \"radius\"?" where a name is close to one of `names` (one edit, and one more for
+ * every six letters), otherwise what there is,
  * ": there is sphere, plane, ...", as far as it fits. Nothing where the report is full: comparing
  * names is for messages that somebody will see. */
 typedef struct shd_hint {

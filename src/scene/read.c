@@ -140,9 +140,9 @@ shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *ca
                     .default_used = SIZE_MAX};
     r.scene = make_scene(&r);
     if (r.scene) read_document(&r, json.tree);
-    if (report->status == SHD_OK && !shd_json_digest(&json, arena, r.scene->digest))
-        shd_report_error(report, SHD_MEMORY, "", "there is not enough memory for the digest");
     json_decref(json.tree);
-    if (report->status == SHD_OK) *out = r.scene;
-    return report->status;
+    if (report->status != SHD_OK) return report->status;
+    shd_scene_digest(r.scene, r.scene->digest);
+    *out = r.scene;
+    return SHD_OK;
 }

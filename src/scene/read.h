@@ -47,6 +47,8 @@ typedef struct shd_reader {
     size_t default_used;  /* the same for the material of objects that name none */
     shd_material *materials;
     size_t material_count;
+    const shd_material *warned[SHD_REPORT_KEEP]; /* the first materials that warnings are about */
+    size_t warned_count;
 } shd_reader;
 
 typedef struct shd_range {
@@ -142,6 +144,9 @@ typedef struct shd_mesh_source {
  * an error but for positions that are absent. Adds to r->triangles, and builds nothing past the
  * limit. */
 const shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mesh_source *source);
+
+/* 128 bits of SHA-256 of what a picture of the scene depends on, as 32 hexadecimal digits. */
+void shd_scene_digest(const shd_scene *scene, char digest[33]);
 
 /* Arena memory; NULL, and one SHD_MEMORY error, where it is full. */
 void *shd_take(shd_reader *r, size_t count, size_t size);

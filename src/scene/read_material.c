@@ -1,4 +1,5 @@
 /* Materials: written in `materials`, at an object, or taken from the library by name. */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -126,40 +127,69 @@ static bool is_negative(const double rgb[3]) {
     return rgb[0] < 0 || rgb[1] < 0 || rgb[2] < 0;
 }
 
-/* Adds a coefficient that the document states to the sum; true where it is negative. */
-static bool add_stated(bool stated, const double rgb[3], double sum[3]) {
-    if (!stated) return false;
-    for (int c = 0; c < 3; c++) sum[c] += rgb[c];
-    return is_negative(rgb);
+/* The largest component of the share of light that a material sends on: of ambient light `ambient`;
+ * of other light, from straight above, diffuse + 2 specular / (shininess + 2), since the lobe
+ * (R.V)^n holds 2 pi / (n + 2) of the hemisphere's pi. Light from aside is sent on by more. */
+static double most_reflected(const shd_material *m) {
+    double most = 0;
+    for (int c = 0; c < 3; c++) {
+        double direct = m->diffuse[c];
+        for (size_t i = 0; i < m->lobe_count; i++)
+            direct += m->lobes[i].specular[c] * 2 / (m->lobes[i].shininess + 2);
+        if (direct > most) most = direct;
+        if (m->ambient[c] > most) most = m->ambient[c];
+    }
+    return most;
 }
 
-/* Materials are never changed silently; what looks like a mistake is named. Only what the
- * document itself says counts: nobody wants a word about a default or the library's brass. */
-static void warn(shd_reader *r, const shd_node *node, const raw_material *raw, uint32_t stated) {
-    enum { SLACK = 1000000 }; /* rounding of decimals and of color conversion */
-    double sum[3] = {0, 0, 0}, brightest = raw->first.shininess;
-    bool negative = stated >> EMISSIVE & 1 && is_negative(raw->emissive);
-    negative |= add_stated(stated >> AMBIENT & 1, raw->ambient, sum);
-    negative |= add_stated(stated >> DIFFUSE & 1, raw->diffuse, sum);
-    negative |= add_stated(stated >> SPECULAR & 1, raw->first.specular, sum);
-    for (size_t i = 0; i < raw->further.count; i++) {
-        const shd_lobe *lobe = &raw->further.lobes[i];
-        negative |= add_stated(true, lobe->specular, sum);
-        if (lobe->shininess > brightest) brightest = lobe->shininess;
+static bool same_lobes(const shd_material *a, const shd_material *b) {
+    for (size_t i = 0; i < a->lobe_count; i++)
+        if (memcmp(a->lobes[i].specular, b->lobes[i].specular, sizeof a->lobes[i].specular) != 0 ||
+            a->lobes[i].shininess != b->lobes[i].shininess)
+            return false;
+    return true;
+}
+
+/* Whether warnings about a material that is like this one are there already. */
+static bool is_warned(shd_reader *r, const shd_material *m) {
+    for (size_t i = 0; i < r->warned_count; i++) {
+        const shd_material *known = r->warned[i];
+        if (!memcmp(known->emissive, m->emissive, sizeof m->emissive) &&
+            !memcmp(known->ambient, m->ambient, sizeof m->ambient) &&
+            !memcmp(known->diffuse, m->diffuse, sizeof m->diffuse) &&
+            known->lobe_count == m->lobe_count && same_lobes(known, m))
+            return true;
     }
-    double most = sum[0] > sum[1] ? sum[0] : sum[1];
-    if (sum[2] > most) most = sum[2];
-    if (most > 1 + 1.0 / SLACK)
+    return false;
+}
+
+/* Materials are never changed silently; what looks like a mistake is named, once for materials that
+ * are alike, by what they are and not by how they are written. What is NAN is an error already. */
+static void warn(shd_reader *r, const shd_node *node, const shd_material *m) {
+    static const double slack = 1e-6; /* rounding of decimals and of color conversion */
+    double reflected = most_reflected(m), sharpest = 0;
+    bool negative = is_negative(m->emissive) || is_negative(m->ambient) || is_negative(m->diffuse);
+    for (size_t i = 0; i < m->lobe_count; i++) {
+        sharpest = fmax(sharpest, m->lobes[i].shininess);
+        negative = negative || is_negative(m->lobes[i].specular);
+    }
+    bool amplifies = reflected > 1 + slack, sharp = sharpest > 1000;
+    if (!(amplifies || sharp || negative) || is_warned(r, m)) return;
+    if (amplifies)
         shd_node_warn(r->report, node,
-                      "ambient + diffuse + specular is %.4g in a channel: more light may leave "
-                      "than arrives",
-                      most);
-    if (brightest > 1000)
+                      "it sends on %.4g times the light that arrives, in a channel: ambient, or "
+                      "diffuse + 2 specular / (shininess + 2), is above 1",
+                      reflected);
+    if (sharp)
         shd_node_warn(r->report, node,
                       "a shininess of %.6g is above 1000: the highlight may be "
                       "smaller than a pixel",
-                      brightest);
+                      sharpest);
     if (negative) shd_node_warn(r->report, node, "a coefficient is negative");
+    shd_material *copy = r->warned_count < SHD_REPORT_KEEP ? shd_take(r, 1, sizeof *copy) : NULL;
+    if (!copy) return;
+    *copy = *m;
+    r->warned[r->warned_count++] = copy;
 }
 
 /* `out` stays as it was where memory is short. */
@@ -191,10 +221,9 @@ static void read_material(shd_reader *r, const shd_node *node, const char *name,
     if (!shd_is_object(r, node)) return;
     raw_material raw = default_material(r);
     uint32_t seen = shd_read_fields(r, node, fields, FIELDS, 0, "a material", &raw);
-    uint32_t right = seen & ~r->wrong;
     if (!raw.preset && !(seen >> AMBIENT & 1)) memcpy(raw.ambient, raw.diffuse, sizeof raw.ambient);
-    warn(r, node, &raw, right);
     make_material(r, &raw, name, out);
+    if (!r->wrong) warn(r, node, out);
 }
 
 /* ---- `materials` ---- */
@@ -252,6 +281,7 @@ static size_t use_preset(shd_reader *r, const shd_node *node, size_t index) {
     const char *name = shd_preset_at(index).name;
     shd_material material = {.name = name};
     make_material(r, &raw, name, &material);
+    warn(r, node, &material);
     return *used = append(r, &material);
 }
 

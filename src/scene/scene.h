@@ -165,8 +165,8 @@ typedef struct shd_scene {
     const shd_output *outputs; /* at least one */
     size_t output_count;
     bool multipart;  /* `outputs` was given: the answer is multipart, even for one */
-    char digest[33]; /* 128 bits of SHA-256 of the document, hexadecimal: the same for documents
-                        that differ in white space, key order or spelling of a number */
+    char digest[33]; /* 128 bits of SHA-256 of all that a picture depends on, hexadecimal: the same
+                        for documents that say the same, by defaults or in other words */
 } shd_scene;
 
 /* Reads `length` bytes of JSON. Everything wrong is added to `report` (all of it, with JSON

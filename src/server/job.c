@@ -20,8 +20,7 @@ void shd_job_warn(shd_reply *reply, const shd_request *request) {
     const shd_report *report = shd_request_report(request);
     size_t warnings = shd_report_warnings_kept(report);
     for (size_t i = 0; i < warnings && i < WARNINGS_TOLD; i++)
-        shd_reply_header(reply, "Shaded-Warning", "%.300s: %s", report->warnings[i].pointer,
-                         report->warnings[i].detail);
+        shd_reply_warning(reply, report->warnings[i].pointer, report->warnings[i].detail);
 }
 
 void shd_job_read(shd_job *job) {

@@ -42,6 +42,22 @@ void shd_reply_plain(shd_reply *reply, const char *name, const char *value) {
     add_header(reply, name, value);
 }
 
+/* Text as printable ASCII, at most `room` bytes of it and a 0: everything else leaves
+ * percent-encoded, and so do '%' and the characters of `special`. */
+static size_t write_safe(char *out, size_t room, const char *text, const char *special) {
+    size_t length = 0;
+    for (const unsigned char *c = (const unsigned char *)text; *c; c++) {
+        bool plain = *c >= 0x20 && *c < 0x7f && *c != '%' && !strchr(special, *c);
+        if (length + (plain ? 1 : 3) > room) break;
+        if (plain)
+            out[length++] = (char)*c;
+        else
+            length += (size_t)snprintf(out + length, 4, "%%%02X", *c);
+    }
+    out[length] = 0;
+    return length;
+}
+
 void shd_reply_header(shd_reply *reply, const char *name, const char *format, ...) {
     char text[VALUE_MAX + 1], safe[VALUE_MAX + 1];
     va_list args;
@@ -49,18 +65,19 @@ void shd_reply_header(shd_reply *reply, const char *name, const char *format, ..
     vsnprintf(text, sizeof text, format, args);
     va_end(args);
 
-    size_t length = 0;
-    for (const unsigned char *c = (const unsigned char *)text; *c; c++) {
-        bool plain = *c >= 0x20 && *c < 0x7f && *c != '%';
-        if (length + (plain ? 1 : 3) > VALUE_MAX) break;
-        if (plain)
-            safe[length++] = (char)*c;
-        else
-            length += (size_t)snprintf(safe + length, 4, "%%%02X", *c);
-    }
+    size_t length = write_safe(safe, VALUE_MAX, text, "");
     while (length && safe[length - 1] == ' ') length--;
     safe[length] = 0;
     add_header(reply, name, safe);
+}
+
+void shd_reply_warning(shd_reply *reply, const char *pointer, const char *detail) {
+    enum { MOST = 480 };
+    char safe_pointer[MOST + 1], safe_detail[MOST + 1], value[VALUE_MAX + 1];
+    write_safe(safe_pointer, MOST, pointer, "\"\\");
+    write_safe(safe_detail, MOST, detail, "\"\\");
+    snprintf(value, sizeof value, "\"%s\";pointer=\"%s\"", safe_detail, safe_pointer);
+    add_header(reply, "Shaded-Warning", value);
 }
 
 void shd_reply_lend(shd_reply *reply, const char *media_type, const void *body, size_t size) {

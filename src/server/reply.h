@@ -39,6 +39,12 @@ void shd_reply_clear(shd_reply *reply);
  * percent-encoded; over-long ones are cut. */
 void shd_reply_header(shd_reply *reply, const char *name, const char *format, ...) SHD_PRINTF(3, 4);
 
+/* Shaded-Warning: a list of strings, each with a pointer, as structured fields write them (RFC
+ * 9651), so that fields that were joined by commas come apart again. Text is made safe as above,
+ * and so are
+ * '"' and '\\'. */
+void shd_reply_warning(shd_reply *reply, const char *pointer, const char *detail);
+
 /* A value as it is: only for text that is known to be safe. */
 void shd_reply_plain(shd_reply *reply, const char *name, const char *value);
 

@@ -66,6 +66,20 @@ test("neither blanks nor the order of members change the picture or its tag", as
     });
 });
 
+test("names, unused materials and spelled out defaults change neither", async () => {
+    await holds(60, scenes, async scene => {
+        const first = await daemon.post("/v1/render", scene);
+        const again = await daemon.post("/v1/render", {
+            $schema: "scene.schema.json", interpolation: "phong", ambient: 0, accuracy: {},
+            background: [0, 0, 0], ...scene,
+            materials: { ...scene.materials, "nobody's": { diffuse: 0.1 } },
+            objects: scene.objects.map(object => ({ transform: {}, ...object, name: "one of them" })),
+        });
+        if (first.status === 200) assertSame(first, again);
+        else assert.equal(again.status, first.status);
+    });
+});
+
 test("other tags are other pictures", async () => {
     const known = new Map();
     await holds(100, scenes, async scene => {

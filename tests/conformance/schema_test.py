@@ -23,7 +23,16 @@ MUTANTS = 1500
 
 with open(os.path.join(SOURCE, "api", "scene.schema.json"), encoding="utf-8") as file:
     SCHEMA = json.load(file)
-VALIDATOR = jsonschema.Draft202012Validator(SCHEMA)
+
+
+def one_of(validator, alternatives, instance, _):
+    """As jsonschema's own, which collects the mistakes of every alternative, in half the time."""
+    count = sum(validator.evolve(schema=each).is_valid(instance) for each in alternatives)
+    if count != 1:
+        yield jsonschema.ValidationError(f"{count} alternatives are met")
+
+
+VALIDATOR = jsonschema.validators.extend(jsonschema.Draft202012Validator, {"oneOf": one_of})(SCHEMA)
 
 
 def read(documents):

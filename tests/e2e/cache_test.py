@@ -83,7 +83,7 @@ class AnswerTest(Test):
 
     def test_headers_of_the_document_come_along(self):
         # The same meaning, but warnings in the order of the words.
-        materials = {name: {"diffuse": 0.9, "specular": 0.9} for name in ("one", "two")}
+        materials = {"one": {"diffuse": 1.5}, "two": {"diffuse": 1.25}}
         wide = {**SMALL, "output": {"format": "exr", "bitDepth": "half"}, "materials": materials,
                 "objects": [{"type": "sphere", "material": {"emissive": 1e30}},
                             *({"type": "sphere", "material": name} for name in materials)]}

@@ -85,7 +85,7 @@ class Check(Case):
         self.assertEqual(run.stderr.count(b"\n"), 1, run.stderr)
 
     def test_warnings_are_marked_and_do_not_fail(self):
-        material = {"diffuse": 0.9, "specular": 0.9, "ambient": 0.9}
+        material = {"diffuse": 0.9, "specular": 0.9, "shininess": 2}
         run = self.shade("check", self.scene(dict(SMALL, objects=[
             {"type": "sphere", "material": material}])))
         self.assertEqual(run.returncode, 0, run.stderr)

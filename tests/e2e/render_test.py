@@ -221,7 +221,7 @@ class RenderTest(unittest.TestCase):
     # ---- What was done, and what may not be meant ----
 
     def test_warnings_are_told_in_safe_headers(self):
-        materials = {f"m{i}\u00e9%": {"diffuse": 0.9, "specular": 0.9} for i in range(12)}
+        materials = {f"m{i}\u00e9%": {"diffuse": 1.1 + i} for i in range(12)}
         objects = [{"type": "sphere", "material": name} for name in materials]
         answer = self.render({**SMALL, "materials": materials, "objects": objects})
         self.assertEqual(answer.status, 200, answer.body)
@@ -229,7 +229,11 @@ class RenderTest(unittest.TestCase):
         self.assertEqual(len(warnings), 8)
         for i, warning in enumerate(warnings):
             self.assertTrue(warning.isascii())
-            self.assertTrue(warning.startswith(f"/materials/m{i}%C3%A9%25: "), warning)
+            self.assertTrue(warning.endswith(f'";pointer="/materials/m{i}%C3%A9%25"'), warning)
+        # Joined, as clients and proxies may, they are the members of one list.
+        members = re.findall(r'"([^"]*)";pointer="([^"]*)"(?:, |$)', ", ".join(warnings))
+        self.assertEqual([f'"{detail}";pointer="{pointer}"' for detail, pointer in members], warnings)
+        self.assertTrue(all(", " in detail for detail, _ in members))
 
     def test_saturation_is_counted(self):
         scene = {**SMALL, "output": {"format": "exr", "bitDepth": "half"},

@@ -178,17 +178,55 @@ static void lobes_follow_the_first(void **state) {
 static void suspicious_materials_give_warnings(void **state) {
     (void)state;
     reading r = read_scene(
-        "{'materials': {'a/b': {'ambient': 0.1, 'diffuse': 0.5, 'specular': [0, 0.5, 0]},"
-        "'fine': {'ambient': 0.1, 'diffuse': 0.6, 'specular': 0.3},"
-        "'default ambient': {'diffuse': 0.7, 'specular': 0.3},"
+        "{'materials': {'a/b': {'diffuse': 0.5, 'specular': [0, 0.8, 0], 'shininess': 0},"
+        "'ambient': {'ambient': [1, 1, 1.25], 'diffuse': 0.5},"
+        "'ordinary': {'ambient': 0.1, 'diffuse': 0.6, 'specular': 0.3},"
+        "'glossy': {'diffuse': 0.8, 'specular': 1, 'shininess': 50},"
         "'sharp': {'shininess': 1001}, 'lobe': {'lobes': [{'shininess': 1e5}]}},"
         "'objects': [{'type': 'sphere', 'material': {'emissive': [0, 0, -1]}}]}");
-    assert_int_equal(r.report.warning_count, 4);
-    assert_true(has_warning(&r, "/materials/a~1b", "1.1 in a channel"));
+    assert_int_equal(r.report.warning_count, 5);
+    assert_true(has_warning(&r, "/materials/a~1b", "1.3 times"));
+    assert_true(has_warning(&r, "/materials/ambient", "1.25 times"));
     assert_true(has_warning(&r, "/materials/sharp", "1001"));
     assert_true(has_warning(&r, "/materials/lobe", "100000"));
     assert_true(has_warning(&r, "/objects/0/material", "negative"));
     drop(&r);
+}
+
+/* The spelling of a material does not count, nor how often it is there. */
+static void warnings_are_about_what_a_material_is(void **state) {
+    (void)state;
+    static const char *const same[] = {
+        "'diffuse': 1.2", "'ambient': 1.2, 'diffuse': 1.2",
+        "'ambient': [1.2, 1.2, 1.2], 'diffuse': 1.2",
+        "'diffuse': 1.2, 'specular': 0, 'lobes': [], 'side': 'both', 'shininess': 32"};
+    char words[256] = "";
+    for (size_t i = 0; i < 4; i++) {
+        char text[512];
+        snprintf(text, sizeof text,
+                 "{'objects': [{'type': 'sphere', 'material': {%s}}, {'type': 'torus', 'material': "
+                 "{%s}}]}",
+                 same[i], same[3 - i]);
+        reading r = read_scene(text);
+        assert_int_equal(r.report.warning_count, 1);
+        assert_string_equal(r.report.warnings[0].pointer, "/objects/0/material");
+        if (i) assert_string_equal(r.report.warnings[0].detail, words);
+        snprintf(words, sizeof words, "%s", r.report.warnings[0].detail);
+        drop(&r);
+    }
+    for (size_t i = 0; i < shd_preset_count(); i++) {
+        size_t warnings[2];
+        for (int k = 0; k < 2; k++) {
+            char material[64], text[256];
+            snprintf(material, sizeof material, k ? "{'preset': '%s'}" : "'%s'",
+                     shd_preset_at(i).name);
+            snprintf(text, sizeof text, OBJECT("'type': 'sphere', 'material': %s"), material);
+            reading r = read_scene(text);
+            warnings[k] = r.report.warning_count;
+            drop(&r);
+        }
+        assert_int_equal(warnings[0], warnings[1]);
+    }
 }
 
 static void library_is_sorted_and_plausible(void **state) {
@@ -240,6 +278,7 @@ int main(void) {
         cmocka_unit_test(preset_is_overridden_member_by_member),
         cmocka_unit_test(lobes_follow_the_first),
         cmocka_unit_test(suspicious_materials_give_warnings),
+        cmocka_unit_test(warnings_are_about_what_a_material_is),
         cmocka_unit_test(library_is_sorted_and_plausible),
         cmocka_unit_test(the_librarys_display_codes_are_decoded),
     };

@@ -235,49 +235,175 @@ static void full_arena_is_a_memory_error(void **state) {
 
 /* ---- Digest ---- */
 
+static void assert_same_digests(const char *const *documents, size_t count) {
+    char digest[33];
+    for (size_t i = 0; i < count; i++) {
+        reading r = read_scene(documents[i]);
+        if (!i) strcpy(digest, r.scene->digest);
+        if (strcmp(r.scene->digest, digest) != 0) fail_msg("%s is another scene", documents[i]);
+        assert_int_equal(strspn(digest, "0123456789abcdef"), 32);
+        drop(&r);
+    }
+}
+
 static void digest_is_of_what_the_document_says(void **state) {
     (void)state;
     static const char *const same[] = {
         "{'ambient': 0.5, 'background': [0, 1, 2], 'objects': [{'type': 'sphere', 'radius': 10}]}",
         "{'objects':[{'radius':1e1,'type':'spher\\u0065'}],'background':[0,1,2],'ambient':0.5}",
         "\n{'background':[-0,1.0,2], 'objects':[{'type':'sphere','radius':1e1}], 'ambient':5e-1}",
+        "{'$schema': 'scene.schema.json', 'ambient': {'space': 'lin_rec709', 'value': [0.5, 0.5, "
+        "0.5]},"
+        " 'background': [0, 1, 2], 'objects': [{'type': 'sphere', 'name': 'ball', 'radius': 10}]}",
     };
-    static const char *const others[] = {
-        "{'ambient': 0.5, 'background': [0, 2, 1], 'objects': [{'type': 'sphere', 'radius': 10}]}",
-        "{'ambient': 0.6, 'background': [0, 1, 2], 'objects': [{'type': 'sphere', 'radius': 10}]}",
-        "{'background': 0.5, 'ambient': [0, 1, 2], 'objects': [{'type': 'sphere', 'radius': 10}]}",
-        "{'ambient': 0.5, 'background': [0, 1, 2], 'objects': [{'type': 'torus', 'radius': 10}]}",
-        "{'ambient': 0.5, 'background': [0, 1, 2], 'objects': []}",
-        "{'ambient': 0.5, 'background': null, 'objects': [{'type': 'sphere', 'radius': 10}]}",
-    };
-    char digest[33];
-    for (size_t i = 0; i < 3; i++) {
-        reading r = read_scene(same[i]);
-        if (!i) strcpy(digest, r.scene->digest);
-        assert_string_equal(r.scene->digest, digest);
-        assert_int_equal(strspn(digest, "0123456789abcdef"), 32);
-        drop(&r);
-    }
-    for (size_t i = 0; i < 6; i++) {
-        reading r = read_scene(others[i]);
-        assert_string_not_equal(r.scene->digest, digest);
-        drop(&r);
-    }
+    assert_same_digests(same, sizeof same / sizeof same[0]);
 }
 
-/* More members than fit on the stack, in any order. */
-static void digest_of_many_members_is_independent_of_their_order(void **state) {
+static void digest_does_not_change_with_defaults_and_unused_materials(void **state) {
     (void)state;
-    char digest[33] = "";
-    for (int pass = 0; pass < 2; pass++) {
-        char text[8192] = "{'objects': [], 'materials': {";
-        for (int i = 0; i < 100; i++)
-            sprintf(text + strlen(text), "%s'm%d': {'diffuse': 0.%d}", i ? "," : "",
-                    pass ? 99 - i : i, pass ? 99 - i : i);
-        strcat(text, "}}");
-        reading r = read_scene(text);
-        if (pass) assert_string_equal(r.scene->digest, digest);
-        strcpy(digest, r.scene->digest);
+    static const char *const smallest[] = {
+        "{'objects': [{'type': 'sphere'}]}",
+        "{'workingSpace': 'lin_rec709', 'colorSpace': 'lin_rec709', 'ambient': 0,"
+        " 'camera': {'type': 'perspective', 'position': [0, 0, 4], 'target': [0, 0, 0],"
+        " 'up': [0, 2, 0], 'fov': 40},"
+        " 'image': {'width': 512, 'height': 512, 'samples': 4, 'region': [0, 0, 512, 512]},"
+        " 'background': '#000', 'interpolation': 'phong', 'materials': {},"
+        " 'accuracy': {'tier': 'standard'},"
+        " 'output': {'format': 'png', 'display': 'sRGB', 'view': 'Standard', 'bitDepth': 8,"
+        " 'quality': 90}, 'objects': [{'type': 'sphere', 'radius': 1, 'interpolation': 'phong',"
+        " 'transform': {'scale': 1, 'rotate': [0, 0, 0], 'translate': [0, 0, 0]}, 'segments': 7,"
+        " 'material': {'model': 'phong', 'emissive': 0, 'ambient': 0.8, 'diffuse': [0.8, 0.8, 0.8],"
+        " 'specular': 0, 'shininess': 32, 'lobes': [], 'side': 'both'}}]}",
+        "{'materials': {'grey': {'diffuse': 0.8}, 'unused': {'diffuse': 0.3}, 'brass': {}},"
+        " 'objects': [{'type': 'sphere', 'material': 'grey'}]}",
+        "{'lights': [{'type': 'directional', 'direction': [0, 0, -1], 'name': 'the default'}],"
+        " 'objects': [{'type': 'sphere', 'transform': {'matrix': [1,0,0,0, 0,1,0,0, 0,0,1,0,"
+        " 0,0,0,1]}}]}",
+    };
+    assert_same_digests(smallest, sizeof smallest / sizeof smallest[0]);
+#define TRIANGLE "'positions': [0,0,0, 1,0,0, 0,1,0]"
+    static const char *const meshes[] = {MESH(TRIANGLE), MESH(TRIANGLE ", 'indices': [0, 1, 2]"),
+                                         MESH(TRIANGLE ", 'normals': null")};
+    assert_same_digests(meshes, sizeof meshes / sizeof meshes[0]);
+    static const char *const lit[] = {
+        LIGHT("'type': 'spot'"), LIGHT("'position': [0, 8, 0, 2], 'type': 'spot', 'intensity': 1"),
+        LIGHT("'type': 'spot', 'position': [0, 4, 0], 'direction': [0, -3, 0], 'angle': 30,"
+              "'penumbra': 0.2, 'exponent': 0, 'color': '#fff', 'ambient': 0, 'frame': 'world',"
+              "'attenuation': [1, 0, 0], 'minDistance': 0")};
+    assert_same_digests(lit, sizeof lit / sizeof lit[0]);
+    static const char *const budgets[] = {
+        WITH("'accuracy': {'maxError': 0.5}"),
+        WITH("'accuracy': {'maxError': 0.5, 'metric': 'deltaE2000'}")};
+    assert_same_digests(budgets, sizeof budgets / sizeof budgets[0]);
+}
+
+/* Whatever a picture depends on: each of these is another scene than all the others. */
+static void digest_differs_where_scenes_do(void **state) {
+    (void)state;
+#define PART(members)     OBJECT("'type': 'sphere', " members)
+#define MATERIAL(members) PART("'material': {" members "}")
+#define SPOT(members)     LIGHT("'type': 'spot', " members)
+    static const char *const scenes[] = {
+        WITH("'ambient': 0"),
+        WITH("'ambient': 0.5"),
+        WITH("'ambient': [0.5, 0.5, 0.6]"),
+        WITH("'workingSpace': 'wide'"),
+        WITH("'background': null"),
+        WITH("'background': [0, 1, 2]"),
+        WITH("'background': [0, 2, 1]"),
+        WITH("'camera': {'position': [0, 0, 5]}"),
+        WITH("'camera': {'position': [0, 1, 4]}"),
+        WITH("'camera': {'target': [0, 1, 0]}"),
+        WITH("'camera': {'up': [1, 1, 0]}"),
+        WITH("'camera': {'fov': 41}"),
+        WITH("'camera': {'type': 'orthographic'}"),
+        WITH("'camera': {'type': 'orthographic', 'height': 40}"),
+        WITH("'image': {'width': 9}"),
+        WITH("'image': {'height': 9}"),
+        WITH("'image': {'samples': 5}"),
+        WITH("'image': {'region': [0, 0, 9, 8]}"),
+        WITH("'image': {'region': [0, 0, 8, 9]}"),
+        WITH("'image': {'region': [1, 0, 9, 8]}"),
+        WITH("'image': {'region': [0, 1, 9, 8]}"),
+        WITH("'lights': []"),
+        LIGHT("'type': 'point'"),
+        LIGHT("'type': 'ambient'"),
+        LIGHT("'type': 'directional'"),
+        WITH("'lights': [{'type': 'point'}, {'type': 'point'}]"),
+        SPOT("'color': 2"),
+        SPOT("'intensity': 3"),
+        SPOT("'ambient': 2"),
+        SPOT("'angle': 31"),
+        SPOT("'penumbra': 0.3"),
+        SPOT("'exponent': 1"),
+        SPOT("'minDistance': 1"),
+        SPOT("'attenuation': [1, 0, 1]"),
+        SPOT("'attenuation': [1, 1, 0]"),
+        SPOT("'direction': [1, -1, 0]"),
+        SPOT("'position': [1, 4, 0]"),
+        SPOT("'frame': 'camera'"),
+        "{'objects': []}",
+        "{'objects': [{'type': 'sphere'}, {'type': 'sphere'}]}",
+        "{'objects': [{'type': 'sphere'}, {'type': 'box'}]}",
+        "{'objects': [{'type': 'box'}, {'type': 'sphere'}]}",
+        OBJECT("'type': 'torus'"),
+        OBJECT("'type': 'torus', 'tube': 0.3"),
+        OBJECT("'type': 'torus', 'radius': 0.3"),
+        OBJECT("'type': 'cone'"),
+        OBJECT("'type': 'cone', 'height': 3"),
+        OBJECT("'type': 'plane'"),
+        OBJECT("'type': 'box', 'size': [1, 2, 1]"),
+        PART("'radius': 2"),
+        PART("'transform': {'scale': 2}"),
+        PART("'transform': {'rotate': [1, 0, 0]}"),
+        PART("'transform': {'translate': [1, 0, 0]}"),
+        PART("'interpolation': 'flat'"),
+        PART("'interpolation': 'gouraud'"),
+        PART("'interpolation': 'flat', 'segments': 9"),
+        MATERIAL("'emissive': 1"),
+        MATERIAL("'ambient': 1"),
+        MATERIAL("'diffuse': 1"),
+        MATERIAL("'specular': 1"),
+        MATERIAL("'shininess': 1"),
+        MATERIAL("'side': 'front'"),
+        MATERIAL("'lobes': [{}]"),
+        MATERIAL("'lobes': [{'specular': 1}]"),
+        MATERIAL("'lobes': [{'shininess': 1}]"),
+        PART("'material': 'brass'"),
+        MESH(TRIANGLE),
+        MESH(TRIANGLE ", 'indices': [0, 2, 1]"),
+        MESH(TRIANGLE ", 'indices': [0, 1, 2, 0, 1, 2]"),
+        MESH(TRIANGLE ", 'normals': [0,0,1, 0,0,1, 0,0,1]"),
+        MESH(TRIANGLE ", 'normals': [0,0,1, 0,1,0, 0,0,1]"),
+        MESH("'positions': [0,0,0, 1,0,0, 0,1,1]"),
+
+        WITH("'accuracy': {'tier': 'exact'}"),
+        WITH("'accuracy': {'maxError': 0.5}"),
+        WITH("'accuracy': {'maxError': 0.6}"),
+        WITH("'accuracy': {'maxError': 0.5, 'metric': 'code'}"),
+        OUTPUT("'format': 'jpeg'"),
+        OUTPUT("'format': 'jpeg', 'quality': 91"),
+        OUTPUT("'display': 'Rec.1886'"),
+        OUTPUT("'view': 'Raw'"),
+        OUTPUT("'colorSpace': 'YIQ'"),
+        OUTPUT("'colorSpace': 'sRGB'"),
+        OUTPUT("'bitDepth': 16"),
+        OUTPUT("'channel': 'R'"),
+        OUTPUT("'channel': 'A'"),
+        OUTPUT("'format': 'exr'"),
+        OUTPUT("'format': 'exr', 'layers': ['beauty']"),
+        OUTPUT("'format': 'exr', 'layers': ['beauty', 'light.0']"),
+        WITH("'outputs': [{'name': 'a'}]"),
+        WITH("'outputs': [{'name': 'b'}]"),
+        WITH("'outputs': [{'name': 'a'}, {'name': 'b'}]"),
+    };
+    enum { COUNT = sizeof scenes / sizeof scenes[0] };
+    char digests[COUNT][33];
+    for (size_t i = 0; i < COUNT; i++) {
+        reading r = read_scene(scenes[i]);
+        strcpy(digests[i], r.scene->digest);
+        for (size_t k = 0; k < i; k++)
+            if (!strcmp(digests[i], digests[k])) fail_msg("%s is %s", scenes[i], scenes[k]);
         drop(&r);
     }
 }
@@ -294,7 +420,8 @@ int main(void) {
         cmocka_unit_test(a_tree_larger_than_the_memory_limit_is_not_made),
         cmocka_unit_test(full_arena_is_a_memory_error),
         cmocka_unit_test(digest_is_of_what_the_document_says),
-        cmocka_unit_test(digest_of_many_members_is_independent_of_their_order),
+        cmocka_unit_test(digest_does_not_change_with_defaults_and_unused_materials),
+        cmocka_unit_test(digest_differs_where_scenes_do),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
