@@ -48,6 +48,7 @@ typedef struct shd_image {
     shd_packing packing;
     shd_depth depth;
     int quality;           /* 1..100: jpeg, webp (100 is lossless) */
+    int effort;            /* 0..6: webp, 0 is fastest */
     shd_transfer transfer; /* color metadata, written where the format has a place */
     bool has_primaries;
     double primaries[8];              /* CIE xy of red, green, blue, white */

@@ -130,6 +130,7 @@ static void put_output(sink *s, const shd_output *output) {
     put_count(s, (uint64_t)(output->channel + 1));
     put_count(s, output->depth);
     put_count(s, (uint64_t)output->quality);
+    put_count(s, (uint64_t)output->effort);
     put_count(s, output->layer_count);
     for (size_t i = 0; i < output->layer_count; i++) put_text(s, output->layers[i].name);
 }

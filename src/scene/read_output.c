@@ -6,7 +6,19 @@
 #include "scene/read.h"
 
 enum { SINGLE = 1, ENTRY = 2 };
-enum { NAME, FORMAT, DISPLAY, VIEW, COLOR_SPACE, BIT_DEPTH, QUALITY, CHANNEL, LAYERS, FIELDS };
+enum {
+    NAME,
+    FORMAT,
+    DISPLAY,
+    VIEW,
+    COLOR_SPACE,
+    BIT_DEPTH,
+    QUALITY,
+    EFFORT,
+    CHANNEL,
+    LAYERS,
+    FIELDS
+};
 
 /* Members whose meaning depends on others are kept as they are, and resolved in order: format,
  * color, then depth, channel and layers. */
@@ -84,6 +96,11 @@ static const char *const formats[] = {"png", "jpeg", "webp", "tiff", "exr", "hdr
 _Static_assert(SHD_PNG == 0 && SHD_HDR == 5 && SHD_FORMAT_COUNT == 6, "names in the enum's order");
 
 static const shd_range quality = {1, 100, .text = "1 to 100"};
+static const shd_range effort = {0, 6, .text = "0 to 6"};
+
+/* libwebp's own. Lossless: level 2 takes 100 ms for a 512 x 512 sphere of 49 kB; the usual 6 takes
+ * 220 ms for 47 kB. */
+enum { LOSSY_EFFORT = 4, LOSSLESS_EFFORT = 2 };
 
 #define IN_OUTPUT(member) (offsetof(raw_output, output) + offsetof(shd_output, member))
 
@@ -107,6 +124,10 @@ static const shd_field fields[FIELDS] = {
                  .read = shd_read_integer,
                  .offset = IN_OUTPUT(quality),
                  .range = &quality},
+    [EFFORT] = {.name = "effort",
+                .read = shd_read_integer,
+                .offset = IN_OUTPUT(effort),
+                .range = &effort},
     [CHANNEL] = {.name = "channel", .read = read_string, .offset = offsetof(raw_output, channel)},
     [LAYERS] = {.name = "layers", .read = keep_layers, .offset = offsetof(raw_output, layers)},
 };
@@ -317,6 +338,8 @@ static void read_one(shd_reader *r, const shd_node *node, unsigned kind, shd_out
     }
     shd_output *output = &raw.output;
     output->format = (shd_format)raw.format;
+    if (!(seen >> EFFORT & 1))
+        output->effort = output->quality >= 100 ? LOSSLESS_EFFORT : LOSSY_EFFORT;
     output->format_given = seen >> FORMAT & 1;
     if (!(wrong >> FORMAT & 1)) r->formats |= 1u << raw.format;
     if (!(wrong & (1u << FORMAT | 1u << BIT_DEPTH))) resolve_depth(r, node, &raw, output);

@@ -144,6 +144,7 @@ typedef struct shd_output {
     int channel;                       /* -1: all; 0 to 2: that one as grey; 3: alpha */
     shd_depth depth;
     int quality;             /* 1 to 100 */
+    int effort;              /* of WebP, 0 to 6 */
     const shd_layer *layers; /* EXR only; only where the color space is scene-linear */
     size_t layer_count;
 } shd_output;

@@ -1,6 +1,7 @@
 #include "preview.h"
 
 #include <jansson.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -34,10 +35,33 @@ static const struct framed {
 
 enum { SIDE = 256, SAMPLES = 9, DIGITS_MOST = 15 };
 
-enum { SHAPE, SIZE, VIEW, COLOR_SPACE, FORMAT, EXPIRES, SIGNATURE, PARAMETERS };
+/* Those of the output and those of the material stand together. */
+enum {
+    SHAPE,
+    SIZE,
+    WIDTH,
+    HEIGHT,
+    SAMPLES_PER_PIXEL,
+    BACKGROUND,
+    DISPLAY,
+    VIEW,
+    COLOR_SPACE,
+    FORMAT,
+    QUALITY,
+    EMISSIVE,
+    AMBIENT,
+    DIFFUSE,
+    SPECULAR,
+    SHININESS,
+    EXPIRES,
+    SIGNATURE,
+    PARAMETERS
+};
 
-static const char *const names[PARAMETERS] = {"shape",  "size",    "view",     "colorSpace",
-                                              "format", "expires", "signature"};
+static const char *const names[PARAMETERS] = {
+    "shape",   "size",    "width",      "height",    "samples", "background",
+    "display", "view",    "colorSpace", "format",    "quality", "emissive",
+    "ambient", "diffuse", "specular",   "shininess", "expires", "signature"};
 
 static const char material[] = "material"; /* of the path */
 
@@ -65,7 +89,10 @@ static void add_unknown(link_read *l, const char *name, size_t length) {
         return;
     }
     l->unknown[l->unknown_count++] = copy;
-    add_mistake(l, copy, "it is not known here: there is shape, size, view, colorSpace, format");
+    add_mistake(l, copy,
+                "it is not known here: there is shape, size, width, height, samples, background, "
+                "display, view, colorSpace, format, quality, emissive, ambient, diffuse, specular, "
+                "shininess");
 }
 
 static void drop_link(link_read *l) {
@@ -116,6 +143,11 @@ static void read_parameter(link_read *l, const char *from, size_t size) {
     }
 }
 
+static void put_value(link_read *l, int which, json_t *value) {
+    json_decref(l->values[which]);
+    l->values[which] = value;
+}
+
 /* Turns a value of digits into a number. */
 static void read_whole(link_read *l, int which) {
     const char *text = json_string_value(l->values[which]);
@@ -125,9 +157,52 @@ static void read_whole(link_read *l, int which) {
         add_mistake(l, names[which], "expected an integer");
         return;
     }
-    json_t *number = json_integer(strtoll(text, NULL, 10));
-    json_decref(l->values[which]);
-    l->values[which] = number;
+    put_value(l, which, json_integer(strtoll(text, NULL, 10)));
+}
+
+/* The numbers of a list with commas between them; NULL where it is none, or memory is short. */
+static json_t *parse_numbers(const char *text, bool *is_short) {
+    size_t length = strlen(text);
+    char *brackets = malloc(length + 3);
+    if (!brackets) {
+        *is_short = true;
+        return NULL;
+    }
+    snprintf(brackets, length + 3, "[%s]", text);
+    json_t *list = json_loads(brackets, JSON_DECODE_INT_AS_REAL, NULL);
+    free(brackets);
+    for (size_t i = 0; i < json_array_size(list); i++)
+        if (!json_is_real(json_array_get(list, i))) {
+            json_decref(list);
+            return NULL;
+        }
+    return list;
+}
+
+/* Turns "0.5" and "0.1,0.2,0.3" into what they are in a document. Other texts are colors of CSS, or
+ * mistakes, as the reader of scenes will find. */
+static void read_color(link_read *l, int which) {
+    const char *text = json_string_value(l->values[which]);
+    json_t *list = text ? parse_numbers(text, &l->is_short) : NULL;
+    if (!list) return;
+    json_t *alone = json_array_size(list) == 1 ? json_incref(json_array_get(list, 0)) : NULL;
+    put_value(l, which, alone ? alone : json_incref(list));
+    json_decref(list);
+}
+
+static void read_number(link_read *l, int which) {
+    read_color(l, which);
+    if (l->values[which] && !json_is_real(l->values[which]))
+        add_mistake(l, names[which], "expected a number");
+}
+
+/* null, which is transparent, has a name. */
+static void read_background(link_read *l) {
+    const char *text = json_string_value(l->values[BACKGROUND]);
+    if (text && !strcmp(text, "transparent"))
+        put_value(l, BACKGROUND, json_null());
+    else
+        read_color(l, BACKGROUND);
 }
 
 static void read_link(link_read *l, const char *target) {
@@ -138,8 +213,12 @@ static void read_link(link_read *l, const char *target) {
         size_t size = query ? (size_t)(query - from) : strlen(from);
         if (size) read_parameter(l, from, size);
     }
-    read_whole(l, SIZE);
+    for (int which = SIZE; which <= SAMPLES_PER_PIXEL; which++) read_whole(l, which);
+    read_whole(l, QUALITY);
     read_whole(l, EXPIRES);
+    read_background(l);
+    for (int which = EMISSIVE; which <= SPECULAR; which++) read_color(l, which);
+    read_number(l, SHININESS);
     /* The reader of scenes would miss its vertices, of which a link knows nothing. */
     const char *shape = json_string_value(l->values[SHAPE]);
     if (shape && !strcmp(shape, "mesh"))
@@ -164,19 +243,27 @@ static json_t *make_object(const json_t *shape) {
     return object;
 }
 
+static int set_members(json_t *object, const link_read *l, int first, int last) {
+    int failed = object ? 0 : -1;
+    for (int which = first; which <= last; which++)
+        if (l->values[which]) failed |= json_object_set(object, names[which], l->values[which]);
+    return failed;
+}
+
 /* NULL where memory is short. */
 static char *make_document(const link_read *l, json_t *preset) {
     json_t *document = json_loads(surroundings, 0, NULL);
     json_t *side = value_or(l, SIZE, json_integer(SIDE));
     json_t *shape = value_or(l, SHAPE, json_string("sphere"));
-    json_t *output = json_object();
-    for (int which = VIEW; which <= FORMAT; which++)
-        if (l->values[which]) json_object_set(output, names[which], l->values[which]);
-    int failed = json_object_set_new(
-        document, "image",
-        json_pack("{s:O, s:o, s:i}", "width", side, "height", side, "samples", SAMPLES));
+    json_t *image = json_pack("{s:O, s:o, s:i}", "width", side, "height", side, "samples", SAMPLES);
+    json_t *coefficients = json_pack("{s:O}", "preset", preset), *output = json_object();
     json_t *object = make_object(shape);
-    failed |= json_object_set_new(object, "material", json_pack("{s:O}", "preset", preset));
+    int failed = set_members(image, l, WIDTH, SAMPLES_PER_PIXEL);
+    failed |= set_members(coefficients, l, EMISSIVE, SHININESS);
+    failed |= set_members(output, l, DISPLAY, QUALITY);
+    failed |= set_members(document, l, BACKGROUND, BACKGROUND);
+    failed |= json_object_set_new(document, "image", image);
+    failed |= json_object_set_new(object, "material", coefficients);
     failed |= json_object_set_new(document, "objects", json_pack("[o]", object));
     json_decref(shape);
     failed |= json_object_set_new(document, "output", output);
@@ -219,12 +306,40 @@ static const char *parameter_of(const char *pointer) {
     static const struct {
         const char *prefix, *parameter;
     } places[] = {
-        {"/objects/0/material", material}, {"/objects/0", "shape"},      {"/image", "size"},
-        {"/output/view", "view"},          {"/output/format", "format"}, {"/output", "colorSpace"}};
+        {"/objects/0/material/emissive", "emissive"},
+        {"/objects/0/material/ambient", "ambient"},
+        {"/objects/0/material/diffuse", "diffuse"},
+        {"/objects/0/material/specular", "specular"},
+        {"/objects/0/material/shininess", "shininess"},
+        {"/objects/0/material", material},
+        {"/objects/0", "shape"},
+        {"/image/samples", "samples"},
+        {"/image/height", "height"},
+        {"/image", "width"},
+        {"/background", "background"},
+        {"/output/display", "display"},
+        {"/output/view", "view"},
+        {"/output/format", "format"},
+        {"/output/quality", "quality"},
+        {"/output", "colorSpace"},
+    };
     for (size_t i = 0; i < sizeof places / sizeof places[0]; i++)
         if (!strncmp(pointer, places[i].prefix, strlen(places[i].prefix)))
             return places[i].parameter;
     return NULL;
+}
+
+/* Where both sides are the same, they are told as one size. */
+static bool is_square(const shd_question *asked) {
+    json_t *document = json_loadb((const char *)asked->body, asked->size, 0, NULL);
+    const json_t *image = json_object_get(document, "image");
+    bool square = json_equal(json_object_get(image, "width"), json_object_get(image, "height"));
+    json_decref(document);
+    return square;
+}
+
+static bool is_side(const char *parameter) {
+    return parameter && (!strcmp(parameter, "width") || !strcmp(parameter, "height"));
 }
 
 void shd_preview_refuse(shd_job *job) {
@@ -240,7 +355,8 @@ void shd_preview_refuse(shd_job *job) {
         const shd_problem *error = &report->errors[i];
         const char *parameter = parameter_of(error->pointer);
         if (parameter == material) kind = SHD_NOT_FOUND;
-        /* Width and height are one size: its mistake is told once. */
+        if (is_side(parameter) && is_square(&job->question)) parameter = names[SIZE];
+        /* A size's mistake is told once. */
         if (count && parameter && mistakes[count - 1].parameter == parameter) continue;
         mistakes[count++] = (shd_mistake){parameter, error->pointer, error->detail};
     }

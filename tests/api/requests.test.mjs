@@ -45,7 +45,13 @@ const usual = {
     "path material": fc.oneof({ arbitrary: fc.constantFrom("brass", "jade", "pewter"), weight: 5 },
                               fc.string({ minLength: 1, unit: "grapheme" })),
     "query size": fc.integer({ min: 1, max: 66 }),
+    "query width": fc.integer({ min: 1, max: 66 }),
+    "query height": fc.integer({ min: 1, max: 66 }),
+    "query samples": fc.integer({ min: 1, max: 9 }),
+    "query display": fc.oneof(fc.constantFrom("sRGB", "Rec.1886"), fc.string()),
     "query view": fc.oneof(fc.constantFrom("Standard", "Raw"), fc.string()),
+    ...Object.fromEntries(["background", "emissive", "ambient", "diffuse", "specular"].map(name =>
+        [`query ${name}`, fc.oneof(fc.constantFrom("0.5", "1,0,0.25", "#fe0", "transparent"), fc.string())])),
     "query colorSpace": fc.oneof(fc.constantFrom("sRGB", "HSV", "ACEScg"), fc.string()),
 };
 

@@ -54,7 +54,7 @@ FIRST = {
     "accuracy": {"tier": "exact"},
     "outputs": [
         {"name": "a", "format": "png", "display": "sRGB", "view": "Standard", "bitDepth": 16,
-         "quality": 80, "channel": "G"},
+         "quality": 80, "effort": 6, "channel": "G"},
         {"name": "b", "format": "exr", "colorSpace": "wide", "bitDepth": "half",
          "layers": ["beauty", "light.0", "depth"]},
         {"name": "c", "colorSpace": "YIQ", "channel": "I"},
@@ -306,6 +306,7 @@ OF_FIRST = [
     [put("/outputs/0/bitDepth", "half")],
     [put("/outputs/0/quality", 101)],
     [put("/outputs/0/quality", 0.5)],
+    [put("/outputs/0/effort", 7)],
     [put("/outputs/0/channel", "no such")],
     [put("/outputs/0/channel", "Y")],
     [put("/outputs/0/layers", ["beauty"])],

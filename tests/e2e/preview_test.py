@@ -106,6 +106,38 @@ class PictureTest(unittest.TestCase):
         for name, media_type in NAMES.items():
             self.picture(link(size=20, format=name), media_type)
 
+    def test_width_height_background_and_samples(self):
+        def pixels(**parameters):
+            return Image.open(io.BytesIO(self.picture(link(**parameters)).body))
+
+        self.assertEqual(pixels(size=20, width=30).size, (30, 20))
+        self.assertEqual(pixels(width=30, height=24).size, (30, 24))
+        self.assertEqual(pixels(size=20, background="transparent").getpixel((0, 0))[3], 0)
+        self.assertEqual(pixels(size=20, background="#102030").getpixel((0, 0))[:3], (16, 32, 48))
+        self.assertEqual(pixels(size=20, background="0,1,0").getpixel((0, 0))[:3], (0, 255, 0))
+        self.assertEqual(pixels(size=20, background=1).getpixel((0, 0))[:3], (255, 255, 255))
+        self.assertEqual(self.picture(link(size=20, samples=9)).body, self.picture(link(size=20)).body)
+
+    def test_coefficients_of_the_material_may_be_others(self):
+        plain = self.picture(link("planet", size=20)).body
+        for change in ({"diffuse": "0.8,0.1,0.1"}, {"diffuse": "#cc2233"}, {"ambient": 0.5},
+                       {"emissive": 0.1}, {"specular": 0.5}, {"display": "Rec.1886"},
+                       {"samples": 1}):
+            self.assertNotEqual(self.picture(link("planet", size=20, **change)).body, plain, change)
+        shiny = self.picture(link(size=20, shininess=1.5)).body
+        self.assertNotEqual(shiny, self.picture(link(size=20)).body)
+        jpeg = [len(self.picture(link(size=64, format="jpeg", quality=quality), "image/jpeg").body)
+                for quality in (10, 95)]
+        self.assertLess(*jpeg)
+        scene = {"objects": [{"type": "sphere"}], "output": {"format": "webp", "quality": 80},
+                 "image": {"width": 96, "height": 96, "samples": 1}}
+        for quality in (80, 100):
+            sizes = []
+            for effort in (0, 6):
+                output = {"format": "webp", "quality": quality, "effort": effort}
+                sizes.append(len(self.daemon.render({**scene, "output": output}).body))
+            self.assertGreater(*sizes)
+
     def test_accept_chooses_where_the_link_does_not(self):
         answer = self.picture(link(size=20), "image/png", Accept=IMG)
         self.assertEqual(answer.headers["Vary"], "Accept")
@@ -164,7 +196,18 @@ class PictureTest(unittest.TestCase):
                 ("format=pgn", "format", 'did you mean "png"'),
                 ("expires=soon", "expires", "integer"),
                 ("size=9&size=9", "size", "more than once"),
-                ("sizes=9", "sizes", "shape, size, view, colorSpace, format"),
+                ("width=0", "width", "from 1 to 65535"), ("height=70000", "height", "from 1"),
+                ("size=9&width=0", "width", "from 1"), ("width=x", "width", "integer"),
+                ("samples=65", "samples", "1 to 64"), ("samples=x", "samples", "integer"),
+                ("quality=0", "quality", "1 to 100"), ("background=red", "background", "#rrggbb"),
+                ("background=null", "background", "#rrggbb"), ("background=", "background", "3"),
+                ("background=1,2", "background", "3"), ("diffuse=1],[2", "diffuse", "#rrggbb"),
+                ("diffuse=%230ff0", "diffuse", "#rrggbb"), ("specular=1e999", "specular", "#rrggbb"),
+                ("ambient=nan", "ambient", "#rrggbb"), ("emissive=1,1,1,1", "emissive", "3"),
+                ("shininess=-1", "shininess", "0 or more"), ("shininess=x", "shininess", "number"),
+                ("shininess=1,2,3", "shininess", "number"),
+                ("display=sRBG", "display", 'did you mean "sRGB"'),
+                ("sizes=9", "sizes", "shape, size, width, height, samples, background, display, view"),
                 ("s%69ze=9", "s%69ze", "not known"), ("=1", "", "not known")):
             problem = self.refused(f"/v1/preview/brass?{query}", 400, "query")
             self.assertEqual([error["parameter"] for error in problem["errors"]], [parameter],

@@ -68,6 +68,9 @@ static void channels_are_those_of_the_space(void **state) {
     assert_int_equal(output_of("'colorSpace': 'YIQ', 'channel': 'Q'").channel, 2);
     assert_int_equal(output_of("'colorSpace': 'HSV', 'channel': 'H'").channel, 0);
     assert_int_equal(output_of("'quality': 100").quality, 100);
+    assert_int_equal(output_of("'quality': 100").effort, 2);
+    assert_int_equal(output_of("'quality': 99").effort, 4);
+    assert_int_equal(output_of("'effort': 0").effort, 0);
 }
 
 static void layers_are_read_in_order(void **state) {

@@ -295,6 +295,9 @@ static void digest_does_not_change_with_defaults_and_unused_materials(void **sta
         WITH("'accuracy': {'maxError': 0.5}"),
         WITH("'accuracy': {'maxError': 0.5, 'metric': 'deltaE2000'}")};
     assert_same_digests(budgets, sizeof budgets / sizeof budgets[0]);
+    static const char *const lossless[] = {OUTPUT("'format': 'webp', 'quality': 100"),
+                                           OUTPUT("'format': 'webp', 'quality': 100, 'effort': 2")};
+    assert_same_digests(lossless, sizeof lossless / sizeof lossless[0]);
 }
 
 /* Whatever a picture depends on: each of these is another scene than all the others. */
@@ -383,6 +386,8 @@ static void digest_differs_where_scenes_do(void **state) {
         WITH("'accuracy': {'maxError': 0.5, 'metric': 'code'}"),
         OUTPUT("'format': 'jpeg'"),
         OUTPUT("'format': 'jpeg', 'quality': 91"),
+        OUTPUT("'format': 'webp'"),
+        OUTPUT("'format': 'webp', 'effort': 5"),
         OUTPUT("'display': 'Rec.1886'"),
         OUTPUT("'view': 'Raw'"),
         OUTPUT("'colorSpace': 'YIQ'"),
