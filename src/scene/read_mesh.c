@@ -111,6 +111,31 @@ static void check_normals(shd_reader *r, const list *l) {
     count_rest(&bad, "normals");
 }
 
+static shd_vec3 vector_at(const double *values, uint32_t index) {
+    const double *v = values + 3 * (size_t)index;
+    return (shd_vec3){v[0], v[1], v[2]};
+}
+
+/* The order of corners decides which side of a triangle is seen: normals of the other side are then
+ * negated, and light the mesh from within. */
+static void warn_of_inverted_normals(shd_reader *r, const shd_node *node, const shd_mesh *mesh) {
+    size_t inverted = 0;
+    for (size_t i = 0; i < mesh->triangle_count; i++) {
+        const uint32_t *corner = mesh->indices + 3 * i;
+        const shd_vec3 a = vector_at(mesh->positions, corner[0]),
+                       ab = shd_sub(vector_at(mesh->positions, corner[1]), a),
+                       ac = shd_sub(vector_at(mesh->positions, corner[2]), a);
+        shd_vec3 sum = {0, 0, 0};
+        for (int k = 0; k < 3; k++) sum = shd_add(sum, vector_at(mesh->normals, corner[k]));
+        inverted += shd_dot(shd_cross(ab, ac), sum) < 0;
+    }
+    if (inverted > mesh->triangle_count / 2)
+        shd_node_warn(r->report, node,
+                      "the normals of %zu of %zu triangles point to the side from which their "
+                      "corners run clockwise, which is their back",
+                      inverted, mesh->triangle_count);
+}
+
 const shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mesh_source *source) {
     const list at = list_of(r, node, "positions", source->positions),
                at_indices = list_of(r, node, "indices", source->indices),
@@ -155,5 +180,6 @@ const shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mes
     }
     if (!mesh || r->report->error_count > errors) return NULL;
     *mesh = (shd_mesh){vertices, triangles, positions, normals, indices};
+    if (normals) warn_of_inverted_normals(r, &at_normals.node, mesh);
     return mesh;
 }

@@ -262,6 +262,22 @@ static void the_librarys_display_codes_are_decoded(void **state) {
     drop(&r);
 }
 
+static void normals_of_the_back_give_a_warning(void **state) {
+    (void)state;
+    static const char *const orders[] = {"0,1,2", "0,2,1"};
+    for (int i = 0; i < 2; i++) {
+        char text[300];
+        snprintf(text, sizeof text,
+                 "{'objects': [{'type': 'mesh', 'positions': [0,0,0, 1,0,0, 0,1,0],"
+                 "'normals': [0,0,1, 0,1,1, 0,0,3], 'indices': [%s]}]}",
+                 orders[i]);
+        reading r = read_scene(text);
+        assert_int_equal(r.report.warning_count, i);
+        if (i) assert_true(has_warning(&r, "/objects/0/normals", "of 1 of 1 triangles"));
+        drop(&r);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(transform_scales_then_rotates_then_translates),
@@ -280,6 +296,7 @@ int main(void) {
         cmocka_unit_test(suspicious_materials_give_warnings),
         cmocka_unit_test(warnings_are_about_what_a_material_is),
         cmocka_unit_test(library_is_sorted_and_plausible),
+        cmocka_unit_test(normals_of_the_back_give_a_warning),
         cmocka_unit_test(the_librarys_display_codes_are_decoded),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
