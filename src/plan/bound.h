@@ -35,7 +35,6 @@ typedef struct shd_shown {
     bool seen;                 /* false: nor are these */
     shd_transfer screen_curve; /* on the way to the screen's linear RGB: to there and back */
     double screen[3][3], to_xyz[3][3];
-    bool coarse; /* nothing but 8-bit integers is stored */
 } shd_shown;
 
 enum { SHD_BOUND_TEXT = 32 };
@@ -114,7 +113,7 @@ typedef struct shd_excess_list {
     bool mixed;       /* pixels may be means of samples, of any of the pieces and the background */
     double color;     /* relative error of every color: rounding, what is left out */
     double rounding;  /* the rounding alone */
-    double more;      /* absolute, in every channel: lights left out, samples left out */
+    double more;      /* absolute, in every channel: lights left out */
     double most[3];   /* of all colors, by size */
     double worst;     /* of all errors, those with `rounding` */
 } shd_excess_list;

@@ -4,53 +4,19 @@
 
 #include "plan/terms.h"
 
-/* Of what the tier's own error leaves of a budget in linear light: to samples, to lights of the
- * whole picture; the rest goes to lights of tiles. */
-static const double SAMPLES_SHARE = 0.4, PICTURE_SHARE = 0.3;
-
-/* Without a budget, 8-bit pictures may differ from the full sample pattern's by this in codes. */
-static const double SAMPLES_CODE = 0.5;
+/* Of what the tier's own error leaves of a budget, to lights of the whole picture; the rest goes to
+ * lights of tiles. */
+static const double PICTURE_SHARE = 0.3;
 
 /* Curves are steep in the dark and flat in the light: there an error may grow with the light. This
  * much of the room is for the dark. */
 static const double DARK_SHARE = 0.9;
-
-/* ---- Samples. ---- */
-
-/* Where a pixel's centre and its neighbors may tell the pattern's mean (render/refine.h): in
- * objects that are convex on the picture and lit at every sample, and where light does not cancel
- * light. */
-static bool may_skip_samples(const shd_plan *plan) {
-    const shd_scene *scene = plan->scene;
-    if (scene->raster.samples == 1 || plan->plane_count > 1) return false;
-    for (int k = SHD_LAYER_NORMAL; k < SHD_LAYER_KINDS; k++)
-        if (plan->wants[k]) return false;
-    for (size_t j = 0; j < plan->light_count; j++)
-        if (shd_is_negative(plan->lights[j].color)) return false;
-    for (size_t m = 0; m < scene->material_count; m++) {
-        const shd_plan_material *material = &plan->materials[m];
-        if (shd_is_negative(material->diffuse) || shd_is_negative(material->constant)) return false;
-        for (size_t k = 0; k < material->lobe_count; k++)
-            if (shd_is_negative(material->lobes[k].specular)) return false;
-    }
-    for (size_t i = 0; i < scene->object_count; i++) {
-        const shd_object *object = &scene->objects[i];
-        if (object->interpolation == SHD_PHONG && object->shape != SHD_TORUS &&
-            object->shape != SHD_MESH)
-            return true;
-    }
-    return false;
-}
 
 /* What is left out counted, of a list without it. */
 static shd_bound bound_with(const shd_plan *plan, shd_tier tier, const shd_shown *shown,
                             shd_excess_list *list) {
     list->more = plan->drop_tolerance + plan->dropped;
     list->color = list->rounding + plan->drop_relative;
-    if (tier != SHD_EXACT) {
-        list->more += plan->sampling_absolute;
-        list->color += plan->sampling_relative;
-    }
     return shd_bound_of(list, shown, shown ? plan->scene->output_count : 0, tier);
 }
 
@@ -61,55 +27,6 @@ bool shd_plan_bound(const shd_plan *plan, shd_tier tier, const shd_shown *shown,
     *out = bound_with(plan, tier, shown, &list);
     return true;
 }
-
-/* ---- Without a budget. ---- */
-
-/* What changes the code of I by so much. */
-static double step_up(shd_transfer curve, double i, double code) {
-    return shd_curve_decode(curve, shd_curve_encode(curve, i) + code) - i;
-}
-
-/* The largest share r of the light I such that absolute + r I is at most `code` codes at any I up
- * to 1; beyond, codes do not change. */
-static double relative_room(shd_transfer curve, double absolute, double code) {
-    double room = (step_up(curve, 1, code) - absolute) / 1.03;
-    double i = 1, factor = 1.03;
-    while (i > absolute) {
-        /* Of all I from here on up to the last one: the step rises with I. */
-        const double low = i / factor, least = (step_up(curve, low, code) - absolute) / i;
-        if (!(least >= room) && factor > 1.03) {
-            factor = shd_larger(sqrt(factor), 1.03);
-            continue;
-        }
-        room = shd_smaller(least, room);
-        factor *= factor;
-        i = low;
-    }
-    return room > 0 ? room : 0;
-}
-
-/* Where every output is of 8 bits. Curves are concave and begin at 0: they are steepest there. */
-static void choose_coarse_samples(shd_plan *plan, const shd_shown *shown) {
-    if (!shown || plan->tier == SHD_EXACT || !may_skip_samples(plan)) return;
-    double absolute = INFINITY, relative = INFINITY;
-    for (size_t o = 0; o < plan->scene->output_count; o++) {
-        if (!shown[o].coarse || !shown[o].coded) return;
-        const double code = SAMPLES_CODE / 255;
-        double dark = DARK_SHARE * shd_curve_decode(shown[o].curve, code);
-        double light = relative_room(shown[o].curve, dark, code);
-        for (int r = 0; r < 3; r++) {
-            const double *row = shown[o].matrix[r];
-            absolute = fmin(absolute, dark / (fabs(row[0]) + fabs(row[1]) + fabs(row[2])));
-            /* Where channels take from each other, a dark one may come of light ones. */
-            if (row[0] < 0 || row[1] < 0 || row[2] < 0) light = 0;
-        }
-        relative = fmin(relative, light);
-    }
-    plan->sampling_absolute = absolute;
-    plan->sampling_relative = relative;
-}
-
-/* ---- With one. ---- */
 
 bool shd_plan_meets_budget(const shd_plan *plan) {
     const shd_accuracy *accuracy = &plan->scene->accuracy;
@@ -150,19 +67,15 @@ static double find_room(const shd_plan *plan, const shd_shown *shown, shd_excess
 /* What a tier within the budget leaves of it. */
 static void share_room(shd_plan *plan, const shd_shown *shown, shd_excess_list *list, shd_tier tier,
                        double *lights) {
-    const double share = may_skip_samples(plan) ? SAMPLES_SHARE : 0;
     double room = find_room(plan, shown, list, tier, &list->more);
     if (plan->scene->accuracy.metric != SHD_LINEAR) {
         room *= DARK_SHARE;
         list->more = room;
-        double relative = find_room(plan, shown, list, tier, &list->color);
-        plan->sampling_relative = share * relative;
         /* What is seen is no less than what is sure to be seen only where light adds up. */
         if (list->nonnegative && plan->light_count > 1)
-            plan->drop_relative = relative - plan->sampling_relative;
+            plan->drop_relative = find_room(plan, shown, list, tier, &list->color);
     }
-    plan->sampling_absolute = share * room;
-    *lights = room - plan->sampling_absolute;
+    *lights = room;
 }
 
 typedef struct weak {
@@ -251,6 +164,5 @@ shd_status shd_plan_choose(shd_plan *plan, const shd_shown *shown, uint8_t *drop
     *dropped = false;
     if (accuracy->budget) return meet_budget(plan, shown, drops, dropped, arena, error);
     plan->tier = accuracy->tier;
-    choose_coarse_samples(plan, shown);
     return shd_plan_bound(plan, plan->tier, shown, arena, &plan->bound) ? SHD_OK : SHD_MEMORY;
 }

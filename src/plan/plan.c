@@ -192,7 +192,6 @@ static shd_status make_parts(shd_plan *plan, const shd_shown *shown, bool whole,
     shd_status status = shd_plan_choose(plan, shown, drops, &dropped, arena, error);
     if (status != SHD_OK) return status;
     if (whole) {
-        plan->sampling_absolute = plan->sampling_relative = 0;
         plan->drop_tolerance = plan->drop_relative = plan->dropped = 0;
         if (!shd_plan_bound(plan, plan->tier, shown, arena, &plan->bound)) return SHD_MEMORY;
     } else if (dropped) {

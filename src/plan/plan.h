@@ -124,9 +124,8 @@ typedef struct shd_plan {
      * object, or some light or lobe is so steep that it is done in f64. */
     bool split_positions;
     /* What a sum of lights may leave out of a component of value I, in the working space:
-     * drop_tolerance + drop_relative I; and the error that fewer samples than the pattern has may
-     * make: absolute + relative I. 0 and 0: all lights count, all samples are taken. */
-    double drop_tolerance, drop_relative, sampling_absolute, sampling_relative;
+     * drop_tolerance + drop_relative I. 0 and 0: all lights count. */
+    double drop_tolerance, drop_relative;
     double dropped;                     /* what the lights that are gone for a budget add at most */
     shd_bound bound;                    /* of the picture's error, all of these counted */
     const struct shd_plan_sweep *sweep; /* for shd_plan_cull */
@@ -146,7 +145,7 @@ shd_status shd_plan_make(const shd_scene *scene, shd_isa isa, shd_arena *arena,
 shd_status shd_plan_make_shown(const shd_scene *scene, shd_isa isa, const shd_shown *shown,
                                shd_arena *arena, const shd_plan **out, shd_error *error);
 
-/* The same without the reductions that leave lights and samples out and merge materials: every
+/* The same without the reductions that leave lights out and merge materials: every
  * light with a color, for every object and every patch. Tests compare pictures of both. */
 shd_status shd_plan_make_whole(const shd_scene *scene, shd_isa isa, shd_arena *arena,
                                const shd_plan **out, shd_error *error);

@@ -33,9 +33,6 @@ static const double rays[SHD_SHAPE_COUNT] = {
     [SHD_CYLINDER] = 30, [SHD_CONE] = 30,  [SHD_TORUS] = 110, [SHD_MESH] = 200,
 };
 
-/* Where samples may be left out: rays a pixel, of pixels farther from outlines than this. */
-static const double SETTLED = 1.1, OUTLINE = 17;
-
 /* Pixels on a side: rays are cast where a block may see something, against all that its tile may
  * see. */
 static const double BLOCK = 8, TILE = 32;
@@ -110,20 +107,6 @@ static double light_of(const shd_plan *plan, size_t index) {
                (kernels[plan->isa][plan->tier].light + lobes * kernels[plan->isa][plan->tier].lobe);
 }
 
-/* Rays a pixel, of an object with `others` pixels beside it: where these are, no samples are left
- * out. */
-static double samples_of(const shd_plan *plan, size_t index, double area, double others) {
-    const shd_object *object = &plan->scene->objects[index];
-    const double all = plan->scene->raster.samples;
-    const double picture = (double)plan->scene->raster.width * plan->scene->raster.height;
-    if (plan->tier == SHD_EXACT || plan->sampling_absolute == 0 || object->shape == SHD_TORUS ||
-        object->shape == SHD_MESH || object->interpolation != SHD_PHONG)
-        return all;
-    const double unsettled = fmin(2 * OUTLINE / sqrt(area / SHD_PI), 1),
-                 alone = fmax(1 - others / picture, 0);
-    return fmin(SETTLED + (1 - (1 - unsettled) * alone) * all, all);
-}
-
 static size_t triangles_of(const shd_object *object) {
     if (object->shape == SHD_MESH) return object->mesh->triangle_count;
     if (object->interpolation == SHD_PHONG) return 0;
@@ -135,6 +118,7 @@ static void add_rays(const shd_plan *plan, shd_cost *cost) {
     const shd_scene *scene = plan->scene;
     const double all = (double)scene->raster.width * scene->raster.height;
     const double pixels = (double)scene->raster.w * scene->raster.h;
+    const double samples = scene->raster.samples;
     double covered = 0, blocks = 0, cast = 0, lit = 0, triangles = 0;
     for (size_t i = 0; i < scene->object_count; i++) {
         const outline o = outline_of(plan, i);
@@ -145,7 +129,6 @@ static void add_rays(const shd_plan *plan, shd_cost *cost) {
     for (size_t i = 0; i < scene->object_count; i++) {
         const outline o = outline_of(plan, i);
         const double meets = fmax(touched(&o, BLOCK), blocks * touched(&o, TILE)) / all;
-        const double samples = samples_of(plan, i, o.area, covered * all - o.area);
         cast += samples * fmin(meets, 1) * cast_of(plan, &scene->objects[i]);
         lit += samples * o.area / all * light_of(plan, i);
         triangles += (double)triangles_of(&scene->objects[i]);

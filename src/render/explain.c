@@ -147,12 +147,7 @@ static json_t *tell_materials(const shd_plan *plan) {
 
 static json_t *tell_samples(const shd_plan *plan) {
     const int samples = plan->scene->raster.samples;
-    const bool fewer = plan->sampling_absolute > 0;
-    return json_pack("{si ss sf sf}", "pixel", samples, "pattern",
-                     samples == 1 ? "center"
-                     : fewer      ? "adaptive"
-                                  : "full",
-                     "absolute", plan->sampling_absolute, "relative", plan->sampling_relative);
+    return json_pack("{si ss}", "pixel", samples, "pattern", samples == 1 ? "center" : "full");
 }
 
 static const char *encoder_of(shd_format format) {

@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "render/keep.h"
-#include "render/refine.h"
 #include "render/tile.h"
 
 /* One thread's working memory. */
@@ -241,7 +240,7 @@ static const shd_fragments *find_fragments(const job *j, scratch *s, size_t inde
     const shd_plan *plan = j->scenery.plan;
     const shd_raster *raster = &plan->scene->raster;
     /* What is left out within a tolerance depends on all that is seen through the tile. */
-    if (plan->drop_tolerance > 0 || j->scenery.adaptive)
+    if (plan->drop_tolerance > 0)
         tile = tile_within(j, index, (shd_tile){0, 0, raster->width, raster->height});
     const shd_fragments *f = shd_tile_look(&j->scenery, index, tile, s->tile, j->film, &s->watch);
     if (j->recall.keep_light) {
@@ -352,7 +351,6 @@ shd_status shd_film_render(shd_request *request, const shd_sight *sight, const s
              .scenery = {.plan = plan,
                          .sight = sight,
                          .paint = kernels[plan->isa],
-                         .adaptive = plan->sampling_absolute > 0,
                          .data = wants[SHD_LAYER_NORMAL] || wants[SHD_LAYER_POSITION] ||
                                  wants[SHD_LAYER_DEPTH] || wants[SHD_LAYER_OBJECT]},
              .options = options,

@@ -6,7 +6,6 @@
 #endif
 #include <nettle/sha2.h>
 
-#include "render/refine.h"
 #include "render/tile_scratch.h"
 
 /* ---- Keys. ---- */
@@ -55,7 +54,7 @@ static void put_object(hash *h, const shd_object *object, const shd_plan_materia
     if (object->shape == SHD_MESH) put_mesh(h, object->mesh);
 }
 
-static void put_geometry(hash *h, const shd_plan *plan, bool adaptive) {
+static void put_geometry(hash *h, const shd_plan *plan) {
     const shd_scene *scene = plan->scene;
     const shd_camera *camera = &scene->camera;
     const shd_raster *raster = &scene->raster;
@@ -69,7 +68,6 @@ static void put_geometry(hash *h, const shd_plan *plan, bool adaptive) {
     const int numbers[] = {raster->width, raster->height, raster->x,      raster->y,
                            raster->w,     raster->h,      raster->samples};
     put(h, numbers, sizeof numbers);
-    put_count(h, adaptive);
     put_count(h, plan->split_positions);
     put_count(h, scene->object_count);
     for (size_t o = 0; o < scene->object_count; o++)
@@ -91,29 +89,23 @@ static void put_light(hash *h, const shd_plan_light *light) {
     for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++) put_number(h, numbers[i]);
 }
 
-/* Of colors only what decides where samples are taken, and which terms there are. */
-static void put_material(hash *h, const shd_plan_material *material, bool adaptive) {
+/* Of colors only which terms there are. */
+static void put_material(hash *h, const shd_plan_material *material) {
     put_count(h, material->has_diffuse);
-    if (adaptive && material->has_diffuse) put_number(h, shd_refine_coefficient(material->diffuse));
     put_count(h, material->lobe_count);
-    for (size_t k = 0; k < material->lobe_count; k++) {
-        put_number(h, material->lobes[k].shininess);
-        if (adaptive) put_number(h, shd_refine_coefficient(material->lobes[k].specular));
-    }
+    for (size_t k = 0; k < material->lobe_count; k++) put_number(h, material->lobes[k].shininess);
 }
 
-static void put_lights(hash *h, const shd_plan *plan, bool adaptive) {
+static void put_lights(hash *h, const shd_plan *plan) {
     put_count(h, plan->tier);
     put_count(h, plan->grey_lights);
-    put_number(h, plan->sampling_absolute);
-    put_number(h, plan->sampling_relative);
     put_count(h, plan->light_count);
     for (size_t j = 0; j < plan->light_count; j++) put_light(h, &plan->lights[j]);
     put_count(h, plan->scene->light_count); /* lobes are cut by it */
     put_count(h, plan->group_count);
     for (size_t g = 0; g < plan->group_count; g++) {
         const shd_plan_group *group = &plan->groups[g];
-        put_material(h, &plan->materials[group->material], adaptive);
+        put_material(h, &plan->materials[group->material]);
         /* Lights whose color the material has nothing of are not in its sums. */
         put_count(h, group->light_count);
         put(h, group->lights, group->light_count * sizeof *group->lights);
@@ -131,7 +123,6 @@ static shd_reuse_key key_of(const hash *h) {
 
 /* Everything that hits, and everything that fragments depend on. False: they are not kept. */
 static bool find_keys(const shd_plan *plan, shd_reuse_key *geometry, shd_reuse_key *light) {
-    const bool adaptive = plan->sampling_absolute > 0;
     const shd_scene *scene = plan->scene;
     if (plan->tier == SHD_EXACT || plan->plane_count > 1 || plan->drop_tolerance > 0) return false;
     for (int k = SHD_LAYER_NORMAL; k < SHD_LAYER_KINDS; k++)
@@ -140,9 +131,9 @@ static bool find_keys(const shd_plan *plan, shd_reuse_key *geometry, shd_reuse_k
         if (scene->objects[o].interpolation != SHD_PHONG) return false;
     hash h;
     sha256_init(&h);
-    put_geometry(&h, plan, adaptive);
+    put_geometry(&h, plan);
     *geometry = key_of(&h);
-    put_lights(&h, plan, adaptive);
+    put_lights(&h, plan);
     *light = key_of(&h);
     return true;
 }

@@ -9,6 +9,11 @@
 
 #include "base/cpu.h"
 
+enum {
+    SHD_TILE = 32, /* pixels of a side; the grid of tiles begins at the picture's (0,0) */
+    SHD_TILE_PIXELS = SHD_TILE * SHD_TILE
+};
+
 /* A term of the radiance: a color times sums of light, three channels or one for all. */
 typedef struct shd_paint_term {
     float color[3];
@@ -28,10 +33,12 @@ typedef struct shd_paint_kernel {
     void (*fill_rest)(float *values, const float *cover, float background, size_t count);
     /* values[i] /= cover[i], 0 where that is 0 */
     void (*divide)(float *values, const float *cover, size_t count);
-    /* out[k] = mean of values[first[k]] .. values[first[k + 1] - 1] times their share of
-     * `samples`: their sum in f64, in this order, over `samples`. */
-    void (*average)(const float *values, const uint32_t *first, size_t count, int samples,
-                    float *out);
+    /* out[i] = mean of values[i + k count] over k < samples: their sum in f64, in this order, times
+     * 1 / samples. */
+    void (*average)(const float *values, size_t count, int samples, float *out);
+    /* The same of values[i] at place[i] < count <= SHD_TILE_PIXELS, 0 where there is none. */
+    void (*gather)(const float *values, const uint16_t *place, size_t values_count, size_t count,
+                   int samples, float *out);
     /* The box around points, their normals' sum. `count` is at least 1. */
     void (*bound)(const float *const position[3], const float *const normal[3], size_t count,
                   float low[3], float high[3], float sum[3]);

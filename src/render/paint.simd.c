@@ -83,22 +83,28 @@ static void divide(float *values, const float *cover, size_t count) {
     }
 }
 
-static void average(const float *values, const uint32_t *first, size_t count, int samples,
-                    float *out) {
+static void average(const float *values, size_t count, int samples, float *out) {
+    enum { AT_ONCE = 64 };
     const double share = 1.0 / samples;
-    if ((samples & (samples - 1)) == 0) { /* the product is the quotient, to the bit */
-        for (size_t k = 0; k < count; k++) {
-            double sum = 0;
-            for (uint32_t i = first[k]; i < first[k + 1]; i++) sum += (double)values[i];
-            out[k] = (float)(sum * share);
+    double sums[AT_ONCE];
+    for (size_t first = 0; first < count; first += AT_ONCE) {
+        const size_t left = count - first, some = left < AT_ONCE ? left : AT_ONCE;
+        for (size_t i = 0; i < some; i++) sums[i] = (double)values[first + i];
+        for (size_t k = 1; k < (size_t)samples; k++) {
+            const float *more = values + k * count + first;
+            for (size_t i = 0; i < some; i++) sums[i] += (double)more[i];
         }
-        return;
+        for (size_t i = 0; i < some; i++) out[first + i] = (float)(sums[i] * share);
     }
-    for (size_t k = 0; k < count; k++) {
-        double sum = 0;
-        for (uint32_t i = first[k]; i < first[k + 1]; i++) sum += (double)values[i];
-        out[k] = (float)(sum / samples);
-    }
+}
+
+static void gather(const float *values, const uint16_t *place, size_t values_count, size_t count,
+                   int samples, float *out) {
+    const double share = 1.0 / samples;
+    double sums[SHD_TILE_PIXELS];
+    for (size_t i = 0; i < count; i++) sums[i] = 0;
+    for (size_t i = 0; i < values_count; i++) sums[place[i]] += (double)values[i];
+    for (size_t i = 0; i < count; i++) out[i] = (float)(sums[i] * share);
 }
 
 /* ---- Bounds: sixteen lanes on their own, met at the end, so that every width does the same. ----
@@ -187,5 +193,5 @@ static float spread(const float *const normal[3], const float axis[3], size_t co
     return -most_of(all);
 }
 
-const shd_paint_kernel SHD_VARIANT(shd_paint_kernel) = {mix,    fill,    scatter, fill_rest,
-                                                        divide, average, bound,   spread};
+const shd_paint_kernel SHD_VARIANT(shd_paint_kernel) = {mix,     fill,   scatter, fill_rest, divide,
+                                                        average, gather, bound,   spread};

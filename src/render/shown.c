@@ -66,7 +66,7 @@ static shd_status find_shown(const shd_request *request, const shd_output *outpu
     shd_showing showing;
     shd_status status = shd_showing_make(request, output, &showing, error);
     if (status != SHD_OK) return status;
-    *out = (shd_shown){.coarse = output->depth == SHD_U8 && !output->layer_count};
+    *out = (shd_shown){.coded = false};
     out->coded = find_curve(showing.transform, &out->curve, out->matrix);
     shd_transfer curve = out->curve;
     if (showing.detour) {

@@ -4,8 +4,10 @@
 
 #include "render/film.h"
 #include "render/keep.h"
-#include "render/refine.h"
 #include "render/tile_scratch.h"
+
+/* Rays that are cast faster where they are of the same sample: a pixel's index rounds to it. */
+enum { BESIDE = 64, NO_FRAGMENT = UINT16_MAX };
 
 /* ---- Scratch. ---- */
 
@@ -24,6 +26,16 @@ static float **new_arrays(size_t arrays, size_t length, shd_arena *arena) {
     return out;
 }
 
+/* Pixels that are cast and lit at once with all of their samples, and how often that is done. */
+static size_t pixels_at_once(size_t samples) {
+    return SHD_CHUNK / samples / BESIDE * BESIDE;
+}
+
+static size_t chunks_of(size_t samples) {
+    const size_t step = pixels_at_once(samples);
+    return (SHD_TILE_PIXELS + step - 1) / step;
+}
+
 shd_tile_scratch *shd_tile_scratch_new(const shd_scenery *scenery, shd_arena *arena) {
     const shd_plan *plan = scenery->plan;
     const size_t samples = (size_t)plan->scene->raster.samples;
@@ -34,14 +46,13 @@ shd_tile_scratch *shd_tile_scratch_new(const shd_scenery *scenery, shd_arena *ar
     if (!s) return NULL;
     s->x = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->x);
     s->y = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->y);
-    s->pattern = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->pattern);
-    s->centres = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->centres);
+    s->sample = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->sample);
     s->shot_cell = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->shot_cell);
     s->pixels = shd_arena_alloc(arena, SHD_TILE_PIXELS, sizeof *s->pixels);
     s->cell = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->cell);
     s->order = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->order);
     s->starts = shd_arena_alloc(arena, classes + 1, sizeof *s->starts);
-    s->first = shd_arena_alloc(arena, SHD_CHUNK + 1, sizeof *s->first);
+    s->place = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->place);
     s->which = shd_arena_alloc(arena, plan->light_count, sizeof *s->which);
     s->run_capacity = classes < SHD_CHUNK ? classes : SHD_CHUNK;
     s->runs = shd_arena_alloc(arena, s->run_capacity, sizeof *s->runs);
@@ -55,22 +66,15 @@ shd_tile_scratch *shd_tile_scratch_new(const shd_scenery *scenery, shd_arena *ar
     s->sum_arrays = shd_sum_of(plan, plan->plane_count, 0, 0);
     s->sums = new_arrays(s->sum_arrays, SHD_CHUNK + SHD_LANES, arena);
     s->outs = shd_arena_alloc(arena, shd_sum_of(plan, 1, 0, 0), sizeof *s->outs);
-    /* Adaptive sampling looks a pixel beyond the tile; kernels read whole vectors from wherever a
-     * run begins. */
-    bool made = shd_survey_new(scenery->sight, SHD_TILE + 2 * SHD_BLOCK_SIDE,
-                               SHD_TILE + 2 * SHD_BLOCK_SIDE, arena, &s->survey) &&
+    /* Kernels read whole vectors from wherever a run begins. */
+    bool made = shd_survey_new(scenery->sight, SHD_TILE, SHD_TILE, arena, &s->survey) &&
                 shd_hits_new(plan, SHD_CHUNK + SHD_LANES, arena, &s->hits) &&
                 shd_hits_new(plan, SHD_CHUNK + SHD_LANES, arena, &s->sorted);
-    if (!made || !s->outs || !s->x || !s->y || !s->pattern || !s->centres || !s->shot_cell ||
-        !s->pixels || !s->cell || !s->order || !s->starts || !s->first || !s->which || !s->runs ||
-        !s->sums)
+    if (!made || !s->outs || !s->x || !s->y || !s->sample || !s->shot_cell || !s->pixels ||
+        !s->cell || !s->order || !s->starts || !s->place || !s->which || !s->runs || !s->sums)
         return NULL;
 
-    for (size_t i = 0; i < SHD_CHUNK; i++) {
-        s->pattern[i] = (uint8_t)(i % samples);
-        s->centres[i] = SHD_CENTER;
-    }
-
+    for (size_t i = 0; i < SHD_TILE_PIXELS; i++) s->fragment_of[i] = NO_FRAGMENT;
     shd_fragments *f = &s->fragments;
     if (samples == 1) { /* samples are fragments */
         f->capacity = SHD_CHUNK;
@@ -79,17 +83,13 @@ shd_tile_scratch *shd_tile_scratch_new(const shd_scenery *scenery, shd_arena *ar
         f->runs = s->runs;
         return s;
     }
-    /* Chunks are of whole pixels; adaptive sampling has runs of its own before them. */
-    const size_t step = SHD_CHUNK / samples;
-    const size_t chunks = (SHD_TILE_PIXELS + step - 1) / step + 1;
+    const size_t chunks = chunks_of(samples);
     f->capacity = SHD_TILE_PIXELS * each;
     f->cell = shd_arena_alloc(arena, f->capacity, sizeof *f->cell);
-    f->coverage = shd_arena_alloc(arena, f->capacity, sizeof *f->coverage);
+    s->coverage = shd_arena_alloc(arena, f->capacity, sizeof *s->coverage);
     f->sums = new_arrays(s->sum_arrays, f->capacity + SHD_LANES, arena);
     f->runs = shd_arena_alloc(arena, chunks * s->run_capacity, sizeof *f->runs);
-    if (!f->cell || !f->coverage || !f->sums || !f->runs) return NULL;
-    if (scenery->adaptive && !(s->refining = shd_refining_new(plan, arena))) return NULL;
-    return s;
+    return f->cell && s->coverage && f->sums && f->runs ? s : NULL;
 }
 
 /* The terms are those of shd_tile_scratch_new, of what it calls, and their rounding. */
@@ -99,8 +99,8 @@ uint64_t shd_tile_scratch_size(const shd_plan *plan) {
     const uint64_t samples = (uint64_t)scene->raster.samples, classes = plan->group_count + 1;
     const uint64_t length = SHD_CHUNK + 2 * SHD_LANES, rows = shd_sum_of(plan, 1, 0, 0);
     const uint64_t arrays = plan->plane_count * rows;
-    const uint64_t side = SHD_TILE / SHD_BLOCK_SIDE + 2, blocks = side * side;
-    const uint64_t shot = 2 * sizeof(int32_t) + 2 + 2 * sizeof(uint16_t) + 2 * sizeof(uint32_t);
+    const uint64_t side = SHD_TILE / SHD_BLOCK_SIDE, blocks = side * side;
+    const uint64_t shot = 2 * sizeof(int32_t) + 1 + 3 * sizeof(uint16_t) + sizeof(uint32_t);
     const uint64_t runs = (classes < SHD_CHUNK ? classes : SHD_CHUNK) * sizeof(shd_run);
     const uint64_t roundings = 100 * 64;
 
@@ -113,10 +113,8 @@ uint64_t shd_tile_scratch_size(const shd_plan *plan) {
     if (samples == 1) return bytes;
     const uint64_t each = samples < classes ? samples : classes;
     const uint64_t fragments = SHD_TILE_PIXELS * each + 2 * SHD_LANES;
-    const uint64_t step = SHD_CHUNK / samples, chunks = (SHD_TILE_PIXELS + step - 1) / step + 1;
-    bytes += fragments * (sizeof(uint16_t) + sizeof(float)) + chunks * runs;
-    bytes += arrays * (fragments * sizeof(float) + sizeof(float *));
-    return plan->sampling_absolute > 0 ? bytes + shd_refining_size(plan) : bytes;
+    bytes += fragments * (sizeof(uint16_t) + sizeof(float)) + chunks_of(samples) * runs;
+    return bytes + arrays * (fragments * sizeof(float) + sizeof(float *));
 }
 
 /* ---- Light on what was hit. ---- */
@@ -301,7 +299,7 @@ static size_t find_lights(const shd_scenery *scenery, const shd_hits *hits, shd_
                          group->lights, group->light_count, s->which);
 }
 
-const shd_hits *shd_tile_light(const shd_scenery *scenery, shd_tile_scratch *s) {
+static const shd_hits *light_hits(const shd_scenery *scenery, shd_tile_scratch *s) {
     const shd_plan *plan = scenery->plan;
     const shd_hits *hits = make_runs(scenery, s->now, s);
     if (hits->count && hits == s->now && hits->shot[hits->count - 1] == hits->count - 1)
@@ -339,24 +337,48 @@ static bool has_sums(const shd_plan *plan, int32_t group, size_t plane) {
     return plane == 0 || group == SHD_RADIANCE || plan->planes[plane].kind == SHD_LAYER_LIGHT;
 }
 
-/* Appends the chunk's samples, averaged within pixels. */
-static void add_fragments(const shd_scenery *scenery, shd_tile_scratch *s) {
+/* Where each of the run's hits is added up: the index of its pixel's fragment, of those of the run.
+ * Fills cells and coverages from `at` on. Returns how many there are. */
+static size_t place_hits(shd_tile_scratch *s, shd_run run, size_t at, int samples) {
+    uint16_t *cells = s->fragments.cell + at;
+    float *coverage = s->coverage + at;
+    size_t count = 0;
+    for (uint32_t i = run.first; i < run.first + run.count; i++) {
+        const uint16_t cell = s->cell[i];
+        uint16_t fragment = s->fragment_of[cell];
+        if (fragment == NO_FRAGMENT) {
+            fragment = s->fragment_of[cell] = (uint16_t)count;
+            cells[count] = cell;
+            coverage[count++] = 0;
+        }
+        coverage[fragment]++;
+        s->place[i] = fragment;
+    }
+    for (size_t k = 0; k < count; k++) {
+        s->whole &= coverage[k] == (float)samples;
+        coverage[k] /= (float)samples;
+        s->fragment_of[cells[k]] = NO_FRAGMENT;
+    }
+    return count;
+}
+
+/* Appends the chunk's samples, averaged within its pixels, of which there are `pixels`, in s->cell
+ * too, where every ray of them hit. */
+static void add_fragments(const shd_scenery *scenery, shd_tile_scratch *s, size_t pixels) {
     const shd_plan *plan = scenery->plan;
     const int samples = plan->scene->raster.samples;
     shd_fragments *f = &s->fragments;
     for (size_t r = 0; r < s->run_count; r++) {
         const shd_run run = s->runs[r];
         const size_t at = f->count;
-        size_t count = 0;
-        const uint32_t end = run.first + run.count;
-        for (uint32_t i = run.first; i < end; i++)
-            if (i == run.first || s->cell[i] != s->cell[i - 1]) {
-                f->cell[at + count] = s->cell[i];
-                s->first[count++] = i;
-            }
-        s->first[count] = end;
-        for (size_t k = 0; k < count; k++)
-            f->coverage[at + k] = (float)(s->first[k + 1] - s->first[k]) / (float)samples;
+        const bool full = run.count == pixels * (size_t)samples;
+        size_t count = pixels;
+        if (full) {
+            memcpy(f->cell + at, s->cell, pixels * sizeof *f->cell);
+            scenery->paint->fill(s->coverage + at, pixels, 1);
+        } else {
+            count = place_hits(s, run, at, samples);
+        }
         const size_t terms = shd_terms_of(plan, run.group);
         for (size_t p = 0; p < plan->plane_count; p++) {
             if (!has_sums(plan, run.group, p)) continue;
@@ -364,7 +386,13 @@ static void add_fragments(const shd_scenery *scenery, shd_tile_scratch *s) {
             for (size_t t = 0; t < terms; t++)
                 for (int c = 0; c < channels; c++) {
                     const size_t k = shd_sum_of(plan, p, t, c);
-                    scenery->paint->average(s->sums[k], s->first, count, samples, f->sums[k] + at);
+                    const float *values = s->sums[k] + run.first;
+                    float *out = f->sums[k] + at;
+                    if (full)
+                        scenery->paint->average(values, count, samples, out);
+                    else
+                        scenery->paint->gather(values, s->place + run.first, run.count, count,
+                                               samples, out);
                 }
         }
         f->runs[f->run_count++] = (shd_run){run.group, (uint32_t)at, (uint32_t)count};
@@ -376,29 +404,31 @@ static void add_fragments(const shd_scenery *scenery, shd_tile_scratch *s) {
 
 /* Data layers hold the pixel's sample that is nearest to the camera: averages would be places
  * and directions that are nowhere on the surface. */
-static void store_data(const shd_scenery *scenery, const shd_hits *hits, shd_tile_scratch *s,
+static void store_data(const shd_scenery *scenery, const shd_hits *hits, const shd_tile_scratch *s,
                        const shd_film *film, shd_tile tile) {
     const shd_raster *raster = &scenery->plan->scene->raster;
     const int left = tile.x / SHD_TILE * SHD_TILE, top = tile.y / SHD_TILE * SHD_TILE;
-    for (size_t i = 0; i < hits->count;) {
-        const uint16_t cell = s->shot_cell[hits->shot[i]];
-        size_t nearest = i;
-        for (; i < hits->count && s->shot_cell[hits->shot[i]] == cell; i++)
-            if (hits->depth[i] < hits->depth[nearest]) nearest = i;
+    uint32_t nearest[SHD_TILE_PIXELS]; /* a hit, plus one */
+    memset(nearest, 0, sizeof nearest);
+    for (size_t i = 0; i < hits->count; i++) {
+        uint32_t *at = &nearest[s->shot_cell[hits->shot[i]]];
+        if (!*at || hits->depth[i] < hits->depth[*at - 1]) *at = (uint32_t)i + 1;
+    }
+    for (int cell = 0; cell < SHD_TILE_PIXELS; cell++) {
         const int x = left + cell % SHD_TILE - raster->x, y = top + cell / SHD_TILE - raster->y;
-        if (x < 0 || y < 0 || x >= film->width || y >= film->height) continue;
+        if (!nearest[cell] || x < 0 || y < 0 || x >= film->width || y >= film->height) continue;
+        const size_t hit = nearest[cell] - 1;
         const size_t pixel = (size_t)y * (size_t)film->width + (size_t)x;
         for (int c = 0; c < 3; c++) {
             if (film->normal)
                 film->normal[3 * pixel + (size_t)c] =
-                    hits->normal[c] ? (float)hits->normal[c][nearest] : hits->normal32[c][nearest];
+                    hits->normal[c] ? (float)hits->normal[c][hit] : hits->normal32[c][hit];
             if (film->position)
-                film->position[3 * pixel + (size_t)c] = hits->position[c]
-                                                            ? (float)hits->position[c][nearest]
-                                                            : hits->world32[c][nearest];
+                film->position[3 * pixel + (size_t)c] =
+                    hits->position[c] ? (float)hits->position[c][hit] : hits->world32[c][hit];
         }
-        if (film->depth) film->depth[pixel] = (float)hits->depth[nearest];
-        if (film->object) film->object[pixel] = (float)hits->object[nearest];
+        if (film->depth) film->depth[pixel] = (float)hits->depth[hit];
+        if (film->object) film->object[pixel] = (float)hits->object[hit];
     }
 }
 
@@ -414,13 +444,14 @@ static bool recall(shd_tile_scratch *s, size_t shots) {
     return true;
 }
 
-void shd_tile_cast(const shd_scenery *scenery, shd_tile_scratch *s, size_t shots,
-                   const uint8_t *sample, shd_stopwatch *watch) {
+/* Casts s->x, s->y and s->sample, or recalls what they hit: s->now. Ends the stage. */
+static void cast_shots(const shd_scenery *scenery, shd_tile_scratch *s, size_t shots,
+                       shd_stopwatch *watch) {
     if (!recall(s, shots)) {
         s->hits.count = 0;
         s->now = &s->hits;
         shd_sight_shoot(scenery->sight, s->survey.candidates, s->survey.candidate_count,
-                        &(shd_shots){shots, s->x, s->y, sample}, &s->hits);
+                        &(shd_shots){shots, s->x, s->y, s->sample}, &s->hits);
         shd_hits_pad(&s->hits);
         if (scenery->kept)
             shd_keep_cast(scenery->kept, s->tile, scenery->plan, s->shot_cell, shots, &s->hits);
@@ -428,30 +459,41 @@ void shd_tile_cast(const shd_scenery *scenery, shd_tile_scratch *s, size_t shots
     shd_end(watch, &watch->times.visibility);
 }
 
-/* The whole pattern of the pixels in s->pixels. */
+/* The first sample of all of these pixels, then the second one, and so on: a sample's rays are
+ * beside each other, and so are the values that make a pixel's mean with its neighbors'. */
+static void make_shots(shd_tile tile, const uint16_t *cells, size_t pixels, size_t samples,
+                       shd_tile_scratch *s) {
+    const int left = tile.x / SHD_TILE * SHD_TILE, top = tile.y / SHD_TILE * SHD_TILE;
+    for (size_t i = 0; i < pixels; i++) {
+        s->shot_cell[i] = cells[i];
+        s->x[i] = left + cells[i] % SHD_TILE;
+        s->y[i] = top + cells[i] / SHD_TILE;
+    }
+    memset(s->sample, 0, pixels * sizeof *s->sample);
+    for (size_t k = 1; k < samples; k++) {
+        memcpy(s->shot_cell + k * pixels, s->shot_cell, pixels * sizeof *s->shot_cell);
+        memcpy(s->x + k * pixels, s->x, pixels * sizeof *s->x);
+        memcpy(s->y + k * pixels, s->y, pixels * sizeof *s->y);
+        memset(s->sample + k * pixels, (int)k, pixels * sizeof *s->sample);
+    }
+}
+
+/* The pixels in s->pixels. */
 static void sample_pixels(const shd_scenery *scenery, shd_tile tile, shd_tile_scratch *s,
                           size_t count, const shd_film *film, shd_stopwatch *watch) {
-    const int samples = scenery->plan->scene->raster.samples;
-    const int left = tile.x / SHD_TILE * SHD_TILE, top = tile.y / SHD_TILE * SHD_TILE;
-    const size_t step = SHD_CHUNK / (size_t)samples;
+    const size_t samples = (size_t)scenery->plan->scene->raster.samples;
+    const size_t step = pixels_at_once(samples);
     for (size_t done = 0; done < count; done += step) {
-        const size_t end = done + step < count ? done + step : count;
-        const size_t shots = (end - done) * (size_t)samples;
-        if (samples == 1) memcpy(s->shot_cell, s->pixels + done, shots * sizeof *s->shot_cell);
-        for (size_t i = done, at = 0; samples > 1 && i < end; i++)
-            for (int k = 0; k < samples; k++) s->shot_cell[at++] = s->pixels[i];
-        for (size_t i = 0; i < shots; i++) {
-            s->x[i] = left + s->shot_cell[i] % SHD_TILE;
-            s->y[i] = top + s->shot_cell[i] / SHD_TILE;
-        }
-        shd_tile_cast(scenery, s, shots, s->pattern, watch);
+        const size_t pixels = done + step < count ? step : count - done;
+        make_shots(tile, s->pixels + done, pixels, samples, s);
+        cast_shots(scenery, s, pixels * samples, watch);
         if (scenery->data) store_data(scenery, s->now, s, film, tile);
-        const shd_hits *hits = shd_tile_light(scenery, s);
+        const shd_hits *hits = light_hits(scenery, s);
         if (samples == 1) {
             s->fragments.count = hits->count;
             s->fragments.run_count = s->run_count;
         } else {
-            add_fragments(scenery, s);
+            add_fragments(scenery, s, pixels);
         }
         shd_end(watch, &watch->times.shade);
     }
@@ -460,21 +502,22 @@ static void sample_pixels(const shd_scenery *scenery, shd_tile tile, shd_tile_sc
 /* Surveys the tile's cell of the grid, whatever part of it is looked at, so that a region sees the
  * blocks that the whole picture sees. */
 static void survey(const shd_scenery *scenery, shd_tile tile, shd_tile_scratch *s) {
-    const int around = scenery->adaptive ? SHD_BLOCK_SIDE : 0, side = SHD_TILE + 2 * around;
-    s->surveyed = (shd_tile){tile.x / SHD_TILE * SHD_TILE - around,
-                             tile.y / SHD_TILE * SHD_TILE - around, side, side};
-    shd_sight_survey(scenery->sight, s->surveyed, &s->survey);
+    const shd_tile whole = {tile.x / SHD_TILE * SHD_TILE, tile.y / SHD_TILE * SHD_TILE, SHD_TILE,
+                            SHD_TILE};
+    shd_sight_survey(scenery->sight, whole, &s->survey);
 }
 
 /* All pixels of blocks where something may be seen. */
 static size_t list_pixels(shd_tile tile, shd_tile_scratch *s) {
     size_t count = 0;
-    const int right = tile.x + tile.w;
-    for (int y = tile.y; y < tile.y + tile.h; y++)
-        for (int x = tile.x, end; x < right; x = end) {
-            end = shd_tile_block_end(s, x, right);
-            if (!shd_tile_block(s, x, y)->count) continue;
-            const int cell = y % SHD_TILE * SHD_TILE + x % SHD_TILE;
+    const int left = tile.x % SHD_TILE, right = left + tile.w, top = tile.y % SHD_TILE;
+    for (int y = top; y < top + tile.h; y++) {
+        const shd_block *row = s->survey.blocks + y / SHD_BLOCK_SIDE * s->survey.across;
+        for (int x = left, end; x < right; x = end) {
+            const int block = x / SHD_BLOCK_SIDE;
+            end = (block + 1) * SHD_BLOCK_SIDE < right ? (block + 1) * SHD_BLOCK_SIDE : right;
+            if (!row[block].count) continue;
+            const int cell = y * SHD_TILE + x;
             if (end - x == SHD_BLOCK_SIDE) { /* almost always: a vector's store */
                 for (int i = 0; i < SHD_BLOCK_SIDE; i++)
                     s->pixels[count + (size_t)i] = (uint16_t)(cell + i);
@@ -483,6 +526,7 @@ static size_t list_pixels(shd_tile tile, shd_tile_scratch *s) {
             }
             for (int i = 0; i < end - x; i++) s->pixels[count++] = (uint16_t)(cell + i);
         }
+    }
     return count;
 }
 
@@ -490,6 +534,7 @@ const shd_fragments *shd_tile_look(const shd_scenery *scenery, size_t index, shd
                                    shd_tile_scratch *s, const shd_film *film,
                                    shd_stopwatch *watch) {
     s->fragments.count = s->fragments.run_count = 0;
+    s->whole = true;
     s->tile = index;
     s->recalled = scenery->known ? shd_record_get(scenery->known, index) : NULL;
     survey(scenery, tile, s);
@@ -497,8 +542,7 @@ const shd_fragments *shd_tile_look(const shd_scenery *scenery, size_t index, shd
         shd_end(watch, &watch->times.visibility);
         return &s->fragments;
     }
-    const size_t count =
-        scenery->adaptive ? shd_refine(scenery, tile, s, watch) : list_pixels(tile, s);
-    sample_pixels(scenery, tile, s, count, film, watch);
+    sample_pixels(scenery, tile, s, list_pixels(tile, s), film, watch);
+    s->fragments.coverage = s->whole ? NULL : s->coverage;
     return &s->fragments;
 }

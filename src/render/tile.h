@@ -16,8 +16,6 @@
 struct shd_film;
 
 enum {
-    SHD_TILE = 32, /* pixels of a side; the grid of tiles begins at the picture's (0,0) */
-    SHD_TILE_PIXELS = SHD_TILE * SHD_TILE,
     SHD_CHUNK = 4096, /* samples that are cast and lit at once: whole pixels */
     SHD_RADIANCE = -1 /* in place of a run's group: `sums` is radiance, plane by plane */
 };
@@ -50,7 +48,6 @@ typedef struct shd_scenery {
     const shd_lighting *lighting;
     const shd_facet_light *facets;
     const shd_paint_kernel *paint;
-    bool adaptive;                  /* samples are taken where they matter */
     bool data;                      /* layers of normals, positions, depths or objects are wanted */
     const struct shd_record *known; /* hits of this geometry, or NULL */
     struct shd_record *kept;        /* where hits are kept, or NULL */

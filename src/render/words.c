@@ -61,6 +61,9 @@ static void say_bound(json_t *words, const shd_explained *e) {
             digits(e, SHD_DELTA_E_2000, number));
     else
         say(words, "Error: not bounded in CIEDE2000.");
+    if (e->plan->scene->raster.samples > 1)
+        say(words, "These are against the same %d samples a pixel, not against endless ones.",
+            e->plan->scene->raster.samples);
     say(words, "Single samples that lie on the edge of a cone or of a highlight are not counted.");
 }
 
@@ -108,11 +111,6 @@ static void say_samples(json_t *words, const shd_plan *plan) {
     const int samples = plan->scene->raster.samples;
     if (samples == 1)
         say(words, "Samples: one a pixel, through its center.");
-    else if (plan->sampling_absolute > 0)
-        say(words,
-            "Samples: up to %d a pixel; fewer where the picture changes by no more than %.2g + "
-            "%.2g of its value.",
-            samples, plan->sampling_absolute, plan->sampling_relative);
     else
         say(words, "Samples: all %d of every pixel.", samples);
 }

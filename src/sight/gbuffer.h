@@ -11,14 +11,12 @@
 enum { SHD_NOTHING = -1 };
 
 /* Rays to cast: pixel (x, y) of the whole picture, which may lie outside of it, and which of the
- * sample pattern's rays; SHD_CENTER is the ray through the pixel's centre. */
+ * sample pattern's rays. */
 typedef struct shd_shots {
     size_t count;
     const int32_t *x, *y;  /* [count] */
     const uint8_t *sample; /* [count] */
 } shd_shots;
-
-enum { SHD_CENTER = 255 };
 
 /* The hits of a list of shots, appended in the order of the shots; what hits nothing leaves no
  * entry. Arrays are [capacity], aligned to 64 bytes. */

@@ -25,7 +25,6 @@ typedef struct shd_item {
     double nearest;   /* no ray meets it at a smaller t */
     double blind;     /* nor does it count up to this one; 0 for planes, which are met exactly */
     bool far;         /* the eye is so far away that f64 wants the origin moved twice (balls) */
-    bool convex;      /* its silhouette is */
     shd_triangles triangles; /* SHD_MESH */
     shd_mesh_view view;
     bool smooth;         /* interpolate the mesh's normals at each sample: */
@@ -61,10 +60,10 @@ struct shd_sight {
     shd_lens lens;
     shd_item *items; /* as shd_scene.objects */
     size_t count;
-    uint32_t *order;                     /* [count]: nearer ones first, as far as can be told */
-    shd_outline *outlines;               /* [count]: in that order, */
-    shd_frames frames;                   /* as these are */
-    double offset_x[256], offset_y[256]; /* the sample pattern, and the centre */
+    uint32_t *order;                   /* [count]: nearer ones first, as far as can be told */
+    shd_outline *outlines;             /* [count]: in that order, */
+    shd_frames frames;                 /* as these are */
+    double offset_x[64], offset_y[64]; /* the sample pattern */
 };
 
 /* Fills order and outlines, and what items need of their distance. False: the arena is full. */

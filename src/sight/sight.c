@@ -252,7 +252,6 @@ shd_status shd_sight_new(const shd_plan *plan, const atomic_bool *cancelled, shd
     sight->items = items;
     for (int i = 0; i < scene->raster.samples; i++)
         shd_sample_offset(i, scene->raster.samples, &sight->offset_x[i], &sight->offset_y[i]);
-    sight->offset_x[SHD_CENTER] = sight->offset_y[SHD_CENTER] = 0.5;
     for (size_t i = 0; i < scene->object_count; i++) {
         shd_status status = make_item(plan, &sight->lens, i, cancelled, arena, &items[i], error);
         if (status != SHD_OK) return status;

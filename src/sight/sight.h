@@ -36,10 +36,6 @@ enum { SHD_BLOCK_SIDE = 8 }; /* pixels */
  * edges), through any point of it. */
 typedef struct shd_block {
     uint32_t first, count; /* in survey.candidates; count 0: nothing is seen, cast no ray */
-    /* The object, where it is the only candidate and its silhouette is convex (sphere, box,
-     * cylinder, cone, disc, plane, not tessellated): then each ray within the hull of rays that
-     * hit it hits it too. Else SHD_NOTHING. */
-    int32_t convex;
 } shd_block;
 
 typedef struct shd_survey {

@@ -147,10 +147,6 @@ static void outline_sphere(const shd_sight *sight, size_t index, const shd_item 
     }
 }
 
-static bool is_convex(shd_shape shape) {
-    return shape != SHD_MESH && shape != SHD_TORUS;
-}
-
 static int by_distance(const void *a, const void *b) {
     const sighting *x = a, *y = b;
     if (x->nearest != y->nearest) return x->nearest < y->nearest ? -1 : 1;
@@ -175,7 +171,6 @@ bool shd_sight_outline(shd_sight *sight, shd_arena *arena) {
         else
             outline_sphere(sight, i, it, &seen[i]);
         if (seen[i].outline.kind == SHD_OUTLINE_NONE) seen[i].p = none;
-        it->convex = is_convex(it->shape);
         it->nearest = seen[i].nearest;
     }
     qsort(seen, count, sizeof *seen, by_distance);
@@ -277,7 +272,7 @@ void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out) {
     uint32_t first = (uint32_t)count;
     for (size_t i = 0; i < blocks; i++) {
         shd_block *block = &out->blocks[i];
-        *block = (shd_block){first, 0, SHD_NOTHING};
+        *block = (shd_block){first, 0};
         if (!count) continue;
         int x = (int)(i % (size_t)out->across) * SHD_BLOCK_SIDE,
             y = (int)(i / (size_t)out->across) * SHD_BLOCK_SIDE;
@@ -291,8 +286,6 @@ void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out) {
                 continue;
             out->candidates[first + block->count++] = sight->order[rank];
         }
-        if (block->count == 1 && sight->items[out->candidates[first]].convex)
-            block->convex = (int32_t)out->candidates[first];
         first += block->count;
     }
     for (size_t k = 0; k < count; k++) out->candidates[k] = sight->order[out->candidates[k]];

@@ -207,8 +207,7 @@ static void what_threads_work_in_is_known_before(void **state) {
         const shd_plan *plan = request->plan;
         shd_sight *sight;
         assert_int_equal(shd_sight_new(plan, NULL, request->arena, &sight, &error), SHD_OK);
-        const shd_scenery scenery = {
-            .plan = plan, .sight = sight, .adaptive = plan->sampling_absolute > 0};
+        const shd_scenery scenery = {.plan = plan, .sight = sight};
         asked = 0;
         assert_non_null(shd_tile_scratch_new(&scenery, request->arena));
         const double taken = (double)asked, told = (double)shd_tile_scratch_size(plan);

@@ -81,19 +81,17 @@ static shd_request *read_with(shd_engine *engine, const char *members) {
 static void outputs_are_known_by_their_curves(void **state) {
     static const struct {
         const char *members;
-        bool coded, seen, coarse;
+        bool coded, seen;
         double first; /* matrix[0][0] */
     } cases[] = {
-        {"\"output\": {}", true, true, true, 1},
-        {"\"output\": {\"bitDepth\": 16}", true, true, false, 1},
-        {"\"output\": {\"display\": \"Rec.1886\", \"view\": \"Standard\"}", true, true, true, 1},
-        {"\"output\": {\"display\": \"Display P3\", \"view\": \"Standard\"}", true, true, true,
-         0.822},
-        {"\"output\": {\"format\": \"exr\"}", true, true, false, 1},
-        {"\"output\": {\"colorSpace\": \"ACEScg\"}", true, true, true, 0.613},
-        {"\"workingSpace\": \"ACEScg\"", true, true, true, 1.705},
-        {"\"output\": {\"colorSpace\": \"YIQ\"}", false, true, true, 0},
-        {"\"output\": {\"colorSpace\": \"HSV\"}", false, true, true, 0},
+        {"\"output\": {}", true, true, 1},
+        {"\"output\": {\"display\": \"Rec.1886\", \"view\": \"Standard\"}", true, true, 1},
+        {"\"output\": {\"display\": \"Display P3\", \"view\": \"Standard\"}", true, true, 0.822},
+        {"\"output\": {\"format\": \"exr\"}", true, true, 1},
+        {"\"output\": {\"colorSpace\": \"ACEScg\"}", true, true, 0.613},
+        {"\"workingSpace\": \"ACEScg\"", true, true, 1.705},
+        {"\"output\": {\"colorSpace\": \"YIQ\"}", false, true, 0},
+        {"\"output\": {\"colorSpace\": \"HSV\"}", false, true, 0},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         shd_request *request = read_with(*state, cases[i].members);
@@ -102,7 +100,6 @@ static void outputs_are_known_by_their_curves(void **state) {
         assert_int_equal(shd_shown_make(request, request->scene, &shown, &error), SHD_OK);
         assert_int_equal(shown->coded, cases[i].coded);
         assert_int_equal(shown->seen, cases[i].seen);
-        assert_int_equal(shown->coarse, cases[i].coarse);
         if (shown->coded && !(fabs(shown->matrix[0][0] - cases[i].first) < 2e-3))
             fail_msg("%s: %g", cases[i].members, shown->matrix[0][0]);
         shd_request_drop(request);
@@ -168,29 +165,27 @@ static void budgets_choose_what_is_cheapest(void **state) {
         const char *members;
         shd_tier tier;
         size_t lights;
-        bool drops, samples;
+        bool drops;
     } cases[] = {
-        {LIGHTS ", \"accuracy\": {\"maxError\": 0.5}", SHD_STANDARD, 1, true, true},
+        {LIGHTS ", \"accuracy\": {\"maxError\": 0.5}", SHD_STANDARD, 1, true},
         {LIGHTS ", \"accuracy\": {\"maxError\": 0.001, \"metric\": \"linear\"}", SHD_STANDARD, 1,
-         true, true},
+         true},
         {LIGHTS ", \"accuracy\": {\"maxError\": 0.001, \"metric\": \"linear\"}, \"image\": "
                 "{\"samples\": 1}",
-         SHD_STANDARD, 1, true, false},
+         SHD_STANDARD, 1, true},
         {LIGHTS ", \"accuracy\": {\"maxError\": 1e-5, \"metric\": \"linear\"}", SHD_STANDARD, 2,
-         true, true},
-        {LIGHTS ", \"accuracy\": {\"maxError\": 5e-7, \"metric\": \"linear\"}", SHD_EXACT, 3, false,
-         false},
-        {LIGHTS ", \"accuracy\": {\"maxError\": 2, \"metric\": \"code\"}", SHD_STANDARD, 1, true,
          true},
-        /* A code of a picture that differs at all may differ by one. */
-        {LIGHTS ", \"accuracy\": {\"maxError\": 0.9, \"metric\": \"code\"}", SHD_EXACT, 3, false,
+        {LIGHTS ", \"accuracy\": {\"maxError\": 5e-7, \"metric\": \"linear\"}", SHD_EXACT, 3,
          false},
+        {LIGHTS ", \"accuracy\": {\"maxError\": 2, \"metric\": \"code\"}", SHD_STANDARD, 1, true},
+        /* A code of a picture that differs at all may differ by one. */
+        {LIGHTS ", \"accuracy\": {\"maxError\": 0.9, \"metric\": \"code\"}", SHD_EXACT, 3, false},
         /* Nothing is known of HSV's codes, but of how colors look. */
         {LIGHTS ", \"output\": {\"colorSpace\": \"HSV\"}, \"accuracy\": {\"maxError\": 2, "
                 "\"metric\": \"code\"}",
-         SHD_EXACT, 3, false, false},
+         SHD_EXACT, 3, false},
         {LIGHTS ", \"output\": {\"colorSpace\": \"HSV\"}, \"accuracy\": {\"maxError\": 0.5}",
-         SHD_STANDARD, 1, true, true},
+         SHD_STANDARD, 1, true},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         shd_request *request = read_with(*state, cases[i].members);
@@ -201,7 +196,6 @@ static void budgets_choose_what_is_cheapest(void **state) {
             fail_msg("%s: %s", cases[i].members, plan->summary);
         if (cases[i].drops && plan->light_count < 3)
             assert_int_equal(plan->drops[2], SHD_DROP_BUDGET);
-        assert_true((plan->sampling_absolute > 0) == cases[i].samples);
         assert_true(plan->dropped > 0 || !cases[i].drops);
         const shd_accuracy *accuracy = &request->scene->accuracy;
         double bound = accuracy->metric == SHD_LINEAR ? plan->bound.linear
@@ -222,7 +216,6 @@ static void pixels_that_bright_light_covers_a_part_of_count_in_codes(void **stat
                           ", \"accuracy\": {\"maxError\": 0.1, \"metric\": \"linear\"}");
     shd_error error;
     assert_int_equal(shd_request_plan_make(request, request->scene, &error), SHD_OK);
-    assert_true(request->plan->sampling_absolute > 0);
     assert_true(request->plan->bound.code >= 1);
     shd_request_drop(request);
 }
@@ -259,36 +252,6 @@ static void budgets_that_nothing_meets_say_what_is_reached(void **state) {
     shd_request_drop(request);
 }
 
-static void coarse_pictures_may_leave_out_samples(void **state) {
-    static const struct {
-        const char *members;
-        bool may;
-    } cases[] = {
-        {"\"output\": {}", true},
-        {"\"accuracy\": {\"tier\": \"draft\"}", true},
-        {"\"accuracy\": {\"tier\": \"exact\"}", false},
-        {"\"image\": {\"samples\": 1}", false},
-        {"\"output\": {\"bitDepth\": 16}", false},
-        {"\"output\": {\"format\": \"exr\"}", false},
-        {"\"output\": {\"colorSpace\": \"HSV\"}", false},
-        {"\"outputs\": [{\"name\": \"a\"}, {\"name\": \"b\", \"format\": \"hdr\"}]", false},
-        {"\"outputs\": [{\"name\": \"a\"}, {\"name\": \"b\"}]", true}};
-    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        shd_request *request = read_with(*state, cases[i].members);
-        shd_error error;
-        assert_int_equal(shd_request_plan_make(request, request->scene, &error), SHD_OK);
-        assert_int_equal(request->plan->sampling_absolute > 0, cases[i].may);
-        const double a = request->plan->sampling_absolute, r = request->plan->sampling_relative;
-        for (double v = 1e-9; v < 1; v *= 1.01) {
-            double code = 255 * (shd_curve_encode(SHD_TRANSFER_SRGB, v + a + r * v) -
-                                 shd_curve_encode(SHD_TRANSFER_SRGB, v));
-            assert_true(code <= 0.5001); /* sRGB's curve has two parts that meet to 1e-8 */
-        }
-        assert_true(!cases[i].may || (a > 1.3e-5 && r > 4e-4));
-        shd_request_drop(request);
-    }
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(ciede2000_is_at_most_the_measure),
@@ -299,7 +262,6 @@ int main(void) {
         cmocka_unit_test(pixels_that_bright_light_covers_a_part_of_count_in_codes),
         cmocka_unit_test(budgets_that_are_easily_met_take_the_fastest_tier),
         cmocka_unit_test(budgets_that_nothing_meets_say_what_is_reached),
-        cmocka_unit_test(coarse_pictures_may_leave_out_samples),
     };
     return cmocka_run_group_tests(tests, start, stop);
 }

@@ -27,7 +27,7 @@ static seen see(shd_engine *engine, const char *json, shd_isa isa) {
     for (int i = 0; i < ALL; i++) {
         x[i] = i % SIDE;
         y[i] = i / SIDE;
-        sample[i] = SHD_CENTER;
+        sample[i] = 0;
     }
     const shd_shots shots = {ALL, x, y, sample};
     assert_true(s.request->scene->object_count <= 8);

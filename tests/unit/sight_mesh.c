@@ -105,7 +105,7 @@ static seen see(shd_engine *engine, const char *json, shd_isa isa) {
         /* block by block, as bundles of other shapes than rows */
         x[i] = i / 64 % 8 * 8 + i % 8;
         y[i] = i / 512 * 8 + i % 64 / 8;
-        sample[i] = SHD_CENTER;
+        sample[i] = 0;
     }
     const shd_shots shots = {ALL, x, y, sample};
     shd_sight_shoot(s.sight, &object, 1, &shots, &s.hits);
