@@ -149,6 +149,7 @@ void shd_scene_digest(const shd_scene *scene, char digest[33]) {
         put_material(&s, &scene->materials[scene->objects[i].material]);
     }
     put_count(&s, scene->accuracy.tier);
+    put_count(&s, scene->accuracy.draft); /* the plan that is told with the picture has it */
     put_count(&s, scene->accuracy.budget);
     put_number(&s, scene->accuracy.max_error);
     put_count(&s, scene->accuracy.metric);

@@ -380,6 +380,7 @@ static void digest_differs_where_scenes_do(void **state) {
         MESH(TRIANGLE ", 'normals': [0,0,1, 0,1,0, 0,0,1]"),
         MESH("'positions': [0,0,0, 1,0,0, 0,1,1]"),
 
+        WITH("'accuracy': {'tier': 'draft'}"),
         WITH("'accuracy': {'tier': 'exact'}"),
         WITH("'accuracy': {'maxError': 0.5}"),
         WITH("'accuracy': {'maxError': 0.6}"),
