@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "render/kernel_costs.h"
+
 /* Nanoseconds with AVX-512 kernels, as `tests/bench/costs.py` measures them beside these estimates:
  * other machines and pictures differ by two times and more. What to compare are estimates. */
 static const double SAMPLE = 4.5;    /* a hit: its way from light sums to the film */
@@ -15,17 +17,6 @@ static const double LINEAR = 1.3;    /* or to a linear space */
 /* Times that, with other kernels, but for meshes. */
 static const double slower[SHD_ISA_COUNT] = {
     [SHD_PORTABLE] = 2.4, [SHD_AVX2] = 1.45, [SHD_AVX512] = 1};
-
-/* A light at a hit, and what each specular lobe of it adds, as bench_kernels measures them at
- * shininess 1e5, where few points see the lobe, and at 50. In all of them `standard` takes no more
- * than `exact`, the order in which budgets try tiers. */
-static const struct {
-    double light, lobe;
-} kernels[SHD_ISA_COUNT][SHD_EXACT + 1] = {
-    [SHD_PORTABLE] = {[SHD_STANDARD] = {12.2, 12.1}, [SHD_EXACT] = {12.2, 11.1}},
-    [SHD_AVX2] = {[SHD_STANDARD] = {2.1, 0.3}, [SHD_EXACT] = {5.3, 5.5}},
-    [SHD_AVX512] = {[SHD_STANDARD] = {1.1, 0.2}, [SHD_EXACT] = {3.4, 3.8}},
-};
 
 /* A ray that an object may be in the way of, as far as its block of pixels tells. */
 static const double rays[SHD_SHAPE_COUNT] = {
@@ -103,8 +94,8 @@ static double light_of(const shd_plan *plan, size_t index) {
     const double lobes = (double)plan->materials[lit->material].lobe_count;
     if (plan->scene->objects[index].interpolation != SHD_PHONG) return SAMPLE + FACET;
     return SAMPLE * slower[plan->isa] +
-           (double)lit->light_count *
-               (kernels[plan->isa][plan->tier].light + lobes * kernels[plan->isa][plan->tier].lobe);
+           (double)lit->light_count * (shd_kernel_costs[plan->isa][plan->tier].light +
+                                       lobes * shd_kernel_costs[plan->isa][plan->tier].lobe);
 }
 
 static size_t triangles_of(const shd_object *object) {

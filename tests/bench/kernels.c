@@ -3,6 +3,7 @@
  *
  * Machines are noisy, so each figure is the least of several runs, and what to compare are the
  * ratios. Usage: bench_kernels [RUNS] */
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -104,13 +105,10 @@ static double time_of(const surface *s, shd_tier tier, shd_isa isa, double shini
     return least / (double)(s->count * LIGHTS);
 }
 
-int main(int argc, char **argv) {
+static void print_times(const surface *s, int runs) {
     static const double shininess[] = {5, 50, 1e3, 1e5};
-    const int runs = argc > 1 ? atoi(argv[1]) : 200;
-    static surface s;
-    make_surface(&s);
     printf("ns a pixel-light: %d lights, %zu points, least of %d runs\n\n%-9s %-9s", LIGHTS,
-           s.count, runs, "tier", "variant");
+           s->count, runs, "tier", "variant");
     for (size_t i = 0; i < sizeof shininess / sizeof *shininess; i++)
         printf(" ns %-6g", shininess[i]);
     for (shd_tier tier = SHD_STANDARD; tier <= SHD_EXACT; tier++) {
@@ -118,9 +116,46 @@ int main(int argc, char **argv) {
             if (!shd_cpu_has(isa)) continue;
             printf("\n%-9s %-9s", shd_tier_names[tier], shd_isa_name(isa));
             for (size_t i = 0; i < sizeof shininess / sizeof *shininess; i++)
-                printf(" %-9.3f", time_of(&s, tier, isa, shininess[i], runs));
+                printf(" %-9.3f", time_of(s, tier, isa, shininess[i], runs));
         }
     }
     putchar('\n');
+}
+
+/* src/render/kernel_costs.h. Few points see a lobe of shininess 1e5; at 50 many do. */
+static int print_table(const surface *s, int runs) {
+    static const char *const isas[SHD_ISA_COUNT] = {
+        [SHD_PORTABLE] = "SHD_PORTABLE", [SHD_AVX2] = "SHD_AVX2", [SHD_AVX512] = "SHD_AVX512"};
+    for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++)
+        if (!shd_cpu_has(isa)) {
+            fprintf(stderr, "kernels: this machine has no %s\n", shd_isa_name(isa));
+            return 1;
+        }
+    puts("/* What lights cost: `./dev bench --kernels` makes this file. Inside of render/. */\n"
+         "#ifndef SHD_RENDER_KERNEL_COSTS_H\n#define SHD_RENDER_KERNEL_COSTS_H\n\n"
+         "#include \"base/cpu.h\"\n#include \"scene/scene.h\"\n\n"
+         "/* Nanoseconds of a light at a hit, and what each specular lobe of it adds: of shininess "
+         "1e5,\n * where few points see the lobe, and at 50. */\n"
+         "static const struct {\n    double light, lobe;\n"
+         "} shd_kernel_costs[SHD_ISA_COUNT][SHD_EXACT + 1] = {");
+    for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++) {
+        double light[SHD_EXACT + 1], both[SHD_EXACT + 1];
+        for (shd_tier tier = SHD_STANDARD; tier <= SHD_EXACT; tier++) {
+            light[tier] = time_of(s, tier, isa, 1e5, runs);
+            both[tier] = fmax(time_of(s, tier, isa, 50, runs), light[tier]);
+        }
+        printf("    [%s] = {[SHD_STANDARD] = {%.1f, %.1f}, [SHD_EXACT] = {%.1f, %.1f}},\n",
+               isas[isa], light[SHD_STANDARD], both[SHD_STANDARD] - light[SHD_STANDARD],
+               light[SHD_EXACT], both[SHD_EXACT] - light[SHD_EXACT]);
+    }
+    puts("};\n\n#endif");
+    return 0;
+}
+
+int main(int argc, char **argv) {
+    static surface s;
+    make_surface(&s);
+    if (argc > 1 && !strcmp(argv[1], "--table")) return print_table(&s, 2000);
+    print_times(&s, argc > 1 ? atoi(argv[1]) : 200);
     return 0;
 }

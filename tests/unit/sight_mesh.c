@@ -74,10 +74,10 @@ static char *scene_of(const solid *s, const char *camera, const char *more) {
             "\"mesh\", \"interpolation\": \"flat\"%s, \"positions\": [",
             SIDE, SIDE, camera, more);
     for (size_t i = 0; i < 3 * s->vertices; i++)
-        fprintf(w.out, "%s%.17g", i ? ", " : "", s->positions[0][i]);
+        fprintf(w.out, "%s%.17g", i ? ", " : "", s->positions[i / 3][i % 3]);
     fputs("], \"indices\": [", w.out);
     for (size_t i = 0; i < 3 * s->triangles; i++)
-        fprintf(w.out, "%s%u", i ? ", " : "", s->indices[0][i]);
+        fprintf(w.out, "%s%u", i ? ", " : "", s->indices[i / 3][i % 3]);
     fputs("]}]}", w.out);
     return finish(&w);
 }
