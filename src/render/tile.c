@@ -268,8 +268,10 @@ static shd_patch patch_of(const shd_scenery *scenery, const shd_hits *hits, shd_
     scenery->paint->bound(position, normal, run.count, low, high, sum);
     double center[3], square = 0;
     for (int c = 0; c < 3; c++) {
-        const double half = ((double)high[c] - (double)low[c]) / 2;
-        center[c] = (double)low[c] + half;
+        /* The points are where they were before they were rounded to f32. */
+        const double reach = fmax(fabs((double)low[c]), fabs((double)high[c])),
+                     half = ((double)high[c] - (double)low[c]) / 2 + 0x1p-24 * reach;
+        center[c] = ((double)low[c] + (double)high[c]) / 2;
         square += half * half;
     }
     const double world = 1 / plan->scale;

@@ -365,6 +365,28 @@ static void light_between_rays_does_not_count(void **state) {
     check_texts(*state, text[0], text[1], &s);
 }
 
+/* On a ball of 6e8, where f32 has steps of 64, under a light at a height of 3: tiles that know of
+ * their points what f32 left of them would take it for one below the ground. */
+static void bounds_hold_under_lights_that_are_nearer_than_steps_of_f32(void **state) {
+    spreads s = {.linear = {.count = 0}};
+    for (int i = 0; i < 8; i++) {
+        const double radius = 662711015.4084505 + 37 * i;
+        char *text[2];
+        for (int t = 0; t < 2; t++)
+            text[t] = text_of(
+                "{\"image\": {\"width\": 37, \"height\": 27, \"samples\": 1}, \"accuracy\": "
+                "{\"tier\": \"%s\"}, \"camera\": {\"position\": [0, 0.8, 2.7], \"fov\": 30}, "
+                "\"lights\": [{\"type\": \"directional\", \"direction\": [2, -0.01, 1], "
+                "\"intensity\": 0.2}, {\"type\": \"point\", \"intensity\": 0.2, \"position\": "
+                "[1.2, 3, -15]}, {\"type\": \"directional\", \"direction\": [0.8, -2.9, 1], "
+                "\"intensity\": 0.3}], \"objects\": [{\"type\": \"sphere\", \"radius\": %.17g, "
+                "\"material\": {\"specular\": 0.5}, \"transform\": {\"translate\": "
+                "[0, %.17g, 0]}}]}",
+                t ? "exact" : "standard", radius, -radius);
+        check_texts(*state, text[0], text[1], &s);
+    }
+}
+
 /* Black instead of up to 22 codes. */
 static void a_budget_that_takes_all_light_is_bounded(void **state) {
     static const char text[] =
@@ -387,6 +409,7 @@ int main(void) {
         cmocka_unit_test(exact_gouraud_is_within_its_bound),
         cmocka_unit_test(bounds_hold_at_any_size),
         cmocka_unit_test(light_between_rays_does_not_count),
+        cmocka_unit_test(bounds_hold_under_lights_that_are_nearer_than_steps_of_f32),
         cmocka_unit_test(a_budget_that_takes_all_light_is_bounded),
     };
     return cmocka_run_group_tests(tests, make_engine, drop_engine);
