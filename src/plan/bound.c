@@ -36,7 +36,8 @@ double shd_curve_noise(shd_transfer transfer) {
 double shd_bound_linear(const shd_excess_list *list) {
     double most = 0;
     for (int c = 0; c < 3; c++) most = fmax(most, list->most[c]);
-    const double worst = list->worst + (list->color - list->rounding) * most + list->more;
+    const double worst =
+        list->worst + list->misplaced + (list->color - list->rounding) * most + list->more;
     return worst < 1e37 ? worst : INFINITY; /* beyond what the film holds */
 }
 

@@ -67,6 +67,7 @@ typedef struct shd_term {
 typedef struct shd_much {
     double low, high;
     double absolute, limited; /* errors, as in shd_excess */
+    double misplaced;         /* the error that both tiers share */
 } shd_much;
 
 /* The error of a color, in channel c, where its value is v within [floor, most], is at most
@@ -116,6 +117,7 @@ typedef struct shd_excess_list {
     double more;      /* absolute, in every channel: lights left out */
     double most[3];   /* of all colors, by size */
     double worst;     /* of all errors, those with `rounding` */
+    double misplaced; /* of colors where f64 has a point: of `linear` alone, for tiers share it */
 } shd_excess_list;
 
 /* The most that each light adds to a channel. */

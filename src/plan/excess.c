@@ -35,10 +35,11 @@ typedef struct finding {
     shd_excess_list *list;
     shd_influences *influences; /* or NULL */
     shd_hues hues;
-    shd_terms terms;       /* of the object in question, */
-    const shd_term *kept;  /* a copy of them that stays, or NULL: they are many, */
-    shd_much *much;        /* [terms]: of its piece */
-    source *sources;       /* [light_count]: its lights */
+    shd_terms terms;      /* of the object in question, */
+    const shd_term *kept; /* a copy of them that stays, or NULL: they are many, */
+    shd_much *much;       /* [terms]: of its piece */
+    source *sources;      /* [light_count]: its lights */
+    shd_misplaced misplaced;
     double *beside;        /* [light_count]: no point that is seen is nearer to the light */
     shd_lobe_error *lobes; /* [max_lobes]: of its material */
     shd_piece *pieces;     /* [SHD_MOST_PIECES] */
@@ -80,6 +81,25 @@ static source source_of(const finding *f, const shd_plan_object *object, uint32_
     /* On a plane coordinates grow with the distance. */
     if (!object->bounded) s.far = POSITION;
     return s;
+}
+
+/* What it makes of a light that its points are elsewhere and their normals turned. */
+static void add_misplaced(const finding *f, const shd_plan_material *material, const source *from,
+                          const shd_lit *lit) {
+    const double high = from->strength * lit->factor_high, turned = f->misplaced.turned;
+    double moved = 0;
+    if (!from->light->directional) moved = fmin(f->misplaced.moved / lit->nearest, 1);
+    const double distance = from->light->attenuated ? 2 * moved : 0;
+    shd_much *to = &f->much[from->term];
+    to->misplaced += high * (moved + turned + distance * lit->facing_high);
+    for (size_t k = 0; k < material->lobe_count; k++) {
+        const double most = shd_shine_most(lit->shine_high, material->lobes[k].shininess);
+        shd_lobe_error turning = f->lobes[k];
+        turning.square = 0; /* of the kernels' own rounding */
+        to++;
+        to->misplaced += high * (distance * most + shd_lobe_turned(&turning, lit->shine_high, most,
+                                                                   moved + 2 * turned));
+    }
 }
 
 /* Adds the light to the terms. Returns the most that it adds to any channel. */
@@ -242,6 +262,7 @@ static bool find_object(finding *f, size_t index, bool same_group, bool few, shd
             shd_lobe_error_of(f->tier, material->lobes[k].shininess, plan->scene->light_count);
     shd_place place = shd_place_of(&plan->scene->objects[index], object);
     place.known = place.known && few;
+    f->misplaced = shd_misplaced_of(plan->scene, &place);
     for (size_t k = 0; k < object->light_count; k++)
         f->sources[k] = source_of(f, object, object->lights[k], &place);
     return true;
@@ -270,6 +291,14 @@ static void sum_terms(const finding *f, const shd_plan_material *material, shd_e
     }
     to->main_absolute = absolute[3];
     to->main_limited = limited[3];
+}
+
+/* The largest of the channels. */
+static double misplaced_of(const finding *f) {
+    double sum[3] = {0};
+    for (size_t i = 1; i < f->terms.count; i++)
+        for (int c = 0; c < 3; c++) sum[c] += f->terms.list[i].color[c] * f->much[i].misplaced;
+    return shd_larger(shd_larger(sum[0], sum[1]), sum[2]);
 }
 
 /* What is beside the main direction of the errors. Each term errs by itself. */
@@ -301,6 +330,7 @@ static void add_piece(finding *f, const shd_plan_object *object, const shd_piece
         const source *from = &f->sources[i];
         if (!shd_piece_lit(plan->scene, piece, from->light, from->least, &lit)) continue;
         const double most = add_light(f, material, from, &lit);
+        add_misplaced(f, material, from, &lit);
         if (influences)
             influences[object->lights[i]] = shd_larger(influences[object->lights[i]], most);
     }
@@ -324,6 +354,7 @@ static void add_piece(finding *f, const shd_plan_object *object, const shd_piece
         sum.main[c] = !fresh ? to->main[c] : total > 0 && isfinite(total) ? error / total : 0;
         worst = shd_larger(worst, error + (f->color + f->edges) * sum.most[c]);
     }
+    f->list->misplaced = shd_larger(f->list->misplaced, misplaced_of(f));
     part_errors(f, &sum);
     if (!(worst >= 0)) worst = INFINITY; /* not a number */
     f->list->worst = shd_larger(f->list->worst, worst);
@@ -420,7 +451,7 @@ bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_
     out->grey = plan->grey;
     out->mixed = mixed;
     out->color = out->rounding = f.color;
-    out->more = out->worst = 0;
+    out->more = out->worst = out->misplaced = 0;
     memset(out->most, 0, sizeof out->most);
     return f.much && (!influences || influences->rows) && add_objects(&f, arena);
 }

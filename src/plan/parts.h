@@ -72,6 +72,14 @@ shd_place shd_place_of(const shd_object *object, const shd_plan_object *bounds);
 /* At most the distance of a point of the world from the object's surface. */
 double shd_least_distance(const shd_place *place, shd_vec3 point);
 
+/* How far rounding to f64 moves the points of an object that are seen, and turns their normals:
+ * lengths of the world, and a chord of unit vectors. Of infinite planes nothing is told. */
+typedef struct shd_misplaced {
+    double moved, turned;
+} shd_misplaced;
+
+shd_misplaced shd_misplaced_of(const shd_scene *scene, const shd_place *place);
+
 /* At most the distance of a point of the world from any ray of the picture, of whatever region. */
 double shd_ray_distance(const shd_scene *scene, shd_vec3 point);
 

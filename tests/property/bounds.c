@@ -387,6 +387,34 @@ static void bounds_hold_under_lights_that_are_nearer_than_steps_of_f32(void **st
     }
 }
 
+/* A ball from 1e10 radii away, in closed form: N.L is sqrt(1 - b^2) at b radii beside its middle,
+ * to 1e-10. What f64 cannot tell of a ray's direction is in the bound. */
+static void exact_bounds_hold_what_f64_misplaces(void **state) {
+    enum { SIDE = 64 };
+    const double distance = 1e10, half = 1.2;
+    char *text = text_of(
+        "{\"image\": {\"width\": 64, \"height\": 64, \"samples\": 1}, \"accuracy\": {\"tier\": "
+        "\"exact\"}, \"camera\": {\"position\": [%.17g, %.17g, %.17g], \"fov\": %.17g}, "
+        "\"lights\": [{\"type\": \"directional\", \"direction\": [-0.6, -0.48, -0.64]}], "
+        "\"objects\": [{\"type\": \"sphere\", \"material\": {\"diffuse\": 1}}]}",
+        0.6 * distance, 0.48 * distance, 0.64 * distance, 360 / SHD_PI * atan(half / distance));
+    drawn d = shown_film_of(*state, text);
+    const double bound = d.request->plan->bound.linear;
+    double worst = 0;
+    for (int y = 0; y < SIDE; y++)
+        for (int x = 0; x < SIDE; x++) {
+            const double p = half * ((2 * x + 1.0) / SIDE - 1),
+                         q = half * ((2 * y + 1.0) / SIDE - 1);
+            const double wanted = sqrt(fmax(0, 1 - p * p - q * q));
+            if (wanted < 0.03) continue; /* its outline */
+            worst = fmax(worst, fabs((double)d.film.rgba[4 * (SIDE * y + x)] - wanted));
+        }
+    drop_drawn(&d);
+    free(text);
+    if (!(worst <= bound)) fail_msg("off by %g, not %g as bound", worst, bound);
+    assert_true(worst > 1e-6 && bound < 0.1);
+}
+
 /* Black instead of up to 22 codes. */
 static void a_budget_that_takes_all_light_is_bounded(void **state) {
     static const char text[] =
@@ -410,6 +438,7 @@ int main(void) {
         cmocka_unit_test(bounds_hold_at_any_size),
         cmocka_unit_test(light_between_rays_does_not_count),
         cmocka_unit_test(bounds_hold_under_lights_that_are_nearer_than_steps_of_f32),
+        cmocka_unit_test(exact_bounds_hold_what_f64_misplaces),
         cmocka_unit_test(a_budget_that_takes_all_light_is_bounded),
     };
     return cmocka_run_group_tests(tests, make_engine, drop_engine);

@@ -426,8 +426,8 @@ static void from_inside_a_closed_mesh_every_ray_meets_it(void **state) {
 static void nothing_is_seen_of_a_triangle_from_its_edge(void **state) {
     static const char *const cameras[] = {
         "\"position\": [0, 0, 4]", "\"position\": [1.25, 0, 3.5], \"target\": [0, 0.5, 0]",
-        "\"type\": \"orthographic\", \"height\": 3.046875, \"position\": [0, 0.0234375, 4], "
-        "\"target\": [0, 0.0234375, 0]"};
+        ("\"type\": \"orthographic\", \"height\": 3.046875, \"position\": [0, 0.0234375, 4], "
+         "\"target\": [0, 0.0234375, 0]")};
     for (int k = 0; k < 3; k++) {
         solid s = new_solid(4, 2);
         add_square(&s, 1, 0);
