@@ -1,7 +1,6 @@
 /* Error bounds are upper bounds, in scenes of every kind, and not far above what is measured. */
 #include "property/pieces.h"
 #include "render/measure.h"
-#include "render/shown.h"
 #include "shade/exact.h"
 
 static const char *const shapes[] = {"sphere", "box",  "cylinder", "cone",
@@ -121,18 +120,6 @@ static char *scene(const char *accuracy, bool plain, uint64_t seed) {
     }
     fputs("]}", w.out);
     return finish(&w);
-}
-
-static drawn shown_film_of(shd_engine *engine, const char *json) {
-    drawn d = {.request = read_scene(engine, json)};
-    shd_error error = {SHD_OK, "", ""};
-    shd_sight *sight = NULL;
-    if (shd_request_plan_make(d.request, d.request->scene, &error) ||
-        shd_sight_new(d.request->plan, NULL, d.request->arena, &sight, &error))
-        fail_msg("%s: %s", error.path, error.text);
-    shd_status status = shd_film_render(d.request, sight, NULL, NULL, &d.film, &error);
-    if (status != SHD_OK) fail_msg("%s: %s", error.path, error.text);
-    return d;
 }
 
 /* Bound over measurement of many scenes, sorted. */

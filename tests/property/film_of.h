@@ -20,6 +20,7 @@
 
 #include "render/engine.h"
 #include "render/film.h"
+#include "render/shown.h"
 #include "shade/lighting.h"
 
 /* Says by how much a bound is missed; with SHADED_MEASURE set, what every figure is. */
@@ -133,6 +134,19 @@ static inline drawn film_of(shd_engine *engine, const char *json) {
     drawn d = {.request = read_scene(engine, json)};
     shd_sight *sight = plan_and_see(d.request);
     shd_error error = {SHD_OK, "", ""};
+    shd_status status = shd_film_render(d.request, sight, NULL, NULL, &d.film, &error);
+    if (status != SHD_OK) fail_msg("%s: %s", error.path, error.text);
+    return d;
+}
+
+/* The same, planned for what its outputs show. */
+static inline drawn shown_film_of(shd_engine *engine, const char *json) {
+    drawn d = {.request = read_scene(engine, json)};
+    shd_error error = {SHD_OK, "", ""};
+    shd_sight *sight = NULL;
+    if (shd_request_plan_make(d.request, d.request->scene, &error) ||
+        shd_sight_new(d.request->plan, NULL, d.request->arena, &sight, &error))
+        fail_msg("%s: %s", error.path, error.text);
     shd_status status = shd_film_render(d.request, sight, NULL, NULL, &d.film, &error);
     if (status != SHD_OK) fail_msg("%s: %s", error.path, error.text);
     return d;

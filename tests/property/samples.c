@@ -2,21 +2,8 @@
  * however well another light hides it, is missed by a bound or a budget. */
 #include "property/pieces.h"
 #include "render/measure.h"
-#include "render/shown.h"
 
 /* ---- Pictures and how far they are from the exact tier's. ---- */
-
-static drawn draw(shd_engine *engine, const char *json) {
-    drawn d = {.request = read_scene(engine, json)};
-    shd_error error = {SHD_OK, "", ""};
-    shd_sight *sight = NULL;
-    if (shd_request_plan_make(d.request, d.request->scene, &error) ||
-        shd_sight_new(d.request->plan, NULL, d.request->arena, &sight, &error))
-        fail_msg("%s: %s", error.path, error.text);
-    shd_status status = shd_film_render(d.request, sight, NULL, NULL, &d.film, &error);
-    if (status != SHD_OK) fail_msg("%s: %s", error.path, error.text);
-    return d;
-}
 
 typedef struct figures {
     double linear, code, delta_e;
@@ -27,7 +14,7 @@ static figures measure(shd_engine *engine, const char *members, const char *accu
                        figures *bound) {
     char *json = text_of("{%s, \"accuracy\": {%s}}", members, accuracy),
          *reference = text_of("{%s, \"accuracy\": {\"tier\": \"exact\"}}", members);
-    drawn exact = draw(engine, reference), other = draw(engine, json);
+    drawn exact = shown_film_of(engine, reference), other = shown_film_of(engine, json);
     const shd_bound *told = &other.request->plan->bound;
     *bound = (figures){told->linear, told->code, told->delta_e};
     shd_showing showing;
