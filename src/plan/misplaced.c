@@ -7,7 +7,8 @@
  * object's map and its inverse, and the place on the ray. */
 static const double ROUNDINGS = 16;
 
-/* 1 / N.V of all points that are seen but those on a silhouette. */
+/* 1 / N.V of all points that are seen but those on a silhouette: single samples, as on other edges.
+ * Of this and the 16 no proof is given; `./dev attack` holds them. */
 static const double GRAZING = 1e4;
 
 shd_misplaced shd_misplaced_of(const shd_scene *scene, const shd_place *place) {

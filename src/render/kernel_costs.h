@@ -10,9 +10,9 @@
 static const struct {
     double light, lobe;
 } shd_kernel_costs[SHD_ISA_COUNT][SHD_EXACT + 1] = {
-    [SHD_PORTABLE] = {[SHD_STANDARD] = {12.2, 12.1}, [SHD_EXACT] = {12.2, 11.1}},
-    [SHD_AVX2] = {[SHD_STANDARD] = {2.1, 0.3}, [SHD_EXACT] = {5.3, 5.5}},
-    [SHD_AVX512] = {[SHD_STANDARD] = {1.1, 0.2}, [SHD_EXACT] = {3.4, 3.8}},
+    [SHD_PORTABLE] = {[SHD_STANDARD] = {10.1, 10.9}, [SHD_EXACT] = {13.7, 11.6}},
+    [SHD_AVX2] = {[SHD_STANDARD] = {2.3, 0.4}, [SHD_EXACT] = {6.0, 5.7}},
+    [SHD_AVX512] = {[SHD_STANDARD] = {1.2, 0.2}, [SHD_EXACT] = {3.9, 4.4}},
 };
 
 #endif
