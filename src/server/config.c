@@ -55,6 +55,8 @@ static const option_info options[] = {
     {"max-connections", WHOLE, true, FIELD(connections), 1, 1000000, "N", "connections at a time"},
     {"max-connections-each", WHOLE, true, FIELD(connections_each), 0, 1000000, "N",
      "of them from one address; 0: any number"},
+    {"trusted-proxies", TEXT, false, FIELD(trusted_proxies), 0, 0, "NETWORKS",
+     "proxies whose X-Forwarded-For is believed: 127.0.0.1, 10.0.0.0/8, unix"},
     {"max-body", BYTES, false, FIELD(body), 1, UINT64_C(1) << 40, "BYTES",
      "size of a scene document"},
     {"max-pixels", WHOLE, false, FIELD(pixels), 1, UINT64_C(1) << 40, "N", "pixels of a picture"},

@@ -17,6 +17,7 @@ typedef struct shd_config {
     char tokens[4096];            /* path; "": everybody may ask */
     char preview_keys[4096];      /* path; "": previews need no signature */
     char cors_origins[1024];
+    char trusted_proxies[1024]; /* networks whose X-Forwarded-For is believed */
     bool log_requests;
     uint64_t threads, queue, connections, connections_each;
     uint64_t pixels, samples, lights, objects, triangles, body, memory; /* shd_limits */

@@ -128,6 +128,8 @@ static enum MHD_Result read_field(void *cls, enum MHD_ValueKind kind, const char
         join(&h->exchange->accept_encoding, value, &h->exchange->reply);
     } else if (!strcasecmp(name, "If-None-Match")) {
         join(&h->exchange->if_none_match, value, &h->exchange->reply);
+    } else if (!strcasecmp(name, "X-Forwarded-For")) {
+        join(&h->exchange->forwarded_for, value, &h->exchange->reply);
     } else if (!strcasecmp(name, "Content-Type")) {
         h->exchange->content_type = value;
         h->types++;
@@ -348,6 +350,16 @@ static enum MHD_Result refuse_size(shd_exchange *exchange, unsigned long long si
 
 /* ---- Receiving ---- */
 
+static void set_client(shd_exchange *exchange) {
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(exchange->connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+    if (exchange->by_token)
+        shd_client_of_token(exchange->authorization, exchange->client);
+    else
+        shd_client_of_address(info ? info->client_addr : NULL, exchange->forwarded_for,
+                              exchange->settings->proxies, exchange->client);
+}
+
 static enum MHD_Result take_head(shd_exchange *exchange, const char *method, const char *version) {
     head h = {.exchange = exchange};
     snprintf(exchange->method_name, sizeof exchange->method_name, "%s", method);
@@ -355,9 +367,11 @@ static enum MHD_Result take_head(shd_exchange *exchange, const char *method, con
     count(exchange);
     MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, read_field, &h);
     adopt_id(exchange, h.request_id);
+    set_client(exchange);
     if (!check_framing(&h, version)) return refuse_now(exchange);
 
     exchange->refused = !shd_route_admit(exchange);
+    if (exchange->by_token) set_client(exchange);
     errno = 0;
     unsigned long long length = h.length ? strtoull(h.length, NULL, 10) : 0;
     if (errno || length > exchange->settings->config.body) return refuse_size(exchange, length);
@@ -478,6 +492,7 @@ static void log_request(const shd_exchange *exchange, double seconds, bool abort
     shd_log line;
     shd_log_begin(&line, SHD_LOG_INFO, "request");
     shd_log_text(&line, "id", exchange->id);
+    if (*exchange->client) shd_log_text(&line, "client", exchange->client);
     shd_log_text(&line, "method", exchange->method_name);
     shd_log_text(&line, "path", exchange->path);
     shd_log_whole(&line, "status", exchange->reply.status);
@@ -519,6 +534,7 @@ static void complete(void *cls, struct MHD_Connection *connection, void **contex
     free(exchange->accept);
     free(exchange->accept_encoding);
     free(exchange->if_none_match);
+    free(exchange->forwarded_for);
     free(exchange->body);
     free(exchange);
 }

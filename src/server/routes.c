@@ -255,7 +255,8 @@ static bool admit_caller(shd_exchange *exchange) {
     const shd_secrets *keys =
         exchange->route->id == SHD_ROUTE_PREVIEW ? exchange->settings->preview_keys : NULL;
     if ((!tokens && !keys) || strncmp(exchange->route->path, "/v1/", 4)) return true;
-    if (tokens && shd_secrets_admit(tokens, exchange->authorization)) return true;
+    exchange->by_token = tokens && shd_secrets_admit(tokens, exchange->authorization);
+    if (exchange->by_token) return true;
     if (keys && admit_link(exchange, keys)) return true;
     if (exchange->reply.status) return false;
     shd_problem_reply(&exchange->reply, SHD_UNAUTHORIZED,

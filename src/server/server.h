@@ -13,6 +13,7 @@
  *     reaper.c, linger.c  connections that are slow or left; those that must not be cut off
  *     settings.c  what SIGHUP changes, from config.c; access.c  tokens, keys and origins
  *     admin.c, metrics.c, log.c  the operators' port, and what they are told
+ *     client.c  who a request is from
  *     address.c, systemd.c  sockets, opened here or handed over
  *
  * An exchange belongs to the I/O thread, but to jobs.c between shd_exchange_suspend and
@@ -27,6 +28,7 @@
 #include <stdint.h>
 
 #include "cache.h"
+#include "client.h"
 #include "config.h"
 #include "jobs.h"
 #include "linger.h"
@@ -80,10 +82,12 @@ struct shd_exchange {
     shd_method method;
     char method_name[16], path[SHD_PATH_SIZE]; /* for the log; cut where longer */
     bool path_cut;
-    char *target; /* path and query as they were sent; owned */
+    char client[SHD_CLIENT_SIZE]; /* "": its head was not read */
+    bool by_token;                /* the client is who has the token in `authorization` */
+    char *target;                 /* path and query as they were sent; owned */
 
     /* The head's fields; NULL where there are none. Strings live as long as the exchange. */
-    char *accept, *accept_encoding, *if_none_match;
+    char *accept, *accept_encoding, *if_none_match, *forwarded_for;
     const char *content_type, *content_encoding, *origin;
     const char *authorization; /* a secret; NULL too where there is more than one */
     bool is_preflight;

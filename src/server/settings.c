@@ -40,6 +40,7 @@ shd_status shd_settings_new(const shd_config *config, shd_engine *first, bool re
     if (!status && *config->preview_keys)
         status =
             shd_secrets_load(config->preview_keys, &shd_key_kind, &settings->preview_keys, error);
+    if (!status) status = shd_networks_new(config->trusted_proxies, &settings->proxies, error);
     if (!status) status = shd_origins_list(config->cors_origins, &settings->origins, error);
     if (!status) status = shd_routes_prepare(settings, error);
     if (status)
@@ -53,6 +54,7 @@ void shd_settings_drop(shd_settings *settings) {
     if (!settings || atomic_fetch_sub(&settings->holders, 1) > 1) return;
     shd_routes_release(settings);
     free(settings->origins);
+    shd_networks_drop(settings->proxies);
     shd_secrets_drop(settings->tokens);
     shd_secrets_drop(settings->preview_keys);
     if (settings->owns_engine) shd_engine_drop(settings->engine);

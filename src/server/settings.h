@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "access.h"
+#include "client.h"
 #include "config.h"
 #include "metrics.h"
 #include "shaded.h"
@@ -35,6 +36,7 @@ typedef struct shd_settings {
     shd_engine *engine;
     bool owns_engine;
     char *origins;                           /* of CORS, joined by commas */
+    shd_networks *proxies;                   /* whose X-Forwarded-For is believed */
     shd_secrets *tokens;                     /* NULL: everybody may ask */
     shd_secrets *preview_keys;               /* NULL: previews need no signature */
     shd_document documents[SHD_ROUTE_COUNT]; /* plain.size 0: the route has none */

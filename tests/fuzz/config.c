@@ -6,6 +6,7 @@
 
 #include "fuzz.h"
 #include "server/access.h"
+#include "server/client.h"
 #include "server/config.h"
 
 enum { FLAGS_MOST = 16 };
@@ -42,6 +43,12 @@ static void check_config(int count, char **flags) {
     CHECK(config.threads <= 1024 && config.queue >= 1 && config.timeout >= 1 && config.body >= 1);
     shd_config_keep(&config, &defaults, kept, sizeof kept);
     CHECK(!strcmp(config.listen, defaults.listen) && config.threads == defaults.threads);
+    shd_networks *proxies;
+    if (shd_networks_new(config.trusted_proxies, &proxies, NULL) == SHD_OK) {
+        char client[SHD_CLIENT_SIZE];
+        shd_client_of_address(NULL, config.cors_origins, proxies, client);
+        shd_networks_drop(proxies);
+    }
     char *origins;
     if (shd_origins_list(config.cors_origins, &origins, NULL) == SHD_OK) {
         CHECK(strlen(origins) <= 2 * strlen(config.cors_origins));
