@@ -2,6 +2,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "plan/cost.h"
 #include "plan/terms.h"
 
 /* Of what the tier's own error leaves of a budget, to lights of the whole picture; the rest goes to
@@ -137,9 +138,12 @@ static shd_status fail_budget(const shd_plan *plan, const shd_shown *shown, shd_
                     accuracy->max_error, shd_metric_names[accuracy->metric], told);
 }
 
-static shd_status meet_budget(shd_plan *plan, const shd_shown *shown, uint8_t *drops, bool *dropped,
-                              shd_arena *arena, shd_error *error) {
-    for (shd_tier tier = SHD_STANDARD; tier <= SHD_EXACT; tier++) {
+static shd_status meet_budget(shd_plan *plan, const shd_shown *shown, const shd_kernel_cost *costs,
+                              uint8_t *drops, bool *dropped, shd_arena *arena, shd_error *error) {
+    shd_tier ranked[SHD_EXACT + 1];
+    shd_plan_rank_tiers(plan, costs, ranked);
+    for (int k = 0; k <= SHD_EXACT; k++) {
+        const shd_tier tier = ranked[k];
         shd_excess_list list;
         shd_influences influences;
         if (!shd_excess_find(plan, tier, arena, &list, &influences)) return SHD_MEMORY;
@@ -158,11 +162,11 @@ static shd_status meet_budget(shd_plan *plan, const shd_shown *shown, uint8_t *d
     return fail_budget(plan, shown, arena, error);
 }
 
-shd_status shd_plan_choose(shd_plan *plan, const shd_shown *shown, uint8_t *drops, bool *dropped,
-                           shd_arena *arena, shd_error *error) {
+shd_status shd_plan_choose(shd_plan *plan, const shd_shown *shown, const shd_kernel_cost *costs,
+                           uint8_t *drops, bool *dropped, shd_arena *arena, shd_error *error) {
     const shd_accuracy *accuracy = &plan->scene->accuracy;
     *dropped = false;
-    if (accuracy->budget) return meet_budget(plan, shown, drops, dropped, arena, error);
+    if (accuracy->budget) return meet_budget(plan, shown, costs, drops, dropped, arena, error);
     plan->tier = accuracy->tier;
     return shd_plan_bound(plan, plan->tier, shown, arena, &plan->bound) ? SHD_OK : SHD_MEMORY;
 }

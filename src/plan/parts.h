@@ -105,9 +105,13 @@ shd_back shd_back_of(const shd_scene *scene, const shd_object *object,
                      const shd_plan_object *bounds);
 bool shd_is_behind(const shd_back *back, const shd_plan_light *light);
 
-/* Tier, tolerances and bound; with a budget also the lights that are left out for it: bits of
+struct shd_kernel_cost;
+
+/* Tier, tolerances and bound; with a budget the cheapest tier that meets it, where lights cost
+ * `costs` ([SHD_EXACT + 1], see plan/cost.h), and also the lights that are left out for it: bits of
  * `drops`, which is [scene->light_count]. *dropped: whether there are any. */
-shd_status shd_plan_choose(shd_plan *plan, const shd_shown *shown, uint8_t *drops, bool *dropped,
+shd_status shd_plan_choose(shd_plan *plan, const shd_shown *shown,
+                           const struct shd_kernel_cost *costs, uint8_t *drops, bool *dropped,
                            shd_arena *arena, shd_error *error);
 
 /* Whether the plan's bound is within its budget. */

@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "plan/cost.h"
 #include "plan/parts.h"
 
 static shd_plan_light plan_light(const shd_light *light, size_t index) {
@@ -189,7 +190,8 @@ static shd_status make_parts(shd_plan *plan, const shd_shown *shown, bool whole,
     if (!arrange(plan, lights, count, drops, whole, arena)) return SHD_MEMORY;
 
     bool dropped;
-    shd_status status = shd_plan_choose(plan, shown, drops, &dropped, arena, error);
+    shd_status status =
+        shd_plan_choose(plan, shown, shd_plan_kernel_costs(plan), drops, &dropped, arena, error);
     if (status != SHD_OK) return status;
     if (whole) {
         plan->drop_tolerance = plan->drop_relative = plan->dropped = 0;

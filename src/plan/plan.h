@@ -100,7 +100,8 @@ typedef struct shd_plan {
     const shd_scene *scene;
     shd_tier tier; /* the one that runs: with a budget, the cheapest that meets it */
     shd_isa isa;   /* of the kernels: the widest that this machine has; the bits do not depend on
-                      it (but see shd_isa_fuses), so tests may choose another that it has */
+                      it (but see shd_isa_fuses, and the tier of a budget, which depends on what
+                      its lights cost), so tests may choose another that it has */
     const shd_plan_light *lights; /* those that may reach some object */
     size_t light_count;
     const shd_sheets *sheets; /* [light_count]: on which side of faces they are; NULL: of none */

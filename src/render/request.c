@@ -49,14 +49,16 @@ static shd_status blame_report(shd_request *request, shd_status status) {
 }
 
 /* Everything that decides the bytes: the document, the formats that were negotiated, the color
- * configuration, the program's version, and the kernel where its bits are its own. */
+ * configuration, the program's version, and the kernel where its bits are its own, or where what it
+ * costs may decide on the tier. */
 static shd_status make_etag(shd_request *request) {
     const shd_scene *scene = request->scene;
     const shd_isa isa = request->engine->isa;
-    const char *text = shd_arena_printf(request->arena, "%s %s %s%s%s", scene->digest,
-                                        shd_color_config_digest(request->engine->color),
-                                        shd_version(), shd_isa_fuses(isa) ? "" : " ",
-                                        shd_isa_fuses(isa) ? "" : shd_isa_name(isa));
+    const bool own = scene->accuracy.budget || !shd_isa_fuses(isa);
+    const char *text =
+        shd_arena_printf(request->arena, "%s %s %s%s%s", scene->digest,
+                         shd_color_config_digest(request->engine->color), shd_version(),
+                         own ? " " : "", own ? shd_isa_name(isa) : "");
     for (size_t o = 0; text && o < scene->output_count; o++)
         text = shd_arena_printf(request->arena, "%s %s", text,
                                 shd_format_get(scene->outputs[o].format)->name);

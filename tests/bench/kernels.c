@@ -122,7 +122,8 @@ static void print_times(const surface *s, int runs) {
     putchar('\n');
 }
 
-/* src/render/kernel_costs.h. Few points see a lobe of shininess 1e5; at 50 many do. */
+/* src/plan/kernel_costs.h, as plan/cost.h has it. Few points see a lobe of shininess 1e5; at 50
+ * many do. */
 static int print_table(const surface *s, int runs) {
     static const char *const isas[SHD_ISA_COUNT] = {
         [SHD_PORTABLE] = "SHD_PORTABLE", [SHD_AVX2] = "SHD_AVX2", [SHD_AVX512] = "SHD_AVX512"};
@@ -131,13 +132,10 @@ static int print_table(const surface *s, int runs) {
             fprintf(stderr, "kernels: this machine has no %s\n", shd_isa_name(isa));
             return 1;
         }
-    puts("/* What lights cost: `./dev bench --kernels` makes this file. Inside of render/. */\n"
-         "#ifndef SHD_RENDER_KERNEL_COSTS_H\n#define SHD_RENDER_KERNEL_COSTS_H\n\n"
-         "#include \"base/cpu.h\"\n#include \"scene/scene.h\"\n\n"
-         "/* Nanoseconds of a light at a hit, and what each specular lobe of it adds: of shininess "
-         "1e5,\n * where few points see the lobe, and at 50. */\n"
-         "static const struct {\n    double light, lobe;\n"
-         "} shd_kernel_costs[SHD_ISA_COUNT][SHD_EXACT + 1] = {");
+    puts("/* What lights cost: `./dev bench --kernels` makes this file. Inside of plan/. */\n"
+         "#ifndef SHD_PLAN_KERNEL_COSTS_H\n#define SHD_PLAN_KERNEL_COSTS_H\n\n"
+         "#include \"plan/cost.h\"\n\n"
+         "static const shd_kernel_cost shd_kernel_costs[SHD_ISA_COUNT][SHD_EXACT + 1] = {");
     for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++) {
         double light[SHD_EXACT + 1], both[SHD_EXACT + 1];
         for (shd_tier tier = SHD_STANDARD; tier <= SHD_EXACT; tier++) {

@@ -11,7 +11,8 @@
 #include <cmocka.h>
 
 #include "color/delta_e.h"
-#include "plan/plan.h"
+#include "plan/cost.h"
+#include "plan/parts.h"
 #include "render/shown.h"
 
 static double uniform(uint64_t *random, double low, double high) {
@@ -66,16 +67,20 @@ static int stop(void **state) {
     return 0;
 }
 
-/* A request for a sphere with these members in front; the caller drops it. */
-static shd_request *read_with(shd_engine *engine, const char *members) {
-    char json[1024];
-    int length =
-        snprintf(json, sizeof json, "{%s, \"objects\": [{\"type\": \"sphere\"}]}", members);
+/* A request for such a scene; the caller drops it. */
+static shd_request *read_text(shd_engine *engine, const char *json) {
     shd_request *request;
     assert_int_equal(shd_request_new(engine, &request, NULL), SHD_OK);
-    if (shd_request_read(request, json, (size_t)length, SHD_PNG))
+    if (shd_request_read(request, json, strlen(json), SHD_PNG))
         fail_msg("%s: %s", shd_request_report(request)->errors[0].detail, json);
     return request;
+}
+
+/* For a sphere, with these members in front. */
+static shd_request *read_with(shd_engine *engine, const char *members) {
+    char json[1024];
+    snprintf(json, sizeof json, "{%s, \"objects\": [{\"type\": \"sphere\"}]}", members);
+    return read_text(engine, json);
 }
 
 static void outputs_are_known_by_their_curves(void **state) {
@@ -252,6 +257,115 @@ static void budgets_that_nothing_meets_say_what_is_reached(void **state) {
     shd_request_drop(request);
 }
 
+/* ---- What a budget takes. ---- */
+
+static const char *const budgets[] = {"\"maxError\": 0.5",
+                                      "\"maxError\": 0.01",
+                                      "\"maxError\": 1e-4",
+                                      "\"maxError\": 1e-3, \"metric\": \"linear\"",
+                                      "\"maxError\": 1e-6, \"metric\": \"linear\"",
+                                      "\"maxError\": 0.9, \"metric\": \"code\"",
+                                      "\"maxError\": 1.5, \"metric\": \"code\""};
+enum { BUDGETS = sizeof budgets / sizeof budgets[0] };
+
+/* A scene that costs more or less to see and to light. */
+static shd_request *read_budget(shd_engine *engine, const char *budget, uint64_t *random) {
+    char json[1024];
+    int length = snprintf(json, sizeof json,
+                          "{\"accuracy\": {%s}, \"image\": {\"width\": 64, \"height\": 48, "
+                          "\"samples\": %d}, \"objects\": [{\"type\": \"sphere\", \"material\": "
+                          "{\"specular\": %d}}], \"lights\": [",
+                          budget, 1 + 3 * (int)uniform(random, 0, 2), (int)uniform(random, 0, 2));
+    const int lights = (int)uniform(random, 0, 9);
+    for (int i = 0; i < lights; i++)
+        length += snprintf(json + length, sizeof json - (size_t)length,
+                           "%s{\"type\": \"point\", \"position\": [%.3g, 2, 3]}", i ? ", " : "",
+                           uniform(random, -3, 3));
+    snprintf(json + length, sizeof json - (size_t)length, "]}");
+    return read_text(engine, json);
+}
+
+/* With the table of every kernel, of those that this machine cannot run too. */
+static void budgets_take_the_cheapest_tier_that_meets_them(void **state) {
+    uint64_t random = 4;
+    int took[SHD_EXACT + 1] = {0, 0};
+    for (int i = 0; i < 40 * BUDGETS; i++) {
+        shd_request *request = read_budget(*state, budgets[i % BUDGETS], &random);
+        const shd_scene *scene = request->scene;
+        const shd_accuracy *accuracy = &scene->accuracy;
+        const shd_shown *shown = NULL;
+        shd_error error;
+        assert_int_equal(shd_shown_make(request, scene, &shown, &error), SHD_OK);
+        for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++) {
+            const shd_plan *plan;
+            if (shd_plan_make_shown(scene, isa, shown, request->arena, &plan, &error)) continue;
+            const shd_kernel_cost *costs = shd_plan_kernel_costs(plan);
+            took[plan->tier]++;
+            /* All of the lights: what a budget leaves out comes after the choice. */
+            shd_scene all = *scene;
+            all.accuracy = (shd_accuracy){.tier = SHD_EXACT};
+            const shd_plan *full;
+            assert_int_equal(shd_plan_make_shown(&all, isa, shown, request->arena, &full, &error),
+                             SHD_OK);
+            double total[SHD_EXACT + 1];
+            for (int t = 0; t <= SHD_EXACT; t++) {
+                const shd_ray_cost cost = shd_plan_ray_cost(full, (shd_tier)t, costs);
+                total[t] = cost.rays + cost.light;
+            }
+            for (int t = 0; t <= SHD_EXACT; t++) {
+                shd_bound bound;
+                assert_true(shd_plan_bound(full, (shd_tier)t, shown, request->arena, &bound));
+                if (shd_bound_in(&bound, accuracy->metric) > accuracy->max_error) continue;
+                if (total[t] < total[plan->tier] ||
+                    (total[t] == total[plan->tier] && t > (int)plan->tier))
+                    fail_msg("%s, %s: %s would cost %g", budgets[i % BUDGETS], shd_isa_name(isa),
+                             plan->summary, total[t]);
+            }
+        }
+        shd_request_drop(request);
+    }
+    assert_true(took[SHD_STANDARD] > 50 && took[SHD_EXACT] > 50);
+}
+
+/* With made-up tables. */
+static void budgets_take_exact_where_its_lights_cost_no_more(void **state) {
+    static const struct {
+        shd_kernel_cost costs[SHD_EXACT + 1];
+        shd_tier cheap;
+    } cases[] = {{{{10, 10}, {5, 5}}, SHD_EXACT},
+                 {{{1, 50}, {9, 9}}, SHD_EXACT},   /* by its lobes */
+                 {{{5, 5}, {5, 5}}, SHD_STANDARD}, /* its rays cost less */
+                 {{{1, 1}, {9, 9}}, SHD_STANDARD}};
+    shd_request *request = read_text(
+        *state, "{\"lights\": [{\"type\": \"point\", \"position\": [1, 2, 3]}, {\"type\": "
+                "\"point\", \"position\": [3, 2, 3]}], \"accuracy\": {\"maxError\": 1}, "
+                "\"objects\": [{\"type\": \"sphere\", \"material\": {\"specular\": 0.5}}]}");
+    const shd_shown *shown = NULL;
+    shd_error error;
+    assert_int_equal(shd_request_plan_make(request, request->scene, &error), SHD_OK);
+    assert_int_equal(shd_shown_make(request, request->scene, &shown, &error), SHD_OK);
+    assert_int_equal(request->plan->light_count, 2);
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        shd_plan plan = *request->plan;
+        uint8_t drops[2] = {0, 0};
+        bool dropped;
+        assert_int_equal(
+            shd_plan_choose(&plan, shown, cases[i].costs, drops, &dropped, request->arena, &error),
+            SHD_OK);
+        assert_int_equal(plan.tier, cases[i].cheap);
+    }
+    shd_request_drop(request);
+}
+
+/* Where a tier saves nothing, there is no reason for less than the exact one. */
+static void of_tiers_that_cost_the_same_the_exact_one_is_taken(void **state) {
+    shd_request *request = read_text(*state, "{\"accuracy\": {\"maxError\": 1}, \"objects\": []}");
+    shd_error error;
+    assert_int_equal(shd_request_plan_make(request, request->scene, &error), SHD_OK);
+    assert_int_equal(request->plan->tier, SHD_EXACT);
+    shd_request_drop(request);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(ciede2000_is_at_most_the_measure),
@@ -262,6 +376,9 @@ int main(void) {
         cmocka_unit_test(pixels_that_bright_light_covers_a_part_of_count_in_codes),
         cmocka_unit_test(budgets_that_are_easily_met_take_the_fastest_tier),
         cmocka_unit_test(budgets_that_nothing_meets_say_what_is_reached),
+        cmocka_unit_test(budgets_take_the_cheapest_tier_that_meets_them),
+        cmocka_unit_test(budgets_take_exact_where_its_lights_cost_no_more),
+        cmocka_unit_test(of_tiers_that_cost_the_same_the_exact_one_is_taken),
     };
     return cmocka_run_group_tests(tests, start, stop);
 }
