@@ -145,7 +145,7 @@ class OptionsTest(Folder):
         listed.pop("config")
         sample = (SOURCE / "config/shaded.conf").read_text()
         shown = dict(re.findall(r"^([a-z-]+) = (.*)$", sample, re.MULTILINE))
-        without = ("ocio", "tokens", "preview-keys", "cors-origins")
+        without = ("ocio", "tokens", "preview-keys", "cors-origins", "trusted-proxies")
         for name in without:
             self.assertIn(f"\n; {name} = ", sample)
         self.assertEqual({**shown, **dict.fromkeys(without, "")}, listed)
@@ -562,6 +562,7 @@ class InsideTest(unittest.TestCase):
             self.assertGreaterEqual(event.pop("ms"), 0)
             self.assertGreater(event.pop("bytes"), 100)
             self.assertEqual(event, {"level": "info", "event": "request", "id": "logged",
+                                     "client": "127.0.0.1",
                                      "method": "POST", "path": "/v1/render", "status": 422})
             daemon.get("/v1/version?token=secret-in-the-query")
             daemon.wait_for("request", lambda event: event["path"] == "/v1/version")
