@@ -32,15 +32,15 @@ typedef struct shd_request shd_request;
 typedef struct shd_engine_options {
     const char *ocio_config; /* path; NULL: the embedded configuration */
     const char *kernel;      /* "portable", "avx2", "avx512", "neon"; NULL or "auto": the widest */
-    unsigned threads;        /* workers; 0: one a core */
+    unsigned threads;        /* workers; 0: as many as affinity and quota allow */
     size_t queue;            /* jobs that may wait in shd_engine_submit; 0: none is taken */
     size_t reuse;            /* bytes of G-buffers and sums of light that are kept between
                                 requests; 0: none. Pictures are the same, to the byte */
     shd_limits limits;
 } shd_engine_options;
 
-/* What the daemon takes where nothing else is said: one worker a core, 64 queued jobs, 256 MiB for
- * reuse, and the limits that config/shaded.conf shows. */
+/* What the daemon takes where nothing else is said: a worker for each processor that it may have,
+ * 64 queued jobs, 256 MiB for reuse, and the limits that config/shaded.conf shows. */
 shd_engine_options shd_engine_defaults(void);
 
 /* Loads the color configuration and starts the workers. SHD_CONFIG where the operator's file is

@@ -26,7 +26,7 @@ static const char help_text[] =
     "                     A scene with `outputs` wants a directory (OUT/ is made if missing)\n"
     "                     and fills it with NAME.png and so on.\n"
     "      --json         explain as JSON on a terminal, too\n"
-    "      --threads N    threads to render with (default: one a core)\n"
+    "      --threads N    threads to render with (default: as processors allow)\n"
     "      --kernel NAME  portable, avx2, avx512 or neon: instructions to render with (default:\n"
     "                     auto, the widest there are; the picture is the same)\n"
     "      --ocio FILE    an OpenColorIO configuration instead of the built-in one\n"

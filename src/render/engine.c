@@ -1,7 +1,8 @@
 #include "render/engine.h"
 
 #include <stdlib.h>
-#include <unistd.h>
+
+#include "base/machine.h"
 
 #ifndef SHADED_VERSION
 #error "SHADED_VERSION comes from the build"
@@ -35,8 +36,8 @@ static bool touch_memory(void *reuse) {
 shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, shd_error *error) {
     unsigned threads = options->threads;
     if (!threads) {
-        long cores = sysconf(_SC_NPROCESSORS_ONLN);
-        threads = cores < 1 ? 1 : cores > 1024 ? 1024 : (unsigned)cores;
+        const shd_machine machine = shd_machine_look("");
+        threads = shd_machine_threads(&machine);
     }
     shd_isa isa;
     if (!shd_isa_find(options->kernel ? options->kernel : "auto", &isa))

@@ -14,6 +14,7 @@
 
 #include "address.h"
 #include "base/clock.h"
+#include "base/machine.h"
 #include "config.h"
 #include "http.h"
 #include "log.h"
@@ -82,6 +83,24 @@ static shd_status open_socket(const char *address, int given, int *out,
     return SHD_OK;
 }
 
+/* What was found that bounds this process. */
+static void log_machine(const shd_machine *machine) {
+    char quota[32];
+    shd_log line;
+    shd_log_begin(&line, SHD_LOG_INFO, "machine");
+    shd_log_whole(&line, "processors", machine->processors);
+    if (*machine->quota_source) {
+        snprintf(quota, sizeof quota, "%.2f", machine->quota);
+        shd_log_text(&line, "cpu-quota", quota);
+        shd_log_text(&line, "cpu-quota-by", machine->quota_source);
+    }
+    if (*machine->memory_source) {
+        shd_log_whole(&line, "memory", machine->memory);
+        shd_log_text(&line, "memory-by", machine->memory_source);
+    }
+    shd_log_end(&line);
+}
+
 static void log_listening(const shd_server *server, const char *address, const char *admin) {
     shd_log line;
     shd_log_begin(&line, SHD_LOG_INFO, "listening");
@@ -99,6 +118,7 @@ static shd_status start(shd_server *server, ports *out, shd_error *error) {
     const shd_config *config = &server->config;
     char address[SHD_ADDRESS_SIZE], admin[SHD_ADDRESS_SIZE] = "off";
     const shd_patience patience = patience_of(config);
+    const shd_machine machine = shd_machine_look("");
     shd_sockets given;
     int public_socket = -1, admin_socket = -1;
     shd_status status = shd_take_sockets(&given, error);
@@ -121,7 +141,10 @@ static shd_status start(shd_server *server, ports *out, shd_error *error) {
     }
     if (admin_socket >= 0) close(admin_socket);
     if (public_socket >= 0) close(public_socket);
-    if (!status) log_listening(server, address, admin);
+    if (!status) {
+        log_machine(&machine);
+        log_listening(server, address, admin);
+    }
     return status;
 }
 

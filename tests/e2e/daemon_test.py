@@ -266,7 +266,7 @@ class StopTest(unittest.TestCase):
             daemon.signal(number)
             self.assertEqual(daemon.wait(), 0, daemon.stderr())
             self.assertEqual([event["event"] for event in daemon.events()],
-                             ["listening", "stopping", "stopped"])
+                             ["machine", "listening", "stopping", "stopped"])
             idle.close()
 
     def test_sigterm_finishes_what_is_accepted_and_refuses_more(self):

@@ -1,0 +1,214 @@
+#include "base/machine.h"
+
+#include <limits.h>
+#include <math.h>
+#include <sched.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+/* Where a controller's tree is, and this process in it. */
+typedef struct tree {
+    const char *root, *controller; /* "" in version 2, whose one tree has all of them */
+    char mount[PATH_MAX];          /* without `root` */
+    char group[PATH_MAX];          /* below the mount, "" being the mount itself */
+} tree;
+
+static FILE *open_below(const char *root, const char *path) {
+    char name[PATH_MAX];
+    const int length = snprintf(name, sizeof name, "%s%s", root, path);
+    return length < (int)sizeof name ? fopen(name, "re") : NULL;
+}
+
+/* Whether a list, parted by commas, has the word. */
+static bool has_word(const char *list, const char *word) {
+    const size_t length = strlen(word);
+    for (const char *at = list; (at = strstr(at, word)); at += length) {
+        const bool begins = at == list || at[-1] == ',';
+        if (begins && (!at[length] || at[length] == ',')) return true;
+    }
+    return false;
+}
+
+/* Octal escapes of blanks and the like, as /proc/self/mountinfo writes them. */
+static void unescape(char *text) {
+    char *to = text;
+    for (const char *from = text; *from; to++) {
+        unsigned code;
+        if (*from == '\\' && sscanf(from, "\\%3o", &code) == 1 && strlen(from) >= 4) {
+            *to = (char)code;
+            from += 4;
+        } else {
+            *to = *from++;
+        }
+    }
+    *to = 0;
+}
+
+/* This process's group, from lines such as "4:memory:/a/b" and "0::/a/b". */
+static bool find_group(tree *t) {
+    FILE *file = open_below(t->root, "/proc/self/cgroup");
+    if (!file) return false;
+    char *line = NULL;
+    size_t room = 0;
+    bool found = false;
+    while (!found && getline(&line, &room, file) > 0) {
+        line[strcspn(line, "\n")] = 0;
+        char *list = strchr(line, ':'), *path = list ? strchr(list + 1, ':') : NULL;
+        if (!path) continue;
+        *path++ = 0;
+        list++;
+        found = *t->controller ? has_word(list, t->controller) : !*list;
+        if (found) snprintf(t->group, sizeof t->group, "%s", path);
+    }
+    free(line);
+    fclose(file);
+    return found;
+}
+
+/* "36 35 98:0 /top /mount options [more ...] - type source options" (proc(5)). */
+static bool read_mount(const tree *t, char *line, char **top, char **mount) {
+    line[strcspn(line, "\n")] = 0;
+    char *rest = strstr(line, " - ");
+    if (!rest) return false;
+    *rest = 0;
+    char *field = NULL, *end, *type = strtok_r(rest + 3, " ", &end);
+    const bool is_v2 = type && !strcmp(type, "cgroup2"), is_v1 = type && !strcmp(type, "cgroup");
+    strtok_r(NULL, " ", &end);
+    const char *options = strtok_r(NULL, " ", &end);
+    if (*t->controller ? !is_v1 || !options || !has_word(options, t->controller) : !is_v2)
+        return false;
+    *top = *mount = NULL;
+    field = strtok_r(line, " ", &end);
+    for (int i = 0; field && i < 5; i++, field = strtok_r(NULL, " ", &end)) {
+        if (i == 3) *top = field;
+        if (i == 4) *mount = field;
+    }
+    return *mount;
+}
+
+/* Of the group, what lies below the top of what is mounted. A group beside it cannot be looked at,
+ * as from a container that sees its own tree alone: then it is what is mounted. */
+static void set_mount(tree *t, char *top, char *mount) {
+    unescape(top);
+    unescape(mount);
+    snprintf(t->mount, sizeof t->mount, "%s", mount);
+    size_t length = strcmp(top, "/") ? strlen(top) : 0;
+    const bool within = !strncmp(t->group, top, length) &&
+                        (t->group[length] == '/' || !t->group[length]) && !strstr(t->group, "/..");
+    if (!within || !strcmp(t->group + length, "/")) length = strlen(t->group);
+    memmove(t->group, t->group + length, strlen(t->group + length) + 1);
+}
+
+static bool find_tree(tree *t) {
+    FILE *file = find_group(t) ? open_below(t->root, "/proc/self/mountinfo") : NULL;
+    if (!file) return false;
+    char *line = NULL, *top, *mount;
+    size_t room = 0;
+    bool found = false;
+    while (!found && getline(&line, &room, file) > 0) {
+        found = read_mount(t, line, &top, &mount);
+        if (found) set_mount(t, top, mount);
+    }
+    free(line);
+    fclose(file);
+    return found;
+}
+
+/* A file of the group's, in `text`; its path in `path`, without the root. */
+static bool read_of(const tree *t, const char *name, char path[PATH_MAX], char text[64]) {
+    const int length = snprintf(path, PATH_MAX, "%s%s/%s", t->mount, t->group, name);
+    FILE *file = length < PATH_MAX ? open_below(t->root, path) : NULL;
+    const bool read = file && fgets(text, 64, file);
+    if (file) fclose(file);
+    return read;
+}
+
+/* To the group above. False: there is none that can be seen. */
+static bool go_up(tree *t) {
+    char *last = strrchr(t->group, '/');
+    if (!last) return false;
+    *last = 0;
+    return true;
+}
+
+static void bound_memory(shd_machine *machine, const tree *t, const char *name) {
+    char path[PATH_MAX], text[64], *end;
+    if (!read_of(t, name, path, text)) return;
+    const unsigned long long bytes = strtoull(text, &end, 10);
+    if (end == text || bytes >= machine->memory) return; /* "max", or more than there is */
+    machine->memory = bytes;
+    snprintf(machine->memory_source, SHD_MACHINE_SOURCE, "%.*s", SHD_MACHINE_SOURCE - 1, path);
+}
+
+static void bound_quota(shd_machine *machine, const char *path, double time, double period) {
+    if (!(time > 0) || !(period > 0) || time / period >= machine->quota) return;
+    machine->quota = time / period;
+    snprintf(machine->quota_source, SHD_MACHINE_SOURCE, "%.*s", SHD_MACHINE_SOURCE - 1, path);
+}
+
+static void bound_quota_v1(shd_machine *machine, const tree *t) {
+    char path[PATH_MAX], time[64], period[64];
+    if (!read_of(t, "cpu.cfs_period_us", path, period)) return;
+    if (!read_of(t, "cpu.cfs_quota_us", path, time)) return; /* -1: none */
+    bound_quota(machine, path, strtod(time, NULL), strtod(period, NULL));
+}
+
+static void bound_quota_v2(shd_machine *machine, const tree *t) {
+    char path[PATH_MAX], text[64], *end;
+    if (!read_of(t, "cpu.max", path, text)) return;
+    const double time = strtod(text, &end);
+    if (end != text) bound_quota(machine, path, time, strtod(end, NULL)); /* else "max" */
+}
+
+static void read_machine(shd_machine *machine, const char *root) {
+    FILE *file = open_below(root, "/proc/meminfo");
+    char line[256];
+    unsigned long long kilobytes;
+    while (file && fgets(line, sizeof line, file))
+        if (sscanf(line, "MemTotal: %llu kB", &kilobytes) == 1) {
+            machine->memory = kilobytes * 1024;
+            snprintf(machine->memory_source, sizeof machine->memory_source, "/proc/meminfo");
+        }
+    if (file) fclose(file);
+}
+
+static unsigned count_processors(void) {
+    enum { MOST = 1 << 16 };
+    const size_t size = CPU_ALLOC_SIZE(MOST);
+    cpu_set_t *set = CPU_ALLOC(MOST);
+    const bool known = set && !sched_getaffinity(0, size, set);
+    const long count = known ? CPU_COUNT_S(size, set) : sysconf(_SC_NPROCESSORS_ONLN);
+    CPU_FREE(set);
+    return count < 1 ? 1 : (unsigned)count;
+}
+
+shd_machine shd_machine_look(const char *root) {
+    shd_machine machine = {
+        .memory = UINT64_MAX, .processors = count_processors(), .quota = INFINITY};
+    read_machine(&machine, root);
+    tree t = {.root = root, .controller = "memory"};
+    if (find_tree(&t)) do
+            bound_memory(&machine, &t, "memory.limit_in_bytes");
+        while (go_up(&t));
+    t = (tree){.root = root, .controller = "cpu"};
+    if (find_tree(&t)) do
+            bound_quota_v1(&machine, &t);
+        while (go_up(&t));
+    t = (tree){.root = root, .controller = ""};
+    if (find_tree(&t)) do {
+            bound_memory(&machine, &t, "memory.max");
+            bound_memory(&machine, &t, "memory.high");
+            bound_quota_v2(&machine, &t);
+        } while (go_up(&t));
+    return machine;
+}
+
+unsigned shd_machine_threads(const shd_machine *machine) {
+    enum { MOST = 1024 };
+    const double quota = ceil(machine->quota);
+    const unsigned threads = quota < machine->processors ? (unsigned)quota : machine->processors;
+    return threads < 1 ? 1 : threads > MOST ? MOST : threads;
+}
