@@ -56,7 +56,7 @@ static double find_room(const shd_plan *plan, const shd_shown *shown, shd_excess
     double low = 1e-9, high = 16;
     *value = begin + low;
     if (!is_within(plan, shown, list, tier)) low = 0;
-    while (low > 0 && high / low > 1.2) {
+    while (low > 0 && high / low > 1.2 && !shd_is_cancelled(plan->cancelled)) {
         double middle = sqrt(low * high);
         *value = begin + middle;
         *(is_within(plan, shown, list, tier) ? &low : &high) = middle;

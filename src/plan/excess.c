@@ -12,6 +12,9 @@ enum { MOST_PAIRS = 1 << 20 };
 /* Pairs of pieces and lights that are looked at, some 40 ns each. */
 enum { MOST_LOOKS = 1024 };
 
+/* Lights at a piece between looks at the flag that cancels: each has up to 65 lobes. */
+enum { LIGHTS_AT_ONCE = 64 };
+
 /* Rounding of a position in f32, in the frame's unit: half an ulp below 2 in three coordinates.
  * A light's, whose coordinates may be larger, grows with them. */
 static const double POSITION = 1.1e-7;
@@ -327,6 +330,7 @@ static void add_piece(finding *f, const shd_plan_object *object, const shd_piece
     f->ratio = f->distance = 0;
     for (size_t i = 0; i < object->light_count; i++) {
         shd_lit lit;
+        if (i % LIGHTS_AT_ONCE == 0 && shd_is_cancelled(plan->cancelled)) return;
         const source *from = &f->sources[i];
         if (!shd_piece_lit(plan->scene, piece, from->light, from->least, &lit)) continue;
         const double most = add_light(f, material, from, &lit);
@@ -403,13 +407,15 @@ static bool add_objects(finding *f, shd_arena *arena) {
     for (size_t i = 0; i < scene->object_count; i++) {
         const shd_plan_object *object = &plan->objects[i];
         pairs += object->light_count;
+        if (shd_is_cancelled(plan->cancelled)) return false;
         const bool same_group = i > 0 && object->group == plan->objects[i - 1].group;
         if (!find_object(f, i, same_group, pairs <= MOST_PAIRS, arena)) return false;
         add_parts(&all, &f->terms.parts);
         negative |= f->terms.negative;
-        const size_t count = shd_plan_pieces(scene, i, object, f->fineness, f->pieces);
+        const size_t count =
+            shd_plan_pieces(scene, i, object, f->fineness, plan->cancelled, f->pieces);
         for (size_t p = 0; p < count; p++) {
-            if (!next_row(f, arena)) return false;
+            if (shd_is_cancelled(plan->cancelled) || !next_row(f, arena)) return false;
             shd_influences *in = f->influences;
             add_piece(f, object, &f->pieces[p], in ? in->rows[in->count - 1] : NULL);
         }

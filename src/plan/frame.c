@@ -59,6 +59,7 @@ static bool splits_positions(const shd_plan *plan) {
     for (size_t j = 0; j < plan->light_count; j++)
         if (plan->lights[j].steep) return true;
     for (size_t i = 0; i < plan->scene->object_count; i++) {
+        if (shd_is_cancelled(plan->cancelled)) return true;
         const shd_plan_object *object = &plan->objects[i];
         const shd_plan_material *material = &plan->materials[object->material];
         for (size_t k = 0; object->light_count && k < material->lobe_count; k++)

@@ -18,6 +18,7 @@ typedef struct hull {
 
 typedef struct maker {
     const shd_scene *scene;
+    const atomic_bool *cancelled;
     shd_affine to_world, normal_map;
     bool closed;     /* a solid seen from outside: what faces away is not seen */
     shd_vec3 eye;    /* then, in the frame of the shape's unit form: the points of a unit sphere */
@@ -393,6 +394,7 @@ static void add_mesh(maker *m, const shd_object *object, int side) {
     shd_object_box(object, &low, &high);
     for (int pass = 0; pass < 2; pass++) {
         for (size_t t = 0; t < mesh->triangle_count; t++) {
+            if (shd_is_cancelled_at(m->cancelled, t)) return;
             const uint32_t *corner = mesh->indices + 3 * t;
             shd_vec3 p[3], sum = {0, 0, 0}, n[3];
             for (int c = 0; c < 3; c++) {
@@ -483,7 +485,7 @@ static bool is_solid(shd_shape shape) {
 }
 
 size_t shd_plan_pieces(const shd_scene *scene, size_t index, const shd_plan_object *bounds,
-                       int fineness, shd_piece *out) {
+                       int fineness, const atomic_bool *cancelled, shd_piece *out) {
     const shd_object *object = &scene->objects[index];
     const shd_camera *camera = &scene->camera;
     const shd_raster *raster = &scene->raster;
@@ -492,6 +494,7 @@ size_t shd_plan_pieces(const shd_scene *scene, size_t index, const shd_plan_obje
     const double around =
         1 + 2 * PIXELS_AROUND / (raster->width < raster->height ? raster->width : raster->height);
     maker m = {.scene = scene,
+               .cancelled = cancelled,
                .front_only = scene->materials[object->material].front_only,
                .half_x = half * raster->width / raster->height * around,
                .half_y = half * around,

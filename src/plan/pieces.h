@@ -64,9 +64,10 @@ enum { SHD_MOST_PIECES = 144 };
 
 /* The object's pieces; none where it cannot be seen. `fineness` 0: one for the whole object; else
  * a face or a quarter of a curved side is divided into fineness x fineness, at most 3 x 3. Returns
- * their number. Costs some 0.2 us each, and a mesh 30 ns a triangle. */
+ * their number. Costs some 0.2 us each, and a mesh 30 ns a triangle: `cancelled` (or NULL) ends
+ * that. */
 size_t shd_plan_pieces(const shd_scene *scene, size_t object, const shd_plan_object *bounds,
-                       int fineness, shd_piece *out);
+                       int fineness, const atomic_bool *cancelled, shd_piece *out);
 
 /* What a light can do at a piece. */
 typedef struct shd_lit {

@@ -219,15 +219,20 @@ static shd_status make_parts(shd_plan *plan, const shd_shown *shown, bool whole,
     return plan->summary ? SHD_OK : SHD_MEMORY;
 }
 
+/* Parts that are cancelled say that there is no memory, as the rest of them. */
 static shd_status make_plan(const shd_scene *scene, shd_isa isa, const shd_shown *shown, bool whole,
-                            shd_arena *arena, const shd_plan **out, shd_error *error) {
+                            const atomic_bool *cancelled, shd_arena *arena, const shd_plan **out,
+                            shd_error *error) {
     shd_plan *plan = shd_arena_zalloc(arena, 1, sizeof *plan);
     shd_status status = SHD_MEMORY;
     if (plan) {
         plan->scene = scene;
         plan->isa = isa;
+        plan->cancelled = cancelled;
         status = make_parts(plan, shown, whole, arena, error);
     }
+    if (status != SHD_OK && shd_is_cancelled(cancelled))
+        return shd_fail(error, SHD_CANCELLED, "", "the planning was cancelled");
     if (status == SHD_MEMORY)
         shd_fail(error, SHD_MEMORY, "", "the limit `memory` is too small for this scene's plan");
     if (status == SHD_OK) *out = plan;
@@ -236,17 +241,18 @@ static shd_status make_plan(const shd_scene *scene, shd_isa isa, const shd_shown
 
 shd_status shd_plan_make(const shd_scene *scene, shd_isa isa, shd_arena *arena,
                          const shd_plan **out, shd_error *error) {
-    return make_plan(scene, isa, NULL, false, arena, out, error);
+    return make_plan(scene, isa, NULL, false, NULL, arena, out, error);
 }
 
 shd_status shd_plan_make_shown(const shd_scene *scene, shd_isa isa, const shd_shown *shown,
-                               shd_arena *arena, const shd_plan **out, shd_error *error) {
-    return make_plan(scene, isa, shown, false, arena, out, error);
+                               const atomic_bool *cancelled, shd_arena *arena, const shd_plan **out,
+                               shd_error *error) {
+    return make_plan(scene, isa, shown, false, cancelled, arena, out, error);
 }
 
 shd_status shd_plan_make_whole(const shd_scene *scene, shd_isa isa, shd_arena *arena,
                                const shd_plan **out, shd_error *error) {
-    return make_plan(scene, isa, NULL, true, arena, out, error);
+    return make_plan(scene, isa, NULL, true, NULL, arena, out, error);
 }
 
 bool shd_plan_find_light(const shd_plan *plan, size_t index, uint32_t *out) {

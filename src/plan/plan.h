@@ -8,6 +8,7 @@
 #define SHD_PLAN_PLAN_H
 
 #include "base/arena.h"
+#include "base/cancel.h"
 #include "base/cpu.h"
 #include "base/vec3.h"
 #include "plan/bound.h"
@@ -98,10 +99,11 @@ typedef struct shd_plane {
 
 typedef struct shd_plan {
     const shd_scene *scene;
-    shd_tier tier; /* the one that runs: with a budget, the cheapest that meets it */
-    shd_isa isa;   /* of the kernels: the widest that this machine has; the bits do not depend on
-                      it (but see shd_isa_fuses, and the tier of a budget, which depends on what
-                      its lights cost), so tests may choose another that it has */
+    const atomic_bool *cancelled; /* raised: all that works with the plan ends; or NULL */
+    shd_tier tier;                /* the one that runs: with a budget, the cheapest that meets it */
+    shd_isa isa; /* of the kernels: the widest that this machine has; the bits do not depend on
+                    it (but see shd_isa_fuses, and the tier of a budget, which depends on what
+                    its lights cost), so tests may choose another that it has */
     const shd_plan_light *lights; /* those that may reach some object */
     size_t light_count;
     const shd_sheets *sheets; /* [light_count]: on which side of faces they are; NULL: of none */
@@ -142,9 +144,11 @@ shd_status shd_plan_make(const shd_scene *scene, shd_isa isa, shd_arena *arena,
                          const shd_plan **out, shd_error *error);
 
 /* The same for the outputs `shown` ([scene->output_count], used during the call only). A budget
- * that nothing meets is SHD_SCENE. */
+ * that nothing meets is SHD_SCENE. `cancelled` (or NULL) ends it with SHD_CANCELLED, and goes into
+ * the plan. */
 shd_status shd_plan_make_shown(const shd_scene *scene, shd_isa isa, const shd_shown *shown,
-                               shd_arena *arena, const shd_plan **out, shd_error *error);
+                               const atomic_bool *cancelled, shd_arena *arena, const shd_plan **out,
+                               shd_error *error);
 
 /* The same without the reductions that leave lights out and merge materials: every
  * light with a color, for every object and every patch. Tests compare pictures of both. */

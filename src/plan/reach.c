@@ -72,8 +72,10 @@ static bool merge_materials(const shd_plan *plan, bool whole, size_t *first, shd
     const size_t count = plan->scene->material_count;
     table t = {.equal = same_material, .things = plan->materials};
     if (!make_table(&t, count, arena)) return false;
-    for (size_t m = 0; m < count; m++)
+    for (size_t m = 0; m < count; m++) {
+        if (shd_is_cancelled(plan->cancelled)) return false;
         first[m] = whole ? m : first_equal(&t, hash_material(&plan->materials[m]), m);
+    }
     return true;
 }
 
@@ -149,6 +151,7 @@ static bool find_lists(reach *r, const shd_plan *plan, bool whole, shd_arena *ar
     for (size_t j = 0; j < r->count; j++) all[j] = (uint32_t)j;
     const bool few = scene->object_count <= MOST_PAIRS / (r->count ? r->count : 1);
     for (size_t i = 0; i < scene->object_count; i++) {
+        if (shd_is_cancelled(plan->cancelled)) return false;
         shd_plan_object *object = &r->objects[i];
         const shd_plan_material *material = &plan->materials[object->material];
         const bool lit = material->has_diffuse || material->lobe_count;
@@ -187,6 +190,7 @@ static bool keep_used(reach *r, shd_plan *plan, bool whole, shd_arena *arena) {
         lights[plan->light_count++] = r->given[j];
     }
     for (size_t g = 0; g < r->group_count; g++) {
+        if (shd_is_cancelled(plan->cancelled)) return false;
         shd_plan_group *group = &r->groups[g];
         if (group->light_count == plan->light_count) {
             group->lights = all;

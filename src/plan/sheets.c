@@ -26,7 +26,7 @@ typedef struct gathering {
     shd_plan *plan;
     shd_sheets *sheets; /* [light_count] */
     shd_arena *arena;
-    bool full;
+    bool full; /* or cancelled */
 } gathering;
 
 static bool is_same_plane(const shd_sheet *a, const shd_sheet *b) {
@@ -104,7 +104,8 @@ static void look_at_mesh(gathering *g, const shd_object *object) {
     if (mesh->normals && object->interpolation != SHD_FLAT) return;
     if (mesh->triangle_count > MOST_PAIRS / (g->plan->light_count + 1)) return;
     const shd_affine normal_map = shd_normal_map(&object->transform);
-    for (size_t t = 0; t < mesh->triangle_count; t++) {
+    for (size_t t = 0; t < mesh->triangle_count && !g->full; t++) {
+        g->full = shd_is_cancelled_at(g->plan->cancelled, t);
         shd_vec3 p[3];
         face f = {.near = mesh->triangle_count <= FEW_TRIANGLES};
         for (int c = 0; c < 3; c++) {
@@ -132,7 +133,8 @@ bool shd_plan_sheets(shd_plan *plan, shd_arena *arena) {
                    .arena = arena};
     if (!g.sheets) return false;
     /* All objects, whatever lights their lists have, so that lists change no bit. */
-    for (size_t i = 0; i < scene->object_count; i++) {
+    for (size_t i = 0; i < scene->object_count && !g.full; i++) {
+        g.full = shd_is_cancelled(plan->cancelled);
         const shd_object *object = &scene->objects[i];
         if (object->shape == SHD_MESH)
             look_at_mesh(&g, object);

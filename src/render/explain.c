@@ -231,8 +231,8 @@ static shd_status explain(shd_request *request, shd_explained *e, shd_error *err
     const shd_scene *scene = request->scene;
     shd_status status = shd_shown_make(request, scene, &e->shown, error);
     if (status != SHD_OK) return status;
-    status = shd_plan_make_shown(scene, request->engine->isa, e->shown, request->arena,
-                                 &request->plan, error);
+    status = shd_plan_make_shown(scene, request->engine->isa, e->shown, &request->cancelled,
+                                 request->arena, &request->plan, error);
     if (status != SHD_OK) return status;
     e->plan = request->plan;
     bool *codes = shd_arena_alloc(request->arena, scene->output_count, sizeof *codes);
@@ -248,8 +248,8 @@ static shd_status explain(shd_request *request, shd_explained *e, shd_error *err
         *asking = *scene;
         asking->accuracy = (shd_accuracy){.tier = (shd_tier)t};
         const shd_plan *plan;
-        status = shd_plan_make_shown(asking, request->engine->isa, e->shown, request->arena, &plan,
-                                     error);
+        status = shd_plan_make_shown(asking, request->engine->isa, e->shown, &request->cancelled,
+                                     request->arena, &plan, error);
         if (status != SHD_OK) return status;
         e->bounds[t] = plan->bound;
         e->costs[t] = shd_cost_of(plan, codes);

@@ -77,7 +77,7 @@ static void mix_plane(const facet_job *l, const struct scratch *s, size_t plane,
 
 static void light_block(void *context, size_t index, unsigned slot) {
     const facet_job *l = context;
-    if (atomic_load_explicit(&l->request->cancelled, memory_order_relaxed)) return;
+    if (shd_is_cancelled(&l->request->cancelled)) return;
     const double began = shd_now();
     const shd_plan *plan = l->request->plan;
     const struct scratch *s = &l->scratch[slot];

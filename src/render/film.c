@@ -85,8 +85,7 @@ static scratch *get_scratch(job *j, unsigned slot) {
 }
 
 static bool stopped(const job *j) {
-    return atomic_load(&j->failed) ||
-           atomic_load_explicit(&j->request->cancelled, memory_order_relaxed);
+    return atomic_load(&j->failed) || shd_is_cancelled(&j->request->cancelled);
 }
 
 /* ---- From fragments to the pixels of a tile. ---- */
@@ -266,7 +265,7 @@ static void render_tile(void *context, size_t index, unsigned slot) {
         store_codes(j, s, tile, true);
     } else {
         if (f->coverage || j->scenery.plan->scene->transparent) find_cover(s, f);
-        for (size_t p = 0; p < j->scenery.plan->plane_count; p++) {
+        for (size_t p = 0; p < j->scenery.plan->plane_count && !stopped(j); p++) {
             paint_plane(j, s, f, p);
             if (p)
                 store_plane(j, s, tile, p);

@@ -32,16 +32,26 @@ static void put_vec(hash *h, shd_vec3 v) {
     put_number(h, v.z);
 }
 
-static void put_mesh(hash *h, const shd_mesh *mesh) {
+/* Where the request is cancelled, a key of a part is as good: nothing comes of it. */
+static void put_array(hash *h, const void *data, size_t size, const atomic_bool *cancelled) {
+    enum { AT_ONCE = 1 << 20 };
+    const char *bytes = data;
+    for (size_t at = 0; at < size && !shd_is_cancelled(cancelled); at += AT_ONCE)
+        put(h, bytes + at, size - at < AT_ONCE ? size - at : AT_ONCE);
+}
+
+static void put_mesh(hash *h, const shd_mesh *mesh, const atomic_bool *cancelled) {
     put_count(h, mesh->vertex_count);
     put_count(h, mesh->triangle_count);
     put_count(h, mesh->normals != NULL);
-    put(h, mesh->positions, 3 * mesh->vertex_count * sizeof *mesh->positions);
-    if (mesh->normals) put(h, mesh->normals, 3 * mesh->vertex_count * sizeof *mesh->normals);
-    put(h, mesh->indices, 3 * mesh->triangle_count * sizeof *mesh->indices);
+    const size_t vectors = 3 * mesh->vertex_count * sizeof(double);
+    put_array(h, mesh->positions, vectors, cancelled);
+    if (mesh->normals) put_array(h, mesh->normals, vectors, cancelled);
+    put_array(h, mesh->indices, 3 * mesh->triangle_count * sizeof *mesh->indices, cancelled);
 }
 
-static void put_object(hash *h, const shd_object *object, const shd_plan_material *material) {
+static void put_object(hash *h, const shd_object *object, const shd_plan_material *material,
+                       const atomic_bool *cancelled) {
     put_count(h, object->shape);
     put_number(h, object->radius);
     put_number(h, object->tube);
@@ -51,7 +61,7 @@ static void put_object(hash *h, const shd_object *object, const shd_plan_materia
         for (int c = 0; c < 3; c++) put_number(h, object->transform.linear[r][c]);
     put_vec(h, object->transform.origin);
     put_count(h, material->front_only);
-    if (object->shape == SHD_MESH) put_mesh(h, object->mesh);
+    if (object->shape == SHD_MESH) put_mesh(h, object->mesh, cancelled);
 }
 
 static void put_geometry(hash *h, const shd_plan *plan) {
@@ -71,7 +81,8 @@ static void put_geometry(hash *h, const shd_plan *plan) {
     put_count(h, plan->split_positions);
     put_count(h, scene->object_count);
     for (size_t o = 0; o < scene->object_count; o++)
-        put_object(h, &scene->objects[o], &plan->materials[scene->objects[o].material]);
+        put_object(h, &scene->objects[o], &plan->materials[scene->objects[o].material],
+                   plan->cancelled);
 }
 
 static void put_light(hash *h, const shd_plan_light *light) {
@@ -104,6 +115,7 @@ static void put_lights(hash *h, const shd_plan *plan) {
     put_count(h, plan->scene->light_count); /* lobes are cut by it */
     put_count(h, plan->group_count);
     for (size_t g = 0; g < plan->group_count; g++) {
+        if (shd_is_cancelled(plan->cancelled)) return;
         const shd_plan_group *group = &plan->groups[g];
         put_material(h, &plan->materials[group->material]);
         /* Lights whose color the material has nothing of are not in its sums. */

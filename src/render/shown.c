@@ -97,6 +97,6 @@ shd_status shd_request_plan_make(shd_request *request, const shd_scene *scene, s
     const shd_shown *shown = NULL;
     shd_status status = shd_shown_make(request, scene, &shown, error);
     if (status != SHD_OK) return status;
-    return shd_plan_make_shown(scene, request->engine->isa, shown, request->arena, &request->plan,
-                               error);
+    return shd_plan_make_shown(scene, request->engine->isa, shown, &request->cancelled,
+                               request->arena, &request->plan, error);
 }

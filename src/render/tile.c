@@ -308,7 +308,7 @@ static const shd_hits *light_hits(const shd_scenery *scenery, shd_tile_scratch *
         memcpy(s->cell, s->shot_cell, hits->count * sizeof *s->cell); /* every shot hit */
     else
         for (size_t i = 0; i < hits->count; i++) s->cell[i] = s->shot_cell[hits->shot[i]];
-    for (size_t r = 0; r < s->run_count; r++) {
+    for (size_t r = 0; r < s->run_count && !shd_is_cancelled(plan->cancelled); r++) {
         const shd_run run = s->runs[r];
         if (run.group == SHD_RADIANCE) {
             interpolate(scenery, hits, run, s->sums);
@@ -382,7 +382,7 @@ static void add_fragments(const shd_scenery *scenery, shd_tile_scratch *s, size_
             count = place_hits(s, run, at, samples);
         }
         const size_t terms = shd_terms_of(plan, run.group);
-        for (size_t p = 0; p < plan->plane_count; p++) {
+        for (size_t p = 0; p < plan->plane_count && !shd_is_cancelled(plan->cancelled); p++) {
             if (!has_sums(plan, run.group, p)) continue;
             const int channels = shd_channels_of(plan, run.group);
             for (size_t t = 0; t < terms; t++)

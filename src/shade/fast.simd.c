@@ -204,7 +204,7 @@ SHD_INLINE void sum_lights(const shd_sums_job *job, size_t first_lobe, size_t lo
     const shd_packed_light *lights = job->lighting->lights;
     const shd_packed_lobe *lobes = job->packed->lobes + first_lobe;
     float *const *specular = job->specular + 3 * first_lobe;
-    for (size_t i = 0; i < job->points->count; i += SHD_W) {
+    for (size_t i = job->first; i < job->end; i += SHD_W) {
         points at;
         load(job->points, i, is, &at);
         shd_vf more[ROWS];
@@ -299,6 +299,7 @@ static void sums32(const shd_sums_job *job) {
     shd_sums_job rest = *job;
     for (size_t first = 0; first == 0 || first < lobes; first += LOBES_AT_ONCE) {
         size_t count = lobes - first < LOBES_AT_ONCE ? lobes - first : LOBES_AT_ONCE;
+        if (first && shd_is_cancelled(job->lighting->plan->cancelled)) return;
         run(&rest, first, count, is);
         rest.diffuse = NULL;
     }

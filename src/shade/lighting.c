@@ -236,35 +236,60 @@ void shd_add_reference(const shd_wide_job *job, uint32_t index, size_t point, do
     }
 }
 
+/* Points that are summed between looks at the flag that cancels: no more than this of points times
+ * lights times terms, or a vector of them. */
+static size_t points_at_once(const shd_plan_material *material, size_t lights) {
+    enum { AT_ONCE = 1 << 17 };
+    const size_t each = lights * (1 + material->lobe_count);
+    const size_t points = each ? AT_ONCE / each / SHD_LANES * SHD_LANES : AT_ONCE;
+    return points ? points : SHD_LANES;
+}
+
+static size_t end_of(size_t first, size_t step, size_t count) {
+    return count - first < step ? count : first + step;
+}
+
 void shd_light_sums32(const shd_lighting *lighting, const shd_plan_material *material,
                       const uint32_t *which, size_t n, const shd_points32 *points,
                       float *const diffuse[3], float *const *specular) {
     const shd_packed_material *packed = &lighting->materials[material - lighting->plan->materials];
-    const shd_sums_job job = {lighting, material, packed, which, n, points, diffuse, specular};
-    const shd_wide_job wide = {.lighting = lighting,
-                               .material = material,
-                               .which = which,
-                               .n = n,
-                               .count = points->count,
-                               .narrow = points,
-                               .diffuse = diffuse,
-                               .specular = specular};
-    if (packed->wide || !lighting->kernel->sums32)
-        lighting->wide_kernel->sums64(&wide);
-    else
-        lighting->kernel->sums32(&job);
+    const size_t step = points_at_once(material, n);
+    shd_sums_job job = {lighting, material, packed, which, n, points, 0, 0, diffuse, specular};
+    shd_wide_job wide = {.lighting = lighting,
+                         .material = material,
+                         .which = which,
+                         .n = n,
+                         .count = points->count,
+                         .narrow = points,
+                         .diffuse = diffuse,
+                         .specular = specular};
+    const bool is_wide = packed->wide || !lighting->kernel->sums32;
+    for (size_t first = 0; first < points->count; first += step) {
+        if (shd_is_cancelled(lighting->plan->cancelled)) return;
+        job.first = wide.first = first;
+        job.end = wide.end = end_of(first, step, points->count);
+        if (is_wide)
+            lighting->wide_kernel->sums64(&wide);
+        else
+            lighting->kernel->sums32(&job);
+    }
 }
 
 void shd_light_sums64(const shd_lighting *lighting, const shd_plan_material *material,
                       const uint32_t *which, size_t n, const shd_points64 *points,
                       double *const diffuse[3], double *const *specular) {
-    const shd_wide_job job = {.lighting = lighting,
-                              .material = material,
-                              .which = which,
-                              .n = n,
-                              .count = points->count,
-                              .points = points,
-                              .diffuse64 = diffuse,
-                              .specular64 = specular};
-    lighting->wide_kernel->sums64(&job);
+    const size_t step = points_at_once(material, n);
+    shd_wide_job job = {.lighting = lighting,
+                        .material = material,
+                        .which = which,
+                        .n = n,
+                        .count = points->count,
+                        .points = points,
+                        .diffuse64 = diffuse,
+                        .specular64 = specular};
+    for (; job.first < points->count; job.first += step) {
+        if (shd_is_cancelled(lighting->plan->cancelled)) return;
+        job.end = end_of(job.first, step, points->count);
+        lighting->wide_kernel->sums64(&job);
+    }
 }

@@ -53,7 +53,8 @@ shd_lighting *shd_lighting_new(const shd_plan *plan, shd_arena *arena);
  * all of them are written, but of grey lights (plan->grey_lights) only those with c = 0.
  * `diffuse` may be NULL.
  *
- * What is beyond f32 is infinite, and NaN where infinite light meets infinite negative light. */
+ * What is beyond f32 is infinite, and NaN where infinite light meets infinite negative light. Once
+ * plan->cancelled is raised, rows are written in part. */
 void shd_light_sums32(const shd_lighting *lighting, const shd_plan_material *material,
                       const uint32_t *which, size_t n, const shd_points32 *points,
                       float *const diffuse[3], float *const *specular);

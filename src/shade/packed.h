@@ -70,6 +70,7 @@ typedef struct shd_sums_job {
     const uint32_t *which;
     size_t n;
     const shd_points32 *points;
+    size_t first, end; /* of points: these are summed; whole vectors, but at the end of all */
     float *const *diffuse;
     float *const *specular;
 } shd_sums_job;
@@ -89,7 +90,7 @@ typedef struct shd_wide_job {
     const shd_plan_material *material;
     size_t first_lobe, lobe_count; /* of the material: at most SHD_WIDE_LOBES */
     const uint32_t *which;
-    size_t n, count;
+    size_t n, count, first, end; /* as above; `count` is of all points */
     const shd_points64 *points;
     const shd_points32 *narrow;
     float *const *diffuse, *const *specular;

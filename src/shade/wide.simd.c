@@ -148,6 +148,7 @@ SHD_INLINE unsigned add_light(const shd_wide_light *light, const points *at,
 /* One light at lanes that vectors cannot hold, by the reference. */
 __attribute__((noinline, cold)) static void add_left(const shd_wide_job *job, uint32_t index,
                                                      size_t first, unsigned left, shd_vd *sums) {
+    if (shd_is_cancelled(job->lighting->plan->cancelled)) return;
     for (size_t i = 0; i < VW; i++) {
         if (!(left >> i & 1)) continue;
         double row[ROWS] = {0};
@@ -222,7 +223,7 @@ SHD_INLINE void sum_lights(const shd_wide_job *job, int channels, size_t lobe_co
     const shd_plan_lobe *lobes = job->material->lobes + job->first_lobe;
     const double scale = job->lighting->plan->scale;
     const shd_md all = shd_md_not(shd_vd_gt(shd_vd_set(0), shd_vd_set(0)));
-    for (size_t i = 0; i < job->count; i += VW) {
+    for (size_t i = job->first; i < job->end; i += VW) {
         points at;
         if (job->narrow) {
             load_narrow(job->narrow, i, &at);
@@ -257,6 +258,7 @@ static void sums64(const shd_wide_job *job) {
     shd_wide_job rest = *job;
     do {
         const size_t left = lobes - rest.first_lobe;
+        if (rest.first_lobe && shd_is_cancelled(job->lighting->plan->cancelled)) return;
         rest.lobe_count = left < LOBES_AT_ONCE ? left : LOBES_AT_ONCE;
         if (grey && rest.lobe_count == 1)
             sum_lights(&rest, 1, 1);

@@ -96,6 +96,7 @@ size_t shd_sight_shoot(const shd_sight *sight, const uint32_t *candidates, size_
     if (!candidate_count) return 0;
     shd_stage stage;
     for (size_t first = 0; first < shots->count; first += SHD_RAYS) {
+        if (shd_is_cancelled(sight->cancelled)) break;
         size_t hits = kernel->cast(sight, candidates, candidate_count, shots, first, wants, &stage);
         if (hits) kernel->append(&stage, hits, first, out);
     }

@@ -255,6 +255,9 @@ static double farthest(const double *restrict t) {
     return out;
 }
 
+/* Objects between looks at the flag that cancels. */
+enum { OBJECTS_AT_ONCE = 16 };
+
 /* Fills t and object of `out`. Returns which of the batch's works belongs to the object
  * `*holder`. */
 static int find_nearest(const shd_sight *sight, const uint32_t *candidates, size_t count,
@@ -268,6 +271,7 @@ static int find_nearest(const shd_sight *sight, const uint32_t *candidates, size
         out->object[i] = SHD_NOTHING;
     }
     for (size_t k = 0; k < count; k++) {
+        if (k % OBJECTS_AT_ONCE == OBJECTS_AT_ONCE - 1 && shd_is_cancelled(sight->cancelled)) break;
         const shd_item *it = &sight->items[candidates[k]];
         const double object = candidates[k];
         if (it->nearest > limit) continue;

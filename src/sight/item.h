@@ -57,6 +57,7 @@ typedef struct shd_frames {
 
 struct shd_sight {
     const shd_plan *plan;
+    const atomic_bool *cancelled;
     shd_lens lens;
     shd_item *items; /* as shd_scene.objects */
     size_t count;

@@ -45,6 +45,7 @@ bool shd_mesh_view_make(const shd_triangles *triangles, const shd_mesh_tree *tre
                            .unit = ldexp(1 / scale, tree->exponent),
                            .orthographic = camera->projection == SHD_ORTHOGRAPHIC};
     for (size_t i = 0; i < triangles->vertex_count; i++) {
+        if (shd_is_cancelled_at(tree->cancelled, i)) break;
         const shd_vec3 p = shd_scale(vertex(triangles->positions, i), tree->scale),
                        from = shd_sub(p, out->eye);
         const double x = shd_dot(out->rows[0], from), y = shd_dot(out->rows[1], from),

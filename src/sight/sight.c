@@ -16,11 +16,12 @@ static shd_vec3 world_normal(const shd_item *it, shd_vec3 normal, shd_vec3 view)
 
 /* A face's centroid and normal; corners of its triangles all name it. Returns the number of
  * faces. The centroid of a polygon is that of its triangles, weighted by their areas. */
-static size_t flat_points(const shd_item *it, shd_vec3 *positions, shd_vec3 *normals,
-                          uint32_t *corners) {
+static size_t flat_points(const shd_item *it, const atomic_bool *cancelled, shd_vec3 *positions,
+                          shd_vec3 *normals, uint32_t *corners) {
     const shd_triangles *tri = &it->triangles;
     size_t faces = 0;
     for (size_t i = 0; i < tri->triangle_count; faces++) {
+        if (shd_is_cancelled_at(cancelled, faces)) break;
         shd_vec3 sum = {0, 0, 0}, normal = {0, 0, 0};
         double area = 0;
         positions[faces] = shd_triangle_corner(tri, i, 0); /* for a face without area */
@@ -42,10 +43,11 @@ static size_t flat_points(const shd_item *it, shd_vec3 *positions, shd_vec3 *nor
 }
 
 /* Three points a triangle with its own normal. */
-static size_t triangle_points(const shd_item *it, shd_vec3 *positions, shd_vec3 *normals,
-                              uint32_t *corners) {
+static size_t triangle_points(const shd_item *it, const atomic_bool *cancelled, shd_vec3 *positions,
+                              shd_vec3 *normals, uint32_t *corners) {
     const shd_triangles *tri = &it->triangles;
     for (size_t i = 0; i < 3 * tri->triangle_count; i++) {
+        if (shd_is_cancelled_at(cancelled, i)) return i;
         positions[i] = shd_triangle_corner(tri, i / 3, (int)(i % 3));
         normals[i] = shd_triangle_normal(tri, i / 3);
         corners[i] = (uint32_t)i;
@@ -65,11 +67,13 @@ static bool is_seen_from_behind(const shd_item *it, const shd_lens *lens, size_t
 /* The vertices with their normals, for each side of them that is seen: a vertex of a silhouette is
  * a point for the triangles in front and another, its normal negated, for those behind. `points`:
  * [vertex_count][2], zeroed. */
-static size_t vertex_points(const shd_item *it, const shd_lens *lens, uint32_t (*points)[2],
-                            shd_vec3 *positions, shd_vec3 *normals, uint32_t *corners) {
+static size_t vertex_points(const shd_item *it, const shd_lens *lens, const atomic_bool *cancelled,
+                            uint32_t (*points)[2], shd_vec3 *positions, shd_vec3 *normals,
+                            uint32_t *corners) {
     const shd_triangles *tri = &it->triangles;
     uint32_t count = 0;
     for (size_t i = 0; i < tri->triangle_count; i++) {
+        if (shd_is_cancelled_at(cancelled, i)) break;
         const bool behind = !it->front_only && is_seen_from_behind(it, lens, i);
         for (size_t k = 3 * i; k < 3 * i + 3; k++) {
             const size_t vertex = tri->indices[k];
@@ -86,8 +90,9 @@ static size_t vertex_points(const shd_item *it, const shd_lens *lens, uint32_t (
     return count;
 }
 
-static bool make_facets(const shd_item *it, bool flat, const shd_lens *lens, shd_arena *arena,
-                        const shd_facets **out) {
+/* False: the arena is full. */
+static bool make_facets(const shd_item *it, bool flat, const shd_lens *lens,
+                        const atomic_bool *cancelled, shd_arena *arena, const shd_facets **out) {
     const shd_triangles *tri = &it->triangles;
     const bool smooth = !flat && tri->normals;
     const size_t corner_count = 3 * tri->triangle_count, vertices = smooth ? tri->vertex_count : 0,
@@ -99,10 +104,12 @@ static bool make_facets(const shd_item *it, bool flat, const shd_lens *lens, shd
     uint32_t *corners = shd_arena_alloc(arena, corner_count, sizeof *corners);
     uint32_t(*points)[2] = shd_arena_zalloc(arena, vertices, sizeof *points);
     if (!facets || !positions || !normals || !views || !corners || !points) return false;
-    const size_t count = smooth ? vertex_points(it, lens, points, positions, normals, corners)
-                         : flat ? flat_points(it, positions, normals, corners)
-                                : triangle_points(it, positions, normals, corners);
+    const size_t count =
+        smooth ? vertex_points(it, lens, cancelled, points, positions, normals, corners)
+        : flat ? flat_points(it, cancelled, positions, normals, corners)
+               : triangle_points(it, cancelled, positions, normals, corners);
     for (size_t i = 0; i < count; i++) {
+        if (shd_is_cancelled_at(cancelled, i)) break;
         positions[i] = shd_transform(&it->to_world, positions[i]);
         views[i] = shd_lens_view(lens, positions[i]);
         normals[i] = world_normal(it, normals[i], views[i]);
@@ -165,10 +172,12 @@ static void place_eye(const shd_plan *plan, shd_item *it) {
 }
 
 /* The mesh's normals, each made unit; those of no length stay. False: the arena is full. */
-static bool make_units(const shd_triangles *tri, shd_arena *arena, const double **out) {
+static bool make_units(const shd_triangles *tri, const atomic_bool *cancelled, shd_arena *arena,
+                       const double **out) {
     shd_vec3 *units = shd_arena_alloc(arena, tri->vertex_count, sizeof *units);
     if (!units) return false;
     for (size_t i = 0; i < tri->vertex_count; i++) {
+        if (shd_is_cancelled_at(cancelled, i)) break;
         const double *n = tri->normals + 3 * i;
         units[i] = (shd_vec3){n[0], n[1], n[2]};
         shd_normalize(units[i], &units[i]);
@@ -183,7 +192,7 @@ static shd_status make_mesh(const shd_plan *plan, const shd_lens *lens, size_t i
     const shd_mesh_tree *tree;
     shd_status status = shd_mesh_tree_new(&it->triangles, cancelled, arena, &tree, error);
     if (status != SHD_OK) return status;
-    if (it->smooth && !make_units(&it->triangles, arena, &it->units))
+    if (it->smooth && !make_units(&it->triangles, cancelled, arena, &it->units))
         return no_memory(error, index);
     it->blind = SHD_BLIND * plan->objects[index].radius;
     if (!shd_mesh_view_make(&it->triangles, tree, &it->to_world, it->eye, lens->camera, arena,
@@ -231,7 +240,8 @@ static shd_status make_item(const shd_plan *plan, const shd_lens *lens, size_t i
             return no_memory(error, index);
         it->shape = SHD_MESH;
     }
-    if (faceted && !make_facets(it, object->interpolation == SHD_FLAT, lens, arena, &it->facets))
+    if (faceted &&
+        !make_facets(it, object->interpolation == SHD_FLAT, lens, cancelled, arena, &it->facets))
         return no_memory(error, index);
     if (it->shape == SHD_MESH) return make_mesh(plan, lens, index, cancelled, arena, it, error);
     if (it->shape != SHD_PLANE)
@@ -248,6 +258,7 @@ shd_status shd_sight_new(const shd_plan *plan, const atomic_bool *cancelled, shd
     if (!sight || !items)
         return shd_fail(error, SHD_MEMORY, "/objects", "the limit `memory` is reached");
     sight->plan = plan;
+    sight->cancelled = cancelled;
     sight->lens = shd_lens_make(&scene->camera, &scene->raster);
     sight->items = items;
     for (int i = 0; i < scene->raster.samples; i++)
@@ -255,6 +266,8 @@ shd_status shd_sight_new(const shd_plan *plan, const atomic_bool *cancelled, shd
     for (size_t i = 0; i < scene->object_count; i++) {
         shd_status status = make_item(plan, &sight->lens, i, cancelled, arena, &items[i], error);
         if (status != SHD_OK) return status;
+        if (shd_is_cancelled(cancelled))
+            return shd_fail(error, SHD_CANCELLED, "", "the render was cancelled");
     }
     sight->count = scene->object_count;
     if (!shd_sight_outline(sight, arena))

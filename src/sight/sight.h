@@ -19,7 +19,7 @@
 typedef struct shd_sight shd_sight;
 
 /* Builds trees over meshes, in the arena. Where any thread sets `cancelled` (NULL: nobody does) it
- * ends soon, also amid a mesh. SHD_MEMORY, SHD_CANCELLED or SHD_INTERNAL. */
+ * ends soon, also amid a mesh, and so does casting. SHD_MEMORY, SHD_CANCELLED or SHD_INTERNAL. */
 shd_status shd_sight_new(const shd_plan *plan, const atomic_bool *cancelled, shd_arena *arena,
                          shd_sight **out, shd_error *error);
 
@@ -60,7 +60,7 @@ void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out);
  * order, which matters only to three surfaces that lie in each other) and appends the hits to
  * `out`, which must have room for them: shots->count entries. Returns how many there were. A hit's
  * values depend on the shot alone: not on its neighbors, on further candidates or on the
- * instruction set. */
+ * instruction set. Once the flag of shd_sight_new is raised, hits are missing or wrong. */
 size_t shd_sight_shoot(const shd_sight *sight, const uint32_t *candidates, size_t candidate_count,
                        const shd_shots *shots, shd_hits *out);
 

@@ -7,10 +7,9 @@
 
 enum {
     BINS = 16,
-    FEW = 4,        /* triangles that are not split further */
-    LEAST = 2,      /* on either side of a split, so that there are fewer branches than leaves */
-    SAH_DEPTH = 60, /* below it halves, however they lie */
-    CANCEL_EVERY = 4096 /* triangles */
+    FEW = 4,       /* triangles that are not split further */
+    LEAST = 2,     /* on either side of a split, so that there are fewer branches than leaves */
+    SAH_DEPTH = 60 /* below it halves, however they lie */
 };
 
 /* A triangle while the tree is made. */
@@ -28,6 +27,7 @@ typedef struct job {
     int depth;
 } job;
 
+/* Its flag ends every loop; what these return then is not used. */
 typedef struct planter {
     const shd_triangles *triangles;
     const atomic_bool *cancelled;
@@ -63,10 +63,6 @@ static inline double middle(const part *p, int c) {
     return p->low[c] + p->high[c];
 }
 
-static bool is_cancelled(const planter *w) {
-    return w->cancelled && atomic_load_explicit(w->cancelled, memory_order_relaxed);
-}
-
 /* ---- Triangles. ---- */
 
 static shd_vec3 corner_of(const planter *w, uint32_t triangle, int k) {
@@ -88,6 +84,7 @@ static void measure(planter *w) {
 static uint32_t list_parts(planter *w) {
     uint32_t count = 0;
     for (uint32_t i = 0; i < w->triangles->triangle_count; i++) {
+        if (shd_is_cancelled_at(w->cancelled, i)) break;
         const shd_vec3 a = corner_of(w, i, 0), b = corner_of(w, i, 1), c = corner_of(w, i, 2);
         if (!(shd_max_abs(shd_cross(shd_sub(b, a), shd_sub(c, a))) > 0)) continue;
         w->parts[count++] =
@@ -119,9 +116,8 @@ static shd_leaf make_leaf(const shd_triangles *t, uint32_t triangle) {
 
 /* ---- Repeated triangles. ---- */
 
-static int compare_parts(const void *a, const void *b, void *context) {
-    const shd_triangles *t = context;
-    const uint32_t i = ((const part *)a)->triangle, k = ((const part *)b)->triangle;
+static int compare_parts(const shd_triangles *t, const part *a, const part *b) {
+    const uint32_t i = a->triangle, k = b->triangle;
     const shd_leaf p = make_leaf(t, i), q = make_leaf(t, k);
     for (int c = 0; c < 3; c++) {
         const int order = compare_corners(t, p.corner[c], q.corner[c]);
@@ -130,12 +126,37 @@ static int compare_parts(const void *a, const void *b, void *context) {
     return i < k ? -1 : i > k;
 }
 
+static void swap_parts(part *a, part *b) {
+    const part before = *a;
+    *a = *b;
+    *b = before;
+}
+
+/* Heapsort (J. W. J. Williams, "Algorithm 232: Heapsort", 1964): the library's sorts cannot be
+ * left. */
+static void sort_parts(const planter *w, part *parts, uint32_t count) {
+    const shd_triangles *t = w->triangles;
+    uint32_t first = count / 2, end = count; /* [first, end) is a heap, the rest is in order */
+    while (end > 1) {
+        if (shd_is_cancelled_at(w->cancelled, first + end)) return;
+        if (first)
+            first--;
+        else
+            swap_parts(&parts[0], &parts[--end]);
+        for (uint32_t at = first, next; (next = 2 * at + 1) < end; at = next) {
+            if (next + 1 < end && compare_parts(t, &parts[next], &parts[next + 1]) < 0) next++;
+            if (compare_parts(t, &parts[at], &parts[next]) > 0) break;
+            swap_parts(&parts[at], &parts[next]);
+        }
+    }
+}
+
 /* Keeps the first of equal triangles. Returns how many are left. */
 static uint32_t drop_repeated(const planter *w, part *parts, uint32_t count) {
     const shd_triangles *t = w->triangles;
-    qsort_r(parts, count, sizeof *parts, compare_parts, (void *)(size_t)t);
+    sort_parts(w, parts, count);
     uint32_t kept = 1;
-    for (uint32_t i = 1; i < count; i++) {
+    for (uint32_t i = 1; i < count && !shd_is_cancelled_at(w->cancelled, i); i++) {
         const shd_leaf a = make_leaf(t, parts[kept - 1].triangle),
                        b = make_leaf(t, parts[i].triangle);
         bool equal = true;
@@ -162,12 +183,13 @@ static inline int bin_of(const cut *c, const part *p) {
     return bin < BINS ? bin : BINS - 1;
 }
 
-static void fill_bins(const part *parts, uint32_t count, const cut *c, bins *out) {
+static void fill_bins(const planter *w, const part *parts, uint32_t count, const cut *c,
+                      bins *out) {
     for (int k = 0; k < BINS; k++) {
         out->boxes[k] = EMPTY;
         out->counts[k] = 0;
     }
-    for (uint32_t i = 0; i < count; i++) {
+    for (uint32_t i = 0; i < count && !shd_is_cancelled_at(w->cancelled, i); i++) {
         const int k = bin_of(c, &parts[i]);
         enclose(&out->boxes[k], parts[i].low, parts[i].high);
         out->counts[k]++;
@@ -198,9 +220,9 @@ static void choose_cut(const bins *b, uint32_t count, cut *c) {
     }
 }
 
-static uint32_t part_by(const cut *c, part *parts, uint32_t count) {
+static uint32_t part_by(const planter *w, const cut *c, part *parts, uint32_t count) {
     uint32_t left = 0, right = count;
-    while (left < right) {
+    while (left < right && !shd_is_cancelled_at(w->cancelled, count - right + left)) {
         if (bin_of(c, &parts[left]) < c->at) {
             left++;
             continue;
@@ -215,7 +237,7 @@ static uint32_t part_by(const cut *c, part *parts, uint32_t count) {
 /* Sorts parts into two sides; returns how many are on the left. They may have become fewer. */
 static uint32_t split_parts(const planter *w, part *parts, uint32_t *count, int depth) {
     box middles = EMPTY;
-    for (uint32_t i = 0; i < *count; i++) {
+    for (uint32_t i = 0; i < *count && !shd_is_cancelled_at(w->cancelled, i); i++) {
         const double at[3] = {middle(&parts[i], 0), middle(&parts[i], 1), middle(&parts[i], 2)};
         enclose(&middles, at, at);
     }
@@ -233,18 +255,20 @@ static uint32_t split_parts(const planter *w, part *parts, uint32_t *count, int 
         *count = drop_repeated(w, parts, *count);
     } else if (c.steps < DBL_MAX && depth < SAH_DEPTH) {
         bins b;
-        fill_bins(parts, *count, &c, &b);
+        fill_bins(w, parts, *count, &c, &b);
         choose_cut(&b, *count, &c);
     }
-    return c.at ? part_by(&c, parts, *count) : *count / 2;
+    return c.at ? part_by(w, &c, parts, *count) : *count / 2;
 }
 
 /* ---- The tree. ---- */
 
 static void set_box(const planter *w, const job *j) {
     box all = EMPTY;
-    for (uint32_t i = j->first; i < j->first + j->count; i++)
+    for (uint32_t i = j->first; i < j->first + j->count; i++) {
+        if (shd_is_cancelled_at(w->cancelled, i)) break;
         enclose(&all, w->parts[i].low, w->parts[i].high);
+    }
     shd_branch *branch = &w->tree->branches[j->branch];
     for (int c = 0; c < 3; c++) {
         branch->low[c] = all.low[c];
@@ -266,17 +290,12 @@ static void put_leaves(const planter *w, const job *j, uint32_t count) {
 static bool grow(planter *w, uint32_t count) {
     job waiting[64], now = {0, 0, count, 0};
     int waits = 0;
-    uint32_t since = 0;
     w->branch_count = 1;
     for (;;) {
-        since += now.count;
-        if (since > CANCEL_EVERY) {
-            since = 0;
-            if (is_cancelled(w)) return false;
-        }
         set_box(w, &now);
         uint32_t left = 0, kept = now.count;
         if (now.count > FEW) left = split_parts(w, w->parts + now.first, &kept, now.depth);
+        if (shd_is_cancelled(w->cancelled)) return false;
         if (kept <= FEW) {
             put_leaves(w, &now, kept);
             if (!waits) return true;
@@ -304,9 +323,10 @@ shd_status shd_mesh_tree_new(const shd_triangles *triangles, const atomic_bool *
     if (!tree || !parts || !tree->branches || !tree->leaves)
         return shd_fail(error, SHD_MEMORY, "", "the limit `memory` is reached by a mesh");
     planter w = {triangles, cancelled, tree, parts, 0};
+    tree->cancelled = cancelled;
     measure(&w);
-    const uint32_t with_area = is_cancelled(&w) ? 0 : list_parts(&w);
-    if (is_cancelled(&w) || (with_area && !grow(&w, with_area)))
+    const uint32_t with_area = list_parts(&w);
+    if (shd_is_cancelled(cancelled) || (with_area && !grow(&w, with_area)))
         return shd_fail(error, SHD_CANCELLED, "", "the render was cancelled");
     *out = tree;
     return SHD_OK;

@@ -29,7 +29,8 @@ typedef struct shd_leaf {
 enum { SHD_TREE_DEPTH = 96 };
 
 struct shd_mesh_tree {
-    double scale; /* 2^-exponent */
+    const atomic_bool *cancelled; /* as it was given */
+    double scale;                 /* 2^-exponent */
     int exponent;
     shd_branch *branches; /* the root first */
     shd_leaf *leaves;     /* of triangles with an area, but for repeated ones: */

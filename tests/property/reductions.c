@@ -322,7 +322,8 @@ static void budgets_leave_out_lights_of_patches_within_their_tolerances(void **s
         const shd_plan *plan = NULL;
         const shd_shown *shown = NULL;
         assert_int_equal(shd_shown_make(s.request, &asking, &shown, &error), SHD_OK);
-        if (shd_plan_make_shown(&asking, SHD_PORTABLE, shown, s.request->arena, &plan, &error))
+        if (shd_plan_make_shown(&asking, SHD_PORTABLE, shown, NULL, s.request->arena, &plan,
+                                &error))
             fail_msg("%s in\n%s", error.text, json);
         relative += plan->drop_relative > 0;
         for (size_t i = 0; i < s.count;) {

@@ -135,7 +135,8 @@ static void check_object(const sampled *s, size_t object, int fineness, size_t *
     const shd_scene *scene = plan->scene;
     const shd_place bounds = shd_place_of(&scene->objects[object], &plan->objects[object]);
     static shd_piece list[SHD_MOST_PIECES];
-    const size_t count = shd_plan_pieces(scene, object, &plan->objects[object], fineness, list);
+    const size_t count =
+        shd_plan_pieces(scene, object, &plan->objects[object], fineness, NULL, list);
     assert_true(count <= SHD_MOST_PIECES);
     *pieces += count;
     for (size_t i = 0; i < s->count; i++) {

@@ -298,15 +298,16 @@ static void budgets_take_the_cheapest_tier_that_meets_them(void **state) {
         assert_int_equal(shd_shown_make(request, scene, &shown, &error), SHD_OK);
         for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++) {
             const shd_plan *plan;
-            if (shd_plan_make_shown(scene, isa, shown, request->arena, &plan, &error)) continue;
+            if (shd_plan_make_shown(scene, isa, shown, NULL, request->arena, &plan, &error))
+                continue;
             const shd_kernel_cost *costs = shd_plan_kernel_costs(plan);
             took[plan->tier]++;
             /* All of the lights: what a budget leaves out comes after the choice. */
             shd_scene all = *scene;
             all.accuracy = (shd_accuracy){.tier = SHD_EXACT};
             const shd_plan *full;
-            assert_int_equal(shd_plan_make_shown(&all, isa, shown, request->arena, &full, &error),
-                             SHD_OK);
+            assert_int_equal(
+                shd_plan_make_shown(&all, isa, shown, NULL, request->arena, &full, &error), SHD_OK);
             double total[SHD_EXACT + 1];
             for (int t = 0; t <= SHD_EXACT; t++) {
                 const shd_ray_cost cost = shd_plan_ray_cost(full, (shd_tier)t, costs);

@@ -1,0 +1,257 @@
+/* Whoever is cancelled leaves soon, at whatever moment: documents that keep one stage busy, each
+ * cancelled at the first look at its flag, at the second, and later and later, until a run is
+ * over before.
+ *
+ * Run as `property_cancel gaps STAGE` beneath callgrind, it cancels nothing and has callgrind tell
+ * the instructions so far at each look: tests/property/cancel_test.py. */
+#include "base/cancel.h"
+
+#include <inttypes.h>
+#include <valgrind/valgrind.h>
+
+#include "property/pieces.h"
+
+/* ---- Looks at the flag, which the linker sends here. ---- */
+
+static atomic_uint_fast64_t looks;
+static uint64_t raise_at; /* 0: never */
+static uint64_t told_at;  /* callgrind tells at every so many looks; 0: never */
+
+bool __wrap_shd_is_cancelled(const atomic_bool *flag);
+bool __real_shd_is_cancelled(const atomic_bool *flag);
+
+bool __wrap_shd_is_cancelled(const atomic_bool *flag) {
+    if (!flag) return false;
+    const uint64_t now = atomic_fetch_add(&looks, 1) + 1;
+    if (now == raise_at) atomic_store((atomic_bool *)(uintptr_t)flag, true);
+    if (told_at && now % told_at == 0) VALGRIND_MONITOR_COMMAND("status internal");
+    return __real_shd_is_cancelled(flag);
+}
+
+/* ---- Documents. ---- */
+
+static void write_lights(FILE *out, int count, const char *more) {
+    fputs("\"lights\": [", out);
+    for (int i = 0; i < count; i++)
+        fprintf(out,
+                "%s{\"type\": \"point\", \"position\": [%.9g, %.9g, 3], \"color\": "
+                "[0.1, 0.2, 0.%d]%s}",
+                i ? "," : "", cos(i), sin(i), 1 + i % 9, more);
+    fputs("]", out);
+}
+
+static void write_shiny(FILE *out, int lobes) {
+    fputs("\"material\": {\"specular\": 0.1, \"lobes\": [", out);
+    for (int i = 0; i < lobes; i++)
+        fprintf(out, "%s{\"specular\": 0.01, \"shininess\": %d}", i ? "," : "", 2 + 3 * i);
+    fputs("]}", out);
+}
+
+static void write_head(FILE *out, int side, int samples, const char *tier) {
+    fprintf(out, "{\"image\": {\"width\": %d, \"height\": %d, \"samples\": %d}, \"accuracy\": %s, ",
+            side, side, samples, tier);
+}
+
+static void write_lit(FILE *out, int lights, const char *light, const char *tier) {
+    write_head(out, 32, 64, tier);
+    write_lights(out, lights, light);
+    fputs(", \"objects\": [{\"type\": \"sphere\", ", out);
+    write_shiny(out, 64);
+    fputs("}]}", out);
+}
+
+#define STANDARD "{\"tier\": \"standard\"}"
+#define EXACT    "{\"tier\": \"exact\"}"
+#define BUDGET   "{\"maxError\": 0.5, \"metric\": \"deltaE2000\"}"
+
+static void write_standard_light(FILE *out, int size) {
+    write_lit(out, size, "", STANDARD);
+}
+
+static void write_exact_light(FILE *out, int size) {
+    write_lit(out, size, "", EXACT);
+}
+
+/* Beyond what kernels hold in f64. */
+static void write_bright_light(FILE *out, int size) {
+    write_lit(out, size, ", \"intensity\": 1e40", STANDARD);
+}
+
+static void write_mesh(FILE *out, int triangles, double (*corner)(int triangle, int k, int c)) {
+    fputs("{\"type\": \"mesh\", \"positions\": [", out);
+    for (int i = 0; i < triangles; i++)
+        for (int k = 0; k < 9; k++)
+            fprintf(out, "%s%.9g", i + k ? "," : "", corner(i, k / 3, k % 3));
+    fputs("]}", out);
+}
+
+static double equal_corner(int triangle, int k, int c) {
+    (void)triangle;
+    return k == c ? 1 : 0;
+}
+
+/* Of which each has the same middle, and is in front of those before. */
+static double stacked_corner(int triangle, int k, int c) {
+    return c == 2 ? 1e-6 * triangle : cos(2 * SHD_PI / 3 * k - SHD_PI / 2 * c + 1e-5 * triangle);
+}
+
+static double needle_corner(int triangle, int k, int c) {
+    return c == 2 ? 0.01 * sin(triangle) : k < 2 ? 3 * cos(triangle + 3 * k + 1.57 * c) : 1e-4;
+}
+
+static void write_triangles(FILE *out, int count, double (*corner)(int triangle, int k, int c)) {
+    write_head(out, 32, 16, STANDARD);
+    fputs("\"objects\": [", out);
+    write_mesh(out, count, corner);
+    fputs("]}", out);
+}
+
+static void write_equal(FILE *out, int size) {
+    write_triangles(out, size, equal_corner);
+}
+
+static void write_stacked(FILE *out, int size) {
+    write_triangles(out, size, stacked_corner);
+}
+
+static void write_needles(FILE *out, int size) {
+    write_triangles(out, size, needle_corner);
+}
+
+static void write_objects(FILE *out, int count, const char *shape, const char *more) {
+    fputs("\"objects\": [", out);
+    for (int i = 0; i < count; i++)
+        fprintf(out,
+                "%s{\"type\": \"%s\", \"transform\": {\"rotate\": [%d, %d, 0], \"scale\": [1, "
+                "1.2, 1.%d]}, %s}",
+                i ? "," : "", shape, i, 3 * i, 1 + i % 9, more);
+    fputs("]", out);
+}
+
+static void write_pairs(FILE *out, int size) {
+    write_head(out, 32, 4, STANDARD);
+    write_lights(out, size, "");
+    fputs(", ", out);
+    write_objects(out, size, "box", "\"material\": {\"specular\": 0.5}");
+    fputs("}", out);
+}
+
+static void write_tori(FILE *out, int size) {
+    write_head(out, 32, 16, STANDARD);
+    write_objects(out, size, "torus", "\"tube\": 0.1");
+    fputs("}", out);
+}
+
+static void write_facets(FILE *out, int size) {
+    char more[80];
+    snprintf(more, sizeof more, "\"interpolation\": \"%s\", \"segments\": %d",
+             size % 2 ? "flat" : "gouraud", size);
+    write_head(out, 32, 1, STANDARD);
+    write_lights(out, 100, "");
+    fputs(", ", out);
+    write_objects(out, 2, "torus", more);
+    fputs("}", out);
+}
+
+static void write_budget(FILE *out, int size) {
+    write_head(out, 32, 4, BUDGET);
+    write_lights(out, size, "");
+    fputs(", ", out);
+    write_objects(out, size, "box", "\"material\": {\"specular\": 0.5}");
+    fputs("}", out);
+}
+
+typedef struct stage {
+    const char *name;
+    void (*write)(FILE *out, int size);
+    int size; /* as large as it takes to look at the flag often */
+} stage;
+
+static const stage stages[] = {
+    {"standard light", write_standard_light, 3000},
+    {"exact light", write_exact_light, 3000},
+    {"bright light", write_bright_light, 300},
+    {"equal triangles", write_equal, 60000},
+    {"stacked triangles", write_stacked, 20000},
+    {"needles", write_needles, 20000},
+    {"pairs", write_pairs, 700},
+    {"tori", write_tori, 1000},
+    {"facets", write_facets, 301},
+    {"smooth facets", write_facets, 300},
+    {"budget", write_budget, 12},
+};
+
+enum { STAGES = sizeof stages / sizeof stages[0] };
+
+static char *document_of(const stage *of) {
+    writing w;
+    start(&w);
+    of->write(w.out, of->size);
+    return finish(&w);
+}
+
+/* ---- The claim. ---- */
+
+static shd_status render(shd_engine *engine, const char *json) {
+    shd_error error;
+    shd_request *request = NULL;
+    assert_int_equal(shd_request_new(engine, &request, &error), SHD_OK);
+    shd_status status = shd_request_read(request, json, strlen(json), SHD_PNG);
+    if (status == SHD_OK) status = shd_request_render(request, NULL, &error);
+    if (status != SHD_OK && status != SHD_CANCELLED)
+        print_error("%s: %s\n", error.path, error.text);
+    shd_request_drop(request);
+    return status;
+}
+
+static void a_cancelled_request_leaves_at_once(void **state) {
+    enum { PATIENCE = 1000, LATEST = 3000 }; /* looks: each loop on the way out has its own */
+    for (size_t i = 0; i < STAGES; i++) {
+        char *json = document_of(&stages[i]);
+        uint64_t last = 0, most = 0;
+        for (uint64_t at = 1; at < LATEST; at += 1 + at / 3) {
+            atomic_store(&looks, 0);
+            raise_at = at;
+            const shd_status status = render(*state, json);
+            const uint64_t all = atomic_load(&looks);
+            if (status == SHD_OK) {
+                assert_true(all < at);
+                break;
+            }
+            assert_int_equal(status, SHD_CANCELLED);
+            last = at;
+            most = all - at > most ? all - at : most;
+        }
+        print_message("%s: cancelled at look %" PRIu64 " at the latest, %" PRIu64
+                      " looks later at most\n",
+                      stages[i].name, last, most);
+        assert_true(last > 10);
+        assert_true(most < PATIENCE);
+        free(json);
+    }
+    raise_at = 0;
+}
+
+static int tell_gaps(const char *name) {
+    for (size_t i = 0; i < STAGES; i++) {
+        if (strcmp(stages[i].name, name)) continue;
+        shd_engine *engine = new_engine(1);
+        char *json = document_of(&stages[i]);
+        told_at = 1;
+        const shd_status status = render(engine, json);
+        VALGRIND_MONITOR_COMMAND("status internal");
+        free(json);
+        shd_engine_drop(engine);
+        return status != SHD_OK;
+    }
+    for (size_t i = 0; i < STAGES; i++) puts(stages[i].name);
+    return 2;
+}
+
+int main(int argc, char **argv) {
+    if (argc > 2 && !strcmp(argv[1], "gaps")) return tell_gaps(argv[2]);
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_cancelled_request_leaves_at_once),
+    };
+    return cmocka_run_group_tests(tests, make_engine, drop_engine);
+}
