@@ -96,10 +96,11 @@ extern const shd_cast_kernel shd_cast_kernel_portable, shd_cast_kernel_avx2, shd
                              double limit, shd_mesh_hits *out);                                    \
     void shd_place_mesh_##isa(const shd_item *it, double object, const shd_batch *b,               \
                               const shd_stage *hits, shd_surfaces *out);                           \
-    /* t of balls; their surfaces; both, with what tiers in f32 want. */                           \
+    /* t of balls; their surfaces; both, with what tiers in f32 want. Then as shd_cast_kernel. */  \
     void shd_find_ball_##isa(const shd_item *it, const shd_batch *b, double *t);                   \
     void shd_place_ball_##isa(const shd_item *it, const shd_batch *b, shd_surfaces *out);          \
-    void shd_show_ball_##isa(const shd_item *it, const shd_batch *b, double *t, shd_stage *out);
+    void shd_show_ball_##isa(const shd_item *it, const shd_batch *b, double *t, shd_stage *out);   \
+    void shd_append_hits_##isa(const shd_stage *stage, size_t hits, size_t first, shd_hits *out);
 SHD_CAST_KERNEL_PARTS(portable)
 SHD_CAST_KERNEL_PARTS(avx2)
 SHD_CAST_KERNEL_PARTS(avx512)

@@ -7,7 +7,7 @@
 
 #include "base/simd.h"
 #include "sight/rays.h"
-#include "sight/shapes.h"
+#include "sight/tie.h"
 
 /* ---- Other shapes, in their frames. ---- */
 
@@ -222,17 +222,91 @@ static void take(const shd_stage *from, double object, shd_wants wants, shd_stag
 
 /* ---- A batch. ---- */
 
+/* Hits this near to each other, relative, are asked for what rounding may have moved them by. */
+static const double CLOSE = 0x1p-24;
+
+/* Adds what rounding may have moved t by, in the lanes that hit `object`. */
+static void add_rounding(const shd_sight *sight, double object, shd_batch *b, const double *t,
+                         const double *whose, const uint32_t *triangle, double *margin) {
+    const shd_item *it = &sight->items[(int)object];
+    shd_surfaces *s = &b->surfaces;
+    SHD_ALIGNED double again[SHD_RAYS];
+    shd_work work;
+    if (it->ball) {
+        SHD_VARIANT(shd_place_ball)(it, b, s);
+    } else if (it->shape != SHD_MESH) {
+        find(it, b, &work, again);
+        SHD_VARIANT(shd_place_surfaces)(it->shape, it->tube, &work, s);
+    }
+    for (int i = 0; i < SHD_RAYS; i++) {
+        if (whose[i] != object) continue;
+        shd_met met = {.ray = {b->direction[0][i], b->direction[1][i], b->direction[2][i]},
+                       .t = t[i]};
+        if (b->orthographic) met.start = (shd_vec3){b->start[0][i], b->start[1][i], b->start[2][i]};
+        const shd_vec3 point = {s->point[0][i], s->point[1][i], s->point[2][i]},
+                       normal = {s->normal[0][i], s->normal[1][i], s->normal[2][i]};
+        margin[i] += it->shape == SHD_MESH
+                         ? shd_triangle_rounding(it, &sight->lens, &met, triangle[i])
+                         : shd_shape_rounding(it, &sight->lens, &met, it->ball ? 0 : work.shift[i],
+                                              point, normal);
+    }
+}
+
+/* How many lanes hit an object; they are taken from `left`. */
+static size_t take_lanes(double *restrict left, double object) {
+    long long lanes = 0;
+    SHD_EACH_LANE(i) {
+        const bool same = left[i] == object;
+        lanes += same ? 1 : 0;
+        left[i] = same ? SHD_NOTHING : left[i];
+    }
+    return (size_t)lanes;
+}
+
+/* What rounding may have moved two hits by, in the lanes where they are close; else 0. `triangle`:
+ * of `object`. Returns whether there are such lanes. */
+static bool find_margins(const shd_sight *sight, double object, shd_batch *b, const double *t,
+                         const uint32_t *triangle, const shd_stage *best, double *margin) {
+    SHD_ALIGNED double whose[SHD_RAYS], mine[SHD_RAYS];
+    const shd_vd wider = shd_vd_set(1 + CLOSE), missed = shd_vd_set(INFINITY),
+                 nothing = shd_vd_set(SHD_NOTHING), name = shd_vd_set(object);
+    unsigned any = 0;
+    for (int i = 0; i < SHD_RAYS; i += SHD_W / 2) {
+        const shd_vd now = shd_vd_load(t + i), before = shd_vd_load(best->t + i);
+        const shd_md apart =
+                         shd_md_or(shd_vd_gt(now, before * wider), shd_vd_gt(before, now * wider)),
+                     close = shd_md_and(shd_vd_gt(missed, now), shd_md_not(apart));
+        any |= shd_md_bits(close);
+        shd_vd_store(mine + i, shd_vd_select(close, name, nothing));
+        shd_vd_store(whose + i, shd_vd_select(close, shd_vd_load(best->object + i), nothing));
+        shd_vd_store(margin + i, shd_vd_set(0));
+    }
+    if (!any) return false;
+    add_rounding(sight, object, b, t, mine, triangle, margin);
+    for (int i = 0; i < SHD_RAYS; i++) {
+        const double other = whose[i];
+        if (other == SHD_NOTHING) continue;
+        add_rounding(sight, other, b, best->t, whose, best->triangle, margin);
+        take_lanes(whose, other);
+    }
+    return true;
+}
+
 /* At equal distance, to within rounding, the object that comes first in the scene stays: or
  * surfaces that lie in each other would be seen in speckles. Returns whether any lane was nearer.
  */
-static bool keep_nearer(const double *restrict t, double object, shd_stage *restrict best) {
-    const shd_vd rounded = shd_vd_set(1 + 0x1p-44), mine = shd_vd_set(object);
+static bool keep_nearer(const shd_sight *sight, double object, shd_batch *b,
+                        const double *restrict t, const uint32_t *triangle,
+                        shd_stage *restrict best) {
+    SHD_ALIGNED double margin[SHD_RAYS];
+    const shd_vd mine = shd_vd_set(object);
     unsigned any = 0;
+    find_margins(sight, object, b, t, triangle, best, margin);
     for (int i = 0; i < SHD_RAYS; i += SHD_W / 2) {
         const shd_vd now = shd_vd_load(t + i), before = shd_vd_load(best->t + i),
-                     whose = shd_vd_load(best->object + i);
-        const shd_md farther = shd_vd_gt(now, before * rounded),
-                     nearer = shd_vd_gt(before, now * rounded),
+                     whose = shd_vd_load(best->object + i), rounding = shd_vd_load(margin + i);
+        const shd_md farther = shd_vd_gt(now, before + rounding),
+                     nearer = shd_vd_gt(before, now + rounding),
                      first = shd_md_and(shd_md_not(farther), shd_vd_gt(whose, mine)),
                      kept = shd_md_or(nearer, first);
         any |= shd_md_bits(kept);
@@ -276,8 +350,8 @@ static int find_nearest(const shd_sight *sight, const uint32_t *candidates, size
         const double object = candidates[k];
         if (it->nearest > limit) continue;
         if (it->shape == SHD_MESH) {
-            if (!SHD_VARIANT(shd_find_mesh)(&sight->lens, it, b, limit * (1 + 1e-12), &met) ||
-                !keep_nearer(met.t, object, out))
+            if (!SHD_VARIANT(shd_find_mesh)(&sight->lens, it, b, limit, &met) ||
+                !keep_nearer(sight, object, b, met.t, met.triangle, out))
                 continue;
             take64(out->object, object, met.u, out->u);
             take64(out->object, object, met.v, out->v);
@@ -285,11 +359,11 @@ static int find_nearest(const shd_sight *sight, const uint32_t *candidates, size
             out->triangle[i] = out->object[i] == object ? met.triangle[i] : out->triangle[i];
         } else {
             find(it, b, &b->work[!held], t);
-            if (!keep_nearer(t, object, out)) continue;
+            if (!keep_nearer(sight, object, b, t, NULL, out)) continue;
             held = !held;
             *holder = (int)candidates[k];
         }
-        if (count > 4) limit = farthest(out->t);
+        if (count > 4) limit = farthest(out->t) * (1 + 2 * CLOSE);
     }
     return held;
 }
@@ -298,17 +372,6 @@ static size_t count_hits(const double *restrict t) {
     long long hits = 0;
     SHD_EACH_LANE(i) hits += t[i] < INFINITY ? 1 : 0;
     return (size_t)hits;
-}
-
-/* How many lanes hit an object; they are taken from `left`. */
-static size_t take_lanes(double *restrict left, double object) {
-    long long lanes = 0;
-    SHD_EACH_LANE(i) {
-        const bool same = left[i] == object;
-        lanes += same ? 1 : 0;
-        left[i] = same ? SHD_NOTHING : left[i];
-    }
-    return (size_t)lanes;
 }
 
 /* Every object that some lane hit, in turn. */
@@ -365,102 +428,4 @@ static size_t cast(const shd_sight *sight, const uint32_t *candidates, size_t ca
     return hits;
 }
 
-/* ---- Hits, without what hit nothing. ---- */
-
-/* Lanes that hit: as a mask where there are instructions for it, and one after the other. */
-typedef struct hit_lanes {
-    size_t count;
-    uint64_t mask;
-    uint8_t lane[SHD_RAYS];
-} hit_lanes;
-
-SHD_ALWAYS void find_lanes(const double *restrict object, size_t hits, hit_lanes *restrict out) {
-    out->count = hits;
-    out->mask = 0;
-    if (hits == SHD_RAYS) return;
-#if defined(__AVX512F__)
-    for (int i = 0; i < SHD_RAYS; i += 8) {
-        const __m512d some = _mm512_load_pd(object + i);
-        const uint64_t mask = _mm512_cmp_pd_mask(some, _mm512_set1_pd(SHD_NOTHING), _CMP_NEQ_OQ);
-        out->mask |= mask << i;
-    }
-#else
-    size_t n = 0;
-    for (int i = 0; n < hits; i++) {
-        out->lane[n] = (uint8_t)i; /* stays if it hit: no branch to mispredict */
-        n += object[i] != SHD_NOTHING;
-    }
-#endif
-}
-
-/* Appends what hit lanes have. */
-SHD_ALWAYS void put(void *to, const void *from, size_t size, size_t at, const hit_lanes *lanes) {
-    if (lanes->count == SHD_RAYS) {
-        memcpy((char *)to + at * size, from, SHD_RAYS * size);
-        return;
-    }
-    char *out = (char *)to + at * size;
-    const char *in = from;
-#if defined(__AVX512F__)
-    const int step = 64 / (int)size;
-    for (int i = 0; i < SHD_RAYS; i += step) {
-        const __m512i some = _mm512_load_si512(in + (size_t)i * size);
-        if (size == sizeof(uint32_t)) {
-            const __mmask16 mask = (__mmask16)(lanes->mask >> i);
-            const int count = __builtin_popcount(mask);
-            _mm512_mask_storeu_epi32(out, (__mmask16)((1u << count) - 1),
-                                     _mm512_maskz_compress_epi32(mask, some));
-            out += (size_t)count * size;
-        } else {
-            const __mmask8 mask = (__mmask8)(lanes->mask >> i);
-            const int count = __builtin_popcount(mask);
-            _mm512_mask_storeu_epi64(out, (__mmask8)((1u << count) - 1),
-                                     _mm512_maskz_compress_epi64(mask, some));
-            out += (size_t)count * size;
-        }
-    }
-#else
-    if (size == sizeof(uint32_t))
-        for (size_t k = 0; k < lanes->count; k++)
-            memcpy(out + 4 * k, in + 4 * (size_t)lanes->lane[k], 4);
-    else
-        for (size_t k = 0; k < lanes->count; k++)
-            memcpy(out + 8 * k, in + 8 * (size_t)lanes->lane[k], 8);
-#endif
-}
-
-static void append(const shd_stage *s, size_t hits, size_t first, shd_hits *out) {
-    const size_t at = out->count;
-    SHD_ALIGNED uint32_t shot[SHD_RAYS];
-    SHD_ALIGNED int32_t object[SHD_RAYS];
-    hit_lanes lanes;
-    SHD_EACH_LANE(i) {
-        shot[i] = (uint32_t)first + (uint32_t)i;
-        object[i] = (int32_t)s->object[i];
-    }
-    find_lanes(s->object, hits, &lanes);
-    put(out->shot, shot, sizeof *shot, at, &lanes);
-    put(out->object, object, sizeof *object, at, &lanes);
-    for (int c = 0; c < 3; c++) {
-        if (out->position32[c]) {
-            put(out->position32[c], s->position32[c], sizeof(float), at, &lanes);
-            put(out->normal32[c], s->normal32[c], sizeof(float), at, &lanes);
-            put(out->mirror32[c], s->mirror32[c], sizeof(float), at, &lanes);
-        } else {
-            put(out->position[c], s->position[c], sizeof(double), at, &lanes);
-            put(out->normal[c], s->normal[c], sizeof(double), at, &lanes);
-            put(out->view[c], s->view[c], sizeof(double), at, &lanes);
-        }
-        if (out->low32[c]) put(out->low32[c], s->low32[c], sizeof(float), at, &lanes);
-        if (out->world32[c]) put(out->world32[c], s->world32[c], sizeof(float), at, &lanes);
-    }
-    if (out->depth) put(out->depth, s->depth, sizeof(double), at, &lanes);
-    if (out->triangle) {
-        put(out->triangle, s->triangle, sizeof(uint32_t), at, &lanes);
-        put(out->u, s->u, sizeof(double), at, &lanes);
-        put(out->v, s->v, sizeof(double), at, &lanes);
-    }
-    out->count = at + hits;
-}
-
-const shd_cast_kernel SHD_VARIANT(shd_cast_kernel) = {cast, append};
+const shd_cast_kernel SHD_VARIANT(shd_cast_kernel) = {cast, SHD_VARIANT(shd_append_hits)};

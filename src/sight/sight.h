@@ -57,9 +57,9 @@ void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out);
 /* ---- Casting. ---- */
 
 /* Casts the shots at the candidates (any list that has all objects that they may hit, in any
- * order, which matters only to three surfaces that lie in each other) and appends the hits to
- * `out`, which must have room for them: shots->count entries. Returns how many there were. A hit's
- * values depend on the shot alone: not on its neighbors, on further candidates or on the
+ * order, which matters only to three surfaces that lie in each other: tie.h) and appends the hits
+ * to `out`, which must have room for them: shots->count entries. Returns how many there were. A
+ * hit's values depend on the shot alone: not on its neighbors, on further candidates or on the
  * instruction set. Once the flag of shd_sight_new is raised, hits are missing or wrong. */
 size_t shd_sight_shoot(const shd_sight *sight, const uint32_t *candidates, size_t candidate_count,
                        const shd_shots *shots, shd_hits *out);

@@ -2,55 +2,12 @@
  * beside the formula in f32 that fails them. */
 #include <float.h>
 
-#include "property/pieces.h"
-
-enum { SIDE = 64, ALL = SIDE * SIDE };
-
-typedef struct seen {
-    shd_request *request;
-    shd_sight *sight;
-    shd_hits hits;
-} seen;
-
-/* All centres of a 64 x 64 picture. */
-static seen see(shd_engine *engine, const char *json, shd_isa isa) {
-    static int32_t x[ALL], y[ALL];
-    static uint8_t sample[ALL];
-    uint32_t objects[8] = {0, 1, 2, 3, 4, 5, 6, 7};
-    seen s = {.request = read_scene(engine, json)};
-    shd_error error = {SHD_OK, "", ""};
-    shd_arena *arena = s.request->arena;
-    if (shd_plan_make(s.request->scene, isa, arena, &s.request->plan, &error) ||
-        shd_sight_new(s.request->plan, NULL, arena, &s.sight, &error))
-        fail_msg("%s: %s", error.path, error.text);
-    assert_true(shd_hits_new(s.request->plan, ALL, arena, &s.hits));
-    for (int i = 0; i < ALL; i++) {
-        x[i] = i % SIDE;
-        y[i] = i / SIDE;
-        sample[i] = 0;
-    }
-    const shd_shots shots = {ALL, x, y, sample};
-    assert_true(s.request->scene->object_count <= 8);
-    shd_sight_shoot(s.sight, objects, s.request->scene->object_count, &shots, &s.hits);
-    return s;
-}
-
-static void drop_seen(seen *s) {
-    shd_request_drop(s->request);
-}
-
-#define PICTURE "\"image\": {\"width\": 64, \"height\": 64, \"samples\": 1}, \"lights\": []"
-#define EXACT   ", \"accuracy\": {\"tier\": \"exact\"}"
+#include "unit/see.h"
 
 /* The slopes of the ray through pixel i's centre, of a field whose half has the tangent `half`. */
 static void slopes(uint32_t i, double half, double *p, double *q) {
     *p = ((double)(i % SIDE) + 0.5 - SIDE / 2) / (SIDE / 2) * half;
     *q = (SIDE / 2 - 0.5 - (double)(i / SIDE)) / (SIDE / 2) * half;
-}
-
-static bool every_variant(shd_isa *isa) {
-    while (*isa < SHD_ISA_COUNT && !shd_cpu_has(*isa)) (*isa)++;
-    return *isa < SHD_ISA_COUNT;
 }
 
 /* A unit sphere that almost fills the picture, from `distance` radii. The ray (p, q, -1) meets it

@@ -1,0 +1,102 @@
+/* Hits, without what hit nothing. Compiled once an instruction set. */
+#if defined(__AVX512F__)
+#include <immintrin.h>
+#endif
+
+#include "sight/rays.h"
+
+/* Lanes that hit: as a mask where there are instructions for it, and one after the other. */
+typedef struct hit_lanes {
+    size_t count;
+    uint64_t mask;
+    uint8_t lane[SHD_RAYS];
+} hit_lanes;
+
+SHD_ALWAYS void find_lanes(const double *restrict object, size_t hits, hit_lanes *restrict out) {
+    out->count = hits;
+    out->mask = 0;
+    if (hits == SHD_RAYS) return;
+#if defined(__AVX512F__)
+    for (int i = 0; i < SHD_RAYS; i += 8) {
+        const __m512d some = _mm512_load_pd(object + i);
+        const uint64_t mask = _mm512_cmp_pd_mask(some, _mm512_set1_pd(SHD_NOTHING), _CMP_NEQ_OQ);
+        out->mask |= mask << i;
+    }
+#else
+    size_t n = 0;
+    for (int i = 0; n < hits; i++) {
+        out->lane[n] = (uint8_t)i; /* stays if it hit: no branch to mispredict */
+        n += object[i] != SHD_NOTHING;
+    }
+#endif
+}
+
+/* Appends what hit lanes have. */
+SHD_ALWAYS void put(void *to, const void *from, size_t size, size_t at, const hit_lanes *lanes) {
+    if (lanes->count == SHD_RAYS) {
+        memcpy((char *)to + at * size, from, SHD_RAYS * size);
+        return;
+    }
+    char *out = (char *)to + at * size;
+    const char *in = from;
+#if defined(__AVX512F__)
+    const int step = 64 / (int)size;
+    for (int i = 0; i < SHD_RAYS; i += step) {
+        const __m512i some = _mm512_load_si512(in + (size_t)i * size);
+        if (size == sizeof(uint32_t)) {
+            const __mmask16 mask = (__mmask16)(lanes->mask >> i);
+            const int count = __builtin_popcount(mask);
+            _mm512_mask_storeu_epi32(out, (__mmask16)((1u << count) - 1),
+                                     _mm512_maskz_compress_epi32(mask, some));
+            out += (size_t)count * size;
+        } else {
+            const __mmask8 mask = (__mmask8)(lanes->mask >> i);
+            const int count = __builtin_popcount(mask);
+            _mm512_mask_storeu_epi64(out, (__mmask8)((1u << count) - 1),
+                                     _mm512_maskz_compress_epi64(mask, some));
+            out += (size_t)count * size;
+        }
+    }
+#else
+    if (size == sizeof(uint32_t))
+        for (size_t k = 0; k < lanes->count; k++)
+            memcpy(out + 4 * k, in + 4 * (size_t)lanes->lane[k], 4);
+    else
+        for (size_t k = 0; k < lanes->count; k++)
+            memcpy(out + 8 * k, in + 8 * (size_t)lanes->lane[k], 8);
+#endif
+}
+
+void SHD_VARIANT(shd_append_hits)(const shd_stage *s, size_t hits, size_t first, shd_hits *out) {
+    const size_t at = out->count;
+    SHD_ALIGNED uint32_t shot[SHD_RAYS];
+    SHD_ALIGNED int32_t object[SHD_RAYS];
+    hit_lanes lanes;
+    SHD_EACH_LANE(i) {
+        shot[i] = (uint32_t)first + (uint32_t)i;
+        object[i] = (int32_t)s->object[i];
+    }
+    find_lanes(s->object, hits, &lanes);
+    put(out->shot, shot, sizeof *shot, at, &lanes);
+    put(out->object, object, sizeof *object, at, &lanes);
+    for (int c = 0; c < 3; c++) {
+        if (out->position32[c]) {
+            put(out->position32[c], s->position32[c], sizeof(float), at, &lanes);
+            put(out->normal32[c], s->normal32[c], sizeof(float), at, &lanes);
+            put(out->mirror32[c], s->mirror32[c], sizeof(float), at, &lanes);
+        } else {
+            put(out->position[c], s->position[c], sizeof(double), at, &lanes);
+            put(out->normal[c], s->normal[c], sizeof(double), at, &lanes);
+            put(out->view[c], s->view[c], sizeof(double), at, &lanes);
+        }
+        if (out->low32[c]) put(out->low32[c], s->low32[c], sizeof(float), at, &lanes);
+        if (out->world32[c]) put(out->world32[c], s->world32[c], sizeof(float), at, &lanes);
+    }
+    if (out->depth) put(out->depth, s->depth, sizeof(double), at, &lanes);
+    if (out->triangle) {
+        put(out->triangle, s->triangle, sizeof(uint32_t), at, &lanes);
+        put(out->u, s->u, sizeof(double), at, &lanes);
+        put(out->v, s->v, sizeof(double), at, &lanes);
+    }
+    out->count = at + hits;
+}

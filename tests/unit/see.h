@@ -1,0 +1,51 @@
+/* All that is seen through the centres of a small picture's pixels, in any variant. */
+#ifndef SHD_TEST_SEE_H
+#define SHD_TEST_SEE_H
+
+#include "property/pieces.h"
+
+enum { SIDE = 64, ALL = SIDE * SIDE };
+
+typedef struct seen {
+    shd_request *request;
+    shd_sight *sight;
+    shd_hits hits;
+} seen;
+
+/* All centres of a 64 x 64 picture. */
+static inline seen see(shd_engine *engine, const char *json, shd_isa isa) {
+    static int32_t x[ALL], y[ALL];
+    static uint8_t sample[ALL];
+    uint32_t objects[8] = {0, 1, 2, 3, 4, 5, 6, 7};
+    seen s = {.request = read_scene(engine, json)};
+    shd_error error = {SHD_OK, "", ""};
+    shd_arena *arena = s.request->arena;
+    if (shd_plan_make(s.request->scene, isa, arena, &s.request->plan, &error) ||
+        shd_sight_new(s.request->plan, NULL, arena, &s.sight, &error))
+        fail_msg("%s: %s", error.path, error.text);
+    assert_true(shd_hits_new(s.request->plan, ALL, arena, &s.hits));
+    for (int i = 0; i < ALL; i++) {
+        x[i] = i % SIDE;
+        y[i] = i / SIDE;
+        sample[i] = 0;
+    }
+    const shd_shots shots = {ALL, x, y, sample};
+    assert_true(s.request->scene->object_count <= 8);
+    shd_sight_shoot(s.sight, objects, s.request->scene->object_count, &shots, &s.hits);
+    return s;
+}
+
+static inline void drop_seen(seen *s) {
+    shd_request_drop(s->request);
+}
+
+#define PICTURE "\"image\": {\"width\": 64, \"height\": 64, \"samples\": 1}, \"lights\": []"
+#define EXACT   ", \"accuracy\": {\"tier\": \"exact\"}"
+
+/* Goes on to the next variant that this machine has; false: there is none. */
+static inline bool every_variant(shd_isa *isa) {
+    while (*isa < SHD_ISA_COUNT && !shd_cpu_has(*isa)) (*isa)++;
+    return *isa < SHD_ISA_COUNT;
+}
+
+#endif
