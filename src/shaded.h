@@ -21,6 +21,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "base/budget.h"
 #include "base/format.h"
 #include "base/limits.h"
 #include "base/report.h"
@@ -36,6 +37,8 @@ typedef struct shd_engine_options {
     size_t queue;            /* jobs that may wait in shd_engine_submit; 0: none is taken */
     size_t reuse;            /* bytes of G-buffers and sums of light that are kept between
                                 requests; 0: none. Pictures are the same, to the byte */
+    shd_budget *budget;      /* what all memory of requests and between them is taken from; outlives
+                                the engine; NULL: endless */
     shd_limits limits;
 } shd_engine_options;
 
@@ -66,6 +69,9 @@ void shd_engine_defer(shd_engine *engine, void (*run)(void *context), void *cont
 
 /* Takes a waiting job back. False: it runs, or has run. */
 bool shd_engine_withdraw(shd_engine *engine, const void *context);
+
+/* Called now and then: gives memory back that no request has asked for of late. */
+void shd_engine_rest(shd_engine *engine);
 
 typedef struct shd_load {
     size_t queued; /* jobs that wait */
@@ -129,8 +135,8 @@ typedef struct shd_render_options {
 } shd_render_options;
 
 /* Renders and encodes. Call once, after a successful read. `options` may be NULL. SHD_SCENE: no
- * tier meets the scene's budget; SHD_LIMIT or SHD_MEMORY: the limit `memory`; SHD_EXHAUSTED,
- * SHD_CANCELLED, SHD_INTERNAL. */
+ * tier meets the scene's budget; SHD_LIMIT or SHD_MEMORY: the limit `memory`; SHD_CROWDED: the
+ * budget has too little left just now; SHD_EXHAUSTED, SHD_CANCELLED, SHD_INTERNAL. */
 shd_status shd_request_render(shd_request *request, const shd_render_options *options,
                               shd_error *error);
 
@@ -165,7 +171,8 @@ typedef struct shd_picture {
 /* After a successful render. The bytes live as long as the request. */
 const shd_picture *shd_request_pictures(const shd_request *request, size_t *count);
 
-/* Gives the bytes of picture `index` to the caller, who frees them; the picture is empty then. */
+/* Gives the bytes of picture `index` to the caller, who frees them, and then gives as many as the
+ * picture's size to the budget; the picture is empty then. */
 unsigned char *shd_request_take(shd_request *request, size_t index);
 
 /* Seconds by stage, summed over the threads that worked on it: of their processor time, but in
@@ -196,7 +203,7 @@ shd_reuse_load shd_engine_reuse(shd_engine *engine);
 /* After a successful render: the plan in a line, for the Shaded-Plan header. */
 const char *shd_request_plan(const shd_request *request);
 
-/* Bytes that the request's arena holds by now, which the limit `memory` bounds. */
+/* The most bytes that the request's arena has held so far, which the limit `memory` bounds. */
 size_t shd_request_memory(const shd_request *request);
 
 /* Samples saturated because they were not finite or beyond the output's range. */

@@ -8,7 +8,7 @@
 
 #include "base/poison.h"
 
-enum { ALIGNMENT = 64, FIRST_BLOCK = 64 * 1024 };
+enum { ALIGNMENT = 64, FIRST_BLOCK = 64 << 10, LARGEST_BLOCK = 2 << 20 };
 
 typedef struct block {
     struct block *next;
@@ -18,11 +18,16 @@ typedef struct block {
 
 _Static_assert(sizeof(block) <= ALIGNMENT, "a block's header fits into one alignment unit");
 
+/* How long others are waited for that give way, seconds. */
+static const double patience = 2;
+
 struct shd_arena {
-    size_t cap, taken;
-    bool full;
+    size_t cap, taken, borrowed, peak;
+    size_t reserved; /* of the budget, beside what was taken */
+    bool full, crowded;
     shd_spares *spares; /* NULL: blocks are the system's */
-    block *blocks;      /* newest first */
+    shd_budget *budget;
+    block *blocks; /* newest first */
 };
 
 static unsigned char *block_bytes(block *b) {
@@ -34,6 +39,7 @@ shd_arena *shd_arena_new_from(shd_spares *spares, size_t cap) {
     if (!arena) return NULL;
     arena->cap = cap;
     arena->spares = spares;
+    arena->budget = shd_spares_budget(spares);
     return arena;
 }
 
@@ -43,36 +49,113 @@ shd_arena *shd_arena_new(size_t cap) {
 
 void shd_arena_drop(shd_arena *arena) {
     if (!arena) return;
-    for (block *b = arena->blocks; b;) {
-        block *next = b->next;
-        shd_spares_give(arena->spares, b, ALIGNMENT + b->size);
-        b = next;
-    }
+    shd_arena_return(arena, (shd_arena_mark){.block = NULL});
+    shd_budget_give(arena->budget, arena->reserved + arena->borrowed);
     free(arena);
 }
+
+shd_arena_mark shd_arena_mark_here(const shd_arena *arena) {
+    return (shd_arena_mark){arena->blocks, arena->blocks ? arena->blocks->used : 0};
+}
+
+void shd_arena_return(shd_arena *arena, shd_arena_mark mark) {
+    while (arena->blocks != mark.block) {
+        block *b = arena->blocks;
+        arena->blocks = b->next;
+        arena->taken -= ALIGNMENT + b->size;
+        shd_spares_give(arena->spares, b, ALIGNMENT + b->size);
+    }
+    block *b = arena->blocks;
+    if (!b) return;
+    b->used = mark.used;
+    ASAN_POISON_MEMORY_REGION(block_bytes(b) + b->used, b->size - b->used);
+}
+
+/* ---- The budget ---- */
+
+static bool draw(shd_arena *arena, size_t bytes) {
+    const size_t ready = bytes < arena->reserved ? bytes : arena->reserved;
+    if (bytes > ready && !shd_budget_wait(arena->budget, bytes - ready, patience)) {
+        arena->crowded = true;
+        return false;
+    }
+    arena->reserved -= ready;
+    return true;
+}
+
+bool shd_arena_reserve(shd_arena *arena, size_t bytes) {
+    if (bytes <= arena->reserved) return true;
+    if (!draw(arena, bytes)) return false;
+    arena->reserved += bytes;
+    return true;
+}
+
+static void note_peak(shd_arena *arena) {
+    const size_t all = arena->taken + arena->borrowed;
+    if (all > arena->peak) arena->peak = all;
+}
+
+bool shd_arena_borrow(shd_arena *arena, size_t bytes) {
+    if (bytes > shd_arena_room(arena)) {
+        arena->full = true;
+        return false;
+    }
+    if (!draw(arena, bytes)) return false;
+    arena->borrowed += bytes;
+    note_peak(arena);
+    return true;
+}
+
+void shd_arena_repay(shd_arena *arena, size_t bytes) {
+    arena->borrowed -= bytes;
+    shd_budget_give(arena->budget, bytes);
+}
+
+void shd_arena_release(shd_arena *arena, size_t bytes) {
+    arena->borrowed -= bytes;
+}
+
+/* A kept block is counted already: as much of what is reserved goes back. */
+static block *get_block(shd_arena *arena, size_t size) {
+    const size_t whole = shd_spares_size(size);
+    block *b = shd_spares_find(arena->spares, size);
+    if (b) {
+        const size_t less = whole < arena->reserved ? whole : arena->reserved;
+        arena->reserved -= less;
+        shd_budget_give(arena->budget, less);
+        return b;
+    }
+    if (!whole || !draw(arena, whole)) return NULL;
+    b = shd_spares_make(size);
+    if (!b) shd_budget_give(arena->budget, whole);
+    return b;
+}
+
+/* ---- ---- */
 
 /* Blocks double so that their number stays small, but a request that is larger than that gets a
  * block of its own size: a big film does not double the arena. */
 static block *add_block(shd_arena *arena, size_t need) {
     size_t size = arena->taken < FIRST_BLOCK ? FIRST_BLOCK : arena->taken;
-    size_t room = arena->cap - arena->taken;
+    size_t room = shd_arena_room(arena);
     if (room < ALIGNMENT || need > room - ALIGNMENT) {
         arena->full = true;
         return NULL;
     }
-    if (size > 16u << 20) size = 16u << 20;
+    if (size > LARGEST_BLOCK) size = LARGEST_BLOCK;
     if (size < need) size = need;
     if (size > room - ALIGNMENT) size = (room - ALIGNMENT) / ALIGNMENT * ALIGNMENT;
     if (size < need) {
         arena->full = true;
         return NULL;
     }
-    block *b = shd_spares_take(arena->spares, ALIGNMENT + size);
+    block *b = get_block(arena, ALIGNMENT + size);
     if (!b) return NULL;
     *b = (block){arena->blocks, size, 0};
     ASAN_POISON_MEMORY_REGION(block_bytes(b), size);
     arena->blocks = b;
     arena->taken += ALIGNMENT + size;
+    note_peak(arena);
     return b;
 }
 
@@ -118,6 +201,10 @@ char *shd_arena_printf(shd_arena *arena, const char *format, ...) {
     return text;
 }
 
+bool shd_arena_crowded(const shd_arena *arena) {
+    return arena->crowded;
+}
+
 bool shd_arena_full(const shd_arena *arena) {
     return arena->full;
 }
@@ -126,6 +213,10 @@ size_t shd_arena_used(const shd_arena *arena) {
     return arena->taken;
 }
 
+size_t shd_arena_peak(const shd_arena *arena) {
+    return arena->peak;
+}
+
 size_t shd_arena_room(const shd_arena *arena) {
-    return arena->cap - arena->taken;
+    return arena->cap - arena->taken - arena->borrowed;
 }

@@ -16,6 +16,7 @@ typedef enum shd_status {
     SHD_LIMIT,     /* the scene asks for more than a configured limit allows */
     SHD_MEMORY,    /* the request's cap of memory is reached */
     SHD_EXHAUSTED, /* the system refused memory, or a thread */
+    SHD_CROWDED,   /* other requests have the memory that the process may take */
     SHD_CANCELLED, /* the cancel flag was raised */
     SHD_CONFIG,    /* something the operator supplied is wrong */
     SHD_INTERNAL,  /* a dependency failed where it should not */

@@ -10,15 +10,16 @@ enum { SLAB = 2 << 20, UNITS = SLAB / SHD_STOCK_UNIT, PAGE = 4096, STEP = 8 /* u
 _Static_assert(UNITS == 64, "a slab's units are the bits of a word");
 
 typedef struct slab {
-    unsigned char *memory;
-    uint64_t free;    /* bit i: unit i is nobody's */
-    uint64_t touched; /* it has pages */
+    unsigned char *memory; /* NULL: it is not mapped */
+    uint64_t free;         /* bit i: unit i is nobody's */
+    uint64_t touched;      /* it has pages */
 } slab;
 
 struct shd_stock {
     pthread_mutex_t mutex;
+    shd_budget *budget;
     size_t units; /* that the cap allows */
-    size_t count; /* of slabs that are mapped */
+    size_t count; /* of slabs that are or were mapped */
     size_t ready; /* units that are free and touched */
     slab slabs[]; /* [(units + UNITS - 1) / UNITS] */
 };
@@ -35,18 +36,26 @@ static size_t count_bits(uint64_t bits) {
     return (size_t)__builtin_popcountll(bits);
 }
 
-shd_stock *shd_stock_new(size_t cap) {
+shd_stock *shd_stock_new(size_t cap, shd_budget *budget) {
     const size_t units = cap / SHD_STOCK_UNIT;
     shd_stock *stock = calloc(1, sizeof *stock + slabs_of(units) * sizeof stock->slabs[0]);
     if (!stock) return NULL;
     stock->units = units;
+    stock->budget = budget;
     pthread_mutex_init(&stock->mutex, NULL);
     return stock;
 }
 
+static void unmap_slab(shd_stock *stock, slab *s) {
+    if (!s->memory) return;
+    munmap(s->memory, SLAB);
+    shd_budget_give(stock->budget, SLAB);
+    *s = (slab){.memory = NULL};
+}
+
 void shd_stock_drop(shd_stock *stock) {
     if (!stock) return;
-    for (size_t i = 0; i < stock->count; i++) munmap(stock->slabs[i].memory, SLAB);
+    for (size_t i = 0; i < stock->count; i++) unmap_slab(stock, &stock->slabs[i]);
     pthread_mutex_destroy(&stock->mutex);
     free(stock);
 }
@@ -68,12 +77,17 @@ static unsigned char *map_slab(void) {
 }
 
 static slab *add_slab(shd_stock *stock) {
-    if (stock->count == slabs_of(stock->units)) return NULL;
-    slab *s = &stock->slabs[stock->count];
+    size_t i = 0;
+    while (i < stock->count && stock->slabs[i].memory) i++;
+    if (i == slabs_of(stock->units) || !shd_budget_try(stock->budget, SLAB)) return NULL;
     unsigned char *memory = map_slab();
-    if (!memory) return NULL;
-    *s = (slab){.memory = memory, .free = first_bits(stock->units - stock->count * UNITS)};
-    stock->count++;
+    if (!memory) {
+        shd_budget_give(stock->budget, SLAB);
+        return NULL;
+    }
+    slab *s = &stock->slabs[i];
+    *s = (slab){.memory = memory, .free = first_bits(stock->units - i * UNITS)};
+    if (i == stock->count) stock->count++;
     return s;
 }
 
@@ -126,7 +140,7 @@ void shd_stock_give(shd_stock *stock, void *memory, size_t size) {
     for (size_t i = 0; i < stock->count; i++) {
         slab *s = &stock->slabs[i];
         const uintptr_t offset = (uintptr_t)memory - (uintptr_t)s->memory;
-        if (offset >= SLAB) continue;
+        if (!s->memory || offset >= SLAB) continue;
         s->free |= first_bits(size / SHD_STOCK_UNIT) << offset / SHD_STOCK_UNIT;
         stock->ready += size / SHD_STOCK_UNIT;
         break;
@@ -134,11 +148,26 @@ void shd_stock_give(shd_stock *stock, void *memory, size_t size) {
     pthread_mutex_unlock(&stock->mutex);
 }
 
+size_t shd_stock_trim(shd_stock *stock, size_t bytes) {
+    size_t given = 0;
+    pthread_mutex_lock(&stock->mutex);
+    for (size_t i = stock->count; i-- > 0 && given < bytes;) {
+        slab *s = &stock->slabs[i];
+        if (!s->memory || s->free != first_bits(stock->units - i * UNITS)) continue;
+        stock->ready -= count_bits(s->free & s->touched);
+        unmap_slab(stock, s);
+        given += SLAB;
+    }
+    pthread_mutex_unlock(&stock->mutex);
+    return given;
+}
+
 bool shd_stock_touch(shd_stock *stock) {
     slab *s = NULL;
     uint64_t run = 0;
     pthread_mutex_lock(&stock->mutex);
-    if (stock->ready < SHD_STOCK_AHEAD / SHD_STOCK_UNIT) {
+    const size_t most = SHD_STOCK_AHEAD / SHD_STOCK_UNIT;
+    if (stock->ready < (stock->units / 8 < most ? stock->units / 8 : most)) {
         for (size_t i = 0; i < stock->count + 1 && !run; i++) {
             s = i < stock->count ? &stock->slabs[i] : add_slab(stock);
             if (!s) break;

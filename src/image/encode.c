@@ -15,6 +15,19 @@ bool shd_encode_goes_on(const shd_image *image) {
     return !image->go_on || image->go_on(image->context);
 }
 
+uint64_t shd_image_scratch(const shd_image *image, shd_format format, bool samples) {
+    switch (format) {
+    case SHD_PNG:
+        return shd_png_scratch(image);
+    case SHD_JPEG:
+        return shd_jpeg_scratch(image, samples);
+    case SHD_WEBP:
+        return shd_webp_scratch(image, samples);
+    default:
+        return shd_oiio_scratch(image, format, samples);
+    }
+}
+
 shd_status shd_image_encode(const shd_image *image, shd_format format, shd_arena *scratch,
                             shd_bytes *out, shd_error *error) {
     const shd_format_info *info = shd_format_get(format);

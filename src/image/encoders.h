@@ -16,6 +16,12 @@ shd_status shd_encode_webp(const shd_image *image, shd_arena *scratch, shd_bytes
 shd_status shd_encode_oiio(const shd_image *image, shd_format format, shd_arena *scratch,
                            shd_bytes *out, shd_error *error);
 
+/* As shd_image_scratch. */
+uint64_t shd_png_scratch(const shd_image *image);
+uint64_t shd_jpeg_scratch(const shd_image *image, bool samples);
+uint64_t shd_webp_scratch(const shd_image *image, bool samples);
+uint64_t shd_oiio_scratch(const shd_image *image, shd_format format, bool samples);
+
 /* SHD_MEMORY and SHD_CANCELLED, with one text each for all. */
 shd_status shd_encode_no_memory(shd_error *error);
 shd_status shd_encode_cancelled(shd_error *error);

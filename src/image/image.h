@@ -10,6 +10,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 #include "base/arena.h"
 #include "base/catalog.h"
@@ -84,7 +85,8 @@ typedef struct shd_layout {
 shd_layout shd_image_layout(const shd_image *image, shd_format format);
 
 /* Encodes. `image->depth` must be one that the format holds, `alpha` only where it holds alpha,
- * and `layers` are EXR's: anything else is SHD_INTERNAL. `scratch` gives working memory.
+ * and `layers` are EXR's: anything else is SHD_INTERNAL. `scratch` gives working memory, and what
+ * *out takes counts as borrowed of it.
  *
  * - channel >= 0 is grey where the format has grey (PNG, JPEG, TIFF, EXR as "Y"), else three
  *   equal channels. One channel of a space is no color, so no primaries are written with it.
@@ -94,6 +96,11 @@ shd_layout shd_image_layout(const shd_image *image, shd_format format);
  *   shown as grey, is named in the string attribute "shaded:channels". */
 shd_status shd_image_encode(const shd_image *image, shd_format format, shd_arena *scratch,
                             shd_bytes *out, shd_error *error);
+
+/* The bytes of `scratch` that encoding takes, but for the file and what depends on the pixels'
+ * values; nothing of the image is looked at that is NULL before it is rendered. `samples`: whether
+ * it will have them. */
+uint64_t shd_image_scratch(const shd_image *image, shd_format format, bool samples);
 
 /* Whether the format can be written: false for TIFF, EXR and HDR where the OpenImageIO module is
  * not installed, or shd_image_prepare has found its libraries missing. Looks for its file once, and

@@ -115,12 +115,12 @@ static unsigned char *put_u16(unsigned char *at, size_t value) {
 /* libturbojpeg 2.1 cannot write a profile: its APP2 segment goes behind the JFIF segment, which
  * the standard wants first. */
 static shd_status assemble(const job *j, size_t count, size_t interval, const shd_icc *icc,
-                           shd_bytes *out, shd_error *error) {
+                           shd_arena *scratch, shd_bytes *out, shd_error *error) {
     const strip *first = &j->strips[0];
     const size_t profile = icc->size ? 2 + sizeof icc_mark + 2 + icc->size : 0;
     size_t size = first->size + (profile ? 2 + profile : 0) + 6, head = 2;
     for (size_t i = 1; i < count; i++) size += j->strips[i].size;
-    unsigned char *data = malloc(size), *at = data;
+    unsigned char *data = shd_arena_borrow(scratch, size) ? malloc(size) : NULL, *at = data;
     if (!data) return shd_encode_no_memory(error);
 
     if (first->jpeg[3] == APP0) head += 2 + length_at(first->jpeg + 4);
@@ -142,43 +142,64 @@ static shd_status assemble(const job *j, size_t count, size_t interval, const sh
         at = put(at, s->jpeg + s->data, s->size - 2 - s->data);
     }
     at = put_marker(at, EOI);
+    shd_arena_repay(scratch, size - (size_t)(at - data));
     *out = (shd_bytes){data, (size_t)(at - data)};
     return SHD_OK;
+}
+
+/* How a picture is cut. */
+typedef struct strips {
+    int sampling, side, rows; /* side: of an MCU */
+    size_t count;
+    unsigned long bound; /* of a strip's bytes; -1UL: there is none */
+} strips;
+
+static strips cut(const shd_image *image, bool grey) {
+    /* Coarse chroma shows at colored edges; whoever asks for high quality looks for them. */
+    const int sampling = grey ? TJSAMP_GRAY : image->quality >= 90 ? TJSAMP_444 : TJSAMP_420;
+    const int side = sampling == TJSAMP_420 ? 16 : 8;
+    int rows = STRIP_PIXELS / image->width / side * side;
+    rows = rows < side ? side : rows < image->height ? rows : image->height;
+    return (strips){.sampling = sampling,
+                    .side = side,
+                    .rows = rows,
+                    .count = ((size_t)image->height + (size_t)rows - 1) / (size_t)rows,
+                    .bound = tjBufSize(image->width, rows, sampling)};
+}
+
+uint64_t shd_jpeg_scratch(const shd_image *image, bool samples) {
+    const shd_pack pack = shd_pack_of(image, SHD_JPEG);
+    const strips s = cut(image, pack.count == 1);
+    const uint64_t pixels = (uint64_t)image->width * (uint64_t)image->height;
+    return (samples ? 0 : pixels * (uint64_t)pack.count) + s.count * (uint64_t)s.bound;
 }
 
 shd_status shd_encode_jpeg(const shd_image *image, shd_arena *scratch, shd_bytes *out,
                            shd_error *error) {
     const shd_pack pack = shd_pack_of(image, SHD_JPEG);
-    const bool grey = pack.count == 1;
-    /* Coarse chroma shows at colored edges; whoever asks for high quality looks for them. */
-    const int sampling = grey ? TJSAMP_GRAY : image->quality >= 90 ? TJSAMP_444 : TJSAMP_420;
-    const int side = sampling == TJSAMP_420 ? 16 : 8; /* of an MCU */
-    int rows = STRIP_PIXELS / image->width / side * side;
-    rows = rows < side ? side : rows < image->height ? rows : image->height;
-    const size_t count = ((size_t)image->height + (size_t)rows - 1) / (size_t)rows;
+    const strips s = cut(image, pack.count == 1);
     const size_t interval =
-        ((size_t)image->width + (size_t)side - 1) / (size_t)side * (size_t)(rows / side);
+        ((size_t)image->width + (size_t)s.side - 1) / (size_t)s.side * (size_t)(s.rows / s.side);
     const unsigned slots = image->spread ? image->slots : 1;
 
     job j = {.image = image,
              .samples = (size_t)pack.count,
-             .sampling = sampling,
-             .rows = rows,
+             .sampling = s.sampling,
+             .rows = s.rows,
              .told = ATOMIC_FLAG_INIT};
-    const unsigned long bound = tjBufSize(image->width, rows, sampling);
-    if (bound == (unsigned long)-1) return shd_encode_no_memory(error);
+    if (s.bound == (unsigned long)-1) return shd_encode_no_memory(error);
     j.pixels = shd_pack_samples(&pack, image, scratch);
-    j.strips = shd_arena_zalloc(scratch, count, sizeof *j.strips);
+    j.strips = shd_arena_zalloc(scratch, s.count, sizeof *j.strips);
     j.handles = shd_arena_zalloc(scratch, slots, sizeof *j.handles);
     if (!j.pixels || !j.strips || !j.handles) return shd_encode_no_memory(error);
-    for (size_t i = 0; i < count; i++) {
-        j.strips[i] = (strip){.jpeg = shd_arena_alloc(scratch, bound, 1), .size = bound};
+    for (size_t i = 0; i < s.count; i++) {
+        j.strips[i] = (strip){.jpeg = shd_arena_alloc(scratch, s.bound, 1), .size = s.bound};
         if (!j.strips[i].jpeg) return shd_encode_no_memory(error);
     }
-    if (image->spread && count > 1)
-        image->spread(image->context, count, encode_strip, &j);
+    if (image->spread && s.count > 1)
+        image->spread(image->context, s.count, encode_strip, &j);
     else
-        for (size_t i = 0; i < count; i++) encode_strip(&j, i, 0);
+        for (size_t i = 0; i < s.count; i++) encode_strip(&j, i, 0);
     for (unsigned i = 0; i < slots; i++)
         if (j.handles[i]) tjDestroy(j.handles[i]);
     if (atomic_load(&j.cancelled)) return shd_encode_cancelled(error);
@@ -187,5 +208,5 @@ shd_status shd_encode_jpeg(const shd_image *image, shd_arena *scratch, shd_bytes
 
     shd_icc icc = {.size = 0};
     if (!shd_image_is_srgb(image)) icc = shd_icc_make(image);
-    return assemble(&j, count, interval, &icc, out, error);
+    return assemble(&j, s.count, interval, &icc, scratch, out, error);
 }

@@ -97,6 +97,27 @@ static const char *shown_channels(const shd_image *image, shd_arena *scratch) {
     return shd_arena_printf(scratch, "%s%s%s", names[0], names[1], names[2]);
 }
 
+/* What OpenImageIO takes for a file of as many bytes of pixels, which compression may make longer
+ * by a little, and for itself. */
+static uint64_t file_bytes(uint64_t stored) {
+    return stored / 8 * 9 + (1 << 20);
+}
+
+uint64_t shd_oiio_scratch(const shd_image *image, shd_format format, bool samples) {
+    const shd_pack pack = shd_pack_of(image, format);
+    const uint64_t pixels = (uint64_t)image->width * (uint64_t)image->height;
+    const uint64_t packed = (uint64_t)pack.count * shd_pack_bytes(&pack);
+    const shd_oiio_plane picture = {.count = pack.count, .sample = picture_sample(image->depth)};
+    uint64_t stored = stored_bytes(&picture);
+    for (size_t i = 0; i < image->layer_count; i++) {
+        const shd_image_layer *l = &image->layers[i];
+        const bool full = l->full_float || image->depth == SHD_FLOAT;
+        stored += (uint64_t)l->count * (full ? 4 : 2);
+    }
+    const bool woven = image->layer_count || picture.sample == SHD_OIIO_HALF;
+    return pixels * ((samples ? 0 : packed) + (woven ? stored : 0)) + file_bytes(pixels * stored);
+}
+
 shd_status shd_encode_oiio(const shd_image *image, shd_format format, shd_arena *scratch,
                            shd_bytes *out, shd_error *error) {
     shd_oiio_encode_fn *encode;
@@ -142,13 +163,20 @@ shd_status shd_encode_oiio(const shd_image *image, shd_format format, shd_arena 
     }
     if (format == SHD_EXR) job.shown = shown_channels(image, scratch);
 
+    const size_t file = file_bytes((uint64_t)image->width * (uint64_t)image->height * pixel);
+    if (!shd_arena_borrow(scratch, file)) return shd_encode_no_memory(error);
     unsigned char *data;
     size_t size;
     char text[400];
     int failed = encode(&job, &data, &size, text, sizeof text);
+    shd_arena_repay(scratch, file);
     if (failed == 2) return shd_encode_cancelled(error);
     if (failed > 0) return shd_encode_no_memory(error);
     if (failed) return shd_fail(error, SHD_INTERNAL, "", "%s", text);
+    if (!shd_arena_borrow(scratch, size)) {
+        free(data);
+        return shd_encode_no_memory(error);
+    }
     *out = (shd_bytes){data, size};
     return SHD_OK;
 }

@@ -194,6 +194,13 @@ static void put_data(writer *w, shd_bytes data) {
     }
 }
 
+uint64_t shd_png_scratch(const shd_image *image) {
+    const shd_pack pack = shd_pack_of(image, SHD_PNG);
+    const uint64_t row = (uint64_t)image->width * (uint64_t)pack.count * shd_pack_bytes(&pack);
+    const uint64_t rows = (uint64_t)image->height * (row + 1);
+    return rows + libdeflate_zlib_compress_bound(NULL, rows) + 3 * row;
+}
+
 shd_status shd_encode_png(const shd_image *image, shd_arena *scratch, shd_bytes *out,
                           shd_error *error) {
     shd_pack pack = shd_pack_of(image, SHD_PNG);
@@ -206,7 +213,8 @@ shd_status shd_encode_png(const shd_image *image, shd_arena *scratch, shd_bytes 
     if (!compressor) return shd_encode_no_memory(error);
     shd_bytes data = compress(rows, compressor, scratch);
     writer w = {NULL, 0};
-    if (data.data) w.data = malloc(HEAD + data.size + CHUNK * (data.size / DATA_MOST + 2));
+    const size_t most = HEAD + data.size + CHUNK * (data.size / DATA_MOST + 2);
+    if (data.data && shd_arena_borrow(scratch, most)) w.data = malloc(most);
     if (w.data) {
         put_header(&w, image, &pack);
         put_color(&w, image, compressor);
@@ -215,6 +223,7 @@ shd_status shd_encode_png(const shd_image *image, shd_arena *scratch, shd_bytes 
     }
     libdeflate_free_compressor(compressor);
     if (!w.data) return shd_encode_no_memory(error);
+    shd_arena_repay(scratch, most - w.size);
     *out = (shd_bytes){w.data, w.size};
     return SHD_OK;
 }

@@ -28,6 +28,20 @@ static int ask_to_go_on(int percent, const WebPPicture *picture) {
     return image->go_on(image->context);
 }
 
+/* What libwebp takes beside: the picture as it sees it, and for each of its pixels what it
+ * compares, which was measured. */
+static size_t working_bytes(const shd_image *image, bool lossless) {
+    const size_t pixels = (size_t)image->width * (size_t)image->height;
+    return pixels * (lossless ? 32 : 4) + (1 << 20);
+}
+
+uint64_t shd_webp_scratch(const shd_image *image, bool samples) {
+    const shd_pack pack = shd_pack_of(image, SHD_WEBP);
+    const uint64_t pixels = (uint64_t)image->width * (uint64_t)image->height;
+    return (samples ? 0 : pixels * (uint64_t)pack.count) +
+           working_bytes(image, image->quality >= 100);
+}
+
 /* Wraps the stream into an extended file with the profile. */
 static shd_status add_profile(const WebPMemoryWriter *stream, const shd_icc *icc, shd_bytes *out,
                               shd_error *error) {
@@ -75,11 +89,14 @@ shd_status shd_encode_webp(const shd_image *image, shd_arena *scratch, shd_bytes
     picture.writer = WebPMemoryWrite;
     picture.custom_ptr = &stream;
     int stride = image->width * pack.count;
+    const size_t working = working_bytes(image, picture.use_argb);
+    if (!shd_arena_borrow(scratch, working)) return shd_encode_no_memory(error);
     int imported = pack.count == 4 ? WebPPictureImportRGBA(&picture, pixels, stride)
                                    : WebPPictureImportRGB(&picture, pixels, stride);
     int encoded = imported && WebPEncode(&config, &picture);
     int code = picture.error_code;
     WebPPictureFree(&picture);
+    shd_arena_repay(scratch, working);
 
     shd_status status = SHD_OK;
     if (!imported)
@@ -88,12 +105,19 @@ shd_status shd_encode_webp(const shd_image *image, shd_arena *scratch, shd_bytes
         status = encoder_error(code, error);
     shd_icc icc = {.size = 0};
     if (!shd_image_is_srgb(image)) icc = shd_icc_make(image);
-    if (!status && icc.size) status = add_profile(&stream, &icc, out, error);
+    shd_bytes file = {NULL, 0};
+    if (!status && icc.size) status = add_profile(&stream, &icc, &file, error);
     if (!status && !icc.size) {
         /* Allocated by libwebp with malloc: the caller's free ends it. */
-        *out = (shd_bytes){stream.mem, stream.size};
-        return SHD_OK;
+        file = (shd_bytes){stream.mem, stream.size};
+        stream.mem = NULL;
     }
     WebPMemoryWriterClear(&stream);
-    return status;
+    if (status) return status;
+    if (!shd_arena_borrow(scratch, file.size)) {
+        free(file.data);
+        return shd_encode_no_memory(error);
+    }
+    *out = file;
+    return SHD_OK;
 }

@@ -48,7 +48,7 @@ static shd_status render_tier(shd_request *request, shd_tier tier, stretch *prog
     const shd_times before = request->times;
     double began = shd_thread_seconds();
     shd_status status = shd_request_plan_make(request, scene, error);
-    if (status == SHD_OK) status = shd_request_admit(request, error);
+    if (status == SHD_OK) status = shd_request_admit(request, NULL, true, error);
     if (status != SHD_OK) return status;
     double planned = shd_thread_seconds();
     shd_sight *sight;
@@ -112,8 +112,7 @@ static shd_status compare_tier(shd_request *request, shd_tier tier, const shd_sh
     shd_arena *own = request->arena;
     const shd_plan *plan = request->plan;
     const shd_engine *engine = request->engine;
-    shd_arena *arena =
-        shd_arena_new_from(engine->spares, engine->limits.memory - shd_arena_used(own));
+    shd_arena *arena = shd_arena_new_from(engine->spares, shd_arena_room(own));
     if (!arena) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
 
     request->arena = arena;
@@ -136,6 +135,7 @@ static shd_status compare_tier(shd_request *request, shd_tier tier, const shd_sh
     request->arena = own;
     request->plan = plan;
     request->full = request->full || shd_arena_full(arena);
+    request->crowded = request->crowded || shd_arena_crowded(arena);
     shd_arena_drop(arena);
     return status;
 }

@@ -8,8 +8,9 @@
 #error "SHADED_VERSION comes from the build"
 #endif
 
-/* Bytes kept between requests for each thread: a picture of 1920 x 1080 fits. */
-enum { SPARE_BYTES = 64 << 20 };
+/* Bytes kept between requests for each thread: a picture of 1920 x 1080 fits. And those that are
+ * kept though nobody has asked for long: a picture of 512 x 512. */
+enum { SPARE_BYTES = 64 << 20, REST_BYTES = 8 << 20 };
 
 const char *shd_version(void) {
     return SHADED_VERSION;
@@ -33,6 +34,25 @@ static bool touch_memory(void *reuse) {
     return shd_reuse_touch(reuse);
 }
 
+static size_t give_spares(void *spares, size_t bytes) {
+    return shd_spares_trim(spares, bytes);
+}
+
+static size_t give_records(void *reuse, size_t bytes) {
+    return shd_reuse_trim(reuse, bytes);
+}
+
+void shd_engine_rest(shd_engine *engine) {
+    shd_spares_rest(engine->spares, (shd_pool_slots(engine->pool) - 1) * (size_t)REST_BYTES);
+}
+
+static size_t spare_bytes(const shd_engine_options *options, unsigned threads) {
+    const uint64_t all = (uint64_t)threads * SPARE_BYTES,
+                   share = shd_budget_most(options->budget) / 8;
+    const uint64_t most = all < share ? all : share;
+    return most < options->limits.memory ? most : options->limits.memory;
+}
+
 shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, shd_error *error) {
     unsigned threads = options->threads;
     if (!threads) {
@@ -47,10 +67,9 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
     if (!engine) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     engine->limits = options->limits;
     engine->isa = isa;
-    uint64_t spare = (uint64_t)threads * SPARE_BYTES;
-    engine->spares =
-        shd_spares_new(spare < options->limits.memory ? spare : options->limits.memory);
-    engine->reuse = shd_reuse_new(options->reuse);
+    engine->budget = options->budget;
+    engine->spares = shd_spares_new(spare_bytes(options, threads), options->budget);
+    engine->reuse = shd_reuse_new(options->reuse, options->budget);
     shd_status status = engine->spares && engine->reuse
                             ? shd_color_config_load(options->ocio_config, &engine->color, error)
                             : shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
@@ -59,6 +78,8 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
         shd_engine_drop(engine);
         return status;
     }
+    shd_budget_yield(engine->budget, SHD_RANK_SPARE, give_spares, engine->spares);
+    shd_budget_yield(engine->budget, SHD_RANK_RECORDS, give_records, engine->reuse);
     if (options->reuse) shd_pool_when_idle(engine->pool, touch_memory, engine->reuse);
     *out = engine;
     return SHD_OK;

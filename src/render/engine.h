@@ -16,6 +16,7 @@
 struct shd_engine {
     bool borrows; /* all but colors and limits is another engine's */
     shd_pool *pool;
+    shd_budget *budget; /* NULL: memory is counted by the request only */
     shd_spares *spares; /* of requests' arenas */
     shd_color_config *color;
     shd_reuse *reuse;
@@ -31,7 +32,8 @@ struct shd_request {
     const shd_scene *scene;
     char etag[33];
     atomic_bool cancelled;
-    bool full; /* another arena of it has been */
+    bool full, crowded; /* as another arena of it has been */
+    shd_limits limits;  /* the engine's, its memory within the budget */
     shd_times times;
     const shd_plan *plan;
     shd_picture *pictures; /* one an output */
@@ -41,15 +43,20 @@ struct shd_request {
 };
 
 /* The status with which a request ends. Stages say SHD_MEMORY wherever an arena gives nothing:
- * where its cap was not the reason it becomes SHD_EXHAUSTED, in `error` too. */
+ * where its cap was not the reason it becomes SHD_CROWDED or SHD_EXHAUSTED, in `error` too. */
 shd_status shd_request_blame(const shd_request *request, shd_status status, shd_error *error);
 
 /* Loads what its pictures' formats take, before anything is rendered; errors as of
  * shd_image_prepare, where the document names the format. */
 shd_status shd_request_prepare_formats(shd_request *request, shd_error *error);
 
-/* Whether there is memory for what request->plan takes: the film, the outputs, and what each thread
- * works in that may help. SHD_LIMIT where there is not. */
-shd_status shd_request_admit(shd_request *request, shd_error *error);
+struct shd_film;
+
+/* Whether there is memory for what request->plan takes: what is not prepared of the film, the
+ * outputs, unless `film` is NULL, and, where light is to be found, what each thread works in that
+ * may help. SHD_LIMIT where there never is, SHD_CROWDED where there is not just now; else it is
+ * reserved. */
+shd_status shd_request_admit(shd_request *request, const struct shd_film *film, bool lights,
+                             shd_error *error);
 
 #endif

@@ -61,8 +61,10 @@ static uint64_t output_bytes(const shd_output *output) {
 
 uint64_t shd_estimate_memory(const shd_scene *scene) {
     uint64_t pixels = (uint64_t)scene->raster.w * (uint64_t)scene->raster.h, bytes = 0;
-    for (size_t o = 0; o < scene->output_count; o++)
-        bytes = add(bytes, output_bytes(&scene->outputs[o]));
+    for (size_t o = 0; o < scene->output_count; o++) {
+        const uint64_t one = output_bytes(&scene->outputs[o]);
+        if (one > bytes) bytes = one;
+    }
     return times(pixels, add(film_bytes(scene), bytes));
 }
 

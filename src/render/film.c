@@ -288,6 +288,15 @@ static void fill(float *values, size_t count, float value) {
     for (size_t i = 0; i < count; i++) values[i] = value;
 }
 
+uint64_t shd_film_size(const shd_plan *plan) {
+    const bool *wants = plan->wants;
+    const uint64_t pixels = (uint64_t)plan->scene->raster.w * (uint64_t)plan->scene->raster.h;
+    const uint64_t floats = 4 + 3 * (plan->plane_count - 1) + (wants[SHD_LAYER_NORMAL] ? 3 : 0) +
+                            (wants[SHD_LAYER_POSITION] ? 3 : 0) + wants[SHD_LAYER_DEPTH] +
+                            wants[SHD_LAYER_OBJECT];
+    return pixels * floats * sizeof(float);
+}
+
 /* Data layers begin as where nothing is hit. */
 static bool make_film(const shd_plan *plan, shd_arena *arena, shd_film *film) {
     size_t pixels = (size_t)film->width * (size_t)film->height;
@@ -381,7 +390,7 @@ shd_status shd_film_render(shd_request *request, const shd_sight *sight, const s
     if (atomic_load(&j.failed))
         return shd_fail(error, SHD_MEMORY, "/image",
                         "the limit `memory` (%llu bytes) is reached by this picture",
-                        (unsigned long long)request->engine->limits.memory);
+                        (unsigned long long)request->limits.memory);
     if (atomic_load(&request->cancelled))
         return shd_fail(error, SHD_CANCELLED, "", "the render was cancelled");
     return SHD_OK;

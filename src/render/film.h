@@ -31,6 +31,9 @@ shd_status shd_film_render(shd_request *request, const shd_sight *sight,
                            const struct shd_recall *recall, const shd_render_options *options,
                            shd_film *film, shd_error *error);
 
+/* Bytes of a film's floats, those of layers included. */
+uint64_t shd_film_size(const shd_plan *plan);
+
 /* Bytes of working memory that one thread takes for it from the request's arena, where the plan's
  * light is not recalled: never less, and not much more. */
 uint64_t shd_film_scratch_size(const shd_plan *plan);

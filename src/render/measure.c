@@ -241,7 +241,7 @@ shd_status shd_film_measure(shd_request *request, const shd_showing *showing, co
     if (!complete)
         return shd_fail(error, SHD_MEMORY, "/image",
                         "the limit `memory` (%llu bytes) is reached by this comparison",
-                        (unsigned long long)request->engine->limits.memory);
+                        (unsigned long long)request->limits.memory);
 
     shd_pool_for(pool, blocks, measure_block, &m);
     if (atomic_load(&request->cancelled))

@@ -84,34 +84,50 @@ static float *color_layer(shd_request *request, const shd_film *film, const shd_
     return rgb;
 }
 
+/* A layer but for its values. */
+static shd_image_layer describe_layer(const shd_layer *layer) {
+    static const char *const rgb[] = {"R", "G", "B"}, *const xyz[] = {"X", "Y", "Z"},
+                             *const z[] = {"Z"}, *const id[] = {"id"};
+    switch (layer->kind) {
+    case SHD_LAYER_NORMAL:
+    case SHD_LAYER_POSITION:
+        return (shd_image_layer){layer->name, xyz, 3, true, NULL};
+    case SHD_LAYER_DEPTH:
+        return (shd_image_layer){layer->name, z, 1, true, NULL};
+    case SHD_LAYER_OBJECT:
+        return (shd_image_layer){layer->name, id, 1, true, NULL};
+    default:
+        return (shd_image_layer){layer->name, rgb, 3, false, NULL};
+    }
+}
+
 static bool make_layers(shd_request *request, const shd_film *film, const shd_output *output,
                         const float *converted, const shd_color_transform *transform,
                         shd_image_layer **out) {
-    static const char *const rgb[] = {"R", "G", "B"}, *const xyz[] = {"X", "Y", "Z"},
-                             *const z[] = {"Z"}, *const id[] = {"id"};
     size_t pixels = (size_t)film->width * (size_t)film->height;
     shd_image_layer *layers = shd_arena_alloc(request->arena, output->layer_count, sizeof *layers);
     if (!layers) return false;
     for (size_t l = 0; l < output->layer_count; l++) {
         const shd_layer *layer = &output->layers[l];
+        layers[l] = describe_layer(layer);
         switch (layer->kind) {
         case SHD_LAYER_NORMAL:
-            layers[l] = (shd_image_layer){layer->name, xyz, 3, true, film->normal};
+            layers[l].values = film->normal;
             break;
         case SHD_LAYER_POSITION:
-            layers[l] = (shd_image_layer){layer->name, xyz, 3, true, film->position};
+            layers[l].values = film->position;
             break;
         case SHD_LAYER_DEPTH:
-            layers[l] = (shd_image_layer){layer->name, z, 1, true, film->depth};
+            layers[l].values = film->depth;
             break;
         case SHD_LAYER_OBJECT:
-            layers[l] = (shd_image_layer){layer->name, id, 1, true, film->object};
+            layers[l].values = film->object;
             break;
         default: {
             float *values = color_layer(request, film, layer, converted, transform);
             if (!values) return false;
             saturate(request, output, values, 3 * pixels);
-            layers[l] = (shd_image_layer){layer->name, rgb, 3, false, values};
+            layers[l].values = values;
         }
         }
     }
@@ -349,7 +365,45 @@ shd_status shd_output_prepare(shd_request *request, shd_film *film, shd_error *e
     if (!film->samples)
         return shd_fail(error, SHD_MEMORY, "/image",
                         "the limit `memory` (%llu bytes) is reached by this picture",
-                        (unsigned long long)request->engine->limits.memory);
+                        (unsigned long long)request->limits.memory);
+    return SHD_OK;
+}
+
+/* Of one picture, which is made in the film's own pixels where it is the last. */
+static shd_status size_output(shd_request *request, const shd_film *film, size_t index,
+                              uint64_t *out, shd_error *error) {
+    const shd_output *output = &request->scene->outputs[index];
+    const shd_color_transform *transform;
+    shd_image image;
+    shd_status status = begin_image(request, index, &transform, &image, error);
+    if (status != SHD_OK) return status;
+    const bool codes = film->codes || find_codes(request, output, transform, &image);
+    const bool last = index + 1 == request->scene->output_count;
+    const shd_layout layout = shd_image_layout(&image, output->format);
+    const uint64_t pixels = (uint64_t)image.width * (uint64_t)image.height;
+    uint64_t floats = codes || last ? 0 : 4;
+    shd_image_layer *layers = shd_arena_alloc(request->arena, output->layer_count, sizeof *layers);
+    if (!layers) return shd_fail(error, SHD_MEMORY, "/image", "the limit `memory` is reached");
+    for (size_t l = 0; l < output->layer_count; l++) {
+        layers[l] = describe_layer(&output->layers[l]);
+        if (output->layers[l].kind < SHD_LAYER_NORMAL) floats += 3;
+    }
+    image.layers = layers;
+    image.layer_count = output->layer_count;
+    *out = shd_image_scratch(&image, output->format, codes) + pixels * floats * sizeof(float);
+    if (codes && !film->codes) *out += pixels * (uint64_t)layout.count * layout.bytes;
+    return SHD_OK;
+}
+
+shd_status shd_output_size(shd_request *request, const shd_film *film, uint64_t *out,
+                           shd_error *error) {
+    uint64_t most = 0, one = 0;
+    for (size_t i = 0; i < request->scene->output_count; i++) {
+        shd_status status = size_output(request, film, i, &one, error);
+        if (status != SHD_OK) return status;
+        if (one > most) most = one;
+    }
+    *out = most;
     return SHD_OK;
 }
 
@@ -359,6 +413,7 @@ shd_status shd_output_make(shd_request *request, const shd_film *film, size_t in
     const shd_output *output = &scene->outputs[index];
 
     double began = shd_thread_seconds();
+    const shd_arena_mark mark = shd_arena_mark_here(request->arena);
     const shd_color_transform *transform;
     shd_image image;
     shd_status status = begin_image(request, index, &transform, &image, error);
@@ -376,7 +431,7 @@ shd_status shd_output_make(shd_request *request, const shd_film *film, size_t in
     if (!made)
         return shd_fail(error, SHD_MEMORY, "/image",
                         "the limit `memory` (%llu bytes) is reached by this picture",
-                        (unsigned long long)request->engine->limits.memory);
+                        (unsigned long long)request->limits.memory);
     double colored = shd_thread_seconds();
     request->times.color += colored - began;
 
@@ -384,6 +439,7 @@ shd_status shd_output_make(shd_request *request, const shd_film *film, size_t in
     status = shd_image_encode(&image, output->format, request->arena, &bytes, error);
     request->times.encode += shd_thread_seconds() - colored;
     if (status != SHD_OK) return status;
+    shd_arena_return(request->arena, mark);
     request->pictures[index] = (shd_picture){output->name, output->format, bytes.data, bytes.size};
     return SHD_OK;
 }

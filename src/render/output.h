@@ -14,6 +14,11 @@ shd_status shd_output_make(shd_request *request, const shd_film *film, size_t in
  * makes the film's samples. SHD_MEMORY. */
 shd_status shd_output_prepare(shd_request *request, shd_film *film, shd_error *error);
 
+/* The most bytes of the request's arena that making any one of its pictures takes, but for its file
+ * and what depends on the pixels' values. What was prepared is not counted. */
+shd_status shd_output_size(shd_request *request, const shd_film *film, uint64_t *out,
+                           shd_error *error);
+
 /* From the working space to the output's own. */
 shd_status shd_output_transform(const shd_request *request, const shd_output *output,
                                 const shd_color_transform **out, shd_error *error);

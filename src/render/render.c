@@ -25,15 +25,15 @@ static shd_status render(shd_request *request, const shd_render_options *options
     request->reused = recall.light      ? SHD_REUSED_LIGHT
                       : recall.geometry ? SHD_REUSED_GEOMETRY
                                         : SHD_REUSED_NOTHING;
+    shd_film film = {0};
     shd_sight *sight = NULL;
-    if (!recall.light) status = shd_request_admit(request, error);
+    status = shd_output_prepare(request, &film, error);
+    if (status == SHD_OK) status = shd_request_admit(request, &film, !recall.light, error);
     if (status == SHD_OK && !recall.light)
         status = shd_sight_new(request->plan, &request->cancelled, arena, &sight, error);
     request->times.visibility += shd_thread_seconds() - planned;
 
     /* What is seen, and how is it lit? */
-    shd_film film = {0};
-    if (status == SHD_OK) status = shd_output_prepare(request, &film, error);
     if (status == SHD_OK) status = shd_film_render(request, sight, &recall, options, &film, error);
     shd_recall_close(&recall, status == SHD_OK);
     if (status != SHD_OK) return status;

@@ -9,18 +9,22 @@
 #include "image/image.h"
 #include "render/engine.h"
 #include "render/estimate.h"
-#include "render/film.h"
+#include "render/output.h"
 #include "render/tile.h"
 
 shd_status shd_request_new(shd_engine *engine, shd_request **out, shd_error *error) {
     shd_request *request = calloc(1, sizeof *request);
-    shd_arena *arena = shd_arena_new_from(engine->spares, engine->limits.memory);
+    shd_limits limits = engine->limits;
+    const uint64_t most = shd_budget_most(engine->budget);
+    if (most < limits.memory) limits.memory = most;
+    shd_arena *arena = shd_arena_new_from(engine->spares, limits.memory);
     if (!request || !arena) {
         free(request);
         shd_arena_drop(arena);
         return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     }
     request->engine = engine;
+    request->limits = limits;
     request->arena = arena;
     shd_report_init(&request->report, arena);
     *out = request;
@@ -34,17 +38,24 @@ void shd_request_drop(shd_request *request) {
     free(request);
 }
 
+static const char crowded_text[] =
+    "other requests have the memory that the process may take just now";
+
 shd_status shd_request_blame(const shd_request *request, shd_status status, shd_error *error) {
     if (status != SHD_MEMORY || request->full || shd_arena_full(request->arena)) return status;
+    if (request->crowded || shd_arena_crowded(request->arena))
+        return shd_fail(error, SHD_CROWDED, "", "%s", crowded_text);
     return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
 }
 
 /* The same for what is wrong with a document, which then was not the document. */
 static shd_status blame_report(shd_request *request, shd_status status) {
     shd_report *report = &request->report;
-    if (shd_request_blame(request, status, NULL) != SHD_EXHAUSTED) return status;
+    shd_error error;
+    const shd_status blamed = shd_request_blame(request, status, &error);
+    if (blamed == status) return status;
     shd_report_init(report, request->arena);
-    shd_report_error(report, SHD_EXHAUSTED, "", "out of memory");
+    shd_report_error(report, blamed, "", "%s", error.text);
     return report->status;
 }
 
@@ -117,7 +128,7 @@ shd_status shd_request_prepare_formats(shd_request *request, shd_error *error) {
 
 /* What the pictures take is known when all the scene is. */
 static shd_status check_memory(shd_request *request) {
-    uint64_t limit = request->engine->limits.memory;
+    uint64_t limit = request->limits.memory;
     uint64_t needed, estimate = shd_estimate_memory(request->scene);
     if (__builtin_add_overflow(estimate, shd_arena_used(request->arena), &needed))
         needed = UINT64_MAX;
@@ -128,29 +139,34 @@ static shd_status check_memory(shd_request *request) {
     return request->report.status;
 }
 
-shd_status shd_request_admit(shd_request *request, shd_error *error) {
+shd_status shd_request_admit(shd_request *request, const shd_film *film, bool lights,
+                             shd_error *error) {
     const shd_plan *plan = request->plan;
     const size_t tiles = shd_tile_count(&plan->scene->raster);
     const unsigned hands = shd_pool_hands(request->engine->pool);
-    const uint64_t threads = tiles < hands ? tiles : hands;
-    const uint64_t pictures = shd_estimate_memory(plan->scene);
+    const uint64_t threads = lights ? tiles < hands ? tiles : hands : 0;
     const uint64_t working = threads * shd_film_scratch_size(plan);
     const uint64_t room = shd_arena_room(request->arena);
-    if (pictures <= room && working <= room - pictures) return SHD_OK;
-    return shd_fail(error, SHD_LIMIT, "/image",
-                    "the pictures take at least %llu bytes, and rendering them on %llu threads "
-                    "%llu; the limit `memory` is %llu",
-                    (unsigned long long)pictures, (unsigned long long)threads,
-                    (unsigned long long)working,
-                    (unsigned long long)request->engine->limits.memory);
+    uint64_t pictures = 0;
+    shd_status status = film ? shd_output_size(request, film, &pictures, error) : SHD_OK;
+    if (status != SHD_OK) return status;
+    if (!film || !film->codes) pictures += shd_film_size(plan);
+    if (pictures > room || working > room - pictures)
+        return shd_fail(error, SHD_LIMIT, "/image",
+                        "the pictures take at least %llu bytes, and rendering them on %llu threads "
+                        "%llu; the limit `memory` is %llu",
+                        (unsigned long long)pictures, (unsigned long long)threads,
+                        (unsigned long long)working, (unsigned long long)request->limits.memory);
+    if (shd_arena_reserve(request->arena, pictures + working)) return SHD_OK;
+    return shd_fail(error, SHD_CROWDED, "", "%s", crowded_text);
 }
 
 shd_status shd_request_read(shd_request *request, const char *json, size_t length,
                             shd_format fallback) {
     double began = shd_thread_seconds();
-    shd_engine *engine = request->engine;
+    const shd_engine *engine = request->engine;
     shd_status status =
-        shd_scene_read(json, length, shd_color_catalog(engine->color), &engine->limits, fallback,
+        shd_scene_read(json, length, shd_color_catalog(engine->color), &request->limits, fallback,
                        request->arena, &request->scene, &request->report);
     if (status == SHD_OK) status = check_formats(request);
     if (status == SHD_OK) status = make_etag(request);
@@ -190,6 +206,7 @@ const shd_picture *shd_request_pictures(const shd_request *request, size_t *coun
 
 unsigned char *shd_request_take(shd_request *request, size_t index) {
     unsigned char *data = request->pictures[index].data;
+    shd_arena_release(request->arena, request->pictures[index].size);
     request->pictures[index].data = NULL;
     request->pictures[index].size = 0;
     return data;
@@ -204,7 +221,7 @@ const char *shd_request_plan(const shd_request *request) {
 }
 
 size_t shd_request_memory(const shd_request *request) {
-    return shd_arena_used(request->arena);
+    return shd_arena_peak(request->arena);
 }
 
 uint64_t shd_request_saturated(const shd_request *request) {

@@ -34,11 +34,11 @@ struct shd_reuse {
     shd_reuse_load stats;
 };
 
-shd_reuse *shd_reuse_new(size_t cap) {
+shd_reuse *shd_reuse_new(size_t cap, shd_budget *budget) {
     shd_reuse *reuse = calloc(1, sizeof *reuse);
     if (!reuse) return NULL;
     reuse->cap = cap;
-    reuse->stock = shd_stock_new(cap);
+    reuse->stock = shd_stock_new(cap, budget);
     if (!reuse->stock) {
         free(reuse);
         return NULL;
@@ -83,16 +83,19 @@ static void unpublish(shd_record *r) {
     release(r);
 }
 
+/* The oldest record that nobody uses. False: there is none. */
+static bool forget_oldest(shd_reuse *reuse) {
+    shd_record *r = reuse->oldest;
+    while (r && r->users > 1) r = r->newer;
+    if (r) unpublish(r);
+    return r;
+}
+
 /* A piece, for which the oldest records are forgotten. NULL where what is in use fills the cap. */
 static piece *take_piece(shd_reuse *reuse, size_t size) {
-    for (;;) {
-        piece *p = shd_stock_take(reuse->stock, size);
-        if (p) return p;
-        shd_record *r = reuse->oldest;
-        while (r && r->users > 1) r = r->newer;
-        if (!r) return NULL;
-        unpublish(r);
-    }
+    piece *p = shd_stock_take(reuse->stock, size);
+    while (!p && forget_oldest(reuse)) p = shd_stock_take(reuse->stock, size);
+    return p;
 }
 
 /* Gives the record a piece with room for `size` bytes, and for a quarter of what it has: a small
@@ -201,6 +204,15 @@ void shd_record_drop(shd_record *r) {
     pthread_mutex_lock(mutex);
     release(r);
     pthread_mutex_unlock(mutex);
+}
+
+size_t shd_reuse_trim(shd_reuse *reuse, size_t bytes) {
+    pthread_mutex_lock(&reuse->mutex);
+    size_t given = shd_stock_trim(reuse->stock, bytes);
+    while (given < bytes && forget_oldest(reuse))
+        given += shd_stock_trim(reuse->stock, bytes - given);
+    pthread_mutex_unlock(&reuse->mutex);
+    return given;
 }
 
 bool shd_reuse_touch(shd_reuse *reuse) {

@@ -27,8 +27,13 @@ typedef struct shd_reuse_key {
 
 typedef enum shd_record_kind { SHD_RECORD_GEOMETRY, SHD_RECORD_LIGHT } shd_record_kind;
 
-/* `cap` bytes at most; 0 keeps nothing. NULL: out of memory. */
-shd_reuse *shd_reuse_new(size_t cap);
+/* `cap` bytes at most, tried of `budget`, which outlives it; 0 keeps nothing. NULL: out of memory.
+ */
+shd_reuse *shd_reuse_new(size_t cap, shd_budget *budget);
+
+/* Forgets the oldest records that nobody uses, and gives the system back what is free then, until
+ * that are `bytes` or there is no more. Returns how many bytes were. */
+size_t shd_reuse_trim(shd_reuse *reuse, size_t bytes);
 void shd_reuse_drop(shd_reuse *reuse); /* nobody uses a record any more; NULL is fine */
 
 /* The record of a key, to be dropped by the caller; NULL: there is none. Counts. */

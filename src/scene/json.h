@@ -27,15 +27,17 @@ shd_node shd_node_item(const shd_node *parent, size_t index);
 /* A document. Every number in its tree is a finite real. What is an integer there is a long array
  * of numbers, the index of one of `packs`. */
 typedef struct shd_json {
-    json_t *tree; /* owned; the rest is the arena's */
+    json_t *tree;    /* owned; the rest is the arena's */
+    size_t borrowed; /* bytes that count as the arena's for it */
     shd_packs packs;
 } shd_json;
 
 /* Parses `length` bytes. On failure a problem with line and column (or with the limit's name:
  * `memory` bounds what the tree may take) is in the report and the answer is false; otherwise the
- * caller owns the tree. */
+ * caller ends it with shd_json_drop. */
 bool shd_json_parse(const char *text, size_t length, size_t memory, shd_arena *arena, shd_json *out,
                     shd_report *report);
+void shd_json_drop(shd_json *json, shd_arena *arena);
 
 /* The numbers of a long array; values NULL: it is none, and count that of its items. */
 shd_numbers shd_json_numbers(const shd_json *json, const json_t *value);

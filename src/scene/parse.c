@@ -75,7 +75,8 @@ static json_t *load(const char *text, size_t length, json_error_t *error) {
 
 /* The tree of a document; `copy` has room for it. */
 static json_t *make_tree(const char *text, size_t length, char *copy, size_t memory,
-                         shd_arena *arena, shd_packs *packs, shd_report *report) {
+                         shd_arena *arena, shd_json *json, shd_report *report) {
+    shd_packs *packs = &json->packs;
     const size_t packed = shd_pack_arrays(text, length, copy, arena, packs);
     if (packs->full) {
         shd_report_error(report, SHD_MEMORY, "", "the limit `memory` is reached by the document");
@@ -86,6 +87,12 @@ static json_t *make_tree(const char *text, size_t length, char *copy, size_t mem
         shd_report_error(report, SHD_LIMIT, "",
                          "reading the document takes about %zu bytes; the limit `memory` is %zu",
                          bytes, memory);
+        return NULL;
+    }
+    json->borrowed = length + bytes;
+    if (!shd_arena_borrow(arena, json->borrowed)) {
+        json->borrowed = 0;
+        shd_report_error(report, SHD_MEMORY, "", "the limit `memory` is reached by the document");
         return NULL;
     }
     json_error_t error;
@@ -116,13 +123,21 @@ bool shd_json_parse(const char *text, size_t length, size_t memory, shd_arena *a
     }
     shd_json_memory_watch();
     char *copy = malloc(length);
-    shd_json json;
+    shd_json json = {.tree = NULL};
     if (copy)
-        json.tree = make_tree(text, length, copy, memory, arena, &json.packs, report);
+        json.tree = make_tree(text, length, copy, memory, arena, &json, report);
     else
         shd_report_error(report, SHD_MEMORY, "", "there is not enough memory for the document");
     const bool made = copy && json.tree;
     free(copy);
-    if (made) *out = json;
+    if (made)
+        *out = json;
+    else
+        shd_json_drop(&json, arena);
     return made;
+}
+
+void shd_json_drop(shd_json *json, shd_arena *arena) {
+    json_decref(json->tree);
+    shd_arena_repay(arena, json->borrowed);
 }

@@ -140,7 +140,7 @@ shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *ca
                     .default_used = SIZE_MAX};
     r.scene = make_scene(&r);
     if (r.scene) read_document(&r, json.tree);
-    json_decref(json.tree);
+    shd_json_drop(&json, arena);
     if (report->status != SHD_OK) return report->status;
     shd_scene_digest(r.scene, r.scene->digest);
     *out = r.scene;

@@ -39,6 +39,7 @@ static const shd_problem_kind status_kinds[SHD_STATUS_COUNT] = {
     [SHD_OK] = SHD_FAILED,        [SHD_SYNTAX] = SHD_BAD_SYNTAX, [SHD_SCENE] = SHD_BAD_SCENE,
     [SHD_LIMIT] = SHD_OVER_LIMIT, [SHD_MEMORY] = SHD_OVER_LIMIT, [SHD_CANCELLED] = SHD_OVERDUE,
     [SHD_CONFIG] = SHD_FAILED,    [SHD_INTERNAL] = SHD_FAILED,   [SHD_EXHAUSTED] = SHD_NO_MEMORY,
+    [SHD_CROWDED] = SHD_BUSY,
 };
 
 const char shd_problem_last_words[] =
@@ -68,6 +69,11 @@ static json_t *begin(shd_problem_kind kind, const char *detail) {
     json_object_set_new(document, "status", json_integer(kinds[kind].status));
     json_object_set_new(document, "detail", string(detail));
     return document;
+}
+
+/* Whether the same request may be answered a moment later. */
+static bool passes(shd_problem_kind kind) {
+    return kind == SHD_NO_MEMORY || kind == SHD_BUSY;
 }
 
 /* `seconds`: of Retry-After; 0: none. */
@@ -116,12 +122,12 @@ void shd_problem_error(shd_reply *reply, const shd_error *error) {
     snprintf(detail, sizeof detail, "%s%s%s", tells_path ? error->path : "", tells_path ? ": " : "",
              error->text);
     json_t *document = begin(kind, detail);
-    if (kind != SHD_FAILED && kind != SHD_NO_MEMORY) {
+    if (kind != SHD_FAILED && !passes(kind)) {
         json_t *errors = json_array();
         add_error(errors, "pointer", error->path, error->text);
         json_object_set_new(document, "errors", errors);
     }
-    finish(reply, kind, kind == SHD_NO_MEMORY, document);
+    finish(reply, kind, passes(kind), document);
 }
 
 /* The detail alone must do for a person who sees nothing else of the document. */
@@ -150,7 +156,7 @@ void shd_problem_report(shd_reply *reply, const shd_report *report) {
     json_object_set_new(document, "errors", errors);
     if (report->error_count > kept)
         json_object_set_new(document, "errorCount", json_integer((json_int_t)report->error_count));
-    finish(reply, kind, kind == SHD_NO_MEMORY, document);
+    finish(reply, kind, passes(kind), document);
 }
 
 void shd_problem_mistakes(shd_reply *reply, shd_problem_kind kind, const shd_mistake *mistakes,

@@ -11,11 +11,16 @@
 #include "base/arena.h"
 #include "base/spares.h"
 
+static void *take_spare(shd_spares *spares, size_t size) {
+    void *kept = shd_spares_find(spares, size);
+    return kept ? kept : shd_spares_make(size);
+}
+
 static void what_was_given_back_is_given_out_again(void **state) {
     (void)state;
-    shd_spares *spares = shd_spares_new(64u << 20);
+    shd_spares *spares = shd_spares_new(64u << 20, NULL);
     for (size_t size = 1; size < 32u << 20; size = size * 9 / 4 + 77) {
-        void *a = shd_spares_take(spares, size), *b = shd_spares_take(spares, size);
+        void *a = take_spare(spares, size), *b = take_spare(spares, size);
         assert_non_null(a);
         assert_ptr_not_equal(a, b);
         assert_int_equal((uintptr_t)a % 64, 0);
@@ -25,8 +30,8 @@ static void what_was_given_back_is_given_out_again(void **state) {
         shd_spares_give(spares, a, size);
         shd_spares_give(spares, b, size);
         assert_true(shd_spares_kept(spares) >= 2 * size);
-        assert_ptr_equal(shd_spares_take(spares, size), b); /* the warmest first */
-        assert_ptr_equal(shd_spares_take(spares, size), a);
+        assert_ptr_equal(take_spare(spares, size), b); /* the warmest first */
+        assert_ptr_equal(take_spare(spares, size), a);
         assert_int_equal(shd_spares_kept(spares), 0);
         free(a);
         free(b);
@@ -36,12 +41,12 @@ static void what_was_given_back_is_given_out_again(void **state) {
 
 static void blocks_are_an_eighth_larger_at_most(void **state) {
     (void)state;
-    shd_spares *spares = shd_spares_new(SIZE_MAX);
+    shd_spares *spares = shd_spares_new(SIZE_MAX, NULL);
     for (size_t size = 65536; size < 32u << 20; size = size * 17 / 16 + 1) {
-        shd_spares_give(spares, shd_spares_take(spares, size), size);
+        shd_spares_give(spares, take_spare(spares, size), size);
         size_t block = shd_spares_kept(spares);
         assert_true(block >= size && block - size <= size / 8);
-        free(shd_spares_take(spares, block)); /* the same one */
+        free(take_spare(spares, block)); /* the same one */
         assert_int_equal(shd_spares_kept(spares), 0);
     }
     shd_spares_drop(spares);
@@ -50,10 +55,10 @@ static void blocks_are_an_eighth_larger_at_most(void **state) {
 static void the_cap_holds_and_the_oldest_go(void **state) {
     (void)state;
     const size_t size = 128 * 1024, cap = 4 * size;
-    shd_spares *spares = shd_spares_new(cap);
+    shd_spares *spares = shd_spares_new(cap, NULL);
     void *blocks[9];
-    for (int i = 0; i < 8; i++) blocks[i] = shd_spares_take(spares, size);
-    blocks[8] = shd_spares_take(spares, 2 * size);
+    for (int i = 0; i < 8; i++) blocks[i] = take_spare(spares, size);
+    blocks[8] = take_spare(spares, 2 * size);
     for (int i = 0; i < 8; i++) {
         shd_spares_give(spares, blocks[i], size);
         assert_true(shd_spares_kept(spares) <= cap);
@@ -61,24 +66,24 @@ static void the_cap_holds_and_the_oldest_go(void **state) {
     assert_int_equal(shd_spares_kept(spares), cap);
     shd_spares_give(spares, blocks[8], 2 * size);
     assert_int_equal(shd_spares_kept(spares), cap);
-    assert_ptr_equal(shd_spares_take(spares, size), blocks[7]);
-    assert_ptr_equal(shd_spares_take(spares, size), blocks[6]);
+    assert_ptr_equal(take_spare(spares, size), blocks[7]);
+    assert_ptr_equal(take_spare(spares, size), blocks[6]);
     shd_spares_give(spares, blocks[6], size);
     shd_spares_give(spares, blocks[7], size);
 
     /* What is larger than everything that may be kept drives nothing out. */
-    shd_spares_give(spares, shd_spares_take(spares, cap + 1), cap + 1);
+    shd_spares_give(spares, take_spare(spares, cap + 1), cap + 1);
     assert_int_equal(shd_spares_kept(spares), cap);
     shd_spares_drop(spares);
 }
 
 static void sizes_without_a_block_are_refused(void **state) {
     (void)state;
-    assert_null(shd_spares_take(NULL, SIZE_MAX));
-    assert_null(shd_spares_take(NULL, SIZE_MAX / 2 + 1));
+    assert_null(take_spare(NULL, SIZE_MAX));
+    assert_null(take_spare(NULL, SIZE_MAX / 2 + 1));
     shd_spares_give(NULL, NULL, 1);
     shd_spares_drop(NULL);
-    void *alone = shd_spares_take(NULL, 100000);
+    void *alone = take_spare(NULL, 100000);
     assert_non_null(alone);
     shd_spares_give(NULL, alone, 100000);
 }
@@ -86,7 +91,7 @@ static void sizes_without_a_block_are_refused(void **state) {
 /* The same requests fit and the same are refused, whatever is kept. */
 static void an_arenas_cap_does_not_depend_on_what_is_kept(void **state) {
     (void)state;
-    shd_spares *spares = shd_spares_new(64u << 20);
+    shd_spares *spares = shd_spares_new(64u << 20, NULL);
     uint32_t random = 1;
     for (int round = 0; round < 200; round++) {
         random = random * 1664525u + 1013904223u;
@@ -112,7 +117,7 @@ static void an_arenas_cap_does_not_depend_on_what_is_kept(void **state) {
 
 static void kept_memory_is_poisoned(void **state) {
     (void)state;
-    shd_spares *spares = shd_spares_new(1 << 20);
+    shd_spares *spares = shd_spares_new(1 << 20, NULL);
     shd_arena *arena = shd_arena_new_from(spares, 1 << 20);
     unsigned char *at = shd_arena_alloc(arena, 100, 1);
     shd_arena_drop(arena);

@@ -21,7 +21,7 @@ static void pieces_do_not_overlap_and_stay_within_the_cap(void **state) {
         unsigned char *memory;
         size_t size;
     } held[MOST] = {{NULL, 0}};
-    shd_stock *stock = shd_stock_new(CAP + UNIT - 1);
+    shd_stock *stock = shd_stock_new(CAP + UNIT - 1, NULL);
     size_t used = 0, refused = 0;
     srand(1);
     for (int i = 0; i < TRIES; i++) {
@@ -50,7 +50,7 @@ static void pieces_do_not_overlap_and_stay_within_the_cap(void **state) {
 
 static void what_was_given_back_makes_whole_slabs_again(void **state) {
     (void)state;
-    shd_stock *stock = shd_stock_new(4 << 20);
+    shd_stock *stock = shd_stock_new(4 << 20, NULL);
     unsigned char *small[128];
     for (int i = 0; i < 128; i++) assert_non_null(small[i] = shd_stock_take(stock, UNIT));
     assert_null(shd_stock_take(stock, UNIT));
@@ -71,7 +71,7 @@ static void what_was_touched_ahead_has_its_pages(void **state) {
 #ifdef SHD_ASAN
     skip(); /* its shadow has pages of its own */
 #endif
-    shd_stock *stock = shd_stock_new((size_t)256 << 20);
+    shd_stock *stock = shd_stock_new((size_t)256 << 20, NULL);
     size_t steps = 0;
     while (shd_stock_touch(stock)) steps++;
     assert_true(steps > 16); /* none is long */
@@ -86,7 +86,7 @@ static void what_was_touched_ahead_has_its_pages(void **state) {
 
 static void no_more_is_touched_than_the_cap_allows(void **state) {
     (void)state;
-    shd_stock *stock = shd_stock_new(3 << 20), *none = shd_stock_new(UNIT - 1);
+    shd_stock *stock = shd_stock_new(3 << 20, NULL), *none = shd_stock_new(UNIT - 1, NULL);
     size_t steps = 0;
     while (shd_stock_touch(stock)) steps++;
     assert_in_range(steps, 1, 3 * 32);

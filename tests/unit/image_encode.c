@@ -222,7 +222,7 @@ static void check_left_where_told(shd_image image, shd_format format) {
     assert_true(most >= 3);
     for (int at = 1; at <= most; at += 1 + most / 50) {
         calls = at;
-        check_refused(&image, format, 1 << 24, SHD_CANCELLED, "cancelled");
+        check_refused(&image, format, 1 << 26, SHD_CANCELLED, "cancelled");
     }
 }
 

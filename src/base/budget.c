@@ -1,0 +1,154 @@
+#include "base/budget.h"
+
+#include <pthread.h>
+#include <stdlib.h>
+
+#include "base/clock.h"
+
+struct shd_budget {
+    pthread_mutex_t mutex;
+    pthread_cond_t given;
+    shd_budget_load load;
+    struct {
+        shd_give_way *give_way; /* NULL: there is none */
+        void *context;
+    } ranks[SHD_RANKS];
+};
+
+shd_budget *shd_budget_new(uint64_t cap) {
+    shd_budget *budget = calloc(1, sizeof *budget);
+    if (!budget) return NULL;
+    budget->load.cap = cap;
+    pthread_condattr_t monotonic;
+    pthread_condattr_init(&monotonic);
+    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+    pthread_mutex_init(&budget->mutex, NULL);
+    pthread_cond_init(&budget->given, &monotonic);
+    pthread_condattr_destroy(&monotonic);
+    return budget;
+}
+
+void shd_budget_drop(shd_budget *budget) {
+    if (!budget) return;
+    pthread_cond_destroy(&budget->given);
+    pthread_mutex_destroy(&budget->mutex);
+    free(budget);
+}
+
+void shd_budget_yield(shd_budget *budget, shd_rank rank, shd_give_way *give_way, void *context) {
+    if (!budget) return;
+    budget->ranks[rank].give_way = give_way;
+    budget->ranks[rank].context = context;
+}
+
+/* ---- With the mutex held ---- */
+
+static bool fits(const shd_budget *budget, size_t bytes) {
+    const shd_budget_load *load = &budget->load;
+    return load->used <= load->cap && bytes <= load->cap - load->used;
+}
+
+static bool take_free(shd_budget *budget, size_t bytes) {
+    if (!fits(budget, bytes)) return false;
+    budget->load.used += bytes;
+    return true;
+}
+
+static uint64_t most(const shd_budget *budget) {
+    const shd_budget_load *load = &budget->load;
+    return load->cap > load->fixed ? load->cap - load->fixed : 0;
+}
+
+/* What is wanting to `bytes`. */
+static size_t shortage(const shd_budget *budget, size_t bytes) {
+    const shd_budget_load *load = &budget->load;
+    return (size_t)(load->used + bytes - load->cap);
+}
+
+/* Asks those that give way, without the mutex meanwhile; one after the other until enough is free
+ * or, for who can wait, promised. Returns whether any of them gave or will give anything. */
+static bool ask_for(shd_budget *budget, size_t bytes, bool waits) {
+    size_t promised = 0;
+    for (size_t i = 0; i < SHD_RANKS && !fits(budget, bytes); i++) {
+        if (!budget->ranks[i].give_way) continue;
+        const size_t missing = shortage(budget, bytes);
+        if (waits && promised >= missing) break;
+        pthread_mutex_unlock(&budget->mutex);
+        promised += budget->ranks[i].give_way(budget->ranks[i].context,
+                                              waits ? missing - promised : missing);
+        pthread_mutex_lock(&budget->mutex);
+    }
+    return promised;
+}
+
+/* ---- ---- */
+
+bool shd_budget_try(shd_budget *budget, size_t bytes) {
+    if (!budget) return true;
+    pthread_mutex_lock(&budget->mutex);
+    const bool taken = take_free(budget, bytes);
+    pthread_mutex_unlock(&budget->mutex);
+    return taken;
+}
+
+bool shd_budget_wait(shd_budget *budget, size_t bytes, double seconds) {
+    if (!budget) return true;
+    const double until = shd_now() + seconds;
+    const struct timespec end = shd_timespec(until);
+    pthread_mutex_lock(&budget->mutex);
+    bool taken = take_free(budget, bytes), more = true;
+    const bool possible = bytes <= most(budget);
+    while (!taken && possible && more) {
+        more = ask_for(budget, bytes, seconds > 0);
+        taken = take_free(budget, bytes);
+        if (taken || !more || shd_now() >= until) break;
+        pthread_cond_timedwait(&budget->given, &budget->mutex, &end);
+        taken = take_free(budget, bytes);
+    }
+    budget->load.refused += !taken;
+    pthread_mutex_unlock(&budget->mutex);
+    return taken;
+}
+
+bool shd_budget_take(shd_budget *budget, size_t bytes) {
+    return shd_budget_wait(budget, bytes, 0);
+}
+
+void shd_budget_count(shd_budget *budget, size_t bytes) {
+    if (!budget) return;
+    pthread_mutex_lock(&budget->mutex);
+    budget->load.used += bytes;
+    pthread_mutex_unlock(&budget->mutex);
+}
+
+void shd_budget_give(shd_budget *budget, size_t bytes) {
+    if (!budget || !bytes) return;
+    pthread_mutex_lock(&budget->mutex);
+    budget->load.used -= bytes;
+    pthread_cond_broadcast(&budget->given);
+    pthread_mutex_unlock(&budget->mutex);
+}
+
+void shd_budget_fix(shd_budget *budget, size_t bytes) {
+    if (!budget) return;
+    pthread_mutex_lock(&budget->mutex);
+    budget->load.used += bytes;
+    budget->load.fixed += bytes;
+    pthread_mutex_unlock(&budget->mutex);
+}
+
+shd_budget_load shd_budget_load_of(shd_budget *budget) {
+    if (!budget) return (shd_budget_load){.cap = UINT64_MAX};
+    pthread_mutex_lock(&budget->mutex);
+    const shd_budget_load load = budget->load;
+    pthread_mutex_unlock(&budget->mutex);
+    return load;
+}
+
+uint64_t shd_budget_most(shd_budget *budget) {
+    if (!budget) return UINT64_MAX;
+    pthread_mutex_lock(&budget->mutex);
+    const uint64_t bytes = most(budget);
+    pthread_mutex_unlock(&budget->mutex);
+    return bytes;
+}
