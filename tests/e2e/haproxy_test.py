@@ -19,6 +19,7 @@ from pathlib import Path
 from deploy.tools import DEPLOY, environment, find
 from e2e.daemon import JSON, PATIENCE, SMALL, Daemon
 from e2e.daemon_test import ENDLESS
+from e2e.slow_test import MANY_BYTES
 
 REPLICAS = 3
 
@@ -157,7 +158,7 @@ class Proxied(unittest.TestCase):
                                               for one in replicas))
         # Root's nginx would work as nobody, who may not enter the folder.
         user = ["-g", "user root;"] if os.geteuid() == 0 else []
-        self.start("nginx", text.replace("/tmp/", f"{self.folder}/"), *user, "-c")
+        self.proxy = self.start("nginx", text.replace("/tmp/", f"{self.folder}/"), *user, "-c")
         self.wait_for(port)
         return port
 
@@ -243,6 +244,56 @@ class NginxTest(Proxied):
         answers = [ask(port, json.dumps(scene(1)), headers=secret) for _ in range(2)]
         self.assertEqual([answer[1]["X-Cache"] for answer in answers], ["BYPASS"] * 2)
         self.assertEqual(ask(port, json.dumps(scene(1)))[1]["X-Cache"], "MISS")
+
+    def spilled(self, nginx):
+        """Bytes of files that nginx has open, named or not."""
+        children = Path(f"/proc/{nginx.pid}/task/{nginx.pid}/children").read_text().split()
+        total = 0
+        for process in children:
+            for entry in Path(f"/proc/{process}/fd").iterdir():
+                with contextlib.suppress(FileNotFoundError):  # closed meanwhile
+                    if os.readlink(entry).startswith((f"{self.folder}/proxy", f"{self.folder}/cache")):
+                        total += entry.stat().st_size
+        return total
+
+    def test_large_pictures_for_slow_clients_fill_no_disk(self):
+        daemon, = self.replicas()[:1]
+        port = self.nginx([daemon])
+        for headers in {}, {"Authorization": "Bearer of-one"}:
+            connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
+            self.addCleanup(connection.close)
+            connection.request("POST", "/v1/render", json.dumps(MANY_BYTES), {**JSON, **headers})
+            answer = connection.getresponse()
+            self.assertEqual(answer.status, 200)
+            self.assertGreater(int(answer.headers["Content-Length"]), 4_000_000)
+            while answer.read(200_000):
+                self.assertEqual(self.spilled(self.proxy), 0)
+
+    def test_large_bodies_at_a_time_are_counted(self):
+        port = self.nginx(self.replicas()[:1])
+        head = (b"POST /v1/render HTTP/1.1\r\nHost: a\r\nContent-Type: application/json\r\n"
+                b"Content-Length: 1000000\r\n\r\n{")
+        held = []
+        for _ in range(20):  # whichever four of them come last are refused
+            held.append(self.stack.enter_context(
+                socket.create_connection(("127.0.0.1", port), PATIENCE)))
+            held[-1].sendall(head)
+        wait_until(lambda: self.is_refused(port, head))
+        # Small ones have nothing to do with it.
+        self.assertEqual(ask(port, json.dumps(scene(2)))[0], 200)
+        for connection in held:
+            connection.close()
+        body = json.dumps(scene(3)).ljust(1_000_000)
+        wait_until(lambda: ask(port, body)[0] == 200)
+
+    def is_refused(self, port, head):
+        with socket.create_connection(("127.0.0.1", port), PATIENCE) as connection:
+            connection.sendall(head)
+            connection.settimeout(1)
+            try:
+                return connection.recv(100).startswith(b"HTTP/1.1 429 ")
+            except TimeoutError:
+                return False
 
     def test_large_scenes_are_told_apart(self):
         port = self.nginx(self.replicas()[:1])
