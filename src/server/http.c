@@ -14,6 +14,7 @@
 
 #include "base/clock.h"
 #include "log.h"
+#include "private.h"
 #include "problem.h"
 #include "routes.h"
 
@@ -201,6 +202,7 @@ static void add_common_headers(shd_exchange *exchange) {
         shd_metrics_refusal(&exchange->server->metrics, reply->body, reply->size);
     shd_reply_plain(&exchange->reply, "X-Request-Id", exchange->id);
     shd_route_add_cors(exchange);
+    shd_private_apply(exchange);
     if (atomic_load(&exchange->server->draining))
         shd_reply_plain(&exchange->reply, "Connection", "close");
 }

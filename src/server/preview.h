@@ -23,6 +23,9 @@ typedef enum shd_link {
     SHD_LINK_SIGNED
 } shd_link;
 
-shd_link shd_preview_link(const shd_exchange *exchange, const shd_secrets *keys);
+/* `expires` gets the seconds since 1970 until which a signed link is good, 0 where it is for ever.
+ */
+shd_link shd_preview_link(const shd_exchange *exchange, const shd_secrets *keys,
+                          long long *expires);
 
 #endif

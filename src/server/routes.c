@@ -241,7 +241,7 @@ static bool admit_link(shd_exchange *exchange, const shd_secrets *keys) {
         [SHD_LINK_UNSIGNED] = "this link needs a signature",
         [SHD_LINK_WRONG] = "the signature is not that of this link, by any of the keys",
         [SHD_LINK_EXPIRED] = "the link was valid until the time in `expires`, which has passed"};
-    shd_link link = shd_preview_link(exchange, keys);
+    shd_link link = shd_preview_link(exchange, keys, &exchange->expires);
     if (link == SHD_LINK_SIGNED) return true;
     if (link != SHD_LINK_UNSIGNED || !exchange->settings->tokens)
         shd_problem_reply(&exchange->reply, SHD_BAD_SIGNATURE, "%s", details[link]);
@@ -278,12 +278,15 @@ void shd_route_add_cors(shd_exchange *exchange) {
     shd_reply_plain(reply, "Timing-Allow-Origin", exchange->settings->origins);
     shd_reply_plain(reply, "Cross-Origin-Resource-Policy", "cross-origin");
     if (!anybody) shd_reply_plain(reply, "Vary", "Origin");
-    if (!exchange->origin || !shd_origins_admit(origins, exchange->origin)) return;
+    /* To all alike where anybody may: a picture that an <img> has left in the browser's cache is
+     * read by a script next. */
+    bool admits = exchange->origin && shd_origins_admit(origins, exchange->origin);
+    if (!anybody && !admits) return;
     shd_reply_header(reply, "Access-Control-Allow-Origin", "%s", anybody ? "*" : exchange->origin);
     shd_reply_plain(reply, "Access-Control-Expose-Headers",
                     "Cache-Status, ETag, Retry-After, Server-Timing, Shaded-Plan, "
                     "Shaded-Saturated, Shaded-Warning, X-Request-Id");
-    if (!exchange->is_preflight) return;
+    if (!exchange->is_preflight || !admits) return;
     shd_reply_plain(reply, "Access-Control-Allow-Methods", "GET, HEAD, POST, OPTIONS");
     shd_reply_plain(reply, "Access-Control-Allow-Headers",
                     "Authorization, Content-Type, If-None-Match, X-Request-Id");

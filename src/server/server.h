@@ -13,7 +13,7 @@
  *     reaper.c, linger.c  connections that are slow or left; those that must not be cut off
  *     settings.c  what SIGHUP changes, from config.c; access.c  tokens, keys and origins
  *     admin.c, metrics.c, log.c  the operators' port, and what they are told
- *     client.c  who a request is from
+ *     client.c  who a request is from; private.c  who may keep its answer
  *     address.c, systemd.c  sockets, opened here or handed over
  *
  * An exchange belongs to the I/O thread, but to jobs.c between shd_exchange_suspend and
@@ -84,6 +84,7 @@ struct shd_exchange {
     bool path_cut;
     char client[SHD_CLIENT_SIZE]; /* "": its head was not read */
     bool by_token;                /* the client is who has the token in `authorization` */
+    long long expires;            /* of the link that let it in, seconds since 1970; 0: never */
     char *target;                 /* path and query as they were sent; owned */
 
     /* The head's fields; NULL where there are none. Strings live as long as the exchange. */

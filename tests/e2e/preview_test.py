@@ -331,6 +331,38 @@ class SignatureTest(Folder):
                 time.sleep(0.1)
             self.assert_status(daemon.get(path), 403, "was valid until")
 
+    def test_who_may_keep_a_picture(self):
+        """By a token: its client alone. By a link that ends: nobody for longer than that."""
+        tokens = self.file("0123456789abcdef\n", "tokens")
+        token = {"Authorization": "Bearer 0123456789abcdef"}
+        policy = 'public, s-maxage=9000, max-age="5000", stale-if-error=60, no-transform'
+        with Daemon("--tokens", tokens, "--preview-keys", self.keys(KEYS[0]),
+                    "--cache-control", policy) as daemon:
+            forever = daemon.get(signed(link(size=20)))
+            self.assertEqual(forever.headers["Cache-Control"], policy)
+            self.assertEqual(forever.headers.get_all("Vary"), ["Accept"])
+            tag = {"If-None-Match": forever.headers["ETag"]}
+            for more, status in ({}, 200), (tag, 304):
+                for answer in (daemon.get(link(size=20), {**token, **more}),
+                               daemon.get(signed(link(size=20)), {**token, **more})):
+                    self.assert_status(answer, status)
+                    self.assertEqual(answer.headers["Cache-Control"],
+                                     'private, max-age="5000", no-transform')
+                    self.assertEqual(answer.headers.get_all("Vary"), ["Accept", "Authorization"])
+                for left, most in (3000, 3000), (10**6, 5000):
+                    expires = int(time.time()) + left
+                    answer = daemon.get(signed(link(size=20, expires=expires)), more)
+                    now = time.time()
+                    self.assert_status(answer, status)
+                    age = re.fullmatch("private, no-transform, max-age=(\\d+), must-revalidate",
+                                       answer.headers["Cache-Control"])
+                    self.assertLessEqual(int(age[1]), most)
+                    self.assertGreaterEqual(int(age[1]), min(int(expires - now), most))
+            listed = daemon.get("/v1/materials", token)
+            self.assertEqual(listed.headers["Cache-Control"], "private, no-cache")
+            self.assertEqual(listed.headers.get_all("Vary"), ["Accept-Encoding", "Authorization"])
+            self.assertEqual(daemon.render({}, token).headers["Cache-Control"], "no-store")
+
     def test_a_signature_stands_for_a_token_here_alone(self):
         tokens = self.file("0123456789abcdef\n", "tokens")
         token = {"Authorization": "Bearer 0123456789abcdef"}
