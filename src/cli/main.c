@@ -6,6 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/regular.h"
 #include "cli/cli.h"
 #include "cli/render.h"
 
@@ -42,16 +43,6 @@ static const char help_text[] =
     "Exit status: 0 done; 1 the scene is wrong, or a file could not be read or written; 2 the\n"
     "command line is wrong.\n";
 
-/* A closed standard stream's number would go to the next file that is opened, and a picture or a
- * message into that file. Such streams get a stand-in that refuses every read or write. */
-static void occupy_closed_streams(void) {
-    for (int fd = STDIN_FILENO; fd <= STDERR_FILENO; fd++) {
-        if (fcntl(fd, F_GETFD) != -1) continue;
-        int stand_in = open("/dev/null", fd == STDIN_FILENO ? O_WRONLY : O_RDONLY);
-        if (stand_in == -1) exit(CLI_FAILED);
-    }
-}
-
 static int print_and_exit(const char *text) {
     return cli_write_stdout(text, strlen(text)) ? CLI_DONE : CLI_FAILED;
 }
@@ -66,7 +57,7 @@ static bool parse_threads(const char *text, unsigned *out) {
 }
 
 int main(int argc, char **argv) {
-    occupy_closed_streams();
+    if (!shd_occupy_closed_streams()) return CLI_FAILED;
     /* A reader that went away and a file that may not grow are write errors, with a message. */
     signal(SIGPIPE, SIG_IGN);
     signal(SIGXFSZ, SIG_IGN);

@@ -1,17 +1,17 @@
 #include "color/file.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/regular.h"
+
 static shd_status read_all(int file, const char *path, size_t cap, char **data, size_t *size,
                            shd_error *error) {
     struct stat info;
     if (fstat(file, &info)) return shd_fail(error, SHD_CONFIG, path, "%s", strerror(errno));
-    if (!S_ISREG(info.st_mode)) return shd_fail(error, SHD_CONFIG, path, "not a regular file");
     if (info.st_size < 0 || (size_t)info.st_size > cap)
         return shd_fail(error, SHD_CONFIG, path, "larger than %zu bytes", cap);
 
@@ -36,9 +36,8 @@ static shd_status read_all(int file, const char *path, size_t cap, char **data, 
 
 shd_status shd_color_read_file(const char *path, size_t cap, char **data, size_t *size,
                                shd_error *error) {
-    /* O_NONBLOCK: opening a FIFO that nobody writes to returns at once. */
-    int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
-    if (file < 0) return shd_fail(error, SHD_CONFIG, path, "%s", strerror(errno));
+    int file = shd_open_regular(path, error);
+    if (file < 0) return SHD_CONFIG;
     shd_status status = read_all(file, path, cap, data, size, error);
     close(file);
     return status;

@@ -9,6 +9,9 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <unistd.h>
+
+#include "base/regular.h"
 
 enum { SECRET_SIZE = 256, SECRETS_MOST = 1000, LINE_MOST = 1000 };
 
@@ -88,8 +91,13 @@ static shd_status read_secrets(FILE *file, const char *path, const shd_secret_ki
 
 shd_status shd_secrets_load(const char *path, const shd_secret_kind *kind, shd_secrets **out,
                             shd_error *error) {
-    FILE *file = fopen(path, "re");
-    if (!file) return shd_fail(error, SHD_CONFIG, path, "%s", strerror(errno));
+    int fd = shd_open_regular(path, error);
+    if (fd < 0) return SHD_CONFIG;
+    FILE *file = fdopen(fd, "r");
+    if (!file) {
+        close(fd);
+        return shd_fail(error, SHD_EXHAUSTED, path, "out of memory");
+    }
     shd_secrets *secrets = calloc(1, sizeof *secrets);
     shd_status status = secrets ? read_secrets(file, path, kind, secrets, error)
                                 : shd_fail(error, SHD_EXHAUSTED, path, "out of memory");

@@ -6,10 +6,12 @@
 #include <netdb.h>
 #include <netinet/in.h>
 #include <poll.h>
+#include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/socket.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 static shd_status split(const char *address, char *host, size_t host_size, char *port,
@@ -39,7 +41,12 @@ void shd_listen_describe(int fd, char bound[SHD_ADDRESS_SIZE]) {
     char host[INET6_ADDRSTRLEN] = "", port[8] = "";
     getsockname(fd, (struct sockaddr *)&address, &size);
     if (address.ss_family == AF_UNIX) {
-        snprintf(bound, SHD_ADDRESS_SIZE, "unix");
+        const struct sockaddr_un *place = (const void *)&address;
+        const char *path = place->sun_path;
+        int most = (int)size - (int)offsetof(struct sockaddr_un, sun_path);
+        bool is_abstract = most > 1 && !*path;
+        snprintf(bound, SHD_ADDRESS_SIZE, "unix:%s%.*s", is_abstract ? "@" : "",
+                 is_abstract ? most - 1 : most, path + is_abstract);
         return;
     }
     getnameinfo((struct sockaddr *)&address, size, host, sizeof host, port, sizeof port,

@@ -7,7 +7,7 @@
 
 #include "base/status.h"
 
-enum { SHD_ADDRESS_SIZE = 80 };
+enum { SHD_ADDRESS_SIZE = 128 };
 
 /* Opens a listening socket on "127.0.0.1:8080", "[::1]:8080", "localhost:8080", ":8080" (every
  * address) or with port 0 (any free port). `bound` gets the real address, in the same form. */
@@ -21,7 +21,8 @@ void shd_listen_seal(int fd);
 /* Whether somebody is connected who was not accepted yet. */
 bool shd_listen_has_waiting(int fd);
 
-/* The address of a listening socket, in the same form; "unix" where it is none of the network. */
+/* The address of a listening socket, in the same form; or "unix:/path", and "unix:@name" where it
+ * is an abstract one. */
 void shd_listen_describe(int fd, char bound[SHD_ADDRESS_SIZE]);
 
 #endif

@@ -7,7 +7,9 @@
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
+#include "base/regular.h"
 #include "shaded.h"
 
 typedef enum option_kind {
@@ -241,10 +243,16 @@ static int read_pair(void *context, const char *section, const char *name, const
 }
 
 static bool read_file(const char *path, shd_config *config, char *message, size_t size) {
-    file_reader reader = {
-        .file = fopen(path, "r"), .path = path, .config = config, .message = message, .size = size};
+    shd_error error;
+    int fd = shd_open_regular(path, &error);
+    file_reader reader = {.file = fd < 0 ? NULL : fdopen(fd, "r"),
+                          .path = path,
+                          .config = config,
+                          .message = message,
+                          .size = size};
     if (!reader.file) {
-        snprintf(message, size, "%s: %s", path, strerror(errno));
+        snprintf(message, size, "%s: %s", path, fd < 0 ? error.text : strerror(errno));
+        if (fd >= 0) close(fd);
         return false;
     }
     int bad_line = ini_parse_stream(read_line, &reader, read_pair, &reader);

@@ -5,7 +5,8 @@
  *     shd_log_text(&line, "address", "127.0.0.1:8080");
  *     shd_log_end(&line);
  *
- * Texts are escaped, so that nothing a client sends can forge a line or reach a terminal. A line
+ * Texts are escaped, so that nothing a client sends can forge a line or reach a terminal: lines are
+ * ASCII, and JSON. A line
  * that would not fit loses its last members. Each line leaves in one write, whole, from any
  * thread. Where nobody reads what was written before it is lost, and "log-lost" tells how many
  * were. */

@@ -15,6 +15,7 @@
 #include "address.h"
 #include "base/clock.h"
 #include "base/machine.h"
+#include "base/regular.h"
 #include "config.h"
 #include "http.h"
 #include "log.h"
@@ -54,6 +55,9 @@ static sigset_t block_signals(void) {
     sigaddset(&stop, SIGINT);
     pthread_sigmask(SIG_BLOCK, &stop, NULL);
     signal(SIGPIPE, SIG_IGN);
+    /* Sent by mistake, to what others let reopen a log or dump a state: they end nothing. */
+    signal(SIGUSR1, SIG_IGN);
+    signal(SIGUSR2, SIG_IGN);
     signal(SIGXFSZ, SIG_IGN); /* a log that may not grow any more ends nothing */
     return stop;
 }
@@ -315,6 +319,7 @@ static int serve(shd_server *server, int argc, char **argv) {
 }
 
 int main(int argc, char **argv) {
+    if (!shd_occupy_closed_streams()) return EXIT_CANNOT_START;
     /* Too large for the stack's taste, and needed to the end. */
     shd_server *server = calloc(1, sizeof *server);
     if (!server) return EXIT_CANNOT_START;

@@ -57,11 +57,18 @@ static bool has_left(int socket) {
     return polled.revents & POLLRDHUP && !ioctl(socket, FIONREAD, &unread) && !unread;
 }
 
-/* Bytes received so far; 0 where the socket cannot tell. */
-static uint64_t bytes_read(int socket) {
+/* Bytes received so far. False: the socket cannot tell; unix sockets cannot. */
+static bool count_read(int socket, uint64_t *bytes) {
     struct tcp_info info = {0};
     socklen_t size = sizeof info;
-    return getsockopt(socket, IPPROTO_TCP, TCP_INFO, &info, &size) ? 0 : info.tcpi_bytes_received;
+    if (getsockopt(socket, IPPROTO_TCP, TCP_INFO, &info, &size)) return false;
+    *bytes = info.tcpi_bytes_received;
+    return true;
+}
+
+static bool has_read_since(const shd_connection *c) {
+    uint64_t bytes;
+    return count_read(c->socket, &bytes) && bytes > c->read;
 }
 
 /* ---- Looking ---- */
@@ -95,7 +102,7 @@ static double patience_for(const shd_reaper *reaper, shd_phase phase) {
 
 static void look(shd_reaper *reaper, shd_connection *c, double now) {
     /* A head begins with its first byte, of which libmicrohttpd does not tell. */
-    if (c->phase == SHD_AT_REST && bytes_read(c->socket) > c->read) {
+    if (c->phase == SHD_AT_REST && has_read_since(c)) {
         c->phase = SHD_AT_HEAD;
         c->since = now;
     }
@@ -270,7 +277,7 @@ shd_connection *shd_reaper_add(shd_reaper *reaper, int socket) {
 
 static bool is_amid_request(const shd_connection *c) {
     if (c->phase == SHD_AT_BODY) return true;
-    return c->phase <= SHD_AT_HEAD && bytes_read(c->socket) > c->read;
+    return c->phase <= SHD_AT_HEAD && has_read_since(c);
 }
 
 bool shd_reaper_remove(shd_reaper *reaper, shd_connection *connection) {
@@ -288,7 +295,9 @@ bool shd_reaper_remove(shd_reaper *reaper, shd_connection *connection) {
 void shd_reaper_phase(shd_reaper *reaper, shd_connection *connection, shd_phase phase,
                       shd_exchange *exchange) {
     if (!connection) return;
-    uint64_t read = phase == SHD_AT_REST ? bytes_read(connection->socket) : 0;
+    uint64_t read = 0;
+    /* Where it is not seen that a head begins, it has since the last answer. */
+    if (phase == SHD_AT_REST && !count_read(connection->socket, &read)) phase = SHD_AT_HEAD;
     double now = shd_now();
     pthread_mutex_lock(&reaper->mutex);
     connection->phase = phase;

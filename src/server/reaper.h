@@ -4,7 +4,8 @@
  * end of a client is not seen while its connection is suspended, and where a client's last bytes
  * and its end arrive together they are not told apart. So here
  *
- * - a head, a body and an answer each have a total time, over which their connection is ended;
+ * - a head, a body and an answer each have a total time, over which their connection is ended (on
+ *   unix sockets, which count no bytes, a head's begins with the end of the last answer);
  * - connections whose client has left are ended, or their exchange stops waiting for its job;
  * - where nearly all places are taken, room is made: connections that do nothing end first, then
  *   those that have been at their head, their body or their answer for longest, but nobody at once.

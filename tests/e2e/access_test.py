@@ -5,7 +5,9 @@ import json
 import os
 import signal
 import socket
+import time
 import unittest
+from pathlib import Path
 
 from e2e.daemon import JSON, SANITIZED, SLOW, SMALL, SOURCE, Daemon, another, run
 from e2e.daemon_test import Background, Folder, occupied, wait_until, wait_until_read
@@ -161,6 +163,9 @@ class OriginTest(unittest.TestCase):
 
     def test_anybody(self):
         with Daemon("--cors-origins", "*") as daemon:
+            # What an <img> leaves in a browser's cache is good for a script of any origin.
+            plain = daemon.get("/v1/preview/brass?size=16")
+            self.assertEqual(plain.headers["Access-Control-Allow-Origin"], "*")
             answer = daemon.render(SMALL, {"Origin": "https://any.example"})
             self.assertEqual(answer.headers["Access-Control-Allow-Origin"], "*")
             self.assertEqual(answer.headers.get_all("Vary"), ["Accept"])
@@ -211,6 +216,23 @@ class ReloadTest(Folder):
                 self.assertEqual(daemon.render(SMALL).status, 401)
                 self.assertEqual(daemon.render(SMALL, bearer(FIRST)).status, 200)
             self.assertEqual(daemon.metrics()['shaded_reloads_total{result="failed"}'], 5)
+
+    def test_what_hangs_who_opens_it_is_refused(self):
+        """A FIFO that nobody writes to."""
+        tokens = self.folder / "tokens"
+        tokens.write_text(FIRST + "\n")
+        path = self.file(f"tokens = {tokens}\n")
+        with Daemon("--config", path) as daemon:
+            for file in tokens, Path(path):
+                text = file.read_text()
+                file.unlink()
+                os.mkfifo(file)
+                message = reload(daemon, good=False)["message"]
+                self.assertEqual(message, f"{file}: not a regular file")
+                self.assertEqual(daemon.render(SMALL, bearer(FIRST)).status, 200)
+                file.unlink()
+                file.write_text(text)
+            reload(daemon)
 
     def test_the_color_configuration_is_read_again(self):
         text = (SOURCE / "config/shaded.ocio").read_text()
@@ -328,6 +350,27 @@ class ServiceManagerTest(Folder):
                 self.assertEqual(daemon.get("/readyz", admin=True).status, 200)
                 maps = os.listdir(f"/proc/{daemon.pid}/fd")
                 self.assertNotIn("100", maps)
+
+    def test_a_head_has_a_total_time_on_unix_sockets_too(self):
+        path = str(self.folder / "socket")
+        with socket.socket(socket.AF_UNIX) as public:
+            public.bind(path)
+            public.listen()
+            with self.start_with_sockets([public], "http", "--head-time", "1",
+                                         "--idle-timeout", "300") as daemon:
+                for answers in 0, 2:
+                    with socket.socket(socket.AF_UNIX) as client:
+                        client.settimeout(500)
+                        client.connect(path)
+                        for _ in range(answers):
+                            client.sendall(b"GET / HTTP/1.1\r\nHost: a\r\n\r\n")
+                            self.assertTrue(client.recv(100000).startswith(b"HTTP/1.1 200 "))
+                        with self.assertRaises(OSError):
+                            while True:
+                                client.sendall(b"G")
+                                time.sleep(0.1)
+                self.assertEqual(daemon.metrics()[
+                    'shaded_connections_ended_total{reason="time"}'], 2)
 
     def test_who_waits_at_a_socket_of_the_manager_is_served_by_the_next_daemon(self):
         with socket.create_server(("127.0.0.1", 0), backlog=100) as public:

@@ -67,6 +67,8 @@ class Daemon:
 
     @staticmethod
     def _split(address):
+        if address.startswith("unix:"):
+            return address[len("unix:"):]
         host, _, port = address.rpartition(":")
         return host.strip("[]"), int(port)
 

@@ -3,16 +3,19 @@
 import contextlib
 import http.client
 import json
+import os
 import re
 import signal
 import socket
+import subprocess
 import tempfile
 import threading
 import time
 import unittest
 from pathlib import Path
 
-from e2e.daemon import JSON, PATIENCE, SANITIZED, SLOW, SMALL, SOURCE, Daemon, another, run
+from e2e.daemon import (JSON, PATIENCE, SANITIZED, SHADED, SLOW, SMALL, SOURCE, Daemon, another,
+                        environment, run)
 
 # Nobody waits for its end.
 ENDLESS = {**SLOW, "image": {"width": 4096, "height": 4096, "samples": 16}}
@@ -268,6 +271,35 @@ class StopTest(unittest.TestCase):
             self.assertEqual([event["event"] for event in daemon.events()],
                              ["machine", "listening", "stopping", "stopped"])
             idle.close()
+
+    def test_signals_that_mean_nothing_end_nothing(self):
+        with Daemon() as daemon:
+            for number in signal.SIGUSR1, signal.SIGUSR2, signal.SIGPIPE, signal.SIGXFSZ:
+                daemon.signal(number)
+            self.assertEqual(daemon.render(SMALL).status, 200)
+
+    def test_closed_streams_go_to_no_client(self):
+        """Else the log would be written to the first socket or file that is opened."""
+        with socket.create_server(("127.0.0.1", 0)) as probe:
+            port = probe.getsockname()[1]
+        process = subprocess.Popen(
+            ["bash", "-c", 'exec "$0" "$@" <&- >&- 2>&-', SHADED, "--listen", f"127.0.0.1:{port}",
+             "--admin", "off"], env=environment())
+        try:
+            files = {}
+
+            def started():
+                nonlocal files
+                self.assertIsNone(process.poll())
+                files = {fd: os.readlink(f"/proc/{process.pid}/fd/{fd}")
+                         for fd in os.listdir(f"/proc/{process.pid}/fd")}
+                return any(name.startswith("socket:") for name in files.values())
+
+            wait_until(started)
+            self.assertEqual([files[fd] for fd in "012"], ["/dev/null"] * 3)
+        finally:
+            process.kill()
+            process.wait()
 
     def test_sigterm_finishes_what_is_accepted_and_refuses_more(self):
         daemon = Daemon("--threads", "1", "--queue", "4", "--timeout", "300", "--drain-time",

@@ -6,6 +6,7 @@ import json
 import socket
 import threading
 import unittest
+from urllib.parse import quote
 
 from e2e.daemon import JSON, SMALL, Daemon, receive_all
 
@@ -376,6 +377,15 @@ class HttpTest(unittest.TestCase):
         event = self.daemon.wait_for("request", lambda event: "forged" in event["path"])
         self.assertEqual(event["path"], '/\n{"event":"forged"}\x1b[31m')
         self.assertFalse(self.daemon.events("forged"))
+        self.assertTrue(self.daemon.stderr().isascii())
+
+    def test_the_log_has_characters_as_they_are_and_other_bytes_as_text(self):
+        whole = "/\u00e9\u20ac\U0001f600\x80\u202e\\"
+        broken = (b"/\xff-\xc3-\xe2\x82-\xed\xa0\x80-\xc0\xaf-\xf4\x90\x80\x80",
+                  "/\\xff-\\xc3-\\xe2\\x82-\\xed\\xa0\\x80-\\xc0\\xaf-\\xf4\\x90\\x80\\x80")
+        for path, logged in (whole.encode(), whole), broken:
+            self.daemon.get(quote(path))
+            self.daemon.wait_for("request", lambda event, path=logged: event["path"] == path)
         self.assertTrue(self.daemon.stderr().isascii())
 
     def test_many_connections_at_once(self):
