@@ -13,19 +13,23 @@ static const double PICTURE_SHARE = 0.3;
  * much of the room is for the dark. */
 static const double DARK_SHARE = 0.9;
 
-/* What is left out counted, of a list without it. */
-static shd_bound bound_with(const shd_plan *plan, shd_tier tier, const shd_shown *shown,
-                            shd_excess_list *list) {
+/* In a list without it. */
+static void count_left_out(const shd_plan *plan, shd_excess_list *list) {
     list->more = plan->drop_tolerance + plan->dropped;
     list->color = list->rounding + plan->drop_relative;
-    return shd_bound_of(list, shown, shown ? plan->scene->output_count : 0, tier);
+}
+
+bool shd_plan_excess(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_excess_list *out) {
+    if (!shd_excess_find(plan, tier, arena, out, NULL)) return false;
+    count_left_out(plan, out);
+    return true;
 }
 
 bool shd_plan_bound(const shd_plan *plan, shd_tier tier, const shd_shown *shown, shd_arena *arena,
                     shd_bound *out) {
     shd_excess_list list;
-    if (!shd_excess_find(plan, tier, arena, &list, NULL)) return false;
-    *out = bound_with(plan, tier, shown, &list);
+    if (!shd_plan_excess(plan, tier, arena, &list)) return false;
+    *out = shd_bound_of(&list, shown, shown ? plan->scene->output_count : 0, tier);
     return true;
 }
 
@@ -156,7 +160,8 @@ static shd_status meet_budget(shd_plan *plan, const shd_shown *shown, const shd_
             !drop_weakest(plan, PICTURE_SHARE * left, &influences, drops, dropped, arena))
             return SHD_MEMORY;
         plan->drop_tolerance = plan->light_count > 1 ? left - plan->dropped : 0;
-        plan->bound = bound_with(plan, tier, shown, &list);
+        count_left_out(plan, &list);
+        plan->bound = shd_bound_of(&list, shown, shown ? plan->scene->output_count : 0, tier);
         return SHD_OK;
     }
     return fail_budget(plan, shown, arena, error);

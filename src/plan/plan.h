@@ -158,9 +158,11 @@ shd_status shd_plan_make_whole(const shd_scene *scene, shd_isa isa, shd_arena *a
 /* As shd_print_bound: within the budget where the plan has one in that metric. */
 void shd_plan_print_bound(const shd_plan *plan, shd_metric metric, char out[SHD_BOUND_TEXT]);
 
-/* The bound of the picture that the tier would make of the plan. False: memory. */
+/* The bound of the picture that the tier would make of the plan, and what it is made of, each with
+ * what is left out counted. False: memory. */
 bool shd_plan_bound(const shd_plan *plan, shd_tier tier, const shd_shown *shown, shd_arena *arena,
                     shd_bound *out);
+bool shd_plan_excess(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_excess_list *out);
 
 /* The index in plan->lights of the scene's light `index`; false: it was dropped. */
 bool shd_plan_find_light(const shd_plan *plan, size_t index, uint32_t *out);

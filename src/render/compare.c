@@ -85,10 +85,13 @@ static json_t *tell_error(const shd_difference *d) {
 
 static json_t *tell_tier(const shd_plan *plan, shd_tier tier, const shd_times *times,
                          const shd_difference *difference) {
-    return json_pack("{ss ss so s{sf sf sf sf} so}", "tier", shd_tier_names[tier], "plan",
-                     plan->summary, "bound", shd_tell_bound(&plan->bound), "seconds", "plan",
-                     times->plan, "visibility", times->visibility, "shade", times->shade, "color",
-                     times->color, "error", tell_error(difference));
+    shd_bound seen = plan->bound;
+    seen.delta_e = difference->most;
+    return json_pack("{ss ss so so s{sf sf sf sf} so}", "tier", shd_tier_names[tier], "plan",
+                     plan->summary, "bound", shd_tell_bound(&plan->bound), "boundSeen",
+                     shd_tell_bound(&seen), "seconds", "plan", times->plan, "visibility",
+                     times->visibility, "shade", times->shade, "color", times->color, "error",
+                     tell_error(difference));
 }
 
 static json_t *tell_head(const shd_request *request, const shd_showing *showing, double largest) {

@@ -6,7 +6,9 @@
 
 #include "base/clock.h"
 #include "color/metadata.h"
+#include "plan/bound_picture.h"
 #include "render/output.h"
+#include "render/shown.h"
 
 enum { BLOCK = 1024 }; /* pixels that are converted and compared at once */
 
@@ -54,6 +56,7 @@ typedef struct tally {
     uint8_t codes[2][4 * BLOCK];
     uint64_t apart[256]; /* samples whose codes differ by so much */
     double largest, linear, delta_e;
+    double most; /* bound of CIEDE2000 */
     double seconds[2];
 } tally;
 
@@ -65,6 +68,7 @@ typedef struct sums {
 typedef struct measuring {
     shd_request *request;
     const shd_showing *showing;
+    const shd_picture_errors *errors; /* NULL: the film's colors tell no more than the plan */
     const float *exact;
     float *film;
     size_t pixels;
@@ -94,6 +98,24 @@ static double difference_of_colors(const shd_lab_space *space, const float *a, c
     return shd_delta_e_2000(lab[0], lab[1]);
 }
 
+/* The largest bound of the block's pixels. With an alpha they are seen as they are, and over black.
+ */
+static double bound_block(const shd_picture_errors *errors, const float *rgba, size_t count) {
+    double most = 0;
+    for (size_t i = 0; i < count; i++) {
+        const float *at = rgba + 4 * i;
+        if (i > 0 && !memcmp(at, at - 4, 4 * sizeof *at)) continue;
+        const double alpha = (double)at[3], rgb[3] = {(double)at[0], (double)at[1], (double)at[2]};
+        if (!(alpha > 0)) continue;
+        most = fmax(most, shd_picture_delta_e(errors, rgb));
+        if (alpha < 1)
+            most = fmax(most,
+                        shd_picture_delta_e(errors, (const double[]){alpha * rgb[0], alpha * rgb[1],
+                                                                     alpha * rgb[2]}));
+    }
+    return most;
+}
+
 /* Leaves the block's differences in the film's pixels: three linear ones, and CIEDE2000. */
 static void measure_block(void *context, size_t index, unsigned slot) {
     measuring *m = context;
@@ -112,6 +134,7 @@ static void measure_block(void *context, size_t index, unsigned slot) {
     t->seconds[0] += halfway - began;
     t->seconds[1] += shd_thread_seconds() - halfway;
 
+    if (m->errors) t->most = fmax(t->most, bound_block(m->errors, film, count));
     for (int k = 0; k < 2; k++) shd_pack_u8(&showing->pack, t->shown[k], (int)count, t->codes[k]);
     for (size_t i = 0; i < count * (size_t)showing->pack.count; i++) {
         int apart = t->codes[0][i] - t->codes[1][i];
@@ -199,6 +222,7 @@ static void add_up(const measuring *m, unsigned slots, size_t blocks, uint64_t *
         d.largest = fmax(d.largest, t->largest);
         d.linear.max = fmax(d.linear.max, t->linear);
         d.delta_e.max = fmax(d.delta_e.max, t->delta_e);
+        d.most = fmax(d.most, t->most);
         for (int k = 0; k < 2; k++) seconds[k] += t->seconds[k];
     }
     for (size_t b = 0; b < blocks; b++) {
@@ -211,12 +235,25 @@ static void add_up(const measuring *m, unsigned slots, size_t blocks, uint64_t *
     d.linear.p99 = fmin(select_p99(m->film, m->pixels, 3, counts), d.linear.max);
     d.delta_e.p99 = fmin(select_p99(m->film + 3, m->pixels, 1, counts), d.delta_e.max);
 
+    const shd_bound *bound = &m->request->plan->bound;
+    d.most = m->errors ? fmin(d.most, bound->delta_e) : bound->delta_e;
+
     uint64_t total;
     double squares;
     d.code = spread_of_codes(apart, &total, &squares);
     d.equal = (double)apart[0] / (double)total;
     d.psnr = squares > 0 ? 10 * log10(255.0 * 255.0 * (double)total / squares) : INFINITY;
     *out = d;
+}
+
+/* False: memory. */
+static bool find_errors(shd_request *request, const shd_showing *showing,
+                        const shd_picture_errors **out) {
+    const shd_plan *plan = request->plan;
+    const shd_shown shown = shd_shown_of(showing);
+    shd_excess_list list;
+    return shd_plan_excess(plan, plan->tier, request->arena, &list) &&
+           shd_picture_errors_new(plan, &list, &shown, request->arena, out);
 }
 
 shd_status shd_film_measure(shd_request *request, const shd_showing *showing, const shd_film *exact,
@@ -235,7 +272,7 @@ shd_status shd_film_measure(shd_request *request, const shd_showing *showing, co
                    .tallies = shd_arena_alloc(arena, slots, sizeof *m.tallies),
                    .sums = shd_arena_zalloc(arena, blocks, sizeof *m.sums)};
     uint64_t *counts = shd_arena_alloc(arena, 65536, sizeof *counts);
-    bool complete = m.tallies && m.sums && counts;
+    bool complete = m.tallies && m.sums && counts && find_errors(request, showing, &m.errors);
     for (unsigned s = 0; s < slots && complete; s++)
         complete = (m.tallies[s] = shd_arena_zalloc(arena, 1, sizeof **m.tallies));
     if (!complete)

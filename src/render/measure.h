@@ -33,11 +33,13 @@ typedef struct shd_difference {
     double equal;       /* share of those that are the same */
     double psnr;        /* dB, of the same; infinite where all are */
     shd_spread delta_e; /* CIEDE2000 of pixels, their alpha left out */
+    double most;        /* what CIEDE2000 is at most, by the plan and the film's own colors */
 } shd_difference;
 
-/* Measures `film` against `exact`, on the pool. The film's pixels are used up: working memory
- * comes from the request's arena, but a picture's worth of it is not needed. `seconds` is what
- * the color conversions took: of the exact film, of the other. SHD_MEMORY or SHD_CANCELLED. */
+/* Measures `film`, which is of request->plan, against `exact`, on the pool. The film's pixels are
+ * used up: working memory comes from the request's arena, but a picture's worth of it is not
+ * needed. `seconds` is what the color conversions took: of the exact film, of the other. SHD_MEMORY
+ * or SHD_CANCELLED. */
 shd_status shd_film_measure(shd_request *request, const shd_showing *showing, const shd_film *exact,
                             shd_film *film, shd_difference *out, double seconds[2],
                             shd_error *error);

@@ -61,24 +61,28 @@ static bool find_curve(const shd_color_transform *transform, shd_transfer *curve
     return is_curve_of_matrix(transform, *curve, matrix);
 }
 
+shd_shown shd_shown_of(const shd_showing *showing) {
+    shd_shown out = {.coded = false};
+    out.coded = find_curve(showing->transform, &out.curve, out.matrix);
+    shd_transfer curve = out.curve;
+    if (showing->detour) {
+        out.seen = find_curve(showing->detour, &curve, out.screen);
+    } else {
+        out.seen = out.coded;
+        memcpy(out.screen, out.matrix, sizeof out.screen);
+    }
+    out.seen = out.seen && curve == showing->lab.transfer;
+    out.screen_curve = curve;
+    memcpy(out.to_xyz, showing->lab.to_xyz, sizeof out.to_xyz);
+    return out;
+}
+
 static shd_status find_shown(const shd_request *request, const shd_output *output, shd_shown *out,
                              shd_error *error) {
     shd_showing showing;
     shd_status status = shd_showing_make(request, output, &showing, error);
-    if (status != SHD_OK) return status;
-    *out = (shd_shown){.coded = false};
-    out->coded = find_curve(showing.transform, &out->curve, out->matrix);
-    shd_transfer curve = out->curve;
-    if (showing.detour) {
-        out->seen = find_curve(showing.detour, &curve, out->screen);
-    } else {
-        out->seen = out->coded;
-        memcpy(out->screen, out->matrix, sizeof out->screen);
-    }
-    out->seen = out->seen && curve == showing.lab.transfer;
-    out->screen_curve = curve;
-    memcpy(out->to_xyz, showing.lab.to_xyz, sizeof out->to_xyz);
-    return SHD_OK;
+    if (status == SHD_OK) *out = shd_shown_of(&showing);
+    return status;
 }
 
 shd_status shd_shown_make(const shd_request *request, const shd_scene *scene, const shd_shown **out,

@@ -5,8 +5,13 @@
 #include "plan/bound.h"
 #include "render/engine.h"
 
-/* For each output of the scene, in the request's arena. What does not turn out to be a matrix and
- * a known curve is left unknown. SHD_MEMORY, or what a transform cannot be made for. */
+struct shd_showing;
+
+/* What does not turn out to be a matrix and a known curve is left unknown. */
+shd_shown shd_shown_of(const struct shd_showing *showing);
+
+/* For each output of the scene, in the request's arena. SHD_MEMORY, or what a transform cannot be
+ * made for. */
 shd_status shd_shown_make(const shd_request *request, const shd_scene *scene, const shd_shown **out,
                           shd_error *error);
 

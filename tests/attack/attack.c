@@ -232,7 +232,7 @@ static void check_tier(worker *w, const picture *exact, const char *accuracy, co
             found(w, "it is not measured: %s", error.text);
         } else {
             const double is[] = {got.linear.max, got.code.max, got.delta_e.max},
-                         bound[] = {stated.linear, stated.code, stated.delta_e};
+                         bound[] = {stated.linear, stated.code, got.most};
             for (int k = 0; k < 3; k++) {
                 const double room = budget && k == metric ? fmin(*budget, bound[k]) : bound[k];
                 if (is[k] > 0) w->counts.share[1 + k] = fmax(w->counts.share[1 + k], is[k] / room);
@@ -392,8 +392,9 @@ static bool write_page(const attack *a, double seconds) {
     fprintf(out,
             "\nThe columns `exact` to `deltaE2000` are the largest error that was measured, over "
             "its bound: of the exact tier\nagainst the model, of all other pictures against the "
-            "exact one. A sample is undecided where the model jumps\nwithin rounding of it "
-            "(`tests/attack/model.h` says when); any of the values there is taken for right.\n");
+            "exact one; CIEDE2000's bound is that of the picture's own\ncolors. A sample is "
+            "undecided where the model jumps within rounding of it (`tests/attack/model.h` says\n"
+            "when); any of the values there is taken for right.\n");
     return fclose(out) == 0;
 }
 

@@ -160,7 +160,7 @@ static double share_within(ratios *r, double times, const char *unit) {
 }
 
 typedef struct spreads {
-    ratios linear, code, delta_e;
+    ratios linear, code, delta_e, seen;
 } spreads;
 
 /* Measures a picture against the exact tier's, `reference`; both texts are freed. Returns its
@@ -182,6 +182,9 @@ static shd_bound check_texts(shd_engine *engine, char *json, char *reference, sp
     note(&s->linear, got.linear.max, got.largest * 0x1p-24, bound.linear, "linear", json);
     note(&s->code, got.code.max, 0, bound.code, "code", json);
     note(&s->delta_e, got.delta_e.max, 0, bound.delta_e, "deltaE2000", json);
+    /* By the film's own colors. */
+    assert_true(got.most <= bound.delta_e);
+    note(&s->seen, got.delta_e.max, 0, got.most, "deltaE2000 as seen", json);
     drop_drawn(&exact);
     drop_drawn(&other);
     free(json);
@@ -208,6 +211,7 @@ static void measured_errors_are_below_their_bounds(void **state) {
     share_within(&s.linear, 10, "linear");
     share_within(&s.code, 10, "code");
     share_within(&s.delta_e, 10, "deltaE2000");
+    share_within(&s.seen, 10, "deltaE2000 as seen");
 }
 
 /* In scenes without much that is out of sight. CIEDE2000's slope is so much steeper in the dark
@@ -218,6 +222,7 @@ static void bounds_of_plain_scenes_are_near_what_is_measured(void **state) {
     assert_true(share_within(&s.linear, 10, "linear") > 0.5);
     assert_true(share_within(&s.code, 10, "code") > 0.5);
     assert_true(share_within(&s.delta_e, 25, "deltaE2000") > 0.5);
+    assert_true(share_within(&s.seen, 15, "deltaE2000 as seen") > 0.5);
 }
 
 static void budgets_hold_what_is_measured(void **state) {

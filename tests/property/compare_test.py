@@ -130,6 +130,14 @@ class Compare(unittest.TestCase):
                                           "code": {**nothing, "equal": 1},
                                           "deltaE2000": nothing, "psnr": None})
 
+    def test_bounds_hold_and_are_tighter_once_the_picture_is_there(self):
+        standard, exact = compare(MIXED)["tiers"]
+        plan, seen = standard["bound"], standard["boundSeen"]
+        self.assertLessEqual(standard["error"]["deltaE2000"]["max"], seen["deltaE2000"])
+        self.assertLess(seen["deltaE2000"], 0.7 * plan["deltaE2000"])
+        self.assertEqual({**seen, "deltaE2000": 0}, {**plan, "deltaE2000": 0})
+        self.assertEqual(exact["boundSeen"], exact["bound"])
+
     def test_a_black_picture_has_no_relative_error(self):
         told = compare({"objects": [], "image": {"width": 4, "height": 4}})
         self.assertEqual(told["largest"], 0)

@@ -1,0 +1,302 @@
+#include "plan/bound_picture.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "plan/lab.h"
+#include "plan/plan.h"
+
+enum {
+    MOST_CLASSES = 6,
+    MOST_TERMS = 24, /* of all classes */
+    LIMITS = 9       /* the three channels, and six pairs of them */
+};
+
+/* At most so much of a term is in a color: (color[of] - other color[beside]) times `gain`, where
+ * no other term makes that negative. */
+typedef struct limit {
+    int of, beside; /* the same: `other` is 0 */
+    double other, gain;
+} limit;
+
+/* Light of one color, of one class. */
+typedef struct term {
+    double color[3], xyz[3];
+    double absolute, limited, rate; /* where there is w of it: absolute + min(limited, rate w) */
+    size_t class;
+    bool constant; /* the first of its class: there is as much as the class has of the pixel */
+    size_t limit_count;
+    limit limits[LIMITS];
+} term;
+
+struct shd_picture_errors {
+    size_t count, class_count; /* classes are objects that share their terms */
+    term terms[MOST_TERMS];
+    double error; /* of any channel of the working space */
+    double share; /* of every color, relative: rounding, and what is left out in proportion */
+    double more;  /* in every channel */
+    double noise; /* relative: of f32 on the way to a channel of the screen */
+    bool grey;    /* channels are equal, to the bit */
+    bool same;    /* the screen's channels are the working space's */
+    double rgb[3][3], to_xyz[3][3];
+    double columns[3][3], channels[3][3]; /* X, Y, Z of channels: the working space's, its own, */
+    double white[3];                      /* and of all of these together */
+};
+
+/* ---- What is the same for all pixels. ---- */
+
+static void set_screen(const shd_excess_list *list, const shd_shown *shown,
+                       shd_picture_errors *to) {
+    memcpy(to->rgb, shown->screen, sizeof to->rgb);
+    memcpy(to->to_xyz, shown->to_xyz, sizeof to->to_xyz);
+    to->same = true;
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 3; c++) {
+            to->same &= r == c ? to->rgb[r][c] == to->rgb[0][0] : to->rgb[r][c] == 0;
+            for (int k = 0; k < 3; k++) to->columns[c][r] += to->to_xyz[r][k] * to->rgb[k][c];
+            to->channels[c][r] = to->to_xyz[r][c];
+            to->white[r] += to->to_xyz[r][c];
+        }
+    to->grey = list->grey && to->same;
+}
+
+/* The terms of an excess, the constant one among them: its limits matter to other ones. False:
+ * there are too many, or they are not known. */
+static bool add_excess(const shd_excess_list *list, size_t index, const shd_term *known[],
+                       size_t first[], shd_picture_errors *to) {
+    const shd_excess *e = &list->excess[index];
+    const shd_much *much = list->much[index];
+    size_t class = 0, lobe = 0;
+    if (!e->terms) return false;
+    while (class < to->class_count && known[class] != e->terms) class ++;
+    if (class == to->class_count) {
+        if (class == MOST_CLASSES || to->count + e->term_count > MOST_TERMS) return false;
+        known[class] = e->terms;
+        first[class] = to->count;
+        for (size_t t = 0; t < e->term_count; t++) {
+            term *added = &to->terms[to->count++];
+            *added = (term){.class = class, .constant = t == 0};
+            memcpy(added->color, e->terms[t].color, sizeof added->color);
+            for (int c = 0; c < 3; c++)
+                for (int r = 0; r < 3; r++) added->xyz[r] += to->columns[c][r] * added->color[c];
+        }
+        to->class_count++;
+    }
+    for (size_t t = 1; t < e->term_count; t++) {
+        term *at = &to->terms[first[class] + t];
+        at->absolute = shd_larger(at->absolute, much[t].absolute);
+        at->limited = shd_larger(at->limited, much[t].limited);
+        at->rate = shd_larger(at->rate, e->distance + (lobe > 0 ? e->ratio : 0));
+        lobe = lobe < e->lobe_count ? lobe + 1 : 0;
+    }
+    return true;
+}
+
+static double smaller_ratio(double ratio, const double color[3], int of, int beside) {
+    return color[beside] > 0 ? shd_smaller(ratio, color[of] / color[beside]) : ratio;
+}
+
+/* Each limit is a sum of channels that no color of the scene makes negative, but for the term's own
+ * it may be as large as it likes. */
+static void find_limits(shd_picture_errors *e, size_t index, const double *background) {
+    static const double SLIM = 1e-3; /* less of a difference than this tells nothing */
+    term *t = &e->terms[index];
+    for (int of = 0; of < 3; of++) {
+        if (!(t->color[of] > 0)) continue;
+        t->limits[t->limit_count++] = (limit){of, of, 0, 1 / t->color[of]};
+        for (int beside = 0; beside < 3; beside++) {
+            if (beside == of) continue;
+            double other = INFINITY;
+            for (size_t k = 0; k < e->count; k++)
+                if (k != index) other = smaller_ratio(other, e->terms[k].color, of, beside);
+            if (background) other = smaller_ratio(other, background, of, beside);
+            const double left = t->color[of] - other * t->color[beside];
+            if (other > 0 && left > SLIM * t->color[of])
+                t->limits[t->limit_count++] = (limit){of, beside, other, 1 / left};
+        }
+    }
+}
+
+bool shd_picture_errors_new(const shd_plan *plan, const shd_excess_list *list,
+                            const shd_shown *shown, shd_arena *arena,
+                            const shd_picture_errors **out) {
+    *out = NULL;
+    const double error = shd_bound_linear(list);
+    if (!list->nonnegative || !shown->seen || !isfinite(error)) return true;
+    shd_picture_errors *e = shd_arena_zalloc(arena, 1, sizeof *e);
+    if (!e) return false;
+    e->error = error;
+    e->share = list->color + shd_edge_error(plan);
+    e->more = list->more;
+    e->noise = shd_curve_noise(shown->screen_curve);
+    set_screen(list, shown, e);
+    const shd_term *known[MOST_CLASSES];
+    size_t first[MOST_CLASSES];
+    for (size_t i = 0; i < list->count; i++)
+        if (!add_excess(list, i, known, first, e)) return true;
+    const shd_scene *scene = plan->scene;
+    for (size_t t = 0; t < e->count; t++)
+        find_limits(e, t, scene->transparent ? NULL : scene->background);
+    *out = e;
+    return true;
+}
+
+/* ---- A pixel. ---- */
+
+/* Errors of terms: of a pixel that is all of their class's, and as far as there is room for it, and
+ * for their light, in its color. */
+typedef struct amounts {
+    double absolute[MOST_TERMS], limited[MOST_TERMS];
+} amounts;
+
+static double most_of(const term *t, const double low[3], const double high[3]) {
+    double most = 1e300;
+    for (size_t k = 0; k < t->limit_count; k++) {
+        const limit *l = &t->limits[k];
+        most = shd_smaller(most, (high[l->of] - l->other * low[l->beside]) * l->gain);
+    }
+    return shd_larger(most, 0);
+}
+
+static amounts find_amounts(const shd_picture_errors *e, const double rgb[3]) {
+    amounts a;
+    double low[3], high[3], share = 1;
+    for (int c = 0; c < 3; c++) {
+        low[c] = shd_larger(rgb[c] - e->error, 0);
+        high[c] = shd_larger(rgb[c], 0) + e->error;
+    }
+    for (size_t t = 0; t < e->count; t++) {
+        const term *at = &e->terms[t];
+        const double most = most_of(at, low, high);
+        if (at->constant) share = shd_smaller(most, 1);
+        a.absolute[t] = at->absolute * share;
+        a.limited[t] = shd_smaller(at->rate * most, at->limited * share);
+    }
+    return a;
+}
+
+/* Sums of errors, in one direction: of each class, those of a pixel that is all of it; and of all
+ * classes together, as far as there is room for them. */
+typedef struct sums {
+    double absolute[MOST_CLASSES], limited[MOST_CLASSES];
+    double all_absolute, all_limited;
+} sums;
+
+static void add_term(sums *to, const amounts *a, const term *t, size_t index, double part) {
+    to->absolute[t->class] += t->absolute * part;
+    to->limited[t->class] += t->limited * part;
+    to->all_absolute += a->absolute[index] * part;
+    to->all_limited += a->limited[index] * part;
+}
+
+/* Shares of classes in a pixel add up to 1. */
+static double whole_of(const shd_picture_errors *e, const sums *s) {
+    double absolute = 0, limited = 0;
+    for (size_t k = 0; k < e->class_count; k++) {
+        absolute = shd_larger(absolute, s->absolute[k]);
+        limited = shd_larger(limited, s->limited[k]);
+    }
+    return shd_smaller(absolute, s->all_absolute) + shd_smaller(limited, s->all_limited);
+}
+
+/* The error of each channel of the working space. */
+static void find_channel_errors(const shd_picture_errors *e, const amounts *a, const double rgb[3],
+                                double out[3]) {
+    for (int c = 0; c < 3; c++) {
+        sums s = {.all_absolute = 0};
+        for (size_t t = 0; t < e->count; t++)
+            add_term(&s, a, &e->terms[t], t, e->terms[t].color[c]);
+        out[c] = whole_of(e, &s) + e->share * (shd_larger(rgb[c], 0) + e->error) + e->more;
+    }
+}
+
+/* How a pixel is on the screen. */
+typedef struct shown_pixel {
+    double light[3], error[3]; /* of its channels, before they are held in [0, 1] */
+    double own[3];             /* of that error, what is f32's on the way there */
+    bool held;                 /* some channel may be, in one of both pictures: each goes its way */
+} shown_pixel;
+
+static shown_pixel show_pixel(const shd_picture_errors *e, const double rgb[3],
+                              const double error[3]) {
+    shown_pixel p = {.held = false};
+    for (int r = 0; r < 3; r++) {
+        double products = 0;
+        for (int c = 0; c < 3; c++) {
+            p.light[r] += e->rgb[r][c] * rgb[c];
+            products += fabs(e->rgb[r][c]) * fabs(rgb[c]);
+            p.error[r] += fabs(e->rgb[r][c]) * error[c];
+        }
+        p.own[r] = e->noise * (fabs(p.light[r]) + p.error[r]);
+        if (!e->same) p.own[r] += SHD_MATRIX_NOISE * (products + p.error[r]);
+        p.error[r] += p.own[r];
+        p.held |= p.light[r] + p.error[r] > 1 || (!e->same && p.light[r] < p.error[r]);
+    }
+    return p;
+}
+
+/* Of a pixel of which some channel may be held. */
+static void add_channels(shd_lab_difference *d, const shd_picture_errors *e, const shown_pixel *p,
+                         const shd_range slope[3]) {
+    for (int r = 0; r < 3; r++) {
+        const bool still = p->light[r] - p->error[r] >= 1 || p->light[r] + p->error[r] <= 0;
+        if (!still) shd_lab_add(d, slope, p->error[r], e->channels[r]);
+    }
+}
+
+/* Of one of which none is: each term errs along its color. */
+static void add_terms(shd_lab_difference *d, const shd_picture_errors *e, const amounts *a,
+                      const shd_range slope[3]) {
+    sums l = {.all_absolute = 0}, x = l, y = l;
+    for (size_t t = 0; t < e->count; t++) {
+        const term *at = &e->terms[t];
+        shd_lab_difference one = {0, 0, 0}; /* of as much as its color */
+        if (!(at->absolute + at->limited > 0)) continue;
+        shd_lab_add(&one, slope, 1, at->xyz);
+        add_term(&l, a, at, t, one.l);
+        add_term(&x, a, at, t, one.a);
+        add_term(&y, a, at, t, one.b);
+    }
+    d->l += whole_of(e, &l);
+    d->a += whole_of(e, &x);
+    d->b += whole_of(e, &y);
+}
+
+double shd_picture_delta_e(const shd_picture_errors *e, const double rgb[3]) {
+    const amounts a = find_amounts(e, rgb);
+    double error[3];
+    find_channel_errors(e, &a, rgb, error);
+    const shown_pixel p = show_pixel(e, rgb, error);
+
+    double value[3] = {0, 0, 0}, move[3] = {0, 0, 0};
+    for (int r = 0; r < 3; r++)
+        for (int k = 0; k < 3; k++) {
+            value[r] += e->to_xyz[r][k] * shd_smaller(shd_larger(p.light[k], 0), 1);
+            move[r] += fabs(e->to_xyz[r][k]) * p.error[k];
+        }
+    const double y = value[1];
+    shd_range of_y[3];
+    for (int r = 0; r < 3; r++) {
+        const double ratio = y > 1e-30 ? value[r] / y : 1;
+        of_y[r] = (shd_range){ratio, ratio};
+    }
+    const shd_lab_curves f = shd_lab_curves_of(of_y, (shd_range){y, y}, move);
+
+    shd_lab_difference d = {0, 0, 0};
+    if (e->grey) {
+        shd_lab_add(&d, f.slope, p.error[0], e->white);
+    } else if (p.held) {
+        add_channels(&d, e, &p, f.slope);
+    } else {
+        double share[3];
+        const double part = e->share + (e->same ? e->noise : 0);
+        for (int c = 0; c < 3; c++) {
+            share[c] = part * (shd_larger(rgb[c], 0) + e->error);
+            shd_lab_add(&d, f.slope, e->more, e->columns[c]);
+            if (!e->same) shd_lab_add(&d, f.slope, p.own[c], e->channels[c]);
+        }
+        shd_lab_add_shares(&d, share, e->columns, part, f.slope, of_y, y + move[1], move);
+        add_terms(&d, e, &a, f.slope);
+    }
+    return shd_lab_length(&d, f.value, 0);
+}
