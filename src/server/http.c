@@ -13,6 +13,7 @@
 #include <sys/un.h>
 
 #include "base/clock.h"
+#include "connections.h"
 #include "log.h"
 #include "private.h"
 #include "problem.h"
@@ -207,15 +208,9 @@ static void add_common_headers(shd_exchange *exchange) {
         shd_reply_plain(&exchange->reply, "Connection", "close");
 }
 
-/* The reaper's word for the connection; NULL where it has none. */
-static shd_connection *watched(struct MHD_Connection *connection) {
-    const union MHD_ConnectionInfo *info =
-        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
-    return info ? info->socket_context : NULL;
-}
-
 static void enter(shd_exchange *exchange, shd_phase phase) {
-    shd_reaper_phase(exchange->server->reaper, watched(exchange->connection), phase, exchange);
+    shd_reaper_phase(exchange->server->reaper, shd_connection_watched(exchange->connection), phase,
+                     exchange);
 }
 
 static struct MHD_Response *make_last_words(void) {
@@ -338,6 +333,14 @@ static void refuse_target(shd_exchange *exchange) {
     if (info) shutdown(info->connect_fd, SHUT_RDWR);
 }
 
+static enum MHD_Result refuse_connection(shd_exchange *exchange) {
+    shd_problem_later(&exchange->reply, SHD_BUSY, 1,
+                      "this address has more connections than one may have: the limit "
+                      "`connections-each` is %llu",
+                      (unsigned long long)exchange->server->config.connections_each);
+    return refuse_now(exchange);
+}
+
 static enum MHD_Result refuse_size(shd_exchange *exchange, unsigned long long size) {
     unsigned long long limit = exchange->settings->config.body;
     shd_reply_clear(&exchange->reply);
@@ -372,6 +375,9 @@ static enum MHD_Result take_head(shd_exchange *exchange, const char *method, con
     set_client(exchange);
     if (!check_framing(&h, version)) return refuse_now(exchange);
 
+    if (shd_reaper_is_excess(exchange->server->reaper,
+                             shd_connection_watched(exchange->connection)))
+        return refuse_connection(exchange);
     exchange->refused = !shd_route_admit(exchange);
     if (exchange->by_token) set_client(exchange);
     errno = 0;
@@ -394,7 +400,8 @@ static bool may_grow(shd_exchange *exchange, size_t capacity) {
     if (capacity <= SMALL_BODY || all / server->places <= exchange->settings->config.body)
         return true;
     atomic_fetch_sub(&server->body_bytes, more);
-    shd_problem_later(&exchange->reply, SHD_BUSY, shd_jobs_retry_after(server->jobs),
+    shd_problem_later(&exchange->reply, SHD_BUSY,
+                      shd_jobs_retry_after(server->jobs, exchange->client),
                       "the bodies of other requests take %llu bytes: with the limit `queue` of "
                       "%llu there is no room for this one",
                       (unsigned long long)(all - more), (unsigned long long)server->config.queue);
@@ -513,7 +520,7 @@ static void complete(void *cls, struct MHD_Connection *connection, void **contex
     shd_server *server = exchange->server;
     /* Before that, libmicrohttpd has refused it, or lost its client, and closes the connection. */
     if (exchange->state == WAITING || exchange->state == ANSWERED)
-        shd_reaper_phase(server->reaper, watched(connection), SHD_AT_REST, NULL);
+        shd_reaper_phase(server->reaper, shd_connection_watched(connection), SHD_AT_REST, NULL);
     leave_suspension(exchange);
     if (exchange->counted) {
         double seconds = shd_now() - exchange->started;
@@ -541,35 +548,19 @@ static void complete(void *cls, struct MHD_Connection *connection, void **contex
     free(exchange);
 }
 
-/* libmicrohttpd closes the socket after this. Where it has refused a request by itself, with words
- * of its own, the rest of the request may still be coming. */
-static void notify(void *cls, struct MHD_Connection *connection, void **context,
-                   enum MHD_ConnectionNotificationCode code) {
-    shd_server *server = cls;
-    const union MHD_ConnectionInfo *info =
-        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
-    if (code == MHD_CONNECTION_NOTIFY_CLOSED) {
-        bool amid = shd_reaper_remove(server->reaper, *context);
-        *context = NULL;
-        if (amid && info) shd_linger_keep(server->linger, info->connect_fd);
-        return;
-    }
-    if (info) *context = shd_reaper_add(server->reaper, info->connect_fd);
-}
-
 shd_status shd_http_start(shd_server *server, int socket, struct MHD_Daemon **out,
                           shd_error *error) {
     server->places = server->config.queue + shd_engine_load(server->engine).threads;
     server->last_words = make_last_words();
     if (!server->last_words) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     struct MHD_Daemon *daemon = MHD_start_daemon(
-        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC, 0, NULL, NULL,
-        handle, server, MHD_OPTION_LISTEN_SOCKET, socket, MHD_OPTION_URI_LOG_CALLBACK, begin,
-        server, MHD_OPTION_NOTIFY_COMPLETED, complete, NULL, MHD_OPTION_NOTIFY_CONNECTION, notify,
-        server, MHD_OPTION_CONNECTION_LIMIT, (unsigned)server->config.connections,
-        MHD_OPTION_PER_IP_CONNECTION_LIMIT, (unsigned)server->config.connections_each,
-        MHD_OPTION_CONNECTION_TIMEOUT, (unsigned)server->config.idle_timeout,
-        MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)CONNECTION_MEMORY, MHD_OPTION_END);
+        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC, 0,
+        shd_connection_accept, server, handle, server, MHD_OPTION_LISTEN_SOCKET, socket,
+        MHD_OPTION_URI_LOG_CALLBACK, begin, server, MHD_OPTION_NOTIFY_COMPLETED, complete, NULL,
+        MHD_OPTION_NOTIFY_CONNECTION, shd_connection_notify, server, MHD_OPTION_CONNECTION_LIMIT,
+        (unsigned)server->config.connections, MHD_OPTION_CONNECTION_TIMEOUT,
+        (unsigned)server->config.idle_timeout, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
+        (size_t)CONNECTION_MEMORY, MHD_OPTION_END);
     if (!daemon) return shd_fail(error, SHD_INTERNAL, "", "libmicrohttpd did not start");
     *out = daemon;
     return SHD_OK;

@@ -8,12 +8,19 @@
 
 enum { WARNINGS_TOLD = 8 };
 
+/* How many pictures a comparison is worth: one in each tier, and their differences. */
+enum { COMPARED = 4 };
+
 /* Work up to this is done at once, more is deferred: 512 x 512 pixels of 4 samples with 6 lights,
  * about 10 ms. */
-static const uint64_t small_work = UINT64_C(1) << 23;
+static const double small_work = 1 << 23;
+
+/* What a document costs before it is known what it asks for, and for each of its bytes: a megabyte
+ * takes up to half a second to read. */
+static const double unread_cost = 1 << 20, unread_byte_cost = 400;
 
 /* Bytes of a document that is read at once. Larger ones are large work before it is known what they
- * ask for: a megabyte takes up to half a second to read, and then 30 MB of memory. */
+ * ask for, and take 30 times their size of memory once they are read. */
 static const size_t small_document = 64 << 10;
 
 void shd_job_warn(shd_reply *reply, const shd_request *request) {
@@ -42,6 +49,10 @@ void shd_job_drop(shd_job *job) {
     free(job);
 }
 
+static bool is_long(const shd_job *job) {
+    return job->question.size > small_document;
+}
+
 /* Whoever still waits gets the reply; there is none only where nobody does. */
 static void finish(shd_job *job) {
     if (job->request) shd_metrics_memory(&job->server->metrics, shd_request_memory(job->request));
@@ -49,45 +60,79 @@ static void finish(shd_job *job) {
     shd_job_drop(job);
 }
 
-static void run(void *context) {
-    shd_job *job = context;
+static void make(shd_job *job) {
     double began = shd_now();
     job->work->run(job);
     job->seconds += shd_now() - began;
     finish(job);
 }
 
-static bool is_large(const shd_job *job) {
-    return job->work->size == SHD_LARGE ||
-           (job->work->size == SHD_BY_SCENE && shd_request_work(job->request) > small_work);
+static double find_cost(const shd_job *job) {
+    if (job->work->size == SHD_SMALL) return job->cost;
+    const double work = (double)shd_request_work(job->request);
+    return job->work->size == SHD_LARGE ? COMPARED * work : work;
 }
 
-static void begin(void *context) {
-    shd_job *job = context;
-    shd_server *server = job->server;
-    if (job->question.size > small_document && !job->had_turn) {
-        job->had_turn = true;
-        shd_engine_defer(server->engine, begin, job);
-        return;
-    }
+/* A job that was taken: it is read, and made unless it is for another turn, among the large ones.
+ */
+static void read_and_make(shd_job *job) {
+    shd_jobs *jobs = job->server->jobs;
+    const bool had_turn = is_long(job);
     shd_error error;
     job->began = shd_now();
     if (shd_request_new(job->settings->engine, &job->request, &error))
         shd_problem_error(&job->reply, &error);
-    if (!shd_jobs_begin(server->jobs, job)) {
+    if (!shd_jobs_begin(jobs, job)) {
         shd_job_drop(job);
         return;
     }
     if (job->request) job->work->read(job);
     job->seconds = shd_now() - job->began;
-    if (job->reply.status)
+    if (job->reply.status) {
         finish(job);
-    else if (!shd_jobs_settle(server->jobs, job))
+        return;
+    }
+    const double cost = find_cost(job);
+    const bool is_large = job->work->size == SHD_LARGE || cost > small_work;
+    if (!shd_jobs_settle(jobs, job, cost, is_large && !had_turn))
         shd_job_drop(job);
-    else if (is_large(job) && !job->had_turn)
-        shd_engine_defer(server->engine, run, job);
+    else if (!is_large || had_turn)
+        make(job);
+    else if (!shd_jobs_defer(jobs, job))
+        shd_job_drop(job);
+}
+
+static void work_on(shd_job *job) {
+    if (job->request)
+        make(job);
     else
-        run(job);
+        read_and_make(job);
+}
+
+shd_status shd_server_start_jobs(shd_server *server, shd_error *error) {
+    /* A quarter of the connections is for who does not wait. */
+    const size_t connections = server->config.connections;
+    const shd_jobs_limits limits = {
+        .queue = server->config.queue, .crowd = connections - connections / 4, .small = small_work};
+    const shd_jobs_calls calls = {.run = work_on, .drop = shd_job_drop};
+    return shd_jobs_new(server->engine, &server->metrics, &limits, &calls, &server->jobs, error);
+}
+
+/* ---- Exchanges ---- */
+
+static bool leave_job(void *who) {
+    shd_exchange *exchange = who;
+    return shd_jobs_leave(exchange->server->jobs, &exchange->waiter);
+}
+
+static void resume(void *who) {
+    shd_exchange_resume(who);
+}
+
+const shd_departure shd_exchange_departure = {.leave = leave_job, .release = resume};
+
+static void answer(shd_waiter *waiter) {
+    shd_exchange_resume((shd_exchange *)((char *)waiter - offsetof(shd_exchange, waiter)));
 }
 
 void shd_job_submit(shd_exchange *exchange, const shd_work *work) {
@@ -117,19 +162,16 @@ void shd_job_submit(shd_exchange *exchange, const shd_work *work) {
         return;
     }
 
+    job->asked = exchange->submitted;
+    job->deadline = job->asked + (double)exchange->settings->config.timeout;
+    job->cost = unread_cost + unread_byte_cost * (double)asked->size;
+    exchange->waiter = (shd_waiter){.client = exchange->client,
+                                    .exchange = exchange,
+                                    .asked = exchange->submitted,
+                                    .reply = &exchange->reply,
+                                    .answer = answer};
     /* Suspended first: the answer may be there before the next line. */
     shd_exchange_suspend(exchange);
-    if (shd_jobs_join(server->jobs, job, exchange)) {
-        shd_job_drop(job);
-        return;
-    }
-    if (shd_engine_submit(server->engine, begin, job)) return;
-
-    bool waits = shd_jobs_refuse(server->jobs, job, exchange);
-    shd_job_drop(job);
-    if (!waits) return;
-    shd_problem_later(&exchange->reply, SHD_BUSY, shd_jobs_retry_after(server->jobs),
-                      "as many requests wait as may: the limit `queue` is %llu",
-                      (unsigned long long)server->config.queue);
-    shd_exchange_resume(exchange);
+    const shd_lane lane = is_long(job) ? SHD_LANE_LARGE : SHD_LANE_NEW;
+    if (!shd_jobs_enter(server->jobs, job, lane, &exchange->waiter)) shd_job_drop(job);
 }

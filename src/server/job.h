@@ -5,14 +5,16 @@
  * leave, because its client has gone or its deadline has come; what nobody waits for any more is
  * taken from the queue, or cancelled.
  *
- *     jobs.c  who waits for which job: joining, leaving, deadlines
- *     job.c   what a worker does with a job
+ *     jobs.c   who waits for which job: joining, leaving, deadlines
+ *     queue.c  whose job is next; equal.c  which are equal
+ *     job.c    what a worker does with a job
  *
- * A job belongs to the thread that made it, then to the engine's queue, then to a worker. */
+ * A job belongs to the thread that made it, then to jobs.c, then to a worker. */
 #ifndef SHD_SERVER_JOB_H
 #define SHD_SERVER_JOB_H
 
 #include "cache.h"
+#include "equal.h"
 #include "server.h"
 
 /* A kind of work. `read`, `run`: on a worker; they fill job->reply where they know the answer.
@@ -34,13 +36,6 @@ typedef struct shd_work {
     enum { SHD_BY_SCENE, SHD_SMALL, SHD_LARGE } size;
 } shd_work;
 
-/* A job's entry under a key that finds it. */
-typedef struct shd_listing {
-    struct shd_listing *next;
-    shd_job *job; /* NULL: it is not listed */
-    uint64_t hash;
-} shd_listing;
-
 struct shd_job {
     shd_server *server;
     shd_settings *settings;
@@ -48,33 +43,41 @@ struct shd_job {
 
     shd_question question;
     size_t body_bytes; /* of its body, as the server counts them */
-    bool had_turn;     /* it was deferred for its document's length */
     bool takes_gzip;   /* its one exchange does: of work that is not shared */
 
     shd_request *request;
     shd_reply reply;
     shd_cached cached;
-    char timing[400];      /* Server-Timing, without the time waited */
-    double began, seconds; /* when a worker took it, and what workers spent on it so far */
+    char timing[400];       /* Server-Timing, without the time waited */
+    double asked, deadline; /* when it was first asked for, and until when it is done */
+    double began, seconds;  /* when a worker took it, and what workers spent on it so far */
+    double cost;            /* in the units of shd_request_work; jobs.c's, once it has the job */
 
     /* jobs.c's own. */
     struct shd_waiter *waiters;
-    shd_listing by_body, by_meaning;
+    shd_turn turn;            /* in the queue */
+    shd_job *earlier, *later; /* by deadline */
+    shd_listings listings;
     bool was_read;   /* without a mistake: it may settle */
     bool may_cancel; /* it has a request that is not done */
-    shd_job *other_unwanted;
 };
 
 /* Suspends the exchange until a job has its answer; or answers it at once where the queue is
  * full. */
 void shd_job_submit(shd_exchange *exchange, const shd_work *work);
 
+void shd_job_drop(shd_job *job);
+
+/* server->jobs, once there is an engine. */
+shd_status shd_server_start_jobs(shd_server *server, shd_error *error);
+
+/* For a reaper whose connections wait as exchanges. */
+extern const shd_departure shd_exchange_departure;
+
 /* shd_work.read: the scene, or what is wrong with it. */
 void shd_job_read(shd_job *job);
 
 /* The document's warnings, the first few of them, as headers. */
 void shd_job_warn(shd_reply *reply, const shd_request *request);
-
-void shd_job_drop(shd_job *job);
 
 #endif

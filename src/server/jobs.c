@@ -5,177 +5,200 @@
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
-#include <xxhash.h>
 
 #include "base/clock.h"
 #include "job.h"
 #include "problem.h"
 
-enum { BUCKETS = 1024 };
+/* How many of the last jobs, about, tell what work takes. */
+static const double memory_of_jobs = 16;
+
+/* What the engine's workers are given for each job that waits: a right to take the next one of its
+ * lane. So which one that is is decided when it begins. */
+typedef struct ticket {
+    shd_jobs *jobs;
+    shd_lane lane;
+} ticket;
 
 struct shd_jobs {
-    shd_server *server;
+    shd_engine *engine;
+    shd_metrics *metrics;
+    shd_jobs_calls calls;
+    shd_jobs_limits limits;
+    ticket tickets[SHD_LANES];
+
     pthread_mutex_t mutex;
     pthread_cond_t changed;
     pthread_t thread;
-    shd_waiter line; /* ring: everybody who waits; its first one is due first */
-    shd_listing *by_body[BUCKETS], *by_meaning[BUCKETS];
-    double wakes;       /* while the thread waits: when it looks next, infinity where it does not */
-    double job_seconds; /* moving average; 0: no job has ended yet */
-    bool stopped;       /* everybody is to leave */
-    bool ending;        /* the thread is to end */
+    shd_equals *equals;
+    shd_queue *queue;          /* jobs that wait for a worker */
+    shd_queue *crowd;          /* waiters; each costs 1, and nobody is taken from it */
+    shd_job *first, *last;     /* jobs that somebody waits for, by deadline */
+    double running;            /* cost of jobs that workers have */
+    double work, work_seconds; /* of the last jobs that are done */
+    double wakes; /* while the thread waits: when it looks next, infinity where it does not */
+    bool stopped; /* everybody is to leave */
+    bool ending;  /* the thread is to end */
 };
 
-/* ---- Finding equal jobs ---- */
-
-static void list(shd_listing *table[BUCKETS], shd_listing *entry, shd_job *job, uint64_t hash) {
-    *entry = (shd_listing){table[hash % BUCKETS], job, hash};
-    table[hash % BUCKETS] = entry;
-}
-
-static void unlist(shd_listing *table[BUCKETS], shd_listing *entry) {
-    if (!entry->job) return;
-    shd_listing **at = &table[entry->hash % BUCKETS];
-    while (*at != entry) at = &(*at)->next;
-    *at = entry->next;
-    entry->job = NULL;
-}
-
-static void hide(shd_jobs *jobs, shd_job *job) {
-    unlist(jobs->by_body, &job->by_body);
-    unlist(jobs->by_meaning, &job->by_meaning);
-}
-
-/* Hashes only narrow the search: the bodies themselves are compared, so that nobody can make up one
- * that is answered by another's picture. */
-static shd_job *find_by_body(shd_jobs *jobs, const shd_job *like, uint64_t hash) {
-    for (shd_listing *l = jobs->by_body[hash % BUCKETS]; l; l = l->next) {
-        shd_job *job = l->job;
-        if (l->hash == hash && job->work == like->work &&
-            shd_question_same(&job->question, &like->question))
-            return job;
-    }
-    return NULL;
-}
-
-static shd_job *find_by_meaning(shd_jobs *jobs, const shd_job *like, uint64_t hash) {
-    const char *etag = shd_request_etag(like->request);
-    for (shd_listing *l = jobs->by_meaning[hash % BUCKETS]; l; l = l->next)
-        if (l->hash == hash && l->job->work == like->work &&
-            !strcmp(shd_request_etag(l->job->request), etag))
-            return l->job;
-    return NULL;
-}
+/* What is to be done once the mutex is free. */
+typedef struct leftovers {
+    shd_waiter *waiters; /* by `other`: to be told why they are sent away, or answered */
+    shd_job *jobs;       /* by `later`: to be dropped */
+} leftovers;
 
 /* ---- Waiting ---- */
 
-static void wait_for(shd_jobs *jobs, shd_waiter *waiter, shd_job *job) {
+static void insert_by_deadline(shd_jobs *jobs, shd_job *job) {
+    /* Deadlines mostly come in order: the place is near the end. */
+    shd_job *before = jobs->last;
+    while (before && before->deadline > job->deadline) before = before->earlier;
+    job->earlier = before;
+    job->later = before ? before->later : jobs->first;
+    *(job->earlier ? &job->earlier->later : &jobs->first) = job;
+    *(job->later ? &job->later->earlier : &jobs->last) = job;
+    /* The thread may still wait for the deadline of a job that was done long since: then it need
+     * not be called for a later one, which on a quiet server is every one. */
+    if (job->deadline < jobs->wakes) pthread_cond_signal(&jobs->changed);
+}
+
+static void attach(shd_jobs *jobs, shd_waiter *waiter, shd_job *job) {
+    if (!job->waiters) insert_by_deadline(jobs, job);
     waiter->job = job;
     waiter->other = job->waiters;
     job->waiters = waiter;
-    /* Deadlines mostly come in order: the place is near the end. */
-    shd_waiter *after = jobs->line.previous;
-    while (after != &jobs->line && after->deadline > waiter->deadline) after = after->previous;
-    waiter->previous = after;
-    waiter->next = after->next;
-    waiter->previous->next = waiter->next->previous = waiter;
-    /* The thread may still wait for the deadline of somebody who left long since: then it need not
-     * be called for a later one, which on a quiet server is every one. */
-    if (waiter->deadline < jobs->wakes) pthread_cond_signal(&jobs->changed);
 }
 
-/* From now on the exchange is the caller's, who answers and resumes it without the mutex. */
-static void wait_no_more(shd_waiter *waiter) {
-    shd_waiter **at = &waiter->job->waiters;
+static void detach(shd_jobs *jobs, shd_waiter *waiter) {
+    shd_job *job = waiter->job;
+    shd_waiter **at = &job->waiters;
     while (*at != waiter) at = &(*at)->other;
     *at = waiter->other;
-    waiter->previous->next = waiter->next;
-    waiter->next->previous = waiter->previous;
     waiter->job = NULL;
+    if (job->waiters) return;
+    *(job->earlier ? &job->earlier->later : &jobs->first) = job->later;
+    *(job->later ? &job->later->earlier : &jobs->last) = job->earlier;
 }
 
-/* Where nobody waits for the job: nobody finds it any more, and it ends soon or at once. Returns a
- * job that the caller drops without the mutex. */
-static shd_job *abandon(shd_jobs *jobs, shd_job *job) {
-    if (job->waiters) return NULL;
-    hide(jobs, job);
-    if (shd_engine_withdraw(jobs->server->engine, job)) return job;
-    if (job->may_cancel) shd_request_cancel(job->request);
-    return NULL;
+/* From now on the waiter is the caller's, who answers it without the mutex. */
+static void wait_no_more(shd_jobs *jobs, shd_waiter *waiter) {
+    detach(jobs, waiter);
+    shd_queue_leave(jobs->crowd, &waiter->turn);
 }
 
-/* Resumes a list of exchanges, linked by `other`. */
-static void send(shd_waiter *waiter) {
-    while (waiter) {
-        shd_waiter *other = waiter->other;
-        shd_exchange_resume(waiter->exchange);
-        waiter = other;
+/* Where nobody waits for the job: nobody finds it any more, and it ends soon or at once. */
+static void abandon(shd_jobs *jobs, shd_job *job, leftovers *left) {
+    if (job->waiters) return;
+    shd_equals_hide(jobs->equals, job);
+    if (!shd_turn_waits(&job->turn)) {
+        if (job->may_cancel) shd_request_cancel(job->request);
+        return;
+    }
+    /* A worker may have the ticket in hand already, and finds nobody then. */
+    (void)shd_engine_withdraw(jobs->engine, &jobs->tickets[shd_turn_lane(&job->turn)]);
+    shd_queue_leave(jobs->queue, &job->turn);
+    job->later = left->jobs;
+    left->jobs = job;
+}
+
+/* ---- Sending away ---- */
+
+static double seconds_for(const shd_jobs *jobs, double work) {
+    return jobs->work > 0 ? work * jobs->work_seconds / jobs->work : 0;
+}
+
+/* What is new passes what is large and runs; but where nothing new waits it is that which takes the
+ * places. */
+static unsigned retry_after(const shd_jobs *jobs, const char *client, shd_lane lane, double cost) {
+    const unsigned threads = shd_engine_load(jobs->engine).threads;
+    double ahead = shd_queue_ahead(jobs->queue, lane, client, cost);
+    if (lane == SHD_LANE_LARGE)
+        ahead += jobs->running;
+    else if (!shd_queue_count(jobs->queue, SHD_LANE_NEW))
+        ahead = shd_queue_ahead(jobs->queue, SHD_LANE_LARGE, client, cost) + jobs->running;
+    const double seconds = seconds_for(jobs, ahead) / threads;
+    return seconds < 1 ? 1 : seconds > 300 ? 300 : (unsigned)ceil(seconds);
+}
+
+/* A waiter that does not wait, or does not any more. */
+static void send_away(shd_waiter *waiter, enum shd_sent why, unsigned later, leftovers *left) {
+    waiter->sent = why;
+    waiter->retry_after = later;
+    waiter->other = left->waiters;
+    left->waiters = waiter;
+}
+
+/* All who wait for a job, which is abandoned then. */
+static void send_all_away(shd_jobs *jobs, shd_job *job, enum shd_sent why, leftovers *left) {
+    const double now = shd_now();
+    const shd_lane lane = job->cost > jobs->limits.small ? SHD_LANE_LARGE : SHD_LANE_NEW;
+    while (job->waiters) {
+        shd_waiter *waiter = job->waiters;
+        wait_no_more(jobs, waiter);
+        waiter->waited = now - job->asked;
+        waiter->limit = job->deadline - job->asked;
+        send_away(waiter, why, retry_after(jobs, waiter->client, lane, job->cost), left);
+    }
+    abandon(jobs, job, left);
+}
+
+static void tell_why(const shd_jobs *jobs, const shd_waiter *waiter) {
+    const unsigned long long places = jobs->limits.queue;
+    shd_reply *reply = waiter->reply;
+    if (waiter->sent == SHD_SENT_LATE)
+        shd_problem_reply(reply, SHD_OVERDUE,
+                          "not done after %.1f seconds: the limit `timeout` is "
+                          "%.0f",
+                          waiter->waited, waiter->limit);
+    else if (waiter->sent == SHD_SENT_FULL)
+        shd_problem_later(reply, SHD_BUSY, waiter->retry_after,
+                          "as many requests wait as may: the limit `queue` is %llu", places);
+    else if (waiter->sent == SHD_SENT_DISPLACED)
+        shd_problem_later(reply, SHD_BUSY, waiter->retry_after,
+                          "it gave way to another client's: the limit `queue` is %llu, and this "
+                          "client's requests held most of its places",
+                          places);
+    else if (waiter->sent == SHD_SENT_CROWD)
+        shd_problem_later(reply, SHD_BUSY, waiter->retry_after,
+                          "too many connections wait for answers, and this client has most");
+    else
+        shd_problem_reply(reply, SHD_DRAINING,
+                          "the server stops and the time for requests to finish is over");
+}
+
+/* Without the mutex: answers and drops what is left over. */
+static void clear_up(shd_jobs *jobs, const leftovers *left) {
+    for (shd_job *job = left->jobs, *later; job; job = later) {
+        later = job->later;
+        jobs->calls.drop(job);
+    }
+    for (shd_waiter *waiter = left->waiters, *other; waiter; waiter = other) {
+        other = waiter->other;
+        if (waiter->sent != SHD_SENT_NOT) tell_why(jobs, waiter);
+        waiter->answer(waiter);
     }
 }
 
 /* ---- Deadlines ---- */
 
-/* Takes those from the line whose time has come, all of them with `now` = INFINITY, in order. */
-static void expel(shd_jobs *jobs, double now, shd_waiter **out, shd_job **unwanted) {
-    while (jobs->line.next != &jobs->line && jobs->line.next->deadline <= now) {
-        shd_waiter *waiter = jobs->line.next;
-        shd_job *job = waiter->job;
-        wait_no_more(waiter);
-        waiter->other = *out;
-        *out = waiter;
-        job = abandon(jobs, job);
-        if (!job) continue;
-        job->other_unwanted = *unwanted;
-        *unwanted = job;
-    }
-}
-
-static void drop_all(shd_job *job) {
-    while (job) {
-        shd_job *other = job->other_unwanted;
-        shd_job_drop(job);
-        job = other;
-    }
-}
-
-static void answer_overdue(shd_waiter *waiters) {
-    for (shd_waiter *w = waiters; w; w = w->other)
-        shd_problem_reply(&w->exchange->reply, SHD_OVERDUE,
-                          "not done after %.1f seconds: the limit `timeout` is %llu",
-                          shd_now() - w->exchange->submitted,
-                          (unsigned long long)w->exchange->settings->config.timeout);
-    send(waiters);
-}
-
-static void answer_stopped(shd_waiter *waiters) {
-    for (shd_waiter *w = waiters; w; w = w->other)
-        shd_problem_reply(&w->exchange->reply, SHD_DRAINING,
-                          "the server stops and the time for requests to finish is over");
-    send(waiters);
-}
-
 static void *keep_time(void *context) {
     shd_jobs *jobs = context;
     pthread_mutex_lock(&jobs->mutex);
     while (!jobs->ending) {
-        shd_waiter *late = NULL;
-        shd_job *unwanted = NULL;
-        expel(jobs, jobs->stopped ? INFINITY : shd_now(), &late, &unwanted);
-        if (late) {
-            bool stopped = jobs->stopped;
+        leftovers left = {NULL, NULL};
+        while (jobs->first && (jobs->stopped || jobs->first->deadline <= shd_now()))
+            send_all_away(jobs, jobs->first, jobs->stopped ? SHD_SENT_STOPPED : SHD_SENT_LATE,
+                          &left);
+        if (left.waiters) {
             pthread_mutex_unlock(&jobs->mutex);
-            drop_all(unwanted);
-            if (stopped)
-                answer_stopped(late);
-            else
-                answer_overdue(late);
+            clear_up(jobs, &left);
             pthread_mutex_lock(&jobs->mutex);
-        } else if (jobs->line.next == &jobs->line) {
+        } else if (!jobs->first) {
             jobs->wakes = INFINITY;
             pthread_cond_wait(&jobs->changed, &jobs->mutex);
         } else {
-            jobs->wakes = jobs->line.next->deadline;
-            struct timespec until = shd_timespec(jobs->line.next->deadline);
+            jobs->wakes = jobs->first->deadline;
+            struct timespec until = shd_timespec(jobs->wakes);
             pthread_cond_timedwait(&jobs->changed, &jobs->mutex, &until);
         }
     }
@@ -190,152 +213,269 @@ void shd_jobs_stop(shd_jobs *jobs) {
     pthread_mutex_unlock(&jobs->mutex);
 }
 
-/* ---- A job's way ---- */
+/* ---- The queue ---- */
 
-bool shd_jobs_join(shd_jobs *jobs, shd_job *job, shd_exchange *exchange) {
-    uint64_t hash = job->work->shared ? XXH3_64bits(job->question.body, job->question.size) : 0;
-    shd_waiter *waiter = &exchange->waiter;
-    waiter->exchange = exchange;
-    waiter->deadline = exchange->submitted + (double)exchange->settings->config.timeout;
+/* With a ticket, on a worker. There may be nobody: who it was given for has left meanwhile. */
+static void take_turn(void *context) {
+    const ticket *given = context;
+    shd_jobs *jobs = given->jobs;
     pthread_mutex_lock(&jobs->mutex);
-    shd_job *equal = job->work->shared ? find_by_body(jobs, job, hash) : NULL;
-    if (!equal && job->work->shared) list(jobs->by_body, &job->by_body, job, hash);
-    /* Those who came before it was read are settled then. */
-    bool settled = equal && equal->was_read && equal->work->settle &&
-                   equal->work->settle(equal, exchange, &exchange->reply);
-    if (!settled) {
-        if (equal) atomic_fetch_add(&jobs->server->metrics.joined, 1);
-        wait_for(jobs, waiter, equal ? equal : job);
-    }
+    shd_job *job = shd_queue_take(jobs->queue, given->lane);
+    if (job) jobs->running += job->cost;
     pthread_mutex_unlock(&jobs->mutex);
-    if (settled) shd_exchange_resume(exchange);
-    return equal;
+    if (job) jobs->calls.run(job);
 }
 
-bool shd_jobs_refuse(shd_jobs *jobs, shd_job *job, shd_exchange *exchange) {
+/* A job's place, as the client's, and a ticket. False: there is none. */
+static bool queue_up(shd_jobs *jobs, shd_job *job, shd_lane lane, const char *client, bool is_rest,
+                     leftovers *left) {
+    void *displaced;
+    if (!shd_queue_enter(jobs->queue, &job->turn, job, lane, client, job->cost, is_rest,
+                         &displaced))
+        return false;
+    if (displaced) send_all_away(jobs, displaced, SHD_SENT_DISPLACED, left);
+    ticket *given = &jobs->tickets[lane];
+    if (lane == SHD_LANE_LARGE)
+        shd_engine_defer(jobs->engine, take_turn, given);
+    else if (!shd_engine_submit(jobs->engine, take_turn, given)) {
+        shd_queue_leave(jobs->queue, &job->turn);
+        return false;
+    }
+    return true;
+}
+
+static bool join_crowd(shd_jobs *jobs, shd_waiter *waiter, leftovers *left) {
+    void *displaced;
+    if (!shd_queue_enter(jobs->crowd, &waiter->turn, waiter, SHD_LANE_NEW, waiter->client, 1, false,
+                         &displaced))
+        return false;
+    if (!displaced) return true;
+    shd_waiter *newest = displaced;
+    shd_job *job = newest->job;
+    wait_no_more(jobs, newest);
+    abandon(jobs, job, left);
+    send_away(newest, SHD_SENT_CROWD, retry_after(jobs, newest->client, SHD_LANE_NEW, 0), left);
+    return true;
+}
+
+static void join_job(shd_jobs *jobs, shd_waiter *waiter, shd_job *job) {
+    attach(jobs, waiter, job);
+    if (shd_turn_waits(&job->turn)) shd_queue_share(jobs->queue, &job->turn, waiter->client);
+    atomic_fetch_add(&jobs->metrics->joined, 1);
+}
+
+static bool is_settled(const shd_job *job, const shd_waiter *waiter) {
+    return job->work->settle && job->work->settle(job, waiter->exchange, waiter->reply);
+}
+
+/* With its place in the crowd. False: it does not wait for this job, or not at all. */
+static bool find_work(shd_jobs *jobs, shd_job *job, shd_waiter *waiter, shd_lane lane,
+                      leftovers *left) {
+    const bool shared = job->work->shared;
+    shd_job *equal = shared ? shd_equals_by_body(jobs->equals, job, shd_now()) : NULL;
+    /* Those who came before it was read are settled then. */
+    if (equal && equal->was_read && is_settled(equal, waiter)) {
+        shd_queue_leave(jobs->crowd, &waiter->turn);
+        send_away(waiter, SHD_SENT_NOT, 0, left);
+    } else if (equal) {
+        join_job(jobs, waiter, equal);
+    } else if (queue_up(jobs, job, lane, waiter->client, false, left)) {
+        attach(jobs, waiter, job);
+        if (shared) shd_equals_list_body(jobs->equals, job);
+        return true;
+    } else {
+        shd_queue_leave(jobs->crowd, &waiter->turn);
+        send_away(waiter, SHD_SENT_FULL, retry_after(jobs, waiter->client, lane, job->cost), left);
+    }
+    return false;
+}
+
+bool shd_jobs_enter(shd_jobs *jobs, shd_job *job, shd_lane lane, shd_waiter *waiter) {
+    leftovers left = {NULL, NULL};
+    bool waits = false;
     pthread_mutex_lock(&jobs->mutex);
-    bool waits = exchange->waiter.job == job;
-    if (waits) wait_no_more(&exchange->waiter);
-    hide(jobs, job);
+    if (join_crowd(jobs, waiter, &left))
+        waits = find_work(jobs, job, waiter, lane, &left);
+    else
+        send_away(waiter, SHD_SENT_CROWD, retry_after(jobs, waiter->client, SHD_LANE_NEW, 0),
+                  &left);
     pthread_mutex_unlock(&jobs->mutex);
+    clear_up(jobs, &left);
     return waits;
+}
+
+/* ---- On a worker ---- */
+
+/* The worker's job is none any more, where nobody waits for it. */
+static bool is_wanted(shd_jobs *jobs, const shd_job *job) {
+    if (!job->waiters) jobs->running -= job->cost;
+    return job->waiters;
 }
 
 bool shd_jobs_begin(shd_jobs *jobs, shd_job *job) {
     pthread_mutex_lock(&jobs->mutex);
-    bool wanted = job->waiters;
+    bool wanted = is_wanted(jobs, job);
     job->may_cancel = wanted && job->request;
     pthread_mutex_unlock(&jobs->mutex);
     return wanted;
 }
 
-bool shd_jobs_settle(shd_jobs *jobs, shd_job *job) {
-    shd_waiter *settled = NULL;
-    pthread_mutex_lock(&jobs->mutex);
-    job->was_read = true;
+/* What was estimated before its document was read was for the queue to go by. */
+static void correct_cost(shd_jobs *jobs, shd_job *job, double cost, bool is_large) {
+    const double more = cost - job->cost;
+    jobs->running += more;
+    job->cost = cost;
+    if (more > 0 && job->waiters && !is_large)
+        shd_queue_charge(jobs->queue, SHD_LANE_NEW, job->waiters->client, more);
+}
+
+static void settle_some(shd_jobs *jobs, shd_job *job, leftovers *left) {
     for (shd_waiter *w = job->waiters, *other; w; w = other) {
         other = w->other;
-        if (!job->work->settle || !job->work->settle(job, w->exchange, &w->exchange->reply))
-            continue;
-        wait_no_more(w);
-        w->other = settled;
-        settled = w;
+        if (!is_settled(job, w)) continue;
+        wait_no_more(jobs, w);
+        send_away(w, SHD_SENT_NOT, 0, left);
     }
-    if (job->waiters && job->work->shared) {
-        const char *etag = shd_request_etag(job->request);
-        uint64_t hash = XXH3_64bits(etag, strlen(etag));
-        shd_job *equal = find_by_meaning(jobs, job, hash);
-        if (!equal) list(jobs->by_meaning, &job->by_meaning, job, hash);
-        while (equal && job->waiters) {
-            shd_waiter *w = job->waiters;
-            wait_no_more(w);
-            wait_for(jobs, w, equal);
-            atomic_fetch_add(&jobs->server->metrics.joined, 1);
-        }
+}
+
+static void join_equal(shd_jobs *jobs, shd_job *job) {
+    shd_job *equal = shd_equals_by_meaning(jobs->equals, job, shd_now());
+    if (!equal) shd_equals_list_meaning(jobs->equals, job);
+    while (equal && job->waiters) {
+        shd_waiter *waiter = job->waiters;
+        detach(jobs, waiter);
+        join_job(jobs, waiter, equal);
     }
-    bool wanted = job->waiters;
-    if (!wanted) hide(jobs, job);
+}
+
+bool shd_jobs_settle(shd_jobs *jobs, shd_job *job, double cost, bool is_large) {
+    leftovers left = {NULL, NULL};
+    pthread_mutex_lock(&jobs->mutex);
+    job->was_read = true;
+    correct_cost(jobs, job, cost, is_large);
+    settle_some(jobs, job, &left);
+    if (job->waiters && job->work->shared) join_equal(jobs, job);
+    bool wanted = is_wanted(jobs, job);
+    if (!wanted) shd_equals_hide(jobs->equals, job);
     job->may_cancel = wanted;
     pthread_mutex_unlock(&jobs->mutex);
-    send(settled);
+    clear_up(jobs, &left);
     return wanted;
 }
 
+bool shd_jobs_defer(shd_jobs *jobs, shd_job *job) {
+    leftovers left = {NULL, NULL};
+    bool waits = false;
+    pthread_mutex_lock(&jobs->mutex);
+    jobs->running -= job->cost;
+    if (job->waiters) {
+        waits = queue_up(jobs, job, SHD_LANE_LARGE, job->waiters->client, true, &left);
+        for (shd_waiter *w = job->waiters->other; waits && w; w = w->other)
+            shd_queue_share(jobs->queue, &job->turn, w->client);
+        if (!waits) send_all_away(jobs, job, SHD_SENT_FULL, &left);
+    }
+    pthread_mutex_unlock(&jobs->mutex);
+    clear_up(jobs, &left);
+    return waits;
+}
+
 /* Everybody's reply is a copy, which shares the body. */
-static void fill(const shd_job *job, shd_exchange *exchange) {
-    shd_reply *reply = &exchange->reply;
-    double queued = job->began - exchange->submitted;
+static void fill(shd_jobs *jobs, const shd_job *job, shd_waiter *waiter) {
+    double queued = job->began - waiter->asked;
     if (queued < 0) queued = 0; /* it came when the job was running already */
-    shd_metrics_stage(&job->server->metrics, SHD_STAGE_QUEUE, queued);
-    if (job->reply.status == 200 && job->work->settle && job->work->settle(job, exchange, reply)) {
-        shd_reply_share(reply, &job->reply); /* of which a 304 tells the length */
+    shd_metrics_stage(jobs->metrics, SHD_STAGE_QUEUE, queued);
+    if (job->reply.status == 200 && is_settled(job, waiter)) {
+        shd_reply_share(waiter->reply, &job->reply); /* of which a 304 tells the length */
         return;
     }
-    shd_reply_copy(reply, &job->reply);
-    if (job->reply.status == 200 && job->work->add) job->work->add(job, queued, reply);
+    shd_reply_copy(waiter->reply, &job->reply);
+    if (job->reply.status == 200 && job->work->add) job->work->add(job, queued, waiter->reply);
 }
 
 void shd_jobs_finish(shd_jobs *jobs, shd_job *job) {
-    shd_waiter *all = NULL;
+    leftovers left = {NULL, NULL};
     pthread_mutex_lock(&jobs->mutex);
-    hide(jobs, job);
+    shd_equals_hide(jobs->equals, job);
     job->may_cancel = false;
+    jobs->running -= job->cost;
     while (job->waiters) {
-        shd_waiter *w = job->waiters;
-        wait_no_more(w);
-        w->other = all;
-        all = w;
+        shd_waiter *waiter = job->waiters;
+        wait_no_more(jobs, waiter);
+        send_away(waiter, SHD_SENT_NOT, 0, &left);
     }
-    double weight = jobs->job_seconds > 0 ? 1.0 / 16 : 1;
-    if (job->reply.status) jobs->job_seconds += weight * (job->seconds - jobs->job_seconds);
+    if (job->was_read && job->reply.status) {
+        const double kept = 1 - 1 / memory_of_jobs;
+        jobs->work = kept * jobs->work + job->cost;
+        jobs->work_seconds = kept * jobs->work_seconds + job->seconds;
+    }
     pthread_mutex_unlock(&jobs->mutex);
-    for (shd_waiter *w = all; w; w = w->other) fill(job, w->exchange);
-    send(all);
+    for (shd_waiter *w = left.waiters; w; w = w->other) fill(jobs, job, w);
+    clear_up(jobs, &left);
 }
 
-bool shd_jobs_leave(shd_jobs *jobs, shd_exchange *exchange) {
-    shd_job *unwanted = NULL;
+bool shd_jobs_leave(shd_jobs *jobs, shd_waiter *waiter) {
+    leftovers left = {NULL, NULL};
     pthread_mutex_lock(&jobs->mutex);
-    shd_job *job = exchange->waiter.job;
+    shd_job *job = waiter->job;
     if (job) {
-        wait_no_more(&exchange->waiter);
-        unwanted = abandon(jobs, job);
+        wait_no_more(jobs, waiter);
+        abandon(jobs, job, &left);
     }
     pthread_mutex_unlock(&jobs->mutex);
-    if (unwanted) shd_job_drop(unwanted);
-    if (job) atomic_fetch_add(&jobs->server->metrics.left, 1);
+    clear_up(jobs, &left);
+    if (job) atomic_fetch_add(&jobs->metrics->left, 1);
     return job;
 }
 
-unsigned shd_jobs_retry_after(shd_jobs *jobs) {
-    shd_load load = shd_engine_load(jobs->server->engine);
+unsigned shd_jobs_retry_after(shd_jobs *jobs, const char *client) {
     pthread_mutex_lock(&jobs->mutex);
-    double seconds = jobs->job_seconds * (double)(load.queued + 1) / load.threads;
+    unsigned seconds = retry_after(jobs, client, SHD_LANE_NEW, 0);
     pthread_mutex_unlock(&jobs->mutex);
-    return seconds < 1 ? 1 : seconds > 300 ? 300 : (unsigned)ceil(seconds);
+    return seconds;
 }
 
 /* ---- The whole ---- */
 
-shd_status shd_jobs_new(shd_server *server, shd_jobs **out, shd_error *error) {
-    shd_jobs *jobs = calloc(1, sizeof *jobs);
-    if (!jobs) return shd_fail(error, SHD_EXHAUSTED, "", "no memory for the jobs");
-    jobs->server = server;
-    jobs->line.previous = jobs->line.next = &jobs->line;
+static shd_status start_thread(shd_jobs *jobs, shd_error *error) {
     pthread_condattr_t monotonic;
     pthread_condattr_init(&monotonic);
     pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
     pthread_mutex_init(&jobs->mutex, NULL);
     pthread_cond_init(&jobs->changed, &monotonic);
     pthread_condattr_destroy(&monotonic);
-    if (pthread_create(&jobs->thread, NULL, keep_time, jobs)) {
-        pthread_cond_destroy(&jobs->changed);
-        pthread_mutex_destroy(&jobs->mutex);
-        free(jobs);
-        return shd_fail(error, SHD_EXHAUSTED, "", "the system refused to start a thread");
-    }
-    *out = jobs;
-    return SHD_OK;
+    if (!pthread_create(&jobs->thread, NULL, keep_time, jobs)) return SHD_OK;
+    pthread_cond_destroy(&jobs->changed);
+    pthread_mutex_destroy(&jobs->mutex);
+    return shd_fail(error, SHD_EXHAUSTED, "", "the system refused to start a thread");
+}
+
+static void release(shd_jobs *jobs) {
+    shd_equals_drop(jobs->equals);
+    shd_queue_drop(jobs->queue);
+    shd_queue_drop(jobs->crowd);
+    free(jobs);
+}
+
+shd_status shd_jobs_new(shd_engine *engine, shd_metrics *metrics, const shd_jobs_limits *limits,
+                        const shd_jobs_calls *calls, shd_jobs **out, shd_error *error) {
+    shd_jobs *jobs = calloc(1, sizeof *jobs);
+    if (!jobs) return shd_fail(error, SHD_EXHAUSTED, "", "no memory for the jobs");
+    jobs->engine = engine;
+    jobs->metrics = metrics;
+    jobs->limits = *limits;
+    jobs->calls = *calls;
+    for (int lane = 0; lane < SHD_LANES; lane++)
+        jobs->tickets[lane] = (ticket){jobs, (shd_lane)lane};
+    jobs->equals = shd_equals_new();
+    shd_status status = jobs->equals ? shd_queue_new(limits->queue, &jobs->queue, error)
+                                     : shd_fail(error, SHD_EXHAUSTED, "", "no memory for the jobs");
+    if (!status) status = shd_queue_new(limits->crowd, &jobs->crowd, error);
+    if (!status) status = start_thread(jobs, error);
+    if (status)
+        release(jobs);
+    else
+        *out = jobs;
+    return status;
 }
 
 void shd_jobs_drop(shd_jobs *jobs) {
@@ -347,5 +487,5 @@ void shd_jobs_drop(shd_jobs *jobs) {
     pthread_join(jobs->thread, NULL);
     pthread_cond_destroy(&jobs->changed);
     pthread_mutex_destroy(&jobs->mutex);
-    free(jobs);
+    release(jobs);
 }

@@ -18,6 +18,7 @@
 #include "base/regular.h"
 #include "config.h"
 #include "http.h"
+#include "job.h"
 #include "log.h"
 #include "server.h"
 #include "systemd.h"
@@ -75,7 +76,9 @@ static shd_patience patience_of(const shd_config *config) {
     return (shd_patience){.head = (double)config->head_time,
                           .body = (double)config->body_time,
                           .send = (double)config->send_time,
-                          .connections = config->connections};
+                          .least_reading = 0.5,
+                          .connections = config->connections,
+                          .each = config->connections_each};
 }
 
 /* The socket is the service manager's, or opened here. */
@@ -131,9 +134,10 @@ static shd_status start(shd_server *server, ports *out, shd_error *error) {
         status = open_socket(config->admin, given.admin, &admin_socket, admin, error);
     if (!status) status = make_engine(server, error);
     if (!status) status = shd_cache_new(config->response_cache, &server->cache, error);
-    if (!status) status = shd_jobs_new(server, &server->jobs, error);
+    if (!status) status = shd_server_start_jobs(server, error);
     if (!status) status = shd_linger_new(&server->linger, error);
-    if (!status) status = shd_reaper_new(&patience, server->jobs, &server->reaper, error);
+    if (!status)
+        status = shd_reaper_new(&patience, &shd_exchange_departure, &server->reaper, error);
     if (!status && admin_socket >= 0) {
         status = shd_admin_start(server, admin_socket, &out->admin, error);
         if (!status) admin_socket = -1;

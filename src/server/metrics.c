@@ -29,7 +29,8 @@ static const char *const ending_names[SHD_ENDINGS] = {"time", "left", "room"};
 
 /* As refusals name them. */
 static const char *const limit_names[SHD_LIMITS] = {
-    "body", "pixels", "samples", "lights", "objects", "triangles", "memory", "queue", "timeout"};
+    "body",      "pixels", "samples", "lights",  "objects",
+    "triangles", "memory", "queue",   "timeout", "connections-each"};
 
 /* The last one, 0, takes every other status. */
 static const unsigned statuses[SHD_STATUSES] = {200, 204, 304, 400, 401, 403, 404, 405, 406, 413,

@@ -42,7 +42,7 @@ typedef enum shd_stage {
 
 const char *shd_stage_name(shd_stage stage);
 
-enum { SHD_BUCKETS = 15, SHD_STATUSES = 20, SHD_LIMITS = 9 };
+enum { SHD_BUCKETS = 15, SHD_STATUSES = 20, SHD_LIMITS = 10 };
 
 typedef struct shd_histogram {
     atomic_uint_least64_t buckets[SHD_BUCKETS + 1]; /* the last one has no upper bound */

@@ -1,5 +1,6 @@
 #include "reaper.h"
 
+#include <math.h>
 #include <netinet/in.h>
 #include <poll.h>
 #include <pthread.h>
@@ -9,18 +10,31 @@
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <time.h>
+#include <xxhash.h>
 
 /* glibc's <netinet/tcp.h> has a tcp_info without the count of bytes. */
 #include <linux/tcp.h>
 
 #include "base/clock.h"
-#include "server.h"
 
 /* Between two looks, seconds; and before room is made again. */
 static const double pause_between = 0.25, pause_for_room = 0.01;
-/* What a head or a body, and an answer, get at least before they give way to new connections: who
- * has only just come is whom room was made for. Seconds. */
-static const double least_reading = 0.5, least_sending = 2;
+/* What an answer gets at least before it gives way to new connections. Seconds. */
+static const double least_sending = 2;
+/* Connections that are one too many: how many of one address are let in to be told so, and for how
+ * long they are waited for, seconds. */
+enum { MOST_EXCESS = 16 };
+static const double excess_patience = 2;
+
+enum { BUCKETS = 1024 };
+
+/* An address that has connections. */
+typedef struct peer {
+    struct peer *next; /* in its bucket */
+    uint64_t hash;
+    size_t count;
+    char address[];
+} peer;
 
 struct shd_connection {
     shd_connection *previous, *next;
@@ -30,15 +44,18 @@ struct shd_connection {
     uint64_t read; /* bytes received then */
     bool had_left; /* at the last look */
     bool ended;
-    shd_exchange *exchange; /* SHD_AT_WORK */
+    bool excess; /* its address had as many as it may */
+    peer *peer;  /* NULL: its address does not count */
+    void *who;   /* SHD_AT_WORK */
 };
 
 struct shd_reaper {
     pthread_mutex_t mutex;
     pthread_cond_t changed;
     pthread_t thread;
-    shd_jobs *jobs;
+    shd_departure departure;
     shd_patience patience;
+    peer *peers[BUCKETS];
     shd_connection list; /* ring */
     shd_reaped count;
     size_t open;
@@ -87,10 +104,10 @@ static void finish(shd_reaper *reaper, shd_connection *c) {
     reaper->open--;
 }
 
-static double patience_for(const shd_reaper *reaper, shd_phase phase) {
-    switch (phase) {
+static double patience_for(const shd_reaper *reaper, const shd_connection *c) {
+    switch (c->phase) {
     case SHD_AT_HEAD:
-        return reaper->patience.head;
+        return c->excess ? excess_patience : reaper->patience.head;
     case SHD_AT_BODY:
         return reaper->patience.body;
     case SHD_AT_ANSWER:
@@ -111,7 +128,7 @@ static void look(shd_reaper *reaper, shd_connection *c, double now) {
         finish(reaper, c);
         return;
     }
-    double patience = patience_for(reaper, c->phase);
+    double patience = patience_for(reaper, c);
     if (patience > 0 && now - c->since > patience) {
         end(reaper, c, SHD_END_LATE);
         return;
@@ -122,13 +139,13 @@ static void look(shd_reaper *reaper, shd_connection *c, double now) {
     c->had_left = left;
 }
 
-static bool may_go(const shd_connection *c, double now) {
+static bool may_go(const shd_reaper *reaper, const shd_connection *c, double now) {
     switch (c->phase) {
     case SHD_AT_REST:
         return true;
     case SHD_AT_HEAD:
     case SHD_AT_BODY:
-        return now - c->since >= least_reading;
+        return now - c->since >= reaper->patience.least_reading;
     case SHD_AT_ANSWER:
         return now - c->since >= least_sending;
     default:
@@ -136,9 +153,15 @@ static bool may_go(const shd_connection *c, double now) {
     }
 }
 
+/* How many connections its address has, roughly: a few more are no difference. */
+static int weigh(const shd_connection *c) {
+    return c->peer ? ilogb((double)c->peer->count) : 0;
+}
+
 /* Whether `a` is to go before `b`. */
 static bool goes_before(const shd_connection *a, const shd_connection *b) {
     if (!b) return true;
+    if (weigh(a) != weigh(b)) return weigh(a) > weigh(b);
     return a->phase != b->phase ? a->phase < b->phase : a->since < b->since;
 }
 
@@ -146,7 +169,7 @@ static bool goes_before(const shd_connection *a, const shd_connection *b) {
 static bool make_room(shd_reaper *reaper, double now) {
     shd_connection *first = NULL;
     for (shd_connection *c = reaper->list.next; c != &reaper->list; c = c->next) {
-        if (!c->ended && may_go(c, now) && goes_before(c, first)) first = c;
+        if (!c->ended && may_go(reaper, c, now) && goes_before(c, first)) first = c;
     }
     if (first) end(reaper, first, SHD_END_ROOM);
     return first;
@@ -160,7 +183,7 @@ static size_t places(const shd_reaper *reaper) {
 
 /* Those whose client has gone, whether they wait for a job or not. Where a job is waited for, the
  * exchange is resumed later, without the mutex: libmicrohttpd may call us with its own held. */
-static size_t look_at_all(shd_reaper *reaper, shd_exchange *gone[], size_t most) {
+static size_t look_at_all(shd_reaper *reaper, void *gone[], size_t most) {
     double now = shd_now();
     size_t count = 0;
     for (shd_connection *c = reaper->list.next; c != &reaper->list; c = c->next) {
@@ -169,7 +192,7 @@ static size_t look_at_all(shd_reaper *reaper, shd_exchange *gone[], size_t most)
             look(reaper, c, now);
         } else if (count < most && has_left(c->socket)) {
             end(reaper, c, SHD_END_LEFT);
-            if (shd_jobs_leave(reaper->jobs, c->exchange)) gone[count++] = c->exchange;
+            if (reaper->departure.leave(c->who)) gone[count++] = c->who;
         }
     }
     reaper->crowded = false;
@@ -180,7 +203,7 @@ static size_t look_at_all(shd_reaper *reaper, shd_exchange *gone[], size_t most)
 static void *run(void *context) {
     enum { MOST = 256 };
     shd_reaper *reaper = context;
-    shd_exchange *gone[MOST];
+    void *gone[MOST];
     pthread_mutex_lock(&reaper->mutex);
     while (!reaper->ending) {
         if (reaper->list.next == &reaper->list) {
@@ -189,7 +212,7 @@ static void *run(void *context) {
         }
         size_t count = look_at_all(reaper, gone, MOST);
         pthread_mutex_unlock(&reaper->mutex);
-        for (size_t i = 0; i < count; i++) shd_exchange_resume(gone[i]);
+        for (size_t i = 0; i < count; i++) reaper->departure.release(gone[i]);
         pthread_mutex_lock(&reaper->mutex);
 
         double began = shd_now();
@@ -207,12 +230,12 @@ static void *run(void *context) {
 
 /* ---- The whole ---- */
 
-shd_status shd_reaper_new(const shd_patience *patience, shd_jobs *jobs, shd_reaper **out,
-                          shd_error *error) {
+shd_status shd_reaper_new(const shd_patience *patience, const shd_departure *departure,
+                          shd_reaper **out, shd_error *error) {
     shd_reaper *reaper = calloc(1, sizeof *reaper);
     if (!reaper) return shd_fail(error, SHD_EXHAUSTED, "", "no memory for the reaper");
     reaper->list.previous = reaper->list.next = &reaper->list;
-    reaper->jobs = jobs;
+    if (departure) reaper->departure = *departure;
     reaper->patience = *patience;
     pthread_condattr_t monotonic;
     pthread_condattr_init(&monotonic);
@@ -256,7 +279,62 @@ void shd_reaper_set_patience(shd_reaper *reaper, const shd_patience *patience) {
     pthread_mutex_unlock(&reaper->mutex);
 }
 
-shd_connection *shd_reaper_add(shd_reaper *reaper, int socket) {
+/* ---- Addresses ---- */
+
+static peer **find_peer(shd_reaper *reaper, const char *address, uint64_t hash) {
+    peer **at = &reaper->peers[hash % BUCKETS];
+    while (*at && ((*at)->hash != hash || strcmp((*at)->address, address) != 0)) at = &(*at)->next;
+    return at;
+}
+
+/* NULL, as for an address that does not count, where memory is short. */
+static peer *join_peer(shd_reaper *reaper, const char *address) {
+    if (!address) return NULL;
+    const size_t size = strlen(address) + 1;
+    const uint64_t hash = XXH3_64bits(address, size - 1);
+    peer **at = find_peer(reaper, address, hash);
+    if (!*at) {
+        *at = calloc(1, sizeof **at + size);
+        if (!*at) return NULL;
+        (*at)->hash = hash;
+        memcpy((*at)->address, address, size);
+    }
+    (*at)->count++;
+    return *at;
+}
+
+static void leave_peer(shd_reaper *reaper, peer *p) {
+    if (!p || --p->count) return;
+    *find_peer(reaper, p->address, p->hash) = p->next;
+    free(p);
+}
+
+static bool is_over(const shd_reaper *reaper, size_t count) {
+    return reaper->patience.each && count > reaper->patience.each;
+}
+
+bool shd_reaper_admits(shd_reaper *reaper, const char *address) {
+    if (!address) return true;
+    pthread_mutex_lock(&reaper->mutex);
+    const peer *p = *find_peer(reaper, address, XXH3_64bits(address, strlen(address)));
+    bool admits =
+        !p || !is_over(reaper, p->count + 1 > MOST_EXCESS ? p->count + 1 - MOST_EXCESS : 0);
+    pthread_mutex_unlock(&reaper->mutex);
+    return admits;
+}
+
+bool shd_reaper_is_excess(shd_reaper *reaper, const shd_connection *connection) {
+    if (!connection) return false;
+    pthread_mutex_lock(&reaper->mutex);
+    bool excess =
+        connection->excess && connection->peer && is_over(reaper, connection->peer->count);
+    pthread_mutex_unlock(&reaper->mutex);
+    return excess;
+}
+
+/* ---- Connections ---- */
+
+shd_connection *shd_reaper_add(shd_reaper *reaper, int socket, const char *address) {
     shd_connection *connection = calloc(1, sizeof *connection);
     if (!connection) return NULL;
     connection->socket = socket;
@@ -264,6 +342,8 @@ shd_connection *shd_reaper_add(shd_reaper *reaper, int socket) {
     connection->since = shd_now();
     pthread_mutex_lock(&reaper->mutex);
     bool first = reaper->list.next == &reaper->list;
+    connection->peer = join_peer(reaper, address);
+    connection->excess = connection->peer && is_over(reaper, connection->peer->count);
     connection->next = &reaper->list;
     connection->previous = reaper->list.previous;
     connection->previous->next = connection;
@@ -287,13 +367,13 @@ bool shd_reaper_remove(shd_reaper *reaper, shd_connection *connection) {
     connection->next->previous = connection->previous;
     if (!connection->ended) reaper->open--;
     bool amid = !connection->ended && is_amid_request(connection);
+    leave_peer(reaper, connection->peer);
     pthread_mutex_unlock(&reaper->mutex);
     free(connection);
     return amid;
 }
 
-void shd_reaper_phase(shd_reaper *reaper, shd_connection *connection, shd_phase phase,
-                      shd_exchange *exchange) {
+void shd_reaper_phase(shd_reaper *reaper, shd_connection *connection, shd_phase phase, void *who) {
     if (!connection) return;
     uint64_t read = 0;
     /* Where it is not seen that a head begins, it has since the last answer. */
@@ -304,7 +384,7 @@ void shd_reaper_phase(shd_reaper *reaper, shd_connection *connection, shd_phase 
     connection->since = now;
     connection->read = read;
     connection->had_left = false;
-    connection->exchange = exchange;
+    connection->who = who;
     pthread_mutex_unlock(&reaper->mutex);
 }
 

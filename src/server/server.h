@@ -10,7 +10,6 @@
  *     preview.c  links as documents; signatures
  *     negotiate.c  what Accept and If-None-Match mean
  *     reply.c, problem.c  answers before they become HTTP, refusals among them
- *     reaper.c, linger.c  connections that are slow or left; those that must not be cut off
  *     settings.c  what SIGHUP changes, from config.c; access.c  tokens, keys and origins
  *     admin.c, metrics.c, log.c  the operators' port, and what they are told
  *     client.c  who a request is from; private.c  who may keep its answer
@@ -40,7 +39,7 @@
 
 struct MHD_Response;
 
-struct shd_server {
+typedef struct shd_server {
     shd_config config;  /* as it was at the start: for what cannot change */
     shd_engine *engine; /* the first one, whose workers all others use */
     pthread_mutex_t settings_mutex;
@@ -59,7 +58,7 @@ struct shd_server {
     atomic_uint suspended;        /* those of them that wait for a job */
     uint64_t places;              /* requests that may wait or be worked on */
     _Atomic(uint64_t) body_bytes; /* memory of bodies: that are coming, or that jobs have */
-};
+} shd_server;
 
 typedef enum shd_method {
     SHD_GET = 1,

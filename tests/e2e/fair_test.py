@@ -2,9 +2,13 @@
 
 import http.client
 import json
+import select
+import socket
 import unittest
 
-from e2e.daemon import JSON, PATIENCE, SMALL, Answer, Daemon
+from e2e.daemon import JSON, PATIENCE, SMALL, Answer, Daemon, another
+from e2e.daemon_test import ENDLESS, lent, wait_until, wait_until_busy
+from e2e.queue_test import BUSY, encoded, new_daemon, wait_until_joined
 
 
 def render_from(daemon, address, scene, headers=None):
@@ -17,6 +21,38 @@ def render_from(daemon, address, scene, headers=None):
         return Answer(answer.status, answer.headers, answer.read())
     finally:
         connection.close()
+
+
+class Waiting:
+    """A request from an address, whose answer is fetched later."""
+
+    def __init__(self, daemon, address, scene, headers=None):
+        self.connection = http.client.HTTPConnection(*daemon.address, timeout=PATIENCE,
+                                                     source_address=(address, 0))
+        self.connection.request("POST", "/v1/render", json.dumps(scene), {**JSON, **(headers or {})})
+
+    def result(self):
+        answer = self.connection.getresponse()
+        try:
+            return Answer(answer.status, answer.headers, answer.read())
+        finally:
+            self.connection.close()
+
+    def leave(self):
+        self.connection.close()
+
+
+def queued(daemon):
+    return daemon.metrics()["shaded_queue_depth"]
+
+
+def wait_until_large(daemon, count):
+    """So many wait for the only worker, which was busy when they came, and all of them were read."""
+    wait_until(lambda: lent(daemon) >= count and queued(daemon) == count)
+
+
+def refused(daemon):
+    return daemon.metrics()['shaded_requests_total{route="/v1/render",status="429"}']
 
 
 class ClientTest(unittest.TestCase):
@@ -35,6 +71,198 @@ class ClientTest(unittest.TestCase):
     def test_what_is_no_network_is_told_at_the_start(self):
         with self.assertRaisesRegex(AssertionError, "trusted-proxies.*'proxy.example'"):
             Daemon("--trusted-proxies", "127.0.0.1 proxy.example")
+
+
+class PlacesTest(unittest.TestCase):
+    def test_a_crowd_of_large_pictures_locks_nobody_out(self):
+        """66 of them at the default `queue`: who is small passes, of this client and of others."""
+        with new_daemon("--threads", "2", "--timeout", "300", "--drain-time", "0") as daemon:
+            crowd = [Waiting(daemon, "127.0.0.2", another(ENDLESS, i)) for i in range(66)]
+            wait_until(lambda: queued(daemon) == 48 and refused(daemon) == 66 - 48 - 2)
+            for i in range(5):
+                for address in ("127.0.0.2", "127.0.0.3"):
+                    self.assertEqual(render_from(daemon, address, another(SMALL, i)).status, 200)
+            # And another client's large picture has a place, which one of theirs gives up.
+            large = Waiting(daemon, "127.0.0.3", another(BUSY, 1))
+            wait_until(lambda: refused(daemon) == 66 - 48 - 2 + 1)
+            self.assertEqual(queued(daemon), 48)
+            for client in (large, *crowd):
+                client.leave()
+
+    def test_who_gives_way_is_told_so(self):
+        with new_daemon("--threads", "1", "--queue", "2", "--timeout", "300",
+                        "--drain-time", "0") as daemon:
+            crowd = [Waiting(daemon, "127.0.0.2", another(ENDLESS, 0))]
+            wait_until_busy(daemon)
+            for i in (1, 2):
+                crowd.append(Waiting(daemon, "127.0.0.2", another(ENDLESS, i)))
+                wait_until_large(daemon, i)
+            late = Waiting(daemon, "127.0.0.3", another(ENDLESS, 9))
+            answer = crowd[2].result()
+            self.assertEqual(answer.status, 429)
+            problem = json.loads(answer.body)
+            self.assertEqual(problem["type"], "urn:shaded:problem:busy")
+            self.assertIn("gave way to another client's: the limit `queue` is 2", problem["detail"])
+            self.assertTrue(1 <= int(answer.headers["Retry-After"]) <= 300)
+            # One and one: neither takes the other's.
+            wait_until(lambda: lent(daemon) == 3 and queued(daemon) == 2)
+            for address in ("127.0.0.2", "127.0.0.3"):
+                self.assertEqual(render_from(daemon, address, another(ENDLESS, 8)).status, 429)
+            for client in (late, *crowd):
+                client.leave()
+
+    def test_who_is_refused_is_told_to_wait_for_what_is_ahead(self):
+        # Large by its document: it waits with the large ones from the start.
+        scene = {**another(ENDLESS, 70), "materials": {str(i): {} for i in range(10000)}}
+        with new_daemon("--threads", "1", "--timeout", "300", "--drain-time", "0") as daemon:
+            self.assertEqual(daemon.render(BUSY).status, 200)
+            crowd = [Waiting(daemon, "127.0.0.2", another(ENDLESS, 0))]
+            wait_until_busy(daemon)
+            crowd += [Waiting(daemon, "127.0.0.2", another(ENDLESS, i)) for i in range(1, 49)]
+            wait_until_large(daemon, 48)
+            answer = render_from(daemon, "127.0.0.2", scene)
+            self.assertEqual((answer.status, answer.headers["Retry-After"]), (429, "300"))
+            for client in crowd:
+                client.leave()
+
+    def test_turns_go_around_among_clients(self):
+        with new_daemon("--threads", "1", "--timeout", "300") as daemon:
+            first = Waiting(daemon, "127.0.0.9", ENDLESS)
+            wait_until_busy(daemon)
+            crowd = [Waiting(daemon, "127.0.0.2", another(BUSY, i)) for i in range(1, 7)]
+            wait_until(lambda: queued(daemon) == 6)
+            late = Waiting(daemon, "127.0.0.3", another(BUSY, 40))
+            wait_until(lambda: queued(daemon) == 7)
+            made = encoded(daemon)
+            first.leave()
+            self.assertEqual(late.result().status, 200)
+            # Before most of those that had come before it.
+            self.assertLessEqual(encoded(daemon) - made, 4)
+            for client in crowd:
+                self.assertEqual(client.result().status, 200)
+
+    def test_clients_of_a_proxy_are_told_apart(self):
+        with new_daemon("--threads", "1", "--queue", "2", "--timeout", "300", "--drain-time", "0",
+                        "--trusted-proxies", "127.0.0.1") as daemon:
+            def ask(client, number):
+                return Waiting(daemon, "127.0.0.1", another(ENDLESS, number),
+                               {"X-Forwarded-For": client})
+
+            crowd = [ask("192.0.2.1", 0)]
+            wait_until_busy(daemon)
+            for i in (1, 2):
+                crowd.append(ask("192.0.2.1", i))
+                wait_until_large(daemon, i)
+            late = ask("192.0.2.2", 9)
+            self.assertEqual(crowd[2].result().status, 429)
+            for client in (late, *crowd):
+                client.leave()
+
+    def test_what_one_forwards_without_being_named_takes_no_place(self):
+        with new_daemon("--threads", "1", "--queue", "2", "--timeout", "300", "--drain-time",
+                        "0") as daemon:
+            crowd = [Waiting(daemon, "127.0.0.1", another(ENDLESS, 0))]
+            wait_until_busy(daemon)
+            for i in (1, 2):
+                crowd.append(Waiting(daemon, "127.0.0.1", another(ENDLESS, i)))
+                wait_until_large(daemon, i)
+            for i in range(5):
+                answer = render_from(daemon, "127.0.0.1", another(ENDLESS, 10 + i),
+                                     {"X-Forwarded-For": f"192.0.2.{i}"})
+                self.assertEqual(answer.status, 429)
+            for client in crowd:
+                client.leave()
+
+
+class CrowdTest(unittest.TestCase):
+    def test_equal_requests_do_not_take_all_connections(self):
+        """Three quarters may wait, and of those the client that has most gives up the newest."""
+        with new_daemon("--threads", "1", "--max-connections", "40", "--max-connections-each", "0",
+                        "--timeout", "300", "--drain-time", "0") as daemon:
+            crowd = [Waiting(daemon, "127.0.0.2", ENDLESS) for _ in range(30)]
+            wait_until_joined(daemon, 29)
+            answer = Waiting(daemon, "127.0.0.2", ENDLESS).result()
+            self.assertEqual(answer.status, 429)
+            self.assertIn("too many", json.loads(answer.body)["detail"])
+            self.assertIn("Retry-After", answer.headers)
+            self.assertEqual(render_from(daemon, "127.0.0.3", SMALL).status, 200)
+            self.assertEqual(refused(daemon), 2)
+            # What was given up for it is the newest one's alone: the others wait on.
+            self.assertEqual(crowd[29].result().status, 429)
+            self.assertEqual(daemon.metrics()["shaded_workers_busy"], 1)
+            for client in crowd:
+                client.leave()
+
+    def test_one_address_has_some_connections_and_a_few_more_are_told(self):
+        with Daemon("--max-connections-each", "4") as daemon:
+            crowd = [socket.create_connection(daemon.address, PATIENCE, ("127.0.0.2", 0))
+                     for _ in range(4)]
+            wait_until(lambda: daemon.metrics()['shaded_connections{at="head"}'] == 4)
+            answer = render_from(daemon, "127.0.0.2", SMALL)
+            self.assertEqual((answer.status, answer.headers["Connection"]), (429, "close"))
+            self.assertIn("`connections-each` is 4", json.loads(answer.body)["detail"])
+            self.assertEqual(render_from(daemon, "127.0.0.3", SMALL).status, 200)
+            self.assertEqual(daemon.metrics()['shaded_refused_total{limit="connections-each"}'], 1)
+            # Far too many are closed at once.
+            crowd += [socket.create_connection(daemon.address, PATIENCE, ("127.0.0.2", 0))
+                      for _ in range(40)]
+            wait_until(lambda: daemon.metrics()['shaded_connections{at="head"}'] == 4 + 16 or
+                       daemon.metrics()['shaded_connections_ended_total{reason="time"}'] > 0)
+            for connection in crowd:
+                connection.close()
+
+    def test_named_proxies_have_any_number(self):
+        with Daemon("--max-connections-each", "4", "--trusted-proxies", "127.0.0.2") as daemon:
+            crowd = [socket.create_connection(daemon.address, PATIENCE, ("127.0.0.2", 0))
+                     for _ in range(40)]
+            wait_until(lambda: daemon.metrics()['shaded_connections{at="head"}'] == 40)
+            self.assertEqual(render_from(daemon, "127.0.0.2", SMALL).status, 200)
+            for connection in crowd:
+                connection.close()
+
+
+class DeadlineTest(unittest.TestCase):
+    def test_joining_keeps_nothing_alive(self):
+        """Whoever comes in its first half shares its end; who comes later has work of their own."""
+        with new_daemon("--threads", "1", "--timeout", "4", "--drain-time", "0") as daemon:
+            first = Waiting(daemon, "127.0.0.2", ENDLESS)
+            wait_until_busy(daemon)
+            joined = Waiting(daemon, "127.0.0.3", ENDLESS)
+            wait_until(lambda: daemon.metrics()["shaded_joined_total"] == 1 or
+                       queued(daemon) == 1)  # on a machine that took 2 s for this
+            at_first = daemon.metrics()["shaded_joined_total"]
+            answers, later = [], []
+            while not answers:
+                later.append(Waiting(daemon, "127.0.0.4", ENDLESS))
+                if first.connection.sock in select.select([first.connection.sock], [], [], 0.25)[0]:
+                    answers = [first.result()]
+            if at_first:
+                answers.append(joined.result())
+            for answer in answers:
+                self.assertEqual(answer.status, 504)
+                self.assertIn("the limit `timeout` is 4", json.loads(answer.body)["detail"])
+            # It ends with them, though some wait for what is equal.
+            wait_until(lambda: daemon.metrics()["shaded_workers_busy"] == 1)
+            for client in later:
+                self.assertEqual(client.result().status, 504)
+            wait_until(lambda: daemon.metrics()["shaded_workers_busy"] == 0)
+
+    def test_who_joins_what_waits_behind_a_crowd_comes_first(self):
+        with new_daemon("--threads", "1", "--timeout", "300") as daemon:
+            first = Waiting(daemon, "127.0.0.9", ENDLESS)
+            wait_until_busy(daemon)
+            crowd = []
+            for i in range(1, 9):
+                crowd.append(Waiting(daemon, "127.0.0.2", another(BUSY, i)))
+                wait_until(lambda i=i: queued(daemon) == i)
+            joined = Waiting(daemon, "127.0.0.3", another(BUSY, 8))
+            wait_until_joined(daemon, 1)
+            made = encoded(daemon)
+            first.leave()
+            self.assertEqual(joined.result().status, 200)
+            self.assertLessEqual(encoded(daemon) - made, 4)
+            for client in crowd:
+                self.assertEqual(client.result().status, 200)
 
 
 if __name__ == "__main__":

@@ -63,8 +63,8 @@ def check(test, result):
 class OverloadTest(unittest.TestCase):
     def test_ten_times_what_it_can_do(self):
         find("wrk")
-        with Daemon("--queue", str(QUEUE), "--timeout", str(TIMEOUT), "--log-requests",
-                    "off") as daemon:
+        with Daemon("--queue", str(QUEUE), "--timeout", str(TIMEOUT), "--max-connections-each", "0",
+                    "--log-requests", "off") as daemon:
             self.assertEqual(daemon.render(SMALL).status, 200)
             alone = Wrk(daemon, min(SECONDS, 10) / 2, 8, 0.001, 0).result()
             check(self, alone)
@@ -130,7 +130,8 @@ class AttackTest(unittest.TestCase):
         attacker = find("slowhttptest")
         seconds = max(2, round(SECONDS / 8))
         for name, flags in self.ATTACKS.items():
-            with self.subTest(name), Daemon("--max-connections", "200", "--log-requests",
+            with self.subTest(name), Daemon("--max-connections", "200",
+                                            "--max-connections-each", "0", "--log-requests",
                                             "off") as daemon:
                 attack = subprocess.Popen(
                     [attacker, *flags, "-c", "400", "-r", "400", "-i", "1", "-p", "3", "-l",

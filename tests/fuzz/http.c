@@ -13,6 +13,7 @@
 
 #include "fuzz.h"
 #include "server/http.h"
+#include "server/job.h"
 #include "server/server.h"
 
 static shd_server server;
@@ -67,9 +68,9 @@ static void start(void) {
     CHECK(!shd_engine_new(&options, &server.engine, &error));
     CHECK(!shd_settings_new(config, server.engine, false, &server.settings, &error));
     CHECK(!shd_cache_new(config->response_cache, &server.cache, &error));
-    CHECK(!shd_jobs_new(&server, &server.jobs, &error));
+    CHECK(!shd_server_start_jobs(&server, &error));
     CHECK(!shd_linger_new(&server.linger, &error));
-    CHECK(!shd_reaper_new(&patience, server.jobs, &server.reaper, &error));
+    CHECK(!shd_reaper_new(&patience, &shd_exchange_departure, &server.reaper, &error));
     CHECK(!shd_http_start(&server, fd, &daemon_of_server, &error));
     atexit(stop);
 }
