@@ -18,12 +18,11 @@ static const double slower[SHD_ISA_COUNT] = {
 /* A ray that an object may be in the way of, as far as its block of pixels tells. */
 static const double rays[SHD_SHAPE_COUNT] = {
     [SHD_SPHERE] = 8.5,  [SHD_PLANE] = 15, [SHD_DISC] = 22,   [SHD_BOX] = 24,
-    [SHD_CYLINDER] = 30, [SHD_CONE] = 30,  [SHD_TORUS] = 110, [SHD_MESH] = 200,
+    [SHD_CYLINDER] = 30, [SHD_CONE] = 30,  [SHD_TORUS] = 110, [SHD_MESH] = 140,
 };
 
-/* Pixels on a side: rays are cast where a block may see something, against all that its tile may
- * see. */
-static const double BLOCK = 8, TILE = 32;
+/* Pixels on a side: a block's rays are cast at what it may see. */
+static const double BLOCK = 8;
 
 /* How much of its box's outline a shape fills, about; of spheres, of their own. */
 static const double fills[SHD_SHAPE_COUNT] = {
@@ -102,18 +101,13 @@ shd_ray_cost shd_plan_ray_cost(const shd_plan *plan, shd_tier tier, const shd_ke
     const shd_scene *scene = plan->scene;
     const double all = (double)scene->raster.width * scene->raster.height;
     const double samples = scene->raster.samples;
-    double covered = 0, blocks = 0;
+    double covered = 0;
     shd_ray_cost cost = {0, 0, 0};
     for (size_t i = 0; i < scene->object_count; i++) {
         const outline o = outline_of(plan, i);
+        const double meets = fmin(touched(&o, BLOCK) / all, 1);
         covered += o.area / all;
-        blocks += touched(&o, BLOCK) / all;
-    }
-    blocks = fmin(blocks, 1);
-    for (size_t i = 0; i < scene->object_count; i++) {
-        const outline o = outline_of(plan, i);
-        const double meets = fmax(touched(&o, BLOCK), blocks * touched(&o, TILE)) / all;
-        cost.rays += samples * fmin(meets, 1) * cast_of(plan, &scene->objects[i], tier);
+        cost.rays += samples * meets * cast_of(plan, &scene->objects[i], tier);
         cost.light += samples * o.area / all * light_of(plan, i, &costs[tier]);
         cost.meshes += (double)triangles_of(&scene->objects[i]) * TRIANGLE;
     }

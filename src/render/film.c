@@ -90,6 +90,14 @@ static bool stopped(const job *j) {
 
 /* ---- From fragments to the pixels of a tile. ---- */
 
+/* Whether the cells follow each other. */
+static bool is_span(const uint16_t *cell, size_t count) {
+    uint16_t apart = 0;
+    if ((size_t)(cell[count - 1] - cell[0]) != count - 1) return false;
+    for (size_t i = 0; i < count; i++) apart |= (uint16_t)(cell[i] ^ (uint16_t)(cell[0] + i));
+    return !apart;
+}
+
 /* A run's radiance in a plane: where its pixels follow each other, straight into them. */
 static void paint_run(const job *j, scratch *s, const shd_fragments *f, shd_run run, size_t plane,
                       bool whole) {
@@ -115,7 +123,7 @@ static void paint_run(const job *j, scratch *s, const shd_fragments *f, shd_run 
                 s->terms[k].sums[c] =
                     f->sums[shd_sum_of(plan, sums_plane, s->term_of[k], grey ? 0 : c)] + at;
         const float *coverage = f->coverage ? f->coverage + at : NULL;
-        const bool straight = whole && (size_t)(cell[count - 1] - cell[0]) == count - 1;
+        const bool straight = whole && is_span(cell, count);
         float *out[3];
         for (int c = 0; c < 3; c++) out[c] = straight ? s->pixels[c] + cell[0] : s->mixed[c];
         j->scenery.paint->mix(constant, coverage, s->terms, terms, count, out);

@@ -49,13 +49,16 @@ static void fill(float *values, size_t count, float value) {
 
 /* Whether cells from i on follow each other. */
 static inline bool is_span(const uint16_t *cell, size_t i, size_t count, size_t length) {
-    return count - i >= length && (size_t)(cell[i + length - 1] - cell[i]) == length - 1;
+    if (count - i < length || (size_t)(cell[i + length - 1] - cell[i]) != length - 1) return false;
+    uint16_t apart = 0;
+    for (size_t k = 1; k < length; k++) apart |= (uint16_t)(cell[i + k] ^ (cell[i] + k));
+    return !apart;
 }
 
 /* Cells mostly follow each other, in a row of the tile. */
 static void scatter(const float *const values[3], const uint16_t *cell, size_t count,
                     float *const pixels[3]) {
-    enum { LONG = 16, SHORT = 4 };
+    enum { LONG = 8, SHORT = 4 };
     for (size_t i = 0; i < count;) {
         const size_t to = cell[i];
         if (is_span(cell, i, count, LONG)) {

@@ -4,10 +4,10 @@
 
 #include "render/film.h"
 #include "render/keep.h"
+#include "render/shots.h"
 #include "render/tile_scratch.h"
 
-/* Rays that are cast faster where they are of the same sample: a pixel's index rounds to it. */
-enum { BESIDE = 64, NO_FRAGMENT = UINT16_MAX };
+enum { NO_FRAGMENT = UINT16_MAX };
 
 /* ---- Scratch. ---- */
 
@@ -24,16 +24,6 @@ static float **new_arrays(size_t arrays, size_t length, shd_arena *arena) {
     if (!out || !values) return NULL;
     for (size_t i = 0; i < arrays; i++) out[i] = values + i * length;
     return out;
-}
-
-/* Pixels that are cast and lit at once with all of their samples, and how often that is done. */
-static size_t pixels_at_once(size_t samples) {
-    return SHD_CHUNK / samples / BESIDE * BESIDE;
-}
-
-static size_t chunks_of(size_t samples) {
-    const size_t step = pixels_at_once(samples);
-    return (SHD_TILE_PIXELS + step - 1) / step;
 }
 
 shd_tile_scratch *shd_tile_scratch_new(const shd_scenery *scenery, shd_arena *arena) {
@@ -83,7 +73,7 @@ shd_tile_scratch *shd_tile_scratch_new(const shd_scenery *scenery, shd_arena *ar
         f->runs = s->runs;
         return s;
     }
-    const size_t chunks = chunks_of(samples);
+    const size_t chunks = shd_chunks_of(samples);
     f->capacity = SHD_TILE_PIXELS * each;
     f->cell = shd_arena_alloc(arena, f->capacity, sizeof *f->cell);
     s->coverage = shd_arena_alloc(arena, f->capacity, sizeof *s->coverage);
@@ -113,7 +103,7 @@ uint64_t shd_tile_scratch_size(const shd_plan *plan) {
     if (samples == 1) return bytes;
     const uint64_t each = samples < classes ? samples : classes;
     const uint64_t fragments = SHD_TILE_PIXELS * each + 2 * SHD_LANES;
-    bytes += fragments * (sizeof(uint16_t) + sizeof(float)) + chunks_of(samples) * runs;
+    bytes += fragments * (sizeof(uint16_t) + sizeof(float)) + shd_chunks_of(samples) * runs;
     return bytes + arrays * (fragments * sizeof(float) + sizeof(float *));
 }
 
@@ -364,11 +354,23 @@ static size_t place_hits(shd_tile_scratch *s, shd_run run, size_t at, int sample
     return count;
 }
 
-/* Appends the chunk's samples, averaged within its pixels, of which there are `pixels`, in s->cell
- * too, where every ray of them hit. */
-static void add_fragments(const shd_scenery *scenery, shd_tile_scratch *s, size_t pixels) {
+/* Means of the samples of a chunk's bundles, every ray of which hit. */
+static void average_bundles(const shd_scenery *scenery, const shd_chunk *c, const float *values,
+                            float *out) {
+    const int samples = scenery->plan->scene->raster.samples;
+    for (size_t b = 0; b < c->count; b++) {
+        const size_t pixels = c->bundles[b].count;
+        scenery->paint->average(values, pixels, samples, out);
+        values += pixels * (size_t)samples;
+        out += pixels;
+    }
+}
+
+/* Appends the chunk's samples, averaged within its pixels. */
+static void add_fragments(const shd_scenery *scenery, shd_tile_scratch *s, const shd_chunk *chunk) {
     const shd_plan *plan = scenery->plan;
     const int samples = plan->scene->raster.samples;
+    const size_t pixels = chunk->pixels;
     shd_fragments *f = &s->fragments;
     for (size_t r = 0; r < s->run_count; r++) {
         const shd_run run = s->runs[r];
@@ -376,7 +378,7 @@ static void add_fragments(const shd_scenery *scenery, shd_tile_scratch *s, size_
         const bool full = run.count == pixels * (size_t)samples;
         size_t count = pixels;
         if (full) {
-            memcpy(f->cell + at, s->cell, pixels * sizeof *f->cell);
+            memcpy(f->cell + at, s->pixels + chunk->bundles[0].first, pixels * sizeof *f->cell);
             scenery->paint->fill(s->coverage + at, pixels, 1);
         } else {
             count = place_hits(s, run, at, samples);
@@ -391,7 +393,7 @@ static void add_fragments(const shd_scenery *scenery, shd_tile_scratch *s, size_
                     const float *values = s->sums[k] + run.first;
                     float *out = f->sums[k] + at;
                     if (full)
-                        scenery->paint->average(values, count, samples, out);
+                        average_bundles(scenery, chunk, values, out);
                     else
                         scenery->paint->gather(values, s->place + run.first, run.count, count,
                                                samples, out);
@@ -446,58 +448,34 @@ static bool recall(shd_tile_scratch *s, size_t shots) {
     return true;
 }
 
-/* Casts s->x, s->y and s->sample, or recalls what they hit: s->now. Ends the stage. */
-static void cast_shots(const shd_scenery *scenery, shd_tile_scratch *s, size_t shots,
+/* Casts a chunk's shots, or recalls what they hit: s->now. Ends the stage. */
+static void cast_shots(const shd_scenery *scenery, shd_tile_scratch *s, const shd_chunk *c,
                        shd_stopwatch *watch) {
+    const size_t shots = c->pixels * (size_t)scenery->plan->scene->raster.samples;
     if (!recall(s, shots)) {
-        s->hits.count = 0;
-        s->now = &s->hits;
-        shd_sight_shoot(scenery->sight, s->survey.candidates, s->survey.candidate_count,
-                        &(shd_shots){shots, s->x, s->y, s->sample}, &s->hits);
-        shd_hits_pad(&s->hits);
+        shd_shoot_chunk(scenery, c, s);
         if (scenery->kept)
             shd_keep_cast(scenery->kept, s->tile, scenery->plan, s->shot_cell, shots, &s->hits);
     }
     shd_end(watch, &watch->times.visibility);
 }
 
-/* The first sample of all of these pixels, then the second one, and so on: a sample's rays are
- * beside each other, and so are the values that make a pixel's mean with its neighbors'. */
-static void make_shots(shd_tile tile, const uint16_t *cells, size_t pixels, size_t samples,
-                       shd_tile_scratch *s) {
-    const int left = tile.x / SHD_TILE * SHD_TILE, top = tile.y / SHD_TILE * SHD_TILE;
-    for (size_t i = 0; i < pixels; i++) {
-        s->shot_cell[i] = cells[i];
-        s->x[i] = left + cells[i] % SHD_TILE;
-        s->y[i] = top + cells[i] / SHD_TILE;
-    }
-    memset(s->sample, 0, pixels * sizeof *s->sample);
-    for (size_t k = 1; k < samples; k++) {
-        memcpy(s->shot_cell + k * pixels, s->shot_cell, pixels * sizeof *s->shot_cell);
-        memcpy(s->x + k * pixels, s->x, pixels * sizeof *s->x);
-        memcpy(s->y + k * pixels, s->y, pixels * sizeof *s->y);
-        memset(s->sample + k * pixels, (int)k, pixels * sizeof *s->sample);
-    }
-}
-
-/* The pixels in s->pixels. */
 static void sample_pixels(const shd_scenery *scenery, shd_tile tile, shd_tile_scratch *s,
-                          size_t count, const shd_film *film, shd_stopwatch *watch) {
+                          const shd_film *film, shd_stopwatch *watch) {
     const size_t samples = (size_t)scenery->plan->scene->raster.samples;
-    const size_t step = pixels_at_once(samples);
-    for (size_t done = 0; done < count; done += step) {
-        const size_t pixels = done + step < count ? step : count - done;
-        make_shots(tile, s->pixels + done, pixels, samples, s);
-        cast_shots(scenery, s, pixels * samples, watch);
+    for (size_t done = 0; done < s->bundle_count;) {
+        const shd_chunk c = shd_make_chunk(tile, s, done, samples);
+        cast_shots(scenery, s, &c, watch);
         if (scenery->data) store_data(scenery, s->now, s, film, tile);
         const shd_hits *hits = light_hits(scenery, s);
         if (samples == 1) {
             s->fragments.count = hits->count;
             s->fragments.run_count = s->run_count;
         } else {
-            add_fragments(scenery, s, pixels);
+            add_fragments(scenery, s, &c);
         }
         shd_end(watch, &watch->times.shade);
+        done += c.count;
     }
 }
 
@@ -507,29 +485,6 @@ static void survey(const shd_scenery *scenery, shd_tile tile, shd_tile_scratch *
     const shd_tile whole = {tile.x / SHD_TILE * SHD_TILE, tile.y / SHD_TILE * SHD_TILE, SHD_TILE,
                             SHD_TILE};
     shd_sight_survey(scenery->sight, whole, &s->survey);
-}
-
-/* All pixels of blocks where something may be seen. */
-static size_t list_pixels(shd_tile tile, shd_tile_scratch *s) {
-    size_t count = 0;
-    const int left = tile.x % SHD_TILE, right = left + tile.w, top = tile.y % SHD_TILE;
-    for (int y = top; y < top + tile.h; y++) {
-        const shd_block *row = s->survey.blocks + y / SHD_BLOCK_SIDE * s->survey.across;
-        for (int x = left, end; x < right; x = end) {
-            const int block = x / SHD_BLOCK_SIDE;
-            end = (block + 1) * SHD_BLOCK_SIDE < right ? (block + 1) * SHD_BLOCK_SIDE : right;
-            if (!row[block].count) continue;
-            const int cell = y * SHD_TILE + x;
-            if (end - x == SHD_BLOCK_SIDE) { /* almost always: a vector's store */
-                for (int i = 0; i < SHD_BLOCK_SIDE; i++)
-                    s->pixels[count + (size_t)i] = (uint16_t)(cell + i);
-                count += SHD_BLOCK_SIDE;
-                continue;
-            }
-            for (int i = 0; i < end - x; i++) s->pixels[count++] = (uint16_t)(cell + i);
-        }
-    }
-    return count;
 }
 
 const shd_fragments *shd_tile_look(const shd_scenery *scenery, size_t index, shd_tile tile,
@@ -544,7 +499,8 @@ const shd_fragments *shd_tile_look(const shd_scenery *scenery, size_t index, shd
         shd_end(watch, &watch->times.visibility);
         return &s->fragments;
     }
-    sample_pixels(scenery, tile, s, list_pixels(tile, s), film, watch);
+    shd_list_pixels(tile, (size_t)scenery->plan->scene->raster.samples, s);
+    sample_pixels(scenery, tile, s, film, watch);
     s->fragments.coverage = s->whole ? NULL : s->coverage;
     return &s->fragments;
 }

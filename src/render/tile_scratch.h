@@ -4,6 +4,15 @@
 
 #include "render/tile.h"
 
+/* Pixels whose rays are cast one after the other: those of a block of the survey, or (NULL) any. */
+typedef struct shd_bundle {
+    uint16_t first, count; /* in s->pixels */
+    const shd_block *block;
+} shd_bundle;
+
+/* Of a chunk of the most samples, that is of the fewest pixels, or blocks. */
+enum { SHD_BUNDLES = SHD_TILE_PIXELS / (SHD_BLOCK_SIDE * SHD_BLOCK_SIDE) };
+
 struct shd_tile_scratch {
     size_t tile;       /* its index */
     shd_survey survey; /* of the tile's whole cell of the grid */
@@ -27,7 +36,9 @@ struct shd_tile_scratch {
     uint32_t *order, *starts; /* for sorting */
     /* For averaging: a cell's fragment of a run, and each hit's. */
     uint16_t fragment_of[SHD_TILE_PIXELS], *place;
-    uint16_t *pixels; /* cells that are looked at */
+    uint16_t *pixels;                /* cells that are looked at, */
+    shd_bundle bundles[SHD_BUNDLES]; /* these together */
+    size_t bundle_count;
     shd_fragments fragments;
     float *coverage; /* fragments.coverage, where not every */
     bool whole;      /* fragment is a whole pixel */

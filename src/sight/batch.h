@@ -94,8 +94,8 @@ extern const shd_cast_kernel shd_cast_kernel_portable, shd_cast_kernel_avx2, shd
      */                                                                                            \
     bool shd_find_mesh_##isa(const shd_lens *lens, const shd_item *it, const shd_batch *b,         \
                              double limit, shd_mesh_hits *out);                                    \
-    void shd_place_mesh_##isa(const shd_item *it, double object, const shd_batch *b,               \
-                              const shd_stage *hits, shd_surfaces *out);                           \
+    void shd_place_mesh_##isa(const shd_item *it, double object, const shd_stage *hits,            \
+                              shd_surfaces *out);                                                  \
     /* t of balls; their surfaces; both, with what tiers in f32 want. Then as shd_cast_kernel. */  \
     void shd_find_ball_##isa(const shd_item *it, const shd_batch *b, double *t);                   \
     void shd_place_ball_##isa(const shd_item *it, const shd_batch *b, shd_surfaces *out);          \

@@ -186,7 +186,7 @@ static void show_object(const shd_sight *sight, int object, shd_batch *b, shd_wo
     if (it->ball) {
         SHD_VARIANT(shd_place_ball)(it, b, &b->surfaces);
     } else if (it->shape == SHD_MESH) {
-        SHD_VARIANT(shd_place_mesh)(it, object, b, hits, &b->surfaces);
+        SHD_VARIANT(shd_place_mesh)(it, object, hits, &b->surfaces);
     } else {
         if (!made) find(it, b, work, t);
         SHD_VARIANT(shd_place_surfaces)(it->shape, it->tube, work, &b->surfaces);

@@ -331,100 +331,103 @@ bool SHD_VARIANT(shd_find_mesh)(const shd_lens *lens, const shd_item *it, const 
     return true;
 }
 
-typedef struct corners {
-    SHD_ALIGNED double at[3][3][SHD_RAYS], normal[3][3][SHD_RAYS]; /* [corner][component] */
-} corners;
+/* ---- Surfaces. ---- */
 
-/* A group of rays, most of which meet the same triangle as their neighbors. Where the item is not
- * hit: somewhere on its first triangle. */
-static void gather(const shd_item *it, const uint32_t *restrict triangle, int first,
-                   corners *restrict out) {
+/* A triangle: its first corner, and from it to the others; its normal by them; and those of its
+ * corners, of the side that is seen. */
+typedef struct facet {
+    uint32_t triangle;
+    double at[3], ab[3], ac[3], face[3], normal[3][3];
+} facet;
+
+static shd_vec3 vector_at(const double *values, uint32_t vertex) {
+    const double *v = values + 3 * (size_t)vertex;
+    return (shd_vec3){v[0], v[1], v[2]};
+}
+
+static void put_vector(shd_vec3 v, double out[3]) {
+    out[0] = v.x;
+    out[1] = v.y;
+    out[2] = v.z;
+}
+
+/* All rays that meet a triangle see the same side of it. */
+static void set_facet(const shd_item *it, uint32_t triangle, facet *out) {
     const shd_triangles *tri = &it->triangles;
-    uint32_t other = 0;
-    for (int i = 1; i < GROUP; i++) other |= triangle[first + i] ^ triangle[first];
-    const int each = other ? 1 : GROUP;
-    for (int i = first; i < first + GROUP; i += each) {
-        const uint32_t *vertex = tri->indices + 3 * (size_t)triangle[i];
-        for (int n = 0; n < 3; n++) {
-            const double *at = tri->positions + 3 * (size_t)vertex[n];
-            const double *normal = it->smooth ? it->units + 3 * (size_t)vertex[n] : at;
-            for (int c = 0; c < 3; c++) {
-                double *to = &out->at[n][c][i], *normal_to = &out->normal[n][c][i];
-                if (other) {
-                    *to = at[c];
-                    *normal_to = normal[c];
-                    continue;
-                }
-                for (int k = 0; k < GROUP; k++) to[k] = at[c];
-                for (int k = 0; k < GROUP; k++) normal_to[k] = normal[c];
-            }
-        }
-    }
-}
-
-static void cross_edges(const double ab[restrict 3][SHD_RAYS],
-                        const double ac[restrict 3][SHD_RAYS], double n[restrict 3][SHD_RAYS]) {
-    SHD_EACH_LANE(i) {
-        n[0][i] = ab[1][i] * ac[2][i] - ab[2][i] * ac[1][i];
-        n[1][i] = ab[2][i] * ac[0][i] - ab[0][i] * ac[2][i];
-        n[2][i] = ab[0][i] * ac[1][i] - ab[1][i] * ac[0][i];
-    }
-}
-
-/* Interpolated normals, of the side that is seen by the triangle's plane; the plane's own where
- * they cancel. */
-static void smooth_normals(const shd_item *it, const shd_batch *restrict b,
-                           const double corner[restrict 3][3][SHD_RAYS], const double *restrict u,
-                           const double *restrict v, double n[restrict 3][SHD_RAYS]) {
-    const shd_affine m = it->from_world;
-    const double turned = it->front_only ? 1 : -1;
-    SHD_EACH_LANE(i) {
-        const double x = b->direction[0][i], y = b->direction[1][i], z = b->direction[2][i];
-        const double first = 1 - u[i] - v[i], second = u[i], third = v[i];
-        const double ox = m.linear[0][0] * x + m.linear[0][1] * y + m.linear[0][2] * z,
-                     oy = m.linear[1][0] * x + m.linear[1][1] * y + m.linear[1][2] * z,
-                     oz = m.linear[2][0] * x + m.linear[2][1] * y + m.linear[2][2] * z;
-        const double sx = corner[0][0][i] * first + corner[1][0][i] * second +
-                          corner[2][0][i] * third,
-                     sy = corner[0][1][i] * first + corner[1][1][i] * second +
-                          corner[2][1][i] * third,
-                     sz = corner[0][2][i] * first + corner[1][2][i] * second +
-                          corner[2][2][i] * third;
-        const bool away = n[0][i] * ox + n[1][i] * oy + n[2][i] * oz > 0;
-        const bool none = sx == 0 && sy == 0 && sz == 0;
-        const double sign = away ? turned : 1;
-        n[0][i] = sign * (none ? n[0][i] : sx);
-        n[1][i] = sign * (none ? n[1][i] : sy);
-        n[2][i] = sign * (none ? n[2][i] : sz);
-    }
-}
-
-void SHD_VARIANT(shd_place_mesh)(const shd_item *it, double object, const shd_batch *b,
-                                 const shd_stage *hits, shd_surfaces *out) {
-    SHD_ALIGNED double u[SHD_RAYS], v[SHD_RAYS];
-    uint32_t triangle[SHD_RAYS];
-    corners k;
-    SHD_EACH_LANE(i) {
-        const bool hit = hits->object[i] == object;
-        triangle[i] = hit ? hits->triangle[i] : 0;
-        u[i] = hit ? hits->u[i] : 0;
-        v[i] = hit ? hits->v[i] : 0;
-    }
-    for (int i = 0; i < SHD_RAYS; i += GROUP) gather(it, triangle, i, &k);
-    /* From a corner: a triangle with one y has all of its points there, so that a light at this y
-     * does not shine on some of them. */
+    const uint32_t *vertex = tri->indices + 3 * (size_t)triangle;
     const double scale = it->view.tree->scale;
+    const shd_vec3 at = vector_at(tri->positions, vertex[0]),
+                   ab = shd_sub(vector_at(tri->positions, vertex[1]), at),
+                   ac = shd_sub(vector_at(tri->positions, vertex[2]), at),
+                   face = shd_cross(shd_scale(ab, scale), shd_scale(ac, scale));
+    out->triangle = triangle;
+    put_vector(at, out->at);
+    put_vector(ab, out->ab);
+    put_vector(ac, out->ac);
+    put_vector(face, out->face); /* turned where it is seen, */
+    if (!it->smooth) return;     /* but for these: */
+    const shd_vec3 ray = it->view.orthographic ? it->forward : shd_sub(at, it->eye);
+    const double turn = shd_dot(face, ray) > 0 && !it->front_only ? -1 : 1;
+    put_vector(shd_scale(face, turn), out->face);
+    for (int n = 0; n < 3; n++)
+        put_vector(shd_scale(vector_at(it->units, vertex[n]), turn), out->normal[n]);
+}
+
+/* A vector of rays that meet the facet. */
+typedef struct place {
+    shd_vd point[3], normal[3];
+} place;
+
+/* From a corner: a triangle with one y has all of its points there, so that a light at this y does
+ * not shine on some of them. */
+SHD_INLINE void set_place(const facet *f, shd_vd u, shd_vd v, place *out) {
     for (int c = 0; c < 3; c++) {
-        double *restrict a = k.at[0][c], *restrict ab = k.at[1][c], *restrict ac = k.at[2][c],
-                         *restrict point = out->point[c];
-        SHD_EACH_LANE(i) {
-            ab[i] -= a[i];
-            ac[i] -= a[i];
-            point[i] = a[i] + ab[i] * u[i] + ac[i] * v[i];
-            ab[i] *= scale;
-            ac[i] *= scale;
+        out->point[c] = shd_vd_set(f->at[c]) + shd_vd_set(f->ab[c]) * u + shd_vd_set(f->ac[c]) * v;
+        out->normal[c] = shd_vd_set(f->face[c]);
+    }
+}
+
+/* The interpolated normal; the plane's own where they cancel. */
+SHD_INLINE void set_smooth(const facet *f, shd_vd u, shd_vd v, place *out) {
+    const shd_vd zero = shd_vd_set(0), first = shd_vd_set(1) - u - v;
+    shd_vd sum[3], size = zero;
+    for (int c = 0; c < 3; c++) {
+        sum[c] = shd_vd_set(f->normal[0][c]) * first + shd_vd_set(f->normal[1][c]) * u +
+                 shd_vd_set(f->normal[2][c]) * v;
+        size = shd_vd_max(size, shd_vd_max(sum[c], zero - sum[c]));
+    }
+    const shd_md some = shd_vd_gt(size, zero);
+    for (int c = 0; c < 3; c++) out->normal[c] = shd_vd_select(some, sum[c], out->normal[c]);
+}
+
+/* Vectors of rays, most of which meet the same triangle as their neighbors: each triangle of them
+ * in turn. Lanes that meet nothing of the object keep what is there. */
+void SHD_VARIANT(shd_place_mesh)(const shd_item *it, double object, const shd_stage *hits,
+                                 shd_surfaces *out) {
+    enum { WIDE = SHD_W / 2 };
+    facet f = {.triangle = UINT32_MAX};
+    for (int i = 0; i < SHD_RAYS; i += WIDE) {
+        SHD_ALIGNED double name[WIDE];
+        unsigned left = 0;
+        for (int k = 0; k < WIDE; k++) {
+            name[k] = hits->triangle[i + k];
+            left |= (unsigned)(hits->object[i + k] == object) << k;
+        }
+        while (left) {
+            const uint32_t triangle = hits->triangle[i + __builtin_ctz(left)];
+            if (triangle != f.triangle) set_facet(it, triangle, &f);
+            const shd_vd u = shd_vd_load(hits->u + i), v = shd_vd_load(hits->v + i);
+            place p;
+            set_place(&f, u, v, &p);
+            if (it->smooth) set_smooth(&f, u, v, &p);
+            const shd_vd names = shd_vd_load(name), wanted = shd_vd_set((double)triangle);
+            const shd_md others = shd_md_or(shd_vd_gt(names, wanted), shd_vd_gt(wanted, names));
+            for (int c = 0; c < 3; c++) {
+                double *point = out->point[c] + i, *normal = out->normal[c] + i;
+                shd_vd_store(point, shd_vd_select(others, shd_vd_load(point), p.point[c]));
+                shd_vd_store(normal, shd_vd_select(others, shd_vd_load(normal), p.normal[c]));
+            }
+            left &= shd_md_bits(others);
         }
     }
-    cross_edges(k.at[1], k.at[2], out->normal);
-    if (it->smooth) smooth_normals(it, b, k.normal, u, v, out->normal);
 }

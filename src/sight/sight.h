@@ -43,6 +43,7 @@ typedef struct shd_survey {
     shd_block *blocks;      /* [down][across] */
     uint32_t *candidates;   /* indices of objects, nearer ones roughly first */
     size_t candidate_count; /* of the whole rectangle: the first ones of `candidates` */
+    bool even;              /* rays cost the same in any order: one ball is all there is */
     size_t capacity;        /* in blocks */
 } shd_survey;
 

@@ -85,6 +85,27 @@ static bool corner_ranges(const shd_sight *sight, size_t index, range *p, range 
     return true;
 }
 
+/* Where a mesh's vertices are seen, and how far they are from its middle `v`, all of this as rays
+ * see it. False: not all are before the eye. */
+static bool vertex_ranges(const shd_item *it, shd_vec3 v, range *p, range *q, double *radius) {
+    const shd_mesh_view *view = &it->view;
+    double square = 0;
+    *p = *q = (range){INFINITY, -INFINITY};
+    for (size_t i = 0; i < it->triangles.vertex_count; i++) {
+        const shd_seen_vertex *at = &view->vertices[i];
+        const shd_vec3 from =
+            shd_sub((shd_vec3){at->x * view->unit, at->y * view->unit, at->depth * view->unit}, v);
+        const double x = view->orthographic ? at->x * view->unit : at->p,
+                     y = view->orthographic ? at->y * view->unit : at->q;
+        if (!(at->w > 1e-9 * (fabs(at->x) + fabs(at->y))) || !isfinite(x + y)) return false;
+        square = fmax(square, shd_dot(from, from));
+        *p = (range){fmin(p->low, x), fmax(p->high, x)};
+        *q = (range){fmin(q->low, y), fmax(q->high, y)};
+    }
+    if (isfinite(square) && square > 1e-200) *radius = fmin(*radius, sqrt(square));
+    return true;
+}
+
 /* A plane is hit where the ray goes toward it: on one side of a line on the image plane. */
 static void outline_plane(const shd_sight *sight, const shd_item *it, shd_outline *out) {
     const shd_camera *camera = sight->lens.camera;
@@ -106,6 +127,9 @@ static void outline_sphere(const shd_sight *sight, size_t index, const shd_item 
     const shd_plan_object *bounds = &sight->plan->objects[index];
     shd_vec3 v = in_camera(camera, shd_sub(bounds->center, camera->position));
     double radius = bounds->radius;
+    range p, q;
+    const bool mesh = it->shape == SHD_MESH, ranged = mesh ? vertex_ranges(it, v, &p, &q, &radius)
+                                                           : corner_ranges(sight, index, &p, &q);
     if (it->shape == SHD_SPHERE) radius = fmin(radius, shd_norm(&it->to_world));
     radius *= 1 + 1e-9;
     const double distance = shd_length(v);
@@ -115,7 +139,6 @@ static void outline_sphere(const shd_sight *sight, size_t index, const shd_item 
     }
     out->center = v;
     out->radius = radius;
-    range p, q;
     if (v.z + radius <= 0) {
         out->kind = SHD_OUTLINE_NONE;
         return;
@@ -141,7 +164,7 @@ static void outline_sphere(const shd_sight *sight, size_t index, const shd_item 
             s->q = tangents(v.y, v.z, radius);
         }
     }
-    if (corner_ranges(sight, index, &p, &q)) {
+    if (ranged) {
         s->p = common(s->p, p);
         s->q = common(s->q, q);
     }
@@ -289,4 +312,5 @@ void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out) {
         first += block->count;
     }
     for (size_t k = 0; k < count; k++) out->candidates[k] = sight->order[out->candidates[k]];
+    out->even = count == 1 && sight->items[out->candidates[0]].ball;
 }
