@@ -1,9 +1,24 @@
-/* The operators' port: a daemon of its own, so that no crowd on the public one can starve it. */
+/* The operators' port: a daemon of its own, so that no crowd on the public one can starve it, and a
+ * reaper of its own, so that none on this one can. */
 #include <microhttpd.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "descriptors.h"
 #include "http.h"
+
+struct shd_admin {
+    shd_server *server;
+    struct MHD_Daemon *daemon;
+    shd_reaper *reaper;
+};
+
+static void enter_phase(const shd_admin *admin, struct MHD_Connection *connection,
+                        shd_phase phase) {
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+    shd_reaper_phase(admin->reaper, info ? info->socket_context : NULL, phase, NULL);
+}
 
 static enum MHD_Result send_text(struct MHD_Connection *connection, unsigned status,
                                  const char *media_type, char *text, size_t size, bool owned) {
@@ -42,17 +57,20 @@ static enum MHD_Result send_metrics(struct MHD_Connection *connection, shd_serve
 static enum MHD_Result handle(void *cls, struct MHD_Connection *connection, const char *path,
                               const char *method, const char *version, const char *upload,
                               size_t *upload_size, void **context) {
-    shd_server *server = cls;
+    const shd_admin *admin = cls;
+    shd_server *server = admin->server;
     (void)version, (void)upload;
     /* The first call comes with the head, and answering it would end the connection. */
     if (!*context) {
         *context = server;
+        enter_phase(admin, connection, SHD_AT_BODY);
         return MHD_YES;
     }
     if (*upload_size) {
         *upload_size = 0;
         return MHD_YES;
     }
+    enter_phase(admin, connection, SHD_AT_ANSWER);
     if (strcmp(method, "GET") && strcmp(method, "HEAD"))
         return send_word(connection, 405, "GET or HEAD\n");
     if (!strcmp(path, "/healthz")) return send_word(connection, 200, "ok\n");
@@ -63,18 +81,62 @@ static enum MHD_Result handle(void *cls, struct MHD_Connection *connection, cons
     return send_word(connection, 404, "/healthz, /readyz, /metrics\n");
 }
 
-shd_status shd_admin_start(shd_server *server, int socket, struct MHD_Daemon **out,
-                           shd_error *error) {
-    struct MHD_Daemon *daemon =
-        MHD_start_daemon(MHD_USE_EPOLL_INTERNAL_THREAD | MHD_USE_ITC, 0, NULL, NULL, handle, server,
-                         MHD_OPTION_LISTEN_SOCKET, socket, MHD_OPTION_CONNECTION_LIMIT, 64u,
-                         MHD_OPTION_CONNECTION_TIMEOUT, 10u, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
-                         (size_t)(32 << 10), MHD_OPTION_END);
-    if (!daemon) return shd_fail(error, SHD_INTERNAL, "", "libmicrohttpd did not start");
-    *out = daemon;
-    return SHD_OK;
+static void complete(void *cls, struct MHD_Connection *connection, void **context,
+                     enum MHD_RequestTerminationCode code) {
+    (void)code, (void)context;
+    enter_phase(cls, connection, SHD_AT_REST);
 }
 
-void shd_admin_stop(struct MHD_Daemon *daemon) {
-    if (daemon) MHD_stop_daemon(daemon);
+static void notify(void *cls, struct MHD_Connection *connection, void **context,
+                   enum MHD_ConnectionNotificationCode code) {
+    const shd_admin *admin = cls;
+    if (code == MHD_CONNECTION_NOTIFY_CLOSED) {
+        shd_reaper_remove(admin->reaper, *context);
+        *context = NULL;
+        return;
+    }
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+    if (!info) return;
+    const int socket = info->connect_fd;
+    char address[SHD_CLIENT_SIZE];
+    info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+    shd_client_of_address(info ? info->client_addr : NULL, NULL, NULL, address);
+    *context = shd_reaper_add(admin->reaper, socket, address);
+}
+
+/* A reaper of its own: half of the places are always for who comes, and has its head at hand. */
+shd_status shd_admin_start(shd_server *server, int socket, shd_admin **out, shd_error *error) {
+    const shd_patience patience = {.head = 5,
+                                   .body = 5,
+                                   .send = 10,
+                                   .least_reading = 0.1,
+                                   .connections = SHD_ADMIN_CONNECTIONS / 2};
+    shd_admin *admin = calloc(1, sizeof *admin);
+    if (!admin) return shd_fail(error, SHD_EXHAUSTED, "", "no memory for the operators' port");
+    admin->server = server;
+    shd_status status = shd_reaper_new(&patience, NULL, &admin->reaper, error);
+    if (status) {
+        free(admin);
+        return status;
+    }
+    admin->daemon = MHD_start_daemon(
+        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_USE_ITC, 0, NULL, NULL, handle, admin,
+        MHD_OPTION_LISTEN_SOCKET, socket, MHD_OPTION_NOTIFY_COMPLETED, complete, admin,
+        MHD_OPTION_NOTIFY_CONNECTION, notify, admin, MHD_OPTION_CONNECTION_LIMIT,
+        (unsigned)SHD_ADMIN_CONNECTIONS, MHD_OPTION_CONNECTION_TIMEOUT, 10u,
+        MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)(32 << 10), MHD_OPTION_END);
+    if (admin->daemon) {
+        *out = admin;
+        return SHD_OK;
+    }
+    shd_admin_stop(admin);
+    return shd_fail(error, SHD_INTERNAL, "", "libmicrohttpd did not start");
+}
+
+void shd_admin_stop(shd_admin *admin) {
+    if (!admin) return;
+    if (admin->daemon) MHD_stop_daemon(admin->daemon);
+    shd_reaper_drop(admin->reaper);
+    free(admin);
 }

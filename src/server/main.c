@@ -9,7 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/random.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include "address.h"
@@ -17,6 +16,7 @@
 #include "base/machine.h"
 #include "base/regular.h"
 #include "config.h"
+#include "descriptors.h"
 #include "http.h"
 #include "job.h"
 #include "log.h"
@@ -30,7 +30,8 @@ enum { EXIT_STOPPED = 0, EXIT_CANNOT_START = 1, EXIT_USAGE = 2 };
 static const double upload_grace = 1, cancel_grace = 5;
 
 typedef struct ports {
-    struct MHD_Daemon *public, *admin;
+    struct MHD_Daemon *public;
+    shd_admin *admin;
     int own;  /* the public port's socket, libmicrohttpd's to close; -1: a service manager has it */
     int turn; /* shd_http_turn's, while it is waited for; -1: it is not */
 } ports;
@@ -39,12 +40,17 @@ static bool has_admin(const shd_config *config) {
     return strcmp(config->admin, "off") != 0;
 }
 
-/* Every connection is a descriptor: take what the system allows. */
-static void raise_descriptor_limit(void) {
-    struct rlimit limit;
-    if (getrlimit(RLIMIT_NOFILE, &limit)) return;
-    limit.rlim_cur = limit.rlim_max;
-    setrlimit(RLIMIT_NOFILE, &limit);
+/* As many connections as the system allows descriptors for. */
+static shd_status claim_descriptors(shd_config *config, shd_error *error) {
+    const uint64_t wanted = config->connections;
+    shd_status status = shd_descriptors_claim(wanted, &config->connections, error);
+    if (status || config->connections == wanted) return status;
+    shd_log line;
+    shd_log_begin(&line, SHD_LOG_WARNING, "fewer-connections");
+    shd_log_whole(&line, "max-connections", config->connections);
+    shd_log_text(&line, "message", "the limit of open files has no room for more");
+    shd_log_end(&line);
+    return SHD_OK;
 }
 
 /* Signals are for the main thread alone, which waits for them; threads inherit the mask. */
@@ -293,13 +299,12 @@ static int wait_for_signal(shd_server *server, const sigset_t *signals) {
 
 static int serve(shd_server *server, int argc, char **argv) {
     sigset_t stop = block_signals();
-    raise_descriptor_limit();
     if (getrandom(&server->run, sizeof server->run, 0) != (ssize_t)sizeof server->run)
         server->run = (uint32_t)getpid();
 
     ports open = {.own = -1, .turn = -1};
     shd_error error = {0};
-    if (start(server, &open, &error)) {
+    if (claim_descriptors(&server->config, &error) || start(server, &open, &error)) {
         shd_log line;
         shd_log_begin(&line, SHD_LOG_ERROR, "cannot-start");
         if (*error.path) shd_log_text(&line, "where", error.path);

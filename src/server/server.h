@@ -12,6 +12,7 @@
  *     reply.c, problem.c  answers before they become HTTP, refusals among them
  *     settings.c  what SIGHUP changes, from config.c; access.c  tokens, keys and origins
  *     admin.c, metrics.c, log.c  the operators' port, and what they are told
+ *     descriptors.c  what is left of them for that port
  *     client.c  who a request is from; private.c  who may keep its answer
  *     address.c, systemd.c  sockets, opened here or handed over
  *

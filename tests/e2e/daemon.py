@@ -49,7 +49,8 @@ class Daemon:
     def __init__(self, *flags, env=None, listen="127.0.0.1:0", admin="127.0.0.1:0",
                  program=SHADED, pass_fds=()):
         places = (["--listen", listen] if listen else []) + (["--admin", admin] if admin else [])
-        self.process = subprocess.Popen([program, *places, *flags], stdin=subprocess.DEVNULL,
+        start = program if isinstance(program, list) else [program]  # with words before it
+        self.process = subprocess.Popen([*start, *places, *flags], stdin=subprocess.DEVNULL,
                                         stderr=subprocess.PIPE, pass_fds=pass_fds, env=environment(**(env or {})))
         self.pid = self.process.pid
         self.lines = []
