@@ -18,7 +18,7 @@ struct shd_record {
     shd_record_kind kind;
     shd_reuse_key key;
     unsigned users; /* and one more while it is published */
-    bool published, failed;
+    bool failed;
     piece *pieces;
     size_t bytes;
     struct shd_record *newer, *older; /* published ones, by last use */
@@ -79,7 +79,6 @@ static void release(shd_record *r) {
 
 static void unpublish(shd_record *r) {
     unlink_record(r->reuse, r);
-    r->published = false;
     release(r);
 }
 
@@ -192,7 +191,6 @@ void shd_record_publish(shd_record *r) {
     /* Another request may have been faster; where nothing is seen there is nothing to keep. */
     if (!r->failed && r->bytes && !find(reuse, r->kind, r->key)) {
         r->users++;
-        r->published = true;
         link_newest(reuse, r);
     }
     pthread_mutex_unlock(&reuse->mutex);

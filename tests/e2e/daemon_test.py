@@ -1,6 +1,7 @@
 """The daemon as operators meet it: options, ports, signals, limits in time, metrics, logs."""
 
 import contextlib
+import fcntl
 import http.client
 import json
 import os
@@ -599,6 +600,37 @@ class InsideTest(unittest.TestCase):
             daemon.get("/v1/version?token=secret-in-the-query")
             daemon.wait_for("request", lambda event: event["path"] == "/v1/version")
             self.assertNotIn("secret", daemon.stderr())
+
+    def test_lines_that_nobody_reads_are_counted(self):
+        reads, writes = os.pipe()
+        fcntl.fcntl(writes, fcntl.F_SETPIPE_SZ, 16384)
+        with subprocess.Popen([SHADED, "--listen", "127.0.0.1:0", "--admin", "off"],
+                              stdin=subprocess.DEVNULL, stderr=writes,
+                              env=environment()) as process, open(reads, "rb") as log:
+            os.close(writes)
+            started = json.loads(log.readline())
+            while started["event"] != "listening":
+                started = json.loads(log.readline())
+            host, port = started["address"].rsplit(":", 1)
+
+            def ask():
+                connection = http.client.HTTPConnection(host, int(port), timeout=PATIENCE)
+                connection.request("GET", "/v1/shapes")
+                connection.getresponse().read()
+                connection.close()
+
+            for _ in range(200):  # the pipe holds half of these
+                ask()
+            # A pipe takes more when one of its pages was read.
+            lines = [json.loads(log.readline()) for _ in range(60)]
+            ask()
+            process.terminate()
+            lines += map(json.loads, log.read().splitlines())
+            self.assertEqual(process.wait(PATIENCE), 0)
+        lost = sum(line["lines"] for line in lines if line["event"] == "log-lost")
+        written = sum(line["event"] == "request" for line in lines)
+        self.assertGreater(lost, 0)
+        self.assertEqual(written + lost, 201)
 
     def test_request_logs_may_be_off(self):
         with Daemon("--log-requests", "off") as daemon:

@@ -40,8 +40,8 @@ ROOMS = {"plan": 7, "sight": 5, "shade": 4, "color": 3, "render": 6, "server": 4
 
 # C programs are found by their names; these are too slow for what they add, or not about a picture,
 # a bound or an answer.
-LEFT_OUT = re.compile(r"(unit_base_|property_memory|unit_image_jpeg)")
-SCRIPTS = ["golden/closed_form_test.py", "golden/reference_test.py", "golden/colors_test.py",
+LEFT_OUT = re.compile(r"(unit_base_|unit_image_jpeg)")
+SCRIPTS = ["golden/answers_test.py", "golden/closed_form_test.py", "golden/reference_test.py", "golden/colors_test.py",
            "conformance/schema_test.py", "property/compare_test.py", "e2e/explain_test.py",
            "e2e/compare_test.py", "e2e/render_test.py", "e2e/http_test.py", "e2e/malformed_test.py",
            "e2e/cache_test.py", "e2e/access_test.py", "e2e/preview_test.py",
@@ -51,9 +51,10 @@ SERVER_ONLY = re.compile(r"e2e/(http|malformed|cache|access|preview|daemon|queue
 # What could notice a mistake in each room. Of these the tests that pass its place run, but kernels
 # do not note what is passed: for them all.
 ROOM_TESTS = {
-    "plan": "unit_(plan|describe)|property_|reference_test|explain_test|compare_test|attack",
-    "sight": "unit_sight|property_|reference_test|closed_form|formats_test|attack",
-    "shade": "unit_shade|property_|reference_test|closed_form|attack",
+    "plan": "unit_(plan|describe|shade)|property_|answers_test|reference_test|explain_test|"
+            "compare_test|attack",
+    "sight": "unit_sight|property_|answers_test|reference_test|closed_form|formats_test|attack",
+    "shade": "unit_shade|property_|answers_test|reference_test|closed_form|attack",
     "color": "unit_(color|plan)|golden_|property_co|colors_test|formats_test|render_test",
     "render": "unit_(plan|describe)|property_|reference_test|closed_form|_test[.]py|attack",
     "server": "unit_server|e2e/"}

@@ -106,6 +106,7 @@ static const struct {
     {1, "[0, 1, 2, 1, 3, 2]", "[0, 1, 2]"},
     {1, "\"normals\": [0, 0, 1, 0.1, 0, 1, 0, 0.2, 1, 0.5, 0, 1]", "\"normals\": null"},
     {1, "[0, 0, 1], \"intensity\"", "[0, 1, 0], \"intensity\""},
+    {1, "[0, 0, 1], \"intensity\"", "[0.01, 0, 1], \"intensity\""},
     {2, "\"maxError\": 0.3", "\"maxError\": 1e-4"},
     {2, "0.3, \"metric\": \"linear\"", "0.3, \"metric\": \"code\""},
 };

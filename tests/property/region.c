@@ -150,6 +150,42 @@ static void regions_are_crops_in_every_layer(void **state) {
                                     .layers = true});
 }
 
+/* A disc under cones that each light some pixels of it. */
+static drawn draw_cones(void **state, region r) {
+    writing w;
+    start(&w);
+    fprintf(w.out,
+            "{\"image\": {\"width\": %d, \"height\": %d, \"samples\": 1, \"region\": [%d, %d, %d,"
+            " %d]}, \"objects\": [{\"type\": \"disc\", \"radius\": 9, \"transform\": {\"rotate\": "
+            "[90, 0, 0]}, \"material\": {\"specular\": 0.3}}], \"lights\": [",
+            WIDTH, HEIGHT, r.x, r.y, r.w, r.h);
+    for (int i = 0; i < 16; i++)
+        fprintf(w.out,
+                "%s{\"type\": \"spot\", \"position\": [%g, %g, 5], \"direction\": [0, 0, -1], "
+                "\"angle\": 3, \"penumbra\": 0}",
+                i ? ", " : "", 0.9 * (i % 4) - 1.3, 0.7 * (i / 4) - 1);
+    fputs("]}", w.out);
+    char *json = finish(&w);
+    drawn d = film_of(*state, json);
+    free(json);
+    return d;
+}
+
+/* Lights are left out where they miss all of the points that are lit at once, however few. */
+static void few_points_have_their_own_lights(void **state) {
+    drawn all = draw_cones(state, whole);
+    size_t lit = 0;
+    for (int k = 0; k < 200; k++) {
+        const region r = {k * 37 % (WIDTH - 3), k * 29 % HEIGHT, 1 + k % 3, 1};
+        drawn part = draw_cones(state, r);
+        assert_true(is_crop(part.film.rgba, all.film.rgba, r, 4));
+        lit += part.film.rgba[0] > 0;
+        shd_request_drop(part.request);
+    }
+    assert_true(lit > 20 && lit < 180);
+    shd_request_drop(all.request);
+}
+
 static void asking_for_layers_changes_no_pixel(void **state) {
     static const char *const kinds[] = {"phong", "flat", "gouraud"};
     for (int i = 0; i < 6; i++) {
@@ -263,6 +299,7 @@ int main(void) {
         cmocka_unit_test(regions_are_crops_at_any_number_of_samples),
         cmocka_unit_test(regions_are_crops_with_facets),
         cmocka_unit_test(regions_are_crops_in_every_layer),
+        cmocka_unit_test(few_points_have_their_own_lights),
         cmocka_unit_test(asking_for_layers_changes_no_pixel),
         cmocka_unit_test(one_material_under_two_names_is_the_same_picture),
         cmocka_unit_test(files_of_regions_hold_the_codes_of_the_whole),

@@ -60,10 +60,33 @@ static void a_star_matches_only_where_it_is_asked_to(void **state) {
     }
 }
 
+static void json_is_told_by_its_type_or_its_suffix(void **state) {
+    (void)state;
+    static const decision cases[] = {
+        {NULL, false},
+        {"application/json", true},
+        {" Application/JSON ; charset=utf-8", true},
+        {"application/problem+json", true},
+        {"model/vnd.scene+JSON", true},
+        {"text/plain", false},
+        {"/scene+json", false}, /* of no kind */
+        {"application/+json", false},
+        {"scene+json", false},
+        {"+json", false},
+        {"application/json2", false},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        if (shd_is_json(cases[i].field) == cases[i].wanted) continue;
+        print_error("%s\n", cases[i].field);
+        fail();
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(gzip_is_taken_where_it_is_liked_no_less_than_nothing),
         cmocka_unit_test(a_star_matches_only_where_it_is_asked_to),
+        cmocka_unit_test(json_is_told_by_its_type_or_its_suffix),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
