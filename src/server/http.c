@@ -5,6 +5,7 @@
 
 #include <errno.h>
 #include <microhttpd.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,6 +15,7 @@
 
 #include "base/clock.h"
 #include "connections.h"
+#include "framing.h"
 #include "log.h"
 #include "private.h"
 #include "problem.h"
@@ -52,8 +54,8 @@ static const char *skip_authority(const char *target) {
     return path ? path : "/";
 }
 
-/* The path alone, decoded but for "%2F", which parts no segments. A decoded 0 byte or an over-long
- * path leaves path_cut set: it names nothing. */
+/* The path alone, decoded but for "%2F" and "%00", which parts of a server may take for the end of
+ * a segment or of the path. An over-long path leaves path_cut set: it names nothing. */
 static void set_path(shd_exchange *exchange, const char *target) {
     size_t length = 0;
     for (const char *c = target; *c && *c != '?'; c++) {
@@ -63,12 +65,15 @@ static void set_path(shd_exchange *exchange, const char *target) {
             char *end;
             memcpy(digits, c + 1, 2);
             unsigned long value = strtoul(digits, &end, 16);
-            if (!*end && value != '/' && digits[0] != '+' && digits[0] != '-' && digits[0] != ' ') {
+            bool is_coded = !*end && digits[0] != '+' && digits[0] != '-' && digits[0] != ' ';
+            bool hides = is_coded && (!value || value == '/');
+            exchange->path_hides = exchange->path_hides || hides;
+            if (is_coded && !hides) {
                 byte = (unsigned)value;
                 c += 2;
             }
         }
-        if (!byte || length == sizeof exchange->path - 1) {
+        if (length == sizeof exchange->path - 1) {
             exchange->path_cut = true;
             break;
         }
@@ -97,6 +102,7 @@ static void *begin(void *cls, const char *target, struct MHD_Connection *connect
     snprintf(exchange->method_name, sizeof exchange->method_name, "-");
     snprintf(exchange->id, sizeof exchange->id, "%08x-%08x", exchange->server->run,
              atomic_fetch_add(&exchange->server->next_id, 1));
+    exchange->target_end = target + strlen(target);
     bool too_long = is_too_long(target);
     target = skip_authority(target);
     exchange->target = strdup(target);
@@ -188,6 +194,8 @@ static bool check_framing(head *h, const char *version) {
         shd_problem_reply(reply, SHD_BAD_REQUEST, "a field's name holds blanks");
     else if (h->hosts > 1 || (!h->hosts && !strcmp(version, "HTTP/1.1")))
         shd_problem_reply(reply, SHD_BAD_REQUEST, "%u Host fields: one is needed", h->hosts);
+    else if (h->exchange->path_hides)
+        shd_problem_reply(reply, SHD_BAD_REQUEST, "the path has %%2F or %%00");
     else if (h->types > 1)
         shd_problem_reply(reply, SHD_BAD_REQUEST, "Content-Type is given %u times", h->types);
     else
@@ -373,7 +381,10 @@ static enum MHD_Result take_head(shd_exchange *exchange, const char *method, con
     MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, read_field, &h);
     adopt_id(exchange, h.request_id);
     set_client(exchange);
-    if (!check_framing(&h, version)) return refuse_now(exchange);
+    if (!shd_head_is_sound(exchange->connection, method, exchange->target_end, version))
+        shd_problem_reply(&exchange->reply, SHD_BAD_REQUEST,
+                          "a line of the head does not end with CR LF, has a NUL, or is folded");
+    if (exchange->reply.status || !check_framing(&h, version)) return refuse_now(exchange);
 
     if (shd_reaper_is_excess(exchange->server->reaper,
                              shd_connection_watched(exchange->connection)))
@@ -511,6 +522,35 @@ static void log_request(const shd_exchange *exchange, double seconds, bool abort
     shd_log_end(&line);
 }
 
+/* The status that libmicrohttpd has answered an exchange by itself, which is over; 0: none. */
+static unsigned status_of_others(struct MHD_Connection *connection) {
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_HTTP_STATUS);
+    return info ? info->http_status : 0;
+}
+
+/* What libmicrohttpd says of itself. Some requests it refuses by itself, those that are no requests
+ * before there is an exchange, and says so here alone. On its I/O thread.
+ * (Where a Content-Length cannot be read, release 0.9.75 sends the head of its refusal twice, and
+ * asks nobody in between: MHD_connection_handle_idle calls parse_connection_headers, which has
+ * begun the answer, and goes on to MHD_CONNECTION_HEADERS_PROCESSED, from where it begins it
+ * again.) */
+static void hear(void *cls, const char *format, va_list arguments) {
+    static const char refusal[] = "Error processing request (HTTP response code is %u";
+    shd_server *server = cls;
+    if (strncmp(format, refusal, sizeof refusal - 1) != 0) return;
+    unsigned status = va_arg(arguments, unsigned);
+    shd_metrics_unreadable(&server->metrics, status);
+    shd_settings *settings = shd_server_settings(server);
+    bool is_told = settings->config.log_requests;
+    shd_settings_drop(settings);
+    if (!is_told) return;
+    shd_log line;
+    shd_log_begin(&line, SHD_LOG_INFO, "unreadable");
+    shd_log_whole(&line, "status", status);
+    shd_log_end(&line);
+}
+
 static void complete(void *cls, struct MHD_Connection *connection, void **context,
                      enum MHD_RequestTerminationCode code) {
     (void)cls;
@@ -522,9 +562,17 @@ static void complete(void *cls, struct MHD_Connection *connection, void **contex
     if (exchange->state == WAITING || exchange->state == ANSWERED)
         shd_reaper_phase(server->reaper, shd_connection_watched(connection), SHD_AT_REST, NULL);
     leave_suspension(exchange);
+    if (exchange->state == BEGUN || exchange->state == READING) {
+        shd_reply_clear(&exchange->reply);
+        exchange->reply.status = status_of_others(connection);
+    }
+    if (!exchange->counted && exchange->reply.status) {
+        count(exchange);
+        set_client(exchange);
+    }
     if (exchange->counted) {
         double seconds = shd_now() - exchange->started;
-        unsigned status = exchange->state == ANSWERED ? exchange->reply.status : 0;
+        unsigned status = exchange->state == WAITING ? 0 : exchange->reply.status;
         /* What was refused in mid-body ends as an error, but was answered. */
         bool aborted =
             !status || (exchange->was_accepted && code != MHD_REQUEST_TERMINATED_COMPLETED_OK);
@@ -554,10 +602,11 @@ shd_status shd_http_start(shd_server *server, int socket, struct MHD_Daemon **ou
     server->last_words = make_last_words();
     if (!server->last_words) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     struct MHD_Daemon *daemon = MHD_start_daemon(
-        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC, 0,
-        shd_connection_accept, server, handle, server, MHD_OPTION_LISTEN_SOCKET, socket,
-        MHD_OPTION_URI_LOG_CALLBACK, begin, server, MHD_OPTION_NOTIFY_COMPLETED, complete, NULL,
-        MHD_OPTION_NOTIFY_CONNECTION, shd_connection_notify, server, MHD_OPTION_CONNECTION_LIMIT,
+        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC | MHD_USE_ERROR_LOG,
+        0, shd_connection_accept, server, handle, server, MHD_OPTION_EXTERNAL_LOGGER, hear, server,
+        MHD_OPTION_LISTEN_SOCKET, socket, MHD_OPTION_URI_LOG_CALLBACK, begin, server,
+        MHD_OPTION_NOTIFY_COMPLETED, complete, NULL, MHD_OPTION_NOTIFY_CONNECTION,
+        shd_connection_notify, server, MHD_OPTION_CONNECTION_LIMIT,
         (unsigned)server->config.connections, MHD_OPTION_CONNECTION_TIMEOUT,
         (unsigned)server->config.idle_timeout, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
         (size_t)CONNECTION_MEMORY, MHD_OPTION_END);

@@ -33,8 +33,9 @@ static const char *const limit_names[SHD_LIMITS] = {
     "triangles", "memory", "queue",   "timeout", "connections-each"};
 
 /* The last one, 0, takes every other status. */
-static const unsigned statuses[SHD_STATUSES] = {200, 204, 304, 400, 401, 403, 404, 405, 406, 413,
-                                                414, 415, 422, 429, 431, 500, 501, 503, 504, 0};
+static const unsigned statuses[SHD_STATUSES] = {200, 204, 304, 400, 401, 403, 404,
+                                                405, 406, 413, 414, 415, 422, 429,
+                                                431, 500, 501, 503, 504, 505, 0};
 
 static const double bounds[SHD_BUCKETS] = {0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1,
                                            0.25,   0.5,   1,      2.5,   5,    10,    30};
@@ -58,11 +59,15 @@ static void observe(shd_histogram *histogram, double seconds) {
     if (seconds > 0) count(&histogram->nanoseconds, (uint64_t)(seconds * 1e9));
 }
 
-void shd_metrics_request(shd_metrics *metrics, shd_route_id route, unsigned status, double seconds,
-                         size_t bytes) {
+static size_t index_of(unsigned status) {
     size_t index = 0;
     while (index < SHD_STATUSES - 1 && statuses[index] != status) index++;
-    count(&metrics->requests[route][index], 1);
+    return index;
+}
+
+void shd_metrics_request(shd_metrics *metrics, shd_route_id route, unsigned status, double seconds,
+                         size_t bytes) {
+    count(&metrics->requests[route][index_of(status)], 1);
     count(&metrics->response_bytes, bytes);
     observe(&metrics->durations[route], seconds);
 }
@@ -87,6 +92,10 @@ void shd_metrics_refusal(shd_metrics *metrics, const char *text, size_t size) {
         if (length < left && !memcmp(name, limit_names[i], length) && name[length] == '`')
             count(&metrics->refused[i], 1);
     }
+}
+
+void shd_metrics_unreadable(shd_metrics *metrics, unsigned status) {
+    count(&metrics->unreadable[index_of(status)], 1);
 }
 
 void shd_metrics_memory(shd_metrics *metrics, size_t bytes) {
@@ -195,6 +204,12 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
     for (size_t i = 0; i < SHD_LIMITS; i++)
         fprintf(out, "shaded_refused_total{limit=\"%s\"} %" PRIu64 "\n", limit_names[i],
                 value(&metrics->refused[i]));
+    print_head(out, "unreadable_total", "counter",
+               "Requests that could not be read, by the status of their refusal.");
+    static const unsigned told[] = {400, 413, 414, 431, 500, 505};
+    for (size_t i = 0; i < sizeof told / sizeof told[0]; i++)
+        fprintf(out, "shaded_unreadable_total{status=\"%u\"} %" PRIu64 "\n", told[i],
+                value(&metrics->unreadable[index_of(told[i])]));
     print_head(out, "reloads_total", "counter", "Configurations read again.");
     for (int good = 0; good < 2; good++)
         fprintf(out, "shaded_reloads_total{result=\"%s\"} %" PRIu64 "\n", good ? "done" : "failed",

@@ -42,7 +42,7 @@ typedef enum shd_stage {
 
 const char *shd_stage_name(shd_stage stage);
 
-enum { SHD_BUCKETS = 15, SHD_STATUSES = 20, SHD_LIMITS = 10 };
+enum { SHD_BUCKETS = 15, SHD_STATUSES = 21, SHD_LIMITS = 10 };
 
 typedef struct shd_histogram {
     atomic_uint_least64_t buckets[SHD_BUCKETS + 1]; /* the last one has no upper bound */
@@ -58,8 +58,9 @@ typedef struct shd_metrics {
     atomic_uint_least64_t cached[2]; /* pictures that were made, that the response cache had */
     atomic_uint_least64_t aborted; /* requests without an answer, or whose client did not take it */
     atomic_uint_least64_t refused[SHD_LIMITS]; /* by the limit that they were over */
-    atomic_size_t memory;                      /* the most that one request has taken */
-    atomic_uint_least64_t reloads[2];          /* that failed, that were done */
+    atomic_uint_least64_t unreadable[SHD_STATUSES];
+    atomic_size_t memory;             /* the most that one request has taken */
+    atomic_uint_least64_t reloads[2]; /* that failed, that were done */
     shd_histogram durations[SHD_ROUTE_COUNT];
     shd_histogram stages[SHD_STAGE_COUNT];
 } shd_metrics;
@@ -68,6 +69,9 @@ void shd_metrics_request(shd_metrics *metrics, shd_route_id route, unsigned stat
                          size_t bytes);
 /* A refusal, by the text of its problem: which limit it names, if any. */
 void shd_metrics_refusal(shd_metrics *metrics, const char *text, size_t size);
+
+/* A request that could not be read, and was refused without becoming an exchange, or ended one. */
+void shd_metrics_unreadable(shd_metrics *metrics, unsigned status);
 
 /* A picture that is answered. */
 void shd_metrics_cached(shd_metrics *metrics, shd_cached cached);

@@ -2,6 +2,7 @@
  *
  *     main.c    starts and stops everything
  *     http.c    libmicrohttpd: connections, bodies, sending; the only thread is its I/O thread
+ *     framing.c what it lets pass, though others read it differently
  *     routes.c  which paths and methods there are, and what can be answered at once
  *     jobs.c    which exchange waits for which work, and for how long
  *     job.c     how the engine's workers do it
@@ -102,6 +103,8 @@ struct shd_exchange {
 
     /* http.c's own. */
     struct MHD_Connection *connection;
+    const char *target_end; /* in libmicrohttpd's memory, until the head is read */
+    bool path_hides;        /* the path has a "/" or a 0 byte, percent-encoded */
     int state;
     bool refused, counted, was_accepted, is_suspended;
 };

@@ -162,11 +162,40 @@ class HttpTest(unittest.TestCase):
                 self.assertEqual(answer.headers["Allow"], "GET, HEAD, OPTIONS")
 
     def test_unknown_paths(self):
-        for path in ("/v1", "/v1/", "/v1/render/", "//", "/v1/version%00", "/V1/version", "/%",
-                     "/v1%2Fversion", "/v1/%2fversion", "%2Fv1/version", "/v1/preview%2Fbrass",
-                     "/v1/preview/brass%2F", "/..", "/healthz", "/metrics", "/" + "a" * 2000, "/v1/versio%6", "*"):
+        for path in ("/v1", "/v1/", "/v1/render/", "//", "/V1/version", "/%", "/..",
+                     "/healthz", "/metrics", "/" + "a" * 2000, "/v1/versio%6", "*"):
             self.assert_problem(self.daemon.get(path), 404, "not-found")
         self.assert_problem(self.daemon.call("POST", "/nothing", BODY, JSON), 404, "not-found")
+
+    def test_paths_that_hide_their_ends_are_refused(self):
+        for path in ("/v1/version%00", "/v1%2Fversion", "/v1/%2fversion", "%2Fv1/version",
+                     "/v1/preview%2Fbrass", "/v1/preview/brass%2F", "/%00", "/a%2F../v1/version"):
+            self.assert_problem(self.daemon.get(path), 400, "request")
+        self.assertEqual(self.daemon.get("/v1/version?a=%2F%00").status, 200)
+
+    def test_lines_that_others_read_differently_are_refused(self):
+        line, field = b"GET /v1/version HTTP/1.1\r\n", b"Host: a\r\n"
+        good = line + field + b"Empty:\r\nX:   a b  \r\nConnection: close\r\n\r\n"
+        self.assertTrue(self.daemon.raw(b"\r\n" + good).startswith(b"HTTP/1.1 200 "))
+        self.assertTrue(self.daemon.raw(b"GET / HTTP/1.0\r\n\r\n").startswith(b"HTTP/1.1 200 "))
+        many = b"".join(b"X-%d: %s\r\n" % (i, b"x" * 300) for i in range(60))
+        self.assertTrue(self.daemon.raw(line + many, field + b"Connection: close\r\n\r\n")
+                        .startswith(b"HTTP/1.1 200 "))
+        for bad in (line[:-2] + b"\n" + field + b"\r\n", line + b"Host: a\n\r\n",
+                    line + field + b"\n", line + field + b"X: a\nY: b\r\n\r\n",
+                    line + field + b"X:  a\n\r\n", line + field + b"X: a\0b\r\n\r\n",
+                    line + field + b"X: a\0\r\n\r\n", line + field + b"X: \0\r\n\r\n",
+                    line + b"Host: a\0b\nX: b\r\n\r\n", line + field + b"X: a\0\0\n\r\n",
+                    b"GET /v1/version\0 HTTP/1.1\r\n" + field + b"\r\n",
+                    b"GET /v1/version\0?a HTTP/1.1\r\n" + field + b"\r\n",
+                    line + field + b"X: a\r\n b\r\n\r\n", line + b"Host: a\r\n\tb\r\n\r\n",
+                    line + field + many + b"X: a\nY: b\r\n\r\n"):
+            for pieces in (bad,), (bad[:20], bad[20:]), tuple(bad[i:i + 1] for i in range(len(bad))):
+                if len(pieces) < 2000:
+                    with self.subTest(bad[-40:], pieces=len(pieces)):
+                        self.assert_raw_problem(self.daemon.raw(*pieces), 400, "request")
+        # Before there is a field.
+        self.assertTrue(self.daemon.raw(line + b"Ho\0st: a\r\n\r\n").startswith(b"HTTP/1.1 400 "))
 
     def test_other_spellings_of_a_path(self):
         for target in ("/v1/version?", "/v1/version?a=b/c", "/v1/%76ersion",

@@ -236,8 +236,10 @@ class PictureTest(unittest.TestCase):
         self.assertIn('did you mean "brass"', problem["detail"])
         self.refused(link("br\u00e4ss"), 404, "not-found")
         for path in ("/v1/preview", "/v1/preview/", "/v1/preview/brass/", "/v1/preview/a/b",
-                     "/v1/preview/%ff", "/v1/preview/brass%00", "/v1/preview/%2e%2e%2f"):
+                     "/v1/preview/%ff", "/v1/preview/%2e%2e"):
             self.refused(path, 404, "not-found")
+        for path in "/v1/preview/brass%00", "/v1/preview/%2e%2e%2f", "/v1/preview/a%2Fb":
+            self.refused(path, 400, "request")
 
     def test_methods(self):
         for path in (link(), link("bras"), link(size="x")):

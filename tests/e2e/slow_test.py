@@ -304,6 +304,7 @@ class HostileTest(unittest.TestCase):
         get = b"GET / HTTP/1.1\r\nHost: a\r\n"
         chunks = post(b"Transfer-Encoding: chunked", length=False, body=b"")
         more = b"a" * 5000000
+        told, before = {}, self.daemon.metrics()
         for message, status in (
                 (b"GET /\r\n\r\n", b"400"), (get + b"colonless\r\n\r\n", b"400"),
                 (post(b"Content-Length: x", length=False, body=b""), b"400"),
@@ -320,6 +321,31 @@ class HostileTest(unittest.TestCase):
                     if status:
                         self.assertIn(b"\r\nConnection: close\r\n", data)
                         self.assertTrue(data.endswith(b"</html>"))
+                        told[status.decode()] = told.get(status.decode(), 0) + 1
+        # Each of them is counted.
+        wait_until(lambda: told == {
+            status: number - before[name] for status in told
+            for name, number in self.daemon.metrics().items()
+            if name == f'shaded_unreadable_total{{status="{status}"}}'})
+
+    def test_what_libmicrohttpd_refuses_is_logged(self):
+        with Daemon() as daemon:
+            for message, status, event in (
+                    (b"GET / HTTP/2.0\r\n\r\n", 505, None),
+                    (b"GET / HTTP/1.1\r\nHost: a\r\nnonsense\r\n\r\n", 400, "/"),
+                    (post(b"Content-Length: x", length=False, body=b""), 400, "/v1/render"),
+                    (post(b"Transfer-Encoding: chunked", length=False, body=b"zz\r\n"), 400,
+                     "/v1/render")):
+                seen = len(daemon.events("unreadable")), len(daemon.events("request"))
+                self.assertTrue(daemon.raw(message).startswith(b"HTTP/1.1 %d " % status))
+                wait_until(lambda: len(daemon.events("unreadable")) > seen[0])
+                self.assertEqual(daemon.events("unreadable")[-1]["status"], status)
+                if event:
+                    wait_until(lambda: len(daemon.events("request")) > seen[1])
+                    line = daemon.events("request")[-1]
+                    self.assertEqual((line["status"], line["path"], line["client"]),
+                                     (status, event, "127.0.0.1"))
+                    self.assertNotIn("aborted", line)
 
     def test_odd_targets_name_nothing(self):
         for target, status in ((b"http://", 200), (b"http:///", 200), (b"://", 404), (b"a", 404),
