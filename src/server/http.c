@@ -19,6 +19,7 @@
 #include "log.h"
 #include "private.h"
 #include "problem.h"
+#include "request_log.h"
 #include "routes.h"
 
 enum { BEGUN, READING, WAITING, ANSWERED };
@@ -39,8 +40,8 @@ enum { SMALL_BODY = 64 << 10 };
 /* What the head says about itself and its body. */
 typedef struct head {
     shd_exchange *exchange;
-    const char *length, *coding, *request_id;
-    unsigned lengths, codings, hosts, types, authorizations;
+    const char *length, *coding, *request_id, *trace;
+    unsigned lengths, codings, hosts, types, authorizations, traces;
     bool expects, blanks;
 } head;
 
@@ -151,6 +152,9 @@ static enum MHD_Result read_field(void *cls, enum MHD_ValueKind kind, const char
         h->exchange->is_preflight = h->exchange->method == SHD_OPTIONS;
     } else if (!strcasecmp(name, "X-Request-Id")) {
         h->request_id = value;
+    } else if (!strcasecmp(name, "traceparent")) {
+        h->trace = value;
+        h->traces++;
     } else if (!strcasecmp(name, "Expect")) {
         h->expects = true;
     } else if (!strcasecmp(name, "Host")) {
@@ -255,6 +259,11 @@ static struct MHD_Response *make_without_length(void) {
 }
 #endif
 
+static size_t body_bytes(const shd_exchange *exchange) {
+    bool bodiless = exchange->method == SHD_HEAD || exchange->reply.status == 304;
+    return bodiless ? 0 : exchange->reply.size;
+}
+
 /* NULL where memory is short. */
 static struct MHD_Response *make_response(shd_reply *reply) {
     if (reply->is_short) return NULL;
@@ -286,6 +295,7 @@ static enum MHD_Result queue_reply(shd_exchange *exchange) {
         reply->status = LAST_STATUS;
         return MHD_queue_response(exchange->connection, LAST_STATUS, exchange->server->last_words);
     }
+    atomic_fetch_add(&exchange->server->unsent, exchange->unsent = body_bytes(exchange));
     enum MHD_Result result = MHD_queue_response(exchange->connection, reply->status, response);
     MHD_destroy_response(response);
     return result;
@@ -380,6 +390,7 @@ static enum MHD_Result take_head(shd_exchange *exchange, const char *method, con
     count(exchange);
     MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, read_field, &h);
     adopt_id(exchange, h.request_id);
+    if (h.traces == 1) shd_trace_read(h.trace, &exchange->trace);
     set_client(exchange);
     if (!shd_head_is_sound(exchange->connection, method, exchange->target_end, version))
         shd_problem_reply(&exchange->reply, SHD_BAD_REQUEST,
@@ -503,25 +514,6 @@ static enum MHD_Result handle(void *cls, struct MHD_Connection *connection, cons
 
 /* ---- The end of an exchange ---- */
 
-static size_t body_bytes(const shd_exchange *exchange) {
-    bool bodiless = exchange->method == SHD_HEAD || exchange->reply.status == 304;
-    return bodiless ? 0 : exchange->reply.size;
-}
-
-static void log_request(const shd_exchange *exchange, double seconds, bool aborted) {
-    shd_log line;
-    shd_log_begin(&line, SHD_LOG_INFO, "request");
-    shd_log_text(&line, "id", exchange->id);
-    if (*exchange->client) shd_log_text(&line, "client", exchange->client);
-    shd_log_text(&line, "method", exchange->method_name);
-    shd_log_text(&line, "path", exchange->path);
-    shd_log_whole(&line, "status", exchange->reply.status);
-    shd_log_whole(&line, "bytes", body_bytes(exchange));
-    shd_log_milliseconds(&line, "ms", seconds);
-    if (aborted) shd_log_flag(&line, "aborted", true);
-    shd_log_end(&line);
-}
-
 /* The status that libmicrohttpd has answered an exchange by itself, which is over; 0: none. */
 static unsigned status_of_others(struct MHD_Connection *connection) {
     const union MHD_ConnectionInfo *info =
@@ -580,11 +572,13 @@ static void complete(void *cls, struct MHD_Connection *connection, void **contex
         if (status)
             shd_metrics_request(&server->metrics, id, status, seconds, body_bytes(exchange));
         if (aborted) atomic_fetch_add(&server->metrics.aborted, 1);
-        if (exchange->settings->config.log_requests) log_request(exchange, seconds, aborted);
+        if (exchange->settings->config.log_requests)
+            shd_log_request(exchange, seconds, body_bytes(exchange), aborted);
         if (exchange->was_accepted) atomic_fetch_sub(&server->accepted, 1);
         atomic_fetch_sub(&server->in_flight, 1);
     }
     atomic_fetch_sub(&server->body_bytes, exchange->capacity);
+    atomic_fetch_sub(&server->unsent, exchange->unsent);
     shd_settings_drop(exchange->settings);
     shd_reply_clear(&exchange->reply);
     free(exchange->target);

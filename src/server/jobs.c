@@ -260,6 +260,7 @@ static bool join_crowd(shd_jobs *jobs, shd_waiter *waiter, leftovers *left) {
 
 static void join_job(shd_jobs *jobs, shd_waiter *waiter, shd_job *job) {
     attach(jobs, waiter, job);
+    waiter->joined = true;
     if (shd_turn_waits(&job->turn)) shd_queue_share(jobs->queue, &job->turn, waiter->client);
     atomic_fetch_add(&jobs->metrics->joined, 1);
 }

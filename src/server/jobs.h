@@ -40,6 +40,7 @@ typedef struct shd_waiter {
 
     shd_job *job;             /* NULL: it does not wait */
     struct shd_waiter *other; /* another one that waits for the same job */
+    bool joined;              /* the job is another one's, too, and was there already */
     shd_turn turn;            /* its place among those who wait */
     /* Why it is sent away, and when it may come again. */
     enum shd_sent {

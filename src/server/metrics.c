@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "process.h"
+
 static const char *const route_names[SHD_ROUTE_COUNT] = {
     [SHD_ROUTE_INDEX] = "/",
     [SHD_ROUTE_RENDER] = "/v1/render",
@@ -150,6 +152,13 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
     print_number(out, "draining", "gauge", "1 while the daemon is stopping.", gauges->draining);
     print_number(out, "requests_in_flight", "gauge", "Requests begun and not yet answered.",
                  gauges->in_flight);
+    print_number(out, "unsent_bytes", "gauge", "Bytes of answers that their clients are taking.",
+                 gauges->unsent);
+    print_head(out, "oldest_request_seconds", "gauge",
+               "Time that the request has waited which has waited longest for its work.");
+    uint64_t oldest = (uint64_t)(gauges->reaped.oldest * 1e3);
+    fprintf(out, "shaded_oldest_request_seconds %" PRIu64 ".%03u\n", oldest / 1000,
+            (unsigned)(oldest % 1000));
     print_number(out, "queue_depth", "gauge", "Requests that wait for a thread.",
                  gauges->load.queued);
     print_number(out, "workers", "gauge", "Rendering threads.", gauges->load.threads);
@@ -248,6 +257,7 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
         print_histogram(out, "stage_duration_seconds", "stage", stage_names[stage],
                         &metrics->stages[stage]);
 
+    shd_process_print(out);
     if (!fclose(out)) return text;
     free(text);
     return NULL;

@@ -88,6 +88,7 @@ typedef struct shd_gauges {
     shd_reuse_load reuse;
     shd_cache_load cache;
     unsigned in_flight;
+    uint64_t unsent; /* bytes of answers that are on their way */
     bool draining;
 } shd_gauges;
 

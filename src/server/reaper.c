@@ -391,8 +391,11 @@ void shd_reaper_phase(shd_reaper *reaper, shd_connection *connection, shd_phase 
 shd_reaped shd_reaper_count(shd_reaper *reaper) {
     pthread_mutex_lock(&reaper->mutex);
     shd_reaped count = reaper->count;
-    for (shd_connection *c = reaper->list.next; c != &reaper->list; c = c->next)
+    double now = shd_now();
+    for (shd_connection *c = reaper->list.next; c != &reaper->list; c = c->next) {
         count.connections[c->phase]++;
+        if (c->phase == SHD_AT_WORK && now - c->since > count.oldest) count.oldest = now - c->since;
+    }
     pthread_mutex_unlock(&reaper->mutex);
     return count;
 }

@@ -85,6 +85,7 @@ void shd_reaper_set_patience(shd_reaper *reaper, const shd_patience *patience);
 typedef struct shd_reaped {
     size_t connections[SHD_PHASES]; /* now */
     uint64_t ended[SHD_ENDINGS];    /* so far */
+    double oldest;                  /* seconds that one has been at work, at most */
 } shd_reaped;
 
 shd_reaped shd_reaper_count(shd_reaper *reaper);

@@ -289,7 +289,7 @@ void shd_route_add_cors(shd_exchange *exchange) {
     if (!exchange->is_preflight || !admits) return;
     shd_reply_plain(reply, "Access-Control-Allow-Methods", "GET, HEAD, POST, OPTIONS");
     shd_reply_plain(reply, "Access-Control-Allow-Headers",
-                    "Authorization, Content-Type, If-None-Match, X-Request-Id");
+                    "Authorization, Content-Type, If-None-Match, traceparent, X-Request-Id");
     shd_reply_plain(reply, "Access-Control-Max-Age", "600");
 }
 

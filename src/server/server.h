@@ -12,7 +12,8 @@
  *     negotiate.c  what Accept and If-None-Match mean
  *     reply.c, problem.c  answers before they become HTTP, refusals among them
  *     settings.c  what SIGHUP changes, from config.c; access.c  tokens, keys and origins
- *     admin.c, metrics.c, log.c  the operators' port, and what they are told
+ *     admin.c, metrics.c, process.c, log.c, request_log.c, trace.c  the operators' port, and what
+ *                they are told
  *     descriptors.c  what is left of them for that port
  *     client.c  who a request is from; private.c  who may keep its answer
  *     address.c, systemd.c  sockets, opened here or handed over
@@ -38,6 +39,7 @@
 #include "reply.h"
 #include "settings.h"
 #include "shaded.h"
+#include "trace.h"
 
 struct MHD_Response;
 
@@ -59,6 +61,7 @@ typedef struct shd_server {
     atomic_uint accepted;         /* those of them whose body was read too */
     atomic_uint suspended;        /* those of them that wait for a job */
     uint64_t places;              /* requests that may wait or be worked on */
+    _Atomic(uint64_t) unsent;     /* bytes of answers that are on their way */
     _Atomic(uint64_t) body_bytes; /* memory of bodies: that are coming, or that jobs have */
 } shd_server;
 
@@ -93,6 +96,7 @@ struct shd_exchange {
     const char *content_type, *content_encoding, *origin;
     const char *authorization; /* a secret; NULL too where there is more than one */
     bool is_preflight;
+    shd_trace trace;
 
     unsigned char *body;
     size_t size, capacity; /* capacity: of what the server's body_bytes counts */
@@ -103,6 +107,7 @@ struct shd_exchange {
 
     /* http.c's own. */
     struct MHD_Connection *connection;
+    size_t unsent;          /* bytes of its answer, of those that the server counts */
     const char *target_end; /* in libmicrohttpd's memory, until the head is read */
     bool path_hides;        /* the path has a "/" or a 0 byte, percent-encoded */
     int state;

@@ -596,7 +596,8 @@ class InsideTest(unittest.TestCase):
             self.assertGreater(event.pop("bytes"), 100)
             self.assertEqual(event, {"level": "info", "event": "request", "id": "logged",
                                      "client": "127.0.0.1",
-                                     "method": "POST", "path": "/v1/render", "status": 422})
+                                     "method": "POST", "path": "/v1/render", "status": 422,
+                                     "problem": "scene"})
             daemon.get("/v1/version?token=secret-in-the-query")
             daemon.wait_for("request", lambda event: event["path"] == "/v1/version")
             self.assertNotIn("secret", daemon.stderr())
@@ -631,6 +632,96 @@ class InsideTest(unittest.TestCase):
         written = sum(line["event"] == "request" for line in lines)
         self.assertGreater(lost, 0)
         self.assertEqual(written + lost, 201)
+
+    def test_requests_are_logged_with_what_came_of_them(self):
+        with Daemon("--threads", "1", "--timeout", "300") as daemon:
+            def logged(scene, **headers):
+                answer = daemon.render(scene, headers)
+                name = answer.headers["X-Request-Id"]
+                return answer, daemon.wait_for("request", lambda event: event["id"] == name)
+
+            answer, miss = logged(SMALL)
+            self.assertEqual(miss["cache"], "miss")
+            for stage, dur in re.findall(r"(\w+);dur=([\d.]+)", answer.headers["Server-Timing"]):
+                self.assertEqual(miss[stage + "_ms"], float(dur))
+            self.assertLess({"queue_ms", "parse_ms", "visibility_ms", "shade_ms", "encode_ms"},
+                            set(miss))
+            self.assertEqual(logged(SMALL)[1]["cache"], "hit")
+            other = {**SMALL, "output": {"format": "jpeg"}}
+            self.assertEqual(logged(other)[1]["cache"], "reuse")
+            known = logged(SMALL, **{"If-None-Match": answer.headers["ETag"]})[1]
+            self.assertEqual((known["status"], known["cache"]), (304, "304"))
+            running = occupied(daemon)
+            # The oldest has waited since before now.
+            self.assertGreater(daemon.metrics()["shaded_oldest_request_seconds"], 0)
+            together = [Background(daemon, SLOW), Background(daemon, SLOW)]
+            wait_until(lambda: daemon.metrics()["shaded_joined_total"] == 1)
+            running.leave()
+            for request in together:
+                self.assertEqual(request.result().status, 200)
+            wait_until(lambda: sorted(event["cache"] for event in daemon.events("request")
+                                      if event["status"] == 200)
+                       == ["hit", "join", "miss", "miss", "reuse"])
+            self.assertEqual(logged(b"{")[1]["problem"], "syntax")
+
+    def test_traces_go_to_the_log(self):
+        trace, parent = "4bf92f3577b34da6a3ce929d0e0e4736", "00f067aa0ba902b7"
+        good = (f"00-{trace}-{parent}-01", f"00-{trace}-{parent}-00", f"cc-{trace}-{parent}-01",
+                f"cc-{trace}-{parent}-01-what-the-future-holds", f"00-{trace}-{parent}-ff")
+        bad = (f"ff-{trace}-{parent}-01", f"00-{trace}-{parent}-01-x", f"00-{trace}-{parent}",
+               f"00-{'0' * 32}-{parent}-01", f"00-{trace}-{'0' * 16}-01", "", "00", "-" * 55,
+               f"00-{trace.upper()}-{parent}-01", f"00-{trace[1:]}-{parent}-01x",
+               f"0x-{trace}-{parent}-01",
+               f"00-{trace}-{parent}-0g", f"cc-{trace}-{parent}-011", f"00_{trace}-{parent}-01",
+               f"00-{trace}_{parent}-01", f"00-{trace[:31]}g-{parent}-01")
+        with Daemon() as daemon:
+            for number, field in enumerate(good + bad):
+                daemon.get("/", {"traceparent": field, "X-Request-Id": str(number)})
+                event = daemon.wait_for("request", lambda event, n=number: event["id"] == str(n))
+                told = (trace, parent) if field in good else (None, None)
+                self.assertEqual((event.get("trace"), event.get("parent")), told, field)
+            twice = f"traceparent: {good[0]}\r\n".encode() * 2
+            daemon.raw(b"GET / HTTP/1.1\r\nHost: a\r\nConnection: close\r\nX-Request-Id: twice\r\n"
+                       + twice + b"\r\n")
+            self.assertNotIn("trace", daemon.wait_for("request", lambda e: e["id"] == "twice"))
+
+    def test_metrics_tell_of_the_process(self):
+        with Daemon() as daemon:
+            tick = os.sysconf("SC_CLK_TCK")
+            metrics = daemon.metrics()
+            stat = Path(f"/proc/{daemon.pid}/stat").read_text().rpartition(")")[2].split()
+            self.assertLessEqual(metrics["process_cpu_seconds_total"],
+                                 (int(stat[11]) + int(stat[12])) / tick)
+            self.assertEqual(metrics["process_threads"], int(stat[17]))
+            with open("/proc/stat", encoding="ascii") as file:
+                boot = int(re.search(r"^btime (\d+)$", file.read(), re.MULTILINE)[1])
+            started = boot + int(stat[19]) / tick
+            self.assertLess(abs(metrics["process_start_time_seconds"] - started), 5)
+            self.assertGreater(metrics["process_resident_memory_bytes"], 1 << 20)
+            self.assertGreater(metrics["process_virtual_memory_bytes"],
+                               metrics["process_resident_memory_bytes"])
+            # The connection that asks is one of them.
+            here = len(os.listdir(f"/proc/{daemon.pid}/fd"))
+            self.assertIn(metrics["process_open_fds"], (here, here + 1))
+            limits = Path(f"/proc/{daemon.pid}/limits").read_text()
+            most = re.search(r"^Max open files +(\d+)", limits, re.MULTILINE)[1]
+            self.assertEqual(metrics["process_max_fds"], int(most))
+
+    def test_answers_that_are_not_taken_are_told(self):
+        large = {"objects": [{"type": "plane"}], "camera": {"position": [0, 1, 3]},
+                 "lights": [{"position": [1, 2, 3, 1]}],
+                 "image": {"width": 800, "height": 800, "samples": 1},
+                 "outputs": [{"name": str(i), "format": "tiff", "bitDepth": "float",
+                              "colorSpace": "lin_rec709"} for i in range(8)]}
+        with Daemon() as daemon:
+            with socket.socket() as client:
+                client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+                client.connect(daemon.address)
+                body = json.dumps(large).encode()
+                client.sendall(b"POST /v1/render HTTP/1.1\r\nHost: a\r\nContent-Length: %d\r\n"
+                               b"Content-Type: application/json\r\n\r\n%s" % (len(body), body))
+                wait_until(lambda: daemon.metrics()["shaded_unsent_bytes"] > 5_000_000)
+            wait_until(lambda: daemon.metrics()["shaded_unsent_bytes"] == 0)
 
     def test_request_logs_may_be_off(self):
         with Daemon("--log-requests", "off") as daemon:
