@@ -159,6 +159,21 @@ class KubernetesTest(unittest.TestCase):
         maps = [item for item in objects if item["kind"] == "ConfigMap"]
         self.assertIn("haproxy.cfg", maps[0]["data"])
 
+    def test_monitored_has_a_monitor_of_each_deployment(self):
+        """Whose ports are those of its pods."""
+        self.build("monitored")
+        monitors = {item["metadata"]["name"]: item["spec"] for item in yaml.safe_load_all(
+            (KUBERNETES / "monitored/monitors.yaml").read_text())}
+        self.assertEqual(set(monitors), {"shaded", "shaded-proxy"})
+        for monitor in monitors.values():
+            self.assertEqual([(end["port"], end["path"])
+                              for end in monitor["podMetricsEndpoints"]], [("admin", "/metrics")])
+        for path in "base/deployment.yaml", "hashed/proxy.yaml":
+            (pod,) = [item["spec"]["template"]["spec"]
+                      for item in yaml.safe_load_all((KUBERNETES / path).read_text())
+                      if item["kind"] == "Deployment"]
+            self.assertIn("admin", {port["name"] for port in pod["containers"][0]["ports"]})
+
     def test_confined_is_built_with_the_profile(self):
         (pod,) = self.pods(self.build("confined"))
         profile = pod["containers"][0]["securityContext"]["seccompProfile"]

@@ -9,11 +9,13 @@ import os
 import re
 import signal
 import socket
+import ssl
 import subprocess
 import tempfile
 import threading
 import time
 import unittest
+import warnings
 from pathlib import Path
 
 from deploy.tools import DEPLOY, environment, find
@@ -138,19 +140,76 @@ class Proxied(unittest.TestCase):
         wait_until(lambda: late() > before)
         self.assertEqual(late(), before + 1)
 
-    def haproxy(self, replicas):
+    def certificate(self):
+        """For localhost, of its own authority; a proxy's TLS lines are switched on by replacing."""
+        subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt",
+                        "ec_paramgen_curve:prime256v1", "-nodes", "-days", "2", "-subj",
+                        "/CN=localhost", "-addext", "subjectAltName=DNS:localhost", "-keyout",
+                        self.folder / "tls.key", "-out", self.folder / "tls.crt"],
+                       check=True, capture_output=True)
+        (self.folder / "tls.pem").write_text((self.folder / "tls.crt").read_text() +
+                                             (self.folder / "tls.key").read_text())
+
+    def with_tls(self, text):
+        self.tls = free_port()
+        text = text.replace("#tls ", "").replace("/etc/shaded/tls", f"{self.folder}/tls")
+        return re.sub(r"(bind |listen ):?8443", rf"\g<1>127.0.0.1:{self.tls}", text)
+
+    def speaks_tls(self, port):
+        trusted = ssl.create_default_context(cafile=self.folder / "tls.crt")
+
+        def asked():
+            connection = http.client.HTTPSConnection("localhost", self.tls, timeout=PATIENCE,
+                                                     context=trusted)
+            try:
+                connection.request("POST", "/v1/render", json.dumps(SMALL), JSON)
+                answer = connection.getresponse()
+                return answer if answer.status == 200 and answer.read()[:4] == b"\x89PNG" else None
+            finally:
+                connection.close()
+
+        answer = asked()
+        self.assertIn("max-age=", answer.headers["Strict-Transport-Security"])
+        plain = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
+        self.addCleanup(plain.close)
+        plain.request("GET", "/v1/version", headers={"Host": "shop.example"})
+        answer = plain.getresponse()
+        self.assertIn(answer.status, (301, 302, 307, 308))
+        self.assertEqual(answer.headers["Location"], "https://shop.example/v1/version")
+        old = ssl.create_default_context(cafile=self.folder / "tls.crt")
+        old.set_ciphers("ALL:@SECLEVEL=0")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            old.minimum_version = old.maximum_version = ssl.TLSVersion.TLSv1_1
+        with socket.create_connection(("127.0.0.1", self.tls), PATIENCE) as connection:
+            with self.assertRaises((ssl.SSLError, ConnectionError)):
+                old.wrap_socket(connection, server_hostname="localhost")
+
+    def logs_no_query(self, port):
+        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
+        self.addCleanup(connection.close)
+        connection.request("GET", "/v1/preview/brass?size=16&signature=hush")
+        connection.getresponse().read()
+        log = self.folder / "log"
+        wait_until(lambda: "/v1/preview/brass" in log.read_text())
+        self.assertNotIn("hush", log.read_text())
+
+    def haproxy(self, replicas, change=lambda text: text, wait=True):
         find("haproxy")
-        port, text = free_port(), (DEPLOY / "haproxy/haproxy.cfg").read_text()
+        port, text = free_port(), change((DEPLOY / "haproxy/haproxy.cfg").read_text())
+        self.admin = free_port()
         text = text.replace("bind :8080", f"bind 127.0.0.1:{port}")
+        text = text.replace("bind :8404", f"bind 127.0.0.1:{self.admin}")
         for number, daemon in enumerate(replicas, 1):
             there = "%s:%d" % daemon.address
             text = re.sub(f"shaded-{number}:8080$", f"{there} port {daemon.admin[1]}", text,
                           flags=re.MULTILINE)
         self.start("haproxy", text, "-f")
-        self.wait_for(port)
+        if wait:
+            self.wait_for(port)
         return port
 
-    def nginx(self, replicas):
+    def nginx(self, replicas, change=lambda text: text, wait=True):
         port, text = free_port(), (DEPLOY / "nginx/nginx.conf").read_text()
         text = text.replace("listen 8080", f"listen 127.0.0.1:{port}")
         (server,) = re.findall(r"^ *server shaded:8080.*;$", text, re.MULTILINE)
@@ -158,8 +217,10 @@ class Proxied(unittest.TestCase):
                                               for one in replicas))
         # Root's nginx would work as nobody, who may not enter the folder.
         user = ["-g", "user root;"] if os.geteuid() == 0 else []
-        self.proxy = self.start("nginx", text.replace("/tmp/", f"{self.folder}/"), *user, "-c")
-        self.wait_for(port)
+        self.proxy = self.start("nginx", change(text.replace("/tmp/", f"{self.folder}/")),
+                                *user, "-c")
+        if wait:
+            self.wait_for(port)
         return port
 
     def lose(self, port, victim, number):
@@ -208,7 +269,56 @@ class HaproxyTest(Proxied):
         self.pass_a_deadline(self.haproxy)
 
 
+    def test_it_logs_no_query(self):
+        self.logs_no_query(self.haproxy(self.replicas()[:1]))
+
+    def test_tls(self):
+        self.certificate()
+        port = self.haproxy(self.replicas()[:1], self.with_tls, wait=False)
+        wait_until(lambda: self.told("/readyz")[0] == 200)
+        self.speaks_tls(port)
+
+    def told(self, path):
+        connection = http.client.HTTPConnection("127.0.0.1", self.admin, timeout=PATIENCE)
+        try:
+            connection.request("GET", path)
+            answer = connection.getresponse()
+            return answer.status, answer.read().decode()
+        except OSError:
+            return 0, ""
+        finally:
+            connection.close()
+
+    def test_it_is_ready_while_a_replica_is(self):
+        daemon = Daemon("--threads", "1")
+        self.haproxy([daemon])
+        wait_until(lambda: self.told("/readyz")[0] == 200)
+        status, metrics = self.told("/metrics")
+        self.assertEqual(status, 200)
+        self.assertIn('haproxy_backend_active_servers{proxy="replicas"} 1', metrics)
+        self.assertEqual(self.told("/")[0], 404)
+        daemon.stop()
+        wait_until(lambda: self.told("/readyz")[0] == 503)
+
+
 class NginxTest(Proxied):
+    def test_it_logs_no_query(self):
+        self.logs_no_query(self.nginx(self.replicas()[:1]))
+
+    def test_tls(self):
+        self.certificate()
+        port = self.nginx(self.replicas()[:1], self.with_tls, wait=False)
+
+        def listens():
+            try:
+                socket.create_connection(("127.0.0.1", self.tls)).close()
+                return True
+            except OSError:
+                return False
+
+        wait_until(listens)
+        self.speaks_tls(port)
+
     def test_a_passed_deadline_is_not_carried_on(self):
         self.pass_a_deadline(self.nginx)
 
