@@ -358,6 +358,64 @@ static void budgets_take_exact_where_its_lights_cost_no_more(void **state) {
     shd_request_drop(request);
 }
 
+/* ---- Many lamps. ---- */
+
+/* Balls with so many lamps of 1/d^2 among them. */
+static char *write_lamps(int lamps, int balls, const char *accuracy) {
+    char *json = NULL;
+    size_t size;
+    FILE *out = open_memstream(&json, &size);
+    assert_non_null(out);
+    uint64_t random = 1;
+    fprintf(
+        out,
+        "{\"image\": {\"width\": 64, \"height\": 48, \"samples\": 1}, \"camera\": {\"position\": "
+        "[0, 0, 9]}, \"accuracy\": {%s}, \"lights\": [",
+        accuracy);
+    for (int i = 0; i < lamps; i++)
+        fprintf(out,
+                "%s{\"type\": \"point\", \"attenuation\": [0, 0, 1], \"intensity\": 0.02, "
+                "\"position\": [%.17g, %.17g, %.17g]}",
+                i ? ", " : "", uniform(&random, -5, 5), uniform(&random, -4, 4),
+                uniform(&random, -4, 5));
+    fputs("], \"objects\": [", out);
+    for (int i = 0; i < balls; i++)
+        fprintf(out,
+                "%s{\"type\": \"sphere\", \"radius\": 0.25, \"transform\": {\"translate\": [%.17g, "
+                "%.17g, %.17g]}, \"material\": {\"specular\": 0.3, \"shininess\": 40}}",
+                i ? ", " : "", uniform(&random, -3, 3), uniform(&random, -2, 2),
+                uniform(&random, -3, 1));
+    fputs("]}", out);
+    fclose(out);
+    return json;
+}
+
+static void budgets_are_met_among_many_lamps(void **state) {
+    static const struct {
+        int lamps, balls, budgets;
+    } scenes[] = {{1024, 60, 3}, {10000, 1, 3}, {10000, 60, 1}};
+    for (size_t i = 0; i < sizeof scenes / sizeof scenes[0]; i++) {
+        shd_bound bounds[2]; /* of exact and standard */
+        static const char *const accuracies[] = {"\"tier\": \"exact\"", "\"tier\": \"standard\"",
+                                                 "\"maxError\": 0.01, \"metric\": \"linear\"",
+                                                 "\"maxError\": 0.5",
+                                                 "\"maxError\": 1, \"metric\": \"code\""};
+        for (int k = 0; k < 2 + scenes[i].budgets; k++) {
+            char *json = write_lamps(scenes[i].lamps, scenes[i].balls, accuracies[k]);
+            shd_request *request = read_text(*state, json);
+            shd_error error;
+            if (shd_request_plan_make(request, request->scene, &error)) fail_msg("%s", error.text);
+            if (k < 2) bounds[k] = request->plan->bound;
+            if (k >= 2) assert_int_equal(request->plan->tier, SHD_STANDARD);
+            shd_request_drop(request);
+            free(json);
+        }
+        if (!(bounds[0].linear < 1e-5 && bounds[1].linear < 1e-3))
+            fail_msg("%d lamps, %d balls: bounds of %g and %g", scenes[i].lamps, scenes[i].balls,
+                     bounds[0].linear, bounds[1].linear);
+    }
+}
+
 /* Where a tier saves nothing, there is no reason for less than the exact one. */
 static void of_tiers_that_cost_the_same_the_exact_one_is_taken(void **state) {
     shd_request *request = read_text(*state, "{\"accuracy\": {\"maxError\": 1}, \"objects\": []}");
@@ -379,6 +437,7 @@ int main(void) {
         cmocka_unit_test(budgets_that_nothing_meets_say_what_is_reached),
         cmocka_unit_test(budgets_take_the_cheapest_tier_that_meets_them),
         cmocka_unit_test(budgets_take_exact_where_its_lights_cost_no_more),
+        cmocka_unit_test(budgets_are_met_among_many_lamps),
         cmocka_unit_test(of_tiers_that_cost_the_same_the_exact_one_is_taken),
     };
     return cmocka_run_group_tests(tests, start, stop);
