@@ -4,7 +4,7 @@
  * ends. Whatever works for the request looks at the flag between pieces of work that are bounded
  * whatever the document says, of some millions of instructions at most, and leaves when it is
  * raised. What it leaves behind is then not what it promises, and nobody uses it: the stage says
- * SHD_CANCELLED, or the one that called it does. tests/property/deadlines.c holds every stage to
+ * SHD_CANCELLED, or the one that called it does. tests/property/cancel.c holds every stage to
  * that. */
 #ifndef SHD_BASE_CANCEL_H
 #define SHD_BASE_CANCEL_H

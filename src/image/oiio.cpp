@@ -152,13 +152,18 @@ OIIO::ImageSpec describe(const shd_oiio_job &job) {
     return spec;
 }
 
+bool goes_on(const shd_oiio_job &job) {
+    return !job.go_on || job.go_on(job.context);
+}
+
 /* Pixels as the file stores them, all planes of a pixel side by side. */
-const void *weave(const shd_oiio_job &job, const OIIO::ImageSpec &spec) {
+const void *weave(const shd_oiio_job &job, const OIIO::ImageSpec &spec, bool *stopped) {
     if (job.plane_count == 1 && job.planes[0].sample != SHD_OIIO_HALF) return job.planes[0].values;
     size_t pixel = spec.pixel_bytes(true);
     if (spec.image_pixels() * pixel > job.pixels_size) return nullptr;
     size_t offset = 0;
-    for (size_t p = 0; p < job.plane_count; p++) {
+    for (size_t p = 0; p < job.plane_count && !*stopped; p++) {
+        *stopped = !goes_on(job);
         const shd_oiio_plane &plane = job.planes[p];
         OIIO::TypeDesc to = stored_type(plane.sample);
         OIIO::TypeDesc from = plane.sample == SHD_OIIO_HALF ? OIIO::TypeDesc::FLOAT : to;
@@ -180,18 +185,25 @@ int fail(char *text, size_t size, const std::string &what) {
     return -1;
 }
 
-// What OpenImageIO asks between scanlines: true ends the writing.
-struct Asking {
-    const shd_oiio_job &job;
-    bool stopped = false;
-
-    static bool ask(void *self, float /*done*/) {
-        auto asking = static_cast<Asking *>(self);
-        const shd_oiio_job &job = asking->job;
-        asking->stopped = asking->stopped || (job.go_on && !job.go_on(job.context));
-        return asking->stopped;
+/* In bands, between which it may be left: OpenImageIO's own are of 64 MB. They are of whole strips
+ * of TIFF and of the 16 lines that OpenEXR compresses together, so that bytes are the same. */
+bool write_bands(OIIO::ImageOutput &output, const shd_oiio_job &job, const void *pixels,
+                 bool *stopped) {
+    const OIIO::ImageSpec &spec = output.spec();
+    const int strip = spec.get_int_attribute("tiff:RowsPerStrip", 16);
+    const OIIO::imagesize_t line = spec.scanline_bytes(true), most = 1 << 18;
+    const int strips = static_cast<int>(most / (line * static_cast<OIIO::imagesize_t>(strip)));
+    const int rows = strip * (strips < 1 ? 1 : strips);
+    for (int y = 0; y < job.height; y += rows) {
+        *stopped = *stopped || !goes_on(job);
+        if (*stopped) return false;
+        const int end = y + rows < job.height ? y + rows : job.height;
+        const auto *band =
+            static_cast<const unsigned char *>(pixels) + line * static_cast<OIIO::imagesize_t>(y);
+        if (!output.write_scanlines(y, end, 0, OIIO::TypeDesc::UNKNOWN, band)) return false;
     }
-};
+    return true;
+}
 
 int encode(const shd_oiio_job &job, unsigned char **data, size_t *size, char *text,
            size_t text_size) {
@@ -204,14 +216,13 @@ int encode(const shd_oiio_job &job, unsigned char **data, size_t *size, char *te
         return fail(text, text_size, std::string("no writing to memory for ") + job.suffix);
 
     OIIO::ImageSpec spec = describe(job);
-    const void *pixels = weave(job, spec);
+    bool stopped = false;
+    const void *pixels = weave(job, spec, &stopped);
     if (!pixels) return fail(text, text_size, "the pixel buffer is too small");
-    Asking asking{job};
     bool written = output->set_ioproxy(&memory) && output->open(name, spec) &&
-                   output->write_image(OIIO::TypeDesc::UNKNOWN, pixels, OIIO::AutoStride,
-                                       OIIO::AutoStride, OIIO::AutoStride, Asking::ask, &asking);
+                   write_bands(*output, job, pixels, &stopped);
     written = output->close() && written;
-    if (asking.stopped) return 2;
+    if (stopped) return 2;
     if (memory.starved) return 1;
     if (!written || !memory.size()) return fail(text, text_size, output->geterror());
     if (!std::strcmp(job.suffix, "exr") && memory.lacks_lines(job.height)) return 1;

@@ -74,6 +74,7 @@ static bool plan_planes(const shd_scene *scene, shd_arena *arena, shd_plan *plan
     size_t count = 1;
     for (size_t o = 0; o < scene->output_count; o++) {
         for (size_t l = 0; l < scene->outputs[o].layer_count; l++) {
+            if (shd_is_cancelled(plan->cancelled)) return false;
             const shd_layer *layer = &scene->outputs[o].layers[l];
             plan->wants[layer->kind] = true;
             if (layer->kind > SHD_LAYER_LIGHT) continue;

@@ -3,6 +3,7 @@
 #include "base/json_memory.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -97,6 +98,7 @@ static json_t *tell_lights(const shd_plan *plan) {
     const shd_scene *scene = plan->scene;
     json_t *list = json_array();
     for (size_t i = 0; i < scene->light_count; i++) {
+        if (shd_is_cancelled_at(plan->cancelled, i)) break;
         uint32_t at;
         bool used = shd_plan_find_light(plan, i, &at);
         json_array_append_new(list,
@@ -112,6 +114,7 @@ static json_t *tell_objects(const shd_plan *plan) {
     const shd_scene *scene = plan->scene;
     json_t *list = json_array();
     for (size_t i = 0; i < scene->object_count; i++) {
+        if (shd_is_cancelled_at(plan->cancelled, i)) break;
         const shd_plan_object *object = &plan->objects[i];
         json_array_append_new(
             list, json_pack("{ss ss sI sI}", "type", shd_shape_name(scene->objects[i].shape),
@@ -125,7 +128,7 @@ static json_t *tell_objects(const shd_plan *plan) {
 static json_t *tell_materials(const shd_plan *plan) {
     const shd_scene *scene = plan->scene;
     json_t *list = json_array();
-    for (size_t g = 0; g < plan->group_count; g++) {
+    for (size_t g = 0; g < plan->group_count && !shd_is_cancelled(plan->cancelled); g++) {
         const shd_plan_group *group = &plan->groups[g];
         const shd_plan_material *material = &plan->materials[group->material];
         json_t *terms = json_array(), *shininess = json_array();
@@ -271,6 +274,29 @@ static char *join(const json_t *words) {
     return text;
 }
 
+typedef struct printing {
+    FILE *out;
+    const atomic_bool *cancelled;
+} printing;
+
+static int print_some(const char *text, size_t size, void *context) {
+    const printing *p = context;
+    return shd_is_cancelled(p->cancelled) || fwrite(text, 1, size, p->out) != size ? -1 : 0;
+}
+
+/* NULL: no memory, or it was cancelled. */
+static char *print_json(const json_t *json, const atomic_bool *cancelled) {
+    char *text = NULL;
+    size_t size;
+    printing p = {open_memstream(&text, &size), cancelled};
+    if (!p.out) return NULL;
+    const bool failed =
+        json_dump_callback(json, print_some, &p, JSON_INDENT(2) | JSON_REAL_PRECISION(9));
+    if (!fclose(p.out) && !failed) return text;
+    free(text);
+    return NULL;
+}
+
 shd_status shd_request_explain(shd_request *request, shd_telling telling, char **text,
                                shd_error *error) {
     shd_explained e = {.plan = NULL};
@@ -284,12 +310,16 @@ shd_status shd_request_explain(shd_request *request, shd_telling telling, char *
         json_decref(words);
     } else {
         json_t *answer = tell_all(&e, words);
-        out = answer ? json_dumps(answer, JSON_INDENT(2) | JSON_REAL_PRECISION(9)) : NULL;
+        out = answer ? print_json(answer, &request->cancelled) : NULL;
         json_decref(answer);
     }
     if (shd_json_memory_short()) {
         free(out);
         out = NULL;
+    }
+    if (shd_is_cancelled(&request->cancelled)) {
+        free(out);
+        return shd_fail(error, SHD_CANCELLED, "", "the explanation was cancelled");
     }
     if (!out) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     *text = out;

@@ -119,7 +119,7 @@ static double bound_block(const shd_picture_errors *errors, const float *rgba, s
 /* Leaves the block's differences in the film's pixels: three linear ones, and CIEDE2000. */
 static void measure_block(void *context, size_t index, unsigned slot) {
     measuring *m = context;
-    if (atomic_load_explicit(&m->request->cancelled, memory_order_relaxed)) return;
+    if (shd_is_cancelled(&m->request->cancelled)) return;
     const shd_showing *showing = m->showing;
     tally *t = m->tallies[slot];
     sums *sum = &m->sums[index];
@@ -187,13 +187,16 @@ static shd_spread spread_of_codes(const uint64_t apart[256], uint64_t *total, do
 }
 
 /* The value at p99 among `channels` of every four floats, none of them negative: these sort as
- * their bits do, so that counting halves of the bits twice finds it without a copy. */
-static double select_p99(const float *values, size_t pixels, int channels, uint64_t *counts) {
+ * their bits do, so that counting halves of the bits twice finds it without a copy. 0 where it is
+ * cancelled. */
+static double select_p99(const measuring *m, const float *values, int channels, uint64_t *counts) {
+    const size_t pixels = m->pixels;
     uint64_t rank = rank_of((uint64_t)pixels * (uint64_t)channels);
     uint32_t found = 0;
     for (int pass = 0; pass < 2; pass++) {
         memset(counts, 0, 65536 * sizeof *counts);
-        for (size_t i = 0; i < pixels; i++)
+        for (size_t i = 0; i < pixels; i++) {
+            if (shd_is_cancelled_at(&m->request->cancelled, i)) return 0;
             for (int c = 0; c < channels; c++) {
                 uint32_t bits;
                 memcpy(&bits, values + 4 * i + c, sizeof bits);
@@ -202,6 +205,7 @@ static double select_p99(const float *values, size_t pixels, int channels, uint6
                 else if (bits >> 16 == found)
                     counts[bits & 0xffff]++;
             }
+        }
         uint32_t at = 0;
         while (counts[at] < rank) rank -= counts[at++];
         found = pass == 0 ? at : found << 16 | at;
@@ -232,8 +236,8 @@ static void add_up(const measuring *m, unsigned slots, size_t blocks, uint64_t *
     d.linear.mean /= 3 * (double)m->pixels;
     d.delta_e.mean /= (double)m->pixels;
     /* The film holds them as f32, which may be rounded up beyond the maximum. */
-    d.linear.p99 = fmin(select_p99(m->film, m->pixels, 3, counts), d.linear.max);
-    d.delta_e.p99 = fmin(select_p99(m->film + 3, m->pixels, 1, counts), d.delta_e.max);
+    d.linear.p99 = fmin(select_p99(m, m->film, 3, counts), d.linear.max);
+    d.delta_e.p99 = fmin(select_p99(m, m->film + 3, 1, counts), d.delta_e.max);
 
     const shd_bound *bound = &m->request->plan->bound;
     d.most = m->errors ? fmin(d.most, bound->delta_e) : bound->delta_e;
@@ -281,8 +285,8 @@ shd_status shd_film_measure(shd_request *request, const shd_showing *showing, co
                         (unsigned long long)request->limits.memory);
 
     shd_pool_for(pool, blocks, measure_block, &m);
-    if (atomic_load(&request->cancelled))
+    if (!shd_is_cancelled(&request->cancelled)) add_up(&m, slots, blocks, counts, out, seconds);
+    if (shd_is_cancelled(&request->cancelled))
         return shd_fail(error, SHD_CANCELLED, "", "the comparison was cancelled");
-    add_up(&m, slots, blocks, counts, out, seconds);
     return SHD_OK;
 }

@@ -39,12 +39,12 @@ shd_packing shd_output_packing(shd_channels channels) {
 }
 
 /* RGB values converted in place; RGBA is what OpenColorIO takes. */
-static bool convert_rgb(const shd_color_transform *transform, float *rgb, size_t count,
-                        shd_arena *arena) {
+static bool convert_rgb(shd_request *request, const shd_color_transform *transform, float *rgb,
+                        size_t count) {
     enum { ROW = 1024 };
-    float *row = shd_arena_alloc(arena, ROW, 4 * sizeof *row);
+    float *row = shd_arena_alloc(request->arena, ROW, 4 * sizeof *row);
     if (!row) return false;
-    for (size_t first = 0; first < count; first += ROW) {
+    for (size_t first = 0; first < count && !shd_is_cancelled(&request->cancelled); first += ROW) {
         size_t some = count - first < ROW ? count - first : ROW;
         for (size_t i = 0; i < some; i++) {
             memcpy(row + 4 * i, rgb + 3 * (first + i), 3 * sizeof *row);
@@ -80,7 +80,7 @@ static float *color_layer(shd_request *request, const shd_film *film, const shd_
            (layer->kind == SHD_LAYER_LIGHT && plan->planes[p].light != layer->light))
         p++;
     float *rgb = copy_floats(request->arena, film->planes[p], 3 * pixels);
-    if (!rgb || !convert_rgb(transform, rgb, pixels, request->arena)) return NULL;
+    if (!rgb || !convert_rgb(request, transform, rgb, pixels)) return NULL;
     return rgb;
 }
 
@@ -108,6 +108,7 @@ static bool make_layers(shd_request *request, const shd_film *film, const shd_ou
     shd_image_layer *layers = shd_arena_alloc(request->arena, output->layer_count, sizeof *layers);
     if (!layers) return false;
     for (size_t l = 0; l < output->layer_count; l++) {
+        if (shd_is_cancelled(&request->cancelled)) return false;
         const shd_layer *layer = &output->layers[l];
         layers[l] = describe_layer(layer);
         switch (layer->kind) {
@@ -152,10 +153,12 @@ typedef struct conversion {
     float *rgba;
     size_t width, rows, height;
     double *seconds; /* [slot] */
+    const atomic_bool *cancelled;
 } conversion;
 
 static void convert_rows(void *context, size_t index, unsigned slot) {
     const conversion *work = context;
+    if (shd_is_cancelled(work->cancelled)) return;
     double began = shd_thread_seconds();
     size_t first = index * work->rows;
     size_t rows = work->height - first < work->rows ? work->height - first : work->rows;
@@ -172,7 +175,8 @@ static bool convert_picture(shd_request *request, const shd_color_transform *tra
                        (size_t)film->width,
                        0,
                        (size_t)film->height,
-                       shd_arena_zalloc(request->arena, slots, sizeof *work.seconds)};
+                       shd_arena_zalloc(request->arena, slots, sizeof *work.seconds),
+                       &request->cancelled};
     if (!work.seconds) return false;
     work.rows = 1 + 32768 / work.width;
     request->times.color -=
@@ -193,11 +197,13 @@ typedef struct coding {
     unsigned char *samples;
     double *seconds;     /* [slot], */
     uint64_t *saturated; /* as is this */
+    const atomic_bool *cancelled;
 } coding;
 
 static void code_pixels(void *context, size_t index, unsigned slot) {
     enum { BLOCK = 1024 };
     const coding *work = context;
+    if (shd_is_cancelled(work->cancelled)) return;
     double began = shd_thread_seconds();
     size_t end = (index + 1) * work->step < work->pixels ? (index + 1) * work->step : work->pixels;
     for (size_t first = index * work->step; first < end; first += BLOCK) {
@@ -245,7 +251,8 @@ static bool code_picture(shd_request *request, const shd_color_codes *codes, con
                    .pixels = (size_t)film->width * (size_t)film->height,
                    .step = 32768,
                    .seconds = shd_arena_zalloc(request->arena, slots, sizeof *work.seconds),
-                   .saturated = shd_arena_zalloc(request->arena, slots, sizeof *work.saturated)};
+                   .saturated = shd_arena_zalloc(request->arena, slots, sizeof *work.saturated),
+                   .cancelled = &request->cancelled};
     work.samples =
         shd_arena_alloc(request->arena, work.pixels, (size_t)work.layout.count * work.layout.bytes);
     if (!work.seconds || !work.saturated || !work.samples) return false;
@@ -285,7 +292,7 @@ static bool convert_film(shd_request *request, const shd_film *film, size_t inde
 static bool go_on(void *context) {
     shd_request *request = context;
     request->times.encode -= shd_pool_lend(request->engine->pool);
-    return !atomic_load(&request->cancelled);
+    return !shd_is_cancelled(&request->cancelled);
 }
 
 /* An encoder's loop, whose every thread counts. */
@@ -428,6 +435,8 @@ shd_status shd_output_make(shd_request *request, const shd_film *film, size_t in
         made = codes ? code_picture(request, codes, film, flat, output->format, &image)
                      : convert_film(request, film, index, transform, flat, &image);
     }
+    if (shd_is_cancelled(&request->cancelled))
+        return shd_fail(error, SHD_CANCELLED, "", "the render was cancelled");
     if (!made)
         return shd_fail(error, SHD_MEMORY, "/image",
                         "the limit `memory` (%llu bytes) is reached by this picture",

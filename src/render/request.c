@@ -165,9 +165,9 @@ shd_status shd_request_read(shd_request *request, const char *json, size_t lengt
                             shd_format fallback) {
     double began = shd_thread_seconds();
     const shd_engine *engine = request->engine;
-    shd_status status =
-        shd_scene_read(json, length, shd_color_catalog(engine->color), &request->limits, fallback,
-                       request->arena, &request->scene, &request->report);
+    shd_status status = shd_scene_read(json, length, shd_color_catalog(engine->color),
+                                       &request->limits, &request->cancelled, fallback,
+                                       request->arena, &request->scene, &request->report);
     if (status == SHD_OK) status = check_formats(request);
     if (status == SHD_OK) status = make_etag(request);
     if (status == SHD_OK) status = check_memory(request);

@@ -13,6 +13,7 @@
 
 /* Hashing works best on long pieces; a mesh has a million short ones. */
 typedef struct sink {
+    const atomic_bool *cancelled;
     struct sha256_ctx hash;
     size_t used;
     unsigned char bytes[4096];
@@ -31,6 +32,7 @@ static void put_count(sink *s, uint64_t bits) {
 
 static void put_numbers(sink *s, const double *values, size_t count) {
     for (size_t i = 0; i < count; i++) {
+        if (count > 1024 && shd_is_cancelled_at(s->cancelled, i)) return;
         double value = values[i] + 0.0; /* -0 + 0 is 0 */
         uint64_t bits;
         memcpy(&bits, &value, sizeof bits);
@@ -104,7 +106,10 @@ static void put_mesh(sink *s, const shd_mesh *mesh) {
     put_count(s, mesh->normals != NULL);
     put_numbers(s, mesh->positions, 3 * mesh->vertex_count);
     if (mesh->normals) put_numbers(s, mesh->normals, 3 * mesh->vertex_count);
-    for (size_t i = 0; i < 3 * mesh->triangle_count; i++) put_count(s, mesh->indices[i]);
+    for (size_t i = 0; i < 3 * mesh->triangle_count; i++) {
+        if (shd_is_cancelled_at(s->cancelled, i)) return;
+        put_count(s, mesh->indices[i]);
+    }
 }
 
 static void put_object(sink *s, const shd_object *object) {
@@ -135,9 +140,9 @@ static void put_output(sink *s, const shd_output *output) {
     for (size_t i = 0; i < output->layer_count; i++) put_text(s, output->layers[i].name);
 }
 
-void shd_scene_digest(const shd_scene *scene, char digest[33]) {
+void shd_scene_digest(const shd_scene *scene, const atomic_bool *cancelled, char digest[33]) {
     enum { BYTES = 16 };
-    sink s = {.used = 0};
+    sink s = {.cancelled = cancelled, .used = 0};
     unsigned char bytes[BYTES];
     sha256_init(&s.hash);
     put_view(&s, scene);

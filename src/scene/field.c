@@ -72,7 +72,8 @@ uint32_t shd_read_fields(shd_reader *r, const shd_node *node, const shd_field *f
     r->wrong = wrong; /* last, for fields that have fields of their own */
     if (found == json_object_size(node->value)) return seen;
     json_t *object = (json_t *)(uintptr_t)node->value; /* jansson's iterators are not const */
-    for (void *at = json_object_iter(object); at; at = json_object_iter_next(object, at))
+    for (void *at = json_object_iter(object); at && !shd_is_cancelled(r->cancelled);
+         at = json_object_iter_next(object, at))
         if (!is_known(fields, count, kinds, json_object_iter_key(at)))
             report_unknown(r, node, fields, count, kinds, what, json_object_iter_key(at));
     return seen;

@@ -10,6 +10,7 @@
 #include <stddef.h>
 
 #include "base/arena.h"
+#include "base/cancel.h"
 #include "base/report.h"
 #include "scene/pack.h"
 
@@ -34,9 +35,9 @@ typedef struct shd_json {
 
 /* Parses `length` bytes. On failure a problem with line and column (or with the limit's name:
  * `memory` bounds what the tree may take) is in the report and the answer is false; otherwise the
- * caller ends it with shd_json_drop. */
-bool shd_json_parse(const char *text, size_t length, size_t memory, shd_arena *arena, shd_json *out,
-                    shd_report *report);
+ * caller ends it with shd_json_drop. `cancelled` (or NULL) ends it with SHD_CANCELLED. */
+bool shd_json_parse(const char *text, size_t length, size_t memory, const atomic_bool *cancelled,
+                    shd_arena *arena, shd_json *out, shd_report *report);
 void shd_json_drop(shd_json *json, shd_arena *arena);
 
 /* The numbers of a long array; values NULL: it is none, and count that of its items. */

@@ -37,9 +37,10 @@ static bool make_room(shd_packs *packs, shd_arena *arena) {
 
 /* Numbers and commas up to the array's end. NULL: there is something else. `rest`: the end of those
  * that stay. */
-static const char *read_items(const char *at, const char *end, double *out, size_t count,
-                              const char **rest) {
+static const char *read_items(const char *at, const char *end, const atomic_bool *cancelled,
+                              double *out, size_t count, const char **rest) {
     for (size_t i = 0; i < count; i++) {
+        if (shd_is_cancelled_at(cancelled, i)) return NULL;
         at = shd_number_read(skip_space(at, end), end, &out[i]);
         if (!at) return NULL;
         if (i + 1 == SHD_PACK_LEAST) *rest = at;
@@ -53,6 +54,7 @@ static const char *read_items(const char *at, const char *end, double *out, size
 typedef struct packer {
     const char *text, *end, *copied; /* the document, and up to where the copy has it */
     char *out;                       /* the copy's end */
+    const atomic_bool *cancelled;
     shd_arena *arena;
     shd_packs *packs;
 } packer;
@@ -83,7 +85,8 @@ static const char *pack_array(packer *p, const char *open) {
     if (close == p->end || *close != ']' || count < SHD_PACK_LEAST) return close;
     double *values = shd_arena_alloc(p->arena, count, sizeof *values);
     packs->full = !values || !make_room(packs, p->arena);
-    if (packs->full || read_items(open + 1, p->end, values, count, &rest) != close + 1)
+    if (packs->full ||
+        read_items(open + 1, p->end, p->cancelled, values, count, &rest) != close + 1)
         return close;
     copy_until(p, open + 1);
     write_index(p, packs->count);
@@ -104,11 +107,11 @@ static const char *skip_string(const char *at, const char *end, bool *escaped) {
     return at < end ? at + 1 : end;
 }
 
-size_t shd_pack_arrays(const char *text, size_t length, char *copy, shd_arena *arena,
-                       shd_packs *out) {
-    packer p = {text, text + length, text, copy, arena, out};
+size_t shd_pack_arrays(const char *text, size_t length, char *copy, const atomic_bool *cancelled,
+                       shd_arena *arena, shd_packs *out) {
+    packer p = {text, text + length, text, copy, cancelled, arena, out};
     *out = (shd_packs){NULL, 0, 0, false};
-    for (const char *at = text; at < p.end && !out->full;) {
+    for (const char *at = text; at < p.end && !out->full && !shd_is_cancelled(cancelled);) {
         const char *key = memchr(at, '"', (size_t)(p.end - at));
         if (!key) break;
         bool escaped;

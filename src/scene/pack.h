@@ -12,6 +12,7 @@
 #include <stddef.h>
 
 #include "base/arena.h"
+#include "base/cancel.h"
 
 enum { SHD_PACK_LEAST = 32 };
 
@@ -28,9 +29,10 @@ typedef struct shd_packs {
 } shd_packs;
 
 /* Packs the arrays of a document, which need not be right. `copy` has room for `length` bytes;
- * returns how many it has then. Where there are no packs, it is of no use. */
-size_t shd_pack_arrays(const char *text, size_t length, char *copy, shd_arena *arena,
-                       shd_packs *out);
+ * returns how many it has then. Where there are no packs, or once it is cancelled, it is of no
+ * use. */
+size_t shd_pack_arrays(const char *text, size_t length, char *copy, const atomic_bool *cancelled,
+                       shd_arena *arena, shd_packs *out);
 
 /* Blanks, in the document itself, what is packed beyond each array's first numbers: what is wrong
  * elsewhere keeps its line and column. */

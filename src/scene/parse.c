@@ -6,10 +6,14 @@
 #include "base/json_memory.h"
 #include "scene/json.h"
 
+/* Values outside of packed arrays: a tree is freed as a whole, which takes a tenth of a second for
+ * as many, and cannot be left. */
+enum { MOST_VALUES = 1 << 22 };
+
 /* Jansson's memory lies outside of the request's arena and may be 80 times the text ("{},{},"),
  * so the tree is measured before it grows: bytes a value of each kind takes on a 64-bit machine,
  * the slack of doubling tables included. Punctuation in strings counts too; scenes have little. */
-static size_t tree_bytes(const char *text, size_t length) {
+static size_t tree_bytes(const char *text, size_t length, size_t *values) {
     size_t commas = 0, arrays = 0, objects = 0, members = 0;
     for (size_t i = 0; i < length; i++) {
         commas += text[i] == ',';
@@ -17,6 +21,7 @@ static size_t tree_bytes(const char *text, size_t length) {
         objects += text[i] == '{';
         members += text[i] == ':';
     }
+    *values = 1 + commas + arrays + objects;
     return length + commas * 48 + arrays * 128 + objects * 256 + members * 96;
 }
 
@@ -68,27 +73,60 @@ static void report_syntax(const char *text, size_t length, const json_error_t *e
                          shd_quote(error->text).text);
 }
 
-static json_t *load(const char *text, size_t length, json_error_t *error) {
-    return json_loadb(text, length,
-                      JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL | JSON_DECODE_ANY, error);
+/* What is left of a text. */
+typedef struct source {
+    const char *at, *end;
+    const atomic_bool *cancelled;
+} source;
+
+/* Jansson reads on where it gets something, and takes an error for the text's end. */
+static size_t give_some(void *buffer, size_t room, void *context) {
+    source *from = context;
+    const size_t left = (size_t)(from->end - from->at), some = left < room ? left : room;
+    if (shd_is_cancelled(from->cancelled)) return (size_t)-1;
+    memcpy(buffer, from->at, some);
+    from->at += some;
+    return some;
+}
+
+static json_t *load(const char *text, size_t length, const atomic_bool *cancelled,
+                    json_error_t *error) {
+    source from = {text, text + length, cancelled};
+    return json_load_callback(give_some, &from,
+                              JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL | JSON_DECODE_ANY,
+                              error);
+}
+
+/* Whether the tree may be made, and the bytes that it takes. */
+static bool fits(const char *text, size_t length, size_t memory, size_t *out, shd_report *report) {
+    size_t values;
+    const size_t bytes = *out = tree_bytes(text, length, &values);
+    if (bytes > memory)
+        shd_report_error(report, SHD_LIMIT, "",
+                         "reading the document takes about %zu bytes; the limit `memory` is %zu",
+                         bytes, memory);
+    else if (values > MOST_VALUES)
+        shd_report_error(report, SHD_LIMIT, "",
+                         "the document has about %zu values beside the numbers of meshes; at most "
+                         "%d are read",
+                         values, MOST_VALUES);
+    return bytes <= memory && values <= MOST_VALUES;
 }
 
 /* The tree of a document; `copy` has room for it. */
 static json_t *make_tree(const char *text, size_t length, char *copy, size_t memory,
-                         shd_arena *arena, shd_json *json, shd_report *report) {
+                         const atomic_bool *cancelled, shd_arena *arena, shd_json *json,
+                         shd_report *report) {
     shd_packs *packs = &json->packs;
-    const size_t packed = shd_pack_arrays(text, length, copy, arena, packs);
+    const size_t packed = shd_pack_arrays(text, length, copy, cancelled, arena, packs);
     if (packs->full) {
         shd_report_error(report, SHD_MEMORY, "", "the limit `memory` is reached by the document");
         return NULL;
     }
-    const size_t bytes = packs->count ? tree_bytes(copy, packed) : tree_bytes(text, length);
-    if (bytes > memory) {
-        shd_report_error(report, SHD_LIMIT, "",
-                         "reading the document takes about %zu bytes; the limit `memory` is %zu",
-                         bytes, memory);
-        return NULL;
-    }
+    const char *const given = packs->count ? copy : text;
+    const size_t size = packs->count ? packed : length;
+    size_t bytes;
+    if (!fits(given, size, memory, &bytes, report)) return NULL;
     json->borrowed = length + bytes;
     if (!shd_arena_borrow(arena, json->borrowed)) {
         json->borrowed = 0;
@@ -96,7 +134,7 @@ static json_t *make_tree(const char *text, size_t length, char *copy, size_t mem
         return NULL;
     }
     json_error_t error;
-    json_t *tree = packs->count ? load(copy, packed, &error) : load(text, length, &error);
+    json_t *tree = load(given, size, cancelled, &error);
     const bool marked = !tree || shd_pack_mark(tree, packs);
     /* It may have gone on without: numbers are then other ones. */
     if (tree && (!marked || shd_json_memory_short())) {
@@ -106,14 +144,14 @@ static json_t *make_tree(const char *text, size_t length, char *copy, size_t mem
         /* Where it is wrong, told by the document. */
         memcpy(copy, text, length);
         shd_pack_blank(packs, copy);
-        json_decref(load(copy, length, &error));
+        json_decref(load(copy, length, cancelled, &error));
     }
-    if (!tree) report_syntax(text, length, &error, report);
+    if (!tree && !shd_is_cancelled(cancelled)) report_syntax(text, length, &error, report);
     return tree;
 }
 
-bool shd_json_parse(const char *text, size_t length, size_t memory, shd_arena *arena, shd_json *out,
-                    shd_report *report) {
+bool shd_json_parse(const char *text, size_t length, size_t memory, const atomic_bool *cancelled,
+                    shd_arena *arena, shd_json *out, shd_report *report) {
     size_t first = 0;
     while (first < length && strchr(" \t\r\n", text[first]) && text[first]) first++;
     if (first == length) {
@@ -125,11 +163,13 @@ bool shd_json_parse(const char *text, size_t length, size_t memory, shd_arena *a
     char *copy = malloc(length);
     shd_json json = {.tree = NULL};
     if (copy)
-        json.tree = make_tree(text, length, copy, memory, arena, &json, report);
+        json.tree = make_tree(text, length, copy, memory, cancelled, arena, &json, report);
     else
         shd_report_error(report, SHD_MEMORY, "", "there is not enough memory for the document");
     const bool made = copy && json.tree;
     free(copy);
+    if (!made && shd_is_cancelled(cancelled))
+        shd_report_error(report, SHD_CANCELLED, "", "the reading was cancelled");
     if (made)
         *out = json;
     else

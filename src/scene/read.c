@@ -118,8 +118,9 @@ static shd_scene *make_scene(shd_reader *r) {
 }
 
 shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *catalog,
-                          const shd_limits *limits, shd_format fallback, shd_arena *arena,
-                          const shd_scene **out, shd_report *report) {
+                          const shd_limits *limits, const atomic_bool *cancelled,
+                          shd_format fallback, shd_arena *arena, const shd_scene **out,
+                          shd_report *report) {
     if (length > limits->body) {
         shd_report_error(report, SHD_LIMIT, "",
                          "the document has %zu bytes; the limit `body` is %llu", length,
@@ -127,10 +128,12 @@ shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *ca
         return report->status;
     }
     shd_json json;
-    if (!shd_json_parse(text, length, limits->memory, arena, &json, report)) return report->status;
+    if (!shd_json_parse(text, length, limits->memory, cancelled, arena, &json, report))
+        return report->status;
 
     shd_reader r = {.catalog = catalog,
                     .limits = limits,
+                    .cancelled = cancelled,
                     .fallback = fallback,
                     .arena = arena,
                     .json = &json,
@@ -141,8 +144,12 @@ shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *ca
     r.scene = make_scene(&r);
     if (r.scene) read_document(&r, json.tree);
     shd_json_drop(&json, arena);
+    if (report->status == SHD_OK) shd_scene_digest(r.scene, cancelled, r.scene->digest);
+    if (shd_is_cancelled(cancelled)) {
+        report->status = SHD_OK; /* whatever is missing is not the document's mistake */
+        shd_report_error(report, SHD_CANCELLED, "", "the reading was cancelled");
+    }
     if (report->status != SHD_OK) return report->status;
-    shd_scene_digest(r.scene, r.scene->digest);
     *out = r.scene;
     return SHD_OK;
 }

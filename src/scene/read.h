@@ -25,6 +25,7 @@ typedef struct shd_named_material {
 typedef struct shd_reader {
     const shd_catalog *catalog;
     const shd_limits *limits;
+    const atomic_bool *cancelled; /* then reading ends, and what was read is not used */
     shd_format fallback;
     shd_arena *arena;
     const shd_json *json;
@@ -145,8 +146,9 @@ typedef struct shd_mesh_source {
  * limit. */
 const shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mesh_source *source);
 
-/* 128 bits of SHA-256 of what a picture of the scene depends on, as 32 hexadecimal digits. */
-void shd_scene_digest(const shd_scene *scene, char digest[33]);
+/* 128 bits of SHA-256 of what a picture of the scene depends on, as 32 hexadecimal digits; others
+ * once it is cancelled. */
+void shd_scene_digest(const shd_scene *scene, const atomic_bool *cancelled, char digest[33]);
 
 /* Arena memory; NULL, and one SHD_MEMORY error, where it is full. */
 void *shd_take(shd_reader *r, size_t count, size_t size);

@@ -270,7 +270,7 @@ void shd_read_lights(shd_reader *r, const shd_node *node, const shd_field *field
     }
     shd_light *lights = shd_take(r, count, sizeof *lights);
     if (!lights) return;
-    for (size_t i = 0; i < count; i++) {
+    for (size_t i = 0; i < count && !shd_is_cancelled(r->cancelled); i++) {
         shd_node light = shd_node_item(node, i);
         read_light(r, &light, &lights[i]);
     }

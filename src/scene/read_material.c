@@ -241,10 +241,19 @@ void shd_read_materials(shd_reader *r, const shd_node *node, const shd_field *fi
     r->names_unknown = !shd_is_object(r, node);
     if (r->names_unknown) return;
     size_t count = json_object_size(node->value);
+    if (count > r->limits->objects) {
+        shd_node_fail(r->report, node, SHD_LIMIT,
+                      "the scene has %zu materials, more than objects may have: the limit "
+                      "`objects` is %llu",
+                      count, (unsigned long long)r->limits->objects);
+        count = (size_t)r->limits->objects;
+    }
     r->named = shd_take(r, count, sizeof *r->named);
     if (!r->named) return;
     json_t *object = (json_t *)(uintptr_t)node->value; /* jansson's iterators are not const */
-    for (void *at = json_object_iter(object); at; at = json_object_iter_next(object, at)) {
+    for (void *at = json_object_iter(object); at && r->named_count < count;
+         at = json_object_iter_next(object, at)) {
+        if (shd_is_cancelled(r->cancelled)) return;
         const char *key = json_object_iter_key(at);
         if (!shd_is_plain_name(key))
             shd_node_fail(r->report, node, SHD_SCENE,

@@ -63,7 +63,7 @@ static const double *read_numbers(shd_reader *r, const list *l, const char *what
     if (l->numbers.values) return l->numbers.values;
     tally bad = {r, &l->node, 0};
     double value, *out = wanted ? shd_take(r, l->numbers.count, sizeof *out) : NULL;
-    for (size_t i = 0; i < l->numbers.count; i++) {
+    for (size_t i = 0; i < l->numbers.count && !shd_is_cancelled_at(r->cancelled, i); i++) {
         if (!get_number(l, i, &value) && may_name(&bad)) {
             shd_node at = shd_node_item(&l->node, i);
             shd_node_expect(r->report, &at, "a number");
@@ -80,7 +80,7 @@ static void read_indices(shd_reader *r, const list *l, size_t vertices, uint32_t
     char most[32] = "";
     if (vertices) snprintf(most, sizeof most, " to %zu", vertices - 1);
     double value, end = vertices ? (double)vertices : INFINITY;
-    for (size_t i = 0; i < l->numbers.count; i++) {
+    for (size_t i = 0; i < l->numbers.count && !shd_is_cancelled_at(r->cancelled, i); i++) {
         const bool number = get_number(l, i, &value);
         if (number && value >= 0 && value < end && value == floor(value)) {
             if (out) out[i] = (uint32_t)value;
@@ -104,6 +104,7 @@ static bool is_zero(const list *l, size_t i) {
 static void check_normals(shd_reader *r, const list *l) {
     tally bad = {r, &l->node, 0};
     for (size_t i = 0; i + 2 < l->numbers.count; i += 3) {
+        if (shd_is_cancelled_at(r->cancelled, i)) return;
         if (!is_zero(l, i) || !is_zero(l, i + 1) || !is_zero(l, i + 2) || !may_name(&bad)) continue;
         shd_node at = shd_node_item(&l->node, i);
         shd_node_fail(r->report, &at, SHD_SCENE, "the normal of vertex %zu is zero", i / 3);
@@ -120,7 +121,7 @@ static shd_vec3 vector_at(const double *values, uint32_t index) {
  * negated, and light the mesh from within. */
 static void warn_of_inverted_normals(shd_reader *r, const shd_node *node, const shd_mesh *mesh) {
     size_t inverted = 0;
-    for (size_t i = 0; i < mesh->triangle_count; i++) {
+    for (size_t i = 0; i < mesh->triangle_count && !shd_is_cancelled_at(r->cancelled, i); i++) {
         const uint32_t *corner = mesh->indices + 3 * i;
         const shd_vec3 a = vector_at(mesh->positions, corner[0]),
                        ab = shd_sub(vector_at(mesh->positions, corner[1]), a),

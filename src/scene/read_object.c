@@ -185,7 +185,7 @@ void shd_read_objects(shd_reader *r, const shd_node *node, const shd_field *fiel
     shd_object *objects = shd_take(r, count, sizeof *objects);
     r->materials = shd_take(r, count, sizeof *r->materials);
     if (!objects || !r->materials) return;
-    for (size_t i = 0; i < count; i++) {
+    for (size_t i = 0; i < count && !shd_is_cancelled(r->cancelled); i++) {
         shd_node object = shd_node_item(node, i);
         read_object(r, &object, &objects[i]);
     }

@@ -308,6 +308,12 @@ static void resolve_layers(shd_reader *r, const shd_node *node, const json_t *va
                            shd_output *out) {
     shd_node at = {node, "layers", 0, value};
     size_t count = json_array_size(value);
+    if (count > SHD_LAYER_KINDS + r->limits->lights) { /* each once */
+        shd_node_fail(r->report, &at, SHD_LIMIT,
+                      "%zu layers are more than there may be: the limit `lights` is %llu", count,
+                      (unsigned long long)r->limits->lights);
+        return;
+    }
     shd_layer *layers = shd_take(r, count, sizeof *layers);
     shd_layer *sorted = shd_take(r, count, sizeof *sorted);
     if (!layers || !sorted) return;

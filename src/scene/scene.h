@@ -14,6 +14,7 @@
 #include <stdint.h>
 
 #include "base/arena.h"
+#include "base/cancel.h"
 #include "base/catalog.h"
 #include "base/format.h"
 #include "base/limits.h"
@@ -173,11 +174,12 @@ typedef struct shd_scene {
 /* Reads `length` bytes of JSON. Everything wrong is added to `report` (all of it, with JSON
  * Pointers; of lists that are too long, what lies within the limit), as are warnings; the scene is
  * made only where there is no error. `fallback` is the format of an output that names none.
- * Jansson's own memory is freed before it returns; the scene lives in `arena`. Returns
- * report->status. */
+ * Jansson's own memory is freed before it returns; the scene lives in `arena`. `cancelled` (or
+ * NULL) ends it with SHD_CANCELLED. Returns report->status. */
 shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *catalog,
-                          const shd_limits *limits, shd_format fallback, shd_arena *arena,
-                          const shd_scene **out, shd_report *report);
+                          const shd_limits *limits, const atomic_bool *cancelled,
+                          shd_format fallback, shd_arena *arena, const shd_scene **out,
+                          shd_report *report);
 
 /* The material library, sorted by name. Colors are linear Rec.709, decoded from the display codes
  * that the classic table was published in. */

@@ -33,7 +33,8 @@ void shd_job_warn(shd_reply *reply, const shd_request *request) {
 void shd_job_read(shd_job *job) {
     const shd_question *asked = &job->question;
     const char *body = asked->body ? (const char *)asked->body : "";
-    if (!shd_request_read(job->request, body, asked->size, asked->fallback)) return;
+    const shd_status status = shd_request_read(job->request, body, asked->size, asked->fallback);
+    if (status == SHD_OK || status == SHD_CANCELLED) return;
     if (job->work->refuse)
         job->work->refuse(job);
     else
@@ -67,8 +68,10 @@ static void make(shd_job *job) {
     finish(job);
 }
 
+/* That of a document whose reading was cancelled is not known, nor asked for. */
 static double find_cost(const shd_job *job) {
-    if (job->work->size == SHD_SMALL) return job->cost;
+    const bool was_read = shd_request_report(job->request)->status == SHD_OK;
+    if (job->work->size == SHD_SMALL || !was_read) return job->cost;
     const double work = (double)shd_request_work(job->request);
     return job->work->size == SHD_LARGE ? COMPARED * work : work;
 }

@@ -74,7 +74,8 @@ shd_status shd_server_start_jobs(shd_server *server, shd_error *error);
 /* For a reaper whose connections wait as exchanges. */
 extern const shd_departure shd_exchange_departure;
 
-/* shd_work.read: the scene, or what is wrong with it. */
+/* shd_work.read: the scene, or what is wrong with it; nothing where it was cancelled, which the
+ * report says. */
 void shd_job_read(shd_job *job);
 
 /* The document's warnings, the first few of them, as headers. */

@@ -198,7 +198,7 @@ static void find(shd_job *job) {
 
 static void read_scene(shd_job *job) {
     shd_job_read(job);
-    if (job->reply.status) return;
+    if (job->reply.status || shd_request_report(job->request)->status) return;
     if (!shd_request_multipart(job->request) && !job->question.picture_accepted)
         shd_problem_reply(&job->reply, SHD_NOT_ACCEPTABLE,
                           "Accept admits multipart/form-data only, but the scene has no `outputs`");

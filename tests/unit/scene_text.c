@@ -225,12 +225,36 @@ static void full_arena_is_a_memory_error(void **state) {
     const shd_scene *scene = NULL;
     for (char *c = text; *c; c++)
         if (*c == '\'') *c = '"';
-    shd_status status = shd_scene_read(text, strlen(text), &scene_catalog, &limits, SHD_PNG, arena,
-                                       &scene, &report);
+    shd_status status = shd_scene_read(text, strlen(text), &scene_catalog, &limits, NULL, SHD_PNG,
+                                       arena, &scene, &report);
     assert_int_equal(status, SHD_MEMORY);
     assert_null(scene);
     assert_int_equal(report.error_count, 1);
     shd_arena_drop(arena);
+}
+
+/* What is long is bounded, or it could not be left amid its work. */
+static void lists_that_are_too_long_are_refused(void **state) {
+    (void)state;
+    enum { MATERIALS = 1001, LAYERS = 80, VALUES = 1 << 22, ROOM = 2 * VALUES + 64 };
+    char *text = malloc(ROOM), *end = stpcpy(text, "{'objects': [], 'materials': {'m0': {}");
+    for (int i = 1; i < MATERIALS; i++) end += sprintf(end, ",'m%d': {}", i);
+    strcpy(end, "}}");
+    assert_limit(text, scene_limits, "/materials",
+                 "the scene has 1001 materials, more than objects may have: the limit `objects` is "
+                 "1000");
+    end = stpcpy(text, "{'objects': [], 'output': {'format': 'exr', 'layers': ['depth'");
+    for (int i = 1; i < LAYERS; i++) end = stpcpy(end, ",'depth'");
+    strcpy(end, "]}}");
+    assert_limit(text, scene_limits, "/output/layers",
+                 "80 layers are more than there may be: the limit `lights` is 64");
+    end = stpcpy(text, "{'objects': [0");
+    for (int i = 0; i < VALUES; i++) end = stpcpy(end, ",0");
+    strcpy(end, "]}");
+    assert_limit(text, scene_limits, "",
+                 "the document has about 4194307 values beside the numbers of meshes; at most "
+                 "4194304 are read");
+    free(text);
 }
 
 /* ---- Digest ---- */
@@ -425,6 +449,7 @@ int main(void) {
         cmocka_unit_test(limits_are_named_with_what_was_asked),
         cmocka_unit_test(a_tree_larger_than_the_memory_limit_is_not_made),
         cmocka_unit_test(full_arena_is_a_memory_error),
+        cmocka_unit_test(lists_that_are_too_long_are_refused),
         cmocka_unit_test(digest_is_of_what_the_document_says),
         cmocka_unit_test(digest_does_not_change_with_defaults_and_unused_materials),
         cmocka_unit_test(digest_differs_where_scenes_do),
