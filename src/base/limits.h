@@ -11,8 +11,12 @@ typedef struct shd_limits {
     uint64_t lights;    /* entries of `lights` */
     uint64_t objects;   /* entries of `objects` */
     uint64_t triangles; /* of all meshes and tessellated shapes together */
-    uint64_t body;      /* bytes of a scene document */
-    uint64_t memory;    /* bytes of a request's arena, and of what the scene needs at least */
+    uint64_t
+        light_samples; /* samples times `lights` times terms: diffuse, and each specular lobe */
+    uint64_t object_lights; /* objects times lights */
+    uint64_t work;          /* seconds of one processor that the plan is expected to take */
+    uint64_t body;          /* bytes of a scene document */
+    uint64_t memory;        /* bytes of a request's arena, and of what the scene needs at least */
 } shd_limits;
 
 #endif

@@ -19,6 +19,9 @@ shd_limits cli_limits(void) {
         .lights = 1000 * 1000,
         .objects = 1000 * 1000,
         .triangles = UINT64_C(1) << 26,
+        .light_samples = UINT64_MAX,
+        .object_lights = UINT64_MAX,
+        .work = UINT64_MAX,
         .body = UINT64_C(1) << 30,
         .memory = memory,
     };

@@ -25,6 +25,9 @@ shd_engine_options shd_engine_defaults(void) {
                    .lights = 10000,
                    .objects = 10000,
                    .triangles = 4000000,
+                   .light_samples = UINT64_C(1) << 36,
+                   .object_lights = 1u << 24,
+                   .work = 300,
                    .body = 32u << 20,
                    .memory = 1u << 30},
     };

@@ -68,6 +68,19 @@ uint64_t shd_estimate_memory(const shd_scene *scene) {
     return times(pixels, add(film_bytes(scene), bytes));
 }
 
+uint64_t shd_estimate_light_samples(const shd_scene *scene) {
+    const uint64_t pixels = (uint64_t)scene->raster.w * (uint64_t)scene->raster.h;
+    uint64_t lobes = 0;
+    for (size_t m = 0; m < scene->material_count; m++)
+        if (scene->materials[m].lobe_count > lobes) lobes = scene->materials[m].lobe_count;
+    return times(times(pixels, (uint64_t)scene->raster.samples),
+                 times(scene->light_count, 1 + lobes));
+}
+
+uint64_t shd_estimate_object_lights(const shd_scene *scene) {
+    return times(scene->object_count, scene->light_count);
+}
+
 uint64_t shd_estimate_work(const shd_scene *scene) {
     enum { PIXEL = 4, LAYER = 4, DOUBLE_PRECISION = 4, MESH_TRIANGLE = 8 };
     uint64_t pixels = (uint64_t)scene->raster.w * (uint64_t)scene->raster.h;

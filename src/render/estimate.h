@@ -10,6 +10,11 @@
  * beside a large picture is left to the arena's cap. */
 uint64_t shd_estimate_memory(const shd_scene *scene);
 
+/* Samples times lights times terms, of the material that has most; and objects times lights. They
+ * saturate. */
+uint64_t shd_estimate_light_samples(const shd_scene *scene);
+uint64_t shd_estimate_object_lights(const shd_scene *scene);
+
 /* How much there is to compute, in units of about one light on one sample in single precision:
  * tells large work from small, to a factor of a few. Saturates. */
 uint64_t shd_estimate_work(const shd_scene *scene);

@@ -7,6 +7,7 @@
 
 #include "base/clock.h"
 #include "image/image.h"
+#include "plan/cost.h"
 #include "render/engine.h"
 #include "render/estimate.h"
 #include "render/output.h"
@@ -139,6 +140,39 @@ static shd_status check_memory(shd_request *request) {
     return request->report.status;
 }
 
+/* What lists of lights multiply to. */
+static shd_status check_lights(shd_request *request) {
+    const shd_scene *scene = request->scene;
+    const uint64_t light_samples = shd_estimate_light_samples(scene),
+                   object_lights = shd_estimate_object_lights(scene);
+    if (light_samples > request->limits.light_samples)
+        shd_report_error(&request->report, SHD_LIMIT, "/lights",
+                         "samples times lights times terms of the material with most are %llu; the "
+                         "limit `light-samples` is %llu",
+                         (unsigned long long)light_samples,
+                         (unsigned long long)request->limits.light_samples);
+    if (object_lights > request->limits.object_lights)
+        shd_report_error(&request->report, SHD_LIMIT, "/lights",
+                         "objects times lights are %llu; the limit `object-lights` is %llu",
+                         (unsigned long long)object_lights,
+                         (unsigned long long)request->limits.object_lights);
+    return request->report.status;
+}
+
+/* What the plan is expected to take, by the table of its kernels. */
+static shd_status check_work(const shd_request *request, shd_error *error) {
+    const shd_raster *raster = &request->plan->scene->raster;
+    const shd_plan *plan = request->plan;
+    const shd_ray_cost cost = shd_plan_ray_cost(plan, plan->tier, shd_plan_kernel_costs(plan));
+    const double pixels = (double)raster->w * raster->h;
+    const double seconds = (pixels * (cost.rays + cost.light) + cost.meshes) / 1e9;
+    if (seconds <= (double)request->limits.work) return SHD_OK;
+    return shd_fail(
+        error, SHD_LIMIT, "",
+        "it is expected to take %.0f seconds of one processor; the limit `work` is %llu", seconds,
+        (unsigned long long)request->limits.work);
+}
+
 shd_status shd_request_admit(shd_request *request, const shd_film *film, bool lights,
                              shd_error *error) {
     const shd_plan *plan = request->plan;
@@ -148,6 +182,7 @@ shd_status shd_request_admit(shd_request *request, const shd_film *film, bool li
     const uint64_t working = threads * shd_film_scratch_size(plan);
     const uint64_t room = shd_arena_room(request->arena);
     uint64_t pictures = 0;
+    if (lights && check_work(request, error)) return error->status;
     shd_status status = film ? shd_output_size(request, film, &pictures, error) : SHD_OK;
     if (status != SHD_OK) return status;
     if (!film || !film->codes) pictures += shd_film_size(plan);
@@ -169,6 +204,7 @@ shd_status shd_request_read(shd_request *request, const char *json, size_t lengt
                                        &request->limits, &request->cancelled, fallback,
                                        request->arena, &request->scene, &request->report);
     if (status == SHD_OK) status = check_formats(request);
+    if (status == SHD_OK) status = check_lights(request);
     if (status == SHD_OK) status = make_etag(request);
     if (status == SHD_OK) status = check_memory(request);
     request->times.parse = shd_thread_seconds() - began;

@@ -31,8 +31,8 @@ static const char *const ending_names[SHD_ENDINGS] = {"time", "left", "room"};
 
 /* As refusals name them. */
 static const char *const limit_names[SHD_LIMITS] = {
-    "body",      "pixels", "samples", "lights",  "objects",
-    "triangles", "memory", "queue",   "timeout", "connections-each"};
+    "body",          "pixels", "samples", "lights", "objects", "triangles",       "light-samples",
+    "object-lights", "work",   "memory",  "queue",  "timeout", "connections-each"};
 
 /* The last one, 0, takes every other status. */
 static const unsigned statuses[SHD_STATUSES] = {200, 204, 304, 400, 401, 403, 404,
@@ -164,6 +164,9 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
     print_number(out, "workers", "gauge", "Rendering threads.", gauges->load.threads);
     print_number(out, "workers_busy", "gauge", "Rendering threads at work on a request.",
                  gauges->load.busy);
+    print_number(out, "stuck_workers", "gauge",
+                 "Rendering threads that go on a second after their work was cancelled.",
+                 gauges->stuck);
     print_number(out, "reuse_bytes", "gauge", "Memory of what later pictures may share.",
                  gauges->reuse.bytes);
     print_head(out, "reuse_lookups_total", "counter",

@@ -42,7 +42,7 @@ typedef enum shd_stage {
 
 const char *shd_stage_name(shd_stage stage);
 
-enum { SHD_BUCKETS = 15, SHD_STATUSES = 21, SHD_LIMITS = 10 };
+enum { SHD_BUCKETS = 15, SHD_STATUSES = 21, SHD_LIMITS = 13 };
 
 typedef struct shd_histogram {
     atomic_uint_least64_t buckets[SHD_BUCKETS + 1]; /* the last one has no upper bound */
@@ -89,6 +89,7 @@ typedef struct shd_gauges {
     shd_cache_load cache;
     unsigned in_flight;
     uint64_t unsent; /* bytes of answers that are on their way */
+    unsigned stuck;  /* workers */
     bool draining;
 } shd_gauges;
 

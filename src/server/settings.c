@@ -17,6 +17,9 @@ shd_engine_options shd_settings_engine(const shd_config *config) {
                                   .lights = config->lights,
                                   .objects = config->objects,
                                   .triangles = config->triangles,
+                                  .light_samples = config->light_samples,
+                                  .object_lights = config->object_lights,
+                                  .work = config->work,
                                   .body = config->body,
                                   .memory = config->memory};
     return options;

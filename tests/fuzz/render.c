@@ -22,6 +22,9 @@ static shd_engine *engine_once(engine_kind kind) {
     options.kernel = kind == QUICK ? "auto" : fuses ? "portable" : "avx2";
     options.reuse = kind == PLAIN ? 0 : 4 << 20;
     options.limits = (shd_limits){.pixels = SIDE_MOST * SIDE_MOST,
+                                  .light_samples = 1 << 30,
+                                  .object_lights = 1 << 20,
+                                  .work = 60,
                                   .samples = SIDE_MOST * SIDE_MOST * 4,
                                   .lights = 16,
                                   .objects = 16,
