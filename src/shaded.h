@@ -157,8 +157,8 @@ typedef enum shd_telling { SHD_IN_JSON, SHD_IN_WORDS } shd_telling;
 shd_status shd_request_explain(shd_request *request, shd_telling telling, char **text,
                                shd_error *error);
 
-/* Makes a running or later render or comparison end soon with SHD_CANCELLED: within a tile or
- * a piece of an encoding, of which a PNG's compression is one. Any thread. */
+/* Makes whatever runs for the request, or runs later, end with SHD_CANCELLED: within some millions
+ * of instructions, but for libraries' calls (docs/deadlines.md). Any thread. */
 void shd_request_cancel(shd_request *request);
 
 typedef struct shd_picture {

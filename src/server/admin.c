@@ -6,6 +6,7 @@
 
 #include "descriptors.h"
 #include "http.h"
+#include "stuck.h"
 
 struct shd_admin {
     shd_server *server;
@@ -46,6 +47,7 @@ static enum MHD_Result send_metrics(struct MHD_Connection *connection, shd_serve
                          .reaped = shd_reaper_count(server->reaper),
                          .reuse = shd_engine_reuse(server->engine),
                          .cache = shd_cache_load_of(server->cache),
+                         .stuck = shd_stuck_count(server->stuck),
                          .in_flight = atomic_load(&server->in_flight),
                          .unsent = atomic_load(&server->unsent),
                          .draining = atomic_load(&server->draining)};
@@ -53,6 +55,12 @@ static enum MHD_Result send_metrics(struct MHD_Connection *connection, shd_serve
     char *text = shd_metrics_text(&server->metrics, &gauges, &size);
     if (!text) return send_word(connection, 500, "out of memory\n");
     return send_text(connection, 200, "text/plain; version=0.0.4", text, size, true);
+}
+
+static enum MHD_Result send_readiness(struct MHD_Connection *connection, shd_server *server) {
+    if (atomic_load(&server->draining)) return send_word(connection, 503, "draining\n");
+    if (shd_stuck_count(server->stuck)) return send_word(connection, 503, "stuck\n");
+    return send_word(connection, 200, "ready\n");
 }
 
 static enum MHD_Result handle(void *cls, struct MHD_Connection *connection, const char *path,
@@ -75,9 +83,7 @@ static enum MHD_Result handle(void *cls, struct MHD_Connection *connection, cons
     if (strcmp(method, "GET") && strcmp(method, "HEAD"))
         return send_word(connection, 405, "GET or HEAD\n");
     if (!strcmp(path, "/healthz")) return send_word(connection, 200, "ok\n");
-    if (!strcmp(path, "/readyz"))
-        return atomic_load(&server->draining) ? send_word(connection, 503, "draining\n")
-                                              : send_word(connection, 200, "ready\n");
+    if (!strcmp(path, "/readyz")) return send_readiness(connection, server);
     if (!strcmp(path, "/metrics")) return send_metrics(connection, server);
     return send_word(connection, 404, "/healthz, /readyz, /metrics\n");
 }

@@ -1,6 +1,7 @@
 #include "job.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/clock.h"
 #include "negotiate.h"
@@ -42,6 +43,7 @@ void shd_job_read(shd_job *job) {
 }
 
 void shd_job_drop(shd_job *job) {
+    shd_stuck_forget(job->server->stuck, &job->watched);
     shd_request_drop(job->request);
     shd_reply_clear(&job->reply);
     shd_settings_drop(job->settings);
@@ -118,6 +120,8 @@ shd_status shd_server_start_jobs(shd_server *server, shd_error *error) {
     const shd_jobs_limits limits = {
         .queue = server->config.queue, .crowd = connections - connections / 4, .small = small_work};
     const shd_jobs_calls calls = {.run = work_on, .drop = shd_job_drop};
+    const shd_status status = shd_stuck_new(&server->stuck, error);
+    if (status) return status;
     return shd_jobs_new(server->engine, &server->metrics, &limits, &calls, &server->jobs, error);
 }
 
@@ -153,6 +157,7 @@ void shd_job_submit(shd_exchange *exchange, const shd_work *work) {
                                   .size = exchange->size,
                                   .fallback = SHD_PNG,
                                   .settings = exchange->settings->number}};
+    memcpy(job->id, exchange->id, sizeof job->id);
     shd_question *asked = &job->question;
     job->takes_gzip = shd_accepts_gzip(exchange->accept_encoding);
     asked->picture_accepted = shd_accepts_picture(exchange->accept, &asked->fallback);

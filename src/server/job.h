@@ -16,6 +16,7 @@
 #include "cache.h"
 #include "equal.h"
 #include "server.h"
+#include "stuck.h"
 
 /* A kind of work. `read`, `run`: on a worker; they fill job->reply where they know the answer.
  * Empty, it means: of `read`, that `run` has to follow; of `run`, that it was cancelled. */
@@ -45,6 +46,7 @@ struct shd_job {
     size_t body_bytes; /* of its body, as the server counts them */
     bool takes_gzip;   /* its one exchange does: of work that is not shared */
 
+    char id[SHD_ID_SIZE]; /* of the request that it was made for */
     shd_request *request;
     shd_reply reply;
     shd_cached cached;
@@ -60,6 +62,7 @@ struct shd_job {
     shd_listings listings;
     bool was_read;   /* without a mistake: it may settle */
     bool may_cancel; /* it has a request that is not done */
+    shd_watched watched;
 };
 
 /* Suspends the exchange until a job has its answer; or answers it at once where the queue is

@@ -91,7 +91,9 @@ static void abandon(shd_jobs *jobs, shd_job *job, leftovers *left) {
     if (job->waiters) return;
     shd_equals_hide(jobs->equals, job);
     if (!shd_turn_waits(&job->turn)) {
-        if (job->may_cancel) shd_request_cancel(job->request);
+        if (!job->may_cancel) return;
+        shd_request_cancel(job->request);
+        shd_stuck_watch(job->server->stuck, &job->watched, job->id);
         return;
     }
     /* A worker may have the ticket in hand already, and finds nobody then. */

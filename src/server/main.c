@@ -21,12 +21,13 @@
 #include "job.h"
 #include "log.h"
 #include "server.h"
+#include "stuck.h"
 #include "systemd.h"
 
 enum { EXIT_STOPPED = 0, EXIT_CANNOT_START = 1, EXIT_USAGE = 2 };
 
 /* How long clients that are connected, or still sending their request, are waited for; and
- * cancelled jobs. */
+ * cancelled jobs, within the drain time where that is twice as long. */
 static const double upload_grace = 1, cancel_grace = 5;
 
 typedef struct ports {
@@ -195,13 +196,15 @@ static bool is_over(shd_server *server, ports *open) {
     return open->turn < 0;
 }
 
-/* Returns once nothing that has come is unanswered, or the time is over. False: a job did not
- * end even when it was cancelled, or a second signal came; the process can only be ended. */
+/* Returns once nothing that has come is unanswered and no worker has anything to do, or the time is
+ * over. False: a job did not end even when it was cancelled, or a second signal came; the process
+ * can only be ended. */
 static bool drain(shd_server *server, ports *open, const sigset_t *stop) {
     const struct timespec pause = {.tv_nsec = 10 * 1000 * 1000};
     double begin = shd_now(), closed = INFINITY;
-    double deadline = begin + (double)server->settings->config.drain_time;
-    bool cancelled = false;
+    const double drain_time = (double)server->settings->config.drain_time;
+    const double deadline = begin + fmax(drain_time - cancel_grace, drain_time / 2);
+    bool cancelled = false, gone = false; /* gone: the clients are */
     for (;;) {
         double now = shd_now();
         if (now > deadline && !cancelled) {
@@ -217,8 +220,10 @@ static bool drain(shd_server *server, ports *open, const sigset_t *stop) {
             close_door(server, open);
             closed = now;
         }
-        if (!unanswered && closed < INFINITY && is_over(server, open)) return true;
-        if (!unanswered && cancelled && now > closed + upload_grace) return true;
+        const bool working = shd_engine_load(server->engine).busy;
+        gone = gone || (!unanswered && closed < INFINITY && is_over(server, open));
+        gone = gone || (!unanswered && cancelled && now > closed + upload_grace);
+        if (gone && !working) return true;
         if (now > deadline + cancel_grace) {
             shd_log_message(SHD_LOG_ERROR, "stuck", "a request does not end: giving up");
             return false;
@@ -239,6 +244,7 @@ static void release(shd_server *server, ports *open) {
     shd_admin_stop(open->admin);
     shd_engine_drop(server->engine);
     shd_jobs_drop(server->jobs);
+    shd_stuck_drop(server->stuck);
     shd_cache_drop(server->cache);
     shd_settings_drop(server->settings);
 }

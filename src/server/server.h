@@ -5,7 +5,7 @@
  *     framing.c what it lets pass, though others read it differently
  *     routes.c  which paths and methods there are, and what can be answered at once
  *     jobs.c    which exchange waits for which work, and for how long
- *     job.c     how the engine's workers do it
+ *     job.c     how the engine's workers do it; stuck.c  which of them do not end
  *     render_job.c, json_job.c  what a worker does for a kind of work
  *     cache.c   finished pictures, for who asks for the same ones
  *     preview.c  links as documents; signatures
@@ -49,6 +49,7 @@ typedef struct shd_server {
     pthread_mutex_t settings_mutex;
     shd_settings *settings; /* for new requests; see shd_server_settings */
     shd_jobs *jobs;
+    struct shd_stuck *stuck; /* workers that do not leave what was cancelled */
     shd_cache *cache;
     shd_linger *linger;
     shd_reaper *reaper;

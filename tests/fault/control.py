@@ -8,7 +8,7 @@ from e2e.daemon import BUILD
 
 # As in shim.c.
 WORDS = ("armed", "seen", "first", "last", "failed", "hashes_most", "clock_offset", "accept_pause",
-         "live", "where_length")
+         "live", "hold", "where_length")
 WHERE, HASHES = 8000, 1 << 20
 HEAD = 8 * len(WORDS)
 DAY = 86400

@@ -7,6 +7,8 @@
  * fail each place once instead of each allocation. A program that has FAULT_MAIN in its environment
  * is armed as main begins: what the dynamic linker and static constructors take is no part of it.
  *
+ * With `hold` set, a thread that compresses a PNG stays there.
+ *
  * It stands before the C library's allocator. A sanitizer's, which must be the first, cannot
  * follow: leaks show in `live`. */
 #include <dlfcn.h>
@@ -34,6 +36,7 @@ typedef struct control {
     atomic_int_least64_t clock_offset; /* seconds, of the wall clock */
     atomic_int_least64_t accept_pause; /* microseconds that each accept takes longer */
     atomic_int_least64_t live;         /* allocations that were not given back */
+    atomic_int_least64_t hold;         /* PNGs are not compressed as long as it is set */
     atomic_uint_least64_t where_length;
     char where[WHERE]; /* call stack of the first that failed, a line a frame */
     uint64_t hashes[HASHES];
@@ -216,4 +219,15 @@ int __libc_start_main(int (*main)(int, char **, char **), int count, char **argu
                       void (*init)(void), void (*fini)(void), void (*loader)(void), void *stack) {
     real_main = main;
     return NEXT(__libc_start_main)(run_main, count, arguments, init, fini, loader, stack);
+}
+
+/* ---- A library's call that does not end ---- */
+
+size_t libdeflate_zlib_compress(void *compressor, const void *in, size_t size, void *out,
+                                size_t room);
+
+size_t libdeflate_zlib_compress(void *compressor, const void *in, size_t size, void *out,
+                                size_t room) {
+    while (shared && atomic_load(&shared->hold)) usleep(10000);
+    return NEXT(libdeflate_zlib_compress)(compressor, in, size, out, room);
 }
