@@ -144,12 +144,24 @@ static bool run_index(loop *l, unsigned slot) {
     return true;
 }
 
+/* New jobs for as long as the index before them took, so that a crowd of them and a large picture
+ * share the worker evenly, however long an index takes. */
+static double lend_for(shd_pool *pool, worker *self, double seconds) {
+    double lent = 0;
+    do lent += lend(pool, self);
+    while (lent < seconds && atomic_load_explicit(&pool->has_fresh, memory_order_relaxed));
+    return lent;
+}
+
 /* The caller's own part of its loop. */
 static double run_indices(shd_pool *pool, loop *l) {
     worker *lender = find_lender(pool);
-    double lent = 0;
-    while (run_index(l, 0))
-        if (lender) lent += lend(pool, lender);
+    double lent = 0, began = lender ? shd_thread_seconds() : 0;
+    while (run_index(l, 0)) {
+        if (!lender) continue;
+        lent += lend_for(pool, lender, shd_thread_seconds() - began);
+        began = shd_thread_seconds();
+    }
     return lent;
 }
 

@@ -7,9 +7,9 @@
  *
  * Small work does not wait for large work: a job that finds itself large defers the rest of itself.
  * Deferred jobs have a line of their own, which takes turns with the new ones; while one runs, its
- * worker runs a new job, if one waits, after each index of its loops. So a new job waits for a tile
- * at most, even where every worker has a large picture, and a large one is only slowed down.
- * All functions may be called from any thread. */
+ * worker runs new jobs, where some wait, after each index of its loops, for about as long as that
+ * took. So a new job waits for a tile at most, even where every worker has a large picture, and a
+ * large one is only slowed down. All functions may be called from any thread. */
 #ifndef SHD_BASE_POOL_H
 #define SHD_BASE_POOL_H
 

@@ -51,6 +51,7 @@ static enum MHD_Result send_metrics(struct MHD_Connection *connection, shd_serve
                          .in_flight = atomic_load(&server->in_flight),
                          .unsent = atomic_load(&server->unsent),
                          .draining = atomic_load(&server->draining)};
+    gauges.load.queued = shd_jobs_waiting(server->jobs); /* the engine has tickets for them */
     size_t size;
     char *text = shd_metrics_text(&server->metrics, &gauges, &size);
     if (!text) return send_word(connection, 500, "out of memory\n");

@@ -17,7 +17,6 @@ static const double memory_of_jobs = 16;
  * lane. So which one that is is decided when it begins. */
 typedef struct ticket {
     shd_jobs *jobs;
-    shd_lane lane;
 } ticket;
 
 struct shd_jobs {
@@ -31,11 +30,13 @@ struct shd_jobs {
     pthread_cond_t changed;
     pthread_t thread;
     shd_equals *equals;
-    shd_queue *queue;          /* jobs that wait for a worker */
-    shd_queue *crowd;          /* waiters; each costs 1, and nobody is taken from it */
-    shd_job *first, *last;     /* jobs that somebody waits for, by deadline */
-    double running;            /* cost of jobs that workers have */
-    double work, work_seconds; /* of the last jobs that are done */
+    shd_queue *queue;           /* jobs that wait for a worker */
+    shd_queue *crowd;           /* waiters; each costs 1, and nobody is taken from it */
+    shd_job *first, *last;      /* jobs that somebody waits for, by deadline */
+    unsigned large, most_large; /* jobs of that lane that workers have, and may have */
+    size_t kept_tickets;        /* for others of that lane */
+    double running;             /* cost of jobs that workers have */
+    double work, work_seconds;  /* of the last jobs that are done */
     double wakes; /* while the thread waits: when it looks next, infinity where it does not */
     bool stopped; /* everybody is to leave */
     bool ending;  /* the thread is to end */
@@ -86,6 +87,12 @@ static void wait_no_more(shd_jobs *jobs, shd_waiter *waiter) {
     shd_queue_leave(jobs->crowd, &waiter->turn);
 }
 
+/* Of one that leaves the queue. A worker may have it in hand already, and finds nobody then. */
+static void withdraw_ticket(shd_jobs *jobs, shd_lane lane) {
+    if (shd_engine_withdraw(jobs->engine, &jobs->tickets[lane])) return;
+    if (lane == SHD_LANE_LARGE && jobs->kept_tickets) jobs->kept_tickets--;
+}
+
 /* Where nobody waits for the job: nobody finds it any more, and it ends soon or at once. */
 static void abandon(shd_jobs *jobs, shd_job *job, leftovers *left) {
     if (job->waiters) return;
@@ -96,8 +103,7 @@ static void abandon(shd_jobs *jobs, shd_job *job, leftovers *left) {
         shd_stuck_watch(job->server->stuck, &job->watched, job->id);
         return;
     }
-    /* A worker may have the ticket in hand already, and finds nobody then. */
-    (void)shd_engine_withdraw(jobs->engine, &jobs->tickets[shd_turn_lane(&job->turn)]);
+    withdraw_ticket(jobs, shd_turn_lane(&job->turn));
     shd_queue_leave(jobs->queue, &job->turn);
     job->later = left->jobs;
     left->jobs = job;
@@ -218,14 +224,40 @@ void shd_jobs_stop(shd_jobs *jobs) {
 /* ---- The queue ---- */
 
 /* With a ticket, on a worker. There may be nobody: who it was given for has left meanwhile. */
-static void take_turn(void *context) {
-    const ticket *given = context;
-    shd_jobs *jobs = given->jobs;
+static void take_new(void *context) {
+    shd_jobs *jobs = ((ticket *)context)->jobs;
     pthread_mutex_lock(&jobs->mutex);
-    shd_job *job = shd_queue_take(jobs->queue, given->lane);
+    shd_job *job = shd_queue_take(jobs->queue, SHD_LANE_NEW);
     if (job) jobs->running += job->cost;
     pthread_mutex_unlock(&jobs->mutex);
     if (job) jobs->calls.run(job);
+}
+
+/* The same, but one worker never has large work of its own, unless it is the only one: others lend
+ * themselves to what is new between their tiles, but not while they read a document or plan. That
+ * one helps with tiles. Tickets for which there is no worker are kept for the next end. */
+static void take_large(void *context) {
+    shd_jobs *jobs = ((ticket *)context)->jobs;
+    pthread_mutex_lock(&jobs->mutex);
+    if (jobs->large == jobs->most_large) {
+        jobs->kept_tickets++;
+        pthread_mutex_unlock(&jobs->mutex);
+        return;
+    }
+    shd_job *job = shd_queue_take(jobs->queue, SHD_LANE_LARGE);
+    if (job) {
+        jobs->running += job->cost;
+        jobs->large++;
+        pthread_mutex_unlock(&jobs->mutex);
+        jobs->calls.run(job);
+        pthread_mutex_lock(&jobs->mutex);
+        jobs->large--;
+        if (jobs->kept_tickets) {
+            jobs->kept_tickets--;
+            shd_engine_defer(jobs->engine, take_large, &jobs->tickets[SHD_LANE_LARGE]);
+        }
+    }
+    pthread_mutex_unlock(&jobs->mutex);
 }
 
 /* A job's place, as the client's, and a ticket. False: there is none. */
@@ -238,8 +270,8 @@ static bool queue_up(shd_jobs *jobs, shd_job *job, shd_lane lane, const char *cl
     if (displaced) send_all_away(jobs, displaced, SHD_SENT_DISPLACED, left);
     ticket *given = &jobs->tickets[lane];
     if (lane == SHD_LANE_LARGE)
-        shd_engine_defer(jobs->engine, take_turn, given);
-    else if (!shd_engine_submit(jobs->engine, take_turn, given)) {
+        shd_engine_defer(jobs->engine, take_large, given);
+    else if (!shd_engine_submit(jobs->engine, take_new, given)) {
         shd_queue_leave(jobs->queue, &job->turn);
         return false;
     }
@@ -430,6 +462,13 @@ bool shd_jobs_leave(shd_jobs *jobs, shd_waiter *waiter) {
     return job;
 }
 
+size_t shd_jobs_waiting(shd_jobs *jobs) {
+    pthread_mutex_lock(&jobs->mutex);
+    const size_t count = shd_queue_count(jobs->queue, SHD_LANES);
+    pthread_mutex_unlock(&jobs->mutex);
+    return count;
+}
+
 unsigned shd_jobs_retry_after(shd_jobs *jobs, const char *client) {
     pthread_mutex_lock(&jobs->mutex);
     unsigned seconds = retry_after(jobs, client, SHD_LANE_NEW, 0);
@@ -467,8 +506,9 @@ shd_status shd_jobs_new(shd_engine *engine, shd_metrics *metrics, const shd_jobs
     jobs->metrics = metrics;
     jobs->limits = *limits;
     jobs->calls = *calls;
-    for (int lane = 0; lane < SHD_LANES; lane++)
-        jobs->tickets[lane] = (ticket){jobs, (shd_lane)lane};
+    const unsigned threads = shd_engine_load(engine).threads;
+    jobs->most_large = threads > 1 ? threads - 1 : 1;
+    for (int lane = 0; lane < SHD_LANES; lane++) jobs->tickets[lane] = (ticket){jobs};
     jobs->equals = shd_equals_new();
     shd_status status = jobs->equals ? shd_queue_new(limits->queue, &jobs->queue, error)
                                      : shd_fail(error, SHD_EXHAUSTED, "", "no memory for the jobs");

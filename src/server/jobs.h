@@ -97,6 +97,8 @@ bool shd_jobs_leave(shd_jobs *jobs, shd_waiter *waiter);
 /* Answers everybody who waits, and every later one at once, that the server stops. */
 void shd_jobs_stop(shd_jobs *jobs);
 
+size_t shd_jobs_waiting(shd_jobs *jobs); /* jobs that no worker has yet */
+
 /* Seconds until what is ahead of something new of this client's is done, by what work took of late:
  * 1 to 300. */
 unsigned shd_jobs_retry_after(shd_jobs *jobs, const char *client);

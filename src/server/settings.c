@@ -5,12 +5,16 @@
 #include "routes.h"
 #include "server.h"
 
+/* As the option `threads` has it. */
+enum { MOST_THREADS = 1024 };
+
 shd_engine_options shd_settings_engine(const shd_config *config) {
     shd_engine_options options = shd_engine_defaults();
     options.ocio_config = *config->ocio ? config->ocio : NULL;
     options.kernel = config->kernel;
     options.threads = (unsigned)config->threads;
-    options.queue = config->queue;
+    /* jobs.c counts the places; rests of jobs that had one come on top, one a thread at most. */
+    options.queue = config->queue + MOST_THREADS;
     options.reuse = config->reuse;
     options.limits = (shd_limits){.pixels = config->pixels,
                                   .samples = config->samples,

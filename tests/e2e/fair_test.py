@@ -78,13 +78,13 @@ class PlacesTest(unittest.TestCase):
         """66 of them at the default `queue`: who is small passes, of this client and of others."""
         with new_daemon("--threads", "2", "--timeout", "300", "--drain-time", "0") as daemon:
             crowd = [Waiting(daemon, "127.0.0.2", another(ENDLESS, i)) for i in range(66)]
-            wait_until(lambda: queued(daemon) == 48 and refused(daemon) == 66 - 48 - 2)
+            wait_until(lambda: queued(daemon) == 48 and refused(daemon) == 66 - 48 - 1)
             for i in range(5):
                 for address in ("127.0.0.2", "127.0.0.3"):
                     self.assertEqual(render_from(daemon, address, another(SMALL, i)).status, 200)
             # And another client's large picture has a place, which one of theirs gives up.
             large = Waiting(daemon, "127.0.0.3", another(BUSY, 1))
-            wait_until(lambda: refused(daemon) == 66 - 48 - 2 + 1)
+            wait_until(lambda: refused(daemon) == 66 - 48)
             self.assertEqual(queued(daemon), 48)
             for client in (large, *crowd):
                 client.leave()

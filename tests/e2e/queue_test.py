@@ -192,15 +192,30 @@ class LeaveTest(unittest.TestCase):
 
 class TurnsTest(unittest.TestCase):
     def test_small_pictures_pass_between_the_tiles_of_large_ones(self):
-        with new_daemon("--threads", "2", "--timeout", "300", "--drain-time", "0") as daemon:
+        with new_daemon("--threads", "1", "--timeout", "300", "--drain-time", "0") as daemon:
             large = [Client(daemon, another(ENDLESS, i)) for i in range(5)]
-            wait_until_busy(daemon, busy=2, queued=3)
+            wait_until_busy(daemon, busy=1, queued=4)
             for i in range(20):
                 self.assertEqual(daemon.render(another(SMALL, i)).status, 200)
             self.assertGreaterEqual(daemon.metrics()["shaded_lent_total"], 20)
-            self.assertEqual(daemon.metrics()["shaded_queue_depth"], 3)
+            self.assertEqual(daemon.metrics()["shaded_queue_depth"], 4)
             for client in large:
                 client.leave()
+
+    def test_large_pictures_leave_a_worker_to_what_is_new(self):
+        """Which would wait, if all of them read a document or planned."""
+        with new_daemon("--threads", "2", "--timeout", "300", "--drain-time", "0") as daemon:
+            large = [Client(daemon, another(ENDLESS, i)) for i in range(5)]
+            wait_until_busy(daemon, busy=1, queued=4)
+            for i in range(20):
+                self.assertEqual(daemon.render(another(SMALL, i)).status, 200)
+                self.assertEqual(daemon.metrics()["shaded_queue_depth"], 4)
+            for left in (3, 2, 1, 0):
+                large.pop(0).leave()
+                wait_until(lambda left=left: daemon.metrics()["shaded_queue_depth"] == left)
+            wait_until_busy(daemon)
+            large.pop().leave()
+            wait_until(lambda: daemon.metrics()["shaded_workers_busy"] == 0)
 
     def test_large_pictures_come_to_their_turn(self):
         with new_daemon("--threads", "1", "--queue", "1000", "--timeout", "300") as daemon:
