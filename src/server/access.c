@@ -13,30 +13,16 @@
 
 #include "base/regular.h"
 
-enum { SECRET_SIZE = 256, SECRETS_MOST = 1000, LINE_MOST = 1000 };
+enum { KEY_LEAST = 32, KEY_SIZE = 256, KEYS_MOST = 1000, LINE_MOST = 1000 };
 
-const shd_secret_kind shd_token_kind = {"token", 16}, shd_key_kind = {"key", 32};
-
-/* Padded with zeros, so that all are compared at one length. */
-typedef struct secret {
-    unsigned char bytes[SECRET_SIZE];
-} secret;
-
-struct shd_secrets {
+struct shd_keys {
     size_t count;
-    secret list[SECRETS_MOST];
+    struct {
+        unsigned char bytes[KEY_SIZE]; /* a string */
+    } list[KEYS_MOST];
 };
 
-/* ---- Secrets ---- */
-
-static bool add_secret(shd_secrets *secrets, const char *text, size_t least) {
-    static const char allowed[] =
-        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~+/=";
-    size_t length = strlen(text);
-    if (length < least || length >= SECRET_SIZE || strspn(text, allowed) != length) return false;
-    memcpy(secrets->list[secrets->count++].bytes, text, length);
-    return true;
-}
+/* ---- Lines ---- */
 
 /* What is wrong with the next line; NULL: nothing. A line is read whole or refused: the end of a
  * long comment is no secret. */
@@ -63,34 +49,25 @@ static char *trim(char *line) {
     return start;
 }
 
-static shd_status read_secrets(FILE *file, const char *path, const shd_secret_kind *kind,
-                               shd_secrets *secrets, shd_error *error) {
+static shd_status read_lines(FILE *file, const char *path,
+                             const char *(*take)(void *context, char *line), void *context,
+                             shd_error *error) {
     char line[LINE_MOST + 1];
     shd_status status = SHD_OK;
     bool ended = false;
     for (int number = 1; !status && !ended; number++) {
-        const char *wrong = read_line(file, line, &ended), *text = wrong ? "" : trim(line);
-        if (wrong)
-            status = shd_fail(error, SHD_CONFIG, path, "line %d %s", number, wrong);
-        else if (!*text || *text == '#')
-            continue;
-        else if (secrets->count == SECRETS_MOST)
-            status =
-                shd_fail(error, SHD_CONFIG, path, "more than %d %ss", SECRETS_MOST, kind->name);
-        else if (!add_secret(secrets, text, kind->least))
-            status = shd_fail(error, SHD_CONFIG, path,
-                              "line %d is no %s: %zu to %d of A-Z a-z 0-9 - . _ ~ + / =", number,
-                              kind->name, kind->least, SECRET_SIZE - 1);
+        const char *wrong = read_line(file, line, &ended);
+        char *text = trim(line);
+        if (!wrong && *text && *text != '#') wrong = take(context, text);
+        if (wrong) status = shd_fail(error, SHD_CONFIG, path, "line %d %s", number, wrong);
     }
     explicit_bzero(line, sizeof line);
     if (!status && ferror(file)) status = shd_fail(error, SHD_CONFIG, path, "%s", strerror(errno));
-    if (!status && !secrets->count)
-        status = shd_fail(error, SHD_CONFIG, path, "there is no %s", kind->name);
     return status;
 }
 
-shd_status shd_secrets_load(const char *path, const shd_secret_kind *kind, shd_secrets **out,
-                            shd_error *error) {
+shd_status shd_lines_read(const char *path, const char *(*take)(void *context, char *line),
+                          void *context, shd_error *error) {
     int fd = shd_open_regular(path, error);
     if (fd < 0) return SHD_CONFIG;
     FILE *file = fdopen(fd, "r");
@@ -98,47 +75,48 @@ shd_status shd_secrets_load(const char *path, const shd_secret_kind *kind, shd_s
         close(fd);
         return shd_fail(error, SHD_EXHAUSTED, path, "out of memory");
     }
-    shd_secrets *secrets = calloc(1, sizeof *secrets);
-    shd_status status = secrets ? read_secrets(file, path, kind, secrets, error)
-                                : shd_fail(error, SHD_EXHAUSTED, path, "out of memory");
+    shd_status status = read_lines(file, path, take, context, error);
     fclose(file);
-    if (status)
-        shd_secrets_drop(secrets);
-    else
-        *out = secrets;
     return status;
 }
 
-void shd_secrets_drop(shd_secrets *secrets) {
-    if (!secrets) return;
-    explicit_bzero(secrets, sizeof *secrets);
-    free(secrets);
-}
+/* ---- Keys ---- */
 
-/* Each secret is looked at as a whole, whatever the others gave. */
-
-bool shd_secrets_admit(const shd_secrets *tokens, const char *authorization) {
-    static const char scheme[] = "Bearer ";
-    if (!authorization || strncasecmp(authorization, scheme, sizeof scheme - 1)) return false;
-    const char *text = authorization + sizeof scheme - 1;
-    text += strspn(text, " ");
+static const char *take_key(void *context, char *text) {
+    static const char allowed[] =
+        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~+/=";
+    shd_keys *keys = context;
     size_t length = strlen(text);
-    if (length >= SECRET_SIZE)
-        return false; /* known to be wrong by its length, which is no secret */
-    secret given = {{0}};
-    memcpy(given.bytes, text, length);
-    volatile int found = 0;
-    for (size_t i = 0; i < tokens->count; i++)
-        found |= memeql_sec(given.bytes, tokens->list[i].bytes, SECRET_SIZE);
-    explicit_bzero(&given, sizeof given);
-    return found;
+    if (length < KEY_LEAST || length >= KEY_SIZE || strspn(text, allowed) != length)
+        return "is no key: 32 to 255 of A-Z a-z 0-9 - . _ ~ + / =";
+    if (keys->count == KEYS_MOST) return "is one more than 1000 keys";
+    memcpy(keys->list[keys->count++].bytes, text, length);
+    return NULL;
 }
 
-bool shd_secrets_signed(const shd_secrets *keys, const char *text, size_t length,
-                        const char *signature) {
+shd_status shd_keys_load(const char *path, shd_keys **out, shd_error *error) {
+    shd_keys *keys = calloc(1, sizeof *keys);
+    if (!keys) return shd_fail(error, SHD_EXHAUSTED, path, "out of memory");
+    shd_status status = shd_lines_read(path, take_key, keys, error);
+    if (!status && !keys->count) status = shd_fail(error, SHD_CONFIG, path, "there is no key");
+    if (status)
+        shd_keys_drop(keys);
+    else
+        *out = keys;
+    return status;
+}
+
+void shd_keys_drop(shd_keys *keys) {
+    if (!keys) return;
+    explicit_bzero(keys, sizeof *keys);
+    free(keys);
+}
+
+bool shd_keys_signed(const shd_keys *keys, const char *text, size_t length, const char *signature) {
     enum { ENCODED = BASE64_ENCODE_RAW_LENGTH(SHA256_DIGEST_SIZE), UNPADDED = ENCODED - 1 };
     if (strlen(signature) != UNPADDED) return false;
     volatile int found = 0;
+    /* Each key is looked at, whatever the others gave. */
     for (size_t i = 0; i < keys->count; i++) {
         const unsigned char *key = keys->list[i].bytes;
         struct hmac_sha256_ctx hmac;

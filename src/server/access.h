@@ -1,5 +1,5 @@
-/* Who may ask, and from which pages: bearer tokens, signatures and CORS. Constant once made: any
- * thread. */
+/* Who may ask, and from which pages: signatures and CORS; tokens are in tokens.c. Constant once
+ * made: any thread. */
 #ifndef SHD_SERVER_ACCESS_H
 #define SHD_SERVER_ACCESS_H
 
@@ -8,34 +8,26 @@
 
 #include "base/status.h"
 
-/* Bearer tokens, or keys that sign. */
-typedef struct shd_secrets shd_secrets;
+/* Keys that sign. */
+typedef struct shd_keys shd_keys;
 
-/* What a file holds: the word for one of them, and the least of its characters. */
-typedef struct shd_secret_kind {
-    const char *name;
-    size_t least;
-} shd_secret_kind;
-
-extern const shd_secret_kind shd_token_kind, shd_key_kind; /* 16 and 32 */
-
-/* Reads a file of secrets: one a line, up to 255 of A-Z a-z 0-9 - . _ ~ + / =; blank lines and
- * those that start with # are left out. Every line has at most 1000 characters, of printable ASCII
- * and tabs; it ends with LF or CRLF. SHD_CONFIG, with the file and line but no secret, where it
- * cannot be read, holds anything else, or none at all. */
-shd_status shd_secrets_load(const char *path, const shd_secret_kind *kind, shd_secrets **out,
-                            shd_error *error);
-void shd_secrets_drop(shd_secrets *secrets); /* wipes them; NULL is fine */
-
-/* Both take the same time whichever secret it is and however much of it is right. */
-
-/* Whether an Authorization field, NULL where there is none, carries one of these tokens. */
-bool shd_secrets_admit(const shd_secrets *tokens, const char *authorization);
+/* Reads a file of keys: one a line, 32 to 255 of A-Z a-z 0-9 - . _ ~ + / =. SHD_CONFIG as of
+ * shd_lines_read, and where there is none. */
+shd_status shd_keys_load(const char *path, shd_keys **out, shd_error *error);
+void shd_keys_drop(shd_keys *keys); /* wipes them; NULL is fine */
 
 /* Whether `signature` is the HMAC-SHA256 (RFC 2104, FIPS 180-4) of the text by one of these keys,
- * the characters of its line being the key, in base64url without padding (RFC 4648, section 5). */
-bool shd_secrets_signed(const shd_secrets *keys, const char *text, size_t length,
-                        const char *signature);
+ * the characters of its line being the key, in base64url without padding (RFC 4648, section 5).
+ * Takes the same time whichever key it is and however much of it is right. */
+bool shd_keys_signed(const shd_keys *keys, const char *text, size_t length, const char *signature);
+
+/* Gives `take` each line of a file of secrets, without the blanks around it; blank lines and those
+ * that start with # are left out. Every line has at most 1000 characters, of printable ASCII and
+ * tabs; it ends with LF or CRLF. SHD_CONFIG, with the file and the number of the line but nothing
+ * of it, where that is not so, `take` says what is wrong ("is no key"), or the file cannot be read.
+ */
+shd_status shd_lines_read(const char *path, const char *(*take)(void *context, char *line),
+                          void *context, shd_error *error);
 
 /* A list of origins, "https://a.example http://b.example:8080", or "*", or "" for none, as
  * Timing-Allow-Origin has it, joined by ", ", for the caller to free. SHD_CONFIG where it is no

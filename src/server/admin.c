@@ -64,6 +64,27 @@ static enum MHD_Result send_readiness(struct MHD_Connection *connection, shd_ser
     return send_word(connection, 200, "ready\n");
 }
 
+static enum MHD_Result ask_for_token(struct MHD_Connection *connection) {
+    static char word[] = "send Authorization: Bearer TOKEN\n";
+    struct MHD_Response *response =
+        MHD_create_response_from_buffer(sizeof word - 1, word, MHD_RESPMEM_PERSISTENT);
+    if (!response) return MHD_NO;
+    MHD_add_response_header(response, "Content-Type", "text/plain");
+    MHD_add_response_header(response, "Cache-Control", "no-store");
+    MHD_add_response_header(response, "WWW-Authenticate", "Bearer realm=\"metrics\"");
+    enum MHD_Result result = MHD_queue_response(connection, 401, response);
+    MHD_destroy_response(response);
+    return result;
+}
+
+static bool may_see_metrics(shd_server *server, struct MHD_Connection *connection) {
+    shd_settings *settings = shd_server_settings(server);
+    const char *given = MHD_lookup_connection_value(connection, MHD_HEADER_KIND, "Authorization");
+    bool may = !settings->admin_tokens || shd_tokens_admit(settings->admin_tokens, given);
+    shd_settings_drop(settings);
+    return may;
+}
+
 static enum MHD_Result handle(void *cls, struct MHD_Connection *connection, const char *path,
                               const char *method, const char *version, const char *upload,
                               size_t *upload_size, void **context) {
@@ -85,7 +106,9 @@ static enum MHD_Result handle(void *cls, struct MHD_Connection *connection, cons
         return send_word(connection, 405, "GET or HEAD\n");
     if (!strcmp(path, "/healthz")) return send_word(connection, 200, "ok\n");
     if (!strcmp(path, "/readyz")) return send_readiness(connection, server);
-    if (!strcmp(path, "/metrics")) return send_metrics(connection, server);
+    if (!strcmp(path, "/metrics"))
+        return may_see_metrics(server, connection) ? send_metrics(connection, server)
+                                                   : ask_for_token(connection);
     return send_word(connection, 404, "/healthz, /readyz, /metrics\n");
 }
 

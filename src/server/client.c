@@ -172,8 +172,12 @@ void shd_client_of_address(const struct sockaddr *peer, const char *forwarded,
     write_client(&client, out);
 }
 
-void shd_client_of_token(const char *authorization, char out[SHD_CLIENT_SIZE]) {
+void shd_client_of_token(const char *name, const char *authorization, char out[SHD_CLIENT_SIZE]) {
     enum { TOLD = 8 };
+    if (*name) {
+        snprintf(out, SHD_CLIENT_SIZE, "token:%s", name);
+        return;
+    }
     const char *token = authorization + strcspn(authorization, " ");
     token += strspn(token, " ");
     struct sha256_ctx hash;

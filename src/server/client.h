@@ -3,6 +3,7 @@
  *     203.0.113.7            an IPv4 address, also where IPv6 carries it (::ffff:203.0.113.7)
  *     2001:db8:0:1::/64      an IPv6 network: a single customer has all addresses of one
  *     unix                   a unix socket, whose other end has no address
+ *     token:ci               who has shown a token of this name, wherever from
  *     token:1f3870be274f6c49 who has shown this token, wherever from: the start of its SHA-256
  *
  * An address is the connection's own, or, where that is one of the proxies that the operator
@@ -36,7 +37,8 @@ bool shd_networks_have(const shd_networks *networks, const struct sockaddr *peer
 void shd_client_of_address(const struct sockaddr *peer, const char *forwarded,
                            const shd_networks *proxies, char out[SHD_CLIENT_SIZE]);
 
-/* The client by the Authorization field in which its token was found to be right. */
-void shd_client_of_token(const char *authorization, char out[SHD_CLIENT_SIZE]);
+/* The client by the name of its token or, where that is "", by the Authorization field in which it
+ * was found to be right. */
+void shd_client_of_token(const char *name, const char *authorization, char out[SHD_CLIENT_SIZE]);
 
 #endif

@@ -15,6 +15,7 @@ typedef struct shd_config {
     char kernel[16];              /* auto, portable, avx2, avx512, neon */
     char cache_control[256];      /* of pictures */
     char tokens[4096];            /* path; "": everybody may ask */
+    char admin_tokens[4096];      /* path; "": everybody may ask for metrics */
     char preview_keys[4096];      /* path; "": previews need no signature */
     char cors_origins[1024];
     char trusted_proxies[1024]; /* networks whose X-Forwarded-For is believed */

@@ -376,8 +376,8 @@ static enum MHD_Result refuse_size(shd_exchange *exchange, unsigned long long si
 static void set_client(shd_exchange *exchange) {
     const union MHD_ConnectionInfo *info =
         MHD_get_connection_info(exchange->connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
-    if (exchange->by_token)
-        shd_client_of_token(exchange->authorization, exchange->client);
+    if (exchange->token)
+        shd_client_of_token(exchange->token, exchange->authorization, exchange->client);
     else
         shd_client_of_address(info ? info->client_addr : NULL, exchange->forwarded_for,
                               exchange->settings->proxies, exchange->client);
@@ -401,7 +401,7 @@ static enum MHD_Result take_head(shd_exchange *exchange, const char *method, con
                              shd_connection_watched(exchange->connection)))
         return refuse_connection(exchange);
     exchange->refused = !shd_route_admit(exchange);
-    if (exchange->by_token) set_client(exchange);
+    if (exchange->token) set_client(exchange);
     errno = 0;
     unsigned long long length = h.length ? strtoull(h.length, NULL, 10) : 0;
     if (errno || length > exchange->settings->config.body) return refuse_size(exchange, length);

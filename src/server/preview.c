@@ -373,13 +373,12 @@ static const char *raw_value(const char *target, const char *name) {
     return NULL;
 }
 
-shd_link shd_preview_link(const shd_exchange *exchange, const shd_secrets *keys,
-                          long long *expires) {
+shd_link shd_preview_link(const shd_exchange *exchange, const shd_keys *keys, long long *expires) {
     const char *target = exchange->target ? exchange->target : "";
     const char *signature = raw_value(target, names[SIGNATURE]);
     if (!signature) return SHD_LINK_UNSIGNED;
     size_t length = (size_t)(signature - target) - strlen(names[SIGNATURE]) - 2;
-    if (!shd_secrets_signed(keys, target, length, signature)) return SHD_LINK_WRONG;
+    if (!shd_keys_signed(keys, target, length, signature)) return SHD_LINK_WRONG;
     /* What is signed and no number ends as a mistake of the link, or here. */
     const char *end = raw_value(target, names[EXPIRES]);
     *expires = end ? strtoll(end, NULL, 10) : 0;

@@ -25,7 +25,6 @@ typedef enum shd_link {
 
 /* `expires` gets the seconds since 1970 until which a signed link is good, 0 where it is for ever.
  */
-shd_link shd_preview_link(const shd_exchange *exchange, const shd_secrets *keys,
-                          long long *expires);
+shd_link shd_preview_link(const shd_exchange *exchange, const shd_keys *keys, long long *expires);
 
 #endif

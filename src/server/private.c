@@ -58,7 +58,7 @@ void shd_private_policy(const char *policy, long long left, char out[SHD_POLICY_
 
 void shd_private_apply(shd_exchange *exchange) {
     shd_reply *reply = &exchange->reply;
-    if (reply->status >= 400 || (!exchange->by_token && !exchange->expires)) return;
+    if (reply->status >= 400 || (!exchange->token && !exchange->expires)) return;
     long long left = -1;
     if (exchange->expires) {
         left = exchange->expires - (long long)time(NULL);
@@ -74,7 +74,7 @@ void shd_private_apply(shd_exchange *exchange) {
         free(reply->headers[i].value);
         reply->headers[i].value = copy;
         /* A link's signature is part of what is asked for; a token is not. */
-        if (exchange->by_token) shd_reply_plain(reply, "Vary", "Authorization");
+        if (exchange->token) shd_reply_plain(reply, "Vary", "Authorization");
         return;
     }
 }

@@ -236,7 +236,7 @@ static bool admit_media_types(shd_exchange *exchange) {
 }
 
 /* A link to a preview, where there are keys. False without a reply: a token would do. */
-static bool admit_link(shd_exchange *exchange, const shd_secrets *keys) {
+static bool admit_link(shd_exchange *exchange, const shd_keys *keys) {
     static const char *const details[] = {
         [SHD_LINK_UNSIGNED] = "this link needs a signature",
         [SHD_LINK_WRONG] = "the signature is not that of this link, by any of the keys",
@@ -251,16 +251,16 @@ static bool admit_link(shd_exchange *exchange, const shd_secrets *keys) {
 /* What this server is stays open; what it does needs a token or, of an image's link, a signature,
  * where there are any. */
 static bool admit_caller(shd_exchange *exchange) {
-    const shd_secrets *tokens = exchange->settings->tokens;
-    const shd_secrets *keys =
+    const shd_tokens *tokens = exchange->settings->tokens;
+    const shd_keys *keys =
         exchange->route->id == SHD_ROUTE_PREVIEW ? exchange->settings->preview_keys : NULL;
     if ((!tokens && !keys) || strncmp(exchange->route->path, "/v1/", 4)) return true;
-    exchange->by_token = tokens && shd_secrets_admit(tokens, exchange->authorization);
-    if (exchange->by_token) return true;
+    if (tokens) exchange->token = shd_tokens_admit(tokens, exchange->authorization);
+    if (exchange->token) return true;
     if (keys && admit_link(exchange, keys)) return true;
     if (exchange->reply.status) return false;
     shd_problem_reply(&exchange->reply, SHD_UNAUTHORIZED,
-                      exchange->authorization ? "the token is not a known one"
+                      exchange->authorization ? "the token is not a known one, or has expired"
                                               : "send Authorization: Bearer TOKEN");
     shd_reply_plain(&exchange->reply, "WWW-Authenticate",
                     exchange->authorization ? "Bearer realm=\"shaded\", error=\"invalid_token\""

@@ -88,9 +88,9 @@ struct shd_exchange {
     char method_name[16], path[SHD_PATH_SIZE]; /* for the log; cut where longer */
     bool path_cut;
     char client[SHD_CLIENT_SIZE]; /* "": its head was not read */
-    bool by_token;                /* the client is who has the token in `authorization` */
-    long long expires;            /* of the link that let it in, seconds since 1970; 0: never */
-    char *target;                 /* path and query as they were sent; owned */
+    const char *token; /* name of the token that let it in, "" without one; NULL: none did */
+    long long expires; /* of the link that let it in, seconds since 1970; 0: never */
+    char *target;      /* path and query as they were sent; owned */
 
     /* The head's fields; NULL where there are none. Strings live as long as the exchange. */
     char *accept, *accept_encoding, *if_none_match, *forwarded_for;

@@ -43,10 +43,11 @@ shd_status shd_settings_new(const shd_config *config, shd_engine *first, bool re
         status = shd_engine_renew(first, &options, &settings->engine, error);
     }
     if (!status && *config->tokens)
-        status = shd_secrets_load(config->tokens, &shd_token_kind, &settings->tokens, error);
+        status = shd_tokens_load(config->tokens, &settings->tokens, error);
+    if (!status && *config->admin_tokens)
+        status = shd_tokens_load(config->admin_tokens, &settings->admin_tokens, error);
     if (!status && *config->preview_keys)
-        status =
-            shd_secrets_load(config->preview_keys, &shd_key_kind, &settings->preview_keys, error);
+        status = shd_keys_load(config->preview_keys, &settings->preview_keys, error);
     if (!status) status = shd_networks_new(config->trusted_proxies, &settings->proxies, error);
     if (!status) status = shd_origins_list(config->cors_origins, &settings->origins, error);
     if (!status) status = shd_routes_prepare(settings, error);
@@ -62,8 +63,9 @@ void shd_settings_drop(shd_settings *settings) {
     shd_routes_release(settings);
     free(settings->origins);
     shd_networks_drop(settings->proxies);
-    shd_secrets_drop(settings->tokens);
-    shd_secrets_drop(settings->preview_keys);
+    shd_tokens_drop(settings->tokens);
+    shd_tokens_drop(settings->admin_tokens);
+    shd_keys_drop(settings->preview_keys);
     if (settings->owns_engine) shd_engine_drop(settings->engine);
     free(settings);
 }

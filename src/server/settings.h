@@ -14,6 +14,7 @@
 #include "config.h"
 #include "metrics.h"
 #include "shaded.h"
+#include "tokens.h"
 
 /* Texts that never change while the settings hold: one, and the same in gzip, where it is shorter
  * so; else that one's size is 0. */
@@ -37,8 +38,9 @@ typedef struct shd_settings {
     bool owns_engine;
     char *origins;                           /* of CORS, joined by commas */
     shd_networks *proxies;                   /* whose X-Forwarded-For is believed */
-    shd_secrets *tokens;                     /* NULL: everybody may ask */
-    shd_secrets *preview_keys;               /* NULL: previews need no signature */
+    shd_tokens *tokens;                      /* NULL: everybody may ask */
+    shd_tokens *admin_tokens;                /* of metrics, alike */
+    shd_keys *preview_keys;                  /* NULL: previews need no signature */
     shd_document documents[SHD_ROUTE_COUNT]; /* plain.size 0: the route has none */
 } shd_settings;
 

@@ -1,5 +1,6 @@
 """Tokens, origins, and settings that change while the daemon runs."""
 
+import hashlib
 import http.client
 import json
 import os
@@ -55,6 +56,61 @@ class TokenTest(Folder):
             self.assertEqual(daemon.call("OPTIONS", "/v1/render").status, 204)
             self.assertEqual(daemon.get("/nothing").status, 404)
             self.assertEqual(daemon.get("/readyz", admin=True).status, 200)
+
+    def test_hashes_names_and_ends(self):
+        def line(name, token, more=""):
+            return f"{name} sha256:{hashlib.sha256(token.encode()).hexdigest()}{more}\n"
+
+        ends = int(time.time()) + 8
+        end = time.strftime(" expires=%Y-%m-%dT%H:%M:%SZ", time.gmtime(ends))
+        path = self.file(line("ci", FIRST) + f"{SECOND}\n" + line("ci", THIRD, end) +
+                         line("old", "an-old-token-0123", " expires=2020-02-29T00:00:00Z") +
+                         line("9.far_off-", "x" * 255, "\texpires=9999-12-31T23:59:59Z"), "tokens")
+        with Daemon("--tokens", path) as daemon:
+            while daemon.get("/v1/version", bearer(THIRD)).status == 200:
+                time.sleep(0.2)
+            self.assertGreaterEqual(time.time(), ends - 0.1)
+            digest = line("", FIRST).strip()
+            for number, (token, client) in enumerate((
+                    (FIRST, "token:ci"), ("x" * 255, "token:9.far_off-"),
+                    (SECOND, "token:" + hashlib.sha256(SECOND.encode()).hexdigest()[:16]),
+                    ("an-old-token-0123", None), (THIRD, None), (digest, None),
+                    (digest[len("sha256:"):], None))):
+                answer = daemon.get("/v1/version", {**bearer(token), "X-Request-Id": str(number)})
+                self.assertEqual(answer.status, 200 if client else 401, token)
+                event = daemon.wait_for("request", lambda e, n=number: e["id"] == str(n))
+                self.assertEqual(event["client"], client or "127.0.0.1")
+        digest = hashlib.sha256(b"").hexdigest()
+        for bad in (f"ci sha256:{digest[1:]}", f"ci sha256:{digest}0", f"ci sha256:{digest.upper()}",
+                    f"ci {digest}", "ci sha256:", f"{'a' * 33} sha256:{digest}",
+                    f"a/b sha256:{digest}", f"ci sha256:{digest} expires=2026-02-29T00:00:00Z",
+                    f"ci sha256:{digest} expires=2026-01-01", f"ci sha256:{digest} rate=1",
+                    f"ci sha256:{digest} expires=2026-01-01T00:00:00+00:00",
+                    f"ci sha256:{digest} expires=2026-01-01T24:00:00Z",
+                    f"ci sha256:{digest} expires=2027-01-01T00:00:00Z x",
+                    f"sha256:{digest} expires=2027-01-01T00:00:00Z"):
+            path = self.file(f"{FIRST}\n{bad}\n", "tokens")
+            status, _, stderr = run("--listen", "127.0.0.1:0", "--admin", "off", "--tokens", path)
+            self.assertEqual(status, 1, bad)
+            self.assertIn("line 2 has ", json.loads(stderr.splitlines()[-1])["message"])
+            self.assertNotIn(digest[1:], stderr)
+
+    def test_metrics_may_ask_for_a_token(self):
+        path = self.file(FIRST + "\n", "tokens")
+        with Daemon("--admin-tokens", path) as daemon:
+            for headers, status in (({}, 401), (bearer(SECOND), 401), (bearer(FIRST), 200)):
+                answer = daemon.get("/metrics", headers, admin=True)
+                self.assertEqual(answer.status, status)
+                self.assertEqual("shaded_workers" in answer.body.decode(), status == 200)
+                self.assertEqual(answer.headers["WWW-Authenticate"],
+                                 None if status == 200 else 'Bearer realm="metrics"')
+            self.assertEqual(daemon.get("/readyz", admin=True).status, 200)
+            self.assertEqual(daemon.get("/healthz", admin=True).status, 200)
+            self.assertEqual(daemon.get("/v1/version").status, 200)
+            self.file(SECOND + "\n", "tokens")
+            reload(daemon)
+            self.assertEqual(daemon.get("/metrics", bearer(FIRST), admin=True).status, 401)
+            self.assertEqual(daemon.get("/metrics", bearer(SECOND), admin=True).status, 200)
 
     def test_wrong_tokens_are_no_tokens(self):
         path = self.file(FIRST + "\n", "tokens")

@@ -149,7 +149,8 @@ class OptionsTest(Folder):
         listed.pop("config")
         sample = (SOURCE / "config/shaded.conf").read_text()
         shown = dict(re.findall(r"^([a-z-]+) = (.*)$", sample, re.MULTILINE))
-        without = ("ocio", "tokens", "preview-keys", "cors-origins", "trusted-proxies")
+        without = ("ocio", "tokens", "admin-tokens", "preview-keys", "cors-origins",
+                   "trusted-proxies")
         for name in without:
             self.assertIn(f"\n; {name} = ", sample)
         self.assertEqual({**shown, **dict.fromkeys(without, "")}, listed)

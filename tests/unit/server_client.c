@@ -138,7 +138,7 @@ static void tokens_are_told_by_a_hash(void **state) {
     (void)state;
     char client[SHD_CLIENT_SIZE];
     /* printf %s abc | sha256sum */
-    shd_client_of_token("Bearer  abc", client);
+    shd_client_of_token("", "Bearer  abc", client);
     assert_string_equal(client, "token:ba7816bf8f01cfea");
 }
 
