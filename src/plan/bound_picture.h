@@ -20,7 +20,7 @@ bool shd_picture_errors_new(const struct shd_plan *plan, const shd_excess_list *
                             const shd_shown *shown, shd_arena *arena,
                             const shd_picture_errors **out);
 
-/* The bound of a pixel that shows this color, of the working space. Some 300 ns. */
+/* The bound of a pixel that shows this color, of the working space. Some 0.5 us. */
 double shd_picture_delta_e(const shd_picture_errors *errors, const double rgb[3]);
 
 #endif

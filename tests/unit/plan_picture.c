@@ -81,9 +81,11 @@ static void make_scene(made *m, uint64_t *random) {
                           .distance = power(random, -8, wild)};
         for (size_t t = 0; t < TERMS; t++) {
             shd_term *term = &m->terms[k][t];
-            const bool dark = t == 0 && below(random, 2);
+            const bool dark = t == 0 && below(random, 2), pale = below(random, 4) == 0;
             for (int c = 0; c < 3 && !dark; c++)
-                term->color[c] = below(random, 4) ? bright * power(random, -4, 0) : 0;
+                term->color[c] = pale               ? bright * uniform(random, 0.8, 0.9)
+                                 : below(random, 4) ? bright * power(random, -4, 0)
+                                                    : 0;
             if (t == 3 && below(random, 3) == 0)
                 memcpy(term->color, m->terms[k][1].color, sizeof term->color);
             if (t == 0) continue;
