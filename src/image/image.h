@@ -13,6 +13,7 @@
 #include <stdint.h>
 
 #include "base/arena.h"
+#include "base/budget.h"
 #include "base/catalog.h"
 #include "base/cpu.h"
 #include "base/format.h"
@@ -110,8 +111,9 @@ bool shd_image_writes(shd_format format);
 /* Loads what the format takes, which the first picture would do otherwise: for TIFF, EXR and HDR
  * the OpenImageIO module. SHD_SCENE where that, or a library that it needs, is not installed;
  * SHD_EXHAUSTED where there is no memory or descriptor for it now; SHD_CONFIG where it is broken.
- */
-shd_status shd_image_prepare(shd_format format, shd_error *error);
+ * What it takes stays counted in `budget`: SHD_LIMIT where it is more than half of what that has
+ * for work, SHD_CROWDED where it is more than is left now. */
+shd_status shd_image_prepare(shd_format format, shd_budget *budget, shd_error *error);
 
 #ifdef __cplusplus
 }

@@ -117,7 +117,29 @@ shd_status shd_oiio_load(shd_oiio_encode_fn **out, shd_error *error) {
     return status;
 }
 
-shd_status shd_image_prepare(shd_format format, shd_error *error) {
-    shd_oiio_encode_fn *unused;
-    return takes_module(format) ? shd_oiio_load(&unused, error) : SHD_OK;
+/* With the mutex held. Of the module's 127 MB, by VmRSS on Debian 12, 52 are its own; the rest is
+ * files, whose pages the system takes back where memory is short. */
+static shd_status load_within(shd_budget *budget, shd_error *error) {
+    enum { MODULE = 64 << 20 };
+    if (atomic_load(&loaded)) return SHD_OK;
+    if (shd_budget_most(budget) < 2 * (uint64_t)MODULE)
+        return shd_fail(error, SHD_LIMIT, "",
+                        "OpenImageIO takes %d bytes, and the limit `memory` of the process leaves "
+                        "%llu for all",
+                        MODULE, (unsigned long long)shd_budget_most(budget));
+    if (!shd_budget_take(budget, MODULE))
+        return shd_fail(error, SHD_CROWDED, "",
+                        "other requests have the memory that OpenImageIO takes");
+    const shd_status status = load(error);
+    shd_budget_give(budget, MODULE);
+    if (status == SHD_OK) shd_budget_fix(budget, MODULE);
+    return status;
+}
+
+shd_status shd_image_prepare(shd_format format, shd_budget *budget, shd_error *error) {
+    if (!takes_module(format)) return SHD_OK;
+    pthread_mutex_lock(&load_mutex);
+    const shd_status status = load_within(budget, error);
+    pthread_mutex_unlock(&load_mutex);
+    return status;
 }

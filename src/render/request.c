@@ -116,7 +116,7 @@ shd_status shd_request_prepare_formats(shd_request *request, shd_error *error) {
     shd_error why;
     for (size_t o = 0; o < scene->output_count; o++) {
         shd_format format = scene->outputs[o].format;
-        shd_status status = shd_image_prepare(format, &why);
+        shd_status status = shd_image_prepare(format, request->engine->budget, &why);
         if (status == SHD_OK) continue;
         char pointer[64];
         point_to_format(scene, o, pointer);

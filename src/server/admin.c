@@ -48,6 +48,7 @@ static enum MHD_Result send_metrics(struct MHD_Connection *connection, shd_serve
                          .reuse = shd_engine_reuse(server->engine),
                          .cache = shd_cache_load_of(server->cache),
                          .stuck = shd_stuck_count(server->stuck),
+                         .memory = shd_budget_load_of(server->budget),
                          .in_flight = atomic_load(&server->in_flight),
                          .unsent = atomic_load(&server->unsent),
                          .draining = atomic_load(&server->draining)};

@@ -29,6 +29,9 @@ typedef struct entry {
 
 struct shd_cache {
     pthread_mutex_t mutex;
+    shd_budget *budget;
+    size_t counted;      /* of the budget, beside answers' bodies */
+    size_t bodies;       /* bytes of these */
     size_t cap, buckets; /* a power of two */
     uint64_t seed;       /* random: nobody can choose documents that share a bucket */
     entry **by_tag, **by_question;
@@ -132,22 +135,34 @@ static void unlink_entry(shd_cache *cache, entry *e) {
     *at = e->next_by_tag;
     unlink_use(cache, e);
     cache->load.bytes -= e->bytes;
+    cache->bodies -= e->reply.size;
     cache->load.entries--;
+}
+
+/* Puts the oldest entry at the head of a list. */
+static entry *take_oldest(shd_cache *cache, entry *list) {
+    entry *e = cache->oldest;
+    e->question.body = forget_question(cache, e);
+    unlink_entry(cache, e);
+    cache->load.evictions++;
+    e->older = list;
+    return e;
 }
 
 /* Takes the oldest entries out until the rest is under the cap: a list linked by `older`, which the
  * caller drops without the mutex. The newest one stays: alone it is under the cap. */
 static entry *evict(shd_cache *cache) {
     entry *list = NULL;
-    while (cache->load.bytes > cache->cap && cache->oldest != cache->newest) {
-        entry *e = cache->oldest;
-        e->question.body = forget_question(cache, e);
-        unlink_entry(cache, e);
-        cache->load.evictions++;
-        e->older = list;
-        list = e;
-    }
+    while (cache->load.bytes > cache->cap && cache->oldest != cache->newest)
+        list = take_oldest(cache, list);
     return list;
+}
+
+static void count_overhead(shd_cache *cache) {
+    const size_t overhead = cache->load.bytes - cache->bodies;
+    if (overhead > cache->counted) shd_budget_count(cache->budget, overhead - cache->counted);
+    if (overhead < cache->counted) shd_budget_give(cache->budget, cache->counted - overhead);
+    cache->counted = overhead;
 }
 
 /* ---- Any thread ---- */
@@ -181,6 +196,7 @@ shd_cached shd_cache_find(shd_cache *cache, const char *tag, const shd_question 
     if (e) {
         old = take_question(cache, e, &a);
         evicted = evict(cache);
+        count_overhead(cache);
     }
     pthread_mutex_unlock(&cache->mutex);
     free(old);
@@ -243,15 +259,33 @@ shd_cached shd_cache_put(shd_cache *cache, const char *tag, const shd_question *
         *bucket = e;
         link_newest(cache, e);
         cache->load.bytes += e->bytes;
+        cache->bodies += e->reply.size;
         cache->load.entries++;
         old = take_question(cache, e, &a);
         evicted = evict(cache);
+        count_overhead(cache);
     }
     pthread_mutex_unlock(&cache->mutex);
     free(old);
     drop_list(evicted);
     if (there) drop_list(e);
     return SHD_CACHE_STORED;
+}
+
+size_t shd_cache_trim(shd_cache *cache, size_t bytes) {
+    entry *list = NULL;
+    size_t freed = 0;
+    pthread_mutex_lock(&cache->mutex);
+    while (freed < bytes && cache->oldest) {
+        list = take_oldest(cache, list);
+        /* What somebody is being sent goes when it is sent. */
+        const bool last = !list->reply.held || atomic_load(&list->reply.held->holders) == 1;
+        freed += list->bytes - (last ? 0 : list->reply.size);
+    }
+    count_overhead(cache);
+    pthread_mutex_unlock(&cache->mutex);
+    drop_list(list);
+    return freed;
 }
 
 shd_cache_load shd_cache_load_of(shd_cache *cache) {
@@ -263,11 +297,12 @@ shd_cache_load shd_cache_load_of(shd_cache *cache) {
 
 /* ---- The whole ---- */
 
-shd_status shd_cache_new(size_t cap, shd_cache **out, shd_error *error) {
+shd_status shd_cache_new(size_t cap, shd_budget *budget, shd_cache **out, shd_error *error) {
     shd_cache *cache = calloc(1, sizeof *cache);
     if (!cache) return shd_fail(error, SHD_EXHAUSTED, "", "no memory for the response cache");
     pthread_mutex_init(&cache->mutex, NULL);
     cache->cap = cap;
+    cache->budget = budget;
     cache->buckets = 1;
     while (cap && cache->buckets < cap / TYPICAL && cache->buckets < BUCKETS_MOST)
         cache->buckets *= 2;
@@ -288,6 +323,7 @@ shd_status shd_cache_new(size_t cap, shd_cache **out, shd_error *error) {
 void shd_cache_drop(shd_cache *cache) {
     if (!cache) return;
     drop_list(cache->newest); /* linked by `older` already */
+    shd_budget_give(cache->budget, cache->counted);
     free(cache->by_tag);
     free(cache->by_question);
     pthread_mutex_destroy(&cache->mutex);

@@ -42,8 +42,9 @@ typedef enum shd_cached {
 /* An entity tag's digits and a 0. */
 enum { SHD_TAG_SIZE = 33 };
 
-/* `cap` bytes at most, answers and what finds them; 0 keeps nothing. */
-shd_status shd_cache_new(size_t cap, shd_cache **out, shd_error *error);
+/* `cap` bytes at most, answers and what finds them; 0 keeps nothing. What finds them is counted in
+ * `budget`, which outlives it, answers' bodies are already. */
+shd_status shd_cache_new(size_t cap, shd_budget *budget, shd_cache **out, shd_error *error);
 void shd_cache_drop(shd_cache *cache); /* NULL is fine */
 
 /* The answer with this tag, copied into an empty reply; its bytes are shared. The question, unless
@@ -60,6 +61,10 @@ shd_cached shd_cache_ask(shd_cache *cache, const shd_question *question, char ta
  * this tag already is the same one, and stays: SHD_CACHE_STORED. */
 shd_cached shd_cache_put(shd_cache *cache, const char *tag, const shd_question *question,
                          shd_reply *reply);
+
+/* Forgets the oldest answers until `bytes` of memory are free for it or none is left. Returns how
+ * many are. */
+size_t shd_cache_trim(shd_cache *cache, size_t bytes);
 
 typedef struct shd_cache_load {
     size_t bytes, entries;

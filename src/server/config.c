@@ -75,6 +75,8 @@ static const option_info options[] = {
      "objects of a scene times its lights"},
     {"max-work", WHOLE, false, FIELD(work), 1, UINT64_C(1) << 40, "SECONDS",
      "time that a picture is expected to take on one processor"},
+    {"memory", BYTES, true, FIELD(budget), 0, UINT64_C(1) << 46, "BYTES",
+     "memory of the whole process; 0: three quarters of what machine and control groups leave"},
     {"max-memory", BYTES, false, FIELD(memory), 1 << 20, UINT64_C(1) << 46, "BYTES",
      "memory of one request"},
     {"reuse", BYTES, true, FIELD(reuse), 0, UINT64_C(1) << 46, "BYTES",

@@ -23,6 +23,7 @@ typedef struct shd_config {
     uint64_t threads, queue, connections, connections_each;
     uint64_t pixels, samples, lights, objects, triangles, body, memory; /* shd_limits */
     uint64_t light_samples, object_lights, work;                        /* these, too */
+    uint64_t budget;         /* bytes of the process; 0: by what the machine leaves */
     uint64_t reuse;          /* bytes, see shd_engine_options */
     uint64_t response_cache; /* bytes, see shd_cache_new */
     /* Seconds. */

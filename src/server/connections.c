@@ -31,10 +31,12 @@ void shd_connection_notify(void *cls, struct MHD_Connection *connection, void **
         MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
     if (code == MHD_CONNECTION_NOTIFY_CLOSED) {
         bool amid = shd_reaper_remove(server->reaper, *context);
+        shd_budget_give(server->budget, SHD_CONNECTION_MEMORY);
         *context = NULL;
         if (amid && info) shd_linger_keep(server->linger, info->connect_fd);
         return;
     }
+    shd_budget_count(server->budget, SHD_CONNECTION_MEMORY);
     if (!info) return;
     const int socket = info->connect_fd;
     char address[SHD_CLIENT_SIZE];

@@ -27,9 +27,6 @@ enum { BEGUN, READING, WAITING, ANSWERED };
 /* What shd_http_start has made ready says this. */
 enum { LAST_STATUS = MHD_HTTP_SERVICE_UNAVAILABLE };
 
-/* Memory for a connection's head and answer's head. */
-enum { CONNECTION_MEMORY = 64 << 10 };
-
 /* Of a request's target, in bytes; and the most parameters that it may have: libmicrohttpd takes
  * memory of the connection for each, and where that ends it neither answers nor closes. */
 enum { TARGET_MOST = 8000, PARAMETERS_MOST = 250 };
@@ -289,6 +286,8 @@ static enum MHD_Result queue_reply(shd_exchange *exchange) {
     exchange->state = ANSWERED;
     enter(exchange, SHD_AT_ANSWER);
     add_common_headers(exchange);
+    shd_reaper_answer(exchange->server->reaper, shd_connection_watched(exchange->connection),
+                      shd_reply_alone(reply));
     struct MHD_Response *response = make_response(reply);
     if (!response) {
         shd_reply_clear(reply);
@@ -337,6 +336,7 @@ static enum MHD_Result refuse_now(shd_exchange *exchange) {
 static void count(shd_exchange *exchange) {
     exchange->counted = true;
     atomic_fetch_add(&exchange->server->in_flight, 1);
+    atomic_store(&exchange->server->worked, true);
 }
 
 /* Before libmicrohttpd looks into it, which cannot be told to stop. */
@@ -419,9 +419,16 @@ static bool may_grow(shd_exchange *exchange, size_t capacity) {
     shd_server *server = exchange->server;
     const uint64_t more = capacity - exchange->capacity;
     const uint64_t all = atomic_fetch_add(&server->body_bytes, more) + more;
-    if (capacity <= SMALL_BODY || all / server->places <= exchange->settings->config.body)
-        return true;
+    const bool few =
+        capacity <= SMALL_BODY || all / server->places <= exchange->settings->config.body;
+    if (few && shd_budget_take(server->budget, more)) return true;
     atomic_fetch_sub(&server->body_bytes, more);
+    if (few) {
+        shd_problem_later(&exchange->reply, SHD_BUSY,
+                          shd_jobs_retry_after(server->jobs, exchange->client),
+                          "other requests have the memory that the process may take just now");
+        return false;
+    }
     shd_problem_later(&exchange->reply, SHD_BUSY,
                       shd_jobs_retry_after(server->jobs, exchange->client),
                       "the bodies of other requests take %llu bytes: with the limit `queue` of "
@@ -441,7 +448,7 @@ static bool keep(shd_exchange *exchange, const char *data, size_t size) {
         if (!may_grow(exchange, capacity)) return false;
         unsigned char *grown = realloc(exchange->body, capacity);
         if (!grown) {
-            atomic_fetch_sub(&exchange->server->body_bytes, capacity - exchange->capacity);
+            shd_memory_return_body(exchange->server, capacity - exchange->capacity);
             shd_problem_reply(&exchange->reply, SHD_NO_MEMORY, "no memory for the body");
             return false;
         }
@@ -577,7 +584,7 @@ static void complete(void *cls, struct MHD_Connection *connection, void **contex
         if (exchange->was_accepted) atomic_fetch_sub(&server->accepted, 1);
         atomic_fetch_sub(&server->in_flight, 1);
     }
-    atomic_fetch_sub(&server->body_bytes, exchange->capacity);
+    shd_memory_return_body(server, exchange->capacity);
     atomic_fetch_sub(&server->unsent, exchange->unsent);
     shd_settings_drop(exchange->settings);
     shd_reply_clear(&exchange->reply);
@@ -603,7 +610,7 @@ shd_status shd_http_start(shd_server *server, int socket, struct MHD_Daemon **ou
         shd_connection_notify, server, MHD_OPTION_CONNECTION_LIMIT,
         (unsigned)server->config.connections, MHD_OPTION_CONNECTION_TIMEOUT,
         (unsigned)server->config.idle_timeout, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
-        (size_t)CONNECTION_MEMORY, MHD_OPTION_END);
+        (size_t)SHD_CONNECTION_HEADS, MHD_OPTION_END);
     if (!daemon) return shd_fail(error, SHD_INTERNAL, "", "libmicrohttpd did not start");
     *out = daemon;
     return SHD_OK;

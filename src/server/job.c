@@ -48,7 +48,7 @@ void shd_job_drop(shd_job *job) {
     shd_reply_clear(&job->reply);
     shd_settings_drop(job->settings);
     free(job->question.body);
-    atomic_fetch_sub(&job->server->body_bytes, job->body_bytes);
+    shd_memory_return_body(job->server, job->body_bytes);
     free(job);
 }
 

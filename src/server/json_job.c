@@ -22,6 +22,8 @@ static void tell(shd_job *job, shd_status status, char *json, const shd_error *e
         shd_reply_plain(&job->reply, "Content-Encoding", "gzip");
     }
     shd_reply_give(&job->reply, "application/json", gzip ? gzip : json, gzip ? less : size);
+    shd_budget_count(job->server->budget, gzip ? less : size);
+    shd_reply_count(&job->reply, job->server->budget, gzip ? less : size);
     shd_reply_plain(&job->reply, "Vary", "Accept-Encoding");
     /* Times are of this run, estimates and kernels of this machine. */
     shd_reply_plain(&job->reply, "Cache-Control", "no-store");

@@ -74,6 +74,7 @@ static sigset_t block_signals(void) {
 
 static shd_status make_engine(shd_server *server, shd_error *error) {
     shd_engine_options options = shd_settings_engine(&server->config);
+    options.budget = server->budget;
     shd_status status = shd_engine_new(&options, &server->engine, error);
     if (status) return status;
     return shd_settings_new(&server->config, server->engine, false, &server->settings, error);
@@ -131,20 +132,24 @@ static void log_listening(const shd_server *server, const char *address, const c
 static shd_status start(shd_server *server, ports *out, shd_error *error) {
     const shd_config *config = &server->config;
     char address[SHD_ADDRESS_SIZE], admin[SHD_ADDRESS_SIZE] = "off";
-    const shd_patience patience = patience_of(config);
     const shd_machine machine = shd_machine_look("");
     shd_sockets given;
     int public_socket = -1, admin_socket = -1;
-    shd_status status = shd_take_sockets(&given, error);
+    shd_status status = shd_memory_open(&machine, config, &server->budget, error);
+    if (!status) shd_memory_clip(&server->config, server->budget);
+    const shd_patience patience = patience_of(config);
+    if (!status) status = shd_take_sockets(&given, error);
     if (!status) status = open_socket(config->listen, given.public, &public_socket, address, error);
     if (!status && (has_admin(config) || given.admin >= 0))
         status = open_socket(config->admin, given.admin, &admin_socket, admin, error);
     if (!status) status = make_engine(server, error);
-    if (!status) status = shd_cache_new(config->response_cache, &server->cache, error);
+    if (!status)
+        status = shd_cache_new(config->response_cache, server->budget, &server->cache, error);
     if (!status) status = shd_server_start_jobs(server, error);
     if (!status) status = shd_linger_new(&server->linger, error);
     if (!status)
         status = shd_reaper_new(&patience, &shd_exchange_departure, &server->reaper, error);
+    if (!status) shd_memory_connect(server);
     if (!status && admin_socket >= 0) {
         status = shd_admin_start(server, admin_socket, &out->admin, error);
         if (!status) admin_socket = -1;
@@ -158,6 +163,7 @@ static shd_status start(shd_server *server, ports *out, shd_error *error) {
     if (public_socket >= 0) close(public_socket);
     if (!status) {
         log_machine(&machine);
+        shd_memory_log(server);
         log_listening(server, address, admin);
     }
     return status;
@@ -239,14 +245,15 @@ static bool drain(shd_server *server, ports *open, const sigset_t *stop) {
 static void release(shd_server *server, ports *open) {
     if (open->turn >= 0) close(open->turn);
     shd_http_stop(server, open->public);
-    shd_reaper_drop(server->reaper);
-    shd_linger_drop(server->linger);
     shd_admin_stop(open->admin);
     shd_engine_drop(server->engine);
+    shd_reaper_drop(server->reaper);
+    shd_linger_drop(server->linger);
     shd_jobs_drop(server->jobs);
     shd_stuck_drop(server->stuck);
     shd_cache_drop(server->cache);
     shd_settings_drop(server->settings);
+    shd_budget_drop(server->budget);
 }
 
 /* `aborted`: requests since the signal whose upload did not end or whose answer was not taken. */
@@ -268,6 +275,7 @@ static void reload(shd_server *server, int argc, char **argv) {
     shd_notify_reloading();
     bool good = shd_config_read(argc, argv, &config, message, sizeof message) == SHD_CONFIG_RUN;
     if (good) {
+        shd_memory_clip(&config, server->budget);
         shd_config_keep(&config, &server->config, kept, sizeof kept);
         good = !shd_settings_new(&config, server->engine, true, &settings, &error);
         if (!good)
@@ -288,23 +296,27 @@ static void reload(shd_server *server, int argc, char **argv) {
     shd_notify("READY=1");
 }
 
-/* The next signal; meanwhile the service manager is told that all is well, which is true where the
- * reaper, whose lock every connection and job takes in turn, answers. */
+/* The next signal; meanwhile memory that is in no use is given back, and the service manager is
+ * told that all is well, which is true where the reaper, whose lock every connection and job takes
+ * in turn, answers. */
 static int wait_for_signal(shd_server *server, const sigset_t *signals) {
-    double interval = shd_watchdog_interval();
-    struct timespec pause = shd_timespec(interval);
+    const double interval = shd_watchdog_interval();
+    const bool is_watched = interval > 0;
+    const struct timespec pause =
+        shd_timespec(is_watched && interval < SHD_REST_SECONDS ? interval : SHD_REST_SECONDS);
     for (;;) {
-        int number =
-            interval > 0 ? sigtimedwait(signals, NULL, &pause) : sigwaitinfo(signals, NULL);
+        int number = sigtimedwait(signals, NULL, &pause);
         if (number > 0) return number;
         if (errno != EAGAIN) continue;
+        shd_memory_rest(server);
         shd_reaper_count(server->reaper);
-        shd_notify("WATCHDOG=1");
+        if (is_watched) shd_notify("WATCHDOG=1");
     }
 }
 
 static int serve(shd_server *server, int argc, char **argv) {
     sigset_t stop = block_signals();
+    shd_memory_begin();
     if (getrandom(&server->run, sizeof server->run, 0) != (ssize_t)sizeof server->run)
         server->run = (uint32_t)getpid();
 

@@ -27,7 +27,7 @@ static const char *const stage_names[SHD_STAGE_COUNT] = {"queue", "parse", "plan
                                                          "shade", "color", "encode"};
 
 static const char *const phase_names[SHD_PHASES] = {"rest", "head", "body", "work", "answer"};
-static const char *const ending_names[SHD_ENDINGS] = {"time", "left", "room"};
+static const char *const ending_names[SHD_ENDINGS] = {"time", "left", "room", "memory"};
 
 /* As refusals name them. */
 static const char *const limit_names[SHD_LIMITS] = {
@@ -209,6 +209,16 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
                  "Requests that got no answer, or whose client did not take it.",
                  value(&metrics->aborted));
 
+    const shd_budget_load *memory = &gauges->memory;
+    print_number(out, "memory_budget_bytes", "gauge", "Memory that the process may take.",
+                 memory->cap);
+    print_number(
+        out, "memory_used_bytes", "gauge",
+        "Memory that is taken or reserved of it, by the program, requests, answers and what "
+        "is kept.",
+        memory->used);
+    print_number(out, "memory_refused_total", "counter",
+                 "Times that other requests had the memory that one wanted.", memory->refused);
     print_number(out, "request_memory_high_water_bytes", "gauge",
                  "The most memory that one request has taken from its arena.",
                  atomic_load(&metrics->memory));
@@ -230,8 +240,9 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
     for (size_t phase = 0; phase < SHD_PHASES; phase++)
         fprintf(out, "shaded_connections{at=\"%s\"} %zu\n", phase_names[phase],
                 gauges->reaped.connections[phase]);
-    print_head(out, "connections_ended_total", "counter",
-               "Connections that were ended: over a time, left by their client, for room.");
+    print_head(
+        out, "connections_ended_total", "counter",
+        "Connections that were ended: over a time, left by their client, for room, for memory.");
     for (size_t ending = 0; ending < SHD_ENDINGS; ending++)
         fprintf(out, "shaded_connections_ended_total{reason=\"%s\"} %" PRIu64 "\n",
                 ending_names[ending], gauges->reaped.ended[ending]);

@@ -87,6 +87,7 @@ typedef struct shd_gauges {
     shd_reaped reaped;
     shd_reuse_load reuse;
     shd_cache_load cache;
+    shd_budget_load memory;
     unsigned in_flight;
     uint64_t unsent; /* bytes of answers that are on their way */
     unsigned stuck;  /* workers */

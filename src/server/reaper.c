@@ -16,6 +16,7 @@
 #include <linux/tcp.h>
 
 #include "base/clock.h"
+#include "log.h"
 
 /* Between two looks, seconds; and before room is made again. */
 static const double pause_between = 0.25, pause_for_room = 0.01;
@@ -25,6 +26,9 @@ static const double least_sending = 2;
  * long they are waited for, seconds. */
 enum { MOST_EXCESS = 16 };
 static const double excess_patience = 2;
+
+/* What an answer gets at least before it gives way to work. */
+static const double least_taking = 0.25;
 
 enum { BUCKETS = 1024 };
 
@@ -44,9 +48,11 @@ struct shd_connection {
     uint64_t read; /* bytes received then */
     bool had_left; /* at the last look */
     bool ended;
-    bool excess; /* its address had as many as it may */
-    peer *peer;  /* NULL: its address does not count */
-    void *who;   /* SHD_AT_WORK */
+    size_t answer; /* SHD_AT_ANSWER: bytes that are freed with it, */
+    uint64_t sent; /* and those that the client had acknowledged before */
+    bool excess;   /* its address had as many as it may */
+    peer *peer;    /* NULL: its address does not count */
+    void *who;     /* SHD_AT_WORK */
 };
 
 struct shd_reaper {
@@ -88,6 +94,13 @@ static bool has_read_since(const shd_connection *c) {
     return count_read(c->socket, &bytes) && bytes > c->read;
 }
 
+/* Bytes that the client has acknowledged so far. */
+static uint64_t bytes_taken(int socket) {
+    struct tcp_info info = {0};
+    socklen_t size = sizeof info;
+    return getsockopt(socket, IPPROTO_TCP, TCP_INFO, &info, &size) ? 0 : info.tcpi_bytes_acked;
+}
+
 /* ---- Looking ---- */
 
 static void end(shd_reaper *reaper, shd_connection *c, shd_ending why) {
@@ -102,6 +115,13 @@ static void finish(shd_reaper *reaper, shd_connection *c) {
     shutdown(c->socket, SHUT_RD);
     c->ended = true;
     reaper->open--;
+}
+
+/* The system drops what it has buffered, too. */
+static void end_at_once(shd_reaper *reaper, shd_connection *c, shd_ending why) {
+    const struct linger none = {.l_onoff = 1, .l_linger = 0};
+    setsockopt(c->socket, SOL_SOCKET, SO_LINGER, &none, sizeof none);
+    end(reaper, c, why);
 }
 
 static double patience_for(const shd_reaper *reaper, const shd_connection *c) {
@@ -175,6 +195,13 @@ static bool make_room(shd_reaper *reaper, double now) {
     return first;
 }
 
+/* What an answer has cost so far: bytes that its client has not taken, times seconds. */
+static double burden(const shd_connection *c, double now) {
+    if (c->phase != SHD_AT_ANSWER || c->ended || now - c->since < least_taking) return 0;
+    const uint64_t taken = bytes_taken(c->socket) - c->sent;
+    return c->answer > taken ? (double)(c->answer - taken) * (now - c->since) : 0;
+}
+
 /* One place in eight is kept free, so that who comes is let in before others have to go. */
 static size_t places(const shd_reaper *reaper) {
     size_t all = reaper->patience.connections;
@@ -226,6 +253,56 @@ static void *run(void *context) {
     }
     pthread_mutex_unlock(&reaper->mutex);
     return NULL;
+}
+
+/* ---- Memory ---- */
+
+/* Answers below are not worth a look: the system's buffers take them. */
+enum { LARGE_ANSWER = 64 << 10 };
+
+static shd_connection *find_heaviest(const shd_reaper *reaper) {
+    const double now = shd_now();
+    double most = 0;
+    shd_connection *found = NULL;
+    for (shd_connection *c = reaper->list.next; c != &reaper->list; c = c->next) {
+        const double cost = c->answer ? burden(c, now) : 0;
+        if (cost <= most) continue;
+        most = cost;
+        found = c;
+    }
+    return found;
+}
+
+void shd_reaper_answer(shd_reaper *reaper, shd_connection *connection, size_t bytes) {
+    if (!connection || bytes < LARGE_ANSWER) return;
+    const uint64_t sent = bytes_taken(connection->socket);
+    pthread_mutex_lock(&reaper->mutex);
+    connection->answer = bytes;
+    connection->sent = sent;
+    pthread_mutex_unlock(&reaper->mutex);
+}
+
+size_t shd_reaper_drop_answers(shd_reaper *reaper, size_t bytes) {
+    size_t promised = 0, dropped = 0;
+    pthread_mutex_lock(&reaper->mutex);
+    for (shd_connection *c = reaper->list.next; c != &reaper->list; c = c->next)
+        if (c->ended && c->phase == SHD_AT_ANSWER) promised += c->answer;
+    while (promised < bytes) {
+        shd_connection *c = find_heaviest(reaper);
+        if (!c) break;
+        end_at_once(reaper, c, SHD_END_MEMORY);
+        promised += c->answer;
+        dropped++;
+    }
+    pthread_mutex_unlock(&reaper->mutex);
+    if (dropped) {
+        shd_log line;
+        shd_log_begin(&line, SHD_LOG_WARNING, "answers-dropped");
+        shd_log_whole(&line, "count", dropped);
+        shd_log_text(&line, "message", "their clients did not take them, and others wanted memory");
+        shd_log_end(&line);
+    }
+    return promised;
 }
 
 /* ---- The whole ---- */
@@ -380,6 +457,7 @@ void shd_reaper_phase(shd_reaper *reaper, shd_connection *connection, shd_phase 
     if (phase == SHD_AT_REST && !count_read(connection->socket, &read)) phase = SHD_AT_HEAD;
     double now = shd_now();
     pthread_mutex_lock(&reaper->mutex);
+    connection->answer = 0;
     connection->phase = phase;
     connection->since = now;
     connection->read = read;

@@ -12,6 +12,9 @@
  * that have been at their head, their body or their answer for longest, but nobody at once;
  * - an address has a number of connections; a few more are let in to be told so.
  *
+ * Answers that are taken slowly give their memory to work that wants it: those first that have
+ * taken the most, bytes times seconds.
+ *
  * To end a connection is to shut its socket down: libmicrohttpd sees that and closes it. */
 #ifndef SHD_SERVER_REAPER_H
 #define SHD_SERVER_REAPER_H
@@ -43,7 +46,13 @@ typedef struct shd_patience {
 } shd_patience;
 
 /* Why connections were ended. */
-typedef enum shd_ending { SHD_END_LATE, SHD_END_LEFT, SHD_END_ROOM, SHD_ENDINGS } shd_ending;
+typedef enum shd_ending {
+    SHD_END_LATE,
+    SHD_END_LEFT,
+    SHD_END_ROOM,
+    SHD_END_MEMORY, /* their answers were not taken, and others wanted the memory */
+    SHD_ENDINGS
+} shd_ending;
 
 /* What is done with those that wait, SHD_AT_WORK, whose client has left. */
 typedef struct shd_departure {
@@ -75,6 +84,13 @@ bool shd_reaper_remove(shd_reaper *reaper, shd_connection *connection);
 /* The connection is at something else now; `who` is what waits, for SHD_AT_WORK. It stays there
  * until the next call. A NULL connection is fine. */
 void shd_reaper_phase(shd_reaper *reaper, shd_connection *connection, shd_phase phase, void *who);
+
+/* As many bytes of memory are free once the client has its answer, which is on its way. */
+void shd_reaper_answer(shd_reaper *reaper, shd_connection *connection, size_t bytes);
+
+/* Ends connections whose answers hold memory, until `bytes` will be free. Returns how many will be,
+ * by this call and earlier ones whose connections are not closed yet. */
+size_t shd_reaper_drop_answers(shd_reaper *reaper, size_t bytes);
 
 /* The server stops: connections that rest are told so by their end, and so is who has been at a
  * head or a body for `grace` seconds. What they have sent until then is still read and answered. */

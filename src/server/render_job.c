@@ -10,6 +10,9 @@
 #include "preview.h"
 #include "problem.h"
 
+/* How long others are waited for that give way to an answer, seconds. */
+static const double patience = 2;
+
 /* ---- multipart/form-data (RFC 7578) ---- */
 
 /* A name inside a quoted parameter, escaped as browsers do it. */
@@ -42,7 +45,7 @@ static char *part_head(const char *boundary, const shd_picture *picture, bool fi
 
 /* The boundary follows from the entity tag: the same request gives the same bytes, and that a
  * picture holds the hash of its own document is as unlikely as any collision of the hash. */
-static bool set_multipart(shd_reply *reply, shd_request *request) {
+static bool set_multipart(shd_reply *reply, shd_budget *budget, shd_request *request) {
     char boundary[71], media_type[128], tail[80];
     snprintf(boundary, sizeof boundary, "shaded-%s", shd_request_etag(request));
     snprintf(media_type, sizeof media_type, "multipart/form-data; boundary=%s", boundary);
@@ -61,35 +64,41 @@ static bool set_multipart(shd_reply *reply, shd_request *request) {
                    !__builtin_add_overflow(total, pictures[i].size, &total);
     }
 
-    char *body = complete ? malloc(total) : NULL, *end = body;
+    const bool counted = complete && shd_budget_wait(budget, total, patience);
+    char *body = counted ? malloc(total) : NULL, *end = body;
     for (size_t i = 0; body && i < count; i++) {
         size_t size = pictures[i].size;
         end = (char *)memcpy(end, heads[i].text, heads[i].length) + heads[i].length;
         unsigned char *data = shd_request_take(request, i);
         if (size) end = (char *)memcpy(end, data, size) + size;
         free(data);
+        shd_budget_give(budget, size);
     }
     if (body) {
         memcpy(end, tail, tail_size);
         shd_reply_give(reply, media_type, body, total);
+        shd_reply_count(reply, budget, total);
+    } else if (counted) {
+        shd_budget_give(budget, total);
     }
     for (size_t i = 0; heads && i < count; i++) free(heads[i].text);
     free(heads);
     return body;
 }
 
-static void set_single(shd_reply *reply, shd_request *request) {
+static void set_single(shd_reply *reply, shd_budget *budget, shd_request *request) {
     size_t count;
     const shd_picture *picture = shd_request_pictures(request, &count);
     const char *media_type = shd_format_get(picture->format)->media_type;
     size_t size = picture->size;
     shd_reply_give(reply, media_type, shd_request_take(request, 0), size);
+    shd_reply_count(reply, budget, size);
 }
 
-static bool set_pictures(shd_reply *reply, shd_request *request) {
+static bool set_pictures(shd_reply *reply, shd_budget *budget, shd_request *request) {
     if (!shd_request_multipart(request))
-        set_single(reply, request);
-    else if (!set_multipart(reply, request))
+        set_single(reply, budget, request);
+    else if (!set_multipart(reply, budget, request))
         return false;
     return reply->held;
 }
@@ -225,7 +234,7 @@ static void render(shd_job *job) {
     }
     add_making(job);
     reply->status = 200;
-    if (!set_pictures(reply, job->request)) {
+    if (!set_pictures(reply, job->server->budget, job->request)) {
         shd_reply_clear(reply);
         shd_problem_reply(reply, SHD_NO_MEMORY, "no memory for the answer");
         return;

@@ -24,6 +24,7 @@ void shd_bytes_drop(void *context) {
     shd_bytes_held *held = context;
     if (!held || atomic_fetch_sub(&held->holders, 1) > 1) return;
     free(held->data);
+    shd_budget_give(held->budget, held->counted);
     free(held);
 }
 
@@ -98,9 +99,22 @@ void shd_reply_give(shd_reply *reply, const char *media_type, void *body, size_t
     }
     shd_reply_lend(reply, media_type, body, size);
     if (!held) return;
+    *held = (shd_bytes_held){.data = body};
     atomic_init(&held->holders, 1);
-    held->data = body;
     reply->held = held;
+}
+
+void shd_reply_count(shd_reply *reply, shd_budget *budget, size_t bytes) {
+    if (!reply->held) {
+        shd_budget_give(budget, bytes);
+        return;
+    }
+    reply->held->budget = budget;
+    reply->held->counted = bytes;
+}
+
+size_t shd_reply_alone(const shd_reply *reply) {
+    return reply->held ? reply->size / atomic_load(&reply->held->holders) : 0;
 }
 
 void shd_reply_share(shd_reply *reply, const shd_reply *from) {

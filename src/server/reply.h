@@ -7,6 +7,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#include "base/budget.h"
 #include "base/status.h"
 
 enum { SHD_REPLY_HEADERS = 32 };
@@ -15,6 +16,8 @@ enum { SHD_REPLY_HEADERS = 32 };
 typedef struct shd_bytes_held {
     atomic_uint holders;
     void *data;
+    shd_budget *budget; /* that has `counted` bytes for them */
+    size_t counted;
 } shd_bytes_held;
 
 void shd_bytes_drop(void *held); /* the last one frees them; NULL is fine */
@@ -54,6 +57,14 @@ void shd_reply_copy(shd_reply *reply, const shd_reply *from);
 /* The body: given to the reply, which frees it, or lent for longer than the reply lives. */
 void shd_reply_give(shd_reply *reply, const char *media_type, void *body, size_t size);
 void shd_reply_lend(shd_reply *reply, const char *media_type, const void *body, size_t size);
+
+/* What the body was given with takes `bytes` of the budget, which has them counted, until it is
+ * freed. */
+void shd_reply_count(shd_reply *reply, shd_budget *budget, size_t bytes);
+
+/* The bytes of memory that go with the body when it has been sent; of one that is shared, as with
+ * the response cache, its share. */
+size_t shd_reply_alone(const shd_reply *reply);
 
 /* Takes the headers from a reply, which keeps its status and body. */
 void shd_reply_strip(shd_reply *reply);

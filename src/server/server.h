@@ -11,6 +11,7 @@
  *     preview.c  links as documents; signatures
  *     negotiate.c  what Accept and If-None-Match mean
  *     reply.c, problem.c  answers before they become HTTP, refusals among them
+ *     memory.c  what the process may have, and who gets how much of it
  *     settings.c  what SIGHUP changes, from config.c; access.c  tokens, keys and origins
  *     admin.c, metrics.c, process.c, log.c, request_log.c, trace.c  the operators' port, and what
  *                they are told
@@ -34,6 +35,7 @@
 #include "config.h"
 #include "jobs.h"
 #include "linger.h"
+#include "memory.h"
 #include "metrics.h"
 #include "reaper.h"
 #include "reply.h"
@@ -45,6 +47,7 @@ struct MHD_Response;
 
 typedef struct shd_server {
     shd_config config;  /* as it was at the start: for what cannot change */
+    shd_budget *budget; /* all memory of the process */
     shd_engine *engine; /* the first one, whose workers all others use */
     pthread_mutex_t settings_mutex;
     shd_settings *settings; /* for new requests; see shd_server_settings */
@@ -63,6 +66,7 @@ typedef struct shd_server {
     atomic_uint suspended;        /* those of them that wait for a job */
     uint64_t places;              /* requests that may wait or be worked on */
     _Atomic(uint64_t) unsent;     /* bytes of answers that are on their way */
+    atomic_bool worked;           /* there were requests since shd_memory_rest */
     _Atomic(uint64_t) body_bytes; /* memory of bodies: that are coming, or that jobs have */
 } shd_server;
 

@@ -50,7 +50,7 @@ shd_status shd_settings_new(const shd_config *config, shd_engine *first, bool re
                             shd_settings **out, shd_error *error);
 void shd_settings_drop(shd_settings *settings); /* the last holder frees them; NULL is fine */
 
-/* The engine's part of the configuration. */
+/* The engine's part of the configuration, without the budget. */
 shd_engine_options shd_settings_engine(const shd_config *config);
 
 #endif

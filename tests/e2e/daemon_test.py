@@ -271,7 +271,7 @@ class StopTest(unittest.TestCase):
             daemon.signal(number)
             self.assertEqual(daemon.wait(), 0, daemon.stderr())
             self.assertEqual([event["event"] for event in daemon.events()],
-                             ["machine", "listening", "stopping", "stopped"])
+                             ["machine", "memory", "listening", "stopping", "stopped"])
             idle.close()
 
     def test_signals_that_mean_nothing_end_nothing(self):

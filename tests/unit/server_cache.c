@@ -17,7 +17,7 @@ enum { KB = 1 << 10 };
 static shd_cache *new_cache(size_t cap) {
     shd_cache *cache;
     shd_error error;
-    assert_int_equal(shd_cache_new(cap, &cache, &error), SHD_OK);
+    assert_int_equal(shd_cache_new(cap, NULL, &cache, &error), SHD_OK);
     return cache;
 }
 
