@@ -11,6 +11,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
@@ -54,8 +55,51 @@ void shd_listen_describe(int fd, char bound[SHD_ADDRESS_SIZE]) {
     snprintf(bound, SHD_ADDRESS_SIZE, strchr(host, ':') ? "[%s]:%s" : "%s:%s", host, port);
 }
 
+static const char unix_prefix[] = "unix:";
+
+/* Whether the path is a socket that nobody listens on: what a daemon that was killed has left. */
+static bool is_stale(const struct sockaddr_un *place) {
+    struct stat info;
+    if (lstat(place->sun_path, &info) || !S_ISSOCK(info.st_mode)) return false;
+    int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    bool refused = fd >= 0 && connect(fd, (const struct sockaddr *)place, sizeof *place) &&
+                   errno == ECONNREFUSED;
+    if (fd >= 0) close(fd);
+    return refused;
+}
+
+static shd_status listen_unix(const char *address, int *out, char bound[SHD_ADDRESS_SIZE],
+                              shd_error *error) {
+    const char *path = address + sizeof unix_prefix - 1;
+    struct sockaddr_un place = {.sun_family = AF_UNIX};
+    if (*path != '/' || strlen(path) >= sizeof place.sun_path)
+        return shd_fail(error, SHD_CONFIG, address,
+                        "not of the form unix:/path, with up to %zu characters of it",
+                        sizeof place.sun_path - 1);
+    memcpy(place.sun_path, path, strlen(path) + 1);
+    if (is_stale(&place)) unlink(path);
+    int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    bool is_bound = fd >= 0 && !bind(fd, (const struct sockaddr *)&place, sizeof place);
+    if (!is_bound || listen(fd, SOMAXCONN)) {
+        shd_status status = shd_fail(error, SHD_CONFIG, address, "%s", strerror(errno));
+        if (is_bound) unlink(path);
+        if (fd >= 0) close(fd);
+        return status;
+    }
+    shd_listen_describe(fd, bound);
+    *out = fd;
+    return SHD_OK;
+}
+
+void shd_listen_remove(const char *bound) {
+    if (!strncmp(bound, unix_prefix, sizeof unix_prefix - 1))
+        unlink(bound + sizeof unix_prefix - 1);
+}
+
 shd_status shd_listen(const char *address, int *out, char bound[SHD_ADDRESS_SIZE],
                       shd_error *error) {
+    if (!strncmp(address, unix_prefix, sizeof unix_prefix - 1))
+        return listen_unix(address, out, bound, error);
     char host[256] = "", port[16] = "";
     shd_status status = split(address, host, sizeof host, port, sizeof port, error);
     if (status) return status;
@@ -83,6 +127,9 @@ shd_status shd_listen(const char *address, int *out, char bound[SHD_ADDRESS_SIZE
  * connected, and be reset at the end. Accepted connections inherit the filter, and do not notice.
  * Where the system refuses it, who connects between the last accept() and the end is reset. */
 void shd_listen_seal(int fd) {
+    char bound[SHD_ADDRESS_SIZE];
+    shd_listen_describe(fd, bound);
+    shd_listen_remove(bound); /* who finds no socket does not connect */
     struct sock_filter filter[] = {
         BPF_STMT(BPF_LD | BPF_B | BPF_ABS, 13), BPF_STMT(BPF_ALU | BPF_AND | BPF_K, 0x12),
         BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, 0x02, 0, 1), BPF_STMT(BPF_RET | BPF_K, 0),

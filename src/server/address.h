@@ -1,4 +1,4 @@
-/* Listening sockets from ADDR:PORT. */
+/* Listening sockets from ADDR:PORT and unix:/path. */
 #ifndef SHD_SERVER_ADDRESS_H
 #define SHD_SERVER_ADDRESS_H
 
@@ -9,10 +9,15 @@
 
 enum { SHD_ADDRESS_SIZE = 128 };
 
-/* Opens a listening socket on "127.0.0.1:8080", "[::1]:8080", "localhost:8080", ":8080" (every
- * address) or with port 0 (any free port). `bound` gets the real address, in the same form. */
+/* Opens a listening socket on "unix:/path", in place of one that nobody listens on any more, with
+ * the rights that the process' umask leaves; or on "127.0.0.1:8080", "[::1]:8080",
+ * "localhost:8080", ":8080" (every address) or with port 0 (any free port). `bound` gets the real
+ * address, in the same form. */
 shd_status shd_listen(const char *address, int *out, char bound[SHD_ADDRESS_SIZE],
                       shd_error *error);
+
+/* Removes what a unix socket, by its real address, has left in the file system. */
+void shd_listen_remove(const char *bound);
 
 /* Lets nobody in any more, without an answer: who tries is told later, by the socket's end. Who is
  * connected already is still there to be accepted. For a socket that nobody else listens on. */

@@ -14,6 +14,7 @@
 
 typedef enum option_kind {
     TEXT,   /* printable ASCII that fits its field; min 1: not blank */
+    LIST,   /* the same; as a flag several times, whose values are then joined by blanks */
     SWITCH, /* on, off */
     WHOLE,  /* digits */
     BYTES   /* digits, then perhaps K, M or G (1024s) */
@@ -31,8 +32,8 @@ typedef struct option_info {
 #define FIELD(name) offsetof(shd_config, name), sizeof((shd_config *)0)->name
 
 static const option_info options[] = {
-    {"listen", TEXT, true, FIELD(listen), 0, 0, "ADDR:PORT",
-     "where to serve; [::1]:8080 for IPv6, port 0 for any free port"},
+    {"listen", LIST, true, FIELD(listen), 0, 0, "ADDR:PORT",
+     "where to serve; [::1]:8080 for IPv6, port 0 for any free port, unix:/path; or a list"},
     {"admin", TEXT, true, FIELD(admin), 0, 0, "ADDR:PORT",
      "where to answer /healthz, /readyz and /metrics; or off"},
     {"threads", WHOLE, true, FIELD(threads), 0, 1024, "N",
@@ -167,6 +168,7 @@ static bool set(shd_config *config, const option_info *option, const char *text,
     char *field = (char *)config + option->offset;
     switch (option->kind) {
     case TEXT:
+    case LIST:
         if (strlen(text) >= option->size || !is_printable(text)) {
             snprintf(message, size, "%s: up to %zu printable ASCII characters are possible", place,
                      option->size - 1);
@@ -289,8 +291,22 @@ static void environment_name(const char *name, char *out, size_t size) {
     for (; *out; out++) *out = *out == '-' ? '_' : (char)toupper((unsigned char)*out);
 }
 
+/* Of the one option that is a list. What does not fit is cut, and then too long for its field. */
+enum { JOINED_SIZE = 2048 };
+
+/* What a flag stands for that may have been there before. */
+static const char *join_values(const option_info *option, const char *before, const char *value,
+                               char joined[JOINED_SIZE]) {
+    if (option->kind != LIST || !before) return value;
+    if (before != joined) snprintf(joined, JOINED_SIZE, "%s", before);
+    size_t length = strlen(joined);
+    snprintf(joined + length, JOINED_SIZE - length, " %s", value);
+    return joined;
+}
+
 static shd_config_result read_flags(int argc, char **argv, const char *values[OPTION_COUNT],
-                                    const char **path, char *message, size_t size) {
+                                    char joined[JOINED_SIZE], const char **path, char *message,
+                                    size_t size) {
     struct option flags[OPTION_COUNT + 4] = {{0}};
     for (int i = 0; i < OPTION_COUNT; i++)
         flags[i] = (struct option){options[i].name, required_argument, NULL, FLAG_VERSION + 1 + i};
@@ -315,7 +331,8 @@ static shd_config_result read_flags(int argc, char **argv, const char *values[OP
         if (flag == FLAG_CONFIG)
             *path = optarg;
         else
-            values[flag - FLAG_VERSION - 1] = optarg;
+            values[flag - FLAG_VERSION - 1] = join_values(
+                &options[flag - FLAG_VERSION - 1], values[flag - FLAG_VERSION - 1], optarg, joined);
     }
     if (optind < argc) {
         snprintf(message, size, "unexpected argument '%s'", argv[optind]);
@@ -329,7 +346,8 @@ shd_config_result shd_config_read(int argc, char **argv, shd_config *config, cha
     *config = shd_config_defaults();
     optind = 0; /* read again from the start, for SIGHUP */
     const char *values[OPTION_COUNT] = {NULL}, *path = getenv("SHADED_CONFIG");
-    shd_config_result result = read_flags(argc, argv, values, &path, message, message_size);
+    char joined[JOINED_SIZE];
+    shd_config_result result = read_flags(argc, argv, values, joined, &path, message, message_size);
     if (result != SHD_CONFIG_RUN) return result;
 
     if (path && *path && !read_file(path, config, message, message_size)) return SHD_CONFIG_BAD;
@@ -357,7 +375,8 @@ bool shd_config_keep(shd_config *config, const shd_config *running, char *names,
         const option_info *option = &options[i];
         char *field = (char *)config + option->offset;
         const char *old = (const char *)running + option->offset;
-        bool same = option->kind == TEXT ? !strcmp(field, old) : !memcmp(field, old, option->size);
+        bool is_text = option->kind == TEXT || option->kind == LIST;
+        bool same = is_text ? !strcmp(field, old) : !memcmp(field, old, option->size);
         if (!option->fixed || same) continue;
         memcpy(field, old, option->size);
         if (length < size)
@@ -374,6 +393,7 @@ static void print_default(FILE *out, const option_info *option, const shd_config
     const char *field = (const char *)defaults + option->offset;
     switch (option->kind) {
     case TEXT:
+    case LIST:
         if (*field) fprintf(out, " [%s]", field);
         break;
     case SWITCH:

@@ -10,13 +10,14 @@
 #include <stdio.h>
 
 typedef struct shd_config {
-    char listen[256], admin[256]; /* ADDR:PORT; admin may be "off" */
-    char ocio[4096];              /* path; "": the embedded configuration */
-    char kernel[16];              /* auto, portable, avx2, avx512, neon */
-    char cache_control[256];      /* of pictures */
-    char tokens[4096];            /* path; "": everybody may ask */
-    char admin_tokens[4096];      /* path; "": everybody may ask for metrics */
-    char preview_keys[4096];      /* path; "": previews need no signature */
+    char listen[1024];       /* ADDR:PORT, unix:/path, parted by blanks or commas */
+    char admin[256];         /* ADDR:PORT or "off" */
+    char ocio[4096];         /* path; "": the embedded configuration */
+    char kernel[16];         /* auto, portable, avx2, avx512, neon */
+    char cache_control[256]; /* of pictures */
+    char tokens[4096];       /* path; "": everybody may ask */
+    char admin_tokens[4096]; /* path; "": everybody may ask for metrics */
+    char preview_keys[4096]; /* path; "": previews need no signature */
     char cors_origins[1024];
     char trusted_proxies[1024]; /* networks whose X-Forwarded-For is believed */
     bool log_requests;

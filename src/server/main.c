@@ -17,6 +17,7 @@
 #include "base/regular.h"
 #include "config.h"
 #include "descriptors.h"
+#include "doors.h"
 #include "http.h"
 #include "job.h"
 #include "log.h"
@@ -33,8 +34,8 @@ static const double upload_grace = 1, cancel_grace = 5;
 typedef struct ports {
     struct MHD_Daemon *public;
     shd_admin *admin;
-    int own;  /* the public port's socket, libmicrohttpd's to close; -1: a service manager has it */
-    int turn; /* shd_http_turn's, while it is waited for; -1: it is not */
+    shd_doors *doors; /* where the public port listens */
+    int turn;         /* shd_http_turn's, while it is waited for; -1: it is not */
 } ports;
 
 static bool has_admin(const shd_config *config) {
@@ -131,15 +132,15 @@ static void log_listening(const shd_server *server, const char *address, const c
  * Where one step fails, main() undoes the others. */
 static shd_status start(shd_server *server, ports *out, shd_error *error) {
     const shd_config *config = &server->config;
-    char address[SHD_ADDRESS_SIZE], admin[SHD_ADDRESS_SIZE] = "off";
+    char address[SHD_DOORS_SIZE], admin[SHD_ADDRESS_SIZE] = "off";
     const shd_machine machine = shd_machine_look("");
     shd_sockets given;
-    int public_socket = -1, admin_socket = -1;
+    int admin_socket = -1;
     shd_status status = shd_memory_open(&machine, config, &server->budget, error);
     if (!status) shd_memory_clip(&server->config, server->budget);
     const shd_patience patience = patience_of(config);
     if (!status) status = shd_take_sockets(&given, error);
-    if (!status) status = open_socket(config->listen, given.public, &public_socket, address, error);
+    if (!status) status = shd_doors_open(config->listen, given.public, &out->doors, address, error);
     if (!status && (has_admin(config) || given.admin >= 0))
         status = open_socket(config->admin, given.admin, &admin_socket, admin, error);
     if (!status) status = make_engine(server, error);
@@ -154,13 +155,9 @@ static shd_status start(shd_server *server, ports *out, shd_error *error) {
         status = shd_admin_start(server, admin_socket, &out->admin, error);
         if (!status) admin_socket = -1;
     }
-    if (!status) {
-        status = shd_http_start(server, public_socket, &out->public, error);
-        out->own = given.public < 0 ? public_socket : -1;
-        if (!status) public_socket = -1;
-    }
+    if (!status) status = shd_http_start(server, shd_doors_first(out->doors), &out->public, error);
+    if (!status) status = shd_doors_serve(out->doors, out->public, error);
     if (admin_socket >= 0) close(admin_socket);
-    if (public_socket >= 0) close(public_socket);
     if (!status) {
         log_machine(&machine);
         shd_memory_log(server);
@@ -174,10 +171,7 @@ static shd_status start(shd_server *server, ports *out, shd_error *error) {
 /* The end of arrivals. Where a service manager keeps the socket, who has not been let in waits
  * there for the next daemon. */
 static void close_door(shd_server *server, const ports *open) {
-    if (open->own >= 0)
-        shd_listen_seal(open->own);
-    else
-        shd_http_quiesce(open->public);
+    if (!shd_doors_seal(open->doors)) shd_http_quiesce(open->public);
     shd_reaper_finish(server->reaper, upload_grace);
 }
 
@@ -186,7 +180,7 @@ static bool is_deserted(shd_server *server, const ports *open) {
     shd_reaped count = shd_reaper_count(server->reaper);
     for (int phase = 0; phase < SHD_PHASES; phase++)
         if (count.connections[phase]) return false;
-    return open->own < 0 || !shd_listen_has_waiting(open->own);
+    return !shd_doors_have_waiting(open->doors);
 }
 
 /* The same on two looks with a turn of the I/O thread between them: it may just be taking a
@@ -244,7 +238,9 @@ static bool drain(shd_server *server, ports *open, const sigset_t *stop) {
 
 static void release(shd_server *server, ports *open) {
     if (open->turn >= 0) close(open->turn);
+    shd_doors_stop(open->doors);
     shd_http_stop(server, open->public);
+    shd_doors_drop(open->doors);
     shd_admin_stop(open->admin);
     shd_engine_drop(server->engine);
     shd_reaper_drop(server->reaper);
@@ -320,7 +316,7 @@ static int serve(shd_server *server, int argc, char **argv) {
     if (getrandom(&server->run, sizeof server->run, 0) != (ssize_t)sizeof server->run)
         server->run = (uint32_t)getpid();
 
-    ports open = {.own = -1, .turn = -1};
+    ports open = {.turn = -1};
     shd_error error = {0};
     if (claim_descriptors(&server->config, &error) || start(server, &open, &error)) {
         shd_log line;

@@ -17,7 +17,7 @@
  *                they are told
  *     descriptors.c  what is left of them for that port
  *     client.c  who a request is from; private.c  who may keep its answer
- *     address.c, systemd.c  sockets, opened here or handed over
+ *     doors.c, address.c, systemd.c  sockets, opened here or handed over
  *
  * An exchange belongs to the I/O thread, but to jobs.c between shd_exchange_suspend and
  * shd_exchange_resume. */

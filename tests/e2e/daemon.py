@@ -43,6 +43,22 @@ def environment(**more):
     return {**clean, **more}
 
 
+class UnixConnection(http.client.HTTPConnection):
+    def connect(self):
+        self.sock = socket.socket(socket.AF_UNIX)
+        self.sock.settimeout(self.timeout)
+        self.sock.connect(self.host)
+
+
+def connect(address, timeout=PATIENCE):
+    """To (host, port), or the path of a unix socket."""
+    if isinstance(address, str):
+        connection = UnixConnection("localhost", timeout=timeout)
+        connection.host = address
+        return connection
+    return http.client.HTTPConnection(*address, timeout=timeout)
+
+
 class Daemon:
     """with Daemon("--queue", "1") as daemon: daemon.get("/v1/version") ..."""
 
@@ -63,7 +79,8 @@ class Daemon:
             self.process.kill()
             self.process.wait()
             raise
-        self.address = self._split(started["address"])
+        self.addresses = [self._split(address) for address in started["address"].split()]
+        self.address = self.addresses[0]
         self.admin = None if started["admin"] == "off" else self._split(started["admin"])
 
     @staticmethod
@@ -109,8 +126,7 @@ class Daemon:
     # ---- Requests, each on a connection of its own ----
 
     def call(self, method, path, body=None, headers=None, admin=False, timeout=PATIENCE):
-        host, port = self.admin if admin else self.address
-        connection = http.client.HTTPConnection(host, port, timeout=timeout)
+        connection = connect(self.admin if admin else self.address, timeout)
         try:
             connection.request(method, path, body, headers or {})
             answer = connection.getresponse()

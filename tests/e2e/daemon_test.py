@@ -8,6 +8,7 @@ import os
 import re
 import signal
 import socket
+import stat
 import subprocess
 import tempfile
 import threading
@@ -16,7 +17,7 @@ import unittest
 from pathlib import Path
 
 from e2e.daemon import (JSON, PATIENCE, SANITIZED, SHADED, SLOW, SMALL, SOURCE, Daemon, another,
-                        environment, run)
+                        connect,                        environment, run)
 
 # Nobody waits for its end.
 ENDLESS = {**SLOW, "image": {"width": 4096, "height": 4096, "samples": 16}}
@@ -227,10 +228,72 @@ class StartTest(Folder):
                 self.assertEqual(daemon.render(SMALL).status, 200)
                 self.assertEqual(daemon.get("/readyz", admin=True).status, 200)
 
+    def asked(self, address, path="/v1/version"):
+        connection = connect(address)
+        try:
+            connection.request("GET", path, headers={"Host": "a"})
+            return connection.getresponse().status
+        finally:
+            connection.close()
+
+    def test_several_addresses_and_unix_sockets(self):
+        place = f"{self.folder}/socket"
+        for flags in (("--listen", f"unix:{place}"), ("--listen", f"unix:{place} 127.0.0.1:0"),
+                      ("--listen", "127.0.0.1:0", "--listen", f"unix:{place}", "--listen",
+                       "127.0.0.1:0,127.0.0.1:0")):
+            with Daemon(*flags, listen=None) as daemon:
+                self.assertIn(place, daemon.addresses)
+                self.assertTrue(stat.S_ISSOCK(os.stat(place).st_mode))
+                for address in daemon.addresses * 3:
+                    self.assertEqual(self.asked(address), 200)
+                events = daemon.events("request")
+                wait_until(lambda d=daemon: {event["client"] for event in d.events("request")} >=
+                           {"unix"})
+                self.assertLessEqual({event["client"] for event in events}, {"unix", "127.0.0.1"})
+                # Another one is told, and leaves the first one's socket alone.
+                status, _, stderr = run("--listen", f"unix:{place}", "--admin", "off")
+                self.assertEqual(status, 1)
+                self.assertIn("Address already in use", stderr)
+                self.assertEqual(self.asked(place), 200)
+            self.assertFalse(os.path.exists(place))
+
+    def test_a_unix_socket_that_was_left_is_replaced(self):
+        place = f"{self.folder}/socket"
+        daemon = Daemon("--listen", f"unix:{place}", listen=None)
+        daemon.process.kill()
+        daemon.wait()
+        self.assertTrue(os.path.exists(place))
+        with Daemon("--listen", f"unix:{place}", listen=None):
+            self.assertEqual(self.asked(place), 200)
+        # What is no socket is somebody's.
+        Path(place).write_text("dear")
+        status, _, stderr = run("--listen", f"unix:{place}", "--admin", "off")
+        self.assertEqual((status, Path(place).read_text()), (1, "dear"))
+        self.assertIn("Address already in use", stderr)
+        for wrong in "unix:relative", "unix:", "unix:/" + "a" * 200, "", ",", "127.0.0.1:0," * 9:
+            status, _, stderr = run("--listen", wrong, "--admin", "off")
+            self.assertEqual(status, 1, wrong)
+
+    def test_all_addresses_are_served_to_the_end(self):
+        place = f"{self.folder}/socket"
+        daemon = Daemon("--listen", f"127.0.0.1:0 127.0.0.1:0 unix:{place}", "--drain-time", "300",
+                        listen=None)
+        daemon.signal(signal.SIGSTOP)
+        clients = [connect(address) for address in daemon.addresses * 10]
+        for client in clients:
+            client.request("POST", "/v1/render", json.dumps(SMALL), JSON)
+        daemon.signal()
+        daemon.signal(signal.SIGCONT)
+        for client in clients:
+            self.assertIn(client.getresponse().status, (200, 503))
+            client.close()
+        self.assertEqual(daemon.wait(), 0, daemon.stderr())
+        self.assertFalse(os.path.exists(place))
+
     def test_bad_addresses(self):
         for address in ("", "8080", "localhost", "127.0.0.1:", "127.0.0.1:x", "127.0.0.1:65536",
                         "::1:80", "[::1]", "[::1:80", "127.0.0.1:-1", "1.2.3.4.5:80:90"):
-            self.assert_cannot_start(run("--listen", address), address)
+            self.assert_cannot_start(run("--listen", address), address or "listen")
             if address:
                 self.assert_cannot_start(
                     run("--listen", "127.0.0.1:0", "--admin", address), address)
