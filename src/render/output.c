@@ -39,11 +39,10 @@ shd_packing shd_output_packing(shd_channels channels) {
 }
 
 /* RGB values converted in place; RGBA is what OpenColorIO takes. */
-static bool convert_rgb(shd_request *request, const shd_color_transform *transform, float *rgb,
+static void convert_rgb(shd_request *request, const shd_color_transform *transform, float *rgb,
                         size_t count) {
     enum { ROW = 1024 };
-    float *row = shd_arena_alloc(request->arena, ROW, 4 * sizeof *row);
-    if (!row) return false;
+    float row[4 * ROW];
     for (size_t first = 0; first < count && !shd_is_cancelled(&request->cancelled); first += ROW) {
         size_t some = count - first < ROW ? count - first : ROW;
         for (size_t i = 0; i < some; i++) {
@@ -54,7 +53,6 @@ static bool convert_rgb(shd_request *request, const shd_color_transform *transfo
         for (size_t i = 0; i < some; i++)
             memcpy(rgb + 3 * (first + i), row + 4 * i, 3 * sizeof *row);
     }
-    return true;
 }
 
 static float *copy_floats(shd_arena *arena, const float *values, size_t count) {
@@ -80,7 +78,7 @@ static float *color_layer(shd_request *request, const shd_film *film, const shd_
            (layer->kind == SHD_LAYER_LIGHT && plan->planes[p].light != layer->light))
         p++;
     float *rgb = copy_floats(request->arena, film->planes[p], 3 * pixels);
-    if (!rgb || !convert_rgb(request, transform, rgb, pixels)) return NULL;
+    if (rgb) convert_rgb(request, transform, rgb, pixels);
     return rgb;
 }
 
