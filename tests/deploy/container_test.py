@@ -163,6 +163,16 @@ class ContainerTest(unittest.TestCase):
         podman("stop", "--time", "300", NAME)  # then it would be killed: 137
         self.assertEqual(podman("inspect", "--format", "{{.State.ExitCode}}", NAME).strip(), "0")
 
+    def test_no_file_gives_rights(self):
+        found = podman("exec", NAME, "find", "/", "-xdev", "-type", "f", "-perm", "/6000")
+        self.assertEqual(found, "")
+
+    def test_it_has_a_bill_of_materials(self):
+        told = json.loads(podman("exec", NAME, "cat", "/usr/share/shaded/sbom.cdx.json"))
+        listed = podman("exec", NAME, "cat", "/usr/share/shaded/packages.txt").split()
+        self.assertEqual(sorted(f"{part['name']}={part['version']}"
+                                for part in told["components"]), listed)
+
     def test_it_tells_its_packages(self):
         listed = podman("exec", NAME, "cat", "/usr/share/shaded/packages.txt").splitlines()
         self.assertEqual(listed, sorted(listed))

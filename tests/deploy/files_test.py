@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 import socket
 import subprocess
 import tempfile
@@ -226,6 +227,24 @@ class KubernetesTest(unittest.TestCase):
         scaled = objects["HorizontalPodAutoscaler", "shaded"]["spec"]
         self.assertIn(f"server-template replica- {scaled['maxReplicas']} ",
                       (KUBERNETES / "hashed/haproxy.cfg").read_text())
+
+
+class MaterialsTest(unittest.TestCase):
+    @unittest.skipUnless(shutil.which("dpkg-query"), "this is no Debian")
+    def test_the_bill_of_materials_has_every_package(self):
+        """Here, by the script that makes the image's."""
+        told = json.loads(run(DEPLOY / "container/install/tell-packages", "1.2.3"))
+        self.assertEqual((told["bomFormat"], told["specVersion"]), ("CycloneDX", "1.5"))
+        self.assertEqual(told["metadata"]["component"]["version"], "1.2.3")
+        installed = run("dpkg-query", "-W", "-f", "${Package} ${Version}\n").splitlines()
+        parts = told["components"]
+        self.assertEqual(sorted(f"{part['name']} {part['version']}" for part in parts),
+                         sorted(installed))
+        references = {part["bom-ref"] for part in parts}
+        self.assertEqual(len(references), len(parts))
+        for reference in references:
+            self.assertRegex(reference, r"^pkg:deb/debian/[a-z0-9.%B-]+@[A-Za-z0-9.~%-]+"
+                                        r"\?arch=[a-z0-9]+&distro=[a-z0-9.-]+$")
 
 
 class MetricsTest(unittest.TestCase):
