@@ -84,12 +84,13 @@ class Http(unittest.TestCase):
             return self.explain({"objects": objects, "image": {
                 "width": 128, "height": 128, "samples": samples}})["milliseconds"]["visibility"]
 
-        # Each is asked for at every ray of its tiles, not of its pixels.
+        # Each is asked for at every ray of its blocks of pixels, not of the pixels that it covers,
+        # which are a tenth of the one's.
         small = [{"type": "sphere", "radius": 0.01, "transform": {
             "translate": [math.sin(i), math.sin(2 * i), math.sin(3 * i)]}} for i in range(1000)]
         needle = {"type": "cylinder", "radius": 0.005, "height": 2}
         one = visibility([{"type": "sphere"}])
-        self.assertGreater(visibility(small), 50 * one)
+        self.assertGreater(visibility(small), 5 * one)
         self.assertGreater(visibility([needle]), one / 20)
         told = {name: json.loads(subprocess.run(
             [BUILD / "shade", "explain", "-", "--kernel", name], input=json.dumps(SCENE).encode(),
