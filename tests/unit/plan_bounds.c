@@ -289,7 +289,7 @@ static shd_request *read_budget(shd_engine *engine, const char *budget, uint64_t
 static void budgets_take_the_cheapest_tier_that_meets_them(void **state) {
     uint64_t random = 4;
     int took[SHD_EXACT + 1] = {0, 0};
-    for (int i = 0; i < 40 * BUDGETS; i++) {
+    for (int i = 0; i < 12 * BUDGETS; i++) {
         shd_request *request = read_budget(*state, budgets[i % BUDGETS], &random);
         const shd_scene *scene = request->scene;
         const shd_accuracy *accuracy = &scene->accuracy;
@@ -325,7 +325,7 @@ static void budgets_take_the_cheapest_tier_that_meets_them(void **state) {
         }
         shd_request_drop(request);
     }
-    assert_true(took[SHD_STANDARD] > 50 && took[SHD_EXACT] > 50);
+    assert_true(took[SHD_STANDARD] > 15 && took[SHD_EXACT] > 15);
 }
 
 /* With made-up tables. */
@@ -391,16 +391,14 @@ static char *write_lamps(int lamps, int balls, const char *accuracy) {
 }
 
 static void budgets_are_met_among_many_lamps(void **state) {
-    static const struct {
-        int lamps, balls, budgets;
-    } scenes[] = {{1024, 60, 3}, {10000, 1, 3}, {10000, 60, 1}};
+    static const struct { int lamps, balls; } scenes[] = {{1024, 60}, {10000, 1}};
     for (size_t i = 0; i < sizeof scenes / sizeof scenes[0]; i++) {
         shd_bound bounds[2]; /* of exact and standard */
         static const char *const accuracies[] = {"\"tier\": \"exact\"", "\"tier\": \"standard\"",
                                                  "\"maxError\": 0.01, \"metric\": \"linear\"",
                                                  "\"maxError\": 0.5",
                                                  "\"maxError\": 1, \"metric\": \"code\""};
-        for (int k = 0; k < 2 + scenes[i].budgets; k++) {
+        for (int k = 0; k < 5; k++) {
             char *json = write_lamps(scenes[i].lamps, scenes[i].balls, accuracies[k]);
             shd_request *request = read_text(*state, json);
             shd_error error;
