@@ -88,13 +88,14 @@ static source source_of(const finding *f, const shd_plan_object *object, uint32_
 
 /* What it makes of a light that its points are elsewhere and their normals turned. */
 static void add_misplaced(const finding *f, const shd_plan_material *material, const source *from,
-                          const shd_lit *lit) {
+                          const shd_piece *piece, const shd_lit *lit) {
     const double high = from->strength * lit->factor_high, turned = f->misplaced.turned;
-    double moved = 0;
-    if (!from->light->directional) moved = fmin(f->misplaced.moved / lit->nearest, 1);
+    double beyond;
+    const double moved =
+        shd_misplaced_at(f->plan->scene, &f->misplaced, piece, from->light, lit->nearest, &beyond);
     const double distance = from->light->attenuated ? 2 * moved : 0;
     shd_much *to = &f->much[from->term];
-    to->misplaced += high * (moved + turned + distance * lit->facing_high);
+    to->misplaced += high * (moved + beyond + turned + distance * lit->facing_high);
     for (size_t k = 0; k < material->lobe_count; k++) {
         const double most = shd_shine_most(lit->shine_high, material->lobes[k].shininess);
         shd_lobe_error turning = f->lobes[k];
@@ -334,7 +335,7 @@ static void add_piece(finding *f, const shd_plan_object *object, const shd_piece
         const source *from = &f->sources[i];
         if (!shd_piece_lit(plan->scene, piece, from->light, from->least, &lit)) continue;
         const double most = add_light(f, material, from, &lit);
-        add_misplaced(f, material, from, &lit);
+        add_misplaced(f, material, from, piece, &lit);
         if (influences)
             influences[object->lights[i]] = shd_larger(influences[object->lights[i]], most);
     }

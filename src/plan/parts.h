@@ -73,9 +73,12 @@ shd_place shd_place_of(const shd_object *object, const shd_plan_object *bounds);
 double shd_least_distance(const shd_place *place, shd_vec3 point);
 
 /* How far rounding to f64 moves the points of an object that are seen, and turns their normals:
- * lengths of the world, and a chord of unit vectors. Of infinite planes nothing is told. */
+ * lengths of the world, and a chord of unit vectors. See misplaced.c. */
 typedef struct shd_misplaced {
-    double moved, turned;
+    bool plane;  /* an infinite one */
+    double span; /* the lengths on the way to its points, but for how far out on a plane they are */
+    double moved;  /* of points that are on no flat piece */
+    double turned; /* 0: flat */
 } shd_misplaced;
 
 shd_misplaced shd_misplaced_of(const shd_scene *scene, const shd_place *place);

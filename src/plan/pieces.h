@@ -92,6 +92,13 @@ double shd_piece_most(const shd_scene *scene, const shd_piece *piece,
 double shd_shine_most(double shine, double shininess);
 double shd_shine_least(double shine, double shininess);
 
+/* By how much the direction of a light, no nearer than `nearest`, is turned by what rounding to f64
+ * moves the piece's points: a chord of unit vectors. *beyond: what is added to (N.L)+ where an
+ * infinite plane is farther out than that says. */
+double shd_misplaced_at(const shd_scene *scene, const shd_misplaced *misplaced,
+                        const shd_piece *piece, const shd_plan_light *light, double nearest,
+                        double *beyond);
+
 /* The piece that a patch is. */
 shd_piece shd_piece_of(const shd_scene *scene, const shd_patch *patch);
 

@@ -377,6 +377,49 @@ static void write_huge(FILE *out, uint64_t *random, const char *accuracy) {
     put_end(out);
 }
 
+/* Planes and discs that are met flatly or from afar, looked at where a light is close to them. */
+static void write_flatly(FILE *out, uint64_t *random, const char *accuracy) {
+    static const double turns[][2] = {{0, 0}, {30, 0}, {0, 50}, {70, -40}};
+    const double *turn = turns[one_of(random, 4)], a = turn[0] * RADIAN, b = turn[1] * RADIAN;
+    /* About x, then z. */
+    const xyz up = {-sin(b) * cos(a), cos(b) * cos(a), sin(a)}, right = {cos(b), sin(b), 0},
+              ahead = cross_of(right, up);
+    const double high = decades(random, 1e-3, 1e10), away = high * decades(random, 0.1, 1e7),
+                 seen = hypot(high, away), close = seen * decades(random, 1e-6, 0.1),
+                 field = 4 * close / seen;
+    const xyz at = one_of(random, 2)
+                       ? ORIGIN
+                       : scaled_by(any_direction(random), seen * decades(random, 1e-3, 1)),
+              target = sum_of(at, scaled_by(right, between(random, -1, 1) * close)),
+              eye = sum_of(target, sum_of(scaled_by(up, high), scaled_by(ahead, away)));
+    char camera[400];
+    snprintf(camera, sizeof camera,
+             "\"position\": [%.17g, %.17g, %.17g], \"target\": [%.17g, %.17g, %.17g], \"up\": "
+             "[%.17g, %.17g, %.17g], \"fov\": %.17g",
+             eye.x, eye.y, eye.z, target.x, target.y, target.z, up.x + right.x / 7,
+             up.y + right.y / 7, up.z + right.z / 7, field / RADIAN);
+    put_frame(out, random, accuracy, (frame){32, 4, camera, NULL});
+    const int count = 1 + one_of(random, 2);
+    for (int i = 0; i < count; i++) {
+        fprintf(out, "%s{\"type\": \"point\", \"intensity\": %.17g, ", i ? ", " : "",
+                decades(random, 0.1, 1));
+        put_vector(out, "position",
+                   sum_of(target, sum_of(scaled_by(up, close * decades(random, 0.01, 1)),
+                                         scaled_by(ahead, close * between(random, -1, 1)))));
+        fputs("}", out);
+    }
+    put_objects(out);
+    if (one_of(random, 2))
+        fputs("{\"type\": \"plane\", ", out);
+    else
+        fprintf(out, "{\"type\": \"disc\", \"radius\": %.17g, ", 3 * (seen + close));
+    put_material(out, random, 1, 100);
+    fprintf(out, ", \"transform\": {\"rotate\": [%g, 0, %g], ", turn[0], turn[1]);
+    put_vector(out, "translate", at);
+    fputs("}}", out);
+    put_end(out);
+}
+
 /* What 64 bits of a long double would not do for. */
 static void write_vast(FILE *out, uint64_t *random, const char *accuracy) {
     const double radius = decades(random, 1e8, 1e13), gap = radius * decades(random, 1e-9, 1e-2);
@@ -440,6 +483,8 @@ const family families[] = {
     {"patches", "small patches beside large triangles", write_patches, true, false},
     {"far", "scenes of any size, anywhere", write_far, true, false},
     {"huge", "an eye above something huge", write_huge, true, false},
+    {"flatly", "planes and discs, flat or far, with lights close to where they are seen",
+     write_flatly, true, true},
     {"vast", "sizes up to 1e13 of what is near", write_vast, true, true},
     {"shown", "other outputs, working spaces and negative colors", write_shown, false, false},
 };
