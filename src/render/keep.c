@@ -34,7 +34,7 @@ static void put_vec(hash *h, shd_vec3 v) {
 
 /* Where the request is cancelled, a key of a part is as good: nothing comes of it. */
 static void put_array(hash *h, const void *data, size_t size, const atomic_bool *cancelled) {
-    enum { AT_ONCE = 1 << 20 };
+    enum { AT_ONCE = 1 << 16 };
     const char *bytes = data;
     for (size_t at = 0; at < size && !shd_is_cancelled(cancelled); at += AT_ONCE)
         put(h, bytes + at, size - at < AT_ONCE ? size - at : AT_ONCE);

@@ -79,8 +79,10 @@ static const char *pack_array(packer *p, const char *open) {
     shd_packs *packs = p->packs;
     size_t commas = 0;
     const char *close = open + 1, *rest = open;
-    for (; close < p->end && *close != ']' && *close != '"' && *close != '['; close++)
+    for (; close < p->end && *close != ']' && *close != '"' && *close != '['; close++) {
         commas += *close == ',';
+        if (shd_is_cancelled_at(p->cancelled, (size_t)(close - open))) return close;
+    }
     const size_t count = commas + 1;
     if (close == p->end || *close != ']' || count < SHD_PACK_LEAST) return close;
     double *values = shd_arena_alloc(p->arena, count, sizeof *values);
@@ -110,24 +112,26 @@ static const char *skip_string(const char *at, const char *end, bool *escaped) {
 size_t shd_pack_arrays(const char *text, size_t length, char *copy, const atomic_bool *cancelled,
                        shd_arena *arena, shd_packs *out) {
     packer p = {text, text + length, text, copy, cancelled, arena, out};
-    *out = (shd_packs){NULL, 0, 0, false};
+    *out = (shd_packs){NULL, 0, 0, 0, false};
+    bool is_plain = true;
     for (const char *at = text; at < p.end && !out->full && !shd_is_cancelled(cancelled);) {
         const char *key = memchr(at, '"', (size_t)(p.end - at));
         if (!key) break;
         bool escaped;
         const char *past = skip_string(key, p.end, &escaped), *colon = skip_space(past, p.end);
+        const size_t bytes = (size_t)(past - key);
+        if (past < p.end && bytes > out->longest) out->longest = bytes;
         at = past;
         if (colon == p.end || *colon != ':') continue;
         at = skip_space(colon + 1, p.end);
-        if (escaped) { /* it may be one of the names in other letters */
-            out->count = 0;
-            return 0;
-        }
-        if (at < p.end && *at == '[' && may_be_packed(key + 1, (size_t)(past - key) - 2))
+        if (escaped) is_plain = false; /* it may be one of the names in other letters */
+        if (is_plain && at < p.end && *at == '[' && may_be_packed(key + 1, bytes - 2))
             at = pack_array(&p, at);
     }
     copy_until(&p, p.end);
-    return (size_t)(p.out - copy);
+    if (is_plain) return (size_t)(p.out - copy);
+    out->count = 0;
+    return 0;
 }
 
 void shd_pack_blank(const shd_packs *packs, char *text) {

@@ -25,7 +25,8 @@ typedef struct shd_numbers {
 typedef struct shd_packs {
     shd_numbers *arrays; /* [count], in the order of the document */
     size_t count, capacity;
-    bool full; /* the arena is */
+    size_t longest; /* string, in bytes, its quotes and escapes as written */
+    bool full;      /* the arena is */
 } shd_packs;
 
 /* Packs the arrays of a document, which need not be right. `copy` has room for `length` bytes;

@@ -6,9 +6,10 @@
 #include "base/json_memory.h"
 #include "scene/json.h"
 
-/* Values outside of packed arrays: a tree is freed as a whole, which takes a tenth of a second for
- * as many, and cannot be left. */
-enum { MOST_VALUES = 1 << 22 };
+/* Values outside of packed arrays, and bytes of a string: a tree is freed as a whole, and a
+ * string's escapes are undone so. Neither can be left, and as many take some hundreds of millions
+ * of instructions. */
+enum { MOST_VALUES = 1 << 21, LONGEST_STRING = 1 << 20 };
 
 /* Jansson's memory lies outside of the request's arena and may be 80 times the text ("{},{},"),
  * so the tree is measured before it grows: bytes a value of each kind takes on a 64-bit machine,
@@ -126,6 +127,11 @@ static json_t *make_tree(const char *text, size_t length, char *copy, size_t mem
     const char *const given = packs->count ? copy : text;
     const size_t size = packs->count ? packed : length;
     size_t bytes;
+    if (packs->longest > LONGEST_STRING) {
+        shd_report_error(report, SHD_LIMIT, "", "a string has %zu bytes; at most %d are read",
+                         packs->longest, LONGEST_STRING);
+        return NULL;
+    }
     if (!fits(given, size, memory, &bytes, report)) return NULL;
     json->borrowed = length + bytes;
     if (!shd_arena_borrow(arena, json->borrowed)) {

@@ -58,7 +58,7 @@ static void long_duplicate_keys_are_named(void **state) {
  */
 static void duplicate_keys_of_backslashes_are_named_at_once(void **state) {
     (void)state;
-    enum { KEY = 1 << 22 };
+    enum { KEY = (1 << 20) - 2 };
     char *text = malloc(2 * KEY + 16), *end = text;
     assert_non_null(text);
     for (int k = 0; k < 2; k++) {
@@ -236,7 +236,7 @@ static void full_arena_is_a_memory_error(void **state) {
 /* What is long is bounded, or it could not be left amid its work. */
 static void lists_that_are_too_long_are_refused(void **state) {
     (void)state;
-    enum { MATERIALS = 1001, LAYERS = 80, VALUES = 1 << 22, ROOM = 2 * VALUES + 64 };
+    enum { MATERIALS = 1001, LAYERS = 80, VALUES = 1 << 21, ROOM = 2 * VALUES + 64 };
     char *text = malloc(ROOM), *end = stpcpy(text, "{'objects': [], 'materials': {'m0': {}");
     for (int i = 1; i < MATERIALS; i++) end += sprintf(end, ",'m%d': {}", i);
     strcpy(end, "}}");
@@ -252,8 +252,12 @@ static void lists_that_are_too_long_are_refused(void **state) {
     for (int i = 0; i < VALUES; i++) end = stpcpy(end, ",0");
     strcpy(end, "]}");
     assert_limit(text, scene_limits, "",
-                 "the document has about 4194307 values beside the numbers of meshes; at most "
-                 "4194304 are read");
+                 "the document has about 2097155 values beside the numbers of meshes; at most "
+                 "2097152 are read");
+    end = stpcpy(text, "{'objects': [], '$schema': '");
+    memset(end, 'x', VALUES);
+    strcpy(end + VALUES, "'}");
+    assert_limit(text, scene_limits, "", "a string has 2097154 bytes; at most 1048576 are read");
     free(text);
 }
 
