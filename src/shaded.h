@@ -22,6 +22,7 @@
 #include <stdint.h>
 
 #include "base/budget.h"
+#include "base/digest.h"
 #include "base/format.h"
 #include "base/limits.h"
 #include "base/report.h"
@@ -37,13 +38,15 @@ typedef struct shd_engine_options {
     size_t queue;            /* jobs that may wait in shd_engine_submit; 0: none is taken */
     size_t reuse;            /* bytes of G-buffers and sums of light that are kept between
                                 requests; 0: none. Pictures are the same, to the byte */
+    size_t mesh_store;       /* bytes of meshes that are kept by their digest; 0: none */
     shd_budget *budget;      /* what all memory of requests and between them is taken from; outlives
                                 the engine; NULL: endless */
     shd_limits limits;
 } shd_engine_options;
 
 /* What the daemon takes where nothing else is said: a worker for each processor that it may have,
- * 64 queued jobs, 256 MiB for reuse, and the limits that config/shaded.conf shows. */
+ * 64 queued jobs, 256 MiB for reuse and as much for meshes, and the limits that config/shaded.conf
+ * shows. */
 shd_engine_options shd_engine_defaults(void);
 
 /* Loads the color configuration and starts the workers. SHD_CONFIG where the operator's file is
@@ -110,6 +113,14 @@ void shd_request_drop(shd_request *request); /* NULL is fine */
  * Returns the report's status. Call once. */
 shd_status shd_request_read(shd_request *request, const char *json, size_t length,
                             shd_format fallback);
+
+/* Reads and checks a mesh instead of a scene, and keeps it for scenes to come, whose objects name
+ * it: {"type": "mesh", "data": "sha256-..."}, the digest being that of these bytes, which the
+ * caller has made. `binary`: not as JSON; scene/scene.h tells both forms. Of `client`'s, whose
+ * things are forgotten first where it has most of the store. Returns the report's status, SHD_LIMIT
+ * where the mesh does not fit into the store, SHD_CANCELLED. `known`: it was kept already. */
+shd_status shd_request_keep_mesh(shd_request *request, const void *data, size_t length, bool binary,
+                                 const shd_digest *digest, const char *client, bool *known);
 
 /* Errors and warnings so far; never NULL. */
 const shd_report *shd_request_report(const shd_request *request);
@@ -199,6 +210,20 @@ typedef struct shd_reuse_load {
 } shd_reuse_load;
 
 shd_reuse_load shd_engine_reuse(shd_engine *engine);
+
+/* Whether a mesh is kept, which is then the last to be forgotten. */
+bool shd_engine_has_mesh(shd_engine *engine, const shd_digest *digest);
+
+/* Forgets meshes until those that are kept take `bytes` bytes at most. */
+void shd_engine_shrink_meshes(shd_engine *engine, size_t bytes);
+
+typedef struct shd_mesh_load {
+    size_t cap, bytes, meshes; /* that are kept */
+    size_t held;               /* bytes of those that were forgotten while pictures need them */
+    uint64_t hits, misses, evictions;
+} shd_mesh_load;
+
+shd_mesh_load shd_engine_meshes(shd_engine *engine);
 
 /* After a successful render: the plan in a line, for the Shaded-Plan header. */
 const char *shd_request_plan(const shd_request *request);

@@ -30,6 +30,7 @@ typedef enum shd_rank {
     SHD_RANK_ANSWERS,  /* those that are not taken */
     SHD_RANK_RECORDS,  /* what pictures share */
     SHD_RANK_PICTURES, /* finished ones */
+    SHD_RANK_MESHES,   /* that clients have put, and would have to put again */
     SHD_RANKS
 } shd_rank;
 

@@ -20,6 +20,7 @@ typedef enum shd_status {
     SHD_CANCELLED, /* the cancel flag was raised */
     SHD_CONFIG,    /* something the operator supplied is wrong */
     SHD_INTERNAL,  /* a dependency failed where it should not */
+    SHD_MISSING,   /* the document names data that is not kept here, and nothing else is wrong */
     SHD_STATUS_COUNT
 } shd_status;
 

@@ -75,6 +75,7 @@ int main(int argc, char **argv) {
     };
     cli_options options = {.engine = shd_engine_defaults()};
     options.engine.reuse = 0; /* one scene */
+    options.engine.mesh_store = 0;
     options.engine.queue = 0;
     options.engine.limits = cli_limits();
 

@@ -6,6 +6,8 @@
 
 #include <string.h>
 
+#include "plan/cells.h"
+
 /* A picture's sides by this many pixels farther out: centres of pixels around it are looked at. */
 static const double PIXELS_AROUND = 2;
 
@@ -322,107 +324,12 @@ static void add_plane(maker *m, int n) {
 
 /* ---- Meshes: their triangles by cells of a grid. ---- */
 
-enum { MOST_SIDE = 4 };
-
-typedef struct cell {
-    shd_vec3 low, high, normals;
-    double cosine;
-    bool sides[2]; /* which of its triangles' sides may be seen: their fronts, their backs */
-    bool any;
-} cell;
-
-static shd_vec3 vertex_of(const double *values, uint32_t index) {
-    const double *p = values + 3 * (size_t)index;
-    return (shd_vec3){p[0], p[1], p[2]};
-}
-
-static void widen(cell *to, shd_vec3 p) {
-    to->low = (shd_vec3){shd_smaller(to->low.x, p.x), shd_smaller(to->low.y, p.y),
-                         shd_smaller(to->low.z, p.z)};
-    to->high = (shd_vec3){shd_larger(to->high.x, p.x), shd_larger(to->high.y, p.y),
-                          shd_larger(to->high.z, p.z)};
-}
-
-/* The normals at a triangle's corners, in the world's frame: one or three. 0: it has none. */
-static int normals_of(const maker *m, const shd_mesh *mesh, bool own, const uint32_t *corner,
-                      shd_vec3 out[3]) {
-    int count = own ? 1 : 3;
-    for (int c = 0; c < count; c++) {
-        shd_vec3 n;
-        if (own) {
-            const shd_vec3 a = vertex_of(mesh->positions, corner[0]);
-            n = shd_cross(shd_sub(vertex_of(mesh->positions, corner[1]), a),
-                          shd_sub(vertex_of(mesh->positions, corner[2]), a));
-        } else {
-            n = vertex_of(mesh->normals, corner[c]);
-        }
-        if (!shd_plan_normalize(shd_linear(&m->normal_map, n), &out[c])) return 0;
-    }
-    return count;
-}
-
-/* Which sides of a triangle's plane the viewer may be on. */
-static void add_sides(const maker *m, const shd_vec3 at[3], bool sides[2]) {
-    const shd_camera *camera = &m->scene->camera;
-    const shd_vec3 p = shd_transform(&m->to_world, at[0]);
-    const shd_vec3 n =
-        shd_linear(&m->normal_map, shd_cross(shd_sub(at[1], at[0]), shd_sub(at[2], at[0])));
-    const shd_vec3 view =
-        camera->projection == SHD_ORTHOGRAPHIC ? camera->back : shd_sub(camera->position, p);
-    const double facing = shd_dot(n, view),
-                 margin = SHD_PIECE_MARGIN * shd_plan_length(n) * shd_plan_length(view);
-    sides[0] = sides[0] || !(facing < -margin);
-    sides[1] = sides[1] || !(facing > margin);
-}
-
-/* The cell of the grid that a triangle's middle lies in, along one axis. */
-static int step_of(double sum, double low, double high, int side) {
-    const double at = (sum / 3 - low) / (high - low) * side;
-    if (!(at > 0)) return 0; /* also where it is flat, or too large for the sum */
-    return at < side ? (int)at : side - 1;
-}
-
 static void add_mesh(maker *m, const shd_object *object, int side) {
-    const shd_mesh *mesh = object->mesh;
-    const bool own = !mesh->normals || object->interpolation == SHD_FLAT;
-    cell cells[MOST_SIDE * MOST_SIDE * MOST_SIDE];
-    for (int i = 0; i < side * side * side; i++)
-        cells[i] = (cell){.low = {INFINITY, INFINITY, INFINITY},
-                          .high = {-INFINITY, -INFINITY, -INFINITY},
-                          .cosine = 1};
-    shd_vec3 low, high;
-    shd_object_box(object, &low, &high);
-    for (int pass = 0; pass < 2; pass++) {
-        for (size_t t = 0; t < mesh->triangle_count; t++) {
-            if (shd_is_cancelled_at(m->cancelled, t)) return;
-            const uint32_t *corner = mesh->indices + 3 * t;
-            shd_vec3 p[3], sum = {0, 0, 0}, n[3];
-            for (int c = 0; c < 3; c++) {
-                p[c] = vertex_of(mesh->positions, corner[c]);
-                sum = shd_add(sum, p[c]);
-            }
-            cell *to = &cells[(step_of(sum.z, low.z, high.z, side) * side +
-                               step_of(sum.y, low.y, high.y, side)) *
-                                  side +
-                              step_of(sum.x, low.x, high.x, side)];
-            const int count = normals_of(m, mesh, own, corner, n);
-            for (int c = 0; pass == 0 && c < 3; c++) widen(to, p[c]);
-            if (pass == 0 && !own) add_sides(m, p, to->sides);
-            for (int c = 0; c < count; c++) {
-                if (pass == 0)
-                    to->normals = shd_add(to->normals, n[c]);
-                else
-                    to->cosine = shd_smaller(to->cosine, shd_dot(to->normals, n[c]));
-            }
-            if (!count) to->cosine = -1;
-            to->any = true;
-        }
-        for (int i = 0; pass == 0 && i < side * side * side; i++)
-            if (cells[i].any && !shd_plan_normalize(cells[i].normals, &cells[i].normals))
-                cells[i].cosine = -1;
-    }
+    const bool own = !object->mesh->normals || object->interpolation == SHD_FLAT;
+    shd_cell cells[SHD_CELLS];
+    shd_plan_cells(m->scene, object, &m->to_world, &m->normal_map, side, m->cancelled, cells);
     for (int i = 0; i < side * side * side; i++) {
-        const cell *c = &cells[i];
+        const shd_cell *c = &cells[i];
         if (!c->any) continue;
         shd_piece piece = {.axis = c->normals, .spread = SHD_ANY_ANGLE};
         if (c->cosine > 0) piece.spread = shd_angle_of(c->cosine - 1e-9);

@@ -20,6 +20,7 @@ shd_engine_options shd_engine_defaults(void) {
     return (shd_engine_options){
         .queue = 64,
         .reuse = (size_t)256 << 20,
+        .mesh_store = (size_t)256 << 20,
         .limits = {.pixels = 1u << 24,
                    .samples = 1u << 28,
                    .lights = 10000,
@@ -43,6 +44,10 @@ static size_t give_spares(void *spares, size_t bytes) {
 
 static size_t give_records(void *reuse, size_t bytes) {
     return shd_reuse_trim(reuse, bytes);
+}
+
+static size_t give_meshes(void *store, size_t bytes) {
+    return shd_store_trim(store, bytes);
 }
 
 void shd_engine_rest(shd_engine *engine) {
@@ -76,6 +81,8 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
     shd_status status = engine->spares && engine->reuse
                             ? shd_color_config_load(options->ocio_config, &engine->color, error)
                             : shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
+    if (status == SHD_OK)
+        status = shd_store_new(options->mesh_store, options->budget, &engine->store, error);
     if (status == SHD_OK) status = shd_pool_new(threads, options->queue, &engine->pool, error);
     if (status != SHD_OK) {
         shd_engine_drop(engine);
@@ -83,6 +90,7 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
     }
     shd_budget_yield(engine->budget, SHD_RANK_SPARE, give_spares, engine->spares);
     shd_budget_yield(engine->budget, SHD_RANK_RECORDS, give_records, engine->reuse);
+    shd_budget_yield(engine->budget, SHD_RANK_MESHES, give_meshes, engine->store);
     if (options->reuse) shd_pool_when_idle(engine->pool, touch_memory, engine->reuse);
     *out = engine;
     return SHD_OK;
@@ -110,6 +118,7 @@ void shd_engine_drop(shd_engine *engine) {
     if (engine->color) shd_color_config_drop(engine->color);
     if (!engine->borrows) {
         shd_reuse_drop(engine->reuse);
+        shd_store_drop(engine->store);
         shd_spares_drop(engine->spares);
     }
     free(engine);

@@ -4,6 +4,7 @@
 
 #include <stdatomic.h>
 
+#include "assets/store.h"
 #include "base/pool.h"
 #include "base/spares.h"
 #include "color/color.h"
@@ -20,6 +21,7 @@ struct shd_engine {
     shd_spares *spares; /* of requests' arenas */
     shd_color_config *color;
     shd_reuse *reuse;
+    shd_store *store; /* of meshes */
     shd_limits limits;
     shd_isa isa;      /* of the kernels */
     bool floats_only; /* for tests: colors never go straight to codes, which gives the same bytes */
@@ -30,6 +32,8 @@ struct shd_request {
     shd_arena *arena;
     shd_report report;
     const shd_scene *scene;
+    struct shd_held *held; /* what the scene has of the engine's store */
+    bool unheld;           /* there was no memory to hold more */
     char etag[33];
     atomic_bool cancelled;
     bool full, crowded; /* as another arena of it has been */
@@ -41,6 +45,23 @@ struct shd_request {
     uint64_t saturated;
     shd_reused reused;
 };
+
+/* A thing of the engine's store that a request holds, so that it stays. */
+typedef struct shd_held {
+    struct shd_held *next;
+    shd_digest digest;
+    shd_stored *thing;
+} shd_held;
+
+/* The meshes that are kept, for a scene of the request: it holds those that are found. NULL: none
+ * are kept. */
+const shd_mesh_shelf *shd_request_shelf(shd_request *request, shd_mesh_shelf *out);
+size_t shd_request_held(const shd_request *request); /* bytes of what it holds */
+void shd_request_let_go(shd_request *request);
+
+/* The status of a request's report: where the arena's cap was not the reason for SHD_MEMORY it
+ * becomes SHD_EXHAUSTED, and so does the report. */
+shd_status shd_request_blame_report(shd_request *request, shd_status status);
 
 /* The status with which a request ends. Stages say SHD_MEMORY wherever an arena gives nothing:
  * where its cap was not the reason it becomes SHD_CROWDED or SHD_EXHAUSTED, in `error` too. */

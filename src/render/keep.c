@@ -41,6 +41,11 @@ static void put_array(hash *h, const void *data, size_t size, const atomic_bool 
 }
 
 static void put_mesh(hash *h, const shd_mesh *mesh, const atomic_bool *cancelled) {
+    put_count(h, mesh->kept != NULL);
+    if (mesh->kept) {
+        put(h, mesh->kept->digest.bytes, sizeof mesh->kept->digest.bytes);
+        return;
+    }
     put_count(h, mesh->vertex_count);
     put_count(h, mesh->triangle_count);
     put_count(h, mesh->normals != NULL);

@@ -35,6 +35,7 @@ shd_status shd_request_new(shd_engine *engine, shd_request **out, shd_error *err
 void shd_request_drop(shd_request *request) {
     if (!request) return;
     for (size_t i = 0; i < request->picture_count; i++) free(request->pictures[i].data);
+    shd_request_let_go(request);
     shd_arena_drop(request->arena);
     free(request);
 }
@@ -49,8 +50,7 @@ shd_status shd_request_blame(const shd_request *request, shd_status status, shd_
     return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
 }
 
-/* The same for what is wrong with a document, which then was not the document. */
-static shd_status blame_report(shd_request *request, shd_status status) {
+shd_status shd_request_blame_report(shd_request *request, shd_status status) {
     shd_report *report = &request->report;
     shd_error error;
     const shd_status blamed = shd_request_blame(request, status, &error);
@@ -131,12 +131,14 @@ shd_status shd_request_prepare_formats(shd_request *request, shd_error *error) {
 static shd_status check_memory(shd_request *request) {
     uint64_t limit = request->limits.memory;
     uint64_t needed, estimate = shd_estimate_memory(request->scene);
-    if (__builtin_add_overflow(estimate, shd_arena_used(request->arena), &needed))
+    if (__builtin_add_overflow(estimate, shd_arena_used(request->arena), &needed) ||
+        __builtin_add_overflow(needed, shd_request_held(request), &needed))
         needed = UINT64_MAX;
     if (needed > limit)
         shd_report_error(&request->report, SHD_LIMIT, "/image",
-                         "the pictures take at least %llu bytes; the limit `memory` is %llu",
-                         (unsigned long long)needed, (unsigned long long)limit);
+                         "the pictures%s take at least %llu bytes; the limit `memory` is %llu",
+                         request->held ? " and the kept meshes" : "", (unsigned long long)needed,
+                         (unsigned long long)limit);
     return request->report.status;
 }
 
@@ -196,19 +198,29 @@ shd_status shd_request_admit(shd_request *request, const shd_film *film, bool li
     return shd_fail(error, SHD_CROWDED, "", "%s", crowded_text);
 }
 
+/* What seemed to be missing was not looked for. */
+static shd_status blame_memory(shd_request *request) {
+    shd_report_init(&request->report, request->arena);
+    shd_report_error(&request->report, SHD_MEMORY, "", "the limit `memory` is reached");
+    return SHD_MEMORY;
+}
+
 shd_status shd_request_read(shd_request *request, const char *json, size_t length,
                             shd_format fallback) {
     double began = shd_thread_seconds();
     const shd_engine *engine = request->engine;
-    shd_status status = shd_scene_read(json, length, shd_color_catalog(engine->color),
-                                       &request->limits, &request->cancelled, fallback,
-                                       request->arena, &request->scene, &request->report);
+    shd_mesh_shelf shelf;
+    shd_status status =
+        shd_scene_read(json, length, shd_color_catalog(engine->color), &request->limits,
+                       &request->cancelled, fallback, shd_request_shelf(request, &shelf),
+                       request->arena, &request->scene, &request->report);
+    if (status == SHD_MISSING && request->unheld) status = blame_memory(request);
     if (status == SHD_OK) status = check_formats(request);
     if (status == SHD_OK) status = check_lights(request);
     if (status == SHD_OK) status = make_etag(request);
     if (status == SHD_OK) status = check_memory(request);
     request->times.parse = shd_thread_seconds() - began;
-    return blame_report(request, status);
+    return shd_request_blame_report(request, status);
 }
 
 const shd_report *shd_request_report(const shd_request *request) {

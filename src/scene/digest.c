@@ -100,7 +100,15 @@ static void put_material(sink *s, const shd_material *material) {
     }
 }
 
+/* A kept mesh by its name, which spares its numbers; behind a count that no mesh has. */
 static void put_mesh(sink *s, const shd_mesh *mesh) {
+    if (mesh->kept) {
+        char text[SHD_DIGEST_TEXT];
+        shd_digest_write(&mesh->kept->digest, text);
+        put_count(s, SIZE_MAX);
+        put_text(s, text);
+        return;
+    }
     put_count(s, mesh->vertex_count);
     put_count(s, mesh->triangle_count);
     put_count(s, mesh->normals != NULL);

@@ -119,8 +119,8 @@ static shd_scene *make_scene(shd_reader *r) {
 
 shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *catalog,
                           const shd_limits *limits, const atomic_bool *cancelled,
-                          shd_format fallback, shd_arena *arena, const shd_scene **out,
-                          shd_report *report) {
+                          shd_format fallback, const shd_mesh_shelf *shelf, shd_arena *arena,
+                          const shd_scene **out, shd_report *report) {
     if (length > limits->body) {
         shd_report_error(report, SHD_LIMIT, "",
                          "the document has %zu bytes; the limit `body` is %llu", length,
@@ -135,6 +135,7 @@ shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *ca
                     .limits = limits,
                     .cancelled = cancelled,
                     .fallback = fallback,
+                    .shelf = shelf,
                     .arena = arena,
                     .json = &json,
                     .report = report,
@@ -143,6 +144,7 @@ shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *ca
                     .default_used = SIZE_MAX};
     r.scene = make_scene(&r);
     if (r.scene) read_document(&r, json.tree);
+    shd_report_missing(&r);
     shd_json_drop(&json, arena);
     if (report->status == SHD_OK) shd_scene_digest(r.scene, cancelled, r.scene->digest);
     if (shd_is_cancelled(cancelled)) {

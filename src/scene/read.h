@@ -22,11 +22,18 @@ typedef struct shd_named_material {
     size_t used; /* its index in the scene, SIZE_MAX before it is used */
 } shd_named_material;
 
+/* A `data` that is not kept. */
+typedef struct shd_missing {
+    size_t object; /* the first one that names it */
+    shd_digest digest;
+} shd_missing;
+
 typedef struct shd_reader {
     const shd_catalog *catalog;
     const shd_limits *limits;
     const atomic_bool *cancelled; /* then reading ends, and what was read is not used */
     shd_format fallback;
+    const shd_mesh_shelf *shelf; /* NULL: no meshes are kept */
     shd_arena *arena;
     const shd_json *json;
     shd_report *report;
@@ -37,6 +44,8 @@ typedef struct shd_reader {
     int interpolation;            /* of objects that do not say */
     size_t lights;                /* that the document asks for; SIZE_MAX: not known */
     uint64_t triangles;           /* of the objects so far */
+    shd_missing missing[SHD_REPORT_KEEP]; /* the first ones, each once */
+    size_t missing_count;                 /* and the rest */
     unsigned formats,
         flat;       /* bits of the outputs' shd_format; of those with color, without alpha */
     uint32_t wrong; /* as shd_read_fields answers: the fields that it found wrong */
@@ -145,6 +154,13 @@ typedef struct shd_mesh_source {
  * an error but for positions that are absent. Adds to r->triangles, and builds nothing past the
  * limit. */
 const shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mesh_source *source);
+
+/* The mesh that `data` of object `index` names. NULL where it names none, which is an error, or one
+ * that is not kept. Adds to r->triangles. */
+const shd_mesh *shd_find_mesh(shd_reader *r, const shd_node *data, size_t index);
+
+/* Tells of meshes that are not kept, after all else that is wrong. */
+void shd_report_missing(shd_reader *r);
 
 /* 128 bits of SHA-256 of what a picture of the scene depends on, as 32 hexadecimal digits; others
  * once it is cancelled. */

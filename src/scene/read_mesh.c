@@ -1,6 +1,7 @@
 /* Meshes: long arrays, checked item by item without a node for each. */
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "scene/read.h"
 
@@ -119,7 +120,7 @@ static shd_vec3 vector_at(const double *values, uint32_t index) {
 
 /* The order of corners decides which side of a triangle is seen: normals of the other side are then
  * negated, and light the mesh from within. */
-static void warn_of_inverted_normals(shd_reader *r, const shd_node *node, const shd_mesh *mesh) {
+static size_t count_inverted(const shd_reader *r, const shd_mesh *mesh) {
     size_t inverted = 0;
     for (size_t i = 0; i < mesh->triangle_count && !shd_is_cancelled_at(r->cancelled, i); i++) {
         const uint32_t *corner = mesh->indices + 3 * i;
@@ -130,11 +131,35 @@ static void warn_of_inverted_normals(shd_reader *r, const shd_node *node, const 
         for (int k = 0; k < 3; k++) sum = shd_add(sum, vector_at(mesh->normals, corner[k]));
         inverted += shd_dot(shd_cross(ab, ac), sum) < 0;
     }
-    if (inverted > mesh->triangle_count / 2)
+    return inverted;
+}
+
+static void warn_of_inverted_normals(shd_reader *r, const shd_node *node, const shd_mesh *mesh) {
+    if (mesh->inverted > mesh->triangle_count / 2)
         shd_node_warn(r->report, node,
                       "the normals of %zu of %zu triangles point to the side from which their "
                       "corners run clockwise, which is their back",
-                      inverted, mesh->triangle_count);
+                      mesh->inverted, mesh->triangle_count);
+}
+
+/* Not fmin and fmax, which are calls: meshes have millions. */
+static double smaller(double a, double b) {
+    return a < b ? a : b;
+}
+
+static double larger(double a, double b) {
+    return a > b ? a : b;
+}
+
+static void measure_box(const shd_reader *r, shd_mesh *mesh) {
+    shd_vec3 low = vector_at(mesh->positions, 0), high = low;
+    for (size_t i = 1; i < mesh->vertex_count && !shd_is_cancelled_at(r->cancelled, i); i++) {
+        const double *p = mesh->positions + 3 * i;
+        low = (shd_vec3){smaller(p[0], low.x), smaller(p[1], low.y), smaller(p[2], low.z)};
+        high = (shd_vec3){larger(p[0], high.x), larger(p[1], high.y), larger(p[2], high.z)};
+    }
+    mesh->low = low;
+    mesh->high = high;
 }
 
 const shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mesh_source *source) {
@@ -180,7 +205,60 @@ const shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mes
         check_normals(r, &at_normals);
     }
     if (!mesh || r->report->error_count > errors) return NULL;
-    *mesh = (shd_mesh){vertices, triangles, positions, normals, indices};
-    if (normals) warn_of_inverted_normals(r, &at_normals.node, mesh);
+    *mesh = (shd_mesh){.vertex_count = vertices,
+                       .triangle_count = triangles,
+                       .positions = positions,
+                       .normals = normals,
+                       .indices = indices};
+    measure_box(r, mesh);
+    if (normals) mesh->inverted = count_inverted(r, mesh);
+    warn_of_inverted_normals(r, &at_normals.node, mesh);
     return mesh;
+}
+
+/* ---- Meshes that are kept ---- */
+
+static void add_missing(shd_reader *r, const shd_digest *digest, size_t index) {
+    const size_t named = r->missing_count < SHD_REPORT_KEEP ? r->missing_count : SHD_REPORT_KEEP;
+    for (size_t i = 0; i < named; i++)
+        if (shd_digest_same(&r->missing[i].digest, digest)) return;
+    if (named < SHD_REPORT_KEEP) r->missing[named] = (shd_missing){index, *digest};
+    r->missing_count++;
+}
+
+const shd_mesh *shd_find_mesh(shd_reader *r, const shd_node *data, size_t index) {
+    static const char prefix[] = "sha256-";
+    const size_t length = sizeof prefix - 1;
+    const char *name = json_string_value(data->value);
+    shd_digest digest;
+    if (!name) {
+        shd_node_expect(r->report, data, "a string");
+    } else if (strncmp(name, prefix, length) || !shd_digest_read(name + length, &digest)) {
+        shd_node_fail(r->report, data, SHD_SCENE,
+                      "expected \"sha256-\" and 64 hexadecimal digits, in lower case, got \"%s\"",
+                      shd_quote(name).text);
+    } else if (!r->shelf) {
+        shd_node_fail(r->report, data, SHD_SCENE,
+                      "no meshes are kept here: give `positions`, `indices` and `normals`");
+    } else {
+        const shd_mesh *mesh = r->shelf->find(r->shelf->context, &digest);
+        if (!mesh) {
+            add_missing(r, &digest, index);
+            return NULL;
+        }
+        r->triangles += mesh->triangle_count;
+        warn_of_inverted_normals(r, data, mesh);
+        return mesh;
+    }
+    return NULL;
+}
+
+void shd_report_missing(shd_reader *r) {
+    for (size_t i = 0; i < r->missing_count; i++) {
+        const shd_missing *m = &r->missing[i < SHD_REPORT_KEEP ? i : 0];
+        char pointer[64], digest[SHD_DIGEST_TEXT];
+        shd_digest_write(&m->digest, digest);
+        snprintf(pointer, sizeof pointer, "/objects/%zu/data", m->object);
+        shd_report_error(r->report, SHD_MISSING, pointer, "no mesh sha256-%s is kept here", digest);
+    }
 }

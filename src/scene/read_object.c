@@ -8,6 +8,7 @@ typedef struct raw_object {
     shd_object object;
     int interpolation, segments;
     shd_mesh_source mesh;
+    const json_t *data;
 } raw_object;
 
 /* Bits of shd_field.kinds, one a shape. */
@@ -35,6 +36,7 @@ enum {
     POSITIONS,
     INDICES,
     NORMALS,
+    DATA,
     TRANSFORM,
     INTERPOLATION,
     SEGMENTS,
@@ -87,6 +89,10 @@ static const shd_field fields[FIELDS] = {
                    .kinds = MESH},
     [INDICES] = {.name = "indices", .read = keep_value, .offset = IN_MESH(indices), .kinds = MESH},
     [NORMALS] = {.name = "normals", .read = keep_value, .offset = IN_MESH(normals), .kinds = MESH},
+    [DATA] = {.name = "data",
+              .read = keep_value,
+              .offset = offsetof(raw_object, data),
+              .kinds = MESH},
     [TRANSFORM] = {.name = "transform", .read = shd_read_transform, .offset = IN_OBJECT(transform)},
     [INTERPOLATION] = {.name = "interpolation",
                        .read = shd_read_choice,
@@ -129,6 +135,23 @@ static raw_object default_object(const shd_reader *r, shd_shape shape) {
                         .segments = SHD_SEGMENTS_DEFAULT};
 }
 
+/* Its arrays, or a name for them. */
+static const shd_mesh *read_mesh(shd_reader *r, const shd_node *node, const raw_object *raw) {
+    const shd_mesh_source *arrays = &raw->mesh;
+    const bool inlined = arrays->positions || arrays->indices || arrays->normals;
+    const shd_node data = {node, "data", 0, raw->data};
+    if (raw->data && inlined) {
+        shd_node_fail(r->report, &data, SHD_SCENE,
+                      "give either `data` or `positions`, `indices` and `normals`, not both");
+        return NULL;
+    }
+    if (raw->data) return shd_find_mesh(r, &data, node->index);
+    /* Only a mesh has arrays, whatever `type` says instead. */
+    if (!arrays->positions && raw->object.shape == SHD_MESH)
+        shd_node_fail(r->report, node, SHD_SCENE, "the member \"positions\" is missing");
+    return inlined ? shd_make_mesh(r, node, arrays) : NULL;
+}
+
 static void read_object(shd_reader *r, const shd_node *node, shd_object *out) {
     if (!shd_is_object(r, node)) return;
     shd_shape shape = read_shape(r, node);
@@ -142,11 +165,7 @@ static void read_object(shd_reader *r, const shd_node *node, shd_object *out) {
     shd_read_fields(r, node, fields, FIELDS, known ? KIND(shape) : ANY, what, &raw);
     uint32_t wrong = r->wrong;
     shd_object *object = &raw.object;
-    /* Only a mesh has arrays, whatever `type` says instead. */
-    if (shape == SHD_MESH && !raw.mesh.positions)
-        shd_node_fail(r->report, node, SHD_SCENE, "the member \"positions\" is missing");
-    if (raw.mesh.positions || raw.mesh.indices || raw.mesh.normals)
-        object->mesh = shd_make_mesh(r, node, &raw.mesh);
+    object->mesh = read_mesh(r, node, &raw);
     if (!known) return;
 
     object->interpolation = (shd_interpolation)raw.interpolation;

@@ -16,6 +16,7 @@
 #include "base/arena.h"
 #include "base/cancel.h"
 #include "base/catalog.h"
+#include "base/digest.h"
 #include "base/format.h"
 #include "base/limits.h"
 #include "base/report.h"
@@ -87,11 +88,22 @@ typedef enum shd_shape {
 
 typedef enum shd_interpolation { SHD_PHONG, SHD_GOURAUD, SHD_FLAT } shd_interpolation;
 
+/* What a mesh has that is kept for many scenes, so that none of them makes it again. */
+typedef struct shd_mesh_kept {
+    shd_digest digest;                /* of the bytes that it was read from: its name */
+    const struct shd_mesh_tree *tree; /* over its triangles: see sight/tree.h */
+    const double *units;              /* [vertex_count][3]: its normals, each made unit, if any */
+    struct shd_mesh_memo *memo;       /* what was found of it last: plan/cells.h; NULL: nothing */
+} shd_mesh_kept;
+
 typedef struct shd_mesh {
     size_t vertex_count, triangle_count;
-    const double *positions; /* [vertex_count][3] */
-    const double *normals;   /* [vertex_count][3], none of them zero; NULL: a triangle's own */
-    const uint32_t *indices; /* [triangle_count][3], each < vertex_count */
+    const double *positions;   /* [vertex_count][3] */
+    const double *normals;     /* [vertex_count][3], none of them zero; NULL: a triangle's own */
+    const uint32_t *indices;   /* [triangle_count][3], each < vertex_count */
+    shd_vec3 low, high;        /* the box around its vertices */
+    size_t inverted;           /* triangles whose normals point to their back */
+    const shd_mesh_kept *kept; /* NULL: it is of this scene alone */
 } shd_mesh;
 
 typedef struct shd_object {
@@ -171,15 +183,32 @@ typedef struct shd_scene {
                         for documents that say the same, by defaults or in other words */
 } shd_scene;
 
+/* The meshes that are kept: finds one by its digest, NULL where there is none. It stays as long as
+ * the scene that is read. */
+typedef struct shd_mesh_shelf {
+    const shd_mesh *(*find)(void *context, const shd_digest *digest);
+    void *context;
+} shd_mesh_shelf;
+
 /* Reads `length` bytes of JSON. Everything wrong is added to `report` (all of it, with JSON
  * Pointers; of lists that are too long, what lies within the limit), as are warnings; the scene is
- * made only where there is no error. `fallback` is the format of an output that names none.
+ * made only where there is no error. `fallback` is the format of an output that names none;
+ * `shelf` has the meshes that `data` may name, NULL where none are kept.
  * Jansson's own memory is freed before it returns; the scene lives in `arena`. `cancelled` (or
  * NULL) ends it with SHD_CANCELLED. Returns report->status. */
 shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *catalog,
                           const shd_limits *limits, const atomic_bool *cancelled,
-                          shd_format fallback, shd_arena *arena, const shd_scene **out,
-                          shd_report *report);
+                          shd_format fallback, const shd_mesh_shelf *shelf, shd_arena *arena,
+                          const shd_scene **out, shd_report *report);
+
+/* Reads a mesh alone: {"positions": [...], "indices": [...], "normals": [...]} as an object has
+ * them, or, where it is binary, the same as numbers of 4 bytes, the lowest one first: how many
+ * vertices and how many indices (0: every three vertices are a triangle), flags (1: it has normals;
+ * 2: texture coordinates, which are not taken), then 3 floats a vertex for positions, as many for
+ * normals, then the indices. Errors point into the arrays in either form. `cancelled` as above. */
+shd_status shd_mesh_read(const void *data, size_t length, bool binary, const shd_limits *limits,
+                         const atomic_bool *cancelled, shd_arena *arena, const shd_mesh **out,
+                         shd_report *report);
 
 /* The material library, sorted by name. Colors are linear Rec.709, decoded from the display codes
  * that the classic table was published in. */

@@ -57,15 +57,6 @@ size_t shd_tessellation_triangles(shd_shape shape, int segments) {
     return 0;
 }
 
-/* Not fmin and fmax, which are calls: meshes have millions. */
-static double smaller(double a, double b) {
-    return a < b ? a : b;
-}
-
-static double larger(double a, double b) {
-    return a > b ? a : b;
-}
-
 bool shd_object_box(const shd_object *object, shd_vec3 *low, shd_vec3 *high) {
     double r = object->radius, h = object->height / 2;
     shd_vec3 half = {r, r, r};
@@ -87,16 +78,10 @@ bool shd_object_box(const shd_object *object, shd_vec3 *low, shd_vec3 *high) {
     case SHD_TORUS:
         half = (shd_vec3){r + object->tube, object->tube, r + object->tube};
         break;
-    case SHD_MESH: {
-        const double *p = object->mesh->positions;
-        *low = *high = (shd_vec3){p[0], p[1], p[2]};
-        for (size_t i = 1; i < object->mesh->vertex_count; i++) {
-            const double *q = p + 3 * i;
-            *low = (shd_vec3){smaller(q[0], low->x), smaller(q[1], low->y), smaller(q[2], low->z)};
-            *high = (shd_vec3){larger(q[0], high->x), larger(q[1], high->y), larger(q[2], high->z)};
-        }
+    case SHD_MESH:
+        *low = object->mesh->low;
+        *high = object->mesh->high;
         return true;
-    }
     case SHD_SHAPE_COUNT:
         return false;
     }

@@ -49,6 +49,7 @@ static enum MHD_Result send_metrics(struct MHD_Connection *connection, shd_serve
                          .cache = shd_cache_load_of(server->cache),
                          .stuck = shd_stuck_count(server->stuck),
                          .memory = shd_budget_load_of(server->budget),
+                         .meshes = shd_engine_meshes(server->engine),
                          .in_flight = atomic_load(&server->in_flight),
                          .unsent = atomic_load(&server->unsent),
                          .draining = atomic_load(&server->draining)};

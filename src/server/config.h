@@ -26,6 +26,7 @@ typedef struct shd_config {
     uint64_t light_samples, object_lights, work;                        /* these, too */
     uint64_t budget;         /* bytes of the process; 0: by what the machine leaves */
     uint64_t reuse;          /* bytes, see shd_engine_options */
+    uint64_t mesh_store;     /* bytes, see shd_engine_options */
     uint64_t response_cache; /* bytes, see shd_cache_new */
     /* Seconds. */
     uint64_t timeout, idle_timeout, head_time, body_time, send_time, drain_time;

@@ -177,6 +177,7 @@ static shd_method find_method(const char *name) {
     if (!strcmp(name, "GET")) return SHD_GET;
     if (!strcmp(name, "HEAD")) return SHD_HEAD;
     if (!strcmp(name, "POST")) return SHD_POST;
+    if (!strcmp(name, "PUT")) return SHD_PUT;
     if (!strcmp(name, "OPTIONS")) return SHD_OPTIONS;
     return SHD_NO_METHOD;
 }
@@ -462,7 +463,7 @@ static bool keep(shd_exchange *exchange, const char *data, size_t size) {
 
 static enum MHD_Result take_body(shd_exchange *exchange, const char *data, size_t *size) {
     if (*size > exchange->settings->config.body - exchange->size) return refuse_size(exchange, 0);
-    if (exchange->refused || exchange->method != SHD_POST) {
+    if (exchange->refused || !(exchange->method & (SHD_POST | SHD_PUT))) {
         exchange->size += *size; /* read for the sake of the connection, but not kept */
     } else if (!keep(exchange, data, *size)) {
         return refuse_now(exchange);

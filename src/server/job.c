@@ -153,12 +153,15 @@ void shd_job_submit(shd_exchange *exchange, const shd_work *work) {
     *job = (shd_job){.server = server,
                      .settings = exchange->settings,
                      .work = work,
+                     .digest = exchange->digest,
+                     .is_binary = exchange->is_binary,
                      .question = {.body = exchange->body,
                                   .size = exchange->size,
                                   .fallback = SHD_PNG,
                                   .settings = exchange->settings->number}};
     memcpy(job->id, exchange->id, sizeof job->id);
     shd_question *asked = &job->question;
+    strcpy(job->client, exchange->client);
     job->takes_gzip = shd_accepts_gzip(exchange->accept_encoding);
     asked->picture_accepted = shd_accepts_picture(exchange->accept, &asked->fallback);
     exchange->body = NULL;

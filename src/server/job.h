@@ -43,8 +43,11 @@ struct shd_job {
     const shd_work *work;
 
     shd_question question;
+    shd_digest digest; /* these three as its exchange's, of work that is not shared */
+    bool is_binary;
+    char client[SHD_CLIENT_SIZE];
     size_t body_bytes; /* of its body, as the server counts them */
-    bool takes_gzip;   /* its one exchange does: of work that is not shared */
+    bool takes_gzip;   /* its one exchange does, as above */
 
     char id[SHD_ID_SIZE]; /* of the request that it was made for */
     shd_request *request;

@@ -54,6 +54,7 @@ void shd_memory_clip(shd_config *config, shd_budget *budget) {
     const uint64_t most = shd_budget_most(budget), connections = most / 4 / SHD_CONNECTION_MEMORY;
     hold(&config->memory, most);
     hold(&config->reuse, most / 4);
+    hold(&config->mesh_store, most / 4);
     hold(&config->response_cache, most / 8);
     hold(&config->connections, connections);
 }
@@ -80,6 +81,7 @@ void shd_memory_log(const shd_server *server) {
     shd_log_whole(&line, "program", load.fixed);
     shd_log_whole(&line, "request", config->memory);
     shd_log_whole(&line, "reuse", config->reuse);
+    shd_log_whole(&line, "mesh-store", config->mesh_store);
     shd_log_whole(&line, "response-cache", config->response_cache);
     shd_log_whole(&line, "connections", config->connections * SHD_CONNECTION_MEMORY);
     shd_log_end(&line);

@@ -13,6 +13,7 @@ static const char *const route_names[SHD_ROUTE_COUNT] = {
     [SHD_ROUTE_PREVIEW] = "/v1/preview",
     [SHD_ROUTE_EXPLAIN] = "/v1/explain",
     [SHD_ROUTE_COMPARE] = "/v1/compare",
+    [SHD_ROUTE_MESHES] = "/v1/meshes",
     [SHD_ROUTE_MATERIALS] = "/v1/materials",
     [SHD_ROUTE_SHAPES] = "/v1/shapes",
     [SHD_ROUTE_COLORSPACES] = "/v1/colorspaces",
@@ -31,12 +32,12 @@ static const char *const ending_names[SHD_ENDINGS] = {"time", "left", "room", "m
 
 /* As refusals name them. */
 static const char *const limit_names[SHD_LIMITS] = {
-    "body",          "pixels", "samples", "lights", "objects", "triangles",       "light-samples",
-    "object-lights", "work",   "memory",  "queue",  "timeout", "connections-each"};
+    "body",          "pixels", "samples", "lights", "objects", "triangles",        "light-samples",
+    "object-lights", "work",   "memory",  "queue",  "timeout", "connections-each", "mesh-store"};
 
 /* The last one, 0, takes every other status. */
-static const unsigned statuses[SHD_STATUSES] = {200, 204, 304, 400, 401, 403, 404,
-                                                405, 406, 413, 414, 415, 422, 429,
+static const unsigned statuses[SHD_STATUSES] = {200, 201, 204, 304, 400, 401, 403, 404,
+                                                405, 406, 409, 413, 414, 415, 422, 429,
                                                 431, 500, 501, 503, 504, 505, 0};
 
 static const double bounds[SHD_BUCKETS] = {0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1,
@@ -194,6 +195,20 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
     for (int hit = 0; hit < 2; hit++)
         fprintf(out, "shaded_response_cache_answers_total{result=\"%s\"} %" PRIu64 "\n",
                 hit ? "hit" : "miss", value(&metrics->cached[hit]));
+    const shd_mesh_load *meshes = &gauges->meshes;
+    print_number(out, "mesh_store_bytes", "gauge", "Memory of meshes that are kept.",
+                 meshes->bytes);
+    print_number(out, "mesh_store_held_bytes", "gauge",
+                 "Memory of meshes that are forgotten and that pictures still need.", meshes->held);
+    print_number(out, "mesh_store_meshes", "gauge", "Meshes that are kept.", meshes->meshes);
+    print_number(out, "mesh_store_evictions_total", "counter",
+                 "Kept meshes that were forgotten for lack of room.", meshes->evictions);
+    print_head(
+        out, "mesh_store_lookups_total", "counter",
+        "Meshes that scenes, and those who bring them, asked for, by whether they are kept.");
+    for (int hit = 0; hit < 2; hit++)
+        fprintf(out, "shaded_mesh_store_lookups_total{result=\"%s\"} %" PRIu64 "\n",
+                hit ? "hit" : "miss", hit ? meshes->hits : meshes->misses);
     print_number(out, "response_bytes_total", "counter", "Bytes of response bodies.",
                  value(&metrics->response_bytes));
     print_number(out, "saturated_samples_total", "counter",

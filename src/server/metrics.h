@@ -18,6 +18,7 @@ typedef enum shd_route_id {
     SHD_ROUTE_PREVIEW,
     SHD_ROUTE_EXPLAIN,
     SHD_ROUTE_COMPARE,
+    SHD_ROUTE_MESHES,
     SHD_ROUTE_MATERIALS,
     SHD_ROUTE_SHAPES,
     SHD_ROUTE_COLORSPACES,
@@ -42,7 +43,7 @@ typedef enum shd_stage {
 
 const char *shd_stage_name(shd_stage stage);
 
-enum { SHD_BUCKETS = 15, SHD_STATUSES = 21, SHD_LIMITS = 13 };
+enum { SHD_BUCKETS = 15, SHD_STATUSES = 23, SHD_LIMITS = 14 };
 
 typedef struct shd_histogram {
     atomic_uint_least64_t buckets[SHD_BUCKETS + 1]; /* the last one has no upper bound */
@@ -88,6 +89,7 @@ typedef struct shd_gauges {
     shd_reuse_load reuse;
     shd_cache_load cache;
     shd_budget_load memory;
+    shd_mesh_load meshes;
     unsigned in_flight;
     uint64_t unsent; /* bytes of answers that are on their way */
     unsigned stuck;  /* workers */

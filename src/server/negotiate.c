@@ -133,6 +133,12 @@ bool shd_is_json(const char *content_type) {
            same(start + length - 5, 5, "+json");
 }
 
+bool shd_is_binary(const char *content_type) {
+    if (!content_type) return false;
+    const char *start = skip_blanks(content_type);
+    return same(start, strcspn(start, " \t;,"), "application/octet-stream");
+}
+
 bool shd_etag_matches(const char *if_none_match, const char *etag, bool star) {
     if (!if_none_match) return false;
     for (const char *c = if_none_match; *c;) {

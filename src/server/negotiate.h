@@ -20,6 +20,9 @@ bool shd_accepts_picture(const char *accept, shd_format *out);
 /* Whether a Content-Type is JSON: application/json or anything/anything+json, any parameters. */
 bool shd_is_json(const char *content_type);
 
+/* Whether a Content-Type, NULL where there is none, says application/octet-stream. */
+bool shd_is_binary(const char *content_type);
+
 /* Whether Accept-Encoding (RFC 9110, section 12.5.3) likes gzip at least as well as the text as it
  * is. Without the header, it does not. */
 bool shd_accepts_gzip(const char *accept_encoding);

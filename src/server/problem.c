@@ -25,6 +25,8 @@ static const struct {
     [SHD_TOO_LARGE] = {413, "body-too-large", "The request body is too large"},
     [SHD_LONG_TARGET] = {414, "target-too-long", "The request's target is too long"},
     [SHD_BAD_TYPE] = {415, "media-type", "The request body is of a media type not taken here"},
+    [SHD_UNKNOWN_DATA] = {409, "unknown-data", "The scene names data that is not kept here"},
+    [SHD_BAD_MESH] = {422, "mesh", "The body is not a valid mesh"},
     [SHD_BAD_SCENE] = {422, "scene", "The document is not a valid scene"},
     [SHD_OVER_LIMIT] = {422, "limit", "The scene asks for more than a limit allows"},
     [SHD_BUSY] = {429, "busy", "The queue is full"},
@@ -36,9 +38,16 @@ static const struct {
 
 /* The one table from the library's statuses to HTTP's, by way of the kinds. */
 static const shd_problem_kind status_kinds[SHD_STATUS_COUNT] = {
-    [SHD_OK] = SHD_FAILED,        [SHD_SYNTAX] = SHD_BAD_SYNTAX, [SHD_SCENE] = SHD_BAD_SCENE,
-    [SHD_LIMIT] = SHD_OVER_LIMIT, [SHD_MEMORY] = SHD_OVER_LIMIT, [SHD_CANCELLED] = SHD_OVERDUE,
-    [SHD_CONFIG] = SHD_FAILED,    [SHD_INTERNAL] = SHD_FAILED,   [SHD_EXHAUSTED] = SHD_NO_MEMORY,
+    [SHD_OK] = SHD_FAILED,
+    [SHD_SYNTAX] = SHD_BAD_SYNTAX,
+    [SHD_SCENE] = SHD_BAD_SCENE,
+    [SHD_LIMIT] = SHD_OVER_LIMIT,
+    [SHD_MEMORY] = SHD_OVER_LIMIT,
+    [SHD_CANCELLED] = SHD_OVERDUE,
+    [SHD_MISSING] = SHD_UNKNOWN_DATA,
+    [SHD_CONFIG] = SHD_FAILED,
+    [SHD_INTERNAL] = SHD_FAILED,
+    [SHD_EXHAUSTED] = SHD_NO_MEMORY,
     [SHD_CROWDED] = SHD_BUSY,
 };
 
@@ -137,13 +146,15 @@ static void summarize(char detail[DETAIL_SIZE], const char *where, const char *w
     snprintf(detail, DETAIL_SIZE, "%.400s%s%.500s%s", where, *where ? ": " : "", what, more);
 }
 
-void shd_problem_report(shd_reply *reply, const shd_report *report) {
-    shd_problem_kind kind = status_kinds[report->status];
+static void reply_report(shd_reply *reply, shd_problem_kind kind, const shd_report *report) {
     size_t kept = shd_report_errors_kept(report);
     const char *first = kept ? report->errors[0].detail : kinds[kind].title;
 
     char detail[DETAIL_SIZE];
     summarize(detail, kept ? report->errors[0].pointer : "", first, report->error_count);
+    if (kind == SHD_UNKNOWN_DATA)
+        strncat(detail, ": PUT it to /v1/meshes/ and its 64 digits, then repeat",
+                sizeof detail - strlen(detail) - 1);
 
     json_t *document = begin(kind, detail);
     if (kind == SHD_BAD_SYNTAX && report->line) {
@@ -157,6 +168,15 @@ void shd_problem_report(shd_reply *reply, const shd_report *report) {
     if (report->error_count > kept)
         json_object_set_new(document, "errorCount", json_integer((json_int_t)report->error_count));
     finish(reply, kind, passes(kind), document);
+}
+
+void shd_problem_report(shd_reply *reply, const shd_report *report) {
+    reply_report(reply, status_kinds[report->status], report);
+}
+
+void shd_problem_mesh(shd_reply *reply, const shd_report *report) {
+    const shd_problem_kind kind = status_kinds[report->status];
+    reply_report(reply, kind == SHD_BAD_SCENE ? SHD_BAD_MESH : kind, report);
 }
 
 void shd_problem_mistakes(shd_reply *reply, shd_problem_kind kind, const shd_mistake *mistakes,

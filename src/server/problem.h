@@ -21,7 +21,9 @@ typedef enum shd_problem_kind {
     SHD_TOO_LARGE,      /* 413: the body, by the limit `body` */
     SHD_LONG_TARGET,    /* 414 */
     SHD_BAD_TYPE,       /* 415 */
+    SHD_UNKNOWN_DATA,   /* 409: the scene names what is not kept here */
     SHD_BAD_SCENE,      /* 422: JSON, but not a scene */
+    SHD_BAD_MESH,       /* 422: not a mesh, or not the one of the path */
     SHD_OVER_LIMIT,     /* 422: more than a limit allows */
     SHD_BUSY,           /* 429, with Retry-After: the queue is full */
     SHD_FAILED,         /* 500 */
@@ -44,6 +46,9 @@ void shd_problem_later(shd_reply *reply, shd_problem_kind kind, unsigned seconds
 /* From what the library says: its status decides the kind. */
 void shd_problem_error(shd_reply *reply, const shd_error *error);
 void shd_problem_report(shd_reply *reply, const shd_report *report);
+
+/* The same of a mesh, which is no scene. */
+void shd_problem_mesh(shd_reply *reply, const shd_report *report);
 
 /* Something wrong with a parameter of the path or query or, where that is NULL, in a document. */
 typedef struct shd_mistake {

@@ -9,6 +9,7 @@
 
 #include "gzip.h"
 #include "json_job.h"
+#include "mesh_job.h"
 #include "negotiate.h"
 #include "preview.h"
 #include "problem.h"
@@ -30,6 +31,7 @@ static const shd_route routes[] = {
     {"/v1/preview/{material}", SHD_ROUTE_PREVIEW, READ, shd_preview_submit},
     {"/v1/explain", SHD_ROUTE_EXPLAIN, WRITE, shd_explain_submit},
     {"/v1/compare", SHD_ROUTE_COMPARE, WRITE, shd_compare_submit},
+    {"/v1/meshes/{sha256}", SHD_ROUTE_MESHES, SHD_PUT | SHD_OPTIONS, shd_mesh_submit},
     {"/v1/materials", SHD_ROUTE_MATERIALS, READ, answer_document},
     {"/v1/shapes", SHD_ROUTE_SHAPES, READ, answer_document},
     {"/v1/colorspaces", SHD_ROUTE_COLORSPACES, READ, answer_document},
@@ -44,8 +46,11 @@ enum { ROUTES = sizeof routes / sizeof routes[0] };
 static const struct {
     shd_method method;
     const char *name;
-} method_names[] = {
-    {SHD_GET, "GET"}, {SHD_HEAD, "HEAD"}, {SHD_POST, "POST"}, {SHD_OPTIONS, "OPTIONS"}};
+} method_names[] = {{SHD_GET, "GET"},
+                    {SHD_HEAD, "HEAD"},
+                    {SHD_POST, "POST"},
+                    {SHD_PUT, "PUT"},
+                    {SHD_OPTIONS, "OPTIONS"}};
 
 /* ---- Documents ---- */
 
@@ -165,7 +170,7 @@ static const shd_route *find_route(const char *path) {
 
 /* Whether the answer is a worker's. */
 static bool wants_work(const shd_exchange *exchange) {
-    return exchange->method == SHD_POST || exchange->route->id == SHD_ROUTE_PREVIEW;
+    return exchange->method & (SHD_POST | SHD_PUT) || exchange->route->id == SHD_ROUTE_PREVIEW;
 }
 
 static void add_allow(shd_reply *reply, unsigned methods) {
@@ -208,27 +213,43 @@ static bool admit_picture(shd_exchange *exchange) {
     return false;
 }
 
-static bool admit_media_types(shd_exchange *exchange) {
-    shd_reply *reply = &exchange->reply;
-    if (exchange->method == SHD_POST) {
-        if (exchange->content_encoding) {
-            shd_problem_reply(reply, SHD_BAD_TYPE,
-                              "the body has the Content-Encoding %s: send it as it is",
-                              exchange->content_encoding);
-            shd_reply_plain(reply, "Accept-Encoding", "identity");
-            return false;
-        }
-        if (!shd_is_json(exchange->content_type)) {
-            shd_problem_reply(reply, SHD_BAD_TYPE, "%s%s: send Content-Type: application/json",
-                              exchange->content_type ? "the body is declared as "
-                                                     : "the request has no Content-Type",
-                              exchange->content_type ? exchange->content_type : "");
-            shd_reply_plain(reply, "Accept-Post", media_json);
-            return false;
-        }
-        return exchange->route->id == SHD_ROUTE_RENDER ? admit_picture(exchange)
-                                                       : admit_json(exchange);
+static bool refuse_type(shd_exchange *exchange, const char *field, const char *types) {
+    const char *type = exchange->content_type;
+    shd_problem_reply(&exchange->reply, SHD_BAD_TYPE, "%s%s: send Content-Type: %s",
+                      type ? "the body is declared as " : "the request has no Content-Type",
+                      type ? type : "", types);
+    shd_reply_plain(&exchange->reply, field, types);
+    return false;
+}
+
+static bool admit_mesh(shd_exchange *exchange) {
+    const char *digest = exchange->path + strcspn(exchange->route->path, "{");
+    if (!shd_digest_read(digest, &exchange->digest)) {
+        shd_problem_reply(&exchange->reply, SHD_NOT_FOUND,
+                          "a mesh's path ends in 64 hexadecimal digits, in lower case");
+        return false;
     }
+    exchange->is_binary = shd_is_binary(exchange->content_type);
+    return exchange->is_binary || shd_is_json(exchange->content_type) ||
+           refuse_type(exchange, "Accept", "application/json, application/octet-stream");
+}
+
+static bool admit_body(shd_exchange *exchange) {
+    if (exchange->content_encoding) {
+        shd_problem_reply(&exchange->reply, SHD_BAD_TYPE,
+                          "the body has the Content-Encoding %s: send it as it is",
+                          exchange->content_encoding);
+        shd_reply_plain(&exchange->reply, "Accept-Encoding", "identity");
+        return false;
+    }
+    if (exchange->method == SHD_PUT) return admit_mesh(exchange);
+    if (!shd_is_json(exchange->content_type))
+        return refuse_type(exchange, "Accept-Post", media_json);
+    return exchange->route->id == SHD_ROUTE_RENDER ? admit_picture(exchange) : admit_json(exchange);
+}
+
+static bool admit_media_types(shd_exchange *exchange) {
+    if (exchange->method & (SHD_POST | SHD_PUT)) return admit_body(exchange);
     if (exchange->route->id == SHD_ROUTE_PREVIEW) return admit_picture(exchange);
     /* The contract and the schema are files rather than representations: no negotiation. */
     const shd_document *document = &exchange->settings->documents[exchange->route->id];
@@ -287,7 +308,7 @@ void shd_route_add_cors(shd_exchange *exchange) {
                     "Cache-Status, ETag, Retry-After, Server-Timing, Shaded-Plan, "
                     "Shaded-Saturated, Shaded-Warning, X-Request-Id");
     if (!exchange->is_preflight || !admits) return;
-    shd_reply_plain(reply, "Access-Control-Allow-Methods", "GET, HEAD, POST, OPTIONS");
+    shd_reply_plain(reply, "Access-Control-Allow-Methods", "GET, HEAD, POST, PUT, OPTIONS");
     shd_reply_plain(reply, "Access-Control-Allow-Headers",
                     "Authorization, Content-Type, If-None-Match, traceparent, X-Request-Id");
     shd_reply_plain(reply, "Access-Control-Max-Age", "600");
@@ -321,5 +342,6 @@ void shd_route_answer(shd_exchange *exchange) {
         return;
     }
     exchange->reply.status = 204;
-    add_allow(&exchange->reply, exchange->route ? exchange->route->methods : READ | WRITE);
+    add_allow(&exchange->reply,
+              exchange->route ? exchange->route->methods : READ | WRITE | SHD_PUT);
 }

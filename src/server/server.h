@@ -6,7 +6,7 @@
  *     routes.c  which paths and methods there are, and what can be answered at once
  *     jobs.c    which exchange waits for which work, and for how long
  *     job.c     how the engine's workers do it; stuck.c  which of them do not end
- *     render_job.c, json_job.c  what a worker does for a kind of work
+ *     render_job.c, json_job.c, mesh_job.c  what a worker does for a kind of work
  *     cache.c   finished pictures, for who asks for the same ones
  *     preview.c  links as documents; signatures
  *     negotiate.c  what Accept and If-None-Match mean
@@ -75,6 +75,7 @@ typedef enum shd_method {
     SHD_HEAD = 2,
     SHD_POST = 4,
     SHD_OPTIONS = 8,
+    SHD_PUT = 16,
     SHD_NO_METHOD = 0 /* any other */
 } shd_method;
 
@@ -103,6 +104,8 @@ struct shd_exchange {
     bool is_preflight;
     shd_trace trace;
 
+    shd_digest digest; /* of a path that ends in one */
+    bool is_binary;    /* the body is application/octet-stream */
     unsigned char *body;
     size_t size, capacity; /* capacity: of what the server's body_bytes counts */
 

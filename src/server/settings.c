@@ -16,6 +16,7 @@ shd_engine_options shd_settings_engine(const shd_config *config) {
     /* jobs.c counts the places; rests of jobs that had one come on top, one a thread at most. */
     options.queue = config->queue + MOST_THREADS;
     options.reuse = config->reuse;
+    options.mesh_store = config->mesh_store;
     options.limits = (shd_limits){.pixels = config->pixels,
                                   .samples = config->samples,
                                   .lights = config->lights,

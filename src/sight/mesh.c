@@ -6,6 +6,24 @@ static shd_vec3 vertex(const double *values, size_t i) {
     return (shd_vec3){values[3 * i], values[3 * i + 1], values[3 * i + 2]};
 }
 
+shd_triangles shd_triangles_of(const shd_mesh *mesh) {
+    return (shd_triangles){mesh->vertex_count, mesh->triangle_count, mesh->positions,
+                           mesh->normals,      mesh->indices,        NULL};
+}
+
+bool shd_triangle_units(const shd_triangles *triangles, const atomic_bool *cancelled,
+                        shd_arena *arena, const double **out) {
+    shd_vec3 *units = shd_arena_alloc(arena, triangles->vertex_count, sizeof *units);
+    if (!units) return false;
+    for (size_t i = 0; i < triangles->vertex_count; i++) {
+        if (shd_is_cancelled_at(cancelled, i)) break;
+        units[i] = vertex(triangles->normals, i);
+        shd_normalize(units[i], &units[i]);
+    }
+    *out = &units->x;
+    return true;
+}
+
 shd_vec3 shd_triangle_corner(const shd_triangles *triangles, size_t triangle, int k) {
     return vertex(triangles->positions, triangles->indices[3 * triangle + (size_t)k]);
 }
@@ -28,7 +46,7 @@ static shd_vec3 row_of(const shd_affine *m, double scale, shd_vec3 axis) {
 
 bool shd_mesh_view_make(const shd_triangles *triangles, const shd_mesh_tree *tree,
                         const shd_affine *to_world, shd_vec3 eye, const shd_camera *camera,
-                        shd_arena *arena, shd_mesh_view *out) {
+                        const atomic_bool *cancelled, shd_arena *arena, shd_mesh_view *out) {
     shd_seen_vertex *seen = shd_arena_alloc(arena, triangles->vertex_count, sizeof *seen);
     if (!seen) return false;
     /* Powers of 2 bring the mesh, and then the map, to a size of about 1: products of coordinates
@@ -37,6 +55,7 @@ bool shd_mesh_view_make(const shd_triangles *triangles, const shd_mesh_tree *tre
     (void)frexp(shd_norm(to_world), &exponent);
     const double scale = ldexp(1, exponent > 1000 ? -1000 : exponent < -1000 ? 1000 : -exponent);
     *out = (shd_mesh_view){.tree = tree,
+                           .cancelled = cancelled,
                            .vertices = seen,
                            .rows = {row_of(to_world, scale, camera->right),
                                     row_of(to_world, scale, camera->up),
@@ -45,7 +64,7 @@ bool shd_mesh_view_make(const shd_triangles *triangles, const shd_mesh_tree *tre
                            .unit = ldexp(1 / scale, tree->exponent),
                            .orthographic = camera->projection == SHD_ORTHOGRAPHIC};
     for (size_t i = 0; i < triangles->vertex_count; i++) {
-        if (shd_is_cancelled_at(tree->cancelled, i)) break;
+        if (shd_is_cancelled_at(cancelled, i)) break;
         const shd_vec3 p = shd_scale(vertex(triangles->positions, i), tree->scale),
                        from = shd_sub(p, out->eye);
         const double x = shd_dot(out->rows[0], from), y = shd_dot(out->rows[1], from),

@@ -19,6 +19,14 @@ typedef struct shd_triangles {
 bool shd_tessellate(shd_shape shape, double tube, int segments, shd_arena *arena,
                     shd_triangles *out);
 
+/* A mesh's; they are borrowed. */
+shd_triangles shd_triangles_of(const shd_mesh *mesh);
+
+/* Their normals [vertex_count][3], each made unit; those of no length stay. False: the arena is
+ * full. */
+bool shd_triangle_units(const shd_triangles *triangles, const atomic_bool *cancelled,
+                        shd_arena *arena, const double **out);
+
 /* Corner k of a triangle, and its normal by the order of its corners: twice the area long. */
 shd_vec3 shd_triangle_corner(const shd_triangles *triangles, size_t triangle, int k);
 shd_vec3 shd_triangle_normal(const shd_triangles *triangles, size_t triangle);
@@ -35,6 +43,7 @@ typedef struct shd_seen_vertex {
 /* A mesh from the camera, in units of its own. */
 typedef struct shd_mesh_view {
     const shd_mesh_tree *tree;
+    const atomic_bool *cancelled;    /* raised: rays end anywhere; or NULL */
     const shd_seen_vertex *vertices; /* as shd_triangles */
     shd_vec3 rows[3], eye; /* x, y and depth of a point v in the tree's frame: row . (v - eye) */
     double unit;           /* of lengths in the world */
@@ -44,6 +53,6 @@ typedef struct shd_mesh_view {
 /* False: the arena is full. `eye`: the camera in the mesh's frame. */
 bool shd_mesh_view_make(const shd_triangles *triangles, const shd_mesh_tree *tree,
                         const shd_affine *to_world, shd_vec3 eye, const shd_camera *camera,
-                        shd_arena *arena, shd_mesh_view *out);
+                        const atomic_bool *cancelled, shd_arena *arena, shd_mesh_view *out);
 
 #endif

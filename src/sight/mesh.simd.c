@@ -278,7 +278,7 @@ static bool walk(bundle *k, const shd_mesh_view *view) {
     if (!view->tree->leaf_count || !may_meet(k, branches, &depth)) return false;
     for (uint32_t at = 0;;) {
         const shd_branch *now = &branches[at];
-        if (shd_is_cancelled_at(view->tree->cancelled, ++steps)) return met;
+        if (shd_is_cancelled_at(view->cancelled, ++steps)) return met;
         if (now->count) {
             bool any = false;
             for (uint32_t i = now->first; i < now->first + now->count; i++)

@@ -171,32 +171,23 @@ static void place_eye(const shd_plan *plan, shd_item *it) {
             it->to_frame.linear[r][c] = it->to_world.linear[r][c] * plan->scale;
 }
 
-/* The mesh's normals, each made unit; those of no length stay. False: the arena is full. */
-static bool make_units(const shd_triangles *tri, const atomic_bool *cancelled, shd_arena *arena,
-                       const double **out) {
-    shd_vec3 *units = shd_arena_alloc(arena, tri->vertex_count, sizeof *units);
-    if (!units) return false;
-    for (size_t i = 0; i < tri->vertex_count; i++) {
-        if (shd_is_cancelled_at(cancelled, i)) break;
-        const double *n = tri->normals + 3 * i;
-        units[i] = (shd_vec3){n[0], n[1], n[2]};
-        shd_normalize(units[i], &units[i]);
-    }
-    *out = &units->x;
-    return true;
-}
-
 static shd_status make_mesh(const shd_plan *plan, const shd_lens *lens, size_t index,
                             const atomic_bool *cancelled, shd_arena *arena, shd_item *it,
                             shd_error *error) {
-    const shd_mesh_tree *tree;
-    shd_status status = shd_mesh_tree_new(&it->triangles, cancelled, arena, &tree, error);
-    if (status != SHD_OK) return status;
-    if (it->smooth && !make_units(&it->triangles, cancelled, arena, &it->units))
-        return no_memory(error, index);
+    const shd_mesh *mesh = plan->scene->objects[index].mesh;
+    const shd_mesh_kept *kept = mesh ? mesh->kept : NULL;
+    const shd_mesh_tree *tree = kept ? kept->tree : NULL;
+    if (kept) {
+        it->units = kept->units;
+    } else {
+        shd_status status = shd_mesh_tree_new(&it->triangles, cancelled, arena, &tree, error);
+        if (status != SHD_OK) return status;
+        if (it->smooth && !shd_triangle_units(&it->triangles, cancelled, arena, &it->units))
+            return no_memory(error, index);
+    }
     it->blind = SHD_BLIND * plan->objects[index].radius;
-    if (!shd_mesh_view_make(&it->triangles, tree, &it->to_world, it->eye, lens->camera, arena,
-                            &it->view))
+    if (!shd_mesh_view_make(&it->triangles, tree, &it->to_world, it->eye, lens->camera, cancelled,
+                            arena, &it->view))
         return no_memory(error, index);
     return SHD_OK;
 }
@@ -231,10 +222,8 @@ static shd_status make_item(const shd_plan *plan, const shd_lens *lens, size_t i
     place_eye(plan, it);
 
     if (object->shape == SHD_MESH) {
-        const shd_mesh *m = object->mesh;
-        it->triangles = (shd_triangles){m->vertex_count, m->triangle_count, m->positions,
-                                        m->normals,      m->indices,        NULL};
-        it->smooth = m->normals && !faceted;
+        it->triangles = shd_triangles_of(object->mesh);
+        it->smooth = object->mesh->normals && !faceted;
     } else if (faceted) {
         if (!shd_tessellate(object->shape, it->tube, object->segments, arena, &it->triangles))
             return no_memory(error, index);

@@ -323,11 +323,11 @@ shd_status shd_mesh_tree_new(const shd_triangles *triangles, const atomic_bool *
     if (!tree || !parts || !tree->branches || !tree->leaves)
         return shd_fail(error, SHD_MEMORY, "", "the limit `memory` is reached by a mesh");
     planter w = {triangles, cancelled, tree, parts, 0};
-    tree->cancelled = cancelled;
     measure(&w);
     const uint32_t with_area = list_parts(&w);
     if (shd_is_cancelled(cancelled) || (with_area && !grow(&w, with_area)))
         return shd_fail(error, SHD_CANCELLED, "", "the render was cancelled");
+    tree->branch_count = w.branch_count;
     *out = tree;
     return SHD_OK;
 }

@@ -29,12 +29,12 @@ typedef struct shd_leaf {
 enum { SHD_TREE_DEPTH = 96 };
 
 struct shd_mesh_tree {
-    const atomic_bool *cancelled; /* as it was given */
-    double scale;                 /* 2^-exponent */
+    double scale; /* 2^-exponent */
     int exponent;
-    shd_branch *branches; /* the root first */
-    shd_leaf *leaves;     /* of triangles with an area, but for repeated ones: */
-    size_t leaf_count;    /* 0: there are no branches */
+    shd_branch *branches; /* [branch_count], the root first */
+    uint32_t branch_count;
+    shd_leaf *leaves;  /* of triangles with an area, but for repeated ones: */
+    size_t leaf_count; /* 0: there are no branches */
 };
 
 /* Triangles without an area are not met. Of equal ones (by the places of their corners) at least

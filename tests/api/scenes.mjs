@@ -1,4 +1,6 @@
 // Random scenes: valid by the schema, and made from these by mistakes.
+import { createHash } from "node:crypto";
+
 import { fc } from "./packages.mjs";
 import { schema } from "./contract.mjs";
 import { Values } from "./values.mjs";
@@ -13,6 +15,10 @@ async function hints(daemon) {
     const linear = named(spaces.filter(entry => entry.sceneLinear));
     const number = fc.integer({ min: -8, max: 8 }).map(step => step / 4);
     const triangle = fc.array(number, { minLength: 9, maxLength: 9 });
+    const mesh = Buffer.from('{"positions": [0,0,0, 1,0,0, 0,1,0]}');
+    const digest = createHash("sha256").update(mesh).digest("hex");
+    await daemon.ask({ method: "PUT", path: `/v1/meshes/${digest}`, body: mesh,
+                       headers: { "Content-Type": "application/json" } });
     const side = fc.integer({ min: 3, max: 24 });
     return {
         names: {
@@ -25,6 +31,7 @@ async function hints(daemon) {
             material: named(materials),
         },
         members: {
+            data: fc.constant(`sha256-${digest}`),
             positions: triangle,
             normals: triangle,
             indices: fc.constantFrom([0, 1, 2], [2, 1, 0], [0, 1, 2, 1, 0, 2]),

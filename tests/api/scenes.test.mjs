@@ -8,7 +8,7 @@ import { Daemon } from "./daemon.mjs";
 import { holds } from "./packages.mjs";
 import { leadsSomewhere, mutantArbitrary, sceneArbitrary } from "./scenes.mjs";
 
-const submitting = operations.filter(operation => operation.requestBody);
+const submitting = operations.filter(operation => operation.method === "post");
 let daemon, scenes;
 
 before(async () => {

@@ -34,6 +34,7 @@ const BROKEN = {
     unknownFormat: { objects: [], output: { format: "gif" } },
     namelessOutput: { objects: [], outputs: [{ format: "png" }] },
     noTier: { objects: [], accuracy: { tier: "best" } },
+    meshByNumber: { objects: [{ type: "mesh", data: 1 }] },
     nullIndices: { objects: [{ type: "mesh", positions: [], indices: null }] },
 };
 
@@ -46,6 +47,7 @@ const SOUND = {
                                          { type: "spot", position: [1, 2, 3, 4] }] },
     transparent: { objects: [], background: null, output: { bitDepth: 16, quality: 3 } },
     region: { objects: [], image: { region: [0, 0, 1, 1] } },
+    meshByName: { objects: [{ type: "mesh", data: `sha256-${"0".repeat(64)}`, material: "brass" }] },
     budget: { objects: [], accuracy: { maxError: 0.5 } },
 };
 

@@ -28,8 +28,8 @@ static void answer(const char *text, size_t length) {
     shd_report report;
     const shd_scene *scene = NULL;
     shd_report_init(&report, arena);
-    shd_status status = shd_scene_read(text, length, &scene_catalog, &limits, NULL, SHD_PNG, arena,
-                                       &scene, &report);
+    shd_status status = shd_scene_read(text, length, &scene_catalog, &limits, NULL, SHD_PNG, NULL,
+                                       arena, &scene, &report);
     json_t *line = json_pack("{sisoso}", "status", (int)status, "errors",
                              list(report.errors, shd_report_errors_kept(&report)), "warnings",
                              list(report.warnings, shd_report_warnings_kept(&report)));

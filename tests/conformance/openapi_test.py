@@ -2,6 +2,7 @@
 is brought about, and is as it says. Debian has no validator of OpenAPI 3.1: what its rules say
 about this document is checked here."""
 
+import hashlib
 import json
 import re
 import runpy
@@ -26,8 +27,10 @@ GENERAL = {"date", "content-length", "content-type", "connection"}
 SCENE_PATHS = ("/v1/render", "/v1/explain", "/v1/compare")
 UNPROVOKED = {"urn:shaded:problem:internal", "urn:shaded:problem:memory"}
 PREVIEW = "/v1/preview/{material}"
+MESHES = "/v1/meshes/{sha256}"
 # Nothing fails, and what is made in milliseconds does not pass a deadline of a second.
 UNREACHABLE = {*((path, "post", "500") for path in SCENE_PATHS), ("/v1/explain", "post", "504"),
+               (MESHES, "put", "500"), (MESHES, "put", "504"),
                *((PREVIEW, method, status) for method in ("get", "head")
                  for status in ("500", "504"))}
 
@@ -209,6 +212,7 @@ class ServerTest(unittest.TestCase):
         self.preview_path()
         self.explain_path()
         self.compare_path()
+        self.mesh_path()
         self.busy()
         self.deadline()
         self.draining()
@@ -318,6 +322,33 @@ class ServerTest(unittest.TestCase):
         self.check(self.daemon.post(path, black), path, "post", "200")
         self.refusals(path)
 
+    def put(self, daemon, status, body=b'{"positions": [0,0,0, 1,0,0, 0,1,0]}', digest=None,
+            media_type="application/json"):
+        path = "/v1/meshes/" + (digest or hashlib.sha256(body).hexdigest())
+        answer = daemon.call("PUT", path, body, {"Content-Type": media_type})
+        self.check(answer, MESHES, "put", status)
+        return answer
+
+    def mesh_path(self):
+        body = DOCUMENT["paths"][MESHES]["put"]["requestBody"]["content"]
+        for example in body["application/json"]["examples"].values():
+            self.put(self.daemon, "201", json.dumps(example["value"]).encode())
+        self.put(self.daemon, "201")
+        self.put(self.daemon, "204")
+        inverted = b'{"positions": [0,0,0, 1,0,0, 0,1,0], "normals": [0,0,-1, 0,0,-1, 0,0,-1]}'
+        self.assertTrue(self.put(self.daemon, "201", inverted).headers["Shaded-Warning"])
+        self.put(self.daemon, "400", b"{")
+        self.put(self.daemon, "404", digest="A" * 64)
+        self.put(self.daemon, "413", b"x" * 100001)
+        self.put(self.daemon, "415", media_type="text/css")
+        self.put(self.daemon, "422", digest="0" * 64)
+        self.put(self.daemon, "422", b"{}")
+        self.put(self.daemon, "422", b"\0" * 13, media_type="application/octet-stream")
+        self.check(self.daemon.call("POST", "/v1/meshes/" + "0" * 64, b"{}", JSON), MESHES, "put",
+                   "405")
+        with Daemon("--mesh-store", "1K") as daemon:
+            self.put(daemon, "422")
+
     def refusals(self, path):
         """What every path that takes a scene refuses alike."""
         def check(answer, status):
@@ -327,6 +358,7 @@ class ServerTest(unittest.TestCase):
         check(post(path, b"{"), "400")
         check(self.daemon.call("PUT", path, b"{}", JSON), "405")
         check(post(path, SMALL, {"Accept": "text/css"}), "406")
+        check(post(path, {"objects": [{"type": "mesh", "data": "sha256-" + "0" * 64}]}), "409")
         check(post(path, b"x" * 100001), "413")
         check(post(path, SMALL, {"Content-Type": "text/css"}), "415")
         check(post(path, {}), "422")
@@ -339,6 +371,7 @@ class ServerTest(unittest.TestCase):
             wait_until_read(daemon, waiting[0], 1)
             for path in SCENE_PATHS:
                 self.check(daemon.post(path, SMALL), path, "post", "429")
+            self.put(daemon, "429")
             for method in ("get", "head"):
                 self.preview(daemon, method, "429")
             for request in waiting:
@@ -365,6 +398,7 @@ class ServerTest(unittest.TestCase):
         wait_until(lambda: daemon.get("/readyz", admin=True).status == 503)
         for path in SCENE_PATHS:
             self.check(daemon.post(path, SMALL), path, "post", "503")
+        self.put(daemon, "503")
         for method in ("get", "head"):
             self.preview(daemon, method, "503")
         running.leave()

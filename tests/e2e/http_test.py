@@ -140,7 +140,7 @@ class HttpTest(unittest.TestCase):
         for path in READ + ["*"]:
             answer = self.daemon.call("OPTIONS", path)
             self.assertEqual((answer.status, answer.body), (204, b""))
-            wanted = "GET, HEAD, POST, OPTIONS" if path == "*" else "GET, HEAD, OPTIONS"
+            wanted = "GET, HEAD, POST, PUT, OPTIONS" if path == "*" else "GET, HEAD, OPTIONS"
             self.assertEqual(answer.headers["Allow"], wanted)
             self.assertFalse([name for name in answer.headers if name.startswith("Access-")])
         for path in ("/v1/render", "/v1/compare"):

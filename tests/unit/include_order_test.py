@@ -15,7 +15,9 @@ ALLOWED = {
     "shade": {"base", "scene", "plan", "sight/gbuffer.h"},
     "color": {"base"},
     "image": {"base"},
-    "render": {"base", "scene", "plan", "sight", "shade", "color", "image", "shaded.h"},
+    "assets": {"base"},
+    "render": {"base", "scene", "plan", "sight", "shade", "color", "image", "assets",
+               "shaded.h"},
     "server": {"base", "shaded.h"},
     "cli": {"base", "shaded.h"},
     "": {"base"},  # src/shaded.h itself

@@ -35,8 +35,8 @@ static reading read_bytes(const char *text, size_t length, const shd_limits *lim
     reading out = {.arena = shd_arena_new(limits->memory)};
     assert_non_null(out.arena);
     shd_report_init(&out.report, out.arena);
-    out.status = shd_scene_read(text, length, &scene_catalog, limits, NULL, SHD_PNG, out.arena,
-                                &out.scene, &out.report);
+    out.status = shd_scene_read(text, length, &scene_catalog, limits, NULL, SHD_PNG, NULL,
+                                out.arena, &out.scene, &out.report);
     assert_int_equal(out.status, out.report.status);
     assert_true((out.status == SHD_OK) == (out.scene != NULL));
     assert_true((out.status == SHD_OK) == (out.report.error_count == 0));

@@ -226,7 +226,7 @@ static void full_arena_is_a_memory_error(void **state) {
     for (char *c = text; *c; c++)
         if (*c == '\'') *c = '"';
     shd_status status = shd_scene_read(text, strlen(text), &scene_catalog, &limits, NULL, SHD_PNG,
-                                       arena, &scene, &report);
+                                       NULL, arena, &scene, &report);
     assert_int_equal(status, SHD_MEMORY);
     assert_null(scene);
     assert_int_equal(report.error_count, 1);

@@ -1,0 +1,167 @@
+#include "plan/cells.h"
+
+#include <stdatomic.h>
+#include <string.h>
+
+#include "plan/parts.h"
+#include "plan/pieces.h"
+
+/* All that cells depend on beside the mesh. */
+typedef struct view {
+    shd_affine to_world, normal_map;
+    shd_vec3 eye, back;
+    int projection, side, own;
+} view;
+
+static shd_vec3 vertex_of(const double *values, uint32_t index) {
+    const double *p = values + 3 * (size_t)index;
+    return (shd_vec3){p[0], p[1], p[2]};
+}
+
+static void widen(shd_cell *to, shd_vec3 p) {
+    to->low = (shd_vec3){shd_smaller(to->low.x, p.x), shd_smaller(to->low.y, p.y),
+                         shd_smaller(to->low.z, p.z)};
+    to->high = (shd_vec3){shd_larger(to->high.x, p.x), shd_larger(to->high.y, p.y),
+                          shd_larger(to->high.z, p.z)};
+}
+
+/* The normals at a triangle's corners, in the world's frame: one or three. 0: it has none. */
+static int normals_of(const view *v, const shd_mesh *mesh, const uint32_t *corner,
+                      shd_vec3 out[3]) {
+    int count = v->own ? 1 : 3;
+    for (int c = 0; c < count; c++) {
+        shd_vec3 n;
+        if (v->own) {
+            const shd_vec3 a = vertex_of(mesh->positions, corner[0]);
+            n = shd_cross(shd_sub(vertex_of(mesh->positions, corner[1]), a),
+                          shd_sub(vertex_of(mesh->positions, corner[2]), a));
+        } else {
+            n = vertex_of(mesh->normals, corner[c]);
+        }
+        if (!shd_plan_normalize(shd_linear(&v->normal_map, n), &out[c])) return 0;
+    }
+    return count;
+}
+
+/* Which sides of a triangle's plane the viewer may be on. */
+static void add_sides(const view *v, const shd_vec3 at[3], bool sides[2]) {
+    const shd_vec3 p = shd_transform(&v->to_world, at[0]);
+    const shd_vec3 n =
+        shd_linear(&v->normal_map, shd_cross(shd_sub(at[1], at[0]), shd_sub(at[2], at[0])));
+    const shd_vec3 toward = v->projection == SHD_ORTHOGRAPHIC ? v->back : shd_sub(v->eye, p);
+    const double facing = shd_dot(n, toward),
+                 margin = SHD_PIECE_MARGIN * shd_plan_length(n) * shd_plan_length(toward);
+    sides[0] = sides[0] || !(facing < -margin);
+    sides[1] = sides[1] || !(facing > margin);
+}
+
+/* The cell of the grid that a triangle's middle lies in, along one axis. */
+static int step_of(double sum, double low, double high, int side) {
+    const double at = (sum / 3 - low) / (high - low) * side;
+    if (!(at > 0)) return 0; /* also where it is flat, or too large for the sum */
+    return at < side ? (int)at : side - 1;
+}
+
+static void find_cells(const view *v, const shd_mesh *mesh, const atomic_bool *cancelled,
+                       shd_cell cells[SHD_CELLS]) {
+    const int side = v->side;
+    const shd_vec3 low = mesh->low, high = mesh->high;
+    for (int i = 0; i < side * side * side; i++)
+        cells[i] = (shd_cell){.low = {INFINITY, INFINITY, INFINITY},
+                              .high = {-INFINITY, -INFINITY, -INFINITY},
+                              .cosine = 1};
+    for (int pass = 0; pass < 2; pass++) {
+        for (size_t t = 0; t < mesh->triangle_count; t++) {
+            if (shd_is_cancelled_at(cancelled, t)) return;
+            const uint32_t *corner = mesh->indices + 3 * t;
+            shd_vec3 p[3], sum = {0, 0, 0}, n[3];
+            for (int c = 0; c < 3; c++) {
+                p[c] = vertex_of(mesh->positions, corner[c]);
+                sum = shd_add(sum, p[c]);
+            }
+            shd_cell *to = &cells[(step_of(sum.z, low.z, high.z, side) * side +
+                                   step_of(sum.y, low.y, high.y, side)) *
+                                      side +
+                                  step_of(sum.x, low.x, high.x, side)];
+            const int count = normals_of(v, mesh, corner, n);
+            for (int c = 0; pass == 0 && c < 3; c++) widen(to, p[c]);
+            if (pass == 0 && !v->own) add_sides(v, p, to->sides);
+            for (int c = 0; c < count; c++) {
+                if (pass == 0)
+                    to->normals = shd_add(to->normals, n[c]);
+                else
+                    to->cosine = shd_smaller(to->cosine, shd_dot(to->normals, n[c]));
+            }
+            if (!count) to->cosine = -1;
+            to->any = true;
+        }
+        for (int i = 0; pass == 0 && i < side * side * side; i++)
+            if (cells[i].any && !shd_plan_normalize(cells[i].normals, &cells[i].normals))
+                cells[i].cosine = -1;
+    }
+}
+
+/* ---- Kept meshes ---- */
+
+/* A scene may have several objects of one mesh. Smaller meshes are looked at in less than what
+ * else a request takes. */
+enum { VIEWS = 4, TRIANGLES_LEAST = 4096 };
+
+struct shd_mesh_memo {
+    atomic_bool taken; /* somebody reads or writes it: others do without, so that nobody waits */
+    unsigned next;     /* of the views, that is replaced */
+    struct {
+        view view; /* side 0: there is none */
+        shd_cell cells[SHD_CELLS];
+    } seen[VIEWS];
+};
+
+size_t shd_mesh_memo_size(const shd_mesh *mesh) {
+    return mesh->triangle_count < TRIANGLES_LEAST ? 0 : sizeof(struct shd_mesh_memo);
+}
+
+static bool take_memo(struct shd_mesh_memo *memo) {
+    return memo && !atomic_exchange_explicit(&memo->taken, true, memory_order_acquire);
+}
+
+static void leave_memo(struct shd_mesh_memo *memo) {
+    atomic_store_explicit(&memo->taken, false, memory_order_release);
+}
+
+static bool recall_cells(struct shd_mesh_memo *memo, const view *v, shd_cell out[SHD_CELLS]) {
+    if (!take_memo(memo)) return false;
+    bool found = false;
+    for (int i = 0; i < VIEWS && !found; i++) {
+        found = !memcmp(&memo->seen[i].view, v, sizeof *v);
+        if (found) memcpy(out, memo->seen[i].cells, sizeof memo->seen[i].cells);
+    }
+    leave_memo(memo);
+    return found;
+}
+
+static void note_cells(struct shd_mesh_memo *memo, const view *v, const shd_cell in[SHD_CELLS]) {
+    if (!take_memo(memo)) return;
+    const unsigned i = memo->next++ % VIEWS;
+    memcpy(&memo->seen[i].view, v, sizeof *v);
+    memcpy(memo->seen[i].cells, in, sizeof memo->seen[i].cells);
+    leave_memo(memo);
+}
+
+void shd_plan_cells(const shd_scene *scene, const shd_object *object, const shd_affine *to_world,
+                    const shd_affine *normal_map, int side, const atomic_bool *cancelled,
+                    shd_cell out[SHD_CELLS]) {
+    const shd_mesh *mesh = object->mesh;
+    struct shd_mesh_memo *memo = mesh->kept ? mesh->kept->memo : NULL;
+    view v;
+    memset(&v, 0, sizeof v); /* its padding, too, is compared */
+    v.to_world = *to_world;
+    v.normal_map = *normal_map;
+    v.eye = scene->camera.position;
+    v.back = scene->camera.back;
+    v.projection = scene->camera.projection;
+    v.side = side;
+    v.own = !mesh->normals || object->interpolation == SHD_FLAT;
+    if (recall_cells(memo, &v, out)) return;
+    find_cells(&v, mesh, cancelled, out);
+    if (!shd_is_cancelled(cancelled)) note_cells(memo, &v, out);
+}

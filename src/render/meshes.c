@@ -1,0 +1,87 @@
+/* Meshes that are kept for many scenes: read once, with the tree that rays walk. */
+#include "base/clock.h"
+#include "render/engine.h"
+#include "sight/ready.h"
+
+/* ---- Kept ---- */
+
+/* The mesh alone of what a request reads becomes a thing of the store. */
+static shd_status keep(shd_request *request, const shd_mesh *mesh, const shd_digest *digest,
+                       const char *client, bool *known, shd_error *error) {
+    shd_store *store = request->engine->store;
+    shd_ready_mesh ready;
+    shd_status status =
+        shd_ready_mesh_make(mesh, digest, &request->cancelled, request->arena, &ready, error);
+    if (status != SHD_OK) return status;
+    shd_stored *thing;
+    status = shd_stored_new(store, digest, shd_ready_mesh_size(&ready), &thing, error);
+    if (status != SHD_OK) return status;
+    shd_ready_mesh_copy(&ready, shd_stored_bytes(thing));
+    status = shd_store_put(store, thing, client, known, error);
+    shd_stored_drop(thing);
+    return status;
+}
+
+shd_status shd_request_keep_mesh(shd_request *request, const void *data, size_t length, bool binary,
+                                 const shd_digest *digest, const char *client, bool *known) {
+    const double began = shd_thread_seconds();
+    const shd_mesh *mesh = NULL;
+    shd_error error;
+    shd_status status = shd_mesh_read(data, length, binary, &request->limits, &request->cancelled,
+                                      request->arena, &mesh, &request->report);
+    if (status == SHD_OK) {
+        status = keep(request, mesh, digest, client, known, &error);
+        if (status != SHD_OK)
+            shd_report_error(&request->report, status, error.path, "%s", error.text);
+    }
+    request->times.parse = shd_thread_seconds() - began;
+    return shd_request_blame_report(request, status);
+}
+
+bool shd_engine_has_mesh(shd_engine *engine, const shd_digest *digest) {
+    shd_stored *thing = shd_store_find(engine->store, digest);
+    shd_stored_drop(thing);
+    return thing;
+}
+
+void shd_engine_shrink_meshes(shd_engine *engine, size_t bytes) {
+    shd_store_shrink(engine->store, bytes);
+}
+
+shd_mesh_load shd_engine_meshes(shd_engine *engine) {
+    const shd_store_load load = shd_store_load_of(engine->store);
+    return (shd_mesh_load){load.cap,  load.bytes,  load.things,   load.held,
+                           load.hits, load.misses, load.evictions};
+}
+
+/* ---- Held ---- */
+
+static const shd_mesh *find_mesh(void *context, const shd_digest *digest) {
+    shd_request *request = context;
+    for (shd_held *h = request->held; h; h = h->next)
+        if (shd_digest_same(&h->digest, digest)) return shd_stored_bytes(h->thing);
+    shd_held *held = shd_arena_alloc(request->arena, 1, sizeof *held);
+    request->unheld = request->unheld || !held;
+    shd_stored *thing = held ? shd_store_find(request->engine->store, digest) : NULL;
+    if (!thing) return NULL;
+    *held = (shd_held){request->held, *digest, thing};
+    request->held = held;
+    return shd_stored_bytes(thing);
+}
+
+const shd_mesh_shelf *shd_request_shelf(shd_request *request, shd_mesh_shelf *out) {
+    if (!shd_store_load_of(request->engine->store).cap) return NULL;
+    *out = (shd_mesh_shelf){find_mesh, request};
+    return out;
+}
+
+size_t shd_request_held(const shd_request *request) {
+    size_t bytes = 0;
+    for (const shd_held *h = request->held; h; h = h->next) bytes += shd_stored_size(h->thing);
+    return bytes;
+}
+
+void shd_request_let_go(shd_request *request) {
+    for (shd_held *h = request->held; h; h = h->next) shd_stored_drop(h->thing);
+    request->held = NULL;
+}

@@ -1,0 +1,183 @@
+/* A mesh by itself: JSON, or the same arrays as plain numbers. */
+#include <endian.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "base/json_memory.h"
+#include "scene/read.h"
+
+/* ---- The plain form ---- */
+
+enum { WITH_NORMALS = 1, WITH_UVS = 2, HEAD = 12 /* bytes */ };
+
+typedef struct plain {
+    const unsigned char *bytes;
+    uint64_t vertices, indices;
+    uint32_t flags;
+    shd_arena *arena;
+    shd_report *report;
+    shd_json *json;
+} plain;
+
+static uint32_t word_at(const plain *p, size_t offset) {
+    uint32_t word;
+    memcpy(&word, p->bytes + offset, sizeof word);
+    return le32toh(word);
+}
+
+/* Counts are 32 bits: nothing overflows. */
+static bool check_length(const plain *p, size_t length) {
+    const uint64_t floats = p->vertices * (p->flags & WITH_NORMALS ? 6 : 3),
+                   needed = HEAD + 4 * (floats + p->indices);
+    if (length == needed) return true;
+    shd_report_error(p->report, SHD_SCENE, "",
+                     "%llu vertices%s and %llu indices are %llu bytes with their head: there are "
+                     "%zu",
+                     (unsigned long long)p->vertices,
+                     p->flags & WITH_NORMALS ? " with normals" : "", (unsigned long long)p->indices,
+                     (unsigned long long)needed, length);
+    return false;
+}
+
+static bool read_head(plain *p, size_t length) {
+    if (length < HEAD) {
+        shd_report_error(p->report, SHD_SCENE, "",
+                         "a mesh begins with 12 bytes, its counts of vertices and of indices and "
+                         "its flags: there are %zu",
+                         length);
+        return false;
+    }
+    p->vertices = word_at(p, 0);
+    p->indices = word_at(p, 4);
+    p->flags = word_at(p, 8);
+    if (p->flags & WITH_UVS)
+        shd_report_error(p->report, SHD_SCENE, "/uvs",
+                         "byte 8: flag 2 tells of texture coordinates, which meshes do not have "
+                         "here");
+    else if (p->flags & ~(uint32_t)WITH_NORMALS)
+        shd_report_error(p->report, SHD_SCENE, "",
+                         "byte 8: the flags are %lu: there is 1, for normals",
+                         (unsigned long)p->flags);
+    else
+        return check_length(p, length);
+    return false;
+}
+
+static void check_finite(const plain *p, const char *key, const double *values, size_t count,
+                         size_t offset) {
+    enum { NAMED = 3 };
+    size_t wrong = 0;
+    char pointer[64];
+    for (size_t i = 0; i < count; i++) {
+        if (isfinite(values[i]) || ++wrong > NAMED) continue;
+        snprintf(pointer, sizeof pointer, "/%s/%zu", key, i);
+        shd_report_error(p->report, SHD_SCENE, pointer, "byte %zu: the number is not finite",
+                         offset + 4 * i);
+    }
+    snprintf(pointer, sizeof pointer, "/%s", key);
+    if (wrong > NAMED)
+        shd_report_error(p->report, SHD_SCENE, pointer, "%zu more numbers are not finite",
+                         wrong - NAMED);
+}
+
+/* The array is as a long one of JSON is: the tree has its index among the packs. */
+static bool put_array(plain *p, const char *key, double *values, size_t count) {
+    shd_packs *packs = &p->json->packs;
+    json_t *index = json_integer((json_int_t)packs->count);
+    packs->arrays[packs->count++] = (shd_numbers){values, count, 0, 0};
+    return !json_object_set_new(p->json->tree, key, index);
+}
+
+static bool put_floats(plain *p, const char *key, size_t offset) {
+    const size_t count = 3 * p->vertices;
+    double *values = shd_arena_alloc(p->arena, count, sizeof *values);
+    if (!values) return false;
+    for (size_t i = 0; i < count; i++) {
+        const uint32_t bits = word_at(p, offset + 4 * i);
+        float number;
+        memcpy(&number, &bits, sizeof number);
+        values[i] = (double)number;
+    }
+    check_finite(p, key, values, count, offset);
+    return put_array(p, key, values, count);
+}
+
+static bool put_indices(plain *p, size_t offset) {
+    double *values = shd_arena_alloc(p->arena, p->indices, sizeof *values);
+    for (size_t i = 0; values && i < p->indices; i++) values[i] = word_at(p, offset + 4 * i);
+    return values && put_array(p, "indices", values, p->indices);
+}
+
+/* What the reader of JSON would have made of it. */
+static bool read_plain(const void *data, size_t length, shd_arena *arena, shd_json *out,
+                       shd_report *report) {
+    shd_json json = {.packs = {.arrays = shd_arena_alloc(arena, 3, sizeof(shd_numbers))}};
+    plain p = {.bytes = data, .arena = arena, .report = report, .json = &json};
+    if (!read_head(&p, length)) return false;
+    shd_json_memory_watch();
+    json.tree = json_object();
+    const size_t floats = 12 * p.vertices;
+    size_t at = HEAD;
+    bool made = json.tree && json.packs.arrays && put_floats(&p, "positions", at);
+    at += floats;
+    if (p.flags & WITH_NORMALS) {
+        made = made && put_floats(&p, "normals", at);
+        at += floats;
+    }
+    if (p.indices) made = made && put_indices(&p, at);
+    if (!made)
+        shd_report_error(report, SHD_MEMORY, "", "there is not enough memory for the mesh");
+    else if (report->status == SHD_OK) {
+        *out = json;
+        return true;
+    }
+    json_decref(json.tree);
+    return false;
+}
+
+/* ---- Either form ---- */
+
+static void keep_value(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+    (void)r, (void)field;
+    *(const json_t **)out = node->value;
+}
+
+static const shd_mesh *read_members(shd_reader *r, const json_t *tree) {
+    static const shd_field fields[] = {
+        {.name = "positions", .read = keep_value, .offset = offsetof(shd_mesh_source, positions)},
+        {.name = "indices", .read = keep_value, .offset = offsetof(shd_mesh_source, indices)},
+        {.name = "normals", .read = keep_value, .offset = offsetof(shd_mesh_source, normals)},
+    };
+    const shd_node root = {.value = tree};
+    shd_mesh_source source = {NULL, NULL, NULL};
+    if (!shd_is_object(r, &root)) return NULL;
+    shd_read_fields(r, &root, fields, sizeof fields / sizeof fields[0], 0, "a mesh", &source);
+    if (!source.positions)
+        shd_node_fail(r->report, &root, SHD_SCENE, "the member \"positions\" is missing");
+    const shd_mesh *mesh = shd_make_mesh(r, &root, &source);
+    if (r->triangles > r->limits->triangles)
+        shd_node_fail(r->report, &root, SHD_LIMIT,
+                      "the mesh has %llu triangles; the limit `triangles` is %llu",
+                      (unsigned long long)r->triangles, (unsigned long long)r->limits->triangles);
+    return mesh;
+}
+
+shd_status shd_mesh_read(const void *data, size_t length, bool binary, const shd_limits *limits,
+                         const atomic_bool *cancelled, shd_arena *arena, const shd_mesh **out,
+                         shd_report *report) {
+    shd_json json;
+    if (!(binary ? read_plain(data, length, arena, &json, report)
+                 : shd_json_parse(data, length, limits->memory, cancelled, arena, &json, report)))
+        return report->status;
+    shd_reader r = {
+        .limits = limits, .cancelled = cancelled, .arena = arena, .json = &json, .report = report};
+    const shd_mesh *mesh = read_members(&r, json.tree);
+    shd_json_drop(&json, arena);
+    if (shd_is_cancelled(cancelled)) {
+        shd_report_init(report, arena);
+        shd_report_error(report, SHD_CANCELLED, "", "the reading was cancelled");
+    }
+    if (report->status == SHD_OK) *out = mesh;
+    return report->status;
+}

@@ -1,0 +1,27 @@
+/* A mesh with all that rays need of it, which does not depend on where the camera is: for meshes
+ * that are kept for many scenes. */
+#ifndef SHD_SIGHT_READY_H
+#define SHD_SIGHT_READY_H
+
+#include <stdatomic.h>
+
+#include "base/arena.h"
+#include "scene/scene.h"
+
+/* Made in an arena. */
+typedef struct shd_ready_mesh {
+    const shd_mesh *mesh;
+    shd_mesh_kept kept;
+} shd_ready_mesh;
+
+/* Builds the tree, as shd_sight_new would. SHD_MEMORY or SHD_CANCELLED. */
+shd_status shd_ready_mesh_make(const shd_mesh *mesh, const shd_digest *digest,
+                               const atomic_bool *cancelled, shd_arena *arena, shd_ready_mesh *out,
+                               shd_error *error);
+
+/* All of it as one block, and how many bytes that is. The mesh begins the block, and is aligned as
+ * the block, to 64 bytes. */
+size_t shd_ready_mesh_size(const shd_ready_mesh *ready);
+void shd_ready_mesh_copy(const shd_ready_mesh *ready, void *block);
+
+#endif
