@@ -96,7 +96,7 @@ class LogTest(unittest.TestCase):
                 self.assertTrue(request())
                 wait_until(lambda: select.select([log], [], [], 0)[0])
                 again = json.loads(log.readline())
-        self.assertIn(b"listening", begin)
+        self.assertIn(b"machine", begin)
         self.assertEqual((again["event"], again["level"]), ("log-lost", "warning"))
         self.assertGreater(again["lines"], 30)
 
