@@ -290,7 +290,7 @@ class HaproxyTest(Proxied):
             connection.close()
 
     def test_it_is_ready_while_a_replica_is(self):
-        daemon = Daemon("--threads", "1")
+        daemon = self.stack.enter_context(Daemon("--threads", "1"))
         self.haproxy([daemon])
         wait_until(lambda: self.told("/readyz")[0] == 200)
         status, metrics = self.told("/metrics")

@@ -19,7 +19,7 @@ import unittest
 from collections import Counter
 from pathlib import Path
 
-from e2e.daemon import JSON, SMALL, SOURCE, Daemon, run
+from e2e.daemon import JSON, SMALL, SOURCE, Daemon
 from e2e.daemon_test import ENDLESS, wait_until
 from e2e.http_test import post
 from e2e.slow_test import MANY_BYTES
@@ -261,10 +261,6 @@ def end(threads):
         thread.thread.join()
 
 
-def has_memory_option():
-    return "--memory " in run("--help")[1]
-
-
 class SiegeTest(unittest.TestCase):
     def ordinary(self, daemon, seconds):
         """All times of ten ordinary clients for so long; each of their requests is answered."""
@@ -299,8 +295,8 @@ class SiegeTest(unittest.TestCase):
                 attacker.join()
 
     def test_ordinary_clients_are_served_in_a_siege(self):
-        memory = ["--memory", f"{MEMORY}M"] if has_memory_option() else []
-        with Daemon(*memory, "--log-requests", "off", "--drain-time", "1") as daemon:
+        with Daemon("--memory", f"{MEMORY}M", "--log-requests", "off", "--drain-time",
+                    "1") as daemon:
             self.assertEqual(daemon.render(SMALL).status, 200)
             busy = os.getloadavg()[0]
             alone = self.ordinary(daemon, SECONDS / 4)
@@ -314,8 +310,7 @@ class SiegeTest(unittest.TestCase):
                   f"p99 {share(besieged, 0.99):.4f} max {max(besieged):.4f}; ratio {ratio:.1f}; "
                   f"healthz p99 {share(watch.times, 0.99):.4f} max {max(watch.times):.4f}; "
                   f"memory {watch.memory:.0f} MB", flush=True)
-            if memory:
-                self.assertLess(watch.memory, MEMORY)
+            self.assertLess(watch.memory, MEMORY)
             # It was a siege.
             self.assertGreater(attacks["Flooding"].get("200", 0), 0)
             for kind in ATTACKS:
