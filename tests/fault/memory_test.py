@@ -335,14 +335,14 @@ class DaemonTest(Case):
     def test_a_reload_without_memory_leaves_what_was(self):
         with Daemon("--threads", "1") as daemon:
             good = self.ask(daemon, "/v1/render", SCENE)
-            size = re.search(r"VmSize:\s+(\d+)", Path(f"/proc/{daemon.pid}/status").read_text())
-            usual = resource.prlimit(daemon.pid, resource.RLIMIT_AS)
-            resource.prlimit(daemon.pid, resource.RLIMIT_AS, (int(size[1]) * 1024, usual[1]))
+            size = re.search(r"VmData:\s+(\d+)", Path(f"/proc/{daemon.pid}/status").read_text())
+            usual = resource.prlimit(daemon.pid, resource.RLIMIT_DATA)
+            resource.prlimit(daemon.pid, resource.RLIMIT_DATA, (int(size[1]) * 1024, usual[1]))
             for _ in range(20):
                 event = self.reload(daemon)
                 self.assertEqual((event["event"], event["message"]),
                                  ("reload-failed", "out of memory"))
-            resource.prlimit(daemon.pid, resource.RLIMIT_AS, usual)
+            resource.prlimit(daemon.pid, resource.RLIMIT_DATA, usual)
             self.assertEqual(self.reload(daemon)["event"], "reloaded")
             self.assertEqual(self.ask(daemon, "/v1/render", SCENE), good)
 
