@@ -136,6 +136,18 @@ class Http(unittest.TestCase):
         total = self.explain(small)["milliseconds"]["total"]
         self.assertGreater(self.explain(huge)["milliseconds"]["total"], 10 * total)
 
+    def test_words_tell_the_estimates_of_the_rest(self):
+        told = self.explain(SCENE)
+        said = " ".join(told["words"])
+        cost = told["milliseconds"]
+        for text, value in ((r"Cost: about (\S+) ms", cost["total"]), (r"(\S+) to see", cost["visibility"]),
+                            (r"(\S+) to shade", cost["shade"]), (r"(\S+) to encode", cost["encode"])):
+            self.assertAlmostEqual(float(re.search(text, said)[1]) / value, 1, 1)
+        for tier in told["tiers"]:
+            if tier["tier"] != told["tier"]:
+                about = re.search(rf"Tier {tier['tier']} would take about (\S+) ms", said)
+                self.assertAlmostEqual(float(about[1]) / tier["milliseconds"]["total"], 1, 1)
+
     def test_estimates_know_what_is_seen(self):
         def visibility(**thing):
             told = self.explain({"objects": [thing], "image": {"samples": 16}})

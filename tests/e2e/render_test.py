@@ -243,6 +243,13 @@ class RenderTest(unittest.TestCase):
         count = int(answer.headers["Shaded-Saturated"])
         self.assertGreater(count, 0)
         self.assertGreaterEqual(self.daemon.metrics()["shaded_saturated_samples_total"], count)
+        # One channel of all that is seen; beyond halves, and beyond floats.
+        for red, output in ((1e30, scene["output"]), (1e39, {}), (1e39, {"bitDepth": 16})):
+            wall = {"type": "disc", "radius": 1000, "transform": {"rotate": [90, 0, 0]},
+                    "material": {"diffuse": 0, "emissive": [red, 0.5, 0]}}
+            answer = self.render({"objects": [wall], "output": output,
+                                  "image": {"width": 70, "height": 40, "samples": 1}})
+            self.assertEqual(answer.headers["Shaded-Saturated"], str(70 * 40))
 
     # ---- Many at once ----
 

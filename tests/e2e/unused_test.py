@@ -7,6 +7,7 @@ import re
 import subprocess
 import tempfile
 import unittest
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from daemon import BUILD, Daemon
@@ -15,17 +16,62 @@ SHADE = str(BUILD / "shade")
 PICTURE = {"width": 16, "height": 16, "samples": 1}
 SPHERE = {"image": PICTURE, "objects": [{"type": "sphere"}]}
 MESH = {"image": PICTURE, "objects": [{"type": "mesh", "positions": [-1, -1, 0, 1, -1, 0, 0, 1, 0]}]}
+LAMP = {"type": "point", "position": [2, 3, 4]}
+SPOT = {"type": "spot", "position": [2, 3, 4], "direction": [-2, -3, -4]}
 
-# Of each feature: a scene that uses it, and names that functions begin with that are for it alone.
+
+def of(**material):
+    return {"image": PICTURE, "objects": [{"type": "sphere", "material": material}]}
+
+
+def written(**output):
+    return {**SPHERE, "output": output}
+
+
+# Of each feature: a scene that uses it, and expressions of functions that are for it alone, as their
+# names begin. Each must be executed for that scene, and not for any of SIMPLE. Kernels that sum
+# lights are functions each: sum_POINTS CHANNELS LOBES, of positions in two parts, of one channel or
+# three, of no lobe, one or several.
 FEATURES = {
     "meshes": (MESH, ["shd_mesh_tree_new", "shd_mesh_view_make", "shd_find_mesh", "shd_place_mesh"]),
-    "faces": ({**SPHERE, "interpolation": "flat"}, ["shd_tessellate"]),
+    "faces": ({**SPHERE, "interpolation": "flat"}, ["shd_tessellate", "light_block"]),
+    "gouraud": ({**SPHERE, "interpolation": "gouraud"}, ["shd_tessellate", "light_block"]),
     "tori": ({"image": PICTURE, "objects": [{"type": "torus"}]}, ["shd_find_torus", "shd_place_torus"]),
     "shapes": ({"image": PICTURE, "objects": [{"type": "box"}]},
                ["shd_find_surfaces", "shd_place_surfaces"]),
-    "jpeg": ({**SPHERE, "output": {"format": "jpeg"}}, ["shd_encode_jpeg"]),
-    "webp": ({**SPHERE, "output": {"format": "webp"}}, ["shd_encode_webp"]),
+    "points of light": ({**SPHERE, "lights": [LAMP]}, ["read_position", "shd_least_distance"]),
+    "attenuation": ({**SPHERE, "lights": [{**LAMP, "attenuation": [0, 0, 1]}]},
+                    ["read_attenuation"]),
+    "spots": ({**SPHERE, "lights": [SPOT]}, ["shd_outside_cone", "shd_spot_error"]),
+    "colored lights": ({**SPHERE, "lights": [{**LAMP, "color": [1, 0.5, 0]}]}, ["sum_[01]3[012]"]),
+    "highlights": (of(specular=0.5), ["sum_[01][13]1", "shd_pack_lobe", "shd_lobe_sum",
+                                      "shd_shine_most"]),
+    "several highlights": (of(specular=0.5, lobes=[{"specular": 0.2, "shininess": 4}]),
+                           ["sum_[01][13]2", "read_lobes"]),
+    "ambient light": ({**SPHERE, "ambient": 0.2}, ["read_ambient"]),
+    "budgets": ({**SPHERE, "accuracy": {"maxError": 0.5}}, ["shd_plan_rank_tiers"]),
+    "the exact tier": ({**SPHERE, "accuracy": {"tier": "exact"}},
+                       ["shd_light_sums64", "shd_mix_exact", "sums64"]),
+    "many lights": ({**SPHERE, "accuracy": {"maxError": 0.5}, "lights": [
+        {**LAMP, "position": [i, 3, 4], "intensity": 10 ** -i} for i in range(12)]},
+                    ["find_room", "shd_plan_cull"]),
+    "several outputs": ({**SPHERE, "outputs": [{"name": "a"}, {"name": "b"}]},
+                        ["shd_read_outputs"]),
+    "16 bits": (written(bitDepth=16), ["shd_pack_u16"]),
+    "spaces": (written(colorSpace="YIQ"), ["read_output_space"]),
+    "layers": (written(format="exr", layers=["beauty", "normal", "light.0"]),
+               ["shd_encode_oiio", "store_data", "shd_oiio_load"]),
+    "exr": (written(format="exr"), ["shd_encode_oiio", "shd_oiio_load"]),
+    "tiff": (written(format="tiff"), ["shd_encode_oiio", "shd_oiio_load"]),
+    "hdr": (written(format="hdr"), ["shd_encode_oiio", "shd_oiio_load"]),
+    "jpeg": (written(format="jpeg"), ["shd_encode_jpeg"]),
+    "webp": (written(format="webp"), ["shd_encode_webp"]),
 }
+COMMANDS = {
+    "compare": ["shd_request_compare", "shd_delta_e_2000", "shd_film_measure"],
+    "explain": ["shd_request_explain", "shd_tell_bound"],
+}
+SIMPLE = {"a sphere": SPHERE, "a sphere without lights": {**SPHERE, "lights": []}}
 # None of these is loaded for pictures in PNG, JPEG or WebP.
 LIBRARIES = re.compile(r"embree|libtbb|OpenImageIO|OpenEXR|opencv", re.I)
 
@@ -36,29 +82,40 @@ class Unused(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = Path(folder.name)
 
-    def shade(self, scene, *before, **environment):
-        path = self.folder / "scene.json"
-        path.write_text(json.dumps(scene))
+    def shade(self, scene, *before, command="render", **environment):
+        folder = Path(tempfile.mkdtemp(dir=self.folder))
+        (folder / "scene.json").write_text(json.dumps(scene))
         suffix = scene.get("output", {}).get("format", "png")
-        subprocess.run([*before, SHADE, "render", str(path), "-o", str(self.folder / f"out.{suffix}")],
+        out = "" if "outputs" in scene or command != "render" else f"out.{suffix}"
+        to = f"{folder}/out/" if "outputs" in scene else str(folder / (out or "out.json"))
+        subprocess.run([*before, SHADE, command, str(folder / "scene.json"), "-o", to],
                        check=True, capture_output=True, env={**os.environ, **environment})
+        return folder
 
-    def executed(self, scene):
+    def executed(self, scene, command="render"):
         """The names of all functions of which an instruction was executed."""
-        counts = self.folder / "counts"
-        self.shade(scene, "valgrind", "--tool=callgrind", f"--callgrind-out-file={counts}")
-        return set(re.findall(r"^c?fn=\(\d+\) (\S+)", counts.read_text(errors="replace"), re.M))
+        counts = tempfile.mktemp(dir=self.folder)
+        self.shade(scene, "valgrind", "--tool=callgrind", f"--callgrind-out-file={counts}",
+                   command=command)
+        text = Path(counts).read_text(errors="replace")
+        return set(re.findall(r"^c?fn=\(\d+\) (\S+)", text, re.M))
 
     def test_no_instruction_of_unused_features_is_executed(self):
-        alone = self.executed(SPHERE)
-        self.assertTrue(any(name.startswith("shd_show_ball") for name in alone), "it sees a sphere")
-        for feature, (scene, starts) in FEATURES.items():
-            used = self.executed(scene)
+        with ThreadPoolExecutor(2) as workers:
+            alone = {name: workers.submit(self.executed, scene) for name, scene in SIMPLE.items()}
+            uses = {name: workers.submit(self.executed, scene)
+                    for name, (scene, _) in FEATURES.items()}
+            uses |= {name: workers.submit(self.executed, SPHERE, name) for name in COMMANDS}
+        functions = {**{name: starts for name, (_, starts) in FEATURES.items()}, **COMMANDS}
+        self.assertTrue(any(name.startswith("shd_show_ball") for name in alone["a sphere"].result()),
+                        "it sees a sphere")
+        for feature, starts in functions.items():
             for start in starts:
                 with self.subTest(feature=feature, function=start):
-                    self.assertFalse([name for name in alone if name.startswith(start)])
-                    self.assertTrue([name for name in used if name.startswith(start)])
-
+                    # A name that is nowhere any more would prove nothing.
+                    self.assertTrue([n for n in uses[feature].result() if re.match(start, n)])
+                    for simple in alone.values():
+                        self.assertEqual([n for n in simple.result() if re.match(start, n)], [])
     def test_no_library_of_unused_features_is_loaded(self):
         def loaded(scene):
             for old in self.folder.glob("loaded*"):

@@ -107,13 +107,20 @@ def lights_in_planes():
             at = [turned(rotate, v) for v in ([0.7, height, 2.6], [-2.9, height, 0.4])]
             at = [[a + b for a, b in zip(v, move)] for v in at]
             aim = turned(rotate, [1, 0, 0.05])
-            yield f"light_in_plane_of_{name}_{k}", scene(
-                {**item, "material": glossy, "transform": {"rotate": rotate, "translate": move}},
-                lights=[{"type": "point", "position": at[0], "attenuation": [0.2, 0, 0.3]},
-                        {"type": "spot", "position": at[1], "direction": aim, "angle": 60,
-                         "penumbra": 0.7},
-                        {"type": "directional", "direction": turned(rotate, [0.3, 0, -1])},
-                        {**LAMP, "intensity": 0.1}])
+            placed = {**item, "transform": {"rotate": rotate, "translate": move}}
+            lights = [{"type": "point", "position": at[0], "attenuation": [0.2, 0, 0.3]},
+                      {"type": "spot", "position": at[1], "direction": aim, "angle": 60,
+                       "penumbra": 0.7},
+                      {"type": "directional", "direction": turned(rotate, [0.3, 0, -1])},
+                      {**LAMP, "intensity": 0.1}]
+            yield f"light_in_plane_of_{name}_{k}", scene({**placed, "material": glossy},
+                                                         lights=lights)
+            # Beyond what vectors hold: one point and one light at a time.
+            huge = [{**light, "intensity": 1e31 * light.get("intensity", 1)} for light in lights]
+            dull = {"diffuse": 3e-32, "specular": 7e-32, "shininess": 3}
+            yield f"huge_light_in_plane_of_{name}_{k}", scene(
+                {**placed, "material": dull},
+                lights=huge)
 
 
 def by_hand():

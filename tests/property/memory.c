@@ -113,6 +113,28 @@ static void every_cap_gives_a_picture_or_says_memory(void **state) {
     shd_engine_drop(engine);
 }
 
+/* Any of them is one. */
+static void a_channel_by_itself_is_estimated_alike(void **state) {
+    (void)state;
+    static const char *const channels[] = {"R", "G", "B"};
+    uint64_t estimate[3], all = 0;
+    shd_engine *engine = new_engine(1);
+    for (int c = 0; c < 4; c++) {
+        char json[500];
+        snprintf(json, sizeof json, "{\"objects\": [], \"output\": {\"bitDepth\": 16%s%s%s}}",
+                 c < 3 ? ", \"channel\": \"" : "", c < 3 ? channels[c] : "", c < 3 ? "\"" : "");
+        shd_request *request = NULL;
+        shd_error error;
+        assert_int_equal(shd_request_new(engine, &request, &error), SHD_OK);
+        assert_int_equal(shd_request_read(request, json, strlen(json), SHD_PNG), SHD_OK);
+        *(c < 3 ? &estimate[c] : &all) = shd_estimate_memory(request->scene);
+        shd_request_drop(request);
+    }
+    shd_engine_drop(engine);
+    assert_true(estimate[0] == estimate[1] && estimate[1] == estimate[2]);
+    assert_int_equal(all - estimate[0], (uint64_t)512 * 512 * 2 * sizeof(uint16_t));
+}
+
 /* What is refused before any work would not have fitted; and of a large picture little is left for
  * the cap to find out. The rest is one more copy of the pixels in most encoders, and tiles. */
 static void the_estimate_is_below_what_is_taken(void **state) {
@@ -451,6 +473,7 @@ static void used_memory_gives_the_pictures_of_new_memory(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_cap_gives_a_picture_or_says_memory),
+        cmocka_unit_test(a_channel_by_itself_is_estimated_alike),
         cmocka_unit_test(the_estimate_is_below_what_is_taken),
         cmocka_unit_test(what_threads_work_in_is_known_before),
         cmocka_unit_test(threads_without_memory_are_refused_before_rendering),

@@ -13,6 +13,7 @@
 #include <cmocka.h>
 
 #include "color/color.h"
+#include "color/text.h"
 
 extern const unsigned char shd_embedded_ocio[];
 extern const unsigned long shd_embedded_ocio_size;
@@ -203,10 +204,34 @@ static void a_copy_of_the_own_configuration_is_accepted(void **state) {
     remove(path_of("copy"));
 }
 
+static void text_is_utf_8_without_controls(void **state) {
+    (void)state;
+    static const char *const texts[] =
+        {"",         "plain\ttext\r\n", "\xc3\xa4", "\xe2\x82\xac 5", "\xf0\x9f\x8e\xa8",
+         "\xc2\x80", "\xf4\x8f\xbf\xbf"},
+                             *const others[] = {"\x01",
+                                                "\x7f",
+                                                "\x80",
+                                                "\xc3",
+                                                "\xc3(",
+                                                "\xe2\x82",
+                                                "\xe2(\xac",
+                                                "\xc0\xaf",
+                                                "\xe0\x80\xaf",
+                                                "\xed\xa0\x80",
+                                                "\xf4\x90\x80\x80",
+                                                "\xf8\x88\x80\x80\x80"};
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++)
+        if (!shd_color_is_text(texts[i])) fail_msg("%s is none", texts[i]);
+    for (size_t i = 0; i < sizeof others / sizeof *others; i++)
+        if (shd_color_is_text(others[i])) fail_msg("%zu is one", i);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(files_that_are_none_are_refused),
         cmocka_unit_test(garbage_is_refused),
+        cmocka_unit_test(text_is_utf_8_without_controls),
         cmocka_unit_test(missing_pieces_are_named),
         cmocka_unit_test(circles_are_found_before_they_are_followed),
         cmocka_unit_test(files_of_a_configuration_are_looked_at_first),

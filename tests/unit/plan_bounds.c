@@ -13,6 +13,7 @@
 #include "color/delta_e.h"
 #include "plan/cost.h"
 #include "plan/parts.h"
+#include "plan/pieces.h"
 #include "render/shown.h"
 
 static double uniform(uint64_t *random, double low, double high) {
@@ -118,6 +119,15 @@ static void curves_are_their_own_inverses(void **state) {
             double back = shd_curve_decode((shd_transfer)t, shd_curve_encode((shd_transfer)t, x));
             assert_true(fabs(back - x) < 1e-6); /* sRGB's two parts meet to 1e-8 */
         }
+}
+
+/* A dot product of unit vectors may be more than 1. */
+static void angles_of_rounded_cosines_are_angles(void **state) {
+    (void)state;
+    for (int sign = -1; sign <= 1; sign += 2) {
+        const shd_angle angle = shd_angle_of(sign * (1 + 0x1p-50));
+        assert_true(angle.cosine == sign && angle.sine == 0);
+    }
 }
 
 static void bounds_are_printed_rounded_up_within_their_budget(void **state) {
@@ -427,6 +437,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(ciede2000_is_at_most_the_measure),
         cmocka_unit_test(curves_are_their_own_inverses),
+        cmocka_unit_test(angles_of_rounded_cosines_are_angles),
         cmocka_unit_test(bounds_are_printed_rounded_up_within_their_budget),
         cmocka_unit_test(outputs_are_known_by_their_curves),
         cmocka_unit_test(budgets_choose_what_is_cheapest),
