@@ -57,7 +57,7 @@ double shd_plan_size(const shd_plan *plan, const shd_plan_object *object,
 static bool splits_positions(const shd_plan *plan) {
     size_t pairs = 0;
     for (size_t j = 0; j < plan->light_count; j++)
-        if (plan->lights[j].steep) return true;
+        if (plan->lights[j].steep || shd_has_hard_rim(&plan->lights[j])) return true;
     for (size_t i = 0; i < plan->scene->object_count; i++) {
         if (shd_is_cancelled(plan->cancelled)) return true;
         const shd_plan_object *object = &plan->objects[i];

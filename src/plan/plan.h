@@ -34,6 +34,12 @@ typedef struct shd_plan_light {
     bool steep; /* too steep for f32: a narrow fade, a high exponent, or one below 1 */
 } shd_plan_light;
 
+/* Whether its cone ends without a penumbra: light jumps there, so that f32 may not decide on which
+ * side a point is. */
+static inline bool shd_has_hard_rim(const shd_plan_light *light) {
+    return light->spot && !(light->outer > light->inner);
+}
+
 /* A plane of flat faces that a light is in, or near to. */
 typedef struct shd_sheet {
     shd_vec3 normal, point; /* unit; world frame */
@@ -124,7 +130,7 @@ typedef struct shd_plan {
     shd_vec3 origin;
     double scale;
     /* Whether a position needs more than f32's 24 bits in that frame: some light is near an
-     * object, or some light or lobe is so steep that it is done in f64. */
+     * object, some light or lobe is so steep that it is done in f64, or a cone has a hard rim. */
     bool split_positions;
     /* What a sum of lights may leave out of a component of value I, in the working space:
      * drop_tolerance + drop_relative I. 0 and 0: all lights count. */

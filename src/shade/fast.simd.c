@@ -61,18 +61,20 @@ SHD_INLINE shd_vf weigh_lobe(const shd_packed_lobe *lobe, const shd_vf path[3], 
     return shd_vf_mul_in(in, power, f);
 }
 
-/* The spot's factor: 0 outside of its cone, and there lanes leave `lit`. */
+/* The spot's factor: 0 outside of its cone, and there lanes leave `lit`. So do those so close to a
+ * rim without penumbra that f32 cannot tell its sides: they are set in `rim`. */
 SHD_INLINE shd_vf weigh_spot(const shd_packed_light *light, const shd_vf path[3], shd_vf r,
-                             shd_mf *lit) {
+                             shd_mf *lit, shd_mf *rim) {
     shd_vf chord[3];
 #pragma GCC unroll 3
     for (int c = 0; c < 3; c++) chord[c] = shd_vf_fma(path[c], r, shd_vf_set(light->axis[c]));
     const shd_vf half = shd_vf_set(0.5f), inner = shd_vf_set(light->inner);
     shd_vf q = dot(chord, chord) * half; /* 1 - cos t */
-    shd_mf out = shd_vf_gt(q, shd_vf_set(light->outer));
-    *lit = shd_mf_and(*lit, shd_mf_not(out));
+    shd_vf within = shd_vf_set(light->outer) - q;
+    *rim = shd_mf_and(*lit, shd_vf_gt(shd_vf_set(light->rim), shd_vf_max(within, -within)));
+    *lit = shd_mf_and(*lit, shd_mf_not(shd_mf_or(*rim, shd_vf_gt(q, shd_vf_set(light->outer)))));
     if (!shd_mf_any(*lit)) return q;
-    shd_vf fade = (shd_vf_set(light->outer) - q) * shd_vf_set(light->inverse_fade);
+    shd_vf fade = within * shd_vf_set(light->inverse_fade);
     shd_vf smooth = fade * fade * shd_vf_fma(shd_vf_set(-2), fade, shd_vf_set(3));
     shd_vf factor = shd_vf_select(shd_vf_gt(q, inner), smooth, shd_vf_set(1));
     if (!(light->exponent > 0)) return factor;
@@ -147,7 +149,13 @@ SHD_INLINE void add_light(const shd_sums_job *job, uint32_t index, shd_light_kin
         return;
     }
     if (kind == SHD_KIND_SPOT) {
-        shd_vf spot = weigh_spot(light, path, r, &lit);
+        shd_mf rim;
+        shd_vf spot = weigh_spot(light, path, r, &lit, &rim);
+        if (__builtin_expect(shd_mf_any(rim), 0)) {
+            sums copy = *s;
+            add_wide(job, index, first, first_lobe, lobe_count, shd_mf_bits(rim), is, &copy);
+            *s = copy;
+        }
         if (!shd_mf_any(lit)) return;
         f *= spot;
     }

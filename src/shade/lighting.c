@@ -35,6 +35,10 @@ static bool fits_f32(const shd_packed_light *light, const shd_plan_light *from) 
     return from->directional || (light->least < 1e12f && reach < 1e12f);
 }
 
+/* A hard rim's lanes in f64: 1 - cos t is off by sqrt(2 (1 - cos t)) times what directions are off
+ * by in f32, less than 1e-6 (plan/error.h), and by its own rounding. */
+static const double RIM = 4e-6;
+
 shd_packed_light shd_pack_light(const shd_plan *plan, const shd_plan_light *light) {
     shd_packed_light out = {.group = (uint32_t)(light->index / SHD_LIGHT_GROUP)};
     const double s = plan->scale;
@@ -62,6 +66,7 @@ shd_packed_light shd_pack_light(const shd_plan *plan, const shd_plan_light *ligh
     out.inner = (float)light->inner;
     out.inverse_fade = light->outer > light->inner ? (float)(1 / (light->outer - light->inner)) : 0;
     out.exponent = (float)light->exponent;
+    if (shd_has_hard_rim(light)) out.rim = (float)(RIM * sqrt(light->outer));
     out.kind = kind_of(light);
     if (!fits_f32(&out, light)) out.kind = SHD_KIND_WIDE;
     return out;

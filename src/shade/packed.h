@@ -25,6 +25,7 @@ typedef struct shd_packed_light {
     float low[3];                               /* what rounding took from `at` */
     float outer, inner, inverse_fade, exponent; /* as shd_plan_light; 1/(outer - inner) or 0 */
     float axis[3];
+    float rim; /* 1 - cos t this near to `outer` is told from it in f64; 0 with a penumbra */
 } shd_packed_light;
 
 /* A plane of flat faces that the light is in or near to: there N.(light - p) is `height`, turned as

@@ -148,6 +148,23 @@ class ClosedForms(unittest.TestCase):
                       (n, n), {**FRONT, "height": 4})
         self.near(rgb[..., 0], np.where(rho <= far, n_l, 0))
 
+    def test_a_rim_without_penumbra_parts_pixels_that_are_next_to_it(self):
+        # a cone through the centre of a pixel, widened or narrowed by a part in 1e11
+        n, height = 64, 0.9
+        x, y = np.meshgrid(pixel_centres(n, 2), pixel_centres(n, 2))
+        away = np.hypot(x, y)
+        for at in (40, 45), (50, 33), (35, 60), (41, 44), (62, 34):
+            for side in 1e-11, -1e-11:
+                angle = math.atan2(away[at] * (1 + side), height)
+                expected = np.where(away < away[at] * (1 + side),
+                                    np.cos(np.arctan2(away, height)), 0)
+                for tier, tolerance in (("exact", EXACT), ("standard", STANDARD)):
+                    rgb = picture(wall(diffuse=1),
+                                  [{"type": "spot", "position": [0, 0, height], "penumbra": 0,
+                                    "direction": [0, 0, -1], "angle": math.degrees(angle)}],
+                                  (n, n), tier=tier)
+                    self.near(rgb[..., 1], expected, tolerance)
+
     def test_spot_fades_by_a_smoothstep_of_the_cosine(self):
         n, height, angle, penumbra, exponent = 81, 3.0, math.radians(30), 0.4, 7
         x, y = np.meshgrid(pixel_centres(n, 4), pixel_centres(n, 4))
