@@ -28,11 +28,12 @@ static int ask_to_go_on(int percent, const WebPPicture *picture) {
     return image->go_on(image->context);
 }
 
-/* What libwebp takes beside: the picture as it sees it, and for each of its pixels what it
- * compares, which was measured. */
+/* What libwebp takes beside: the picture as it sees it, and what it compares. The most that version
+ * 1.2.4 was seen to take, of noise at any effort, is 21 bytes a pixel of opaque lossy pictures, and
+ * 55 where a plane or all of it is lossless; smooth pictures take 2 and 26. */
 static size_t working_bytes(const shd_image *image, bool lossless) {
     const size_t pixels = (size_t)image->width * (size_t)image->height;
-    return pixels * (lossless ? 32 : 4) + (1 << 20);
+    return pixels * (lossless || image->alpha ? 56 : 24) + (1 << 20);
 }
 
 uint64_t shd_webp_scratch(const shd_image *image, bool samples) {

@@ -169,6 +169,8 @@ static void tell_why(const shd_jobs *jobs, const shd_waiter *waiter) {
     else if (waiter->sent == SHD_SENT_CROWD)
         shd_problem_later(reply, SHD_BUSY, waiter->retry_after,
                           "too many connections wait for answers, and this client has most");
+    else if (waiter->sent == SHD_SENT_NO_MEMORY)
+        shd_problem_reply(reply, SHD_NO_MEMORY, "no memory for a place in the queue");
     else
         shd_problem_reply(reply, SHD_DRAINING,
                           "the server stops and the time for requests to finish is over");
@@ -260,36 +262,38 @@ static void take_large(void *context) {
     pthread_mutex_unlock(&jobs->mutex);
 }
 
-/* A job's place, as the client's, and a ticket. False: there is none. */
-static bool queue_up(shd_jobs *jobs, shd_job *job, shd_lane lane, const char *client, bool is_rest,
-                     leftovers *left) {
+/* A job's place, as the client's, and a ticket. Returns why there is none. */
+static enum shd_sent queue_up(shd_jobs *jobs, shd_job *job, shd_lane lane, const char *client,
+                              bool is_rest, leftovers *left) {
     void *displaced;
-    if (!shd_queue_enter(jobs->queue, &job->turn, job, lane, client, job->cost, is_rest,
-                         &displaced))
-        return false;
+    const shd_entry entry =
+        shd_queue_enter(jobs->queue, &job->turn, job, lane, client, job->cost, is_rest, &displaced);
+    if (entry != SHD_ENTRY_WAITS)
+        return entry == SHD_ENTRY_FULL ? SHD_SENT_FULL : SHD_SENT_NO_MEMORY;
     if (displaced) send_all_away(jobs, displaced, SHD_SENT_DISPLACED, left);
     ticket *given = &jobs->tickets[lane];
     if (lane == SHD_LANE_LARGE)
         shd_engine_defer(jobs->engine, take_large, given);
     else if (!shd_engine_submit(jobs->engine, take_new, given)) {
         shd_queue_leave(jobs->queue, &job->turn);
-        return false;
+        return SHD_SENT_FULL;
     }
-    return true;
+    return SHD_SENT_NOT;
 }
 
-static bool join_crowd(shd_jobs *jobs, shd_waiter *waiter, leftovers *left) {
+static enum shd_sent join_crowd(shd_jobs *jobs, shd_waiter *waiter, leftovers *left) {
     void *displaced;
-    if (!shd_queue_enter(jobs->crowd, &waiter->turn, waiter, SHD_LANE_NEW, waiter->client, 1, false,
-                         &displaced))
-        return false;
-    if (!displaced) return true;
+    const shd_entry entry = shd_queue_enter(jobs->crowd, &waiter->turn, waiter, SHD_LANE_NEW,
+                                            waiter->client, 1, false, &displaced);
+    if (entry != SHD_ENTRY_WAITS)
+        return entry == SHD_ENTRY_FULL ? SHD_SENT_CROWD : SHD_SENT_NO_MEMORY;
+    if (!displaced) return SHD_SENT_NOT;
     shd_waiter *newest = displaced;
     shd_job *job = newest->job;
     wait_no_more(jobs, newest);
     abandon(jobs, job, left);
     send_away(newest, SHD_SENT_CROWD, retry_after(jobs, newest->client, SHD_LANE_NEW, 0), left);
-    return true;
+    return SHD_SENT_NOT;
 }
 
 static void join_job(shd_jobs *jobs, shd_waiter *waiter, shd_job *job) {
@@ -314,13 +318,15 @@ static bool find_work(shd_jobs *jobs, shd_job *job, shd_waiter *waiter, shd_lane
         send_away(waiter, SHD_SENT_NOT, 0, left);
     } else if (equal) {
         join_job(jobs, waiter, equal);
-    } else if (queue_up(jobs, job, lane, waiter->client, false, left)) {
-        attach(jobs, waiter, job);
-        if (shared) shd_equals_list_body(jobs->equals, job);
-        return true;
     } else {
+        const enum shd_sent why = queue_up(jobs, job, lane, waiter->client, false, left);
+        if (why == SHD_SENT_NOT) {
+            attach(jobs, waiter, job);
+            if (shared) shd_equals_list_body(jobs->equals, job);
+            return true;
+        }
         shd_queue_leave(jobs->crowd, &waiter->turn);
-        send_away(waiter, SHD_SENT_FULL, retry_after(jobs, waiter->client, lane, job->cost), left);
+        send_away(waiter, why, retry_after(jobs, waiter->client, lane, job->cost), left);
     }
     return false;
 }
@@ -329,11 +335,11 @@ bool shd_jobs_enter(shd_jobs *jobs, shd_job *job, shd_lane lane, shd_waiter *wai
     leftovers left = {NULL, NULL};
     bool waits = false;
     pthread_mutex_lock(&jobs->mutex);
-    if (join_crowd(jobs, waiter, &left))
+    const enum shd_sent why = join_crowd(jobs, waiter, &left);
+    if (why == SHD_SENT_NOT)
         waits = find_work(jobs, job, waiter, lane, &left);
     else
-        send_away(waiter, SHD_SENT_CROWD, retry_after(jobs, waiter->client, SHD_LANE_NEW, 0),
-                  &left);
+        send_away(waiter, why, retry_after(jobs, waiter->client, SHD_LANE_NEW, 0), &left);
     pthread_mutex_unlock(&jobs->mutex);
     clear_up(jobs, &left);
     return waits;
@@ -404,10 +410,12 @@ bool shd_jobs_defer(shd_jobs *jobs, shd_job *job) {
     pthread_mutex_lock(&jobs->mutex);
     jobs->running -= job->cost;
     if (job->waiters) {
-        waits = queue_up(jobs, job, SHD_LANE_LARGE, job->waiters->client, true, &left);
+        const enum shd_sent why =
+            queue_up(jobs, job, SHD_LANE_LARGE, job->waiters->client, true, &left);
+        waits = why == SHD_SENT_NOT;
         for (shd_waiter *w = job->waiters->other; waits && w; w = w->other)
             shd_queue_share(jobs->queue, &job->turn, w->client);
-        if (!waits) send_all_away(jobs, job, SHD_SENT_FULL, &left);
+        if (!waits) send_all_away(jobs, job, why, &left);
     }
     pthread_mutex_unlock(&jobs->mutex);
     clear_up(jobs, &left);

@@ -49,6 +49,7 @@ typedef struct shd_waiter {
         SHD_SENT_FULL,
         SHD_SENT_DISPLACED,
         SHD_SENT_CROWD,
+        SHD_SENT_NO_MEMORY,
         SHD_SENT_STOPPED
     } sent;
     unsigned retry_after;

@@ -164,18 +164,18 @@ static bool find_place(shd_queue *queue, const party *asking, shd_lane lane, dou
     return true;
 }
 
-bool shd_queue_enter(shd_queue *queue, shd_turn *turn, void *owner, shd_lane lane,
-                     const char *client, double cost, bool is_rest, void **displaced) {
+shd_entry shd_queue_enter(shd_queue *queue, shd_turn *turn, void *owner, shd_lane lane,
+                          const char *client, double cost, bool is_rest, void **displaced) {
     *displaced = NULL;
     party *p = find_or_add_party(queue, client);
-    if (!p) return false;
+    if (!p) return SHD_ENTRY_NO_MEMORY;
     if (!find_place(queue, p, lane, cost, is_rest, displaced)) {
         drop_if_empty(queue, p);
-        return false;
+        return SHD_ENTRY_FULL;
     }
     *turn = (shd_turn){.owner = owner, .cost = cost, .tag = tag_for(queue, p, lane, cost)};
     append(queue, &p->lanes[lane], turn);
-    return true;
+    return SHD_ENTRY_WAITS;
 }
 
 /* ---- Turns that come ---- */

@@ -38,11 +38,13 @@ typedef struct shd_turn {
 shd_status shd_queue_new(size_t places, shd_queue **out, shd_error *error);
 void shd_queue_drop(shd_queue *queue); /* nobody waits in it; NULL is fine */
 
-/* The owner waits from now on, as `client`'s. *displaced is who has to give way, whom the caller
- * takes out, or NULL. False: there is no place. `is_rest`: it has had a place, and was taken, so
+typedef enum shd_entry { SHD_ENTRY_WAITS, SHD_ENTRY_FULL, SHD_ENTRY_NO_MEMORY } shd_entry;
+
+/* The owner waits from now on, as `client`'s, where it has found a place. *displaced is who has to
+ * give way, whom the caller takes out, or NULL. `is_rest`: it has had a place, and was taken, so
  * that it finds one among the large ones even where there are as many together as may be. */
-bool shd_queue_enter(shd_queue *queue, shd_turn *turn, void *owner, shd_lane lane,
-                     const char *client, double cost, bool is_rest, void **displaced);
+shd_entry shd_queue_enter(shd_queue *queue, shd_turn *turn, void *owner, shd_lane lane,
+                          const char *client, double cost, bool is_rest, void **displaced);
 
 /* The owner that is next in this lane, which does not wait any more; NULL where nobody does. */
 void *shd_queue_take(shd_queue *queue, shd_lane lane);

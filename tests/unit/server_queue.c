@@ -40,7 +40,10 @@ static item *enter(table *t, const char *client, shd_lane lane, double cost, ite
     snprintf(it->client, sizeof it->client, "%s", client);
     it->cost = cost;
     if (displaced) *displaced = NULL;
-    if (!shd_queue_enter(t->queue, &it->turn, it, lane, client, cost, false, &other)) return NULL;
+    const shd_entry entry =
+        shd_queue_enter(t->queue, &it->turn, it, lane, client, cost, false, &other);
+    if (entry == SHD_ENTRY_FULL) return NULL;
+    assert_int_equal(entry, SHD_ENTRY_WAITS);
     if (other) {
         assert_non_null(displaced);
         *displaced = other;
@@ -171,7 +174,9 @@ static void rests_find_a_place_beyond_the_total(void **state) {
     void *displaced;
     for (int i = 0; i < 4; i++) put(&t, "a", 1);
     shd_turn rest = {.owner = NULL};
-    assert_true(shd_queue_enter(t.queue, &rest, &rest, SHD_LANE_LARGE, "a", 9, true, &displaced));
+    assert_int_equal(
+        shd_queue_enter(t.queue, &rest, &rest, SHD_LANE_LARGE, "a", 9, true, &displaced),
+        SHD_ENTRY_WAITS);
     assert_null(displaced);
     assert_true(shd_turn_waits(&rest));
     clear(&t);
