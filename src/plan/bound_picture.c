@@ -126,7 +126,7 @@ bool shd_picture_errors_new(const shd_plan *plan, const shd_excess_list *list,
     shd_picture_errors *e = shd_arena_zalloc(arena, 1, sizeof *e);
     if (!e) return false;
     e->error = error;
-    e->share = list->color + shd_edge_error(plan);
+    e->share = list->color;
     e->more = list->more;
     e->noise = shd_curve_noise(shown->screen_curve);
     set_screen(list, shown, e);

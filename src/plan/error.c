@@ -28,16 +28,14 @@ double shd_color_error(const shd_plan *plan, shd_tier tier) {
             roundings++;
             break;
         }
-    if (scene->raster.samples > 1) roundings++;
+    const int samples = scene->raster.samples;
+    if (samples > 1) {
+        const double groups = (double)plan->group_count,
+                     parts = groups < samples ? groups : samples;
+        const bool even = (samples & (samples - 1)) == 0; /* shares are not rounded */
+        roundings += 1 + parts + 2 + (even ? 0 : 2 * parts);
+    }
     return roundings * U32;
-}
-
-double shd_edge_error(const shd_plan *plan) {
-    const int samples = plan->scene->raster.samples;
-    if (samples == 1) return 0;
-    const double groups = (double)plan->group_count, parts = groups < samples ? groups : samples;
-    const bool even = (samples & (samples - 1)) == 0; /* shares are not rounded */
-    return (parts + 2 + (even ? 0 : 2 * parts)) * U32;
 }
 
 /* Of the standard tier: lobes beyond, which fall to nothing within 60 degrees, have polynomials. */

@@ -37,12 +37,9 @@ typedef struct shd_path_error {
 const shd_path_error *shd_path_error_of(shd_tier tier, shd_path path);
 
 /* Relative, of a color: sums of up to four lights in f32 and products with the material, or f64's
- * sum as f32; then what lies between vertices, and the mean of a pixel's samples. */
+ * sum as f32; then what lies between vertices, and the mean of a pixel's samples, and the sum of
+ * its parts where it sees several materials, or the background as well. */
 double shd_color_error(const struct shd_plan *plan, shd_tier tier);
-
-/* The same of a pixel that sees several materials, or the background as well: of the sum of its
- * parts, beside that of each. */
-double shd_edge_error(const struct shd_plan *plan);
 
 /* Below this part of its top a lobe's errors count as they are, and above in proportion to it. */
 static const double SHD_LOBE_FOOT = 1e-3;

@@ -33,8 +33,8 @@ typedef struct source {
 typedef struct finding {
     const shd_plan *plan;
     shd_tier tier;
-    double color, edges;    /* relative errors of rounding, and of edges; at a piece those of */
-    double ratio, distance; /* highlights, and of what depends on distances */
+    double color;           /* relative error of rounding; at a piece those */
+    double ratio, distance; /* of highlights, and of what depends on distances */
     shd_excess_list *list;
     shd_influences *influences; /* or NULL */
     shd_hues hues;
@@ -357,7 +357,7 @@ static void add_piece(finding *f, const shd_plan_object *object, const shd_piece
     for (int c = 0; c < 3; c++) {
         const double error = sum.absolute[c] + sum.limited[c];
         sum.main[c] = !fresh ? to->main[c] : total > 0 && isfinite(total) ? error / total : 0;
-        worst = shd_larger(worst, error + (f->color + f->edges) * sum.most[c]);
+        worst = shd_larger(worst, error + f->color * sum.most[c]);
     }
     f->list->misplaced = shd_larger(f->list->misplaced, misplaced_of(f));
     part_errors(f, &sum);
@@ -401,7 +401,7 @@ static bool add_objects(finding *f, shd_arena *arena) {
         for (int c = 0; c < 3; c++) {
             const double most = fabs(scene->background[c]);
             f->list->most[c] = most;
-            f->list->worst = shd_larger(f->list->worst, (f->color + f->edges) * most);
+            f->list->worst = shd_larger(f->list->worst, f->color * most);
         }
     }
     size_t pairs = 0;
@@ -433,7 +433,6 @@ bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_
     finding f = {.plan = plan,
                  .tier = tier,
                  .color = shd_color_error(plan, tier),
-                 .edges = shd_edge_error(plan),
                  .list = out,
                  .influences = influences,
                  .sources = shd_arena_alloc(arena, plan->light_count, sizeof(source)),
