@@ -317,9 +317,8 @@ static shd_config_result read_flags(int argc, char **argv, const char *values[OP
     flags[OPTION_COUNT + 1] = (struct option){"help", no_argument, NULL, FLAG_HELP};
     flags[OPTION_COUNT + 2] = (struct option){"version", no_argument, NULL, FLAG_VERSION};
 
-    opterr = 0; /* the messages are our own */
     for (;;) {
-        int flag = getopt_long(argc, argv, ":", flags, NULL);
+        int flag = getopt_long(argc, argv, ":", flags, NULL); /* ":": the messages are our own */
         if (flag == -1) break;
         if (flag == FLAG_HELP) return SHD_CONFIG_HELP;
         if (flag == FLAG_VERSION) return SHD_CONFIG_VERSION;

@@ -123,6 +123,20 @@ def lights_in_planes():
                 lights=huge)
 
 
+def beyond_vectors():
+    """Lights that kernels leave to the reference."""
+    # In the plane of one of two parallel faces; the other one is lit.
+    yield "huge_light_above_a_parallel_face", scene(
+        {"type": "disc", "transform": {"translate": [1, 0.5, 0]}, "material": {"diffuse": 3e-32}},
+        {"type": "plane", "transform": {"translate": [0, -0.7, 0]}, "material": {"diffuse": 3e-32}},
+        lights=[{"type": "point", "position": [-1, 0.5, 1], "intensity": 1e31}])
+    yield "least_distance_without_a_square", {
+        "image": dict(SIZE), "camera": {"position": [0, 0.001, 0.005]}, "ambient": 0.1,
+        "objects": [{"type": "sphere", "radius": 0.001}],
+        "lights": [{"type": "point", "position": [0.003, 0.002, 0.005], "attenuation": [0, 0, 1],
+                    "minDistance": 1e152, "intensity": 1e304}]}
+
+
 def by_hand():
     yield from lights_in_planes()
     yield "smallest", {"image": dict(SIZE), "objects": [{"type": "sphere"}]}

@@ -26,6 +26,7 @@ SEED = int(os.environ.get("SHADED_SEED", "1975"))
 
 def scenes():
     yield from reference_scenes.by_hand()
+    yield from reference_scenes.beyond_vectors()
     for i in range(RANDOM_SCENES):
         yield f"seed_{SEED + i}", reference_scenes.by_seed(SEED + i)
 

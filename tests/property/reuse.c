@@ -132,6 +132,29 @@ static void lists_of_lights_are_told_apart(void **state) {
 }
 
 /* More pictures than fit: the cap holds, the latest stay. */
+/* What is kept are sums of all lights together. */
+static void planes_of_single_lights_are_not_kept(void **state) {
+    (void)state;
+    static const char *const layers[] = {"diffuse", "light.0", "light.1"};
+    shd_engine *keeps = engine_that_keeps((size_t)64 << 20), *forgets = engine_that_keeps(0);
+    for (int i = 0; i < 6; i++) {
+        char *json = text_of("{\"image\": {\"width\": 64, \"height\": 48}, \"lights\": [{\"type\": "
+                             "\"point\"}, {\"type\": \"directional\", \"color\": [1, 0.5, 0]}], "
+                             "\"objects\": [{\"type\": \"sphere\"}], \"output\": {\"format\": "
+                             "\"exr\", \"layers\": [\"beauty\", \"%s\"]}}",
+                             layers[i % 3]);
+        shd_reused reused;
+        file a = render(keeps, json, &reused), b = render(forgets, json, &(shd_reused){0});
+        assert_true(same_file(a, b));
+        assert_int_equal(reused, SHD_REUSED_NOTHING);
+        free(a.data);
+        free(b.data);
+        free(json);
+    }
+    shd_engine_drop(keeps);
+    shd_engine_drop(forgets);
+}
+
 static void the_cap_holds(void **state) {
     (void)state;
     const size_t cap = (size_t)6 << 20;
@@ -232,6 +255,7 @@ int main(void) {
         cmocka_unit_test(pictures_are_the_same_and_work_is_saved),
         cmocka_unit_test(colors_of_any_size_keep_the_light),
         cmocka_unit_test(lists_of_lights_are_told_apart),
+        cmocka_unit_test(planes_of_single_lights_are_not_kept),
         cmocka_unit_test(the_cap_holds),
         cmocka_unit_test(what_is_too_large_is_not_kept),
         cmocka_unit_test(threads_share_records),

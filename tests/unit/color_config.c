@@ -1,5 +1,6 @@
 /* An operator's configuration that is wrong stops the start with a reason; it never hangs or
  * crashes. */
+#include <errno.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -8,11 +9,13 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <cmocka.h>
 
 #include "color/color.h"
+#include "color/file.h"
 #include "color/text.h"
 
 extern const unsigned char shd_embedded_ocio[];
@@ -28,6 +31,17 @@ static int make_folder(void **state) {
 static int drop_folder(void **state) {
     (void)state;
     return rmdir(folder);
+}
+
+/* Stands before the C library's: the next reads fail with these, up to a 0. */
+static int failures[4];
+
+ssize_t read(int file, void *to, size_t size) {
+    const int failure = failures[0];
+    if (!failure) return syscall(SYS_read, file, to, size);
+    memmove(failures, failures + 1, sizeof failures - sizeof failures[0]);
+    errno = failure;
+    return -1;
 }
 
 static const char *path_of(const char *name) {
@@ -204,6 +218,24 @@ static void a_copy_of_the_own_configuration_is_accepted(void **state) {
     remove(path_of("copy"));
 }
 
+static void interrupted_reads_go_on_and_others_are_told(void **state) {
+    (void)state;
+    char *data = NULL;
+    size_t size = 0;
+    shd_error error = {0};
+    write_file("read", "abc", 3);
+    failures[0] = failures[1] = EINTR;
+    assert_int_equal(shd_color_read_file(path_of("read"), 3, &data, &size, &error), SHD_OK);
+    assert_int_equal(size, 3);
+    assert_memory_equal(data, "abc", 3);
+    assert_int_equal(failures[0], 0);
+    free(data);
+    failures[0] = EIO;
+    assert_int_equal(shd_color_read_file(path_of("read"), 3, &data, &size, &error), SHD_CONFIG);
+    assert_string_equal(error.text, strerror(EIO));
+    remove(path_of("read"));
+}
+
 static void text_is_utf_8_without_controls(void **state) {
     (void)state;
     static const char *const texts[] =
@@ -231,6 +263,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(files_that_are_none_are_refused),
         cmocka_unit_test(garbage_is_refused),
+        cmocka_unit_test(interrupted_reads_go_on_and_others_are_told),
         cmocka_unit_test(text_is_utf_8_without_controls),
         cmocka_unit_test(missing_pieces_are_named),
         cmocka_unit_test(circles_are_found_before_they_are_followed),

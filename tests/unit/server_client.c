@@ -88,8 +88,9 @@ static void named_proxies_are_believed_and_nobody_before_them(void **state) {
     assert_client("127.0.0.1", "10.0.0.1,10.0.0.2", proxies, "10.0.0.1");
 }
 
-static void entries_may_have_ports_and_quotes(void **state) {
+static void entries_may_have_ports_quotes_and_blanks(void **state) {
     (void)state;
+    assert_client("10.0.0.1", "\t198.51.100.1 \t,10.0.0.1 ", "10.0.0.1", "198.51.100.1");
     assert_client("10.0.0.1", "198.51.100.1:4711", "10.0.0.1", "198.51.100.1");
     assert_client("10.0.0.1", " \"[2001:db9:1:2::3]:80\" ", "10.0.0.1", "2001:db9:1:2::/64");
     assert_client("10.0.0.1", "2001:db9:1:2::3", "10.0.0.1", "2001:db9:1:2::/64");
@@ -147,7 +148,7 @@ int main(void) {
         cmocka_unit_test(connections_tell_their_own_address),
         cmocka_unit_test(what_unnamed_peers_forward_is_not_believed),
         cmocka_unit_test(named_proxies_are_believed_and_nobody_before_them),
-        cmocka_unit_test(entries_may_have_ports_and_quotes),
+        cmocka_unit_test(entries_may_have_ports_quotes_and_blanks),
         cmocka_unit_test(networks_end_where_their_bits_do),
         cmocka_unit_test(what_is_no_network_is_an_error),
         cmocka_unit_test(tokens_are_told_by_a_hash),
