@@ -139,7 +139,7 @@ static void resume(void *who) {
 const shd_departure shd_exchange_departure = {.leave = leave_job, .release = resume};
 
 static void answer(shd_waiter *waiter) {
-    shd_exchange_resume((shd_exchange *)((char *)waiter - offsetof(shd_exchange, waiter)));
+    shd_exchange_resume((shd_exchange *)(void *)((char *)waiter - offsetof(shd_exchange, waiter)));
 }
 
 void shd_job_submit(shd_exchange *exchange, const shd_work *work) {
