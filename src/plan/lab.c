@@ -82,13 +82,18 @@ static double stretch_of(const shd_range f[3], double moved) {
     return 1.5 - 0.5 * sqrt(seventh / (seventh + 6103515625.0));
 }
 
+/* What rounding makes of CIEDE2000 itself, in f64: L, a and b are differences of numbers up to 1
+ * times up to 500, and hues of up to 2 pi are taken from each other and multiplied with the chroma.
+ */
+static const double FORMULA = 1e-12;
+
 double shd_lab_length(const shd_lab_difference *d, const shd_range f[3], double enough) {
     const double l = d->l, b = d->b;
     double a = 1.5 * d->a, length = sqrt(l * l + a * a + b * b);
     if (length <= enough) return length;
     const double weight = least_lightness_weight(f[1]);
     a = stretch_of(f, sqrt(a * a + b * b)) * d->a;
-    return sqrt(l * l / (weight * weight) + a * a + b * b);
+    return length > 0 ? sqrt(l * l / (weight * weight) + a * a + b * b) + FORMULA : 0;
 }
 
 /* At most t times the slope of f between colors that are a move apart, for any t up to `most`: in
