@@ -356,8 +356,11 @@ class StopTest(unittest.TestCase):
             def started():
                 nonlocal files
                 self.assertIsNone(process.poll())
-                files = {fd: os.readlink(f"/proc/{process.pid}/fd/{fd}")
-                         for fd in os.listdir(f"/proc/{process.pid}/fd")}
+                folder = f"/proc/{process.pid}/fd"
+                try:
+                    files = {fd: os.readlink(f"{folder}/{fd}") for fd in os.listdir(folder)}
+                except FileNotFoundError:  # one was closed between the two calls
+                    return False
                 return any(name.startswith("socket:") for name in files.values())
 
             wait_until(started)
