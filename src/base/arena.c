@@ -19,7 +19,7 @@ typedef struct block {
 _Static_assert(sizeof(block) <= ALIGNMENT, "a block's header fits into one alignment unit");
 
 /* How long others are waited for that give way, seconds. */
-static const double patience = 2;
+static const double patience = 5;
 
 struct shd_arena {
     size_t cap, taken, borrowed, peak;

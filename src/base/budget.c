@@ -66,8 +66,8 @@ static size_t shortage(const shd_budget *budget, size_t bytes) {
 }
 
 /* Asks those that give way, without the mutex meanwhile; one after the other until enough is free
- * or, for who can wait, promised. Returns whether any of them gave or will give anything. */
-static bool ask_for(shd_budget *budget, size_t bytes, bool waits) {
+ * or, for who can wait, promised. */
+static void ask_for(shd_budget *budget, size_t bytes, bool waits) {
     size_t promised = 0;
     for (size_t i = 0; i < SHD_RANKS && !fits(budget, bytes); i++) {
         if (!budget->ranks[i].give_way) continue;
@@ -78,7 +78,6 @@ static bool ask_for(shd_budget *budget, size_t bytes, bool waits) {
                                               waits ? missing - promised : missing);
         pthread_mutex_lock(&budget->mutex);
     }
-    return promised;
 }
 
 /* ---- ---- */
@@ -94,15 +93,18 @@ bool shd_budget_try(shd_budget *budget, size_t bytes) {
 bool shd_budget_wait(shd_budget *budget, size_t bytes, double seconds) {
     if (!budget) return true;
     const double until = shd_now() + seconds;
-    const struct timespec end = shd_timespec(until);
     pthread_mutex_lock(&budget->mutex);
-    bool taken = take_free(budget, bytes), more = true;
     const bool possible = bytes <= most(budget);
-    while (!taken && possible && more) {
-        more = ask_for(budget, bytes, seconds > 0);
+    bool taken = take_free(budget, bytes);
+    while (!taken && possible) {
+        ask_for(budget, bytes, seconds > 0);
         taken = take_free(budget, bytes);
-        if (taken || !more || shd_now() >= until) break;
-        pthread_cond_timedwait(&budget->given, &budget->mutex, &end);
+        const double now = shd_now();
+        if (taken || now >= until) break;
+        /* Where nobody gives way others may end; and what was promised may turn out to be somebody
+         * else's, too, so that nothing is given: then others are asked. */
+        const struct timespec again = shd_timespec(now + 0.05 < until ? now + 0.05 : until);
+        pthread_cond_timedwait(&budget->given, &budget->mutex, &again);
         taken = take_free(budget, bytes);
     }
     budget->load.refused += !taken;

@@ -34,6 +34,10 @@ enum { TARGET_MOST = 8000, PARAMETERS_MOST = 250 };
 /* Bytes of a body that there is always room for. */
 enum { SMALL_BODY = 64 << 10 };
 
+/* Bodies up to this size are read whatever memory is left: what gives way to them may take a
+ * moment, for which this thread cannot wait as workers do. */
+enum { TINY_BODY = 16 << 10 };
+
 /* What the head says about itself and its body. */
 typedef struct head {
     shd_exchange *exchange;
@@ -422,6 +426,10 @@ static bool may_grow(shd_exchange *exchange, size_t capacity) {
     const uint64_t all = atomic_fetch_add(&server->body_bytes, more) + more;
     const bool few =
         capacity <= SMALL_BODY || all / server->places <= exchange->settings->config.body;
+    if (few && capacity <= TINY_BODY) {
+        shd_budget_count(server->budget, more);
+        return true;
+    }
     if (few && shd_budget_take(server->budget, more)) return true;
     atomic_fetch_sub(&server->body_bytes, more);
     if (few) {

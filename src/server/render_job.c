@@ -11,7 +11,7 @@
 #include "problem.h"
 
 /* How long others are waited for that give way to an answer, seconds. */
-static const double patience = 2;
+static const double patience = 5;
 
 /* ---- multipart/form-data (RFC 7578) ---- */
 

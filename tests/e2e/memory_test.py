@@ -84,7 +84,8 @@ class Ordinary:
         while not self.over.is_set():
             n = len(self.answers)
             scene = {**SMALL, "camera": {"fov": 30 + n / 64 % 60}}
-            self.answers.append(self.daemon.render(scene).status)
+            answer = self.daemon.render(scene)
+            self.answers.append(200 if answer.status == 200 else answer.body)
 
     def __enter__(self):
         self.thread.start()
