@@ -4,7 +4,7 @@ import { after, before, test } from "node:test";
 
 import { Daemon } from "./daemon.mjs";
 import { fc, holds } from "./packages.mjs";
-import { sceneArbitrary } from "./scenes.mjs";
+import { keepMesh, sceneArbitrary } from "./scenes.mjs";
 
 // One renders everything anew, one has what earlier requests left.
 let daemon, keeping, scenes;
@@ -13,6 +13,7 @@ before(async () => {
     daemon = await Daemon.start("--response-cache", "0", "--reuse", "0");
     keeping = await Daemon.start();
     scenes = await sceneArbitrary(daemon);
+    await keepMesh(keeping);
 });
 after(async () => {
     await daemon.stop();

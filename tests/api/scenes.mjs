@@ -5,6 +5,15 @@ import { fc } from "./packages.mjs";
 import { schema } from "./contract.mjs";
 import { Values } from "./values.mjs";
 
+// Has the daemon know the mesh that random scenes name, and returns its digest.
+export async function keepMesh(daemon) {
+    const mesh = Buffer.from('{"positions": [0,0,0, 1,0,0, 0,1,0]}');
+    const digest = createHash("sha256").update(mesh).digest("hex");
+    await daemon.ask({ method: "PUT", path: `/v1/meshes/${digest}`, body: mesh,
+                       headers: { "Content-Type": "application/json" } });
+    return digest;
+}
+
 // What the schema leaves open and the reader knows: names, and numbers that fit together. From the
 // schema alone come scenes of which almost all are refused.
 async function hints(daemon) {
@@ -15,10 +24,7 @@ async function hints(daemon) {
     const linear = named(spaces.filter(entry => entry.sceneLinear));
     const number = fc.integer({ min: -8, max: 8 }).map(step => step / 4);
     const triangle = fc.array(number, { minLength: 9, maxLength: 9 });
-    const mesh = Buffer.from('{"positions": [0,0,0, 1,0,0, 0,1,0]}');
-    const digest = createHash("sha256").update(mesh).digest("hex");
-    await daemon.ask({ method: "PUT", path: `/v1/meshes/${digest}`, body: mesh,
-                       headers: { "Content-Type": "application/json" } });
+    const digest = await keepMesh(daemon);
     const side = fc.integer({ min: 3, max: 24 });
     return {
         names: {

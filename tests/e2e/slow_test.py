@@ -114,7 +114,10 @@ class TimeTest(unittest.TestCase):
                 connection.sendall(post(body=json.dumps(MANY_BYTES).encode()))
 
                 def read_a_little():
-                    self.assertTrue(connection.recv(1000))
+                    try:
+                        connection.recv(1000)  # nothing, once the daemon has closed it
+                    except ConnectionResetError:
+                        pass
                     return ended(daemon, "time") == 1
 
                 wait_until(read_a_little)
