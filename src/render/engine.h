@@ -9,7 +9,7 @@
 #include "base/spares.h"
 #include "color/color.h"
 #include "plan/plan.h"
-#include "render/reuse.h"
+#include "render/tiles/reuse.h"
 #include "scene/scene.h"
 #include "shaded.h"
 #include "sight/sight.h"

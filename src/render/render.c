@@ -1,10 +1,10 @@
 /* The story: a scene becomes pictures. */
 #include "base/clock.h"
 #include "render/engine.h"
-#include "render/film.h"
-#include "render/keep.h"
-#include "render/output.h"
-#include "render/shown.h"
+#include "render/show/output.h"
+#include "render/show/shown.h"
+#include "render/tiles/film.h"
+#include "render/tiles/keep.h"
 
 static shd_status render(shd_request *request, const shd_render_options *options,
                          shd_error *error) {

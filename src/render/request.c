@@ -9,9 +9,9 @@
 #include "image/image.h"
 #include "plan/cost.h"
 #include "render/engine.h"
-#include "render/estimate.h"
-#include "render/output.h"
-#include "render/tile.h"
+#include "render/show/output.h"
+#include "render/tell/estimate.h"
+#include "render/tiles/tile.h"
 
 shd_status shd_request_new(shd_engine *engine, shd_request **out, shd_error *error) {
     shd_request *request = calloc(1, sizeof *request);

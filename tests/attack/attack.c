@@ -20,9 +20,9 @@
 #include "attack/model.h"
 #include "attack/scenes.h"
 #include "render/engine.h"
-#include "render/film.h"
-#include "render/measure.h"
-#include "render/shown.h"
+#include "render/show/shown.h"
+#include "render/tell/measure.h"
+#include "render/tiles/film.h"
 #include "sight/sight.h"
 
 static const char EXACTLY[] = "\"tier\": \"exact\"";

@@ -1,5 +1,5 @@
 """What `shade explain` estimates beside what is measured, in milliseconds of one core: python3
-tests/bench/costs.py, where `./dev bench` has built the programs. src/render/cost.c has its
+tests/bench/costs.py, where `./dev bench` has built the programs. src/render/tell/cost.c has its
 constants from here."""
 
 import itertools

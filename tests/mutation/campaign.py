@@ -104,14 +104,15 @@ def say(*words):
 
 def choose(count):
     """`count` mutants, spread over the rooms by their shares and over each room's files evenly."""
-    texts = {p: p.read_text() for p in sorted((SOURCE / "src").glob("*/*.[ch]"))}
+    texts = {p: p.read_text() for p in sorted((SOURCE / "src").rglob("*.[ch]"))}
     margins = points.margins_of(texts.values())
     chosen = []
     for room, share in ROOMS.items():
         queues = []
         for path, text in texts.items():
-            if path.parent.name == room:
-                found = points.mutants_of(f"{room}/{path.name}", text, margins)
+            file = path.relative_to(SOURCE / "src")
+            if file.parts[0] == room:
+                found = points.mutants_of(file.as_posix(), text, margins)
                 queues.append(sorted(found, key=lambda m: m.rank))
         wanted, depth = round(count * share / sum(ROOMS.values())), 0
         taken = []
@@ -139,8 +140,8 @@ def write_sources(mutants):
     by_file = {}
     for mutant in mutants:
         by_file.setdefault(mutant.file, []).append(mutant)
-    for path in sorted((SOURCE / "src").glob("*/*.[ch]")):
-        file = f"{path.parent.name}/{path.name}"
+    for path in sorted((SOURCE / "src").rglob("*.[ch]")):
+        file = path.relative_to(SOURCE / "src").as_posix()
         text = points.rewritten(path.read_text(), by_file.get(file, []))
         target = COPY / "src" / file
         if not target.exists() or target.read_text() != text:
@@ -156,7 +157,7 @@ def drop_those_that_do_not_compile(mutants):
                              check=False)
         if out.returncode == 0:
             return mutants
-        bad = set(re.findall(r"/src/(\w+/[\w.]+):(\d+):\d+: error", out.stdout))
+        bad = set(re.findall(r"/src/([\w/]+/[\w.]+):(\d+):\d+: error", out.stdout))
         bad = {(file, int(line)) for file, line in bad}
         kept = [m for m in mutants if not any((m.file, line) in bad
                                               for line in range(m.lines[0], m.lines[1] + 1))]

@@ -1,6 +1,6 @@
 /* Error bounds are upper bounds, in scenes of every kind, and not far above what is measured. */
 #include "property/pieces.h"
-#include "render/measure.h"
+#include "render/tell/measure.h"
 #include "shade/exact.h"
 
 static const char *const shapes[] = {"sphere", "box",  "cylinder", "cone",

@@ -1,7 +1,7 @@
 /* Measuring films: any number of threads gives the same figures, the memory's cap holds for the
  * comparison as a whole, and cancelling ends it. */
 #include "property/pieces.h"
-#include "render/measure.h"
+#include "render/tell/measure.h"
 
 static char *scene(int width, int height, const char *more) {
     return text_of("{\"image\": {\"width\": %d, \"height\": %d, \"samples\": 1}, \"objects\": "

@@ -19,8 +19,8 @@
 #include <cmocka.h>
 
 #include "render/engine.h"
-#include "render/film.h"
-#include "render/shown.h"
+#include "render/show/shown.h"
+#include "render/tiles/film.h"
 #include "shade/lighting.h"
 
 /* Says by how much a bound is missed; with SHADED_MEASURE set, what every figure is. */

@@ -1,10 +1,10 @@
 /* A request's memory has a cap: under it a picture, over it an answer that says so, and between
  * them nothing else. */
 #include "property/pieces.h"
-#include "render/estimate.h"
-#include "render/film.h"
-#include "render/shown.h"
-#include "render/tile.h"
+#include "render/show/shown.h"
+#include "render/tell/estimate.h"
+#include "render/tiles/film.h"
+#include "render/tiles/tile.h"
 
 /* What is asked of arenas, in their alignment: the linker puts these before the library's own. */
 static uint64_t asked;

@@ -1,7 +1,7 @@
 /* What the plan leaves out adds nothing: lights of a picture, of an object and of a patch of its
  * surface, weighed here by the equations themselves. */
 #include "property/pieces.h"
-#include "render/shown.h"
+#include "render/show/shown.h"
 
 static const char *const shapes[] = {"sphere", "box",  "cylinder", "cone",
                                      "torus",  "disc", "plane",    "mesh"};

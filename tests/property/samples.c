@@ -1,7 +1,7 @@
 /* What a pixel's samples are: all of them in every tier, so that no edge of light, however thin or
  * however well another light hides it, is missed by a bound or a budget. */
 #include "property/pieces.h"
-#include "render/measure.h"
+#include "render/tell/measure.h"
 
 /* ---- Pictures and how far they are from the exact tier's. ---- */
 

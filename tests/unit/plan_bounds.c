@@ -14,7 +14,7 @@
 #include "plan/cost.h"
 #include "plan/parts.h"
 #include "plan/pieces.h"
-#include "render/shown.h"
+#include "render/show/shown.h"
 
 static double uniform(uint64_t *random, double low, double high) {
     *random = *random * 6364136223846793005u + 1442695040888963407u;

@@ -1,0 +1,34 @@
+/* From the film to a file: an output's colors, its layers, its bytes. */
+#ifndef SHD_RENDER_SHOW_OUTPUT_H
+#define SHD_RENDER_SHOW_OUTPUT_H
+
+#include "image/image.h"
+#include "render/tiles/film.h"
+
+/* Makes picture `index` of the request from the film. Call in order: the last picture is made in
+ * the film's own pixels. Adds to the request's times and saturated count. */
+shd_status shd_output_make(shd_request *request, const shd_film *film, size_t index,
+                           shd_error *error);
+
+/* Before the film is rendered: where the request's only output takes its codes from it at once,
+ * makes the film's samples. SHD_MEMORY. */
+shd_status shd_output_prepare(shd_request *request, shd_film *film, shd_error *error);
+
+/* The most bytes of the request's arena that making any one of its pictures takes, but for its file
+ * and what depends on the pixels' values. What was prepared is not counted. */
+shd_status shd_output_size(shd_request *request, const shd_film *film, uint64_t *out,
+                           shd_error *error);
+
+/* From the working space to the output's own. */
+shd_status shd_output_transform(const shd_request *request, const shd_output *output,
+                                const shd_color_transform **out, shd_error *error);
+
+/* How integers hold the channels. */
+shd_packing shd_output_packing(shd_channels channels);
+
+/* Whether pixels are laid over black before the colors: where the format holds no alpha, and alpha
+ * is not what is asked for. */
+bool shd_output_is_flat(const shd_scene *scene, const shd_output *output);
+void shd_output_flatten(float *rgba, size_t pixels);
+
+#endif

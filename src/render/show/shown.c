@@ -1,0 +1,106 @@
+#include "render/show/shown.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "render/tell/measure.h"
+
+/* The matrix of a transform that is a curve of a matrix: its columns are differences from a grey,
+ * which keeps every channel in the curve's range. */
+static void find_matrix(const shd_color_transform *transform, shd_transfer curve,
+                        double matrix[3][3]) {
+    enum { GREY, COLUMNS };
+    const float base = 0.25f, step = 0.125f;
+    float pixels[4 * (COLUMNS + 3)];
+    for (int i = 0; i < COLUMNS + 3; i++) {
+        for (int c = 0; c < 3; c++) pixels[4 * i + c] = i == COLUMNS + c ? base + step : base;
+        pixels[4 * i + 3] = 1;
+    }
+    shd_color_apply(transform, pixels, COLUMNS + 3);
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 3; c++) {
+            double moved = shd_curve_decode(curve, (double)pixels[4 * (COLUMNS + c) + r]);
+            double still = shd_curve_decode(curve, (double)pixels[4 * GREY + r]);
+            double value = (moved - still) / (double)step;
+            /* A channel that another does not touch differs by rounding alone. */
+            matrix[r][c] = fabs(value) < 2e-5 ? 0 : value;
+        }
+}
+
+/* Whether the transform is the curve of the matrix at colors in and around [0,1], dark ones and
+ * saturated ones among them. Beyond 0 and 1 codes are held, so that only the side counts. */
+static bool is_curve_of_matrix(const shd_color_transform *transform, shd_transfer curve,
+                               double matrix[3][3]) {
+    static const float values[] = {0, 1e-4f, 0.002f, 0.02f, 0.1f, 0.35f, 0.7f, 1, 1.7f};
+    enum { VALUES = sizeof values / sizeof values[0], PROBES = 4 * VALUES };
+    float in[PROBES][4], out[PROBES][4];
+    for (int i = 0; i < PROBES; i++) {
+        for (int c = 0; c < 3; c++) in[i][c] = values[(i + c * (i / VALUES) * 2) % VALUES];
+        in[i][3] = 1;
+    }
+    memcpy(out, in, sizeof out);
+    shd_color_apply(transform, out[0], PROBES);
+    for (int i = 0; i < PROBES; i++)
+        for (int r = 0; r < 3; r++) {
+            double linear = 0;
+            for (int c = 0; c < 3; c++) linear += matrix[r][c] * (double)in[i][c];
+            double wanted = shd_curve_encode(curve, linear), got = (double)out[i][r];
+            if (wanted > 1 - 1e-3 && got > 1 - 2e-3) continue;
+            if (wanted < 1e-3 && got < 2e-3) continue;
+            if (!(fabs(wanted - got) < 1e-4)) return false;
+        }
+    return true;
+}
+
+static bool find_curve(const shd_color_transform *transform, shd_transfer *curve,
+                       double matrix[3][3]) {
+    const shd_color_info *info = shd_color_describe(transform);
+    if (info->channels != SHD_RGB || info->transfer == SHD_TRANSFER_UNKNOWN) return false;
+    *curve = info->transfer;
+    find_matrix(transform, *curve, matrix);
+    return is_curve_of_matrix(transform, *curve, matrix);
+}
+
+shd_shown shd_shown_of(const shd_showing *showing) {
+    shd_shown out = {.coded = false};
+    out.coded = find_curve(showing->transform, &out.curve, out.matrix);
+    shd_transfer curve = out.curve;
+    if (showing->detour) {
+        out.seen = find_curve(showing->detour, &curve, out.screen);
+    } else {
+        out.seen = out.coded;
+        memcpy(out.screen, out.matrix, sizeof out.screen);
+    }
+    out.seen = out.seen && curve == showing->lab.transfer;
+    out.screen_curve = curve;
+    memcpy(out.to_xyz, showing->lab.to_xyz, sizeof out.to_xyz);
+    return out;
+}
+
+static shd_status find_shown(const shd_request *request, const shd_output *output, shd_shown *out,
+                             shd_error *error) {
+    shd_showing showing;
+    shd_status status = shd_showing_make(request, output, &showing, error);
+    if (status == SHD_OK) *out = shd_shown_of(&showing);
+    return status;
+}
+
+shd_status shd_shown_make(const shd_request *request, const shd_scene *scene, const shd_shown **out,
+                          shd_error *error) {
+    shd_shown *shown = shd_arena_alloc(request->arena, scene->output_count, sizeof *shown);
+    if (!shown) return shd_fail(error, SHD_MEMORY, "/outputs", "the limit `memory` is reached");
+    for (size_t i = 0; i < scene->output_count; i++) {
+        shd_status status = find_shown(request, &scene->outputs[i], &shown[i], error);
+        if (status != SHD_OK) return status;
+    }
+    *out = shown;
+    return SHD_OK;
+}
+
+shd_status shd_request_plan_make(shd_request *request, const shd_scene *scene, shd_error *error) {
+    const shd_shown *shown = NULL;
+    shd_status status = shd_shown_make(request, scene, &shown, error);
+    if (status != SHD_OK) return status;
+    return shd_plan_make_shown(scene, request->engine->isa, shown, &request->cancelled,
+                               request->arena, &request->plan, error);
+}

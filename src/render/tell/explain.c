@@ -1,0 +1,327 @@
+/* The plan as JSON: what is used, what is left out and why, the bounds, the costs. */
+#include "render/tell/explain.h"
+#include "base/json_memory.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static json_t *maybe_text(const char *text) {
+    return text ? json_string(text) : json_null();
+}
+
+static json_t *maybe_number(double value) {
+    return isfinite(value) ? json_real(value) : json_null();
+}
+
+json_t *shd_tell_bound(const shd_bound *bound) {
+    return json_pack("{so so so}", "linear", maybe_number(bound->linear), "code",
+                     maybe_number(bound->code), "deltaE2000", maybe_number(bound->delta_e));
+}
+
+/* With what it counts, and why it is not known where it is not. */
+static json_t *tell_bounds(const shd_plan *plan) {
+    const shd_bound *bound = &plan->bound;
+    const struct {
+        double value;
+        const char *unit, *against, *why;
+    } metrics[] = {
+        {bound->linear, plan->scene->working_space->name, "model", SHD_NO_LINEAR_BOUND},
+        {bound->code, "8-bit codes", "exact", "an output's colors are no curve of a matrix"},
+        {bound->delta_e, "CIEDE2000", "exact", "an output's colors are no curve of a matrix"}};
+    json_t *all = json_object();
+    for (size_t i = 0; i < 3; i++) {
+        const bool known = isfinite(metrics[i].value);
+        json_object_set_new(all, shd_metric_names[i],
+                            json_pack("{so ss ss so}", "most", maybe_number(metrics[i].value),
+                                      "unit", metrics[i].unit, "against", metrics[i].against, "why",
+                                      maybe_text(known ? NULL : metrics[i].why)));
+    }
+    return all;
+}
+
+const char *shd_drop_reason(unsigned drops) {
+    static const struct {
+        unsigned bit;
+        const char *text;
+    } reasons[] = {{SHD_DROP_AMBIENT, "it is part of the ambient term"},
+                   {SHD_DROP_BLACK, "its color is black"},
+                   {SHD_DROP_BUDGET, "what it adds is under the budget"},
+                   {SHD_DROP_BEHIND, "it is behind all that is seen"},
+                   {SHD_DROP_CONE, "its cone misses the objects"},
+                   {SHD_DROP_UNLIT, "no object reflects its color"}};
+    for (size_t i = 0; i < sizeof reasons / sizeof reasons[0]; i++)
+        if (drops & reasons[i].bit) return reasons[i].text;
+    return NULL;
+}
+
+/* ---- Terms. ---- */
+
+static json_t *tell_term(const char *name, bool used, const char *why) {
+    return json_pack("{ss sb so}", "term", name, "used", used, "why",
+                     maybe_text(used ? NULL : why));
+}
+
+static json_t *tell_terms(const shd_plan *plan) {
+    bool emission = false, ambient = false, diffuse = false, specular = false;
+    for (size_t i = 0; i < plan->scene->object_count; i++) {
+        const shd_plan_object *object = &plan->objects[i];
+        const shd_plan_material *material = &plan->materials[object->material];
+        emission |= material->has_emissive;
+        ambient |= material->has_ambient;
+        diffuse |= material->has_diffuse && object->light_count;
+        specular |= material->lobe_count && object->light_count;
+    }
+    bool attenuation = false, spots = false;
+    for (size_t j = 0; j < plan->light_count; j++) {
+        attenuation |= plan->lights[j].attenuated;
+        spots |= plan->lights[j].spot;
+    }
+    json_t *list = json_array();
+    json_array_append_new(list, tell_term("emission", emission, "no material emits light"));
+    json_array_append_new(
+        list, tell_term("ambient", ambient, "there is no ambient light, or nothing reflects it"));
+    json_array_append_new(
+        list, tell_term("diffuse", diffuse, "no light reaches an object that is diffuse"));
+    json_array_append_new(
+        list, tell_term("specular", specular, "no light reaches an object that is specular"));
+    json_array_append_new(
+        list, tell_term("attenuation", attenuation, "every light is as bright at any distance"));
+    json_array_append_new(list, tell_term("spots", spots, "no light that is used has a cone"));
+    return list;
+}
+
+/* ---- Lights, materials, objects. ---- */
+
+static json_t *tell_lights(const shd_plan *plan) {
+    const shd_scene *scene = plan->scene;
+    json_t *list = json_array();
+    for (size_t i = 0; i < scene->light_count; i++) {
+        if (shd_is_cancelled_at(plan->cancelled, i)) break;
+        uint32_t at;
+        bool used = shd_plan_find_light(plan, i, &at);
+        json_array_append_new(list,
+                              json_pack("{sI ss sb so}", "light", (json_int_t)i, "type",
+                                        shd_light_names[scene->lights[i].type], "used", used, "why",
+                                        maybe_text(used ? NULL : shd_drop_reason(plan->drops[i]))));
+    }
+    return json_pack("{sI sI so}", "given", (json_int_t)scene->light_count, "used",
+                     (json_int_t)plan->light_count, "list", list);
+}
+
+static json_t *tell_objects(const shd_plan *plan) {
+    const shd_scene *scene = plan->scene;
+    json_t *list = json_array();
+    for (size_t i = 0; i < scene->object_count; i++) {
+        if (shd_is_cancelled_at(plan->cancelled, i)) break;
+        const shd_plan_object *object = &plan->objects[i];
+        json_array_append_new(
+            list, json_pack("{ss ss sI sI}", "type", shd_shape_name(scene->objects[i].shape),
+                            "material", scene->materials[scene->objects[i].material].name, "group",
+                            (json_int_t)object->group, "lights", (json_int_t)object->light_count));
+    }
+    return json_pack("{sI sI so}", "given", (json_int_t)scene->object_count, "groups",
+                     (json_int_t)plan->group_count, "list", list);
+}
+
+static json_t *tell_materials(const shd_plan *plan) {
+    const shd_scene *scene = plan->scene;
+    json_t *list = json_array();
+    for (size_t g = 0; g < plan->group_count && !shd_is_cancelled(plan->cancelled); g++) {
+        const shd_plan_group *group = &plan->groups[g];
+        const shd_plan_material *material = &plan->materials[group->material];
+        json_t *terms = json_array(), *shininess = json_array();
+        if (material->has_emissive) json_array_append_new(terms, json_string("emission"));
+        if (material->has_ambient) json_array_append_new(terms, json_string("ambient"));
+        if (material->has_diffuse) json_array_append_new(terms, json_string("diffuse"));
+        if (material->lobe_count) json_array_append_new(terms, json_string("specular"));
+        for (size_t k = 0; k < material->lobe_count; k++)
+            json_array_append_new(shininess, json_real(material->lobes[k].shininess));
+        json_array_append_new(list, json_pack("{ss so so sI}", "material",
+                                              scene->materials[group->material].name, "terms",
+                                              terms, "shininess", shininess, "lights",
+                                              (json_int_t)group->light_count));
+    }
+    return json_pack("{sI so}", "given", (json_int_t)scene->material_count, "groups", list);
+}
+
+/* ---- Samples, outputs, tiers. ---- */
+
+static json_t *tell_samples(const shd_plan *plan) {
+    const int samples = plan->scene->raster.samples;
+    return json_pack("{si ss}", "pixel", samples, "pattern", samples == 1 ? "center" : "full");
+}
+
+static const char *encoder_of(shd_format format) {
+    switch (format) {
+    case SHD_PNG:
+        return "libdeflate";
+    case SHD_JPEG:
+        return "libjpeg-turbo";
+    case SHD_WEBP:
+        return "libwebp";
+    default:
+        return "OpenImageIO";
+    }
+}
+
+static json_t *tell_outputs(const shd_explained *e) {
+    const shd_scene *scene = e->plan->scene;
+    json_t *list = json_array();
+    for (size_t i = 0; i < scene->output_count; i++) {
+        const shd_output *output = &scene->outputs[i];
+        json_array_append_new(list,
+                              json_pack("{so ss ss ss sb ss}", "name", maybe_text(output->name),
+                                        "format", shd_format_get(output->format)->name, "depth",
+                                        shd_depth_name(output->depth), "color",
+                                        e->codes[i] ? "codes" : "floats", "curveKnown",
+                                        e->shown[i].coded, "encoder", encoder_of(output->format)));
+    }
+    return list;
+}
+
+static json_t *tell_cost(const shd_cost *cost) {
+    return json_pack("{sf sf sf sf sf}", "visibility", cost->visibility, "shade", cost->shade,
+                     "color", cost->color, "encode", cost->encode, "total",
+                     cost->visibility + cost->shade + cost->color + cost->encode);
+}
+
+static json_t *tell_tiers(const shd_explained *e) {
+    json_t *list = json_array();
+    for (int t = 0; t <= SHD_EXACT; t++)
+        json_array_append_new(list, json_pack("{ss so so}", "tier", shd_tier_names[t], "bound",
+                                              shd_tell_bound(&e->bounds[t]), "milliseconds",
+                                              tell_cost(&e->costs[t])));
+    return list;
+}
+
+static json_t *tell_accuracy(const shd_accuracy *accuracy) {
+    if (!accuracy->budget) return json_pack("{ss}", "tier", shd_asked_tier(accuracy));
+    return json_pack("{sf ss}", "maxError", accuracy->max_error, "metric",
+                     shd_metric_names[accuracy->metric]);
+}
+
+static json_t *tell_all(const shd_explained *e, json_t *words) {
+    const shd_plan *plan = e->plan;
+    return json_pack("{so ss ss ss so so so so so si si sb so so so so so so}", "asked",
+                     tell_accuracy(&plan->scene->accuracy), "tier", shd_tier_names[plan->tier],
+                     "kernel", shd_isa_name(plan->isa), "plan", plan->summary, "bound",
+                     tell_bounds(plan), "milliseconds", tell_cost(&e->cost), "terms",
+                     tell_terms(plan), "lights", tell_lights(plan), "materials",
+                     tell_materials(plan), "lightChannels", plan->grey_lights ? 1 : 3, "channels",
+                     plan->grey ? 1 : 3, "splitPositions", plan->split_positions, "objects",
+                     tell_objects(plan), "samples", tell_samples(plan), "leftOut",
+                     json_pack("{sf s{sf sf}}", "lights", plan->dropped, "tileLights", "absolute",
+                               plan->drop_tolerance, "relative", plan->drop_relative),
+                     "outputs", tell_outputs(e), "tiers", tell_tiers(e), "words", words);
+}
+
+/* ---- The answer. ---- */
+
+/* Whether an output's colors go from the film straight to codes. */
+static bool goes_to_codes(const shd_output *output, const shd_shown *shown, bool transparent) {
+    if (output->depth != SHD_U8 && output->depth != SHD_U16) return false;
+    if (!shown->coded || output->layer_count) return false;
+    if (transparent && shd_format_get(output->format)->premultiplied) return false;
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 3; c++)
+            if (r != c && shown->matrix[r][c] != 0) return false;
+    return true;
+}
+
+static shd_status explain(shd_request *request, shd_explained *e, shd_error *error) {
+    const shd_scene *scene = request->scene;
+    shd_status status = shd_shown_make(request, scene, &e->shown, error);
+    if (status != SHD_OK) return status;
+    status = shd_plan_make_shown(scene, request->engine->isa, e->shown, &request->cancelled,
+                                 request->arena, &request->plan, error);
+    if (status != SHD_OK) return status;
+    e->plan = request->plan;
+    bool *codes = shd_arena_alloc(request->arena, scene->output_count, sizeof *codes);
+    if (!codes) return shd_fail(error, SHD_MEMORY, "", "the limit `memory` is too small");
+    for (size_t i = 0; i < scene->output_count; i++)
+        codes[i] = goes_to_codes(&scene->outputs[i], &e->shown[i], scene->transparent);
+    e->codes = codes;
+    e->cost = shd_cost_of(e->plan, codes);
+    /* Each tier as if it had been asked for. */
+    for (int t = 0; t <= SHD_EXACT; t++) {
+        shd_scene *asking = shd_arena_alloc(request->arena, 1, sizeof *asking);
+        if (!asking) return shd_fail(error, SHD_MEMORY, "", "the limit `memory` is too small");
+        *asking = *scene;
+        asking->accuracy = (shd_accuracy){.tier = (shd_tier)t};
+        const shd_plan *plan;
+        status = shd_plan_make_shown(asking, request->engine->isa, e->shown, &request->cancelled,
+                                     request->arena, &plan, error);
+        if (status != SHD_OK) return status;
+        e->bounds[t] = plan->bound;
+        e->costs[t] = shd_cost_of(plan, codes);
+    }
+    return SHD_OK;
+}
+
+static char *join(const json_t *words) {
+    size_t i, length = 1;
+    json_t *line;
+    json_array_foreach(words, i, line) length += json_string_length(line) + 1;
+    char *text = malloc(length), *end = text;
+    if (!text) return NULL;
+    json_array_foreach(words, i, line) {
+        end = stpcpy(end, json_string_value(line));
+        *end++ = '\n';
+    }
+    *end = 0;
+    return text;
+}
+
+typedef struct printing {
+    FILE *out;
+    const atomic_bool *cancelled;
+} printing;
+
+static int print_some(const char *text, size_t size, void *context) {
+    const printing *p = context;
+    return shd_is_cancelled(p->cancelled) || fwrite(text, 1, size, p->out) != size ? -1 : 0;
+}
+
+/* NULL: no memory, or it was cancelled. */
+static char *print_json(const json_t *json, const atomic_bool *cancelled) {
+    char *text = NULL;
+    size_t size;
+    printing p = {open_memstream(&text, &size), cancelled};
+    if (!p.out) return NULL;
+    const bool failed =
+        json_dump_callback(json, print_some, &p, JSON_INDENT(2) | JSON_REAL_PRECISION(9));
+    if (!fclose(p.out) && !failed) return text;
+    free(text);
+    return NULL;
+}
+
+shd_status shd_request_explain(shd_request *request, shd_telling telling, char **text,
+                               shd_error *error) {
+    shd_explained e = {.plan = NULL};
+    shd_status status = shd_request_blame(request, explain(request, &e, error), error);
+    if (status != SHD_OK) return status;
+    shd_json_memory_watch();
+    json_t *words = shd_explain_words(&e);
+    char *out;
+    if (telling == SHD_IN_WORDS) {
+        out = join(words);
+        json_decref(words);
+    } else {
+        json_t *answer = tell_all(&e, words);
+        out = answer ? print_json(answer, &request->cancelled) : NULL;
+        json_decref(answer);
+    }
+    if (shd_json_memory_short()) {
+        free(out);
+        out = NULL;
+    }
+    if (shd_is_cancelled(&request->cancelled)) {
+        free(out);
+        return shd_fail(error, SHD_CANCELLED, "", "the explanation was cancelled");
+    }
+    if (!out) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
+    *text = out;
+    return SHD_OK;
+}

@@ -1,0 +1,30 @@
+/* The plan, told. Inside of render/. */
+#ifndef SHD_RENDER_TELL_EXPLAIN_H
+#define SHD_RENDER_TELL_EXPLAIN_H
+
+#include <jansson.h>
+
+#include "render/engine.h"
+#include "render/show/shown.h"
+#include "render/tell/cost.h"
+
+/* What there is to tell. */
+typedef struct shd_explained {
+    const shd_plan *plan;
+    const shd_shown *shown; /* [output_count] */
+    const bool *codes;      /* [output_count]: colors go straight to codes */
+    shd_cost cost;
+    shd_bound bounds[SHD_EXACT + 1]; /* of each tier, as if it had been asked for */
+    shd_cost costs[SHD_EXACT + 1];
+} shd_explained;
+
+/* A bound in JSON: null where it is not known. */
+json_t *shd_tell_bound(const shd_bound *bound);
+
+/* Why a light is left out, as a clause: the first of its reasons. NULL: it is not. */
+const char *shd_drop_reason(unsigned drops);
+
+/* As the last member of the answer: sentences, one a line of text. NULL: memory. */
+json_t *shd_explain_words(const shd_explained *e);
+
+#endif

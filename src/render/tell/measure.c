@@ -1,0 +1,292 @@
+#include "render/tell/measure.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "base/clock.h"
+#include "color/metadata.h"
+#include "plan/bound_picture.h"
+#include "render/show/output.h"
+#include "render/show/shown.h"
+
+enum { BLOCK = 1024 }; /* pixels that are converted and compared at once */
+
+/* The encoding as a way to Lab. */
+static bool find_lab(const shd_color_transform *transform, shd_lab_space *out) {
+    const shd_color_info *info = shd_color_describe(transform);
+    return info->channels == SHD_RGB && info->has_primaries &&
+           shd_lab_space_make(info->transfer, info->primaries, out);
+}
+
+shd_status shd_showing_make(const shd_request *request, const shd_output *output, shd_showing *out,
+                            shd_error *error) {
+    shd_color_config *color = request->engine->color;
+    bool alpha = request->scene->transparent && shd_format_get(output->format)->alpha;
+    shd_showing showing = {.flatten = shd_output_is_flat(request->scene, output)};
+    shd_status status = shd_output_transform(request, output, &showing.transform, error);
+    if (status != SHD_OK) return status;
+
+    const shd_image image = {
+        .channel = output->channel,
+        .alpha = alpha,
+        .depth = SHD_U8,
+        .packing = shd_output_packing(shd_color_describe(showing.transform)->channels)};
+    showing.pack = shd_pack_plan(&image, false, true);
+
+    if (!find_lab(showing.transform, &showing.lab)) {
+        status = shd_color_to_space(color, request->scene->working_space->name,
+                                    shd_color_catalog(color)->colors->name, &showing.detour, error);
+        if (status != SHD_OK) return status;
+        /* A configuration without names that are known: colors are linear, and of Rec.709's
+         * primaries, as JSON colors are where nothing else is said. */
+        const shd_encoding *rec709 = shd_encoding_of_space("lin_rec709");
+        if (!find_lab(showing.detour, &showing.lab))
+            shd_lab_space_make(rec709->transfer, rec709->primaries, &showing.lab);
+    }
+    *out = showing;
+    return SHD_OK;
+}
+
+/* ---- Blocks ---- */
+
+/* One thread's memory, and what it has counted: sums that no order changes. */
+typedef struct tally {
+    float shown[2][4 * BLOCK], seen[2][4 * BLOCK]; /* exact, other: converted; for Lab */
+    uint8_t codes[2][4 * BLOCK];
+    uint64_t apart[256]; /* samples whose codes differ by so much */
+    double largest, linear, delta_e;
+    double most; /* bound of CIEDE2000 */
+    double seconds[2];
+} tally;
+
+/* Sums of f64 depend on their order, so that every block has its own. */
+typedef struct sums {
+    double linear, delta_e;
+} sums;
+
+typedef struct measuring {
+    shd_request *request;
+    const shd_showing *showing;
+    const shd_picture_errors *errors; /* NULL: the film's colors tell no more than the plan */
+    const float *exact;
+    float *film;
+    size_t pixels;
+    tally **tallies; /* [slot] */
+    sums *sums;      /* [block] */
+} measuring;
+
+/* A block as it is shown, and as it goes to Lab. */
+static void show(const shd_showing *showing, const float *rgba, size_t count, float *shown,
+                 float *seen) {
+    memcpy(shown, rgba, 4 * count * sizeof *shown);
+    if (showing->flatten) shd_output_flatten(shown, count);
+    if (showing->detour) {
+        memcpy(seen, shown, 4 * count * sizeof *seen);
+        shd_color_apply(showing->detour, seen, count);
+    }
+    shd_color_apply(showing->transform, shown, count);
+    shd_saturate(shown, 4 * count, -FLT_MAX, FLT_MAX);
+}
+
+static double difference_of_colors(const shd_lab_space *space, const float *a, const float *b) {
+    /* Most pixels of a background are the same. */
+    if (a[0] == b[0] && a[1] == b[1] && a[2] == b[2]) return 0;
+    double lab[2][3];
+    shd_lab_of(space, a, lab[0]);
+    shd_lab_of(space, b, lab[1]);
+    return shd_delta_e_2000(lab[0], lab[1]);
+}
+
+/* The largest bound of the block's pixels. With an alpha they are seen as they are, and over black.
+ */
+static double bound_block(const shd_picture_errors *errors, const float *rgba, size_t count) {
+    double most = 0;
+    for (size_t i = 0; i < count; i++) {
+        const float *at = rgba + 4 * i;
+        if (i > 0 && !memcmp(at, at - 4, 4 * sizeof *at)) continue;
+        const double alpha = (double)at[3], rgb[3] = {(double)at[0], (double)at[1], (double)at[2]};
+        if (!(alpha > 0)) continue;
+        most = fmax(most, shd_picture_delta_e(errors, rgb));
+        if (alpha < 1)
+            most = fmax(most,
+                        shd_picture_delta_e(errors, (const double[]){alpha * rgb[0], alpha * rgb[1],
+                                                                     alpha * rgb[2]}));
+    }
+    return most;
+}
+
+/* Leaves the block's differences in the film's pixels: three linear ones, and CIEDE2000. */
+static void measure_block(void *context, size_t index, unsigned slot) {
+    measuring *m = context;
+    if (shd_is_cancelled(&m->request->cancelled)) return;
+    const shd_showing *showing = m->showing;
+    tally *t = m->tallies[slot];
+    sums *sum = &m->sums[index];
+    size_t first = index * BLOCK, left = m->pixels - first, count = left < BLOCK ? left : BLOCK;
+    const float *exact = m->exact + 4 * first;
+    float *film = m->film + 4 * first;
+
+    double began = shd_thread_seconds();
+    show(showing, exact, count, t->shown[0], t->seen[0]);
+    double halfway = shd_thread_seconds();
+    show(showing, film, count, t->shown[1], t->seen[1]);
+    t->seconds[0] += halfway - began;
+    t->seconds[1] += shd_thread_seconds() - halfway;
+
+    if (m->errors) t->most = fmax(t->most, bound_block(m->errors, film, count));
+    for (int k = 0; k < 2; k++) shd_pack_u8(&showing->pack, t->shown[k], (int)count, t->codes[k]);
+    for (size_t i = 0; i < count * (size_t)showing->pack.count; i++) {
+        int apart = t->codes[0][i] - t->codes[1][i];
+        t->apart[apart < 0 ? -apart : apart]++;
+    }
+
+    const float *a = showing->detour ? t->seen[0] : t->shown[0],
+                *b = showing->detour ? t->seen[1] : t->shown[1];
+    for (size_t i = 0; i < count; i++) {
+        for (size_t c = 0; c < 3; c++) {
+            double value = (double)exact[4 * i + c];
+            double error = fabs((double)film[4 * i + c] - value);
+            t->largest = fmax(t->largest, fabs(value));
+            t->linear = fmax(t->linear, error);
+            sum->linear += error;
+            film[4 * i + c] = (float)fmin(error, FLT_MAX);
+        }
+        double delta_e = difference_of_colors(&showing->lab, a + 4 * i, b + 4 * i);
+        t->delta_e = fmax(t->delta_e, delta_e);
+        sum->delta_e += delta_e;
+        film[4 * i + 3] = (float)delta_e;
+    }
+}
+
+/* ---- Totals ---- */
+
+/* The place of p99 among n sorted values, from 1. */
+static uint64_t rank_of(uint64_t n) {
+    return n - n / 100;
+}
+
+static shd_spread spread_of_codes(const uint64_t apart[256], uint64_t *total, double *squares) {
+    shd_spread spread = {0, 0, 0};
+    double sum = 0;
+    *total = 0;
+    *squares = 0;
+    for (int i = 0; i < 256; i++) {
+        if (apart[i]) spread.max = i;
+        *total += apart[i];
+        sum += (double)i * (double)apart[i];
+        *squares += (double)i * i * (double)apart[i];
+    }
+    spread.mean = sum / (double)*total;
+    uint64_t below = 0;
+    for (int i = 0; below < rank_of(*total); i++) {
+        below += apart[i];
+        spread.p99 = i;
+    }
+    return spread;
+}
+
+/* The value at p99 among `channels` of every four floats, none of them negative: these sort as
+ * their bits do, so that counting halves of the bits twice finds it without a copy. 0 where it is
+ * cancelled. */
+static double select_p99(const measuring *m, const float *values, int channels, uint64_t *counts) {
+    const size_t pixels = m->pixels;
+    uint64_t rank = rank_of((uint64_t)pixels * (uint64_t)channels);
+    uint32_t found = 0;
+    for (int pass = 0; pass < 2; pass++) {
+        memset(counts, 0, 65536 * sizeof *counts);
+        for (size_t i = 0; i < pixels; i++) {
+            if (shd_is_cancelled_at(&m->request->cancelled, i)) return 0;
+            for (int c = 0; c < channels; c++) {
+                uint32_t bits;
+                memcpy(&bits, values + 4 * i + c, sizeof bits);
+                if (pass == 0)
+                    counts[bits >> 16]++;
+                else if (bits >> 16 == found)
+                    counts[bits & 0xffff]++;
+            }
+        }
+        uint32_t at = 0;
+        while (counts[at] < rank) rank -= counts[at++];
+        found = pass == 0 ? at : found << 16 | at;
+    }
+    float value;
+    memcpy(&value, &found, sizeof value);
+    return (double)value;
+}
+
+static void add_up(const measuring *m, unsigned slots, size_t blocks, uint64_t *counts,
+                   shd_difference *out, double seconds[2]) {
+    uint64_t apart[256] = {0};
+    shd_difference d = {0};
+    seconds[0] = seconds[1] = 0;
+    for (unsigned s = 0; s < slots; s++) {
+        const tally *t = m->tallies[s];
+        for (int i = 0; i < 256; i++) apart[i] += t->apart[i];
+        d.largest = fmax(d.largest, t->largest);
+        d.linear.max = fmax(d.linear.max, t->linear);
+        d.delta_e.max = fmax(d.delta_e.max, t->delta_e);
+        d.most = fmax(d.most, t->most);
+        for (int k = 0; k < 2; k++) seconds[k] += t->seconds[k];
+    }
+    for (size_t b = 0; b < blocks; b++) {
+        d.linear.mean += m->sums[b].linear;
+        d.delta_e.mean += m->sums[b].delta_e;
+    }
+    d.linear.mean /= 3 * (double)m->pixels;
+    d.delta_e.mean /= (double)m->pixels;
+    /* The film holds them as f32, which may be rounded up beyond the maximum. */
+    d.linear.p99 = fmin(select_p99(m, m->film, 3, counts), d.linear.max);
+    d.delta_e.p99 = fmin(select_p99(m, m->film + 3, 1, counts), d.delta_e.max);
+
+    const shd_bound *bound = &m->request->plan->bound;
+    d.most = m->errors ? fmin(d.most, bound->delta_e) : bound->delta_e;
+
+    uint64_t total;
+    double squares;
+    d.code = spread_of_codes(apart, &total, &squares);
+    d.equal = (double)apart[0] / (double)total;
+    d.psnr = squares > 0 ? 10 * log10(255.0 * 255.0 * (double)total / squares) : INFINITY;
+    *out = d;
+}
+
+/* False: memory. */
+static bool find_errors(shd_request *request, const shd_showing *showing,
+                        const shd_picture_errors **out) {
+    const shd_plan *plan = request->plan;
+    const shd_shown shown = shd_shown_of(showing);
+    shd_excess_list list;
+    return shd_plan_excess(plan, plan->tier, request->arena, &list) &&
+           shd_picture_errors_new(plan, &list, &shown, request->arena, out);
+}
+
+shd_status shd_film_measure(shd_request *request, const shd_showing *showing, const shd_film *exact,
+                            shd_film *film, shd_difference *out, double seconds[2],
+                            shd_error *error) {
+    shd_pool *pool = request->engine->pool;
+    shd_arena *arena = request->arena;
+    unsigned slots = shd_pool_slots(pool);
+    size_t pixels = (size_t)film->width * (size_t)film->height;
+    size_t blocks = (pixels + BLOCK - 1) / BLOCK;
+    measuring m = {.request = request,
+                   .showing = showing,
+                   .exact = exact->rgba,
+                   .film = film->rgba,
+                   .pixels = pixels,
+                   .tallies = shd_arena_alloc(arena, slots, sizeof *m.tallies),
+                   .sums = shd_arena_zalloc(arena, blocks, sizeof *m.sums)};
+    uint64_t *counts = shd_arena_alloc(arena, 65536, sizeof *counts);
+    bool complete = m.tallies && m.sums && counts && find_errors(request, showing, &m.errors);
+    for (unsigned s = 0; s < slots && complete; s++)
+        complete = (m.tallies[s] = shd_arena_zalloc(arena, 1, sizeof **m.tallies));
+    if (!complete)
+        return shd_fail(error, SHD_MEMORY, "/image",
+                        "the limit `memory` (%llu bytes) is reached by this comparison",
+                        (unsigned long long)request->limits.memory);
+
+    shd_pool_for(pool, blocks, measure_block, &m);
+    if (!shd_is_cancelled(&request->cancelled)) add_up(&m, slots, blocks, counts, out, seconds);
+    if (shd_is_cancelled(&request->cancelled))
+        return shd_fail(error, SHD_CANCELLED, "", "the comparison was cancelled");
+    return SHD_OK;
+}

@@ -1,0 +1,405 @@
+#include "render/tiles/film.h"
+
+#include <float.h>
+#include <pthread.h>
+#include <string.h>
+
+#include "render/tiles/keep.h"
+#include "render/tiles/tile.h"
+
+/* One thread's working memory. */
+typedef struct scratch {
+    shd_tile_scratch *tile;
+    shd_paint_term *terms;
+    size_t *term_of;
+    float *mixed[3];                               /* radiance of a run */
+    _Alignas(64) float pixels[3][SHD_TILE_PIXELS]; /* of a plane */
+    _Alignas(64) float cover[SHD_TILE_PIXELS];
+    shd_stopwatch watch;
+    uint64_t saturated;
+} scratch;
+
+/* What all threads share. */
+typedef struct job {
+    shd_request *request;
+    shd_scenery scenery;
+    const shd_render_options *options;
+    shd_film *film;
+    shd_recall recall;
+    int left, top, across; /* of the region's tiles, on the picture's grid */
+    size_t tile_count;
+    uint8_t background[16 * SHD_TILE]; /* a row's samples where nothing is seen */
+    pthread_mutex_t mutex;             /* guards the arena while threads run */
+    scratch **slots;
+    atomic_bool failed; /* memory ran out */
+    atomic_size_t done; /* tiles */
+} job;
+
+uint64_t shd_saturate(float *values, size_t count, float least, float largest) {
+    /* Almost always there is nothing to do, which a loop without branches sees quickly. */
+    unsigned outside = 0;
+    for (size_t i = 0; i < count; i++) {
+        unsigned low = values[i] >= least ? 0 : 1, high = values[i] <= largest ? 0 : 1;
+        outside |= low | high;
+    }
+    if (!outside) return 0;
+    uint64_t changed = 0;
+    for (size_t i = 0; i < count; i++) {
+        float v = values[i];
+        if (v >= least && v <= largest) continue;
+        values[i] = v > largest ? largest : v < least ? least : 0;
+        changed++;
+    }
+    return changed;
+}
+
+static scratch *new_scratch(const job *j) {
+    shd_arena *arena = j->request->arena;
+    const size_t terms = 1 + j->scenery.plan->max_lobes;
+    scratch *s = shd_arena_zalloc(arena, 1, sizeof *s);
+    if (!s) return NULL;
+    if (j->scenery.sight && !(s->tile = shd_tile_scratch_new(&j->scenery, arena))) return NULL;
+    s->terms = shd_arena_alloc(arena, terms, sizeof *s->terms);
+    s->term_of = shd_arena_alloc(arena, terms, sizeof *s->term_of);
+    float *mixed = shd_arena_alloc(arena, (size_t)3 * SHD_CHUNK, sizeof *mixed);
+    for (int c = 0; mixed && c < 3; c++) s->mixed[c] = mixed + c * SHD_CHUNK;
+    return s->terms && s->term_of && mixed ? s : NULL;
+}
+
+uint64_t shd_film_scratch_size(const shd_plan *plan) {
+    const uint64_t terms = 1 + plan->max_lobes, mixed = (uint64_t)3 * SHD_CHUNK * sizeof(float);
+    return sizeof(scratch) + terms * (sizeof(shd_paint_term) + sizeof(size_t)) + mixed +
+           (uint64_t)4 * 64 + shd_tile_scratch_size(plan);
+}
+
+/* The scratch of a slot, made when the slot first works. NULL: the arena is full. */
+static scratch *get_scratch(job *j, unsigned slot) {
+    scratch *s = j->slots[slot];
+    if (!s) {
+        pthread_mutex_lock(&j->mutex);
+        s = j->slots[slot] = new_scratch(j);
+        pthread_mutex_unlock(&j->mutex);
+    }
+    if (!s) atomic_store(&j->failed, true);
+    return s;
+}
+
+static bool stopped(const job *j) {
+    return atomic_load(&j->failed) || shd_is_cancelled(&j->request->cancelled);
+}
+
+/* ---- From fragments to the pixels of a tile. ---- */
+
+/* Whether the cells follow each other. */
+static bool is_span(const uint16_t *cell, size_t count) {
+    uint16_t apart = 0;
+    if ((size_t)(cell[count - 1] - cell[0]) != count - 1) return false;
+    for (size_t i = 0; i < count; i++) apart |= (uint16_t)(cell[i] ^ (uint16_t)(cell[0] + i));
+    return !apart;
+}
+
+/* A run's radiance in a plane: where its pixels follow each other, straight into them. */
+static void paint_run(const job *j, scratch *s, const shd_fragments *f, shd_run run, size_t plane,
+                      bool whole) {
+    const shd_plan *plan = j->scenery.plan;
+    float constant[3] = {0, 0, 0};
+    size_t terms = 1;
+    size_t sums_plane = plane;
+    if (run.group == SHD_RADIANCE) {
+        s->terms[0] = (shd_paint_term){.color = {1, 1, 1}};
+        s->term_of[0] = 0;
+    } else {
+        terms = shd_plane_terms(plan, &plan->materials[plan->groups[run.group].material], plane,
+                                constant, s->terms, s->term_of);
+        if (plan->planes[plane].kind != SHD_LAYER_LIGHT) sums_plane = 0;
+    }
+    const bool grey = run.group != SHD_RADIANCE && plan->grey_lights;
+    for (uint32_t done = 0; done < run.count; done += SHD_CHUNK) {
+        const size_t at = run.first + done,
+                     count = run.count - done < SHD_CHUNK ? run.count - done : SHD_CHUNK;
+        const uint16_t *cell = f->cell + at;
+        for (size_t k = 0; k < terms; k++)
+            for (int c = 0; c < 3; c++)
+                s->terms[k].sums[c] =
+                    f->sums[shd_sum_of(plan, sums_plane, s->term_of[k], grey ? 0 : c)] + at;
+        const float *coverage = f->coverage ? f->coverage + at : NULL;
+        const bool straight = whole && is_span(cell, count);
+        float *out[3];
+        for (int c = 0; c < 3; c++) out[c] = straight ? s->pixels[c] + cell[0] : s->mixed[c];
+        j->scenery.paint->mix(constant, coverage, s->terms, terms, count, out);
+        if (straight) continue;
+        if (whole) {
+            float *const pixels[3] = {s->pixels[0], s->pixels[1], s->pixels[2]};
+            j->scenery.paint->scatter((const float *const *)s->mixed, cell, count, pixels);
+            continue;
+        }
+        for (int c = 0; c < 3; c++) {
+            float *restrict pixels = s->pixels[c];
+            const float *restrict mixed = s->mixed[c];
+            for (size_t i = 0; i < count; i++) pixels[cell[i]] += mixed[i];
+        }
+    }
+}
+
+/* A plane's pixels from all runs, over the background where it is opaque and the beauty. */
+static void paint_plane(const job *j, scratch *s, const shd_fragments *f, size_t plane) {
+    const shd_plan *plan = j->scenery.plan;
+    const shd_scene *scene = plan->scene;
+    const bool whole = !f->coverage, over = plane == 0 && !scene->transparent;
+    for (int c = 0; c < 3; c++) {
+        const float value = whole && over ? (float)scene->background[c] : 0;
+        if (whole && f->count == SHD_TILE_PIXELS) break; /* nothing shows through */
+        j->scenery.paint->fill(s->pixels[c], SHD_TILE_PIXELS, value);
+    }
+    for (size_t r = 0; r < f->run_count; r++) paint_run(j, s, f, f->runs[r], plane, whole);
+    if (whole) return;
+    for (int c = 0; c < 3; c++) {
+        if (over && scene->background[c] != 0)
+            j->scenery.paint->fill_rest(s->pixels[c], s->cover, (float)scene->background[c],
+                                        SHD_TILE_PIXELS);
+        if (plane == 0 && scene->transparent)
+            j->scenery.paint->divide(s->pixels[c], s->cover, SHD_TILE_PIXELS);
+    }
+}
+
+static void find_cover(scratch *s, const shd_fragments *f) {
+    memset(s->cover, 0, sizeof s->cover);
+    for (size_t i = 0; i < f->count; i++) s->cover[f->cell[i]] += f->coverage ? f->coverage[i] : 1;
+}
+
+/* ---- From pixels to the film. ---- */
+
+/* The index of a pixel of the raster in its tile's planes. */
+static size_t place_in_scratch(int x, int y) {
+    return (size_t)(y % SHD_TILE) * SHD_TILE + (size_t)(x % SHD_TILE);
+}
+
+static void store_colors(const job *j, scratch *s, shd_tile tile) {
+    const shd_scene *scene = j->scenery.plan->scene;
+    shd_film *film = j->film;
+    for (int y = 0; y < tile.h; y++) {
+        const size_t from = place_in_scratch(tile.x, tile.y + y);
+        float *out =
+            film->rgba + 4 * ((size_t)(tile.y + y - scene->raster.y) * (size_t)film->width +
+                              (size_t)(tile.x - scene->raster.x));
+        for (size_t x = 0; x < (size_t)tile.w; x++) {
+            for (int c = 0; c < 3; c++) out[4 * x + (size_t)c] = s->pixels[c][from + x];
+            out[4 * x + 3] = scene->transparent ? s->cover[from + x] : 1;
+        }
+        s->saturated += shd_saturate(out, 4 * (size_t)tile.w, -FLT_MAX, FLT_MAX);
+    }
+}
+
+static void store_plane(const job *j, scratch *s, shd_tile tile, size_t plane) {
+    const shd_scene *scene = j->scenery.plan->scene;
+    shd_film *film = j->film;
+    for (int y = 0; y < tile.h; y++) {
+        const size_t from = place_in_scratch(tile.x, tile.y + y);
+        float *out = film->planes[plane] +
+                     3 * ((size_t)(tile.y + y - scene->raster.y) * (size_t)film->width +
+                          (size_t)(tile.x - scene->raster.x));
+        for (size_t x = 0; x < (size_t)tile.w; x++)
+            for (int c = 0; c < 3; c++) out[3 * x + (size_t)c] = s->pixels[c][from + x];
+        s->saturated += shd_saturate(out, 3 * (size_t)tile.w, -FLT_MAX, FLT_MAX);
+    }
+}
+
+static void store_codes(const job *j, scratch *s, shd_tile tile, bool empty) {
+    const shd_raster *raster = &j->scenery.plan->scene->raster;
+    const shd_film *film = j->film;
+    const size_t size = (size_t)film->layout.count * film->layout.bytes, width = (size_t)tile.w;
+    unsigned char *out =
+        film->samples +
+        size * ((size_t)(tile.y - raster->y) * (size_t)film->width + (size_t)(tile.x - raster->x));
+    if (empty) {
+        for (int y = 0; y < tile.h; y++, out += size * (size_t)film->width)
+            memcpy(out, j->background, size * width);
+        return;
+    }
+    const size_t first = place_in_scratch(tile.x, tile.y);
+    size_t count = (size_t)tile.h * SHD_TILE;
+    float *const *pixels =
+        (float *const[3]){s->pixels[0] + first, s->pixels[1] + first, s->pixels[2] + first};
+    if (width < SHD_TILE) { /* at the region's edges: rows follow each other */
+        for (int c = 0; c < 3; c++)
+            for (size_t y = 1; y < (size_t)tile.h; y++)
+                memmove(pixels[c] + y * width, pixels[c] + y * SHD_TILE, width * sizeof(float));
+        count = width * (size_t)tile.h;
+    }
+    s->saturated += shd_color_encode_planes(
+        film->codes, j->scenery.plan->isa, (const float *const[3]){pixels[0], pixels[1], pixels[2]},
+        NULL, count, film->layout.source, film->layout.count, width, (size_t)film->width, out);
+}
+
+/* The part of a tile of the grid that lies in a rectangle. */
+static shd_tile tile_within(const job *j, size_t index, shd_tile bounds) {
+    const int x = (j->left + (int)(index % (size_t)j->across)) * SHD_TILE,
+              y = (j->top + (int)(index / (size_t)j->across)) * SHD_TILE;
+    const int x0 = x > bounds.x ? x : bounds.x, y0 = y > bounds.y ? y : bounds.y;
+    const int right = bounds.x + bounds.w, bottom = bounds.y + bounds.h;
+    const int x1 = x + SHD_TILE < right ? x + SHD_TILE : right,
+              y1 = y + SHD_TILE < bottom ? y + SHD_TILE : bottom;
+    return (shd_tile){x0, y0, x1 - x0, y1 - y0};
+}
+
+static const shd_fragments *find_fragments(const job *j, scratch *s, size_t index, shd_tile tile) {
+    if (j->recall.light) return shd_kept_fragments(j->recall.light, index);
+    const shd_plan *plan = j->scenery.plan;
+    const shd_raster *raster = &plan->scene->raster;
+    /* What is left out within a tolerance depends on all that is seen through the tile. */
+    if (plan->drop_tolerance > 0)
+        tile = tile_within(j, index, (shd_tile){0, 0, raster->width, raster->height});
+    const shd_fragments *f = shd_tile_look(&j->scenery, index, tile, s->tile, j->film, &s->watch);
+    if (j->recall.keep_light) {
+        shd_keep_fragments(j->recall.keep_light, index, plan, f);
+        shd_begin(&s->watch); /* keeping is no part of shading */
+    }
+    return f;
+}
+
+static void render_tile(void *context, size_t index, unsigned slot) {
+    job *j = context;
+    if (stopped(j)) return;
+    scratch *s = get_scratch(j, slot);
+    if (!s) return;
+    const shd_raster *raster = &j->scenery.plan->scene->raster;
+    const shd_tile tile =
+        tile_within(j, index, (shd_tile){raster->x, raster->y, raster->w, raster->h});
+    shd_stopwatch *watch = &s->watch;
+    shd_begin(watch);
+    const shd_fragments *f = find_fragments(j, s, index, tile);
+
+    if (j->film->codes && !f->count) {
+        store_codes(j, s, tile, true);
+    } else {
+        if (f->coverage || j->scenery.plan->scene->transparent) find_cover(s, f);
+        for (size_t p = 0; p < j->scenery.plan->plane_count && !stopped(j); p++) {
+            paint_plane(j, s, f, p);
+            if (p)
+                store_plane(j, s, tile, p);
+            else if (j->film->rgba)
+                store_colors(j, s, tile);
+        }
+        shd_end(watch, &watch->times.shade);
+        if (j->film->codes) store_codes(j, s, tile, false);
+    }
+    shd_end(watch, &watch->times.color);
+
+    if (!j->options || !j->options->progress) return; /* counting waits for the tile's stores */
+    size_t done = atomic_fetch_add(&j->done, 1) + 1;
+    if (slot == 0) j->options->progress(j->options->context, (double)done / (double)j->tile_count);
+}
+
+/* ---- The film. ---- */
+
+static void fill(float *values, size_t count, float value) {
+    for (size_t i = 0; i < count; i++) values[i] = value;
+}
+
+uint64_t shd_film_size(const shd_plan *plan) {
+    const bool *wants = plan->wants;
+    const uint64_t pixels = (uint64_t)plan->scene->raster.w * (uint64_t)plan->scene->raster.h;
+    const uint64_t floats = 4 + 3 * (plan->plane_count - 1) + (wants[SHD_LAYER_NORMAL] ? 3 : 0) +
+                            (wants[SHD_LAYER_POSITION] ? 3 : 0) + wants[SHD_LAYER_DEPTH] +
+                            wants[SHD_LAYER_OBJECT];
+    return pixels * floats * sizeof(float);
+}
+
+/* Data layers begin as where nothing is hit. */
+static bool make_film(const shd_plan *plan, shd_arena *arena, shd_film *film) {
+    size_t pixels = (size_t)film->width * (size_t)film->height;
+    const bool *wants = plan->wants;
+    if (!film->codes && !(film->rgba = shd_arena_alloc(arena, pixels, 4 * sizeof(float))))
+        return false;
+    film->planes = shd_arena_zalloc(arena, plan->plane_count, sizeof *film->planes);
+    if (!film->planes) return false;
+    for (size_t p = 1; p < plan->plane_count; p++)
+        if (!(film->planes[p] = shd_arena_alloc(arena, pixels, 3 * sizeof(float)))) return false;
+    struct {
+        float **at;
+        size_t channels;
+        float nothing;
+        bool wanted;
+    } data[] = {{&film->normal, 3, 0, wants[SHD_LAYER_NORMAL]},
+                {&film->position, 3, 0, wants[SHD_LAYER_POSITION]},
+                {&film->depth, 1, INFINITY, wants[SHD_LAYER_DEPTH]},
+                {&film->object, 1, -1, wants[SHD_LAYER_OBJECT]}};
+    for (size_t i = 0; i < sizeof data / sizeof data[0]; i++) {
+        if (!data[i].wanted) continue;
+        *data[i].at = shd_arena_alloc(arena, pixels, data[i].channels * sizeof(float));
+        if (!*data[i].at) return false;
+        fill(*data[i].at, pixels * data[i].channels, data[i].nothing);
+    }
+    return true;
+}
+
+static void find_background(job *j) {
+    const shd_film *film = j->film;
+    if (!film->codes) return;
+    float rgb[3][SHD_TILE];
+    for (int c = 0; c < 3; c++)
+        for (int x = 0; x < SHD_TILE; x++) rgb[c][x] = (float)j->scenery.plan->scene->background[c];
+    shd_color_encode_planes(
+        film->codes, j->scenery.plan->isa, (const float *const[3]){rgb[0], rgb[1], rgb[2]}, NULL,
+        SHD_TILE, film->layout.source, film->layout.count, SHD_TILE, SHD_TILE, j->background);
+}
+
+static void add_times(shd_request *request, const scratch *s) {
+    request->times.visibility += s->watch.times.visibility;
+    request->times.shade += s->watch.times.shade;
+    request->times.color += s->watch.times.color;
+    request->saturated += s->saturated;
+}
+
+shd_status shd_film_render(shd_request *request, const shd_sight *sight, const shd_recall *recall,
+                           const shd_render_options *options, shd_film *film, shd_error *error) {
+    static const shd_paint_kernel *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_paint_kernel);
+    const shd_plan *plan = request->plan;
+    const shd_raster *raster = &plan->scene->raster;
+    shd_arena *arena = request->arena;
+    shd_pool *pool = request->engine->pool;
+    const unsigned slots = shd_pool_slots(pool);
+    film->width = raster->w;
+    film->height = raster->h;
+
+    const bool *wants = plan->wants;
+    job j = {.request = request,
+             .scenery = {.plan = plan,
+                         .sight = sight,
+                         .paint = kernels[plan->isa],
+                         .data = wants[SHD_LAYER_NORMAL] || wants[SHD_LAYER_POSITION] ||
+                                 wants[SHD_LAYER_DEPTH] || wants[SHD_LAYER_OBJECT]},
+             .options = options,
+             .film = film,
+             .recall = recall ? *recall : (shd_recall){NULL, NULL, NULL, NULL},
+             .left = raster->x / SHD_TILE,
+             .top = raster->y / SHD_TILE};
+    j.across = (raster->x + raster->w - 1) / SHD_TILE - j.left + 1;
+    j.tile_count = shd_tile_count(raster);
+    j.scenery.known = j.recall.geometry;
+    j.scenery.kept = j.recall.keep_geometry;
+    shd_facet_light facets = {NULL, false};
+    j.scenery.facets = &facets;
+    j.slots = shd_arena_zalloc(arena, slots, sizeof *j.slots);
+    j.scenery.lighting = shd_lighting_new(plan, arena);
+    pthread_mutex_init(&j.mutex, NULL);
+    if (!j.slots || !j.scenery.lighting || !make_film(plan, arena, film) ||
+        (sight &&
+         !shd_facets_light(request, sight, j.scenery.lighting, j.scenery.paint, &facets))) {
+        atomic_store(&j.failed, true);
+    } else {
+        find_background(&j);
+        shd_pool_for(pool, j.tile_count, render_tile, &j);
+    }
+    pthread_mutex_destroy(&j.mutex);
+
+    for (unsigned i = 0; j.slots && i < slots; i++)
+        if (j.slots[i]) add_times(request, j.slots[i]);
+    if (atomic_load(&j.failed))
+        return shd_fail(error, SHD_MEMORY, "/image",
+                        "the limit `memory` (%llu bytes) is reached by this picture",
+                        (unsigned long long)request->limits.memory);
+    if (atomic_load(&request->cancelled))
+        return shd_fail(error, SHD_CANCELLED, "", "the render was cancelled");
+    return SHD_OK;
+}

@@ -1,0 +1,326 @@
+#include "render/tiles/keep.h"
+
+#include <string.h>
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
+#include <nettle/sha2.h>
+
+#include "render/tiles/tile_scratch.h"
+
+/* ---- Keys. ---- */
+
+/* Nobody can make two pictures that are taken for one another. */
+typedef struct sha256_ctx hash;
+
+static void put(hash *h, const void *data, size_t size) {
+    sha256_update(h, size, data);
+}
+
+static void put_number(hash *h, double value) {
+    value += 0.0; /* -0 as 0 */
+    put(h, &value, sizeof value);
+}
+
+static void put_count(hash *h, uint64_t value) {
+    put(h, &value, sizeof value);
+}
+
+static void put_vec(hash *h, shd_vec3 v) {
+    put_number(h, v.x);
+    put_number(h, v.y);
+    put_number(h, v.z);
+}
+
+/* Where the request is cancelled, a key of a part is as good: nothing comes of it. */
+static void put_array(hash *h, const void *data, size_t size, const atomic_bool *cancelled) {
+    enum { AT_ONCE = 1 << 16 };
+    const char *bytes = data;
+    for (size_t at = 0; at < size && !shd_is_cancelled(cancelled); at += AT_ONCE)
+        put(h, bytes + at, size - at < AT_ONCE ? size - at : AT_ONCE);
+}
+
+static void put_mesh(hash *h, const shd_mesh *mesh, const atomic_bool *cancelled) {
+    put_count(h, mesh->kept != NULL);
+    if (mesh->kept) {
+        put(h, mesh->kept->digest.bytes, sizeof mesh->kept->digest.bytes);
+        return;
+    }
+    put_count(h, mesh->vertex_count);
+    put_count(h, mesh->triangle_count);
+    put_count(h, mesh->normals != NULL);
+    const size_t vectors = 3 * mesh->vertex_count * sizeof(double);
+    put_array(h, mesh->positions, vectors, cancelled);
+    if (mesh->normals) put_array(h, mesh->normals, vectors, cancelled);
+    put_array(h, mesh->indices, 3 * mesh->triangle_count * sizeof *mesh->indices, cancelled);
+}
+
+static void put_object(hash *h, const shd_object *object, const shd_plan_material *material,
+                       const atomic_bool *cancelled) {
+    put_count(h, object->shape);
+    put_number(h, object->radius);
+    put_number(h, object->tube);
+    put_number(h, object->height);
+    put_vec(h, object->size);
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 3; c++) put_number(h, object->transform.linear[r][c]);
+    put_vec(h, object->transform.origin);
+    put_count(h, material->front_only);
+    if (object->shape == SHD_MESH) put_mesh(h, object->mesh, cancelled);
+}
+
+static void put_geometry(hash *h, const shd_plan *plan) {
+    const shd_scene *scene = plan->scene;
+    const shd_camera *camera = &scene->camera;
+    const shd_raster *raster = &scene->raster;
+    put_count(h, camera->projection);
+    put_vec(h, camera->position);
+    put_vec(h, camera->right);
+    put_vec(h, camera->up);
+    put_vec(h, camera->back);
+    put_number(h, camera->fov);
+    put_number(h, camera->height);
+    const int numbers[] = {raster->width, raster->height, raster->x,      raster->y,
+                           raster->w,     raster->h,      raster->samples};
+    put(h, numbers, sizeof numbers);
+    put_count(h, plan->split_positions);
+    put_count(h, scene->object_count);
+    for (size_t o = 0; o < scene->object_count; o++)
+        put_object(h, &scene->objects[o], &plan->materials[scene->objects[o].material],
+                   plan->cancelled);
+}
+
+static void put_light(hash *h, const shd_plan_light *light) {
+    /* Which lights meet in f32 is told by their places in the scene's list. */
+    put_count(h, light->index / SHD_LIGHT_GROUP);
+    put_count(h, (unsigned)light->directional | (unsigned)light->attenuated << 1 |
+                     (unsigned)light->spot << 2);
+    put_vec(h, light->position);
+    put_vec(h, light->toward);
+    put_vec(h, light->axis);
+    for (int c = 0; c < 3; c++) put_number(h, light->color[c]);
+    const double numbers[] = {
+        light->a,     light->b,     light->c,       light->gain, light->min_distance,
+        light->outer, light->inner, light->exponent};
+    for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++) put_number(h, numbers[i]);
+}
+
+/* Of colors only which terms there are. */
+static void put_material(hash *h, const shd_plan_material *material) {
+    put_count(h, material->has_diffuse);
+    put_count(h, material->lobe_count);
+    for (size_t k = 0; k < material->lobe_count; k++) put_number(h, material->lobes[k].shininess);
+}
+
+static void put_lights(hash *h, const shd_plan *plan) {
+    put_count(h, plan->tier);
+    put_count(h, plan->grey_lights);
+    put_count(h, plan->light_count);
+    for (size_t j = 0; j < plan->light_count; j++) put_light(h, &plan->lights[j]);
+    put_count(h, plan->scene->light_count); /* lobes are cut by it */
+    put_count(h, plan->group_count);
+    for (size_t g = 0; g < plan->group_count; g++) {
+        if (shd_is_cancelled(plan->cancelled)) return;
+        const shd_plan_group *group = &plan->groups[g];
+        put_material(h, &plan->materials[group->material]);
+        /* Lights whose color the material has nothing of are not in its sums. */
+        put_count(h, group->light_count);
+        put(h, group->lights, group->light_count * sizeof *group->lights);
+    }
+    for (size_t o = 0; o < plan->scene->object_count; o++) put_count(h, plan->objects[o].group);
+}
+
+/* Of all that was put so far; more may follow. */
+static shd_reuse_key key_of(const hash *h) {
+    hash ended = *h;
+    shd_reuse_key key;
+    sha256_digest(&ended, sizeof key, (uint8_t *)&key);
+    return key;
+}
+
+/* Everything that hits, and everything that fragments depend on. False: they are not kept. */
+static bool find_keys(const shd_plan *plan, shd_reuse_key *geometry, shd_reuse_key *light) {
+    const shd_scene *scene = plan->scene;
+    if (plan->tier == SHD_EXACT || plan->plane_count > 1 || plan->drop_tolerance > 0) return false;
+    for (int k = SHD_LAYER_NORMAL; k < SHD_LAYER_KINDS; k++)
+        if (plan->wants[k]) return false;
+    for (size_t o = 0; o < scene->object_count; o++)
+        if (scene->objects[o].interpolation != SHD_PHONG) return false;
+    hash h;
+    sha256_init(&h);
+    put_geometry(&h, plan);
+    *geometry = key_of(&h);
+    put_lights(&h, plan);
+    *light = key_of(&h);
+    return true;
+}
+
+/* ---- Records. ---- */
+
+shd_recall shd_recall_open(shd_reuse *reuse, const shd_plan *plan) {
+    shd_recall recall = {NULL, NULL, NULL, NULL};
+    shd_reuse_key geometry, light;
+    if (!find_keys(plan, &geometry, &light)) return recall;
+    recall.light = shd_reuse_find(reuse, SHD_RECORD_LIGHT, light);
+    if (recall.light) return recall;
+    const size_t tiles = shd_tile_count(&plan->scene->raster);
+    recall.keep_light = shd_record_new(reuse, SHD_RECORD_LIGHT, light, tiles);
+    recall.geometry = shd_reuse_find(reuse, SHD_RECORD_GEOMETRY, geometry);
+    if (!recall.geometry)
+        recall.keep_geometry = shd_record_new(reuse, SHD_RECORD_GEOMETRY, geometry, tiles);
+    return recall;
+}
+
+void shd_recall_close(shd_recall *recall, bool complete) {
+    if (complete && recall->keep_light) shd_record_publish(recall->keep_light);
+    if (complete && recall->keep_geometry) shd_record_publish(recall->keep_geometry);
+    shd_record_drop((shd_record *)recall->light);
+    shd_record_drop((shd_record *)recall->geometry);
+    shd_record_drop(recall->keep_light);
+    shd_record_drop(recall->keep_geometry);
+    *recall = (shd_recall){NULL, NULL, NULL, NULL};
+}
+
+/* ---- What a tile leaves: arrays side by side, in one piece of its record's memory. ---- */
+
+enum { ALIGNED = 64 };
+
+static size_t aligned(size_t size) {
+    return (size + ALIGNED - 1) / ALIGNED * ALIGNED;
+}
+
+/* The next array of a piece. */
+static void *next(char **at, size_t size) {
+    void *array = *at;
+    *at += aligned(size);
+    return array;
+}
+
+static void *copy(char **at, const void *from, size_t size) {
+    return memcpy(next(at, size), from, size);
+}
+
+/* Past the caches where there are instructions for it: what is kept is not read soon, would push
+ * out what is, and its lines need not be read before they are written. */
+static void *stream(char **at, const void *from, size_t size) {
+#if defined(__SSE2__)
+    const size_t lines = size / ALIGNED;
+    const __m128i *in = from;
+    char *to = next(at, size);
+    __m128i *out = (void *)to;
+    for (size_t i = 0; i < 4 * lines; i++) _mm_stream_si128(out + i, _mm_loadu_si128(in + i));
+    memcpy(out + 4 * lines, in + 4 * lines, size % ALIGNED);
+    return to;
+#else
+    return copy(at, from, size);
+#endif
+}
+
+/* Others see what was streamed. */
+static void finish_streams(void) {
+#if defined(__SSE2__)
+    _mm_sfence();
+#endif
+}
+
+/* ---- Fragments. ---- */
+
+/* Terms that some run has: the others' sums are not copied. */
+static size_t find_terms(const shd_plan *plan, const shd_fragments *from) {
+    size_t most = 0;
+    for (size_t r = 0; r < from->run_count; r++) {
+        const size_t terms = shd_terms_of(plan, from->runs[r].group);
+        most = terms > most ? terms : most;
+    }
+    return most;
+}
+
+void shd_keep_fragments(shd_record *record, size_t tile, const shd_plan *plan,
+                        const shd_fragments *from) {
+    const size_t arrays = shd_sum_of(plan, 1, 0, 0), count = from->count;
+    const size_t terms = find_terms(plan, from), channels = plan->grey_lights ? 1 : 3;
+    shd_fragments *to;
+    size_t size = aligned(sizeof *to);
+    if (count)
+        size += aligned(count * sizeof *to->cell) + aligned(from->run_count * sizeof *to->runs) +
+                aligned(arrays * sizeof *to->sums) +
+                terms * channels * aligned(count * sizeof **to->sums) +
+                (from->coverage ? aligned(count * sizeof *to->coverage) : 0);
+    char *at = shd_record_alloc(record, size);
+    if (!at) return;
+    to = next(&at, sizeof *to);
+    *to = (shd_fragments){.count = count, .capacity = count, .run_count = from->run_count};
+    if (count) {
+        to->cell = copy(&at, from->cell, count * sizeof *to->cell);
+        to->runs = copy(&at, from->runs, from->run_count * sizeof *to->runs);
+        if (from->coverage) to->coverage = copy(&at, from->coverage, count * sizeof *to->coverage);
+        to->sums = next(&at, arrays * sizeof *to->sums);
+        for (size_t k = 0; k < arrays; k++)
+            to->sums[k] = k / 3 < terms && k % 3 < channels
+                              ? stream(&at, from->sums[k], count * sizeof **to->sums)
+                              : NULL;
+    }
+    finish_streams();
+    shd_record_put(record, tile, to);
+}
+
+const shd_fragments *shd_kept_fragments(const shd_record *record, size_t tile) {
+    return shd_record_get(record, tile);
+}
+
+/* ---- Hits. ---- */
+
+/* Kernels read whole vectors, from wherever a run begins. */
+static size_t roomy(size_t count) {
+    return (count + SHD_LANES - 1) / SHD_LANES * SHD_LANES + SHD_LANES;
+}
+
+void shd_keep_cast(shd_record *record, size_t tile, const shd_plan *plan, const uint16_t *shot_cell,
+                   size_t shots, const shd_hits *hits) {
+    const size_t count = hits->count, room = roomy(count), floats = room * sizeof(float);
+    const bool full = count == shots; /* shot[i] is i */
+    const bool alike = shd_is_one_object(hits);
+    const size_t planes = plan->split_positions ? 12 : 9;
+    shd_kept_cast *to;
+    char *at = shd_record_alloc(
+        record, aligned(sizeof *to) + aligned(shots * sizeof *shot_cell) +
+                    (count ? (full ? 0 : aligned(room * sizeof *hits->shot)) +
+                                 (alike ? 0 : aligned(room * sizeof *hits->object)) +
+                                 planes * aligned(floats)
+                           : 0));
+    if (!at) return;
+    to = next(&at, sizeof *to);
+    *to = (shd_kept_cast){.shots = shots, .hits = {.count = count, .capacity = room}};
+    to->shot_cell = copy(&at, shot_cell, shots * sizeof *shot_cell);
+    if (count) {
+        to->object = hits->object[0];
+        if (!full) to->hits.shot = copy(&at, hits->shot, room * sizeof *hits->shot);
+        if (!alike) to->hits.object = copy(&at, hits->object, room * sizeof *hits->object);
+        for (int c = 0; c < 3; c++) {
+            to->hits.position32[c] = stream(&at, hits->position32[c], floats);
+            to->hits.normal32[c] = stream(&at, hits->normal32[c], floats);
+            to->hits.mirror32[c] = stream(&at, hits->mirror32[c], floats);
+            if (plan->split_positions) to->hits.low32[c] = stream(&at, hits->low32[c], floats);
+        }
+    }
+    finish_streams();
+    shd_kept_cast *first = (shd_kept_cast *)shd_record_get(record, tile), *last = first;
+    while (last && last->next) last = last->next;
+    if (last)
+        last->next = to;
+    else
+        shd_record_put(record, tile, to);
+}
+
+void shd_recall_cast(const shd_kept_cast *cast, shd_hits *room, shd_hits *out) {
+    *out = cast->hits;
+    if (!out->count) return;
+    if (!out->shot) {
+        out->shot = room->shot;
+        for (size_t i = 0; i < out->capacity; i++) out->shot[i] = (uint32_t)i;
+    }
+    if (!out->object) {
+        out->object = room->object;
+        for (size_t i = 0; i < out->capacity; i++) out->object[i] = cast->object;
+    }
+}

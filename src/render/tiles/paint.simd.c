@@ -1,0 +1,200 @@
+#include <string.h>
+
+#include "base/simd.h"
+#include "render/tiles/paint.h"
+
+/* The constant and the first terms in one pass. Without a coverage it is 1. */
+static inline void begin(float base, const float *restrict coverage, const float *color,
+                         const float *const *sums, size_t terms, size_t count, float *restrict to) {
+    for (size_t i = 0; i < count; i++) {
+        float sum = coverage ? base * coverage[i] : base;
+        for (size_t t = 0; t < terms; t++) sum += color[t] * sums[t][i];
+        to[i] = sum;
+    }
+}
+
+static void mix(const float constant[3], const float *coverage, const shd_paint_term *terms,
+                size_t term_count, size_t count, float *const out[3]) {
+    enum { FIRST = 2 };
+    for (int c = 0; c < 3; c++) {
+        const float base = constant[c];
+        float color[FIRST];
+        const float *sums[FIRST];
+        size_t first = 0, t = 0;
+        for (; t < term_count && first < FIRST; t++) {
+            if (terms[t].color[c] == 0) continue; /* an infinite sum does not show there */
+            color[first] = terms[t].color[c];
+            sums[first++] = terms[t].sums[c];
+        }
+        /* Constants make loops that vectorize. */
+        if (first == 2)
+            begin(base, coverage, color, sums, 2, count, out[c]);
+        else if (first == 1)
+            begin(base, coverage, color, sums, 1, count, out[c]);
+        else
+            begin(base, coverage, color, sums, 0, count, out[c]);
+        for (; t < term_count; t++) {
+            const float weight = terms[t].color[c];
+            const float *restrict more = terms[t].sums[c];
+            float *restrict to = out[c];
+            if (weight == 0) continue;
+            for (size_t i = 0; i < count; i++) to[i] += weight * more[i];
+        }
+    }
+}
+
+static void fill(float *values, size_t count, float value) {
+    for (size_t i = 0; i < count; i++) values[i] = value;
+}
+
+/* Whether cells from i on follow each other. */
+static inline bool is_span(const uint16_t *cell, size_t i, size_t count, size_t length) {
+    if (count - i < length || (size_t)(cell[i + length - 1] - cell[i]) != length - 1) return false;
+    uint16_t apart = 0;
+    for (size_t k = 1; k < length; k++) apart |= (uint16_t)(cell[i + k] ^ (cell[i] + k));
+    return !apart;
+}
+
+/* Cells mostly follow each other, in a row of the tile. */
+static void scatter(const float *const values[3], const uint16_t *cell, size_t count,
+                    float *const pixels[3]) {
+    enum { LONG = 8, SHORT = 4 };
+    for (size_t i = 0; i < count;) {
+        const size_t to = cell[i];
+        if (is_span(cell, i, count, LONG)) {
+            for (int c = 0; c < 3; c++) memcpy(pixels[c] + to, values[c] + i, LONG * sizeof(float));
+            i += LONG;
+        } else if (is_span(cell, i, count, SHORT)) {
+            for (int c = 0; c < 3; c++)
+                memcpy(pixels[c] + to, values[c] + i, SHORT * sizeof(float));
+            i += SHORT;
+        } else {
+            for (int c = 0; c < 3; c++) pixels[c][to] = values[c][i];
+            i++;
+        }
+    }
+}
+
+static void fill_rest(float *values, const float *cover, float background, size_t count) {
+    for (size_t i = 0; i < count; i++) values[i] += (1 - cover[i]) * background;
+}
+
+static void divide(float *values, const float *cover, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        float some = cover[i] > 0 ? cover[i] : 1;
+        values[i] /= some;
+    }
+}
+
+static void average(const float *values, size_t count, int samples, float *out) {
+    enum { AT_ONCE = 64 };
+    const double share = 1.0 / samples;
+    double sums[AT_ONCE];
+    for (size_t first = 0; first < count; first += AT_ONCE) {
+        const size_t left = count - first, some = left < AT_ONCE ? left : AT_ONCE;
+        for (size_t i = 0; i < some; i++) sums[i] = (double)values[first + i];
+        for (size_t k = 1; k < (size_t)samples; k++) {
+            const float *more = values + k * count + first;
+            for (size_t i = 0; i < some; i++) sums[i] += (double)more[i];
+        }
+        for (size_t i = 0; i < some; i++) out[first + i] = (float)(sums[i] * share);
+    }
+}
+
+static void gather(const float *values, const uint16_t *place, size_t values_count, size_t count,
+                   int samples, float *out) {
+    const double share = 1.0 / samples;
+    double sums[SHD_TILE_PIXELS];
+    for (size_t i = 0; i < count; i++) sums[i] = 0;
+    for (size_t i = 0; i < values_count; i++) sums[place[i]] += (double)values[i];
+    for (size_t i = 0; i < count; i++) out[i] = (float)(sums[i] * share);
+}
+
+/* ---- Bounds: sixteen lanes on their own, met at the end, so that every width does the same. ----
+ */
+
+enum { LANES = 16, VECTORS = LANES / SHD_W };
+
+static float most_of(const shd_vf v[VECTORS]) {
+    float lanes[LANES];
+    memcpy(lanes, v, sizeof lanes);
+    for (int k = 1; k < LANES; k++) lanes[0] = lanes[k] > lanes[0] ? lanes[k] : lanes[0];
+    return lanes[0];
+}
+
+/* What is left after whole groups of lanes: its last values, some of which were met already. */
+static void bound_axis(const float *values, size_t count, float *low, float *high) {
+    if (count < LANES) {
+        *low = *high = values[0];
+        for (size_t i = 1; i < count; i++) {
+            *low = values[i] < *low ? values[i] : *low;
+            *high = values[i] > *high ? values[i] : *high;
+        }
+        return;
+    }
+    shd_vf least[VECTORS], most[VECTORS];
+    /* The least is the most of what is negated. */
+    for (int k = 0; k < VECTORS; k++) {
+        most[k] = shd_vf_load(values + k * SHD_W);
+        least[k] = -most[k];
+    }
+    for (size_t done = LANES; done < count; done += LANES) {
+        const float *at = values + (done + LANES <= count ? done : count - LANES);
+        for (int k = 0; k < VECTORS; k++) {
+            const shd_vf v = shd_vf_load(at + k * SHD_W);
+            least[k] = shd_vf_max(-v, least[k]);
+            most[k] = shd_vf_max(v, most[k]);
+        }
+    }
+    *low = -most_of(least);
+    *high = most_of(most);
+}
+
+static float sum_axis(const float *values, size_t count) {
+    shd_vf sums[VECTORS];
+    for (int k = 0; k < VECTORS; k++) sums[k] = shd_vf_set(0);
+    size_t i = 0;
+    for (; i + LANES <= count; i += LANES)
+        for (int k = 0; k < VECTORS; k++) sums[k] += shd_vf_load(values + i + (size_t)k * SHD_W);
+    float lanes[LANES], sum = 0;
+    memcpy(lanes, sums, sizeof lanes);
+    for (; i < count; i++) sum += values[i];
+    for (int k = 0; k < LANES; k++) sum += lanes[k];
+    return sum;
+}
+
+static void bound(const float *const position[3], const float *const normal[3], size_t count,
+                  float low[3], float high[3], float sum[3]) {
+    for (int c = 0; c < 3; c++) {
+        bound_axis(position[c], count, &low[c], &high[c]);
+        sum[c] = sum_axis(normal[c], count);
+    }
+}
+
+static float spread(const float *const normal[3], const float axis[3], size_t count) {
+    float least = 1;
+    if (count < LANES) {
+        for (size_t i = 0; i < count; i++) {
+            const float cosine =
+                normal[0][i] * axis[0] + normal[1][i] * axis[1] + normal[2][i] * axis[2];
+            least = cosine < least ? cosine : least;
+        }
+        return least;
+    }
+    const shd_vf x = shd_vf_set(axis[0]), y = shd_vf_set(axis[1]), z = shd_vf_set(axis[2]);
+    shd_vf all[VECTORS]; /* negated */
+    for (int k = 0; k < VECTORS; k++) all[k] = shd_vf_set(-1);
+    for (size_t done = 0; done < count; done += LANES) {
+        const size_t at = done + LANES <= count ? done : count - LANES;
+        for (int k = 0; k < VECTORS; k++) {
+            const size_t i = at + (size_t)k * SHD_W;
+            const shd_vf cosine = shd_vf_load(normal[0] + i) * x + shd_vf_load(normal[1] + i) * y +
+                                  shd_vf_load(normal[2] + i) * z;
+            all[k] = shd_vf_max(-cosine, all[k]);
+        }
+    }
+    return -most_of(all);
+}
+
+const shd_paint_kernel SHD_VARIANT(shd_paint_kernel) = {mix,     fill,   scatter, fill_rest, divide,
+                                                        average, gather, bound,   spread};

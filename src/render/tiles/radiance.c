@@ -1,0 +1,56 @@
+#include "render/tiles/radiance.h"
+
+#include <string.h>
+
+size_t shd_plane_terms(const shd_plan *plan, const shd_plan_material *material, size_t plane,
+                       float constant[3], shd_paint_term *terms, size_t *term_of) {
+    const shd_layer_kind kind = plan->planes[plane].kind;
+    const bool beauty = kind == SHD_LAYER_BEAUTY, light = kind == SHD_LAYER_LIGHT;
+    for (int c = 0; c < 3; c++) {
+        double value = 0;
+        if (beauty || kind == SHD_LAYER_EMISSIVE) value += material->emissive[c];
+        if (beauty || kind == SHD_LAYER_AMBIENT) value += material->ambient[c];
+        constant[c] = (float)value;
+    }
+    size_t count = 0;
+    if ((beauty || light || kind == SHD_LAYER_DIFFUSE) && material->has_diffuse) {
+        for (int c = 0; c < 3; c++) terms[count].color[c] = (float)material->diffuse[c];
+        term_of[count++] = 0;
+    }
+    if (beauty || light || kind == SHD_LAYER_SPECULAR) {
+        for (size_t k = 0; k < material->lobe_count; k++) {
+            for (int c = 0; c < 3; c++)
+                terms[count].color[c] = (float)material->lobes[k].specular[c];
+            term_of[count++] = 1 + k;
+        }
+    }
+    return count;
+}
+
+static void add_exact(const double color[3], bool grey, double *const *sums, size_t i,
+                      double radiance[3]) {
+    for (int c = 0; c < 3; c++)
+        if (color[c] != 0) radiance[c] += color[c] * sums[grey ? 0 : c][i];
+}
+
+void shd_mix_exact(const shd_plan *plan, const shd_plan_material *material, size_t plane,
+                   double *const *sums, size_t count, float *const out[3]) {
+    const shd_layer_kind kind = plan->planes[plane].kind;
+    const bool beauty = kind == SHD_LAYER_BEAUTY, light = kind == SHD_LAYER_LIGHT;
+    double constant[3] = {0, 0, 0};
+    for (int c = 0; c < 3; c++) {
+        if (beauty || kind == SHD_LAYER_EMISSIVE) constant[c] += material->emissive[c];
+        if (beauty || kind == SHD_LAYER_AMBIENT) constant[c] += material->ambient[c];
+    }
+    for (size_t i = 0; i < count; i++) {
+        double radiance[3];
+        memcpy(radiance, constant, sizeof radiance);
+        if ((beauty || light || kind == SHD_LAYER_DIFFUSE) && material->has_diffuse)
+            add_exact(material->diffuse, plan->grey_lights, sums, i, radiance);
+        if (beauty || light || kind == SHD_LAYER_SPECULAR)
+            for (size_t k = 0; k < material->lobe_count; k++)
+                add_exact(material->lobes[k].specular, plan->grey_lights, sums + 3 * (1 + k), i,
+                          radiance);
+        for (int c = 0; c < 3; c++) out[c][i] = (float)radiance[c];
+    }
+}

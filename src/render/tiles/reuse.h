@@ -1,0 +1,64 @@
+/* What pictures share: G-buffers and sums of light, kept between requests.
+ *
+ * Two kinds of records, each of all tiles of a picture:
+ * - geometry: what rays hit. Its key is everything that rays depend on (camera, raster, samples,
+ *   objects), so that another light or shininess casts no ray;
+ * - light: fragments (tile.h). Its key adds lights and exponents, so that another color of a
+ *   material leaves only multiplications, the output's colors and the file.
+ *
+ * What is kept is what would be computed again: a picture has the same bytes with records and
+ * without. Records are constant once published, live while somebody uses them, and are forgotten
+ * in the order of their last use when the cap is reached. Any thread. */
+#ifndef SHD_RENDER_TILES_REUSE_H
+#define SHD_RENDER_TILES_REUSE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "shaded.h"
+
+typedef struct shd_reuse shd_reuse;
+typedef struct shd_record shd_record;
+
+typedef struct shd_reuse_key {
+    uint64_t low, high;
+} shd_reuse_key;
+
+typedef enum shd_record_kind { SHD_RECORD_GEOMETRY, SHD_RECORD_LIGHT } shd_record_kind;
+
+/* `cap` bytes at most, tried of `budget`, which outlives it; 0 keeps nothing. NULL: out of memory.
+ */
+shd_reuse *shd_reuse_new(size_t cap, shd_budget *budget);
+
+/* Forgets the oldest records that nobody uses, and gives the system back what is free then, until
+ * that are `bytes` or there is no more. Returns how many bytes were. */
+size_t shd_reuse_trim(shd_reuse *reuse, size_t bytes);
+void shd_reuse_drop(shd_reuse *reuse); /* nobody uses a record any more; NULL is fine */
+
+/* The record of a key, to be dropped by the caller; NULL: there is none. Counts. */
+shd_record *shd_reuse_find(shd_reuse *reuse, shd_record_kind kind, shd_reuse_key key);
+
+/* A new record, to be filled by any number of threads, one a tile. NULL where nothing is kept or
+ * memory is short. */
+shd_record *shd_record_new(shd_reuse *reuse, shd_record_kind kind, shd_reuse_key key,
+                           size_t tile_count);
+
+/* Memory for a tile of a record that is being filled, aligned to 64 bytes. NULL: the record, or
+ * this piece with more than a mebibyte, is too large, and the record will not be published. */
+void *shd_record_alloc(shd_record *record, size_t size);
+
+/* A tile's content: whatever was put there, NULL before. */
+void shd_record_put(shd_record *record, size_t tile, void *content);
+const void *shd_record_get(const shd_record *record, size_t tile);
+
+/* Lets others find it, if it is complete; the caller still drops it. */
+void shd_record_publish(shd_record *record);
+void shd_record_drop(shd_record *record); /* NULL is fine */
+
+/* Makes ready a little of the memory that records will take next, as shd_stock_touch. */
+bool shd_reuse_touch(shd_reuse *reuse);
+
+shd_reuse_load shd_reuse_load_of(shd_reuse *reuse);
+
+#endif

@@ -1,0 +1,131 @@
+#include "render/tiles/shots.h"
+
+#include <string.h>
+
+/* Rays that are cast faster where they are of the same sample: a chunk's pixels round to it. */
+enum { BESIDE = 64 };
+
+/* Pixels that are cast and lit at once with all of their samples. */
+static size_t pixels_at_once(size_t samples) {
+    return SHD_CHUNK / samples / BESIDE * BESIDE;
+}
+
+size_t shd_chunks_of(size_t samples) {
+    const size_t step = pixels_at_once(samples);
+    return (SHD_TILE_PIXELS + step - 1) / step;
+}
+
+/* The row's pixels from `left` up to `right`. */
+static size_t list_row(shd_tile_scratch *s, size_t count, int y, int left, int right) {
+    const int cell = y * SHD_TILE + left;
+    if (right - left == SHD_BLOCK_SIDE) { /* almost always: a vector's store */
+        for (int i = 0; i < SHD_BLOCK_SIDE; i++)
+            s->pixels[count + (size_t)i] = (uint16_t)(cell + i);
+        return count + SHD_BLOCK_SIDE;
+    }
+    for (int i = 0; i < right - left; i++) s->pixels[count++] = (uint16_t)(cell + i);
+    return count;
+}
+
+static int lesser(int a, int b) {
+    return a < b ? a : b;
+}
+
+/* All pixels of blocks where something may be seen, block by block: a bundle's rays are near to
+ * each other. */
+static void list_blocks(shd_tile tile, shd_tile_scratch *s) {
+    const int left = tile.x % SHD_TILE, right = left + tile.w, top = tile.y % SHD_TILE,
+              bottom = top + tile.h;
+    size_t count = 0;
+    s->bundle_count = 0;
+    for (int y = top, below; y < bottom; y = below) {
+        below = lesser((y / SHD_BLOCK_SIDE + 1) * SHD_BLOCK_SIDE, bottom);
+        for (int x = left, beside; x < right; x = beside) {
+            beside = lesser((x / SHD_BLOCK_SIDE + 1) * SHD_BLOCK_SIDE, right);
+            const shd_block *block =
+                &s->survey.blocks[y / SHD_BLOCK_SIDE * s->survey.across + x / SHD_BLOCK_SIDE];
+            if (!block->count) continue;
+            const size_t first = count;
+            for (int row = y; row < below; row++) count = list_row(s, count, row, x, beside);
+            s->bundles[s->bundle_count++] =
+                (shd_bundle){(uint16_t)first, (uint16_t)(count - first), block};
+        }
+    }
+}
+
+/* The same row by row, as pictures have them. */
+static void list_rows(shd_tile tile, shd_tile_scratch *s, size_t samples) {
+    const int left = tile.x % SHD_TILE, right = left + tile.w, top = tile.y % SHD_TILE;
+    size_t count = 0;
+    for (int y = top; y < top + tile.h; y++)
+        for (int x = left, beside; x < right; x = beside) {
+            beside = lesser((x / SHD_BLOCK_SIDE + 1) * SHD_BLOCK_SIDE, right);
+            if (s->survey.blocks[y / SHD_BLOCK_SIDE * s->survey.across + x / SHD_BLOCK_SIDE].count)
+                count = list_row(s, count, y, x, beside);
+        }
+    s->bundle_count = 0;
+    for (size_t first = 0, step = pixels_at_once(samples); first < count; first += step)
+        s->bundles[s->bundle_count++] = (shd_bundle){
+            (uint16_t)first, (uint16_t)(count - first < step ? count - first : step), NULL};
+}
+
+void shd_list_pixels(shd_tile tile, size_t samples, shd_tile_scratch *s) {
+    if (s->survey.even)
+        list_rows(tile, s, samples);
+    else
+        list_blocks(tile, s);
+}
+
+/* ---- Chunks. ---- */
+
+/* Of a bundle the first sample of all of its pixels, then the second one, and so on: a sample's
+ * rays are beside each other, and so are the values that make a pixel's mean with its neighbors'.
+ */
+static void make_shots(shd_tile tile, const uint16_t *cells, size_t pixels, size_t samples,
+                       size_t at, shd_tile_scratch *s) {
+    const int left = tile.x / SHD_TILE * SHD_TILE, top = tile.y / SHD_TILE * SHD_TILE;
+    for (size_t i = 0; i < pixels; i++) {
+        s->shot_cell[at + i] = cells[i];
+        s->x[at + i] = left + cells[i] % SHD_TILE;
+        s->y[at + i] = top + cells[i] / SHD_TILE;
+    }
+    memset(s->sample + at, 0, pixels * sizeof *s->sample);
+    for (size_t k = 1; k < samples; k++) {
+        const size_t to = at + k * pixels;
+        memcpy(s->shot_cell + to, s->shot_cell + at, pixels * sizeof *s->shot_cell);
+        memcpy(s->x + to, s->x + at, pixels * sizeof *s->x);
+        memcpy(s->y + to, s->y + at, pixels * sizeof *s->y);
+        memset(s->sample + to, (int)k, pixels * sizeof *s->sample);
+    }
+}
+
+shd_chunk shd_make_chunk(shd_tile tile, shd_tile_scratch *s, size_t first, size_t samples) {
+    shd_chunk c = {s->bundles + first, 0, 0};
+    for (; first + c.count < s->bundle_count; c.count++) {
+        const shd_bundle *next = &c.bundles[c.count];
+        if (c.pixels + next->count > pixels_at_once(samples)) break;
+        make_shots(tile, s->pixels + next->first, next->count, samples, c.pixels * samples, s);
+        c.pixels += next->count;
+    }
+    return c;
+}
+
+void shd_shoot_chunk(const shd_scenery *scenery, const shd_chunk *c, shd_tile_scratch *s) {
+    const size_t samples = (size_t)scenery->plan->scene->raster.samples;
+    const shd_survey *survey = &s->survey;
+    s->hits.count = 0;
+    s->now = &s->hits;
+    uint32_t first = 0;
+    for (size_t b = 0; b < c->count; b++) {
+        const uint32_t shots = c->bundles[b].count * (uint32_t)samples;
+        const shd_block *block = c->bundles[b].block;
+        const size_t before = s->hits.count;
+        shd_sight_shoot(scenery->sight, survey->candidates + (block ? block->first : 0),
+                        block ? block->count : survey->candidate_count,
+                        &(shd_shots){shots, s->x + first, s->y + first, s->sample + first},
+                        &s->hits);
+        for (size_t i = before; i < s->hits.count; i++) s->hits.shot[i] += first;
+        first += shots;
+    }
+    shd_hits_pad(&s->hits);
+}

@@ -1,0 +1,506 @@
+#include "render/tiles/tile.h"
+
+#include <string.h>
+
+#include "render/tiles/film.h"
+#include "render/tiles/keep.h"
+#include "render/tiles/shots.h"
+#include "render/tiles/tile_scratch.h"
+
+enum { NO_FRAGMENT = UINT16_MAX };
+
+/* ---- Scratch. ---- */
+
+size_t shd_tile_count(const shd_raster *raster) {
+    const int across = (raster->x + raster->w - 1) / SHD_TILE - raster->x / SHD_TILE + 1,
+              down = (raster->y + raster->h - 1) / SHD_TILE - raster->y / SHD_TILE + 1;
+    return (size_t)across * (size_t)down;
+}
+
+static float **new_arrays(size_t arrays, size_t length, shd_arena *arena) {
+    float **out = shd_arena_alloc(arena, arrays, sizeof *out);
+    length = (length + SHD_LANES - 1) / SHD_LANES * SHD_LANES;
+    float *values = shd_arena_alloc(arena, arrays * length, sizeof *values);
+    if (!out || !values) return NULL;
+    for (size_t i = 0; i < arrays; i++) out[i] = values + i * length;
+    return out;
+}
+
+shd_tile_scratch *shd_tile_scratch_new(const shd_scenery *scenery, shd_arena *arena) {
+    const shd_plan *plan = scenery->plan;
+    const size_t samples = (size_t)plan->scene->raster.samples;
+    /* A pixel has no more fragments than samples, or groups and facets. */
+    const size_t classes = plan->group_count + 1;
+    const size_t each = samples < classes ? samples : classes;
+    shd_tile_scratch *s = shd_arena_zalloc(arena, 1, sizeof *s);
+    if (!s) return NULL;
+    s->x = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->x);
+    s->y = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->y);
+    s->sample = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->sample);
+    s->shot_cell = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->shot_cell);
+    s->pixels = shd_arena_alloc(arena, SHD_TILE_PIXELS, sizeof *s->pixels);
+    s->cell = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->cell);
+    s->order = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->order);
+    s->starts = shd_arena_alloc(arena, classes + 1, sizeof *s->starts);
+    s->place = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->place);
+    s->which = shd_arena_alloc(arena, plan->light_count, sizeof *s->which);
+    s->run_capacity = classes < SHD_CHUNK ? classes : SHD_CHUNK;
+    s->runs = shd_arena_alloc(arena, s->run_capacity, sizeof *s->runs);
+    if (plan->tier == SHD_EXACT) {
+        const size_t rows = 3 * (1 + plan->max_lobes);
+        double *values = shd_arena_alloc(arena, rows * (SHD_CHUNK + SHD_LANES), sizeof *values);
+        s->exact = shd_arena_alloc(arena, rows, sizeof *s->exact);
+        if (!values || !s->exact) return NULL;
+        for (size_t i = 0; i < rows; i++) s->exact[i] = values + i * (SHD_CHUNK + SHD_LANES);
+    }
+    s->sum_arrays = shd_sum_of(plan, plan->plane_count, 0, 0);
+    s->sums = new_arrays(s->sum_arrays, SHD_CHUNK + SHD_LANES, arena);
+    s->outs = shd_arena_alloc(arena, shd_sum_of(plan, 1, 0, 0), sizeof *s->outs);
+    /* Kernels read whole vectors from wherever a run begins. */
+    bool made = shd_survey_new(scenery->sight, SHD_TILE, SHD_TILE, arena, &s->survey) &&
+                shd_hits_new(plan, SHD_CHUNK + SHD_LANES, arena, &s->hits) &&
+                shd_hits_new(plan, SHD_CHUNK + SHD_LANES, arena, &s->sorted);
+    if (!made || !s->outs || !s->x || !s->y || !s->sample || !s->shot_cell || !s->pixels ||
+        !s->cell || !s->order || !s->starts || !s->place || !s->which || !s->runs || !s->sums)
+        return NULL;
+
+    for (size_t i = 0; i < SHD_TILE_PIXELS; i++) s->fragment_of[i] = NO_FRAGMENT;
+    shd_fragments *f = &s->fragments;
+    if (samples == 1) { /* samples are fragments */
+        f->capacity = SHD_CHUNK;
+        f->cell = s->cell;
+        f->sums = s->sums;
+        f->runs = s->runs;
+        return s;
+    }
+    const size_t chunks = shd_chunks_of(samples);
+    f->capacity = SHD_TILE_PIXELS * each;
+    f->cell = shd_arena_alloc(arena, f->capacity, sizeof *f->cell);
+    s->coverage = shd_arena_alloc(arena, f->capacity, sizeof *s->coverage);
+    f->sums = new_arrays(s->sum_arrays, f->capacity + SHD_LANES, arena);
+    f->runs = shd_arena_alloc(arena, chunks * s->run_capacity, sizeof *f->runs);
+    return f->cell && s->coverage && f->sums && f->runs ? s : NULL;
+}
+
+/* The terms are those of shd_tile_scratch_new, of what it calls, and their rounding. */
+uint64_t shd_tile_scratch_size(const shd_plan *plan) {
+    const shd_scene *scene = plan->scene;
+    const bool exact = plan->tier == SHD_EXACT;
+    const uint64_t samples = (uint64_t)scene->raster.samples, classes = plan->group_count + 1;
+    const uint64_t length = SHD_CHUNK + 2 * SHD_LANES, rows = shd_sum_of(plan, 1, 0, 0);
+    const uint64_t arrays = plan->plane_count * rows;
+    const uint64_t side = SHD_TILE / SHD_BLOCK_SIDE, blocks = side * side;
+    const uint64_t shot = 2 * sizeof(int32_t) + 1 + 3 * sizeof(uint16_t) + sizeof(uint32_t);
+    const uint64_t runs = (classes < SHD_CHUNK ? classes : SHD_CHUNK) * sizeof(shd_run);
+    const uint64_t roundings = 100 * 64;
+
+    uint64_t bytes = sizeof(shd_tile_scratch) + SHD_CHUNK * shot + 2 * length * shd_hit_size(plan) +
+                     runs + SHD_TILE_PIXELS * sizeof(uint16_t) + (classes + 1) * sizeof(uint32_t) +
+                     plan->light_count * sizeof(uint32_t) + blocks * sizeof(shd_block) +
+                     (blocks + 1) * scene->object_count * sizeof(uint32_t) + roundings;
+    bytes += (arrays + rows) * sizeof(float *) + arrays * length * sizeof(float);
+    if (exact) bytes += rows * (length * sizeof(double) + sizeof(double *));
+    if (samples == 1) return bytes;
+    const uint64_t each = samples < classes ? samples : classes;
+    const uint64_t fragments = SHD_TILE_PIXELS * each + 2 * SHD_LANES;
+    bytes += fragments * (sizeof(uint16_t) + sizeof(float)) + shd_chunks_of(samples) * runs;
+    return bytes + arrays * (fragments * sizeof(float) + sizeof(float *));
+}
+
+/* ---- Light on what was hit. ---- */
+
+/* Copies the hits so that those of a group follow each other, in the order of the shots. */
+static void sort_hits(const shd_plan *plan, const shd_hits *from, const uint32_t *order,
+                      shd_hits *to) {
+    const size_t count = to->count = from->count;
+    for (int c = 0; c < 3; c++) {
+        if (plan->tier == SHD_EXACT) {
+            for (size_t i = 0; i < count; i++) {
+                to->position[c][i] = from->position[c][order[i]];
+                to->normal[c][i] = from->normal[c][order[i]];
+                to->view[c][i] = from->view[c][order[i]];
+            }
+            continue;
+        }
+        for (size_t i = 0; i < count; i++) {
+            to->position32[c][i] = from->position32[c][order[i]];
+            to->normal32[c][i] = from->normal32[c][order[i]];
+            to->mirror32[c][i] = from->mirror32[c][order[i]];
+        }
+        if (plan->split_positions)
+            for (size_t i = 0; i < count; i++) to->low32[c][i] = from->low32[c][order[i]];
+    }
+    for (size_t i = 0; i < count; i++) {
+        to->object[i] = from->object[order[i]];
+        to->shot[i] = from->shot[order[i]];
+    }
+    for (size_t i = 0; from->triangle && i < count; i++) {
+        to->triangle[i] = from->triangle[order[i]];
+        to->u[i] = from->u[order[i]];
+        to->v[i] = from->v[order[i]];
+    }
+    shd_hits_pad(to);
+}
+
+/* What an object's hits are grouped by: its group, or one more for all faceted objects. */
+static size_t class_of(const shd_scenery *scenery, int32_t object) {
+    return scenery->facets->radiance[object] ? scenery->plan->group_count
+                                             : scenery->plan->objects[object].group;
+}
+
+static void add_run(const shd_scenery *scenery, shd_tile_scratch *s, size_t class, uint32_t first,
+                    uint32_t count) {
+    const int32_t group = class == scenery->plan->group_count ? SHD_RADIANCE : (int32_t) class;
+    s->runs[s->run_count++] = (shd_run){group, first, count};
+}
+
+/* Runs of one group each, and the hits that they are runs of. */
+static const shd_hits *make_runs(const shd_scenery *scenery, const shd_hits *hits,
+                                 shd_tile_scratch *s) {
+    const size_t classes = scenery->plan->group_count + 1;
+    s->run_count = 0;
+    if (!hits->count) return hits;
+    bool alike = shd_is_one_object(hits);
+    if (!alike) {
+        memset(s->starts, 0, (classes + 1) * sizeof *s->starts);
+        for (size_t i = 0; i < hits->count; i++)
+            s->starts[class_of(scenery, hits->object[i]) + 1]++;
+        alike = s->starts[class_of(scenery, hits->object[0]) + 1] == hits->count;
+    }
+    if (alike) {
+        add_run(scenery, s, class_of(scenery, hits->object[0]), 0, (uint32_t)hits->count);
+        return hits;
+    }
+    for (size_t k = 0; k < classes; k++) {
+        const uint32_t count = s->starts[k + 1];
+        s->starts[k + 1] += s->starts[k];
+        if (count) add_run(scenery, s, k, s->starts[k], count);
+    }
+    for (size_t i = 0; i < hits->count; i++)
+        s->order[s->starts[class_of(scenery, hits->object[i])]++] = (uint32_t)i;
+    sort_hits(scenery->plan, hits, s->order, &s->sorted);
+    return &s->sorted;
+}
+
+/* The radiance of faceted objects, between their points. */
+static void interpolate(const shd_scenery *scenery, const shd_hits *hits, shd_run run,
+                        float *const *sums) {
+    const shd_plan *plan = scenery->plan;
+    const size_t planes = plan->plane_count, values = 3 * planes;
+    for (size_t i = run.first; i < run.first + run.count; i++) {
+        const size_t object = (size_t)hits->object[i];
+        const shd_facets *facets = shd_sight_facets(scenery->sight, object);
+        const uint32_t *corner = facets->corners + 3 * (size_t)hits->triangle[i];
+        const float *radiance = scenery->facets->radiance[object];
+        const float *a = radiance + values * corner[0], *b = radiance + values * corner[1],
+                    *c = radiance + values * corner[2];
+        const double u = hits->u[i], v = hits->v[i], w = 1 - u - v;
+        const bool flat = corner[0] == corner[1] && corner[0] == corner[2];
+        for (size_t p = 0; p < planes; p++)
+            for (int k = 0; k < 3; k++) {
+                const size_t at = 3 * p + (size_t)k;
+                double mixed = w * (double)a[at] + u * (double)b[at] + v * (double)c[at];
+                sums[shd_sum_of(plan, p, 0, k)][i] = flat ? a[at] : (float)mixed;
+            }
+    }
+}
+
+static void sum_lights(const shd_scenery *scenery, const shd_plan_material *material,
+                       const uint32_t *which, size_t count, const shd_hits *hits, shd_run run,
+                       size_t plane, shd_tile_scratch *s) {
+    const shd_plan *plan = scenery->plan;
+    float **out = s->outs;
+    for (size_t t = 0; t < 1 + material->lobe_count; t++)
+        for (int c = 0; c < 3; c++)
+            out[3 * t + (size_t)c] = s->sums[shd_sum_of(plan, plane, t, c)] + run.first;
+    float *const *diffuse = material->has_diffuse ? out : NULL;
+    shd_points32 points = {.count = run.count};
+    for (int c = 0; c < 3; c++) {
+        points.position[c] = hits->position32[c] + run.first;
+        points.low[c] = plan->split_positions ? hits->low32[c] + run.first : NULL;
+        points.normal[c] = hits->normal32[c] + run.first;
+        points.mirror[c] = hits->mirror32[c] + run.first;
+    }
+    shd_light_sums32(scenery->lighting, material, which, count, &points, diffuse, out + 3);
+}
+
+/* The exact tier's sums do not leave f64: a run of radiance, plane by plane, comes of them. */
+static void light_exactly(const shd_scenery *scenery, const shd_plan_material *material,
+                          const uint32_t *which, size_t count, const shd_hits *hits, shd_run run,
+                          size_t plane, shd_tile_scratch *s) {
+    const shd_plan *plan = scenery->plan;
+    shd_points64 points = {.count = run.count};
+    for (int c = 0; c < 3; c++) {
+        points.position[c] = hits->position[c] + run.first;
+        points.normal[c] = hits->normal[c] + run.first;
+        points.view[c] = hits->view[c] + run.first;
+    }
+    const bool light = plan->planes[plane].kind == SHD_LAYER_LIGHT;
+    shd_light_sums64(scenery->lighting, material, which, count, &points,
+                     material->has_diffuse ? s->exact : NULL, s->exact + 3);
+    for (size_t p = plane; p < plan->plane_count; p++) {
+        if (light ? p > plane : plan->planes[p].kind == SHD_LAYER_LIGHT) continue;
+        float *out[3];
+        for (int c = 0; c < 3; c++) out[c] = s->sums[shd_sum_of(plan, p, 0, c)] + run.first;
+        shd_mix_exact(plan, material, p, s->exact, run.count, out);
+    }
+}
+
+/* The run's points in a sphere, and their normals in a cone. */
+static shd_patch patch_of(const shd_scenery *scenery, const shd_hits *hits, shd_run run) {
+    const shd_plan *plan = scenery->plan;
+    const float *position[3], *normal[3];
+    for (int c = 0; c < 3; c++) {
+        position[c] = hits->position32[c] + run.first;
+        normal[c] = hits->normal32[c] + run.first;
+    }
+    float low[3], high[3], sum[3];
+    scenery->paint->bound(position, normal, run.count, low, high, sum);
+    double center[3], square = 0;
+    for (int c = 0; c < 3; c++) {
+        /* The points are where they were before they were rounded to f32. */
+        const double reach = fmax(fabs((double)low[c]), fabs((double)high[c])),
+                     half = ((double)high[c] - (double)low[c]) / 2 + 0x1p-24 * reach;
+        center[c] = ((double)low[c] + (double)high[c]) / 2;
+        square += half * half;
+    }
+    const double world = 1 / plan->scale;
+    shd_patch patch = {
+        .center = shd_madd(plan->origin, (shd_vec3){center[0], center[1], center[2]}, world),
+        .radius = sqrt(square) * world,
+        .axis = {0, 0, 1},
+        .cos_spread = -1};
+    const shd_vec3 total = {(double)sum[0], (double)sum[1], (double)sum[2]};
+    if (!shd_normalize(total, &patch.axis)) return patch;
+    const float axis[3] = {(float)patch.axis.x, (float)patch.axis.y, (float)patch.axis.z};
+    patch.cos_spread = (double)scenery->paint->spread(normal, axis, run.count);
+    return patch;
+}
+
+/* The lights of the group that may reach the run's points. */
+static size_t find_lights(const shd_scenery *scenery, const shd_hits *hits, shd_run run,
+                          const uint32_t **out, shd_tile_scratch *s) {
+    enum { FEW = 2 }; /* lights that cost less than looking at the points */
+    const shd_plan *plan = scenery->plan;
+    const shd_plan_group *group = &plan->groups[run.group];
+    *out = group->lights;
+    if (plan->tier == SHD_EXACT || group->light_count <= FEW) return group->light_count;
+    const shd_patch patch = patch_of(scenery, hits, run);
+    *out = s->which;
+    return shd_plan_cull(plan, (size_t)hits->object[run.first], &patch, plan->drop_tolerance,
+                         group->lights, group->light_count, s->which);
+}
+
+static const shd_hits *light_hits(const shd_scenery *scenery, shd_tile_scratch *s) {
+    const shd_plan *plan = scenery->plan;
+    const shd_hits *hits = make_runs(scenery, s->now, s);
+    if (hits->count && hits == s->now && hits->shot[hits->count - 1] == hits->count - 1)
+        memcpy(s->cell, s->shot_cell, hits->count * sizeof *s->cell); /* every shot hit */
+    else
+        for (size_t i = 0; i < hits->count; i++) s->cell[i] = s->shot_cell[hits->shot[i]];
+    for (size_t r = 0; r < s->run_count && !shd_is_cancelled(plan->cancelled); r++) {
+        const shd_run run = s->runs[r];
+        if (run.group == SHD_RADIANCE) {
+            interpolate(scenery, hits, run, s->sums);
+            continue;
+        }
+        const shd_plan_material *material = &plan->materials[plan->groups[run.group].material];
+        const uint32_t *which;
+        void (*light_run)(const shd_scenery *, const shd_plan_material *, const uint32_t *, size_t,
+                          const shd_hits *, shd_run, size_t, shd_tile_scratch *) =
+            plan->tier == SHD_EXACT ? light_exactly : sum_lights;
+        size_t count = find_lights(scenery, hits, run, &which, s);
+        light_run(scenery, material, which, count, hits, run, 0, s);
+        for (size_t p = 1; p < plan->plane_count; p++) {
+            uint32_t light;
+            if (plan->planes[p].kind != SHD_LAYER_LIGHT) continue;
+            count = shd_plan_find_light(plan, plan->planes[p].light, &light) ? 1 : 0;
+            light_run(scenery, material, &light, count, hits, run, p, s);
+        }
+        if (plan->tier == SHD_EXACT) s->runs[r].group = SHD_RADIANCE;
+    }
+    return hits;
+}
+
+/* ---- Fragments. ---- */
+
+/* Which planes have sums of their own. */
+static bool has_sums(const shd_plan *plan, int32_t group, size_t plane) {
+    return plane == 0 || group == SHD_RADIANCE || plan->planes[plane].kind == SHD_LAYER_LIGHT;
+}
+
+/* Where each of the run's hits is added up: the index of its pixel's fragment, of those of the run.
+ * Fills cells and coverages from `at` on. Returns how many there are. */
+static size_t place_hits(shd_tile_scratch *s, shd_run run, size_t at, int samples) {
+    uint16_t *cells = s->fragments.cell + at;
+    float *coverage = s->coverage + at;
+    size_t count = 0;
+    for (uint32_t i = run.first; i < run.first + run.count; i++) {
+        const uint16_t cell = s->cell[i];
+        uint16_t fragment = s->fragment_of[cell];
+        if (fragment == NO_FRAGMENT) {
+            fragment = s->fragment_of[cell] = (uint16_t)count;
+            cells[count] = cell;
+            coverage[count++] = 0;
+        }
+        coverage[fragment]++;
+        s->place[i] = fragment;
+    }
+    for (size_t k = 0; k < count; k++) {
+        s->whole &= coverage[k] == (float)samples;
+        coverage[k] /= (float)samples;
+        s->fragment_of[cells[k]] = NO_FRAGMENT;
+    }
+    return count;
+}
+
+/* Means of the samples of a chunk's bundles, every ray of which hit. */
+static void average_bundles(const shd_scenery *scenery, const shd_chunk *c, const float *values,
+                            float *out) {
+    const int samples = scenery->plan->scene->raster.samples;
+    for (size_t b = 0; b < c->count; b++) {
+        const size_t pixels = c->bundles[b].count;
+        scenery->paint->average(values, pixels, samples, out);
+        values += pixels * (size_t)samples;
+        out += pixels;
+    }
+}
+
+/* Appends the chunk's samples, averaged within its pixels. */
+static void add_fragments(const shd_scenery *scenery, shd_tile_scratch *s, const shd_chunk *chunk) {
+    const shd_plan *plan = scenery->plan;
+    const int samples = plan->scene->raster.samples;
+    const size_t pixels = chunk->pixels;
+    shd_fragments *f = &s->fragments;
+    for (size_t r = 0; r < s->run_count; r++) {
+        const shd_run run = s->runs[r];
+        const size_t at = f->count;
+        const bool full = run.count == pixels * (size_t)samples;
+        size_t count = pixels;
+        if (full) {
+            memcpy(f->cell + at, s->pixels + chunk->bundles[0].first, pixels * sizeof *f->cell);
+            scenery->paint->fill(s->coverage + at, pixels, 1);
+        } else {
+            count = place_hits(s, run, at, samples);
+        }
+        const size_t terms = shd_terms_of(plan, run.group);
+        for (size_t p = 0; p < plan->plane_count && !shd_is_cancelled(plan->cancelled); p++) {
+            if (!has_sums(plan, run.group, p)) continue;
+            const int channels = shd_channels_of(plan, run.group);
+            for (size_t t = 0; t < terms; t++)
+                for (int c = 0; c < channels; c++) {
+                    const size_t k = shd_sum_of(plan, p, t, c);
+                    const float *values = s->sums[k] + run.first;
+                    float *out = f->sums[k] + at;
+                    if (full)
+                        average_bundles(scenery, chunk, values, out);
+                    else
+                        scenery->paint->gather(values, s->place + run.first, run.count, count,
+                                               samples, out);
+                }
+        }
+        f->runs[f->run_count++] = (shd_run){run.group, (uint32_t)at, (uint32_t)count};
+        f->count += count;
+    }
+}
+
+/* ---- Samples. ---- */
+
+/* Data layers hold the pixel's sample that is nearest to the camera: averages would be places
+ * and directions that are nowhere on the surface. */
+static void store_data(const shd_scenery *scenery, const shd_hits *hits, const shd_tile_scratch *s,
+                       const shd_film *film, shd_tile tile) {
+    const shd_raster *raster = &scenery->plan->scene->raster;
+    const int left = tile.x / SHD_TILE * SHD_TILE, top = tile.y / SHD_TILE * SHD_TILE;
+    uint32_t nearest[SHD_TILE_PIXELS]; /* a hit, plus one */
+    memset(nearest, 0, sizeof nearest);
+    for (size_t i = 0; i < hits->count; i++) {
+        uint32_t *at = &nearest[s->shot_cell[hits->shot[i]]];
+        if (!*at || hits->depth[i] < hits->depth[*at - 1]) *at = (uint32_t)i + 1;
+    }
+    for (int cell = 0; cell < SHD_TILE_PIXELS; cell++) {
+        const int x = left + cell % SHD_TILE - raster->x, y = top + cell / SHD_TILE - raster->y;
+        if (!nearest[cell] || x < 0 || y < 0 || x >= film->width || y >= film->height) continue;
+        const size_t hit = nearest[cell] - 1;
+        const size_t pixel = (size_t)y * (size_t)film->width + (size_t)x;
+        for (int c = 0; c < 3; c++) {
+            if (film->normal)
+                film->normal[3 * pixel + (size_t)c] =
+                    hits->normal[c] ? (float)hits->normal[c][hit] : hits->normal32[c][hit];
+            if (film->position)
+                film->position[3 * pixel + (size_t)c] =
+                    hits->position[c] ? (float)hits->position[c][hit] : hits->world32[c][hit];
+        }
+        if (film->depth) film->depth[pixel] = (float)hits->depth[hit];
+        if (film->object) film->object[pixel] = (float)hits->object[hit];
+    }
+}
+
+/* The next cast of a tile whose hits are known: where it asks for the same rays. */
+static bool recall(shd_tile_scratch *s, size_t shots) {
+    const shd_kept_cast *cast = s->recalled;
+    if (!cast) return false;
+    s->recalled = cast->next;
+    if (cast->shots != shots || memcmp(cast->shot_cell, s->shot_cell, shots * sizeof *s->shot_cell))
+        return false;
+    shd_recall_cast(cast, &s->hits, &s->kept);
+    s->now = &s->kept;
+    return true;
+}
+
+/* Casts a chunk's shots, or recalls what they hit: s->now. Ends the stage. */
+static void cast_shots(const shd_scenery *scenery, shd_tile_scratch *s, const shd_chunk *c,
+                       shd_stopwatch *watch) {
+    const size_t shots = c->pixels * (size_t)scenery->plan->scene->raster.samples;
+    if (!recall(s, shots)) {
+        shd_shoot_chunk(scenery, c, s);
+        if (scenery->kept)
+            shd_keep_cast(scenery->kept, s->tile, scenery->plan, s->shot_cell, shots, &s->hits);
+    }
+    shd_end(watch, &watch->times.visibility);
+}
+
+static void sample_pixels(const shd_scenery *scenery, shd_tile tile, shd_tile_scratch *s,
+                          const shd_film *film, shd_stopwatch *watch) {
+    const size_t samples = (size_t)scenery->plan->scene->raster.samples;
+    for (size_t done = 0; done < s->bundle_count;) {
+        const shd_chunk c = shd_make_chunk(tile, s, done, samples);
+        cast_shots(scenery, s, &c, watch);
+        if (scenery->data) store_data(scenery, s->now, s, film, tile);
+        const shd_hits *hits = light_hits(scenery, s);
+        if (samples == 1) {
+            s->fragments.count = hits->count;
+            s->fragments.run_count = s->run_count;
+        } else {
+            add_fragments(scenery, s, &c);
+        }
+        shd_end(watch, &watch->times.shade);
+        done += c.count;
+    }
+}
+
+/* Surveys the tile's cell of the grid, whatever part of it is looked at, so that a region sees the
+ * blocks that the whole picture sees. */
+static void survey(const shd_scenery *scenery, shd_tile tile, shd_tile_scratch *s) {
+    const shd_tile whole = {tile.x / SHD_TILE * SHD_TILE, tile.y / SHD_TILE * SHD_TILE, SHD_TILE,
+                            SHD_TILE};
+    shd_sight_survey(scenery->sight, whole, &s->survey);
+}
+
+const shd_fragments *shd_tile_look(const shd_scenery *scenery, size_t index, shd_tile tile,
+                                   shd_tile_scratch *s, const shd_film *film,
+                                   shd_stopwatch *watch) {
+    s->fragments.count = s->fragments.run_count = 0;
+    s->whole = true;
+    s->tile = index;
+    s->recalled = scenery->known ? shd_record_get(scenery->known, index) : NULL;
+    survey(scenery, tile, s);
+    if (!s->survey.candidate_count) {
+        shd_end(watch, &watch->times.visibility);
+        return &s->fragments;
+    }
+    shd_list_pixels(tile, (size_t)scenery->plan->scene->raster.samples, s);
+    sample_pixels(scenery, tile, s, film, watch);
+    s->fragments.coverage = s->whole ? NULL : s->coverage;
+    return &s->fragments;
+}
