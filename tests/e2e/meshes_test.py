@@ -178,8 +178,8 @@ class MeshesTest(Test):
             connection.sendall(wrong + b"Expect: 100-continue\r\n\r\n")
             self.assertTrue(connection.recv(100).startswith(b"HTTP/1.1 404 "))
 
-    def test_the_readmes_example(self):
-        lines = (SOURCE / "README.md").read_text().splitlines()
+    def test_the_example_of_the_documents(self):
+        lines = (SOURCE / "docs/requests.md").read_text().splitlines()
         begin = next(i for i, line in enumerate(lines) if "> mesh.json" in line)
         text = "\n".join(line.removeprefix("    ").removeprefix("$ ") for line in lines[begin:begin + 5])
         self.assertEqual(text.count("curl"), 2)

@@ -407,8 +407,8 @@ class SignatureTest(Folder):
                 self.assertNotIn("short", event["message"])
                 self.assertEqual([daemon.get(one).status for one in (first, second)], [403, 200])
 
-    def test_the_recipe_of_the_readme_signs(self):
-        lines = (SOURCE / "README.md").read_text().splitlines()
+    def test_the_recipe_of_the_documents_signs(self):
+        lines = (SOURCE / "docs/operating.md").read_text().splitlines()
         start = next(i for i, line in enumerate(lines) if line.startswith("    key=$("))
         recipe = []
         for line in lines[start:]:
