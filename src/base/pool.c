@@ -43,10 +43,10 @@ struct shd_pool {
     bool deferred_next; /* whose turn it is */
     size_t capacity;
     atomic_bool has_fresh; /* fresh.count, to be looked at without the mutex */
-    atomic_uint_least64_t lent;
     loop *loops;
     bool (*idle)(void *context); /* or NULL */
     void *idle_context;
+    uint64_t lent;
     unsigned threads, busy, started;
     bool stopping;
     pthread_t *thread;
@@ -112,6 +112,7 @@ static double lend(shd_pool *pool, worker *self) {
     job next = {NULL, NULL};
     if (some) next = pop_fresh(pool);
     self->lending = some;
+    pool->lent += some; /* before it runs: who has its answer finds it counted */
     pthread_mutex_unlock(&pool->mutex);
     if (!some) return 0;
 
@@ -119,7 +120,6 @@ static double lend(shd_pool *pool, worker *self) {
     const shd_denormals before = shd_denormals_keep(); /* a loop's body may be the lender */
     next.run(next.context);
     shd_denormals_restore(before);
-    atomic_fetch_add(&pool->lent, 1);
     pthread_mutex_lock(&pool->mutex);
     self->lending = false;
     pthread_mutex_unlock(&pool->mutex);
@@ -369,7 +369,10 @@ size_t shd_pool_queued(shd_pool *pool) {
 }
 
 uint64_t shd_pool_lent(shd_pool *pool) {
-    return atomic_load(&pool->lent);
+    pthread_mutex_lock(&pool->mutex);
+    uint64_t lent = pool->lent;
+    pthread_mutex_unlock(&pool->mutex);
+    return lent;
 }
 
 unsigned shd_pool_busy(shd_pool *pool) {

@@ -44,6 +44,7 @@ static enum MHD_Result send_word(struct MHD_Connection *connection, unsigned sta
 
 static enum MHD_Result send_metrics(struct MHD_Connection *connection, shd_server *server) {
     shd_gauges gauges = {.load = shd_engine_load(server->engine),
+                         .jobs = shd_jobs_load_of(server->jobs),
                          .reaped = shd_reaper_count(server->reaper),
                          .reuse = shd_engine_reuse(server->engine),
                          .cache = shd_cache_load_of(server->cache),
@@ -53,7 +54,6 @@ static enum MHD_Result send_metrics(struct MHD_Connection *connection, shd_serve
                          .in_flight = atomic_load(&server->in_flight),
                          .unsent = atomic_load(&server->unsent),
                          .draining = atomic_load(&server->draining)};
-    gauges.load.queued = shd_jobs_waiting(server->jobs); /* the engine has tickets for them */
     size_t size;
     char *text = shd_metrics_text(&server->metrics, &gauges, &size);
     if (!text) return send_word(connection, 500, "out of memory\n");

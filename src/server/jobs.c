@@ -470,11 +470,13 @@ bool shd_jobs_leave(shd_jobs *jobs, shd_waiter *waiter) {
     return job;
 }
 
-size_t shd_jobs_waiting(shd_jobs *jobs) {
+shd_jobs_load shd_jobs_load_of(shd_jobs *jobs) {
     pthread_mutex_lock(&jobs->mutex);
-    const size_t count = shd_queue_count(jobs->queue, SHD_LANES);
+    const shd_jobs_load load = {.waiting = shd_queue_count(jobs->queue, SHD_LANES),
+                                .large_waiting = shd_queue_count(jobs->queue, SHD_LANE_LARGE),
+                                .large_begun = jobs->large};
     pthread_mutex_unlock(&jobs->mutex);
-    return count;
+    return load;
 }
 
 unsigned shd_jobs_retry_after(shd_jobs *jobs, const char *client) {

@@ -98,7 +98,7 @@ bool shd_jobs_leave(shd_jobs *jobs, shd_waiter *waiter);
 /* Answers everybody who waits, and every later one at once, that the server stops. */
 void shd_jobs_stop(shd_jobs *jobs);
 
-size_t shd_jobs_waiting(shd_jobs *jobs); /* jobs that no worker has yet */
+shd_jobs_load shd_jobs_load_of(shd_jobs *jobs);
 
 /* Seconds until what is ahead of something new of this client's is done, by what work took of late:
  * 1 to 300. */

@@ -161,7 +161,12 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
     fprintf(out, "shaded_oldest_request_seconds %" PRIu64 ".%03u\n", oldest / 1000,
             (unsigned)(oldest % 1000));
     print_number(out, "queue_depth", "gauge", "Requests that wait for a thread.",
-                 gauges->load.queued);
+                 gauges->jobs.waiting);
+    print_number(out, "queue_large", "gauge",
+                 "Those of them that wait for the rest of their work, or as a large document.",
+                 gauges->jobs.large_waiting);
+    print_number(out, "large_begun", "gauge", "Such requests that were begun and are not done.",
+                 gauges->jobs.large_begun);
     print_number(out, "workers", "gauge", "Rendering threads.", gauges->load.threads);
     print_number(out, "workers_busy", "gauge", "Rendering threads at work on a request.",
                  gauges->load.busy);

@@ -82,9 +82,17 @@ void shd_metrics_memory(shd_metrics *metrics, size_t bytes);
 
 void shd_metrics_stage(shd_metrics *metrics, shd_stage stage, double seconds);
 
+/* Jobs, at one moment. */
+typedef struct shd_jobs_load {
+    size_t waiting;       /* that no worker has, large ones among them */
+    size_t large_waiting; /* of that lane: read, or large by their document's size */
+    size_t large_begun;   /* of that lane, and not done yet */
+} shd_jobs_load;
+
 /* What is true just now, beside the counters. */
 typedef struct shd_gauges {
     shd_load load;
+    shd_jobs_load jobs;
     shd_reaped reaped;
     shd_reuse_load reuse;
     shd_cache_load cache;

@@ -368,7 +368,7 @@ class ServerTest(unittest.TestCase):
     def busy(self):
         with Daemon("--threads", "1", "--queue", "1", "--timeout", "300") as daemon:
             waiting = [occupied(daemon), Client(daemon, another(ENDLESS))]
-            wait_until_read(daemon, waiting[0], 1)
+            wait_until_read(daemon, 1)
             for path in SCENE_PATHS:
                 self.check(daemon.post(path, SMALL), path, "post", "429")
             self.put(daemon, "429")

@@ -309,7 +309,7 @@ class ReloadTest(Folder):
         with Daemon("--config", path, "--threads", "1") as daemon:
             running = occupied(daemon)
             waiting = Background(daemon, SLOW)
-            wait_until_read(daemon, running, 1)
+            wait_until_read(daemon, 1)
             self.file("timeout = 200\nmax-pixels = 1\ncache-control = new\n")
             reload(daemon)
             self.assertEqual(daemon.render(SMALL).status, 422)

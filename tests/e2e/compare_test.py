@@ -101,7 +101,7 @@ class Http(unittest.TestCase):
         with Daemon("--threads", "1", "--queue", "1", "--timeout", "300") as daemon:
             clients = [occupied(daemon)]
             clients.append(Client(daemon, LONG))
-            wait_until_read(daemon, clients[0], 1)
+            wait_until_read(daemon, 1)
             self.assertEqual(daemon.post("/v1/compare", SMALL).status, 429)
             for client in clients:
                 client.leave()

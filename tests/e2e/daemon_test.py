@@ -72,26 +72,23 @@ class Client:
         self.connection.close()
 
 
-def lent(daemon):
-    """Jobs so far that were read, or run, between two tiles of a large picture."""
-    return daemon.metrics()["shaded_lent_total"]
+def wait_until_read(daemon, count, begun=1):
+    """So many large pictures wait behind those that were begun, all of them were read, and nothing
+    else waits: while one is read, there is a place for another one."""
+    def reached():
+        metrics = daemon.metrics()
+        return (metrics["shaded_large_begun"] == begun and metrics["shaded_queue_depth"] == count
+                and metrics["shaded_queue_large"] == count)
+
+    wait_until(reached)
 
 
 def occupied(daemon):
     """A client that keeps the daemon's only worker until it leaves; others wait meanwhile, however
     slow the machine is, and are read between two tiles."""
     client = Client(daemon, ENDLESS)
-    wait_until_busy(daemon)
-    wait_until(lambda: daemon.render({}).status == 422 and lent(daemon) > 0)
-    client.lent = lent(daemon)
+    wait_until_read(daemon, 0)
     return client
-
-
-def wait_until_read(daemon, first, count):
-    """So many large pictures wait for the worker that `first` keeps, and all of them were read:
-    while one is, there is a place for another one."""
-    wait_until(lambda: lent(daemon) - first.lent >= count
-               and daemon.metrics()["shaded_queue_depth"] >= count)
 
 
 def has_ipv6():
@@ -374,7 +371,7 @@ class StopTest(unittest.TestCase):
                         "300")
         running = occupied(daemon)
         queued = [Background(daemon, SLOW), Background(daemon, another(SLOW))]
-        wait_until_read(daemon, running, 2)
+        wait_until_read(daemon, 2)
         self.assertEqual(daemon.get("/readyz", admin=True).status, 200)
 
         daemon.signal()
@@ -495,7 +492,7 @@ class LoadTest(unittest.TestCase):
         with Daemon("--threads", "1", "--queue", "1", "--timeout", "300") as daemon:
             running = occupied(daemon)
             queued = Client(daemon, another(ENDLESS))
-            wait_until_read(daemon, running, 1)
+            wait_until_read(daemon, 1)
             refused = daemon.render(SMALL)
             self.assertEqual(refused.status, 429)
             self.assertEqual(json.loads(refused.body)["type"], "urn:shaded:problem:busy")
@@ -526,7 +523,7 @@ class LoadTest(unittest.TestCase):
                 self.assertIsNone(answer.headers["Retry-After"])
                 self.assertEqual(answer.headers["Cache-Control"], "no-store")
             self.assertGreater(time.monotonic() - began, 0.9)
-            self.assertEqual(daemon.render(SMALL).status, 200)
+            wait_until(lambda: daemon.render(SMALL).status == 200)
 
     def test_idle_connections_are_closed(self):
         with Daemon("--idle-timeout", "1") as daemon:
@@ -720,7 +717,7 @@ class InsideTest(unittest.TestCase):
             self.assertEqual((known["status"], known["cache"]), (304, "304"))
             running = occupied(daemon)
             # The oldest has waited since before now.
-            self.assertGreater(daemon.metrics()["shaded_oldest_request_seconds"], 0)
+            wait_until(lambda: daemon.metrics()["shaded_oldest_request_seconds"] > 0)
             together = [Background(daemon, SLOW), Background(daemon, SLOW)]
             wait_until(lambda: daemon.metrics()["shaded_joined_total"] == 1)
             running.leave()

@@ -7,7 +7,7 @@ import socket
 import unittest
 
 from e2e.daemon import JSON, PATIENCE, SMALL, Answer, Daemon, another
-from e2e.daemon_test import ENDLESS, lent, wait_until, wait_until_busy
+from e2e.daemon_test import ENDLESS, wait_until, wait_until_busy, wait_until_read
 from e2e.queue_test import BUSY, encoded, new_daemon, wait_until_joined
 
 
@@ -44,11 +44,6 @@ class Waiting:
 
 def queued(daemon):
     return daemon.metrics()["shaded_queue_depth"]
-
-
-def wait_until_large(daemon, count):
-    """So many wait for the only worker, which was busy when they came, and all of them were read."""
-    wait_until(lambda: lent(daemon) >= count and queued(daemon) == count)
 
 
 def refused(daemon):
@@ -96,7 +91,7 @@ class PlacesTest(unittest.TestCase):
             wait_until_busy(daemon)
             for i in (1, 2):
                 crowd.append(Waiting(daemon, "127.0.0.2", another(ENDLESS, i)))
-                wait_until_large(daemon, i)
+                wait_until_read(daemon, i)
             late = Waiting(daemon, "127.0.0.3", another(ENDLESS, 9))
             answer = crowd[2].result()
             self.assertEqual(answer.status, 429)
@@ -105,7 +100,7 @@ class PlacesTest(unittest.TestCase):
             self.assertIn("gave way to another client's: the limit `queue` is 2", problem["detail"])
             self.assertTrue(1 <= int(answer.headers["Retry-After"]) <= 300)
             # One and one: neither takes the other's.
-            wait_until(lambda: lent(daemon) == 3 and queued(daemon) == 2)
+            wait_until_read(daemon, 2)
             for address in ("127.0.0.2", "127.0.0.3"):
                 self.assertEqual(render_from(daemon, address, another(ENDLESS, 8)).status, 429)
             for client in (late, *crowd):
@@ -119,7 +114,7 @@ class PlacesTest(unittest.TestCase):
             crowd = [Waiting(daemon, "127.0.0.2", another(ENDLESS, 0))]
             wait_until_busy(daemon)
             crowd += [Waiting(daemon, "127.0.0.2", another(ENDLESS, i)) for i in range(1, 49)]
-            wait_until_large(daemon, 48)
+            wait_until_read(daemon, 48)
             answer = render_from(daemon, "127.0.0.2", scene)
             self.assertEqual((answer.status, answer.headers["Retry-After"]), (429, "300"))
             for client in crowd:
@@ -128,11 +123,11 @@ class PlacesTest(unittest.TestCase):
     def test_turns_go_around_among_clients(self):
         with new_daemon("--threads", "1", "--timeout", "300") as daemon:
             first = Waiting(daemon, "127.0.0.9", ENDLESS)
-            wait_until_busy(daemon)
+            wait_until_read(daemon, 0)
             crowd = [Waiting(daemon, "127.0.0.2", another(BUSY, i)) for i in range(1, 7)]
-            wait_until(lambda: queued(daemon) == 6)
+            wait_until_read(daemon, 6)
             late = Waiting(daemon, "127.0.0.3", another(BUSY, 40))
-            wait_until(lambda: queued(daemon) == 7)
+            wait_until_read(daemon, 7)
             made = encoded(daemon)
             first.leave()
             self.assertEqual(late.result().status, 200)
@@ -152,7 +147,7 @@ class PlacesTest(unittest.TestCase):
             wait_until_busy(daemon)
             for i in (1, 2):
                 crowd.append(ask("192.0.2.1", i))
-                wait_until_large(daemon, i)
+                wait_until_read(daemon, i)
             late = ask("192.0.2.2", 9)
             self.assertEqual(crowd[2].result().status, 429)
             for client in (late, *crowd):
@@ -165,7 +160,7 @@ class PlacesTest(unittest.TestCase):
             wait_until_busy(daemon)
             for i in (1, 2):
                 crowd.append(Waiting(daemon, "127.0.0.1", another(ENDLESS, i)))
-                wait_until_large(daemon, i)
+                wait_until_read(daemon, i)
             for i in range(5):
                 answer = render_from(daemon, "127.0.0.1", another(ENDLESS, 10 + i),
                                      {"X-Forwarded-For": f"192.0.2.{i}"})
@@ -179,14 +174,16 @@ class CrowdTest(unittest.TestCase):
         """Three quarters may wait, and of those the client that has most gives up the newest."""
         with new_daemon("--threads", "1", "--max-connections", "40", "--max-connections-each", "0",
                         "--timeout", "300", "--drain-time", "0") as daemon:
-            crowd = [Waiting(daemon, "127.0.0.2", ENDLESS) for _ in range(30)]
+            crowd = [Waiting(daemon, "127.0.0.2", ENDLESS) for _ in range(29)]
+            wait_until_joined(daemon, 28)
+            crowd.append(Waiting(daemon, "127.0.0.2", ENDLESS))
             wait_until_joined(daemon, 29)
             answer = Waiting(daemon, "127.0.0.2", ENDLESS).result()
             self.assertEqual(answer.status, 429)
             self.assertIn("too many", json.loads(answer.body)["detail"])
             self.assertIn("Retry-After", answer.headers)
             self.assertEqual(render_from(daemon, "127.0.0.3", SMALL).status, 200)
-            self.assertEqual(refused(daemon), 2)
+            wait_until(lambda: refused(daemon) == 2)
             # What was given up for it is the newest one's alone: the others wait on.
             self.assertEqual(crowd[29].result().status, 429)
             self.assertEqual(daemon.metrics()["shaded_workers_busy"], 1)
@@ -250,11 +247,11 @@ class DeadlineTest(unittest.TestCase):
     def test_who_joins_what_waits_behind_a_crowd_comes_first(self):
         with new_daemon("--threads", "1", "--timeout", "300") as daemon:
             first = Waiting(daemon, "127.0.0.9", ENDLESS)
-            wait_until_busy(daemon)
+            wait_until_read(daemon, 0)
             crowd = []
             for i in range(1, 9):
                 crowd.append(Waiting(daemon, "127.0.0.2", another(BUSY, i)))
-                wait_until(lambda i=i: queued(daemon) == i)
+                wait_until_read(daemon, i)
             joined = Waiting(daemon, "127.0.0.3", another(BUSY, 8))
             wait_until_joined(daemon, 1)
             made = encoded(daemon)

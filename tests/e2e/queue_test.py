@@ -7,8 +7,8 @@ import select
 import unittest
 
 from e2e.daemon import SANITIZED, SLOW, SMALL, Daemon, another
-from e2e.daemon_test import (ENDLESS, Background, Client, lent, occupied, wait_until,
-                             wait_until_busy, wait_until_read)
+from e2e.daemon_test import (ENDLESS, Background, Client, occupied, wait_until, wait_until_busy,
+                             wait_until_read)
 
 SIDE = 220 if SANITIZED else 700
 BUSY = {**SLOW, "image": {"width": SIDE, "height": SIDE, "samples": 9}}
@@ -74,7 +74,7 @@ class TogetherTest(unittest.TestCase):
             first = occupied(daemon)
             equal = [Background(daemon, BUSY) for _ in range(8)]
             wait_until_joined(daemon, 7)
-            wait_until_read(daemon, first, 1)
+            wait_until_read(daemon, 1)
             self.assertEqual(daemon.render(another(BUSY, 2)).status, 429)
             first.leave()
             self.assert_same(equal)
@@ -103,7 +103,7 @@ class TogetherTest(unittest.TestCase):
             tags = {"If-None-Match": daemon.render(BUSY).headers["ETag"]}
             first = occupied(daemon)
             waiting = Client(daemon, BUSY)
-            wait_until_read(daemon, first, 1)
+            wait_until_read(daemon, 1)
             again = daemon.render(BUSY, tags)
             self.assertEqual((again.status, again.headers["ETag"]), (304, tags["If-None-Match"]))
             # Another tag than that, and it waits like everybody.
@@ -162,7 +162,7 @@ class LeaveTest(unittest.TestCase):
         with new_daemon("--threads", "1", "--timeout", "300") as daemon:
             running = occupied(daemon)
             first = Client(daemon, BUSY)
-            wait_until_read(daemon, running, 1)
+            wait_until_read(daemon, 1)
             second = Background(daemon, BUSY)
             third = Background(daemon, json.dumps(BUSY, indent=1))
             wait_until_joined(daemon, 2)
@@ -194,7 +194,7 @@ class TurnsTest(unittest.TestCase):
     def test_small_pictures_pass_between_the_tiles_of_large_ones(self):
         with new_daemon("--threads", "1", "--timeout", "300", "--drain-time", "0") as daemon:
             large = [Client(daemon, another(ENDLESS, i)) for i in range(5)]
-            wait_until_busy(daemon, busy=1, queued=4)
+            wait_until_read(daemon, 4)
             for i in range(20):
                 self.assertEqual(daemon.render(another(SMALL, i)).status, 200)
             self.assertGreaterEqual(daemon.metrics()["shaded_lent_total"], 20)
@@ -206,7 +206,7 @@ class TurnsTest(unittest.TestCase):
         """Which would wait, if all of them read a document or planned."""
         with new_daemon("--threads", "2", "--timeout", "300", "--drain-time", "0") as daemon:
             large = [Client(daemon, another(ENDLESS, i)) for i in range(5)]
-            wait_until_busy(daemon, busy=1, queued=4)
+            wait_until_read(daemon, 4)
             for i in range(20):
                 self.assertEqual(daemon.render(another(SMALL, i)).status, 200)
                 self.assertEqual(daemon.metrics()["shaded_queue_depth"], 4)
@@ -246,7 +246,7 @@ class TurnsTest(unittest.TestCase):
                                              timing))) / 1e3
             waiting = [occupied(daemon)]
             waiting += [Client(daemon, another(BUSY, i)) for i in range(2, 5)]
-            wait_until_read(daemon, waiting[0], 3)
+            wait_until_read(daemon, 3)
             refused = daemon.render(SMALL)
             self.assertEqual(refused.status, 429)
             seconds = int(refused.headers["Retry-After"])
