@@ -9,13 +9,14 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 
 #include "base/clock.h"
+#include "body.h"
 #include "connections.h"
 #include "framing.h"
+#include "head.h"
 #include "log.h"
 #include "private.h"
 #include "problem.h"
@@ -31,58 +32,7 @@ enum { LAST_STATUS = MHD_HTTP_SERVICE_UNAVAILABLE };
  * memory of the connection for each, and where that ends it neither answers nor closes. */
 enum { TARGET_MOST = 8000, PARAMETERS_MOST = 250 };
 
-/* Bytes of a body that there is always room for. */
-enum { SMALL_BODY = 64 << 10 };
-
-/* Bodies up to this size are read whatever memory is left: what gives way to them may take a
- * moment, for which this thread cannot wait as workers do. */
-enum { TINY_BODY = 16 << 10 };
-
-/* What the head says about itself and its body. */
-typedef struct head {
-    shd_exchange *exchange;
-    const char *length, *coding, *request_id, *trace;
-    unsigned lengths, codings, hosts, types, authorizations, traces;
-    bool expects, blanks;
-} head;
-
 /* ---- The start of an exchange ---- */
-
-/* "/path?query" of itself or of "http://host/path?query". */
-static const char *skip_authority(const char *target) {
-    const char *authority = strstr(target, "://");
-    if (*target == '/' || !authority || authority == target) return target;
-    const char *path = strchr(authority + 3, '/');
-    return path ? path : "/";
-}
-
-/* The path alone, decoded but for "%2F" and "%00", which parts of a server may take for the end of
- * a segment or of the path. An over-long path leaves path_cut set: it names nothing. */
-static void set_path(shd_exchange *exchange, const char *target) {
-    size_t length = 0;
-    for (const char *c = target; *c && *c != '?'; c++) {
-        unsigned byte = (unsigned char)*c;
-        char digits[3] = {0};
-        if (*c == '%' && c[1] && c[2]) {
-            char *end;
-            memcpy(digits, c + 1, 2);
-            unsigned long value = strtoul(digits, &end, 16);
-            bool is_coded = !*end && digits[0] != '+' && digits[0] != '-' && digits[0] != ' ';
-            bool hides = is_coded && (!value || value == '/');
-            exchange->path_hides = exchange->path_hides || hides;
-            if (is_coded && !hides) {
-                byte = (unsigned)value;
-                c += 2;
-            }
-        }
-        if (length == sizeof exchange->path - 1) {
-            exchange->path_cut = true;
-            break;
-        }
-        exchange->path[length++] = (char)byte;
-    }
-    exchange->path[length] = 0;
-}
 
 static void refuse_target(shd_exchange *exchange);
 
@@ -106,107 +56,12 @@ static void *begin(void *cls, const char *target, struct MHD_Connection *connect
              atomic_fetch_add(&exchange->server->next_id, 1));
     exchange->target_end = target + strlen(target);
     bool too_long = is_too_long(target);
-    target = skip_authority(target);
+    target = shd_head_skip_authority(target);
     exchange->target = strdup(target);
     exchange->reply.is_short = !exchange->target;
-    set_path(exchange, target);
+    shd_head_set_path(exchange, target);
     if (too_long) refuse_target(exchange);
     return exchange;
-}
-
-/* Appends a field that may be repeated, as a list. */
-static void join(char **list, const char *value, shd_reply *reply) {
-    size_t old = *list ? strlen(*list) : 0, size = old + strlen(value) + 3;
-    char *joined = realloc(*list, size);
-    if (!joined) {
-        reply->is_short = true; /* without the field it might be another answer */
-        return;
-    }
-    snprintf(joined + old, size - old, "%s%s", old ? ", " : "", value);
-    *list = joined;
-}
-
-static enum MHD_Result read_field(void *cls, enum MHD_ValueKind kind, const char *name,
-                                  const char *value) {
-    head *h = cls;
-    (void)kind;
-    if (strpbrk(name, " \t")) h->blanks = true;
-    if (!value) value = "";
-    if (!strcasecmp(name, "Accept")) {
-        join(&h->exchange->accept, value, &h->exchange->reply);
-    } else if (!strcasecmp(name, "Accept-Encoding")) {
-        join(&h->exchange->accept_encoding, value, &h->exchange->reply);
-    } else if (!strcasecmp(name, "If-None-Match")) {
-        join(&h->exchange->if_none_match, value, &h->exchange->reply);
-    } else if (!strcasecmp(name, "X-Forwarded-For")) {
-        join(&h->exchange->forwarded_for, value, &h->exchange->reply);
-    } else if (!strcasecmp(name, "Content-Type")) {
-        h->exchange->content_type = value;
-        h->types++;
-    } else if (!strcasecmp(name, "Content-Encoding")) {
-        if (*value && strcasecmp(value, "identity")) h->exchange->content_encoding = value;
-    } else if (!strcasecmp(name, "Authorization")) {
-        h->exchange->authorization = h->authorizations++ ? NULL : value;
-    } else if (!strcasecmp(name, "Origin")) {
-        h->exchange->origin = value;
-    } else if (!strcasecmp(name, "Access-Control-Request-Method")) {
-        h->exchange->is_preflight = h->exchange->method == SHD_OPTIONS;
-    } else if (!strcasecmp(name, "X-Request-Id")) {
-        h->request_id = value;
-    } else if (!strcasecmp(name, "traceparent")) {
-        h->trace = value;
-        h->traces++;
-    } else if (!strcasecmp(name, "Expect")) {
-        h->expects = true;
-    } else if (!strcasecmp(name, "Host")) {
-        h->hosts++;
-    } else if (!strcasecmp(name, "Content-Length")) {
-        h->length = value;
-        h->lengths++;
-    } else if (!strcasecmp(name, "Transfer-Encoding")) {
-        h->coding = value;
-        h->codings++;
-    }
-    return MHD_YES;
-}
-
-static void adopt_id(shd_exchange *exchange, const char *id) {
-    static const char allowed[] =
-        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-";
-    size_t length = id ? strspn(id, allowed) : 0;
-    if (length && length < SHD_ID_SIZE && !id[length]) memcpy(exchange->id, id, length + 1);
-}
-
-static shd_method find_method(const char *name) {
-    if (!strcmp(name, "GET")) return SHD_GET;
-    if (!strcmp(name, "HEAD")) return SHD_HEAD;
-    if (!strcmp(name, "POST")) return SHD_POST;
-    if (!strcmp(name, "PUT")) return SHD_PUT;
-    if (!strcmp(name, "OPTIONS")) return SHD_OPTIONS;
-    return SHD_NO_METHOD;
-}
-
-/* Heads on which two servers could disagree where the body ends, or what it is, are refused: that
- * is how requests are smuggled past proxies (RFC 9112, section 11.2). */
-static bool check_framing(head *h, const char *version) {
-    shd_reply *reply = &h->exchange->reply;
-    if (h->lengths > 1)
-        shd_problem_reply(reply, SHD_BAD_REQUEST, "Content-Length is given %u times", h->lengths);
-    else if (h->lengths && h->codings)
-        shd_problem_reply(reply, SHD_BAD_REQUEST, "both Content-Length and Transfer-Encoding");
-    else if (h->codings && (h->codings > 1 || strcasecmp(h->coding, "chunked")))
-        shd_problem_reply(reply, SHD_BAD_REQUEST, "the only Transfer-Encoding taken is chunked");
-    else if (h->blanks) /* "Content-Length : 5", of which others see a Content-Length */
-        shd_problem_reply(reply, SHD_BAD_REQUEST, "a field's name holds blanks");
-    else if (h->hosts > 1 || (!h->hosts && !strcmp(version, "HTTP/1.1")))
-        shd_problem_reply(reply, SHD_BAD_REQUEST, "%u Host fields: one is needed", h->hosts);
-    else if (h->exchange->path_hides)
-        shd_problem_reply(reply, SHD_BAD_REQUEST, "the path has %%2F or %%00");
-    else if (h->types > 1)
-        shd_problem_reply(reply, SHD_BAD_REQUEST, "Content-Type is given %u times", h->types);
-    else
-        return true;
-    return false;
 }
 
 /* ---- Sending ---- */
@@ -389,18 +244,14 @@ static void set_client(shd_exchange *exchange) {
 }
 
 static enum MHD_Result take_head(shd_exchange *exchange, const char *method, const char *version) {
-    head h = {.exchange = exchange};
-    snprintf(exchange->method_name, sizeof exchange->method_name, "%s", method);
-    exchange->method = find_method(method);
+    shd_head h;
     count(exchange);
-    MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, read_field, &h);
-    adopt_id(exchange, h.request_id);
-    if (h.traces == 1) shd_trace_read(h.trace, &exchange->trace);
+    shd_head_read(exchange, method, &h);
     set_client(exchange);
     if (!shd_head_is_sound(exchange->connection, method, exchange->target_end, version))
         shd_problem_reply(&exchange->reply, SHD_BAD_REQUEST,
                           "a line of the head does not end with CR LF, has a NUL, or is folded");
-    if (exchange->reply.status || !check_framing(&h, version)) return refuse_now(exchange);
+    if (exchange->reply.status || !shd_head_check(&h, version)) return refuse_now(exchange);
 
     if (shd_reaper_is_excess(exchange->server->reaper,
                              shd_connection_watched(exchange->connection)))
@@ -418,62 +269,11 @@ static enum MHD_Result take_head(shd_exchange *exchange, const char *method, con
     return MHD_YES;
 }
 
-/* All bodies together may be as many bytes as those of the requests that may wait or be worked on,
- * however many connections there are. Small ones always may: they do not come to much. */
-static bool may_grow(shd_exchange *exchange, size_t capacity) {
-    shd_server *server = exchange->server;
-    const uint64_t more = capacity - exchange->capacity;
-    const uint64_t all = atomic_fetch_add(&server->body_bytes, more) + more;
-    const bool few =
-        capacity <= SMALL_BODY || all / server->places <= exchange->settings->config.body;
-    if (few && capacity <= TINY_BODY) {
-        shd_budget_count(server->budget, more);
-        return true;
-    }
-    if (few && shd_budget_take(server->budget, more)) return true;
-    atomic_fetch_sub(&server->body_bytes, more);
-    if (few) {
-        shd_problem_later(&exchange->reply, SHD_BUSY,
-                          shd_jobs_retry_after(server->jobs, exchange->client),
-                          "other requests have the memory that the process may take just now");
-        return false;
-    }
-    shd_problem_later(&exchange->reply, SHD_BUSY,
-                      shd_jobs_retry_after(server->jobs, exchange->client),
-                      "the bodies of other requests take %llu bytes: with the limit `queue` of "
-                      "%llu there is no room for this one",
-                      (unsigned long long)(all - more), (unsigned long long)server->config.queue);
-    return false;
-}
-
-/* Memory grows with what has really come, not with what Content-Length promises. */
-static bool keep(shd_exchange *exchange, const char *data, size_t size) {
-    const uint64_t limit = exchange->settings->config.body;
-    size_t needed = exchange->size + size;
-    if (needed > exchange->capacity) {
-        size_t capacity = exchange->capacity ? exchange->capacity : 4096;
-        while (capacity < needed) capacity *= 2;
-        if (capacity > limit) capacity = limit;
-        if (!may_grow(exchange, capacity)) return false;
-        unsigned char *grown = realloc(exchange->body, capacity);
-        if (!grown) {
-            shd_memory_return_body(exchange->server, capacity - exchange->capacity);
-            shd_problem_reply(&exchange->reply, SHD_NO_MEMORY, "no memory for the body");
-            return false;
-        }
-        exchange->body = grown;
-        exchange->capacity = capacity;
-    }
-    memcpy(exchange->body + exchange->size, data, size);
-    exchange->size = needed;
-    return true;
-}
-
 static enum MHD_Result take_body(shd_exchange *exchange, const char *data, size_t *size) {
     if (*size > exchange->settings->config.body - exchange->size) return refuse_size(exchange, 0);
     if (exchange->refused || !(exchange->method & (SHD_POST | SHD_PUT))) {
         exchange->size += *size; /* read for the sake of the connection, but not kept */
-    } else if (!keep(exchange, data, *size)) {
+    } else if (!shd_body_keep(exchange, data, *size)) {
         return refuse_now(exchange);
     }
     *size = 0;

@@ -2,6 +2,7 @@
  *
  *     main.c    starts and stops everything
  *     http.c    libmicrohttpd: connections, bodies, sending; the only thread is its I/O thread
+ *     head.c    what the head of a request says; body.c  its body while it comes
  *     framing.c what it lets pass, though others read it differently
  *     routes.c  which paths and methods there are, and what can be answered at once
  *     jobs.c    which exchange waits for which work, and for how long
