@@ -377,24 +377,25 @@ static bool write_page(const attack *a, double seconds) {
     if (!out) return false;
     uint64_t findings = 0;
     for (int i = 0; i < a->chosen_count; i++) findings += a->counts[i].findings;
-    fprintf(out,
-            "# Attacks\n\n"
-            "`./dev attack SECONDS` wrote this page. Random scenes of the families below, made to "
-            "be hard, are drawn in\nevery tier and under budgets in every metric. The exact tier's "
-            "picture is held against `tests/attack/model.c`,\nan evaluation of "
-            "[the model](model.md) in long double or 113 bits that shares no code with `src/`, and "
-            "every other\none against the exact tier's, which takes the full pattern of samples: "
-            "each in all three metrics, by the bound\nthat was stated for it, and by its budget. A "
-            "finding is told with its seed; `./dev attack --seed FAMILY:N` makes\nit again.\n\n"
-            "%.0f seconds on %d threads, seeds from %llu: %llu findings.\n\n",
-            seconds, a->threads, (unsigned long long)a->first, (unsigned long long)findings);
+    fprintf(
+        out,
+        "# Attacks\n\n"
+        "`./dev attack SECONDS` wrote this page. It draws random scenes of the families below, "
+        "which are made to be hard,\nin every tier and under budgets in every metric. The exact "
+        "tier's picture is held against\n`tests/attack/model.c`, an evaluation of "
+        "[the model](model.md) in long double or 113 bits that shares no\ncode with `src/`. "
+        "Every other picture is held against the exact tier's, which takes the full pattern of\n"
+        "samples. All three metrics are held to the bound that was stated, and to the budget. A "
+        "finding is told with\nits seed; `./dev attack --seed FAMILY:N` makes it again.\n\n"
+        "%.0f seconds on %d threads, seeds from %llu: %llu findings.\n\n",
+        seconds, a->threads, (unsigned long long)a->first, (unsigned long long)findings);
     print_table(out, a);
     fprintf(out,
             "\nThe columns `exact` to `deltaE2000` are the largest error that was measured, over "
-            "its bound: of the exact tier\nagainst the model, of all other pictures against the "
-            "exact one; CIEDE2000's bound is that of the picture's own\ncolors. A sample is "
-            "undecided where the model jumps within rounding of it (`tests/attack/model.h` says\n"
-            "when); any of the values there is taken for right.\n");
+            "its bound: `exact` compares the\nexact tier with the model, the others compare all "
+            "other pictures with the exact one. CIEDE2000's bound is\nthat of the picture's own "
+            "colors. A sample is undecided if the model jumps within rounding of it\n"
+            "(`tests/attack/model.h` says when); any of the values there counts as right.\n");
     return fclose(out) == 0;
 }
 

@@ -101,7 +101,7 @@ class OverloadTest(unittest.TestCase):
         head = text[:text.index("## Results")]
         Path(PAGE).write_text(f"""{head}## Results
 
-`./dev load {SECONDS:.0f}` on {os.cpu_count()} cores, which wrk has its part of; pictures of {SIDE} x {SIDE} pixels with 4 samples,
+`./dev load {SECONDS:.0f}` on {os.cpu_count()} cores, which wrk shares; pictures of {SIDE} x {SIDE} pixels with 4 samples,
 {CONNECTIONS} connections, a queue of {QUEUE}, a deadline of {TIMEOUT} s:
 
 | | |

@@ -333,8 +333,8 @@ class SiegeTest(unittest.TestCase):
                                           for item in sorted(attacks.items())))
         Path(PAGE).write_text(f"""{head}## Results
 
-`./dev siege {SECONDS:.0f}` on {os.cpu_count()} cores, which the attackers have their part of; threads that
-others had at work there (load average) when it began: {busy:.1f}.
+`./dev siege {SECONDS:.0f}` on {os.cpu_count()} cores, which the attackers share. When it began, other programs
+had {busy:.1f} threads at work there (load average).
 
 | ordinary clients | alone | besieged |
 | --- | ---: | ---: |
