@@ -2,7 +2,9 @@
 
 #include <stdlib.h>
 
+#include "assets/store.h"
 #include "base/machine.h"
+#include "render/tiles/reuse.h"
 
 #ifndef SHADED_VERSION
 #error "SHADED_VERSION comes from the build"

@@ -1,6 +1,5 @@
 /* Meshes that are kept for many scenes: read once, with the tree that rays walk. */
-#include "base/clock.h"
-#include "render/engine.h"
+#include "render/request.h"
 #include "sight/ready.h"
 
 /* ---- Kept ---- */
@@ -8,10 +7,10 @@
 /* The mesh alone of what a request reads becomes a thing of the store. */
 static shd_status keep(shd_request *request, const shd_mesh *mesh, const shd_digest *digest,
                        const char *client, bool *known, shd_error *error) {
-    shd_store *store = request->engine->store;
+    shd_store *store = request->rendering.engine->store;
     shd_ready_mesh ready;
-    shd_status status =
-        shd_ready_mesh_make(mesh, digest, &request->cancelled, request->arena, &ready, error);
+    shd_status status = shd_ready_mesh_make(mesh, digest, &request->cancelled,
+                                            request->rendering.arena, &ready, error);
     if (status != SHD_OK) return status;
     shd_stored *thing;
     status = shd_stored_new(store, digest, shd_ready_mesh_size(&ready), &thing, error);
@@ -24,17 +23,17 @@ static shd_status keep(shd_request *request, const shd_mesh *mesh, const shd_dig
 
 shd_status shd_request_keep_mesh(shd_request *request, const void *data, size_t length, bool binary,
                                  const shd_digest *digest, const char *client, bool *known) {
-    const double began = shd_thread_seconds();
+    shd_stage_begin(&request->rendering);
     const shd_mesh *mesh = NULL;
     shd_error error;
     shd_status status = shd_mesh_read(data, length, binary, &request->limits, &request->cancelled,
-                                      request->arena, &mesh, &request->report);
+                                      request->rendering.arena, &mesh, &request->report);
     if (status == SHD_OK) {
         status = keep(request, mesh, digest, client, known, &error);
         if (status != SHD_OK)
             shd_report_error(&request->report, status, error.path, "%s", error.text);
     }
-    request->times.parse = shd_thread_seconds() - began;
+    shd_stage_end(&request->rendering, &request->rendering.times.parse);
     return shd_request_blame_report(request, status);
 }
 
@@ -60,9 +59,9 @@ static const shd_mesh *find_mesh(void *context, const shd_digest *digest) {
     shd_request *request = context;
     for (shd_held *h = request->held; h; h = h->next)
         if (shd_digest_same(&h->digest, digest)) return shd_stored_bytes(h->thing);
-    shd_held *held = shd_arena_alloc(request->arena, 1, sizeof *held);
+    shd_held *held = shd_arena_alloc(request->rendering.arena, 1, sizeof *held);
     request->unheld = request->unheld || !held;
-    shd_stored *thing = held ? shd_store_find(request->engine->store, digest) : NULL;
+    shd_stored *thing = held ? shd_store_find(request->rendering.engine->store, digest) : NULL;
     if (!thing) return NULL;
     *held = (shd_held){request->held, *digest, thing};
     request->held = held;
@@ -70,7 +69,7 @@ static const shd_mesh *find_mesh(void *context, const shd_digest *digest) {
 }
 
 const shd_mesh_shelf *shd_request_shelf(shd_request *request, shd_mesh_shelf *out) {
-    if (!shd_store_load_of(request->engine->store).cap) return NULL;
+    if (!shd_store_load_of(request->rendering.engine->store).cap) return NULL;
     *out = (shd_mesh_shelf){find_mesh, request};
     return out;
 }

@@ -1,6 +1,5 @@
 /* The story: a scene becomes pictures. */
-#include "base/clock.h"
-#include "render/engine.h"
+#include "render/request.h"
 #include "render/show/output.h"
 #include "render/show/shown.h"
 #include "render/tiles/film.h"
@@ -9,45 +8,43 @@
 static shd_status render(shd_request *request, const shd_render_options *options,
                          shd_error *error) {
     const shd_scene *scene = request->scene;
-    shd_arena *arena = request->arena;
+    shd_rendering *r = &request->rendering;
     shd_status status = shd_request_prepare_formats(request, error);
     if (status != SHD_OK) return status;
 
     /* What does this scene need? */
-    double began = shd_thread_seconds();
-    status = shd_request_plan_make(request, scene, error);
+    shd_stage_begin(r);
+    status = shd_rendering_plan(r, scene, error);
     if (status != SHD_OK) return status;
-    double planned = shd_thread_seconds();
-    request->times.plan = planned - began;
+    shd_stage_end(r, &r->times.plan);
 
     /* What is known of it, and what is there to be seen? */
-    shd_recall recall = shd_recall_open(request->engine->reuse, request->plan);
+    shd_recall recall = shd_recall_open(r->engine->reuse, r->plan);
     request->reused = recall.light      ? SHD_REUSED_LIGHT
                       : recall.geometry ? SHD_REUSED_GEOMETRY
                                         : SHD_REUSED_NOTHING;
     shd_film film = {0};
     shd_sight *sight = NULL;
-    status = shd_output_prepare(request, &film, error);
-    if (status == SHD_OK) status = shd_request_admit(request, &film, !recall.light, error);
+    status = shd_output_prepare(r, &film, error);
+    if (status == SHD_OK) status = shd_rendering_admit(r, &film, !recall.light, error);
     if (status == SHD_OK && !recall.light)
-        status = shd_sight_new(request->plan, &request->cancelled, arena, &sight, error);
-    request->times.visibility += shd_thread_seconds() - planned;
+        status = shd_sight_new(r->plan, r->cancelled, r->arena, &sight, error);
+    shd_stage_end(r, &r->times.visibility);
 
     /* What is seen, and how is it lit? */
-    if (status == SHD_OK) status = shd_film_render(request, sight, &recall, options, &film, error);
+    if (status == SHD_OK) status = shd_film_render(r, sight, &recall, options, &film, error);
     shd_recall_close(&recall, status == SHD_OK);
     if (status != SHD_OK) return status;
 
     /* How is it shown? */
-    request->pictures = shd_arena_zalloc(arena, scene->output_count, sizeof *request->pictures);
+    request->pictures = shd_arena_zalloc(r->arena, scene->output_count, sizeof *request->pictures);
     if (!request->pictures)
         return shd_fail(error, SHD_MEMORY, "/outputs", "the limit `memory` is reached");
     request->picture_count = scene->output_count;
     for (size_t i = 0; i < scene->output_count; i++) {
-        status = shd_output_make(request, &film, i, error);
+        status = shd_output_make(r, &film, i, &request->pictures[i], error);
         if (status != SHD_OK) return status;
-        if (atomic_load(&request->cancelled))
-            return shd_fail(error, SHD_CANCELLED, "", "the render was cancelled");
+        if (shd_is_cancelled(r->cancelled)) return shd_rendering_cancelled(error);
     }
     return SHD_OK;
 }

@@ -5,10 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/clock.h"
 #include "image/image.h"
 #include "plan/cost.h"
-#include "render/engine.h"
+#include "render/request.h"
 #include "render/show/output.h"
 #include "render/tell/estimate.h"
 #include "render/tiles/tile.h"
@@ -24,9 +23,11 @@ shd_status shd_request_new(shd_engine *engine, shd_request **out, shd_error *err
         shd_arena_drop(arena);
         return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     }
-    request->engine = engine;
     request->limits = limits;
-    request->arena = arena;
+    request->rendering = (shd_rendering){.engine = engine,
+                                         .arena = arena,
+                                         .limits = &request->limits,
+                                         .cancelled = &request->cancelled};
     shd_report_init(&request->report, arena);
     *out = request;
     return SHD_OK;
@@ -36,7 +37,7 @@ void shd_request_drop(shd_request *request) {
     if (!request) return;
     for (size_t i = 0; i < request->picture_count; i++) free(request->pictures[i].data);
     shd_request_let_go(request);
-    shd_arena_drop(request->arena);
+    shd_arena_drop(request->rendering.arena);
     free(request);
 }
 
@@ -44,8 +45,9 @@ static const char crowded_text[] =
     "other requests have the memory that the process may take just now";
 
 shd_status shd_request_blame(const shd_request *request, shd_status status, shd_error *error) {
-    if (status != SHD_MEMORY || request->full || shd_arena_full(request->arena)) return status;
-    if (request->crowded || shd_arena_crowded(request->arena))
+    if (status != SHD_MEMORY || request->full || shd_arena_full(request->rendering.arena))
+        return status;
+    if (request->crowded || shd_arena_crowded(request->rendering.arena))
         return shd_fail(error, SHD_CROWDED, "", "%s", crowded_text);
     return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
 }
@@ -55,7 +57,7 @@ shd_status shd_request_blame_report(shd_request *request, shd_status status) {
     shd_error error;
     const shd_status blamed = shd_request_blame(request, status, &error);
     if (blamed == status) return status;
-    shd_report_init(report, request->arena);
+    shd_report_init(report, request->rendering.arena);
     shd_report_error(report, blamed, "", "%s", error.text);
     return report->status;
 }
@@ -65,14 +67,14 @@ shd_status shd_request_blame_report(shd_request *request, shd_status status) {
  * costs may decide on the tier. */
 static shd_status make_etag(shd_request *request) {
     const shd_scene *scene = request->scene;
-    const shd_isa isa = request->engine->isa;
+    const shd_isa isa = request->rendering.engine->isa;
     const bool own = scene->accuracy.budget || !shd_isa_fuses(isa);
     const char *text =
-        shd_arena_printf(request->arena, "%s %s %s%s%s", scene->digest,
-                         shd_color_config_digest(request->engine->color), shd_version(),
+        shd_arena_printf(request->rendering.arena, "%s %s %s%s%s", scene->digest,
+                         shd_color_config_digest(request->rendering.engine->color), shd_version(),
                          own ? " " : "", own ? shd_isa_name(isa) : "");
     for (size_t o = 0; text && o < scene->output_count; o++)
-        text = shd_arena_printf(request->arena, "%s %s", text,
+        text = shd_arena_printf(request->rendering.arena, "%s %s", text,
                                 shd_format_get(scene->outputs[o].format)->name);
     if (!text) {
         shd_report_error(&request->report, SHD_MEMORY, "", "the limit `memory` is too small");
@@ -112,18 +114,18 @@ static shd_status check_formats(shd_request *request) {
 
 shd_status shd_request_prepare_formats(shd_request *request, shd_error *error) {
     const shd_scene *scene = request->scene;
-    double began = shd_thread_seconds();
     shd_error why;
+    shd_stage_begin(&request->rendering);
     for (size_t o = 0; o < scene->output_count; o++) {
         shd_format format = scene->outputs[o].format;
-        shd_status status = shd_image_prepare(format, request->engine->budget, &why);
+        shd_status status = shd_image_prepare(format, request->rendering.engine->budget, &why);
         if (status == SHD_OK) continue;
         char pointer[64];
         point_to_format(scene, o, pointer);
         return shd_fail(error, status, pointer, "no %s pictures are made here: %s",
                         shd_format_get(format)->name, why.text);
     }
-    request->times.encode += shd_thread_seconds() - began;
+    shd_stage_end(&request->rendering, &request->rendering.times.encode);
     return SHD_OK;
 }
 
@@ -131,7 +133,7 @@ shd_status shd_request_prepare_formats(shd_request *request, shd_error *error) {
 static shd_status check_memory(shd_request *request) {
     uint64_t limit = request->limits.memory;
     uint64_t needed, estimate = shd_estimate_memory(request->scene);
-    if (__builtin_add_overflow(estimate, shd_arena_used(request->arena), &needed) ||
+    if (__builtin_add_overflow(estimate, shd_arena_used(request->rendering.arena), &needed) ||
         __builtin_add_overflow(needed, shd_request_held(request), &needed))
         needed = UINT64_MAX;
     if (needed > limit)
@@ -162,30 +164,30 @@ static shd_status check_lights(shd_request *request) {
 }
 
 /* What the plan is expected to take, by the table of its kernels. */
-static shd_status check_work(const shd_request *request, shd_error *error) {
-    const shd_raster *raster = &request->plan->scene->raster;
-    const shd_plan *plan = request->plan;
+static shd_status check_work(const shd_rendering *r, shd_error *error) {
+    const shd_plan *plan = r->plan;
+    const shd_raster *raster = &plan->scene->raster;
     const shd_ray_cost cost = shd_plan_ray_cost(plan, plan->tier, shd_plan_kernel_costs(plan));
     const double pixels = (double)raster->w * raster->h;
     const double seconds = (pixels * (cost.rays + cost.light) + cost.meshes) / 1e9;
-    if (seconds <= (double)request->limits.work) return SHD_OK;
+    if (seconds <= (double)r->limits->work) return SHD_OK;
     return shd_fail(
         error, SHD_LIMIT, "",
         "it is expected to take %.0f seconds of one processor; the limit `work` is %llu", seconds,
-        (unsigned long long)request->limits.work);
+        (unsigned long long)r->limits->work);
 }
 
-shd_status shd_request_admit(shd_request *request, const shd_film *film, bool lights,
-                             shd_error *error) {
-    const shd_plan *plan = request->plan;
+shd_status shd_rendering_admit(shd_rendering *r, const shd_film *film, bool lights,
+                               shd_error *error) {
+    const shd_plan *plan = r->plan;
     const size_t tiles = shd_tile_count(&plan->scene->raster);
-    const unsigned hands = shd_pool_hands(request->engine->pool);
+    const unsigned hands = shd_pool_hands(r->engine->pool);
     const uint64_t threads = lights ? tiles < hands ? tiles : hands : 0;
     const uint64_t working = threads * shd_film_scratch_size(plan);
-    const uint64_t room = shd_arena_room(request->arena);
+    const uint64_t room = shd_arena_room(r->arena);
     uint64_t pictures = 0;
-    if (lights && check_work(request, error)) return error->status;
-    shd_status status = film ? shd_output_size(request, film, &pictures, error) : SHD_OK;
+    if (lights && check_work(r, error)) return error->status;
+    shd_status status = film ? shd_output_size(r, film, &pictures, error) : SHD_OK;
     if (status != SHD_OK) return status;
     if (!film || !film->codes) pictures += shd_film_size(plan);
     if (pictures > room || working > room - pictures)
@@ -193,33 +195,33 @@ shd_status shd_request_admit(shd_request *request, const shd_film *film, bool li
                         "the pictures take at least %llu bytes, and rendering them on %llu threads "
                         "%llu; the limit `memory` is %llu",
                         (unsigned long long)pictures, (unsigned long long)threads,
-                        (unsigned long long)working, (unsigned long long)request->limits.memory);
-    if (shd_arena_reserve(request->arena, pictures + working)) return SHD_OK;
+                        (unsigned long long)working, (unsigned long long)r->limits->memory);
+    if (shd_arena_reserve(r->arena, pictures + working)) return SHD_OK;
     return shd_fail(error, SHD_CROWDED, "", "%s", crowded_text);
 }
 
 /* What seemed to be missing was not looked for. */
 static shd_status blame_memory(shd_request *request) {
-    shd_report_init(&request->report, request->arena);
+    shd_report_init(&request->report, request->rendering.arena);
     shd_report_error(&request->report, SHD_MEMORY, "", "the limit `memory` is reached");
     return SHD_MEMORY;
 }
 
 shd_status shd_request_read(shd_request *request, const char *json, size_t length,
                             shd_format fallback) {
-    double began = shd_thread_seconds();
-    const shd_engine *engine = request->engine;
+    const shd_engine *engine = request->rendering.engine;
+    shd_stage_begin(&request->rendering);
     shd_mesh_shelf shelf;
     shd_status status =
         shd_scene_read(json, length, shd_color_catalog(engine->color), &request->limits,
                        &request->cancelled, fallback, shd_request_shelf(request, &shelf),
-                       request->arena, &request->scene, &request->report);
+                       request->rendering.arena, &request->scene, &request->report);
     if (status == SHD_MISSING && request->unheld) status = blame_memory(request);
     if (status == SHD_OK) status = check_formats(request);
     if (status == SHD_OK) status = check_lights(request);
     if (status == SHD_OK) status = make_etag(request);
     if (status == SHD_OK) status = check_memory(request);
-    request->times.parse = shd_thread_seconds() - began;
+    shd_stage_end(&request->rendering, &request->rendering.times.parse);
     return shd_request_blame_report(request, status);
 }
 
@@ -254,26 +256,26 @@ const shd_picture *shd_request_pictures(const shd_request *request, size_t *coun
 
 unsigned char *shd_request_take(shd_request *request, size_t index) {
     unsigned char *data = request->pictures[index].data;
-    shd_arena_release(request->arena, request->pictures[index].size);
+    shd_arena_release(request->rendering.arena, request->pictures[index].size);
     request->pictures[index].data = NULL;
     request->pictures[index].size = 0;
     return data;
 }
 
 const shd_times *shd_request_times(const shd_request *request) {
-    return &request->times;
+    return &request->rendering.times;
 }
 
 const char *shd_request_plan(const shd_request *request) {
-    return request->plan ? request->plan->summary : "";
+    return request->rendering.plan ? request->rendering.plan->summary : "";
 }
 
 size_t shd_request_memory(const shd_request *request) {
-    return shd_arena_peak(request->arena);
+    return shd_arena_peak(request->rendering.arena);
 }
 
 uint64_t shd_request_saturated(const shd_request *request) {
-    return request->saturated;
+    return request->rendering.saturated;
 }
 
 shd_reused shd_request_reused(const shd_request *request) {

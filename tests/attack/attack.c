@@ -19,7 +19,7 @@
 
 #include "attack/model.h"
 #include "attack/scenes.h"
-#include "render/engine.h"
+#include "render/request.h"
 #include "render/show/shown.h"
 #include "render/tell/measure.h"
 #include "render/tiles/film.h"
@@ -118,7 +118,7 @@ static bool draw(worker *w, picture *out, bool may_refuse) {
             drop_picture(out);
             return false;
         }
-        status = shd_request_plan_make(out->request, out->request->scene, &error);
+        status = shd_rendering_plan(&out->request->rendering, out->request->scene, &error);
     }
     if (status == SHD_SCENE && may_refuse) {
         w->counts.refused++;
@@ -126,9 +126,10 @@ static bool draw(worker *w, picture *out, bool may_refuse) {
         return false;
     }
     if (status == SHD_OK)
-        status = shd_sight_new(out->request->plan, NULL, out->request->arena, &sight, &error);
+        status = shd_sight_new(out->request->rendering.plan, NULL, out->request->rendering.arena,
+                               &sight, &error);
     if (status == SHD_OK)
-        status = shd_film_render(out->request, sight, NULL, NULL, &out->film, &error);
+        status = shd_film_render(&out->request->rendering, sight, NULL, NULL, &out->film, &error);
     if (status == SHD_OK) {
         w->counts.pictures++;
         return true;
@@ -158,7 +159,7 @@ static void check_model(worker *w, const picture *exact) {
     enum { MOST_SAMPLES = 1200, MOST_QUAD = 120 };
     const shd_raster *raster = &exact->request->scene->raster;
     const model_program *program = w->family->quad ? &model_quad : &model_long;
-    const double bound = exact->request->plan->bound.linear;
+    const double bound = exact->request->rendering.plan->bound.linear;
     double offsets[64][2];
     const size_t pixels = (size_t)raster->width * (size_t)raster->height;
     const size_t most = (w->family->quad ? MOST_QUAD : MOST_SAMPLES) / (size_t)raster->samples;
@@ -219,16 +220,17 @@ static void check_tier(worker *w, const picture *exact, const char *accuracy, co
     w->json = json;
     picture other = {NULL, {0}};
     if (json && draw(w, &other, budget != NULL)) {
-        const shd_bound stated = other.request->plan->bound;
+        const shd_bound stated = other.request->rendering.plan->bound;
         const size_t at = worst_pixel(&exact->film, &other.film);
         const int width = exact->film.width;
         shd_showing showing;
         shd_difference got;
         shd_error error;
-        double seconds[2];
-        if (shd_showing_make(other.request, &other.request->scene->outputs[0], &showing, &error) ||
-            shd_film_measure(other.request, &showing, &exact->film, &other.film, &got, seconds,
-                             &error)) {
+        double seconds;
+        if (shd_showing_make(other.request->rendering.engine->color, other.request->scene,
+                             &other.request->scene->outputs[0], &showing, &error) ||
+            shd_film_measure(&other.request->rendering, &showing, &exact->film, &other.film, &got,
+                             &seconds, &error)) {
             found(w, "it is not measured: %s", error.text);
         } else {
             const double is[] = {got.linear.max, got.code.max, got.delta_e.max},
@@ -238,7 +240,7 @@ static void check_tier(worker *w, const picture *exact, const char *accuracy, co
                 if (is[k] > 0) w->counts.share[1 + k] = fmax(w->counts.share[1 + k], is[k] / room);
                 if (is[k] <= room) continue;
                 found(w, "{%s}, drawn as %s, is off by %.4g %s, stated %.4g; most near (%d, %d)",
-                      accuracy, shd_tier_names[other.request->plan->tier], is[k],
+                      accuracy, shd_tier_names[other.request->rendering.plan->tier], is[k],
                       shd_metric_names[k], room, (int)(at % (size_t)width),
                       (int)(at / (size_t)width));
             }

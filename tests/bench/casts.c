@@ -8,7 +8,7 @@
 #include <string.h>
 #include <time.h>
 
-#include "render/engine.h"
+#include "render/request.h"
 
 enum { SIDE = 512, TILE = 32, MAX_RUNS = 1000 };
 
@@ -163,12 +163,12 @@ static void report(const stage *scene, shd_engine *engine, shd_isa isa, int runs
     }
     const shd_plan *plan;
     shd_sight *sight;
-    if (shd_plan_make(request->scene, isa, request->arena, &plan, &error) ||
-        shd_sight_new(plan, NULL, request->arena, &sight, &error))
+    if (shd_plan_make(request->scene, isa, request->rendering.arena, &plan, &error) ||
+        shd_sight_new(plan, NULL, request->rendering.arena, &sight, &error))
         quit(scene->name, error.path, error.text);
     static scratch s;
-    if (!shd_survey_new(sight, TILE, TILE, request->arena, &s.survey) ||
-        !shd_hits_new(plan, TILE * TILE, request->arena, &s.hits))
+    if (!shd_survey_new(sight, TILE, TILE, request->rendering.arena, &s.survey) ||
+        !shd_hits_new(plan, TILE * TILE, request->rendering.arena, &s.hits))
         quit(scene->name, "", "out of memory");
     figures f = run_once(sight, &s);
     for (int i = 0; i < runs; i++) {

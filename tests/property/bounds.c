@@ -167,17 +167,17 @@ typedef struct spreads {
  * bound. */
 static shd_bound check_texts(shd_engine *engine, char *json, char *reference, spreads *s) {
     drawn exact = shown_film_of(engine, reference), other = shown_film_of(engine, json);
-    const shd_bound bound = other.request->plan->bound;
+    const shd_bound bound = other.request->rendering.plan->bound;
     shd_showing showing;
     shd_error error;
     shd_difference got;
-    double seconds[2];
-    assert_int_equal(
-        shd_showing_make(other.request, &other.request->scene->outputs[0], &showing, &error),
-        SHD_OK);
-    assert_int_equal(
-        shd_film_measure(other.request, &showing, &exact.film, &other.film, &got, seconds, &error),
-        SHD_OK);
+    double seconds;
+    assert_int_equal(shd_showing_make(other.request->rendering.engine->color, other.request->scene,
+                                      &other.request->scene->outputs[0], &showing, &error),
+                     SHD_OK);
+    assert_int_equal(shd_film_measure(&other.request->rendering, &showing, &exact.film, &other.film,
+                                      &got, &seconds, &error),
+                     SHD_OK);
     /* Films are f32: the last digit of the brightest value, or half of it. */
     note(&s->linear, got.linear.max, got.largest * 0x1p-24, bound.linear, "linear", json);
     note(&s->code, got.code.max, 0, bound.code, "code", json);
@@ -271,15 +271,17 @@ static void exact_gouraud_is_within_its_bound(void **state) {
                    "24, \"interpolation\": \"gouraud\", \"material\": {\"diffuse\": "
                    "[0.95, 0.95, 0.95]}}]}")};
     shd_sight *sight = plan_and_see(d.request);
-    const shd_plan *plan = d.request->plan;
+    const shd_plan *plan = d.request->rendering.plan;
     shd_error error;
-    assert_int_equal(shd_film_render(d.request, sight, NULL, NULL, &d.film, &error), SHD_OK);
+    assert_int_equal(shd_film_render(&d.request->rendering, sight, NULL, NULL, &d.film, &error),
+                     SHD_OK);
     const size_t count = pixels_of(&d);
-    int32_t *x = shd_arena_alloc(d.request->arena, count, sizeof *x),
-            *y = shd_arena_alloc(d.request->arena, count, sizeof *y);
-    uint8_t *sample = shd_arena_zalloc(d.request->arena, count, sizeof *sample);
+    int32_t *x = shd_arena_alloc(d.request->rendering.arena, count, sizeof *x),
+            *y = shd_arena_alloc(d.request->rendering.arena, count, sizeof *y);
+    uint8_t *sample = shd_arena_zalloc(d.request->rendering.arena, count, sizeof *sample);
     shd_hits hits;
-    assert_true(x && y && sample && shd_hits_new(plan, count + SHD_LANES, d.request->arena, &hits));
+    assert_true(x && y && sample &&
+                shd_hits_new(plan, count + SHD_LANES, d.request->rendering.arena, &hits));
     for (size_t i = 0; i < count; i++) x[i] = (int)(i % 160), y[i] = (int)(i / 160);
     const uint32_t every[] = {0};
     shd_sight_shoot(sight, every, 1, &(shd_shots){count, x, y, sample}, &hits);
@@ -391,7 +393,7 @@ static void exact_bounds_hold_what_f64_misplaces(void **state) {
         "\"objects\": [{\"type\": \"sphere\", \"material\": {\"diffuse\": 1}}]}",
         0.6 * distance, 0.48 * distance, 0.64 * distance, 360 / SHD_PI * atan(half / distance));
     drawn d = shown_film_of(*state, text);
-    const double bound = d.request->plan->bound.linear;
+    const double bound = d.request->rendering.plan->bound.linear;
     double worst = 0;
     for (int y = 0; y < SIDE; y++)
         for (int x = 0; x < SIDE; x++) {

@@ -28,7 +28,7 @@ static result render(shd_engine *engine, const char *json) {
     if (shd_request_render(request, NULL, &error)) fail_msg("%s: %s", error.path, error.text);
     const shd_picture *pictures = shd_request_pictures(request, &r.count);
     assert_true(r.count <= 16);
-    r.saturated = request->saturated;
+    r.saturated = request->rendering.saturated;
     for (size_t i = 0; i < r.count; i++) {
         r.files[i].size = pictures[i].size;
         r.files[i].data = shd_request_take(request, i);

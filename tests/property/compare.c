@@ -32,13 +32,13 @@ static shd_difference measure_moved(shd_engine *engine, char *json, double most,
     shd_error error;
     shd_showing showing;
     shd_difference got;
-    double seconds[2];
-    assert_int_equal(
-        shd_showing_make(other.request, &other.request->scene->outputs[0], &showing, &error),
-        SHD_OK);
-    assert_int_equal(
-        shd_film_measure(other.request, &showing, &exact.film, &other.film, &got, seconds, &error),
-        SHD_OK);
+    double seconds;
+    assert_int_equal(shd_showing_make(other.request->rendering.engine->color, other.request->scene,
+                                      &other.request->scene->outputs[0], &showing, &error),
+                     SHD_OK);
+    assert_int_equal(shd_film_measure(&other.request->rendering, &showing, &exact.film, &other.film,
+                                      &got, &seconds, &error),
+                     SHD_OK);
     for (size_t i = 0; i < 3 * pixels; i++) {
         below_p99 += (double)(float)errors[i] < got.linear.p99;
         upto_p99 += (double)(float)errors[i] <= got.linear.p99;
@@ -98,7 +98,7 @@ static shd_status try_compare(shd_engine *engine, const char *json, bool cancel,
         status = shd_request_compare(request, NULL, &answer, &error);
         assert_int_equal(status, error.status);
         assert_true((status == SHD_OK) == (answer != NULL));
-        *used = shd_arena_used(request->arena);
+        *used = shd_arena_used(request->rendering.arena);
     }
     free(answer);
     shd_request_drop(request);

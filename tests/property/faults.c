@@ -6,6 +6,7 @@
 
 #include "property/pieces.h"
 #include "render/engine.h"
+#include "render/tiles/reuse.h"
 
 static shd_engine *fresh_engine(void) {
     shd_engine_options options = shd_engine_defaults();

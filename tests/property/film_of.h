@@ -18,7 +18,7 @@
 
 #include <cmocka.h>
 
-#include "render/engine.h"
+#include "render/request.h"
 #include "render/show/shown.h"
 #include "render/tiles/film.h"
 #include "shade/lighting.h"
@@ -123,9 +123,9 @@ typedef struct drawn {
 static inline shd_sight *plan_and_see(shd_request *request) {
     shd_error error = {SHD_OK, "", ""};
     shd_sight *sight = NULL;
-    if (shd_plan_make(request->scene, request->engine->isa, request->arena, &request->plan,
-                      &error) ||
-        shd_sight_new(request->plan, NULL, request->arena, &sight, &error))
+    if (shd_plan_make(request->scene, request->rendering.engine->isa, request->rendering.arena,
+                      &request->rendering.plan, &error) ||
+        shd_sight_new(request->rendering.plan, NULL, request->rendering.arena, &sight, &error))
         fail_msg("%s: %s", error.path, error.text);
     return sight;
 }
@@ -134,7 +134,7 @@ static inline drawn film_of(shd_engine *engine, const char *json) {
     drawn d = {.request = read_scene(engine, json)};
     shd_sight *sight = plan_and_see(d.request);
     shd_error error = {SHD_OK, "", ""};
-    shd_status status = shd_film_render(d.request, sight, NULL, NULL, &d.film, &error);
+    shd_status status = shd_film_render(&d.request->rendering, sight, NULL, NULL, &d.film, &error);
     if (status != SHD_OK) fail_msg("%s: %s", error.path, error.text);
     return d;
 }
@@ -144,10 +144,10 @@ static inline drawn shown_film_of(shd_engine *engine, const char *json) {
     drawn d = {.request = read_scene(engine, json)};
     shd_error error = {SHD_OK, "", ""};
     shd_sight *sight = NULL;
-    if (shd_request_plan_make(d.request, d.request->scene, &error) ||
-        shd_sight_new(d.request->plan, NULL, d.request->arena, &sight, &error))
+    if (shd_rendering_plan(&d.request->rendering, d.request->scene, &error) ||
+        shd_sight_new(d.request->rendering.plan, NULL, d.request->rendering.arena, &sight, &error))
         fail_msg("%s: %s", error.path, error.text);
-    shd_status status = shd_film_render(d.request, sight, NULL, NULL, &d.film, &error);
+    shd_status status = shd_film_render(&d.request->rendering, sight, NULL, NULL, &d.film, &error);
     if (status != SHD_OK) fail_msg("%s: %s", error.path, error.text);
     return d;
 }
@@ -162,7 +162,7 @@ static inline size_t pixels_of(const drawn *d) {
 
 /* The plane of a layer; it must have been asked for. */
 static inline const float *plane_of(const drawn *d, shd_layer_kind kind, size_t light) {
-    const shd_plan *plan = d->request->plan;
+    const shd_plan *plan = d->request->rendering.plan;
     for (size_t p = 1; p < plan->plane_count; p++)
         if (plan->planes[p].kind == kind && plan->planes[p].light == light)
             return d->film.planes[p];
@@ -279,9 +279,9 @@ static inline void place_sample(const shd_plan *plan, const shd_hits *hits, size
 static inline sampled samples_of(shd_engine *engine, const char *json) {
     sampled s = {.request = read_scene(engine, json)};
     shd_sight *sight = plan_and_see(s.request);
-    const shd_plan *plan = s.request->plan;
+    const shd_plan *plan = s.request->rendering.plan;
     const shd_raster *raster = &plan->scene->raster;
-    shd_arena *arena = s.request->arena;
+    shd_arena *arena = s.request->rendering.arena;
     const size_t samples = (size_t)raster->samples;
     s.count = (size_t)raster->w * (size_t)raster->h * samples;
     int32_t *x = shd_arena_alloc(arena, s.count, sizeof *x),

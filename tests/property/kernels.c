@@ -73,9 +73,10 @@ static char *scene(uint64_t seed) {
 static shd_request *plan_for(shd_engine *engine, const char *json, shd_isa isa, shd_sight **sight) {
     shd_request *request = read_scene(engine, json);
     shd_error error = {SHD_OK, "", ""};
-    shd_status status = shd_plan_make(request->scene, isa, request->arena, &request->plan, &error);
+    shd_status status = shd_plan_make(request->scene, isa, request->rendering.arena,
+                                      &request->rendering.plan, &error);
     assert_int_equal(status, SHD_OK);
-    if (shd_sight_new(request->plan, NULL, request->arena, sight, &error))
+    if (shd_sight_new(request->rendering.plan, NULL, request->rendering.arena, sight, &error))
         fail_msg("%s: %s", error.path, error.text);
     return request;
 }
@@ -84,7 +85,7 @@ static drawn film_by(shd_engine *engine, const char *json, shd_isa isa) {
     shd_sight *sight;
     drawn d = {.request = plan_for(engine, json, isa, &sight)};
     shd_error error = {SHD_OK, "", ""};
-    shd_status status = shd_film_render(d.request, sight, NULL, NULL, &d.film, &error);
+    shd_status status = shd_film_render(&d.request->rendering, sight, NULL, NULL, &d.film, &error);
     if (status != SHD_OK) fail_msg("%s: %s", error.path, error.text);
     return d;
 }
@@ -153,7 +154,7 @@ static void an_engine_takes_the_variant_it_is_told(void **state) {
         if (status != SHD_OK) continue;
         char *json = scene(1);
         drawn d = film_of(engine, json);
-        assert_int_equal(d.request->plan->isa, isa);
+        assert_int_equal(d.request->rendering.plan->isa, isa);
         drop_drawn(&d);
         free(json);
         shd_engine_drop(engine);
@@ -163,7 +164,7 @@ static void an_engine_takes_the_variant_it_is_told(void **state) {
 static void the_plan_takes_the_widest_variant_there_is(void **state) {
     char *json = scene(1);
     drawn d = film_of(*state, json);
-    assert_int_equal(d.request->plan->isa, shd_cpu_best());
+    assert_int_equal(d.request->rendering.plan->isa, shd_cpu_best());
     for (shd_isa isa = shd_cpu_best() + 1; isa < SHD_ISA_COUNT; isa++)
         assert_false(shd_cpu_has(isa));
     drop_drawn(&d);

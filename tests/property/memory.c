@@ -89,7 +89,7 @@ static void every_cap_gives_a_picture_or_says_memory(void **state) {
             status = shd_request_render(request, NULL, &error);
             size_t count;
             const shd_picture *pictures = shd_request_pictures(request, &count);
-            assert_true(shd_arena_used(request->arena) <= (size_t)cap);
+            assert_true(shd_arena_used(request->rendering.arena) <= (size_t)cap);
             if (status != SHD_OK) {
                 assert_true(status == SHD_MEMORY || status == SHD_LIMIT);
                 assert_int_equal(error.status, status);
@@ -164,7 +164,7 @@ static void the_estimate_is_below_what_is_taken(void **state) {
         assert_int_equal(shd_request_read(request, json, strlen(json), SHD_PNG), SHD_OK);
         double estimate = (double)shd_estimate_memory(request->scene);
         assert_int_equal(shd_request_render(request, NULL, &error), SHD_OK);
-        double used = (double)shd_arena_peak(request->arena);
+        double used = (double)shd_arena_peak(request->rendering.arena);
         assert_below(estimate, used);
         /* Small integers may come from floats, or from the tiles at once. */
         assert_below(used, 3 * (estimate + 1500 * 1000 * 4 * sizeof(float)));
@@ -303,13 +303,14 @@ static void what_threads_work_in_is_known_before(void **state) {
         shd_error error;
         assert_int_equal(shd_request_new(engine, &request, &error), SHD_OK);
         assert_int_equal(shd_request_read(request, json, strlen(json), SHD_PNG), SHD_OK);
-        assert_int_equal(shd_request_plan_make(request, request->scene, &error), SHD_OK);
-        const shd_plan *plan = request->plan;
+        assert_int_equal(shd_rendering_plan(&request->rendering, request->scene, &error), SHD_OK);
+        const shd_plan *plan = request->rendering.plan;
         shd_sight *sight;
-        assert_int_equal(shd_sight_new(plan, NULL, request->arena, &sight, &error), SHD_OK);
+        assert_int_equal(shd_sight_new(plan, NULL, request->rendering.arena, &sight, &error),
+                         SHD_OK);
         const shd_scenery scenery = {.plan = plan, .sight = sight};
         asked = 0;
-        assert_non_null(shd_tile_scratch_new(&scenery, request->arena));
+        assert_non_null(shd_tile_scratch_new(&scenery, request->rendering.arena));
         const double taken = (double)asked, told = (double)shd_tile_scratch_size(plan);
         if (getenv("SHADED_MEASURE"))
             printf("scratch %zu: %.0f bytes taken, %.0f told\n", i, taken, told);
@@ -320,7 +321,8 @@ static void what_threads_work_in_is_known_before(void **state) {
          * but for outputs, whose estimate is below it. */
         asked = 0;
         shd_film film = {0};
-        assert_int_equal(shd_film_render(request, sight, NULL, NULL, &film, &error), SHD_OK);
+        assert_int_equal(shd_film_render(&request->rendering, sight, NULL, NULL, &film, &error),
+                         SHD_OK);
         const double pixels = 100 * 70 * 4 * sizeof(float) * (double)(plan->plane_count + 3);
         assert_true((double)asked <= 2 * (double)shd_film_scratch_size(plan) + pixels + 1e6);
         shd_request_drop(request);
@@ -338,8 +340,8 @@ static void threads_without_memory_are_refused_before_rendering(void **state) {
     shd_error error;
     assert_int_equal(shd_request_new(engine, &request, &error), SHD_OK);
     assert_int_equal(shd_request_read(request, json, strlen(json), SHD_PNG), SHD_OK);
-    assert_int_equal(shd_request_plan_make(request, request->scene, &error), SHD_OK);
-    const uint64_t one = shd_film_scratch_size(request->plan);
+    assert_int_equal(shd_rendering_plan(&request->rendering, request->scene, &error), SHD_OK);
+    const uint64_t one = shd_film_scratch_size(request->rendering.plan);
     shd_request_drop(request);
     for (unsigned threads = 3; threads < 7; threads += 3) {
         engine->limits.memory = threads * one + (one / 2);

@@ -135,7 +135,7 @@ static void lights_left_out_of_an_object_add_nothing_to_it(void **state) {
     for (uint64_t seed = 1; seed <= 150; seed++) {
         char *json = scene(seed, 12, 1 + (int)(seed % 4));
         sampled s = samples_of(*state, json);
-        const shd_plan *plan = s.request->plan;
+        const shd_plan *plan = s.request->rendering.plan;
         const shd_scene *from = plan->scene;
         for (size_t j = 0; j < from->light_count; j++) {
             for (int bit = 1; bit < 32; bit *= 2) dropped[bit] += (plan->drops[j] & bit) != 0;
@@ -178,18 +178,22 @@ static void reduced_pictures_are_the_whole_ones(void **state) {
         drawn whole = {.request = read_scene(*state, json)};
         shd_error error;
         shd_sight *sight;
-        shd_arena *arena = whole.request->arena;
-        assert_int_equal(shd_plan_make_whole(whole.request->scene, whole.request->engine->isa,
-                                             arena, &whole.request->plan, &error),
+        shd_arena *arena = whole.request->rendering.arena;
+        assert_int_equal(shd_plan_make_whole(whole.request->scene,
+                                             whole.request->rendering.engine->isa, arena,
+                                             &whole.request->rendering.plan, &error),
                          SHD_OK);
         /* A light that is left out does not ask for more digits. */
-        ((shd_plan *)whole.request->plan)->split_positions = reduced.request->plan->split_positions;
-        assert_int_equal(shd_sight_new(whole.request->plan, NULL, arena, &sight, &error), SHD_OK);
-        assert_int_equal(shd_film_render(whole.request, sight, NULL, NULL, &whole.film, &error),
+        ((shd_plan *)whole.request->rendering.plan)->split_positions =
+            reduced.request->rendering.plan->split_positions;
+        assert_int_equal(shd_sight_new(whole.request->rendering.plan, NULL, arena, &sight, &error),
                          SHD_OK);
+        assert_int_equal(
+            shd_film_render(&whole.request->rendering, sight, NULL, NULL, &whole.film, &error),
+            SHD_OK);
         /* A light that reaches nothing does not make positions keep more digits, either: then
          * the pictures are as far apart as both errors allow. */
-        const shd_plan *few = reduced.request->plan, *all = whole.request->plan;
+        const shd_plan *few = reduced.request->rendering.plan, *all = whole.request->rendering.plan;
         if (few->split_positions == all->split_positions) {
             if (!same_film(&reduced, &whole)) fail_msg("the pictures differ in\n%s", json);
         } else {
@@ -198,7 +202,8 @@ static void reduced_pictures_are_the_whole_ones(void **state) {
                 assert_true(fabs(apart) <= few->bound.linear + all->bound.linear);
             }
         }
-        fewer += reduced.request->plan->light_count < whole.request->plan->light_count;
+        fewer += reduced.request->rendering.plan->light_count <
+                 whole.request->rendering.plan->light_count;
         drop_drawn(&reduced);
         drop_drawn(&whole);
         free(json);
@@ -227,7 +232,7 @@ static shd_patch patch_of(const sampled *s, size_t first, size_t count) {
 
 static void check_patch(const sampled *s, size_t first, size_t count, double tolerance,
                         size_t *given, size_t *kept) {
-    const shd_plan *plan = s->request->plan;
+    const shd_plan *plan = s->request->rendering.plan;
     const shd_scene *from = plan->scene;
     const size_t index = (size_t)s->seen.object[first];
     const shd_plan_object *object = &plan->objects[index];
@@ -295,8 +300,9 @@ static void lights_that_add_nothing_are_the_weakest(void **state) {
         "{\"rotate\": [30, 0, 0]}}]}");
     shd_error error = {SHD_OK, "", ""};
     const shd_plan *plan;
-    assert_int_equal(
-        shd_plan_make(request->scene, request->engine->isa, request->arena, &plan, &error), SHD_OK);
+    assert_int_equal(shd_plan_make(request->scene, request->rendering.engine->isa,
+                                   request->rendering.arena, &plan, &error),
+                     SHD_OK);
     const shd_plan_object *disc = &plan->objects[0];
     assert_int_equal(disc->light_count, 2);
     const double a = SHD_PI / 6;
@@ -321,9 +327,9 @@ static void budgets_leave_out_lights_of_patches_within_their_tolerances(void **s
         shd_error error;
         const shd_plan *plan = NULL;
         const shd_shown *shown = NULL;
-        assert_int_equal(shd_shown_make(s.request, &asking, &shown, &error), SHD_OK);
-        if (shd_plan_make_shown(&asking, SHD_PORTABLE, shown, NULL, s.request->arena, &plan,
-                                &error))
+        assert_int_equal(shd_shown_make(&s.request->rendering, &asking, &shown, &error), SHD_OK);
+        if (shd_plan_make_shown(&asking, SHD_PORTABLE, shown, NULL, s.request->rendering.arena,
+                                &plan, &error))
             fail_msg("%s in\n%s", error.text, json);
         relative += plan->drop_relative > 0;
         for (size_t i = 0; i < s.count;) {
@@ -367,9 +373,10 @@ static void lights_left_out_of_a_patch_add_no_more_than_is_tolerated(void **stat
 static void same_plan(shd_engine *engine, const char *json, bool (*claim)(const shd_plan *)) {
     shd_request *request = read_scene(engine, json);
     shd_error error;
-    assert_int_equal(
-        shd_plan_make(request->scene, engine->isa, request->arena, &request->plan, &error), SHD_OK);
-    if (!claim(request->plan)) fail_msg("not so in\n%s", json);
+    assert_int_equal(shd_plan_make(request->scene, engine->isa, request->rendering.arena,
+                                   &request->rendering.plan, &error),
+                     SHD_OK);
+    if (!claim(request->rendering.plan)) fail_msg("not so in\n%s", json);
     shd_request_drop(request);
 }
 

@@ -99,7 +99,7 @@ static bool is_crop(const float *part, const float *all, region r, size_t channe
 
 static void check_regions(void **state, const setting *s) {
     drawn all = draw(state, s, whole);
-    const size_t planes = all.request->plan->plane_count;
+    const size_t planes = all.request->rendering.plan->plane_count;
     assert_int_equal(planes, s->layers ? 8 : 1);
     for (int k = 0; k < REGIONS; k++) {
         drawn part = draw(state, s, regions[k]);

@@ -131,7 +131,7 @@ static void check_light(const shd_scene *scene, const shd_piece *piece, const pl
 
 static void check_object(const sampled *s, size_t object, int fineness, size_t *seen,
                          size_t *pieces) {
-    const shd_plan *plan = s->request->plan;
+    const shd_plan *plan = s->request->rendering.plan;
     const shd_scene *scene = plan->scene;
     const shd_place bounds = shd_place_of(&scene->objects[object], &plan->objects[object]);
     static shd_piece list[SHD_MOST_PIECES];

@@ -66,9 +66,9 @@ static looked look(shd_engine *engine, const setting *s, shd_isa isa) {
     char *json = scene(s);
     looked l = {.request = read_scene(engine, json)};
     shd_error error = {SHD_OK, "", ""};
-    shd_arena *arena = l.request->arena;
-    if (shd_plan_make(l.request->scene, isa, arena, &l.request->plan, &error) ||
-        shd_sight_new(l.request->plan, NULL, arena, &l.sight, &error))
+    shd_arena *arena = l.request->rendering.arena;
+    if (shd_plan_make(l.request->scene, isa, arena, &l.request->rendering.plan, &error) ||
+        shd_sight_new(l.request->rendering.plan, NULL, arena, &l.sight, &error))
         fail_msg("%s: %s", error.path, error.text);
     l.raster = &l.request->scene->raster;
     free(json);
@@ -108,13 +108,14 @@ static void make_shots(const shd_raster *raster, uint64_t *random, list *out) {
 
 static shd_hits new_hits(const looked *l, size_t capacity) {
     shd_hits hits;
-    assert_true(shd_hits_new(l->request->plan, capacity, l->request->arena, &hits));
+    assert_true(
+        shd_hits_new(l->request->rendering.plan, capacity, l->request->rendering.arena, &hits));
     return hits;
 }
 
 static uint32_t *all_objects(const looked *l, size_t *count) {
     *count = l->request->scene->object_count;
-    uint32_t *all = shd_arena_alloc(l->request->arena, *count, sizeof *all);
+    uint32_t *all = shd_arena_alloc(l->request->rendering.arena, *count, sizeof *all);
     assert_non_null(all);
     for (size_t i = 0; i < *count; i++) all[i] = (uint32_t)i;
     return all;
@@ -209,7 +210,7 @@ static void hits_in_f32_are_the_exact_ones_rounded(void **state) {
         shd_sight_shoot(fast.sight, all, objects, &whole, &a);
         shd_sight_shoot(exact.sight, all, objects, &whole, &b);
         assert_int_equal(a.count, b.count);
-        const shd_plan *plan = fast.request->plan;
+        const shd_plan *plan = fast.request->rendering.plan;
         const double origin[3] = {plan->origin.x, plan->origin.y, plan->origin.z};
         for (size_t i = 0; i < a.count; i++) {
             assert_int_equal(a.object[i], b.object[i]);
@@ -300,7 +301,7 @@ static void surveys_name_all_that_is_seen(void **state) {
         const shd_raster *raster = l.raster;
         uint64_t random = seed;
         shd_survey survey;
-        assert_true(shd_survey_new(l.sight, 40, 40, l.request->arena, &survey));
+        assert_true(shd_survey_new(l.sight, 40, 40, l.request->rendering.arena, &survey));
         for (int k = 0; k < 12; k++) {
             shd_tile rect = {below(&random, raster->width) - 8, below(&random, raster->height) - 8,
                              1 + below(&random, 40), 1 + below(&random, 40)};
@@ -321,7 +322,7 @@ static void surveys_of_a_sphere_follow_its_outline(void **state) {
     looked l = {.request = request, .raster = &request->scene->raster};
     l.sight = plan_and_see(request);
     shd_survey survey;
-    assert_true(shd_survey_new(l.sight, 512, 512, request->arena, &survey));
+    assert_true(shd_survey_new(l.sight, 512, 512, request->rendering.arena, &survey));
     shd_sight_survey(l.sight, (shd_tile){0, 0, 512, 512}, &survey);
     size_t seen = 0;
     for (int i = 0; i < 64 * 64; i++) seen += survey.blocks[i].count;

@@ -5,8 +5,10 @@ import re
 import unittest
 from pathlib import Path
 
-# What a room's files may include besides their own room's headers. A file's path stands for that
-# header alone. This is the table of ARCHITECTURE.md.
+BELOW_RENDER = {"base", "scene", "plan", "sight", "shade", "color", "image", "assets", "shaded.h"}
+
+# What the files of a room, or of a room's folder, may include besides the headers beside them. A
+# file's path stands for that header alone. This is the table of ARCHITECTURE.md.
 ALLOWED = {
     "base": set(),
     "scene": {"base"},
@@ -16,8 +18,11 @@ ALLOWED = {
     "color": {"base"},
     "image": {"base"},
     "assets": {"base"},
-    "render": {"base", "scene", "plan", "sight", "shade", "color", "image", "assets",
-               "shaded.h"},
+    "render": BELOW_RENDER | {"render/tiles", "render/show", "render/tell"},
+    "render/tiles": BELOW_RENDER | {"render/rendering.h", "render/stopwatch.h"},
+    "render/show": BELOW_RENDER | {"render/rendering.h", "render/tiles"},
+    "render/tell": BELOW_RENDER | {"render/request.h", "render/rendering.h", "render/engine.h",
+                                   "render/tiles", "render/show"},
     "server": {"base", "shaded.h"},
     "cli": {"base", "shaded.h"},
     "": {"base"},  # src/shaded.h itself
@@ -35,11 +40,21 @@ def room_of(path):
     return path.split("/")[0] if "/" in path else ""
 
 
+def beginnings(path):
+    """The path, its folders and its room, in that order."""
+    return [path.rsplit("/", n)[0] for n in range(path.count("/") + 1)]
+
+
+def place_of(path):
+    """The folder, or else the room, whose line of the table a file is held to."""
+    return next((part for part in beginnings(path)[1:] if part in ALLOWED), room_of(path))
+
+
 def violations(files):
     """What is wrong in `files`, a dictionary from paths below src/ to their texts."""
     found = []
     for path, text in sorted(files.items()):
-        room = room_of(path)
+        room, place = room_of(path), place_of(path)
         if room not in ALLOWED:
             found.append(f"{path}: '{room}' is no room that the table knows")
             continue
@@ -55,9 +70,8 @@ def violations(files):
                 continue
             if not ours:
                 found.append(f"{path}: \"{target}\" is not written from src/, or not there")
-            elif (room_of(target) != room and room_of(target) not in ALLOWED[room]
-                  and target not in ALLOWED[room]):
-                found.append(f"{path}: {room or 'shaded.h'} may not include \"{target}\"")
+            elif place_of(target) != place and not ALLOWED[place] & set(beginnings(target)):
+                found.append(f"{path}: {place or 'shaded.h'} may not include \"{target}\"")
     return found
 
 
@@ -94,6 +108,14 @@ class IncludeOrder(unittest.TestCase):
                  "shade/b.c": '#include "sight/rays.h"\n'}
         self.assertEqual(len(violations(files)), 1)
         self.assertIn("shade/b.c", violations(files)[0])
+
+    def test_tiles_do_not_know_the_request(self):
+        files = {"render/request.h": "", "render/rendering.h": "",
+                 "render/tiles/a.c": '#include "render/rendering.h"\n',
+                 "render/tiles/b.c": '#include "render/request.h"\n',
+                 "render/show/c.c": '#include "render/request.h"\n'}
+        self.assertEqual(len(violations(files)), 2)
+        self.assertIn("render/tiles may not include", violations(files)[1])
 
     def test_includes_are_written_from_src(self):
         files = {"sight/rays.h": "", "base/arena.c": '#include "../sight/rays.h"\n',

@@ -14,6 +14,7 @@
 #include "plan/cost.h"
 #include "plan/parts.h"
 #include "plan/pieces.h"
+#include "render/request.h"
 #include "render/show/shown.h"
 
 static double uniform(uint64_t *random, double low, double high) {
@@ -103,7 +104,8 @@ static void outputs_are_known_by_their_curves(void **state) {
         shd_request *request = read_with(*state, cases[i].members);
         shd_error error;
         const shd_shown *shown = NULL;
-        assert_int_equal(shd_shown_make(request, request->scene, &shown, &error), SHD_OK);
+        assert_int_equal(shd_shown_make(&request->rendering, request->scene, &shown, &error),
+                         SHD_OK);
         assert_int_equal(shown->coded, cases[i].coded);
         assert_int_equal(shown->seen, cases[i].seen);
         if (shown->coded && !(fabs(shown->matrix[0][0] - cases[i].first) < 2e-3))
@@ -205,8 +207,8 @@ static void budgets_choose_what_is_cheapest(void **state) {
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         shd_request *request = read_with(*state, cases[i].members);
         shd_error error;
-        assert_int_equal(shd_request_plan_make(request, request->scene, &error), SHD_OK);
-        const shd_plan *plan = request->plan;
+        assert_int_equal(shd_rendering_plan(&request->rendering, request->scene, &error), SHD_OK);
+        const shd_plan *plan = request->rendering.plan;
         if (plan->tier != cases[i].tier || plan->light_count != cases[i].lights)
             fail_msg("%s: %s", cases[i].members, plan->summary);
         if (cases[i].drops && plan->light_count < 3)
@@ -230,8 +232,8 @@ static void pixels_that_bright_light_covers_a_part_of_count_in_codes(void **stat
         read_with(*state, "\"background\": [0, 0, 0], \"ambient\": 100, " LIGHTS
                           ", \"accuracy\": {\"maxError\": 0.1, \"metric\": \"linear\"}");
     shd_error error;
-    assert_int_equal(shd_request_plan_make(request, request->scene, &error), SHD_OK);
-    assert_true(request->plan->bound.code >= 1);
+    assert_int_equal(shd_rendering_plan(&request->rendering, request->scene, &error), SHD_OK);
+    assert_true(request->rendering.plan->bound.code >= 1);
     shd_request_drop(request);
 }
 
@@ -242,9 +244,9 @@ static void budgets_that_are_easily_met_take_the_fastest_tier(void **state) {
         snprintf(members, sizeof members, LIGHTS ", \"accuracy\": {\"maxError\": %.17g}", i * 0.01);
         shd_request *request = read_with(*state, members);
         shd_error error;
-        assert_int_equal(shd_request_plan_make(request, request->scene, &error), SHD_OK);
-        if (request->plan->tier != SHD_STANDARD)
-            fail_msg("%s: %s", members, request->plan->summary);
+        assert_int_equal(shd_rendering_plan(&request->rendering, request->scene, &error), SHD_OK);
+        if (request->rendering.plan->tier != SHD_STANDARD)
+            fail_msg("%s: %s", members, request->rendering.plan->summary);
         shd_request_drop(request);
     }
 }
@@ -253,7 +255,7 @@ static void budgets_that_nothing_meets_say_what_is_reached(void **state) {
     shd_request *request =
         read_with(*state, "\"accuracy\": {\"maxError\": 1e-9, \"metric\": \"linear\"}");
     shd_error error;
-    assert_int_equal(shd_request_plan_make(request, request->scene, &error), SHD_SCENE);
+    assert_int_equal(shd_rendering_plan(&request->rendering, request->scene, &error), SHD_SCENE);
     assert_string_equal(error.path, "/accuracy/maxError");
     assert_non_null(strstr(error.text, "`exact` reaches 2.4e-07"));
     shd_request_drop(request);
@@ -262,7 +264,7 @@ static void budgets_that_nothing_meets_say_what_is_reached(void **state) {
                           "{\"width\": 33, \"height\": 33, \"samples\": 1}, \"lights\": "
                           "[{\"type\": \"point\", \"position\": [0, 0, 1], \"attenuation\": [0, 0, "
                           "1]}]");
-    assert_int_equal(shd_request_plan_make(request, request->scene, &error), SHD_SCENE);
+    assert_int_equal(shd_rendering_plan(&request->rendering, request->scene, &error), SHD_SCENE);
     assert_non_null(strstr(error.text, "may touch a surface"));
     shd_request_drop(request);
 }
@@ -305,10 +307,11 @@ static void budgets_take_the_cheapest_tier_that_meets_them(void **state) {
         const shd_accuracy *accuracy = &scene->accuracy;
         const shd_shown *shown = NULL;
         shd_error error;
-        assert_int_equal(shd_shown_make(request, scene, &shown, &error), SHD_OK);
+        assert_int_equal(shd_shown_make(&request->rendering, scene, &shown, &error), SHD_OK);
         for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++) {
             const shd_plan *plan;
-            if (shd_plan_make_shown(scene, isa, shown, NULL, request->arena, &plan, &error))
+            if (shd_plan_make_shown(scene, isa, shown, NULL, request->rendering.arena, &plan,
+                                    &error))
                 continue;
             const shd_kernel_cost *costs = shd_plan_kernel_costs(plan);
             took[plan->tier]++;
@@ -316,8 +319,9 @@ static void budgets_take_the_cheapest_tier_that_meets_them(void **state) {
             shd_scene all = *scene;
             all.accuracy = (shd_accuracy){.tier = SHD_EXACT};
             const shd_plan *full;
-            assert_int_equal(
-                shd_plan_make_shown(&all, isa, shown, NULL, request->arena, &full, &error), SHD_OK);
+            assert_int_equal(shd_plan_make_shown(&all, isa, shown, NULL, request->rendering.arena,
+                                                 &full, &error),
+                             SHD_OK);
             double total[SHD_EXACT + 1];
             for (int t = 0; t <= SHD_EXACT; t++) {
                 const shd_ray_cost cost = shd_plan_ray_cost(full, (shd_tier)t, costs);
@@ -325,7 +329,8 @@ static void budgets_take_the_cheapest_tier_that_meets_them(void **state) {
             }
             for (int t = 0; t <= SHD_EXACT; t++) {
                 shd_bound bound;
-                assert_true(shd_plan_bound(full, (shd_tier)t, shown, request->arena, &bound));
+                assert_true(
+                    shd_plan_bound(full, (shd_tier)t, shown, request->rendering.arena, &bound));
                 if (shd_bound_in(&bound, accuracy->metric) > accuracy->max_error) continue;
                 if (total[t] < total[plan->tier] ||
                     (total[t] == total[plan->tier] && t > (int)plan->tier))
@@ -353,16 +358,16 @@ static void budgets_take_exact_where_its_lights_cost_no_more(void **state) {
                 "\"objects\": [{\"type\": \"sphere\", \"material\": {\"specular\": 0.5}}]}");
     const shd_shown *shown = NULL;
     shd_error error;
-    assert_int_equal(shd_request_plan_make(request, request->scene, &error), SHD_OK);
-    assert_int_equal(shd_shown_make(request, request->scene, &shown, &error), SHD_OK);
-    assert_int_equal(request->plan->light_count, 2);
+    assert_int_equal(shd_rendering_plan(&request->rendering, request->scene, &error), SHD_OK);
+    assert_int_equal(shd_shown_make(&request->rendering, request->scene, &shown, &error), SHD_OK);
+    assert_int_equal(request->rendering.plan->light_count, 2);
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        shd_plan plan = *request->plan;
+        shd_plan plan = *request->rendering.plan;
         uint8_t drops[2] = {0, 0};
         bool dropped;
-        assert_int_equal(
-            shd_plan_choose(&plan, shown, cases[i].costs, drops, &dropped, request->arena, &error),
-            SHD_OK);
+        assert_int_equal(shd_plan_choose(&plan, shown, cases[i].costs, drops, &dropped,
+                                         request->rendering.arena, &error),
+                         SHD_OK);
         assert_int_equal(plan.tier, cases[i].cheap);
     }
     shd_request_drop(request);
@@ -412,9 +417,10 @@ static void budgets_are_met_among_many_lamps(void **state) {
             char *json = write_lamps(scenes[i].lamps, scenes[i].balls, accuracies[k]);
             shd_request *request = read_text(*state, json);
             shd_error error;
-            if (shd_request_plan_make(request, request->scene, &error)) fail_msg("%s", error.text);
-            if (k < 2) bounds[k] = request->plan->bound;
-            if (k >= 2) assert_int_equal(request->plan->tier, SHD_STANDARD);
+            if (shd_rendering_plan(&request->rendering, request->scene, &error))
+                fail_msg("%s", error.text);
+            if (k < 2) bounds[k] = request->rendering.plan->bound;
+            if (k >= 2) assert_int_equal(request->rendering.plan->tier, SHD_STANDARD);
             shd_request_drop(request);
             free(json);
         }
@@ -428,8 +434,8 @@ static void budgets_are_met_among_many_lamps(void **state) {
 static void of_tiers_that_cost_the_same_the_exact_one_is_taken(void **state) {
     shd_request *request = read_text(*state, "{\"accuracy\": {\"maxError\": 1}, \"objects\": []}");
     shd_error error;
-    assert_int_equal(shd_request_plan_make(request, request->scene, &error), SHD_OK);
-    assert_int_equal(request->plan->tier, SHD_EXACT);
+    assert_int_equal(shd_rendering_plan(&request->rendering, request->scene, &error), SHD_OK);
+    assert_int_equal(request->rendering.plan->tier, SHD_EXACT);
     shd_request_drop(request);
 }
 

@@ -19,11 +19,11 @@ static inline seen see(shd_engine *engine, const char *json, shd_isa isa) {
     uint32_t objects[8] = {0, 1, 2, 3, 4, 5, 6, 7};
     seen s = {.request = read_scene(engine, json)};
     shd_error error = {SHD_OK, "", ""};
-    shd_arena *arena = s.request->arena;
-    if (shd_plan_make(s.request->scene, isa, arena, &s.request->plan, &error) ||
-        shd_sight_new(s.request->plan, NULL, arena, &s.sight, &error))
+    shd_arena *arena = s.request->rendering.arena;
+    if (shd_plan_make(s.request->scene, isa, arena, &s.request->rendering.plan, &error) ||
+        shd_sight_new(s.request->rendering.plan, NULL, arena, &s.sight, &error))
         fail_msg("%s: %s", error.path, error.text);
-    assert_true(shd_hits_new(s.request->plan, ALL, arena, &s.hits));
+    assert_true(shd_hits_new(s.request->rendering.plan, ALL, arena, &s.hits));
     for (int i = 0; i < ALL; i++) {
         x[i] = i % SIDE;
         y[i] = i / SIDE;

@@ -79,7 +79,7 @@ static void from_inside_a_sphere_its_far_wall_is_seen(void **state) {
             const shd_vec3 eye = s.request->scene->camera.position;
             for (size_t i = 0; i < s.hits.count; i++) {
                 double n[3], w[3], length = 0, outward = 0, toward = 0;
-                const shd_plan *plan = s.request->plan;
+                const shd_plan *plan = s.request->rendering.plan;
                 const double origin[3] = {plan->origin.x, plan->origin.y, plan->origin.z};
                 const double camera[3] = {eye.x, eye.y, eye.z};
                 for (int c = 0; c < 3; c++) {
@@ -256,8 +256,8 @@ static void scenes_of_any_size_are_seen_alike(void **state) {
                             assert_true(fabs(s.hits.position[c][i] / f - p) <= (power ? 0 : 1e-13));
                             continue;
                         }
-                        const double size = first.request->plan->scale,
-                                     now = s.request->plan->scale;
+                        const double size = first.request->rendering.plan->scale,
+                                     now = s.request->rendering.plan->scale;
                         double p = (double)first.hits.position32[c][i] / size;
                         double n = (double)first.hits.normal32[c][i];
                         double w = (double)first.hits.mirror32[c][i];

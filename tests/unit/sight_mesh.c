@@ -96,11 +96,11 @@ static seen see(shd_engine *engine, const char *json, shd_isa isa) {
     const uint32_t object = 0;
     seen s = {.request = read_scene(engine, json)};
     shd_error error = {SHD_OK, "", ""};
-    shd_arena *arena = s.request->arena;
-    if (shd_plan_make(s.request->scene, isa, arena, &s.request->plan, &error) ||
-        shd_sight_new(s.request->plan, NULL, arena, &s.sight, &error))
+    shd_arena *arena = s.request->rendering.arena;
+    if (shd_plan_make(s.request->scene, isa, arena, &s.request->rendering.plan, &error) ||
+        shd_sight_new(s.request->rendering.plan, NULL, arena, &s.sight, &error))
         fail_msg("%s: %s", error.path, error.text);
-    assert_true(shd_hits_new(s.request->plan, ALL, arena, &s.hits));
+    assert_true(shd_hits_new(s.request->rendering.plan, ALL, arena, &s.hits));
     for (int i = 0; i < ALL; i++) {
         /* block by block, as bundles of other shapes than rows */
         x[i] = i / 64 % 8 * 8 + i % 8;

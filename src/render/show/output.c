@@ -3,22 +3,22 @@
 #include <float.h>
 #include <string.h>
 
-#include "base/clock.h"
+#include "render/show/route.h"
 
 /* Holds values in what the sample type or format can store, and counts those that are not. */
-static void saturate(shd_request *request, const shd_output *output, float *values, size_t count) {
+static void saturate(shd_rendering *r, const shd_output *output, float *values, size_t count) {
     float largest = output->depth == SHD_HALF ? 65504 : FLT_MAX, least = -largest;
     if (output->format == SHD_HDR) {
         largest = 1.7e38f; /* a shared 8-bit exponent: below 2^127 ... */
         least = 0;         /* ... and no signs */
     }
-    request->saturated += shd_saturate(values, count, least, largest);
+    r->saturated += shd_saturate(values, count, least, largest);
 }
 
-shd_status shd_output_transform(const shd_request *request, const shd_output *output,
-                                const shd_color_transform **out, shd_error *error) {
-    shd_color_config *color = request->engine->color;
-    const char *from = request->scene->working_space->name;
+shd_status shd_output_transform(shd_color_config *color, const shd_scene *scene,
+                                const shd_output *output, const shd_color_transform **out,
+                                shd_error *error) {
+    const char *from = scene->working_space->name;
     if (output->color_space)
         return shd_color_to_space(color, from, output->color_space->name, out, error);
     return shd_color_to_view(color, from, output->display, output->view, out, error);
@@ -39,11 +39,11 @@ shd_packing shd_output_packing(shd_channels channels) {
 }
 
 /* RGB values converted in place; RGBA is what OpenColorIO takes. */
-static void convert_rgb(shd_request *request, const shd_color_transform *transform, float *rgb,
+static void convert_rgb(const shd_rendering *r, const shd_color_transform *transform, float *rgb,
                         size_t count) {
     enum { ROW = 1024 };
     float row[4 * ROW];
-    for (size_t first = 0; first < count && !shd_is_cancelled(&request->cancelled); first += ROW) {
+    for (size_t first = 0; first < count && !shd_is_cancelled(r->cancelled); first += ROW) {
         size_t some = count - first < ROW ? count - first : ROW;
         for (size_t i = 0; i < some; i++) {
             memcpy(row + 4 * i, rgb + 3 * (first + i), 3 * sizeof *row);
@@ -62,12 +62,12 @@ static float *copy_floats(shd_arena *arena, const float *values, size_t count) {
 
 /* The values of a color layer, converted like the picture. The beauty is the picture itself,
  * multiplied by its alpha as the other layers are by their coverage. */
-static float *color_layer(shd_request *request, const shd_film *film, const shd_layer *layer,
+static float *color_layer(const shd_rendering *r, const shd_film *film, const shd_layer *layer,
                           const float *converted, const shd_color_transform *transform) {
-    const shd_plan *plan = request->plan;
+    const shd_plan *plan = r->plan;
     size_t pixels = (size_t)film->width * (size_t)film->height;
     if (layer->kind == SHD_LAYER_BEAUTY) {
-        float *rgb = shd_arena_alloc(request->arena, pixels, 3 * sizeof *rgb);
+        float *rgb = shd_arena_alloc(r->arena, pixels, 3 * sizeof *rgb);
         for (size_t i = 0; rgb && i < pixels; i++)
             for (size_t c = 0; c < 3; c++)
                 rgb[3 * i + c] = converted[4 * i + c] * converted[4 * i + 3];
@@ -77,8 +77,8 @@ static float *color_layer(shd_request *request, const shd_film *film, const shd_
     while (plan->planes[p].kind != layer->kind ||
            (layer->kind == SHD_LAYER_LIGHT && plan->planes[p].light != layer->light))
         p++;
-    float *rgb = copy_floats(request->arena, film->planes[p], 3 * pixels);
-    if (rgb) convert_rgb(request, transform, rgb, pixels);
+    float *rgb = copy_floats(r->arena, film->planes[p], 3 * pixels);
+    if (rgb) convert_rgb(r, transform, rgb, pixels);
     return rgb;
 }
 
@@ -99,14 +99,14 @@ static shd_image_layer describe_layer(const shd_layer *layer) {
     }
 }
 
-static bool make_layers(shd_request *request, const shd_film *film, const shd_output *output,
+static bool make_layers(shd_rendering *r, const shd_film *film, const shd_output *output,
                         const float *converted, const shd_color_transform *transform,
                         shd_image_layer **out) {
     size_t pixels = (size_t)film->width * (size_t)film->height;
-    shd_image_layer *layers = shd_arena_alloc(request->arena, output->layer_count, sizeof *layers);
+    shd_image_layer *layers = shd_arena_alloc(r->arena, output->layer_count, sizeof *layers);
     if (!layers) return false;
     for (size_t l = 0; l < output->layer_count; l++) {
-        if (shd_is_cancelled(&request->cancelled)) return false;
+        if (shd_is_cancelled(r->cancelled)) return false;
         const shd_layer *layer = &output->layers[l];
         layers[l] = describe_layer(layer);
         switch (layer->kind) {
@@ -123,9 +123,9 @@ static bool make_layers(shd_request *request, const shd_film *film, const shd_ou
             layers[l].values = film->object;
             break;
         default: {
-            float *values = color_layer(request, film, layer, converted, transform);
+            float *values = color_layer(r, film, layer, converted, transform);
             if (!values) return false;
-            saturate(request, output, values, 3 * pixels);
+            saturate(r, output, values, 3 * pixels);
             layers[l].values = values;
         }
         }
@@ -149,38 +149,24 @@ void shd_output_flatten(float *rgba, size_t pixels) {
 typedef struct conversion {
     const shd_color_transform *transform;
     float *rgba;
-    size_t width, rows, height;
-    double *seconds; /* [slot] */
+    size_t width, rows, height; /* `rows` of an index */
     const atomic_bool *cancelled;
 } conversion;
 
 static void convert_rows(void *context, size_t index, unsigned slot) {
+    (void)slot;
     const conversion *work = context;
     if (shd_is_cancelled(work->cancelled)) return;
-    double began = shd_thread_seconds();
     size_t first = index * work->rows;
     size_t rows = work->height - first < work->rows ? work->height - first : work->rows;
     shd_color_apply(work->transform, work->rgba + 4 * first * work->width, rows * work->width);
-    work->seconds[slot] += shd_thread_seconds() - began;
 }
 
-static bool convert_picture(shd_request *request, const shd_color_transform *transform,
+static void convert_picture(shd_rendering *r, const shd_color_transform *transform,
                             const shd_film *film, float *rgba) {
-    shd_pool *pool = request->engine->pool;
-    unsigned slots = shd_pool_slots(pool);
-    conversion work = {transform,
-                       rgba,
-                       (size_t)film->width,
-                       0,
-                       (size_t)film->height,
-                       shd_arena_zalloc(request->arena, slots, sizeof *work.seconds),
-                       &request->cancelled};
-    if (!work.seconds) return false;
-    work.rows = 1 + 32768 / work.width;
-    request->times.color -=
-        shd_pool_for(pool, (work.height + work.rows - 1) / work.rows, convert_rows, &work);
-    for (unsigned i = 1; i < slots; i++) request->times.color += work.seconds[i];
-    return true;
+    const size_t width = (size_t)film->width, height = (size_t)film->height;
+    conversion work = {transform, rgba, width, 1 + 32768 / width, height, r->cancelled};
+    shd_stage_spread(r, (height + work.rows - 1) / work.rows, convert_rows, &work);
 }
 
 /* ---- Pictures whose colors go straight to codes. ---- */
@@ -193,16 +179,16 @@ typedef struct coding {
     bool flatten;
     size_t pixels, step; /* of an index */
     unsigned char *samples;
-    double *seconds;     /* [slot], */
-    uint64_t *saturated; /* as is this */
+    atomic_uint_least64_t saturated;
     const atomic_bool *cancelled;
 } coding;
 
 static void code_pixels(void *context, size_t index, unsigned slot) {
     enum { BLOCK = 1024 };
-    const coding *work = context;
+    (void)slot;
+    coding *work = context;
     if (shd_is_cancelled(work->cancelled)) return;
-    double began = shd_thread_seconds();
+    uint64_t saturated = 0;
     size_t end = (index + 1) * work->step < work->pixels ? (index + 1) * work->step : work->pixels;
     for (size_t first = index * work->step; first < end; first += BLOCK) {
         size_t some = end - first < BLOCK ? end - first : BLOCK;
@@ -214,70 +200,57 @@ static void code_pixels(void *context, size_t index, unsigned slot) {
             rgba = flat;
         }
         const shd_layout *layout = &work->layout;
-        work->saturated[slot] +=
+        saturated +=
             shd_color_encode(work->codes, work->isa, rgba, some, layout->source, layout->count,
                              work->samples + first * (size_t)layout->count * layout->bytes);
     }
-    work->seconds[slot] += shd_thread_seconds() - began;
+    atomic_fetch_add(&work->saturated, saturated);
 }
 
-/* Whether the picture's colors can go straight to its samples: nobody needs converted floats, and
- * a sample depends on one channel alone. */
-static const shd_color_codes *find_codes(const shd_request *request, const shd_output *output,
-                                         const shd_color_transform *transform,
-                                         const shd_image *image) {
-    const shd_packing *packing = &image->packing;
-    if (request->engine->floats_only || output->layer_count) return NULL;
-    if (output->depth != SHD_U8 && output->depth != SHD_U16) return NULL;
-    if (shd_image_layout(image, output->format).premultiplied) return NULL;
-    for (int c = 0; c < 3; c++)
-        if (packing->scale[c] != 1 || packing->offset8[c] != 0 || packing->offset16[c] != 0)
-            return NULL;
+/* The tables that the output's colors are looked up in. NULL: they go through floats. */
+static const shd_color_codes *find_codes(const shd_rendering *r, const shd_output *output,
+                                         const shd_color_transform *transform) {
+    const shd_scene *scene = r->plan->scene;
+    if (r->engine->floats_only || !shd_route_of(scene, output, true).codes) return NULL;
+    if (shd_color_describe(transform)->channels == SHD_YIQ) return NULL; /* samples are scaled */
     return shd_color_codes_of(transform, output->depth == SHD_U8 ? 255 : 65535,
-                              (size_t)image->width * (size_t)image->height);
+                              (size_t)scene->raster.w * (size_t)scene->raster.h);
 }
 
-static bool code_picture(shd_request *request, const shd_color_codes *codes, const shd_film *film,
+static bool code_picture(shd_rendering *r, const shd_color_codes *codes, const shd_film *film,
                          bool flat, shd_format format, shd_image *image) {
-    shd_pool *pool = request->engine->pool;
-    unsigned slots = shd_pool_slots(pool);
     coding work = {.codes = codes,
-                   .isa = request->engine->isa,
+                   .isa = r->engine->isa,
                    .rgba = film->rgba,
                    .layout = shd_image_layout(image, format),
                    .flatten = flat,
                    .pixels = (size_t)film->width * (size_t)film->height,
                    .step = 32768,
-                   .seconds = shd_arena_zalloc(request->arena, slots, sizeof *work.seconds),
-                   .saturated = shd_arena_zalloc(request->arena, slots, sizeof *work.saturated),
-                   .cancelled = &request->cancelled};
+                   .cancelled = r->cancelled};
     work.samples =
-        shd_arena_alloc(request->arena, work.pixels, (size_t)work.layout.count * work.layout.bytes);
-    if (!work.seconds || !work.saturated || !work.samples) return false;
-    request->times.color -=
-        shd_pool_for(pool, (work.pixels + work.step - 1) / work.step, code_pixels, &work);
-    for (unsigned i = 0; i < slots; i++) {
-        request->times.color += i ? work.seconds[i] : 0;
-        request->saturated += work.saturated[i];
-    }
+        shd_arena_alloc(r->arena, work.pixels, (size_t)work.layout.count * work.layout.bytes);
+    if (!work.samples) return false;
+    shd_stage_spread(r, (work.pixels + work.step - 1) / work.step, code_pixels, &work);
+    r->saturated += atomic_load(&work.saturated);
     image->samples = work.samples;
     return true;
 }
 
 /* ---- The other ones, and layers. ---- */
 
-static bool convert_film(shd_request *request, const shd_film *film, size_t index,
+static bool convert_film(shd_rendering *r, const shd_film *film, size_t index,
                          const shd_color_transform *transform, bool flat, shd_image *image) {
-    const shd_output *output = &request->scene->outputs[index];
+    const shd_scene *scene = r->plan->scene;
+    const shd_output *output = &scene->outputs[index];
     size_t pixels = (size_t)film->width * (size_t)film->height;
-    bool last = index + 1 == request->scene->output_count;
-    float *rgba = last ? film->rgba : copy_floats(request->arena, film->rgba, 4 * pixels);
+    bool last = index + 1 == scene->output_count;
+    float *rgba = last ? film->rgba : copy_floats(r->arena, film->rgba, 4 * pixels);
     if (!rgba) return false;
     if (flat) shd_output_flatten(rgba, pixels);
-    if (!convert_picture(request, transform, film, rgba)) return false;
-    saturate(request, output, rgba, 4 * pixels);
+    convert_picture(r, transform, film, rgba);
+    saturate(r, output, rgba, 4 * pixels);
     shd_image_layer *layers = NULL;
-    if (output->layer_count && !make_layers(request, film, output, rgba, transform, &layers))
+    if (output->layer_count && !make_layers(r, film, output, rgba, transform, &layers))
         return false;
     image->rgba = rgba;
     image->layers = layers;
@@ -285,51 +258,27 @@ static bool convert_film(shd_request *request, const shd_film *film, size_t inde
     return true;
 }
 
-/* Between the pieces of a long encoding: it is left where the request was cancelled, and other
- * requests take their turn. */
-static bool go_on(void *context) {
-    shd_request *request = context;
-    request->times.encode -= shd_pool_lend(request->engine->pool);
-    return !shd_is_cancelled(&request->cancelled);
+/* Between the pieces of a long encoding: other requests take their turn, and it is left if the
+ * request was cancelled. */
+static bool go_on_encoding(void *context) {
+    shd_rendering *r = context;
+    shd_stage_lend(r);
+    return !shd_is_cancelled(r->cancelled);
 }
 
-/* An encoder's loop, whose every thread counts. */
-typedef struct encoding {
-    void (*run)(void *work, size_t index, unsigned slot);
-    void *work;
-    double *seconds; /* [slots] */
-} encoding;
-
-static void encode_part(void *context, size_t index, unsigned slot) {
-    encoding *e = context;
-    const double began = shd_thread_seconds();
-    e->run(e->work, index, slot);
-    e->seconds[slot] += shd_thread_seconds() - began;
-}
-
-static void spread(void *context, size_t count,
-                   void (*run)(void *work, size_t index, unsigned slot), void *work) {
-    shd_request *request = context;
-    shd_pool *pool = request->engine->pool;
-    const unsigned slots = shd_pool_slots(pool);
-    encoding e = {run, work, shd_arena_zalloc(request->arena, slots, sizeof *e.seconds)};
-    if (!e.seconds) { /* without memory for that, alone */
-        for (size_t i = 0; i < count; i++) run(work, i, 0);
-        return;
-    }
-    request->times.encode -= shd_pool_for(pool, count, encode_part, &e);
-    for (unsigned i = 1; i < slots; i++) request->times.encode += e.seconds[i];
+static void spread_encoding(void *context, size_t count,
+                            void (*run)(void *work, size_t index, unsigned slot), void *work) {
+    shd_stage_spread(context, count, run, work);
 }
 
 /* ---- Both. ---- */
 
 /* What the encoder will be told, but for the pixels. */
-static shd_status begin_image(shd_request *request, size_t index,
+static shd_status begin_image(shd_rendering *r, const shd_output *output,
                               const shd_color_transform **transform, shd_image *image,
                               shd_error *error) {
-    const shd_scene *scene = request->scene;
-    const shd_output *output = &scene->outputs[index];
-    shd_status status = shd_output_transform(request, output, transform, error);
+    const shd_scene *scene = r->plan->scene;
+    shd_status status = shd_output_transform(r->engine->color, scene, output, transform, error);
     if (status != SHD_OK) return status;
     const shd_color_info *info = shd_color_describe(*transform);
     *image = (shd_image){
@@ -344,50 +293,47 @@ static shd_status begin_image(shd_request *request, size_t index,
         .transfer = info->transfer,
         .has_primaries = info->has_primaries,
         .channel_names = shd_channel_names(info->channels),
-        .isa = request->engine->isa,
-        .go_on = go_on,
-        .spread = spread,
-        .slots = shd_pool_slots(request->engine->pool),
-        .context = request,
+        .isa = r->engine->isa,
+        .go_on = go_on_encoding,
+        .spread = spread_encoding,
+        .slots = shd_pool_slots(r->engine->pool),
+        .context = r,
     };
     memcpy(image->primaries, info->primaries, sizeof image->primaries);
     return SHD_OK;
 }
 
-shd_status shd_output_prepare(shd_request *request, shd_film *film, shd_error *error) {
-    const shd_scene *scene = request->scene;
+shd_status shd_output_prepare(shd_rendering *r, shd_film *film, shd_error *error) {
+    const shd_scene *scene = r->plan->scene;
     const shd_output *output = &scene->outputs[0];
-    if (scene->output_count > 1 || scene->transparent) return SHD_OK;
+    if (shd_route_of(scene, output, true).film) return SHD_OK;
     const shd_color_transform *transform;
     shd_image image;
-    shd_status status = begin_image(request, 0, &transform, &image, error);
+    shd_status status = begin_image(r, output, &transform, &image, error);
     if (status != SHD_OK) return status;
-    film->codes = find_codes(request, output, transform, &image);
+    film->codes = find_codes(r, output, transform);
     if (!film->codes) return SHD_OK;
     film->layout = shd_image_layout(&image, output->format);
-    film->samples = shd_arena_alloc(request->arena, (size_t)image.width * (size_t)image.height,
+    film->samples = shd_arena_alloc(r->arena, (size_t)image.width * (size_t)image.height,
                                     (size_t)film->layout.count * film->layout.bytes);
-    if (!film->samples)
-        return shd_fail(error, SHD_MEMORY, "/image",
-                        "the limit `memory` (%llu bytes) is reached by this picture",
-                        (unsigned long long)request->limits.memory);
-    return SHD_OK;
+    return film->samples ? SHD_OK : shd_rendering_full(r, "picture", error);
 }
 
-/* Of one picture, which is made in the film's own pixels where it is the last. */
-static shd_status size_output(shd_request *request, const shd_film *film, size_t index,
-                              uint64_t *out, shd_error *error) {
-    const shd_output *output = &request->scene->outputs[index];
+/* Of one picture, which is made in the film's own pixels if it is the last. */
+static shd_status size_output(shd_rendering *r, const shd_film *film, size_t index, uint64_t *out,
+                              shd_error *error) {
+    const shd_scene *scene = r->plan->scene;
+    const shd_output *output = &scene->outputs[index];
     const shd_color_transform *transform;
     shd_image image;
-    shd_status status = begin_image(request, index, &transform, &image, error);
+    shd_status status = begin_image(r, output, &transform, &image, error);
     if (status != SHD_OK) return status;
-    const bool codes = film->codes || find_codes(request, output, transform, &image);
-    const bool last = index + 1 == request->scene->output_count;
+    const bool codes = film->codes || find_codes(r, output, transform);
+    const bool last = index + 1 == scene->output_count;
     const shd_layout layout = shd_image_layout(&image, output->format);
     const uint64_t pixels = (uint64_t)image.width * (uint64_t)image.height;
     uint64_t floats = codes || last ? 0 : 4;
-    shd_image_layer *layers = shd_arena_alloc(request->arena, output->layer_count, sizeof *layers);
+    shd_image_layer *layers = shd_arena_alloc(r->arena, output->layer_count, sizeof *layers);
     if (!layers) return shd_fail(error, SHD_MEMORY, "/image", "the limit `memory` is reached");
     for (size_t l = 0; l < output->layer_count; l++) {
         layers[l] = describe_layer(&output->layers[l]);
@@ -400,11 +346,11 @@ static shd_status size_output(shd_request *request, const shd_film *film, size_t
     return SHD_OK;
 }
 
-shd_status shd_output_size(shd_request *request, const shd_film *film, uint64_t *out,
+shd_status shd_output_size(shd_rendering *r, const shd_film *film, uint64_t *out,
                            shd_error *error) {
     uint64_t most = 0, one = 0;
-    for (size_t i = 0; i < request->scene->output_count; i++) {
-        shd_status status = size_output(request, film, i, &one, error);
+    for (size_t i = 0; i < r->plan->scene->output_count; i++) {
+        shd_status status = size_output(r, film, i, &one, error);
         if (status != SHD_OK) return status;
         if (one > most) most = one;
     }
@@ -412,41 +358,42 @@ shd_status shd_output_size(shd_request *request, const shd_film *film, uint64_t 
     return SHD_OK;
 }
 
-shd_status shd_output_make(shd_request *request, const shd_film *film, size_t index,
-                           shd_error *error) {
-    const shd_scene *scene = request->scene;
+/* The picture's colors: samples, or floats for the encoder to pack. */
+static shd_status color_image(shd_rendering *r, const shd_film *film, size_t index,
+                              shd_image *image, shd_error *error) {
+    const shd_scene *scene = r->plan->scene;
     const shd_output *output = &scene->outputs[index];
-
-    double began = shd_thread_seconds();
-    const shd_arena_mark mark = shd_arena_mark_here(request->arena);
     const shd_color_transform *transform;
-    shd_image image;
-    shd_status status = begin_image(request, index, &transform, &image, error);
+    shd_status status = begin_image(r, output, &transform, image, error);
     if (status != SHD_OK) return status;
-
     bool made = true;
     if (film->codes) {
-        image.samples = film->samples;
+        image->samples = film->samples;
     } else {
         const bool flat = shd_output_is_flat(scene, output);
-        const shd_color_codes *codes = find_codes(request, output, transform, &image);
-        made = codes ? code_picture(request, codes, film, flat, output->format, &image)
-                     : convert_film(request, film, index, transform, flat, &image);
+        const shd_color_codes *codes = find_codes(r, output, transform);
+        made = codes ? code_picture(r, codes, film, flat, output->format, image)
+                     : convert_film(r, film, index, transform, flat, image);
     }
-    if (shd_is_cancelled(&request->cancelled))
-        return shd_fail(error, SHD_CANCELLED, "", "the render was cancelled");
-    if (!made)
-        return shd_fail(error, SHD_MEMORY, "/image",
-                        "the limit `memory` (%llu bytes) is reached by this picture",
-                        (unsigned long long)request->limits.memory);
-    double colored = shd_thread_seconds();
-    request->times.color += colored - began;
+    if (shd_is_cancelled(r->cancelled)) return shd_rendering_cancelled(error);
+    return made ? SHD_OK : shd_rendering_full(r, "picture", error);
+}
+
+shd_status shd_output_make(shd_rendering *r, const shd_film *film, size_t index, shd_picture *out,
+                           shd_error *error) {
+    const shd_output *output = &r->plan->scene->outputs[index];
+    const shd_arena_mark mark = shd_arena_mark_here(r->arena);
+    shd_stage_begin(r);
+    shd_image image;
+    shd_status status = color_image(r, film, index, &image, error);
+    shd_stage_end(r, &r->times.color);
+    if (status != SHD_OK) return status;
 
     shd_bytes bytes;
-    status = shd_image_encode(&image, output->format, request->arena, &bytes, error);
-    request->times.encode += shd_thread_seconds() - colored;
+    status = shd_image_encode(&image, output->format, r->arena, &bytes, error);
+    shd_stage_end(r, &r->times.encode);
     if (status != SHD_OK) return status;
-    shd_arena_return(request->arena, mark);
-    request->pictures[index] = (shd_picture){output->name, output->format, bytes.data, bytes.size};
+    shd_arena_return(r->arena, mark);
+    *out = (shd_picture){output->name, output->format, bytes.data, bytes.size};
     return SHD_OK;
 }

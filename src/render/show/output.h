@@ -5,23 +5,23 @@
 #include "image/image.h"
 #include "render/tiles/film.h"
 
-/* Makes picture `index` of the request from the film. Call in order: the last picture is made in
- * the film's own pixels. Adds to the request's times and saturated count. */
-shd_status shd_output_make(shd_request *request, const shd_film *film, size_t index,
+/* Makes the picture of the scene's output `index` from the film. Call in order: the last picture is
+ * made in the film's own pixels. Adds to r->times and r->saturated. */
+shd_status shd_output_make(shd_rendering *r, const shd_film *film, size_t index, shd_picture *out,
                            shd_error *error);
 
-/* Before the film is rendered: where the request's only output takes its codes from it at once,
- * makes the film's samples. SHD_MEMORY. */
-shd_status shd_output_prepare(shd_request *request, shd_film *film, shd_error *error);
+/* Before the film is rendered: makes the film's samples, if the only output takes its codes from
+ * tiles at once. SHD_MEMORY. */
+shd_status shd_output_prepare(shd_rendering *r, shd_film *film, shd_error *error);
 
-/* The most bytes of the request's arena that making any one of its pictures takes, but for its file
- * and what depends on the pixels' values. What was prepared is not counted. */
-shd_status shd_output_size(shd_request *request, const shd_film *film, uint64_t *out,
-                           shd_error *error);
+/* The most bytes of the arena that making any one of the pictures takes, but for its file and what
+ * depends on the pixels' values. What was prepared is not counted. */
+shd_status shd_output_size(shd_rendering *r, const shd_film *film, uint64_t *out, shd_error *error);
 
 /* From the working space to the output's own. */
-shd_status shd_output_transform(const shd_request *request, const shd_output *output,
-                                const shd_color_transform **out, shd_error *error);
+shd_status shd_output_transform(shd_color_config *color, const shd_scene *scene,
+                                const shd_output *output, const shd_color_transform **out,
+                                shd_error *error);
 
 /* How integers hold the channels. */
 shd_packing shd_output_packing(shd_channels channels);

@@ -3,7 +3,43 @@
 #include <math.h>
 #include <string.h>
 
-#include "render/tell/measure.h"
+#include "color/metadata.h"
+#include "render/show/output.h"
+
+/* The encoding as a way to Lab. */
+static bool find_lab(const shd_color_transform *transform, shd_lab_space *out) {
+    const shd_color_info *info = shd_color_describe(transform);
+    return info->channels == SHD_RGB && info->has_primaries &&
+           shd_lab_space_make(info->transfer, info->primaries, out);
+}
+
+shd_status shd_showing_make(shd_color_config *color, const shd_scene *scene,
+                            const shd_output *output, shd_showing *out, shd_error *error) {
+    bool alpha = scene->transparent && shd_format_get(output->format)->alpha;
+    shd_showing showing = {.flatten = shd_output_is_flat(scene, output)};
+    shd_status status = shd_output_transform(color, scene, output, &showing.transform, error);
+    if (status != SHD_OK) return status;
+
+    const shd_image image = {
+        .channel = output->channel,
+        .alpha = alpha,
+        .depth = SHD_U8,
+        .packing = shd_output_packing(shd_color_describe(showing.transform)->channels)};
+    showing.pack = shd_pack_plan(&image, false, true);
+
+    if (!find_lab(showing.transform, &showing.lab)) {
+        status = shd_color_to_space(color, scene->working_space->name,
+                                    shd_color_catalog(color)->colors->name, &showing.detour, error);
+        if (status != SHD_OK) return status;
+        /* A configuration without names that are known: colors are linear, and of Rec.709's
+         * primaries, as JSON colors are where nothing else is said. */
+        const shd_encoding *rec709 = shd_encoding_of_space("lin_rec709");
+        if (!find_lab(showing.detour, &showing.lab))
+            shd_lab_space_make(rec709->transfer, rec709->primaries, &showing.lab);
+    }
+    *out = showing;
+    return SHD_OK;
+}
 
 /* The matrix of a transform that is a curve of a matrix: its columns are differences from a grey,
  * which keeps every channel in the curve's range. */
@@ -77,30 +113,25 @@ shd_shown shd_shown_of(const shd_showing *showing) {
     return out;
 }
 
-static shd_status find_shown(const shd_request *request, const shd_output *output, shd_shown *out,
-                             shd_error *error) {
-    shd_showing showing;
-    shd_status status = shd_showing_make(request, output, &showing, error);
-    if (status == SHD_OK) *out = shd_shown_of(&showing);
-    return status;
-}
-
-shd_status shd_shown_make(const shd_request *request, const shd_scene *scene, const shd_shown **out,
+shd_status shd_shown_make(const shd_rendering *r, const shd_scene *scene, const shd_shown **out,
                           shd_error *error) {
-    shd_shown *shown = shd_arena_alloc(request->arena, scene->output_count, sizeof *shown);
+    shd_shown *shown = shd_arena_alloc(r->arena, scene->output_count, sizeof *shown);
     if (!shown) return shd_fail(error, SHD_MEMORY, "/outputs", "the limit `memory` is reached");
     for (size_t i = 0; i < scene->output_count; i++) {
-        shd_status status = find_shown(request, &scene->outputs[i], &shown[i], error);
+        shd_showing showing;
+        shd_status status =
+            shd_showing_make(r->engine->color, scene, &scene->outputs[i], &showing, error);
         if (status != SHD_OK) return status;
+        shown[i] = shd_shown_of(&showing);
     }
     *out = shown;
     return SHD_OK;
 }
 
-shd_status shd_request_plan_make(shd_request *request, const shd_scene *scene, shd_error *error) {
+shd_status shd_rendering_plan(shd_rendering *r, const shd_scene *scene, shd_error *error) {
     const shd_shown *shown = NULL;
-    shd_status status = shd_shown_make(request, scene, &shown, error);
+    shd_status status = shd_shown_make(r, scene, &shown, error);
     if (status != SHD_OK) return status;
-    return shd_plan_make_shown(scene, request->engine->isa, shown, &request->cancelled,
-                               request->arena, &request->plan, error);
+    return shd_plan_make_shown(scene, r->engine->isa, shown, r->cancelled, r->arena, &r->plan,
+                               error);
 }

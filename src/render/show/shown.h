@@ -1,21 +1,38 @@
-/* What the planner has to know of an output's colors, found by trying. */
+/* How outputs show the film, and what the planner has to know of that. */
 #ifndef SHD_RENDER_SHOW_SHOWN_H
 #define SHD_RENDER_SHOW_SHOWN_H
 
+#include "color/delta_e.h"
+#include "image/pack.h"
 #include "plan/bound.h"
-#include "render/engine.h"
+#include "render/rendering.h"
 
-struct shd_showing;
+/* How an output shows the film. */
+typedef struct shd_showing {
+    const shd_color_transform *transform;
+    bool flatten; /* laid over black first */
+    shd_pack pack;
+    /* CIEDE2000 is taken in the output's own encoding where its primaries and curve are known;
+     * else (YIQ, HSV, displays of other configurations) in the catalog's space of colors, and
+     * `detour` leads there. */
+    const shd_color_transform *detour; /* NULL: the output's own */
+    shd_lab_space lab;
+} shd_showing;
 
-/* What does not turn out to be a matrix and a known curve is left unknown. */
-shd_shown shd_shown_of(const struct shd_showing *showing);
+/* Transforms belong to `color`. The status is of shd_output_transform. */
+shd_status shd_showing_make(shd_color_config *color, const shd_scene *scene,
+                            const shd_output *output, shd_showing *out, shd_error *error);
 
-/* For each output of the scene, in the request's arena. SHD_MEMORY, or what a transform cannot be
+/* What is found by trying. What does not turn out to be a matrix and a known curve is left unknown.
+ */
+shd_shown shd_shown_of(const shd_showing *showing);
+
+/* For each output of the scene, in the rendering's arena. SHD_MEMORY, or what a transform cannot be
  * made for. */
-shd_status shd_shown_make(const shd_request *request, const shd_scene *scene, const shd_shown **out,
+shd_status shd_shown_make(const shd_rendering *r, const shd_scene *scene, const shd_shown **out,
                           shd_error *error);
 
-/* The scene's plan, for its outputs. `request->plan` is set. */
-shd_status shd_request_plan_make(shd_request *request, const shd_scene *scene, shd_error *error);
+/* The scene's plan, for its outputs: sets r->plan. */
+shd_status shd_rendering_plan(shd_rendering *r, const shd_scene *scene, shd_error *error);
 
 #endif

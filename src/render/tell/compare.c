@@ -2,13 +2,10 @@
 #include <jansson.h>
 #include <math.h>
 
-#include "base/clock.h"
 #include "base/json_memory.h"
-#include "render/engine.h"
-#include "render/show/shown.h"
+#include "render/request.h"
 #include "render/tell/explain.h"
 #include "render/tell/measure.h"
-#include "render/tiles/film.h"
 
 enum { TIERS = SHD_EXACT + 1 };
 
@@ -27,42 +24,36 @@ static void on_progress(void *context, double share) {
 }
 
 /* The scene with nothing but its beauty wanted, in the given tier. */
-static const shd_scene *in_tier(shd_request *request, shd_tier tier) {
-    shd_scene *scene = shd_arena_alloc(request->arena, 1, sizeof *scene);
-    shd_output *output = shd_arena_alloc(request->arena, 1, sizeof *output);
+static const shd_scene *in_tier(const shd_scene *given, shd_tier tier, shd_arena *arena) {
+    shd_scene *scene = shd_arena_alloc(arena, 1, sizeof *scene);
+    shd_output *output = shd_arena_alloc(arena, 1, sizeof *output);
     if (!scene || !output) return NULL;
-    *output = request->scene->outputs[0];
+    *output = given->outputs[0];
     output->layer_count = 0;
-    *scene = *request->scene;
+    *scene = *given;
     scene->accuracy = (shd_accuracy){.tier = tier};
     scene->outputs = output;
     scene->output_count = 1;
     return scene;
 }
 
-/* Everything that it makes lives in the request's arena, also request->plan. */
-static shd_status render_tier(shd_request *request, shd_tier tier, stretch *progress,
-                              shd_film *film, shd_times *times, shd_error *error) {
-    const shd_scene *scene = in_tier(request, tier);
+/* Everything that it makes lives in r->arena, also r->plan. */
+static shd_status render_tier(shd_rendering *r, const shd_scene *given, shd_tier tier,
+                              stretch *progress, shd_film *film, shd_error *error) {
+    const shd_scene *scene = in_tier(given, tier, r->arena);
     if (!scene) return shd_fail(error, SHD_MEMORY, "/image", "the limit `memory` is reached");
-    const shd_times before = request->times;
-    double began = shd_thread_seconds();
-    shd_status status = shd_request_plan_make(request, scene, error);
-    if (status == SHD_OK) status = shd_request_admit(request, NULL, true, error);
+    shd_stage_begin(r);
+    shd_status status = shd_rendering_plan(r, scene, error);
+    if (status == SHD_OK) status = shd_rendering_admit(r, NULL, true, error);
+    shd_stage_end(r, &r->times.plan);
     if (status != SHD_OK) return status;
-    double planned = shd_thread_seconds();
     shd_sight *sight;
-    status = shd_sight_new(request->plan, &request->cancelled, request->arena, &sight, error);
+    status = shd_sight_new(r->plan, r->cancelled, r->arena, &sight, error);
+    shd_stage_end(r, &r->times.visibility);
     if (status != SHD_OK) return status;
-    request->times.plan += planned - began;
-    request->times.visibility += shd_thread_seconds() - planned;
     const shd_render_options options = {on_progress, progress};
     *film = (shd_film){0};
-    status = shd_film_render(request, sight, NULL, &options, film, error);
-    times->plan = request->times.plan - before.plan;
-    times->visibility = request->times.visibility - before.visibility;
-    times->shade = request->times.shade - before.shade;
-    return status;
+    return shd_film_render(r, sight, NULL, &options, film, error);
 }
 
 /* ---- The answer ---- */
@@ -83,8 +74,9 @@ static json_t *tell_error(const shd_difference *d) {
                      isinf(d->psnr) ? json_null() : json_real(d->psnr));
 }
 
-static json_t *tell_tier(const shd_plan *plan, shd_tier tier, const shd_times *times,
-                         const shd_difference *difference) {
+static json_t *tell_tier(const shd_rendering *r, shd_tier tier, const shd_difference *difference) {
+    const shd_plan *plan = r->plan;
+    const shd_times *times = &r->times;
     shd_bound seen = plan->bound;
     seen.delta_e = difference->most;
     return json_pack("{ss ss so so s{sf sf sf sf} so}", "tier", shd_tier_names[tier], "plan",
@@ -97,12 +89,12 @@ static json_t *tell_tier(const shd_plan *plan, shd_tier tier, const shd_times *t
 static json_t *tell_head(const shd_request *request, const shd_showing *showing, double largest) {
     const shd_raster *raster = &request->scene->raster;
     const shd_color_transform *lab = showing->detour ? showing->detour : showing->transform;
-    return json_pack("{ss s{si si si} sf s{ss ss ss} s{sf}}", "reference",
-                     shd_tier_names[SHD_EXACT], "image", "width", raster->w, "height", raster->h,
-                     "samples", raster->samples, "largest", largest, "measuredIn", "linear",
-                     request->scene->working_space->name, "code",
-                     shd_color_describe(showing->transform)->name, "deltaE2000",
-                     shd_color_describe(lab)->name, "seconds", "parse", request->times.parse);
+    return json_pack(
+        "{ss s{si si si} sf s{ss ss ss} s{sf}}", "reference", shd_tier_names[SHD_EXACT], "image",
+        "width", raster->w, "height", raster->h, "samples", raster->samples, "largest", largest,
+        "measuredIn", "linear", request->scene->working_space->name, "code",
+        shd_color_describe(showing->transform)->name, "deltaE2000", shd_color_describe(lab)->name,
+        "seconds", "parse", request->rendering.times.parse);
 }
 
 /* ---- The comparison ---- */
@@ -110,81 +102,78 @@ static json_t *tell_head(const shd_request *request, const shd_showing *showing,
 /* Renders a tier and measures it. What it needs lives in an arena of its own, so that the tiers
  * take turns in the memory that the exact film leaves of the request's: the cap holds for all. */
 static shd_status compare_tier(shd_request *request, shd_tier tier, const shd_showing *showing,
-                               const shd_film *exact, stretch *progress, shd_times *exact_times,
+                               const shd_film *exact, stretch *progress, double *exact_seconds,
                                double *largest, json_t **out, shd_error *error) {
-    shd_arena *own = request->arena;
-    const shd_plan *plan = request->plan;
-    const shd_engine *engine = request->engine;
-    shd_arena *arena = shd_arena_new_from(engine->spares, shd_arena_room(own));
+    const shd_rendering *first = &request->rendering;
+    shd_arena *arena = shd_arena_new_from(first->engine->spares, shd_arena_room(first->arena));
     if (!arena) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
 
-    request->arena = arena;
+    shd_rendering r = shd_rendering_beside(first, arena);
     shd_film film;
-    shd_times times = {0};
     shd_difference difference;
-    double seconds[2];
-    shd_status status = render_tier(request, tier, progress, &film, &times, error);
+    shd_status status = render_tier(&r, request->scene, tier, progress, &film, error);
     if (status == SHD_OK)
-        status = shd_film_measure(request, showing, exact, &film, &difference, seconds, error);
+        status = shd_film_measure(&r, showing, exact, &film, &difference, exact_seconds, error);
     if (status == SHD_OK) {
-        exact_times->color = seconds[0];
-        times.color = seconds[1];
-        request->times.color += seconds[1];
         *largest = difference.largest;
         shd_json_memory_watch();
-        *out = tell_tier(request->plan, tier, &times, &difference);
+        *out = tell_tier(&r, tier, &difference);
         if (shd_json_memory_short()) status = shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     }
-    request->arena = own;
-    request->plan = plan;
+    shd_rendering_add(&request->rendering, &r);
     request->full = request->full || shd_arena_full(arena);
     request->crowded = request->crowded || shd_arena_crowded(arena);
     shd_arena_drop(arena);
     return status;
 }
 
+/* Of all tiers, cheapest first. The references to `tiers` are taken. NULL: memory. */
+static char *print_answer(const shd_request *request, const shd_showing *showing, double largest,
+                          json_t *tiers[TIERS]) {
+    json_t *answer = tell_head(request, showing, largest), *list = json_array();
+    for (int t = 0; t < TIERS; t++) json_array_append_new(list, tiers[t]);
+    bool complete = json_array_size(list) == TIERS;
+    json_object_set_new(answer, "tiers", list);
+    char *text = complete ? json_dumps(answer, JSON_INDENT(2) | JSON_REAL_PRECISION(9)) : NULL;
+    json_decref(answer);
+    if (!shd_json_memory_short()) return text;
+    free(text);
+    return NULL;
+}
+
 static shd_status compare(shd_request *request, const shd_render_options *options, char **json,
                           shd_error *error) {
+    shd_rendering *whole = &request->rendering;
     shd_showing showing;
-    shd_status status = shd_showing_make(request, &request->scene->outputs[0], &showing, error);
+    shd_status status = shd_showing_make(whole->engine->color, request->scene,
+                                         &request->scene->outputs[0], &showing, error);
     if (status != SHD_OK) return status;
 
     stretch progress = {options, 0};
+    shd_rendering r = shd_rendering_beside(whole, whole->arena);
     shd_film exact;
-    shd_times times = {0};
-    status = render_tier(request, SHD_EXACT, &progress, &exact, &times, error);
+    status = render_tier(&r, request->scene, SHD_EXACT, &progress, &exact, error);
+    whole->plan = r.plan;
     if (status != SHD_OK) return status;
 
     json_t *tiers[TIERS] = {NULL};
     double largest = 0;
     for (int t = SHD_STANDARD; t >= 0 && status == SHD_OK; t--) {
         progress.done++;
-        status = compare_tier(request, (shd_tier)t, &showing, &exact, &progress, &times, &largest,
-                              &tiers[t], error);
+        status = compare_tier(request, (shd_tier)t, &showing, &exact, &progress, &r.times.color,
+                              &largest, &tiers[t], error);
     }
     if (status != SHD_OK) {
         for (int t = 0; t < TIERS; t++) json_decref(tiers[t]);
         return status;
     }
     /* Errors are measured against the exact tier: its own are 0. */
-    request->times.color += times.color;
     const shd_difference none = {.largest = largest, .equal = 1, .psnr = INFINITY};
     shd_json_memory_watch();
-    tiers[SHD_EXACT] = tell_tier(request->plan, SHD_EXACT, &times, &none);
-
-    json_t *answer = tell_head(request, &showing, largest), *list = json_array();
-    for (int t = 0; t < TIERS; t++) json_array_append_new(list, tiers[t]);
-    bool complete = json_array_size(list) == TIERS;
-    json_object_set_new(answer, "tiers", list);
-    char *text = complete ? json_dumps(answer, JSON_INDENT(2) | JSON_REAL_PRECISION(9)) : NULL;
-    json_decref(answer);
-    if (shd_json_memory_short()) {
-        free(text);
-        text = NULL;
-    }
-    if (!text) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
-    *json = text;
-    return SHD_OK;
+    tiers[SHD_EXACT] = tell_tier(&r, SHD_EXACT, &none);
+    shd_rendering_add(whole, &r);
+    *json = print_answer(request, &showing, largest, tiers);
+    return *json ? SHD_OK : shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
 }
 
 shd_status shd_request_compare(shd_request *request, const shd_render_options *options, char **json,

@@ -1,6 +1,6 @@
 #include "render/tell/estimate.h"
 
-#include <string.h>
+#include "render/show/route.h"
 
 /* Scenes are within limits of 2^46 and below: sums and products of them are kept from wrapping. */
 static uint64_t add(uint64_t a, uint64_t b) {
@@ -17,17 +17,10 @@ static bool is_color(const shd_layer *layer) {
     return layer->kind < SHD_LAYER_NORMAL;
 }
 
-/* Whether the picture may go to its samples without floats between. */
-static bool may_skip_floats(const shd_scene *scene) {
-    const shd_output *output = &scene->outputs[0];
-    return scene->output_count == 1 && !scene->transparent && !output->layer_count &&
-           (output->depth == SHD_U8 || output->depth == SHD_U16);
-}
-
 /* Bytes a pixel of the film: RGBA floats, and a plane for each kind of layer. Light planes are
  * counted as the entry of one output that has the most, for others may have the same. */
 static uint64_t film_bytes(const shd_scene *scene) {
-    if (may_skip_floats(scene)) return 0;
+    if (!shd_route_of(scene, &scene->outputs[0], true).film) return 0; /* it may have none */
     static const unsigned channels[SHD_LAYER_KINDS] = {
         [SHD_LAYER_EMISSIVE] = 3, [SHD_LAYER_AMBIENT] = 3, [SHD_LAYER_DIFFUSE] = 3,
         [SHD_LAYER_SPECULAR] = 3, [SHD_LAYER_NORMAL] = 3,  [SHD_LAYER_POSITION] = 3,

@@ -1,6 +1,8 @@
 /* The plan as JSON: what is used, what is left out and why, the bounds, the costs. */
 #include "render/tell/explain.h"
 #include "base/json_memory.h"
+#include "render/request.h"
+#include "render/show/route.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -219,40 +221,36 @@ static json_t *tell_all(const shd_explained *e, json_t *words) {
 
 /* ---- The answer. ---- */
 
-/* Whether an output's colors go from the film straight to codes. */
-static bool goes_to_codes(const shd_output *output, const shd_shown *shown, bool transparent) {
-    if (output->depth != SHD_U8 && output->depth != SHD_U16) return false;
-    if (!shown->coded || output->layer_count) return false;
-    if (transparent && shd_format_get(output->format)->premultiplied) return false;
+static bool channels_keep_apart(const shd_shown *shown) {
+    bool apart = shown->coded;
     for (int r = 0; r < 3; r++)
-        for (int c = 0; c < 3; c++)
-            if (r != c && shown->matrix[r][c] != 0) return false;
-    return true;
+        for (int c = 0; c < 3; c++) apart = apart && (r == c || shown->matrix[r][c] == 0);
+    return apart;
 }
 
-static shd_status explain(shd_request *request, shd_explained *e, shd_error *error) {
-    const shd_scene *scene = request->scene;
-    shd_status status = shd_shown_make(request, scene, &e->shown, error);
+static shd_status explain(shd_rendering *r, const shd_scene *scene, shd_explained *e,
+                          shd_error *error) {
+    shd_status status = shd_shown_make(r, scene, &e->shown, error);
     if (status != SHD_OK) return status;
-    status = shd_plan_make_shown(scene, request->engine->isa, e->shown, &request->cancelled,
-                                 request->arena, &request->plan, error);
+    status = shd_plan_make_shown(scene, r->engine->isa, e->shown, r->cancelled, r->arena, &r->plan,
+                                 error);
     if (status != SHD_OK) return status;
-    e->plan = request->plan;
-    bool *codes = shd_arena_alloc(request->arena, scene->output_count, sizeof *codes);
+    e->plan = r->plan;
+    bool *codes = shd_arena_alloc(r->arena, scene->output_count, sizeof *codes);
     if (!codes) return shd_fail(error, SHD_MEMORY, "", "the limit `memory` is too small");
     for (size_t i = 0; i < scene->output_count; i++)
-        codes[i] = goes_to_codes(&scene->outputs[i], &e->shown[i], scene->transparent);
+        codes[i] = shd_route_of(scene, &scene->outputs[i], channels_keep_apart(&e->shown[i])).codes;
     e->codes = codes;
     e->cost = shd_cost_of(e->plan, codes);
     /* Each tier as if it had been asked for. */
     for (int t = 0; t <= SHD_EXACT; t++) {
-        shd_scene *asking = shd_arena_alloc(request->arena, 1, sizeof *asking);
+        shd_scene *asking = shd_arena_alloc(r->arena, 1, sizeof *asking);
         if (!asking) return shd_fail(error, SHD_MEMORY, "", "the limit `memory` is too small");
         *asking = *scene;
         asking->accuracy = (shd_accuracy){.tier = (shd_tier)t};
         const shd_plan *plan;
-        status = shd_plan_make_shown(asking, request->engine->isa, e->shown, &request->cancelled,
-                                     request->arena, &plan, error);
+        status = shd_plan_make_shown(asking, r->engine->isa, e->shown, r->cancelled, r->arena,
+                                     &plan, error);
         if (status != SHD_OK) return status;
         e->bounds[t] = plan->bound;
         e->costs[t] = shd_cost_of(plan, codes);
@@ -300,7 +298,8 @@ static char *print_json(const json_t *json, const atomic_bool *cancelled) {
 shd_status shd_request_explain(shd_request *request, shd_telling telling, char **text,
                                shd_error *error) {
     shd_explained e = {.plan = NULL};
-    shd_status status = shd_request_blame(request, explain(request, &e, error), error);
+    shd_status status =
+        shd_request_blame(request, explain(&request->rendering, request->scene, &e, error), error);
     if (status != SHD_OK) return status;
     shd_json_memory_watch();
     json_t *words = shd_explain_words(&e);

@@ -4,7 +4,6 @@
 
 #include <jansson.h>
 
-#include "render/engine.h"
 #include "render/show/shown.h"
 #include "render/tell/cost.h"
 

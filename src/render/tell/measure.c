@@ -5,48 +5,10 @@
 #include <string.h>
 
 #include "base/clock.h"
-#include "color/metadata.h"
 #include "plan/bound_picture.h"
 #include "render/show/output.h"
-#include "render/show/shown.h"
 
 enum { BLOCK = 1024 }; /* pixels that are converted and compared at once */
-
-/* The encoding as a way to Lab. */
-static bool find_lab(const shd_color_transform *transform, shd_lab_space *out) {
-    const shd_color_info *info = shd_color_describe(transform);
-    return info->channels == SHD_RGB && info->has_primaries &&
-           shd_lab_space_make(info->transfer, info->primaries, out);
-}
-
-shd_status shd_showing_make(const shd_request *request, const shd_output *output, shd_showing *out,
-                            shd_error *error) {
-    shd_color_config *color = request->engine->color;
-    bool alpha = request->scene->transparent && shd_format_get(output->format)->alpha;
-    shd_showing showing = {.flatten = shd_output_is_flat(request->scene, output)};
-    shd_status status = shd_output_transform(request, output, &showing.transform, error);
-    if (status != SHD_OK) return status;
-
-    const shd_image image = {
-        .channel = output->channel,
-        .alpha = alpha,
-        .depth = SHD_U8,
-        .packing = shd_output_packing(shd_color_describe(showing.transform)->channels)};
-    showing.pack = shd_pack_plan(&image, false, true);
-
-    if (!find_lab(showing.transform, &showing.lab)) {
-        status = shd_color_to_space(color, request->scene->working_space->name,
-                                    shd_color_catalog(color)->colors->name, &showing.detour, error);
-        if (status != SHD_OK) return status;
-        /* A configuration without names that are known: colors are linear, and of Rec.709's
-         * primaries, as JSON colors are where nothing else is said. */
-        const shd_encoding *rec709 = shd_encoding_of_space("lin_rec709");
-        if (!find_lab(showing.detour, &showing.lab))
-            shd_lab_space_make(rec709->transfer, rec709->primaries, &showing.lab);
-    }
-    *out = showing;
-    return SHD_OK;
-}
 
 /* ---- Blocks ---- */
 
@@ -66,7 +28,7 @@ typedef struct sums {
 } sums;
 
 typedef struct measuring {
-    shd_request *request;
+    const shd_rendering *rendering;
     const shd_showing *showing;
     const shd_picture_errors *errors; /* NULL: the film's colors tell no more than the plan */
     const float *exact;
@@ -119,7 +81,7 @@ static double bound_block(const shd_picture_errors *errors, const float *rgba, s
 /* Leaves the block's differences in the film's pixels: three linear ones, and CIEDE2000. */
 static void measure_block(void *context, size_t index, unsigned slot) {
     measuring *m = context;
-    if (shd_is_cancelled(&m->request->cancelled)) return;
+    if (shd_is_cancelled(m->rendering->cancelled)) return;
     const shd_showing *showing = m->showing;
     tally *t = m->tallies[slot];
     sums *sum = &m->sums[index];
@@ -196,7 +158,7 @@ static double select_p99(const measuring *m, const float *values, int channels, 
     for (int pass = 0; pass < 2; pass++) {
         memset(counts, 0, 65536 * sizeof *counts);
         for (size_t i = 0; i < pixels; i++) {
-            if (shd_is_cancelled_at(&m->request->cancelled, i)) return 0;
+            if (shd_is_cancelled_at(m->rendering->cancelled, i)) return 0;
             for (int c = 0; c < channels; c++) {
                 uint32_t bits;
                 memcpy(&bits, values + 4 * i + c, sizeof bits);
@@ -219,7 +181,6 @@ static void add_up(const measuring *m, unsigned slots, size_t blocks, uint64_t *
                    shd_difference *out, double seconds[2]) {
     uint64_t apart[256] = {0};
     shd_difference d = {0};
-    seconds[0] = seconds[1] = 0;
     for (unsigned s = 0; s < slots; s++) {
         const tally *t = m->tallies[s];
         for (int i = 0; i < 256; i++) apart[i] += t->apart[i];
@@ -239,7 +200,7 @@ static void add_up(const measuring *m, unsigned slots, size_t blocks, uint64_t *
     d.linear.p99 = fmin(select_p99(m, m->film, 3, counts), d.linear.max);
     d.delta_e.p99 = fmin(select_p99(m, m->film + 3, 1, counts), d.delta_e.max);
 
-    const shd_bound *bound = &m->request->plan->bound;
+    const shd_bound *bound = &m->rendering->plan->bound;
     d.most = m->errors ? fmin(d.most, bound->delta_e) : bound->delta_e;
 
     uint64_t total;
@@ -251,24 +212,24 @@ static void add_up(const measuring *m, unsigned slots, size_t blocks, uint64_t *
 }
 
 /* False: memory. */
-static bool find_errors(shd_request *request, const shd_showing *showing,
+static bool find_errors(const shd_rendering *r, const shd_showing *showing,
                         const shd_picture_errors **out) {
-    const shd_plan *plan = request->plan;
+    const shd_plan *plan = r->plan;
     const shd_shown shown = shd_shown_of(showing);
     shd_excess_list list;
-    return shd_plan_excess(plan, plan->tier, request->arena, &list) &&
-           shd_picture_errors_new(plan, &list, &shown, request->arena, out);
+    return shd_plan_excess(plan, plan->tier, r->arena, &list) &&
+           shd_picture_errors_new(plan, &list, &shown, r->arena, out);
 }
 
-shd_status shd_film_measure(shd_request *request, const shd_showing *showing, const shd_film *exact,
-                            shd_film *film, shd_difference *out, double seconds[2],
+shd_status shd_film_measure(shd_rendering *r, const shd_showing *showing, const shd_film *exact,
+                            shd_film *film, shd_difference *out, double *exact_seconds,
                             shd_error *error) {
-    shd_pool *pool = request->engine->pool;
-    shd_arena *arena = request->arena;
+    shd_pool *pool = r->engine->pool;
+    shd_arena *arena = r->arena;
     unsigned slots = shd_pool_slots(pool);
     size_t pixels = (size_t)film->width * (size_t)film->height;
     size_t blocks = (pixels + BLOCK - 1) / BLOCK;
-    measuring m = {.request = request,
+    measuring m = {.rendering = r,
                    .showing = showing,
                    .exact = exact->rgba,
                    .film = film->rgba,
@@ -276,17 +237,17 @@ shd_status shd_film_measure(shd_request *request, const shd_showing *showing, co
                    .tallies = shd_arena_alloc(arena, slots, sizeof *m.tallies),
                    .sums = shd_arena_zalloc(arena, blocks, sizeof *m.sums)};
     uint64_t *counts = shd_arena_alloc(arena, 65536, sizeof *counts);
-    bool complete = m.tallies && m.sums && counts && find_errors(request, showing, &m.errors);
+    bool complete = m.tallies && m.sums && counts && find_errors(r, showing, &m.errors);
     for (unsigned s = 0; s < slots && complete; s++)
         complete = (m.tallies[s] = shd_arena_zalloc(arena, 1, sizeof **m.tallies));
-    if (!complete)
-        return shd_fail(error, SHD_MEMORY, "/image",
-                        "the limit `memory` (%llu bytes) is reached by this comparison",
-                        (unsigned long long)request->limits.memory);
+    if (!complete) return shd_rendering_full(r, "comparison", error);
 
     shd_pool_for(pool, blocks, measure_block, &m);
-    if (!shd_is_cancelled(&request->cancelled)) add_up(&m, slots, blocks, counts, out, seconds);
-    if (shd_is_cancelled(&request->cancelled))
+    double seconds[2] = {0, 0};
+    if (!shd_is_cancelled(r->cancelled)) add_up(&m, slots, blocks, counts, out, seconds);
+    r->times.color += seconds[1];
+    *exact_seconds = seconds[0];
+    if (shd_is_cancelled(r->cancelled))
         return shd_fail(error, SHD_CANCELLED, "", "the comparison was cancelled");
     return SHD_OK;
 }

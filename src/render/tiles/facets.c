@@ -1,30 +1,31 @@
 #include "render/tiles/facets.h"
 
-#include "base/clock.h"
+#include "render/stopwatch.h"
 #include "shade/split32.h"
 
 enum { BLOCK = 64 };
 
 typedef struct facet_job {
-    shd_request *request;
+    const shd_plan *plan;
+    const atomic_bool *cancelled;
     const shd_lighting *lighting;
     const shd_paint_kernel *paint;
     const shd_facets *facets;
     const shd_plan_material *material;
     const uint32_t *every; /* light */
     float *radiance;
-    double *seconds; /* [slot], */
     struct scratch {
         float **arrays; /* [1 + max_lobes][3] of [BLOCK] */
         double **exact; /* or these */
         shd_paint_term *terms;
         size_t *term_of;
-    } * scratch; /* as is this */
+        shd_stopwatch watch;
+    } * scratch; /* [slot] */
 } facet_job;
 
 static void light_points(const facet_job *l, size_t first, size_t count, const uint32_t *which,
                          size_t lights, const struct scratch *s) {
-    const shd_plan *plan = l->request->plan;
+    const shd_plan *plan = l->plan;
     const shd_facets *facets = l->facets;
     _Alignas(64) double d[9][BLOCK];
     _Alignas(64) float f[12][BLOCK];
@@ -57,7 +58,7 @@ static void light_points(const facet_job *l, size_t first, size_t count, const u
 
 static void mix_plane(const facet_job *l, const struct scratch *s, size_t plane, size_t first,
                       size_t count) {
-    const shd_plan *plan = l->request->plan;
+    const shd_plan *plan = l->plan;
     float constant[3], mixed[3][BLOCK], *const to[3] = {mixed[0], mixed[1], mixed[2]};
     if (plan->tier == SHD_EXACT) {
         shd_mix_exact(plan, l->material, plane, s->exact, count, to);
@@ -77,12 +78,12 @@ static void mix_plane(const facet_job *l, const struct scratch *s, size_t plane,
 
 static void light_block(void *context, size_t index, unsigned slot) {
     const facet_job *l = context;
-    if (shd_is_cancelled(&l->request->cancelled)) return;
-    const double began = shd_now();
-    const shd_plan *plan = l->request->plan;
-    const struct scratch *s = &l->scratch[slot];
+    if (shd_is_cancelled(l->cancelled)) return;
+    const shd_plan *plan = l->plan;
+    struct scratch *s = &l->scratch[slot];
     const size_t first = index * BLOCK, left = l->facets->point_count - first,
                  count = left < BLOCK ? left : BLOCK;
+    shd_begin(&s->watch);
     for (size_t p = 1; p < plan->plane_count; p++) {
         if (plan->planes[p].kind != SHD_LAYER_LIGHT) continue;
         uint32_t light;
@@ -93,7 +94,7 @@ static void light_block(void *context, size_t index, unsigned slot) {
     light_points(l, first, count, l->every, plan->light_count, s);
     for (size_t p = 0; p < plan->plane_count; p++)
         if (plan->planes[p].kind != SHD_LAYER_LIGHT) mix_plane(l, s, p, first, count);
-    l->seconds[slot] += shd_now() - began;
+    shd_end(&s->watch, &s->watch.times.shade);
 }
 
 static bool new_scratch(const shd_plan *plan, shd_arena *arena, struct scratch *out) {
@@ -113,25 +114,24 @@ static bool new_scratch(const shd_plan *plan, shd_arena *arena, struct scratch *
     return true;
 }
 
-bool shd_facets_light(shd_request *request, const shd_sight *sight, const shd_lighting *lighting,
+bool shd_facets_light(shd_rendering *r, const shd_sight *sight, const shd_lighting *lighting,
                       const shd_paint_kernel *paint, shd_facet_light *out) {
-    const shd_plan *plan = request->plan;
+    const shd_plan *plan = r->plan;
     const shd_scene *scene = plan->scene;
-    shd_arena *arena = request->arena;
-    shd_pool *pool = request->engine->pool;
+    shd_arena *arena = r->arena;
+    shd_pool *pool = r->engine->pool;
     const unsigned slots = shd_pool_slots(pool);
     *out = (shd_facet_light){
         .radiance = shd_arena_zalloc(arena, scene->object_count, sizeof *out->radiance)};
     if (!out->radiance) return false;
-    facet_job l = {.request = request, .lighting = lighting, .paint = paint};
+    facet_job l = {.plan = plan, .cancelled = r->cancelled, .lighting = lighting, .paint = paint};
     for (size_t o = 0; o < scene->object_count; o++) {
         l.facets = shd_sight_facets(sight, o);
         if (!l.facets) continue;
         if (!out->any) {
             uint32_t *every = shd_arena_alloc(arena, plan->light_count, sizeof *every);
-            l.seconds = shd_arena_zalloc(arena, slots, sizeof *l.seconds);
             l.scratch = shd_arena_zalloc(arena, slots, sizeof *l.scratch);
-            if (!every || !l.seconds || !l.scratch) return false;
+            if (!every || !l.scratch) return false;
             for (size_t j = 0; j < plan->light_count; j++) every[j] = (uint32_t)j;
             for (unsigned i = 0; i < slots; i++)
                 if (!new_scratch(plan, arena, &l.scratch[i])) return false;
@@ -145,6 +145,7 @@ bool shd_facets_light(shd_request *request, const shd_sight *sight, const shd_li
         out->radiance[o] = l.radiance;
         shd_pool_for(pool, (l.facets->point_count + BLOCK - 1) / BLOCK, light_block, &l);
     }
-    for (unsigned i = 0; l.seconds && i < slots; i++) request->times.shade += l.seconds[i];
+    for (unsigned i = 0; l.scratch && i < slots; i++)
+        shd_times_add(&r->times, &l.scratch[i].watch.times);
     return true;
 }

@@ -3,9 +3,10 @@
 #ifndef SHD_RENDER_TILES_FACETS_H
 #define SHD_RENDER_TILES_FACETS_H
 
-#include "render/engine.h"
+#include "render/rendering.h"
 #include "render/tiles/radiance.h"
 #include "shade/lighting.h"
+#include "sight/sight.h"
 
 /* Radiance at the points of objects. */
 typedef struct shd_facet_light {
@@ -13,9 +14,9 @@ typedef struct shd_facet_light {
     bool any;         /* some object is faceted */
 } shd_facet_light;
 
-/* Lights them on the pool; adds to request->times.shade. False: the arena is full. A cancelled
- * request's radiance is undefined. */
-bool shd_facets_light(shd_request *request, const shd_sight *sight, const shd_lighting *lighting,
+/* Lights them on the pool; adds to r->times.shade. False: the arena is full. The radiance of what
+ * is cancelled is undefined. */
+bool shd_facets_light(shd_rendering *r, const shd_sight *sight, const shd_lighting *lighting,
                       const shd_paint_kernel *paint, shd_facet_light *out);
 
 #endif

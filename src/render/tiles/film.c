@@ -21,7 +21,7 @@ typedef struct scratch {
 
 /* What all threads share. */
 typedef struct job {
-    shd_request *request;
+    const shd_rendering *rendering;
     shd_scenery scenery;
     const shd_render_options *options;
     shd_film *film;
@@ -54,7 +54,7 @@ uint64_t shd_saturate(float *values, size_t count, float least, float largest) {
 }
 
 static scratch *new_scratch(const job *j) {
-    shd_arena *arena = j->request->arena;
+    shd_arena *arena = j->rendering->arena;
     const size_t terms = 1 + j->scenery.plan->max_lobes;
     scratch *s = shd_arena_zalloc(arena, 1, sizeof *s);
     if (!s) return NULL;
@@ -85,7 +85,7 @@ static scratch *get_scratch(job *j, unsigned slot) {
 }
 
 static bool stopped(const job *j) {
-    return atomic_load(&j->failed) || shd_is_cancelled(&j->request->cancelled);
+    return atomic_load(&j->failed) || shd_is_cancelled(j->rendering->cancelled);
 }
 
 /* ---- From fragments to the pixels of a tile. ---- */
@@ -344,26 +344,19 @@ static void find_background(job *j) {
         SHD_TILE, film->layout.source, film->layout.count, SHD_TILE, SHD_TILE, j->background);
 }
 
-static void add_times(shd_request *request, const scratch *s) {
-    request->times.visibility += s->watch.times.visibility;
-    request->times.shade += s->watch.times.shade;
-    request->times.color += s->watch.times.color;
-    request->saturated += s->saturated;
-}
-
-shd_status shd_film_render(shd_request *request, const shd_sight *sight, const shd_recall *recall,
+shd_status shd_film_render(shd_rendering *r, const shd_sight *sight, const shd_recall *recall,
                            const shd_render_options *options, shd_film *film, shd_error *error) {
     static const shd_paint_kernel *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_paint_kernel);
-    const shd_plan *plan = request->plan;
+    const shd_plan *plan = r->plan;
     const shd_raster *raster = &plan->scene->raster;
-    shd_arena *arena = request->arena;
-    shd_pool *pool = request->engine->pool;
+    shd_arena *arena = r->arena;
+    shd_pool *pool = r->engine->pool;
     const unsigned slots = shd_pool_slots(pool);
     film->width = raster->w;
     film->height = raster->h;
 
     const bool *wants = plan->wants;
-    job j = {.request = request,
+    job j = {.rendering = r,
              .scenery = {.plan = plan,
                          .sight = sight,
                          .paint = kernels[plan->isa],
@@ -384,8 +377,7 @@ shd_status shd_film_render(shd_request *request, const shd_sight *sight, const s
     j.scenery.lighting = shd_lighting_new(plan, arena);
     pthread_mutex_init(&j.mutex, NULL);
     if (!j.slots || !j.scenery.lighting || !make_film(plan, arena, film) ||
-        (sight &&
-         !shd_facets_light(request, sight, j.scenery.lighting, j.scenery.paint, &facets))) {
+        (sight && !shd_facets_light(r, sight, j.scenery.lighting, j.scenery.paint, &facets))) {
         atomic_store(&j.failed, true);
     } else {
         find_background(&j);
@@ -393,13 +385,11 @@ shd_status shd_film_render(shd_request *request, const shd_sight *sight, const s
     }
     pthread_mutex_destroy(&j.mutex);
 
-    for (unsigned i = 0; j.slots && i < slots; i++)
-        if (j.slots[i]) add_times(request, j.slots[i]);
-    if (atomic_load(&j.failed))
-        return shd_fail(error, SHD_MEMORY, "/image",
-                        "the limit `memory` (%llu bytes) is reached by this picture",
-                        (unsigned long long)request->limits.memory);
-    if (atomic_load(&request->cancelled))
-        return shd_fail(error, SHD_CANCELLED, "", "the render was cancelled");
-    return SHD_OK;
+    for (unsigned i = 0; j.slots && i < slots; i++) {
+        if (!j.slots[i]) continue;
+        shd_times_add(&r->times, &j.slots[i]->watch.times);
+        r->saturated += j.slots[i]->saturated;
+    }
+    if (atomic_load(&j.failed)) return shd_rendering_full(r, "picture", error);
+    return shd_is_cancelled(r->cancelled) ? shd_rendering_cancelled(error) : SHD_OK;
 }

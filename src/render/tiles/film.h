@@ -5,7 +5,8 @@
 #define SHD_RENDER_TILES_FILM_H
 
 #include "image/image.h"
-#include "render/engine.h"
+#include "render/rendering.h"
+#include "sight/sight.h"
 
 struct shd_recall;
 
@@ -25,16 +26,17 @@ typedef struct shd_film {
     unsigned char *samples;
 } shd_film;
 
-/* Renders the scene. `film` has its codes set or is zero. `sight` is NULL where `recall` has the
- * picture's light; `recall` and `options` may be NULL. Adds to request->times and ->saturated. */
-shd_status shd_film_render(shd_request *request, const shd_sight *sight,
+/* Renders the scene. `film` has its codes set or is zero. `sight` is NULL if `recall` has the
+ * picture's light; `recall` and `options` may be NULL. Adds to r->times and r->saturated, and
+ * leaves the stage of the story to its caller. */
+shd_status shd_film_render(shd_rendering *r, const shd_sight *sight,
                            const struct shd_recall *recall, const shd_render_options *options,
                            shd_film *film, shd_error *error);
 
 /* Bytes of a film's floats, those of layers included. */
 uint64_t shd_film_size(const shd_plan *plan);
 
-/* Bytes of working memory that one thread takes for it from the request's arena, where the plan's
+/* Bytes of working memory that one thread takes for it from the rendering's arena, where the plan's
  * light is not recalled: never less, and not much more. */
 uint64_t shd_film_scratch_size(const shd_plan *plan);
 

@@ -7,11 +7,11 @@
 #ifndef SHD_RENDER_TILES_TILE_H
 #define SHD_RENDER_TILES_TILE_H
 
-#include "render/engine.h"
+#include "render/stopwatch.h"
 #include "render/tiles/facets.h"
 #include "render/tiles/paint.h"
-#include "render/tiles/stopwatch.h"
 #include "shade/lighting.h"
+#include "sight/sight.h"
 
 struct shd_film;
 

@@ -1,7 +1,7 @@
 /* What the stages of tiles take: wall time, as reading the clock of processor time would take a
  * share of it. */
-#ifndef SHD_RENDER_TILES_STOPWATCH_H
-#define SHD_RENDER_TILES_STOPWATCH_H
+#ifndef SHD_RENDER_STOPWATCH_H
+#define SHD_RENDER_STOPWATCH_H
 
 #include "base/clock.h"
 #include "shaded.h"
@@ -21,6 +21,16 @@ static inline void shd_end(shd_stopwatch *watch, double *stage) {
     const double now = shd_now();
     *stage += now - watch->since;
     watch->since = now;
+}
+
+/* The sums of two, in the first one. */
+static inline void shd_times_add(shd_times *sum, const shd_times *times) {
+    sum->parse += times->parse;
+    sum->plan += times->plan;
+    sum->visibility += times->visibility;
+    sum->shade += times->shade;
+    sum->color += times->color;
+    sum->encode += times->encode;
 }
 
 #endif

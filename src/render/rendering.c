@@ -1,0 +1,52 @@
+#include "render/rendering.h"
+
+#include "render/stopwatch.h"
+
+shd_rendering shd_rendering_beside(const shd_rendering *r, shd_arena *arena) {
+    return (shd_rendering){
+        .engine = r->engine, .arena = arena, .limits = r->limits, .cancelled = r->cancelled};
+}
+
+void shd_rendering_add(shd_rendering *whole, const shd_rendering *part) {
+    shd_times_add(&whole->times, &part->times);
+    whole->saturated += part->saturated;
+}
+
+/* ---- Stages. ---- */
+
+typedef struct spread_loop {
+    void (*run)(void *work, size_t index, unsigned slot);
+    void *work;
+    atomic_uint_least64_t nanoseconds; /* of threads that help */
+} spread_loop;
+
+static void run_spread(void *context, size_t index, unsigned slot) {
+    spread_loop *loop = context;
+    const double began = slot ? shd_thread_seconds() : 0;
+    loop->run(loop->work, index, slot);
+    if (slot)
+        atomic_fetch_add(&loop->nanoseconds, (uint64_t)((shd_thread_seconds() - began) * 1e9));
+}
+
+void shd_stage_spread(shd_rendering *r, size_t count,
+                      void (*run)(void *work, size_t index, unsigned slot), void *work) {
+    spread_loop loop = {.run = run, .work = work};
+    r->beside -= shd_pool_for(r->engine->pool, count, run_spread, &loop);
+    r->beside += 1e-9 * (double)atomic_load(&loop.nanoseconds);
+}
+
+void shd_stage_lend(shd_rendering *r) {
+    r->beside -= shd_pool_lend(r->engine->pool);
+}
+
+/* ---- Failures. ---- */
+
+shd_status shd_rendering_full(const shd_rendering *r, const char *what, shd_error *error) {
+    return shd_fail(error, SHD_MEMORY, "/image",
+                    "the limit `memory` (%llu bytes) is reached by this %s",
+                    (unsigned long long)r->limits->memory, what);
+}
+
+shd_status shd_rendering_cancelled(shd_error *error) {
+    return shd_fail(error, SHD_CANCELLED, "", "the render was cancelled");
+}
