@@ -2,41 +2,22 @@
 
 #include <math.h>
 
+#include "base/primaries.h"
 #include "base/sample.h"
 
 static const double degree = 3.14159265358979323846 / 180;
 
 /* ---- To Lab ---- */
 
-/* XYZ of a chromaticity with X + Y + Z = 1. */
-static void xyz_of(const double xy[2], double xyz[3]) {
-    xyz[0] = xy[0];
-    xyz[1] = xy[1];
-    xyz[2] = 1 - xy[0] - xy[1];
-}
-
-static double determinant(const double a[3], const double b[3], const double c[3]) {
-    return a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) +
-           a[2] * (b[0] * c[1] - b[1] * c[0]);
-}
-
 bool shd_lab_space_make(shd_transfer transfer, const double primaries[8], shd_lab_space *out) {
-    double p[3][3], white[3];
-    for (int i = 0; i < 3; i++) xyz_of(primaries + 2 * i, p[i]);
-    xyz_of(primaries + 6, white);
-    double whole = determinant(p[0], p[1], p[2]);
-    if (transfer == SHD_TRANSFER_UNKNOWN || whole == 0) return false;
-    for (int i = 0; i < 3; i++)
-        if (!(white[i] > 0)) return false;
-
-    /* How much of each primary makes the white: Cramer's rule. The luminance of the white drops
-     * out when everything is divided by it. */
-    double amount[3] = {determinant(white, p[1], p[2]) / whole,
-                        determinant(p[0], white, p[2]) / whole,
-                        determinant(p[0], p[1], white) / whole};
+    const double x = primaries[6], y = primaries[7], white[3] = {x, y, 1 - x - y};
     shd_lab_space space = {.transfer = transfer};
-    for (int row = 0; row < 3; row++)
-        for (int i = 0; i < 3; i++) space.to_xyz[row][i] = amount[i] * p[i][row] / white[row];
+    if (transfer == SHD_TRANSFER_UNKNOWN || !shd_primaries_to_xyz(primaries, space.to_xyz))
+        return false;
+    for (int row = 0; row < 3; row++) {
+        if (!(white[row] > 0)) return false;
+        for (int i = 0; i < 3; i++) space.to_xyz[row][i] /= white[row];
+    }
     *out = space;
     return true;
 }

@@ -7,100 +7,59 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/primaries.h"
+#include "base/vec3.h"
+
 static const struct {
     const char *name;
-    double xy[8];
-} known[] = {
-    {"Rec.709", {0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290}},
-    {"Display P3", {0.68, 0.32, 0.265, 0.69, 0.15, 0.06, 0.3127, 0.3290}},
-    {"Rec.2020", {0.708, 0.292, 0.170, 0.797, 0.131, 0.046, 0.3127, 0.3290}},
-    {"ACEScg", {0.713, 0.293, 0.165, 0.830, 0.128, 0.044, 0.32168, 0.33767}},
-    {"ACES2065-1", {0.7347, 0.2653, 0.0, 1.0, 0.0001, -0.0770, 0.32168, 0.33767}},
-};
+    const double *xy;
+} known[] = {{"Rec.709", shd_rec709},
+             {"Display P3", shd_display_p3},
+             {"ACEScg", shd_acescg},
+             {"ACES2065-1", shd_aces2065_1}};
 
-/* Index into `known`, or -1. Primaries computed from matrices carry some rounding. */
-static int find_primaries(const double xy[8]) {
-    for (size_t k = 0; k < sizeof known / sizeof known[0]; k++) {
-        bool same = true;
-        for (int i = 0; i < 8; i++) same = same && fabs(xy[i] - known[k].xy[i]) < 5e-4;
-        if (same) return (int)k;
-    }
-    return -1;
+static const char *name_of(const double xy[8]) {
+    for (size_t k = 0; k < sizeof known / sizeof known[0]; k++)
+        if (!memcmp(xy, known[k].xy, 8 * sizeof *xy)) return known[k].name;
+    return "RGB";
+}
+
+static bool is_rec709(const double xy[8]) {
+    return !memcmp(xy, shd_rec709, sizeof shd_rec709);
 }
 
 bool shd_image_is_srgb(const shd_image *image) {
     return image->transfer == SHD_TRANSFER_SRGB &&
-           (!image->has_primaries || find_primaries(image->primaries) == 0);
-}
-
-typedef struct matrix {
-    double m[3][3];
-} matrix;
-
-static matrix multiply(const matrix *a, const matrix *b) {
-    matrix out = {{{0}}};
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++)
-            for (int k = 0; k < 3; k++) out.m[i][j] += a->m[i][k] * b->m[k][j];
-    return out;
-}
-
-static bool invert(const matrix *a, matrix *out) {
-    const double(*m)[3] = a->m;
-    matrix cofactor;
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) {
-            int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
-            cofactor.m[i][j] = m[i1][j1] * m[i2][j2] - m[i1][j2] * m[i2][j1];
-        }
-    double det =
-        m[0][0] * cofactor.m[0][0] + m[0][1] * cofactor.m[0][1] + m[0][2] * cofactor.m[0][2];
-    if (!(fabs(det) > 1e-9)) return false;
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) out->m[i][j] = cofactor.m[j][i] / det;
-    return true;
-}
-
-static void apply(const matrix *a, const double v[3], double out[3]) {
-    for (int i = 0; i < 3; i++) out[i] = a->m[i][0] * v[0] + a->m[i][1] * v[1] + a->m[i][2] * v[2];
+           (!image->has_primaries || is_rec709(image->primaries));
 }
 
 /* The profile connection space's white, as ICC.1:2010 7.2.16 fixes it, exact in s15Fixed16. */
 static const double d50[3] = {0xF6D6 / 65536.0, 1.0, 0xD32D / 65536.0};
 
-/* Bradford adaptation from `white` to D50: `chad` of ICC.1:2010, annex E. */
-static bool adaptation(const double white[3], matrix *out) {
-    static const matrix bradford = {
-        {{0.8951, 0.2664, -0.1614}, {-0.7502, 1.7135, 0.0367}, {0.0389, -0.0685, 1.0296}}};
-    matrix back, scale = {{{0}}};
-    double from[3], to[3];
-    apply(&bradford, white, from);
-    apply(&bradford, d50, to);
-    for (int i = 0; i < 3; i++) {
-        if (!(from[i] > 1e-6)) return false;
-        scale.m[i][i] = to[i] / from[i];
-    }
-    if (!invert(&bradford, &back)) return false;
-    scale = multiply(&scale, &bradford);
-    *out = multiply(&back, &scale);
+/* Bradford adaptation from a white to D50: `chad` of ICC.1:2010, annex E. */
+static bool adapt_to_d50(shd_vec3 white, shd_affine *out) {
+    static const shd_affine bradford = {.linear = {{0.8951, 0.2664, -0.1614},
+                                                   {-0.7502, 1.7135, 0.0367},
+                                                   {0.0389, -0.0685, 1.0296}}};
+    const shd_vec3 from = shd_linear(&bradford, white);
+    const shd_vec3 to = shd_linear(&bradford, (shd_vec3){d50[0], d50[1], d50[2]});
+    shd_affine back;
+    if (!(from.x > 1e-6 && from.y > 1e-6 && from.z > 1e-6) || !shd_invert(&bradford, &back))
+        return false;
+    shd_affine scale = {.linear = {{to.x / from.x}, {0, to.y / from.y}, {0, 0, to.z / from.z}}};
+    scale = shd_compose(&scale, &bradford);
+    *out = shd_compose(&back, &scale);
     return true;
 }
 
-/* Columns are XYZ of red, green and blue at full drive, adapted to D50. */
-static bool colorants(const double xy[8], matrix *adapt, matrix *out) {
-    matrix p, inverse, rgb;
-    for (int c = 0; c < 3; c++) {
-        p.m[0][c] = xy[2 * c];
-        p.m[1][c] = xy[2 * c + 1];
-        p.m[2][c] = 1 - xy[2 * c] - xy[2 * c + 1];
-    }
-    if (!(xy[7] > 1e-6) || !invert(&p, &inverse)) return false;
-    double white[3] = {xy[6] / xy[7], 1, (1 - xy[6] - xy[7]) / xy[7]}, gain[3];
-    apply(&inverse, white, gain);
-    for (int i = 0; i < 3; i++)
-        for (int c = 0; c < 3; c++) rgb.m[i][c] = p.m[i][c] * gain[c];
-    if (!adaptation(white, adapt)) return false;
-    *out = multiply(adapt, &rgb);
+/* The columns of `out` are XYZ of red, green and blue at full drive, adapted to D50. */
+static bool make_colorants(const double xy[8], shd_affine *adapt, shd_affine *out) {
+    const double y = xy[7];
+    shd_affine rgb = {.origin = {0, 0, 0}};
+    if (!(y > 1e-6) || !shd_primaries_to_xyz(xy, rgb.linear)) return false;
+    for (int i = 0; i < 9; i++) rgb.linear[i / 3][i % 3] /= y;
+    if (!adapt_to_d50((shd_vec3){xy[6] / y, 1, (1 - xy[6] - y) / y}, adapt)) return false;
+    *out = shd_compose(adapt, &rgb);
     return true;
 }
 
@@ -120,49 +79,14 @@ static int32_t fixed(double v) {
     return (int32_t)lround(v * 65536);
 }
 
-static void put_fixed(shd_icc *icc, double v) {
-    put32(icc, (uint32_t)fixed(v));
+static void put_fixed(shd_icc *icc, const double *values, int count) {
+    for (int i = 0; i < count; i++) put32(icc, (uint32_t)fixed(values[i]));
 }
 
-/* Multi-localized text with one record, UTF-16. `text` is ASCII. */
-static void put_text(shd_icc *icc, const char *text) {
-    size_t length = strlen(text);
-    put_tag(icc, "mluc");
+/* What an element begins with: its type, and four bytes of 0. */
+static void put_type(shd_icc *icc, const char type[4]) {
+    put_tag(icc, type);
     put32(icc, 0);
-    put32(icc, 1);
-    put32(icc, 12);
-    put_tag(icc, "enUS");
-    put32(icc, (uint32_t)(2 * length));
-    put32(icc, 28);
-    for (size_t i = 0; i < length; i++) {
-        icc->data[icc->size++] = 0;
-        icc->data[icc->size++] = (unsigned char)text[i];
-    }
-}
-
-static void put_xyz(shd_icc *icc, double x, double y, double z) {
-    put_tag(icc, "XYZ ");
-    put32(icc, 0);
-    put_fixed(icc, x);
-    put_fixed(icc, y);
-    put_fixed(icc, z);
-}
-
-/* Encoded to linear, as a parametricCurveType (ICC.1:2010, 10.16). */
-static void put_curve(shd_icc *icc, shd_transfer transfer) {
-    put_tag(icc, "para");
-    put32(icc, 0);
-    if (transfer == SHD_TRANSFER_SRGB) {
-        put32(icc, 3u << 16); /* (aX + b)^g from d on, cX below */
-        put_fixed(icc, 2.4);
-        put_fixed(icc, 1 / 1.055);
-        put_fixed(icc, 0.055 / 1.055);
-        put_fixed(icc, 1 / 12.92);
-        put_fixed(icc, 0.04045);
-    } else {
-        put32(icc, 0);
-        put_fixed(icc, transfer == SHD_TRANSFER_REC1886 ? 2.4 : 1);
-    }
 }
 
 static void put_header(shd_icc *icc) {
@@ -178,83 +102,106 @@ static void put_header(shd_icc *icc) {
     put32(icc, 0);
     put_tag(icc, "acsp");
     icc->size = 68;
-    for (int i = 0; i < 3; i++) put_fixed(icc, d50[i]);
+    put_fixed(icc, d50, 3);
     icc->size = 128;
 }
 
+/* ---- Elements: bytes that one entry of the tag table, or several, point to. ---- */
+
 enum { TAG_COUNT = 10 };
 
-/* Ends an element that began at `start`: enters it into the tag table. */
-static void close_element(shd_icc *icc, int index, const char tag[4], size_t start) {
-    size_t end = icc->size;
-    icc->size = 132 + 12 * (size_t)index;
+/* Enters the element that began at `start` into the tag table. */
+static void enter(shd_icc *icc, int *tags, const char tag[4], size_t start) {
+    const size_t end = icc->size;
+    icc->size = 132 + 12 * (size_t)(*tags)++;
     put_tag(icc, tag);
     put32(icc, (uint32_t)start);
     put32(icc, (uint32_t)(end - start));
     icc->size = end;
+}
+
+/* Multi-localized text with one record, UTF-16. `text` is ASCII. */
+static void add_text(shd_icc *icc, int *tags, const char tag[4], const char *text) {
+    const size_t start = icc->size, length = strlen(text);
+    put_type(icc, "mluc");
+    put32(icc, 1);
+    put32(icc, 12);
+    put_tag(icc, "enUS");
+    put32(icc, (uint32_t)(2 * length));
+    put32(icc, 28);
+    for (size_t i = 0; i < length; i++) {
+        icc->data[icc->size++] = 0;
+        icc->data[icc->size++] = (unsigned char)text[i];
+    }
+    enter(icc, tags, tag, start);
     while (icc->size % 4) icc->data[icc->size++] = 0;
 }
 
-static void name_profile(shd_icc *icc, shd_transfer transfer, int primaries) {
-    const char *space = primaries < 0 ? "RGB" : known[primaries].name;
-    if (transfer == SHD_TRANSFER_SRGB && primaries == 0) space = "sRGB";
+/* Fixed-point numbers: three of the type "XYZ ", or nine of "sf32". */
+static void add_numbers(shd_icc *icc, int *tags, const char tag[4], const char type[4],
+                        const double *values, int count) {
+    const size_t start = icc->size;
+    put_type(icc, type);
+    put_fixed(icc, values, count);
+    enter(icc, tags, tag, start);
+}
+
+/* Encoded to linear, as a parametricCurveType (ICC.1:2010, 10.16): one element for the three. */
+static void add_curve(shd_icc *icc, int *tags, shd_transfer transfer) {
+    static const double srgb[5] = {2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045};
+    const double power = transfer == SHD_TRANSFER_REC1886 ? 2.4 : 1;
+    const bool is_srgb = transfer == SHD_TRANSFER_SRGB;
+    const size_t start = icc->size;
+    put_type(icc, "para");
+    put32(icc, is_srgb ? 3u << 16 : 0); /* 3: (aX + b)^g from d on, cX below; 0: X^g */
+    put_fixed(icc, is_srgb ? srgb : &power, is_srgb ? 5 : 1);
+    enter(icc, tags, "rTRC", start);
+    enter(icc, tags, "gTRC", start);
+    enter(icc, tags, "bTRC", start);
+}
+
+static void name_profile(shd_icc *icc, shd_transfer transfer, const double xy[8]) {
+    const bool is_usual = is_rec709(xy) || !memcmp(xy, shd_display_p3, sizeof shd_display_p3);
+    const bool is_srgb = transfer == SHD_TRANSFER_SRGB;
     const char *curve = transfer == SHD_TRANSFER_LINEAR    ? " linear"
                         : transfer == SHD_TRANSFER_REC1886 ? " gamma 2.4"
-                        : primaries == 0 || primaries == 1 ? ""
+                        : is_usual                         ? ""
                                                            : " with sRGB curve";
-    snprintf(icc->name, sizeof icc->name, "%s%s", space, curve);
+    snprintf(icc->name, sizeof icc->name, "%s%s", is_srgb && is_rec709(xy) ? "sRGB" : name_of(xy),
+             curve);
 }
 
 shd_icc shd_icc_make(const shd_image *image) {
     shd_icc icc = {.size = 0};
     if (image->transfer == SHD_TRANSFER_UNKNOWN || image->channel >= 0) return icc;
     if (!image->has_primaries && image->transfer != SHD_TRANSFER_SRGB) return icc;
-    const double *xy = image->has_primaries ? image->primaries : known[0].xy;
-    matrix chad, rgb;
-    if (!colorants(xy, &chad, &rgb)) return icc;
+    const double *xy = image->has_primaries ? image->primaries : shd_rec709;
+    shd_affine chad, rgb;
+    if (!make_colorants(xy, &chad, &rgb)) return icc;
 
-    /* Rounded columns must still add up to D50, or white gets a tint of its own: green, the
-     * largest, takes the difference. */
-    for (int i = 0; i < 3; i++)
-        rgb.m[i][1] = (fixed(d50[i]) - fixed(rgb.m[i][0]) - fixed(rgb.m[i][2])) / 65536.0;
-
-    name_profile(&icc, image->transfer, find_primaries(xy));
+    name_profile(&icc, image->transfer, xy);
     put_header(&icc);
     put32(&icc, TAG_COUNT);
     icc.size += 12 * TAG_COUNT;
+    int tags = 0;
+    add_text(&icc, &tags, "desc", icc.name);
+    add_text(&icc, &tags, "cprt", "No copyright, use freely");
+    add_numbers(&icc, &tags, "wtpt", "XYZ ", d50, 3);
+    add_numbers(&icc, &tags, "chad", "sf32", chad.linear[0], 9);
 
-    int tag = 0;
-    size_t start = icc.size;
-    put_text(&icc, icc.name);
-    close_element(&icc, tag++, "desc", start);
-    start = icc.size;
-    put_text(&icc, "No copyright, use freely");
-    close_element(&icc, tag++, "cprt", start);
-    start = icc.size;
-    put_xyz(&icc, d50[0], d50[1], d50[2]);
-    close_element(&icc, tag++, "wtpt", start);
-    start = icc.size;
-    put_tag(&icc, "sf32");
-    put32(&icc, 0);
-    for (int i = 0; i < 9; i++) put_fixed(&icc, chad.m[i / 3][i % 3]);
-    close_element(&icc, tag++, "chad", start);
+    /* Rounded columns must still add up to D50, or white gets a tint of its own: green, the
+     * largest, takes the difference. */
+    double column[3][3];
+    for (int i = 0; i < 3; i++) {
+        column[0][i] = rgb.linear[i][0];
+        column[2][i] = rgb.linear[i][2];
+        column[1][i] = (fixed(d50[i]) - fixed(column[0][i]) - fixed(column[2][i])) / 65536.0;
+    }
     static const char colorant[3][5] = {"rXYZ", "gXYZ", "bXYZ"};
-    for (int c = 0; c < 3; c++) {
-        start = icc.size;
-        put_xyz(&icc, rgb.m[0][c], rgb.m[1][c], rgb.m[2][c]);
-        close_element(&icc, tag++, colorant[c], start);
-    }
-    /* The three curves are one element. */
-    static const char curve[3][5] = {"rTRC", "gTRC", "bTRC"};
-    start = icc.size;
-    put_curve(&icc, image->transfer);
-    size_t end = icc.size;
-    for (int c = 0; c < 3; c++) {
-        icc.size = end;
-        close_element(&icc, tag++, curve[c], start);
-    }
+    for (int c = 0; c < 3; c++) add_numbers(&icc, &tags, colorant[c], "XYZ ", column[c], 3);
+    add_curve(&icc, &tags, image->transfer);
 
-    size_t size = icc.size;
+    const size_t size = icc.size;
     icc.size = 0;
     put32(&icc, (uint32_t)size);
     icc.size = size;

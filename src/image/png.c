@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/primaries.h"
 #include "image/encoders.h"
 #include "image/filter.h"
 #include "image/icc.h"
@@ -106,11 +107,10 @@ static void put_profile(writer *w, const shd_icc *icc, struct libdeflate_compres
 /* sRGB where it is that; gAMA and cHRM where they say all; else a profile. One channel as grey
  * keeps its curve; alpha as grey is no color at all. */
 static void put_color(writer *w, const shd_image *image, struct libdeflate_compressor *compressor) {
-    static const double rec709[8] = {0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290};
     if (image->transfer == SHD_TRANSFER_UNKNOWN || image->channel == 3) return;
     put_gamma(w, image->transfer);
     if (shd_image_is_srgb(image)) {
-        put_chromaticities(w, rec709);
+        put_chromaticities(w, shd_rec709);
         size_t chunk = open_chunk(w, "sRGB");
         w->data[w->size++] = 1; /* relative colorimetric */
         close_chunk(w, chunk);

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "base/status.h"
+#include "base/utf8.h"
 
 /* Room for the closing brace and the newline. */
 enum { LOG_TAIL = 2 };
@@ -38,32 +39,17 @@ static void addf(shd_log *line, const char *format, ...) {
     if (length > 0 && (size_t)length < sizeof text) add(line, text, (size_t)length);
 }
 
-/* The length of the UTF-8 sequence (RFC 3629) that text begins with, and its code point; 0: there
- * is none. */
-static size_t decode(const unsigned char *text, uint32_t *point) {
-    static const uint32_t least[] = {0, 0, 0x80, 0x800, 0x10000};
-    size_t length = *text < 0x80 ? 1 : *text < 0xc2 ? 0 : *text < 0xe0 ? 2 : *text < 0xf0 ? 3 : 4;
-    if (*text > 0xf4 || !length) return 0;
-    *point = length == 1 ? *text : *text & (0x7fu >> length);
-    for (size_t i = 1; i < length; i++) {
-        if ((text[i] & 0xc0) != 0x80) return 0;
-        *point = *point << 6 | (text[i] & 0x3f);
-    }
-    bool is_surrogate = *point >= 0xd800 && *point < 0xe000;
-    return *point < least[length] || *point > 0x10ffff || is_surrogate ? 0 : length;
-}
-
 /* Printable ASCII passes. Other characters become \uxxxx, of which JSON makes them again, so that
  * the log stays ASCII and nothing in it moves a terminal. A byte that is no UTF-8 becomes \\xff: to
  * who reads the JSON, four characters that show it. */
 static bool add_escaped(shd_log *line, const char *text) {
-    for (const unsigned char *c = (const unsigned char *)text; *c;) {
+    for (const char *c = text; *c;) {
         char escaped[16];
         uint32_t point = 0;
         int length;
-        size_t taken = decode(c, &point);
+        size_t taken = shd_utf8_decode(c, &point);
         if (!taken)
-            length = snprintf(escaped, sizeof escaped, "\\\\x%02x", *c);
+            length = snprintf(escaped, sizeof escaped, "\\\\x%02x", (unsigned char)*c);
         else if (point == '"' || point == '\\')
             length = snprintf(escaped, sizeof escaped, "\\%c", *c);
         else if (point >= 0x20 && point < 0x7f)

@@ -1,0 +1,13 @@
+/* UTF-8, as RFC 3629 has it. Pure function, any thread. */
+#ifndef SHD_BASE_UTF8_H
+#define SHD_BASE_UTF8_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+/* The length, 1 to 4 bytes, of the sequence that `text` begins with, and its code point. 0, and
+ * *point means nothing, if there is none: overlong forms, surrogates and code points beyond
+ * U+10FFFF are none. `text` ends with a 0, which is a sequence itself. */
+size_t shd_utf8_decode(const char *text, uint32_t *point);
+
+#endif
