@@ -12,20 +12,20 @@ enum { ALIGNMENT = 64, FIRST_BLOCK = 64 << 10, LARGEST_BLOCK = 2 << 20 };
 
 typedef struct block {
     struct block *next;
-    size_t size; /* usable bytes after the header */
+    size_t size; /* usable, after the header */
     size_t used;
 } block;
 
 _Static_assert(sizeof(block) <= ALIGNMENT, "a block's header fits into one alignment unit");
 
-/* How long others are waited for that give way, seconds. */
+/* Seconds that the arena waits for others to give way. */
 static const double patience = 5;
 
 struct shd_arena {
     size_t cap, taken, borrowed, peak;
-    size_t reserved; /* of the budget, beside what was taken */
+    size_t reserved; /* Bytes of the budget that are kept ready, beside those that were taken. */
     bool full, crowded;
-    shd_spares *spares; /* NULL: blocks are the system's */
+    shd_spares *spares; /* NULL: blocks come from the system */
     shd_budget *budget;
     block *blocks; /* newest first */
 };
@@ -73,7 +73,8 @@ void shd_arena_return(shd_arena *arena, shd_arena_mark mark) {
 
 /* ---- The budget ---- */
 
-static bool draw(shd_arena *arena, size_t bytes) {
+/* Takes bytes of what is reserved, and the rest of the budget. */
+static bool draw_budget(shd_arena *arena, size_t bytes) {
     const size_t ready = bytes < arena->reserved ? bytes : arena->reserved;
     if (bytes > ready && !shd_budget_wait(arena->budget, bytes - ready, patience)) {
         arena->crowded = true;
@@ -85,7 +86,7 @@ static bool draw(shd_arena *arena, size_t bytes) {
 
 bool shd_arena_reserve(shd_arena *arena, size_t bytes) {
     if (bytes <= arena->reserved) return true;
-    if (!draw(arena, bytes)) return false;
+    if (!draw_budget(arena, bytes)) return false;
     arena->reserved += bytes;
     return true;
 }
@@ -100,7 +101,7 @@ bool shd_arena_borrow(shd_arena *arena, size_t bytes) {
         arena->full = true;
         return false;
     }
-    if (!draw(arena, bytes)) return false;
+    if (!draw_budget(arena, bytes)) return false;
     arena->borrowed += bytes;
     note_peak(arena);
     return true;
@@ -115,7 +116,8 @@ void shd_arena_release(shd_arena *arena, size_t bytes) {
     arena->borrowed -= bytes;
 }
 
-/* A kept block is counted already: as much of what is reserved goes back. */
+/* Returns NULL if there is no memory. A spare block is counted already, so as much of what is
+ * reserved goes back to the budget. */
 static block *get_block(shd_arena *arena, size_t size) {
     const size_t whole = shd_spares_size(size);
     block *b = shd_spares_find(arena->spares, size);
@@ -125,16 +127,16 @@ static block *get_block(shd_arena *arena, size_t size) {
         shd_budget_give(arena->budget, less);
         return b;
     }
-    if (!whole || !draw(arena, whole)) return NULL;
+    if (!whole || !draw_budget(arena, whole)) return NULL;
     b = shd_spares_make(size);
     if (!b) shd_budget_give(arena->budget, whole);
     return b;
 }
 
-/* ---- ---- */
+/* ---- Blocks ---- */
 
-/* Blocks double so that their number stays small, but a request that is larger than that gets a
- * block of its own size: a big film does not double the arena. */
+/* Blocks double so that their number stays small. A request that is larger than that gets a block
+ * of its own size, so that a big film does not double the arena. */
 static block *add_block(shd_arena *arena, size_t need) {
     size_t size = arena->taken < FIRST_BLOCK ? FIRST_BLOCK : arena->taken;
     size_t room = shd_arena_room(arena);

@@ -1,10 +1,10 @@
-/* A capped memory arena: everything a request allocates lives here and goes at once.
+/* A capped memory arena: everything that a request allocates lives here and goes at once.
  *
- * Allocations are aligned to 64 bytes (a cache line, and the widest vector). Going over the cap,
- * overflowing count * size, or running out of system memory gives NULL, which callers turn into
- * SHD_MEMORY; shd_arena_full and shd_arena_crowded tell which it was. One thread at a time may
- * allocate; the memory itself may be shared. Under AddressSanitizer unused arena bytes are
- * poisoned. */
+ * Allocations are aligned to 64 bytes (a cache line, and the widest vector). An allocation gives
+ * NULL if it goes over the cap, if count * size overflows, or if the system has no memory. Callers
+ * turn that into SHD_MEMORY; shd_arena_full and shd_arena_crowded tell which it was. One thread at
+ * a time may allocate; the memory itself may be shared. Under AddressSanitizer unused arena bytes
+ * are poisoned. */
 #ifndef SHD_BASE_ARENA_H
 #define SHD_BASE_ARENA_H
 
@@ -16,37 +16,40 @@
 
 typedef struct shd_arena shd_arena;
 
-/* `cap` is the largest total in bytes, block overhead included. NULL when out of memory. */
+/* `cap` is the largest total in bytes, block overhead included. NULL if there is no memory. */
 shd_arena *shd_arena_new(size_t cap);
 
-/* Blocks come from `spares`, which outlives the arena, and go back there. What is kept changes
- * nothing about the cap. New ones are taken from the budget of `spares`, where that gives them
- * within two seconds. */
+/* Blocks come from `spares`, which outlives the arena, and go back there. Spare blocks change
+ * nothing about the cap. New blocks are taken from the budget of `spares`, if it gives them within
+ * five seconds. */
 shd_arena *shd_arena_new_from(shd_spares *spares, size_t cap);
 
 void shd_arena_drop(shd_arena *arena); /* NULL is fine */
 
-/* Uninitialized and zeroed memory for `count` items of `size` bytes; never NULL for count 0. */
+/* Uninitialized and zeroed memory for `count` items of `size` bytes. For count 0 it is no NULL
+ * either. */
 void *shd_arena_alloc(shd_arena *arena, size_t count, size_t size);
 void *shd_arena_zalloc(shd_arena *arena, size_t count, size_t size);
 
-/* Copies; NULL where memory is short. */
+/* Copies; NULL if memory is short. */
 char *shd_arena_strdup(shd_arena *arena, const char *text);
 char *shd_arena_printf(shd_arena *arena, const char *format, ...) SHD_PRINTF(2, 3);
 
-/* Has the budget keep ready what the arena will take, `bytes` of it. False: it has not as many. */
+/* Has the budget keep `bytes` ready, which the arena will take. False: the budget does not have as
+ * many. */
 bool shd_arena_reserve(shd_arena *arena, size_t bytes);
 
-/* Memory that others allocate for the arena's sake counts as if it were the arena's, until it is
+/* Counts memory that others allocate for the arena's sake as if it were the arena's, until it is
  * repaid. False: the cap or the budget does not have it. */
 bool shd_arena_borrow(shd_arena *arena, size_t bytes);
 void shd_arena_repay(shd_arena *arena, size_t bytes);
 
-/* The same for memory that outlives the arena: the caller gives it to the budget later. */
+/* Counts borrowed memory no longer, because it outlives the arena: the caller gives it to the
+ * budget later. */
 void shd_arena_release(shd_arena *arena, size_t bytes);
 
-/* All that is allocated after a mark goes when it is returned to; marks that were made after it
- * are gone, too. */
+/* Returning to a mark frees all that was allocated after it. Marks that were made after it are
+ * gone, too. */
 typedef struct shd_arena_mark {
     void *block;
     size_t used;
@@ -55,14 +58,15 @@ typedef struct shd_arena_mark {
 shd_arena_mark shd_arena_mark_here(const shd_arena *arena);
 void shd_arena_return(shd_arena *arena, shd_arena_mark mark);
 
-/* Whether the cap, or an overflow, has refused an allocation; the system may have as well. */
+/* Whether the cap or an overflow has refused an allocation. The system may have refused one as
+ * well. */
 bool shd_arena_full(const shd_arena *arena);
 
-/* Whether the budget has refused something. */
+/* Whether the budget has refused an allocation. */
 bool shd_arena_crowded(const shd_arena *arena);
 
 size_t shd_arena_room(const shd_arena *arena); /* bytes that the cap leaves */
 size_t shd_arena_used(const shd_arena *arena); /* bytes of its blocks */
-size_t shd_arena_peak(const shd_arena *arena); /* the most that those and what is borrowed were */
+size_t shd_arena_peak(const shd_arena *arena); /* the most that blocks and loans were */
 
 #endif

@@ -41,15 +41,15 @@ void shd_budget_yield(shd_budget *budget, shd_rank rank, shd_give_way *give_way,
     budget->ranks[rank].context = context;
 }
 
-/* ---- With the mutex held ---- */
+/* ---- The mutex is held ---- */
 
-static bool fits(const shd_budget *budget, size_t bytes) {
+static bool is_free(const shd_budget *budget, size_t bytes) {
     const shd_budget_load *load = &budget->load;
     return load->used <= load->cap && bytes <= load->cap - load->used;
 }
 
 static bool take_free(shd_budget *budget, size_t bytes) {
-    if (!fits(budget, bytes)) return false;
+    if (!is_free(budget, bytes)) return false;
     budget->load.used += bytes;
     return true;
 }
@@ -59,17 +59,17 @@ static uint64_t most(const shd_budget *budget) {
     return load->cap > load->fixed ? load->cap - load->fixed : 0;
 }
 
-/* What is wanting to `bytes`. */
+/* How many of `bytes` are missing. */
 static size_t shortage(const shd_budget *budget, size_t bytes) {
     const shd_budget_load *load = &budget->load;
     return (size_t)(load->used + bytes - load->cap);
 }
 
-/* Asks those that give way, without the mutex meanwhile; one after the other until enough is free
- * or, for who can wait, promised. */
+/* Asks those that give way, one after the other, until enough is free or, if the caller waits,
+ * promised. The mutex is held before and after, and is free while they are asked. */
 static void ask_for(shd_budget *budget, size_t bytes, bool waits) {
     size_t promised = 0;
-    for (size_t i = 0; i < SHD_RANKS && !fits(budget, bytes); i++) {
+    for (size_t i = 0; i < SHD_RANKS && !is_free(budget, bytes); i++) {
         if (!budget->ranks[i].give_way) continue;
         const size_t missing = shortage(budget, bytes);
         if (waits && promised >= missing) break;
@@ -80,7 +80,7 @@ static void ask_for(shd_budget *budget, size_t bytes, bool waits) {
     }
 }
 
-/* ---- ---- */
+/* ---- Any thread ---- */
 
 bool shd_budget_try(shd_budget *budget, size_t bytes) {
     if (!budget) return true;
@@ -101,8 +101,8 @@ bool shd_budget_wait(shd_budget *budget, size_t bytes, double seconds) {
         taken = take_free(budget, bytes);
         const double now = shd_now();
         if (taken || now >= until) break;
-        /* Where nobody gives way others may end; and what was promised may turn out to be somebody
-         * else's, too, so that nothing is given: then others are asked. */
+        /* If nobody gives way, other work may end. What was promised may also go to somebody else,
+         * so that nothing is left; then those that give way are asked again. */
         const struct timespec again = shd_timespec(now + 0.05 < until ? now + 0.05 : until);
         pthread_cond_timedwait(&budget->given, &budget->mutex, &again);
         taken = take_free(budget, bytes);

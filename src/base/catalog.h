@@ -1,5 +1,5 @@
-/* What the color configuration offers, by name: the scene reader checks names against it and
- * the list of spaces that clients see is made from it.
+/* The spaces and displays of the color configuration, by name. The scene reader checks names
+ * against this catalog, and the list of spaces that clients see is made from it.
  *
  * Owned by the color configuration, constant, shared by threads. */
 #ifndef SHD_BASE_CATALOG_H
@@ -15,14 +15,14 @@
 extern "C" {
 #endif
 
-/* What the three channels of a space are called, which also says how integers store them. */
+/* What the three channels of a space are called. That also says how integers store them. */
 typedef enum shd_channels { SHD_RGB, SHD_YIQ, SHD_HSV } shd_channels;
 
 typedef struct shd_space_info {
     const char *name;
     const char *description; /* one line, may be "" */
     shd_channels channels;
-    bool scene_linear; /* colors may be shaded in it */
+    bool scene_linear; /* whether colors may be shaded in it */
 } shd_space_info;
 
 typedef struct shd_display_info {
@@ -37,22 +37,22 @@ typedef struct shd_catalog {
     const shd_display_info *displays; /* the first is the default, as is its first view */
     size_t display_count;
     const shd_space_info *scene_linear; /* the role's space: the default working space */
-    const shd_space_info *colors;       /* default of `colorSpace`: lin_rec709, or scene_linear */
-    const shd_space_info *css;          /* space of "#rrggbb": sRGB; NULL where there is none */
+    const shd_space_info *colors; /* the default of `colorSpace`: lin_rec709, or scene_linear */
+    const shd_space_info *css;    /* the space of "#rrggbb": sRGB; NULL if there is none */
 
-    /* Converts one color in place between two spaces by name, to f32 accuracy; the identity, bit
-     * for bit, where they are the same. sRGB to linear Rec.709 is IEC 61966-2-1 in f64. `self` is
-     * the first argument. Any thread. */
+    /* Converts one color in place between two spaces by name, to f32 accuracy. If the spaces are
+     * the same, it is the identity, bit for bit. sRGB to linear Rec.709 is IEC 61966-2-1 in f64.
+     * `self` is the first argument. Any thread. */
     shd_status (*convert)(const void *self, const char *from, const char *to, double rgb[3],
                           shd_error *error);
     const void *self;
 } shd_catalog;
 
-/* Exact, case-sensitive look-up; NULL where there is none. */
+/* Exact, case-sensitive look-up; NULL if the name is unknown. */
 const shd_space_info *shd_catalog_space(const shd_catalog *catalog, const char *name);
 const shd_display_info *shd_catalog_display(const shd_catalog *catalog, const char *name);
 
-/* "R", "Y", "H", ... : names of the three channels. */
+/* The names of the three channels: "R", "Y", "H", ... */
 const char *const *shd_channel_names(shd_channels channels);
 
 #ifdef __cplusplus

@@ -1,17 +1,17 @@
-/* Seconds: for durations and deadlines, never for dates. Any thread. */
+/* Seconds, for durations and deadlines and never for dates. Any thread. */
 #ifndef SHD_BASE_CLOCK_H
 #define SHD_BASE_CLOCK_H
 
 #include <time.h>
 
-/* On the monotonic clock, which is read in 20 to 50 ns. */
+/* The monotonic clock, which is read in 20 to 50 ns. */
 static inline double shd_now(void) {
     struct timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-/* Of the calling thread's processor time. */
+/* The calling thread's processor time. */
 static inline double shd_thread_seconds(void) {
     struct timespec now;
     clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);

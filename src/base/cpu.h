@@ -1,10 +1,10 @@
 /* Instruction sets that the kernels are compiled for.
  *
- * Files named *.simd.c are compiled once an instruction set (see CMakeLists.txt), each time with
- * another SHD_ISA; what they export is named with SHD_VARIANT. Every variant gives the same bits:
- * nothing in them depends on the width of a vector, and products are fused into sums only where
- * the source says so (base/simd.h), which every variant then does. But for one: what has no
- * instruction for that lights the standard tier in f64 (shade/lighting.h). */
+ * Files named *.simd.c are compiled once for each instruction set (see CMakeLists.txt), each time
+ * with another SHD_ISA. Their exported names end with SHD_VARIANT. Every variant gives the same
+ * bits: nothing in them depends on the width of a vector, and products are fused into sums only if
+ * the source says so (base/simd.h), which every variant then does. There is one exception: a
+ * variant without an instruction for that lights the standard tier in f64 (shade/lighting.h). */
 #ifndef SHD_BASE_CPU_H
 #define SHD_BASE_CPU_H
 
@@ -20,25 +20,25 @@ typedef enum shd_isa {
 /* Whether the variant was compiled in and this machine can run it. */
 bool shd_cpu_has(shd_isa isa);
 
-/* Whether it has an instruction that fuses f32 products into sums. Without, emulation would take
- * three times as long as f64. */
+/* Whether the variant has an instruction that fuses f32 products into sums. Without it, emulation
+ * would take three times as long as f64. */
 bool shd_isa_fuses(shd_isa isa);
 
-/* The widest one that it has. */
+/* The widest variant that this machine has. */
 shd_isa shd_cpu_best(void);
 
-/* "portable", which on 64-bit ARM is "neon"; "avx2", "avx512". */
+/* "avx2", "avx512" or "portable", which is "neon" on 64-bit ARM. */
 const char *shd_isa_name(shd_isa isa);
 
-/* False: no variant has that name, or this machine cannot run it. "auto" is the widest one, and
- * "portable" SHD_PORTABLE on every machine. */
+/* False: no variant has that name, or this machine cannot run it. "auto" is the widest one.
+ * "portable" is SHD_PORTABLE on every machine. */
 bool shd_isa_find(const char *name, shd_isa *out);
 
 #define SHD_JOIN_(name, isa) name##_##isa
 #define SHD_JOIN(name, isa)  SHD_JOIN_(name, isa)
 #define SHD_VARIANT(name)    SHD_JOIN(name, SHD_ISA)
 
-/* The initializer of an array [SHD_ISA_COUNT] of pointers to the variants of an object. Those
+/* The initializer of an array [SHD_ISA_COUNT] of pointers to the variants of an object. Variants
  * that were not compiled in are NULL. */
 #ifdef SHD_HAS_X86_VARIANTS
 #define SHD_VARIANTS(name)                                                                         \

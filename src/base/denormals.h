@@ -1,6 +1,6 @@
-/* Denormal numbers as zero, for threads that run kernels: highlights fade through them, and
- * processors take a hundred cycles for each. Only numbers below 1e-37 (f32) or 1e-307 (f64) are
- * changed by it. The setting is the thread's own. */
+/* Denormal numbers count as zero on threads that run kernels: highlights fade through them, and
+ * processors take a hundred cycles for each. That changes only numbers below 1e-37 (f32) or 1e-307
+ * (f64). The setting is the thread's own. */
 #ifndef SHD_BASE_DENORMALS_H
 #define SHD_BASE_DENORMALS_H
 
@@ -12,7 +12,7 @@
 
 typedef uint64_t shd_denormals;
 
-/* What is set on this thread, and setting it again. */
+/* Reads what is set on this thread, and sets it again. */
 static inline shd_denormals shd_denormals_now(void) {
 #if defined(__SSE2__)
     return _mm_getcsr();
@@ -43,8 +43,8 @@ enum { SHD_DENORMALS_BITS = 1 << 24 }; /* FZ */
 enum { SHD_DENORMALS_BITS = 0 };
 #endif
 
-/* Makes denormal results and operands zero on this thread, where the processor can, or lets them
- * be; both return what was set before. */
+/* Makes denormal results and operands zero on this thread if the processor can, or lets them be.
+ * Both return what was set before. */
 static inline shd_denormals shd_denormals_flush(void) {
     const shd_denormals before = shd_denormals_now();
     shd_denormals_restore(before | SHD_DENORMALS_BITS);

@@ -1,4 +1,4 @@
-/* SHA-256 (FIPS 180-4), by which bytes are named. Pure, any thread. */
+/* SHA-256 (FIPS 180-4), which names bytes. Pure functions, any thread. */
 #ifndef SHD_BASE_DIGEST_H
 #define SHD_BASE_DIGEST_H
 
@@ -13,7 +13,8 @@ enum { SHD_DIGEST_TEXT = 65 }; /* its digits and a 0 */
 
 shd_digest shd_digest_of(const void *data, size_t size);
 
-/* From 64 lower-case hexadecimal digits and nothing after them. False: it is something else. */
+/* Reads 64 lower-case hexadecimal digits and nothing after them. False: the text is something
+ * else. */
 bool shd_digest_read(const char *text, shd_digest *out);
 
 void shd_digest_write(const shd_digest *digest, char out[SHD_DIGEST_TEXT]);

@@ -2,8 +2,8 @@
 
 #include <strings.h>
 
-/* JPEG's side is libjpeg's JPEG_MAX_DIMENSION, WebP's the 14 bits of its header; the others are
- * kept to what readers take. */
+/* JPEG's side is libjpeg's JPEG_MAX_DIMENSION, WebP's follows from the 14 bits of its header. The
+ * others are limited to what readers take. */
 enum { LONG = 1 << 24 };
 
 static const shd_format_info formats[SHD_FORMAT_COUNT] = {

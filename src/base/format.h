@@ -26,7 +26,7 @@ typedef struct shd_format_info {
     const char *name;       /* "png" */
     const char *media_type; /* "image/png" */
     unsigned depths;        /* shd_depth bits that the format can hold */
-    shd_depth depth;        /* the one used where the request names none */
+    shd_depth depth;        /* used if the request names none */
     bool alpha;             /* whether it can hold alpha */
     bool premultiplied;     /* whether its alpha is associated, as EXR and TIFF have it */
     bool grey;              /* whether it has pictures of one channel */
@@ -36,7 +36,7 @@ typedef struct shd_format_info {
 
 const shd_format_info *shd_format_get(shd_format format);
 
-/* By name or file suffix ("png", "jpg", "jpeg", "tif", ...; any case). False: unknown. */
+/* By name or file suffix ("png", "jpg", "jpeg", "tif", ...), in any case. False: unknown. */
 bool shd_format_find(const char *name, shd_format *out);
 
 /* "8", "16", "half", "float". */

@@ -1,15 +1,16 @@
 /* Whether jansson had the memory that it asked for.
  *
- * It does not tell: where the system refuses memory, a document that it reads ends in a syntax
- * error, and one that it builds lacks members. So it allocates through here. */
+ * Jansson does not tell: if the system refuses memory, a document that it reads ends in a syntax
+ * error, and a document that it builds lacks members. So it allocates through here. */
 #ifndef SHD_BASE_JSON_MEMORY_H
 #define SHD_BASE_JSON_MEMORY_H
 
 #include <stdbool.h>
 
-/* Begins a piece of work with jansson on the calling thread, which renders nothing until it has
- * asked below: between tiles it may run other jobs, which begin theirs. What the whole process uses
- * for jansson's memory is set by the first call: it stays interchangeable with malloc and free. */
+/* Begins a piece of work with jansson on the calling thread. The thread must ask below before it
+ * renders: between tiles it may run other jobs, which begin work of their own. The first call sets
+ * what the whole process uses for jansson's memory, which stays interchangeable with malloc and
+ * free. */
 void shd_json_memory_watch(void);
 
 /* Whether memory was refused on this thread since the last watch. */

@@ -9,11 +9,11 @@
 #include <string.h>
 #include <unistd.h>
 
-/* Where a controller's tree is, and this process in it. */
+/* A controller's tree, and this process's place in it. */
 typedef struct tree {
-    const char *root, *controller; /* "" in version 2, whose one tree has all of them */
+    const char *root, *controller; /* "" in version 2, which has one tree for all controllers */
     char mount[PATH_MAX];          /* without `root` */
-    char group[PATH_MAX];          /* below the mount, "" being the mount itself */
+    char group[PATH_MAX];          /* below the mount; "" is the mount itself */
 } tree;
 
 static FILE *open_below(const char *root, const char *path) {
@@ -22,7 +22,7 @@ static FILE *open_below(const char *root, const char *path) {
     return length < (int)sizeof name ? fopen(name, "re") : NULL;
 }
 
-/* Whether a list, parted by commas, has the word. */
+/* Whether a list that commas part has the word. */
 static bool has_word(const char *list, const char *word) {
     const size_t length = strlen(word);
     for (const char *at = list; (at = strstr(at, word)); at += length) {
@@ -32,7 +32,7 @@ static bool has_word(const char *list, const char *word) {
     return false;
 }
 
-/* Octal escapes of blanks and the like, as /proc/self/mountinfo writes them. */
+/* Decodes the octal escapes that /proc/self/mountinfo writes for blanks and the like. */
 static void unescape(char *text) {
     char *to = text;
     for (const char *from = text; *from; to++) {
@@ -47,7 +47,7 @@ static void unescape(char *text) {
     *to = 0;
 }
 
-/* This process's group, from lines such as "4:memory:/a/b" and "0::/a/b". */
+/* Finds this process's group in lines such as "4:memory:/a/b" and "0::/a/b". */
 static bool find_group(tree *t) {
     FILE *file = open_below(t->root, "/proc/self/cgroup");
     if (!file) return false;
@@ -68,7 +68,8 @@ static bool find_group(tree *t) {
     return found;
 }
 
-/* "36 35 98:0 /top /mount options [more ...] - type source options" (proc(5)). */
+/* Reads a line of the form "36 35 98:0 /top /mount options [more ...] - type source options"
+ * (proc(5)). */
 static bool read_mount(const tree *t, char *line, char **top, char **mount) {
     line[strcspn(line, "\n")] = 0;
     char *rest = strstr(line, " - ");
@@ -89,8 +90,9 @@ static bool read_mount(const tree *t, char *line, char **top, char **mount) {
     return *mount;
 }
 
-/* Of the group, what lies below the top of what is mounted. A group beside it cannot be looked at,
- * as from a container that sees its own tree alone: then it is what is mounted. */
+/* Sets the mount, and makes the group relative to it. A group that does not lie below the top of
+ * the mount cannot be looked at: a container that sees only its own tree has such groups. The group
+ * is then the mount itself. */
 static void set_mount(tree *t, char *top, char *mount) {
     unescape(top);
     unescape(mount);
@@ -117,7 +119,7 @@ static bool find_tree(tree *t) {
     return found;
 }
 
-/* A file of the group's, in `text`; its path in `path`, without the root. */
+/* Reads a file of the group into `text`, and its path without the root into `path`. */
 static bool read_of(const tree *t, const char *name, char path[PATH_MAX], char text[64]) {
     const int length = snprintf(path, PATH_MAX, "%s%s/%s", t->mount, t->group, name);
     FILE *file = length < PATH_MAX ? open_below(t->root, path) : NULL;
@@ -126,7 +128,7 @@ static bool read_of(const tree *t, const char *name, char path[PATH_MAX], char t
     return read;
 }
 
-/* To the group above. False: there is none that can be seen. */
+/* Goes to the group above. False: none can be seen. */
 static bool go_up(tree *t) {
     char *last = strrchr(t->group, '/');
     if (!last) return false;
@@ -160,7 +162,7 @@ static void bound_quota_v2(shd_machine *machine, const tree *t) {
     char path[PATH_MAX], text[64], *end;
     if (!read_of(t, "cpu.max", path, text)) return;
     const double time = strtod(text, &end);
-    if (end != text) bound_quota(machine, path, time, strtod(end, NULL)); /* else "max" */
+    if (end != text) bound_quota(machine, path, time, strtod(end, NULL)); /* otherwise "max" */
 }
 
 static void read_machine(shd_machine *machine, const char *root) {

@@ -1,5 +1,6 @@
-/* What this process may have of its machine: the memory and the processors that there are, and what
- * its control groups (version 1, version 2 or both) and those above them leave of these. */
+/* What this process may have of its machine: the memory and the processors that the machine has,
+ * and what the process's control groups (version 1, version 2 or both) and those above them leave
+ * of these. */
 #ifndef SHD_BASE_MACHINE_H
 #define SHD_BASE_MACHINE_H
 
@@ -8,18 +9,19 @@
 enum { SHD_MACHINE_SOURCE = 256 };
 
 typedef struct shd_machine {
-    uint64_t memory;     /* bytes; UINT64_MAX where nothing tells */
+    uint64_t memory;     /* bytes; UINT64_MAX if nothing tells */
     unsigned processors; /* that this process may run on */
-    double quota;        /* processors' time; infinity where there is no bound */
-    /* The files that the least were found in, cut where longer; "" where nothing tells. */
+    double quota;        /* processors' time; infinity if there is no bound */
+    /* The files that the smallest figures were found in, cut if they are longer; "" if nothing
+     * tells. */
     char memory_source[SHD_MACHINE_SOURCE], quota_source[SHD_MACHINE_SOURCE];
 } shd_machine;
 
-/* Looks under `root`, "" but in tests, for /proc and what is mounted; affinity is the calling
- * thread's. What cannot be read bounds nothing. */
+/* Looks for /proc and the mounted trees under `root`, which is "" except in tests. Affinity is that
+ * of the calling thread. A file that cannot be read bounds nothing. */
 shd_machine shd_machine_look(const char *root);
 
-/* How many threads keep busy what there is: parts of a processor count as one. At least 1. */
+/* How many threads keep the processors busy: a part of a processor counts as one. At least 1. */
 unsigned shd_machine_threads(const shd_machine *machine);
 
 #endif

@@ -1,4 +1,4 @@
-/* Memory that AddressSanitizer is to report a touch of; nothing in other builds. */
+/* Marks memory whose use AddressSanitizer shall report; does nothing in other builds. */
 #ifndef SHD_BASE_POISON_H
 #define SHD_BASE_POISON_H
 

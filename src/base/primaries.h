@@ -1,5 +1,5 @@
-/* The primaries of color spaces: CIE 1931 x and y of red, green, blue and white, as double[8]. Pure
- * functions and constants, any thread. */
+/* The primaries of color spaces as double[8]: CIE 1931 x and y of red, green, blue and white.
+ * Constants and pure functions, any thread. */
 #ifndef SHD_BASE_PRIMARIES_H
 #define SHD_BASE_PRIMARIES_H
 

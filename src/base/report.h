@@ -1,7 +1,7 @@
 /* A report: everything that is wrong with a document, or worth a word, in one answer.
  *
  * Up to SHD_REPORT_KEEP problems of each kind are kept, the rest are counted. Texts live in the
- * arena; where it is full a fixed text stands in, so that no problem is lost from the count. */
+ * arena. If the arena is full a fixed text stands in, so that no problem is lost from the count. */
 #ifndef SHD_BASE_REPORT_H
 #define SHD_BASE_REPORT_H
 
@@ -20,8 +20,8 @@ typedef struct shd_problem {
 typedef struct shd_report {
     shd_arena *arena;
     shd_status status; /* SHD_OK, or the first error's: SHD_SYNTAX, SHD_SCENE, SHD_LIMIT, ... */
-    int line, column;  /* of a syntax error, from 1; else 0 */
-    size_t error_count, warning_count; /* all of them; kept are min(count, SHD_REPORT_KEEP) */
+    int line, column;  /* of a syntax error, from 1; otherwise 0 */
+    size_t error_count, warning_count; /* all of them; min(count, SHD_REPORT_KEEP) are kept */
     shd_problem errors[SHD_REPORT_KEEP];
     shd_problem warnings[SHD_REPORT_KEEP];
 } shd_report;
@@ -34,7 +34,7 @@ void shd_report_error(shd_report *report, shd_status status, const char *pointer
 void shd_report_warning(shd_report *report, const char *pointer, const char *format, ...)
     SHD_PRINTF(3, 4);
 
-/* Kept problems of each kind. */
+/* How many problems of each kind are kept. */
 size_t shd_report_errors_kept(const shd_report *report);
 size_t shd_report_warnings_kept(const shd_report *report);
 

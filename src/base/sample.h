@@ -1,18 +1,18 @@
-/* Integer samples: the one rule by which a value becomes a code, whoever stores it. */
+/* Integer samples: the one rule by which a value becomes a code, whatever stores it. */
 #ifndef SHD_BASE_SAMPLE_H
 #define SHD_BASE_SAMPLE_H
 
 #include <stdint.h>
 
-/* Holds x in [0, max]. The constant is second: a NaN gives 0 here, and the compiler a max
+/* Holds x in [0, max]. The constant is second, so that a NaN gives 0 and the compiler uses a max
  * instruction. */
 static inline double shd_hold(double x, double max) {
     x = x > 0 ? x : 0;
     return x < max ? x : max;
 }
 
-/* The code of x, which is in codes already: to the nearest, ties upward. In f64, so that an f32
- * times 255 or 65535 is exact to far below a tie. */
+/* The nearest code to x, which is scaled to codes already; ties go upward. It is computed in f64,
+ * so that an f32 times 255 or 65535 is exact to far below a tie. */
 static inline int32_t shd_code(double x, double max) {
     return (int32_t)(shd_hold(x, max) + 0.5);
 }

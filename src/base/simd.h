@@ -1,10 +1,10 @@
 /* Vectors of the width that this file is compiled for: SHD_W floats (16, 8 or 4), or half as many
- * doubles. For *.simd.c only, which are compiled once an instruction set (base/cpu.h).
+ * doubles. Only *.simd.c use it, which are compiled once for each instruction set (base/cpu.h).
  *
  * Every operation gives the same bits on every machine: + - * / and shd_vf_sqrt round as IEEE 754
- * says, shd_vf_fma rounds once everywhere, and what differs by machine (estimates of 1/x, maxima
- * of NaN) is not here. + - * / & | ^ ~ << >> are the language's: GCC's and clang's vector types
- * have them, and casts between types of equal size keep the bits.
+ * says, shd_vf_fma rounds once everywhere, and operations that
+ * differ by machine (estimates of 1/x, maxima of NaN) are not here. GCC's and clang's vector types
+ * have + - * / & | ^ ~ << >> themselves, and casts between types of equal size keep the bits.
  *
  *     shd_vf  floats         shd_vi  int32_t      shd_mf  truth of each float lane
  *     shd_vd  doubles        shd_vl  int64_t      shd_md  truth of each double lane
@@ -46,7 +46,7 @@ typedef uint64_t shd_vul __attribute__((vector_size(4 * SHD_W)));
 /* Half a vector of floats: as many as a vector has doubles. */
 typedef float shd_vh __attribute__((vector_size(2 * SHD_W)));
 
-/* ---- Memory: of any alignment, though whole cache lines are faster. ---- */
+/* ---- Memory of any alignment, though whole cache lines are faster. ---- */
 
 SHD_INLINE shd_vf shd_vf_load(const float *from) {
     shd_vf v;
@@ -68,7 +68,7 @@ SHD_INLINE void shd_vd_store(double *to, shd_vd v) {
     memcpy(to, &v, sizeof v);
 }
 
-/* ---- What each instruction set has its own words for. ---- */
+/* ---- Operations that each instruction set spells in its own way. ---- */
 
 #if SHD_W == 16
 
@@ -96,14 +96,14 @@ SHD_INLINE shd_vf shd_vf_sqrt(shd_vf a) {
 SHD_INLINE shd_vd shd_vd_sqrt(shd_vd a) {
     return (shd_vd)_mm512_sqrt_pd((__m512d)a);
 }
-/* a > b ? a : b, so that b is the one that may not be NaN. */
+/* a > b ? a : b. So b is the one that may not be NaN. */
 SHD_INLINE shd_vf shd_vf_max(shd_vf a, shd_vf b) {
     return (shd_vf)_mm512_max_ps((__m512)a, (__m512)b);
 }
 SHD_INLINE shd_vd shd_vd_max(shd_vd a, shd_vd b) {
     return (shd_vd)_mm512_max_pd((__m512d)a, (__m512d)b);
 }
-/* a < b ? a : b, likewise. */
+/* a < b ? a : b. So b is the one that may not be NaN. */
 SHD_INLINE shd_vd shd_vd_min(shd_vd a, shd_vd b) {
     return (shd_vd)_mm512_min_pd((__m512d)a, (__m512d)b);
 }
@@ -116,7 +116,7 @@ SHD_INLINE shd_mf shd_vu_ge(shd_vu a, shd_vu b) {
 SHD_INLINE shd_md shd_vd_gt(shd_vd a, shd_vd b) {
     return _mm512_cmp_pd_mask((__m512d)a, (__m512d)b, _CMP_GT_OQ);
 }
-/* Where m and a > b. */
+/* a > b, in the lanes of m. */
 SHD_INLINE shd_mf shd_vf_gt_in(shd_mf m, shd_vf a, shd_vf b) {
     return _mm512_mask_cmp_ps_mask(m, (__m512)a, (__m512)b, _CMP_GT_OQ);
 }
@@ -141,21 +141,21 @@ SHD_INLINE shd_md shd_md_or(shd_md a, shd_md b) {
 SHD_INLINE shd_md shd_md_not(shd_md a) {
     return (shd_md)~a;
 }
-/* Bit i: lane i. */
+/* Bit i is lane i. */
 SHD_INLINE unsigned shd_mf_bits(shd_mf m) {
     return m;
 }
 SHD_INLINE unsigned shd_md_bits(shd_md m) {
     return m;
 }
-/* a where m, else b. */
+/* a in the lanes of m, b elsewhere. */
 SHD_INLINE shd_vf shd_vf_select(shd_mf m, shd_vf a, shd_vf b) {
     return (shd_vf)_mm512_mask_blend_ps(m, (__m512)b, (__m512)a);
 }
 SHD_INLINE shd_vd shd_vd_select(shd_md m, shd_vd a, shd_vd b) {
     return (shd_vd)_mm512_mask_blend_pd(m, (__m512d)b, (__m512d)a);
 }
-/* a b where m, else +0. */
+/* a b in the lanes of m, +0 elsewhere. */
 SHD_INLINE shd_vf shd_vf_mul_in(shd_mf m, shd_vf a, shd_vf b) {
     return (shd_vf)_mm512_maskz_mul_ps(m, (__m512)a, (__m512)b);
 }
@@ -261,7 +261,8 @@ SHD_INLINE shd_vd shd_vd_select(shd_md m, shd_vd a, shd_vd b) {
     return (shd_vd)((m & (shd_vl)a) | (~m & (shd_vl)b));
 }
 
-/* GCC makes vectors of most of what is written lane by lane here and below, but not of all. */
+/* GCC makes vectors of most operations that are written lane by lane here and below, but not of
+ * all. */
 #if defined(__aarch64__)
 SHD_INLINE shd_vf shd_vf_fma(shd_vf a, shd_vf b, shd_vf c) {
     return (shd_vf)vfmaq_f32((float32x4_t)c, (float32x4_t)a, (float32x4_t)b);
@@ -273,7 +274,7 @@ SHD_INLINE shd_vh shd_vh_narrow(shd_vd a) {
     return (shd_vh)vcvt_f32_f64((float64x2_t)a);
 }
 #else
-/* By the C library, slowly: kernels leave it alone where this is all there is (shd_isa_fuses). */
+/* Done by the C library, slowly: kernels do without it if this is all there is (shd_isa_fuses). */
 SHD_INLINE shd_vf shd_vf_fma(shd_vf a, shd_vf b, shd_vf c) {
     for (int i = 0; i < SHD_W; i++) c[i] = __builtin_fmaf(a[i], b[i], c[i]);
     return c;
@@ -413,7 +414,7 @@ SHD_INLINE shd_vd shd_vd_mul_in(shd_md m, shd_vd a, shd_vd b) {
 
 #endif
 
-/* ---- The same on all of them. ---- */
+/* ---- Operations that are the same on all of them. ---- */
 
 SHD_INLINE shd_vu shd_vu_set(uint32_t x) {
     return (shd_vu)shd_vi_set((int32_t)x);

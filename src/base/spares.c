@@ -13,7 +13,7 @@ enum { ALIGNMENT = 64, SMALLEST = 64 * 1024, HUGE_PAGE = 2 << 20, MOST = 256 };
 typedef struct spare {
     void *memory;
     size_t size;
-    unsigned rest; /* of shd_spares_rest, before it was given back */
+    unsigned rest; /* shd_spares_rest as it was before the block was given back */
 } spare;
 
 struct shd_spares {
@@ -21,7 +21,8 @@ struct shd_spares {
     shd_budget *budget;
     size_t cap, kept, count;
     unsigned rests;
-    spare list[MOST + 1]; /* [count], what was given back last is last; one too many for a moment */
+    /* [count]; the block given back last is last; one too many for a moment */
+    spare list[MOST + 1];
 };
 
 shd_spares *shd_spares_new(size_t cap, shd_budget *budget) {
@@ -74,7 +75,7 @@ static void *allocate(size_t size) {
     void *memory = NULL;
     if (posix_memalign(&memory, HUGE_PAGE, size)) return NULL;
 #ifdef MADV_HUGEPAGE
-    madvise(memory, size, MADV_HUGEPAGE); /* advice: where it is not taken nothing is lost */
+    madvise(memory, size, MADV_HUGEPAGE); /* only advice: nothing is lost if it is not taken */
 #endif
     return memory;
 }

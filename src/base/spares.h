@@ -1,10 +1,10 @@
 /* Memory of dropped arenas, kept for the next ones: fresh pages from the system cost a small
  * picture more time than its pixels do.
  *
- * Blocks come in sizes an eighth of an octave apart, so that requests which resemble each other
- * find what they need. The blocks used last are given out first, while they are in a cache, and
- * what was not asked for the longest goes first where the cap is reached.
- * Any thread. Under AddressSanitizer, kept memory is poisoned. */
+ * Blocks come in sizes an eighth of an octave apart, so that similar requests find what they need.
+ * The blocks used last are given out first, while they are in a cache. When the cap is reached, the
+ * block that was not asked for the longest goes first. Any thread. Under AddressSanitizer, kept
+ * memory is poisoned. */
 #ifndef SHD_BASE_SPARES_H
 #define SHD_BASE_SPARES_H
 
@@ -14,30 +14,30 @@
 
 typedef struct shd_spares shd_spares;
 
-/* Keeps up to `cap` bytes. What is given is counted in `budget`, which outlives it, and stays so
- * until it is ended. NULL when out of memory. */
+/* Keeps up to `cap` bytes. Memory that is given stays counted in `budget`, which outlives the
+ * spares, until it is freed. NULL if there is no memory. */
 shd_spares *shd_spares_new(size_t cap, shd_budget *budget);
-shd_budget *shd_spares_budget(const shd_spares *spares); /* NULL where `spares` is */
-void shd_spares_drop(shd_spares *spares); /* all that was taken has been given back; NULL is fine */
+shd_budget *shd_spares_budget(const shd_spares *spares); /* NULL if `spares` is */
+void shd_spares_drop(shd_spares *spares); /* everything taken was given back; NULL is fine */
 
-/* At least `size` bytes, aligned to 64, with any content. `find`: kept ones; NULL where there are
- * none, or `spares` is. `make`: new ones, that the caller counts; NULL when out of memory. Large
- * blocks ask the system for huge pages. */
+/* A block of at least `size` bytes, aligned to 64, with any content. shd_spares_find gives a kept
+ * one; NULL if there is none, or if `spares` is NULL. shd_spares_make gives a new one, which the
+ * caller counts; NULL if there is no memory. Large blocks ask the system for huge pages. */
 void *shd_spares_find(shd_spares *spares, size_t size);
 void *shd_spares_make(size_t size);
 
-/* The bytes that such a block has, which are what is counted; 0 where there is none. */
+/* The bytes that such a block has, which are the bytes to count. 0 if no block can be so large. */
 size_t shd_spares_size(size_t size);
 
-/* Gives back what was found or made with the same size; NULL is fine. */
+/* Gives back a block that was found or made with the same size; NULL is fine. */
 void shd_spares_give(shd_spares *spares, void *memory, size_t size);
 
-/* Ends what was given back longest ago until `bytes` are ended or nothing is left. Returns how many
- * bytes were. */
+/* Frees the blocks that were given back longest ago until `bytes` are freed or nothing is left.
+ * Returns how many bytes were freed. */
 size_t shd_spares_trim(shd_spares *spares, size_t bytes);
 
-/* Called now and then: ends what nobody has asked for since the last call but one, down to `floor`
- * bytes. */
+/* To be called every so often: frees the blocks that nobody has asked for since the last call but
+ * one, down to `floor` bytes. */
 void shd_spares_rest(shd_spares *spares, size_t floor);
 
 size_t shd_spares_kept(shd_spares *spares); /* bytes that wait */

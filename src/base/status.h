@@ -1,6 +1,6 @@
 /* Status and error: how every function of the library says that it could not do its work.
  *
- * A function that can fail returns shd_status and fills a caller-owned shd_error (which may be
+ * A function that can fail returns shd_status and fills an shd_error of its caller (which may be
  * NULL). On failure its outputs are untouched. The library never logs, exits or aborts. */
 #ifndef SHD_BASE_STATUS_H
 #define SHD_BASE_STATUS_H
@@ -19,7 +19,7 @@ typedef enum shd_status {
     SHD_CROWDED,   /* other requests have the memory that the process may take */
     SHD_CANCELLED, /* the cancel flag was raised */
     SHD_CONFIG,    /* something the operator supplied is wrong */
-    SHD_INTERNAL,  /* a dependency failed where it should not */
+    SHD_INTERNAL,  /* a dependency failed that should not fail */
     SHD_MISSING,   /* the document names data that is not kept here, and nothing else is wrong */
     SHD_STATUS_COUNT
 } shd_status;

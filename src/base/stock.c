@@ -5,21 +5,22 @@
 #include <stdlib.h>
 #include <sys/mman.h>
 
-enum { SLAB = 2 << 20, UNITS = SLAB / SHD_STOCK_UNIT, PAGE = 4096, STEP = 8 /* units */ };
+/* STEP units are touched at a time */
+enum { SLAB = 2 << 20, UNITS = SLAB / SHD_STOCK_UNIT, PAGE = 4096, STEP = 8 };
 
 _Static_assert(UNITS == 64, "a slab's units are the bits of a word");
 
 typedef struct slab {
     unsigned char *memory; /* NULL: it is not mapped */
-    uint64_t free;         /* bit i: unit i is nobody's */
-    uint64_t touched;      /* it has pages */
+    uint64_t free;         /* bit i: unit i is free */
+    uint64_t touched;      /* bit i: unit i has pages */
 } slab;
 
 struct shd_stock {
     pthread_mutex_t mutex;
     shd_budget *budget;
     size_t units; /* that the cap allows */
-    size_t count; /* of slabs that are or were mapped */
+    size_t count; /* slabs that are or were mapped */
     size_t ready; /* units that are free and touched */
     slab slabs[]; /* [(units + UNITS - 1) / UNITS] */
 };
@@ -60,9 +61,9 @@ void shd_stock_drop(shd_stock *stock) {
     free(stock);
 }
 
-/* ---- All below are called with the mutex held. ---- */
+/* ---- The mutex is held. ---- */
 
-/* Of twice the size, an aligned slab is a part. */
+/* An aligned slab is a part of a region of twice its size. */
 static unsigned char *map_slab(void) {
     unsigned char *memory =
         mmap(NULL, 2 * SLAB, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -91,7 +92,7 @@ static slab *add_slab(shd_stock *stock) {
     return s;
 }
 
-/* Bits i such that n bits from i on are set. */
+/* The bits i such that n bits from i on are set. */
 static uint64_t find_runs(uint64_t bits, size_t n) {
     for (size_t have = 1; have < n;) {
         const size_t more = have < n - have ? have : n - have;
@@ -101,7 +102,7 @@ static uint64_t find_runs(uint64_t bits, size_t n) {
     return bits;
 }
 
-/* Takes `n` units of the slab that `from` says; 0: there is no such run. */
+/* Takes `n` units of the slab that `from` describes; 0 if there is no such run. */
 static uint64_t take_units(shd_stock *stock, slab *s, uint64_t from, size_t n) {
     const uint64_t runs = find_runs(from, n);
     if (!runs) return 0;
@@ -115,13 +116,13 @@ static void *start_of(const slab *s, uint64_t run) {
     return s->memory + (size_t)__builtin_ctzll(run) * SHD_STOCK_UNIT;
 }
 
-/* ---- ---- */
+/* ---- Any thread ---- */
 
 void *shd_stock_take(shd_stock *stock, size_t size) {
     const size_t n = size / SHD_STOCK_UNIT;
     void *memory = NULL;
     pthread_mutex_lock(&stock->mutex);
-    /* What has pages first. */
+    /* Units that have pages come first. */
     for (int fresh = 0; fresh < 2 && !memory; fresh++) {
         for (size_t i = 0; i < stock->count + (fresh ? 1 : 0) && !memory; i++) {
             slab *s = i < stock->count ? &stock->slabs[i] : add_slab(stock);

@@ -13,8 +13,8 @@ typedef enum shd_transfer {
     SHD_TRANSFER_REC1886 /* gamma 2.4 */
 } shd_transfer;
 
-/* The curve, encoded from linear light, and back, in f64. Both are odd functions, 0 at 0 and 1 at
- * 1; SHD_TRANSFER_UNKNOWN is as linear. */
+/* The curve in f64: encoded from linear light, and back. Both directions are odd functions, 0 at 0
+ * and 1 at 1. SHD_TRANSFER_UNKNOWN counts as linear. */
 double shd_curve_encode(shd_transfer transfer, double linear);
 double shd_curve_decode(shd_transfer transfer, double encoded);
 

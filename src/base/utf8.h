@@ -1,4 +1,4 @@
-/* UTF-8, as RFC 3629 has it. Pure function, any thread. */
+/* UTF-8 as in RFC 3629. Pure function, any thread. */
 #ifndef SHD_BASE_UTF8_H
 #define SHD_BASE_UTF8_H
 
@@ -6,8 +6,8 @@
 #include <stdint.h>
 
 /* The length, 1 to 4 bytes, of the sequence that `text` begins with, and its code point. 0, and
- * *point means nothing, if there is none: overlong forms, surrogates and code points beyond
- * U+10FFFF are none. `text` ends with a 0, which is a sequence itself. */
+ * *point means nothing, if the bytes are no sequence: overlong forms, surrogates and code points
+ * beyond U+10FFFF are not. `text` ends with a 0, which is a sequence itself. */
 size_t shd_utf8_decode(const char *text, uint32_t *point);
 
 #endif

@@ -17,8 +17,8 @@ static shd_vec3 column(const shd_affine *m, int c) {
     return (shd_vec3){m->linear[0][c], m->linear[1][c], m->linear[2][c]};
 }
 
-/* The columns scaled to length 1 and their cofactors: the rows of the inverse of a matrix with
- * columns a, b, c are b x c, c x a and a x b over the determinant a . (b x c). */
+/* Scales the columns to length 1 and finds their cofactors. The rows of the inverse of a matrix
+ * with columns a, b, c are b x c, c x a and a x b over the determinant a . (b x c). */
 static bool scaled_cofactors(const shd_affine *m, double length[3], shd_vec3 cofactor[3],
                              double *determinant) {
     shd_vec3 unit[3];
@@ -95,6 +95,6 @@ double shd_norm(const shd_affine *m) {
                             (2 * p * p * p);
         most += 2 * p * cos(acos(fmin(fmax(half, -1), 1)) / 3);
     }
-    /* Where the two largest are nearly the same, acos has half of its digits. */
+    /* If the two largest are nearly the same, acos has half of its digits. */
     return largest * sqrt(most) * (1 + 1e-7);
 }

@@ -46,7 +46,8 @@ static inline bool shd_is_finite(shd_vec3 a) {
     return isfinite(a.x) && isfinite(a.y) && isfinite(a.z);
 }
 
-/* The largest absolute component. Not fmax: its treatment of NaN makes it a library call. */
+/* The largest absolute component. fmax is not used: its treatment of NaN makes it a library
+ * call. */
 static inline double shd_max_abs(shd_vec3 a) {
     double x = fabs(a.x), y = fabs(a.y), z = fabs(a.z);
     double m = x > y ? x : y;
@@ -61,8 +62,8 @@ static inline double shd_length(shd_vec3 a) {
     return m * sqrt(shd_dot(s, s));
 }
 
-/* The unit vector along a, scaled by the largest component first so that 1e-300 and 1e300 long
- * vectors work. Zero or non-finite input: false, and *out is untouched. */
+/* The unit vector along a. It is scaled by the largest component first, so that vectors of length
+ * 1e-300 and 1e300 work. If the input is zero or not finite: false, and *out is untouched. */
 static inline bool shd_normalize(shd_vec3 a, shd_vec3 *out) {
     double m = shd_max_abs(a);
     if (!(m > 0) || !shd_is_finite(a)) return false;
@@ -86,17 +87,17 @@ static inline shd_vec3 shd_transform(const shd_affine *m, shd_vec3 p) {
 /* a after b: p -> a(b(p)). */
 shd_affine shd_compose(const shd_affine *a, const shd_affine *b);
 
-/* The inverse. False, and *out untouched, where the linear part is singular: where its
- * determinant, after its columns are scaled to length 1, is below 1e-12 or not finite. */
+/* The inverse. False, and *out is untouched, if the linear part is singular: if its determinant,
+ * after its columns are scaled to length 1, is below 1e-12 or not finite. */
 bool shd_invert(const shd_affine *m, shd_affine *out);
 
 /* The matrix that carries outward normals: the cofactor matrix times the sign of the determinant
- * (Turkowski, "Properties of Surface Normal Transformations", Graphics Gems, 1990), scaled so
- * that no component overflows. Its origin is zero. Apply with shd_linear and normalize. */
+ * (Turkowski, "Properties of Surface Normal Transformations", Graphics Gems, 1990). It is scaled so
+ * that no component overflows, and its origin is zero. Apply it with shd_linear, then normalize. */
 shd_affine shd_normal_map(const shd_affine *m);
 
-/* The linear part's largest singular value or up to 1.1e-7 more, relative: no vector grows by more.
- * What is not finite gives the largest component by size. */
+/* An upper bound of the linear part's largest singular value, at most 1.1e-7 of it too large: no
+ * vector grows by more. For a part that is not finite, the largest component by size. */
 double shd_norm(const shd_affine *m);
 
 #endif
