@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "plan/parts.h"
-#include "plan/pieces.h"
 
 /* All that cells depend on beside the mesh. */
 typedef struct view {

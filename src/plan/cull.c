@@ -1,7 +1,7 @@
 /* Lights that do not reach a patch of surface. */
 #include <string.h>
 
-#include "plan/pieces.h"
+#include "plan/parts.h"
 
 shd_cone shd_light_cone(const shd_plan_light *light) {
     if (!light->spot) return (shd_cone){-1, 0};
@@ -31,91 +31,8 @@ static bool is_behind_patch(const shd_plan_light *light, const shd_patch *patch,
     return along * patch->cos_spread + away * sine + radius <= -SHD_PLAN_MARGIN * (length + radius);
 }
 
-/* ---- The weakest lights. ---- */
-
-/* By powers of two, so that a pass over the lights sorts them well enough. */
-enum { STEPS = 64 };
-
-static int step_of(double most, double tolerance) {
-    if (!(most <= tolerance)) return STEPS; /* also what is not a number */
-    const double share = most / tolerance;
-    if (share == 0) return 0; /* it has no exponent */
-    int exponent;
-    frexp(share, &exponent); /* (0, 1] has exponents up to 1 */
-    int step = exponent + STEPS - 2;
-    return step < 0 ? 0 : step;
-}
-
-/* At least what is seen of the patch, in any channel: constant terms and diffuse light. */
-static double least_of(const shd_plan *plan, const shd_plan_material *material,
-                       const shd_patch *patch, double sine, const uint32_t *in, size_t count) {
-    double light[3] = {0, 0, 0}, least = INFINITY;
-    for (size_t i = 0; i < count && patch->cos_spread > 0; i++) {
-        const shd_plan_light *from = &plan->lights[in[i]];
-        if (from->spot) continue; /* it may not reach all of the patch */
-        shd_vec3 path = shd_sub(from->position, patch->center);
-        double radius = patch->radius, factor = from->gain;
-        if (from->directional) path = from->toward, radius = 0;
-        double squared = shd_dot(path, path), length = sqrt(squared);
-        double along = shd_dot(path, patch->axis), away = sqrt(fmax(0, squared - along * along));
-        double facing = (along * patch->cos_spread - away * sine - radius) / (length + radius);
-        if (!(facing > 0)) continue;
-        if (from->attenuated) {
-            double d = fmax(length + radius, from->min_distance);
-            factor /= from->a + d * (from->b + d * from->c);
-        }
-        for (int c = 0; c < 3; c++) light[c] += factor * facing * from->color[c];
-    }
-    for (int c = 0; c < 3; c++)
-        least = fmin(least, material->constant[c] + material->diffuse[c] * light[c]);
-    return least > 0 ? least * (1 - 1e-3) : 0; /* for the picture's own errors */
-}
-
-/* What lights add at most, of as many as there is room for. */
-enum { MOST_KNOWN = 256 };
-
-typedef struct weighing {
-    const shd_plan *plan;
-    const shd_plan_material *material;
-    shd_piece piece;
-    const uint32_t *in;
-    double most[MOST_KNOWN];
-} weighing;
-
-static double most_of(const weighing *w, size_t i) {
-    const shd_plan_light *light = &w->plan->lights[w->in[i]];
-    return shd_piece_most(w->plan->scene, &w->piece, w->material, light, 0);
-}
-
-/* All lights of the steps below one that does not fit any more go, and of that one as many as do,
- * in their order. */
-static size_t drop_weakest(weighing *w, double tolerance, size_t count, uint32_t *out) {
-    double sums[STEPS] = {0};
-    for (size_t i = 0; i < count; i++) {
-        const double most = most_of(w, i);
-        if (i < MOST_KNOWN) w->most[i] = most;
-        int step = step_of(most, tolerance);
-        if (step < STEPS) sums[step] += most;
-    }
-    int full = 0;
-    double left = tolerance * (1 - 1e-9); /* for the sums' own rounding */
-    while (full < STEPS && sums[full] <= left) left -= sums[full++];
-    size_t kept = 0;
-    for (size_t i = 0; i < count; i++) {
-        const double most = i < MOST_KNOWN ? w->most[i] : most_of(w, i);
-        int step = step_of(most, tolerance);
-        if (step < full) continue;
-        if (step == full && step < STEPS && most <= left) {
-            left -= most;
-            continue;
-        }
-        out[kept++] = w->in[i];
-    }
-    return kept;
-}
-
-size_t shd_plan_cull(const shd_plan *plan, size_t object, const shd_patch *patch, double tolerance,
-                     const uint32_t *in, size_t count, uint32_t *out) {
+size_t shd_plan_cull(const shd_plan *plan, const shd_patch *patch, const uint32_t *in, size_t count,
+                     uint32_t *out) {
     size_t kept = 0;
     if (plan->sweep->whole) {
         memmove(out, in, count * sizeof *out);
@@ -132,14 +49,5 @@ size_t shd_plan_cull(const shd_plan *plan, size_t object, const shd_patch *patch
             continue;
         out[kept++] = in[i];
     }
-    if (!(tolerance > 0)) return kept;
-    const shd_plan_material *material = &plan->materials[plan->objects[object].material];
-    if (plan->drop_relative > 0)
-        tolerance += plan->drop_relative * least_of(plan, material, patch, sine, out, kept);
-    weighing w;
-    w.plan = plan;
-    w.material = material;
-    w.in = out;
-    w.piece = shd_piece_of(plan->scene, patch);
-    return drop_weakest(&w, tolerance, kept, out);
+    return kept;
 }

@@ -8,6 +8,9 @@
  * an error of f32: what is decided on says nothing there. */
 #define SHD_PLAN_MARGIN 1e-5
 
+/* What rounding may move, and more: of lengths and cosines in f64. */
+static const double SHD_PIECE_MARGIN = 1e-6;
+
 /* Not fmax and fmin: their treatment of NaN makes them library calls. Of NaN and b this is b. */
 static inline double shd_larger(double a, double b) {
     return a > b ? a : b;
@@ -72,17 +75,6 @@ shd_place shd_place_of(const shd_object *object, const shd_plan_object *bounds);
 /* At most the distance of a point of the world from the object's surface. */
 double shd_least_distance(const shd_place *place, shd_vec3 point);
 
-/* How far rounding to f64 moves the points of an object that are seen, and turns their normals:
- * lengths of the world, and a chord of unit vectors. See misplaced.c. */
-typedef struct shd_misplaced {
-    bool plane;  /* an infinite one */
-    double span; /* the lengths on the way to its points, but for how far out on a plane they are */
-    double moved;  /* of points that are on no flat piece */
-    double turned; /* 0: flat */
-} shd_misplaced;
-
-shd_misplaced shd_misplaced_of(const shd_scene *scene, const shd_place *place);
-
 /* At most the distance of a point of the world from any ray of the picture, of whatever region. */
 double shd_ray_distance(const shd_scene *scene, shd_vec3 point);
 
@@ -108,18 +100,6 @@ shd_back shd_back_of(const shd_scene *scene, const shd_object *object,
                      const shd_plan_object *bounds);
 bool shd_is_behind(const shd_back *back, const shd_plan_light *light);
 
-struct shd_kernel_cost;
-
-/* Tier, tolerances and bound; with a budget the cheapest tier that meets it, where lights cost
- * `costs` ([SHD_EXACT + 1], see plan/cost.h), and also the lights that are left out for it: bits of
- * `drops`, which is [scene->light_count]. *dropped: whether there are any. */
-shd_status shd_plan_choose(shd_plan *plan, const shd_shown *shown,
-                           const struct shd_kernel_cost *costs, uint8_t *drops, bool *dropped,
-                           shd_arena *arena, shd_error *error);
-
-/* Whether the plan's bound is within its budget. */
-bool shd_plan_meets_budget(const shd_plan *plan);
-
 /* Fills `objects`, `groups`, `lights` and `drops` from `given`, all lights that have a color. */
 bool shd_plan_reach(shd_plan *plan, const shd_plan_light *given, size_t count, uint8_t *drops,
                     bool whole, shd_arena *arena);
@@ -134,5 +114,8 @@ void shd_plan_frame(shd_plan *plan);
  * plane they are as far out as the light. */
 double shd_plan_size(const shd_plan *plan, const shd_plan_object *object,
                      const shd_plan_light *light);
+
+/* Fills `summary`. False: memory. */
+bool shd_plan_summarize(shd_plan *plan, shd_arena *arena);
 
 #endif

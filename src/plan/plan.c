@@ -1,9 +1,7 @@
 #include "plan/plan.h"
 
-#include <stdio.h>
 #include <string.h>
 
-#include "plan/cost.h"
 #include "plan/parts.h"
 
 static shd_plan_light plan_light(const shd_light *light, size_t index) {
@@ -141,38 +139,15 @@ static bool make_materials(shd_plan *plan, const double ambient[3], shd_arena *a
     return true;
 }
 
-void shd_plan_print_bound(const shd_plan *plan, shd_metric metric, char out[SHD_BOUND_TEXT]) {
-    const shd_accuracy *accuracy = &plan->scene->accuracy;
-    const bool met = accuracy->budget && accuracy->metric == metric;
-    shd_print_bound(shd_bound_in(&plan->bound, metric), met ? accuracy->max_error : INFINITY, out);
-}
-
-static const char *summarize(const shd_plan *plan, shd_arena *arena) {
-    char text[192]; /* of 175 at most */
-    const shd_accuracy *accuracy = &plan->scene->accuracy;
-    const char *tier = shd_tier_names[plan->tier], *asked = shd_asked_tier(accuracy);
-    const bool other = !accuracy->budget && strcmp(asked, tier);
-    int length =
-        snprintf(text, sizeof text, "tier=%s%s%s; lights=%zu/%zu", tier, other ? "; asked=" : "",
-                 other ? asked : "", plan->light_count, plan->scene->light_count);
-    const char *before = "; error<=";
-    for (shd_metric metric = SHD_LINEAR; metric <= SHD_DELTA_E_2000; metric++) {
-        if (!isfinite(shd_bound_in(&plan->bound, metric))) continue;
-        char number[SHD_BOUND_TEXT];
-        shd_plan_print_bound(plan, metric, number);
-        length += snprintf(text + length, sizeof text - (size_t)length, "%s%s %s", before, number,
-                           shd_metric_names[metric]);
-        before = ", ";
-    }
-    return shd_arena_strdup(arena, text);
-}
-
-static shd_status make_parts(shd_plan *plan, const shd_shown *shown, bool whole, shd_arena *arena,
-                             shd_error *error) {
-    const shd_scene *scene = plan->scene;
+bool shd_plan_draft(const shd_scene *scene, shd_isa isa, bool whole, const atomic_bool *cancelled,
+                    shd_arena *arena, const shd_plan **out) {
+    shd_plan *plan = shd_arena_zalloc(arena, 1, sizeof *plan);
     shd_plan_light *lights = shd_arena_alloc(arena, scene->light_count, sizeof *lights);
     uint8_t *drops = shd_arena_zalloc(arena, scene->light_count, sizeof *drops);
-    if (!lights || !drops || !plan_planes(scene, arena, plan)) return SHD_MEMORY;
+    if (!plan || !lights || !drops) return false;
+    plan->scene = scene;
+    plan->isa = isa;
+    plan->cancelled = cancelled;
 
     double ambient[3];
     size_t count = 0;
@@ -187,73 +162,45 @@ static shd_status make_parts(shd_plan *plan, const shd_shown *shown, bool whole,
         else
             lights[count++] = plan_light(light, i);
     }
-    if (!make_materials(plan, ambient, arena)) return SHD_MEMORY;
-    if (!arrange(plan, lights, count, drops, whole, arena)) return SHD_MEMORY;
-
-    bool dropped;
-    shd_status status =
-        shd_plan_choose(plan, shown, shd_plan_kernel_costs(plan), drops, &dropped, arena, error);
-    if (status != SHD_OK) return status;
-    if (whole) {
-        plan->drop_tolerance = plan->drop_relative = plan->dropped = 0;
-        if (!shd_plan_bound(plan, plan->tier, shown, arena, &plan->bound)) return SHD_MEMORY;
-    } else if (dropped) {
-        shd_plan_light *some = shd_arena_alloc(arena, count, sizeof *some);
-        size_t kept = 0;
-        if (!some) return SHD_MEMORY;
-        for (size_t j = 0; j < count; j++)
-            if (!(drops[lights[j].index] & SHD_DROP_BUDGET)) some[kept++] = lights[j];
-        if (!arrange(plan, some, kept, drops, whole, arena) ||
-            !shd_plan_bound(plan, plan->tier, shown, arena, &plan->bound))
-            return SHD_MEMORY;
-    }
-    if (dropped && !shd_plan_meets_budget(plan)) {
-        /* Other lights are looked at in other pieces: those of all lights have room for all. */
-        for (size_t j = 0; j < count; j++) drops[lights[j].index] &= (uint8_t)~SHD_DROP_BUDGET;
-        plan->drop_tolerance += plan->dropped;
-        plan->dropped = 0;
-        if (!arrange(plan, lights, count, drops, whole, arena) ||
-            !shd_plan_bound(plan, plan->tier, shown, arena, &plan->bound))
-            return SHD_MEMORY;
-    }
-    plan->summary = summarize(plan, arena);
-    return plan->summary ? SHD_OK : SHD_MEMORY;
+    if (!plan_planes(scene, arena, plan) || !make_materials(plan, ambient, arena) ||
+        !arrange(plan, lights, count, drops, whole, arena))
+        return false;
+    *out = plan;
+    return true;
 }
 
-/* Parts that are cancelled say that there is no memory, as the rest of them. */
-static shd_status make_plan(const shd_scene *scene, shd_isa isa, const shd_shown *shown, bool whole,
-                            const atomic_bool *cancelled, shd_arena *arena, const shd_plan **out,
-                            shd_error *error) {
-    shd_plan *plan = shd_arena_zalloc(arena, 1, sizeof *plan);
-    shd_status status = SHD_MEMORY;
-    if (plan) {
-        plan->scene = scene;
-        plan->isa = isa;
-        plan->cancelled = cancelled;
-        status = make_parts(plan, shown, whole, arena, error);
-    }
-    if (status != SHD_OK && shd_is_cancelled(cancelled))
-        return shd_fail(error, SHD_CANCELLED, "", "the planning was cancelled");
-    if (status == SHD_MEMORY)
-        shd_fail(error, SHD_MEMORY, "", "the limit `memory` is too small for this scene's plan");
-    if (status == SHD_OK) *out = plan;
-    return status;
+bool shd_plan_without(const shd_plan *draft, const bool *out_of_budget, shd_arena *arena,
+                      const shd_plan **out) {
+    const size_t in_scene = draft->scene->light_count;
+    shd_plan *plan = shd_arena_alloc(arena, 1, sizeof *plan);
+    shd_plan_light *lights = shd_arena_alloc(arena, draft->light_count, sizeof *lights);
+    uint8_t *drops = shd_arena_alloc(arena, in_scene, sizeof *drops);
+    if (!plan || !lights || !drops) return false;
+    *plan = *draft;
+    memcpy(drops, draft->drops, in_scene * sizeof *drops);
+    size_t count = 0;
+    for (size_t j = 0; j < draft->light_count; j++)
+        if (out_of_budget[j])
+            drops[draft->lights[j].index] = SHD_DROP_BUDGET;
+        else
+            lights[count++] = draft->lights[j];
+    if (!arrange(plan, lights, count, drops, draft->sweep->whole, arena)) return false;
+    *out = plan;
+    return true;
 }
 
-shd_status shd_plan_make(const shd_scene *scene, shd_isa isa, shd_arena *arena,
-                         const shd_plan **out, shd_error *error) {
-    return make_plan(scene, isa, NULL, false, NULL, arena, out, error);
-}
-
-shd_status shd_plan_make_shown(const shd_scene *scene, shd_isa isa, const shd_shown *shown,
-                               const atomic_bool *cancelled, shd_arena *arena, const shd_plan **out,
-                               shd_error *error) {
-    return make_plan(scene, isa, shown, false, cancelled, arena, out, error);
-}
-
-shd_status shd_plan_make_whole(const shd_scene *scene, shd_isa isa, shd_arena *arena,
-                               const shd_plan **out, shd_error *error) {
-    return make_plan(scene, isa, NULL, true, NULL, arena, out, error);
+bool shd_plan_finish(const shd_choice *choice, shd_arena *arena, const shd_plan **out) {
+    shd_plan *plan = shd_arena_alloc(arena, 1, sizeof *plan);
+    if (!plan) return false;
+    *plan = *choice->plan;
+    plan->tier = choice->tier;
+    plan->drop_tolerance = choice->drop_tolerance;
+    plan->drop_relative = choice->drop_relative;
+    plan->dropped = choice->dropped;
+    plan->bound = choice->bound;
+    if (!shd_plan_summarize(plan, arena)) return false;
+    *out = plan;
+    return true;
 }
 
 bool shd_plan_find_light(const shd_plan *plan, size_t index, uint32_t *out) {

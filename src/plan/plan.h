@@ -11,7 +11,6 @@
 #include "base/cancel.h"
 #include "base/cpu.h"
 #include "base/vec3.h"
-#include "plan/bound.h"
 #include "scene/scene.h"
 
 /* A light that reaches surfaces: directional, point or spot, with a color that is not black. */
@@ -97,6 +96,13 @@ typedef struct shd_plan_group {
     size_t light_count;
 } shd_plan_group;
 
+/* Upper bounds; infinite: unknown. */
+typedef struct shd_bound {
+    double linear;  /* of components of the film, in the working space, from the model's */
+    double code;    /* of 8-bit samples of outputs, from those of the exact tier's picture */
+    double delta_e; /* CIEDE2000, from the same; what has alpha lies over black */
+} shd_bound;
+
 /* A color picture that is summed: the beauty first, then each layer that an output wants. */
 typedef struct shd_plane {
     shd_layer_kind kind; /* BEAUTY, EMISSIVE, AMBIENT, DIFFUSE, SPECULAR or LIGHT */
@@ -143,32 +149,39 @@ typedef struct shd_plan {
                             is left out. "; asked=draft" follows a tier that was not asked for */
 } shd_plan;
 
-/* Plans for kernels of the instruction set `isa`. SHD_MEMORY is the only error: a scene that was
- * read can be planned. How outputs show colors is taken for unknown: a budget in codes or CIEDE2000
- * is met by the exact tier. */
-shd_status shd_plan_make(const shd_scene *scene, shd_isa isa, shd_arena *arena,
-                         const shd_plan **out, shd_error *error);
+/* What is chosen for a plan: see bound/bound.h. */
+typedef struct shd_choice {
+    const shd_plan *plan; /* the draft, or what is left of it without lights */
+    shd_tier tier;
+    double drop_tolerance, drop_relative, dropped; /* as in shd_plan */
+    shd_bound bound;
+} shd_choice;
 
-/* The same for the outputs `shown` ([scene->output_count], used during the call only). A budget
- * that nothing meets is SHD_SCENE. `cancelled` (or NULL) ends it with SHD_CANCELLED, and goes into
- * the plan. */
-shd_status shd_plan_make_shown(const shd_scene *scene, shd_isa isa, const shd_shown *shown,
-                               const atomic_bool *cancelled, shd_arena *arena, const shd_plan **out,
-                               shd_error *error);
+/* A plan for kernels of the instruction set `isa`, but for what is chosen: tier, tolerances and
+ * bound. `whole`: without the reductions that leave lights out and merge materials, with every
+ * light that has a color for every object and every patch; tests compare pictures of both.
+ * `cancelled` (or NULL) ends it, and goes into the plan. False: memory, or cancelled. */
+bool shd_plan_draft(const shd_scene *scene, shd_isa isa, bool whole, const atomic_bool *cancelled,
+                    shd_arena *arena, const shd_plan **out);
 
-/* The same without the reductions that leave lights out and merge materials: every
- * light with a color, for every object and every patch. Tests compare pictures of both. */
-shd_status shd_plan_make_whole(const shd_scene *scene, shd_isa isa, shd_arena *arena,
-                               const shd_plan **out, shd_error *error);
+/* A draft without some of its lights: those with `out_of_budget` ([light_count]). False: as
+ * above. */
+bool shd_plan_without(const shd_plan *draft, const bool *out_of_budget, shd_arena *arena,
+                      const shd_plan **out);
 
-/* As shd_print_bound: within the budget where the plan has one in that metric. */
+/* The plan that was chosen. False: memory. */
+bool shd_plan_finish(const shd_choice *choice, shd_arena *arena, const shd_plan **out);
+
+enum { SHD_BOUND_TEXT = 32 };
+
+double shd_bound_in(const shd_bound *bound, shd_metric metric);
+
+/* Rounded up to two digits, 2.1e-06, or to as many more as keep it within `most`, the budget that
+ * the bound meets (infinite: there is none). */
+void shd_print_bound(double bound, double most, char out[SHD_BOUND_TEXT]);
+
+/* The same of the plan's bound: within the budget where the plan has one in that metric. */
 void shd_plan_print_bound(const shd_plan *plan, shd_metric metric, char out[SHD_BOUND_TEXT]);
-
-/* The bound of the picture that the tier would make of the plan, and what it is made of, each with
- * what is left out counted. False: memory. */
-bool shd_plan_bound(const shd_plan *plan, shd_tier tier, const shd_shown *shown, shd_arena *arena,
-                    shd_bound *out);
-bool shd_plan_excess(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_excess_list *out);
 
 /* The index in plan->lights of the scene's light `index`; false: it was dropped. */
 bool shd_plan_find_light(const shd_plan *plan, size_t index, uint32_t *out);
@@ -182,13 +195,9 @@ typedef struct shd_patch {
 } shd_patch;
 
 /* Of the lights `in[0..count)` (indices in plan->lights, ascending) those that may reach the
- * patch of an object's surface; `out` has room for all and may be `in`. Returns how many. With
- * tolerance 0 the other ones add exactly 0 there: they are behind all normals, or their cones
- * miss the sphere. With more, the weakest go as well, as long as all of them together add no more
- * than that, and plan->drop_relative times what is seen there, in any channel; then a picture does
- * not depend on how it is cut only where patches do not. Costs some 10 ns a light, 100 with a
- * tolerance. */
-size_t shd_plan_cull(const shd_plan *plan, size_t object, const shd_patch *patch, double tolerance,
-                     const uint32_t *in, size_t count, uint32_t *out);
+ * patch; `out` has room for all and may be `in`. Returns how many. The other ones add exactly 0
+ * there: they are behind all normals, or their cones miss the sphere. Some 10 ns a light. */
+size_t shd_plan_cull(const shd_plan *plan, const shd_patch *patch, const uint32_t *in, size_t count,
+                     uint32_t *out);
 
 #endif

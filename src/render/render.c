@@ -1,7 +1,7 @@
 /* The story: a scene becomes pictures. */
+#include "render/planning.h"
 #include "render/request.h"
 #include "render/show/output.h"
-#include "render/show/shown.h"
 #include "render/tiles/film.h"
 #include "render/tiles/keep.h"
 

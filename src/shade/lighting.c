@@ -36,7 +36,7 @@ static bool fits_f32(const shd_packed_light *light, const shd_plan_light *from) 
 }
 
 /* A hard rim's lanes in f64: 1 - cos t is off by sqrt(2 (1 - cos t)) times what directions are off
- * by in f32, less than 1e-6 (plan/error.h), and by its own rounding. */
+ * by in f32, less than 1e-6 (bound/light/error.h), and by its own rounding. */
 static const double RIM = 4e-6;
 
 shd_packed_light shd_pack_light(const shd_plan *plan, const shd_plan_light *light) {

@@ -19,8 +19,8 @@
 
 #include "attack/model.h"
 #include "attack/scenes.h"
+#include "render/planning.h"
 #include "render/request.h"
-#include "render/show/shown.h"
 #include "render/tell/measure.h"
 #include "render/tiles/film.h"
 #include "sight/sight.h"

@@ -163,7 +163,7 @@ static void report(const stage *scene, shd_engine *engine, shd_isa isa, int runs
     }
     const shd_plan *plan;
     shd_sight *sight;
-    if (shd_plan_make(request->scene, isa, request->rendering.arena, &plan, &error) ||
+    if (shd_plan_make(request->scene, isa, NULL, NULL, request->rendering.arena, &plan, &error) ||
         shd_sight_new(plan, NULL, request->rendering.arena, &sight, &error))
         quit(scene->name, error.path, error.text);
     static scratch s;

@@ -36,7 +36,7 @@ FOLDER = SOURCE / "build" / "mutation"
 COPY, BUILD = FOLDER / "source", FOLDER / "build"
 RESULTS, SEEN = FOLDER / "results.jsonl", FOLDER / "seen"
 REASONS = Path(__file__).with_name("survivors.txt")
-ROOMS = {"plan": 7, "sight": 5, "shade": 4, "color": 3, "render": 6, "server": 4}  # shares
+ROOMS = {"plan": 3, "bound": 4, "sight": 5, "shade": 4, "color": 3, "render": 6, "server": 4}  # shares
 
 # C programs are found by their names; these are too slow for what they add, or not about a picture,
 # a bound or an answer.
@@ -53,6 +53,8 @@ SERVER_ONLY = re.compile(r"e2e/(http|malformed|cache|access|preview|daemon|queue
 ROOM_TESTS = {
     "plan": "unit_(plan|describe|shade)|property_|answers_test|reference_test|explain_test|"
             "compare_test|attack",
+    "bound": "unit_(plan|describe|shade)|property_|answers_test|reference_test|explain_test|"
+             "compare_test|attack",
     "sight": "unit_sight|property_|answers_test|reference_test|closed_form|formats_test|attack",
     "shade": "unit_shade|property_|answers_test|reference_test|closed_form|attack",
     "color": "unit_(color|plan)|golden_|property_co|colors_test|formats_test|render_test",

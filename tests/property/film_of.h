@@ -18,6 +18,7 @@
 
 #include <cmocka.h>
 
+#include "render/planning.h"
 #include "render/request.h"
 #include "render/show/shown.h"
 #include "render/tiles/film.h"
@@ -123,8 +124,8 @@ typedef struct drawn {
 static inline shd_sight *plan_and_see(shd_request *request) {
     shd_error error = {SHD_OK, "", ""};
     shd_sight *sight = NULL;
-    if (shd_plan_make(request->scene, request->rendering.engine->isa, request->rendering.arena,
-                      &request->rendering.plan, &error) ||
+    if (shd_plan_make(request->scene, request->rendering.engine->isa, NULL, NULL,
+                      request->rendering.arena, &request->rendering.plan, &error) ||
         shd_sight_new(request->rendering.plan, NULL, request->rendering.arena, &sight, &error))
         fail_msg("%s: %s", error.path, error.text);
     return sight;

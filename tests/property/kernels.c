@@ -73,7 +73,7 @@ static char *scene(uint64_t seed) {
 static shd_request *plan_for(shd_engine *engine, const char *json, shd_isa isa, shd_sight **sight) {
     shd_request *request = read_scene(engine, json);
     shd_error error = {SHD_OK, "", ""};
-    shd_status status = shd_plan_make(request->scene, isa, request->rendering.arena,
+    shd_status status = shd_plan_make(request->scene, isa, NULL, NULL, request->rendering.arena,
                                       &request->rendering.plan, &error);
     assert_int_equal(status, SHD_OK);
     if (shd_sight_new(request->rendering.plan, NULL, request->rendering.arena, sight, &error))

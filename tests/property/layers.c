@@ -1,6 +1,6 @@
 /* Layers of data say where and what the nearest sample of a pixel sees, from any camera, in every
  * tier; and highlights' bounds hold. */
-#include "plan/pieces.h"
+#include "bound/light/pieces.h"
 #include "property/pieces.h"
 
 static char *scene(uint64_t seed, const char *tier, int samples, bool layers) {

@@ -1,7 +1,7 @@
 /* A request's memory has a cap: under it a picture, over it an answer that says so, and between
  * them nothing else. */
 #include "property/pieces.h"
-#include "render/show/shown.h"
+#include "render/planning.h"
 #include "render/tell/estimate.h"
 #include "render/tiles/film.h"
 #include "render/tiles/tile.h"

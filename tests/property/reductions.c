@@ -1,5 +1,6 @@
 /* What the plan leaves out adds nothing: lights of a picture, of an object and of a patch of its
  * surface, weighed here by the equations themselves. */
+#include "bound/light/weakest.h"
 #include "property/pieces.h"
 #include "render/show/shown.h"
 
@@ -179,10 +180,13 @@ static void reduced_pictures_are_the_whole_ones(void **state) {
         shd_error error;
         shd_sight *sight;
         shd_arena *arena = whole.request->rendering.arena;
-        assert_int_equal(shd_plan_make_whole(whole.request->scene,
-                                             whole.request->rendering.engine->isa, arena,
-                                             &whole.request->rendering.plan, &error),
-                         SHD_OK);
+        const shd_plan *draft;
+        shd_choice choice;
+        assert_true(shd_plan_draft(whole.request->scene, whole.request->rendering.engine->isa, true,
+                                   NULL, arena, &draft));
+        assert_int_equal(
+            shd_choose(draft, NULL, shd_plan_kernel_costs(draft), arena, &choice, &error), SHD_OK);
+        assert_true(shd_plan_finish(&choice, arena, &whole.request->rendering.plan));
         /* A light that is left out does not ask for more digits. */
         ((shd_plan *)whole.request->rendering.plan)->split_positions =
             reduced.request->rendering.plan->split_positions;
@@ -238,8 +242,8 @@ static void check_patch(const sampled *s, size_t first, size_t count, double tol
     const shd_plan_object *object = &plan->objects[index];
     const shd_patch patch = patch_of(s, first, count);
     uint32_t list[64];
-    size_t left =
-        shd_plan_cull(plan, index, &patch, tolerance, object->lights, object->light_count, list);
+    size_t left = shd_plan_cull(plan, &patch, object->lights, object->light_count, list);
+    left = shd_drop_weakest(plan, index, &patch, tolerance, list, left);
     *given += object->light_count;
     *kept += left;
     for (size_t k = 1; k < left; k++) assert_true(list[k - 1] < list[k]);
@@ -267,8 +271,8 @@ static void check_budget(const sampled *s, const shd_plan *plan, size_t first, s
     const shd_plan_material *material = &plan->materials[object->material];
     const shd_patch patch = patch_of(s, first, count);
     uint32_t list[64];
-    size_t left = shd_plan_cull(plan, index, &patch, plan->drop_tolerance, object->lights,
-                                object->light_count, list);
+    size_t left = shd_plan_cull(plan, &patch, object->lights, object->light_count, list);
+    left = shd_drop_weakest(plan, index, &patch, plan->drop_tolerance, list, left);
     *given += object->light_count;
     *kept += left;
     for (size_t i = first; i < first + count; i++) {
@@ -300,7 +304,7 @@ static void lights_that_add_nothing_are_the_weakest(void **state) {
         "{\"rotate\": [30, 0, 0]}}]}");
     shd_error error = {SHD_OK, "", ""};
     const shd_plan *plan;
-    assert_int_equal(shd_plan_make(request->scene, request->rendering.engine->isa,
+    assert_int_equal(shd_plan_make(request->scene, request->rendering.engine->isa, NULL, NULL,
                                    request->rendering.arena, &plan, &error),
                      SHD_OK);
     const shd_plan_object *disc = &plan->objects[0];
@@ -308,8 +312,9 @@ static void lights_that_add_nothing_are_the_weakest(void **state) {
     const double a = SHD_PI / 6;
     const shd_patch patch = {.radius = 0.01, .axis = {0, cos(a), sin(a)}, .cos_spread = 1};
     uint32_t list[2];
-    assert_int_equal(shd_plan_cull(plan, 0, &patch, 0, disc->lights, 2, list), 2);
-    assert_int_equal(shd_plan_cull(plan, 0, &patch, 1e-3, disc->lights, 2, list), 1);
+    assert_int_equal(shd_plan_cull(plan, &patch, disc->lights, 2, list), 2);
+    assert_int_equal(shd_drop_weakest(plan, 0, &patch, 0, list, 2), 2);
+    assert_int_equal(shd_drop_weakest(plan, 0, &patch, 1e-3, list, 2), 1);
     assert_int_equal(list[0], 0);
     shd_request_drop(request);
 }
@@ -328,8 +333,8 @@ static void budgets_leave_out_lights_of_patches_within_their_tolerances(void **s
         const shd_plan *plan = NULL;
         const shd_shown *shown = NULL;
         assert_int_equal(shd_shown_make(&s.request->rendering, &asking, &shown, &error), SHD_OK);
-        if (shd_plan_make_shown(&asking, SHD_PORTABLE, shown, NULL, s.request->rendering.arena,
-                                &plan, &error))
+        if (shd_plan_make(&asking, SHD_PORTABLE, shown, NULL, s.request->rendering.arena, &plan,
+                          &error))
             fail_msg("%s in\n%s", error.text, json);
         relative += plan->drop_relative > 0;
         for (size_t i = 0; i < s.count;) {
@@ -373,8 +378,8 @@ static void lights_left_out_of_a_patch_add_no_more_than_is_tolerated(void **stat
 static void same_plan(shd_engine *engine, const char *json, bool (*claim)(const shd_plan *)) {
     shd_request *request = read_scene(engine, json);
     shd_error error;
-    assert_int_equal(shd_plan_make(request->scene, engine->isa, request->rendering.arena,
-                                   &request->rendering.plan, &error),
+    assert_int_equal(shd_plan_make(request->scene, engine->isa, NULL, NULL,
+                                   request->rendering.arena, &request->rendering.plan, &error),
                      SHD_OK);
     if (!claim(request->rendering.plan)) fail_msg("not so in\n%s", json);
     shd_request_drop(request);

@@ -1,7 +1,7 @@
 /* What error bounds stand on: every sample that is seen of an object lies in a piece of it, and in
  * each piece that it lies in, what a light does there is within the piece's intervals. Of scenes of
  * every shape, at each fineness. */
-#include "plan/pieces.h"
+#include "bound/light/pieces.h"
 #include "property/pieces.h"
 
 /* Of lengths and cosines; far below the margins that pieces have of their own. */

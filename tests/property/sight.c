@@ -67,7 +67,8 @@ static looked look(shd_engine *engine, const setting *s, shd_isa isa) {
     looked l = {.request = read_scene(engine, json)};
     shd_error error = {SHD_OK, "", ""};
     shd_arena *arena = l.request->rendering.arena;
-    if (shd_plan_make(l.request->scene, isa, arena, &l.request->rendering.plan, &error) ||
+    if (shd_plan_make(l.request->scene, isa, NULL, NULL, arena, &l.request->rendering.plan,
+                      &error) ||
         shd_sight_new(l.request->rendering.plan, NULL, arena, &l.sight, &error))
         fail_msg("%s: %s", error.path, error.text);
     l.raster = &l.request->scene->raster;

@@ -5,7 +5,9 @@ import re
 import unittest
 from pathlib import Path
 
-BELOW_RENDER = {"base", "scene", "plan", "sight", "shade", "color", "image", "assets", "shaded.h"}
+BELOW_BOUND = {"base", "scene", "plan"}
+BELOW_RENDER = {"base", "scene", "plan", "bound", "sight", "shade", "color", "image", "assets",
+                "shaded.h"}
 
 # What the files of a room, or of a room's folder, may include besides the headers beside them. A
 # file's path stands for that header alone. This is the table of ARCHITECTURE.md.
@@ -13,6 +15,9 @@ ALLOWED = {
     "base": set(),
     "scene": {"base"},
     "plan": {"base", "scene"},
+    "bound": BELOW_BOUND | {"bound/light", "bound/shown"},
+    "bound/light": BELOW_BOUND,
+    "bound/shown": BELOW_BOUND | {"bound/bound.h", "bound/light"},
     "sight": {"base", "scene", "plan"},
     "shade": {"base", "scene", "plan", "sight/gbuffer.h"},
     "color": {"base"},
@@ -22,7 +27,7 @@ ALLOWED = {
     "render/tiles": BELOW_RENDER | {"render/rendering.h", "render/stopwatch.h"},
     "render/show": BELOW_RENDER | {"render/rendering.h", "render/tiles"},
     "render/tell": BELOW_RENDER | {"render/request.h", "render/rendering.h", "render/engine.h",
-                                   "render/tiles", "render/show"},
+                                   "render/planning.h", "render/tiles", "render/show"},
     "server": {"base", "shaded.h"},
     "cli": {"base", "shaded.h"},
     "": {"base"},  # src/shaded.h itself

@@ -10,10 +10,11 @@
 
 #include <cmocka.h>
 
+#include "bound/light/pieces.h"
 #include "color/delta_e.h"
 #include "plan/cost.h"
 #include "plan/parts.h"
-#include "plan/pieces.h"
+#include "render/planning.h"
 #include "render/request.h"
 #include "render/show/shown.h"
 
@@ -24,7 +25,7 @@ static double uniform(uint64_t *random, double low, double high) {
 
 /* ---- CIEDE2000. ---- */
 
-/* src/plan/bound_delta_e.c's measure of a difference. */
+/* src/bound/shown/lab.h's measure of a difference. */
 static double measure_of(const double a[3], const double b[3]) {
     double mean = (a[0] + b[0]) / 2, off = (mean - 50) * (mean - 50);
     double weight = 1 + 0.015 * off / sqrt(20 + off);
@@ -310,8 +311,7 @@ static void budgets_take_the_cheapest_tier_that_meets_them(void **state) {
         assert_int_equal(shd_shown_make(&request->rendering, scene, &shown, &error), SHD_OK);
         for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++) {
             const shd_plan *plan;
-            if (shd_plan_make_shown(scene, isa, shown, NULL, request->rendering.arena, &plan,
-                                    &error))
+            if (shd_plan_make(scene, isa, shown, NULL, request->rendering.arena, &plan, &error))
                 continue;
             const shd_kernel_cost *costs = shd_plan_kernel_costs(plan);
             took[plan->tier]++;
@@ -319,19 +319,21 @@ static void budgets_take_the_cheapest_tier_that_meets_them(void **state) {
             shd_scene all = *scene;
             all.accuracy = (shd_accuracy){.tier = SHD_EXACT};
             const shd_plan *full;
-            assert_int_equal(shd_plan_make_shown(&all, isa, shown, NULL, request->rendering.arena,
-                                                 &full, &error),
-                             SHD_OK);
+            assert_int_equal(
+                shd_plan_make(&all, isa, shown, NULL, request->rendering.arena, &full, &error),
+                SHD_OK);
             double total[SHD_EXACT + 1];
             for (int t = 0; t <= SHD_EXACT; t++) {
                 const shd_ray_cost cost = shd_plan_ray_cost(full, (shd_tier)t, costs);
                 total[t] = cost.rays + cost.light;
             }
             for (int t = 0; t <= SHD_EXACT; t++) {
-                shd_bound bound;
-                assert_true(
-                    shd_plan_bound(full, (shd_tier)t, shown, request->rendering.arena, &bound));
-                if (shd_bound_in(&bound, accuracy->metric) > accuracy->max_error) continue;
+                all.accuracy.tier = (shd_tier)t;
+                const shd_plan *asked;
+                assert_int_equal(
+                    shd_plan_make(&all, isa, shown, NULL, request->rendering.arena, &asked, &error),
+                    SHD_OK);
+                if (shd_bound_in(&asked->bound, accuracy->metric) > accuracy->max_error) continue;
                 if (total[t] < total[plan->tier] ||
                     (total[t] == total[plan->tier] && t > (int)plan->tier))
                     fail_msg("%s, %s: %s would cost %g", budgets[i % BUDGETS], shd_isa_name(isa),
@@ -362,13 +364,11 @@ static void budgets_take_exact_where_its_lights_cost_no_more(void **state) {
     assert_int_equal(shd_shown_make(&request->rendering, request->scene, &shown, &error), SHD_OK);
     assert_int_equal(request->rendering.plan->light_count, 2);
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        shd_plan plan = *request->rendering.plan;
-        uint8_t drops[2] = {0, 0};
-        bool dropped;
-        assert_int_equal(shd_plan_choose(&plan, shown, cases[i].costs, drops, &dropped,
-                                         request->rendering.arena, &error),
+        shd_choice choice;
+        assert_int_equal(shd_choose(request->rendering.plan, shown, cases[i].costs,
+                                    request->rendering.arena, &choice, &error),
                          SHD_OK);
-        assert_int_equal(plan.tier, cases[i].cheap);
+        assert_int_equal(choice.tier, cases[i].cheap);
     }
     shd_request_drop(request);
 }

@@ -9,8 +9,8 @@
 
 #include <cmocka.h>
 
+#include "bound/shown/picture.h"
 #include "color/delta_e.h"
-#include "plan/bound_picture.h"
 #include "plan/plan.h"
 
 static double uniform(uint64_t *random, double low, double high) {

@@ -20,7 +20,8 @@ static inline seen see(shd_engine *engine, const char *json, shd_isa isa) {
     seen s = {.request = read_scene(engine, json)};
     shd_error error = {SHD_OK, "", ""};
     shd_arena *arena = s.request->rendering.arena;
-    if (shd_plan_make(s.request->scene, isa, arena, &s.request->rendering.plan, &error) ||
+    if (shd_plan_make(s.request->scene, isa, NULL, NULL, arena, &s.request->rendering.plan,
+                      &error) ||
         shd_sight_new(s.request->rendering.plan, NULL, arena, &s.sight, &error))
         fail_msg("%s: %s", error.path, error.text);
     assert_true(shd_hits_new(s.request->rendering.plan, ALL, arena, &s.hits));

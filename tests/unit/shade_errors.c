@@ -5,7 +5,7 @@
 
 #include <cmocka.h>
 
-#include "plan/error.h"
+#include "bound/light/error.h"
 #include "unit/shade_support.h"
 
 static points at;

@@ -127,11 +127,3 @@ shd_status shd_shown_make(const shd_rendering *r, const shd_scene *scene, const 
     *out = shown;
     return SHD_OK;
 }
-
-shd_status shd_rendering_plan(shd_rendering *r, const shd_scene *scene, shd_error *error) {
-    const shd_shown *shown = NULL;
-    shd_status status = shd_shown_make(r, scene, &shown, error);
-    if (status != SHD_OK) return status;
-    return shd_plan_make_shown(scene, r->engine->isa, shown, r->cancelled, r->arena, &r->plan,
-                               error);
-}

@@ -2,9 +2,9 @@
 #ifndef SHD_RENDER_SHOW_SHOWN_H
 #define SHD_RENDER_SHOW_SHOWN_H
 
+#include "bound/bound.h"
 #include "color/delta_e.h"
 #include "image/pack.h"
-#include "plan/bound.h"
 #include "render/rendering.h"
 
 /* How an output shows the film. */
@@ -31,8 +31,5 @@ shd_shown shd_shown_of(const shd_showing *showing);
  * made for. */
 shd_status shd_shown_make(const shd_rendering *r, const shd_scene *scene, const shd_shown **out,
                           shd_error *error);
-
-/* The scene's plan, for its outputs: sets r->plan. */
-shd_status shd_rendering_plan(shd_rendering *r, const shd_scene *scene, shd_error *error);
 
 #endif

@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "base/json_memory.h"
+#include "render/planning.h"
 #include "render/request.h"
 #include "render/tell/explain.h"
 #include "render/tell/measure.h"

@@ -1,6 +1,7 @@
 /* The plan as JSON: what is used, what is left out and why, the bounds, the costs. */
 #include "render/tell/explain.h"
 #include "base/json_memory.h"
+#include "render/planning.h"
 #include "render/request.h"
 #include "render/show/route.h"
 
@@ -232,8 +233,8 @@ static shd_status explain(shd_rendering *r, const shd_scene *scene, shd_explaine
                           shd_error *error) {
     shd_status status = shd_shown_make(r, scene, &e->shown, error);
     if (status != SHD_OK) return status;
-    status = shd_plan_make_shown(scene, r->engine->isa, e->shown, r->cancelled, r->arena, &r->plan,
-                                 error);
+    status =
+        shd_plan_make(scene, r->engine->isa, e->shown, r->cancelled, r->arena, &r->plan, error);
     if (status != SHD_OK) return status;
     e->plan = r->plan;
     bool *codes = shd_arena_alloc(r->arena, scene->output_count, sizeof *codes);
@@ -249,8 +250,8 @@ static shd_status explain(shd_rendering *r, const shd_scene *scene, shd_explaine
         *asking = *scene;
         asking->accuracy = (shd_accuracy){.tier = (shd_tier)t};
         const shd_plan *plan;
-        status = shd_plan_make_shown(asking, r->engine->isa, e->shown, r->cancelled, r->arena,
-                                     &plan, error);
+        status =
+            shd_plan_make(asking, r->engine->isa, e->shown, r->cancelled, r->arena, &plan, error);
         if (status != SHD_OK) return status;
         e->bounds[t] = plan->bound;
         e->costs[t] = shd_cost_of(plan, codes);

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "base/clock.h"
-#include "plan/bound_picture.h"
+#include "bound/shown/picture.h"
 #include "render/show/output.h"
 
 enum { BLOCK = 1024 }; /* pixels that are converted and compared at once */
@@ -217,8 +217,9 @@ static bool find_errors(const shd_rendering *r, const shd_showing *showing,
     const shd_plan *plan = r->plan;
     const shd_shown shown = shd_shown_of(showing);
     shd_excess_list list;
-    return shd_plan_excess(plan, plan->tier, r->arena, &list) &&
-           shd_picture_errors_new(plan, &list, &shown, r->arena, out);
+    if (!shd_excess_find(plan, plan->tier, r->arena, &list, NULL)) return false;
+    shd_excess_leave_out(&list, plan->drop_tolerance + plan->dropped, plan->drop_relative);
+    return shd_picture_errors_new(plan, &list, &shown, r->arena, out);
 }
 
 shd_status shd_film_measure(shd_rendering *r, const shd_showing *showing, const shd_film *exact,

@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "bound/light/weakest.h"
 #include "render/tiles/film.h"
 #include "render/tiles/keep.h"
 #include "render/tiles/shots.h"
@@ -287,8 +288,9 @@ static size_t find_lights(const shd_scenery *scenery, const shd_hits *hits, shd_
     if (plan->tier == SHD_EXACT || group->light_count <= FEW) return group->light_count;
     const shd_patch patch = patch_of(scenery, hits, run);
     *out = s->which;
-    return shd_plan_cull(plan, (size_t)hits->object[run.first], &patch, plan->drop_tolerance,
-                         group->lights, group->light_count, s->which);
+    const size_t count = shd_plan_cull(plan, &patch, group->lights, group->light_count, s->which);
+    return shd_drop_weakest(plan, (size_t)hits->object[run.first], &patch, plan->drop_tolerance,
+                            s->which, count);
 }
 
 static const shd_hits *light_hits(const shd_scenery *scenery, shd_tile_scratch *s) {

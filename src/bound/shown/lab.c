@@ -1,4 +1,4 @@
-#include "plan/lab.h"
+#include "bound/shown/lab.h"
 
 #include <math.h>
 #include <stdint.h>

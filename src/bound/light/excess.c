@@ -1,9 +1,12 @@
 /* Errors of colors, summed over each object's lights. */
+#include "bound/light/excess.h"
+
 #include <stdlib.h>
 #include <string.h>
 
-#include "plan/pieces.h"
-#include "plan/terms.h"
+#include "bound/light/error.h"
+#include "bound/light/misplaced.h"
+#include "bound/light/terms.h"
 
 /* Pairs of objects and lights that are looked at one by one: beyond, only the spheres
  * around objects are. */
@@ -460,4 +463,9 @@ bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_
     out->more = out->worst = out->misplaced = 0;
     memset(out->most, 0, sizeof out->most);
     return f.much && (!influences || influences->rows) && add_objects(&f, arena);
+}
+
+void shd_excess_leave_out(shd_excess_list *list, double absolute, double relative) {
+    list->more = absolute;
+    list->color = list->rounding + relative;
 }

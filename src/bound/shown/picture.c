@@ -1,9 +1,9 @@
-#include "plan/bound_picture.h"
+#include "bound/shown/picture.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "plan/lab.h"
+#include "bound/shown/lab.h"
 #include "plan/plan.h"
 
 enum {

@@ -1,5 +1,6 @@
 /* What a light can do at a piece. */
-#include "plan/pieces.h"
+#include "bound/light/error.h"
+#include "bound/light/pieces.h"
 
 static double spot_at(const shd_plan_light *light, double cosine) {
     const double q = 1 - cosine;

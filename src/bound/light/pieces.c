@@ -2,7 +2,7 @@
  * its normals in the convex cone of a few vectors; both stay so under affine maps. A sphere around
  * the points and a circular cone around the vectors hold what is in the hulls, for both are
  * convex. */
-#include "plan/pieces.h"
+#include "bound/light/pieces.h"
 
 #include <string.h>
 

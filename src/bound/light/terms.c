@@ -1,4 +1,4 @@
-#include "plan/terms.h"
+#include "bound/light/terms.h"
 
 #include <string.h>
 

@@ -5,10 +5,10 @@
  * color has room for, beside the other terms that the scene has: errors in proportion to a term,
  * highlights' above all, are no more than that. The pixel's own color tells how steep the slopes of
  * L, a and b are. A pixel may mix samples of all objects and the background, in any shares. */
-#ifndef SHD_PLAN_BOUND_PICTURE_H
-#define SHD_PLAN_BOUND_PICTURE_H
+#ifndef SHD_BOUND_SHOWN_PICTURE_H
+#define SHD_BOUND_SHOWN_PICTURE_H
 
-#include "plan/bound.h"
+#include "bound/shown/shown.h"
 
 /* Constant once made; any threads may use it. */
 typedef struct shd_picture_errors shd_picture_errors;
@@ -16,7 +16,7 @@ typedef struct shd_picture_errors shd_picture_errors;
 /* `list` is of the plan and tier that the picture was made by, with what is left out counted; the
  * screen is that of `shown`. Lives in the arena. *out is NULL where no more can be told than by
  * planning: there are too many terms, or negative ones. False: memory. */
-bool shd_picture_errors_new(const struct shd_plan *plan, const shd_excess_list *list,
+bool shd_picture_errors_new(const shd_plan *plan, const shd_excess_list *list,
                             const shd_shown *shown, shd_arena *arena,
                             const shd_picture_errors **out);
 

@@ -15,12 +15,10 @@
  * The figures are 1.2 times and more what 2e5 random points have shown for each path and each of 26
  * exponents from 1 to 1e6. tests/unit/shade_errors.c holds them against 113-bit floats, and fails
  * where an error exceeds them, as does tests/property/bounds.c with whole pictures. */
-#ifndef SHD_PLAN_ERROR_H
-#define SHD_PLAN_ERROR_H
+#ifndef SHD_BOUND_LIGHT_ERROR_H
+#define SHD_BOUND_LIGHT_ERROR_H
 
-#include "scene/scene.h"
-
-struct shd_plan;
+#include "plan/plan.h"
 
 #define SHD_CLIFF 1e-3 /* of R.V */
 
@@ -39,7 +37,7 @@ const shd_path_error *shd_path_error_of(shd_tier tier, shd_path path);
 /* Relative, of a color: sums of up to four lights in f32 and products with the material, or f64's
  * sum as f32; then what lies between vertices, and the mean of a pixel's samples, and the sum of
  * its parts where it sees several materials, or the background as well. */
-double shd_color_error(const struct shd_plan *plan, shd_tier tier);
+double shd_color_error(const shd_plan *plan, shd_tier tier);
 
 /* Below this part of its top a lobe's errors count as they are, and above in proportion to it. */
 static const double SHD_LOBE_FOOT = 1e-3;

@@ -7,8 +7,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "plan/bound.h"
-#include "plan/lab.h"
+#include "bound/shown/lab.h"
+#include "bound/shown/shown.h"
 
 /* Colors are taken by their Y in steps of this factor at most, and from this Y on. Coarse steps are
  * for pixels that mix samples, where what is left out counts most, and for searches. */

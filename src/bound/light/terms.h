@@ -1,8 +1,9 @@
 /* The colors that an object's light is made of: each is one of its material's colors times that of
- * some of its lights, and how much of it there is depends on the point. Inside of plan/. */
-#ifndef SHD_PLAN_TERMS_H
-#define SHD_PLAN_TERMS_H
+ * some of its lights, and how much of it there is depends on the point. Inside of bound/. */
+#ifndef SHD_BOUND_LIGHT_TERMS_H
+#define SHD_BOUND_LIGHT_TERMS_H
 
+#include "bound/light/excess.h"
 #include "plan/parts.h"
 
 /* Lights whose colors are multiples of each other share a hue. */

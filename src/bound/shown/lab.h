@@ -1,12 +1,12 @@
 /* Moves of colors in X, Y and Z, divided by the white's, as differences in L*a*b*; and how long
- * these are by CIEDE2000 (color/delta_e.h). Everything is at most. Inside of plan/.
+ * these are by CIEDE2000 (color/delta_e.h). Everything is at most. Inside of bound/.
  *
  * L, a and b are differences of f(X), f(Y) and f(Z), which move by the slope of f between both
  * colors times the move of X, Y and Z. Of two near colors CIEDE2000 is at most the length of (dL /
  * SL, (1 + G) da, db): the weights SC, SH and the rotation only shorten what is left (a test walks
  * through chroma and hue), and a* is stretched by 1.5 at most, less where there is chroma. */
-#ifndef SHD_PLAN_LAB_H
-#define SHD_PLAN_LAB_H
+#ifndef SHD_BOUND_SHOWN_LAB_H
+#define SHD_BOUND_SHOWN_LAB_H
 
 #include "plan/parts.h"
 

@@ -21,9 +21,9 @@
  * it is enough, nor for meshes and whole objects, whose pieces are not flat; `./dev attack` holds
  * them.
  */
-#include <float.h>
+#include "bound/light/misplaced.h"
 
-#include "plan/pieces.h"
+#include <float.h>
 
 /* Half ulps of the lengths on a point's way: sight/tie.h. */
 static const double ROUNDINGS = 16 * (DBL_EPSILON / 2);

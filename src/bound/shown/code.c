@@ -1,33 +1,8 @@
 /* Bounds in linear light and in codes. */
-#include "plan/bound.h"
-
 #include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
 
+#include "bound/shown/shown.h"
 #include "plan/parts.h"
-
-void shd_print_bound(double bound, double most, char out[SHD_BOUND_TEXT]) {
-    if (!isfinite(bound) || (bound == floor(bound) && bound < 1e6)) {
-        snprintf(out, SHD_BOUND_TEXT, "%.0f", bound);
-        return;
-    }
-    /* 17 digits are the bound itself. */
-    for (int digits = 2; digits <= 17; digits++) {
-        snprintf(out, SHD_BOUND_TEXT, "%.*g", digits, bound);
-        double told = strtod(out, NULL);
-        if (told < bound) { /* one more of the last digit */
-            told += pow(10, floor(log10(bound)) - digits + 1);
-            snprintf(out, SHD_BOUND_TEXT, "%.*g", digits, told);
-            told = strtod(out, NULL);
-        }
-        if (told >= bound && told <= most) return;
-    }
-}
-
-double shd_bound_in(const shd_bound *bound, shd_metric metric) {
-    return metric == SHD_LINEAR ? bound->linear : metric == SHD_CODE ? bound->code : bound->delta_e;
-}
 
 double shd_curve_noise(shd_transfer transfer) {
     return transfer == SHD_TRANSFER_LINEAR ? 0 : transfer == SHD_TRANSFER_REC1886 ? 3.4e-7 : 6.5e-7;

@@ -1,8 +1,6 @@
-#include "plan/error.h"
+#include "bound/light/error.h"
 
 #include <math.h>
-
-#include "plan/plan.h"
 
 /* Half an ulp of f32 and f64, relative. */
 #define U32 0x1p-24

@@ -1,16 +1,13 @@
 /* What may be seen of an object, in pieces: spheres around points of its surface, with cones around
- * their normals and their mirrored views; and what a light can do there, as intervals. Inside of
- * plan/.
+ * their normals and their mirrored views; and what a light can do there, as intervals. Inside
+ * of bound/.
  *
  * The pieces depend on the camera and on the whole picture, never on the region that is rendered.
  * Every sample of the object that is seen lies in one of them. */
-#ifndef SHD_PLAN_PIECES_H
-#define SHD_PLAN_PIECES_H
+#ifndef SHD_BOUND_LIGHT_PIECES_H
+#define SHD_BOUND_LIGHT_PIECES_H
 
 #include "plan/parts.h"
-
-/* What rounding may move, and more. */
-static const double SHD_PIECE_MARGIN = 1e-6;
 
 /* In [0, pi], by its cosine and sine. */
 typedef struct shd_angle {
@@ -91,13 +88,6 @@ double shd_piece_most(const shd_scene *scene, const shd_piece *piece,
 /* (shine+)^shininess as a bound: at least, or at most, and to 2e-10. */
 double shd_shine_most(double shine, double shininess);
 double shd_shine_least(double shine, double shininess);
-
-/* By how much the direction of a light, no nearer than `nearest`, is turned by what rounding to f64
- * moves the piece's points: a chord of unit vectors. *beyond: what is added to (N.L)+ where an
- * infinite plane is farther out than that says. */
-double shd_misplaced_at(const shd_scene *scene, const shd_misplaced *misplaced,
-                        const shd_piece *piece, const shd_plan_light *light, double nearest,
-                        double *beyond);
 
 /* The piece that a patch is. */
 shd_piece shd_piece_of(const shd_scene *scene, const shd_patch *patch);

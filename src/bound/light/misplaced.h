@@ -1,0 +1,26 @@
+/* How far f64 puts points beside where exact arithmetic has them. Inside of bound/. */
+#ifndef SHD_BOUND_LIGHT_MISPLACED_H
+#define SHD_BOUND_LIGHT_MISPLACED_H
+
+#include "bound/light/pieces.h"
+
+/* How far rounding to f64 moves the points of an object that are seen, and turns their normals:
+ * lengths of the world, and a chord of unit vectors. Its proof is in
+ * misplaced.c. */
+typedef struct shd_misplaced {
+    bool plane;  /* an infinite one */
+    double span; /* the lengths on the way to its points, but for how far out on a plane they are */
+    double moved;  /* of points that are on no flat piece */
+    double turned; /* 0: flat */
+} shd_misplaced;
+
+shd_misplaced shd_misplaced_of(const shd_scene *scene, const shd_place *place);
+
+/* By how much the direction of a light, no nearer than `nearest`, is turned by what rounding to f64
+ * moves the piece's points: a chord of unit vectors. *beyond: what is added to (N.L)+ where an
+ * infinite plane is farther out than that says. */
+double shd_misplaced_at(const shd_scene *scene, const shd_misplaced *misplaced,
+                        const shd_piece *piece, const shd_plan_light *light, double nearest,
+                        double *beyond);
+
+#endif

@@ -1,0 +1,31 @@
+/* How far off is what outputs show, by the errors of light: in linear light, in codes, and to the
+ * eye. */
+#ifndef SHD_BOUND_SHOWN_SHOWN_H
+#define SHD_BOUND_SHOWN_SHOWN_H
+
+#include "bound/bound.h"
+#include "bound/light/excess.h"
+
+/* What f32 on the way through an output's curve makes of a difference of two films, relative to the
+ * channel: 1.15 times what 3e6 pairs of floats have shown. */
+double shd_curve_noise(shd_transfer transfer);
+
+/* And through a matrix that is not diagonal, relative to the products that it adds up. */
+static const double SHD_MATRIX_NOISE = 5 * 0x1p-24;
+
+/* A pixel that mixes colors errs by their errors' mean, and lies above each one's share w of it.
+ * Curves are flattest in the light, so that all shares but one hide in that one's; but where a
+ * curve is straight near black, colors u at its end and 0 err by 1 - w + slope(w u) / slope(u) w
+ * of each one's bound together: at most 1.39 for Lab's cube root, 1.32 for sRGB. */
+static const double SHD_MIXTURE = 1.4;
+
+double shd_bound_linear(const shd_excess_list *list);
+double shd_bound_code(const shd_excess_list *list, const shd_shown *shown);
+/* What is no more than `enough` may be told as that, and then what is more as any value that is. */
+double shd_bound_delta_e(const shd_excess_list *list, const shd_shown *shown, double enough);
+
+/* The worst of all outputs; `count` 0: only `linear` is known. */
+shd_bound shd_bound_of(const shd_excess_list *list, const shd_shown *shown, size_t count,
+                       shd_tier tier);
+
+#endif

@@ -1,0 +1,27 @@
+#include "render/planning.h"
+
+#include "render/show/shown.h"
+
+shd_status shd_plan_make(const shd_scene *scene, shd_isa isa, const shd_shown *shown,
+                         const atomic_bool *cancelled, shd_arena *arena, const shd_plan **out,
+                         shd_error *error) {
+    const shd_plan *draft;
+    shd_choice choice;
+    shd_status status = SHD_MEMORY;
+    if (shd_plan_draft(scene, isa, false, cancelled, arena, &draft))
+        status = shd_choose(draft, shown, shd_plan_kernel_costs(draft), arena, &choice, error);
+    if (status == SHD_OK && !shd_plan_finish(&choice, arena, out)) status = SHD_MEMORY;
+    /* Parts that are cancelled say that there is no memory. */
+    if (status != SHD_OK && shd_is_cancelled(cancelled))
+        return shd_fail(error, SHD_CANCELLED, "", "the planning was cancelled");
+    if (status == SHD_MEMORY)
+        shd_fail(error, SHD_MEMORY, "", "the limit `memory` is too small for this scene's plan");
+    return status;
+}
+
+shd_status shd_rendering_plan(shd_rendering *r, const shd_scene *scene, shd_error *error) {
+    const shd_shown *shown = NULL;
+    shd_status status = shd_shown_make(r, scene, &shown, error);
+    if (status != SHD_OK) return status;
+    return shd_plan_make(scene, r->engine->isa, shown, r->cancelled, r->arena, &r->plan, error);
+}

@@ -1,0 +1,19 @@
+/* A scene's plan, from its draft to what is chosen. */
+#ifndef SHD_RENDER_PLANNING_H
+#define SHD_RENDER_PLANNING_H
+
+#include "bound/bound.h"
+#include "render/rendering.h"
+
+/* Plans for kernels of the instruction set `isa`, and for the outputs `shown`
+ * ([scene->output_count], or NULL: see shd_choose). A budget that nothing meets is SHD_SCENE. The
+ * only other errors are SHD_MEMORY and, if `cancelled` (or NULL) is raised, SHD_CANCELLED: a scene
+ * that was read can be planned. */
+shd_status shd_plan_make(const shd_scene *scene, shd_isa isa, const shd_shown *shown,
+                         const atomic_bool *cancelled, shd_arena *arena, const shd_plan **out,
+                         shd_error *error);
+
+/* The scene's plan, for its outputs: sets r->plan. */
+shd_status shd_rendering_plan(shd_rendering *r, const shd_scene *scene, shd_error *error);
+
+#endif
