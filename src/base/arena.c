@@ -161,19 +161,24 @@ static block *add_block(shd_arena *arena, size_t need) {
     return b;
 }
 
+size_t shd_arena_size(size_t count, size_t size) {
+    if (size && count > (SIZE_MAX - ALIGNMENT) / size) return 0;
+    const size_t bytes = count * size;
+    return (bytes ? bytes + ALIGNMENT - 1 : ALIGNMENT) / ALIGNMENT * ALIGNMENT;
+}
+
 void *shd_arena_alloc(shd_arena *arena, size_t count, size_t size) {
-    if (size && count > (SIZE_MAX - ALIGNMENT) / size) {
+    const size_t rounded = shd_arena_size(count, size);
+    if (!rounded) {
         arena->full = true;
         return NULL;
     }
-    size_t bytes = count * size;
-    size_t rounded = (bytes ? bytes + ALIGNMENT - 1 : ALIGNMENT) / ALIGNMENT * ALIGNMENT;
     block *b = arena->blocks;
     if (!b || b->size - b->used < rounded) b = add_block(arena, rounded);
     if (!b) return NULL;
     void *at = block_bytes(b) + b->used;
     b->used += rounded;
-    ASAN_UNPOISON_MEMORY_REGION(at, bytes);
+    ASAN_UNPOISON_MEMORY_REGION(at, count * size);
     return at;
 }
 

@@ -31,6 +31,9 @@ void shd_arena_drop(shd_arena *arena); /* NULL is fine */
 void *shd_arena_alloc(shd_arena *arena, size_t count, size_t size);
 void *shd_arena_zalloc(shd_arena *arena, size_t count, size_t size);
 
+/* Bytes of a block that such an allocation takes. 0: more than there can be. */
+size_t shd_arena_size(size_t count, size_t size);
+
 /* Copies; NULL if memory is short. */
 char *shd_arena_strdup(shd_arena *arena, const char *text);
 char *shd_arena_printf(shd_arena *arena, const char *format, ...) SHD_PRINTF(2, 3);

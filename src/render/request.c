@@ -189,7 +189,8 @@ shd_status shd_rendering_admit(shd_rendering *r, const shd_film *film, bool ligh
     if (lights && check_work(r, error)) return error->status;
     shd_status status = film ? shd_output_size(r, film, &pictures, error) : SHD_OK;
     if (status != SHD_OK) return status;
-    if (!film || !film->codes) pictures += shd_film_size(plan);
+    if (!film || !film->codes)
+        pictures += shd_film_size(&plan->scene->raster, plan->plane_count, plan->wants);
     if (pictures > room || working > room - pictures)
         return shd_fail(error, SHD_LIMIT, "/image",
                         "the pictures take at least %llu bytes, and rendering them on %llu threads "

@@ -24,41 +24,30 @@ static bool has_data(const shd_plan *plan) {
            wants[SHD_LAYER_OBJECT];
 }
 
-size_t shd_hit_size(const shd_plan *plan) {
-    const bool fast = plan->tier != SHD_EXACT, world = fast && plan->wants[SHD_LAYER_POSITION];
-    const size_t floats = 9 + (plan->split_positions ? 3 : 0) + (world ? 3 : 0);
-    const size_t geometry = fast ? floats * sizeof(float) : 9 * sizeof(double);
-    return 2 * sizeof(uint32_t) + geometry + (has_data(plan) ? sizeof(double) : 0) +
-           (has_facets(plan->scene) ? sizeof(uint32_t) + 2 * sizeof(double) : 0);
-}
-
-bool shd_hits_new(const shd_plan *plan, size_t capacity, shd_arena *arena, shd_hits *out) {
+void shd_hits_lay_out(const shd_plan *plan, size_t capacity, shd_scratch *memory, shd_hits *out) {
     const bool fast = plan->tier != SHD_EXACT;
     const bool faceted = has_facets(plan->scene), depth = has_data(plan);
     const bool world = fast && plan->wants[SHD_LAYER_POSITION];
-    shd_hits hits = {.capacity = (capacity + GROUP - 1) / GROUP * GROUP};
-    bool made = true;
-#define NEW(array, wanted)                                                                         \
-    if (wanted) made = (array = shd_arena_alloc(arena, hits.capacity, sizeof *(array))) && made
-    NEW(hits.shot, true);
-    NEW(hits.object, true);
+    *out = (shd_hits){.capacity = (capacity + GROUP - 1) / GROUP * GROUP};
+#define TAKE(array, wanted)                                                                        \
+    if (wanted) out->array = shd_scratch_take(memory, out->capacity, sizeof *out->array)
+    TAKE(shot, true);
+    TAKE(object, true);
     for (int c = 0; c < 3; c++) {
-        NEW(hits.position32[c], fast);
-        NEW(hits.normal32[c], fast);
-        NEW(hits.mirror32[c], fast);
-        NEW(hits.low32[c], fast && plan->split_positions);
-        NEW(hits.world32[c], world);
-        NEW(hits.position[c], !fast);
-        NEW(hits.normal[c], !fast);
-        NEW(hits.view[c], !fast);
+        TAKE(position32[c], fast);
+        TAKE(normal32[c], fast);
+        TAKE(mirror32[c], fast);
+        TAKE(low32[c], fast && plan->split_positions);
+        TAKE(world32[c], world);
+        TAKE(position[c], !fast);
+        TAKE(normal[c], !fast);
+        TAKE(view[c], !fast);
     }
-    NEW(hits.depth, depth);
-    NEW(hits.triangle, faceted);
-    NEW(hits.u, faceted);
-    NEW(hits.v, faceted);
-#undef NEW
-    if (made) *out = hits;
-    return made;
+    TAKE(depth, depth);
+    TAKE(triangle, faceted);
+    TAKE(u, faceted);
+    TAKE(v, faceted);
+#undef TAKE
 }
 
 #define PAD(array)                                                                                 \

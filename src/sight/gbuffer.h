@@ -6,6 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "base/scratch.h"
 #include "plan/plan.h"
 
 enum { SHD_NOTHING = -1 };
@@ -42,10 +43,8 @@ typedef struct shd_hits {
     double *u, *v;
 } shd_hits;
 
-/* Memory for `capacity` hits, rounded up to a multiple of 16. False: the arena is full. */
-bool shd_hits_new(const shd_plan *plan, size_t capacity, shd_arena *arena, shd_hits *out);
-
-size_t shd_hit_size(const shd_plan *plan); /* bytes of each */
+/* Memory for `capacity` hits, rounded up to a multiple of 16. */
+void shd_hits_lay_out(const shd_plan *plan, size_t capacity, shd_scratch *memory, shd_hits *out);
 
 /* Repeats the last hit up to the next multiple of 16, so that vectors of any width see finite
  * values. The count stays. Nothing is done where there is no hit. */

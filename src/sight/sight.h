@@ -47,8 +47,9 @@ typedef struct shd_survey {
     size_t capacity;        /* in blocks */
 } shd_survey;
 
-/* Memory for one thread's surveys of rectangles of up to w x h pixels. False: the arena is full. */
-bool shd_survey_new(const shd_sight *sight, int w, int h, shd_arena *arena, shd_survey *out);
+/* Memory for one thread's surveys of rectangles of up to w x h pixels, of a scene of so many
+ * objects. */
+void shd_survey_lay_out(size_t object_count, int w, int h, shd_scratch *memory, shd_survey *out);
 
 /* Surveys a rectangle of pixels of the whole picture (parts of it may lie outside), in blocks from
  * its upper left corner. Objects may be named that are not seen; one that is seen through a block

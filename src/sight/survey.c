@@ -249,16 +249,13 @@ static bool may_see(const shd_outline *o, const window *w) {
     return true;
 }
 
-bool shd_survey_new(const shd_sight *sight, int w, int h, shd_arena *arena, shd_survey *out) {
+void shd_survey_lay_out(size_t object_count, int w, int h, shd_scratch *memory, shd_survey *out) {
     size_t across = ((size_t)w + SHD_BLOCK_SIDE - 1) / SHD_BLOCK_SIDE,
            down = ((size_t)h + SHD_BLOCK_SIDE - 1) / SHD_BLOCK_SIDE;
-    shd_survey survey = {.capacity = across * down};
-    survey.blocks = shd_arena_alloc(arena, survey.capacity, sizeof *survey.blocks);
-    survey.candidates =
-        shd_arena_alloc(arena, (survey.capacity + 1) * sight->count, sizeof *survey.candidates);
-    if (!survey.blocks || !survey.candidates) return false;
-    *out = survey;
-    return true;
+    *out = (shd_survey){.capacity = across * down};
+    out->blocks = shd_scratch_take(memory, out->capacity, sizeof *out->blocks);
+    out->candidates =
+        shd_scratch_take(memory, (out->capacity + 1) * object_count, sizeof *out->candidates);
 }
 
 static inline bool reaches_into(const shd_frames *f, size_t k, const window *w) {

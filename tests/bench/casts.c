@@ -9,6 +9,7 @@
 #include <time.h>
 
 #include "render/request.h"
+#include "sight/sight.h"
 
 enum { SIDE = 512, TILE = 32, MAX_RUNS = 1000 };
 
@@ -167,9 +168,10 @@ static void report(const stage *scene, shd_engine *engine, shd_isa isa, int runs
         shd_sight_new(plan, NULL, request->rendering.arena, &sight, &error))
         quit(scene->name, error.path, error.text);
     static scratch s;
-    if (!shd_survey_new(sight, TILE, TILE, request->rendering.arena, &s.survey) ||
-        !shd_hits_new(plan, TILE * TILE, request->rendering.arena, &s.hits))
-        quit(scene->name, "", "out of memory");
+    shd_scratch memory = {.arena = request->rendering.arena};
+    shd_survey_lay_out(plan->scene->object_count, TILE, TILE, &memory, &s.survey);
+    shd_hits_lay_out(plan, TILE * TILE, &memory, &s.hits);
+    if (memory.full) quit(scene->name, "", "out of memory");
     figures f = run_once(sight, &s);
     for (int i = 0; i < runs; i++) {
         f = run_once(sight, &s);

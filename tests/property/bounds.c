@@ -279,9 +279,8 @@ static void exact_gouraud_is_within_its_bound(void **state) {
     int32_t *x = shd_arena_alloc(d.request->rendering.arena, count, sizeof *x),
             *y = shd_arena_alloc(d.request->rendering.arena, count, sizeof *y);
     uint8_t *sample = shd_arena_zalloc(d.request->rendering.arena, count, sizeof *sample);
-    shd_hits hits;
-    assert_true(x && y && sample &&
-                shd_hits_new(plan, count + SHD_LANES, d.request->rendering.arena, &hits));
+    shd_hits hits = new_hits(plan, count + SHD_LANES, d.request->rendering.arena);
+    assert_true(x && y && sample);
     for (size_t i = 0; i < count; i++) x[i] = (int)(i % 160), y[i] = (int)(i / 160);
     const uint32_t every[] = {0};
     shd_sight_shoot(sight, every, 1, &(shd_shots){count, x, y, sample}, &hits);

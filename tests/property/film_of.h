@@ -93,6 +93,15 @@ static inline shd_engine *new_engine(unsigned threads) {
     return engine;
 }
 
+/* Memory for so many hits. */
+static inline shd_hits new_hits(const shd_plan *plan, size_t capacity, shd_arena *arena) {
+    shd_scratch memory = {.arena = arena};
+    shd_hits hits;
+    shd_hits_lay_out(plan, capacity, &memory, &hits);
+    assert_false(memory.full);
+    return hits;
+}
+
 /* For cmocka's group fixtures: the engine is *state. */
 static inline int make_engine(void **state) {
     *state = new_engine(2);
@@ -298,9 +307,8 @@ static inline sampled samples_of(shd_engine *engine, const char *json) {
     }
     s.radiance = shd_arena_zalloc(arena, s.count, sizeof *s.radiance);
     shd_lighting *lighting = shd_lighting_new(plan, arena);
-    shd_hits hits;
-    assert_true(x && y && sample && every && s.seen.object && s.radiance && lighting &&
-                shd_hits_new(plan, s.count + SHD_LANES, arena, &hits));
+    shd_hits hits = new_hits(plan, s.count + SHD_LANES, arena);
+    assert_true(x && y && sample && every && s.seen.object && s.radiance && lighting);
     for (size_t i = 0; i < s.count; i++) {
         const size_t pixel = i / samples;
         x[i] = raster->x + (int)(pixel % (size_t)raster->w);

@@ -107,11 +107,16 @@ static void make_shots(const shd_raster *raster, uint64_t *random, list *out) {
     }
 }
 
-static shd_hits new_hits(const looked *l, size_t capacity) {
-    shd_hits hits;
-    assert_true(
-        shd_hits_new(l->request->rendering.plan, capacity, l->request->rendering.arena, &hits));
-    return hits;
+static shd_hits hits_of(const looked *l, size_t capacity) {
+    return new_hits(l->request->rendering.plan, capacity, l->request->rendering.arena);
+}
+
+static shd_survey new_survey(const looked *l, int side) {
+    shd_scratch memory = {.arena = l->request->rendering.arena};
+    shd_survey survey;
+    shd_survey_lay_out(l->request->scene->object_count, side, side, &memory, &survey);
+    assert_false(memory.full);
+    return survey;
 }
 
 static uint32_t *all_objects(const looked *l, size_t *count) {
@@ -160,7 +165,7 @@ static void a_hit_depends_on_its_shot_alone(void **state) {
         const shd_shots whole = {shots.count, shots.x, shots.y, shots.sample};
         size_t objects;
         uint32_t *all = all_objects(&first, &objects);
-        shd_hits wanted = new_hits(&first, whole.count), alone = new_hits(&first, whole.count);
+        shd_hits wanted = hits_of(&first, whole.count), alone = hits_of(&first, whole.count);
         shd_sight_shoot(first.sight, all, objects, &whole, &wanted);
         for (size_t i = 0; i < objects / 2; i++) {
             uint32_t object = all[i];
@@ -180,7 +185,7 @@ static void a_hit_depends_on_its_shot_alone(void **state) {
         for (shd_isa isa = SHD_PORTABLE + 1; isa < SHD_ISA_COUNT; isa++) {
             if (!shd_cpu_has(isa)) continue;
             looked other = look(*state, &s, isa);
-            shd_hits hits = new_hits(&other, whole.count);
+            shd_hits hits = hits_of(&other, whole.count);
             shd_sight_shoot(other.sight, all, objects, &whole, &hits);
             assert_int_equal(wanted.count, hits.count);
             for (size_t k = 0; k < hits.count; k++) {
@@ -207,7 +212,7 @@ static void hits_in_f32_are_the_exact_ones_rounded(void **state) {
         const shd_shots whole = {shots.count, shots.x, shots.y, shots.sample};
         size_t objects;
         uint32_t *all = all_objects(&fast, &objects);
-        shd_hits a = new_hits(&fast, whole.count), b = new_hits(&exact, whole.count);
+        shd_hits a = hits_of(&fast, whole.count), b = hits_of(&exact, whole.count);
         shd_sight_shoot(fast.sight, all, objects, &whole, &a);
         shd_sight_shoot(exact.sight, all, objects, &whole, &b);
         assert_int_equal(a.count, b.count);
@@ -242,7 +247,7 @@ static void hits_in_f32_are_the_exact_ones_rounded(void **state) {
 static void padding_repeats_the_last_hit(void **state) {
     setting s = {3, "standard", true, 0};
     looked l = look(*state, &s, shd_cpu_best());
-    shd_hits hits = new_hits(&l, 1000);
+    shd_hits hits = hits_of(&l, 1000);
     assert_int_equal(hits.capacity, 1008);
     shd_hits_pad(&hits);
     for (size_t i = 0; i < 1000; i++) hits.object[i] = (int32_t)i, hits.normal32[2][i] = (float)i;
@@ -270,7 +275,7 @@ static void check_survey(const looked *l, shd_tile rect, shd_survey *survey, lis
     const int n = l->raster->samples;
     size_t objects;
     uint32_t *all = all_objects(l, &objects);
-    shd_hits hits = new_hits(l, MOST_SHOTS);
+    shd_hits hits = hits_of(l, MOST_SHOTS);
     shd_sight_survey(l->sight, rect, survey);
     assert_int_equal(survey->across, (rect.w + 7) / 8);
     assert_int_equal(survey->down, (rect.h + 7) / 8);
@@ -301,8 +306,7 @@ static void surveys_name_all_that_is_seen(void **state) {
         looked l = look(*state, &s, shd_cpu_best());
         const shd_raster *raster = l.raster;
         uint64_t random = seed;
-        shd_survey survey;
-        assert_true(shd_survey_new(l.sight, 40, 40, l.request->rendering.arena, &survey));
+        shd_survey survey = new_survey(&l, 40);
         for (int k = 0; k < 12; k++) {
             shd_tile rect = {below(&random, raster->width) - 8, below(&random, raster->height) - 8,
                              1 + below(&random, 40), 1 + below(&random, 40)};
@@ -322,8 +326,7 @@ static void surveys_of_a_sphere_follow_its_outline(void **state) {
                                               "{\"width\": 512, \"height\": 512}}");
     looked l = {.request = request, .raster = &request->scene->raster};
     l.sight = plan_and_see(request);
-    shd_survey survey;
-    assert_true(shd_survey_new(l.sight, 512, 512, request->rendering.arena, &survey));
+    shd_survey survey = new_survey(&l, 512);
     shd_sight_survey(l.sight, (shd_tile){0, 0, 512, 512}, &survey);
     size_t seen = 0;
     for (int i = 0; i < 64 * 64; i++) seen += survey.blocks[i].count;

@@ -24,7 +24,7 @@ static inline seen see(shd_engine *engine, const char *json, shd_isa isa) {
                       &error) ||
         shd_sight_new(s.request->rendering.plan, NULL, arena, &s.sight, &error))
         fail_msg("%s: %s", error.path, error.text);
-    assert_true(shd_hits_new(s.request->rendering.plan, ALL, arena, &s.hits));
+    s.hits = new_hits(s.request->rendering.plan, ALL, arena);
     for (int i = 0; i < ALL; i++) {
         x[i] = i % SIDE;
         y[i] = i / SIDE;

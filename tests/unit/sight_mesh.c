@@ -101,7 +101,7 @@ static seen see(shd_engine *engine, const char *json, shd_isa isa) {
                       &error) ||
         shd_sight_new(s.request->rendering.plan, NULL, arena, &s.sight, &error))
         fail_msg("%s: %s", error.path, error.text);
-    assert_true(shd_hits_new(s.request->rendering.plan, ALL, arena, &s.hits));
+    s.hits = new_hits(s.request->rendering.plan, ALL, arena);
     for (int i = 0; i < ALL; i++) {
         /* block by block, as bundles of other shapes than rows */
         x[i] = i / 64 % 8 * 8 + i % 8;

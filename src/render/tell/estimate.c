@@ -1,6 +1,7 @@
 #include "render/tell/estimate.h"
 
 #include "render/show/route.h"
+#include "render/tiles/film.h"
 
 /* Scenes are within limits of 2^46 and below: sums and products of them are kept from wrapping. */
 static uint64_t add(uint64_t a, uint64_t b) {
@@ -17,28 +18,23 @@ static bool is_color(const shd_layer *layer) {
     return layer->kind < SHD_LAYER_NORMAL;
 }
 
-/* Bytes a pixel of the film: RGBA floats, and a plane for each kind of layer. Light planes are
- * counted as the entry of one output that has the most, for others may have the same. */
+/* Bytes of the film, if it has floats. Light planes are counted as those of one output that has the
+ * most, for others may have the same. */
 static uint64_t film_bytes(const shd_scene *scene) {
-    if (!shd_route_of(scene, &scene->outputs[0], true).film) return 0; /* it may have none */
-    static const unsigned channels[SHD_LAYER_KINDS] = {
-        [SHD_LAYER_EMISSIVE] = 3, [SHD_LAYER_AMBIENT] = 3, [SHD_LAYER_DIFFUSE] = 3,
-        [SHD_LAYER_SPECULAR] = 3, [SHD_LAYER_NORMAL] = 3,  [SHD_LAYER_POSITION] = 3,
-        [SHD_LAYER_DEPTH] = 1,    [SHD_LAYER_OBJECT] = 1};
-    bool wanted[SHD_LAYER_KINDS] = {false};
-    uint64_t floats = 4, most_lights = 0;
+    if (!shd_route_of(scene, &scene->outputs[0], true).film) return 0;
+    bool wants[SHD_LAYER_KINDS] = {false};
+    size_t most_lights = 0, planes = 1;
     for (size_t o = 0; o < scene->output_count; o++) {
         const shd_output *output = &scene->outputs[o];
-        uint64_t lights = 0;
+        size_t lights = 0;
         for (size_t l = 0; l < output->layer_count; l++) {
-            shd_layer_kind kind = output->layers[l].kind;
-            lights += kind == SHD_LAYER_LIGHT;
-            floats += wanted[kind] ? 0 : channels[kind];
-            wanted[kind] = true;
+            wants[output->layers[l].kind] = true;
+            lights += output->layers[l].kind == SHD_LAYER_LIGHT;
         }
         if (lights > most_lights) most_lights = lights;
     }
-    return sizeof(float) * (floats + 3 * most_lights);
+    for (int k = SHD_LAYER_EMISSIVE; k < SHD_LAYER_LIGHT; k++) planes += wants[k];
+    return shd_film_size(&scene->raster, planes + most_lights, wants);
 }
 
 /* Bytes a pixel of one output: the colors of each layer, converted; and what is encoded. */
@@ -58,7 +54,7 @@ uint64_t shd_estimate_memory(const shd_scene *scene) {
         const uint64_t one = output_bytes(&scene->outputs[o]);
         if (one > bytes) bytes = one;
     }
-    return times(pixels, add(film_bytes(scene), bytes));
+    return add(film_bytes(scene), times(pixels, bytes));
 }
 
 uint64_t shd_estimate_light_samples(const shd_scene *scene) {

@@ -97,21 +97,20 @@ static void light_block(void *context, size_t index, unsigned slot) {
     shd_end(&s->watch, &s->watch.times.shade);
 }
 
-static bool new_scratch(const shd_plan *plan, shd_arena *arena, struct scratch *out) {
+static bool make_scratch(const shd_plan *plan, shd_arena *arena, struct scratch *out) {
     const size_t terms = 1 + plan->max_lobes, rows = 3 * terms;
-    float *sums = shd_arena_alloc(arena, rows * BLOCK, sizeof *sums);
-    double *exact = shd_arena_alloc(arena, rows * BLOCK, sizeof *exact);
-    out->arrays = shd_arena_alloc(arena, rows, sizeof *out->arrays);
-    out->exact = shd_arena_alloc(arena, rows, sizeof *out->exact);
-    out->terms = shd_arena_alloc(arena, terms, sizeof *out->terms);
-    out->term_of = shd_arena_alloc(arena, terms, sizeof *out->term_of);
-    if (!sums || !exact || !out->arrays || !out->exact || !out->terms || !out->term_of)
-        return false;
-    for (size_t i = 0; i < rows; i++) {
+    shd_scratch memory = {.arena = arena};
+    float *sums = shd_scratch_take(&memory, rows * BLOCK, sizeof *sums);
+    double *exact = shd_scratch_take(&memory, rows * BLOCK, sizeof *exact);
+    out->arrays = shd_scratch_take(&memory, rows, sizeof *out->arrays);
+    out->exact = shd_scratch_take(&memory, rows, sizeof *out->exact);
+    out->terms = shd_scratch_take(&memory, terms, sizeof *out->terms);
+    out->term_of = shd_scratch_take(&memory, terms, sizeof *out->term_of);
+    for (size_t i = 0; !memory.full && i < rows; i++) {
         out->arrays[i] = sums + i * BLOCK;
         out->exact[i] = exact + i * BLOCK;
     }
-    return true;
+    return !memory.full;
 }
 
 bool shd_facets_light(shd_rendering *r, const shd_sight *sight, const shd_lighting *lighting,
@@ -134,7 +133,7 @@ bool shd_facets_light(shd_rendering *r, const shd_sight *sight, const shd_lighti
             if (!every || !l.scratch) return false;
             for (size_t j = 0; j < plan->light_count; j++) every[j] = (uint32_t)j;
             for (unsigned i = 0; i < slots; i++)
-                if (!new_scratch(plan, arena, &l.scratch[i])) return false;
+                if (!make_scratch(plan, arena, &l.scratch[i])) return false;
             l.every = every;
             out->any = true;
         }

@@ -53,23 +53,22 @@ uint64_t shd_saturate(float *values, size_t count, float least, float largest) {
     return changed;
 }
 
-static scratch *new_scratch(const job *j) {
-    shd_arena *arena = j->rendering->arena;
-    const size_t terms = 1 + j->scenery.plan->max_lobes;
-    scratch *s = shd_arena_zalloc(arena, 1, sizeof *s);
-    if (!s) return NULL;
-    if (j->scenery.sight && !(s->tile = shd_tile_scratch_new(&j->scenery, arena))) return NULL;
-    s->terms = shd_arena_alloc(arena, terms, sizeof *s->terms);
-    s->term_of = shd_arena_alloc(arena, terms, sizeof *s->term_of);
-    float *mixed = shd_arena_alloc(arena, (size_t)3 * SHD_CHUNK, sizeof *mixed);
-    for (int c = 0; mixed && c < 3; c++) s->mixed[c] = mixed + c * SHD_CHUNK;
-    return s->terms && s->term_of && mixed ? s : NULL;
+/* NULL if it is only counted, or the arena is full. `looks`: tiles are cast and lit. */
+static scratch *lay_out_scratch(const shd_plan *plan, bool looks, shd_scratch *memory) {
+    const size_t terms = 1 + plan->max_lobes;
+    scratch counted, *made = shd_scratch_take(memory, 1, sizeof *made), *s = made ? made : &counted;
+    *s = (scratch){.tile = looks ? shd_tile_scratch_lay_out(plan, memory) : NULL};
+    s->terms = shd_scratch_take(memory, terms, sizeof *s->terms);
+    s->term_of = shd_scratch_take(memory, terms, sizeof *s->term_of);
+    for (int c = 0; c < 3; c++)
+        s->mixed[c] = shd_scratch_take(memory, SHD_CHUNK, sizeof *s->mixed[c]);
+    return made;
 }
 
 uint64_t shd_film_scratch_size(const shd_plan *plan) {
-    const uint64_t terms = 1 + plan->max_lobes, mixed = (uint64_t)3 * SHD_CHUNK * sizeof(float);
-    return sizeof(scratch) + terms * (sizeof(shd_paint_term) + sizeof(size_t)) + mixed +
-           (uint64_t)4 * 64 + shd_tile_scratch_size(plan);
+    shd_scratch counted = {.arena = NULL};
+    lay_out_scratch(plan, true, &counted);
+    return counted.bytes;
 }
 
 /* The scratch of a slot, made when the slot first works. NULL: the arena is full. */
@@ -77,8 +76,10 @@ static scratch *get_scratch(job *j, unsigned slot) {
     scratch *s = j->slots[slot];
     if (!s) {
         pthread_mutex_lock(&j->mutex);
-        s = j->slots[slot] = new_scratch(j);
+        shd_scratch memory = {.arena = j->rendering->arena};
+        s = lay_out_scratch(j->scenery.plan, j->scenery.sight, &memory);
         pthread_mutex_unlock(&j->mutex);
+        j->slots[slot] = s = memory.full ? NULL : s;
     }
     if (!s) atomic_store(&j->failed, true);
     return s;
@@ -292,44 +293,45 @@ static void render_tile(void *context, size_t index, unsigned slot) {
 
 /* ---- The film. ---- */
 
-static void fill(float *values, size_t count, float value) {
+static void fill_plane(float *values, size_t count, float value) {
     for (size_t i = 0; i < count; i++) values[i] = value;
 }
 
-uint64_t shd_film_size(const shd_plan *plan) {
-    const bool *wants = plan->wants;
-    const uint64_t pixels = (uint64_t)plan->scene->raster.w * (uint64_t)plan->scene->raster.h;
-    const uint64_t floats = 4 + 3 * (plan->plane_count - 1) + (wants[SHD_LAYER_NORMAL] ? 3 : 0) +
-                            (wants[SHD_LAYER_POSITION] ? 3 : 0) + wants[SHD_LAYER_DEPTH] +
-                            wants[SHD_LAYER_OBJECT];
-    return pixels * floats * sizeof(float);
+/* film->planes, unless NULL, has room for them. */
+static void lay_out_film(size_t pixels, size_t plane_count, const bool *wants, shd_scratch *memory,
+                         shd_film *film) {
+    if (!film->codes) film->rgba = shd_scratch_take(memory, pixels, 4 * sizeof(float));
+    for (size_t p = 1; p < plane_count; p++) {
+        float *plane = shd_scratch_take(memory, pixels, 3 * sizeof(float));
+        if (film->planes) film->planes[p] = plane;
+    }
+    if (wants[SHD_LAYER_NORMAL]) film->normal = shd_scratch_take(memory, pixels, 3 * sizeof(float));
+    if (wants[SHD_LAYER_POSITION])
+        film->position = shd_scratch_take(memory, pixels, 3 * sizeof(float));
+    if (wants[SHD_LAYER_DEPTH]) film->depth = shd_scratch_take(memory, pixels, sizeof(float));
+    if (wants[SHD_LAYER_OBJECT]) film->object = shd_scratch_take(memory, pixels, sizeof(float));
+}
+
+uint64_t shd_film_size(const shd_raster *raster, size_t plane_count,
+                       const bool wants[SHD_LAYER_KINDS]) {
+    shd_scratch counted = {.arena = NULL};
+    shd_film film = {.planes = NULL};
+    lay_out_film((size_t)raster->w * (size_t)raster->h, plane_count, wants, &counted, &film);
+    return counted.bytes;
 }
 
 /* Data layers begin as where nothing is hit. */
 static bool make_film(const shd_plan *plan, shd_arena *arena, shd_film *film) {
-    size_t pixels = (size_t)film->width * (size_t)film->height;
-    const bool *wants = plan->wants;
-    if (!film->codes && !(film->rgba = shd_arena_alloc(arena, pixels, 4 * sizeof(float))))
-        return false;
+    const size_t pixels = (size_t)film->width * (size_t)film->height;
+    shd_scratch memory = {.arena = arena};
     film->planes = shd_arena_zalloc(arena, plan->plane_count, sizeof *film->planes);
     if (!film->planes) return false;
-    for (size_t p = 1; p < plan->plane_count; p++)
-        if (!(film->planes[p] = shd_arena_alloc(arena, pixels, 3 * sizeof(float)))) return false;
-    struct {
-        float **at;
-        size_t channels;
-        float nothing;
-        bool wanted;
-    } data[] = {{&film->normal, 3, 0, wants[SHD_LAYER_NORMAL]},
-                {&film->position, 3, 0, wants[SHD_LAYER_POSITION]},
-                {&film->depth, 1, INFINITY, wants[SHD_LAYER_DEPTH]},
-                {&film->object, 1, -1, wants[SHD_LAYER_OBJECT]}};
-    for (size_t i = 0; i < sizeof data / sizeof data[0]; i++) {
-        if (!data[i].wanted) continue;
-        *data[i].at = shd_arena_alloc(arena, pixels, data[i].channels * sizeof(float));
-        if (!*data[i].at) return false;
-        fill(*data[i].at, pixels * data[i].channels, data[i].nothing);
-    }
+    lay_out_film(pixels, plan->plane_count, plan->wants, &memory, film);
+    if (memory.full) return false;
+    if (film->normal) fill_plane(film->normal, 3 * pixels, 0);
+    if (film->position) fill_plane(film->position, 3 * pixels, 0);
+    if (film->depth) fill_plane(film->depth, pixels, INFINITY);
+    if (film->object) fill_plane(film->object, pixels, -1);
     return true;
 }
 

@@ -33,11 +33,13 @@ shd_status shd_film_render(shd_rendering *r, const shd_sight *sight,
                            const struct shd_recall *recall, const shd_render_options *options,
                            shd_film *film, shd_error *error);
 
-/* Bytes of a film's floats, those of layers included. */
-uint64_t shd_film_size(const shd_plan *plan);
+/* Bytes of a film's floats: of the beauty and the other planes, and of the data layers among those
+ * that are wanted. */
+uint64_t shd_film_size(const shd_raster *raster, size_t plane_count,
+                       const bool wants[SHD_LAYER_KINDS]);
 
 /* Bytes of working memory that one thread takes for it from the rendering's arena, where the plan's
- * light is not recalled: never less, and not much more. */
+ * light is not recalled. */
 uint64_t shd_film_scratch_size(const shd_plan *plan);
 
 /* Holds values in [least, largest]; not-a-number becomes 0. Returns how many were changed. */

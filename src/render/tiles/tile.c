@@ -8,104 +8,10 @@
 #include "render/tiles/shots.h"
 #include "render/tiles/tile_scratch.h"
 
-enum { NO_FRAGMENT = UINT16_MAX };
-
-/* ---- Scratch. ---- */
-
 size_t shd_tile_count(const shd_raster *raster) {
     const int across = (raster->x + raster->w - 1) / SHD_TILE - raster->x / SHD_TILE + 1,
               down = (raster->y + raster->h - 1) / SHD_TILE - raster->y / SHD_TILE + 1;
     return (size_t)across * (size_t)down;
-}
-
-static float **new_arrays(size_t arrays, size_t length, shd_arena *arena) {
-    float **out = shd_arena_alloc(arena, arrays, sizeof *out);
-    length = (length + SHD_LANES - 1) / SHD_LANES * SHD_LANES;
-    float *values = shd_arena_alloc(arena, arrays * length, sizeof *values);
-    if (!out || !values) return NULL;
-    for (size_t i = 0; i < arrays; i++) out[i] = values + i * length;
-    return out;
-}
-
-shd_tile_scratch *shd_tile_scratch_new(const shd_scenery *scenery, shd_arena *arena) {
-    const shd_plan *plan = scenery->plan;
-    const size_t samples = (size_t)plan->scene->raster.samples;
-    /* A pixel has no more fragments than samples, or groups and facets. */
-    const size_t classes = plan->group_count + 1;
-    const size_t each = samples < classes ? samples : classes;
-    shd_tile_scratch *s = shd_arena_zalloc(arena, 1, sizeof *s);
-    if (!s) return NULL;
-    s->x = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->x);
-    s->y = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->y);
-    s->sample = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->sample);
-    s->shot_cell = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->shot_cell);
-    s->pixels = shd_arena_alloc(arena, SHD_TILE_PIXELS, sizeof *s->pixels);
-    s->cell = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->cell);
-    s->order = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->order);
-    s->starts = shd_arena_alloc(arena, classes + 1, sizeof *s->starts);
-    s->place = shd_arena_alloc(arena, SHD_CHUNK, sizeof *s->place);
-    s->which = shd_arena_alloc(arena, plan->light_count, sizeof *s->which);
-    s->run_capacity = classes < SHD_CHUNK ? classes : SHD_CHUNK;
-    s->runs = shd_arena_alloc(arena, s->run_capacity, sizeof *s->runs);
-    if (plan->tier == SHD_EXACT) {
-        const size_t rows = 3 * (1 + plan->max_lobes);
-        double *values = shd_arena_alloc(arena, rows * (SHD_CHUNK + SHD_LANES), sizeof *values);
-        s->exact = shd_arena_alloc(arena, rows, sizeof *s->exact);
-        if (!values || !s->exact) return NULL;
-        for (size_t i = 0; i < rows; i++) s->exact[i] = values + i * (SHD_CHUNK + SHD_LANES);
-    }
-    s->sum_arrays = shd_sum_of(plan, plan->plane_count, 0, 0);
-    s->sums = new_arrays(s->sum_arrays, SHD_CHUNK + SHD_LANES, arena);
-    s->outs = shd_arena_alloc(arena, shd_sum_of(plan, 1, 0, 0), sizeof *s->outs);
-    /* Kernels read whole vectors from wherever a run begins. */
-    bool made = shd_survey_new(scenery->sight, SHD_TILE, SHD_TILE, arena, &s->survey) &&
-                shd_hits_new(plan, SHD_CHUNK + SHD_LANES, arena, &s->hits) &&
-                shd_hits_new(plan, SHD_CHUNK + SHD_LANES, arena, &s->sorted);
-    if (!made || !s->outs || !s->x || !s->y || !s->sample || !s->shot_cell || !s->pixels ||
-        !s->cell || !s->order || !s->starts || !s->place || !s->which || !s->runs || !s->sums)
-        return NULL;
-
-    for (size_t i = 0; i < SHD_TILE_PIXELS; i++) s->fragment_of[i] = NO_FRAGMENT;
-    shd_fragments *f = &s->fragments;
-    if (samples == 1) { /* samples are fragments */
-        f->capacity = SHD_CHUNK;
-        f->cell = s->cell;
-        f->sums = s->sums;
-        f->runs = s->runs;
-        return s;
-    }
-    const size_t chunks = shd_chunks_of(samples);
-    f->capacity = SHD_TILE_PIXELS * each;
-    f->cell = shd_arena_alloc(arena, f->capacity, sizeof *f->cell);
-    s->coverage = shd_arena_alloc(arena, f->capacity, sizeof *s->coverage);
-    f->sums = new_arrays(s->sum_arrays, f->capacity + SHD_LANES, arena);
-    f->runs = shd_arena_alloc(arena, chunks * s->run_capacity, sizeof *f->runs);
-    return f->cell && s->coverage && f->sums && f->runs ? s : NULL;
-}
-
-/* The terms are those of shd_tile_scratch_new, of what it calls, and their rounding. */
-uint64_t shd_tile_scratch_size(const shd_plan *plan) {
-    const shd_scene *scene = plan->scene;
-    const bool exact = plan->tier == SHD_EXACT;
-    const uint64_t samples = (uint64_t)scene->raster.samples, classes = plan->group_count + 1;
-    const uint64_t length = SHD_CHUNK + 2 * SHD_LANES, rows = shd_sum_of(plan, 1, 0, 0);
-    const uint64_t arrays = plan->plane_count * rows;
-    const uint64_t side = SHD_TILE / SHD_BLOCK_SIDE, blocks = side * side;
-    const uint64_t shot = 2 * sizeof(int32_t) + 1 + 3 * sizeof(uint16_t) + sizeof(uint32_t);
-    const uint64_t runs = (classes < SHD_CHUNK ? classes : SHD_CHUNK) * sizeof(shd_run);
-    const uint64_t roundings = 100 * 64;
-
-    uint64_t bytes = sizeof(shd_tile_scratch) + SHD_CHUNK * shot + 2 * length * shd_hit_size(plan) +
-                     runs + SHD_TILE_PIXELS * sizeof(uint16_t) + (classes + 1) * sizeof(uint32_t) +
-                     plan->light_count * sizeof(uint32_t) + blocks * sizeof(shd_block) +
-                     (blocks + 1) * scene->object_count * sizeof(uint32_t) + roundings;
-    bytes += (arrays + rows) * sizeof(float *) + arrays * length * sizeof(float);
-    if (exact) bytes += rows * (length * sizeof(double) + sizeof(double *));
-    if (samples == 1) return bytes;
-    const uint64_t each = samples < classes ? samples : classes;
-    const uint64_t fragments = SHD_TILE_PIXELS * each + 2 * SHD_LANES;
-    bytes += fragments * (sizeof(uint16_t) + sizeof(float)) + shd_chunks_of(samples) * runs;
-    return bytes + arrays * (fragments * sizeof(float) + sizeof(float *));
 }
 
 /* ---- Light on what was hit. ---- */
@@ -340,7 +246,7 @@ static size_t place_hits(shd_tile_scratch *s, shd_run run, size_t at, int sample
     for (uint32_t i = run.first; i < run.first + run.count; i++) {
         const uint16_t cell = s->cell[i];
         uint16_t fragment = s->fragment_of[cell];
-        if (fragment == NO_FRAGMENT) {
+        if (fragment == SHD_NO_FRAGMENT) {
             fragment = s->fragment_of[cell] = (uint16_t)count;
             cells[count] = cell;
             coverage[count++] = 0;
@@ -351,7 +257,7 @@ static size_t place_hits(shd_tile_scratch *s, shd_run run, size_t at, int sample
     for (size_t k = 0; k < count; k++) {
         s->whole &= coverage[k] == (float)samples;
         coverage[k] /= (float)samples;
-        s->fragment_of[cells[k]] = NO_FRAGMENT;
+        s->fragment_of[cells[k]] = SHD_NO_FRAGMENT;
     }
     return count;
 }

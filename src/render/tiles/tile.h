@@ -59,11 +59,8 @@ size_t shd_tile_count(const shd_raster *raster);
 /* One thread's working memory. */
 typedef struct shd_tile_scratch shd_tile_scratch;
 
-/* NULL: the arena is full. */
-shd_tile_scratch *shd_tile_scratch_new(const shd_scenery *scenery, shd_arena *arena);
-
-/* Bytes that it takes from an arena: never less, and not much more. */
-uint64_t shd_tile_scratch_size(const shd_plan *plan);
+/* NULL if it is only counted, or the arena is full. */
+shd_tile_scratch *shd_tile_scratch_lay_out(const shd_plan *plan, shd_scratch *memory);
 
 /* Looks at the pixels of tile `index`. The fragments live in the scratch until the next call. Data
  * layers go to the film at once. Ends the stages visibility and shade. `tile` lies within one

@@ -1,4 +1,4 @@
-/* One thread's working memory for tiles: shared by tile.c and keep.c. */
+/* One thread's working memory for tiles: shared by tile.c, shots.c and keep.c. */
 #ifndef SHD_RENDER_TILES_TILE_SCRATCH_H
 #define SHD_RENDER_TILES_TILE_SCRATCH_H
 
@@ -12,6 +12,8 @@ typedef struct shd_bundle {
 
 /* Of a chunk of the most samples, that is of the fewest pixels, or blocks. */
 enum { SHD_BUNDLES = SHD_TILE_PIXELS / (SHD_BLOCK_SIDE * SHD_BLOCK_SIDE) };
+
+enum { SHD_NO_FRAGMENT = UINT16_MAX };
 
 struct shd_tile_scratch {
     size_t tile;       /* its index */
@@ -31,7 +33,6 @@ struct shd_tile_scratch {
     size_t run_count, run_capacity;
     float **sums, **outs;
     double **exact; /* the exact tier's, [term][channel] of a run */
-    size_t sum_arrays;
     uint32_t *which;
     uint32_t *order, *starts; /* for sorting */
     /* For averaging: a cell's fragment of a run, and each hit's. */

@@ -1,0 +1,72 @@
+#include "render/tiles/tile_scratch.h"
+
+#include "render/tiles/shots.h"
+
+/* Rows of floats, each of whole vectors. */
+static float **lay_out_rows(size_t rows, size_t length, shd_scratch *memory) {
+    length = (length + SHD_LANES - 1) / SHD_LANES * SHD_LANES;
+    float **out = shd_scratch_take(memory, rows, sizeof *out);
+    float *values = shd_scratch_take(memory, rows * length, sizeof *values);
+    for (size_t i = 0; out && values && i < rows; i++) out[i] = values + i * length;
+    return out;
+}
+
+static double **lay_out_exact_rows(size_t rows, size_t length, shd_scratch *memory) {
+    double **out = shd_scratch_take(memory, rows, sizeof *out);
+    double *values = shd_scratch_take(memory, rows * length, sizeof *values);
+    for (size_t i = 0; out && values && i < rows; i++) out[i] = values + i * length;
+    return out;
+}
+
+/* A chunk's shots, what they hit, and the sums of light there. Kernels read whole vectors from
+ * wherever a run begins. */
+static void lay_out_chunk(const shd_plan *plan, shd_scratch *memory, shd_tile_scratch *s) {
+    const size_t classes = plan->group_count + 1, length = SHD_CHUNK + SHD_LANES,
+                 rows = shd_sum_of(plan, 1, 0, 0);
+    s->x = shd_scratch_take(memory, SHD_CHUNK, sizeof *s->x);
+    s->y = shd_scratch_take(memory, SHD_CHUNK, sizeof *s->y);
+    s->sample = shd_scratch_take(memory, SHD_CHUNK, sizeof *s->sample);
+    s->shot_cell = shd_scratch_take(memory, SHD_CHUNK, sizeof *s->shot_cell);
+    s->cell = shd_scratch_take(memory, SHD_CHUNK, sizeof *s->cell);
+    s->order = shd_scratch_take(memory, SHD_CHUNK, sizeof *s->order);
+    s->place = shd_scratch_take(memory, SHD_CHUNK, sizeof *s->place);
+    s->starts = shd_scratch_take(memory, classes + 1, sizeof *s->starts);
+    s->which = shd_scratch_take(memory, plan->light_count, sizeof *s->which);
+    s->run_capacity = classes < SHD_CHUNK ? classes : SHD_CHUNK;
+    s->runs = shd_scratch_take(memory, s->run_capacity, sizeof *s->runs);
+    if (plan->tier == SHD_EXACT) s->exact = lay_out_exact_rows(rows, length, memory);
+    s->sums = lay_out_rows(shd_sum_of(plan, plan->plane_count, 0, 0), length, memory);
+    s->outs = shd_scratch_take(memory, rows, sizeof *s->outs);
+    shd_hits_lay_out(plan, length, memory, &s->hits);
+    shd_hits_lay_out(plan, length, memory, &s->sorted);
+}
+
+/* A pixel has no more fragments than samples, or groups and facets. */
+static void lay_out_fragments(const shd_plan *plan, size_t samples, shd_scratch *memory,
+                              shd_tile_scratch *s) {
+    const size_t classes = plan->group_count + 1;
+    shd_fragments *f = &s->fragments;
+    f->capacity = SHD_TILE_PIXELS * (samples < classes ? samples : classes);
+    f->cell = shd_scratch_take(memory, f->capacity, sizeof *f->cell);
+    s->coverage = shd_scratch_take(memory, f->capacity, sizeof *s->coverage);
+    f->sums =
+        lay_out_rows(shd_sum_of(plan, plan->plane_count, 0, 0), f->capacity + SHD_LANES, memory);
+    f->runs = shd_scratch_take(memory, shd_chunks_of(samples) * s->run_capacity, sizeof *f->runs);
+}
+
+shd_tile_scratch *shd_tile_scratch_lay_out(const shd_plan *plan, shd_scratch *memory) {
+    const size_t samples = (size_t)plan->scene->raster.samples;
+    shd_tile_scratch counted, *made = shd_scratch_take(memory, 1, sizeof *made),
+                              *s = made ? made : &counted;
+    *s = (shd_tile_scratch){0};
+    for (size_t i = 0; i < SHD_TILE_PIXELS; i++) s->fragment_of[i] = SHD_NO_FRAGMENT;
+    shd_survey_lay_out(plan->scene->object_count, SHD_TILE, SHD_TILE, memory, &s->survey);
+    s->pixels = shd_scratch_take(memory, SHD_TILE_PIXELS, sizeof *s->pixels);
+    lay_out_chunk(plan, memory, s);
+    if (samples > 1)
+        lay_out_fragments(plan, samples, memory, s);
+    else /* samples are fragments */
+        s->fragments = (shd_fragments){
+            .capacity = SHD_CHUNK, .cell = s->cell, .sums = s->sums, .runs = s->runs};
+    return made;
+}
