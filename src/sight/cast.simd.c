@@ -316,6 +316,21 @@ static bool keep_nearer(const shd_sight *sight, double object, shd_batch *b,
     return any;
 }
 
+/* The same, where no lane hit anything before. */
+static bool keep_first(double object, const double *restrict t, shd_stage *restrict best) {
+    const shd_vd mine = shd_vd_set(object), nothing = shd_vd_set(SHD_NOTHING),
+                 missed = shd_vd_set(INFINITY);
+    unsigned any = 0;
+    for (int i = 0; i < SHD_RAYS; i += SHD_W / 2) {
+        const shd_vd now = shd_vd_load(t + i);
+        const shd_md met = shd_vd_gt(missed, now);
+        any |= shd_md_bits(met);
+        shd_vd_store(best->t + i, shd_vd_select(met, now, missed));
+        shd_vd_store(best->object + i, shd_vd_select(met, mine, nothing));
+    }
+    return any;
+}
+
 /* t of all lanes at least; times are positive, so that their bits are in their order. */
 static double farthest(const double *restrict t) {
     int64_t most = 0;
@@ -339,6 +354,7 @@ static int find_nearest(const shd_sight *sight, const uint32_t *candidates, size
     SHD_ALIGNED double t[SHD_RAYS], limit = INFINITY;
     shd_mesh_hits met;
     int held = 0;
+    bool some = false; /* lane hit an object */
     *holder = SHD_NOTHING;
     SHD_EACH_LANE(i) {
         out->t[i] = INFINITY;
@@ -351,7 +367,8 @@ static int find_nearest(const shd_sight *sight, const uint32_t *candidates, size
         if (it->nearest > limit) continue;
         if (it->shape == SHD_MESH) {
             if (!SHD_VARIANT(shd_find_mesh)(&sight->lens, it, b, limit, &met) ||
-                !keep_nearer(sight, object, b, met.t, met.triangle, out))
+                !(some ? keep_nearer(sight, object, b, met.t, met.triangle, out)
+                       : keep_first(object, met.t, out)))
                 continue;
             take64(out->object, object, met.u, out->u);
             take64(out->object, object, met.v, out->v);
@@ -359,10 +376,12 @@ static int find_nearest(const shd_sight *sight, const uint32_t *candidates, size
             out->triangle[i] = out->object[i] == object ? met.triangle[i] : out->triangle[i];
         } else {
             find(it, b, &b->work[!held], t);
-            if (!keep_nearer(sight, object, b, t, NULL, out)) continue;
+            if (!(some ? keep_nearer(sight, object, b, t, NULL, out) : keep_first(object, t, out)))
+                continue;
             held = !held;
             *holder = (int)candidates[k];
         }
+        some = true;
         if (count > 4) limit = farthest(out->t) * (1 + 2 * CLOSE);
     }
     return held;

@@ -405,7 +405,8 @@ SHD_INLINE void set_smooth(const facet *f, shd_vd u, shd_vd v, place *out) {
 void SHD_VARIANT(shd_place_mesh)(const shd_item *it, double object, const shd_stage *hits,
                                  shd_surfaces *out) {
     enum { WIDE = SHD_W / 2 };
-    facet f = {.triangle = UINT32_MAX};
+    facet known[4]; /* rows of a block go back and forth between its triangles */
+    for (int k = 0; k < 4; k++) known[k].triangle = UINT32_MAX;
     for (int i = 0; i < SHD_RAYS; i += WIDE) {
         SHD_ALIGNED double name[WIDE];
         unsigned left = 0;
@@ -415,11 +416,12 @@ void SHD_VARIANT(shd_place_mesh)(const shd_item *it, double object, const shd_st
         }
         while (left) {
             const uint32_t triangle = hits->triangle[i + __builtin_ctz(left)];
-            if (triangle != f.triangle) set_facet(it, triangle, &f);
+            facet *f = &known[triangle % 4];
+            if (triangle != f->triangle) set_facet(it, triangle, f);
             const shd_vd u = shd_vd_load(hits->u + i), v = shd_vd_load(hits->v + i);
             place p;
-            set_place(&f, u, v, &p);
-            if (it->smooth) set_smooth(&f, u, v, &p);
+            set_place(f, u, v, &p);
+            if (it->smooth) set_smooth(f, u, v, &p);
             const shd_vd names = shd_vd_load(name), wanted = shd_vd_set((double)triangle);
             const shd_md others = shd_md_or(shd_vd_gt(names, wanted), shd_vd_gt(wanted, names));
             for (int c = 0; c < 3; c++) {

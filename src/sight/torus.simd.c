@@ -10,7 +10,7 @@
  * once an instruction set. */
 #include "sight/batch.h"
 
-enum { PART = 16 }; /* lanes that are worked on together: they stop when the last one does */
+enum { PART = 32 }; /* lanes that are worked on together: they stop when the last one does */
 
 #define LANES(i) for (int i = 0; i < SHD_RAYS; i++)
 #define EACH(i)  for (int i = 0; i < PART; i++)
@@ -79,9 +79,9 @@ static void derive(double tube, quartic *restrict q) {
 }
 
 /* The derivative's root between `from` and `to`, where it is monotone; `to` where there is none.
- * Begun at `start`, Newton's steps do not pass the root: at the outer end of the outer intervals,
- * and in the inner one as near to its inflection as may be. A step's square over the slope is about
- * what is left after it; of that, the quartic's minimum feels the square. */
+ * Begun at `start`, Halley's steps do not pass the root: at the outer end of the outer intervals,
+ * and in the inner one as near to its inflection as may be. A step's square over the slope is more
+ * than what is left after it; of that, the quartic's minimum feels the square. */
 static void find_turn(const quartic *restrict q, const double *restrict from,
                       const double *restrict to, const double *restrict start,
                       double *restrict out) {
@@ -99,7 +99,8 @@ static void find_turn(const quartic *restrict q, const double *restrict from,
         EACH(i) {
             double a = q->a[i], b = q->b[i], c = q->c[i], x = t[i];
             double value = ((x + a) * x + b) * x + c, slope = (3 * x + 2 * a) * x + b;
-            double next = x - value / slope;
+            double bend = 3 * x + a; /* half of the second derivative */
+            double next = x - value * slope / (slope * slope - value * bend);
             next = next > from[i] ? next : from[i]; /* not-a-number too */
             next = next < to[i] ? next : to[i];
             bool on = going[i] > 0 && (next - x) * (next - x) > enough * fabs(slope);
