@@ -70,6 +70,10 @@ bool shd_engine_submit(shd_engine *engine, void (*run)(void *context), void *con
  * jobs, and lets them pass between its tiles: what is small does not wait for what is large. */
 void shd_engine_defer(shd_engine *engine, void (*run)(void *context), void *context);
 
+/* Calls step(context) on each worker with deferred work, between two of its tiles, whose own work
+ * goes on when it returns. Once, before there is any. */
+void shd_engine_between(shd_engine *engine, void (*step)(void *context), void *context);
+
 /* Takes a waiting job back. False: it runs, or has run. */
 bool shd_engine_withdraw(shd_engine *engine, const void *context);
 
@@ -133,6 +137,9 @@ bool shd_request_multipart(const shd_request *request);
 /* After a successful read: how much there is to compute, in units of about one light on one sample
  * in single precision, right to a factor of a few. */
 uint64_t shd_request_work(const shd_request *request);
+
+/* After a successful read: bytes that its pictures take at least. */
+uint64_t shd_request_needs(const shd_request *request);
 
 /* After a successful read: the format of picture `index`, as the document or `fallback` has it.
  * A document without `outputs` has one picture. */

@@ -46,6 +46,8 @@ struct shd_pool {
     loop *loops;
     bool (*idle)(void *context); /* or NULL */
     void *idle_context;
+    void (*between)(void *context); /* or NULL */
+    void *between_context;
     uint64_t lent;
     unsigned threads, busy, started;
     bool stopping;
@@ -146,11 +148,17 @@ static bool run_index(loop *l, unsigned slot) {
 
 /* New jobs for as long as the index before them took, so that a crowd of them and a large picture
  * share the worker evenly, however long an index takes. */
-static double lend_for(shd_pool *pool, worker *self, double seconds) {
+static void lend_for(shd_pool *pool, worker *self, double seconds) {
     double lent = 0;
     do lent += lend(pool, self);
     while (lent < seconds && atomic_load_explicit(&pool->has_fresh, memory_order_relaxed));
-    return lent;
+}
+
+static void run_between(shd_pool *pool) {
+    if (!pool->between) return;
+    const shd_denormals before = shd_denormals_keep(); /* a loop's body may have this loop */
+    pool->between(pool->between_context);
+    shd_denormals_restore(before);
 }
 
 /* The caller's own part of its loop. */
@@ -159,8 +167,11 @@ static double run_indices(shd_pool *pool, loop *l) {
     double lent = 0, began = lender ? shd_thread_seconds() : 0;
     while (run_index(l, 0)) {
         if (!lender) continue;
-        lent += lend_for(pool, lender, shd_thread_seconds() - began);
+        const double done = shd_thread_seconds();
+        lend_for(pool, lender, done - began);
+        run_between(pool);
         began = shd_thread_seconds();
+        lent += began - done;
     }
     return lent;
 }
@@ -293,6 +304,13 @@ void shd_pool_when_idle(shd_pool *pool, bool (*step)(void *context), void *conte
     pool->idle = step;
     pool->idle_context = context;
     pthread_cond_broadcast(&pool->work);
+    pthread_mutex_unlock(&pool->mutex);
+}
+
+void shd_pool_between(shd_pool *pool, void (*step)(void *context), void *context) {
+    pthread_mutex_lock(&pool->mutex);
+    pool->between = step;
+    pool->between_context = context;
     pthread_mutex_unlock(&pool->mutex);
 }
 

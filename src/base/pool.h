@@ -54,6 +54,10 @@ double shd_pool_for(shd_pool *pool, size_t count,
  * and loops come first. Once, and for the pool's life. */
 void shd_pool_when_idle(shd_pool *pool, bool (*step)(void *context), void *context);
 
+/* What the worker of a deferred job does after each index of its loops, after new jobs:
+ * step(context) may take its time, for other work. Once, before any job. */
+void shd_pool_between(shd_pool *pool, void (*step)(void *context), void *context);
+
 unsigned shd_pool_hands(shd_pool *pool);       /* threads that a loop of the caller's may have */
 unsigned shd_pool_slots(const shd_pool *pool); /* workers + 1 */
 size_t shd_pool_queued(shd_pool *pool);        /* jobs that wait, new and deferred */

@@ -134,6 +134,10 @@ void shd_engine_defer(shd_engine *engine, void (*run)(void *context), void *cont
     shd_pool_defer(engine->pool, run, context);
 }
 
+void shd_engine_between(shd_engine *engine, void (*step)(void *context), void *context) {
+    shd_pool_between(engine->pool, step, context);
+}
+
 bool shd_engine_withdraw(shd_engine *engine, const void *context) {
     return shd_pool_withdraw(engine->pool, context);
 }

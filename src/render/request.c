@@ -238,6 +238,10 @@ uint64_t shd_request_work(const shd_request *request) {
     return shd_estimate_work(request->scene);
 }
 
+uint64_t shd_request_needs(const shd_request *request) {
+    return shd_estimate_memory(request->scene);
+}
+
 bool shd_request_multipart(const shd_request *request) {
     return request->scene->multipart;
 }

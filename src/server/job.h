@@ -6,6 +6,7 @@
  * taken from the queue, or cancelled.
  *
  *     jobs.c   who waits for which job: joining, leaving, deadlines
+ *     turns.c  which job a worker takes, and gives way to
  *     queue.c  whose job is next; equal.c  which are equal
  *     job.c    what a worker does with a job
  *
@@ -57,10 +58,12 @@ struct shd_job {
     double asked, deadline; /* when it was first asked for, and until when it is done */
     double began, seconds;  /* when a worker took it, and what workers spent on it so far */
     double cost;            /* in the units of shd_request_work; jobs.c's, once it has the job */
+    double done;            /* the share of its tiles; its worker's own */
 
     /* jobs.c's own. */
     struct shd_waiter *waiters;
     shd_turn turn;            /* in the queue */
+    struct shd_begun *begun;  /* turns.c's, of a large one that a worker has */
     shd_job *earlier, *later; /* by deadline */
     shd_listings listings;
     bool was_read;   /* without a mistake: it may settle */

@@ -9,34 +9,25 @@
 #include "base/clock.h"
 #include "job.h"
 #include "problem.h"
+#include "turns.h"
 
 /* How many of the last jobs, about, tell what work takes. */
 static const double memory_of_jobs = 16;
-
-/* What the engine's workers are given for each job that waits: a right to take the next one of its
- * lane. So which one that is is decided when it begins. */
-typedef struct ticket {
-    shd_jobs *jobs;
-} ticket;
 
 struct shd_jobs {
     shd_engine *engine;
     shd_metrics *metrics;
     shd_jobs_calls calls;
     shd_jobs_limits limits;
-    ticket tickets[SHD_LANES];
 
     pthread_mutex_t mutex;
     pthread_cond_t changed;
     pthread_t thread;
     shd_equals *equals;
-    shd_queue *queue;           /* jobs that wait for a worker */
-    shd_queue *crowd;           /* waiters; each costs 1, and nobody is taken from it */
-    shd_job *first, *last;      /* jobs that somebody waits for, by deadline */
-    unsigned large, most_large; /* jobs of that lane that workers have, and may have */
-    size_t kept_tickets;        /* for others of that lane */
-    double running;             /* cost of jobs that workers have */
-    double work, work_seconds;  /* of the last jobs that are done */
+    shd_turns turns;           /* jobs that wait for a worker */
+    shd_queue *crowd;          /* waiters; each costs 1, and nobody is taken from it */
+    shd_job *first, *last;     /* jobs that somebody waits for, by deadline */
+    double work, work_seconds; /* of the last jobs that are done */
     double wakes; /* while the thread waits: when it looks next, infinity where it does not */
     bool stopped; /* everybody is to leave */
     bool ending;  /* the thread is to end */
@@ -87,12 +78,6 @@ static void wait_no_more(shd_jobs *jobs, shd_waiter *waiter) {
     shd_queue_leave(jobs->crowd, &waiter->turn);
 }
 
-/* Of one that leaves the queue. A worker may have it in hand already, and finds nobody then. */
-static void withdraw_ticket(shd_jobs *jobs, shd_lane lane) {
-    if (shd_engine_withdraw(jobs->engine, &jobs->tickets[lane])) return;
-    if (lane == SHD_LANE_LARGE && jobs->kept_tickets) jobs->kept_tickets--;
-}
-
 /* Where nobody waits for the job: nobody finds it any more, and it ends soon or at once. */
 static void abandon(shd_jobs *jobs, shd_job *job, leftovers *left) {
     if (job->waiters) return;
@@ -100,11 +85,11 @@ static void abandon(shd_jobs *jobs, shd_job *job, leftovers *left) {
     if (!shd_turn_waits(&job->turn)) {
         if (!job->may_cancel) return;
         shd_request_cancel(job->request);
+        if (job->begun && job->begun->is_aside) return; /* it notices when it goes on */
         shd_stuck_watch(job->server->stuck, &job->watched, job->id);
         return;
     }
-    withdraw_ticket(jobs, shd_turn_lane(&job->turn));
-    shd_queue_leave(jobs->queue, &job->turn);
+    shd_turns_leave(&jobs->turns, job);
     job->later = left->jobs;
     left->jobs = job;
 }
@@ -119,11 +104,12 @@ static double seconds_for(const shd_jobs *jobs, double work) {
  * places. */
 static unsigned retry_after(const shd_jobs *jobs, const char *client, shd_lane lane, double cost) {
     const unsigned threads = shd_engine_load(jobs->engine).threads;
-    double ahead = shd_queue_ahead(jobs->queue, lane, client, cost);
+    double ahead = shd_queue_ahead(jobs->turns.queue, lane, client, cost);
     if (lane == SHD_LANE_LARGE)
-        ahead += jobs->running;
-    else if (!shd_queue_count(jobs->queue, SHD_LANE_NEW))
-        ahead = shd_queue_ahead(jobs->queue, SHD_LANE_LARGE, client, cost) + jobs->running;
+        ahead += jobs->turns.running;
+    else if (!shd_queue_count(jobs->turns.queue, SHD_LANE_NEW))
+        ahead =
+            shd_queue_ahead(jobs->turns.queue, SHD_LANE_LARGE, client, cost) + jobs->turns.running;
     const double seconds = seconds_for(jobs, ahead) / threads;
     return seconds < 1 ? 1 : seconds > 300 ? 300 : (unsigned)ceil(seconds);
 }
@@ -225,60 +211,18 @@ void shd_jobs_stop(shd_jobs *jobs) {
 
 /* ---- The queue ---- */
 
-/* With a ticket, on a worker. There may be nobody: who it was given for has left meanwhile. */
-static void take_new(void *context) {
-    shd_jobs *jobs = ((ticket *)context)->jobs;
-    pthread_mutex_lock(&jobs->mutex);
-    shd_job *job = shd_queue_take(jobs->queue, SHD_LANE_NEW);
-    if (job) jobs->running += job->cost;
-    pthread_mutex_unlock(&jobs->mutex);
-    if (job) jobs->calls.run(job);
-}
-
-/* The same, but one worker never has large work of its own, unless it is the only one: others lend
- * themselves to what is new between their tiles, but not while they read a document or plan. That
- * one helps with tiles. Tickets for which there is no worker are kept for the next end. */
-static void take_large(void *context) {
-    shd_jobs *jobs = ((ticket *)context)->jobs;
-    pthread_mutex_lock(&jobs->mutex);
-    if (jobs->large == jobs->most_large) {
-        jobs->kept_tickets++;
-        pthread_mutex_unlock(&jobs->mutex);
-        return;
-    }
-    shd_job *job = shd_queue_take(jobs->queue, SHD_LANE_LARGE);
-    if (job) {
-        jobs->running += job->cost;
-        jobs->large++;
-        pthread_mutex_unlock(&jobs->mutex);
-        jobs->calls.run(job);
-        pthread_mutex_lock(&jobs->mutex);
-        jobs->large--;
-        if (jobs->kept_tickets) {
-            jobs->kept_tickets--;
-            shd_engine_defer(jobs->engine, take_large, &jobs->tickets[SHD_LANE_LARGE]);
-        }
-    }
-    pthread_mutex_unlock(&jobs->mutex);
-}
-
 /* A job's place, as the client's, and a ticket. Returns why there is none. */
 static enum shd_sent queue_up(shd_jobs *jobs, shd_job *job, shd_lane lane, const char *client,
                               bool is_rest, leftovers *left) {
     void *displaced;
-    const shd_entry entry =
-        shd_queue_enter(jobs->queue, &job->turn, job, lane, client, job->cost, is_rest, &displaced);
+    const shd_entry entry = shd_queue_enter(jobs->turns.queue, &job->turn, job, lane, client,
+                                            job->cost, is_rest, &displaced);
     if (entry != SHD_ENTRY_WAITS)
         return entry == SHD_ENTRY_FULL ? SHD_SENT_FULL : SHD_SENT_NO_MEMORY;
     if (displaced) send_all_away(jobs, displaced, SHD_SENT_DISPLACED, left);
-    ticket *given = &jobs->tickets[lane];
-    if (lane == SHD_LANE_LARGE)
-        shd_engine_defer(jobs->engine, take_large, given);
-    else if (!shd_engine_submit(jobs->engine, take_new, given)) {
-        shd_queue_leave(jobs->queue, &job->turn);
-        return SHD_SENT_FULL;
-    }
-    return SHD_SENT_NOT;
+    if (shd_turns_give(&jobs->turns, lane)) return SHD_SENT_NOT;
+    shd_queue_leave(jobs->turns.queue, &job->turn);
+    return SHD_SENT_FULL;
 }
 
 static enum shd_sent join_crowd(shd_jobs *jobs, shd_waiter *waiter, leftovers *left) {
@@ -299,7 +243,7 @@ static enum shd_sent join_crowd(shd_jobs *jobs, shd_waiter *waiter, leftovers *l
 static void join_job(shd_jobs *jobs, shd_waiter *waiter, shd_job *job) {
     attach(jobs, waiter, job);
     waiter->joined = true;
-    if (shd_turn_waits(&job->turn)) shd_queue_share(jobs->queue, &job->turn, waiter->client);
+    if (shd_turn_waits(&job->turn)) shd_queue_share(jobs->turns.queue, &job->turn, waiter->client);
     atomic_fetch_add(&jobs->metrics->joined, 1);
 }
 
@@ -349,7 +293,7 @@ bool shd_jobs_enter(shd_jobs *jobs, shd_job *job, shd_lane lane, shd_waiter *wai
 
 /* The worker's job is none any more, where nobody waits for it. */
 static bool is_wanted(shd_jobs *jobs, const shd_job *job) {
-    if (!job->waiters) jobs->running -= job->cost;
+    if (!job->waiters) jobs->turns.running -= job->cost;
     return job->waiters;
 }
 
@@ -364,10 +308,10 @@ bool shd_jobs_begin(shd_jobs *jobs, shd_job *job) {
 /* What was estimated before its document was read was for the queue to go by. */
 static void correct_cost(shd_jobs *jobs, shd_job *job, double cost, bool is_large) {
     const double more = cost - job->cost;
-    jobs->running += more;
-    job->cost = cost;
+    shd_turns_correct(&jobs->turns, job, more);
     if (more > 0 && job->waiters && !is_large)
-        shd_queue_charge(jobs->queue, SHD_LANE_NEW, job->waiters->client, more);
+        shd_queue_charge(jobs->turns.queue, job->begun ? SHD_LANE_LARGE : SHD_LANE_NEW,
+                         job->waiters->client, more);
 }
 
 static void settle_some(shd_jobs *jobs, shd_job *job, leftovers *left) {
@@ -408,13 +352,13 @@ bool shd_jobs_defer(shd_jobs *jobs, shd_job *job) {
     leftovers left = {NULL, NULL};
     bool waits = false;
     pthread_mutex_lock(&jobs->mutex);
-    jobs->running -= job->cost;
+    jobs->turns.running -= job->cost;
     if (job->waiters) {
         const enum shd_sent why =
             queue_up(jobs, job, SHD_LANE_LARGE, job->waiters->client, true, &left);
         waits = why == SHD_SENT_NOT;
         for (shd_waiter *w = job->waiters->other; waits && w; w = w->other)
-            shd_queue_share(jobs->queue, &job->turn, w->client);
+            shd_queue_share(jobs->turns.queue, &job->turn, w->client);
         if (!waits) send_all_away(jobs, job, why, &left);
     }
     pthread_mutex_unlock(&jobs->mutex);
@@ -440,7 +384,7 @@ void shd_jobs_finish(shd_jobs *jobs, shd_job *job) {
     pthread_mutex_lock(&jobs->mutex);
     shd_equals_hide(jobs->equals, job);
     job->may_cancel = false;
-    jobs->running -= job->cost;
+    jobs->turns.running -= job->cost;
     while (job->waiters) {
         shd_waiter *waiter = job->waiters;
         wait_no_more(jobs, waiter);
@@ -472,9 +416,9 @@ bool shd_jobs_leave(shd_jobs *jobs, shd_waiter *waiter) {
 
 shd_jobs_load shd_jobs_load_of(shd_jobs *jobs) {
     pthread_mutex_lock(&jobs->mutex);
-    const shd_jobs_load load = {.waiting = shd_queue_count(jobs->queue, SHD_LANES),
-                                .large_waiting = shd_queue_count(jobs->queue, SHD_LANE_LARGE),
-                                .large_begun = jobs->large};
+    const shd_jobs_load load = {.waiting = shd_queue_count(jobs->turns.queue, SHD_LANES),
+                                .large_waiting = shd_queue_count(jobs->turns.queue, SHD_LANE_LARGE),
+                                .large_begun = shd_turns_begun(&jobs->turns)};
     pthread_mutex_unlock(&jobs->mutex);
     return load;
 }
@@ -503,7 +447,7 @@ static shd_status start_thread(shd_jobs *jobs, shd_error *error) {
 
 static void release(shd_jobs *jobs) {
     shd_equals_drop(jobs->equals);
-    shd_queue_drop(jobs->queue);
+    shd_turns_clear(&jobs->turns);
     shd_queue_drop(jobs->crowd);
     free(jobs);
 }
@@ -516,11 +460,9 @@ shd_status shd_jobs_new(shd_engine *engine, shd_metrics *metrics, const shd_jobs
     jobs->metrics = metrics;
     jobs->limits = *limits;
     jobs->calls = *calls;
-    const unsigned threads = shd_engine_load(engine).threads;
-    jobs->most_large = threads > 1 ? threads - 1 : 1;
-    for (int lane = 0; lane < SHD_LANES; lane++) jobs->tickets[lane] = (ticket){jobs};
     jobs->equals = shd_equals_new();
-    shd_status status = jobs->equals ? shd_queue_new(limits->queue, &jobs->queue, error)
+    shd_status status = jobs->equals ? shd_turns_init(&jobs->turns, engine, limits->queue,
+                                                      &jobs->mutex, calls->run, error)
                                      : shd_fail(error, SHD_EXHAUSTED, "", "no memory for the jobs");
     if (!status) status = shd_queue_new(limits->crowd, &jobs->crowd, error);
     if (!status) status = start_thread(jobs, error);

@@ -1,5 +1,6 @@
 #include "queue.h"
 
+#include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,6 +18,7 @@ typedef struct shd_share {
     shd_lane lane;
     shd_turn *oldest, *newest;
     size_t count;
+    shd_stint *begun;
 } share;
 
 /* A client, while it has something. */
@@ -73,7 +75,7 @@ static size_t held_by(const party *p) {
 }
 
 static void drop_if_empty(shd_queue *queue, party *p) {
-    if (held_by(p)) return;
+    if (held_by(p) || p->lanes[SHD_LANE_NEW].begun || p->lanes[SHD_LANE_LARGE].begun) return;
     *find_party_link(queue, p->client, p->hash) = p->next;
     free(p);
 }
@@ -82,9 +84,11 @@ static void drop_if_empty(shd_queue *queue, party *p) {
 
 /* The tag of what this client, NULL where it has nothing yet, brought now. */
 static double tag_for(const shd_queue *queue, const party *p, shd_lane lane, double cost) {
-    const shd_turn *last = p ? p->lanes[lane].newest : NULL;
-    const double clock = queue->clock[lane];
-    return (last && last->tag > clock ? last->tag : clock) + cost;
+    const share *s = p ? &p->lanes[lane] : NULL;
+    double after = queue->clock[lane];
+    if (s && s->newest) after = fmax(after, s->newest->tag);
+    for (const shd_stint *b = s ? s->begun : NULL; b; b = b->other) after = fmax(after, b->tag);
+    return after + cost;
 }
 
 static void append(shd_queue *queue, share *s, shd_turn *turn) {
@@ -173,22 +177,58 @@ shd_entry shd_queue_enter(shd_queue *queue, shd_turn *turn, void *owner, shd_lan
         drop_if_empty(queue, p);
         return SHD_ENTRY_FULL;
     }
-    *turn = (shd_turn){.owner = owner, .cost = cost, .tag = tag_for(queue, p, lane, cost)};
+    *turn = (shd_turn){
+        .owner = owner, .cost = cost, .tag = tag_for(queue, p, lane, cost), .is_rest = is_rest};
     append(queue, &p->lanes[lane], turn);
     return SHD_ENTRY_WAITS;
 }
 
 /* ---- Turns that come ---- */
 
-void *shd_queue_take(shd_queue *queue, shd_lane lane) {
+shd_turn *shd_queue_next(const shd_queue *queue, shd_lane lane, double before, bool rests) {
     const share *ring = &queue->rings[lane];
     shd_turn *next = NULL;
-    for (const share *s = ring->next; s != ring; s = s->next)
-        if (!next || s->oldest->tag < next->tag) next = s->oldest;
+    for (const share *s = ring->next; s != ring; s = s->next) {
+        shd_turn *turn = s->oldest; /* a client's tags grow */
+        while (turn && rests && !turn->is_rest) turn = turn->newer;
+        if (turn && turn->tag < (next ? next->tag : before)) next = turn;
+    }
+    return next;
+}
+
+void shd_queue_begin(shd_queue *queue, shd_turn *turn, shd_stint *stint) {
+    share *s = turn->share;
+    *stint = (shd_stint){s->begun, s, turn->cost, turn->tag};
+    s->begun = stint;
+    shd_queue_leave(queue, turn);
+}
+
+void shd_queue_end(shd_queue *queue, shd_stint *stint) {
+    share *s = stint->share;
+    shd_stint **at = &s->begun;
+    while (*at != stint) at = &(*at)->other;
+    *at = stint->other;
+    shd_queue_advance(queue, s->lane, stint->tag);
+    memset(stint, 0, sizeof *stint);
+    drop_if_empty(queue, s->party);
+}
+
+void shd_queue_correct(shd_stint *stint, double more) {
+    stint->cost += more;
+    stint->tag += more;
+}
+
+void shd_queue_advance(shd_queue *queue, shd_lane lane, double clock) {
+    queue->clock[lane] = fmax(queue->clock[lane], clock);
+}
+
+void *shd_queue_take(shd_queue *queue, shd_lane lane) {
+    shd_turn *next = shd_queue_next(queue, lane, INFINITY, false);
     if (!next) return NULL;
     void *owner = next->owner;
-    queue->clock[lane] = next->tag;
-    shd_queue_leave(queue, next);
+    shd_stint stint;
+    shd_queue_begin(queue, next, &stint);
+    shd_queue_end(queue, &stint);
     return owner;
 }
 

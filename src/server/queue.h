@@ -9,6 +9,12 @@
  * have something each gets the same cost done, whatever its requests are; who has had nothing here
  * comes before the second request of everybody else; and nobody waits for ever.
  *
+ * What takes long is not taken, but begun, and ends (shd_stint): until then the client's next ones
+ * are tagged as after it, and the clock, which goes on with what is done of it, is behind its tag.
+ * So what comes meanwhile and is tagged before it would, if all clients' work went on side by side,
+ * be done before it; and where it goes on only when that is done, as it may, it ends no later than
+ * it would then.
+ *
  * There are two lanes, each with a clock of its own: what is new, and what is known to be large,
  * which may have three places of four. Where all places are taken who comes may still take one from
  * the client that holds most: its newest gives way. A lone client may have them all.
@@ -32,8 +38,16 @@ typedef struct shd_turn {
     struct shd_share *share;        /* NULL: it does not wait */
     void *owner;
     double cost, tag;
+    bool is_rest;          /* it has had a place before */
     bool wanted_by_others; /* another client's requests wait for it, too: it does not give way */
 } shd_turn;
+
+/* One that was begun: a part of its owner, and all zero while it is not. */
+typedef struct shd_stint {
+    struct shd_stint *other; /* of the same client in the same lane */
+    struct shd_share *share; /* NULL: it was not begun, or has ended */
+    double cost, tag;        /* as of its turn */
+} shd_stint;
 
 shd_status shd_queue_new(size_t places, shd_queue **out, shd_error *error);
 void shd_queue_drop(shd_queue *queue); /* nobody waits in it; NULL is fine */
@@ -46,8 +60,20 @@ typedef enum shd_entry { SHD_ENTRY_WAITS, SHD_ENTRY_FULL, SHD_ENTRY_NO_MEMORY } 
 shd_entry shd_queue_enter(shd_queue *queue, shd_turn *turn, void *owner, shd_lane lane,
                           const char *client, double cost, bool is_rest, void **displaced);
 
-/* The owner that is next in this lane, which does not wait any more; NULL where nobody does. */
+/* The owner that is next in this lane, which does not wait any more; NULL where nobody does. It is
+ * begun and ends at once. */
 void *shd_queue_take(shd_queue *queue, shd_lane lane);
+
+/* The turn that is next in this lane of those with a smaller tag than `before`, and with a place
+ * before (`is_rest`) where there have to be `rests`; NULL where there is none. */
+shd_turn *shd_queue_next(const shd_queue *queue, shd_lane lane, double before, bool rests);
+
+void shd_queue_begin(shd_queue *queue, shd_turn *turn, shd_stint *stint); /* it waits no more */
+void shd_queue_end(shd_queue *queue, shd_stint *stint);
+void shd_queue_correct(shd_stint *stint, double more); /* it costs so much more than was known */
+
+/* Of all that go on in this lane at least so much is done: a tag less the cost that is left. */
+void shd_queue_advance(shd_queue *queue, shd_lane lane, double clock);
 
 /* It does not wait any more. */
 void shd_queue_leave(shd_queue *queue, shd_turn *turn);

@@ -223,10 +223,15 @@ static bool settle(const shd_job *job, const shd_exchange *exchange, shd_reply *
     return true;
 }
 
+static void note_progress(void *job, double share) {
+    ((shd_job *)job)->done = share;
+}
+
 static void render(shd_job *job) {
     shd_error error;
     shd_reply *reply = &job->reply;
-    shd_status status = shd_request_render(job->request, NULL, &error);
+    const shd_render_options options = {.progress = note_progress, .context = job};
+    shd_status status = shd_request_render(job->request, job->begun ? &options : NULL, &error);
     if (status == SHD_CANCELLED) return;
     if (status) {
         shd_problem_error(reply, &error);

@@ -5,7 +5,7 @@
  *     head.c    what the head of a request says; body.c  its body while it comes
  *     framing.c what it lets pass, though others read it differently
  *     routes.c  which paths and methods there are, and what can be answered at once
- *     jobs.c    which exchange waits for which work, and for how long
+ *     jobs.c    which exchange waits for which work, and for how long; turns.c  what is next
  *     job.c     how the engine's workers do it; stuck.c  which of them do not end
  *     render_job.c, json_job.c, mesh_job.c  what a worker does for a kind of work
  *     cache.c   finished pictures, for who asks for the same ones

@@ -4,6 +4,7 @@ import http.client
 import json
 import select
 import socket
+import time
 import unittest
 
 from e2e.daemon import JSON, PATIENCE, SMALL, Answer, Daemon, another
@@ -78,10 +79,10 @@ class PlacesTest(unittest.TestCase):
                 for address in ("127.0.0.2", "127.0.0.3"):
                     self.assertEqual(render_from(daemon, address, another(SMALL, i)).status, 200)
             # And another client's large picture has a place, which one of theirs gives up.
-            large = Waiting(daemon, "127.0.0.3", another(BUSY, 1))
+            self.assertEqual(render_from(daemon, "127.0.0.3", another(BUSY, 1)).status, 200)
             wait_until(lambda: refused(daemon) == 66 - 48)
-            self.assertEqual(queued(daemon), 48)
-            for client in (large, *crowd):
+            self.assertEqual(queued(daemon), 47)
+            for client in crowd:
                 client.leave()
 
     def test_who_gives_way_is_told_so(self):
@@ -120,22 +121,6 @@ class PlacesTest(unittest.TestCase):
             for client in crowd:
                 client.leave()
 
-    def test_turns_go_around_among_clients(self):
-        with new_daemon("--threads", "1", "--timeout", "300") as daemon:
-            first = Waiting(daemon, "127.0.0.9", ENDLESS)
-            wait_until_read(daemon, 0)
-            crowd = [Waiting(daemon, "127.0.0.2", another(BUSY, i)) for i in range(1, 7)]
-            wait_until_read(daemon, 6)
-            late = Waiting(daemon, "127.0.0.3", another(BUSY, 40))
-            wait_until_read(daemon, 7)
-            made = encoded(daemon)
-            first.leave()
-            self.assertEqual(late.result().status, 200)
-            # Before most of those that had come before it.
-            self.assertLessEqual(encoded(daemon) - made, 4)
-            for client in crowd:
-                self.assertEqual(client.result().status, 200)
-
     def test_clients_of_a_proxy_are_told_apart(self):
         with new_daemon("--threads", "1", "--queue", "2", "--timeout", "300", "--drain-time", "0",
                         "--trusted-proxies", "127.0.0.1") as daemon:
@@ -165,6 +150,84 @@ class PlacesTest(unittest.TestCase):
                 answer = render_from(daemon, "127.0.0.1", another(ENDLESS, 10 + i),
                                      {"X-Forwarded-For": f"192.0.2.{i}"})
                 self.assertEqual(answer.status, 429)
+            for client in crowd:
+                client.leave()
+
+
+class DivisionTest(unittest.TestCase):
+    """Of large pictures, too, each client has its part: they are left between two tiles."""
+
+    def test_a_crowd_of_endless_pictures_keeps_nobody_elses_waiting(self):
+        for threads in "1", "2":
+            with new_daemon("--threads", threads, "--timeout", "300", "--drain-time",
+                            "0") as daemon:
+                pictures = [another(BUSY, i) for i in range(3)]
+                alone = [daemon.render(picture).body for picture in pictures]
+                crowd = [Waiting(daemon, "127.0.0.2", another(ENDLESS, i)) for i in range(5)]
+                wait_until_read(daemon, 4)
+                for picture, body in zip(pictures, alone):
+                    answer = render_from(daemon, "127.0.0.3", picture)
+                    self.assertEqual((answer.status, answer.body), (200, body))
+                    # The first one goes on, and the others still wait for it.
+                    wait_until_read(daemon, 4)
+                self.assertEqual(encoded(daemon), 6)
+                self.assertEqual(daemon.metrics()["shaded_left_total"], 0)
+                for client in crowd:
+                    client.leave()
+
+    def test_who_gives_way_has_as_much_in_the_end(self):
+        """A picture of the work of four ends before a sixth that is asked for one by one."""
+        side = BUSY["image"]["width"]
+        large = {**BUSY, "image": {**BUSY["image"], "height": 4 * side}}
+        with new_daemon("--threads", "1", "--timeout", "300") as daemon:
+            alone = daemon.render(large).body
+            first = Waiting(daemon, "127.0.0.2", large)
+            wait_until(lambda: daemon.metrics()["shaded_large_begun"] or encoded(daemon) > 1)
+            made = 0
+            while not select.select([first.connection.sock], [], [], 0)[0]:
+                answer = render_from(daemon, "127.0.0.3", another(BUSY, made))
+                self.assertEqual(answer.status, 200)
+                made += 1
+            answer = first.result()
+            self.assertEqual((answer.status, answer.body), (200, alone))
+            self.assertLessEqual(made, 6)
+
+    def test_a_few_are_set_aside_for_others(self):
+        """Each on top of a larger one, and the next one waits; who leaves is let go in its turn."""
+        base = {**ENDLESS, "lights": 4 * ENDLESS["lights"]}
+        with new_daemon("--threads", "1", "--timeout", "300", "--drain-time", "0") as daemon:
+            clients = []
+            for i in range(5):
+                image = {"width": 1024, "height": 1024, "samples": 64 >> i}
+                clients.append(Waiting(daemon, f"127.0.0.{2 + i}", {**base, "image": image}))
+                wait_until_read(daemon, int(i == 4), begun=min(i + 1, 4))
+            first, second, third, fourth, fifth = clients
+            first.leave()
+            second.leave()
+            wait_until(lambda: daemon.metrics()["shaded_left_total"] == 2)
+            time.sleep(1.5)
+            # Beneath others they cannot notice, and hold no worker.
+            self.assertEqual(daemon.get("/readyz", admin=True).status, 200)
+            self.assertEqual(daemon.metrics()["shaded_large_begun"], 4)
+            self.assertEqual(render_from(daemon, "127.0.0.9", SMALL).status, 200)
+            fourth.leave()
+            wait_until_read(daemon, 0, begun=4)  # the fifth goes on top of the third
+            third.leave()
+            fifth.leave()
+            wait_until(lambda: daemon.metrics()["shaded_large_begun"] == 0)
+            self.assertEqual(render_from(daemon, "127.0.0.9", BUSY).status, 200)
+
+    def test_who_joins_what_waits_behind_a_crowd_need_not_wait_for_it(self):
+        with new_daemon("--threads", "1", "--timeout", "300", "--drain-time", "0") as daemon:
+            crowd = [Waiting(daemon, "127.0.0.2", ENDLESS)]
+            for i in range(1, 9):
+                crowd.append(Waiting(daemon, "127.0.0.2", another(BUSY, i)))
+                wait_until_read(daemon, i)
+            joined = Waiting(daemon, "127.0.0.3", another(BUSY, 8))
+            self.assertEqual(joined.result().status, 200)
+            self.assertEqual(crowd.pop().result().status, 200)
+            wait_until_read(daemon, 7)
+            self.assertEqual(encoded(daemon), 1)
             for client in crowd:
                 client.leave()
 
@@ -243,23 +306,6 @@ class DeadlineTest(unittest.TestCase):
             for client in later:
                 self.assertEqual(client.result().status, 504)
             wait_until(lambda: daemon.metrics()["shaded_workers_busy"] == 0)
-
-    def test_who_joins_what_waits_behind_a_crowd_comes_first(self):
-        with new_daemon("--threads", "1", "--timeout", "300") as daemon:
-            first = Waiting(daemon, "127.0.0.9", ENDLESS)
-            wait_until_read(daemon, 0)
-            crowd = []
-            for i in range(1, 9):
-                crowd.append(Waiting(daemon, "127.0.0.2", another(BUSY, i)))
-                wait_until_read(daemon, i)
-            joined = Waiting(daemon, "127.0.0.3", another(BUSY, 8))
-            wait_until_joined(daemon, 1)
-            made = encoded(daemon)
-            first.leave()
-            self.assertEqual(joined.result().status, 200)
-            self.assertLessEqual(encoded(daemon) - made, 4)
-            for client in crowd:
-                self.assertEqual(client.result().status, 200)
 
 
 if __name__ == "__main__":

@@ -299,6 +299,58 @@ static void a_small_job_waits_for_a_tile_of_a_large_one(void **state) {
     shd_pool_drop(job.l.pool);
 }
 
+/* A large job between whose tiles its worker does another one, which has tiles of its own. */
+typedef struct divided {
+    shd_pool *pool;
+    unsigned tiles, steps, inner_tiles;
+    bool is_inner;
+    atomic_bool ended;
+} divided;
+
+static void count_inner(void *context, size_t index, unsigned slot) {
+    (void)index, (void)slot;
+    ((divided *)context)->inner_tiles++;
+}
+
+static void step_between(void *context) {
+    divided *d = context;
+    d->steps++;
+    if (d->is_inner) return;
+    d->is_inner = true;
+    shd_pool_for(d->pool, 3, count_inner, d);
+    d->is_inner = false;
+}
+
+static void count_tile(void *context, size_t index, unsigned slot) {
+    (void)index;
+    divided *d = context;
+    if (slot == 0 && !d->is_inner) d->tiles++;
+}
+
+static void rest_of_divided(void *context) {
+    divided *d = context;
+    shd_pool_for(d->pool, 5, count_tile, d);
+    atomic_store(&d->ended, true);
+}
+
+static void begin_divided(void *context) {
+    divided *d = context;
+    shd_pool_for(d->pool, 7, count_tile, d); /* new jobs are not divided */
+    shd_pool_defer(d->pool, rest_of_divided, d);
+}
+
+static void a_large_job_gives_way_between_its_tiles(void **state) {
+    (void)state;
+    divided d = {.pool = new_pool(1, 4)};
+    shd_pool_between(d.pool, step_between, &d);
+    assert_true(shd_pool_submit(d.pool, begin_divided, &d));
+    while (!atomic_load(&d.ended)) usleep(1000);
+    shd_pool_drop(d.pool);
+    assert_int_equal(d.tiles, 7 + 5);
+    assert_int_equal(d.inner_tiles, 5 * 3);
+    assert_int_equal(d.steps, 5 + 5 * 3);
+}
+
 /* Large jobs are not starved by small ones either. */
 typedef struct flood {
     shd_pool *pool;
@@ -442,6 +494,7 @@ int main(void) {
         cmocka_unit_test(dropping_finishes_every_accepted_job),
         cmocka_unit_test(a_job_does_not_wait_for_the_end_of_a_loop),
         cmocka_unit_test(a_small_job_waits_for_a_tile_of_a_large_one),
+        cmocka_unit_test(a_large_job_gives_way_between_its_tiles),
         cmocka_unit_test(large_jobs_take_turns_with_small_ones),
         cmocka_unit_test(waiting_jobs_can_be_taken_back),
         cmocka_unit_test(denormal_numbers_are_zero_in_loops_and_nowhere_else),
