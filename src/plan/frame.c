@@ -1,5 +1,6 @@
 /* The frame of f32 positions, and whether f32 is enough for them. */
 #include "plan/parts.h"
+#include "plan/tier.h"
 
 /* Pairs of objects and lights that are looked at: with more, positions are split unseen. */
 enum { MOST_PAIRS = 1 << 22 };
@@ -63,7 +64,7 @@ static bool splits_positions(const shd_plan *plan) {
         const shd_plan_object *object = &plan->objects[i];
         const shd_plan_material *material = &plan->materials[object->material];
         for (size_t k = 0; object->light_count && k < material->lobe_count; k++)
-            if (material->lobes[k].shininess < 1) return true;
+            if (shd_is_sheer(material->lobes[k].shininess)) return true;
         pairs += object->light_count;
         if (pairs > MOST_PAIRS || has_near_light(plan, i)) return true;
     }

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "plan/parts.h"
+#include "plan/tier.h"
 
 static shd_plan_light plan_light(const shd_light *light, size_t index) {
     shd_plan_light out = {.index = index};
@@ -33,7 +34,7 @@ static shd_plan_light plan_light(const shd_light *light, size_t index) {
          * or, below 1, vertical at 90 degrees. */
         double fade = light->angle * light->penumbra;
         out.steep = (fade > 0 && fade < 0.087) || out.outer < 0.004 || out.exponent > 500 ||
-                    (out.exponent > 0 && out.exponent < 1);
+                    (out.exponent > 0 && shd_is_sheer(out.exponent));
     }
     return out;
 }

@@ -1,5 +1,7 @@
 #include "shade/exact.h"
 
+#include "plan/tier.h"
+
 /* |a + b|^2 / 2 of unit vectors: 1 + a.b without its cancellation near a = -b. */
 static double half_chord(shd_vec3 a, shd_vec3 b) {
     shd_vec3 chord = shd_add(a, b);
@@ -18,10 +20,6 @@ static double spot_factor(const shd_plan_light *light, shd_vec3 toward) {
     return factor;
 }
 
-/* A light may be so close that 1/d^2 is beyond f64: then it is this, finite and far beyond any
- * output's range. */
-static const double LARGEST_FACTOR = 1e300;
-
 double shd_weigh_light(const shd_plan_light *light, shd_vec3 position, shd_vec3 normal,
                        shd_vec3 mirror, double *factor, double *off) {
     *factor = 0;
@@ -33,7 +31,7 @@ double shd_weigh_light(const shd_plan_light *light, shd_vec3 position, shd_vec3 
         if (!shd_normalize(path, &toward)) return 0; /* on the surface: no direction */
         if (light->attenuated) {
             double d = fmax(shd_length(path), light->min_distance);
-            f = fmin(light->gain / (light->a + d * (light->b + d * light->c)), LARGEST_FACTOR);
+            f = fmin(light->gain / (light->a + d * (light->b + d * light->c)), SHD_LARGEST_FALL);
         }
     }
     if (light->spot) f *= spot_factor(light, toward);

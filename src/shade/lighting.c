@@ -35,10 +35,6 @@ static bool fits_f32(const shd_packed_light *light, const shd_plan_light *from) 
     return from->directional || (light->least < 1e12f && reach < 1e12f);
 }
 
-/* A hard rim's lanes in f64: 1 - cos t is off by sqrt(2 (1 - cos t)) times what directions are off
- * by in f32, less than 1e-6 (bound/light/error.h), and by its own rounding. */
-static const double RIM = 4e-6;
-
 shd_packed_light shd_pack_light(const shd_plan *plan, const shd_plan_light *light) {
     shd_packed_light out = {.group = (uint32_t)(light->index / SHD_LIGHT_GROUP)};
     const double s = plan->scale;
@@ -66,7 +62,7 @@ shd_packed_light shd_pack_light(const shd_plan *plan, const shd_plan_light *ligh
     out.inner = (float)light->inner;
     out.inverse_fade = light->outer > light->inner ? (float)(1 / (light->outer - light->inner)) : 0;
     out.exponent = (float)light->exponent;
-    if (shd_has_hard_rim(light)) out.rim = (float)(RIM * sqrt(light->outer));
+    if (shd_has_hard_rim(light)) out.rim = (float)(SHD_RIM * sqrt(light->outer));
     out.kind = kind_of(light);
     if (!fits_f32(&out, light)) out.kind = SHD_KIND_WIDE;
     return out;
@@ -106,18 +102,10 @@ shd_wide_light shd_pack_wide(const shd_plan *plan, const shd_plan_light *light) 
 static const double LOG[SHD_LOG_TERMS] = {1.44269508759, 0.721330732974, 0.481848665832,
                                           0.342813376071, 0.413331551016};
 
-/* A lobe is cut where it has fallen to exp(-cut), so that those of all lights together are
- * nothing beside the tier's error. The number of lights is the scene's: what the plan leaves out
- * does not change a bit. */
-static double cut_of(const shd_plan *plan) {
-    const size_t lights = plan->scene->light_count;
-    return 17 + log((double)(lights > 1 ? lights : 1));
-}
-
 shd_packed_lobe shd_pack_lobe(const shd_plan *plan, double shininess) {
-    const double cut = cut_of(plan) / shininess;
-    shd_packed_lobe out = {.reach = (float)(2 * fmin(1, cut)),
-                           .is_short = cut < 0.5 && shininess > 34,
+    const double cut = shd_lobe_cut(plan->scene->light_count);
+    shd_packed_lobe out = {.reach = (float)(2 * fmin(1, cut / shininess)),
+                           .is_short = shd_is_short_lobe(shininess, cut),
                            .shininess = (float)shininess};
     double scale = -shininess;
     for (int k = 0; k < SHD_LOG_TERMS; k++) {
@@ -177,7 +165,7 @@ shd_lighting *shd_lighting_new(const shd_plan *plan, shd_arena *arena) {
         materials[m] = (shd_packed_material){.lobes = lobes};
         for (size_t k = 0; k < from->lobe_count; k++) {
             lobes[k] = shd_pack_lobe(plan, from->lobes[k].shininess);
-            materials[m].wide |= from->lobes[k].shininess < 1;
+            materials[m].wide |= shd_is_sheer(from->lobes[k].shininess);
         }
     }
     *lighting = (shd_lighting){.plan = plan,

@@ -17,10 +17,10 @@
 
 #include "base/arena.h"
 #include "plan/plan.h"
+#include "plan/tier.h"
 
 enum {
-    SHD_LANES = 16,     /* arrays of points are as long as the next multiple of this */
-    SHD_LIGHT_GROUP = 4 /* lights whose f32 weights meet in f32 */
+    SHD_LANES = 16 /* arrays of points are as long as the next multiple of this */
 };
 
 /* Points of one material. Every array has `count` entries, and from there to the next multiple of

@@ -14,7 +14,8 @@ SHD_INLINE shd_vf shd_polynomial(shd_vf x, const float *c, int n) {
     return sum;
 }
 
-/* 2^t for t in [-125, 0], to 1.8e-7 relative; 1 at 0 and never more. t = k + r, |r| <= 1/2. */
+/* 2^t for t in [SHD_LEAST_LOG2, 0], to 1.8e-7 relative; 1 at 0 and never more. t = k + r, |r| <=
+ * 1/2. */
 SHD_INLINE shd_vf shd_exp2(shd_vf t) {
     static const float c[] = {1.0f,          0.6931469776f,   0.2402224209f,
                               0.0555073374f, 0.009671512633f, 0.001326472802f};
@@ -40,7 +41,7 @@ SHD_INLINE shd_vf shd_log2_1m(shd_vf d) {
 
 /* (1 - d)^exponent for d in [0, 1 - 2^-24]. */
 SHD_INLINE shd_vf shd_power_1m(shd_vf d, shd_vf exponent) {
-    shd_vf t = shd_vf_max(shd_log2_1m(d) * exponent, shd_vf_set(-125));
+    shd_vf t = shd_vf_max(shd_log2_1m(d) * exponent, shd_vf_set(SHD_LEAST_LOG2));
     return shd_exp2(t);
 }
 

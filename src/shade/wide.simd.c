@@ -11,9 +11,6 @@ enum {
     ROWS = SHD_WIDE_ROWS,
 };
 
-/* (R.V)^ns below exp(-60) is nothing beside any picture's maximum. */
-static const double FAINTEST = 60;
-
 /* Squared distances outside of these have lost bits, or their products would: such lanes are the
  * reference's. */
 static const double NEAREST2 = 0x1p-600, FARTHEST2 = 0x1p600;
@@ -133,7 +130,7 @@ SHD_INLINE unsigned add_light(const shd_wide_light *light, const points *at,
     bool has_log = false;
     for (size_t k = 0; k < lobe_count; k++) {
         const double shininess = lobes[k].shininess;
-        const double reach = shininess > FAINTEST ? FAINTEST / shininess : 1;
+        const double reach = shininess > SHD_EXACT_CUT ? SHD_EXACT_CUT / shininess : 1;
         shd_md in = shd_vd_gt_in(lit, shd_vd_set(reach), d);
         if (!shd_md_any(in)) continue;
         if (!has_log) log = shd_log1m64(below_one(d));

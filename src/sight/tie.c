@@ -1,6 +1,6 @@
 #include "sight/tie.h"
 
-static const double ROUNDINGS = 16 * 0x1p-53;
+#include "plan/tier.h"
 
 static shd_vec3 sizes(shd_vec3 v) {
     return (shd_vec3){fabs(v.x), fabs(v.y), fabs(v.z)};
@@ -37,7 +37,7 @@ double shd_shape_rounding(const shd_item *it, const shd_lens *lens, const shd_me
         const double *row = it->from_world.linear[k];
         if (n[k] > 0) sum += n[k] * (reach_of(row, away) + reach_of(row, way));
     }
-    return ROUNDINGS * sum / fabs(shd_dot(normal, shd_linear(&it->from_world, met->ray)));
+    return SHD_HIT_ROUNDING * sum / fabs(shd_dot(normal, shd_linear(&it->from_world, met->ray)));
 }
 
 /* In units of t, so that products neither overflow nor vanish. */
@@ -60,5 +60,6 @@ double shd_triangle_rounding(const shd_item *it, const shd_lens *lens, const shd
     }
     const shd_vec3 normal = shd_cross(shd_sub(corner[1], corner[0]), shd_sub(corner[2], corner[0]));
     const double area = shd_length(normal);
-    return ROUNDINGS * met->t * (far * area + edge * edge * edge) / fabs(shd_dot(normal, met->ray));
+    return SHD_HIT_ROUNDING * met->t * (far * area + edge * edge * edge) /
+           fabs(shd_dot(normal, met->ray));
 }

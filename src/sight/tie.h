@@ -19,8 +19,9 @@
  * cross products of corners are off by c u l^2, a share l^2 / a of the whole, so that a depth
  * within the triangle is off by l as often. All of this over |N.D|.
  *
- * c is 16: the largest of the sums has some 14 roundings (a product of three turns, its inverse, a
- * difference, a product of three terms). Any thread; each function is a hit's alone. */
+ * c is 16 (SHD_HIT_ROUNDING is c u): the largest of the sums has some 14 roundings (a product of
+ * three turns, its inverse, a difference, a product of three terms). Any thread; each function is a
+ * hit's alone. */
 #ifndef SHD_SIGHT_TIE_H
 #define SHD_SIGHT_TIE_H
 

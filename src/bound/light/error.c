@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "plan/tier.h"
+
 /* Half an ulp of f32 and f64, relative. */
 #define U32 0x1p-24
 #define U64 0x1p-53
@@ -20,7 +22,7 @@ const shd_path_error *shd_path_error_of(shd_tier tier, shd_path path) {
 
 double shd_color_error(const shd_plan *plan, shd_tier tier) {
     const shd_scene *scene = plan->scene;
-    double roundings = tier == SHD_EXACT ? 1 : 5;
+    double roundings = tier == SHD_EXACT ? 1 : SHD_LIGHT_GROUP + 1;
     for (size_t i = 0; i < scene->object_count; i++)
         if (scene->objects[i].interpolation == SHD_GOURAUD) {
             roundings++;
@@ -36,9 +38,6 @@ double shd_color_error(const shd_plan *plan, shd_tier tier) {
     return roundings * U32;
 }
 
-/* Of the standard tier: lobes beyond, which fall to nothing within 60 degrees, have polynomials. */
-static const double SHORT = 34;
-
 double shd_shine_power(double shine, double shininess) {
     if (!(shine > 0)) return 0;
     return shine < 1 && shininess > 0 ? pow(shine, shininess) : 1;
@@ -49,11 +48,11 @@ shd_lobe_error shd_lobe_error_of(shd_tier tier, double shininess, size_t lights)
                         .square = 2 * (tier == SHD_EXACT ? U64 : U32),
                         .ratio = tier == SHD_EXACT ? 10 * U64 : 4 * U32};
     if (tier != SHD_EXACT) {
-        if (shininess > SHORT) e.rough = 0.3 * U32;
-        const double cut = 17 + log(lights > 1 ? (double)lights : 1);
+        const double cut = shd_lobe_cut(lights);
+        if (shd_is_short_lobe(shininess, SHD_LEAST_CUT)) e.rough = 0.3 * U32;
         if (cut < shininess) e.faint = exp(shininess * log1p(-cut / shininess));
     }
-    if (shininess < 1) { /* f64 does these, of positions of twice f32's digits */
+    if (shd_is_sheer(shininess)) { /* of positions of twice f32's digits */
         e.slope = fmax(2, shininess * pow(SHD_CLIFF, shininess - 1));
         e.turned_ratio = INFINITY;
         return e;
@@ -93,7 +92,7 @@ double shd_lobe_functions(const shd_lobe_error *e, double power) {
 }
 
 double shd_lobe_faint(const shd_lobe_error *e, double power) {
-    const double none = 0x1p-124; /* the kernels' least powers */
+    const double none = ldexp(2, SHD_LEAST_LOG2); /* twice the kernels' least power */
     return (e->faint < power ? e->faint : power) +
            (e->rough < 0.5 * power ? e->rough : 0.5 * power) + none;
 }

@@ -1,6 +1,7 @@
 /* What a light can do at a piece. */
 #include "bound/light/error.h"
 #include "bound/light/pieces.h"
+#include "plan/tier.h"
 
 static double spot_at(const shd_plan_light *light, double cosine) {
     const double q = 1 - cosine;
@@ -16,8 +17,7 @@ static double spot_at(const shd_plan_light *light, double cosine) {
 static double attenuation_at(const shd_plan_light *light, double distance) {
     if (!light->attenuated) return light->gain;
     const double d = shd_larger(distance, light->min_distance);
-    /* as the kernels hold it */
-    return shd_smaller(light->gain / (light->a + d * (light->b + d * light->c)), 1e300);
+    return shd_smaller(light->gain / (light->a + d * (light->b + d * light->c)), SHD_LARGEST_FALL);
 }
 
 static double hypotenuse(double a, double b) {

@@ -23,10 +23,7 @@
  */
 #include "bound/light/misplaced.h"
 
-#include <float.h>
-
-/* Half ulps of the lengths on a point's way: sight/tie.h. */
-static const double ROUNDINGS = 16 * (DBL_EPSILON / 2);
+#include "plan/tier.h"
 
 /* 1 / N.V of all points of round surfaces that are seen but those on a silhouette: single samples,
  * as on other edges. */
@@ -44,7 +41,7 @@ shd_misplaced shd_misplaced_of(const shd_scene *scene, const shd_place *place) {
     if (out.plane) return out;
     out.span += bounds->radius;
     const bool mesh = object->shape == SHD_MESH;
-    const double off = ROUNDINGS * out.span;
+    const double off = SHD_HIT_ROUNDING * out.span;
     out.moved = off;
     if (object->shape == SHD_DISC || object->shape == SHD_BOX) return out;
     if (object->interpolation != SHD_PHONG || (mesh && !object->mesh->normals)) return out;
@@ -72,18 +69,18 @@ double shd_misplaced_at(const shd_scene *scene, const shd_misplaced *m, const sh
     if (orthographic) {
         steep = 1 / fabs(shd_dot(piece->axis, camera->back));
         far = (height + m->span) * steep;
-    } else if (!(height > 4 * ROUNDINGS * m->span)) {
+    } else if (!(height > 4 * SHD_HIT_ROUNDING * m->span)) {
         /* A face from its edge is not seen, but by rounding. */
-        return m->plane ? 1 : fmin(ROUNDINGS * m->span / nearest, 1);
+        return m->plane ? 1 : fmin(SHD_HIT_ROUNDING * m->span / nearest, 1);
     } else if (m->plane) {
         const double above = fabs(shd_dot(piece->axis, shd_sub(light->position, piece->center)));
         const double lit =
             4 * (shd_length(shd_sub(light->position, camera->position)) + height + above);
         if (far > lit) {
-            *beyond = 3 * 2 * ROUNDINGS * (m->span / lit + 1) * above / height;
+            *beyond = 3 * 2 * SHD_HIT_ROUNDING * (m->span / lit + 1) * above / height;
             far = lit;
             steep = far / height;
         }
     }
-    return fmin(ROUNDINGS * (m->span + (m->plane ? far : 0)) * fmax(steep, 1) / nearest, 1);
+    return fmin(SHD_HIT_ROUNDING * (m->span + (m->plane ? far : 0)) * fmax(steep, 1) / nearest, 1);
 }

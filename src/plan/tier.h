@@ -1,0 +1,49 @@
+/* What the tiers' kernels (shade/, sight/) and the bounds of their errors (bound/) share: what they
+ * cut off, hold and round. Each stands here alone, so that a bound knows of what a kernel does.
+ * tests/unit/shade_tiers.c holds kernels and bounds against each other. */
+#ifndef SHD_PLAN_TIER_H
+#define SHD_PLAN_TIER_H
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+
+/* The standard tier adds up lights in f32 in groups of so many, and the groups in f64. */
+enum { SHD_LIGHT_GROUP = 4 };
+
+/* A light may be so close that 1/d^2 is beyond f64: its attenuation is held at this, which is
+ * finite and far beyond any output's range. */
+static const double SHD_LARGEST_FALL = 1e300;
+
+/* Where 1 - cos t is within this times sqrt(1 - cos angle) of a rim without penumbra, f64 decides
+ * on which side a point is: 1 - cos t is off by sqrt(2 (1 - cos t)) times what directions are off
+ * by in f32, and by its own rounding. */
+static const double SHD_RIM = 4e-6;
+
+/* A lobe is cut where it has fallen to exp(-cut): those of all lights together are nothing beside
+ * the standard tier's error. `lights` is the scene's number: what the plan leaves out changes no
+ * bit. In f64 a lobe is cut at exp(-SHD_EXACT_CUT), which is less than its functions err by. */
+static const double SHD_LEAST_CUT = 17, SHD_EXACT_CUT = 60;
+
+static inline double shd_lobe_cut(size_t lights) {
+    return SHD_LEAST_CUT + log((double)(lights > 1 ? lights : 1));
+}
+
+/* Lobes that fall to nothing within 60 degrees, where 1 - R.V is 1/2, have polynomials of their own
+ * in the standard tier. */
+static inline bool shd_is_short_lobe(double shininess, double cut) {
+    return cut / shininess < 0.5;
+}
+
+/* A power of a cosine whose edge at 90 degrees is too steep for f32: f64 does these. */
+static inline bool shd_is_sheer(double exponent) {
+    return exponent < 1;
+}
+
+/* The least power of 2 of the standard tier's functions; what is smaller is told as that. */
+enum { SHD_LEAST_LOG2 = -125 };
+
+/* What rounding to f64 does to a hit, relative to the lengths on the way to it (sight/tie.h). */
+static const double SHD_HIT_ROUNDING = 16 * 0x1p-53;
+
+#endif
