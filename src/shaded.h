@@ -178,6 +178,7 @@ shd_status shd_request_explain(shd_request *request, shd_telling telling, char *
 /* Makes whatever runs for the request, or runs later, end with SHD_CANCELLED: within some millions
  * of instructions, but for libraries' calls (docs/deadlines.md). Any thread. */
 void shd_request_cancel(shd_request *request);
+bool shd_request_is_cancelled(const shd_request *request);
 
 typedef struct shd_picture {
     const char *name; /* of the entry of `outputs`; NULL where the document has one `output` */

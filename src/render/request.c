@@ -254,6 +254,10 @@ void shd_request_cancel(shd_request *request) {
     atomic_store(&request->cancelled, true);
 }
 
+bool shd_request_is_cancelled(const shd_request *request) {
+    return shd_is_cancelled(&request->cancelled);
+}
+
 const shd_picture *shd_request_pictures(const shd_request *request, size_t *count) {
     *count = request->picture_count;
     return request->pictures;

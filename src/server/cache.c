@@ -40,7 +40,7 @@ struct shd_cache {
 };
 
 bool shd_question_same(const shd_question *a, const shd_question *b) {
-    return a->size == b->size && a->fallback == b->fallback &&
+    return a->size == b->size && a->coding == b->coding && a->fallback == b->fallback &&
            a->picture_accepted == b->picture_accepted && a->settings == b->settings &&
            (!a->size || !memcmp(a->body, b->body, a->size));
 }

@@ -16,14 +16,16 @@
 
 #include "base/format.h"
 #include "base/status.h"
+#include "inflate.h"
 #include "reply.h"
 
 typedef struct shd_cache shd_cache;
 
 /* All that decides the answer to a request for a picture. */
 typedef struct shd_question {
-    unsigned char *body; /* the document; NULL where size is 0 */
+    unsigned char *body; /* the document as it was sent; NULL where size is 0 */
     size_t size;
+    shd_coding coding;   /* of the body */
     shd_format fallback; /* what Accept makes of a document that names no format */
     bool picture_accepted;
     uint64_t settings; /* shd_settings.number: limits and colors */

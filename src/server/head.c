@@ -75,7 +75,7 @@ static enum MHD_Result read_field(void *cls, enum MHD_ValueKind kind, const char
         h->exchange->content_type = value;
         h->types++;
     } else if (!strcasecmp(name, "Content-Encoding")) {
-        if (*value && strcasecmp(value, "identity")) h->exchange->content_encoding = value;
+        join(&h->exchange->content_encoding, value, &h->exchange->reply);
     } else if (!strcasecmp(name, "Authorization")) {
         h->exchange->authorization = h->authorizations++ ? NULL : value;
     } else if (!strcasecmp(name, "Origin")) {

@@ -400,6 +400,7 @@ static void complete(void *cls, struct MHD_Connection *connection, void **contex
     free(exchange->target);
     free(exchange->accept);
     free(exchange->accept_encoding);
+    free(exchange->content_encoding);
     free(exchange->if_none_match);
     free(exchange->forwarded_for);
     free(exchange->body);

@@ -32,9 +32,9 @@ void shd_job_warn(shd_reply *reply, const shd_request *request) {
 }
 
 void shd_job_read(shd_job *job) {
-    const shd_question *asked = &job->question;
-    const char *body = asked->body ? (const char *)asked->body : "";
-    const shd_status status = shd_request_read(job->request, body, asked->size, asked->fallback);
+    const char *body = job->body ? (const char *)job->body : "";
+    const shd_status status =
+        shd_request_read(job->request, body, job->size, job->question.fallback);
     if (status == SHD_OK || status == SHD_CANCELLED) return;
     if (job->work->refuse)
         job->work->refuse(job);
@@ -48,12 +48,18 @@ void shd_job_drop(shd_job *job) {
     shd_reply_clear(&job->reply);
     shd_settings_drop(job->settings);
     free(job->question.body);
+    free(job->decoded);
     shd_memory_return_body(job->server, job->body_bytes);
     free(job);
 }
 
+/* As it came, or decoded. */
 static bool is_long(const shd_job *job) {
-    return job->question.size > small_document;
+    return job->size > small_document;
+}
+
+static double find_unread_cost(const shd_job *job) {
+    return unread_cost + unread_byte_cost * (double)job->size;
 }
 
 /* Whoever still waits gets the reply; there is none only where nobody does. */
@@ -78,21 +84,36 @@ static double find_cost(const shd_job *job) {
     return job->work->size == SHD_LARGE ? COMPARED * work : work;
 }
 
-/* A job that was taken: it is read, and made unless it is for another turn, among the large ones.
- */
-static void read_and_make(shd_job *job) {
-    shd_jobs *jobs = job->server->jobs;
-    const bool had_turn = is_long(job);
+/* The document of a body that has a coding. False: the reply says why there is none, but where
+ * nobody waits for it. On a worker, whose time is divided among clients: a kilobyte may come to a
+ * megabyte. */
+static bool decode_body(shd_job *job) {
+    const shd_question *asked = &job->question;
+    const shd_inflation how = {
+        .most = job->settings->config.body, .budget = job->server->budget, .request = job->request};
+    size_t taken;
     shd_error error;
-    job->began = shd_now();
-    if (shd_request_new(job->settings->engine, &job->request, &error))
+    const shd_status status = shd_inflate(asked->coding, asked->body, asked->size, &how,
+                                          &job->decoded, &job->size, &taken, &error);
+    if (status == SHD_SYNTAX || status == SHD_LIMIT)
+        shd_problem_reply(&job->reply, status == SHD_LIMIT ? SHD_TOO_LARGE : SHD_BAD_CODING, "%s",
+                          error.text);
+    else if (status != SHD_OK && status != SHD_CANCELLED)
         shd_problem_error(&job->reply, &error);
-    if (!shd_jobs_begin(jobs, job)) {
-        shd_job_drop(job);
-        return;
-    }
-    if (job->request) job->work->read(job);
-    job->seconds = shd_now() - job->began;
+    if (status) return false;
+    job->body = job->decoded;
+    job->body_bytes += taken;
+    atomic_fetch_add(&job->server->body_bytes, taken);
+    return true;
+}
+
+/* Once it has a document: it is read, and made unless it is for another turn, among the large ones.
+ */
+static void read_and_make(shd_job *job, bool had_turn) {
+    shd_jobs *jobs = job->server->jobs;
+    const double start = shd_now();
+    job->work->read(job);
+    job->seconds += shd_now() - start;
     if (job->reply.status) {
         finish(job);
         return;
@@ -103,15 +124,41 @@ static void read_and_make(shd_job *job) {
         shd_job_drop(job);
     else if (!is_large || had_turn)
         make(job);
-    else if (!shd_jobs_defer(jobs, job))
+    else if (!shd_jobs_defer(jobs, job, cost))
+        shd_job_drop(job);
+}
+
+/* A job that was taken. Where its document turns out to be long only when it is decoded, it is read
+ * in another turn. */
+static void begin_job(shd_job *job) {
+    const bool had_turn = is_long(job);
+    const double start = shd_now();
+    shd_error error;
+    if (!job->request) {
+        job->began = start;
+        if (shd_request_new(job->settings->engine, &job->request, &error))
+            shd_problem_error(&job->reply, &error);
+    }
+    if (!shd_jobs_begin(job->server->jobs, job)) {
+        shd_job_drop(job);
+        return;
+    }
+    const bool is_coded = job->question.coding && !job->decoded;
+    const bool has_document = job->request && (!is_coded || decode_body(job));
+    job->seconds += shd_now() - start;
+    if (!has_document)
+        finish(job);
+    else if (had_turn || !is_long(job))
+        read_and_make(job, had_turn);
+    else if (!shd_jobs_defer(job->server->jobs, job, find_unread_cost(job)))
         shd_job_drop(job);
 }
 
 static void work_on(shd_job *job) {
-    if (job->request)
+    if (job->was_read)
         make(job);
     else
-        read_and_make(job);
+        begin_job(job);
 }
 
 shd_status shd_server_start_jobs(shd_server *server, shd_error *error) {
@@ -155,8 +202,11 @@ void shd_job_submit(shd_exchange *exchange, const shd_work *work) {
                      .work = work,
                      .digest = exchange->digest,
                      .is_binary = exchange->is_binary,
+                     .body = exchange->coding ? NULL : exchange->body,
+                     .size = exchange->size,
                      .question = {.body = exchange->body,
                                   .size = exchange->size,
+                                  .coding = exchange->coding,
                                   .fallback = SHD_PNG,
                                   .settings = exchange->settings->number}};
     memcpy(job->id, exchange->id, sizeof job->id);
@@ -175,7 +225,7 @@ void shd_job_submit(shd_exchange *exchange, const shd_work *work) {
 
     job->asked = exchange->submitted;
     job->deadline = job->asked + (double)exchange->settings->config.timeout;
-    job->cost = unread_cost + unread_byte_cost * (double)asked->size;
+    job->cost = find_unread_cost(job);
     exchange->waiter = (shd_waiter){.client = exchange->client,
                                     .exchange = exchange,
                                     .asked = exchange->submitted,

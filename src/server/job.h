@@ -47,7 +47,12 @@ struct shd_job {
     shd_digest digest; /* these three as its exchange's, of work that is not shared */
     bool is_binary;
     char client[SHD_CLIENT_SIZE];
-    size_t body_bytes; /* of its body, as the server counts them */
+    /* What the question's body stands for; where that has a coding, `decoded`, which is owned, once
+     * a worker has it. */
+    const unsigned char *body;
+    size_t size;
+    unsigned char *decoded;
+    size_t body_bytes; /* of both, as the server counts them */
     bool takes_gzip;   /* its one exchange does, as above */
 
     char id[SHD_ID_SIZE]; /* of the request that it was made for */

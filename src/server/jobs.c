@@ -348,11 +348,12 @@ bool shd_jobs_settle(shd_jobs *jobs, shd_job *job, double cost, bool is_large) {
     return wanted;
 }
 
-bool shd_jobs_defer(shd_jobs *jobs, shd_job *job) {
+bool shd_jobs_defer(shd_jobs *jobs, shd_job *job, double cost) {
     leftovers left = {NULL, NULL};
     bool waits = false;
     pthread_mutex_lock(&jobs->mutex);
     jobs->turns.running -= job->cost;
+    job->cost = cost;
     if (job->waiters) {
         const enum shd_sent why =
             queue_up(jobs, job, SHD_LANE_LARGE, job->waiters->client, true, &left);

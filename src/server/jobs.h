@@ -85,9 +85,9 @@ bool shd_jobs_begin(shd_jobs *jobs, shd_job *job);
  * False: nobody waits for this one any more. */
 bool shd_jobs_settle(shd_jobs *jobs, shd_job *job, double cost, bool is_large);
 
-/* The rest of the job is large, and waits for its turn among the others. False: there was no place,
- * or nobody waits for it any more. */
-bool shd_jobs_defer(shd_jobs *jobs, shd_job *job);
+/* The rest of the job is large and costs `cost`, and waits for its turn among the others. False:
+ * there was no place, or nobody waits for it any more. */
+bool shd_jobs_defer(shd_jobs *jobs, shd_job *job, double cost);
 
 /* The job is done: sends its reply to all that wait. Its request may be dropped afterwards. */
 void shd_jobs_finish(shd_jobs *jobs, shd_job *job);

@@ -13,23 +13,22 @@ static void answer(shd_job *job, bool known) {
 /* Bytes that do not have the path's digest are no mesh; those of a mesh that is kept need not be
  * read again. */
 static void read_body(shd_job *job) {
-    const shd_digest digest = shd_digest_of(job->question.body, job->question.size);
+    const shd_digest digest = shd_digest_of(job->body, job->size);
     if (!shd_digest_same(&digest, &job->digest)) {
         char text[SHD_DIGEST_TEXT];
         shd_digest_write(&digest, text);
         shd_problem_reply(&job->reply, SHD_BAD_MESH, "the SHA-256 of the body's %zu bytes is %s",
-                          job->question.size, text);
+                          job->size, text);
     } else if (shd_engine_has_mesh(job->settings->engine, &digest)) {
         answer(job, true);
     }
 }
 
 static void keep_mesh(shd_job *job) {
-    const shd_question *asked = &job->question;
     bool known = false;
     const shd_status status =
-        shd_request_keep_mesh(job->request, asked->body ? asked->body : (const void *)"",
-                              asked->size, job->is_binary, &job->digest, job->client, &known);
+        shd_request_keep_mesh(job->request, job->body ? job->body : (const void *)"", job->size,
+                              job->is_binary, &job->digest, job->client, &known);
     if (status == SHD_CANCELLED) return;
     if (status == SHD_OK)
         answer(job, known);

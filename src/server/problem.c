@@ -16,6 +16,7 @@ static const struct {
 } kinds[SHD_PROBLEM_KINDS] = {
     [SHD_BAD_REQUEST] = {400, "request", "The request is not sound HTTP"},
     [SHD_BAD_SYNTAX] = {400, "syntax", "The document is not JSON"},
+    [SHD_BAD_CODING] = {400, "coding", "The request body is not what its Content-Encoding says"},
     [SHD_BAD_QUERY] = {400, "query", "A parameter of the link is wrong"},
     [SHD_UNAUTHORIZED] = {401, "unauthorized", "This path needs a token"},
     [SHD_BAD_SIGNATURE] = {403, "signature", "The link is not validly signed"},
@@ -24,7 +25,8 @@ static const struct {
     [SHD_NOT_ACCEPTABLE] = {406, "not-acceptable", "No media type of the answer is acceptable"},
     [SHD_TOO_LARGE] = {413, "body-too-large", "The request body is too large"},
     [SHD_LONG_TARGET] = {414, "target-too-long", "The request's target is too long"},
-    [SHD_BAD_TYPE] = {415, "media-type", "The request body is of a media type not taken here"},
+    [SHD_BAD_TYPE] = {415, "media-type",
+                      "The request body is of a media type or coding not taken here"},
     [SHD_UNKNOWN_DATA] = {409, "unknown-data", "The scene names data that is not kept here"},
     [SHD_BAD_MESH] = {422, "mesh", "The body is not a valid mesh"},
     [SHD_BAD_SCENE] = {422, "scene", "The document is not a valid scene"},

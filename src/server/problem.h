@@ -12,6 +12,7 @@
 typedef enum shd_problem_kind {
     SHD_BAD_REQUEST,    /* 400: not sound HTTP */
     SHD_BAD_SYNTAX,     /* 400: the body is not JSON */
+    SHD_BAD_CODING,     /* 400: the body is not in its content coding */
     SHD_BAD_QUERY,      /* 400: a query parameter is wrong */
     SHD_UNAUTHORIZED,   /* 401, with WWW-Authenticate */
     SHD_BAD_SIGNATURE,  /* 403: a link is not signed, or not any more */

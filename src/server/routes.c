@@ -234,14 +234,20 @@ static bool admit_mesh(shd_exchange *exchange) {
            refuse_type(exchange, "Accept", "application/json, application/octet-stream");
 }
 
+static bool admit_coding(shd_exchange *exchange) {
+    if (shd_coding_read(exchange->content_encoding, &exchange->coding) &&
+        (!exchange->coding || shd_inflate_open(exchange->coding)))
+        return true;
+    const char *taken = shd_coding_list();
+    shd_problem_reply(&exchange->reply, SHD_BAD_TYPE,
+                      "the body has the Content-Encoding %s: one of these is taken: %s",
+                      exchange->content_encoding, taken);
+    shd_reply_plain(&exchange->reply, "Accept-Encoding", taken);
+    return false;
+}
+
 static bool admit_body(shd_exchange *exchange) {
-    if (exchange->content_encoding) {
-        shd_problem_reply(&exchange->reply, SHD_BAD_TYPE,
-                          "the body has the Content-Encoding %s: send it as it is",
-                          exchange->content_encoding);
-        shd_reply_plain(&exchange->reply, "Accept-Encoding", "identity");
-        return false;
-    }
+    if (!admit_coding(exchange)) return false;
     if (exchange->method == SHD_PUT) return admit_mesh(exchange);
     if (!shd_is_json(exchange->content_type))
         return refuse_type(exchange, "Accept-Post", media_json);
@@ -310,7 +316,8 @@ void shd_route_add_cors(shd_exchange *exchange) {
     if (!exchange->is_preflight || !admits) return;
     shd_reply_plain(reply, "Access-Control-Allow-Methods", "GET, HEAD, POST, PUT, OPTIONS");
     shd_reply_plain(reply, "Access-Control-Allow-Headers",
-                    "Authorization, Content-Type, If-None-Match, traceparent, X-Request-Id");
+                    "Authorization, Content-Encoding, Content-Type, If-None-Match, traceparent, "
+                    "X-Request-Id");
     shd_reply_plain(reply, "Access-Control-Max-Age", "600");
 }
 

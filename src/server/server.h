@@ -8,6 +8,7 @@
  *     jobs.c    which exchange waits for which work, and for how long; turns.c  what is next
  *     job.c     how the engine's workers do it; stuck.c  which of them do not end
  *     render_job.c, json_job.c, mesh_job.c  what a worker does for a kind of work
+ *     inflate.c bodies in gzip and zstd
  *     cache.c   finished pictures, for who asks for the same ones
  *     preview.c  links as documents; signatures
  *     negotiate.c  what Accept and If-None-Match mean
@@ -99,14 +100,15 @@ struct shd_exchange {
     char *target;      /* path and query as they were sent; owned */
 
     /* The head's fields; NULL where there are none. Strings live as long as the exchange. */
-    char *accept, *accept_encoding, *if_none_match, *forwarded_for;
-    const char *content_type, *content_encoding, *origin;
+    char *accept, *accept_encoding, *content_encoding, *if_none_match, *forwarded_for;
+    const char *content_type, *origin;
     const char *authorization; /* a secret; NULL too where there is more than one */
     bool is_preflight;
     shd_trace trace;
 
     shd_digest digest; /* of a path that ends in one */
     bool is_binary;    /* the body is application/octet-stream */
+    shd_coding coding; /* of the body */
     unsigned char *body;
     size_t size, capacity; /* capacity: of what the server's body_bytes counts */
 

@@ -170,7 +170,7 @@ const anyMethod = fc.oneof(
 const anyHeaders = fc.record({
     "Content-Type": fc.oneof({ arbitrary: jsonTypes, weight: 3 }, fieldText,
                              fc.constantFrom("text/css", "application/xml", "multipart/form-data")),
-    "Content-Encoding": fc.constantFrom("identity", "identity", "gzip", ""),
+    "Content-Encoding": fc.constantFrom("identity", "identity", "gzip", "zstd", "br", ""),
     "Accept": fc.oneof(fieldText, fc.constantFrom("image/png", "application/json", "*/*", ",,")),
     "If-None-Match": fieldText,
     "X-Request-Id": fieldText,

@@ -356,11 +356,13 @@ class ServerTest(unittest.TestCase):
 
         post = self.daemon.post
         check(post(path, b"{"), "400")
+        check(post(path, b"{", {"Content-Encoding": "gzip"}), "400")
         check(self.daemon.call("PUT", path, b"{}", JSON), "405")
         check(post(path, SMALL, {"Accept": "text/css"}), "406")
         check(post(path, {"objects": [{"type": "mesh", "data": "sha256-" + "0" * 64}]}), "409")
         check(post(path, b"x" * 100001), "413")
         check(post(path, SMALL, {"Content-Type": "text/css"}), "415")
+        check(post(path, SMALL, {"Content-Encoding": "br"}), "415")
         check(post(path, {}), "422")
         check(post(path, {**SMALL, **{f"x{i}": 0 for i in range(100)}}), "422")
         check(post(path, {**SMALL, "image": {"width": 8192, "height": 8192}}), "422")

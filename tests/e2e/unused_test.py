@@ -134,19 +134,34 @@ class Unused(unittest.TestCase):
                 self.assertTrue(names)
                 self.assertEqual([name for name in names if LIBRARIES.search(name)], [])
 
-    def test_the_daemon_maps_no_other_library_for_meshes(self):
-        def mapped(daemon):
-            maps = Path(f"/proc/{daemon.pid}/maps").read_text()
-            return set(re.findall(r"\S+\.so[.0-9]*$", maps, re.M))
+    @staticmethod
+    def mapped(daemon):
+        maps = Path(f"/proc/{daemon.pid}/maps").read_text()
+        return set(re.findall(r"[^/\s]+\.so[.0-9]*$", maps, re.M))
 
+    def test_the_daemon_maps_what_decodes_bodies_for_those_alone(self):
+        body = json.dumps(SPHERE).encode()
+        with Daemon() as daemon:
+            self.assertEqual(daemon.post("/v1/render", body).status, 200)
+            before = self.mapped(daemon)
+            self.assertFalse([name for name in before if re.search(r"^lib(z|zstd)\.", name)])
+            for coding, library in ("gzip", r"libz\.so"), ("zstd", r"libzstd\.so"):
+                answer = daemon.post("/v1/render", body, {"Content-Encoding": coding})
+                self.assertEqual(answer.status, 400)
+                new = self.mapped(daemon) - before
+                self.assertEqual(len(new), 1, new)
+                self.assertRegex(new.pop(), library)
+                before = self.mapped(daemon)
+
+    def test_the_daemon_maps_no_other_library_for_meshes(self):
         with Daemon() as daemon:
             answers = []
             for scene in (SPHERE, MESH):
                 answers.append(daemon.post("/v1/render", json.dumps(scene).encode()))
                 if scene is SPHERE:
-                    before = mapped(daemon)
+                    before = self.mapped(daemon)
             self.assertEqual([answer.status for answer in answers], [200, 200])
-            self.assertEqual(mapped(daemon) - before, set())
+            self.assertEqual(self.mapped(daemon) - before, set())
             self.assertFalse([name for name in before if re.search("embree|libtbb", name)])
 
 

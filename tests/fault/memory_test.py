@@ -5,6 +5,7 @@ A place is a call stack. Where there are more than there is time for, every so-m
 the output says so; FAULT_SECONDS is the time of each case, and with FAULT_SECONDS=all (./dev fault)
 every place is tried."""
 
+import gzip
 import json
 import os
 import re
@@ -16,6 +17,7 @@ import time
 import unittest
 from pathlib import Path
 
+from e2e.coding_test import zstd
 from e2e.daemon import BUILD, SOURCE, Daemon, another, environment
 from e2e.daemon_test import wait_until
 from fault.control import Control
@@ -273,6 +275,13 @@ class DaemonTest(Case):
                     return answer[0] == 200 and keys(json.loads(answer[1])) == shape
 
                 self.refuse_each(f"POST {path}", daemon, path, lambda n: another(SCENE, n), right)
+            # What opens the libraries that decode is none of these places.
+            for coding, body in ("gzip", gzip.compress), ("zstd", zstd):
+                expected = self.ask(calm, "/v1/render", SCENE)
+                self.refuse_each(f"POST /v1/render {coding}", daemon, "/v1/render",
+                                 lambda n, body=body: body(json.dumps(SCENE).encode()),
+                                 lambda _, answer, expected=expected: answer == expected,
+                                 headers={"Content-Encoding": coding})
             for path in ("/v1/version", "/v1/nothing", "/v1/preview/gold?size=32&shape=disc",
                          "/v1/preview/gold?size=x"):
                 expected = self.ask(calm, path, None)

@@ -1,0 +1,311 @@
+#include "inflate.h"
+
+#include <dlfcn.h>
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <zlib.h>
+#include <zstd.h>
+
+/* Bytes that are read and written at most between two looks whether it is cancelled: some
+ * milliseconds, also of blocks that are all tables. */
+enum { READ_MOST = 16 << 10, WRITE_MOST = 256 << 10 };
+
+/* What a body is written to at first; it doubles. */
+enum { FIRST = 4 << 10 };
+
+/* What zlib takes to inflate: 40 KB, a window of 32 among them. */
+enum { GZIP_MEMORY = 48 << 10, GZIP_WINDOW_BITS = 15, GZIP_ONLY = 16 };
+
+/* What libzstd takes beside the window: 96 KB, a block that comes and one that goes. The window is
+ * as much as RFC 9659 lets an encoder ask for (section 3). */
+enum { ZSTD_MEMORY = 512 << 10, ZSTD_WINDOW_LOG = 23, ZSTD_WINDOW = 1 << ZSTD_WINDOW_LOG };
+
+/* How long others are waited for that give way, seconds. */
+static const double patience = 5;
+
+/* ---- Libraries ---- */
+
+static struct {
+    __typeof__(&inflateInit2_) begin;
+    __typeof__(&inflate) inflate;
+    __typeof__(&inflateReset) reset;
+    __typeof__(&inflateEnd) end;
+} gzip;
+
+static struct {
+    __typeof__(&ZSTD_createDCtx) begin;
+    __typeof__(&ZSTD_DCtx_setParameter) set;
+    __typeof__(&ZSTD_getFrameContentSize) content_size;
+    __typeof__(&ZSTD_decompressStream) decompress;
+    __typeof__(&ZSTD_isError) is_error;
+    __typeof__(&ZSTD_getErrorName) error_name;
+    __typeof__(&ZSTD_freeDCtx) end;
+} zstd;
+
+static const struct symbol {
+    const char *name;
+    void *place; /* of a pointer to a function */
+} gzip_symbols[] = {{"inflateInit2_", &gzip.begin},
+                    {"inflate", &gzip.inflate},
+                    {"inflateReset", &gzip.reset},
+                    {"inflateEnd", &gzip.end},
+                    {NULL, NULL}},
+  zstd_symbols[] = {{"ZSTD_createDCtx", &zstd.begin},
+                    {"ZSTD_DCtx_setParameter", &zstd.set},
+                    {"ZSTD_getFrameContentSize", &zstd.content_size},
+                    {"ZSTD_decompressStream", &zstd.decompress},
+                    {"ZSTD_isError", &zstd.is_error},
+                    {"ZSTD_getErrorName", &zstd.error_name},
+                    {"ZSTD_freeDCtx", &zstd.end},
+                    {NULL, NULL}};
+
+static const struct {
+    const char *name, *library;
+    const struct symbol *symbols;
+} codings[] = {[SHD_CODING_GZIP] = {"gzip", "libz.so.1", gzip_symbols},
+               [SHD_CODING_ZSTD] = {"zstd", "libzstd.so.1", zstd_symbols}};
+
+static pthread_mutex_t open_mutex = PTHREAD_MUTEX_INITIALIZER;
+static bool is_open[sizeof codings / sizeof codings[0]]; /* with the mutex */
+
+/* With the mutex held. Never closed once it is complete. */
+static bool open_library(shd_coding coding) {
+    void *library = dlopen(codings[coding].library, RTLD_NOW | RTLD_LOCAL);
+    if (!library) return false;
+    for (const struct symbol *s = codings[coding].symbols; s->name; s++) {
+        void *found = dlsym(library, s->name);
+        if (!found) {
+            dlclose(library);
+            return false;
+        }
+        memcpy(s->place, &found, sizeof found); /* POSIX has both pointers alike */
+    }
+    return true;
+}
+
+bool shd_inflate_open(shd_coding coding) {
+    pthread_mutex_lock(&open_mutex);
+    /* dlopen tells its reasons in words only: what was want of memory may be over. */
+    for (int attempt = 0; attempt < 2 && !is_open[coding]; attempt++)
+        is_open[coding] = open_library(coding);
+    const bool open = is_open[coding];
+    pthread_mutex_unlock(&open_mutex);
+    return open;
+}
+
+/* ---- The field ---- */
+
+bool shd_coding_read(const char *field, shd_coding *out) {
+    static const struct {
+        const char *name;
+        shd_coding coding;
+    } names[] = {{"identity", SHD_CODING_NONE},
+                 {"gzip", SHD_CODING_GZIP},
+                 {"x-gzip", SHD_CODING_GZIP},
+                 {"zstd", SHD_CODING_ZSTD}};
+    enum { NAMES = sizeof names / sizeof names[0] };
+    static const char blanks[] = " \t,";
+    shd_coding coding = SHD_CODING_NONE;
+    size_t length;
+    for (const char *c = field ? field : ""; *(c += strspn(c, blanks)); c += length) {
+        length = strcspn(c, blanks);
+        size_t i = 0;
+        while (i < NAMES &&
+               (strlen(names[i].name) != length || strncasecmp(c, names[i].name, length) != 0))
+            i++;
+        if (i == NAMES || (coding && names[i].coding)) return false;
+        if (names[i].coding) coding = names[i].coding;
+    }
+    *out = coding;
+    return true;
+}
+
+const char *shd_coding_list(void) {
+    static const char *const lists[2][2] = {{"identity", "zstd"}, {"gzip", "gzip, zstd"}};
+    return lists[shd_inflate_open(SHD_CODING_GZIP)][shd_inflate_open(SHD_CODING_ZSTD)];
+}
+
+/* ---- One body ---- */
+
+typedef struct flow {
+    const shd_inflation *how;
+    const char *name; /* of the coding */
+    const unsigned char *start, *in;
+    size_t left; /* of `in` */
+    unsigned char *out;
+    size_t size, capacity; /* capacity: of what the budget has taken for it */
+    size_t decoder;        /* bytes that the budget has taken for that */
+    shd_error *error;
+} flow;
+
+static shd_status fail_crowded(const flow *f) {
+    return shd_fail(f->error, SHD_CROWDED, "",
+                    "other requests have the memory that the process may take just now");
+}
+
+static shd_status fail_wrong(const flow *f, const char *why) {
+    return shd_fail(f->error, SHD_SYNTAX, "", "the body is not sound %s, near byte %zu: %s",
+                    f->name, (size_t)(f->in - f->start), why);
+}
+
+static shd_status fail_early(const flow *f) {
+    return shd_fail(f->error, SHD_SYNTAX, "", "the body's %zu bytes end before their %s does",
+                    (size_t)(f->in - f->start), f->name);
+}
+
+static shd_status fail_long(const flow *f) {
+    return shd_fail(f->error, SHD_LIMIT, "",
+                    "the body goes on after %llu bytes, decoded from %s: that is the limit `body`",
+                    (unsigned long long)f->how->most, f->name);
+}
+
+/* The decoder takes this much from now on, if it took less before. */
+static shd_status reserve(flow *f, size_t bytes) {
+    if (bytes <= f->decoder) return SHD_OK;
+    if (!shd_budget_wait(f->how->budget, bytes - f->decoder, patience)) return fail_crowded(f);
+    f->decoder = bytes;
+    return SHD_OK;
+}
+
+/* One byte more than there may be tells that there are more. */
+static shd_status grow(flow *f) {
+    const uint64_t most = f->how->most + 1;
+    if (f->capacity == most) return fail_long(f);
+    size_t capacity = f->capacity ? 2 * f->capacity : FIRST;
+    if (capacity > most) capacity = (size_t)most;
+    const size_t more = capacity - f->capacity;
+    if (!shd_budget_wait(f->how->budget, more, patience)) return fail_crowded(f);
+    unsigned char *grown = realloc(f->out, capacity);
+    if (!grown) {
+        shd_budget_give(f->how->budget, more);
+        return shd_fail(f->error, SHD_EXHAUSTED, "", "no memory for the decoded body");
+    }
+    f->out = grown;
+    f->capacity = capacity;
+    return SHD_OK;
+}
+
+/* Before each piece: whether it is wanted still, and room for it. */
+static shd_status prepare(flow *f) {
+    if (f->how->request && shd_request_is_cancelled(f->how->request))
+        return shd_fail(f->error, SHD_CANCELLED, "", "cancelled");
+    return f->size == f->capacity ? grow(f) : SHD_OK;
+}
+
+static size_t least(size_t a, size_t b) {
+    return a < b ? a : b;
+}
+
+static void advance(flow *f, size_t read, size_t written) {
+    f->in += read;
+    f->left -= read;
+    f->size += written;
+}
+
+static shd_status inflate_members(flow *f, z_stream *z) {
+    int code = Z_OK;
+    do {
+        const shd_status status = prepare(f);
+        if (status) return status;
+        if (code == Z_STREAM_END) gzip.reset(z);
+        const size_t in = least(f->left, READ_MOST);
+        const size_t room = least(f->capacity - f->size, WRITE_MOST);
+        z->next_in = (unsigned char *)(size_t)f->in;
+        z->avail_in = (unsigned)in;
+        z->next_out = f->out + f->size;
+        z->avail_out = (unsigned)room;
+        code = gzip.inflate(z, Z_NO_FLUSH);
+        advance(f, in - z->avail_in, room - z->avail_out);
+        if (code == Z_BUF_ERROR) return fail_early(f);
+        if (code == Z_MEM_ERROR) return shd_fail(f->error, SHD_EXHAUSTED, "", "no memory for zlib");
+        if (code != Z_OK && code != Z_STREAM_END)
+            return fail_wrong(f, z->msg ? z->msg : "it wants a dictionary");
+    } while (f->left || code != Z_STREAM_END);
+    return SHD_OK;
+}
+
+static shd_status inflate_gzip(flow *f) {
+    z_stream z = {0};
+    shd_status status = reserve(f, GZIP_MEMORY);
+    if (status) return status;
+    if (gzip.begin(&z, GZIP_WINDOW_BITS + GZIP_ONLY, ZLIB_VERSION, (int)sizeof z) != Z_OK)
+        return shd_fail(f->error, SHD_EXHAUSTED, "", "no memory for zlib");
+    status = inflate_members(f, &z);
+    gzip.end(&z);
+    return status;
+}
+
+/* What the head of a frame tells: that it is one, that it is not too long, and the window that it
+ * takes, which is never more than its content. */
+static shd_status begin_frame(flow *f) {
+    const unsigned char *in = f->in;
+    if (f->left >= 4) {
+        const uint32_t magic =
+            in[0] | (uint32_t)in[1] << 8 | (uint32_t)in[2] << 16 | (uint32_t)in[3] << 24;
+        const bool is_skipped = (magic & ZSTD_MAGIC_SKIPPABLE_MASK) == ZSTD_MAGIC_SKIPPABLE_START;
+        if (magic != ZSTD_MAGICNUMBER && !is_skipped) return fail_wrong(f, "no frame begins here");
+    }
+    const unsigned long long content = zstd.content_size(in, f->left);
+    const bool is_known = content != ZSTD_CONTENTSIZE_UNKNOWN && content != ZSTD_CONTENTSIZE_ERROR;
+    if (is_known && content > f->how->most - f->size) return fail_long(f);
+    return reserve(f, ZSTD_MEMORY + least(is_known ? (size_t)content : SIZE_MAX, ZSTD_WINDOW));
+}
+
+static shd_status inflate_frames(flow *f, ZSTD_DCtx *context) {
+    size_t code = 0; /* 0: a frame has ended */
+    do {
+        shd_status status = prepare(f);
+        if (!status && !code) status = begin_frame(f);
+        if (status) return status;
+        ZSTD_inBuffer in = {f->in, least(f->left, READ_MOST), 0};
+        ZSTD_outBuffer out = {f->out + f->size, least(f->capacity - f->size, WRITE_MOST), 0};
+        code = zstd.decompress(context, &out, &in);
+        advance(f, in.pos, out.pos);
+        if (zstd.is_error(code)) return fail_wrong(f, zstd.error_name(code));
+        /* What is written to the end of its room may have more to write. */
+        if (code && !f->left && out.pos < out.size) return fail_early(f);
+    } while (f->left || code);
+    return SHD_OK;
+}
+
+static shd_status inflate_zstd(flow *f) {
+    ZSTD_DCtx *context = zstd.begin();
+    if (!context) return shd_fail(f->error, SHD_EXHAUSTED, "", "no memory for libzstd");
+    zstd.set(context, ZSTD_d_windowLogMax, ZSTD_WINDOW_LOG);
+    const shd_status status = inflate_frames(f, context);
+    zstd.end(context);
+    return status;
+}
+
+/* Gives back what the body did not take. */
+static void fit(flow *f) {
+    unsigned char *smaller = f->size ? realloc(f->out, f->size) : NULL;
+    if (!smaller) return;
+    shd_budget_give(f->how->budget, f->capacity - f->size);
+    f->out = smaller;
+    f->capacity = f->size;
+}
+
+shd_status shd_inflate(shd_coding coding, const void *body, size_t size, const shd_inflation *how,
+                       unsigned char **out, size_t *out_size, size_t *taken, shd_error *error) {
+    flow f = {.how = how,
+              .name = codings[coding].name,
+              .start = body,
+              .in = body,
+              .left = size,
+              .error = error};
+    const shd_status status = coding == SHD_CODING_GZIP ? inflate_gzip(&f) : inflate_zstd(&f);
+    shd_budget_give(how->budget, f.decoder);
+    if (!status && f.size <= how->most) {
+        fit(&f);
+        *out = f.out;
+        *out_size = f.size;
+        *taken = f.capacity;
+        return SHD_OK;
+    }
+    free(f.out);
+    shd_budget_give(how->budget, f.capacity);
+    return status ? status : fail_long(&f);
+}
