@@ -36,3 +36,7 @@ bool shd_head_is_sound(struct MHD_Connection *connection, const char *method,
     /* The empty line ends the head. */
     return w.is_sound && w.at + 2 == method + info->header_size;
 }
+
+bool shd_has_trailers(struct MHD_Connection *connection) {
+    return MHD_get_connection_values(connection, MHD_FOOTER_KIND, NULL, NULL) > 0;
+}

@@ -281,6 +281,11 @@ static enum MHD_Result take_body(shd_exchange *exchange, const char *data, size_
 }
 
 static enum MHD_Result take_end(shd_exchange *exchange) {
+    if (shd_has_trailers(exchange->connection)) {
+        shd_reply_clear(&exchange->reply);
+        shd_problem_reply(&exchange->reply, SHD_BAD_REQUEST, "fields follow the body");
+        return refuse_now(exchange);
+    }
     exchange->was_accepted = true;
     atomic_fetch_add(&exchange->server->accepted, 1);
     if (!exchange->refused) shd_route_answer(exchange);

@@ -19,7 +19,7 @@ import warnings
 from pathlib import Path
 
 from deploy.tools import DEPLOY, environment, find
-from e2e.daemon import JSON, PATIENCE, SMALL, Daemon
+from e2e.daemon import JSON, PATIENCE, SMALL, Daemon, receive_all
 from e2e.daemon_test import ENDLESS
 from e2e.slow_test import MANY_BYTES
 
@@ -231,6 +231,51 @@ class Proxied(unittest.TestCase):
             wait_until(lambda: load.answers > before + 30 and time.monotonic() > end)
         self.assertEqual(load.failures, [], f"of {load.answers}")
         victim.process.wait()
+
+
+class Relay:
+    """In a replica's place: passes on what comes for it, and keeps that."""
+
+    def __init__(self, daemon):
+        self.target, self.admin, self.received = daemon.address, daemon.admin, b""
+        self.server = socket.create_server(("127.0.0.1", 0))
+        self.address = self.server.getsockname()
+        threading.Thread(target=self._accept, daemon=True).start()
+
+    def _accept(self):
+        while True:
+            here, there = self.server.accept()[0], socket.create_connection(self.target)
+            for ends in (here, there, True), (there, here, False):
+                threading.Thread(target=self._pass_on, args=ends, daemon=True).start()
+
+    def _pass_on(self, source, sink, keeps):
+        with contextlib.suppress(OSError):
+            while data := source.recv(65536):
+                if keeps:
+                    self.received += data
+                sink.sendall(data)
+            sink.shutdown(socket.SHUT_WR)
+
+
+class FramingTest(Proxied):
+    def test_bodies_are_written_anew(self):
+        """What the daemon cannot see, how lines between chunks end, is not as the client had it."""
+        # No proxy was asked for it before, and knows the answer.
+        body = json.dumps(scene(-1)).encode()
+        lax = (b"POST /v1/render HTTP/1.1\r\nHost: a\r\nConnection: close\r\n"
+               b"Content-Type: application/json\r\nTransfer-Encoding: chunked\r\n\r\n"
+               b"%x;a\n%s\n0\n\n" % (len(body), body))
+        for proxy in (self.haproxy, self.nginx):
+            relay = Relay(self.stack.enter_context(Daemon("--threads", "1")))
+            port = proxy([relay])
+            before = len(relay.received)
+            with socket.create_connection(("127.0.0.1", port), PATIENCE) as connection:
+                connection.sendall(lax)
+                self.assertTrue(receive_all(connection).startswith(b"HTTP/1.1 200 "))
+            received = relay.received[before:]
+            self.assertIn(body, received)
+            self.assertNotIn(b"\n", received.replace(b"\r\n", b""))
+            self.assertNotIn(b";a", received)
 
 
 class HaproxyTest(Proxied):

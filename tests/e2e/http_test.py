@@ -354,6 +354,35 @@ class HttpTest(unittest.TestCase):
                 self.assert_raw_problem(data, 400, "request")
                 self.assertEqual(data.count(b"HTTP/1.1 "), 1)
 
+    def chunked(self, size_end=b"\r\n", data_end=b"\r\n", last_end=b"\r\n", trailers=b"",
+                end=b"\r\n"):
+        return (post(b"Transfer-Encoding: chunked", length=False, body=b"%x" % len(BODY)) + size_end
+                + BODY + data_end + b"0" + last_end + trailers + end)
+
+    def test_fields_after_a_body_are_refused(self):
+        """However their lines end, and nothing after them is taken for a request."""
+        hidden = b"GET /v1/version HTTP/1.1\r\nHost: a\r\n\r\n"
+        for trailers in (b"X: a\r\n", b"X: a\n", b"X:\r\n", b"X: a\r\nY: b\n", b"X: a\n b\r\n",
+                         b"Content-Length: 5\r\n"):
+            for end in (b"\r\n", b"\n"):
+                message = self.chunked(trailers=trailers, end=end) + hidden
+                for pieces in (message,), (message[:-60], message[-60:]), \
+                        (message[:-len(hidden) - 1], message[-len(hidden) - 1:]):
+                    with self.subTest(trailers, end=end, pieces=len(pieces)):
+                        data = self.daemon.raw(*pieces)
+                        self.assert_raw_problem(data, 400, "request")
+                        self.assertEqual(data.count(b"HTTP/1.1 "), 1)
+
+    def test_ends_of_lines_between_chunks_are_not_seen(self):
+        """What SECURITY.md says: where a release of libmicrohttpd refuses them, its page can."""
+        last = b"GET /v1/version HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n"
+        for lax in ({}, {"size_end": b"\n"}, {"size_end": b";a\n"}, {"size_end": b";a=\0\r\n"},
+                    {"data_end": b"\n"}, {"last_end": b"\n"}, {"end": b"\n"},
+                    {"trailers": b"\0X: a\r\n"}):
+            with self.subTest(lax):
+                data = self.daemon.raw(self.chunked(**lax) + last)
+                self.assertEqual(data.count(b"HTTP/1.1 200 "), 2)
+
     def test_http_1_0(self):
         data = self.daemon.raw(b"GET /v1/version HTTP/1.0\r\n\r\n")
         self.assertRegex(data, b"^HTTP/1.[01] 200 ")
