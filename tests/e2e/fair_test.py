@@ -158,18 +158,19 @@ class DivisionTest(unittest.TestCase):
     """Of large pictures, too, each client has its part: they are left between two tiles."""
 
     def test_a_crowd_of_endless_pictures_keeps_nobody_elses_waiting(self):
-        for threads in "1", "2":
+        for threads, begun in ("1", 1), ("2", 1), ("4", 3):
             with new_daemon("--threads", threads, "--timeout", "300", "--drain-time",
                             "0") as daemon:
                 pictures = [another(BUSY, i) for i in range(3)]
                 alone = [daemon.render(picture).body for picture in pictures]
-                crowd = [Waiting(daemon, "127.0.0.2", another(ENDLESS, i)) for i in range(5)]
-                wait_until_read(daemon, 4)
+                crowd = [Waiting(daemon, "127.0.0.2", another(ENDLESS, i))
+                         for i in range(begun + 4)]
+                wait_until_read(daemon, 4, begun)
                 for picture, body in zip(pictures, alone):
                     answer = render_from(daemon, "127.0.0.3", picture)
                     self.assertEqual((answer.status, answer.body), (200, body))
-                    # The first one goes on, and the others still wait for it.
-                    wait_until_read(daemon, 4)
+                    # The first ones go on, and the others still wait for them.
+                    wait_until_read(daemon, 4, begun)
                 self.assertEqual(encoded(daemon), 6)
                 self.assertEqual(daemon.metrics()["shaded_left_total"], 0)
                 for client in crowd:
