@@ -44,7 +44,7 @@ typedef struct job {
     int sampling, rows;
     strip *strips;
     tjhandle *handles; /* [slots] */
-    atomic_bool failed, cancelled;
+    atomic_bool failed;
     char words[200]; /* libjpeg-turbo's, of the first strip that failed */
     atomic_flag told;
 } job;
@@ -74,11 +74,7 @@ static bool read_strip(strip *s) {
 static void encode_strip(void *context, size_t index, unsigned slot) {
     job *j = context;
     const shd_image *image = j->image;
-    if (atomic_load(&j->failed) || atomic_load(&j->cancelled)) return;
-    if (slot == 0 && image->go_on && !image->go_on(image->context)) {
-        atomic_store(&j->cancelled, true);
-        return;
-    }
+    if (atomic_load(&j->failed)) return;
     strip *s = &j->strips[index];
     const int first = (int)index * j->rows, left = image->height - first;
     if (!j->handles[slot]) j->handles[slot] = tjInitCompress();
@@ -180,7 +176,7 @@ shd_status shd_encode_jpeg(const shd_image *image, shd_arena *scratch, shd_bytes
     const strips s = cut(image, pack.count == 1);
     const size_t interval =
         ((size_t)image->width + (size_t)s.side - 1) / (size_t)s.side * (size_t)(s.rows / s.side);
-    const unsigned slots = image->spread ? image->slots : 1;
+    const unsigned slots = shd_encode_slots(image);
 
     job j = {.image = image,
              .samples = (size_t)pack.count,
@@ -196,13 +192,10 @@ shd_status shd_encode_jpeg(const shd_image *image, shd_arena *scratch, shd_bytes
         j.strips[i] = (strip){.jpeg = shd_arena_alloc(scratch, s.bound, 1), .size = s.bound};
         if (!j.strips[i].jpeg) return shd_encode_no_memory(error);
     }
-    if (image->spread && s.count > 1)
-        image->spread(image->context, s.count, encode_strip, &j);
-    else
-        for (size_t i = 0; i < s.count; i++) encode_strip(&j, i, 0);
+    const bool done = shd_encode_spread(image, s.count, encode_strip, &j);
     for (unsigned i = 0; i < slots; i++)
         if (j.handles[i]) tjDestroy(j.handles[i]);
-    if (atomic_load(&j.cancelled)) return shd_encode_cancelled(error);
+    if (!done) return shd_encode_cancelled(error);
     if (atomic_load(&j.failed))
         return shd_fail(error, SHD_INTERNAL, "", "libjpeg-turbo: %s", j.words);
 

@@ -223,11 +223,11 @@ int __libc_start_main(int (*main)(int, char **, char **), int count, char **argu
 
 /* ---- A library's call that does not end ---- */
 
-size_t libdeflate_zlib_compress(void *compressor, const void *in, size_t size, void *out,
-                                size_t room);
+size_t libdeflate_deflate_compress(void *compressor, const void *in, size_t size, void *out,
+                                   size_t room);
 
-size_t libdeflate_zlib_compress(void *compressor, const void *in, size_t size, void *out,
-                                size_t room) {
+size_t libdeflate_deflate_compress(void *compressor, const void *in, size_t size, void *out,
+                                   size_t room) {
     while (shared && atomic_load(&shared->hold)) usleep(10000);
-    return NEXT(libdeflate_zlib_compress)(compressor, in, size, out, room);
+    return NEXT(libdeflate_deflate_compress)(compressor, in, size, out, room);
 }

@@ -1,0 +1,108 @@
+#include "image/zlib.h"
+
+#include <libdeflate.h>
+#include <string.h>
+
+#include "image/blocks.h"
+
+/* Measured on filtered rows, 512 x 512 at 8 bits, of one sphere and of 120 small ones: level 1
+ * takes 2.3 and 3.0 ms for 31 and 124 kB, 2 takes 1.8 and 3.2 for 28 and 105, 3 takes 2.0 and 3.6
+ * for 28 and 100, 5 takes 2.8 and 5.0 for 27 and 95. */
+enum { LEVEL = 2 };
+
+/* Bytes of a piece at most: 45 million instructions for what compresses worst. */
+enum { PIECE = 1 << 19 };
+
+/* Bytes before the pieces, behind each but the last, and behind all. */
+enum { HEAD = 2, SEAM = 5, SUM = 4 };
+
+typedef struct piece {
+    unsigned char *data; /* as a stream of its own, and a seam */
+    size_t size;
+    bool whole; /* it can be joined */
+} piece;
+
+typedef struct job {
+    shd_bytes data;
+    size_t count, step; /* pieces, and bytes of each but the last */
+    size_t room;        /* of a piece's stream */
+    piece *pieces;
+    struct libdeflate_compressor **compressors; /* [slots] */
+} job;
+
+static job cut(shd_bytes data) {
+    const size_t count = data.size > PIECE ? (data.size + PIECE - 1) / PIECE : 1;
+    const size_t step = (data.size + count - 1) / count;
+    return (job){.data = data,
+                 .count = count,
+                 .step = step,
+                 .room = libdeflate_deflate_compress_bound(NULL, step) + SEAM};
+}
+
+uint64_t shd_zlib_scratch(uint64_t size) {
+    const job j = cut((shd_bytes){NULL, size});
+    return HEAD + j.count * (uint64_t)(j.room + sizeof *j.pieces) + SUM;
+}
+
+/* Lets another block follow: the last one is no longer called so, and an empty stored block, which
+ * ends with a whole byte, stands behind it. */
+static bool open_end(piece *p) {
+    static const unsigned char empty[4] = {0, 0, 0xFF, 0xFF};
+    size_t last, end;
+    if (!shd_find_last_block(p->data, p->size, &last, &end) || (end + 7) / 8 != p->size)
+        return false;
+    p->data[last / 8] &= (unsigned char)~(1u << last % 8);
+    if (end % 8 == 0 || end % 8 > 5) p->data[p->size++] = 0;
+    memcpy(p->data + p->size, empty, sizeof empty);
+    p->size += sizeof empty;
+    return true;
+}
+
+static void compress_piece(void *context, size_t index, unsigned slot) {
+    job *j = context;
+    piece *p = &j->pieces[index];
+    const size_t first = index * j->step, left = j->data.size - first;
+    if (!j->compressors[slot]) j->compressors[slot] = libdeflate_alloc_compressor(LEVEL);
+    if (!j->compressors[slot]) return;
+    p->size = libdeflate_deflate_compress(j->compressors[slot], j->data.data + first,
+                                          left < j->step ? left : j->step, p->data, j->room - SEAM);
+    p->whole = index + 1 == j->count || open_end(p);
+}
+
+/* Moves the pieces together, in place. */
+static shd_status join_pieces(const shd_image *image, const job *j, unsigned char *stream,
+                              shd_bytes *out, shd_error *error) {
+    /* By RFC 1950: a window of 32 kB, and a fast level. */
+    unsigned char *at = stream;
+    *at++ = 0x78;
+    *at++ = 0x5E;
+    uint32_t sum = libdeflate_adler32(0, NULL, 0);
+    for (size_t i = 0; i < j->count; i++) {
+        if (!shd_encode_goes_on(image)) return shd_encode_cancelled(error);
+        const piece *p = &j->pieces[i];
+        if (!p->size) return shd_encode_no_memory(error);
+        if (!p->whole) return shd_fail(error, SHD_INTERNAL, "", "libdeflate made no stream");
+        const size_t first = i * j->step, left = j->data.size - first;
+        sum = libdeflate_adler32(sum, j->data.data + first, left < j->step ? left : j->step);
+        memmove(at, p->data, p->size);
+        at += p->size;
+    }
+    for (int shift = 24; shift >= 0; shift -= 8) *at++ = (unsigned char)(sum >> shift);
+    *out = (shd_bytes){stream, (size_t)(at - stream)};
+    return SHD_OK;
+}
+
+shd_status shd_zlib_compress(const shd_image *image, shd_bytes data, shd_arena *scratch,
+                             shd_bytes *out, shd_error *error) {
+    job j = cut(data);
+    const unsigned slots = shd_encode_slots(image);
+    j.pieces = shd_arena_zalloc(scratch, j.count, sizeof *j.pieces);
+    j.compressors = shd_arena_zalloc(scratch, slots, sizeof *j.compressors);
+    unsigned char *stream = shd_arena_alloc(scratch, HEAD + j.count * j.room + SUM, 1);
+    if (!j.pieces || !j.compressors || !stream) return shd_encode_no_memory(error);
+    for (size_t i = 0; i < j.count; i++) j.pieces[i].data = stream + HEAD + i * j.room;
+    const bool done = shd_encode_spread(image, j.count, compress_piece, &j);
+    for (unsigned i = 0; i < slots; i++) libdeflate_free_compressor(j.compressors[i]);
+    if (!done) return shd_encode_cancelled(error);
+    return join_pieces(image, &j, stream, out, error);
+}
