@@ -36,38 +36,40 @@ typedef struct shd_engine_options {
     const char *kernel;      /* "portable", "avx2", "avx512", "neon"; NULL or "auto": the widest */
     unsigned threads;        /* workers; 0: as many as affinity and quota allow */
     size_t queue;            /* jobs that may wait in shd_engine_submit; 0: none is taken */
-    size_t reuse;            /* bytes of G-buffers and sums of light that are kept between
-                                requests; 0: none. Pictures are the same, to the byte */
-    size_t mesh_store;       /* bytes of meshes that are kept by their digest; 0: none */
-    shd_budget *budget;      /* what all memory of requests and between them is taken from; outlives
-                                the engine; NULL: endless */
+    /* Bytes of G-buffers and sums of light that are kept between requests; 0: none. Pictures are
+     * the same, to the byte. */
+    size_t reuse;
+    size_t mesh_store; /* bytes of meshes that are kept by their digest; 0: none */
+    /* All memory of requests and between them is taken from it; it outlives the engine; NULL:
+     * endless. */
+    shd_budget *budget;
     shd_limits limits;
 } shd_engine_options;
 
-/* What the daemon takes where nothing else is said: a worker for each processor that it may have,
- * 64 queued jobs, 256 MiB for reuse and as much for meshes, and the limits that config/shaded.conf
- * shows. */
+/* The defaults of the daemon: a worker for each processor that it may have, 64 queued jobs, 256 MiB
+ * for reuse and as much for meshes, and the limits that config/shaded.conf shows. */
 shd_engine_options shd_engine_defaults(void);
 
-/* Loads the color configuration and starts the workers. SHD_CONFIG where the operator's file is
- * wrong, or this machine lacks the kernel's instructions. */
+/* Loads the color configuration and starts the workers. SHD_CONFIG if the operator's file is wrong,
+ * or if this machine lacks the kernel's instructions. */
 shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, shd_error *error);
 
-/* An engine with other limits and another color configuration, which are read again, but with the
- * workers, the queue and the kernel of the first one, which outlives its requests. Requests of both
- * may run side by side; each keeps to its own engine, which outlives it. */
+/* An engine with other limits and another color configuration, both read again. It has the workers,
+ * the queue and the kernel of the first engine, which outlives its requests. Requests of both
+ * engines may run side by side; each keeps to its own engine, which outlives it. */
 shd_status shd_engine_renew(const shd_engine *first, const shd_engine_options *options,
                             shd_engine **out, shd_error *error);
 
-/* Finishes queued jobs first. No request is left then, of it or of an engine that renewed it. NULL
+/* Finishes queued jobs first. No request may be left, of the engine or of one that renewed it. NULL
  * is fine. */
 void shd_engine_drop(shd_engine *engine);
 
 /* Runs run(context) on a worker, later. False: the queue is full, and nothing was queued. */
 bool shd_engine_submit(shd_engine *engine, void (*run)(void *context), void *context);
 
-/* From a job: runs run(context) later as the large rest of it. Deferred work takes turns with new
- * jobs, and lets them pass between its tiles: what is small does not wait for what is large. */
+/* To be called from a job: runs run(context) later, as the large rest of that job. Deferred work
+ * takes turns with new jobs, and lets them pass between its tiles: small work does not wait for
+ * large work. */
 void shd_engine_defer(shd_engine *engine, void (*run)(void *context), void *context);
 
 /* Calls step(context) on each worker with deferred work, between two of its tiles, whose own work
@@ -77,20 +79,20 @@ void shd_engine_between(shd_engine *engine, void (*step)(void *context), void *c
 /* Takes a waiting job back. False: it runs, or has run. */
 bool shd_engine_withdraw(shd_engine *engine, const void *context);
 
-/* Called now and then: gives memory back that no request has asked for of late. */
+/* To be called every so often: gives memory back that no request has asked for of late. */
 void shd_engine_rest(shd_engine *engine);
 
 typedef struct shd_load {
     size_t queued; /* jobs that wait */
-    unsigned busy; /* workers that run one */
+    unsigned busy; /* workers that run a job */
     unsigned threads;
-    uint64_t lent; /* jobs so far that ran between the tiles of a deferred one */
+    uint64_t lent; /* jobs that have run between the tiles of a deferred one */
 } shd_load;
 
 shd_load shd_engine_load(shd_engine *engine);
 
-/* JSON texts of what there is, as the HTTP routes of the same names answer them. The caller
- * frees *json. */
+/* JSON texts of what there is, as the HTTP routes of the same names answer them. The caller frees
+ * *json. */
 typedef enum shd_topic {
     SHD_TOPIC_MATERIALS,
     SHD_TOPIC_SHAPES,
@@ -103,39 +105,40 @@ shd_status shd_engine_describe(const shd_engine *engine, shd_topic topic, char *
 
 const char *shd_version(void); /* "0.1.0" */
 
-/* Whether pictures of the format are made here: TIFF, EXR and HDR take OpenImageIO, whose module
- * need not be installed. Scenes that ask for them are refused then. Any thread. */
+/* Whether pictures of the format are made here. TIFF, EXR and HDR take OpenImageIO, whose module
+ * need not be installed; without it, scenes that ask for them are refused. Any thread. */
 bool shd_writes(shd_format format);
 
 /* ---- A request: one scene document and its pictures. ---- */
 
-/* SHD_EXHAUSTED where the system refuses memory. */
+/* SHD_EXHAUSTED if the system refuses memory. */
 shd_status shd_request_new(shd_engine *engine, shd_request **out, shd_error *error);
 void shd_request_drop(shd_request *request); /* NULL is fine */
 
-/* Reads and checks the scene document. `fallback` is the format where the document names none.
- * Returns the report's status. Call once. */
+/* Reads and checks the scene document. `fallback` is the format if the document names none. Returns
+ * the report's status. Call it once. */
 shd_status shd_request_read(shd_request *request, const char *json, size_t length,
                             shd_format fallback);
 
-/* Reads and checks a mesh instead of a scene, and keeps it for scenes to come, whose objects name
- * it: {"type": "mesh", "data": "sha256-..."}, the digest being that of these bytes, which the
- * caller has made. `binary`: not as JSON; scene/scene.h tells both forms. Of `client`'s, whose
- * things are forgotten first where it has most of the store. Returns the report's status, SHD_LIMIT
- * where the mesh does not fit into the store, SHD_CANCELLED. `known`: it was kept already. */
+/* Reads and checks a mesh instead of a scene, and keeps it for later scenes. Their objects name it:
+ * {"type": "mesh", "data": "sha256-..."} with the digest of these bytes, which the caller has made.
+ * `binary`: the mesh is not JSON; scene/scene.h tells both forms. `client` is whose mesh it is:
+ * things of the client that has most of the store are forgotten first. Returns the report's status,
+ * SHD_LIMIT if the mesh does not fit into the store, or SHD_CANCELLED. `known`: the mesh was kept
+ * already. */
 shd_status shd_request_keep_mesh(shd_request *request, const void *data, size_t length, bool binary,
                                  const shd_digest *digest, const char *client, bool *known);
 
 /* Errors and warnings so far; never NULL. */
 const shd_report *shd_request_report(const shd_request *request);
 
-/* After a successful read: a strong entity tag without its quotes, a hash of the document, the
- * formats, the color configuration and the version; and whether the answer is multipart. */
+/* After a successful read: a strong entity tag without its quotes, which is a hash of the document,
+ * the formats, the color configuration and the version; and whether the answer is multipart. */
 const char *shd_request_etag(const shd_request *request);
 bool shd_request_multipart(const shd_request *request);
 
-/* After a successful read: how much there is to compute, in units of about one light on one sample
- * in single precision, right to a factor of a few. */
+/* After a successful read: how much there is to compute, right to a factor of a few. One unit is
+ * about one light on one sample in single precision. */
 uint64_t shd_request_work(const shd_request *request);
 
 /* After a successful read: bytes that its pictures take at least. */
@@ -146,42 +149,43 @@ uint64_t shd_request_needs(const shd_request *request);
 shd_format shd_request_format(const shd_request *request, size_t index);
 
 typedef struct shd_render_options {
-    /* Called now and then on the thread that called shd_request_render, with the share of tiles
-     * done in [0,1]. May be NULL. */
+    /* Called every so often on the thread that called shd_request_render, with the share of tiles
+     * that are done, in [0,1]. May be NULL. */
     void (*progress)(void *context, double share);
     void *context;
 } shd_render_options;
 
-/* Renders and encodes. Call once, after a successful read. `options` may be NULL. SHD_SCENE: no
- * tier meets the scene's budget; SHD_LIMIT or SHD_MEMORY: the limit `memory`; SHD_CROWDED: the
- * budget has too little left just now; SHD_EXHAUSTED, SHD_CANCELLED, SHD_INTERNAL. */
+/* Renders and encodes. Call it once, after a successful read. `options` may be NULL. SHD_SCENE: no
+ * tier meets the scene's budget. SHD_LIMIT or SHD_MEMORY: the limit `memory` is reached.
+ * SHD_CROWDED: the budget has too little left just now. Also SHD_EXHAUSTED, SHD_CANCELLED and
+ * SHD_INTERNAL. */
 shd_status shd_request_render(shd_request *request, const shd_render_options *options,
                               shd_error *error);
 
-/* Renders the scene in every tier, whatever its own `accuracy` is, and tells as JSON what each one
+/* Renders the scene in every tier, whatever its own `accuracy` is. Tells as JSON what each tier
  * cost and how far it is from the exact one, as the HTTP route of the same name answers it. Only
- * the first output counts, without its layers, and nothing is encoded. Call once, after a
- * successful read, instead of shd_request_render; the caller frees *json. The pictures of two
- * tiers are kept at once, within the limit `memory`. `options` may be NULL. */
+ * the first output counts, without its layers, and nothing is encoded. Call it once, after a
+ * successful read, instead of shd_request_render; the caller frees *json. The pictures of two tiers
+ * are kept at once, within the limit `memory`. `options` may be NULL. */
 shd_status shd_request_compare(shd_request *request, const shd_render_options *options, char **json,
                                shd_error *error);
 
-/* Plans the scene and tells the plan, without rendering anything: what is used and what is left
- * out, and why, upper bounds of the picture's error and an estimate of what it costs. As JSON, as
- * the HTTP route of the same name answers it, or in words, a sentence a line. Call once, after a
+/* Plans the scene and tells the plan, without rendering anything: what is used, what is left out
+ * and why, upper bounds of the picture's error, and an estimate of what it costs. The text is JSON,
+ * as the HTTP route of the same name answers it, or words, a sentence a line. Call it once, after a
  * successful read, instead of shd_request_render; the caller frees *text. */
 typedef enum shd_telling { SHD_IN_JSON, SHD_IN_WORDS } shd_telling;
 
 shd_status shd_request_explain(shd_request *request, shd_telling telling, char **text,
                                shd_error *error);
 
-/* Makes whatever runs for the request, or runs later, end with SHD_CANCELLED: within some millions
- * of instructions, but for libraries' calls (docs/deadlines.md). Any thread. */
+/* Makes all work for the request, present or later, end with SHD_CANCELLED, within some millions of
+ * instructions and the libraries' calls (docs/deadlines.md). Any thread. */
 void shd_request_cancel(shd_request *request);
 bool shd_request_is_cancelled(const shd_request *request);
 
 typedef struct shd_picture {
-    const char *name; /* of the entry of `outputs`; NULL where the document has one `output` */
+    const char *name; /* of the entry of `outputs`; NULL if the document has one `output` */
     shd_format format;
     unsigned char *data;
     size_t size;
@@ -190,12 +194,12 @@ typedef struct shd_picture {
 /* After a successful render. The bytes live as long as the request. */
 const shd_picture *shd_request_pictures(const shd_request *request, size_t *count);
 
-/* Gives the bytes of picture `index` to the caller, who frees them, and then gives as many as the
- * picture's size to the budget; the picture is empty then. */
+/* Gives the bytes of picture `index` to the caller, who frees them and then gives as many bytes as
+ * the picture's size to the budget. The picture is empty then. */
 unsigned char *shd_request_take(shd_request *request, size_t index);
 
-/* Seconds by stage, summed over the threads that worked on it: of their processor time, but in
- * tiles (visibility, shade, and color where it goes straight to samples) of wall time. */
+/* Seconds by stage, summed over the threads that worked on it. They are processor time. In tiles
+ * (visibility, shade, and color if it goes straight to samples) they are wall time. */
 typedef struct shd_times {
     double parse, plan, visibility, shade, color, encode;
 } shd_times;
@@ -205,13 +209,13 @@ const shd_times *shd_request_times(const shd_request *request);
 /* After a successful render: what was known of the picture from earlier ones. */
 typedef enum shd_reused {
     SHD_REUSED_NOTHING,
-    SHD_REUSED_GEOMETRY, /* what rays hit: none was cast, or only those of new samples */
-    SHD_REUSED_LIGHT     /* and what light falls there: only colors were left to do */
+    SHD_REUSED_GEOMETRY, /* what rays hit: no ray was cast, or only those of new samples */
+    SHD_REUSED_LIGHT     /* what light falls there: only colors were left to do */
 } shd_reused;
 
 shd_reused shd_request_reused(const shd_request *request);
 
-/* What was kept for pictures to come, since the engine was made. */
+/* What the engine has kept for later pictures since it was made. */
 typedef struct shd_reuse_load {
     size_t bytes, cap;
     uint64_t light_hits, light_misses, geometry_hits, geometry_misses;
@@ -219,15 +223,15 @@ typedef struct shd_reuse_load {
 
 shd_reuse_load shd_engine_reuse(shd_engine *engine);
 
-/* Whether a mesh is kept, which is then the last to be forgotten. */
+/* Whether a mesh is kept. If so, it becomes the last to be forgotten. */
 bool shd_engine_has_mesh(shd_engine *engine, const shd_digest *digest);
 
-/* Forgets meshes until those that are kept take `bytes` bytes at most. */
+/* Forgets meshes until the kept ones take `bytes` bytes at most. */
 void shd_engine_shrink_meshes(shd_engine *engine, size_t bytes);
 
 typedef struct shd_mesh_load {
-    size_t cap, bytes, meshes; /* that are kept */
-    size_t held;               /* bytes of those that were forgotten while pictures need them */
+    size_t cap, bytes, meshes; /* what is kept */
+    size_t held;               /* bytes of meshes that were forgotten while pictures need them */
     uint64_t hits, misses, evictions;
 } shd_mesh_load;
 
@@ -239,7 +243,7 @@ const char *shd_request_plan(const shd_request *request);
 /* The most bytes that the request's arena has held so far, which the limit `memory` bounds. */
 size_t shd_request_memory(const shd_request *request);
 
-/* Samples saturated because they were not finite or beyond the output's range. */
+/* Samples that were saturated because they were not finite or beyond the output's range. */
 uint64_t shd_request_saturated(const shd_request *request);
 
 #endif

@@ -5,11 +5,11 @@
 #include <string.h>
 #include <sys/random.h>
 
-enum { ALIGNMENT = 64, BUCKETS = 4096, SHARE = 2 /* the part of the cap that one may have */ };
+enum { ALIGNMENT = 64, BUCKETS = 4096, SHARE = 2 /* one client may have 1/SHARE of the cap */ };
 
 typedef struct client {
     struct client *next, *previous;
-    shd_stored *newest, *oldest; /* by last use; never none */
+    shd_stored *newest, *oldest; /* by last use; there is at least one */
     size_t bytes;
     char name[SHD_STORE_CLIENT];
 } client;
@@ -18,14 +18,14 @@ struct shd_stored {
     shd_store *store;
     shd_digest digest;
     size_t bytes;
-    unsigned holders; /* and one more while it is kept */
-    client *client;   /* NULL: it is not kept */
+    unsigned holders; /* one more while it is kept */
+    client *client;   /* NULL: the thing is not kept */
     bool was_kept;
     shd_stored *next; /* in the same bucket */
     shd_stored *newer, *older;
 };
 
-/* Before a thing's bytes. */
+/* What stands before a thing's bytes. */
 enum { HEAD = (sizeof(shd_stored) + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT };
 
 struct shd_store {
@@ -37,9 +37,10 @@ struct shd_store {
     shd_store_load load;
 };
 
-/* ---- With the mutex held ---- */
+/* ---- The mutex is held ---- */
 
-/* The one place where bytes come and go: of what is kept, and of what is only held any more. */
+/* The one place where bytes are counted: those of things that are kept, and those of things that
+ * are only held. */
 static void count_bytes(shd_store *store, ptrdiff_t kept, ptrdiff_t held) {
     store->load.bytes += (size_t)kept;
     store->load.held += (size_t)held;
@@ -77,7 +78,7 @@ static void unlink_use(shd_stored *thing) {
     *(thing->older ? &thing->older->newer : &c->oldest) = thing->newer;
 }
 
-static void keep(shd_store *store, shd_stored *thing, client *c) {
+static void keep_thing(shd_store *store, shd_stored *thing, client *c) {
     shd_stored **bucket = bucket_of(store, &thing->digest);
     thing->next = *bucket;
     *bucket = thing;
@@ -95,8 +96,8 @@ static void drop_client(shd_store *store, client *c) {
     free(c);
 }
 
-/* Returns it where nobody holds it, for the caller to free without the mutex. */
-static shd_stored *forget(shd_store *store, shd_stored *thing) {
+/* Returns the thing if nobody holds it, for the caller to free after the mutex is released. */
+static shd_stored *forget_thing(shd_store *store, shd_stored *thing) {
     client *c = thing->client;
     shd_stored **at = bucket_of(store, &thing->digest);
     while (*at != thing) at = &(*at)->next;
@@ -112,8 +113,9 @@ static shd_stored *forget(shd_store *store, shd_stored *thing) {
     return held ? NULL : thing;
 }
 
-/* What is to be forgotten next, of the client that has most: but for what was put last, which is
- * its client's oldest only where that has nothing else. NULL: there is nothing. */
+/* The thing to forget next: the oldest one of the client that has most. The thing that was put last
+ * is spared; it is its client's oldest only if the client has nothing else. NULL: there is
+ * nothing. */
 static shd_stored *find_victim(const shd_store *store, const shd_stored *last) {
     const client *most = NULL;
     for (const client *c = store->clients; c; c = c->next)
@@ -121,11 +123,11 @@ static shd_stored *find_victim(const shd_store *store, const shd_stored *last) {
     return most ? most->oldest : NULL;
 }
 
-/* A list of what is to be freed, linked by `older`. */
+/* Returns a list of the things to free, linked by `older`. */
 static shd_stored *make_room(shd_store *store, size_t bytes, const shd_stored *last) {
     shd_stored *list = NULL, *victim;
     while (store->load.bytes > bytes && (victim = find_victim(store, last))) {
-        shd_stored *freed = forget(store, victim);
+        shd_stored *freed = forget_thing(store, victim);
         if (!freed) continue;
         freed->older = list;
         list = freed;
@@ -142,7 +144,7 @@ static void free_thing(shd_stored *thing) {
     shd_budget_give(budget, bytes);
 }
 
-/* Returns how many bytes they had. */
+/* Frees a list, and returns how many bytes its things had. */
 static size_t free_list(shd_stored *list) {
     size_t bytes = 0;
     while (list) {
@@ -212,7 +214,7 @@ shd_status shd_store_put(shd_store *store, shd_stored *thing, const char *name, 
             fresh = NULL;
         }
         thing->was_kept = true;
-        keep(store, thing, c);
+        keep_thing(store, thing, c);
         freed = make_room(store, store->load.cap, thing);
     }
     pthread_mutex_unlock(&store->mutex);

@@ -1,7 +1,7 @@
 /* The command line's own helpers: files read whole and written atomically, messages, progress.
  *
- * Everything here runs on the main thread. Functions that return bool have printed what went
- * wrong on stderr where it is false. */
+ * Everything here runs on the main thread. A function that returns false has printed on stderr what
+ * went wrong. */
 #ifndef SHD_CLI_CLI_H
 #define SHD_CLI_CLI_H
 
@@ -18,17 +18,17 @@ enum { CLI_DONE = 0, CLI_FAILED = 1, CLI_USAGE = 2 };
 /* One line on stderr, "shade: ...". */
 void cli_say(const char *format, ...) SHD_PRINTF(1, 2);
 
-/* As cli_say, with a pointer to --help; returns CLI_USAGE. */
+/* As cli_say, with a pointer to --help. Returns CLI_USAGE. */
 int cli_usage(const char *format, ...) SHD_PRINTF(1, 2);
 
-/* Every problem of a report, one a line: "FILE:line:column: detail" for syntax, else
- * "FILE: /pointer: detail", and the warnings behind "warning: ". */
+/* Prints every problem of a report, one a line: "FILE:line:column: detail" for syntax, otherwise
+ * "FILE: /pointer: detail", and warnings behind "warning: ". */
 void cli_print_report(const char *file, const shd_report *report);
 
-/* The same form for a failure that came while rendering. */
+/* Prints a failure that came while rendering, in the same form. */
 void cli_print_error(const char *file, const shd_error *error);
 
-/* A bar on stderr, drawn only on a terminal and only once a picture takes its time. */
+/* A bar on stderr. It is drawn only on a terminal, and only once a picture has taken some time. */
 typedef struct cli_progress {
     bool terminal;
     bool drawn;
@@ -45,17 +45,17 @@ void cli_progress_end(cli_progress *progress);                /* wipes the bar *
  * bytes. */
 bool cli_read_file(const char *path, size_t cap, char **text, size_t *length);
 
-/* A file on its way: written beside its target under another name, then renamed over it. Where
+/* A file on its way. It is written beside its target under another name, then renamed over it. If
  * the target is there and is no regular file (a device, a pipe), bytes go straight to it. */
 typedef struct cli_file {
     char *target;
-    char *temporary; /* NULL: nothing to rename or to remove */
+    char *temporary; /* NULL: there is nothing to rename or to remove */
 } cli_file;
 
-/* Writes the bytes; nothing is seen at `path` yet. On failure nothing is left behind. */
+/* Writes the bytes. Nothing can be seen at `path` yet, and on failure nothing is left behind. */
 bool cli_file_write(const char *path, const void *data, size_t size, cli_file *out);
-bool cli_file_commit(cli_file *file);  /* puts it in its place; ends the struct */
-void cli_file_discard(cli_file *file); /* removes it; ends the struct */
+bool cli_file_commit(cli_file *file);  /* puts the file in its place; ends the struct */
+void cli_file_discard(cli_file *file); /* removes the file; ends the struct */
 
 bool cli_write_stdout(const void *data, size_t size);
 

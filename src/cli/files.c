@@ -16,7 +16,7 @@ bool cli_read_file(const char *path, size_t cap, char **text, size_t *length) {
         return false;
     }
 
-    /* Pipes do not tell their size: the buffer grows as bytes come. */
+    /* Pipes do not tell their size, so the buffer grows as bytes come. */
     size_t room = 0, used = 0;
     char *bytes = NULL;
     bool done = false, failed = false;
@@ -68,14 +68,14 @@ static int write_all(int fd, const void *data, size_t size) {
 
 bool cli_write_stdout(const void *data, size_t size) {
     int problem = write_all(STDOUT_FILENO, data, size);
-    /* A file system may keep its refusal (quota, network) for close. */
+    /* A file system may refuse (quota, network) as late as at close. */
     if (!problem && close(STDOUT_FILENO)) problem = errno;
     if (problem) cli_say("cannot write to stdout: %s", strerror(problem));
     return !problem;
 }
 
-/* Opens a new file beside `target`, with the access rights that it would have had itself. Its
- * name does not grow with the target's, which may be as long as the system allows. */
+/* Opens a new file beside `target`, with the access rights that the target would have had itself.
+ * The new name does not grow with the target's, which may be as long as the system allows. */
 static int open_beside(const char *target, mode_t mode, char **name) {
     const char *slash = strrchr(target, '/');
     int folder = slash ? (int)(slash - target) + 1 : 0;

@@ -58,7 +58,7 @@ static bool parse_threads(const char *text, unsigned *out) {
 
 int main(int argc, char **argv) {
     if (!shd_occupy_closed_streams()) return CLI_FAILED;
-    /* A reader that went away and a file that may not grow are write errors, with a message. */
+    /* A reader that went away, and a file that may not grow, become write errors with a message. */
     signal(SIGPIPE, SIG_IGN);
     signal(SIGXFSZ, SIG_IGN);
 
@@ -79,9 +79,9 @@ int main(int argc, char **argv) {
     options.engine.queue = 0;
     options.engine.limits = cli_limits();
 
-    /* Options may stand anywhere, also behind the scene and before the command: what is no option
-     * is moved to the front of argv, where nothing is read any more. The leading '-' of the
-     * short options asks for that whatever POSIXLY_CORRECT says. */
+    /* Options may stand anywhere, also behind the scene and before the command. Operands are moved
+     * to the front of argv, which has been read by then. The leading '-' of the short options asks
+     * getopt for that, whatever POSIXLY_CORRECT says. */
     char **operands = argv + 1;
     size_t count = 0;
     int option;

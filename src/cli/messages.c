@@ -9,7 +9,7 @@
 
 #include "base/clock.h"
 
-static void say(const char *format, va_list args) {
+static void print_line(const char *format, va_list args) {
     fputs("shade: ", stderr);
     vfprintf(stderr, format, args);
     fputc('\n', stderr);
@@ -18,21 +18,21 @@ static void say(const char *format, va_list args) {
 void cli_say(const char *format, ...) {
     va_list args;
     va_start(args, format);
-    say(format, args);
+    print_line(format, args);
     va_end(args);
 }
 
 int cli_usage(const char *format, ...) {
     va_list args;
     va_start(args, format);
-    say(format, args);
+    print_line(format, args);
     va_end(args);
     fputs("Try 'shade --help'.\n", stderr);
     return CLI_USAGE;
 }
 
-/* Prints text that comes from a document. Its control characters are escaped: a member's name
- * must neither break the one-problem-a-line form nor steer the terminal. */
+/* Prints text that comes from a document. Control characters are escaped: the name of a member must
+ * neither break the form of one problem a line nor steer the terminal. */
 static void print_safely(const char *text) {
     for (const unsigned char *c = (const unsigned char *)text; *c; c++) {
         if (*c < 0x20 || *c == 0x7f)
@@ -55,7 +55,7 @@ static void print_problem(const char *kind, const char *file, const char *pointe
     fputc('\n', stderr);
 }
 
-/* A syntax error's detail without its own words for the place, which is printed before it. */
+/* The detail of a syntax error without its own words for the place, which is printed before it. */
 static const char *without_place(const char *detail, const shd_report *report) {
     char place[64];
     int length =
@@ -104,7 +104,7 @@ void cli_progress_begin(cli_progress *progress) {
     progress->start = progress->last = shd_now();
 }
 
-/* Columns that a line may fill without wrapping. */
+/* The columns that a line may fill without wrapping. */
 static int terminal_columns(void) {
     struct winsize size;
     if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) || size.ws_col == 0) return 79;

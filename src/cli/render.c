@@ -34,11 +34,11 @@ typedef enum target_kind { TARGET_STDOUT, TARGET_FILE, TARGET_DIRECTORY } target
 typedef struct cli_target {
     const char *path;
     target_kind kind;
-    bool suffixed;     /* a file whose suffix names a format ... */
-    shd_format format; /* ... this one; else PNG, where the scene names none */
+    bool suffixed;     /* whether a file has a suffix that names a format */
+    shd_format format; /* that format; otherwise PNG, if the scene names none */
 } cli_target;
 
-/* CLI_DONE, or the usage error that it has printed. */
+/* CLI_DONE, or the usage error that was printed. */
 static int find_target(const char *path, cli_target *out) {
     *out = (cli_target){.path = path, .kind = TARGET_FILE, .format = SHD_PNG};
     size_t length = strlen(path);
@@ -65,7 +65,7 @@ static int find_target(const char *path, cli_target *out) {
     return CLI_DONE;
 }
 
-/* Tells before the work, not after it, that a file cannot be written. */
+/* Tells before the work, and not after it, that a file cannot be written. */
 static bool folder_is_writable(const char *path) {
     const char *slash = strrchr(path, '/');
     char *folder = slash ? strndup(path, (size_t)(slash - path) + 1) : strdup(".");
@@ -75,12 +75,12 @@ static bool folder_is_writable(const char *path) {
     return writable;
 }
 
-/* Names of outputs become names of files in the directory, and nothing else. */
+/* The names of outputs become the names of files in the directory, and nothing else. */
 static bool name_is_safe(const char *name) {
     return *name && *name != '.' && !strchr(name, '/');
 }
 
-/* Writes all pictures beside their places first, so that a full disk leaves the old ones. */
+/* Writes all pictures beside their places first, so that a full disk leaves the old files. */
 static bool write_directory(const char *directory, const shd_picture *pictures, size_t count) {
     if (mkdir(directory, 0777) && errno != EEXIST) {
         cli_say("cannot make directory '%s': %s", directory, strerror(errno));
@@ -137,7 +137,7 @@ static bool write_pictures(const cli_target *target, const shd_picture *pictures
 
 /* ---- Reading and rendering ---- */
 
-/* Reads a scene and prints what is wrong with it. False: there is no use in going on. */
+/* Reads a scene and prints what is wrong with it. False: the scene is of no use. */
 static bool read_scene(const char *scene, const shd_limits *limits, shd_request *request,
                        shd_format fallback) {
     char *text;
@@ -150,7 +150,7 @@ static bool read_scene(const char *scene, const shd_limits *limits, shd_request 
 }
 
 /* An interrupt ends the rendering at the next tile and then the program, with the status that a
- * shell expects; a second one ends it at once. */
+ * shell expects. A second interrupt ends it at once. */
 static volatile sig_atomic_t interrupt;
 
 static void on_interrupt(int number) {
@@ -175,8 +175,8 @@ static void on_progress(void *context, double share) {
     cli_progress_draw(&rendering->progress, share);
 }
 
-/* Renders, or compares where `json` is wanted, with a progress bar. */
-static int work(const char *scene, shd_request *request, char **json) {
+/* Renders, or compares if `json` is wanted, with a progress bar. */
+static int render_scene(const char *scene, shd_request *request, char **json) {
     cli_rendering rendering = {.request = request};
     shd_render_options options = {.progress = on_progress, .context = &rendering};
     shd_error error;
@@ -186,7 +186,7 @@ static int work(const char *scene, shd_request *request, char **json) {
                              : shd_request_render(request, &options, &error);
     cli_progress_end(&rendering.progress);
     if (interrupt) {
-        raise(interrupt); /* its default action is back */
+        raise(interrupt); /* its default action is in force again */
         return CLI_FAILED;
     }
     if (status != SHD_OK) {
@@ -211,7 +211,7 @@ static int render_request(const char *scene, const cli_target *target, shd_reque
                          shd_format_get(format)->name, target->path,
                          shd_format_get(target->format)->name);
 
-    int result = work(scene, request, NULL);
+    int result = render_scene(scene, request, NULL);
     if (result != CLI_DONE) return result;
 
     size_t count;
@@ -223,7 +223,7 @@ static int render_request(const char *scene, const cli_target *target, shd_reque
     return write_pictures(target, pictures, count) ? CLI_DONE : CLI_FAILED;
 }
 
-/* NULL, with a message, where the color configuration is wrong or memory is short. */
+/* NULL, with a message, if the color configuration is wrong or memory is short. */
 static shd_engine *new_engine(const cli_options *options) {
     shd_engine *engine;
     shd_error error;
@@ -260,16 +260,16 @@ int cli_render(const char *scene, const cli_options *options) {
     return result;
 }
 
-/* The text and a line's end, into the file or to stdout. */
+/* Writes the text and a line's end, to the file or to stdout. */
 static bool write_json(const char *path, char *json) {
     size_t length = strlen(json);
-    json[length] = '\n'; /* in place of the end that nobody needs any more */
+    json[length] = '\n'; /* replaces the final 0, which nobody needs any more */
     if (!strcmp(path, "-")) return cli_write_stdout(json, length + 1);
     cli_file file;
     return cli_file_write(path, json, length + 1, &file) && cli_file_commit(&file);
 }
 
-/* Whether a text may go to `path` ("-": stdout). CLI_DONE, or what has been said is wrong. */
+/* Whether a text may go to `path` ("-": stdout): CLI_DONE, or the usage error that was printed. */
 static int check_text_target(const char *path) {
     struct stat status;
     if (!*path) return cli_usage("-o is empty");
@@ -289,7 +289,7 @@ int cli_compare(const char *scene, const cli_options *options) {
     char *json = NULL;
     shd_request *request = new_request(engine);
     if (request && read_scene(scene, &options->engine.limits, request, SHD_PNG))
-        result = work(scene, request, &json);
+        result = render_scene(scene, request, &json);
     if (result == CLI_DONE && !write_json(path, json)) result = CLI_FAILED;
     free(json);
     shd_request_drop(request);

@@ -10,7 +10,7 @@ typedef struct cli_options {
     shd_engine_options engine;
 } cli_options;
 
-/* What one scene is allowed on the command line, where its owner owns the machine too. */
+/* What one scene may take on the command line, whose user owns the machine too. */
 shd_limits cli_limits(void);
 
 /* All return the program's exit status. */

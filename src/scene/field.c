@@ -69,7 +69,7 @@ uint32_t shd_read_fields(shd_reader *r, const shd_node *node, const shd_field *f
         field->read(r, &member, field, (char *)out + field->offset);
         if (r->report->error_count > errors) wrong |= UINT32_C(1) << i;
     }
-    r->wrong = wrong; /* last, for fields that have fields of their own */
+    r->wrong = wrong; /* last, because fields may have fields of their own */
     if (found == json_object_size(node->value)) return seen;
     json_t *object = (json_t *)(uintptr_t)node->value; /* jansson's iterators are not const */
     for (void *at = json_object_iter(object); at && !shd_is_cancelled(r->cancelled);

@@ -17,7 +17,7 @@ shd_node shd_node_item(const shd_node *parent, size_t index) {
     return (shd_node){parent, NULL, index, json_array_get(parent->value, index)};
 }
 
-/* Keys that are too long or too strange to show are reported at their object. */
+/* A key that is too long or too strange to show is reported at its object. */
 static const shd_node *shown(const shd_node *node) {
     const shd_node *place = node;
     for (const shd_node *n = node; n->parent; n = n->parent)
@@ -25,8 +25,8 @@ static const shd_node *shown(const shd_node *node) {
     return place;
 }
 
-/* Writes the pointer and returns its length. Keys on the way are plain names, so the buffer is
- * long enough for any place that a scene has. */
+/* Writes the pointer and returns its length. Keys on the way are plain names, so the buffer is long
+ * enough for any place in a scene. */
 static size_t write_pointer(const shd_node *node, char *out, size_t size) {
     if (!node->parent) return 0;
     size_t used = write_pointer(node->parent, out, size);
@@ -81,8 +81,8 @@ shd_numbers shd_json_numbers(const shd_json *json, const json_t *value) {
     return (shd_numbers){NULL, json_array_size(value), 0, 0};
 }
 
-/* Bytes of the control character at `c`, 0 where it is none. U+0080 to U+009F steer terminals
- * just as the first 32 do. */
+/* The bytes of the control character at `c`; 0 if it is none. U+0080 to U+009F steer terminals just
+ * as the first 32 do. */
 static size_t control_bytes(const char *c) {
     unsigned char first = (unsigned char)c[0], second = first ? (unsigned char)c[1] : 0;
     if (first < 0x20 || first == 0x7f) return 1;
@@ -117,8 +117,8 @@ bool shd_is_plain_name(const char *name) {
     return true;
 }
 
-/* Edits (insert, delete, replace, swap neighbors) that make one name of the other, case aside.
- * Names longer than the table are never close. */
+/* The number of edits (insert, delete, replace, swap neighbors) that make one name of the other,
+ * case aside. Names longer than the table are never close. */
 static size_t edit_distance(const char *a, const char *b) {
     enum { LONGEST = 40 };
     unsigned char row[3][LONGEST + 1];

@@ -1,7 +1,7 @@
 /* JSON as a tree with places: the part of the reader that knows nothing of scenes.
  *
- * A node is a value and the way to it. Nodes live on the stack, linked to their parents; the
- * JSON Pointer (RFC 6901) is spelled out only when there is something to say about the place. */
+ * A node is a value and the way to it. Nodes live on the stack, linked to their parents. The JSON
+ * Pointer (RFC 6901) is spelled out only if there is something to say about the place. */
 #ifndef SHD_SCENE_JSON_H
 #define SHD_SCENE_JSON_H
 
@@ -25,22 +25,24 @@ typedef struct shd_node {
 shd_node shd_node_member(const shd_node *parent, const char *key);
 shd_node shd_node_item(const shd_node *parent, size_t index);
 
-/* A document. Every number in its tree is a finite real. What is an integer there is a long array
- * of numbers, the index of one of `packs`. */
+/* A document. Every number in its tree is a finite real. An integer there stands for a long array
+ * of numbers: it is the index of one of `packs`. */
 typedef struct shd_json {
     json_t *tree;    /* owned; the rest is the arena's */
-    size_t borrowed; /* bytes that count as the arena's for it */
+    size_t borrowed; /* bytes that the arena counts for the tree */
     shd_packs packs;
 } shd_json;
 
-/* Parses `length` bytes. On failure a problem with line and column (or with the limit's name:
- * `memory` bounds what the tree may take) is in the report and the answer is false; otherwise the
- * caller ends it with shd_json_drop. `cancelled` (or NULL) ends it with SHD_CANCELLED. */
+/* Parses `length` bytes. On failure the answer is false, and the report has a problem with line and
+ * column, or with the name of the limit `memory`, which bounds what the tree may take. On success
+ * the caller ends the document with shd_json_drop. `cancelled` (or NULL) ends the parsing with
+ * SHD_CANCELLED. */
 bool shd_json_parse(const char *text, size_t length, size_t memory, const atomic_bool *cancelled,
                     shd_arena *arena, shd_json *out, shd_report *report);
 void shd_json_drop(shd_json *json, shd_arena *arena);
 
-/* The numbers of a long array; values NULL: it is none, and count that of its items. */
+/* The numbers of a long array. `values` is NULL if the value is none; `count` is then the number of
+ * its items. */
 shd_numbers shd_json_numbers(const shd_json *json, const json_t *value);
 
 /* Adds an error or a warning about the place. */
@@ -52,21 +54,22 @@ void shd_node_warn(shd_report *report, const shd_node *node, const char *format,
 /* "expected a number, got a string" */
 void shd_node_expect(shd_report *report, const shd_node *node, const char *expected);
 
-/* A client's text made fit for a message: at most 60 bytes and a mark of what was cut, no control
- * characters. */
+/* A client's text made fit for a message: at most 60 bytes and a mark if it was cut, without
+ * control characters. */
 typedef struct shd_quoted {
     char text[72];
 } shd_quoted;
 
 shd_quoted shd_quote(const char *text);
 
-/* Whether a name from the client may be shown whole: up to 64 characters, none of control. */
+/* Whether a name from the client may be shown whole: it has up to 64 characters, and no control
+ * characters. */
 bool shd_is_plain_name(const char *name);
 
-/* ": did you mean \"radius\"?" where a name is close to one of `names` (one edit, and one more for
- * every six letters), otherwise what there is,
- * ": there is sphere, plane, ...", as far as it fits. Nothing where the report is full: comparing
- * names is for messages that somebody will see. */
+/* ": did you mean \"radius\"?" if a name is close to one of `names` (one edit, and one more for
+ * every six letters). Otherwise the names that there are, ": there is sphere, plane, ...", as far
+ * as they fit. Nothing if the report is full: names are compared only for messages that somebody
+ * will see. */
 typedef struct shd_hint {
     char text[320];
 } shd_hint;

@@ -1,4 +1,4 @@
-/* Enums by the names that documents have for them. */
+/* The names that documents have for enums. */
 #include "scene/scene.h"
 
 const char *const shd_tier_names[] = {[SHD_STANDARD] = "standard", [SHD_EXACT] = "exact", NULL};

@@ -35,8 +35,8 @@ static bool make_room(shd_packs *packs, shd_arena *arena) {
     return true;
 }
 
-/* Numbers and commas up to the array's end. NULL: there is something else. `rest`: the end of those
- * that stay. */
+/* Reads numbers and commas up to the array's end. NULL: the array has something else. `rest` is the
+ * end of the numbers that stay. */
 static const char *read_items(const char *at, const char *end, const atomic_bool *cancelled,
                               double *out, size_t count, const char **rest) {
     for (size_t i = 0; i < count; i++) {
@@ -65,8 +65,8 @@ static void copy_until(packer *p, const char *at) {
     p->copied = at;
 }
 
-/* In the copy an array has the digits of its index, from the last one on. They are no longer than
- * its numbers. */
+/* In the copy an array has the digits of its index, from the last digit on. They are no longer than
+ * the array's numbers. */
 static void write_index(packer *p, size_t index) {
     for (int i = 0; i < SHD_PACK_LEAST; i++, index /= 10) {
         if (i) *p->out++ = ',';
@@ -74,7 +74,7 @@ static void write_index(packer *p, size_t index) {
     }
 }
 
-/* Packs the array that begins at `open`. Returns where to go on. */
+/* Packs the array that begins at `open`. Returns where reading goes on. */
 static const char *pack_array(packer *p, const char *open) {
     shd_packs *packs = p->packs;
     size_t commas = 0;
@@ -142,9 +142,9 @@ void shd_pack_blank(const shd_packs *packs, char *text) {
 
 /* ---- In the tree ---- */
 
-/* The index that an array's items tell; SIZE_MAX: it is none that was packed. Every array of that
- * key that is as long and of numbers alone is packed: none looks like one by chance, or by malice.
- */
+/* The index that an array's items tell; SIZE_MAX: the array was not packed. Every array of such a
+ * key that is as long and has only numbers is packed, so no other array looks like one by chance or
+ * by malice. */
 static size_t index_of(const json_t *array, const shd_packs *packs) {
     size_t index = 0;
     if (json_array_size(array) != SHD_PACK_LEAST) return SIZE_MAX;

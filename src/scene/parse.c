@@ -6,14 +6,15 @@
 #include "base/json_memory.h"
 #include "scene/json.h"
 
-/* Values outside of packed arrays, and bytes of a string: a tree is freed as a whole, and a
- * string's escapes are undone so. Neither can be left, and as many take some hundreds of millions
- * of instructions. */
+/* The most values outside of packed arrays, and the most bytes of a string. A tree is freed as a
+ * whole, and the escapes of a string are undone as a whole: neither can be left halfway. As many as
+ * these take some hundreds of millions of instructions. */
 enum { MOST_VALUES = 1 << 21, LONGEST_STRING = 1 << 20 };
 
-/* Jansson's memory lies outside of the request's arena and may be 80 times the text ("{},{},"),
- * so the tree is measured before it grows: bytes a value of each kind takes on a 64-bit machine,
- * the slack of doubling tables included. Punctuation in strings counts too; scenes have little. */
+/* Jansson's memory lies outside of the request's arena and may be 80 times the text ("{},{},"), so
+ * the tree is measured before it grows. These are the bytes that a value of each kind takes on a
+ * 64-bit machine, including the slack of tables that double. Punctuation in strings counts too;
+ * scenes have little. */
 static size_t tree_bytes(const char *text, size_t length, size_t *values) {
     size_t commas = 0, arrays = 0, objects = 0, members = 0;
     for (size_t i = 0; i < length; i++) {
@@ -26,11 +27,11 @@ static size_t tree_bytes(const char *text, size_t length, size_t *values) {
     return length + commas * 48 + arrays * 128 + objects * 256 + members * 96;
 }
 
-/* The key that ends at `end`, its quotes and escapes as written; jansson names short ones only. */
+/* The key that ends at `end`, its quotes and escapes as written. Jansson names only short ones. */
 static shd_quoted key_before(const char *text, size_t end) {
     char key[80] = "";
     size_t last = end < 2 ? 0 : end - 2, first = last;
-    /* Backslashes are counted behind quotes alone: a key may be nothing but millions of them. */
+    /* Counts backslashes only behind quotes: a key may be nothing but millions of them. */
     for (; first > 0; first--) {
         if (text[first] != '"') continue;
         size_t backslashes = 0;
@@ -45,7 +46,7 @@ static shd_quoted key_before(const char *text, size_t end) {
 
 static void report_syntax(const char *text, size_t length, const json_error_t *error,
                           shd_report *report) {
-    /* A tree that the system has no room for is not the client's mistake. */
+    /* It is not the client's mistake if the system has no room for a tree. */
     if (shd_json_memory_short()) {
         shd_report_error(report, SHD_MEMORY, "", "there is not enough memory for the document");
         return;
@@ -74,13 +75,13 @@ static void report_syntax(const char *text, size_t length, const json_error_t *e
                          shd_quote(error->text).text);
 }
 
-/* What is left of a text. */
+/* The part of a text that is left. */
 typedef struct source {
     const char *at, *end;
     const atomic_bool *cancelled;
 } source;
 
-/* Jansson reads on where it gets something, and takes an error for the text's end. */
+/* Jansson reads on as long as it gets bytes, and takes an error for the text's end. */
 static size_t give_some(void *buffer, size_t room, void *context) {
     source *from = context;
     const size_t left = (size_t)(from->end - from->at), some = left < room ? left : room;
@@ -99,7 +100,8 @@ static json_t *load(const char *text, size_t length, const atomic_bool *cancelle
 }
 
 /* Whether the tree may be made, and the bytes that it takes. */
-static bool fits(const char *text, size_t length, size_t memory, size_t *out, shd_report *report) {
+static bool tree_fits(const char *text, size_t length, size_t memory, size_t *out,
+                      shd_report *report) {
     size_t values;
     const size_t bytes = *out = tree_bytes(text, length, &values);
     if (bytes > memory)
@@ -114,7 +116,7 @@ static bool fits(const char *text, size_t length, size_t memory, size_t *out, sh
     return bytes <= memory && values <= MOST_VALUES;
 }
 
-/* The tree of a document; `copy` has room for it. */
+/* Makes the tree of a document; `copy` has room for it. */
 static json_t *make_tree(const char *text, size_t length, char *copy, size_t memory,
                          const atomic_bool *cancelled, shd_arena *arena, shd_json *json,
                          shd_report *report) {
@@ -132,7 +134,7 @@ static json_t *make_tree(const char *text, size_t length, char *copy, size_t mem
                          packs->longest, LONGEST_STRING);
         return NULL;
     }
-    if (!fits(given, size, memory, &bytes, report)) return NULL;
+    if (!tree_fits(given, size, memory, &bytes, report)) return NULL;
     json->borrowed = length + bytes;
     if (!shd_arena_borrow(arena, json->borrowed)) {
         json->borrowed = 0;
@@ -142,12 +144,12 @@ static json_t *make_tree(const char *text, size_t length, char *copy, size_t mem
     json_error_t error;
     json_t *tree = load(given, size, cancelled, &error);
     const bool marked = !tree || shd_pack_mark(tree, packs);
-    /* It may have gone on without: numbers are then other ones. */
+    /* Reading may have gone on without memory: numbers are then other ones. */
     if (tree && (!marked || shd_json_memory_short())) {
         json_decref(tree);
         tree = NULL;
     } else if (!tree && packs->count && !shd_json_memory_short()) {
-        /* Where it is wrong, told by the document. */
+        /* Finds in the document itself where it is wrong. */
         memcpy(copy, text, length);
         shd_pack_blank(packs, copy);
         json_decref(load(copy, length, cancelled, &error));

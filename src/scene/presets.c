@@ -1,11 +1,12 @@
 /* The material library. The classic table was published with OpenGL: teapots.c of the OpenGL
- * Programming Guide (Mark Kilgard, SGI), and the "OpenGL/VRML Materials" table for pewter and
- * the polished metals; its shininess is a share of 128. Metal, plastic and planet follow the
- * usual rule of thumb for the Phong coefficients.
+ * Programming Guide (Mark Kilgard, SGI), and the "OpenGL/VRML Materials" table for pewter and the
+ * polished metals. Its shininess is a share of 128. Metal, plastic and planet follow the usual rule
+ * of thumb for the Phong coefficients.
  *
  * The classic coefficients were chosen by eye in programs that sent their sums to the display as
- * they were: they are display codes, and stand here as they were published. `decode` makes linear
- * light of them, by the sRGB curve; as linear light, gold would be beige and rubber pink. */
+ * they were. So they are display codes, and stand here as they were published. `decode_color` makes
+ * linear light of them, by the sRGB curve; taken for linear light, gold would be beige and rubber
+ * pink. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -161,15 +162,15 @@ size_t shd_preset_count(void) {
     return PRESETS;
 }
 
-static void decode(double rgb[3]) {
+static void decode_color(double rgb[3]) {
     for (int c = 0; c < 3; c++) rgb[c] = shd_curve_decode(SHD_TRANSFER_SRGB, rgb[c]);
 }
 
 shd_preset shd_preset_at(size_t index) {
     shd_preset preset = presets[index];
-    decode(preset.ambient);
-    decode(preset.diffuse);
-    decode(preset.specular);
+    decode_color(preset.ambient);
+    decode_color(preset.diffuse);
+    decode_color(preset.specular);
     return preset;
 }
 

@@ -62,7 +62,7 @@ static void read_accuracy(shd_reader *r, const shd_node *node, const shd_field *
 
 /* ---- The whole ---- */
 
-/* What a format cannot hold. Sides of the raster that are not known are 0. */
+/* Reports what a format cannot hold. Sides of the raster that are not known are 0. */
 static void check_formats(shd_reader *r) {
     const shd_raster *raster = &r->scene->raster;
     for (int f = 0; f < SHD_FORMAT_COUNT; f++) {
@@ -80,8 +80,8 @@ static void check_formats(shd_reader *r) {
 }
 
 static void read_document(shd_reader *r, const json_t *tree) {
-    /* Colors need both spaces; lights the camera's frame; objects the materials and the
-     * interpolation; outputs the working space and the number of lights. */
+    /* Order: colors need both spaces; lights need the camera's frame; objects need the materials
+     * and the interpolation; outputs need the working space and the number of lights. */
     static const shd_field fields[] = {
         {.name = "$schema", .read = shd_read_label},
         {.name = "workingSpace", .read = shd_read_spaces},
@@ -148,7 +148,7 @@ shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *ca
     shd_json_drop(&json, arena);
     if (report->status == SHD_OK) shd_scene_digest(r.scene, cancelled, r.scene->digest);
     if (shd_is_cancelled(cancelled)) {
-        report->status = SHD_OK; /* whatever is missing is not the document's mistake */
+        report->status = SHD_OK; /* missing data is not the document's mistake */
         shd_report_error(report, SHD_CANCELLED, "", "the reading was cancelled");
     }
     if (report->status != SHD_OK) return report->status;

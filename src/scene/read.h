@@ -1,13 +1,13 @@
-/* The reader's inside: the state of one reading, the readers of single members, and the readers
- * of the document's parts, which live in read_*.c.
+/* The inside of the reader: the state of one reading, the readers of single members, and the
+ * readers of the document's parts, which live in read_*.c.
  *
  * A part is a table of fields: a name, the reader of its value, and where the value goes. Reading
- * goes through the table in its order (so that what others need comes first), reports members
- * that are not in it, and never stops at an error: a value that is wrong keeps its default.
+ * goes through the table in its order, so that what others need comes first. It reports members
+ * that are not in the table, and never stops at an error: a value that is wrong keeps its default.
  *
- * A check is left out only where what it needs is wrong itself, so that no answer would be true
- * for every way to mend that. Of lists that are too long the items past the most are not read:
- * limits bound the work. */
+ * A check is left out only if what it needs is wrong itself, because its answer then depends on how
+ * that is mended. Items of a list past the most that it may have are not read: limits bound the
+ * work. */
 #ifndef SHD_SCENE_READ_H
 #define SHD_SCENE_READ_H
 
@@ -31,7 +31,7 @@ typedef struct shd_missing {
 typedef struct shd_reader {
     const shd_catalog *catalog;
     const shd_limits *limits;
-    const atomic_bool *cancelled; /* then reading ends, and what was read is not used */
+    const atomic_bool *cancelled; /* if raised, reading ends, and what was read is not used */
     shd_format fallback;
     const shd_mesh_shelf *shelf; /* NULL: no meshes are kept */
     shd_arena *arena;
@@ -40,21 +40,21 @@ typedef struct shd_reader {
     shd_scene *scene;   /* under construction */
     bool out_of_memory; /* reported once */
 
-    const shd_space_info *colors; /* the space of plain numbers; NULL: what it says is wrong */
-    int interpolation;            /* of objects that do not say */
-    size_t lights;                /* that the document asks for; SIZE_MAX: not known */
+    const shd_space_info *colors; /* the space of plain numbers; NULL: `colorSpace` is wrong */
+    int interpolation;            /* of objects that have none */
+    size_t lights;                /* how many the document asks for; SIZE_MAX: unknown */
     uint64_t triangles;           /* of the objects so far */
     shd_missing missing[SHD_REPORT_KEEP]; /* the first ones, each once */
-    size_t missing_count;                 /* and the rest */
-    unsigned formats,
-        flat;       /* bits of the outputs' shd_format; of those with color, without alpha */
-    uint32_t wrong; /* as shd_read_fields answers: the fields that it found wrong */
+    size_t missing_count;                 /* of all of them */
+    /* Bits of the shd_format of all outputs, and of those that have color and no alpha. */
+    unsigned formats, flat;
+    uint32_t wrong; /* the fields that shd_read_fields found wrong */
 
     shd_named_material *named; /* `materials`, sorted by name */
     size_t named_count;
     bool names_unknown;   /* `materials` is not an object */
     size_t *presets_used; /* as shd_named_material.used, for each preset of the library */
-    size_t default_used;  /* the same for the material of objects that name none */
+    size_t default_used;  /* the same for objects without a material */
     shd_material *materials;
     size_t material_count;
     const shd_material *warned[SHD_REPORT_KEEP]; /* the first materials that warnings are about */
@@ -76,33 +76,33 @@ typedef void shd_field_read(shd_reader *r, const shd_node *node, const shd_field
 
 struct shd_field {
     const char *name;
-    shd_field_read *read; /* NULL: somebody else reads it; here it is only known */
+    shd_field_read *read; /* NULL: other code reads it, here it is only known */
     size_t offset;        /* of the value in the struct that is filled */
-    unsigned kinds;       /* bits of the kinds of thing that have this member; 0: all */
-    bool always;          /* read even where absent, to report that or to make a default */
+    unsigned kinds;       /* Bits of the kinds of thing that have this member; 0: all. */
+    bool always; /* Whether it is read even if it is absent, to report that or to make a default. */
     const shd_range *range;
     const char *const *choices; /* ended by NULL */
 };
 
 enum { SHD_FIELDS_MOST = 32 };
 
-/* Reads the members of an object. `kinds` are the bits of what this thing may be and `what` its
- * name in messages ("a sphere"). Bit i of the answer is set where fields[i] is there; that of
- * r->wrong where reading it gave an error, so that nothing that needs it is checked. */
+/* Reads the members of an object. `kinds` are the bits of what this thing may be and `what` is its
+ * name in messages ("a sphere"). Bit i of the answer is set if fields[i] is there. Bit i of
+ * r->wrong is set if reading it gave an error, so that nothing that needs it is checked. */
 uint32_t shd_read_fields(shd_reader *r, const shd_node *node, const shd_field *fields, size_t count,
                          unsigned kinds, const char *what, void *out);
 
-/* The index of a string among `names`; -1, and an error, where it is none of them. */
+/* The index of a string among `names`. -1, and an error, if it is none of them. */
 int shd_read_name(shd_reader *r, const shd_node *node, const char *const *names);
 
-/* Checks that a value is what it must be; an error and false where not. An array that has a wrong
- * number of items gives an error, but is one. */
+/* Whether a value is what it must be; false comes with an error. An array with a wrong number of
+ * items gives an error, but is an array. */
 bool shd_is_object(shd_reader *r, const shd_node *node);
 bool shd_is_array(shd_reader *r, const shd_node *node, size_t least, size_t most,
                   const char *expected);
 
-/* The numbers of an array, at most `most`. False, and errors, where their count or one of them is
- * wrong; those that are right are in `out` even then. */
+/* The numbers of an array, at most `most`. False, and errors, if their count or one of them is
+ * wrong; the right ones are in `out` even then. */
 bool shd_get_numbers(shd_reader *r, const shd_node *node, size_t least, size_t most,
                      const char *expected, const shd_range *range, double *out);
 bool shd_get_three(shd_reader *r, const shd_node *node, const shd_range *range, double out[3]);
@@ -115,7 +115,7 @@ shd_field_read shd_read_choice;    /* int, index into field->choices */
 shd_field_read shd_read_vector;    /* shd_vec3, field->range for each component */
 shd_field_read shd_read_direction; /* shd_vec3, made unit */
 shd_field_read shd_read_color;     /* double[3], in the working space */
-shd_field_read shd_read_label;     /* nothing: a string that is for others */
+shd_field_read shd_read_label;     /* nothing: the string is for others */
 
 /* The parts: field readers that fill the reader's scene. */
 shd_field_read shd_read_spaces;
@@ -127,46 +127,47 @@ shd_field_read shd_read_objects;
 shd_field_read shd_read_output;
 shd_field_read shd_read_outputs;
 
-/* One color of the space `from`, in place, into the working space. It becomes NAN where it cannot
- * be converted, which is an error, or where one of the spaces is not known (`from` NULL). */
+/* Converts a color of the space `from` into the working space, in place. It becomes NAN if it
+ * cannot be converted, which is an error, or if one of the spaces is not known (`from` is NULL). */
 void shd_convert_color(shd_reader *r, const shd_node *node, const shd_space_info *from,
                        double rgb[3]);
 
-/* A grey in the space of plain numbers, as if the document had said it; NAN as above. */
+/* A grey in the space of plain numbers, as if the document had it; NAN as above. */
 void shd_default_color(shd_reader *r, double grey, double out[3]);
 
-/* A space by its name. NULL, and an error, where there is none. */
+/* A space by its name. NULL, and an error, if there is none. */
 const shd_space_info *shd_read_space(shd_reader *r, const shd_node *node);
 
-/* The index in the scene of the material that an object names or holds; node->value NULL: the
- * default material. */
+/* The index in the scene of the material that an object names or has itself. If node->value is
+ * NULL, that of the default material. */
 size_t shd_use_material(shd_reader *r, const shd_node *node);
 
-/* `transform` of an object. linear[0][0] is NAN where the linear part is not known. */
+/* `transform` of an object. linear[0][0] is NAN if the linear part is not known. */
 shd_field_read shd_read_transform; /* shd_affine */
 
-/* The arrays of a mesh as the document has them; NULL: absent, as which null counts for normals. */
+/* The arrays of a mesh as the document has them. NULL: absent; `normals` that are null count as
+ * absent. */
 typedef struct shd_mesh_source {
     const json_t *positions, *indices, *normals;
 } shd_mesh_source;
 
-/* Checks a mesh and builds it in the arena; `node` is its object. NULL where it is wrong, which is
- * an error but for positions that are absent. Adds to r->triangles, and builds nothing past the
+/* Checks a mesh and builds it in the arena; `node` is its object. NULL if it is wrong, which is an
+ * error unless the positions are absent. Adds to r->triangles, and builds nothing past the
  * limit. */
 const shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mesh_source *source);
 
-/* The mesh that `data` of object `index` names. NULL where it names none, which is an error, or one
- * that is not kept. Adds to r->triangles. */
+/* The mesh that `data` of object `index` names. NULL if it names none, which is an error, or if the
+ * mesh is not kept. Adds to r->triangles. */
 const shd_mesh *shd_find_mesh(shd_reader *r, const shd_node *data, size_t index);
 
-/* Tells of meshes that are not kept, after all else that is wrong. */
+/* Reports the meshes that are not kept, after all else that is wrong. */
 void shd_report_missing(shd_reader *r);
 
-/* 128 bits of SHA-256 of what a picture of the scene depends on, as 32 hexadecimal digits; others
- * once it is cancelled. */
+/* Writes 128 bits of SHA-256 of what a picture of the scene depends on, as 32 hexadecimal digits.
+ * After a cancellation they mean nothing. */
 void shd_scene_digest(const shd_scene *scene, const atomic_bool *cancelled, char digest[33]);
 
-/* Arena memory; NULL, and one SHD_MEMORY error, where it is full. */
+/* Arena memory. NULL, and one SHD_MEMORY error, if the arena is full. */
 void *shd_take(shd_reader *r, size_t count, size_t size);
 const char *shd_take_text(shd_reader *r, const char *text);
 

@@ -22,7 +22,7 @@ enum {
     CAMERA_FIELDS
 };
 
-/* The camera frame. Halving before the subtraction keeps 1e308 - -1e308 finite. */
+/* Makes the camera frame. Halving before the subtraction keeps 1e308 - -1e308 finite. */
 static void build_frame(shd_reader *r, const shd_node *node, const raw_camera *raw, uint32_t seen,
                         uint32_t wrong) {
     if (wrong & (1u << CAMERA_POSITION | 1u << CAMERA_TARGET)) return;
@@ -46,7 +46,7 @@ static void build_frame(shd_reader *r, const shd_node *node, const raw_camera *r
     }
     camera->back = back;
     camera->right = right;
-    /* Perpendicular unit vectors: the product is one already, up to rounding. */
+    /* The product of perpendicular unit vectors is a unit vector, up to rounding. */
     shd_normalize(shd_cross(back, right), &camera->up);
 }
 
@@ -117,12 +117,12 @@ static void read_region(shd_reader *r, const shd_node *node, const shd_field *fi
         if (!isnan(v[i]) && v[i] != floor(v[i]))
             shd_node_fail(r->report, &item, SHD_SCENE, "expected an integer, got %.9g", v[i]);
     }
-    /* Which side an item is along is known where there are four. */
+    /* Items belong to sides by their place only if there are four. */
     if (json_array_size(node->value) == 4) memcpy(out, v, sizeof v);
 }
 
-/* Each item against the side that it is along, or the longest if that is not known; extents where
- * the corner is. */
+/* Holds each item against the side that it is along, or against the longest possible side if that
+ * is not known. Extents are also checked with the corner if that is known. */
 static void place_region(shd_reader *r, const shd_node *node, double v[4], uint32_t wrong,
                          shd_raster *raster) {
     for (size_t i = 0; i < 4; i++) {
@@ -183,7 +183,7 @@ void shd_read_image(shd_reader *r, const shd_node *node, const shd_field *field,
         raster.w = wrong >> WIDTH & 1 ? 0 : raster.width;
         raster.h = wrong >> HEIGHT & 1 ? 0 : raster.height;
     }
-    /* A side that is not known is 0 here, which is within every limit. */
+    /* A side that is not known is 0 here, and so within every limit. */
     r->scene->raster = raster;
     uint64_t asked = (uint64_t)raster.w * (uint64_t)raster.h;
     if (asked > r->limits->pixels)

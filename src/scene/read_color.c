@@ -42,14 +42,14 @@ void shd_convert_color(shd_reader *r, const shd_node *node, const shd_space_info
         memcpy(rgb, converted, sizeof converted);
 }
 
-/* One number as a color of a space, which need not be RGB. */
+/* One number as a color of a space, which may be another space than RGB. */
 static void make_grey(const shd_space_info *space, double grey, double out[3]) {
     out[0] = space->channels == SHD_HSV ? 0 : grey;
     out[1] = space->channels == SHD_RGB ? grey : 0;
     out[2] = space->channels == SHD_YIQ ? 0 : grey;
 }
 
-/* `colorSpace` and `workingSpace` of the document, whichever the node is. */
+/* Reads `colorSpace` and `workingSpace` of the document, whichever the node is. */
 void shd_read_spaces(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
     (void)field, (void)out;
     bool working = !strcmp(node->key, "workingSpace");
@@ -61,7 +61,7 @@ void shd_read_spaces(shd_reader *r, const shd_node *node, const shd_field *field
     }
     *(working ? &r->scene->working_space : &r->colors) = space;
     if (working || !space) return;
-    /* Said once, not for each color and each default. */
+    /* Reported once, not for each color and each default. */
     double white[3];
     make_grey(space, 1, white);
     shd_convert_color(r, node, space, white);

@@ -12,7 +12,7 @@ enum { WORLD, CAMERA };
 
 typedef struct raw_position {
     double at[4]; /* w NAN: absent or wrong */
-    bool good;    /* all of them */
+    bool good;    /* whether all items are right */
 } raw_position;
 
 typedef struct raw_light {
@@ -29,7 +29,7 @@ static void read_position(shd_reader *r, const shd_node *node, const shd_field *
     double at[4] = {0, 0, 0, count == 3 ? 1 : NAN};
     position->good =
         shd_get_numbers(r, node, 3, 4, "an array of 3 or 4 numbers", &shd_any_number, at);
-    /* Which item is w is known where there are four. */
+    /* Which item is w is known only if there are four. */
     if (count > 4) at[3] = NAN;
     memcpy(position->at, at, sizeof at);
 }
@@ -171,7 +171,8 @@ static void to_world(shd_reader *r, const shd_node *node, shd_light *light) {
         shd_normalize(from_camera(camera, light->direction), &light->direction);
 }
 
-/* color * intensity; an ambient light's goes to its ambient share. What is not known is NAN. */
+/* Sets color * intensity, which goes to the ambient share of an ambient light. It is NAN if it is
+ * not known. */
 static void scale_color(shd_reader *r, const shd_node *node, raw_light *raw) {
     shd_light *light = &raw->light;
     for (int c = 0; c < 3; c++) light->color[c] *= raw->intensity;
@@ -197,7 +198,7 @@ static raw_light default_light(shd_reader *r, shd_light_type type) {
     return raw;
 }
 
-/* The kind of a light as bits; 0, and an error, where it has none. */
+/* The kind of a light as bits. 0, and an error, if it has none. */
 static unsigned read_kind(shd_reader *r, const shd_node *node) {
     shd_node type = shd_node_member(node, "type");
     if (type.value) {
@@ -229,12 +230,12 @@ static void read_light(shd_reader *r, const shd_node *node, shd_light *out) {
         shd_node_warn(r->report, node, "the intensity is negative: the light takes light away");
     if (!kind) return;
 
-    /* What is wrong has its default here, which passes the checks below. */
+    /* A wrong value has its default here, which passes the checks below. */
     bool bare_direction = kind == BARE && raw.position.at[3] == 0;
     if (bare_direction) raw.light.type = SHD_LIGHT_DIRECTIONAL;
     place(r, node, &raw, seen >> DIRECTION & 1);
     if (bare_direction) {
-        /* Distance means nothing for it. */
+        /* Distance means nothing for a directional light. */
         memcpy(raw.light.attenuation, (double[]){1, 0, 0}, sizeof raw.light.attenuation);
         raw.light.min_distance = 0;
     }
@@ -242,7 +243,7 @@ static void read_light(shd_reader *r, const shd_node *node, shd_light *out) {
     *out = raw.light;
 }
 
-/* OpenGL's default light: along the view. */
+/* OpenGL's default light shines along the view. */
 static void add_default_light(shd_reader *r) {
     shd_light *light = shd_take(r, 1, sizeof *light);
     if (!light) return;

@@ -15,7 +15,7 @@ typedef struct raw_material {
     double emissive[3], ambient[3], diffuse[3];
     shd_lobe first;
     raw_lobes further;
-    bool preset; /* its values are here */
+    bool preset; /* the values of a preset are here */
 } raw_material;
 
 enum { MODEL, PRESET, EMISSIVE, AMBIENT, DIFFUSE, SPECULAR, SHININESS, LOBES, SIDE, FIELDS };
@@ -99,7 +99,7 @@ static const shd_field fields[FIELDS] = {
                .read = shd_read_choice,
                .offset = offsetof(raw_material, model),
                .choices = models},
-    [PRESET] = {.name = "preset", .read = read_preset}, /* before what overrides it */
+    [PRESET] = {.name = "preset", .read = read_preset}, /* before the members that override it */
     [EMISSIVE] = {.name = "emissive",
                   .read = shd_read_color,
                   .offset = offsetof(raw_material, emissive)},
@@ -127,9 +127,10 @@ static bool is_negative(const double rgb[3]) {
     return rgb[0] < 0 || rgb[1] < 0 || rgb[2] < 0;
 }
 
-/* The largest component of the share of light that a material sends on: of ambient light `ambient`;
- * of other light, from straight above, diffuse + 2 specular / (shininess + 2), since the lobe
- * (R.V)^n holds 2 pi / (n + 2) of the hemisphere's pi. Light from aside is sent on by more. */
+/* The largest component of the share of light that a material sends on. Of ambient light it is
+ * `ambient`. Of other light, from straight above, it is diffuse + 2 specular / (shininess + 2),
+ * since the lobe (R.V)^n holds 2 pi / (n + 2) of the hemisphere's pi. Light from aside is sent on
+ * by more. */
 static double most_reflected(const shd_material *m) {
     double most = 0;
     for (int c = 0; c < 3; c++) {
@@ -150,7 +151,7 @@ static bool same_lobes(const shd_material *a, const shd_material *b) {
     return true;
 }
 
-/* Whether warnings about a material that is like this one are there already. */
+/* Whether there are warnings already about a material that is like this one. */
 static bool is_warned(shd_reader *r, const shd_material *m) {
     for (size_t i = 0; i < r->warned_count; i++) {
         const shd_material *known = r->warned[i];
@@ -163,8 +164,9 @@ static bool is_warned(shd_reader *r, const shd_material *m) {
     return false;
 }
 
-/* Materials are never changed silently; what looks like a mistake is named, once for materials that
- * are alike, by what they are and not by how they are written. What is NAN is an error already. */
+/* Warns of what looks like a mistake; materials are never changed silently. Materials that are
+ * alike by their values, however they are written, are warned of once. A NAN is an error
+ * already. */
 static void warn(shd_reader *r, const shd_node *node, const shd_material *m) {
     static const double slack = 1e-6; /* rounding of decimals and of color conversion */
     double reflected = most_reflected(m), sharpest = 0;
@@ -192,7 +194,7 @@ static void warn(shd_reader *r, const shd_node *node, const shd_material *m) {
     r->warned[r->warned_count++] = copy;
 }
 
-/* `out` stays as it was where memory is short. */
+/* `out` stays as it was if memory is short. */
 static void make_material(shd_reader *r, const raw_material *raw, const char *name,
                           shd_material *out) {
     shd_lobe *lobes = shd_take(r, 1 + raw->further.count, sizeof *lobes);

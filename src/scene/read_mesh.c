@@ -5,7 +5,8 @@
 
 #include "scene/read.h"
 
-/* A mesh with one mistake often has it a million times: the first few are named, then counted. */
+/* A mesh with one mistake often has it a million times. The first few are named, the rest are
+ * counted. */
 enum { NAMED = 3 };
 
 typedef struct tally {
@@ -24,7 +25,7 @@ static void count_rest(const tally *t, const char *what) {
                       what);
 }
 
-/* An array of numbers, packed or item by item. */
+/* An array of numbers, which is packed or read item by item. */
 typedef struct list {
     shd_node node;
     shd_numbers numbers;
@@ -46,7 +47,7 @@ static bool get_number(const list *l, size_t i, double *out) {
     return json_is_real(item);
 }
 
-/* An array in threes; `what` names its items. */
+/* Checks that an array comes in threes; `what` names its items. */
 static bool in_threes(shd_reader *r, const list *l, const char *what) {
     if (!l->numbers.values && !json_is_array(l->node.value)) {
         shd_node_expect(r->report, &l->node, "an array of numbers");
@@ -59,7 +60,8 @@ static bool in_threes(shd_reader *r, const list *l, const char *what) {
     return false;
 }
 
-/* The array's numbers; where `wanted` is false, or one is none, they are checked only. */
+/* Reads the array's numbers. If `wanted` is false, or one item is no number, they are only
+ * checked. */
 static const double *read_numbers(shd_reader *r, const list *l, const char *what, bool wanted) {
     if (l->numbers.values) return l->numbers.values;
     tally bad = {r, &l->node, 0};
@@ -75,7 +77,7 @@ static const double *read_numbers(shd_reader *r, const list *l, const char *what
     return out;
 }
 
-/* The same of indices; `vertices` 0: their number is not known. `out` may be NULL. */
+/* Reads indices. If `vertices` is 0, the number of vertices is not known. `out` may be NULL. */
 static void read_indices(shd_reader *r, const list *l, size_t vertices, uint32_t *out) {
     tally bad = {r, &l->node, 0};
     char most[32] = "";
@@ -118,8 +120,8 @@ static shd_vec3 vector_at(const double *values, uint32_t index) {
     return (shd_vec3){v[0], v[1], v[2]};
 }
 
-/* The order of corners decides which side of a triangle is seen: normals of the other side are then
- * negated, and light the mesh from within. */
+/* Counts triangles whose normals point to their back. The order of corners decides which side of a
+ * triangle is seen; normals of the other side are then negated, and light the mesh from within. */
 static size_t count_inverted(const shd_reader *r, const shd_mesh *mesh) {
     size_t inverted = 0;
     for (size_t i = 0; i < mesh->triangle_count && !shd_is_cancelled_at(r->cancelled, i); i++) {
@@ -142,7 +144,7 @@ static void warn_of_inverted_normals(shd_reader *r, const shd_node *node, const 
                       mesh->inverted, mesh->triangle_count);
 }
 
-/* Not fmin and fmax, which are calls: meshes have millions. */
+/* fmin and fmax are not used: they are calls, and meshes have millions of vertices. */
 static double smaller(double a, double b) {
     return a < b ? a : b;
 }
@@ -170,7 +172,7 @@ const shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mes
     bool has_normals = source->normals && !json_is_null(source->normals);
     size_t errors = r->report->error_count;
 
-    /* The arrays' sizes, before anything is made for what they hold. */
+    /* Checks the arrays' sizes before any memory is taken for their content. */
     bool whole = source->positions && in_threes(r, &at, "positions");
     size_t size = at.numbers.count;
     size_t vertices = size / 3 + (size % 3 > 0), triangles = vertices / 3;
@@ -189,7 +191,7 @@ const shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mes
                       at_normals.numbers.count);
     if (vertices > UINT32_MAX)
         shd_node_fail(r->report, &at.node, SHD_SCENE, "a mesh has at most 4294967295 positions");
-    r->triangles += triangles; /* too many are reported once for all objects */
+    r->triangles += triangles; /* too many are reported once, for all objects */
 
     const bool wanted =
         whole && r->report->error_count == errors && r->triangles <= r->limits->triangles;

@@ -11,7 +11,7 @@ typedef struct raw_object {
     const json_t *data;
 } raw_object;
 
-/* Bits of shd_field.kinds, one a shape. */
+/* Bits of shd_field.kinds, one for each shape. */
 #define KIND(shape) (1u << (shape))
 
 enum {
@@ -110,7 +110,7 @@ static const shd_field fields[FIELDS] = {
     [NAME] = {.name = "name", .read = shd_read_label},
 };
 
-/* The shape that an object is; SHD_SHAPE_COUNT, and an error, where it is none. */
+/* The shape of an object. SHD_SHAPE_COUNT, and an error, if it has none. */
 static shd_shape read_shape(shd_reader *r, const shd_node *node) {
     const char *names[SHD_SHAPE_COUNT + 1] = {NULL};
     for (int i = 0; i < SHD_SHAPE_COUNT; i++) names[i] = shd_shape_name((shd_shape)i);
@@ -135,7 +135,7 @@ static raw_object default_object(const shd_reader *r, shd_shape shape) {
                         .segments = SHD_SEGMENTS_DEFAULT};
 }
 
-/* Its arrays, or a name for them. */
+/* A mesh's arrays, or a name for them. */
 static const shd_mesh *read_mesh(shd_reader *r, const shd_node *node, const raw_object *raw) {
     const shd_mesh_source *arrays = &raw->mesh;
     const bool inlined = arrays->positions || arrays->indices || arrays->normals;
@@ -146,7 +146,7 @@ static const shd_mesh *read_mesh(shd_reader *r, const shd_node *node, const raw_
         return NULL;
     }
     if (raw->data) return shd_find_mesh(r, &data, node->index);
-    /* Only a mesh has arrays, whatever `type` says instead. */
+    /* Only a mesh has arrays, whatever `type` says. */
     if (!arrays->positions && raw->object.shape == SHD_MESH)
         shd_node_fail(r->report, node, SHD_SCENE, "the member \"positions\" is missing");
     return inlined ? shd_make_mesh(r, node, arrays) : NULL;
@@ -200,7 +200,7 @@ void shd_read_objects(shd_reader *r, const shd_node *node, const shd_field *fiel
                       (unsigned long long)r->limits->objects);
         count = (size_t)r->limits->objects;
     }
-    /* Every object has one material, so there are at most as many. */
+    /* Every object has one material, so there are at most as many materials. */
     shd_object *objects = shd_take(r, count, sizeof *objects);
     r->materials = shd_take(r, count, sizeof *r->materials);
     if (!objects || !r->materials) return;

@@ -20,13 +20,13 @@ enum {
     FIELDS
 };
 
-/* Members whose meaning depends on others are kept as they are, and resolved in order: format,
+/* Members whose meaning depends on others are kept as they are. They are resolved in order: format,
  * color, then depth, channel and layers. */
 typedef struct raw_output {
     shd_output output;
     int format;
     const shd_space_info *color_space;
-    const char *display, *view, *channel; /* the document's */
+    const char *display, *view, *channel; /* as the document has them */
     shd_depth depth;                      /* 0: absent */
     const json_t *layers;
 } raw_output;
@@ -98,8 +98,8 @@ _Static_assert(SHD_PNG == 0 && SHD_HDR == 5 && SHD_FORMAT_COUNT == 6, "names in 
 static const shd_range quality = {1, 100, .text = "1 to 100"};
 static const shd_range effort = {0, 6, .text = "0 to 6"};
 
-/* libwebp's own. Lossless: level 2 takes 100 ms for a 512 x 512 sphere of 49 kB; the usual 6 takes
- * 220 ms for 47 kB. */
+/* libwebp's own effort. Lossless: level 2 takes 100 ms for a 512 x 512 sphere of 49 kB; the usual 6
+ * takes 220 ms for 47 kB. */
 enum { LOSSY_EFFORT = 4, LOSSLESS_EFFORT = 2 };
 
 #define IN_OUTPUT(member) (offsetof(raw_output, output) + offsetof(shd_output, member))
@@ -151,8 +151,7 @@ static const shd_display_info *find_display(shd_reader *r, const shd_node *node,
     return NULL;
 }
 
-/* A view that is wrong is NULL here, as one that is absent; the display is looked at all the
- * same. */
+/* A wrong view is NULL here, as an absent one is. The display is checked all the same. */
 static void resolve_view(shd_reader *r, const shd_node *node, const char *display_name,
                          const char *view, shd_output *out) {
     const shd_display_info *display = find_display(r, node, display_name);
@@ -204,7 +203,7 @@ static void resolve_depth(shd_reader *r, const shd_node *node, const raw_output 
                   format->name, shd_depth_name(out->depth), depths);
 }
 
-/* What the space of an output may be, as bits of shd_channels: anything where it is not known. */
+/* What the space of an output may be, as bits of shd_channels: anything if it is not known. */
 static unsigned channels_of(const raw_output *raw, uint32_t seen) {
     const shd_space_info *space = raw->output.color_space;
     if (seen >> COLOR_SPACE & 1 && !space) return 1u << SHD_RGB | 1u << SHD_YIQ | 1u << SHD_HSV;
@@ -246,7 +245,7 @@ static const char *const layer_names[] = {
     [SHD_LAYER_DEPTH] = "depth",       [SHD_LAYER_OBJECT] = "object",
     [SHD_LAYER_KINDS] = NULL};
 
-/* "light." and a number without leading zeros that a light has. */
+/* Whether a name is "light." and the number, without leading zeros, of a light that is there. */
 static bool parse_light(shd_reader *r, const shd_node *node, const char *name, shd_layer *out) {
     const char *digits = name + strlen("light.");
     size_t length = strspn(digits, "0123456789");

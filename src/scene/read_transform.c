@@ -4,7 +4,7 @@
 
 #include "scene/read.h"
 
-/* scale.x and matrix[0] are NAN where numbers that an inverse depends on are wrong. */
+/* scale.x and matrix[0] are NAN if numbers that an inverse depends on are wrong. */
 typedef struct raw_transform {
     shd_vec3 scale, rotate, translate;
     double matrix[16]; /* column-major */
@@ -36,7 +36,7 @@ static void read_matrix(shd_reader *r, const shd_node *node, const shd_field *fi
     shd_get_numbers(r, node, 16, 16, "an array of 16 numbers", &shd_any_number, m);
     for (int i = 0; i < 12; i++)
         if (isnan(m[i])) m[0] = NAN;
-    /* Which row an item is in is known where there are sixteen. */
+    /* Which row an item is in is known only if there are sixteen. */
     if (json_array_size(node->value) != 16)
         m[0] = NAN;
     else if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1)
@@ -98,9 +98,9 @@ static shd_affine from_matrix(const double matrix[16]) {
     return m;
 }
 
-/* Takes the transform that the member says, NAN where it is not known or has no inverse. */
-static void take(shd_reader *r, const shd_node *node, const char *member, bool known,
-                 const shd_affine *transform, shd_affine *out) {
+/* Sets the transform that the member says; NAN if it is not known or has no inverse. */
+static void set_transform(shd_reader *r, const shd_node *node, const char *member, bool known,
+                          const shd_affine *transform, shd_affine *out) {
     shd_node given = shd_node_member(node, member);
     shd_affine inverse;
     *out = *transform;
@@ -132,9 +132,9 @@ void shd_read_transform(shd_reader *r, const shd_node *node, const shd_field *fi
     raw_transform raw = {.scale = {1, 1, 1}};
     uint32_t seen = shd_read_fields(r, node, fields, FIELDS, 0, "a transform", &raw);
     shd_affine parts = from_parts(&raw), whole = from_matrix(raw.matrix);
-    take(r, node, "scale", !isnan(raw.scale.x), &parts, transform);
+    set_transform(r, node, "scale", !isnan(raw.scale.x), &parts, transform);
     if (!(seen >> MATRIX & 1)) return;
-    take(r, node, "matrix", !isnan(raw.matrix[0]), &whole, transform);
+    set_transform(r, node, "matrix", !isnan(raw.matrix[0]), &whole, transform);
     if (seen == UINT32_C(1) << MATRIX) return;
     shd_node_fail(r->report, node, SHD_SCENE,
                   "`matrix` stands alone: leave out `scale`, `rotate` and `translate`");

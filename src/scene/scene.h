@@ -1,11 +1,11 @@
 /* The scene as values, and its reader.
  *
- * A scene is what a client's JSON document says, checked, with every default filled in, every
- * color in the working space, every direction of unit length. It is constant once read, lives in
+ * A scene is what a client's JSON document says, checked, with every default filled in, every color
+ * in the working space and every direction of unit length. It is constant once it is read, lives in
  * the arena that it was read into, and may be shared by threads.
  *
- * Lengths are unitless, angles are radians here (degrees in JSON), the frame is right-handed
- * with +Y up. */
+ * Lengths are unitless, angles are radians here (degrees in JSON), the frame is right-handed with
+ * +Y up. */
 #ifndef SHD_SCENE_SCENE_H
 #define SHD_SCENE_SCENE_H
 
@@ -24,7 +24,7 @@
 
 typedef enum shd_projection { SHD_PERSPECTIVE, SHD_ORTHOGRAPHIC } shd_projection;
 
-/* right, up and back (toward the viewer) are unit and perpendicular: the camera frame. */
+/* The camera frame: right, up and back (toward the viewer) are unit and perpendicular. */
 typedef struct shd_camera {
     shd_projection projection;
     shd_vec3 position;
@@ -46,14 +46,15 @@ typedef enum shd_light_type {
     SHD_LIGHT_SPOT
 } shd_light_type;
 
-/* In the world frame: lights of the camera frame are already carried over. */
+/* A light in the world frame, into which lights of the camera frame are carried over. */
 typedef struct shd_light {
     shd_light_type type;
-    shd_vec3 position;     /* point, spot */
-    shd_vec3 direction;    /* the way the light travels, unit; directional, spot */
-    double color[3];       /* Il = color * intensity */
-    double ambient[3];     /* its own ambient share, intensity not applied; an ambient light's
-                              color * intensity is here too, and its `color` is 0 */
+    shd_vec3 position;  /* point, spot */
+    shd_vec3 direction; /* the way that the light travels, unit; directional, spot */
+    double color[3];    /* Il = color * intensity */
+    /* The light's own ambient share, intensity not applied. An ambient light has its color *
+     * intensity here, too, and its `color` is 0. */
+    double ambient[3];
     double attenuation[3]; /* a, b, c of 1/(a + b d + c d^2); 1, 0, 0 for directional */
     double min_distance;   /* distance below which attenuation stops growing */
     double angle;          /* half-angle of the cone, in (0, pi]; spot */
@@ -67,11 +68,13 @@ typedef struct shd_lobe {
 } shd_lobe;
 
 typedef struct shd_material {
-    const char *name; /* key of `materials` or preset; "" for one written at its object */
+    /* Key of `materials` or preset; "" for a material that is written at its object. */
+    const char *name;
     double emissive[3], ambient[3], diffuse[3];
-    const shd_lobe *lobes; /* first `specular`/`shininess`, then `lobes`; black ones included */
-    size_t lobe_count;     /* >= 1 */
-    bool front_only;       /* side "front": the normal is not turned to face the viewer */
+    /* The first is `specular`/`shininess`, then come `lobes`; black ones are included. */
+    const shd_lobe *lobes;
+    size_t lobe_count; /* >= 1 */
+    bool front_only;   /* side "front": the normal is not turned to face the viewer */
 } shd_material;
 
 typedef enum shd_shape {
@@ -88,27 +91,28 @@ typedef enum shd_shape {
 
 typedef enum shd_interpolation { SHD_PHONG, SHD_GOURAUD, SHD_FLAT } shd_interpolation;
 
-/* What a mesh has that is kept for many scenes, so that none of them makes it again. */
+/* The parts of a mesh that are kept for many scenes, so that no scene makes them again. */
 typedef struct shd_mesh_kept {
-    shd_digest digest;                /* of the bytes that it was read from: its name */
-    const struct shd_mesh_tree *tree; /* over its triangles: see sight/tree.h */
-    const double *units;              /* [vertex_count][3]: its normals, each made unit, if any */
-    struct shd_mesh_memo *memo;       /* what was found of it last: plan/cells.h; NULL: nothing */
+    shd_digest digest;                /* of the bytes that the mesh was read from: its name */
+    const struct shd_mesh_tree *tree; /* over the triangles: see sight/tree.h */
+    const double *units;              /* [vertex_count][3]: the normals, each made unit, if any */
+    struct shd_mesh_memo *memo; /* What plans found of it last (plan/cells.h); NULL: nothing. */
 } shd_mesh_kept;
 
 typedef struct shd_mesh {
     size_t vertex_count, triangle_count;
-    const double *positions;   /* [vertex_count][3] */
-    const double *normals;     /* [vertex_count][3], none of them zero; NULL: a triangle's own */
+    const double *positions; /* [vertex_count][3] */
+    /* [vertex_count][3], none of them zero; NULL: each triangle has its own */
+    const double *normals;
     const uint32_t *indices;   /* [triangle_count][3], each < vertex_count */
     shd_vec3 low, high;        /* the box around its vertices */
     size_t inverted;           /* triangles whose normals point to their back */
-    const shd_mesh_kept *kept; /* NULL: it is of this scene alone */
+    const shd_mesh_kept *kept; /* NULL: the mesh is of this scene alone */
 } shd_mesh;
 
 typedef struct shd_object {
     shd_shape shape;
-    double radius, tube, height; /* where the document has none: 1, 0.25, 2 */
+    double radius, tube, height; /* 1, 0.25 and 2 if the document has none */
     shd_vec3 size;               /* 1, 1, 1 */
     const shd_mesh *mesh;        /* SHD_MESH */
     shd_affine transform;        /* object to world; invertible */
@@ -122,7 +126,9 @@ typedef enum shd_metric { SHD_LINEAR, SHD_CODE, SHD_DELTA_E_2000 } shd_metric;
 
 typedef struct shd_accuracy {
     shd_tier tier;
-    bool draft;  /* asked for as `draft`, which renders as `standard`: no kernel gains by less */
+    /* Whether the document asks for `draft`, which renders as `standard`: no kernel gains by less
+     * precision. */
+    bool draft;
     bool budget; /* whether max_error and metric are given instead of a tier */
     double max_error;
     shd_metric metric;
@@ -152,13 +158,13 @@ typedef struct shd_output {
     const char *name; /* of an entry of `outputs`; NULL for the one `output` */
     shd_format format;
     bool format_given;                 /* false: `format` is the reader's fallback */
-    const char *display, *view;        /* both or neither ... */
-    const shd_space_info *color_space; /* ... NULL where display and view are set */
+    const char *display, *view;        /* both or neither */
+    const shd_space_info *color_space; /* NULL if display and view are set */
     int channel;                       /* -1: all; 0 to 2: that one as grey; 3: alpha */
     shd_depth depth;
     int quality;             /* 1 to 100 */
     int effort;              /* of WebP, 0 to 6 */
-    const shd_layer *layers; /* EXR only; only where the color space is scene-linear */
+    const shd_layer *layers; /* EXR only, and only if the color space is scene-linear */
     size_t layer_count;
 } shd_output;
 
@@ -178,34 +184,36 @@ typedef struct shd_scene {
     shd_accuracy accuracy;
     const shd_output *outputs; /* at least one */
     size_t output_count;
-    bool multipart;  /* `outputs` was given: the answer is multipart, even for one */
-    char digest[33]; /* 128 bits of SHA-256 of all that a picture depends on, hexadecimal: the same
-                        for documents that say the same, by defaults or in other words */
+    bool multipart; /* `outputs` was given: the answer is multipart, even for one */
+    /* 128 bits of SHA-256 of all that a picture depends on, hexadecimal. Documents that say the
+     * same in other words, or by defaults, have the same. */
+    char digest[33];
 } shd_scene;
 
-/* The meshes that are kept: finds one by its digest, NULL where there is none. It stays as long as
- * the scene that is read. */
+/* The meshes that are kept. It finds one by its digest; NULL if there is none. The mesh stays as
+ * long as the scene that is read. */
 typedef struct shd_mesh_shelf {
     const shd_mesh *(*find)(void *context, const shd_digest *digest);
     void *context;
 } shd_mesh_shelf;
 
-/* Reads `length` bytes of JSON. Everything wrong is added to `report` (all of it, with JSON
- * Pointers; of lists that are too long, what lies within the limit), as are warnings; the scene is
- * made only where there is no error. `fallback` is the format of an output that names none;
- * `shelf` has the meshes that `data` may name, NULL where none are kept.
- * Jansson's own memory is freed before it returns; the scene lives in `arena`. `cancelled` (or
- * NULL) ends it with SHD_CANCELLED. Returns report->status. */
+/* Reads `length` bytes of JSON. `report` gets everything that is wrong, with JSON Pointers, and
+ * warnings; items of a list past its limit are not read. The scene is made only if there is no
+ * error. `fallback` is the format of an output that names none. `shelf` has the meshes that `data`
+ * may name, and is NULL if none are kept. Jansson's own memory is freed before the function
+ * returns; the scene lives in `arena`. `cancelled` (or NULL) ends the reading with SHD_CANCELLED.
+ * Returns report->status. */
 shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *catalog,
                           const shd_limits *limits, const atomic_bool *cancelled,
                           shd_format fallback, const shd_mesh_shelf *shelf, shd_arena *arena,
                           const shd_scene **out, shd_report *report);
 
 /* Reads a mesh alone: {"positions": [...], "indices": [...], "normals": [...]} as an object has
- * them, or, where it is binary, the same as numbers of 4 bytes, the lowest one first: how many
- * vertices and how many indices (0: every three vertices are a triangle), flags (1: it has normals;
- * 2: texture coordinates, which are not taken), then 3 floats a vertex for positions, as many for
- * normals, then the indices. Errors point into the arrays in either form. `cancelled` as above. */
+ * them. If it is binary, the same as numbers of 4 bytes, the lowest byte first: the number of
+ * vertices, the number of indices (0: every three vertices are a triangle), flags (1: it has
+ * normals; 2: it has texture coordinates, which are refused), then 3 floats a vertex for positions,
+ * as many for normals, then the indices. Errors point into the arrays in either form. `cancelled`
+ * as above. */
 shd_status shd_mesh_read(const void *data, size_t length, bool binary, const shd_limits *limits,
                          const atomic_bool *cancelled, shd_arena *arena, const shd_mesh **out,
                          shd_report *report);
@@ -223,10 +231,10 @@ size_t shd_preset_count(void);
 shd_preset shd_preset_at(size_t index);
 size_t shd_preset_find(const char *name); /* its index; SIZE_MAX: none */
 
-/* Names as documents have them, by enum; after the last one NULL. */
+/* Names as documents have them, by enum; NULL follows the last one. */
 extern const char *const shd_tier_names[];
 
-/* The tier by the name that the document has for it. */
+/* The name of the tier that the document asks for. */
 const char *shd_asked_tier(const shd_accuracy *accuracy);
 
 extern const char *const shd_metric_names[];
@@ -236,18 +244,19 @@ extern const char *const shd_interpolation_names[];
 const char *shd_shape_name(shd_shape shape);
 
 /* The map of an object's unit form (see sight/shapes.h) to the world, and the inverse of its linear
- * part. False where it has none, which no object of a scene is. */
+ * part. False if there is no inverse, which no object of a scene has. */
 bool shd_object_frame(const shd_object *object, shd_affine *to_world, shd_affine *from_world);
 
 /* The sphere around an object in the world frame. False for infinite objects. */
 bool shd_object_bounds(const shd_object *object, shd_vec3 *center, double *radius);
 
-/* The box around an object in its own frame, its dimensions applied. False for infinite ones. */
+/* The box around an object in its own frame, with its dimensions applied. False for infinite
+ * ones. */
 bool shd_object_box(const shd_object *object, shd_vec3 *low, shd_vec3 *high);
 
-/* Triangles that a shape becomes for flat and gouraud interpolation. A sphere has `segments`
- * slices and max(2, segments / 2) stacks, of which the two at the poles are single triangles; a
- * torus `segments` by `segments` quads. 0 for planes and meshes. */
+/* How many triangles a shape becomes for flat and gouraud interpolation. A sphere has `segments`
+ * slices and max(2, segments / 2) stacks; the two stacks at the poles are single triangles. A torus
+ * has `segments` by `segments` quads. 0 for planes and meshes. */
 size_t shd_tessellation_triangles(shd_shape shape, int segments);
 
 #endif

@@ -1,6 +1,6 @@
 #include "scene/scene.h"
 
-/* Per axis scale of the unit form. */
+/* The scale of the unit form along each axis. */
 static shd_vec3 unit_size(const shd_object *object) {
     double r = object->radius;
     switch (object->shape) {

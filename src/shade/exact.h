@@ -1,12 +1,13 @@
 /* The reference: the equations of docs/model.md in f64, one light at one point at a time. Kernels
- * are tested against it, and leave to it what their arithmetic cannot hold. */
+ * are tested against it, and leave to it what their own arithmetic cannot hold. */
 #ifndef SHD_SHADE_EXACT_H
 #define SHD_SHADE_EXACT_H
 
 #include "plan/plan.h"
 
-/* World frame; `normal` N and `mirror` W = 2(N.V)N - V are unit. Returns wd = f s (N.L)+; *factor
- * is f s where the light is before the surface, else 0, and *off = 1 - R.V, for shd_weigh_lobe. */
+/* In the world frame; `normal` N and `mirror` W = 2(N.V)N - V are unit. Returns wd = f s (N.L)+.
+ * For shd_weigh_lobe, *factor is f s if the light is before the surface and otherwise 0, and *off
+ * is 1 - R.V. */
 double shd_weigh_light(const shd_plan_light *light, shd_vec3 position, shd_vec3 normal,
                        shd_vec3 mirror, double *factor, double *off);
 

@@ -1,6 +1,6 @@
-/* Light sums of the standard tier: f32, a vector of points at a time, all lights on it
- * while its sums stay in registers. Compiled once an instruction set. Errors are measured in
- * tests/unit/shade_sums.c, time in tests/bench/kernels.c. */
+/* Light sums of the standard tier in f32. A vector of points is taken at a time, with all lights on
+ * it while its sums stay in registers. Compiled once for each instruction set.
+ * tests/unit/shade_sums.c measures errors, tests/bench/kernels.c time. */
 #include "base/cpu.h"
 #include "shade/math_simd.h"
 
@@ -10,7 +10,7 @@ const shd_sums_kernel SHD_VARIANT(shd_sums_kernel) = {NULL};
 
 enum { LOBES_AT_ONCE = SHD_WIDE_LOBES, ROWS = SHD_WIDE_ROWS, MANY = 2 };
 
-/* What a body is compiled for: constants, wherever the machine is worth a specialization. */
+/* What a body is compiled for. These are constants where a specialization pays. */
 typedef struct shape {
     bool split;
     int channels; /* 1 or 3 */
@@ -24,7 +24,7 @@ typedef struct points {
 /* Sums over one group of lights: diffuse by channel, then lobes by channel. */
 typedef struct sums {
     shd_vf diffuse[3], specular[3];
-    shd_vf *more; /* [3 lobe + channel] where lobes are MANY */
+    shd_vf *more; /* [3 lobe + channel] if lobes is MANY */
 } sums;
 
 /* Rows of f64 sums, each of two vectors: diffuse by channel, then lobes by channel. */
@@ -42,7 +42,7 @@ SHD_INLINE void add_colored(shd_vf *sum, shd_vf weight, const float *color, int 
     for (int c = 0; c < channels; c++) sum[c] = shd_vf_fma(weight, shd_vf_set(color[c]), sum[c]);
 }
 
-/* f ((R.V)+)^ns of the lanes `lit`; 0 in the others. `path` r is L. */
+/* f ((R.V)+)^ns in the lanes `lit`, 0 in the others. L is along `path`, r. */
 SHD_INLINE shd_vf weigh_lobe(const shd_packed_lobe *lobe, const shd_vf path[3], shd_vf r,
                              const shd_vf w[3], shd_vf f, shd_mf lit, bool directional) {
     shd_vf chord[3];
@@ -61,8 +61,8 @@ SHD_INLINE shd_vf weigh_lobe(const shd_packed_lobe *lobe, const shd_vf path[3], 
     return shd_vf_mul_in(in, power, f);
 }
 
-/* The spot's factor: 0 outside of its cone, and there lanes leave `lit`. So do those so close to a
- * rim without penumbra that f32 cannot tell its sides: they are set in `rim`. */
+/* The factor of a spot: 0 outside of its cone, and those lanes leave `lit`. Lanes so close to a rim
+ * without penumbra that f32 cannot tell its sides leave `lit` too, and are set in `rim`. */
 SHD_INLINE shd_vf weigh_spot(const shd_packed_light *light, const shd_vf path[3], shd_vf r,
                              shd_mf *lit, shd_mf *rim) {
     shd_vf chord[3];
@@ -78,14 +78,14 @@ SHD_INLINE shd_vf weigh_spot(const shd_packed_light *light, const shd_vf path[3]
     shd_vf smooth = fade * fade * shd_vf_fma(shd_vf_set(-2), fade, shd_vf_set(3));
     shd_vf factor = shd_vf_select(shd_vf_gt(q, inner), smooth, shd_vf_set(1));
     if (!(light->exponent > 0)) return factor;
-    /* At 90 degrees and beyond cos t is at most 0, and so is its power. */
+    /* From 90 degrees on, cos t is at most 0, and so is its power. */
     const shd_vf largest = shd_vf_set(0x1.fffffep-1f);
     *lit = shd_vf_gt_in(*lit, shd_vf_set(1), q);
     q = shd_vf_select(shd_vf_gt(q, largest), largest, q);
     return factor * shd_power_1m(q, shd_vf_set(light->exponent));
 }
 
-/* One light in f64, for the lanes `wide` of the vector from `first` on. */
+/* Computes one light in f64, for the lanes `wide` of the vector from `first` on. */
 __attribute__((noinline, cold)) static void add_wide(const shd_sums_job *job, uint32_t index,
                                                      size_t first, size_t first_lobe,
                                                      size_t lobe_count, unsigned wide, shape is,
@@ -127,7 +127,7 @@ SHD_INLINE void add_light(const shd_sums_job *job, uint32_t index, shd_light_kin
         shd_vu above = (shd_vu)d2 - shd_vu_set(light->nearest); /* wraps below it */
         shd_mf wide = shd_vu_ge(above, shd_vu_set(light->span));
         if (__builtin_expect(shd_mf_any(wide), 0)) {
-            sums copy = *s; /* or s would not be in registers */
+            sums copy = *s; /* otherwise s would not be in registers */
             add_wide(job, index, first, first_lobe, lobe_count, shd_mf_bits(wide), is, &copy);
             *s = copy;
             lit = shd_mf_and(lit, shd_mf_not(wide));
@@ -206,7 +206,7 @@ SHD_INLINE void load(const shd_points32 *from, size_t i, shape is, points *to) {
     }
 }
 
-/* The sums of the lobes [first_lobe, first_lobe + lobe_count), and the diffuse ones. */
+/* The sums of the lobes [first_lobe, first_lobe + lobe_count), and the diffuse sums. */
 SHD_INLINE void sum_lights(const shd_sums_job *job, size_t first_lobe, size_t lobe_count,
                            shape is) {
     const shd_packed_light *lights = job->lighting->lights;
@@ -274,8 +274,8 @@ SHD_INLINE void sum_lights(const shd_sums_job *job, size_t first_lobe, size_t lo
     }
 }
 
-/* Every form that is worth code of its own. In sanitizer builds, which would take minutes to
- * compile, one body asks about forms as it goes. */
+/* Every form for which code of its own pays. Sanitizer builds would take minutes to compile all of
+ * them, so there one body asks about forms as it goes. */
 typedef void sum_function(const shd_sums_job *job, size_t first_lobe, size_t lobe_count);
 
 #if !defined(SHD_ONE_BODY)
@@ -290,12 +290,12 @@ FORMS(FORM)
 #define ENTRY(split, channels, lobes) [split][channels == 3][lobes] = sum_##split##channels##lobes,
 static sum_function *const forms[2][2][3] = {FORMS(ENTRY)};
 
-static void run(const shd_sums_job *job, size_t first, size_t count, shape is) {
+static void run_form(const shd_sums_job *job, size_t first, size_t count, shape is) {
     forms[is.split][is.channels == 3][is.lobes](job, first, count);
 }
 #else
-__attribute__((noinline)) static void run(const shd_sums_job *job, size_t first, size_t count,
-                                          shape is) {
+__attribute__((noinline)) static void run_form(const shd_sums_job *job, size_t first, size_t count,
+                                               shape is) {
     sum_lights(job, first, count, is);
 }
 #endif
@@ -308,7 +308,7 @@ static void sums32(const shd_sums_job *job) {
     for (size_t first = 0; first == 0 || first < lobes; first += LOBES_AT_ONCE) {
         size_t count = lobes - first < LOBES_AT_ONCE ? lobes - first : LOBES_AT_ONCE;
         if (first && shd_is_cancelled(job->lighting->plan->cancelled)) return;
-        run(&rest, first, count, is);
+        run_form(&rest, first, count, is);
         rest.diffuse = NULL;
     }
 }

@@ -22,8 +22,8 @@ static int32_t kind_of(const shd_plan_light *light) {
     return light->attenuated ? SHD_KIND_ATTENUATED : SHD_KIND_POINT;
 }
 
-/* Whether f32 is enough for this light: steep ones, and constants beyond what keeps f32's products
- * finite in the plan's frame, want f64. */
+/* Whether f32 is enough for this light. Steep lights need f64, and so do constants for which f32's
+ * products in the plan's frame are not finite. */
 static bool fits_f32(const shd_packed_light *light, const shd_plan_light *from) {
     if (from->steep) return false;
     float brightest = 0, reach = 0;
@@ -42,8 +42,8 @@ shd_packed_light shd_pack_light(const shd_plan *plan, const shd_plan_light *ligh
         light->directional ? light->toward : shd_scale(shd_sub(light->position, plan->origin), s);
     const double xyz[3] = {at.x, at.y, at.z};
     const double axis[3] = {light->axis.x, light->axis.y, light->axis.z};
-    /* In units of the plan's frame and divided by the largest of the three again: a scene of any
-     * size gives f32 the same numbers. */
+    /* The constants are in units of the plan's frame and divided by the largest of the three again,
+     * so that a scene of any size gives f32 the same numbers. */
     const double a = light->a, b = light->b / s, c = light->c / s / s;
     const double largest = light->directional ? 1 : fmax(a, fmax(b, c));
     out.a = (float)(a / largest);
@@ -55,7 +55,7 @@ shd_packed_light shd_pack_light(const shd_plan *plan, const shd_plan_light *ligh
         out.axis[k] = (float)axis[k];
         out.color[k] = (float)(light->color[k] * (light->gain / largest));
     }
-    /* 2^-43 and 2^80: beyond, f32's squares and their products have lost bits. */
+    /* 2^-43 and 2^80: beyond these, f32's squares and their products have lost bits. */
     out.nearest = 0x2a000000;
     out.span = 0x67800000 - 0x2a000000;
     out.outer = (float)light->outer;
@@ -97,8 +97,8 @@ shd_wide_light shd_pack_wide(const shd_plan *plan, const shd_plan_light *light) 
     return out;
 }
 
-/* log2(1 - d) = -d (c[0] + d (c[1] + ...)), least in what it does to 2^(ns log2(1 - d)) of the
- * short lobes, for d up to 1/2. */
+/* log2(1 - d) = -d (c[0] + d (c[1] + ...)) for d up to 1/2. The coefficients make the least error
+ * of 2^(ns log2(1 - d)) of the short lobes. */
 static const double LOG[SHD_LOG_TERMS] = {1.44269508759, 0.721330732974, 0.481848665832,
                                           0.342813376071, 0.413331551016};
 
@@ -115,10 +115,10 @@ shd_packed_lobe shd_pack_lobe(const shd_plan *plan, double shininess) {
     return out;
 }
 
-/* In f32, points of a plane are as near to it as this, and in f64. */
+/* How near to a plane its points are in f32, and in f64. */
 static const double SAME32 = 4e-7, SAME64 = 1e-13;
 
-/* False: memory. */
+/* False: memory is short. */
 static bool pack_sheets(const shd_plan *plan, size_t index, shd_wide_light *to, shd_arena *arena) {
     if (!plan->sheets) return true;
     const shd_sheets *from = &plan->sheets[index];
@@ -156,7 +156,7 @@ shd_lighting *shd_lighting_new(const shd_plan *plan, shd_arena *arena) {
         if (!pack_sheets(plan, j, &wide[j], arena)) return NULL;
         if (!fast) continue;
         lights[j] = shd_pack_light(plan, &plan->lights[j]);
-        if (wide[j].sheet_count) lights[j].kind = SHD_KIND_WIDE; /* f64 knows sides */
+        if (wide[j].sheet_count) lights[j].kind = SHD_KIND_WIDE; /* f64 knows the side */
     }
     for (size_t m = 0; m < material_count; m++) {
         const shd_plan_material *from = &plan->materials[m];
@@ -229,8 +229,8 @@ void shd_add_reference(const shd_wide_job *job, uint32_t index, size_t point, do
     }
 }
 
-/* Points that are summed between looks at the flag that cancels: no more than this of points times
- * lights times terms, or a vector of them. */
+/* How much is summed between looks at the flag that cancels: this many points times lights times
+ * terms, or one vector of points if that is more. */
 static size_t points_at_once(const shd_plan_material *material, size_t lights) {
     enum { AT_ONCE = 1 << 17 };
     const size_t each = lights * (1 + material->lobe_count);

@@ -23,7 +23,7 @@ SHD_INLINE shd_vd shd_exp64(shd_vd x) {
     const shd_vd magic = shd_vd_set(0x1.8p52); /* rounds to an integer */
     shd_vd shifted = x * shd_vd_set(0x1.71547652b82fep0) + magic;
     shd_vd k = shifted - magic;
-    /* log 2 in two parts, of which the first times k is exact */
+    /* log 2 in two parts; the first times k is exact */
     shd_vd r = x - k * shd_vd_set(0x1.62e42feep-1) - k * shd_vd_set(0x1.a39ef35793c76p-33);
     shd_vd r2 = r * r;
     shd_vd sum = shd_polynomial64(r, tail, 9) * (r2 * r);
@@ -39,7 +39,7 @@ SHD_INLINE shd_vd shd_log1m64(shd_vd d) {
                                  0x1.c71c51d8e78afp-3, 0x1.7466496cb03dep-3, 0x1.39a09d078c69fp-3,
                                  0x1.2f112df3e5244p-3};
     const shd_vd one = shd_vd_set(1);
-    /* k + 1024 from the exponent of (1 - d) / sqrt(1/2), and its double by way of 2^52 */
+    /* k + 1024 from the exponent of (1 - d) / sqrt(1/2), and the double of it by way of 2^52 */
     const shd_vul half_root = (shd_vul)shd_vl_set(0x3fe6a09e667f3bcd);
     shd_vul biased = ((shd_vul)(one - d) - half_root + (shd_vul)shd_vl_set(1024LL << 52)) >> 52;
     shd_vd k =

@@ -1,5 +1,5 @@
-/* f32 functions on vectors (base/simd.h). Polynomials are minimax, coefficients rounded to f32;
- * tests/unit/shade_vectors.c measures what is left of their errors. */
+/* f32 functions on vectors (base/simd.h). Polynomials are minimax, with coefficients rounded to
+ * f32. tests/unit/shade_vectors.c measures their errors. */
 #ifndef SHD_SHADE_MATH_SIMD_H
 #define SHD_SHADE_MATH_SIMD_H
 
@@ -25,8 +25,8 @@ SHD_INLINE shd_vf shd_exp2(shd_vf t) {
     return (shd_vf)((shd_vu)power + ((shd_vu)shifted << 23));
 }
 
-/* log2(1 - d) for d in [0, 1 - 2^-24]. u = 1 - d = 2^k (1 + f) with 1 + f in [sqrt(1/2), sqrt(2));
- * f comes from d and not from u, whose rounding would cost what is to be kept near d = 0. */
+/* log2(1 - d) for d in [0, 1 - 2^-24]. u = 1 - d = 2^k (1 + f) with 1 + f in [sqrt(1/2), sqrt(2)).
+ * f comes from d and not from u: the rounding of u would cost the digits near d = 0. */
 SHD_INLINE shd_vf shd_log2_1m(shd_vf d) {
     static const float c[] = {1.44269500489f,   -0.721347199237f, 0.480910279278f,
                               -0.360716269815f, 0.287939110109f,  -0.238675565748f,

@@ -1,4 +1,4 @@
-/* Lights and lobes as the kernels read them. Inside of shade/. */
+/* Lights and lobes as the kernels read them. Only for shade/. */
 #ifndef SHD_SHADE_PACKED_H
 #define SHD_SHADE_PACKED_H
 
@@ -9,35 +9,38 @@ typedef enum shd_light_kind {
     SHD_KIND_POINT,      /* without attenuation */
     SHD_KIND_ATTENUATED, /* point */
     SHD_KIND_SPOT,
-    SHD_KIND_WIDE /* of any kind; f32 cannot hold it, so f64 does it */
+    SHD_KIND_WIDE /* of any kind; f64 does it, because f32 cannot hold it */
 } shd_light_kind;
 
-/* A light in f32, in the plan's frame: two cache lines, of which points need the first. */
+/* A light in f32, in the plan's frame. It takes two cache lines; point lights need only the
+ * first. */
 typedef struct shd_packed_light {
     _Alignas(64) float at[3]; /* position, or the direction toward it */
     float a, b, c, least;     /* 1/(a + b d + c d^2), d = max(distance, least); the largest is 1 */
     float color[3];           /* Il times what a, b and c were divided by */
-    /* Squared distances in f32 as integers, from `nearest` on and fewer than `span`: what is nearer
-     * or farther is done in f64. */
+    /* Squared distances in f32 as integers, fewer than `span` from `nearest` on. Nearer and farther
+     * points are done in f64. */
     uint32_t nearest, span;
     int32_t kind;                               /* shd_light_kind */
-    uint32_t group;                             /* of lights that are summed in f32 */
-    float low[3];                               /* what rounding took from `at` */
+    uint32_t group;                             /* the lights of a group are summed in f32 */
+    float low[3];                               /* the part of `at` that rounding took */
     float outer, inner, inverse_fade, exponent; /* as shd_plan_light; 1/(outer - inner) or 0 */
     float axis[3];
-    float rim; /* 1 - cos t this near to `outer` is told from it in f64; 0 with a penumbra */
+    /* Nearer to `outer` than this, f64 tells on which side 1 - cos t is. 0 with a penumbra. */
+    float rim;
 } shd_packed_light;
 
-/* A plane of flat faces that the light is in or near to: there N.(light - p) is `height`, turned as
- * N is, for all p. Points are of it whose normals squared and places differ by less than these. */
+/* A plane of flat faces that the light is in or near to. There N.(light - p) is `height`, turned as
+ * N is, for all points p of the plane. A point is of the plane if the square of its normal's
+ * difference and its place differ by less than these. */
 typedef struct shd_packed_sheet {
     double normal[3], offset; /* normal.p, in the frame of shd_wide_light */
     double height;
     double same_normal, same_place, slack; /* same_place (|x| + |y| + |z|) + slack */
 } shd_packed_sheet;
 
-/* The same in f64: in the world's frame times the plan's scale for the exact tier, which subtracts
- * positions as they are, and in the plan's frame for the other ones. */
+/* The same light in f64. For the exact tier it is in the world's frame times the plan's scale, and
+ * positions are subtracted as they are. For the other tiers it is in the plan's frame. */
 typedef struct shd_wide_light {
     _Alignas(64) double at[3];
     double a, b, c, least;
@@ -50,20 +53,21 @@ typedef struct shd_wide_light {
 
 enum { SHD_LOG_TERMS = 5 };
 
-/* (R.V)^ns = 2^t in f32, with t a polynomial of z (short lobes) or by way of a logarithm. */
+/* (R.V)^ns = 2^t in f32. t is a polynomial of z for short lobes, and otherwise follows from a
+ * logarithm. */
 typedef struct shd_packed_lobe {
-    float reach;              /* beyond this z = |L - W|^2 = 2 (1 - R.V) the lobe is 0 */
-    bool is_short;            /* it falls to nothing within 60 degrees */
+    float reach;              /* The lobe is 0 if z = |L - W|^2 = 2 (1 - R.V) is above this. */
+    bool is_short;            /* whether the lobe falls to nothing within 60 degrees */
     float log[SHD_LOG_TERMS]; /* short lobes: t = z (log[0] + z (log[1] + ...)) */
     float shininess;
 } shd_packed_lobe;
 
 typedef struct shd_packed_material {
     const shd_packed_lobe *lobes; /* [lobe_count] */
-    bool wide; /* a shininess below 1, whose edge at R.V = 0 is too steep for f32 */
+    bool wide; /* whether a shininess is below 1, whose edge at R.V = 0 is too steep for f32 */
 } shd_packed_material;
 
-/* The points of a call and what is done with them. */
+/* The points of a call, and what is done with them. */
 typedef struct shd_sums_job {
     const shd_lighting *lighting;
     const shd_plan_material *material;
@@ -71,7 +75,8 @@ typedef struct shd_sums_job {
     const uint32_t *which;
     size_t n;
     const shd_points32 *points;
-    size_t first, end; /* of points: these are summed; whole vectors, but at the end of all */
+    /* The points that are summed: whole vectors, except at the end of all points. */
+    size_t first, end;
     float *const *diffuse;
     float *const *specular;
 } shd_sums_job;
@@ -85,13 +90,13 @@ extern const shd_sums_kernel shd_sums_kernel_portable, shd_sums_kernel_avx2, shd
 enum { SHD_WIDE_LOBES = 8, SHD_WIDE_ROWS = 3 + 3 * SHD_WIDE_LOBES };
 
 /* Points in f64 (`points`), whose sums go to diffuse64 and specular64, or in f32 (`narrow`), whose
- * sums are rounded; the other one is NULL. */
+ * sums are rounded. The other pointer is NULL. */
 typedef struct shd_wide_job {
     const shd_lighting *lighting;
     const shd_plan_material *material;
-    size_t first_lobe, lobe_count; /* of the material: at most SHD_WIDE_LOBES */
+    size_t first_lobe, lobe_count; /* the material's, at most SHD_WIDE_LOBES */
     const uint32_t *which;
-    size_t n, count, first, end; /* as above; `count` is of all points */
+    size_t n, count, first, end; /* as above; `count` is the number of all points */
     const shd_points64 *points;
     const shd_points32 *narrow;
     float *const *diffuse, *const *specular;
@@ -104,9 +109,9 @@ typedef struct shd_wide_kernel {
 
 extern const shd_wide_kernel shd_wide_kernel_portable, shd_wide_kernel_avx2, shd_wide_kernel_avx512;
 
-/* One light at one vector of floats: the contributions of the set bits of `lanes` from point
- * `first` on, 0 in the others, to rows[SHD_WIDE_ROWS][vector]: the channels of the diffuse sum,
- * then 3 + 3 lobe + channel. */
+/* Computes one light at one vector of floats. The contributions of the set bits of `lanes`, from
+ * point `first` on, go to rows[SHD_WIDE_ROWS][vector], and 0 in the other lanes. Rows are the
+ * channels of the diffuse sum, then 3 + 3 lobe + channel. */
 typedef void shd_add_wide_function(const shd_wide_job *job, uint32_t index, size_t first,
                                    unsigned lanes, float *rows);
 shd_add_wide_function shd_add_wide_portable, shd_add_wide_avx2, shd_add_wide_avx512;
@@ -120,12 +125,12 @@ struct shd_lighting {
     const shd_packed_material *materials; /* [plan->material_count] */
 };
 
-/* A light and a material's lobes for the tier. */
+/* Packs a light, and a material's lobes, for the tier. */
 shd_packed_light shd_pack_light(const shd_plan *plan, const shd_plan_light *light);
 shd_wide_light shd_pack_wide(const shd_plan *plan, const shd_plan_light *light);
 shd_packed_lobe shd_pack_lobe(const shd_plan *plan, double shininess);
 
-/* One light at one point by the f64 reference, to row[SHD_WIDE_ROWS] as above. */
+/* Computes one light at one point by the f64 reference, to row[SHD_WIDE_ROWS] as above. */
 void shd_add_reference(const shd_wide_job *job, uint32_t index, size_t point, double *row);
 
 #endif

@@ -1,6 +1,6 @@
-/* Light sums in f64: the exact tier, and what f32 cannot hold of the others. The same forms as
- * in fast.simd.c, without fused products. Compiled once an instruction set. Errors are measured in
- * tests/unit/shade_sums.c, time in tests/bench/kernels.c. */
+/* Light sums in f64: the exact tier, and what f32 cannot hold of the other tiers. The forms are
+ * those of fast.simd.c, without fused products. Compiled once for each instruction set.
+ * tests/unit/shade_sums.c measures errors, tests/bench/kernels.c time. */
 #include "base/cpu.h"
 #include "shade/math64_simd.h"
 #include "shade/packed.h"
@@ -11,8 +11,8 @@ enum {
     ROWS = SHD_WIDE_ROWS,
 };
 
-/* Squared distances outside of these have lost bits, or their products would: such lanes are the
- * reference's. */
+/* Squared distances outside of these have lost bits, or their products would. Such lanes are left
+ * to the reference. */
 static const double NEAREST2 = 0x1p-600, FARTHEST2 = 0x1p600;
 
 typedef struct points {
@@ -34,13 +34,13 @@ SHD_INLINE shd_vd power_of(shd_vd log, double exponent) {
     return shd_exp64(shd_vd_max(log * shd_vd_set(exponent), shd_vd_set(-700)));
 }
 
-/* d where it is a power's, else what is as good as 1. */
+/* d if it is a power's, otherwise a value that is as good as 1. */
 SHD_INLINE shd_vd below_one(shd_vd d) {
     const shd_vd largest = shd_vd_set(0x1.fffffffffffffp-1);
     return shd_vd_select(shd_vd_gt(largest, d), d, largest);
 }
 
-/* The factor of a spot; lanes outside of its cone leave `lit`. */
+/* The factor of a spot. Lanes outside of its cone leave `lit`. */
 SHD_INLINE shd_vd weigh_spot(const shd_wide_light *light, const shd_vd toward[3], shd_md *lit) {
     const shd_vd axis[3] = {shd_vd_set(light->axis[0]), shd_vd_set(light->axis[1]),
                             shd_vd_set(light->axis[2])};
@@ -56,7 +56,7 @@ SHD_INLINE shd_vd weigh_spot(const shd_wide_light *light, const shd_vd toward[3]
     return factor * power_of(shd_log1m64(below_one(q)), light->exponent);
 }
 
-/* N.(light - p), or N.L, of points whose face's plane the light is in or near to. */
+/* N.(light - p), or N.L, of points that lie in a face whose plane the light is in or near to. */
 SHD_INLINE shd_vd facing_of_sheets(const shd_wide_light *light, const points *at, shd_vd facing) {
     const shd_vd zero = shd_vd_set(0), one = shd_vd_set(1);
     shd_vd place = zero;
@@ -77,8 +77,8 @@ SHD_INLINE shd_vd facing_of_sheets(const shd_wide_light *light, const points *at
     return facing;
 }
 
-/* Adds one light to sums[row]: channels of the diffuse sum, then 3 + 3 lobe + channel, of the lanes
- * `asked`. Returns the lanes that are left to the reference. */
+/* Adds one light to sums[row] in the lanes `asked`. Rows are the channels of the diffuse sum, then
+ * 3 + 3 lobe + channel. Returns the lanes that are left to the reference. */
 SHD_INLINE unsigned add_light(const shd_wide_light *light, const points *at,
                               const shd_plan_lobe *lobes, size_t lobe_count, shd_md asked,
                               int channels, shd_vd *sums) {
@@ -142,7 +142,7 @@ SHD_INLINE unsigned add_light(const shd_wide_light *light, const points *at,
     return left;
 }
 
-/* One light at lanes that vectors cannot hold, by the reference. */
+/* Computes one light, by the reference, in lanes that vectors cannot hold. */
 __attribute__((noinline, cold)) static void add_left(const shd_wide_job *job, uint32_t index,
                                                      size_t first, unsigned left, shd_vd *sums) {
     if (shd_is_cancelled(job->lighting->plan->cancelled)) return;
@@ -180,7 +180,7 @@ SHD_INLINE void load_points(const shd_points64 *from, size_t i, double scale, po
     for (int c = 0; c < 3; c++) to->w[c] = twice * to->n[c] - v[c];
 }
 
-/* The last vector of points, which repeats the last one: nothing beyond is read. */
+/* The last vector of points, filled with repeats of the last point: nothing beyond is read. */
 __attribute__((noinline, cold)) static void load_last(const shd_points64 *from, size_t i,
                                                       double scale, points *to) {
     double held[9][VW];
@@ -227,7 +227,7 @@ SHD_INLINE void sum_lights(const shd_wide_job *job, int channels, size_t lobe_co
         } else if (__builtin_expect(job->count - i >= VW, 1)) {
             load_points(job->points, i, scale, &at);
         } else {
-            points last; /* or `at` would not be in registers */
+            points last; /* otherwise `at` would not be in registers */
             load_last(job->points, i, scale, &last);
             at = last;
         }
