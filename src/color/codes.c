@@ -1,5 +1,5 @@
-/* Baking, in order: do the channels keep apart; where do codes change, roughly; where exactly; do
- * they change there only. */
+/* Baking answers in this order: whether the channels keep apart, roughly where codes change,
+ * exactly where, and whether they change there only. */
 #include "color/codes.h"
 
 #include <float.h>
@@ -11,10 +11,10 @@
 enum { BLOCK = 256 }; /* codes that are searched for at once */
 enum {
     INTERVAL = 1 << 16
-}; /* inputs of one interval: the search starts with what is at its ends */
+}; /* Inputs of one interval. The search starts with the values at its ends. */
 
-/* Positive inputs are taken by their bits, which are in the same order. The survey's are four an
- * octave, and the largest. */
+/* Positive inputs are ordered as their bits are. The survey takes four inputs an octave, and the
+ * largest. */
 enum { LARGEST = 0x7f7fffff, STEP = 1 << 21, SURVEY = LARGEST / STEP + 2 };
 
 typedef struct bake {
@@ -22,8 +22,8 @@ typedef struct bake {
     shd_color_codes *codes;
     int max;
     uint32_t from, to; /* codes change between these inputs */
-    size_t intervals;  /* between the same, and what is at their ends, converted: */
-    float *values;     /* [intervals + 1][4] */
+    size_t intervals;  /* between the same inputs */
+    float *values;     /* [intervals + 1][4]: the converted values at the ends of the intervals */
     float pixels[4 * BLOCK];
 } bake;
 
@@ -38,7 +38,7 @@ static void set_grey(float *pixel, float x) {
 
 /* ---- Channels. ---- */
 
-/* Every probe beside every other one, and their values beside themselves. */
+/* Compares every probe beside every other one with the same probe beside itself. */
 static bool channels_keep_apart(bake *b) {
     static const float probes[] = {0, 1e-42f, 1e-30f, 1e-6f, 0.002f, 0.04f, 0.18f, 0.5f,   0.999f,
                                    1, 1.5f,   10,     65504, 1e10f,  1e25f, 1e38f, FLT_MAX};
@@ -74,7 +74,8 @@ static float survey_input(int i) {
     return shd_float_of(i == SURVEY - 1 ? LARGEST : (uint32_t)i * STEP);
 }
 
-/* The last input, by size, whose value in a channel is finite; between a finite and another. */
+/* Finds the last input, by size, whose value in a channel is finite. It lies between a finite and
+ * another one. */
 static uint32_t last_finite(bake *b, int channel, uint32_t finite, uint32_t other, bool negative) {
     while (other - finite > 1) {
         uint32_t middle = finite + (other - finite) / 2;
@@ -85,8 +86,9 @@ static uint32_t last_finite(bake *b, int channel, uint32_t finite, uint32_t othe
     return finite;
 }
 
-/* Codes must rise with inputs above 0 and stay below; values must be finite up to some size. */
-static bool survey(bake *b, bool negative) {
+/* Codes must rise with inputs above 0 and must not change below. Values must be finite up to some
+ * size. */
+static bool survey_curves(bake *b, bool negative) {
     float *values = malloc(sizeof(float[4]) * SURVEY);
     if (!values) return false;
     for (int i = 0; i < SURVEY; i++)
@@ -144,14 +146,14 @@ static bool convert_intervals(bake *b) {
     return true;
 }
 
-/* Between two inputs: one below code k's threshold, and one at it or above. */
+/* An interval between two inputs: one below code k's threshold, and one at it or above. */
 typedef struct bracket {
     uint32_t below, above;
     float value_below, value_above;
 } bracket;
 
-/* Where to look next: first where a straight line has the threshold, a little to either side so
- * that the bracket closes from both; then in the middle. */
+/* The input to look at next. It is first the one at which a straight line has the threshold, a
+ * little to either side, so that the bracket closes from both sides. Later it is the middle. */
 static uint32_t next_look(const bake *b, const bracket *s, int code, int round) {
     static const double aside[] = {-64, 64, -2, 2};
     uint32_t width = s->above - s->below, step = width / 2;
@@ -164,9 +166,9 @@ static uint32_t next_look(const bake *b, const bracket *s, int code, int round) 
     return s->below + (step ? step : 1);
 }
 
-/* Finds the thresholds of `count` codes from `first` on, each as a pixel: its channels' searches
- * go their own ways. */
-static void search(bake *b, int first, int count) {
+/* Finds the thresholds of `count` codes from `first` on. Each code is a pixel whose channels are
+ * searched on their own. */
+static void search_thresholds(bake *b, int first, int count) {
     bracket open[BLOCK][3];
     bool searching = false;
     for (int c = 0; c < 3; c++) {
@@ -175,7 +177,7 @@ static void search(bake *b, int first, int count) {
             bracket *s = &open[n][c];
             *s = (bracket){0, 1, 0, 0};
             if (first + n <= b->codes->least[c] || first + n > b->codes->most[c]) continue;
-            if (n == 0 || !i) { /* the first of this block: halve what there is */
+            if (n == 0 || !i) { /* the first look of this block: halve the interval */
                 size_t high = b->intervals;
                 while (high - i > 1) {
                     size_t middle = i + (high - i) / 2;
@@ -223,8 +225,8 @@ static void search(bake *b, int first, int count) {
         }
 }
 
-/* Whether codes stay what they are on both sides of each threshold, at growing distances up to
- * the neighboring ones. A curve that falls by more than roundings shows here. */
+/* Checks that codes do not change on either side of each threshold, at growing distances up to the
+ * neighboring thresholds. A curve that falls by more than roundings fails here. */
 static bool codes_stay(bake *b, int first, int count, uint32_t distance) {
     int expected[BLOCK][3];
     for (int side = 0; side < 2; side++) {
@@ -263,7 +265,7 @@ static bool find_thresholds(bake *b) {
         threshold[b->max + 1] = INFINITY;
     }
     for (int first = 0; first <= b->max; first += BLOCK)
-        search(b, first, b->max + 1 - first < BLOCK ? b->max + 1 - first : BLOCK);
+        search_thresholds(b, first, b->max + 1 - first < BLOCK ? b->max + 1 - first : BLOCK);
     const uint32_t farther = b->max == 255 ? 4 : 64;
     for (int first = 0; first <= b->max; first += BLOCK)
         for (uint32_t distance = 1; distance < 1u << 23; distance *= farther)
@@ -273,9 +275,9 @@ static bool find_thresholds(bake *b) {
     return true;
 }
 
-static bool run(bake *b) {
+static bool bake_codes(bake *b) {
     if (shd_color_mixes(b->transform) || !channels_keep_apart(b)) return false;
-    if (!survey(b, false) || !survey(b, true)) return false;
+    if (!survey_curves(b, false) || !survey_curves(b, true)) return false;
     for (int c = 0; c < 3; c++)
         if (b->codes->least[c] == b->codes->most[c]) return false;
     return convert_intervals(b) && find_thresholds(b) &&
@@ -287,7 +289,7 @@ shd_color_codes *shd_color_codes_bake(const shd_color_transform *transform, unsi
     if (!codes) return NULL;
     codes->max = max;
     bake b = {.transform = transform, .codes = codes, .max = (int)max, .from = LARGEST};
-    bool ok = run(&b);
+    bool ok = bake_codes(&b);
     free(b.values);
     if (ok) return codes;
     shd_color_codes_drop(codes);

@@ -1,21 +1,21 @@
 /* Baked transforms: from f32 to integer codes without a float pixel between. color.h has the part
  * that other rooms use.
  *
- * A transform whose channels do not mix and whose curves only rise takes each code k from the
- * inputs of one interval, from threshold[k] to below threshold[k + 1]. The thresholds are found by
- * search, on the transform itself, so that codes are its own and not an approximation's.
+ * If the channels of a transform do not mix and its curves only rise, the inputs of each code k are
+ * one interval: from threshold[k] to below threshold[k + 1]. The thresholds are found by search on
+ * the transform itself, so that the codes are its own and not an approximation's.
  *
- * Inputs that share their exponent and the first bits of their mantissa share a bucket. With 8
- * bits a bucket has one threshold at most, and looking up an input is an addition that carries
- * into the code at the threshold. With 16 bits it is a guess and a comparison: a straight line for
- * each bucket gives the code or the one below for every float in it, which is checked where codes
- * and buckets begin and end (between these the guess rises and the code does not change). */
+ * Inputs that share their exponent and the first bits of their mantissa share a bucket. With 8 bits
+ * a bucket has one threshold at most, and looking up an input is an addition that carries into the
+ * code at the threshold. With 16 bits looking up is a guess and a comparison: a straight line for
+ * each bucket gives the code or the one below for every float in it. That is checked at both ends
+ * of each code and each bucket; between these the guess rises and the code does not change. */
 #ifndef SHD_COLOR_CODES_H
 #define SHD_COLOR_CODES_H
 
 #include <stdint.h>
-#include <string.h>
 
+#include "base/bits.h"
 #include "color/color.h"
 
 #ifdef __cplusplus
@@ -27,31 +27,22 @@ typedef struct shd_color_line {
 } shd_color_line;
 
 struct shd_color_codes {
-    unsigned max;             /* 255 or 65535 */
-    int least[3], most[3];    /* the codes that channels have */
-    float low, high[3];       /* inputs are held between them: beyond, codes stay; low >= 0 */
-    uint32_t first;           /* bits of `low`, where the first bucket begins */
-    int shift;                /* of an input's bits less `first`, to its bucket */
-    uint32_t *steps[3];       /* 8 bits, [bucket]: code << shift, where it begins, plus what carries
-                                 the input's other bits into the next code from the threshold on */
+    unsigned max;          /* 255 or 65535 */
+    int least[3], most[3]; /* the codes that channels have */
+    /* Inputs are held between them, beyond which codes do not change; low >= 0. */
+    float low, high[3];
+    uint32_t first; /* the bits of `low`, where the first bucket begins */
+    int shift;      /* shifts an input's bits, less `first`, to its bucket's index */
+    /* 8 bits, [bucket]: code << shift at the bucket's beginning, plus what makes the input's other
+     * bits carry into the next code from the threshold on. */
+    uint32_t *steps[3];
     shd_color_line *lines[3]; /* 16 bits, [bucket] */
-    float *threshold[3];      /* [max + 2]: the smallest input of each code, -infinity where the
-                                 lowest inputs have it or a higher one, infinity where none has */
+    /* [max + 2]: the smallest input of each code. -infinity if the lowest inputs have this code or
+     * a higher one, infinity if no input has it. */
+    float *threshold[3];
     float finite_least[3], finite_most[3]; /* inputs between them have finite values */
-    void *memory[6];                       /* malloc'd: the tables; equal channels share theirs */
+    void *memory[6];                       /* malloc'd tables; equal channels share theirs */
 };
-
-static inline float shd_float_of(uint32_t bits) {
-    float x;
-    memcpy(&x, &bits, sizeof x);
-    return x;
-}
-
-static inline uint32_t shd_bits_of(float x) {
-    uint32_t bits;
-    memcpy(&bits, &x, sizeof bits);
-    return bits;
-}
 
 /* Pixels to encode: what shd_color_encode and shd_color_encode_planes have in common. */
 typedef struct shd_color_task {
@@ -61,12 +52,12 @@ typedef struct shd_color_task {
     size_t stride, count;
     const int *source; /* [samples] */
     int samples;
-    size_t width, pitch; /* of rows in out: pixels, and pixels from one to the next */
+    size_t width, pitch; /* pixels of a row in `out`, and from one row to the next */
     uint32_t finite;     /* bits of the largest size up to which all channels are finite */
     void *out;
 } shd_color_task;
 
-/* One variant's functions. */
+/* The functions of one variant. */
 typedef struct shd_color_kernel {
     uint64_t (*encode)(const shd_color_task *task);
 } shd_color_kernel;
@@ -74,27 +65,26 @@ typedef struct shd_color_kernel {
 extern const shd_color_kernel shd_color_kernel_portable, shd_color_kernel_avx2,
     shd_color_kernel_avx512;
 
-/* The guess for an input in [low, high]. Multiplied and added apart, so that every build and
- * vector width guesses what was checked. */
+/* The guess for an input in [low, high]. It is multiplied and added in two steps, so that every
+ * build and vector width guesses what was checked. */
 static inline float shd_color_guess(const struct shd_color_codes *codes, int channel, float x) {
     uint32_t offset = shd_bits_of(x) - codes->first;
     shd_color_line line = codes->lines[channel][offset >> codes->shift];
     return line.add + line.slope * x;
 }
 
-/* The transform's codes from 0 to `max`. NULL where it does not qualify (channels depend on each
- * other or on alpha, a curve falls, codes change below 0, or a bucket would need more)
- * or memory is short. Owned by the caller. */
+/* The transform's codes from 0 to `max`, which the caller owns. NULL if memory is short or the
+ * transform does not qualify: channels depend on each other or on alpha, a curve falls, codes
+ * change below 0, or a bucket would need more than one threshold or guess. */
 shd_color_codes *shd_color_codes_bake(const shd_color_transform *transform, unsigned max);
 void shd_color_codes_drop(shd_color_codes *codes); /* NULL is fine */
 
-/* The part of baking that makes tables from thresholds, of which there are all between the inputs
- * whose bits are `from`, a multiple of 2^21, and `to`. False: not with so few buckets, or no
- * memory. */
+/* Makes tables from thresholds. All thresholds lie between the inputs with the bits `from`, a
+ * multiple of 2^21, and `to`. False: so few buckets do not do, or memory is short. */
 bool shd_color_make_tables(const shd_color_transform *transform, shd_color_codes *codes,
                            uint32_t from, uint32_t to);
 
-/* Whether OpenColorIO knows of channels that mix. False proves nothing. */
+/* Whether OpenColorIO knows that channels mix. False proves nothing. */
 bool shd_color_mixes(const shd_color_transform *transform);
 
 #ifdef __cplusplus

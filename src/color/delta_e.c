@@ -22,7 +22,7 @@ bool shd_lab_space_make(shd_transfer transfer, const double primaries[8], shd_la
     return true;
 }
 
-/* The cube root, and below 1% of white a line that meets it smoothly. */
+/* The cube root, and below 1 % of white a line that meets it smoothly. */
 static double lab_curve(double t) {
     return t > 216.0 / 24389 ? cbrt(t) : (24389.0 / 27 * t + 16) / 116;
 }
@@ -42,28 +42,28 @@ void shd_lab_of(const shd_lab_space *space, const float rgb[3], double lab[3]) {
 /* ---- CIEDE2000 ---- */
 
 /* sqrt(c^7 / (c^7 + 25^7)): near 0 for greys, near 1 for strong colors. */
-static double strength(double chroma) {
+static double strength_of(double chroma) {
     double c7 = pow(chroma, 7);
     return sqrt(c7 / (c7 + 6103515625.0));
 }
 
 /* In degrees, [0,360); 0 for greys (7). */
-static double hue(double a, double b) {
+static double hue_of(double a, double b) {
     if (a == 0 && b == 0) return 0;
     double h = atan2(b, a) / degree;
     return h < 0 ? h + 360 : h;
 }
 
 double shd_delta_e_2000(const double a[3], const double b[3]) {
-    /* Hues that are opposite to within rounding count as 180 degrees apart, where the formula
-     * has a jump: the published pairs stand on that edge. */
+    /* Hues that are opposite to within rounding count as 180 degrees apart. The formula has a jump
+     * there, and the published pairs stand on its edge. */
     const double half = 180 + 1e-9;
 
     /* a* is stretched for weak colors (2) to (7). */
-    double stretch = 1.5 - 0.5 * strength((hypot(a[1], a[2]) + hypot(b[1], b[2])) / 2);
+    double stretch = 1.5 - 0.5 * strength_of((hypot(a[1], a[2]) + hypot(b[1], b[2])) / 2);
     double a1 = stretch * a[1], a2 = stretch * b[1];
     double c1 = hypot(a1, a[2]), c2 = hypot(a2, b[2]);
-    double h1 = hue(a1, a[2]), h2 = hue(a2, b[2]);
+    double h1 = hue_of(a1, a[2]), h2 = hue_of(a2, b[2]);
     bool grey = c1 * c2 == 0;
 
     /* Differences (8) to (11). */
@@ -86,7 +86,7 @@ double shd_delta_e_2000(const double a[3], const double b[3]) {
     double blue = (h - 275) / 25, rotation = 30 * exp(-blue * blue);
     double off = (l - 50) * (l - 50);
     double sl = 1 + 0.015 * off / sqrt(20 + off), sc = 1 + 0.045 * c, sh = 1 + 0.015 * c * t;
-    double rt = -sin(2 * rotation * degree) * 2 * strength(c);
+    double rt = -sin(2 * rotation * degree) * 2 * strength_of(c);
 
     /* The sum (22): rounding may take it below 0. */
     double x = dl / sl, y = dc / sc, z = dh / sh;

@@ -12,22 +12,23 @@
 
 #include "base/transfer.h"
 
-/* From codes to Lab: what the picture's encoding is, made once. */
+/* What a picture's encoding is, made once: the way from codes to Lab. */
 typedef struct shd_lab_space {
     shd_transfer transfer; /* LINEAR, SRGB or REC1886 */
     double to_xyz[3][3];   /* from linear RGB, divided by the white: white is 1, 1, 1 */
 } shd_lab_space;
 
 /* `primaries`: CIE 1931 xy of red, green, blue, white, as in shd_color_info. The white of the
- * encoding is the white of Lab: (1,1,1) is L* = 100, a* = b* = 0. False where the transfer is
- * unknown or the primaries span no colors. */
+ * encoding is the white of Lab: (1,1,1) is L* = 100, a* = b* = 0. False if the transfer is unknown
+ * or the primaries span no colors. */
 bool shd_lab_space_make(shd_transfer transfer, const double primaries[8], shd_lab_space *out);
 
-/* Of an encoded color, held in [0,1] first, as a screen would: not-a-number is 0. */
+/* The Lab of an encoded color. The color is held in [0,1] first, as a screen would; not-a-number is
+ * 0. */
 void shd_lab_of(const shd_lab_space *space, const float rgb[3], double lab[3]);
 
-/* CIEDE2000 with kL = kC = kH = 1: 1 is about what a trained eye sees side by side. Symmetric,
- * finite for finite input, exactly 0 for equal colors. */
+/* CIEDE2000 with kL = kC = kH = 1: a difference of 1 is about what a trained eye sees side by side.
+ * Symmetric, finite for finite input, exactly 0 for equal colors. */
 double shd_delta_e_2000(const double a[3], const double b[3]);
 
 #endif

@@ -1,5 +1,5 @@
 /* Colors to codes, BLOCK pixels at a time: inputs to buckets, buckets to codes, codes to samples,
- * samples to rows. Compiled once an instruction set. */
+ * samples to rows. Compiled once for each instruction set. */
 #include <string.h>
 
 #include "base/cpu.h"
@@ -9,11 +9,11 @@
 #include <immintrin.h>
 #endif
 
-enum { BLOCK = 64, GROUP = 16 }; /* pixels, and those that are stored together where they can */
+enum { BLOCK = 64, GROUP = 16 }; /* pixels, and as many as are stored together if possible */
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "a pixel's first sample is the lowest");
 
-/* out[i] is entry index[i] of a table of 4-byte values. Compilers do not gather by themselves;
+/* out[i] is entry index[i] of a table of 4-byte values. Compilers do not gather by themselves, and
  * one load at a time takes twice as long. */
 static inline void gather(const void *table, const uint32_t index[BLOCK], uint32_t out[BLOCK]) {
 #if defined(__AVX512F__)
@@ -31,11 +31,11 @@ static inline void gather(const void *table, const uint32_t index[BLOCK], uint32
 #endif
 }
 
-/* Inputs held where codes change. The highest bits of `beyond` tell whether one is beyond `finite`,
- * by size, which is rare: who looks closer may take his time. */
-static inline void hold(const shd_color_codes *codes, int c, const float *restrict in,
-                        uint32_t finite, float held[restrict BLOCK],
-                        uint32_t beyond[restrict GROUP]) {
+/* Holds inputs where codes change. The highest bits of `beyond` tell whether the size of an input
+ * is beyond `finite`. That is rare, so the code that then looks closer may be slow. */
+static inline void hold_inputs(const shd_color_codes *codes, int c, const float *restrict in,
+                               uint32_t finite, float held[restrict BLOCK],
+                               uint32_t beyond[restrict GROUP]) {
     const float low = codes->low, high = codes->high[c];
     for (int first = 0; first < BLOCK; first += GROUP)
         for (int i = 0; i < GROUP; i++) {
@@ -107,13 +107,13 @@ static inline void pack_u16(uint32_t (*const code[4])[BLOCK], int samples,
         for (int i = 0; i < BLOCK; i++) out[i] |= (uint64_t)(*code[s])[i] << 16 * s;
 }
 
-/* Where the next pixel goes. */
+/* Where the next pixel begins. */
 typedef struct place {
     unsigned char *row;
     size_t column;
 } place;
 
-/* The lowest three bytes of GROUP words of four, and nothing behind them. */
+/* Stores the lowest three bytes of GROUP words of four, and nothing behind them. */
 static inline void store_threes(const unsigned char *words, unsigned char *to) {
 #if defined(__AVX2__)
     const __m256i pick = _mm256_setr_epi8(0, 1, 2, 4, 5, 6, 8, 9, 10, 12, 13, 14, -1, -1, -1, -1, 0,
@@ -126,15 +126,15 @@ static inline void store_threes(const unsigned char *words, unsigned char *to) {
         _mm_storel_epi64((void *)(to + 16), _mm256_extracti128_si256(joined, 1));
     }
 #else
-    /* With a fourth one, which the next word overwrites, but the last. */
+    /* Stores a fourth byte with each word but the last, which the next word overwrites. */
     for (size_t i = 0; i < GROUP - 1; i++) memcpy(to + 3 * i, words + 4 * i, 4);
     memcpy(to + 3 * (GROUP - 1), words + 4 * (GROUP - 1), 3);
 #endif
 }
 
-/* Stores the lowest `bytes` of words of `wide` bytes. */
-static inline void store(const unsigned char *words, size_t wide, size_t bytes, size_t count,
-                         const shd_color_task *task, place *at) {
+/* Stores the lowest `bytes` of words that are `wide` bytes apart. */
+static inline void store_words(const unsigned char *words, size_t wide, size_t bytes, size_t count,
+                               const shd_color_task *task, place *at) {
     for (size_t done = 0; done < count;) {
         const size_t left = task->width - at->column;
         size_t some = count - done < GROUP ? count - done : GROUP;
@@ -151,22 +151,22 @@ static inline void store(const unsigned char *words, size_t wide, size_t bytes, 
     }
 }
 
-/* Constants make copies of a few instructions. */
+/* Constants turn copies into a few instructions. */
 static void store_u8(const uint32_t *words, int samples, size_t count, const shd_color_task *task,
                      place *at) {
     const unsigned char *from = (const void *)words;
     switch (samples) {
     case 1:
-        store(from, 4, 1, count, task, at);
+        store_words(from, 4, 1, count, task, at);
         break;
     case 2:
-        store(from, 4, 2, count, task, at);
+        store_words(from, 4, 2, count, task, at);
         break;
     case 3:
-        store(from, 4, 3, count, task, at);
+        store_words(from, 4, 3, count, task, at);
         break;
     default:
-        store(from, 4, 4, count, task, at);
+        store_words(from, 4, 4, count, task, at);
     }
 }
 
@@ -175,23 +175,24 @@ static void store_u16(const uint64_t *words, int samples, size_t count, const sh
     const unsigned char *from = (const void *)words;
     switch (samples) {
     case 1:
-        store(from, 8, 2, count, task, at);
+        store_words(from, 8, 2, count, task, at);
         break;
     case 2:
-        store(from, 8, 4, count, task, at);
+        store_words(from, 8, 4, count, task, at);
         break;
     case 3:
-        store(from, 8, 6, count, task, at);
+        store_words(from, 8, 6, count, task, at);
         break;
     default:
-        store(from, 8, 8, count, task, at);
+        store_words(from, 8, 8, count, task, at);
     }
 }
 
 /* ---- Blocks. ---- */
 
-/* A channel of a block, with what is missing at its end as 0. */
-static inline const float *take(const float *from, size_t stride, size_t count, float room[BLOCK]) {
+/* A channel of a block. If the block has fewer pixels, zeros fill its end. */
+static inline const float *take_channel(const float *from, size_t stride, size_t count,
+                                        float room[BLOCK]) {
     if (stride == 1 && count == BLOCK) return from;
     if (stride == 4 && count == BLOCK) {
         for (int i = 0; i < BLOCK; i++) room[i] = from[4 * i];
@@ -219,8 +220,8 @@ static uint64_t encode(const shd_color_task *task) {
         const float *in[3];
         uint32_t look_closer[GROUP] = {0};
         for (int c = 0; c < 3; c++) {
-            in[c] = take(task->channel[c] + at, task->stride, count, room[c]);
-            hold(codes, c, in[c], task->finite, held, look_closer);
+            in[c] = take_channel(task->channel[c] + at, task->stride, count, room[c]);
+            hold_inputs(codes, c, in[c], task->finite, held, look_closer);
             if (!wanted[c]) continue;
             if (codes->max == 255)
                 find_u8(codes, c, held, code[c]);
@@ -229,8 +230,8 @@ static uint64_t encode(const shd_color_task *task) {
         }
         if (is_any_beyond(look_closer)) beyond += count_beyond(codes, in, count);
         if (wanted[3] && task->channel[3])
-            find_alpha(codes->max, take(task->channel[3] + at, task->stride, count, room[3]),
-                       code[3]);
+            find_alpha(codes->max,
+                       take_channel(task->channel[3] + at, task->stride, count, room[3]), code[3]);
         else if (wanted[3])
             for (int i = 0; i < BLOCK; i++) code[3][i] = codes->max;
 

@@ -26,7 +26,7 @@ static shd_status read_all(int file, const char *path, size_t cap, char **data, 
             free(bytes);
             return shd_fail(error, SHD_CONFIG, path, "%s", strerror(why));
         }
-        if (got == 0) break; /* it shrank meanwhile */
+        if (got == 0) break; /* the file has shrunk meanwhile */
         length += (size_t)got;
     }
     *data = bytes;

@@ -23,16 +23,17 @@ static const shd_encoding displays[] = {
     {"Rec.1886 Rec.709 - Display", SHD_TRANSFER_REC1886, shd_rec709},
 };
 
-static const shd_encoding *find(const shd_encoding *table, size_t count, const char *name) {
+static const shd_encoding *find_encoding(const shd_encoding *table, size_t count,
+                                         const char *name) {
     for (size_t i = 0; i < count; i++)
         if (!strcmp(table[i].name, name)) return &table[i];
     return NULL;
 }
 
 const shd_encoding *shd_encoding_of_space(const char *name) {
-    return find(spaces, sizeof spaces / sizeof *spaces, name);
+    return find_encoding(spaces, sizeof spaces / sizeof *spaces, name);
 }
 
 const shd_encoding *shd_encoding_of_display(const char *name) {
-    return find(displays, sizeof displays / sizeof *displays, name);
+    return find_encoding(displays, sizeof displays / sizeof *displays, name);
 }

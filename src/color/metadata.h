@@ -1,5 +1,5 @@
-/* What well-known color spaces and displays are, by name: OpenColorIO knows how to convert, but
- * not which chromaticities and curve a file should declare. Constant; any thread. */
+/* What well-known color spaces and displays are, by name. OpenColorIO knows how to convert, but not
+ * which chromaticities and curve a file should declare. Constant; any thread. */
 #ifndef SHD_COLOR_METADATA_H
 #define SHD_COLOR_METADATA_H
 
@@ -15,7 +15,8 @@ typedef struct shd_encoding {
     const double *primaries; /* [8] CIE 1931 xy of red, green, blue, white */
 } shd_encoding;
 
-/* By exact name: those of config/shaded.ocio and of the ACES configurations. NULL: not known. */
+/* By exact name, for the spaces and displays of config/shaded.ocio and of the ACES configurations.
+ * NULL: not known. */
 const shd_encoding *shd_encoding_of_space(const char *name);
 const shd_encoding *shd_encoding_of_display(const char *name);
 

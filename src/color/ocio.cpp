@@ -38,11 +38,11 @@ extern const unsigned long shd_embedded_ocio_size;
 namespace OCIO = OCIO_NAMESPACE;
 
 struct shd_color_transform {
-    OCIO::ConstCPUProcessorRcPtr cpu; // null: nothing to do
+    OCIO::ConstCPUProcessorRcPtr cpu; // null: the transform does nothing
     shd_color_info info{};
     std::string name;
 
-    // Of 8 and 16 bits, each baked at most once; null also where that failed.
+    // Of 8 and 16 bits, each baked at most once; null also if that failed.
     struct Codes {
         std::atomic<size_t> asked{0}; // pixels
         std::once_flag once;
@@ -73,10 +73,10 @@ constexpr size_t max_config_bytes = 16u << 20;
 constexpr size_t max_referenced_bytes = 256u << 20;
 constexpr size_t room_to_read = 32u << 20;
 constexpr size_t max_reference_depth = 64;
-// Pixels that are handed to OpenColorIO at once; their alphas are kept on the stack meanwhile.
+// Pixels that are handed to OpenColorIO at a time; their alphas are kept on the stack meanwhile.
 constexpr size_t block = 1024;
 
-// One line of text, without a trailing period; bytes that are no text become question marks.
+// Makes one line of text, without a trailing period. Bytes that are no text become question marks.
 std::string sentence(const char *text) {
     bool clean = shd_color_is_text(text);
     std::string out;
@@ -91,7 +91,7 @@ std::string sentence(const char *text) {
     return out;
 }
 
-// Runs `body` and turns whatever it throws into `status`; what telling it throws, too.
+// Runs `body` and turns whatever it throws into `status`, and whatever telling of that throws.
 template <typename Body>
 shd_status guarded(shd_status status, const char *path, shd_error *error, Body body) {
     try {
@@ -221,7 +221,7 @@ class Walk {
     }
 
     void file(const char *source) {
-        std::string path = context_->resolveFileLocation(source); // throws where it is missing
+        std::string path = context_->resolveFileLocation(source); // throws if it is missing
         struct stat info;
         if (stat(path.c_str(), &info) || !S_ISREG(info.st_mode))
             throw std::runtime_error("'" + path + "' is not a regular file");
@@ -256,7 +256,7 @@ bool is_display_space(const OCIO::ConstColorSpaceRcPtr &space) {
     return space->getReferenceSpaceType() == OCIO::REFERENCE_SPACE_DISPLAY;
 }
 
-// Everything that decides on a picture's colors: the library, the configuration and its files.
+// A hash of everything that decides on colors: the library, the configuration and its files.
 shd_status digest(shd_color_config *config, const std::string &text,
                   const std::set<std::string> &files, shd_error *error) {
     std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state(XXH3_createState(),
@@ -338,7 +338,7 @@ void fill_catalog(shd_color_config *config) {
     catalog.self = config;
 }
 
-// The transform for `key`, made by `make` where it is not there yet.
+// The transform for `key`; `make` makes it if it is not there yet.
 template <typename Make>
 shd_status cached(shd_color_config *config, const std::string &key, Make make,
                   const shd_color_transform **out) {
@@ -402,9 +402,9 @@ shd_status unknown(shd_error *error, const char *what, const char *name) {
     return shd_fail(error, SHD_SCENE, "", "unknown %s '%.64s'", what, name);
 }
 
-// IEC 61966-2-1, in f64: colors that people write have no rounding of a float, and no toe of
-// another standard where an operator's configuration has OpenColorIO's own sRGB, which is 2.5e-4
-// darker there. Below 0 the line goes on, as in config/shaded.ocio.
+// IEC 61966-2-1, in f64: colors that people write get no rounding of a float. Nor do they get the
+// toe of another standard if an operator's configuration has OpenColorIO's own sRGB, which
+// is 2.5e-4 darker there. Below 0 the line goes on, as in config/shaded.ocio.
 double decode_srgb(double v) {
     return v < 0 ? v / 12.92 : shd_curve_decode(SHD_TRANSFER_SRGB, v);
 }
@@ -447,7 +447,7 @@ shd_status convert(const void *self, const char *from, const char *to, double rg
     return SHD_OK;
 }
 
-// Refuses what OpenColorIO's own validation lets through, and builds every processor once.
+// Refuses mistakes that OpenColorIO's own validation lets through, and builds every processor once.
 void check(shd_color_config *config, std::set<std::string> *files) {
     const OCIO::ConstConfigRcPtr &ocio = config->ocio;
     ocio->validate();
@@ -505,8 +505,8 @@ shd_status shd_color_config_load(const char *path, shd_color_config **out, shd_e
     const char *where = path ? path : "";
     return guarded(SHD_CONFIG, where, error, [&]() -> shd_status {
         quiet_the_process();
-        // OpenColorIO allocates in functions that are declared noexcept, and ends the process where
-        // there is nothing: so it is asked before whether there is room for an ordinary one.
+        // OpenColorIO allocates in functions that are declared noexcept, and ends the process if
+        // there is no memory. So room for an ordinary configuration is asked for beforehand.
         operator delete(operator new(room_to_read));
         std::string text(reinterpret_cast<const char *>(shd_embedded_ocio), shd_embedded_ocio_size);
         if (path) {
@@ -517,7 +517,7 @@ shd_status shd_color_config_load(const char *path, shd_color_config **out, shd_e
             std::unique_ptr<char, decltype(&std::free)> owner(data, std::free);
             text.assign(data, size);
         }
-        // What it remembers of files, missing ones included, would outlive a correction.
+        // OpenColorIO remembers files, missing ones included; that would outlive a correction.
         OCIO::ClearAllCaches();
         std::istringstream stream(text);
         OCIO::ConfigRcPtr editable = OCIO::Config::CreateFromStream(stream)->createEditableCopy();
@@ -578,7 +578,8 @@ const shd_color_info *shd_color_describe(const shd_color_transform *transform) {
 }
 
 // Matrices in float leave a grey's channels a few ulps apart, and a hue made from that would be
-// noise: so little saturation is none. Hues just below red round up to 1, but hue 1 is hue 0.
+// noise. So as little saturation as that counts as none. Hues just below red round up to 1, which
+// is hue 0.
 static void settle_hue(float *hsv) {
     if (hsv[1] < 2e-6f) hsv[0] = hsv[1] = 0;
     if (hsv[0] >= 1) hsv[0] = 0x1.fffffep-1f;
@@ -594,10 +595,10 @@ void shd_color_apply(const shd_color_transform *transform, float *rgba, size_t c
             OCIO::PackedImageDesc row(rgba, static_cast<long>(pixels), 1, 4);
             transform->cpu->apply(row);
         } catch (...) {
-            // It allocates a row; the way pixel by pixel does not, and gives the same bits.
+            // Applying to rows allocates one; pixel by pixel does not, and gives the same bits.
             for (size_t i = 0; i < pixels; i++) transform->cpu->applyRGBA(rgba + 4 * i);
         }
-        // Its 4 x 4 matrices mix alpha in where a color overflows.
+        // OpenColorIO's 4 x 4 matrices mix alpha in if a color overflows.
         for (size_t i = 0; i < pixels; i++) rgba[4 * i + 3] = alpha[i];
         if (transform->info.channels == SHD_HSV)
             for (size_t i = 0; i < pixels; i++) settle_hue(rgba + 4 * i);
@@ -615,7 +616,7 @@ bool shd_color_mixes(const shd_color_transform *transform) {
 const shd_color_codes *shd_color_codes_of(const shd_color_transform *transform, unsigned max,
                                           size_t pixels) {
     shd_color_transform::Codes &codes = transform->codes[max == 255 ? 0 : 1];
-    // What baking costs, in pixels that are converted to floats; measured.
+    // Baking takes as long as converting this many pixels to floats, as measured.
     const size_t enough = max == 255 ? size_t{1} << 14 : size_t{3} << 19;
     size_t before = codes.asked.load(std::memory_order_relaxed);
     if (before < enough) {

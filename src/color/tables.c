@@ -2,8 +2,8 @@
 
 #include "color/codes.h"
 
-/* Bits of the mantissa that number the buckets: the fewer, the more of the tables stays in the
- * nearest cache. */
+/* Bits of the mantissa that number the buckets. The fewer they are, the more of the tables stays in
+ * the nearest cache. */
 enum { LEAST_MANTISSA = 7, MOST_MANTISSA = 10 };
 
 typedef struct division {
@@ -16,8 +16,8 @@ static uint32_t bucket_start(const division *d, size_t bucket) {
     return d->codes->first + ((uint32_t)bucket << d->codes->shift);
 }
 
-/* Keeps a channel's table in place of one that did not do. */
-static void *keep(division *d, int channel, void *table) {
+/* Keeps a channel's table in place of one with too few buckets. */
+static void *keep_table(division *d, int channel, void *table) {
     free(d->codes->memory[3 + channel]);
     return d->codes->memory[3 + channel] = table;
 }
@@ -27,7 +27,7 @@ static void *keep(division *d, int channel, void *table) {
 static bool make_steps(division *d, int c) {
     shd_color_codes *codes = d->codes;
     const float *threshold = codes->threshold[c];
-    uint32_t *steps = keep(d, c, malloc(d->buckets * sizeof *steps));
+    uint32_t *steps = keep_table(d, c, malloc(d->buckets * sizeof *steps));
     codes->steps[c] = steps;
     if (!steps) return false;
     size_t k = (size_t)codes->least[c];
@@ -43,7 +43,7 @@ static bool make_steps(division *d, int c) {
     return true;
 }
 
-/* ---- 16 bits: a guess and a comparison. ---- */
+/* ---- 16 bits: looking up is a guess and a comparison. ---- */
 
 static bool guess_is_right(const shd_color_codes *codes, int c, uint32_t bits, size_t code) {
     float x = shd_float_of(bits);
@@ -54,7 +54,7 @@ static bool guess_is_right(const shd_color_codes *codes, int c, uint32_t bits, s
     return k + (x >= codes->threshold[c][k + 1]) == code;
 }
 
-/* Guesses at all ends of codes and of buckets. */
+/* Checks the guesses at all ends of codes and of buckets. */
 static bool guesses_are_right(const division *d, int c) {
     const shd_color_codes *codes = d->codes;
     const float *threshold = codes->threshold[c];
@@ -75,9 +75,9 @@ static bool guesses_are_right(const division *d, int c) {
     return true;
 }
 
-/* Lines through the values where buckets begin and end. */
+/* Makes lines through the values at which buckets begin and end. */
 static bool make_lines(division *d, const float *values, int c) {
-    shd_color_line *lines = keep(d, c, malloc(d->buckets * sizeof *lines));
+    shd_color_line *lines = keep_table(d, c, malloc(d->buckets * sizeof *lines));
     d->codes->lines[c] = lines;
     if (!lines) return false;
     const double max = d->codes->max;
@@ -133,7 +133,7 @@ bool shd_color_make_tables(const shd_color_transform *transform, shd_color_codes
         d.buckets = ((to - from) >> codes->shift) + 1;
         ok = make_channels(&d, channels);
     }
-    /* Equal channels share the first one's tables. */
+    /* Equal channels share the tables of the first one. */
     for (int c = channels; ok && c < 3; c++) {
         free(codes->memory[c]);
         codes->memory[c] = NULL;

@@ -1,4 +1,4 @@
-/* Names and descriptions that come from the operator's file end up in JSON. */
+/* Names and descriptions of the operator's file, which end up in JSON. */
 #ifndef SHD_COLOR_TEXT_H
 #define SHD_COLOR_TEXT_H
 
@@ -8,8 +8,7 @@
 extern "C" {
 #endif
 
-/* Whether a text is well-formed UTF-8 (RFC 3629: no overlong forms, surrogates, or code points
- * beyond U+10FFFF) without control characters other than white space. */
+/* Whether a text is UTF-8 (base/utf8.h) without control characters other than white space. */
 bool shd_color_is_text(const char *text);
 
 #ifdef __cplusplus

@@ -1,14 +1,15 @@
-/* A hash of what a scene is, whatever way its document says it: SHA-256, as nobody may find another
- * scene that is answered by this one's picture.
+/* A hash of what a scene is, however its document says it. It is SHA-256, so that nobody can find
+ * another scene that is answered by this one's picture.
  *
- * It is fed every value that a picture depends on, in one order: numbers as their double (-0 as 0),
- * strings behind their length, lists behind their count. A material stands at each object that has
- * it, without its name. */
+ * The hash is fed every value that a picture depends on, in one order: numbers as their double (-0
+ * as 0), strings behind their length, lists behind their count. A material stands at each object
+ * that has it, without its name. */
 #include <nettle/base16.h>
 #include <nettle/sha2.h>
 #include <stdint.h>
 #include <string.h>
 
+#include "base/bits.h"
 #include "scene/read.h"
 
 /* Hashing works best on long pieces; a mesh has a million short ones. */
@@ -33,10 +34,7 @@ static void put_count(sink *s, uint64_t bits) {
 static void put_numbers(sink *s, const double *values, size_t count) {
     for (size_t i = 0; i < count; i++) {
         if (count > 1024 && shd_is_cancelled_at(s->cancelled, i)) return;
-        double value = values[i] + 0.0; /* -0 + 0 is 0 */
-        uint64_t bits;
-        memcpy(&bits, &value, sizeof bits);
-        put_count(s, bits);
+        put_count(s, shd_bits64_of(values[i] + 0.0)); /* -0 + 0 is 0 */
     }
 }
 
@@ -48,7 +46,7 @@ static void put_vector(sink *s, shd_vec3 v) {
     put_numbers(s, (double[]){v.x, v.y, v.z}, 3);
 }
 
-/* NULL is another text than the empty one. */
+/* NULL differs from the empty text. */
 static void put_text(sink *s, const char *text) {
     size_t length = text ? strlen(text) : SIZE_MAX;
     put_count(s, length);
@@ -100,7 +98,8 @@ static void put_material(sink *s, const shd_material *material) {
     }
 }
 
-/* A kept mesh by its name, which spares its numbers; behind a count that no mesh has. */
+/* A kept mesh is hashed by its name, which spares its numbers. It stands behind a count that no
+ * mesh has. */
 static void put_mesh(sink *s, const shd_mesh *mesh) {
     if (mesh->kept) {
         char text[SHD_DIGEST_TEXT];
@@ -130,7 +129,7 @@ static void put_object(sink *s, const shd_object *object) {
     put_numbers(s, &object->transform.linear[0][0], 9);
     put_vector(s, object->transform.origin);
     put_count(s, object->interpolation);
-    /* Slices of what is not cut mean nothing. */
+    /* Slices mean nothing for a shape that is not cut into them. */
     put_count(s, object->interpolation == SHD_PHONG ? 0 : (uint64_t)object->segments);
 }
 
@@ -162,7 +161,7 @@ void shd_scene_digest(const shd_scene *scene, const atomic_bool *cancelled, char
         put_material(&s, &scene->materials[scene->objects[i].material]);
     }
     put_count(&s, scene->accuracy.tier);
-    put_count(&s, scene->accuracy.draft); /* the plan that is told with the picture has it */
+    put_count(&s, scene->accuracy.draft); /* the plan, which is told with the picture, has it */
     put_count(&s, scene->accuracy.budget);
     put_number(&s, scene->accuracy.max_error);
     put_count(&s, scene->accuracy.metric);

@@ -6,10 +6,12 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "base/bits.h"
+
 __extension__ typedef unsigned __int128 wide;
 
 /* Numbers of up to 19 digits times 10^-27 to 10^27 are a whole number of 128 bits, or a quotient of
- * two such: their double is one exact division and one rounding away. */
+ * two such numbers. Their double takes one exact division and one rounding. */
 enum { DIGITS = 19, POWERS = 28 };
 
 static const uint64_t power_of_five[POWERS] = {
@@ -45,17 +47,14 @@ static const uint64_t power_of_five[POWERS] = {
 
 /* A power of two within doubles' normal range. */
 static double power_of_two(int exponent) {
-    const uint64_t bits = (uint64_t)(1023 + exponent) << 52;
-    double out;
-    memcpy(&out, &bits, sizeof out);
-    return out;
+    return shd_double_of((uint64_t)(1023 + exponent) << 52);
 }
 
-/* digits * 10^power, of at most 19 digits, not 0, and -POWERS < power < POWERS. */
+/* digits * 10^power, with at most 19 digits, not 0, and -POWERS < power < POWERS. */
 static double convert(uint64_t digits, int power) {
     if (power >= 0) return (double)((wide)digits * power_of_five[power]) * power_of_two(power);
-    /* The quotient has at least 63 bits. What division leaves only tells whether it lies above the
-     * middle of two doubles: that makes its last bit odd. */
+    /* The quotient has at least 63 bits. The remainder only tells whether the number lies above the
+     * middle of two doubles: if it is not 0, the quotient's last bit is made odd. */
     const int shift = 63 + __builtin_clzll(digits);
     const wide above = (wide)digits << shift, below = power_of_five[-power];
     const wide quotient = above / below;
@@ -71,7 +70,7 @@ static const char *read_digits(const char *at, const char *end, uint64_t *digits
     return at;
 }
 
-/* Whether there are at most 19 digits between the zeros that come first and the end. */
+/* Whether at most 19 digits lie between the leading zeros and the end. */
 static bool is_short(const char *text, const char *end) {
     if (end - text <= DIGITS) return true;
     while (text < end && (*text == '0' || *text == '.')) text++;
@@ -79,7 +78,7 @@ static bool is_short(const char *text, const char *end) {
 }
 
 static const char *read_exponent(const char *at, const char *end, int *power) {
-    enum { MOST = 100000 }; /* far beyond all that is read here */
+    enum { MOST = 100000 }; /* far beyond all numbers that are read here */
     const bool negative = at < end && *at == '-';
     if (at < end && (*at == '-' || *at == '+')) at++;
     if (!is_digit(at, end)) return NULL;
@@ -90,7 +89,7 @@ static const char *read_exponent(const char *at, const char *end, int *power) {
     return at;
 }
 
-/* All others as jansson reads them, by strtod. */
+/* Reads all other numbers as jansson does, by strtod. */
 static bool read_slowly(const char *text, size_t length, double *out) {
     json_t *number = json_loadb(text, length, JSON_DECODE_ANY | JSON_DECODE_INT_AS_REAL, NULL);
     if (number) *out = json_real_value(number);

@@ -1,9 +1,10 @@
-/* A mesh by itself: JSON, or the same arrays as plain numbers. */
+/* A mesh by itself: as JSON, or the same arrays as plain numbers. */
 #include <endian.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
+#include "base/bits.h"
 #include "base/json_memory.h"
 #include "scene/read.h"
 
@@ -81,7 +82,7 @@ static void check_finite(const plain *p, const char *key, const double *values, 
                          wrong - NAMED);
 }
 
-/* The array is as a long one of JSON is: the tree has its index among the packs. */
+/* An array is like a long one of JSON: the tree has its index among the packs. */
 static bool put_array(plain *p, const char *key, double *values, size_t count) {
     shd_packs *packs = &p->json->packs;
     json_t *index = json_integer((json_int_t)packs->count);
@@ -93,12 +94,7 @@ static bool put_floats(plain *p, const char *key, size_t offset) {
     const size_t count = 3 * p->vertices;
     double *values = shd_arena_alloc(p->arena, count, sizeof *values);
     if (!values) return false;
-    for (size_t i = 0; i < count; i++) {
-        const uint32_t bits = word_at(p, offset + 4 * i);
-        float number;
-        memcpy(&number, &bits, sizeof number);
-        values[i] = (double)number;
-    }
+    for (size_t i = 0; i < count; i++) values[i] = (double)shd_float_of(word_at(p, offset + 4 * i));
     check_finite(p, key, values, count, offset);
     return put_array(p, key, values, count);
 }
@@ -109,7 +105,7 @@ static bool put_indices(plain *p, size_t offset) {
     return values && put_array(p, "indices", values, p->indices);
 }
 
-/* What the reader of JSON would have made of it. */
+/* The tree that the reader of JSON would have made of it. */
 static bool read_plain(const void *data, size_t length, shd_arena *arena, shd_json *out,
                        shd_report *report) {
     shd_json json = {.packs = {.arrays = shd_arena_alloc(arena, 3, sizeof(shd_numbers))}};

@@ -7,6 +7,7 @@
 
 #include <string.h>
 
+#include "base/bits.h"
 #include "base/cpu.h"
 #include "sight/item.h"
 
@@ -123,11 +124,7 @@ static inline void shd_approach(shd_work *w, int i) {
  * steps: the same bits from any instruction set, and faster than its own square root and division
  * where vectors are wide. */
 static inline double shd_inverse_root(double x) {
-    uint64_t bits;
-    double y, half = 0.5 * x;
-    memcpy(&bits, &x, sizeof bits);
-    bits = 0x5fe6eb50c7b537a9u - (bits >> 1);
-    memcpy(&y, &bits, sizeof y);
+    double y = shd_double_of(0x5fe6eb50c7b537a9u - (shd_bits64_of(x) >> 1)), half = 0.5 * x;
     for (int step = 0; step < 3; step++) y = y * (1.5 - half * y * y);
     return y + y * (0.5 - half * y * y);
 }

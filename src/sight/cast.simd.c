@@ -335,13 +335,10 @@ static bool keep_first(double object, const double *restrict t, shd_stage *restr
 static double farthest(const double *restrict t) {
     int64_t most = 0;
     SHD_EACH_LANE(i) {
-        int64_t bits;
-        memcpy(&bits, &t[i], sizeof bits);
+        const int64_t bits = (int64_t)shd_bits64_of(t[i]);
         most = bits > most ? bits : most;
     }
-    double out;
-    memcpy(&out, &most, sizeof out);
-    return out;
+    return shd_double_of((uint64_t)most);
 }
 
 /* Objects between looks at the flag that cancels. */

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/bits.h"
 #include "base/clock.h"
 #include "bound/shown/picture.h"
 #include "render/show/output.h"
@@ -160,8 +161,7 @@ static double select_p99(const measuring *m, const float *values, int channels, 
         for (size_t i = 0; i < pixels; i++) {
             if (shd_is_cancelled_at(m->rendering->cancelled, i)) return 0;
             for (int c = 0; c < channels; c++) {
-                uint32_t bits;
-                memcpy(&bits, values + 4 * i + c, sizeof bits);
+                const uint32_t bits = shd_bits_of(values[4 * i + (size_t)c]);
                 if (pass == 0)
                     counts[bits >> 16]++;
                 else if (bits >> 16 == found)
@@ -172,9 +172,7 @@ static double select_p99(const measuring *m, const float *values, int channels, 
         while (counts[at] < rank) rank -= counts[at++];
         found = pass == 0 ? at : found << 16 | at;
     }
-    float value;
-    memcpy(&value, &found, sizeof value);
-    return (double)value;
+    return (double)shd_float_of(found);
 }
 
 static void add_up(const measuring *m, unsigned slots, size_t blocks, uint64_t *counts,
