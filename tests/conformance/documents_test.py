@@ -49,6 +49,16 @@ class Documents(unittest.TestCase):
                 ahead += [file for _, file in links(path) if file.suffix == ".md" and file.exists()]
         self.assertEqual(set(documents()) - reached, set())
 
+    def test_architecture_names_files_that_are_there(self):
+        text = (SOURCE / "ARCHITECTURE.md").read_text(encoding="utf-8")
+        names = set(re.findall(r"`([\w./*-]+\.(?:c|h|cpp|py|yaml|conf|ocio))`", text))
+        self.assertGreater(len(names), 90)
+        for name in sorted(names):
+            with self.subTest(file=name):
+                folder = "src/**/" if "/" not in name else ""
+                self.assertTrue(list(SOURCE.glob(folder + name))
+                                or list((SOURCE / "src").glob(name)))
+
     def test_readme_takes_a_minute(self):
         text = (SOURCE / "README.md").read_text(encoding="utf-8")
         words = re.sub(r"\]\([^)]*\)|<[^>]*>|^    .*$", "", text, flags=re.M).split()

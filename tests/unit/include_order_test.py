@@ -5,33 +5,20 @@ import re
 import unittest
 from pathlib import Path
 
-BELOW_BOUND = {"base", "scene", "plan"}
-BELOW_RENDER = {"base", "scene", "plan", "bound", "sight", "shade", "color", "image", "assets",
-                "shaded.h"}
+SOURCE = Path(os.environ["SHADED_SOURCE"])
 
-# What the files of a room, or of a room's folder, may include besides the headers beside them. A
-# file's path stands for that header alone. This is the table of ARCHITECTURE.md.
-ALLOWED = {
-    "base": set(),
-    "scene": {"base"},
-    "plan": {"base", "scene"},
-    "bound": BELOW_BOUND | {"bound/light", "bound/shown"},
-    "bound/light": BELOW_BOUND,
-    "bound/shown": BELOW_BOUND | {"bound/bound.h", "bound/light"},
-    "sight": {"base", "scene", "plan"},
-    "shade": {"base", "scene", "plan", "sight/gbuffer.h"},
-    "color": {"base"},
-    "image": {"base"},
-    "assets": {"base"},
-    "render": BELOW_RENDER | {"render/tiles", "render/show", "render/tell"},
-    "render/tiles": BELOW_RENDER | {"render/rendering.h", "render/stopwatch.h"},
-    "render/show": BELOW_RENDER | {"render/rendering.h", "render/tiles"},
-    "render/tell": BELOW_RENDER | {"render/request.h", "render/rendering.h", "render/engine.h",
-                                   "render/planning.h", "render/tiles", "render/show"},
-    "server": {"base", "shaded.h"},
-    "cli": {"base", "shaded.h"},
-    "": {"base"},  # src/shaded.h itself
-}
+
+def read_table():
+    """What the files of a room, or of a room's folder, may include besides the headers beside them,
+    as ARCHITECTURE.md has it. A file's path stands for that header alone; "" is shaded.h itself."""
+    text = (SOURCE / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    chapter = re.search(r"^### What may include what$(.*?)^##", text, re.M | re.S).group(1)
+    rows = re.findall(r"^\| `([^`]+)` \|((?: `[^`]+`)*) \|$", chapter, re.M)
+    return {"" if room == "shaded.h" else room.rstrip("/"):
+            {name.rstrip("/") for name in re.findall("`([^`]+)`", names)} for room, names in rows}
+
+
+ALLOWED = read_table()
 CPP_FILES = {"color/ocio.cpp", "image/oiio.cpp"}
 # Pages and other things that are no C.
 ROOMS_WITHOUT_CODE = {"studio"}
@@ -80,16 +67,48 @@ def violations(files):
     return found
 
 
+def read_sources():
+    source, files = SOURCE / "src", {}
+    for path in source.rglob("*"):
+        below = path.relative_to(source).as_posix()
+        if path.suffix in SUFFIXES and room_of(below) not in ROOMS_WITHOUT_CODE:
+            files[below] = path.read_text(encoding="utf-8")
+    return files
+
+
+def find_circle(files):
+    """Files that include each other by a way that comes back; [] if there are none."""
+    def included(path):
+        for _, target in INCLUDE.findall(files[path]):
+            yield from (name for name in (f"{Path(path).parent}/{target}", target) if name in files)
+
+    done = set()
+
+    def follow(path, way):
+        if path in way:
+            return way[way.index(path):]
+        if path in done:
+            return []
+        circle = next(filter(None, (follow(name, way + [path]) for name in included(path))), [])
+        done.add(path)
+        return circle
+
+    return next(filter(None, (follow(path, []) for path in sorted(files))), [])
+
+
 class IncludeOrder(unittest.TestCase):
     def test_sources_keep_the_order(self):
-        source = Path(os.environ["SHADED_SOURCE"]) / "src"
-        files = {}
-        for path in source.rglob("*"):
-            below = path.relative_to(source).as_posix()
-            if path.suffix in SUFFIXES and room_of(below) not in ROOMS_WITHOUT_CODE:
-                files[below] = path.read_text(encoding="utf-8")
+        files = read_sources()
         self.assertGreater(len(files), 20, "too few sources found: is the path right?")
         self.assertEqual(violations(files), [])
+
+    def test_table_names_what_is_there(self):
+        names = set().union(*ALLOWED.values(), ALLOWED) - {""}
+        self.assertGreater(len(names), 12)
+        self.assertEqual([name for name in sorted(names) if not (SOURCE / "src" / name).exists()], [])
+
+    def test_headers_include_each_other_in_no_circle(self):
+        self.assertEqual(find_circle(read_sources()), [])
 
     # The check itself: it must see what it is there for.
 
@@ -130,6 +149,11 @@ class IncludeOrder(unittest.TestCase):
     def test_cpp_stays_in_two_files(self):
         self.assertEqual(violations({"color/ocio.cpp": "", "image/oiio.cpp": ""}), [])
         self.assertEqual(len(violations({"sight/cast.cpp": ""})), 1)
+
+    def test_a_circle_is_found(self):
+        files = {"base/a.h": '#include "base/b.h"\n', "base/b.h": '#include "base/c.h"\n',
+                 "base/c.h": '#include "base/b.h"\n'}
+        self.assertEqual(find_circle(files), ["base/b.h", "base/c.h"])
 
     def test_unknown_rooms_are_refused(self):
         self.assertEqual(len(violations({"misc/util.c": ""})), 1)
