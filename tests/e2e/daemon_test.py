@@ -447,10 +447,8 @@ class StopTest(unittest.TestCase):
 
     def test_over_the_drain_time_requests_are_cancelled_and_answered(self):
         daemon = Daemon("--threads", "1", "--drain-time", "1", "--timeout", "300")
-        requests = [Background(daemon, ENDLESS)]
-        wait_until_busy(daemon)
-        requests.append(Background(daemon, another(ENDLESS)))
-        wait_until_busy(daemon, queued=1)
+        requests = [Background(daemon, ENDLESS), Background(daemon, another(ENDLESS))]
+        wait_until_read(daemon, 1)
         daemon.signal()
         self.assertEqual(daemon.wait(), 0, daemon.stderr())
         for request in requests:

@@ -147,10 +147,9 @@ class LeaveTest(unittest.TestCase):
 
     def test_waiting_requests_whose_client_has_gone_leave_the_queue(self):
         with new_daemon("--threads", "1", "--queue", "2", "--timeout", "300") as daemon:
-            running = Client(daemon, ENDLESS)
-            wait_until_busy(daemon)
+            running = occupied(daemon)
             waiting = [Client(daemon, another(ENDLESS, i)) for i in (1, 2)]
-            wait_until_busy(daemon, queued=2)
+            wait_until_read(daemon, 2)
             for client in waiting:
                 client.leave()
             wait_until(lambda: daemon.metrics()["shaded_queue_depth"] == 0)

@@ -45,7 +45,7 @@ class StuckTest(unittest.TestCase):
         self.assertEqual(self.stuck_workers(), 0)
         self.daemon.wait_for("worker-released")
         self.assertEqual(len(self.daemon.events("worker-stuck")), 1)
-        self.assertEqual(self.daemon.render(SMALL).status, 200)
+        wait_until(lambda: self.daemon.render(SMALL).status == 200)
         self.daemon.signal()
         self.assertEqual(self.daemon.wait(), 0)
 
