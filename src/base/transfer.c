@@ -19,3 +19,7 @@ double shd_curve_decode(shd_transfer transfer, double encoded) {
     if (transfer == SHD_TRANSFER_REC1886) out = pow(v, 2.4);
     return copysign(out, encoded);
 }
+
+double shd_lab_curve(double t) {
+    return t > SHD_LAB_STRAIGHT ? cbrt(t) : (24389.0 / 27 * t + 16) / 116;
+}

@@ -18,6 +18,11 @@ typedef enum shd_transfer {
 double shd_curve_encode(shd_transfer transfer, double linear);
 double shd_curve_decode(shd_transfer transfer, double encoded);
 
+/* CIELAB's curve of X, Y or Z divided by the white's (CIE 15:2004, 8.2.1.1): a cube root, and up to
+ * SHD_LAB_STRAIGHT a line of the slope SHD_LAB_SLOPE. */
+static const double SHD_LAB_STRAIGHT = 216.0 / 24389, SHD_LAB_SLOPE = 24389.0 / 27 / 116;
+double shd_lab_curve(double t);
+
 #ifdef __cplusplus
 }
 #endif

@@ -18,10 +18,22 @@ static bool is_in_budget(const shd_choice *choice) {
     return shd_bound_in(&choice->bound, accuracy->metric) <= accuracy->max_error;
 }
 
+/* The worst of all outputs. */
+static shd_bound bound_of(const shd_plan *plan, shd_tier tier, const shd_shown *shown,
+                          const shd_excess_list *list) {
+    shd_bound bound = {shd_bound_linear(list), 0, 0};
+    if (tier == SHD_EXACT && list->more == 0) return bound; /* it is the picture in question */
+    if (!shown || !plan->scene->output_count) bound.code = bound.delta_e = INFINITY;
+    for (size_t i = 0; shown && i < plan->scene->output_count; i++) {
+        bound.code = fmax(bound.code, shd_bound_code(list, &shown[i]));
+        bound.delta_e = fmax(bound.delta_e, shd_bound_delta_e(list, &shown[i], 0));
+    }
+    return bound;
+}
+
 static void set_bound(shd_choice *choice, const shd_shown *shown, shd_excess_list *list) {
-    const size_t outputs = shown ? choice->plan->scene->output_count : 0;
     shd_excess_leave_out(list, choice->drop_tolerance + choice->dropped, choice->drop_relative);
-    choice->bound = shd_bound_of(list, shown, outputs, choice->tier);
+    choice->bound = bound_of(choice->plan, choice->tier, shown, list);
 }
 
 /* False: memory. */

@@ -22,18 +22,14 @@ bool shd_lab_space_make(shd_transfer transfer, const double primaries[8], shd_la
     return true;
 }
 
-/* The cube root, and below 1 % of white a line that meets it smoothly. */
-static double lab_curve(double t) {
-    return t > 216.0 / 24389 ? cbrt(t) : (24389.0 / 27 * t + 16) / 116;
-}
-
 void shd_lab_of(const shd_lab_space *space, const float rgb[3], double lab[3]) {
     double linear[3], f[3];
     for (int i = 0; i < 3; i++)
         linear[i] = shd_curve_decode(space->transfer, shd_hold((double)rgb[i], 1));
     for (int row = 0; row < 3; row++)
-        f[row] = lab_curve(space->to_xyz[row][0] * linear[0] + space->to_xyz[row][1] * linear[1] +
-                           space->to_xyz[row][2] * linear[2]);
+        f[row] =
+            shd_lab_curve(space->to_xyz[row][0] * linear[0] + space->to_xyz[row][1] * linear[1] +
+                          space->to_xyz[row][2] * linear[2]);
     lab[0] = 116 * f[1] - 16;
     lab[1] = 500 * (f[0] - f[1]);
     lab[2] = 200 * (f[1] - f[2]);

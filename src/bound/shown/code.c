@@ -114,15 +114,3 @@ double shd_bound_code(const shd_excess_list *list, const shd_shown *shown) {
     if (!(worst * codes < 255)) return 255;
     return worst > 0 ? floor(codes * worst) + 1 : 0;
 }
-
-shd_bound shd_bound_of(const shd_excess_list *list, const shd_shown *shown, size_t count,
-                       shd_tier tier) {
-    shd_bound bound = {shd_bound_linear(list), 0, 0};
-    if (tier == SHD_EXACT && list->more == 0) return bound; /* it is the picture in question */
-    if (!count) bound.code = bound.delta_e = INFINITY;
-    for (size_t i = 0; i < count; i++) {
-        bound.code = fmax(bound.code, shd_bound_code(list, &shown[i]));
-        bound.delta_e = fmax(bound.delta_e, shd_bound_delta_e(list, &shown[i], 0));
-    }
-    return bound;
-}

@@ -25,7 +25,7 @@ typedef struct screen {
     double step, limit; /* of Y, from one to the next; a bound beyond this may be any such one */
     double noise;       /* relative: of f32 on the way to a channel */
     bool same;          /* rgb is the working space: equal channels stay so to the bit */
-    shd_range of_y_held[3]; /* X / Y, 1, Z / Y of all colors that it has */
+    shd_interval of_y_held[3]; /* X / Y, 1, Z / Y of all colors that it has */
 } screen;
 
 /* What the colors of an excess are there: linear light of its channels, and X, Y, Z. */
@@ -34,13 +34,13 @@ typedef struct colors {
     const shd_excess *excess;
     bool coherent; /* no channel is held at 0: errors keep their directions */
     double held;   /* from this Y on a channel may be held at 1 */
-    shd_range y;
-    shd_range channel[3], value[3]; /* of each color: held in [0, 1], and X, Y, Z of those */
-    shd_range of_y[3];              /* X / Y, 1, Z / Y of colors that are not held; the same of */
-    shd_range gain_of_y[3];         /* what they have above the floor; X, Y, Z of that, */
-    double floor[3], main[3];       /* and of the main direction of errors */
-    double least[3][3];             /* of channel [r] beside channel [k], at most 1 */
-    double channel_of_y[3];         /* largest channel / Y, */
+    shd_interval y;
+    shd_interval channel[3], value[3]; /* of each color: held in [0, 1], and X, Y, Z of those */
+    shd_interval of_y[3];      /* X / Y, 1, Z / Y of colors that are not held; the same of */
+    shd_interval gain_of_y[3]; /* what they have above the floor; X, Y, Z of that, */
+    double floor[3], main[3];  /* and of the main direction of errors */
+    double least[3][3];        /* of channel [r] beside channel [k], at most 1 */
+    double channel_of_y[3];    /* largest channel / Y, */
     /* r / Y, .. and (r + g + b) / Y in the working space, of all and of what is above the floor */
     double part_of_y[3], sum_of_y, gain_part_of_y[3], gain_sum_of_y;
     double terms[SHD_MOST_TERMS][3], terms_floor; /* X, Y, Z of each; the least Y of all together */
@@ -61,7 +61,7 @@ static bool find_end(const colors *s, const shd_parts *parts, int corner, double
 /* Of the colors' chromaticities. */
 static void look_at_parts(const shd_parts *parts, colors *s) {
     for (int r = 0; r < 3; r++) {
-        s->of_y[r] = SHD_NO_RANGE;
+        s->of_y[r] = SHD_NO_INTERVAL;
         for (int k = 0; k < 3; k++) s->least[r][k] = s->screen->list->nonnegative ? 1 : 0;
     }
     for (int corner = 0; corner < 8; corner++) {
@@ -91,7 +91,7 @@ static void look_at_parts(const shd_parts *parts, colors *s) {
 /* The ratios of a part of the colors. */
 static void look_at_gain(const shd_excess *e, colors *s) {
     for (int r = 0; r < 3; r++) {
-        s->gain_of_y[r] = SHD_NO_RANGE;
+        s->gain_of_y[r] = SHD_NO_INTERVAL;
         s->floor[r] = s->main[r] = 0;
         for (int c = 0; c < 3; c++) {
             s->floor[r] += s->screen->xyz[r][c] * e->floor[c];
@@ -135,10 +135,10 @@ static double sum_at(const colors *s, double y) {
 }
 
 /* X / Y or Z / Y at Y, by what is above the floor. */
-static shd_range ratio_at(const colors *s, int r, double y) {
+static shd_interval ratio_at(const colors *s, int r, double y) {
     const double above = shd_larger(y - s->floor[1], 0), of_y = 1 / y;
-    return (shd_range){(s->floor[r] + s->gain_of_y[r].low * above) * of_y,
-                       (s->floor[r] + s->gain_of_y[r].high * above) * of_y};
+    return (shd_interval){(s->floor[r] + s->gain_of_y[r].low * above) * of_y,
+                          (s->floor[r] + s->gain_of_y[r].high * above) * of_y};
 }
 
 static const shd_much *much_of(const colors *s) {
@@ -170,7 +170,7 @@ static screen screen_of(const shd_excess_list *list, const shd_shown *shown, dou
     memcpy(s.rgb, shown->screen, sizeof s.rgb);
     memcpy(s.to_xyz, shown->to_xyz, sizeof s.to_xyz);
     for (int r = 0; r < 3; r++) {
-        s.of_y_held[r] = SHD_NO_RANGE;
+        s.of_y_held[r] = SHD_NO_INTERVAL;
         for (int c = 0; c < 3; c++) {
             s.same &= r == c ? s.rgb[r][c] == s.rgb[0][0] : s.rgb[r][c] == 0;
             for (int k = 0; k < 3; k++) s.xyz[r][c] += s.to_xyz[r][k] * s.rgb[k][c];
@@ -185,7 +185,7 @@ static screen screen_of(const shd_excess_list *list, const shd_shown *shown, dou
 }
 
 /* The Y of the colors. */
-static shd_range lightness_of(const colors *s) {
+static shd_interval lightness_of(const colors *s) {
     const shd_excess_list *list = s->screen->list;
     double low = 0;
     for (int c = 0; c < 3; c++)
@@ -193,7 +193,7 @@ static shd_range lightness_of(const colors *s) {
     /* What is held at 0 adds to Y. Darker ones cover a part of their pixel: see SHD_MIXTURE. */
     low = list->nonnegative ? shd_larger(s->value[1].low, shd_smaller(shd_smaller(low, 1), s->held))
                             : 0;
-    return (shd_range){low > DARKEST ? low : 0, s->value[1].high};
+    return (shd_interval){low > DARKEST ? low : 0, s->value[1].high};
 }
 
 static void find_colors(const screen *on, const shd_excess *e, colors *s) {
@@ -201,7 +201,7 @@ static void find_colors(const screen *on, const shd_excess *e, colors *s) {
     *s = (colors){.screen = on, .excess = e, .coherent = list->nonnegative, .held = INFINITY};
     bool held = false;
     for (int r = 0; r < 3; r++) {
-        shd_range at = {0, 0};
+        shd_interval at = {0, 0};
         for (int c = 0; c < 3; c++) {
             const double m = on->rgb[r][c], high = e->most[c] + on->error;
             const double low = list->nonnegative && !list->mixed ? e->floor[c] - on->error
@@ -212,8 +212,8 @@ static void find_colors(const screen *on, const shd_excess *e, colors *s) {
         }
         if (list->mixed) at.high = INFINITY;
         held |= !(at.high <= 1);
-        s->channel[r] = (shd_range){shd_smaller(shd_larger(at.low, 0), 1),
-                                    shd_smaller(shd_larger(at.high, 0), 1)};
+        s->channel[r] = (shd_interval){shd_smaller(shd_larger(at.low, 0), 1),
+                                       shd_smaller(shd_larger(at.high, 0), 1)};
     }
     for (int r = 0; r < 3; r++)
         for (int k = 0; k < 3; k++) {
@@ -308,9 +308,9 @@ static double channel_move(const colors *s, int r, double light, double y, doubl
 
 /* The largest difference of colors whose Y is in the range and whose channels in `at_1` are held at
  * 1, while each other one goes its own way. */
-static double held_bound(const colors *s, shd_range y, int at_1, double enough) {
+static double held_bound(const colors *s, shd_interval y, int at_1, double enough) {
     const screen *on = s->screen;
-    shd_range channel[3];
+    shd_interval channel[3];
     double least = 0, most = 0;
     for (int r = 0; r < 3; r++) {
         channel[r] = s->channel[r];
@@ -325,7 +325,7 @@ static double held_bound(const colors *s, shd_range y, int at_1, double enough) 
     double move[3] = {0, 0, 0}, alone[3], share[3];
     for (int r = 0; r < 3; r++) {
         const double own = on->to_xyz[1][r];
-        const shd_range given = channel[r];
+        const shd_interval given = channel[r];
         alone[r] = share[r] = 0;
         if (at_1 >> r & 1) continue;
         channel[r].high = shd_smaller(given.high, (y.high - least) / own + given.low);
@@ -334,16 +334,16 @@ static double held_bound(const colors *s, shd_range y, int at_1, double enough) 
                                 at_1 ? (double)INFINITY : y.high + on->error_y, &share[r]);
         for (int k = 0; k < 3; k++) move[k] += on->to_xyz[k][r] * (alone[r] + share[r]);
     }
-    shd_range of_y[3];
+    shd_interval of_y[3];
     const double of_high = 1 / y.high, of_low = 1 / shd_larger(y.low, 1e-9);
     for (int k = 0; k < 3; k++) {
-        shd_range value = {0, 0};
+        shd_interval value = {0, 0};
         for (int r = 0; r < 3; r++) {
             value.low += on->to_xyz[k][r] * channel[r].low;
             value.high += on->to_xyz[k][r] * channel[r].high;
         }
-        of_y[k] = (shd_range){shd_larger(on->of_y_held[k].low, value.low * of_high),
-                              shd_smaller(on->of_y_held[k].high, value.high * of_low)};
+        of_y[k] = (shd_interval){shd_larger(on->of_y_held[k].low, value.low * of_high),
+                                 shd_smaller(on->of_y_held[k].high, value.high * of_low)};
     }
     const shd_lab_curves f = shd_lab_curves_of(of_y, y, move);
     shd_lab_difference d = {.l = 0};
@@ -355,13 +355,14 @@ static double held_bound(const colors *s, shd_range y, int at_1, double enough) 
 
 /* Adds what the errors of lights and highlights make, along their main direction and beside it. */
 static void add_lights(shd_lab_difference *d, const colors *s, const moves *m,
-                       const shd_range slope[3]) {
+                       const shd_interval slope[3]) {
     shd_lab_add(d, slope, m->main, s->main);
     for (int c = 0; c < 3; c++) shd_lab_add(d, slope, m->rest[c], s->screen->columns[c]);
 }
 
 /* The same term by term, of colors whose Y is at most `y`. */
-static void add_terms(shd_lab_difference *d, const colors *s, const shd_range slope[3], double y) {
+static void add_terms(shd_lab_difference *d, const colors *s, const shd_interval slope[3],
+                      double y) {
     const shd_excess *e = s->excess;
     const shd_much *much = much_of(s);
     size_t lobe = 0;
@@ -379,10 +380,10 @@ static void add_terms(shd_lab_difference *d, const colors *s, const shd_range sl
 }
 
 /* The same of colors of which no channel is held. */
-static double free_bound(const colors *s, shd_range y, double enough) {
+static double free_bound(const colors *s, shd_interval y, double enough) {
     const screen *on = s->screen;
     const moves m = free_moves(s, y.high + on->error_y);
-    shd_range of_y[3];
+    shd_interval of_y[3];
     double move[3];
     const double of_high = 1 / y.high, of_low = 1 / shd_larger(y.low, 1e-9);
     for (int r = 0; r < 3; r++) {
@@ -393,17 +394,17 @@ static double free_bound(const colors *s, shd_range y, double enough) {
             move[r] += on->to_xyz[r][c] * m.channel[c];
         }
         of_y[r] = s->of_y[r];
-        shd_range value = {s->value[r].low * of_high, s->value[r].high * of_low};
+        shd_interval value = {s->value[r].low * of_high, s->value[r].high * of_low};
         if (!on->list->mixed && y.low > s->floor[1] * 0.5 && y.low > 0) {
             /* Between the step's ends the ratio goes one way. */
-            const shd_range a = ratio_at(s, r, shd_larger(y.low, s->floor[1])),
-                            b = ratio_at(s, r, y.high);
+            const shd_interval a = ratio_at(s, r, shd_larger(y.low, s->floor[1])),
+                               b = ratio_at(s, r, y.high);
             value.low = shd_larger(value.low, shd_smaller(a.low, b.low));
             value.high = shd_smaller(value.high, shd_larger(a.high, b.high));
         }
         if (r != 1 && value.low <= of_y[r].high && value.high >= of_y[r].low)
-            of_y[r] = (shd_range){shd_larger(of_y[r].low, value.low),
-                                  shd_smaller(of_y[r].high, value.high)};
+            of_y[r] = (shd_interval){shd_larger(of_y[r].low, value.low),
+                                     shd_smaller(of_y[r].high, value.high)};
     }
     const shd_lab_curves f = shd_lab_curves_of(of_y, y, move);
     shd_lab_difference d = {.l = 0};
@@ -427,7 +428,7 @@ static double free_bound(const colors *s, shd_range y, double enough) {
 
 /* The largest difference of colors whose Y is in the range. What is no more than `enough` may be
  * estimated. */
-static double step_bound(const colors *s, shd_range y, double enough) {
+static double step_bound(const colors *s, shd_interval y, double enough) {
     double worst = s->coherent ? free_bound(s, y, enough) : held_bound(s, y, 0, enough);
     for (int at_1 = 1; at_1 < 7 && y.high >= s->held; at_1++)
         worst = shd_larger(worst, held_bound(s, y, at_1, enough));
@@ -436,9 +437,9 @@ static double step_bound(const colors *s, shd_range y, double enough) {
 
 /* The same of a range whose bound is known, in steps; or `enough` where it is less. Ranges are
  * parted only where they exceed that, and the worst part goes first. */
-static double range_bound(const colors *s, shd_range y, double bound, double enough) {
+static double range_bound(const colors *s, shd_interval y, double bound, double enough) {
     enum { MOST_PARTS = 8 };
-    shd_range part[MOST_PARTS];
+    shd_interval part[MOST_PARTS];
     double parts[MOST_PARTS];
     const double low = shd_larger(y.low, DARKEST);
     if (bound <= enough || y.high <= s->screen->step * low) return shd_larger(bound, enough);

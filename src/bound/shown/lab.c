@@ -1,38 +1,33 @@
 #include "bound/shown/lab.h"
 
 #include <math.h>
-#include <stdint.h>
-#include <string.h>
+
+#include "base/bits.h"
+#include "base/transfer.h"
 
 /* t^(-1/3) of a normal number, to 1e-9: Newton's steps from an estimate by the exponent. */
-static double inverse_root(double t) {
+static double inverse_cube_root(double t) {
     if (!(t < 1e300)) return 0;
-    uint64_t bits;
-    memcpy(&bits, &t, sizeof bits);
-    bits = 0x553EF0FF289DD796u - bits / 3;
-    double root;
-    memcpy(&root, &bits, sizeof root);
+    double root = shd_double_of(0x553EF0FF289DD796u - shd_bits64_of(t) / 3);
     for (int i = 0; i < 3; i++) root *= (4 - t * root * root * root) * (1.0 / 3);
     return root;
 }
 
-static const double LAB_STRAIGHT = 216.0 / 24389, LAB_SLOPE = 24389.0 / 27 / 116;
-
 /* f and its slope. */
 static double lab_curve(double t, double *slope) {
-    if (!(t > LAB_STRAIGHT)) {
-        *slope = LAB_SLOPE;
-        return LAB_SLOPE * t + 16.0 / 116;
+    if (!(t > SHD_LAB_STRAIGHT)) {
+        *slope = SHD_LAB_SLOPE;
+        return shd_lab_curve(t);
     }
-    const double root = inverse_root(t), squared = root * root;
+    const double root = inverse_cube_root(t), squared = root * root;
     *slope = squared / 3;
     return t * squared;
 }
 
-shd_lab_curves shd_lab_curves_of(const shd_range of_y[3], shd_range y, const double move[3]) {
+shd_lab_curves shd_lab_curves_of(const shd_interval of_y[3], shd_interval y, const double move[3]) {
     shd_lab_curves f;
     bool curved = true;
-    for (int r = 0; r < 3; r++) curved &= y.low * of_y[r].low - move[r] > LAB_STRAIGHT;
+    for (int r = 0; r < 3; r++) curved &= y.low * of_y[r].low - move[r] > SHD_LAB_STRAIGHT;
     const double high = curved ? y.low : y.high;
     /* Not less than the cube root of the highest Y over the lowest. */
     const double rise = curved ? 1 + (y.high / y.low - 1) / 3 : 1;
@@ -49,14 +44,14 @@ static double lightness_weight(double l) {
 }
 
 /* The least SL of colors the f of whose Y is in the range. */
-static double least_lightness_weight(shd_range f) {
+static double least_lightness_weight(shd_interval f) {
     const double low = 116 * f.low - 16, high = 116 * f.high - 16;
     if (low <= 50 && high >= 50) return 1;
     return lightness_weight(low > 50 ? low : high);
 }
 
 /* |p - q| at most, where p is x times a slope of its range and q likewise. */
-static double largest_apart(shd_range slope, double x, shd_range other, double y) {
+static double largest_apart(shd_interval slope, double x, shd_interval other, double y) {
     if (x < 0 || y < 0)
         return x <= 0 && y <= 0 ? largest_apart(slope, -x, other, -y)
                                 : slope.high * fabs(x) + other.high * fabs(y);
@@ -64,7 +59,7 @@ static double largest_apart(shd_range slope, double x, shd_range other, double y
 }
 
 /* Linear in the slopes, whose ends have the extremes. */
-void shd_lab_add(shd_lab_difference *d, const shd_range slope[3], double much,
+void shd_lab_add(shd_lab_difference *d, const shd_interval slope[3], double much,
                  const double xyz[3]) {
     if (!(much > 0)) return;
     d->l += much * slope[1].high * fabs(xyz[1]) * 116;
@@ -73,7 +68,7 @@ void shd_lab_add(shd_lab_difference *d, const shd_range slope[3], double much,
 }
 
 /* How a* is stretched at most: less where there is much chroma. */
-static double stretch_of(const shd_range f[3], double moved) {
+static double stretch_of(const shd_interval f[3], double moved) {
     const double a = 500 * shd_larger(shd_larger(f[0].low - f[1].high, f[1].low - f[0].high), 0),
                  b = 200 * shd_larger(shd_larger(f[1].low - f[2].high, f[2].low - f[1].high), 0);
     const double chroma = shd_larger(sqrt(a * a + b * b) - moved, 0);
@@ -87,7 +82,7 @@ static double stretch_of(const shd_range f[3], double moved) {
  */
 static const double FORMULA = 1e-12;
 
-double shd_lab_length(const shd_lab_difference *d, const shd_range f[3], double enough) {
+double shd_lab_length(const shd_lab_difference *d, const shd_interval f[3], double enough) {
     const double l = d->l, b = d->b;
     double a = 1.5 * d->a, length = sqrt(l * l + a * a + b * b);
     if (length <= enough) return length;
@@ -100,14 +95,14 @@ double shd_lab_length(const shd_lab_difference *d, const shd_range f[3], double 
  * the straight part it rises, and above with t (t - move)^(-2/3), which does from 3 moves on. */
 static double largest_product(double most, double move) {
     double slope;
-    const double straight = LAB_SLOPE * shd_smaller(most, 3 * move + LAB_STRAIGHT);
+    const double straight = SHD_LAB_SLOPE * shd_smaller(most, 3 * move + SHD_LAB_STRAIGHT);
     lab_curve(most - move, &slope);
     return shd_larger(straight, slope * most);
 }
 
 void shd_lab_add_shares(shd_lab_difference *d, const double share[3], const double columns[3][3],
-                        double part, const shd_range slope[3], const shd_range of_y[3], double y,
-                        const double move[3]) {
+                        double part, const shd_interval slope[3], const shd_interval of_y[3],
+                        double y, const double move[3]) {
     shd_lab_difference sum = {.l = 0};
     double most[3];
     bool positive = true;

@@ -10,26 +10,26 @@
 
 #include "plan/parts.h"
 
-typedef struct shd_range {
+typedef struct shd_interval {
     double low, high;
-} shd_range;
+} shd_interval;
 
-static const shd_range SHD_NO_RANGE = {INFINITY, -INFINITY};
+static const shd_interval SHD_NO_INTERVAL = {INFINITY, -INFINITY};
 
-static inline void shd_widen(shd_range *r, double value) {
+static inline void shd_widen(shd_interval *r, double value) {
     r->low = shd_smaller(r->low, value);
     r->high = shd_larger(r->high, value);
 }
 
 /* f of the X, Y and Z of some colors, and its slopes between colors that are a move apart. */
 typedef struct shd_lab_curves {
-    shd_range value[3], slope[3];
+    shd_interval value[3], slope[3];
 } shd_lab_curves;
 
 /* Of colors whose Y is in a range and whose ratios to Y are in theirs. Above the curve's straight
  * part all three slopes fall with the same power of Y, so that differences of their products with
  * any moves are largest at the lowest Y. */
-shd_lab_curves shd_lab_curves_of(const shd_range of_y[3], shd_range y, const double move[3]);
+shd_lab_curves shd_lab_curves_of(const shd_interval of_y[3], shd_interval y, const double move[3]);
 
 /* A difference in L, a and b, each at most. */
 typedef struct shd_lab_difference {
@@ -37,17 +37,18 @@ typedef struct shd_lab_difference {
 } shd_lab_difference;
 
 /* Adds what `much` of a move of X, Y and Z makes. */
-void shd_lab_add(shd_lab_difference *d, const shd_range slope[3], double much, const double xyz[3]);
+void shd_lab_add(shd_lab_difference *d, const shd_interval slope[3], double much,
+                 const double xyz[3]);
 
 /* Adds errors of channels, of X, Y and Z in `columns`, that are in proportion to them: at most
  * `part`. Each goes its own way, but X, Y and Z err by no larger parts. `move` apart, they are in
  * their ranges times at most `y`. */
 void shd_lab_add_shares(shd_lab_difference *d, const double share[3], const double columns[3][3],
-                        double part, const shd_range slope[3], const shd_range of_y[3], double y,
-                        const double move[3]);
+                        double part, const shd_interval slope[3], const shd_interval of_y[3],
+                        double y, const double move[3]);
 
 /* The CIEDE2000 difference of colors whose f are in the ranges; or that of a simpler estimate, if
  * this is no more than `enough`. */
-double shd_lab_length(const shd_lab_difference *d, const shd_range f[3], double enough);
+double shd_lab_length(const shd_lab_difference *d, const shd_interval f[3], double enough);
 
 #endif

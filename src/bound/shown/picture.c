@@ -237,7 +237,7 @@ static shown_pixel show_pixel(const shd_picture_errors *e, const double rgb[3],
 
 /* Of a pixel of which some channel may be held. */
 static void add_channels(shd_lab_difference *d, const shd_picture_errors *e, const shown_pixel *p,
-                         const shd_range slope[3]) {
+                         const shd_interval slope[3]) {
     for (int r = 0; r < 3; r++) {
         const bool still = p->light[r] - p->error[r] >= 1 || p->light[r] + p->error[r] <= 0;
         if (!still) shd_lab_add(d, slope, p->error[r], e->channels[r]);
@@ -246,7 +246,7 @@ static void add_channels(shd_lab_difference *d, const shd_picture_errors *e, con
 
 /* Of one of which none is: each term errs along its color. */
 static void add_terms(shd_lab_difference *d, const shd_picture_errors *e, const amounts *a,
-                      const shd_range slope[3]) {
+                      const shd_interval slope[3]) {
     sums l = {.all_absolute = 0}, x = l, y = l;
     for (size_t t = 0; t < e->count; t++) {
         const term *at = &e->terms[t];
@@ -275,12 +275,12 @@ double shd_picture_delta_e(const shd_picture_errors *e, const double rgb[3]) {
             move[r] += fabs(e->to_xyz[r][k]) * p.error[k];
         }
     const double y = value[1];
-    shd_range of_y[3];
+    shd_interval of_y[3];
     for (int r = 0; r < 3; r++) {
         const double ratio = y > 1e-30 ? value[r] / y : 1;
-        of_y[r] = (shd_range){ratio, ratio};
+        of_y[r] = (shd_interval){ratio, ratio};
     }
-    const shd_lab_curves f = shd_lab_curves_of(of_y, (shd_range){y, y}, move);
+    const shd_lab_curves f = shd_lab_curves_of(of_y, (shd_interval){y, y}, move);
 
     shd_lab_difference d = {0, 0, 0};
     if (e->grey) {

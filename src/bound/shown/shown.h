@@ -24,8 +24,4 @@ double shd_bound_code(const shd_excess_list *list, const shd_shown *shown);
 /* What is no more than `enough` may be told as that, and then what is more as any value that is. */
 double shd_bound_delta_e(const shd_excess_list *list, const shd_shown *shown, double enough);
 
-/* The worst of all outputs; `count` 0: only `linear` is known. */
-shd_bound shd_bound_of(const shd_excess_list *list, const shd_shown *shown, size_t count,
-                       shd_tier tier);
-
 #endif
