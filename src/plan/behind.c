@@ -26,14 +26,14 @@ static void add_face(shd_back *back, shd_vec3 normal, double offset) {
 }
 
 /* How far the eye is in front of a plane; the size that tells whether that is much. */
-static double before(const place *eye, shd_vec3 normal, double offset, double *size) {
+static double height_before(const place *eye, shd_vec3 normal, double offset, double *size) {
     *size = shd_length(eye->at) + fabs(offset) * eye->weight;
     return shd_dot(normal, eye->at) - offset * eye->weight;
 }
 
 /* A face of a solid, where the eye may see it. Returns whether the eye is clearly in front. */
 static bool see_face(shd_back *back, const place *eye, shd_vec3 normal, double offset) {
-    double size, height = before(eye, normal, offset, &size);
+    double size, height = height_before(eye, normal, offset, &size);
     if (height > -1e-9 * size) add_face(back, normal, offset);
     return height > 1e-6 * size;
 }
@@ -63,7 +63,7 @@ static bool see_arc(shd_back *back, const place *eye, bool flat_circle, double r
 /* A surface without inside: its normal is turned to the eye, wherever that is. */
 static bool see_sheet(shd_back *back, const place *eye, bool front_only) {
     shd_vec3 up = {0, 1, 0};
-    double size, height = before(eye, up, 0, &size);
+    double size, height = height_before(eye, up, 0, &size);
     bool turned = !front_only && height < 0;
     add_face(back, turned ? shd_scale(up, -1) : up, 0);
     return front_only || fabs(height) > 1e-6 * size;
@@ -74,6 +74,45 @@ static bool begins_outside(const shd_camera *camera, const shd_plan_object *boun
     if (camera->projection == SHD_PERSPECTIVE) return true;
     double depth = shd_dot(shd_sub(camera->position, bounds->center), camera->back);
     return depth > bounds->radius * (1 + 1e-9);
+}
+
+/* The parts of a shape that the eye may see. Returns whether the eye is clearly outside. */
+static bool see_shape(shd_back *back, const place *eye, const shd_object *object, bool front_only) {
+    const double r = object->radius, h = object->height / 2;
+    bool outside = false;
+    switch (object->shape) {
+    case SHD_PLANE:
+    case SHD_DISC:
+        outside = see_sheet(back, eye, front_only);
+        break;
+    case SHD_SPHERE:
+        outside = see_arc(back, eye, false, 1, 0, r);
+        break;
+    case SHD_BOX:
+        for (int f = 0; f < 6; f++) {
+            double sign = f % 2 ? -1 : 1,
+                   half[3] = {object->size.x, object->size.y, object->size.z};
+            shd_vec3 n = {f / 2 == 0 ? sign : 0, f / 2 == 1 ? sign : 0, f / 2 == 2 ? sign : 0};
+            outside |= see_face(back, eye, n, half[f / 2] / 2);
+        }
+        break;
+    case SHD_CYLINDER:
+        outside |= see_face(back, eye, (shd_vec3){0, 1, 0}, h);
+        outside |= see_face(back, eye, (shd_vec3){0, -1, 0}, h);
+        outside |= see_arc(back, eye, true, 1, 0, r);
+        break;
+    case SHD_CONE: {
+        double slant = hypot(r, 2 * h), radial = 2 * h / slant, axial = r / slant;
+        outside |= see_face(back, eye, (shd_vec3){0, -1, 0}, h);
+        outside |= see_arc(back, eye, true, radial, axial, axial * h);
+        break;
+    }
+    case SHD_TORUS: /* not convex */
+    case SHD_MESH:  /* normals are what its author wants */
+    case SHD_SHAPE_COUNT:
+        break;
+    }
+    return outside;
 }
 
 shd_back shd_back_of(const shd_scene *scene, const shd_object *object,
@@ -88,46 +127,13 @@ shd_back shd_back_of(const shd_scene *scene, const shd_object *object,
     back.radius = bounds->radius;
     const place eye = eye_of(scene, &back);
     const bool front_only = scene->materials[object->material].front_only;
-    const double r = object->radius, h = object->height / 2;
-    bool outside = false;
-    switch (object->shape) {
-    case SHD_PLANE: /* rays may begin on either side of it */
+    if (object->shape == SHD_PLANE) { /* rays may begin on either side of it */
         if (scene->camera.projection == SHD_ORTHOGRAPHIC && !front_only) return back;
         back.center = scene->camera.position;
         back.radius = shd_length(shd_sub(scene->camera.position, back.origin));
-        back.known = see_sheet(&back, &eye, front_only);
-        return back;
-    case SHD_DISC:
-        outside = see_sheet(&back, &eye, front_only);
-        break;
-    case SHD_SPHERE:
-        outside = see_arc(&back, &eye, false, 1, 0, r);
-        break;
-    case SHD_BOX:
-        for (int f = 0; f < 6; f++) {
-            double sign = f % 2 ? -1 : 1,
-                   half[3] = {object->size.x, object->size.y, object->size.z};
-            shd_vec3 n = {f / 2 == 0 ? sign : 0, f / 2 == 1 ? sign : 0, f / 2 == 2 ? sign : 0};
-            outside |= see_face(&back, &eye, n, half[f / 2] / 2);
-        }
-        break;
-    case SHD_CYLINDER:
-        outside |= see_face(&back, &eye, (shd_vec3){0, 1, 0}, h);
-        outside |= see_face(&back, &eye, (shd_vec3){0, -1, 0}, h);
-        outside |= see_arc(&back, &eye, true, 1, 0, r);
-        break;
-    case SHD_CONE: {
-        double slant = hypot(r, 2 * h), radial = 2 * h / slant, axial = r / slant;
-        outside |= see_face(&back, &eye, (shd_vec3){0, -1, 0}, h);
-        outside |= see_arc(&back, &eye, true, radial, axial, axial * h);
-        break;
     }
-    case SHD_TORUS: /* not convex */
-    case SHD_MESH:  /* normals are what its author wants */
-    case SHD_SHAPE_COUNT:
-        break;
-    }
-    back.known = outside && begins_outside(&scene->camera, bounds);
+    const bool outside = see_shape(&back, &eye, object, front_only);
+    back.known = outside && (object->shape == SHD_PLANE || begins_outside(&scene->camera, bounds));
     return back;
 }
 

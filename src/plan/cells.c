@@ -17,7 +17,7 @@ static shd_vec3 vertex_of(const double *values, uint32_t index) {
     return (shd_vec3){p[0], p[1], p[2]};
 }
 
-static void widen(shd_cell *to, shd_vec3 p) {
+static void widen_box(shd_cell *to, shd_vec3 p) {
     to->low = (shd_vec3){shd_smaller(to->low.x, p.x), shd_smaller(to->low.y, p.y),
                          shd_smaller(to->low.z, p.z)};
     to->high = (shd_vec3){shd_larger(to->high.x, p.x), shd_larger(to->high.y, p.y),
@@ -83,7 +83,7 @@ static void find_cells(const view *v, const shd_mesh *mesh, const atomic_bool *c
                                       side +
                                   step_of(sum.x, low.x, high.x, side)];
             const int count = normals_of(v, mesh, corner, n);
-            for (int c = 0; pass == 0 && c < 3; c++) widen(to, p[c]);
+            for (int c = 0; pass == 0 && c < 3; c++) widen_box(to, p[c]);
             if (pass == 0 && !v->own) add_sides(v, p, to->sides);
             for (int c = 0; c < count; c++) {
                 if (pass == 0)

@@ -14,7 +14,7 @@ shd_place shd_place_of(const shd_object *object, const shd_plan_object *bounds) 
 
 /* The larger of two signed distances from convex parts: that of what they have in common, or less
  * where both are positive. */
-static double within(double a, double b) {
+static double larger_distance(double a, double b) {
     return a > b ? a : b;
 }
 
@@ -31,22 +31,24 @@ static double signed_distance(const shd_place *place, shd_vec3 p) {
     case SHD_DISC:
         return hypot(fmax(out - r, 0), p.y);
     case SHD_BOX:
-        return within(within(fabs(p.x) - place->high.x, fabs(p.y) - place->high.y),
-                      fabs(p.z) - place->high.z);
+        return larger_distance(
+            larger_distance(fabs(p.x) - place->high.x, fabs(p.y) - place->high.y),
+            fabs(p.z) - place->high.z);
     case SHD_CYLINDER:
-        return within(out - r, fabs(p.y) - h);
+        return larger_distance(out - r, fabs(p.y) - h);
     case SHD_CONE:
-        return within((2 * h * out + r * (p.y - h)) / hypot(r, 2 * h), -h - p.y);
+        return larger_distance((2 * h * out + r * (p.y - h)) / hypot(r, 2 * h), -h - p.y);
     case SHD_TORUS:
         return hypot(out - r, p.y) - object->tube;
-    case SHD_MESH: /* and facets: within the box, on its far side of which nothing is known */
+    case SHD_MESH: /* and facets: larger_distance the box, on its far side of which nothing is known
+                    */
     case SHD_SHAPE_COUNT:
         break;
     }
     const shd_vec3 low = place->low, high = place->high;
-    double apart =
-        within(within(within(low.x - p.x, p.x - high.x), within(low.y - p.y, p.y - high.y)),
-               within(low.z - p.z, p.z - high.z));
+    double apart = larger_distance(larger_distance(larger_distance(low.x - p.x, p.x - high.x),
+                                                   larger_distance(low.y - p.y, p.y - high.y)),
+                                   larger_distance(low.z - p.z, p.z - high.z));
     return fmax(apart, 0);
 }
 

@@ -118,8 +118,8 @@ static bool make_sweep(shd_plan *plan, bool whole, shd_arena *arena) {
 }
 
 /* Lists of lights and everything that follows from them. */
-static bool arrange(shd_plan *plan, const shd_plan_light *lights, size_t count, uint8_t *drops,
-                    bool whole, shd_arena *arena) {
+static bool arrange_lights(shd_plan *plan, const shd_plan_light *lights, size_t count,
+                           uint8_t *drops, bool whole, shd_arena *arena) {
     plan->light_count = 0;
     if (!shd_plan_reach(plan, lights, count, drops, whole, arena)) return false;
     if (!make_sweep(plan, whole, arena)) return false;
@@ -164,7 +164,7 @@ bool shd_plan_draft(const shd_scene *scene, shd_isa isa, bool whole, const atomi
             lights[count++] = plan_light(light, i);
     }
     if (!plan_planes(scene, arena, plan) || !make_materials(plan, ambient, arena) ||
-        !arrange(plan, lights, count, drops, whole, arena))
+        !arrange_lights(plan, lights, count, drops, whole, arena))
         return false;
     *out = plan;
     return true;
@@ -185,7 +185,7 @@ bool shd_plan_without(const shd_plan *draft, const bool *out_of_budget, shd_aren
             drops[draft->lights[j].index] = SHD_DROP_BUDGET;
         else
             lights[count++] = draft->lights[j];
-    if (!arrange(plan, lights, count, drops, draft->sweep->whole, arena)) return false;
+    if (!arrange_lights(plan, lights, count, drops, draft->sweep->whole, arena)) return false;
     *out = plan;
     return true;
 }

@@ -94,7 +94,7 @@ typedef struct reach {
     table table; /* of groups */
 } reach;
 
-static bool reflects(const shd_plan_material *material, const double color[3]) {
+static bool reflects_color(const shd_plan_material *material, const double color[3]) {
     for (int c = 0; c < 3; c++) {
         if (color[c] == 0) continue;
         if (material->diffuse[c] != 0) return true;
@@ -108,7 +108,7 @@ static bool reflects(const shd_plan_material *material, const double color[3]) {
 static uint8_t find_drop(const reach *r, const shd_plan_object *object,
                          const shd_plan_material *material, const shd_back *back, size_t j) {
     const shd_plan_light *light = &r->given[j];
-    if (!reflects(material, light->color)) return SHD_DROP_UNLIT;
+    if (!reflects_color(material, light->color)) return SHD_DROP_UNLIT;
     if (light->spot && object->bounded &&
         shd_outside_cone(r->cones[j], light->axis, shd_sub(light->position, object->center),
                          object->radius))

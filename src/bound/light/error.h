@@ -6,11 +6,12 @@
  *     |d wd| <= F (facing + moved) + relative wd
  *     |d ws| <= F (faint + lobe) + relative ws
  *
- * where `moved` is what rounding of positions moves the direction to the light by; faint and lobe
- * depend on how bright the highlight may be there. On edges the model jumps (N.L = 0 under a
+ * `moved` is what rounding of positions moves the direction to the light by; faint and lobe depend
+ * on how bright the highlight may be there. On edges the model jumps (N.L = 0 under a
  * highlight, the rim of a cone without penumbra), and a point within rounding of one may fall on
  * its other side. No bound counts these: they are single samples. A shininess below 1 makes a cliff
- * of R.V = 0, where (R.V)^ns has no slope that ends: there samples below SHD_CLIFF are its edge.
+ * at R.V = 0, where the slope of (R.V)^ns has no limit: samples at which R.V is below SHD_CLIFF
+ * count as that edge.
  *
  * The figures are 1.2 times and more what 2e5 random points have shown for each path and each of 26
  * exponents from 1 to 1e6. tests/unit/shade_errors.c holds them against 113-bit floats, and fails
@@ -34,12 +35,15 @@ typedef struct shd_path_error {
 /* Spots are on the path of attenuated lights. */
 const shd_path_error *shd_path_error_of(shd_tier tier, shd_path path);
 
-/* Relative, of a color: sums of up to four lights in f32 and products with the material, or f64's
- * sum as f32; then what lies between vertices, and the mean of a pixel's samples, and the sum of
- * its parts where it sees several materials, or the background as well. */
+/* The relative error of a color. It counts the sum of a group of lights in f32 and products with
+ * the material (or the rounding of an f64 sum to f32), interpolation between vertices, the mean of
+ * a pixel's samples, and the sum of a pixel's parts, if it sees several materials or the
+ * background.
+ */
 double shd_color_error(const shd_plan *plan, shd_tier tier);
 
-/* Below this part of its top a lobe's errors count as they are, and above in proportion to it. */
+/* Errors of a lobe count as they are below this part of its top, and above it in proportion to the
+ * lobe. */
 static const double SHD_LOBE_FOOT = 1e-3;
 
 /* What the errors of a lobe are made of. (R.V)^ns is off by its derivative times the error of
@@ -62,25 +66,25 @@ shd_lobe_error shd_lobe_error_of(shd_tier tier, double shininess, size_t lights)
 /* (shine+)^shininess. */
 double shd_shine_power(double shine, double shininess);
 
-/* Where R.V is at most `shine`, whose power is `power`: what directions that are off by `direction`
- * make of the lobe, and what functions do. */
+/* The lobe's error by directions that are off by `direction`, if R.V is at most `shine` and
+ * (R.V)^ns at most `power`. */
 double shd_lobe_turned(const shd_lobe_error *e, double shine, double power, double direction);
-/* The part of the first that is not in proportion to the lobe; and what the rest is relative to it.
- */
+/* The part of it that is not in proportion to the lobe; what the rest is relative to the lobe; the
+ * error by functions; and what is cut off, or near that. */
 double shd_lobe_foot(const shd_lobe_error *e, double shine, double power, double direction);
 double shd_lobe_ratio(const shd_lobe_error *e, double direction);
 double shd_lobe_functions(const shd_lobe_error *e, double power);
 double shd_lobe_faint(const shd_lobe_error *e, double power);
 
-/* The first two together: each is small where the other one is largest. */
+/* The errors by directions and by functions together: each is small where the other is largest. */
 double shd_lobe_sum(double turned, double functions);
 
-/* Of a spot's s, which fades where q = 1 - cos t is from `inner` to `outer`, and whose cos t is
- * within [low, high]. */
+/* A spot's factor s fades while q = 1 - cos t goes from `inner` to `outer`. */
 typedef struct shd_spot_shape {
     double inner, outer, exponent;
 } shd_spot_shape;
 
+/* The error of s where cos t is within [low, high]. */
 double shd_spot_error(shd_tier tier, const shd_spot_shape *spot, double low, double high,
                       double moved);
 

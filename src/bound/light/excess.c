@@ -203,7 +203,7 @@ static void keep_terms(const finding *f, shd_excess *to, bool fresh) {
 }
 
 /* The larger of both, in everything; their main directions are the same. */
-static void merge(shd_excess *to, const shd_excess *from) {
+static void merge_excess(shd_excess *to, const shd_excess *from) {
     take_larger(to->absolute, from->absolute, 3);
     take_larger(to->limited, from->limited, 3);
     take_larger(to->rest_absolute, from->rest_absolute, 3);
@@ -370,7 +370,7 @@ static void add_piece(finding *f, const shd_plan_object *object, const shd_piece
     if (fresh)
         *to = sum;
     else
-        merge(to, &sum);
+        merge_excess(to, &sum);
     keep_terms(f, to, fresh);
 }
 

@@ -5,12 +5,12 @@
 #include "base/arena.h"
 #include "plan/plan.h"
 
-/* Of colors' parts: r, g, b / (r + g + b). */
+/* The range of colors' parts r, g, b / (r + g + b). */
 typedef struct shd_parts {
     double least[3], most[3];
 } shd_parts;
 
-/* Light of one color: of a material times some of its lights. */
+/* Light of one color: one of a material's times that of some of its lights. */
 typedef struct shd_term {
     double color[4]; /* components by their size, and their sum */
     double part[3];  /* r, g, b / (r + g + b) */
@@ -26,13 +26,13 @@ typedef struct shd_much {
 /* The error of a color, in channel c, where its value is v within [floor, most], is at most
  *     absolute[c] + limit(c, v) + color v
  *     limit(c, v) = min(limited[c], ratio (v - base[c]) + distance v)
- * for highlights err in proportion to themselves, and what lies below `base` is none. As all
- * lights of a color err in one direction of the colors, it is also at most
+ * because highlights err in proportion to themselves, and what lies below `base` is none. All
+ * lights of a color err in one direction of the colors, so that the error is also at most
  *     (main_absolute + min(main_limited, ...)) main[c] + rest_absolute[c] + rest_limited[c] + color
- * v of which the first part is one vector in length and direction. Where its terms are known, it is
- * the sum of their errors and color v: each is one vector, and of where there is w of a term
+ * v whose first part is one vector. If the terms are known, the error is color v and the sum of
+ * what the terms err by. Each of these is one vector: where there is w of a term, its color times
  *     absolute + min(limited, (ratio + distance) w)
- * at most, without the ratio for the diffuse ones. */
+ * at most, without the ratio if the term is diffuse. */
 typedef struct shd_excess {
     double absolute[3], limited[3];
     double main[3]; /* its sum is 1, or 0 where there is nothing */
@@ -41,8 +41,8 @@ typedef struct shd_excess {
     double ratio, distance;
     double base[3], floor[3], most[3];
     shd_parts parts, gain; /* of its colors; of what they have above `floor` */
-    /* The constant term, and for each hue of its lights a diffuse one and those of each lobe; how
-     * much there is of each is in the list. NULL: too many, or those of different materials. */
+    /* The constant term, and for each hue of its lights a diffuse term and one a lobe. The list
+     * has how much there is of each. NULL: there are too many, or several materials'. */
     const shd_term *terms;
     size_t term_count, lobe_count;
     size_t material;  /* of the pieces, */
@@ -67,13 +67,14 @@ typedef struct shd_excess_list {
     double misplaced; /* of colors where f64 has a point: of `linear` alone, for tiers share it */
 } shd_excess_list;
 
-/* The most that each light adds to a channel. */
+/* The most that each light adds to any channel. */
 typedef struct shd_influences {
     size_t count;
     double **rows; /* [count][light_count]: of pieces of what is seen */
 } shd_influences;
 
-/* Without `more`; `influences` may be NULL. SHD_MEMORY is false. */
+/* Finds the errors of all that is seen, without what is left out. `influences` may be NULL. False:
+ * memory, or cancelled. */
 bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_excess_list *out,
                      shd_influences *influences);
 

@@ -58,15 +58,15 @@ static shd_angle view_of(const shd_camera *camera, const shd_piece *piece, shd_v
     return shd_seen_from(piece->radius, inverse);
 }
 
-static void reflect(shd_piece *piece, shd_vec3 view, shd_angle views) {
+static void reflect_view(shd_piece *piece, shd_vec3 view, shd_angle views) {
     piece->mirror = shd_sub(shd_scale(piece->axis, 2 * shd_dot(piece->axis, view)), view);
     piece->glitter = shd_angle_sum(shd_angle_sum(piece->spread, piece->spread), views);
 }
 
-static void put(maker *m, shd_piece piece, shd_vec3 view, shd_angle views, double sign) {
+static void put_piece(maker *m, shd_piece piece, shd_vec3 view, shd_angle views, double sign) {
     if (m->count == SHD_MOST_PIECES) return; /* there are never so many */
     piece.axis = shd_scale(piece.axis, sign);
-    reflect(&piece, view, views);
+    reflect_view(&piece, view, views);
     m->out[m->count++] = piece;
 }
 
@@ -78,16 +78,16 @@ static void add_piece(maker *m, shd_piece piece, const bool *sides) {
     shd_vec3 view;
     const shd_angle views = view_of(camera, &piece, &view);
     if (sides) {
-        if (sides[0] || m->front_only) put(m, piece, view, views, 1);
-        if (sides[1] && !m->front_only) put(m, piece, view, views, -1);
+        if (sides[0] || m->front_only) put_piece(m, piece, view, views, 1);
+        if (sides[1] && !m->front_only) put_piece(m, piece, view, views, -1);
         return;
     }
     const shd_angle facing = shd_angle_of(shd_dot(piece.axis, view)),
                     spread = shd_angle_sum(piece.spread, views);
     const bool toward = shd_cosine_less(facing, spread) >= -SHD_PIECE_MARGIN,
                away = shd_cosine_more(facing, spread) <= SHD_PIECE_MARGIN;
-    if (toward || m->front_only) put(m, piece, view, views, 1);
-    if (away && !m->closed && !m->front_only) put(m, piece, view, views, -1);
+    if (toward || m->front_only) put_piece(m, piece, view, views, 1);
+    if (away && !m->closed && !m->front_only) put_piece(m, piece, view, views, -1);
 }
 
 /* A sphere around the points: in the middle of their box. */
@@ -438,6 +438,6 @@ shd_piece shd_piece_of(const shd_scene *scene, const shd_patch *patch) {
                                      : SHD_ANY_ANGLE};
     shd_vec3 view;
     const shd_angle views = view_of(&scene->camera, &piece, &view);
-    reflect(&piece, view, views);
+    reflect_view(&piece, view, views);
     return piece;
 }

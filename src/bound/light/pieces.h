@@ -1,6 +1,6 @@
-/* What may be seen of an object, in pieces: spheres around points of its surface, with cones around
- * their normals and their mirrored views; and what a light can do there, as intervals. Inside
- * of bound/.
+/* What may be seen of an object is covered with pieces: spheres around points of its surface, with
+ * cones around their normals and around their mirrored views. What a light can do at a piece is
+ * told in intervals. Inside of bound/.
  *
  * The pieces depend on the camera and on the whole picture, never on the region that is rendered.
  * Every sample of the object that is seen lies in one of them. */
@@ -9,7 +9,7 @@
 
 #include "plan/parts.h"
 
-/* In [0, pi], by its cosine and sine. */
+/* An angle in [0, pi], by its cosine and sine. */
 typedef struct shd_angle {
     double cosine, sine;
 } shd_angle;
@@ -38,8 +38,8 @@ static inline double shd_cosine_more(shd_angle a, shd_angle by) {
     return a.cosine <= -by.cosine ? -1 : a.cosine * by.cosine - a.sine * by.sine;
 }
 
-/* Of directions from points of a sphere to a point, around that from its center, which is
- * 1 / `inverse` away. */
+/* From the points of a sphere, a point 1 / `inverse` away from its center is seen in directions
+ * within this angle of that from the center. */
 static inline shd_angle shd_seen_from(double radius, double inverse) {
     const double sine = radius * inverse;
     if (!(sine < 1)) return SHD_ANY_ANGLE;
@@ -56,13 +56,13 @@ typedef struct shd_piece {
     shd_angle glitter; /* of W */
 } shd_piece;
 
-/* A torus seen from within, each piece turned either way. */
+/* A torus that is seen from within has the most: each of its pieces may be turned either way. */
 enum { SHD_MOST_PIECES = 144 };
 
-/* The object's pieces; none where it cannot be seen. `fineness` 0: one for the whole object; else
- * a face or a quarter of a curved side is divided into fineness x fineness, at most 3 x 3. Returns
- * their number. Costs some 0.2 us each, and a mesh 30 ns a triangle: `cancelled` (or NULL) ends
- * that. */
+/* Finds the object's pieces, none if it cannot be seen, and returns their number. `fineness` 0: one
+ * for the whole object; else a face or a quarter of a curved side is divided into fineness x
+ * fineness, at most 3 x 3. A piece costs some 0.2 us, and a mesh 30 ns a triangle: `cancelled` (or
+ * NULL) ends that. */
 size_t shd_plan_pieces(const shd_scene *scene, size_t object, const shd_plan_object *bounds,
                        int fineness, const atomic_bool *cancelled, shd_piece *out);
 
@@ -76,8 +76,9 @@ typedef struct shd_lit {
     double shine_low, shine_high;   /* (R.V)+, that of 0 where N.L may be 0 */
 } shd_lit;
 
-/* False: the light is behind or out of its cone at all points, and adds exactly 0. `least` is a
- * distance that no point of the object is nearer at. */
+/* Finds what the light can do at the piece. No point of the object is nearer to the light than
+ * `least`. False: the light is behind all points, or they are out of its cone, and it adds exactly
+ * 0. */
 bool shd_piece_lit(const shd_scene *scene, const shd_piece *piece, const shd_plan_light *light,
                    double least, shd_lit *out);
 
@@ -85,7 +86,7 @@ bool shd_piece_lit(const shd_scene *scene, const shd_piece *piece, const shd_pla
 double shd_piece_most(const shd_scene *scene, const shd_piece *piece,
                       const shd_plan_material *material, const shd_plan_light *light, double least);
 
-/* (shine+)^shininess as a bound: at least, or at most, and to 2e-10. */
+/* (shine+)^shininess as a bound, at most or at least, to 2e-10. */
 double shd_shine_most(double shine, double shininess);
 double shd_shine_least(double shine, double shininess);
 

@@ -1,5 +1,5 @@
-/* The colors that an object's light is made of: each is one of its material's colors times that of
- * some of its lights, and how much of it there is depends on the point. Inside of bound/. */
+/* The light of an object is a sum of terms. Each is one of its material's colors times the color of
+ * some of its lights; how much of it there is depends on the point. Inside of bound/. */
 #ifndef SHD_BOUND_LIGHT_TERMS_H
 #define SHD_BOUND_LIGHT_TERMS_H
 
@@ -18,7 +18,7 @@ typedef struct shd_hues {
 /* False: memory. */
 bool shd_hues_find(const shd_plan *plan, shd_arena *arena, shd_hues *out);
 
-/* Beyond this many the mixtures of terms are not looked at. */
+/* Mixtures of more terms than this are not looked at. */
 enum { SHD_MOST_MIXED = 40 };
 
 /* A light's terms are `first[hue]` for its diffuse light and those behind it for the highlights of
@@ -34,14 +34,16 @@ typedef struct shd_terms {
     uint8_t order[3][SHD_MOST_MIXED]; /* of that: those with much of a channel first */
 } shd_terms;
 
-/* Room for those of any object. False: memory. */
+/* Makes room for the terms of any object. False: memory. */
 bool shd_terms_new(const shd_plan *plan, const shd_hues *hues, shd_arena *arena, shd_terms *out);
 
+/* Sets the terms of a group's objects. */
 void shd_terms_set(const shd_plan *plan, const shd_hues *hues, const shd_plan_group *group,
                    shd_terms *to);
 
-/* The parts that sums of terms may have, if each is within its [low, high]: of all, and of what
- * they have above the sum of `low`, which is given. False: there are too many, or none. */
+/* Finds the parts that sums of terms may have if each term is within its [low, high]: `all` of the
+ * sums, and `gain` of what they have above the sum of all lows, which is given as `low`. False:
+ * there are too many terms, or none. */
 bool shd_terms_mix(const shd_terms *terms, const shd_much *much, const double low[3],
                    shd_parts *all, shd_parts *gain);
 

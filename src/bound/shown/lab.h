@@ -26,9 +26,9 @@ typedef struct shd_lab_curves {
     shd_interval value[3], slope[3];
 } shd_lab_curves;
 
-/* Of colors whose Y is in a range and whose ratios to Y are in theirs. Above the curve's straight
- * part all three slopes fall with the same power of Y, so that differences of their products with
- * any moves are largest at the lowest Y. */
+/* Of colors whose Y is in the interval `y` and whose X / Y, 1 and Z / Y are in those of `of_y`.
+ * Above the curve's straight part all three slopes fall with the same power of Y, so that
+ * differences of their products with any moves are largest at the lowest Y. */
 shd_lab_curves shd_lab_curves_of(const shd_interval of_y[3], shd_interval y, const double move[3]);
 
 /* A difference in L, a and b, each at most. */
@@ -36,19 +36,19 @@ typedef struct shd_lab_difference {
     double l, a, b;
 } shd_lab_difference;
 
-/* Adds what `much` of a move of X, Y and Z makes. */
+/* Adds what a move of X, Y and Z by `much` times `xyz` makes. */
 void shd_lab_add(shd_lab_difference *d, const shd_interval slope[3], double much,
                  const double xyz[3]);
 
-/* Adds errors of channels, of X, Y and Z in `columns`, that are in proportion to them: at most
- * `part`. Each goes its own way, but X, Y and Z err by no larger parts. `move` apart, they are in
- * their ranges times at most `y`. */
+/* Adds errors `share` of channels that are in proportion to them: each is at most `part` of its
+ * channel, whose X, Y and Z are in `columns`. Each channel goes its own way, but X, Y and Z err by
+ * no larger parts. They are `move` apart, and in the intervals `of_y` times at most `y`. */
 void shd_lab_add_shares(shd_lab_difference *d, const double share[3], const double columns[3][3],
                         double part, const shd_interval slope[3], const shd_interval of_y[3],
                         double y, const double move[3]);
 
-/* The CIEDE2000 difference of colors whose f are in the ranges; or that of a simpler estimate, if
- * this is no more than `enough`. */
+/* The CIEDE2000 difference of colors whose f are in the intervals; or a simpler estimate of it, if
+ * that is no more than `enough`. */
 double shd_lab_length(const shd_lab_difference *d, const shd_interval f[3], double enough);
 
 #endif

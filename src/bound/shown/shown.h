@@ -21,7 +21,8 @@ static const double SHD_MIXTURE = 1.4;
 
 double shd_bound_linear(const shd_excess_list *list);
 double shd_bound_code(const shd_excess_list *list, const shd_shown *shown);
-/* What is no more than `enough` may be told as that, and then what is more as any value that is. */
+/* A bound that is no more than `enough` may be told as `enough`. A larger one may then be told as
+ * any value above it. */
 double shd_bound_delta_e(const shd_excess_list *list, const shd_shown *shown, double enough);
 
 #endif
