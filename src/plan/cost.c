@@ -6,19 +6,28 @@
 
 /* Nanoseconds with AVX-512 kernels, as `tests/bench/costs.py` measures them beside these estimates:
  * other machines and pictures differ by two times and more. What to compare are estimates. */
-static const double SAMPLE = 4.5;    /* a hit: its way from light sums to the film */
-static const double EXACT_RAY = 1.3; /* times a ray in f64 all the way */
-static const double FACET = 6;       /* a hit between points that are lit */
-static const double TRIANGLE = 700;  /* of a mesh, to make it findable */
+static const double PIXEL = 1;        /* to find out what its block may see */
+static const double SAMPLE = 4.5;     /* a hit: its way from light sums to the film */
+static const double WIDE_SAMPLE = 12; /* that, where it is lit in f64 */
+static const double EXACT_SAMPLE = 3; /* and more in the exact tier, which keeps places in f64 */
+static const double FACET = 6;        /* a hit between points that are lit */
+static const double WIDE_SPOT = 2.5;  /* times another light, in f64 */
+static const double BALL = 9;         /* a ray at a sphere that stays one, in a tier in f32, */
+static const double WIDE_BALL = 16;   /* or wanted to more digits */
+static const double BUNDLE_RAY = 8;   /* a ray at a mesh, and for each triangle that all of the */
+static const double TRIANGLE_RAY = 7; /* rays of a block are tried at */
+static const double TRIANGLE = 700;   /* of a mesh, to make it findable */
 
-/* Times that, with other kernels, but for meshes. */
-static const double slower[SHD_ISA_COUNT] = {
-    [SHD_PORTABLE] = 2.4, [SHD_AVX2] = 1.45, [SHD_AVX512] = 1};
+/* Times that, with other kernels: of rays, and of samples. */
+static const double slower_rays[SHD_ISA_COUNT] = {
+    [SHD_PORTABLE] = 3, [SHD_AVX2] = 1.65, [SHD_AVX512] = 1};
+static const double slower_samples[SHD_ISA_COUNT] = {
+    [SHD_PORTABLE] = 2.2, [SHD_AVX2] = 1.5, [SHD_AVX512] = 1};
 
 /* A ray that an object may be in the way of, as far as its block of pixels tells. */
 static const double rays[SHD_SHAPE_COUNT] = {
-    [SHD_SPHERE] = 8.5,  [SHD_PLANE] = 15, [SHD_DISC] = 22,   [SHD_BOX] = 24,
-    [SHD_CYLINDER] = 30, [SHD_CONE] = 30,  [SHD_TORUS] = 110, [SHD_MESH] = 140,
+    [SHD_SPHERE] = 24,   [SHD_PLANE] = 12, [SHD_DISC] = 10,  [SHD_BOX] = 20,
+    [SHD_CYLINDER] = 21, [SHD_CONE] = 17,  [SHD_TORUS] = 45,
 };
 
 /* Pixels on a side: a block's rays are cast at what it may see. */
@@ -30,67 +39,181 @@ static const double fills[SHD_SHAPE_COUNT] = {
     [SHD_CONE] = 2.2,      [SHD_TORUS] = 2.4,   [SHD_MESH] = 1.7,
 };
 
+/* How much of the picture a plane fills, about. */
+static const double PLANE_FILLS = 0.8;
+
+/* ---- Outlines. ---- */
+
 static shd_vec3 column(const shd_affine *m, int c, double scale) {
     return (shd_vec3){scale * m->linear[0][c], scale * m->linear[1][c], scale * m->linear[2][c]};
 }
 
-/* An object on the picture, about, in pixels: the outline of its box or ellipsoid, as from far
- * away. */
+/* What its transform makes of lengths. */
+static void measure_axes(const shd_object *object, double *least, double *most) {
+    const shd_affine *m = &object->transform;
+    const double x = shd_length(column(m, 0, 1)), y = shd_length(column(m, 1, 1)),
+                 z = shd_length(column(m, 2, 1));
+    *least = fmin(fmin(x, y), z);
+    *most = fmax(fmax(x, y), z);
+}
+
+/* Of a sphere around an object. */
+static double radius_of(const shd_plan *plan, size_t index) {
+    const shd_object *object = &plan->scene->objects[index];
+    double least, most;
+    measure_axes(object, &least, &most);
+    const double radius = plan->objects[index].radius;
+    return object->shape == SHD_SPHERE ? fmin(radius, object->radius * most) : radius;
+}
+
+/* An object on the picture, about, in pixels: what it fills, and what the blocks have that may see
+ * it. */
 typedef struct outline {
-    double area, length;
+    double area, met;
 } outline;
+
+/* Pixels from the picture's middle. */
+typedef struct frame {
+    double left, right, bottom, top;
+} frame;
+
+/* Pixels that a length of 1 is long at distance 1, or anywhere in an orthographic camera. */
+static double pixels_of(const shd_scene *scene) {
+    const shd_camera *camera = &scene->camera;
+    const double half =
+        camera->projection == SHD_PERSPECTIVE ? tan(camera->fov / 2) : camera->height / 2;
+    return scene->raster.height / (2 * half);
+}
+
+/* Around the corners of an object's box. False: they are not all before the camera. */
+static bool find_frame(const shd_scene *scene, const shd_object *object, shd_vec3 low,
+                       shd_vec3 high, frame *out) {
+    const shd_camera *camera = &scene->camera;
+    const double pixels = pixels_of(scene);
+    frame f = {INFINITY, -INFINITY, INFINITY, -INFINITY};
+    for (int corner = 0; corner < 8; corner++) {
+        const shd_vec3 at = {corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y,
+                             corner & 4 ? high.z : low.z},
+                       v = shd_sub(shd_transform(&object->transform, at), camera->position);
+        const double depth = -shd_dot(camera->back, v),
+                     scale = camera->projection == SHD_PERSPECTIVE ? pixels / depth : pixels;
+        if (!(depth > 0)) return false;
+        const double x = shd_dot(camera->right, v) * scale, y = shd_dot(camera->up, v) * scale;
+        f = (frame){fmin(f.left, x), fmax(f.right, x), fmin(f.bottom, y), fmax(f.top, y)};
+    }
+    *out = f;
+    return true;
+}
+
+static double area_of(const frame *f) {
+    return fmax(f->right - f->left, 0) * fmax(f->top - f->bottom, 0);
+}
+
+/* What a shape fills, seen along `view` from far away, in the world's lengths. */
+static double seen_of(const shd_object *object, shd_vec3 low, shd_vec3 high, shd_vec3 view) {
+    const shd_vec3 size = shd_scale(shd_sub(high, low), 0.5);
+    const shd_vec3 a = column(&object->transform, 0, size.x),
+                   b = column(&object->transform, 1, size.y),
+                   c = column(&object->transform, 2, size.z);
+    const double x = fabs(shd_dot(view, shd_cross(b, c))), y = fabs(shd_dot(view, shd_cross(c, a))),
+                 z = fabs(shd_dot(view, shd_cross(a, b)));
+    return fills[object->shape] *
+           (object->shape == SHD_SPHERE ? sqrt(x * x + y * y + z * z) : x + y + z);
+}
 
 static outline outline_of(const shd_plan *plan, size_t index) {
     const shd_scene *scene = plan->scene;
     const shd_camera *camera = &scene->camera;
     const shd_object *object = &scene->objects[index];
-    const double all = (double)scene->raster.width * scene->raster.height;
+    const double w = scene->raster.width, h = scene->raster.height, all = w * h;
+    const double radius = radius_of(plan, index);
     shd_vec3 low, high, view = camera->back;
-    if (!shd_object_box(object, &low, &high)) return (outline){0.7 * all, sqrt(all)};
-    const shd_vec3 size = shd_scale(shd_sub(high, low), 0.5);
-    const shd_vec3 a = column(&object->transform, 0, size.x),
-                   b = column(&object->transform, 1, size.y),
-                   c = column(&object->transform, 2, size.z);
-    const double radius = plan->objects[index].radius;
-    double half = camera->height / 2;
+    if (!shd_object_box(object, &low, &high)) return (outline){PLANE_FILLS * all, all};
+    double pixels = pixels_of(scene);
+    const shd_vec3 path = shd_sub(camera->position, plan->objects[index].center);
+    if (shd_dot(camera->back, path) <= -radius) return (outline){0, 0}; /* behind the camera */
     if (camera->projection == SHD_PERSPECTIVE) {
-        const shd_vec3 path = shd_sub(camera->position, plan->objects[index].center);
         const double distance = shd_length(path);
         if (distance > radius) view = shd_scale(path, 1 / distance);
-        half = tan(camera->fov / 2) * fmax(distance, radius);
+        pixels /= fmax(distance, radius);
     }
-    const double x = fabs(shd_dot(view, shd_cross(b, c))), y = fabs(shd_dot(view, shd_cross(c, a))),
-                 z = fabs(shd_dot(view, shd_cross(a, b)));
-    const double seen = object->shape == SHD_SPHERE ? sqrt(x * x + y * y + z * z) : x + y + z;
-    const double pixels = scene->raster.height / (2 * half);
-    return (outline){fmin(fills[object->shape] * seen * pixels * pixels, all),
-                     fmin(2 * radius * pixels, 2 * sqrt(all))};
+    frame whole = {-w / 2, w / 2, -h / 2, h / 2};
+    find_frame(scene, object, low, high, &whole);
+    const frame part = {fmax(whole.left, -w / 2), fmin(whole.right, w / 2),
+                        fmax(whole.bottom, -h / 2), fmin(whole.top, h / 2)};
+    if (!(part.left <= part.right && part.bottom <= part.top)) return (outline){0, 0};
+    /* What is beside the picture is not seen. Blocks are left out by the frame, and by the circle
+     * around the object, with half of their diagonals. */
+    const double seen = seen_of(object, low, high, view) * pixels * pixels,
+                 shown = area_of(&part) / area_of(&whole),
+                 around = radius * pixels + BLOCK * sqrt(0.5);
+    const double framed = (part.right - part.left + BLOCK) * (part.top - part.bottom + BLOCK);
+    return (outline){fmin(seen * fmin(shown, 1), area_of(&part)),
+                     fmin(fmin(framed, SHD_PI * around * around), all)};
 }
 
-/* Pixels of the squares of so many on a side that it touches. */
-static double touched(const outline *o, double side) {
-    const double length = fmax(o->length, sqrt(o->area));
-    return (length + side) * ((length > 0 ? o->area / length : 0) + side);
-}
-
-/* Of a ray: of one that may meet the object, and of the light of one that does. */
-static double cast_of(const shd_plan *plan, const shd_object *object, shd_tier tier) {
-    if (object->shape == SHD_MESH || object->interpolation != SHD_PHONG) return rays[SHD_MESH];
-    return rays[object->shape] * slower[plan->isa] * (tier == SHD_EXACT ? EXACT_RAY : 1);
-}
-
-static double light_of(const shd_plan *plan, size_t index, const shd_kernel_cost *cost) {
-    const shd_plan_object *lit = &plan->objects[index];
-    const double lobes = (double)plan->materials[lit->material].lobe_count;
-    if (plan->scene->objects[index].interpolation != SHD_PHONG) return SAMPLE + FACET;
-    return SAMPLE * slower[plan->isa] +
-           (double)lit->light_count * (cost->light + lobes * cost->lobe);
-}
+/* ---- Rays and lights. ---- */
 
 static size_t triangles_of(const shd_object *object) {
     if (object->shape == SHD_MESH) return object->mesh->triangle_count;
     if (object->interpolation == SHD_PHONG) return 0;
     return shd_tessellation_triangles(object->shape, object->segments);
+}
+
+/* Those that face the camera are side by side, each of so many pixels; the other half is behind
+ * them. A block's rays are tried in rows at those that reach into it. */
+static double mesh_ray(size_t triangles, const outline *o) {
+    const double count = fmax(0.5 * (double)triangles, 1), each = fmax(o->area, 1) / count,
+                 side = sqrt(each), reaching = (side + BLOCK) * (side + BLOCK) / each;
+    return BUNDLE_RAY + TRIANGLE_RAY * reaching * fmin((side + 1) / BLOCK, 1);
+}
+
+static bool is_ball(const shd_object *object) {
+    double least, most;
+    measure_axes(object, &least, &most);
+    return object->shape == SHD_SPHERE && most <= 1.000001 * least;
+}
+
+/* Of a ray: of one that may meet the object, and of the light of one that does. */
+static double cast_of(const shd_plan *plan, const shd_object *object, const outline *o,
+                      shd_tier tier) {
+    const size_t triangles = triangles_of(object);
+    double ray = rays[object->shape];
+    if (triangles)
+        ray = mesh_ray(triangles, o);
+    else if (is_ball(object))
+        ray = tier == SHD_EXACT || plan->split_positions ? WIDE_BALL : BALL;
+    return ray * slower_rays[plan->isa];
+}
+
+/* Whether lights are summed in f64. */
+static bool is_wide(const shd_plan *plan, shd_tier tier) {
+    return tier == SHD_EXACT || !shd_isa_fuses(plan->isa);
+}
+
+/* Times the table's light, on the average of all: spots are dearer in f64, which those that are too
+ * steep for f32 are summed in in any tier. */
+static double light_factor(const shd_plan *plan, const shd_kernel_cost *costs, shd_tier tier) {
+    double sum = 0;
+    for (size_t i = 0; i < plan->light_count; i++) {
+        const shd_plan_light *light = &plan->lights[i];
+        const double wide = light->spot ? WIDE_SPOT : 1;
+        sum += is_wide(plan, tier) ? wide : 1;
+        if (light->steep && !is_wide(plan, tier))
+            sum += wide * costs[SHD_EXACT].light / costs[tier].light;
+    }
+    return plan->light_count ? sum / (double)plan->light_count : 1;
+}
+
+static double light_of(const shd_plan *plan, size_t index, const shd_kernel_cost *cost,
+                       double factor, shd_tier tier) {
+    const shd_plan_object *lit = &plan->objects[index];
+    const double lobes = (double)plan->materials[lit->material].lobe_count;
+    const double slower = slower_samples[plan->isa];
+    if (plan->scene->objects[index].interpolation != SHD_PHONG) return SAMPLE * slower + FACET;
+    const double sample = slower * ((is_wide(plan, tier) ? WIDE_SAMPLE : SAMPLE) +
+                                    (tier == SHD_EXACT ? EXACT_SAMPLE : 0));
+    return sample + (double)lit->light_count * (factor * cost->light + lobes * cost->lobe);
 }
 
 const shd_kernel_cost *shd_plan_kernel_costs(const shd_plan *plan) {
@@ -101,15 +224,16 @@ shd_ray_cost shd_plan_ray_cost(const shd_plan *plan, shd_tier tier, const shd_ke
     const shd_scene *scene = plan->scene;
     const double all = (double)scene->raster.width * scene->raster.height;
     const double samples = scene->raster.samples;
+    const double factor = light_factor(plan, costs, tier);
     double covered = 0;
-    shd_ray_cost cost = {0, 0, 0};
+    shd_ray_cost cost = {PIXEL, 0, 0};
     for (size_t i = 0; i < scene->object_count; i++) {
+        const shd_object *object = &scene->objects[i];
         const outline o = outline_of(plan, i);
-        const double meets = fmin(touched(&o, BLOCK) / all, 1);
         covered += o.area / all;
-        cost.rays += samples * meets * cast_of(plan, &scene->objects[i], tier);
-        cost.light += samples * o.area / all * light_of(plan, i, &costs[tier]);
-        cost.meshes += (double)triangles_of(&scene->objects[i]) * TRIANGLE;
+        cost.rays += samples * o.met / all * cast_of(plan, object, &o, tier);
+        cost.light += samples * o.area / all * light_of(plan, i, &costs[tier], factor, tier);
+        cost.meshes += (double)triangles_of(object) * TRIANGLE;
     }
     /* Objects are beside each other until the picture is full, and then before each other: each is
      * asked for its distance, and the nearest one is lit. */

@@ -1,11 +1,13 @@
 """What `shade explain` estimates beside what is measured, in milliseconds of one core: python3
-tests/bench/costs.py, where `./dev bench` has built the programs. src/render/tell/cost.c has its
+tests/bench/costs.py [NAME...], where `./dev bench` has built the programs; a NAME is the beginning
+of a scene's, and without any all are measured. src/plan/cost.c and src/render/tell/cost.c have their
 constants from here."""
 
 import itertools
 import json
 import random
 import statistics
+import sys
 
 import measure
 import programs
@@ -66,7 +68,10 @@ def main():
     print("| scene | kernel | tier | visibility: estimated | measured | shade: estimated "
           "| measured |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
+    wanted = tuple(sys.argv[1:]) or ""
     for name, document in documents():
+        if not name.startswith(wanted):
+            continue
         for kernel, tier in itertools.product(measure.kernels(), ("standard", "exact")):
             document = {**document, "accuracy": {"tier": tier}}
             job = {"text": json.dumps(document), "keep": False, "kernel": kernel}

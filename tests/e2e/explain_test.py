@@ -155,8 +155,23 @@ class Http(unittest.TestCase):
 
         whole = visibility(type="box", size=[1, 1, 1])
         self.assertGreater(whole, 5 * visibility(type="box", size=[0.02, 1, 0.02]))
-        self.assertGreater(visibility(type="sphere", interpolation="flat"),
-                           5 * visibility(type="sphere"))
+        sphere = visibility(type="sphere")
+        flat = visibility(type="sphere", interpolation="flat")
+        self.assertGreater(flat, 2 * sphere)
+        self.assertGreater(visibility(type="sphere", interpolation="flat", segments=200), 3 * flat)
+        self.assertGreater(visibility(type="sphere", transform={"scale": [1, 0.9, 1]}), 1.5 * sphere)
+        for away in ([100, 0, 0], [0, 0, 100]):  # beside the picture; behind the camera
+            self.assertLess(visibility(type="sphere", transform={"translate": away}), sphere / 5)
+
+    def test_estimates_know_lights_that_want_f64(self):
+        def shade(tier, kind, **light):
+            told = self.explain({"objects": [{"type": "sphere"}], "accuracy": {"tier": tier},
+                                 "lights": 4 * [{"type": kind, "position": [0, 0, 5], **light}]})
+            return told["milliseconds"]["shade"]
+
+        spot = {"kind": "spot", "direction": [0, 0, -1], "angle": 60}
+        self.assertGreater(shade("exact", **spot), 1.3 * shade("exact", "point"))
+        self.assertGreater(shade("standard", **spot, exponent=1e6), 1.3 * shade("standard", **spot))
 
     def test_compare_tells_bounds_that_hold(self):
         answer = self.daemon.post("/v1/compare", SCENE)
