@@ -51,6 +51,7 @@ static enum MHD_Result send_metrics(struct MHD_Connection *connection, shd_serve
                          .stuck = shd_stuck_count(server->stuck),
                          .memory = shd_budget_load_of(server->budget),
                          .meshes = shd_engine_meshes(server->engine),
+                         .quotas = server->quotas,
                          .in_flight = atomic_load(&server->in_flight),
                          .unsent = atomic_load(&server->unsent),
                          .draining = atomic_load(&server->draining)};

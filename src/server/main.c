@@ -78,7 +78,10 @@ static shd_status make_engine(shd_server *server, shd_error *error) {
     options.budget = server->budget;
     shd_status status = shd_engine_new(&options, &server->engine, error);
     if (status) return status;
-    return shd_settings_new(&server->config, server->engine, false, &server->settings, error);
+    server->quotas = shd_quotas_new();
+    if (!server->quotas) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
+    return shd_settings_new(&server->config, server->engine, false, server->quotas,
+                            &server->settings, error);
 }
 
 static shd_patience patience_of(const shd_config *config) {
@@ -249,6 +252,7 @@ static void release(shd_server *server, ports *open) {
     shd_stuck_drop(server->stuck);
     shd_cache_drop(server->cache);
     shd_settings_drop(server->settings);
+    shd_quotas_drop(server->quotas);
     shd_budget_drop(server->budget);
 }
 
@@ -273,7 +277,7 @@ static void reload(shd_server *server, int argc, char **argv) {
     if (good) {
         shd_memory_clip(&config, server->budget);
         shd_config_keep(&config, &server->config, kept, sizeof kept);
-        good = !shd_settings_new(&config, server->engine, true, &settings, &error);
+        good = !shd_settings_new(&config, server->engine, true, server->quotas, &settings, &error);
         if (!good)
             snprintf(message, sizeof message, "%s%s%s", error.path, *error.path ? ": " : "",
                      error.text);

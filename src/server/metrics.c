@@ -32,8 +32,9 @@ static const char *const ending_names[SHD_ENDINGS] = {"time", "left", "room", "m
 
 /* As refusals name them. */
 static const char *const limit_names[SHD_LIMITS] = {
-    "body",          "pixels", "samples", "lights", "objects", "triangles",        "light-samples",
-    "object-lights", "work",   "memory",  "queue",  "timeout", "connections-each", "mesh-store"};
+    "body",      "pixels",        "samples",          "lights",     "objects",
+    "triangles", "light-samples", "object-lights",    "work",       "memory",
+    "queue",     "timeout",       "connections-each", "mesh-store", "rate"};
 
 /* The last one, 0, takes every other status. */
 static const unsigned statuses[SHD_STATUSES] = {200, 201, 204, 304, 400, 401, 403, 404,
@@ -78,7 +79,7 @@ void shd_metrics_request(shd_metrics *metrics, shd_route_id route, unsigned stat
 void shd_metrics_refusal(shd_metrics *metrics, const char *text, size_t size) {
     static const char mark[] = "limit `";
     /* Of other kinds the text may quote the client's words. */
-    static const char *const kinds[] = {"limit", "body-too-large", "busy", "deadline"};
+    static const char *const kinds[] = {"limit", "body-too-large", "busy", "rate", "deadline"};
     bool over = false;
     for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {
         char head[80];
@@ -291,6 +292,7 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
         print_histogram(out, "stage_duration_seconds", "stage", stage_names[stage],
                         &metrics->stages[stage]);
 
+    shd_quotas_print(gauges->quotas, out);
     shd_process_print(out);
     if (!fclose(out)) return text;
     free(text);

@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 #include "cache.h"
+#include "quota.h"
 #include "reaper.h"
 #include "shaded.h"
 
@@ -43,7 +44,7 @@ typedef enum shd_stage {
 
 const char *shd_stage_name(shd_stage stage);
 
-enum { SHD_BUCKETS = 15, SHD_STATUSES = 23, SHD_LIMITS = 14 };
+enum { SHD_BUCKETS = 15, SHD_STATUSES = 23, SHD_LIMITS = 15 };
 
 typedef struct shd_histogram {
     atomic_uint_least64_t buckets[SHD_BUCKETS + 1]; /* the last one has no upper bound */
@@ -98,6 +99,7 @@ typedef struct shd_gauges {
     shd_cache_load cache;
     shd_budget_load memory;
     shd_mesh_load meshes;
+    shd_quotas *quotas;
     unsigned in_flight;
     uint64_t unsent; /* bytes of answers that are on their way */
     unsigned stuck;  /* workers */

@@ -32,6 +32,7 @@ static const struct {
     [SHD_BAD_SCENE] = {422, "scene", "The document is not a valid scene"},
     [SHD_OVER_LIMIT] = {422, "limit", "The scene asks for more than a limit allows"},
     [SHD_BUSY] = {429, "busy", "The server is busy"},
+    [SHD_OVER_RATE] = {429, "rate", "The token is used too often"},
     [SHD_FAILED] = {500, "internal", "The server failed"},
     [SHD_NO_MEMORY] = {503, "memory", "The server is out of memory"},
     [SHD_DRAINING] = {503, "draining", "The server is stopping"},

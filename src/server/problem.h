@@ -27,6 +27,7 @@ typedef enum shd_problem_kind {
     SHD_BAD_MESH,       /* 422: not a mesh, or not the one of the path */
     SHD_OVER_LIMIT,     /* 422: more than a limit allows */
     SHD_BUSY,           /* 429, with Retry-After: no place or memory is free */
+    SHD_OVER_RATE,      /* 429, with Retry-After: a token is used too often */
     SHD_FAILED,         /* 500 */
     SHD_NO_MEMORY,      /* 503, with Retry-After: the system refused memory */
     SHD_DRAINING,       /* 503, with Retry-After: the daemon is stopping */

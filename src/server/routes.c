@@ -2,11 +2,13 @@
 
 #include <inttypes.h>
 #include <jansson.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 
+#include "base/clock.h"
 #include "gzip.h"
 #include "json_job.h"
 #include "mesh_job.h"
@@ -275,6 +277,21 @@ static bool admit_link(shd_exchange *exchange, const shd_keys *keys) {
     return false;
 }
 
+/* Whether a token may be used once more now. Whatever comes of the request, it is counted. */
+static bool admit_use(shd_exchange *exchange, const shd_token *token) {
+    if (!token->quota) return true;
+    const double wait =
+        shd_quota_take(exchange->server->quotas, token->quota, token->rate, shd_now());
+    if (!(wait > 0)) return true;
+    const unsigned seconds = (unsigned)ceil(wait);
+    shd_problem_later(&exchange->reply, SHD_OVER_RATE, seconds,
+                      "the limit `rate` of the token %s is %u a %s: the next request may come in "
+                      "%u s",
+                      token->name, (unsigned)token->rate.count, shd_rate_unit(token->rate),
+                      seconds);
+    return false;
+}
+
 /* What this server is stays open; what it does needs a token or, of an image's link, a signature,
  * where there are any. */
 static bool admit_caller(shd_exchange *exchange) {
@@ -282,8 +299,11 @@ static bool admit_caller(shd_exchange *exchange) {
     const shd_keys *keys =
         exchange->route->id == SHD_ROUTE_PREVIEW ? exchange->settings->preview_keys : NULL;
     if ((!tokens && !keys) || strncmp(exchange->route->path, "/v1/", 4)) return true;
-    if (tokens) exchange->token = shd_tokens_admit(tokens, exchange->authorization);
-    if (exchange->token) return true;
+    const shd_token *token = tokens ? shd_tokens_admit(tokens, exchange->authorization) : NULL;
+    if (token) {
+        exchange->token = token->name;
+        return admit_use(exchange, token);
+    }
     if (keys && admit_link(exchange, keys)) return true;
     if (exchange->reply.status) return false;
     shd_problem_reply(&exchange->reply, SHD_UNAUTHORIZED,

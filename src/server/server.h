@@ -14,7 +14,8 @@
  *     negotiate.c  what Accept and If-None-Match mean
  *     reply.c, problem.c  answers before they become HTTP, refusals among them
  *     memory.c  what the process may have, and who gets how much of it
- *     settings.c  what SIGHUP changes, from config.c; access.c  tokens, keys and origins
+ *     settings.c  what SIGHUP changes, from config.c
+ *     tokens.c, quota.c, access.c  tokens and their rates; keys and origins
  *     admin.c, metrics.c, process.c, log.c, request_log.c, trace.c  the operators' port, and what
  *                they are told
  *     descriptors.c  what is left of them for that port
@@ -53,6 +54,7 @@ typedef struct shd_server {
     shd_engine *engine; /* the first one, whose workers all others use */
     pthread_mutex_t settings_mutex;
     shd_settings *settings; /* for new requests; see shd_server_settings */
+    shd_quotas *quotas;     /* of tokens, whatever settings these are in */
     shd_jobs *jobs;
     struct shd_stuck *stuck; /* workers that do not leave what was cancelled */
     shd_cache *cache;

@@ -31,7 +31,7 @@ shd_engine_options shd_settings_engine(const shd_config *config) {
 }
 
 shd_status shd_settings_new(const shd_config *config, shd_engine *first, bool renew,
-                            shd_settings **out, shd_error *error) {
+                            shd_quotas *quotas, shd_settings **out, shd_error *error) {
     shd_settings *settings = calloc(1, sizeof *settings);
     if (!settings) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     atomic_init(&settings->holders, 1);
@@ -44,9 +44,9 @@ shd_status shd_settings_new(const shd_config *config, shd_engine *first, bool re
         status = shd_engine_renew(first, &options, &settings->engine, error);
     }
     if (!status && *config->tokens)
-        status = shd_tokens_load(config->tokens, &settings->tokens, error);
+        status = shd_tokens_load(config->tokens, quotas, &settings->tokens, error);
     if (!status && *config->admin_tokens)
-        status = shd_tokens_load(config->admin_tokens, &settings->admin_tokens, error);
+        status = shd_tokens_load(config->admin_tokens, NULL, &settings->admin_tokens, error);
     if (!status && *config->preview_keys)
         status = shd_keys_load(config->preview_keys, &settings->preview_keys, error);
     if (!status) status = shd_networks_new(config->trusted_proxies, &settings->proxies, error);

@@ -45,9 +45,9 @@ typedef struct shd_settings {
 } shd_settings;
 
 /* Settings with a first engine, which they do not own, or with one of their own that borrows the
- * first one's workers. */
+ * first one's workers. Tokens are held to their rates in `quotas`, which outlives them. */
 shd_status shd_settings_new(const shd_config *config, shd_engine *first, bool renew,
-                            shd_settings **out, shd_error *error);
+                            shd_quotas *quotas, shd_settings **out, shd_error *error);
 void shd_settings_drop(shd_settings *settings); /* the last holder frees them; NULL is fine */
 
 /* The engine's part of the configuration, without the budget. */

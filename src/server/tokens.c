@@ -15,12 +15,13 @@
 enum { LEAST = 16, MOST = 255, TOKENS_MOST = 1000 };
 
 typedef struct token {
-    char name[SHD_TOKEN_NAME_SIZE];
+    shd_token told;
     uint8_t digest[SHA256_DIGEST_SIZE];
     long long expires; /* seconds since 1970; 0: never */
 } token;
 
 struct shd_tokens {
+    shd_quotas *quotas; /* NULL: these have no rates */
     size_t count;
     token list[TOKENS_MOST];
 };
@@ -74,18 +75,40 @@ static bool parse_expiry(const char *text, long long *out) {
     return !strcmp(again, text) && when > 0;
 }
 
-/* A line with a name: its two or three words. */
-static const char *take_named(token *t, char *line) {
-    char *rest, *name = strtok_r(line, " \t", &rest), *digest = strtok_r(NULL, " \t", &rest),
-                *expiry = strtok_r(NULL, " \t", &rest);
-    if (strlen(name) >= sizeof t->name || !is_made_of(name, "-._"))
+/* "rate=100/minute". */
+static bool parse_rate(const char *text, shd_rate *out) {
+    static const char prefix[] = "rate=";
+    return !strncmp(text, prefix, sizeof prefix - 1) &&
+           shd_rate_read(text + sizeof prefix - 1, out);
+}
+
+/* The rate is the name's, of which there may be other lines; `t` is the last one. */
+static const char *take_rate(shd_tokens *tokens, token *t) {
+    shd_rate rate = t->told.rate;
+    for (const token *o = tokens->list; o < t; o++)
+        if (!strcmp(o->told.name, t->told.name) &&
+            (o->told.rate.count != rate.count || o->told.rate.seconds != rate.seconds))
+            return "has another rate than a line before it of the same name";
+    if (!rate.count) return NULL;
+    if (!tokens->quotas) return "has a rate, which these tokens cannot have";
+    t->told.quota = shd_quotas_get(tokens->quotas, t->told.name);
+    return t->told.quota ? NULL : "finds no memory";
+}
+
+/* A line with a name: its two to four words. */
+static const char *take_named(shd_tokens *tokens, token *t, char *line) {
+    char *rest, *name = strtok_r(line, " \t", &rest), *digest = strtok_r(NULL, " \t", &rest);
+    if (strlen(name) >= sizeof t->told.name || !is_made_of(name, "-._"))
         return "has a name other than up to 32 of A-Z a-z 0-9 - . _";
     if (!parse_digest(digest, t->digest))
         return "has no sha256: and 64 lower-case hexadecimal digits after the name";
-    if (expiry && (!parse_expiry(expiry, &t->expires) || strtok_r(NULL, " \t", &rest)))
-        return "has other words than expires=2027-01-01T00:00:00Z after the digest";
-    memcpy(t->name, name, strlen(name) + 1);
-    return NULL;
+    for (const char *word; (word = strtok_r(NULL, " \t", &rest));)
+        if ((t->expires || !parse_expiry(word, &t->expires)) &&
+            (t->told.rate.count || !parse_rate(word, &t->told.rate)))
+            return "has other words than expires=2027-01-01T00:00:00Z and rate=100/minute, each "
+                   "once, after the digest";
+    memcpy(t->told.name, name, strlen(name) + 1);
+    return take_rate(tokens, t);
 }
 
 static const char *take_token(void *context, char *line) {
@@ -93,16 +116,18 @@ static const char *take_token(void *context, char *line) {
     size_t length = strlen(line);
     if (tokens->count == TOKENS_MOST) return "is one more than 1000 tokens";
     token *t = &tokens->list[tokens->count++];
-    if (strpbrk(line, " \t")) return take_named(t, line);
+    if (strpbrk(line, " \t")) return take_named(tokens, t, line);
     if (length < LEAST || length > MOST || !is_made_of(line, "-._~+/="))
         return "is no token: 16 to 255 of A-Z a-z 0-9 - . _ ~ + / =";
     digest_of(line, length, t->digest);
     return NULL;
 }
 
-shd_status shd_tokens_load(const char *path, shd_tokens **out, shd_error *error) {
+shd_status shd_tokens_load(const char *path, shd_quotas *quotas, shd_tokens **out,
+                           shd_error *error) {
     shd_tokens *tokens = calloc(1, sizeof *tokens);
     if (!tokens) return shd_fail(error, SHD_EXHAUSTED, path, "out of memory");
+    tokens->quotas = quotas;
     shd_status status = shd_lines_read(path, take_token, tokens, error);
     if (!status && !tokens->count) status = shd_fail(error, SHD_CONFIG, path, "there is no token");
     if (status)
@@ -116,7 +141,7 @@ void shd_tokens_drop(shd_tokens *tokens) {
     free(tokens);
 }
 
-const char *shd_tokens_admit(const shd_tokens *tokens, const char *authorization) {
+const shd_token *shd_tokens_admit(const shd_tokens *tokens, const char *authorization) {
     static const char scheme[] = "Bearer ";
     if (!authorization || strncasecmp(authorization, scheme, sizeof scheme - 1) != 0) return NULL;
     const char *text = authorization + sizeof scheme - 1;
@@ -133,5 +158,5 @@ const char *shd_tokens_admit(const shd_tokens *tokens, const char *authorization
         bool is_good = !t->expires || t->expires > now;
         if (memeql_sec(digest, t->digest, sizeof digest) & is_good) found = t;
     }
-    return found ? found->name : NULL;
+    return found ? &found->told : NULL;
 }

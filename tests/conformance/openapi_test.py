@@ -217,6 +217,7 @@ class ServerTest(unittest.TestCase):
         self.deadline()
         self.draining()
         self.unauthorized()
+        self.over_rate()
         for target in ("/nothing", "/?" + "a" * 8000):
             lost = json.loads(self.daemon.get(target).body)
             validate(lost, DOCUMENT["components"]["schemas"]["Problem"])
@@ -387,6 +388,20 @@ class ServerTest(unittest.TestCase):
                 for path, method, operation in operations():
                     if "401" in operation["responses"]:
                         self.check(daemon.call(method.upper(), path), path, method, "401")
+
+    def over_rate(self):
+        token = "0123456789abcdef"
+        digest = hashlib.sha256(token.encode()).hexdigest()
+        with tempfile.NamedTemporaryFile("w", encoding="ascii") as file:
+            file.write(f"ci sha256:{digest} rate=1/day\n")
+            file.flush()
+            with Daemon("--tokens", file.name) as daemon:
+                bearer = {"Authorization": f"Bearer {token}"}
+                self.assertEqual(daemon.get("/v1/version", bearer).status, 200)
+                for path, method, operation in operations():
+                    if "401" in operation["responses"]:
+                        self.check(daemon.call(method.upper(), path, None, bearer), path, method,
+                                   "429")
 
     def deadline(self):
         with Daemon("--timeout", "1") as daemon:

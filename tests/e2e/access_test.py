@@ -20,6 +20,10 @@ def bearer(token):
     return {"Authorization": f"Bearer {token}"}
 
 
+def line(name, token, more=""):
+    return f"{name} sha256:{hashlib.sha256(token.encode()).hexdigest()}{more}\n"
+
+
 def reload(daemon, good=True):
     """Sends SIGHUP: the event that tells what came of it."""
     before = len(daemon.events("reloaded")) + len(daemon.events("reload-failed"))
@@ -58,9 +62,6 @@ class TokenTest(Folder):
             self.assertEqual(daemon.get("/readyz", admin=True).status, 200)
 
     def test_hashes_names_and_ends(self):
-        def line(name, token, more=""):
-            return f"{name} sha256:{hashlib.sha256(token.encode()).hexdigest()}{more}\n"
-
         ends = int(time.time()) + 8
         end = time.strftime(" expires=%Y-%m-%dT%H:%M:%SZ", time.gmtime(ends))
         path = self.file(line("ci", FIRST) + f"{SECOND}\n" + line("ci", THIRD, end) +
@@ -88,12 +89,78 @@ class TokenTest(Folder):
                     f"ci sha256:{digest} expires=2026-01-01T00:00:00+00:00",
                     f"ci sha256:{digest} expires=2026-01-01T24:00:00Z",
                     f"ci sha256:{digest} expires=2027-01-01T00:00:00Z x",
+                    f"ci sha256:{digest} rate=1/fortnight", f"ci sha256:{digest} rate=0/day",
+                    f"ci sha256:{digest} rate=1/day rate=1/day",
+                    f"ci sha256:{digest} expires=2027-01-01T00:00:00Z rate=1/day "
+                    "expires=2027-01-01T00:00:00Z",
                     f"sha256:{digest} expires=2027-01-01T00:00:00Z"):
             path = self.file(f"{FIRST}\n{bad}\n", "tokens")
             status, _, stderr = run("--listen", "127.0.0.1:0", "--admin", "off", "--tokens", path)
             self.assertEqual(status, 1, bad)
             self.assertIn("line 2 has ", json.loads(stderr.splitlines()[-1])["message"])
             self.assertNotIn(digest[1:], stderr)
+
+    def test_tokens_may_have_rates(self):
+        path = self.file(line("ci", FIRST, " rate=3/day") + line("free", SECOND) +
+                         line("ci", THIRD, " expires=9999-12-31T23:59:59Z\trate=3/day"), "tokens")
+        with Daemon("--tokens", path) as daemon:
+            name = 'shaded_token_requests_total{token="ci",result="%s"}'
+            self.assertEqual([daemon.metrics()[name % word] for word in ("admitted", "refused")],
+                             [0, 0])
+            # Whatever comes of them: those of one name together.
+            began = time.monotonic()
+            self.assertEqual(daemon.get("/v1/version", bearer(FIRST)).status, 200)
+            self.assertEqual(daemon.render({}, bearer(THIRD)).status, 422)
+            self.assertEqual(daemon.render(SMALL, bearer(FIRST)).status, 200)
+            for number, token in enumerate((FIRST, THIRD)):
+                answer = daemon.render(SMALL, {**bearer(token), "X-Request-Id": f"over-{number}"})
+                problem = json.loads(answer.body)
+                self.assertEqual((answer.status, problem["type"]), (429, "urn:shaded:problem:rate"))
+                self.assertIn("the limit `rate` of the token ci is 3 a day",
+                              problem["detail"])
+                # A third of a day after the first of them.
+                seconds = int(answer.headers["Retry-After"])
+                self.assertLessEqual(seconds, 28800)
+                self.assertGreaterEqual(seconds, 28800 - 1 - (time.monotonic() - began))
+                self.assertIn(f"in {seconds} s", problem["detail"])
+                event = daemon.wait_for("request", lambda e, n=number: e["id"] == f"over-{n}")
+                self.assertEqual((event["client"], event["problem"]), ("token:ci", "rate"))
+            # Others have nothing to do with it, nor has what asks for no token.
+            for _ in range(9):
+                self.assertEqual(daemon.get("/v1/version", bearer(SECOND)).status, 200)
+            self.assertEqual(daemon.get("/v1/version").status, 401)
+            self.assertEqual(daemon.get("/openapi.json", bearer(FIRST)).status, 200)
+            self.assertEqual(daemon.call("OPTIONS", "/v1/render", None, bearer(FIRST)).status, 204)
+            metrics = daemon.metrics()
+            self.assertEqual([metrics[name % word] for word in ("admitted", "refused")], [3, 2])
+            self.assertEqual(metrics['shaded_refused_total{limit="rate"}'], 2)
+            self.assertNotIn('shaded_token_requests_total{token="free",result="admitted"}', metrics)
+
+    def test_what_is_used_stays_used(self):
+        def statuses(daemon, count):
+            return [daemon.get("/v1/version", bearer(FIRST)).status for _ in range(count)]
+
+        path = self.file(line("ci", FIRST, " rate=3/day"), "tokens")
+        with Daemon("--tokens", path) as daemon:
+            self.assertEqual(statuses(daemon, 4), [200, 200, 200, 429])
+            reload(daemon)
+            self.assertEqual(statuses(daemon, 1), [429])
+            self.file(line("ci", FIRST, " rate=5/day"), "tokens")
+            reload(daemon)
+            self.assertEqual(statuses(daemon, 3), [200, 200, 429])
+            self.file(line("ci", FIRST), "tokens")
+            reload(daemon)
+            self.assertEqual(statuses(daemon, 9), [200] * 9)
+            self.file(line("ci", FIRST, " rate=2/day"), "tokens")
+            reload(daemon)
+            self.assertEqual(statuses(daemon, 1), [429])
+            # One name, two rates: which holds?
+            self.file(line("ci", FIRST, " rate=2/day") + line("ci", SECOND), "tokens")
+            self.assertIn("line 2 has another rate", reload(daemon, good=False)["message"])
+            self.assertEqual(statuses(daemon, 1), [429])
+        status, _, stderr = run("--listen", "127.0.0.1:0", "--admin", "off", "--admin-tokens", path)
+        self.assertEqual(status, 1)
+        self.assertIn("line 1 has a rate", stderr)
 
     def test_metrics_may_ask_for_a_token(self):
         path = self.file(FIRST + "\n", "tokens")

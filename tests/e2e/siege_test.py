@@ -7,6 +7,7 @@ SHADED_SIEGE_PAGE is where the results go; times are judged only then, on a mach
 
 # ctest: serial
 
+import gzip
 import http.client
 import json
 import multiprocessing
@@ -186,7 +187,20 @@ class Giant(Attack):
             raise ConnectionError  # another one
 
 
-ATTACKS = (NeverReading, Dripping, Joining, Poisoning, Flooding, Giant)
+class Inflating(Joining):
+    """The same documents in gzip: 20 KB each."""
+    count, addresses, pause = 24, 3, 0.05
+    head, _, tail = (GIANT % (",".join(["0,1,2"] * 2400000), 0)).rpartition("]}]")
+    head = gzip.compress(head.encode())
+
+    def render(self, _):
+        self.answers["requests"] += 1
+        self.number += 1
+        tail = ']}], "camera": {"fov": %f}}' % (30 + self.number * 1e-3)
+        return post(b"Content-Encoding: gzip", body=self.head + gzip.compress(tail.encode()))
+
+
+ATTACKS = (NeverReading, Dripping, Joining, Poisoning, Flooding, Giant, Inflating)
 
 
 def attack(kind, target, number, done, results):

@@ -64,12 +64,21 @@ static void check_tokens(const char *path, int count, char **fields) {
         for (int i = 0; i < count; i++) CHECK(!shd_keys_signed(keys, "/", 1, fields[i]));
     shd_keys_drop(keys);
     shd_tokens *tokens;
-    if (shd_tokens_load(path, &tokens, NULL) != SHD_OK) return;
+    shd_quotas *quotas = shd_quotas_new();
+    CHECK(quotas);
+    const shd_status status = shd_tokens_load(path, quotas, &tokens, NULL);
+    if (status != SHD_OK) {
+        shd_quotas_drop(quotas);
+        return;
+    }
     CHECK(!shd_tokens_admit(tokens, NULL) && !shd_tokens_admit(tokens, "Bearer "));
     for (int i = 0; i < count; i++) {
-        shd_tokens_admit(tokens, fields[i]);
+        const shd_token *token = shd_tokens_admit(tokens, fields[i]);
+        if (token && token->quota)
+            CHECK(shd_quota_take(quotas, token->quota, token->rate, i) <= token->rate.seconds);
     }
     shd_tokens_drop(tokens);
+    shd_quotas_drop(quotas);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {

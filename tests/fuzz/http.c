@@ -66,7 +66,7 @@ static void start(void) {
 
     shd_error error;
     CHECK(!shd_engine_new(&options, &server.engine, &error));
-    CHECK(!shd_settings_new(config, server.engine, false, &server.settings, &error));
+    CHECK(!shd_settings_new(config, server.engine, false, NULL, &server.settings, &error));
     CHECK(!shd_cache_new(config->response_cache, NULL, &server.cache, &error));
     CHECK(!shd_server_start_jobs(&server, &error));
     CHECK(!shd_linger_new(&server.linger, &error));
