@@ -135,7 +135,8 @@ typedef struct flow {
     const unsigned char *start, *in;
     size_t left; /* of `in` */
     unsigned char *out;
-    size_t size, capacity; /* capacity: of what the budget has taken for it */
+    uint64_t size;         /* what came of it so far */
+    size_t held, capacity; /* the last bytes of that, and what the budget has taken for them */
     size_t decoder;        /* bytes that the budget has taken for that */
     shd_error *error;
 } flow;
@@ -169,10 +170,14 @@ static shd_status reserve(flow *f, size_t bytes) {
     return SHD_OK;
 }
 
-/* One byte more than there may be tells that there are more. */
+/* One byte more than are kept tells that there are more: then they are counted only. */
 static shd_status grow(flow *f) {
-    const uint64_t most = f->how->most + 1;
-    if (f->capacity == most) return fail_long(f);
+    const uint64_t keep = f->how->keep < f->how->most ? f->how->keep : f->how->most;
+    const uint64_t most = keep + 1;
+    if (f->capacity == most) {
+        f->held = 0;
+        return SHD_OK;
+    }
     size_t capacity = f->capacity ? 2 * f->capacity : FIRST;
     if (capacity > most) capacity = (size_t)most;
     const size_t more = capacity - f->capacity;
@@ -191,7 +196,8 @@ static shd_status grow(flow *f) {
 static shd_status prepare(flow *f) {
     if (f->how->request && shd_request_is_cancelled(f->how->request))
         return shd_fail(f->error, SHD_CANCELLED, "", "cancelled");
-    return f->size == f->capacity ? grow(f) : SHD_OK;
+    if (f->size > f->how->most) return fail_long(f);
+    return f->held == f->capacity ? grow(f) : SHD_OK;
 }
 
 static size_t least(size_t a, size_t b) {
@@ -202,6 +208,7 @@ static void advance(flow *f, size_t read, size_t written) {
     f->in += read;
     f->left -= read;
     f->size += written;
+    f->held += written;
 }
 
 static shd_status inflate_members(flow *f, z_stream *z) {
@@ -211,10 +218,10 @@ static shd_status inflate_members(flow *f, z_stream *z) {
         if (status) return status;
         if (code == Z_STREAM_END) gzip.reset(z);
         const size_t in = least(f->left, READ_MOST);
-        const size_t room = least(f->capacity - f->size, WRITE_MOST);
+        const size_t room = least(f->capacity - f->held, WRITE_MOST);
         z->next_in = (unsigned char *)(size_t)f->in;
         z->avail_in = (unsigned)in;
-        z->next_out = f->out + f->size;
+        z->next_out = f->out + f->held;
         z->avail_out = (unsigned)room;
         code = gzip.inflate(z, Z_NO_FLUSH);
         advance(f, in - z->avail_in, room - z->avail_out);
@@ -260,7 +267,7 @@ static shd_status inflate_frames(flow *f, ZSTD_DCtx *context) {
         if (!status && !code) status = begin_frame(f);
         if (status) return status;
         ZSTD_inBuffer in = {f->in, least(f->left, READ_MOST), 0};
-        ZSTD_outBuffer out = {f->out + f->size, least(f->capacity - f->size, WRITE_MOST), 0};
+        ZSTD_outBuffer out = {f->out + f->held, least(f->capacity - f->held, WRITE_MOST), 0};
         code = zstd.decompress(context, &out, &in);
         advance(f, in.pos, out.pos);
         if (zstd.is_error(code)) return fail_wrong(f, zstd.error_name(code));
@@ -279,13 +286,20 @@ static shd_status inflate_zstd(flow *f) {
     return status;
 }
 
+static void forget(flow *f) {
+    free(f->out);
+    shd_budget_give(f->how->budget, f->capacity);
+    f->out = NULL;
+    f->capacity = 0;
+}
+
 /* Gives back what the body did not take. */
 static void fit(flow *f) {
-    unsigned char *smaller = f->size ? realloc(f->out, f->size) : NULL;
+    unsigned char *smaller = f->held ? realloc(f->out, f->held) : NULL;
     if (!smaller) return;
-    shd_budget_give(f->how->budget, f->capacity - f->size);
+    shd_budget_give(f->how->budget, f->capacity - f->held);
     f->out = smaller;
-    f->capacity = f->size;
+    f->capacity = f->held;
 }
 
 shd_status shd_inflate(shd_coding coding, const void *body, size_t size, const shd_inflation *how,
@@ -296,16 +310,16 @@ shd_status shd_inflate(shd_coding coding, const void *body, size_t size, const s
               .in = body,
               .left = size,
               .error = error};
-    const shd_status status = coding == SHD_CODING_GZIP ? inflate_gzip(&f) : inflate_zstd(&f);
+    shd_status status = coding == SHD_CODING_GZIP ? inflate_gzip(&f) : inflate_zstd(&f);
     shd_budget_give(how->budget, f.decoder);
-    if (!status && f.size <= how->most) {
+    if (!status && f.size > how->most) status = fail_long(&f);
+    if (status || f.size > how->keep)
+        forget(&f);
+    else
         fit(&f);
-        *out = f.out;
-        *out_size = f.size;
-        *taken = f.capacity;
-        return SHD_OK;
-    }
-    free(f.out);
-    shd_budget_give(how->budget, f.capacity);
-    return status ? status : fail_long(&f);
+    if (status) return status;
+    *out = f.out;
+    *out_size = (size_t)f.size;
+    *taken = f.capacity;
+    return SHD_OK;
 }

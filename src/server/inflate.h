@@ -30,13 +30,14 @@ const char *shd_coding_list(void);
 bool shd_inflate_open(shd_coding coding);
 
 typedef struct shd_inflation {
-    uint64_t most;              /* bytes */
+    uint64_t most, keep;        /* bytes: that it may come to, and of which it is kept */
     shd_budget *budget;         /* of which all memory is taken; waited for, some seconds */
     const shd_request *request; /* whose cancelling ends it; NULL: nothing does */
 } shd_inflation;
 
 /* What a body in an open coding stands for: *out, which the caller frees and then gives `*taken`
- * bytes back to the budget. It has *out_size bytes.
+ * bytes back to the budget. It has *out_size bytes; where these are more than are kept they are
+ * counted, but *out is NULL.
  *
  * SHD_SYNTAX: it is not what the coding says, or ends too early; SHD_LIMIT: it comes to more than
  * `most`; SHD_CROWDED, SHD_EXHAUSTED: of memory; SHD_CANCELLED. */

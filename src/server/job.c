@@ -53,9 +53,9 @@ void shd_job_drop(shd_job *job) {
     free(job);
 }
 
-/* As it came, or decoded. */
+/* What is known to be: in a coding, only once it was measured. */
 static bool is_long(const shd_job *job) {
-    return job->size > small_document;
+    return job->size > small_document && (!job->question.coding || job->was_measured);
 }
 
 static double find_unread_cost(const shd_job *job) {
@@ -84,13 +84,17 @@ static double find_cost(const shd_job *job) {
     return job->work->size == SHD_LARGE ? COMPARED * work : work;
 }
 
-/* The document of a body that has a coding. False: the reply says why there is none, but where
- * nobody waits for it. On a worker, whose time is divided among clients: a kilobyte may come to a
- * megabyte. */
-static bool decode_body(shd_job *job) {
+/* What a body stands for that has a coding, where that is not long, or its turn has come; else
+ * only how long it is, since what waits must not have grown to a thousand times of what was sent.
+ * On a worker, whose time is divided among clients. False: the reply says what is wrong, but where
+ * nobody waits for it. */
+static bool decode_body(shd_job *job, bool has_turn) {
     const shd_question *asked = &job->question;
-    const shd_inflation how = {
-        .most = job->settings->config.body, .budget = job->server->budget, .request = job->request};
+    const uint64_t most = job->settings->config.body;
+    const shd_inflation how = {.most = most,
+                               .keep = has_turn ? most : small_document,
+                               .budget = job->server->budget,
+                               .request = job->request};
     size_t taken;
     shd_error error;
     const shd_status status = shd_inflate(asked->coding, asked->body, asked->size, &how,
@@ -101,6 +105,7 @@ static bool decode_body(shd_job *job) {
     else if (status != SHD_OK && status != SHD_CANCELLED)
         shd_problem_error(&job->reply, &error);
     if (status) return false;
+    job->was_measured = true;
     job->body = job->decoded;
     job->body_bytes += taken;
     atomic_fetch_add(&job->server->body_bytes, taken);
@@ -128,8 +133,8 @@ static void read_and_make(shd_job *job, bool had_turn) {
         shd_job_drop(job);
 }
 
-/* A job that was taken. Where its document turns out to be long only when it is decoded, it is read
- * in another turn. */
+/* A job that was taken. Where its document turns out to be long only when it is decoded, that is
+ * for another turn. */
 static void begin_job(shd_job *job) {
     const bool had_turn = is_long(job);
     const double start = shd_now();
@@ -143,10 +148,9 @@ static void begin_job(shd_job *job) {
         shd_job_drop(job);
         return;
     }
-    const bool is_coded = job->question.coding && !job->decoded;
-    const bool has_document = job->request && (!is_coded || decode_body(job));
+    const bool is_known = job->request && (!job->question.coding || decode_body(job, had_turn));
     job->seconds += shd_now() - start;
-    if (!has_document)
+    if (!is_known)
         finish(job);
     else if (had_turn || !is_long(job))
         read_and_make(job, had_turn);

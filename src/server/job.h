@@ -47,10 +47,11 @@ struct shd_job {
     shd_digest digest; /* these three as its exchange's, of work that is not shared */
     bool is_binary;
     char client[SHD_CLIENT_SIZE];
-    /* What the question's body stands for; where that has a coding, `decoded`, which is owned, once
-     * a worker has it. */
+    /* What the question's body stands for; where that has a coding, a worker measures it and has
+     * it in `decoded`, which is owned. */
     const unsigned char *body;
     size_t size;
+    bool was_measured;
     unsigned char *decoded;
     size_t body_bytes; /* of both, as the server counts them */
     bool takes_gzip;   /* its one exchange does, as above */

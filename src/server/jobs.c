@@ -356,7 +356,7 @@ bool shd_jobs_defer(shd_jobs *jobs, shd_job *job, double cost) {
     job->cost = cost;
     if (job->waiters) {
         const enum shd_sent why =
-            queue_up(jobs, job, SHD_LANE_LARGE, job->waiters->client, true, &left);
+            queue_up(jobs, job, SHD_LANE_LARGE, job->waiters->client, job->was_read, &left);
         waits = why == SHD_SENT_NOT;
         for (shd_waiter *w = job->waiters->other; waits && w; w = w->other)
             shd_queue_share(jobs->turns.queue, &job->turn, w->client);

@@ -38,7 +38,7 @@ typedef struct shd_turn {
     struct shd_share *share;        /* NULL: it does not wait */
     void *owner;
     double cost, tag;
-    bool is_rest;          /* it has had a place before */
+    bool is_rest;          /* it has had a place before, and was read */
     bool wanted_by_others; /* another client's requests wait for it, too: it does not give way */
 } shd_turn;
 

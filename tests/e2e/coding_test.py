@@ -182,7 +182,9 @@ class TurnsTest(unittest.TestCase):
             for name, pack in PACKERS.items():
                 body = pack(large.encode())
                 self.assertLess(len(body), 64 << 10)
-                connection = http.client.HTTPConnection(*daemon.address, timeout=PATIENCE)
+                # Another client, to whom large work gives way, but not for what was not read.
+                connection = http.client.HTTPConnection(*daemon.address, timeout=PATIENCE,
+                                                        source_address=("127.0.0.2", 0))
                 connection.request("POST", "/v1/render", body, {**JSON, **coded(name)})
                 wait_until_read(daemon, 1)
                 # What is small passes it, and nobody knows yet that it has a mistake.
@@ -195,19 +197,27 @@ class TurnsTest(unittest.TestCase):
                 first = occupied(daemon)
             first.leave()
 
-    def test_who_leaves_while_it_waits_takes_it_along(self):
+    def test_what_waits_is_as_small_as_it_came(self):
+        """However many there are: but for the one whose turn it is, nobody has 16 MB."""
         with Daemon("--threads", "1", "--timeout", "300", "--drain-time", "0",
                     "--reuse", "0") as daemon:
             first = occupied(daemon)
-            connection = http.client.HTTPConnection(*daemon.address, timeout=PATIENCE)
-            connection.request("POST", "/v1/render", gzip.compress(BODY + b" " * (16 * MEBI)),
-                               {**JSON, **coded("gzip")})
-            wait_until_read(daemon, 1)
             used = daemon.metrics()["shaded_memory_used_bytes"]
-            connection.close()
-            wait_until_read(daemon, 0)
-            wait_until(lambda: daemon.metrics()["shaded_memory_used_bytes"] < used - 15 * MEBI)
+            connections = []
+            for name, pack in PACKERS.items():
+                for i in range(5):
+                    connection = http.client.HTTPConnection(*daemon.address, timeout=PATIENCE)
+                    connection.request("POST", "/v1/render", pack(b" " * (16 * MEBI + i) + BODY),
+                                       {**JSON, **coded(name)})
+                    connections.append(connection)
+            wait_until_read(daemon, 10)
+            self.assertLess(daemon.metrics()["shaded_memory_used_bytes"], used + 80 * MEBI)
+            connections.pop().close()
+            wait_until_read(daemon, 9)
             first.leave()
+            for connection in connections:
+                self.assertEqual(connection.getresponse().status, 200)
+                connection.close()
 
 
 if __name__ == "__main__":

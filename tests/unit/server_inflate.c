@@ -86,7 +86,7 @@ enum { PACKERS = sizeof packers / sizeof packers[0] };
 static shd_status unpack(shd_coding coding, bytes body, uint64_t most, uint64_t budget_size,
                          bytes *got, char *text) {
     shd_budget *budget = shd_budget_new(budget_size);
-    const shd_inflation how = {.most = most, .budget = budget};
+    const shd_inflation how = {.most = most, .keep = most, .budget = budget};
     size_t taken = 0;
     shd_error error = {0};
     assert_true(budget && shd_inflate_open(coding));
@@ -263,6 +263,35 @@ static bytes make_zstd_bomb(void) {
     return join(join(copy_of(head, sizeof head), blocks), copy_of(last, sizeof last));
 }
 
+/* What is not kept is counted, in the same memory whatever it is. */
+static void what_is_only_measured_takes_little(void **state) {
+    (void)state;
+    static const size_t sizes[] = {0, 9999, 10000, 10001, 10002, 20001, 3 * MB, 3 * MB + 1};
+    for (size_t s = 0; s < sizeof sizes / sizeof sizes[0]; s++) {
+        bytes text = make_text(sizes[s]);
+        for (size_t p = 0; p < PACKERS; p++) {
+            bytes body = packers[p].pack(text.data, text.size), got = {NULL, 0};
+            shd_budget *budget = shd_budget_new(4 * MB);
+            const shd_inflation how = {.most = 3 * MB, .keep = 10000, .budget = budget};
+            size_t taken = 0;
+            const shd_status status = shd_inflate(packers[p].coding, body.data, body.size, &how,
+                                                  &got.data, &got.size, &taken, NULL);
+            assert_int_equal(status, sizes[s] > 3 * MB ? SHD_LIMIT : SHD_OK);
+            assert_int_equal(got.size, status ? 0 : sizes[s]);
+            if (status || sizes[s] > how.keep)
+                assert_null(got.data);
+            else
+                assert_memory_equal(got.data, text.data, sizes[s]);
+            assert_int_equal(shd_budget_load_of(budget).used, taken);
+            assert_true(taken <= 10001);
+            free(got.data);
+            free(body.data);
+            shd_budget_drop(budget);
+        }
+        free(text.data);
+    }
+}
+
 static void a_gigabyte_of_zeros_takes_no_more_than_may_be(void **state) {
     (void)state;
     unsigned char *zeros = calloc(1, MB);
@@ -368,6 +397,7 @@ int main(void) {
         cmocka_unit_test(whatever_is_cut_is_told),
         cmocka_unit_test(whatever_is_spoilt_is_told_or_means_nothing),
         cmocka_unit_test(what_is_not_of_its_coding_is_told),
+        cmocka_unit_test(what_is_only_measured_takes_little),
         cmocka_unit_test(a_gigabyte_of_zeros_takes_no_more_than_may_be),
         cmocka_unit_test(a_frame_that_tells_its_size_is_refused_by_it),
         cmocka_unit_test(a_cancelled_request_ends_it),
