@@ -10,8 +10,8 @@
 #error "SHADED_VERSION comes from the build"
 #endif
 
-/* Bytes kept between requests for each thread: a picture of 1920 x 1080 fits. And those that are
- * kept though nobody has asked for long: a picture of 512 x 512. */
+/* Bytes that are kept between requests for each thread: a picture of 1920 x 1080 fits. And those
+ * that are kept even if nobody asks for them for long: a picture of 512 x 512. */
 enum { SPARE_BYTES = 64 << 20, REST_BYTES = 8 << 20 };
 
 const char *shd_version(void) {

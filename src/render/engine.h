@@ -11,16 +11,16 @@ struct shd_reuse;
 struct shd_store;
 
 struct shd_engine {
-    bool borrows; /* all but colors and limits is another engine's */
+    bool borrows; /* all but the colors and the limits belongs to another engine */
     shd_pool *pool;
-    shd_budget *budget; /* NULL: memory is counted by the request only */
+    shd_budget *budget; /* NULL: only requests count their memory */
     shd_spares *spares; /* of requests' arenas */
     shd_color_config *color;
     struct shd_reuse *reuse; /* what earlier pictures have left */
     struct shd_store *store; /* of meshes */
     shd_limits limits;
     shd_isa isa;      /* of the kernels */
-    bool floats_only; /* for tests: colors never go straight to codes, which gives the same bytes */
+    bool floats_only; /* for tests: no colors go straight to codes, which gives the same bytes */
 };
 
 #endif

@@ -4,9 +4,9 @@
 
 /* ---- Kept ---- */
 
-/* The mesh alone of what a request reads becomes a thing of the store. */
-static shd_status keep(shd_request *request, const shd_mesh *mesh, const shd_digest *digest,
-                       const char *client, bool *known, shd_error *error) {
+/* Of all that the request has read, the mesh alone becomes a thing of the store. */
+static shd_status keep_mesh(shd_request *request, const shd_mesh *mesh, const shd_digest *digest,
+                            const char *client, bool *known, shd_error *error) {
     shd_store *store = request->rendering.engine->store;
     shd_ready_mesh ready;
     shd_status status = shd_ready_mesh_make(mesh, digest, &request->cancelled,
@@ -29,7 +29,7 @@ shd_status shd_request_keep_mesh(shd_request *request, const void *data, size_t 
     shd_status status = shd_mesh_read(data, length, binary, &request->limits, &request->cancelled,
                                       request->rendering.arena, &mesh, &request->report);
     if (status == SHD_OK) {
-        status = keep(request, mesh, digest, client, known, &error);
+        status = keep_mesh(request, mesh, digest, client, known, &error);
         if (status != SHD_OK)
             shd_report_error(&request->report, status, error.path, "%s", error.text);
     }

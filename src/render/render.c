@@ -5,8 +5,8 @@
 #include "render/tiles/film.h"
 #include "render/tiles/keep.h"
 
-static shd_status render(shd_request *request, const shd_render_options *options,
-                         shd_error *error) {
+static shd_status render_scene(shd_request *request, const shd_render_options *options,
+                               shd_error *error) {
     const shd_scene *scene = request->scene;
     shd_rendering *r = &request->rendering;
     shd_status status = shd_request_prepare_formats(request, error);
@@ -51,5 +51,5 @@ static shd_status render(shd_request *request, const shd_render_options *options
 
 shd_status shd_request_render(shd_request *request, const shd_render_options *options,
                               shd_error *error) {
-    return shd_request_blame(request, render(request, options, error), error);
+    return shd_request_blame(request, render_scene(request, options, error), error);
 }

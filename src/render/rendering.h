@@ -1,6 +1,5 @@
-/* What the making of one picture works with: what goes down from the story in the request's place.
- * It belongs to one thread at a time, the one that runs the stages. Loops on the pool read it, but
- * for its times. */
+/* What the making of one picture works with. The story hands it down instead of the request. One
+ * thread at a time has it, which runs the stages. Loops on the pool may read all but its times. */
 #ifndef SHD_RENDER_RENDERING_H
 #define SHD_RENDER_RENDERING_H
 
@@ -18,8 +17,8 @@ typedef struct shd_rendering {
     const shd_plan *plan;         /* NULL until shd_rendering_plan */
     shd_times times;
     uint64_t saturated; /* values that were held in a sample's range */
-    /* Of the stage that runs, in processor seconds: the thread's clock when it began, and what
-     * other threads did for it less what this one did for other requests. */
+    /* The stage that runs, in processor seconds: the thread's clock when it began, and what other
+     * threads did for it minus what this one did for other requests. */
     double began, beside;
 } shd_rendering;
 
@@ -47,7 +46,8 @@ static inline void shd_stage_end(shd_rendering *r, double *stage) {
 void shd_stage_spread(shd_rendering *r, size_t count,
                       void (*run)(void *work, size_t index, unsigned slot), void *work);
 
-/* Amid a long stage: runs a small job that waits, if this one is large (shd_pool_lend). */
+/* In the middle of a long stage: runs a small job that waits, if this one is large
+ * (shd_pool_lend). */
 void shd_stage_lend(shd_rendering *r);
 
 /* ---- How a stage fails. ---- */

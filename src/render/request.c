@@ -62,9 +62,9 @@ shd_status shd_request_blame_report(shd_request *request, shd_status status) {
     return report->status;
 }
 
-/* Everything that decides the bytes: the document, the formats that were negotiated, the color
- * configuration, the program's version, and the kernel where its bits are its own, or where what it
- * costs may decide on the tier. */
+/* It depends on everything that decides the bytes: the document, the formats that were negotiated,
+ * the color configuration and the program's version. It also depends on the kernel, if its bits are
+ * its own or its cost may decide on the tier. */
 static shd_status make_etag(shd_request *request) {
     const shd_scene *scene = request->scene;
     const shd_isa isa = request->rendering.engine->isa;
@@ -129,7 +129,7 @@ shd_status shd_request_prepare_formats(shd_request *request, shd_error *error) {
     return SHD_OK;
 }
 
-/* What the pictures take is known when all the scene is. */
+/* What the pictures take is known once the whole scene is. */
 static shd_status check_memory(shd_request *request) {
     uint64_t limit = request->limits.memory;
     uint64_t needed, estimate = shd_estimate_memory(request->scene);
@@ -144,7 +144,7 @@ static shd_status check_memory(shd_request *request) {
     return request->report.status;
 }
 
-/* What lists of lights multiply to. */
+/* Lists of lights multiply: by samples and by objects. */
 static shd_status check_lights(shd_request *request) {
     const shd_scene *scene = request->scene;
     const uint64_t light_samples = shd_estimate_light_samples(scene),
@@ -163,7 +163,7 @@ static shd_status check_lights(shd_request *request) {
     return request->report.status;
 }
 
-/* What the plan is expected to take, by the table of its kernels. */
+/* The time that the plan is expected to take, by the table of its kernels. */
 static shd_status check_work(const shd_rendering *r, shd_error *error) {
     const shd_plan *plan = r->plan;
     const shd_raster *raster = &plan->scene->raster;
@@ -201,7 +201,7 @@ shd_status shd_rendering_admit(shd_rendering *r, const shd_film *film, bool ligh
     return shd_fail(error, SHD_CROWDED, "", "%s", crowded_text);
 }
 
-/* What seemed to be missing was not looked for. */
+/* What seemed to be missing could not be looked for. */
 static shd_status blame_memory(shd_request *request) {
     shd_report_init(&request->report, request->rendering.arena);
     shd_report_error(&request->report, SHD_MEMORY, "", "the limit `memory` is reached");

@@ -27,8 +27,8 @@ typedef struct shd_held {
     shd_stored *thing;
 } shd_held;
 
-/* The meshes that are kept, for a scene of the request: it holds those that are found. NULL: none
- * are kept. */
+/* The meshes that are kept. The request holds those that its scene finds there. NULL: none are
+ * kept. */
 const shd_mesh_shelf *shd_request_shelf(shd_request *request, shd_mesh_shelf *out);
 size_t shd_request_held(const shd_request *request); /* bytes of what it holds */
 void shd_request_let_go(shd_request *request);

@@ -1,12 +1,12 @@
-/* What the stages of tiles take: wall time, as reading the clock of processor time would take a
- * share of it. */
+/* What the stages of tiles take. It is wall time, because reading the clock of processor time would
+ * take a noticeable share of it. */
 #ifndef SHD_RENDER_STOPWATCH_H
 #define SHD_RENDER_STOPWATCH_H
 
 #include "base/clock.h"
 #include "shaded.h"
 
-/* One thread's stages, of which each begins where the last one ended. */
+/* One thread's stages. Each begins when the last one ended. */
 typedef struct shd_stopwatch {
     shd_times times;
     double since;
@@ -16,14 +16,14 @@ static inline void shd_begin(shd_stopwatch *watch) {
     watch->since = shd_now();
 }
 
-/* The time since then was `stage`'s, one of the watch's times. */
+/* The time since then counts as `stage`, which is one of the watch's times. */
 static inline void shd_end(shd_stopwatch *watch, double *stage) {
     const double now = shd_now();
     *stage += now - watch->since;
     watch->since = now;
 }
 
-/* The sums of two, in the first one. */
+/* Adds `times` to `sum`. */
 static inline void shd_times_add(shd_times *sum, const shd_times *times) {
     sum->parse += times->parse;
     sum->plan += times->plan;

@@ -5,8 +5,10 @@
 
 #include "render/show/route.h"
 
-/* Holds values in what the sample type or format can store, and counts those that are not. */
-static void saturate(shd_rendering *r, const shd_output *output, float *values, size_t count) {
+/* Holds values in the range that the sample type or the format can store, and counts those
+ * outside. */
+static void saturate_values(shd_rendering *r, const shd_output *output, float *values,
+                            size_t count) {
     float largest = output->depth == SHD_HALF ? 65504 : FLT_MAX, least = -largest;
     if (output->format == SHD_HDR) {
         largest = 1.7e38f; /* a shared 8-bit exponent: below 2^127 ... */
@@ -24,8 +26,8 @@ shd_status shd_output_transform(shd_color_config *color, const shd_scene *scene,
     return shd_color_to_view(color, from, output->display, output->view, out, error);
 }
 
-/* I spans [-.60,.60] and Q [-.52,.52]; stored as integers they are scaled to the full range
- * around a code that grey falls on exactly (docs/model.md, Color). */
+/* I spans [-.60,.60] and Q [-.52,.52]. For integers they are scaled to the full range around a code
+ * that grey falls on exactly (docs/model.md, Color). */
 shd_packing shd_output_packing(shd_channels channels) {
     shd_packing packing = {{1, 1, 1}, {0, 0, 0}, {0, 0, 0}};
     if (channels != SHD_YIQ) return packing;
@@ -38,7 +40,7 @@ shd_packing shd_output_packing(shd_channels channels) {
     return packing;
 }
 
-/* RGB values converted in place; RGBA is what OpenColorIO takes. */
+/* Converts RGB values in place. OpenColorIO takes RGBA. */
 static void convert_rgb(const shd_rendering *r, const shd_color_transform *transform, float *rgb,
                         size_t count) {
     enum { ROW = 1024 };
@@ -60,8 +62,8 @@ static float *copy_floats(shd_arena *arena, const float *values, size_t count) {
     return copy ? memcpy(copy, values, count * sizeof *copy) : NULL;
 }
 
-/* The values of a color layer, converted like the picture. The beauty is the picture itself,
- * multiplied by its alpha as the other layers are by their coverage. */
+/* The values of a color layer, converted like the picture. The beauty is the picture itself. It is
+ * multiplied by its alpha, as the other layers are by their coverage. */
 static float *color_layer(const shd_rendering *r, const shd_film *film, const shd_layer *layer,
                           const float *converted, const shd_color_transform *transform) {
     const shd_plan *plan = r->plan;
@@ -82,18 +84,19 @@ static float *color_layer(const shd_rendering *r, const shd_film *film, const sh
     return rgb;
 }
 
-/* A layer but for its values. */
-static shd_image_layer describe_layer(const shd_layer *layer) {
+/* The values of color layers are left to the caller: NULL. */
+static shd_image_layer describe_layer(const shd_layer *layer, const shd_film *film) {
     static const char *const rgb[] = {"R", "G", "B"}, *const xyz[] = {"X", "Y", "Z"},
                              *const z[] = {"Z"}, *const id[] = {"id"};
     switch (layer->kind) {
     case SHD_LAYER_NORMAL:
+        return (shd_image_layer){layer->name, xyz, 3, true, film->normal};
     case SHD_LAYER_POSITION:
-        return (shd_image_layer){layer->name, xyz, 3, true, NULL};
+        return (shd_image_layer){layer->name, xyz, 3, true, film->position};
     case SHD_LAYER_DEPTH:
-        return (shd_image_layer){layer->name, z, 1, true, NULL};
+        return (shd_image_layer){layer->name, z, 1, true, film->depth};
     case SHD_LAYER_OBJECT:
-        return (shd_image_layer){layer->name, id, 1, true, NULL};
+        return (shd_image_layer){layer->name, id, 1, true, film->object};
     default:
         return (shd_image_layer){layer->name, rgb, 3, false, NULL};
     }
@@ -102,33 +105,18 @@ static shd_image_layer describe_layer(const shd_layer *layer) {
 static bool make_layers(shd_rendering *r, const shd_film *film, const shd_output *output,
                         const float *converted, const shd_color_transform *transform,
                         shd_image_layer **out) {
-    size_t pixels = (size_t)film->width * (size_t)film->height;
+    const size_t pixels = (size_t)film->width * (size_t)film->height;
     shd_image_layer *layers = shd_arena_alloc(r->arena, output->layer_count, sizeof *layers);
     if (!layers) return false;
     for (size_t l = 0; l < output->layer_count; l++) {
         if (shd_is_cancelled(r->cancelled)) return false;
         const shd_layer *layer = &output->layers[l];
-        layers[l] = describe_layer(layer);
-        switch (layer->kind) {
-        case SHD_LAYER_NORMAL:
-            layers[l].values = film->normal;
-            break;
-        case SHD_LAYER_POSITION:
-            layers[l].values = film->position;
-            break;
-        case SHD_LAYER_DEPTH:
-            layers[l].values = film->depth;
-            break;
-        case SHD_LAYER_OBJECT:
-            layers[l].values = film->object;
-            break;
-        default: {
-            float *values = color_layer(r, film, layer, converted, transform);
-            if (!values) return false;
-            saturate(r, output, values, 3 * pixels);
-            layers[l].values = values;
-        }
-        }
+        layers[l] = describe_layer(layer, film);
+        if (layers[l].values) continue;
+        float *values = color_layer(r, film, layer, converted, transform);
+        if (!values) return false;
+        saturate_values(r, output, values, 3 * pixels);
+        layers[l].values = values;
     }
     *out = layers;
     return true;
@@ -145,7 +133,7 @@ void shd_output_flatten(float *rgba, size_t pixels) {
     }
 }
 
-/* Converts rows side by side on the pool: a pixel's result does not depend on the split. */
+/* Converts rows side by side on the pool. A pixel's result does not depend on the split. */
 typedef struct conversion {
     const shd_color_transform *transform;
     float *rgba;
@@ -248,7 +236,7 @@ static bool convert_film(shd_rendering *r, const shd_film *film, size_t index,
     if (!rgba) return false;
     if (flat) shd_output_flatten(rgba, pixels);
     convert_picture(r, transform, film, rgba);
-    saturate(r, output, rgba, 4 * pixels);
+    saturate_values(r, output, rgba, 4 * pixels);
     shd_image_layer *layers = NULL;
     if (output->layer_count && !make_layers(r, film, output, rgba, transform, &layers))
         return false;
@@ -258,8 +246,8 @@ static bool convert_film(shd_rendering *r, const shd_film *film, size_t index,
     return true;
 }
 
-/* Between the pieces of a long encoding: other requests take their turn, and it is left if the
- * request was cancelled. */
+/* Called between the pieces of a long encoding. Other requests take their turn, and the encoding
+ * ends if the request was cancelled. */
 static bool go_on_encoding(void *context) {
     shd_rendering *r = context;
     shd_stage_lend(r);
@@ -319,7 +307,7 @@ shd_status shd_output_prepare(shd_rendering *r, shd_film *film, shd_error *error
     return film->samples ? SHD_OK : shd_rendering_full(r, "picture", error);
 }
 
-/* Of one picture, which is made in the film's own pixels if it is the last. */
+/* The bytes of one picture. The last one is made in the film's own pixels. */
 static shd_status size_output(shd_rendering *r, const shd_film *film, size_t index, uint64_t *out,
                               shd_error *error) {
     const shd_scene *scene = r->plan->scene;
@@ -336,7 +324,7 @@ static shd_status size_output(shd_rendering *r, const shd_film *film, size_t ind
     shd_image_layer *layers = shd_arena_alloc(r->arena, output->layer_count, sizeof *layers);
     if (!layers) return shd_fail(error, SHD_MEMORY, "/image", "the limit `memory` is reached");
     for (size_t l = 0; l < output->layer_count; l++) {
-        layers[l] = describe_layer(&output->layers[l]);
+        layers[l] = describe_layer(&output->layers[l], film);
         if (output->layers[l].kind < SHD_LAYER_NORMAL) floats += 3;
     }
     image.layers = layers;

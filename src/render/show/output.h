@@ -10,12 +10,12 @@
 shd_status shd_output_make(shd_rendering *r, const shd_film *film, size_t index, shd_picture *out,
                            shd_error *error);
 
-/* Before the film is rendered: makes the film's samples, if the only output takes its codes from
- * tiles at once. SHD_MEMORY. */
+/* Is called before the film is rendered. Makes the film's samples if the tiles store those of the
+ * only output at once. SHD_MEMORY. */
 shd_status shd_output_prepare(shd_rendering *r, shd_film *film, shd_error *error);
 
-/* The most bytes of the arena that making any one of the pictures takes, but for its file and what
- * depends on the pixels' values. What was prepared is not counted. */
+/* The most bytes of the arena that any one of the pictures takes, without its file and what depends
+ * on the values of pixels. What was prepared is not counted. */
 shd_status shd_output_size(shd_rendering *r, const shd_film *film, uint64_t *out, shd_error *error);
 
 /* From the working space to the output's own. */
@@ -26,8 +26,8 @@ shd_status shd_output_transform(shd_color_config *color, const shd_scene *scene,
 /* How integers hold the channels. */
 shd_packing shd_output_packing(shd_channels channels);
 
-/* Whether pixels are laid over black before the colors: where the format holds no alpha, and alpha
- * is not what is asked for. */
+/* Whether pixels are laid over black before their colors are converted: if the format holds no
+ * alpha and alpha is not what is asked for. */
 bool shd_output_is_flat(const shd_scene *scene, const shd_output *output);
 void shd_output_flatten(float *rgba, size_t pixels);
 

@@ -6,7 +6,7 @@
 #include "color/metadata.h"
 #include "render/show/output.h"
 
-/* The encoding as a way to Lab. */
+/* The way from a known encoding to Lab. */
 static bool find_lab(const shd_color_transform *transform, shd_lab_space *out) {
     const shd_color_info *info = shd_color_describe(transform);
     return info->channels == SHD_RGB && info->has_primaries &&
@@ -31,8 +31,8 @@ shd_status shd_showing_make(shd_color_config *color, const shd_scene *scene,
         status = shd_color_to_space(color, scene->working_space->name,
                                     shd_color_catalog(color)->colors->name, &showing.detour, error);
         if (status != SHD_OK) return status;
-        /* A configuration without names that are known: colors are linear, and of Rec.709's
-         * primaries, as JSON colors are where nothing else is said. */
+        /* The configuration has no names that are known. Colors are linear and of Rec.709's
+         * primaries, as JSON colors are if nothing else is said. */
         const shd_encoding *rec709 = shd_encoding_of_space("lin_rec709");
         if (!find_lab(showing.detour, &showing.lab))
             shd_lab_space_make(rec709->transfer, rec709->primaries, &showing.lab);
@@ -41,7 +41,7 @@ shd_status shd_showing_make(shd_color_config *color, const shd_scene *scene,
     return SHD_OK;
 }
 
-/* The matrix of a transform that is a curve of a matrix: its columns are differences from a grey,
+/* The matrix of a transform that is a curve of a matrix. Its columns are differences from a grey,
  * which keeps every channel in the curve's range. */
 static void find_matrix(const shd_color_transform *transform, shd_transfer curve,
                         double matrix[3][3]) {
@@ -58,13 +58,13 @@ static void find_matrix(const shd_color_transform *transform, shd_transfer curve
             double moved = shd_curve_decode(curve, (double)pixels[4 * (COLUMNS + c) + r]);
             double still = shd_curve_decode(curve, (double)pixels[4 * GREY + r]);
             double value = (moved - still) / (double)step;
-            /* A channel that another does not touch differs by rounding alone. */
+            /* A channel that does not depend on another differs by rounding alone. */
             matrix[r][c] = fabs(value) < 2e-5 ? 0 : value;
         }
 }
 
-/* Whether the transform is the curve of the matrix at colors in and around [0,1], dark ones and
- * saturated ones among them. Beyond 0 and 1 codes are held, so that only the side counts. */
+/* Whether the transform is the curve of the matrix at colors in and around [0,1], some of them dark
+ * and some saturated. Codes are held at 0 and 1, so that beyond these only the side counts. */
 static bool is_curve_of_matrix(const shd_color_transform *transform, shd_transfer curve,
                                double matrix[3][3]) {
     static const float values[] = {0, 1e-4f, 0.002f, 0.02f, 0.1f, 0.35f, 0.7f, 1, 1.7f};

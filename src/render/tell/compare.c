@@ -1,4 +1,5 @@
-/* The same scene in every tier: what each one costs and how far it is from the exact one. */
+/* Renders the same scene in every tier, and tells what each one costs and how far it is from the
+ * exact one. */
 #include <jansson.h>
 #include <math.h>
 
@@ -24,7 +25,7 @@ static void on_progress(void *context, double share) {
         s->whole->progress(s->whole->context, (s->done + share) / TIERS);
 }
 
-/* The scene with nothing but its beauty wanted, in the given tier. */
+/* The scene in the given tier, with nothing but its beauty wanted. */
 static const shd_scene *in_tier(const shd_scene *given, shd_tier tier, shd_arena *arena) {
     shd_scene *scene = shd_arena_alloc(arena, 1, sizeof *scene);
     shd_output *output = shd_arena_alloc(arena, 1, sizeof *output);
@@ -38,7 +39,7 @@ static const shd_scene *in_tier(const shd_scene *given, shd_tier tier, shd_arena
     return scene;
 }
 
-/* Everything that it makes lives in r->arena, also r->plan. */
+/* Everything that is made lives in r->arena, r->plan too. */
 static shd_status render_tier(shd_rendering *r, const shd_scene *given, shd_tier tier,
                               stretch *progress, shd_film *film, shd_error *error) {
     const shd_scene *scene = in_tier(given, tier, r->arena);
@@ -100,8 +101,8 @@ static json_t *tell_head(const shd_request *request, const shd_showing *showing,
 
 /* ---- The comparison ---- */
 
-/* Renders a tier and measures it. What it needs lives in an arena of its own, so that the tiers
- * take turns in the memory that the exact film leaves of the request's: the cap holds for all. */
+/* Renders a tier and measures it, in an arena of its own. So the tiers take turns in the memory
+ * that the exact film leaves of the request's, and the cap holds for all of them. */
 static shd_status compare_tier(shd_request *request, shd_tier tier, const shd_showing *showing,
                                const shd_film *exact, stretch *progress, double *exact_seconds,
                                double *largest, json_t **out, shd_error *error) {
@@ -128,7 +129,7 @@ static shd_status compare_tier(shd_request *request, shd_tier tier, const shd_sh
     return status;
 }
 
-/* Of all tiers, cheapest first. The references to `tiers` are taken. NULL: memory. */
+/* Tells of all tiers, the cheapest first. Takes the references to `tiers`. NULL: memory. */
 static char *print_answer(const shd_request *request, const shd_showing *showing, double largest,
                           json_t *tiers[TIERS]) {
     json_t *answer = tell_head(request, showing, largest), *list = json_array();
@@ -142,8 +143,8 @@ static char *print_answer(const shd_request *request, const shd_showing *showing
     return NULL;
 }
 
-static shd_status compare(shd_request *request, const shd_render_options *options, char **json,
-                          shd_error *error) {
+static shd_status compare_tiers(shd_request *request, const shd_render_options *options,
+                                char **json, shd_error *error) {
     shd_rendering *whole = &request->rendering;
     shd_showing showing;
     shd_status status = shd_showing_make(whole->engine->color, request->scene,
@@ -179,5 +180,5 @@ static shd_status compare(shd_request *request, const shd_render_options *option
 
 shd_status shd_request_compare(shd_request *request, const shd_render_options *options, char **json,
                                shd_error *error) {
-    return shd_request_blame(request, compare(request, options, json, error), error);
+    return shd_request_blame(request, compare_tiers(request, options, json, error), error);
 }

@@ -7,7 +7,7 @@ static const double CODES = 2.5;  /* a pixel straight to codes, */
 static const double FLOATS = 48;  /* through OpenColorIO's floats, */
 static const double LINEAR = 1.3; /* or to a linear space */
 
-/* A sample of the depth that the format has by itself. */
+/* To encode a sample of the depth that the format has by itself. */
 static const double encoders[SHD_FORMAT_COUNT] = {
     [SHD_PNG] = 4.2, [SHD_JPEG] = 1.4, [SHD_WEBP] = 26,
     [SHD_TIFF] = 10, [SHD_EXR] = 21,   [SHD_HDR] = 5,

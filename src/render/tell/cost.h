@@ -1,4 +1,4 @@
-/* What a plan costs, about: a simple model, with constants measured once. */
+/* What a plan costs, roughly: a simple model whose constants were measured once. */
 #ifndef SHD_RENDER_TELL_COST_H
 #define SHD_RENDER_TELL_COST_H
 

@@ -1,5 +1,5 @@
-/* What there is: materials, shapes, color spaces and the version, as JSON for the HTTP routes of
- * these names. Clients choose from these lists, so each entry says what it is for. */
+/* Lists of what there is: materials, shapes, color spaces and the version, as JSON for the HTTP
+ * routes of these names. Clients choose from these lists, so each entry says what it is for. */
 #include <jansson.h>
 #include <string.h>
 
@@ -9,7 +9,7 @@
 #include "render/engine.h"
 #include "scene/scene.h"
 
-static json_t *rgb(const double value[3]) {
+static json_t *tell_rgb(const double value[3]) {
     return json_pack("[fff]", value[0], value[1], value[2]);
 }
 
@@ -18,8 +18,9 @@ static json_t *describe_materials(void) {
     for (size_t i = 0; i < shd_preset_count(); i++) {
         const shd_preset preset = shd_preset_at(i);
         json_array_append_new(list, json_pack("{ss so so so sf ss}", "name", preset.name, "ambient",
-                                              rgb(preset.ambient), "diffuse", rgb(preset.diffuse),
-                                              "specular", rgb(preset.specular), "shininess",
+                                              tell_rgb(preset.ambient), "diffuse",
+                                              tell_rgb(preset.diffuse), "specular",
+                                              tell_rgb(preset.specular), "shininess",
                                               preset.shininess, "note", preset.note));
     }
     return json_pack("{ss so}", "colorSpace", "lin_rec709", "materials", list);
@@ -38,7 +39,7 @@ enum { MAX_MEMBERS = 3 };
 
 typedef struct shape_text {
     const char *description;
-    member members[MAX_MEMBERS]; /* up to the first without a name */
+    member members[MAX_MEMBERS]; /* the first one without a name ends the list */
 } shape_text;
 
 static const shape_text shapes[SHD_SHAPE_COUNT] = {
@@ -77,7 +78,7 @@ static const member common_members[] = {
     {"name", "string", "", "For people and programs; it changes nothing"},
 };
 
-/* ... and what those have that flat and gouraud turn into faces. */
+/* What those shapes also have that flat and gouraud turn into faces. */
 static const member segments_member = {
     "segments", "integer", "32",
     "Slices that the shape is cut into for flat or gouraud, 3 to 1024"};
@@ -160,7 +161,7 @@ static json_t *describe_colorspaces(const shd_catalog *catalog) {
 #define BUILD_KIND "debug"
 #endif
 
-/* CMake says what it found. */
+/* CMake tells which libraries it found. */
 #ifndef SHADED_LIBRARIES
 #define SHADED_LIBRARIES ""
 #endif
@@ -190,7 +191,7 @@ static json_t *describe_formats(void) {
     return formats;
 }
 
-/* What each tier lights in. */
+/* The precision in which each tier lights. */
 static json_t *describe_tiers(void) {
     json_t *tiers = json_array();
     for (int t = 0; shd_tier_names[t]; t++)
@@ -225,7 +226,7 @@ shd_status shd_engine_describe(const shd_engine *engine, shd_topic topic, char *
         value = describe_version(engine);
         break;
     }
-    /* The numbers were written down with a few digits: print them so. */
+    /* The numbers were written down with a few digits, and are printed so. */
     char *text = json_dumps(value, JSON_INDENT(2) | JSON_REAL_PRECISION(7));
     json_decref(value);
     if (shd_json_memory_short()) {

@@ -3,13 +3,14 @@
 #include "render/show/route.h"
 #include "render/tiles/film.h"
 
-/* Scenes are within limits of 2^46 and below: sums and products of them are kept from wrapping. */
-static uint64_t add(uint64_t a, uint64_t b) {
+/* The numbers of scenes have limits of 2^46 and below. Sums and products of them saturate instead
+ * of wrapping. */
+static uint64_t add_saturating(uint64_t a, uint64_t b) {
     uint64_t sum;
     return __builtin_add_overflow(a, b, &sum) ? UINT64_MAX : sum;
 }
 
-static uint64_t times(uint64_t a, uint64_t b) {
+static uint64_t multiply_saturating(uint64_t a, uint64_t b) {
     uint64_t product;
     return __builtin_mul_overflow(a, b, &product) ? UINT64_MAX : product;
 }
@@ -18,8 +19,8 @@ static bool is_color(const shd_layer *layer) {
     return layer->kind < SHD_LAYER_NORMAL;
 }
 
-/* Bytes of the film, if it has floats. Light planes are counted as those of one output that has the
- * most, for others may have the same. */
+/* Bytes of the film's floats, if it has any. Light planes are counted in the output that has the
+ * most of them, for others may have the same ones. */
 static uint64_t film_bytes(const shd_scene *scene) {
     if (!shd_route_of(scene, &scene->outputs[0], true).film) return 0;
     bool wants[SHD_LAYER_KINDS] = {false};
@@ -37,7 +38,8 @@ static uint64_t film_bytes(const shd_scene *scene) {
     return shd_film_size(&scene->raster, planes + most_lights, wants);
 }
 
-/* Bytes a pixel of one output: the colors of each layer, converted; and what is encoded. */
+/* Bytes that one output takes for a pixel: the converted colors of each layer, and what is
+ * encoded. */
 static uint64_t output_bytes(const shd_output *output) {
     uint64_t floats = 0;
     for (size_t l = 0; l < output->layer_count; l++)
@@ -54,7 +56,7 @@ uint64_t shd_estimate_memory(const shd_scene *scene) {
         const uint64_t one = output_bytes(&scene->outputs[o]);
         if (one > bytes) bytes = one;
     }
-    return add(film_bytes(scene), times(pixels, bytes));
+    return add_saturating(film_bytes(scene), multiply_saturating(pixels, bytes));
 }
 
 uint64_t shd_estimate_light_samples(const shd_scene *scene) {
@@ -62,26 +64,32 @@ uint64_t shd_estimate_light_samples(const shd_scene *scene) {
     uint64_t lobes = 0;
     for (size_t m = 0; m < scene->material_count; m++)
         if (scene->materials[m].lobe_count > lobes) lobes = scene->materials[m].lobe_count;
-    return times(times(pixels, (uint64_t)scene->raster.samples),
-                 times(scene->light_count, 1 + lobes));
+    return multiply_saturating(multiply_saturating(pixels, (uint64_t)scene->raster.samples),
+                               multiply_saturating(scene->light_count, 1 + lobes));
 }
 
 uint64_t shd_estimate_object_lights(const shd_scene *scene) {
-    return times(scene->object_count, scene->light_count);
+    return multiply_saturating(scene->object_count, scene->light_count);
 }
 
 uint64_t shd_estimate_work(const shd_scene *scene) {
     enum { PIXEL = 4, LAYER = 4, DOUBLE_PRECISION = 4, MESH_TRIANGLE = 8 };
     uint64_t pixels = (uint64_t)scene->raster.w * (uint64_t)scene->raster.h;
-    uint64_t samples = times(pixels, (uint64_t)scene->raster.samples), triangles = 0, layers = 0;
+    uint64_t samples = multiply_saturating(pixels, (uint64_t)scene->raster.samples), triangles = 0,
+             layers = 0;
     for (size_t i = 0; i < scene->object_count; i++)
         if (scene->objects[i].mesh)
-            triangles = add(triangles, scene->objects[i].mesh->triangle_count);
+            triangles = add_saturating(triangles, scene->objects[i].mesh->triangle_count);
     for (size_t o = 0; o < scene->output_count; o++)
-        layers = add(layers, 1 + scene->outputs[o].layer_count);
-    /* Seeing a sample costs about as much as two lights on it; tiles skip most objects. */
-    uint64_t a_sample = add(add(2, scene->light_count), scene->object_count / 16);
-    if (scene->accuracy.tier == SHD_EXACT) a_sample = times(a_sample, DOUBLE_PRECISION);
-    return add(add(times(samples, a_sample), times(pixels, add(PIXEL, times(LAYER, layers)))),
-               times(triangles, MESH_TRIANGLE));
+        layers = add_saturating(layers, 1 + scene->outputs[o].layer_count);
+    /* To see a sample costs about as much as two lights on it. Tiles skip most objects. */
+    uint64_t a_sample =
+        add_saturating(add_saturating(2, scene->light_count), scene->object_count / 16);
+    if (scene->accuracy.tier == SHD_EXACT)
+        a_sample = multiply_saturating(a_sample, DOUBLE_PRECISION);
+    return add_saturating(
+        add_saturating(
+            multiply_saturating(samples, a_sample),
+            multiply_saturating(pixels, add_saturating(PIXEL, multiply_saturating(LAYER, layers)))),
+        multiply_saturating(triangles, MESH_TRIANGLE));
 }

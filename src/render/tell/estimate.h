@@ -1,22 +1,22 @@
-/* What a scene will take, told before anything is made from it. */
+/* What a scene will take, estimated before anything is made from it. */
 #ifndef SHD_RENDER_TELL_ESTIMATE_H
 #define SHD_RENDER_TELL_ESTIMATE_H
 
 #include "scene/scene.h"
 
-/* Bytes that rendering the scene takes from its arena at least: the film, its layers, and what the
- * largest output is made in. Never more than it really takes, so that what would fit is not
- * refused; what threads work in depends on the plan (shd_film_scratch_size), and what is small
- * beside a large picture is left to the arena's cap. */
+/* The least bytes that rendering the scene takes from its arena: the film, its layers, and what the
+ * largest output is made in. It is never more than what is really taken, so that nothing is refused
+ * that would fit. What threads work in depends on the plan (shd_film_scratch_size), and the arena's
+ * cap takes care of what is small beside a large picture. */
 uint64_t shd_estimate_memory(const shd_scene *scene);
 
-/* Samples times lights times terms, of the material that has most; and objects times lights. They
- * saturate. */
+/* Samples times lights times terms of the material that has the most; and objects times lights.
+ * They saturate. */
 uint64_t shd_estimate_light_samples(const shd_scene *scene);
 uint64_t shd_estimate_object_lights(const shd_scene *scene);
 
-/* How much there is to compute, in units of about one light on one sample in single precision:
- * tells large work from small, to a factor of a few. Saturates. */
+/* How much there is to compute, in units of about one light on one sample in single precision. It
+ * is right to a factor of a few, which tells large work from small. Saturates. */
 uint64_t shd_estimate_work(const shd_scene *scene);
 
 #endif

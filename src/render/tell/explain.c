@@ -23,7 +23,7 @@ json_t *shd_tell_bound(const shd_bound *bound) {
                      maybe_number(bound->code), "deltaE2000", maybe_number(bound->delta_e));
 }
 
-/* With what it counts, and why it is not known where it is not. */
+/* The bounds with what they count and, if one is not known, why. */
 static json_t *tell_bounds(const shd_plan *plan) {
     const shd_bound *bound = &plan->bound;
     const struct {
@@ -229,8 +229,8 @@ static bool channels_keep_apart(const shd_shown *shown) {
     return apart;
 }
 
-static shd_status explain(shd_rendering *r, const shd_scene *scene, shd_explained *e,
-                          shd_error *error) {
+static shd_status explain_plan(shd_rendering *r, const shd_scene *scene, shd_explained *e,
+                               shd_error *error) {
     shd_status status = shd_shown_make(r, scene, &e->shown, error);
     if (status != SHD_OK) return status;
     status =
@@ -243,7 +243,7 @@ static shd_status explain(shd_rendering *r, const shd_scene *scene, shd_explaine
         codes[i] = shd_route_of(scene, &scene->outputs[i], channels_keep_apart(&e->shown[i])).codes;
     e->codes = codes;
     e->cost = shd_cost_of(e->plan, codes);
-    /* Each tier as if it had been asked for. */
+    /* Plan each tier as if it had been asked for. */
     for (int t = 0; t <= SHD_EXACT; t++) {
         shd_scene *asking = shd_arena_alloc(r->arena, 1, sizeof *asking);
         if (!asking) return shd_fail(error, SHD_MEMORY, "", "the limit `memory` is too small");
@@ -259,7 +259,7 @@ static shd_status explain(shd_rendering *r, const shd_scene *scene, shd_explaine
     return SHD_OK;
 }
 
-static char *join(const json_t *words) {
+static char *join_lines(const json_t *words) {
     size_t i, length = 1;
     json_t *line;
     json_array_foreach(words, i, line) length += json_string_length(line) + 1;
@@ -299,14 +299,14 @@ static char *print_json(const json_t *json, const atomic_bool *cancelled) {
 shd_status shd_request_explain(shd_request *request, shd_telling telling, char **text,
                                shd_error *error) {
     shd_explained e = {.plan = NULL};
-    shd_status status =
-        shd_request_blame(request, explain(&request->rendering, request->scene, &e, error), error);
+    shd_status status = shd_request_blame(
+        request, explain_plan(&request->rendering, request->scene, &e, error), error);
     if (status != SHD_OK) return status;
     shd_json_memory_watch();
     json_t *words = shd_explain_words(&e);
     char *out;
     if (telling == SHD_IN_WORDS) {
-        out = join(words);
+        out = join_lines(words);
         json_decref(words);
     } else {
         json_t *answer = tell_all(&e, words);

@@ -1,4 +1,4 @@
-/* The plan, told. Inside of render/. */
+/* Tells of a plan. Inside of render/. */
 #ifndef SHD_RENDER_TELL_EXPLAIN_H
 #define SHD_RENDER_TELL_EXPLAIN_H
 
@@ -17,13 +17,13 @@ typedef struct shd_explained {
     shd_cost costs[SHD_EXACT + 1];
 } shd_explained;
 
-/* A bound in JSON: null where it is not known. */
+/* A bound in JSON. What is not known is null. */
 json_t *shd_tell_bound(const shd_bound *bound);
 
-/* Why a light is left out, as a clause: the first of its reasons. NULL: it is not. */
+/* The first reason why a light is left out, as a clause. NULL: it is not left out. */
 const char *shd_drop_reason(unsigned drops);
 
-/* As the last member of the answer: sentences, one a line of text. NULL: memory. */
+/* The plan in sentences, one a line of text: the last member of the answer. NULL: memory. */
 json_t *shd_explain_words(const shd_explained *e);
 
 #endif

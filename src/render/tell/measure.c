@@ -13,17 +13,18 @@ enum { BLOCK = 1024 }; /* pixels that are converted and compared at once */
 
 /* ---- Blocks ---- */
 
-/* One thread's memory, and what it has counted: sums that no order changes. */
+/* One thread's memory, and what it has counted. No order of blocks changes these. */
 typedef struct tally {
-    float shown[2][4 * BLOCK], seen[2][4 * BLOCK]; /* exact, other: converted; for Lab */
+    float shown[2][4 * BLOCK],
+        seen[2][4 * BLOCK]; /* exact and other, converted; the same for Lab */
     uint8_t codes[2][4 * BLOCK];
-    uint64_t apart[256]; /* samples whose codes differ by so much */
+    uint64_t apart[256]; /* [n]: samples whose codes differ by n */
     double largest, linear, delta_e;
     double most; /* bound of CIEDE2000 */
     double seconds[2];
 } tally;
 
-/* Sums of f64 depend on their order, so that every block has its own. */
+/* Sums of f64 depend on their order, so every block has its own. */
 typedef struct sums {
     double linear, delta_e;
 } sums;
@@ -39,9 +40,9 @@ typedef struct measuring {
     sums *sums;      /* [block] */
 } measuring;
 
-/* A block as it is shown, and as it goes to Lab. */
-static void show(const shd_showing *showing, const float *rgba, size_t count, float *shown,
-                 float *seen) {
+/* Makes a block as it is shown, and as it goes to Lab. */
+static void show_block(const shd_showing *showing, const float *rgba, size_t count, float *shown,
+                       float *seen) {
     memcpy(shown, rgba, 4 * count * sizeof *shown);
     if (showing->flatten) shd_output_flatten(shown, count);
     if (showing->detour) {
@@ -61,8 +62,8 @@ static double difference_of_colors(const shd_lab_space *space, const float *a, c
     return shd_delta_e_2000(lab[0], lab[1]);
 }
 
-/* The largest bound of the block's pixels. With an alpha they are seen as they are, and over black.
- */
+/* The largest bound of the block's pixels. Those with an alpha are seen as they are and over
+ * black. */
 static double bound_block(const shd_picture_errors *errors, const float *rgba, size_t count) {
     double most = 0;
     for (size_t i = 0; i < count; i++) {
@@ -79,7 +80,7 @@ static double bound_block(const shd_picture_errors *errors, const float *rgba, s
     return most;
 }
 
-/* Leaves the block's differences in the film's pixels: three linear ones, and CIEDE2000. */
+/* Leaves a block's differences in the film's pixels: three linear ones and CIEDE2000. */
 static void measure_block(void *context, size_t index, unsigned slot) {
     measuring *m = context;
     if (shd_is_cancelled(m->rendering->cancelled)) return;
@@ -91,9 +92,9 @@ static void measure_block(void *context, size_t index, unsigned slot) {
     float *film = m->film + 4 * first;
 
     double began = shd_thread_seconds();
-    show(showing, exact, count, t->shown[0], t->seen[0]);
+    show_block(showing, exact, count, t->shown[0], t->seen[0]);
     double halfway = shd_thread_seconds();
-    show(showing, film, count, t->shown[1], t->seen[1]);
+    show_block(showing, film, count, t->shown[1], t->seen[1]);
     t->seconds[0] += halfway - began;
     t->seconds[1] += shd_thread_seconds() - halfway;
 
@@ -124,7 +125,7 @@ static void measure_block(void *context, size_t index, unsigned slot) {
 
 /* ---- Totals ---- */
 
-/* The place of p99 among n sorted values, from 1. */
+/* The place of p99 among n sorted values, counted from 1. */
 static uint64_t rank_of(uint64_t n) {
     return n - n / 100;
 }
@@ -149,9 +150,9 @@ static shd_spread spread_of_codes(const uint64_t apart[256], uint64_t *total, do
     return spread;
 }
 
-/* The value at p99 among `channels` of every four floats, none of them negative: these sort as
- * their bits do, so that counting halves of the bits twice finds it without a copy. 0 where it is
- * cancelled. */
+/* The value at p99 among `channels` of every four floats. None of them is negative, so they sort as
+ * their bits do, and counting their upper and then their lower halves finds it without a copy. 0 if
+ * it is cancelled. */
 static double select_p99(const measuring *m, const float *values, int channels, uint64_t *counts) {
     const size_t pixels = m->pixels;
     uint64_t rank = rank_of((uint64_t)pixels * (uint64_t)channels);
@@ -194,7 +195,7 @@ static void add_up(const measuring *m, unsigned slots, size_t blocks, uint64_t *
     }
     d.linear.mean /= 3 * (double)m->pixels;
     d.delta_e.mean /= (double)m->pixels;
-    /* The film holds them as f32, which may be rounded up beyond the maximum. */
+    /* The film holds them in f32, which may round them up beyond the maximum. */
     d.linear.p99 = fmin(select_p99(m, m->film, 3, counts), d.linear.max);
     d.delta_e.p99 = fmin(select_p99(m, m->film + 3, 1, counts), d.delta_e.max);
 

@@ -14,7 +14,7 @@ typedef struct facet_job {
     const shd_plan_material *material;
     const uint32_t *every; /* light */
     float *radiance;
-    struct scratch {
+    struct facet_scratch {
         float **arrays; /* [1 + max_lobes][3] of [BLOCK] */
         double **exact; /* or these */
         shd_paint_term *terms;
@@ -24,7 +24,7 @@ typedef struct facet_job {
 } facet_job;
 
 static void light_points(const facet_job *l, size_t first, size_t count, const uint32_t *which,
-                         size_t lights, const struct scratch *s) {
+                         size_t lights, const struct facet_scratch *s) {
     const shd_plan *plan = l->plan;
     const shd_facets *facets = l->facets;
     _Alignas(64) double d[9][BLOCK];
@@ -56,7 +56,7 @@ static void light_points(const facet_job *l, size_t first, size_t count, const u
     shd_light_sums32(l->lighting, l->material, which, lights, &points, s->arrays, s->arrays + 3);
 }
 
-static void mix_plane(const facet_job *l, const struct scratch *s, size_t plane, size_t first,
+static void mix_plane(const facet_job *l, const struct facet_scratch *s, size_t plane, size_t first,
                       size_t count) {
     const shd_plan *plan = l->plan;
     float constant[3], mixed[3][BLOCK], *const to[3] = {mixed[0], mixed[1], mixed[2]};
@@ -80,7 +80,7 @@ static void light_block(void *context, size_t index, unsigned slot) {
     const facet_job *l = context;
     if (shd_is_cancelled(l->cancelled)) return;
     const shd_plan *plan = l->plan;
-    struct scratch *s = &l->scratch[slot];
+    struct facet_scratch *s = &l->scratch[slot];
     const size_t first = index * BLOCK, left = l->facets->point_count - first,
                  count = left < BLOCK ? left : BLOCK;
     shd_begin(&s->watch);
@@ -97,7 +97,7 @@ static void light_block(void *context, size_t index, unsigned slot) {
     shd_end(&s->watch, &s->watch.times.shade);
 }
 
-static bool make_scratch(const shd_plan *plan, shd_arena *arena, struct scratch *out) {
+static bool make_scratch(const shd_plan *plan, shd_arena *arena, struct facet_scratch *out) {
     const size_t terms = 1 + plan->max_lobes, rows = 3 * terms;
     shd_scratch memory = {.arena = arena};
     float *sums = shd_scratch_take(&memory, rows * BLOCK, sizeof *sums);

@@ -1,5 +1,5 @@
-/* Faceted objects (flat, gouraud) are lit at their faces' or vertices' points before any tile.
- * Inside of render/. */
+/* Faceted objects (flat, gouraud) are lit at the points of their faces or vertices before any tile
+ * is. Inside of render/. */
 #ifndef SHD_RENDER_TILES_FACETS_H
 #define SHD_RENDER_TILES_FACETS_H
 
@@ -10,12 +10,12 @@
 
 /* Radiance at the points of objects. */
 typedef struct shd_facet_light {
-    float **radiance; /* [object]: [point][plane][channel]; NULL: it is lit at every sample */
+    float **radiance; /* [object]: [point][plane][channel]; NULL: lit at every sample */
     bool any;         /* some object is faceted */
 } shd_facet_light;
 
-/* Lights them on the pool; adds to r->times.shade. False: the arena is full. The radiance of what
- * is cancelled is undefined. */
+/* Lights them on the pool and adds to r->times.shade. False: the arena is full. If the request is
+ * cancelled the radiance is undefined. */
 bool shd_facets_light(shd_rendering *r, const shd_sight *sight, const shd_lighting *lighting,
                       const shd_paint_kernel *paint, shd_facet_light *out);
 

@@ -8,7 +8,7 @@
 #include "render/tiles/tile.h"
 
 /* One thread's working memory. */
-typedef struct scratch {
+typedef struct film_scratch {
     shd_tile_scratch *tile;
     shd_paint_term *terms;
     size_t *term_of;
@@ -17,10 +17,10 @@ typedef struct scratch {
     _Alignas(64) float cover[SHD_TILE_PIXELS];
     shd_stopwatch watch;
     uint64_t saturated;
-} scratch;
+} film_scratch;
 
 /* What all threads share. */
-typedef struct job {
+typedef struct film_job {
     const shd_rendering *rendering;
     shd_scenery scenery;
     const shd_render_options *options;
@@ -28,15 +28,15 @@ typedef struct job {
     shd_recall recall;
     int left, top, across; /* of the region's tiles, on the picture's grid */
     size_t tile_count;
-    uint8_t background[16 * SHD_TILE]; /* a row's samples where nothing is seen */
+    uint8_t background[16 * SHD_TILE]; /* samples of a row through which nothing is seen */
     pthread_mutex_t mutex;             /* guards the arena while threads run */
-    scratch **slots;
+    film_scratch **slots;
     atomic_bool failed; /* memory ran out */
     atomic_size_t done; /* tiles */
-} job;
+} film_job;
 
 uint64_t shd_saturate(float *values, size_t count, float least, float largest) {
-    /* Almost always there is nothing to do, which a loop without branches sees quickly. */
+    /* Almost always there is nothing to do. A loop without branches finds that out quickly. */
     unsigned outside = 0;
     for (size_t i = 0; i < count; i++) {
         unsigned low = values[i] >= least ? 0 : 1, high = values[i] <= largest ? 0 : 1;
@@ -54,10 +54,11 @@ uint64_t shd_saturate(float *values, size_t count, float least, float largest) {
 }
 
 /* NULL if it is only counted, or the arena is full. `looks`: tiles are cast and lit. */
-static scratch *lay_out_scratch(const shd_plan *plan, bool looks, shd_scratch *memory) {
+static film_scratch *lay_out_scratch(const shd_plan *plan, bool looks, shd_scratch *memory) {
     const size_t terms = 1 + plan->max_lobes;
-    scratch counted, *made = shd_scratch_take(memory, 1, sizeof *made), *s = made ? made : &counted;
-    *s = (scratch){.tile = looks ? shd_tile_scratch_lay_out(plan, memory) : NULL};
+    film_scratch counted, *made = shd_scratch_take(memory, 1, sizeof *made),
+                          *s = made ? made : &counted;
+    *s = (film_scratch){.tile = looks ? shd_tile_scratch_lay_out(plan, memory) : NULL};
     s->terms = shd_scratch_take(memory, terms, sizeof *s->terms);
     s->term_of = shd_scratch_take(memory, terms, sizeof *s->term_of);
     for (int c = 0; c < 3; c++)
@@ -72,8 +73,8 @@ uint64_t shd_film_scratch_size(const shd_plan *plan) {
 }
 
 /* The scratch of a slot, made when the slot first works. NULL: the arena is full. */
-static scratch *get_scratch(job *j, unsigned slot) {
-    scratch *s = j->slots[slot];
+static film_scratch *get_scratch(film_job *j, unsigned slot) {
+    film_scratch *s = j->slots[slot];
     if (!s) {
         pthread_mutex_lock(&j->mutex);
         shd_scratch memory = {.arena = j->rendering->arena};
@@ -85,7 +86,7 @@ static scratch *get_scratch(job *j, unsigned slot) {
     return s;
 }
 
-static bool stopped(const job *j) {
+static bool is_stopped(const film_job *j) {
     return atomic_load(&j->failed) || shd_is_cancelled(j->rendering->cancelled);
 }
 
@@ -99,9 +100,10 @@ static bool is_span(const uint16_t *cell, size_t count) {
     return !apart;
 }
 
-/* A run's radiance in a plane: where its pixels follow each other, straight into them. */
-static void paint_run(const job *j, scratch *s, const shd_fragments *f, shd_run run, size_t plane,
-                      bool whole) {
+/* Adds a run's radiance to a plane. If its pixels follow each other it is written straight into
+ * them. */
+static void paint_run(const film_job *j, film_scratch *s, const shd_fragments *f, shd_run run,
+                      size_t plane, bool whole) {
     const shd_plan *plan = j->scenery.plan;
     float constant[3] = {0, 0, 0};
     size_t terms = 1;
@@ -142,8 +144,9 @@ static void paint_run(const job *j, scratch *s, const shd_fragments *f, shd_run 
     }
 }
 
-/* A plane's pixels from all runs, over the background where it is opaque and the beauty. */
-static void paint_plane(const job *j, scratch *s, const shd_fragments *f, size_t plane) {
+/* Makes a plane's pixels from all runs. The beauty is laid over the background, if that is
+ * opaque. */
+static void paint_plane(const film_job *j, film_scratch *s, const shd_fragments *f, size_t plane) {
     const shd_plan *plan = j->scenery.plan;
     const shd_scene *scene = plan->scene;
     const bool whole = !f->coverage, over = plane == 0 && !scene->transparent;
@@ -163,7 +166,7 @@ static void paint_plane(const job *j, scratch *s, const shd_fragments *f, size_t
     }
 }
 
-static void find_cover(scratch *s, const shd_fragments *f) {
+static void find_cover(film_scratch *s, const shd_fragments *f) {
     memset(s->cover, 0, sizeof s->cover);
     for (size_t i = 0; i < f->count; i++) s->cover[f->cell[i]] += f->coverage ? f->coverage[i] : 1;
 }
@@ -175,43 +178,31 @@ static size_t place_in_scratch(int x, int y) {
     return (size_t)(y % SHD_TILE) * SHD_TILE + (size_t)(x % SHD_TILE);
 }
 
-static void store_colors(const job *j, scratch *s, shd_tile tile) {
-    const shd_scene *scene = j->scenery.plan->scene;
-    shd_film *film = j->film;
-    for (int y = 0; y < tile.h; y++) {
-        const size_t from = place_in_scratch(tile.x, tile.y + y);
-        float *out =
-            film->rgba + 4 * ((size_t)(tile.y + y - scene->raster.y) * (size_t)film->width +
-                              (size_t)(tile.x - scene->raster.x));
-        for (size_t x = 0; x < (size_t)tile.w; x++) {
-            for (int c = 0; c < 3; c++) out[4 * x + (size_t)c] = s->pixels[c][from + x];
-            out[4 * x + 3] = scene->transparent ? s->cover[from + x] : 1;
-        }
-        s->saturated += shd_saturate(out, 4 * (size_t)tile.w, -FLT_MAX, FLT_MAX);
-    }
-}
-
-static void store_plane(const job *j, scratch *s, shd_tile tile, size_t plane) {
-    const shd_scene *scene = j->scenery.plan->scene;
-    shd_film *film = j->film;
-    for (int y = 0; y < tile.h; y++) {
-        const size_t from = place_in_scratch(tile.x, tile.y + y);
-        float *out = film->planes[plane] +
-                     3 * ((size_t)(tile.y + y - scene->raster.y) * (size_t)film->width +
-                          (size_t)(tile.x - scene->raster.x));
-        for (size_t x = 0; x < (size_t)tile.w; x++)
-            for (int c = 0; c < 3; c++) out[3 * x + (size_t)c] = s->pixels[c][from + x];
-        s->saturated += shd_saturate(out, 3 * (size_t)tile.w, -FLT_MAX, FLT_MAX);
-    }
-}
-
-static void store_codes(const job *j, scratch *s, shd_tile tile, bool empty) {
+/* The same in the film. */
+static size_t place_in_film(const film_job *j, int x, int y) {
     const shd_raster *raster = &j->scenery.plan->scene->raster;
+    return (size_t)(y - raster->y) * (size_t)raster->w + (size_t)(x - raster->x);
+}
+
+/* `channels`: 3, or 4 with alpha. */
+static inline void store_floats(const film_job *j, film_scratch *s, shd_tile tile, float *to,
+                                size_t channels) {
+    const bool transparent = j->scenery.plan->scene->transparent;
+    for (int y = tile.y; y < tile.y + tile.h; y++) {
+        const size_t from = place_in_scratch(tile.x, y);
+        float *out = to + channels * place_in_film(j, tile.x, y);
+        for (size_t x = 0; x < (size_t)tile.w; x++) {
+            for (size_t c = 0; c < 3; c++) out[channels * x + c] = s->pixels[c][from + x];
+            if (channels == 4) out[4 * x + 3] = transparent ? s->cover[from + x] : 1;
+        }
+        s->saturated += shd_saturate(out, channels * (size_t)tile.w, -FLT_MAX, FLT_MAX);
+    }
+}
+
+static void store_codes(const film_job *j, film_scratch *s, shd_tile tile, bool empty) {
     const shd_film *film = j->film;
     const size_t size = (size_t)film->layout.count * film->layout.bytes, width = (size_t)tile.w;
-    unsigned char *out =
-        film->samples +
-        size * ((size_t)(tile.y - raster->y) * (size_t)film->width + (size_t)(tile.x - raster->x));
+    unsigned char *out = film->samples + size * place_in_film(j, tile.x, tile.y);
     if (empty) {
         for (int y = 0; y < tile.h; y++, out += size * (size_t)film->width)
             memcpy(out, j->background, size * width);
@@ -221,7 +212,7 @@ static void store_codes(const job *j, scratch *s, shd_tile tile, bool empty) {
     size_t count = (size_t)tile.h * SHD_TILE;
     float *const *pixels =
         (float *const[3]){s->pixels[0] + first, s->pixels[1] + first, s->pixels[2] + first};
-    if (width < SHD_TILE) { /* at the region's edges: rows follow each other */
+    if (width < SHD_TILE) { /* at the region's edges: makes the rows follow each other */
         for (int c = 0; c < 3; c++)
             for (size_t y = 1; y < (size_t)tile.h; y++)
                 memmove(pixels[c] + y * width, pixels[c] + y * SHD_TILE, width * sizeof(float));
@@ -232,8 +223,8 @@ static void store_codes(const job *j, scratch *s, shd_tile tile, bool empty) {
         NULL, count, film->layout.source, film->layout.count, width, (size_t)film->width, out);
 }
 
-/* The part of a tile of the grid that lies in a rectangle. */
-static shd_tile tile_within(const job *j, size_t index, shd_tile bounds) {
+/* The part of the grid's tile `index` that lies in a rectangle. */
+static shd_tile tile_within(const film_job *j, size_t index, shd_tile bounds) {
     const int x = (j->left + (int)(index % (size_t)j->across)) * SHD_TILE,
               y = (j->top + (int)(index / (size_t)j->across)) * SHD_TILE;
     const int x0 = x > bounds.x ? x : bounds.x, y0 = y > bounds.y ? y : bounds.y;
@@ -243,11 +234,13 @@ static shd_tile tile_within(const job *j, size_t index, shd_tile bounds) {
     return (shd_tile){x0, y0, x1 - x0, y1 - y0};
 }
 
-static const shd_fragments *find_fragments(const job *j, scratch *s, size_t index, shd_tile tile) {
+static const shd_fragments *find_fragments(const film_job *j, film_scratch *s, size_t index,
+                                           shd_tile tile) {
     if (j->recall.light) return shd_kept_fragments(j->recall.light, index);
     const shd_plan *plan = j->scenery.plan;
     const shd_raster *raster = &plan->scene->raster;
-    /* What is left out within a tolerance depends on all that is seen through the tile. */
+    /* Which lights are left out within a tolerance depends on everything seen through the whole
+     * tile. */
     if (plan->drop_tolerance > 0)
         tile = tile_within(j, index, (shd_tile){0, 0, raster->width, raster->height});
     const shd_fragments *f = shd_tile_look(&j->scenery, index, tile, s->tile, j->film, &s->watch);
@@ -259,9 +252,9 @@ static const shd_fragments *find_fragments(const job *j, scratch *s, size_t inde
 }
 
 static void render_tile(void *context, size_t index, unsigned slot) {
-    job *j = context;
-    if (stopped(j)) return;
-    scratch *s = get_scratch(j, slot);
+    film_job *j = context;
+    if (is_stopped(j)) return;
+    film_scratch *s = get_scratch(j, slot);
     if (!s) return;
     const shd_raster *raster = &j->scenery.plan->scene->raster;
     const shd_tile tile =
@@ -274,19 +267,19 @@ static void render_tile(void *context, size_t index, unsigned slot) {
         store_codes(j, s, tile, true);
     } else {
         if (f->coverage || j->scenery.plan->scene->transparent) find_cover(s, f);
-        for (size_t p = 0; p < j->scenery.plan->plane_count && !stopped(j); p++) {
+        for (size_t p = 0; p < j->scenery.plan->plane_count && !is_stopped(j); p++) {
             paint_plane(j, s, f, p);
             if (p)
-                store_plane(j, s, tile, p);
+                store_floats(j, s, tile, j->film->planes[p], 3);
             else if (j->film->rgba)
-                store_colors(j, s, tile);
+                store_floats(j, s, tile, j->film->rgba, 4);
         }
         shd_end(watch, &watch->times.shade);
         if (j->film->codes) store_codes(j, s, tile, false);
     }
     shd_end(watch, &watch->times.color);
 
-    if (!j->options || !j->options->progress) return; /* counting waits for the tile's stores */
+    if (!j->options || !j->options->progress) return; /* counting waits until the tile is stored */
     size_t done = atomic_fetch_add(&j->done, 1) + 1;
     if (slot == 0) j->options->progress(j->options->context, (double)done / (double)j->tile_count);
 }
@@ -297,7 +290,7 @@ static void fill_plane(float *values, size_t count, float value) {
     for (size_t i = 0; i < count; i++) values[i] = value;
 }
 
-/* film->planes, unless NULL, has room for them. */
+/* film->planes has room for the planes, or is NULL. */
 static void lay_out_film(size_t pixels, size_t plane_count, const bool *wants, shd_scratch *memory,
                          shd_film *film) {
     if (!film->codes) film->rgba = shd_scratch_take(memory, pixels, 4 * sizeof(float));
@@ -320,7 +313,7 @@ uint64_t shd_film_size(const shd_raster *raster, size_t plane_count,
     return counted.bytes;
 }
 
-/* Data layers begin as where nothing is hit. */
+/* Data layers begin with the values of pixels that hit nothing. */
 static bool make_film(const shd_plan *plan, shd_arena *arena, shd_film *film) {
     const size_t pixels = (size_t)film->width * (size_t)film->height;
     shd_scratch memory = {.arena = arena};
@@ -335,7 +328,7 @@ static bool make_film(const shd_plan *plan, shd_arena *arena, shd_film *film) {
     return true;
 }
 
-static void find_background(job *j) {
+static void find_background(film_job *j) {
     const shd_film *film = j->film;
     if (!film->codes) return;
     float rgb[3][SHD_TILE];
@@ -358,17 +351,17 @@ shd_status shd_film_render(shd_rendering *r, const shd_sight *sight, const shd_r
     film->height = raster->h;
 
     const bool *wants = plan->wants;
-    job j = {.rendering = r,
-             .scenery = {.plan = plan,
-                         .sight = sight,
-                         .paint = kernels[plan->isa],
-                         .data = wants[SHD_LAYER_NORMAL] || wants[SHD_LAYER_POSITION] ||
-                                 wants[SHD_LAYER_DEPTH] || wants[SHD_LAYER_OBJECT]},
-             .options = options,
-             .film = film,
-             .recall = recall ? *recall : (shd_recall){NULL, NULL, NULL, NULL},
-             .left = raster->x / SHD_TILE,
-             .top = raster->y / SHD_TILE};
+    film_job j = {.rendering = r,
+                  .scenery = {.plan = plan,
+                              .sight = sight,
+                              .paint = kernels[plan->isa],
+                              .data = wants[SHD_LAYER_NORMAL] || wants[SHD_LAYER_POSITION] ||
+                                      wants[SHD_LAYER_DEPTH] || wants[SHD_LAYER_OBJECT]},
+                  .options = options,
+                  .film = film,
+                  .recall = recall ? *recall : (shd_recall){NULL, NULL, NULL, NULL},
+                  .left = raster->x / SHD_TILE,
+                  .top = raster->y / SHD_TILE};
     j.across = (raster->x + raster->w - 1) / SHD_TILE - j.left + 1;
     j.tile_count = shd_tile_count(raster);
     j.scenery.known = j.recall.geometry;

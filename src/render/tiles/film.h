@@ -1,6 +1,6 @@
-/* The film: the picture in the working space before any output's colors, and the layers that
- * outputs want; or, where nobody needs these floats, one output's samples at once. Filled tile by
- * tile on the pool. */
+/* The film: the picture in the working space, before the colors of any output, and the layers that
+ * outputs want. If nobody needs these floats it has the samples of the one output instead. Tiles
+ * fill it on the pool. */
 #ifndef SHD_RENDER_TILES_FILM_H
 #define SHD_RENDER_TILES_FILM_H
 
@@ -12,15 +12,16 @@ struct shd_recall;
 
 typedef struct shd_film {
     int width, height; /* of the region */
-    float *rgba;       /* [height][width][4]: straight alpha, finite. NULL where `codes` is not */
-    float **planes;    /* [plane_count]; plane 0 (the beauty) is NULL: it is rgba. Others are
-                          [height][width][3], multiplied by coverage, without background */
-    float *normal;     /* [height][width][3] or NULL; of the sample nearest to the camera, as */
-    float *position;   /* are these; where nothing is hit: 0, 0, */
-    float *depth;      /* [height][width]: infinity, */
-    float *object;     /* and -1 */
-    /* Set before rendering where colors go straight to codes: the opaque beauty is stored as
-     * `samples` of `layout`, and no other part of the film is made. */
+    float *rgba;       /* [height][width][4]: straight alpha, finite. NULL if `codes` is not */
+    /* [plane_count]. Plane 0, the beauty, is NULL: it is rgba. The others are [height][width][3],
+     * multiplied by coverage, without background. */
+    float **planes;
+    /* Of the sample that is nearest to the camera. NULL: not wanted. */
+    float *normal, *position; /* [height][width][3]; 0 if nothing is hit */
+    float *depth;             /* [height][width]; infinity if nothing is hit */
+    float *object;            /* [height][width]; -1 if nothing is hit */
+    /* Set before rendering if colors go straight to codes: the opaque beauty is stored as `samples`
+     * of `layout`, and no other part of the film is made. */
     const shd_color_codes *codes;
     shd_layout layout;
     unsigned char *samples;
@@ -33,16 +34,17 @@ shd_status shd_film_render(shd_rendering *r, const shd_sight *sight,
                            const struct shd_recall *recall, const shd_render_options *options,
                            shd_film *film, shd_error *error);
 
-/* Bytes of a film's floats: of the beauty and the other planes, and of the data layers among those
- * that are wanted. */
+/* Bytes of a film's floats: those of the planes, the beauty among them, and of the data layers that
+ * are wanted. */
 uint64_t shd_film_size(const shd_raster *raster, size_t plane_count,
                        const bool wants[SHD_LAYER_KINDS]);
 
-/* Bytes of working memory that one thread takes for it from the rendering's arena, where the plan's
- * light is not recalled. */
+/* Bytes of working memory that one thread takes from the rendering's arena, if the plan's light is
+ * not recalled. */
 uint64_t shd_film_scratch_size(const shd_plan *plan);
 
-/* Holds values in [least, largest]; not-a-number becomes 0. Returns how many were changed. */
+/* Holds values in [least, largest]. What is not a number becomes 0. Returns how many were
+ * changed. */
 uint64_t shd_saturate(float *values, size_t count, float least, float largest);
 
 #endif

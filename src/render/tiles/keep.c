@@ -10,20 +10,20 @@
 
 /* ---- Keys. ---- */
 
-/* Nobody can make two pictures that are taken for one another. */
+/* A hash that nobody can make two pictures for. */
 typedef struct sha256_ctx hash;
 
-static void put(hash *h, const void *data, size_t size) {
+static void put_bytes(hash *h, const void *data, size_t size) {
     sha256_update(h, size, data);
 }
 
 static void put_number(hash *h, double value) {
     value += 0.0; /* -0 as 0 */
-    put(h, &value, sizeof value);
+    put_bytes(h, &value, sizeof value);
 }
 
 static void put_count(hash *h, uint64_t value) {
-    put(h, &value, sizeof value);
+    put_bytes(h, &value, sizeof value);
 }
 
 static void put_vec(hash *h, shd_vec3 v) {
@@ -32,18 +32,18 @@ static void put_vec(hash *h, shd_vec3 v) {
     put_number(h, v.z);
 }
 
-/* Where the request is cancelled, a key of a part is as good: nothing comes of it. */
+/* If the request is cancelled, a key of a part is as good: nothing comes of it. */
 static void put_array(hash *h, const void *data, size_t size, const atomic_bool *cancelled) {
     enum { AT_ONCE = 1 << 16 };
     const char *bytes = data;
     for (size_t at = 0; at < size && !shd_is_cancelled(cancelled); at += AT_ONCE)
-        put(h, bytes + at, size - at < AT_ONCE ? size - at : AT_ONCE);
+        put_bytes(h, bytes + at, size - at < AT_ONCE ? size - at : AT_ONCE);
 }
 
 static void put_mesh(hash *h, const shd_mesh *mesh, const atomic_bool *cancelled) {
     put_count(h, mesh->kept != NULL);
     if (mesh->kept) {
-        put(h, mesh->kept->digest.bytes, sizeof mesh->kept->digest.bytes);
+        put_bytes(h, mesh->kept->digest.bytes, sizeof mesh->kept->digest.bytes);
         return;
     }
     put_count(h, mesh->vertex_count);
@@ -82,7 +82,7 @@ static void put_geometry(hash *h, const shd_plan *plan) {
     put_number(h, camera->height);
     const int numbers[] = {raster->width, raster->height, raster->x,      raster->y,
                            raster->w,     raster->h,      raster->samples};
-    put(h, numbers, sizeof numbers);
+    put_bytes(h, numbers, sizeof numbers);
     put_count(h, plan->split_positions);
     put_count(h, scene->object_count);
     for (size_t o = 0; o < scene->object_count; o++)
@@ -91,7 +91,7 @@ static void put_geometry(hash *h, const shd_plan *plan) {
 }
 
 static void put_light(hash *h, const shd_plan_light *light) {
-    /* Which lights meet in f32 is told by their places in the scene's list. */
+    /* Their places in the scene's list tell which lights are summed in f32 together. */
     put_count(h, light->index / SHD_LIGHT_GROUP);
     put_count(h, (unsigned)light->directional | (unsigned)light->attenuated << 1 |
                      (unsigned)light->spot << 2);
@@ -105,7 +105,7 @@ static void put_light(hash *h, const shd_plan_light *light) {
     for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++) put_number(h, numbers[i]);
 }
 
-/* Of colors only which terms there are. */
+/* Colors matter only by which terms there are. */
 static void put_material(hash *h, const shd_plan_material *material) {
     put_count(h, material->has_diffuse);
     put_count(h, material->lobe_count);
@@ -123,14 +123,14 @@ static void put_lights(hash *h, const shd_plan *plan) {
         if (shd_is_cancelled(plan->cancelled)) return;
         const shd_plan_group *group = &plan->groups[g];
         put_material(h, &plan->materials[group->material]);
-        /* Lights whose color the material has nothing of are not in its sums. */
+        /* A material's sums leave out lights whose color it has nothing of. */
         put_count(h, group->light_count);
-        put(h, group->lights, group->light_count * sizeof *group->lights);
+        put_bytes(h, group->lights, group->light_count * sizeof *group->lights);
     }
     for (size_t o = 0; o < plan->scene->object_count; o++) put_count(h, plan->objects[o].group);
 }
 
-/* Of all that was put so far; more may follow. */
+/* The key of all that was put so far. More may follow. */
 static shd_reuse_key key_of(const hash *h) {
     hash ended = *h;
     shd_reuse_key key;
@@ -138,7 +138,8 @@ static shd_reuse_key key_of(const hash *h) {
     return key;
 }
 
-/* Everything that hits, and everything that fragments depend on. False: they are not kept. */
+/* The key of everything that hits depend on, and that of everything that fragments depend on.
+ * False: they are not kept. */
 static bool find_keys(const shd_plan *plan, shd_reuse_key *geometry, shd_reuse_key *light) {
     const shd_scene *scene = plan->scene;
     if (plan->tier == SHD_EXACT || plan->plane_count > 1 || plan->drop_tolerance > 0) return false;
@@ -185,38 +186,38 @@ void shd_recall_close(shd_recall *recall, bool complete) {
 
 enum { ALIGNED = 64 };
 
-static size_t aligned(size_t size) {
+static size_t align_size(size_t size) {
     return (size + ALIGNED - 1) / ALIGNED * ALIGNED;
 }
 
 /* The next array of a piece. */
-static void *next(char **at, size_t size) {
+static void *next_array(char **at, size_t size) {
     void *array = *at;
-    *at += aligned(size);
+    *at += align_size(size);
     return array;
 }
 
-static void *copy(char **at, const void *from, size_t size) {
-    return memcpy(next(at, size), from, size);
+static void *copy_array(char **at, const void *from, size_t size) {
+    return memcpy(next_array(at, size), from, size);
 }
 
-/* Past the caches where there are instructions for it: what is kept is not read soon, would push
- * out what is, and its lines need not be read before they are written. */
-static void *stream(char **at, const void *from, size_t size) {
+/* Copies past the caches, if there are instructions for it. What is kept is not read soon and would
+ * push out what is, and its lines need not be read before they are written. */
+static void *stream_array(char **at, const void *from, size_t size) {
 #if defined(__SSE2__)
     const size_t lines = size / ALIGNED;
     const __m128i *in = from;
-    char *to = next(at, size);
+    char *to = next_array(at, size);
     __m128i *out = (void *)to;
     for (size_t i = 0; i < 4 * lines; i++) _mm_stream_si128(out + i, _mm_loadu_si128(in + i));
     memcpy(out + 4 * lines, in + 4 * lines, size % ALIGNED);
     return to;
 #else
-    return copy(at, from, size);
+    return copy_array(at, from, size);
 #endif
 }
 
-/* Others see what was streamed. */
+/* Makes what was streamed visible to others. */
 static void finish_streams(void) {
 #if defined(__SSE2__)
     _mm_sfence();
@@ -225,7 +226,7 @@ static void finish_streams(void) {
 
 /* ---- Fragments. ---- */
 
-/* Terms that some run has: the others' sums are not copied. */
+/* The number of terms that some run has. Sums of other terms are not copied. */
 static size_t find_terms(const shd_plan *plan, const shd_fragments *from) {
     size_t most = 0;
     for (size_t r = 0; r < from->run_count; r++) {
@@ -240,24 +241,26 @@ void shd_keep_fragments(shd_record *record, size_t tile, const shd_plan *plan,
     const size_t arrays = shd_sum_of(plan, 1, 0, 0), count = from->count;
     const size_t terms = find_terms(plan, from), channels = plan->grey_lights ? 1 : 3;
     shd_fragments *to;
-    size_t size = aligned(sizeof *to);
+    size_t size = align_size(sizeof *to);
     if (count)
-        size += aligned(count * sizeof *to->cell) + aligned(from->run_count * sizeof *to->runs) +
-                aligned(arrays * sizeof *to->sums) +
-                terms * channels * aligned(count * sizeof **to->sums) +
-                (from->coverage ? aligned(count * sizeof *to->coverage) : 0);
+        size += align_size(count * sizeof *to->cell) +
+                align_size(from->run_count * sizeof *to->runs) +
+                align_size(arrays * sizeof *to->sums) +
+                terms * channels * align_size(count * sizeof **to->sums) +
+                (from->coverage ? align_size(count * sizeof *to->coverage) : 0);
     char *at = shd_record_alloc(record, size);
     if (!at) return;
-    to = next(&at, sizeof *to);
+    to = next_array(&at, sizeof *to);
     *to = (shd_fragments){.count = count, .capacity = count, .run_count = from->run_count};
     if (count) {
-        to->cell = copy(&at, from->cell, count * sizeof *to->cell);
-        to->runs = copy(&at, from->runs, from->run_count * sizeof *to->runs);
-        if (from->coverage) to->coverage = copy(&at, from->coverage, count * sizeof *to->coverage);
-        to->sums = next(&at, arrays * sizeof *to->sums);
+        to->cell = copy_array(&at, from->cell, count * sizeof *to->cell);
+        to->runs = copy_array(&at, from->runs, from->run_count * sizeof *to->runs);
+        if (from->coverage)
+            to->coverage = copy_array(&at, from->coverage, count * sizeof *to->coverage);
+        to->sums = next_array(&at, arrays * sizeof *to->sums);
         for (size_t k = 0; k < arrays; k++)
             to->sums[k] = k / 3 < terms && k % 3 < channels
-                              ? stream(&at, from->sums[k], count * sizeof **to->sums)
+                              ? stream_array(&at, from->sums[k], count * sizeof **to->sums)
                               : NULL;
     }
     finish_streams();
@@ -270,37 +273,38 @@ const shd_fragments *shd_kept_fragments(const shd_record *record, size_t tile) {
 
 /* ---- Hits. ---- */
 
-/* Kernels read whole vectors, from wherever a run begins. */
-static size_t roomy(size_t count) {
+/* Kernels read whole vectors from wherever a run begins. */
+static size_t padded_count(size_t count) {
     return (count + SHD_LANES - 1) / SHD_LANES * SHD_LANES + SHD_LANES;
 }
 
 void shd_keep_cast(shd_record *record, size_t tile, const shd_plan *plan, const uint16_t *shot_cell,
                    size_t shots, const shd_hits *hits) {
-    const size_t count = hits->count, room = roomy(count), floats = room * sizeof(float);
+    const size_t count = hits->count, room = padded_count(count), floats = room * sizeof(float);
     const bool full = count == shots; /* shot[i] is i */
     const bool alike = shd_is_one_object(hits);
     const size_t planes = plan->split_positions ? 12 : 9;
     shd_kept_cast *to;
     char *at = shd_record_alloc(
-        record, aligned(sizeof *to) + aligned(shots * sizeof *shot_cell) +
-                    (count ? (full ? 0 : aligned(room * sizeof *hits->shot)) +
-                                 (alike ? 0 : aligned(room * sizeof *hits->object)) +
-                                 planes * aligned(floats)
+        record, align_size(sizeof *to) + align_size(shots * sizeof *shot_cell) +
+                    (count ? (full ? 0 : align_size(room * sizeof *hits->shot)) +
+                                 (alike ? 0 : align_size(room * sizeof *hits->object)) +
+                                 planes * align_size(floats)
                            : 0));
     if (!at) return;
-    to = next(&at, sizeof *to);
+    to = next_array(&at, sizeof *to);
     *to = (shd_kept_cast){.shots = shots, .hits = {.count = count, .capacity = room}};
-    to->shot_cell = copy(&at, shot_cell, shots * sizeof *shot_cell);
+    to->shot_cell = copy_array(&at, shot_cell, shots * sizeof *shot_cell);
     if (count) {
         to->object = hits->object[0];
-        if (!full) to->hits.shot = copy(&at, hits->shot, room * sizeof *hits->shot);
-        if (!alike) to->hits.object = copy(&at, hits->object, room * sizeof *hits->object);
+        if (!full) to->hits.shot = copy_array(&at, hits->shot, room * sizeof *hits->shot);
+        if (!alike) to->hits.object = copy_array(&at, hits->object, room * sizeof *hits->object);
         for (int c = 0; c < 3; c++) {
-            to->hits.position32[c] = stream(&at, hits->position32[c], floats);
-            to->hits.normal32[c] = stream(&at, hits->normal32[c], floats);
-            to->hits.mirror32[c] = stream(&at, hits->mirror32[c], floats);
-            if (plan->split_positions) to->hits.low32[c] = stream(&at, hits->low32[c], floats);
+            to->hits.position32[c] = stream_array(&at, hits->position32[c], floats);
+            to->hits.normal32[c] = stream_array(&at, hits->normal32[c], floats);
+            to->hits.mirror32[c] = stream_array(&at, hits->mirror32[c], floats);
+            if (plan->split_positions)
+                to->hits.low32[c] = stream_array(&at, hits->low32[c], floats);
         }
     }
     finish_streams();

@@ -17,7 +17,7 @@ enum {
 /* A term of the radiance: a color times sums of light, three channels or one for all. */
 typedef struct shd_paint_term {
     float color[3];
-    const float *sums[3]; /* the same three times where lights are grey */
+    const float *sums[3]; /* the same three times if lights are grey */
 } shd_paint_term;
 
 typedef struct shd_paint_kernel {
@@ -31,15 +31,16 @@ typedef struct shd_paint_kernel {
                     float *const pixels[3]);
     /* values[i] += (1 - cover[i]) background */
     void (*fill_rest)(float *values, const float *cover, float background, size_t count);
-    /* values[i] /= cover[i], 0 where that is 0 */
+    /* values[i] /= cover[i]; 0 if that is 0 */
     void (*divide)(float *values, const float *cover, size_t count);
     /* out[i] = mean of values[i + k count] over k < samples: their sum in f64, in this order, times
      * 1 / samples. */
     void (*average)(const float *values, size_t count, int samples, float *out);
-    /* The same of values[i] at place[i] < count <= SHD_TILE_PIXELS, 0 where there is none. */
+    /* The same for values[i] that belong to place[i] < count <= SHD_TILE_PIXELS; 0 if a place has
+     * none. */
     void (*gather)(const float *values, const uint16_t *place, size_t values_count, size_t count,
                    int samples, float *out);
-    /* The box around points, their normals' sum. `count` is at least 1. */
+    /* The box around points, and the sum of their normals. `count` is at least 1. */
     void (*bound)(const float *const position[3], const float *const normal[3], size_t count,
                   float low[3], float high[3], float sum[3]);
     /* The least cosine of an angle between `axis`, a unit vector, and a normal. */

@@ -4,8 +4,9 @@
 #include "render/tiles/paint.h"
 
 /* The constant and the first terms in one pass. Without a coverage it is 1. */
-static inline void begin(float base, const float *restrict coverage, const float *color,
-                         const float *const *sums, size_t terms, size_t count, float *restrict to) {
+static inline void begin_sum(float base, const float *restrict coverage, const float *color,
+                             const float *const *sums, size_t terms, size_t count,
+                             float *restrict to) {
     for (size_t i = 0; i < count; i++) {
         float sum = coverage ? base * coverage[i] : base;
         for (size_t t = 0; t < terms; t++) sum += color[t] * sums[t][i];
@@ -13,8 +14,8 @@ static inline void begin(float base, const float *restrict coverage, const float
     }
 }
 
-static void mix(const float constant[3], const float *coverage, const shd_paint_term *terms,
-                size_t term_count, size_t count, float *const out[3]) {
+static void mix_terms(const float constant[3], const float *coverage, const shd_paint_term *terms,
+                      size_t term_count, size_t count, float *const out[3]) {
     enum { FIRST = 2 };
     for (int c = 0; c < 3; c++) {
         const float base = constant[c];
@@ -26,13 +27,13 @@ static void mix(const float constant[3], const float *coverage, const shd_paint_
             color[first] = terms[t].color[c];
             sums[first++] = terms[t].sums[c];
         }
-        /* Constants make loops that vectorize. */
+        /* Loops vectorize if the number of terms is a constant. */
         if (first == 2)
-            begin(base, coverage, color, sums, 2, count, out[c]);
+            begin_sum(base, coverage, color, sums, 2, count, out[c]);
         else if (first == 1)
-            begin(base, coverage, color, sums, 1, count, out[c]);
+            begin_sum(base, coverage, color, sums, 1, count, out[c]);
         else
-            begin(base, coverage, color, sums, 0, count, out[c]);
+            begin_sum(base, coverage, color, sums, 0, count, out[c]);
         for (; t < term_count; t++) {
             const float weight = terms[t].color[c];
             const float *restrict more = terms[t].sums[c];
@@ -43,7 +44,7 @@ static void mix(const float constant[3], const float *coverage, const shd_paint_
     }
 }
 
-static void fill(float *values, size_t count, float value) {
+static void fill_values(float *values, size_t count, float value) {
     for (size_t i = 0; i < count; i++) values[i] = value;
 }
 
@@ -56,8 +57,8 @@ static inline bool is_span(const uint16_t *cell, size_t i, size_t count, size_t 
 }
 
 /* Cells mostly follow each other, in a row of the tile. */
-static void scatter(const float *const values[3], const uint16_t *cell, size_t count,
-                    float *const pixels[3]) {
+static void scatter_values(const float *const values[3], const uint16_t *cell, size_t count,
+                           float *const pixels[3]) {
     enum { LONG = 8, SHORT = 4 };
     for (size_t i = 0; i < count;) {
         const size_t to = cell[i];
@@ -79,14 +80,14 @@ static void fill_rest(float *values, const float *cover, float background, size_
     for (size_t i = 0; i < count; i++) values[i] += (1 - cover[i]) * background;
 }
 
-static void divide(float *values, const float *cover, size_t count) {
+static void divide_values(float *values, const float *cover, size_t count) {
     for (size_t i = 0; i < count; i++) {
         float some = cover[i] > 0 ? cover[i] : 1;
         values[i] /= some;
     }
 }
 
-static void average(const float *values, size_t count, int samples, float *out) {
+static void average_samples(const float *values, size_t count, int samples, float *out) {
     enum { AT_ONCE = 64 };
     const double share = 1.0 / samples;
     double sums[AT_ONCE];
@@ -101,8 +102,8 @@ static void average(const float *values, size_t count, int samples, float *out) 
     }
 }
 
-static void gather(const float *values, const uint16_t *place, size_t values_count, size_t count,
-                   int samples, float *out) {
+static void gather_samples(const float *values, const uint16_t *place, size_t values_count,
+                           size_t count, int samples, float *out) {
     const double share = 1.0 / samples;
     double sums[SHD_TILE_PIXELS];
     for (size_t i = 0; i < count; i++) sums[i] = 0;
@@ -110,8 +111,7 @@ static void gather(const float *values, const uint16_t *place, size_t values_cou
     for (size_t i = 0; i < count; i++) out[i] = (float)(sums[i] * share);
 }
 
-/* ---- Bounds: sixteen lanes on their own, met at the end, so that every width does the same. ----
- */
+/* ---- Bounds: sixteen lanes each on its own, so that every vector width does the same. ---- */
 
 enum { LANES = 16, VECTORS = LANES / SHD_W };
 
@@ -122,7 +122,8 @@ static float most_of(const shd_vf v[VECTORS]) {
     return lanes[0];
 }
 
-/* What is left after whole groups of lanes: its last values, some of which were met already. */
+/* What is left after whole groups of lanes is met as the last group, which has some of the values
+ * that were met already. */
 static void bound_axis(const float *values, size_t count, float *low, float *high) {
     if (count < LANES) {
         *low = *high = values[0];
@@ -133,7 +134,7 @@ static void bound_axis(const float *values, size_t count, float *low, float *hig
         return;
     }
     shd_vf least[VECTORS], most[VECTORS];
-    /* The least is the most of what is negated. */
+    /* The least value is the most of the negated ones. */
     for (int k = 0; k < VECTORS; k++) {
         most[k] = shd_vf_load(values + k * SHD_W);
         least[k] = -most[k];
@@ -163,15 +164,15 @@ static float sum_axis(const float *values, size_t count) {
     return sum;
 }
 
-static void bound(const float *const position[3], const float *const normal[3], size_t count,
-                  float low[3], float high[3], float sum[3]) {
+static void bound_points(const float *const position[3], const float *const normal[3], size_t count,
+                         float low[3], float high[3], float sum[3]) {
     for (int c = 0; c < 3; c++) {
         bound_axis(position[c], count, &low[c], &high[c]);
         sum[c] = sum_axis(normal[c], count);
     }
 }
 
-static float spread(const float *const normal[3], const float axis[3], size_t count) {
+static float spread_normals(const float *const normal[3], const float axis[3], size_t count) {
     float least = 1;
     if (count < LANES) {
         for (size_t i = 0; i < count; i++) {
@@ -196,5 +197,6 @@ static float spread(const float *const normal[3], const float axis[3], size_t co
     return -most_of(all);
 }
 
-const shd_paint_kernel SHD_VARIANT(shd_paint_kernel) = {mix,     fill,   scatter, fill_rest, divide,
-                                                        average, gather, bound,   spread};
+const shd_paint_kernel SHD_VARIANT(shd_paint_kernel) = {
+    mix_terms,       fill_values,    scatter_values, fill_rest,     divide_values,
+    average_samples, gather_samples, bound_points,   spread_normals};

@@ -5,14 +5,14 @@
 #include "plan/plan.h"
 #include "render/tiles/paint.h"
 
-/* The terms of a plane's radiance: what is constant, and the colors of the sums of light.
- * `terms` has room for 1 + plan->max_lobes; sums are left to the caller. term_of[k] is the index
- * of terms[k]'s sums: 0 diffuse, 1 + lobe. Returns their number. */
+/* The terms of a plane's radiance: what is constant, and the colors that multiply sums of light.
+ * `terms` has room for 1 + plan->max_lobes, and its sums are left to the caller. term_of[k] is the
+ * index of the sums of terms[k]: 0 for diffuse, 1 + lobe. Returns their number. */
 size_t shd_plane_terms(const shd_plan *plan, const shd_plan_material *material, size_t plane,
                        float constant[3], shd_paint_term *terms, size_t *term_of);
 
-/* Radiance of the exact tier in a plane: the same terms in f64, rounded once. sums[3 * term +
- * channel] are [count]; out[channel] too. */
+/* The radiance of the exact tier in a plane: the same terms in f64, rounded once. sums[3 * term +
+ * channel] and out[channel] are [count]. */
 void shd_mix_exact(const shd_plan *plan, const shd_plan_material *material, size_t plane,
                    double *const *sums, size_t count, float *const out[3]);
 

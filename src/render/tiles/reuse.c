@@ -60,9 +60,9 @@ static void link_newest(shd_reuse *reuse, shd_record *r) {
     reuse->newest = r;
 }
 
-/* All below are called with the mutex held. */
+/* Their callers hold the mutex. */
 
-static void forget(shd_record *r) {
+static void forget_record(shd_record *r) {
     shd_reuse *reuse = r->reuse;
     while (r->pieces) {
         piece *p = r->pieces;
@@ -73,32 +73,33 @@ static void forget(shd_record *r) {
     free(r);
 }
 
-static void release(shd_record *r) {
-    if (--r->users == 0) forget(r);
+static void release_record(shd_record *r) {
+    if (--r->users == 0) forget_record(r);
 }
 
-static void unpublish(shd_record *r) {
+static void unpublish_record(shd_record *r) {
     unlink_record(r->reuse, r);
-    release(r);
+    release_record(r);
 }
 
-/* The oldest record that nobody uses. False: there is none. */
+/* Forgets the oldest record that nobody uses. False: there is none. */
 static bool forget_oldest(shd_reuse *reuse) {
     shd_record *r = reuse->oldest;
     while (r && r->users > 1) r = r->newer;
-    if (r) unpublish(r);
+    if (r) unpublish_record(r);
     return r;
 }
 
-/* A piece, for which the oldest records are forgotten. NULL where what is in use fills the cap. */
+/* A piece of memory, for which the oldest records are forgotten. NULL: what is in use fills the
+ * cap. */
 static piece *take_piece(shd_reuse *reuse, size_t size) {
     piece *p = shd_stock_take(reuse->stock, size);
     while (!p && forget_oldest(reuse)) p = shd_stock_take(reuse->stock, size);
     return p;
 }
 
-/* Gives the record a piece with room for `size` bytes, and for a quarter of what it has: a small
- * picture keeps little more than it uses. */
+/* Gives the record a piece with room for `size` bytes and for a quarter of what it has, so that a
+ * small picture keeps little more than it uses. */
 static piece *add_piece(shd_record *r, size_t size) {
     shd_reuse *reuse = r->reuse;
     const size_t unit = SHD_STOCK_UNIT, need = ALIGNMENT + size;
@@ -115,7 +116,7 @@ static piece *add_piece(shd_record *r, size_t size) {
     return p;
 }
 
-static shd_record *find(shd_reuse *reuse, shd_record_kind kind, shd_reuse_key key) {
+static shd_record *find_record(shd_reuse *reuse, shd_record_kind kind, shd_reuse_key key) {
     for (shd_record *r = reuse->newest; r; r = r->older)
         if (r->kind == kind && r->key.low == key.low && r->key.high == key.high) return r;
     return NULL;
@@ -125,7 +126,7 @@ static shd_record *find(shd_reuse *reuse, shd_record_kind kind, shd_reuse_key ke
 
 void shd_reuse_drop(shd_reuse *reuse) {
     if (!reuse) return;
-    while (reuse->newest) unpublish(reuse->newest);
+    while (reuse->newest) unpublish_record(reuse->newest);
     shd_stock_drop(reuse->stock);
     pthread_mutex_destroy(&reuse->mutex);
     free(reuse);
@@ -134,7 +135,7 @@ void shd_reuse_drop(shd_reuse *reuse) {
 shd_record *shd_reuse_find(shd_reuse *reuse, shd_record_kind kind, shd_reuse_key key) {
     if (!reuse->cap) return NULL;
     pthread_mutex_lock(&reuse->mutex);
-    shd_record *r = find(reuse, kind, key);
+    shd_record *r = find_record(reuse, kind, key);
     if (r) {
         r->users++;
         unlink_record(reuse, r);
@@ -188,8 +189,8 @@ const void *shd_record_get(const shd_record *record, size_t tile) {
 void shd_record_publish(shd_record *r) {
     shd_reuse *reuse = r->reuse;
     pthread_mutex_lock(&reuse->mutex);
-    /* Another request may have been faster; where nothing is seen there is nothing to keep. */
-    if (!r->failed && r->bytes && !find(reuse, r->kind, r->key)) {
+    /* Another request may have been faster. If nothing is seen there is nothing to keep. */
+    if (!r->failed && r->bytes && !find_record(reuse, r->kind, r->key)) {
         r->users++;
         link_newest(reuse, r);
     }
@@ -200,7 +201,7 @@ void shd_record_drop(shd_record *r) {
     if (!r) return;
     pthread_mutex_t *mutex = &r->reuse->mutex;
     pthread_mutex_lock(mutex);
-    release(r);
+    release_record(r);
     pthread_mutex_unlock(mutex);
 }
 

@@ -27,20 +27,20 @@ typedef struct shd_reuse_key {
 
 typedef enum shd_record_kind { SHD_RECORD_GEOMETRY, SHD_RECORD_LIGHT } shd_record_kind;
 
-/* `cap` bytes at most, tried of `budget`, which outlives it; 0 keeps nothing. NULL: out of memory.
- */
+/* Keeps `cap` bytes at most, as far as `budget` gives them, which outlives it. 0 keeps nothing.
+ * NULL: out of memory. */
 shd_reuse *shd_reuse_new(size_t cap, shd_budget *budget);
 
-/* Forgets the oldest records that nobody uses, and gives the system back what is free then, until
- * that are `bytes` or there is no more. Returns how many bytes were. */
+/* Forgets the oldest records that nobody uses and gives the system back what is free then, until
+ * `bytes` are given or there is no more. Returns how many were. */
 size_t shd_reuse_trim(shd_reuse *reuse, size_t bytes);
-void shd_reuse_drop(shd_reuse *reuse); /* nobody uses a record any more; NULL is fine */
+void shd_reuse_drop(shd_reuse *reuse); /* when nobody uses a record any more; NULL is fine */
 
-/* The record of a key, to be dropped by the caller; NULL: there is none. Counts. */
+/* The record of a key, which the caller drops. NULL: there is none. Counts hits and misses. */
 shd_record *shd_reuse_find(shd_reuse *reuse, shd_record_kind kind, shd_reuse_key key);
 
-/* A new record, to be filled by any number of threads, one a tile. NULL where nothing is kept or
- * memory is short. */
+/* A new record. Any number of threads may fill it, one a tile. NULL: nothing is kept, or memory is
+ * short. */
 shd_record *shd_record_new(shd_reuse *reuse, shd_record_kind kind, shd_reuse_key key,
                            size_t tile_count);
 
@@ -48,15 +48,15 @@ shd_record *shd_record_new(shd_reuse *reuse, shd_record_kind kind, shd_reuse_key
  * this piece with more than a mebibyte, is too large, and the record will not be published. */
 void *shd_record_alloc(shd_record *record, size_t size);
 
-/* A tile's content: whatever was put there, NULL before. */
+/* A tile's content is whatever was put there, and NULL before. */
 void shd_record_put(shd_record *record, size_t tile, void *content);
 const void *shd_record_get(const shd_record *record, size_t tile);
 
-/* Lets others find it, if it is complete; the caller still drops it. */
+/* Lets others find the record, if it is complete. The caller still drops it. */
 void shd_record_publish(shd_record *record);
 void shd_record_drop(shd_record *record); /* NULL is fine */
 
-/* Makes ready a little of the memory that records will take next, as shd_stock_touch. */
+/* Makes a little of the memory ready that records will take next, as shd_stock_touch does. */
 bool shd_reuse_touch(shd_reuse *reuse);
 
 shd_reuse_load shd_reuse_load_of(shd_reuse *reuse);

@@ -2,7 +2,8 @@
 
 #include <string.h>
 
-/* Rays that are cast faster where they are of the same sample: a chunk's pixels round to it. */
+/* So many rays of the same sample are cast faster together: chunks are multiples of it in
+ * pixels. */
 enum { BESIDE = 64 };
 
 /* Pixels that are cast and lit at once with all of their samples. */
@@ -18,7 +19,7 @@ size_t shd_chunks_of(size_t samples) {
 /* The row's pixels from `left` up to `right`. */
 static size_t list_row(shd_tile_scratch *s, size_t count, int y, int left, int right) {
     const int cell = y * SHD_TILE + left;
-    if (right - left == SHD_BLOCK_SIDE) { /* almost always: a vector's store */
+    if (right - left == SHD_BLOCK_SIDE) { /* almost always: the store of one vector */
         for (int i = 0; i < SHD_BLOCK_SIDE; i++)
             s->pixels[count + (size_t)i] = (uint16_t)(cell + i);
         return count + SHD_BLOCK_SIDE;
@@ -27,21 +28,21 @@ static size_t list_row(shd_tile_scratch *s, size_t count, int y, int left, int r
     return count;
 }
 
-static int lesser(int a, int b) {
+static int lesser_of(int a, int b) {
     return a < b ? a : b;
 }
 
-/* All pixels of blocks where something may be seen, block by block: a bundle's rays are near to
- * each other. */
+/* Lists all pixels of blocks where something may be seen, block by block, so that a bundle's rays
+ * are near to each other. */
 static void list_blocks(shd_tile tile, shd_tile_scratch *s) {
     const int left = tile.x % SHD_TILE, right = left + tile.w, top = tile.y % SHD_TILE,
               bottom = top + tile.h;
     size_t count = 0;
     s->bundle_count = 0;
     for (int y = top, below; y < bottom; y = below) {
-        below = lesser((y / SHD_BLOCK_SIDE + 1) * SHD_BLOCK_SIDE, bottom);
+        below = lesser_of((y / SHD_BLOCK_SIDE + 1) * SHD_BLOCK_SIDE, bottom);
         for (int x = left, beside; x < right; x = beside) {
-            beside = lesser((x / SHD_BLOCK_SIDE + 1) * SHD_BLOCK_SIDE, right);
+            beside = lesser_of((x / SHD_BLOCK_SIDE + 1) * SHD_BLOCK_SIDE, right);
             const shd_block *block =
                 &s->survey.blocks[y / SHD_BLOCK_SIDE * s->survey.across + x / SHD_BLOCK_SIDE];
             if (!block->count) continue;
@@ -53,13 +54,13 @@ static void list_blocks(shd_tile tile, shd_tile_scratch *s) {
     }
 }
 
-/* The same row by row, as pictures have them. */
+/* Lists the same pixels row by row, as pictures have them. */
 static void list_rows(shd_tile tile, shd_tile_scratch *s, size_t samples) {
     const int left = tile.x % SHD_TILE, right = left + tile.w, top = tile.y % SHD_TILE;
     size_t count = 0;
     for (int y = top; y < top + tile.h; y++)
         for (int x = left, beside; x < right; x = beside) {
-            beside = lesser((x / SHD_BLOCK_SIDE + 1) * SHD_BLOCK_SIDE, right);
+            beside = lesser_of((x / SHD_BLOCK_SIDE + 1) * SHD_BLOCK_SIDE, right);
             if (s->survey.blocks[y / SHD_BLOCK_SIDE * s->survey.across + x / SHD_BLOCK_SIDE].count)
                 count = list_row(s, count, y, x, beside);
         }
@@ -78,9 +79,8 @@ void shd_list_pixels(shd_tile tile, size_t samples, shd_tile_scratch *s) {
 
 /* ---- Chunks. ---- */
 
-/* Of a bundle the first sample of all of its pixels, then the second one, and so on: a sample's
- * rays are beside each other, and so are the values that make a pixel's mean with its neighbors'.
- */
+/* Makes the first sample of all pixels of a bundle, then the second one, and so on. So a sample's
+ * rays lie beside each other, and so do the values that make the means of neighboring pixels. */
 static void make_shots(shd_tile tile, const uint16_t *cells, size_t pixels, size_t samples,
                        size_t at, shd_tile_scratch *s) {
     const int left = tile.x / SHD_TILE * SHD_TILE, top = tile.y / SHD_TILE * SHD_TILE;

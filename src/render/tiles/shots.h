@@ -1,11 +1,11 @@
-/* Which pixels of a tile rays are cast through, in what order, and casting them. Inside of render/.
- */
+/* Through which pixels of a tile rays are cast and in what order, and the casting. Inside of
+ * render/. */
 #ifndef SHD_RENDER_TILES_SHOTS_H
 #define SHD_RENDER_TILES_SHOTS_H
 
 #include "render/tiles/tile_scratch.h"
 
-/* What is cast and lit at once: bundles that follow each other, in s->bundles. */
+/* What is cast and lit at once: bundles that follow each other in s->bundles. */
 typedef struct shd_chunk {
     const shd_bundle *bundles;
     size_t count, pixels;
@@ -14,15 +14,17 @@ typedef struct shd_chunk {
 /* The most chunks that a tile is cut into. */
 size_t shd_chunks_of(size_t samples);
 
-/* Fills s->pixels and s->bundles from the survey of the tile's cell of the grid: all pixels of
- * blocks where something may be seen, block by block or, where that saves nothing, row by row as
- * pictures have them. */
+/* Fills s->pixels and s->bundles with all pixels of blocks where the survey of the tile's cell of
+ * the grid says that something may be seen. They are listed block by block or, if that saves
+ * nothing, row by row as pictures have them. */
 void shd_list_pixels(shd_tile tile, size_t samples, shd_tile_scratch *s);
 
-/* As many bundles from `first` on as there is room for: s->x, y, sample and shot_cell. */
+/* Takes as many bundles from `first` on as there is room for, and fills s->x, y, sample and
+ * shot_cell. */
 shd_chunk shd_make_chunk(shd_tile tile, shd_tile_scratch *s, size_t first, size_t samples);
 
-/* Casts the chunk's shots, each bundle's at what its block may show: s->hits and s->now. */
+/* Casts the chunk's shots, those of each bundle at what its block may show. Fills s->hits and
+ * s->now. */
 void shd_shoot_chunk(const shd_scenery *scenery, const shd_chunk *c, shd_tile_scratch *s);
 
 #endif

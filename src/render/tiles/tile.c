@@ -49,7 +49,7 @@ static void sort_hits(const shd_plan *plan, const shd_hits *from, const uint32_t
     shd_hits_pad(to);
 }
 
-/* What an object's hits are grouped by: its group, or one more for all faceted objects. */
+/* What an object's hits are grouped by: its group, or one more group for all faceted objects. */
 static size_t class_of(const shd_scenery *scenery, int32_t object) {
     return scenery->facets->radiance[object] ? scenery->plan->group_count
                                              : scenery->plan->objects[object].group;
@@ -61,7 +61,7 @@ static void add_run(const shd_scenery *scenery, shd_tile_scratch *s, size_t clas
     s->runs[s->run_count++] = (shd_run){group, first, count};
 }
 
-/* Runs of one group each, and the hits that they are runs of. */
+/* Makes runs of one group each. Returns the hits that they are runs of. */
 static const shd_hits *make_runs(const shd_scenery *scenery, const shd_hits *hits,
                                  shd_tile_scratch *s) {
     const size_t classes = scenery->plan->group_count + 1;
@@ -89,9 +89,9 @@ static const shd_hits *make_runs(const shd_scenery *scenery, const shd_hits *hit
     return &s->sorted;
 }
 
-/* The radiance of faceted objects, between their points. */
-static void interpolate(const shd_scenery *scenery, const shd_hits *hits, shd_run run,
-                        float *const *sums) {
+/* The radiance of faceted objects, interpolated between their points. */
+static void interpolate_facets(const shd_scenery *scenery, const shd_hits *hits, shd_run run,
+                               float *const *sums) {
     const shd_plan *plan = scenery->plan;
     const size_t planes = plan->plane_count, values = 3 * planes;
     for (size_t i = run.first; i < run.first + run.count; i++) {
@@ -131,7 +131,7 @@ static void sum_lights(const shd_scenery *scenery, const shd_plan_material *mate
     shd_light_sums32(scenery->lighting, material, which, count, &points, diffuse, out + 3);
 }
 
-/* The exact tier's sums do not leave f64: a run of radiance, plane by plane, comes of them. */
+/* The exact tier's sums do not leave f64. They become a run of radiance, plane by plane. */
 static void light_exactly(const shd_scenery *scenery, const shd_plan_material *material,
                           const uint32_t *which, size_t count, const shd_hits *hits, shd_run run,
                           size_t plane, shd_tile_scratch *s) {
@@ -153,7 +153,7 @@ static void light_exactly(const shd_scenery *scenery, const shd_plan_material *m
     }
 }
 
-/* The run's points in a sphere, and their normals in a cone. */
+/* A sphere around the run's points, and a cone around their normals. */
 static shd_patch patch_of(const shd_scenery *scenery, const shd_hits *hits, shd_run run) {
     const shd_plan *plan = scenery->plan;
     const float *position[3], *normal[3];
@@ -209,7 +209,7 @@ static const shd_hits *light_hits(const shd_scenery *scenery, shd_tile_scratch *
     for (size_t r = 0; r < s->run_count && !shd_is_cancelled(plan->cancelled); r++) {
         const shd_run run = s->runs[r];
         if (run.group == SHD_RADIANCE) {
-            interpolate(scenery, hits, run, s->sums);
+            interpolate_facets(scenery, hits, run, s->sums);
             continue;
         }
         const shd_plan_material *material = &plan->materials[plan->groups[run.group].material];
@@ -237,8 +237,9 @@ static bool has_sums(const shd_plan *plan, int32_t group, size_t plane) {
     return plane == 0 || group == SHD_RADIANCE || plan->planes[plane].kind == SHD_LAYER_LIGHT;
 }
 
-/* Where each of the run's hits is added up: the index of its pixel's fragment, of those of the run.
- * Fills cells and coverages from `at` on. Returns how many there are. */
+/* Finds the fragment that each of the run's hits is added to, which is its pixel's, counted from
+ * the run's first one. Fills cells and coverages from `at` on. Returns how many fragments there
+ * are. */
 static size_t place_hits(shd_tile_scratch *s, shd_run run, size_t at, int samples) {
     uint16_t *cells = s->fragments.cell + at;
     float *coverage = s->coverage + at;
@@ -262,7 +263,7 @@ static size_t place_hits(shd_tile_scratch *s, shd_run run, size_t at, int sample
     return count;
 }
 
-/* Means of the samples of a chunk's bundles, every ray of which hit. */
+/* The means of samples of a chunk's bundles, if all of their rays hit. */
 static void average_bundles(const shd_scenery *scenery, const shd_chunk *c, const float *values,
                             float *out) {
     const int samples = scenery->plan->scene->raster.samples;
@@ -314,7 +315,7 @@ static void add_fragments(const shd_scenery *scenery, shd_tile_scratch *s, const
 
 /* ---- Samples. ---- */
 
-/* Data layers hold the pixel's sample that is nearest to the camera: averages would be places
+/* Data layers hold the sample of a pixel that is nearest to the camera. Averages would be places
  * and directions that are nowhere on the surface. */
 static void store_data(const shd_scenery *scenery, const shd_hits *hits, const shd_tile_scratch *s,
                        const shd_film *film, shd_tile tile) {
@@ -344,8 +345,8 @@ static void store_data(const shd_scenery *scenery, const shd_hits *hits, const s
     }
 }
 
-/* The next cast of a tile whose hits are known: where it asks for the same rays. */
-static bool recall(shd_tile_scratch *s, size_t shots) {
+/* Takes the next known cast of the tile, if it was of the same rays. */
+static bool recall_hits(shd_tile_scratch *s, size_t shots) {
     const shd_kept_cast *cast = s->recalled;
     if (!cast) return false;
     s->recalled = cast->next;
@@ -356,11 +357,11 @@ static bool recall(shd_tile_scratch *s, size_t shots) {
     return true;
 }
 
-/* Casts a chunk's shots, or recalls what they hit: s->now. Ends the stage. */
+/* Casts a chunk's shots, or recalls what they hit. Sets s->now and ends the stage. */
 static void cast_shots(const shd_scenery *scenery, shd_tile_scratch *s, const shd_chunk *c,
                        shd_stopwatch *watch) {
     const size_t shots = c->pixels * (size_t)scenery->plan->scene->raster.samples;
-    if (!recall(s, shots)) {
+    if (!recall_hits(s, shots)) {
         shd_shoot_chunk(scenery, c, s);
         if (scenery->kept)
             shd_keep_cast(scenery->kept, s->tile, scenery->plan, s->shot_cell, shots, &s->hits);
@@ -387,9 +388,9 @@ static void sample_pixels(const shd_scenery *scenery, shd_tile tile, shd_tile_sc
     }
 }
 
-/* Surveys the tile's cell of the grid, whatever part of it is looked at, so that a region sees the
- * blocks that the whole picture sees. */
-static void survey(const shd_scenery *scenery, shd_tile tile, shd_tile_scratch *s) {
+/* Surveys the tile's whole cell of the grid, whatever part of it is looked at, so that a region
+ * sees the same blocks as the whole picture. */
+static void survey_cell(const shd_scenery *scenery, shd_tile tile, shd_tile_scratch *s) {
     const shd_tile whole = {tile.x / SHD_TILE * SHD_TILE, tile.y / SHD_TILE * SHD_TILE, SHD_TILE,
                             SHD_TILE};
     shd_sight_survey(scenery->sight, whole, &s->survey);
@@ -402,7 +403,7 @@ const shd_fragments *shd_tile_look(const shd_scenery *scenery, size_t index, shd
     s->whole = true;
     s->tile = index;
     s->recalled = scenery->known ? shd_record_get(scenery->known, index) : NULL;
-    survey(scenery, tile, s);
+    survey_cell(scenery, tile, s);
     if (!s->survey.candidate_count) {
         shd_end(watch, &watch->times.visibility);
         return &s->fragments;

@@ -29,19 +29,19 @@ typedef struct shd_run {
 typedef struct shd_fragments {
     size_t count, capacity;
     uint16_t *cell;  /* [count]: y * SHD_TILE + x from the tile's corner on the grid */
-    float *coverage; /* [count]: share of the pixel's samples in (0,1]; NULL where all are 1 */
-    float **sums;    /* [plane][term][channel]: [count] each; see shd_sum_of. NULL where not used */
+    float *coverage; /* [count]: share of the pixel's samples in (0,1]; NULL if all are 1 */
+    float **sums;    /* [plane][term][channel]: [count] each, see shd_sum_of; NULL if not used */
     shd_run *runs;
     size_t run_count;
 } shd_fragments;
 
-/* The array of a plane's sums: term 0 is diffuse, 1 + k is lobe k. Planes that are terms of the
- * equation share plane 0's; SHD_RADIANCE runs have term 0 only. */
+/* The index of an array of a plane's sums. Term 0 is diffuse, 1 + k is lobe k. Planes that are
+ * terms of the equation share the sums of plane 0. SHD_RADIANCE runs have term 0 only. */
 static inline size_t shd_sum_of(const shd_plan *plan, size_t plane, size_t term, int channel) {
     return (plane * (1 + plan->max_lobes) + term) * 3 + (size_t)channel;
 }
 
-/* What all threads of a picture share; constant while they run. */
+/* What all threads of a picture share. It is constant while they run. */
 typedef struct shd_scenery {
     const shd_plan *plan;
     const shd_sight *sight;
@@ -50,7 +50,7 @@ typedef struct shd_scenery {
     const shd_paint_kernel *paint;
     bool data;                      /* layers of normals, positions, depths or objects are wanted */
     const struct shd_record *known; /* hits of this geometry, or NULL */
-    struct shd_record *kept;        /* where hits are kept, or NULL */
+    struct shd_record *kept;        /* keeps hits, or NULL */
 } shd_scenery;
 
 /* Tiles of the grid that a picture's region touches. */

@@ -41,7 +41,7 @@ static void lay_out_chunk(const shd_plan *plan, shd_scratch *memory, shd_tile_sc
     shd_hits_lay_out(plan, length, memory, &s->sorted);
 }
 
-/* A pixel has no more fragments than samples, or groups and facets. */
+/* A pixel has at most as many fragments as samples, and as groups and one more for facets. */
 static void lay_out_fragments(const shd_plan *plan, size_t samples, shd_scratch *memory,
                               shd_tile_scratch *s) {
     const size_t classes = plan->group_count + 1;
