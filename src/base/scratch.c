@@ -9,3 +9,17 @@ void *shd_scratch_take(shd_scratch *scratch, size_t count, size_t size) {
     scratch->full = !at;
     return at;
 }
+
+float **shd_scratch_rows32(shd_scratch *scratch, size_t rows, size_t length) {
+    float **out = shd_scratch_take(scratch, rows, sizeof *out);
+    float *values = shd_scratch_take(scratch, rows * length, sizeof *values);
+    for (size_t i = 0; out && values && i < rows; i++) out[i] = values + i * length;
+    return out;
+}
+
+double **shd_scratch_rows64(shd_scratch *scratch, size_t rows, size_t length) {
+    double **out = shd_scratch_take(scratch, rows, sizeof *out);
+    double *values = shd_scratch_take(scratch, rows * length, sizeof *values);
+    for (size_t i = 0; out && values && i < rows; i++) out[i] = values + i * length;
+    return out;
+}

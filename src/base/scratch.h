@@ -22,4 +22,8 @@ typedef struct shd_scratch {
  * counted, or the arena is full. */
 void *shd_scratch_take(shd_scratch *scratch, size_t count, size_t size);
 
+/* [rows] of [length] each, the rows one behind the other. */
+float **shd_scratch_rows32(shd_scratch *scratch, size_t rows, size_t length);
+double **shd_scratch_rows64(shd_scratch *scratch, size_t rows, size_t length);
+
 #endif

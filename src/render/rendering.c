@@ -1,7 +1,5 @@
 #include "render/rendering.h"
 
-#include "render/stopwatch.h"
-
 shd_rendering shd_rendering_beside(const shd_rendering *r, shd_arena *arena) {
     return (shd_rendering){
         .engine = r->engine, .arena = arena, .limits = r->limits, .cancelled = r->cancelled};
@@ -10,6 +8,15 @@ shd_rendering shd_rendering_beside(const shd_rendering *r, shd_arena *arena) {
 void shd_rendering_add(shd_rendering *whole, const shd_rendering *part) {
     shd_times_add(&whole->times, &part->times);
     whole->saturated += part->saturated;
+}
+
+void shd_times_add(shd_times *sum, const shd_times *times) {
+    sum->parse += times->parse;
+    sum->plan += times->plan;
+    sum->visibility += times->visibility;
+    sum->shade += times->shade;
+    sum->color += times->color;
+    sum->encode += times->encode;
 }
 
 /* ---- Stages. ---- */

@@ -50,6 +50,27 @@ void shd_stage_spread(shd_rendering *r, size_t count,
  * (shd_pool_lend). */
 void shd_stage_lend(shd_rendering *r);
 
+/* The stages of tiles, on one of many threads. This is wall time, because reading the clock of
+ * processor time would take a noticeable share of it. */
+typedef struct shd_stopwatch {
+    shd_times times;
+    double since;
+} shd_stopwatch;
+
+static inline void shd_begin(shd_stopwatch *watch) {
+    watch->since = shd_now();
+}
+
+/* `stage` is one of watch->times. The next one begins. */
+static inline void shd_end(shd_stopwatch *watch, double *stage) {
+    const double now = shd_now();
+    *stage += now - watch->since;
+    watch->since = now;
+}
+
+/* Adds `times` to `sum`. */
+void shd_times_add(shd_times *sum, const shd_times *times);
+
 /* ---- How a stage fails. ---- */
 
 /* The arena gave nothing, while `what` ("picture", "comparison") was made. */

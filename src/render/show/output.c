@@ -133,53 +133,28 @@ void shd_output_flatten(float *rgba, size_t pixels) {
     }
 }
 
-/* Converts rows side by side on the pool. A pixel's result does not depend on the split. */
-typedef struct conversion {
-    const shd_color_transform *transform;
-    float *rgba;
-    size_t width, rows, height; /* `rows` of an index */
-    const atomic_bool *cancelled;
-} conversion;
+/* ---- Pixels, side by side on the pool: none depends on the split. ---- */
 
-static void convert_rows(void *context, size_t index, unsigned slot) {
-    (void)slot;
-    const conversion *work = context;
-    if (shd_is_cancelled(work->cancelled)) return;
-    size_t first = index * work->rows;
-    size_t rows = work->height - first < work->rows ? work->height - first : work->rows;
-    shd_color_apply(work->transform, work->rgba + 4 * first * work->width, rows * work->width);
-}
+enum { PIXELS_AT_ONCE = 32768 };
 
-static void convert_picture(shd_rendering *r, const shd_color_transform *transform,
-                            const shd_film *film, float *rgba) {
-    const size_t width = (size_t)film->width, height = (size_t)film->height;
-    conversion work = {transform, rgba, width, 1 + 32768 / width, height, r->cancelled};
-    shd_stage_spread(r, (height + work.rows - 1) / work.rows, convert_rows, &work);
-}
-
-/* ---- Pictures whose colors go straight to codes. ---- */
-
-typedef struct coding {
-    const shd_color_codes *codes;
-    shd_isa isa;
-    const float *rgba;
-    shd_layout layout;
+typedef struct coloring {
+    const shd_rendering *rendering;
+    const shd_color_transform *transform; /* in place; */
+    const shd_color_codes *codes;         /* or, unless NULL, straight to codes: */
     bool flatten;
-    size_t pixels, step; /* of an index */
+    shd_layout layout;
     unsigned char *samples;
+    float *rgba;
+    size_t pixels;
     atomic_uint_least64_t saturated;
-    const atomic_bool *cancelled;
-} coding;
+} coloring;
 
-static void code_pixels(void *context, size_t index, unsigned slot) {
+static void code_pixels(coloring *work, size_t first, size_t end) {
     enum { BLOCK = 1024 };
-    (void)slot;
-    coding *work = context;
-    if (shd_is_cancelled(work->cancelled)) return;
+    const shd_layout *layout = &work->layout;
     uint64_t saturated = 0;
-    size_t end = (index + 1) * work->step < work->pixels ? (index + 1) * work->step : work->pixels;
-    for (size_t first = index * work->step; first < end; first += BLOCK) {
-        size_t some = end - first < BLOCK ? end - first : BLOCK;
+    for (; first < end; first += BLOCK) {
+        const size_t some = end - first < BLOCK ? end - first : BLOCK;
         const float *rgba = work->rgba + 4 * first;
         float flat[4 * BLOCK];
         if (work->flatten) {
@@ -187,12 +162,28 @@ static void code_pixels(void *context, size_t index, unsigned slot) {
             shd_output_flatten(flat, some);
             rgba = flat;
         }
-        const shd_layout *layout = &work->layout;
-        saturated +=
-            shd_color_encode(work->codes, work->isa, rgba, some, layout->source, layout->count,
-                             work->samples + first * (size_t)layout->count * layout->bytes);
+        saturated += shd_color_encode(
+            work->codes, work->rendering->engine->isa, rgba, some, layout->source, layout->count,
+            work->samples + first * (size_t)layout->count * layout->bytes);
     }
     atomic_fetch_add(&work->saturated, saturated);
+}
+
+static void color_pixels(void *context, size_t index, unsigned slot) {
+    (void)slot;
+    coloring *work = context;
+    if (shd_is_cancelled(work->rendering->cancelled)) return;
+    const size_t first = index * PIXELS_AT_ONCE, left = work->pixels - first,
+                 some = left < PIXELS_AT_ONCE ? left : PIXELS_AT_ONCE;
+    if (work->codes)
+        code_pixels(work, first, first + some);
+    else
+        shd_color_apply(work->transform, work->rgba + 4 * first, some);
+}
+
+static void color_picture(shd_rendering *r, coloring *work) {
+    shd_stage_spread(r, (work->pixels + PIXELS_AT_ONCE - 1) / PIXELS_AT_ONCE, color_pixels, work);
+    r->saturated += atomic_load(&work->saturated);
 }
 
 /* The tables that the output's colors are looked up in. NULL: they go through floats. */
@@ -205,26 +196,21 @@ static const shd_color_codes *find_codes(const shd_rendering *r, const shd_outpu
                               (size_t)scene->raster.w * (size_t)scene->raster.h);
 }
 
-static bool code_picture(shd_rendering *r, const shd_color_codes *codes, const shd_film *film,
-                         bool flat, shd_format format, shd_image *image) {
-    coding work = {.codes = codes,
-                   .isa = r->engine->isa,
-                   .rgba = film->rgba,
-                   .layout = shd_image_layout(image, format),
-                   .flatten = flat,
-                   .pixels = (size_t)film->width * (size_t)film->height,
-                   .step = 32768,
-                   .cancelled = r->cancelled};
+static bool code_film(shd_rendering *r, const shd_color_codes *codes, const shd_film *film,
+                      bool flat, shd_format format, shd_image *image) {
+    coloring work = {.rendering = r,
+                     .codes = codes,
+                     .flatten = flat,
+                     .layout = shd_image_layout(image, format),
+                     .rgba = film->rgba,
+                     .pixels = (size_t)film->width * (size_t)film->height};
     work.samples =
         shd_arena_alloc(r->arena, work.pixels, (size_t)work.layout.count * work.layout.bytes);
     if (!work.samples) return false;
-    shd_stage_spread(r, (work.pixels + work.step - 1) / work.step, code_pixels, &work);
-    r->saturated += atomic_load(&work.saturated);
+    color_picture(r, &work);
     image->samples = work.samples;
     return true;
 }
-
-/* ---- The other ones, and layers. ---- */
 
 static bool convert_film(shd_rendering *r, const shd_film *film, size_t index,
                          const shd_color_transform *transform, bool flat, shd_image *image) {
@@ -235,7 +221,8 @@ static bool convert_film(shd_rendering *r, const shd_film *film, size_t index,
     float *rgba = last ? film->rgba : copy_floats(r->arena, film->rgba, 4 * pixels);
     if (!rgba) return false;
     if (flat) shd_output_flatten(rgba, pixels);
-    convert_picture(r, transform, film, rgba);
+    color_picture(
+        r, &(coloring){.rendering = r, .transform = transform, .rgba = rgba, .pixels = pixels});
     saturate_values(r, output, rgba, 4 * pixels);
     shd_image_layer *layers = NULL;
     if (output->layer_count && !make_layers(r, film, output, rgba, transform, &layers))
@@ -259,7 +246,7 @@ static void spread_encoding(void *context, size_t count,
     shd_stage_spread(context, count, run, work);
 }
 
-/* ---- Both. ---- */
+/* ---- Outputs. ---- */
 
 /* What the encoder will be told, but for the pixels. */
 static shd_status begin_image(shd_rendering *r, const shd_output *output,
@@ -360,7 +347,7 @@ static shd_status color_image(shd_rendering *r, const shd_film *film, size_t ind
     } else {
         const bool flat = shd_output_is_flat(scene, output);
         const shd_color_codes *codes = find_codes(r, output, transform);
-        made = codes ? code_picture(r, codes, film, flat, output->format, image)
+        made = codes ? code_film(r, codes, film, flat, output->format, image)
                      : convert_film(r, film, index, transform, flat, image);
     }
     if (shd_is_cancelled(r->cancelled)) return shd_rendering_cancelled(error);

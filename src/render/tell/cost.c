@@ -17,8 +17,8 @@ shd_cost shd_cost_of(const shd_plan *plan, const bool *codes) {
     const shd_scene *scene = plan->scene;
     const double pixels = (double)scene->raster.w * scene->raster.h, million = 1e6;
     const shd_ray_cost rays = shd_plan_ray_cost(plan, plan->tier, shd_plan_kernel_costs(plan));
-    shd_cost cost = {(pixels * rays.rays + rays.meshes) / million, pixels * rays.light / million, 0,
-                     0};
+    shd_cost cost = {.visibility = (pixels * rays.rays + rays.meshes) / million,
+                     .shade = pixels * rays.light / million};
     for (size_t o = 0; o < scene->output_count; o++) {
         const shd_output *output = &scene->outputs[o];
         const shd_format_info *format = shd_format_get(output->format);
@@ -30,5 +30,6 @@ shd_cost shd_cost_of(const shd_plan *plan, const bool *codes) {
         cost.encode +=
             values * encoders[output->format] * (output->depth > format->depth ? 2 : 1) / million;
     }
+    cost.total = cost.visibility + cost.shade + cost.color + cost.encode;
     return cost;
 }

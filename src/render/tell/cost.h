@@ -6,7 +6,7 @@
 
 /* Milliseconds of one core. */
 typedef struct shd_cost {
-    double visibility, shade, color, encode;
+    double visibility, shade, color, encode, total;
 } shd_cost;
 
 /* `codes`: for each output, whether its colors go straight to codes. */

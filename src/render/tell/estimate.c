@@ -5,18 +5,14 @@
 
 /* The numbers of scenes have limits of 2^46 and below. Sums and products of them saturate instead
  * of wrapping. */
-static uint64_t add_saturating(uint64_t a, uint64_t b) {
+static uint64_t add_sat(uint64_t a, uint64_t b) {
     uint64_t sum;
     return __builtin_add_overflow(a, b, &sum) ? UINT64_MAX : sum;
 }
 
-static uint64_t multiply_saturating(uint64_t a, uint64_t b) {
+static uint64_t mul_sat(uint64_t a, uint64_t b) {
     uint64_t product;
     return __builtin_mul_overflow(a, b, &product) ? UINT64_MAX : product;
-}
-
-static bool is_color(const shd_layer *layer) {
-    return layer->kind < SHD_LAYER_NORMAL;
 }
 
 /* Bytes of the film's floats, if it has any. Light planes are counted in the output that has the
@@ -43,7 +39,7 @@ static uint64_t film_bytes(const shd_scene *scene) {
 static uint64_t output_bytes(const shd_output *output) {
     uint64_t floats = 0;
     for (size_t l = 0; l < output->layer_count; l++)
-        if (is_color(&output->layers[l])) floats += 3;
+        if (output->layers[l].kind < SHD_LAYER_NORMAL) floats += 3;
     uint64_t sample = output->depth == SHD_U8 ? 1 : output->depth == SHD_U16 ? 2 : 4;
     uint64_t channels = output->channel >= 0 ? 1 : 3;
     bool packed = output->depth == SHD_U8 || output->depth == SHD_U16;
@@ -56,7 +52,7 @@ uint64_t shd_estimate_memory(const shd_scene *scene) {
         const uint64_t one = output_bytes(&scene->outputs[o]);
         if (one > bytes) bytes = one;
     }
-    return add_saturating(film_bytes(scene), multiply_saturating(pixels, bytes));
+    return add_sat(film_bytes(scene), mul_sat(pixels, bytes));
 }
 
 uint64_t shd_estimate_light_samples(const shd_scene *scene) {
@@ -64,32 +60,27 @@ uint64_t shd_estimate_light_samples(const shd_scene *scene) {
     uint64_t lobes = 0;
     for (size_t m = 0; m < scene->material_count; m++)
         if (scene->materials[m].lobe_count > lobes) lobes = scene->materials[m].lobe_count;
-    return multiply_saturating(multiply_saturating(pixels, (uint64_t)scene->raster.samples),
-                               multiply_saturating(scene->light_count, 1 + lobes));
+    return mul_sat(mul_sat(pixels, (uint64_t)scene->raster.samples),
+                   mul_sat(scene->light_count, 1 + lobes));
 }
 
 uint64_t shd_estimate_object_lights(const shd_scene *scene) {
-    return multiply_saturating(scene->object_count, scene->light_count);
+    return mul_sat(scene->object_count, scene->light_count);
 }
 
 uint64_t shd_estimate_work(const shd_scene *scene) {
     enum { PIXEL = 4, LAYER = 4, DOUBLE_PRECISION = 4, MESH_TRIANGLE = 8 };
     uint64_t pixels = (uint64_t)scene->raster.w * (uint64_t)scene->raster.h;
-    uint64_t samples = multiply_saturating(pixels, (uint64_t)scene->raster.samples), triangles = 0,
-             layers = 0;
+    uint64_t samples = mul_sat(pixels, (uint64_t)scene->raster.samples), triangles = 0, layers = 0;
     for (size_t i = 0; i < scene->object_count; i++)
         if (scene->objects[i].mesh)
-            triangles = add_saturating(triangles, scene->objects[i].mesh->triangle_count);
+            triangles = add_sat(triangles, scene->objects[i].mesh->triangle_count);
     for (size_t o = 0; o < scene->output_count; o++)
-        layers = add_saturating(layers, 1 + scene->outputs[o].layer_count);
+        layers = add_sat(layers, 1 + scene->outputs[o].layer_count);
     /* To see a sample costs about as much as two lights on it. Tiles skip most objects. */
-    uint64_t a_sample =
-        add_saturating(add_saturating(2, scene->light_count), scene->object_count / 16);
-    if (scene->accuracy.tier == SHD_EXACT)
-        a_sample = multiply_saturating(a_sample, DOUBLE_PRECISION);
-    return add_saturating(
-        add_saturating(
-            multiply_saturating(samples, a_sample),
-            multiply_saturating(pixels, add_saturating(PIXEL, multiply_saturating(LAYER, layers)))),
-        multiply_saturating(triangles, MESH_TRIANGLE));
+    uint64_t a_sample = add_sat(add_sat(2, scene->light_count), scene->object_count / 16);
+    if (scene->accuracy.tier == SHD_EXACT) a_sample = mul_sat(a_sample, DOUBLE_PRECISION);
+    return add_sat(add_sat(mul_sat(samples, a_sample),
+                           mul_sat(pixels, add_sat(PIXEL, mul_sat(LAYER, layers)))),
+                   mul_sat(triangles, MESH_TRIANGLE));
 }

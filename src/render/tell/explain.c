@@ -81,18 +81,13 @@ static json_t *tell_terms(const shd_plan *plan) {
         attenuation |= plan->lights[j].attenuated;
         spots |= plan->lights[j].spot;
     }
-    json_t *list = json_array();
-    json_array_append_new(list, tell_term("emission", emission, "no material emits light"));
-    json_array_append_new(
-        list, tell_term("ambient", ambient, "there is no ambient light, or nothing reflects it"));
-    json_array_append_new(
-        list, tell_term("diffuse", diffuse, "no light reaches an object that is diffuse"));
-    json_array_append_new(
-        list, tell_term("specular", specular, "no light reaches an object that is specular"));
-    json_array_append_new(
-        list, tell_term("attenuation", attenuation, "every light is as bright at any distance"));
-    json_array_append_new(list, tell_term("spots", spots, "no light that is used has a cone"));
-    return list;
+    return json_pack(
+        "[oooooo]", tell_term("emission", emission, "no material emits light"),
+        tell_term("ambient", ambient, "there is no ambient light, or nothing reflects it"),
+        tell_term("diffuse", diffuse, "no light reaches an object that is diffuse"),
+        tell_term("specular", specular, "no light reaches an object that is specular"),
+        tell_term("attenuation", attenuation, "every light is as bright at any distance"),
+        tell_term("spots", spots, "no light that is used has a cone"));
 }
 
 /* ---- Lights, materials, objects. ---- */
@@ -156,20 +151,10 @@ static json_t *tell_samples(const shd_plan *plan) {
     return json_pack("{si ss}", "pixel", samples, "pattern", samples == 1 ? "center" : "full");
 }
 
-static const char *encoder_of(shd_format format) {
-    switch (format) {
-    case SHD_PNG:
-        return "libdeflate";
-    case SHD_JPEG:
-        return "libjpeg-turbo";
-    case SHD_WEBP:
-        return "libwebp";
-    default:
-        return "OpenImageIO";
-    }
-}
-
 static json_t *tell_outputs(const shd_explained *e) {
+    static const char *const encoders[SHD_FORMAT_COUNT] = {
+        [SHD_PNG] = "libdeflate",   [SHD_JPEG] = "libjpeg-turbo", [SHD_WEBP] = "libwebp",
+        [SHD_TIFF] = "OpenImageIO", [SHD_EXR] = "OpenImageIO",    [SHD_HDR] = "OpenImageIO"};
     const shd_scene *scene = e->plan->scene;
     json_t *list = json_array();
     for (size_t i = 0; i < scene->output_count; i++) {
@@ -179,15 +164,14 @@ static json_t *tell_outputs(const shd_explained *e) {
                                         "format", shd_format_get(output->format)->name, "depth",
                                         shd_depth_name(output->depth), "color",
                                         e->codes[i] ? "codes" : "floats", "curveKnown",
-                                        e->shown[i].coded, "encoder", encoder_of(output->format)));
+                                        e->shown[i].coded, "encoder", encoders[output->format]));
     }
     return list;
 }
 
 static json_t *tell_cost(const shd_cost *cost) {
     return json_pack("{sf sf sf sf sf}", "visibility", cost->visibility, "shade", cost->shade,
-                     "color", cost->color, "encode", cost->encode, "total",
-                     cost->visibility + cost->shade + cost->color + cost->encode);
+                     "color", cost->color, "encode", cost->encode, "total", cost->total);
 }
 
 static json_t *tell_tiers(const shd_explained *e) {

@@ -1,6 +1,5 @@
 #include "render/tiles/facets.h"
 
-#include "render/stopwatch.h"
 #include "shade/split32.h"
 
 enum { BLOCK = 64 };
@@ -98,18 +97,12 @@ static void light_block(void *context, size_t index, unsigned slot) {
 }
 
 static bool make_scratch(const shd_plan *plan, shd_arena *arena, struct facet_scratch *out) {
-    const size_t terms = 1 + plan->max_lobes, rows = 3 * terms;
+    const size_t terms = 1 + plan->max_lobes;
     shd_scratch memory = {.arena = arena};
-    float *sums = shd_scratch_take(&memory, rows * BLOCK, sizeof *sums);
-    double *exact = shd_scratch_take(&memory, rows * BLOCK, sizeof *exact);
-    out->arrays = shd_scratch_take(&memory, rows, sizeof *out->arrays);
-    out->exact = shd_scratch_take(&memory, rows, sizeof *out->exact);
+    out->arrays = shd_scratch_rows32(&memory, 3 * terms, BLOCK);
+    out->exact = shd_scratch_rows64(&memory, 3 * terms, BLOCK);
     out->terms = shd_scratch_take(&memory, terms, sizeof *out->terms);
     out->term_of = shd_scratch_take(&memory, terms, sizeof *out->term_of);
-    for (size_t i = 0; !memory.full && i < rows; i++) {
-        out->arrays[i] = sums + i * BLOCK;
-        out->exact[i] = exact + i * BLOCK;
-    }
     return !memory.full;
 }
 

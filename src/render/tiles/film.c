@@ -286,10 +286,6 @@ static void render_tile(void *context, size_t index, unsigned slot) {
 
 /* ---- The film. ---- */
 
-static void fill_plane(float *values, size_t count, float value) {
-    for (size_t i = 0; i < count; i++) values[i] = value;
-}
-
 /* film->planes has room for the planes, or is NULL. */
 static void lay_out_film(size_t pixels, size_t plane_count, const bool *wants, shd_scratch *memory,
                          shd_film *film) {
@@ -314,17 +310,19 @@ uint64_t shd_film_size(const shd_raster *raster, size_t plane_count,
 }
 
 /* Data layers begin with the values of pixels that hit nothing. */
-static bool make_film(const shd_plan *plan, shd_arena *arena, shd_film *film) {
+static bool make_film(const film_job *j, shd_arena *arena, shd_film *film) {
+    const shd_plan *plan = j->scenery.plan;
+    const shd_paint_kernel *paint = j->scenery.paint;
     const size_t pixels = (size_t)film->width * (size_t)film->height;
     shd_scratch memory = {.arena = arena};
     film->planes = shd_arena_zalloc(arena, plan->plane_count, sizeof *film->planes);
     if (!film->planes) return false;
     lay_out_film(pixels, plan->plane_count, plan->wants, &memory, film);
     if (memory.full) return false;
-    if (film->normal) fill_plane(film->normal, 3 * pixels, 0);
-    if (film->position) fill_plane(film->position, 3 * pixels, 0);
-    if (film->depth) fill_plane(film->depth, pixels, INFINITY);
-    if (film->object) fill_plane(film->object, pixels, -1);
+    if (film->normal) paint->fill(film->normal, 3 * pixels, 0);
+    if (film->position) paint->fill(film->position, 3 * pixels, 0);
+    if (film->depth) paint->fill(film->depth, pixels, INFINITY);
+    if (film->object) paint->fill(film->object, pixels, -1);
     return true;
 }
 
@@ -371,7 +369,7 @@ shd_status shd_film_render(shd_rendering *r, const shd_sight *sight, const shd_r
     j.slots = shd_arena_zalloc(arena, slots, sizeof *j.slots);
     j.scenery.lighting = shd_lighting_new(plan, arena);
     pthread_mutex_init(&j.mutex, NULL);
-    if (!j.slots || !j.scenery.lighting || !make_film(plan, arena, film) ||
+    if (!j.slots || !j.scenery.lighting || !make_film(&j, arena, film) ||
         (sight && !shd_facets_light(r, sight, j.scenery.lighting, j.scenery.paint, &facets))) {
         atomic_store(&j.failed, true);
     } else {

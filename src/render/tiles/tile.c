@@ -17,35 +17,27 @@ size_t shd_tile_count(const shd_raster *raster) {
 /* ---- Light on what was hit. ---- */
 
 /* Copies the hits so that those of a group follow each other, in the order of the shots. */
-static void sort_hits(const shd_plan *plan, const shd_hits *from, const uint32_t *order,
-                      shd_hits *to) {
+static void sort_hits(const shd_hits *from, const uint32_t *order, shd_hits *to) {
     const size_t count = to->count = from->count;
-    for (int c = 0; c < 3; c++) {
-        if (plan->tier == SHD_EXACT) {
-            for (size_t i = 0; i < count; i++) {
-                to->position[c][i] = from->position[c][order[i]];
-                to->normal[c][i] = from->normal[c][order[i]];
-                to->view[c][i] = from->view[c][order[i]];
-            }
-            continue;
-        }
-        for (size_t i = 0; i < count; i++) {
-            to->position32[c][i] = from->position32[c][order[i]];
-            to->normal32[c][i] = from->normal32[c][order[i]];
-            to->mirror32[c][i] = from->mirror32[c][order[i]];
-        }
-        if (plan->split_positions)
-            for (size_t i = 0; i < count; i++) to->low32[c][i] = from->low32[c][order[i]];
-    }
-    for (size_t i = 0; i < count; i++) {
-        to->object[i] = from->object[order[i]];
-        to->shot[i] = from->shot[order[i]];
-    }
-    for (size_t i = 0; from->triangle && i < count; i++) {
-        to->triangle[i] = from->triangle[order[i]];
-        to->u[i] = from->u[order[i]];
-        to->v[i] = from->v[order[i]];
-    }
+#define SORT(array)                                                                                \
+    for (size_t i = 0; from->array && i < count; i++) to->array[i] = from->array[order[i]]
+#define SORT_VECTORS(array)                                                                        \
+    for (size_t i = 0; from->array[0] && i < count; i++)                                           \
+        for (int c = 0; c < 3; c++) to->array[c][i] = from->array[c][order[i]]
+    SORT_VECTORS(position32);
+    SORT_VECTORS(normal32);
+    SORT_VECTORS(mirror32);
+    SORT_VECTORS(low32);
+    SORT_VECTORS(position);
+    SORT_VECTORS(normal);
+    SORT_VECTORS(view);
+    SORT(object);
+    SORT(shot);
+    SORT(triangle);
+    SORT(u);
+    SORT(v);
+#undef SORT_VECTORS
+#undef SORT
     shd_hits_pad(to);
 }
 
@@ -85,7 +77,7 @@ static const shd_hits *make_runs(const shd_scenery *scenery, const shd_hits *hit
     }
     for (size_t i = 0; i < hits->count; i++)
         s->order[s->starts[class_of(scenery, hits->object[i])]++] = (uint32_t)i;
-    sort_hits(scenery->plan, hits, s->order, &s->sorted);
+    sort_hits(hits, s->order, &s->sorted);
     return &s->sorted;
 }
 
@@ -111,6 +103,11 @@ static void interpolate_facets(const shd_scenery *scenery, const shd_hits *hits,
             }
     }
 }
+
+/* Lights a run by the lights `which`, for a plane and those that share its sums: s->sums. */
+typedef void light_run_kernel(const shd_scenery *scenery, const shd_plan_material *material,
+                              const uint32_t *which, size_t count, const shd_hits *hits,
+                              shd_run run, size_t plane, shd_tile_scratch *s);
 
 static void sum_lights(const shd_scenery *scenery, const shd_plan_material *material,
                        const uint32_t *which, size_t count, const shd_hits *hits, shd_run run,
@@ -214,9 +211,7 @@ static const shd_hits *light_hits(const shd_scenery *scenery, shd_tile_scratch *
         }
         const shd_plan_material *material = &plan->materials[plan->groups[run.group].material];
         const uint32_t *which;
-        void (*light_run)(const shd_scenery *, const shd_plan_material *, const uint32_t *, size_t,
-                          const shd_hits *, shd_run, size_t, shd_tile_scratch *) =
-            plan->tier == SHD_EXACT ? light_exactly : sum_lights;
+        light_run_kernel *light_run = plan->tier == SHD_EXACT ? light_exactly : sum_lights;
         size_t count = find_lights(scenery, hits, run, &which, s);
         light_run(scenery, material, which, count, hits, run, 0, s);
         for (size_t p = 1; p < plan->plane_count; p++) {

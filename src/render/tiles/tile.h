@@ -7,7 +7,6 @@
 #ifndef SHD_RENDER_TILES_TILE_H
 #define SHD_RENDER_TILES_TILE_H
 
-#include "render/stopwatch.h"
 #include "render/tiles/facets.h"
 #include "render/tiles/paint.h"
 #include "shade/lighting.h"

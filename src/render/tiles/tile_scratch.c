@@ -2,22 +2,6 @@
 
 #include "render/tiles/shots.h"
 
-/* Rows of floats, each of whole vectors. */
-static float **lay_out_rows(size_t rows, size_t length, shd_scratch *memory) {
-    length = (length + SHD_LANES - 1) / SHD_LANES * SHD_LANES;
-    float **out = shd_scratch_take(memory, rows, sizeof *out);
-    float *values = shd_scratch_take(memory, rows * length, sizeof *values);
-    for (size_t i = 0; out && values && i < rows; i++) out[i] = values + i * length;
-    return out;
-}
-
-static double **lay_out_exact_rows(size_t rows, size_t length, shd_scratch *memory) {
-    double **out = shd_scratch_take(memory, rows, sizeof *out);
-    double *values = shd_scratch_take(memory, rows * length, sizeof *values);
-    for (size_t i = 0; out && values && i < rows; i++) out[i] = values + i * length;
-    return out;
-}
-
 /* A chunk's shots, what they hit, and the sums of light there. Kernels read whole vectors from
  * wherever a run begins. */
 static void lay_out_chunk(const shd_plan *plan, shd_scratch *memory, shd_tile_scratch *s) {
@@ -34,8 +18,8 @@ static void lay_out_chunk(const shd_plan *plan, shd_scratch *memory, shd_tile_sc
     s->which = shd_scratch_take(memory, plan->light_count, sizeof *s->which);
     s->run_capacity = classes < SHD_CHUNK ? classes : SHD_CHUNK;
     s->runs = shd_scratch_take(memory, s->run_capacity, sizeof *s->runs);
-    if (plan->tier == SHD_EXACT) s->exact = lay_out_exact_rows(rows, length, memory);
-    s->sums = lay_out_rows(shd_sum_of(plan, plan->plane_count, 0, 0), length, memory);
+    if (plan->tier == SHD_EXACT) s->exact = shd_scratch_rows64(memory, rows, length);
+    s->sums = shd_scratch_rows32(memory, shd_sum_of(plan, plan->plane_count, 0, 0), length);
     s->outs = shd_scratch_take(memory, rows, sizeof *s->outs);
     shd_hits_lay_out(plan, length, memory, &s->hits);
     shd_hits_lay_out(plan, length, memory, &s->sorted);
@@ -49,8 +33,8 @@ static void lay_out_fragments(const shd_plan *plan, size_t samples, shd_scratch 
     f->capacity = SHD_TILE_PIXELS * (samples < classes ? samples : classes);
     f->cell = shd_scratch_take(memory, f->capacity, sizeof *f->cell);
     s->coverage = shd_scratch_take(memory, f->capacity, sizeof *s->coverage);
-    f->sums =
-        lay_out_rows(shd_sum_of(plan, plan->plane_count, 0, 0), f->capacity + SHD_LANES, memory);
+    f->sums = shd_scratch_rows32(memory, shd_sum_of(plan, plan->plane_count, 0, 0),
+                                 f->capacity + SHD_LANES);
     f->runs = shd_scratch_take(memory, shd_chunks_of(samples) * s->run_capacity, sizeof *f->runs);
 }
 
