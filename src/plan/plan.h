@@ -11,6 +11,7 @@
 #include "base/cancel.h"
 #include "base/cpu.h"
 #include "base/vec3.h"
+#include "plan/tier.h"
 #include "scene/scene.h"
 
 /* A light that reaches surfaces: directional, point or spot, with a color that is not black. */
@@ -37,6 +38,14 @@ typedef struct shd_plan_light {
  * side a point is. */
 static inline bool shd_has_hard_rim(const shd_plan_light *light) {
     return light->spot && !(light->outer > light->inner);
+}
+
+/* f, of a surface point at the distance. */
+static inline double shd_attenuation(const shd_plan_light *light, double distance) {
+    if (!light->attenuated) return light->gain;
+    const double d = distance > light->min_distance ? distance : light->min_distance;
+    const double f = light->gain / (light->a + d * (light->b + d * light->c));
+    return f < SHD_LARGEST_FALL ? f : SHD_LARGEST_FALL;
 }
 
 /* A plane of flat faces that a light is in, or near to. */

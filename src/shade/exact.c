@@ -1,7 +1,5 @@
 #include "shade/exact.h"
 
-#include "plan/tier.h"
-
 /* |a + b|^2 / 2 of unit vectors: 1 + a.b without its cancellation near a = -b. */
 static double half_chord(shd_vec3 a, shd_vec3 b) {
     shd_vec3 chord = shd_add(a, b);
@@ -29,10 +27,7 @@ double shd_weigh_light(const shd_plan_light *light, shd_vec3 position, shd_vec3 
     if (!light->directional) {
         shd_vec3 path = shd_sub(light->position, position);
         if (!shd_normalize(path, &toward)) return 0; /* on the surface: no direction */
-        if (light->attenuated) {
-            double d = fmax(shd_length(path), light->min_distance);
-            f = fmin(light->gain / (light->a + d * (light->b + d * light->c)), SHD_LARGEST_FALL);
-        }
+        f = shd_attenuation(light, shd_length(path));
     }
     if (light->spot) f *= spot_factor(light, toward);
 

@@ -1,7 +1,6 @@
 /* What a light can do at a piece. */
 #include "bound/light/error.h"
 #include "bound/light/pieces.h"
-#include "plan/tier.h"
 
 static double spot_at(const shd_plan_light *light, double cosine) {
     const double q = 1 - cosine;
@@ -12,12 +11,6 @@ static double spot_at(const shd_plan_light *light, double cosine) {
         s = x * x * (3 - 2 * x);
     }
     return light->exponent > 0 ? s * pow(cosine, light->exponent) : s;
-}
-
-static double attenuation_at(const shd_plan_light *light, double distance) {
-    if (!light->attenuated) return light->gain;
-    const double d = shd_larger(distance, light->min_distance);
-    return shd_smaller(light->gain / (light->a + d * (light->b + d * light->c)), SHD_LARGEST_FALL);
 }
 
 static double hypotenuse(double a, double b) {
@@ -74,8 +67,8 @@ bool shd_piece_lit(const shd_scene *scene, const shd_piece *piece, const shd_pla
     out->nearest = o.nearest;
     out->facing_high = shd_smaller(facing_high, 1);
     out->facing_low = shd_larger(facing_low, 0);
-    out->fall_high = out->factor_high = attenuation_at(light, o.nearest) * (1 + SHD_PIECE_MARGIN);
-    out->factor_low = attenuation_at(light, o.farthest) * (1 - SHD_PIECE_MARGIN);
+    out->fall_high = out->factor_high = shd_attenuation(light, o.nearest) * (1 + SHD_PIECE_MARGIN);
+    out->factor_low = shd_attenuation(light, o.farthest) * (1 - SHD_PIECE_MARGIN);
     if (!(out->factor_low > 0)) out->factor_low = 0;
     if (light->spot) {
         const shd_angle off = shd_angle_of(-shd_dot(light->axis, o.toward));

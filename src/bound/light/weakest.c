@@ -24,16 +24,13 @@ static double least_of(const shd_plan *plan, const shd_plan_material *material,
         const shd_plan_light *from = &plan->lights[in[i]];
         if (from->spot) continue; /* it may not reach all of the patch */
         shd_vec3 path = shd_sub(from->position, patch->center);
-        double radius = patch->radius, factor = from->gain;
+        double radius = patch->radius;
         if (from->directional) path = from->toward, radius = 0;
         double squared = shd_dot(path, path), length = sqrt(squared);
         double along = shd_dot(path, patch->axis), away = sqrt(fmax(0, squared - along * along));
         double facing = (along * cosine - away * sine - radius) / (length + radius);
         if (!(facing > 0)) continue;
-        if (from->attenuated) {
-            double d = fmax(length + radius, from->min_distance);
-            factor /= from->a + d * (from->b + d * from->c);
-        }
+        const double factor = shd_attenuation(from, length + radius);
         for (int c = 0; c < 3; c++) light[c] += factor * facing * from->color[c];
     }
     for (int c = 0; c < 3; c++)
