@@ -87,7 +87,7 @@ static const option_info options[] = {
     {"response-cache", BYTES, true, FIELD(response_cache), 0, UINT64_C(1) << 46, "BYTES",
      "memory for finished pictures, for who asks for the same ones; 0: none are kept"},
     {"tokens", TEXT, false, FIELD(tokens), 0, 0, "FILE",
-     "bearer tokens, or their hashes, that /v1/ asks for; none: everybody is served"},
+     "bearer tokens, or their hashes with names, ends and rates, for /v1/; none: all are served"},
     {"admin-tokens", TEXT, false, FIELD(admin_tokens), 0, 0, "FILE",
      "such tokens that /metrics asks for; none: everybody at the admin port is told"},
     {"preview-keys", TEXT, false, FIELD(preview_keys), 0, 0, "FILE",
