@@ -14,6 +14,7 @@
 
 #include "base/arena.h"
 #include "base/budget.h"
+#include "base/cancel.h"
 #include "base/catalog.h"
 #include "base/cpu.h"
 #include "base/format.h"
@@ -111,9 +112,11 @@ bool shd_image_writes(shd_format format);
 /* Loads what the format takes, which the first picture would do otherwise: for TIFF, EXR and HDR
  * the OpenImageIO module. SHD_SCENE where that, or a library that it needs, is not installed;
  * SHD_EXHAUSTED where there is no memory or descriptor for it now; SHD_CONFIG where it is broken.
+ * A thread of its own does it: SHD_CANCELLED once `cancelled` is raised, and that goes on.
  * What it takes stays counted in `budget`: SHD_LIMIT where it is more than half of what that has
  * for work, SHD_CROWDED where it is more than is left now. */
-shd_status shd_image_prepare(shd_format format, shd_budget *budget, shd_error *error);
+shd_status shd_image_prepare(shd_format format, shd_budget *budget, const atomic_bool *cancelled,
+                             shd_error *error);
 
 #ifdef __cplusplus
 }

@@ -184,10 +184,13 @@ shd_status shd_encode_jpeg(const shd_image *image, shd_arena *scratch, shd_bytes
              .rows = s.rows,
              .told = ATOMIC_FLAG_INIT};
     if (s.bound == (unsigned long)-1) return shd_encode_no_memory(error);
-    j.pixels = shd_pack_samples(&pack, image, scratch);
+    const void *pixels;
+    const shd_status packed = shd_pack_samples(&pack, image, scratch, &pixels, error);
+    if (packed) return packed;
+    j.pixels = pixels;
     j.strips = shd_arena_zalloc(scratch, s.count, sizeof *j.strips);
     j.handles = shd_arena_zalloc(scratch, slots, sizeof *j.handles);
-    if (!j.pixels || !j.strips || !j.handles) return shd_encode_no_memory(error);
+    if (!j.strips || !j.handles) return shd_encode_no_memory(error);
     for (size_t i = 0; i < s.count; i++) {
         j.strips[i] = (strip){.jpeg = shd_arena_alloc(scratch, s.bound, 1), .size = s.bound};
         if (!j.strips[i].jpeg) return shd_encode_no_memory(error);

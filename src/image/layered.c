@@ -37,15 +37,9 @@ static shd_status picture_plane(const shd_image *image, shd_format format, shd_a
     static const char *const color[] = {"R", "G", "B", "A"}, *const grey[] = {"Y", "A"};
     shd_pack pack = shd_pack_of(image, format);
     const void *values;
-    if (format == SHD_HDR) {
-        float *v = shd_pack_image(&pack, image, scratch);
-        size_t count = (size_t)image->width * (size_t)image->height * (size_t)pack.count;
-        for (size_t i = 0; v && i < count; i++) v[i] = v[i] > 0 ? v[i] : 0;
-        values = v;
-    } else {
-        values = shd_pack_samples(&pack, image, scratch);
-    }
-    if (!values) return shd_encode_no_memory(error);
+    if (format == SHD_HDR) pack.least = 0;
+    const shd_status status = shd_pack_samples(&pack, image, scratch, &values, error);
+    if (status) return status;
     *out = (shd_oiio_plane){pack.count < 3 ? grey : color, pack.count, picture_sample(image->depth),
                             values};
     *alpha = pack.alpha ? pack.count - 1 : -1;
@@ -69,6 +63,7 @@ static const float *fit_half(const float *values, size_t count, shd_arena *scrat
 
 static shd_status layer_plane(const shd_image *image, const shd_image_layer *layer,
                               shd_arena *scratch, shd_oiio_plane *out, shd_error *error) {
+    if (!shd_encode_goes_on(image)) return shd_encode_cancelled(error);
     size_t pixels = (size_t)image->width * (size_t)image->height;
     if (layer->count < 1 || pixels > SIZE_MAX / sizeof(float) / (size_t)layer->count)
         return shd_encode_no_memory(error);

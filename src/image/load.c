@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "image/image.h"
@@ -18,10 +19,16 @@ static const char name[] = "shaded_oiio.so";
 /* Written once, under pthread_once, and constant from then on. */
 static pthread_once_t find_once = PTHREAD_ONCE_INIT;
 static char path[PATH_MAX]; /* of the module; "": it is not installed */
-/* Under the mutex, each at most once. */
 static pthread_mutex_t load_mutex = PTHREAD_MUTEX_INITIALIZER;
+static pthread_cond_t load_ended = PTHREAD_COND_INITIALIZER;
+/* Under the mutex, each written to true once. */
 static _Atomic(shd_oiio_encode_fn *) loaded;
 static atomic_bool incomplete; /* it, or one of its libraries, cannot be loaded */
+static bool counted;           /* a budget has what it takes */
+/* Under the mutex. */
+static bool loading, counting; /* a thread is at it */
+static shd_status load_status; /* of the last time, */
+static shd_error load_error;   /* and why */
 
 /* Looks where dlopen would, along the program's run path, which points beside the program in the
  * build tree and to lib/shaded where installed; but loads nothing. */
@@ -84,10 +91,6 @@ static void *open_module(const char **why) {
 /* The module is never closed: its libraries start threads and register themselves in places that do
  * not forget. */
 static shd_status load(shd_error *error) {
-    if (atomic_load(&loaded)) return SHD_OK;
-    if (!shd_image_writes(SHD_EXR))
-        return shd_fail(error, SHD_SCENE, "", "OpenImageIO is not installed: %s is missing",
-                        *path ? "a library" : name);
     /* dlopen tells its reasons in words only. What fails twice, though there is room for it before
      * and after, is not there or broken, and stays so. */
     const char *why = "";
@@ -109,9 +112,52 @@ static shd_status load(shd_error *error) {
     return SHD_OK;
 }
 
+static void *load_in_thread(void *nothing) {
+    shd_error error = {SHD_OK, "", ""};
+    const shd_status status = load(&error);
+    pthread_mutex_lock(&load_mutex);
+    load_status = status;
+    load_error = error;
+    loading = false;
+    pthread_cond_broadcast(&load_ended);
+    pthread_mutex_unlock(&load_mutex);
+    return nothing;
+}
+
+static bool start_thread(void) {
+    pthread_t thread;
+    return !pthread_create(&thread, NULL, load_in_thread, NULL) && !pthread_detach(thread);
+}
+
+/* With the mutex held, which is free while this waits, for some time or until `load_ended`. */
+static void wait_some(void) {
+    enum { LOOK = 10 * 1000 * 1000 };
+    struct timespec until;
+    clock_gettime(CLOCK_REALTIME, &until);
+    until.tv_nsec += LOOK;
+    until.tv_sec += until.tv_nsec / 1000000000;
+    until.tv_nsec %= 1000000000;
+    pthread_cond_timedwait(&load_ended, &load_mutex, &until);
+}
+
+/* With the mutex held. Loading takes 0.3 s and cannot be interrupted: a thread does it, which goes
+ * on when all who waited for it have left. */
+static shd_status load_aside(const atomic_bool *cancelled, shd_error *error) {
+    if (atomic_load(&loaded)) return SHD_OK;
+    if (!shd_image_writes(SHD_EXR))
+        return shd_fail(error, SHD_SCENE, "", "OpenImageIO is not installed: %s is missing",
+                        *path ? "a library" : name);
+    if (!loading && !(loading = start_thread()))
+        return shd_fail(error, SHD_EXHAUSTED, "", "there is no thread to load OpenImageIO");
+    while (loading && !shd_is_cancelled(cancelled)) wait_some();
+    if (loading) return shd_fail(error, SHD_CANCELLED, "", "the render was cancelled");
+    if (load_status) *error = load_error;
+    return load_status;
+}
+
 shd_status shd_oiio_load(shd_oiio_encode_fn **out, shd_error *error) {
     pthread_mutex_lock(&load_mutex);
-    shd_status status = load(error);
+    shd_status status = load_aside(NULL, error);
     pthread_mutex_unlock(&load_mutex);
     if (status == SHD_OK) *out = atomic_load(&loaded);
     return status;
@@ -119,9 +165,8 @@ shd_status shd_oiio_load(shd_oiio_encode_fn **out, shd_error *error) {
 
 /* With the mutex held. Of the module's 127 MB, by VmRSS on Debian 12, 52 are its own; the rest is
  * files, whose pages the system takes back where memory is short. */
-static shd_status load_within(shd_budget *budget, shd_error *error) {
+static shd_status load_within(shd_budget *budget, const atomic_bool *cancelled, shd_error *error) {
     enum { MODULE = 64 << 20 };
-    if (atomic_load(&loaded)) return SHD_OK;
     if (shd_budget_most(budget) < 2 * (uint64_t)MODULE)
         return shd_fail(error, SHD_LIMIT, "",
                         "OpenImageIO takes %d bytes, and the limit `memory` of the process leaves "
@@ -130,16 +175,30 @@ static shd_status load_within(shd_budget *budget, shd_error *error) {
     if (!shd_budget_take(budget, MODULE))
         return shd_fail(error, SHD_CROWDED, "",
                         "other requests have the memory that OpenImageIO takes");
-    const shd_status status = load(error);
+    const shd_status status = load_aside(cancelled, error);
     shd_budget_give(budget, MODULE);
-    if (status == SHD_OK) shd_budget_fix(budget, MODULE);
+    if (status == SHD_OK) {
+        shd_budget_fix(budget, MODULE);
+        counted = true;
+    }
     return status;
 }
 
-shd_status shd_image_prepare(shd_format format, shd_budget *budget, shd_error *error) {
+shd_status shd_image_prepare(shd_format format, shd_budget *budget, const atomic_bool *cancelled,
+                             shd_error *error) {
     if (!takes_module(format)) return SHD_OK;
+    shd_status status = SHD_OK;
     pthread_mutex_lock(&load_mutex);
-    const shd_status status = load_within(budget, error);
+    /* One of those who wait takes the memory. Where that one leaves, another does. */
+    while (counting && !shd_is_cancelled(cancelled)) wait_some();
+    if (counting) {
+        status = shd_fail(error, SHD_CANCELLED, "", "the render was cancelled");
+    } else if (!counted) {
+        counting = true;
+        status = load_within(budget, cancelled, error);
+        counting = false;
+        pthread_cond_broadcast(&load_ended);
+    }
     pthread_mutex_unlock(&load_mutex);
     return status;
 }

@@ -3,6 +3,7 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -67,8 +68,8 @@ class Memory : public OIIO::Filesystem::IOProxy {
     /* OpenEXR leaves out the lines that it has no memory to compress, and says nothing; their
      * offsets in the table behind the header stay 0 (OpenEXR File Layout: magic, version,
      * attributes of a name, a type, a size and a value, an empty name, an offset of 8 bytes for
-     * each 16 lines of ZIP). */
-    bool lacks_lines(int height) const {
+     * each chunk of lines). */
+    bool lacks_lines(int height, int chunk) const {
         size_t at = 8;
         while (at < length && data[at]) {
             for (int text = 0; text < 2; text++) {
@@ -81,7 +82,7 @@ class Memory : public OIIO::Filesystem::IOProxy {
             at += 4 + bytes;
         }
         at++;
-        for (int y = 0; y < height; y += 16, at += 8) {
+        for (int y = 0; y < height; y += chunk, at += 8) {
             static const unsigned char missing[8] = {};
             if (length < 8 || at > length - 8 || !std::memcmp(data + at, missing, 8)) return true;
         }
@@ -120,6 +121,12 @@ OIIO::TypeDesc stored_type(shd_oiio_sample sample) {
     return OIIO::TypeDesc::FLOAT;
 }
 
+/* OpenEXR compresses a chunk of lines by one call of zlib, which cannot be left: of 16 lines (ZIP),
+ * or of one (ZIPS) where these are more than a megabyte. */
+int lines_of_chunk(const OIIO::ImageSpec &spec) {
+    return spec.scanline_bytes(true) <= (1 << 16) ? 16 : 1;
+}
+
 OIIO::ImageSpec describe(const shd_oiio_job &job) {
     OIIO::ImageSpec spec(job.width, job.height, 0, stored_type(job.planes[0].sample));
     bool mixed = false;
@@ -137,7 +144,7 @@ OIIO::ImageSpec describe(const shd_oiio_job &job) {
 
     /* TIFF's default level 6 takes four times level 3's time for a quarter fewer bytes. */
     const bool tiff = !std::strcmp(job.suffix, "tiff");
-    spec.attribute("compression", tiff ? "zip:3" : "zip");
+    spec.attribute("compression", tiff ? "zip:3" : lines_of_chunk(spec) > 1 ? "zip" : "zips");
     if (tiff && job.planes[0].sample == SHD_OIIO_HALF) spec.attribute("tiff:half", 1);
     if (job.icc_size)
         spec.attribute("ICCProfile",
@@ -162,17 +169,21 @@ const void *weave(const shd_oiio_job &job, const OIIO::ImageSpec &spec, bool *st
     size_t pixel = spec.pixel_bytes(true);
     if (spec.image_pixels() * pixel > job.pixels_size) return nullptr;
     size_t offset = 0;
-    for (size_t p = 0; p < job.plane_count && !*stopped; p++) {
-        *stopped = !goes_on(job);
+    const int band = 1 + (1 << 16) / job.width;
+    for (size_t p = 0; p < job.plane_count; p++) {
         const shd_oiio_plane &plane = job.planes[p];
         OIIO::TypeDesc to = stored_type(plane.sample);
         OIIO::TypeDesc from = plane.sample == SHD_OIIO_HALF ? OIIO::TypeDesc::FLOAT : to;
-        auto from_pixel = static_cast<OIIO::stride_t>(from.size()) * plane.count;
-        OIIO::convert_image(plane.count, job.width, job.height, 1, plane.values, from, from_pixel,
-                            from_pixel * job.width, OIIO::AutoStride,
-                            static_cast<unsigned char *>(job.pixels) + offset, to,
-                            static_cast<OIIO::stride_t>(pixel),
-                            static_cast<OIIO::stride_t>(pixel) * job.width, OIIO::AutoStride);
+        const auto from_row = static_cast<OIIO::stride_t>(from.size()) * plane.count * job.width;
+        const auto to_pixel = static_cast<OIIO::stride_t>(pixel), to_row = to_pixel * job.width;
+        for (int y = 0; y < job.height && !*stopped; y += band) {
+            *stopped = !goes_on(job);
+            OIIO::convert_image(plane.count, job.width, std::min(band, job.height - y), 1,
+                                static_cast<const unsigned char *>(plane.values) + from_row * y,
+                                from, from_row / job.width, from_row, OIIO::AutoStride,
+                                static_cast<unsigned char *>(job.pixels) + offset + to_row * y, to,
+                                to_pixel, to_row, OIIO::AutoStride);
+        }
         offset += to.size() * static_cast<size_t>(plane.count);
     }
     return job.pixels;
@@ -185,15 +196,13 @@ int fail(char *text, size_t size, const std::string &what) {
     return -1;
 }
 
-/* In bands, between which it may be left: OpenImageIO's own are of 64 MB. They are of whole strips
- * of TIFF and of the 16 lines that OpenEXR compresses together, so that bytes are the same. */
+/* In bands, between which it may be left: OpenImageIO's own are of 64 MB. The writers compress as
+ * lines come, whichever come together, so that bytes are the same. */
 bool write_bands(OIIO::ImageOutput &output, const shd_oiio_job &job, const void *pixels,
                  bool *stopped) {
     const OIIO::ImageSpec &spec = output.spec();
-    const int strip = spec.get_int_attribute("tiff:RowsPerStrip", 16);
     const OIIO::imagesize_t line = spec.scanline_bytes(true), most = 1 << 18;
-    const int strips = static_cast<int>(most / (line * static_cast<OIIO::imagesize_t>(strip)));
-    const int rows = strip * (strips < 1 ? 1 : strips);
+    const int rows = static_cast<int>(1 + most / line);
     for (int y = 0; y < job.height; y += rows) {
         *stopped = *stopped || !goes_on(job);
         if (*stopped) return false;
@@ -225,7 +234,8 @@ int encode(const shd_oiio_job &job, unsigned char **data, size_t *size, char *te
     if (stopped) return 2;
     if (memory.starved) return 1;
     if (!written || !memory.size()) return fail(text, text_size, output->geterror());
-    if (!std::strcmp(job.suffix, "exr") && memory.lacks_lines(job.height)) return 1;
+    if (!std::strcmp(job.suffix, "exr") && memory.lacks_lines(job.height, lines_of_chunk(spec)))
+        return 1;
     *size = memory.size();
     *data = memory.release();
     return 0;

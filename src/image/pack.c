@@ -4,11 +4,13 @@
 #include <string.h>
 
 #include "base/sample.h"
+#include "image/encoders.h"
 
 enum { BLOCK = 64 }; /* pixels that are quantized before their channels are picked */
 
 shd_pack shd_pack_plan(const shd_image *image, bool premultiply, bool grey) {
     shd_pack pack = {.limit = image->depth == SHD_HALF ? 65504.0f : FLT_MAX};
+    pack.least = -pack.limit;
     pack.max = image->depth == SHD_U8 ? 255 : image->depth == SHD_U16 ? 65535 : 0;
 
     if (image->channel < 0) {
@@ -128,40 +130,58 @@ void shd_pack_u16(const shd_pack *pack, const float *rgba, int width, uint16_t *
 }
 
 void shd_pack_float(const shd_pack *pack, const float *rgba, int width, float *out) {
-    const float limit = pack->limit;
+    const float limit = pack->limit, least = pack->least;
     for (int i = 0; i < width; i++, rgba += 4, out += pack->count) {
         float alpha = pack->premultiply ? rgba[3] : 1;
         for (int s = 0; s < pack->count; s++) {
             float v = rgba[pack->source[s]];
             if (!(pack->alpha && s == pack->count - 1)) v *= alpha;
-            out[s] = v > limit ? limit : v < -limit ? -limit : v;
+            out[s] = v > limit ? limit : v < least ? least : v;
         }
     }
 }
 
-void *shd_pack_image(const shd_pack *pack, const shd_image *image, shd_arena *scratch) {
-    size_t pixels = (size_t)image->width * (size_t)image->height;
-    size_t row = (size_t)image->width * (size_t)pack->count * shd_pack_bytes(pack);
-    unsigned char *out =
-        shd_arena_alloc(scratch, pixels, (size_t)pack->count * shd_pack_bytes(pack));
-    if (!out) return NULL;
-    for (int y = 0; y < image->height; y++) {
-        const float *rgba = image->rgba + 4 * (size_t)y * (size_t)image->width;
-        void *at = out + (size_t)y * row;
-        switch (shd_pack_bytes(pack)) {
+/* Bands of rows, side by side. */
+typedef struct packing {
+    const shd_pack *pack;
+    const shd_image *image;
+    size_t row, rows; /* bytes of a row, rows of a band */
+    unsigned char *out;
+} packing;
+
+static void pack_band(void *context, size_t index, unsigned slot) {
+    (void)slot;
+    const packing *p = context;
+    const size_t first = index * p->rows, height = (size_t)p->image->height;
+    const size_t end = height - first < p->rows ? height : first + p->rows;
+    const int width = p->image->width;
+    for (size_t y = first; y < end; y++) {
+        const float *rgba = p->image->rgba + 4 * y * (size_t)width;
+        void *at = p->out + y * p->row;
+        switch (shd_pack_bytes(p->pack)) {
         case 1:
-            shd_pack_u8(pack, rgba, image->width, at);
+            shd_pack_u8(p->pack, rgba, width, at);
             break;
         case 2:
-            shd_pack_u16(pack, rgba, image->width, at);
+            shd_pack_u16(p->pack, rgba, width, at);
             break;
         default:
-            shd_pack_float(pack, rgba, image->width, at);
+            shd_pack_float(p->pack, rgba, width, at);
         }
     }
-    return out;
 }
 
-const void *shd_pack_samples(const shd_pack *pack, const shd_image *image, shd_arena *scratch) {
-    return image->samples ? image->samples : shd_pack_image(pack, image, scratch);
+shd_status shd_pack_samples(const shd_pack *pack, const shd_image *image, shd_arena *scratch,
+                            const void **out, shd_error *error) {
+    enum { BAND = 1 << 16 }; /* pixels between two questions whether to go on */
+    *out = image->samples;
+    if (image->samples) return SHD_OK;
+    const size_t width = (size_t)image->width, height = (size_t)image->height;
+    const size_t pixel = (size_t)pack->count * shd_pack_bytes(pack);
+    packing p = {pack, image, width * pixel, 1 + BAND / width, NULL};
+    p.out = shd_arena_alloc(scratch, width * height, pixel);
+    if (!p.out) return shd_encode_no_memory(error);
+    *out = p.out;
+    const size_t bands = (height + p.rows - 1) / p.rows;
+    return shd_encode_spread(image, bands, pack_band, &p) ? SHD_OK : shd_encode_cancelled(error);
 }

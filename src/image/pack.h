@@ -12,7 +12,7 @@ typedef struct shd_pack {
     int source[4];           /* [count]: the channel of `rgba` that each one takes */
     double scale[4], add[4]; /* of the four source channels: code = round(v * scale + add) */
     double max;              /* the largest code: 255 or 65535; 0 for half and float */
-    float limit;             /* half and float saturate to +-limit */
+    float limit, least;      /* half and float saturate to least .. limit */
     bool alpha;              /* the last sample is alpha, */
     bool premultiply;        /* and the others are multiplied by it */
 } shd_pack;
@@ -33,10 +33,8 @@ void shd_pack_u8(const shd_pack *pack, const float *rgba, int width, uint8_t *ou
 void shd_pack_u16(const shd_pack *pack, const float *rgba, int width, uint16_t *out);
 void shd_pack_float(const shd_pack *pack, const float *rgba, int width, float *out);
 
-/* All rows, into arena memory; NULL where it is short. */
-void *shd_pack_image(const shd_pack *pack, const shd_image *image, shd_arena *scratch);
-
-/* The same, or the image's own samples where it has them. */
-const void *shd_pack_samples(const shd_pack *pack, const shd_image *image, shd_arena *scratch);
+/* All rows, into arena memory, side by side; or the image's own samples where it has them. */
+shd_status shd_pack_samples(const shd_pack *pack, const shd_image *image, shd_arena *scratch,
+                            const void **out, shd_error *error);
 
 #endif

@@ -64,8 +64,9 @@ static shd_status add_profile(const WebPMemoryWriter *stream, const shd_icc *icc
 shd_status shd_encode_webp(const shd_image *image, shd_arena *scratch, shd_bytes *out,
                            shd_error *error) {
     shd_pack pack = shd_pack_of(image, SHD_WEBP);
-    const unsigned char *pixels = shd_pack_samples(&pack, image, scratch);
-    if (!pixels) return shd_encode_no_memory(error);
+    const void *pixels;
+    const shd_status packed = shd_pack_samples(&pack, image, scratch, &pixels, error);
+    if (packed) return packed;
 
     WebPConfig config;
     WebPPicture picture;

@@ -118,7 +118,8 @@ shd_status shd_request_prepare_formats(shd_request *request, shd_error *error) {
     shd_stage_begin(&request->rendering);
     for (size_t o = 0; o < scene->output_count; o++) {
         shd_format format = scene->outputs[o].format;
-        shd_status status = shd_image_prepare(format, request->rendering.engine->budget, &why);
+        shd_status status =
+            shd_image_prepare(format, request->rendering.engine->budget, &request->cancelled, &why);
         if (status == SHD_OK) continue;
         char pointer[64];
         point_to_format(scene, o, pointer);
