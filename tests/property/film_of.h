@@ -83,14 +83,19 @@ static inline shd_vec3 random_direction(uint64_t *random) {
 
 /* ---- Pictures. ---- */
 
-static inline shd_engine *new_engine(unsigned threads) {
+static inline shd_engine *new_engine_of(unsigned threads, const char *kernel) {
     shd_engine_options options = shd_engine_defaults();
     options.threads = threads;
+    options.kernel = kernel;
     options.reuse = 0; /* each picture is made from its own document alone */
     shd_engine *engine = NULL;
     shd_error error = {SHD_OK, "", ""};
     if (shd_engine_new(&options, &engine, &error)) fail_msg("%s: %s", error.path, error.text);
     return engine;
+}
+
+static inline shd_engine *new_engine(unsigned threads) {
+    return new_engine_of(threads, NULL);
 }
 
 /* Memory for so many hits. */
