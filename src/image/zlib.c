@@ -10,8 +10,8 @@
  * for 28 and 100, 5 takes 2.8 and 5.0 for 27 and 95. */
 enum { LEVEL = 2 };
 
-/* Bytes of a piece at most: 45 million instructions for what compresses worst. */
-enum { PIECE = 1 << 19 };
+/* Bytes of a piece at most: 40 million instructions for what compresses worst. */
+enum { PIECE = 400 << 10 };
 
 /* Bytes before the pieces, behind each but the last, and behind all. */
 enum { HEAD = 2, SEAM = 5, SUM = 4 };

@@ -8,7 +8,7 @@
 #include "image/blocks.h"
 #include "image/zlib.h"
 
-enum { PIECE = 1 << 19, LONG = 5 * PIECE + 12345 };
+enum { PIECE = 400 << 10, LONG = 5 * PIECE + 12345 };
 
 /* Noise, sparse bytes, repeats and nothing, in stretches of several thousand bytes. */
 static unsigned char *make_data(size_t size, uint32_t seed) {
