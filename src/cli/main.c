@@ -47,6 +47,12 @@ static int print_and_exit(const char *text) {
     return cli_write_stdout(text, strlen(text)) ? CLI_DONE : CLI_FAILED;
 }
 
+static int print_version(void) {
+    char text[64];
+    snprintf(text, sizeof text, "shade %s\n", shd_version());
+    return print_and_exit(text);
+}
+
 static bool parse_threads(const char *text, unsigned *out) {
     char *end;
     if (!text || text[0] < '0' || text[0] > '9') return false;
@@ -56,12 +62,10 @@ static bool parse_threads(const char *text, unsigned *out) {
     return true;
 }
 
-int main(int argc, char **argv) {
-    if (!shd_occupy_closed_streams()) return CLI_FAILED;
-    /* A reader that went away, and a file that may not grow, become write errors with a message. */
-    signal(SIGPIPE, SIG_IGN);
-    signal(SIGXFSZ, SIG_IGN);
-
+/* Moves the operands to the front of argv, which has been read by then, because options may stand
+ * anywhere, also behind the scene and before the command. The leading '-' of the short options asks
+ * getopt for that, whatever POSIXLY_CORRECT says. False: *result is the exit status. */
+static bool read_options(int argc, char **argv, cli_options *options, size_t *count, int *result) {
     enum { OPTION_THREADS = 256, OPTION_JSON, OPTION_KERNEL, OPTION_OCIO };
     static const struct option long_options[] = {
         {"output", required_argument, NULL, 'o'},
@@ -73,77 +77,82 @@ int main(int argc, char **argv) {
         {"version", no_argument, NULL, 'V'},
         {NULL, 0, NULL, 0},
     };
+    char **operands = argv + 1;
+    int option;
+    while ((option = getopt_long(argc, argv, "-o:hV", long_options, NULL)) != -1) {
+        switch (option) {
+        case 1:
+            operands[(*count)++] = optarg;
+            break;
+        case 'o':
+            if (options->output) return *result = cli_usage("-o is given twice"), false;
+            options->output = optarg;
+            break;
+        case OPTION_THREADS:
+            if (parse_threads(optarg, &options->engine.threads)) break;
+            *result = cli_usage("--threads wants a number from 1 to 1024, not '%s'", optarg);
+            return false;
+        case OPTION_KERNEL:
+            options->engine.kernel = optarg;
+            break;
+        case OPTION_JSON:
+            options->json = true;
+            break;
+        case OPTION_OCIO:
+            options->engine.ocio_config = optarg;
+            break;
+        case 'h':
+            return *result = print_and_exit(help_text), false;
+        case 'V':
+            return *result = print_version(), false;
+        default: /* getopt has said what is wrong */
+            fputs("Try 'shade --help'.\n", stderr);
+            return *result = CLI_USAGE, false;
+        }
+    }
+    for (int i = optind; i < argc; i++) operands[(*count)++] = argv[i]; /* behind "--" */
+    return true;
+}
+
+static int run_command(const char *command, const char *const *scenes, size_t count,
+                       const cli_options *options) {
+    if (!strcmp(command, "render")) {
+        if (count != 1) return cli_usage("render wants one scene, not %zu", count);
+        if (!options->output) return cli_usage("render wants -o OUT");
+        return cli_render(scenes[0], options);
+    }
+    if (options->json && strcmp(command, "explain") != 0)
+        return cli_usage("--json is for explain, which has words as well");
+    if (!strcmp(command, "explain")) {
+        if (count != 1) return cli_usage("explain wants one scene, not %zu", count);
+        return cli_explain(scenes[0], options);
+    }
+    if (!strcmp(command, "compare")) {
+        if (count != 1) return cli_usage("compare wants one scene, not %zu", count);
+        return cli_compare(scenes[0], options);
+    }
+    if (!strcmp(command, "check")) {
+        if (count == 0) return cli_usage("check wants a scene");
+        if (options->output) return cli_usage("check writes nothing: -o has no place here");
+        return cli_check(scenes, count, options);
+    }
+    return cli_usage("unknown command '%s': render, explain, compare or check", command);
+}
+
+int main(int argc, char **argv) {
+    if (!shd_occupy_closed_streams()) return CLI_FAILED;
+    /* A reader that went away, and a file that may not grow, become write errors with a message. */
+    signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN);
+
     cli_options options = {.engine = shd_engine_defaults()};
     options.engine.reuse = 0; /* one scene */
     options.engine.mesh_store = 0;
     options.engine.queue = 0;
     options.engine.limits = cli_limits();
-
-    /* Options may stand anywhere, also behind the scene and before the command. Operands are moved
-     * to the front of argv, which has been read by then. The leading '-' of the short options asks
-     * getopt for that, whatever POSIXLY_CORRECT says. */
-    char **operands = argv + 1;
     size_t count = 0;
-    int option;
-    while ((option = getopt_long(argc, argv, "-o:hV", long_options, NULL)) != -1) {
-        switch (option) {
-        case 1:
-            operands[count++] = optarg;
-            break;
-        case 'o':
-            if (options.output) return cli_usage("-o is given twice");
-            options.output = optarg;
-            break;
-        case OPTION_THREADS:
-            if (!parse_threads(optarg, &options.engine.threads))
-                return cli_usage("--threads wants a number from 1 to 1024, not '%s'", optarg);
-            break;
-        case OPTION_KERNEL:
-            options.engine.kernel = optarg;
-            break;
-        case OPTION_JSON:
-            options.json = true;
-            break;
-        case OPTION_OCIO:
-            options.engine.ocio_config = optarg;
-            break;
-        case 'h':
-            return print_and_exit(help_text);
-        case 'V': {
-            char text[64];
-            snprintf(text, sizeof text, "shade %s\n", shd_version());
-            return print_and_exit(text);
-        }
-        default: /* getopt has said what is wrong */
-            fputs("Try 'shade --help'.\n", stderr);
-            return CLI_USAGE;
-        }
-    }
-    for (int i = optind; i < argc; i++) operands[count++] = argv[i]; /* behind "--" */
-
+    int result;
+    if (!read_options(argc, argv, &options, &count, &result)) return result;
     if (count == 0) return cli_usage("no command: render, explain, compare or check");
-    const char *command = operands[0];
-    const char *const *scenes = (const char *const *)operands + 1;
-    count--;
-    if (!strcmp(command, "render")) {
-        if (count != 1) return cli_usage("render wants one scene, not %zu", count);
-        if (!options.output) return cli_usage("render wants -o OUT");
-        return cli_render(scenes[0], &options);
-    }
-    if (options.json && strcmp(command, "explain") != 0)
-        return cli_usage("--json is for explain, which has words as well");
-    if (!strcmp(command, "explain")) {
-        if (count != 1) return cli_usage("explain wants one scene, not %zu", count);
-        return cli_explain(scenes[0], &options);
-    }
-    if (!strcmp(command, "compare")) {
-        if (count != 1) return cli_usage("compare wants one scene, not %zu", count);
-        return cli_compare(scenes[0], &options);
-    }
-    if (!strcmp(command, "check")) {
-        if (count == 0) return cli_usage("check wants a scene");
-        if (options.output) return cli_usage("check writes nothing: -o has no place here");
-        return cli_check(scenes, count, &options);
-    }
-    return cli_usage("unknown command '%s': render, explain, compare or check", command);
+    return run_command(argv[1], (const char *const *)argv + 2, count - 1, &options);
 }

@@ -166,10 +166,8 @@ static uint32_t next_look(const bake *b, const bracket *s, int code, int round) 
     return s->below + (step ? step : 1);
 }
 
-/* Finds the thresholds of `count` codes from `first` on. Each code is a pixel whose channels are
- * searched on their own. */
-static void search_thresholds(bake *b, int first, int count) {
-    bracket open[BLOCK][3];
+/* Brackets the thresholds of `count` codes from `first` on. False: there is nothing to search. */
+static bool open_brackets(const bake *b, int first, int count, bracket open[BLOCK][3]) {
     bool searching = false;
     for (int c = 0; c < 3; c++) {
         size_t i = 0;
@@ -193,28 +191,40 @@ static void search_thresholds(bake *b, int first, int count) {
             searching = true;
         }
     }
-    for (int round = 0; searching; round++) {
-        searching = false;
-        for (int n = 0; n < count; n++) {
-            for (int c = 0; c < 3; c++)
-                b->pixels[4 * n + c] = shd_float_of(next_look(b, &open[n][c], first + n, round));
-            b->pixels[4 * n + 3] = 1;
-        }
-        shd_color_apply(b->transform, b->pixels, (size_t)count);
-        for (int n = 0; n < count; n++) {
-            for (int c = 0; c < 3; c++) {
-                bracket *s = &open[n][c];
-                if (s->above - s->below < 2) continue;
-                uint32_t look = next_look(b, s, first + n, round);
-                float value = b->pixels[4 * n + c];
-                if (code_of(b, value) < first + n)
-                    s->below = look, s->value_below = value;
-                else
-                    s->above = look, s->value_above = value;
-                searching = searching || s->above - s->below > 1;
-            }
+    return searching;
+}
+
+/* Looks once within each bracket. Each code is a pixel whose channels are searched on their own.
+ * False: all brackets are closed. */
+static bool narrow_brackets(bake *b, int first, int count, int round, bracket open[BLOCK][3]) {
+    bool searching = false;
+    for (int n = 0; n < count; n++) {
+        for (int c = 0; c < 3; c++)
+            b->pixels[4 * n + c] = shd_float_of(next_look(b, &open[n][c], first + n, round));
+        b->pixels[4 * n + 3] = 1;
+    }
+    shd_color_apply(b->transform, b->pixels, (size_t)count);
+    for (int n = 0; n < count; n++) {
+        for (int c = 0; c < 3; c++) {
+            bracket *s = &open[n][c];
+            if (s->above - s->below < 2) continue;
+            uint32_t look = next_look(b, s, first + n, round);
+            float value = b->pixels[4 * n + c];
+            if (code_of(b, value) < first + n)
+                s->below = look, s->value_below = value;
+            else
+                s->above = look, s->value_above = value;
+            searching = searching || s->above - s->below > 1;
         }
     }
+    return searching;
+}
+
+static void search_thresholds(bake *b, int first, int count) {
+    bracket open[BLOCK][3];
+    bool searching = open_brackets(b, first, count, open);
+    for (int round = 0; searching; round++)
+        searching = narrow_brackets(b, first, count, round, open);
     for (int n = 0; n < count; n++)
         for (int c = 0; c < 3; c++) {
             int code = first + n;

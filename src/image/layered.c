@@ -113,6 +113,26 @@ uint64_t shd_oiio_scratch(const shd_image *image, shd_format format, bool sample
     return pixels * ((samples ? 0 : packed) + (woven ? stored : 0)) + file_bytes(pixels * stored);
 }
 
+/* Calls the module, and counts the file that it makes. */
+static shd_status encode_job(shd_oiio_encode_fn *encode, const shd_oiio_job *job, size_t file,
+                             shd_arena *scratch, shd_bytes *out, shd_error *error) {
+    if (!shd_arena_borrow(scratch, file)) return shd_encode_no_memory(error);
+    unsigned char *data;
+    size_t size;
+    char text[400];
+    int failed = encode(job, &data, &size, text, sizeof text);
+    shd_arena_repay(scratch, file);
+    if (failed == 2) return shd_encode_cancelled(error);
+    if (failed > 0) return shd_encode_no_memory(error);
+    if (failed) return shd_fail(error, SHD_INTERNAL, "", "%s", text);
+    if (!shd_arena_borrow(scratch, size)) {
+        free(data);
+        return shd_encode_no_memory(error);
+    }
+    *out = (shd_bytes){data, size};
+    return SHD_OK;
+}
+
 shd_status shd_encode_oiio(const shd_image *image, shd_format format, shd_arena *scratch,
                            shd_bytes *out, shd_error *error) {
     shd_oiio_encode_fn *encode;
@@ -159,19 +179,5 @@ shd_status shd_encode_oiio(const shd_image *image, shd_format format, shd_arena 
     if (format == SHD_EXR) job.shown = shown_channels(image, scratch);
 
     const size_t file = file_bytes((uint64_t)image->width * (uint64_t)image->height * pixel);
-    if (!shd_arena_borrow(scratch, file)) return shd_encode_no_memory(error);
-    unsigned char *data;
-    size_t size;
-    char text[400];
-    int failed = encode(&job, &data, &size, text, sizeof text);
-    shd_arena_repay(scratch, file);
-    if (failed == 2) return shd_encode_cancelled(error);
-    if (failed > 0) return shd_encode_no_memory(error);
-    if (failed) return shd_fail(error, SHD_INTERNAL, "", "%s", text);
-    if (!shd_arena_borrow(scratch, size)) {
-        free(data);
-        return shd_encode_no_memory(error);
-    }
-    *out = (shd_bytes){data, size};
-    return SHD_OK;
+    return encode_job(encode, &job, file, scratch, out, error);
 }

@@ -61,35 +61,39 @@ static shd_status add_profile(const WebPMemoryWriter *stream, const shd_icc *icc
     return SHD_OK;
 }
 
-shd_status shd_encode_webp(const shd_image *image, shd_arena *scratch, shd_bytes *out,
-                           shd_error *error) {
+/* What to encode, and how; without pixels. False: libwebp is another version. */
+static bool set_up(const shd_image *image, WebPConfig *config, WebPPicture *picture) {
+    if (!WebPConfigPreset(config, WEBP_PRESET_DEFAULT, (float)image->quality) ||
+        !WebPPictureInit(picture))
+        return false;
+    config->method = image->effort;
+    if (image->quality >= 100) {
+        WebPConfigLosslessPreset(config, image->effort);
+        config->exact = 1; /* color under alpha 0 stays too */
+        picture->use_argb = 1;
+    }
+    if (image->go_on) {
+        picture->progress_hook = ask_to_go_on;
+        picture->user_data = (void *)(size_t)image;
+    }
+    picture->width = image->width;
+    picture->height = image->height;
+    return true;
+}
+
+/* Encodes into `stream`, which the caller clears. */
+static shd_status encode_stream(const shd_image *image, shd_arena *scratch,
+                                WebPMemoryWriter *stream, shd_error *error) {
     shd_pack pack = shd_pack_of(image, SHD_WEBP);
     const void *pixels;
     const shd_status packed = shd_pack_samples(&pack, image, scratch, &pixels, error);
     if (packed) return packed;
-
     WebPConfig config;
     WebPPicture picture;
-    if (!WebPConfigPreset(&config, WEBP_PRESET_DEFAULT, (float)image->quality) ||
-        !WebPPictureInit(&picture))
+    if (!set_up(image, &config, &picture))
         return shd_fail(error, SHD_INTERNAL, "", "libwebp is not the version built against");
-    config.method = image->effort;
-    if (image->quality >= 100) {
-        WebPConfigLosslessPreset(&config, image->effort);
-        config.exact = 1; /* color under alpha 0 stays too */
-        picture.use_argb = 1;
-    }
-    if (image->go_on) {
-        picture.progress_hook = ask_to_go_on;
-        picture.user_data = (void *)(size_t)image;
-    }
-    picture.width = image->width;
-    picture.height = image->height;
-
-    WebPMemoryWriter stream;
-    WebPMemoryWriterInit(&stream);
     picture.writer = WebPMemoryWrite;
-    picture.custom_ptr = &stream;
+    picture.custom_ptr = stream;
     int stride = image->width * pack.count;
     const size_t working = working_bytes(image, picture.use_argb);
     if (!shd_arena_borrow(scratch, working)) return shd_encode_no_memory(error);
@@ -99,12 +103,15 @@ shd_status shd_encode_webp(const shd_image *image, shd_arena *scratch, shd_bytes
     int code = picture.error_code;
     WebPPictureFree(&picture);
     shd_arena_repay(scratch, working);
+    if (!imported) return shd_encode_no_memory(error);
+    return encoded ? SHD_OK : encoder_error(code, error);
+}
 
-    shd_status status = SHD_OK;
-    if (!imported)
-        status = shd_encode_no_memory(error);
-    else if (!encoded)
-        status = encoder_error(code, error);
+shd_status shd_encode_webp(const shd_image *image, shd_arena *scratch, shd_bytes *out,
+                           shd_error *error) {
+    WebPMemoryWriter stream;
+    WebPMemoryWriterInit(&stream);
+    shd_status status = encode_stream(image, scratch, &stream, error);
     shd_icc icc = {.size = 0};
     if (!shd_image_is_srgb(image)) icc = shd_icc_make(image);
     shd_bytes file = {NULL, 0};

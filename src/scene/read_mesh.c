@@ -164,47 +164,61 @@ static void measure_box(const shd_reader *r, shd_mesh *mesh) {
     mesh->high = high;
 }
 
-const shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mesh_source *source) {
-    const list at = list_of(r, node, "positions", source->positions),
-               at_indices = list_of(r, node, "indices", source->indices),
-               at_normals = list_of(r, node, "normals", source->normals);
-    bool has_indices = source->indices != NULL;
-    bool has_normals = source->normals && !json_is_null(source->normals);
-    size_t errors = r->report->error_count;
+typedef struct arrays {
+    list positions, indices, normals;
+    bool has_indices, has_normals;
+    size_t vertices, triangles;
+} arrays;
 
-    /* Checks the arrays' sizes before any memory is taken for their content. */
-    bool whole = source->positions && in_threes(r, &at, "positions");
-    size_t size = at.numbers.count;
-    size_t vertices = size / 3 + (size % 3 > 0), triangles = vertices / 3;
-    if (has_indices) {
-        in_threes(r, &at_indices, "indices");
-        triangles = at_indices.numbers.count / 3;
-    } else if (whole && vertices % 3) {
-        shd_node_fail(r->report, &at.node, SHD_SCENE,
+/* Checks the arrays' sizes, before any memory is taken for their content. False: the positions are
+ * not whole. */
+static bool measure_arrays(shd_reader *r, const shd_mesh_source *source, arrays *a) {
+    const bool whole = source->positions && in_threes(r, &a->positions, "positions");
+    const size_t size = a->positions.numbers.count;
+    a->vertices = size / 3 + (size % 3 > 0);
+    a->triangles = a->vertices / 3;
+    if (a->has_indices) {
+        in_threes(r, &a->indices, "indices");
+        a->triangles = a->indices.numbers.count / 3;
+    } else if (whole && a->vertices % 3) {
+        shd_node_fail(r->report, &a->positions.node, SHD_SCENE,
                       "without `indices` every three positions are a triangle; there are %zu",
-                      vertices);
+                      a->vertices);
     }
-    if (has_normals && in_threes(r, &at_normals, "normals") && whole &&
-        at_normals.numbers.count != size)
-        shd_node_fail(r->report, &at_normals.node, SHD_SCENE,
+    if (a->has_normals && in_threes(r, &a->normals, "normals") && whole &&
+        a->normals.numbers.count != size)
+        shd_node_fail(r->report, &a->normals.node, SHD_SCENE,
                       "expected as many normals as positions, %zu numbers, got %zu", size,
-                      at_normals.numbers.count);
-    if (vertices > UINT32_MAX)
-        shd_node_fail(r->report, &at.node, SHD_SCENE, "a mesh has at most 4294967295 positions");
+                      a->normals.numbers.count);
+    if (a->vertices > UINT32_MAX)
+        shd_node_fail(r->report, &a->positions.node, SHD_SCENE,
+                      "a mesh has at most 4294967295 positions");
+    return whole;
+}
+
+const shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mesh_source *source) {
+    arrays a = {.positions = list_of(r, node, "positions", source->positions),
+                .indices = list_of(r, node, "indices", source->indices),
+                .normals = list_of(r, node, "normals", source->normals),
+                .has_indices = source->indices != NULL,
+                .has_normals = source->normals && !json_is_null(source->normals)};
+    const size_t errors = r->report->error_count;
+    const bool whole = measure_arrays(r, source, &a);
+    const size_t vertices = a.vertices, triangles = a.triangles;
     r->triangles += triangles; /* too many are reported once, for all objects */
 
     const bool wanted =
         whole && r->report->error_count == errors && r->triangles <= r->limits->triangles;
     shd_mesh *mesh = wanted ? shd_take(r, 1, sizeof *mesh) : NULL;
     uint32_t *indices = wanted ? shd_take(r, triangles, 3 * sizeof *indices) : NULL;
-    const double *positions = read_numbers(r, &at, "positions", wanted), *normals = NULL;
-    if (has_indices)
-        read_indices(r, &at_indices, vertices, indices);
+    const double *positions = read_numbers(r, &a.positions, "positions", wanted), *normals = NULL;
+    if (a.has_indices)
+        read_indices(r, &a.indices, vertices, indices);
     else if (indices)
         for (size_t i = 0; i < 3 * triangles; i++) indices[i] = (uint32_t)i;
-    if (has_normals) {
-        normals = read_numbers(r, &at_normals, "normals", wanted);
-        check_normals(r, &at_normals);
+    if (a.has_normals) {
+        normals = read_numbers(r, &a.normals, "normals", wanted);
+        check_normals(r, &a.normals);
     }
     if (!mesh || r->report->error_count > errors) return NULL;
     *mesh = (shd_mesh){.vertex_count = vertices,
@@ -214,7 +228,7 @@ const shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mes
                        .indices = indices};
     measure_box(r, mesh);
     if (normals) mesh->inverted = count_inverted(r, mesh);
-    warn_of_inverted_normals(r, &at_normals.node, mesh);
+    warn_of_inverted_normals(r, &a.normals.node, mesh);
     return mesh;
 }
 

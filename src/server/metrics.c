@@ -144,11 +144,9 @@ static void print_histogram(FILE *out, const char *name, const char *label, cons
     fprintf(out, "shaded_%s_count{%s=\"%s\"} %" PRIu64 "\n", name, label, text, sum);
 }
 
-char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *length) {
-    char *text = NULL;
-    FILE *out = open_memstream(&text, length);
-    if (!out) return NULL;
+/* ---- What is there at the moment ---- */
 
+static void print_requests_now(FILE *out, const shd_gauges *gauges) {
     print_head(out, "build_info", "gauge", "Constant 1, labelled with the version.");
     fprintf(out, "shaded_build_info{version=\"%s\"} 1\n", shd_version());
     print_number(out, "draining", "gauge", "1 while the daemon is stopping.", gauges->draining);
@@ -161,6 +159,9 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
     uint64_t oldest = (uint64_t)(gauges->reaped.oldest * 1e3);
     fprintf(out, "shaded_oldest_request_seconds %" PRIu64 ".%03u\n", oldest / 1000,
             (unsigned)(oldest % 1000));
+}
+
+static void print_workers(FILE *out, const shd_gauges *gauges) {
     print_number(out, "queue_depth", "gauge", "Requests that wait for a thread.",
                  gauges->jobs.waiting);
     print_number(out, "queue_large", "gauge",
@@ -174,6 +175,11 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
     print_number(out, "stuck_workers", "gauge",
                  "Rendering threads that go on a second after their work was cancelled.",
                  gauges->stuck);
+}
+
+/* ---- What is kept ---- */
+
+static void print_reuse(FILE *out, const shd_gauges *gauges) {
     print_number(out, "reuse_bytes", "gauge", "Memory of what later pictures may share.",
                  gauges->reuse.bytes);
     print_head(out, "reuse_lookups_total", "counter",
@@ -189,6 +195,9 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
     for (size_t i = 0; i < sizeof lookups / sizeof lookups[0]; i++)
         fprintf(out, "shaded_reuse_lookups_total{kind=\"%s\",result=\"%s\"} %" PRIu64 "\n",
                 lookups[i].kind, lookups[i].result, lookups[i].count);
+}
+
+static void print_cache(FILE *out, shd_metrics *metrics, const shd_gauges *gauges) {
     const shd_cache_load *cache = &gauges->cache;
     print_number(out, "response_cache_bytes", "gauge", "Memory of finished pictures that are kept.",
                  cache->bytes);
@@ -201,6 +210,9 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
     for (int hit = 0; hit < 2; hit++)
         fprintf(out, "shaded_response_cache_answers_total{result=\"%s\"} %" PRIu64 "\n",
                 hit ? "hit" : "miss", value(&metrics->cached[hit]));
+}
+
+static void print_meshes(FILE *out, const shd_gauges *gauges) {
     const shd_mesh_load *meshes = &gauges->meshes;
     print_number(out, "mesh_store_bytes", "gauge", "Memory of meshes that are kept.",
                  meshes->bytes);
@@ -215,6 +227,11 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
     for (int hit = 0; hit < 2; hit++)
         fprintf(out, "shaded_mesh_store_lookups_total{result=\"%s\"} %" PRIu64 "\n",
                 hit ? "hit" : "miss", hit ? meshes->hits : meshes->misses);
+}
+
+/* ---- What came of requests ---- */
+
+static void print_outcomes(FILE *out, shd_metrics *metrics, const shd_gauges *gauges) {
     print_number(out, "response_bytes_total", "counter", "Bytes of response bodies.",
                  value(&metrics->response_bytes));
     print_number(out, "saturated_samples_total", "counter",
@@ -229,7 +246,9 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
     print_number(out, "aborted_total", "counter",
                  "Requests that got no answer, or whose client did not take it.",
                  value(&metrics->aborted));
+}
 
+static void print_memory(FILE *out, shd_metrics *metrics, const shd_gauges *gauges) {
     const shd_budget_load *memory = &gauges->memory;
     print_number(out, "memory_budget_bytes", "gauge", "Memory that the process may take.",
                  memory->cap);
@@ -243,6 +262,9 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
     print_number(out, "request_memory_high_water_bytes", "gauge",
                  "The most memory that one request has taken from its arena.",
                  atomic_load(&metrics->memory));
+}
+
+static void print_refusals(FILE *out, shd_metrics *metrics) {
     print_head(out, "refused_total", "counter", "Requests over a limit, by its name.");
     for (size_t i = 0; i < SHD_LIMITS; i++)
         fprintf(out, "shaded_refused_total{limit=\"%s\"} %" PRIu64 "\n", limit_names[i],
@@ -253,6 +275,9 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
     for (size_t i = 0; i < sizeof told / sizeof told[0]; i++)
         fprintf(out, "shaded_unreadable_total{status=\"%u\"} %" PRIu64 "\n", told[i],
                 value(&metrics->unreadable[index_of(told[i])]));
+}
+
+static void print_connections(FILE *out, shd_metrics *metrics, const shd_gauges *gauges) {
     print_head(out, "reloads_total", "counter", "Configurations read again.");
     for (int good = 0; good < 2; good++)
         fprintf(out, "shaded_reloads_total{result=\"%s\"} %" PRIu64 "\n", good ? "done" : "failed",
@@ -267,7 +292,9 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
     for (size_t ending = 0; ending < SHD_ENDINGS; ending++)
         fprintf(out, "shaded_connections_ended_total{reason=\"%s\"} %" PRIu64 "\n",
                 ending_names[ending], gauges->reaped.ended[ending]);
+}
 
+static void print_requests(FILE *out, shd_metrics *metrics) {
     /* Those that have not come, too: Prometheus sees no increase in what begins with 1. */
     print_head(out, "requests_total", "counter", "Requests by route and status.");
     for (size_t route = 0; route < SHD_ROUTE_COUNT; route++)
@@ -279,7 +306,9 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
             else
                 fprintf(out, "other\"} %" PRIu64 "\n", number);
         }
+}
 
+static void print_durations(FILE *out, shd_metrics *metrics) {
     print_head(out, "request_duration_seconds", "histogram",
                "Time from a request's first line to the end of its answer.");
     for (size_t route = 0; route < SHD_ROUTE_COUNT; route++)
@@ -291,7 +320,23 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *l
     for (size_t stage = 0; stage < SHD_STAGE_COUNT; stage++)
         print_histogram(out, "stage_duration_seconds", "stage", stage_names[stage],
                         &metrics->stages[stage]);
+}
 
+char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *length) {
+    char *text = NULL;
+    FILE *out = open_memstream(&text, length);
+    if (!out) return NULL;
+    print_requests_now(out, gauges);
+    print_workers(out, gauges);
+    print_reuse(out, gauges);
+    print_cache(out, metrics, gauges);
+    print_meshes(out, gauges);
+    print_outcomes(out, metrics, gauges);
+    print_memory(out, metrics, gauges);
+    print_refusals(out, metrics);
+    print_connections(out, metrics, gauges);
+    print_requests(out, metrics);
+    print_durations(out, metrics);
     shd_quotas_print(gauges->quotas, out);
     shd_process_print(out);
     if (!fclose(out)) return text;

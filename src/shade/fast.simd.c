@@ -105,6 +105,23 @@ __attribute__((noinline, cold)) static void add_wide(const shd_sums_job *job, ui
     }
 }
 
+/* 1/distance as r, and the attenuation as f. */
+SHD_INLINE void weigh_distance(const shd_packed_light *light, shd_light_kind kind, shd_vf d2,
+                               shd_vf *r, shd_vf *f) {
+    const shd_vf distance = shd_vf_sqrt(d2);
+    if (kind == SHD_KIND_POINT) {
+        *r = shd_vf_set(1) / distance;
+        return;
+    }
+    /* One division for two. */
+    shd_vf d = shd_vf_max(distance, shd_vf_set(light->least));
+    shd_vf slope = shd_vf_fma(d, shd_vf_set(light->c), shd_vf_set(light->b));
+    shd_vf fall = shd_vf_fma(d, slope, shd_vf_set(light->a));
+    shd_vf both = shd_vf_set(1) / (fall * distance);
+    *r = both * fall;
+    *f = both * distance;
+}
+
 SHD_INLINE void add_light(const shd_sums_job *job, uint32_t index, shd_light_kind kind,
                           const points *at, size_t first, const shd_packed_lobe *lobes,
                           size_t first_lobe, size_t lobe_count, shape is, sums *s) {
@@ -133,18 +150,7 @@ SHD_INLINE void add_light(const shd_sums_job *job, uint32_t index, shd_light_kin
             lit = shd_mf_and(lit, shd_mf_not(wide));
         }
         if (!shd_mf_any(lit)) return;
-        shd_vf distance = shd_vf_sqrt(d2);
-        if (kind == SHD_KIND_POINT) {
-            r = shd_vf_set(1) / distance;
-        } else {
-            /* One division for two: 1/distance and the attenuation. */
-            shd_vf d = shd_vf_max(distance, shd_vf_set(light->least));
-            shd_vf slope = shd_vf_fma(d, shd_vf_set(light->c), shd_vf_set(light->b));
-            shd_vf fall = shd_vf_fma(d, slope, shd_vf_set(light->a));
-            shd_vf both = shd_vf_set(1) / (fall * distance);
-            r = both * fall;
-            f = both * distance;
-        }
+        weigh_distance(light, kind, d2, &r, &f);
     } else if (!shd_mf_any(lit)) {
         return;
     }
@@ -206,6 +212,31 @@ SHD_INLINE void load(const shd_points32 *from, size_t i, shape is, points *to) {
     }
 }
 
+SHD_INLINE void clear_sums(sums *s, shape is, size_t lobe_count, totals *t) {
+    t->any = false;
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; c++) {
+        s->diffuse[c] = s->specular[c] = shd_vf_set(0);
+        for (int h = 0; h < 2; h++) t->row[c][h] = t->row[3 + c][h] = shd_vd_set(0);
+    }
+    for (size_t k = 0; is.lobes == MANY && k < 3 * lobe_count; k++) {
+        s->more[k] = shd_vf_set(0);
+        t->row[3 + k][0] = t->row[3 + k][1] = shd_vd_set(0);
+    }
+}
+
+SHD_INLINE void store_sums(const sums *s, shape is, size_t lobe_count, const totals *t,
+                           float *const *diffuse, float *const *specular, size_t i) {
+#pragma GCC unroll 3
+    for (int c = 0; c < is.channels; c++) {
+        if (diffuse) store_row(s->diffuse[c], t->row[c], t->any, diffuse[c] + i);
+        if (is.lobes == 1) store_row(s->specular[c], t->row[3 + c], t->any, specular[c] + i);
+    }
+    for (size_t k = 0; is.lobes == MANY && k < lobe_count; k++)
+        for (size_t c = 0; c < (size_t)is.channels; c++)
+            store_row(s->more[3 * k + c], t->row[3 + 3 * k + c], t->any, specular[3 * k + c] + i);
+}
+
 /* The sums of the lobes [first_lobe, first_lobe + lobe_count), and the diffuse sums. */
 SHD_INLINE void sum_lights(const shd_sums_job *job, size_t first_lobe, size_t lobe_count,
                            shape is) {
@@ -219,16 +250,7 @@ SHD_INLINE void sum_lights(const shd_sums_job *job, size_t first_lobe, size_t lo
         sums s;
         s.more = more;
         totals total;
-        total.any = false;
-#pragma GCC unroll 3
-        for (int c = 0; c < 3; c++) {
-            s.diffuse[c] = s.specular[c] = shd_vf_set(0);
-            for (int h = 0; h < 2; h++) total.row[c][h] = total.row[3 + c][h] = shd_vd_set(0);
-        }
-        for (size_t k = 0; is.lobes == MANY && k < 3 * lobe_count; k++) {
-            more[k] = shd_vf_set(0);
-            total.row[3 + k][0] = total.row[3 + k][1] = shd_vd_set(0);
-        }
+        clear_sums(&s, is, lobe_count, &total);
         uint32_t group = job->n ? lights[job->which[0]].group : 0;
 
         for (size_t k = 0; k < job->n; k++) {
@@ -260,17 +282,7 @@ SHD_INLINE void sum_lights(const shd_sums_job *job, size_t first_lobe, size_t lo
             }
 #undef ADD
         }
-
-#pragma GCC unroll 3
-        for (int c = 0; c < is.channels; c++) {
-            if (job->diffuse) store_row(s.diffuse[c], total.row[c], total.any, job->diffuse[c] + i);
-            if (is.lobes == 1)
-                store_row(s.specular[c], total.row[3 + c], total.any, specular[c] + i);
-        }
-        for (size_t k = 0; is.lobes == MANY && k < lobe_count; k++)
-            for (size_t c = 0; c < (size_t)is.channels; c++)
-                store_row(more[3 * k + c], total.row[3 + 3 * k + c], total.any,
-                          specular[3 * k + c] + i);
+        store_sums(&s, is, lobe_count, &total, job->diffuse, specular, i);
     }
 }
 

@@ -77,6 +77,18 @@ SHD_INLINE shd_vd facing_of_sheets(const shd_wide_light *light, const points *at
     return facing;
 }
 
+/* 1/distance, and the attenuation as *factor. */
+SHD_INLINE shd_vd weigh_distance(const shd_wide_light *light, shd_vd d2, shd_vd *factor) {
+    const shd_vd distance = shd_vd_sqrt(d2);
+    if (light->kind == SHD_KIND_POINT) return shd_vd_set(1) / distance;
+    shd_vd d = shd_vd_max(distance, shd_vd_set(light->least));
+    shd_vd slope = d * shd_vd_set(light->c) + shd_vd_set(light->b);
+    shd_vd fall = d * slope + shd_vd_set(light->a);
+    shd_vd both = shd_vd_set(1) / (fall * distance);
+    *factor = both * distance;
+    return both * fall;
+}
+
 /* Adds one light to sums[row] in the lanes `asked`. Rows are the channels of the diffuse sum, then
  * 3 + 3 lobe + channel. Returns the lanes that are left to the reference. */
 SHD_INLINE unsigned add_light(const shd_wide_light *light, const points *at,
@@ -104,17 +116,7 @@ SHD_INLINE unsigned add_light(const shd_wide_light *light, const points *at,
             facing = facing_of_sheets(light, at, facing);
         lit = shd_vd_gt_in(shd_md_and(held, asked), facing, shd_vd_set(0));
         if (!shd_md_any(lit)) return left;
-        shd_vd distance = shd_vd_sqrt(d2), inverse;
-        if (light->kind == SHD_KIND_POINT) {
-            inverse = shd_vd_set(1) / distance;
-        } else {
-            shd_vd d = shd_vd_max(distance, shd_vd_set(light->least));
-            shd_vd slope = d * shd_vd_set(light->c) + shd_vd_set(light->b);
-            shd_vd fall = d * slope + shd_vd_set(light->a);
-            shd_vd both = shd_vd_set(1) / (fall * distance);
-            inverse = both * fall;
-            factor = both * distance;
-        }
+        const shd_vd inverse = weigh_distance(light, d2, &factor);
         for (int c = 0; c < 3; c++) toward[c] *= inverse;
         facing *= inverse;
     }

@@ -19,6 +19,20 @@ typedef struct builder {
     uint32_t face;
 } builder;
 
+/* A unit square that faces +z, turned to each of the six sides of a box. */
+static void box_point(const grid *g, double a, double b, shd_vec3 *p, shd_vec3 *n) {
+    static const double turn[6][3][3] = {
+        {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},  {{-1, 0, 0}, {0, 1, 0}, {0, 0, -1}},
+        {{0, 0, -1}, {0, 1, 0}, {1, 0, 0}}, {{0, 0, 1}, {0, 1, 0}, {-1, 0, 0}},
+        {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}}, {{1, 0, 0}, {0, 0, 1}, {0, -1, 0}}};
+    const double(*t)[3] = turn[g->part]; /* images of x, y, z */
+    const double x = b - 0.5, y = 0.5 - a;
+    *n = (shd_vec3){t[2][0], t[2][1], t[2][2]};
+    *p = (shd_vec3){x * t[0][0] + y * t[1][0] + 0.5 * t[2][0],
+                    x * t[0][1] + y * t[1][1] + 0.5 * t[2][1],
+                    x * t[0][2] + y * t[1][2] + 0.5 * t[2][2]};
+}
+
 /* The point and outward normal at row a and column b of a grid, both in [0,1]. Rows run down,
  * columns run counterclockwise around +y. */
 static void grid_point(const grid *g, double a, double b, shd_vec3 *p, shd_vec3 *n) {
@@ -31,8 +45,8 @@ static void grid_point(const grid *g, double a, double b, shd_vec3 *p, shd_vec3 
         *p = *n;
         return;
     case SHD_TORUS: {
-        /* From the top around the tube; of one that meets itself on the axis, from there to there:
-         * what lies beyond is inside. */
+        /* Rows run from the top around the tube. A tube that meets itself on the axis has rows from
+         * there to there, because the rest lies inside. */
         double inner = g->tube > 1 ? asin(1 / g->tube) : SHD_PI / 2;
         double start = g->tube > 1 ? -inner : 0, turn = start + (SHD_PI + 2 * inner) * a;
         shd_vec3 out = shd_scale(around, sin(turn));
@@ -41,20 +55,9 @@ static void grid_point(const grid *g, double a, double b, shd_vec3 *p, shd_vec3 
         *p = shd_madd(around, out, g->tube);
         return;
     }
-    case SHD_BOX: {
-        /* A unit square facing +z, turned to each of the six sides. */
-        double x = b - 0.5, y = 0.5 - a;
-        static const double turn[6][3][3] = {
-            {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},  {{-1, 0, 0}, {0, 1, 0}, {0, 0, -1}},
-            {{0, 0, -1}, {0, 1, 0}, {1, 0, 0}}, {{0, 0, 1}, {0, 1, 0}, {-1, 0, 0}},
-            {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}}, {{1, 0, 0}, {0, 0, 1}, {0, -1, 0}}};
-        const double(*t)[3] = turn[g->part]; /* images of x, y, z */
-        *n = (shd_vec3){t[2][0], t[2][1], t[2][2]};
-        *p = (shd_vec3){x * t[0][0] + y * t[1][0] + 0.5 * t[2][0],
-                        x * t[0][1] + y * t[1][1] + 0.5 * t[2][1],
-                        x * t[0][2] + y * t[1][2] + 0.5 * t[2][2]};
+    case SHD_BOX:
+        box_point(g, a, b, p, n);
         return;
-    }
     default:
         break;
     }
