@@ -57,6 +57,21 @@ void shd_listen_describe(int fd, char bound[SHD_ADDRESS_SIZE]) {
 
 static const char unix_prefix[] = "unix:";
 
+static bool is_unix(const char *address) {
+    return !strncmp(address, unix_prefix, sizeof unix_prefix - 1);
+}
+
+static shd_status read_unix(const char *address, struct sockaddr_un *place, shd_error *error) {
+    const char *path = address + sizeof unix_prefix - 1;
+    *place = (struct sockaddr_un){.sun_family = AF_UNIX};
+    if (*path != '/' || strlen(path) >= sizeof place->sun_path)
+        return shd_fail(error, SHD_CONFIG, address,
+                        "not of the form unix:/path, with up to %zu characters of it",
+                        sizeof place->sun_path - 1);
+    memcpy(place->sun_path, path, strlen(path) + 1);
+    return SHD_OK;
+}
+
 /* Whether the path is a socket that nobody listens on: what a daemon that was killed has left. */
 static bool is_stale(const struct sockaddr_un *place) {
     struct stat info;
@@ -70,18 +85,15 @@ static bool is_stale(const struct sockaddr_un *place) {
 
 static shd_status listen_unix(const char *address, int *out, char bound[SHD_ADDRESS_SIZE],
                               shd_error *error) {
-    const char *path = address + sizeof unix_prefix - 1;
-    struct sockaddr_un place = {.sun_family = AF_UNIX};
-    if (*path != '/' || strlen(path) >= sizeof place.sun_path)
-        return shd_fail(error, SHD_CONFIG, address,
-                        "not of the form unix:/path, with up to %zu characters of it",
-                        sizeof place.sun_path - 1);
-    memcpy(place.sun_path, path, strlen(path) + 1);
+    struct sockaddr_un place;
+    shd_status status = read_unix(address, &place, error);
+    if (status) return status;
+    const char *path = place.sun_path;
     if (is_stale(&place)) unlink(path);
     int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
     bool is_bound = fd >= 0 && !bind(fd, (const struct sockaddr *)&place, sizeof place);
     if (!is_bound || listen(fd, SOMAXCONN)) {
-        shd_status status = shd_fail(error, SHD_CONFIG, address, "%s", strerror(errno));
+        status = shd_fail(error, SHD_CONFIG, address, "%s", strerror(errno));
         if (is_bound) unlink(path);
         if (fd >= 0) close(fd);
         return status;
@@ -92,14 +104,12 @@ static shd_status listen_unix(const char *address, int *out, char bound[SHD_ADDR
 }
 
 void shd_listen_remove(const char *bound) {
-    if (!strncmp(bound, unix_prefix, sizeof unix_prefix - 1))
-        unlink(bound + sizeof unix_prefix - 1);
+    if (is_unix(bound)) unlink(bound + sizeof unix_prefix - 1);
 }
 
 shd_status shd_listen(const char *address, int *out, char bound[SHD_ADDRESS_SIZE],
                       shd_error *error) {
-    if (!strncmp(address, unix_prefix, sizeof unix_prefix - 1))
-        return listen_unix(address, out, bound, error);
+    if (is_unix(address)) return listen_unix(address, out, bound, error);
     char host[256] = "", port[16] = "";
     shd_status status = split(address, host, sizeof host, port, sizeof port, error);
     if (status) return status;
@@ -119,6 +129,43 @@ shd_status shd_listen(const char *address, int *out, char bound[SHD_ADDRESS_SIZE
     }
     freeaddrinfo(found);
     return status;
+}
+
+static int try_connect(int family, const struct sockaddr *place, socklen_t size, int seconds) {
+    const struct timeval patience = {.tv_sec = seconds};
+    int fd = socket(family, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    if (fd < 0) return -1;
+    if (!setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience) &&
+        !setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience) &&
+        !connect(fd, place, size))
+        return fd;
+    const int reason = errno;
+    close(fd);
+    errno = reason;
+    return -1;
+}
+
+shd_status shd_connect(const char *address, int seconds, int *out, shd_error *error) {
+    int fd = -1;
+    if (is_unix(address)) {
+        struct sockaddr_un place;
+        shd_status status = read_unix(address, &place, error);
+        if (status) return status;
+        fd = try_connect(AF_UNIX, (const struct sockaddr *)&place, sizeof place, seconds);
+    } else {
+        char host[256] = "", port[16] = "";
+        shd_status status = split(address, host, sizeof host, port, sizeof port, error);
+        if (status) return status;
+        struct addrinfo hints = {.ai_socktype = SOCK_STREAM}, *found;
+        int failure = getaddrinfo(*host ? host : NULL, port, &hints, &found);
+        if (failure) return shd_fail(error, SHD_CONFIG, address, "%s", gai_strerror(failure));
+        for (const struct addrinfo *at = found; at && fd < 0; at = at->ai_next)
+            fd = try_connect(at->ai_family, at->ai_addr, at->ai_addrlen, seconds);
+        freeaddrinfo(found);
+    }
+    if (fd < 0) return shd_fail(error, SHD_CONFIG, address, "%s", strerror(errno));
+    *out = fd;
+    return SHD_OK;
 }
 
 /* A filter that drops the first packet of every connection (SYN without ACK; the flags are byte 13

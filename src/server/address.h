@@ -1,4 +1,4 @@
-/* Listening sockets from ADDR:PORT and unix:/path. */
+/* Sockets from ADDR:PORT and unix:/path: those that listen, and those that lead there. */
 #ifndef SHD_SERVER_ADDRESS_H
 #define SHD_SERVER_ADDRESS_H
 
@@ -15,6 +15,10 @@ enum { SHD_ADDRESS_SIZE = 128 };
  * address, in the same form. */
 shd_status shd_listen(const char *address, int *out, char bound[SHD_ADDRESS_SIZE],
                       shd_error *error);
+
+/* A socket that is connected to who listens on such an address, of this machine where it says
+ * "every address". Each step on it gives up after `seconds`. */
+shd_status shd_connect(const char *address, int seconds, int *out, shd_error *error);
 
 /* Removes what a unix socket, by its real address, has left in the file system. */
 void shd_listen_remove(const char *bound);

@@ -102,7 +102,7 @@ static const option_info options[] = {
 enum { OPTION_COUNT = sizeof options / sizeof options[0] };
 
 /* Values of getopt_long beside the options' indices. */
-enum { FLAG_CONFIG = 1000, FLAG_HELP, FLAG_VERSION };
+enum { FLAG_CONFIG = 1000, FLAG_READY, FLAG_HELP, FLAG_VERSION };
 
 /* A line of the configuration file with its newline and end; libinih reads up to 200. */
 enum { LINE_SIZE = 200 };
@@ -310,12 +310,14 @@ static const char *join_values(const option_info *option, const char *before, co
 static shd_config_result read_flags(int argc, char **argv, const char *values[OPTION_COUNT],
                                     char joined[JOINED_SIZE], const char **path, char *message,
                                     size_t size) {
-    struct option flags[OPTION_COUNT + 4] = {{0}};
+    struct option flags[OPTION_COUNT + 5] = {{0}};
+    shd_config_result result = SHD_CONFIG_RUN;
     for (int i = 0; i < OPTION_COUNT; i++)
         flags[i] = (struct option){options[i].name, required_argument, NULL, FLAG_VERSION + 1 + i};
     flags[OPTION_COUNT] = (struct option){"config", required_argument, NULL, FLAG_CONFIG};
     flags[OPTION_COUNT + 1] = (struct option){"help", no_argument, NULL, FLAG_HELP};
     flags[OPTION_COUNT + 2] = (struct option){"version", no_argument, NULL, FLAG_VERSION};
+    flags[OPTION_COUNT + 3] = (struct option){"ready", no_argument, NULL, FLAG_READY};
 
     for (;;) {
         int flag = getopt_long(argc, argv, ":", flags, NULL); /* ":": the messages are our own */
@@ -332,6 +334,8 @@ static shd_config_result read_flags(int argc, char **argv, const char *values[OP
         }
         if (flag == FLAG_CONFIG)
             *path = optarg;
+        else if (flag == FLAG_READY)
+            result = SHD_CONFIG_READY;
         else
             values[flag - FLAG_VERSION - 1] = join_values(
                 &options[flag - FLAG_VERSION - 1], values[flag - FLAG_VERSION - 1], optarg, joined);
@@ -340,7 +344,7 @@ static shd_config_result read_flags(int argc, char **argv, const char *values[OP
         snprintf(message, size, "unexpected argument '%s'", argv[optind]);
         return SHD_CONFIG_BAD_FLAGS;
     }
-    return SHD_CONFIG_RUN;
+    return result;
 }
 
 shd_config_result shd_config_read(int argc, char **argv, shd_config *config, char *message,
@@ -350,7 +354,7 @@ shd_config_result shd_config_read(int argc, char **argv, shd_config *config, cha
     const char *values[OPTION_COUNT] = {NULL}, *path = getenv("SHADED_CONFIG");
     char joined[JOINED_SIZE];
     shd_config_result result = read_flags(argc, argv, values, joined, &path, message, message_size);
-    if (result != SHD_CONFIG_RUN) return result;
+    if (result != SHD_CONFIG_RUN && result != SHD_CONFIG_READY) return result;
 
     if (path && *path && !read_file(path, config, message, message_size)) return SHD_CONFIG_BAD;
 
@@ -367,7 +371,7 @@ shd_config_result shd_config_read(int argc, char **argv, shd_config *config, cha
         if (values[i] && !set(config, &options[i], values[i], name, message, message_size))
             return SHD_CONFIG_BAD_FLAGS;
     }
-    return SHD_CONFIG_RUN;
+    return result;
 }
 
 bool shd_config_keep(shd_config *config, const shd_config *running, char *names, size_t size) {
@@ -428,10 +432,13 @@ void shd_config_help(FILE *out) {
         fputc('\n', out);
     }
     fputs("  --config FILE             configuration file (or SHADED_CONFIG)\n"
+          "  --ready                   ask the daemon that runs with these options whether it is\n"
+          "                            ready, instead of being one\n"
           "  --help, --version\n\n"
           "SIGHUP reads the options, the tokens, the keys and the color configuration again; what\n"
           "is bad leaves everything as it was.\n"
           "SIGTERM and SIGINT finish what is accepted and exit 0; a second one exits at once.\n"
-          "Exit status: 0 stopped, 1 could not start or finish, 2 wrong flags.\n",
+          "Exit status: 0 stopped, or ready; 1 could not start or finish, or not ready; 2 wrong "
+          "flags.\n",
           out);
 }

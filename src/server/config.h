@@ -34,6 +34,7 @@ typedef struct shd_config {
 
 typedef enum shd_config_result {
     SHD_CONFIG_RUN,
+    SHD_CONFIG_READY, /* --ready: *config is that of the daemon to ask */
     SHD_CONFIG_HELP,
     SHD_CONFIG_VERSION,
     SHD_CONFIG_BAD_FLAGS, /* `message` says what is wrong with the command line */

@@ -21,6 +21,7 @@
 #include "http.h"
 #include "job.h"
 #include "log.h"
+#include "ready.h"
 #include "server.h"
 #include "stuck.h"
 #include "systemd.h"
@@ -356,6 +357,9 @@ int main(int argc, char **argv) {
     switch (shd_config_read(argc, argv, &server->config, message, sizeof message)) {
     case SHD_CONFIG_RUN:
         code = serve(server, argc, argv);
+        break;
+    case SHD_CONFIG_READY:
+        code = shd_ask_ready(&server->config) ? EXIT_STOPPED : EXIT_CANNOT_START;
         break;
     case SHD_CONFIG_HELP:
         shd_config_help(stdout);

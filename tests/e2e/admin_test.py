@@ -3,10 +3,12 @@
 import resource
 import socket
 import subprocess
+import tempfile
 import unittest
 
-from e2e.daemon import PATIENCE, SHADED, SMALL, Daemon, environment
-from e2e.daemon_test import wait_until
+from e2e.daemon import PATIENCE, SHADED, SMALL, Daemon, environment, run
+from e2e.daemon_test import ENDLESS, wait_until
+from e2e.memory_test import asking
 from e2e.slow_test import Drippers
 
 
@@ -56,6 +58,44 @@ class AdminTest(unittest.TestCase):
         with Daemon("--max-connections", "1000", program=limited("300:1300")) as daemon:
             self.assertEqual(resource.prlimit(daemon.pid, resource.RLIMIT_NOFILE), (1192, 1300))
             self.assertEqual(daemon.events("fewer-connections"), [])
+
+
+class ReadyTest(unittest.TestCase):
+    """`shaded --ready` asks the daemon of the same options, as a health check without a shell."""
+
+    def ask(self, place, **variables):
+        status, out, text = run("--ready", *(["--admin", place] if place else []), env=variables)
+        self.assertEqual(out, "")
+        return status, text
+
+    def test_it_finds_the_daemon_wherever_it_answers(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for place in "127.0.0.1:0", "0.0.0.0:0", ":0", "[::1]:0", f"unix:{folder}/admin":
+                with self.subTest(place), Daemon(admin=place) as daemon:
+                    bound = daemon.wait_for("listening")["admin"]
+                    self.assertEqual(self.ask(bound), (0, ""))
+                    self.assertEqual(self.ask(None, SHADED_ADMIN=bound), (0, ""))
+
+    def test_a_daemon_that_is_not_ready_is_told(self):
+        with Daemon("--threads", "1", "--timeout", "600", "--drain-time", "600") as daemon:
+            connection = asking(daemon, ENDLESS)
+            wait_until(lambda: daemon.metrics()["shaded_workers_busy"])
+            daemon.signal()
+            daemon.wait_for("stopping")
+            place = "%s:%d" % daemon.admin
+            self.assertEqual(self.ask(place), (1, f"shaded: {place}: /readyz: 503\n"))
+            connection.close()  # nobody waits for it any more
+            self.assertEqual(daemon.wait(), 0)
+
+    def test_no_daemon_and_no_answer_are_told(self):
+        with socket.create_server(("127.0.0.1", 0)) as silent:
+            place = "127.0.0.1:%d" % silent.getsockname()[1]
+            self.assertEqual(self.ask(place), (1, f"shaded: {place}: /readyz: no answer\n"))
+        self.assertEqual(self.ask(place), (1, f"shaded: {place}: Connection refused\n"))
+        self.assertEqual(self.ask("off"),
+                         (1, "shaded: --ready asks the admin port, which is off\n"))
+        self.assertEqual(self.ask("nowhere")[0], 1)
+        self.assertEqual(run("--ready", "--unknown")[0], 2)
 
 
 if __name__ == "__main__":
