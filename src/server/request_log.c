@@ -47,6 +47,22 @@ static void add_problem(shd_log *line, const shd_reply *reply) {
     shd_log_text(line, "problem", name);
 }
 
+/* The path without what is long between its slashes, which may be a whole scene: of that its
+ * beginning is told. Digests, of 64 digits and an ending, are told whole. */
+static void add_path(shd_log *line, const char *path) {
+    enum { LONG = 80, BEGINNING = 8 };
+    char text[SHD_PATH_SIZE] = "", *end = text;
+    for (const char *c = path; *c;) {
+        const size_t part = strcspn(c + 1, "/") + 1; /* its slash, and what follows */
+        if (part > LONG)
+            end += sprintf(end, "%.*s...", BEGINNING + 1, c);
+        else
+            end += sprintf(end, "%.*s", (int)part, c);
+        c += part;
+    }
+    shd_log_text(line, "path", text);
+}
+
 void shd_log_request(const shd_exchange *exchange, double seconds, size_t bytes, bool aborted) {
     const shd_reply *reply = &exchange->reply;
     const char *timing = header_of(reply, "Server-Timing"), *cache = cache_of(exchange, timing);
@@ -59,7 +75,7 @@ void shd_log_request(const shd_exchange *exchange, double seconds, size_t bytes,
     }
     if (*exchange->client) shd_log_text(&line, "client", exchange->client);
     shd_log_text(&line, "method", exchange->method_name);
-    shd_log_text(&line, "path", exchange->path);
+    add_path(&line, exchange->path);
     shd_log_whole(&line, "status", reply->status);
     add_problem(&line, reply);
     shd_log_whole(&line, "bytes", bytes);

@@ -185,14 +185,60 @@ class Proxied(unittest.TestCase):
             with self.assertRaises((ssl.SSLError, ConnectionError)):
                 old.wrap_socket(connection, server_hostname="localhost")
 
-    def logs_no_query(self, port):
-        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
-        self.addCleanup(connection.close)
-        connection.request("GET", "/v1/preview/brass?size=16&signature=hush")
-        connection.getresponse().read()
+    def logs_no_secret(self, proxy):
+        """What a request is let in by, and scenes in links, are in no log: not the proxy's, not the
+        daemon's, of what is served, refused, unknown or malformed."""
+        secret, link = "hushhushhushhush", "eJyrVspPykpNLlGyiq6FAAAUuQNl" * 9
+        tokens = self.folder / "tokens"
+        tokens.write_text(f"{secret}\n")
+        daemon = self.stack.enter_context(Daemon("--tokens", str(tokens)))
+        port = proxy([daemon], wait=False)
+        query = f"?size=16&expires=9999999999&signature={secret}"
+        let_in = {"Authorization": f"Bearer {secret}"}
+
+        def get(path, headers):
+            connection = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE)
+            try:
+                connection.request("GET", path, headers=headers)
+                answer = connection.getresponse()
+                answer.read()
+                return answer.status
+            except OSError:
+                return 0
+            finally:
+                connection.close()
+
+        wait_until(lambda: get("/v1/version", let_in) == 200)
+        for path in ("/v1/preview/brass", "/v1/version", "/nowhere", f"/v1/scene/{link}.png",
+                     f"/v1/meshes/sha256-{'a' * 64}"):
+            for headers in let_in, {"Authorization": f"Bearer {secret}x"}, {}, \
+                    {"Cookie": secret, "Referer": f"http://a/?{secret}"}:
+                self.assertIn(get(path + query, headers), (200, 401, 404, 405), path)
+        for line in (f"GET /v1/%zz{query} HTTP/1.1", f"GET /x{query} HTTP/9.9", f"\x01 /x{query}"):
+            with socket.create_connection(("127.0.0.1", port), PATIENCE) as connection:
+                connection.sendall(f"{line}\r\nHost: a\r\nAuthorization: {secret}\r\n\r\n".encode())
+                connection.recv(100)
+        self.assertEqual(get("/v1/shapes", let_in), 200)
+        daemon.wait_for("request", lambda event: event["path"] == "/v1/shapes")
         log = self.folder / "log"
-        wait_until(lambda: "/v1/preview/brass" in log.read_text())
-        self.assertNotIn("hush", log.read_text())
+        wait_until(lambda: "/v1/shapes" in log.read_text())
+        for text in log.read_text(), daemon.stderr():
+            self.assertIn("/v1/preview/brass", text)
+            self.assertIn(f"/v1/scene/{link[:8]}...", text)
+            self.assertIn(f"/v1/meshes/sha256-{'a' * 64}", text)
+            self.assertNotIn("hush", text)
+            self.assertNotIn(link[:40], text)
+
+    def told(self, path):
+        connection = http.client.HTTPConnection("127.0.0.1", self.admin, timeout=PATIENCE)
+        try:
+            connection.request("GET", path)
+            answer = connection.getresponse()
+            return answer.status, answer.read().decode()
+        except OSError:
+            return 0, ""
+        finally:
+            connection.close()
 
     def haproxy(self, replicas, change=lambda text: text, wait=True):
         find("haproxy")
@@ -211,9 +257,14 @@ class Proxied(unittest.TestCase):
 
     def nginx(self, replicas, change=lambda text: text, wait=True):
         port, text = free_port(), (DEPLOY / "nginx/nginx.conf").read_text()
+        self.admin = free_port()
         text = text.replace("listen 8080", f"listen 127.0.0.1:{port}")
+        text = text.replace("listen 8404", f"listen 127.0.0.1:{self.admin}")
         (server,) = re.findall(r"^ *server shaded:8080.*;$", text, re.MULTILINE)
         text = text.replace(server, "\n".join(server.replace("shaded:8080", "%s:%d" % one.address)
+                                              for one in replicas))
+        (server,) = re.findall(r"^ *server shaded:9090.*;$", text, re.MULTILINE)
+        text = text.replace(server, "\n".join(server.replace("shaded:9090", "%s:%d" % one.admin)
                                               for one in replicas))
         # Root's nginx would work as nobody, who may not enter the folder.
         user = ["-g", "user root;"] if os.geteuid() == 0 else []
@@ -313,26 +364,14 @@ class HaproxyTest(Proxied):
     def test_a_passed_deadline_is_not_carried_on(self):
         self.pass_a_deadline(self.haproxy)
 
-
-    def test_it_logs_no_query(self):
-        self.logs_no_query(self.haproxy(self.replicas()[:1]))
+    def test_it_logs_no_secret(self):
+        self.logs_no_secret(self.haproxy)
 
     def test_tls(self):
         self.certificate()
         port = self.haproxy(self.replicas()[:1], self.with_tls, wait=False)
         wait_until(lambda: self.told("/readyz")[0] == 200)
         self.speaks_tls(port)
-
-    def told(self, path):
-        connection = http.client.HTTPConnection("127.0.0.1", self.admin, timeout=PATIENCE)
-        try:
-            connection.request("GET", path)
-            answer = connection.getresponse()
-            return answer.status, answer.read().decode()
-        except OSError:
-            return 0, ""
-        finally:
-            connection.close()
 
     def test_it_is_ready_while_a_replica_is(self):
         daemon = self.stack.enter_context(Daemon("--threads", "1"))
@@ -347,8 +386,40 @@ class HaproxyTest(Proxied):
 
 
 class NginxTest(Proxied):
-    def test_it_logs_no_query(self):
-        self.logs_no_query(self.nginx(self.replicas()[:1]))
+    def test_it_logs_no_secret(self):
+        self.logs_no_secret(self.nginx)
+
+    def test_it_is_ready_while_a_replica_is(self):
+        replicas = [self.stack.enter_context(Daemon("--threads", "1")) for _ in range(3)]
+        self.nginx(replicas)
+        self.assertEqual(self.told("/"), (404, self.told("/")[1]))
+        for n, daemon in enumerate(replicas):
+            if n == 1:
+                daemon.process.kill()
+                daemon.process.wait()
+            else:
+                daemon.stop()
+            for _ in range(6):  # whichever is asked first
+                status, text = self.told("/readyz")
+                if n < 2:
+                    self.assertEqual((status, text), (200, "ready\n"))
+                else:
+                    self.assertIn(status, (502, 503, 504))
+
+    def test_a_replica_that_stops_is_not_ready(self):
+        """One that drains says so, and is not counted."""
+        daemon = self.stack.enter_context(Daemon("--threads", "1", "--timeout", "600", "--drain-time",
+                                                 "600"))
+        self.nginx([daemon])
+        self.assertEqual(self.told("/readyz")[0], 200)
+        waiting = http.client.HTTPConnection(*daemon.address, timeout=PATIENCE)
+        waiting.request("POST", "/v1/render", json.dumps(ENDLESS), JSON)
+        wait_until(lambda: daemon.metrics()["shaded_workers_busy"])
+        daemon.signal()
+        daemon.wait_for("stopping")
+        self.assertEqual(self.told("/readyz"), (503, "draining\n"))
+        waiting.close()
+        self.assertEqual(daemon.wait(), 0)
 
     def test_tls(self):
         self.certificate()
