@@ -5,6 +5,8 @@ do it. Where no container can be made it is skipped, and says why."""
 import http.client
 import json
 import os
+import posixpath
+import re
 import shutil
 import socket
 import subprocess
@@ -15,15 +17,19 @@ import unittest
 from pathlib import Path
 
 from deploy.tools import DEPLOY, SOURCE
+from e2e.cgroup_test import MB, SIZES, kills_and_peak
+from e2e.worst import demand_all
 
 TOOLS = ["buildah", "podman", "runc", "mmdebstrap"]
 STATE = SOURCE / "build/container"
-BASE, IMAGE, NAME = "localhost/debian:bookworm-slim", "localhost/shaded:test", "shaded-test"
+BASE, NAME = "localhost/debian:bookworm-slim", "shaded-test"
+IMAGE, SLIM = "localhost/shaded:test", "localhost/shaded:slim-test"
 PATIENCE = 1200  # seconds for any one command, on the slowest machine
 
 # Nobody, on a read-only file system, without capabilities.
 CONFINED = ["--read-only", "--tmpfs", "/tmp", "--user", "65532:65532", "--cap-drop", "ALL",
-            "--security-opt", "no-new-privileges", "--memory", "1g", "--pids-limit", "128"]
+            "--security-opt", "no-new-privileges", "--pids-limit", "128"]
+LIMITS = ["--memory", "1g", "--memory-swap", "1g"]
 
 # Rootless and nested machines have neither systemd nor cgroups of version 2 to give.
 FILES = {
@@ -65,7 +71,7 @@ def prepare():
     for command, failure in (
             (f"podman image exists {BASE} || mmdebstrap --quiet --variant=minbase bookworm - | "
              f"podman import --quiet - {BASE}", "no base image can be made"),
-            (run.format(" ".join(CONFINED), "true"), "containers do not run here"),
+            (run.format(" ".join(CONFINED + LIMITS), "true"), "containers do not run here"),
             (run.format("", update), "a container cannot fetch Debian's packages")):
         why = what_fails(command)
         if why:
@@ -109,40 +115,78 @@ def ask(port, method, path, body=None):
         connection.close()
 
 
-class ContainerTest(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls):
-        subprocess.run(["buildah", "bud", "--isolation", "chroot", "--network", "host", "--layers",
-                        "--format", "docker", "--build-arg", f"BASE={BASE}", "-t", IMAGE,
-                        "-f", str(DEPLOY / "container/Containerfile"), str(SOURCE)],
-                       stdin=subprocess.DEVNULL, stdout=sys.stderr, check=True, timeout=PATIENCE)
+def build(tag, *arguments):
+    subprocess.run(["buildah", "bud", "--isolation", "chroot", "--network", "host", "--layers",
+                    "--format", "docker", "--build-arg", f"BASE={BASE}", *arguments, "-t", tag,
+                    "-f", str(DEPLOY / "container/Containerfile"), str(SOURCE)],
+                   stdin=subprocess.DEVNULL, stdout=sys.stderr, check=True, timeout=PATIENCE)
 
-    def setUp(self):
-        subprocess.run(["podman", "rm", "--force", "--ignore", NAME], capture_output=True,
-                       check=False)
-        self.addCleanup(podman, "rm", "--force", "--ignore", NAME)
-        self.public, admin = free_port(), free_port()
+
+class Container:
+    """One of an image, with default options but for its ports; for a with block."""
+
+    def __init__(self, image, *flags):
+        self.public, self.admin = free_port(), free_port()
+        podman("rm", "--force", "--ignore", NAME)
         podman("run", "--detach", "--name", NAME, "--pull", "never", "--network", "host",
-               *CONFINED, "--security-opt", f"seccomp={DEPLOY / 'seccomp/shaded.json'}",
+               *CONFINED, "--security-opt", f"seccomp={DEPLOY / 'seccomp/shaded.json'}", *flags,
                "--env", f"SHADED_LISTEN=127.0.0.1:{self.public}",
-               "--env", f"SHADED_ADMIN=127.0.0.1:{admin}", IMAGE)
-        while podman("inspect", "--format", "{{.State.Running}}", NAME).strip() == "true":
+               "--env", f"SHADED_ADMIN=127.0.0.1:{self.admin}", image)
+
+    def __enter__(self):
+        while self.state("Running") == "true":
             try:
-                if ask(admin, "GET", "/readyz")[0] == 200:
-                    return
+                if ask(self.admin, "GET", "/readyz")[0] == 200:
+                    return self
             except OSError:
                 time.sleep(0.1)
-        self.fail(f"it ends: {podman('logs', NAME)}")
+        raise AssertionError(f"it ends: {podman('logs', NAME)}")
+
+    def __exit__(self, *exception):
+        podman("rm", "--force", "--ignore", NAME)
+
+    @staticmethod
+    def state(name):
+        return podman("inspect", "--format", f"{{{{.State.{name}}}}}", NAME).strip()
+
+    @staticmethod
+    def run(*command, flags=(), **options):
+        return subprocess.run(["podman", "exec", "--interactive", *flags, NAME, *command],
+                              capture_output=True, check=False, timeout=PATIENCE, **options)
+
+    def render(self, name):
+        scene = {"objects": [{"type": "sphere"}], "output": {"format": name}}
+        return ask(self.public, "POST", "/v1/render", json.dumps(scene))
+
+    @staticmethod
+    def told(event):
+        """Of the log, the first line of that event."""
+        done = subprocess.run(["podman", "logs", NAME], stdout=subprocess.PIPE, text=True,
+                              stderr=subprocess.STDOUT, check=True, timeout=PATIENCE)
+        lines = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
+        return next(line for line in lines if line["event"] == event)
+
+
+class RunTest(unittest.TestCase):
+    """As it is meant to be run."""
+
+    @classmethod
+    def setUpClass(cls):
+        build(IMAGE)
+
+    def setUp(self):
+        self.container = Container(IMAGE, *LIMITS)
+        self.addCleanup(self.container.__exit__)
+        self.container.__enter__()
 
     def test_it_renders_every_format(self):
         for name in "png", "jpeg", "webp", "tiff", "exr", "hdr":
             with self.subTest(name):
-                scene = {"objects": [{"type": "sphere"}], "output": {"format": name}}
-                status, body = ask(self.public, "POST", "/v1/render", json.dumps(scene))
+                status, body = self.container.render(name)
                 self.assertEqual(status, 200, body[:300])
 
     def test_it_is_nobody_and_may_nothing(self):
-        pid = podman("inspect", "--format", "{{.State.Pid}}", NAME).strip()
+        pid = self.container.state("Pid")
         state = dict(line.split(":\t", 1) for line in Path(f"/proc/{pid}/status").read_text()
                      .splitlines() if ":\t" in line)
         self.assertEqual(state["Uid"].split(), ["65532"] * 4)
@@ -150,41 +194,144 @@ class ContainerTest(unittest.TestCase):
         self.assertEqual(state["Seccomp"], "2")
         for kind in "CapInh", "CapPrm", "CapEff", "CapBnd", "CapAmb":
             self.assertEqual(int(state[kind], 16), 0, kind)
-        done = subprocess.run(["podman", "exec", NAME, "bash", "-c", "echo x >/usr/x"],
-                              capture_output=True, text=True, check=False)
+        scene = json.dumps({"objects": [{"type": "sphere"}]})
+        done = self.container.run("shade", "render", "-", "-o", "/usr/x.png", input=scene, text=True)
         self.assertIn("Read-only file system", done.stderr)
+        done = self.container.run("shade", "render", "-", "-o", "-", input=scene.encode())
+        self.assertEqual(done.stdout[:4], b"\x89PNG", done.stderr)
 
     def test_it_tells_whether_it_is_well(self):
-        podman("exec", NAME, "shaded-healthy")
-        done = subprocess.run(["podman", "exec", "--env", "SHADED_ADMIN=127.0.0.1:1", NAME,
-                               "shaded-healthy"], capture_output=True, check=False)
-        self.assertNotEqual(done.returncode, 0)
+        self.assertEqual(self.container.run("shaded", "--ready").returncode, 0)
+        done = self.container.run("shaded", "--ready", flags=["--env", "SHADED_ADMIN=127.0.0.1:1"])
+        self.assertEqual(done.returncode, 1, done.stderr)
+        podman("healthcheck", "run", NAME)  # what the image says is to be asked
 
     def test_it_stops_when_it_is_told(self):
         podman("stop", "--time", "300", NAME)  # then it would be killed: 137
-        self.assertEqual(podman("inspect", "--format", "{{.State.ExitCode}}", NAME).strip(), "0")
+        self.assertEqual(self.container.state("ExitCode"), "0")
 
-    def test_no_file_gives_rights(self):
+
+class SizeTest(unittest.TestCase):
+    """With its defaults, and as much of a machine as small pods have, it knows its limits."""
+
+    @classmethod
+    def setUpClass(cls):
+        build(IMAGE)
+
+    def check(self, memory, processors):
+        with Container(IMAGE, "--memory", f"{memory}m", "--memory-swap", f"{memory}m", "--cpus",
+                       str(processors)) as container:
+            machine = container.told("machine")
+            self.assertEqual(machine["memory"], memory * MB)
+            self.assertEqual(machine["cpu-quota"], f"{processors:.2f}")
+            self.assertEqual(container.told("memory")["budget"], memory * MB // 4 * 3)
+            most = min(len(os.sched_getaffinity(0)), -(-processors // 1))
+            self.assertEqual(container.told("listening")["threads"], most)
+            pid = container.state("Pid")
+            answers = demand_all(("127.0.0.1", container.public))
+            kills, peak = kills_and_peak(pid)
+            print(f"{memory} MB, {processors} processors: {peak / MB:.0f} MB at most, {kills} killed, "
+                  f"{answers}", file=sys.stderr)
+            self.assertEqual(kills, 0)
+            self.assertEqual((container.state("Pid"), container.state("OOMKilled")), (pid, "false"))
+            self.assertEqual(container.render("png")[0], 200)
+
+    def test_every_size(self):
+        why = what_fails(f"podman run --rm --pull never --network host --memory 128m --memory-swap 128m "
+                         f"--cpus 0.5 {BASE} true")
+        if why:
+            self.skipTest(f"memory and processors cannot be limited here: {why}")
+        for memory, processors in SIZES:
+            with self.subTest(f"{memory} MB, {processors} processors"):
+                self.check(memory, processors)
+
+
+class ContentsTest(unittest.TestCase):
+    """Both images: the programs, what they load, and what tells of it."""
+
+    OWN = {"usr/bin/shade", "usr/bin/shaded", "usr/share/doc/shaded/LICENSE",
+           "usr/share/doc/shaded/shaded.conf", "usr/share/shaded/sbom.cdx.json", "etc/passwd",
+           "etc/group", "etc/nsswitch.conf"}
+    MODULE = "usr/lib/shaded/shaded_oiio.so"
+
+    @classmethod
+    def setUpClass(cls):
+        build(IMAGE)
+        build(SLIM, "--build-arg", "OPENIMAGEIO=no")
+        cls.contents = {image: cls.read(image) for image in (IMAGE, SLIM)}
+
+    @staticmethod
+    def read(image):
+        """{name: (TarInfo, bytes of small files)} of all that is in it."""
+        podman("rm", "--force", "--ignore", NAME)
+        podman("create", "--name", NAME, "--pull", "never", "--network", "host", image)
+        found = {}
         with subprocess.Popen(["podman", "export", NAME], stdout=subprocess.PIPE) as exported:
             with tarfile.open(fileobj=exported.stdout, mode="r|") as files:
-                modes = {file.name: file.mode for file in files if file.isfile()}
-        self.assertEqual(exported.returncode, 0)
-        self.assertIn("usr/bin/shaded", modes)
-        self.assertEqual([name for name, mode in modes.items() if mode & 0o6000], [])
+                for file in files:
+                    small = file.isfile() and not file.name.endswith(".so") and file.size < MB
+                    found[file.name.rstrip("/")] = file, files.extractfile(file).read() if small else b""
+        assert exported.returncode == 0
+        podman("rm", "--force", "--ignore", NAME)
+        return found
 
-    def test_it_has_a_bill_of_materials(self):
-        told = json.loads(podman("exec", NAME, "cat", "/usr/share/shaded/sbom.cdx.json"))
-        listed = podman("exec", NAME, "cat", "/usr/share/shaded/packages.txt").split()
-        self.assertEqual(sorted(f"{part['name']}={part['version']}"
-                                for part in told["components"]), listed)
+    def each(self):
+        for image, contents in self.contents.items():
+            with self.subTest(image):
+                own = self.OWN | ({self.MODULE} if image == IMAGE else set())
+                yield image, contents, own
 
-    def test_it_tells_its_packages(self):
-        listed = podman("exec", NAME, "cat", "/usr/share/shaded/packages.txt").splitlines()
-        self.assertEqual(listed, sorted(listed))
-        for name in "libopencolorio2.1", "libopenimageio2.4", "libc6":
-            self.assertTrue([line for line in listed if line.startswith(name + "=")], name)
-        # What OpenImageIO depends on in Debian's eyes and does not load.
-        self.assertFalse([line for line in listed if line.startswith("libllvm")])
+    def test_every_file_is_ours_or_of_a_package_that_is_told(self):
+        """And every package that is told has a file, by what dpkg says of the same Debian here."""
+        for _, contents, own in self.each():
+            told = json.loads(contents["usr/share/shaded/sbom.cdx.json"][1])["components"]
+            names = {part["name"] for part in told}
+            places = {place["location"][1:]: part["name"] for part in told
+                      for place in part["evidence"]["occurrences"]}
+            about = {f"{folder}/{name}{end}" for name in names for folder, end in (
+                ("usr/share/doc", "/copyright"), ("var/lib/dpkg/status.d", ""))}
+            files = {name for name, (file, _) in contents.items() if file.isfile()}
+            # What podman itself puts into a container.
+            files = {name for name in files if not name.startswith(("dev/", "proc/", "sys/", "run/"))
+                     and name not in ("etc/hosts", "etc/hostname", "etc/resolv.conf")}
+            self.assertEqual(files, own | set(places) | about)
+            self.assertEqual(set(places.values()), names)
+            for place, name in places.items():
+                done = [subprocess.run(["dpkg-query", "-S", path], capture_output=True, text=True,
+                                       check=False).stdout
+                        for path in (f"/{place}", "/" + place.removeprefix("usr/"))]
+                self.assertRegex("\n".join(done), rf"(?m)^{re.escape(name)}[:,]", place)
+
+    def test_only_the_two_are_programs_and_none_gives_rights(self):
+        for _, contents, _ in self.each():
+            files = {name: file for name, (file, _) in contents.items() if file.isfile()}
+            self.assertEqual({name for name in files if "bin/" in name},
+                             {"usr/bin/shade", "usr/bin/shaded"})
+            self.assertEqual([name for name, file in files.items() if file.mode & 0o6000], [])
+            for name, (link, _) in contents.items():
+                if link.issym() and name.startswith(("usr/", "lib", "etc/os")):
+                    target = posixpath.normpath(posixpath.join("/", posixpath.dirname(name),
+                                                               link.linkname))
+                    self.assertIn(target[1:], contents, name)
+
+    def test_it_has_a_user_and_labels(self):
+        version = re.search(r"^project\(shaded VERSION (\S+)", (SOURCE / "CMakeLists.txt").read_text(),
+                            re.MULTILINE)[1]
+        for image, contents, _ in self.each():
+            self.assertIn(b":65532:65532:", contents["etc/passwd"][1])
+            (told,) = json.loads(podman("image", "inspect", image))
+            labels = told["Config"]["Labels"]
+            self.assertEqual(labels["org.opencontainers.image.title"], "shaded")
+            self.assertEqual(labels["org.opencontainers.image.version"], version)
+            self.assertEqual(labels["shaded.openimageio"], "yes" if image == IMAGE else "no")
+            print(f"{image}: {told['Size'] / 1e6:.0f} MB", file=sys.stderr)
+
+    def test_the_slim_one_refuses_what_it_lacks(self):
+        with Container(SLIM, *LIMITS) as container:
+            for name in "png", "jpeg", "webp":
+                self.assertEqual(container.render(name)[0], 200, name)
+            for name in "tiff", "exr", "hdr":
+                self.assertEqual(container.render(name)[0], 422, name)
 
 
 if __name__ == "__main__":
