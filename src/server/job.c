@@ -125,6 +125,12 @@ static void read_and_make(shd_job *job, bool had_turn) {
     }
     const double cost = find_cost(job);
     const bool is_large = job->work->size == SHD_LARGE || cost > small_work;
+    if (had_turn && shd_jobs_is_early(jobs, job, cost)) {
+        shd_request_drop(job->request);
+        job->request = NULL;
+        if (!shd_jobs_defer(jobs, job, cost)) shd_job_drop(job);
+        return;
+    }
     if (!shd_jobs_settle(jobs, job, cost, is_large && !had_turn))
         shd_job_drop(job);
     else if (!is_large || had_turn)

@@ -348,6 +348,14 @@ bool shd_jobs_settle(shd_jobs *jobs, shd_job *job, double cost, bool is_large) {
     return wanted;
 }
 
+bool shd_jobs_is_early(shd_jobs *jobs, shd_job *job, double cost) {
+    pthread_mutex_lock(&jobs->mutex);
+    const bool is_early = shd_turns_is_early(job, cost);
+    if (is_early) job->may_cancel = false;
+    pthread_mutex_unlock(&jobs->mutex);
+    return is_early;
+}
+
 bool shd_jobs_defer(shd_jobs *jobs, shd_job *job, double cost) {
     leftovers left = {NULL, NULL};
     bool waits = false;
@@ -356,7 +364,7 @@ bool shd_jobs_defer(shd_jobs *jobs, shd_job *job, double cost) {
     job->cost = cost;
     if (job->waiters) {
         const enum shd_sent why =
-            queue_up(jobs, job, SHD_LANE_LARGE, job->waiters->client, job->was_read, &left);
+            queue_up(jobs, job, SHD_LANE_LARGE, job->waiters->client, true, &left);
         waits = why == SHD_SENT_NOT;
         for (shd_waiter *w = job->waiters->other; waits && w; w = w->other)
             shd_queue_share(jobs->turns.queue, &job->turn, w->client);

@@ -85,6 +85,10 @@ bool shd_jobs_begin(shd_jobs *jobs, shd_job *job);
  * False: nobody waits for this one any more. */
 bool shd_jobs_settle(shd_jobs *jobs, shd_job *job, double cost, bool is_large);
 
+/* Whether the job, a long document that was read when its turn came, costs so much that this was
+ * not its turn. Then it loses its request, and is deferred. */
+bool shd_jobs_is_early(shd_jobs *jobs, shd_job *job, double cost);
+
 /* The rest of the job is large and costs `cost`, and waits for its turn among the others. False:
  * there was no place, or nobody waits for it any more. */
 bool shd_jobs_defer(shd_jobs *jobs, shd_job *job, double cost);

@@ -177,20 +177,20 @@ shd_entry shd_queue_enter(shd_queue *queue, shd_turn *turn, void *owner, shd_lan
         drop_if_empty(queue, p);
         return SHD_ENTRY_FULL;
     }
-    *turn = (shd_turn){
-        .owner = owner, .cost = cost, .tag = tag_for(queue, p, lane, cost), .is_rest = is_rest};
+    *turn = (shd_turn){.owner = owner, .cost = cost, .tag = tag_for(queue, p, lane, cost)};
     append(queue, &p->lanes[lane], turn);
     return SHD_ENTRY_WAITS;
 }
 
 /* ---- Turns that come ---- */
 
-shd_turn *shd_queue_next(const shd_queue *queue, shd_lane lane, double before, bool rests) {
+shd_turn *shd_queue_next(const shd_queue *queue, shd_lane lane, double before,
+                         bool (*may)(const void *owner)) {
     const share *ring = &queue->rings[lane];
     shd_turn *next = NULL;
     for (const share *s = ring->next; s != ring; s = s->next) {
         shd_turn *turn = s->oldest; /* a client's tags grow */
-        while (turn && rests && !turn->is_rest) turn = turn->newer;
+        while (turn && may && !may(turn->owner)) turn = turn->newer;
         if (turn && turn->tag < (next ? next->tag : before)) next = turn;
     }
     return next;
@@ -223,7 +223,7 @@ void shd_queue_advance(shd_queue *queue, shd_lane lane, double clock) {
 }
 
 void *shd_queue_take(shd_queue *queue, shd_lane lane) {
-    shd_turn *next = shd_queue_next(queue, lane, INFINITY, false);
+    shd_turn *next = shd_queue_next(queue, lane, INFINITY, NULL);
     if (!next) return NULL;
     void *owner = next->owner;
     shd_stint stint;

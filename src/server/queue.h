@@ -38,7 +38,6 @@ typedef struct shd_turn {
     struct shd_share *share;        /* NULL: it does not wait */
     void *owner;
     double cost, tag;
-    bool is_rest;          /* it has had a place before, and was read */
     bool wanted_by_others; /* another client's requests wait for it, too: it does not give way */
 } shd_turn;
 
@@ -64,9 +63,10 @@ shd_entry shd_queue_enter(shd_queue *queue, shd_turn *turn, void *owner, shd_lan
  * begun and ends at once. */
 void *shd_queue_take(shd_queue *queue, shd_lane lane);
 
-/* The turn that is next in this lane of those with a smaller tag than `before`, and with a place
- * before (`is_rest`) where there have to be `rests`; NULL where there is none. */
-shd_turn *shd_queue_next(const shd_queue *queue, shd_lane lane, double before, bool rests);
+/* The turn that is next in this lane, of those with a smaller tag than `before` whose owner `may`,
+ * where that is not NULL. NULL where there is none. */
+shd_turn *shd_queue_next(const shd_queue *queue, shd_lane lane, double before,
+                         bool (*may)(const void *owner));
 
 void shd_queue_begin(shd_queue *queue, shd_turn *turn, shd_stint *stint); /* it waits no more */
 void shd_queue_end(shd_queue *queue, shd_stint *stint);

@@ -8,6 +8,9 @@
 /* How many a worker may have set aside: each has its memory, and a part of the worker's stack. */
 enum { ASIDE_MOST = 3 };
 
+/* Of memory for each byte of a document, once it is read. */
+enum { READ_BYTES = 30 };
+
 /* With a ticket, on a worker. There may be nobody: who it was given for has left meanwhile. */
 static void take_new(void *context) {
     shd_turns *turns = ((shd_ticket *)context)->turns;
@@ -23,6 +26,7 @@ static void take_new(void *context) {
 /* Called and left with the mutex. The job is gone then. */
 static void run_large(shd_turns *turns, shd_job *job, shd_begun *beneath) {
     shd_begun here = {.next = turns->begun,
+                      .beneath = beneath,
                       .worker = pthread_self(),
                       .job = job,
                       .depth = beneath ? beneath->depth + 1 : 0};
@@ -53,7 +57,7 @@ static void take_large(void *context) {
     if (turns->large == turns->most_large)
         turns->kept_tickets++;
     else
-        next = shd_queue_next(turns->queue, SHD_LANE_LARGE, INFINITY, false);
+        next = shd_queue_next(turns->queue, SHD_LANE_LARGE, INFINITY, NULL);
     if (next) {
         turns->large++;
         run_large(turns, next->owner, NULL);
@@ -82,18 +86,23 @@ static bool is_last(const shd_turns *turns, const shd_begun *own) {
     return true;
 }
 
-/* What it is known to take is half of what is free at most: the rest is for what is not known. */
-static bool has_room(const shd_job *job) {
+/* Whether it may be begun on top of another: what it takes is known, more or less, and half of what
+ * is free at most. */
+static bool has_room(const void *owner) {
+    const shd_job *job = owner;
+    if (!job->was_read && job->question.coding) return false;
     const shd_budget_load load = shd_budget_load_of(job->server->budget);
     const uint64_t left = load.used < load.cap ? load.cap - load.used : 0;
-    return shd_request_needs(job->request) <= left / 2;
+    const uint64_t needs =
+        job->was_read ? shd_request_needs(job->request) : READ_BYTES * (uint64_t)job->size;
+    return needs <= left / 2;
 }
 
-/* The job that goes first, one that was read. NULL: there is none. */
+/* The job that goes first. NULL: there is none. */
 static shd_job *find_first(const shd_turns *turns, const shd_begun *own) {
     if (!own->job->waiters || !is_last(turns, own)) return NULL;
-    const shd_turn *turn = shd_queue_next(turns->queue, SHD_LANE_LARGE, own->stint.tag, true);
-    return turn && has_room(turn->owner) ? turn->owner : NULL;
+    const shd_turn *turn = shd_queue_next(turns->queue, SHD_LANE_LARGE, own->stint.tag, has_room);
+    return turn ? turn->owner : NULL;
 }
 
 /* The clock goes with the one of which least is done. */
@@ -148,6 +157,11 @@ void shd_turns_correct(shd_turns *turns, shd_job *job, double more) {
     turns->running += more;
     job->cost += more;
     if (job->begun) shd_queue_correct(&job->begun->stint, more);
+}
+
+bool shd_turns_is_early(const shd_job *job, double cost) {
+    const shd_begun *b = job->begun;
+    return b && b->beneath && b->stint.tag - b->stint.cost + cost >= b->beneath->stint.tag;
 }
 
 size_t shd_turns_begun(const shd_turns *turns) {

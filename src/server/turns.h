@@ -7,7 +7,9 @@
  * looks whether one waits that would be done before it if all clients' work went on side by side
  * (queue.h), and does that first, on top of it. The one beneath is set aside with all of its memory
  * meanwhile, so that only a few may be, and only as long as memory is free. Where several workers
- * have large ones, the one that would be done last gives way.
+ * have large ones, the one that would be done last gives way. What a long document asks for is
+ * known once it is read: where that is more than goes first, it waits for its turn, and is read
+ * again.
  *
  * All functions are called with the mutex that it was given. */
 #ifndef SHD_SERVER_TURNS_H
@@ -28,7 +30,8 @@ typedef struct shd_ticket {
 
 /* A large job that a worker has begun. */
 typedef struct shd_begun {
-    struct shd_begun *next; /* any other */
+    struct shd_begun *next;    /* any other */
+    struct shd_begun *beneath; /* what was set aside for it, or NULL */
     pthread_t worker;
     struct shd_job *job; /* its worker's, and gone before this is */
     shd_stint stint;
@@ -64,6 +67,9 @@ void shd_turns_leave(shd_turns *turns, struct shd_job *job);
 
 /* The job, which a worker has, costs so much more than was known. */
 void shd_turns_correct(shd_turns *turns, struct shd_job *job, double more);
+
+/* Whether the job, which a worker has begun, would not have been yet if this had been its cost. */
+bool shd_turns_is_early(const struct shd_job *job, double cost);
 
 size_t shd_turns_begun(const shd_turns *turns); /* large ones */
 

@@ -176,6 +176,24 @@ class DivisionTest(unittest.TestCase):
                 for client in crowd:
                     client.leave()
 
+    def test_long_documents_go_first_where_their_pictures_would(self):
+        """Though it is known only once they are read what they ask for."""
+        def long(scene):
+            return {**scene, "materials": {str(i): {} for i in range(10000)}}
+
+        with new_daemon("--threads", "1", "--timeout", "300", "--drain-time", "0") as daemon:
+            alone = daemon.render(long(BUSY)).body
+            crowd = [Waiting(daemon, "127.0.0.2", ENDLESS)]
+            wait_until_read(daemon, 0)
+            # As much as the first, and not before it: once it was read it waits.
+            crowd.append(Waiting(daemon, "127.0.0.3", long(another(ENDLESS))))
+            wait_until_read(daemon, 1)
+            answer = render_from(daemon, "127.0.0.4", long(BUSY))
+            self.assertEqual((answer.status, answer.body), (200, alone))
+            wait_until_read(daemon, 1)
+            for client in crowd:
+                client.leave()
+
     def test_who_gives_way_has_as_much_in_the_end(self):
         """A picture of the work of four ends before a sixth that is asked for one by one."""
         side = BUSY["image"]["width"]

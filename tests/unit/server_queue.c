@@ -232,6 +232,11 @@ static void what_is_ahead_is_what_would_be_taken_before(void **state) {
     clear(&t);
 }
 
+static bool may_not(const void *owner) {
+    (void)owner;
+    return false;
+}
+
 /* What is begun counts for its client until it ends, and for nobody else. */
 static void what_comes_meanwhile_may_be_before_what_was_begun(void **state) {
     (void)state;
@@ -241,18 +246,18 @@ static void what_comes_meanwhile_may_be_before_what_was_begun(void **state) {
     shd_queue_begin(t.queue, &large->turn, &stint);
     assert_false(shd_turn_waits(&large->turn));
     item *own = enter(&t, "a", SHD_LANE_LARGE, 1, NULL);
-    assert_null(shd_queue_next(t.queue, SHD_LANE_LARGE, stint.tag, false));
+    assert_null(shd_queue_next(t.queue, SHD_LANE_LARGE, stint.tag, NULL));
     const item *other = enter(&t, "b", SHD_LANE_LARGE, 60, NULL);
-    assert_ptr_equal(shd_queue_next(t.queue, SHD_LANE_LARGE, stint.tag, false), &other->turn);
-    assert_null(shd_queue_next(t.queue, SHD_LANE_LARGE, stint.tag, true)); /* it was not read */
+    assert_ptr_equal(shd_queue_next(t.queue, SHD_LANE_LARGE, stint.tag, NULL), &other->turn);
+    assert_null(shd_queue_next(t.queue, SHD_LANE_LARGE, stint.tag, may_not));
     assert_ptr_equal(shd_queue_take(t.queue, SHD_LANE_LARGE), other);
 
     shd_queue_advance(t.queue, SHD_LANE_LARGE, 70); /* so much of the first one is done */
     const item *small = enter(&t, "b", SHD_LANE_LARGE, 20, NULL);
     const item *late = enter(&t, "c", SHD_LANE_LARGE, 40, NULL);
-    assert_ptr_equal(shd_queue_next(t.queue, SHD_LANE_LARGE, stint.tag, false), &small->turn);
+    assert_ptr_equal(shd_queue_next(t.queue, SHD_LANE_LARGE, stint.tag, NULL), &small->turn);
     assert_ptr_equal(shd_queue_take(t.queue, SHD_LANE_LARGE), small);
-    assert_null(shd_queue_next(t.queue, SHD_LANE_LARGE, stint.tag, false));
+    assert_null(shd_queue_next(t.queue, SHD_LANE_LARGE, stint.tag, NULL));
     shd_queue_end(t.queue, &stint);
     assert_ptr_equal(shd_queue_take(t.queue, SHD_LANE_LARGE), own);
     assert_ptr_equal(shd_queue_take(t.queue, SHD_LANE_LARGE), late);
@@ -287,7 +292,7 @@ static void do_in_turns(table *t, work *works) {
         work *top = depth ? stack[depth - 1] : NULL;
         if (top) shd_queue_advance(t->queue, SHD_LANE_LARGE, top->stint.tag - top->left);
         shd_turn *next =
-            shd_queue_next(t->queue, SHD_LANE_LARGE, top ? top->stint.tag : INFINITY, true);
+            shd_queue_next(t->queue, SHD_LANE_LARGE, top ? top->stint.tag : INFINITY, NULL);
         if (next) {
             stack[depth++] = top = next->owner;
             shd_queue_begin(t->queue, next, &top->stint);
