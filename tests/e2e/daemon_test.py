@@ -775,7 +775,7 @@ class InsideTest(unittest.TestCase):
                  "image": {"width": 800, "height": 800, "samples": 1},
                  "outputs": [{"name": str(i), "format": "tiff", "bitDepth": "float",
                               "colorSpace": "lin_rec709"} for i in range(8)]}
-        with Daemon() as daemon:
+        with Daemon("--timeout", "600", "--send-time", "600") as daemon:
             with socket.socket() as client:
                 client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
                 client.connect(daemon.address)

@@ -106,7 +106,7 @@ class TimeTest(unittest.TestCase):
                 self.assertEqual((event["status"], event["aborted"]), (0, True))
 
     def test_an_answer_has_a_total_time(self):
-        with Daemon("--send-time", "1", "--idle-timeout", "300") as daemon:
+        with Daemon("--send-time", "1", "--idle-timeout", "300", "--timeout", "600") as daemon:
             with socket.socket() as connection:
                 connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
                 connection.settimeout(500)
@@ -188,8 +188,8 @@ class CrowdTest(unittest.TestCase):
                 connection.close()
 
     def test_clients_that_take_nothing_give_way(self):
-        with Daemon("--max-connections", "16", "--send-time", "300",
-                    "--idle-timeout", "300") as daemon:
+        with Daemon("--max-connections", "16", "--send-time", "300", "--idle-timeout", "300",
+                    "--timeout", "600") as daemon:
             takers = []
             for _ in range(16):
                 # Three of four connections may wait for their answers at a time.
