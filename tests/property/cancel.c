@@ -14,6 +14,7 @@
 #include <unistd.h>
 #include <valgrind/callgrind.h>
 
+#include "image/image.h"
 #include "property/pieces.h"
 
 /* ---- Looks at the flag, which the linker sends here. ---- */
@@ -345,6 +346,8 @@ static void a_cancelled_request_leaves_at_once(void **state) {
 static int tell_gaps(const stage *of, const char *kernel) {
     shd_engine *engine = new_engine_of(1, kernel);
     char *json = document_of(of);
+    shd_error error;
+    shd_image_prepare(SHD_EXR, NULL, NULL, &error); /* on a thread of its own, which is not meant */
     told_at = 1;
     raise_at = of->enough;
     CALLGRIND_START_INSTRUMENTATION;
