@@ -86,6 +86,8 @@ def wait_until_read(daemon, count, begun=1):
 def occupied(daemon):
     """A client that keeps the daemon's only worker until it leaves; others wait meanwhile, however
     slow the machine is, and are read between two tiles."""
+    # What was answered may not have ended yet, and would be taken for it.
+    wait_until(lambda: daemon.metrics()["shaded_large_begun"] == 0)
     client = Client(daemon, ENDLESS)
     wait_until_read(daemon, 0)
     return client

@@ -200,6 +200,7 @@ class DivisionTest(unittest.TestCase):
         large = {**BUSY, "image": {**BUSY["image"], "height": 4 * side}}
         with new_daemon("--threads", "1", "--timeout", "300") as daemon:
             alone = daemon.render(large).body
+            wait_until(lambda: daemon.metrics()["shaded_large_begun"] == 0)
             first = Waiting(daemon, "127.0.0.2", large)
             wait_until(lambda: daemon.metrics()["shaded_large_begun"] or encoded(daemon) > 1)
             made = 0
