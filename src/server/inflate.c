@@ -304,10 +304,11 @@ static void fit(flow *f) {
 
 shd_status shd_inflate(shd_coding coding, const void *body, size_t size, const shd_inflation *how,
                        unsigned char **out, size_t *out_size, size_t *taken, shd_error *error) {
+    const unsigned char *in = size ? body : (const unsigned char *)""; /* else it may be NULL */
     flow f = {.how = how,
               .name = codings[coding].name,
-              .start = body,
-              .in = body,
+              .start = in,
+              .in = in,
               .left = size,
               .error = error};
     shd_status status = coding == SHD_CODING_GZIP ? inflate_gzip(&f) : inflate_zstd(&f);
