@@ -11,20 +11,20 @@
 #include <sys/random.h>
 #include <unistd.h>
 
-#include "address.h"
 #include "base/clock.h"
 #include "base/machine.h"
 #include "base/regular.h"
-#include "config.h"
-#include "descriptors.h"
-#include "doors.h"
-#include "http.h"
-#include "job.h"
-#include "log.h"
-#include "ready.h"
 #include "server.h"
-#include "stuck.h"
-#include "systemd.h"
+#include "server/conn/address.h"
+#include "server/conn/doors.h"
+#include "server/conn/http.h"
+#include "server/jobs/job.h"
+#include "server/jobs/stuck.h"
+#include "server/ops/config.h"
+#include "server/ops/descriptors.h"
+#include "server/ops/log.h"
+#include "server/ops/ready.h"
+#include "server/ops/systemd.h"
 
 enum { EXIT_STOPPED = 0, EXIT_CANNOT_START = 1, EXIT_USAGE = 2 };
 

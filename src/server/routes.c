@@ -9,13 +9,13 @@
 #include <strings.h>
 
 #include "base/clock.h"
-#include "gzip.h"
-#include "json_job.h"
-#include "mesh_job.h"
-#include "negotiate.h"
-#include "preview.h"
-#include "problem.h"
-#include "render_job.h"
+#include "server/answer/gzip.h"
+#include "server/answer/negotiate.h"
+#include "server/answer/problem.h"
+#include "server/jobs/json_job.h"
+#include "server/jobs/mesh_job.h"
+#include "server/jobs/preview.h"
+#include "server/jobs/render_job.h"
 
 /* The files of api/, embedded by the build. */
 extern const unsigned char shd_embedded_openapi[], shd_embedded_openapi_json[],

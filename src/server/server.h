@@ -33,18 +33,18 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "cache.h"
-#include "client.h"
-#include "config.h"
-#include "jobs.h"
-#include "linger.h"
-#include "memory.h"
-#include "metrics.h"
-#include "reaper.h"
-#include "reply.h"
-#include "settings.h"
+#include "server/access/client.h"
+#include "server/answer/cache.h"
+#include "server/answer/reply.h"
+#include "server/conn/linger.h"
+#include "server/conn/reaper.h"
+#include "server/conn/trace.h"
+#include "server/jobs/jobs.h"
+#include "server/ops/config.h"
+#include "server/ops/memory.h"
+#include "server/ops/metrics.h"
+#include "server/ops/settings.h"
 #include "shaded.h"
-#include "trace.h"
 
 struct MHD_Response;
 

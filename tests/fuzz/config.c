@@ -5,10 +5,10 @@
 #include <unistd.h>
 
 #include "fuzz.h"
-#include "server/access.h"
-#include "server/client.h"
-#include "server/config.h"
-#include "server/tokens.h"
+#include "server/access/access.h"
+#include "server/access/client.h"
+#include "server/access/tokens.h"
+#include "server/ops/config.h"
 
 enum { FLAGS_MOST = 16 };
 

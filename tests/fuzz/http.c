@@ -12,8 +12,8 @@
 #include <unistd.h>
 
 #include "fuzz.h"
-#include "server/http.h"
-#include "server/job.h"
+#include "server/conn/http.h"
+#include "server/jobs/job.h"
 #include "server/server.h"
 
 static shd_server server;

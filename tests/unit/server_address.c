@@ -12,7 +12,7 @@
 
 #include <cmocka.h>
 
-#include "server/address.h"
+#include "server/conn/address.h"
 
 static int listen_somewhere(struct sockaddr_in *address) {
     int fd;

@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "server/cache.h"
+#include "server/answer/cache.h"
 
 enum { KB = 1 << 10 };
 

@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "server/client.h"
+#include "server/access/client.h"
 
 typedef union peer {
     struct sockaddr any;

@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "server/inflate.h"
+#include "server/conn/inflate.h"
 
 enum { MB = 1 << 20 };
 

@@ -7,7 +7,7 @@
 
 #include <cmocka.h>
 
-#include "server/negotiate.h"
+#include "server/answer/negotiate.h"
 
 typedef struct decision {
     const char *field;

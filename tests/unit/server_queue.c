@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "server/queue.h"
+#include "server/jobs/queue.h"
 
 enum { MOST = 256 };
 

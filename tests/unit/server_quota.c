@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "server/quota.h"
+#include "server/access/quota.h"
 
 static shd_rate rate_of(const char *text) {
     shd_rate rate = {0, 0};

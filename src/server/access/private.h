@@ -1,0 +1,21 @@
+/* Who may keep an answer: an answer to a token is its client's alone, and one to a link that
+ * expires is nobody's for longer than the link. */
+#ifndef SHD_SERVER_ACCESS_PRIVATE_H
+#define SHD_SERVER_ACCESS_PRIVATE_H
+
+#include <stddef.h>
+
+#include "server/server.h"
+
+enum { SHD_POLICY_SIZE = 512 };
+
+/* A Cache-Control field (RFC 9111, section 5.2.2) of up to 255 characters, made private: what
+ * speaks of shared caches, or lets an answer outlive its age, is left out. With left >= 0 the age
+ * is at most so many seconds, and nothing is used after it without asking. */
+void shd_private_policy(const char *policy, long long left, char out[SHD_POLICY_SIZE]);
+
+/* Does so to the reply of an exchange that came with a token or a link that expires, and adds to
+ * Vary what it depends on then. Errors, which nobody keeps, stay as they are. */
+void shd_private_apply(shd_exchange *exchange);
+
+#endif

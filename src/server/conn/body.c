@@ -1,0 +1,63 @@
+#include "body.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "server/answer/problem.h"
+
+/* Bytes of a body that there is always room for. */
+enum { SMALL_BODY = 64 << 10 };
+
+/* Bodies up to this size are read whatever memory is left: what gives way to them may take a
+ * moment, for which this thread cannot wait as workers do. */
+enum { TINY_BODY = 16 << 10 };
+
+/* All bodies together may be as many bytes as those of the requests that may wait or be worked on,
+ * however many connections there are. Small ones always may: they do not come to much. */
+static bool may_grow(shd_exchange *exchange, size_t capacity) {
+    shd_server *server = exchange->server;
+    const uint64_t more = capacity - exchange->capacity;
+    const uint64_t all = atomic_fetch_add(&server->body_bytes, more) + more;
+    const bool few =
+        capacity <= SMALL_BODY || all / server->places <= exchange->settings->config.body;
+    if (few && capacity <= TINY_BODY) {
+        shd_budget_count(server->budget, more);
+        return true;
+    }
+    if (few && shd_budget_take(server->budget, more)) return true;
+    atomic_fetch_sub(&server->body_bytes, more);
+    if (few) {
+        shd_problem_later(&exchange->reply, SHD_BUSY,
+                          shd_jobs_retry_after(server->jobs, exchange->client),
+                          "other requests have the memory that the process may take just now");
+        return false;
+    }
+    shd_problem_later(&exchange->reply, SHD_BUSY,
+                      shd_jobs_retry_after(server->jobs, exchange->client),
+                      "the bodies of other requests take %llu bytes: with the limit `queue` of "
+                      "%llu there is no room for this one",
+                      (unsigned long long)(all - more), (unsigned long long)server->config.queue);
+    return false;
+}
+
+bool shd_body_keep(shd_exchange *exchange, const char *data, size_t size) {
+    const uint64_t limit = exchange->settings->config.body;
+    size_t needed = exchange->size + size;
+    if (needed > exchange->capacity) {
+        size_t capacity = exchange->capacity ? exchange->capacity : 4096;
+        while (capacity < needed) capacity *= 2;
+        if (capacity > limit) capacity = limit;
+        if (!may_grow(exchange, capacity)) return false;
+        unsigned char *grown = realloc(exchange->body, capacity);
+        if (!grown) {
+            shd_memory_return_body(exchange->server, capacity - exchange->capacity);
+            shd_problem_reply(&exchange->reply, SHD_NO_MEMORY, "no memory for the body");
+            return false;
+        }
+        exchange->body = grown;
+        exchange->capacity = capacity;
+    }
+    memcpy(exchange->body + exchange->size, data, size);
+    exchange->size = needed;
+    return true;
+}

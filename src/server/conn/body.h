@@ -1,0 +1,13 @@
+/* Bodies of requests while they come, within what all of them may take together. On the I/O
+ * thread. */
+#ifndef SHD_SERVER_CONN_BODY_H
+#define SHD_SERVER_CONN_BODY_H
+
+#include "server/server.h"
+
+/* Appends to the exchange's body what has come of it, within the limit `body`. Memory grows with
+ * what has really come, not with what Content-Length promises. False: with a reply, there is no
+ * room. */
+bool shd_body_keep(shd_exchange *exchange, const char *data, size_t size);
+
+#endif

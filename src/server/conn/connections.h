@@ -1,0 +1,20 @@
+/* The public port's connections as libmicrohttpd tells of them: who is let in, and that the reaper
+ * knows. All on the I/O thread; `cls` is the server. */
+#ifndef SHD_SERVER_CONN_CONNECTIONS_H
+#define SHD_SERVER_CONN_CONNECTIONS_H
+
+#include <microhttpd.h>
+
+#include "server/server.h"
+
+/* Whether a connection is let in, be it to be refused: else it is closed without an answer. */
+enum MHD_Result shd_connection_accept(void *cls, const struct sockaddr *peer, socklen_t size);
+
+/* A connection begins or ends. */
+void shd_connection_notify(void *cls, struct MHD_Connection *connection, void **context,
+                           enum MHD_ConnectionNotificationCode code);
+
+/* The reaper's word for the connection; NULL where it has none. */
+shd_connection *shd_connection_watched(struct MHD_Connection *connection);
+
+#endif

@@ -1,0 +1,454 @@
+/* libmicrohttpd. One I/O thread runs everything here but shd_exchange_resume; its handler sees
+ * each exchange so: once with the head (BEGUN), for every piece of the body and once at its end
+ * (READING), and, where a worker had it, once more when it is resumed (WAITING). */
+#include "http.h"
+
+#include <errno.h>
+#include <microhttpd.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+
+#include "base/clock.h"
+#include "body.h"
+#include "connections.h"
+#include "framing.h"
+#include "head.h"
+#include "server/access/private.h"
+#include "server/answer/problem.h"
+#include "server/ops/log.h"
+#include "server/ops/request_log.h"
+#include "server/routes.h"
+
+enum { BEGUN, READING, WAITING, ANSWERED };
+
+/* What shd_http_start has made ready says this. */
+enum { LAST_STATUS = MHD_HTTP_SERVICE_UNAVAILABLE };
+
+/* Of a request's target, in bytes; and the most parameters that it may have: libmicrohttpd takes
+ * memory of the connection for each, and where that ends it neither answers nor closes. */
+enum { TARGET_MOST = 8000, PARAMETERS_MOST = 250 };
+
+/* ---- The start of an exchange ---- */
+
+static void refuse_target(shd_exchange *exchange);
+
+static bool is_too_long(const char *target) {
+    size_t parameters = 1;
+    for (const char *c = target; (c = strchr(c, '&')); c++) parameters++;
+    return parameters > PARAMETERS_MOST || strlen(target) > TARGET_MOST;
+}
+
+/* libmicrohttpd's first word about a request: its target as it was sent. */
+static void *begin(void *cls, const char *target, struct MHD_Connection *connection) {
+    shd_exchange *exchange = calloc(1, sizeof *exchange);
+    if (!exchange) return NULL;
+    exchange->server = cls;
+    exchange->settings = shd_server_settings(cls);
+    exchange->connection = connection;
+    exchange->started = shd_now();
+    exchange->state = BEGUN;
+    snprintf(exchange->method_name, sizeof exchange->method_name, "-");
+    snprintf(exchange->id, sizeof exchange->id, "%08x-%08x", exchange->server->run,
+             atomic_fetch_add(&exchange->server->next_id, 1));
+    exchange->target_end = target + strlen(target);
+    bool too_long = is_too_long(target);
+    target = shd_head_skip_authority(target);
+    exchange->target = strdup(target);
+    exchange->reply.is_short = !exchange->target;
+    shd_head_set_path(exchange, target);
+    if (too_long) refuse_target(exchange);
+    return exchange;
+}
+
+/* ---- Sending ---- */
+
+static void add_common_headers(shd_exchange *exchange) {
+    const shd_reply *reply = &exchange->reply;
+    if (reply->status >= 400 && reply->size)
+        shd_metrics_refusal(&exchange->server->metrics, reply->body, reply->size);
+    shd_reply_plain(&exchange->reply, "X-Request-Id", exchange->id);
+    shd_route_add_cors(exchange);
+    shd_private_apply(exchange);
+    if (atomic_load(&exchange->server->draining))
+        shd_reply_plain(&exchange->reply, "Connection", "close");
+}
+
+static void enter(shd_exchange *exchange, shd_phase phase) {
+    shd_reaper_phase(exchange->server->reaper, shd_connection_watched(exchange->connection), phase,
+                     exchange);
+}
+
+static struct MHD_Response *make_last_words(void) {
+    struct MHD_Response *response = MHD_create_response_from_buffer(
+        strlen(shd_problem_last_words), (void *)(size_t)shd_problem_last_words,
+        MHD_RESPMEM_PERSISTENT);
+    if (!response) return NULL;
+    if (MHD_add_response_header(response, "Content-Type", "application/problem+json") &&
+        MHD_add_response_header(response, "Cache-Control", "no-store") &&
+        MHD_add_response_header(response, "Retry-After", "1"))
+        return response;
+    MHD_destroy_response(response);
+    return NULL;
+}
+
+/* A 304 has the Content-Length of the 200 that it stands for, or none (RFC 9110, section 8.6).
+ * libmicrohttpd writes one with every status but 1xx and 204; release 1.0 can be told not to,
+ * before that it leaves it out only of what ends with its connection. */
+#if MHD_VERSION >= 0x01000000
+static struct MHD_Response *make_without_length(void) {
+    return MHD_create_response_empty(MHD_RF_HEAD_ONLY_RESPONSE);
+}
+#else
+static ssize_t read_nothing(void *cls, uint64_t at, char *out, size_t size) {
+    (void)cls, (void)at, (void)out, (void)size;
+    return MHD_CONTENT_READER_END_OF_STREAM;
+}
+
+static struct MHD_Response *make_without_length(void) {
+    struct MHD_Response *response =
+        MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, 1, read_nothing, NULL, NULL);
+    if (response) MHD_set_response_options(response, MHD_RF_HTTP_1_0_COMPATIBLE_STRICT, MHD_RO_END);
+    return response;
+}
+#endif
+
+static size_t body_bytes(const shd_exchange *exchange) {
+    bool bodiless = exchange->method == SHD_HEAD || exchange->reply.status == 304;
+    return bodiless ? 0 : exchange->reply.size;
+}
+
+/* NULL where memory is short. */
+static struct MHD_Response *make_response(shd_reply *reply) {
+    if (reply->is_short) return NULL;
+    struct MHD_Response *response =
+        reply->status == 304 && !reply->size ? make_without_length()
+        : reply->held ? MHD_create_response_from_buffer_with_free_callback_cls(
+                            reply->size, (void *)(size_t)reply->body, shd_bytes_drop, reply->held)
+                      : MHD_create_response_from_buffer(reply->size, (void *)(size_t)reply->body,
+                                                        MHD_RESPMEM_PERSISTENT);
+    if (!response) return NULL;
+    reply->held = NULL; /* it is libmicrohttpd's now */
+    bool complete = true;
+    for (size_t i = 0; i < reply->header_count && complete; i++)
+        complete =
+            MHD_add_response_header(response, reply->headers[i].name, reply->headers[i].value);
+    if (complete) return response;
+    MHD_destroy_response(response);
+    return NULL;
+}
+
+static enum MHD_Result queue_reply(shd_exchange *exchange) {
+    shd_reply *reply = &exchange->reply;
+    exchange->state = ANSWERED;
+    enter(exchange, SHD_AT_ANSWER);
+    add_common_headers(exchange);
+    shd_reaper_answer(exchange->server->reaper, shd_connection_watched(exchange->connection),
+                      shd_reply_alone(reply));
+    struct MHD_Response *response = make_response(reply);
+    if (!response) {
+        shd_reply_clear(reply);
+        reply->status = LAST_STATUS;
+        return MHD_queue_response(exchange->connection, LAST_STATUS, exchange->server->last_words);
+    }
+    atomic_fetch_add(&exchange->server->unsent, exchange->unsent = body_bytes(exchange));
+    enum MHD_Result result = MHD_queue_response(exchange->connection, reply->status, response);
+    MHD_destroy_response(response);
+    return result;
+}
+
+/* Answers before the body has come, and closes the connection. libmicrohttpd can do this only at
+ * the head, and then cuts off the client in mid-send; so the message is written to the socket by
+ * hand, which nobody else writes to while a body is awaited. It is short: where the socket does
+ * not take it at once the client is not reading. */
+static enum MHD_Result refuse_now(shd_exchange *exchange) {
+    shd_reply *reply = &exchange->reply;
+    exchange->state = ANSWERED;
+    add_common_headers(exchange);
+    size_t length;
+    char last[512], *kept = NULL;
+    if (!reply->is_short) kept = shd_reply_raw(reply, exchange->method != SHD_HEAD, &length);
+    if (!kept) {
+        reply->status = LAST_STATUS;
+        char date[SHD_DATE_SIZE];
+        shd_reply_date(date);
+        length = (size_t)snprintf(last, sizeof last,
+                                  "HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\n"
+                                  "Date: %s\r\n"
+                                  "Content-Type: application/problem+json\r\n"
+                                  "Cache-Control: no-store\r\nRetry-After: 1\r\n"
+                                  "Content-Length: %zu\r\n\r\n%s",
+                                  date, strlen(shd_problem_last_words), shd_problem_last_words);
+    }
+    const char *message = kept ? kept : last;
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(exchange->connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+    if (info &&
+        send(info->connect_fd, message, length, MSG_DONTWAIT | MSG_NOSIGNAL) == (ssize_t)length)
+        shd_linger_keep(exchange->server->linger, info->connect_fd);
+    free(kept);
+    return MHD_NO;
+}
+
+static void count(shd_exchange *exchange) {
+    exchange->counted = true;
+    atomic_fetch_add(&exchange->server->in_flight, 1);
+    atomic_store(&exchange->server->worked, true);
+}
+
+/* Before libmicrohttpd looks into it, which cannot be told to stop. */
+static void refuse_target(shd_exchange *exchange) {
+    count(exchange);
+    shd_problem_reply(&exchange->reply, SHD_LONG_TARGET,
+                      "the target has more than %d bytes, or more than %d parameters", TARGET_MOST,
+                      PARAMETERS_MOST);
+    refuse_now(exchange);
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(exchange->connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+    if (info) shutdown(info->connect_fd, SHUT_RDWR);
+}
+
+static enum MHD_Result refuse_connection(shd_exchange *exchange) {
+    shd_problem_later(&exchange->reply, SHD_BUSY, 1,
+                      "this address has more connections than one may have: the limit "
+                      "`connections-each` is %llu",
+                      (unsigned long long)exchange->server->config.connections_each);
+    return refuse_now(exchange);
+}
+
+static enum MHD_Result refuse_size(shd_exchange *exchange, unsigned long long size) {
+    unsigned long long limit = exchange->settings->config.body;
+    shd_reply_clear(&exchange->reply);
+    if (size)
+        shd_problem_reply(&exchange->reply, SHD_TOO_LARGE,
+                          "the body has %llu bytes: the limit `body` is %llu", size, limit);
+    else
+        shd_problem_reply(&exchange->reply, SHD_TOO_LARGE,
+                          "the body goes on after %llu bytes: that is the limit `body`", limit);
+    return refuse_now(exchange);
+}
+
+/* ---- Receiving ---- */
+
+static void set_client(shd_exchange *exchange) {
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(exchange->connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+    if (exchange->token)
+        shd_client_of_token(exchange->token, exchange->authorization, exchange->client);
+    else
+        shd_client_of_address(info ? info->client_addr : NULL, exchange->forwarded_for,
+                              exchange->settings->proxies, exchange->client);
+}
+
+static enum MHD_Result take_head(shd_exchange *exchange, const char *method, const char *version) {
+    shd_head h;
+    count(exchange);
+    shd_head_read(exchange, method, &h);
+    set_client(exchange);
+    if (!shd_head_is_sound(exchange->connection, method, exchange->target_end, version))
+        shd_problem_reply(&exchange->reply, SHD_BAD_REQUEST,
+                          "a line of the head does not end with CR LF, has a NUL, or is folded");
+    if (exchange->reply.status || !shd_head_check(&h, version)) return refuse_now(exchange);
+
+    if (shd_reaper_is_excess(exchange->server->reaper,
+                             shd_connection_watched(exchange->connection)))
+        return refuse_connection(exchange);
+    exchange->refused = !shd_route_admit(exchange);
+    if (exchange->token) set_client(exchange);
+    errno = 0;
+    unsigned long long length = h.length ? strtoull(h.length, NULL, 10) : 0;
+    if (errno || length > exchange->settings->config.body) return refuse_size(exchange, length);
+    /* A client that asks first must not be told to go on. Others send in any case: they get their
+     * answer after the body, and keep the connection. */
+    if (exchange->refused && h.expects) return refuse_now(exchange);
+    exchange->state = READING;
+    enter(exchange, SHD_AT_BODY);
+    return MHD_YES;
+}
+
+static enum MHD_Result take_body(shd_exchange *exchange, const char *data, size_t *size) {
+    if (*size > exchange->settings->config.body - exchange->size) return refuse_size(exchange, 0);
+    if (exchange->refused || !(exchange->method & (SHD_POST | SHD_PUT))) {
+        exchange->size += *size; /* read for the sake of the connection, but not kept */
+    } else if (!shd_body_keep(exchange, data, *size)) {
+        return refuse_now(exchange);
+    }
+    *size = 0;
+    return MHD_YES;
+}
+
+static enum MHD_Result take_end(shd_exchange *exchange) {
+    if (shd_has_trailers(exchange->connection)) {
+        shd_reply_clear(&exchange->reply);
+        shd_problem_reply(&exchange->reply, SHD_BAD_REQUEST, "fields follow the body");
+        return refuse_now(exchange);
+    }
+    exchange->was_accepted = true;
+    atomic_fetch_add(&exchange->server->accepted, 1);
+    if (!exchange->refused) shd_route_answer(exchange);
+    if (!exchange->is_suspended) return queue_reply(exchange);
+    exchange->state = WAITING;
+    return MHD_YES;
+}
+
+static void leave_suspension(shd_exchange *exchange) {
+    if (!exchange->is_suspended) return;
+    exchange->is_suspended = false;
+    atomic_fetch_sub(&exchange->server->suspended, 1);
+}
+
+void shd_exchange_suspend(shd_exchange *exchange) {
+    exchange->is_suspended = true;
+    enter(exchange, SHD_AT_WORK);
+    atomic_fetch_add(&exchange->server->suspended, 1);
+    MHD_suspend_connection(exchange->connection);
+}
+
+void shd_exchange_resume(shd_exchange *exchange) {
+    MHD_resume_connection(exchange->connection);
+}
+
+static enum MHD_Result handle(void *cls, struct MHD_Connection *connection, const char *url,
+                              const char *method, const char *version, const char *upload,
+                              size_t *upload_size, void **context) {
+    (void)url;
+    const shd_server *server = cls;
+    shd_exchange *exchange = *context;
+    if (!exchange) /* begin() had no memory */
+        return MHD_queue_response(connection, LAST_STATUS, server->last_words);
+    switch (exchange->state) {
+    case BEGUN:
+        return take_head(exchange, method, version);
+    case READING:
+        return *upload_size ? take_body(exchange, upload, upload_size) : take_end(exchange);
+    case WAITING:
+        leave_suspension(exchange);
+        if (!exchange->reply.status) return MHD_NO; /* its client has gone */
+        return queue_reply(exchange);
+    default:
+        return MHD_NO;
+    }
+}
+
+/* ---- The end of an exchange ---- */
+
+/* The status that libmicrohttpd has answered an exchange by itself, which is over; 0: none. */
+static unsigned status_of_others(struct MHD_Connection *connection) {
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_HTTP_STATUS);
+    return info ? info->http_status : 0;
+}
+
+/* What libmicrohttpd says of itself. Some requests it refuses by itself, those that are no requests
+ * before there is an exchange, and says so here alone. On its I/O thread.
+ * (Where a Content-Length cannot be read, release 0.9.75 sends the head of its refusal twice, and
+ * asks nobody in between: MHD_connection_handle_idle calls parse_connection_headers, which has
+ * begun the answer, and goes on to MHD_CONNECTION_HEADERS_PROCESSED, from where it begins it
+ * again.) */
+static void hear(void *cls, const char *format, va_list arguments) {
+    static const char refusal[] = "Error processing request (HTTP response code is %u";
+    shd_server *server = cls;
+    if (strncmp(format, refusal, sizeof refusal - 1) != 0) return;
+    unsigned status = va_arg(arguments, unsigned);
+    shd_metrics_unreadable(&server->metrics, status);
+    shd_settings *settings = shd_server_settings(server);
+    bool is_told = settings->config.log_requests;
+    shd_settings_drop(settings);
+    if (!is_told) return;
+    shd_log line;
+    shd_log_begin(&line, SHD_LOG_INFO, "unreadable");
+    shd_log_whole(&line, "status", status);
+    shd_log_end(&line);
+}
+
+static void complete(void *cls, struct MHD_Connection *connection, void **context,
+                     enum MHD_RequestTerminationCode code) {
+    (void)cls;
+    shd_exchange *exchange = *context;
+    *context = NULL;
+    if (!exchange) return;
+    shd_server *server = exchange->server;
+    /* Before that, libmicrohttpd has refused it, or lost its client, and closes the connection. */
+    if (exchange->state == WAITING || exchange->state == ANSWERED)
+        shd_reaper_phase(server->reaper, shd_connection_watched(connection), SHD_AT_REST, NULL);
+    leave_suspension(exchange);
+    if (exchange->state == BEGUN || exchange->state == READING) {
+        shd_reply_clear(&exchange->reply);
+        exchange->reply.status = status_of_others(connection);
+    }
+    if (!exchange->counted && exchange->reply.status) {
+        count(exchange);
+        set_client(exchange);
+    }
+    if (exchange->counted) {
+        double seconds = shd_now() - exchange->started;
+        unsigned status = exchange->state == WAITING ? 0 : exchange->reply.status;
+        /* What was refused in mid-body ends as an error, but was answered. */
+        bool aborted =
+            !status || (exchange->was_accepted && code != MHD_REQUEST_TERMINATED_COMPLETED_OK);
+        shd_route_id id = exchange->route ? exchange->route->id : SHD_ROUTE_OTHER;
+        if (status)
+            shd_metrics_request(&server->metrics, id, status, seconds, body_bytes(exchange));
+        if (aborted) atomic_fetch_add(&server->metrics.aborted, 1);
+        if (exchange->settings->config.log_requests)
+            shd_log_request(exchange, seconds, body_bytes(exchange), aborted);
+        if (exchange->was_accepted) atomic_fetch_sub(&server->accepted, 1);
+        atomic_fetch_sub(&server->in_flight, 1);
+    }
+    shd_memory_return_body(server, exchange->capacity);
+    atomic_fetch_sub(&server->unsent, exchange->unsent);
+    shd_settings_drop(exchange->settings);
+    shd_reply_clear(&exchange->reply);
+    free(exchange->target);
+    free(exchange->accept);
+    free(exchange->accept_encoding);
+    free(exchange->content_encoding);
+    free(exchange->if_none_match);
+    free(exchange->forwarded_for);
+    free(exchange->body);
+    free(exchange);
+}
+
+shd_status shd_http_start(shd_server *server, int socket, struct MHD_Daemon **out,
+                          shd_error *error) {
+    server->places = server->config.queue + shd_engine_load(server->engine).threads;
+    server->last_words = make_last_words();
+    if (!server->last_words) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
+    struct MHD_Daemon *daemon = MHD_start_daemon(
+        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC | MHD_USE_ERROR_LOG,
+        0, shd_connection_accept, server, handle, server, MHD_OPTION_EXTERNAL_LOGGER, hear, server,
+        MHD_OPTION_LISTEN_SOCKET, socket, MHD_OPTION_URI_LOG_CALLBACK, begin, server,
+        MHD_OPTION_NOTIFY_COMPLETED, complete, NULL, MHD_OPTION_NOTIFY_CONNECTION,
+        shd_connection_notify, server, MHD_OPTION_CONNECTION_LIMIT,
+        (unsigned)server->config.connections, MHD_OPTION_CONNECTION_TIMEOUT,
+        (unsigned)server->config.idle_timeout, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
+        (size_t)SHD_CONNECTION_HEADS, MHD_OPTION_END);
+    if (!daemon) return shd_fail(error, SHD_INTERNAL, "", "libmicrohttpd did not start");
+    *out = daemon;
+    return SHD_OK;
+}
+
+void shd_http_quiesce(struct MHD_Daemon *daemon) {
+    MHD_quiesce_daemon(daemon);
+}
+
+/* A connection that is closed at once: new ones are taken on by the I/O thread alone, between its
+ * other work. */
+int shd_http_turn(struct MHD_Daemon *daemon) {
+    const struct sockaddr_un address = {.sun_family = AF_UNIX};
+    int pair[2];
+    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair)) return -1;
+    shutdown(pair[1], SHUT_WR);
+    /* Its end is closed by libmicrohttpd, also where that cannot take it on. */
+    MHD_add_connection(daemon, pair[0], (const struct sockaddr *)&address, sizeof address);
+    return pair[1];
+}
+
+void shd_http_stop(shd_server *server, struct MHD_Daemon *daemon) {
+    if (daemon) MHD_stop_daemon(daemon);
+    if (server->last_words) MHD_destroy_response(server->last_words);
+    server->last_words = NULL;
+}

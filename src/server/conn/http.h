@@ -1,0 +1,31 @@
+/* The two ports. */
+#ifndef SHD_SERVER_CONN_HTTP_H
+#define SHD_SERVER_CONN_HTTP_H
+
+#include "server/server.h"
+
+struct MHD_Daemon;
+
+/* Serves the public port on a listening socket, which the daemon owns from then on. The server
+ * outlives it. */
+shd_status shd_http_start(shd_server *server, int socket, struct MHD_Daemon **out,
+                          shd_error *error);
+
+/* Accepts no connection any more; those that there are go on. The socket stays open. */
+void shd_http_quiesce(struct MHD_Daemon *daemon);
+
+/* A descriptor that can be read, to its end, once the I/O thread has finished what it is at now: a
+ * connection that it was taking meanwhile is known to the reaper by then. The caller closes it.
+ * -1: the system refused it. */
+int shd_http_turn(struct MHD_Daemon *daemon);
+
+/* Closes every connection; no exchange is suspended any more. */
+void shd_http_stop(shd_server *server, struct MHD_Daemon *daemon);
+
+/* The operators' port, in admin.c. */
+typedef struct shd_admin shd_admin;
+
+shd_status shd_admin_start(shd_server *server, int socket, shd_admin **out, shd_error *error);
+void shd_admin_stop(shd_admin *admin); /* NULL is fine */
+
+#endif

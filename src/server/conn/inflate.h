@@ -1,0 +1,47 @@
+/* Bodies in a content coding (RFC 9110, section 8.4): gzip (RFC 1952) and zstd (RFC 8878, of which
+ * RFC 9659 bounds the window to 8 MB).
+ *
+ * A body is all of its gzip members or zstd frames, one after the other, and nothing else: what
+ * follows them is a mistake. Checksums are verified where there are any. Formats older than RFC
+ * 8878 and frames that want a dictionary are none.
+ *
+ * zlib and libzstd are opened when the first body needs them, and stay. Any thread. */
+#ifndef SHD_SERVER_CONN_INFLATE_H
+#define SHD_SERVER_CONN_INFLATE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/budget.h"
+#include "base/status.h"
+#include "shaded.h"
+
+typedef enum shd_coding { SHD_CODING_NONE, SHD_CODING_GZIP, SHD_CODING_ZSTD } shd_coding;
+
+/* The coding that a Content-Encoding field names, NULL where there is none: none, gzip (x-gzip is
+ * the same) or zstd, in any case of letters; identity is none. False: another, or several. */
+bool shd_coding_read(const char *field, shd_coding *out);
+
+/* The codings whose libraries are there, as Accept-Encoding lists them; "identity" without any. */
+const char *shd_coding_list(void);
+
+/* Opens the library of a coding. False: it is not there. */
+bool shd_inflate_open(shd_coding coding);
+
+typedef struct shd_inflation {
+    uint64_t most, keep;        /* bytes: that it may come to, and of which it is kept */
+    shd_budget *budget;         /* of which all memory is taken; waited for, some seconds */
+    const shd_request *request; /* whose cancelling ends it; NULL: nothing does */
+} shd_inflation;
+
+/* What a body in an open coding stands for: *out, which the caller frees and then gives `*taken`
+ * bytes back to the budget. It has *out_size bytes; where these are more than are kept they are
+ * counted, but *out is NULL.
+ *
+ * SHD_SYNTAX: it is not what the coding says, or ends too early; SHD_LIMIT: it comes to more than
+ * `most`; SHD_CROWDED, SHD_EXHAUSTED: of memory; SHD_CANCELLED. */
+shd_status shd_inflate(shd_coding coding, const void *body, size_t size, const shd_inflation *how,
+                       unsigned char **out, size_t *out_size, size_t *taken, shd_error *error);
+
+#endif

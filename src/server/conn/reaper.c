@@ -1,0 +1,479 @@
+#include "reaper.h"
+
+#include <math.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <pthread.h>
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <time.h>
+#include <xxhash.h>
+
+/* glibc's <netinet/tcp.h> has a tcp_info without the count of bytes. */
+#include <linux/tcp.h>
+
+#include "base/clock.h"
+#include "server/ops/log.h"
+
+/* Between two looks, seconds; and before room is made again. */
+static const double pause_between = 0.25, pause_for_room = 0.01;
+/* What an answer gets at least before it gives way to new connections. Seconds. */
+static const double least_sending = 2;
+/* Connections that are one too many: how many of one address are let in to be told so, and for how
+ * long they are waited for, seconds. */
+enum { MOST_EXCESS = 16 };
+static const double excess_patience = 2;
+
+/* What an answer gets at least before it gives way to work. */
+static const double least_taking = 0.25;
+
+enum { BUCKETS = 1024 };
+
+/* An address that has connections. */
+typedef struct peer {
+    struct peer *next; /* in its bucket */
+    uint64_t hash;
+    size_t count;
+    char address[];
+} peer;
+
+struct shd_connection {
+    shd_connection *previous, *next;
+    int socket;
+    shd_phase phase;
+    double since;  /* when the phase began */
+    uint64_t read; /* bytes received then */
+    bool had_left; /* at the last look */
+    bool ended;
+    size_t answer; /* SHD_AT_ANSWER: bytes that are freed with it, */
+    uint64_t sent; /* and those that the client had acknowledged before */
+    bool excess;   /* its address had as many as it may */
+    peer *peer;    /* NULL: its address does not count */
+    void *who;     /* SHD_AT_WORK */
+};
+
+struct shd_reaper {
+    pthread_mutex_t mutex;
+    pthread_cond_t changed;
+    pthread_t thread;
+    shd_departure departure;
+    shd_patience patience;
+    peer *peers[BUCKETS];
+    shd_connection list; /* ring */
+    shd_reaped count;
+    size_t open;
+    double grace; /* for who has begun to send, while `finishing` */
+    bool crowded, finishing, ending;
+};
+
+/* ---- What sockets tell ---- */
+
+/* The client has closed its half or all of it, and everything that it sent was read. */
+static bool has_left(int socket) {
+    struct pollfd polled = {.fd = socket, .events = POLLRDHUP};
+    int unread = 0;
+    if (poll(&polled, 1, 0) <= 0 || polled.revents & POLLNVAL) return false;
+    if (polled.revents & (POLLHUP | POLLERR)) return true;
+    return polled.revents & POLLRDHUP && !ioctl(socket, FIONREAD, &unread) && !unread;
+}
+
+/* Bytes received so far. False: the socket cannot tell; unix sockets cannot. */
+static bool count_read(int socket, uint64_t *bytes) {
+    struct tcp_info info = {0};
+    socklen_t size = sizeof info;
+    if (getsockopt(socket, IPPROTO_TCP, TCP_INFO, &info, &size)) return false;
+    *bytes = info.tcpi_bytes_received;
+    return true;
+}
+
+static bool has_read_since(const shd_connection *c) {
+    uint64_t bytes;
+    return count_read(c->socket, &bytes) && bytes > c->read;
+}
+
+/* Bytes that the client has acknowledged so far. */
+static uint64_t bytes_taken(int socket) {
+    struct tcp_info info = {0};
+    socklen_t size = sizeof info;
+    return getsockopt(socket, IPPROTO_TCP, TCP_INFO, &info, &size) ? 0 : info.tcpi_bytes_acked;
+}
+
+/* ---- Looking ---- */
+
+static void end(shd_reaper *reaper, shd_connection *c, shd_ending why) {
+    shutdown(c->socket, SHUT_RDWR);
+    c->ended = true;
+    reaper->open--;
+    reaper->count.ended[why]++;
+}
+
+/* The half that is read from: what has arrived is read still, and after it comes an end. */
+static void finish(shd_reaper *reaper, shd_connection *c) {
+    shutdown(c->socket, SHUT_RD);
+    c->ended = true;
+    reaper->open--;
+}
+
+/* The system drops what it has buffered, too. */
+static void end_at_once(shd_reaper *reaper, shd_connection *c, shd_ending why) {
+    const struct linger none = {.l_onoff = 1, .l_linger = 0};
+    setsockopt(c->socket, SOL_SOCKET, SO_LINGER, &none, sizeof none);
+    end(reaper, c, why);
+}
+
+static double patience_for(const shd_reaper *reaper, const shd_connection *c) {
+    switch (c->phase) {
+    case SHD_AT_HEAD:
+        return c->excess ? excess_patience : reaper->patience.head;
+    case SHD_AT_BODY:
+        return reaper->patience.body;
+    case SHD_AT_ANSWER:
+        return reaper->patience.send;
+    default:
+        return 0;
+    }
+}
+
+static void look(shd_reaper *reaper, shd_connection *c, double now) {
+    /* A head begins with its first byte, of which libmicrohttpd does not tell. */
+    if (c->phase == SHD_AT_REST && has_read_since(c)) {
+        c->phase = SHD_AT_HEAD;
+        c->since = now;
+    }
+    if (reaper->finishing &&
+        (c->phase == SHD_AT_REST || (c->phase < SHD_AT_WORK && now - c->since > reaper->grace))) {
+        finish(reaper, c);
+        return;
+    }
+    double patience = patience_for(reaper, c);
+    if (patience > 0 && now - c->since > patience) {
+        end(reaper, c, SHD_END_LATE);
+        return;
+    }
+    /* Twice in a row: the I/O thread may have the last bytes in hand just now. */
+    bool left = c->phase != SHD_AT_ANSWER && has_left(c->socket);
+    if (left && c->had_left) end(reaper, c, SHD_END_LEFT);
+    c->had_left = left;
+}
+
+static bool may_go(const shd_reaper *reaper, const shd_connection *c, double now) {
+    switch (c->phase) {
+    case SHD_AT_REST:
+        return true;
+    case SHD_AT_HEAD:
+    case SHD_AT_BODY:
+        return now - c->since >= reaper->patience.least_reading;
+    case SHD_AT_ANSWER:
+        return now - c->since >= least_sending;
+    default:
+        return false;
+    }
+}
+
+/* How many connections its address has, roughly: a few more are no difference. */
+static int weigh(const shd_connection *c) {
+    return c->peer ? ilogb((double)c->peer->count) : 0;
+}
+
+/* Whether `a` is to go before `b`. */
+static bool goes_before(const shd_connection *a, const shd_connection *b) {
+    if (!b) return true;
+    if (weigh(a) != weigh(b)) return weigh(a) > weigh(b);
+    return a->phase != b->phase ? a->phase < b->phase : a->since < b->since;
+}
+
+/* Ends one of those that hold their place for longest. False: there is none. */
+static bool make_room(shd_reaper *reaper, double now) {
+    shd_connection *first = NULL;
+    for (shd_connection *c = reaper->list.next; c != &reaper->list; c = c->next) {
+        if (!c->ended && may_go(reaper, c, now) && goes_before(c, first)) first = c;
+    }
+    if (first) end(reaper, first, SHD_END_ROOM);
+    return first;
+}
+
+/* What an answer has cost so far: bytes that its client has not taken, times seconds. */
+static double burden(const shd_connection *c, double now) {
+    if (c->phase != SHD_AT_ANSWER || c->ended || now - c->since < least_taking) return 0;
+    const uint64_t taken = bytes_taken(c->socket) - c->sent;
+    return c->answer > taken ? (double)(c->answer - taken) * (now - c->since) : 0;
+}
+
+/* One place in eight is kept free, so that who comes is let in before others have to go. */
+static size_t places(const shd_reaper *reaper) {
+    size_t all = reaper->patience.connections;
+    return all - all / 8;
+}
+
+/* Those whose client has gone, whether they wait for a job or not. Where a job is waited for, the
+ * exchange is resumed later, without the mutex: libmicrohttpd may call us with its own held. */
+static size_t look_at_all(shd_reaper *reaper, void *gone[], size_t most) {
+    double now = shd_now();
+    size_t count = 0;
+    for (shd_connection *c = reaper->list.next; c != &reaper->list; c = c->next) {
+        if (c->ended) continue;
+        if (c->phase != SHD_AT_WORK) {
+            look(reaper, c, now);
+        } else if (count < most && has_left(c->socket)) {
+            end(reaper, c, SHD_END_LEFT);
+            if (reaper->departure.leave(c->who)) gone[count++] = c->who;
+        }
+    }
+    reaper->crowded = false;
+    while (reaper->open > places(reaper) && make_room(reaper, now)) continue;
+    return count;
+}
+
+static void *run(void *context) {
+    enum { MOST = 256 };
+    shd_reaper *reaper = context;
+    void *gone[MOST];
+    pthread_mutex_lock(&reaper->mutex);
+    while (!reaper->ending) {
+        if (reaper->list.next == &reaper->list) {
+            pthread_cond_wait(&reaper->changed, &reaper->mutex);
+            continue;
+        }
+        size_t count = look_at_all(reaper, gone, MOST);
+        pthread_mutex_unlock(&reaper->mutex);
+        for (size_t i = 0; i < count; i++) reaper->departure.release(gone[i]);
+        pthread_mutex_lock(&reaper->mutex);
+
+        double began = shd_now();
+        while (!reaper->ending) {
+            bool hurries = reaper->crowded || reaper->finishing;
+            double next = began + (hurries ? pause_for_room : pause_between);
+            if (shd_now() >= next) break;
+            struct timespec until = shd_timespec(next);
+            pthread_cond_timedwait(&reaper->changed, &reaper->mutex, &until);
+        }
+    }
+    pthread_mutex_unlock(&reaper->mutex);
+    return NULL;
+}
+
+/* ---- Memory ---- */
+
+/* Answers below are not worth a look: the system's buffers take them. */
+enum { LARGE_ANSWER = 64 << 10 };
+
+static shd_connection *find_heaviest(const shd_reaper *reaper) {
+    const double now = shd_now();
+    double most = 0;
+    shd_connection *found = NULL;
+    for (shd_connection *c = reaper->list.next; c != &reaper->list; c = c->next) {
+        const double cost = c->answer ? burden(c, now) : 0;
+        if (cost <= most) continue;
+        most = cost;
+        found = c;
+    }
+    return found;
+}
+
+void shd_reaper_answer(shd_reaper *reaper, shd_connection *connection, size_t bytes) {
+    if (!connection || bytes < LARGE_ANSWER) return;
+    const uint64_t sent = bytes_taken(connection->socket);
+    pthread_mutex_lock(&reaper->mutex);
+    connection->answer = bytes;
+    connection->sent = sent;
+    pthread_mutex_unlock(&reaper->mutex);
+}
+
+size_t shd_reaper_drop_answers(shd_reaper *reaper, size_t bytes) {
+    size_t promised = 0, dropped = 0;
+    pthread_mutex_lock(&reaper->mutex);
+    for (shd_connection *c = reaper->list.next; c != &reaper->list; c = c->next)
+        if (c->ended && c->phase == SHD_AT_ANSWER) promised += c->answer;
+    while (promised < bytes) {
+        shd_connection *c = find_heaviest(reaper);
+        if (!c) break;
+        end_at_once(reaper, c, SHD_END_MEMORY);
+        promised += c->answer;
+        dropped++;
+    }
+    pthread_mutex_unlock(&reaper->mutex);
+    if (dropped) {
+        shd_log line;
+        shd_log_begin(&line, SHD_LOG_WARNING, "answers-dropped");
+        shd_log_whole(&line, "count", dropped);
+        shd_log_text(&line, "message", "their clients did not take them, and others wanted memory");
+        shd_log_end(&line);
+    }
+    return promised;
+}
+
+/* ---- The whole ---- */
+
+shd_status shd_reaper_new(const shd_patience *patience, const shd_departure *departure,
+                          shd_reaper **out, shd_error *error) {
+    shd_reaper *reaper = calloc(1, sizeof *reaper);
+    if (!reaper) return shd_fail(error, SHD_EXHAUSTED, "", "no memory for the reaper");
+    reaper->list.previous = reaper->list.next = &reaper->list;
+    if (departure) reaper->departure = *departure;
+    reaper->patience = *patience;
+    pthread_condattr_t monotonic;
+    pthread_condattr_init(&monotonic);
+    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+    pthread_mutex_init(&reaper->mutex, NULL);
+    pthread_cond_init(&reaper->changed, &monotonic);
+    pthread_condattr_destroy(&monotonic);
+    if (pthread_create(&reaper->thread, NULL, run, reaper)) {
+        pthread_cond_destroy(&reaper->changed);
+        pthread_mutex_destroy(&reaper->mutex);
+        free(reaper);
+        return shd_fail(error, SHD_EXHAUSTED, "", "the system refused to start a thread");
+    }
+    *out = reaper;
+    return SHD_OK;
+}
+
+void shd_reaper_drop(shd_reaper *reaper) {
+    if (!reaper) return;
+    pthread_mutex_lock(&reaper->mutex);
+    reaper->ending = true;
+    pthread_cond_signal(&reaper->changed);
+    pthread_mutex_unlock(&reaper->mutex);
+    pthread_join(reaper->thread, NULL);
+    pthread_cond_destroy(&reaper->changed);
+    pthread_mutex_destroy(&reaper->mutex);
+    free(reaper);
+}
+
+void shd_reaper_finish(shd_reaper *reaper, double grace) {
+    pthread_mutex_lock(&reaper->mutex);
+    reaper->finishing = true;
+    reaper->grace = grace;
+    pthread_cond_signal(&reaper->changed);
+    pthread_mutex_unlock(&reaper->mutex);
+}
+
+void shd_reaper_set_patience(shd_reaper *reaper, const shd_patience *patience) {
+    pthread_mutex_lock(&reaper->mutex);
+    reaper->patience = *patience;
+    pthread_mutex_unlock(&reaper->mutex);
+}
+
+/* ---- Addresses ---- */
+
+static peer **find_peer(shd_reaper *reaper, const char *address, uint64_t hash) {
+    peer **at = &reaper->peers[hash % BUCKETS];
+    while (*at && ((*at)->hash != hash || strcmp((*at)->address, address) != 0)) at = &(*at)->next;
+    return at;
+}
+
+/* NULL, as for an address that does not count, where memory is short. */
+static peer *join_peer(shd_reaper *reaper, const char *address) {
+    if (!address) return NULL;
+    const size_t size = strlen(address) + 1;
+    const uint64_t hash = XXH3_64bits(address, size - 1);
+    peer **at = find_peer(reaper, address, hash);
+    if (!*at) {
+        *at = calloc(1, sizeof **at + size);
+        if (!*at) return NULL;
+        (*at)->hash = hash;
+        memcpy((*at)->address, address, size);
+    }
+    (*at)->count++;
+    return *at;
+}
+
+static void leave_peer(shd_reaper *reaper, peer *p) {
+    if (!p || --p->count) return;
+    *find_peer(reaper, p->address, p->hash) = p->next;
+    free(p);
+}
+
+static bool is_over(const shd_reaper *reaper, size_t count) {
+    return reaper->patience.each && count > reaper->patience.each;
+}
+
+bool shd_reaper_admits(shd_reaper *reaper, const char *address) {
+    if (!address) return true;
+    pthread_mutex_lock(&reaper->mutex);
+    const peer *p = *find_peer(reaper, address, XXH3_64bits(address, strlen(address)));
+    bool admits =
+        !p || !is_over(reaper, p->count + 1 > MOST_EXCESS ? p->count + 1 - MOST_EXCESS : 0);
+    pthread_mutex_unlock(&reaper->mutex);
+    return admits;
+}
+
+bool shd_reaper_is_excess(shd_reaper *reaper, const shd_connection *connection) {
+    if (!connection) return false;
+    pthread_mutex_lock(&reaper->mutex);
+    bool excess =
+        connection->excess && connection->peer && is_over(reaper, connection->peer->count);
+    pthread_mutex_unlock(&reaper->mutex);
+    return excess;
+}
+
+/* ---- Connections ---- */
+
+shd_connection *shd_reaper_add(shd_reaper *reaper, int socket, const char *address) {
+    shd_connection *connection = calloc(1, sizeof *connection);
+    if (!connection) return NULL;
+    connection->socket = socket;
+    connection->phase = SHD_AT_HEAD;
+    connection->since = shd_now();
+    pthread_mutex_lock(&reaper->mutex);
+    bool first = reaper->list.next == &reaper->list;
+    connection->peer = join_peer(reaper, address);
+    connection->excess = connection->peer && is_over(reaper, connection->peer->count);
+    connection->next = &reaper->list;
+    connection->previous = reaper->list.previous;
+    connection->previous->next = connection;
+    reaper->list.previous = connection;
+    bool crowded = ++reaper->open > places(reaper);
+    if (first || (crowded && !reaper->crowded)) pthread_cond_signal(&reaper->changed);
+    reaper->crowded = crowded;
+    pthread_mutex_unlock(&reaper->mutex);
+    return connection;
+}
+
+static bool is_amid_request(const shd_connection *c) {
+    if (c->phase == SHD_AT_BODY) return true;
+    return c->phase <= SHD_AT_HEAD && has_read_since(c);
+}
+
+bool shd_reaper_remove(shd_reaper *reaper, shd_connection *connection) {
+    if (!connection) return false;
+    pthread_mutex_lock(&reaper->mutex);
+    connection->previous->next = connection->next;
+    connection->next->previous = connection->previous;
+    if (!connection->ended) reaper->open--;
+    bool amid = !connection->ended && is_amid_request(connection);
+    leave_peer(reaper, connection->peer);
+    pthread_mutex_unlock(&reaper->mutex);
+    free(connection);
+    return amid;
+}
+
+void shd_reaper_phase(shd_reaper *reaper, shd_connection *connection, shd_phase phase, void *who) {
+    if (!connection) return;
+    uint64_t read = 0;
+    /* Where it is not seen that a head begins, it has since the last answer. */
+    if (phase == SHD_AT_REST && !count_read(connection->socket, &read)) phase = SHD_AT_HEAD;
+    double now = shd_now();
+    pthread_mutex_lock(&reaper->mutex);
+    connection->answer = 0;
+    connection->phase = phase;
+    connection->since = now;
+    connection->read = read;
+    connection->had_left = false;
+    connection->who = who;
+    pthread_mutex_unlock(&reaper->mutex);
+}
+
+shd_reaped shd_reaper_count(shd_reaper *reaper) {
+    pthread_mutex_lock(&reaper->mutex);
+    shd_reaped count = reaper->count;
+    double now = shd_now();
+    for (shd_connection *c = reaper->list.next; c != &reaper->list; c = c->next) {
+        count.connections[c->phase]++;
+        if (c->phase == SHD_AT_WORK && now - c->since > count.oldest) count.oldest = now - c->since;
+    }
+    pthread_mutex_unlock(&reaper->mutex);
+    return count;
+}

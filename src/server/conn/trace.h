@@ -1,0 +1,15 @@
+/* The trace that a request belongs to (W3C Trace Context, level 1, section 3.2), for the log. */
+#ifndef SHD_SERVER_CONN_TRACE_H
+#define SHD_SERVER_CONN_TRACE_H
+
+#include <stdbool.h>
+
+typedef struct shd_trace {
+    char id[33], parent[17]; /* hexadecimal; "": there is none */
+} shd_trace;
+
+/* Reads a traceparent field. False, and *out stays as it was: it is none. A version that is not
+ * known is read as far as version 00 goes, as it is asked for there. */
+bool shd_trace_read(const char *field, shd_trace *out);
+
+#endif

@@ -1,0 +1,248 @@
+#include "job.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/clock.h"
+#include "server/answer/negotiate.h"
+#include "server/answer/problem.h"
+
+enum { WARNINGS_TOLD = 8 };
+
+/* How many pictures a comparison is worth: one in each tier, and their differences. */
+enum { COMPARED = 4 };
+
+/* Work up to this is done at once, more is deferred: 512 x 512 pixels of 4 samples with 6 lights,
+ * about 10 ms. */
+static const double small_work = 1 << 23;
+
+/* What a document costs before it is known what it asks for, and for each of its bytes: a megabyte
+ * takes up to half a second to read. */
+static const double unread_cost = 1 << 20, unread_byte_cost = 400;
+
+/* Bytes of a document that is read at once. Larger ones are large work before it is known what they
+ * ask for, and take 30 times their size of memory once they are read. */
+static const size_t small_document = 64 << 10;
+
+void shd_job_warn(shd_reply *reply, const shd_request *request) {
+    const shd_report *report = shd_request_report(request);
+    size_t warnings = shd_report_warnings_kept(report);
+    for (size_t i = 0; i < warnings && i < WARNINGS_TOLD; i++)
+        shd_reply_warning(reply, report->warnings[i].pointer, report->warnings[i].detail);
+}
+
+void shd_job_read(shd_job *job) {
+    const char *body = job->body ? (const char *)job->body : "";
+    const shd_status status =
+        shd_request_read(job->request, body, job->size, job->question.fallback);
+    if (status == SHD_OK || status == SHD_CANCELLED) return;
+    if (job->work->refuse)
+        job->work->refuse(job);
+    else
+        shd_problem_report(&job->reply, shd_request_report(job->request));
+}
+
+void shd_job_drop(shd_job *job) {
+    shd_stuck_forget(job->server->stuck, &job->watched);
+    shd_request_drop(job->request);
+    shd_reply_clear(&job->reply);
+    shd_settings_drop(job->settings);
+    free(job->question.body);
+    free(job->decoded);
+    shd_memory_return_body(job->server, job->body_bytes);
+    free(job);
+}
+
+/* What is known to be: in a coding, only once it was measured. */
+static bool is_long(const shd_job *job) {
+    return job->size > small_document && (!job->question.coding || job->was_measured);
+}
+
+static double find_unread_cost(const shd_job *job) {
+    return unread_cost + unread_byte_cost * (double)job->size;
+}
+
+/* Whoever still waits gets the reply; there is none only where nobody does. */
+static void finish(shd_job *job) {
+    if (job->request) shd_metrics_memory(&job->server->metrics, shd_request_memory(job->request));
+    shd_jobs_finish(job->server->jobs, job);
+    shd_job_drop(job);
+}
+
+static void make(shd_job *job) {
+    double began = shd_now();
+    job->work->run(job);
+    job->seconds += shd_now() - began;
+    finish(job);
+}
+
+/* That of a document whose reading was cancelled is not known, nor asked for. */
+static double find_cost(const shd_job *job) {
+    const bool was_read = shd_request_report(job->request)->status == SHD_OK;
+    if (job->work->size == SHD_SMALL || !was_read) return job->cost;
+    const double work = (double)shd_request_work(job->request);
+    return job->work->size == SHD_LARGE ? COMPARED * work : work;
+}
+
+/* What a body stands for that has a coding, where that is not long, or its turn has come; else
+ * only how long it is, since what waits must not have grown to a thousand times of what was sent.
+ * On a worker, whose time is divided among clients. False: the reply says what is wrong, but where
+ * nobody waits for it. */
+static bool decode_body(shd_job *job, bool has_turn) {
+    const shd_question *asked = &job->question;
+    const uint64_t most = job->settings->config.body;
+    const shd_inflation how = {.most = most,
+                               .keep = has_turn ? most : small_document,
+                               .budget = job->server->budget,
+                               .request = job->request};
+    size_t taken;
+    shd_error error;
+    const shd_status status = shd_inflate(asked->coding, asked->body, asked->size, &how,
+                                          &job->decoded, &job->size, &taken, &error);
+    if (status == SHD_SYNTAX || status == SHD_LIMIT)
+        shd_problem_reply(&job->reply, status == SHD_LIMIT ? SHD_TOO_LARGE : SHD_BAD_CODING, "%s",
+                          error.text);
+    else if (status != SHD_OK && status != SHD_CANCELLED)
+        shd_problem_error(&job->reply, &error);
+    if (status) return false;
+    job->was_measured = true;
+    job->body = job->decoded;
+    job->body_bytes += taken;
+    atomic_fetch_add(&job->server->body_bytes, taken);
+    return true;
+}
+
+/* Once it has a document: it is read, and made unless it is for another turn, among the large ones.
+ */
+static void read_and_make(shd_job *job, bool had_turn) {
+    shd_jobs *jobs = job->server->jobs;
+    const double start = shd_now();
+    job->work->read(job);
+    job->seconds += shd_now() - start;
+    if (job->reply.status) {
+        finish(job);
+        return;
+    }
+    const double cost = find_cost(job);
+    const bool is_large = job->work->size == SHD_LARGE || cost > small_work;
+    if (had_turn && shd_jobs_is_early(jobs, job, cost)) {
+        shd_request_drop(job->request);
+        job->request = NULL;
+        if (!shd_jobs_defer(jobs, job, cost)) shd_job_drop(job);
+        return;
+    }
+    if (!shd_jobs_settle(jobs, job, cost, is_large && !had_turn))
+        shd_job_drop(job);
+    else if (!is_large || had_turn)
+        make(job);
+    else if (!shd_jobs_defer(jobs, job, cost))
+        shd_job_drop(job);
+}
+
+/* A job that was taken. Where its document turns out to be long only when it is decoded, that is
+ * for another turn. */
+static void begin_job(shd_job *job) {
+    const bool had_turn = is_long(job);
+    const double start = shd_now();
+    shd_error error;
+    if (!job->request) {
+        job->began = start;
+        if (shd_request_new(job->settings->engine, &job->request, &error))
+            shd_problem_error(&job->reply, &error);
+    }
+    if (!shd_jobs_begin(job->server->jobs, job)) {
+        shd_job_drop(job);
+        return;
+    }
+    const bool is_known = job->request && (!job->question.coding || decode_body(job, had_turn));
+    job->seconds += shd_now() - start;
+    if (!is_known)
+        finish(job);
+    else if (had_turn || !is_long(job))
+        read_and_make(job, had_turn);
+    else if (!shd_jobs_defer(job->server->jobs, job, find_unread_cost(job)))
+        shd_job_drop(job);
+}
+
+static void work_on(shd_job *job) {
+    if (job->was_read)
+        make(job);
+    else
+        begin_job(job);
+}
+
+shd_status shd_server_start_jobs(shd_server *server, shd_error *error) {
+    /* A quarter of the connections is for who does not wait. */
+    const size_t connections = server->config.connections;
+    const shd_jobs_limits limits = {
+        .queue = server->config.queue, .crowd = connections - connections / 4, .small = small_work};
+    const shd_jobs_calls calls = {.run = work_on, .drop = shd_job_drop};
+    const shd_status status = shd_stuck_new(&server->stuck, error);
+    if (status) return status;
+    return shd_jobs_new(server->engine, &server->metrics, &limits, &calls, &server->jobs, error);
+}
+
+/* ---- Exchanges ---- */
+
+static bool leave_job(void *who) {
+    shd_exchange *exchange = who;
+    return shd_jobs_leave(exchange->server->jobs, &exchange->waiter);
+}
+
+static void resume(void *who) {
+    shd_exchange_resume(who);
+}
+
+const shd_departure shd_exchange_departure = {.leave = leave_job, .release = resume};
+
+static void answer(shd_waiter *waiter) {
+    shd_exchange_resume((shd_exchange *)(void *)((char *)waiter - offsetof(shd_exchange, waiter)));
+}
+
+void shd_job_submit(shd_exchange *exchange, const shd_work *work) {
+    shd_server *server = exchange->server;
+    exchange->submitted = shd_now();
+    shd_job *job = calloc(1, sizeof *job);
+    if (!job) {
+        shd_problem_reply(&exchange->reply, SHD_NO_MEMORY, "out of memory");
+        return;
+    }
+    *job = (shd_job){.server = server,
+                     .settings = exchange->settings,
+                     .work = work,
+                     .digest = exchange->digest,
+                     .is_binary = exchange->is_binary,
+                     .body = exchange->coding ? NULL : exchange->body,
+                     .size = exchange->size,
+                     .question = {.body = exchange->body,
+                                  .size = exchange->size,
+                                  .coding = exchange->coding,
+                                  .fallback = SHD_PNG,
+                                  .settings = exchange->settings->number}};
+    memcpy(job->id, exchange->id, sizeof job->id);
+    shd_question *asked = &job->question;
+    strcpy(job->client, exchange->client);
+    job->takes_gzip = shd_accepts_gzip(exchange->accept_encoding);
+    asked->picture_accepted = shd_accepts_picture(exchange->accept, &asked->fallback);
+    exchange->body = NULL;
+    job->body_bytes = exchange->capacity;
+    exchange->capacity = 0;
+    atomic_fetch_add(&job->settings->holders, 1);
+    if (work->recall && work->recall(job, exchange, &exchange->reply)) {
+        shd_job_drop(job);
+        return;
+    }
+
+    job->asked = exchange->submitted;
+    job->deadline = job->asked + (double)exchange->settings->config.timeout;
+    job->cost = find_unread_cost(job);
+    exchange->waiter = (shd_waiter){.client = exchange->client,
+                                    .exchange = exchange,
+                                    .asked = exchange->submitted,
+                                    .reply = &exchange->reply,
+                                    .answer = answer};
+    /* Suspended first: the answer may be there before the next line. */
+    shd_exchange_suspend(exchange);
+    const shd_lane lane = is_long(job) ? SHD_LANE_LARGE : SHD_LANE_NEW;
+    if (!shd_jobs_enter(server->jobs, job, lane, &exchange->waiter)) shd_job_drop(job);
+}

@@ -1,0 +1,99 @@
+/* Work for the engine's workers, and those who wait for it.
+ *
+ * A job reads a scene and makes an answer from it. Exchanges wait for it, suspended: usually one;
+ * several where the same is asked for while it is being made, and then it is made once. Each may
+ * leave, because its client has gone or its deadline has come; what nobody waits for any more is
+ * taken from the queue, or cancelled.
+ *
+ *     jobs.c   who waits for which job: joining, leaving, deadlines
+ *     turns.c  which job a worker takes, and gives way to
+ *     queue.c  whose job is next; equal.c  which are equal
+ *     job.c    what a worker does with a job
+ *
+ * A job belongs to the thread that made it, then to jobs.c, then to a worker. */
+#ifndef SHD_SERVER_JOBS_JOB_H
+#define SHD_SERVER_JOBS_JOB_H
+
+#include "equal.h"
+#include "server/answer/cache.h"
+#include "server/server.h"
+#include "stuck.h"
+
+/* A kind of work. `read`, `run`: on a worker; they fill job->reply where they know the answer.
+ * Empty, it means: of `read`, that `run` has to follow; of `run`, that it was cancelled. */
+typedef struct shd_work {
+    /* Whether the answer is known before anything is read. On the I/O thread; may be NULL. */
+    bool (*recall)(const shd_job *job, const shd_exchange *exchange, shd_reply *reply);
+    void (*read)(shd_job *job);
+    void (*run)(shd_job *job);
+    /* What a document that is not read is answered; NULL: as its report has it. */
+    void (*refuse)(shd_job *job);
+    /* Whether one waiter has its answer before anything is run. After `read`, on any thread, also
+     * while the job runs; may be NULL. */
+    bool (*settle)(const shd_job *job, const shd_exchange *exchange, shd_reply *reply);
+    /* What answers have besides what they share. May be NULL. */
+    void (*add)(const shd_job *job, double queued, shd_reply *reply);
+    /* The same question gets the same bytes, so that it need not be answered twice at a time. */
+    bool shared;
+    enum { SHD_BY_SCENE, SHD_SMALL, SHD_LARGE } size;
+} shd_work;
+
+struct shd_job {
+    shd_server *server;
+    shd_settings *settings;
+    const shd_work *work;
+
+    shd_question question;
+    shd_digest digest; /* these three as its exchange's, of work that is not shared */
+    bool is_binary;
+    char client[SHD_CLIENT_SIZE];
+    /* What the question's body stands for; where that has a coding, a worker measures it and has
+     * it in `decoded`, which is owned. */
+    const unsigned char *body;
+    size_t size;
+    bool was_measured;
+    unsigned char *decoded;
+    size_t body_bytes; /* of both, as the server counts them */
+    bool takes_gzip;   /* its one exchange does, as above */
+
+    char id[SHD_ID_SIZE]; /* of the request that it was made for */
+    shd_request *request;
+    shd_reply reply;
+    shd_cached cached;
+    char timing[400];       /* Server-Timing, without the time waited */
+    double asked, deadline; /* when it was first asked for, and until when it is done */
+    double began, seconds;  /* when a worker took it, and what workers spent on it so far */
+    double cost;            /* in the units of shd_request_work; jobs.c's, once it has the job */
+    double done;            /* the share of its tiles; its worker's own */
+
+    /* jobs.c's own. */
+    struct shd_waiter *waiters;
+    shd_turn turn;            /* in the queue */
+    struct shd_begun *begun;  /* turns.c's, of a large one that a worker has */
+    shd_job *earlier, *later; /* by deadline */
+    shd_listings listings;
+    bool was_read;   /* without a mistake: it may settle */
+    bool may_cancel; /* it has a request that is not done */
+    shd_watched watched;
+};
+
+/* Suspends the exchange until a job has its answer; or answers it at once where the queue is
+ * full. */
+void shd_job_submit(shd_exchange *exchange, const shd_work *work);
+
+void shd_job_drop(shd_job *job);
+
+/* server->jobs, once there is an engine. */
+shd_status shd_server_start_jobs(shd_server *server, shd_error *error);
+
+/* For a reaper whose connections wait as exchanges. */
+extern const shd_departure shd_exchange_departure;
+
+/* shd_work.read: the scene, or what is wrong with it; nothing where it was cancelled, which the
+ * report says. */
+void shd_job_read(shd_job *job);
+
+/* The document's warnings, the first few of them, as headers. */
+void shd_job_warn(shd_reply *reply, const shd_request *request);
+
+#endif

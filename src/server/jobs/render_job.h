@@ -1,0 +1,12 @@
+/* POST /v1/render and GET /v1/preview/{material}. */
+#ifndef SHD_SERVER_JOBS_RENDER_JOB_H
+#define SHD_SERVER_JOBS_RENDER_JOB_H
+
+#include "server/server.h"
+
+/* Suspends the exchange and gives it to a worker, who answers it; where the queue is full the
+ * answer, 429, is there at once. */
+void shd_render_submit(shd_exchange *exchange);
+void shd_preview_submit(shd_exchange *exchange);
+
+#endif

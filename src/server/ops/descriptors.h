@@ -1,0 +1,21 @@
+/* File descriptors: every connection is one, and what else the daemon does needs some, too. They
+ * are counted at the start, so that connections cannot take the last one: then no port could accept
+ * anybody, the operators' included, and no file could be opened. */
+#ifndef SHD_SERVER_OPS_DESCRIPTORS_H
+#define SHD_SERVER_OPS_DESCRIPTORS_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/status.h"
+
+enum {
+    SHD_ADMIN_CONNECTIONS = 64, /* at a time, on the operators' port */
+    SHD_RESERVED = 192          /* for those, lingering ones, and all that is no connection */
+};
+
+/* Raises the process's limit of open files as far as `wanted` connections need and as it may be.
+ * *connections is how many fit: `wanted`, or fewer. SHD_CONFIG where not even one does. */
+shd_status shd_descriptors_claim(uint64_t wanted, uint64_t *connections, shd_error *error);
+
+#endif

@@ -1,0 +1,44 @@
+/* The memory of the process: how much it may have, and the most that each part gets of it.
+ *
+ * One budget (base/budget.h) has all of it: the program itself, connections, bodies, the arenas of
+ * requests, answers that are being sent, and what is kept. Where work wants more than is free, what
+ * is in no use goes first, then answers that their clients do not take, then what is kept; only
+ * then work is refused. */
+#ifndef SHD_SERVER_OPS_MEMORY_H
+#define SHD_SERVER_OPS_MEMORY_H
+
+#include "base/budget.h"
+#include "base/machine.h"
+#include "base/status.h"
+#include "config.h"
+
+typedef struct shd_server shd_server;
+
+/* What a connection takes in any case: libmicrohttpd's for its heads, and ours beside. */
+enum { SHD_CONNECTION_HEADS = 64 << 10, SHD_CONNECTION_MEMORY = SHD_CONNECTION_HEADS + (8 << 10) };
+
+/* Sets how malloc gives back what is free. Before there are threads. */
+void shd_memory_begin(void);
+
+/* config->budget, where it is 0 three quarters of what the machine leaves. SHD_CONFIG: it is too
+ * little to begin with. */
+shd_status shd_memory_open(const shd_machine *machine, const shd_config *config, shd_budget **out,
+                           shd_error *error);
+
+/* Holds what the configuration gives to parts within what fits into the budget together. */
+void shd_memory_clip(shd_config *config, shd_budget *budget);
+
+/* Who gives way, once all of them are there. */
+void shd_memory_connect(shd_server *server);
+
+/* The log line "memory": the budget, and the most that parts may take. */
+void shd_memory_log(const shd_server *server);
+
+/* A body, or what has become of it, is freed. */
+void shd_memory_return_body(shd_server *server, size_t bytes);
+
+/* Called every SHD_REST_SECONDS: gives the system back what was not in use of late. */
+enum { SHD_REST_SECONDS = 5 };
+void shd_memory_rest(shd_server *server);
+
+#endif

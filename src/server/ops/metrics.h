@@ -1,0 +1,112 @@
+/* Counters for operators, in Prometheus' text format. All of them are atomic: any thread. */
+#ifndef SHD_SERVER_OPS_METRICS_H
+#define SHD_SERVER_OPS_METRICS_H
+
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "server/access/quota.h"
+#include "server/answer/cache.h"
+#include "server/conn/reaper.h"
+#include "shaded.h"
+
+/* Label values of `route`. */
+typedef enum shd_route_id {
+    SHD_ROUTE_INDEX,
+    SHD_ROUTE_RENDER,
+    SHD_ROUTE_PREVIEW,
+    SHD_ROUTE_EXPLAIN,
+    SHD_ROUTE_COMPARE,
+    SHD_ROUTE_MESHES,
+    SHD_ROUTE_MATERIALS,
+    SHD_ROUTE_SHAPES,
+    SHD_ROUTE_COLORSPACES,
+    SHD_ROUTE_VERSION,
+    SHD_ROUTE_OPENAPI,
+    SHD_ROUTE_OPENAPI_JSON,
+    SHD_ROUTE_SCHEMA,
+    SHD_ROUTE_OTHER, /* no such path */
+    SHD_ROUTE_COUNT
+} shd_route_id;
+
+typedef enum shd_stage {
+    SHD_STAGE_QUEUE, /* waiting for a thread; the others are as in shd_times */
+    SHD_STAGE_PARSE,
+    SHD_STAGE_PLAN,
+    SHD_STAGE_VISIBILITY,
+    SHD_STAGE_SHADE,
+    SHD_STAGE_COLOR,
+    SHD_STAGE_ENCODE,
+    SHD_STAGE_COUNT
+} shd_stage;
+
+const char *shd_stage_name(shd_stage stage);
+
+enum { SHD_BUCKETS = 15, SHD_STATUSES = 23, SHD_LIMITS = 15 };
+
+typedef struct shd_histogram {
+    atomic_uint_least64_t buckets[SHD_BUCKETS + 1]; /* the last one has no upper bound */
+    atomic_uint_least64_t nanoseconds;
+} shd_histogram;
+
+typedef struct shd_metrics {
+    atomic_uint_least64_t requests[SHD_ROUTE_COUNT][SHD_STATUSES];
+    atomic_uint_least64_t response_bytes;
+    atomic_uint_least64_t saturated;
+    atomic_uint_least64_t joined;    /* requests that were answered by another one's job */
+    atomic_uint_least64_t left;      /* requests whose client left before their job was done */
+    atomic_uint_least64_t cached[2]; /* pictures that were made, that the response cache had */
+    atomic_uint_least64_t aborted; /* requests without an answer, or whose client did not take it */
+    atomic_uint_least64_t refused[SHD_LIMITS]; /* by the limit that they were over */
+    atomic_uint_least64_t unreadable[SHD_STATUSES];
+    atomic_size_t memory;             /* the most that one request has taken */
+    atomic_uint_least64_t reloads[2]; /* that failed, that were done */
+    shd_histogram durations[SHD_ROUTE_COUNT];
+    shd_histogram stages[SHD_STAGE_COUNT];
+} shd_metrics;
+
+void shd_metrics_request(shd_metrics *metrics, shd_route_id route, unsigned status, double seconds,
+                         size_t bytes);
+/* A refusal, by the text of its problem: which limit it names, if any. */
+void shd_metrics_refusal(shd_metrics *metrics, const char *text, size_t size);
+
+/* A request that could not be read, and was refused without becoming an exchange, or ended one. */
+void shd_metrics_unreadable(shd_metrics *metrics, unsigned status);
+
+/* A picture that is answered. */
+void shd_metrics_cached(shd_metrics *metrics, shd_cached cached);
+
+/* The memory of a request that is done. */
+void shd_metrics_memory(shd_metrics *metrics, size_t bytes);
+
+void shd_metrics_stage(shd_metrics *metrics, shd_stage stage, double seconds);
+
+/* Jobs, at one moment. */
+typedef struct shd_jobs_load {
+    size_t waiting;       /* that no worker has, large ones among them */
+    size_t large_waiting; /* of that lane: read, or large by their document's size */
+    size_t large_begun;   /* of that lane, and not done yet */
+} shd_jobs_load;
+
+/* What is true just now, beside the counters. */
+typedef struct shd_gauges {
+    shd_load load;
+    shd_jobs_load jobs;
+    shd_reaped reaped;
+    shd_reuse_load reuse;
+    shd_cache_load cache;
+    shd_budget_load memory;
+    shd_mesh_load meshes;
+    shd_quotas *quotas;
+    unsigned in_flight;
+    uint64_t unsent; /* bytes of answers that are on their way */
+    unsigned stuck;  /* workers */
+    bool draining;
+} shd_gauges;
+
+/* The text of /metrics; the caller frees it. NULL where memory is short. */
+char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *length);
+
+#endif
