@@ -12,9 +12,13 @@
 
 static const real EPS = (real)0x1p-52; /* of f64 */
 
-/* A color, and the range of what it is where that is undecided. */
+/* What f32 turns directions by, and where highlights of a shininess below 1 end (docs/model.md). */
+static const real TURNED = (real)1e-6, CLIFF = (real)1e-3;
+
+/* A color, the range of what it is where that is undecided, and by how much a sample on an edge may
+ * be off in f32. */
 typedef struct shade {
-    real low[3], high[3];
+    real low[3], high[3], jump[3];
 } shade;
 
 struct model {
@@ -37,8 +41,11 @@ static void note(uint64_t *key, uint64_t value) {
     *key ^= *key >> 29;
 }
 
-/* f s, 0 where the light does not come; `unsure`: whether rounding may decide on it. */
-static real strength(const lamp *l, const spot *s, point *toward, uint64_t *key, bool *unsure) {
+/* f s, 0 where the light does not come; `unsure`: whether rounding may decide on it; `jump`: what f
+ * s may be instead in f32, on the rim of a cone. */
+static real strength(const lamp *l, const spot *s, point *toward, uint64_t *key, bool *unsure,
+                     real *jump) {
+    *jump = 0;
     *toward = l->toward;
     if (l->kind == DIRECTIONAL) return 1;
     const point path = sub(l->position, s->at);
@@ -58,6 +65,7 @@ static real strength(const lamp *l, const spot *s, point *toward, uint64_t *key,
     const real cosine = -dot(l->axis, *toward);
     const real t = ANGLE(length(cross(l->axis, *toward)), cosine);
     note(key, (uint64_t)(t <= l->angle) + 2 * (uint64_t)(l->exponent > 0 && cosine > 0));
+    if (SIZE(t - l->angle) < TURNED) *jump = f;
     if (t > l->angle) return 0;
     const real outer = COSINE(l->angle), inner = COSINE(l->inner);
     if (t > l->inner) {
@@ -68,14 +76,31 @@ static real strength(const lamp *l, const spot *s, point *toward, uint64_t *key,
     return f;
 }
 
+/* By how much a channel may be off where a light's edge is as near as f32 tells. */
+static real jump_of(const stuff *m, int c, real facing, real shine, real f, real rim) {
+    real lobes = 0, ended = 0;
+    for (size_t k = 0; k < m->lobe_count; k++) {
+        const real shininess = m->lobes[k].shininess, bright = SIZE(m->lobes[k].specular[c]);
+        if (shine > 0) lobes += bright * POWER(shine, shininess);
+        if (shininess < 1 && SIZE(shine) < CLIFF) ended += bright * POWER(CLIFF, shininess);
+    }
+    const real all = SIZE(m->diffuse[c]) * larger(0, facing) + lobes;
+    return rim * all + f * ((SIZE(facing) < TURNED ? lobes : 0) + ended);
+}
+
 static void add_lamp(const lamp *l, const stuff *m, const spot *s, uint64_t *key, shade *out) {
     point toward;
     bool unsure = false;
-    const real f = strength(l, s, &toward, key, &unsure), facing = dot(s->normal, toward);
+    real jump;
+    const real f = strength(l, s, &toward, key, &unsure, &jump), facing = dot(s->normal, toward);
     note(key, facing > 0);
     unsure |= s->flat && SIZE(facing) < 64 * EPS;
-    if (!(facing > 0) && !unsure) return;
+    const bool ends = SIZE(facing) < TURNED;
+    if (!(facing > 0) && !unsure && !ends) return;
     const real shine = dot(sub(times(s->normal, 2 * facing), toward), s->view);
+    for (int c = 0; c < 3; c++)
+        out->jump[c] += jump_of(m, c, facing, shine, f, jump) * SIZE(l->color[c]);
+    if (!(facing > 0) && !unsure) return;
     for (size_t k = 0; k < m->lobe_count; k++)
         if (m->lobes[k].shininess < 1) note(key, shine > 0);
     for (int c = 0; c < 3; c++) {
@@ -97,7 +122,7 @@ static shade light_place(const model *whole, const stuff *m, point at, point fac
     note(key, away);
     if (away && !m->front_only) s.normal = times(s.normal, -1);
     shade out;
-    for (int c = 0; c < 3; c++) out.low[c] = out.high[c] = m->constant[c];
+    for (int c = 0; c < 3; c++) out.low[c] = out.high[c] = m->constant[c], out.jump[c] = 0;
     for (size_t j = 0; j < d->lamp_count; j++)
         if (d->lamps[j].kind != AMBIENT) add_lamp(&d->lamps[j], m, &s, key, &out);
     return out;
@@ -162,10 +187,11 @@ static void meet(const document *d, point o, point ray, meetings *out) {
 
 static void blend(const shade *from, const real weight[3], shade *out) {
     for (int c = 0; c < 3; c++) {
-        out->low[c] = out->high[c] = 0;
+        out->low[c] = out->high[c] = out->jump[c] = 0;
         for (int k = 0; k < 3; k++) {
             out->low[c] += weight[k] * from[k].low[c];
             out->high[c] += weight[k] * from[k].high[c];
+            out->jump[c] += weight[k] * from[k].jump[c];
         }
     }
 }
@@ -194,7 +220,7 @@ static shade shade_of(const model *whole, const meeting *m, uint64_t *key) {
 /* ---- Samples. ---- */
 
 typedef struct candidate {
-    real low[4], high[4];
+    real low[4], high[4], jump[3];
     uint64_t key;
 } candidate;
 
@@ -210,7 +236,8 @@ static candidate candidate_of(const model *whole, const meeting *m) {
     candidate out = {.key = 1};
     if (m) {
         const shade s = shade_of(whole, m, &out.key);
-        for (int c = 0; c < 3; c++) out.low[c] = s.low[c], out.high[c] = s.high[c];
+        for (int c = 0; c < 3; c++)
+            out.low[c] = s.low[c], out.high[c] = s.high[c], out.jump[c] = s.jump[c];
         out.low[3] = out.high[3] = 1;
         return out;
     }
@@ -251,7 +278,7 @@ static bool look(const model *whole, real x, real y, candidate *out) {
 }
 
 static void evaluate(const model *whole, int px, int py, model_pixel *out) {
-    real low[4] = {0, 0, 0, 0}, high[4] = {0, 0, 0, 0};
+    real low[4] = {0, 0, 0, 0}, high[4] = {0, 0, 0, 0}, jump[3] = {0, 0, 0};
     const int samples = whole->d.samples;
     out->undecided = 0;
     for (int i = 0; i < samples; i++) {
@@ -271,6 +298,7 @@ static void evaluate(const model *whole, int px, int py, model_pixel *out) {
             low[c] += unsure ? range.low[c] : at.low[c];
             high[c] += unsure ? range.high[c] : at.high[c];
         }
+        for (int c = 0; c < 3; c++) jump[c] += at.jump[c];
         out->undecided += unsure;
     }
     out->low[3] = (double)(low[3] / samples);
@@ -282,6 +310,7 @@ static void evaluate(const model *whole, int px, int py, model_pixel *out) {
         const bool known = !whole->d.transparent || low[3] == high[3];
         out->low[c] = known ? (double)(low[c] / count) : -INFINITY;
         out->high[c] = known ? (double)(high[c] / count) : INFINITY;
+        out->jump[c] = (double)(jump[c] / count);
     }
 }
 

@@ -23,7 +23,11 @@ typedef struct model model;
 typedef struct model_pixel {
     double low[4], high[4]; /* r, g, b, alpha; straight: those of samples that hit,
                                   where the background is transparent */
-    int undecided;          /* of its samples */
+    /* By how much f32 may be off, beyond its bound, because a sample is within 1e-6 of an edge: N.L
+     * = 0 under a highlight, the rim of a cone (in radians); or because R.V is below 1e-3 under a
+     * shininess below 1. No bound counts these samples (docs/model.md). */
+    double jump[3];
+    int undecided; /* of its samples */
 } model_pixel;
 
 typedef struct model_program {
