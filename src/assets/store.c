@@ -3,26 +3,25 @@
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/random.h>
 
-enum { ALIGNMENT = 64, BUCKETS = 4096, SHARE = 2 /* one client may have 1/SHARE of the cap */ };
+#include "base/lru.h"
+
+enum { ALIGNMENT = 64, THINGS = 4096, SHARE = 2 /* one client may have 1/SHARE of the cap */ };
 
 typedef struct client {
-    struct client *next, *previous;
-    shd_stored *newest, *oldest; /* by last use; there is at least one */
-    size_t bytes;
+    struct client *next;
+    shd_lru things; /* there is at least one */
     char name[SHD_STORE_CLIENT];
 } client;
 
 struct shd_stored {
+    shd_use use; /* of its client's things */
+    shd_key key;
     shd_store *store;
     shd_digest digest;
-    size_t bytes;
     unsigned holders; /* one more while it is kept */
     client *client;   /* NULL: the thing is not kept */
     bool was_kept;
-    shd_stored *next; /* in the same bucket */
-    shd_stored *newer, *older;
 };
 
 /* What stands before a thing's bytes. */
@@ -30,12 +29,15 @@ enum { HEAD = (sizeof(shd_stored) + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT };
 
 struct shd_store {
     pthread_mutex_t mutex;
-    uint64_t seed; /* random: nobody can choose digests that share a bucket */
     shd_budget *budget;
-    shd_stored *buckets[BUCKETS];
+    shd_index index; /* by digest */
     client *clients;
     shd_store_load load;
 };
+
+static shd_key key_of(const shd_store *store, const shd_digest *digest) {
+    return shd_index_key(&store->index, 0, digest->bytes, sizeof digest->bytes);
+}
 
 /* ---- The mutex is held ---- */
 
@@ -46,71 +48,44 @@ static void count_bytes(shd_store *store, ptrdiff_t kept, ptrdiff_t held) {
     store->load.held += (size_t)held;
 }
 
-static shd_stored **bucket_of(shd_store *store, const shd_digest *digest) {
-    uint64_t word;
-    memcpy(&word, digest->bytes, sizeof word);
-    return &store->buckets[((word ^ store->seed) * UINT64_C(0x9e3779b97f4a7c15)) >> 52];
-}
-
-static shd_stored *find_thing(shd_store *store, const shd_digest *digest) {
-    shd_stored *thing = *bucket_of(store, digest);
-    while (thing && !shd_digest_same(&thing->digest, digest)) thing = thing->next;
-    return thing;
-}
-
-static client *find_client(shd_store *store, const char *name) {
-    client *c = store->clients;
-    while (c && strncmp(c->name, name, sizeof c->name - 1)) c = c->next;
-    return c;
-}
-
-static void link_newest(shd_stored *thing) {
-    client *c = thing->client;
-    thing->older = c->newest;
-    thing->newer = NULL;
-    *(c->newest ? &c->newest->newer : &c->oldest) = thing;
-    c->newest = thing;
-}
-
-static void unlink_use(shd_stored *thing) {
-    client *c = thing->client;
-    *(thing->newer ? &thing->newer->older : &c->newest) = thing->older;
-    *(thing->older ? &thing->older->newer : &c->oldest) = thing->newer;
+/* The client of a name, made if it is new. NULL: out of memory. */
+static client *get_client(shd_store *store, const char *name) {
+    client **at = &store->clients;
+    while (*at && strncmp((*at)->name, name, sizeof(*at)->name - 1)) at = &(*at)->next;
+    if (!*at && (*at = calloc(1, sizeof **at))) strncpy((*at)->name, name, sizeof(*at)->name - 1);
+    return *at;
 }
 
 static void keep_thing(shd_store *store, shd_stored *thing, client *c) {
-    shd_stored **bucket = bucket_of(store, &thing->digest);
-    thing->next = *bucket;
-    *bucket = thing;
     thing->client = c;
+    thing->was_kept = true;
     thing->holders++;
-    link_newest(thing);
-    c->bytes += thing->bytes;
+    shd_index_put(&store->index, &thing->key, thing);
+    shd_lru_put(&c->things, &thing->use);
     store->load.things++;
-    count_bytes(store, (ptrdiff_t)thing->bytes, 0);
+    count_bytes(store, (ptrdiff_t)thing->use.bytes, 0);
 }
 
 static void drop_client(shd_store *store, client *c) {
-    *(c->previous ? &c->previous->next : &store->clients) = c->next;
-    if (c->next) c->next->previous = c->previous;
+    client **at = &store->clients;
+    while (*at != c) at = &(*at)->next;
+    *at = c->next;
     free(c);
 }
 
-/* Returns the thing if nobody holds it, for the caller to free after the mutex is released. */
-static shd_stored *forget_thing(shd_store *store, shd_stored *thing) {
+/* Adds the thing to `freed` if nobody holds it. */
+static void forget_thing(shd_store *store, shd_stored *thing, shd_lru *freed) {
     client *c = thing->client;
-    shd_stored **at = bucket_of(store, &thing->digest);
-    while (*at != thing) at = &(*at)->next;
-    *at = thing->next;
-    unlink_use(thing);
-    c->bytes -= thing->bytes;
-    if (!c->newest) drop_client(store, c);
+    shd_index_take(&store->index, &thing->key);
+    shd_lru_take(&c->things, &thing->use);
+    if (!c->things.count) drop_client(store, c);
     thing->client = NULL;
     store->load.things--;
     store->load.evictions++;
     const bool held = --thing->holders;
-    count_bytes(store, -(ptrdiff_t)thing->bytes, held ? (ptrdiff_t)thing->bytes : 0);
-    return held ? NULL : thing;
+    const ptrdiff_t bytes = (ptrdiff_t)thing->use.bytes;
+    count_bytes(store, -bytes, held ? bytes : 0);
+    if (!held) shd_lru_put(freed, &thing->use);
 }
 
 /* The thing to forget next: the oldest one of the client that has most. The thing that was put last
@@ -119,41 +94,32 @@ static shd_stored *forget_thing(shd_store *store, shd_stored *thing) {
 static shd_stored *find_victim(const shd_store *store, const shd_stored *last) {
     const client *most = NULL;
     for (const client *c = store->clients; c; c = c->next)
-        if (c->oldest != last && (!most || c->bytes > most->bytes)) most = c;
-    return most ? most->oldest : NULL;
+        if (c->things.oldest != (const shd_use *)last &&
+            (!most || c->things.bytes > most->things.bytes))
+            most = c;
+    return most ? (shd_stored *)most->things.oldest : NULL;
 }
 
-/* Returns a list of the things to free, linked by `older`. */
-static shd_stored *make_room(shd_store *store, size_t bytes, const shd_stored *last) {
-    shd_stored *list = NULL, *victim;
-    while (store->load.bytes > bytes && (victim = find_victim(store, last))) {
-        shd_stored *freed = forget_thing(store, victim);
-        if (!freed) continue;
-        freed->older = list;
-        list = freed;
-    }
-    return list;
+/* Returns the things to free, without the mutex. */
+static shd_lru make_room(shd_store *store, size_t bytes, const shd_stored *last) {
+    shd_lru freed = {0};
+    shd_stored *victim;
+    while (store->load.bytes > bytes && (victim = find_victim(store, last)))
+        forget_thing(store, victim, &freed);
+    return freed;
 }
 
 /* ---- Any thread ---- */
 
 static void free_thing(shd_stored *thing) {
     shd_budget *budget = thing->store->budget;
-    const size_t bytes = thing->bytes;
+    const size_t bytes = thing->use.bytes;
     free(thing);
     shd_budget_give(budget, bytes);
 }
 
-/* Frees a list, and returns how many bytes its things had. */
-static size_t free_list(shd_stored *list) {
-    size_t bytes = 0;
-    while (list) {
-        shd_stored *thing = list;
-        list = thing->older;
-        bytes += thing->bytes;
-        free_thing(thing);
-    }
-    return bytes;
+static void free_things(shd_lru freed) {
+    for (shd_use *use; (use = shd_lru_pop(&freed));) free_thing((shd_stored *)use);
 }
 
 shd_status shd_stored_new(shd_store *store, const shd_digest *digest, size_t bytes,
@@ -169,7 +135,8 @@ shd_status shd_stored_new(shd_store *store, const shd_digest *digest, size_t byt
         shd_budget_give(store->budget, whole);
         return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     }
-    *thing = (shd_stored){.store = store, .digest = *digest, .bytes = whole, .holders = 1};
+    *thing = (shd_stored){.use.bytes = whole, .store = store, .digest = *digest, .holders = 1};
+    thing->key = key_of(store, &thing->digest);
     *out = thing;
     return SHD_OK;
 }
@@ -179,7 +146,7 @@ void *shd_stored_bytes(const shd_stored *thing) {
 }
 
 size_t shd_stored_size(const shd_stored *thing) {
-    return thing->bytes;
+    return thing->use.bytes;
 }
 
 void shd_stored_drop(shd_stored *thing) {
@@ -187,7 +154,7 @@ void shd_stored_drop(shd_stored *thing) {
     shd_store *store = thing->store;
     pthread_mutex_lock(&store->mutex);
     const bool last = --thing->holders == 0;
-    if (last && thing->was_kept) count_bytes(store, 0, -(ptrdiff_t)thing->bytes);
+    if (last && thing->was_kept) count_bytes(store, 0, -(ptrdiff_t)thing->use.bytes);
     pthread_mutex_unlock(&store->mutex);
     if (last) free_thing(thing);
 }
@@ -195,42 +162,32 @@ void shd_stored_drop(shd_stored *thing) {
 shd_status shd_store_put(shd_store *store, shd_stored *thing, const char *name, bool *known,
                          shd_error *error) {
     const size_t most = store->load.cap / SHARE;
-    if (thing->bytes > most)
+    if (thing->use.bytes > most)
         return shd_fail(error, SHD_LIMIT, "",
-                        "it takes %zu bytes; half of the limit `mesh-store` is %zu", thing->bytes,
-                        most);
-    client *fresh = calloc(1, sizeof *fresh);
-    if (!fresh) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
-    strncpy(fresh->name, name, sizeof fresh->name - 1);
+                        "it takes %zu bytes; half of the limit `mesh-store` is %zu",
+                        thing->use.bytes, most);
+    shd_lru freed = {0};
     pthread_mutex_lock(&store->mutex);
-    shd_stored *there = find_thing(store, &thing->digest), *freed = NULL;
-    if (!there) {
-        client *c = find_client(store, name);
-        if (!c) {
-            c = fresh;
-            c->next = store->clients;
-            if (c->next) c->next->previous = c;
-            store->clients = c;
-            fresh = NULL;
-        }
-        thing->was_kept = true;
+    const bool there = shd_index_find(&store->index, &thing->key);
+    client *c = there ? NULL : get_client(store, name);
+    if (c) {
         keep_thing(store, thing, c);
         freed = make_room(store, store->load.cap, thing);
     }
     pthread_mutex_unlock(&store->mutex);
-    free(fresh);
-    free_list(freed);
+    if (!there && !c) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
+    free_things(freed);
     *known = there;
     return SHD_OK;
 }
 
 shd_stored *shd_store_find(shd_store *store, const shd_digest *digest) {
+    const shd_key key = key_of(store, digest);
     pthread_mutex_lock(&store->mutex);
-    shd_stored *thing = find_thing(store, digest);
+    shd_stored *thing = shd_index_find(&store->index, &key);
     if (thing) {
         thing->holders++;
-        unlink_use(thing);
-        link_newest(thing);
+        shd_lru_touch(&thing->client->things, &thing->use);
     }
     (*(thing ? &store->load.hits : &store->load.misses))++;
     pthread_mutex_unlock(&store->mutex);
@@ -239,17 +196,10 @@ shd_stored *shd_store_find(shd_store *store, const shd_digest *digest) {
 
 size_t shd_store_shrink(shd_store *store, size_t bytes) {
     pthread_mutex_lock(&store->mutex);
-    shd_stored *freed = make_room(store, bytes, NULL);
+    const shd_lru freed = make_room(store, bytes, NULL);
     pthread_mutex_unlock(&store->mutex);
-    return free_list(freed);
-}
-
-size_t shd_store_trim(shd_store *store, size_t bytes) {
-    pthread_mutex_lock(&store->mutex);
-    const size_t kept = store->load.bytes;
-    shd_stored *freed = make_room(store, kept > bytes ? kept - bytes : 0, NULL);
-    pthread_mutex_unlock(&store->mutex);
-    return free_list(freed);
+    free_things(freed);
+    return freed.bytes;
 }
 
 shd_store_load shd_store_load_of(shd_store *store) {
@@ -262,9 +212,10 @@ shd_store_load shd_store_load_of(shd_store *store) {
 shd_status shd_store_new(size_t cap, shd_budget *budget, shd_store **out, shd_error *error) {
     shd_store *store = calloc(1, sizeof *store);
     if (!store) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
-    if (getrandom(&store->seed, sizeof store->seed, 0) != (ssize_t)sizeof store->seed) {
+    const shd_status status = shd_index_new(THINGS, &store->index, error);
+    if (status != SHD_OK) {
         free(store);
-        return shd_fail(error, SHD_INTERNAL, "", "the system gives no random numbers");
+        return status;
     }
     pthread_mutex_init(&store->mutex, NULL);
     store->load.cap = cap;
@@ -276,6 +227,7 @@ shd_status shd_store_new(size_t cap, shd_budget *budget, shd_store **out, shd_er
 void shd_store_drop(shd_store *store) {
     if (!store) return;
     shd_store_shrink(store, 0);
+    shd_index_drop(&store->index);
     pthread_mutex_destroy(&store->mutex);
     free(store);
 }

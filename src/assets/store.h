@@ -48,9 +48,6 @@ shd_stored *shd_store_find(shd_store *store, const shd_digest *digest);
  * the budget: those of things that nobody holds. */
 size_t shd_store_shrink(shd_store *store, size_t bytes);
 
-/* Forgets things until `bytes` fewer are kept. */
-size_t shd_store_trim(shd_store *store, size_t bytes);
-
 typedef struct shd_store_load {
     size_t cap, bytes, things; /* what is kept */
     size_t held;               /* forgotten bytes that somebody still holds */

@@ -49,7 +49,8 @@ static size_t give_records(void *reuse, size_t bytes) {
 }
 
 static size_t give_meshes(void *store, size_t bytes) {
-    return shd_store_trim(store, bytes);
+    const size_t kept = shd_store_load_of(store).bytes;
+    return shd_store_shrink(store, kept > bytes ? kept - bytes : 0);
 }
 
 void shd_engine_rest(shd_engine *engine) {
@@ -79,10 +80,11 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
     engine->isa = isa;
     engine->budget = options->budget;
     engine->spares = shd_spares_new(spare_bytes(options, threads), options->budget);
-    engine->reuse = shd_reuse_new(options->reuse, options->budget);
-    shd_status status = engine->spares && engine->reuse
+    shd_status status = engine->spares
                             ? shd_color_config_load(options->ocio_config, &engine->color, error)
                             : shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
+    if (status == SHD_OK)
+        status = shd_reuse_new(options->reuse, options->budget, &engine->reuse, error);
     if (status == SHD_OK)
         status = shd_store_new(options->mesh_store, options->budget, &engine->store, error);
     if (status == SHD_OK) status = shd_pool_new(threads, options->queue, &engine->pool, error);

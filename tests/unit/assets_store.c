@@ -159,7 +159,8 @@ static void what_is_held_outlives_its_place(void **state) {
 }
 
 static size_t give_way(void *store, size_t bytes) {
-    return shd_store_trim(store, bytes);
+    const size_t kept = shd_store_load_of(store).bytes;
+    return shd_store_shrink(store, kept > bytes ? kept - bytes : 0);
 }
 
 static void all_bytes_are_of_the_budget(void **state) {

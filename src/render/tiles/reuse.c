@@ -4,9 +4,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/lru.h"
 #include "base/stock.h"
 
-enum { ALIGNMENT = 64 };
+enum { ALIGNMENT = 64, RECORDS = 1024 };
 
 typedef struct piece {
     struct piece *next;
@@ -14,14 +15,13 @@ typedef struct piece {
 } piece;
 
 struct shd_record {
+    shd_use use; /* of published ones */
+    shd_key key;
+    shd_reuse_key digest;
     shd_reuse *reuse;
-    shd_record_kind kind;
-    shd_reuse_key key;
     unsigned users; /* and one more while it is published */
     bool failed;
     piece *pieces;
-    size_t bytes;
-    struct shd_record *newer, *older; /* published ones, by last use */
     size_t tile_count;
     void *tiles[];
 };
@@ -30,34 +30,28 @@ struct shd_reuse {
     pthread_mutex_t mutex;
     size_t cap, bytes; /* bytes: all pieces of records, published or not */
     shd_stock *stock;
-    shd_record *newest, *oldest;
+    shd_lru published;
+    shd_index index;
     shd_reuse_load stats;
 };
 
-shd_reuse *shd_reuse_new(size_t cap, shd_budget *budget) {
+shd_status shd_reuse_new(size_t cap, shd_budget *budget, shd_reuse **out, shd_error *error) {
     shd_reuse *reuse = calloc(1, sizeof *reuse);
-    if (!reuse) return NULL;
+    if (!reuse) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
+    pthread_mutex_init(&reuse->mutex, NULL);
     reuse->cap = cap;
     reuse->stock = shd_stock_new(cap, budget);
-    if (!reuse->stock) {
-        free(reuse);
-        return NULL;
-    }
-    pthread_mutex_init(&reuse->mutex, NULL);
-    return reuse;
+    const shd_status status = reuse->stock ? shd_index_new(RECORDS, &reuse->index, error)
+                                           : shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
+    if (status == SHD_OK)
+        *out = reuse;
+    else
+        shd_reuse_drop(reuse);
+    return status;
 }
 
-static void unlink_record(shd_reuse *reuse, shd_record *r) {
-    *(r->newer ? &r->newer->older : &reuse->newest) = r->older;
-    *(r->older ? &r->older->newer : &reuse->oldest) = r->newer;
-    r->newer = r->older = NULL;
-}
-
-static void link_newest(shd_reuse *reuse, shd_record *r) {
-    r->older = reuse->newest;
-    r->newer = NULL;
-    *(reuse->newest ? &reuse->newest->newer : &reuse->oldest) = r;
-    reuse->newest = r;
+static shd_key key_of(const shd_reuse *reuse, shd_record_kind kind, const shd_reuse_key *key) {
+    return shd_index_key(&reuse->index, kind, key, sizeof *key);
 }
 
 /* Their callers hold the mutex. */
@@ -69,7 +63,7 @@ static void forget_record(shd_record *r) {
         r->pieces = p->next;
         shd_stock_give(reuse->stock, p, p->size);
     }
-    reuse->bytes -= r->bytes;
+    reuse->bytes -= r->use.bytes;
     free(r);
 }
 
@@ -77,17 +71,15 @@ static void release_record(shd_record *r) {
     if (--r->users == 0) forget_record(r);
 }
 
-static void unpublish_record(shd_record *r) {
-    unlink_record(r->reuse, r);
-    release_record(r);
-}
-
 /* Forgets the oldest record that nobody uses. False: there is none. */
 static bool forget_oldest(shd_reuse *reuse) {
-    shd_record *r = reuse->oldest;
-    while (r && r->users > 1) r = r->newer;
-    if (r) unpublish_record(r);
-    return r;
+    shd_record *r = (shd_record *)reuse->published.oldest;
+    while (r && r->users > 1) r = (shd_record *)r->use.newer;
+    if (!r) return false;
+    shd_index_take(&reuse->index, &r->key);
+    shd_lru_take(&reuse->published, &r->use);
+    release_record(r);
+    return true;
 }
 
 /* A piece of memory, for which the oldest records are forgotten. NULL: what is in use fills the
@@ -103,30 +95,26 @@ static piece *take_piece(shd_reuse *reuse, size_t size) {
 static piece *add_piece(shd_record *r, size_t size) {
     shd_reuse *reuse = r->reuse;
     const size_t unit = SHD_STOCK_UNIT, need = ALIGNMENT + size;
-    size_t whole = need > r->bytes / 4 ? need : r->bytes / 4;
+    size_t whole = need > r->use.bytes / 4 ? need : r->use.bytes / 4;
     whole = whole < SHD_STOCK_MOST ? (whole + unit - 1) / unit * unit : SHD_STOCK_MOST;
     /* No record takes more than half of what may be kept. */
-    if (need > whole || r->bytes + whole > reuse->cap / 2) return NULL;
+    if (need > whole || r->use.bytes + whole > reuse->cap / 2) return NULL;
     piece *p = take_piece(reuse, whole);
     if (!p) return NULL;
     *p = (piece){r->pieces, whole, ALIGNMENT};
     r->pieces = p;
-    r->bytes += whole;
+    r->use.bytes += whole;
     reuse->bytes += whole;
     return p;
-}
-
-static shd_record *find_record(shd_reuse *reuse, shd_record_kind kind, shd_reuse_key key) {
-    for (shd_record *r = reuse->newest; r; r = r->older)
-        if (r->kind == kind && r->key.low == key.low && r->key.high == key.high) return r;
-    return NULL;
 }
 
 /* ---- ---- */
 
 void shd_reuse_drop(shd_reuse *reuse) {
     if (!reuse) return;
-    while (reuse->newest) unpublish_record(reuse->newest);
+    while (forget_oldest(reuse)) {
+    }
+    shd_index_drop(&reuse->index);
     shd_stock_drop(reuse->stock);
     pthread_mutex_destroy(&reuse->mutex);
     free(reuse);
@@ -134,12 +122,12 @@ void shd_reuse_drop(shd_reuse *reuse) {
 
 shd_record *shd_reuse_find(shd_reuse *reuse, shd_record_kind kind, shd_reuse_key key) {
     if (!reuse->cap) return NULL;
+    const shd_key sought = key_of(reuse, kind, &key);
     pthread_mutex_lock(&reuse->mutex);
-    shd_record *r = find_record(reuse, kind, key);
+    shd_record *r = shd_index_find(&reuse->index, &sought);
     if (r) {
         r->users++;
-        unlink_record(reuse, r);
-        link_newest(reuse, r);
+        shd_lru_touch(&reuse->published, &r->use);
     }
     if (kind == SHD_RECORD_LIGHT)
         *(r ? &reuse->stats.light_hits : &reuse->stats.light_misses) += 1;
@@ -155,8 +143,8 @@ shd_record *shd_record_new(shd_reuse *reuse, shd_record_kind kind, shd_reuse_key
     shd_record *r = calloc(1, sizeof *r + tile_count * sizeof *r->tiles);
     if (!r) return NULL;
     r->reuse = reuse;
-    r->kind = kind;
-    r->key = key;
+    r->digest = key;
+    r->key = key_of(reuse, kind, &r->digest);
     r->users = 1;
     r->tile_count = tile_count;
     return r;
@@ -190,9 +178,10 @@ void shd_record_publish(shd_record *r) {
     shd_reuse *reuse = r->reuse;
     pthread_mutex_lock(&reuse->mutex);
     /* Another request may have been faster. If nothing is seen there is nothing to keep. */
-    if (!r->failed && r->bytes && !find_record(reuse, r->kind, r->key)) {
+    if (!r->failed && r->use.bytes && !shd_index_find(&reuse->index, &r->key)) {
         r->users++;
-        link_newest(reuse, r);
+        shd_index_put(&reuse->index, &r->key, r);
+        shd_lru_put(&reuse->published, &r->use);
     }
     pthread_mutex_unlock(&reuse->mutex);
 }

@@ -27,9 +27,8 @@ typedef struct shd_reuse_key {
 
 typedef enum shd_record_kind { SHD_RECORD_GEOMETRY, SHD_RECORD_LIGHT } shd_record_kind;
 
-/* Keeps `cap` bytes at most, as far as `budget` gives them, which outlives it. 0 keeps nothing.
- * NULL: out of memory. */
-shd_reuse *shd_reuse_new(size_t cap, shd_budget *budget);
+/* Keeps `cap` bytes at most, as far as `budget` gives them, which outlives it. 0 keeps nothing. */
+shd_status shd_reuse_new(size_t cap, shd_budget *budget, shd_reuse **out, shd_error *error);
 
 /* Forgets the oldest records that nobody uses and gives the system back what is free then, until
  * `bytes` are given or there is no more. Returns how many were. */
