@@ -26,6 +26,14 @@ const char *shd_take_text(shd_reader *r, const char *text) {
     return copy ? memcpy(copy, text, bytes) : NULL;
 }
 
+uint64_t shd_hold_to_limit(shd_reader *r, const shd_node *node, const char *subject, uint64_t count,
+                           const char *name, uint64_t limit) {
+    if (count <= limit) return count;
+    shd_node_fail(r->report, node, SHD_LIMIT, "%s %llu %s; the limit `%s` is %llu", subject,
+                  (unsigned long long)count, name, name, (unsigned long long)limit);
+    return limit;
+}
+
 /* ---- Objects and their members ---- */
 
 bool shd_is_object(shd_reader *r, const shd_node *node) {
@@ -48,8 +56,8 @@ static void report_unknown(shd_reader *r, const shd_node *node, const shd_field 
     for (size_t i = 0; i < count; i++)
         if (!fields[i].kinds || fields[i].kinds & kinds) names[known++] = fields[i].name;
     shd_node member = {node, key, 0, NULL};
-    shd_node_fail(r->report, &member, SHD_SCENE, "unknown member \"%s\" of %s%s",
-                  shd_quote(key).text, what, shd_suggest(r->report, key, names, known).text);
+    shd_wrong(r, &member, "unknown member \"%s\" of %s%s", shd_quote(key).text, what,
+              shd_suggest(r->report, key, names, known).text);
 }
 
 uint32_t shd_read_fields(shd_reader *r, const shd_node *node, const shd_field *fields, size_t count,
@@ -66,7 +74,8 @@ uint32_t shd_read_fields(shd_reader *r, const shd_node *node, const shd_field *f
         }
         if (!field->read || !(member.value || field->always)) continue;
         size_t errors = r->report->error_count;
-        field->read(r, &member, field, (char *)out + field->offset);
+        r->field = field;
+        field->read(r, &member, (char *)out + field->offset);
         if (r->report->error_count > errors) wrong |= UINT32_C(1) << i;
     }
     r->wrong = wrong; /* last, because fields may have fields of their own */
@@ -79,8 +88,8 @@ uint32_t shd_read_fields(shd_reader *r, const shd_node *node, const shd_field *f
     return seen;
 }
 
-void shd_read_label(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    (void)field, (void)out;
+void shd_read_label(shd_reader *r, const shd_node *node, void *out) {
+    (void)out;
     if (!json_is_string(node->value)) shd_node_expect(r->report, node, "a string");
 }
 
@@ -98,33 +107,33 @@ static bool get_number(shd_reader *r, const shd_node *node, const shd_range *ran
     }
     double value = json_number_value(node->value);
     if (!in_range(value, range)) {
-        shd_node_fail(r->report, node, SHD_SCENE, "must be %s, got %.9g", range->text, value);
+        shd_wrong(r, node, "must be %s, got %.9g", range->text, value);
         return false;
     }
     *out = value;
     return true;
 }
 
-static const shd_range *range_of(const shd_field *field) {
-    return field->range ? field->range : &shd_any_number;
+static const shd_range *range_of_field(const shd_reader *r) {
+    return r->field->range ? r->field->range : &shd_any_number;
 }
 
-void shd_read_number(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    get_number(r, node, range_of(field), out);
+void shd_read_number(shd_reader *r, const shd_node *node, void *out) {
+    get_number(r, node, range_of_field(r), out);
 }
 
-void shd_read_degrees(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+void shd_read_degrees(shd_reader *r, const shd_node *node, void *out) {
     double degrees;
-    if (get_number(r, node, range_of(field), &degrees)) *(double *)out = degrees * (SHD_PI / 180);
+    if (get_number(r, node, range_of_field(r), &degrees)) *(double *)out = degrees * (SHD_PI / 180);
 }
 
-void shd_read_integer(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+void shd_read_integer(shd_reader *r, const shd_node *node, void *out) {
+    const shd_range *range = range_of_field(r);
     double value = json_number_value(node->value);
     if (!json_is_number(node->value))
         shd_node_expect(r->report, node, "an integer");
-    else if (!in_range(value, field->range) || value != floor(value))
-        shd_node_fail(r->report, node, SHD_SCENE, "expected an integer from %s, got %.9g",
-                      field->range->text, value);
+    else if (!in_range(value, range) || value != floor(value))
+        shd_wrong(r, node, "expected an integer from %s, got %.9g", range->text, value);
     else
         *(int *)out = (int)value;
 }
@@ -136,8 +145,7 @@ bool shd_is_array(shd_reader *r, const shd_node *node, size_t least, size_t most
         return false;
     }
     size_t size = json_array_size(node->value);
-    if (size < least || size > most)
-        shd_node_fail(r->report, node, SHD_SCENE, "expected %s, got %zu", expected, size);
+    if (size < least || size > most) shd_wrong(r, node, "expected %s, got %zu", expected, size);
     return true;
 }
 
@@ -157,17 +165,17 @@ bool shd_get_three(shd_reader *r, const shd_node *node, const shd_range *range, 
     return shd_get_numbers(r, node, 3, 3, "an array of 3 numbers", range, out);
 }
 
-void shd_read_vector(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+void shd_read_vector(shd_reader *r, const shd_node *node, void *out) {
     double v[3];
-    if (shd_get_three(r, node, range_of(field), v)) *(shd_vec3 *)out = (shd_vec3){v[0], v[1], v[2]};
+    if (shd_get_three(r, node, range_of_field(r), v))
+        *(shd_vec3 *)out = (shd_vec3){v[0], v[1], v[2]};
 }
 
-void shd_read_direction(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    (void)field;
+void shd_read_direction(shd_reader *r, const shd_node *node, void *out) {
     double v[3];
     if (!shd_get_three(r, node, &shd_any_number, v)) return;
     if (!shd_normalize((shd_vec3){v[0], v[1], v[2]}, out))
-        shd_node_fail(r->report, node, SHD_SCENE, "must not be zero: it is a direction");
+        shd_wrong(r, node, "must not be zero: it is a direction");
 }
 
 /* ---- Names ---- */
@@ -181,12 +189,12 @@ int shd_read_name(shd_reader *r, const shd_node *node, const char *const *names)
     size_t count = 0;
     for (; names[count]; count++)
         if (!strcmp(names[count], name)) return (int)count;
-    shd_node_fail(r->report, node, SHD_SCENE, "\"%s\" is not known here%s", shd_quote(name).text,
-                  shd_suggest(r->report, name, names, count).text);
+    shd_wrong(r, node, "\"%s\" is not known here%s", shd_quote(name).text,
+              shd_suggest(r->report, name, names, count).text);
     return -1;
 }
 
-void shd_read_choice(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    int index = shd_read_name(r, node, field->choices);
+void shd_read_choice(shd_reader *r, const shd_node *node, void *out) {
+    int index = shd_read_name(r, node, r->field->choices);
     if (index >= 0) *(int *)out = index;
 }

@@ -14,36 +14,16 @@ __extension__ typedef unsigned __int128 wide;
  * two such numbers. Their double takes one exact division and one rounding. */
 enum { DIGITS = 19, POWERS = 28 };
 
-static const uint64_t power_of_five[POWERS] = {
-    1u,
-    5u,
-    25u,
-    125u,
-    625u,
-    3125u,
-    15625u,
-    78125u,
-    390625u,
-    1953125u,
-    9765625u,
-    48828125u,
-    244140625u,
-    1220703125u,
-    6103515625u,
-    30517578125u,
-    152587890625u,
-    762939453125u,
-    3814697265625u,
-    19073486328125u,
-    95367431640625u,
-    476837158203125u,
-    2384185791015625u,
-    11920928955078125u,
-    59604644775390625u,
-    298023223876953125u,
-    1490116119384765625u,
-    7450580596923828125u,
-};
+/* x times 5^0 to 5^3 */
+#define FOUR_POWERS(x) UINT64_C(x), 5 * UINT64_C(x), 25 * UINT64_C(x), 125 * UINT64_C(x)
+
+static const uint64_t power_of_five[POWERS] = {FOUR_POWERS(1),
+                                               FOUR_POWERS(625),
+                                               FOUR_POWERS(390625),
+                                               FOUR_POWERS(244140625),
+                                               FOUR_POWERS(152587890625),
+                                               FOUR_POWERS(95367431640625),
+                                               FOUR_POWERS(59604644775390625)};
 
 /* A power of two within doubles' normal range. */
 static double power_of_two(int exponent) {

@@ -56,23 +56,18 @@ static void report_syntax(const char *text, size_t length, const json_error_t *e
     report->line = line;
     report->column = column;
     size_t end = error->position > 0 ? (size_t)error->position : 0;
-    if (json_error_code(error) == json_error_duplicate_key && end <= length)
-        shd_report_error(report, SHD_SYNTAX, "",
-                         "line %d, column %d: the key \"%s\" is there twice", line, column,
-                         key_before(text, end).text);
-    else if (json_error_code(error) == json_error_null_character)
-        shd_report_error(report, SHD_SYNTAX, "",
-                         "line %d, column %d: \\u0000 is not allowed in strings", line, column);
-    else if (length >= 3 && !memcmp(text, "\xef\xbb\xbf", 3))
-        shd_report_error(report, SHD_SYNTAX, "",
-                         "line %d, column %d: a byte order mark stands before the document", line,
-                         column);
-    else if (json_error_code(error) == json_error_stack_overflow)
-        shd_report_error(report, SHD_SYNTAX, "",
-                         "line %d, column %d: the document is nested too deeply", line, column);
-    else
-        shd_report_error(report, SHD_SYNTAX, "", "line %d, column %d: %s", line, column,
-                         shd_quote(error->text).text);
+    const enum json_error_code code = json_error_code(error);
+    const bool twice = code == json_error_duplicate_key && end <= length;
+    const shd_quoted quoted = twice ? key_before(text, end) : shd_quote(error->text);
+    const char *what = quoted.text;
+    if (code == json_error_null_character)
+        what = "\\u0000 is not allowed in strings";
+    else if (!twice && length >= 3 && !memcmp(text, "\xef\xbb\xbf", 3))
+        what = "a byte order mark stands before the document";
+    else if (code == json_error_stack_overflow)
+        what = "the document is nested too deeply";
+    shd_report_error(report, SHD_SYNTAX, "", "line %d, column %d: %s%s%s", line, column,
+                     twice ? "the key \"" : "", what, twice ? "\" is there twice" : "");
 }
 
 /* The part of a text that is left. */

@@ -3,18 +3,17 @@
 
 #include <string.h>
 
-static void read_background(shd_reader *r, const shd_node *node, const shd_field *field,
-                            void *out) {
+static void read_background(shd_reader *r, const shd_node *node, void *out) {
     (void)out;
     if (json_is_null(node->value))
         r->scene->transparent = true;
     else
-        shd_read_color(r, node, field, r->scene->background);
+        shd_read_color(r, node, r->scene->background);
 }
 
-static void read_ambient(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
+static void read_ambient(shd_reader *r, const shd_node *node, void *out) {
     (void)out;
-    shd_read_color(r, node, field, r->scene->ambient);
+    shd_read_color(r, node, r->scene->ambient);
 }
 
 /* ---- Accuracy ---- */
@@ -24,24 +23,17 @@ typedef struct raw_accuracy {
     double max_error;
 } raw_accuracy;
 
-static void read_accuracy(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    (void)field, (void)out;
+static void read_accuracy(shd_reader *r, const shd_node *node, void *out) {
+    (void)out;
     enum { TIER, MAX_ERROR, METRIC, COUNT };
     enum { STANDARD, EXACT, DRAFT };
     static const char *const tiers[] = {
         [STANDARD] = "standard", [EXACT] = "exact", [DRAFT] = "draft", NULL};
     static const shd_field fields[COUNT] = {
-        [TIER] = {.name = "tier",
-                  .read = shd_read_choice,
-                  .offset = offsetof(raw_accuracy, tier),
-                  .choices = tiers},
-        [MAX_ERROR] = {.name = "maxError",
-                       .read = shd_read_number,
-                       .offset = offsetof(raw_accuracy, max_error),
+        [TIER] = {"tier", shd_read_choice, offsetof(raw_accuracy, tier), .choices = tiers},
+        [MAX_ERROR] = {"maxError", shd_read_number, offsetof(raw_accuracy, max_error),
                        .range = &shd_positive},
-        [METRIC] = {.name = "metric",
-                    .read = shd_read_choice,
-                    .offset = offsetof(raw_accuracy, metric),
+        [METRIC] = {"metric", shd_read_choice, offsetof(raw_accuracy, metric),
                     .choices = shd_metric_names},
     };
     if (!shd_is_object(r, node)) return;
@@ -49,10 +41,8 @@ static void read_accuracy(shd_reader *r, const shd_node *node, const shd_field *
     uint32_t seen = shd_read_fields(r, node, fields, COUNT, 0, "accuracy", &raw);
     bool tier = seen >> TIER & 1, error = seen >> MAX_ERROR & 1, metric = seen >> METRIC & 1;
     if (tier && (error || metric))
-        shd_node_fail(r->report, node, SHD_SCENE,
-                      "give either `tier` or a budget of `maxError` and `metric`, not both");
-    if (metric && !error)
-        shd_node_fail(r->report, node, SHD_SCENE, "`metric` needs a `maxError` that it measures");
+        shd_wrong(r, node, "give either `tier` or a budget of `maxError` and `metric`, not both");
+    if (metric && !error) shd_wrong(r, node, "`metric` needs a `maxError` that it measures");
     r->scene->accuracy = (shd_accuracy){.tier = raw.tier == EXACT ? SHD_EXACT : SHD_STANDARD,
                                         .draft = raw.tier == DRAFT,
                                         .budget = error,
@@ -83,23 +73,21 @@ static void read_document(shd_reader *r, const json_t *tree) {
     /* Order: colors need both spaces; lights need the camera's frame; objects need the materials
      * and the interpolation; outputs need the working space and the number of lights. */
     static const shd_field fields[] = {
-        {.name = "$schema", .read = shd_read_label},
-        {.name = "workingSpace", .read = shd_read_spaces},
-        {.name = "colorSpace", .read = shd_read_spaces},
-        {.name = "camera", .read = shd_read_camera, .always = true},
-        {.name = "image", .read = shd_read_image, .always = true},
-        {.name = "ambient", .read = read_ambient},
-        {.name = "background", .read = read_background},
-        {.name = "lights", .read = shd_read_lights, .always = true},
-        {.name = "interpolation",
-         .read = shd_read_choice,
-         .offset = offsetof(shd_reader, interpolation),
+        {"$schema", .read = shd_read_label},
+        {"workingSpace", .read = shd_read_spaces},
+        {"colorSpace", .read = shd_read_spaces},
+        {"camera", shd_read_camera, .always = true},
+        {"image", shd_read_image, .always = true},
+        {"ambient", .read = read_ambient},
+        {"background", .read = read_background},
+        {"lights", shd_read_lights, .always = true},
+        {"interpolation", shd_read_choice, offsetof(shd_reader, interpolation),
          .choices = shd_interpolation_names},
-        {.name = "materials", .read = shd_read_materials},
-        {.name = "objects", .read = shd_read_objects, .always = true},
-        {.name = "accuracy", .read = read_accuracy},
-        {.name = "output", .read = shd_read_output, .always = true},
-        {.name = "outputs", .read = shd_read_outputs},
+        {"materials", .read = shd_read_materials},
+        {"objects", shd_read_objects, .always = true},
+        {"accuracy", .read = read_accuracy},
+        {"output", shd_read_output, .always = true},
+        {"outputs", .read = shd_read_outputs},
     };
     shd_node root = {.value = tree};
     if (!shd_is_object(r, &root)) return;

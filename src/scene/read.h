@@ -48,7 +48,8 @@ typedef struct shd_reader {
     size_t missing_count;                 /* of all of them */
     /* Bits of the shd_format of all outputs, and of those that have color and no alpha. */
     unsigned formats, flat;
-    uint32_t wrong; /* the fields that shd_read_fields found wrong */
+    const struct shd_field *field; /* the one that is read */
+    uint32_t wrong;                /* the fields that shd_read_fields found wrong */
 
     shd_named_material *named; /* `materials`, sorted by name */
     size_t named_count;
@@ -69,20 +70,19 @@ typedef struct shd_range {
 
 extern const shd_range shd_any_number, shd_positive, shd_not_negative;
 
-typedef struct shd_field shd_field;
+/* Reads node->value (never NULL unless the field is `always`) into `out`. The field is r->field as
+ * long as the reader reads no fields itself. */
+typedef void shd_field_read(shd_reader *r, const shd_node *node, void *out);
 
-/* Reads node->value (never NULL unless the field is `always`) into `out`. */
-typedef void shd_field_read(shd_reader *r, const shd_node *node, const shd_field *field, void *out);
-
-struct shd_field {
+typedef struct shd_field {
     const char *name;
     shd_field_read *read; /* NULL: other code reads it, here it is only known */
     size_t offset;        /* of the value in the struct that is filled */
     unsigned kinds;       /* Bits of the kinds of thing that have this member; 0: all. */
-    bool always; /* Whether it is read even if it is absent, to report that or to make a default. */
     const shd_range *range;
     const char *const *choices; /* ended by NULL */
-};
+    bool always; /* Whether it is read even if it is absent, to report that or to make a default. */
+} shd_field;
 
 enum { SHD_FIELDS_MOST = 32 };
 
@@ -91,6 +91,15 @@ enum { SHD_FIELDS_MOST = 32 };
  * r->wrong is set if reading it gave an error, so that nothing that needs it is checked. */
 uint32_t shd_read_fields(shd_reader *r, const shd_node *node, const shd_field *fields, size_t count,
                          unsigned kinds, const char *what, void *out);
+
+/* An error about the place. */
+#define shd_wrong(r, node, ...) shd_node_fail((r)->report, node, SHD_SCENE, __VA_ARGS__)
+
+/* The smaller one of `count` and the limit that is called `name`, as the counted things are. An
+ * error if it is the limit: "the scene asks for 5 lights; the limit `lights` is 4" has the
+ * `subject` "the scene asks for". */
+uint64_t shd_hold_to_limit(shd_reader *r, const shd_node *node, const char *subject, uint64_t count,
+                           const char *name, uint64_t limit);
 
 /* The index of a string among `names`. -1, and an error, if it is none of them. */
 int shd_read_name(shd_reader *r, const shd_node *node, const char *const *names);
@@ -108,11 +117,11 @@ bool shd_get_numbers(shd_reader *r, const shd_node *node, size_t least, size_t m
 bool shd_get_three(shd_reader *r, const shd_node *node, const shd_range *range, double out[3]);
 
 /* Field readers. */
-shd_field_read shd_read_number;    /* double, field->range */
-shd_field_read shd_read_integer;   /* int, field->range */
-shd_field_read shd_read_degrees;   /* double, in radians; field->range in degrees */
-shd_field_read shd_read_choice;    /* int, index into field->choices */
-shd_field_read shd_read_vector;    /* shd_vec3, field->range for each component */
+shd_field_read shd_read_number;    /* double, in the field's range */
+shd_field_read shd_read_integer;   /* int, in the field's range */
+shd_field_read shd_read_degrees;   /* double, in radians; the field's range is in degrees */
+shd_field_read shd_read_choice;    /* int, index into the field's choices */
+shd_field_read shd_read_vector;    /* shd_vec3, each component in the field's range */
 shd_field_read shd_read_direction; /* shd_vec3, made unit */
 shd_field_read shd_read_color;     /* double[3], in the working space */
 shd_field_read shd_read_label;     /* nothing: the string is for others */

@@ -31,8 +31,8 @@ static void build_frame(shd_reader *r, const shd_node *node, const raw_camera *r
     shd_node target = shd_node_member(node, "target"), position = shd_node_member(node, "position");
     shd_vec3 away = shd_sub(shd_scale(raw->position, 0.5), shd_scale(raw->target, 0.5));
     if (!shd_normalize(away, &back)) {
-        shd_node_fail(r->report, seen >> CAMERA_TARGET & 1 ? &target : &position, SHD_SCENE,
-                      "position and target are the same point: there is no direction to look in");
+        shd_wrong(r, seen >> CAMERA_TARGET & 1 ? &target : &position,
+                  "position and target are the same point: there is no direction to look in");
         return;
     }
     if (wrong >> CAMERA_UP & 1) return;
@@ -40,8 +40,7 @@ static void build_frame(shd_reader *r, const shd_node *node, const raw_camera *r
     shd_vec3 across = shd_cross(up, back);
     if (!(shd_length(across) >= 1e-9) || !shd_normalize(across, &right)) {
         shd_node given = shd_node_member(node, "up");
-        shd_node_fail(r->report, given.value ? &given : node, SHD_SCENE,
-                      "`up` is parallel to the view: turn it aside");
+        shd_wrong(r, given.value ? &given : node, "`up` is parallel to the view: turn it aside");
         return;
     }
     camera->back = back;
@@ -50,31 +49,19 @@ static void build_frame(shd_reader *r, const shd_node *node, const raw_camera *r
     shd_normalize(shd_cross(back, right), &camera->up);
 }
 
-void shd_read_camera(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    (void)field, (void)out;
+void shd_read_camera(shd_reader *r, const shd_node *node, void *out) {
+    (void)out;
     static const char *const types[] = {
         [SHD_PERSPECTIVE] = "perspective", [SHD_ORTHOGRAPHIC] = "orthographic", NULL};
     static const shd_range fov = {0, 180, true, true, "between 0 and 180 degrees"};
     static const shd_field fields[CAMERA_FIELDS] = {
-        [CAMERA_TYPE] = {.name = "type"},
-        [CAMERA_POSITION] = {.name = "position",
-                             .read = shd_read_vector,
-                             .offset = offsetof(raw_camera, position)},
-        [CAMERA_TARGET] = {.name = "target",
-                           .read = shd_read_vector,
-                           .offset = offsetof(raw_camera, target)},
-        [CAMERA_UP] = {.name = "up",
-                       .read = shd_read_direction,
-                       .offset = offsetof(raw_camera, up)},
-        [CAMERA_FOV] = {.name = "fov",
-                        .read = shd_read_degrees,
-                        .offset = offsetof(raw_camera, fov),
-                        .kinds = PERSPECTIVE,
+        [CAMERA_TYPE] = {"type", .read = NULL},
+        [CAMERA_POSITION] = {"position", shd_read_vector, .offset = offsetof(raw_camera, position)},
+        [CAMERA_TARGET] = {"target", shd_read_vector, .offset = offsetof(raw_camera, target)},
+        [CAMERA_UP] = {"up", shd_read_direction, .offset = offsetof(raw_camera, up)},
+        [CAMERA_FOV] = {"fov", shd_read_degrees, offsetof(raw_camera, fov), PERSPECTIVE,
                         .range = &fov},
-        [CAMERA_HEIGHT] = {.name = "height",
-                           .read = shd_read_number,
-                           .offset = offsetof(raw_camera, height),
-                           .kinds = ORTHOGRAPHIC,
+        [CAMERA_HEIGHT] = {"height", shd_read_number, offsetof(raw_camera, height), ORTHOGRAPHIC,
                            .range = &shd_positive},
     };
     raw_camera raw = {{0, 0, 4}, {0, 0, 0}, {0, 1, 0}, 40 * (SHD_PI / 180), 2};
@@ -107,15 +94,14 @@ typedef struct raw_image {
     double region[4]; /* NAN: wrong */
 } raw_image;
 
-static void read_region(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    (void)field;
+static void read_region(shd_reader *r, const shd_node *node, void *out) {
     double v[4] = {NAN, NAN, NAN, NAN};
     shd_get_numbers(r, node, 4, 4, "an array of 4 integers: x, y, width, height", &shd_any_number,
                     v);
     for (size_t i = 0; i < 4; i++) {
         shd_node item = shd_node_item(node, i);
         if (!isnan(v[i]) && v[i] != floor(v[i]))
-            shd_node_fail(r->report, &item, SHD_SCENE, "expected an integer, got %.9g", v[i]);
+            shd_wrong(r, &item, "expected an integer, got %.9g", v[i]);
     }
     /* Items belong to sides by their place only if there are four. */
     if (json_array_size(node->value) == 4) memcpy(out, v, sizeof v);
@@ -134,12 +120,12 @@ static void place_region(shd_reader *r, const shd_node *node, double v[4], uint3
         const bool empty = i >= 2 && v[i] < 1;
         const bool out = v[i] < low || v[i] > high || (i >= 2 && v[i - 2] + v[i] > high);
         if (empty)
-            shd_node_fail(r->report, &item, SHD_SCENE, "a region is at least 1 pixel %s, got %.9g",
-                          i == 2 ? "wide" : "high", v[i]);
+            shd_wrong(r, &item, "a region is at least 1 pixel %s, got %.9g",
+                      i == 2 ? "wide" : "high", v[i]);
         else if (out)
-            shd_node_fail(r->report, &item, SHD_SCENE,
-                          "the region reaches out of the picture, which has %s%g pixels this way",
-                          known ? "" : "at most ", high);
+            shd_wrong(r, &item,
+                      "the region reaches out of the picture, which has %s%g pixels this way",
+                      known ? "" : "at most ", high);
         if (out || v[i] != floor(v[i])) v[i] = NAN;
     }
     raster->x = isnan(v[0]) ? 0 : (int)v[0];
@@ -148,24 +134,17 @@ static void place_region(shd_reader *r, const shd_node *node, double v[4], uint3
     raster->h = isnan(v[3]) ? 0 : (int)v[3];
 }
 
-void shd_read_image(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    (void)field, (void)out;
+void shd_read_image(shd_reader *r, const shd_node *node, void *out) {
+    (void)out;
     static const shd_range pixels = {1, LONGEST, .text = "1 to 65535"};
     static const shd_range samples = {1, 64, .text = "1 to 64"};
     static const shd_field fields[COUNT] = {
-        [WIDTH] = {.name = "width",
-                   .read = shd_read_integer,
-                   .offset = offsetof(raw_image, raster.width),
-                   .range = &pixels},
-        [HEIGHT] = {.name = "height",
-                    .read = shd_read_integer,
-                    .offset = offsetof(raw_image, raster.height),
+        [WIDTH] = {"width", shd_read_integer, offsetof(raw_image, raster.width), .range = &pixels},
+        [HEIGHT] = {"height", shd_read_integer, offsetof(raw_image, raster.height),
                     .range = &pixels},
-        [SAMPLES] = {.name = "samples",
-                     .read = shd_read_integer,
-                     .offset = offsetof(raw_image, raster.samples),
+        [SAMPLES] = {"samples", shd_read_integer, offsetof(raw_image, raster.samples),
                      .range = &samples},
-        [REGION] = {.name = "region", .read = read_region, .offset = offsetof(raw_image, region)},
+        [REGION] = {"region", read_region, .offset = offsetof(raw_image, region)},
     };
     raw_image raw = {.raster = {.width = 512, .height = 512, .samples = 4},
                      .region = {NAN, NAN, NAN, NAN}};
@@ -186,14 +165,12 @@ void shd_read_image(shd_reader *r, const shd_node *node, const shd_field *field,
     /* A side that is not known is 0 here, and so within every limit. */
     r->scene->raster = raster;
     uint64_t asked = (uint64_t)raster.w * (uint64_t)raster.h;
-    if (asked > r->limits->pixels)
-        shd_node_fail(r->report, node->value ? node : node->parent, SHD_LIMIT,
-                      "the image asks for %llu pixels; the limit `pixels` is %llu",
-                      (unsigned long long)asked, (unsigned long long)r->limits->pixels);
+    const shd_node *place = node->value ? node : node->parent;
+    shd_hold_to_limit(r, place, "the image asks for", asked, "pixels", r->limits->pixels);
     if (wrong >> SAMPLES & 1) return;
     uint64_t rays = asked * (uint64_t)raster.samples;
     if (rays > r->limits->samples)
-        shd_node_fail(r->report, node->value ? node : node->parent, SHD_LIMIT,
+        shd_node_fail(r->report, place, SHD_LIMIT,
                       "the image asks for %llu samples (%llu pixels of %d); the limit `samples` "
                       "is %llu",
                       (unsigned long long)rays, (unsigned long long)asked, raster.samples,

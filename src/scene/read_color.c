@@ -12,8 +12,8 @@ static const shd_space_info *find_space(shd_reader *r, const shd_node *node, con
     const char *names[MOST];
     size_t count = r->catalog->space_count < MOST ? r->catalog->space_count : MOST;
     for (size_t i = 0; i < count; i++) names[i] = r->catalog->spaces[i].name;
-    shd_node_fail(r->report, node, SHD_SCENE, "there is no color space \"%s\"%s",
-                  shd_quote(name).text, shd_suggest(r->report, name, names, count).text);
+    shd_wrong(r, node, "there is no color space \"%s\"%s", shd_quote(name).text,
+              shd_suggest(r->report, name, names, count).text);
     return NULL;
 }
 
@@ -36,8 +36,7 @@ void shd_convert_color(shd_reader *r, const shd_node *node, const shd_space_info
     if (status)
         shd_node_fail(r->report, node, status, "%s to %s: %s", from->name, to->name, error.text);
     else if (!isfinite(converted[0]) || !isfinite(converted[1]) || !isfinite(converted[2]))
-        shd_node_fail(r->report, node, SHD_SCENE, "the color is too large to be converted to %s",
-                      to->name);
+        shd_wrong(r, node, "the color is too large to be converted to %s", to->name);
     else
         memcpy(rgb, converted, sizeof converted);
 }
@@ -50,13 +49,13 @@ static void make_grey(const shd_space_info *space, double grey, double out[3]) {
 }
 
 /* Reads `colorSpace` and `workingSpace` of the document, whichever the node is. */
-void shd_read_spaces(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    (void)field, (void)out;
+void shd_read_spaces(shd_reader *r, const shd_node *node, void *out) {
+    (void)out;
     bool working = !strcmp(node->key, "workingSpace");
     const shd_space_info *space = shd_read_space(r, node);
     if (space && working && !space->scene_linear) {
-        shd_node_fail(r->report, node, SHD_SCENE,
-                      "\"%s\" is not scene-linear: light cannot be added up in it", space->name);
+        shd_wrong(r, node, "\"%s\" is not scene-linear: light cannot be added up in it",
+                  space->name);
         space = NULL;
     }
     *(working ? &r->scene->working_space : &r->colors) = space;
@@ -92,14 +91,12 @@ static void read_css(shd_reader *r, const shd_node *node, double *out) {
     double rgb[3];
     const char *text = json_string_value(node->value);
     if (!parse_css(text, rgb)) {
-        shd_node_fail(r->report, node, SHD_SCENE,
-                      "expected a color like \"#rgb\" or \"#rrggbb\", got \"%s\"",
-                      shd_quote(text).text);
+        shd_wrong(r, node, "expected a color like \"#rgb\" or \"#rrggbb\", got \"%s\"",
+                  shd_quote(text).text);
         return;
     }
     if (!r->catalog->css) {
-        shd_node_fail(r->report, node, SHD_SCENE,
-                      "the color configuration has no sRGB space for \"#rrggbb\" colors");
+        shd_wrong(r, node, "the color configuration has no sRGB space for \"#rrggbb\" colors");
         return;
     }
     shd_convert_color(r, node, r->catalog->css, rgb);
@@ -112,32 +109,25 @@ typedef struct spaced_color {
     bool good;
 } spaced_color;
 
-static void read_color_space(shd_reader *r, const shd_node *node, const shd_field *field,
-                             void *out) {
-    (void)field;
+static void read_color_space(shd_reader *r, const shd_node *node, void *out) {
     if (node->value)
         *(const shd_space_info **)out = shd_read_space(r, node);
     else
-        shd_node_fail(r->report, node->parent, SHD_SCENE, "the member \"space\" is missing");
+        shd_wrong(r, node->parent, "the member \"space\" is missing");
 }
 
-static void read_color_value(shd_reader *r, const shd_node *node, const shd_field *field,
-                             void *out) {
-    (void)field;
+static void read_color_value(shd_reader *r, const shd_node *node, void *out) {
     spaced_color *color = out;
     if (!node->value)
-        shd_node_fail(r->report, node->parent, SHD_SCENE, "the member \"value\" is missing");
+        shd_wrong(r, node->parent, "the member \"value\" is missing");
     else
         color->good = shd_get_three(r, node, &shd_any_number, color->value);
 }
 
 static void read_spaced(shd_reader *r, const shd_node *node, double *out) {
     static const shd_field fields[] = {
-        {.name = "space",
-         .read = read_color_space,
-         .offset = offsetof(spaced_color, space),
-         .always = true},
-        {.name = "value", .read = read_color_value, .always = true},
+        {"space", read_color_space, offsetof(spaced_color, space), .always = true},
+        {"value", read_color_value, .always = true},
     };
     spaced_color color = {0};
     shd_read_fields(r, node, fields, sizeof fields / sizeof fields[0], 0, "a color", &color);
@@ -146,8 +136,7 @@ static void read_spaced(shd_reader *r, const shd_node *node, double *out) {
     memcpy(out, color.value, sizeof color.value);
 }
 
-void shd_read_color(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    (void)field;
+void shd_read_color(shd_reader *r, const shd_node *node, void *out) {
     double rgb[3] = {0};
     if (json_is_string(node->value)) {
         read_css(r, node, out);

@@ -22,8 +22,7 @@ typedef struct raw_light {
     shd_light light;
 } raw_light;
 
-static void read_position(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    (void)field;
+static void read_position(shd_reader *r, const shd_node *node, void *out) {
     raw_position *position = out;
     size_t count = json_array_size(node->value);
     double at[4] = {0, 0, 0, count == 3 ? 1 : NAN};
@@ -34,14 +33,12 @@ static void read_position(shd_reader *r, const shd_node *node, const shd_field *
     memcpy(position->at, at, sizeof at);
 }
 
-static void read_attenuation(shd_reader *r, const shd_node *node, const shd_field *field,
-                             void *out) {
+static void read_attenuation(shd_reader *r, const shd_node *node, void *out) {
     shd_vec3 terms = {-1, -1, -1};
-    shd_read_vector(r, node, field, &terms);
+    shd_read_vector(r, node, &terms);
     if (terms.x < 0) return;
     if (!(shd_max_abs(terms) > 0)) {
-        shd_node_fail(r->report, node, SHD_SCENE,
-                      "the terms must not all be 0: the light would be infinite");
+        shd_wrong(r, node, "the terms must not all be 0: the light would be infinite");
         return;
     }
     memcpy(out, (double[]){terms.x, terms.y, terms.z}, 3 * sizeof(double));
@@ -70,54 +67,25 @@ static const shd_range half_angle = {0, 180, true, false, "more than 0 and up to
 static const shd_range share = {0, 1, false, false, "0 to 1"};
 
 static const shd_field fields[FIELDS] = {
-    [TYPE] = {.name = "type"},
-    [POSITION] = {.name = "position",
-                  .read = read_position,
-                  .offset = offsetof(raw_light, position),
+    [TYPE] = {"type", .read = NULL},
+    [POSITION] = {"position", read_position, offsetof(raw_light, position),
                   .kinds = ANY & ~AMBIENT},
-    [DIRECTION] = {.name = "direction",
-                   .read = shd_read_direction,
-                   .offset = IN_LIGHT(direction),
+    [DIRECTION] = {"direction", shd_read_direction, IN_LIGHT(direction),
                    .kinds = DIRECTIONAL | SPOT},
-    [COLOR] = {.name = "color", .read = shd_read_color, .offset = IN_LIGHT(color)},
-    [INTENSITY] = {.name = "intensity",
-                   .read = shd_read_number,
-                   .offset = offsetof(raw_light, intensity)},
-    [OWN_AMBIENT] = {.name = "ambient",
-                     .read = shd_read_color,
-                     .offset = IN_LIGHT(ambient),
-                     .kinds = ANY & ~AMBIENT},
-    [ATTENUATION] = {.name = "attenuation",
-                     .read = read_attenuation,
-                     .offset = IN_LIGHT(attenuation),
-                     .kinds = POINT | SPOT | BARE,
+    [COLOR] = {"color", shd_read_color, .offset = IN_LIGHT(color)},
+    [INTENSITY] = {"intensity", shd_read_number, .offset = offsetof(raw_light, intensity)},
+    [OWN_AMBIENT] = {"ambient", shd_read_color, IN_LIGHT(ambient), .kinds = ANY & ~AMBIENT},
+    [ATTENUATION] = {"attenuation", read_attenuation, IN_LIGHT(attenuation), POINT | SPOT | BARE,
                      .range = &shd_not_negative},
-    [MIN_DISTANCE] = {.name = "minDistance",
-                      .read = shd_read_number,
-                      .offset = IN_LIGHT(min_distance),
-                      .kinds = POINT | SPOT | BARE,
+    [MIN_DISTANCE] = {"minDistance", shd_read_number, IN_LIGHT(min_distance), POINT | SPOT | BARE,
                       .range = &shd_not_negative},
-    [ANGLE] = {.name = "angle",
-               .read = shd_read_degrees,
-               .offset = IN_LIGHT(angle),
-               .kinds = SPOT,
-               .range = &half_angle},
-    [PENUMBRA] = {.name = "penumbra",
-                  .read = shd_read_number,
-                  .offset = IN_LIGHT(penumbra),
-                  .kinds = SPOT,
-                  .range = &share},
-    [EXPONENT] = {.name = "exponent",
-                  .read = shd_read_number,
-                  .offset = IN_LIGHT(exponent),
-                  .kinds = SPOT,
+    [ANGLE] = {"angle", shd_read_degrees, IN_LIGHT(angle), SPOT, .range = &half_angle},
+    [PENUMBRA] = {"penumbra", shd_read_number, IN_LIGHT(penumbra), SPOT, .range = &share},
+    [EXPONENT] = {"exponent", shd_read_number, IN_LIGHT(exponent), SPOT,
                   .range = &shd_not_negative},
-    [FRAME] = {.name = "frame",
-               .read = shd_read_choice,
-               .offset = offsetof(raw_light, frame),
-               .kinds = ANY & ~AMBIENT,
+    [FRAME] = {"frame", shd_read_choice, offsetof(raw_light, frame), ANY & ~AMBIENT,
                .choices = frames},
-    [NAME] = {.name = "name", .read = shd_read_label},
+    [NAME] = {"name", .read = shd_read_label},
 };
 
 static shd_vec3 from_camera(const shd_camera *camera, shd_vec3 v) {
@@ -132,7 +100,7 @@ static void divide(shd_reader *r, const shd_node *node, const raw_position *posi
     if (shd_is_finite(at))
         *out = at;
     else
-        shd_node_fail(r->report, node, SHD_SCENE, "the position divided by w is not finite");
+        shd_wrong(r, node, "the position divided by w is not finite");
 }
 
 /* What a homogeneous or plain position means for each type of light. */
@@ -141,32 +109,27 @@ static void place(shd_reader *r, const shd_node *node, raw_light *raw, bool has_
     shd_node position = shd_node_member(node, "position");
     bool directional = light->type == SHD_LIGHT_DIRECTIONAL;
     if (directional && position.value && has_direction)
-        shd_node_fail(r->report, &position, SHD_SCENE,
-                      "give either `direction` or `position`, not both");
+        shd_wrong(r, &position, "give either `direction` or `position`, not both");
     double w = raw->position.at[3];
     shd_vec3 from = {raw->position.at[0], raw->position.at[1], raw->position.at[2]};
     if (!directional && w == 0)
-        shd_node_fail(r->report, &position, SHD_SCENE,
-                      "a %s light cannot be at infinity (w is 0): leave out `type`",
-                      shd_light_names[light->type]);
+        shd_wrong(r, &position, "a %s light cannot be at infinity (w is 0): leave out `type`",
+                  shd_light_names[light->type]);
     else if (directional && !isnan(w) && w != 0)
-        shd_node_fail(r->report, &position, SHD_SCENE,
-                      "a directional light has no position, but a `direction`");
+        shd_wrong(r, &position, "a directional light has no position, but a `direction`");
     else if (!raw->position.good)
         return;
     else if (!directional)
         divide(r, &position, &raw->position, &light->position);
     else if (!shd_normalize(shd_scale(from, -1), &light->direction))
-        shd_node_fail(r->report, &position, SHD_SCENE,
-                      "must not be zero: with w = 0 it is a direction");
+        shd_wrong(r, &position, "must not be zero: with w = 0 it is a direction");
 }
 
 static void to_world(shd_reader *r, const shd_node *node, shd_light *light) {
     const shd_camera *camera = &r->scene->camera;
     light->position = shd_add(camera->position, from_camera(camera, light->position));
     if (!shd_is_finite(light->position))
-        shd_node_fail(r->report, node, SHD_SCENE,
-                      "its position in the camera frame is too far away to be a number");
+        shd_wrong(r, node, "its position in the camera frame is too far away to be a number");
     if (light->type == SHD_LIGHT_DIRECTIONAL || light->type == SHD_LIGHT_SPOT)
         shd_normalize(from_camera(camera, light->direction), &light->direction);
 }
@@ -177,7 +140,7 @@ static void scale_color(shd_reader *r, const shd_node *node, raw_light *raw) {
     shd_light *light = &raw->light;
     for (int c = 0; c < 3; c++) light->color[c] *= raw->intensity;
     if (isinf(light->color[0]) || isinf(light->color[1]) || isinf(light->color[2]))
-        shd_node_fail(r->report, node, SHD_SCENE, "`color` times `intensity` is not finite");
+        shd_wrong(r, node, "`color` times `intensity` is not finite");
     if (light->type != SHD_LIGHT_AMBIENT) return;
     memcpy(light->ambient, light->color, sizeof light->ambient);
     memset(light->color, 0, sizeof light->color);
@@ -207,9 +170,9 @@ static unsigned read_kind(shd_reader *r, const shd_node *node) {
     }
     shd_node position = shd_node_member(node, "position");
     if (json_is_array(position.value) && json_array_size(position.value) != 3) return BARE;
-    shd_node_fail(r->report, node, SHD_SCENE,
-                  "a light needs a `type` (ambient, directional, point or spot), or a `position` "
-                  "of four components");
+    shd_wrong(r, node,
+              "a light needs a `type` (ambient, directional, point or spot), or a `position` "
+              "of four components");
     return 0;
 }
 
@@ -253,8 +216,8 @@ static void add_default_light(shd_reader *r) {
     r->scene->light_count = 1;
 }
 
-void shd_read_lights(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    (void)field, (void)out;
+void shd_read_lights(shd_reader *r, const shd_node *node, void *out) {
+    (void)out;
     r->lights = 1;
     if (!node->value) {
         add_default_light(r);
@@ -263,12 +226,7 @@ void shd_read_lights(shd_reader *r, const shd_node *node, const shd_field *field
     r->lights = SIZE_MAX;
     if (!shd_is_array(r, node, 0, SIZE_MAX, "an array of lights")) return;
     size_t count = r->lights = json_array_size(node->value);
-    if (count > r->limits->lights) {
-        shd_node_fail(r->report, node, SHD_LIMIT,
-                      "the scene asks for %zu lights; the limit `lights` is %llu", count,
-                      (unsigned long long)r->limits->lights);
-        count = (size_t)r->limits->lights;
-    }
+    count = shd_hold_to_limit(r, node, "the scene asks for", count, "lights", r->limits->lights);
     shd_light *lights = shd_take(r, count, sizeof *lights);
     if (!lights) return;
     for (size_t i = 0; i < count && !shd_is_cancelled(r->cancelled); i++) {

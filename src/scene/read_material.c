@@ -49,8 +49,7 @@ static void take_preset(shd_reader *r, const shd_node *node, size_t index, raw_m
     shd_convert_color(r, node, space, raw->first.specular);
 }
 
-static void read_preset(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    (void)field;
+static void read_preset(shd_reader *r, const shd_node *node, void *out) {
     if (!json_is_string(node->value)) {
         shd_node_expect(r->report, node, "the name of a preset");
         return;
@@ -60,21 +59,17 @@ static void read_preset(shd_reader *r, const shd_node *node, const shd_field *fi
     if (preset != SIZE_MAX)
         take_preset(r, node, preset, out);
     else
-        shd_node_fail(r->report, node, SHD_SCENE, "there is no preset \"%s\"%s",
-                      shd_quote(name).text, suggest_material(r, name, false).text);
+        shd_wrong(r, node, "there is no preset \"%s\"%s", shd_quote(name).text,
+                  suggest_material(r, name, false).text);
 }
 
 /* ---- One material ---- */
 
-static void read_lobes(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    (void)field;
+static void read_lobes(shd_reader *r, const shd_node *node, void *out) {
     enum { COUNT = 2 };
     static const shd_field members[COUNT] = {
-        {.name = "specular", .read = shd_read_color, .offset = offsetof(shd_lobe, specular)},
-        {.name = "shininess",
-         .read = shd_read_number,
-         .offset = offsetof(shd_lobe, shininess),
-         .range = &shd_not_negative},
+        {"specular", shd_read_color, .offset = offsetof(shd_lobe, specular)},
+        {"shininess", shd_read_number, offsetof(shd_lobe, shininess), .range = &shd_not_negative},
     };
     raw_lobes *further = out;
     if (!shd_is_array(r, node, 0, SHD_LOBES_MOST, "an array of up to 64 lobes")) return;
@@ -95,32 +90,16 @@ static const char *const models[] = {"phong", NULL};
 static const char *const sides[] = {"both", "front", NULL};
 
 static const shd_field fields[FIELDS] = {
-    [MODEL] = {.name = "model",
-               .read = shd_read_choice,
-               .offset = offsetof(raw_material, model),
-               .choices = models},
-    [PRESET] = {.name = "preset", .read = read_preset}, /* before the members that override it */
-    [EMISSIVE] = {.name = "emissive",
-                  .read = shd_read_color,
-                  .offset = offsetof(raw_material, emissive)},
-    [AMBIENT] = {.name = "ambient",
-                 .read = shd_read_color,
-                 .offset = offsetof(raw_material, ambient)},
-    [DIFFUSE] = {.name = "diffuse",
-                 .read = shd_read_color,
-                 .offset = offsetof(raw_material, diffuse)},
-    [SPECULAR] = {.name = "specular",
-                  .read = shd_read_color,
-                  .offset = offsetof(raw_material, first.specular)},
-    [SHININESS] = {.name = "shininess",
-                   .read = shd_read_number,
-                   .offset = offsetof(raw_material, first.shininess),
+    [MODEL] = {"model", shd_read_choice, offsetof(raw_material, model), .choices = models},
+    [PRESET] = {"preset", .read = read_preset}, /* before the members that override it */
+    [EMISSIVE] = {"emissive", shd_read_color, .offset = offsetof(raw_material, emissive)},
+    [AMBIENT] = {"ambient", shd_read_color, .offset = offsetof(raw_material, ambient)},
+    [DIFFUSE] = {"diffuse", shd_read_color, .offset = offsetof(raw_material, diffuse)},
+    [SPECULAR] = {"specular", shd_read_color, .offset = offsetof(raw_material, first.specular)},
+    [SHININESS] = {"shininess", shd_read_number, offsetof(raw_material, first.shininess),
                    .range = &shd_not_negative},
-    [LOBES] = {.name = "lobes", .read = read_lobes, .offset = offsetof(raw_material, further)},
-    [SIDE] = {.name = "side",
-              .read = shd_read_choice,
-              .offset = offsetof(raw_material, side),
-              .choices = sides},
+    [LOBES] = {"lobes", read_lobes, .offset = offsetof(raw_material, further)},
+    [SIDE] = {"side", shd_read_choice, offsetof(raw_material, side), .choices = sides},
 };
 
 static bool is_negative(const double rgb[3]) {
@@ -238,8 +217,8 @@ static int compare_key(const void *key, const void *named) {
     return strcmp(key, ((const shd_named_material *)named)->name);
 }
 
-void shd_read_materials(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    (void)field, (void)out;
+void shd_read_materials(shd_reader *r, const shd_node *node, void *out) {
+    (void)out;
     r->names_unknown = !shd_is_object(r, node);
     if (r->names_unknown) return;
     size_t count = json_object_size(node->value);
@@ -258,9 +237,9 @@ void shd_read_materials(shd_reader *r, const shd_node *node, const shd_field *fi
         if (shd_is_cancelled(r->cancelled)) return;
         const char *key = json_object_iter_key(at);
         if (!shd_is_plain_name(key))
-            shd_node_fail(r->report, node, SHD_SCENE,
-                          "the name \"%s\" is longer than 64 characters or has control characters",
-                          shd_quote(key).text);
+            shd_wrong(r, node,
+                      "the name \"%s\" is longer than 64 characters or has control characters",
+                      shd_quote(key).text);
         const char *name = shd_take_text(r, key);
         if (!name) return;
         shd_named_material *named = &r->named[r->named_count++];
@@ -326,7 +305,7 @@ size_t shd_use_material(shd_reader *r, const shd_node *node) {
     const size_t preset = shd_preset_find(name);
     if (preset != SIZE_MAX) return use_preset(r, node, preset);
     if (r->names_unknown) return 0;
-    shd_node_fail(r->report, node, SHD_SCENE, "there is no material \"%s\"%s", shd_quote(name).text,
-                  suggest_material(r, name, true).text);
+    shd_wrong(r, node, "there is no material \"%s\"%s", shd_quote(name).text,
+              suggest_material(r, name, true).text);
     return 0;
 }

@@ -55,8 +55,7 @@ static bool in_threes(shd_reader *r, const list *l, const char *what) {
     }
     const size_t size = l->numbers.count;
     if (size > 0 && size % 3 == 0) return true;
-    shd_node_fail(r->report, &l->node, SHD_SCENE, "expected %s in threes, got %zu numbers", what,
-                  size);
+    shd_wrong(r, &l->node, "expected %s in threes, got %zu numbers", what, size);
     return false;
 }
 
@@ -90,8 +89,7 @@ static void read_indices(shd_reader *r, const list *l, size_t vertices, uint32_t
         } else if (may_name(&bad)) {
             shd_node at = shd_node_item(&l->node, i);
             if (number)
-                shd_node_fail(r->report, &at, SHD_SCENE,
-                              "an index must be an integer from 0%s, got %.9g", most, value);
+                shd_wrong(r, &at, "an index must be an integer from 0%s, got %.9g", most, value);
             else
                 shd_node_expect(r->report, &at, "an index");
         }
@@ -110,7 +108,7 @@ static void check_normals(shd_reader *r, const list *l) {
         if (shd_is_cancelled_at(r->cancelled, i)) return;
         if (!is_zero(l, i) || !is_zero(l, i + 1) || !is_zero(l, i + 2) || !may_name(&bad)) continue;
         shd_node at = shd_node_item(&l->node, i);
-        shd_node_fail(r->report, &at, SHD_SCENE, "the normal of vertex %zu is zero", i / 3);
+        shd_wrong(r, &at, "the normal of vertex %zu is zero", i / 3);
     }
     count_rest(&bad, "normals");
 }
@@ -181,18 +179,17 @@ static bool measure_arrays(shd_reader *r, const shd_mesh_source *source, arrays 
         in_threes(r, &a->indices, "indices");
         a->triangles = a->indices.numbers.count / 3;
     } else if (whole && a->vertices % 3) {
-        shd_node_fail(r->report, &a->positions.node, SHD_SCENE,
-                      "without `indices` every three positions are a triangle; there are %zu",
-                      a->vertices);
+        shd_wrong(r, &a->positions.node,
+                  "without `indices` every three positions are a triangle; there are %zu",
+                  a->vertices);
     }
     if (a->has_normals && in_threes(r, &a->normals, "normals") && whole &&
         a->normals.numbers.count != size)
-        shd_node_fail(r->report, &a->normals.node, SHD_SCENE,
-                      "expected as many normals as positions, %zu numbers, got %zu", size,
-                      a->normals.numbers.count);
+        shd_wrong(r, &a->normals.node,
+                  "expected as many normals as positions, %zu numbers, got %zu", size,
+                  a->normals.numbers.count);
     if (a->vertices > UINT32_MAX)
-        shd_node_fail(r->report, &a->positions.node, SHD_SCENE,
-                      "a mesh has at most 4294967295 positions");
+        shd_wrong(r, &a->positions.node, "a mesh has at most 4294967295 positions");
     return whole;
 }
 
@@ -250,12 +247,11 @@ const shd_mesh *shd_find_mesh(shd_reader *r, const shd_node *data, size_t index)
     if (!name) {
         shd_node_expect(r->report, data, "a string");
     } else if (strncmp(name, prefix, length) || !shd_digest_read(name + length, &digest)) {
-        shd_node_fail(r->report, data, SHD_SCENE,
-                      "expected \"sha256-\" and 64 hexadecimal digits, in lower case, got \"%s\"",
-                      shd_quote(name).text);
+        shd_wrong(r, data,
+                  "expected \"sha256-\" and 64 hexadecimal digits, in lower case, got \"%s\"",
+                  shd_quote(name).text);
     } else if (!r->shelf) {
-        shd_node_fail(r->report, data, SHD_SCENE,
-                      "no meshes are kept here: give `positions`, `indices` and `normals`");
+        shd_wrong(r, data, "no meshes are kept here: give `positions`, `indices` and `normals`");
     } else {
         const shd_mesh *mesh = r->shelf->find(r->shelf->context, &digest);
         if (!mesh) {

@@ -134,28 +134,24 @@ static bool read_plain(const void *data, size_t length, shd_arena *arena, shd_js
 
 /* ---- Either form ---- */
 
-static void keep_value(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    (void)r, (void)field;
+static void keep_value(shd_reader *r, const shd_node *node, void *out) {
+    (void)r;
     *(const json_t **)out = node->value;
 }
 
 static const shd_mesh *read_members(shd_reader *r, const json_t *tree) {
     static const shd_field fields[] = {
-        {.name = "positions", .read = keep_value, .offset = offsetof(shd_mesh_source, positions)},
-        {.name = "indices", .read = keep_value, .offset = offsetof(shd_mesh_source, indices)},
-        {.name = "normals", .read = keep_value, .offset = offsetof(shd_mesh_source, normals)},
+        {"positions", keep_value, .offset = offsetof(shd_mesh_source, positions)},
+        {"indices", keep_value, .offset = offsetof(shd_mesh_source, indices)},
+        {"normals", keep_value, .offset = offsetof(shd_mesh_source, normals)},
     };
     const shd_node root = {.value = tree};
     shd_mesh_source source = {NULL, NULL, NULL};
     if (!shd_is_object(r, &root)) return NULL;
     shd_read_fields(r, &root, fields, sizeof fields / sizeof fields[0], 0, "a mesh", &source);
-    if (!source.positions)
-        shd_node_fail(r->report, &root, SHD_SCENE, "the member \"positions\" is missing");
+    if (!source.positions) shd_wrong(r, &root, "the member \"positions\" is missing");
     const shd_mesh *mesh = shd_make_mesh(r, &root, &source);
-    if (r->triangles > r->limits->triangles)
-        shd_node_fail(r->report, &root, SHD_LIMIT,
-                      "the mesh has %llu triangles; the limit `triangles` is %llu",
-                      (unsigned long long)r->triangles, (unsigned long long)r->limits->triangles);
+    shd_hold_to_limit(r, &root, "the mesh has", r->triangles, "triangles", r->limits->triangles);
     return mesh;
 }
 

@@ -45,14 +45,13 @@ enum {
     FIELDS
 };
 
-static void read_material(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    (void)field;
+static void read_material(shd_reader *r, const shd_node *node, void *out) {
     *(size_t *)out = shd_use_material(r, node);
 }
 
 /* A mesh is checked as a whole, after its members are known. */
-static void keep_value(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    (void)r, (void)field;
+static void keep_value(shd_reader *r, const shd_node *node, void *out) {
+    (void)r;
     *(const json_t **)out = node->value;
 }
 
@@ -62,52 +61,23 @@ static void keep_value(shd_reader *r, const shd_node *node, const shd_field *fie
 static const shd_range segments = {3, 1024, .text = "3 to 1024"};
 
 static const shd_field fields[FIELDS] = {
-    [TYPE] = {.name = "type"},
-    [RADIUS] = {.name = "radius",
-                .read = shd_read_number,
-                .offset = IN_OBJECT(radius),
-                .kinds = ROUND,
+    [TYPE] = {"type", .read = NULL},
+    [RADIUS] = {"radius", shd_read_number, IN_OBJECT(radius), ROUND, .range = &shd_positive},
+    [TUBE] = {"tube", shd_read_number, IN_OBJECT(tube), TORUS, .range = &shd_positive},
+    [HEIGHT] = {"height", shd_read_number, IN_OBJECT(height), CYLINDER | CONE,
                 .range = &shd_positive},
-    [TUBE] = {.name = "tube",
-              .read = shd_read_number,
-              .offset = IN_OBJECT(tube),
-              .kinds = TORUS,
-              .range = &shd_positive},
-    [HEIGHT] = {.name = "height",
-                .read = shd_read_number,
-                .offset = IN_OBJECT(height),
-                .kinds = CYLINDER | CONE,
-                .range = &shd_positive},
-    [SIZE] = {.name = "size",
-              .read = shd_read_vector,
-              .offset = IN_OBJECT(size),
-              .kinds = BOX,
-              .range = &shd_positive},
-    [POSITIONS] = {.name = "positions",
-                   .read = keep_value,
-                   .offset = IN_MESH(positions),
-                   .kinds = MESH},
-    [INDICES] = {.name = "indices", .read = keep_value, .offset = IN_MESH(indices), .kinds = MESH},
-    [NORMALS] = {.name = "normals", .read = keep_value, .offset = IN_MESH(normals), .kinds = MESH},
-    [DATA] = {.name = "data",
-              .read = keep_value,
-              .offset = offsetof(raw_object, data),
-              .kinds = MESH},
-    [TRANSFORM] = {.name = "transform", .read = shd_read_transform, .offset = IN_OBJECT(transform)},
-    [INTERPOLATION] = {.name = "interpolation",
-                       .read = shd_read_choice,
-                       .offset = offsetof(raw_object, interpolation),
+    [SIZE] = {"size", shd_read_vector, IN_OBJECT(size), BOX, .range = &shd_positive},
+    [POSITIONS] = {"positions", keep_value, IN_MESH(positions), .kinds = MESH},
+    [INDICES] = {"indices", keep_value, IN_MESH(indices), .kinds = MESH},
+    [NORMALS] = {"normals", keep_value, IN_MESH(normals), .kinds = MESH},
+    [DATA] = {"data", keep_value, offsetof(raw_object, data), .kinds = MESH},
+    [TRANSFORM] = {"transform", shd_read_transform, .offset = IN_OBJECT(transform)},
+    [INTERPOLATION] = {"interpolation", shd_read_choice, offsetof(raw_object, interpolation),
                        .choices = shd_interpolation_names},
-    [SEGMENTS] = {.name = "segments",
-                  .read = shd_read_integer,
-                  .offset = offsetof(raw_object, segments),
-                  .kinds = ROUND | BOX,
+    [SEGMENTS] = {"segments", shd_read_integer, offsetof(raw_object, segments), ROUND | BOX,
                   .range = &segments},
-    [MATERIAL] = {.name = "material",
-                  .read = read_material,
-                  .offset = IN_OBJECT(material),
-                  .always = true},
-    [NAME] = {.name = "name", .read = shd_read_label},
+    [MATERIAL] = {"material", read_material, IN_OBJECT(material), .always = true},
+    [NAME] = {"name", .read = shd_read_label},
 };
 
 /* The shape of an object. SHD_SHAPE_COUNT, and an error, if it has none. */
@@ -116,8 +86,8 @@ static shd_shape read_shape(shd_reader *r, const shd_node *node) {
     for (int i = 0; i < SHD_SHAPE_COUNT; i++) names[i] = shd_shape_name((shd_shape)i);
     shd_node type = shd_node_member(node, "type");
     if (!type.value) {
-        shd_node_fail(r->report, node, SHD_SCENE, "the member \"type\" is missing%s",
-                      shd_suggest(r->report, "", names, SHD_SHAPE_COUNT).text);
+        shd_wrong(r, node, "the member \"type\" is missing%s",
+                  shd_suggest(r->report, "", names, SHD_SHAPE_COUNT).text);
         return SHD_SHAPE_COUNT;
     }
     int index = shd_read_name(r, &type, names);
@@ -141,14 +111,13 @@ static const shd_mesh *read_mesh(shd_reader *r, const shd_node *node, const raw_
     const bool inlined = arrays->positions || arrays->indices || arrays->normals;
     const shd_node data = {node, "data", 0, raw->data};
     if (raw->data && inlined) {
-        shd_node_fail(r->report, &data, SHD_SCENE,
-                      "give either `data` or `positions`, `indices` and `normals`, not both");
+        shd_wrong(r, &data, "give either `data` or `positions`, `indices` and `normals`, not both");
         return NULL;
     }
     if (raw->data) return shd_find_mesh(r, &data, node->index);
     /* Only a mesh has arrays, whatever `type` says. */
     if (!arrays->positions && raw->object.shape == SHD_MESH)
-        shd_node_fail(r->report, node, SHD_SCENE, "the member \"positions\" is missing");
+        shd_wrong(r, node, "the member \"positions\" is missing");
     return inlined ? shd_make_mesh(r, node, arrays) : NULL;
 }
 
@@ -172,34 +141,29 @@ static void read_object(shd_reader *r, const shd_node *node, shd_object *out) {
     object->segments = raw.segments;
     bool faces = object->interpolation != SHD_PHONG && !(wrong >> INTERPOLATION & 1);
     if (shape == SHD_PLANE && faces)
-        shd_node_fail(r->report, node, SHD_SCENE,
-                      "an infinite plane has no faces: use disc or box, or interpolation phong");
+        shd_wrong(r, node,
+                  "an infinite plane has no faces: use disc or box, or interpolation phong");
     else if (faces && !(wrong >> SEGMENTS & 1))
         r->triangles += shd_tessellation_triangles(shape, raw.segments);
     shd_affine to_world, from_world;
     bool sized = !(wrong & (1u << RADIUS | 1u << HEIGHT | 1u << SIZE));
     if (sized && !isnan(object->transform.linear[0][0]) &&
         !shd_object_frame(object, &to_world, &from_world))
-        shd_node_fail(r->report, node, SHD_SCENE,
-                      "the object's size and transform together have no inverse: their numbers are "
-                      "too far apart");
+        shd_wrong(r, node,
+                  "the object's size and transform together have no inverse: their numbers are "
+                  "too far apart");
     *out = *object;
 }
 
-void shd_read_objects(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    (void)field, (void)out;
+void shd_read_objects(shd_reader *r, const shd_node *node, void *out) {
+    (void)out;
     if (!node->value) {
-        shd_node_fail(r->report, node->parent, SHD_SCENE, "the member \"objects\" is missing");
+        shd_wrong(r, node->parent, "the member \"objects\" is missing");
         return;
     }
     if (!shd_is_array(r, node, 0, SIZE_MAX, "an array of objects")) return;
     size_t count = json_array_size(node->value);
-    if (count > r->limits->objects) {
-        shd_node_fail(r->report, node, SHD_LIMIT,
-                      "the scene asks for %zu objects; the limit `objects` is %llu", count,
-                      (unsigned long long)r->limits->objects);
-        count = (size_t)r->limits->objects;
-    }
+    count = shd_hold_to_limit(r, node, "the scene asks for", count, "objects", r->limits->objects);
     /* Every object has one material, so there are at most as many materials. */
     shd_object *objects = shd_take(r, count, sizeof *objects);
     r->materials = shd_take(r, count, sizeof *r->materials);
@@ -208,10 +172,8 @@ void shd_read_objects(shd_reader *r, const shd_node *node, const shd_field *fiel
         shd_node object = shd_node_item(node, i);
         read_object(r, &object, &objects[i]);
     }
-    if (r->triangles > r->limits->triangles)
-        shd_node_fail(r->report, node, SHD_LIMIT,
-                      "the scene asks for %llu triangles; the limit `triangles` is %llu",
-                      (unsigned long long)r->triangles, (unsigned long long)r->limits->triangles);
+    shd_hold_to_limit(r, node, "the scene asks for", r->triangles, "triangles",
+                      r->limits->triangles);
     r->scene->objects = objects;
     r->scene->object_count = count;
     r->scene->materials = r->materials;

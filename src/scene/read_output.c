@@ -31,44 +31,38 @@ typedef struct raw_output {
     const json_t *layers;
 } raw_output;
 
-static void read_string(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    (void)field;
+static void read_string(shd_reader *r, const shd_node *node, void *out) {
     if (json_is_string(node->value))
         *(const char **)out = json_string_value(node->value);
     else
         shd_node_expect(r->report, node, "a string");
 }
 
-static void read_name(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    (void)field;
+static void read_name(shd_reader *r, const shd_node *node, void *out) {
     static const char allowed[] =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-";
     const char *name = NULL;
     if (!node->value) {
-        shd_node_fail(r->report, node->parent, SHD_SCENE,
-                      "the member \"name\" is missing: it names the part of the answer");
+        shd_wrong(r, node->parent,
+                  "the member \"name\" is missing: it names the part of the answer");
         return;
     }
-    read_string(r, node, field, &name);
+    read_string(r, node, &name);
     if (!name) return;
     size_t length = strlen(name);
     if (length < 1 || length > 64 || strspn(name, allowed) != length)
-        shd_node_fail(
-            r->report, node, SHD_SCENE,
-            "a name has 1 to 64 letters, digits, dots, underscores or hyphens, got \"%s\"",
-            shd_quote(name).text);
+        shd_wrong(r, node,
+                  "a name has 1 to 64 letters, digits, dots, underscores or hyphens, got \"%s\"",
+                  shd_quote(name).text);
     else
         *(const char **)out = shd_take_text(r, name);
 }
 
-static void read_output_space(shd_reader *r, const shd_node *node, const shd_field *field,
-                              void *out) {
-    (void)field;
+static void read_output_space(shd_reader *r, const shd_node *node, void *out) {
     *(const shd_space_info **)out = shd_read_space(r, node);
 }
 
-static void read_depth(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    (void)field;
+static void read_depth(shd_reader *r, const shd_node *node, void *out) {
     shd_depth *depth = out;
     if (json_is_number(node->value)) {
         double bits = json_number_value(node->value);
@@ -83,11 +77,10 @@ static void read_depth(shd_reader *r, const shd_node *node, const shd_field *fie
             return;
         }
     }
-    shd_node_fail(r->report, node, SHD_SCENE, "must be 8, 16, \"half\" or \"float\"");
+    shd_wrong(r, node, "must be 8, 16, \"half\" or \"float\"");
 }
 
-static void keep_layers(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    (void)field;
+static void keep_layers(shd_reader *r, const shd_node *node, void *out) {
     if (shd_is_array(r, node, 1, SIZE_MAX, "an array of one or more layers"))
         *(const json_t **)out = node->value;
 }
@@ -110,31 +103,16 @@ enum { LARGE_WEBP = 1 << 22, LARGE_LOSSY_EFFORT = 2, LARGE_LOSSLESS_EFFORT = 0 }
 #define IN_OUTPUT(member) (offsetof(raw_output, output) + offsetof(shd_output, member))
 
 static const shd_field fields[FIELDS] = {
-    [NAME] = {.name = "name",
-              .read = read_name,
-              .offset = IN_OUTPUT(name),
-              .kinds = ENTRY,
-              .always = true},
-    [FORMAT] = {.name = "format",
-                .read = shd_read_choice,
-                .offset = offsetof(raw_output, format),
-                .choices = formats},
-    [DISPLAY] = {.name = "display", .read = read_string, .offset = offsetof(raw_output, display)},
-    [VIEW] = {.name = "view", .read = read_string, .offset = offsetof(raw_output, view)},
-    [COLOR_SPACE] = {.name = "colorSpace",
-                     .read = read_output_space,
-                     .offset = offsetof(raw_output, color_space)},
-    [BIT_DEPTH] = {.name = "bitDepth", .read = read_depth, .offset = offsetof(raw_output, depth)},
-    [QUALITY] = {.name = "quality",
-                 .read = shd_read_integer,
-                 .offset = IN_OUTPUT(quality),
-                 .range = &quality},
-    [EFFORT] = {.name = "effort",
-                .read = shd_read_integer,
-                .offset = IN_OUTPUT(effort),
-                .range = &effort},
-    [CHANNEL] = {.name = "channel", .read = read_string, .offset = offsetof(raw_output, channel)},
-    [LAYERS] = {.name = "layers", .read = keep_layers, .offset = offsetof(raw_output, layers)},
+    [NAME] = {"name", read_name, IN_OUTPUT(name), ENTRY, .always = true},
+    [FORMAT] = {"format", shd_read_choice, offsetof(raw_output, format), .choices = formats},
+    [DISPLAY] = {"display", read_string, .offset = offsetof(raw_output, display)},
+    [VIEW] = {"view", read_string, .offset = offsetof(raw_output, view)},
+    [COLOR_SPACE] = {"colorSpace", read_output_space, .offset = offsetof(raw_output, color_space)},
+    [BIT_DEPTH] = {"bitDepth", read_depth, .offset = offsetof(raw_output, depth)},
+    [QUALITY] = {"quality", shd_read_integer, IN_OUTPUT(quality), .range = &quality},
+    [EFFORT] = {"effort", shd_read_integer, IN_OUTPUT(effort), .range = &effort},
+    [CHANNEL] = {"channel", read_string, .offset = offsetof(raw_output, channel)},
+    [LAYERS] = {"layers", keep_layers, .offset = offsetof(raw_output, layers)},
 };
 
 /* ---- Color ---- */
@@ -150,9 +128,8 @@ static const shd_display_info *find_display(shd_reader *r, const shd_node *node,
     size_t count = 0;
     for (; count < catalog->display_count && count < MOST; count++)
         names[count] = catalog->displays[count].name;
-    shd_node_fail(r->report, &at, SHD_SCENE, "there is no display \"%s\"%s",
-                  shd_quote(name ? name : "").text,
-                  shd_suggest(r->report, name ? name : "", names, count).text);
+    shd_wrong(r, &at, "there is no display \"%s\"%s", shd_quote(name ? name : "").text,
+              shd_suggest(r->report, name ? name : "", names, count).text);
     return NULL;
 }
 
@@ -168,10 +145,9 @@ static void resolve_view(shd_reader *r, const shd_node *node, const char *displa
             return;
         }
     shd_node at = shd_node_member(node, "view");
-    shd_node_fail(
-        r->report, view ? &at : node, SHD_SCENE, "the display \"%s\" has no view \"%s\"%s",
-        display->name, shd_quote(view ? view : "").text,
-        shd_suggest(r->report, view ? view : "", display->views, display->view_count).text);
+    shd_wrong(r, view ? &at : node, "the display \"%s\" has no view \"%s\"%s", display->name,
+              shd_quote(view ? view : "").text,
+              shd_suggest(r->report, view ? view : "", display->views, display->view_count).text);
 }
 
 static void resolve_color(shd_reader *r, const shd_node *node, raw_output *raw, uint32_t seen,
@@ -180,8 +156,7 @@ static void resolve_color(shd_reader *r, const shd_node *node, raw_output *raw, 
     bool space = seen >> COLOR_SPACE & 1, view = seen & (1u << DISPLAY | 1u << VIEW);
     bool linear = shd_format_get(out->format)->linear || !r->catalog->display_count;
     if (space && view)
-        shd_node_fail(r->report, node, SHD_SCENE,
-                      "give either `colorSpace`, or `display` and `view`, not both");
+        shd_wrong(r, node, "give either `colorSpace`, or `display` and `view`, not both");
     if (space)
         out->color_space = raw->color_space;
     else if (!view && linear)
@@ -204,8 +179,8 @@ static void resolve_depth(shd_reader *r, const shd_node *node, const raw_output 
         strcat(depths, shd_depth_name((shd_depth)bit));
     }
     shd_node at = shd_node_member(node, "bitDepth");
-    shd_node_fail(r->report, &at, SHD_SCENE, "%s cannot hold bitDepth %s: it holds %s",
-                  format->name, shd_depth_name(out->depth), depths);
+    shd_wrong(r, &at, "%s cannot hold bitDepth %s: it holds %s", format->name,
+              shd_depth_name(out->depth), depths);
 }
 
 /* What the space of an output may be, as bits of shd_channels: anything if it is not known. */
@@ -235,9 +210,8 @@ static void resolve_channel(shd_reader *r, const shd_node *node, const char *nam
         if (!strcmp(shd_channel_names(SHD_HSV)[c], name)) advice = "; for it, set colorSpace HSV";
     }
     shd_node at = shd_node_member(node, "channel");
-    shd_node_fail(r->report, &at, SHD_SCENE,
-                  "this output has no channel \"%s\": there is %s, %s, %s, A%s",
-                  shd_quote(name).text, names[0], names[1], names[2], advice);
+    shd_wrong(r, &at, "this output has no channel \"%s\": there is %s, %s, %s, A%s",
+              shd_quote(name).text, names[0], names[1], names[2], advice);
 }
 
 /* ---- Layers ---- */
@@ -255,16 +229,15 @@ static bool parse_light(shd_reader *r, const shd_node *node, const char *name, s
     const char *digits = name + strlen("light.");
     size_t length = strspn(digits, "0123456789");
     if (!length || length > 9 || digits[length] || (digits[0] == '0' && length > 1)) {
-        shd_node_fail(r->report, node, SHD_SCENE,
-                      "\"%s\" is not a layer: expected the number of a light, as in \"light.0\"",
-                      shd_quote(name).text);
+        shd_wrong(r, node,
+                  "\"%s\" is not a layer: expected the number of a light, as in \"light.0\"",
+                  shd_quote(name).text);
         return false;
     }
     out->kind = SHD_LAYER_LIGHT;
     out->light = strtoul(digits, NULL, 10);
     if (out->light < r->lights) return true;
-    shd_node_fail(r->report, node, SHD_SCENE, "there is no light %zu: the scene has %zu",
-                  out->light, r->lights);
+    shd_wrong(r, node, "there is no light %zu: the scene has %zu", out->light, r->lights);
     return false;
 }
 
@@ -279,8 +252,7 @@ static bool read_layer(shd_reader *r, const shd_node *node, shd_layer *out) {
     } else {
         int kind = shd_read_name(r, node, layer_names);
         if (kind == SHD_LAYER_LIGHT)
-            shd_node_fail(r->report, node, SHD_SCENE,
-                          "write the light's number, as in \"light.0\"");
+            shd_wrong(r, node, "write the light's number, as in \"light.0\"");
         if (kind < 0 || kind == SHD_LAYER_LIGHT) return false;
         out->kind = (shd_layer_kind)kind;
     }
@@ -299,13 +271,11 @@ static void check_layers(shd_reader *r, const shd_node *node, const raw_output *
     shd_node at = shd_node_member(node, "layers");
     bool view = seen & (1u << DISPLAY | 1u << VIEW);
     if (raw->format != SHD_EXR && !(wrong >> FORMAT & 1))
-        shd_node_fail(r->report, &at, SHD_SCENE, "%s has no layers: set format exr",
-                      shd_format_get((shd_format)raw->format)->name);
+        shd_wrong(r, &at, "%s has no layers: set format exr",
+                  shd_format_get((shd_format)raw->format)->name);
     if (seen >> COLOR_SPACE & 1 ? raw->color_space && !raw->color_space->scene_linear : view)
-        shd_node_fail(r->report, &at, SHD_SCENE,
-                      "layers are light, which adds up: set a scene-linear `colorSpace`");
-    if (seen >> CHANNEL & 1)
-        shd_node_fail(r->report, &at, SHD_SCENE, "give either `channel` or `layers`, not both");
+        shd_wrong(r, &at, "layers are light, which adds up: set a scene-linear `colorSpace`");
+    if (seen >> CHANNEL & 1) shd_wrong(r, &at, "give either `channel` or `layers`, not both");
 }
 
 static void resolve_layers(shd_reader *r, const shd_node *node, const json_t *value,
@@ -330,8 +300,7 @@ static void resolve_layers(shd_reader *r, const shd_node *node, const json_t *va
     qsort(sorted, good, sizeof *sorted, compare_layers);
     for (size_t i = 1; i < good; i++)
         if (!compare_layers(&sorted[i - 1], &sorted[i]))
-            shd_node_fail(r->report, &at, SHD_SCENE, "the layer \"%s\" is there twice",
-                          shd_quote(sorted[i].name).text);
+            shd_wrong(r, &at, "the layer \"%s\" is there twice", shd_quote(sorted[i].name).text);
     out->layers = layers;
     out->layer_count = good;
 }
@@ -347,12 +316,12 @@ static void resolve_effort(shd_reader *r, const shd_node *node, bool given, shd_
     if (!given) output->effort = usual < most ? usual : most;
     const shd_node effort_node = {node, "effort", 0, NULL};
     if (given && output->effort > most)
-        shd_node_fail(r->report, &effort_node, SHD_SCENE,
-                      "of more than %d pixels, %s WebP takes an effort of at most %d", LARGE_WEBP,
-                      lossless                ? "lossless"
-                      : r->scene->transparent ? "transparent"
-                                              : "lossy",
-                      most);
+        shd_wrong(r, &effort_node, "of more than %d pixels, %s WebP takes an effort of at most %d",
+                  LARGE_WEBP,
+                  lossless                ? "lossless"
+                  : r->scene->transparent ? "transparent"
+                                          : "lossy",
+                  most);
 }
 
 static void read_one(shd_reader *r, const shd_node *node, unsigned kind, shd_output *out) {
@@ -378,8 +347,8 @@ static void read_one(shd_reader *r, const shd_node *node, unsigned kind, shd_out
     *out = *output;
 }
 
-void shd_read_output(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    (void)field, (void)out;
+void shd_read_output(shd_reader *r, const shd_node *node, void *out) {
+    (void)out;
     if (!node->value && json_object_get(node->parent->value, "outputs")) return;
     shd_output *output = shd_take(r, 1, sizeof *output);
     if (!output) return;
@@ -388,10 +357,10 @@ void shd_read_output(shd_reader *r, const shd_node *node, const shd_field *field
     r->scene->output_count = 1;
 }
 
-void shd_read_outputs(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    (void)field, (void)out;
+void shd_read_outputs(shd_reader *r, const shd_node *node, void *out) {
+    (void)out;
     if (json_object_get(node->parent->value, "output"))
-        shd_node_fail(r->report, node, SHD_SCENE, "give either `output` or `outputs`, not both");
+        shd_wrong(r, node, "give either `output` or `outputs`, not both");
     if (!shd_is_array(r, node, 1, SHD_OUTPUTS_MOST, "an array of 1 to 16 outputs")) return;
     size_t count = json_array_size(node->value);
     if (count > SHD_OUTPUTS_MOST) count = SHD_OUTPUTS_MOST;
@@ -402,8 +371,7 @@ void shd_read_outputs(shd_reader *r, const shd_node *node, const shd_field *fiel
         read_one(r, &entry, ENTRY, &outputs[i]);
         for (size_t j = 0; j < i && outputs[i].name; j++)
             if (outputs[j].name && !strcmp(outputs[i].name, outputs[j].name))
-                shd_node_fail(r->report, &name, SHD_SCENE, "the name \"%s\" is taken by output %zu",
-                              outputs[i].name, j);
+                shd_wrong(r, &name, "the name \"%s\" is taken by output %zu", outputs[i].name, j);
     }
     r->scene->outputs = outputs;
     r->scene->output_count = count;

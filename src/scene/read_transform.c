@@ -12,8 +12,7 @@ typedef struct raw_transform {
 
 enum { SCALE, ROTATE, TRANSLATE, MATRIX, FIELDS };
 
-static void read_scale(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    (void)field;
+static void read_scale(shd_reader *r, const shd_node *node, void *out) {
     double scale[3] = {NAN, NAN, NAN};
     bool good = true;
     if (json_is_number(node->value))
@@ -23,14 +22,13 @@ static void read_scale(shd_reader *r, const shd_node *node, const shd_field *fie
     else
         shd_node_expect(r->report, node, "a number or an array of 3 numbers");
     if (scale[0] == 0 || scale[1] == 0 || scale[2] == 0) {
-        shd_node_fail(r->report, node, SHD_SCENE, "a scale must not be 0: nothing would be left");
+        shd_wrong(r, node, "a scale must not be 0: nothing would be left");
         good = false;
     }
     *(shd_vec3 *)out = (shd_vec3){good ? scale[0] : NAN, scale[1], scale[2]};
 }
 
-static void read_matrix(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    (void)field;
+static void read_matrix(shd_reader *r, const shd_node *node, void *out) {
     double m[16];
     for (int i = 0; i < 16; i++) m[i] = i == 15 ? 1 : i > 11 || i % 4 == 3 ? 0 : NAN;
     shd_get_numbers(r, node, 16, 16, "an array of 16 numbers", &shd_any_number, m);
@@ -40,9 +38,9 @@ static void read_matrix(shd_reader *r, const shd_node *node, const shd_field *fi
     if (json_array_size(node->value) != 16)
         m[0] = NAN;
     else if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1)
-        shd_node_fail(r->report, node, SHD_SCENE,
-                      "the last row (items 3, 7, 11, 15: the matrix is column-major) must be "
-                      "0, 0, 0, 1");
+        shd_wrong(r, node,
+                  "the last row (items 3, 7, 11, 15: the matrix is column-major) must be "
+                  "0, 0, 0, 1");
     memcpy(out, m, sizeof m);
 }
 
@@ -107,24 +105,17 @@ static void set_transform(shd_reader *r, const shd_node *node, const char *membe
     if (known && shd_invert(transform, &inverse)) return;
     out->linear[0][0] = NAN;
     if (known)
-        shd_node_fail(r->report, given.value ? &given : node, SHD_SCENE,
-                      "the transform has no inverse: it flattens the object, or its numbers are "
-                      "too far apart");
+        shd_wrong(r, given.value ? &given : node,
+                  "the transform has no inverse: it flattens the object, or its numbers are "
+                  "too far apart");
 }
 
-void shd_read_transform(shd_reader *r, const shd_node *node, const shd_field *field, void *out) {
-    (void)field;
+void shd_read_transform(shd_reader *r, const shd_node *node, void *out) {
     static const shd_field fields[FIELDS] = {
-        [SCALE] = {.name = "scale", .read = read_scale, .offset = offsetof(raw_transform, scale)},
-        [ROTATE] = {.name = "rotate",
-                    .read = shd_read_vector,
-                    .offset = offsetof(raw_transform, rotate)},
-        [TRANSLATE] = {.name = "translate",
-                       .read = shd_read_vector,
-                       .offset = offsetof(raw_transform, translate)},
-        [MATRIX] = {.name = "matrix",
-                    .read = read_matrix,
-                    .offset = offsetof(raw_transform, matrix)},
+        [SCALE] = {"scale", read_scale, .offset = offsetof(raw_transform, scale)},
+        [ROTATE] = {"rotate", shd_read_vector, .offset = offsetof(raw_transform, rotate)},
+        [TRANSLATE] = {"translate", shd_read_vector, .offset = offsetof(raw_transform, translate)},
+        [MATRIX] = {"matrix", read_matrix, .offset = offsetof(raw_transform, matrix)},
     };
     shd_affine *transform = out;
     transform->linear[0][0] = NAN;
@@ -136,7 +127,6 @@ void shd_read_transform(shd_reader *r, const shd_node *node, const shd_field *fi
     if (!(seen >> MATRIX & 1)) return;
     set_transform(r, node, "matrix", !isnan(raw.matrix[0]), &whole, transform);
     if (seen == UINT32_C(1) << MATRIX) return;
-    shd_node_fail(r->report, node, SHD_SCENE,
-                  "`matrix` stands alone: leave out `scale`, `rotate` and `translate`");
+    shd_wrong(r, node, "`matrix` stands alone: leave out `scale`, `rotate` and `translate`");
     transform->linear[0][0] = NAN;
 }
