@@ -1,4 +1,4 @@
-/* The command line's own helpers: files read whole and written atomically, messages, progress.
+/* The command line: files read whole and written atomically, messages, progress, commands.
  *
  * Everything here runs on the main thread. A function that returns false has printed on stderr what
  * went wrong. */
@@ -58,5 +58,21 @@ bool cli_file_commit(cli_file *file);  /* puts the file in its place; ends the s
 void cli_file_discard(cli_file *file); /* removes the file; ends the struct */
 
 bool cli_write_stdout(const void *data, size_t size);
+
+/* ---- render.c: the commands. They return the program's exit status. ---- */
+
+typedef struct cli_options {
+    const char *output; /* -o; NULL: not given */
+    bool json;          /* --json */
+    shd_engine_options engine;
+} cli_options;
+
+/* What one scene may take on the command line, whose user owns the machine too. */
+shd_limits cli_limits(void);
+
+int cli_render(const char *scene, const cli_options *options);
+int cli_explain(const char *scene, const cli_options *options);
+int cli_compare(const char *scene, const cli_options *options);
+int cli_check(const char *const *scenes, size_t count, const cli_options *options);
 
 #endif

@@ -19,38 +19,33 @@ bool cli_read_file(const char *path, size_t cap, char **text, size_t *length) {
     /* Pipes do not tell their size, so the buffer grows as bytes come. */
     size_t room = 0, used = 0;
     char *bytes = NULL;
-    bool done = false, failed = false;
-    while (!done && !failed) {
+    ssize_t got;
+    do {
         if (used == room) {
             room = room ? room * 2 : 64 * 1024;
             char *more = realloc(bytes, room);
             if (!more) {
-                cli_say("out of memory while reading '%s'", path);
-                failed = true;
+                got = -1;
                 break;
             }
             bytes = more;
         }
-        ssize_t got = read(fd, bytes + used, room - used);
-        if (got < 0 && errno == EINTR) continue;
-        if (got < 0) {
-            cli_say("cannot read '%s': %s", path, strerror(errno));
-            failed = true;
-        } else if (got == 0) {
-            done = true;
-        } else if ((used += (size_t)got) > cap) {
-            cli_say("'%s' is longer than %zu bytes, the most that a scene may have", path, cap);
-            failed = true;
-        }
-    }
+        got = read(fd, bytes + used, room - used);
+        if (got > 0) used += (size_t)got;
+    } while (used <= cap && (got > 0 || (got < 0 && errno == EINTR)));
+    const int problem = errno;
     if (!is_stdin) close(fd);
-    if (failed) {
-        free(bytes);
-        return false;
+    if (got == 0) {
+        *text = bytes;
+        *length = used;
+        return true;
     }
-    *text = bytes;
-    *length = used;
-    return true;
+    if (got < 0)
+        cli_say("cannot read '%s': %s", path, strerror(problem));
+    else
+        cli_say("'%s' is longer than %zu bytes, the most that a scene may have", path, cap);
+    free(bytes);
+    return false;
 }
 
 /* 0, or errno. */

@@ -8,7 +8,6 @@
 
 #include "base/regular.h"
 #include "cli/cli.h"
-#include "cli/render.h"
 
 static const char help_text[] =
     "shade: renders scene documents (JSON) into Phong-shaded, color-converted pictures.\n"
@@ -116,27 +115,20 @@ static bool read_options(int argc, char **argv, cli_options *options, size_t *co
 
 static int run_command(const char *command, const char *const *scenes, size_t count,
                        const cli_options *options) {
-    if (!strcmp(command, "render")) {
-        if (count != 1) return cli_usage("render wants one scene, not %zu", count);
-        if (!options->output) return cli_usage("render wants -o OUT");
-        return cli_render(scenes[0], options);
-    }
-    if (options->json && strcmp(command, "explain") != 0)
+    const bool renders = !strcmp(command, "render"), explains = !strcmp(command, "explain"),
+               compares = !strcmp(command, "compare"), checks = !strcmp(command, "check");
+    if (options->json && !explains && !renders)
         return cli_usage("--json is for explain, which has words as well");
-    if (!strcmp(command, "explain")) {
-        if (count != 1) return cli_usage("explain wants one scene, not %zu", count);
-        return cli_explain(scenes[0], options);
-    }
-    if (!strcmp(command, "compare")) {
-        if (count != 1) return cli_usage("compare wants one scene, not %zu", count);
-        return cli_compare(scenes[0], options);
-    }
-    if (!strcmp(command, "check")) {
-        if (count == 0) return cli_usage("check wants a scene");
-        if (options->output) return cli_usage("check writes nothing: -o has no place here");
-        return cli_check(scenes, count, options);
-    }
-    return cli_usage("unknown command '%s': render, explain, compare or check", command);
+    if (!renders && !explains && !compares && !checks)
+        return cli_usage("unknown command '%s': render, explain, compare or check", command);
+    if (checks && count == 0) return cli_usage("check wants a scene");
+    if (checks && options->output) return cli_usage("check writes nothing: -o has no place here");
+    if (checks) return cli_check(scenes, count, options);
+    if (count != 1) return cli_usage("%s wants one scene, not %zu", command, count);
+    if (renders && !options->output) return cli_usage("render wants -o OUT");
+    return renders    ? cli_render(scenes[0], options)
+           : explains ? cli_explain(scenes[0], options)
+                      : cli_compare(scenes[0], options);
 }
 
 int main(int argc, char **argv) {

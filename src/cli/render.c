@@ -1,4 +1,4 @@
-#include "cli/render.h"
+#include "cli/cli.h"
 
 #include <errno.h>
 #include <signal.h>
@@ -7,8 +7,6 @@
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
-#include "cli/cli.h"
 
 shd_limits cli_limits(void) {
     long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
@@ -36,34 +34,8 @@ typedef struct cli_target {
     target_kind kind;
     bool suffixed;     /* whether a file has a suffix that names a format */
     shd_format format; /* that format; otherwise PNG, if the scene names none */
+    bool words;        /* for a person, who reads words; programs read JSON */
 } cli_target;
-
-/* CLI_DONE, or the usage error that was printed. */
-static int find_target(const char *path, cli_target *out) {
-    *out = (cli_target){.path = path, .kind = TARGET_FILE, .format = SHD_PNG};
-    size_t length = strlen(path);
-    if (length == 0) return cli_usage("-o is empty");
-    if (!strcmp(path, "-")) {
-        out->kind = TARGET_STDOUT;
-        return CLI_DONE;
-    }
-    struct stat status;
-    bool there = !stat(path, &status);
-    if (path[length - 1] == '/' || (there && S_ISDIR(status.st_mode))) {
-        out->kind = TARGET_DIRECTORY;
-        return CLI_DONE;
-    }
-    /* A name without a suffix (/dev/null is one) leaves the format to the scene. */
-    const char *slash = strrchr(path, '/');
-    const char *name = slash ? slash + 1 : path;
-    const char *dot = strrchr(name, '.');
-    if (!dot || dot == name) return CLI_DONE;
-    if (!shd_format_find(dot + 1, &out->format))
-        return cli_usage("unknown suffix in '%s': png, jpg, webp, tif, exr and hdr are known",
-                         path);
-    out->suffixed = true;
-    return CLI_DONE;
-}
 
 /* Tells before the work, and not after it, that a file cannot be written. */
 static bool folder_is_writable(const char *path) {
@@ -73,6 +45,56 @@ static bool folder_is_writable(const char *path) {
     if (!writable) cli_say("cannot write '%s': %s", path, strerror(errno));
     free(folder);
     return writable;
+}
+
+/* CLI_DONE, or the failure that was printed. */
+static int find_target(const char *path, cli_target *out) {
+    struct stat status;
+    const size_t length = strlen(path);
+    *out = (cli_target){.path = path, .kind = TARGET_FILE, .format = SHD_PNG};
+    if (length == 0) return cli_usage("-o is empty");
+    if (!strcmp(path, "-"))
+        out->kind = TARGET_STDOUT;
+    else if (path[length - 1] == '/' || (!stat(path, &status) && S_ISDIR(status.st_mode)))
+        out->kind = TARGET_DIRECTORY;
+    return CLI_DONE;
+}
+
+/* As find_target, for pictures. A name without a suffix (/dev/null is one) leaves the format to the
+ * scene. */
+static int find_picture_target(const char *path, cli_target *out) {
+    const int result = find_target(path, out);
+    if (result != CLI_DONE || out->kind != TARGET_FILE) return result;
+    const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
+    const char *dot = strrchr(name, '.');
+    out->suffixed = dot && dot != name;
+    if (out->suffixed && !shd_format_find(dot + 1, &out->format))
+        return cli_usage("unknown suffix in '%s': png, jpg, webp, tif, exr and hdr are known",
+                         path);
+    return folder_is_writable(path) ? CLI_DONE : CLI_FAILED;
+}
+
+/* As find_target, for a text, which goes to stdout by default. */
+static int find_text_target(const char *path, cli_target *out) {
+    const int result = find_target(path ? path : "-", out);
+    if (result != CLI_DONE) return result;
+    if (out->kind == TARGET_DIRECTORY)
+        return cli_usage("'%s' is a directory: -o must be a file", path);
+    return out->kind == TARGET_STDOUT || folder_is_writable(path) ? CLI_DONE : CLI_FAILED;
+}
+
+/* To the target, which is no directory. */
+static bool write_bytes(const cli_target *target, const void *data, size_t size) {
+    cli_file file;
+    if (target->kind == TARGET_STDOUT) return cli_write_stdout(data, size);
+    return cli_file_write(target->path, data, size, &file) && cli_file_commit(&file);
+}
+
+/* Writes the text and a line's end. */
+static bool write_json(const cli_target *target, char *json) {
+    const size_t length = strlen(json);
+    json[length] = '\n'; /* replaces the final 0, which nobody needs any more */
+    return write_bytes(target, json, length + 1);
 }
 
 /* The names of outputs become the names of files in the directory, and nothing else. */
@@ -120,22 +142,11 @@ static bool write_directory(const char *directory, const shd_picture *pictures, 
     return fine;
 }
 
-static bool write_pictures(const cli_target *target, const shd_picture *pictures, size_t count) {
-    switch (target->kind) {
-    case TARGET_STDOUT:
-        return cli_write_stdout(pictures[0].data, pictures[0].size);
-    case TARGET_FILE: {
-        cli_file file;
-        return cli_file_write(target->path, pictures[0].data, pictures[0].size, &file) &&
-               cli_file_commit(&file);
-    }
-    case TARGET_DIRECTORY:
-        return write_directory(target->path, pictures, count);
-    }
-    return false;
-}
-
 /* ---- Reading and rendering ---- */
+
+static const char *name_of(const char *scene) {
+    return strcmp(scene, "-") ? scene : "stdin";
+}
 
 /* Reads a scene and prints what is wrong with it. False: the scene is of no use. */
 static bool read_scene(const char *scene, const shd_limits *limits, shd_request *request,
@@ -145,7 +156,7 @@ static bool read_scene(const char *scene, const shd_limits *limits, shd_request 
     if (!cli_read_file(scene, (size_t)limits->body, &text, &length)) return false;
     shd_status status = shd_request_read(request, text, length, fallback);
     free(text);
-    cli_print_report(strcmp(scene, "-") ? scene : "stdin", shd_request_report(request));
+    cli_print_report(name_of(scene), shd_request_report(request));
     return status == SHD_OK;
 }
 
@@ -190,13 +201,16 @@ static int render_scene(const char *scene, shd_request *request, char **json) {
         return CLI_FAILED;
     }
     if (status != SHD_OK) {
-        cli_print_error(strcmp(scene, "-") ? scene : "stdin", &error);
+        cli_print_error(name_of(scene), &error);
         return CLI_FAILED;
     }
     return CLI_DONE;
 }
 
-static int render_request(const char *scene, const cli_target *target, shd_request *request) {
+/* What is done with a scene that was read. Returns the program's exit status. */
+typedef int use_scene(const char *scene, const cli_target *target, shd_request *request);
+
+static int write_pictures(const char *scene, const cli_target *target, shd_request *request) {
     bool multipart = shd_request_multipart(request);
     if (multipart && target->kind != TARGET_DIRECTORY)
         return cli_usage("the scene has `outputs`: -o must be a directory, '%s/' for example",
@@ -218,125 +232,86 @@ static int render_request(const char *scene, const cli_target *target, shd_reque
     const shd_picture *pictures = shd_request_pictures(request, &count);
     if (shd_request_saturated(request) > 0)
         fprintf(stderr, "warning: %s: %llu samples were not finite or beyond the output's range\n",
-                strcmp(scene, "-") ? scene : "stdin",
-                (unsigned long long)shd_request_saturated(request));
-    return write_pictures(target, pictures, count) ? CLI_DONE : CLI_FAILED;
+                name_of(scene), (unsigned long long)shd_request_saturated(request));
+    const bool written = multipart ? write_directory(target->path, pictures, count)
+                                   : write_bytes(target, pictures[0].data, pictures[0].size);
+    return written ? CLI_DONE : CLI_FAILED;
 }
 
-/* NULL, with a message, if the color configuration is wrong or memory is short. */
-static shd_engine *new_engine(const cli_options *options) {
-    shd_engine *engine;
-    shd_error error;
-    if (shd_engine_new(&options->engine, &engine, &error) == SHD_OK) return engine;
-    if (*error.path)
-        cli_say("%s: %s", error.path, error.text);
-    else
-        cli_say("%s", error.text);
-    return NULL;
-}
-
-static shd_request *new_request(shd_engine *engine) {
-    shd_request *request;
-    shd_error error;
-    if (shd_request_new(engine, &request, &error) == SHD_OK) return request;
-    cli_say("%s", error.text);
-    return NULL;
-}
-
-int cli_render(const char *scene, const cli_options *options) {
-    cli_target target;
-    int result = find_target(options->output, &target);
-    if (result != CLI_DONE) return result;
-    if (target.kind == TARGET_FILE && !folder_is_writable(target.path)) return CLI_FAILED;
-    shd_engine *engine = new_engine(options);
-    if (!engine) return CLI_FAILED;
-
-    result = CLI_FAILED;
-    shd_request *request = new_request(engine);
-    if (request && read_scene(scene, &options->engine.limits, request, target.format))
-        result = render_request(scene, &target, request);
-    shd_request_drop(request);
-    shd_engine_drop(engine);
-    return result;
-}
-
-/* Writes the text and a line's end, to the file or to stdout. */
-static bool write_json(const char *path, char *json) {
-    size_t length = strlen(json);
-    json[length] = '\n'; /* replaces the final 0, which nobody needs any more */
-    if (!strcmp(path, "-")) return cli_write_stdout(json, length + 1);
-    cli_file file;
-    return cli_file_write(path, json, length + 1, &file) && cli_file_commit(&file);
-}
-
-/* Whether a text may go to `path` ("-": stdout): CLI_DONE, or the usage error that was printed. */
-static int check_text_target(const char *path) {
-    struct stat status;
-    if (!*path) return cli_usage("-o is empty");
-    if (path[strlen(path) - 1] == '/' || (!stat(path, &status) && S_ISDIR(status.st_mode)))
-        return cli_usage("'%s' is a directory: -o must be a file", path);
-    return !strcmp(path, "-") || folder_is_writable(path) ? CLI_DONE : CLI_FAILED;
-}
-
-int cli_compare(const char *scene, const cli_options *options) {
-    const char *path = options->output ? options->output : "-";
-    int result = check_text_target(path);
-    if (result != CLI_DONE) return result;
-    shd_engine *engine = new_engine(options);
-    if (!engine) return CLI_FAILED;
-
-    result = CLI_FAILED;
+static int write_comparison(const char *scene, const cli_target *target, shd_request *request) {
     char *json = NULL;
-    shd_request *request = new_request(engine);
-    if (request && read_scene(scene, &options->engine.limits, request, SHD_PNG))
-        result = render_scene(scene, request, &json);
-    if (result == CLI_DONE && !write_json(path, json)) result = CLI_FAILED;
+    int result = render_scene(scene, request, &json);
+    if (result == CLI_DONE && !write_json(target, json)) result = CLI_FAILED;
     free(json);
-    shd_request_drop(request);
-    shd_engine_drop(engine);
     return result;
 }
 
-/* People read words, programs JSON. */
-int cli_explain(const char *scene, const cli_options *options) {
-    const char *path = options->output ? options->output : "-";
-    int result = check_text_target(path);
-    if (result != CLI_DONE) return result;
-    const bool words = !options->json && !options->output && isatty(STDOUT_FILENO);
-    cli_options explaining = *options;
-    explaining.engine.threads = 1; /* nothing is rendered */
-    shd_engine *engine = new_engine(&explaining);
-    if (!engine) return CLI_FAILED;
-
-    result = CLI_FAILED;
+static int write_explanation(const char *scene, const cli_target *target, shd_request *request) {
     char *text = NULL;
     shd_error error;
-    shd_request *request = new_request(engine);
-    if (request && read_scene(scene, &options->engine.limits, request, SHD_PNG)) {
-        if (shd_request_explain(request, words ? SHD_IN_WORDS : SHD_IN_JSON, &text, &error))
-            cli_print_error(strcmp(scene, "-") ? scene : "stdin", &error);
-        else if (words ? cli_write_stdout(text, strlen(text)) : write_json(path, text))
-            result = CLI_DONE;
-    }
+    bool written = false;
+    if (shd_request_explain(request, target->words ? SHD_IN_WORDS : SHD_IN_JSON, &text, &error))
+        cli_print_error(name_of(scene), &error);
+    else
+        written =
+            target->words ? write_bytes(target, text, strlen(text)) : write_json(target, text);
     free(text);
-    shd_request_drop(request);
-    shd_engine_drop(engine);
-    return result;
+    return written ? CLI_DONE : CLI_FAILED;
 }
 
-int cli_check(const char *const *scenes, size_t count, const cli_options *options) {
-    cli_options checking = *options;
-    checking.engine.threads = 1; /* nothing is rendered */
-    shd_engine *engine = new_engine(&checking);
-    if (!engine) return CLI_FAILED;
-
+/* Reads the scenes one after the other, and has each used (unless `use` is NULL). The status is of
+ * the last one that failed. */
+static int use_scenes(const char *const *scenes, size_t count, const shd_engine_options *options,
+                      const cli_target *target, use_scene *use) {
+    shd_engine *engine;
+    shd_error error;
+    if (shd_engine_new(options, &engine, &error) != SHD_OK) {
+        cli_say("%s%s%s", error.path, *error.path ? ": " : "", error.text);
+        return CLI_FAILED;
+    }
     int result = CLI_DONE;
     for (size_t i = 0; i < count; i++) {
-        shd_request *request = new_request(engine);
-        if (!request || !read_scene(scenes[i], &options->engine.limits, request, SHD_PNG))
-            result = CLI_FAILED;
+        shd_request *request = NULL;
+        int status = CLI_FAILED;
+        if (shd_request_new(engine, &request, &error) != SHD_OK)
+            cli_say("%s", error.text);
+        else if (read_scene(scenes[i], &options->limits, request, target->format))
+            status = use ? use(scenes[i], target, request) : CLI_DONE;
+        if (status != CLI_DONE) result = status;
         shd_request_drop(request);
     }
     shd_engine_drop(engine);
     return result;
+}
+
+/* ---- The commands ---- */
+
+int cli_render(const char *scene, const cli_options *options) {
+    cli_target target;
+    const int result = find_picture_target(options->output, &target);
+    if (result != CLI_DONE) return result;
+    return use_scenes(&scene, 1, &options->engine, &target, write_pictures);
+}
+
+int cli_compare(const char *scene, const cli_options *options) {
+    cli_target target;
+    const int result = find_text_target(options->output, &target);
+    if (result != CLI_DONE) return result;
+    return use_scenes(&scene, 1, &options->engine, &target, write_comparison);
+}
+
+int cli_explain(const char *scene, const cli_options *options) {
+    cli_target target;
+    const int result = find_text_target(options->output, &target);
+    if (result != CLI_DONE) return result;
+    target.words = !options->json && !options->output && isatty(STDOUT_FILENO);
+    shd_engine_options engine = options->engine;
+    engine.threads = 1; /* nothing is rendered */
+    return use_scenes(&scene, 1, &engine, &target, write_explanation);
+}
+
+int cli_check(const char *const *scenes, size_t count, const cli_options *options) {
+    shd_engine_options engine = options->engine;
+    engine.threads = 1; /* nothing is rendered */
+    return use_scenes(scenes, count, &engine, &(cli_target){.format = SHD_PNG}, NULL);
 }
