@@ -54,13 +54,13 @@ static bool take_free(shd_budget *budget, size_t bytes) {
     return true;
 }
 
-static uint64_t most(const shd_budget *budget) {
+static uint64_t most_bytes(const shd_budget *budget) {
     const shd_budget_load *load = &budget->load;
     return load->cap > load->fixed ? load->cap - load->fixed : 0;
 }
 
 /* How many of `bytes` are missing. */
-static size_t shortage(const shd_budget *budget, size_t bytes) {
+static size_t missing_bytes(const shd_budget *budget, size_t bytes) {
     const shd_budget_load *load = &budget->load;
     return (size_t)(load->used + bytes - load->cap);
 }
@@ -71,7 +71,7 @@ static void ask_for(shd_budget *budget, size_t bytes, bool waits) {
     size_t promised = 0;
     for (size_t i = 0; i < SHD_RANKS && !is_free(budget, bytes); i++) {
         if (!budget->ranks[i].give_way) continue;
-        const size_t missing = shortage(budget, bytes);
+        const size_t missing = missing_bytes(budget, bytes);
         if (waits && promised >= missing) break;
         pthread_mutex_unlock(&budget->mutex);
         promised += budget->ranks[i].give_way(budget->ranks[i].context,
@@ -94,7 +94,7 @@ bool shd_budget_wait(shd_budget *budget, size_t bytes, double seconds) {
     if (!budget) return true;
     const double until = shd_now() + seconds;
     pthread_mutex_lock(&budget->mutex);
-    const bool possible = bytes <= most(budget);
+    const bool possible = bytes <= most_bytes(budget);
     bool taken = take_free(budget, bytes);
     while (!taken && possible) {
         ask_for(budget, bytes, seconds > 0);
@@ -150,7 +150,7 @@ shd_budget_load shd_budget_load_of(shd_budget *budget) {
 uint64_t shd_budget_most(shd_budget *budget) {
     if (!budget) return UINT64_MAX;
     pthread_mutex_lock(&budget->mutex);
-    const uint64_t bytes = most(budget);
+    const uint64_t bytes = most_bytes(budget);
     pthread_mutex_unlock(&budget->mutex);
     return bytes;
 }

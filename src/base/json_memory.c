@@ -6,14 +6,14 @@
 
 static _Thread_local bool is_short;
 
-static void *allocate(size_t size) {
+static void *allocate_json(size_t size) {
     void *memory = malloc(size);
     if (!memory) is_short = true;
     return memory;
 }
 
 static void set_functions(void) {
-    json_set_alloc_funcs(allocate, free);
+    json_set_alloc_funcs(allocate_json, free);
 }
 
 void shd_json_memory_watch(void) {

@@ -33,7 +33,7 @@ static bool has_word(const char *list, const char *word) {
 }
 
 /* Decodes the octal escapes that /proc/self/mountinfo writes for blanks and the like. */
-static void unescape(char *text) {
+static void unescape_mount(char *text) {
     char *to = text;
     for (const char *from = text; *from; to++) {
         unsigned code;
@@ -94,8 +94,8 @@ static bool read_mount(const tree *t, char *line, char **top, char **mount) {
  * the mount cannot be looked at: a container that sees only its own tree has such groups. The group
  * is then the mount itself. */
 static void set_mount(tree *t, char *top, char *mount) {
-    unescape(top);
-    unescape(mount);
+    unescape_mount(top);
+    unescape_mount(mount);
     snprintf(t->mount, sizeof t->mount, "%s", mount);
     size_t length = strcmp(top, "/") ? strlen(top) : 0;
     const bool within = !strncmp(t->group, top, length) &&

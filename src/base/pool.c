@@ -3,6 +3,7 @@
 #include "base/clock.h"
 #include "base/denormals.h"
 
+#include <assert.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
@@ -12,18 +13,18 @@ typedef struct job {
     void *context;
 } job;
 
-/* A loop that is being spread. It lives on its caller's stack and is linked into the pool while
- * indices are left to hand out. */
+/* A loop that is being spread. It lives on its caller's stack, and is in the pool's list until its
+ * caller finds no index left. */
 typedef struct loop {
     struct loop *next;
     void (*run)(void *context, size_t index, unsigned slot);
     void *context;
     size_t count;
-    atomic_size_t taken;
-    unsigned helpers; /* workers inside; guarded by the pool's mutex */
+    atomic_size_t taken; /* the next index to hand out */
+    unsigned helpers;    /* workers inside; guarded by the pool's mutex */
 } loop;
 
-/* Jobs in order. */
+/* Jobs in order, in a ring. */
 typedef struct line {
     job *ring;
     size_t room, first, count;
@@ -31,18 +32,19 @@ typedef struct line {
 
 typedef struct worker {
     pthread_t self;
-    bool large;   /* it runs a deferred job ... */
-    bool lending; /* ... and within that a new one */
+    bool large;   /* it runs a deferred job */
+    bool lending; /* and within that a new one */
 } worker;
 
+/* The mutex guards all that changes but the atomics. */
 struct shd_pool {
     pthread_mutex_t mutex;
-    pthread_cond_t work;     /* a job, a loop or the end */
+    pthread_cond_t work;     /* there is a job, a loop or the end */
     pthread_cond_t loop_end; /* a helper left a loop */
     line fresh, deferred;
     bool deferred_next; /* whose turn it is */
     size_t capacity;
-    atomic_bool has_fresh; /* fresh.count, to be looked at without the mutex */
+    atomic_bool has_fresh; /* whether fresh.count > 0, to be read without the mutex */
     loop *loops;
     bool (*idle)(void *context); /* or NULL */
     void *idle_context;
@@ -55,20 +57,22 @@ struct shd_pool {
     worker workers[]; /* [started], each written by its own thread only, but under the mutex */
 };
 
-/* ---- Lines ---- */
+/* ---- Lines: the pool's mutex is held. ---- */
 
-static void push(line *l, job j) {
+static void push_job(line *l, job j) {
+    assert(l->count < l->room);
     l->ring[(l->first + l->count++) % l->room] = j;
 }
 
-static job pop(line *l) {
+static job pop_job(line *l) {
+    assert(l->count > 0);
     job j = l->ring[l->first];
     l->first = (l->first + 1) % l->room;
     l->count--;
     return j;
 }
 
-static bool take_out(line *l, const void *context) {
+static bool withdraw_job(line *l, const void *context) {
     for (size_t i = 0; i < l->count; i++) {
         if (l->ring[(l->first + i) % l->room].context != context) continue;
         for (size_t k = i; k + 1 < l->count; k++)
@@ -79,26 +83,26 @@ static bool take_out(line *l, const void *context) {
     return false;
 }
 
-static size_t waiting(const shd_pool *pool) {
+static size_t count_waiting(const shd_pool *pool) {
     return pool->fresh.count + pool->deferred.count;
 }
 
 static job pop_fresh(shd_pool *pool) {
-    job j = pop(&pool->fresh);
+    job j = pop_job(&pool->fresh);
     atomic_store_explicit(&pool->has_fresh, pool->fresh.count > 0, memory_order_relaxed);
     return j;
 }
 
 /* ---- Lending ---- */
 
-/* The worker that the calling thread is, NULL for others. The mutex is held. */
+/* The worker that the calling thread is, or NULL. The mutex is held. */
 static worker *find_self(shd_pool *pool) {
     for (unsigned i = 0; i < pool->started; i++)
         if (pthread_equal(pool->workers[i].self, pthread_self())) return &pool->workers[i];
     return NULL;
 }
 
-/* The same, where it may run new jobs between the pieces of its own. */
+/* The same, or NULL if it may not run new jobs between the pieces of its own. Takes the mutex. */
 static worker *find_lender(shd_pool *pool) {
     pthread_mutex_lock(&pool->mutex);
     worker *self = find_self(pool);
@@ -107,14 +111,15 @@ static worker *find_lender(shd_pool *pool) {
     return self;
 }
 
-static double lend(shd_pool *pool, worker *self) {
+/* Runs a new job, if one waits. Takes the mutex. Returns the seconds that it took. */
+static double lend_once(shd_pool *pool, worker *self) {
     if (!atomic_load_explicit(&pool->has_fresh, memory_order_relaxed)) return 0;
     pthread_mutex_lock(&pool->mutex);
     bool some = pool->fresh.count > 0;
     job next = {NULL, NULL};
     if (some) next = pop_fresh(pool);
     self->lending = some;
-    pool->lent += some; /* before it runs: who has its answer finds it counted */
+    pool->lent += some; /* before it runs: whoever has its answer finds it counted */
     pthread_mutex_unlock(&pool->mutex);
     if (!some) return 0;
 
@@ -131,12 +136,12 @@ static double lend(shd_pool *pool, worker *self) {
 double shd_pool_lend(shd_pool *pool) {
     if (!atomic_load_explicit(&pool->has_fresh, memory_order_relaxed)) return 0;
     worker *self = find_lender(pool);
-    return self ? lend(pool, self) : 0;
+    return self ? lend_once(pool, self) : 0;
 }
 
 /* ---- Loops ---- */
 
-/* Takes an index and runs it; false where none is left. */
+/* Takes an index and runs it. False: none is left. */
 static bool run_index(loop *l, unsigned slot) {
     size_t index = atomic_fetch_add_explicit(&l->taken, 1, memory_order_relaxed);
     if (index >= l->count) return false;
@@ -146,22 +151,22 @@ static bool run_index(loop *l, unsigned slot) {
     return true;
 }
 
-/* New jobs for as long as the index before them took, so that a crowd of them and a large picture
- * share the worker evenly, however long an index takes. */
+/* Runs new jobs for as long as the index before them took, so that a crowd of them and a large
+ * picture share the worker evenly, however long an index takes. */
 static void lend_for(shd_pool *pool, worker *self, double seconds) {
     double lent = 0;
-    do lent += lend(pool, self);
+    do lent += lend_once(pool, self);
     while (lent < seconds && atomic_load_explicit(&pool->has_fresh, memory_order_relaxed));
 }
 
 static void run_between(shd_pool *pool) {
     if (!pool->between) return;
-    const shd_denormals before = shd_denormals_keep(); /* a loop's body may have this loop */
+    const shd_denormals before = shd_denormals_keep(); /* this loop may be in a loop's body */
     pool->between(pool->between_context);
     shd_denormals_restore(before);
 }
 
-/* The caller's own part of its loop. */
+/* The caller's own part of its loop. Returns the seconds that it lent. */
 static double run_indices(shd_pool *pool, loop *l) {
     worker *lender = find_lender(pool);
     double lent = 0, began = lender ? shd_thread_seconds() : 0;
@@ -176,41 +181,45 @@ static double run_indices(shd_pool *pool, loop *l) {
     return lent;
 }
 
+/* The mutex is held. */
 static loop *find_open_loop(shd_pool *pool) {
     for (loop *l = pool->loops; l; l = l->next)
         if (atomic_load_explicit(&l->taken, memory_order_relaxed) < l->count) return l;
     return NULL;
 }
 
-/* Helps a loop until it is done or a job waits. Called and left with the mutex held. */
-static void help(shd_pool *pool, loop *l, unsigned slot) {
+/* Helps a loop until it is done or a job waits. The mutex is held, but not while an index runs. */
+static void help_loop(shd_pool *pool, loop *l, unsigned slot) {
     l->helpers++;
     bool more = true;
-    while (more && !waiting(pool)) {
+    while (more && !count_waiting(pool)) {
         pthread_mutex_unlock(&pool->mutex);
         more = run_index(l, slot);
         pthread_mutex_lock(&pool->mutex);
     }
+    assert(l->helpers > 0);
     if (--l->helpers == 0) pthread_cond_broadcast(&pool->loop_end);
 }
 
 /* ---- Workers ---- */
 
-/* The next job of the line whose turn it is. Called and left with the mutex held. */
+/* Runs the next job of the line whose turn it is. The mutex is held, but not while the job runs. */
 static void run_job(shd_pool *pool, worker *self) {
     bool large = pool->deferred.count && (pool->deferred_next || !pool->fresh.count);
-    job next = large ? pop(&pool->deferred) : pop_fresh(pool);
+    job next = large ? pop_job(&pool->deferred) : pop_fresh(pool);
     pool->deferred_next = !large;
     self->large = large;
     pool->busy++;
     pthread_mutex_unlock(&pool->mutex);
     next.run(next.context);
     pthread_mutex_lock(&pool->mutex);
+    assert(pool->busy > 0 && !self->lending);
     pool->busy--;
     self->large = false;
 }
 
-/* A step of what there is to do before sleep. Called and left with the mutex held. */
+/* Takes a step of what there is to do before sleep. False: there is nothing. The mutex is held, but
+ * not while the step runs. */
 static bool run_idle(shd_pool *pool) {
     if (!pool->idle) return false;
     pthread_mutex_unlock(&pool->mutex);
@@ -221,18 +230,18 @@ static bool run_idle(shd_pool *pool) {
 
 /* New pictures come before help for running ones: a large picture goes on with the worker that
  * began it, and small ones do not wait for its end. */
-static void *work(void *argument) {
+static void *run_worker(void *argument) {
     shd_pool *pool = argument;
     pthread_mutex_lock(&pool->mutex);
     worker *self = &pool->workers[pool->started];
     self->self = pthread_self();
     unsigned slot = ++pool->started; /* 0 is the caller's, in any loop */
-    bool rested = false;             /* nothing is to be done while idle */
+    bool rested = false;             /* there is nothing to do while idle */
     for (;;) {
-        loop *l = waiting(pool) ? NULL : find_open_loop(pool);
+        loop *l = count_waiting(pool) ? NULL : find_open_loop(pool);
         if (l) {
-            help(pool, l, slot);
-        } else if (waiting(pool)) {
+            help_loop(pool, l, slot);
+        } else if (count_waiting(pool)) {
             run_job(pool, self);
         } else if (pool->stopping) {
             break;
@@ -249,7 +258,7 @@ static void *work(void *argument) {
 
 /* ---- The pool ---- */
 
-static void release(shd_pool *pool) {
+static void free_pool(shd_pool *pool) {
     free(pool->fresh.ring);
     free(pool->deferred.ring);
     free(pool->thread);
@@ -261,14 +270,14 @@ shd_status shd_pool_new(unsigned threads, size_t queue, shd_pool **out, shd_erro
         return shd_fail(error, SHD_CONFIG, "", "%u threads: 1 to 1024 are possible", threads);
     shd_pool *pool = calloc(1, sizeof *pool + threads * sizeof pool->workers[0]);
     if (!pool) return shd_fail(error, SHD_EXHAUSTED, "", "no memory for %u threads", threads);
-    /* Each worker may hold a job that was accepted, and defer it when its place is taken. */
+    /* Each worker may hold a job that was accepted, and defer it when its place is taken again. */
     pool->fresh.room = queue ? queue : 1;
     pool->deferred.room = queue + threads;
     pool->fresh.ring = calloc(pool->fresh.room, sizeof(job));
     pool->deferred.ring = calloc(pool->deferred.room, sizeof(job));
     pool->thread = calloc(threads, sizeof pool->thread[0]);
     if (!pool->fresh.ring || !pool->deferred.ring || !pool->thread) {
-        release(pool);
+        free_pool(pool);
         return shd_fail(error, SHD_EXHAUSTED, "", "no memory for %zu queued jobs", queue);
     }
     pool->capacity = queue;
@@ -276,7 +285,7 @@ shd_status shd_pool_new(unsigned threads, size_t queue, shd_pool **out, shd_erro
     pthread_cond_init(&pool->work, NULL);
     pthread_cond_init(&pool->loop_end, NULL);
     for (; pool->threads < threads; pool->threads++) {
-        if (pthread_create(&pool->thread[pool->threads], NULL, work, pool)) {
+        if (pthread_create(&pool->thread[pool->threads], NULL, run_worker, pool)) {
             shd_pool_drop(pool);
             return shd_fail(error, SHD_EXHAUSTED, "", "the system refused to start %u threads",
                             threads);
@@ -293,10 +302,11 @@ void shd_pool_drop(shd_pool *pool) {
     pthread_cond_broadcast(&pool->work);
     pthread_mutex_unlock(&pool->mutex);
     for (unsigned i = 0; i < pool->threads; i++) pthread_join(pool->thread[i], NULL);
+    assert(!pool->loops && !pool->busy && !count_waiting(pool));
     pthread_cond_destroy(&pool->work);
     pthread_cond_destroy(&pool->loop_end);
     pthread_mutex_destroy(&pool->mutex);
-    release(pool);
+    free_pool(pool);
 }
 
 void shd_pool_when_idle(shd_pool *pool, bool (*step)(void *context), void *context) {
@@ -316,9 +326,9 @@ void shd_pool_between(shd_pool *pool, void (*step)(void *context), void *context
 
 bool shd_pool_submit(shd_pool *pool, void (*run)(void *context), void *context) {
     pthread_mutex_lock(&pool->mutex);
-    bool accepted = waiting(pool) < pool->capacity && !pool->stopping;
+    bool accepted = count_waiting(pool) < pool->capacity && !pool->stopping;
     if (accepted) {
-        push(&pool->fresh, (job){run, context});
+        push_job(&pool->fresh, (job){run, context});
         atomic_store_explicit(&pool->has_fresh, true, memory_order_relaxed);
         pthread_cond_signal(&pool->work);
     }
@@ -328,14 +338,14 @@ bool shd_pool_submit(shd_pool *pool, void (*run)(void *context), void *context) 
 
 void shd_pool_defer(shd_pool *pool, void (*run)(void *context), void *context) {
     pthread_mutex_lock(&pool->mutex);
-    push(&pool->deferred, (job){run, context});
+    push_job(&pool->deferred, (job){run, context});
     pthread_cond_signal(&pool->work);
     pthread_mutex_unlock(&pool->mutex);
 }
 
 bool shd_pool_withdraw(shd_pool *pool, const void *context) {
     pthread_mutex_lock(&pool->mutex);
-    bool found = take_out(&pool->fresh, context) || take_out(&pool->deferred, context);
+    bool found = withdraw_job(&pool->fresh, context) || withdraw_job(&pool->deferred, context);
     atomic_store_explicit(&pool->has_fresh, pool->fresh.count > 0, memory_order_relaxed);
     pthread_mutex_unlock(&pool->mutex);
     return found;
@@ -363,7 +373,7 @@ double shd_pool_for(shd_pool *pool, size_t count,
             break;
         }
     }
-    while (here.helpers) pthread_cond_wait(&pool->loop_end, &pool->mutex);
+    while (here.helpers > 0) pthread_cond_wait(&pool->loop_end, &pool->mutex);
     pthread_mutex_unlock(&pool->mutex);
     return lent;
 }
@@ -381,7 +391,7 @@ unsigned shd_pool_hands(shd_pool *pool) {
 
 size_t shd_pool_queued(shd_pool *pool) {
     pthread_mutex_lock(&pool->mutex);
-    size_t count = waiting(pool);
+    size_t count = count_waiting(pool);
     pthread_mutex_unlock(&pool->mutex);
     return count;
 }

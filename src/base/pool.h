@@ -6,10 +6,10 @@
  * worker that helps leaves the loop when a job waits.
  *
  * Small work does not wait for large work: a job that finds itself large defers the rest of itself.
- * Deferred jobs have a line of their own, which takes turns with the new ones; while one runs, its
- * worker runs new jobs, where some wait, after each index of its loops, for about as long as that
- * took. So a new job waits for a tile at most, even where every worker has a large picture, and a
- * large one is only slowed down. All functions may be called from any thread. */
+ * Deferred jobs have a line of their own, which takes turns with the new ones. After each index of a
+ * deferred job's loops, its worker runs new jobs, if some wait, for about as long as the index took.
+ * So a new job waits for a tile at most, even if every worker has a large picture, and a large one
+ * is only slowed down. All functions may be called from any thread. */
 #ifndef SHD_BASE_POOL_H
 #define SHD_BASE_POOL_H
 
@@ -27,35 +27,34 @@ shd_status shd_pool_new(unsigned threads, size_t queue, shd_pool **out, shd_erro
 /* Finishes every accepted job, then ends the threads. NULL is fine. */
 void shd_pool_drop(shd_pool *pool);
 
-/* Queues run(context). False, and nothing is queued, where the queue is full. */
+/* Queues run(context). False: the queue is full, and nothing is queued. */
 bool shd_pool_submit(shd_pool *pool, void (*run)(void *context), void *context);
 
 /* From a running job: queues run(context), the large rest of that job. Always accepted: the queue
  * has room for what was accepted before. */
 void shd_pool_defer(shd_pool *pool, void (*run)(void *context), void *context);
 
-/* Takes a job that waits out of the queue. False: there is none with this context, or not any
- * more. */
+/* Takes the job with this context out of the queue. False: it does not wait, or not any more. */
 bool shd_pool_withdraw(shd_pool *pool, const void *context);
 
-/* From a deferred job, outside of loops, now and then: runs a new job if one waits. Returns the
- * processor seconds that it took. */
+/* Runs a new job if one waits: a deferred job calls this now and then, outside of loops. Returns
+ * the processor seconds that it took. */
 double shd_pool_lend(shd_pool *pool);
 
 /* Calls run(context, index, slot) for every index in [0, count), in no particular order, on the
- * calling thread and on idle workers; returns when all are done. `slot` < shd_pool_slots() is
- * unique among the threads that work on this loop: it selects scratch memory. The caller's slot
- * is 0. Denormal numbers count as zero within run (base/denormals.h), and nowhere else. Returns
- * the processor seconds that the calling thread lent to other jobs meanwhile. */
+ * calling thread and on idle workers, and returns when all are done. `slot` < shd_pool_slots()
+ * selects scratch memory: no two threads that work on this loop have the same, and the caller's is
+ * 0. Denormal numbers count as zero within run (base/denormals.h), and nowhere else. Returns the
+ * processor seconds that the calling thread lent to other jobs meanwhile. */
 double shd_pool_for(shd_pool *pool, size_t count,
                     void (*run)(void *context, size_t index, unsigned slot), void *context);
 
-/* What workers do before they sleep, a short step at a time as long as step(context) is true: jobs
- * and loops come first. Once, and for the pool's life. */
+/* Sets what workers do before they sleep: short steps, as long as step(context) is true and there is
+ * neither a job nor a loop. Is called once, for the pool's life. */
 void shd_pool_when_idle(shd_pool *pool, bool (*step)(void *context), void *context);
 
-/* What the worker of a deferred job does after each index of its loops, after new jobs:
- * step(context) may take its time, for other work. Once, before any job. */
+/* Sets what the worker of a deferred job does after each index of its loops and the new jobs after
+ * it: step(context) may take its time, for other work. Is called once, before any job. */
 void shd_pool_between(shd_pool *pool, void (*step)(void *context), void *context);
 
 unsigned shd_pool_hands(shd_pool *pool);       /* threads that a loop of the caller's may have */

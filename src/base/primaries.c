@@ -15,7 +15,7 @@ static void xyz_of(const double xy[2], double xyz[3]) {
     xyz[2] = 1 - xy[0] - xy[1];
 }
 
-static double determinant(const double a[3], const double b[3], const double c[3]) {
+static double determinant_of(const double a[3], const double b[3], const double c[3]) {
     return a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) +
            a[2] * (b[0] * c[1] - b[1] * c[0]);
 }
@@ -24,12 +24,12 @@ bool shd_primaries_to_xyz(const double xy[8], double out[3][3]) {
     double p[3][3], white[3];
     for (int i = 0; i < 3; i++) xyz_of(xy + 2 * i, p[i]);
     xyz_of(xy + 6, white);
-    const double whole = determinant(p[0], p[1], p[2]);
+    const double whole = determinant_of(p[0], p[1], p[2]);
     if (!(fabs(whole) > 1e-9)) return false;
     /* How much of each primary makes the white: Cramer's rule. */
-    const double amount[3] = {determinant(white, p[1], p[2]) / whole,
-                              determinant(p[0], white, p[2]) / whole,
-                              determinant(p[0], p[1], white) / whole};
+    const double amount[3] = {determinant_of(white, p[1], p[2]) / whole,
+                              determinant_of(p[0], white, p[2]) / whole,
+                              determinant_of(p[0], p[1], white) / whole};
     for (int row = 0; row < 3; row++)
         for (int i = 0; i < 3; i++) out[row][i] = amount[i] * p[i][row];
     return true;

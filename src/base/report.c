@@ -42,14 +42,14 @@ void shd_report_warning(shd_report *report, const char *pointer, const char *for
     report->warning_count++;
 }
 
-static size_t kept(size_t count) {
+static size_t kept_count(size_t count) {
     return count < SHD_REPORT_KEEP ? count : SHD_REPORT_KEEP;
 }
 
 size_t shd_report_errors_kept(const shd_report *report) {
-    return kept(report->error_count);
+    return kept_count(report->error_count);
 }
 
 size_t shd_report_warnings_kept(const shd_report *report) {
-    return kept(report->warning_count);
+    return kept_count(report->warning_count);
 }

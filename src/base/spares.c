@@ -47,7 +47,7 @@ size_t shd_spares_size(size_t size) {
 }
 
 /* The mutex is held. */
-static spare take_out(shd_spares *spares, size_t index) {
+static spare unlist_spare(shd_spares *spares, size_t index) {
     spare out = spares->list[index];
     spares->count--;
     spares->kept -= out.size;
@@ -69,7 +69,7 @@ void shd_spares_drop(shd_spares *spares) {
     free(spares);
 }
 
-static void *allocate(size_t size) {
+static void *allocate_block(size_t size) {
     if (size < 2 * HUGE_PAGE) return aligned_alloc(ALIGNMENT, size);
     /* A film's pages one by one would cost as much time as its shading. */
     void *memory = NULL;
@@ -82,7 +82,7 @@ static void *allocate(size_t size) {
 
 void *shd_spares_make(size_t size) {
     size = shd_spares_size(size);
-    return size ? allocate(size) : NULL;
+    return size ? allocate_block(size) : NULL;
 }
 
 void *shd_spares_find(shd_spares *spares, size_t size) {
@@ -91,7 +91,7 @@ void *shd_spares_find(shd_spares *spares, size_t size) {
     if (!spares || !size) return NULL;
     pthread_mutex_lock(&spares->mutex);
     for (size_t i = spares->count; i-- > 0 && !found.memory;)
-        if (spares->list[i].size == size) found = take_out(spares, i);
+        if (spares->list[i].size == size) found = unlist_spare(spares, i);
     pthread_mutex_unlock(&spares->mutex);
     if (found.memory) ASAN_UNPOISON_MEMORY_REGION(found.memory, size);
     return found.memory;
@@ -110,14 +110,14 @@ void shd_spares_give(shd_spares *spares, void *memory, size_t size) {
     spares->list[spares->count++] = given;
     spares->kept += given.size;
     while (spares->kept > spares->cap || spares->count > MOST)
-        end_spare(spares, take_out(spares, 0));
+        end_spare(spares, unlist_spare(spares, 0));
     pthread_mutex_unlock(&spares->mutex);
 }
 
 size_t shd_spares_trim(shd_spares *spares, size_t bytes) {
     pthread_mutex_lock(&spares->mutex);
     const size_t before = spares->kept;
-    while (spares->count && before - spares->kept < bytes) end_spare(spares, take_out(spares, 0));
+    while (spares->count && before - spares->kept < bytes) end_spare(spares, unlist_spare(spares, 0));
     const size_t ended = before - spares->kept;
     pthread_mutex_unlock(&spares->mutex);
     return ended;
@@ -126,7 +126,7 @@ size_t shd_spares_trim(shd_spares *spares, size_t bytes) {
 void shd_spares_rest(shd_spares *spares, size_t floor) {
     pthread_mutex_lock(&spares->mutex);
     while (spares->kept > floor && spares->list[0].rest != spares->rests)
-        end_spare(spares, take_out(spares, 0));
+        end_spare(spares, unlist_spare(spares, 0));
     spares->rests++;
     pthread_mutex_unlock(&spares->mutex);
 }

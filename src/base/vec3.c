@@ -13,7 +13,7 @@ shd_affine shd_compose(const shd_affine *a, const shd_affine *b) {
     return out;
 }
 
-static shd_vec3 column(const shd_affine *m, int c) {
+static shd_vec3 column_of(const shd_affine *m, int c) {
     return (shd_vec3){m->linear[0][c], m->linear[1][c], m->linear[2][c]};
 }
 
@@ -23,8 +23,8 @@ static bool scaled_cofactors(const shd_affine *m, double length[3], shd_vec3 cof
                              double *determinant) {
     shd_vec3 unit[3];
     for (int c = 0; c < 3; c++) {
-        length[c] = shd_length(column(m, c));
-        if (!shd_normalize(column(m, c), &unit[c])) return false;
+        length[c] = shd_length(column_of(m, c));
+        if (!shd_normalize(column_of(m, c), &unit[c])) return false;
     }
     for (int c = 0; c < 3; c++) cofactor[c] = shd_cross(unit[(c + 1) % 3], unit[(c + 2) % 3]);
     *determinant = shd_dot(unit[0], cofactor[0]);

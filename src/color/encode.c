@@ -3,7 +3,7 @@
 
 #include "color/codes.h"
 
-static uint64_t run(shd_isa isa, shd_color_task *task) {
+static uint64_t run_kernel(shd_isa isa, shd_color_task *task) {
     static const shd_color_kernel *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_color_kernel);
     float finite = FLT_MAX;
     for (int c = 0; c < 3; c++)
@@ -25,7 +25,7 @@ uint64_t shd_color_encode_planes(const shd_color_codes *codes, shd_isa isa,
                            .width = width,
                            .pitch = pitch,
                            .out = out};
-    return run(isa, &task);
+    return run_kernel(isa, &task);
 }
 
 uint64_t shd_color_encode(const shd_color_codes *codes, shd_isa isa, const float *rgba,
@@ -39,5 +39,5 @@ uint64_t shd_color_encode(const shd_color_codes *codes, shd_isa isa, const float
                            .width = count,
                            .pitch = count,
                            .out = out};
-    return run(isa, &task);
+    return run_kernel(isa, &task);
 }

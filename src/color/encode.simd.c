@@ -15,7 +15,8 @@ _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "a pixel's first sampl
 
 /* out[i] is entry index[i] of a table of 4-byte values. Compilers do not gather by themselves, and
  * one load at a time takes twice as long. */
-static inline void gather(const void *table, const uint32_t index[BLOCK], uint32_t out[BLOCK]) {
+static inline void gather_entries(const void *table, const uint32_t index[BLOCK],
+                                  uint32_t out[BLOCK]) {
 #if defined(__AVX512F__)
     for (int i = 0; i < BLOCK; i += 16)
         _mm512_storeu_si512(out + i,
@@ -58,7 +59,7 @@ static inline void find_u8(const shd_color_codes *codes, int c, const float held
     const int shift = codes->shift;
     uint32_t index[BLOCK], steps[BLOCK];
     for (int i = 0; i < BLOCK; i++) index[i] = (shd_bits_of(held[i]) - first) >> shift;
-    gather(codes->steps[c], index, steps);
+    gather_entries(codes->steps[c], index, steps);
     for (int i = 0; i < BLOCK; i++)
         out[i] = (steps[i] + ((shd_bits_of(held[i]) - first) & rest)) >> shift;
 }
@@ -69,11 +70,11 @@ static inline void find_u16(const shd_color_codes *codes, int c, const float hel
     const int shift = codes->shift;
     uint32_t index[BLOCK], add[BLOCK], slope[BLOCK], next[BLOCK];
     for (int i = 0; i < BLOCK; i++) index[i] = (shd_bits_of(held[i]) - first) >> shift << 1;
-    gather(&codes->lines[c]->add, index, add);
-    gather(&codes->lines[c]->slope, index, slope);
+    gather_entries(&codes->lines[c]->add, index, add);
+    gather_entries(&codes->lines[c]->slope, index, slope);
     for (int i = 0; i < BLOCK; i++)
         out[i] = (uint32_t)(int32_t)(shd_float_of(add[i]) + shd_float_of(slope[i]) * held[i]);
-    gather(codes->threshold[c] + 1, out, next);
+    gather_entries(codes->threshold[c] + 1, out, next);
     for (int i = 0; i < BLOCK; i++) out[i] += held[i] >= shd_float_of(next[i]);
 }
 
@@ -202,7 +203,7 @@ static inline const float *take_channel(const float *from, size_t stride, size_t
     return room;
 }
 
-static uint64_t encode(const shd_color_task *task) {
+static uint64_t encode_pixels(const shd_color_task *task) {
     const shd_color_codes *codes = task->codes;
     uint32_t code[4][BLOCK] = {{0}};
     uint32_t(*code_of[4])[BLOCK] = {code, code, code, code}; /* by sample */
@@ -248,4 +249,4 @@ static uint64_t encode(const shd_color_task *task) {
     return beyond;
 }
 
-const shd_color_kernel SHD_VARIANT(shd_color_kernel) = {encode};
+const shd_color_kernel SHD_VARIANT(shd_color_kernel) = {encode_pixels};

@@ -14,7 +14,7 @@ typedef struct reader {
 } reader;
 
 /* So that there are 56 bits or more. What bits hold above `count` is what comes next again. */
-static inline void refill(reader *r) {
+static inline void refill_bits(reader *r) {
     if (r->end - r->at >= 8) {
         const unsigned char *a = r->at;
         r->bits |= ((uint64_t)a[0] | (uint64_t)a[1] << 8 | (uint64_t)a[2] << 16 |
@@ -42,7 +42,7 @@ static inline void skip_bits(reader *r, unsigned count) {
 
 /* At most 16. */
 static unsigned take_bits(reader *r, unsigned count) {
-    refill(r);
+    refill_bits(r);
     const unsigned value = (unsigned)(r->bits & ((1u << count) - 1));
     skip_bits(r, count);
     return value;
@@ -66,7 +66,7 @@ typedef struct codes {
 
 enum { SKIP = 31, MATCH = 32, END = 64 };
 
-static unsigned reverse(unsigned code, unsigned length) {
+static unsigned reverse_bits(unsigned code, unsigned length) {
     unsigned out = 0;
     for (unsigned i = 0; i < length; i++) out |= (code >> i & 1) << (length - 1 - i);
     return out;
@@ -89,7 +89,7 @@ static bool make_codes(const unsigned char *lengths, const unsigned char *more, 
     for (size_t i = 0; i < count; i++) {
         const unsigned length = lengths[i];
         if (!length) continue;
-        for (unsigned at = reverse(next[length]++, length); at < 1u << out->longest;
+        for (unsigned at = reverse_bits(next[length]++, length); at < 1u << out->longest;
              at += 1u << length)
             out->of[at] = (unsigned char)(length + more[i]);
     }
@@ -128,7 +128,7 @@ static bool read_fixed_codes(walker *w) {
 /* 3.2.7: the codes' lengths are in a code of their own, in which 16 to 18 repeat. */
 static bool read_lengths(reader *in, const codes *by, unsigned char *lengths, size_t count) {
     for (size_t i = 0; i < count;) {
-        refill(in);
+        refill_bits(in);
         const unsigned entry = by->of[in->bits & ((1u << by->longest) - 1)], symbol = entry >> 3;
         if (!entry) return false;
         skip_bits(in, entry & 7);
@@ -184,7 +184,7 @@ static bool skip_symbols(walker *w) {
     const uint64_t distances = (1u << w->distances.longest) - 1;
     unsigned entry;
     do {
-        refill(&in);
+        refill_bits(&in);
         entry = w->literals.of[in.bits & literals];
         skip_bits(&in, entry & SKIP);
         if (entry & MATCH) {

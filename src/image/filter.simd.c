@@ -11,8 +11,8 @@
 enum { SUB = 1, UP = 2, AVERAGE = 3 };
 
 /* How far two rows are apart. Compilers know this sum: most processors have it. */
-static inline uint64_t distance(const unsigned char *restrict a, const unsigned char *restrict b,
-                                size_t size) {
+static inline uint64_t sum_of_differences(const unsigned char *restrict a,
+                                          const unsigned char *restrict b, size_t size) {
     uint64_t sum = 0;
     for (size_t done = 0; done < size;) {
         const size_t some = size - done < 1 << 16 ? size - done : 1 << 16;
@@ -25,9 +25,9 @@ static inline uint64_t distance(const unsigned char *restrict a, const unsigned 
     return sum;
 }
 
-static inline void subtract(const unsigned char *restrict row,
-                            const unsigned char *restrict expected, size_t size,
-                            unsigned char *restrict out) {
+static inline void subtract_bytes(const unsigned char *restrict row,
+                                  const unsigned char *restrict expected, size_t size,
+                                  unsigned char *restrict out) {
     for (size_t i = 0; i < size; i++) out[i] = (unsigned char)(row[i] - expected[i]);
 }
 
@@ -39,9 +39,9 @@ static inline void take_averages(const unsigned char *restrict left,
 }
 
 /* By the filter that leaves the least, which compresses best more often than not. */
-static void filter(const unsigned char *row, const unsigned char *above, size_t size, size_t pixel,
-                   unsigned char *room, unsigned char *out) {
-    uint64_t up = distance(row, above, size);
+static void filter_row(const unsigned char *row, const unsigned char *above, size_t size,
+                       size_t pixel, unsigned char *room, unsigned char *out) {
+    uint64_t up = sum_of_differences(row, above, size);
     *out++ = UP;
     if (!up) {
         memset(out, 0, size);
@@ -49,24 +49,24 @@ static void filter(const unsigned char *row, const unsigned char *above, size_t 
     }
     /* A row's first pixel has zeros to its left. */
     const size_t rest = size - pixel;
-    uint64_t sub = distance(row + pixel, row, rest);
+    uint64_t sub = sum_of_differences(row + pixel, row, rest);
     take_averages(row, above + pixel, rest, room);
-    uint64_t average = distance(row + pixel, room, rest);
+    uint64_t average = sum_of_differences(row + pixel, room, rest);
     for (size_t i = 0; i < pixel; i++) {
         sub += row[i];
         average += (uint64_t)abs(row[i] - above[i] / 2);
     }
     if (up <= sub && up <= average) {
-        subtract(row, above, size, out);
+        subtract_bytes(row, above, size, out);
     } else if (sub <= average) {
         out[-1] = SUB;
         memcpy(out, row, pixel);
-        subtract(row + pixel, row, rest, out + pixel);
+        subtract_bytes(row + pixel, row, rest, out + pixel);
     } else {
         out[-1] = AVERAGE;
         for (size_t i = 0; i < pixel; i++) out[i] = (unsigned char)(row[i] - above[i] / 2);
-        subtract(row + pixel, room, rest, out + pixel);
+        subtract_bytes(row + pixel, room, rest, out + pixel);
     }
 }
 
-const shd_filter_kernel SHD_VARIANT(shd_filter_kernel) = {filter};
+const shd_filter_kernel SHD_VARIANT(shd_filter_kernel) = {filter_row};

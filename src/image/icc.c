@@ -65,7 +65,7 @@ static bool make_colorants(const double xy[8], shd_affine *adapt, shd_affine *ou
 
 /* ---- Bytes, big-endian. ---- */
 
-static void put32(shd_icc *icc, uint32_t v) {
+static void append_u32(shd_icc *icc, uint32_t v) {
     for (int shift = 24; shift >= 0; shift -= 8)
         icc->data[icc->size++] = (unsigned char)(v >> shift);
 }
@@ -75,31 +75,31 @@ static void put_tag(shd_icc *icc, const char tag[4]) {
     icc->size += 4;
 }
 
-static int32_t fixed(double v) {
+static int32_t fixed_of(double v) {
     return (int32_t)lround(v * 65536);
 }
 
 static void put_fixed(shd_icc *icc, const double *values, int count) {
-    for (int i = 0; i < count; i++) put32(icc, (uint32_t)fixed(values[i]));
+    for (int i = 0; i < count; i++) append_u32(icc, (uint32_t)fixed_of(values[i]));
 }
 
 /* What an element begins with: its type, and four bytes of 0. */
 static void put_type(shd_icc *icc, const char type[4]) {
     put_tag(icc, type);
-    put32(icc, 0);
+    append_u32(icc, 0);
 }
 
-static void put_header(shd_icc *icc) {
+static void put_icc_header(shd_icc *icc) {
     memset(icc->data, 0, 128);
     icc->size = 8;
-    put32(icc, 0x04300000); /* version 4.3 */
+    append_u32(icc, 0x04300000); /* version 4.3 */
     put_tag(icc, "mntr");
     put_tag(icc, "RGB ");
     put_tag(icc, "XYZ ");
     /* A fixed date, 2026-01-01: equal pictures are equal bytes. */
-    put32(icc, 2026u << 16 | 1);
-    put32(icc, 1u << 16);
-    put32(icc, 0);
+    append_u32(icc, 2026u << 16 | 1);
+    append_u32(icc, 1u << 16);
+    append_u32(icc, 0);
     put_tag(icc, "acsp");
     icc->size = 68;
     put_fixed(icc, d50, 3);
@@ -111,12 +111,12 @@ static void put_header(shd_icc *icc) {
 enum { TAG_COUNT = 10 };
 
 /* Enters the element that began at `start` into the tag table. */
-static void enter(shd_icc *icc, int *tags, const char tag[4], size_t start) {
+static void enter_tag(shd_icc *icc, int *tags, const char tag[4], size_t start) {
     const size_t end = icc->size;
     icc->size = 132 + 12 * (size_t)(*tags)++;
     put_tag(icc, tag);
-    put32(icc, (uint32_t)start);
-    put32(icc, (uint32_t)(end - start));
+    append_u32(icc, (uint32_t)start);
+    append_u32(icc, (uint32_t)(end - start));
     icc->size = end;
 }
 
@@ -124,16 +124,16 @@ static void enter(shd_icc *icc, int *tags, const char tag[4], size_t start) {
 static void add_text(shd_icc *icc, int *tags, const char tag[4], const char *text) {
     const size_t start = icc->size, length = strlen(text);
     put_type(icc, "mluc");
-    put32(icc, 1);
-    put32(icc, 12);
+    append_u32(icc, 1);
+    append_u32(icc, 12);
     put_tag(icc, "enUS");
-    put32(icc, (uint32_t)(2 * length));
-    put32(icc, 28);
+    append_u32(icc, (uint32_t)(2 * length));
+    append_u32(icc, 28);
     for (size_t i = 0; i < length; i++) {
         icc->data[icc->size++] = 0;
         icc->data[icc->size++] = (unsigned char)text[i];
     }
-    enter(icc, tags, tag, start);
+    enter_tag(icc, tags, tag, start);
     while (icc->size % 4) icc->data[icc->size++] = 0;
 }
 
@@ -143,7 +143,7 @@ static void add_numbers(shd_icc *icc, int *tags, const char tag[4], const char t
     const size_t start = icc->size;
     put_type(icc, type);
     put_fixed(icc, values, count);
-    enter(icc, tags, tag, start);
+    enter_tag(icc, tags, tag, start);
 }
 
 /* Encoded to linear, as a parametricCurveType (ICC.1:2010, 10.16): one element for the three. */
@@ -153,11 +153,11 @@ static void add_curve(shd_icc *icc, int *tags, shd_transfer transfer) {
     const bool is_srgb = transfer == SHD_TRANSFER_SRGB;
     const size_t start = icc->size;
     put_type(icc, "para");
-    put32(icc, is_srgb ? 3u << 16 : 0); /* 3: (aX + b)^g from d on, cX below; 0: X^g */
+    append_u32(icc, is_srgb ? 3u << 16 : 0); /* 3: (aX + b)^g from d on, cX below; 0: X^g */
     put_fixed(icc, is_srgb ? srgb : &power, is_srgb ? 5 : 1);
-    enter(icc, tags, "rTRC", start);
-    enter(icc, tags, "gTRC", start);
-    enter(icc, tags, "bTRC", start);
+    enter_tag(icc, tags, "rTRC", start);
+    enter_tag(icc, tags, "gTRC", start);
+    enter_tag(icc, tags, "bTRC", start);
 }
 
 static void name_profile(shd_icc *icc, shd_transfer transfer, const double xy[8]) {
@@ -180,8 +180,8 @@ shd_icc shd_icc_make(const shd_image *image) {
     if (!make_colorants(xy, &chad, &rgb)) return icc;
 
     name_profile(&icc, image->transfer, xy);
-    put_header(&icc);
-    put32(&icc, TAG_COUNT);
+    put_icc_header(&icc);
+    append_u32(&icc, TAG_COUNT);
     icc.size += 12 * TAG_COUNT;
     int tags = 0;
     add_text(&icc, &tags, "desc", icc.name);
@@ -195,7 +195,8 @@ shd_icc shd_icc_make(const shd_image *image) {
     for (int i = 0; i < 3; i++) {
         column[0][i] = rgb.linear[i][0];
         column[2][i] = rgb.linear[i][2];
-        column[1][i] = (fixed(d50[i]) - fixed(column[0][i]) - fixed(column[2][i])) / 65536.0;
+        column[1][i] =
+            (fixed_of(d50[i]) - fixed_of(column[0][i]) - fixed_of(column[2][i])) / 65536.0;
     }
     static const char colorant[3][5] = {"rXYZ", "gXYZ", "bXYZ"};
     for (int c = 0; c < 3; c++) add_numbers(&icc, &tags, colorant[c], "XYZ ", column[c], 3);
@@ -203,7 +204,7 @@ shd_icc shd_icc_make(const shd_image *image) {
 
     const size_t size = icc.size;
     icc.size = 0;
-    put32(&icc, (uint32_t)size);
+    append_u32(&icc, (uint32_t)size);
     icc.size = size;
     return icc;
 }

@@ -91,7 +91,7 @@ static void encode_strip(void *context, size_t index, unsigned slot) {
     atomic_store(&j->failed, true);
 }
 
-static unsigned char *put(unsigned char *at, const void *from, size_t size) {
+static unsigned char *put_bytes(unsigned char *at, const void *from, size_t size) {
     memcpy(at, from, size);
     return at + size;
 }
@@ -110,8 +110,8 @@ static unsigned char *put_u16(unsigned char *at, size_t value) {
 
 /* libturbojpeg 2.1 cannot write a profile: its APP2 segment goes behind the JFIF segment, which
  * the standard wants first. */
-static shd_status assemble(const job *j, size_t count, size_t interval, const shd_icc *icc,
-                           shd_arena *scratch, shd_bytes *out, shd_error *error) {
+static shd_status join_strips(const job *j, size_t count, size_t interval, const shd_icc *icc,
+                              shd_arena *scratch, shd_bytes *out, shd_error *error) {
     const strip *first = &j->strips[0];
     const size_t profile = icc->size ? 2 + sizeof icc_mark + 2 + icc->size : 0;
     size_t size = first->size + (profile ? 2 + profile : 0) + 6, head = 2;
@@ -120,22 +120,22 @@ static shd_status assemble(const job *j, size_t count, size_t interval, const sh
     if (!data) return shd_encode_no_memory(error);
 
     if (first->jpeg[3] == APP0) head += 2 + length_at(first->jpeg + 4);
-    at = put(at, first->jpeg, head);
+    at = put_bytes(at, first->jpeg, head);
     if (profile) {
         at = put_u16(put_marker(at, APP2), profile);
-        at = put(at, icc_mark, sizeof icc_mark);
+        at = put_bytes(at, icc_mark, sizeof icc_mark);
         *at++ = 1; /* the first of one */
         *at++ = 1;
-        at = put(at, icc->data, icc->size);
+        at = put_bytes(at, icc->data, icc->size);
     }
-    at = put(at, first->jpeg + head, first->scan - head);
+    at = put_bytes(at, first->jpeg + head, first->scan - head);
     put_u16(at - first->scan + first->frame + 5, (size_t)j->image->height);
     if (count > 1) at = put_u16(put_u16(put_marker(at, DRI), 4), interval);
-    at = put(at, first->jpeg + first->scan, first->data - first->scan);
+    at = put_bytes(at, first->jpeg + first->scan, first->data - first->scan);
     for (size_t i = 0; i < count; i++) {
         const strip *s = &j->strips[i];
         if (i) at = put_marker(at, (unsigned char)(RST0 + (i - 1) % RESTARTS));
-        at = put(at, s->jpeg + s->data, s->size - 2 - s->data);
+        at = put_bytes(at, s->jpeg + s->data, s->size - 2 - s->data);
     }
     at = put_marker(at, EOI);
     shd_arena_repay(scratch, size - (size_t)(at - data));
@@ -150,7 +150,7 @@ typedef struct strips {
     unsigned long bound; /* of a strip's bytes; -1UL: there is none */
 } strips;
 
-static strips cut(const shd_image *image, bool grey) {
+static strips cut_strips(const shd_image *image, bool grey) {
     /* Coarse chroma shows at colored edges; whoever asks for high quality looks for them. */
     const int sampling = grey ? TJSAMP_GRAY : image->quality >= 90 ? TJSAMP_444 : TJSAMP_420;
     const int side = sampling == TJSAMP_420 ? 16 : 8;
@@ -165,7 +165,7 @@ static strips cut(const shd_image *image, bool grey) {
 
 uint64_t shd_jpeg_scratch(const shd_image *image, bool samples) {
     const shd_pack pack = shd_pack_of(image, SHD_JPEG);
-    const strips s = cut(image, pack.count == 1);
+    const strips s = cut_strips(image, pack.count == 1);
     const uint64_t pixels = (uint64_t)image->width * (uint64_t)image->height;
     return (samples ? 0 : pixels * (uint64_t)pack.count) + s.count * (uint64_t)s.bound;
 }
@@ -173,7 +173,7 @@ uint64_t shd_jpeg_scratch(const shd_image *image, bool samples) {
 shd_status shd_encode_jpeg(const shd_image *image, shd_arena *scratch, shd_bytes *out,
                            shd_error *error) {
     const shd_pack pack = shd_pack_of(image, SHD_JPEG);
-    const strips s = cut(image, pack.count == 1);
+    const strips s = cut_strips(image, pack.count == 1);
     const size_t interval =
         ((size_t)image->width + (size_t)s.side - 1) / (size_t)s.side * (size_t)(s.rows / s.side);
     const unsigned slots = shd_encode_slots(image);
@@ -204,5 +204,5 @@ shd_status shd_encode_jpeg(const shd_image *image, shd_arena *scratch, shd_bytes
 
     shd_icc icc = {.size = 0};
     if (!shd_image_is_srgb(image)) icc = shd_icc_make(image);
-    return assemble(&j, s.count, interval, &icc, scratch, out, error);
+    return join_strips(&j, s.count, interval, &icc, scratch, out, error);
 }

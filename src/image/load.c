@@ -32,7 +32,7 @@ static shd_error load_error;   /* and why */
 
 /* Looks where dlopen would, along the program's run path, which points beside the program in the
  * build tree and to lib/shaded where installed; but loads nothing. */
-static void find(void) {
+static void find_module(void) {
     void *program = dlopen(NULL, RTLD_LAZY);
     Dl_serinfo size, *folders = NULL;
     if (program && !dlinfo(program, RTLD_DI_SERINFOSIZE, &size)) folders = malloc(size.dls_size);
@@ -55,7 +55,7 @@ static bool takes_module(shd_format format) {
 
 bool shd_image_writes(shd_format format) {
     if (!takes_module(format)) return true;
-    pthread_once(&find_once, find);
+    pthread_once(&find_once, find_module);
     return *path && !atomic_load(&incomplete);
 }
 
@@ -72,7 +72,7 @@ static bool has_descriptor(void) {
 /* Some of its 260 libraries allocate in static constructors, and what these throw ends the process:
  * so it is asked before whether there is room. Loading takes 460 MB of addresses and 110 MB of
  * memory on Debian 12. */
-static bool has_room(void) {
+static bool has_thread_storage(void) {
     enum { ADDRESSES = 640 << 20, MEMORY = 160 << 20 };
     return has_addresses(ADDRESSES, PROT_NONE, MAP_NORESERVE) &&
            has_addresses(MEMORY, PROT_READ | PROT_WRITE, 0) && has_descriptor();
@@ -90,15 +90,15 @@ static void *open_module(const char **why) {
 
 /* The module is never closed: its libraries start threads and register themselves in places that do
  * not forget. */
-static shd_status load(shd_error *error) {
+static shd_status load_module(shd_error *error) {
     /* dlopen tells its reasons in words only. What fails twice, though there is room for it before
      * and after, is not there or broken, and stays so. */
     const char *why = "";
     void *symbol = NULL;
-    bool room = has_room();
+    bool room = has_thread_storage();
     for (int attempt = 0; attempt < 2 && room && !symbol; attempt++) {
         symbol = open_module(&why);
-        room = symbol || has_room();
+        room = symbol || has_thread_storage();
     }
     if (!room) return shd_fail(error, SHD_EXHAUSTED, "", "there is no room to load OpenImageIO");
     if (!symbol) {
@@ -114,7 +114,7 @@ static shd_status load(shd_error *error) {
 
 static void *load_in_thread(void *nothing) {
     shd_error error = {SHD_OK, "", ""};
-    const shd_status status = load(&error);
+    const shd_status status = load_module(&error);
     pthread_mutex_lock(&load_mutex);
     load_status = status;
     load_error = error;
@@ -124,7 +124,7 @@ static void *load_in_thread(void *nothing) {
     return nothing;
 }
 
-static bool start_thread(void) {
+static bool start_loader(void) {
     pthread_t thread;
     return !pthread_create(&thread, NULL, load_in_thread, NULL) && !pthread_detach(thread);
 }
@@ -147,7 +147,7 @@ static shd_status load_aside(const atomic_bool *cancelled, shd_error *error) {
     if (!shd_image_writes(SHD_EXR))
         return shd_fail(error, SHD_SCENE, "", "OpenImageIO is not installed: %s is missing",
                         *path ? "a library" : name);
-    if (!loading && !(loading = start_thread()))
+    if (!loading && !(loading = start_loader()))
         return shd_fail(error, SHD_EXHAUSTED, "", "there is no thread to load OpenImageIO");
     while (loading && !shd_is_cancelled(cancelled)) wait_some();
     if (loading) return shd_fail(error, SHD_CANCELLED, "", "the render was cancelled");

@@ -75,7 +75,7 @@ static void quantize_premultiplied(const shd_pack *pack, const float *rgba, int 
     }
 }
 
-static void quantize(const shd_pack *pack, const float *rgba, int pixels, int32_t *codes) {
+static void quantize_pixels(const shd_pack *pack, const float *rgba, int pixels, int32_t *codes) {
     if (pack->premultiply)
         quantize_premultiplied(pack, rgba, pixels, codes);
     else
@@ -84,7 +84,8 @@ static void quantize(const shd_pack *pack, const float *rgba, int pixels, int32_
 
 /* Picks `count` of every four samples of `bytes` bytes. The color samples that most pictures keep
  * are copied four at a time: what is too much is overwritten by the next pixel, but the last. */
-static void pick(const shd_pack *pack, const void *quads, size_t bytes, int pixels, void *out) {
+static void pick_channels(const shd_pack *pack, const void *quads, size_t bytes, int pixels,
+                          void *out) {
     const unsigned char *from = quads;
     unsigned char *to = out;
     const bool color = pack->count >= 3 && pack->source[0] == 0 && pack->source[1] == 1;
@@ -110,9 +111,9 @@ void shd_pack_u8(const shd_pack *pack, const float *rgba, int width, uint8_t *ou
     uint8_t quads[4 * BLOCK];
     for (int x = 0; x < width; x += BLOCK) {
         int pixels = width - x < BLOCK ? width - x : BLOCK;
-        quantize(pack, rgba + 4 * (size_t)x, pixels, codes);
+        quantize_pixels(pack, rgba + 4 * (size_t)x, pixels, codes);
         for (int i = 0; i < 4 * pixels; i++) quads[i] = (uint8_t)codes[i];
-        pick(pack, quads, sizeof *quads, pixels, out);
+        pick_channels(pack, quads, sizeof *quads, pixels, out);
         out += pixels * pack->count;
     }
 }
@@ -122,9 +123,9 @@ void shd_pack_u16(const shd_pack *pack, const float *rgba, int width, uint16_t *
     uint16_t quads[4 * BLOCK];
     for (int x = 0; x < width; x += BLOCK) {
         int pixels = width - x < BLOCK ? width - x : BLOCK;
-        quantize(pack, rgba + 4 * (size_t)x, pixels, codes);
+        quantize_pixels(pack, rgba + 4 * (size_t)x, pixels, codes);
         for (int i = 0; i < 4 * pixels; i++) quads[i] = (uint16_t)codes[i];
-        pick(pack, quads, sizeof *quads, pixels, out);
+        pick_channels(pack, quads, sizeof *quads, pixels, out);
         out += pixels * pack->count;
     }
 }

@@ -26,7 +26,7 @@ typedef struct writer {
     size_t size;
 } writer;
 
-static void put32(unsigned char *at, uint32_t v) {
+static void write_u32(unsigned char *at, uint32_t v) {
     for (int i = 0; i < 4; i++) at[i] = (unsigned char)(v >> (24 - 8 * i));
 }
 
@@ -40,24 +40,24 @@ static size_t open_chunk(writer *w, const char type[4]) {
 
 static void close_chunk(writer *w, size_t start) {
     size_t length = w->size - start - 8;
-    put32(w->data + start, (uint32_t)length);
-    put32(w->data + w->size, libdeflate_crc32(0, w->data + start + 4, length + 4));
+    write_u32(w->data + start, (uint32_t)length);
+    write_u32(w->data + w->size, libdeflate_crc32(0, w->data + start + 4, length + 4));
     w->size += 4;
 }
 
-static void append32(writer *w, uint32_t v) {
-    put32(w->data + w->size, v);
+static void append_u32(writer *w, uint32_t v) {
+    write_u32(w->data + w->size, v);
     w->size += 4;
 }
 
-static void put_header(writer *w, const shd_image *image, const shd_pack *pack) {
+static void put_png_header(writer *w, const shd_image *image, const shd_pack *pack) {
     static const unsigned char signature[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
     static const unsigned char color_types[5] = {0, 0, 4, 2, 6}; /* by samples a pixel */
     memcpy(w->data, signature, 8);
     w->size = 8;
     size_t chunk = open_chunk(w, "IHDR");
-    append32(w, (uint32_t)image->width);
-    append32(w, (uint32_t)image->height);
+    append_u32(w, (uint32_t)image->width);
+    append_u32(w, (uint32_t)image->height);
     w->data[w->size++] = pack->max == 255 ? 8 : 16;
     w->data[w->size++] = color_types[pack->count];
     memset(w->data + w->size, 0, 3); /* deflate, adaptive filters, no interlace */
@@ -70,7 +70,7 @@ static void put_gamma(writer *w, shd_transfer transfer) {
                                       [SHD_TRANSFER_SRGB] = 45455,
                                       [SHD_TRANSFER_REC1886] = 41667};
     size_t chunk = open_chunk(w, "gAMA");
-    append32(w, gammas[transfer]);
+    append_u32(w, gammas[transfer]);
     close_chunk(w, chunk);
 }
 
@@ -83,9 +83,9 @@ static bool chromaticities_fit(const double xy[8]) {
 
 static void put_chromaticities(writer *w, const double xy[8]) {
     size_t chunk = open_chunk(w, "cHRM");
-    append32(w, (uint32_t)lround(xy[6] * 1e5)); /* white comes first */
-    append32(w, (uint32_t)lround(xy[7] * 1e5));
-    for (int i = 0; i < 6; i++) append32(w, (uint32_t)lround(xy[i] * 1e5));
+    append_u32(w, (uint32_t)lround(xy[6] * 1e5)); /* white comes first */
+    append_u32(w, (uint32_t)lround(xy[7] * 1e5));
+    for (int i = 0; i < 6; i++) append_u32(w, (uint32_t)lround(xy[i] * 1e5));
     close_chunk(w, chunk);
 }
 
@@ -235,7 +235,7 @@ shd_status shd_encode_png(const shd_image *image, shd_arena *scratch, shd_bytes 
     const size_t most = HEAD + data.size + CHUNK * (data.size / DATA_MOST + 2);
     if (shd_arena_borrow(scratch, most)) w.data = malloc(most);
     if (!w.data) return shd_encode_no_memory(error);
-    put_header(&w, image, &pack);
+    put_png_header(&w, image, &pack);
     status = put_color(&w, image, scratch, error);
     if (!status) status = put_data(&w, image, data, error);
     close_chunk(&w, open_chunk(&w, "IEND"));

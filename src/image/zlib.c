@@ -30,7 +30,7 @@ typedef struct job {
     struct libdeflate_compressor **compressors; /* [slots] */
 } job;
 
-static job cut(shd_bytes data) {
+static job cut_pieces(shd_bytes data) {
     const size_t count = data.size > PIECE ? (data.size + PIECE - 1) / PIECE : 1;
     const size_t step = (data.size + count - 1) / count;
     return (job){.data = data,
@@ -40,7 +40,7 @@ static job cut(shd_bytes data) {
 }
 
 uint64_t shd_zlib_scratch(uint64_t size) {
-    const job j = cut((shd_bytes){NULL, size});
+    const job j = cut_pieces((shd_bytes){NULL, size});
     return HEAD + j.count * (uint64_t)(j.room + sizeof *j.pieces) + SUM;
 }
 
@@ -94,7 +94,7 @@ static shd_status join_pieces(const shd_image *image, const job *j, unsigned cha
 
 shd_status shd_zlib_compress(const shd_image *image, shd_bytes data, shd_arena *scratch,
                              shd_bytes *out, shd_error *error) {
-    job j = cut(data);
+    job j = cut_pieces(data);
     const unsigned slots = shd_encode_slots(image);
     j.pieces = shd_arena_zalloc(scratch, j.count, sizeof *j.pieces);
     j.compressors = shd_arena_zalloc(scratch, slots, sizeof *j.compressors);

@@ -20,7 +20,7 @@ static place eye_of(const shd_scene *scene, const shd_back *back) {
     return (place){shd_linear(&back->inverse, at), !far};
 }
 
-static void add_face(shd_back *back, shd_vec3 normal, double offset) {
+static void add_seen_face(shd_back *back, shd_vec3 normal, double offset) {
     back->faces[back->face_count] = normal;
     back->offsets[back->face_count++] = offset;
 }
@@ -34,7 +34,7 @@ static double height_before(const place *eye, shd_vec3 normal, double offset, do
 /* A face of a solid, where the eye may see it. Returns whether the eye is clearly in front. */
 static bool see_face(shd_back *back, const place *eye, shd_vec3 normal, double offset) {
     double size, height = height_before(eye, normal, offset, &size);
-    if (height > -1e-9 * size) add_face(back, normal, offset);
+    if (height > -1e-9 * size) add_seen_face(back, normal, offset);
     return height > 1e-6 * size;
 }
 
@@ -65,7 +65,7 @@ static bool see_sheet(shd_back *back, const place *eye, bool front_only) {
     shd_vec3 up = {0, 1, 0};
     double size, height = height_before(eye, up, 0, &size);
     bool turned = !front_only && height < 0;
-    add_face(back, turned ? shd_scale(up, -1) : up, 0);
+    add_seen_face(back, turned ? shd_scale(up, -1) : up, 0);
     return front_only || fabs(height) > 1e-6 * size;
 }
 

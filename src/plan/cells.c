@@ -55,7 +55,7 @@ static void add_sides(const view *v, const shd_vec3 at[3], bool sides[2]) {
 }
 
 /* The cell of the grid that a triangle's middle lies in, along one axis. */
-static int step_of(double sum, double low, double high, int side) {
+static int cell_step(double sum, double low, double high, int side) {
     const double at = (sum / 3 - low) / (high - low) * side;
     if (!(at > 0)) return 0; /* also where it is flat, or too large for the sum */
     return at < side ? (int)at : side - 1;
@@ -78,10 +78,10 @@ static void find_cells(const view *v, const shd_mesh *mesh, const atomic_bool *c
                 p[c] = vertex_of(mesh->positions, corner[c]);
                 sum = shd_add(sum, p[c]);
             }
-            shd_cell *to = &cells[(step_of(sum.z, low.z, high.z, side) * side +
-                                   step_of(sum.y, low.y, high.y, side)) *
+            shd_cell *to = &cells[(cell_step(sum.z, low.z, high.z, side) * side +
+                                   cell_step(sum.y, low.y, high.y, side)) *
                                       side +
-                                  step_of(sum.x, low.x, high.x, side)];
+                                  cell_step(sum.x, low.x, high.x, side)];
             const int count = normals_of(v, mesh, corner, n);
             for (int c = 0; pass == 0 && c < 3; c++) widen_box(to, p[c]);
             if (pass == 0 && !v->own) add_sides(v, p, to->sides);

@@ -44,15 +44,15 @@ static const double PLANE_FILLS = 0.8;
 
 /* ---- Outlines. ---- */
 
-static shd_vec3 column(const shd_affine *m, int c, double scale) {
+static shd_vec3 scaled_column(const shd_affine *m, int c, double scale) {
     return (shd_vec3){scale * m->linear[0][c], scale * m->linear[1][c], scale * m->linear[2][c]};
 }
 
 /* What its transform makes of lengths. */
-static void measure_axes(const shd_object *object, double *least, double *most) {
+static void measure_stretch(const shd_object *object, double *least, double *most) {
     const shd_affine *m = &object->transform;
-    const double x = shd_length(column(m, 0, 1)), y = shd_length(column(m, 1, 1)),
-                 z = shd_length(column(m, 2, 1));
+    const double x = shd_length(scaled_column(m, 0, 1)), y = shd_length(scaled_column(m, 1, 1)),
+                 z = shd_length(scaled_column(m, 2, 1));
     *least = fmin(fmin(x, y), z);
     *most = fmax(fmax(x, y), z);
 }
@@ -61,7 +61,7 @@ static void measure_axes(const shd_object *object, double *least, double *most) 
 static double radius_of(const shd_plan *plan, size_t index) {
     const shd_object *object = &plan->scene->objects[index];
     double least, most;
-    measure_axes(object, &least, &most);
+    measure_stretch(object, &least, &most);
     const double radius = plan->objects[index].radius;
     return object->shape == SHD_SPHERE ? fmin(radius, object->radius * most) : radius;
 }
@@ -112,9 +112,9 @@ static double area_of(const frame *f) {
 /* What a shape fills, seen along `view` from far away, in the world's lengths. */
 static double seen_of(const shd_object *object, shd_vec3 low, shd_vec3 high, shd_vec3 view) {
     const shd_vec3 size = shd_scale(shd_sub(high, low), 0.5);
-    const shd_vec3 a = column(&object->transform, 0, size.x),
-                   b = column(&object->transform, 1, size.y),
-                   c = column(&object->transform, 2, size.z);
+    const shd_vec3 a = scaled_column(&object->transform, 0, size.x),
+                   b = scaled_column(&object->transform, 1, size.y),
+                   c = scaled_column(&object->transform, 2, size.z);
     const double x = fabs(shd_dot(view, shd_cross(b, c))), y = fabs(shd_dot(view, shd_cross(c, a))),
                  z = fabs(shd_dot(view, shd_cross(a, b)));
     return fills[object->shape] *
@@ -170,7 +170,7 @@ static double mesh_ray(size_t triangles, const outline *o) {
 
 static bool is_ball(const shd_object *object) {
     double least, most;
-    measure_axes(object, &least, &most);
+    measure_stretch(object, &least, &most);
     return object->shape == SHD_SPHERE && most <= 1.000001 * least;
 }
 

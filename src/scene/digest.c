@@ -20,13 +20,13 @@ typedef struct sink {
     unsigned char bytes[4096];
 } sink;
 
-static void flush(sink *s) {
+static void flush_sink(sink *s) {
     sha256_update(&s->hash, s->used, s->bytes);
     s->used = 0;
 }
 
 static void put_count(sink *s, uint64_t bits) {
-    if (sizeof bits > sizeof s->bytes - s->used) flush(s);
+    if (sizeof bits > sizeof s->bytes - s->used) flush_sink(s);
     memcpy(s->bytes + s->used, &bits, sizeof bits);
     s->used += sizeof bits;
 }
@@ -51,7 +51,7 @@ static void put_text(sink *s, const char *text) {
     size_t length = text ? strlen(text) : SIZE_MAX;
     put_count(s, length);
     if (!text) return;
-    flush(s);
+    flush_sink(s);
     sha256_update(&s->hash, length, (const unsigned char *)text);
 }
 
@@ -168,7 +168,7 @@ void shd_scene_digest(const shd_scene *scene, const atomic_bool *cancelled, char
     put_count(&s, scene->multipart);
     put_count(&s, scene->output_count);
     for (size_t i = 0; i < scene->output_count; i++) put_output(&s, &scene->outputs[i]);
-    flush(&s);
+    flush_sink(&s);
     sha256_digest(&s.hash, BYTES, bytes);
     base16_encode_update(digest, BYTES, bytes);
     digest[2 * BYTES] = 0;

@@ -18,7 +18,7 @@ shd_node shd_node_item(const shd_node *parent, size_t index) {
 }
 
 /* A key that is too long or too strange to show is reported at its object. */
-static const shd_node *shown(const shd_node *node) {
+static const shd_node *shown_node(const shd_node *node) {
     const shd_node *place = node;
     for (const shd_node *n = node; n->parent; n = n->parent)
         if (n->key && !shd_is_plain_name(n->key)) place = n->parent;
@@ -49,7 +49,7 @@ static size_t write_pointer(const shd_node *node, char *out, size_t size) {
 void shd_node_fail(shd_report *report, const shd_node *node, shd_status status, const char *format,
                    ...) {
     char pointer[POINTER_BYTES], text[TEXT_BYTES];
-    pointer[write_pointer(shown(node), pointer, sizeof pointer)] = '\0';
+    pointer[write_pointer(shown_node(node), pointer, sizeof pointer)] = '\0';
     va_list args;
     va_start(args, format);
     vsnprintf(text, sizeof text, format, args);
@@ -59,7 +59,7 @@ void shd_node_fail(shd_report *report, const shd_node *node, shd_status status, 
 
 void shd_node_warn(shd_report *report, const shd_node *node, const char *format, ...) {
     char pointer[POINTER_BYTES], text[TEXT_BYTES];
-    pointer[write_pointer(shown(node), pointer, sizeof pointer)] = '\0';
+    pointer[write_pointer(shown_node(node), pointer, sizeof pointer)] = '\0';
     va_list args;
     va_start(args, format);
     vsnprintf(text, sizeof text, format, args);

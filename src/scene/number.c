@@ -31,7 +31,7 @@ static double power_of_two(int exponent) {
 }
 
 /* digits * 10^power, with at most 19 digits, not 0, and -POWERS < power < POWERS. */
-static double convert(uint64_t digits, int power) {
+static double convert_digits(uint64_t digits, int power) {
     if (power >= 0) return (double)((wide)digits * power_of_five[power]) * power_of_two(power);
     /* The quotient has at least 63 bits. The remainder only tells whether the number lies above the
      * middle of two doubles: if it is not 0, the quotient's last bit is made odd. */
@@ -97,7 +97,7 @@ const char *shd_number_read(const char *text, const char *end, double *out) {
     if (!quick || power <= -POWERS || power >= POWERS) {
         if (!read_slowly(first, (size_t)(at - first), &value)) return NULL;
     } else if (digits) {
-        value = convert(digits, power);
+        value = convert_digits(digits, power);
     }
     *out = negative ? -value : value;
     return at;

@@ -86,8 +86,8 @@ static size_t give_some(void *buffer, size_t room, void *context) {
     return some;
 }
 
-static json_t *load(const char *text, size_t length, const atomic_bool *cancelled,
-                    json_error_t *error) {
+static json_t *load_tree(const char *text, size_t length, const atomic_bool *cancelled,
+                         json_error_t *error) {
     source from = {text, text + length, cancelled};
     return json_load_callback(give_some, &from,
                               JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL | JSON_DECODE_ANY,
@@ -137,7 +137,7 @@ static json_t *make_tree(const char *text, size_t length, char *copy, size_t mem
         return NULL;
     }
     json_error_t error;
-    json_t *tree = load(given, size, cancelled, &error);
+    json_t *tree = load_tree(given, size, cancelled, &error);
     const bool marked = !tree || shd_pack_mark(tree, packs);
     /* Reading may have gone on without memory: numbers are then other ones. */
     if (tree && (!marked || shd_json_memory_short())) {
@@ -147,7 +147,7 @@ static json_t *make_tree(const char *text, size_t length, char *copy, size_t mem
         /* Finds in the document itself where it is wrong. */
         memcpy(copy, text, length);
         shd_pack_blank(packs, copy);
-        json_decref(load(copy, length, cancelled, &error));
+        json_decref(load_tree(copy, length, cancelled, &error));
     }
     if (!tree && !shd_is_cancelled(cancelled)) report_syntax(text, length, &error, report);
     return tree;

@@ -93,8 +93,8 @@ static shd_vec3 from_camera(const shd_camera *camera, shd_vec3 v) {
 }
 
 /* The light's place in its frame. */
-static void divide(shd_reader *r, const shd_node *node, const raw_position *position,
-                   shd_vec3 *out) {
+static void divide_by_w(shd_reader *r, const shd_node *node, const raw_position *position,
+                        shd_vec3 *out) {
     double w = position->at[3];
     shd_vec3 at = {position->at[0] / w, position->at[1] / w, position->at[2] / w};
     if (shd_is_finite(at))
@@ -104,7 +104,7 @@ static void divide(shd_reader *r, const shd_node *node, const raw_position *posi
 }
 
 /* What a homogeneous or plain position means for each type of light. */
-static void place(shd_reader *r, const shd_node *node, raw_light *raw, bool has_direction) {
+static void place_light(shd_reader *r, const shd_node *node, raw_light *raw, bool has_direction) {
     shd_light *light = &raw->light;
     shd_node position = shd_node_member(node, "position");
     bool directional = light->type == SHD_LIGHT_DIRECTIONAL;
@@ -120,7 +120,7 @@ static void place(shd_reader *r, const shd_node *node, raw_light *raw, bool has_
     else if (!raw->position.good)
         return;
     else if (!directional)
-        divide(r, &position, &raw->position, &light->position);
+        divide_by_w(r, &position, &raw->position, &light->position);
     else if (!shd_normalize(shd_scale(from, -1), &light->direction))
         shd_wrong(r, &position, "must not be zero: with w = 0 it is a direction");
 }
@@ -196,7 +196,7 @@ static void read_light(shd_reader *r, const shd_node *node, shd_light *out) {
     /* A wrong value has its default here, which passes the checks below. */
     bool bare_direction = kind == BARE && raw.position.at[3] == 0;
     if (bare_direction) raw.light.type = SHD_LIGHT_DIRECTIONAL;
-    place(r, node, &raw, seen >> DIRECTION & 1);
+    place_light(r, node, &raw, seen >> DIRECTION & 1);
     if (bare_direction) {
         /* Distance means nothing for a directional light. */
         memcpy(raw.light.attenuation, (double[]){1, 0, 0}, sizeof raw.light.attenuation);

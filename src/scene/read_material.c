@@ -146,7 +146,7 @@ static bool is_warned(shd_reader *r, const shd_material *m) {
 /* Warns of what looks like a mistake; materials are never changed silently. Materials that are
  * alike by their values, however they are written, are warned of once. A NAN is an error
  * already. */
-static void warn(shd_reader *r, const shd_node *node, const shd_material *m) {
+static void warn_of_material(shd_reader *r, const shd_node *node, const shd_material *m) {
     static const double slack = 1e-6; /* rounding of decimals and of color conversion */
     double reflected = most_reflected(m), sharpest = 0;
     bool negative = is_negative(m->emissive) || is_negative(m->ambient) || is_negative(m->diffuse);
@@ -204,7 +204,7 @@ static void read_material(shd_reader *r, const shd_node *node, const char *name,
     uint32_t seen = shd_read_fields(r, node, fields, FIELDS, 0, "a material", &raw);
     if (!raw.preset && !(seen >> AMBIENT & 1)) memcpy(raw.ambient, raw.diffuse, sizeof raw.ambient);
     make_material(r, &raw, name, out);
-    if (!r->wrong) warn(r, node, out);
+    if (!r->wrong) warn_of_material(r, node, out);
 }
 
 /* ---- `materials` ---- */
@@ -252,7 +252,7 @@ void shd_read_materials(shd_reader *r, const shd_node *node, void *out) {
 
 /* ---- The materials of objects ---- */
 
-static size_t append(shd_reader *r, const shd_material *material) {
+static size_t append_material(shd_reader *r, const shd_material *material) {
     r->materials[r->material_count] = *material;
     return r->material_count++;
 }
@@ -271,8 +271,8 @@ static size_t use_preset(shd_reader *r, const shd_node *node, size_t index) {
     const char *name = shd_preset_at(index).name;
     shd_material material = {.name = name};
     make_material(r, &raw, name, &material);
-    warn(r, node, &material);
-    return *used = append(r, &material);
+    warn_of_material(r, node, &material);
+    return *used = append_material(r, &material);
 }
 
 static size_t use_default(shd_reader *r) {
@@ -280,7 +280,7 @@ static size_t use_default(shd_reader *r) {
     raw_material raw = default_material(r);
     shd_material material = {.name = ""};
     make_material(r, &raw, "", &material);
-    return r->default_used = append(r, &material);
+    return r->default_used = append_material(r, &material);
 }
 
 size_t shd_use_material(shd_reader *r, const shd_node *node) {
@@ -288,7 +288,7 @@ size_t shd_use_material(shd_reader *r, const shd_node *node) {
     if (json_is_object(node->value)) {
         shd_material material = {.name = ""};
         read_material(r, node, "", &material);
-        return append(r, &material);
+        return append_material(r, &material);
     }
     if (!json_is_string(node->value)) {
         shd_node_expect(r->report, node, "a material or its name");
@@ -299,7 +299,7 @@ size_t shd_use_material(shd_reader *r, const shd_node *node) {
     if (r->named_count)
         named = bsearch(name, r->named, r->named_count, sizeof *r->named, compare_key);
     if (named) {
-        if (named->used == SIZE_MAX) named->used = append(r, &named->material);
+        if (named->used == SIZE_MAX) named->used = append_material(r, &named->material);
         return named->used;
     }
     const size_t preset = shd_preset_find(name);

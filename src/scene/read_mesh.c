@@ -143,11 +143,11 @@ static void warn_of_inverted_normals(shd_reader *r, const shd_node *node, const 
 }
 
 /* fmin and fmax are not used: they are calls, and meshes have millions of vertices. */
-static double smaller(double a, double b) {
+static double smaller_coordinate(double a, double b) {
     return a < b ? a : b;
 }
 
-static double larger(double a, double b) {
+static double larger_coordinate(double a, double b) {
     return a > b ? a : b;
 }
 
@@ -155,8 +155,10 @@ static void measure_box(const shd_reader *r, shd_mesh *mesh) {
     shd_vec3 low = vector_at(mesh->positions, 0), high = low;
     for (size_t i = 1; i < mesh->vertex_count && !shd_is_cancelled_at(r->cancelled, i); i++) {
         const double *p = mesh->positions + 3 * i;
-        low = (shd_vec3){smaller(p[0], low.x), smaller(p[1], low.y), smaller(p[2], low.z)};
-        high = (shd_vec3){larger(p[0], high.x), larger(p[1], high.y), larger(p[2], high.z)};
+        low = (shd_vec3){smaller_coordinate(p[0], low.x), smaller_coordinate(p[1], low.y),
+                         smaller_coordinate(p[2], low.z)};
+        high = (shd_vec3){larger_coordinate(p[0], high.x), larger_coordinate(p[1], high.y),
+                          larger_coordinate(p[2], high.z)};
     }
     mesh->low = low;
     mesh->high = high;

@@ -45,7 +45,7 @@ static void read_matrix(shd_reader *r, const shd_node *node, void *out) {
 }
 
 /* Sine and cosine of an angle in degrees, exact at multiples of 90. */
-static void turn(double degrees, double *sine, double *cosine) {
+static void sine_and_cosine(double degrees, double *sine, double *cosine) {
     int quarters;
     double rest = remquo(degrees, 90, &quarters) * (SHD_PI / 180);
     double s = sin(rest), c = cos(rest);
@@ -64,11 +64,11 @@ static void turn(double degrees, double *sine, double *cosine) {
     }
 }
 
-static shd_affine rotation(int axis, double degrees) {
+static shd_affine rotation_about(int axis, double degrees) {
     shd_affine m = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
     int a = (axis + 1) % 3, b = (axis + 2) % 3;
     double s, c;
-    turn(degrees, &s, &c);
+    sine_and_cosine(degrees, &s, &c);
     m.linear[a][a] = c;
     m.linear[a][b] = -s;
     m.linear[b][a] = s;
@@ -81,7 +81,7 @@ static shd_affine from_parts(const raw_transform *raw) {
     double degrees[3] = {raw->rotate.x, raw->rotate.y, raw->rotate.z};
     for (int axis = 0; axis < 3; axis++) {
         if (degrees[axis] == 0) continue;
-        shd_affine turned = rotation(axis, degrees[axis]);
+        shd_affine turned = rotation_about(axis, degrees[axis]);
         m = shd_compose(&turned, &m);
     }
     m.origin = raw->translate;

@@ -33,7 +33,7 @@ typedef struct totals {
     bool any;
 } totals;
 
-SHD_INLINE shd_vf dot(const shd_vf a[3], const shd_vf b[3]) {
+SHD_INLINE shd_vf dot_lanes(const shd_vf a[3], const shd_vf b[3]) {
     return shd_vf_fma(a[2], b[2], shd_vf_fma(a[1], b[1], a[0] * b[0]));
 }
 
@@ -49,7 +49,7 @@ SHD_INLINE shd_vf weigh_lobe(const shd_packed_lobe *lobe, const shd_vf path[3], 
 #pragma GCC unroll 3
     for (int c = 0; c < 3; c++)
         chord[c] = directional ? path[c] - w[c] : shd_vf_fma(path[c], r, -w[c]);
-    shd_vf z = dot(chord, chord);
+    shd_vf z = dot_lanes(chord, chord);
     shd_mf in = shd_vf_gt_in(lit, shd_vf_set(lobe->reach), z);
     if (!shd_mf_any(in)) return shd_vf_set(0);
 
@@ -69,7 +69,7 @@ SHD_INLINE shd_vf weigh_spot(const shd_packed_light *light, const shd_vf path[3]
 #pragma GCC unroll 3
     for (int c = 0; c < 3; c++) chord[c] = shd_vf_fma(path[c], r, shd_vf_set(light->axis[c]));
     const shd_vf half = shd_vf_set(0.5f), inner = shd_vf_set(light->inner);
-    shd_vf q = dot(chord, chord) * half; /* 1 - cos t */
+    shd_vf q = dot_lanes(chord, chord) * half; /* 1 - cos t */
     shd_vf within = shd_vf_set(light->outer) - q;
     *rim = shd_mf_and(*lit, shd_vf_gt(shd_vf_set(light->rim), shd_vf_max(within, -within)));
     *lit = shd_mf_and(*lit, shd_mf_not(shd_mf_or(*rim, shd_vf_gt(q, shd_vf_set(light->outer)))));
@@ -135,12 +135,12 @@ SHD_INLINE void add_light(const shd_sums_job *job, uint32_t index, shd_light_kin
         path[c] -= at->p[c];
         if (is.split) path[c] += shd_vf_set(light->low[c]) - at->low[c];
     }
-    shd_vf facing = dot(at->n, path); /* times the distance */
+    shd_vf facing = dot_lanes(at->n, path); /* times the distance */
     shd_mf lit = shd_vf_gt(facing, shd_vf_set(0));
 
     shd_vf r = shd_vf_set(1), f = r;
     if (!directional) {
-        shd_vf d2 = dot(path, path);
+        shd_vf d2 = dot_lanes(path, path);
         shd_vu above = (shd_vu)d2 - shd_vu_set(light->nearest); /* wraps below it */
         shd_mf wide = shd_vu_ge(above, shd_vu_set(light->span));
         if (__builtin_expect(shd_mf_any(wide), 0)) {
@@ -202,7 +202,7 @@ SHD_INLINE void store_row(shd_vf sum, const shd_vd total[2], bool any, float *ou
     shd_vf_store(out, sum);
 }
 
-SHD_INLINE void load(const shd_points32 *from, size_t i, shape is, points *to) {
+SHD_INLINE void load_points(const shd_points32 *from, size_t i, shape is, points *to) {
 #pragma GCC unroll 3
     for (int c = 0; c < 3; c++) {
         to->p[c] = shd_vf_load(from->position[c] + i);
@@ -245,7 +245,7 @@ SHD_INLINE void sum_lights(const shd_sums_job *job, size_t first_lobe, size_t lo
     float *const *specular = job->specular + 3 * first_lobe;
     for (size_t i = job->first; i < job->end; i += SHD_W) {
         points at;
-        load(job->points, i, is, &at);
+        load_points(job->points, i, is, &at);
         shd_vf more[ROWS];
         sums s;
         s.more = more;

@@ -19,14 +19,14 @@ typedef struct points {
     shd_vd p[3], n[3], w[3];
 } points;
 
-SHD_INLINE shd_vd dot(const shd_vd a[3], const shd_vd b[3]) {
+SHD_INLINE shd_vd dot_lanes(const shd_vd a[3], const shd_vd b[3]) {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
 /* |a + b|^2 / 2 of unit vectors. */
 SHD_INLINE shd_vd half_chord(const shd_vd a[3], const shd_vd b[3]) {
     const shd_vd chord[3] = {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
-    return dot(chord, chord) * shd_vd_set(0.5);
+    return dot_lanes(chord, chord) * shd_vd_set(0.5);
 }
 
 /* (1 - d)^exponent from log(1 - d). */
@@ -65,13 +65,13 @@ SHD_INLINE shd_vd facing_of_sheets(const shd_wide_light *light, const points *at
         const shd_packed_sheet *s = &light->sheets[k];
         shd_vd n[3], off[3];
         for (int c = 0; c < 3; c++) n[c] = shd_vd_set(s->normal[c]);
-        const shd_vd sign = shd_vd_select(shd_vd_gt(zero, dot(at->n, n)), -one, one);
+        const shd_vd sign = shd_vd_select(shd_vd_gt(zero, dot_lanes(at->n, n)), -one, one);
         for (int c = 0; c < 3; c++) off[c] = at->n[c] - sign * n[c];
-        shd_vd apart = dot(at->p, n) - shd_vd_set(s->offset);
+        shd_vd apart = dot_lanes(at->p, n) - shd_vd_set(s->offset);
         apart = shd_vd_max(apart, -apart);
         const shd_vd most = place * shd_vd_set(s->same_place) + shd_vd_set(s->slack);
         const shd_md on =
-            shd_vd_gt_in(shd_vd_gt(most, apart), shd_vd_set(s->same_normal), dot(off, off));
+            shd_vd_gt_in(shd_vd_gt(most, apart), shd_vd_set(s->same_normal), dot_lanes(off, off));
         facing = shd_vd_select(on, sign * shd_vd_set(s->height), facing);
     }
     return facing;
@@ -101,17 +101,17 @@ SHD_INLINE unsigned add_light(const shd_wide_light *light, const points *at,
     shd_md lit;
     shd_vd facing;
     if (light->kind == SHD_KIND_DIRECTIONAL) {
-        facing = dot(at->n, toward);
+        facing = dot_lanes(at->n, toward);
         if (__builtin_expect(light->sheet_count > 0, 0))
             facing = facing_of_sheets(light, at, facing);
         lit = shd_vd_gt_in(asked, facing, shd_vd_set(0));
         if (!shd_md_any(lit)) return 0;
     } else {
         for (int c = 0; c < 3; c++) toward[c] -= at->p[c];
-        shd_vd d2 = dot(toward, toward);
+        shd_vd d2 = dot_lanes(toward, toward);
         shd_md held = shd_vd_gt_in(shd_vd_gt(d2, shd_vd_set(NEAREST2)), shd_vd_set(FARTHEST2), d2);
         left = shd_md_bits(shd_md_and(asked, shd_md_not(held)));
-        facing = dot(at->n, toward);
+        facing = dot_lanes(at->n, toward);
         if (__builtin_expect(light->sheet_count > 0, 0))
             facing = facing_of_sheets(light, at, facing);
         lit = shd_vd_gt_in(shd_md_and(held, asked), facing, shd_vd_set(0));
@@ -178,7 +178,7 @@ SHD_INLINE void load_points(const shd_points64 *from, size_t i, double scale, po
         to->n[c] = shd_vd_load(from->normal[c] + i);
         v[c] = shd_vd_load(from->view[c] + i);
     }
-    shd_vd twice = dot(to->n, v) * shd_vd_set(2);
+    shd_vd twice = dot_lanes(to->n, v) * shd_vd_set(2);
     for (int c = 0; c < 3; c++) to->w[c] = twice * to->n[c] - v[c];
 }
 
@@ -199,7 +199,7 @@ __attribute__((noinline, cold)) static void load_last(const shd_points64 *from, 
     load_points(&last, 0, scale, to);
 }
 
-SHD_INLINE void store(const shd_wide_job *job, size_t row, size_t i, shd_vd sum) {
+SHD_INLINE void store_sums(const shd_wide_job *job, size_t row, size_t i, shd_vd sum) {
     const bool is_diffuse = row < 3;
     const size_t at = is_diffuse ? row : row - 3 + 3 * job->first_lobe;
     if (job->narrow) {
@@ -244,9 +244,9 @@ SHD_INLINE void sum_lights(const shd_wide_job *job, int channels, size_t lobe_co
             if (__builtin_expect(left, 0)) add_left(job, index, i, left, sums);
         }
         for (size_t c = 0; c < (size_t)channels; c++) {
-            store(job, c, i, sums[c]);
+            store_sums(job, c, i, sums[c]);
             for (size_t k = 0; k < lobe_count; k++)
-                store(job, 3 + 3 * k + c, i, sums[3 + 3 * k + c]);
+                store_sums(job, 3 + 3 * k + c, i, sums[3 + 3 * k + c]);
         }
     }
 }

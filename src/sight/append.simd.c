@@ -3,7 +3,15 @@
 #include <immintrin.h>
 #endif
 
+#include <assert.h>
+#include <stddef.h>
+
 #include "sight/rays.h"
+
+static_assert(offsetof(shd_stage, position32) % 64 == 0 &&
+                  offsetof(shd_stage, position) % 64 == 0 &&
+                  offsetof(shd_stage, triangle) % 64 == 0 && offsetof(shd_stage, u) % 64 == 0,
+              "a stage's arrays are loaded as whole vectors");
 
 /* Lanes that hit: as a mask where there are instructions for it, and one after the other. */
 typedef struct hit_lanes {
@@ -32,7 +40,8 @@ SHD_ALWAYS void find_lanes(const double *restrict object, size_t hits, hit_lanes
 }
 
 /* Appends what hit lanes have. */
-SHD_ALWAYS void put(void *to, const void *from, size_t size, size_t at, const hit_lanes *lanes) {
+SHD_ALWAYS void append_lanes(void *to, const void *from, size_t size, size_t at,
+                             const hit_lanes *lanes) {
     if (lanes->count == SHD_RAYS) {
         memcpy((char *)to + at * size, from, SHD_RAYS * size);
         return;
@@ -69,6 +78,7 @@ SHD_ALWAYS void put(void *to, const void *from, size_t size, size_t at, const hi
 
 void SHD_VARIANT(shd_append_hits)(const shd_stage *s, size_t hits, size_t first, shd_hits *out) {
     const size_t at = out->count;
+    assert(at + hits <= out->capacity);
     SHD_ALIGNED uint32_t shot[SHD_RAYS];
     SHD_ALIGNED int32_t object[SHD_RAYS];
     hit_lanes lanes;
@@ -77,26 +87,27 @@ void SHD_VARIANT(shd_append_hits)(const shd_stage *s, size_t hits, size_t first,
         object[i] = (int32_t)s->object[i];
     }
     find_lanes(s->object, hits, &lanes);
-    put(out->shot, shot, sizeof *shot, at, &lanes);
-    put(out->object, object, sizeof *object, at, &lanes);
+    append_lanes(out->shot, shot, sizeof *shot, at, &lanes);
+    append_lanes(out->object, object, sizeof *object, at, &lanes);
     for (int c = 0; c < 3; c++) {
         if (out->position32[c]) {
-            put(out->position32[c], s->position32[c], sizeof(float), at, &lanes);
-            put(out->normal32[c], s->normal32[c], sizeof(float), at, &lanes);
-            put(out->mirror32[c], s->mirror32[c], sizeof(float), at, &lanes);
+            append_lanes(out->position32[c], s->position32[c], sizeof(float), at, &lanes);
+            append_lanes(out->normal32[c], s->normal32[c], sizeof(float), at, &lanes);
+            append_lanes(out->mirror32[c], s->mirror32[c], sizeof(float), at, &lanes);
         } else {
-            put(out->position[c], s->position[c], sizeof(double), at, &lanes);
-            put(out->normal[c], s->normal[c], sizeof(double), at, &lanes);
-            put(out->view[c], s->view[c], sizeof(double), at, &lanes);
+            append_lanes(out->position[c], s->position[c], sizeof(double), at, &lanes);
+            append_lanes(out->normal[c], s->normal[c], sizeof(double), at, &lanes);
+            append_lanes(out->view[c], s->view[c], sizeof(double), at, &lanes);
         }
-        if (out->low32[c]) put(out->low32[c], s->low32[c], sizeof(float), at, &lanes);
-        if (out->world32[c]) put(out->world32[c], s->world32[c], sizeof(float), at, &lanes);
+        if (out->low32[c]) append_lanes(out->low32[c], s->low32[c], sizeof(float), at, &lanes);
+        if (out->world32[c])
+            append_lanes(out->world32[c], s->world32[c], sizeof(float), at, &lanes);
     }
-    if (out->depth) put(out->depth, s->depth, sizeof(double), at, &lanes);
+    if (out->depth) append_lanes(out->depth, s->depth, sizeof(double), at, &lanes);
     if (out->triangle) {
-        put(out->triangle, s->triangle, sizeof(uint32_t), at, &lanes);
-        put(out->u, s->u, sizeof(double), at, &lanes);
-        put(out->v, s->v, sizeof(double), at, &lanes);
+        append_lanes(out->triangle, s->triangle, sizeof(uint32_t), at, &lanes);
+        append_lanes(out->u, s->u, sizeof(double), at, &lanes);
+        append_lanes(out->v, s->v, sizeof(double), at, &lanes);
     }
     out->count = at + hits;
 }

@@ -10,7 +10,7 @@ typedef struct ball_hit {
 /* The discriminant from the distance of the line to the centre: no cancellation (Haines et al.,
  * "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems, chapter 7). From far
  * away the foot's rounding errors along the ray are taken out by a second step. */
-SHD_ALWAYS ball_hit meet(shd_vec3 o, shd_vec3 u, bool far) {
+SHD_ALWAYS ball_hit meet_ball(shd_vec3 o, shd_vec3 u, bool far) {
     double along = o.x * u.x + o.y * u.y + o.z * u.z;
     double x = o.x - along * u.x, y = o.y - along * u.y, z = o.z - along * u.z;
     if (far) {
@@ -38,7 +38,7 @@ static inline ball ball_of(const shd_item *it) {
                   1 / it->size, it->to_frame.linear[0][0], it->front_only ? 1 : -1};
 }
 
-SHD_ALWAYS shd_vec3 away(const ball *own, shd_vec3 start) {
+SHD_ALWAYS shd_vec3 start_from_ball(const ball *own, shd_vec3 start) {
     return (shd_vec3){own->eye.x + start.x * own->inverse, own->eye.y + start.y * own->inverse,
                       own->eye.z + start.z * own->inverse};
 }
@@ -53,27 +53,27 @@ SHD_ALWAYS ball_hit meet_lane(const ball *own, const shd_batch *b, int i, bool o
                               bool far) {
     shd_vec3 origin = own->eye;
     if (orthographic)
-        origin = away(own, (shd_vec3){b->start[0][i], b->start[1][i], b->start[2][i]});
-    return meet(origin, direction_of(b, i), far);
+        origin = start_from_ball(own, (shd_vec3){b->start[0][i], b->start[1][i], b->start[2][i]});
+    return meet_ball(origin, direction_of(b, i), far);
 }
 
-SHD_ALWAYS void find(const shd_item *it, const shd_batch *restrict b, double *restrict t,
-                     bool orthographic, bool far) {
+SHD_ALWAYS void find_ball(const shd_item *it, const shd_batch *restrict b, double *restrict t,
+                          bool orthographic, bool far) {
     const ball own = ball_of(it);
     SHD_EACH_LANE(i) t[i] = meet_lane(&own, b, i, orthographic, far).t * own.size;
 }
 
 void SHD_VARIANT(shd_find_ball)(const shd_item *it, const shd_batch *b, double *t) {
     if (b->orthographic)
-        find(it, b, t, true, true);
+        find_ball(it, b, t, true, true);
     else if (it->far)
-        find(it, b, t, false, true);
+        find_ball(it, b, t, false, true);
     else
-        find(it, b, t, false, false);
+        find_ball(it, b, t, false, false);
 }
 
-SHD_ALWAYS void place(const shd_item *it, const shd_batch *restrict b, shd_surfaces *restrict out,
-                      bool orthographic, bool far) {
+SHD_ALWAYS void place_ball(const shd_item *it, const shd_batch *restrict b,
+                           shd_surfaces *restrict out, bool orthographic, bool far) {
     const ball own = ball_of(it);
     SHD_EACH_LANE(i) {
         const ball_hit hit = meet_lane(&own, b, i, orthographic, far);
@@ -85,11 +85,11 @@ SHD_ALWAYS void place(const shd_item *it, const shd_batch *restrict b, shd_surfa
 
 void SHD_VARIANT(shd_place_ball)(const shd_item *it, const shd_batch *b, shd_surfaces *out) {
     if (b->orthographic)
-        place(it, b, out, true, true);
+        place_ball(it, b, out, true, true);
     else if (it->far)
-        place(it, b, out, false, true);
+        place_ball(it, b, out, false, true);
     else
-        place(it, b, out, false, false);
+        place_ball(it, b, out, false, false);
 }
 
 /* ---- All of it at once, for tiers in f32 that want no more. ---- */
@@ -109,8 +109,8 @@ SHD_ALWAYS void show_lane(const ball *own, shd_vec3 u, ball_hit hit, int i,
     out->mirror32[2][i] = (float)(twice * hit.z + u.z);
 }
 
-SHD_ALWAYS void show(const shd_item *it, const shd_batch *restrict b, double *restrict t,
-                     shd_stage *restrict out, bool orthographic, bool far) {
+SHD_ALWAYS void show_ball(const shd_item *it, const shd_batch *restrict b, double *restrict t,
+                          shd_stage *restrict out, bool orthographic, bool far) {
     const ball own = ball_of(it);
     SHD_EACH_LANE(i) {
         const ball_hit hit = meet_lane(&own, b, i, orthographic, far);
@@ -121,9 +121,9 @@ SHD_ALWAYS void show(const shd_item *it, const shd_batch *restrict b, double *re
 
 void SHD_VARIANT(shd_show_ball)(const shd_item *it, const shd_batch *b, double *t, shd_stage *out) {
     if (b->orthographic)
-        show(it, b, t, out, true, true);
+        show_ball(it, b, t, out, true, true);
     else if (it->far)
-        show(it, b, t, out, false, true);
+        show_ball(it, b, t, out, false, true);
     else
-        show(it, b, t, out, false, false);
+        show_ball(it, b, t, out, false, false);
 }

@@ -2,7 +2,7 @@
 #include "base/cpu.h"
 #include "sight/batch.h"
 
-static const shd_cast_kernel *kernel_of(const shd_sight *sight) {
+static const shd_cast_kernel *cast_kernel_of(const shd_sight *sight) {
     static const shd_cast_kernel *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_cast_kernel);
     return kernels[sight->plan->isa];
 }
@@ -76,7 +76,7 @@ void shd_hits_pad(shd_hits *hits) {
 
 size_t shd_sight_shoot(const shd_sight *sight, const uint32_t *candidates, size_t candidate_count,
                        const shd_shots *shots, shd_hits *out) {
-    const shd_cast_kernel *kernel = kernel_of(sight);
+    const shd_cast_kernel *kernel = cast_kernel_of(sight);
     const shd_wants wants = {.fast = out->position32[0],
                              .low = out->low32[0],
                              .world = out->world32[0],

@@ -9,6 +9,8 @@
  * corners', so that a triangle that is seen from its edge is met no farther than it reaches.
  *
  * Compiled once an instruction set. */
+#include <assert.h>
+
 #include "base/simd.h"
 #include "sight/rays.h"
 #include "sight/tree.h"
@@ -22,6 +24,9 @@ enum {
     USED,
     SIDES = 8 /* filled up to whole vectors */
 };
+
+static_assert(USED <= SIDES && SIDES % (SHD_W / 2) == 0, "a box's functions fill vectors");
+static_assert(GROUP % (SHD_W / 2) == 0, "a group's rays fill vectors");
 
 /* What of a sum of products rounding may change, and more. */
 static const double ROUNDING = 1e-14;
@@ -48,8 +53,8 @@ typedef struct bundle {
 /* ---- The bundle. ---- */
 
 /* The extremes of pairs. */
-SHD_ALWAYS void halve(const double *low, const double *high, int pairs, double *restrict least,
-                      double *restrict most) {
+SHD_ALWAYS void halve_extremes(const double *low, const double *high, int pairs,
+                               double *restrict least, double *restrict most) {
     for (int i = 0; i < pairs; i++) {
         least[i] = low[2 * i] < low[2 * i + 1] ? low[2 * i] : low[2 * i + 1];
         most[i] = high[2 * i] > high[2 * i + 1] ? high[2 * i] : high[2 * i + 1];
@@ -60,9 +65,9 @@ SHD_ALWAYS void halve(const double *low, const double *high, int pairs, double *
 SHD_ALWAYS void bound_groups(const double *restrict at, double *restrict least,
                              double *restrict most) {
     SHD_ALIGNED double low[2][SHD_RAYS / 2], high[2][SHD_RAYS / 2];
-    halve(at, at, SHD_RAYS / 2, low[0], high[0]);
-    halve(low[0], high[0], SHD_RAYS / 4, low[1], high[1]);
-    halve(low[1], high[1], GROUPS, low[0], high[0]);
+    halve_extremes(at, at, SHD_RAYS / 2, low[0], high[0]);
+    halve_extremes(low[0], high[0], SHD_RAYS / 4, low[1], high[1]);
+    halve_extremes(low[1], high[1], GROUPS, low[0], high[0]);
     for (int g = 0; g < GROUPS; g++) {
         const double more = ROUNDING * (fabs(low[0][g]) + fabs(high[0][g]));
         least[g] = low[0][g] - more;
@@ -107,7 +112,7 @@ static void set_reach(bundle *k, double reach) {
     k->fixed[REACH] = k->fixed[DEPTH] + k->reach;
 }
 
-static void set_functions(const shd_mesh_view *view, bundle *k) {
+static void set_box_functions(const shd_mesh_view *view, bundle *k) {
     const shd_vec3 forward = view->rows[2], back = shd_scale(forward, -1), e = view->eye;
     k->slack = ROUNDING * (fabs(forward.x) * (1 + fabs(e.x)) + fabs(forward.y) * (1 + fabs(e.y)) +
                            fabs(forward.z) * (1 + fabs(e.z)));
@@ -121,8 +126,8 @@ static void set_functions(const shd_mesh_view *view, bundle *k) {
     for (int s = USED; s < SIDES; s++) set_function(k, s, (shd_vec3){0, 0, 0}, 0);
 }
 
-static void aim(const shd_lens *lens, const shd_item *it, const shd_batch *restrict b, double limit,
-                bundle *restrict k) {
+static void aim_bundle(const shd_lens *lens, const shd_item *it, const shd_batch *restrict b,
+                       double limit, bundle *restrict k) {
     const shd_mesh_view *view = &it->view;
     const shd_fan fan = shd_fan_of(lens);
     const shd_vec3 back = fan.back;
@@ -140,7 +145,7 @@ static void aim(const shd_lens *lens, const shd_item *it, const shd_batch *restr
         k->name[i] = INFINITY;
     }
     bound_bundle(k);
-    set_functions(view, k);
+    set_box_functions(view, k);
     set_reach(k, limit * unit); /* a cosine is 1 at most, but for rounding */
 }
 
@@ -190,12 +195,12 @@ SHD_INLINE bool try_rays(bundle *k, int at, const shd_seen_vertex *a, const shd_
     return true;
 }
 
-static inline double least_of(double a, double b, double c) {
+static inline double least_of_three(double a, double b, double c) {
     a = a < b ? a : b;
     return a < c ? a : c;
 }
 
-static inline double most_of(double a, double b, double c) {
+static inline double most_of_three(double a, double b, double c) {
     a = a > b ? a : b;
     return a > c ? a : c;
 }
@@ -216,10 +221,10 @@ static bool try_triangle(bundle *k, const shd_mesh_view *view, const shd_leaf *l
                           *b = &view->vertices[leaf->corner[1]],
                           *c = &view->vertices[leaf->corner[2]];
     unsigned groups = (1u << GROUPS) - 1;
-    if (least_of(a->depth, b->depth, c->depth) > k->reach) return false;
-    if (least_of(a->w, b->w, c->w) > 0) {
-        const area there = {least_of(a->p, b->p, c->p), most_of(a->p, b->p, c->p),
-                            least_of(a->q, b->q, c->q), most_of(a->q, b->q, c->q)};
+    if (least_of_three(a->depth, b->depth, c->depth) > k->reach) return false;
+    if (least_of_three(a->w, b->w, c->w) > 0) {
+        const area there = {least_of_three(a->p, b->p, c->p), most_of_three(a->p, b->p, c->p),
+                            least_of_three(a->q, b->q, c->q), most_of_three(a->q, b->q, c->q)};
         if (there.left > k->all.right || there.right < k->all.left || there.bottom > k->all.top ||
             there.top < k->all.bottom)
             return false;
@@ -265,7 +270,7 @@ static void update_reach(bundle *k) {
 }
 
 /* Whether any ray met a triangle. */
-static bool walk(bundle *k, const shd_mesh_view *view) {
+static bool walk_tree(bundle *k, const shd_mesh_view *view) {
     struct {
         uint32_t branch;
         double depth;
@@ -291,6 +296,7 @@ static bool walk(bundle *k, const shd_mesh_view *view) {
                        second = may_meet(k, &branches[now->first + 1], &other);
             const bool swapped = second && (!first || other < one);
             if (first && second) {
+                assert(waits < SHD_TREE_DEPTH);
                 waiting[waits].branch = now->first + !swapped;
                 waiting[waits++].depth = swapped ? one : other;
             }
@@ -325,8 +331,8 @@ static void tell_hits(const bundle *restrict k, double unit, shd_mesh_hits *rest
 bool SHD_VARIANT(shd_find_mesh)(const shd_lens *lens, const shd_item *it, const shd_batch *b,
                                 double limit, shd_mesh_hits *out) {
     bundle k;
-    aim(lens, it, b, limit, &k);
-    if (!walk(&k, &it->view)) return false;
+    aim_bundle(lens, it, b, limit, &k);
+    if (!walk_tree(&k, &it->view)) return false;
     tell_hits(&k, it->view.unit, out);
     return true;
 }
@@ -340,12 +346,12 @@ typedef struct facet {
     double at[3], ab[3], ac[3], face[3], normal[3][3];
 } facet;
 
-static shd_vec3 vector_at(const double *values, uint32_t vertex) {
+static shd_vec3 mesh_vector(const double *values, uint32_t vertex) {
     const double *v = values + 3 * (size_t)vertex;
     return (shd_vec3){v[0], v[1], v[2]};
 }
 
-static void put_vector(shd_vec3 v, double out[3]) {
+static void store_vector(shd_vec3 v, double out[3]) {
     out[0] = v.x;
     out[1] = v.y;
     out[2] = v.z;
@@ -356,21 +362,21 @@ static void set_facet(const shd_item *it, uint32_t triangle, facet *out) {
     const shd_triangles *tri = &it->triangles;
     const uint32_t *vertex = tri->indices + 3 * (size_t)triangle;
     const double scale = it->view.tree->scale;
-    const shd_vec3 at = vector_at(tri->positions, vertex[0]),
-                   ab = shd_sub(vector_at(tri->positions, vertex[1]), at),
-                   ac = shd_sub(vector_at(tri->positions, vertex[2]), at),
+    const shd_vec3 at = mesh_vector(tri->positions, vertex[0]),
+                   ab = shd_sub(mesh_vector(tri->positions, vertex[1]), at),
+                   ac = shd_sub(mesh_vector(tri->positions, vertex[2]), at),
                    face = shd_cross(shd_scale(ab, scale), shd_scale(ac, scale));
     out->triangle = triangle;
-    put_vector(at, out->at);
-    put_vector(ab, out->ab);
-    put_vector(ac, out->ac);
-    put_vector(face, out->face); /* turned where it is seen, */
-    if (!it->smooth) return;     /* but for these: */
+    store_vector(at, out->at);
+    store_vector(ab, out->ab);
+    store_vector(ac, out->ac);
+    store_vector(face, out->face); /* turned where it is seen, */
+    if (!it->smooth) return;       /* but for these: */
     const shd_vec3 ray = it->view.orthographic ? it->forward : shd_sub(at, it->eye);
     const double turn = shd_dot(face, ray) > 0 && !it->front_only ? -1 : 1;
-    put_vector(shd_scale(face, turn), out->face);
+    store_vector(shd_scale(face, turn), out->face);
     for (int n = 0; n < 3; n++)
-        put_vector(shd_scale(vector_at(it->units, vertex[n]), turn), out->normal[n]);
+        store_vector(shd_scale(mesh_vector(it->units, vertex[n]), turn), out->normal[n]);
 }
 
 /* A vector of rays that meet the facet. */

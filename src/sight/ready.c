@@ -31,7 +31,7 @@ typedef struct pile {
 } pile;
 
 /* A copy, or zeros; NULL of nothing. */
-static void *put(pile *p, const void *from, size_t count, size_t size) {
+static void *put_in_pile(pile *p, const void *from, size_t count, size_t size) {
     const size_t at = p->used, bytes = count * size;
     p->used += (bytes + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
     if (!p->block || !bytes) return NULL;
@@ -40,17 +40,17 @@ static void *put(pile *p, const void *from, size_t count, size_t size) {
 
 static size_t pile_up(const shd_ready_mesh *ready, void *block) {
     pile p = {block, 0};
-    shd_mesh mesh = *ready->mesh, *mesh_at = put(&p, &mesh, 1, sizeof mesh);
-    shd_mesh_kept kept = ready->kept, *kept_at = put(&p, &kept, 1, sizeof kept);
-    shd_mesh_tree tree = *kept.tree, *tree_at = put(&p, &tree, 1, sizeof tree);
+    shd_mesh mesh = *ready->mesh, *mesh_at = put_in_pile(&p, &mesh, 1, sizeof mesh);
+    shd_mesh_kept kept = ready->kept, *kept_at = put_in_pile(&p, &kept, 1, sizeof kept);
+    shd_mesh_tree tree = *kept.tree, *tree_at = put_in_pile(&p, &tree, 1, sizeof tree);
     const size_t normals = mesh.normals ? mesh.vertex_count : 0;
-    mesh.positions = put(&p, mesh.positions, mesh.vertex_count, 3 * sizeof *mesh.positions);
-    mesh.normals = put(&p, mesh.normals, normals, 3 * sizeof *mesh.normals);
-    mesh.indices = put(&p, mesh.indices, mesh.triangle_count, 3 * sizeof *mesh.indices);
-    kept.units = put(&p, kept.units, normals, 3 * sizeof *kept.units);
-    tree.branches = put(&p, tree.branches, tree.branch_count, sizeof *tree.branches);
-    kept.memo = put(&p, NULL, shd_mesh_memo_size(&mesh), 1);
-    tree.leaves = put(&p, tree.leaves, tree.leaf_count, sizeof *tree.leaves);
+    mesh.positions = put_in_pile(&p, mesh.positions, mesh.vertex_count, 3 * sizeof *mesh.positions);
+    mesh.normals = put_in_pile(&p, mesh.normals, normals, 3 * sizeof *mesh.normals);
+    mesh.indices = put_in_pile(&p, mesh.indices, mesh.triangle_count, 3 * sizeof *mesh.indices);
+    kept.units = put_in_pile(&p, kept.units, normals, 3 * sizeof *kept.units);
+    tree.branches = put_in_pile(&p, tree.branches, tree.branch_count, sizeof *tree.branches);
+    kept.memo = put_in_pile(&p, NULL, shd_mesh_memo_size(&mesh), 1);
+    tree.leaves = put_in_pile(&p, tree.leaves, tree.leaf_count, sizeof *tree.leaves);
     if (!block) return p.used;
     mesh.kept = kept_at;
     kept.tree = tree_at;

@@ -81,8 +81,8 @@ static void find_box(shd_work *restrict w) {
 }
 
 /* Takes a face at `candidate` as the nearest so far of a lane if it is one. */
-static inline void take(bool valid, double candidate, double which, double near, double *t,
-                        double *face) {
+static inline void take_face(bool valid, double candidate, double which, double near, double *t,
+                             double *face) {
     double taken = valid ? candidate : INFINITY;
     taken = taken > near ? taken : INFINITY;
     *face = taken < *t ? which : *face;
@@ -100,16 +100,16 @@ static void find_cylinder(shd_work *restrict w) {
         double t = INFINITY, face = SIDE;
         double inverse = 1 / dy, bottom = (-0.5 - oy) * inverse, top = (0.5 - oy) * inverse;
         double x = ox + dx * bottom, z = oz + dz * bottom;
-        take(x * x + z * z <= 1, bottom, BOTTOM, near, &t, &face);
+        take_face(x * x + z * z <= 1, bottom, BOTTOM, near, &t, &face);
         x = ox + dx * top, z = oz + dz * top;
-        take(x * x + z * z <= 1, top, TOP, near, &t, &face);
+        take_face(x * x + z * z <= 1, top, TOP, near, &t, &face);
 
         double a = dx * dx + dz * dz, b = ox * dx + oz * dz, c = ox * ox + oz * oz - 1;
         double root = sqrt(b * b - a * c);
         double q = b > 0 ? -b - root : -b + root;
         double first = c / q, second = q / a;
-        take(fabs(oy + dy * first) <= 0.5, first, SIDE, near, &t, &face);
-        take(fabs(oy + dy * second) <= 0.5, second, SIDE, near, &t, &face);
+        take_face(fabs(oy + dy * first) <= 0.5, first, SIDE, near, &t, &face);
+        take_face(fabs(oy + dy * second) <= 0.5, second, SIDE, near, &t, &face);
         w->t[i] = t;
         w->face[i] = face;
     }
@@ -123,7 +123,7 @@ static void find_cone(shd_work *restrict w) {
         double t = INFINITY, face = SIDE;
         double bottom = (-0.5 - oy) / dy;
         double x = ox + dx * bottom, z = oz + dz * bottom;
-        take(x * x + z * z <= 1, bottom, BOTTOM, near, &t, &face);
+        take_face(x * x + z * z <= 1, bottom, BOTTOM, near, &t, &face);
 
         double k = 0.5 - oy;
         double a = dx * dx + dz * dz - dy * dy, b = ox * dx + oz * dz + k * dy,
@@ -131,8 +131,8 @@ static void find_cone(shd_work *restrict w) {
         double root = sqrt(b * b - a * c);
         double q = b > 0 ? -b - root : -b + root;
         double first = c / q, second = q / a;
-        take(fabs(oy + dy * first) <= 0.5, first, SIDE, near, &t, &face);
-        take(fabs(oy + dy * second) <= 0.5, second, SIDE, near, &t, &face);
+        take_face(fabs(oy + dy * first) <= 0.5, first, SIDE, near, &t, &face);
+        take_face(fabs(oy + dy * second) <= 0.5, second, SIDE, near, &t, &face);
         w->t[i] = t;
         w->face[i] = face;
     }

@@ -133,12 +133,12 @@ static shd_status no_memory(shd_error *error, size_t object) {
     return shd_fail(error, SHD_MEMORY, path, "the limit `memory` is reached by this object");
 }
 
-static shd_affine scaled(double size, shd_vec3 origin) {
+static shd_affine scaling_map(double size, shd_vec3 origin) {
     return (shd_affine){{{size, 0, 0}, {0, size, 0}, {0, 0, size}}, origin};
 }
 
 /* The lengths of what a map makes of the axes' unit vectors. */
-static void measure_axes(const shd_affine *m, double length[3]) {
+static void axis_lengths(const shd_affine *m, double length[3]) {
     for (int c = 0; c < 3; c++) {
         shd_vec3 column = {m->linear[0][c], m->linear[1][c], m->linear[2][c]};
         length[c] = shd_length(column);
@@ -207,7 +207,7 @@ static shd_status make_item(const shd_plan *plan, const shd_lens *lens, size_t i
     it->normal_map = shd_normal_map(&it->to_world);
     bool faceted = object->interpolation != SHD_PHONG;
     double axes[3];
-    measure_axes(&it->to_world, axes);
+    axis_lengths(&it->to_world, axes);
     it->similar = is_similar(&it->to_world, axes, &it->size);
     if (it->similar)
         for (int r = 0; r < 3; r++)
@@ -215,9 +215,9 @@ static shd_status make_item(const shd_plan *plan, const shd_lens *lens, size_t i
                 it->normal_map.linear[r][c] = it->to_world.linear[r][c] / it->size;
     it->ball = it->similar && it->shape == SHD_SPHERE && !faceted;
     if (it->ball) {
-        it->to_world = scaled(it->size, it->to_world.origin);
-        it->from_world = scaled(1 / it->size, (shd_vec3){0, 0, 0});
-        it->normal_map = scaled(1, (shd_vec3){0, 0, 0});
+        it->to_world = scaling_map(it->size, it->to_world.origin);
+        it->from_world = scaling_map(1 / it->size, (shd_vec3){0, 0, 0});
+        it->normal_map = scaling_map(1, (shd_vec3){0, 0, 0});
     }
     place_eye(plan, it);
 

@@ -2,13 +2,14 @@
 
 #include "plan/tier.h"
 
-static shd_vec3 sizes(shd_vec3 v) {
+static shd_vec3 component_sizes(shd_vec3 v) {
     return (shd_vec3){fabs(v.x), fabs(v.y), fabs(v.z)};
 }
 
 /* From the object to where the ray starts: the sizes of what is added up. */
 static shd_vec3 away_of(const shd_item *it, const shd_lens *lens, const shd_met *met) {
-    return shd_add(sizes(shd_sub(lens->camera->position, it->to_world.origin)), sizes(met->start));
+    return shd_add(component_sizes(shd_sub(lens->camera->position, it->to_world.origin)),
+                   component_sizes(met->start));
 }
 
 /* The row's length times that of the components that it looks at. */
@@ -18,7 +19,7 @@ static double reach_of(const double row[3], shd_vec3 v) {
 }
 
 /* Of the surface's coordinates along its normal. */
-static double size_of(const shd_item *it, shd_vec3 point, shd_vec3 normal) {
+static double coordinate_size(const shd_item *it, shd_vec3 point, shd_vec3 normal) {
     const bool capped = it->shape == SHD_CYLINDER || it->shape == SHD_CONE;
     if (it->shape == SHD_PLANE || it->shape == SHD_DISC || it->shape == SHD_BOX ||
         (capped && fabs(normal.y) == 1))
@@ -31,8 +32,8 @@ double shd_shape_rounding(const shd_item *it, const shd_lens *lens, const shd_me
                           double shift, shd_vec3 point, shd_vec3 normal) {
     const double n[3] = {fabs(normal.x), fabs(normal.y), fabs(normal.z)};
     const shd_vec3 away = away_of(it, lens, met),
-                   way = shd_scale(sizes(met->ray), met->t + fabs(shift));
-    double sum = size_of(it, point, normal);
+                   way = shd_scale(component_sizes(met->ray), met->t + fabs(shift));
+    double sum = coordinate_size(it, point, normal);
     for (int k = 0; k < 3; k++) {
         const double *row = it->from_world.linear[k];
         if (n[k] > 0) sum += n[k] * (reach_of(row, away) + reach_of(row, way));

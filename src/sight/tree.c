@@ -2,6 +2,7 @@
  * construction of SAH-based bounding volume hierarchies", 2007). */
 #include "sight/tree.h"
 
+#include <assert.h>
 #include <float.h>
 #include <stdlib.h>
 
@@ -38,18 +39,18 @@ typedef struct planter {
 
 static const box EMPTY = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
 
-static inline double smaller(double a, double b) {
+static inline double smaller_of(double a, double b) {
     return a < b ? a : b;
 }
 
-static inline double larger(double a, double b) {
+static inline double larger_of(double a, double b) {
     return a > b ? a : b;
 }
 
-static inline void enclose(box *b, const double low[3], const double high[3]) {
+static inline void enclose_box(box *b, const double low[3], const double high[3]) {
     for (int c = 0; c < 3; c++) {
-        b->low[c] = smaller(b->low[c], low[c]);
-        b->high[c] = larger(b->high[c], high[c]);
+        b->low[c] = smaller_of(b->low[c], low[c]);
+        b->high[c] = larger_of(b->high[c], high[c]);
     }
 }
 
@@ -59,7 +60,7 @@ static inline double half_area(const box *b) {
 }
 
 /* Twice the middle. */
-static inline double middle(const part *p, int c) {
+static inline double twice_middle(const part *p, int c) {
     return p->low[c] + p->high[c];
 }
 
@@ -69,10 +70,10 @@ static shd_vec3 corner_of(const planter *w, uint32_t triangle, int k) {
     return shd_scale(shd_triangle_corner(w->triangles, triangle, k), w->tree->scale);
 }
 
-static void measure(planter *w) {
+static void measure_mesh(planter *w) {
     const shd_triangles *t = w->triangles;
     double most = 0;
-    for (size_t i = 0; i < 3 * t->vertex_count; i++) most = larger(most, fabs(t->positions[i]));
+    for (size_t i = 0; i < 3 * t->vertex_count; i++) most = larger_of(most, fabs(t->positions[i]));
     int exponent = 0;
     if (most > 0) (void)frexp(most, &exponent);
     exponent = exponent > 1000 ? 1000 : exponent < -1000 ? -1000 : exponent;
@@ -88,10 +89,10 @@ static uint32_t list_parts(planter *w) {
         const shd_vec3 a = corner_of(w, i, 0), b = corner_of(w, i, 1), c = corner_of(w, i, 2);
         if (!(shd_max_abs(shd_cross(shd_sub(b, a), shd_sub(c, a))) > 0)) continue;
         w->parts[count++] =
-            (part){{smaller(smaller(a.x, b.x), c.x), smaller(smaller(a.y, b.y), c.y),
-                    smaller(smaller(a.z, b.z), c.z)},
-                   {larger(larger(a.x, b.x), c.x), larger(larger(a.y, b.y), c.y),
-                    larger(larger(a.z, b.z), c.z)},
+            (part){{smaller_of(smaller_of(a.x, b.x), c.x), smaller_of(smaller_of(a.y, b.y), c.y),
+                    smaller_of(smaller_of(a.z, b.z), c.z)},
+                   {larger_of(larger_of(a.x, b.x), c.x), larger_of(larger_of(a.y, b.y), c.y),
+                    larger_of(larger_of(a.z, b.z), c.z)},
                    i};
     }
     return count;
@@ -179,7 +180,7 @@ typedef struct cut {
 } cut;
 
 static inline int bin_of(const cut *c, const part *p) {
-    const int bin = (int)((middle(p, c->axis) - c->low) * c->steps);
+    const int bin = (int)((twice_middle(p, c->axis) - c->low) * c->steps);
     return bin < BINS ? bin : BINS - 1;
 }
 
@@ -191,7 +192,7 @@ static void fill_bins(const planter *w, const part *parts, uint32_t count, const
     }
     for (uint32_t i = 0; i < count && !shd_is_cancelled_at(w->cancelled, i); i++) {
         const int k = bin_of(c, &parts[i]);
-        enclose(&out->boxes[k], parts[i].low, parts[i].high);
+        enclose_box(&out->boxes[k], parts[i].low, parts[i].high);
         out->counts[k]++;
     }
 }
@@ -202,14 +203,14 @@ static void choose_cut(const bins *b, uint32_t count, cut *c) {
     box side = EMPTY;
     uint32_t on = 0;
     for (int k = BINS - 1; k > 0; k--) {
-        if (b->counts[k]) enclose(&side, b->boxes[k].low, b->boxes[k].high);
+        if (b->counts[k]) enclose_box(&side, b->boxes[k].low, b->boxes[k].high);
         on += b->counts[k];
         right[k] = on >= LEAST ? half_area(&side) * on : INFINITY;
     }
     side = EMPTY;
     on = 0;
     for (int k = 1; k < BINS; k++) {
-        if (b->counts[k - 1]) enclose(&side, b->boxes[k - 1].low, b->boxes[k - 1].high);
+        if (b->counts[k - 1]) enclose_box(&side, b->boxes[k - 1].low, b->boxes[k - 1].high);
         on += b->counts[k - 1];
         if (on < LEAST || count - on < LEAST) continue;
         const double cost = half_area(&side) * on + right[k];
@@ -238,8 +239,9 @@ static uint32_t part_by(const planter *w, const cut *c, part *parts, uint32_t co
 static uint32_t split_parts(const planter *w, part *parts, uint32_t *count, int depth) {
     box middles = EMPTY;
     for (uint32_t i = 0; i < *count && !shd_is_cancelled_at(w->cancelled, i); i++) {
-        const double at[3] = {middle(&parts[i], 0), middle(&parts[i], 1), middle(&parts[i], 2)};
-        enclose(&middles, at, at);
+        const double at[3] = {twice_middle(&parts[i], 0), twice_middle(&parts[i], 1),
+                              twice_middle(&parts[i], 2)};
+        enclose_box(&middles, at, at);
     }
     cut c = {.axis = 0};
     double most = 0;
@@ -267,7 +269,7 @@ static void set_box(const planter *w, const job *j) {
     box all = EMPTY;
     for (uint32_t i = j->first; i < j->first + j->count; i++) {
         if (shd_is_cancelled_at(w->cancelled, i)) break;
-        enclose(&all, w->parts[i].low, w->parts[i].high);
+        enclose_box(&all, w->parts[i].low, w->parts[i].high);
     }
     shd_branch *branch = &w->tree->branches[j->branch];
     for (int c = 0; c < 3; c++) {
@@ -287,7 +289,7 @@ static void put_leaves(const planter *w, const job *j, uint32_t count) {
 
 /* Depth first, the smaller side at once: what waits is at most half as much each time. False: it
  * was cancelled. */
-static bool grow(planter *w, uint32_t count) {
+static bool grow_tree(planter *w, uint32_t count) {
     job waiting[64], now = {0, 0, count, 0};
     int waits = 0;
     w->branch_count = 1;
@@ -308,6 +310,7 @@ static bool grow(planter *w, uint32_t count) {
         job one = {w->branch_count, now.first, left, now.depth + 1},
             other = {w->branch_count + 1, now.first + left, kept - left, now.depth + 1};
         w->branch_count += 2;
+        assert(waits < (int)(sizeof waiting / sizeof *waiting));
         waiting[waits++] = one.count < other.count ? other : one;
         now = one.count < other.count ? one : other;
     }
@@ -322,11 +325,13 @@ shd_status shd_mesh_tree_new(const shd_triangles *triangles, const atomic_bool *
     if (tree) tree->leaves = shd_arena_alloc(arena, count, sizeof *tree->leaves);
     if (!tree || !parts || !tree->branches || !tree->leaves)
         return shd_fail(error, SHD_MEMORY, "", "the limit `memory` is reached by a mesh");
+    assert(count <= SHD_TREE_TRIANGLES);
     planter w = {triangles, cancelled, tree, parts, 0};
-    measure(&w);
+    measure_mesh(&w);
     const uint32_t with_area = list_parts(&w);
-    if (shd_is_cancelled(cancelled) || (with_area && !grow(&w, with_area)))
+    if (shd_is_cancelled(cancelled) || (with_area && !grow_tree(&w, with_area)))
         return shd_fail(error, SHD_CANCELLED, "", "the render was cancelled");
+    assert(w.branch_count <= count + 1 && tree->leaf_count <= count);
     tree->branch_count = w.branch_count;
     *out = tree;
     return SHD_OK;

@@ -25,8 +25,9 @@ typedef struct shd_leaf {
                            are among these (0 to 2): 4 first + second */
 } shd_leaf;
 
-/* Branches on a path from the root to a leaf are no more than these. */
-enum { SHD_TREE_DEPTH = 96 };
+/* A path from the root to a leaf has no more branches. A leaf's name is an int32_t, so that a tree
+ * has no more triangles. */
+enum { SHD_TREE_DEPTH = 96, SHD_TREE_TRIANGLES = 1 << 27 };
 
 struct shd_mesh_tree {
     double scale; /* 2^-exponent */

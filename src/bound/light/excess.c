@@ -110,8 +110,8 @@ static void add_misplaced(const finding *f, const shd_plan_material *material, c
 }
 
 /* Adds the light to the terms. Returns the most that it adds to any channel. */
-static double add_light(finding *f, const shd_plan_material *material, const source *from,
-                        const shd_lit *lit) {
+static double add_light_error(finding *f, const shd_plan_material *material, const source *from,
+                              const shd_lit *lit) {
     const shd_plan_light *light = from->light;
     const shd_path_error *e = from->error;
     double position = from->far + (from->near > 0 ? from->near / lit->nearest : 0);
@@ -227,7 +227,7 @@ static void merge_excess(shd_excess *to, const shd_excess *from) {
 }
 
 /* In powers of 2.5 from 1e-4 on. */
-static int step_of(const double color[3]) {
+static int brightness_step(const double color[3]) {
     const double sum = color[0] + color[1] + color[2];
     return sum > 1e-4 ? 1 + (int)(0.75 * log2(shd_smaller(sum / 1e-4, 1e6))) : 0;
 }
@@ -325,8 +325,8 @@ static void part_errors(const finding *f, shd_excess *to) {
 }
 
 /* The sum over an object's lights at one of its pieces. */
-static void add_piece(finding *f, const shd_plan_object *object, const shd_piece *piece,
-                      double *influences) {
+static void add_piece_error(finding *f, const shd_plan_object *object, const shd_piece *piece,
+                            double *influences) {
     const shd_plan *plan = f->plan;
     const shd_plan_material *material = &plan->materials[object->material];
     memset(f->much, 0, f->terms.count * sizeof *f->much);
@@ -337,7 +337,7 @@ static void add_piece(finding *f, const shd_plan_object *object, const shd_piece
         if (i % LIGHTS_AT_ONCE == 0 && shd_is_cancelled(plan->cancelled)) return;
         const source *from = &f->sources[i];
         if (!shd_piece_lit(plan->scene, piece, from->light, from->least, &lit)) continue;
-        const double most = add_light(f, material, from, &lit);
+        const double most = add_light_error(f, material, from, &lit);
         add_misplaced(f, material, from, piece, &lit);
         if (influences)
             influences[object->lights[i]] = shd_larger(influences[object->lights[i]], most);
@@ -352,8 +352,8 @@ static void add_piece(finding *f, const shd_plan_object *object, const shd_piece
     if (!shd_terms_mix(&f->terms, f->much, sum.floor, &sum.parts, &sum.gain))
         sum.parts = sum.gain = f->terms.parts;
     bool fresh;
-    sum.dark = step_of(sum.floor);
-    sum.bright = step_of(sum.most);
+    sum.dark = brightness_step(sum.floor);
+    sum.bright = brightness_step(sum.most);
     shd_excess *to = slot_of(f, &sum, &fresh);
     double total = 0, worst = 0;
     for (int c = 0; c < 3; c++) total += sum.absolute[c] + sum.limited[c];
@@ -421,7 +421,7 @@ static bool add_objects(finding *f, shd_arena *arena) {
         for (size_t p = 0; p < count; p++) {
             if (shd_is_cancelled(plan->cancelled) || !next_row(f, arena)) return false;
             shd_influences *in = f->influences;
-            add_piece(f, object, &f->pieces[p], in ? in->rows[in->count - 1] : NULL);
+            add_piece_error(f, object, &f->pieces[p], in ? in->rows[in->count - 1] : NULL);
         }
     }
     f->list->nonnegative = !negative;

@@ -13,7 +13,7 @@ static double spot_at(const shd_plan_light *light, double cosine) {
     return light->exponent > 0 ? s * pow(cosine, light->exponent) : s;
 }
 
-static double hypotenuse(double a, double b) {
+static double hypotenuse_of(double a, double b) {
     return shd_plan_length((shd_vec3){a, b, 0});
 }
 
@@ -39,8 +39,8 @@ static bool find_outlook(const shd_scene *scene, const shd_piece *piece,
         const double height = shd_dot(path, piece->axis),
                      across = sqrt(shd_larger(distance * distance - height * height, 0));
         if (!(height > -SHD_PIECE_MARGIN * distance)) return false;
-        out->nearest = hypotenuse(height, shd_larger(across - piece->radius, 0));
-        out->farthest = hypotenuse(height, across + piece->radius);
+        out->nearest = hypotenuse_of(height, shd_larger(across - piece->radius, 0));
+        out->farthest = hypotenuse_of(height, across + piece->radius);
         if (piece->beyond > 0) {
             const double eye = shd_plan_length(shd_sub(light->position, scene->camera.position));
             out->nearest = shd_larger(out->nearest, piece->beyond - eye);

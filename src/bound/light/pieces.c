@@ -72,7 +72,7 @@ static void put_piece(maker *m, shd_piece piece, shd_vec3 view, shd_angle views,
 
 /* The piece with its normals as they are shaded, if it may be seen: twice where they may be turned
  * either way. `sides`: what they are turned by, where that is not the normals themselves. */
-static void add_piece(maker *m, shd_piece piece, const bool *sides) {
+static void put_seen_piece(maker *m, shd_piece piece, const bool *sides) {
     const shd_camera *camera = &m->scene->camera;
     if (!is_in_frame(m, piece.center, piece.radius)) return;
     shd_vec3 view;
@@ -128,7 +128,7 @@ static void add_hull(maker *m, const shd_vec3 *at, int points, const shd_vec3 *n
         piece.spread = (shd_angle){1, 0};
     else if (cosine > 0)
         piece.spread = shd_angle_of(cosine - 1e-12);
-    add_piece(m, piece, NULL);
+    put_seen_piece(m, piece, NULL);
 }
 
 /* Of the shape's unit form. */
@@ -188,7 +188,7 @@ typedef struct dome {
     double apex[3][3]; /* how far out planes that touch the corners of a part meet */
 } dome;
 
-static void add_face(maker *m, const dome *d, int axis, double sign, int n) {
+static void add_dome_face(maker *m, const dome *d, int axis, double sign, int n) {
     shd_vec3 at[4][4], normal[4][4];
     double seen[4][4];
     for (int i = 0; i <= n; i++)
@@ -238,7 +238,7 @@ static void add_sphere(maker *m, int n) {
                 cosine = shd_smaller(cosine, shd_dot(middle, out[i + (c & 1)][k + (c >> 1)]));
             d.apex[i][k] = 1 / cosine;
         }
-    for (int f = 0; f < 6; f++) add_face(m, &d, f / 2, f % 2 ? -1 : 1, n);
+    for (int f = 0; f < 6; f++) add_dome_face(m, &d, f / 2, f % 2 ? -1 : 1, n);
 }
 
 /* The side of a cylinder, or of a cone (`tip`). */
@@ -318,7 +318,7 @@ static void add_plane(maker *m, int n) {
                 piece.radius = INFINITY;
                 piece.beyond = far ? 0 : fabs(height) / steepest * (1 - SHD_PIECE_MARGIN);
             }
-            add_piece(m, piece, NULL);
+            put_seen_piece(m, piece, NULL);
         }
 }
 
@@ -344,7 +344,7 @@ static void add_mesh(maker *m, const shd_object *object, int side) {
                            shd_plan_length(shd_sub(shd_transform(&m->to_world, p), piece.center)));
         }
         piece.radius *= 1 + SHD_PIECE_MARGIN;
-        add_piece(m, piece, own ? NULL : c->sides);
+        put_seen_piece(m, piece, own ? NULL : c->sides);
     }
 }
 

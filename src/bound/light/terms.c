@@ -8,7 +8,7 @@ enum { MOST_COMPARED = 16 };
 /* Colors that are as near to each other are one hue: far below what they err by. */
 static const double SAME = 1e-12;
 
-static double size_of(const double color[3]) {
+static double size_of_color(const double color[3]) {
     return fabs(color[0]) + fabs(color[1]) + fabs(color[2]);
 }
 
@@ -26,7 +26,7 @@ bool shd_hues_find(const shd_plan *plan, shd_arena *arena, shd_hues *out) {
     if (!out->color || !out->of_light || !out->strength) return false;
     for (size_t j = 0; j < lights; j++) {
         const double *color = plan->lights[j].color;
-        const double strength = out->strength[j] = size_of(color);
+        const double strength = out->strength[j] = size_of_color(color);
         size_t hue = 0;
         while (hue < out->count && hue < MOST_COMPARED && !is_hue(out->color[hue], color, strength))
             hue++;
@@ -58,7 +58,7 @@ void shd_parts_note(shd_parts *parts, const double color[3]) {
     }
 }
 
-static void add_term(shd_terms *to, const double material[3], const double light[3]) {
+static void list_term(shd_terms *to, const double material[3], const double light[3]) {
     const size_t index = to->count++;
     shd_term *term = &to->list[index];
     for (int c = 0; c < 3; c++) term->color[c] = fabs(material[c]) * light[c];
@@ -82,14 +82,14 @@ void shd_terms_set(const shd_plan *plan, const shd_hues *hues, const shd_plan_gr
     to->count = to->mixed = 0;
     to->negative = false;
     to->parts = SHD_NO_PARTS;
-    add_term(to, material->constant, white);
+    list_term(to, material->constant, white);
     for (size_t i = 0; i < group->light_count; i++) {
         const uint32_t hue = hues->of_light[group->lights[i]];
         if (to->first[hue]) continue;
         to->first[hue] = (uint32_t)to->count;
-        add_term(to, material->diffuse, hues->color[hue]);
+        list_term(to, material->diffuse, hues->color[hue]);
         for (size_t k = 0; k < material->lobe_count; k++)
-            add_term(to, material->lobes[k].specular, hues->color[hue]);
+            list_term(to, material->lobes[k].specular, hues->color[hue]);
     }
     if (to->mixed > SHD_MOST_MIXED) to->mixed = 0;
     for (int c = 0; c < 3; c++)

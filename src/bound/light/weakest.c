@@ -5,7 +5,7 @@
 /* By powers of two, so that a pass over the lights sorts them well enough. */
 enum { STEPS = 64 };
 
-static int step_of(double most, double tolerance) {
+static int strength_step(double most, double tolerance) {
     if (!(most <= tolerance)) return STEPS; /* also what is not a number */
     const double share = most / tolerance;
     if (share == 0) return 0; /* it has no exponent */
@@ -16,8 +16,8 @@ static int step_of(double most, double tolerance) {
 }
 
 /* At least what is seen of the patch, in any channel: constant terms and diffuse light. */
-static double least_of(const shd_plan *plan, const shd_plan_material *material,
-                       const shd_patch *patch, const uint32_t *in, size_t count) {
+static double least_seen(const shd_plan *plan, const shd_plan_material *material,
+                         const shd_patch *patch, const uint32_t *in, size_t count) {
     const double cosine = patch->cos_spread, sine = sqrt(fmax(0, 1 - cosine * cosine));
     double light[3] = {0, 0, 0}, least = INFINITY;
     for (size_t i = 0; i < count && cosine > 0; i++) {
@@ -49,7 +49,7 @@ typedef struct weighing {
     double most[MOST_KNOWN];
 } weighing;
 
-static double most_of(const weighing *w, size_t i) {
+static double most_of_light(const weighing *w, size_t i) {
     const shd_plan_light *light = &w->plan->lights[w->in[i]];
     return shd_piece_most(w->plan->scene, &w->piece, w->material, light, 0);
 }
@@ -59,9 +59,9 @@ static double most_of(const weighing *w, size_t i) {
 static size_t keep_strongest(weighing *w, double tolerance, size_t count, uint32_t *out) {
     double sums[STEPS] = {0};
     for (size_t i = 0; i < count; i++) {
-        const double most = most_of(w, i);
+        const double most = most_of_light(w, i);
         if (i < MOST_KNOWN) w->most[i] = most;
-        int step = step_of(most, tolerance);
+        int step = strength_step(most, tolerance);
         if (step < STEPS) sums[step] += most;
     }
     int full = 0;
@@ -69,8 +69,8 @@ static size_t keep_strongest(weighing *w, double tolerance, size_t count, uint32
     while (full < STEPS && sums[full] <= left) left -= sums[full++];
     size_t kept = 0;
     for (size_t i = 0; i < count; i++) {
-        const double most = i < MOST_KNOWN ? w->most[i] : most_of(w, i);
-        int step = step_of(most, tolerance);
+        const double most = i < MOST_KNOWN ? w->most[i] : most_of_light(w, i);
+        int step = strength_step(most, tolerance);
         if (step < full) continue;
         if (step == full && step < STEPS && most <= left) {
             left -= most;
@@ -86,7 +86,7 @@ size_t shd_drop_weakest(const shd_plan *plan, size_t object, const shd_patch *pa
     if (!(tolerance > 0)) return count;
     const shd_plan_material *material = &plan->materials[plan->objects[object].material];
     if (plan->drop_relative > 0)
-        tolerance += plan->drop_relative * least_of(plan, material, patch, lights, count);
+        tolerance += plan->drop_relative * least_seen(plan, material, patch, lights, count);
     weighing w;
     w.plan = plan;
     w.material = material;

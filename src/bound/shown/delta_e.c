@@ -361,8 +361,8 @@ static void add_lights(shd_lab_difference *d, const colors *s, const moves *m,
 }
 
 /* The same term by term, of colors whose Y is at most `y`. */
-static void add_terms(shd_lab_difference *d, const colors *s, const shd_interval slope[3],
-                      double y) {
+static void add_known_terms(shd_lab_difference *d, const colors *s, const shd_interval slope[3],
+                            double y) {
     const shd_excess *e = s->excess;
     const shd_much *much = much_of(s);
     size_t lobe = 0;
@@ -419,7 +419,7 @@ static double free_bound(const colors *s, shd_interval y, double enough) {
     add_lights(&lights, s, &m, f.slope);
     const double length = shd_lab_length(&lights, f.value, enough);
     if (length <= enough || !s->excess->terms) return length;
-    add_terms(&d, s, f.slope, y.high + on->error_y);
+    add_known_terms(&d, s, f.slope, y.high + on->error_y);
     d.l = shd_smaller(d.l, lights.l);
     d.a = shd_smaller(d.a, lights.a);
     d.b = shd_smaller(d.b, lights.b);

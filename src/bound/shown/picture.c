@@ -149,7 +149,7 @@ typedef struct amounts {
     double absolute[MOST_TERMS], limited[MOST_TERMS];
 } amounts;
 
-static double most_of(const term *t, const double low[3], const double high[3]) {
+static double most_of_term(const term *t, const double low[3], const double high[3]) {
     double most = 1e300;
     for (size_t k = 0; k < t->limit_count; k++) {
         const limit *l = &t->limits[k];
@@ -167,7 +167,7 @@ static amounts find_amounts(const shd_picture_errors *e, const double rgb[3]) {
     }
     for (size_t t = 0; t < e->count; t++) {
         const term *at = &e->terms[t];
-        const double most = most_of(at, low, high);
+        const double most = most_of_term(at, low, high);
         if (at->constant) share = shd_smaller(most, 1);
         a.absolute[t] = at->absolute * share;
         a.limited[t] = shd_smaller(at->rate * most, at->limited * share);
@@ -182,7 +182,7 @@ typedef struct sums {
     double all_absolute, all_limited;
 } sums;
 
-static void add_term(sums *to, const amounts *a, const term *t, size_t index, double part) {
+static void sum_term(sums *to, const amounts *a, const term *t, size_t index, double part) {
     to->absolute[t->class] += t->absolute * part;
     to->limited[t->class] += t->limited * part;
     to->all_absolute += a->absolute[index] * part;
@@ -205,7 +205,7 @@ static void find_channel_errors(const shd_picture_errors *e, const amounts *a, c
     for (int c = 0; c < 3; c++) {
         sums s = {.all_absolute = 0};
         for (size_t t = 0; t < e->count; t++)
-            add_term(&s, a, &e->terms[t], t, e->terms[t].color[c]);
+            sum_term(&s, a, &e->terms[t], t, e->terms[t].color[c]);
         out[c] = whole_of(e, &s) + e->share * (shd_larger(rgb[c], 0) + e->error) + e->more;
     }
 }
@@ -245,17 +245,17 @@ static void add_channels(shd_lab_difference *d, const shd_picture_errors *e, con
 }
 
 /* Of one of which none is: each term errs along its color. */
-static void add_terms(shd_lab_difference *d, const shd_picture_errors *e, const amounts *a,
-                      const shd_interval slope[3]) {
+static void add_pixel_terms(shd_lab_difference *d, const shd_picture_errors *e, const amounts *a,
+                            const shd_interval slope[3]) {
     sums l = {.all_absolute = 0}, x = l, y = l;
     for (size_t t = 0; t < e->count; t++) {
         const term *at = &e->terms[t];
         shd_lab_difference one = {0, 0, 0}; /* of as much as its color */
         if (!(at->absolute + at->limited > 0)) continue;
         shd_lab_add(&one, slope, 1, at->xyz);
-        add_term(&l, a, at, t, one.l);
-        add_term(&x, a, at, t, one.a);
-        add_term(&y, a, at, t, one.b);
+        sum_term(&l, a, at, t, one.l);
+        sum_term(&x, a, at, t, one.a);
+        sum_term(&y, a, at, t, one.b);
     }
     d->l += whole_of(e, &l);
     d->a += whole_of(e, &x);
@@ -296,7 +296,7 @@ double shd_picture_delta_e(const shd_picture_errors *e, const double rgb[3]) {
             if (!e->same) shd_lab_add(&d, f.slope, p.own[c], e->channels[c]);
         }
         shd_lab_add_shares(&d, share, e->columns, part, f.slope, of_y, y + move[1], move);
-        add_terms(&d, e, &a, f.slope);
+        add_pixel_terms(&d, e, &a, f.slope);
     }
     return shd_lab_length(&d, f.value, 0);
 }

@@ -8,9 +8,9 @@
 
 enum { LIGHTS_NAMED = 8 }; /* lights that are left out and named; more are counted */
 
-static void say(json_t *words, const char *format, ...) SHD_PRINTF(2, 3);
+static void say_line(json_t *words, const char *format, ...) SHD_PRINTF(2, 3);
 
-static void say(json_t *words, const char *format, ...) {
+static void say_line(json_t *words, const char *format, ...) {
     char line[512];
     va_list args;
     va_start(args, format);
@@ -28,13 +28,13 @@ static void say_tier(json_t *words, const shd_explained *e) {
     const shd_accuracy *accuracy = &plan->scene->accuracy;
     const char *tier = shd_tier_names[plan->tier], *isa = shd_isa_name(plan->isa);
     if (accuracy->budget)
-        say(words, "Tier %s, with %s kernels: the cheapest one that stays within %.6g %s.", tier,
-            isa, accuracy->max_error, shd_metric_names[accuracy->metric]);
+        say_line(words, "Tier %s, with %s kernels: the cheapest one that stays within %.6g %s.",
+                 tier, isa, accuracy->max_error, shd_metric_names[accuracy->metric]);
     else if (strcmp(tier, shd_asked_tier(accuracy)))
-        say(words, "Tier %s, with %s kernels: %s was asked for, and would not be faster.", tier,
-            isa, shd_asked_tier(accuracy));
+        say_line(words, "Tier %s, with %s kernels: %s was asked for, and would not be faster.",
+                 tier, isa, shd_asked_tier(accuracy));
     else
-        say(words, "Tier %s, with %s kernels, as asked for.", tier, isa);
+        say_line(words, "Tier %s, with %s kernels, as asked for.", tier, isa);
 }
 
 static const char *bound_text(const shd_explained *e, shd_metric metric, char out[SHD_BOUND_TEXT]) {
@@ -46,29 +46,32 @@ static void say_bound(json_t *words, const shd_explained *e) {
     const shd_bound *bound = &e->plan->bound;
     char number[SHD_BOUND_TEXT];
     if (isfinite(bound->linear))
-        say(words, "Error: at most %s in linear components (%s) against the model.",
-            bound_text(e, SHD_LINEAR, number), e->plan->scene->working_space->name);
+        say_line(words, "Error: at most %s in linear components (%s) against the model.",
+                 bound_text(e, SHD_LINEAR, number), e->plan->scene->working_space->name);
     else
-        say(words, "Error: not bounded in linear components, as " SHD_NO_LINEAR_BOUND ".");
+        say_line(words, "Error: not bounded in linear components, as " SHD_NO_LINEAR_BOUND ".");
     if (isfinite(bound->code))
-        say(words, "Error: at most %s in 8-bit codes against the exact tier.",
-            bound_text(e, SHD_CODE, number));
+        say_line(words, "Error: at most %s in 8-bit codes against the exact tier.",
+                 bound_text(e, SHD_CODE, number));
     else
-        say(words, "Error: not bounded in codes, as an output's colors are no curve of a matrix.");
+        say_line(words,
+                 "Error: not bounded in codes, as an output's colors are no curve of a matrix.");
     if (isfinite(bound->delta_e))
-        say(words, "Error: at most %s in CIEDE2000 against the exact tier.",
-            bound_text(e, SHD_DELTA_E_2000, number));
+        say_line(words, "Error: at most %s in CIEDE2000 against the exact tier.",
+                 bound_text(e, SHD_DELTA_E_2000, number));
     else
-        say(words, "Error: not bounded in CIEDE2000.");
+        say_line(words, "Error: not bounded in CIEDE2000.");
     if (e->plan->scene->raster.samples > 1)
-        say(words, "These are against the same %d samples a pixel, not against endless ones.",
-            e->plan->scene->raster.samples);
-    say(words, "Single samples that lie on the edge of a cone or of a highlight are not counted.");
+        say_line(words, "These are against the same %d samples a pixel, not against endless ones.",
+                 e->plan->scene->raster.samples);
+    say_line(words,
+             "Single samples that lie on the edge of a cone or of a highlight are not counted.");
 }
 
 static void say_cost(json_t *words, const shd_explained *e) {
     const shd_cost *c = &e->cost;
-    say(words,
+    say_line(
+        words,
         "Cost: about %.2g ms of one core, which is an estimate: %.2g to see, %.2g to shade, %.2g "
         "for colors, %.2g to encode.",
         c->total, c->visibility, c->shade, c->color, c->encode);
@@ -76,21 +79,23 @@ static void say_cost(json_t *words, const shd_explained *e) {
 
 static void say_lights(json_t *words, const shd_plan *plan) {
     const size_t given = plan->scene->light_count;
-    say(words, "Lights: %zu of %zu used%s.", plan->light_count, given,
-        plan->light_count && plan->grey_lights ? ", all of them grey: one channel is summed" : "");
+    say_line(words, "Lights: %zu of %zu used%s.", plan->light_count, given,
+             plan->light_count && plan->grey_lights ? ", all of them grey: one channel is summed"
+                                                    : "");
     size_t named = 0, more = 0;
     for (size_t i = 0; i < given; i++) {
         const char *why = shd_drop_reason(plan->drops[i]);
         if (!why) continue;
         if (named++ < LIGHTS_NAMED)
-            say(words, "Light %zu is left out: %s.", i, why);
+            say_line(words, "Light %zu is left out: %s.", i, why);
         else
             more++;
     }
-    if (more) say(words, "So are %zu more light%s.", more, s_of(more));
+    if (more) say_line(words, "So are %zu more light%s.", more, s_of(more));
     if (plan->drop_tolerance > 0)
-        say(words, "Tiles leave out lights that add no more than %.2g + %.2g of a value to it.",
-            plan->drop_tolerance, plan->drop_relative);
+        say_line(words,
+                 "Tiles leave out lights that add no more than %.2g + %.2g of a value to it.",
+                 plan->drop_tolerance, plan->drop_relative);
 }
 
 static void say_objects(json_t *words, const shd_plan *plan) {
@@ -98,31 +103,33 @@ static void say_objects(json_t *words, const shd_plan *plan) {
     size_t pairs = 0;
     for (size_t i = 0; i < scene->object_count; i++) pairs += plan->objects[i].light_count;
     size_t most = scene->object_count * plan->light_count;
-    say(words, "Objects: %zu, lit in %zu group%s of one material and one list of lights.",
-        scene->object_count, plan->group_count, s_of(plan->group_count));
-    if (pairs < most) say(words, "Of %zu pairs of an object and a light, %zu matter.", most, pairs);
+    say_line(words, "Objects: %zu, lit in %zu group%s of one material and one list of lights.",
+             scene->object_count, plan->group_count, s_of(plan->group_count));
+    if (pairs < most)
+        say_line(words, "Of %zu pairs of an object and a light, %zu matter.", most, pairs);
     if (plan->split_positions)
-        say(words, "Positions keep more digits than f32 has: a light is near an object, or steep.");
+        say_line(words,
+                 "Positions keep more digits than f32 has: a light is near an object, or steep.");
 }
 
 static void say_samples(json_t *words, const shd_plan *plan) {
     const int samples = plan->scene->raster.samples;
     if (samples == 1)
-        say(words, "Samples: one a pixel, through its center.");
+        say_line(words, "Samples: one a pixel, through its center.");
     else
-        say(words, "Samples: all %d of every pixel.", samples);
+        say_line(words, "Samples: all %d of every pixel.", samples);
 }
 
 static void say_outputs(json_t *words, const shd_explained *e) {
     const shd_scene *scene = e->plan->scene;
     for (size_t i = 0; i < scene->output_count; i++) {
         const shd_output *output = &scene->outputs[i];
-        say(words, "Output%s%s: %s, %s, its colors %s.", output->name ? " " : "",
-            output->name ? output->name : "", shd_format_get(output->format)->name,
-            output->depth == SHD_U8    ? "8 bits"
-            : output->depth == SHD_U16 ? "16 bits"
-                                       : shd_depth_name(output->depth),
-            e->codes[i] ? "looked up in tables of codes" : "converted in floats");
+        say_line(words, "Output%s%s: %s, %s, its colors %s.", output->name ? " " : "",
+                 output->name ? output->name : "", shd_format_get(output->format)->name,
+                 output->depth == SHD_U8    ? "8 bits"
+                 : output->depth == SHD_U16 ? "16 bits"
+                                            : shd_depth_name(output->depth),
+                 e->codes[i] ? "looked up in tables of codes" : "converted in floats");
     }
 }
 
@@ -132,8 +139,9 @@ static void say_tiers(json_t *words, const shd_explained *e) {
         char linear[SHD_BOUND_TEXT] = "an unknown sum";
         if ((shd_tier)t == e->plan->tier) continue;
         if (isfinite(e->bounds[t].linear)) shd_print_bound(e->bounds[t].linear, INFINITY, linear);
-        say(words, "Tier %s would take about %.2g ms and err by at most %s in linear components.",
-            shd_tier_names[t], c->total, linear);
+        say_line(words,
+                 "Tier %s would take about %.2g ms and err by at most %s in linear components.",
+                 shd_tier_names[t], c->total, linear);
     }
 }
 

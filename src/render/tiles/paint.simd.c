@@ -115,7 +115,7 @@ static void gather_samples(const float *values, const uint16_t *place, size_t va
 
 enum { LANES = 16, VECTORS = LANES / SHD_W };
 
-static float most_of(const shd_vf v[VECTORS]) {
+static float most_of_lanes(const shd_vf v[VECTORS]) {
     float lanes[LANES];
     memcpy(lanes, v, sizeof lanes);
     for (int k = 1; k < LANES; k++) lanes[0] = lanes[k] > lanes[0] ? lanes[k] : lanes[0];
@@ -147,8 +147,8 @@ static void bound_axis(const float *values, size_t count, float *low, float *hig
             most[k] = shd_vf_max(v, most[k]);
         }
     }
-    *low = -most_of(least);
-    *high = most_of(most);
+    *low = -most_of_lanes(least);
+    *high = most_of_lanes(most);
 }
 
 static float sum_axis(const float *values, size_t count) {
@@ -194,7 +194,7 @@ static float spread_normals(const float *const normal[3], const float axis[3], s
             all[k] = shd_vf_max(-cosine, all[k]);
         }
     }
-    return -most_of(all);
+    return -most_of_lanes(all);
 }
 
 const shd_paint_kernel SHD_VARIANT(shd_paint_kernel) = {
