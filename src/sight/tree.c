@@ -319,13 +319,15 @@ static bool grow_tree(planter *w, uint32_t count) {
 shd_status shd_mesh_tree_new(const shd_triangles *triangles, const atomic_bool *cancelled,
                              shd_arena *arena, const shd_mesh_tree **out, shd_error *error) {
     const size_t count = triangles->triangle_count;
+    if (count > SHD_TREE_TRIANGLES)
+        return shd_fail(error, SHD_MEMORY, "", "a mesh has more than %d triangles",
+                        SHD_TREE_TRIANGLES);
     shd_mesh_tree *tree = shd_arena_zalloc(arena, 1, sizeof *tree);
     part *parts = shd_arena_alloc(arena, count, sizeof *parts);
     if (tree) tree->branches = shd_arena_alloc(arena, count + 1, sizeof *tree->branches);
     if (tree) tree->leaves = shd_arena_alloc(arena, count, sizeof *tree->leaves);
     if (!tree || !parts || !tree->branches || !tree->leaves)
         return shd_fail(error, SHD_MEMORY, "", "the limit `memory` is reached by a mesh");
-    assert(count <= SHD_TREE_TRIANGLES);
     planter w = {triangles, cancelled, tree, parts, 0};
     measure_mesh(&w);
     const uint32_t with_area = list_parts(&w);

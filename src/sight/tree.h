@@ -38,8 +38,8 @@ struct shd_mesh_tree {
     size_t leaf_count; /* 0: there are no branches */
 };
 
-/* Triangles without an area are not met. Of equal ones (by the places of their corners) at least
- * the first is kept; where there are many at a place, it alone. SHD_MEMORY or SHD_CANCELLED. */
+/* Triangles without an area are not met. If several have their corners at the same places, the
+ * first is kept, and if there are many, it alone. SHD_MEMORY or SHD_CANCELLED. */
 shd_status shd_mesh_tree_new(const shd_triangles *triangles, const atomic_bool *cancelled,
                              shd_arena *arena, const shd_mesh_tree **out, shd_error *error);
 

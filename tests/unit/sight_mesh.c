@@ -517,6 +517,19 @@ static void check_tree(const solid *s, size_t wanted) {
     shd_arena_drop(arena);
 }
 
+/* A leaf's name would not hold the numbers of its triangles. */
+static void a_mesh_with_too_many_triangles_is_refused(void **state) {
+    (void)state;
+    shd_arena *arena = shd_arena_new((size_t)1 << 20);
+    const shd_triangles t = {.triangle_count = (size_t)SHD_TREE_TRIANGLES + 1};
+    const shd_mesh_tree *tree = NULL;
+    shd_error error = {SHD_OK, "", ""};
+    assert_int_equal(shd_mesh_tree_new(&t, NULL, arena, &tree, &error), SHD_MEMORY);
+    assert_string_equal(error.text, "a mesh has more than 134217728 triangles");
+    assert_null(tree);
+    shd_arena_drop(arena);
+}
+
 static void every_triangle_with_an_area_is_in_one_leaf(void **state) {
     (void)state;
     uint64_t random = 9;
@@ -649,6 +662,7 @@ int main(void) {
         cmocka_unit_test(a_hundred_thousand_equal_triangles_are_one),
         cmocka_unit_test(triangles_without_an_area_are_not_met),
         cmocka_unit_test(what_overflows_misses),
+        cmocka_unit_test(a_mesh_with_too_many_triangles_is_refused),
         cmocka_unit_test(a_build_ends_when_it_is_cancelled),
     };
     return cmocka_run_group_tests(tests, make_engine, drop_engine);
