@@ -6,10 +6,10 @@
  * worker that helps leaves the loop when a job waits.
  *
  * Small work does not wait for large work: a job that finds itself large defers the rest of itself.
- * Deferred jobs have a line of their own, which takes turns with the new ones. After each index of a
- * deferred job's loops, its worker runs new jobs, if some wait, for about as long as the index took.
- * So a new job waits for a tile at most, even if every worker has a large picture, and a large one
- * is only slowed down. All functions may be called from any thread. */
+ * Deferred jobs have a line of their own, which takes turns with the new ones. After each index of
+ * a deferred job's loops, its worker runs new jobs, if some wait, for about as long as the index
+ * took. So a new job waits for a tile at most, even if every worker has a large picture, and a
+ * large one is only slowed down. All functions may be called from any thread. */
 #ifndef SHD_BASE_POOL_H
 #define SHD_BASE_POOL_H
 
@@ -49,8 +49,8 @@ double shd_pool_lend(shd_pool *pool);
 double shd_pool_for(shd_pool *pool, size_t count,
                     void (*run)(void *context, size_t index, unsigned slot), void *context);
 
-/* Sets what workers do before they sleep: short steps, as long as step(context) is true and there is
- * neither a job nor a loop. Is called once, for the pool's life. */
+/* Sets what workers do before they sleep: short steps, as long as step(context) is true and there
+ * is neither a job nor a loop. Is called once, for the pool's life. */
 void shd_pool_when_idle(shd_pool *pool, bool (*step)(void *context), void *context);
 
 /* Sets what the worker of a deferred job does after each index of its loops and the new jobs after

@@ -117,7 +117,8 @@ void shd_spares_give(shd_spares *spares, void *memory, size_t size) {
 size_t shd_spares_trim(shd_spares *spares, size_t bytes) {
     pthread_mutex_lock(&spares->mutex);
     const size_t before = spares->kept;
-    while (spares->count && before - spares->kept < bytes) end_spare(spares, unlist_spare(spares, 0));
+    while (spares->count && before - spares->kept < bytes)
+        end_spare(spares, unlist_spare(spares, 0));
     const size_t ended = before - spares->kept;
     pthread_mutex_unlock(&spares->mutex);
     return ended;
