@@ -20,12 +20,18 @@ enum { LARGEST = 0x7f7fffff, STEP = 1 << 21, SURVEY = LARGEST / STEP + 2 };
 typedef struct bake {
     const shd_color_transform *transform;
     shd_color_codes *codes;
+    shd_color_go_on *go_on;
+    const void *context;
     int max;
     uint32_t from, to; /* codes change between these inputs */
     size_t intervals;  /* between the same inputs */
     float *values;     /* [intervals + 1][4]: the converted values at the ends of the intervals */
     float pixels[4 * BLOCK];
 } bake;
+
+static bool goes_on(const bake *b) {
+    return !b->go_on || b->go_on(b->context);
+}
 
 static int code_of(const bake *b, float value) {
     return shd_code((double)value * b->max, b->max);
@@ -220,7 +226,8 @@ static bool narrow_brackets(bake *b, int first, int count, int round, bracket op
     return searching;
 }
 
-static void search_thresholds(bake *b, int first, int count) {
+static bool search_thresholds(bake *b, int first, int count) {
+    if (!goes_on(b)) return false;
     bracket open[BLOCK][3];
     bool searching = open_brackets(b, first, count, open);
     for (int round = 0; searching; round++)
@@ -233,11 +240,13 @@ static void search_thresholds(bake *b, int first, int count) {
                                                ? INFINITY
                                                : shd_float_of(open[n][c].above);
         }
+    return true;
 }
 
 /* Checks that codes do not change on either side of each threshold, at growing distances up to the
  * neighboring thresholds. A curve that falls by more than roundings fails here. */
 static bool codes_stay(bake *b, int first, int count, uint32_t distance) {
+    if (!goes_on(b)) return false;
     int expected[BLOCK][3];
     for (int side = 0; side < 2; side++) {
         bool any = false;
@@ -275,7 +284,8 @@ static bool find_thresholds(bake *b) {
         threshold[b->max + 1] = INFINITY;
     }
     for (int first = 0; first <= b->max; first += BLOCK)
-        search_thresholds(b, first, b->max + 1 - first < BLOCK ? b->max + 1 - first : BLOCK);
+        if (!search_thresholds(b, first, b->max + 1 - first < BLOCK ? b->max + 1 - first : BLOCK))
+            return false;
     const uint32_t farther = b->max == 255 ? 4 : 64;
     for (int first = 0; first <= b->max; first += BLOCK)
         for (uint32_t distance = 1; distance < 1u << 23; distance *= farther)
@@ -290,15 +300,21 @@ static bool bake_codes(bake *b) {
     if (!survey_curves(b, false) || !survey_curves(b, true)) return false;
     for (int c = 0; c < 3; c++)
         if (b->codes->least[c] == b->codes->most[c]) return false;
-    return convert_intervals(b) && find_thresholds(b) &&
+    return convert_intervals(b) && find_thresholds(b) && goes_on(b) &&
            shd_color_make_tables(b->transform, b->codes, b->from, b->to);
 }
 
-shd_color_codes *shd_color_codes_bake(const shd_color_transform *transform, unsigned max) {
+shd_color_codes *shd_color_codes_bake(const shd_color_transform *transform, unsigned max,
+                                      shd_color_go_on *go_on, const void *context) {
     shd_color_codes *codes = calloc(1, sizeof *codes);
     if (!codes) return NULL;
     codes->max = max;
-    bake b = {.transform = transform, .codes = codes, .max = (int)max, .from = LARGEST};
+    bake b = {.transform = transform,
+              .codes = codes,
+              .go_on = go_on,
+              .context = context,
+              .max = (int)max,
+              .from = LARGEST};
     bool ok = bake_codes(&b);
     free(b.values);
     if (ok) return codes;

@@ -75,8 +75,10 @@ static inline float shd_color_guess(const struct shd_color_codes *codes, int cha
 
 /* The transform's codes from 0 to `max`, which the caller owns. NULL if memory is short or the
  * transform does not qualify: channels depend on each other or on alpha, a curve falls, codes
- * change below 0, or a bucket would need more than one threshold or guess. */
-shd_color_codes *shd_color_codes_bake(const shd_color_transform *transform, unsigned max);
+ * change below 0, or a bucket would need more than one threshold or guess. NULL, too, once
+ * go_on(context) is false, which is asked all along; a NULL function never is. */
+shd_color_codes *shd_color_codes_bake(const shd_color_transform *transform, unsigned max,
+                                      shd_color_go_on *go_on, const void *context);
 void shd_color_codes_drop(shd_color_codes *codes); /* NULL is fine */
 
 /* Makes tables from thresholds. All thresholds lie between the inputs with the bits `from`, a

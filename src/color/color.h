@@ -21,6 +21,7 @@ extern "C" {
 typedef struct shd_color_config shd_color_config;
 typedef struct shd_color_transform shd_color_transform;
 typedef struct shd_color_codes shd_color_codes;
+typedef bool shd_color_go_on(const void *context);
 
 /* Loads `path`, or the embedded config/shaded.ocio if it is NULL. Checks that the role scene_linear
  * is there, and that every space, display and view can be built. SHD_CONFIG, with the file's name
@@ -66,11 +67,14 @@ const shd_color_info *shd_color_describe(const shd_color_transform *transform);
 void shd_color_apply(const shd_color_transform *transform, float *rgba, size_t count);
 
 /* The transform straight to integer codes 0..max (255 or 65535). NULL if it has to go through
- * floats, because its channels mix, its curves do not only rise, or the tables do not pay yet.
+ * floats, because its channels mix, its curves do not only rise, or there are no tables yet.
  * `pixels` is how many the caller is about to convert: tables are made once the pixels asked for
- * would have cost as much. Borrowed; kept with the transform. Any thread. */
+ * would have cost as much. One caller makes them, while go_on(context) is true (NULL: always), and
+ * the others do not wait for it; what was not finished is begun anew by a later one. Borrowed; kept
+ * with the transform. Any thread. */
 const shd_color_codes *shd_color_codes_of(const shd_color_transform *transform, unsigned max,
-                                          size_t pixels);
+                                          size_t pixels, shd_color_go_on *go_on,
+                                          const void *context);
 
 /* Writes the samples of `count` RGBA pixels. `out` is [count][samples], of uint8_t, or of uint16_t
  * if the codes' max is 65535. Sample s holds channel source[s]: 0..2 are converted, 3 is alpha as

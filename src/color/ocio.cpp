@@ -42,10 +42,11 @@ struct shd_color_transform {
     shd_color_info info{};
     std::string name;
 
-    // Of 8 and 16 bits, each baked at most once; null also if that failed.
+    // Of 8 and 16 bits; null also if baking failed.
     struct Codes {
         std::atomic<size_t> asked{0}; // pixels
-        std::once_flag once;
+        std::atomic<bool> done{false};
+        std::mutex baking;
         std::unique_ptr<shd_color_codes, decltype(&shd_color_codes_drop)> baked{
             nullptr, shd_color_codes_drop};
     };
@@ -614,7 +615,8 @@ bool shd_color_mixes(const shd_color_transform *transform) {
 }
 
 const shd_color_codes *shd_color_codes_of(const shd_color_transform *transform, unsigned max,
-                                          size_t pixels) {
+                                          size_t pixels, shd_color_go_on *go_on,
+                                          const void *context) {
     shd_color_transform::Codes &codes = transform->codes[max == 255 ? 0 : 1];
     // Baking takes as long as converting this many pixels to floats, as measured.
     const size_t enough = max == 255 ? size_t{1} << 14 : size_t{3} << 19;
@@ -624,11 +626,13 @@ const shd_color_codes *shd_color_codes_of(const shd_color_transform *transform, 
         if (codes.asked.fetch_add(pixels, std::memory_order_relaxed) + pixels < enough)
             return nullptr;
     }
-    try {
-        std::call_once(codes.once,
-                       [&] { codes.baked.reset(shd_color_codes_bake(transform, max)); });
-    } catch (...) {
-        return nullptr;
+    if (!codes.done) {
+        std::unique_lock<std::mutex> lock(codes.baking, std::try_to_lock);
+        if (!lock) return nullptr;
+        if (!codes.done) {
+            codes.baked.reset(shd_color_codes_bake(transform, max, go_on, context));
+            codes.done = codes.baked || !go_on || go_on(context);
+        }
     }
     return codes.baked.get();
 }

@@ -111,7 +111,8 @@ static int make_tables(void **state) {
     for (int i = 0; i < 3; i++) {
         const shd_color_transform *made;
         if (shd_color_to_view(color, "lin_rec709", views[i][0], views[i][1], &made, NULL) ||
-            !shd_color_codes_of(made, 255, SIZE_MAX) || !shd_color_codes_of(made, 65535, SIZE_MAX))
+            !shd_color_codes_of(made, 255, SIZE_MAX, NULL, NULL) ||
+            !shd_color_codes_of(made, 65535, SIZE_MAX, NULL, NULL))
             return 1;
     }
     return 0;

@@ -3,7 +3,9 @@
  * All thresholds with their neighbors and inputs of every size are tried each time. With
  * SHADED_EXHAUSTIVE set, every finite float is: some minutes. */
 #include <float.h>
+#include <limits.h>
 #include <math.h>
+#include <pthread.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -121,7 +123,7 @@ static void try_grey(trial *t, uint32_t bits) {
 static void codes_are_those_of_floats(const shd_color_transform *transform, unsigned max,
                                       bool all) {
     static trial t;
-    t = (trial){.transform = transform, .codes = shd_color_codes_bake(transform, max)};
+    t = (trial){.transform = transform, .codes = shd_color_codes_bake(transform, max, NULL, NULL)};
     for (int i = 0; i < PIXELS; i++) t.rgba[4 * i + 3] = 1;
     assert_non_null(t.codes);
 
@@ -174,9 +176,10 @@ static void transforms_that_qualify_are_found_by_what_they_do(void **state) {
     (void)state;
     for (unsigned max = 255; max <= 65535; max += 65280) {
         for (size_t i = 0; i < sizeof separable / sizeof *separable; i++)
-            assert_non_null(shd_color_codes_of(to_space(config, separable[i]), max, SIZE_MAX));
+            assert_non_null(
+                shd_color_codes_of(to_space(config, separable[i]), max, SIZE_MAX, NULL, NULL));
         for (size_t i = 0; i < sizeof mixing / sizeof *mixing; i++)
-            assert_null(shd_color_codes_of(to_space(config, mixing[i]), max, SIZE_MAX));
+            assert_null(shd_color_codes_of(to_space(config, mixing[i]), max, SIZE_MAX, NULL, NULL));
     }
     static const char *const displays[] = {"sRGB", "Rec.1886", "Display P3"};
     static const char *const views[] = {"Standard", "Raw", "ACES SDR"};
@@ -186,7 +189,7 @@ static void transforms_that_qualify_are_found_by_what_they_do(void **state) {
             shd_color_to_view(config, "lin_rec709", displays[i % 3], views[i / 3], &made, NULL),
             SHD_OK);
         bool yes = i < 2 || i / 3 == 1;
-        assert_int_equal(shd_color_codes_of(made, 255, SIZE_MAX) != NULL, yes);
+        assert_int_equal(shd_color_codes_of(made, 255, SIZE_MAX, NULL, NULL) != NULL, yes);
     }
 }
 
@@ -195,12 +198,54 @@ static void tables_are_made_once_they_pay(void **state) {
     shd_color_config *fresh;
     assert_int_equal(shd_color_config_load(NULL, &fresh, NULL), SHD_OK);
     const shd_color_transform *srgb = to_space(fresh, "sRGB");
-    for (int i = 0; i < 16; i++) assert_null(shd_color_codes_of(srgb, 255, 1000));
-    const shd_color_codes *codes = shd_color_codes_of(srgb, 255, 1000);
+    for (int i = 0; i < 16; i++) assert_null(shd_color_codes_of(srgb, 255, 1000, NULL, NULL));
+    const shd_color_codes *codes = shd_color_codes_of(srgb, 255, 1000, NULL, NULL);
     assert_non_null(codes);
-    assert_ptr_equal(shd_color_codes_of(srgb, 255, 1), codes);
-    assert_null(shd_color_codes_of(srgb, 65535, 262144));
-    assert_non_null(shd_color_codes_of(srgb, 65535, SIZE_MAX));
+    assert_ptr_equal(shd_color_codes_of(srgb, 255, 1, NULL, NULL), codes);
+    assert_null(shd_color_codes_of(srgb, 65535, 262144, NULL, NULL));
+    assert_non_null(shd_color_codes_of(srgb, 65535, SIZE_MAX, NULL, NULL));
+    shd_color_config_drop(fresh);
+}
+
+/* Whoever makes tables, and goes on for as many questions. */
+typedef struct baker {
+    const shd_color_transform *transform;
+    int questions, most;
+    const shd_color_codes *beside; /* what another thread was given meanwhile */
+} baker;
+
+static void *ask_beside(void *context) {
+    baker *b = context;
+    b->beside = shd_color_codes_of(b->transform, 65535, SIZE_MAX, NULL, NULL);
+    return NULL;
+}
+
+static bool go_on_some(const void *context) {
+    baker *b = (baker *)(uintptr_t)context;
+    pthread_t other;
+    if (b->questions == 10) {
+        assert_int_equal(pthread_create(&other, NULL, ask_beside, b), 0);
+        pthread_join(other, NULL);
+    }
+    return b->questions++ < b->most;
+}
+
+static void baking_is_left_and_nobody_waits_for_it(void **state) {
+    (void)state;
+    shd_color_config *fresh;
+    assert_int_equal(shd_color_config_load(NULL, &fresh, NULL), SHD_OK);
+    baker b = {to_space(fresh, "sRGB"), 0, INT_MAX, (const void *)config};
+    const shd_color_codes *codes = NULL;
+    for (int most = 0; !codes; most = 3 * most + 20) {
+        b.questions = 0;
+        b.most = most;
+        codes = shd_color_codes_of(b.transform, 65535, SIZE_MAX, go_on_some, &b);
+        if (!codes) assert_in_range(b.questions, most + 1, most + 2);
+    }
+    assert_true(b.questions > 1000);
+    assert_null(b.beside);
+    ask_beside(&b);
+    assert_ptr_equal(b.beside, codes);
     shd_color_config_drop(fresh);
 }
 
@@ -213,7 +258,7 @@ static void samples_are_the_channels_that_are_asked_for(void **state) {
     rgba[3] = 0;
     const shd_color_transform *srgb = to_space(config, "sRGB");
     for (unsigned max = 255; max <= 65535; max += 65280) {
-        const shd_color_codes *codes = shd_color_codes_of(srgb, max, SIZE_MAX);
+        const shd_color_codes *codes = shd_color_codes_of(srgb, max, SIZE_MAX, NULL, NULL);
         for (int channel = -1; channel < 4; channel++)
             for (int alpha = 0; alpha < 2; alpha++)
                 for (size_t count = 1; count <= PIXELS; count = count * 3 + 1) {
@@ -247,7 +292,7 @@ static void planes_give_the_same_samples_at_their_places(void **state) {
     const float *const rgb[3] = {plane[0], plane[1], plane[2]};
     const shd_color_transform *srgb = to_space(config, "sRGB");
     for (unsigned max = 255; max <= 65535; max += 65280) {
-        const shd_color_codes *codes = shd_color_codes_of(srgb, max, SIZE_MAX);
+        const shd_color_codes *codes = shd_color_codes_of(srgb, max, SIZE_MAX, NULL, NULL);
         for (int channel = -1; channel < 4; channel++)
             for (int alpha = 0; alpha < 3; alpha++) /* none, opaque, of pixels */
                 for (size_t count = 1; count <= PIXELS; count = count * 3 + 1) {
@@ -325,7 +370,8 @@ static void other_transforms_do_not_qualify(void **state) {
     };
     for (size_t i = 0; i < sizeof transforms / sizeof *transforms; i++) {
         shd_color_config *own = with_space(transforms[i]);
-        if (shd_color_codes_of(to_space(own, "X"), 255, SIZE_MAX)) fail_msg("%s", transforms[i]);
+        if (shd_color_codes_of(to_space(own, "X"), 255, SIZE_MAX, NULL, NULL))
+            fail_msg("%s", transforms[i]);
         shd_color_config_drop(own);
     }
 }
@@ -336,6 +382,7 @@ int main(void) {
         cmocka_unit_test(codes_of_16_bits_are_those_of_floats),
         cmocka_unit_test(transforms_that_qualify_are_found_by_what_they_do),
         cmocka_unit_test(tables_are_made_once_they_pay),
+        cmocka_unit_test(baking_is_left_and_nobody_waits_for_it),
         cmocka_unit_test(samples_are_the_channels_that_are_asked_for),
         cmocka_unit_test(planes_give_the_same_samples_at_their_places),
         cmocka_unit_test(channels_may_have_curves_of_their_own),

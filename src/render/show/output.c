@@ -186,6 +186,11 @@ static void color_picture(shd_rendering *r, coloring *work) {
     r->saturated += atomic_load(&work->saturated);
 }
 
+static bool go_on_baking(const void *context) {
+    const shd_rendering *r = context;
+    return !shd_is_cancelled(r->cancelled);
+}
+
 /* The tables that the output's colors are looked up in. NULL: they go through floats. */
 static const shd_color_codes *find_codes(const shd_rendering *r, const shd_output *output,
                                          const shd_color_transform *transform) {
@@ -193,7 +198,7 @@ static const shd_color_codes *find_codes(const shd_rendering *r, const shd_outpu
     if (r->engine->floats_only || !shd_route_of(scene, output, true).codes) return NULL;
     if (shd_color_describe(transform)->channels == SHD_YIQ) return NULL; /* samples are scaled */
     return shd_color_codes_of(transform, output->depth == SHD_U8 ? 255 : 65535,
-                              (size_t)scene->raster.w * (size_t)scene->raster.h);
+                              (size_t)scene->raster.w * (size_t)scene->raster.h, go_on_baking, r);
 }
 
 static bool code_film(shd_rendering *r, const shd_color_codes *codes, const shd_film *film,
