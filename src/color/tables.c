@@ -1,6 +1,7 @@
-#include <stdlib.h>
+#include "color/tables.h"
 
-#include "color/codes.h"
+#include <stdlib.h>
+#include <string.h>
 
 /* Bits of the mantissa that number the buckets. The fewer they are, the more of the tables stays in
  * the nearest cache. */

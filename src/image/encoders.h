@@ -22,18 +22,4 @@ uint64_t shd_jpeg_scratch(const shd_image *image, bool samples);
 uint64_t shd_webp_scratch(const shd_image *image, bool samples);
 uint64_t shd_oiio_scratch(const shd_image *image, shd_format format, bool samples);
 
-/* SHD_MEMORY and SHD_CANCELLED, with one text each for all. */
-shd_status shd_encode_no_memory(shd_error *error);
-shd_status shd_encode_cancelled(shd_error *error);
-
-/* Asks image->go_on, if it is there. */
-bool shd_encode_goes_on(const shd_image *image);
-
-/* Calls run(work, index, slot) for all of [0, count), slot < shd_encode_slots(image), as
- * image->spread does, or alone; before each of its own the calling thread asks whether to go on.
- * False: it was not to, and some were left out. */
-bool shd_encode_spread(const shd_image *image, size_t count,
-                       void (*run)(void *work, size_t index, unsigned slot), void *work);
-unsigned shd_encode_slots(const shd_image *image);
-
 #endif

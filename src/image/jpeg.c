@@ -13,6 +13,7 @@
 #include "image/encoders.h"
 #include "image/icc.h"
 #include "image/pack.h"
+#include "image/spread.h"
 
 static const char icc_mark[] = "ICC_PROFILE"; /* with its terminating 0, ICC.1:2010 B.4 */
 

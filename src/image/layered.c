@@ -8,6 +8,7 @@
 #include "image/icc.h"
 #include "image/load.h"
 #include "image/pack.h"
+#include "image/spread.h"
 
 static const float HALF_MAX = 65504;
 

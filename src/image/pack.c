@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "base/sample.h"
-#include "image/encoders.h"
+#include "image/spread.h"
 
 enum { BLOCK = 64 }; /* pixels that are quantized before their channels are picked */
 

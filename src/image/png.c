@@ -9,6 +9,7 @@
 #include "image/filter.h"
 #include "image/icc.h"
 #include "image/pack.h"
+#include "image/spread.h"
 #include "image/zlib.h"
 
 /* Bytes of rows between two questions whether to go on: half a millisecond. */

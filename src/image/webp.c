@@ -9,6 +9,7 @@
 #include "image/encoders.h"
 #include "image/icc.h"
 #include "image/pack.h"
+#include "image/spread.h"
 
 static shd_status encoder_error(int code, shd_error *error) {
     switch (code) {

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "image/blocks.h"
+#include "image/spread.h"
 
 /* Measured on filtered rows, 512 x 512 at 8 bits, of one sphere and of 120 small ones: level 1
  * takes 2.3 and 3.0 ms for 31 and 124 kB, 2 takes 1.8 and 3.2 for 28 and 105, 3 takes 2.0 and 3.6

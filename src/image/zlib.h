@@ -5,7 +5,7 @@
 #ifndef SHD_IMAGE_ZLIB_H
 #define SHD_IMAGE_ZLIB_H
 
-#include "image/encoders.h"
+#include "image/image.h"
 
 /* What of scratch is taken for as many bytes. */
 uint64_t shd_zlib_scratch(uint64_t size);

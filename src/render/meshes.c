@@ -2,8 +2,6 @@
 #include "render/request.h"
 #include "sight/ready.h"
 
-/* ---- Kept ---- */
-
 /* Of all that the request has read, the mesh alone becomes a thing of the store. */
 static shd_status keep_mesh(shd_request *request, const shd_mesh *mesh, const shd_digest *digest,
                             const char *client, bool *known, shd_error *error) {
@@ -51,36 +49,4 @@ shd_mesh_load shd_engine_meshes(shd_engine *engine) {
     const shd_store_load load = shd_store_load_of(engine->store);
     return (shd_mesh_load){load.cap,  load.bytes,  load.things,   load.held,
                            load.hits, load.misses, load.evictions};
-}
-
-/* ---- Held ---- */
-
-static const shd_mesh *find_mesh(void *context, const shd_digest *digest) {
-    shd_request *request = context;
-    for (shd_held *h = request->held; h; h = h->next)
-        if (shd_digest_same(&h->digest, digest)) return shd_stored_bytes(h->thing);
-    shd_held *held = shd_arena_alloc(request->rendering.arena, 1, sizeof *held);
-    request->unheld = request->unheld || !held;
-    shd_stored *thing = held ? shd_store_find(request->rendering.engine->store, digest) : NULL;
-    if (!thing) return NULL;
-    *held = (shd_held){request->held, *digest, thing};
-    request->held = held;
-    return shd_stored_bytes(thing);
-}
-
-const shd_mesh_shelf *shd_request_shelf(shd_request *request, shd_mesh_shelf *out) {
-    if (!shd_store_load_of(request->rendering.engine->store).cap) return NULL;
-    *out = (shd_mesh_shelf){find_mesh, request};
-    return out;
-}
-
-size_t shd_request_held(const shd_request *request) {
-    size_t bytes = 0;
-    for (const shd_held *h = request->held; h; h = h->next) bytes += shd_stored_size(h->thing);
-    return bytes;
-}
-
-void shd_request_let_go(shd_request *request) {
-    for (shd_held *h = request->held; h; h = h->next) shd_stored_drop(h->thing);
-    request->held = NULL;
 }

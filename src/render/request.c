@@ -10,7 +10,7 @@
 #include "render/request.h"
 #include "render/show/output.h"
 #include "render/tell/estimate.h"
-#include "render/tiles/tile.h"
+#include "render/tiles/fragments.h"
 
 shd_status shd_request_new(shd_engine *engine, shd_request **out, shd_error *error) {
     shd_request *request = calloc(1, sizeof *request);
@@ -28,6 +28,7 @@ shd_status shd_request_new(shd_engine *engine, shd_request **out, shd_error *err
                                          .arena = arena,
                                          .limits = &request->limits,
                                          .cancelled = &request->cancelled};
+    request->held = (shd_held){.store = engine->store, .arena = arena};
     shd_report_init(&request->report, arena);
     *out = request;
     return SHD_OK;
@@ -36,7 +37,7 @@ shd_status shd_request_new(shd_engine *engine, shd_request **out, shd_error *err
 void shd_request_drop(shd_request *request) {
     if (!request) return;
     for (size_t i = 0; i < request->picture_count; i++) free(request->pictures[i].data);
-    shd_request_let_go(request);
+    shd_held_drop(&request->held);
     shd_arena_drop(request->rendering.arena);
     free(request);
 }
@@ -135,13 +136,13 @@ static shd_status check_memory(shd_request *request) {
     uint64_t limit = request->limits.memory;
     uint64_t needed, estimate = shd_estimate_memory(request->scene);
     if (__builtin_add_overflow(estimate, shd_arena_used(request->rendering.arena), &needed) ||
-        __builtin_add_overflow(needed, shd_request_held(request), &needed))
+        __builtin_add_overflow(needed, shd_held_bytes(&request->held), &needed))
         needed = UINT64_MAX;
     if (needed > limit)
         shd_report_error(&request->report, SHD_LIMIT, "/image",
                          "the pictures%s take at least %llu bytes; the limit `memory` is %llu",
-                         request->held ? " and the kept meshes" : "", (unsigned long long)needed,
-                         (unsigned long long)limit);
+                         request->held.first ? " and the kept meshes" : "",
+                         (unsigned long long)needed, (unsigned long long)limit);
     return request->report.status;
 }
 
@@ -216,9 +217,9 @@ shd_status shd_request_read(shd_request *request, const char *json, size_t lengt
     shd_mesh_shelf shelf;
     shd_status status =
         shd_scene_read(json, length, shd_color_catalog(engine->color), &request->limits,
-                       &request->cancelled, fallback, shd_request_shelf(request, &shelf),
+                       &request->cancelled, fallback, shd_held_shelf(&request->held, &shelf),
                        request->rendering.arena, &request->scene, &request->report);
-    if (status == SHD_MISSING && request->unheld) status = blame_memory(request);
+    if (status == SHD_MISSING && request->held.full) status = blame_memory(request);
     if (status == SHD_OK) status = check_formats(request);
     if (status == SHD_OK) status = check_lights(request);
     if (status == SHD_OK) status = make_etag(request);

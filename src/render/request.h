@@ -2,7 +2,7 @@
 #ifndef SHD_RENDER_REQUEST_H
 #define SHD_RENDER_REQUEST_H
 
-#include "assets/store.h"
+#include "render/held.h"
 #include "render/rendering.h"
 
 struct shd_request {
@@ -12,26 +12,12 @@ struct shd_request {
     bool full, crowded; /* as another arena of it has been */
     shd_report report;
     const shd_scene *scene;
-    struct shd_held *held; /* what the scene has of the engine's store */
-    bool unheld;           /* there was no memory to hold more */
+    shd_held held; /* what the scene has of the engine's store */
     char etag[33];
     shd_picture *pictures; /* one an output */
     size_t picture_count;
     shd_reused reused;
 };
-
-/* A thing of the engine's store that a request holds, so that it stays. */
-typedef struct shd_held {
-    struct shd_held *next;
-    shd_digest digest;
-    shd_stored *thing;
-} shd_held;
-
-/* The meshes that are kept. The request holds those that its scene finds there. NULL: none are
- * kept. */
-const shd_mesh_shelf *shd_request_shelf(shd_request *request, shd_mesh_shelf *out);
-size_t shd_request_held(const shd_request *request); /* bytes of what it holds */
-void shd_request_let_go(shd_request *request);
 
 /* The status of a request's report. It becomes SHD_EXHAUSTED, and so does the report, if the
  * arena's cap was not the reason for SHD_MEMORY. */

@@ -8,13 +8,8 @@ static double half_chord(shd_vec3 a, shd_vec3 b) {
 
 static double spot_factor(const shd_plan_light *light, shd_vec3 toward) {
     double q = half_chord(light->axis, toward); /* 1 - cos t */
-    if (q > light->outer) return 0;
-    double factor = 1;
-    if (q > light->inner) {
-        double x = (light->outer - q) / (light->outer - light->inner);
-        factor = x * x * (3 - 2 * x);
-    }
-    if (light->exponent > 0) factor *= q < 1 ? exp(light->exponent * log1p(-q)) : 0;
+    double factor = shd_penumbra(light, q);
+    if (factor > 0 && light->exponent > 0) factor *= q < 1 ? exp(light->exponent * log1p(-q)) : 0;
     return factor;
 }
 

@@ -24,7 +24,7 @@ SHD_INLINE shd_vd dot_lanes(const shd_vd a[3], const shd_vd b[3]) {
 }
 
 /* |a + b|^2 / 2 of unit vectors. */
-SHD_INLINE shd_vd half_chord(const shd_vd a[3], const shd_vd b[3]) {
+SHD_INLINE shd_vd half_chords(const shd_vd a[3], const shd_vd b[3]) {
     const shd_vd chord[3] = {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
     return dot_lanes(chord, chord) * shd_vd_set(0.5);
 }
@@ -45,7 +45,7 @@ SHD_INLINE shd_vd weigh_spot(const shd_wide_light *light, const shd_vd toward[3]
     const shd_vd axis[3] = {shd_vd_set(light->axis[0]), shd_vd_set(light->axis[1]),
                             shd_vd_set(light->axis[2])};
     const shd_vd one = shd_vd_set(1), outer = shd_vd_set(light->outer);
-    shd_vd q = half_chord(axis, toward); /* 1 - cos t */
+    shd_vd q = half_chords(axis, toward); /* 1 - cos t */
     *lit = shd_md_and(*lit, shd_md_not(shd_vd_gt(q, outer)));
     if (!shd_md_any(*lit)) return q;
     shd_vd fade = (outer - q) * shd_vd_set(light->inverse_fade);
@@ -128,7 +128,7 @@ SHD_INLINE unsigned add_light(const shd_wide_light *light, const points *at,
     for (int c = 0; c < channels; c++) sums[c] += weight * shd_vd_set(light->color[c]);
 
     const shd_vd away[3] = {-at->w[0], -at->w[1], -at->w[2]};
-    shd_vd d = half_chord(toward, away), log = d; /* 1 - R.V */
+    shd_vd d = half_chords(toward, away), log = d; /* 1 - R.V */
     bool has_log = false;
     for (size_t k = 0; k < lobe_count; k++) {
         const double shininess = lobes[k].shininess;

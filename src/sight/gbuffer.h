@@ -50,4 +50,11 @@ void shd_hits_lay_out(const shd_plan *plan, size_t capacity, shd_scratch *memory
  * values. The count stays. Nothing is done where there is no hit. */
 void shd_hits_pad(shd_hits *hits);
 
+/* Whether all hits are of the same object. True if there are none. */
+static inline bool shd_is_one_object(const shd_hits *hits) {
+    int32_t differ = 0;
+    for (size_t i = 0; i < hits->count; i++) differ |= hits->object[i] ^ hits->object[0];
+    return !differ;
+}
+
 #endif

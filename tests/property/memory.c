@@ -4,7 +4,7 @@
 #include "render/planning.h"
 #include "render/tell/estimate.h"
 #include "render/tiles/film.h"
-#include "render/tiles/tile.h"
+#include "render/tiles/tile_scratch.h"
 
 /* What is asked of arenas, in their alignment: the linker puts these before the library's own. */
 static uint64_t asked;

@@ -3,13 +3,8 @@
 #include "bound/light/pieces.h"
 
 static double spot_at(const shd_plan_light *light, double cosine) {
-    const double q = 1 - cosine;
-    if (q > light->outer || (light->exponent > 0 && !(cosine > 0))) return 0;
-    double s = 1;
-    if (q > light->inner) {
-        const double x = (light->outer - q) / (light->outer - light->inner);
-        s = x * x * (3 - 2 * x);
-    }
+    if (light->exponent > 0 && !(cosine > 0)) return 0;
+    const double s = shd_penumbra(light, 1 - cosine);
     return light->exponent > 0 ? s * pow(cosine, light->exponent) : s;
 }
 

@@ -4,6 +4,7 @@
 #include "render/planning.h"
 #include "render/request.h"
 #include "render/show/route.h"
+#include "render/tell/words.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -42,21 +43,6 @@ static json_t *tell_bounds(const shd_plan *plan) {
                                       maybe_text(known ? NULL : metrics[i].why)));
     }
     return all;
-}
-
-const char *shd_drop_reason(unsigned drops) {
-    static const struct {
-        unsigned bit;
-        const char *text;
-    } reasons[] = {{SHD_DROP_AMBIENT, "it is part of the ambient term"},
-                   {SHD_DROP_BLACK, "its color is black"},
-                   {SHD_DROP_BUDGET, "what it adds is under the budget"},
-                   {SHD_DROP_BEHIND, "it is behind all that is seen"},
-                   {SHD_DROP_CONE, "its cone misses the objects"},
-                   {SHD_DROP_UNLIT, "no object reflects its color"}};
-    for (size_t i = 0; i < sizeof reasons / sizeof reasons[0]; i++)
-        if (drops & reasons[i].bit) return reasons[i].text;
-    return NULL;
 }
 
 /* ---- Terms. ---- */

@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "render/tell/explain.h"
+#include "render/tell/words.h"
 
 enum { LIGHTS_NAMED = 8 }; /* lights that are left out and named; more are counted */
 
@@ -17,6 +17,21 @@ static void say_line(json_t *words, const char *format, ...) {
     vsnprintf(line, sizeof line, format, args);
     va_end(args);
     json_array_append_new(words, json_string(line));
+}
+
+const char *shd_drop_reason(unsigned drops) {
+    static const struct {
+        unsigned bit;
+        const char *text;
+    } reasons[] = {{SHD_DROP_AMBIENT, "it is part of the ambient term"},
+                   {SHD_DROP_BLACK, "its color is black"},
+                   {SHD_DROP_BUDGET, "what it adds is under the budget"},
+                   {SHD_DROP_BEHIND, "it is behind all that is seen"},
+                   {SHD_DROP_CONE, "its cone misses the objects"},
+                   {SHD_DROP_UNLIT, "no object reflects its color"}};
+    for (size_t i = 0; i < sizeof reasons / sizeof reasons[0]; i++)
+        if (drops & reasons[i].bit) return reasons[i].text;
+    return NULL;
 }
 
 static const char *s_of(size_t count) {

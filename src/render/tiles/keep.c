@@ -6,7 +6,7 @@
 #endif
 #include <nettle/sha2.h>
 
-#include "render/tiles/tile_scratch.h"
+#include "shade/lighting.h"
 
 /* ---- Keys. ---- */
 

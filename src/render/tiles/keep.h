@@ -3,8 +3,9 @@
 #ifndef SHD_RENDER_TILES_KEEP_H
 #define SHD_RENDER_TILES_KEEP_H
 
+#include "render/tiles/fragments.h"
 #include "render/tiles/reuse.h"
-#include "render/tiles/tile.h"
+#include "sight/gbuffer.h"
 
 /* What is known of a picture before it is rendered, and the records that it will leave. NULL: there
  * is none. */

@@ -2,20 +2,6 @@
 
 #include <string.h>
 
-/* So many rays of the same sample are cast faster together: chunks are multiples of it in
- * pixels. */
-enum { BESIDE = 64 };
-
-/* Pixels that are cast and lit at once with all of their samples. */
-static size_t pixels_at_once(size_t samples) {
-    return SHD_CHUNK / samples / BESIDE * BESIDE;
-}
-
-size_t shd_chunks_of(size_t samples) {
-    const size_t step = pixels_at_once(samples);
-    return (SHD_TILE_PIXELS + step - 1) / step;
-}
-
 /* The row's pixels from `left` up to `right`. */
 static size_t list_row(shd_tile_scratch *s, size_t count, int y, int left, int right) {
     const int cell = y * SHD_TILE + left;
@@ -65,7 +51,7 @@ static void list_rows(shd_tile tile, shd_tile_scratch *s, size_t samples) {
                 count = list_row(s, count, y, x, beside);
         }
     s->bundle_count = 0;
-    for (size_t first = 0, step = pixels_at_once(samples); first < count; first += step)
+    for (size_t first = 0, step = shd_pixels_at_once(samples); first < count; first += step)
         s->bundles[s->bundle_count++] = (shd_bundle){
             (uint16_t)first, (uint16_t)(count - first < step ? count - first : step), NULL};
 }
@@ -103,7 +89,7 @@ shd_chunk shd_make_chunk(shd_tile tile, shd_tile_scratch *s, size_t first, size_
     shd_chunk c = {s->bundles + first, 0, 0};
     for (; first + c.count < s->bundle_count; c.count++) {
         const shd_bundle *next = &c.bundles[c.count];
-        if (c.pixels + next->count > pixels_at_once(samples)) break;
+        if (c.pixels + next->count > shd_pixels_at_once(samples)) break;
         make_shots(tile, s->pixels + next->first, next->count, samples, c.pixels * samples, s);
         c.pixels += next->count;
     }

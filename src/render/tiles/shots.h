@@ -3,16 +3,13 @@
 #ifndef SHD_RENDER_TILES_SHOTS_H
 #define SHD_RENDER_TILES_SHOTS_H
 
-#include "render/tiles/tile_scratch.h"
+#include "render/tiles/tile.h"
 
 /* What is cast and lit at once: bundles that follow each other in s->bundles. */
 typedef struct shd_chunk {
     const shd_bundle *bundles;
     size_t count, pixels;
 } shd_chunk;
-
-/* The most chunks that a tile is cut into. */
-size_t shd_chunks_of(size_t samples);
 
 /* Fills s->pixels and s->bundles with all pixels of blocks where the survey of the tile's cell of
  * the grid says that something may be seen. They are listed block by block or, if that saves

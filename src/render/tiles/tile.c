@@ -8,12 +8,6 @@
 #include "render/tiles/shots.h"
 #include "render/tiles/tile_scratch.h"
 
-size_t shd_tile_count(const shd_raster *raster) {
-    const int across = (raster->x + raster->w - 1) / SHD_TILE - raster->x / SHD_TILE + 1,
-              down = (raster->y + raster->h - 1) / SHD_TILE - raster->y / SHD_TILE + 1;
-    return (size_t)across * (size_t)down;
-}
-
 /* ---- Light on what was hit. ---- */
 
 /* Copies the hits so that those of a group follow each other, in the order of the shots. */

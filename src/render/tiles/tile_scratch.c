@@ -1,6 +1,17 @@
 #include "render/tiles/tile_scratch.h"
 
-#include "render/tiles/shots.h"
+/* So many rays of the same sample are cast faster together: chunks are multiples of it in
+ * pixels. */
+enum { BESIDE = 64 };
+
+size_t shd_pixels_at_once(size_t samples) {
+    return SHD_CHUNK / samples / BESIDE * BESIDE;
+}
+
+size_t shd_chunks_of(size_t samples) {
+    const size_t step = shd_pixels_at_once(samples);
+    return (SHD_TILE_PIXELS + step - 1) / step;
+}
 
 /* A chunk's shots, what they hit, and the sums of light there. Kernels read whole vectors from
  * wherever a run begins. */

@@ -2,7 +2,9 @@
 #ifndef SHD_RENDER_TILES_TILE_SCRATCH_H
 #define SHD_RENDER_TILES_TILE_SCRATCH_H
 
-#include "render/tiles/tile.h"
+#include "render/tiles/fragments.h"
+#include "shade/lighting.h"
+#include "sight/sight.h"
 
 /* Pixels whose rays are cast together. */
 typedef struct shd_bundle {
@@ -16,7 +18,7 @@ enum { SHD_BUNDLES = SHD_TILE_PIXELS / (SHD_BLOCK_SIDE * SHD_BLOCK_SIDE) };
 
 enum { SHD_NO_FRAGMENT = UINT16_MAX };
 
-struct shd_tile_scratch {
+typedef struct shd_tile_scratch {
     size_t tile;       /* its index */
     shd_survey survey; /* of the tile's whole cell of the grid */
 
@@ -50,22 +52,14 @@ struct shd_tile_scratch {
     shd_fragments fragments;
     float *coverage; /* fragments.coverage, unless every fragment is a whole pixel: */
     bool whole;
-};
+} shd_tile_scratch;
 
-/* Whether all hits are of the same object. True if there are none. */
-static inline bool shd_is_one_object(const shd_hits *hits) {
-    int32_t differ = 0;
-    for (size_t i = 0; i < hits->count; i++) differ |= hits->object[i] ^ hits->object[0];
-    return !differ;
-}
+/* The most chunks that a tile is cut into: pixels that are cast and lit at once, with all of their
+ * samples. */
+size_t shd_chunks_of(size_t samples);
+size_t shd_pixels_at_once(size_t samples);
 
-static inline size_t shd_terms_of(const shd_plan *plan, int32_t group) {
-    return group == SHD_RADIANCE ? 1 : 1 + plan->materials[plan->groups[group].material].lobe_count;
-}
-
-/* Three, or one if the lights are grey and the run's sums are of light. */
-static inline int shd_channels_of(const shd_plan *plan, int32_t group) {
-    return group != SHD_RADIANCE && plan->grey_lights ? 1 : 3;
-}
+/* NULL if it is only counted, or the arena is full. */
+shd_tile_scratch *shd_tile_scratch_lay_out(const shd_plan *plan, shd_scratch *memory);
 
 #endif

@@ -1,0 +1,53 @@
+/* A light as the plan has it, and what it sends where. */
+#ifndef SHD_PLAN_LIGHT_H
+#define SHD_PLAN_LIGHT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "base/vec3.h"
+#include "plan/tier.h"
+
+/* A light that reaches surfaces: directional, point or spot, with a color that is not black. */
+typedef struct shd_plan_light {
+    size_t index;     /* in shd_scene.lights */
+    bool directional; /* no position, no attenuation */
+    bool attenuated;  /* false: 1/(a + b d + c d^2) is the constant `gain` */
+    bool spot;
+    shd_vec3 position; /* point, spot */
+    shd_vec3 toward;   /* directional: unit vector from any surface to the light */
+    shd_vec3 axis;     /* spot: unit vector along which it shines */
+    double color[3];   /* Il */
+    double a, b, c;    /* attenuation divided by its largest term; see `gain` */
+    double gain;       /* 1 / that largest term */
+    double min_distance;
+    /* Spot cones as 1 - cos of the half-angle, which |axis + L|^2 / 2 is compared with: near
+     * the axis cosines cancel and chords do not. inner <= outer <= 2. */
+    double outer, inner;
+    double exponent;
+    bool steep; /* too steep for f32: a narrow fade, a high exponent, or one below 1 */
+} shd_plan_light;
+
+/* Whether its cone ends without a penumbra: light jumps there, so that f32 may not decide on which
+ * side a point is. */
+static inline bool shd_has_hard_rim(const shd_plan_light *light) {
+    return light->spot && !(light->outer > light->inner);
+}
+
+/* f, of a surface point at the distance. */
+static inline double shd_attenuation(const shd_plan_light *light, double distance) {
+    if (!light->attenuated) return light->gain;
+    const double d = distance > light->min_distance ? distance : light->min_distance;
+    const double f = light->gain / (light->a + d * (light->b + d * light->c));
+    return f < SHD_LARGEST_FALL ? f : SHD_LARGEST_FALL;
+}
+
+/* The share of light that a cone's penumbra leaves at `q`, 1 - cos of the angle from the axis. */
+static inline double shd_penumbra(const shd_plan_light *light, double q) {
+    if (q > light->outer) return 0;
+    if (!(q > light->inner)) return 1;
+    const double x = (light->outer - q) / (light->outer - light->inner);
+    return x * x * (3 - 2 * x);
+}
+
+#endif

@@ -1,0 +1,26 @@
+/* The plan in words. Inside of render/. */
+#ifndef SHD_RENDER_TELL_WORDS_H
+#define SHD_RENDER_TELL_WORDS_H
+
+#include <jansson.h>
+
+#include "render/show/shown.h"
+#include "render/tell/cost.h"
+
+/* What there is to tell. */
+typedef struct shd_explained {
+    const shd_plan *plan;
+    const shd_shown *shown; /* [output_count] */
+    const bool *codes;      /* [output_count]: colors go straight to codes */
+    shd_cost cost;
+    shd_bound bounds[SHD_EXACT + 1]; /* of each tier, as if it had been asked for */
+    shd_cost costs[SHD_EXACT + 1];
+} shd_explained;
+
+/* The first reason why a light is left out, as a clause. NULL: it is not left out. */
+const char *shd_drop_reason(unsigned drops);
+
+/* The plan in sentences, one a line of text: the last member of the answer. NULL: memory. */
+json_t *shd_explain_words(const shd_explained *e);
+
+#endif
