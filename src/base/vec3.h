@@ -4,6 +4,7 @@
 
 #include <math.h>
 #include <stdbool.h>
+#include <stddef.h>
 
 #define SHD_PI 3.14159265358979323846
 
@@ -46,12 +47,39 @@ static inline bool shd_is_finite(shd_vec3 a) {
     return isfinite(a.x) && isfinite(a.y) && isfinite(a.z);
 }
 
-/* The largest absolute component. fmax is not used: its treatment of NaN makes it a library
- * call. */
+/* The smaller and the larger of two numbers, b if a is not a number. fmin and fmax are not used:
+ * their treatment of NaN makes them library calls. */
+static inline double shd_smaller(double a, double b) {
+    return a < b ? a : b;
+}
+
+static inline double shd_larger(double a, double b) {
+    return a > b ? a : b;
+}
+
+/* The same of each component: how boxes grow. */
+static inline shd_vec3 shd_vec3_min(shd_vec3 a, shd_vec3 b) {
+    return (shd_vec3){shd_smaller(a.x, b.x), shd_smaller(a.y, b.y), shd_smaller(a.z, b.z)};
+}
+
+static inline shd_vec3 shd_vec3_max(shd_vec3 a, shd_vec3 b) {
+    return (shd_vec3){shd_larger(a.x, b.x), shd_larger(a.y, b.y), shd_larger(a.z, b.z)};
+}
+
+/* Corner 0 to 7 of a box: bits 0, 1 and 2 are set at the high ends of x, y and z. */
+static inline shd_vec3 shd_box_corner(shd_vec3 low, shd_vec3 high, int corner) {
+    return (shd_vec3){corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y,
+                      corner & 4 ? high.z : low.z};
+}
+
+/* Vector `index` of an array of components. */
+static inline shd_vec3 shd_vec3_at(const double *values, size_t index) {
+    return (shd_vec3){values[3 * index], values[3 * index + 1], values[3 * index + 2]};
+}
+
+/* The largest absolute component. */
 static inline double shd_max_abs(shd_vec3 a) {
-    double x = fabs(a.x), y = fabs(a.y), z = fabs(a.z);
-    double m = x > y ? x : y;
-    return m > z ? m : z;
+    return shd_larger(shd_larger(fabs(a.x), fabs(a.y)), fabs(a.z));
 }
 
 /* Length without overflow or underflow in the squares. */

@@ -12,18 +12,6 @@ typedef struct view {
     int projection, side, own;
 } view;
 
-static shd_vec3 vertex_of(const double *values, uint32_t index) {
-    const double *p = values + 3 * (size_t)index;
-    return (shd_vec3){p[0], p[1], p[2]};
-}
-
-static void widen_box(shd_cell *to, shd_vec3 p) {
-    to->low = (shd_vec3){shd_smaller(to->low.x, p.x), shd_smaller(to->low.y, p.y),
-                         shd_smaller(to->low.z, p.z)};
-    to->high = (shd_vec3){shd_larger(to->high.x, p.x), shd_larger(to->high.y, p.y),
-                          shd_larger(to->high.z, p.z)};
-}
-
 /* The normals at a triangle's corners, in the world's frame: one or three. 0: it has none. */
 static int normals_of(const view *v, const shd_mesh *mesh, const uint32_t *corner,
                       shd_vec3 out[3]) {
@@ -31,11 +19,11 @@ static int normals_of(const view *v, const shd_mesh *mesh, const uint32_t *corne
     for (int c = 0; c < count; c++) {
         shd_vec3 n;
         if (v->own) {
-            const shd_vec3 a = vertex_of(mesh->positions, corner[0]);
-            n = shd_cross(shd_sub(vertex_of(mesh->positions, corner[1]), a),
-                          shd_sub(vertex_of(mesh->positions, corner[2]), a));
+            const shd_vec3 a = shd_vec3_at(mesh->positions, corner[0]);
+            n = shd_cross(shd_sub(shd_vec3_at(mesh->positions, corner[1]), a),
+                          shd_sub(shd_vec3_at(mesh->positions, corner[2]), a));
         } else {
-            n = vertex_of(mesh->normals, corner[c]);
+            n = shd_vec3_at(mesh->normals, corner[c]);
         }
         if (!shd_plan_normalize(shd_linear(&v->normal_map, n), &out[c])) return 0;
     }
@@ -75,7 +63,7 @@ static void find_cells(const view *v, const shd_mesh *mesh, const atomic_bool *c
             const uint32_t *corner = mesh->indices + 3 * t;
             shd_vec3 p[3], sum = {0, 0, 0}, n[3];
             for (int c = 0; c < 3; c++) {
-                p[c] = vertex_of(mesh->positions, corner[c]);
+                p[c] = shd_vec3_at(mesh->positions, corner[c]);
                 sum = shd_add(sum, p[c]);
             }
             shd_cell *to = &cells[(cell_step(sum.z, low.z, high.z, side) * side +
@@ -83,7 +71,10 @@ static void find_cells(const view *v, const shd_mesh *mesh, const atomic_bool *c
                                       side +
                                   cell_step(sum.x, low.x, high.x, side)];
             const int count = normals_of(v, mesh, corner, n);
-            for (int c = 0; pass == 0 && c < 3; c++) widen_box(to, p[c]);
+            for (int c = 0; pass == 0 && c < 3; c++) {
+                to->low = shd_vec3_min(to->low, p[c]);
+                to->high = shd_vec3_max(to->high, p[c]);
+            }
             if (pass == 0 && !v->own) add_sides(v, p, to->sides);
             for (int c = 0; c < count; c++) {
                 if (pass == 0)

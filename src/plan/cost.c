@@ -79,10 +79,7 @@ typedef struct frame {
 
 /* Pixels that a length of 1 is long at distance 1, or anywhere in an orthographic camera. */
 static double pixels_of(const shd_scene *scene) {
-    const shd_camera *camera = &scene->camera;
-    const double half =
-        camera->projection == SHD_PERSPECTIVE ? tan(camera->fov / 2) : camera->height / 2;
-    return scene->raster.height / (2 * half);
+    return scene->raster.height / (2 * shd_half_height(&scene->camera));
 }
 
 /* Around the corners of an object's box. False: they are not all before the camera. */
@@ -92,8 +89,7 @@ static bool find_frame(const shd_scene *scene, const shd_object *object, shd_vec
     const double pixels = pixels_of(scene);
     frame f = {INFINITY, -INFINITY, INFINITY, -INFINITY};
     for (int corner = 0; corner < 8; corner++) {
-        const shd_vec3 at = {corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y,
-                             corner & 4 ? high.z : low.z},
+        const shd_vec3 at = shd_box_corner(low, high, corner),
                        v = shd_sub(shd_transform(&object->transform, at), camera->position);
         const double depth = -shd_dot(camera->back, v),
                      scale = camera->projection == SHD_PERSPECTIVE ? pixels / depth : pixels;

@@ -12,13 +12,9 @@ shd_place shd_place_of(const shd_object *object, const shd_plan_object *bounds) 
     return place;
 }
 
-/* The larger of two signed distances from convex parts: that of what they have in common, or less
- * where both are positive. */
-static double larger_distance(double a, double b) {
-    return a > b ? a : b;
-}
-
-/* Signed, in the object's frame: negative inside. At most the distance to the surface, by size. */
+/* Signed, in the object's frame: negative inside. At most the distance to the surface, by size. The
+ * larger of two distances from convex parts is that from what they have in common, or less if both
+ * are positive. */
 static double signed_distance(const shd_place *place, shd_vec3 p) {
     const shd_object *object = place->object;
     const double r = object->radius, h = object->height / 2, out = hypot(p.x, p.z);
@@ -31,25 +27,21 @@ static double signed_distance(const shd_place *place, shd_vec3 p) {
     case SHD_DISC:
         return hypot(fmax(out - r, 0), p.y);
     case SHD_BOX:
-        return larger_distance(
-            larger_distance(fabs(p.x) - place->high.x, fabs(p.y) - place->high.y),
-            fabs(p.z) - place->high.z);
+        return shd_larger(shd_larger(fabs(p.x) - place->high.x, fabs(p.y) - place->high.y),
+                          fabs(p.z) - place->high.z);
     case SHD_CYLINDER:
-        return larger_distance(out - r, fabs(p.y) - h);
+        return shd_larger(out - r, fabs(p.y) - h);
     case SHD_CONE:
-        return larger_distance((2 * h * out + r * (p.y - h)) / hypot(r, 2 * h), -h - p.y);
+        return shd_larger((2 * h * out + r * (p.y - h)) / hypot(r, 2 * h), -h - p.y);
     case SHD_TORUS:
         return hypot(out - r, p.y) - object->tube;
-    case SHD_MESH: /* and facets: larger_distance the box, on its far side of which nothing is known
-                    */
+    case SHD_MESH: /* and facets: that to the box, within which nothing is known */
     case SHD_SHAPE_COUNT:
         break;
     }
     const shd_vec3 low = place->low, high = place->high;
-    double apart = larger_distance(larger_distance(larger_distance(low.x - p.x, p.x - high.x),
-                                                   larger_distance(low.y - p.y, p.y - high.y)),
-                                   larger_distance(low.z - p.z, p.z - high.z));
-    return fmax(apart, 0);
+    const shd_vec3 out_of = shd_vec3_max(shd_sub(low, p), shd_sub(p, high));
+    return fmax(shd_larger(shd_larger(out_of.x, out_of.y), out_of.z), 0);
 }
 
 double shd_least_distance(const shd_place *place, shd_vec3 point) {
@@ -76,7 +68,7 @@ double shd_ray_distance(const shd_scene *scene, shd_vec3 point) {
     const shd_vec3 from = shd_sub(point, camera->position);
     const bool far = camera->projection == SHD_ORTHOGRAPHIC;
     const double depth = far ? 1 : -shd_dot(from, camera->back);
-    const double half = far ? camera->height / 2 : tan(camera->fov / 2);
+    const double half = shd_half_height(camera);
     const double half_x = half * raster->width / raster->height, step = 2 * half / raster->height;
     const double x = (shd_dot(from, camera->right) / depth + half_x) / step,
                  y = (half - shd_dot(from, camera->up) / depth) / step;

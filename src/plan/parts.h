@@ -11,15 +11,6 @@
 /* What rounding may move, and more: of lengths and cosines in f64. */
 static const double SHD_PIECE_MARGIN = 1e-6;
 
-/* Not fmax and fmin: their treatment of NaN makes them library calls. Of NaN and b this is b. */
-static inline double shd_larger(double a, double b) {
-    return a > b ? a : b;
-}
-
-static inline double shd_smaller(double a, double b) {
-    return a < b ? a : b;
-}
-
 /* As shd_length and shd_normalize, which divide by the largest component first, but for the last
  * digit: here that is done only where squares would not do. */
 static inline double shd_plan_length(shd_vec3 a) {

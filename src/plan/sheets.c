@@ -108,10 +108,8 @@ static void look_at_mesh(gathering *g, const shd_object *object) {
         g->full = shd_is_cancelled_at(g->plan->cancelled, t);
         shd_vec3 p[3];
         face f = {.near = mesh->triangle_count <= FEW_TRIANGLES};
-        for (int c = 0; c < 3; c++) {
-            const double *at = mesh->positions + 3 * (size_t)mesh->indices[3 * t + (size_t)c];
-            p[c] = (shd_vec3){at[0], at[1], at[2]};
-        }
+        for (int c = 0; c < 3; c++)
+            p[c] = shd_vec3_at(mesh->positions, mesh->indices[3 * t + (size_t)c]);
         const shd_vec3 out = shd_cross(shd_sub(p[1], p[0]), shd_sub(p[2], p[0]));
         if (!shd_normalize(out, &f.normal) ||
             !shd_normalize(shd_linear(&normal_map, f.normal), &f.normal))

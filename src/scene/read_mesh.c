@@ -113,22 +113,17 @@ static void check_normals(shd_reader *r, const list *l) {
     count_rest(&bad, "normals");
 }
 
-static shd_vec3 vector_at(const double *values, uint32_t index) {
-    const double *v = values + 3 * (size_t)index;
-    return (shd_vec3){v[0], v[1], v[2]};
-}
-
 /* Counts triangles whose normals point to their back. The order of corners decides which side of a
  * triangle is seen; normals of the other side are then negated, and light the mesh from within. */
 static size_t count_inverted(const shd_reader *r, const shd_mesh *mesh) {
     size_t inverted = 0;
     for (size_t i = 0; i < mesh->triangle_count && !shd_is_cancelled_at(r->cancelled, i); i++) {
         const uint32_t *corner = mesh->indices + 3 * i;
-        const shd_vec3 a = vector_at(mesh->positions, corner[0]),
-                       ab = shd_sub(vector_at(mesh->positions, corner[1]), a),
-                       ac = shd_sub(vector_at(mesh->positions, corner[2]), a);
+        const shd_vec3 a = shd_vec3_at(mesh->positions, corner[0]),
+                       ab = shd_sub(shd_vec3_at(mesh->positions, corner[1]), a),
+                       ac = shd_sub(shd_vec3_at(mesh->positions, corner[2]), a);
         shd_vec3 sum = {0, 0, 0};
-        for (int k = 0; k < 3; k++) sum = shd_add(sum, vector_at(mesh->normals, corner[k]));
+        for (int k = 0; k < 3; k++) sum = shd_add(sum, shd_vec3_at(mesh->normals, corner[k]));
         inverted += shd_dot(shd_cross(ab, ac), sum) < 0;
     }
     return inverted;
@@ -142,23 +137,12 @@ static void warn_of_inverted_normals(shd_reader *r, const shd_node *node, const 
                       mesh->inverted, mesh->triangle_count);
 }
 
-/* fmin and fmax are not used: they are calls, and meshes have millions of vertices. */
-static double smaller_coordinate(double a, double b) {
-    return a < b ? a : b;
-}
-
-static double larger_coordinate(double a, double b) {
-    return a > b ? a : b;
-}
-
 static void measure_box(const shd_reader *r, shd_mesh *mesh) {
-    shd_vec3 low = vector_at(mesh->positions, 0), high = low;
+    shd_vec3 low = shd_vec3_at(mesh->positions, 0), high = low;
     for (size_t i = 1; i < mesh->vertex_count && !shd_is_cancelled_at(r->cancelled, i); i++) {
-        const double *p = mesh->positions + 3 * i;
-        low = (shd_vec3){smaller_coordinate(p[0], low.x), smaller_coordinate(p[1], low.y),
-                         smaller_coordinate(p[2], low.z)};
-        high = (shd_vec3){larger_coordinate(p[0], high.x), larger_coordinate(p[1], high.y),
-                          larger_coordinate(p[2], high.z)};
+        const shd_vec3 p = shd_vec3_at(mesh->positions, i);
+        low = shd_vec3_min(p, low);
+        high = shd_vec3_max(p, high);
     }
     mesh->low = low;
     mesh->high = high;

@@ -243,7 +243,12 @@ extern const char *const shd_interpolation_names[];
 
 const char *shd_shape_name(shd_shape shape);
 
-/* The map of an object's unit form (see sight/shapes.h) to the world, and the inverse of its linear
+/* Half of the picture's height on the image plane: at a distance of 1, or of the view volume. */
+static inline double shd_half_height(const shd_camera *camera) {
+    return camera->projection == SHD_PERSPECTIVE ? tan(camera->fov / 2) : camera->height / 2;
+}
+
+/* The map of an object's unit form (see sight/item.h) to the world, and the inverse of its linear
  * part. False if there is no inverse, which no object of a scene has. */
 bool shd_object_frame(const shd_object *object, shd_affine *to_world, shd_affine *from_world);
 

@@ -97,9 +97,7 @@ bool shd_object_bounds(const shd_object *object, shd_vec3 *center, double *radiu
     *center = shd_transform(&object->transform, middle);
     *radius = 0;
     for (int corner = 0; corner < 8; corner++) {
-        shd_vec3 p = {corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y,
-                      corner & 4 ? high.z : low.z};
-        shd_vec3 q = shd_transform(&object->transform, p);
+        shd_vec3 q = shd_transform(&object->transform, shd_box_corner(low, high, corner));
         *radius = fmax(*radius, shd_length(shd_sub(q, *center)));
     }
     return true;

@@ -1,15 +1,16 @@
 /* Balls: spheres that stay spheres, in units of their radius. Compiled once an instruction set. */
 #include "sight/rays.h"
 
-/* A ball's surface on a ray. `side` is minus or plus half the chord: the point is foot + side u. */
+/* Where a ray u meets a ball: at the point (x, y, z). */
 typedef struct ball_hit {
-    double t; /* in radii; infinity: missed */
-    double side, x, y, z;
+    double t;    /* in radii; infinity: missed */
+    double side; /* minus or plus half the chord: from the foot, where the ray is nearest */
+    double x, y, z;
 } ball_hit;
 
-/* The discriminant from the distance of the line to the centre: no cancellation (Haines et al.,
- * "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems, chapter 7). From far
- * away the foot's rounding errors along the ray are taken out by a second step. */
+/* The discriminant is made from the distance of the line to the center, so that nothing cancels
+ * (Haines et al., "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems, chapter
+ * 7). From far away, a second step takes out the foot's rounding errors along the ray. */
 SHD_ALWAYS ball_hit meet_ball(shd_vec3 o, shd_vec3 u, bool far) {
     double along = o.x * u.x + o.y * u.y + o.z * u.z;
     double x = o.x - along * u.x, y = o.y - along * u.y, z = o.z - along * u.z;
@@ -27,10 +28,12 @@ SHD_ALWAYS ball_hit meet_ball(shd_vec3 o, shd_vec3 u, bool far) {
                       z + side * u.z};
 }
 
-/* What an item's lanes share. */
+/* What all lanes share. */
 typedef struct ball {
-    shd_vec3 eye, center; /* center: in the plan's frame */
-    double size, inverse, scale, turned;
+    shd_vec3 eye, center; /* the center is in the plan's frame */
+    double size, inverse; /* the radius, and one over it */
+    double scale;         /* the radius in the plan's frame */
+    double turned;        /* -1: normals that face away are negated; else 1 */
 } ball;
 
 static inline ball ball_of(const shd_item *it) {
@@ -44,6 +47,15 @@ SHD_ALWAYS shd_vec3 start_from_ball(const ball *own, shd_vec3 start) {
 }
 
 /* ---- Rays of a batch. ---- */
+
+/* Calls a function that is compiled for each kind of camera and distance. */
+#define CALL_FOR(b, function, ...)                                                                 \
+    if ((b)->orthographic)                                                                         \
+        function(__VA_ARGS__, true, true);                                                         \
+    else if (it->far)                                                                              \
+        function(__VA_ARGS__, false, true);                                                        \
+    else                                                                                           \
+        function(__VA_ARGS__, false, false)
 
 SHD_ALWAYS shd_vec3 direction_of(const shd_batch *b, int i) {
     return (shd_vec3){b->direction[0][i], b->direction[1][i], b->direction[2][i]};
@@ -64,12 +76,7 @@ SHD_ALWAYS void find_ball(const shd_item *it, const shd_batch *restrict b, doubl
 }
 
 void SHD_VARIANT(shd_find_ball)(const shd_item *it, const shd_batch *b, double *t) {
-    if (b->orthographic)
-        find_ball(it, b, t, true, true);
-    else if (it->far)
-        find_ball(it, b, t, false, true);
-    else
-        find_ball(it, b, t, false, false);
+    CALL_FOR(b, find_ball, it, b, t);
 }
 
 SHD_ALWAYS void place_ball(const shd_item *it, const shd_batch *restrict b,
@@ -84,15 +91,10 @@ SHD_ALWAYS void place_ball(const shd_item *it, const shd_batch *restrict b,
 }
 
 void SHD_VARIANT(shd_place_ball)(const shd_item *it, const shd_batch *b, shd_surfaces *out) {
-    if (b->orthographic)
-        place_ball(it, b, out, true, true);
-    else if (it->far)
-        place_ball(it, b, out, false, true);
-    else
-        place_ball(it, b, out, false, false);
+    CALL_FOR(b, place_ball, it, b, out);
 }
 
-/* ---- All of it at once, for tiers in f32 that want no more. ---- */
+/* ---- All at once, for tiers in f32 that want no more. ---- */
 
 SHD_ALWAYS void show_lane(const ball *own, shd_vec3 u, ball_hit hit, int i,
                           shd_stage *restrict out) {
@@ -103,7 +105,7 @@ SHD_ALWAYS void show_lane(const ball *own, shd_vec3 u, ball_hit hit, int i,
     out->normal32[0][i] = (float)(sign * hit.x);
     out->normal32[1][i] = (float)(sign * hit.y);
     out->normal32[2][i] = (float)(sign * hit.z);
-    /* N.V is half the chord: V is -u, and the foot is at right angles to u. */
+    /* N.V is half the chord, because V is -u and the foot is at right angles to u. */
     out->mirror32[0][i] = (float)(twice * hit.x + u.x);
     out->mirror32[1][i] = (float)(twice * hit.y + u.y);
     out->mirror32[2][i] = (float)(twice * hit.z + u.z);
@@ -120,10 +122,5 @@ SHD_ALWAYS void show_ball(const shd_item *it, const shd_batch *restrict b, doubl
 }
 
 void SHD_VARIANT(shd_show_ball)(const shd_item *it, const shd_batch *b, double *t, shd_stage *out) {
-    if (b->orthographic)
-        show_ball(it, b, t, out, true, true);
-    else if (it->far)
-        show_ball(it, b, t, out, false, true);
-    else
-        show_ball(it, b, t, out, false, false);
+    CALL_FOR(b, show_ball, it, b, t, out);
 }

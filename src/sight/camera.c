@@ -3,7 +3,7 @@
 #include "sight/sight.h"
 
 shd_lens shd_lens_make(const shd_camera *camera, const shd_raster *raster) {
-    double half = camera->projection == SHD_PERSPECTIVE ? tan(camera->fov / 2) : camera->height / 2;
+    double half = shd_half_height(camera);
     return (shd_lens){camera, raster->width, raster->height, half * raster->width / raster->height,
                       half};
 }

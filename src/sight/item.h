@@ -1,56 +1,63 @@
-/* What a sight is made of. Inside of sight/. */
+/* What a sight is made of. Inside of sight/.
+ *
+ * Rays meet an analytic shape in its unit form: a sphere, disc, cylinder (height 1, centered) or
+ * cone (base at y = -1/2, apex at y = 1/2) of radius 1, a box with sides of 1, a torus with a ring
+ * of radius 1 and a tube of the ratio of its radii. shd_object_frame maps it to the world. */
 #ifndef SHD_SIGHT_ITEM_H
 #define SHD_SIGHT_ITEM_H
 
 #include "sight/camera.h"
 #include "sight/mesh.h"
-#include "sight/shapes.h"
 #include "sight/sight.h"
+
+/* No object is seen closer to the eye than this part of its size: by rounding, each ray would tell
+ * for itself whether an eye on the surface has that before or behind itself. */
+#define SHD_BLIND 1e-12
 
 /* An object as rays meet it. */
 typedef struct shd_item {
     shd_shape shape; /* SHD_MESH for tessellated shapes too */
-    double tube;
+    double tube;     /* the ratio of a torus's radii */
     bool front_only;
-    bool similar; /* its unit form is turned or mirrored, scaled alike in all directions, and moved
-                   */
-    bool ball;    /* a similar sphere; its maps do not turn, for a ball cannot tell */
-    double size;  /* that scale, where similar */
-    shd_affine to_world, from_world; /* of the unit form; from_world.origin is not used: points
-                                        are taken relative to to_world.origin first */
-    shd_affine to_frame;             /* of the unit form to the plan's frame */
+    bool similar; /* the map from the unit form turns, mirrors and moves, and scales all alike */
+    bool ball;    /* a similar sphere; its maps do not turn, for that shows nothing */
+    double size;  /* that scale, if it is similar */
+    /* Maps of the unit form. The origin of from_world is not used, because points are taken
+     * relative to to_world.origin first. */
+    shd_affine to_world, from_world;
+    shd_affine to_frame; /* to the plan's frame */
     shd_affine normal_map;
     shd_vec3 eye;     /* the camera's position in the unit form's frame */
-    shd_vec3 forward; /* the rays' direction there; orthographic */
-    double nearest;   /* no ray meets it at a smaller t */
-    double blind;     /* nor does it count up to this one; 0 for planes, which are met exactly */
-    bool far;         /* the eye is so far away that f64 wants the origin moved twice (balls) */
-    shd_triangles triangles; /* SHD_MESH */
+    shd_vec3 forward; /* the rays' direction there, in an orthographic camera */
+    double nearest;   /* no ray meets the object at a smaller t */
+    double blind;     /* hits up to this t do not count; 0 for planes, which are met exactly */
+    bool far;         /* the eye is so far away that a ball's rays have to be moved twice */
+    shd_triangles triangles; /* of SHD_MESH */
     shd_mesh_view view;
-    bool smooth;         /* interpolate the mesh's normals at each sample: */
-    const double *units; /* [vertex_count][3], these, unit */
+    bool smooth;         /* the mesh's normals are interpolated at each sample */
+    const double *units; /* [vertex_count][3]: these normals, unit */
     const shd_facets *facets;
 } shd_item;
 
-/* Where in the picture an object may be seen. In the camera's frame (x right, y up, z forward),
- * on the image plane's coordinates: at z = 1 (perspective), or lengths (orthographic). */
+/* Where in the picture an object may be seen, in the camera's frame (x right, y up, z forward), by
+ * points (p, q) of the image plane: at z = 1 in perspective, else lengths. */
 typedef enum shd_outline_kind {
     SHD_OUTLINE_NONE,  /* nowhere */
     SHD_OUTLINE_ALL,   /* anywhere */
-    SHD_OUTLINE_CONE,  /* within the cone around a sphere */
-    SHD_OUTLINE_ROUND, /* within a circle; orthographic */
-    SHD_OUTLINE_HALF   /* where a p + b q + c < 0 */
+    SHD_OUTLINE_CONE,  /* in the cone around a sphere */
+    SHD_OUTLINE_ROUND, /* in a circle, in an orthographic camera */
+    SHD_OUTLINE_HALF   /* on one side of a line: a p + b q + c < 0 */
 } shd_outline_kind;
 
 typedef struct shd_outline {
     shd_outline_kind kind;
-    shd_vec3 center; /* of the sphere, from the camera; or a, b, c */
+    shd_vec3 center; /* the sphere's, from the camera; or a, b, c */
     double radius;
-    double tangent; /* the length of tangents to the sphere; cone */
+    double tangent; /* of a cone: the length of tangents to the sphere */
     double margin;  /* for rounding */
 } shd_outline;
 
-/* Nothing of an object is seen outside of these, in pixels: arrays, for loops that vectorize. */
+/* Rectangles in pixels: no object is seen outside of its own. Arrays, for loops that vectorize. */
 typedef struct shd_frames {
     float *left, *right, *top, *bottom;
 } shd_frames;
@@ -61,13 +68,13 @@ struct shd_sight {
     shd_lens lens;
     shd_item *items; /* as shd_scene.objects */
     size_t count;
-    uint32_t *order;                   /* [count]: nearer ones first, as far as can be told */
-    shd_outline *outlines;             /* [count]: in that order, */
-    shd_frames frames;                 /* as these are */
+    uint32_t *order;                   /* [count]: roughly nearer ones first */
+    shd_outline *outlines;             /* [count]: in that order */
+    shd_frames frames;                 /* [count]: in that order */
     double offset_x[64], offset_y[64]; /* the sample pattern */
 };
 
-/* Fills order and outlines, and what items need of their distance. False: the arena is full. */
+/* Fills order, outlines, frames, and `nearest` of the items. False: the arena is full. */
 bool shd_sight_outline(shd_sight *sight, shd_arena *arena);
 
 #endif

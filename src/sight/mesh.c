@@ -2,10 +2,6 @@
 
 #include "sight/tree.h"
 
-static shd_vec3 vertex_at(const double *values, size_t i) {
-    return (shd_vec3){values[3 * i], values[3 * i + 1], values[3 * i + 2]};
-}
-
 shd_triangles shd_triangles_of(const shd_mesh *mesh) {
     return (shd_triangles){mesh->vertex_count, mesh->triangle_count, mesh->positions,
                            mesh->normals,      mesh->indices,        NULL};
@@ -17,7 +13,7 @@ bool shd_triangle_units(const shd_triangles *triangles, const atomic_bool *cance
     if (!units) return false;
     for (size_t i = 0; i < triangles->vertex_count; i++) {
         if (shd_is_cancelled_at(cancelled, i)) break;
-        units[i] = vertex_at(triangles->normals, i);
+        units[i] = shd_vec3_at(triangles->normals, i);
         shd_normalize(units[i], &units[i]);
     }
     *out = &units->x;
@@ -25,7 +21,7 @@ bool shd_triangle_units(const shd_triangles *triangles, const atomic_bool *cance
 }
 
 shd_vec3 shd_triangle_corner(const shd_triangles *triangles, size_t triangle, int k) {
-    return vertex_at(triangles->positions, triangles->indices[3 * triangle + (size_t)k]);
+    return shd_vec3_at(triangles->positions, triangles->indices[3 * triangle + (size_t)k]);
 }
 
 shd_vec3 shd_triangle_normal(const shd_triangles *triangles, size_t triangle) {
@@ -65,7 +61,7 @@ bool shd_mesh_view_make(const shd_triangles *triangles, const shd_mesh_tree *tre
                            .orthographic = camera->projection == SHD_ORTHOGRAPHIC};
     for (size_t i = 0; i < triangles->vertex_count; i++) {
         if (shd_is_cancelled_at(cancelled, i)) break;
-        const shd_vec3 p = shd_scale(vertex_at(triangles->positions, i), tree->scale),
+        const shd_vec3 p = shd_scale(shd_vec3_at(triangles->positions, i), tree->scale),
                        from = shd_sub(p, out->eye);
         const double x = shd_dot(out->rows[0], from), y = shd_dot(out->rows[1], from),
                      depth = shd_dot(out->rows[2], from), w = out->orthographic ? 1 : depth;

@@ -56,8 +56,8 @@ typedef struct bundle {
 SHD_ALWAYS void halve_extremes(const double *low, const double *high, int pairs,
                                double *restrict least, double *restrict most) {
     for (int i = 0; i < pairs; i++) {
-        least[i] = low[2 * i] < low[2 * i + 1] ? low[2 * i] : low[2 * i + 1];
-        most[i] = high[2 * i] > high[2 * i + 1] ? high[2 * i] : high[2 * i + 1];
+        least[i] = shd_smaller(low[2 * i], low[2 * i + 1]);
+        most[i] = shd_larger(high[2 * i], high[2 * i + 1]);
     }
 }
 
@@ -80,10 +80,10 @@ static void bound_bundle(bundle *k) {
     bound_groups(k->q, k->bottom, k->top);
     area all = {k->left[0], k->right[0], k->bottom[0], k->top[0]};
     for (int g = 1; g < GROUPS; g++) {
-        all.left = k->left[g] < all.left ? k->left[g] : all.left;
-        all.right = k->right[g] > all.right ? k->right[g] : all.right;
-        all.bottom = k->bottom[g] < all.bottom ? k->bottom[g] : all.bottom;
-        all.top = k->top[g] > all.top ? k->top[g] : all.top;
+        all.left = shd_smaller(k->left[g], all.left);
+        all.right = shd_larger(k->right[g], all.right);
+        all.bottom = shd_smaller(k->bottom[g], all.bottom);
+        all.top = shd_larger(k->top[g], all.top);
     }
     k->all = all;
 }
@@ -196,13 +196,11 @@ SHD_INLINE bool try_rays(bundle *k, int at, const shd_seen_vertex *a, const shd_
 }
 
 static inline double least_of_three(double a, double b, double c) {
-    a = a < b ? a : b;
-    return a < c ? a : c;
+    return shd_smaller(shd_smaller(a, b), c);
 }
 
 static inline double most_of_three(double a, double b, double c) {
-    a = a > b ? a : b;
-    return a > c ? a : c;
+    return shd_larger(shd_larger(a, b), c);
 }
 
 /* Bit g: group g may meet what lies within `there`. */
@@ -346,11 +344,6 @@ typedef struct facet {
     double at[3], ab[3], ac[3], face[3], normal[3][3];
 } facet;
 
-static shd_vec3 mesh_vector(const double *values, uint32_t vertex) {
-    const double *v = values + 3 * (size_t)vertex;
-    return (shd_vec3){v[0], v[1], v[2]};
-}
-
 static void store_vector(shd_vec3 v, double out[3]) {
     out[0] = v.x;
     out[1] = v.y;
@@ -362,9 +355,9 @@ static void set_facet(const shd_item *it, uint32_t triangle, facet *out) {
     const shd_triangles *tri = &it->triangles;
     const uint32_t *vertex = tri->indices + 3 * (size_t)triangle;
     const double scale = it->view.tree->scale;
-    const shd_vec3 at = mesh_vector(tri->positions, vertex[0]),
-                   ab = shd_sub(mesh_vector(tri->positions, vertex[1]), at),
-                   ac = shd_sub(mesh_vector(tri->positions, vertex[2]), at),
+    const shd_vec3 at = shd_vec3_at(tri->positions, vertex[0]),
+                   ab = shd_sub(shd_vec3_at(tri->positions, vertex[1]), at),
+                   ac = shd_sub(shd_vec3_at(tri->positions, vertex[2]), at),
                    face = shd_cross(shd_scale(ab, scale), shd_scale(ac, scale));
     out->triangle = triangle;
     store_vector(at, out->at);
@@ -376,7 +369,7 @@ static void set_facet(const shd_item *it, uint32_t triangle, facet *out) {
     const double turn = shd_dot(face, ray) > 0 && !it->front_only ? -1 : 1;
     store_vector(shd_scale(face, turn), out->face);
     for (int n = 0; n < 3; n++)
-        store_vector(shd_scale(mesh_vector(it->units, vertex[n]), turn), out->normal[n]);
+        store_vector(shd_scale(shd_vec3_at(it->units, vertex[n]), turn), out->normal[n]);
 }
 
 /* A vector of rays that meet the facet. */

@@ -79,9 +79,8 @@ static size_t vertex_points(const shd_item *it, const shd_lens *lens, const atom
             const size_t vertex = tri->indices[k];
             uint32_t *point = &points[vertex][behind];
             if (!*point) {
-                const double *p = tri->positions + 3 * vertex, *n = tri->normals + 3 * vertex;
-                positions[count] = (shd_vec3){p[0], p[1], p[2]};
-                normals[count] = shd_scale((shd_vec3){n[0], n[1], n[2]}, behind ? -1 : 1);
+                positions[count] = shd_vec3_at(tri->positions, vertex);
+                normals[count] = shd_scale(shd_vec3_at(tri->normals, vertex), behind ? -1 : 1);
                 *point = ++count;
             }
             corners[k] = *point - 1;

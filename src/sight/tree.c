@@ -39,18 +39,10 @@ typedef struct planter {
 
 static const box EMPTY = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
 
-static inline double smaller_of(double a, double b) {
-    return a < b ? a : b;
-}
-
-static inline double larger_of(double a, double b) {
-    return a > b ? a : b;
-}
-
 static inline void enclose_box(box *b, const double low[3], const double high[3]) {
     for (int c = 0; c < 3; c++) {
-        b->low[c] = smaller_of(b->low[c], low[c]);
-        b->high[c] = larger_of(b->high[c], high[c]);
+        b->low[c] = shd_smaller(b->low[c], low[c]);
+        b->high[c] = shd_larger(b->high[c], high[c]);
     }
 }
 
@@ -73,7 +65,7 @@ static shd_vec3 corner_of(const planter *w, uint32_t triangle, int k) {
 static void measure_mesh(planter *w) {
     const shd_triangles *t = w->triangles;
     double most = 0;
-    for (size_t i = 0; i < 3 * t->vertex_count; i++) most = larger_of(most, fabs(t->positions[i]));
+    for (size_t i = 0; i < 3 * t->vertex_count; i++) most = shd_larger(most, fabs(t->positions[i]));
     int exponent = 0;
     if (most > 0) (void)frexp(most, &exponent);
     exponent = exponent > 1000 ? 1000 : exponent < -1000 ? -1000 : exponent;
@@ -88,12 +80,9 @@ static uint32_t list_parts(planter *w) {
         if (shd_is_cancelled_at(w->cancelled, i)) break;
         const shd_vec3 a = corner_of(w, i, 0), b = corner_of(w, i, 1), c = corner_of(w, i, 2);
         if (!(shd_max_abs(shd_cross(shd_sub(b, a), shd_sub(c, a))) > 0)) continue;
-        w->parts[count++] =
-            (part){{smaller_of(smaller_of(a.x, b.x), c.x), smaller_of(smaller_of(a.y, b.y), c.y),
-                    smaller_of(smaller_of(a.z, b.z), c.z)},
-                   {larger_of(larger_of(a.x, b.x), c.x), larger_of(larger_of(a.y, b.y), c.y),
-                    larger_of(larger_of(a.z, b.z), c.z)},
-                   i};
+        const shd_vec3 low = shd_vec3_min(shd_vec3_min(a, b), c),
+                       high = shd_vec3_max(shd_vec3_max(a, b), c);
+        w->parts[count++] = (part){{low.x, low.y, low.z}, {high.x, high.y, high.z}, i};
     }
     return count;
 }

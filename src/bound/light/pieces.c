@@ -94,10 +94,8 @@ static void put_seen_piece(maker *m, shd_piece piece, const bool *sides) {
 static shd_piece piece_around(const shd_vec3 *at, int count) {
     shd_vec3 low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};
     for (int i = 0; i < count; i++) {
-        low = (shd_vec3){shd_smaller(low.x, at[i].x), shd_smaller(low.y, at[i].y),
-                         shd_smaller(low.z, at[i].z)};
-        high = (shd_vec3){shd_larger(high.x, at[i].x), shd_larger(high.y, at[i].y),
-                          shd_larger(high.z, at[i].z)};
+        low = shd_vec3_min(low, at[i]);
+        high = shd_vec3_max(high, at[i]);
     }
     shd_piece piece = {.center = shd_madd(shd_scale(low, 0.5), high, 0.5), .spread = SHD_ANY_ANGLE};
     double most = 0, sum = 0;
@@ -336,12 +334,8 @@ static void add_mesh(maker *m, const shd_object *object, int side) {
         if (!(c->cosine > -1)) piece.axis = (shd_vec3){0, 0, 1};
         piece.center = shd_transform(&m->to_world, shd_madd(shd_scale(c->low, 0.5), c->high, 0.5));
         for (int corner = 0; corner < 8; corner++) {
-            const shd_vec3 p = {corner & 1 ? c->high.x : c->low.x,
-                                corner & 2 ? c->high.y : c->low.y,
-                                corner & 4 ? c->high.z : c->low.z};
-            piece.radius =
-                shd_larger(piece.radius,
-                           shd_plan_length(shd_sub(shd_transform(&m->to_world, p), piece.center)));
+            const shd_vec3 p = shd_transform(&m->to_world, shd_box_corner(c->low, c->high, corner));
+            piece.radius = shd_larger(piece.radius, shd_plan_length(shd_sub(p, piece.center)));
         }
         piece.radius *= 1 + SHD_PIECE_MARGIN;
         put_seen_piece(m, piece, own ? NULL : c->sides);
@@ -396,8 +390,7 @@ size_t shd_plan_pieces(const shd_scene *scene, size_t index, const shd_plan_obje
     const shd_object *object = &scene->objects[index];
     const shd_camera *camera = &scene->camera;
     const shd_raster *raster = &scene->raster;
-    const double half =
-        camera->projection == SHD_PERSPECTIVE ? tan(camera->fov / 2) : camera->height / 2;
+    const double half = shd_half_height(camera);
     const double around =
         1 + 2 * PIXELS_AROUND / (raster->width < raster->height ? raster->width : raster->height);
     maker m = {.scene = scene,

@@ -1,11 +1,26 @@
 /* Bounds in linear light and in codes. */
 #include <math.h>
+#include <string.h>
 
 #include "bound/shown/shown.h"
 #include "plan/parts.h"
 
 double shd_curve_noise(shd_transfer transfer) {
     return transfer == SHD_TRANSFER_LINEAR ? 0 : transfer == SHD_TRANSFER_REC1886 ? 3.4e-7 : 6.5e-7;
+}
+
+shd_screen shd_screen_of(const shd_shown *shown) {
+    shd_screen s = {.same = true};
+    memcpy(s.rgb, shown->screen, sizeof s.rgb);
+    memcpy(s.to_xyz, shown->to_xyz, sizeof s.to_xyz);
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 3; c++) {
+            s.same &= r == c ? s.rgb[r][c] == s.rgb[0][0] : s.rgb[r][c] == 0;
+            for (int k = 0; k < 3; k++) s.xyz[r][c] += s.to_xyz[r][k] * s.rgb[k][c];
+            s.columns[c][r] = s.xyz[r][c];
+            s.channels[c][r] = s.to_xyz[r][c];
+        }
+    return s;
 }
 
 double shd_bound_linear(const shd_excess_list *list) {

@@ -15,22 +15,21 @@
 static const double STEP = 1.2, COARSE_STEP = 1.35, DARKEST = 1e-4;
 
 /* A list of excesses and a screen for it. */
-typedef struct screen {
+typedef struct setting {
     const shd_excess_list *list;
-    double error; /* of any color, and what it makes of Y */
-    double error_y;
-    double rgb[3][3], to_xyz[3][3], xyz[3][3]; /* of the working space, of rgb, of both */
-    double columns[3][3], channels[3][3]; /* X, Y, Z of channels: the working space's, its own; */
-    double white[3];                      /* and of all of the working space's together */
-    double step, limit; /* of Y, from one to the next; a bound beyond this may be any such one */
-    double noise;       /* relative: of f32 on the way to a channel */
-    bool same;          /* rgb is the working space: equal channels stay so to the bit */
-    shd_interval of_y_held[3]; /* X / Y, 1, Z / Y of all colors that it has */
-} screen;
+    shd_screen screen;
+    double white[3];           /* XYZ of all of the working space's channels together */
+    double error;              /* of any color */
+    double error_y;            /* what that makes of Y */
+    double step;               /* Y may rise by this factor within a step */
+    double limit;              /* a bound above this may be told as any other one above it */
+    double noise;              /* relative: of f32 on the way to a channel */
+    shd_interval of_y_held[3]; /* X / Y, 1 and Z / Y of all colors of the screen */
+} setting;
 
 /* What the colors of an excess are there: linear light of its channels, and X, Y, Z. */
 typedef struct colors {
-    const screen *screen;
+    const setting *on;
     const shd_excess *excess;
     bool coherent; /* no channel is held at 0: errors keep their directions */
     double held;   /* from this Y on a channel may be held at 1 */
@@ -52,7 +51,7 @@ static bool find_end(const colors *s, const shd_parts *parts, int corner, double
     double sum = 0;
     for (int c = 0; c < 3; c++) {
         part[c] = corner >> c & 1 ? parts->most[c] : parts->least[c];
-        if (s->screen->list->nonnegative) part[c] = shd_larger(part[c], 0);
+        if (s->on->list->nonnegative) part[c] = shd_larger(part[c], 0);
         sum += part[c];
     }
     return sum != 0;
@@ -62,21 +61,17 @@ static bool find_end(const colors *s, const shd_parts *parts, int corner, double
 static void look_at_parts(const shd_parts *parts, colors *s) {
     for (int r = 0; r < 3; r++) {
         s->of_y[r] = SHD_NO_INTERVAL;
-        for (int k = 0; k < 3; k++) s->least[r][k] = s->screen->list->nonnegative ? 1 : 0;
+        for (int k = 0; k < 3; k++) s->least[r][k] = s->on->list->nonnegative ? 1 : 0;
     }
     for (int corner = 0; corner < 8; corner++) {
-        double part[3], xyz[3] = {0, 0, 0}, channel[3] = {0, 0, 0};
+        double part[3], xyz[3], channel[3];
         if (!find_end(s, parts, corner, part)) continue;
-        for (int r = 0; r < 3; r++) {
-            for (int c = 0; c < 3; c++) {
-                channel[r] += s->screen->rgb[r][c] * part[c];
-                xyz[r] += s->screen->xyz[r][c] * part[c];
-            }
-            if (channel[r] < -1e-6) s->coherent = false;
-        }
+        shd_apply(s->on->screen.rgb, part, channel);
+        shd_apply(s->on->screen.xyz, part, xyz);
         if (!(xyz[1] > 0)) s->coherent = false;
         const double of_y = 1 / xyz[1];
         for (int r = 0; r < 3; r++) {
+            if (channel[r] < -1e-6) s->coherent = false;
             shd_widen(&s->of_y[r], xyz[r] * of_y);
             s->channel_of_y[r] = shd_larger(s->channel_of_y[r], channel[r] * of_y);
             s->part_of_y[r] = shd_larger(s->part_of_y[r], part[r] * of_y);
@@ -90,19 +85,13 @@ static void look_at_parts(const shd_parts *parts, colors *s) {
 
 /* The ratios of a part of the colors. */
 static void look_at_gain(const shd_excess *e, colors *s) {
-    for (int r = 0; r < 3; r++) {
-        s->gain_of_y[r] = SHD_NO_INTERVAL;
-        s->floor[r] = s->main[r] = 0;
-        for (int c = 0; c < 3; c++) {
-            s->floor[r] += s->screen->xyz[r][c] * e->floor[c];
-            s->main[r] += s->screen->xyz[r][c] * e->main[c];
-        }
-    }
+    shd_apply(s->on->screen.xyz, e->floor, s->floor);
+    shd_apply(s->on->screen.xyz, e->main, s->main);
+    for (int r = 0; r < 3; r++) s->gain_of_y[r] = SHD_NO_INTERVAL;
     for (int corner = 0; corner < 8; corner++) {
-        double xyz[3] = {0, 0, 0}, part[3];
+        double xyz[3], part[3];
         if (!find_end(s, &e->gain, corner, part)) continue;
-        for (int c = 0; c < 3; c++)
-            for (int r = 0; r < 3; r++) xyz[r] += s->screen->xyz[r][c] * part[c];
+        shd_apply(s->on->screen.xyz, part, xyz);
         const double of_y = 1 / xyz[1];
         for (int r = 0; r < 3; r++) {
             shd_widen(&s->gain_of_y[r], xyz[r] * of_y);
@@ -116,7 +105,7 @@ static void look_at_gain(const shd_excess *e, colors *s) {
 static double value_at(const colors *s, int c, double y) {
     const shd_excess *e = s->excess;
     double value = shd_smaller(e->most[c], y * s->part_of_y[c]);
-    if (!s->screen->list->mixed)
+    if (!s->on->list->mixed)
         value =
             shd_smaller(value, e->floor[c] + shd_larger(y - s->floor[1], 0) * s->gain_part_of_y[c]);
     return value;
@@ -129,7 +118,7 @@ static double sum_at(const colors *s, double y) {
         most += e->most[c];
         floor += e->floor[c];
     }
-    if (!s->screen->list->mixed)
+    if (!s->on->list->mixed)
         sum = shd_smaller(sum, floor + shd_larger(y - s->floor[1], 0) * s->gain_sum_of_y);
     return shd_smaller(sum, most);
 }
@@ -142,7 +131,7 @@ static shd_interval ratio_at(const colors *s, int r, double y) {
 }
 
 static const shd_much *much_of(const colors *s) {
-    const shd_excess_list *list = s->screen->list;
+    const shd_excess_list *list = s->on->list;
     return list->much[s->excess - list->excess];
 }
 
@@ -150,60 +139,59 @@ static void look_at_terms(const shd_excess *e, colors *s) {
     const shd_much *much = much_of(s);
     s->terms_floor = 0;
     for (size_t t = 0; e->terms && t < e->term_count; t++) {
-        for (int r = 0; r < 3; r++) {
-            s->terms[t][r] = 0;
-            for (int c = 0; c < 3; c++)
-                s->terms[t][r] += s->screen->xyz[r][c] * e->terms[t].color[c];
-        }
+        shd_apply(s->on->screen.xyz, e->terms[t].color, s->terms[t]);
         s->terms_floor += much[t].low * s->terms[t][1];
     }
 }
 
 /* `limit` 0: there is none. */
-static screen screen_of(const shd_excess_list *list, const shd_shown *shown, double limit) {
-    screen s = {.list = list,
-                .step = list->mixed || limit > 0 ? COARSE_STEP : STEP,
-                .limit = limit > 0 ? limit : INFINITY,
-                .error = shd_bound_linear(list),
-                .noise = shd_curve_noise(shown->screen_curve),
-                .same = true};
-    memcpy(s.rgb, shown->screen, sizeof s.rgb);
-    memcpy(s.to_xyz, shown->to_xyz, sizeof s.to_xyz);
+static setting setting_of(const shd_excess_list *list, const shd_shown *shown, double limit) {
+    setting s = {.list = list,
+                 .screen = shd_screen_of(shown),
+                 .step = list->mixed || limit > 0 ? COARSE_STEP : STEP,
+                 .limit = limit > 0 ? limit : INFINITY,
+                 .error = shd_bound_linear(list),
+                 .noise = shd_curve_noise(shown->screen_curve)};
+    const double(*channels)[3] = s.screen.channels;
+    shd_apply(s.screen.xyz, (const double[3]){1, 1, 1}, s.white);
     for (int r = 0; r < 3; r++) {
         s.of_y_held[r] = SHD_NO_INTERVAL;
-        for (int c = 0; c < 3; c++) {
-            s.same &= r == c ? s.rgb[r][c] == s.rgb[0][0] : s.rgb[r][c] == 0;
-            for (int k = 0; k < 3; k++) s.xyz[r][c] += s.to_xyz[r][k] * s.rgb[k][c];
-            s.white[r] += s.xyz[r][c];
-            s.columns[c][r] = s.xyz[r][c];
-            s.channels[c][r] = s.to_xyz[r][c];
-            shd_widen(&s.of_y_held[r], s.to_xyz[r][c] / s.to_xyz[1][c]);
-        }
+        for (int c = 0; c < 3; c++) shd_widen(&s.of_y_held[r], channels[c][r] / channels[c][1]);
     }
-    for (int c = 0; c < 3; c++) s.error_y += fabs(s.xyz[1][c]) * s.error;
+    for (int c = 0; c < 3; c++) s.error_y += fabs(s.screen.xyz[1][c]) * s.error;
     return s;
+}
+
+/* X, Y or Z of channels in intervals, by its row of to_xyz. */
+static shd_interval sum_channels(const double row[3], const shd_interval channel[3]) {
+    shd_interval sum = {0, 0};
+    for (int r = 0; r < 3; r++) {
+        sum.low += row[r] * channel[r].low;
+        sum.high += row[r] * channel[r].high;
+    }
+    return sum;
 }
 
 /* The Y of the colors. */
 static shd_interval lightness_of(const colors *s) {
-    const shd_excess_list *list = s->screen->list;
+    const shd_excess_list *list = s->on->list;
     double low = 0;
     for (int c = 0; c < 3; c++)
-        low += s->screen->xyz[1][c] * (s->excess->floor[c] - s->screen->error);
+        low += s->on->screen.xyz[1][c] * (s->excess->floor[c] - s->on->error);
     /* What is held at 0 adds to Y. Darker ones cover a part of their pixel: see SHD_MIXTURE. */
     low = list->nonnegative ? shd_larger(s->value[1].low, shd_smaller(shd_smaller(low, 1), s->held))
                             : 0;
     return (shd_interval){low > DARKEST ? low : 0, s->value[1].high};
 }
 
-static void find_colors(const screen *on, const shd_excess *e, colors *s) {
+static void find_colors(const setting *on, const shd_excess *e, colors *s) {
     const shd_excess_list *list = on->list;
-    *s = (colors){.screen = on, .excess = e, .coherent = list->nonnegative, .held = INFINITY};
+    *s = (colors){.on = on, .excess = e, .coherent = list->nonnegative, .held = INFINITY};
     bool held = false;
     for (int r = 0; r < 3; r++) {
         shd_interval at = {0, 0};
         for (int c = 0; c < 3; c++) {
-            const double m = on->rgb[r][c], high = e->most[c] + on->error;
+            const double m = on->screen.rgb[r][c], high = e->most[c] + on->error;
             const double low = list->nonnegative && !list->mixed ? e->floor[c] - on->error
                                : list->nonnegative               ? -on->error
                                                                  : -high;
@@ -215,11 +203,7 @@ static void find_colors(const screen *on, const shd_excess *e, colors *s) {
         s->channel[r] = (shd_interval){shd_smaller(shd_larger(at.low, 0), 1),
                                        shd_smaller(shd_larger(at.high, 0), 1)};
     }
-    for (int r = 0; r < 3; r++)
-        for (int k = 0; k < 3; k++) {
-            s->value[r].low += on->to_xyz[r][k] * s->channel[k].low;
-            s->value[r].high += on->to_xyz[r][k] * s->channel[k].high;
-        }
+    for (int r = 0; r < 3; r++) s->value[r] = sum_channels(on->screen.to_xyz[r], s->channel);
     /* Equal channels are held together. */
     if (held && !list->grey) s->held = 0;
     look_at_parts(&e->parts, s);
@@ -230,8 +214,8 @@ static void find_colors(const screen *on, const shd_excess *e, colors *s) {
         for (int k = 0; k < 3; k++) {
             double y = 0; /* where channel k is 1 */
             for (int r = 0; r < 3; r++)
-                y +=
-                    on->to_xyz[1][r] * (r == k ? 1 : shd_larger(s->least[r][k], s->channel[r].low));
+                y += on->screen.to_xyz[1][r] *
+                     (r == k ? 1 : shd_larger(s->least[r][k], s->channel[r].low));
             s->held = shd_smaller(s->held, y);
         }
     }
@@ -250,7 +234,7 @@ typedef struct moves {
 /* Where channels are not held, of colors whose Y is at most `y`. */
 static moves free_moves(const colors *s, double y) {
     const shd_excess *e = s->excess;
-    const screen *on = s->screen;
+    const setting *on = s->on;
     const shd_excess_list *list = on->list;
     moves m = {.main = e->main_absolute};
     double base = 0;
@@ -263,12 +247,12 @@ static moves free_moves(const colors *s, double y) {
         m.rest[c] = e->rest_absolute[c] + shd_smaller(e->rest_limited[c], limit);
         if (!list->grey) m.own[c] = list->more;
         if (!list->grey) m.share[c] = list->color * value_at(s, c, y);
-        if (!list->grey || !on->same)
+        if (!list->grey || !on->screen.same)
             m.channel[c] = on->noise * shd_smaller(s->channel[c].high, y * s->channel_of_y[c]);
-        for (int k = 0; k < 3 && !on->same; k++)
-            m.channel[c] += SHD_MATRIX_NOISE * fabs(on->rgb[c][k]) * value_at(s, k, y);
+        for (int k = 0; k < 3 && !on->screen.same; k++)
+            m.channel[c] += SHD_MATRIX_NOISE * fabs(on->screen.rgb[c][k]) * value_at(s, k, y);
     }
-    if (list->grey) m.grey = (list->color + (on->same ? on->noise : 0)) * y + list->more;
+    if (list->grey) m.grey = (list->color + (on->screen.same ? on->noise : 0)) * y + list->more;
     return m;
 }
 
@@ -277,21 +261,21 @@ static moves free_moves(const colors *s, double y) {
  * goes to `share`. */
 static double channel_move(const colors *s, int r, double light, double y, double *share) {
     const shd_excess *e = s->excess;
-    const screen *on = s->screen;
+    const setting *on = s->on;
     const shd_excess_list *list = on->list;
     /* Whether it is one of the working space's, or a sum of them, which are no more than it then.
      */
-    const bool same = on->rgb[r][(r + 1) % 3] == 0 && on->rgb[r][(r + 2) % 3] == 0;
+    const bool same = on->screen.rgb[r][(r + 1) % 3] == 0 && on->screen.rgb[r][(r + 2) % 3] == 0;
     bool sum = same || list->nonnegative;
     for (int c = 0; c < 3; c++) {
-        if (on->rgb[r][c] < -1e-6) sum = false;
-        if (on->rgb[r][c] < 0) light -= on->rgb[r][c] * e->most[c];
+        if (on->screen.rgb[r][c] < -1e-6) sum = false;
+        if (on->screen.rgb[r][c] < 0) light -= on->screen.rgb[r][c] * e->most[c];
     }
     const double color = list->color + (same ? 0 : SHD_MATRIX_NOISE);
     double move = 0;
     *share = (on->noise + (sum ? color : 0)) * light;
     for (int c = 0; c < 3; c++) {
-        const double weight = fabs(on->rgb[r][c]);
+        const double weight = fabs(on->screen.rgb[r][c]);
         double value = e->most[c], limited = e->limited[c];
         if (sum && weight > 0) value = shd_smaller(value, light / weight);
         /* What is held at 0 adds to Y. */
@@ -309,47 +293,42 @@ static double channel_move(const colors *s, int r, double light, double y, doubl
 /* The largest difference of colors whose Y is in the range and whose channels in `at_1` are held at
  * 1, while each other one goes its own way. */
 static double held_bound(const colors *s, shd_interval y, int at_1, double enough) {
-    const screen *on = s->screen;
+    const setting *on = s->on;
     shd_interval channel[3];
-    double least = 0, most = 0;
     for (int r = 0; r < 3; r++) {
         channel[r] = s->channel[r];
         if (at_1 >> r & 1) channel[r].low = 1;
         for (int k = 0; k < 3; k++)
             if (at_1 >> k & 1) channel[r].low = shd_larger(channel[r].low, s->least[r][k]);
         if (channel[r].low > channel[r].high) return 0; /* there are none */
-        least += on->to_xyz[1][r] * channel[r].low;
-        most += on->to_xyz[1][r] * channel[r].high;
     }
-    if (y.high < least || y.low > most) return 0;
+    const shd_interval held = sum_channels(on->screen.to_xyz[1], channel);
+    if (y.high < held.low || y.low > held.high) return 0;
     double move[3] = {0, 0, 0}, alone[3], share[3];
     for (int r = 0; r < 3; r++) {
-        const double own = on->to_xyz[1][r];
+        const double own = on->screen.to_xyz[1][r];
         const shd_interval given = channel[r];
         alone[r] = share[r] = 0;
         if (at_1 >> r & 1) continue;
-        channel[r].high = shd_smaller(given.high, (y.high - least) / own + given.low);
-        channel[r].low = shd_larger(given.low, (y.low - most) / own + given.high);
+        channel[r].high = shd_smaller(given.high, (y.high - held.low) / own + given.low);
+        channel[r].low = shd_larger(given.low, (y.low - held.high) / own + given.high);
         alone[r] = channel_move(s, r, channel[r].high + on->error_y,
                                 at_1 ? (double)INFINITY : y.high + on->error_y, &share[r]);
-        for (int k = 0; k < 3; k++) move[k] += on->to_xyz[k][r] * (alone[r] + share[r]);
+        for (int k = 0; k < 3; k++) move[k] += on->screen.to_xyz[k][r] * (alone[r] + share[r]);
     }
     shd_interval of_y[3];
     const double of_high = 1 / y.high, of_low = 1 / shd_larger(y.low, 1e-9);
     for (int k = 0; k < 3; k++) {
-        shd_interval value = {0, 0};
-        for (int r = 0; r < 3; r++) {
-            value.low += on->to_xyz[k][r] * channel[r].low;
-            value.high += on->to_xyz[k][r] * channel[r].high;
-        }
+        const shd_interval value = sum_channels(on->screen.to_xyz[k], channel);
         of_y[k] = (shd_interval){shd_larger(on->of_y_held[k].low, value.low * of_high),
                                  shd_smaller(on->of_y_held[k].high, value.high * of_low)};
     }
     const shd_lab_curves f = shd_lab_curves_of(of_y, y, move);
     shd_lab_difference d = {.l = 0};
-    const double part = on->list->color + on->noise + (on->same ? 0 : SHD_MATRIX_NOISE);
-    shd_lab_add_shares(&d, share, on->channels, part, f.slope, of_y, y.high + on->error_y, move);
-    for (int r = 0; r < 3; r++) shd_lab_add(&d, f.slope, alone[r], on->channels[r]);
+    const double part = on->list->color + on->noise + (on->screen.same ? 0 : SHD_MATRIX_NOISE);
+    shd_lab_add_shares(&d, share, on->screen.channels, part, f.slope, of_y, y.high + on->error_y,
+                       move);
+    for (int r = 0; r < 3; r++) shd_lab_add(&d, f.slope, alone[r], on->screen.channels[r]);
     return shd_lab_length(&d, f.value, enough);
 }
 
@@ -357,7 +336,7 @@ static double held_bound(const colors *s, shd_interval y, int at_1, double enoug
 static void add_lights(shd_lab_difference *d, const colors *s, const moves *m,
                        const shd_interval slope[3]) {
     shd_lab_add(d, slope, m->main, s->main);
-    for (int c = 0; c < 3; c++) shd_lab_add(d, slope, m->rest[c], s->screen->columns[c]);
+    for (int c = 0; c < 3; c++) shd_lab_add(d, slope, m->rest[c], s->on->screen.columns[c]);
 }
 
 /* The same term by term, of colors whose Y is at most `y`. */
@@ -370,8 +349,7 @@ static void add_known_terms(shd_lab_difference *d, const colors *s, const shd_in
         const double *xyz = s->terms[t];
         /* The other ones are at their least where there is most of it. */
         double most = y;
-        if (!s->screen->list->mixed)
-            most = much[t].low * xyz[1] + shd_larger(y - s->terms_floor, 0);
+        if (!s->on->list->mixed) most = much[t].low * xyz[1] + shd_larger(y - s->terms_floor, 0);
         most = xyz[1] > 0 ? shd_smaller(most / xyz[1], much[t].high) : much[t].high;
         const double rate = e->distance + (lobe > 0 ? e->ratio : 0);
         shd_lab_add(d, slope, much[t].absolute + shd_smaller(much[t].limited, rate * most), xyz);
@@ -381,7 +359,7 @@ static void add_known_terms(shd_lab_difference *d, const colors *s, const shd_in
 
 /* The same of colors of which no channel is held. */
 static double free_bound(const colors *s, shd_interval y, double enough) {
-    const screen *on = s->screen;
+    const setting *on = s->on;
     const moves m = free_moves(s, y.high + on->error_y);
     shd_interval of_y[3];
     double move[3];
@@ -389,9 +367,9 @@ static double free_bound(const colors *s, shd_interval y, double enough) {
     for (int r = 0; r < 3; r++) {
         move[r] = 0;
         for (int c = 0; c < 3; c++) {
-            move[r] += fabs(on->xyz[r][c]) *
+            move[r] += fabs(on->screen.xyz[r][c]) *
                        (m.main * s->excess->main[c] + m.rest[c] + m.own[c] + m.share[c] + m.grey);
-            move[r] += on->to_xyz[r][c] * m.channel[c];
+            move[r] += on->screen.to_xyz[r][c] * m.channel[c];
         }
         of_y[r] = s->of_y[r];
         shd_interval value = {s->value[r].low * of_high, s->value[r].high * of_low};
@@ -409,11 +387,11 @@ static double free_bound(const colors *s, shd_interval y, double enough) {
     const shd_lab_curves f = shd_lab_curves_of(of_y, y, move);
     shd_lab_difference d = {.l = 0};
     shd_lab_add(&d, f.slope, m.grey, on->white);
-    shd_lab_add_shares(&d, m.share, on->columns, on->list->color, f.slope, of_y,
+    shd_lab_add_shares(&d, m.share, on->screen.columns, on->list->color, f.slope, of_y,
                        y.high + on->error_y, move);
     for (int c = 0; c < 3; c++) {
-        shd_lab_add(&d, f.slope, m.own[c], on->columns[c]);
-        shd_lab_add(&d, f.slope, m.channel[c], on->channels[c]);
+        shd_lab_add(&d, f.slope, m.own[c], on->screen.columns[c]);
+        shd_lab_add(&d, f.slope, m.channel[c], on->screen.channels[c]);
     }
     shd_lab_difference lights = d;
     add_lights(&lights, s, &m, f.slope);
@@ -442,7 +420,7 @@ static double range_bound(const colors *s, shd_interval y, double bound, double 
     shd_interval part[MOST_PARTS];
     double parts[MOST_PARTS];
     const double low = shd_larger(y.low, DARKEST);
-    if (bound <= enough || y.high <= s->screen->step * low) return shd_larger(bound, enough);
+    if (bound <= enough || y.high <= s->on->step * low) return shd_larger(bound, enough);
     const int count = (int)shd_smaller(2 + 1.5 * log2(y.high / low), MOST_PARTS);
     const double factor = pow(y.high / low, 1.0 / count);
     for (int i = 0; i < count; i++) {
@@ -450,7 +428,7 @@ static double range_bound(const colors *s, shd_interval y, double bound, double 
         part[i].high = i < count - 1 ? shd_larger(part[i].low, DARKEST) * factor : y.high;
         parts[i] = step_bound(s, part[i], enough);
     }
-    for (int k = 0; k < count && enough <= s->screen->limit; k++) {
+    for (int k = 0; k < count && enough <= s->on->limit; k++) {
         int worst = 0;
         for (int i = 1; i < count; i++)
             if (!(parts[i] <= parts[worst])) worst = i;
@@ -463,7 +441,7 @@ static double range_bound(const colors *s, shd_interval y, double bound, double 
 double shd_bound_delta_e(const shd_excess_list *list, const shd_shown *shown, double enough) {
     if (!shown->seen) return INFINITY;
     const double mixture = list->mixed ? SHD_MIXTURE : 1;
-    const screen on = screen_of(list, shown, enough / mixture);
+    const setting on = setting_of(list, shown, enough / mixture);
     if (!isfinite(on.error)) return INFINITY;
     double worst = enough / mixture, bound[SHD_EXCESSES];
     colors all[SHD_EXCESSES];

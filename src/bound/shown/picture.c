@@ -37,28 +37,11 @@ struct shd_picture_errors {
     double more;  /* in every channel */
     double noise; /* relative: of f32 on the way to a channel of the screen */
     bool grey;    /* channels are equal, to the bit */
-    bool same;    /* the screen's channels are the working space's */
-    double rgb[3][3], to_xyz[3][3];
-    double columns[3][3], channels[3][3]; /* X, Y, Z of channels: the working space's, its own, */
-    double white[3];                      /* and of all of these together */
+    shd_screen screen;
+    double white[3]; /* XYZ of all of the screen's channels together */
 };
 
 /* ---- What is the same for all pixels. ---- */
-
-static void set_screen(const shd_excess_list *list, const shd_shown *shown,
-                       shd_picture_errors *to) {
-    memcpy(to->rgb, shown->screen, sizeof to->rgb);
-    memcpy(to->to_xyz, shown->to_xyz, sizeof to->to_xyz);
-    to->same = true;
-    for (int r = 0; r < 3; r++)
-        for (int c = 0; c < 3; c++) {
-            to->same &= r == c ? to->rgb[r][c] == to->rgb[0][0] : to->rgb[r][c] == 0;
-            for (int k = 0; k < 3; k++) to->columns[c][r] += to->to_xyz[r][k] * to->rgb[k][c];
-            to->channels[c][r] = to->to_xyz[r][c];
-            to->white[r] += to->to_xyz[r][c];
-        }
-    to->grey = list->grey && to->same;
-}
 
 /* The terms of an excess, the constant one among them: its limits matter to other ones. False:
  * there are too many, or they are not known. */
@@ -77,8 +60,7 @@ static bool add_excess(const shd_excess_list *list, size_t index, const shd_term
             term *added = &to->terms[to->count++];
             *added = (term){.class = class, .constant = t == 0};
             memcpy(added->color, e->terms[t].color, sizeof added->color);
-            for (int c = 0; c < 3; c++)
-                for (int r = 0; r < 3; r++) added->xyz[r] += to->columns[c][r] * added->color[c];
+            shd_apply(to->screen.xyz, added->color, added->xyz);
         }
         to->class_count++;
     }
@@ -129,7 +111,9 @@ bool shd_picture_errors_new(const shd_plan *plan, const shd_excess_list *list,
     e->share = list->color;
     e->more = list->more;
     e->noise = shd_curve_noise(shown->screen_curve);
-    set_screen(list, shown, e);
+    e->screen = shd_screen_of(shown);
+    e->grey = list->grey && e->screen.same;
+    shd_apply(e->screen.to_xyz, (const double[3]){1, 1, 1}, e->white);
     const shd_term *known[MOST_CLASSES];
     size_t first[MOST_CLASSES];
     for (size_t i = 0; i < list->count; i++)
@@ -223,14 +207,14 @@ static shown_pixel show_pixel(const shd_picture_errors *e, const double rgb[3],
     for (int r = 0; r < 3; r++) {
         double products = 0;
         for (int c = 0; c < 3; c++) {
-            p.light[r] += e->rgb[r][c] * rgb[c];
-            products += fabs(e->rgb[r][c]) * fabs(rgb[c]);
-            p.error[r] += fabs(e->rgb[r][c]) * error[c];
+            p.light[r] += e->screen.rgb[r][c] * rgb[c];
+            products += fabs(e->screen.rgb[r][c]) * fabs(rgb[c]);
+            p.error[r] += fabs(e->screen.rgb[r][c]) * error[c];
         }
         p.own[r] = e->noise * (fabs(p.light[r]) + p.error[r]);
-        if (!e->same) p.own[r] += SHD_MATRIX_NOISE * (products + p.error[r]);
+        if (!e->screen.same) p.own[r] += SHD_MATRIX_NOISE * (products + p.error[r]);
         p.error[r] += p.own[r];
-        p.held |= p.light[r] + p.error[r] > 1 || (!e->same && p.light[r] < p.error[r]);
+        p.held |= p.light[r] + p.error[r] > 1 || (!e->screen.same && p.light[r] < p.error[r]);
     }
     return p;
 }
@@ -240,7 +224,7 @@ static void add_channels(shd_lab_difference *d, const shd_picture_errors *e, con
                          const shd_interval slope[3]) {
     for (int r = 0; r < 3; r++) {
         const bool still = p->light[r] - p->error[r] >= 1 || p->light[r] + p->error[r] <= 0;
-        if (!still) shd_lab_add(d, slope, p->error[r], e->channels[r]);
+        if (!still) shd_lab_add(d, slope, p->error[r], e->screen.channels[r]);
     }
 }
 
@@ -271,8 +255,8 @@ double shd_picture_delta_e(const shd_picture_errors *e, const double rgb[3]) {
     double value[3] = {0, 0, 0}, move[3] = {0, 0, 0};
     for (int r = 0; r < 3; r++)
         for (int k = 0; k < 3; k++) {
-            value[r] += e->to_xyz[r][k] * shd_smaller(shd_larger(p.light[k], 0), 1);
-            move[r] += fabs(e->to_xyz[r][k]) * p.error[k];
+            value[r] += e->screen.to_xyz[r][k] * shd_smaller(shd_larger(p.light[k], 0), 1);
+            move[r] += fabs(e->screen.to_xyz[r][k]) * p.error[k];
         }
     const double y = value[1];
     shd_interval of_y[3];
@@ -289,13 +273,13 @@ double shd_picture_delta_e(const shd_picture_errors *e, const double rgb[3]) {
         add_channels(&d, e, &p, f.slope);
     } else {
         double share[3];
-        const double part = e->share + (e->same ? e->noise : 0);
+        const double part = e->share + (e->screen.same ? e->noise : 0);
         for (int c = 0; c < 3; c++) {
             share[c] = part * (shd_larger(rgb[c], 0) + e->error);
-            shd_lab_add(&d, f.slope, e->more, e->columns[c]);
-            if (!e->same) shd_lab_add(&d, f.slope, p.own[c], e->channels[c]);
+            shd_lab_add(&d, f.slope, e->more, e->screen.columns[c]);
+            if (!e->screen.same) shd_lab_add(&d, f.slope, p.own[c], e->screen.channels[c]);
         }
-        shd_lab_add_shares(&d, share, e->columns, part, f.slope, of_y, y + move[1], move);
+        shd_lab_add_shares(&d, share, e->screen.columns, part, f.slope, of_y, y + move[1], move);
         add_pixel_terms(&d, e, &a, f.slope);
     }
     return shd_lab_length(&d, f.value, 0);

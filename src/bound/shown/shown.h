@@ -13,6 +13,26 @@ double shd_curve_noise(shd_transfer transfer);
 /* And through a matrix that is not diagonal, relative to the products that it adds up. */
 static const double SHD_MATRIX_NOISE = 5 * 0x1p-24;
 
+/* How a screen shows the working space. XYZ is divided by the white. */
+typedef struct shd_screen {
+    double rgb[3][3];      /* from the working space to the screen's linear RGB */
+    double to_xyz[3][3];   /* from there to XYZ */
+    double xyz[3][3];      /* both, one after the other */
+    double columns[3][3];  /* XYZ of each channel of the working space */
+    double channels[3][3]; /* XYZ of each of the screen's channels */
+    bool same; /* the channels are the working space's, so that equal ones stay equal to the bit */
+} shd_screen;
+
+shd_screen shd_screen_of(const shd_shown *shown);
+
+/* out = m v. */
+static inline void shd_apply(const double m[3][3], const double v[3], double out[3]) {
+    for (int r = 0; r < 3; r++) {
+        out[r] = 0;
+        for (int c = 0; c < 3; c++) out[r] += m[r][c] * v[c];
+    }
+}
+
 /* A pixel that mixes colors errs by their errors' mean, and lies above each one's share w of it.
  * Curves are flattest in the light, so that all shares but one hide in that one's; but where a
  * curve is straight near black, colors u at its end and 0 err by 1 - w + slope(w u) / slope(u) w
