@@ -8,18 +8,15 @@
 #include "bound/light/misplaced.h"
 #include "bound/light/terms.h"
 
-/* Pairs of objects and lights that are looked at one by one: beyond, only the spheres
- * around objects are. */
-enum { MOST_PAIRS = 1 << 20 };
+enum {
+    MOST_PAIRS =
+        1 << 20,        /* of objects and lights; after these, only spheres around objects count */
+    MOST_LOOKS = 1024,  /* pairs of pieces and lights that are looked at, some 40 ns each */
+    LIGHTS_AT_ONCE = 64 /* between looks at the flag that cancels; each has up to 65 lobes */
+};
 
-/* Pairs of pieces and lights that are looked at, some 40 ns each. */
-enum { MOST_LOOKS = 1024 };
-
-/* Lights at a piece between looks at the flag that cancels: each has up to 65 lobes. */
-enum { LIGHTS_AT_ONCE = 64 };
-
-/* Rounding of a position in f32, in the frame's unit: half an ulp below 2 in three coordinates.
- * A light's, whose coordinates may be larger, grows with them. */
+/* What rounding to f32 moves a position by, in the frame's unit: half an ulp below 2 in three
+ * coordinates. A light's coordinates may be larger, and it is moved by as much more. */
 static const double POSITION = 1.1e-7;
 
 /* A light as it comes to an object. */
@@ -27,30 +24,33 @@ typedef struct source {
     const shd_plan_light *light;
     const shd_path_error *error;
     size_t term;     /* the first of its terms */
-    double strength; /* what these are times */
+    double strength; /* these times it are the light */
     double least;    /* no point of the object is nearer */
-    /* Error of the direction, and half the relative one of the distance: near / distance + far. */
+    /* near / distance + far is the error of the direction, and half the relative error of the
+     * distance. */
     double near, far;
 } source;
 
 typedef struct finding {
     const shd_plan *plan;
     shd_tier tier;
-    double color;           /* relative error of rounding; at a piece those */
-    double ratio, distance; /* of highlights, and of what depends on distances */
+    double color; /* the relative error by rounding */
     shd_excess_list *list;
     shd_influences *influences; /* or NULL */
     shd_hues hues;
-    shd_terms terms;      /* of the object in question, */
-    const shd_term *kept; /* a copy of them that stays, or NULL: they are many, */
-    shd_much *much;       /* [terms]: of its piece */
-    source *sources;      /* [light_count]: its lights */
-    shd_misplaced misplaced;
-    double *beside;        /* [light_count]: no point that is seen is nearer to the light */
-    shd_lobe_error *lobes; /* [max_lobes]: of its material */
-    shd_piece *pieces;     /* [SHD_MOST_PIECES] */
+    double *beside; /* [light_count]: no point that is seen is nearer to the light */
     int fineness;
     bool mixed; /* pixels may be made of several samples, which lie anywhere */
+    /* Of the object in question: */
+    shd_terms terms;
+    const shd_term *kept; /* a copy of the terms that stays; NULL: they are too many */
+    source *sources;      /* [light_count] */
+    shd_misplaced misplaced;
+    shd_lobe_error *lobes; /* [max_lobes] */
+    shd_piece *pieces;     /* [SHD_MOST_PIECES] */
+    /* Of its piece in question: */
+    shd_much *much;         /* [terms] */
+    double ratio, distance; /* relative errors of highlights, and of what depends on distances */
 } finding;
 
 /* ---- A light at a piece. ---- */
@@ -78,18 +78,18 @@ static source source_of(const finding *f, const shd_plan_object *object, uint32_
                 .strength = f->hues.strength[index]};
     if (light->directional) return s;
     s.least = shd_least_distance(place, light->position);
-    /* Facets are lit where nobody looks too. */
+    /* Facets are lit at points that nobody sees, too. */
     if (place->object->interpolation == SHD_PHONG) s.least = shd_larger(s.least, f->beside[index]);
     if (f->tier == SHD_EXACT || plan->split_positions) return s;
     const double from_origin = shd_plan_length(shd_sub(light->position, plan->origin));
     s.near =
         POSITION * shd_plan_size(plan, object, light) / plan->scale + POSITION / 2 * from_origin;
-    /* On a plane coordinates grow with the distance. */
+    /* A plane's coordinates grow with the distance. */
     if (!object->bounded) s.far = POSITION;
     return s;
 }
 
-/* What it makes of a light that its points are elsewhere and their normals turned. */
+/* Adds what it changes of a light that points are elsewhere and their normals turned. */
 static void add_misplaced(const finding *f, const shd_plan_material *material, const source *from,
                           const shd_piece *piece, const shd_lit *lit) {
     const double high = from->strength * lit->factor_high, turned = f->misplaced.turned;
@@ -102,7 +102,7 @@ static void add_misplaced(const finding *f, const shd_plan_material *material, c
     for (size_t k = 0; k < material->lobe_count; k++) {
         const double most = shd_shine_most(lit->shine_high, material->lobes[k].shininess);
         shd_lobe_error turning = f->lobes[k];
-        turning.square = 0; /* of the kernels' own rounding */
+        turning.square = 0; /* it is of the kernels' own rounding */
         to++;
         to->misplaced += high * (distance * most + shd_lobe_turned(&turning, lit->shine_high, most,
                                                                    moved + 2 * turned));
@@ -119,7 +119,7 @@ static double add_light_error(finding *f, const shd_plan_material *material, con
     const double distance = e->relative + (light->attenuated ? 2 * position : 0);
     f->distance = shd_larger(f->distance, distance);
     const double high = from->strength * lit->factor_high, low = from->strength * lit->factor_low;
-    /* Where s is low, so are the errors that it multiplies, but not its own. */
+    /* A low s makes the errors low that it multiplies, but not its own. */
     const double spot =
         light->spot ? from->strength * lit->fall_high * spot_error(f, light, lit, position) : 0;
     shd_much *to = &f->much[from->term];
@@ -137,7 +137,7 @@ static double add_light_error(finding *f, const shd_plan_material *material, con
         const double turned =
             shd_lobe_turned(error, lit->shine_high, most, e->direction + position);
         const double functions = shd_lobe_functions(error, most);
-        /* What is not in proportion to the lobe is absolute. */
+        /* An error that is not in proportion to the lobe is absolute. */
         const bool relative = error->turned_ratio < INFINITY;
         const double wrong = relative ? shd_lobe_sum(turned, functions) : functions;
         const double faint = shd_lobe_faint(error, most) +
@@ -155,7 +155,7 @@ static double add_light_error(finding *f, const shd_plan_material *material, con
     return shd_larger(shd_larger(seen[0], seen[1]), seen[2]);
 }
 
-/* ---- Colors that there are. ---- */
+/* ---- The colors that there are. ---- */
 
 static void add_parts(shd_parts *to, const shd_parts *from) {
     for (int c = 0; c < 3; c++) {
@@ -164,7 +164,7 @@ static void add_parts(shd_parts *to, const shd_parts *from) {
     }
 }
 
-/* Pixels that mix samples have colors between all that there are. */
+/* A pixel that mixes samples has a color between all that there are. */
 static void finish_parts(const finding *f, const shd_parts *all) {
     shd_excess_list *list = f->list;
     for (size_t i = 0; i < list->count; i++) {
@@ -202,7 +202,7 @@ static void keep_terms(const finding *f, shd_excess *to, bool fresh) {
     }
 }
 
-/* The larger of both, in everything; their main directions are the same. */
+/* The larger of both, in everything. Their main directions are the same. */
 static void merge_excess(shd_excess *to, const shd_excess *from) {
     take_larger(to->absolute, from->absolute, 3);
     take_larger(to->limited, from->limited, 3);
@@ -226,14 +226,14 @@ static void merge_excess(shd_excess *to, const shd_excess *from) {
     for (int k = 0; k < 2; k++) shd_parts_note(&to->gain, above[k]);
 }
 
-/* In powers of 2.5 from 1e-4 on. */
+/* The step of a color: powers of 2.5 from 1e-4 on. */
 static int brightness_step(const double color[3]) {
     const double sum = color[0] + color[1] + color[2];
     return sum > 1e-4 ? 1 + (int)(0.75 * log2(shd_smaller(sum / 1e-4, 1e6))) : 0;
 }
 
-/* Where the errors of a piece go: to those of its material, as dark and as bright as it is. Where
- * there is no room, to those that are nearest. */
+/* The excess that the errors of a piece are counted in: of its material, and as dark and as bright
+ * as the piece. If there is none and no room for another, it is the nearest. */
 static shd_excess *slot_of(const finding *f, const shd_excess *sum, bool *fresh) {
     shd_excess_list *list = f->list;
     shd_excess *nearest = NULL;
@@ -248,7 +248,7 @@ static shd_excess *slot_of(const finding *f, const shd_excess *sum, bool *fresh)
     return *fresh ? &list->excess[list->count++] : nearest;
 }
 
-/* Everything about an object but its pieces. Materials and terms are those of its group. False:
+/* Finds everything about an object but its pieces. Its group has its material and terms. False:
  * memory. */
 static bool find_object(finding *f, size_t index, bool same_group, bool few, shd_arena *arena) {
     const shd_plan *plan = f->plan;
@@ -275,7 +275,7 @@ static bool find_object(finding *f, size_t index, bool same_group, bool few, shd
     return true;
 }
 
-/* The sums of the terms: colors and their errors. */
+/* Sums up the terms: their colors and errors. */
 static void sum_terms(const finding *f, const shd_plan_material *material, shd_excess *to) {
     const size_t stride = 1 + material->lobe_count;
     double low[4] = {0}, high[4] = {0}, absolute[4] = {0}, limited[4] = {0}, base[4] = {0};
@@ -300,7 +300,7 @@ static void sum_terms(const finding *f, const shd_plan_material *material, shd_e
     to->main_limited = limited[3];
 }
 
-/* The largest of the channels. */
+/* The largest error of a channel because points are elsewhere. */
 static double misplaced_of(const finding *f) {
     double sum[3] = {0};
     for (size_t i = 1; i < f->terms.count; i++)
@@ -308,7 +308,7 @@ static double misplaced_of(const finding *f) {
     return shd_larger(shd_larger(sum[0], sum[1]), sum[2]);
 }
 
-/* What is beside the main direction of the errors. Each term errs by itself. */
+/* Finds the errors beside the main direction. Each term errs for itself. */
 static void part_errors(const finding *f, shd_excess *to) {
     const double main[4] = {to->main[0], to->main[1], to->main[2], 0};
     double absolute[4] = {0}, limited[4] = {0};
@@ -324,7 +324,7 @@ static void part_errors(const finding *f, shd_excess *to) {
     memcpy(to->rest_limited, limited, sizeof to->rest_limited);
 }
 
-/* The sum over an object's lights at one of its pieces. */
+/* Counts the errors of all of an object's lights at one of its pieces. */
 static void add_piece_error(finding *f, const shd_plan_object *object, const shd_piece *piece,
                             double *influences) {
     const shd_plan *plan = f->plan;
@@ -374,7 +374,7 @@ static void add_piece_error(finding *f, const shd_plan_object *object, const shd
     keep_terms(f, to, fresh);
 }
 
-/* How finely objects are looked at. Of the pieces of a solid about half may be seen. */
+/* How finely objects are looked at. About half of a solid's pieces may be seen. */
 static int fineness_of(const shd_plan *plan) {
     double pairs = 0;
     for (size_t i = 0; i < plan->scene->object_count; i++)
@@ -384,8 +384,7 @@ static int fineness_of(const shd_plan *plan) {
     return fineness;
 }
 
-/* A row for each piece where these are few, else one of the most that each light adds anywhere.
- * False: memory. */
+/* Makes a row for each piece if these are few, else one for all. False: memory. */
 static bool next_row(const finding *f, shd_arena *arena) {
     shd_influences *in = f->influences;
     if (!in || (in->count && f->fineness == 0)) return true;
@@ -431,7 +430,7 @@ static bool add_objects(finding *f, shd_arena *arena) {
 
 bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_excess_list *out,
                      shd_influences *influences) {
-    /* Facets mix colors of one piece, which are all in its range. */
+    /* A facet mixes colors of one piece alone, which are in its range. */
     const bool mixed = plan->scene->raster.samples > 1;
     finding f = {.plan = plan,
                  .tier = tier,
@@ -455,7 +454,6 @@ bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_
         const size_t rows = f.fineness ? SHD_MOST_PIECES * plan->scene->object_count : 1;
         *influences = (shd_influences){0, shd_arena_alloc(arena, rows, sizeof(double *))};
     }
-    /* Of the excesses, those that are counted are set. */
     out->count = 0;
     out->grey = plan->grey;
     out->mixed = mixed;

@@ -1,18 +1,18 @@
-/* Excess: errors of what is seen, for pieces of surfaces that are about as bright. */
+/* Excesses: the errors of what is seen. Each is of pieces of surfaces that are about as bright. */
 #ifndef SHD_BOUND_LIGHT_EXCESS_H
 #define SHD_BOUND_LIGHT_EXCESS_H
 
 #include "base/arena.h"
 #include "plan/plan.h"
 
-/* The range of colors' parts r, g, b / (r + g + b). */
+/* The ranges of r, g and b / (r + g + b) of some colors. */
 typedef struct shd_parts {
     double least[3], most[3];
 } shd_parts;
 
-/* Light of one color: one of a material's times that of some of its lights. */
+/* Light of one color: one of a material's colors times that of some of its lights. */
 typedef struct shd_term {
-    double color[4]; /* components by their size, and their sum */
+    double color[4]; /* the components' absolute values, and their sum */
     double part[3];  /* r, g, b / (r + g + b) */
 } shd_term;
 
@@ -23,30 +23,33 @@ typedef struct shd_much {
     double misplaced;         /* the error that both tiers share */
 } shd_much;
 
-/* The error of a color, in channel c, where its value is v within [floor, most], is at most
+/* The error of a color, in channel c of value v in [floor, most], is at most
  *     absolute[c] + limit(c, v) + color v
  *     limit(c, v) = min(limited[c], ratio (v - base[c]) + distance v)
- * because highlights err in proportion to themselves, and what lies below `base` is none. All
+ * because highlights err in proportion to themselves, and there is no highlight below `base`. All
  * lights of a color err in one direction of the colors, so that the error is also at most
- *     (main_absolute + min(main_limited, ...)) main[c] + rest_absolute[c] + rest_limited[c] + color
- * v whose first part is one vector. If the terms are known, the error is color v and the sum of
- * what the terms err by. Each of these is one vector: where there is w of a term, its color times
+ *     (main_absolute + min(main_limited, ...)) main[c] + rest_absolute[c] + rest_limited[c]
+ *     + color v
+ * whose first part is one vector. If the terms are known, the error is color v and the sum of the
+ * terms' errors. The error of w of a term is one vector: the term's color times at most
  *     absolute + min(limited, (ratio + distance) w)
- * at most, without the ratio if the term is diffuse. */
+ * or the same without the ratio if the term is diffuse. */
 typedef struct shd_excess {
     double absolute[3], limited[3];
-    double main[3]; /* its sum is 1, or 0 where there is nothing */
+    double main[3]; /* its sum is 1, or 0 if nothing errs */
     double main_absolute, main_limited;
     double rest_absolute[3], rest_limited[3];
     double ratio, distance;
     double base[3], floor[3], most[3];
-    shd_parts parts, gain; /* of its colors; of what they have above `floor` */
-    /* The constant term, and for each hue of its lights a diffuse term and one a lobe. The list
-     * has how much there is of each. NULL: there are too many, or several materials'. */
+    shd_parts parts; /* of its colors */
+    shd_parts gain;  /* of what the colors have above `floor` */
+    /* The constant term, and for each hue of its lights a diffuse term and one for each lobe.
+     * shd_excess_list.much has how much there is of each. NULL: there are too many, or they are of
+     * several materials. */
     const shd_term *terms;
     size_t term_count, lobe_count;
-    size_t material;  /* of the pieces, */
-    int dark, bright; /* and steps of what they show least and most */
+    size_t material;  /* of the pieces */
+    int dark, bright; /* the steps of the least and the most that they show */
 } shd_excess;
 
 enum { SHD_EXCESSES = 24, SHD_MOST_TERMS = 12 };
@@ -55,31 +58,33 @@ typedef struct shd_excess_list {
     size_t count;
     shd_excess excess[SHD_EXCESSES];
     shd_much much[SHD_EXCESSES][SHD_MOST_TERMS]; /* of excesses whose terms are known */
-    bool nonnegative; /* no color or coefficient is below 0; else `ratio`, `main`, `base` and
-                         `floor` mean nothing */
-    bool grey;        /* channels are equal */
-    bool mixed;       /* pixels may be means of samples, of any of the pieces and the background */
-    double color;     /* relative error of every color: rounding, what is left out */
-    double rounding;  /* the rounding alone */
-    double more;      /* absolute, in every channel: lights left out */
-    double most[3];   /* of all colors, by size */
-    double worst;     /* of all errors, those with `rounding` */
-    double misplaced; /* of colors where f64 has a point: of `linear` alone, for tiers share it */
+    /* No color or coefficient is below 0. Else `ratio`, `main`, `base` and `floor` mean nothing. */
+    bool nonnegative;
+    bool grey;       /* channels are equal */
+    bool mixed;      /* a pixel may be a mean of samples, of any pieces and the background */
+    double color;    /* the relative error of every color, by rounding and by what is left out */
+    double rounding; /* the part of it by rounding */
+    double more;     /* the absolute error of every channel, by lights that are left out */
+    double most[3];  /* the largest absolute values of all colors */
+    double worst;    /* the largest error without what is left out */
+    /* The largest error because f64 has points in other places. It counts in `linear` alone, for
+     * all tiers share it. */
+    double misplaced;
 } shd_excess_list;
 
-/* The most that each light adds to any channel. */
+/* The most that each light adds to any channel, at pieces of what is seen. */
 typedef struct shd_influences {
     size_t count;
-    double **rows; /* [count][light_count]: of pieces of what is seen */
+    double **rows; /* [count][light_count] */
 } shd_influences;
 
-/* Finds the errors of all that is seen, without what is left out. `influences` may be NULL. False:
+/* Finds the errors of all that is seen if nothing is left out. `influences` may be NULL. False:
  * memory, or cancelled. */
 bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_excess_list *out,
                      shd_influences *influences);
 
-/* Counts what is left out, in a list without it: at most `absolute` and `relative` times a color,
- * in any channel. */
+/* Counts what is left out, in a list without it: in any channel at most `absolute`, and `relative`
+ * times the color. */
 void shd_excess_leave_out(shd_excess_list *list, double absolute, double relative);
 
 #endif

@@ -1,14 +1,13 @@
-/* Pieces of surfaces. A part of a shape's unit form lies in the convex hull of a few points, and
- * its normals in the convex cone of a few vectors; both stay so under affine maps. A sphere around
- * the points and a circular cone around the vectors hold what is in the hulls, for both are
- * convex. */
+/* A part of a shape's unit form lies in the convex hull of a few points, and its normals in the
+ * convex cone of a few vectors. Both stay so under affine maps. A sphere around the points holds
+ * the hull, and a circular cone around the vectors holds their cone, because both are convex. */
 #include "bound/light/pieces.h"
 
 #include <string.h>
 
 #include "plan/cells.h"
 
-/* A picture's sides by this many pixels farther out: centres of pixels around it are looked at. */
+/* The picture's sides are this many pixels farther out, because pixels around it are looked at. */
 static const double PIXELS_AROUND = 2;
 
 enum { MOST_POINTS = 9 };
@@ -22,12 +21,13 @@ typedef struct maker {
     const shd_scene *scene;
     const atomic_bool *cancelled;
     shd_affine to_world, normal_map;
-    bool closed;     /* a solid seen from outside: what faces away is not seen */
-    shd_vec3 eye;    /* then, in the frame of the shape's unit form: the points of a unit sphere */
-    double sight;    /* that are seen are those with x.eye > sight */
-    bool front_only; /* normals are not turned */
+    bool closed; /* it is a solid seen from outside, of which nothing is seen that faces away */
+    /* Then a point x of a unit sphere, in the frame of the unit form, is seen if x.eye > sight. */
+    shd_vec3 eye;
+    double sight;
+    bool front_only;         /* normals are not turned */
     double half_x, half_y;   /* of the picture, at a distance of 1 in perspective */
-    double slant_x, slant_y; /* of rays to its sides there: their lengths */
+    double slant_x, slant_y; /* the lengths of rays to its sides there */
     shd_piece *out;
     size_t count;
 } maker;
@@ -47,7 +47,8 @@ static bool is_in_frame(const maker *m, shd_vec3 center, double radius) {
     return x - m->half_x * z <= radius * m->slant_x && y - m->half_y * z <= radius * m->slant_y;
 }
 
-/* Where the viewer is from the piece; within which angle. */
+/* The direction from the piece to the viewer. Returns the angle within which it is for all points.
+ */
 static shd_angle view_of(const shd_camera *camera, const shd_piece *piece, shd_vec3 *view) {
     *view = camera->back;
     if (camera->projection == SHD_ORTHOGRAPHIC) return (shd_angle){1, 0};
@@ -70,8 +71,8 @@ static void put_piece(maker *m, shd_piece piece, shd_vec3 view, shd_angle views,
     m->out[m->count++] = piece;
 }
 
-/* The piece with its normals as they are shaded, if it may be seen: twice where they may be turned
- * either way. `sides`: what they are turned by, where that is not the normals themselves. */
+/* Puts the piece with its normals as they are shaded, if it may be seen: twice if they may be
+ * turned either way. `sides` tells which ways that is, or NULL: the normals themselves tell. */
 static void put_seen_piece(maker *m, shd_piece piece, const bool *sides) {
     const shd_camera *camera = &m->scene->camera;
     if (!is_in_frame(m, piece.center, piece.radius)) return;
@@ -90,7 +91,7 @@ static void put_seen_piece(maker *m, shd_piece piece, const bool *sides) {
     if (away && !m->closed && !m->front_only) put_piece(m, piece, view, views, -1);
 }
 
-/* A sphere around the points: in the middle of their box. */
+/* A sphere around the points, whose center is that of their box. */
 static shd_piece piece_around(const shd_vec3 *at, int count) {
     shd_vec3 low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};
     for (int i = 0; i < count; i++) {
@@ -113,7 +114,7 @@ static shd_piece piece_around(const shd_vec3 *at, int count) {
     return piece;
 }
 
-/* Points and unit normals in the world's frame. */
+/* Adds the piece of a hull: points and unit normals in the world's frame. */
 static void add_hull(maker *m, const shd_vec3 *at, int points, const shd_vec3 *normal,
                      int normals) {
     shd_piece piece = piece_around(at, points);
@@ -121,7 +122,7 @@ static void add_hull(maker *m, const shd_vec3 *at, int points, const shd_vec3 *n
     double cosine = 1;
     if (!shd_plan_normalize(piece.axis, &piece.axis)) cosine = -1;
     for (int i = 0; i < normals; i++) cosine = shd_smaller(cosine, shd_dot(piece.axis, normal[i]));
-    /* Cones that are not wider than a half space are convex. */
+    /* A cone is convex if it is no wider than a half space. */
     if (cosine >= 1 - 1e-14)
         piece.spread = (shd_angle){1, 0};
     else if (cosine > 0)
@@ -129,7 +130,7 @@ static void add_hull(maker *m, const shd_vec3 *at, int points, const shd_vec3 *n
     put_seen_piece(m, piece, NULL);
 }
 
-/* Of the shape's unit form. */
+/* Adds the piece of a hull of the shape's unit form. */
 static void add_unit_hull(maker *m, const hull *h) {
     shd_vec3 at[MOST_POINTS], normal[MOST_POINTS];
     for (int i = 0; i < h->point_count; i++) at[i] = shd_transform(&m->to_world, h->points[i]);
@@ -138,7 +139,7 @@ static void add_unit_hull(maker *m, const hull *h) {
     add_hull(m, at, h->point_count, normal, h->normal_count);
 }
 
-/* The whole object, of any normals. */
+/* Adds the whole object, with any normals. */
 static void add_whole(maker *m, const shd_plan_object *bounds) {
     const shd_piece piece = {.center = bounds->center,
                              .radius = bounds->bounded ? bounds->radius : INFINITY,
@@ -151,7 +152,8 @@ static void add_whole(maker *m, const shd_plan_object *bounds) {
 
 /* ---- Shapes, in their unit form. ---- */
 
-/* The points of the square [u0, u1] x [v0, v1] of a flat face around `middle`. */
+/* Adds n x n squares of a flat face, which is `middle` +- u +- v, or the circle in that if `round`.
+ */
 static void add_flat(maker *m, shd_vec3 middle, shd_vec3 u, shd_vec3 v, shd_vec3 normal, int n,
                      bool round) {
     const double step = 2.0 / n;
@@ -170,8 +172,8 @@ static void add_flat(maker *m, shd_vec3 middle, shd_vec3 u, shd_vec3 v, shd_vec3
         }
 }
 
-/* The hull of an arc of a unit circle of at most 90 degrees: its ends, and where tangents at them
- * meet. */
+/* The hull of an arc of a unit circle, of at most 90 degrees: its ends, and the point where the
+ * tangents at its ends meet. */
 static void arc_of(double from, double to, double x[3], double y[3]) {
     const double middle = (from + to) / 2, out = 1 / cos((to - from) / 2);
     x[0] = cos(from), y[0] = sin(from);
@@ -179,11 +181,11 @@ static void arc_of(double from, double to, double x[3], double y[3]) {
     x[2] = out * cos(middle), y[2] = out * sin(middle);
 }
 
-/* Directions of a cube's face, [n + 1][n + 1] of them, as parts of a unit sphere. */
+/* n x n parts of a unit sphere, through whose corners the grid of a cube's face is seen. */
 typedef struct dome {
-    double steps[4];   /* along the face's sides */
-    double unit[4][4]; /* over the length of (1, step, step) */
-    double apex[3][3]; /* how far out planes that touch the corners of a part meet */
+    double steps[4];   /* of the grid, along the face's sides */
+    double unit[4][4]; /* one over the length of (1, step, step) */
+    double apex[3][3]; /* the distance at which the planes that touch a part's corners meet */
 } dome;
 
 static void add_dome_face(maker *m, const dome *d, int axis, double sign, int n) {
@@ -218,7 +220,7 @@ static void add_dome_face(maker *m, const dome *d, int axis, double sign, int n)
 static void add_sphere(maker *m, int n) {
     dome d;
     shd_vec3 out[4][4];
-    /* Tangents, so that parts are about as large as each other. */
+    /* Tangents make parts that are about as large as each other. */
     for (int i = 0; i <= n; i++) d.steps[i] = tan(SHD_PI / 4 * (-1 + 2.0 / n * i));
     for (int i = 0; i <= n; i++)
         for (int k = 0; k <= n; k++) {
@@ -277,7 +279,7 @@ static void add_ring(maker *m, double tube, int n) {
     }
 }
 
-/* A plane, through cells of the picture. */
+/* Adds the parts of a plane that are seen through n x n cells of the picture. */
 static void add_plane(maker *m, int n) {
     const shd_camera *camera = &m->scene->camera;
     const bool far = camera->projection == SHD_ORTHOGRAPHIC;
@@ -304,14 +306,14 @@ static void add_plane(maker *m, int n) {
             }
             if (!far && !(steepest > 0)) continue;
             if (hits == 4) {
-                /* The middle of their box is beside the plane that they are in. */
+                /* The center of their box may be beside the plane. */
                 const shd_piece around = piece_around(at, 4);
                 const double off = shd_dot(piece.axis, shd_sub(around.center, m->to_world.origin));
                 piece.center = shd_madd(around.center, piece.axis, -off);
                 piece.radius = around.radius + fabs(off);
                 piece.beyond = 0;
             } else {
-                /* Rays of unit depth are no shorter than 1. */
+                /* A ray to a depth of 1 is at least 1 long. */
                 piece.center = m->to_world.origin;
                 piece.radius = INFINITY;
                 piece.beyond = far ? 0 : fabs(height) / steepest * (1 - SHD_PIECE_MARGIN);
@@ -320,7 +322,7 @@ static void add_plane(maker *m, int n) {
         }
 }
 
-/* ---- Meshes: their triangles by cells of a grid. ---- */
+/* ---- Meshes: triangles by the cells of a grid. ---- */
 
 static void add_mesh(maker *m, const shd_object *object, int side) {
     const bool own = !object->mesh->normals || object->interpolation == SHD_FLAT;
@@ -402,7 +404,7 @@ size_t shd_plan_pieces(const shd_scene *scene, size_t index, const shd_plan_obje
     m.slant_x = sqrt(1 + m.half_x * m.half_x);
     m.slant_y = sqrt(1 + m.half_y * m.half_y);
     shd_affine from_world;
-    /* Facets are lit off the shape that they stand for. */
+    /* Facets are beside the shape that they stand for. */
     const bool faceted = object->interpolation != SHD_PHONG && object->shape != SHD_MESH;
     if (fineness == 0 || faceted || !shd_object_frame(object, &m.to_world, &from_world)) {
         add_whole(&m, bounds);

@@ -35,7 +35,7 @@ double shd_bound_linear(const shd_excess_list *list) {
 
 /* The error of an output's linear channel is at most
  *     absolute + min(limited, ratio (u - base) + distance u) + color u
- * where it is u >= 0, and u is within [floor, most]. */
+ * if its value is u >= 0, which is in [floor, most]. */
 typedef struct channel {
     double absolute, limited, ratio, distance, color, base, floor, most;
 } channel;
@@ -78,7 +78,7 @@ static double error_at(const channel *c, double u) {
 }
 
 /* The largest curve(u + error) - curve(u) for u in [low, high]. Curves are concave, so that it is
- * at most that of the interval's lower end with the error of its upper one. What is no more than
+ * at most that of the lower end with the error of the upper one. A spread that is no more than
  * `enough` is told as any value up to that. */
 static double spread_in(const channel *c, shd_transfer curve, double most, double low, double high,
                         double enough) {
@@ -94,8 +94,8 @@ static double spread_in(const channel *c, shd_transfer curve, double most, doubl
     return shd_larger(dark, spread_in(c, curve, most, middle, high, shd_larger(dark, enough)));
 }
 
-/* The same of what is held at 1, but for pixels that it covers a part x of: there it errs by x
- * times its error, which relative to u is largest at the least u. */
+/* The same of a color that is held at 1 but covers only a part x of a pixel. There it errs by x
+ * times its error, which is largest, relative to u, at the least u. */
 static double spread_of_held(const channel *c, shd_transfer curve) {
     const double least = shd_larger(c->floor, 1);
     const double error = c->absolute / least + c->color + shd_curve_noise(curve) +
@@ -103,13 +103,13 @@ static double spread_of_held(const channel *c, shd_transfer curve) {
     return shd_curve_encode(curve, 1) - shd_curve_encode(curve, shd_larger(1 - error, 0));
 }
 
-/* The same for those u in [0,1] that there are. Below the floor there are only colors that cover a
- * part of their pixel, and their errors shrink with them faster than the curve rises: x times its
- * slope at x does not fall. */
+/* The same for all u in [0,1] that there are. Below the floor there are only colors that cover a
+ * part of their pixel. Their errors shrink with them faster than the curve rises, because x times
+ * its slope at x does not fall. */
 static double spread_of(const channel *c, shd_transfer curve, bool mixed, double enough) {
-    /* Either of the two may be the model's. */
+    /* u is of either picture. */
     const double most = error_at(c, c->most);
-    /* Lights that are left out may give what is not in `most`. */
+    /* Lights that are left out may add to what `c->most` tells. */
     const double low = fmin(fmax(c->floor - most, 0), 1), high = fmin(c->most + most, 1);
     const double held = mixed && c->most + most > 1 ? spread_of_held(c, curve) : 0;
     return low < high ? shd_larger(held, spread_in(c, curve, most, low, high, enough)) : held;
@@ -122,7 +122,7 @@ double shd_bound_code(const shd_excess_list *list, const shd_shown *shown) {
     for (size_t i = 0; i < list->count; i++)
         for (int r = 0; r < 3; r++) {
             const channel c = channel_of(list, &list->excess[i], shown->matrix[r]);
-            /* Up to here the bound in codes stays as it is. */
+            /* Up to this value the bound in codes stays as it is. */
             const double enough = (floor(codes * worst) + 1) / codes * (1 - 1e-9);
             worst = fmax(worst, spread_of(&c, shown->curve, list->mixed, enough));
         }

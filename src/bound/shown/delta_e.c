@@ -1,18 +1,21 @@
 /* Bounds of CIEDE2000.
  *
  * L, a and b of two colors differ by moves of X, Y and Z times slopes, which depend on the color
- * (lab.h): the colors of an excess are taken by their Y in steps, and in each X and Z are as far
- * from Y as these colors can have them. Channels that the screen holds at 1 do not err, and the
- * other ones then each go their own way. */
+ * (lab.h). So the colors of an excess are looked at in steps of Y. In each step, X and Z are taken
+ * to be as far from Y as these colors can have them. A channel that the screen holds at 1 does not
+ * err. The other channels then err each for itself. */
 #include <math.h>
 #include <string.h>
 
 #include "bound/shown/lab.h"
 #include "bound/shown/shown.h"
 
-/* Colors are taken by their Y in steps of this factor at most, and from this Y on. Coarse steps are
- * for pixels that mix samples, where what is left out counts most, and for searches. */
-static const double STEP = 1.2, COARSE_STEP = 1.35, DARKEST = 1e-4;
+/* The largest factor by which Y rises in a step. The coarse one is for searches, and for pixels
+ * that mix samples, whose errors come mostly from what is left out. */
+static const double STEP = 1.2, COARSE_STEP = 1.35;
+
+/* The Y at which steps begin. */
+static const double DARKEST = 1e-4;
 
 /* A list of excesses and a screen for it. */
 typedef struct setting {
@@ -27,26 +30,29 @@ typedef struct setting {
     shd_interval of_y_held[3]; /* X / Y, 1 and Z / Y of all colors of the screen */
 } setting;
 
-/* What the colors of an excess are there: linear light of its channels, and X, Y, Z. */
+/* The colors of an excess on the screen. "Gain" is what they have above the excess's floor. */
 typedef struct colors {
     const setting *on;
     const shd_excess *excess;
-    bool coherent; /* no channel is held at 0: errors keep their directions */
-    double held;   /* from this Y on a channel may be held at 1 */
+    bool coherent; /* no channel is held at 0, so that errors keep their directions */
+    double held;   /* a channel may be held at 1 if Y is at least this */
     shd_interval y;
-    shd_interval channel[3], value[3]; /* of each color: held in [0, 1], and X, Y, Z of those */
-    shd_interval of_y[3];      /* X / Y, 1, Z / Y of colors that are not held; the same of */
-    shd_interval gain_of_y[3]; /* what they have above the floor; X, Y, Z of that, */
-    double floor[3], main[3];  /* and of the main direction of errors */
-    double least[3][3];        /* of channel [r] beside channel [k], at most 1 */
-    double channel_of_y[3];    /* largest channel / Y, */
-    /* r / Y, .. and (r + g + b) / Y in the working space, of all and of what is above the floor */
-    double part_of_y[3], sum_of_y, gain_part_of_y[3], gain_sum_of_y;
-    double terms[SHD_MOST_TERMS][3], terms_floor; /* X, Y, Z of each; the least Y of all together */
+    shd_interval channel[3];   /* the screen's channels, held in [0, 1] */
+    shd_interval value[3];     /* X, Y and Z of these */
+    shd_interval of_y[3];      /* X / Y, 1 and Z / Y of colors without held channels */
+    shd_interval gain_of_y[3]; /* the same of the gain */
+    double floor[3], main[3];  /* X, Y and Z of the floor, and of the main direction of errors */
+    double least[3][3];        /* the least ratio of channel [r] to channel [k], at most 1 */
+    double channel_of_y[3];    /* the largest ratio of a channel to Y */
+    double part_of_y[3];       /* the same of r, g and b in the working space */
+    double sum_of_y;           /* and of r + g + b */
+    double gain_part_of_y[3], gain_sum_of_y; /* the same of the gain */
+    double terms[SHD_MOST_TERMS][3];         /* X, Y and Z of each term */
+    double terms_floor;                      /* the least Y of all terms together */
 } colors;
 
-/* One of the eight ends of the parts, which have the extremes of ratios: these are monotone in each
- * part. False: it is black, and the colors beside it are between the other ends. */
+/* Finds one of the eight ends of the parts. They have the extremes of ratios, which are monotone in
+ * each part. False: the end is black, and the colors beside it are between the other ends. */
 static bool find_end(const colors *s, const shd_parts *parts, int corner, double part[3]) {
     double sum = 0;
     for (int c = 0; c < 3; c++) {
@@ -57,7 +63,7 @@ static bool find_end(const colors *s, const shd_parts *parts, int corner, double
     return sum != 0;
 }
 
-/* Of the colors' chromaticities. */
+/* Finds what depends on the colors' chromaticities. */
 static void look_at_parts(const shd_parts *parts, colors *s) {
     for (int r = 0; r < 3; r++) {
         s->of_y[r] = SHD_NO_INTERVAL;
@@ -83,7 +89,7 @@ static void look_at_parts(const shd_parts *parts, colors *s) {
     }
 }
 
-/* The ratios of a part of the colors. */
+/* Finds what depends on the floor, the gain and the main direction. */
 static void look_at_gain(const shd_excess *e, colors *s) {
     shd_apply(s->on->screen.xyz, e->floor, s->floor);
     shd_apply(s->on->screen.xyz, e->main, s->main);
@@ -101,7 +107,7 @@ static void look_at_gain(const shd_excess *e, colors *s) {
     }
 }
 
-/* The most that a channel of the working space is at Y, and all of them together. */
+/* The most that channel c of the working space is at Y. */
 static double value_at(const colors *s, int c, double y) {
     const shd_excess *e = s->excess;
     double value = shd_smaller(e->most[c], y * s->part_of_y[c]);
@@ -111,6 +117,7 @@ static double value_at(const colors *s, int c, double y) {
     return value;
 }
 
+/* The most that all of them together are. */
 static double sum_at(const colors *s, double y) {
     const shd_excess *e = s->excess;
     double sum = y * s->sum_of_y, most = 0, floor = 0;
@@ -123,7 +130,7 @@ static double sum_at(const colors *s, double y) {
     return shd_smaller(sum, most);
 }
 
-/* X / Y or Z / Y at Y, by what is above the floor. */
+/* X / Y or Z / Y at Y, by the floor and the gain. */
 static shd_interval ratio_at(const colors *s, int r, double y) {
     const double above = shd_larger(y - s->floor[1], 0), of_y = 1 / y;
     return (shd_interval){(s->floor[r] + s->gain_of_y[r].low * above) * of_y,
@@ -172,13 +179,14 @@ static shd_interval sum_channels(const double row[3], const shd_interval channel
     return sum;
 }
 
-/* The Y of the colors. */
+/* The Y that the colors have. */
 static shd_interval lightness_of(const colors *s) {
     const shd_excess_list *list = s->on->list;
     double low = 0;
     for (int c = 0; c < 3; c++)
         low += s->on->screen.xyz[1][c] * (s->excess->floor[c] - s->on->error);
-    /* What is held at 0 adds to Y. Darker ones cover a part of their pixel: see SHD_MIXTURE. */
+    /* A channel that is held at 0 adds to Y. Darker colors cover a part of their pixel: see
+     * SHD_MIXTURE. */
     low = list->nonnegative ? shd_larger(s->value[1].low, shd_smaller(shd_smaller(low, 1), s->held))
                             : 0;
     return (shd_interval){low > DARKEST ? low : 0, s->value[1].high};
@@ -204,7 +212,7 @@ static void find_colors(const setting *on, const shd_excess *e, colors *s) {
                                        shd_smaller(shd_larger(at.high, 0), 1)};
     }
     for (int r = 0; r < 3; r++) s->value[r] = sum_channels(on->screen.to_xyz[r], s->channel);
-    /* Equal channels are held together. */
+    /* Equal channels are all held, or none is. */
     if (held && !list->grey) s->held = 0;
     look_at_parts(&e->parts, s);
     look_at_gain(e, s);
@@ -222,16 +230,17 @@ static void find_colors(const setting *on, const shd_excess *e, colors *s) {
     s->y = lightness_of(s);
 }
 
-/* Errors of the colors of a step: along the main direction, and of single channels. */
+/* Errors of the colors of a step. */
 typedef struct moves {
-    double main, rest[3]; /* of lights and highlights */
-    double own[3];        /* of each channel of the working space by itself, and in proportion */
-    double share[3];      /* to it */
-    double grey;          /* of all of its channels alike */
-    double channel[3];    /* of the screen's */
+    double main;       /* of lights and highlights, along the main direction */
+    double rest[3];    /* of them in each channel, beside that direction */
+    double own[3];     /* of each channel of the working space by itself */
+    double share[3];   /* of each channel, in proportion to it */
+    double grey;       /* of all channels alike */
+    double channel[3]; /* of each of the screen's channels */
 } moves;
 
-/* Where channels are not held, of colors whose Y is at most `y`. */
+/* The errors of colors without held channels, whose Y is at most `y`. */
 static moves free_moves(const colors *s, double y) {
     const shd_excess *e = s->excess;
     const setting *on = s->on;
@@ -256,15 +265,15 @@ static moves free_moves(const colors *s, double y) {
     return m;
 }
 
-/* The error of one of the screen's channels where it shows `light`, and where no channel is held at
- * 1 in a color of Y at most `y`; else that is infinite. What of it is in proportion to the channel
- * goes to `share`. */
+/* The error of the screen's channel r if it shows `light`, but for the part of it that is in
+ * proportion to the channel, which is `share`. Y is at most `y`; that is infinite if some channel
+ * is held at 1. */
 static double channel_move(const colors *s, int r, double light, double y, double *share) {
     const shd_excess *e = s->excess;
     const setting *on = s->on;
     const shd_excess_list *list = on->list;
-    /* Whether it is one of the working space's, or a sum of them, which are no more than it then.
-     */
+    /* `same`: it is a channel of the working space. `sum`: it is a sum of such channels, each of
+     * which is then no more than it. */
     const bool same = on->screen.rgb[r][(r + 1) % 3] == 0 && on->screen.rgb[r][(r + 2) % 3] == 0;
     bool sum = same || list->nonnegative;
     for (int c = 0; c < 3; c++) {
@@ -278,7 +287,7 @@ static double channel_move(const colors *s, int r, double light, double y, doubl
         const double weight = fabs(on->screen.rgb[r][c]);
         double value = e->most[c], limited = e->limited[c];
         if (sum && weight > 0) value = shd_smaller(value, light / weight);
-        /* What is held at 0 adds to Y. */
+        /* A channel that is held at 0 adds to Y. */
         if (y < INFINITY && list->nonnegative) value = shd_smaller(value, value_at(s, c, y));
         if (list->nonnegative) {
             const double base = list->mixed ? 0 : e->base[c];
@@ -290,8 +299,8 @@ static double channel_move(const colors *s, int r, double light, double y, doubl
     return move;
 }
 
-/* The largest difference of colors whose Y is in the range and whose channels in `at_1` are held at
- * 1, while each other one goes its own way. */
+/* The largest difference of colors whose Y is in the range. The channels in the bits of `at_1` are
+ * held at 1, and each other one errs for itself. */
 static double held_bound(const colors *s, shd_interval y, int at_1, double enough) {
     const setting *on = s->on;
     shd_interval channel[3];
@@ -332,14 +341,14 @@ static double held_bound(const colors *s, shd_interval y, int at_1, double enoug
     return shd_lab_length(&d, f.value, enough);
 }
 
-/* Adds what the errors of lights and highlights make, along their main direction and beside it. */
+/* Adds the errors of lights and highlights, along their main direction and beside it. */
 static void add_lights(shd_lab_difference *d, const colors *s, const moves *m,
                        const shd_interval slope[3]) {
     shd_lab_add(d, slope, m->main, s->main);
     for (int c = 0; c < 3; c++) shd_lab_add(d, slope, m->rest[c], s->on->screen.columns[c]);
 }
 
-/* The same term by term, of colors whose Y is at most `y`. */
+/* Adds the same errors term by term, for colors whose Y is at most `y`. */
 static void add_known_terms(shd_lab_difference *d, const colors *s, const shd_interval slope[3],
                             double y) {
     const shd_excess *e = s->excess;
@@ -347,7 +356,7 @@ static void add_known_terms(shd_lab_difference *d, const colors *s, const shd_in
     size_t lobe = 0;
     for (size_t t = 1; t < e->term_count; t++) {
         const double *xyz = s->terms[t];
-        /* The other ones are at their least where there is most of it. */
+        /* There is most of this term if the other ones are at their least. */
         double most = y;
         if (!s->on->list->mixed) most = much[t].low * xyz[1] + shd_larger(y - s->terms_floor, 0);
         most = xyz[1] > 0 ? shd_smaller(most / xyz[1], much[t].high) : much[t].high;
@@ -357,7 +366,7 @@ static void add_known_terms(shd_lab_difference *d, const colors *s, const shd_in
     }
 }
 
-/* The same of colors of which no channel is held. */
+/* The largest difference of colors whose Y is in the range and of which no channel is held. */
 static double free_bound(const colors *s, shd_interval y, double enough) {
     const setting *on = s->on;
     const moves m = free_moves(s, y.high + on->error_y);
@@ -374,7 +383,7 @@ static double free_bound(const colors *s, shd_interval y, double enough) {
         of_y[r] = s->of_y[r];
         shd_interval value = {s->value[r].low * of_high, s->value[r].high * of_low};
         if (!on->list->mixed && y.low > s->floor[1] * 0.5 && y.low > 0) {
-            /* Between the step's ends the ratio goes one way. */
+            /* The ratio is monotone between the step's ends. */
             const shd_interval a = ratio_at(s, r, shd_larger(y.low, s->floor[1])),
                                b = ratio_at(s, r, y.high);
             value.low = shd_larger(value.low, shd_smaller(a.low, b.low));
@@ -404,8 +413,8 @@ static double free_bound(const colors *s, shd_interval y, double enough) {
     return shd_lab_length(&d, f.value, enough);
 }
 
-/* The largest difference of colors whose Y is in the range. What is no more than `enough` may be
- * estimated. */
+/* The largest difference of colors whose Y is in the range. A simpler estimate stands for it if
+ * that is no more than `enough`. */
 static double step_bound(const colors *s, shd_interval y, double enough) {
     double worst = s->coherent ? free_bound(s, y, enough) : held_bound(s, y, 0, enough);
     for (int at_1 = 1; at_1 < 7 && y.high >= s->held; at_1++)
@@ -413,8 +422,8 @@ static double step_bound(const colors *s, shd_interval y, double enough) {
     return worst;
 }
 
-/* The same of a range whose bound is known, in steps; or `enough` where it is less. Ranges are
- * parted only where they exceed that, and the worst part goes first. */
+/* The same, in steps, of a range that has this bound as a whole; `enough` if that is more. A range
+ * is divided only if its bound exceeds `enough`, and its worst part is looked at first. */
 static double range_bound(const colors *s, shd_interval y, double bound, double enough) {
     enum { MOST_PARTS = 8 };
     shd_interval part[MOST_PARTS];

@@ -5,7 +5,7 @@
 #include "base/bits.h"
 #include "base/transfer.h"
 
-/* t^(-1/3) of a normal number, to 1e-9: Newton's steps from an estimate by the exponent. */
+/* t^(-1/3) of a normal number, to 1e-9, by Newton's steps from an estimate by the exponent. */
 static double inverse_cube_root(double t) {
     if (!(t < 1e300)) return 0;
     double root = shd_double_of(0x553EF0FF289DD796u - shd_bits64_of(t) / 3);
@@ -43,14 +43,14 @@ static double lightness_weight(double l) {
     return 1 + 0.015 * off / sqrt(20 + off);
 }
 
-/* The least SL of colors the f of whose Y is in the range. */
+/* The least SL of colors whose f(Y) is in the range. */
 static double least_lightness_weight(shd_interval f) {
     const double low = 116 * f.low - 16, high = 116 * f.high - 16;
     if (low <= 50 && high >= 50) return 1;
     return lightness_weight(low > 50 ? low : high);
 }
 
-/* |p - q| at most, where p is x times a slope of its range and q likewise. */
+/* The most that |p - q| is if p is x times a number in `slope`, and q is y times one in `other`. */
 static double largest_apart(shd_interval slope, double x, shd_interval other, double y) {
     if (x < 0 || y < 0)
         return x <= 0 && y <= 0 ? largest_apart(slope, -x, other, -y)
@@ -58,7 +58,7 @@ static double largest_apart(shd_interval slope, double x, shd_interval other, do
     return shd_larger(slope.high * x - other.low * y, other.high * y - slope.low * x);
 }
 
-/* Linear in the slopes, whose ends have the extremes. */
+/* Differences are linear in the slopes, so that the ends of these have the extremes. */
 void shd_lab_add(shd_lab_difference *d, const shd_interval slope[3], double much,
                  const double xyz[3]) {
     if (!(much > 0)) return;
@@ -67,7 +67,7 @@ void shd_lab_add(shd_lab_difference *d, const shd_interval slope[3], double much
     d->b += much * largest_apart(slope[1], xyz[1], slope[2], xyz[2]) * 200;
 }
 
-/* How a* is stretched at most: less where there is much chroma. */
+/* The most that a* is stretched by, which is less if there is much chroma. */
 static double stretch_of(const shd_interval f[3], double moved) {
     const double a = 500 * shd_larger(shd_larger(f[0].low - f[1].high, f[1].low - f[0].high), 0),
                  b = 200 * shd_larger(shd_larger(f[1].low - f[2].high, f[2].low - f[1].high), 0);
@@ -77,9 +77,8 @@ static double stretch_of(const shd_interval f[3], double moved) {
     return 1.5 - 0.5 * sqrt(seventh / (seventh + 6103515625.0));
 }
 
-/* What rounding makes of CIEDE2000 itself, in f64: L, a and b are differences of numbers up to 1
- * times up to 500, and hues of up to 2 pi are taken from each other and multiplied with the chroma.
- */
+/* What rounding adds to CIEDE2000 itself, in f64. L, a and b are differences of numbers up to 1,
+ * times up to 500. Differences of hues, which are up to 2 pi, are multiplied with the chroma. */
 static const double FORMULA = 1e-12;
 
 double shd_lab_length(const shd_lab_difference *d, const shd_interval f[3], double enough) {
@@ -91,8 +90,8 @@ double shd_lab_length(const shd_lab_difference *d, const shd_interval f[3], doub
     return length > 0 ? sqrt(l * l / (weight * weight) + a * a + b * b) + FORMULA : 0;
 }
 
-/* At most t times the slope of f between colors that are a move apart, for any t up to `most`: in
- * the straight part it rises, and above with t (t - move)^(-2/3), which does from 3 moves on. */
+/* The most that t times the slope of f between colors a move apart is, for any t up to `most`. It
+ * rises in the straight part. Above, it is t (t - move)^(-2/3), which rises from 3 moves on. */
 static double largest_product(double most, double move) {
     double slope;
     const double straight = SHD_LAB_SLOPE * shd_smaller(most, 3 * move + SHD_LAB_STRAIGHT);

@@ -12,19 +12,19 @@ enum {
     LIMITS = 9       /* the three channels, and six pairs of them */
 };
 
-/* At most so much of a term is in a color: (color[of] - other color[beside]) times `gain`, where
- * no other term makes that negative. */
+/* A color has no more of a term than (color[of] - other color[beside]) times `gain`. No other term
+ * makes that negative. If `of` and `beside` are the same, `other` is 0. */
 typedef struct limit {
-    int of, beside; /* the same: `other` is 0 */
+    int of, beside;
     double other, gain;
 } limit;
 
 /* Light of one color, of one class. */
 typedef struct term {
     double color[3], xyz[3];
-    double absolute, limited, rate; /* where there is w of it: absolute + min(limited, rate w) */
+    double absolute, limited, rate; /* w of the term errs by absolute + min(limited, rate w) */
     size_t class;
-    bool constant; /* the first of its class: there is as much as the class has of the pixel */
+    bool constant; /* the first of its class, of which there is the class's share of the pixel */
     size_t limit_count;
     limit limits[LIMITS];
 } term;
@@ -33,8 +33,8 @@ struct shd_picture_errors {
     size_t count, class_count; /* classes are objects that share their terms */
     term terms[MOST_TERMS];
     double error; /* of any channel of the working space */
-    double share; /* of every color, relative: rounding, and what is left out in proportion */
-    double more;  /* in every channel */
+    double share; /* of every color, relative: by rounding, and by what is left out in proportion */
+    double more;  /* of every channel, by what is left out */
     double noise; /* relative: of f32 on the way to a channel of the screen */
     bool grey;    /* channels are equal, to the bit */
     shd_screen screen;
@@ -43,8 +43,8 @@ struct shd_picture_errors {
 
 /* ---- What is the same for all pixels. ---- */
 
-/* The terms of an excess, the constant one among them: its limits matter to other ones. False:
- * there are too many, or they are not known. */
+/* Adds the terms of an excess. The constant one is among them because its limits matter to the
+ * other ones. False: there are too many, or they are not known. */
 static bool add_excess(const shd_excess_list *list, size_t index, const shd_term *known[],
                        size_t first[], shd_picture_errors *to) {
     const shd_excess *e = &list->excess[index];
@@ -78,10 +78,10 @@ static double smaller_ratio(double ratio, const double color[3], int of, int bes
     return color[beside] > 0 ? shd_smaller(ratio, color[of] / color[beside]) : ratio;
 }
 
-/* Each limit is a sum of channels that no color of the scene makes negative, but for the term's own
- * it may be as large as it likes. */
+/* Each limit is a sum of channels that no color of the scene makes negative. The larger it is for
+ * the term's own color, the tighter the limit. */
 static void find_limits(shd_picture_errors *e, size_t index, const double *background) {
-    static const double SLIM = 1e-3; /* less of a difference than this tells nothing */
+    static const double SLIM = 1e-3; /* a smaller difference tells nothing */
     term *t = &e->terms[index];
     for (int of = 0; of < 3; of++) {
         if (!(t->color[of] > 0)) continue;
@@ -127,8 +127,7 @@ bool shd_picture_errors_new(const shd_plan *plan, const shd_excess_list *list,
 
 /* ---- A pixel. ---- */
 
-/* Errors of terms: of a pixel that is all of their class's, and as far as there is room for it, and
- * for their light, in its color. */
+/* Errors of terms, as far as the pixel's color has room for the term and its class. */
 typedef struct amounts {
     double absolute[MOST_TERMS], limited[MOST_TERMS];
 } amounts;
@@ -159,11 +158,10 @@ static amounts find_amounts(const shd_picture_errors *e, const double rgb[3]) {
     return a;
 }
 
-/* Sums of errors, in one direction: of each class, those of a pixel that is all of it; and of all
- * classes together, as far as there is room for them. */
+/* Sums of errors, in one direction. */
 typedef struct sums {
-    double absolute[MOST_CLASSES], limited[MOST_CLASSES];
-    double all_absolute, all_limited;
+    double absolute[MOST_CLASSES], limited[MOST_CLASSES]; /* of a pixel that is all of the class */
+    double all_absolute, all_limited; /* of all classes, as far as there is room for them */
 } sums;
 
 static void sum_term(sums *to, const amounts *a, const term *t, size_t index, double part) {
@@ -173,7 +171,7 @@ static void sum_term(sums *to, const amounts *a, const term *t, size_t index, do
     to->all_limited += a->limited[index] * part;
 }
 
-/* Shares of classes in a pixel add up to 1. */
+/* The error of a pixel, in which the shares of classes add up to 1. */
 static double whole_of(const shd_picture_errors *e, const sums *s) {
     double absolute = 0, limited = 0;
     for (size_t k = 0; k < e->class_count; k++) {
@@ -197,8 +195,8 @@ static void find_channel_errors(const shd_picture_errors *e, const amounts *a, c
 /* How a pixel is on the screen. */
 typedef struct shown_pixel {
     double light[3], error[3]; /* of its channels, before they are held in [0, 1] */
-    double own[3];             /* of that error, what is f32's on the way there */
-    bool held;                 /* some channel may be, in one of both pictures: each goes its way */
+    double own[3];             /* the part of the error that f32 makes on the way there */
+    bool held; /* some channel may be held in one of both pictures, so that each errs for itself */
 } shown_pixel;
 
 static shown_pixel show_pixel(const shd_picture_errors *e, const double rgb[3],
@@ -219,7 +217,7 @@ static shown_pixel show_pixel(const shd_picture_errors *e, const double rgb[3],
     return p;
 }
 
-/* Of a pixel of which some channel may be held. */
+/* Adds the errors of a pixel of which some channel may be held. */
 static void add_channels(shd_lab_difference *d, const shd_picture_errors *e, const shown_pixel *p,
                          const shd_interval slope[3]) {
     for (int r = 0; r < 3; r++) {
@@ -228,13 +226,13 @@ static void add_channels(shd_lab_difference *d, const shd_picture_errors *e, con
     }
 }
 
-/* Of one of which none is: each term errs along its color. */
+/* Adds the errors of a pixel without held channels: each term errs along its color. */
 static void add_pixel_terms(shd_lab_difference *d, const shd_picture_errors *e, const amounts *a,
                             const shd_interval slope[3]) {
     sums l = {.all_absolute = 0}, x = l, y = l;
     for (size_t t = 0; t < e->count; t++) {
         const term *at = &e->terms[t];
-        shd_lab_difference one = {0, 0, 0}; /* of as much as its color */
+        shd_lab_difference one = {0, 0, 0}; /* of a move by its color */
         if (!(at->absolute + at->limited > 0)) continue;
         shd_lab_add(&one, slope, 1, at->xyz);
         sum_term(&l, a, at, t, one.l);

@@ -6,11 +6,11 @@
 #include "bound/bound.h"
 #include "bound/light/excess.h"
 
-/* What f32 on the way through an output's curve makes of a difference of two films, relative to the
+/* What f32 adds to a difference of two films on the way through an output's curve, relative to the
  * channel: 1.15 times what 3e6 pairs of floats have shown. */
 double shd_curve_noise(shd_transfer transfer);
 
-/* And through a matrix that is not diagonal, relative to the products that it adds up. */
+/* The same through a matrix that is not diagonal, relative to the products that it adds up. */
 static const double SHD_MATRIX_NOISE = 5 * 0x1p-24;
 
 /* How a screen shows the working space. XYZ is divided by the white. */
@@ -33,16 +33,17 @@ static inline void shd_apply(const double m[3][3], const double v[3], double out
     }
 }
 
-/* A pixel that mixes colors errs by their errors' mean, and lies above each one's share w of it.
- * Curves are flattest in the light, so that all shares but one hide in that one's; but where a
- * curve is straight near black, colors u at its end and 0 err by 1 - w + slope(w u) / slope(u) w
- * of each one's bound together: at most 1.39 for Lab's cube root, 1.32 for sRGB. */
+/* A pixel that mixes colors errs by the mean of their errors, and is at least as bright as each
+ * color times its share w. Curves are flattest in the light, so that the bound of one color covers
+ * the other ones' shares, too, except where a curve is straight near black: there a color u at the
+ * end of the straight part and black err together by 1 - w + slope(w u) / slope(u) w of each one's
+ * bound. That is 1.39 at most for Lab's cube root, and 1.32 for sRGB. */
 static const double SHD_MIXTURE = 1.4;
 
 double shd_bound_linear(const shd_excess_list *list);
 double shd_bound_code(const shd_excess_list *list, const shd_shown *shown);
-/* A bound that is no more than `enough` may be told as `enough`. A larger one may then be told as
- * any value above it. */
+/* A bound that is no more than `enough` may be told as `enough`, and a larger one as any value
+ * above it. */
 double shd_bound_delta_e(const shd_excess_list *list, const shd_shown *shown, double enough);
 
 #endif
