@@ -8,6 +8,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "render/planning.h"
 #include "render/request.h"
 #include "sight/sight.h"
 
