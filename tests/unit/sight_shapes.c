@@ -270,6 +270,53 @@ static void tori_are_met_where_marching_meets_them(void **state) {
     assert_true(hits > 1000 && misses > 400);
 }
 
+/* How far a point of a ray is outside of the tube. */
+static long double clearance(double r, const test_ray *ray, long double t) {
+    const long double x = ray->origin.x + ray->direction.x * t,
+                      y = ray->origin.y + ray->direction.y * t,
+                      z = ray->origin.z + ray->direction.z * t;
+    return hypotl(hypotl(x, z) - 1, y) - r;
+}
+
+/* Rays at thin and thick tubes, from inside, far away and past their rims, against steps as long as
+ * the tube is far, which cannot pass it. */
+static void tori_are_met_where_no_step_can_pass_them(void **state) {
+    (void)state;
+    srand(8);
+    static const double tubes[] = {1e-6, 1e-3, 0.02, 0.25, 0.7, 0.999, 1, 1.3, 40};
+    enum { TUBES = sizeof tubes / sizeof tubes[0], RAYS = 9000, STEPS = 20000 };
+    int hits = 0, misses = 0;
+    for (int i = 0; i < RAYS; i++) {
+        const double r = tubes[i % TUBES], size = 1 + r;
+        const double u = uniform(0, 2 * SHD_PI), v = uniform(0, 2 * SHD_PI);
+        const shd_vec3 n = {cos(u) * cos(v), sin(v), sin(u) * cos(v)};
+        const shd_vec3 rim = shd_madd((shd_vec3){cos(u), 0, sin(u)}, n,
+                                      r * (i % 2 ? 1 + uniform(-1e-4, 1e-4) : uniform(0, 2)));
+        const shd_vec3 along = unit(i % 2 ? shd_cross(n, random_in(1)) : random_in(1));
+        const double back = i % 5 ? 3 * size : i % 10 ? 1000 * size : uniform(0, 1) * size;
+        const test_ray ray = {shd_madd(rim, along, -back), along, 0};
+        const double side = clearance(r, &ray, 0) < 0 ? -1 : 1;
+        long double t = 0, left = 1, rest = 0;
+        for (int step = 0; step < STEPS && t < back + 3 * size; step++) {
+            left = side * clearance(r, &ray, t);
+            if (left < 1e-17L * (back + size)) break;
+            t += left;
+        }
+        surface s;
+        const bool hit = intersect(SHD_TORUS, r, &ray, &s);
+        if (hit) rest = fabsl(clearance(r, &ray, s.t));
+        if (hit) assert_true(rest < 4e-15L * (back + size));
+        if (t < back + 3 * size && left < 1e-12L * size) { /* all but met at least */
+            if (hit) assert_true(s.t > t - 1e-6L * size && s.t < t + 1e-5L * size);
+            hits += hit;
+        } else if (t >= back + 3 * size) {
+            misses++;
+            assert_true(!hit);
+        }
+    }
+    assert_true(hits > RAYS / 3 && misses > RAYS / 10);
+}
+
 static void inverse_roots_are_right_to_2_ulp(void **state) {
     (void)state;
     srand(6);
@@ -368,6 +415,7 @@ int main(void) {
         cmocka_unit_test(ray_from_inside_meets_the_far_wall),
         cmocka_unit_test(thin_torus_far_away_is_met_on_its_tube),
         cmocka_unit_test(tori_are_met_where_marching_meets_them),
+        cmocka_unit_test(tori_are_met_where_no_step_can_pass_them),
         cmocka_unit_test(inverse_roots_are_right_to_2_ulp),
         cmocka_unit_test(tessellations_are_closed_and_face_outward),
         cmocka_unit_test(a_tube_that_meets_itself_has_no_surface_inside),
