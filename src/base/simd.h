@@ -175,6 +175,9 @@ SHD_INLINE shd_vh shd_vf_half(shd_vf a, int high) {
     return high ? (shd_vh)_mm512_extractf32x8_ps((__m512)a, 1)
                 : (shd_vh)_mm512_castps512_ps256((__m512)a);
 }
+SHD_INLINE shd_vf shd_vf_join(shd_vh low, shd_vh high) {
+    return (shd_vf)_mm512_insertf32x8(_mm512_castps256_ps512((__m256)low), (__m256)high, 1);
+}
 
 #elif SHD_W == 8
 
@@ -236,6 +239,9 @@ SHD_INLINE shd_vh shd_vf_half(shd_vf a, int high) {
     return high ? (shd_vh)_mm256_extractf128_ps((__m256)a, 1)
                 : (shd_vh)_mm256_castps256_ps128((__m256)a);
 }
+SHD_INLINE shd_vf shd_vf_join(shd_vh low, shd_vh high) {
+    return (shd_vf)_mm256_set_m128((__m128)high, (__m128)low);
+}
 
 #else /* SHD_W == 4 */
 
@@ -289,6 +295,9 @@ SHD_INLINE shd_vh shd_vh_narrow(shd_vd a) {
 
 SHD_INLINE shd_vh shd_vf_half(shd_vf a, int high) {
     return high ? (shd_vh){a[2], a[3]} : (shd_vh){a[0], a[1]};
+}
+SHD_INLINE shd_vf shd_vf_join(shd_vh low, shd_vh high) {
+    return (shd_vf){low[0], low[1], high[0], high[1]};
 }
 
 #ifdef __SSE2__
@@ -425,12 +434,6 @@ SHD_INLINE bool shd_mf_any(shd_mf m) {
 }
 SHD_INLINE bool shd_md_any(shd_md m) {
     return shd_md_bits(m) != 0;
-}
-SHD_INLINE shd_vf shd_vf_join(shd_vh low, shd_vh high) {
-    shd_vf v;
-    memcpy(&v, &low, sizeof low);
-    memcpy((char *)&v + sizeof low, &high, sizeof high);
-    return v;
 }
 
 #endif

@@ -249,6 +249,34 @@ static bool may_see(const shd_outline *o, const window *w) {
     return true;
 }
 
+/* Whether rays through a window may meet a torus: the one through its middle is followed in steps
+ * that none of them can meet the tube within, for which the widest of them is taken as a tube more.
+ */
+static bool may_meet_tube(const shd_sight *sight, const shd_item *it, const window *w) {
+    const shd_camera *camera = sight->lens.camera;
+    const bool orthographic = camera->projection == SHD_ORTHOGRAPHIC;
+    const shd_vec3 aside =
+        shd_linear(&it->from_world, shd_madd(shd_scale(camera->right, w->p), camera->up, w->q));
+    const shd_vec3 from = orthographic ? shd_add(it->eye, aside) : it->eye,
+                   way = orthographic ? it->forward : shd_add(it->forward, aside);
+    const double length = shd_length(way), away = shd_length(from),
+                 spread = w->h * shd_norm(&it->from_world),
+                 wide = 1e-12 * (1 + away) + (orthographic ? spread : 0),
+                 wider = orthographic ? 0 : spread / length, reach = 1 + it->tube + wide,
+                 middle = -shd_dot(from, way) / length, end = (middle + reach) / (1 - wider);
+    if (!(wider < 1 && away < 1e100)) return true;
+    double t = fmax(0, (middle - reach) / (1 + wider));
+    for (int step = 0; step < 16; step++) {
+        if (t > end) return false;
+        const shd_vec3 p = shd_madd(from, way, t / length);
+        const double off = sqrt(p.x * p.x + p.z * p.z) - 1,
+                     clear = sqrt(off * off + p.y * p.y) - it->tube - wide - wider * t;
+        if (!(clear > 1e-2 * it->tube)) return true;
+        t += clear / (1 + wider);
+    }
+    return true;
+}
+
 void shd_survey_lay_out(size_t object_count, int w, int h, shd_scratch *memory, shd_survey *out) {
     size_t across = ((size_t)w + SHD_BLOCK_SIDE - 1) / SHD_BLOCK_SIDE,
            down = ((size_t)h + SHD_BLOCK_SIDE - 1) / SHD_BLOCK_SIDE;
@@ -300,11 +328,13 @@ void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out) {
             h = rect.h - y < SHD_BLOCK_SIDE ? rect.h - y : SHD_BLOCK_SIDE;
         const window part = make_window(&sight->lens, rect.x + x, rect.y + y, w, h);
         for (size_t k = 0; k < count; k++) {
-            const uint32_t rank = out->candidates[k];
+            const uint32_t rank = out->candidates[k], object = sight->order[rank];
+            const shd_item *it = &sight->items[object];
             if (!reaches_into(&sight->frames, rank, &part) ||
-                !may_see(&sight->outlines[rank], &part))
+                !may_see(&sight->outlines[rank], &part) ||
+                (it->shape == SHD_TORUS && !may_meet_tube(sight, it, &part)))
                 continue;
-            out->candidates[first + block->count++] = sight->order[rank];
+            out->candidates[first + block->count++] = object;
         }
         first += block->count;
     }
