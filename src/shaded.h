@@ -86,7 +86,8 @@ typedef struct shd_load {
     size_t queued; /* jobs that wait */
     unsigned busy; /* workers that run a job */
     unsigned threads;
-    uint64_t lent; /* jobs that have run between the tiles of a deferred one */
+    uint64_t lent;      /* jobs that have run between the tiles of a deferred one */
+    unsigned abandoned; /* threads of the process that encode for nobody any more */
 } shd_load;
 
 shd_load shd_engine_load(shd_engine *engine);

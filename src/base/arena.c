@@ -112,8 +112,9 @@ void shd_arena_repay(shd_arena *arena, size_t bytes) {
     shd_budget_give(arena->budget, bytes);
 }
 
-void shd_arena_release(shd_arena *arena, size_t bytes) {
+shd_budget *shd_arena_release(shd_arena *arena, size_t bytes) {
     arena->borrowed -= bytes;
+    return arena->budget;
 }
 
 /* Returns NULL if there is no memory. A spare block is counted already, so as much of what is

@@ -47,9 +47,9 @@ bool shd_arena_reserve(shd_arena *arena, size_t bytes);
 bool shd_arena_borrow(shd_arena *arena, size_t bytes);
 void shd_arena_repay(shd_arena *arena, size_t bytes);
 
-/* Counts borrowed memory no longer, because it outlives the arena: the caller gives it to the
- * budget later. */
-void shd_arena_release(shd_arena *arena, size_t bytes);
+/* Counts borrowed memory no longer, because it outlives the arena: the caller gives it later to the
+ * budget that is returned. */
+shd_budget *shd_arena_release(shd_arena *arena, size_t bytes);
 
 /* Returning to a mark frees all that was allocated after it. Marks that were made after it are
  * gone, too. */

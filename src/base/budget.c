@@ -8,6 +8,7 @@
 struct shd_budget {
     pthread_mutex_t mutex;
     pthread_cond_t given;
+    unsigned owners;
     shd_budget_load load;
     struct {
         shd_give_way *give_way; /* NULL: there is none */
@@ -19,6 +20,7 @@ shd_budget *shd_budget_new(uint64_t cap) {
     shd_budget *budget = calloc(1, sizeof *budget);
     if (!budget) return NULL;
     budget->load.cap = cap;
+    budget->owners = 1;
     pthread_condattr_t monotonic;
     pthread_condattr_init(&monotonic);
     pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
@@ -28,8 +30,20 @@ shd_budget *shd_budget_new(uint64_t cap) {
     return budget;
 }
 
+shd_budget *shd_budget_keep(shd_budget *budget) {
+    if (!budget) return NULL;
+    pthread_mutex_lock(&budget->mutex);
+    budget->owners++;
+    pthread_mutex_unlock(&budget->mutex);
+    return budget;
+}
+
 void shd_budget_drop(shd_budget *budget) {
     if (!budget) return;
+    pthread_mutex_lock(&budget->mutex);
+    const bool last = --budget->owners == 0;
+    pthread_mutex_unlock(&budget->mutex);
+    if (!last) return;
     pthread_cond_destroy(&budget->given);
     pthread_mutex_destroy(&budget->mutex);
     free(budget);

@@ -19,6 +19,9 @@ typedef struct shd_budget shd_budget;
 shd_budget *shd_budget_new(uint64_t cap);
 void shd_budget_drop(shd_budget *budget); /* NULL is fine */
 
+/* Another owner, who drops it, too: the last one ends it. */
+shd_budget *shd_budget_keep(shd_budget *budget);
+
 /* A function that gives way: it is asked for `bytes`, and gives some of them back before it returns
  * or soon after. It returns how many have been given back or will be, and 0 if it has nothing to
  * give. Any thread that takes may call it, with whatever locks that thread holds. */

@@ -10,7 +10,7 @@ uint64_t shd_image_scratch(const shd_image *image, shd_format format, bool sampl
     case SHD_JPEG:
         return shd_jpeg_scratch(image, samples);
     case SHD_WEBP:
-        return shd_webp_scratch(image, samples);
+        return shd_webp_scratch(image);
     default:
         return shd_oiio_scratch(image, format, samples);
     }

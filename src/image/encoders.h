@@ -19,7 +19,7 @@ shd_status shd_encode_oiio(const shd_image *image, shd_format format, shd_arena 
 /* As shd_image_scratch. */
 uint64_t shd_png_scratch(const shd_image *image);
 uint64_t shd_jpeg_scratch(const shd_image *image, bool samples);
-uint64_t shd_webp_scratch(const shd_image *image, bool samples);
+uint64_t shd_webp_scratch(const shd_image *image);
 uint64_t shd_oiio_scratch(const shd_image *image, shd_format format, bool samples);
 
 #endif

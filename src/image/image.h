@@ -66,7 +66,8 @@ typedef struct shd_image {
     void (*spread)(void *context, size_t count,
                    void (*run)(void *work, size_t index, unsigned slot), void *work);
     unsigned slots;
-    void *context; /* of both */
+    void *context;     /* of both */
+    double *elsewhere; /* NULL; or processor seconds of threads of the encoder's own are added */
 } shd_image;
 
 typedef struct shd_bytes {
@@ -117,6 +118,13 @@ bool shd_image_writes(shd_format format);
  * for work, SHD_CROWDED where it is more than is left now. */
 shd_status shd_image_prepare(shd_format format, shd_budget *budget, const atomic_bool *cancelled,
                              shd_error *error);
+
+/* Threads that encode for nobody any more. libwebp can be left only where it asks whether to go on:
+ * a thread of its own encodes each picture, and if that is to end before libwebp asks,
+ * shd_image_encode returns, and the thread goes on until then. What it has is its own, and stays
+ * counted in the budget of `scratch`. As long as there are as many as an image has slots, WebP
+ * waits before it begins. */
+unsigned shd_image_abandoned(void);
 
 #ifdef __cplusplus
 }

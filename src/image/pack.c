@@ -156,6 +156,11 @@ static void pack_band(void *context, size_t index, unsigned slot) {
     const size_t first = index * p->rows, height = (size_t)p->image->height;
     const size_t end = height - first < p->rows ? height : first + p->rows;
     const int width = p->image->width;
+    if (p->image->samples) {
+        const unsigned char *samples = p->image->samples;
+        memcpy(p->out + first * p->row, samples + first * p->row, (end - first) * p->row);
+        return;
+    }
     for (size_t y = first; y < end; y++) {
         const float *rgba = p->image->rgba + 4 * y * (size_t)width;
         void *at = p->out + y * p->row;
@@ -172,17 +177,22 @@ static void pack_band(void *context, size_t index, unsigned slot) {
     }
 }
 
-shd_status shd_pack_samples(const shd_pack *pack, const shd_image *image, shd_arena *scratch,
-                            const void **out, shd_error *error) {
+shd_status shd_pack_rows(const shd_pack *pack, const shd_image *image, void *out,
+                         shd_error *error) {
     enum { BAND = 1 << 16 }; /* pixels between two questions whether to go on */
-    *out = image->samples;
-    if (image->samples) return SHD_OK;
     const size_t width = (size_t)image->width, height = (size_t)image->height;
-    const size_t pixel = (size_t)pack->count * shd_pack_bytes(pack);
-    packing p = {pack, image, width * pixel, 1 + BAND / width, NULL};
-    p.out = shd_arena_alloc(scratch, width * height, pixel);
-    if (!p.out) return shd_encode_no_memory(error);
-    *out = p.out;
+    const size_t row = width * (size_t)pack->count * shd_pack_bytes(pack);
+    packing p = {pack, image, row, 1 + BAND / width, out};
     const size_t bands = (height + p.rows - 1) / p.rows;
     return shd_encode_spread(image, bands, pack_band, &p) ? SHD_OK : shd_encode_cancelled(error);
+}
+
+shd_status shd_pack_samples(const shd_pack *pack, const shd_image *image, shd_arena *scratch,
+                            const void **out, shd_error *error) {
+    *out = image->samples;
+    if (image->samples) return SHD_OK;
+    const size_t pixels = (size_t)image->width * (size_t)image->height;
+    void *rows = shd_arena_alloc(scratch, pixels, (size_t)pack->count * shd_pack_bytes(pack));
+    *out = rows;
+    return rows ? shd_pack_rows(pack, image, rows, error) : shd_encode_no_memory(error);
 }

@@ -33,7 +33,11 @@ void shd_pack_u8(const shd_pack *pack, const float *rgba, int width, uint8_t *ou
 void shd_pack_u16(const shd_pack *pack, const float *rgba, int width, uint16_t *out);
 void shd_pack_float(const shd_pack *pack, const float *rgba, int width, float *out);
 
-/* All rows, into arena memory, side by side; or the image's own samples where it has them. */
+/* All rows into `out`, [height][width][count], side by side; the image's own samples are copied
+ * where it has them. */
+shd_status shd_pack_rows(const shd_pack *pack, const shd_image *image, void *out, shd_error *error);
+
+/* The same, into arena memory; or the image's own samples where it has them. */
 shd_status shd_pack_samples(const shd_pack *pack, const shd_image *image, shd_arena *scratch,
                             const void **out, shd_error *error);
 

@@ -1,11 +1,17 @@
 /* WebP with libwebp itself: OpenImageIO 2.4 takes color as premultiplied by linear-light alpha
  * whatever "oiio:UnassociatedAlpha" says, so that straight alpha comes back wrong (200 becomes 251
- * under alpha 51), writes no profile, and always compresses at the slowest effort. */
+ * under alpha 51), writes no profile, and always compresses at the slowest effort.
+ *
+ * libwebp asks whether to go on up to 66 times a picture, which is too seldom. So a thread encodes
+ * while the caller waits, which leaves when it is to and abandons the thread. */
+#include <pthread.h>
 #include <stdlib.h>
-#include <string.h>
+#include <sys/resource.h>
+#include <unistd.h>
 #include <webp/encode.h>
 #include <webp/mux.h>
 
+#include "base/clock.h"
 #include "image/encoders.h"
 #include "image/icc.h"
 #include "image/pack.h"
@@ -23,25 +29,57 @@ static shd_status encoder_error(int code, shd_error *error) {
     }
 }
 
-static int ask_to_go_on(int percent, const WebPPicture *picture) {
-    (void)percent;
-    const shd_image *image = picture->user_data;
-    return image->go_on(image->context);
-}
-
-/* What libwebp takes beside: the picture as it sees it, and what it compares. The most that version
- * 1.2.4 was seen to take, of noise at any effort, is 21 bytes a pixel of opaque lossy pictures, and
- * 55 where a plane or all of it is lossless; smooth pictures take 2 and 26. */
+/* What encoding takes: samples, then the picture as libwebp sees it, and what it compares. The most
+ * that version 1.2.4 was seen to take, of noise at any effort, is 21 bytes a pixel of opaque lossy
+ * pictures, and 55 where a plane or all of it is lossless; smooth pictures take 2 and 26. */
 static size_t working_bytes(const shd_image *image, bool lossless) {
     const size_t pixels = (size_t)image->width * (size_t)image->height;
     return pixels * (lossless || image->alpha ? 56 : 24) + (1 << 20);
 }
 
-uint64_t shd_webp_scratch(const shd_image *image, bool samples) {
-    const shd_pack pack = shd_pack_of(image, SHD_WEBP);
-    const uint64_t pixels = (uint64_t)image->width * (uint64_t)image->height;
-    return (samples ? 0 : pixels * (uint64_t)pack.count) +
-           working_bytes(image, image->quality >= 100);
+uint64_t shd_webp_scratch(const shd_image *image) {
+    return working_bytes(image, image->quality >= 100);
+}
+
+/* A picture and the thread that encodes it. */
+typedef struct encoding {
+    WebPConfig config;
+    WebPPicture picture;
+    unsigned char *samples; /* [height][stride]; NULL once libwebp has them */
+    int count, stride;      /* samples of a pixel, bytes of a row */
+    shd_icc icc;
+    shd_bytes file;
+    shd_status status;
+    shd_error error;
+    double seconds; /* of a processor */
+    shd_budget *budget;
+    size_t working; /* bytes that an abandoned one gives back */
+    pthread_mutex_t mutex;
+    pthread_cond_t changed;
+    /* Under the mutex. */
+    pid_t thread; /* 0 until it runs */
+    bool ended, abandoned;
+} encoding;
+
+/* Of the process, as the threads are. */
+static atomic_uint abandoned_threads;
+
+unsigned shd_image_abandoned(void) {
+    return atomic_load(&abandoned_threads);
+}
+
+/* ---- On the thread ---- */
+
+static bool is_abandoned(encoding *e) {
+    pthread_mutex_lock(&e->mutex);
+    const bool abandoned = e->abandoned;
+    pthread_mutex_unlock(&e->mutex);
+    return abandoned;
+}
+
+static int ask_to_go_on(int percent, const WebPPicture *picture) {
+    (void)percent;
+    return !is_abandoned(picture->user_data);
 }
 
 /* Wraps the stream into an extended file with the profile. */
@@ -62,10 +100,74 @@ static shd_status add_profile(const WebPMemoryWriter *stream, const shd_icc *icc
     return SHD_OK;
 }
 
+static shd_status encode_stream(encoding *e, WebPMemoryWriter *stream, shd_error *error) {
+    WebPPicture *picture = &e->picture;
+    picture->writer = WebPMemoryWrite;
+    picture->custom_ptr = stream;
+    const int imported = e->count == 4 ? WebPPictureImportRGBA(picture, e->samples, e->stride)
+                                       : WebPPictureImportRGB(picture, e->samples, e->stride);
+    free(e->samples);
+    e->samples = NULL;
+    if (!imported) return shd_encode_no_memory(error);
+    return WebPEncode(&e->config, picture) ? SHD_OK : encoder_error(picture->error_code, error);
+}
+
+static shd_status encode_file(encoding *e, shd_error *error) {
+    WebPMemoryWriter stream;
+    WebPMemoryWriterInit(&stream);
+    shd_status status = encode_stream(e, &stream, error);
+    if (!status && e->icc.size) {
+        status = add_profile(&stream, &e->icc, &e->file, error);
+    } else if (!status) {
+        /* Allocated by libwebp with malloc: the caller's free ends it. */
+        e->file = (shd_bytes){stream.mem, stream.size};
+        stream.mem = NULL;
+    }
+    WebPMemoryWriterClear(&stream);
+    return status;
+}
+
+static void drop_encoding(encoding *e) {
+    WebPPictureFree(&e->picture);
+    free(e->samples);
+    free(e->file.data);
+    pthread_cond_destroy(&e->changed);
+    pthread_mutex_destroy(&e->mutex);
+    free(e);
+}
+
+static void *encode_aside(void *context) {
+    encoding *e = context;
+    pthread_mutex_lock(&e->mutex);
+    e->thread = gettid();
+    pthread_mutex_unlock(&e->mutex);
+    e->status = is_abandoned(e) ? SHD_CANCELLED : encode_file(e, &e->error);
+    e->seconds = shd_thread_seconds();
+    pthread_mutex_lock(&e->mutex);
+    e->ended = true;
+    const bool abandoned = e->abandoned;
+    pthread_cond_signal(&e->changed);
+    pthread_mutex_unlock(&e->mutex);
+    if (!abandoned) return NULL;
+    shd_budget *budget = e->budget;
+    const size_t working = e->working;
+    drop_encoding(e);
+    shd_budget_give(budget, working);
+    shd_budget_drop(budget);
+    atomic_fetch_sub(&abandoned_threads, 1);
+    return NULL;
+}
+
+/* ---- The caller ---- */
+
+enum { LOOK = 10 * 1000 * 1000 }; /* nanoseconds between two questions whether to go on */
+
 /* What to encode, and how; without pixels. False: libwebp is another version. */
-static bool set_up(const shd_image *image, WebPConfig *config, WebPPicture *picture) {
-    if (!WebPConfigPreset(config, WEBP_PRESET_DEFAULT, (float)image->quality) ||
-        !WebPPictureInit(picture))
+static bool set_up(const shd_image *image, encoding *e) {
+    WebPConfig *config = &e->config;
+    WebPPicture *picture = &e->picture;
+    if (!WebPPictureInit(picture) ||
+        !WebPConfigPreset(config, WEBP_PRESET_DEFAULT, (float)image->quality))
         return false;
     config->method = image->effort;
     if (image->quality >= 100) {
@@ -73,56 +175,109 @@ static bool set_up(const shd_image *image, WebPConfig *config, WebPPicture *pict
         config->exact = 1; /* color under alpha 0 stays too */
         picture->use_argb = 1;
     }
-    if (image->go_on) {
-        picture->progress_hook = ask_to_go_on;
-        picture->user_data = (void *)(size_t)image;
-    }
+    picture->progress_hook = ask_to_go_on;
+    picture->user_data = e;
     picture->width = image->width;
     picture->height = image->height;
+    if (!shd_image_is_srgb(image)) e->icc = shd_icc_make(image);
     return true;
 }
 
-/* Encodes into `stream`, which the caller clears. */
-static shd_status encode_stream(const shd_image *image, shd_arena *scratch,
-                                WebPMemoryWriter *stream, shd_error *error) {
-    shd_pack pack = shd_pack_of(image, SHD_WEBP);
-    const void *pixels;
-    const shd_status packed = shd_pack_samples(&pack, image, scratch, &pixels, error);
-    if (packed) return packed;
-    WebPConfig config;
-    WebPPicture picture;
-    if (!set_up(image, &config, &picture))
+/* Until the thread has ended or, false, it is to be left. */
+static bool wait_for_thread(encoding *e, const shd_image *image) {
+    bool goes_on = true;
+    pthread_mutex_lock(&e->mutex);
+    while (!e->ended && goes_on) {
+        const struct timespec until = shd_timespec(shd_now() + 1e-9 * LOOK);
+        pthread_cond_clockwait(&e->changed, &e->mutex, CLOCK_MONOTONIC, &until);
+        if (e->ended) break;
+        pthread_mutex_unlock(&e->mutex);
+        goes_on = shd_encode_goes_on(image);
+        pthread_mutex_lock(&e->mutex);
+    }
+    const bool ended = e->ended;
+    pthread_mutex_unlock(&e->mutex);
+    return ended;
+}
+
+/* Leaves the thread to itself, unless it has ended meanwhile. It gives way to others from then on,
+ * but not so much that a busy machine would keep its memory for long. */
+static bool abandon_thread(encoding *e, pthread_t thread, shd_arena *scratch) {
+    enum { NICE = 10 };
+    pthread_mutex_lock(&e->mutex);
+    if (!e->ended) {
+        e->abandoned = true;
+        e->budget = shd_budget_keep(shd_arena_release(scratch, e->working));
+        atomic_fetch_add(&abandoned_threads, 1);
+        if (e->thread) setpriority(PRIO_PROCESS, (id_t)e->thread, NICE);
+        pthread_detach(thread);
+    }
+    const bool abandoned = e->abandoned;
+    pthread_mutex_unlock(&e->mutex);
+    return abandoned;
+}
+
+/* Has a thread encode. *abandoned: the encoding is the thread's. */
+static shd_status run_thread(encoding *e, const shd_image *image, shd_arena *scratch,
+                             bool *abandoned, shd_error *error) {
+    pthread_t thread;
+    if (pthread_create(&thread, NULL, encode_aside, e))
+        return shd_fail(error, SHD_EXHAUSTED, "", "there is no thread to encode the picture");
+    const bool left = !wait_for_thread(e, image);
+    *abandoned = left && abandon_thread(e, thread, scratch);
+    if (*abandoned) return shd_encode_cancelled(error);
+    pthread_join(thread, NULL);
+    if (image->elsewhere) *image->elsewhere += e->seconds;
+    if (left) return shd_encode_cancelled(error);
+    if (e->status && error) *error = e->error;
+    return e->status;
+}
+
+static bool wait_for_abandoned(const shd_image *image) {
+    bool goes_on = true;
+    while (goes_on && shd_image_abandoned() >= shd_encode_slots(image)) {
+        const struct timespec some = {0, LOOK};
+        nanosleep(&some, NULL);
+        goes_on = shd_encode_goes_on(image);
+    }
+    return goes_on;
+}
+
+static shd_status encode(encoding *e, const shd_image *image, shd_arena *scratch, shd_bytes *file,
+                         bool *abandoned, shd_error *error) {
+    if (!set_up(image, e))
         return shd_fail(error, SHD_INTERNAL, "", "libwebp is not the version built against");
-    picture.writer = WebPMemoryWrite;
-    picture.custom_ptr = stream;
-    int stride = image->width * pack.count;
-    const size_t working = working_bytes(image, picture.use_argb);
-    if (!shd_arena_borrow(scratch, working)) return shd_encode_no_memory(error);
-    int imported = pack.count == 4 ? WebPPictureImportRGBA(&picture, pixels, stride)
-                                   : WebPPictureImportRGB(&picture, pixels, stride);
-    int encoded = imported && WebPEncode(&config, &picture);
-    int code = picture.error_code;
-    WebPPictureFree(&picture);
-    shd_arena_repay(scratch, working);
-    if (!imported) return shd_encode_no_memory(error);
-    return encoded ? SHD_OK : encoder_error(code, error);
+    const shd_pack pack = shd_pack_of(image, SHD_WEBP);
+    e->count = pack.count;
+    e->stride = image->width * pack.count;
+    e->samples = malloc((size_t)e->stride * (size_t)image->height);
+    if (!e->samples) return shd_encode_no_memory(error);
+    shd_status status = shd_pack_rows(&pack, image, e->samples, error);
+    if (!status) status = run_thread(e, image, scratch, abandoned, error);
+    if (status) return status;
+    *file = e->file;
+    e->file.data = NULL;
+    return SHD_OK;
 }
 
 shd_status shd_encode_webp(const shd_image *image, shd_arena *scratch, shd_bytes *out,
                            shd_error *error) {
-    WebPMemoryWriter stream;
-    WebPMemoryWriterInit(&stream);
-    shd_status status = encode_stream(image, scratch, &stream, error);
-    shd_icc icc = {.size = 0};
-    if (!shd_image_is_srgb(image)) icc = shd_icc_make(image);
-    shd_bytes file = {NULL, 0};
-    if (!status && icc.size) status = add_profile(&stream, &icc, &file, error);
-    if (!status && !icc.size) {
-        /* Allocated by libwebp with malloc: the caller's free ends it. */
-        file = (shd_bytes){stream.mem, stream.size};
-        stream.mem = NULL;
+    if (!wait_for_abandoned(image)) return shd_encode_cancelled(error);
+    const size_t working = working_bytes(image, image->quality >= 100);
+    if (!shd_arena_borrow(scratch, working)) return shd_encode_no_memory(error);
+    shd_bytes file;
+    shd_status status = SHD_MEMORY;
+    bool abandoned = false;
+    encoding *e = calloc(1, sizeof *e);
+    if (e) {
+        e->working = working;
+        pthread_mutex_init(&e->mutex, NULL);
+        pthread_cond_init(&e->changed, NULL);
+        status = encode(e, image, scratch, &file, &abandoned, error);
+        if (!abandoned) drop_encoding(e);
     }
-    WebPMemoryWriterClear(&stream);
+    if (!abandoned) shd_arena_repay(scratch, working);
+    if (!e) return shd_encode_no_memory(error);
     if (status) return status;
     if (!shd_arena_borrow(scratch, file.size)) {
         free(file.data);

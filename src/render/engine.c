@@ -4,6 +4,7 @@
 
 #include "assets/store.h"
 #include "base/machine.h"
+#include "image/image.h"
 #include "render/tiles/reuse.h"
 
 #ifndef SHADED_VERSION
@@ -146,7 +147,8 @@ bool shd_engine_withdraw(shd_engine *engine, const void *context) {
 
 shd_load shd_engine_load(shd_engine *engine) {
     return (shd_load){shd_pool_queued(engine->pool), shd_pool_busy(engine->pool),
-                      shd_pool_slots(engine->pool) - 1, shd_pool_lent(engine->pool)};
+                      shd_pool_slots(engine->pool) - 1, shd_pool_lent(engine->pool),
+                      shd_image_abandoned()};
 }
 
 shd_reuse_load shd_engine_reuse(shd_engine *engine) {

@@ -93,12 +93,7 @@ static const shd_range effort = {0, 6, .text = "0 to 6"};
 
 /* libwebp's own effort. Lossless: level 2 takes 100 ms for a 512 x 512 sphere of 49 kB; the usual 6
  * takes 220 ms for 47 kB. */
-enum { LOSSY_EFFORT = 4, LOSSLESS_EFFORT = 2, MOST_EFFORT = 6 };
-
-/* What libwebp is busy with for too long, without asking whether to go on, to be left in time. Of a
- * million pixels of noise version 1.2.4 takes 0.24 s without loss (0.03 at effort 0), 0.19 s with
- * it (0.01 at efforts 0 to 2), and 0.57 s of alpha (0.2 at effort 0). */
-enum { LARGE_WEBP = 1 << 22, LARGE_LOSSY_EFFORT = 2, LARGE_LOSSLESS_EFFORT = 0 };
+enum { LOSSY_EFFORT = 4, LOSSLESS_EFFORT = 2 };
 
 #define IN_OUTPUT(member) (offsetof(raw_output, output) + offsetof(shd_output, member))
 
@@ -307,23 +302,6 @@ static void resolve_layers(shd_reader *r, const shd_node *node, const json_t *va
 
 /* ---- One output, and several ---- */
 
-static void resolve_effort(shd_reader *r, const shd_node *node, bool given, shd_output *output) {
-    const shd_raster *raster = &r->scene->raster;
-    const bool lossless = output->quality >= 100;
-    int most = MOST_EFFORT, usual = lossless ? LOSSLESS_EFFORT : LOSSY_EFFORT;
-    if (output->format == SHD_WEBP && (int64_t)raster->w * raster->h > LARGE_WEBP)
-        most = lossless || r->scene->transparent ? LARGE_LOSSLESS_EFFORT : LARGE_LOSSY_EFFORT;
-    if (!given) output->effort = usual < most ? usual : most;
-    const shd_node effort_node = {node, "effort", 0, NULL};
-    if (given && output->effort > most)
-        shd_wrong(r, &effort_node, "of more than %d pixels, %s WebP takes an effort of at most %d",
-                  LARGE_WEBP,
-                  lossless                ? "lossless"
-                  : r->scene->transparent ? "transparent"
-                                          : "lossy",
-                  most);
-}
-
 static void read_one(shd_reader *r, const shd_node *node, unsigned kind, shd_output *out) {
     raw_output raw = {.output = {.channel = -1, .quality = 90}, .format = (int)r->fallback};
     uint32_t seen = 0, wrong = 0;
@@ -334,7 +312,8 @@ static void read_one(shd_reader *r, const shd_node *node, unsigned kind, shd_out
     }
     shd_output *output = &raw.output;
     output->format = (shd_format)raw.format;
-    resolve_effort(r, node, seen >> EFFORT & 1, output);
+    if (!(seen >> EFFORT & 1))
+        output->effort = output->quality >= 100 ? LOSSLESS_EFFORT : LOSSY_EFFORT;
     output->format_given = seen >> FORMAT & 1;
     if (!(wrong >> FORMAT & 1)) r->formats |= 1u << raw.format;
     if (!(wrong & (1u << FORMAT | 1u << BIT_DEPTH))) resolve_depth(r, node, &raw, output);

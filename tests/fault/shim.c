@@ -7,7 +7,7 @@
  * fail each place once instead of each allocation. A program that has FAULT_MAIN in its environment
  * is armed as main begins: what the dynamic linker and static constructors take is no part of it.
  *
- * With `hold` set, a thread that compresses a PNG stays there.
+ * With `hold` set, a thread that compresses a PNG or a WebP stays there.
  *
  * It stands before the C library's allocator. A sanitizer's, which must be the first, cannot
  * follow: leaks show in `live`. */
@@ -36,7 +36,7 @@ typedef struct control {
     atomic_int_least64_t clock_offset; /* seconds, of the wall clock */
     atomic_int_least64_t accept_pause; /* microseconds that each accept takes longer */
     atomic_int_least64_t live;         /* allocations that were not given back */
-    atomic_int_least64_t hold;         /* PNGs are not compressed as long as it is set */
+    atomic_int_least64_t hold;         /* PNGs and WebPs are not compressed as long as it is set */
     atomic_uint_least64_t where_length;
     char where[WHERE]; /* call stack of the first that failed, a line a frame */
     uint64_t hashes[HASHES];
@@ -230,4 +230,11 @@ size_t libdeflate_deflate_compress(void *compressor, const void *in, size_t size
                                    size_t room) {
     while (shared && atomic_load(&shared->hold)) usleep(10000);
     return NEXT(libdeflate_deflate_compress)(compressor, in, size, out, room);
+}
+
+int WebPEncode(const void *config, void *picture);
+
+int WebPEncode(const void *config, void *picture) {
+    while (shared && atomic_load(&shared->hold)) usleep(10000);
+    return NEXT(WebPEncode)(config, picture);
 }

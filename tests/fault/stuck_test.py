@@ -6,6 +6,9 @@ from e2e.daemon import SMALL, Daemon
 from e2e.daemon_test import wait_until
 from fault.control import Control
 
+WEBP = {**SMALL, "output": {"format": "webp"}}
+JPEG = {**SMALL, "output": {"format": "jpeg"}}
+
 
 class StuckTest(unittest.TestCase):
     def setUp(self):
@@ -54,6 +57,35 @@ class StuckTest(unittest.TestCase):
         self.daemon.signal()
         self.assertEqual(self.daemon.wait(), 1)
         self.assertTrue(self.daemon.events("stuck"))
+
+    def abandoned(self):
+        return self.daemon.metrics()["shaded_abandoned_encodings"]
+
+    def abandon(self):
+        """As many as may be, on the one worker that there is."""
+        self.control.hold = 1
+        for count in (1, 2):
+            self.assertEqual(self.daemon.render(WEBP).status, 504)
+            wait_until(lambda: self.abandoned() == count)
+            self.assertEqual(self.ready(), (200, "ready"))
+        used = self.daemon.metrics()["shaded_memory_used_bytes"]
+        self.assertEqual(self.daemon.render(WEBP).status, 504)
+        self.assertEqual(self.abandoned(), 2)
+        self.assertEqual(self.daemon.render(JPEG).status, 200)
+        return used
+
+    def test_a_webp_is_abandoned(self):
+        used = self.abandon()
+        self.control.hold = 0
+        wait_until(lambda: self.abandoned() == 0)
+        wait_until(lambda: self.daemon.metrics()["shaded_memory_used_bytes"] < used)
+        self.assertEqual(self.daemon.render(WEBP).status, 200)
+        self.assertFalse(self.daemon.events("worker-stuck"))
+
+    def test_the_daemon_ends_without_what_is_abandoned(self):
+        self.abandon()
+        self.daemon.signal()
+        self.assertEqual(self.daemon.wait(), 0)
 
 
 if __name__ == "__main__":

@@ -251,8 +251,6 @@ static void encoding_is_left_where_it_is_told_to(void **state) {
         int least; /* questions whether to go on */
     } cases[] = {{SHD_PNG, SHD_U8, 0, SIDE, SIDE, 3},
                  {SHD_PNG, SHD_U16, 0, SIDE, SIDE, 3},
-                 {SHD_WEBP, SHD_U8, 80, SIDE / 2, SIDE / 2, 3},
-                 {SHD_WEBP, SHD_U8, 100, SIDE / 2, SIDE / 2, 3},
                  {SHD_TIFF, SHD_U8, 0, SIDE, SIDE, 8},
                  {SHD_TIFF, SHD_U8, 0, WIDE, SIDE * SIDE / WIDE, 8},
                  {SHD_EXR, SHD_HALF, 0, SIDE, SIDE, 12},

@@ -73,39 +73,6 @@ static void channels_are_those_of_the_space(void **state) {
     assert_int_equal(output_of("'effort': 0").effort, 0);
 }
 
-#define LARGE "'image': {'width': 2048, 'height': 2049}, "
-
-/* Of more pixels than 4 million, which libwebp does not let be left in time otherwise. */
-static void large_webp_takes_little_effort(void **state) {
-    (void)state;
-    static const struct {
-        const char *text;
-        int effort;
-    } cases[] = {
-        {WITH("'image': {'width': 2048, 'height': 2048}, 'output': {'format': 'webp', 'effort': "
-              "6}"),
-         6},
-        {WITH(LARGE "'output': {'format': 'webp'}"), 2},
-        {WITH(LARGE "'output': {'format': 'webp', 'effort': 2}"), 2},
-        {WITH(LARGE "'output': {'format': 'webp', 'quality': 100}"), 0},
-        {WITH(LARGE "'output': {'format': 'webp'}, 'background': null"), 0},
-        {WITH(LARGE "'output': {'format': 'png', 'effort': 6}"), 6},
-    };
-    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
-        reading r = read_scene(cases[i].text);
-        assert_int_equal(r.scene->outputs->effort, cases[i].effort);
-        drop(&r);
-    }
-    static const refusal refused[] = {
-        {WITH(LARGE "'output': {'format': 'webp', 'effort': 3}"), "/output/effort", "lossy WebP"},
-        {WITH(LARGE "'output': {'format': 'webp', 'effort': 1, 'quality': 100}"), "/output/effort",
-         "lossless WebP"},
-        {WITH(LARGE "'output': {'format': 'webp', 'effort': 1}, 'background': null"),
-         "/output/effort", "transparent WebP"},
-    };
-    ASSERT_REFUSED(refused);
-}
-
 static void layers_are_read_in_order(void **state) {
     (void)state;
     reading r = read_scene(WITH(
@@ -198,7 +165,6 @@ int main(void) {
         cmocka_unit_test(display_and_view_complete_each_other),
         cmocka_unit_test(linear_formats_hold_the_working_space),
         cmocka_unit_test(channels_are_those_of_the_space),
-        cmocka_unit_test(large_webp_takes_little_effort),
         cmocka_unit_test(layers_are_read_in_order),
         cmocka_unit_test(several_outputs_are_multipart),
         cmocka_unit_test(outputs_that_cannot_be_are_refused),

@@ -278,6 +278,7 @@ static shd_status begin_image(shd_rendering *r, const shd_output *output,
         .spread = spread_encoding,
         .slots = shd_pool_slots(r->engine->pool),
         .context = r,
+        .elsewhere = &r->beside,
     };
     memcpy(image->primaries, info->primaries, sizeof image->primaries);
     return SHD_OK;

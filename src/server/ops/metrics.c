@@ -172,6 +172,9 @@ static void print_workers(FILE *out, const shd_gauges *gauges) {
     print_number(out, "workers", "gauge", "Rendering threads.", gauges->load.threads);
     print_number(out, "workers_busy", "gauge", "Rendering threads at work on a request.",
                  gauges->load.busy);
+    print_number(out, "abandoned_encodings", "gauge",
+                 "Threads of libwebp whose request has left them, until they next ask.",
+                 gauges->load.abandoned);
     print_number(out, "stuck_workers", "gauge",
                  "Rendering threads that go on a second after their work was cancelled.",
                  gauges->stuck);
