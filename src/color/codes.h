@@ -42,9 +42,6 @@ shd_color_codes *shd_color_codes_bake(const shd_color_transform *transform, unsi
                                       shd_color_go_on *go_on, const void *context);
 void shd_color_codes_drop(shd_color_codes *codes); /* NULL is fine */
 
-/* Whether OpenColorIO knows that channels mix. False proves nothing. */
-bool shd_color_mixes(const shd_color_transform *transform);
-
 #ifdef __cplusplus
 }
 #endif

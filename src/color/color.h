@@ -1,5 +1,5 @@
-/* Color through OpenColorIO: configurations, transforms, metadata. The only C++ behind this is
- * ocio.cpp; every entry catches all exceptions.
+/* Color through OpenColorIO: configurations, transforms, metadata. The C++ behind this is in
+ * ocio*.cpp; every entry catches all exceptions.
  *
  * A configuration is loaded once and shared by threads. Transforms are made on first use and kept
  * for the life of the configuration. Any number of threads may apply one at once. */
@@ -65,6 +65,9 @@ const shd_color_info *shd_color_describe(const shd_color_transform *transform);
  * 0 first; its hue is in [0,1). The hue and the saturation of greys are 0.) A pixel's result does
  * not depend on the pixels beside it, bit for bit. Any thread. */
 void shd_color_apply(const shd_color_transform *transform, float *rgba, size_t count);
+
+/* Whether OpenColorIO knows that channels mix. False proves nothing. */
+bool shd_color_mixes(const shd_color_transform *transform);
 
 /* The transform straight to integer codes 0..max (255 or 65535). NULL if it has to go through
  * floats, because its channels mix, its curves do not only rise, or there are no tables yet.

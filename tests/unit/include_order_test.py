@@ -1,4 +1,4 @@
-"""The rooms of src/ include each other in one direction only, and C++ stays in its two files."""
+"""The rooms of src/ include each other in one direction only, and C++ stays in its files."""
 
 import os
 import re
@@ -19,7 +19,8 @@ def read_table():
 
 
 ALLOWED = read_table()
-CPP_FILES = {"color/ocio.cpp", "image/oiio.cpp"}
+CPP_FILES = {"color/ocio.hpp", "color/ocio.cpp", "color/ocio_codes.cpp", "color/ocio_config.cpp",
+             "color/ocio_transform.cpp", "color/ocio_walk.cpp", "image/oiio.cpp"}
 # Pages and other things that are no C.
 ROOMS_WITHOUT_CODE = {"studio"}
 
@@ -117,7 +118,7 @@ class IncludeOrder(unittest.TestCase):
         self.assertIn("base may not include", violations(files)[0])
 
     def test_stages_may_not_include_each_other(self):
-        files = {"image/image.h": "", "color/ocio.cpp": '  #  include "image/image.h"\n'}
+        files = {"image/image.h": "", "color/ocio_walk.cpp": '  #  include "image/image.h"\n'}
         self.assertIn("color may not include", violations(files)[0])
 
     def test_doors_see_only_the_public_header(self):
@@ -146,8 +147,8 @@ class IncludeOrder(unittest.TestCase):
                  "base/pool.c": "#include <sight/rays.h>\n"}
         self.assertEqual(len(violations(files)), 2)
 
-    def test_cpp_stays_in_two_files(self):
-        self.assertEqual(violations({"color/ocio.cpp": "", "image/oiio.cpp": ""}), [])
+    def test_cpp_stays_in_its_files(self):
+        self.assertEqual(violations(dict.fromkeys(CPP_FILES, "")), [])
         self.assertEqual(len(violations({"sight/cast.cpp": ""})), 1)
 
     def test_a_circle_is_found(self):

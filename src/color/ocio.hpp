@@ -1,0 +1,84 @@
+// What the C++ files of OpenColorIO share. Inside of color/.
+#ifndef SHD_COLOR_OCIO_HPP
+#define SHD_COLOR_OCIO_HPP
+
+#include <OpenColorIO/OpenColorIO.h>
+
+#include <atomic>
+#include <deque>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "color/color.h"
+
+namespace OCIO = OCIO_NAMESPACE;
+
+struct shd_color_transform {
+    OCIO::ConstCPUProcessorRcPtr cpu; // null: the transform does nothing
+    shd_color_info info{};
+    std::string name;
+
+    // Of 8 and 16 bits; null also if baking failed.
+    struct Codes {
+        std::atomic<size_t> asked{0}; // pixels
+        std::atomic<bool> done{false};
+        std::mutex baking;
+        std::shared_ptr<const shd_color_codes> baked;
+    };
+    mutable Codes codes[2];
+};
+
+struct shd_color_config {
+    OCIO::ConstConfigRcPtr ocio;
+    std::string digest;
+
+    // The catalog and what it points into; constant once loaded.
+    shd_catalog catalog{};
+    std::deque<std::string> texts;
+    std::vector<shd_space_info> spaces;
+    std::vector<shd_display_info> displays;
+    std::deque<std::vector<const char *>> views;
+
+    std::mutex mutex; // guards `transforms`, not what they point to
+    std::map<std::string, std::unique_ptr<shd_color_transform>> transforms;
+};
+
+// Makes one line of text, without a trailing period. Bytes that are no text become question marks.
+std::string shd_ocio_sentence(const char *text);
+
+// Runs `body` and turns whatever it throws into `status`, and whatever telling of that throws.
+template <typename Body>
+shd_status guarded(shd_status status, const char *path, shd_error *error, Body body) {
+    try {
+        try {
+            return body();
+        } catch (const std::bad_alloc &) {
+            throw;
+        } catch (const std::exception &e) {
+            return shd_fail(error, status, path, "%s", shd_ocio_sentence(e.what()).c_str());
+        }
+    } catch (const std::bad_alloc &) {
+        return shd_fail(error, SHD_EXHAUSTED, path, "out of memory");
+    } catch (...) {
+        return shd_fail(error, status, path, "OpenColorIO failed without a reason");
+    }
+}
+
+// Visits everything that the active spaces, displays and views refer to, and returns the files
+// among that. OpenColorIO follows references by recursion without an end and opens any path, so
+// this refuses circles, chains that are too deep and files that are not regular before a processor
+// is built.
+std::set<std::string> shd_ocio_walk(const OCIO::ConstConfigRcPtr &config);
+
+shd_channels shd_ocio_channels(const OCIO::ConstColorSpaceRcPtr &space);
+bool shd_ocio_is_linear(const OCIO::ConstColorSpaceRcPtr &space);
+
+// shd_catalog.convert of a configuration.
+shd_status shd_ocio_convert(const void *self, const char *from, const char *to, double rgb[3],
+                            shd_error *error);
+
+#endif

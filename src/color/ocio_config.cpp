@@ -1,0 +1,198 @@
+// Configurations: OpenColorIO's process-wide habits, loading, the catalog.
+
+#include <unistd.h>
+#include <xxhash.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <sstream>
+#include <stdexcept>
+
+#include "color/file.h"
+#include "color/ocio.hpp"
+#include "color/text.h"
+
+extern "C" {
+extern const unsigned char shd_embedded_ocio[];
+extern const unsigned long shd_embedded_ocio_size;
+}
+
+namespace {
+
+constexpr size_t max_config_bytes = 16u << 20;
+constexpr size_t max_referenced_bytes = 256u << 20;
+constexpr size_t room_to_read = 32u << 20;
+
+// The library never logs, and a user's OCIO_* variables must not change what a scene looks like.
+void quiet_the_process() {
+    static std::once_flag once;
+    std::call_once(once, [] {
+        std::vector<std::string> names;
+        for (char **entry = environ; entry && *entry; entry++) {
+            std::string name(*entry, std::strcspn(*entry, "="));
+            if (name == "OCIO" || name.rfind("OCIO_", 0) == 0) names.push_back(name);
+        }
+        for (const std::string &name : names) unsetenv(name.c_str());
+        OCIO::SetLoggingLevel(OCIO::LOGGING_LEVEL_NONE);
+        OCIO::SetLoggingFunction([](const char *) {});
+    });
+}
+
+// A hash of everything that decides on colors: the library, the configuration and its files.
+shd_status digest(shd_color_config *config, const std::string &text,
+                  const std::set<std::string> &files, shd_error *error) {
+    std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state(XXH3_createState(),
+                                                                   XXH3_freeState);
+    if (!state) throw std::bad_alloc();
+    XXH3_128bits_reset(state.get());
+    XXH3_128bits_update(state.get(), OCIO::GetVersion(), std::strlen(OCIO::GetVersion()) + 1);
+    XXH3_128bits_update(state.get(), text.data(), text.size());
+    for (const std::string &path : files) {
+        char *data = nullptr;
+        size_t size = 0;
+        shd_status status =
+            shd_color_read_file(path.c_str(), max_referenced_bytes, &data, &size, error);
+        if (status) return status;
+        XXH3_128bits_update(state.get(), &size, sizeof size);
+        XXH3_128bits_update(state.get(), data, size);
+        std::free(data);
+    }
+    XXH128_hash_t hash = XXH3_128bits_digest(state.get());
+    char hex[33];
+    std::snprintf(hex, sizeof hex, "%016llx%016llx", static_cast<unsigned long long>(hash.high64),
+                  static_cast<unsigned long long>(hash.low64));
+    config->digest = hex;
+    return SHD_OK;
+}
+
+const char *keep(shd_color_config *config, const std::string &text) {
+    if (!shd_color_is_text(text.c_str()))
+        throw std::runtime_error("the name '" + shd_ocio_sentence(text.c_str()) +
+                                 "' is not UTF-8 text");
+    config->texts.push_back(text);
+    return config->texts.back().c_str();
+}
+
+const shd_space_info *first_of(const shd_catalog &catalog, const char *a, const char *b) {
+    const shd_space_info *found = shd_catalog_space(&catalog, a);
+    return found ? found : shd_catalog_space(&catalog, b);
+}
+
+void fill_catalog(shd_color_config *config) {
+    const OCIO::ConstConfigRcPtr &ocio = config->ocio;
+    std::string linear = ocio->getColorSpace(OCIO::ROLE_SCENE_LINEAR)->getName();
+    for (int i = 0; i < ocio->getNumColorSpaces(); i++) {
+        OCIO::ConstColorSpaceRcPtr space = ocio->getColorSpace(ocio->getColorSpaceNameByIndex(i));
+        bool working = space->getName() == linear || shd_ocio_is_linear(space);
+        config->spaces.push_back({keep(config, space->getName()),
+                                  keep(config, shd_ocio_sentence(space->getDescription())),
+                                  shd_ocio_channels(space), working});
+    }
+    for (int i = 0; i < ocio->getNumDisplays(); i++) {
+        const char *display = ocio->getDisplay(i);
+        std::vector<const char *> views;
+        for (int j = 0; j < ocio->getNumViews(display); j++)
+            views.push_back(keep(config, ocio->getView(display, j)));
+        config->views.push_back(views);
+        config->displays.push_back(
+            {keep(config, display), config->views.back().data(), config->views.back().size()});
+    }
+    shd_catalog &catalog = config->catalog;
+    catalog.spaces = config->spaces.data();
+    catalog.space_count = config->spaces.size();
+    catalog.displays = config->displays.data();
+    catalog.display_count = config->displays.size();
+    catalog.scene_linear = shd_catalog_space(&catalog, linear.c_str());
+    catalog.colors = first_of(catalog, "lin_rec709", "Linear Rec.709 (sRGB)");
+    if (!catalog.colors) catalog.colors = catalog.scene_linear;
+    catalog.css = first_of(catalog, "sRGB", "sRGB - Texture");
+    catalog.convert = shd_ocio_convert;
+    catalog.self = config;
+}
+
+// Refuses mistakes that OpenColorIO's own validation lets through, and builds every processor once.
+void check(shd_color_config *config, std::set<std::string> *files) {
+    const OCIO::ConstConfigRcPtr &ocio = config->ocio;
+    ocio->validate();
+    OCIO::ConstColorSpaceRcPtr linear = ocio->getColorSpace(OCIO::ROLE_SCENE_LINEAR);
+    if (!ocio->hasRole(OCIO::ROLE_SCENE_LINEAR) || !linear)
+        throw std::runtime_error("the role scene_linear is missing");
+    if (linear->isData())
+        throw std::runtime_error("the role scene_linear names a data space, which cannot be "
+                                 "converted");
+    if (!ocio->getNumDisplays()) throw std::runtime_error("there is no display");
+
+    *files = shd_ocio_walk(ocio);
+    fill_catalog(config);
+    const shd_catalog &catalog = config->catalog;
+    if (!catalog.scene_linear)
+        throw std::runtime_error("the role scene_linear names an inactive space");
+    const char *working = catalog.scene_linear->name;
+    const shd_color_transform *made;
+    shd_error error;
+    for (size_t i = 0; i < catalog.space_count; i++) {
+        const char *name = catalog.spaces[i].name;
+        if (shd_color_to_space(config, working, name, &made, &error) ||
+            shd_color_to_space(config, name, working, &made, &error))
+            throw std::runtime_error("color space '" + std::string(name) + "': " + error.text);
+    }
+    for (size_t i = 0; i < catalog.display_count; i++)
+        for (size_t j = 0; j < catalog.displays[i].view_count; j++) {
+            const char *display = catalog.displays[i].name, *view = catalog.displays[i].views[j];
+            if (shd_color_to_view(config, working, display, view, &made, &error))
+                throw std::runtime_error("display '" + std::string(display) + "', view '" + view +
+                                         "': " + error.text);
+        }
+}
+
+std::string folder_of(const std::string &path) {
+    size_t slash = path.rfind('/');
+    return slash == std::string::npos ? "." : slash == 0 ? "/" : path.substr(0, slash);
+}
+
+} // namespace
+
+shd_status shd_color_config_load(const char *path, shd_color_config **out, shd_error *error) {
+    const char *where = path ? path : "";
+    return guarded(SHD_CONFIG, where, error, [&]() -> shd_status {
+        quiet_the_process();
+        // OpenColorIO allocates in functions that are declared noexcept, and ends the process if
+        // there is no memory. So room for an ordinary configuration is asked for beforehand.
+        operator delete(operator new(room_to_read));
+        std::string text(reinterpret_cast<const char *>(shd_embedded_ocio), shd_embedded_ocio_size);
+        if (path) {
+            char *data = nullptr;
+            size_t size = 0;
+            shd_status status = shd_color_read_file(path, max_config_bytes, &data, &size, error);
+            if (status) return status;
+            std::unique_ptr<char, decltype(&std::free)> owner(data, std::free);
+            text.assign(data, size);
+        }
+        // OpenColorIO remembers files, missing ones included; that would outlive a correction.
+        OCIO::ClearAllCaches();
+        std::istringstream stream(text);
+        OCIO::ConfigRcPtr editable = OCIO::Config::CreateFromStream(stream)->createEditableCopy();
+        if (path) editable->setWorkingDir(folder_of(path).c_str());
+
+        std::unique_ptr<shd_color_config> config(new shd_color_config);
+        config->ocio = editable;
+        std::set<std::string> files;
+        check(config.get(), &files);
+        shd_status status = digest(config.get(), text, files, error);
+        if (status == SHD_OK) *out = config.release();
+        return status;
+    });
+}
+
+void shd_color_config_drop(shd_color_config *config) {
+    delete config;
+}
+
+const shd_catalog *shd_color_catalog(const shd_color_config *config) {
+    return &config->catalog;
+}
+
+const char *shd_color_config_digest(const shd_color_config *config) {
+    return config->digest.c_str();
+}

@@ -1,0 +1,193 @@
+// Transforms: made on first use, applied to floats.
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <new>
+
+#include "color/metadata.h"
+#include "color/ocio.hpp"
+
+namespace {
+
+// Pixels that are handed to OpenColorIO at a time; their alphas are kept on the stack meanwhile.
+constexpr size_t block = 1024;
+
+// The transform for `key`; `make` makes it if it is not there yet.
+template <typename Make>
+shd_status cached(shd_color_config *config, const std::string &key, Make make,
+                  const shd_color_transform **out) {
+    std::lock_guard<std::mutex> lock(config->mutex);
+    std::unique_ptr<shd_color_transform> &entry = config->transforms[key];
+    try {
+        if (!entry) entry = make();
+    } catch (...) {
+        config->transforms.erase(key);
+        throw;
+    }
+    *out = entry.get();
+    return SHD_OK;
+}
+
+// LOSSLESS leaves out the fast approximations of log, exp and pow, and resampled tables.
+OCIO::ConstCPUProcessorRcPtr build(const OCIO::ConstProcessorRcPtr &processor) {
+    OCIO::ConstCPUProcessorRcPtr cpu = processor->getOptimizedCPUProcessor(
+        OCIO::BIT_DEPTH_F32, OCIO::BIT_DEPTH_F32, OCIO::OPTIMIZATION_LOSSLESS);
+    return cpu->isNoOp() ? nullptr : cpu;
+}
+
+void describe(shd_color_info *info, const shd_encoding *encoding) {
+    if (!encoding) return;
+    info->transfer = encoding->transfer;
+    info->has_primaries = true;
+    std::memcpy(info->primaries, encoding->primaries, sizeof info->primaries);
+}
+
+std::unique_ptr<shd_color_transform> make_to_space(const shd_color_config *config, const char *from,
+                                                   const char *to) {
+    std::unique_ptr<shd_color_transform> made(new shd_color_transform);
+    OCIO::ConstColorSpaceRcPtr target = config->ocio->getColorSpace(to);
+    if (std::strcmp(from, to)) made->cpu = build(config->ocio->getProcessor(from, to));
+    made->name = to;
+    made->info.name = made->name.c_str();
+    made->info.channels = shd_ocio_channels(target);
+    // Nothing happens on the way to a data space: the values are still those of `from`.
+    describe(&made->info, shd_encoding_of_space(target->isData() ? from : to));
+    if (!made->info.has_primaries && shd_ocio_is_linear(target))
+        made->info.transfer = SHD_TRANSFER_LINEAR;
+    return made;
+}
+
+std::unique_ptr<shd_color_transform> make_to_view(const shd_color_config *config, const char *from,
+                                                  const char *display, const char *view) {
+    std::unique_ptr<shd_color_transform> made(new shd_color_transform);
+    const OCIO::ConstConfigRcPtr &ocio = config->ocio;
+    made->cpu = build(ocio->getProcessor(from, display, view, OCIO::TRANSFORM_DIR_FORWARD));
+    made->name = std::string(display) + " / " + view;
+    made->info.name = made->name.c_str();
+    OCIO::ConstColorSpaceRcPtr target =
+        ocio->getColorSpace(ocio->getDisplayViewColorSpaceName(display, view));
+    bool raw = target && target->isData();
+    made->info.channels = target ? shd_ocio_channels(target) : SHD_RGB;
+    describe(&made->info, raw ? shd_encoding_of_space(from) : shd_encoding_of_display(display));
+    return made;
+}
+
+shd_status unknown(shd_error *error, const char *what, const char *name) {
+    return shd_fail(error, SHD_SCENE, "", "unknown %s '%.64s'", what, name);
+}
+
+// IEC 61966-2-1, in f64: colors that people write get no rounding of a float. Nor do they get the
+// toe of another standard if an operator's configuration has OpenColorIO's own sRGB, which
+// is 2.5e-4 darker there. Below 0 the line goes on, as in config/shaded.ocio.
+double decode_srgb(double v) {
+    return v < 0 ? v / 12.92 : shd_curve_decode(SHD_TRANSFER_SRGB, v);
+}
+
+bool is_linear_rec709(const shd_space_info *space) {
+    const shd_encoding *encoding = shd_encoding_of_space(space->name);
+    const shd_encoding *srgb = shd_encoding_of_space("sRGB");
+    return encoding && srgb && encoding->transfer == SHD_TRANSFER_LINEAR &&
+           encoding->primaries == srgb->primaries;
+}
+
+} // namespace
+
+shd_status shd_ocio_convert(const void *self, const char *from, const char *to, double rgb[3],
+                            shd_error *error) {
+    if (!std::strcmp(from, to)) return SHD_OK;
+    // The catalog is const for its users; its cache has a mutex.
+    auto config = const_cast<shd_color_config *>(static_cast<const shd_color_config *>(self));
+    const shd_catalog &catalog = config->catalog;
+    bool css =
+        catalog.css && is_linear_rec709(catalog.colors) && !std::strcmp(from, catalog.css->name);
+    double value[3] = {rgb[0], rgb[1], rgb[2]};
+    if (css) {
+        for (double &v : value) v = decode_srgb(v);
+        from = catalog.colors->name;
+        if (!std::strcmp(from, to)) {
+            std::memcpy(rgb, value, sizeof value);
+            return SHD_OK;
+        }
+    }
+    const shd_color_transform *transform = nullptr;
+    shd_status status = shd_color_to_space(config, from, to, &transform, error);
+    if (status) return status;
+    if (!transform->cpu && !css) return SHD_OK;
+    float pixel[4] = {static_cast<float>(value[0]), static_cast<float>(value[1]),
+                      static_cast<float>(value[2]), 1};
+    if (transform->cpu) shd_color_apply(transform, pixel, 1);
+    for (int i = 0; i < 3; i++)
+        if (!std::isfinite(pixel[i]))
+            return shd_fail(error, SHD_SCENE, "", "the color is too large to be converted");
+    for (int i = 0; i < 3; i++) rgb[i] = static_cast<double>(pixel[i]);
+    return SHD_OK;
+}
+
+shd_status shd_color_to_space(shd_color_config *config, const char *from, const char *to,
+                              const shd_color_transform **out, shd_error *error) {
+    // Exact names only: OpenColorIO would take roles and other case for spaces, too.
+    if (!shd_catalog_space(&config->catalog, from)) return unknown(error, "color space", from);
+    if (!shd_catalog_space(&config->catalog, to)) return unknown(error, "color space", to);
+    return guarded(SHD_INTERNAL, "", error, [&] {
+        std::string key = std::string(from) + '\0' + to;
+        return cached(
+            config, key, [&] { return make_to_space(config, from, to); }, out);
+    });
+}
+
+shd_status shd_color_to_view(shd_color_config *config, const char *from, const char *display,
+                             const char *view, const shd_color_transform **out, shd_error *error) {
+    if (!shd_catalog_space(&config->catalog, from)) return unknown(error, "color space", from);
+    const shd_display_info *found = shd_catalog_display(&config->catalog, display);
+    if (!found) return unknown(error, "display", display);
+    bool known = false;
+    for (size_t i = 0; i < found->view_count; i++)
+        known = known || !std::strcmp(found->views[i], view);
+    if (!known) return unknown(error, "view", view);
+    return guarded(SHD_INTERNAL, "", error, [&] {
+        std::string key = std::string(from) + '\0' + display + '\0' + view;
+        return cached(
+            config, key, [&] { return make_to_view(config, from, display, view); }, out);
+    });
+}
+
+const shd_color_info *shd_color_describe(const shd_color_transform *transform) {
+    return &transform->info;
+}
+
+// Matrices in float leave a grey's channels a few ulps apart, and a hue made from that would be
+// noise. So as little saturation as that counts as none. Hues just below red round up to 1, which
+// is hue 0.
+static void settle_hue(float *hsv) {
+    if (hsv[1] < 2e-6f) hsv[0] = hsv[1] = 0;
+    if (hsv[0] >= 1) hsv[0] = 0x1.fffffep-1f;
+}
+
+void shd_color_apply(const shd_color_transform *transform, float *rgba, size_t count) {
+    if (!transform->cpu) return;
+    for (size_t pixels; count; rgba += 4 * pixels, count -= pixels) {
+        pixels = std::min(count, block);
+        float alpha[block];
+        for (size_t i = 0; i < pixels; i++) alpha[i] = rgba[4 * i + 3];
+        try {
+            OCIO::PackedImageDesc row(rgba, static_cast<long>(pixels), 1, 4);
+            transform->cpu->apply(row);
+        } catch (...) {
+            // Applying to rows allocates one; pixel by pixel does not, and gives the same bits.
+            for (size_t i = 0; i < pixels; i++) transform->cpu->applyRGBA(rgba + 4 * i);
+        }
+        // OpenColorIO's 4 x 4 matrices mix alpha in if a color overflows.
+        for (size_t i = 0; i < pixels; i++) rgba[4 * i + 3] = alpha[i];
+        if (transform->info.channels == SHD_HSV)
+            for (size_t i = 0; i < pixels; i++) settle_hue(rgba + 4 * i);
+    }
+}
+
+bool shd_color_mixes(const shd_color_transform *transform) {
+    try {
+        return transform->cpu && transform->cpu->hasChannelCrosstalk();
+    } catch (...) {
+        return true;
+    }
+}
