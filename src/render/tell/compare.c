@@ -6,7 +6,7 @@
 #include "base/json_memory.h"
 #include "render/planning.h"
 #include "render/request.h"
-#include "render/tell/explain.h"
+#include "render/tell/json.h"
 #include "render/tell/measure.h"
 
 enum { TIERS = SHD_EXACT + 1 };
@@ -72,8 +72,7 @@ static json_t *tell_error(const shd_difference *d) {
     json_object_set_new(linear, "relative", relative);
     json_object_set_new(code, "equal", json_real(d->equal));
     return json_pack("{so so so so}", "linear", linear, "code", code, "deltaE2000",
-                     tell_spread(&d->delta_e, 1), "psnr",
-                     isinf(d->psnr) ? json_null() : json_real(d->psnr));
+                     tell_spread(&d->delta_e, 1), "psnr", shd_tell_number(d->psnr));
 }
 
 static json_t *tell_tier(const shd_rendering *r, shd_tier tier, const shd_difference *difference) {
@@ -134,13 +133,8 @@ static char *print_answer(const shd_request *request, const shd_showing *showing
                           json_t *tiers[TIERS]) {
     json_t *answer = tell_head(request, showing, largest), *list = json_array();
     for (int t = 0; t < TIERS; t++) json_array_append_new(list, tiers[t]);
-    bool complete = json_array_size(list) == TIERS;
     json_object_set_new(answer, "tiers", list);
-    char *text = complete ? json_dumps(answer, JSON_INDENT(2) | JSON_REAL_PRECISION(9)) : NULL;
-    json_decref(answer);
-    if (!shd_json_memory_short()) return text;
-    free(text);
-    return NULL;
+    return shd_tell_print(answer, 9, NULL);
 }
 
 static shd_status compare_tiers(shd_request *request, const shd_render_options *options,

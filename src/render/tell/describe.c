@@ -7,6 +7,7 @@
 #include "base/json_memory.h"
 #include "color/color.h"
 #include "render/engine.h"
+#include "render/tell/json.h"
 #include "scene/scene.h"
 
 static json_t *tell_rgb(const double value[3]) {
@@ -227,12 +228,7 @@ shd_status shd_engine_describe(const shd_engine *engine, shd_topic topic, char *
         break;
     }
     /* The numbers were written down with a few digits, and are printed so. */
-    char *text = json_dumps(value, JSON_INDENT(2) | JSON_REAL_PRECISION(7));
-    json_decref(value);
-    if (shd_json_memory_short()) {
-        free(text);
-        text = NULL;
-    }
+    char *text = shd_tell_print(value, 7, NULL);
     if (!text) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     *json = text;
     return SHD_OK;

@@ -1,27 +1,17 @@
 /* The plan as JSON: what is used, what is left out and why, the bounds, the costs. */
-#include "render/tell/explain.h"
 #include "base/json_memory.h"
 #include "render/planning.h"
 #include "render/request.h"
 #include "render/show/route.h"
+#include "render/tell/json.h"
 #include "render/tell/words.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 static json_t *maybe_text(const char *text) {
     return text ? json_string(text) : json_null();
-}
-
-static json_t *maybe_number(double value) {
-    return isfinite(value) ? json_real(value) : json_null();
-}
-
-json_t *shd_tell_bound(const shd_bound *bound) {
-    return json_pack("{so so so}", "linear", maybe_number(bound->linear), "code",
-                     maybe_number(bound->code), "deltaE2000", maybe_number(bound->delta_e));
 }
 
 /* The bounds with what they count and, if one is not known, why. */
@@ -38,7 +28,7 @@ static json_t *tell_bounds(const shd_plan *plan) {
     for (size_t i = 0; i < 3; i++) {
         const bool known = isfinite(metrics[i].value);
         json_object_set_new(all, shd_metric_names[i],
-                            json_pack("{so ss ss so}", "most", maybe_number(metrics[i].value),
+                            json_pack("{so ss ss so}", "most", shd_tell_number(metrics[i].value),
                                       "unit", metrics[i].unit, "against", metrics[i].against, "why",
                                       maybe_text(known ? NULL : metrics[i].why)));
     }
@@ -229,11 +219,12 @@ static shd_status explain_plan(shd_rendering *r, const shd_scene *scene, shd_exp
     return SHD_OK;
 }
 
+/* NULL: no memory. */
 static char *join_lines(const json_t *words) {
     size_t i, length = 1;
     json_t *line;
     json_array_foreach(words, i, line) length += json_string_length(line) + 1;
-    char *text = malloc(length), *end = text;
+    char *text = shd_json_memory_short() ? NULL : malloc(length), *end = text;
     if (!text) return NULL;
     json_array_foreach(words, i, line) {
         end = stpcpy(end, json_string_value(line));
@@ -241,29 +232,6 @@ static char *join_lines(const json_t *words) {
     }
     *end = 0;
     return text;
-}
-
-typedef struct printing {
-    FILE *out;
-    const atomic_bool *cancelled;
-} printing;
-
-static int print_some(const char *text, size_t size, void *context) {
-    const printing *p = context;
-    return shd_is_cancelled(p->cancelled) || fwrite(text, 1, size, p->out) != size ? -1 : 0;
-}
-
-/* NULL: no memory, or it was cancelled. */
-static char *print_json(const json_t *json, const atomic_bool *cancelled) {
-    char *text = NULL;
-    size_t size;
-    printing p = {open_memstream(&text, &size), cancelled};
-    if (!p.out) return NULL;
-    const bool failed =
-        json_dump_callback(json, print_some, &p, JSON_INDENT(2) | JSON_REAL_PRECISION(9));
-    if (!fclose(p.out) && !failed) return text;
-    free(text);
-    return NULL;
 }
 
 shd_status shd_request_explain(shd_request *request, shd_telling telling, char **text,
@@ -279,13 +247,7 @@ shd_status shd_request_explain(shd_request *request, shd_telling telling, char *
         out = join_lines(words);
         json_decref(words);
     } else {
-        json_t *answer = tell_all(&e, words);
-        out = answer ? print_json(answer, &request->cancelled) : NULL;
-        json_decref(answer);
-    }
-    if (shd_json_memory_short()) {
-        free(out);
-        out = NULL;
+        out = shd_tell_print(tell_all(&e, words), 9, &request->cancelled);
     }
     if (shd_is_cancelled(&request->cancelled)) {
         free(out);

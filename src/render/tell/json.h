@@ -1,0 +1,17 @@
+/* What is told, in JSON. Inside of render/. */
+#ifndef SHD_RENDER_TELL_JSON_H
+#define SHD_RENDER_TELL_JSON_H
+
+#include <jansson.h>
+
+#include "base/cancel.h"
+#include "plan/plan.h"
+
+json_t *shd_tell_number(double value); /* null if it is not finite */
+json_t *shd_tell_bound(const shd_bound *bound);
+
+/* Takes the reference to `json`, which was made since shd_json_memory_watch, and prints it with so
+ * many digits. `cancelled` may be NULL. NULL: memory, or it was cancelled. */
+char *shd_tell_print(json_t *json, unsigned digits, const atomic_bool *cancelled);
+
+#endif
