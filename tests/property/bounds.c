@@ -168,16 +168,7 @@ typedef struct spreads {
 static shd_bound check_texts(shd_engine *engine, char *json, char *reference, spreads *s) {
     drawn exact = shown_film_of(engine, reference), other = shown_film_of(engine, json);
     const shd_bound bound = other.request->rendering.plan->bound;
-    shd_showing showing;
-    shd_error error;
-    shd_difference got;
-    double seconds;
-    assert_int_equal(shd_showing_make(other.request->rendering.engine->color, other.request->scene,
-                                      &other.request->scene->outputs[0], &showing, &error),
-                     SHD_OK);
-    assert_int_equal(shd_film_measure(&other.request->rendering, &showing, &exact.film, &other.film,
-                                      &got, &seconds, &error),
-                     SHD_OK);
+    const shd_difference got = measured(&exact, &other);
     /* Films are f32: the last digit of the brightest value, or half of it. */
     note(&s->linear, got.linear.max, got.largest * 0x1p-24, bound.linear, "linear", json);
     note(&s->code, got.code.max, 0, bound.code, "code", json);

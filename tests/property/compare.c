@@ -29,16 +29,7 @@ static shd_difference measure_moved(shd_engine *engine, char *json, double most,
         }
     size_t rank = 3 * pixels - 3 * pixels / 100, below_p99 = 0, upto_p99 = 0;
 
-    shd_error error;
-    shd_showing showing;
-    shd_difference got;
-    double seconds;
-    assert_int_equal(shd_showing_make(other.request->rendering.engine->color, other.request->scene,
-                                      &other.request->scene->outputs[0], &showing, &error),
-                     SHD_OK);
-    assert_int_equal(shd_film_measure(&other.request->rendering, &showing, &exact.film, &other.film,
-                                      &got, &seconds, &error),
-                     SHD_OK);
+    const shd_difference got = measured(&exact, &other);
     for (size_t i = 0; i < 3 * pixels; i++) {
         below_p99 += (double)(float)errors[i] < got.linear.p99;
         upto_p99 += (double)(float)errors[i] <= got.linear.p99;

@@ -21,6 +21,7 @@
 #include "render/planning.h"
 #include "render/request.h"
 #include "render/show/shown.h"
+#include "render/tell/measure.h"
 #include "render/tiles/film.h"
 #include "shade/lighting.h"
 
@@ -83,15 +84,21 @@ static inline shd_vec3 random_direction(uint64_t *random) {
 
 /* ---- Pictures. ---- */
 
-static inline shd_engine *new_engine_of(unsigned threads, const char *kernel) {
+/* `reuse` 0: each picture is made from its own document alone. */
+static inline shd_engine *new_engine_that_keeps(size_t reuse, unsigned threads,
+                                                const char *kernel) {
     shd_engine_options options = shd_engine_defaults();
     options.threads = threads;
     options.kernel = kernel;
-    options.reuse = 0; /* each picture is made from its own document alone */
+    options.reuse = reuse;
     shd_engine *engine = NULL;
     shd_error error = {SHD_OK, "", ""};
     if (shd_engine_new(&options, &engine, &error)) fail_msg("%s: %s", error.path, error.text);
     return engine;
+}
+
+static inline shd_engine *new_engine_of(unsigned threads, const char *kernel) {
+    return new_engine_that_keeps(0, threads, kernel);
 }
 
 static inline shd_engine *new_engine(unsigned threads) {
@@ -169,6 +176,23 @@ static inline drawn shown_film_of(shd_engine *engine, const char *json) {
 
 static inline void drop_drawn(drawn *d) {
     shd_request_drop(d->request);
+}
+
+/* How far a film is from the exact tier's, both planned for what their outputs show. Uses the film
+ * up. */
+static inline shd_difference measured(const drawn *exact, drawn *d) {
+    shd_rendering *r = &d->request->rendering;
+    shd_showing showing;
+    shd_error error;
+    shd_difference difference;
+    double seconds;
+    assert_int_equal(shd_showing_make(r->engine->color, d->request->scene,
+                                      &d->request->scene->outputs[0], &showing, &error),
+                     SHD_OK);
+    assert_int_equal(
+        shd_film_measure(r, &showing, &exact->film, &d->film, &difference, &seconds, &error),
+        SHD_OK);
+    return difference;
 }
 
 static inline size_t pixels_of(const drawn *d) {

@@ -123,17 +123,6 @@ static const char *const ways[] = {
     "\"camera\": {\"position\": [0.3, 0.2, 0.4], \"target\": [1, 1, 1]},",
     "\"output\": {\"format\": \"tiff\", \"bitDepth\": \"float\"},"};
 
-static file picture_of(shd_engine *engine, const char *json) {
-    shd_request *request = read_scene(engine, json);
-    shd_error error;
-    assert_int_equal(shd_request_render(request, NULL, &error), SHD_OK);
-    size_t count;
-    file out = {NULL, shd_request_pictures(request, &count)[0].size};
-    out.data = shd_request_take(request, 0);
-    shd_request_drop(request);
-    return out;
-}
-
 /* What explain tells, but for the time that it took and what it is called by. */
 static char *words_of(shd_engine *engine, const char *json) {
     shd_request *request = read_scene(engine, json);
@@ -158,11 +147,11 @@ static void kept_meshes_look_the_same(void **state) {
         assert_int_equal(keep(keeps, document, strlen(document), false, "a", names[1]), SHD_OK);
         for (size_t i = 0; i < sizeof ways / sizeof ways[0]; i++) {
             char *inlined = scene_of(arrays, ways[i]);
-            file expected = picture_of(plain, inlined);
+            file expected = png_of(plain, inlined);
             char *told = words_of(plain, inlined);
             for (int k = 0; k < 4; k++) { /* each twice: made, and found */
                 char *named = scene_of(names[k / 2], ways[i]);
-                file got = picture_of(keeps, named);
+                file got = png_of(keeps, named);
                 if (!same_file(expected, got)) fail_msg("way %zu, name %d", i, k);
                 char *words = words_of(keeps, named);
                 assert_string_equal(words, told);
@@ -192,7 +181,7 @@ static void a_scene_keeps_its_mesh_alive(void **state) {
     unsigned char *bytes = bytes_of(&b, true, &size);
     assert_int_equal(keep(engine, bytes, size, true, "a", name), SHD_OK);
     char *inlined = scene_of(arrays, ""), *named = scene_of(name, "");
-    file expected = picture_of(engine, inlined);
+    file expected = png_of(engine, inlined);
     shd_request *request = read_scene(engine, named);
     shd_engine_shrink_meshes(engine, 0);
     assert_int_equal(shd_engine_meshes(engine).bytes, 0);
@@ -284,7 +273,7 @@ static void meshes_come_and_go_amid_pictures(void **state) {
     char *arrays = arrays_of(&b, true), *inlined = scene_of(arrays, "");
     size_t size;
     unsigned char *bytes = bytes_of(&b, true, &size);
-    file expected = picture_of(engine, inlined);
+    file expected = png_of(engine, inlined);
     worker workers[4];
     pthread_t threads[4];
     for (int i = 0; i < 4; i++) {

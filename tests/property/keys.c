@@ -118,24 +118,14 @@ static char *changed(const char *base, const char *from, const char *to) {
     return text_of("%.*s%s%s", (int)(at - base), base, to, at + strlen(from));
 }
 
-static shd_engine *engine_of(size_t bytes) {
-    shd_engine_options options = shd_engine_defaults();
-    options.threads = 2;
-    options.reuse = bytes;
-    shd_engine *engine = NULL;
-    shd_error error;
-    assert_int_equal(shd_engine_new(&options, &engine, &error), SHD_OK);
-    return engine;
-}
-
 static void every_member_makes_a_picture_of_its_own(void **state) {
     (void)state;
-    shd_engine *forgets = engine_of(0);
+    shd_engine *forgets = new_engine_that_keeps(0, 2, NULL);
     size_t wrong = 0;
     for (size_t i = 0; i < CHANGES; i++) {
         const char *base = bases[changes[i].base];
         char *other = changed(base, changes[i].from, changes[i].to);
-        shd_engine *keeps = engine_of((size_t)64 << 20);
+        shd_engine *keeps = new_engine_that_keeps((size_t)64 << 20, 2, NULL);
         file before = png_of(keeps, base), again = png_of(keeps, base),
              after = png_of(keeps, other), wanted = png_of(forgets, other);
         assert_true(same_file(before, again));

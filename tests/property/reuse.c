@@ -32,16 +32,6 @@ static file render(shd_engine *engine, const char *json, shd_reused *reused) {
     return out;
 }
 
-static shd_engine *engine_that_keeps(size_t bytes) {
-    shd_engine_options options = shd_engine_defaults();
-    options.threads = 2;
-    options.reuse = bytes;
-    shd_engine *engine = NULL;
-    shd_error error;
-    assert_int_equal(shd_engine_new(&options, &engine, &error), SHD_OK);
-    return engine;
-}
-
 static const change first = {"0.6", "1", "50", "1"};
 static const struct {
     change to;
@@ -59,7 +49,8 @@ static void pictures_are_the_same_and_work_is_saved(void **state) {
     static const char *const tiers[] = {"standard", "exact"};
     for (int k = 0; k < 4; k++) {
         const char *tier = tiers[k % 2];
-        shd_engine *keeps = engine_that_keeps((size_t)64 << 20), *forgets = engine_that_keeps(0);
+        shd_engine *keeps = new_engine_that_keeps((size_t)64 << 20, 2, NULL),
+                   *forgets = new_engine_that_keeps(0, 2, NULL);
         for (size_t i = 0; i < sizeof steps / sizeof steps[0]; i++) {
             char *json = scene(steps[i].to, k < 2 ? 4 : 1, tier);
             shd_reused reused, none;
@@ -79,7 +70,8 @@ static void pictures_are_the_same_and_work_is_saved(void **state) {
 /* Sums of light do not know colors, however large these are. */
 static void colors_of_any_size_keep_the_light(void **state) {
     (void)state;
-    shd_engine *keeps = engine_that_keeps((size_t)64 << 20), *forgets = engine_that_keeps(0);
+    shd_engine *keeps = new_engine_that_keeps((size_t)64 << 20, 2, NULL),
+               *forgets = new_engine_that_keeps(0, 2, NULL);
     static const char *const reds[] = {"0.9", "1.1", "3", "0.01", "40"};
     for (int i = 0; i < 5; i++) {
         change c = first;
@@ -116,7 +108,8 @@ static void lists_of_lights_are_told_apart(void **state) {
         {"", "{\"type\": \"ambient\"}, ",
          "{\"type\": \"ambient\", \"color\": 0}, {\"type\": \"ambient\", \"color\": 0}, "}};
     for (int k = 0; k < 2; k++) {
-        shd_engine *keeps = engine_that_keeps((size_t)64 << 20), *forgets = engine_that_keeps(0);
+        shd_engine *keeps = new_engine_that_keeps((size_t)64 << 20, 2, NULL),
+                   *forgets = new_engine_that_keeps(0, 2, NULL);
         for (int i = 0; i < 3; i++) {
             char *json = text_of(scenes[k], parts[k][i]);
             shd_reused reused;
@@ -136,7 +129,8 @@ static void lists_of_lights_are_told_apart(void **state) {
 static void planes_of_single_lights_are_not_kept(void **state) {
     (void)state;
     static const char *const layers[] = {"diffuse", "light.0", "light.1"};
-    shd_engine *keeps = engine_that_keeps((size_t)64 << 20), *forgets = engine_that_keeps(0);
+    shd_engine *keeps = new_engine_that_keeps((size_t)64 << 20, 2, NULL),
+               *forgets = new_engine_that_keeps(0, 2, NULL);
     for (int i = 0; i < 6; i++) {
         char *json = text_of("{\"image\": {\"width\": 64, \"height\": 48}, \"lights\": [{\"type\": "
                              "\"point\"}, {\"type\": \"directional\", \"color\": [1, 0.5, 0]}], "
@@ -158,7 +152,7 @@ static void planes_of_single_lights_are_not_kept(void **state) {
 static void the_cap_holds(void **state) {
     (void)state;
     const size_t cap = (size_t)6 << 20;
-    shd_engine *engine = engine_that_keeps(cap);
+    shd_engine *engine = new_engine_that_keeps(cap, 2, NULL);
     for (int i = 0; i < 20; i++) {
         change c = first;
         char *radius = text_of("%g", 0.5 + 0.02 * i);
@@ -183,7 +177,7 @@ static void the_cap_holds(void **state) {
 /* A picture that would fill the cap is rendered and not kept. */
 static void what_is_too_large_is_not_kept(void **state) {
     (void)state;
-    shd_engine *engine = engine_that_keeps((size_t)1 << 17);
+    shd_engine *engine = new_engine_that_keeps((size_t)1 << 17, 2, NULL);
     char *json = scene(first, 4, "standard");
     for (int i = 0; i < 2; i++) {
         shd_reused reused;
@@ -225,7 +219,8 @@ static void *work(void *context) {
 static void threads_share_records(void **state) {
     (void)state;
     /* Small, so that records go while others are in use. */
-    shd_engine *engine = engine_that_keeps((size_t)5 << 20), *forgets = engine_that_keeps(0);
+    shd_engine *engine = new_engine_that_keeps((size_t)5 << 20, 2, NULL),
+               *forgets = new_engine_that_keeps(0, 2, NULL);
     worker workers[4];
     file expected[4];
     for (int i = 0; i < 4; i++) {

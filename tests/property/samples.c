@@ -18,16 +18,7 @@ static figures measure(shd_engine *engine, const char *members, const char *accu
     drawn exact = shown_film_of(engine, reference), other = shown_film_of(engine, json);
     const shd_bound *told = &other.request->rendering.plan->bound;
     *bound = (figures){told->linear, told->code, told->delta_e, 0};
-    shd_showing showing;
-    shd_error error;
-    shd_difference got;
-    double seconds;
-    assert_int_equal(shd_showing_make(other.request->rendering.engine->color, other.request->scene,
-                                      &other.request->scene->outputs[0], &showing, &error),
-                     SHD_OK);
-    assert_int_equal(shd_film_measure(&other.request->rendering, &showing, &exact.film, &other.film,
-                                      &got, &seconds, &error),
-                     SHD_OK);
+    const shd_difference got = measured(&exact, &other);
     drop_drawn(&exact);
     drop_drawn(&other);
     free(json);

@@ -12,8 +12,9 @@ typedef struct seen {
     shd_hits hits;
 } seen;
 
-/* All centres of a 64 x 64 picture. */
-static inline seen see(shd_engine *engine, const char *json, shd_isa isa) {
+/* Through all pixels' centres, row by row or block by block. Hits have their pixels' numbers, row
+ * by row, in place of the shots'. */
+static inline seen see_in_order(shd_engine *engine, const char *json, shd_isa isa, bool blocks) {
     static int32_t x[ALL], y[ALL];
     static uint8_t sample[ALL];
     uint32_t objects[8] = {0, 1, 2, 3, 4, 5, 6, 7};
@@ -26,14 +27,27 @@ static inline seen see(shd_engine *engine, const char *json, shd_isa isa) {
         fail_msg("%s: %s", error.path, error.text);
     s.hits = new_hits(s.request->rendering.plan, ALL, arena);
     for (int i = 0; i < ALL; i++) {
-        x[i] = i % SIDE;
-        y[i] = i / SIDE;
+        x[i] = blocks ? i / 64 % 8 * 8 + i % 8 : i % SIDE;
+        y[i] = blocks ? i / 512 * 8 + i % 64 / 8 : i / SIDE;
         sample[i] = 0;
     }
     const shd_shots shots = {ALL, x, y, sample};
     assert_true(s.request->scene->object_count <= 8);
     shd_sight_shoot(s.sight, objects, s.request->scene->object_count, &shots, &s.hits);
+    for (size_t i = 0; i < s.hits.count; i++) {
+        const uint32_t shot = s.hits.shot[i];
+        s.hits.shot[i] = (uint32_t)(y[shot] * SIDE + x[shot]);
+    }
     return s;
+}
+
+static inline seen see(shd_engine *engine, const char *json, shd_isa isa) {
+    return see_in_order(engine, json, isa, false);
+}
+
+/* As bundles of other shapes than rows. */
+static inline seen see_by_blocks(shd_engine *engine, const char *json, shd_isa isa) {
+    return see_in_order(engine, json, isa, true);
 }
 
 static inline void drop_seen(seen *s) {

@@ -1,70 +1,11 @@
-/* Meshes, end to end: a scene's JSON to hits, against every triangle tried in long double. And the
- * pattern of samples. */
-#include "property/pieces.h"
-
-#include <pthread.h>
-#include <unistd.h>
-
+/* Meshes, end to end: a scene's JSON to hits, against every triangle tried in long double. */
+#include "see.h"
 #include "sight/item.h"
 #include "sight/tree.h"
-
-enum { SIDE = 64, ALL = SIDE * SIDE };
+#include "solid.h"
 
 /* ---- Scenes of one mesh. ---- */
 
-typedef struct solid {
-    size_t vertices, triangles;
-    double (*positions)[3];
-    uint32_t (*indices)[3];
-} solid;
-
-static solid new_solid(size_t vertices, size_t triangles) {
-    solid s = {0, 0, calloc(vertices, sizeof *s.positions), calloc(triangles, sizeof *s.indices)};
-    assert_true(s.positions && s.indices);
-    return s;
-}
-
-static void drop_solid(solid *s) {
-    free(s->positions);
-    free(s->indices);
-}
-
-static uint32_t add_vertex(solid *s, double x, double y, double z) {
-    double *to = s->positions[s->vertices];
-    to[0] = x, to[1] = y, to[2] = z;
-    return (uint32_t)s->vertices++;
-}
-
-static void add_triangle(solid *s, uint32_t a, uint32_t b, uint32_t c) {
-    uint32_t *to = s->indices[s->triangles++];
-    to[0] = a, to[1] = b, to[2] = c;
-}
-
-/* A square in the plane y = height, as two triangles. */
-static void add_square(solid *s, double half, double height) {
-    const uint32_t a = add_vertex(s, -half, height, -half), b = add_vertex(s, half, height, -half),
-                   c = add_vertex(s, half, height, half), d = add_vertex(s, -half, height, half);
-    add_triangle(s, a, c, b);
-    add_triangle(s, a, d, c);
-}
-
-static void add_ball(solid *s, int slices, int stacks, double radius) {
-    const uint32_t first = (uint32_t)s->vertices, row = (uint32_t)slices;
-    for (int k = 0; k <= stacks; k++)
-        for (int i = 0; i < slices; i++) {
-            const double theta = SHD_PI * k / stacks, phi = 2 * SHD_PI * i / slices;
-            const double ring = k == 0 || k == stacks ? 0 : radius * sin(theta);
-            add_vertex(s, ring * cos(phi), radius * cos(theta), ring * sin(phi));
-        }
-    for (uint32_t k = 0; k < (uint32_t)stacks; k++)
-        for (uint32_t i = 0; i < row; i++) {
-            const uint32_t a = first + k * row + i, b = first + k * row + (i + 1) % row;
-            if (k > 0) add_triangle(s, a, b, b + row);
-            if (k + 1 < (uint32_t)stacks) add_triangle(s, a, b + row, a + row);
-        }
-}
-
-/* The mesh as flat, so that hits name their triangle. */
 static char *scene_of(const solid *s, const char *camera, const char *more) {
     writing w;
     start(&w);
@@ -80,45 +21,6 @@ static char *scene_of(const solid *s, const char *camera, const char *more) {
         fprintf(w.out, "%s%u", i ? ", " : "", s->indices[i / 3][i % 3]);
     fputs("]}]}", w.out);
     return finish(&w);
-}
-
-/* ---- What is seen of them. ---- */
-
-typedef struct seen {
-    shd_request *request;
-    shd_sight *sight;
-    shd_hits hits;
-} seen;
-
-static seen see(shd_engine *engine, const char *json, shd_isa isa) {
-    static int32_t x[ALL], y[ALL];
-    static uint8_t sample[ALL];
-    const uint32_t object = 0;
-    seen s = {.request = read_scene(engine, json)};
-    shd_error error = {SHD_OK, "", ""};
-    shd_arena *arena = s.request->rendering.arena;
-    if (shd_plan_make(s.request->scene, isa, NULL, NULL, arena, &s.request->rendering.plan,
-                      &error) ||
-        shd_sight_new(s.request->rendering.plan, NULL, arena, &s.sight, &error))
-        fail_msg("%s: %s", error.path, error.text);
-    s.hits = new_hits(s.request->rendering.plan, ALL, arena);
-    for (int i = 0; i < ALL; i++) {
-        /* block by block, as bundles of other shapes than rows */
-        x[i] = i / 64 % 8 * 8 + i % 8;
-        y[i] = i / 512 * 8 + i % 64 / 8;
-        sample[i] = 0;
-    }
-    const shd_shots shots = {ALL, x, y, sample};
-    shd_sight_shoot(s.sight, &object, 1, &shots, &s.hits);
-    for (size_t i = 0; i < s.hits.count; i++) {
-        const uint32_t shot = s.hits.shot[i];
-        s.hits.shot[i] = (uint32_t)(y[shot] * SIDE + x[shot]);
-    }
-    return s;
-}
-
-static void drop_seen(seen *s) {
-    shd_request_drop(s->request);
 }
 
 /* ---- Every triangle, in long double. ---- */
@@ -243,7 +145,7 @@ static size_t check(shd_engine *engine, const char *json, double size, double sh
     size_t hits = 0;
     for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++) {
         if (!shd_cpu_has(isa)) continue;
-        seen s = see(engine, json, isa);
+        seen s = see_by_blocks(engine, json, isa);
         const shd_lens lens = s.sight->lens;
         if (isa == SHD_PORTABLE) {
             vector(*corners)[3] = corners_of(&s);
@@ -392,7 +294,7 @@ static void no_ray_slips_through_corners_and_edges(void **state) {
                                    "[%.17g, %.17g, %.17g], \"up\": [%.17g, %.17g, %.17g]",
                                    eye.x, eye.y, eye.z, up.x, up.y, up.z);
             char *json = scene_of(&s, camera, "");
-            seen all = see(*state, json, isa);
+            seen all = see_by_blocks(*state, json, isa);
             assert_int_equal(all.hits.count, ALL);
             drop_seen(&all);
             free(json);
@@ -414,7 +316,7 @@ static void from_inside_a_closed_mesh_every_ray_meets_it(void **state) {
                                at.x, at.y, at.z, 1 - below(&random, 3), below(&random, 2), 1,
                                30 + below(&random, 140));
         char *json = scene_of(&s, camera, "");
-        seen all = see(*state, json, shd_cpu_best());
+        seen all = see_by_blocks(*state, json, shd_cpu_best());
         assert_int_equal(all.hits.count, ALL);
         drop_seen(&all);
         free(json);
@@ -433,7 +335,7 @@ static void nothing_is_seen_of_a_triangle_from_its_edge(void **state) {
         solid s = new_solid(4, 2);
         add_square(&s, 1, 0);
         char *json = scene_of(&s, cameras[k], "");
-        seen none = see(*state, json, shd_cpu_best());
+        seen none = see_by_blocks(*state, json, shd_cpu_best());
         assert_int_equal(none.hits.count, 0);
         drop_seen(&none);
         free(json);
@@ -458,7 +360,7 @@ static void of_equal_triangles_the_first_is_seen(void **state) {
                 add_triangle(&s, c[o[0]], c[o[1]], c[o[2]]);
             }
         char *json = scene_of(&s, "\"position\": [1, 2, 3], \"fov\": 40", "");
-        seen all = see(*state, json, shd_cpu_best());
+        seen all = see_by_blocks(*state, json, shd_cpu_best());
         assert_true(all.hits.count > 1000);
         for (size_t i = 0; i < all.hits.count; i++) assert_true(all.hits.triangle[i] < once);
         /* Where there are many, rays do not try them all. */
@@ -469,112 +371,18 @@ static void of_equal_triangles_the_first_is_seen(void **state) {
     }
 }
 
-/* ---- Trees. ---- */
-
-/* Every triangle is in one leaf, in all boxes above it, and paths are not longer than told. */
-static size_t walk_tree(const shd_mesh_tree *tree, const shd_triangles *t, uint32_t at, int depth,
-                        uint8_t *found) {
-    const shd_branch *b = &tree->branches[at];
-    assert_true(depth <= SHD_TREE_DEPTH);
-    if (!b->count) {
-        for (uint32_t child = b->first; child < b->first + 2; child++)
-            for (int c = 0; c < 3; c++) {
-                assert_true(tree->branches[child].low[c] >= b->low[c]);
-                assert_true(tree->branches[child].high[c] <= b->high[c]);
-            }
-        return walk_tree(tree, t, b->first, depth + 1, found) +
-               walk_tree(tree, t, b->first + 1, depth + 1, found);
-    }
-    for (uint32_t i = b->first; i < b->first + b->count; i++) {
-        const shd_leaf *leaf = &tree->leaves[i];
-        const uint32_t triangle = leaf->name / 16, first = leaf->name / 4 % 4,
-                       second = leaf->name % 4;
-        const uint32_t place[3] = {first, second, 3 - first - second};
-        assert_false(found[triangle]++);
-        for (int k = 0; k < 3; k++) {
-            const uint32_t corner = t->indices[3 * triangle + (uint32_t)k];
-            assert_int_equal(leaf->corner[place[k]], corner);
-            for (int c = 0; c < 3; c++) {
-                const double x = t->positions[3 * (size_t)corner + (size_t)c] * tree->scale;
-                assert_true(x >= b->low[c] && x <= b->high[c] && fabs(x) <= 1);
-            }
-        }
-    }
-    return b->count;
-}
-
-static void check_tree(const solid *s, size_t wanted) {
-    shd_arena *arena = shd_arena_new((size_t)1 << 30);
-    const shd_triangles t = {s->vertices, s->triangles, s->positions[0], NULL, s->indices[0], NULL};
-    const shd_mesh_tree *tree = NULL;
-    shd_error error;
-    assert_int_equal(shd_mesh_tree_new(&t, NULL, arena, &tree, &error), SHD_OK);
-    uint8_t *found = calloc(s->triangles, 1);
-    assert_non_null(found);
-    if (tree->leaf_count) assert_int_equal(walk_tree(tree, &t, 0, 1, found), tree->leaf_count);
-    if (wanted != SIZE_MAX) assert_int_equal(tree->leaf_count, wanted);
-    free(found);
-    shd_arena_drop(arena);
-}
-
-/* A leaf's name would not hold the numbers of its triangles. */
-static void a_mesh_with_too_many_triangles_is_refused(void **state) {
-    (void)state;
-    shd_arena *arena = shd_arena_new((size_t)1 << 20);
-    const shd_triangles t = {.triangle_count = (size_t)SHD_TREE_TRIANGLES + 1};
-    const shd_mesh_tree *tree = NULL;
-    shd_error error = {SHD_OK, "", ""};
-    assert_int_equal(shd_mesh_tree_new(&t, NULL, arena, &tree, &error), SHD_MEMORY);
-    assert_string_equal(error.text, "a mesh has more than 134217728 triangles");
-    assert_null(tree);
-    shd_arena_drop(arena);
-}
-
-static void every_triangle_with_an_area_is_in_one_leaf(void **state) {
-    (void)state;
-    uint64_t random = 9;
-    for (int k = 0; k < 40; k++) {
-        solid s = new_solid(3 * 5000, 5000);
-        const size_t count = (size_t)(k < 10 ? k + 1 : 1 + below(&random, 5000));
-        /* Spread evenly, over many powers of ten, along a line, or all with the same middle. */
-        for (size_t i = 0; i < count; i++) {
-            const double size = k % 4 == 1 ? pow(10, -uniform(&random, 0, 300)) : 1;
-            const double x = uniform(&random, -1, 1), d = uniform(&random, 0.1, 1) * size;
-            const shd_vec3 at = k % 4 < 2    ? shd_scale(random_direction(&random), size)
-                                : k % 4 == 2 ? (shd_vec3){x, 0, 0}
-                                             : (shd_vec3){0, 0, 0};
-            const uint32_t a = add_vertex(&s, at.x - d, at.y - d, at.z),
-                           b = add_vertex(&s, at.x + d, at.y - d, at.z),
-                           c = add_vertex(&s, at.x, at.y + d, at.z);
-            add_triangle(&s, a, b, c);
-        }
-        check_tree(&s, k % 4 == 1 ? SIZE_MAX /* areas vanish */ : count);
-        drop_solid(&s);
-    }
-}
-
-static void a_hundred_thousand_equal_triangles_are_one(void **state) {
-    (void)state;
-    solid s = new_solid(3, 100000);
-    add_vertex(&s, 0, 0, 0), add_vertex(&s, 1, 0, 0), add_vertex(&s, 0, 1, 0);
-    for (int i = 0; i < 100000; i++) add_triangle(&s, 0, 1, 2);
-    check_tree(&s, 1);
-    drop_solid(&s);
-}
-
 static void triangles_without_an_area_are_not_met(void **state) {
     solid s = new_solid(100, 100);
     add_square(&s, 1, 0);
     add_vertex(&s, 0, 0, 0), add_vertex(&s, 0.5, 0, 0), add_vertex(&s, 1, 0, 0);
     for (uint32_t i = 0; i < 4; i++) add_triangle(&s, i, i, 3 - i), add_triangle(&s, 4, 5, 6);
-    check_tree(&s, 2);
     assert_true(check_solid(*state, &s, "\"position\": [0, 2, 2]", 4, 0.9) > 500);
     drop_solid(&s);
     char *json = text_of("{\"image\": {\"width\": %d, \"height\": %d}, \"accuracy\": {\"tier\": "
                          "\"exact\"}, \"objects\": [{\"type\": \"torus\", \"interpolation\": "
                          "\"flat\", \"tube\": 1e-12}]}",
                          SIDE, SIDE);
-    seen none = see(*state, json, shd_cpu_best());
+    seen none = see_by_blocks(*state, json, shd_cpu_best());
     assert_int_equal(none.sight->items[0].triangles.triangle_count, 0);
     assert_int_equal(none.hits.count, 0);
     drop_seen(&none);
@@ -590,7 +398,7 @@ static void what_overflows_misses(void **state) {
             add_ball(&s, 12, 6, size);
             char *camera = text_of("\"position\": [%.17g, %.17g, %.17g]", far, far / 3, far / 2);
             char *json = scene_of(&s, camera, "");
-            seen some = see(*state, json, shd_cpu_best());
+            seen some = see_by_blocks(*state, json, shd_cpu_best());
             for (size_t i = 0; i < some.hits.count; i++)
                 for (int c = 0; c < 3; c++) {
                     assert_true(isfinite(some.hits.position[c][i]));
@@ -603,50 +411,6 @@ static void what_overflows_misses(void **state) {
         }
 }
 
-/* ---- Cancelling. ---- */
-
-typedef struct canceller {
-    atomic_bool flag;
-    useconds_t pause;
-} canceller;
-
-static void *cancel_later(void *context) {
-    canceller *c = context;
-    usleep(c->pause);
-    atomic_store(&c->flag, true);
-    return NULL;
-}
-
-static void a_build_ends_when_it_is_cancelled(void **state) {
-    (void)state;
-    srand(4);
-    shd_arena *torus = shd_arena_new((size_t)1 << 28);
-    shd_triangles t;
-    assert_true(shd_tessellate(SHD_TORUS, 0.4, 400, torus, &t));
-    assert_true(t.triangle_count > 300000);
-    for (int round = 0; round < 8; round++) {
-        /* At once, then wherever the build is by then, it may be over; in the end not at all. */
-        canceller c = {.pause = (useconds_t)(rand() % 200000)};
-        atomic_init(&c.flag, round == 1);
-        pthread_t thread;
-        const bool amid = round > 1 && round < 7;
-        if (amid) assert_int_equal(pthread_create(&thread, NULL, cancel_later, &c), 0);
-        shd_arena *arena = shd_arena_new((size_t)1 << 28);
-        shd_error error = {SHD_OK, "", ""};
-        const shd_mesh_tree *tree = NULL;
-        const shd_status status = shd_mesh_tree_new(&t, &c.flag, arena, &tree, &error);
-        if (amid) pthread_join(thread, NULL);
-        if (round == 1) assert_int_equal(status, SHD_CANCELLED);
-        if (!round || round == 7) assert_int_equal(status, SHD_OK);
-        assert_int_equal(tree == NULL, status != SHD_OK);
-        if (status) assert_int_equal(error.status, SHD_CANCELLED);
-        shd_arena_drop(arena);
-    }
-    shd_arena_drop(torus);
-}
-
-/* ---- The pattern. ---- */
-
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(small_parts_of_large_meshes_are_exact),
@@ -658,12 +422,8 @@ int main(void) {
         cmocka_unit_test(from_inside_a_closed_mesh_every_ray_meets_it),
         cmocka_unit_test(nothing_is_seen_of_a_triangle_from_its_edge),
         cmocka_unit_test(of_equal_triangles_the_first_is_seen),
-        cmocka_unit_test(every_triangle_with_an_area_is_in_one_leaf),
-        cmocka_unit_test(a_hundred_thousand_equal_triangles_are_one),
         cmocka_unit_test(triangles_without_an_area_are_not_met),
         cmocka_unit_test(what_overflows_misses),
-        cmocka_unit_test(a_mesh_with_too_many_triangles_is_refused),
-        cmocka_unit_test(a_build_ends_when_it_is_cancelled),
     };
     return cmocka_run_group_tests(tests, make_engine, drop_engine);
 }
