@@ -152,40 +152,21 @@ static inline void store_words(const unsigned char *words, size_t wide, size_t b
     }
 }
 
-/* Constants turn copies into a few instructions. */
-static void store_u8(const uint32_t *words, int samples, size_t count, const shd_color_task *task,
-                     place *at) {
-    const unsigned char *from = (const void *)words;
+/* Words of four samples of `bytes` bytes each: constants turn copies into a few instructions. */
+static inline void store_samples(const void *words, size_t bytes, int samples, size_t count,
+                                 const shd_color_task *task, place *at) {
     switch (samples) {
     case 1:
-        store_words(from, 4, 1, count, task, at);
+        store_words(words, 4 * bytes, bytes, count, task, at);
         break;
     case 2:
-        store_words(from, 4, 2, count, task, at);
+        store_words(words, 4 * bytes, 2 * bytes, count, task, at);
         break;
     case 3:
-        store_words(from, 4, 3, count, task, at);
+        store_words(words, 4 * bytes, 3 * bytes, count, task, at);
         break;
     default:
-        store_words(from, 4, 4, count, task, at);
-    }
-}
-
-static void store_u16(const uint64_t *words, int samples, size_t count, const shd_color_task *task,
-                      place *at) {
-    const unsigned char *from = (const void *)words;
-    switch (samples) {
-    case 1:
-        store_words(from, 8, 2, count, task, at);
-        break;
-    case 2:
-        store_words(from, 8, 4, count, task, at);
-        break;
-    case 3:
-        store_words(from, 8, 6, count, task, at);
-        break;
-    default:
-        store_words(from, 8, 8, count, task, at);
+        store_words(words, 4 * bytes, 4 * bytes, count, task, at);
     }
 }
 
@@ -239,11 +220,11 @@ static uint64_t encode_pixels(const shd_color_task *task) {
         if (codes->max == 255) {
             uint32_t words[BLOCK];
             pack_u8(code_of, task->samples, words);
-            store_u8(words, task->samples, count, task, &next);
+            store_samples(words, 1, task->samples, count, task, &next);
         } else {
             uint64_t words[BLOCK];
             pack_u16(code_of, task->samples, words);
-            store_u16(words, task->samples, count, task, &next);
+            store_samples(words, 2, task->samples, count, task, &next);
         }
     }
     return beyond;

@@ -186,34 +186,37 @@ void shd_recall_close(shd_recall *recall, bool complete) {
 
 enum { ALIGNED = 64 };
 
-static size_t align_size(size_t size) {
-    return (size + ALIGNED - 1) / ALIGNED * ALIGNED;
-}
+/* A piece without memory only counts what it takes. */
+typedef struct piece {
+    char *memory;
+    size_t size;
+} piece;
 
 /* The next array of a piece. */
-static void *next_array(char **at, size_t size) {
-    void *array = *at;
-    *at += align_size(size);
+static void *next_array(piece *p, size_t size) {
+    void *array = p->memory ? p->memory + p->size : NULL;
+    p->size += (size + ALIGNED - 1) / ALIGNED * ALIGNED;
     return array;
 }
 
-static void *copy_array(char **at, const void *from, size_t size) {
-    return memcpy(next_array(at, size), from, size);
+static void *copy_array(piece *p, const void *from, size_t size) {
+    void *to = next_array(p, size);
+    return to ? memcpy(to, from, size) : NULL;
 }
 
 /* Copies past the caches, if there are instructions for it. What is kept is not read soon and would
  * push out what is, and its lines need not be read before they are written. */
-static void *stream_array(char **at, const void *from, size_t size) {
+static void *stream_array(piece *p, const void *from, size_t size) {
 #if defined(__SSE2__)
     const size_t lines = size / ALIGNED;
     const __m128i *in = from;
-    char *to = next_array(at, size);
-    __m128i *out = (void *)to;
+    __m128i *out = next_array(p, size);
+    if (!out) return NULL;
     for (size_t i = 0; i < 4 * lines; i++) _mm_stream_si128(out + i, _mm_loadu_si128(in + i));
     memcpy(out + 4 * lines, in + 4 * lines, size % ALIGNED);
-    return to;
+    return out;
 #else
-    return copy_array(at, from, size);
+    return copy_array(p, from, size);
 #endif
 }
 
@@ -236,35 +239,32 @@ static size_t find_terms(const shd_plan *plan, const shd_fragments *from) {
     return most;
 }
 
-void shd_keep_fragments(shd_record *record, size_t tile, const shd_plan *plan,
-                        const shd_fragments *from) {
+static shd_fragments *copy_fragments(piece *p, const shd_plan *plan, const shd_fragments *from) {
     const size_t arrays = shd_sum_of(plan, 1, 0, 0), count = from->count;
     const size_t terms = find_terms(plan, from), channels = plan->grey_lights ? 1 : 3;
-    shd_fragments *to;
-    size_t size = align_size(sizeof *to);
-    if (count)
-        size += align_size(count * sizeof *to->cell) +
-                align_size(from->run_count * sizeof *to->runs) +
-                align_size(arrays * sizeof *to->sums) +
-                terms * channels * align_size(count * sizeof **to->sums) +
-                (from->coverage ? align_size(count * sizeof *to->coverage) : 0);
-    char *at = shd_record_alloc(record, size);
-    if (!at) return;
-    to = next_array(&at, sizeof *to);
+    shd_fragments counted, *made = next_array(p, sizeof *made), *to = made ? made : &counted;
     *to = (shd_fragments){.count = count, .capacity = count, .run_count = from->run_count};
-    if (count) {
-        to->cell = copy_array(&at, from->cell, count * sizeof *to->cell);
-        to->runs = copy_array(&at, from->runs, from->run_count * sizeof *to->runs);
-        if (from->coverage)
-            to->coverage = copy_array(&at, from->coverage, count * sizeof *to->coverage);
-        to->sums = next_array(&at, arrays * sizeof *to->sums);
-        for (size_t k = 0; k < arrays; k++)
-            to->sums[k] = k / 3 < terms && k % 3 < channels
-                              ? stream_array(&at, from->sums[k], count * sizeof **to->sums)
-                              : NULL;
+    if (!count) return made;
+    to->cell = copy_array(p, from->cell, count * sizeof *to->cell);
+    to->runs = copy_array(p, from->runs, from->run_count * sizeof *to->runs);
+    if (from->coverage) to->coverage = copy_array(p, from->coverage, count * sizeof *to->coverage);
+    to->sums = next_array(p, arrays * sizeof *to->sums);
+    for (size_t k = 0; k < arrays; k++) {
+        const bool used = k / 3 < terms && k % 3 < channels;
+        float *sum = used ? stream_array(p, from->sums[k], count * sizeof *sum) : NULL;
+        if (to->sums) to->sums[k] = sum;
     }
+    return made;
+}
+
+void shd_keep_fragments(shd_record *record, size_t tile, const shd_plan *plan,
+                        const shd_fragments *from) {
+    piece counted = {NULL, 0};
+    copy_fragments(&counted, plan, from);
+    piece taken = {shd_record_alloc(record, counted.size), 0};
+    if (!taken.memory) return;
+    shd_record_put(record, tile, copy_fragments(&taken, plan, from));
     finish_streams();
-    shd_record_put(record, tile, to);
 }
 
 const shd_fragments *shd_kept_fragments(const shd_record *record, size_t tile) {
@@ -278,35 +278,34 @@ static size_t padded_count(size_t count) {
     return (count + SHD_LANES - 1) / SHD_LANES * SHD_LANES + SHD_LANES;
 }
 
+static shd_kept_cast *copy_cast(piece *p, const shd_plan *plan, const uint16_t *shot_cell,
+                                size_t shots, const shd_hits *hits) {
+    const size_t count = hits->count, room = padded_count(count), floats = room * sizeof(float);
+    shd_kept_cast counted, *made = next_array(p, sizeof *made), *to = made ? made : &counted;
+    *to = (shd_kept_cast){.shots = shots, .hits = {.count = count, .capacity = room}};
+    to->shot_cell = copy_array(p, shot_cell, shots * sizeof *shot_cell);
+    if (!count) return made;
+    to->object = hits->object[0];
+    /* If all shots hit, shot[i] is i. */
+    if (count != shots) to->hits.shot = copy_array(p, hits->shot, room * sizeof *hits->shot);
+    if (!shd_is_one_object(hits))
+        to->hits.object = copy_array(p, hits->object, room * sizeof *hits->object);
+    for (int c = 0; c < 3; c++) {
+        to->hits.position32[c] = stream_array(p, hits->position32[c], floats);
+        to->hits.normal32[c] = stream_array(p, hits->normal32[c], floats);
+        to->hits.mirror32[c] = stream_array(p, hits->mirror32[c], floats);
+        if (plan->split_positions) to->hits.low32[c] = stream_array(p, hits->low32[c], floats);
+    }
+    return made;
+}
+
 void shd_keep_cast(shd_record *record, size_t tile, const shd_plan *plan, const uint16_t *shot_cell,
                    size_t shots, const shd_hits *hits) {
-    const size_t count = hits->count, room = padded_count(count), floats = room * sizeof(float);
-    const bool full = count == shots; /* shot[i] is i */
-    const bool alike = shd_is_one_object(hits);
-    const size_t planes = plan->split_positions ? 12 : 9;
-    shd_kept_cast *to;
-    char *at = shd_record_alloc(
-        record, align_size(sizeof *to) + align_size(shots * sizeof *shot_cell) +
-                    (count ? (full ? 0 : align_size(room * sizeof *hits->shot)) +
-                                 (alike ? 0 : align_size(room * sizeof *hits->object)) +
-                                 planes * align_size(floats)
-                           : 0));
-    if (!at) return;
-    to = next_array(&at, sizeof *to);
-    *to = (shd_kept_cast){.shots = shots, .hits = {.count = count, .capacity = room}};
-    to->shot_cell = copy_array(&at, shot_cell, shots * sizeof *shot_cell);
-    if (count) {
-        to->object = hits->object[0];
-        if (!full) to->hits.shot = copy_array(&at, hits->shot, room * sizeof *hits->shot);
-        if (!alike) to->hits.object = copy_array(&at, hits->object, room * sizeof *hits->object);
-        for (int c = 0; c < 3; c++) {
-            to->hits.position32[c] = stream_array(&at, hits->position32[c], floats);
-            to->hits.normal32[c] = stream_array(&at, hits->normal32[c], floats);
-            to->hits.mirror32[c] = stream_array(&at, hits->mirror32[c], floats);
-            if (plan->split_positions)
-                to->hits.low32[c] = stream_array(&at, hits->low32[c], floats);
-        }
-    }
+    piece counted = {NULL, 0};
+    copy_cast(&counted, plan, shot_cell, shots, hits);
+    piece taken = {shd_record_alloc(record, counted.size), 0};
+    if (!taken.memory) return;
+    shd_kept_cast *to = copy_cast(&taken, plan, shot_cell, shots, hits);
     finish_streams();
     shd_kept_cast *first = (shd_kept_cast *)shd_record_get(record, tile), *last = first;
     while (last && last->next) last = last->next;
