@@ -465,6 +465,93 @@ static void write_shown(FILE *out, uint64_t *random, const char *accuracy) {
     fprintf(out, "], \"workingSpace\": \"%s\"}", one_of(random, 3) ? "lin_rec709" : "ACEScg");
 }
 
+/* Where a round surface or a triangle with normals of its corners is met as flatly as bounds count,
+ * under a lens: a point, its normal, and what is of the size of the surface's curves there. */
+typedef struct grazed {
+    xyz at, normal;
+    double curve;
+} grazed;
+
+/* A triangle through the origin, up to 1e4 times as long as it is high, its corners' normals up to
+ * 60 degrees off its own. */
+static grazed put_turned_triangle(FILE *out, uint64_t *random, double size) {
+    const double high = size * decades(random, 1e-4, 1);
+    const double p[3][3] = {{-size, -high / 3, 0}, {size, -high / 3, 0}, {0, 2 * high / 3, 0}};
+    fputs("\"type\": \"mesh\", \"positions\": [", out);
+    for (int i = 0; i < 9; i++) fprintf(out, "%s%.17g", i ? ", " : "", p[i / 3][i % 3]);
+    fputs("], \"indices\": [0, 1, 2], \"normals\": [", out);
+    for (int i = 0; i < 3; i++)
+        fprintf(out, "%s%.17g, %.17g, 1", i ? ", " : "", between(random, -1.2, 1.2),
+                between(random, -1.2, 1.2));
+    fputs("], ", out);
+    return (grazed){{0, 0, 0}, {0, 0, 1}, high};
+}
+
+static grazed put_round(FILE *out, uint64_t *random, double size) {
+    const double a = between(random, 0, 360) * RADIAN, b = between(random, 0, 360) * RADIAN;
+    const xyz side = {cos(a), 0, sin(a)};
+    switch (one_of(random, 4)) {
+    case 0: {
+        const xyz n = any_direction(random);
+        fprintf(out, "\"type\": \"sphere\", \"radius\": %.17g, ", size);
+        return (grazed){scaled_by(n, size), n, size};
+    }
+    case 1:
+        fprintf(out, "\"type\": \"cylinder\", \"radius\": %.17g, \"height\": %.17g, ", size,
+                2 * size);
+        return (grazed){
+            sum_of(scaled_by(side, size), (xyz){0, between(random, -0.9, 0.9) * size, 0}), side,
+            size};
+    case 2: {
+        const double tube = size * decades(random, 1e-3, 0.5);
+        const xyz n = sum_of(scaled_by(side, cos(b)), (xyz){0, sin(b), 0});
+        fprintf(out, "\"type\": \"torus\", \"radius\": %.17g, \"tube\": %.17g, ", size, tube);
+        return (grazed){sum_of(scaled_by(side, size), scaled_by(n, tube)), n, tube};
+    }
+    default:
+        return put_turned_triangle(out, random, size);
+    }
+}
+
+static void write_grazed(FILE *out, uint64_t *random, const char *accuracy) {
+    const double size = decades(random, 1e-6, 1e13), flat = decades(random, 1e-3, 1);
+    char *shape = NULL, camera[400];
+    size_t length = 0;
+    FILE *part = open_memstream(&shape, &length);
+    if (!part) return;
+    grazed g = put_round(part, random, size);
+    fclose(part);
+    const xyz offset = scaled_by(any_direction(random),
+                                 one_of(random, 2) ? 0 : size * decades(random, 1, 1e6)),
+              across = cross_of(g.normal, any_direction(random)),
+              along = scaled_by(across, 1 / sqrt(across.x * across.x + across.y * across.y +
+                                                 across.z * across.z)),
+              view = sum_of(scaled_by(g.normal, flat), scaled_by(along, sqrt(1 - flat * flat)));
+    g.at = sum_of(g.at, offset);
+    /* Half of what is seen, beside which N.V is half as large at least. */
+    const double half = flat * flat * g.curve / 2 * decades(random, 0.01, 0.5),
+                 away = fmin(size * decades(random, 0.3, 1e7), half * 1e8),
+                 close = half / flat * decades(random, 0.3, 1e4);
+    const xyz eye = sum_of(g.at, scaled_by(view, away));
+    snprintf(camera, sizeof camera,
+             "\"position\": [%.17g, %.17g, %.17g], \"target\": [%.17g, %.17g, %.17g], \"up\": "
+             "[%.17g, %.17g, %.17g], \"fov\": %.17g",
+             eye.x, eye.y, eye.z, g.at.x, g.at.y, g.at.z, g.normal.x, g.normal.y, g.normal.z,
+             2 * atan(half / away) / RADIAN);
+    put_frame(out, random, accuracy, (frame){24, 2, camera, NULL});
+    fputs("{\"type\": \"point\", ", out);
+    put_vector(out, "position",
+               sum_of(sum_of(g.at, scaled_by(g.normal, close * decades(random, 1e-3, 1))),
+                      scaled_by(any_direction(random), close * between(random, 0, 1))));
+    fprintf(out, "}], \"objects\": [{%s", shape);
+    put_material(out, random, 1, 100);
+    fputs(", \"transform\": {", out);
+    put_vector(out, "translate", offset);
+    fputs("}}", out);
+    put_end(out);
+    free(shape);
+}
+
 const family families[] = {
     {"plain", "an object or two, up to four lights", write_plain, true, false},
     {"many", "up to 14 objects, up to 12 lights", write_many, true, false},
@@ -486,6 +573,8 @@ const family families[] = {
     {"flatly", "planes and discs, flat or far, with lights close to where they are seen",
      write_flatly, true, true},
     {"vast", "sizes up to 1e13 of what is near", write_vast, true, true},
+    {"grazed", "round things under a lens where they are met flatly, with a light close to it",
+     write_grazed, true, true},
     {"shown", "other outputs, working spaces and negative colors", write_shown, false, false},
 };
 const int family_count = sizeof families / sizeof families[0];

@@ -7,6 +7,7 @@
 #include "bound/light/error.h"
 #include "bound/light/misplaced.h"
 #include "bound/light/terms.h"
+#include "plan/tier.h"
 
 enum {
     MOST_PAIRS =
@@ -80,11 +81,17 @@ static source source_of(const finding *f, const shd_plan_object *object, uint32_
     s.least = shd_least_distance(place, light->position);
     /* Facets are lit at points that nobody sees, too. */
     if (place->object->interpolation == SHD_PHONG) s.least = shd_larger(s.least, f->beside[index]);
-    if (f->tier == SHD_EXACT || plan->split_positions) return s;
-    const double from_origin = shd_plan_length(shd_sub(light->position, plan->origin));
-    s.near =
-        POSITION * shd_plan_size(plan, object, light) / plan->scale + POSITION / 2 * from_origin;
+    if (f->tier == SHD_EXACT) return s;
+    /* The exact tier rounds points where they are in the world. */
+    const double away = object->bounded ? shd_plan_length(object->center) + object->radius
+                                        : shd_plan_length(light->position);
+    s.near = SHD_HIT_ROUNDING * (2 * shd_plan_length(place->object->transform.origin) + away);
     /* A plane's coordinates grow with the distance. */
+    if (!object->bounded) s.far = SHD_HIT_ROUNDING;
+    if (plan->split_positions) return s;
+    const double from_origin = shd_plan_length(shd_sub(light->position, plan->origin));
+    s.near +=
+        POSITION * shd_plan_size(plan, object, light) / plan->scale + POSITION / 2 * from_origin;
     if (!object->bounded) s.far = POSITION;
     return s;
 }

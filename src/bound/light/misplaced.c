@@ -14,20 +14,34 @@
  * by no more than h m / d^2 <= 32 u (S / T + 1) h / H. What attenuation makes of m / d is twice
  * that.
  *
- * Round pieces. A surface of the radius of curvature r is met at most sqrt(2 e r) beside the true
- * point, e being what is off: at the silhouette, where the ray touches it. Elsewhere e / N.V. Over
- * r, that turns its normal. It turns a light that is farther away than r by less than that, and one
- * that is nearer by up to 1 / N.V of e / d: of these e / d is counted, and no proof is given that
- * it is enough, nor for meshes and whole objects, whose pieces are not flat; `./dev attack` holds
- * them.
+ * Round pieces. Let a surface bend by no more than k for each length. Where N.V is c at a point, it
+ * is c - k s at least a length s along the ray from there, so that the ray gains c s - k s^2 / 2 of
+ * height, and the e that is off within s = 2 e / c, if c^2 >= 2 k e. So normals are turned by 2 k e
+ * / c at most, and a light at the distance d by 2 e / (c d). Nearer to the silhouette a ray that is
+ * off by e may meet the surface anywhere or miss it: samples where c^2 < 2 k e lie on an edge to
+ * within rounding, and those at which c is below 1e-4 count as that edge, too, as on meshes.
+ *
+ * A linear map M makes k |M| |M^-1|^2 of k, for it makes the second fundamental form that of M^-1 v
+ * over the length of M^-T N. Cones bend without limit toward their apex, and triangles do not, but
+ * the normals of their corners turn as if they did. Both are taken to bend as what is a tenth as
+ * large as they are. Where they bend more, nearer to the apex and on small triangles, they count
+ * where c is as much larger.
  */
 #include "bound/light/misplaced.h"
 
 #include "plan/tier.h"
 
-/* 1 / N.V of all points of round surfaces that are seen but those on a silhouette: single samples,
- * as on other edges. */
-static const double GRAZING = 1e4;
+/* The least N.V of round surfaces and meshes that counts. */
+static const double GRAZING = 1e-4;
+
+/* By how much the object's surface bends for each length. */
+static double bend_of(const shd_place *place) {
+    const shd_object *object = place->object;
+    if (object->shape == SHD_MESH || !(place->norm > 0)) return 10 / place->bounds->radius;
+    const double apex = object->shape == SHD_CONE ? 10 : 1,
+                 radius = object->shape == SHD_TORUS ? object->tube : object->radius;
+    return apex / radius * shd_norm(&object->transform) * place->norm * place->norm;
+}
 
 shd_misplaced shd_misplaced_of(const shd_scene *scene, const shd_place *place) {
     const shd_plan_object *bounds = place->bounds;
@@ -38,21 +52,22 @@ shd_misplaced shd_misplaced_of(const shd_scene *scene, const shd_place *place) {
     out.span = shd_length(eye) + 2 * shd_length(shd_sub(center, eye)) + shd_length(center);
     if (scene->camera.projection == SHD_ORTHOGRAPHIC)
         out.span += scene->camera.height * (1 + (double)scene->raster.width / scene->raster.height);
-    if (out.plane) return out;
+    if (out.plane) {
+        const shd_affine normals = shd_normal_map(&object->transform);
+        out.point = object->transform.origin;
+        shd_normalize(shd_linear(&normals, (shd_vec3){0, 1, 0}), &out.normal);
+        return out;
+    }
     out.span += bounds->radius;
-    const bool mesh = object->shape == SHD_MESH;
-    const double off = SHD_HIT_ROUNDING * out.span;
-    out.moved = off;
+    out.moved = SHD_HIT_ROUNDING * out.span;
+    out.grazing = GRAZING;
     if (object->shape == SHD_DISC || object->shape == SHD_BOX) return out;
-    if (object->interpolation != SHD_PHONG || (mesh && !object->mesh->normals)) return out;
-    /* A surface turns by 1 / radius for each length, and as much between a mesh's normals, which
-     * are taken for those of something a tenth as large as it is: as other meshes have them,
-     * `./dev attack` holds. */
-    const shd_vec3 size = shd_sub(place->high, place->low);
-    double narrow = bounds->radius / 10;
-    if (!mesh && place->known) narrow = fmin(fmin(size.x, size.y), size.z) / 2 / place->norm;
-    const double turn = off / narrow;
-    out.turned = narrow > 0 ? fmin(fmin(sqrt(2 * turn), GRAZING * turn), 1) : 1;
+    if (object->interpolation != SHD_PHONG || (object->shape == SHD_MESH && !object->mesh->normals))
+        return out;
+    out.smooth = object->shape == SHD_MESH;
+    const double bend = bend_of(place);
+    out.grazing = fmax(GRAZING, sqrt(2 * out.moved * bend));
+    out.turned = fmin(2 * out.moved * bend / out.grazing, 1);
     return out;
 }
 
@@ -62,18 +77,26 @@ double shd_misplaced_at(const shd_scene *scene, const shd_misplaced *m, const sh
     const bool orthographic = camera->projection == SHD_ORTHOGRAPHIC;
     *beyond = 0;
     if (light->directional) return 0;
-    if (piece->spread.cosine < 1) return fmin(m->moved / nearest, 1);
-    const shd_vec3 path = shd_sub(piece->center, camera->position);
-    const double height = fabs(shd_dot(piece->axis, path));
-    double far = shd_length(path) + piece->radius, steep = far / height;
+    if (!m->plane && (m->smooth || piece->spread.cosine < 1)) {
+        /* Of the mirrored view, and so of the view. */
+        const shd_angle view = shd_angle_of(shd_dot(piece->axis, piece->mirror));
+        const double facing = m->smooth ? 0 : shd_cosine_more(view, piece->glitter);
+        return fmin(2 * m->moved / (fmax(facing, m->grazing) * nearest), 1);
+    }
+    /* Of many objects, pieces do not tell how they lie. */
+    const shd_vec3 axis = m->plane ? m->normal : piece->axis,
+                   point = m->plane ? m->point : piece->center;
+    const double height = fabs(shd_dot(axis, shd_sub(point, camera->position)));
+    double far = shd_length(shd_sub(piece->center, camera->position)) + piece->radius,
+           steep = far / height;
     if (orthographic) {
-        steep = 1 / fabs(shd_dot(piece->axis, camera->back));
+        steep = 1 / fabs(shd_dot(axis, camera->back));
         far = (height + m->span) * steep;
     } else if (!(height > 4 * SHD_HIT_ROUNDING * m->span)) {
         /* A face from its edge is not seen, but by rounding. */
         return m->plane ? 1 : fmin(SHD_HIT_ROUNDING * m->span / nearest, 1);
     } else if (m->plane) {
-        const double above = fabs(shd_dot(piece->axis, shd_sub(light->position, piece->center)));
+        const double above = fabs(shd_dot(axis, shd_sub(light->position, point)));
         const double lit =
             4 * (shd_length(shd_sub(light->position, camera->position)) + height + above);
         if (far > lit) {

@@ -8,10 +8,13 @@
  * lengths of the world, and a chord of unit vectors. Its proof is in
  * misplaced.c. */
 typedef struct shd_misplaced {
-    bool plane;  /* an infinite one */
+    bool plane; /* an infinite one, through this point, with this unit normal */
+    shd_vec3 point, normal;
     double span; /* the lengths on the way to its points, but for how far out on a plane they are */
-    double moved;  /* of points that are on no flat piece */
-    double turned; /* 0: flat */
+    bool smooth; /* normals are of corners: they do not tell how flatly rays meet the surface */
+    double moved;   /* off the surface, of points that are on no flat piece */
+    double grazing; /* the least N.V of such that counts */
+    double turned;  /* 0: flat */
 } shd_misplaced;
 
 shd_misplaced shd_misplaced_of(const shd_scene *scene, const shd_place *place);
