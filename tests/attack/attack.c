@@ -30,9 +30,14 @@ static const char EXACTLY[] = "\"tier\": \"exact\"";
 
 /* ---- What is counted. ---- */
 
+/* Bounds over what is measured, of pictures with four samples in the standard tier: [linear,
+ * CIEDE2000 by planning, the same by the picture's colors], by eighths of powers of 2. */
+enum { LOOSE = 3, EIGHTHS = 8 * 40 };
+
 typedef struct counts {
     uint64_t scenes, pictures, pixels, samples, undecided, edges, unbounded, refused, findings;
     double share[4]; /* the largest measured error over its bound: exact, and of each metric */
+    uint64_t loose[LOOSE][EIGHTHS];
 } counts;
 
 typedef struct attack {
@@ -239,6 +244,15 @@ static void pass_edges(worker *w, const shd_raster *raster, const shd_film *exac
     if (m) program->drop(m);
 }
 
+static void count_looseness(counts *c, const double is[3], const shd_bound *stated, double seen) {
+    const double measured[LOOSE] = {is[0], is[2], is[2]},
+                 bound[LOOSE] = {stated->linear, stated->delta_e, seen};
+    for (int k = 0; k < LOOSE; k++) {
+        if (!(measured[k] > 0) || isinf(bound[k])) continue;
+        c->loose[k][(int)fmin(8 * log2(fmax(bound[k] / measured[k], 1)), EIGHTHS - 1)]++;
+    }
+}
+
 static void check_tier(worker *w, const picture *exact, const char *accuracy, const double *budget,
                        int metric) {
     char *json = write_scene(w->family, w->seed, accuracy);
@@ -263,6 +277,8 @@ static void check_tier(worker *w, const picture *exact, const char *accuracy, co
         } else {
             const double is[] = {got.linear.max, got.code.max, got.delta_e.max},
                          bound[] = {stated.linear, stated.code, got.most};
+            if (!budget && other.request->scene->raster.samples == 4)
+                count_looseness(&w->counts, is, &stated, got.most);
             for (int k = 0; k < 3; k++) {
                 const double room = budget && k == metric ? fmin(*budget, bound[k]) : bound[k];
                 if (is[k] > 0) w->counts.share[1 + k] = fmax(w->counts.share[1 + k], is[k] / room);
@@ -322,6 +338,7 @@ static void add_counts(counts *to, const counts *by) {
     to->refused += by->refused;
     to->findings += by->findings;
     for (int k = 0; k < 4; k++) to->share[k] = fmax(to->share[k], by->share[k]);
+    for (int i = 0; i < LOOSE * EIGHTHS; i++) (&to->loose[0][0])[i] += (&by->loose[0][0])[i];
 }
 
 static _Thread_local worker *at_work;
@@ -403,6 +420,29 @@ static void print_table(FILE *out, const attack *a) {
         fprintf(out, " %llu |\n", (unsigned long long)c->findings);
         if (i < a->chosen_count) add_counts(&all, c);
     }
+}
+
+/* So many of these are at most that. */
+static double share_of(const uint64_t by[EIGHTHS], double share) {
+    uint64_t all = 0, below = 0;
+    int i = 0;
+    for (int k = 0; k < EIGHTHS; k++) all += by[k];
+    while (i < EIGHTHS && (double)(below += by[i]) < share * (double)all) i++;
+    return all ? exp2((i + 0.5) / 8) : NAN;
+}
+
+static void print_looseness(FILE *out, const attack *a) {
+    counts all = {0};
+    for (int i = 0; i < a->chosen_count; i++) add_counts(&all, &a->counts[i]);
+    fprintf(
+        out,
+        "Bounds of the standard tier over what is measured, median and 95 %% of the pictures with "
+        "4 samples:\n");
+    static const char *const of[LOOSE] = {"linear", "deltaE2000 by planning",
+                                          "deltaE2000 by the picture's colors"};
+    for (int k = 0; k < LOOSE; k++)
+        fprintf(out, "%.3g and %.3g %s%s\n", share_of(all.loose[k], 0.5),
+                share_of(all.loose[k], 0.95), of[k], k + 1 < LOOSE ? "," : ".");
 }
 
 static bool write_page(const attack *a, double seconds) {
@@ -504,6 +544,7 @@ int main(int count, char **arguments) {
     if (!run_attack(&a)) return 2;
     const double seconds = now() - a.began;
     print_table(stdout, &a);
+    print_looseness(stdout, &a);
     printf("%.0f seconds, %llu findings\n", seconds, (unsigned long long)findings_of(&a));
     if (a.page && !write_page(&a, seconds)) {
         fprintf(stderr, "attack: %s cannot be written\n", a.page);
