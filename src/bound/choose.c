@@ -5,12 +5,12 @@
 #include "bound/shown/shown.h"
 #include "plan/parts.h"
 
-/* Of what the tier's own error leaves of a budget, to lights of the whole picture; the rest goes to
- * lights of tiles. */
+/* The share of lights of the whole picture in what the tier's own error leaves of a budget. The
+ * rest is for lights of tiles. */
 static const double PICTURE_SHARE = 0.3;
 
-/* Curves are steep in the dark and flat in the light: there an error may grow with the light. This
- * much of the room is for the dark. */
+/* Curves are steep in the dark and flat in the light, where an error may grow with the light. This
+ * share of the room is for the dark. */
 static const double DARK_SHARE = 0.9;
 
 static bool is_in_budget(const shd_choice *choice) {
@@ -59,7 +59,7 @@ static bool is_within(const shd_plan *plan, const shd_shown *shown, const shd_ex
     return shown;
 }
 
-/* The most that `value`, `more` or `color` of the list, may be, to a factor of 1.2. */
+/* The most that may come on top of `value` (`more` or `color` of the list), to a factor of 1.2. */
 static double find_room(const shd_plan *plan, const shd_shown *shown, shd_excess_list *list,
                         shd_tier tier, double *value) {
     const double begin = *value;
@@ -75,14 +75,14 @@ static double find_room(const shd_plan *plan, const shd_shown *shown, shd_excess
     return low;
 }
 
-/* What a tier within the budget leaves of it, to lights: sets drop_relative, returns the rest. */
+/* Shares what a tier leaves of the budget: sets drop_relative, and returns the absolute part. */
 static double share_room(shd_choice *choice, const shd_shown *shown, shd_excess_list *list) {
     const shd_plan *plan = choice->plan;
     double room = find_room(plan, shown, list, choice->tier, &list->more);
     if (plan->scene->accuracy.metric != SHD_LINEAR) {
         room *= DARK_SHARE;
         list->more = room;
-        /* What is seen is no less than what is sure to be seen only where light adds up. */
+        /* All that is seen is no less than a part of it only if light adds up. */
         if (list->nonnegative && plan->light_count > 1)
             choice->drop_relative = find_room(plan, shown, list, choice->tier, &list->color);
     }
@@ -100,9 +100,8 @@ static int compare_weak(const void *a, const void *b) {
     return x->light < y->light ? -1 : 1;
 }
 
-/* Drops the weakest lights, as long as they add no more than `room` together, wherever that is.
- * `drops`: [light_count]. *dropped: what they add at most, *some: whether there are any. False:
- * memory. */
+/* Drops the weakest lights, as long as together they add no more than `room` anywhere. `drops`:
+ * [light_count]. *dropped: the most that they add. *some: whether there are any. False: memory. */
 static bool drop_weakest(const shd_plan *plan, double room, const shd_influences *in, bool *drops,
                          double *dropped, bool *some, shd_arena *arena) {
     const size_t lights = plan->light_count;
@@ -130,8 +129,7 @@ static bool drop_weakest(const shd_plan *plan, double room, const shd_influences
     return true;
 }
 
-/* Chooses what is left out by a tier that meets the budget, and whose excess is `list`. False:
- * memory. */
+/* Chooses what a tier leaves out that meets the budget. `list` is its excess. False: memory. */
 static bool leave_out(shd_choice *choice, const shd_shown *shown, shd_excess_list *list,
                       const shd_influences *influences, shd_arena *arena) {
     const shd_plan *draft = choice->plan;
@@ -148,14 +146,14 @@ static bool leave_out(shd_choice *choice, const shd_shown *shown, shd_excess_lis
     if (!shd_plan_without(draft, drops, arena, &choice->plan) || !find_bound(choice, shown, arena))
         return false;
     if (is_in_budget(choice)) return true;
-    /* Other lights are looked at in other pieces: those of all lights have room for all. */
+    /* With fewer lights, pieces are other ones. Those of all lights do have the room. */
     choice->plan = draft;
     choice->drop_tolerance += choice->dropped;
     choice->dropped = 0;
     return find_bound(choice, shown, arena);
 }
 
-/* The best that there is, for the message. */
+/* Fails with the best bound that there is. */
 static shd_status fail_budget(const shd_plan *draft, const shd_shown *shown, shd_arena *arena,
                               shd_error *error) {
     const shd_accuracy *accuracy = &draft->scene->accuracy;
@@ -184,7 +182,7 @@ static shd_status meet_budget(shd_choice *choice, const shd_shown *shown,
         choice->tier = ranked[k];
         if (!shd_excess_find(draft, choice->tier, arena, &list, &influences)) return SHD_MEMORY;
         if (!is_within(draft, shown, &list, choice->tier)) continue;
-        /* Of the exact tier's error nothing should be left to doubt. */
+        /* The exact tier leaves nothing out. */
         if (choice->tier == SHD_EXACT)
             set_bound(choice, shown, &list);
         else if (!leave_out(choice, shown, &list, &influences, arena))

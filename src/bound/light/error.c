@@ -13,7 +13,7 @@ static const shd_path_error fast[] = {
     [SHD_PATH_POINT] = {2.6 * U32, 2.4 * U32, 2.3 * U32},
     [SHD_PATH_ATTENUATED] = {2.6 * U32, 9.4 * U32, 2.3 * U32},
 };
-/* N.V, the products, the difference, and N and V that are not of unit length to the last digit. */
+/* Of N.V, the products and the difference, and because N and V are not unit to the last digit. */
 static const shd_path_error exact = {4 * U64, 8 * U64, 8 * U64};
 
 const shd_path_error *shd_path_error_of(shd_tier tier, shd_path path) {
@@ -52,14 +52,14 @@ shd_lobe_error shd_lobe_error_of(shd_tier tier, double shininess, size_t lights)
         if (shd_is_short_lobe(shininess, SHD_LEAST_CUT)) e.rough = 0.3 * U32;
         if (cut < shininess) e.faint = exp(shininess * log1p(-cut / shininess));
     }
-    if (shd_is_sheer(shininess)) { /* of positions of twice f32's digits */
+    if (shd_is_sheer(shininess)) { /* it is done in f64, by positions of twice f32's digits */
         e.slope = fmax(2, shininess * pow(SHD_CLIFF, shininess - 1));
         e.turned_ratio = INFINITY;
         return e;
     }
     e.crest = (shininess - 1) / (shininess - 0.5);
     e.slope = e.crest > 0 ? shininess * pow(e.crest, shininess - 1) : 1;
-    /* Errors rise with R.V up to the crest, and relative ones fall with it. */
+    /* Up to the crest, errors rise with R.V, and relative errors fall. */
     e.foot = pow(SHD_LOBE_FOOT, 1 / shininess);
     e.turned_ratio =
         e.foot < e.crest ? shininess * sqrt(2 - 2 * e.foot) / e.foot : (double)INFINITY;
@@ -97,7 +97,8 @@ double shd_lobe_faint(const shd_lobe_error *e, double power) {
            (e->rough < 0.5 * power ? e->rough : 0.5 * power) + none;
 }
 
-/* The functions' is largest at the highlight's middle, the other where it has fallen to 0.6. */
+/* The error by functions is largest at the highlight's middle, and that by directions where the
+ * highlight has fallen to 0.6. */
 double shd_lobe_sum(double turned, double functions) {
     const double both = 0.8 * functions + turned;
     return functions > both ? functions : both;
@@ -108,8 +109,8 @@ double shd_spot_error(shd_tier tier, const shd_spot_shape *spot, double low, dou
     const double direction = shd_path_error_of(tier, SHD_PATH_ATTENUATED)->direction + moved;
     const double unit = tier == SHD_EXACT ? U64 : U32;
     double error = 0;
-    /* q is off by sqrt(2 q) times the directions' error, and smoothstep is 1.5 steep at most; where
-     * the cone has not begun to fade, that is nothing. */
+    /* q is off by sqrt(2 q) times the directions' error, and smoothstep is 1.5 steep at most. All
+     * this is nothing before the cone begins to fade. */
     const double q = 1 - low < spot->outer ? 1 - low : spot->outer;
     if (spot->outer > spot->inner && q > spot->inner - 1e-5)
         error = 1.5 * (sqrt(2 * q) * direction + 4 * unit * q) / (spot->outer - spot->inner);

@@ -1,4 +1,4 @@
-/* How far the kernels' weights are from the model: what error bounds are made of.
+/* How far the kernels' weights are from the model. Error bounds are made of this.
  *
  * A light's weights are wd = f s (N.L)+ and ws = f s g (R.V)+^ns. With F the largest f s of the
  * points in question, a tier errs by at most
@@ -6,16 +6,16 @@
  *     |d wd| <= F (facing + moved) + relative wd
  *     |d ws| <= F (faint + lobe) + relative ws
  *
- * `moved` is what rounding of positions moves the direction to the light by; faint and lobe depend
- * on how bright the highlight may be there. On edges the model jumps (N.L = 0 under a
- * highlight, the rim of a cone without penumbra), and a point within rounding of one may fall on
- * its other side. No bound counts these: they are single samples. A shininess below 1 makes a cliff
- * at R.V = 0, where the slope of (R.V)^ns has no limit: samples at which R.V is below SHD_CLIFF
- * count as that edge.
+ * `moved` is how far rounding of positions moves the direction to the light. `faint` and `lobe`
+ * depend on how bright the highlight may be there. The model jumps on edges (N.L = 0 under a
+ * highlight, the rim of a cone without penumbra), and a point within rounding of an edge may fall
+ * on its other side. No bound counts these points, which are single samples. A shininess below 1
+ * makes a cliff at R.V = 0, where the slope of (R.V)^ns has no limit: samples with R.V below
+ * SHD_CLIFF count as an edge.
  *
  * The figures are 1.2 times and more what 2e5 random points have shown for each path and each of 26
  * exponents from 1 to 1e6. tests/unit/shade_errors.c holds them against 113-bit floats, and fails
- * where an error exceeds them, as does tests/property/bounds.c with whole pictures. */
+ * if an error exceeds them. So does tests/property/bounds.c, with whole pictures. */
 #ifndef SHD_BOUND_LIGHT_ERROR_H
 #define SHD_BOUND_LIGHT_ERROR_H
 
@@ -23,44 +23,42 @@
 
 #define SHD_CLIFF 1e-3 /* of R.V */
 
-/* What a light's weights take to compute. */
+/* The way on which a light's weights are computed. Spots go the way of attenuated lights. */
 typedef enum shd_path { SHD_PATH_DIRECTIONAL, SHD_PATH_POINT, SHD_PATH_ATTENUATED } shd_path;
 
 typedef struct shd_path_error {
     double facing;    /* of N.L */
     double relative;  /* of the distance and what depends on it */
-    double direction; /* of L and W, as a chord: what ns multiplies */
+    double direction; /* of L and W, as a chord; ns multiplies it */
 } shd_path_error;
 
-/* Spots are on the path of attenuated lights. */
 const shd_path_error *shd_path_error_of(shd_tier tier, shd_path path);
 
-/* The relative error of a color. It counts the sum of a group of lights in f32 and products with
- * the material (or the rounding of an f64 sum to f32), interpolation between vertices, the mean of
- * a pixel's samples, and the sum of a pixel's parts, if it sees several materials or the
- * background.
+/* The relative error of a color. It counts the sum of a group of lights in f32 (or the rounding of
+ * an f64 sum to f32), products with the material, interpolation between vertices, the mean of a
+ * pixel's samples, and the sum of a pixel's parts if it sees several materials or the background.
  */
 double shd_color_error(const shd_plan *plan, shd_tier tier);
 
-/* Errors of a lobe count as they are below this part of its top, and above it in proportion to the
- * lobe. */
+/* Above this part of its top, a lobe errs in proportion to itself. Below, its errors count as they
+ * are. */
 static const double SHD_LOBE_FOOT = 1e-3;
 
 /* What the errors of a lobe are made of. (R.V)^ns is off by its derivative times the error of
- * R.V = 1 - |L - W|^2 / 2, that is by ns c^(ns - 1) sqrt(2 - 2 c) times that of L and W at c = R.V,
- * which rises up to c = (ns - 1) / (ns - 1/2), and by what the square is rounded; and by what the
- * tier's functions err. */
+ * c = R.V = 1 - |L - W|^2 / 2. That is ns c^(ns - 1) sqrt(2 - 2 c) times the error of L and W, a
+ * factor that rises up to c = (ns - 1) / (ns - 1/2), and the rounding of the square. The tier's
+ * functions err, too. */
 typedef struct shd_lobe_error {
     double shininess;
     double crest, slope; /* that c, and ns c^(ns - 1) there */
-    double square;       /* relative: of |L - W|^2 */
-    double turned_ratio; /* that factor over (R.V)^ns where that is at least SHD_LOBE_FOOT, */
-    double foot;         /* from this c on; infinite: there is none */
-    double ratio;        /* of functions, relative to (R.V)^ns */
+    double square;       /* the relative error of |L - W|^2 */
+    double foot;         /* the c at which (R.V)^ns is SHD_LOBE_FOOT */
+    double turned_ratio; /* that factor over (R.V)^ns from `foot` on; infinite: there is no limit */
+    double ratio;        /* the error of functions, relative to (R.V)^ns */
     double faint, rough; /* what is cut off as nothing; errors of functions near it */
 } shd_lobe_error;
 
-/* `lights`: how many the scene has; they share what is cut off. */
+/* `lights`: how many the scene has, for these share what is cut off. */
 shd_lobe_error shd_lobe_error_of(shd_tier tier, double shininess, size_t lights);
 
 /* (shine+)^shininess. */
@@ -69,14 +67,16 @@ double shd_shine_power(double shine, double shininess);
 /* The lobe's error by directions that are off by `direction`, if R.V is at most `shine` and
  * (R.V)^ns at most `power`. */
 double shd_lobe_turned(const shd_lobe_error *e, double shine, double power, double direction);
-/* The part of it that is not in proportion to the lobe; what the rest is relative to the lobe; the
- * error by functions; and what is cut off, or near that. */
+/* The part of it that is not in proportion to the lobe. */
 double shd_lobe_foot(const shd_lobe_error *e, double shine, double power, double direction);
+/* The rest of it, relative to the lobe. */
 double shd_lobe_ratio(const shd_lobe_error *e, double direction);
+/* The error by functions. */
 double shd_lobe_functions(const shd_lobe_error *e, double power);
+/* The error by what is cut off, or near that. */
 double shd_lobe_faint(const shd_lobe_error *e, double power);
 
-/* The errors by directions and by functions together: each is small where the other is largest. */
+/* The errors by directions and by functions together. Each is small where the other is largest. */
 double shd_lobe_sum(double turned, double functions);
 
 /* A spot's factor s fades while q = 1 - cos t goes from `inner` to `outer`. */
@@ -84,7 +84,7 @@ typedef struct shd_spot_shape {
     double inner, outer, exponent;
 } shd_spot_shape;
 
-/* The error of s where cos t is within [low, high]. */
+/* The error of s if cos t is in [low, high] and directions are off by `moved`. */
 double shd_spot_error(shd_tier tier, const shd_spot_shape *spot, double low, double high,
                       double moved);
 

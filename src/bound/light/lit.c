@@ -17,10 +17,10 @@ typedef struct outlook {
     shd_vec3 toward;  /* unit: the light's direction from the middle */
     shd_angle spread; /* directions from other points are within this of it */
     double nearest, farthest;
-    double facing_low, facing_high; /* N.L, as far as distances tell */
+    double facing_low, facing_high; /* N.L, by what distances tell */
 } outlook;
 
-/* Of a light that has a place. False: a flat piece has it behind itself. */
+/* Finds the outlook of a light that has a place. False: the light is behind a flat piece. */
 static bool find_outlook(const shd_scene *scene, const shd_piece *piece,
                          const shd_plan_light *light, double least, outlook *out) {
     const shd_vec3 path = shd_sub(light->position, piece->center);

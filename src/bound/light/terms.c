@@ -2,10 +2,11 @@
 
 #include <string.h>
 
-/* As many hues are compared with a light's color: where each light has its own, none is found. */
+/* A light's color is compared with so many hues. If each light has its own, comparing finds none.
+ */
 enum { MOST_COMPARED = 16 };
 
-/* Colors that are as near to each other are one hue: far below what they err by. */
+/* Colors that differ by less than this are one hue. They err by far more. */
 static const double SAME = 1e-12;
 
 static double size_of_color(const double color[3]) {
@@ -65,11 +66,8 @@ static void list_term(shd_terms *to, const double material[3], const double ligh
     const double sum = term->color[3] = term->color[0] + term->color[1] + term->color[2];
     to->negative |= shd_is_negative(material);
     if (!(sum > 0) || !isfinite(sum)) return;
-    for (int c = 0; c < 3; c++) {
-        const double part = term->part[c] = term->color[c] / sum;
-        to->parts.least[c] = shd_smaller(to->parts.least[c], part);
-        to->parts.most[c] = shd_larger(to->parts.most[c], part);
-    }
+    for (int c = 0; c < 3; c++) term->part[c] = term->color[c] / sum;
+    shd_parts_note(&to->parts, term->color);
     if (to->mixed < SHD_MOST_MIXED) to->mixed_list[to->mixed] = (uint32_t)index;
     to->mixed++;
 }
@@ -102,9 +100,10 @@ void shd_terms_set(const shd_plan *plan, const shd_hues *hues, const shd_plan_gr
         }
 }
 
-/* Widens `gain` by the largest part of a channel that some term adds (or the smallest), and returns
- * that in the sum, whose least is `sum` of `all`: terms with more of it than the sum has are as
- * bright as they can be. `more` is what they may add. */
+/* The largest (or smallest) part of channel c that a sum of terms may have. The sum is at least
+ * `all`, of which `sum` is in the channel, and terms may add `more`: those add all they can that
+ * have more (or less) of the channel than the sum. *gain is set to the largest part that some term
+ * adds. */
 static double extreme_part(const shd_terms *terms, const double *more, int c, bool largest,
                            double sum, double all, double *gain) {
     const size_t count = terms->mixed;

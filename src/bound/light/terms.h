@@ -1,5 +1,5 @@
 /* The light of an object is a sum of terms. Each is one of its material's colors times the color of
- * some of its lights; how much of it there is depends on the point. Inside of bound/. */
+ * some of its lights. How much there is of a term depends on the point. Inside of bound/. */
 #ifndef SHD_BOUND_LIGHT_TERMS_H
 #define SHD_BOUND_LIGHT_TERMS_H
 
@@ -11,7 +11,7 @@ typedef struct shd_hues {
     size_t count;
     double (*color)[3]; /* [count]: the sum of the components' sizes is 1, or 0 for black */
     uint32_t *of_light; /* [plan->light_count] */
-    double *strength;   /* [plan->light_count]: times the hue it is the light's color by size */
+    double *strength;   /* [plan->light_count]: hue times strength is the color's absolute value */
     bool negative;      /* some light has a component below 0 */
 } shd_hues;
 
@@ -21,17 +21,17 @@ bool shd_hues_find(const shd_plan *plan, shd_arena *arena, shd_hues *out);
 /* Mixtures of more terms than this are not looked at. */
 enum { SHD_MOST_MIXED = 40 };
 
-/* A light's terms are `first[hue]` for its diffuse light and those behind it for the highlights of
- * each lobe. */
+/* The constant term comes first. A light has the term `first[hue]` for its diffuse light, and those
+ * behind it for the highlight of each lobe. */
 typedef struct shd_terms {
     size_t count;
     shd_term *list;  /* [1 + hues (1 + max_lobes)] */
-    uint32_t *first; /* [hues]: 0: not of this object */
+    uint32_t *first; /* [hues]; 0: the object has no light of the hue */
     bool negative;   /* the material has a component below 0 */
     shd_parts parts; /* of all terms */
-    size_t mixed;    /* terms that are not black, up to SHD_MOST_MIXED; 0: there are more */
+    size_t mixed;    /* how many terms are not black; 0: more than SHD_MOST_MIXED */
     uint32_t mixed_list[SHD_MOST_MIXED];
-    uint8_t order[3][SHD_MOST_MIXED]; /* of that: those with much of a channel first */
+    uint8_t order[3][SHD_MOST_MIXED]; /* for each channel: `mixed_list` by its part, most first */
 } shd_terms;
 
 /* Makes room for the terms of any object. False: memory. */
@@ -41,8 +41,8 @@ bool shd_terms_new(const shd_plan *plan, const shd_hues *hues, shd_arena *arena,
 void shd_terms_set(const shd_plan *plan, const shd_hues *hues, const shd_plan_group *group,
                    shd_terms *to);
 
-/* Finds the parts that sums of terms may have if each term is within its [low, high]: `all` of the
- * sums, and `gain` of what they have above the sum of all lows, which is given as `low`. False:
+/* Finds the parts that sums of terms may have if there is [low, high] of each: `all` of the sums,
+ * and `gain` of what these have above the sum of the lows, which is the argument `low`. False:
  * there are too many terms, or none. */
 bool shd_terms_mix(const shd_terms *terms, const shd_much *much, const double low[3],
                    shd_parts *all, shd_parts *gain);

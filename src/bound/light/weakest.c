@@ -2,11 +2,11 @@
 
 #include "bound/light/pieces.h"
 
-/* By powers of two, so that a pass over the lights sorts them well enough. */
+/* Powers of two, by which one pass over the lights sorts them well enough. */
 enum { STEPS = 64 };
 
 static int strength_step(double most, double tolerance) {
-    if (!(most <= tolerance)) return STEPS; /* also what is not a number */
+    if (!(most <= tolerance)) return STEPS; /* also if it is not a number */
     const double share = most / tolerance;
     if (share == 0) return 0; /* it has no exponent */
     int exponent;
@@ -15,7 +15,7 @@ static int strength_step(double most, double tolerance) {
     return step < 0 ? 0 : step;
 }
 
-/* At least what is seen of the patch, in any channel: constant terms and diffuse light. */
+/* The least that is seen of the patch, in any channel, by constant terms and diffuse light. */
 static double least_seen(const shd_plan *plan, const shd_plan_material *material,
                          const shd_patch *patch, const uint32_t *in, size_t count) {
     const double cosine = patch->cos_spread, sine = sqrt(fmax(0, 1 - cosine * cosine));
@@ -35,10 +35,10 @@ static double least_seen(const shd_plan *plan, const shd_plan_material *material
     }
     for (int c = 0; c < 3; c++)
         least = fmin(least, material->constant[c] + material->diffuse[c] * light[c]);
-    return least > 0 ? least * (1 - 1e-3) : 0; /* for the picture's own errors */
+    return least > 0 ? least * (1 - 1e-3) : 0; /* less the picture's own errors */
 }
 
-/* What lights add at most, of as many as there is room for. */
+/* Lights of which it is kept how much they add. */
 enum { MOST_KNOWN = 256 };
 
 typedef struct weighing {
@@ -54,8 +54,8 @@ static double most_of_light(const weighing *w, size_t i) {
     return shd_piece_most(w->plan->scene, &w->piece, w->material, light, 0);
 }
 
-/* All lights of the steps below one that does not fit any more go, and of that one as many as do,
- * in their order. */
+/* Drops whole steps of lights as long as they fit, the weakest first, and then as many lights of
+ * the next step as fit, in their order. */
 static size_t keep_strongest(weighing *w, double tolerance, size_t count, uint32_t *out) {
     double sums[STEPS] = {0};
     for (size_t i = 0; i < count; i++) {
