@@ -1,10 +1,10 @@
 /* Whether a light is behind all that is seen of an object.
  *
- * Under an affine map A normals go with its inverse transposed, so that N.(l - p) keeps its sign:
- * everything is decided in the object's own frame, where shapes are simple. Of a convex solid seen
- * from outside, at points p with n.(e - p) > 0 from the eye e, normals are not turned, and those
- * that may be seen are some of its faces and an arc of its curved part. A light l is behind if
- * n.(l - p) < 0 for all of these. Eyes and lights at infinity are directions: p drops out. */
+ * An affine map A takes normals by its inverse transposed, so that N.(l - p) keeps its sign. So
+ * everything is decided in the object's own frame, where shapes are simple. A convex solid is seen
+ * from outside at points p with n.(e - p) > 0, where e is the eye. Normals are not turned there,
+ * and belong to some of its faces and to an arc of its curved part. A light l is behind if n.(l -
+ * p) < 0 for all of these. Eyes and lights at infinity are directions, for which p drops out. */
 #include "plan/parts.h"
 
 /* A point of the object's frame (weight 1) or a direction (weight 0). */
@@ -25,22 +25,22 @@ static void add_seen_face(shd_back *back, shd_vec3 normal, double offset) {
     back->offsets[back->face_count++] = offset;
 }
 
-/* How far the eye is in front of a plane; the size that tells whether that is much. */
+/* How far the eye is in front of a plane. *size tells whether that is much. */
 static double height_before(const place *eye, shd_vec3 normal, double offset, double *size) {
     *size = shd_length(eye->at) + fabs(offset) * eye->weight;
     return shd_dot(normal, eye->at) - offset * eye->weight;
 }
 
-/* A face of a solid, where the eye may see it. Returns whether the eye is clearly in front. */
+/* Adds a face of a solid if the eye may see it. Returns whether the eye is clearly in front. */
 static bool see_face(shd_back *back, const place *eye, shd_vec3 normal, double offset) {
     double size, height = height_before(eye, normal, offset, &size);
     if (height > -1e-9 * size) add_seen_face(back, normal, offset);
     return height > 1e-6 * size;
 }
 
-/* The curved part of a sphere (not `flat_circle`), cylinder or cone, where the eye may see it:
- * n.x = radial |x| cos(angle between n and x) + axial x.y - reach is above 0. Returns whether the
- * eye is clearly in front of some of it. */
+/* Adds the curved part of a sphere (not `flat_circle`), cylinder or cone that the eye may see,
+ * where n.x = radial |x| cos(angle between n and x) + axial x.y - reach is above 0. Returns whether
+ * the eye is clearly in front of some of it. */
 static bool see_arc(shd_back *back, const place *eye, bool flat_circle, double radial, double axial,
                     double reach) {
     shd_vec3 across = eye->at;
@@ -53,14 +53,14 @@ static bool see_arc(shd_back *back, const place *eye, bool flat_circle, double r
     back->slope_radial = radial;
     back->slope_axial = axial;
     back->reach = reach;
-    /* Seen where cos > -rest / out. */
+    /* It is seen where cos > -rest / out. */
     double cosine = out > 0 ? -rest / out : -1;
     back->arc_cosine = cosine > 1 ? 1 : cosine;
     if (!(back->arc_cosine > -1) || !shd_normalize(across, &back->arc)) back->arc_cosine = -1;
     return out + rest > 1e-6 * size;
 }
 
-/* A surface without inside: its normal is turned to the eye, wherever that is. */
+/* Adds a surface without inside. Its normal is turned to the eye, wherever that is. */
 static bool see_sheet(shd_back *back, const place *eye, bool front_only) {
     shd_vec3 up = {0, 1, 0};
     double size, height = height_before(eye, up, 0, &size);
@@ -69,14 +69,14 @@ static bool see_sheet(shd_back *back, const place *eye, bool front_only) {
     return front_only || fabs(height) > 1e-6 * size;
 }
 
-/* Whether rays begin outside of the object: those of an orthographic camera begin on a plane. */
+/* Whether rays begin outside of the object. An orthographic camera's rays begin on a plane. */
 static bool begins_outside(const shd_camera *camera, const shd_plan_object *bounds) {
     if (camera->projection == SHD_PERSPECTIVE) return true;
     double depth = shd_dot(shd_sub(camera->position, bounds->center), camera->back);
     return depth > bounds->radius * (1 + 1e-9);
 }
 
-/* The parts of a shape that the eye may see. Returns whether the eye is clearly outside. */
+/* Adds the parts of a shape that the eye may see. Returns whether the eye is clearly outside. */
 static bool see_shape(shd_back *back, const place *eye, const shd_object *object, bool front_only) {
     const double r = object->radius, h = object->height / 2;
     bool outside = false;
@@ -120,7 +120,7 @@ shd_back shd_back_of(const shd_scene *scene, const shd_object *object,
     shd_back back = {.origin = object->transform.origin};
     shd_affine linear = object->transform;
     linear.origin = (shd_vec3){0, 0, 0};
-    /* Faceted objects are lit where nobody looks too, at vertices of the far side. */
+    /* Faceted objects are lit at vertices of the far side, too. */
     if (object->interpolation != SHD_PHONG || !shd_invert(&linear, &back.inverse)) return back;
     back.norm = shd_norm(&back.inverse);
     back.center = bounds->center;
@@ -161,7 +161,7 @@ bool shd_is_behind(const shd_back *back, const shd_plan_light *light) {
         at = (place){shd_linear(&back->inverse, shd_sub(light->position, back->origin)), 1};
         distance = shd_length(shd_sub(light->position, back->center)) + back->radius;
     }
-    /* n.(l - p) = |n| |l - p| N.L, the first two at most: */
+    /* n.(l - p) = |n| |l - p| N.L, and |n| and |l - p| are at most these: */
     const double clear = -SHD_PLAN_MARGIN * back->norm * distance;
     for (int f = 0; f < back->face_count; f++)
         if (!(shd_dot(back->faces[f], at.at) - back->offsets[f] * at.weight <= clear)) return false;

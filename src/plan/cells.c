@@ -5,14 +5,15 @@
 
 #include "plan/parts.h"
 
-/* All that cells depend on beside the mesh. */
+/* All that cells depend on, beside the mesh. */
 typedef struct view {
     shd_affine to_world, normal_map;
     shd_vec3 eye, back;
     int projection, side, own;
 } view;
 
-/* The normals at a triangle's corners, in the world's frame: one or three. 0: it has none. */
+/* Finds the normals at a triangle's corners, in the world's frame. Returns how many: 1, 3, or 0 if
+ * there are none. */
 static int normals_of(const view *v, const shd_mesh *mesh, const uint32_t *corner,
                       shd_vec3 out[3]) {
     int count = v->own ? 1 : 3;
@@ -30,7 +31,7 @@ static int normals_of(const view *v, const shd_mesh *mesh, const uint32_t *corne
     return count;
 }
 
-/* Which sides of a triangle's plane the viewer may be on. */
+/* Notes the sides of a triangle's plane that the viewer may be on. */
 static void add_sides(const view *v, const shd_vec3 at[3], bool sides[2]) {
     const shd_vec3 p = shd_transform(&v->to_world, at[0]);
     const shd_vec3 n =
@@ -45,7 +46,7 @@ static void add_sides(const view *v, const shd_vec3 at[3], bool sides[2]) {
 /* The cell of the grid that a triangle's middle lies in, along one axis. */
 static int cell_step(double sum, double low, double high, int side) {
     const double at = (sum / 3 - low) / (high - low) * side;
-    if (!(at > 0)) return 0; /* also where it is flat, or too large for the sum */
+    if (!(at > 0)) return 0; /* also if the box is flat, or too large for the sum */
     return at < side ? (int)at : side - 1;
 }
 
@@ -93,13 +94,14 @@ static void find_cells(const view *v, const shd_mesh *mesh, const atomic_bool *c
 
 /* ---- Kept meshes ---- */
 
-/* A scene may have several objects of one mesh. Smaller meshes are looked at in less than what
- * else a request takes. */
-enum { VIEWS = 4, TRIANGLES_LEAST = 4096 };
+enum {
+    VIEWS = 4,             /* a scene may have several objects of one mesh */
+    TRIANGLES_LEAST = 4096 /* smaller meshes are looked at in less than what else a request takes */
+};
 
 struct shd_mesh_memo {
-    atomic_bool taken; /* somebody reads or writes it: others do without, so that nobody waits */
-    unsigned next;     /* of the views, that is replaced */
+    atomic_bool taken; /* somebody uses it, and others do without, so that nobody waits */
+    unsigned next;     /* the view that is replaced next */
     struct {
         view view; /* side 0: there is none */
         shd_cell cells[SHD_CELLS];
@@ -143,7 +145,7 @@ void shd_plan_cells(const shd_scene *scene, const shd_object *object, const shd_
     const shd_mesh *mesh = object->mesh;
     struct shd_mesh_memo *memo = mesh->kept ? mesh->kept->memo : NULL;
     view v;
-    memset(&v, 0, sizeof v); /* its padding, too, is compared */
+    memset(&v, 0, sizeof v); /* its padding is compared, too */
     v.to_world = *to_world;
     v.normal_map = *normal_map;
     v.eye = scene->camera.position;

@@ -4,36 +4,37 @@
 
 #include "plan/kernel_costs.h"
 
-/* Nanoseconds with AVX-512 kernels, as `tests/bench/costs.py` measures them beside these estimates:
- * other machines and pictures differ by two times and more. What to compare are estimates. */
-static const double PIXEL = 1;        /* to find out what its block may see */
-static const double SAMPLE = 4.5;     /* a hit: its way from light sums to the film */
-static const double WIDE_SAMPLE = 12; /* that, where it is lit in f64 */
-static const double EXACT_SAMPLE = 3; /* and more in the exact tier, which keeps places in f64 */
+/* Nanoseconds with AVX-512 kernels. `tests/bench/costs.py` measures them beside these estimates.
+ * Other machines and pictures differ by two times and more, so that estimates are to be compared
+ * with each other only. */
+static const double PIXEL = 1;        /* a pixel, to find out what its block may see */
+static const double SAMPLE = 4.5;     /* a hit, from light sums to the film */
+static const double WIDE_SAMPLE = 12; /* the same if it is lit in f64 */
+static const double EXACT_SAMPLE = 3; /* more in the exact tier, which keeps positions in f64 */
 static const double FACET = 6;        /* a hit between points that are lit */
-static const double WIDE_SPOT = 2.5;  /* times another light, in f64 */
-static const double BALL = 9;         /* a ray at a sphere that stays one, in a tier in f32, */
-static const double WIDE_BALL = 16;   /* or wanted to more digits */
-static const double BUNDLE_RAY = 8;   /* a ray at a mesh, and for each triangle that all of the */
-static const double TRIANGLE_RAY = 7; /* rays of a block are tried at */
-static const double TRIANGLE = 700;   /* of a mesh, to make it findable */
+static const double WIDE_SPOT = 2.5;  /* how many other lights a spot costs in f64 */
+static const double BALL = 9;         /* a ray at a sphere that stays one, in a tier in f32 */
+static const double WIDE_BALL = 16;   /* the same if more digits are wanted */
+static const double BUNDLE_RAY = 8;   /* a ray at a mesh */
+static const double TRIANGLE_RAY = 7; /* more for each triangle that a block's rays are tried at */
+static const double TRIANGLE = 700;   /* a triangle of a mesh, to make it findable */
 
-/* Times that, with other kernels: of rays, and of samples. */
+/* What rays, and samples, cost with other kernels, times these. */
 static const double slower_rays[SHD_ISA_COUNT] = {
     [SHD_PORTABLE] = 3, [SHD_AVX2] = 1.65, [SHD_AVX512] = 1};
 static const double slower_samples[SHD_ISA_COUNT] = {
     [SHD_PORTABLE] = 2.2, [SHD_AVX2] = 1.5, [SHD_AVX512] = 1};
 
-/* A ray that an object may be in the way of, as far as its block of pixels tells. */
+/* A ray at an object that its block of pixels may see. */
 static const double rays[SHD_SHAPE_COUNT] = {
     [SHD_SPHERE] = 24,   [SHD_PLANE] = 12, [SHD_DISC] = 10,  [SHD_BOX] = 20,
     [SHD_CYLINDER] = 21, [SHD_CONE] = 17,  [SHD_TORUS] = 45,
 };
 
-/* Pixels on a side: a block's rays are cast at what it may see. */
+/* Pixels on a side of a block, whose rays are cast at what it may see. */
 static const double BLOCK = 8;
 
-/* How much of its box's outline a shape fills, about; of spheres, of their own. */
+/* How much of its box's outline a shape fills, about. A sphere fills its own outline. */
 static const double fills[SHD_SHAPE_COUNT] = {
     [SHD_SPHERE] = SHD_PI, [SHD_DISC] = SHD_PI, [SHD_BOX] = 4,    [SHD_CYLINDER] = 3.5,
     [SHD_CONE] = 2.2,      [SHD_TORUS] = 2.4,   [SHD_MESH] = 1.7,
@@ -48,7 +49,7 @@ static shd_vec3 scaled_column(const shd_affine *m, int c, double scale) {
     return (shd_vec3){scale * m->linear[0][c], scale * m->linear[1][c], scale * m->linear[2][c]};
 }
 
-/* What its transform makes of lengths. */
+/* By how much an object's transform scales lengths. */
 static void measure_stretch(const shd_object *object, double *least, double *most) {
     const shd_affine *m = &object->transform;
     const double x = shd_length(scaled_column(m, 0, 1)), y = shd_length(scaled_column(m, 1, 1)),
@@ -57,7 +58,7 @@ static void measure_stretch(const shd_object *object, double *least, double *mos
     *most = fmax(fmax(x, y), z);
 }
 
-/* Of a sphere around an object. */
+/* The radius of a sphere around an object. */
 static double radius_of(const shd_plan *plan, size_t index) {
     const shd_object *object = &plan->scene->objects[index];
     double least, most;
@@ -66,13 +67,13 @@ static double radius_of(const shd_plan *plan, size_t index) {
     return object->shape == SHD_SPHERE ? fmin(radius, object->radius * most) : radius;
 }
 
-/* An object on the picture, about, in pixels: what it fills, and what the blocks have that may see
- * it. */
+/* An object on the picture, about, in pixels. */
 typedef struct outline {
-    double area, met;
+    double area; /* what it fills */
+    double met;  /* what the blocks have that may see it */
 } outline;
 
-/* Pixels from the picture's middle. */
+/* A rectangle, in pixels from the picture's middle. */
 typedef struct frame {
     double left, right, bottom, top;
 } frame;
@@ -82,7 +83,8 @@ static double pixels_of(const shd_scene *scene) {
     return scene->raster.height / (2 * shd_half_height(&scene->camera));
 }
 
-/* Around the corners of an object's box. False: they are not all before the camera. */
+/* Finds the rectangle around the corners of an object's box. False: not all are before the camera.
+ */
 static bool find_frame(const shd_scene *scene, const shd_object *object, shd_vec3 low,
                        shd_vec3 high, frame *out) {
     const shd_camera *camera = &scene->camera;
@@ -105,7 +107,7 @@ static double area_of(const frame *f) {
     return fmax(f->right - f->left, 0) * fmax(f->top - f->bottom, 0);
 }
 
-/* What a shape fills, seen along `view` from far away, in the world's lengths. */
+/* The area that a shape fills, seen along `view` from far away, in the world's lengths. */
 static double seen_of(const shd_object *object, shd_vec3 low, shd_vec3 high, shd_vec3 view) {
     const shd_vec3 size = shd_scale(shd_sub(high, low), 0.5);
     const shd_vec3 a = scaled_column(&object->transform, 0, size.x),
@@ -138,8 +140,8 @@ static outline outline_of(const shd_plan *plan, size_t index) {
     const frame part = {fmax(whole.left, -w / 2), fmin(whole.right, w / 2),
                         fmax(whole.bottom, -h / 2), fmin(whole.top, h / 2)};
     if (!(part.left <= part.right && part.bottom <= part.top)) return (outline){0, 0};
-    /* What is beside the picture is not seen. Blocks are left out by the frame, and by the circle
-     * around the object, with half of their diagonals. */
+    /* Nothing beside the picture is seen. Blocks are left out that neither the frame nor the circle
+     * around the object, widened by half of their diagonals, reaches. */
     const double seen = seen_of(object, low, high, view) * pixels * pixels,
                  shown = area_of(&part) / area_of(&whole),
                  around = radius * pixels + BLOCK * sqrt(0.5);
@@ -156,8 +158,8 @@ static size_t triangles_of(const shd_object *object) {
     return shd_tessellation_triangles(object->shape, object->segments);
 }
 
-/* Those that face the camera are side by side, each of so many pixels; the other half is behind
- * them. A block's rays are tried in rows at those that reach into it. */
+/* Half of the triangles face the camera, side by side, and the other half is behind them. A block's
+ * rays are tried in rows at those that reach into it. */
 static double mesh_ray(size_t triangles, const outline *o) {
     const double count = fmax(0.5 * (double)triangles, 1), each = fmax(o->area, 1) / count,
                  side = sqrt(each), reaching = (side + BLOCK) * (side + BLOCK) / each;
@@ -170,7 +172,7 @@ static bool is_ball(const shd_object *object) {
     return object->shape == SHD_SPHERE && most <= 1.000001 * least;
 }
 
-/* Of a ray: of one that may meet the object, and of the light of one that does. */
+/* What a ray costs that may meet the object. */
 static double cast_of(const shd_plan *plan, const shd_object *object, const outline *o,
                       shd_tier tier) {
     const size_t triangles = triangles_of(object);
@@ -187,8 +189,8 @@ static bool is_wide(const shd_plan *plan, shd_tier tier) {
     return tier == SHD_EXACT || !shd_isa_fuses(plan->isa);
 }
 
-/* Times the table's light, on the average of all: spots are dearer in f64, which those that are too
- * steep for f32 are summed in in any tier. */
+/* What a light costs on the average, times the table's. Spots are dearer in f64, in which spots too
+ * steep for f32 are summed in any tier. */
 static double light_factor(const shd_plan *plan, const shd_kernel_cost *costs, shd_tier tier) {
     double sum = 0;
     for (size_t i = 0; i < plan->light_count; i++) {
@@ -201,6 +203,7 @@ static double light_factor(const shd_plan *plan, const shd_kernel_cost *costs, s
     return plan->light_count ? sum / (double)plan->light_count : 1;
 }
 
+/* What the light costs of a ray that meets the object. */
 static double light_of(const shd_plan *plan, size_t index, const shd_kernel_cost *cost,
                        double factor, shd_tier tier) {
     const shd_plan_object *lit = &plan->objects[index];
@@ -231,8 +234,8 @@ shd_ray_cost shd_plan_ray_cost(const shd_plan *plan, shd_tier tier, const shd_ke
         cost.light += samples * o.area / all * light_of(plan, i, &costs[tier], factor, tier);
         cost.meshes += (double)triangles_of(object) * TRIANGLE;
     }
-    /* Objects are beside each other until the picture is full, and then before each other: each is
-     * asked for its distance, and the nearest one is lit. */
+    /* Objects are taken to be side by side until the picture is full, and then before each other:
+     * rays are cast at each, and the nearest one is lit. */
     if (covered > 1) cost.light /= covered;
     return cost;
 }

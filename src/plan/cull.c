@@ -18,8 +18,8 @@ bool shd_outside_cone(shd_cone cone, shd_vec3 axis, shd_vec3 path, double radius
            radius + SHD_PLAN_MARGIN * (sqrt(squared) + radius);
 }
 
-/* Whether N.L <= 0 at all points and for all normals of the patch: N.(l - p) is at most
- * |l - center| cos(the least angle) + radius. */
+/* Whether N.L <= 0 for all points and normals of the patch. N.(l - p) is at most |l - center|
+ * cos(the least angle) + radius. */
 static bool is_behind_patch(const shd_plan_light *light, const shd_patch *patch, double sine,
                             shd_vec3 path) {
     if (!(patch->cos_spread > 0)) return false;

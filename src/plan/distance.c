@@ -1,4 +1,4 @@
-/* How near a light is to an object's surface, at least, and to what is seen. */
+/* Lower bounds of the distance of a light from an object's surface, and from what is seen. */
 #include "base/pattern.h"
 #include "plan/parts.h"
 
@@ -55,13 +55,13 @@ double shd_least_distance(const shd_place *place, shd_vec3 point) {
     return fmax(least, 0);
 }
 
-/* Of pixel coordinate `at` of `count`: the one that it is in, or nearest to. */
+/* The pixel of `count` that the coordinate is in, or nearest to. */
 static int pixel_of(double at, int count) {
     return (int)shd_smaller(shd_larger(at, 0), count - 1);
 }
 
-/* On the image plane, whose nearest sample is in the pixel that the point is in or nearest to, or
- * beside that: all pixels have the same ones. */
+/* The nearest sample on the image plane is in the pixel that the point is in or nearest to, or
+ * beside it, because all pixels have the same samples. */
 double shd_ray_distance(const shd_scene *scene, shd_vec3 point) {
     const shd_camera *camera = &scene->camera;
     const shd_raster *raster = &scene->raster;
@@ -83,7 +83,7 @@ double shd_ray_distance(const shd_scene *scene, shd_vec3 point) {
             least = shd_smaller(least, across * across + down * down);
         }
     }
-    /* A ray to (a, b) on the plane at depth 1 is |(a, b, 1)| long there. */
+    /* A ray to (a, b) on the plane at a depth of 1 is |(a, b, 1)| long. */
     const double slant = far ? 1 : sqrt(1 + half_x * half_x + half * half);
     const double distance = sqrt(least) * step * depth / slant;
     return shd_larger(distance * (1 - 1e-6) - 1e-9 * (shd_plan_length(from) + depth), 0);

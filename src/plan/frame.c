@@ -2,15 +2,14 @@
 #include "plan/parts.h"
 #include "plan/tier.h"
 
-/* Pairs of objects and lights that are looked at: with more, positions are split unseen. */
+/* Pairs of objects and lights that are looked at. With more, positions are split in any case. */
 enum { MOST_PAIRS = 1 << 22 };
 
-/* Nearer than this, in the frame's unit, a light's direction shows f32's rounding of positions:
- * 2^-25 of 1 is 6e-7 of it. */
+/* If a light is nearer than this, in the frame's unit, its direction shows f32's rounding of
+ * positions: 2^-25 is 6e-7 of it. */
 static const double NEAR = 0.05;
 
-/* Where positions are small: around the finite objects, or around the camera where there are
- * none. */
+/* Places the frame around the finite objects, or around the camera if there are none. */
 static void place_frame(shd_plan *plan) {
     const shd_scene *scene = plan->scene;
     shd_vec3 low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};
@@ -31,7 +30,7 @@ static void place_frame(shd_plan *plan) {
         size = shd_max_abs(scene->camera.position);
     }
     if (!shd_is_finite(plan->origin)) plan->origin = (shd_vec3){0, 0, 0};
-    /* It and its inverse are normal numbers. */
+    /* The scale and its inverse are normal numbers. */
     plan->scale = 1;
     if (size > 0 && size < INFINITY)
         plan->scale = ldexp(1, (int)shd_larger(shd_smaller(-ilogb(size), 1022), -1022));

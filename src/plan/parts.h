@@ -1,18 +1,18 @@
-/* The plan's parts, in the order in which they are made. Inside of plan/. */
+/* The plan's parts, in the order in which they are made. Inside of plan/ and bound/. */
 #ifndef SHD_PLAN_PARTS_H
 #define SHD_PLAN_PARTS_H
 
 #include "plan/plan.h"
 
-/* Smaller than this, beside the lengths that it is compared with, a distance or a cosine may be
- * an error of f32: what is decided on says nothing there. */
+/* A distance or a cosine may be an error of f32 if it is smaller than this, beside the lengths that
+ * it is compared with. It decides nothing then. */
 #define SHD_PLAN_MARGIN 1e-5
 
-/* What rounding may move, and more: of lengths and cosines in f64. */
+/* More than rounding moves lengths and cosines by in f64. */
 static const double SHD_PIECE_MARGIN = 1e-6;
 
-/* As shd_length and shd_normalize, which divide by the largest component first, but for the last
- * digit: here that is done only where squares would not do. */
+/* shd_length and shd_normalize, but for the last digit. Those divide by the largest component
+ * first. Here that is done only if squares overflow or vanish. */
 static inline double shd_plan_length(shd_vec3 a) {
     const double squared = shd_dot(a, a);
     return squared > 1e-280 && squared < 1e280 ? sqrt(squared) : shd_length(a);
@@ -33,16 +33,16 @@ static inline bool shd_is_grey(const double color[3]) {
     return color[0] == color[1] && color[1] == color[2];
 }
 
-/* A light's cone as a line through its side: x cosine - y sine is a point's distance from it, y
- * along the axis and x away from it. Beyond 90 degrees there is no light where it has an
- * exponent. cosine -1: not a spot. */
+/* A light's cone, as the line that its side is: a point that is y along the axis and x away from it
+ * is x cosine - y sine away from the line. With an exponent there is no light beyond 90 degrees.
+ * cosine -1: it is no spot. */
 typedef struct shd_cone {
     double cosine, sine;
 } shd_cone;
 
 shd_cone shd_light_cone(const shd_plan_light *light);
 
-/* Whether the sphere is wholly out of the cone; `path` leads from its center to the light. */
+/* Whether the cone misses the sphere. `path` leads from the sphere's center to the light. */
 bool shd_outside_cone(shd_cone cone, shd_vec3 axis, shd_vec3 path, double radius);
 
 /* What cull.c knows of each light. */
@@ -55,35 +55,35 @@ typedef struct shd_plan_sweep {
 typedef struct shd_place {
     const shd_object *object;
     const shd_plan_object *bounds;
-    bool known;         /* the inverse */
+    bool known;         /* false: there is no inverse */
     shd_affine inverse; /* of the object's frame, linear */
-    double norm;        /* of `inverse`: distances grow by no more on the way into that frame */
+    double norm;        /* of `inverse`: distances grow by no more than this into that frame */
     shd_vec3 low, high; /* its box there */
 } shd_place;
 
 shd_place shd_place_of(const shd_object *object, const shd_plan_object *bounds);
 
-/* At most the distance of a point of the world from the object's surface. */
+/* A lower bound of the distance of a point of the world from the object's surface. */
 double shd_least_distance(const shd_place *place, shd_vec3 point);
 
-/* At most the distance of a point of the world from any ray of the picture, of whatever region. */
+/* A lower bound of the distance of a point of the world from any ray of the whole picture. */
 double shd_ray_distance(const shd_scene *scene, shd_vec3 point);
 
-/* Whether the light is behind all that is seen of the object, or of its inside. See behind.c. */
+/* What tells whether a light is behind all that is seen of an object. See behind.c. */
 typedef struct shd_back {
     bool known;         /* false: nothing can be said */
     shd_affine inverse; /* of the object's frame, linear */
     shd_vec3 origin;    /* of the object's frame */
     double norm;        /* of `inverse` */
-    shd_vec3 center;    /* of the object's sphere, */
-    double radius;      /* or for planes the eye and its distance from the origin */
-    shd_vec3 faces[6];  /* normals, turned as they are seen, of flat parts that may be seen: */
-    double offsets[6];  /* points x of theirs have n.x = offset */
+    shd_vec3 center;    /* of the object's sphere; of a plane, the eye */
+    double radius;      /* the sphere's; of a plane, the eye's distance from the origin */
+    shd_vec3 faces[6];  /* normals n, turned as they are seen, of flat parts that may be seen */
+    double offsets[6];  /* n.x of points x of that face */
     int face_count;
-    bool round;        /* there is a curved part, whose normals are within an arc: */
-    bool flat_circle;  /* normals are in the plane y = 0, but for the cone's slope */
-    shd_vec3 arc;      /* unit: its middle */
-    double arc_cosine; /* of its half-angle */
+    bool round;        /* there is a curved part, whose normals are in an arc */
+    bool flat_circle;  /* these normals are in the plane y = 0, but for the cone's slope */
+    shd_vec3 arc;      /* unit: the arc's middle */
+    double arc_cosine; /* of the arc's half-angle */
     double slope_radial, slope_axial, reach; /* n.x = radial |x| cos(..) + axial x.y - reach */
 } shd_back;
 
@@ -101,8 +101,8 @@ bool shd_plan_sheets(shd_plan *plan, shd_arena *arena);
 /* Sets the frame, and whether positions are split in it. */
 void shd_plan_frame(shd_plan *plan);
 
-/* How large coordinates are, in the frame's unit, where the light is nearest to the object: on a
- * plane they are as far out as the light. */
+/* How large coordinates are, in the frame's unit, where the object is nearest to the light. On a
+ * plane that is as far out as the light. */
 double shd_plan_size(const shd_plan *plan, const shd_plan_object *object,
                      const shd_plan_light *light);
 

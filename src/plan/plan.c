@@ -30,8 +30,8 @@ static shd_plan_light plan_light(const shd_light *light, size_t index) {
     out.inner = 2 * inner * inner;
     out.exponent = light->exponent;
     if (out.spot) {
-        /* A cone that fades within less than 5 degrees, a narrow one, or an exponent that is steep
-         * or, below 1, vertical at 90 degrees. */
+        /* The cone fades within less than 5 degrees, or is narrow, or the exponent is steep or,
+         * below 1, vertical at 90 degrees. */
         double fade = light->angle * light->penumbra;
         out.steep = (fade > 0 && fade < 0.087) || out.outer < 0.004 || out.exponent > 500 ||
                     (out.exponent > 0 && shd_is_sheer(out.exponent));
@@ -63,7 +63,7 @@ static bool plan_material(const shd_material *material, const double ambient[3],
     return true;
 }
 
-/* The beauty and the color layers, each once, and which kinds of data layers are wanted. */
+/* Lists the beauty and the color layers, each once, and notes which kinds of layers are wanted. */
 static bool plan_planes(const shd_scene *scene, shd_arena *arena, shd_plan *plan) {
     size_t most = 1;
     for (size_t o = 0; o < scene->output_count; o++) most += scene->outputs[o].layer_count;
@@ -90,7 +90,7 @@ static bool plan_planes(const shd_scene *scene, shd_arena *arena, shd_plan *plan
     return true;
 }
 
-/* Whether one channel tells all three. */
+/* Finds whether channels are equal. */
 static void find_greys(shd_plan *plan) {
     const shd_scene *scene = plan->scene;
     plan->grey_lights = true;
@@ -117,7 +117,7 @@ static bool make_sweep(shd_plan *plan, bool whole, shd_arena *arena) {
     return true;
 }
 
-/* Lists of lights and everything that follows from them. */
+/* Makes the lists of lights and everything that follows from them. */
 static bool arrange_lights(shd_plan *plan, const shd_plan_light *lights, size_t count,
                            uint8_t *drops, bool whole, shd_arena *arena) {
     plan->light_count = 0;
@@ -206,7 +206,7 @@ bool shd_plan_finish(const shd_choice *choice, shd_arena *arena, const shd_plan 
 
 bool shd_plan_find_light(const shd_plan *plan, size_t index, uint32_t *out) {
     if (plan->drops[index]) return false;
-    size_t low = 0, high = plan->light_count; /* they are in the scene's order */
+    size_t low = 0, high = plan->light_count; /* lights are in the scene's order */
     while (high - low > 1) {
         size_t middle = low + (high - low) / 2;
         *(plan->lights[middle].index <= index ? &low : &high) = middle;

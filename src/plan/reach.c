@@ -4,8 +4,8 @@
 
 #include "plan/parts.h"
 
-/* Pairs of objects and lights that are looked at one by one: beyond, a plan would take longer
- * than what it saves, and each object has all lights. */
+/* Pairs of objects and lights that are looked at one by one. With more, looking would take longer
+ * than it saves, and each object has all lights. */
 enum { MOST_PAIRS = 1 << 22 };
 
 /* ---- Things that are equal, found by their hashes. ---- */
@@ -25,7 +25,7 @@ static bool make_table(table *t, size_t count, shd_arena *arena) {
     return t->slots;
 }
 
-/* The first thing that equals thing `index`: itself where there is none. */
+/* The first thing that equals thing `index`, or that itself. */
 static size_t first_equal(table *t, uint64_t hash, size_t index) {
     size_t at = (size_t)hash & t->mask;
     for (; t->slots[at]; at = (at + 1) & t->mask)
@@ -54,7 +54,7 @@ static bool same_material(const void *things, size_t x, size_t y) {
     return true;
 }
 
-/* Of what makes most materials different. */
+/* The hash of those values in which most materials differ. */
 static uint64_t hash_material(const shd_plan_material *m) {
     double values[11] = {0};
     for (int c = 0; c < 3; c++) {
@@ -104,7 +104,7 @@ static bool reflects_color(const shd_plan_material *material, const double color
     return false;
 }
 
-/* Why light j adds nothing to the object; 0: it may. */
+/* The reason why light j adds nothing to the object; 0: it may add something. */
 static uint8_t find_drop(const reach *r, const shd_plan_object *object,
                          const shd_plan_material *material, const shd_back *back, size_t j) {
     const shd_plan_light *light = &r->given[j];
@@ -124,7 +124,8 @@ static bool same_group(const void *things, size_t x, size_t y) {
             !memcmp(a->lights, b->lights, a->light_count * sizeof *a->lights));
 }
 
-/* The group of a material and a list, which is copied where it is new and not of all lights. */
+/* Joins the group of the object's material and the list. The list of a new group is copied, unless
+ * it has all lights. False: memory. */
 static bool join_group(reach *r, shd_plan_object *object, const uint32_t *list, size_t count,
                        const uint32_t *all, shd_arena *arena) {
     if (count == r->count) list = all;
@@ -172,7 +173,7 @@ static bool find_lists(reach *r, const shd_plan *plan, bool whole, shd_arena *ar
     return true;
 }
 
-/* Takes the lights that no object has out, and numbers the lists anew. */
+/* Takes out lights that are in no list, and numbers the lists anew. False: memory, or cancelled. */
 static bool keep_used(reach *r, shd_plan *plan, bool whole, shd_arena *arena) {
     shd_plan_light *lights = shd_arena_alloc(arena, r->count, sizeof *lights);
     uint32_t *number = shd_arena_alloc(arena, r->count, sizeof *number);

@@ -1,25 +1,26 @@
-/* Flat faces that lights are in the planes of, or so near to that rounding would decide on which of
- * their sides a light is: it must be the same all over a face. */
+/* Flat faces whose planes lights are in, or so near to that rounding would decide on which side a
+ * light is. The side must be the same all over a face. */
 #include "plan/parts.h"
 
-/* Of |light| + |point|: a light that is no farther from a plane is in it (docs/model.md). */
+/* A light is in a plane if it is no farther from it than this times |light| + |point|
+ * (docs/model.md). */
 static const double IN_PLANE = 16 * 0x1p-52;
 
-/* Of a light's distance and the face's size: nearer to the plane, f32's normals and positions may
- * have it on the other side. */
+/* Nearer to a plane than this times its distance and the face's size, f32's normals and positions
+ * may have a light on the wrong side. */
 static const double NEAR_PLANE = 1e-5;
 
-/* Faces of meshes and lights that are looked at; meshes with more triangles are only looked at for
- * lights in their planes. */
-enum { MOST_PAIRS = 1 << 22, FEW_TRIANGLES = 64 };
-
-/* Of a light: those that it is nearest to. */
-enum { MOST_SHEETS = 32 };
+enum {
+    MOST_PAIRS = 1 << 22, /* of a mesh's faces and lights that are looked at */
+    FEW_TRIANGLES = 64,   /* in meshes with more, only lights in the planes count */
+    MOST_SHEETS = 32      /* of a light: the nearest ones */
+};
 
 typedef struct face {
-    shd_vec3 normal, point; /* unit; any of its points, world frame */
-    double size, reach;     /* of it, from that point on; the farthest of it from (0,0,0) */
-    bool near;              /* lights that are near its plane count */
+    shd_vec3 normal, point; /* the unit normal and any point, in the world's frame */
+    double size;            /* no point is farther from that one */
+    double reach;           /* no point is farther from (0,0,0) */
+    bool near;              /* lights near the plane count, too */
 } face;
 
 typedef struct gathering {
@@ -70,7 +71,7 @@ static void look_at_face(gathering *g, const face *f) {
     }
 }
 
-/* A face of the shape's unit form, which has the normal and the point. */
+/* Looks at the face of the shape's unit form with this normal and point. */
 static void look_at_unit_face(gathering *g, const shd_plan_object *bounds, const shd_affine *map,
                               const shd_affine *normal_map, shd_vec3 normal, shd_vec3 point) {
     face f = {.point = shd_transform(map, point), .size = bounds->radius, .near = true};
@@ -98,7 +99,7 @@ static void look_at_shape(gathering *g, const shd_object *object, const shd_plan
         look_at_unit_face(g, bounds, &map, &normal_map, axes[0], (shd_vec3){0, 0, 0});
 }
 
-/* Triangles that have their own normals. */
+/* Looks at triangles with normals of their own. */
 static void look_at_mesh(gathering *g, const shd_object *object) {
     const shd_mesh *mesh = object->mesh;
     if (mesh->normals && object->interpolation != SHD_FLAT) return;
@@ -130,7 +131,7 @@ bool shd_plan_sheets(shd_plan *plan, shd_arena *arena) {
                    .sheets = shd_arena_zalloc(arena, plan->light_count, sizeof *g.sheets),
                    .arena = arena};
     if (!g.sheets) return false;
-    /* All objects, whatever lights their lists have, so that lists change no bit. */
+    /* All objects are looked at, whatever lights their lists have, so that lists change no bit. */
     for (size_t i = 0; i < scene->object_count && !g.full; i++) {
         g.full = shd_is_cancelled(plan->cancelled);
         const shd_object *object = &scene->objects[i];

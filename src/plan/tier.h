@@ -1,6 +1,6 @@
-/* What the tiers' kernels (shade/, sight/) and the bounds of their errors (bound/) share: what they
- * cut off, hold and round. Each stands here alone, so that a bound knows of what a kernel does.
- * tests/unit/shade_tiers.c holds kernels and bounds against each other. */
+/* What the tiers' kernels (shade/, sight/) cut off, hold and round, which the bounds of their
+ * errors (bound/) have to know. Each of these stands here alone. tests/unit/shade_tiers.c holds
+ * kernels and bounds against each other. */
 #ifndef SHD_PLAN_TIER_H
 #define SHD_PLAN_TIER_H
 
@@ -11,18 +11,19 @@
 /* The standard tier adds up lights in f32 in groups of so many, and the groups in f64. */
 enum { SHD_LIGHT_GROUP = 4 };
 
-/* A light may be so close that 1/d^2 is beyond f64: its attenuation is held at this, which is
- * finite and far beyond any output's range. */
+/* Attenuation is held at this if a light is so close that 1/d^2 is beyond f64. It is finite and far
+ * beyond any output's range. */
 static const double SHD_LARGEST_FALL = 1e300;
 
-/* Where 1 - cos t is within this times sqrt(1 - cos angle) of a rim without penumbra, f64 decides
- * on which side a point is: 1 - cos t is off by sqrt(2 (1 - cos t)) times what directions are off
- * by in f32, and by its own rounding. */
+/* If 1 - cos t is within this times sqrt(1 - cos angle) of a rim without penumbra, f64 decides on
+ * which side a point is. In f32, 1 - cos t is off by sqrt(2 (1 - cos t)) times what directions are
+ * off by, and by its own rounding. */
 static const double SHD_RIM = 4e-6;
 
-/* A lobe is cut where it has fallen to exp(-cut): those of all lights together are nothing beside
- * the standard tier's error. `lights` is the scene's number: what the plan leaves out changes no
- * bit. In f64 a lobe is cut at exp(-SHD_EXACT_CUT), which is less than its functions err by. */
+/* A lobe is cut where it has fallen to exp(-cut), so that what is cut of all lights together is
+ * nothing beside the standard tier's error. `lights` is the number of the scene's lights, so that
+ * no bit depends on what the plan leaves out. In f64 a lobe is cut at exp(-SHD_EXACT_CUT), which is
+ * less than its functions err by. */
 static const double SHD_LEAST_CUT = 17, SHD_EXACT_CUT = 60;
 
 static inline double shd_lobe_cut(size_t lights) {
@@ -35,12 +36,14 @@ static inline bool shd_is_short_lobe(double shininess, double cut) {
     return cut / shininess < 0.5;
 }
 
-/* A power of a cosine whose edge at 90 degrees is too steep for f32: f64 does these. */
+/* Whether a power of a cosine has an edge at 90 degrees that is too steep for f32. f64 does these.
+ */
 static inline bool shd_is_sheer(double exponent) {
     return exponent < 1;
 }
 
-/* The least power of 2 of the standard tier's functions; what is smaller is told as that. */
+/* The least power of 2 that the standard tier's functions give. They give it for smaller ones, too.
+ */
 enum { SHD_LEAST_LOG2 = -125 };
 
 /* What rounding to f64 does to a hit, relative to the lengths on the way to it (sight/tie.h). */

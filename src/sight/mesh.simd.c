@@ -363,8 +363,8 @@ static void set_facet(const shd_item *it, uint32_t triangle, facet *out) {
     store_vector(at, out->at);
     store_vector(ab, out->ab);
     store_vector(ac, out->ac);
-    store_vector(face, out->face); /* turned where it is seen, */
-    if (!it->smooth) return;       /* but for these: */
+    store_vector(face, out->face); /* cast.simd.c turns it to the side that is seen */
+    if (!it->smooth) return;
     const shd_vec3 ray = it->view.orthographic ? it->forward : shd_sub(at, it->eye);
     const double turn = shd_dot(face, ray) > 0 && !it->front_only ? -1 : 1;
     store_vector(shd_scale(face, turn), out->face);
