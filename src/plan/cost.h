@@ -6,7 +6,8 @@
 
 #include "plan/plan.h"
 
-/* Nanoseconds of a light at a hit, and of each specular lobe of it. */
+/* Nanoseconds of a light at a hit, and of each specular lobe of it. The first was measured with a
+ * shininess of 1e5, whose lobe few points see, and the second with 50. */
 typedef struct shd_kernel_cost {
     double light, lobe;
 } shd_kernel_cost;

@@ -1,4 +1,4 @@
-/* Hits, without what hit nothing. Compiled once an instruction set. */
+/* Copies the lanes of a stage that hit something. Compiled once an instruction set. */
 #if defined(__AVX512F__)
 #include <immintrin.h>
 #endif
@@ -13,7 +13,7 @@ static_assert(offsetof(shd_stage, position32) % 64 == 0 &&
                   offsetof(shd_stage, triangle) % 64 == 0 && offsetof(shd_stage, u) % 64 == 0,
               "a stage's arrays are loaded as whole vectors");
 
-/* Lanes that hit: as a mask where there are instructions for it, and one after the other. */
+/* The lanes that hit: a mask if there are instructions for it, else one after the other. */
 typedef struct hit_lanes {
     size_t count;
     uint64_t mask;
@@ -33,13 +33,13 @@ SHD_ALWAYS void find_lanes(const double *restrict object, size_t hits, hit_lanes
 #else
     size_t n = 0;
     for (int i = 0; n < hits; i++) {
-        out->lane[n] = (uint8_t)i; /* stays if it hit: no branch to mispredict */
+        out->lane[n] = (uint8_t)i; /* it stays if it hit: there is no branch to mispredict */
         n += object[i] != SHD_NOTHING;
     }
 #endif
 }
 
-/* Appends what hit lanes have. */
+/* Appends an array's elements of the lanes that hit. */
 SHD_ALWAYS void append_lanes(void *to, const void *from, size_t size, size_t at,
                              const hit_lanes *lanes) {
     if (lanes->count == SHD_RAYS) {

@@ -4,7 +4,7 @@
 
 #include "scene/scene.h"
 
-/* What the rays of a picture share. */
+/* The picture as its rays see it. */
 typedef struct shd_lens {
     const shd_camera *camera;
     double width, height;  /* of the picture, in pixels */

@@ -1,4 +1,4 @@
-/* What is seen: hits of rays, in the order of the rays. */
+/* What is seen: the hits of rays, in the order of the rays. */
 #ifndef SHD_SIGHT_GBUFFER_H
 #define SHD_SIGHT_GBUFFER_H
 
@@ -11,43 +11,41 @@
 
 enum { SHD_NOTHING = -1 };
 
-/* Rays to cast: pixel (x, y) of the whole picture, which may lie outside of it, and which of the
- * sample pattern's rays. */
+/* Rays to cast. */
 typedef struct shd_shots {
     size_t count;
-    const int32_t *x, *y;  /* [count] */
-    const uint8_t *sample; /* [count] */
+    const int32_t *x, *y;  /* [count]: a pixel of the whole picture, or outside of it */
+    const uint8_t *sample; /* [count]: which of the sample pattern's rays */
 } shd_shots;
 
-/* The hits of a list of shots, appended in the order of the shots; what hits nothing leaves no
+/* The hits of a list of shots, appended in the order of the shots. A shot that hits nothing has no
  * entry. Arrays are [capacity], aligned to 64 bytes. */
 typedef struct shd_hits {
     size_t count, capacity; /* capacity: a multiple of 16 */
     uint32_t *shot;         /* index of the shot */
     int32_t *object;        /* index in shd_scene.objects */
-    /* Tiers in f32 (NULL for exact), rounded from f64: the position in the plan's frame, (p -
-     * plan->origin) * plan->scale; N, unit, of the side that is seen where the material is
-     * two-sided: it faces the viewer, but for interpolated ones near silhouettes;
-     * W = 2(N.V)N - V, unit: the mirrored view. */
-    float *position32[3], *normal32[3], *mirror32[3];
-    float *low32[3]; /* what rounding the position took; NULL unless plan->split_positions */
-    /* Exact tier (else NULL), in the world's frame: the position, N and V. */
+    /* For tiers in f32, rounded from f64; else NULL. */
+    float *position32[3]; /* in the plan's frame: (p - plan->origin) * plan->scale */
+    /* N, unit. If the material is two-sided, it is that of the side that is seen: it faces the
+     * viewer, but for interpolated normals near silhouettes. */
+    float *normal32[3];
+    float *mirror32[3]; /* W = 2(N.V)N - V, unit: the mirrored view */
+    float *low32[3]; /* what rounding took from the position; NULL unless plan->split_positions */
+    /* For the exact tier, in the world's frame: the position, N and V; else NULL. */
     double *position[3], *normal[3], *view[3];
-    /* Where an output has layers of data (else NULL): the distance along the camera's axis, and,
-     * where there is no `position`, the position in the world's frame. */
-    double *depth;
-    float *world32[3];
-    /* Where an object is faceted (flat, gouraud; else NULL), and set for hits of such: the
-     * triangle, and the barycentric weights of its second and third corner. */
+    /* For outputs with layers of data; else NULL. */
+    double *depth;     /* the distance along the camera's axis */
+    float *world32[3]; /* the position in the world's frame, if there is no `position` */
+    /* For faceted objects (flat, gouraud), and set for their hits; else NULL. */
     uint32_t *triangle;
-    double *u, *v;
+    double *u, *v; /* the barycentric weights of its second and third corner */
 } shd_hits;
 
-/* Memory for `capacity` hits, rounded up to a multiple of 16. */
+/* Lays out memory for `capacity` hits, rounded up to a multiple of 16. */
 void shd_hits_lay_out(const shd_plan *plan, size_t capacity, shd_scratch *memory, shd_hits *out);
 
-/* Repeats the last hit up to the next multiple of 16, so that vectors of any width see finite
- * values. The count stays. Nothing is done where there is no hit. */
+/* Repeats the last hit, if there is one, up to the next multiple of 16, so that vectors of any
+ * width see finite values. The count stays. */
 void shd_hits_pad(shd_hits *hits);
 
 /* Whether all hits are of the same object. True if there are none. */

@@ -7,7 +7,7 @@
 #define SHD_EACH_LANE(i) for (int i = 0; i < SHD_RAYS; i++)
 #define SHD_ALWAYS       static inline __attribute__((always_inline))
 
-/* Where shots go through the picture, in pixels. Lanes beyond the last shot repeat it. */
+/* Finds where shots go through the picture, in pixels. Lanes beyond the last shot repeat it. */
 static inline void shd_read_shots(const shd_sight *sight, const shd_shots *shots, size_t first,
                                   int used, double *restrict px, double *restrict py) {
     const int32_t *x = shots->x + first, *y = shots->y + first;
@@ -32,8 +32,8 @@ static inline void shd_read_shots(const shd_sight *sight, const shd_shots *shots
 }
 
 /* What all rays of a camera share. The image plane's vectors are unit and at right angles, so that
- * nothing can overflow; and from the picture's centre, so that mirrored pixels get mirrored rays.
- */
+ * nothing can overflow. They begin at the picture's center, so that mirrored pixels get mirrored
+ * rays. */
 typedef struct shd_fan {
     double middle_x, middle_y, step_x, step_y;
     shd_vec3 right, up, back;
@@ -47,8 +47,8 @@ static inline shd_fan shd_fan_of(const shd_lens *lens) {
         camera->up, camera->back};
 }
 
-/* The direction, unit, of the ray through a point in pixels, (0,0) the top left corner, of a
- * perspective camera. */
+/* The unit direction of a perspective camera's ray through a point, in pixels from the top left
+ * corner. */
 SHD_ALWAYS shd_vec3 shd_fan_direction(const shd_fan *fan, double px, double py) {
     double p = (px - fan->middle_x) * fan->step_x, q = (fan->middle_y - py) * fan->step_y;
     double x = fan->right.x * p + fan->up.x * q - fan->back.x,
@@ -58,14 +58,14 @@ SHD_ALWAYS shd_vec3 shd_fan_direction(const shd_fan *fan, double px, double py) 
     return (shd_vec3){x * scale, y * scale, z * scale};
 }
 
-/* Where an orthographic camera's ray through a point starts, from the camera's position. */
+/* The start of an orthographic camera's ray through a point, from the camera's position. */
 SHD_ALWAYS shd_vec3 shd_fan_start(const shd_fan *fan, double px, double py) {
     double p = (px - fan->middle_x) * fan->step_x, q = (fan->middle_y - py) * fan->step_y;
     return (shd_vec3){fan->right.x * p + fan->up.x * q, fan->right.y * p + fan->up.y * q,
                       fan->right.z * p + fan->up.z * q};
 }
 
-/* A batch's rays from its x and y. */
+/* Makes a batch's rays from its x and y. */
 static inline void shd_make_rays(const shd_lens *lens, shd_batch *restrict b) {
     const shd_fan fan = shd_fan_of(lens);
     b->orthographic = lens->camera->projection == SHD_ORTHOGRAPHIC;

@@ -24,13 +24,13 @@ shd_status shd_ready_mesh_make(const shd_mesh *mesh, const shd_digest *digest,
     return status;
 }
 
-/* What is put one behind the other. */
+/* A block in which things are put one behind the other. */
 typedef struct pile {
-    unsigned char *block; /* NULL: it is measured only */
+    unsigned char *block; /* NULL: it is only measured */
     size_t used;
 } pile;
 
-/* A copy, or zeros; NULL of nothing. */
+/* Puts a copy, or zeros if `from` is NULL. Returns its place: NULL if there is nothing. */
 static void *put_in_pile(pile *p, const void *from, size_t count, size_t size) {
     const size_t at = p->used, bytes = count * size;
     p->used += (bytes + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;

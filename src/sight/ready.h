@@ -1,5 +1,5 @@
-/* A mesh with all that rays need of it, which does not depend on where the camera is: for meshes
- * that are kept for many scenes. */
+/* A mesh with all that rays need of it wherever the camera is, for meshes that are kept for many
+ * scenes. */
 #ifndef SHD_SIGHT_READY_H
 #define SHD_SIGHT_READY_H
 
@@ -19,8 +19,8 @@ shd_status shd_ready_mesh_make(const shd_mesh *mesh, const shd_digest *digest,
                                const atomic_bool *cancelled, shd_arena *arena, shd_ready_mesh *out,
                                shd_error *error);
 
-/* All of it as one block, and how many bytes that is. The mesh begins the block, and is aligned as
- * the block, to 64 bytes. */
+/* How many bytes all of it takes, and its copy as one block, aligned to 64 bytes, which begins with
+ * the mesh. */
 size_t shd_ready_mesh_size(const shd_ready_mesh *ready);
 void shd_ready_mesh_copy(const shd_ready_mesh *ready, void *block);
 

@@ -5,7 +5,7 @@
 #include "sight/item.h"
 #include "sight/tree.h"
 
-/* A direction that shades somehow where a mesh has no normal at all (a sliver of no area). */
+/* The unit normal in the world; `view` for a sliver without area, which has no normal. */
 static shd_vec3 world_normal(const shd_item *it, shd_vec3 normal, shd_vec3 view) {
     shd_vec3 out = view;
     shd_normalize(shd_linear(&it->normal_map, normal), &out);
@@ -14,8 +14,9 @@ static shd_vec3 world_normal(const shd_item *it, shd_vec3 normal, shd_vec3 view)
 
 /* ---- Facets: where flat and gouraud objects are lit. ---- */
 
-/* A face's centroid and normal; corners of its triangles all name it. Returns the number of
- * faces. The centroid of a polygon is that of its triangles, weighted by their areas. */
+/* Makes a point of each face: its centroid, with its normal. All corners of its triangles name it.
+ * The centroid of a polygon is that of its triangles, weighted by their areas. Returns how many
+ * points there are, as the next two do. */
 static size_t flat_points(const shd_item *it, const atomic_bool *cancelled, shd_vec3 *positions,
                           shd_vec3 *normals, uint32_t *corners) {
     const shd_triangles *tri = &it->triangles;
@@ -42,7 +43,7 @@ static size_t flat_points(const shd_item *it, const atomic_bool *cancelled, shd_
     return faces;
 }
 
-/* Three points a triangle with its own normal. */
+/* Makes three points of each triangle, with the triangle's own normal. */
 static size_t triangle_points(const shd_item *it, const atomic_bool *cancelled, shd_vec3 *positions,
                               shd_vec3 *normals, uint32_t *corners) {
     const shd_triangles *tri = &it->triangles;
@@ -55,8 +56,7 @@ static size_t triangle_points(const shd_item *it, const atomic_bool *cancelled, 
     return 3 * tri->triangle_count;
 }
 
-/* Whether the viewer is behind the triangle, whose front is where its corners run counterclockwise.
- */
+/* Whether the viewer sees the corners of a triangle run clockwise. */
 static bool is_seen_from_behind(const shd_item *it, const shd_lens *lens, size_t triangle) {
     const shd_vec3 p = shd_transform(&it->to_world,
                                      shd_triangle_corner(&it->triangles, triangle, 0)),
@@ -64,9 +64,9 @@ static bool is_seen_from_behind(const shd_item *it, const shd_lens *lens, size_t
     return shd_dot(n, shd_lens_view(lens, p)) < 0;
 }
 
-/* The vertices with their normals, for each side of them that is seen: a vertex of a silhouette is
- * a point for the triangles in front and another, its normal negated, for those behind. `points`:
- * [vertex_count][2], zeroed. */
+/* Makes a point of each vertex, with its normal, for each side that is seen: a vertex of a
+ * silhouette is one point for triangles in front, and another one, with its normal negated, for
+ * those behind. `points`: [vertex_count][2], zeroed. */
 static size_t vertex_points(const shd_item *it, const shd_lens *lens, const atomic_bool *cancelled,
                             uint32_t (*points)[2], shd_vec3 *positions, shd_vec3 *normals,
                             uint32_t *corners) {
@@ -136,7 +136,7 @@ static shd_affine scaling_map(double size, shd_vec3 origin) {
     return (shd_affine){{{size, 0, 0}, {0, size, 0}, {0, 0, size}}, origin};
 }
 
-/* The lengths of what a map makes of the axes' unit vectors. */
+/* The lengths that a map gives to the axes' unit vectors. */
 static void axis_lengths(const shd_affine *m, double length[3]) {
     for (int c = 0; c < 3; c++) {
         shd_vec3 column = {m->linear[0][c], m->linear[1][c], m->linear[2][c]};
@@ -144,7 +144,7 @@ static void axis_lengths(const shd_affine *m, double length[3]) {
     }
 }
 
-/* Whether a map turns (or mirrors) and scales alike in all directions, to rounding; by how much. */
+/* Whether a map turns or mirrors and scales all directions alike, to rounding, and by how much. */
 static bool is_similar(const shd_affine *m, const double length[3], double *size) {
     const double s = length[0];
     for (int c = 0; c < 3; c++) {
@@ -157,7 +157,7 @@ static bool is_similar(const shd_affine *m, const double length[3], double *size
     return true;
 }
 
-/* The camera in the item's frame, and the item in the plan's. */
+/* Places the camera in the item's frame, and the item in the plan's. */
 static void place_eye(const shd_plan *plan, shd_item *it) {
     const shd_camera *camera = &plan->scene->camera;
     const shd_vec3 at = it->to_world.origin;

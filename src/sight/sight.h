@@ -1,10 +1,10 @@
 /* Visibility: camera rays, analytic shapes, meshes.
  *
- * Every object is intersected in its own frame or the camera's, in f64. Of shapes, the ray's origin
- * is first moved to where the ray passes closest to the object: spheres 1e6 radii away, coordinates
- * of 1e20 and tiny objects far from the origin keep their precision. Hits on a mesh are weighted
- * means of a triangle's corners. Each sample is cast alone, so that a region equals the crop of the
- * whole picture bit for bit. */
+ * Rays meet every object in its own frame or the camera's, in f64. For shapes, the ray's origin is
+ * first moved to where the ray passes closest to the object, so that spheres 1e6 radii away,
+ * coordinates of 1e20 and tiny objects far from the origin keep their precision. Hits on a mesh are
+ * weighted means of a triangle's corners. Each sample is cast for itself, so that a region equals
+ * the crop of the whole picture bit for bit. */
 #ifndef SHD_SIGHT_SIGHT_H
 #define SHD_SIGHT_SIGHT_H
 
@@ -18,8 +18,8 @@
 /* The objects of a scene, ready to be seen. Constant once made; any thread may cast. */
 typedef struct shd_sight shd_sight;
 
-/* Builds trees over meshes, in the arena. Where any thread sets `cancelled` (NULL: nobody does) it
- * ends soon, also amid a mesh, and so does casting. SHD_MEMORY, SHD_CANCELLED or SHD_INTERNAL. */
+/* Builds trees over meshes, in the arena. If any thread sets `cancelled` (or NULL), this ends soon,
+ * also amid a mesh, and so does casting. SHD_MEMORY, SHD_CANCELLED or SHD_INTERNAL. */
 shd_status shd_sight_new(const shd_plan *plan, const atomic_bool *cancelled, shd_arena *arena,
                          shd_sight **out, shd_error *error);
 
@@ -32,10 +32,10 @@ typedef struct shd_tile {
 
 enum { SHD_BLOCK_SIDE = 8 }; /* pixels */
 
-/* What may be seen through a block of 8 x 8 pixels (fewer at the rectangle's right and lower
- * edges), through any point of it. */
+/* What may be seen through any point of a block of 8 x 8 pixels, or fewer at the rectangle's right
+ * and lower edges. */
 typedef struct shd_block {
-    uint32_t first, count; /* in survey.candidates; count 0: nothing is seen, cast no ray */
+    uint32_t first, count; /* in survey.candidates; count 0: nothing is seen, and no ray is cast */
 } shd_block;
 
 typedef struct shd_survey {
@@ -43,32 +43,32 @@ typedef struct shd_survey {
     shd_block *blocks;      /* [down][across] */
     uint32_t *candidates;   /* indices of objects, nearer ones roughly first */
     size_t candidate_count; /* of the whole rectangle: the first ones of `candidates` */
-    bool even;              /* rays cost the same in any order: one ball is all there is */
+    bool even;              /* rays cost the same in any order, because there is only one ball */
     size_t capacity;        /* in blocks */
 } shd_survey;
 
-/* Memory for one thread's surveys of rectangles of up to w x h pixels, of a scene of so many
- * objects. */
+/* Lays out memory for one thread's surveys of rectangles of up to w x h pixels, in a scene of so
+ * many objects. */
 void shd_survey_lay_out(size_t object_count, int w, int h, shd_scratch *memory, shd_survey *out);
 
-/* Surveys a rectangle of pixels of the whole picture (parts of it may lie outside), in blocks from
- * its upper left corner. Objects may be named that are not seen; one that is seen through a block
- * is always named. */
+/* Surveys a rectangle of pixels of the whole picture, or partly outside of it, in blocks from its
+ * upper left corner. An object that is seen through a block is always among its candidates. An
+ * object that is not seen may be. */
 void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out);
 
 /* ---- Casting. ---- */
 
-/* Casts the shots at the candidates (any list that has all objects that they may hit, in any
- * order, which matters only to three surfaces that lie in each other: tie.h) and appends the hits
- * to `out`, which must have room for them: shots->count entries. Returns how many there were. A
- * hit's values depend on the shot alone: not on its neighbors, on further candidates or on the
- * instruction set. Once the flag of shd_sight_new is raised, hits are missing or wrong. */
+/* Casts the shots at the candidates and appends the hits to `out`, which must have room for
+ * shots->count more. Returns how many there were. Candidates are all objects that the shots may
+ * hit, and any others, in any order, which matters only to three surfaces that lie in each other
+ * (tie.h). A hit's values depend on the shot alone, and not on its neighbors, further candidates or
+ * the instruction set. Once the flag of shd_sight_new is raised, hits are missing or wrong. */
 size_t shd_sight_shoot(const shd_sight *sight, const uint32_t *candidates, size_t candidate_count,
                        const shd_shots *shots, shd_hits *out);
 
-/* The points at which a faceted object is lit: a face's centroid with the face's normal (flat),
- * or vertices with their normals (gouraud), once for each side from which a face that they are
- * part of is seen. World frame, normals of that side like the G-buffer's. */
+/* The points at which a faceted object is lit. Flat: each face's centroid with the face's normal.
+ * Gouraud: each vertex with its normal, once for each side from which a face is seen that the
+ * vertex is part of. In the world's frame, with normals of that side as in the G-buffer. */
 typedef struct shd_facets {
     size_t point_count;
     const shd_vec3 *positions, *normals, *views; /* [point_count] */
@@ -76,7 +76,7 @@ typedef struct shd_facets {
     const uint32_t *corners; /* [triangle_count][3] into the points; flat: three times the same */
 } shd_facets;
 
-/* NULL where the object is shaded at every sample. */
+/* NULL: the object is shaded at every sample. */
 const shd_facets *shd_sight_facets(const shd_sight *sight, size_t object);
 
 #endif

@@ -1,6 +1,6 @@
-/* Analytic shapes as polygons, for the interpolations that need faces. Every shape is made of
- * grids of quadrilaterals, which on these shapes are plane; at poles and centres they are
- * triangles. Corners run counterclockwise seen from outside. */
+/* Analytic shapes as polygons, for the interpolations that need faces. Every shape is made of grids
+ * of quadrilaterals, which are plane on these shapes, and triangles at poles and centers. Corners
+ * run counterclockwise, seen from outside. */
 #include "sight/mesh.h"
 
 #include <stdint.h>
@@ -19,7 +19,7 @@ typedef struct builder {
     uint32_t face;
 } builder;
 
-/* A unit square that faces +z, turned to each of the six sides of a box. */
+/* A point of a unit square that faces +z, turned to each of the six sides of a box. */
 static void box_point(const grid *g, double a, double b, shd_vec3 *p, shd_vec3 *n) {
     static const double turn[6][3][3] = {
         {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},  {{-1, 0, 0}, {0, 1, 0}, {0, 0, -1}},
@@ -45,8 +45,8 @@ static void grid_point(const grid *g, double a, double b, shd_vec3 *p, shd_vec3 
         *p = *n;
         return;
     case SHD_TORUS: {
-        /* Rows run from the top around the tube. A tube that meets itself on the axis has rows from
-         * there to there, because the rest lies inside. */
+        /* Rows run from the top around the tube. If the tube meets itself on the axis, rows begin
+         * and end there, because the rest lies inside. */
         double inner = g->tube > 1 ? asin(1 / g->tube) : SHD_PI / 2;
         double start = g->tube > 1 ? -inner : 0, turn = start + (SHD_PI + 2 * inner) * a;
         shd_vec3 out = shd_scale(around, sin(turn));
@@ -61,12 +61,13 @@ static void grid_point(const grid *g, double a, double b, shd_vec3 *p, shd_vec3 
     default:
         break;
     }
-    /* Disc, cylinder, cone. Part 0: the side (or the disc); 1: the lower cap; 2: the upper. */
+    /* Disc, cylinder or cone. Part 0 is the side (or the disc), 1 the lower cap, 2 the upper one.
+     */
     bool cap = g->shape == SHD_DISC || g->part > 0;
     if (cap) {
         bool lower = g->part == 1;
         double y = g->shape == SHD_DISC ? 0 : lower ? -0.5 : 0.5;
-        *p = shd_scale(around, lower ? 1 - a : a); /* rows outward above, inward below */
+        *p = shd_scale(around, lower ? 1 - a : a); /* rows run outward above, inward below */
         p->y = y;
         *n = (shd_vec3){0, lower ? -1 : 1, 0};
     } else if (g->shape == SHD_CYLINDER) {

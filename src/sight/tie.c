@@ -6,25 +6,25 @@ static shd_vec3 component_sizes(shd_vec3 v) {
     return (shd_vec3){fabs(v.x), fabs(v.y), fabs(v.z)};
 }
 
-/* From the object to where the ray starts: the sizes of what is added up. */
+/* The sizes of what is added up to get from the object to where the ray starts. */
 static shd_vec3 away_of(const shd_item *it, const shd_lens *lens, const shd_met *met) {
     return shd_add(component_sizes(shd_sub(lens->camera->position, it->to_world.origin)),
                    component_sizes(met->start));
 }
 
-/* The row's length times that of the components that it looks at. */
+/* The row's length, times that of the components at which it is not 0. */
 static double reach_of(const double row[3], shd_vec3 v) {
     const shd_vec3 seen = {row[0] != 0 ? v.x : 0, row[1] != 0 ? v.y : 0, row[2] != 0 ? v.z : 0};
     return shd_length((shd_vec3){row[0], row[1], row[2]}) * shd_length(seen);
 }
 
-/* Of the surface's coordinates along its normal. */
+/* The size of the surface's coordinates along its normal. */
 static double coordinate_size(const shd_item *it, shd_vec3 point, shd_vec3 normal) {
     const bool capped = it->shape == SHD_CYLINDER || it->shape == SHD_CONE;
     if (it->shape == SHD_PLANE || it->shape == SHD_DISC || it->shape == SHD_BOX ||
         (capped && fabs(normal.y) == 1))
         return fabs(shd_dot(normal, point));
-    /* Toward its apex a cone's normal turns ever faster. */
+    /* A cone's normal turns ever faster toward the apex. */
     return it->shape == SHD_CONE ? 1 / hypot(point.x, point.z) : 1;
 }
 
@@ -41,7 +41,7 @@ double shd_shape_rounding(const shd_item *it, const shd_lens *lens, const shd_me
     return SHD_HIT_ROUNDING * sum / fabs(shd_dot(normal, shd_linear(&it->from_world, met->ray)));
 }
 
-/* In units of t, so that products neither overflow nor vanish. */
+/* Lengths are in units of t, so that products neither overflow nor vanish. */
 double shd_triangle_rounding(const shd_item *it, const shd_lens *lens, const shd_met *met,
                              uint32_t triangle) {
     const double unit = 1 / met->t;
