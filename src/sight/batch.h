@@ -16,15 +16,15 @@ enum { SHD_RAYS = 64 }; /* lanes of a batch; arrays of them are never shorter */
 /* A batch's arrays fill whole cache lines: the widest vectors are one. */
 #define SHD_ALIGNED _Alignas(64)
 
-/* A batch in a shape's frame. Shapes of finite size are met from where the ray is closest to their
- * centre; what is left of the coordinates is then of the shape's own size. */
+/* A batch in a shape's frame. A ray meets a shape of finite size from where it is closest to the
+ * center, so that coordinates are of the shape's own size. */
 typedef struct shd_work {
-    SHD_ALIGNED double ox[SHD_RAYS], oy[SHD_RAYS],
-        oz[SHD_RAYS];                                /* the origin moved along the ray by shift */
-    double dx[SHD_RAYS], dy[SHD_RAYS], dz[SHD_RAYS]; /* need not be unit */
-    double near[SHD_RAYS], shift[SHD_RAYS];          /* only t > near counts */
-    double t[SHD_RAYS];                              /* from the moved origin; infinity: missed */
-    double face[SHD_RAYS];                           /* which of the shape's faces */
+    SHD_ALIGNED double ox[SHD_RAYS], oy[SHD_RAYS], oz[SHD_RAYS]; /* the moved origin */
+    double dx[SHD_RAYS], dy[SHD_RAYS], dz[SHD_RAYS];             /* they need not be unit */
+    double near[SHD_RAYS];                                       /* only t > near counts */
+    double shift[SHD_RAYS]; /* how far the origin was moved along the ray */
+    double t[SHD_RAYS];     /* from the moved origin; infinity: missed */
+    double face[SHD_RAYS];  /* which of the shape's faces */
 } shd_work;
 
 /* Points and outward unit normals in a shape's frame. */
@@ -36,16 +36,16 @@ typedef struct shd_surfaces {
 typedef struct shd_batch {
     SHD_ALIGNED double x[SHD_RAYS], y[SHD_RAYS]; /* in pixels */
     double direction[3][SHD_RAYS];               /* unit */
-    double start[3][SHD_RAYS];                   /* orthographic; else not set */
+    double start[3][SHD_RAYS];                   /* set in an orthographic camera */
     bool orthographic;
     shd_work work[2];
     shd_surfaces surfaces;
 } shd_batch;
 
-/* A batch of hits, before what hit nothing is left out. */
+/* A batch of hits, with the lanes that hit nothing. */
 typedef struct shd_stage {
     SHD_ALIGNED double t[SHD_RAYS]; /* infinity: nothing */
-    double object[SHD_RAYS]; /* whole numbers: selects of doubles by doubles vectorize best */
+    double object[SHD_RAYS]; /* a whole number: selects of doubles by doubles vectorize best */
     float position32[3][SHD_RAYS], low32[3][SHD_RAYS], normal32[3][SHD_RAYS], mirror32[3][SHD_RAYS],
         world32[3][SHD_RAYS];
     double position[3][SHD_RAYS], normal[3][SHD_RAYS], view[3][SHD_RAYS], depth[SHD_RAYS];
@@ -53,7 +53,7 @@ typedef struct shd_stage {
     double u[SHD_RAYS], v[SHD_RAYS];
 } shd_stage;
 
-/* What of a stage is wanted. */
+/* What is wanted of a stage. */
 typedef struct shd_wants {
     bool fast;  /* position32, normal32, mirror32; else position, normal, view */
     bool low;   /* low32 */
@@ -61,7 +61,7 @@ typedef struct shd_wants {
     bool depth;
 } shd_wants;
 
-/* Balls of which a tier in f32 wants no more than it lights. */
+/* Whether it is a ball of which a tier in f32 wants no more than it lights. */
 static inline bool shd_is_quick(const shd_item *it, shd_wants wants) {
     return it->ball && wants.fast && !wants.low && !wants.world;
 }
@@ -76,15 +76,15 @@ typedef struct shd_cast_kernel {
 
 /* Where rays meet a mesh. */
 typedef struct shd_mesh_hits {
-    SHD_ALIGNED double t[SHD_RAYS]; /* infinity: missed, and what follows is not set */
+    SHD_ALIGNED double t[SHD_RAYS]; /* infinity: missed, and the rest is not set */
     uint32_t triangle[SHD_RAYS];
     double u[SHD_RAYS], v[SHD_RAYS]; /* the weights of its second and third corner */
 } shd_mesh_hits;
 
 extern const shd_cast_kernel shd_cast_kernel_portable, shd_cast_kernel_avx2, shd_cast_kernel_avx512;
 
-/* What a kernel is made of, by name: where rays meet a shape other than a mesh (t, and what `place`
- * needs of it), and the surface there. */
+/* The functions of a kernel. "Find" tells where rays meet a shape other than a mesh: t, and what
+ * "place" needs, which tells the surface there. */
 #define SHD_CAST_KERNEL_PARTS(isa)                                                                 \
     void shd_find_surfaces_##isa(shd_shape shape, double tube, shd_work *work);                    \
     void shd_place_surfaces_##isa(shd_shape shape, double tube, const shd_work *work,              \

@@ -31,7 +31,7 @@ shd_vec3 shd_triangle_normal(const shd_triangles *triangles, size_t triangle) {
     return shd_cross(ab, ac);
 }
 
-/* A row of the map from the mesh's frame to the camera's. */
+/* A row of the map from the mesh's frame to the camera's, times `scale`. */
 static shd_vec3 row_of(const shd_affine *m, double scale, shd_vec3 axis) {
     double row[3];
     for (int c = 0; c < 3; c++)

@@ -5,52 +5,53 @@
 #include "sight/camera.h"
 #include "sight/sight.h"
 
-/* Triangles in an object's frame. Made from a client's mesh or by tessellation. */
+/* Triangles in an object's frame, from a client's mesh or by tessellation. */
 typedef struct shd_triangles {
     size_t vertex_count, triangle_count;
     const double *positions; /* [vertex_count][3] */
     const double *normals;   /* [vertex_count][3] or NULL: a triangle's own */
     const uint32_t *indices; /* [triangle_count][3] */
-    const uint32_t *faces;   /* [triangle_count]: the polygon that it is part of, ascending from
-                                0 without gaps; NULL: each is its own */
+    /* [triangle_count]: the polygon of each, ascending from 0 without gaps. NULL: each is its own.
+     */
+    const uint32_t *faces;
 } shd_triangles;
 
 /* An analytic shape, in its unit form, as `segments` slices. False: the arena is full. */
 bool shd_tessellate(shd_shape shape, double tube, int segments, shd_arena *arena,
                     shd_triangles *out);
 
-/* A mesh's; they are borrowed. */
+/* A mesh's triangles, which are borrowed. */
 shd_triangles shd_triangles_of(const shd_mesh *mesh);
 
-/* Their normals [vertex_count][3], each made unit; those of no length stay. False: the arena is
- * full. */
+/* Makes unit normals, [vertex_count][3]. Normals of no length stay. False: the arena is full. */
 bool shd_triangle_units(const shd_triangles *triangles, const atomic_bool *cancelled,
                         shd_arena *arena, const double **out);
 
-/* Corner k of a triangle, and its normal by the order of its corners: twice the area long. */
+/* Corner k of a triangle, and its normal by the order of its corners, which is twice the area long.
+ */
 shd_vec3 shd_triangle_corner(const shd_triangles *triangles, size_t triangle, int k);
 shd_vec3 shd_triangle_normal(const shd_triangles *triangles, size_t triangle);
 
 typedef struct shd_mesh_tree shd_mesh_tree; /* tree.h */
 
-/* A vertex from the camera: x right, y up, `depth` forward. Where the ray through the point (p, q)
- * of the image plane passes it is (x - p w, y - q w). */
+/* A vertex from the camera: x right, y up, `depth` forward. From where the ray through the point
+ * (p, q) of the image plane passes, the vertex is at (x - p w, y - q w). */
 typedef struct shd_seen_vertex {
     double x, y, w, depth; /* w: the depth, or 1 in an orthographic camera */
-    double p, q;           /* its place on the image plane, where w > 0 */
+    double p, q;           /* its place on the image plane, if w > 0 */
 } shd_seen_vertex;
 
 /* A mesh from the camera, in units of its own. */
 typedef struct shd_mesh_view {
     const shd_mesh_tree *tree;
-    const atomic_bool *cancelled;    /* raised: rays end anywhere; or NULL */
-    const shd_seen_vertex *vertices; /* as shd_triangles */
-    shd_vec3 rows[3], eye; /* x, y and depth of a point v in the tree's frame: row . (v - eye) */
-    double unit;           /* of lengths in the world */
+    const atomic_bool *cancelled;    /* if it is raised, rays end anywhere; or NULL */
+    const shd_seen_vertex *vertices; /* as in shd_triangles */
+    shd_vec3 rows[3], eye; /* row . (v - eye) is x, y or depth of a point v in the tree's frame */
+    double unit;           /* the length in the world of 1 here */
     bool orthographic;
 } shd_mesh_view;
 
-/* False: the arena is full. `eye`: the camera in the mesh's frame. */
+/* `eye`: the camera in the mesh's frame. False: the arena is full. */
 bool shd_mesh_view_make(const shd_triangles *triangles, const shd_mesh_tree *tree,
                         const shd_affine *to_world, shd_vec3 eye, const shd_camera *camera,
                         const atomic_bool *cancelled, shd_arena *arena, shd_mesh_view *out);

@@ -1,14 +1,14 @@
-/* Meshes, a batch of rays at a time. The rays are a bundle within a rectangle of the image plane:
- * boxes and triangles that no ray of it may meet are left out, with more room than rounding takes.
+/* Meshes, a batch of rays at a time. Compiled once an instruction set.
  *
- * Which triangle a ray meets is then decided in f64, by the sides on which its corners' edges pass
- * the ray (S. Woop, C. Benthin, I. Wald, "Watertight Ray/Triangle Intersection", 2013). Corners
- * are moved by the same arithmetic in each triangle that has them, an edge's two triangles get
- * opposite values, and a value of the wrong sign cannot come of rounding, only 0, which is taken
- * for either side: no ray slips through between triangles. Depths are weighted means of the
- * corners', so that a triangle that is seen from its edge is met no farther than it reaches.
+ * The rays are a bundle within a rectangle of the image plane. Boxes and triangles that no ray of
+ * it may meet are left out, with more room than rounding takes.
  *
- * Compiled once an instruction set. */
+ * Which triangle a ray meets is then decided in f64, by the sides on which its edges pass the ray
+ * (S. Woop, C. Benthin, I. Wald, "Watertight Ray/Triangle Intersection", 2013). No ray slips
+ * through between triangles: corners are moved by the same arithmetic in each triangle that has
+ * them, so that an edge's two triangles get opposite values. Rounding cannot give a value of the
+ * wrong sign, but only 0, which counts for either side. Depths are weighted means of the corners'
+ * depths, so that a triangle that is seen from its edge is met no farther than it reaches. */
 #include <assert.h>
 
 #include "base/simd.h"
@@ -18,7 +18,7 @@
 enum {
     GROUP = 8, /* rays that are tried together */
     GROUPS = SHD_RAYS / GROUP,
-    FRONT = 4, /* functions of a box, after those of four sides: */
+    FRONT = 4, /* functions of a box, after those of the bundle's four sides */
     REACH,
     DEPTH,
     USED,
@@ -28,7 +28,7 @@ enum {
 static_assert(USED <= SIDES && SIDES % (SHD_W / 2) == 0, "a box's functions fill vectors");
 static_assert(GROUP % (SHD_W / 2) == 0, "a group's rays fill vectors");
 
-/* What of a sum of products rounding may change, and more. */
+/* More than rounding changes a sum of products by, relative to the sum of their sizes. */
 static const double ROUNDING = 1e-14;
 
 /* A rectangle of the image plane. */
@@ -37,22 +37,23 @@ typedef struct area {
 } area;
 
 typedef struct bundle {
-    SHD_ALIGNED double p[SHD_RAYS], q[SHD_RAYS], cosine[SHD_RAYS]; /* of the ray and the depth */
-    double near[SHD_RAYS];                                         /* only a depth > near counts */
-    double depth[SHD_RAYS], name[SHD_RAYS];   /* of the nearest so far; infinity: none */
-    double second[SHD_RAYS], third[SHD_RAYS]; /* the weights of its corners */
+    SHD_ALIGNED double p[SHD_RAYS], q[SHD_RAYS]; /* on the image plane */
+    double cosine[SHD_RAYS];                     /* between the ray and the camera's axis */
+    double near[SHD_RAYS];                       /* only a depth > near counts */
+    double depth[SHD_RAYS], name[SHD_RAYS];      /* of the nearest triangle; infinity: none */
+    double second[SHD_RAYS], third[SHD_RAYS];    /* the weights of its corners */
     double left[GROUPS], right[GROUPS], bottom[GROUPS], top[GROUPS];
     area all;
     double reach; /* nothing farther is wanted */
-    double slack; /* what rounding may change of depths, and more */
-    /* A box is left out where one of these linear functions, but that of DEPTH, is negative all
-     * over it: how far it is within each side of the bundle, and before the eye and `reach`. */
+    double slack; /* more than rounding changes depths by */
+    /* Linear functions: how far a point is within each side of the bundle, and before the eye and
+     * `reach`. A box is left out if one of them, but that of DEPTH, is negative all over it. */
     SHD_ALIGNED double x[SIDES], y[SIDES], z[SIDES], fixed[SIDES];
 } bundle;
 
 /* ---- The bundle. ---- */
 
-/* The extremes of pairs. */
+/* Finds the extremes of pairs. */
 SHD_ALWAYS void halve_extremes(const double *low, const double *high, int pairs,
                                double *restrict least, double *restrict most) {
     for (int i = 0; i < pairs; i++) {
@@ -61,7 +62,7 @@ SHD_ALWAYS void halve_extremes(const double *low, const double *high, int pairs,
     }
 }
 
-/* A little more than the extremes of groups. */
+/* Finds a little more than the extremes of groups. */
 SHD_ALWAYS void bound_groups(const double *restrict at, double *restrict least,
                              double *restrict most) {
     SHD_ALIGNED double low[2][SHD_RAYS / 2], high[2][SHD_RAYS / 2];
@@ -95,7 +96,7 @@ static void set_function(bundle *k, int at, shd_vec3 n, double fixed) {
     k->fixed[at] = fixed;
 }
 
-/* Side `at`: sign * (row - bound * w) of points, and how much rounding may change it. */
+/* Sets the function of a side: sign * (row - bound * w), and more than rounding changes it by. */
 static void set_side(const shd_mesh_view *view, bundle *k, int at, double sign, shd_vec3 row,
                      double bound) {
     const shd_vec3 w = view->orthographic ? (shd_vec3){0, 0, 0} : view->rows[2];
@@ -166,7 +167,7 @@ SHD_INLINE bool try_rays(bundle *k, int at, const shd_seen_vertex *a, const shd_
                  positive = shd_vd_gt(shd_vd_max(shd_vd_max(u, v), w), zero);
     if (!(shd_md_bits(negative) ^ shd_md_bits(positive))) return false;
 
-    /* Of a triangle that is seen from its edge, all three may round to 0 or one sign beside it. */
+    /* Beside a triangle that is seen from its edge, all three may round to 0 or to one sign. */
     const shd_vd left = shd_vd_min(shd_vd_min(ax, bx), cx),
                  right = shd_vd_max(shd_vd_max(ax, bx), cx),
                  low = shd_vd_min(shd_vd_min(ay, by), cy),
@@ -203,7 +204,7 @@ static inline double most_of_three(double a, double b, double c) {
     return shd_larger(shd_larger(a, b), c);
 }
 
-/* Bit g: group g may meet what lies within `there`. */
+/* The groups that may meet what lies in `there`: bit g is group g. */
 static inline unsigned groups_in(const bundle *k, area there) {
     unsigned groups = 0;
     for (int g = 0; g < GROUPS; g++) {
@@ -239,7 +240,7 @@ static bool try_triangle(bundle *k, const shd_mesh_view *view, const shd_leaf *l
 
 /* ---- The tree. ---- */
 
-/* Whether any ray may meet the box; from which depth on. */
+/* Whether any ray may meet the box, and from which depth on. */
 SHD_INLINE bool may_meet(const bundle *k, const shd_branch *b, double *depth) {
     SHD_ALIGNED double most[SIDES];
     unsigned out = 0;
@@ -337,11 +338,12 @@ bool SHD_VARIANT(shd_find_mesh)(const shd_lens *lens, const shd_item *it, const 
 
 /* ---- Surfaces. ---- */
 
-/* A triangle: its first corner, and from it to the others; its normal by them; and those of its
- * corners, of the side that is seen. */
+/* A triangle. */
 typedef struct facet {
     uint32_t triangle;
-    double at[3], ab[3], ac[3], face[3], normal[3][3];
+    double at[3], ab[3], ac[3]; /* the first corner, and from it to the others */
+    double face[3];             /* the normal by these */
+    double normal[3][3];        /* the corners' normals, of the side that is seen */
 } facet;
 
 static void store_vector(shd_vec3 v, double out[3]) {
@@ -377,8 +379,8 @@ typedef struct place {
     shd_vd point[3], normal[3];
 } place;
 
-/* From a corner: a triangle with one y has all of its points there, so that a light at this y does
- * not shine on some of them. */
+/* Points are reckoned from a corner. If all corners of a triangle have one y, so do all of its
+ * points, and no light at this y shines on some of them. */
 SHD_INLINE void set_place(const facet *f, shd_vd u, shd_vd v, place *out) {
     for (int c = 0; c < 3; c++) {
         out->point[c] = shd_vd_set(f->at[c]) + shd_vd_set(f->ab[c]) * u + shd_vd_set(f->ac[c]) * v;
@@ -386,7 +388,7 @@ SHD_INLINE void set_place(const facet *f, shd_vd u, shd_vd v, place *out) {
     }
 }
 
-/* The interpolated normal; the plane's own where they cancel. */
+/* Sets the interpolated normal. If the corners' normals cancel, the plane's own stays. */
 SHD_INLINE void set_smooth(const facet *f, shd_vd u, shd_vd v, place *out) {
     const shd_vd zero = shd_vd_set(0), first = shd_vd_set(1) - u - v;
     shd_vd sum[3], size = zero;
@@ -399,8 +401,8 @@ SHD_INLINE void set_smooth(const facet *f, shd_vd u, shd_vd v, place *out) {
     for (int c = 0; c < 3; c++) out->normal[c] = shd_vd_select(some, sum[c], out->normal[c]);
 }
 
-/* Vectors of rays, most of which meet the same triangle as their neighbors: each triangle of them
- * in turn. Lanes that meet nothing of the object keep what is there. */
+/* Most rays of a vector meet the same triangle. So each triangle is set for all of them, in turn.
+ * Lanes that meet nothing of the object keep what is there. */
 void SHD_VARIANT(shd_place_mesh)(const shd_item *it, double object, const shd_stage *hits,
                                  shd_surfaces *out) {
     enum { WIDE = SHD_W / 2 };

@@ -8,9 +8,9 @@
 
 enum {
     BINS = 16,
-    FEW = 4,       /* triangles that are not split further */
-    LEAST = 2,     /* on either side of a split, so that there are fewer branches than leaves */
-    SAH_DEPTH = 60 /* below it halves, however they lie */
+    FEW = 4,       /* as many triangles are not split further */
+    LEAST = 2,     /* triangles on either side of a split: there are fewer branches than leaves */
+    SAH_DEPTH = 60 /* below this depth, triangles are split in halves, however they lie */
 };
 
 /* A triangle while the tree is made. */
@@ -28,7 +28,7 @@ typedef struct job {
     int depth;
 } job;
 
-/* Its flag ends every loop; what these return then is not used. */
+/* The flag ends every loop. What the loops return then is not used. */
 typedef struct planter {
     const shd_triangles *triangles;
     const atomic_bool *cancelled;
@@ -51,7 +51,6 @@ static inline double half_area(const box *b) {
     return x * y + y * z + z * x;
 }
 
-/* Twice the middle. */
 static inline double twice_middle(const part *p, int c) {
     return p->low[c] + p->high[c];
 }
@@ -73,7 +72,7 @@ static void measure_mesh(planter *w) {
     w->tree->scale = ldexp(1, -exponent);
 }
 
-/* Those with an area. */
+/* Lists the triangles with an area. Returns how many there are. */
 static uint32_t list_parts(planter *w) {
     uint32_t count = 0;
     for (uint32_t i = 0; i < w->triangles->triangle_count; i++) {
@@ -96,7 +95,7 @@ static int compare_corners(const shd_triangles *t, uint32_t a, uint32_t b) {
 
 static shd_leaf make_leaf(const shd_triangles *t, uint32_t triangle) {
     const uint32_t *given = t->indices + 3 * (size_t)triangle;
-    uint32_t place[3] = {0, 0, 0}; /* of each corner: how many come before it */
+    uint32_t place[3] = {0, 0, 0}; /* how many corners come before this one */
     for (int i = 0; i < 3; i++)
         for (int k = i + 1; k < 3; k++) place[compare_corners(t, given[i], given[k]) > 0 ? i : k]++;
     shd_leaf leaf = {.name = 16 * triangle + 4 * place[0] + place[1]};
@@ -122,8 +121,8 @@ static void swap_parts(part *a, part *b) {
     *b = before;
 }
 
-/* Heapsort (J. W. J. Williams, "Algorithm 232: Heapsort", 1964): the library's sorts cannot be
- * left. */
+/* Heapsort (J. W. J. Williams, "Algorithm 232: Heapsort", 1964). It is written here because the
+ * library's sorts cannot be cancelled. */
 static void sort_parts(const planter *w, part *parts, uint32_t count) {
     const shd_triangles *t = w->triangles;
     uint32_t first = count / 2, end = count; /* [first, end) is a heap, the rest is in order */
@@ -164,8 +163,8 @@ typedef struct bins {
 } bins;
 
 typedef struct cut {
-    double low, steps; /* bin = (middle - low) steps */
-    int axis, at;      /* bins below `at` are on the left; 0: none is worth it */
+    double low, steps; /* bin = (twice_middle - low) steps */
+    int axis, at;      /* bins below `at` are on the left; 0: no cut is worth it */
 } cut;
 
 static inline int bin_of(const cut *c, const part *p) {
@@ -224,7 +223,8 @@ static uint32_t part_by(const planter *w, const cut *c, part *parts, uint32_t co
     return left;
 }
 
-/* Sorts parts into two sides; returns how many are on the left. They may have become fewer. */
+/* Sorts parts into two sides. Returns how many are on the left. *count falls if some are repeated.
+ */
 static uint32_t split_parts(const planter *w, part *parts, uint32_t *count, int depth) {
     box middles = EMPTY;
     for (uint32_t i = 0; i < *count && !shd_is_cancelled_at(w->cancelled, i); i++) {
@@ -276,8 +276,8 @@ static void put_leaves(const planter *w, const job *j, uint32_t count) {
         tree->leaves[tree->leaf_count++] = make_leaf(w->triangles, w->parts[j->first + i].triangle);
 }
 
-/* Depth first, the smaller side at once: what waits is at most half as much each time. False: it
- * was cancelled. */
+/* Grows the tree depth first. The smaller side is grown at once, so that 64 larger ones may wait.
+ * False: it was cancelled. */
 static bool grow_tree(planter *w, uint32_t count) {
     job waiting[64], now = {0, 0, count, 0};
     int waits = 0;

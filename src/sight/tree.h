@@ -1,9 +1,9 @@
 /* A tree of boxes over a mesh's triangles. Inside of sight/.
  *
- * In the mesh's own frame, so that it does not depend on the camera, scaled by a power of 2 to
- * coordinates of at most 1. Boxes are exact: the least and largest coordinates of corners, in f64.
- * What a ray meets is decided by triangles, and trees only leave out what no ray of a bundle may
- * meet, so that no hit depends on how a tree was built. */
+ * It is in the mesh's own frame, so that it does not depend on the camera, scaled by a power of 2
+ * to coordinates of at most 1. Boxes are exact: the least and largest coordinates of corners, in
+ * f64. Triangles decide what a ray meets. A tree only leaves out what no ray of a bundle may meet,
+ * so that no hit depends on how it was built. */
 #ifndef SHD_SIGHT_TREE_H
 #define SHD_SIGHT_TREE_H
 
@@ -13,16 +13,17 @@
 
 typedef struct shd_branch {
     double low[3], high[3];
-    uint32_t first, count; /* count > 0: leaves [first, first + count); 0: branches first and
-                              first + 1 */
+    /* count > 0: leaves [first, first + count). 0: branches first and first + 1. */
+    uint32_t first, count;
 } shd_branch;
 
-/* Its corners ascend by x, then y, then z: triangles of the same corners, in any order, are met by
- * the same arithmetic. */
+/* A triangle. Its corners ascend by x, then y, then z, so that triangles with the same corners, in
+ * any order, are met by the same arithmetic. */
 typedef struct shd_leaf {
     uint32_t corner[3]; /* vertices */
-    uint32_t name;      /* 16 times the triangle's index, plus where its first and its second corner
-                           are among these (0 to 2): 4 first + second */
+    /* 16 triangle + 4 first + second: the triangle's index, and which of these corners (0 to 2) its
+     * first and its second corner are. */
+    uint32_t name;
 } shd_leaf;
 
 /* A path from the root to a leaf has no more branches. A leaf's name is an int32_t, so that a tree
@@ -34,7 +35,7 @@ struct shd_mesh_tree {
     int exponent;
     shd_branch *branches; /* [branch_count], the root first */
     uint32_t branch_count;
-    shd_leaf *leaves;  /* of triangles with an area, but for repeated ones: */
+    shd_leaf *leaves;  /* triangles with an area, but for repeated ones */
     size_t leaf_count; /* 0: there are no branches */
 };
 
