@@ -12,29 +12,29 @@
 typedef struct shd_plan_light {
     size_t index;     /* in shd_scene.lights */
     bool directional; /* no position, no attenuation */
-    bool attenuated;  /* false: 1/(a + b d + c d^2) is the constant `gain` */
+    bool attenuated;  /* false: attenuation is the constant `gain` */
     bool spot;
     shd_vec3 position; /* point, spot */
     shd_vec3 toward;   /* directional: unit vector from any surface to the light */
     shd_vec3 axis;     /* spot: unit vector along which it shines */
     double color[3];   /* Il */
-    double a, b, c;    /* attenuation divided by its largest term; see `gain` */
+    double a, b, c;    /* attenuation's terms, divided by the largest */
     double gain;       /* 1 / that largest term */
     double min_distance;
-    /* Spot cones as 1 - cos of the half-angle, which |axis + L|^2 / 2 is compared with: near
-     * the axis cosines cancel and chords do not. inner <= outer <= 2. */
+    /* A spot's cones, as 1 - cos of the half-angle. |axis + L|^2 / 2 is compared with these,
+     * because cosines cancel near the axis and chords do not. inner <= outer <= 2. */
     double outer, inner;
     double exponent;
     bool steep; /* too steep for f32: a narrow fade, a high exponent, or one below 1 */
 } shd_plan_light;
 
-/* Whether its cone ends without a penumbra: light jumps there, so that f32 may not decide on which
- * side a point is. */
+/* Whether the light's cone ends without a penumbra. Light jumps there, so that f32 may not decide
+ * on which side a point is. */
 static inline bool shd_has_hard_rim(const shd_plan_light *light) {
     return light->spot && !(light->outer > light->inner);
 }
 
-/* f, of a surface point at the distance. */
+/* The attenuation f at a surface point at the distance. */
 static inline double shd_attenuation(const shd_plan_light *light, double distance) {
     if (!light->attenuated) return light->gain;
     const double d = distance > light->min_distance ? distance : light->min_distance;
