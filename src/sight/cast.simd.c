@@ -1,8 +1,8 @@
-/* A batch of rays: made, carried into each object's frame, met, and the nearest hits carried back
- * into the world or the plan's frame. Compiled once an instruction set.
+/* A batch of rays is made, carried into each object's frame and cast there, and the nearest hits
+ * are carried back into the world's or the plan's frame. Compiled once an instruction set.
  *
- * An object is first only asked for t. When it is known which objects the lanes hit, each of these
- * gives its surface, from the same formulas. */
+ * At first an object only tells t. When it is known which objects the lanes hit, each of these
+ * tells its surface, from the same formulas. */
 #include <float.h>
 
 #include "base/simd.h"
@@ -11,8 +11,8 @@
 
 /* ---- Other shapes, in their frames. ---- */
 
-/* Everything of finite size is moved closer. */
-static void carry(const shd_item *it, const shd_batch *restrict b, shd_work *restrict w) {
+/* Carries rays into an item's frame. Unless it is a plane, they are then moved closer. */
+static void carry_rays(const shd_item *it, const shd_batch *restrict b, shd_work *restrict w) {
     const shd_affine m = it->from_world;
     const shd_vec3 eye = it->eye, forward = it->forward;
     const double blind = it->blind;
@@ -44,20 +44,20 @@ static void carry(const shd_item *it, const shd_batch *restrict b, shd_work *res
     if (it->shape != SHD_PLANE) SHD_EACH_LANE(i) shd_approach(w, i);
 }
 
-/* t of an item that is no mesh; `work` keeps what its surface is made from. */
-static void find(const shd_item *it, const shd_batch *b, shd_work *work, double *restrict t) {
+/* Finds t of an item that is no mesh. `work` keeps what its surface is made from. */
+static void find_shape(const shd_item *it, const shd_batch *b, shd_work *work, double *restrict t) {
     if (it->ball) {
         SHD_VARIANT(shd_find_ball)(it, b, t);
         return;
     }
-    carry(it, b, work);
+    carry_rays(it, b, work);
     SHD_VARIANT(shd_find_surfaces)(it->shape, it->tube, work);
     SHD_EACH_LANE(i) t[i] = work->t[i] + work->shift[i];
 }
 
 /* ---- Back into the world. ---- */
 
-/* Unit normals in the world, in place, from outward unit normals of the unit form. */
+/* Makes unit normals in the world, in place, from outward unit normals of the unit form. */
 static void turn_normals(const shd_item *it, const shd_batch *restrict b,
                          double n[restrict 3][SHD_RAYS]) {
     const shd_affine k = it->normal_map;
@@ -83,7 +83,7 @@ static void turn_normals(const shd_item *it, const shd_batch *restrict b,
         double wx = k.linear[0][0] * x + k.linear[0][1] * y + k.linear[0][2] * z;
         double wy = k.linear[1][0] * x + k.linear[1][1] * y + k.linear[1][2] * z;
         double wz = k.linear[2][0] * x + k.linear[2][1] * y + k.linear[2][2] * z;
-        /* Scaled by the largest component first: thin objects have tiny normals. */
+        /* They are scaled by the largest component first, for thin objects have tiny normals. */
         double ax = fabs(wx), ay = fabs(wy), az = fabs(wz);
         double most = ax > ay ? ax : ay;
         most = most > az ? most : az;
@@ -92,7 +92,7 @@ static void turn_normals(const shd_item *it, const shd_batch *restrict b,
         wy *= inverse;
         wz *= inverse;
         double square = wx * wx + wy * wy + wz * wz, scale = shd_inverse_root(square);
-        /* A sliver without a normal (0/0) is shaded somehow: as if it faced the viewer. */
+        /* A sliver without a normal (0/0) is shaded as if it faced the viewer. */
         wx = square > 0 ? wx * scale : -ux;
         wy = square > 0 ? wy * scale : -uy;
         wz = square > 0 ? wz * scale : -uz;
@@ -114,16 +114,16 @@ static void move_points(const shd_affine *m, const double p[restrict 3][SHD_RAYS
     }
 }
 
-/* Beyond f32's range is its end: far out on a plane. */
-static void narrow(const double *restrict x, float *restrict out) {
+/* Far out on a plane, values beyond f32's range become its end. */
+static void narrow_to_f32(const double *restrict x, float *restrict out) {
     SHD_EACH_LANE(i) {
         double low = x[i] > -FLT_MAX ? x[i] : -FLT_MAX;
         out[i] = (float)(low < FLT_MAX ? low : FLT_MAX);
     }
 }
 
-/* The sum of two floats, as shd_split32 of shade/split32.h. */
-static void split(const double *restrict x, float *restrict high, float *restrict low) {
+/* Splits values into sums of two floats, as shd_split32 of shade/split32.h does. */
+static void split_to_f32(const double *restrict x, float *restrict high, float *restrict low) {
     SHD_EACH_LANE(i) {
         double least = x[i] > -1e30 ? x[i] : -1e30, held = least < 1e30 ? least : 1e30;
         double t = held * 536870913.0; /* 2^29 + 1 */
@@ -149,23 +149,23 @@ static void narrow_directions(const shd_batch *restrict b, const double n[restri
     }
 }
 
-/* What is seen of an object, in every lane, from its points and outward normals. Both are used
+/* Makes what is seen of an object, in every lane, of its points and outward normals, which are used
  * up. */
-static void show(const shd_item *it, const shd_batch *b, shd_wants wants, shd_surfaces *s,
-                 shd_stage *out) {
+static void show_surfaces(const shd_item *it, const shd_batch *b, shd_wants wants, shd_surfaces *s,
+                          shd_stage *out) {
     turn_normals(it, b, s->normal);
     if (wants.world) {
         SHD_ALIGNED double world[3][SHD_RAYS];
         move_points(&it->to_world, s->point, world);
-        for (int c = 0; c < 3; c++) narrow(world[c], out->world32[c]);
+        for (int c = 0; c < 3; c++) narrow_to_f32(world[c], out->world32[c]);
     }
     if (wants.fast) {
         move_points(&it->to_frame, s->point, out->position);
         for (int c = 0; c < 3; c++) {
             if (wants.low)
-                split(out->position[c], out->position32[c], out->low32[c]);
+                split_to_f32(out->position[c], out->position32[c], out->low32[c]);
             else
-                narrow(out->position[c], out->position32[c]);
+                narrow_to_f32(out->position[c], out->position32[c]);
         }
         narrow_directions(b, s->normal, out->normal32, out->mirror32);
         return;
@@ -174,7 +174,7 @@ static void show(const shd_item *it, const shd_batch *b, shd_wants wants, shd_su
     memcpy(out->normal, s->normal, sizeof out->normal);
 }
 
-/* Shows object `object`, whose `work` is made already or must be made again. */
+/* Shows object `object`. Unless it is `made`, its `work` is made again. */
 static void show_object(const shd_sight *sight, int object, shd_batch *b, shd_work *work, bool made,
                         shd_wants wants, const shd_stage *hits, shd_stage *out) {
     const shd_item *it = &sight->items[object];
@@ -188,44 +188,44 @@ static void show_object(const shd_sight *sight, int object, shd_batch *b, shd_wo
     } else if (it->shape == SHD_MESH) {
         SHD_VARIANT(shd_place_mesh)(it, object, hits, &b->surfaces);
     } else {
-        if (!made) find(it, b, work, t);
+        if (!made) find_shape(it, b, work, t);
         SHD_VARIANT(shd_place_surfaces)(it->shape, it->tube, work, &b->surfaces);
     }
-    show(it, b, wants, &b->surfaces, out);
+    show_surfaces(it, b, wants, &b->surfaces, out);
 }
 
 /* Takes the lanes of `from` that hit `object`. */
-static void take32(const double *restrict object, double wanted, const float *restrict from,
-                   float *restrict to) {
+static void take_floats(const double *restrict object, double wanted, const float *restrict from,
+                        float *restrict to) {
     SHD_EACH_LANE(i) to[i] = object[i] == wanted ? from[i] : to[i];
 }
 
-static void take64(const double *restrict object, double wanted, const double *restrict from,
-                   double *restrict to) {
+static void take_doubles(const double *restrict object, double wanted, const double *restrict from,
+                         double *restrict to) {
     SHD_EACH_LANE(i) to[i] = object[i] == wanted ? from[i] : to[i];
 }
 
-static void take(const shd_stage *from, double object, shd_wants wants, shd_stage *to) {
+static void take_hits(const shd_stage *from, double object, shd_wants wants, shd_stage *to) {
     for (int c = 0; c < 3; c++) {
-        if (wants.world) take32(to->object, object, from->world32[c], to->world32[c]);
+        if (wants.world) take_floats(to->object, object, from->world32[c], to->world32[c]);
         if (wants.fast) {
-            take32(to->object, object, from->position32[c], to->position32[c]);
-            take32(to->object, object, from->normal32[c], to->normal32[c]);
-            take32(to->object, object, from->mirror32[c], to->mirror32[c]);
-            if (wants.low) take32(to->object, object, from->low32[c], to->low32[c]);
+            take_floats(to->object, object, from->position32[c], to->position32[c]);
+            take_floats(to->object, object, from->normal32[c], to->normal32[c]);
+            take_floats(to->object, object, from->mirror32[c], to->mirror32[c]);
+            if (wants.low) take_floats(to->object, object, from->low32[c], to->low32[c]);
         } else {
-            take64(to->object, object, from->position[c], to->position[c]);
-            take64(to->object, object, from->normal[c], to->normal[c]);
+            take_doubles(to->object, object, from->position[c], to->position[c]);
+            take_doubles(to->object, object, from->normal[c], to->normal[c]);
         }
     }
 }
 
 /* ---- A batch. ---- */
 
-/* Hits this near to each other, relative, are asked for what rounding may have moved them by. */
+/* For hits that differ by no more than this, relative, it is asked how far rounding moved them. */
 static const double CLOSE = 0x1p-24;
 
-/* Adds what rounding may have moved t by, in the lanes that hit `object`. */
+/* Adds how far rounding may have moved t, in the lanes that hit `object`. */
 static void add_rounding(const shd_sight *sight, double object, shd_batch *b, const double *t,
                          const double *whose, const uint32_t *triangle, double *margin) {
     const shd_item *it = &sight->items[(int)object];
@@ -235,7 +235,7 @@ static void add_rounding(const shd_sight *sight, double object, shd_batch *b, co
     if (it->ball) {
         SHD_VARIANT(shd_place_ball)(it, b, s);
     } else if (it->shape != SHD_MESH) {
-        find(it, b, &work, again);
+        find_shape(it, b, &work, again);
         SHD_VARIANT(shd_place_surfaces)(it->shape, it->tube, &work, s);
     }
     for (int i = 0; i < SHD_RAYS; i++) {
@@ -252,7 +252,7 @@ static void add_rounding(const shd_sight *sight, double object, shd_batch *b, co
     }
 }
 
-/* How many lanes hit an object; they are taken from `left`. */
+/* Returns how many lanes hit an object, and takes them from `left`. */
 static size_t take_lanes(double *restrict left, double object) {
     long long lanes = 0;
     SHD_EACH_LANE(i) {
@@ -263,8 +263,8 @@ static size_t take_lanes(double *restrict left, double object) {
     return (size_t)lanes;
 }
 
-/* What rounding may have moved two hits by, in the lanes where they are close; else 0. `triangle`:
- * of `object`. Returns whether there are such lanes. */
+/* Finds how far rounding may have moved two hits, in the lanes in which they are close; it is 0 in
+ * the others. `triangle` is of `object`. Returns whether there are such lanes. */
 static bool find_margins(const shd_sight *sight, double object, shd_batch *b, const double *t,
                          const uint32_t *triangle, const shd_stage *best, double *margin) {
     SHD_ALIGNED double whose[SHD_RAYS], mine[SHD_RAYS];
@@ -316,7 +316,7 @@ static bool keep_nearer(const shd_sight *sight, double object, shd_batch *b,
     return any;
 }
 
-/* The same, where no lane hit anything before. */
+/* The same if no lane has hit anything before. */
 static bool keep_first(double object, const double *restrict t, shd_stage *restrict best) {
     const shd_vd mine = shd_vd_set(object), nothing = shd_vd_set(SHD_NOTHING),
                  missed = shd_vd_set(INFINITY);
@@ -331,8 +331,8 @@ static bool keep_first(double object, const double *restrict t, shd_stage *restr
     return any;
 }
 
-/* t of all lanes at least; times are positive, so that their bits are in their order. */
-static double farthest(const double *restrict t) {
+/* The largest t of any lane. They are positive, so that their bits are in their order. */
+static double farthest_hit(const double *restrict t) {
     int64_t most = 0;
     SHD_EACH_LANE(i) {
         const int64_t bits = (int64_t)shd_bits64_of(t[i]);
@@ -367,19 +367,19 @@ static int find_nearest(const shd_sight *sight, const uint32_t *candidates, size
                 !(some ? keep_nearer(sight, object, b, met.t, met.triangle, out)
                        : keep_first(object, met.t, out)))
                 continue;
-            take64(out->object, object, met.u, out->u);
-            take64(out->object, object, met.v, out->v);
+            take_doubles(out->object, object, met.u, out->u);
+            take_doubles(out->object, object, met.v, out->v);
             SHD_EACH_LANE(i)
             out->triangle[i] = out->object[i] == object ? met.triangle[i] : out->triangle[i];
         } else {
-            find(it, b, &b->work[!held], t);
+            find_shape(it, b, &b->work[!held], t);
             if (!(some ? keep_nearer(sight, object, b, t, NULL, out) : keep_first(object, t, out)))
                 continue;
             held = !held;
             *holder = (int)candidates[k];
         }
         some = true;
-        if (count > 4) limit = farthest(out->t) * (1 + 2 * CLOSE);
+        if (count > 4) limit = farthest_hit(out->t) * (1 + 2 * CLOSE);
     }
     return held;
 }
@@ -406,14 +406,14 @@ static void show_hits(const shd_sight *sight, shd_batch *b, int held, int holder
             show_object(sight, (int)object, b, work, made, wants, out, out);
         } else {
             show_object(sight, (int)object, b, work, made, wants, out, &part);
-            take(&part, object, wants, out);
+            take_hits(&part, object, wants, out);
         }
         shown += (int)mine;
     }
 }
 
-static size_t cast(const shd_sight *sight, const uint32_t *candidates, size_t candidate_count,
-                   const shd_shots *shots, size_t first, shd_wants wants, shd_stage *out) {
+static size_t cast_batch(const shd_sight *sight, const uint32_t *candidates, size_t candidate_count,
+                         const shd_shots *shots, size_t first, shd_wants wants, shd_stage *out) {
     const size_t left = shots->count - first;
     const int used = left < SHD_RAYS ? (int)left : SHD_RAYS;
     const shd_item *one = candidate_count == 1 ? &sight->items[candidates[0]] : NULL;
@@ -444,4 +444,4 @@ static size_t cast(const shd_sight *sight, const uint32_t *candidates, size_t ca
     return hits;
 }
 
-const shd_cast_kernel SHD_VARIANT(shd_cast_kernel) = {cast, SHD_VARIANT(shd_append_hits)};
+const shd_cast_kernel SHD_VARIANT(shd_cast_kernel) = {cast_batch, SHD_VARIANT(shd_append_hits)};

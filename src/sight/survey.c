@@ -11,12 +11,12 @@
 
 #include "sight/batch.h"
 
-/* A pixel's share by which outlines are widened on all sides. */
+/* The part of a pixel by which outlines are widened on all sides. */
 static const double WIDER = 1e-2;
 
 /* ---- Outlines. ---- */
 
-/* In the camera's frame. */
+/* A vector in the camera's frame. */
 static shd_vec3 in_camera(const shd_camera *camera, shd_vec3 v) {
     return (shd_vec3){shd_dot(v, camera->right), shd_dot(v, camera->up), -shd_dot(v, camera->back)};
 }
@@ -26,7 +26,7 @@ typedef struct range {
 } range;
 
 /* The slopes x/z of tangents from the origin to a circle around (x, z), which lies at z > 0. */
-static range tangents(double x, double z, double radius) {
+static range tangent_slopes(double x, double z, double radius) {
     double square = x * x + z * z - radius * radius;
     if (!(square > 0)) return (range){-INFINITY, INFINITY};
     double length = sqrt(square);
@@ -34,12 +34,12 @@ static range tangents(double x, double z, double radius) {
                    (x * length + z * radius) / (z * length - x * radius)};
 }
 
-static range common(range a, range b) {
+static range common_range(range a, range b) {
     return (range){fmax(a.low, b.low), fmin(a.high, b.high)};
 }
 
-/* What rounding may move on the image plane, and more. */
-static range widened(range r) {
+/* Widens a range by more than rounding moves it on the image plane. */
+static range widened_range(range r) {
     return (range){r.low - 1e-12 * (1 + fabs(r.low)), r.high + 1e-12 * (1 + fabs(r.high))};
 }
 
@@ -51,11 +51,10 @@ typedef struct sighting {
     uint32_t object;
 } sighting;
 
-/* From the image plane to pixels. Rounding to f32 is less than a hundredth of a pixel for any that
- * there is. */
+/* Sets a frame from the image plane. Rounding to f32 is less than a hundredth of any pixel. */
 static void set_frame(const shd_lens *lens, const sighting *from, const shd_frames *frames,
                       size_t k) {
-    range p = widened(from->p), q = widened(from->q);
+    range p = widened_range(from->p), q = widened_range(from->q);
     frames->left[k] = (float)((p.low / lens->half_x + 1) * lens->width / 2 - WIDER);
     frames->right[k] = (float)((p.high / lens->half_x + 1) * lens->width / 2 + WIDER);
     frames->top[k] = (float)((1 - q.high / lens->half_y) * lens->height / 2 - WIDER);
@@ -70,8 +69,7 @@ static bool corner_ranges(const shd_sight *sight, size_t index, range *p, range 
     if (!shd_object_box(object, &low, &high)) return false;
     *p = *q = (range){INFINITY, -INFINITY};
     for (int corner = 0; corner < 8; corner++) {
-        shd_vec3 at = {corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y,
-                       corner & 4 ? high.z : low.z};
+        shd_vec3 at = shd_box_corner(low, high, corner);
         shd_vec3 from = shd_sub(object->transform.origin, camera->position);
         shd_vec3 v = in_camera(camera, shd_add(shd_linear(&object->transform, at), from));
         if (camera->projection == SHD_PERSPECTIVE) {
@@ -85,8 +83,8 @@ static bool corner_ranges(const shd_sight *sight, size_t index, range *p, range 
     return true;
 }
 
-/* Where a mesh's vertices are seen, and how far they are from its middle `v`, all of this as rays
- * see it. False: not all are before the eye. */
+/* Finds where a mesh's vertices are seen, and how far they are from its middle `v`, as rays see
+ * them. False: not all are before the eye. */
 static bool vertex_ranges(const shd_item *it, shd_vec3 v, range *p, range *q, double *radius) {
     const shd_mesh_view *view = &it->view;
     double square = 0;
@@ -106,14 +104,14 @@ static bool vertex_ranges(const shd_item *it, shd_vec3 v, range *p, range *q, do
     return true;
 }
 
-/* A plane is hit where the ray goes toward it: on one side of a line on the image plane. */
+/* A ray hits a plane if it goes toward it: on one side of a line on the image plane. */
 static void outline_plane(const shd_sight *sight, const shd_item *it, shd_outline *out) {
     const shd_camera *camera = sight->lens.camera;
     const double *m = it->from_world.linear[1];
     const shd_vec3 up = in_camera(camera, (shd_vec3){m[0], m[1], m[2]});
     const bool orthographic = camera->projection == SHD_ORTHOGRAPHIC;
-    /* The part that is the same for all rays, and the one that depends on the pixel: the ray's
-     * direction or its origin, along the plane's normal. */
+    /* Along the plane's normal, either the ray's origin or its direction is fixed for all rays, and
+     * the other one depends on the pixel. */
     double fixed = orthographic ? up.z : it->eye.y, sign = fixed > 0 ? 1 : -1;
     out->kind = fixed == 0 ? SHD_OUTLINE_NONE : SHD_OUTLINE_HALF;
     out->center = (shd_vec3){sign * up.x, sign * up.y, sign * (orthographic ? it->eye.y : up.z)};
@@ -160,13 +158,13 @@ static void outline_sphere(const shd_sight *sight, size_t index, const shd_item 
             out->margin = 1e-13 * distance;
         }
         if (v.z > radius) {
-            s->p = tangents(v.x, v.z, radius);
-            s->q = tangents(v.y, v.z, radius);
+            s->p = tangent_slopes(v.x, v.z, radius);
+            s->q = tangent_slopes(v.y, v.z, radius);
         }
     }
     if (ranged) {
-        s->p = common(s->p, p);
-        s->q = common(s->q, q);
+        s->p = common_range(s->p, p);
+        s->q = common_range(s->q, q);
     }
 }
 
@@ -207,11 +205,11 @@ bool shd_sight_outline(shd_sight *sight, shd_arena *arena) {
 
 /* ---- Rectangles of pixels. ---- */
 
-/* On the image plane: the middle, and half of the diagonal. */
+/* A rectangle of pixels. */
 typedef struct window {
     float left, right, top, bottom; /* pixels */
-    double p, q, across, down;      /* middle, and half of the sides */
-    double h, k;
+    double p, q, across, down;      /* the middle, and half of the sides, on the image plane */
+    double h, k;                    /* half of the diagonal there, and sqrt(c.c - h h) */
 } window;
 
 static window make_window(const shd_lens *lens, double x, double y, double w, double h) {
@@ -292,7 +290,7 @@ static inline bool reaches_into(const shd_frames *f, size_t k, const window *w) 
              (f->top[k] > w->bottom));
 }
 
-/* The ranks of those that may be seen. */
+/* Lists the ranks of objects that may be seen. Returns how many. */
 static size_t look_through(const shd_sight *sight, const window *w, uint32_t *ranks) {
     enum { CHUNK = 64 };
     size_t count = 0;

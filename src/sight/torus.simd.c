@@ -1,5 +1,5 @@
 /* The torus, a vector of rays at a time. (|p|^2 + 1 - r^2)^2 = 4 (x^2 + z^2) along a ray is a
- * quartic, which from the line's nearest point to the centre has no cubic term: f = t^4 + p t^2 +
+ * quartic, which from the line's nearest point to the center has no cubic term: f = t^4 + p t^2 +
  * q t + s. It is convex before and after its inflections, at minus and plus sqrt(-p / 6), and
  * concave between them.
  *
@@ -22,17 +22,17 @@
 
 enum { LANES = SHD_W / 2, STEPS = 4 };
 
-/* On unit directions, from the line's nearest point to the centre. */
+/* Rays with unit directions, which begin where the line is nearest to the center. */
 typedef struct rays {
     shd_vd ox, oy, oz, dx, dy, dz;
     shd_vd inverse; /* 1 / the direction's length as it came */
     shd_vd along;   /* from the origin as it came */
     shd_vd near;    /* only t > near counts */
-    shd_vd m;       /* the square of that point's distance */
+    shd_vd m;       /* the square of that point's distance from the center */
     shd_vd p, q, s;
 } rays;
 
-static inline shd_vd magnitude(shd_vd x) {
+static inline shd_vd magnitude_of(shd_vd x) {
     return shd_vd_max(x, -x);
 }
 
@@ -69,9 +69,9 @@ static inline shd_vd distance_at(const rays *r, double tube, shd_vd t, shd_vd *s
     return (off - tube) * (off + tube) + y * y;
 }
 
-/* ---- At once. ---- */
+/* ---- All at once. ---- */
 
-static inline shd_vf join(shd_vd a, shd_vd b) {
+static inline shd_vf join_vectors(shd_vd a, shd_vd b) {
     return shd_vf_join(shd_vh_narrow(a), shd_vh_narrow(b));
 }
 
@@ -84,7 +84,7 @@ static inline shd_vf clear_of_zero(shd_vf x) {
 typedef struct guess {
     shd_vf p, q, s, t;
     shd_mf bounded; /* within the sphere around the torus and the planes above and below it */
-    shd_mf early;   /* enters these before the first inflection */
+    shd_mf early;   /* they enter these before the first inflection */
 } guess;
 
 /* Where a root is looked for first: where the ray enters, or the second inflection if that is
@@ -92,20 +92,22 @@ typedef struct guess {
 static inline guess start_guess(double tube, const rays *a, const rays *b) {
     const float around = (float)(1 + tube) * (1 + 2e-6f), above = (float)tube + 2e-6f * around,
                 eps = 1e-5f * around;
-    const shd_vf p = join(a->p, b->p), none = shd_vf_set(0),
-                 per_y = 1 / clear_of_zero(join(a->dy, b->dy)),
-                 reach = shd_vf_sqrt(shd_vf_max(around * around - join(a->m, b->m), none)),
-                 half = above * shd_vf_max(per_y, -per_y), middle = join(a->oy, b->oy) * per_y,
+    const shd_vf p = join_vectors(a->p, b->p), none = shd_vf_set(0),
+                 per_y = 1 / clear_of_zero(join_vectors(a->dy, b->dy)),
+                 reach = shd_vf_sqrt(shd_vf_max(around * around - join_vectors(a->m, b->m), none)),
+                 half = above * shd_vf_max(per_y, -per_y),
+                 middle = join_vectors(a->oy, b->oy) * per_y,
                  low = shd_vf_max(-middle - half, -reach),
                  end = shd_vf_max(middle - half, -reach), /* negated */
         bend = shd_vf_sqrt(shd_vf_max(p * (-1.f / 6), none));
     const shd_mf early = shd_vf_gt(eps - bend, low);
     const shd_vf t = shd_vf_select(early, low, shd_vf_max(low, bend));
-    return (guess){p, join(a->q, b->q), join(a->s, b->s), t, shd_vf_gt(-end, low), early};
+    return (guess){p, join_vectors(a->q, b->q), join_vectors(a->s, b->s),
+                   t, shd_vf_gt(-end, low),     early};
 }
 
 /* Solves for f's parabola, and then by Halley's steps. */
-static inline void advance(guess *g, int step) {
+static inline void advance_guess(guess *g, int step) {
     const shd_vf t = g->t, square = t * t, value = ((square + g->p) * t + g->q) * t + g->s,
                  slope = (4 * square + 2 * g->p) * t + g->q, curve = 6 * square + g->p;
     if (step) {
@@ -140,18 +142,19 @@ static inline shd_vd excess_at(const rays *r, double tube, shd_vd t) {
 /* Writes exact roots, t from the origin as it came. If f64 tells what f is, f32 can tell what to
  * add. Returns a bit for each lane in which that is the first root beyond any doubt: a slope as
  * small as f32's rounding is left to the search. */
-static inline unsigned polish(double tube, const rays *a, const rays *b, const guess *g,
-                              double *restrict out) {
+static inline unsigned polish_roots(double tube, const rays *a, const rays *b, const guess *g,
+                                    double *restrict out) {
     const float around = 1 + (float)tube, flat = 2e-6f * around * around * around,
                 enough = 1e-9f * (float)tube;
     shd_vd t = shd_vd_widen(shd_vf_half(g->t, 0)), u = shd_vd_widen(shd_vf_half(g->t, 1));
     shd_vf near = g->t, slope = (4 * near * near + 2 * g->p) * near + g->q;
-    const shd_vf value = join(value_at(a, t), value_at(b, u)), curve = 6 * near * near + g->p;
+    const shd_vf value = join_vectors(value_at(a, t), value_at(b, u)),
+                 curve = 6 * near * near + g->p;
     shd_vf step = value * slope / (slope * slope - value * curve);
     t -= shd_vd_widen(shd_vf_half(step, 0)), u -= shd_vd_widen(shd_vf_half(step, 1));
     near -= step;
     slope = (4 * near * near + 2 * g->p) * near + g->q;
-    step = join(excess_at(a, tube, t), excess_at(b, tube, u)) / slope;
+    step = join_vectors(excess_at(a, tube, t), excess_at(b, tube, u)) / slope;
     t -= shd_vd_widen(shd_vf_half(step, 0)), u -= shd_vd_widen(shd_vf_half(step, 1));
     shd_mf sure = shd_vf_gt_in(is_first(tube, g), shd_vf_set(-flat), slope);
     sure = shd_vf_gt_in(sure, shd_vf_set(enough), shd_vf_max(step, -step));
@@ -181,7 +184,7 @@ static shd_vd find_turn(const rays *r, shd_vd from, shd_vd to, shd_vd start) {
         next = shd_vd_min(next, to);
         const shd_vd size = next - t;
         t = shd_vd_select(going, next, t);
-        going = shd_vd_gt_in(going, size * size, enough * magnitude(slope));
+        going = shd_vd_gt_in(going, size * size, enough * magnitude_of(slope));
     }
     return t;
 }
@@ -193,18 +196,19 @@ static shd_md is_inside(const rays *r, double tube, shd_vd t) {
 
 /* Where the torus may be: within the sphere around it and the planes above and below it, a little
  * widened, so that the ends are outside. high <= low: nowhere. */
-static void bound(double tube, const rays *r, shd_vd *low, shd_vd *high) {
+static void torus_range(double tube, const rays *r, shd_vd *low, shd_vd *high) {
     const double wider = 1 + 1e-6, around = (1 + tube) * wider, above = tube * wider;
     const shd_vd none = shd_vd_set(0), least = shd_vd_set(1e-200),
                  reach = shd_vd_sqrt(shd_vd_max(around * around - r->m, none));
-    const shd_vd per_y = 1 / shd_vd_select(shd_vd_gt(magnitude(r->dy), least), r->dy, least),
-                 half = above * magnitude(per_y), middle = -r->oy * per_y;
+    const shd_vd per_y = 1 / shd_vd_select(shd_vd_gt(magnitude_of(r->dy), least), r->dy, least),
+                 half = above * magnitude_of(per_y), middle = -r->oy * per_y;
     *low = shd_vd_max(middle - half, -reach);
     *high = shd_vd_min(middle + half, reach);
 }
 
 /* Where rays from outside enter: between `from` and `to`. Returns which do. */
-static shd_md enter(double tube, const rays *r, const shd_vd mark[4], shd_vd *from, shd_vd *to) {
+static shd_md enter_tube(double tube, const rays *r, const shd_vd mark[4], shd_vd *from,
+                         shd_vd *to) {
     *from = mark[0];
     *to = find_turn(r, mark[0], mark[1], mark[0]);
     const shd_md met = is_inside(r, tube, *to);
@@ -216,8 +220,8 @@ static shd_md enter(double tube, const rays *r, const shd_vd mark[4], shd_vd *fr
 }
 
 /* From inside: the first of the four monotone intervals at whose end it is outside. */
-static shd_md leave(double tube, const rays *r, const shd_vd mark[4], shd_md inside, shd_vd *from,
-                    shd_vd *to) {
+static shd_md leave_tube(double tube, const rays *r, const shd_vd mark[4], shd_md inside,
+                         shd_vd *from, shd_vd *to) {
     const shd_vd middle = shd_vd_min(shd_vd_max(shd_vd_set(0), mark[1]), mark[2]);
     const shd_vd end[] = {mark[0], find_turn(r, mark[0], mark[1], mark[0]),
                           find_turn(r, mark[1], mark[2], middle),
@@ -246,12 +250,12 @@ static shd_vd find_surface(double tube, const rays *r, shd_md met, shd_md inside
         to = shd_vd_select(behind, t, to);
         shd_vd next = t - value / slope;
         const shd_md wild = shd_md_or(
-            shd_md_not(shd_vd_gt(shd_vd_set(INFINITY), magnitude(next))), /* not-a-number too */
+            shd_md_not(shd_vd_gt(shd_vd_set(INFINITY), magnitude_of(next))), /* not-a-number too */
             shd_md_or(shd_vd_gt(from, next), shd_vd_gt(next, to)));
         next = shd_vd_select(wild, 0.5 * (from + to), next);
         /* What a step leaves is about its square over the slope. */
-        const shd_vd size = magnitude(next - t), rest = shd_vd_select(wild, size, size * size),
-                     unit = shd_vd_select(wild, shd_vd_set(1), magnitude(slope));
+        const shd_vd size = magnitude_of(next - t), rest = shd_vd_select(wild, size, size * size),
+                     unit = shd_vd_select(wild, shd_vd_set(1), magnitude_of(slope));
         t = shd_vd_select(met, next, t);
         met = shd_vd_gt_in(met, size, shd_vd_set(enough));
         met = shd_vd_gt_in(met, rest, enough * unit);
@@ -260,9 +264,9 @@ static shd_vd find_surface(double tube, const rays *r, shd_md met, shd_md inside
 }
 
 /* t from the origin as it came. */
-static shd_vd search(double tube, const rays *r) {
+static shd_vd search_roots(double tube, const rays *r) {
     shd_vd low, high, from, to;
-    bound(tube, r, &low, &high);
+    torus_range(tube, r, &low, &high);
     shd_md inside = shd_vd_gt(r->near, low); /* perhaps */
     low = shd_vd_max(low, r->near);
     const shd_md wanted = shd_vd_gt(high, low);
@@ -272,8 +276,8 @@ static shd_vd search(double tube, const rays *r) {
                            shd_vd_min(shd_vd_max(bend, low), high), high};
     inside = shd_md_and(shd_md_and(inside, wanted), is_inside(r, tube, low));
     shd_md met = shd_md_and(wanted, shd_md_not(inside));
-    met = shd_md_and(met, enter(tube, r, mark, &from, &to));
-    if (shd_md_any(inside)) met = shd_md_or(met, leave(tube, r, mark, inside, &from, &to));
+    met = shd_md_and(met, enter_tube(tube, r, mark, &from, &to));
+    if (shd_md_any(inside)) met = shd_md_or(met, leave_tube(tube, r, mark, inside, &from, &to));
     const shd_vd t = find_surface(tube, r, met, inside, from, to);
     return shd_vd_select(met, (t + r->along) * r->inverse, shd_vd_set(INFINITY));
 }
@@ -291,7 +295,7 @@ static void search_lanes(double tube, uint64_t lanes, shd_work *restrict work) {
     }
     for (int at = 0; at < count; at += LANES) {
         const rays r = read_rays(tube, &part, at);
-        shd_vd_store(part.t + at, search(tube, &r));
+        shd_vd_store(part.t + at, search_roots(tube, &r));
     }
     for (int k = 0; k < count; k++) work->t[lane[k]] = part.t[k];
 }
@@ -304,11 +308,12 @@ void SHD_VARIANT(shd_find_torus)(double tube, shd_work *work) {
     for (int k = 0; k < SHD_RAYS / LANES; k++) r[k] = read_rays(tube, work, k * LANES);
     for (int k = 0; k < SHD_RAYS / SHD_W; k++) g[k] = start_guess(tube, &r[2 * k], &r[2 * k + 1]);
     for (int step = 0; step < STEPS; step++)
-        for (int k = 0; k < SHD_RAYS / SHD_W; k++) advance(&g[k], step);
+        for (int k = 0; k < SHD_RAYS / SHD_W; k++) advance_guess(&g[k], step);
     for (int k = 0; k < SHD_RAYS / SHD_W; k++) {
         double *out = work->t + k * SHD_W;
         const unsigned bounded = shd_mf_bits(g[k].bounded),
-                       sure = bounded ? polish(tube, &r[2 * k], &r[2 * k + 1], &g[k], out) : 0;
+                       sure =
+                           bounded ? polish_roots(tube, &r[2 * k], &r[2 * k + 1], &g[k], out) : 0;
         for (int i = 0; i < SHD_W; i++) out[i] = bounded >> i & 1 ? out[i] : INFINITY;
         open |= (uint64_t)(bounded & ~sure) << (k * SHD_W);
     }
