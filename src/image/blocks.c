@@ -72,8 +72,8 @@ static unsigned reverse_bits(unsigned code, unsigned length) {
     return out;
 }
 
-/* RFC 1951, 3.2.2: from the codes' lengths in bits, 0 where there is none; `more` is what each
- * symbol's entry has beside. False: too many codes. */
+/* Makes codes from their lengths in bits (RFC 1951, 3.2.2). Length 0: the symbol has no code.
+ * `more` goes into each symbol's entry, too. False: there are too many codes. */
 static bool make_codes(const unsigned char *lengths, const unsigned char *more, size_t count,
                        codes *out) {
     unsigned of_length[LONGEST + 1] = {0}, next[LONGEST + 2] = {0};

@@ -1,4 +1,4 @@
-/* PNG's filters (ISO/IEC 15948, 9.2): a row less what its neighbors let expect. */
+/* PNG's filters (ISO/IEC 15948, 9.2): a row less what its neighbors promise. */
 #ifndef SHD_IMAGE_FILTER_H
 #define SHD_IMAGE_FILTER_H
 

@@ -1,5 +1,5 @@
-/* ICC profiles made from primaries and a transfer function: for files that name their color
- * space in no other way. Pure functions, any thread. */
+/* ICC profiles, made from primaries and a transfer function, for files that cannot name their color
+ * space in another way. Pure functions, any thread. */
 #ifndef SHD_IMAGE_ICC_H
 #define SHD_IMAGE_ICC_H
 
@@ -17,8 +17,8 @@ typedef struct shd_icc {
  * and WebP assume. */
 bool shd_image_is_srgb(const shd_image *image);
 
-/* The RGB profile that fits the picture; size 0 where it has no known transfer or primaries, is
- * one channel, or the primaries span no volume. */
+/* The RGB profile that fits the picture. Its size is 0 if the picture's transfer or primaries are
+ * not known, if it has one channel, or if the primaries span no volume. */
 shd_icc shd_icc_make(const shd_image *image);
 
 #endif

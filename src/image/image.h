@@ -2,9 +2,9 @@
  *
  * PNG is written through libdeflate, JPEG through libjpeg-turbo and WebP through libwebp; TIFF,
  * OpenEXR and Radiance HDR go through OpenImageIO, which lives in a module of its own
- * (shaded_oiio.so) that is loaded when the first of these formats is asked for.
- * The same picture gives the same bytes, always: no dates, no host, no threads show in a file.
- * All functions may be called from any thread. */
+ * (shaded_oiio.so) that is loaded when the first of these formats is asked for. The same picture
+ * always gives the same bytes, because no date, host or thread shows in a file. All functions may
+ * be called from any thread. */
 #ifndef SHD_IMAGE_IMAGE_H
 #define SHD_IMAGE_IMAGE_H
 
@@ -35,34 +35,34 @@ typedef struct shd_image_layer {
     const char *name;            /* "diffuse"; channels become "diffuse.R", ... */
     const char *const *channels; /* [count], "R", "G", "B" or "X", "Y", "Z" or "Z" ... */
     int count;
-    bool full_float;     /* stored as 32 bits even where the picture is half */
+    bool full_float;     /* stored as 32 bits even if the picture is half */
     const float *values; /* [height][width][count] */
 } shd_image_layer;
 
 typedef struct shd_image {
     int width, height;
-    const float *rgba;   /* [height][width][4]: converted color, straight alpha in 0..1, finite */
-    const void *samples; /* NULL; or what is stored, and `rgba` and `packing` are not looked at:
-                            [height][width][count] of shd_image_layout's samples, 8 or 16 bits in
-                            native byte order */
-    int channel;         /* -1: all three; 0..2: that one as grey, with alpha if `alpha`; 3: alpha
-                            as grey */
-    bool alpha;          /* keep alpha; false: `rgba` is opaque, or alpha is the channel */
+    const float *rgba; /* [height][width][4]: converted color, straight alpha in 0..1, finite */
+    /* NULL, or what is stored: [height][width][count] of shd_image_layout's samples, 8 or 16 bits
+     * in native byte order. `rgba` and `packing` are then not looked at. */
+    const void *samples;
+    int channel; /* -1: all three; 0..2: that one as grey, with alpha if `alpha`; 3: alpha as grey
+                  */
+    bool alpha;  /* alpha is kept; false: `rgba` is opaque, or alpha is the channel */
     shd_packing packing;
     shd_depth depth;
     int quality;           /* 1..100: jpeg, webp (100 is lossless) */
     int effort;            /* 0..6: webp, 0 is fastest */
-    shd_transfer transfer; /* color metadata, written where the format has a place */
+    shd_transfer transfer; /* color metadata, written if the format has a place for it */
     bool has_primaries;
     double primaries[8];              /* CIE xy of red, green, blue, white */
     const char *const *channel_names; /* [3] of the space: "R".. or "Y".. or "H".. ; used by EXR */
     const shd_image_layer *layers;    /* EXR: further channels */
     size_t layer_count;
-    shd_isa isa;                  /* of the kernels; 0, the portable ones, gives the same bytes */
-    bool (*go_on)(void *context); /* NULL; or called now and then while the picture is encoded, on
-                                     the calling thread: false ends it with SHD_CANCELLED */
-    /* NULL; or calls run(work, index, slot) for all of [0, count), on several threads, of which
-     * each has a slot of its own in [0, slots), the calling one 0, and returns when all is done. */
+    shd_isa isa; /* of the kernels; 0, the portable ones, gives the same bytes */
+    /* NULL, or asked now and then on the calling thread. False ends encoding with SHD_CANCELLED. */
+    bool (*go_on)(void *context);
+    /* NULL, or calls run(work, index, slot) for all of [0, count), on several threads, and returns
+     * when all is done. Each thread has a slot of its own in [0, slots), the calling one slot 0. */
     void (*spread)(void *context, size_t count,
                    void (*run)(void *work, size_t index, unsigned slot), void *work);
     unsigned slots;
@@ -75,9 +75,9 @@ typedef struct shd_bytes {
     size_t size;
 } shd_bytes;
 
-/* What a stored pixel is made of, in order: `count` samples of `bytes` bytes each, which are
- * channel source[i] of an RGBA pixel. Half comes as float. Depends on the image's channel, alpha
- * and depth. */
+/* What a stored pixel is made of: `count` samples of `bytes` bytes each. Sample i is channel
+ * source[i] of an RGBA pixel. Half comes as float. This depends on the image's channel, alpha and
+ * depth. */
 typedef struct shd_layout {
     int count; /* 1..4 */
     int source[4];
@@ -87,35 +87,36 @@ typedef struct shd_layout {
 
 shd_layout shd_image_layout(const shd_image *image, shd_format format);
 
-/* Encodes. `image->depth` must be one that the format holds, `alpha` only where it holds alpha,
- * and `layers` are EXR's: anything else is SHD_INTERNAL. `scratch` gives working memory, and what
- * *out takes counts as borrowed of it.
+/* Encodes. SHD_INTERNAL: the format does not hold `image->depth` or `alpha`, or has `layers` and is
+ * not EXR. `scratch` gives working memory, and what *out takes counts as borrowed of it.
  *
- * - channel >= 0 is grey where the format has grey (PNG, JPEG, TIFF, EXR as "Y"), else three
- *   equal channels. One channel of a space is no color, so no primaries are written with it.
- * - TIFF and EXR: color is multiplied by alpha (TIFF: the encoded value), others keep it straight.
- * - HDR stores three magnitudes with a shared exponent: negative values become 0.
- * - EXR names color R, G, B, as viewers want it; a space with other names, or the channel that is
- *   shown as grey, is named in the string attribute "shaded:channels". */
+ * - channel >= 0 is grey if the format has grey (PNG, JPEG, TIFF, EXR as "Y"), else three equal
+ *   channels. One channel of a space is no color, so that no primaries are written with it.
+ * - In TIFF and EXR, color is multiplied by alpha (in TIFF the encoded value). Others keep it
+ * straight.
+ * - HDR stores three magnitudes with a shared exponent, so that negative values become 0.
+ * - EXR names color R, G, B, as viewers want it. If the space has other names, or a channel is
+ * shown as grey, the string attribute "shaded:channels" names it. */
 shd_status shd_image_encode(const shd_image *image, shd_format format, shd_arena *scratch,
                             shd_bytes *out, shd_error *error);
 
 /* The bytes of `scratch` that encoding takes, but for the file and what depends on the pixels'
- * values; nothing of the image is looked at that is NULL before it is rendered. `samples`: whether
- * it will have them. */
+ * values. The image need not have been rendered. `samples`: whether it will have these. */
 uint64_t shd_image_scratch(const shd_image *image, shd_format format, bool samples);
 
-/* Whether the format can be written: false for TIFF, EXR and HDR where the OpenImageIO module is
- * not installed, or shd_image_prepare has found its libraries missing. Looks for its file once, and
- * loads nothing. */
+/* Whether the format can be written. False: it is TIFF, EXR or HDR, and the OpenImageIO module is
+ * not installed, or shd_image_prepare has found its libraries missing. This looks for the module's
+ * file once, and loads nothing. */
 bool shd_image_writes(shd_format format);
 
 /* Loads what the format takes, which the first picture would do otherwise: for TIFF, EXR and HDR
- * the OpenImageIO module. SHD_SCENE where that, or a library that it needs, is not installed;
- * SHD_EXHAUSTED where there is no memory or descriptor for it now; SHD_CONFIG where it is broken.
- * A thread of its own does it: SHD_CANCELLED once `cancelled` is raised, and that goes on.
- * What it takes stays counted in `budget`: SHD_LIMIT where it is more than half of what that has
- * for work, SHD_CROWDED where it is more than is left now. */
+ * the OpenImageIO module, whose memory stays counted in `budget`. A thread of its own does that,
+ * and goes on if `cancelled` is raised.
+ *
+ * SHD_SCENE: the module, or a library that it needs, is not installed. SHD_EXHAUSTED: there is no
+ * memory or descriptor for it now. SHD_CONFIG: it is broken. SHD_CANCELLED: `cancelled` was raised.
+ * SHD_LIMIT: it takes more than half of what the budget has for work. SHD_CROWDED: it takes more
+ * than is left now. */
 shd_status shd_image_prepare(shd_format format, shd_budget *budget, const atomic_bool *cancelled,
                              shd_error *error);
 

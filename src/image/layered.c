@@ -32,7 +32,7 @@ static shd_oiio_sample picture_sample(shd_depth depth) {
     return SHD_OIIO_FLOAT;
 }
 
-/* The picture itself. HDR has no signs: what is below 0 becomes 0 there. */
+/* Makes the picture itself. HDR has no signs, so that negative values become 0 there. */
 static shd_status picture_plane(const shd_image *image, shd_format format, shd_arena *scratch,
                                 shd_oiio_plane *out, int *alpha, shd_error *error) {
     static const char *const color[] = {"R", "G", "B", "A"}, *const grey[] = {"Y", "A"};
@@ -82,8 +82,8 @@ static shd_status layer_plane(const shd_image *image, const shd_image_layer *lay
     return SHD_OK;
 }
 
-/* What a viewer shows as R, G, B or as grey, where that is not what it seems: "YIQ", "H", "A".
- * NULL where it is, or where memory is short. */
+/* The name of what a viewer shows as R, G, B or as grey though it is not that: "YIQ", "H", "A".
+ * NULL: it is that, or memory is short. */
 static const char *shown_channels(const shd_image *image, shd_arena *scratch) {
     const char *const *names = image->channel_names;
     if (image->channel == 3) return "A";

@@ -27,11 +27,11 @@ static atomic_bool incomplete; /* it, or one of its libraries, cannot be loaded 
 static bool counted;           /* a budget has what it takes */
 /* Under the mutex. */
 static bool loading, counting; /* a thread is at it */
-static shd_status load_status; /* of the last time, */
-static shd_error load_error;   /* and why */
+static shd_status load_status; /* of the last time */
+static shd_error load_error;   /* of the last time, if it failed */
 
-/* Looks where dlopen would, along the program's run path, which points beside the program in the
- * build tree and to lib/shaded where installed; but loads nothing. */
+/* Looks for the module as dlopen would, but loads nothing. The program's run path points beside the
+ * program in the build tree, and to lib/shaded once it is installed. */
 static void find_module(void) {
     void *program = dlopen(NULL, RTLD_LAZY);
     Dl_serinfo size, *folders = NULL;
@@ -163,8 +163,8 @@ shd_status shd_oiio_load(shd_oiio_encode_fn **out, shd_error *error) {
     return status;
 }
 
-/* With the mutex held. Of the module's 127 MB, by VmRSS on Debian 12, 52 are its own; the rest is
- * files, whose pages the system takes back where memory is short. */
+/* With the mutex held. The module takes 127 MB, by VmRSS on Debian 12. 52 of these are its own, and
+ * the rest are files, whose pages the system takes back if memory is short. */
 static shd_status load_within(shd_budget *budget, const atomic_bool *cancelled, shd_error *error) {
     enum { MODULE = 64 << 20 };
     if (shd_budget_most(budget) < 2 * (uint64_t)MODULE)

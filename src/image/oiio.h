@@ -36,7 +36,7 @@ typedef struct shd_oiio_job {
     size_t icc_size;        /* 0: none */
     const float *primaries; /* [8] for the attribute "chromaticities", or NULL */
     const char *shown;      /* for the attribute "shaded:channels", or NULL */
-    void *pixels;           /* room for all planes' stored bytes; used where they must be woven */
+    void *pixels;           /* room for all planes' stored bytes; used if they must be woven */
     size_t pixels_size;
     bool (*go_on)(void *context); /* NULL; or asked now and then whether to */
     void *context;

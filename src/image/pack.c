@@ -83,7 +83,7 @@ static void quantize_pixels(const shd_pack *pack, const float *rgba, int pixels,
 }
 
 /* Picks `count` of every four samples of `bytes` bytes. The color samples that most pictures keep
- * are copied four at a time: what is too much is overwritten by the next pixel, but the last. */
+ * are copied four at a time, except for the last pixel: the next pixel overwrites the fourth. */
 static void pick_channels(const shd_pack *pack, const void *quads, size_t bytes, int pixels,
                           void *out) {
     const unsigned char *from = quads;

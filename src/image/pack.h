@@ -13,8 +13,8 @@ typedef struct shd_pack {
     double scale[4], add[4]; /* of the four source channels: code = round(v * scale + add) */
     double max;              /* the largest code: 255 or 65535; 0 for half and float */
     float limit, least;      /* half and float saturate to least .. limit */
-    bool alpha;              /* the last sample is alpha, */
-    bool premultiply;        /* and the others are multiplied by it */
+    bool alpha;              /* the last sample is alpha */
+    bool premultiply;        /* the other samples are multiplied by it */
 } shd_pack;
 
 /* As the format stores it. */
@@ -33,11 +33,12 @@ void shd_pack_u8(const shd_pack *pack, const float *rgba, int width, uint8_t *ou
 void shd_pack_u16(const shd_pack *pack, const float *rgba, int width, uint16_t *out);
 void shd_pack_float(const shd_pack *pack, const float *rgba, int width, float *out);
 
-/* All rows into `out`, [height][width][count], side by side; the image's own samples are copied
- * where it has them. */
+/* Packs all rows, side by side, into `out`, [height][width][count]. The image's own samples are
+ * copied if it has any. */
 shd_status shd_pack_rows(const shd_pack *pack, const shd_image *image, void *out, shd_error *error);
 
-/* The same, into arena memory; or the image's own samples where it has them. */
+/* Packs all rows, side by side, into arena memory. *out is the image's own samples if it has any.
+ */
 shd_status shd_pack_samples(const shd_pack *pack, const shd_image *image, shd_arena *scratch,
                             const void **out, shd_error *error);
 

@@ -107,8 +107,8 @@ static shd_status put_profile(writer *w, const shd_image *image, shd_icc *icc, s
     return SHD_OK;
 }
 
-/* sRGB where it is that; gAMA and cHRM where they say all; else a profile. One channel as grey
- * keeps its curve; alpha as grey is no color at all. */
+/* Puts sRGB if the color is that, gAMA and cHRM if they say all, else a profile. One channel as
+ * grey keeps its curve. Alpha as grey is no color at all. */
 static shd_status put_color(writer *w, const shd_image *image, shd_arena *scratch,
                             shd_error *error) {
     if (image->transfer == SHD_TRANSFER_UNKNOWN || image->channel == 3) return SHD_OK;
@@ -130,7 +130,7 @@ static shd_status put_color(writer *w, const shd_image *image, shd_arena *scratc
 
 /* ---- The picture. ---- */
 
-/* A row's samples, 16 bits big-endian; where they are not ready in that form, in `room`. */
+/* Returns a row's samples, 16 bits big-endian. They are made in `room` if they are not ready. */
 static const unsigned char *make_row(const shd_pack *pack, const shd_image *image, size_t y,
                                      unsigned char *room) {
     const size_t first = y * (size_t)image->width;

@@ -29,9 +29,9 @@ static shd_status encoder_error(int code, shd_error *error) {
     }
 }
 
-/* What encoding takes: samples, then the picture as libwebp sees it, and what it compares. The most
- * that version 1.2.4 was seen to take, of noise at any effort, is 21 bytes a pixel of opaque lossy
- * pictures, and 55 where a plane or all of it is lossless; smooth pictures take 2 and 26. */
+/* What encoding takes: samples, then the picture as libwebp sees it, and what it compares. For
+ * noise, at any effort, version 1.2.4 was seen to take at most 21 bytes a pixel for opaque lossy
+ * pictures, and 55 if a plane or all of it is lossless. Smooth pictures take 2 and 26. */
 static size_t working_bytes(const shd_image *image, bool lossless) {
     const size_t pixels = (size_t)image->width * (size_t)image->height;
     return pixels * (lossless || image->alpha ? 56 : 24) + (1 << 20);
