@@ -18,7 +18,7 @@ static const struct {
              {"ACEScg", shd_acescg},
              {"ACES2065-1", shd_aces2065_1}};
 
-static const char *name_of(const double xy[8]) {
+static const char *name_of_profile(const double xy[8]) {
     for (size_t k = 0; k < sizeof known / sizeof known[0]; k++)
         if (!memcmp(xy, known[k].xy, 8 * sizeof *xy)) return known[k].name;
     return "RGB";
@@ -167,8 +167,8 @@ static void name_profile(shd_icc *icc, shd_transfer transfer, const double xy[8]
                         : transfer == SHD_TRANSFER_REC1886 ? " gamma 2.4"
                         : is_usual                         ? ""
                                                            : " with sRGB curve";
-    snprintf(icc->name, sizeof icc->name, "%s%s", is_srgb && is_rec709(xy) ? "sRGB" : name_of(xy),
-             curve);
+    snprintf(icc->name, sizeof icc->name, "%s%s",
+             is_srgb && is_rec709(xy) ? "sRGB" : name_of_profile(xy), curve);
 }
 
 shd_icc shd_icc_make(const shd_image *image) {

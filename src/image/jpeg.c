@@ -92,7 +92,7 @@ static void encode_strip(void *context, size_t index, unsigned slot) {
     atomic_store(&j->failed, true);
 }
 
-static unsigned char *put_bytes(unsigned char *at, const void *from, size_t size) {
+static unsigned char *copy_bytes(unsigned char *at, const void *from, size_t size) {
     memcpy(at, from, size);
     return at + size;
 }
@@ -121,22 +121,22 @@ static shd_status join_strips(const job *j, size_t count, size_t interval, const
     if (!data) return shd_encode_no_memory(error);
 
     if (first->jpeg[3] == APP0) head += 2 + length_at(first->jpeg + 4);
-    at = put_bytes(at, first->jpeg, head);
+    at = copy_bytes(at, first->jpeg, head);
     if (profile) {
         at = put_u16(put_marker(at, APP2), profile);
-        at = put_bytes(at, icc_mark, sizeof icc_mark);
+        at = copy_bytes(at, icc_mark, sizeof icc_mark);
         *at++ = 1; /* the first of one */
         *at++ = 1;
-        at = put_bytes(at, icc->data, icc->size);
+        at = copy_bytes(at, icc->data, icc->size);
     }
-    at = put_bytes(at, first->jpeg + head, first->scan - head);
+    at = copy_bytes(at, first->jpeg + head, first->scan - head);
     put_u16(at - first->scan + first->frame + 5, (size_t)j->image->height);
     if (count > 1) at = put_u16(put_u16(put_marker(at, DRI), 4), interval);
-    at = put_bytes(at, first->jpeg + first->scan, first->data - first->scan);
+    at = copy_bytes(at, first->jpeg + first->scan, first->data - first->scan);
     for (size_t i = 0; i < count; i++) {
         const strip *s = &j->strips[i];
         if (i) at = put_marker(at, (unsigned char)(RST0 + (i - 1) % RESTARTS));
-        at = put_bytes(at, s->jpeg + s->data, s->size - 2 - s->data);
+        at = copy_bytes(at, s->jpeg + s->data, s->size - 2 - s->data);
     }
     at = put_marker(at, EOI);
     shd_arena_repay(scratch, size - (size_t)(at - data));

@@ -120,38 +120,19 @@ static void add_grid(builder *b, const grid *g) {
 
 bool shd_tessellate(shd_shape shape, double tube, int segments, shd_arena *arena,
                     shd_triangles *out) {
-    grid grids[6];
-    int count = 0;
+    static const int parts[SHD_SHAPE_COUNT] = {
+        [SHD_SPHERE] = 1,   [SHD_DISC] = 1, [SHD_BOX] = 6,
+        [SHD_CYLINDER] = 3, [SHD_CONE] = 2, [SHD_TORUS] = 1,
+    };
     int stacks = segments / 2 < 2 ? 2 : segments / 2;
-    switch (shape) {
-    case SHD_SPHERE:
-        grids[count++] = (grid){shape, 0, tube, stacks, segments};
-        break;
-    case SHD_TORUS:
-        grids[count++] = (grid){shape, 0, tube, segments, segments};
-        break;
-    case SHD_BOX:
-        for (; count < 6; count++) grids[count] = (grid){shape, count, tube, 1, 1};
-        break;
-    case SHD_CYLINDER:
-        for (; count < 3; count++) grids[count] = (grid){shape, count, tube, 1, segments};
-        break;
-    case SHD_CONE:
-        for (; count < 2; count++) grids[count] = (grid){shape, count, tube, 1, segments};
-        break;
-    case SHD_DISC:
-        grids[count++] = (grid){shape, 0, tube, 1, segments};
-        break;
-    case SHD_PLANE:
-    case SHD_MESH:
-    case SHD_SHAPE_COUNT:
-        return false;
-    }
-    size_t vertices = 0, quads = 0;
-    for (int i = 0; i < count; i++) {
-        vertices += (size_t)(grids[i].rows + 1) * (size_t)(grids[i].columns + 1);
-        quads += (size_t)grids[i].rows * (size_t)grids[i].columns;
-    }
+    const int count = parts[shape],
+              rows = shape == SHD_SPHERE  ? stacks
+                     : shape == SHD_TORUS ? segments
+                                          : 1,
+              columns = shape == SHD_BOX ? 1 : segments;
+    if (!count) return false;
+    const size_t vertices = (size_t)count * (size_t)(rows + 1) * (size_t)(columns + 1),
+                 quads = (size_t)count * (size_t)rows * (size_t)columns;
     builder b = {
         .positions = shd_arena_alloc(arena, vertices, sizeof *b.positions),
         .normals = shd_arena_alloc(arena, vertices, sizeof *b.normals),
@@ -159,7 +140,7 @@ bool shd_tessellate(shd_shape shape, double tube, int segments, shd_arena *arena
         .faces = shd_arena_alloc(arena, 2 * quads, sizeof *b.faces),
     };
     if (!b.positions || !b.normals || !b.indices || !b.faces) return false;
-    for (int i = 0; i < count; i++) add_grid(&b, &grids[i]);
+    for (int i = 0; i < count; i++) add_grid(&b, &(grid){shape, i, tube, rows, columns});
     *out = (shd_triangles){b.vertices,   b.triangles,  b.positions[0],
                            b.normals[0], b.indices[0], b.faces};
     return true;

@@ -52,6 +52,12 @@ typedef struct shd_excess {
     int dark, bright; /* the steps of the least and the most that they show */
 } shd_excess;
 
+/* (ratio + distance) of term t, which is at least 1, or the same without the ratio if it is
+ * diffuse. */
+static inline double shd_term_rate(const shd_excess *e, size_t t) {
+    return e->distance + ((t - 1) % (1 + e->lobe_count) ? e->ratio : 0);
+}
+
 enum { SHD_EXCESSES = 24, SHD_MOST_TERMS = 12 };
 
 typedef struct shd_excess_list {

@@ -108,7 +108,7 @@ static void look_at_gain(const shd_excess *e, colors *s) {
 }
 
 /* The most that channel c of the working space is at Y. */
-static double value_at(const colors *s, int c, double y) {
+static double channel_at(const colors *s, int c, double y) {
     const shd_excess *e = s->excess;
     double value = shd_smaller(e->most[c], y * s->part_of_y[c]);
     if (!s->on->list->mixed)
@@ -255,11 +255,11 @@ static moves free_moves(const colors *s, double y) {
     for (int c = 0; c < 3; c++) {
         m.rest[c] = e->rest_absolute[c] + shd_smaller(e->rest_limited[c], limit);
         if (!list->grey) m.own[c] = list->more;
-        if (!list->grey) m.share[c] = list->color * value_at(s, c, y);
+        if (!list->grey) m.share[c] = list->color * channel_at(s, c, y);
         if (!list->grey || !on->screen.same)
             m.channel[c] = on->noise * shd_smaller(s->channel[c].high, y * s->channel_of_y[c]);
         for (int k = 0; k < 3 && !on->screen.same; k++)
-            m.channel[c] += SHD_MATRIX_NOISE * fabs(on->screen.rgb[c][k]) * value_at(s, k, y);
+            m.channel[c] += SHD_MATRIX_NOISE * fabs(on->screen.rgb[c][k]) * channel_at(s, k, y);
     }
     if (list->grey) m.grey = (list->color + (on->screen.same ? on->noise : 0)) * y + list->more;
     return m;
@@ -288,7 +288,7 @@ static double channel_move(const colors *s, int r, double light, double y, doubl
         double value = e->most[c], limited = e->limited[c];
         if (sum && weight > 0) value = shd_smaller(value, light / weight);
         /* A channel that is held at 0 adds to Y. */
-        if (y < INFINITY && list->nonnegative) value = shd_smaller(value, value_at(s, c, y));
+        if (y < INFINITY && list->nonnegative) value = shd_smaller(value, channel_at(s, c, y));
         if (list->nonnegative) {
             const double base = list->mixed ? 0 : e->base[c];
             limited =
@@ -353,16 +353,14 @@ static void add_known_terms(shd_lab_difference *d, const colors *s, const shd_in
                             double y) {
     const shd_excess *e = s->excess;
     const shd_much *much = much_of(s);
-    size_t lobe = 0;
     for (size_t t = 1; t < e->term_count; t++) {
         const double *xyz = s->terms[t];
         /* There is most of this term if the other ones are at their least. */
         double most = y;
         if (!s->on->list->mixed) most = much[t].low * xyz[1] + shd_larger(y - s->terms_floor, 0);
         most = xyz[1] > 0 ? shd_smaller(most / xyz[1], much[t].high) : much[t].high;
-        const double rate = e->distance + (lobe > 0 ? e->ratio : 0);
-        shd_lab_add(d, slope, much[t].absolute + shd_smaller(much[t].limited, rate * most), xyz);
-        lobe = lobe < e->lobe_count ? lobe + 1 : 0;
+        const double limited = shd_smaller(much[t].limited, shd_term_rate(e, t) * most);
+        shd_lab_add(d, slope, much[t].absolute + limited, xyz);
     }
 }
 

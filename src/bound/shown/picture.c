@@ -49,7 +49,7 @@ static bool add_excess(const shd_excess_list *list, size_t index, const shd_term
                        size_t first[], shd_picture_errors *to) {
     const shd_excess *e = &list->excess[index];
     const shd_much *much = list->much[index];
-    size_t class = 0, lobe = 0;
+    size_t class = 0;
     if (!e->terms) return false;
     while (class < to->class_count && known[class] != e->terms) class ++;
     if (class == to->class_count) {
@@ -68,8 +68,7 @@ static bool add_excess(const shd_excess_list *list, size_t index, const shd_term
         term *at = &to->terms[first[class] + t];
         at->absolute = shd_larger(at->absolute, much[t].absolute);
         at->limited = shd_larger(at->limited, much[t].limited);
-        at->rate = shd_larger(at->rate, e->distance + (lobe > 0 ? e->ratio : 0));
-        lobe = lobe < e->lobe_count ? lobe + 1 : 0;
+        at->rate = shd_larger(at->rate, shd_term_rate(e, t));
     }
     return true;
 }
