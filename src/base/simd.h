@@ -75,18 +75,6 @@ SHD_INLINE void shd_vd_store(double *to, shd_vd v) {
 typedef __mmask16 shd_mf;
 typedef __mmask8 shd_md;
 
-SHD_INLINE shd_vf shd_vf_set(float x) {
-    return (shd_vf)_mm512_set1_ps(x);
-}
-SHD_INLINE shd_vi shd_vi_set(int32_t x) {
-    return (shd_vi)_mm512_set1_epi32(x);
-}
-SHD_INLINE shd_vd shd_vd_set(double x) {
-    return (shd_vd)_mm512_set1_pd(x);
-}
-SHD_INLINE shd_vl shd_vl_set(int64_t x) {
-    return (shd_vl)_mm512_set1_epi64(x);
-}
 SHD_INLINE shd_vf shd_vf_fma(shd_vf a, shd_vf b, shd_vf c) {
     return (shd_vf)_mm512_fmadd_ps((__m512)a, (__m512)b, (__m512)c);
 }
@@ -116,31 +104,6 @@ SHD_INLINE shd_mf shd_vu_ge(shd_vu a, shd_vu b) {
 SHD_INLINE shd_md shd_vd_gt(shd_vd a, shd_vd b) {
     return _mm512_cmp_pd_mask((__m512d)a, (__m512d)b, _CMP_GT_OQ);
 }
-/* a > b, in the lanes of m. */
-SHD_INLINE shd_mf shd_vf_gt_in(shd_mf m, shd_vf a, shd_vf b) {
-    return _mm512_mask_cmp_ps_mask(m, (__m512)a, (__m512)b, _CMP_GT_OQ);
-}
-SHD_INLINE shd_md shd_vd_gt_in(shd_md m, shd_vd a, shd_vd b) {
-    return _mm512_mask_cmp_pd_mask(m, (__m512d)a, (__m512d)b, _CMP_GT_OQ);
-}
-SHD_INLINE shd_mf shd_mf_and(shd_mf a, shd_mf b) {
-    return (shd_mf)(a & b);
-}
-SHD_INLINE shd_mf shd_mf_or(shd_mf a, shd_mf b) {
-    return (shd_mf)(a | b);
-}
-SHD_INLINE shd_mf shd_mf_not(shd_mf a) {
-    return (shd_mf)~a;
-}
-SHD_INLINE shd_md shd_md_and(shd_md a, shd_md b) {
-    return (shd_md)(a & b);
-}
-SHD_INLINE shd_md shd_md_or(shd_md a, shd_md b) {
-    return (shd_md)(a | b);
-}
-SHD_INLINE shd_md shd_md_not(shd_md a) {
-    return (shd_md)~a;
-}
 /* Bit i is lane i. */
 SHD_INLINE unsigned shd_mf_bits(shd_mf m) {
     return m;
@@ -162,9 +125,6 @@ SHD_INLINE shd_vf shd_vf_mul_in(shd_mf m, shd_vf a, shd_vf b) {
 SHD_INLINE shd_vd shd_vd_mul_in(shd_md m, shd_vd a, shd_vd b) {
     return (shd_vd)_mm512_maskz_mul_pd(m, (__m512d)a, (__m512d)b);
 }
-SHD_INLINE shd_vf shd_vf_from_vi(shd_vi a) {
-    return (shd_vf)_mm512_cvtepi32_ps((__m512i)a);
-}
 SHD_INLINE shd_vd shd_vd_widen(shd_vh a) {
     return (shd_vd)_mm512_cvtps_pd((__m256)a);
 }
@@ -184,18 +144,6 @@ SHD_INLINE shd_vf shd_vf_join(shd_vh low, shd_vh high) {
 typedef shd_vi shd_mf;
 typedef shd_vl shd_md;
 
-SHD_INLINE shd_vf shd_vf_set(float x) {
-    return (shd_vf)_mm256_set1_ps(x);
-}
-SHD_INLINE shd_vi shd_vi_set(int32_t x) {
-    return (shd_vi)_mm256_set1_epi32(x);
-}
-SHD_INLINE shd_vd shd_vd_set(double x) {
-    return (shd_vd)_mm256_set1_pd(x);
-}
-SHD_INLINE shd_vl shd_vl_set(int64_t x) {
-    return (shd_vl)_mm256_set1_epi64x(x);
-}
 SHD_INLINE shd_vf shd_vf_fma(shd_vf a, shd_vf b, shd_vf c) {
     return (shd_vf)_mm256_fmadd_ps((__m256)a, (__m256)b, (__m256)c);
 }
@@ -226,9 +174,6 @@ SHD_INLINE shd_vf shd_vf_select(shd_mf m, shd_vf a, shd_vf b) {
 SHD_INLINE shd_vd shd_vd_select(shd_md m, shd_vd a, shd_vd b) {
     return (shd_vd)_mm256_blendv_pd((__m256d)b, (__m256d)a, (__m256d)m);
 }
-SHD_INLINE shd_vf shd_vf_from_vi(shd_vi a) {
-    return (shd_vf)_mm256_cvtepi32_ps((__m256i)a);
-}
 SHD_INLINE shd_vd shd_vd_widen(shd_vh a) {
     return (shd_vd)_mm256_cvtps_pd((__m128)a);
 }
@@ -248,18 +193,6 @@ SHD_INLINE shd_vf shd_vf_join(shd_vh low, shd_vh high) {
 typedef shd_vi shd_mf;
 typedef shd_vl shd_md;
 
-SHD_INLINE shd_vf shd_vf_set(float x) {
-    return (shd_vf){x, x, x, x};
-}
-SHD_INLINE shd_vi shd_vi_set(int32_t x) {
-    return (shd_vi){x, x, x, x};
-}
-SHD_INLINE shd_vd shd_vd_set(double x) {
-    return (shd_vd){x, x};
-}
-SHD_INLINE shd_vl shd_vl_set(int64_t x) {
-    return (shd_vl){x, x};
-}
 SHD_INLINE shd_vf shd_vf_select(shd_mf m, shd_vf a, shd_vf b) {
     return (shd_vf)((m & (shd_vi)a) | (~m & (shd_vi)b));
 }
@@ -273,11 +206,11 @@ SHD_INLINE shd_vd shd_vd_select(shd_md m, shd_vd a, shd_vd b) {
 SHD_INLINE shd_vf shd_vf_fma(shd_vf a, shd_vf b, shd_vf c) {
     return (shd_vf)vfmaq_f32((float32x4_t)c, (float32x4_t)a, (float32x4_t)b);
 }
-SHD_INLINE shd_vd shd_vd_widen(shd_vh a) {
-    return (shd_vd)vcvt_f64_f32((float32x2_t)a);
-}
 SHD_INLINE shd_vh shd_vh_narrow(shd_vd a) {
     return (shd_vh)vcvt_f32_f64((float64x2_t)a);
+}
+SHD_INLINE shd_vd shd_vd_widen(shd_vh a) {
+    return (shd_vd)vcvt_f64_f32((float32x2_t)a);
 }
 #else
 /* Done by the C library, slowly: kernels do without it if this is all there is (shd_isa_fuses). */
@@ -285,11 +218,11 @@ SHD_INLINE shd_vf shd_vf_fma(shd_vf a, shd_vf b, shd_vf c) {
     for (int i = 0; i < SHD_W; i++) c[i] = __builtin_fmaf(a[i], b[i], c[i]);
     return c;
 }
-SHD_INLINE shd_vd shd_vd_widen(shd_vh a) {
-    return (shd_vd){a[0], a[1]};
-}
 SHD_INLINE shd_vh shd_vh_narrow(shd_vd a) {
     return (shd_vh){(float)a[0], (float)a[1]};
+}
+SHD_INLINE shd_vd shd_vd_widen(shd_vh a) {
+    return (shd_vd){a[0], a[1]};
 }
 #endif
 
@@ -322,9 +255,6 @@ SHD_INLINE unsigned shd_mf_bits(shd_mf m) {
 }
 SHD_INLINE unsigned shd_md_bits(shd_md m) {
     return (unsigned)_mm_movemask_pd((__m128d)m);
-}
-SHD_INLINE shd_vf shd_vf_from_vi(shd_vi a) {
-    return (shd_vf)_mm_cvtepi32_ps((__m128i)a);
 }
 
 #else /* not x86 */
@@ -372,9 +302,6 @@ SHD_INLINE shd_vd shd_vd_max(shd_vd a, shd_vd b) {
 SHD_INLINE shd_vd shd_vd_min(shd_vd a, shd_vd b) {
     return shd_vd_select((shd_md)(a < b), a, b);
 }
-SHD_INLINE shd_vf shd_vf_from_vi(shd_vi a) {
-    return __builtin_convertvector(a, shd_vf);
-}
 
 #endif
 #endif
@@ -390,30 +317,6 @@ SHD_INLINE shd_mf shd_vu_ge(shd_vu a, shd_vu b) {
 SHD_INLINE shd_md shd_vd_gt(shd_vd a, shd_vd b) {
     return (shd_md)(a > b);
 }
-SHD_INLINE shd_mf shd_vf_gt_in(shd_mf m, shd_vf a, shd_vf b) {
-    return m & shd_vf_gt(a, b);
-}
-SHD_INLINE shd_md shd_vd_gt_in(shd_md m, shd_vd a, shd_vd b) {
-    return m & shd_vd_gt(a, b);
-}
-SHD_INLINE shd_mf shd_mf_and(shd_mf a, shd_mf b) {
-    return a & b;
-}
-SHD_INLINE shd_mf shd_mf_or(shd_mf a, shd_mf b) {
-    return a | b;
-}
-SHD_INLINE shd_mf shd_mf_not(shd_mf a) {
-    return ~a;
-}
-SHD_INLINE shd_md shd_md_and(shd_md a, shd_md b) {
-    return a & b;
-}
-SHD_INLINE shd_md shd_md_or(shd_md a, shd_md b) {
-    return a | b;
-}
-SHD_INLINE shd_md shd_md_not(shd_md a) {
-    return ~a;
-}
 SHD_INLINE shd_vf shd_vf_mul_in(shd_mf m, shd_vf a, shd_vf b) {
     return (shd_vf)(m & (shd_vi)(a * b));
 }
@@ -425,6 +328,47 @@ SHD_INLINE shd_vd shd_vd_mul_in(shd_md m, shd_vd a, shd_vd b) {
 
 /* ---- Operations that are the same on all of them. ---- */
 
+/* x - 0 is x, whatever its sign. */
+SHD_INLINE shd_vf shd_vf_set(float x) {
+    return x - (shd_vf){0};
+}
+SHD_INLINE shd_vi shd_vi_set(int32_t x) {
+    return x - (shd_vi){0};
+}
+SHD_INLINE shd_vd shd_vd_set(double x) {
+    return x - (shd_vd){0};
+}
+SHD_INLINE shd_vl shd_vl_set(int64_t x) {
+    return x - (shd_vl){0};
+}
+SHD_INLINE shd_mf shd_mf_and(shd_mf a, shd_mf b) {
+    return (shd_mf)(a & b);
+}
+SHD_INLINE shd_mf shd_mf_or(shd_mf a, shd_mf b) {
+    return (shd_mf)(a | b);
+}
+SHD_INLINE shd_mf shd_mf_not(shd_mf a) {
+    return (shd_mf)~a;
+}
+SHD_INLINE shd_md shd_md_and(shd_md a, shd_md b) {
+    return (shd_md)(a & b);
+}
+SHD_INLINE shd_md shd_md_or(shd_md a, shd_md b) {
+    return (shd_md)(a | b);
+}
+SHD_INLINE shd_md shd_md_not(shd_md a) {
+    return (shd_md)~a;
+}
+/* a > b, in the lanes of m. */
+SHD_INLINE shd_mf shd_vf_gt_in(shd_mf m, shd_vf a, shd_vf b) {
+    return shd_mf_and(m, shd_vf_gt(a, b));
+}
+SHD_INLINE shd_md shd_vd_gt_in(shd_md m, shd_vd a, shd_vd b) {
+    return shd_md_and(m, shd_vd_gt(a, b));
+}
+SHD_INLINE shd_vf shd_vf_from_vi(shd_vi a) {
+    return __builtin_convertvector(a, shd_vf);
+}
 SHD_INLINE shd_vu shd_vu_set(uint32_t x) {
     return (shd_vu)shd_vi_set((int32_t)x);
 }
