@@ -227,9 +227,6 @@ shd_reuse_load shd_engine_reuse(shd_engine *engine);
 /* Whether a mesh is kept. If so, it becomes the last to be forgotten. */
 bool shd_engine_has_mesh(shd_engine *engine, const shd_digest *digest);
 
-/* Forgets meshes until the kept ones take `bytes` bytes at most. */
-void shd_engine_shrink_meshes(shd_engine *engine, size_t bytes);
-
 typedef struct shd_mesh_load {
     size_t cap, bytes, meshes; /* what is kept */
     size_t held;               /* bytes of meshes that were forgotten while pictures need them */

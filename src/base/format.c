@@ -38,15 +38,5 @@ bool shd_format_find(const char *name, shd_format *out) {
 }
 
 const char *shd_depth_name(shd_depth depth) {
-    switch (depth) {
-    case SHD_U8:
-        return "8";
-    case SHD_U16:
-        return "16";
-    case SHD_HALF:
-        return "half";
-    case SHD_FLOAT:
-        return "float";
-    }
-    return "";
+    return depth == SHD_U8 ? "8" : depth == SHD_U16 ? "16" : depth == SHD_HALF ? "half" : "float";
 }

@@ -47,47 +47,31 @@ static void unescape_mount(char *text) {
     *to = 0;
 }
 
-/* Finds this process's group in lines such as "4:memory:/a/b" and "0::/a/b". */
-static bool find_group(tree *t) {
-    FILE *file = open_below(t->root, "/proc/self/cgroup");
+/* Calls use(t, line) for the lines of a file until one is the right one. */
+static bool find_line(tree *t, const char *path, bool (*use)(tree *t, char *line)) {
+    FILE *file = open_below(t->root, path);
     if (!file) return false;
     char *line = NULL;
     size_t room = 0;
     bool found = false;
     while (!found && getline(&line, &room, file) > 0) {
         line[strcspn(line, "\n")] = 0;
-        char *list = strchr(line, ':'), *path = list ? strchr(list + 1, ':') : NULL;
-        if (!path) continue;
-        *path++ = 0;
-        list++;
-        found = *t->controller ? has_word(list, t->controller) : !*list;
-        if (found) snprintf(t->group, sizeof t->group, "%s", path);
+        found = use(t, line);
     }
     free(line);
     fclose(file);
     return found;
 }
 
-/* Reads a line of the form "36 35 98:0 /top /mount options [more ...] - type source options"
- * (proc(5)). */
-static bool read_mount(const tree *t, char *line, char **top, char **mount) {
-    line[strcspn(line, "\n")] = 0;
-    char *rest = strstr(line, " - ");
-    if (!rest) return false;
-    *rest = 0;
-    char *field = NULL, *end, *type = strtok_r(rest + 3, " ", &end);
-    const bool is_v2 = type && !strcmp(type, "cgroup2"), is_v1 = type && !strcmp(type, "cgroup");
-    strtok_r(NULL, " ", &end);
-    const char *options = strtok_r(NULL, " ", &end);
-    if (*t->controller ? !is_v1 || !options || !has_word(options, t->controller) : !is_v2)
-        return false;
-    *top = *mount = NULL;
-    field = strtok_r(line, " ", &end);
-    for (int i = 0; field && i < 5; i++, field = strtok_r(NULL, " ", &end)) {
-        if (i == 3) *top = field;
-        if (i == 4) *mount = field;
-    }
-    return *mount;
+/* Sets this process's group by a line such as "4:memory:/a/b" or "0::/a/b". */
+static bool read_group(tree *t, char *line) {
+    char *list = strchr(line, ':'), *path = list ? strchr(list + 1, ':') : NULL;
+    if (!path) return false;
+    *path++ = 0;
+    list++;
+    const bool found = *t->controller ? has_word(list, t->controller) : !*list;
+    if (found) snprintf(t->group, sizeof t->group, "%s", path);
+    return found;
 }
 
 /* Sets the mount, and makes the group relative to it. A group that does not lie below the top of
@@ -104,19 +88,30 @@ static void set_mount(tree *t, char *top, char *mount) {
     memmove(t->group, t->group + length, strlen(t->group + length) + 1);
 }
 
-static bool find_tree(tree *t) {
-    FILE *file = find_group(t) ? open_below(t->root, "/proc/self/mountinfo") : NULL;
-    if (!file) return false;
-    char *line = NULL, *top, *mount;
-    size_t room = 0;
-    bool found = false;
-    while (!found && getline(&line, &room, file) > 0) {
-        found = read_mount(t, line, &top, &mount);
-        if (found) set_mount(t, top, mount);
+/* Sets the mount by a line of the form "36 35 98:0 /top /mount options [more ...] - type source
+ * options" (proc(5)). */
+static bool read_mount(tree *t, char *line) {
+    char *rest = strstr(line, " - ");
+    if (!rest) return false;
+    *rest = 0;
+    char *end, *type = strtok_r(rest + 3, " ", &end);
+    const bool is_v2 = type && !strcmp(type, "cgroup2"), is_v1 = type && !strcmp(type, "cgroup");
+    strtok_r(NULL, " ", &end);
+    const char *options = strtok_r(NULL, " ", &end);
+    if (*t->controller ? !is_v1 || !options || !has_word(options, t->controller) : !is_v2)
+        return false;
+    char *top = NULL, *mount = NULL, *field = strtok_r(line, " ", &end);
+    for (int i = 0; field && i < 5; i++, field = strtok_r(NULL, " ", &end)) {
+        if (i == 3) top = field;
+        if (i == 4) mount = field;
     }
-    free(line);
-    fclose(file);
-    return found;
+    if (mount) set_mount(t, top, mount);
+    return mount;
+}
+
+static bool find_tree(tree *t) {
+    return find_line(t, "/proc/self/cgroup", read_group) &&
+           find_line(t, "/proc/self/mountinfo", read_mount);
 }
 
 /* Reads a file of the group into `text`, and its path without the root into `path`. */

@@ -41,10 +41,6 @@ bool shd_engine_has_mesh(shd_engine *engine, const shd_digest *digest) {
     return thing;
 }
 
-void shd_engine_shrink_meshes(shd_engine *engine, size_t bytes) {
-    shd_store_shrink(engine->store, bytes);
-}
-
 shd_mesh_load shd_engine_meshes(shd_engine *engine) {
     const shd_store_load load = shd_store_load_of(engine->store);
     return (shd_mesh_load){load.cap,  load.bytes,  load.things,   load.held,

@@ -63,21 +63,17 @@ static void read_output_space(shd_reader *r, const shd_node *node, void *out) {
 }
 
 static void read_depth(shd_reader *r, const shd_node *node, void *out) {
-    shd_depth *depth = out;
-    if (json_is_number(node->value)) {
-        double bits = json_number_value(node->value);
-        if (bits == 8 || bits == 16) {
-            *depth = bits == 8 ? SHD_U8 : SHD_U16;
-            return;
-        }
-    } else if (json_is_string(node->value)) {
-        const char *name = json_string_value(node->value);
-        if (!strcmp(name, "half") || !strcmp(name, "float")) {
-            *depth = *name == 'h' ? SHD_HALF : SHD_FLOAT;
-            return;
-        }
-    }
-    shd_wrong(r, node, "must be 8, 16, \"half\" or \"float\"");
+    const double bits = json_number_value(node->value);
+    const char *name = json_string_value(node->value) ? json_string_value(node->value) : "";
+    const shd_depth depth = bits == 8                ? SHD_U8
+                            : bits == 16             ? SHD_U16
+                            : !strcmp(name, "half")  ? SHD_HALF
+                            : !strcmp(name, "float") ? SHD_FLOAT
+                                                     : 0;
+    if (depth)
+        *(shd_depth *)out = depth;
+    else
+        shd_wrong(r, node, "must be 8, 16, \"half\" or \"float\"");
 }
 
 static void keep_layers(shd_reader *r, const shd_node *node, void *out) {

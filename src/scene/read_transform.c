@@ -47,21 +47,10 @@ static void read_matrix(shd_reader *r, const shd_node *node, void *out) {
 /* Sine and cosine of an angle in degrees, exact at multiples of 90. */
 static void sine_and_cosine(double degrees, double *sine, double *cosine) {
     int quarters;
-    double rest = remquo(degrees, 90, &quarters) * (SHD_PI / 180);
-    double s = sin(rest), c = cos(rest);
-    switch (quarters & 3) {
-    case 0:
-        *sine = s, *cosine = c;
-        break;
-    case 1:
-        *sine = c, *cosine = -s;
-        break;
-    case 2:
-        *sine = -s, *cosine = -c;
-        break;
-    default:
-        *sine = -c, *cosine = s;
-    }
+    const double rest = remquo(degrees, 90, &quarters) * (SHD_PI / 180);
+    const double sines[4] = {sin(rest), cos(rest), -sin(rest), -cos(rest)}; /* a quarter apart */
+    *sine = sines[quarters & 3];
+    *cosine = sines[(quarters + 1) & 3];
 }
 
 static shd_affine rotation_about(int axis, double degrees) {

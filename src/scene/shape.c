@@ -13,12 +13,9 @@ static shd_vec3 unit_size(const shd_object *object) {
     case SHD_DISC:
     case SHD_TORUS:
         return (shd_vec3){r, r, r};
-    case SHD_PLANE:
-    case SHD_MESH:
-    case SHD_SHAPE_COUNT:
-        break;
+    default:
+        return (shd_vec3){1, 1, 1};
     }
-    return (shd_vec3){1, 1, 1};
 }
 
 bool shd_object_frame(const shd_object *object, shd_affine *to_world, shd_affine *from_world) {
@@ -49,20 +46,15 @@ size_t shd_tessellation_triangles(shd_shape shape, int segments) {
         return 2 * slices;
     case SHD_TORUS:
         return 2 * slices * slices;
-    case SHD_PLANE:
-    case SHD_MESH:
-    case SHD_SHAPE_COUNT:
-        break;
+    default:
+        return 0;
     }
-    return 0;
 }
 
 bool shd_object_box(const shd_object *object, shd_vec3 *low, shd_vec3 *high) {
     double r = object->radius, h = object->height / 2;
     shd_vec3 half = {r, r, r};
     switch (object->shape) {
-    case SHD_PLANE:
-        return false;
     case SHD_SPHERE:
         break;
     case SHD_DISC:
@@ -82,7 +74,7 @@ bool shd_object_box(const shd_object *object, shd_vec3 *low, shd_vec3 *high) {
         *low = object->mesh->low;
         *high = object->mesh->high;
         return true;
-    case SHD_SHAPE_COUNT:
+    default:
         return false;
     }
     *low = shd_scale(half, -1);

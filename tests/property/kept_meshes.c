@@ -2,7 +2,9 @@
  * made of a scene, also when it is forgotten meanwhile. */
 #include <pthread.h>
 
+#include "assets/store.h"
 #include "property/pieces.h"
+#include "render/engine.h"
 
 /* A ball with dents, of numbers that floats hold. */
 typedef struct ball {
@@ -183,7 +185,7 @@ static void a_scene_keeps_its_mesh_alive(void **state) {
     char *inlined = scene_of(arrays, ""), *named = scene_of(name, "");
     file expected = png_of(engine, inlined);
     shd_request *request = read_scene(engine, named);
-    shd_engine_shrink_meshes(engine, 0);
+    shd_store_shrink(engine->store, 0);
     assert_int_equal(shd_engine_meshes(engine).bytes, 0);
     assert_true(shd_engine_meshes(engine).held > 0);
     shd_error error;
@@ -247,7 +249,7 @@ static void *work(void *context) {
     snprintf(client, sizeof client, "c%d", w->number);
     for (int i = 0; i < 12; i++) {
         if (keep(w->engine, w->bytes, w->size, true, client, name) != SHD_OK) break;
-        if ((i + w->number) % 3 == 0) shd_engine_shrink_meshes(w->engine, 0);
+        if ((i + w->number) % 3 == 0) shd_store_shrink(w->engine->store, 0);
         char *named = scene_of(name, i % 2 ? "" : "\"ambient\": 0.125,");
         shd_request *request;
         shd_error error;

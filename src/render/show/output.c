@@ -3,7 +3,12 @@
 #include <float.h>
 #include <string.h>
 
-#include "render/show/route.h"
+shd_route shd_route_of(const shd_scene *scene, const shd_output *output, bool apart) {
+    const bool integers = output->depth == SHD_U8 || output->depth == SHD_U16;
+    const bool mixed = scene->transparent && shd_format_get(output->format)->premultiplied;
+    const bool codes = apart && integers && !mixed && !output->layer_count;
+    return (shd_route){codes, !codes || scene->transparent || scene->output_count > 1};
+}
 
 /* Holds values in the range that the sample type or the format can store, and counts those
  * outside. */

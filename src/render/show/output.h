@@ -5,6 +5,17 @@
 #include "image/image.h"
 #include "render/tiles/film.h"
 
+/* The one decision about the way of an output's colors, for rendering, estimates and
+ * explanations. */
+typedef struct shd_route {
+    bool codes; /* the output's samples are looked up in tables, not converted in floats */
+    bool film;  /* the film has floats; if not, tiles store the samples of the only output */
+} shd_route;
+
+/* `apart`: whether, as far as the caller knows, each channel of the output depends on the same
+ * channel of the film alone. */
+shd_route shd_route_of(const shd_scene *scene, const shd_output *output, bool apart);
+
 /* Makes the picture of the scene's output `index` from the film. Call in order: the last picture is
  * made in the film's own pixels. Adds to r->times and r->saturated. */
 shd_status shd_output_make(shd_rendering *r, const shd_film *film, size_t index, shd_picture *out,

@@ -85,12 +85,9 @@ static const member segments_member = {
     "Slices that the shape is cut into for flat or gouraud, 3 to 1024"};
 
 static json_t *describe_member(const member *m) {
-    json_t *entry =
-        json_pack("{ss ss sb}", "name", m->name, "type", m->type, "required", m->initial == NULL);
-    if (m->initial && *m->initial)
-        json_object_set_new(entry, "default", json_loads(m->initial, JSON_DECODE_ANY, NULL));
-    json_object_set_new(entry, "description", json_string(m->description));
-    return entry;
+    json_t *initial = m->initial ? json_loads(m->initial, JSON_DECODE_ANY, NULL) : NULL;
+    return json_pack("{ss ss sb so* ss}", "name", m->name, "type", m->type, "required",
+                     m->initial == NULL, "default", initial, "description", m->description);
 }
 
 static json_t *describe_members(const member *members, size_t count) {

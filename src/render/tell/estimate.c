@@ -1,7 +1,6 @@
 #include "render/tell/estimate.h"
 
-#include "render/show/route.h"
-#include "render/tiles/film.h"
+#include "render/show/output.h"
 
 /* The numbers of scenes have limits of 2^46 and below. Sums and products of them saturate instead
  * of wrapping. */

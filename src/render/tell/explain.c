@@ -2,17 +2,13 @@
 #include "base/json_memory.h"
 #include "render/planning.h"
 #include "render/request.h"
-#include "render/show/route.h"
+#include "render/show/output.h"
 #include "render/tell/json.h"
 #include "render/tell/words.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-static json_t *maybe_text(const char *text) {
-    return text ? json_string(text) : json_null();
-}
 
 /* The bounds with what they count and, if one is not known, why. */
 static json_t *tell_bounds(const shd_plan *plan) {
@@ -28,9 +24,9 @@ static json_t *tell_bounds(const shd_plan *plan) {
     for (size_t i = 0; i < 3; i++) {
         const bool known = isfinite(metrics[i].value);
         json_object_set_new(all, shd_metric_names[i],
-                            json_pack("{so ss ss so}", "most", shd_tell_number(metrics[i].value),
+                            json_pack("{so ss ss ss?}", "most", shd_tell_number(metrics[i].value),
                                       "unit", metrics[i].unit, "against", metrics[i].against, "why",
-                                      maybe_text(known ? NULL : metrics[i].why)));
+                                      known ? NULL : metrics[i].why));
     }
     return all;
 }
@@ -38,8 +34,7 @@ static json_t *tell_bounds(const shd_plan *plan) {
 /* ---- Terms. ---- */
 
 static json_t *tell_term(const char *name, bool used, const char *why) {
-    return json_pack("{ss sb so}", "term", name, "used", used, "why",
-                     maybe_text(used ? NULL : why));
+    return json_pack("{ss sb ss?}", "term", name, "used", used, "why", used ? NULL : why);
 }
 
 static json_t *tell_terms(const shd_plan *plan) {
@@ -76,9 +71,9 @@ static json_t *tell_lights(const shd_plan *plan) {
         uint32_t at;
         bool used = shd_plan_find_light(plan, i, &at);
         json_array_append_new(list,
-                              json_pack("{sI ss sb so}", "light", (json_int_t)i, "type",
+                              json_pack("{sI ss sb ss?}", "light", (json_int_t)i, "type",
                                         shd_light_names[scene->lights[i].type], "used", used, "why",
-                                        maybe_text(used ? NULL : shd_drop_reason(plan->drops[i]))));
+                                        used ? NULL : shd_drop_reason(plan->drops[i])));
     }
     return json_pack("{sI sI so}", "given", (json_int_t)scene->light_count, "used",
                      (json_int_t)plan->light_count, "list", list);
@@ -136,8 +131,8 @@ static json_t *tell_outputs(const shd_explained *e) {
     for (size_t i = 0; i < scene->output_count; i++) {
         const shd_output *output = &scene->outputs[i];
         json_array_append_new(list,
-                              json_pack("{so ss ss ss sb ss}", "name", maybe_text(output->name),
-                                        "format", shd_format_get(output->format)->name, "depth",
+                              json_pack("{ss? ss ss ss sb ss}", "name", output->name, "format",
+                                        shd_format_get(output->format)->name, "depth",
                                         shd_depth_name(output->depth), "color",
                                         e->codes[i] ? "codes" : "floats", "curveKnown",
                                         e->shown[i].coded, "encoder", encoders[output->format]));
@@ -180,6 +175,40 @@ static json_t *tell_all(const shd_explained *e, json_t *words) {
                      "outputs", tell_outputs(e), "tiers", tell_tiers(e), "words", words);
 }
 
+/* ---- What it costs. ---- */
+
+/* Nanoseconds, as those of plan/cost.c. */
+static const double CODES = 2.5;  /* a pixel straight to codes, */
+static const double FLOATS = 48;  /* through OpenColorIO's floats, */
+static const double LINEAR = 1.3; /* or to a linear space */
+
+/* To encode a sample of the depth that the format has by itself. */
+static const double encoders[SHD_FORMAT_COUNT] = {
+    [SHD_PNG] = 4.2, [SHD_JPEG] = 1.4, [SHD_WEBP] = 26,
+    [SHD_TIFF] = 10, [SHD_EXR] = 21,   [SHD_HDR] = 5,
+};
+
+static shd_cost cost_of(const shd_plan *plan, const bool *codes) {
+    const shd_scene *scene = plan->scene;
+    const double pixels = (double)scene->raster.w * scene->raster.h, million = 1e6;
+    const shd_ray_cost rays = shd_plan_ray_cost(plan, plan->tier, shd_plan_kernel_costs(plan));
+    shd_cost cost = {.visibility = (pixels * rays.rays + rays.meshes) / million,
+                     .shade = pixels * rays.light / million};
+    for (size_t o = 0; o < scene->output_count; o++) {
+        const shd_output *output = &scene->outputs[o];
+        const shd_format_info *format = shd_format_get(output->format);
+        const double pictures = 1 + (double)output->layer_count;
+        const double values = pixels * pictures * (output->channel < 0 ? 3 : 1);
+        const bool linear = output->color_space && output->color_space->scene_linear;
+        const double color = codes[o] ? CODES : linear ? LINEAR : FLOATS;
+        cost.color += pixels * pictures * color / million;
+        cost.encode +=
+            values * encoders[output->format] * (output->depth > format->depth ? 2 : 1) / million;
+    }
+    cost.total = cost.visibility + cost.shade + cost.color + cost.encode;
+    return cost;
+}
+
 /* ---- The answer. ---- */
 
 static bool channels_keep_apart(const shd_shown *shown) {
@@ -202,7 +231,7 @@ static shd_status explain_plan(shd_rendering *r, const shd_scene *scene, shd_exp
     for (size_t i = 0; i < scene->output_count; i++)
         codes[i] = shd_route_of(scene, &scene->outputs[i], channels_keep_apart(&e->shown[i])).codes;
     e->codes = codes;
-    e->cost = shd_cost_of(e->plan, codes);
+    e->cost = cost_of(e->plan, codes);
     /* Plan each tier as if it had been asked for. */
     for (int t = 0; t <= SHD_EXACT; t++) {
         shd_scene *asking = shd_arena_alloc(r->arena, 1, sizeof *asking);
@@ -214,7 +243,7 @@ static shd_status explain_plan(shd_rendering *r, const shd_scene *scene, shd_exp
             shd_plan_make(asking, r->engine->isa, e->shown, r->cancelled, r->arena, &plan, error);
         if (status != SHD_OK) return status;
         e->bounds[t] = plan->bound;
-        e->costs[t] = shd_cost_of(plan, codes);
+        e->costs[t] = cost_of(plan, codes);
     }
     return SHD_OK;
 }

@@ -5,7 +5,12 @@
 #include <jansson.h>
 
 #include "render/show/shown.h"
-#include "render/tell/cost.h"
+
+/* What a plan costs, roughly, in milliseconds of one core: a simple model whose constants were
+ * measured once. */
+typedef struct shd_cost {
+    double visibility, shade, color, encode, total;
+} shd_cost;
 
 /* What there is to tell. */
 typedef struct shd_explained {
