@@ -1,5 +1,4 @@
 /* Text to tree: syntax errors, and the bound on what a tree may take. */
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 

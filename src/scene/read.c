@@ -1,8 +1,6 @@
 /* The document: its parts in the order in which they need each other. */
 #include "scene/read.h"
 
-#include <string.h>
-
 static void read_background(shd_reader *r, const shd_node *node, void *out) {
     (void)out;
     if (json_is_null(node->value))

@@ -1,5 +1,4 @@
 /* Outputs: what the picture becomes. */
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -3,8 +3,6 @@
  * the hull, and a circular cone around the vectors holds their cone, because both are convex. */
 #include "bound/light/pieces.h"
 
-#include <string.h>
-
 #include "plan/cells.h"
 
 /* The picture's sides are this many pixels farther out, because pixels around it are looked at. */

@@ -3,7 +3,6 @@
 #ifndef SHD_RENDER_TILES_PAINT_H
 #define SHD_RENDER_TILES_PAINT_H
 
-#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 

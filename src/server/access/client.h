@@ -13,7 +13,6 @@
 #define SHD_SERVER_ACCESS_CLIENT_H
 
 #include <stdbool.h>
-#include <stddef.h>
 
 #include "base/status.h"
 

@@ -3,8 +3,6 @@
 #ifndef SHD_SERVER_ACCESS_PRIVATE_H
 #define SHD_SERVER_ACCESS_PRIVATE_H
 
-#include <stddef.h>
-
 #include "server/server.h"
 
 enum { SHD_POLICY_SIZE = 512 };

@@ -1,8 +1,6 @@
 #include "negotiate.h"
 
-#include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 #include "shaded.h"
 

@@ -1,6 +1,5 @@
 #include "address.h"
 
-#include <arpa/inet.h>
 #include <errno.h>
 #include <linux/filter.h>
 #include <netdb.h>

@@ -3,7 +3,6 @@
 #define SHD_SERVER_CONN_ADDRESS_H
 
 #include <stdbool.h>
-#include <stddef.h>
 
 #include "base/status.h"
 

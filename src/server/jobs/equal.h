@@ -3,7 +3,6 @@
 #ifndef SHD_SERVER_JOBS_EQUAL_H
 #define SHD_SERVER_JOBS_EQUAL_H
 
-#include <stdbool.h>
 #include <stdint.h>
 
 typedef struct shd_job shd_job;

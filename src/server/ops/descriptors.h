@@ -4,7 +4,6 @@
 #ifndef SHD_SERVER_OPS_DESCRIPTORS_H
 #define SHD_SERVER_OPS_DESCRIPTORS_H
 
-#include <stddef.h>
 #include <stdint.h>
 
 #include "base/status.h"
