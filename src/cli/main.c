@@ -116,7 +116,7 @@ static int run_command(const char *command, const char *const *scenes, size_t co
                        const cli_options *options) {
     const bool renders = !strcmp(command, "render"), explains = !strcmp(command, "explain"),
                compares = !strcmp(command, "compare"), checks = !strcmp(command, "check");
-    if (options->json && !explains && !renders)
+    if (options->json && !explains)
         return cli_usage("--json is for explain, which has words as well");
     if (!renders && !explains && !compares && !checks)
         return cli_usage("unknown command '%s': render, explain, compare or check", command);

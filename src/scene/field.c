@@ -93,6 +93,11 @@ void shd_read_label(shd_reader *r, const shd_node *node, void *out) {
     if (!json_is_string(node->value)) shd_node_expect(r->report, node, "a string");
 }
 
+void shd_keep_value(shd_reader *r, const shd_node *node, void *out) {
+    (void)r;
+    *(const json_t **)out = node->value;
+}
+
 /* ---- Numbers ---- */
 
 static bool in_range(double value, const shd_range *range) {

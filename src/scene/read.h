@@ -125,6 +125,7 @@ shd_field_read shd_read_vector;    /* shd_vec3, each component in the field's ra
 shd_field_read shd_read_direction; /* shd_vec3, made unit */
 shd_field_read shd_read_color;     /* double[3], in the working space */
 shd_field_read shd_read_label;     /* nothing: the string is for others */
+shd_field_read shd_keep_value;     /* const json_t *, as it is */
 
 /* The parts: field readers that fill the reader's scene. */
 shd_field_read shd_read_spaces;

@@ -134,16 +134,11 @@ static bool read_plain(const void *data, size_t length, shd_arena *arena, shd_js
 
 /* ---- Either form ---- */
 
-static void keep_value(shd_reader *r, const shd_node *node, void *out) {
-    (void)r;
-    *(const json_t **)out = node->value;
-}
-
 static const shd_mesh *read_members(shd_reader *r, const json_t *tree) {
     static const shd_field fields[] = {
-        {"positions", keep_value, .offset = offsetof(shd_mesh_source, positions)},
-        {"indices", keep_value, .offset = offsetof(shd_mesh_source, indices)},
-        {"normals", keep_value, .offset = offsetof(shd_mesh_source, normals)},
+        {"positions", shd_keep_value, .offset = offsetof(shd_mesh_source, positions)},
+        {"indices", shd_keep_value, .offset = offsetof(shd_mesh_source, indices)},
+        {"normals", shd_keep_value, .offset = offsetof(shd_mesh_source, normals)},
     };
     const shd_node root = {.value = tree};
     shd_mesh_source source = {NULL, NULL, NULL};

@@ -49,12 +49,6 @@ static void read_material(shd_reader *r, const shd_node *node, void *out) {
     *(size_t *)out = shd_use_material(r, node);
 }
 
-/* A mesh is checked as a whole, after its members are known. */
-static void keep_value(shd_reader *r, const shd_node *node, void *out) {
-    (void)r;
-    *(const json_t **)out = node->value;
-}
-
 #define IN_OBJECT(member) (offsetof(raw_object, object) + offsetof(shd_object, member))
 #define IN_MESH(member)   (offsetof(raw_object, mesh) + offsetof(shd_mesh_source, member))
 
@@ -67,10 +61,11 @@ static const shd_field fields[FIELDS] = {
     [HEIGHT] = {"height", shd_read_number, IN_OBJECT(height), CYLINDER | CONE,
                 .range = &shd_positive},
     [SIZE] = {"size", shd_read_vector, IN_OBJECT(size), BOX, .range = &shd_positive},
-    [POSITIONS] = {"positions", keep_value, IN_MESH(positions), .kinds = MESH},
-    [INDICES] = {"indices", keep_value, IN_MESH(indices), .kinds = MESH},
-    [NORMALS] = {"normals", keep_value, IN_MESH(normals), .kinds = MESH},
-    [DATA] = {"data", keep_value, offsetof(raw_object, data), .kinds = MESH},
+    /* A mesh is checked as a whole, after its members are known. */
+    [POSITIONS] = {"positions", shd_keep_value, IN_MESH(positions), .kinds = MESH},
+    [INDICES] = {"indices", shd_keep_value, IN_MESH(indices), .kinds = MESH},
+    [NORMALS] = {"normals", shd_keep_value, IN_MESH(normals), .kinds = MESH},
+    [DATA] = {"data", shd_keep_value, offsetof(raw_object, data), .kinds = MESH},
     [TRANSFORM] = {"transform", shd_read_transform, .offset = IN_OBJECT(transform)},
     [INTERPOLATION] = {"interpolation", shd_read_choice, offsetof(raw_object, interpolation),
                        .choices = shd_interpolation_names},

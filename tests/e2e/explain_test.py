@@ -230,9 +230,11 @@ class Cli(Folder):
         for arguments in ([], ["scene.json", "scene.json"], ["scene.json", "-o", ""],
                           ["scene.json", "-o", "."]):
             self.assertEqual(self.shade(*arguments).returncode, 2)
-        run = subprocess.run([SHADE, "compare", "scene.json", "--json"], cwd=self.folder,
-                             check=False, capture_output=True, timeout=60)
-        self.assertEqual(run.returncode, 2)
+        for command in (["compare"], ["render", "-o", "out.png"]):
+            run = subprocess.run([SHADE, *command, "scene.json", "--json"], cwd=self.folder,
+                                 check=False, capture_output=True, timeout=60)
+            self.assertEqual(run.returncode, 2, command)
+            self.assertIn(b"--json is for explain", run.stderr)
 
 
 if __name__ == "__main__":
