@@ -20,6 +20,16 @@ static const double SHD_LARGEST_FALL = 1e300;
  * off by, and by its own rounding. */
 static const double SHD_RIM = 4e-6;
 
+/* In f32, N.(light - p) is off by less than this, of the light's distance and of the frame's unit.
+ * If positions are split, whose second halves are rounded to 2^-49, sqrt(SHD_SPLIT) of that unit
+ * counts. If it is nearer to 0 than that under a highlight, the point is lit again in f64, because
+ * highlights end there as off a cliff. */
+static const double SHD_TURNED = 0x1p-22, SHD_SPLIT = 0x1p-52;
+
+/* Highlights of a shininess below 1 end at another cliff, where R.V is 0. Points at which R.V is
+ * nearer to 0 than this are lit again, too. */
+static const double SHD_CLIFF = 1e-3;
+
 /* A lobe is cut where it has fallen to exp(-cut), so that what is cut of all lights together is
  * nothing beside the standard tier's error. `lights` is the number of the scene's lights, so that
  * no bit depends on what the plan leaves out. In f64 a lobe is cut at exp(-SHD_EXACT_CUT), which is

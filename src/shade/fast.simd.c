@@ -94,7 +94,8 @@ __attribute__((noinline, cold)) static void add_wide(const shd_sums_job *job, ui
                               .material = job->material,
                               .first_lobe = first_lobe,
                               .lobe_count = lobe_count,
-                              .narrow = job->points};
+                              .narrow = job->points,
+                              .edges = job->edges};
     _Alignas(64) float rows[ROWS][SHD_W];
     SHD_VARIANT(shd_add_wide)(&one, index, first, wide, rows[0]);
     shd_vf *specular = is.lobes == MANY ? s->more : s->specular;
@@ -139,8 +140,17 @@ SHD_INLINE void add_light(const shd_sums_job *job, uint32_t index, shd_light_kin
     shd_mf lit = shd_vf_gt(facing, shd_vf_set(0));
 
     shd_vf r = shd_vf_set(1), f = r;
+    const shd_vf d2 = directional ? r : dot_lanes(path, path);
+    if (is.lobes) {
+        const double turned = SHD_TURNED * SHD_TURNED,
+                     apart = is.split ? turned * SHD_SPLIT : turned;
+        const shd_vf off2 = shd_vf_fma(d2, shd_vf_set((float)turned), shd_vf_set((float)apart));
+        const shd_mf near = shd_vf_gt(off2, facing * facing);
+        if (__builtin_expect(shd_mf_any(near), 0))
+            shd_mark_edges(job->edges, first,
+                           shd_mf_bits(shd_vf_gt_in(near, dot_lanes(at->w, path), shd_vf_set(0))));
+    }
     if (!directional) {
-        shd_vf d2 = dot_lanes(path, path);
         shd_vu above = (shd_vu)d2 - shd_vu_set(light->nearest); /* wraps below it */
         shd_mf wide = shd_vu_ge(above, shd_vu_set(light->span));
         if (__builtin_expect(shd_mf_any(wide), 0)) {

@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "scene/read.h"
 #include "shade/exact.h"
 #include "shade/packed.h"
 #include "shade/split32.h"
@@ -68,11 +69,12 @@ shd_packed_light shd_pack_light(const shd_plan *plan, const shd_plan_light *ligh
     return out;
 }
 
-shd_wide_light shd_pack_wide(const shd_plan *plan, const shd_plan_light *light) {
+/* `origin` is that of the frame. */
+static shd_wide_light pack_wide(const shd_plan *plan, const shd_plan_light *light,
+                                shd_vec3 origin) {
     const double s = plan->scale;
-    const shd_vec3 from = plan->tier == SHD_EXACT ? (shd_vec3){0, 0, 0} : plan->origin;
     const shd_vec3 at =
-        light->directional ? light->toward : shd_scale(shd_sub(light->position, from), s);
+        light->directional ? light->toward : shd_scale(shd_sub(light->position, origin), s);
     const double a = light->a, b = light->b / s, c = light->c / s / s;
     const double largest = light->directional ? 1 : fmax(a, fmax(b, c));
     shd_wide_light out = {.at = {at.x, at.y, at.z},
@@ -119,12 +121,12 @@ shd_packed_lobe shd_pack_lobe(const shd_plan *plan, double shininess) {
 static const double SAME32 = 4e-7, SAME64 = 1e-13;
 
 /* False: memory is short. */
-static bool pack_sheets(const shd_plan *plan, size_t index, shd_wide_light *to, shd_arena *arena) {
+static bool pack_sheets(const shd_plan *plan, size_t index, shd_vec3 origin, double same,
+                        shd_wide_light *to, shd_arena *arena) {
     if (!plan->sheets) return true;
     const shd_sheets *from = &plan->sheets[index];
-    const bool exact = plan->tier == SHD_EXACT, far = plan->lights[index].directional;
-    const double s = plan->scale, same = exact ? SAME64 : SAME32;
-    const shd_vec3 origin = exact ? (shd_vec3){0, 0, 0} : plan->origin;
+    const bool far = plan->lights[index].directional;
+    const double s = plan->scale;
     shd_packed_sheet *sheets = shd_arena_alloc(arena, from->count, sizeof *sheets);
     if (!sheets) return false;
     for (size_t k = 0; k < from->count; k++) {
@@ -142,19 +144,29 @@ static bool pack_sheets(const shd_plan *plan, size_t index, shd_wide_light *to, 
     return true;
 }
 
+/* All lights in f64, for points in a frame that begins at `origin`, which know of a face's plane
+ * that they are in to within `same`. NULL: memory is short. */
+static const shd_wide_light *pack_all_wide(const shd_plan *plan, shd_vec3 origin, double same,
+                                           shd_arena *arena) {
+    shd_wide_light *wide = shd_arena_alloc(arena, plan->light_count, sizeof *wide);
+    for (size_t j = 0; wide && j < plan->light_count; j++) {
+        wide[j] = pack_wide(plan, &plan->lights[j], origin);
+        if (!pack_sheets(plan, j, origin, same, &wide[j], arena)) return NULL;
+    }
+    return wide;
+}
+
 shd_lighting *shd_lighting_new(const shd_plan *plan, shd_arena *arena) {
     const bool fast = plan->tier != SHD_EXACT;
     const size_t material_count = fast ? plan->scene->material_count : 0;
     const size_t light_count = plan->light_count;
     shd_lighting *lighting = shd_arena_alloc(arena, 1, sizeof *lighting);
-    shd_wide_light *wide = shd_arena_alloc(arena, light_count, sizeof *wide);
+    const shd_wide_light *exact = pack_all_wide(plan, (shd_vec3){0, 0, 0}, SAME64, arena),
+                         *wide = fast ? pack_all_wide(plan, plan->origin, SAME32, arena) : exact;
     shd_packed_light *lights = shd_arena_alloc(arena, fast ? light_count : 0, sizeof *lights);
     shd_packed_material *materials = shd_arena_alloc(arena, material_count, sizeof *materials);
-    if (!lighting || !wide || !lights || !materials) return NULL;
-    for (size_t j = 0; j < light_count; j++) {
-        wide[j] = shd_pack_wide(plan, &plan->lights[j]);
-        if (!pack_sheets(plan, j, &wide[j], arena)) return NULL;
-        if (!fast) continue;
+    if (!lighting || !exact || !wide || !lights || !materials) return NULL;
+    for (size_t j = 0; fast && j < light_count; j++) {
         lights[j] = shd_pack_light(plan, &plan->lights[j]);
         if (wide[j].sheet_count) lights[j].kind = SHD_KIND_WIDE; /* f64 knows the side */
     }
@@ -173,6 +185,7 @@ shd_lighting *shd_lighting_new(const shd_plan *plan, shd_arena *arena) {
                                .wide_kernel = wide_kernel_of(plan->isa),
                                .lights = lights,
                                .wide = wide,
+                               .exact = exact,
                                .materials = materials};
     return lighting;
 }
@@ -202,7 +215,7 @@ static bool is_behind_face(const shd_wide_light *light, shd_vec3 p, shd_vec3 nor
 
 void shd_add_reference(const shd_wide_job *job, uint32_t index, size_t point, double *row) {
     const shd_plan *plan = job->lighting->plan;
-    const shd_wide_light *from = &job->lighting->wide[index];
+    const shd_wide_light *from = &(job->narrow ? job->lighting->wide : job->lighting->exact)[index];
     shd_vec3 at, normal, mirror;
     if (job->narrow) {
         at = lane_of(job->narrow->position, point);
@@ -244,10 +257,11 @@ static size_t end_of(size_t first, size_t step, size_t count) {
 
 void shd_light_sums32(const shd_lighting *lighting, const shd_plan_material *material,
                       const uint32_t *which, size_t n, const shd_points32 *points,
-                      float *const diffuse[3], float *const *specular) {
+                      float *const diffuse[3], float *const *specular, uint8_t *edges) {
     const shd_packed_material *packed = &lighting->materials[material - lighting->plan->materials];
     const size_t step = points_at_once(material, n);
-    shd_sums_job job = {lighting, material, packed, which, n, points, 0, 0, diffuse, specular};
+    shd_sums_job job = {lighting, material, packed,  which,    n,    points,
+                        0,        0,        diffuse, specular, edges};
     shd_wide_job wide = {.lighting = lighting,
                          .material = material,
                          .which = which,
@@ -255,7 +269,8 @@ void shd_light_sums32(const shd_lighting *lighting, const shd_plan_material *mat
                          .count = points->count,
                          .narrow = points,
                          .diffuse = diffuse,
-                         .specular = specular};
+                         .specular = specular,
+                         .edges = edges};
     const bool is_wide = packed->wide || !lighting->kernel->sums32;
     for (size_t first = 0; first < points->count; first += step) {
         if (shd_is_cancelled(lighting->plan->cancelled)) return;
@@ -285,4 +300,21 @@ void shd_light_sums64(const shd_lighting *lighting, const shd_plan_material *mat
         job.end = end_of(job.first, step, points->count);
         lighting->wide_kernel->sums64(&job);
     }
+}
+
+void shd_light_again(const shd_lighting *lighting, const shd_plan_material *material,
+                     const uint32_t *which, size_t n, const shd_points64 *points,
+                     const uint32_t *at, float *const diffuse[3], float *const *specular) {
+    enum { MOST_ROWS = 3 + 3 * (1 + SHD_LOBES_MOST) };
+    double sums[MOST_ROWS][SHD_LANES], *rows[MOST_ROWS];
+    const size_t channels = lighting->plan->grey_lights ? 1 : 3;
+    for (size_t k = 0; k < 3 + 3 * material->lobe_count; k++) rows[k] = sums[k];
+    shd_light_sums64(lighting, material, which, n, points, rows, rows + 3);
+    if (shd_is_cancelled(lighting->plan->cancelled)) return;
+    for (size_t i = 0; i < points->count; i++)
+        for (size_t c = 0; c < channels; c++) {
+            if (diffuse) diffuse[c][at[i]] = (float)sums[c][i];
+            for (size_t k = 0; k < material->lobe_count; k++)
+                specular[3 * k + c][at[i]] = (float)sums[3 + 3 * k + c][i];
+        }
 }

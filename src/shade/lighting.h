@@ -36,7 +36,7 @@ typedef struct shd_points32 {
     const float *mirror[3]; /* W = 2(N.V)N - V, rounded from f64 */
 } shd_points32;
 
-/* For the exact tier, in the world's frame. */
+/* In f64, in the world's frame. */
 typedef struct shd_points64 {
     size_t count;
     const double *position[3], *normal[3], *view[3];
@@ -53,13 +53,22 @@ shd_lighting *shd_lighting_new(const shd_plan *plan, shd_arena *arena);
  * rows are written, except that grey lights (plan->grey_lights) write only those with c = 0.
  * `diffuse` may be NULL.
  *
+ * edges[i], one a point, is set to 1 if f32 cannot tell on which side of an edge of the model the
+ * point is (plan/tier.h): shd_light_again is for those. Others stay as they are. It may be NULL.
+ *
  * A sum beyond f32 is infinite, and NaN if infinite light meets infinite negative light. Once
  * plan->cancelled is raised, rows are written in part. */
 void shd_light_sums32(const shd_lighting *lighting, const shd_plan_material *material,
                       const uint32_t *which, size_t n, const shd_points32 *points,
-                      float *const diffuse[3], float *const *specular);
+                      float *const diffuse[3], float *const *specular, uint8_t *edges);
 
-/* The same in f64, for the exact tier. Sums are in f64 in the order of `which`, and only `count`
+/* Replaces the sums of points at[0..points->count) of these rows, at most SHD_LANES, by sums in f64
+ * of `points`. */
+void shd_light_again(const shd_lighting *lighting, const shd_plan_material *material,
+                     const uint32_t *which, size_t n, const shd_points64 *points,
+                     const uint32_t *at, float *const diffuse[3], float *const *specular);
+
+/* The same in f64. Sums are in f64 in the order of `which`, and only `count`
  * entries of the rows are written. */
 void shd_light_sums64(const shd_lighting *lighting, const shd_plan_material *material,
                       const uint32_t *which, size_t n, const shd_points64 *points,

@@ -39,8 +39,8 @@ typedef struct shd_packed_sheet {
     double same_normal, same_place, slack; /* same_place (|x| + |y| + |z|) + slack */
 } shd_packed_sheet;
 
-/* The same light in f64. For the exact tier it is in the world's frame times the plan's scale, and
- * positions are subtracted as they are. For the other tiers it is in the plan's frame. */
+/* The same light in f64. For points in f64 it is in the world's frame times the plan's scale, and
+ * positions are subtracted as they are. For those in f32 it is in the plan's frame. */
 typedef struct shd_wide_light {
     _Alignas(64) double at[3];
     double a, b, c, least;
@@ -79,6 +79,7 @@ typedef struct shd_sums_job {
     size_t first, end;
     float *const *diffuse;
     float *const *specular;
+    uint8_t *edges; /* NULL: nobody asks */
 } shd_sums_job;
 
 typedef struct shd_sums_kernel {
@@ -101,6 +102,7 @@ typedef struct shd_wide_job {
     const shd_points32 *narrow;
     float *const *diffuse, *const *specular;
     double *const *diffuse64, *const *specular64;
+    uint8_t *edges; /* of `narrow`; NULL: nobody asks */
 } shd_wide_job;
 
 typedef struct shd_wide_kernel {
@@ -121,14 +123,18 @@ struct shd_lighting {
     const shd_sums_kernel *kernel;
     const shd_wide_kernel *wide_kernel;
     const shd_packed_light *lights;       /* [plan->light_count]; NULL for the exact tier */
-    const shd_wide_light *wide;           /* [plan->light_count] */
+    const shd_wide_light *wide, *exact;   /* [plan->light_count]: for narrow points, for others */
     const shd_packed_material *materials; /* [plan->material_count] */
 };
 
 /* Packs a light, and a material's lobes, for the tier. */
 shd_packed_light shd_pack_light(const shd_plan *plan, const shd_plan_light *light);
-shd_wide_light shd_pack_wide(const shd_plan *plan, const shd_plan_light *light);
 shd_packed_lobe shd_pack_lobe(const shd_plan *plan, double shininess);
+
+/* Marks the points of a vector whose bits are set. */
+static inline void shd_mark_edges(uint8_t *edges, size_t first, unsigned lanes) {
+    for (; edges && lanes; lanes &= lanes - 1) edges[first + (size_t)__builtin_ctz(lanes)] = 1;
+}
 
 /* Computes one light at one point by the f64 reference, to row[SHD_WIDE_ROWS] as above. */
 void shd_add_reference(const shd_wide_job *job, uint32_t index, size_t point, double *row);

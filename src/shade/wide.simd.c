@@ -17,6 +17,7 @@ static const double NEAREST2 = 0x1p-600, FARTHEST2 = 0x1p600;
 
 typedef struct points {
     shd_vd p[3], n[3], w[3];
+    bool split; /* from two floats each */
 } points;
 
 SHD_INLINE shd_vd dot_lanes(const shd_vd a[3], const shd_vd b[3]) {
@@ -56,8 +57,10 @@ SHD_INLINE shd_vd weigh_spot(const shd_wide_light *light, const shd_vd toward[3]
     return factor * power_of(shd_log1m64(below_one(q)), light->exponent);
 }
 
-/* N.(light - p), or N.L, of points that lie in a face whose plane the light is in or near to. */
-SHD_INLINE shd_vd facing_of_sheets(const shd_wide_light *light, const points *at, shd_vd facing) {
+/* N.(light - p), or N.L, of points that lie in a face whose plane the light is in or near to: those
+ * are set in `known`. */
+SHD_INLINE shd_vd facing_of_sheets(const shd_wide_light *light, const points *at, shd_vd facing,
+                                   shd_md *known) {
     const shd_vd zero = shd_vd_set(0), one = shd_vd_set(1);
     shd_vd place = zero;
     for (int c = 0; c < 3; c++) place += shd_vd_max(at->p[c], -at->p[c]);
@@ -73,6 +76,7 @@ SHD_INLINE shd_vd facing_of_sheets(const shd_wide_light *light, const points *at
         const shd_md on =
             shd_vd_gt_in(shd_vd_gt(most, apart), shd_vd_set(s->same_normal), dot_lanes(off, off));
         facing = shd_vd_select(on, sign * shd_vd_set(s->height), facing);
+        *known = shd_md_or(*known, on);
     }
     return facing;
 }
@@ -89,13 +93,26 @@ SHD_INLINE shd_vd weigh_distance(const shd_wide_light *light, shd_vd d2, shd_vd 
     return both * fall;
 }
 
+/* Points as near to N.L = 0, under a highlight, as f32's rounding; but for those of which the side
+ * is known. */
+SHD_INLINE unsigned find_ends(const points *at, const shd_vd path[3], shd_vd facing, shd_vd d2,
+                              shd_md known) {
+    const double turned = SHD_TURNED * SHD_TURNED;
+    const shd_vd reach = (d2 + shd_vd_set(at->split ? SHD_SPLIT : 1)) * shd_vd_set(turned);
+    const shd_md near = shd_md_and(shd_vd_gt(reach, facing * facing), shd_md_not(known));
+    if (!shd_md_any(near)) return 0;
+    return shd_md_bits(shd_vd_gt_in(near, dot_lanes(at->w, path), shd_vd_set(0)));
+}
+
 /* Adds one light to sums[row] in the lanes `asked`. Rows are the channels of the diffuse sum, then
- * 3 + 3 lobe + channel. Returns the lanes that are left to the reference. */
+ * 3 + 3 lobe + channel. Returns the lanes that are left to the reference. Lanes on edges to within
+ * f32's rounding are added to `edges`, unless that is NULL. */
 SHD_INLINE unsigned add_light(const shd_wide_light *light, const points *at,
                               const shd_plan_lobe *lobes, size_t lobe_count, shd_md asked,
-                              int channels, shd_vd *sums) {
+                              int channels, shd_vd *sums, unsigned *edges) {
     shd_vd toward[3];
     shd_vd factor = shd_vd_set(1);
+    shd_md known = shd_vd_gt(factor, factor); /* none */
     unsigned left = 0;
     for (int c = 0; c < 3; c++) toward[c] = shd_vd_set(light->at[c]);
     shd_md lit;
@@ -103,7 +120,8 @@ SHD_INLINE unsigned add_light(const shd_wide_light *light, const points *at,
     if (light->kind == SHD_KIND_DIRECTIONAL) {
         facing = dot_lanes(at->n, toward);
         if (__builtin_expect(light->sheet_count > 0, 0))
-            facing = facing_of_sheets(light, at, facing);
+            facing = facing_of_sheets(light, at, facing, &known);
+        if (edges && lobe_count) *edges |= find_ends(at, toward, facing, factor, known);
         lit = shd_vd_gt_in(asked, facing, shd_vd_set(0));
         if (!shd_md_any(lit)) return 0;
     } else {
@@ -113,7 +131,8 @@ SHD_INLINE unsigned add_light(const shd_wide_light *light, const points *at,
         left = shd_md_bits(shd_md_and(asked, shd_md_not(held)));
         facing = dot_lanes(at->n, toward);
         if (__builtin_expect(light->sheet_count > 0, 0))
-            facing = facing_of_sheets(light, at, facing);
+            facing = facing_of_sheets(light, at, facing, &known);
+        if (edges && lobe_count) *edges |= find_ends(at, toward, facing, d2, known);
         lit = shd_vd_gt_in(shd_md_and(held, asked), facing, shd_vd_set(0));
         if (!shd_md_any(lit)) return left;
         const shd_vd inverse = weigh_distance(light, d2, &factor);
@@ -133,6 +152,11 @@ SHD_INLINE unsigned add_light(const shd_wide_light *light, const points *at,
     for (size_t k = 0; k < lobe_count; k++) {
         const double shininess = lobes[k].shininess;
         const double reach = shininess > SHD_EXACT_CUT ? SHD_EXACT_CUT / shininess : 1;
+        if (edges && shd_is_sheer(shininess)) {
+            const shd_vd shine = shd_vd_set(1) - d;
+            *edges |=
+                shd_md_bits(shd_vd_gt_in(lit, shd_vd_set(SHD_CLIFF), shd_vd_max(shine, -shine)));
+        }
         shd_md in = shd_vd_gt_in(lit, shd_vd_set(reach), d);
         if (!shd_md_any(in)) continue;
         if (!has_log) log = shd_log1m64(below_one(d));
@@ -163,6 +187,7 @@ SHD_INLINE shd_vd widen_load(const float *from) {
 }
 
 SHD_INLINE void load_narrow(const shd_points32 *from, size_t i, points *to) {
+    to->split = from->low[0];
     for (int c = 0; c < 3; c++) {
         to->p[c] = widen_load(from->position[c] + i);
         if (from->low[0]) to->p[c] += widen_load(from->low[c] + i);
@@ -173,6 +198,7 @@ SHD_INLINE void load_narrow(const shd_points32 *from, size_t i, points *to) {
 
 SHD_INLINE void load_points(const shd_points64 *from, size_t i, double scale, points *to) {
     shd_vd v[3];
+    to->split = false;
     for (int c = 0; c < 3; c++) {
         to->p[c] = shd_vd_load(from->position[c] + i) * shd_vd_set(scale);
         to->n[c] = shd_vd_load(from->normal[c] + i);
@@ -218,7 +244,7 @@ SHD_INLINE void store_sums(const shd_wide_job *job, size_t row, size_t i, shd_vd
 }
 
 SHD_INLINE void sum_lights(const shd_wide_job *job, int channels, size_t lobe_count) {
-    const shd_wide_light *lights = job->lighting->wide;
+    const shd_wide_light *lights = job->narrow ? job->lighting->wide : job->lighting->exact;
     const shd_plan_lobe *lobes = job->material->lobes + job->first_lobe;
     const double scale = job->lighting->plan->scale;
     const shd_md all = shd_md_not(shd_vd_gt(shd_vd_set(0), shd_vd_set(0)));
@@ -234,15 +260,18 @@ SHD_INLINE void sum_lights(const shd_wide_job *job, int channels, size_t lobe_co
             at = last;
         }
         shd_vd sums[ROWS];
+        unsigned edges = 0;
         for (size_t k = 0; k < 3 + 3 * lobe_count; k++) sums[k] = shd_vd_set(0);
         for (size_t k = 0; k < job->n; k++) {
             const uint32_t index = job->which[k];
             unsigned left = (1u << VW) - 1;
             if (__builtin_expect(lights[index].kind != SHD_KIND_WIDE, 1))
-                left = add_light(&lights[index], &at, lobes, lobe_count, all, channels, sums);
+                left = add_light(&lights[index], &at, lobes, lobe_count, all, channels, sums,
+                                 job->edges ? &edges : NULL);
             if (job->count - i < VW) left &= (1u << (job->count - i)) - 1;
             if (__builtin_expect(left, 0)) add_left(job, index, i, left, sums);
         }
+        shd_mark_edges(job->edges, i, edges);
         for (size_t c = 0; c < (size_t)channels; c++) {
             store_sums(job, c, i, sums[c]);
             for (size_t k = 0; k < lobe_count; k++)
@@ -282,10 +311,11 @@ void SHD_VARIANT(shd_add_wide)(const shd_wide_job *job, uint32_t index, size_t f
         shd_vd sums[ROWS], lane;
         for (size_t k = 0; k < ROWS; k++) sums[k] = shd_vd_set(0);
         for (size_t i = 0; i < VW; i++) lane[i] = (double)(lanes >> i & 1);
-        unsigned left = lanes & ((1u << VW) - 1);
+        unsigned left = lanes & ((1u << VW) - 1), edges = 0;
         if (light->kind != SHD_KIND_WIDE)
             left = add_light(light, &at, lobes, job->lobe_count, shd_vd_gt(lane, shd_vd_set(0)),
-                             channels, sums);
+                             channels, sums, &edges);
+        shd_mark_edges(job->edges, first + h * VW, edges);
         if (left) add_left(job, index, first + h * VW, left, sums);
         for (size_t k = 0; k < ROWS; k++) {
             shd_vh half = shd_vh_narrow(sums[k]);

@@ -5,8 +5,7 @@
  *
  * Of each scene (scenes.h), the exact tier's picture is held against an evaluation of the model
  * that shares no code with it (model.h) and its own bound, at some of its pixels; draft,
- * standard, and two budgets against the exact tier's picture, at all of them and in every metric,
- * but for those that the model knows to be on an edge, which no bound counts.
+ * standard, and two budgets against the exact tier's picture, at all of them and in every metric.
  * A finding is told with the seed that makes it again, and its document is saved. */
 #include <pthread.h>
 #include <signal.h>
@@ -35,7 +34,7 @@ static const char EXACTLY[] = "\"tier\": \"exact\"";
 enum { LOOSE = 3, EIGHTHS = 8 * 40 };
 
 typedef struct counts {
-    uint64_t scenes, pictures, pixels, samples, undecided, edges, unbounded, refused, findings;
+    uint64_t scenes, pictures, pixels, samples, undecided, unbounded, refused, findings;
     double share[4]; /* the largest measured error over its bound: exact, and of each metric */
     uint64_t loose[LOOSE][EIGHTHS];
 } counts;
@@ -219,31 +218,6 @@ static size_t worst_pixel(const shd_film *a, const shd_film *b) {
     return at;
 }
 
-/* Gives a film the exact one's pixels where samples on an edge explain what it is off by. */
-static void pass_edges(worker *w, const shd_raster *raster, const shd_film *exact, double bound,
-                       shd_film *film) {
-    const model_program *program = w->family->quad ? &model_quad : &model_long;
-    double offsets[64][2];
-    model *m = NULL;
-    for (size_t i = 0; i < (size_t)film->width * (size_t)film->height; i++) {
-        const float *is = film->rgba + 4 * i, *right = exact->rgba + 4 * i;
-        double off[3], most = 0;
-        for (int c = 0; c < 3; c++) {
-            off[c] = fabs((double)is[c] - (double)right[c]);
-            most = fmax(most, off[c]);
-        }
-        if (!(most > bound) || (!m && !(m = read_model(w, program, raster, offsets)))) continue;
-        model_pixel at;
-        program->evaluate(m, (int)(i % (size_t)film->width), (int)(i / (size_t)film->width), &at);
-        bool explained = true;
-        for (int c = 0; c < 3; c++) explained &= off[c] <= bound + at.jump[c];
-        if (!explained) continue;
-        w->counts.edges++;
-        memcpy(film->rgba + 4 * i, right, 4 * sizeof *right);
-    }
-    if (m) program->drop(m);
-}
-
 static void count_looseness(counts *c, const double is[3], const shd_bound *stated, double seen) {
     const double measured[LOOSE] = {is[0], is[2], is[2]},
                  bound[LOOSE] = {stated->linear, stated->delta_e, seen};
@@ -261,8 +235,6 @@ static void check_tier(worker *w, const picture *exact, const char *accuracy, co
     picture other = {NULL, {0}};
     if (json && draw(w, &other, budget != NULL)) {
         const shd_bound stated = other.request->rendering.plan->bound;
-        if (w->family->modelled)
-            pass_edges(w, &other.request->scene->raster, &exact->film, stated.linear, &other.film);
         const size_t at = worst_pixel(&exact->film, &other.film);
         const int width = exact->film.width;
         shd_showing showing;
@@ -333,7 +305,6 @@ static void add_counts(counts *to, const counts *by) {
     to->pixels += by->pixels;
     to->samples += by->samples;
     to->undecided += by->undecided;
-    to->edges += by->edges;
     to->unbounded += by->unbounded;
     to->refused += by->refused;
     to->findings += by->findings;
@@ -403,19 +374,17 @@ static bool run_attack(attack *a) {
 /* ---- The report. ---- */
 
 static void print_table(FILE *out, const attack *a) {
-    fprintf(out,
-            "| scenes of | what | scenes | pictures | samples against the model | undecided | "
-            "pixels on edges | exact | linear | code | deltaE2000 | findings |\n"
-            "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: "
-            "|\n");
+    fprintf(out, "| scenes of | what | scenes | pictures | samples against the model | undecided | "
+                 "exact | linear | code | deltaE2000 | findings |\n"
+                 "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n");
     counts all = {0};
     for (int i = 0; i <= a->chosen_count; i++) {
         const counts *c = i < a->chosen_count ? &a->counts[i] : &all;
-        fprintf(out, "| %s | %s | %llu | %llu | %llu | %llu | %llu |",
+        fprintf(out, "| %s | %s | %llu | %llu | %llu | %llu |",
                 i < a->chosen_count ? a->chosen[i]->name : "all",
                 i < a->chosen_count ? a->chosen[i]->about : "", (unsigned long long)c->scenes,
                 (unsigned long long)c->pictures, (unsigned long long)c->samples,
-                (unsigned long long)c->undecided, (unsigned long long)c->edges);
+                (unsigned long long)c->undecided);
         for (int k = 0; k < 4; k++) fprintf(out, " %.2g |", c->share[k]);
         fprintf(out, " %llu |\n", (unsigned long long)c->findings);
         if (i < a->chosen_count) add_counts(&all, c);
@@ -463,16 +432,12 @@ static bool write_page(const attack *a, double seconds) {
         "%.0f seconds on %d threads, seeds from %llu: %llu findings.\n\n",
         seconds, a->threads, (unsigned long long)a->first, (unsigned long long)findings);
     print_table(out, a);
-    fprintf(
-        out,
-        "\nThe columns `exact` to `deltaE2000` are the largest error that was measured, over "
-        "its bound: `exact` compares the\nexact tier with the model, the others compare all "
-        "other pictures with the exact one. CIEDE2000's bound is\nthat of the picture's own "
-        "colors. A sample is undecided if the model jumps within rounding of it\n"
-        "(`tests/attack/model.h` says when); any of the values there counts as right. Pixels on "
-        "edges were off by more than the\nlinear bound because a sample is on an edge of the "
-        "light to within the rounding of f32, by no more than the model\njumps there: [the "
-        "model](model.md#errors-bounded) says that bounds do not count such samples.\n");
+    fprintf(out,
+            "\nThe columns `exact` to `deltaE2000` are the largest error that was measured, over "
+            "its bound: `exact` compares the\nexact tier with the model, the others compare all "
+            "other pictures with the exact one. CIEDE2000's bound is\nthat of the picture's own "
+            "colors. A sample is undecided if the model jumps within rounding of it\n"
+            "(`tests/attack/model.h` says when); any of the values there counts as right.\n");
     return fclose(out) == 0;
 }
 

@@ -12,13 +12,9 @@
 
 static const real EPS = (real)0x1p-52; /* of f64 */
 
-/* What f32 turns directions by, and where highlights of a shininess below 1 end (docs/model.md). */
-static const real TURNED = (real)1e-6, CLIFF = (real)1e-3;
-
-/* A color, the range of what it is where that is undecided, and by how much a sample on an edge may
- * be off in f32. */
+/* A color, and the range of what it is where that is undecided. */
 typedef struct shade {
-    real low[3], high[3], jump[3];
+    real low[3], high[3];
 } shade;
 
 struct model {
@@ -34,6 +30,7 @@ struct model {
 typedef struct spot {
     point at, normal, view;
     bool flat;
+    real size; /* of the thing that it is a place of, and how far away that is */
 } spot;
 
 static void note(uint64_t *key, uint64_t value) {
@@ -41,11 +38,8 @@ static void note(uint64_t *key, uint64_t value) {
     *key ^= *key >> 29;
 }
 
-/* f s, 0 where the light does not come; `unsure`: whether rounding may decide on it; `jump`: what f
- * s may be instead in f32, on the rim of a cone. */
-static real strength(const lamp *l, const spot *s, point *toward, uint64_t *key, bool *unsure,
-                     real *jump) {
-    *jump = 0;
+/* f s, 0 where the light does not come; `unsure`: whether rounding may decide on it. */
+static real strength(const lamp *l, const spot *s, point *toward, uint64_t *key, bool *unsure) {
     *toward = l->toward;
     if (l->kind == DIRECTIONAL) return 1;
     const point path = sub(l->position, s->at);
@@ -61,11 +55,11 @@ static real strength(const lamp *l, const spot *s, point *toward, uint64_t *key,
         *unsure |= off > 4 * rounding;
         if (off <= 16 * rounding) return 0;
     }
+    *unsure |= !s->flat && off < 64 * (rounding + EPS * s->size);
     if (l->kind != SPOT) return f;
     const real cosine = -dot(l->axis, *toward);
     const real t = ANGLE(length(cross(l->axis, *toward)), cosine);
     note(key, (uint64_t)(t <= l->angle) + 2 * (uint64_t)(l->exponent > 0 && cosine > 0));
-    if (SIZE(t - l->angle) < TURNED) *jump = f;
     if (t > l->angle) return 0;
     const real outer = COSINE(l->angle), inner = COSINE(l->inner);
     if (t > l->inner) {
@@ -76,31 +70,14 @@ static real strength(const lamp *l, const spot *s, point *toward, uint64_t *key,
     return f;
 }
 
-/* By how much a channel may be off where a light's edge is as near as f32 tells. */
-static real jump_of(const stuff *m, int c, real facing, real shine, real f, real rim) {
-    real lobes = 0, ended = 0;
-    for (size_t k = 0; k < m->lobe_count; k++) {
-        const real shininess = m->lobes[k].shininess, bright = SIZE(m->lobes[k].specular[c]);
-        if (shine > 0) lobes += bright * POWER(shine, shininess);
-        if (shininess < 1 && SIZE(shine) < CLIFF) ended += bright * POWER(CLIFF, shininess);
-    }
-    const real all = SIZE(m->diffuse[c]) * larger(0, facing) + lobes;
-    return rim * all + f * ((SIZE(facing) < TURNED ? lobes : 0) + ended);
-}
-
 static void add_lamp(const lamp *l, const stuff *m, const spot *s, uint64_t *key, shade *out) {
     point toward;
     bool unsure = false;
-    real jump;
-    const real f = strength(l, s, &toward, key, &unsure, &jump), facing = dot(s->normal, toward);
+    const real f = strength(l, s, &toward, key, &unsure), facing = dot(s->normal, toward);
     note(key, facing > 0);
     unsure |= s->flat && SIZE(facing) < 64 * EPS;
-    const bool ends = SIZE(facing) < TURNED;
-    if (!(facing > 0) && !unsure && !ends) return;
-    const real shine = dot(sub(times(s->normal, 2 * facing), toward), s->view);
-    for (int c = 0; c < 3; c++)
-        out->jump[c] += jump_of(m, c, facing, shine, f, jump) * SIZE(l->color[c]);
     if (!(facing > 0) && !unsure) return;
+    const real shine = dot(sub(times(s->normal, 2 * facing), toward), s->view);
     for (size_t k = 0; k < m->lobe_count; k++)
         if (m->lobes[k].shininess < 1) note(key, shine > 0);
     for (int c = 0; c < 3; c++) {
@@ -114,15 +91,17 @@ static void add_lamp(const lamp *l, const stuff *m, const spot *s, uint64_t *key
 }
 
 /* `face`: the geometric normal, which decides on the side; it and `normal` outward, not unit. */
-static shade light_place(const model *whole, const stuff *m, point at, point face, point normal,
+static shade light_place(const model *whole, const thing *t, point at, point face, point normal,
                          bool flat, uint64_t *key) {
     const document *d = &whole->d;
-    spot s = {at, unit(normal), d->orthographic ? d->back : unit(sub(d->eye, at)), flat};
+    const stuff *m = &t->stuff;
+    spot s = {at, unit(normal), d->orthographic ? d->back : unit(sub(d->eye, at)), flat,
+              length(t->origin) + t->reach};
     const bool away = dot(face, s.view) < 0;
     note(key, away);
     if (away && !m->front_only) s.normal = times(s.normal, -1);
     shade out;
-    for (int c = 0; c < 3; c++) out.low[c] = out.high[c] = m->constant[c], out.jump[c] = 0;
+    for (int c = 0; c < 3; c++) out.low[c] = out.high[c] = m->constant[c];
     for (size_t j = 0; j < d->lamp_count; j++)
         if (d->lamps[j].kind != AMBIENT) add_lamp(&d->lamps[j], m, &s, key, &out);
     return out;
@@ -187,11 +166,10 @@ static void meet(const document *d, point o, point ray, meetings *out) {
 
 static void blend(const shade *from, const real weight[3], shade *out) {
     for (int c = 0; c < 3; c++) {
-        out->low[c] = out->high[c] = out->jump[c] = 0;
+        out->low[c] = out->high[c] = 0;
         for (int k = 0; k < 3; k++) {
             out->low[c] += weight[k] * from[k].low[c];
             out->high[c] += weight[k] * from[k].high[c];
-            out->jump[c] += weight[k] * from[k].jump[c];
         }
     }
 }
@@ -214,13 +192,13 @@ static shade shade_of(const model *whole, const meeting *m, uint64_t *key) {
             normal = add(normal, times(t->normals[3 * (size_t)m->c.part + k], weight[k]));
         normal = apply(t->cofactor, normal);
     }
-    return light_place(whole, &t->stuff, m->c.at, m->c.normal, normal, m->c.flat, key);
+    return light_place(whole, t, m->c.at, m->c.normal, normal, m->c.flat, key);
 }
 
 /* ---- Samples. ---- */
 
 typedef struct candidate {
-    real low[4], high[4], jump[3];
+    real low[4], high[4];
     uint64_t key;
 } candidate;
 
@@ -236,8 +214,7 @@ static candidate candidate_of(const model *whole, const meeting *m) {
     candidate out = {.key = 1};
     if (m) {
         const shade s = shade_of(whole, m, &out.key);
-        for (int c = 0; c < 3; c++)
-            out.low[c] = s.low[c], out.high[c] = s.high[c], out.jump[c] = s.jump[c];
+        for (int c = 0; c < 3; c++) out.low[c] = s.low[c], out.high[c] = s.high[c];
         out.low[3] = out.high[3] = 1;
         return out;
     }
@@ -278,7 +255,7 @@ static bool look(const model *whole, real x, real y, candidate *out) {
 }
 
 static void evaluate(const model *whole, int px, int py, model_pixel *out) {
-    real low[4] = {0, 0, 0, 0}, high[4] = {0, 0, 0, 0}, jump[3] = {0, 0, 0};
+    real low[4] = {0, 0, 0, 0}, high[4] = {0, 0, 0, 0};
     const int samples = whole->d.samples;
     out->undecided = 0;
     for (int i = 0; i < samples; i++) {
@@ -298,7 +275,6 @@ static void evaluate(const model *whole, int px, int py, model_pixel *out) {
             low[c] += unsure ? range.low[c] : at.low[c];
             high[c] += unsure ? range.high[c] : at.high[c];
         }
-        for (int c = 0; c < 3; c++) jump[c] += at.jump[c];
         out->undecided += unsure;
     }
     out->low[3] = (double)(low[3] / samples);
@@ -310,7 +286,6 @@ static void evaluate(const model *whole, int px, int py, model_pixel *out) {
         const bool known = !whole->d.transparent || low[3] == high[3];
         out->low[c] = known ? (double)(low[c] / count) : -INFINITY;
         out->high[c] = known ? (double)(high[c] / count) : INFINITY;
-        out->jump[c] = (double)(jump[c] / count);
     }
 }
 
@@ -343,13 +318,13 @@ static shade *light_corners(const model *whole, const thing *t) {
         const point face = face_of(t, i);
         if (t->way == FLAT) {
             const point middle = times(add(add(p[0], p[1]), p[2]), (real)1 / 3);
-            out[3 * i] = light_place(whole, &t->stuff, middle, face, face, true, &key);
+            out[3 * i] = light_place(whole, t, middle, face, face, true, &key);
             out[3 * i + 1] = out[3 * i + 2] = out[3 * i];
             continue;
         }
         for (size_t k = 0; k < 3; k++) {
             const point normal = t->normals ? apply(t->cofactor, t->normals[3 * i + k]) : face;
-            out[3 * i + k] = light_place(whole, &t->stuff, p[k], face, normal, !t->normals, &key);
+            out[3 * i + k] = light_place(whole, t, p[k], face, normal, !t->normals, &key);
         }
     }
     return out;
@@ -365,7 +340,7 @@ static shade *light_box(const model *whole, const thing *t) {
         const point out_of = apply(t->cofactor, (point){x, y, z}),
                     middle = {x * t->solid.size.x / 2, y * t->solid.size.y / 2,
                               z * t->solid.size.z / 2};
-        out[i] = light_place(whole, &t->stuff, place(t, middle), out_of, out_of, true, &key);
+        out[i] = light_place(whole, t, place(t, middle), out_of, out_of, true, &key);
     }
     return out;
 }

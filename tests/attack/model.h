@@ -7,7 +7,8 @@
  * surface at the same distance, have another case (object, part, side, lights before or behind the
  * surface, inside or outside their cones). "Beside" is max(1e-9, 256 eps C / f) pixels, eps = 2^-52
  * the rounding of f64, C the size of the coordinates of eye, hit and object, and f what a pixel
- * covers at the hit. Such a sample has the range of all values that are found there; any other one
+ * covers at the hit. So is one of a round surface whose N.(light - p) is below 64 eps of these
+ * coordinates. Such a sample has the range of all values that are found there; any other one
  * value.
  *
  * Documents are those of scenes.h: valid, their colors numbers of the working space. A thread
@@ -23,11 +24,7 @@ typedef struct model model;
 typedef struct model_pixel {
     double low[4], high[4]; /* r, g, b, alpha; straight: those of samples that hit,
                                   where the background is transparent */
-    /* By how much f32 may be off, beyond its bound, because a sample is within 1e-6 of an edge: N.L
-     * = 0 under a highlight, the rim of a cone (in radians); or because R.V is below 1e-3 under a
-     * shininess below 1. No bound counts these samples (docs/model.md). */
-    double jump[3];
-    int undecided; /* of its samples */
+    int undecided;          /* of its samples */
 } model_pixel;
 
 typedef struct model_program {

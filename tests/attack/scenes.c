@@ -377,6 +377,60 @@ static void write_huge(FILE *out, uint64_t *random, const char *accuracy) {
     put_end(out);
 }
 
+/* An eye at something round and huge, against lights in the plane that touches it there: nearly all
+ * that is seen is where N.L is 0 to within some rounding, under a highlight. */
+static void write_sunset(FILE *out, uint64_t *random, const char *accuracy) {
+    static const char *const forms[] = {"sphere", "torus", "cylinder", "ball"};
+    static const double turns[][2] = {{0, 0}, {33, 17}, {-21, 50}, {70, -40}};
+    const int form = one_of(random, 4);
+    const double *turn = turns[one_of(random, 4)], a = turn[0] * RADIAN, b = turn[1] * RADIAN;
+    /* Of a frame that is turned about x, then z. */
+    const xyz away = {cos(b), sin(b), 0}, up = {-sin(b) * cos(a), cos(b) * cos(a), sin(a)},
+              ahead = cross_of(away, up);
+    const double radius = decades(random, 1, 1e8), angle = between(random, 0, 6.3),
+                 high = decades(random, 0.01, 1), aside = decades(random, 0.3, 10);
+    const xyz back = sum_of(scaled_by(up, cos(angle)), scaled_by(ahead, sin(angle))),
+              eye = sum_of(scaled_by(away, high), scaled_by(back, aside)),
+              target = scaled_by(any_direction(random), high / 2);
+    char camera[400];
+    snprintf(camera, sizeof camera,
+             "\"position\": [%.17g, %.17g, %.17g], \"target\": [%.17g, %.17g, %.17g], \"up\": "
+             "[%.17g, %.17g, %.17g]",
+             eye.x, eye.y, eye.z, target.x, target.y, target.z, away.x + up.x / 7,
+             away.y + up.y / 7, away.z + up.z / 7);
+    put_frame(out, random, accuracy, (frame){40, 16, camera, NULL});
+    const int count = 1 + one_of(random, 6);
+    for (int i = 0; i < count; i++) {
+        const double turned = angle + between(random, -1, 1),
+                     raised = one_of(random, 3)
+                                  ? between(random, -1, 1) * decades(random, 1e-9, 0.1)
+                                  : 0,
+                     far = decades(random, 0.3, 10 * radius);
+        const xyz from = sum_of(sum_of(scaled_by(up, -cos(turned)), scaled_by(ahead, -sin(turned))),
+                                scaled_by(away, raised));
+        const bool point = one_of(random, 2);
+        fprintf(out, "%s{\"type\": \"%s\", \"intensity\": %.17g, ", i ? ", " : "",
+                point ? "point" : "directional", between(random, 0.2, 1) / count);
+        put_vector(out, point ? "position" : "direction", scaled_by(from, point ? far : -1));
+        fputs("}", out);
+    }
+    put_objects(out);
+    fputs("{", out);
+    if (form == 3)
+        put_ball(out, 16, 8, radius, true);
+    else if (form == 1)
+        fprintf(out, "\"type\": \"torus\", \"radius\": %.17g, \"tube\": %.17g, ", radius * 0.7,
+                radius * 0.3);
+    else
+        fprintf(out, "\"type\": \"%s\", \"radius\": %.17g, ", forms[form], radius);
+    if (form == 2) fprintf(out, "\"height\": %.17g, ", radius);
+    put_material(out, random, 0.3, 30);
+    fprintf(out, ", \"transform\": {\"rotate\": [%.17g, 0, %.17g], ", turn[0], turn[1]);
+    put_vector(out, "translate", scaled_by(away, -radius));
+    fputs("}}", out);
+    put_end(out);
+}
+
 /* Planes and discs that are met flatly or from afar, looked at where a light is close to them. */
 static void write_flatly(FILE *out, uint64_t *random, const char *accuracy) {
     static const double turns[][2] = {{0, 0}, {30, 0}, {0, 50}, {70, -40}};
@@ -570,6 +624,8 @@ const family families[] = {
     {"patches", "small patches beside large triangles", write_patches, true, false},
     {"far", "scenes of any size, anywhere", write_far, true, false},
     {"huge", "an eye above something huge", write_huge, true, false},
+    {"sunset", "an eye at something round and huge, against lights that graze it", write_sunset,
+     true, false},
     {"flatly", "planes and discs, flat or far, with lights close to where they are seen",
      write_flatly, true, true},
     {"vast", "sizes up to 1e13 of what is near", write_vast, true, true},

@@ -97,7 +97,7 @@ static double time_of(const surface *s, shd_tier tier, shd_isa isa, double shini
         if (tier == SHD_EXACT)
             shd_light_sums64(lighting, &material, which, LIGHTS, &exact, D64, S64);
         else
-            shd_light_sums32(lighting, &material, which, LIGHTS, &points, D, S);
+            shd_light_sums32(lighting, &material, which, LIGHTS, &points, D, S, NULL);
         double took = nanoseconds() - start;
         if (took < least) least = took;
     }

@@ -274,7 +274,7 @@ static inline void light_samples(const shd_plan *plan, const shd_lighting *light
             points.mirror[c] = hits->mirror32[c] + first;
         }
         shd_light_sums32(lighting, material, object->lights, object->light_count, &points, rows32,
-                         rows32 + 3);
+                         rows32 + 3, NULL);
         for (size_t k = 0; k < 3 * (1 + material->lobe_count); k++)
             for (size_t i = 0; i < count; i++) sums64[k][i] = (double)sums32[k][i];
     }

@@ -142,7 +142,7 @@ static inline void sum_by(const shd_plan *plan, const shd_plan_material *materia
     if (plan->tier == SHD_EXACT)
         shd_light_sums64(lighting, material, which, n, &exact, D64, D64 + 3);
     else
-        shd_light_sums32(lighting, material, which, n, &narrow, D, D + 3);
+        shd_light_sums32(lighting, material, which, n, &narrow, D, D + 3, NULL);
     for (size_t k = 0; plan->tier != SHD_EXACT && k < 3 * (1 + material->lobe_count); k++)
         for (size_t i = 0; i < at->count; i++) D64[k][i] = (double)rows[k][i];
     shd_arena_drop(arena);

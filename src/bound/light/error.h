@@ -8,10 +8,10 @@
  *
  * `moved` is how far rounding of positions moves the direction to the light. `faint` and `lobe`
  * depend on how bright the highlight may be there. The model jumps on edges (N.L = 0 under a
- * highlight, the rim of a cone without penumbra), and a point within rounding of an edge may fall
- * on its other side. No bound counts these points, which are single samples. A shininess below 1
- * makes a cliff at R.V = 0, where the slope of (R.V)^ns has no limit: samples with R.V below
- * SHD_CLIFF count as an edge.
+ * highlight, the rim of a cone without penumbra), and a shininess below 1 makes a cliff at R.V = 0,
+ * where the slope of (R.V)^ns has no limit. Points within f32's rounding of an edge (plan/tier.h)
+ * are lit in f64, as the exact tier does it. Those within f64's rounding may fall on its other side
+ * in each tier. No bound counts these points, which are single samples.
  *
  * The figures are 1.2 times and more what 2e5 random points have shown for each path and each of 26
  * exponents from 1 to 1e6. tests/unit/shade_errors.c holds them against 113-bit floats, and fails
@@ -20,8 +20,6 @@
 #define SHD_BOUND_LIGHT_ERROR_H
 
 #include "plan/plan.h"
-
-#define SHD_CLIFF 1e-3 /* of R.V */
 
 /* The way on which a light's weights are computed. Spots go the way of attenuated lights. */
 typedef enum shd_path { SHD_PATH_DIRECTIONAL, SHD_PATH_POINT, SHD_PATH_ATTENUATED } shd_path;

@@ -28,6 +28,7 @@ static void light_points(const facet_job *l, size_t first, size_t count, const u
     const shd_facets *facets = l->facets;
     _Alignas(64) double d[9][BLOCK];
     _Alignas(64) float f[12][BLOCK];
+    uint8_t edges[BLOCK + SHD_LANES] = {0};
     const double origin[3] = {plan->origin.x, plan->origin.y, plan->origin.z};
     for (size_t i = 0; i < BLOCK; i++) {
         const size_t from = first + (i < count ? i : count - 1);
@@ -52,7 +53,17 @@ static void light_points(const facet_job *l, size_t first, size_t count, const u
     shd_points32 points = {
         count, {f[0], f[1], f[2]}, {NULL, NULL, NULL}, {f[6], f[7], f[8]}, {f[9], f[10], f[11]}};
     for (int c = 0; plan->split_positions && c < 3; c++) points.low[c] = f[3 + c];
-    shd_light_sums32(l->lighting, l->material, which, lights, &points, s->arrays, s->arrays + 3);
+    shd_light_sums32(l->lighting, l->material, which, lights, &points, s->arrays, s->arrays + 3,
+                     edges);
+    for (size_t i = 0; i < count; i++) {
+        if (!edges[i]) continue;
+        const shd_points64 point = {1,
+                                    {&d[0][i], &d[1][i], &d[2][i]},
+                                    {&d[3][i], &d[4][i], &d[5][i]},
+                                    {&d[6][i], &d[7][i], &d[8][i]}};
+        shd_light_again(l->lighting, l->material, which, lights, &point, &(uint32_t){(uint32_t)i},
+                        s->arrays, s->arrays + 3);
+    }
 }
 
 static void mix_plane(const facet_job *l, const struct facet_scratch *s, size_t plane, size_t first,

@@ -103,6 +103,49 @@ typedef void light_run_kernel(const shd_scenery *scenery, const shd_plan_materia
                               const uint32_t *which, size_t count, const shd_hits *hits,
                               shd_run run, size_t plane, shd_tile_scratch *s);
 
+/* Casts and lights hits of a run again, in f64: at most SHD_LANES of one object. */
+static void light_again(const shd_scenery *scenery, const shd_plan_material *material,
+                        const uint32_t *which, size_t count, uint32_t object,
+                        const shd_shots *shots, const uint32_t *at, shd_tile_scratch *s) {
+    shd_hits *again = &s->again;
+    again->count = 0;
+    if (shd_sight_shoot(scenery->sight, &object, 1, shots, again) != shots->count)
+        return; /* cancelled */
+    shd_points64 points = {.count = again->count};
+    for (int c = 0; c < 3; c++) {
+        points.position[c] = again->position[c];
+        points.normal[c] = again->normal[c];
+        points.view[c] = again->view[c];
+    }
+    shd_light_again(scenery->lighting, material, which, count, &points, at,
+                    material->has_diffuse ? s->outs : NULL, s->outs + 3);
+}
+
+/* Lights the run's hits on edges again: s->edges. They are few, as wide as f32's rounding. */
+static void light_edges(const shd_scenery *scenery, const shd_plan_material *material,
+                        const uint32_t *which, size_t count, const shd_hits *hits, shd_run run,
+                        shd_tile_scratch *s) {
+    int32_t x[SHD_LANES], y[SHD_LANES];
+    uint8_t sample[SHD_LANES];
+    uint32_t at[SHD_LANES];
+    const uint8_t *edge = memchr(s->edges, 1, run.count), *end = s->edges + run.count;
+    while (edge) {
+        const int32_t object = hits->object[run.first + (size_t)(edge - s->edges)];
+        size_t n = 0;
+        for (; edge && n < SHD_LANES; n++) {
+            const uint32_t i = (uint32_t)(edge - s->edges), shot = hits->shot[run.first + i];
+            if (hits->object[run.first + i] != object) break;
+            at[n] = i;
+            x[n] = s->x[shot];
+            y[n] = s->y[shot];
+            sample[n] = s->sample[shot];
+            edge = memchr(edge + 1, 1, (size_t)(end - edge - 1));
+        }
+        light_again(scenery, material, which, count, (uint32_t)object,
+                    &(shd_shots){n, x, y, sample}, at, s);
+    }
+}
+
 static void sum_lights(const shd_scenery *scenery, const shd_plan_material *material,
                        const uint32_t *which, size_t count, const shd_hits *hits, shd_run run,
                        size_t plane, shd_tile_scratch *s) {
@@ -119,7 +162,10 @@ static void sum_lights(const shd_scenery *scenery, const shd_plan_material *mate
         points.normal[c] = hits->normal32[c] + run.first;
         points.mirror[c] = hits->mirror32[c] + run.first;
     }
-    shd_light_sums32(scenery->lighting, material, which, count, &points, diffuse, out + 3);
+    memset(s->edges, 0, run.count);
+    shd_light_sums32(scenery->lighting, material, which, count, &points, diffuse, out + 3,
+                     s->edges);
+    light_edges(scenery, material, which, count, hits, run, s);
 }
 
 /* The exact tier's sums do not leave f64. They become a run of radiance, plane by plane. */
@@ -171,7 +217,8 @@ static shd_patch patch_of(const shd_scenery *scenery, const shd_hits *hits, shd_
     const shd_vec3 total = {(double)sum[0], (double)sum[1], (double)sum[2]};
     if (!shd_normalize(total, &patch.axis)) return patch;
     const float axis[3] = {(float)patch.axis.x, (float)patch.axis.y, (float)patch.axis.z};
-    patch.cos_spread = (double)scenery->paint->spread(normal, axis, run.count);
+    /* Normals, the axis and their product are each rounded to f32. */
+    patch.cos_spread = (double)scenery->paint->spread(normal, axis, run.count) - 0x1p-21;
     return patch;
 }
 

@@ -34,6 +34,11 @@ static void lay_out_chunk(const shd_plan *plan, shd_scratch *memory, shd_tile_sc
     s->outs = shd_scratch_take(memory, rows, sizeof *s->outs);
     shd_hits_lay_out(plan, length, memory, &s->hits);
     shd_hits_lay_out(plan, length, memory, &s->sorted);
+    if (plan->tier == SHD_EXACT) return;
+    shd_plan exact = *plan;
+    exact.tier = SHD_EXACT;
+    s->edges = shd_scratch_take(memory, length, sizeof *s->edges);
+    shd_hits_lay_out(&exact, SHD_LANES, memory, &s->again);
 }
 
 /* A pixel has at most as many fragments as samples, and as groups and one more for facets. */
