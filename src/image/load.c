@@ -77,14 +77,15 @@ static bool has_thread_storage(void) {
            has_addresses(MEMORY, PROT_READ | PROT_WRITE, 0) && has_descriptor();
 }
 
-/* The module's function; NULL, with dlerror's words. */
-static void *open_module(const char **why) {
+/* The module's encoder; NULL, with the reason. */
+static shd_oiio_encode_fn *open_module(const char **why) {
     void *module = dlopen(path, RTLD_NOW | RTLD_LOCAL);
-    void *symbol = module ? dlsym(module, "shd_oiio_encode") : NULL;
-    if (symbol) return symbol;
-    const char *words = dlerror();
+    /* POSIX's way from an object pointer to a function pointer, without a cast that ISO C lacks. */
+    shd_oiio_open_fn *open = NULL;
+    if (module) *(void **)&open = dlsym(module, "shd_oiio_open");
+    const char *words = open ? "out of memory" : dlerror();
     *why = words ? words : "it is not a module";
-    return NULL;
+    return open ? open() : NULL;
 }
 
 /* The module is never closed: its libraries start threads and register themselves in places that do
@@ -93,20 +94,17 @@ static shd_status load_module(shd_error *error) {
     /* dlopen tells its reasons in words only. What fails twice, though there is room for it before
      * and after, is not there or broken, and stays so. */
     const char *why = "";
-    void *symbol = NULL;
+    shd_oiio_encode_fn *encode = NULL;
     bool room = has_thread_storage();
-    for (int attempt = 0; attempt < 2 && room && !symbol; attempt++) {
-        symbol = open_module(&why);
-        room = symbol || has_thread_storage();
+    for (int attempt = 0; attempt < 2 && room && !encode; attempt++) {
+        encode = open_module(&why);
+        room = encode || has_thread_storage();
     }
     if (!room) return shd_fail(error, SHD_EXHAUSTED, "", "there is no room to load OpenImageIO");
-    if (!symbol) {
+    if (!encode) {
         atomic_store(&incomplete, true);
         return shd_fail(error, SHD_SCENE, "", "OpenImageIO is not installed: %s", why);
     }
-    /* POSIX's way from an object pointer to a function pointer, without a cast that ISO C lacks. */
-    shd_oiio_encode_fn *encode;
-    *(void **)&encode = symbol;
     atomic_store(&loaded, encode);
     return SHD_OK;
 }

@@ -17,18 +17,17 @@
 
 namespace {
 
-/* Once: the caller threads itself, and a server's standard output is not OpenImageIO's. */
-struct Quiet {
-    Quiet() {
-        OIIO::attribute("threads", 1);
-        OIIO::attribute("exr_threads", -1);
-        OIIO::attribute("debug", 0);
-        /* Lists the formats now: writers drop attributes named after other formats, and where
-         * threads come first together one may see the list half made. */
-        OIIO::get_string_attribute("format_list");
-        OIIO::ImageOutput::create("memory.exr");
-    }
-};
+/* For the whole process, before any thread encodes: each encodes on its own, and a server's output
+ * is not OpenImageIO's. */
+void set_up() {
+    OIIO::attribute("threads", 1);
+    OIIO::attribute("exr_threads", -1);
+    OIIO::attribute("debug", 0);
+    /* Lists the formats now, which takes a while: writers drop attributes named after other
+     * formats, and where threads come first together one may see the list half made. */
+    OIIO::get_string_attribute("format_list");
+    OIIO::ImageOutput::create("memory.exr");
+}
 
 /* Collects the file in memory that free() ends, so that it need not be copied. Writers go back
  * to patch offsets. */
@@ -69,7 +68,7 @@ class Memory : public OIIO::Filesystem::IOProxy {
      * offsets in the table behind the header stay 0 (OpenEXR File Layout: magic, version,
      * attributes of a name, a type, a size and a value, an empty name, an offset of 8 bytes for
      * each chunk of lines). */
-    bool lacks_lines(int height, int chunk) const {
+    bool lacks_chunks(int chunks) const {
         size_t at = 8;
         while (at < length && data[at]) {
             for (int text = 0; text < 2; text++) {
@@ -82,7 +81,7 @@ class Memory : public OIIO::Filesystem::IOProxy {
             at += 4 + bytes;
         }
         at++;
-        for (int y = 0; y < height; y += chunk, at += 8) {
+        for (int i = 0; i < chunks; i++, at += 8) {
             static const unsigned char missing[8] = {};
             if (length < 8 || at > length - 8 || !std::memcmp(data + at, missing, 8)) return true;
         }
@@ -121,10 +120,27 @@ OIIO::TypeDesc stored_type(shd_oiio_sample sample) {
     return OIIO::TypeDesc::FLOAT;
 }
 
-/* OpenEXR compresses a chunk of lines by one call of zlib, which cannot be left: of 16 lines (ZIP),
- * or of one (ZIPS) where these are more than a megabyte. */
+/* What is compressed by one call of zlib, which cannot be left, has half a megabyte or so. */
+const OIIO::imagesize_t most_at_once = 1 << 19;
+
+/* OpenEXR compresses a chunk of 16 lines at once (ZIP), of one (ZIPS), or a tile. */
 int lines_of_chunk(const OIIO::ImageSpec &spec) {
+    if (spec.tile_height) return spec.tile_height;
     return spec.scanline_bytes(true) <= (1 << 16) ? 16 : 1;
+}
+
+int chunks_of(const OIIO::ImageSpec &spec) {
+    const int lines = lines_of_chunk(spec), rows = (spec.height + lines - 1) / lines;
+    return spec.tile_width ? rows * ((spec.width + spec.tile_width - 1) / spec.tile_width) : rows;
+}
+
+/* Longer lines are cut into tiles, whose sides are powers of 2. */
+void cut_long_lines(OIIO::ImageSpec &spec) {
+    if (spec.scanline_bytes(true) <= most_at_once) return;
+    OIIO::imagesize_t side = 256;
+    while (side > 16 && side * side * spec.pixel_bytes(true) > most_at_once) side /= 2;
+    spec.tile_width = spec.tile_height = static_cast<int>(side);
+    while (spec.tile_height > 16 && spec.tile_height / 2 >= spec.height) spec.tile_height /= 2;
 }
 
 OIIO::ImageSpec describe(const shd_oiio_job &job) {
@@ -144,6 +160,7 @@ OIIO::ImageSpec describe(const shd_oiio_job &job) {
 
     /* TIFF's default level 6 takes four times level 3's time for a quarter fewer bytes. */
     const bool tiff = !std::strcmp(job.suffix, "tiff");
+    if (std::strcmp(job.suffix, "hdr")) cut_long_lines(spec);
     spec.attribute("compression", tiff ? "zip:3" : lines_of_chunk(spec) > 1 ? "zip" : "zips");
     if (tiff && job.planes[0].sample == SHD_OIIO_HALF) spec.attribute("tiff:half", 1);
     if (job.icc_size)
@@ -214,9 +231,44 @@ bool write_bands(OIIO::ImageOutput &output, const shd_oiio_job &job, const void 
     return true;
 }
 
+/* A tile, of what the picture has of it. OpenImageIO fills the rest of a TIFF's tile with what
+ * memory happens to hold, so that gets zeros; and OpenEXR's, which has no rest, may have no gap
+ * between its rows. */
+bool write_tile(OIIO::ImageOutput &output, const unsigned char *pixels, int x, int y, bool tiff) {
+    const OIIO::ImageSpec &spec = output.spec();
+    const size_t pixel = spec.pixel_bytes(true), line = pixel * static_cast<size_t>(spec.width);
+    const int right = std::min(x + spec.tile_width, spec.width),
+              bottom = std::min(y + spec.tile_height, spec.height);
+    const size_t some = static_cast<size_t>(right - x) * pixel,
+                 row = tiff ? static_cast<size_t>(spec.tile_width) * pixel : some;
+    std::vector<unsigned char> tile(row * static_cast<size_t>(spec.tile_height));
+    const unsigned char *from =
+        pixels + static_cast<size_t>(y) * line + static_cast<size_t>(x) * pixel;
+    unsigned char *to = tile.data();
+    for (int i = y; i < bottom; i++, from += line, to += row) std::memcpy(to, from, some);
+    return tiff ? output.write_tile(x, y, 0, spec.format, tile.data())
+                : output.write_tiles(x, right, y, bottom, 0, 1, OIIO::TypeDesc::UNKNOWN,
+                                     tile.data());
+}
+
+/* In tiles, between which it may be left, too. */
+bool write_tiles(OIIO::ImageOutput &output, const shd_oiio_job &job, const void *pixels,
+                 bool *stopped) {
+    const OIIO::ImageSpec &spec = output.spec();
+    const bool tiff = !std::strcmp(job.suffix, "tiff");
+    for (int y = 0; y < spec.height; y += spec.tile_height) {
+        for (int x = 0; x < spec.width; x += spec.tile_width) {
+            *stopped = *stopped || !goes_on(job);
+            if (*stopped ||
+                !write_tile(output, static_cast<const unsigned char *>(pixels), x, y, tiff))
+                return false;
+        }
+    }
+    return true;
+}
+
 int encode(const shd_oiio_job &job, unsigned char **data, size_t *size, char *text,
            size_t text_size) {
-    static const Quiet quiet;
     Memory memory;
     std::string name = std::string("memory.") + job.suffix;
     auto output = OIIO::ImageOutput::create(name, &memory);
@@ -229,13 +281,12 @@ int encode(const shd_oiio_job &job, unsigned char **data, size_t *size, char *te
     const void *pixels = weave(job, spec, &stopped);
     if (!pixels) return fail(text, text_size, "the pixel buffer is too small");
     bool written = output->set_ioproxy(&memory) && output->open(name, spec) &&
-                   write_bands(*output, job, pixels, &stopped);
+                   (spec.tile_width ? write_tiles : write_bands)(*output, job, pixels, &stopped);
     written = output->close() && written;
     if (stopped) return 2;
     if (memory.starved) return 1;
     if (!written || !memory.size()) return fail(text, text_size, output->geterror());
-    if (!std::strcmp(job.suffix, "exr") && memory.lacks_lines(job.height, lines_of_chunk(spec)))
-        return 1;
+    if (!std::strcmp(job.suffix, "exr") && memory.lacks_chunks(chunks_of(spec))) return 1;
     *size = memory.size();
     *data = memory.release();
     return 0;
@@ -243,10 +294,8 @@ int encode(const shd_oiio_job &job, unsigned char **data, size_t *size, char *te
 
 } // namespace
 
-extern "C" __attribute__((visibility("default"))) int shd_oiio_encode(const shd_oiio_job *job,
-                                                                      unsigned char **data,
-                                                                      size_t *size, char *text,
-                                                                      size_t text_size) {
+static int encode_job(const shd_oiio_job *job, unsigned char **data, size_t *size, char *text,
+                      size_t text_size) {
     if (job->abi != sizeof *job) {
         std::snprintf(text, text_size, "the module is of another build");
         return -1;
@@ -260,4 +309,13 @@ extern "C" __attribute__((visibility("default"))) int shd_oiio_encode(const shd_
     } catch (...) {
         return fail(text, text_size, "an unknown exception");
     }
+}
+
+extern "C" __attribute__((visibility("default"))) shd_oiio_encode_fn *shd_oiio_open(void) {
+    try {
+        set_up();
+    } catch (...) {
+        return nullptr;
+    }
+    return encode_job;
 }

@@ -47,7 +47,10 @@ typedef struct shd_oiio_job {
 typedef int shd_oiio_encode_fn(const shd_oiio_job *job, unsigned char **data, size_t *size,
                                char *text, size_t text_size);
 
-shd_oiio_encode_fn shd_oiio_encode; /* the module's only symbol */
+/* The module's only symbol: sets OpenImageIO up, once, and returns the encoder. NULL: out of
+ * memory. */
+typedef shd_oiio_encode_fn *shd_oiio_open_fn(void);
+shd_oiio_open_fn shd_oiio_open;
 
 #ifdef __cplusplus
 }

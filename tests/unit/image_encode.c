@@ -242,7 +242,7 @@ static void check_left_where_told(shd_image image, shd_format format, int least)
 
 static void encoding_is_left_where_it_is_told_to(void **state) {
     (void)state;
-    enum { SIDE = 600, WIDE = 11250 };
+    enum { SIDE = 600, WIDE = 11250, WIDEST = 90000 };
     float *rgba = gradient(SIDE, SIDE);
     static const struct {
         shd_format format;
@@ -253,6 +253,8 @@ static void encoding_is_left_where_it_is_told_to(void **state) {
                  {SHD_PNG, SHD_U16, 0, SIDE, SIDE, 3},
                  {SHD_TIFF, SHD_U8, 0, SIDE, SIDE, 8},
                  {SHD_TIFF, SHD_U8, 0, WIDE, SIDE * SIDE / WIDE, 8},
+                 {SHD_TIFF, SHD_U16, 0, WIDEST, SIDE * SIDE / WIDEST, 350},
+                 {SHD_EXR, SHD_HALF, 0, WIDEST, SIDE * SIDE / WIDEST, 350},
                  {SHD_EXR, SHD_HALF, 0, SIDE, SIDE, 12},
                  {SHD_EXR, SHD_HALF, 0, WIDE, SIDE * SIDE / WIDE, 12},
                  {SHD_HDR, SHD_FLOAT, 0, SIDE, SIDE, 12},

@@ -228,6 +228,25 @@ class Exr(Case):
         spec, _ = self.oiio("exr", depth="float", layers=1)
         self.assertEqual({str(f) for f in spec.channelformats} | {str(spec.format)}, {"float"})
 
+    def test_long_lines_come_back_from_tiles(self):
+        for suffix in ("exr", "tiff"):
+            for width, height in ((50000, 3), (45000, 70)):
+                spec, got = self.oiio(suffix, depth="float", size=f"{width}x{height}")
+                self.assertGreater(spec.tile_width, 0)
+                want = pattern(width=width, height=height)[..., :3]
+                numpy.testing.assert_allclose(got, want, rtol=2e-7)  # the writer has floats
+
+    def test_layers_come_back_from_tiles(self):
+        width, height = 45000, 20
+        spec, got = self.oiio("exr", depth="half", layers=1, size=f"{width}x{height}")
+        self.assertGreater(spec.tile_width, 0)
+        names = list(spec.channelnames)
+        y, x = numpy.mgrid[0:height, 0:width]
+        want = (1e6 + y * width + x).astype(numpy.float32)
+        numpy.testing.assert_array_equal(got[..., names.index("depth.Z")], want)
+        green = pattern(width=width, height=height)[..., 1].astype("f4").astype("f2")
+        numpy.testing.assert_array_equal(got[..., names.index("diffuse.G")], green)
+
     def test_one_file_one_part_and_nothing_on_disk(self):
         self.write("exr", layers=1)
         self.assertEqual(os.listdir(self.folder), ["picture.exr"])
