@@ -114,6 +114,9 @@ bool shd_writes(shd_format format);
 
 /* SHD_EXHAUSTED if the system refuses memory. */
 shd_status shd_request_new(shd_engine *engine, shd_request **out, shd_error *error);
+
+/* Before it is read: it may take `bytes` bytes at most, if the limit `memory` is higher. */
+void shd_request_hold(shd_request *request, uint64_t bytes);
 void shd_request_drop(shd_request *request); /* NULL is fine */
 
 /* Reads and checks the scene document. `fallback` is the format if the document names none. Returns

@@ -47,6 +47,10 @@ shd_arena *shd_arena_new(size_t cap) {
     return shd_arena_new_from(NULL, cap);
 }
 
+void shd_arena_hold(shd_arena *arena, size_t cap) {
+    arena->cap = cap;
+}
+
 void shd_arena_drop(shd_arena *arena) {
     if (!arena) return;
     shd_arena_return(arena, (shd_arena_mark){.block = NULL});

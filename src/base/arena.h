@@ -24,6 +24,9 @@ shd_arena *shd_arena_new(size_t cap);
  * five seconds. */
 shd_arena *shd_arena_new_from(shd_spares *spares, size_t cap);
 
+/* A cap that is lower. Before anything is allocated. */
+void shd_arena_hold(shd_arena *arena, size_t cap);
+
 void shd_arena_drop(shd_arena *arena); /* NULL is fine */
 
 /* Uninitialized and zeroed memory for `count` items of `size` bytes. For count 0 it is no NULL

@@ -34,6 +34,12 @@ shd_status shd_request_new(shd_engine *engine, shd_request **out, shd_error *err
     return SHD_OK;
 }
 
+void shd_request_hold(shd_request *request, uint64_t bytes) {
+    if (bytes >= request->limits.memory) return;
+    request->limits.memory = bytes;
+    shd_arena_hold(request->rendering.arena, bytes);
+}
+
 void shd_request_drop(shd_request *request) {
     if (!request) return;
     for (size_t i = 0; i < request->picture_count; i++) free(request->pictures[i].data);
@@ -43,7 +49,7 @@ void shd_request_drop(shd_request *request) {
 }
 
 static const char crowded_text[] =
-    "other requests have the memory that the process may take just now";
+    "other requests have the memory just now: the limit `memory` leaves too little";
 
 shd_status shd_request_blame(const shd_request *request, shd_status status, shd_error *error) {
     if (status != SHD_MEMORY || request->full || shd_arena_full(request->rendering.arena))

@@ -117,6 +117,7 @@ struct shd_exchange {
     double started, submitted; /* on shd_now()'s clock */
     shd_waiter waiter;
     shd_reply reply;
+    const char *limit; /* that it was over; NULL: none */
 
     /* http.c's own. */
     struct MHD_Connection *connection;

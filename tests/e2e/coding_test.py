@@ -6,7 +6,9 @@ import gzip
 import hashlib
 import http.client
 import json
+import random
 import select
+import string
 import unittest
 
 from e2e.daemon import JSON, PATIENCE, SMALL, Daemon, another
@@ -133,6 +135,35 @@ class CodingTest(unittest.TestCase):
                 self.assert_problem(daemon.render(pack(bytes(MEBI)), coded(name)), 413,
                                     "body-too-large", "100000 bytes", "the limit `body`", name)
             self.assertEqual(daemon.metrics()['shaded_refused_total{limit="body"}'], 4)
+
+    def test_a_beginning_may_lie(self):
+        """What is long is decoded whole in its turn, however dense its beginning was."""
+        noise = "".join(random.Random(1).choices(string.ascii_letters, k=100000))
+        scene = json.dumps({**SMALL, "objects": [{"type": "sphere", "name": noise}]}).encode()
+        with Daemon("--max-body", "1M", "--response-cache", "0") as daemon:
+            for name, pack in PACKERS.items():
+                for parts in ((scene, b" " * (MEBI - len(scene))),
+                              (b" " * (MEBI - len(scene)), scene),
+                              [scene] + 900 * [b" " * 1000]):
+                    body = b"".join(pack(part) for part in parts)
+                    answer = daemon.render(body, coded(name))
+                    self.assertEqual(answer.status, 200, answer.body[:300])
+                    self.assert_problem(daemon.render(body + pack(b" " * 200000), coded(name)), 413,
+                                        "body-too-large", "1048576 bytes", "the limit `body`", name)
+                    self.assert_problem(daemon.render(body + b"x", coded(name)), 400, "coding", name)
+                    self.assertEqual(daemon.render(body[:-1], coded(name)).status, 400)
+
+    def test_refusals_tell_their_limit(self):
+        with Daemon("--max-body", "100000") as daemon:
+            for name, pack in PACKERS.items():
+                for body, status, problem, limit in (
+                        (pack(bytes(MEBI)), 413, "body-too-large", "body"),
+                        (pack(BODY)[:-1], 400, "coding", None)):
+                    answer = daemon.render(body, {**coded(name), "X-Request-Id": name + problem})
+                    self.assertEqual(answer.status, status)
+                    event = daemon.wait_for("request",
+                                            lambda event: event["id"] == name + problem)
+                    self.assertEqual((event["problem"], event.get("limit")), (problem, limit))
 
     def test_bombs_take_nothing(self):
         with Daemon("--threads", "2", "--memory", "96M", "--reuse", "0") as daemon:

@@ -11,6 +11,7 @@ import time
 import unittest
 from pathlib import Path
 
+from e2e.coding_test import PACKERS, coded
 from e2e.daemon import PATIENCE, SANITIZED, SMALL, SLOW, Daemon, run
 
 MB = 1 << 20
@@ -177,6 +178,34 @@ class RefusalTest(unittest.TestCase):
                 answer = daemon.render(scene)
                 self.assertEqual(answer.status, 422, answer.body)
                 self.assertIn("limit `memory`", json.loads(answer.body)["detail"])
+            self.assertEqual(daemon.render(SMALL).status, 200)
+
+    def test_what_does_not_fit_beside_its_body_never_fits(self):
+        """A document is copied to be read: in 75 MB one of 24 has room, and one of 31 has none,
+        though nobody else has any of it. In 27 a body of 30 has none, however it comes."""
+        scene = json.dumps(SMALL).encode()
+        packers = [({}, bytes)] + [(coded(name), pack) for name, pack in PACKERS.items()]
+        with Daemon("--memory", "96M", "--threads", "1", "--reuse", "0") as daemon:
+            self.assertEqual(daemon.render(scene + b" " * 24 * MB).status, 200)
+            for name, pack in packers:
+                answer = daemon.render(pack(scene + b" " * 31 * MB), name)
+                problem = json.loads(answer.body)
+                self.assertEqual((answer.status, problem["type"]),
+                                 (422, "urn:shaded:problem:limit"), (name, problem))
+                self.assertIn("limit `memory`", problem["detail"])
+            self.assertEqual(daemon.render(SMALL).status, 200)
+            self.assertEqual(daemon.metrics()["shaded_memory_refused_total"], 0)
+        with Daemon("--memory", "48M", "--threads", "1", "--reuse", "0") as daemon:
+            for name, pack in packers:
+                answer = daemon.render(pack(scene + b" " * 30 * MB),
+                                       {**name, "X-Request-Id": pack.__name__})
+                problem = json.loads(answer.body)
+                self.assertEqual((answer.status, problem["type"]),
+                                 (413, "urn:shaded:problem:body-too-large"), (name, problem))
+                self.assertIn("limit `memory`", problem["detail"])
+                event = daemon.wait_for("request", lambda event: event["id"] == pack.__name__)
+                self.assertEqual(event["limit"], "memory")
+                wait_until(lambda: not daemon.metrics()["shaded_requests_in_flight"])
             self.assertEqual(daemon.render(SMALL).status, 200)
 
     def test_what_does_not_fit_just_now_is_429(self):

@@ -27,9 +27,9 @@ static bool may_grow(shd_exchange *exchange, size_t capacity) {
     if (few && shd_budget_take(server->budget, more)) return true;
     atomic_fetch_sub(&server->body_bytes, more);
     if (few) {
-        shd_problem_later(&exchange->reply, SHD_BUSY,
-                          shd_jobs_retry_after(server->jobs, exchange->client),
-                          "other requests have the memory that the process may take just now");
+        shd_problem_later(
+            &exchange->reply, SHD_BUSY, shd_jobs_retry_after(server->jobs, exchange->client),
+            "other requests have the memory just now: the limit `memory` leaves too little");
         return false;
     }
     shd_problem_later(&exchange->reply, SHD_BUSY,
@@ -41,8 +41,15 @@ static bool may_grow(shd_exchange *exchange, size_t capacity) {
 }
 
 bool shd_body_keep(shd_exchange *exchange, const char *data, size_t size) {
-    const uint64_t limit = exchange->settings->config.body;
-    size_t needed = exchange->size + size;
+    const uint64_t room = shd_memory_beside(exchange->server, SHD_LEAST_REQUEST),
+                   most = exchange->settings->config.body, limit = most < room ? most : room;
+    const size_t needed = exchange->size + size;
+    if (needed > limit) {
+        shd_problem_reply(&exchange->reply, SHD_TOO_LARGE,
+                          "the body goes on after %llu bytes: the limit `memory` leaves no more",
+                          (unsigned long long)limit);
+        return false;
+    }
     if (needed > exchange->capacity) {
         size_t capacity = exchange->capacity ? exchange->capacity : 4096;
         while (capacity < needed) capacity *= 2;
@@ -60,4 +67,13 @@ bool shd_body_keep(shd_exchange *exchange, const char *data, size_t size) {
     memcpy(exchange->body + exchange->size, data, size);
     exchange->size = needed;
     return true;
+}
+
+void shd_body_fit(shd_exchange *exchange) {
+    const size_t less = exchange->capacity - exchange->size;
+    unsigned char *fit = exchange->body && less ? realloc(exchange->body, exchange->size) : NULL;
+    if (!fit) return;
+    shd_memory_return_body(exchange->server, less);
+    exchange->body = fit;
+    exchange->capacity = exchange->size;
 }

@@ -69,7 +69,7 @@ static void *begin(void *cls, const char *target, struct MHD_Connection *connect
 static void add_common_headers(shd_exchange *exchange) {
     const shd_reply *reply = &exchange->reply;
     if (reply->status >= 400 && reply->size)
-        shd_metrics_refusal(&exchange->server->metrics, reply->body, reply->size);
+        exchange->limit = shd_metrics_refusal(&exchange->server->metrics, reply->body, reply->size);
     shd_reply_plain(&exchange->reply, "X-Request-Id", exchange->id);
     shd_route_add_cors(exchange);
     shd_private_apply(exchange);
@@ -288,6 +288,7 @@ static enum MHD_Result take_end(shd_exchange *exchange) {
     }
     exchange->was_accepted = true;
     atomic_fetch_add(&exchange->server->accepted, 1);
+    shd_body_fit(exchange);
     if (!exchange->refused) shd_route_answer(exchange);
     if (!exchange->is_suspended) return queue_reply(exchange);
     exchange->state = WAITING;

@@ -135,16 +135,11 @@ typedef struct flow {
     const unsigned char *start, *in;
     size_t left; /* of `in` */
     unsigned char *out;
-    uint64_t size;         /* what came of it so far */
-    size_t held, capacity; /* the last bytes of that, and what the budget has taken for them */
+    size_t size, capacity; /* what came of it so far, and what the budget has taken for that */
     size_t decoder;        /* bytes that the budget has taken for that */
+    bool is_enough;        /* more came of it than is kept */
     shd_error *error;
 } flow;
-
-static shd_status fail_crowded(const flow *f) {
-    return shd_fail(f->error, SHD_CROWDED, "",
-                    "other requests have the memory that the process may take just now");
-}
 
 static shd_status fail_wrong(const flow *f, const char *why) {
     return shd_fail(f->error, SHD_SYNTAX, "", "the body is not sound %s, near byte %zu: %s",
@@ -162,26 +157,41 @@ static shd_status fail_long(const flow *f) {
                     (unsigned long long)f->how->most, f->name);
 }
 
+static uint64_t find_room(const flow *f) {
+    const uint64_t taken = f->capacity + f->decoder;
+    return f->how->room > taken ? f->how->room - taken : 0;
+}
+
+static shd_status take(flow *f, size_t bytes) {
+    if (bytes > find_room(f))
+        return shd_fail(f->error, SHD_LIMIT, "",
+                        "the body, decoded from %s, takes more than the %llu bytes that the limit "
+                        "`memory` leaves for it",
+                        f->name, (unsigned long long)f->how->room);
+    if (shd_budget_wait(f->how->budget, bytes, patience)) return SHD_OK;
+    return shd_fail(
+        f->error, SHD_CROWDED, "",
+        "other requests have the memory just now: the limit `memory` leaves too little");
+}
+
 /* The decoder takes this much from now on, if it took less before. */
 static shd_status reserve(flow *f, size_t bytes) {
     if (bytes <= f->decoder) return SHD_OK;
-    if (!shd_budget_wait(f->how->budget, bytes - f->decoder, patience)) return fail_crowded(f);
-    f->decoder = bytes;
-    return SHD_OK;
+    const shd_status status = take(f, bytes - f->decoder);
+    if (!status) f->decoder = bytes;
+    return status;
 }
 
-/* One byte more than are kept tells that there are more: then they are counted only. */
+/* One byte more than are kept tells that there are more. */
 static shd_status grow(flow *f) {
     const uint64_t keep = f->how->keep < f->how->most ? f->how->keep : f->how->most;
-    const uint64_t most = keep + 1;
-    if (f->capacity == most) {
-        f->held = 0;
-        return SHD_OK;
-    }
-    size_t capacity = f->capacity ? 2 * f->capacity : FIRST;
-    if (capacity > most) capacity = (size_t)most;
-    const size_t more = capacity - f->capacity;
-    if (!shd_budget_wait(f->how->budget, more, patience)) return fail_crowded(f);
+    size_t more = f->capacity ? f->capacity : FIRST;
+    if (more > keep + 1 - f->capacity) more = (size_t)(keep + 1 - f->capacity);
+    const uint64_t room = find_room(f);
+    if (more > room && room) more = (size_t)room;
+    const shd_status status = take(f, more);
+    if (status) return status;
+    const size_t capacity = f->capacity + more;
     unsigned char *grown = realloc(f->out, capacity);
     if (!grown) {
         shd_budget_give(f->how->budget, more);
@@ -197,7 +207,8 @@ static shd_status prepare(flow *f) {
     if (f->how->request && shd_request_is_cancelled(f->how->request))
         return shd_fail(f->error, SHD_CANCELLED, "", "cancelled");
     if (f->size > f->how->most) return fail_long(f);
-    return f->held == f->capacity ? grow(f) : SHD_OK;
+    f->is_enough = f->size > f->how->keep;
+    return f->size == f->capacity && !f->is_enough ? grow(f) : SHD_OK;
 }
 
 static size_t least(size_t a, size_t b) {
@@ -208,20 +219,19 @@ static void advance(flow *f, size_t read, size_t written) {
     f->in += read;
     f->left -= read;
     f->size += written;
-    f->held += written;
 }
 
 static shd_status inflate_members(flow *f, z_stream *z) {
     int code = Z_OK;
     do {
         const shd_status status = prepare(f);
-        if (status) return status;
+        if (status || f->is_enough) return status;
         if (code == Z_STREAM_END) gzip.reset(z);
         const size_t in = least(f->left, READ_MOST);
-        const size_t room = least(f->capacity - f->held, WRITE_MOST);
+        const size_t room = least(f->capacity - f->size, WRITE_MOST);
         z->next_in = (unsigned char *)(size_t)f->in;
         z->avail_in = (unsigned)in;
-        z->next_out = f->out + f->held;
+        z->next_out = f->out + f->size;
         z->avail_out = (unsigned)room;
         code = gzip.inflate(z, Z_NO_FLUSH);
         advance(f, in - z->avail_in, room - z->avail_out);
@@ -264,10 +274,10 @@ static shd_status inflate_frames(flow *f, ZSTD_DCtx *context) {
     size_t code = 0; /* 0: a frame has ended */
     do {
         shd_status status = prepare(f);
-        if (!status && !code) status = begin_frame(f);
-        if (status) return status;
+        if (!status && !f->is_enough && !code) status = begin_frame(f);
+        if (status || f->is_enough) return status;
         ZSTD_inBuffer in = {f->in, least(f->left, READ_MOST), 0};
-        ZSTD_outBuffer out = {f->out + f->held, least(f->capacity - f->held, WRITE_MOST), 0};
+        ZSTD_outBuffer out = {f->out + f->size, least(f->capacity - f->size, WRITE_MOST), 0};
         code = zstd.decompress(context, &out, &in);
         advance(f, in.pos, out.pos);
         if (zstd.is_error(code)) return fail_wrong(f, zstd.error_name(code));
@@ -295,11 +305,17 @@ static void forget(flow *f) {
 
 /* Gives back what the body did not take. */
 static void fit(flow *f) {
-    unsigned char *smaller = f->held ? realloc(f->out, f->held) : NULL;
+    unsigned char *smaller = f->size ? realloc(f->out, f->size) : NULL;
     if (!smaller) return;
-    shd_budget_give(f->how->budget, f->capacity - f->held);
+    shd_budget_give(f->how->budget, f->capacity - f->size);
     f->out = smaller;
-    f->capacity = f->held;
+    f->capacity = f->size;
+}
+
+/* What all would come to, if it went on as it has begun. */
+static size_t guess(const flow *f, size_t body_size) {
+    const double whole = (double)f->size * (double)body_size / (double)(body_size - f->left);
+    return whole < (double)f->how->most ? (size_t)whole : (size_t)f->how->most;
 }
 
 shd_status shd_inflate(shd_coding coding, const void *body, size_t size, const shd_inflation *how,
@@ -314,13 +330,14 @@ shd_status shd_inflate(shd_coding coding, const void *body, size_t size, const s
     shd_status status = coding == SHD_CODING_GZIP ? inflate_gzip(&f) : inflate_zstd(&f);
     shd_budget_give(how->budget, f.decoder);
     if (!status && f.size > how->most) status = fail_long(&f);
-    if (status || f.size > how->keep)
+    const bool is_whole = f.size <= how->keep;
+    if (status || !is_whole)
         forget(&f);
     else
         fit(&f);
     if (status) return status;
     *out = f.out;
-    *out_size = (size_t)f.size;
+    *out_size = is_whole ? f.size : guess(&f, size);
     *taken = f.capacity;
     return SHD_OK;
 }

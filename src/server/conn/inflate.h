@@ -30,17 +30,19 @@ const char *shd_coding_list(void);
 bool shd_inflate_open(shd_coding coding);
 
 typedef struct shd_inflation {
-    uint64_t most, keep;        /* bytes: that it may come to, and of which it is kept */
+    uint64_t most, keep;        /* bytes: that it may come to, and that are decoded of it */
     shd_budget *budget;         /* of which all memory is taken; waited for, some seconds */
+    uint64_t room;              /* bytes of that which it could have if nobody else had any */
     const shd_request *request; /* whose cancelling ends it; NULL: nothing does */
 } shd_inflation;
 
 /* What a body in an open coding stands for: *out, which the caller frees and then gives `*taken`
- * bytes back to the budget. It has *out_size bytes; where these are more than are kept they are
- * counted, but *out is NULL.
+ * bytes back to the budget. It has *out_size bytes. Where these are more than `keep`, *out is NULL,
+ * what follows is not looked at, and *out_size is a guess, more than `keep`: as if all of the body
+ * were as dense as its beginning.
  *
  * SHD_SYNTAX: it is not what the coding says, or ends too early; SHD_LIMIT: it comes to more than
- * `most`; SHD_CROWDED, SHD_EXHAUSTED: of memory; SHD_CANCELLED. */
+ * `most`, or never has room; SHD_CROWDED, SHD_EXHAUSTED: of memory; SHD_CANCELLED. */
 shd_status shd_inflate(shd_coding coding, const void *body, size_t size, const shd_inflation *how,
                        unsigned char **out, size_t *out_size, size_t *taken, shd_error *error);
 

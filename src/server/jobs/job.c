@@ -84,17 +84,19 @@ static double find_cost(const shd_job *job) {
     return job->work->size == SHD_LARGE ? COMPARED * work : work;
 }
 
-/* What a body stands for that has a coding, where that is not long, or its turn has come; else
- * only how long it is, since what waits must not have grown to a thousand times of what was sent.
- * On a worker, whose time is divided among clients. False: the reply says what is wrong, but where
- * nobody waits for it. */
+/* What a body stands for that has a coding, where that is not long, or its turn has come. Else only
+ * about how long it is, since what waits must not have grown to a thousand times of what was sent,
+ * nor others wait until all of it was seen. On a worker, whose time is divided among clients.
+ * False: the reply says what is wrong, but where nobody waits for it. */
 static bool decode_body(shd_job *job, bool has_turn) {
     const shd_question *asked = &job->question;
     const uint64_t most = job->settings->config.body;
-    const shd_inflation how = {.most = most,
-                               .keep = has_turn ? most : small_document,
-                               .budget = job->server->budget,
-                               .request = job->request};
+    const shd_inflation how = {
+        .most = most,
+        .keep = has_turn ? most : small_document,
+        .budget = job->server->budget,
+        .room = shd_memory_beside(job->server, job->body_bytes + SHD_LEAST_REQUEST),
+        .request = job->request};
     size_t taken;
     shd_error error;
     const shd_status status = shd_inflate(asked->coding, asked->body, asked->size, &how,
@@ -117,6 +119,7 @@ static bool decode_body(shd_job *job, bool has_turn) {
 static void read_and_make(shd_job *job, bool had_turn) {
     shd_jobs *jobs = job->server->jobs;
     const double start = shd_now();
+    shd_request_hold(job->request, shd_memory_beside(job->server, job->body_bytes));
     job->work->read(job);
     job->seconds += shd_now() - start;
     if (job->reply.status) {
@@ -156,6 +159,8 @@ static void begin_job(shd_job *job) {
     }
     const bool is_known = job->request && (!job->question.coding || decode_body(job, had_turn));
     job->seconds += shd_now() - start;
+    if (is_known && had_turn && job->question.coding)
+        shd_jobs_correct(job->server->jobs, job, find_unread_cost(job));
     if (!is_known)
         finish(job);
     else if (had_turn || !is_long(job))

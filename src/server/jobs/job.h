@@ -47,8 +47,8 @@ struct shd_job {
     shd_digest digest; /* these three as its exchange's, of work that is not shared */
     bool is_binary;
     char client[SHD_CLIENT_SIZE];
-    /* What the question's body stands for; where that has a coding, a worker measures it and has
-     * it in `decoded`, which is owned. */
+    /* What the question's body stands for; where that has a coding, a worker guesses its
+     * size or has it in `decoded`, which is owned. */
     const unsigned char *body;
     size_t size;
     bool was_measured;

@@ -140,8 +140,7 @@ static void tell_why(const shd_jobs *jobs, const shd_waiter *waiter) {
     shd_reply *reply = waiter->reply;
     if (waiter->sent == SHD_SENT_LATE)
         shd_problem_reply(reply, SHD_OVERDUE,
-                          "not done after %.1f seconds: the limit `timeout` is "
-                          "%.0f",
+                          "not done after %.1f seconds: the limit `timeout` is %.0f",
                           waiter->waited, waiter->limit);
     else if (waiter->sent == SHD_SENT_FULL)
         shd_problem_later(reply, SHD_BUSY, waiter->retry_after,
@@ -311,6 +310,12 @@ static void correct_cost(shd_jobs *jobs, shd_job *job, double cost, bool is_larg
     if (more > 0 && job->waiters && !is_large)
         shd_queue_charge(jobs->turns.queue, job->begun ? SHD_LANE_LARGE : SHD_LANE_NEW,
                          job->waiters->client, more);
+}
+
+void shd_jobs_correct(shd_jobs *jobs, shd_job *job, double cost) {
+    pthread_mutex_lock(&jobs->mutex);
+    correct_cost(jobs, job, cost, false);
+    pthread_mutex_unlock(&jobs->mutex);
 }
 
 static void settle_some(shd_jobs *jobs, shd_job *job, leftovers *left) {

@@ -80,6 +80,9 @@ bool shd_jobs_enter(shd_jobs *jobs, shd_job *job, shd_lane lane, shd_waiter *wai
 /* A worker begins with the job. False: nobody waits for it any more. */
 bool shd_jobs_begin(shd_jobs *jobs, shd_job *job);
 
+/* The job, which a worker has, costs `cost` to read. */
+void shd_jobs_correct(shd_jobs *jobs, shd_job *job, double cost);
+
 /* The job was read, and costs `cost`; it is deferred next where `is_large`. Those who have their
  * answer without its being run are sent on; the others join an equal job that is there already.
  * False: nobody waits for this one any more. */

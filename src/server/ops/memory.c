@@ -87,6 +87,12 @@ void shd_memory_log(const shd_server *server) {
     shd_log_end(&line);
 }
 
+uint64_t shd_memory_beside(const shd_server *server, size_t body_bytes) {
+    const uint64_t most = shd_budget_most(server->budget),
+                   held = body_bytes + SHD_CONNECTION_MEMORY;
+    return most > held ? most - held : 0;
+}
+
 void shd_memory_return_body(shd_server *server, size_t bytes) {
     atomic_fetch_sub(&server->body_bytes, bytes);
     shd_budget_give(server->budget, bytes);

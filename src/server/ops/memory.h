@@ -17,6 +17,9 @@ typedef struct shd_server shd_server;
 /* What a connection takes in any case: libmicrohttpd's for its heads, and ours beside. */
 enum { SHD_CONNECTION_HEADS = 64 << 10, SHD_CONNECTION_MEMORY = SHD_CONNECTION_HEADS + (8 << 10) };
 
+/* What a request takes beside its body, at least. */
+enum { SHD_LEAST_REQUEST = 1 << 20 };
+
 /* Sets how malloc gives back what is free. Before there are threads. */
 void shd_memory_begin(void);
 
@@ -33,6 +36,9 @@ void shd_memory_connect(shd_server *server);
 
 /* The log line "memory": the budget, and the most that parts may take. */
 void shd_memory_log(const shd_server *server);
+
+/* The most bytes that a request could have beside those of its body, if no other had any. */
+uint64_t shd_memory_beside(const shd_server *server, size_t body_bytes);
 
 /* A body, or what has become of it, is freed. */
 void shd_memory_return_body(shd_server *server, size_t bytes);

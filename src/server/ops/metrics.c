@@ -76,7 +76,7 @@ void shd_metrics_request(shd_metrics *metrics, shd_route_id route, unsigned stat
     observe(&metrics->durations[route], seconds);
 }
 
-void shd_metrics_refusal(shd_metrics *metrics, const char *text, size_t size) {
+const char *shd_metrics_refusal(shd_metrics *metrics, const char *text, size_t size) {
     static const char mark[] = "limit `";
     /* Of other kinds the text may quote the client's words. */
     static const char *const kinds[] = {"limit", "body-too-large", "busy", "rate", "deadline"};
@@ -88,14 +88,17 @@ void shd_metrics_refusal(shd_metrics *metrics, const char *text, size_t size) {
         over = over || (size > length && !memcmp(text, head, length));
     }
     const char *name = over ? memmem(text, size, mark, sizeof mark - 1) : NULL;
-    if (!name) return;
+    if (!name) return NULL;
     name += sizeof mark - 1;
     size_t left = (size_t)(text + size - name);
     for (size_t i = 0; i < SHD_LIMITS; i++) {
         size_t length = strlen(limit_names[i]);
-        if (length < left && !memcmp(name, limit_names[i], length) && name[length] == '`')
+        if (length < left && !memcmp(name, limit_names[i], length) && name[length] == '`') {
             count(&metrics->refused[i], 1);
+            return limit_names[i];
+        }
     }
+    return NULL;
 }
 
 void shd_metrics_unreadable(shd_metrics *metrics, unsigned status) {

@@ -69,8 +69,8 @@ typedef struct shd_metrics {
 
 void shd_metrics_request(shd_metrics *metrics, shd_route_id route, unsigned status, double seconds,
                          size_t bytes);
-/* A refusal, by the text of its problem: which limit it names, if any. */
-void shd_metrics_refusal(shd_metrics *metrics, const char *text, size_t size);
+/* A refusal, by the text of its problem. The limit that it names; NULL: none. */
+const char *shd_metrics_refusal(shd_metrics *metrics, const char *text, size_t size);
 
 /* A request that could not be read, and was refused without becoming an exchange, or ended one. */
 void shd_metrics_unreadable(shd_metrics *metrics, unsigned status);
