@@ -15,7 +15,8 @@ PAGE = """# What it takes
 
 Made by `./dev footprint` on {machine}, Debian 12, with `--threads 1 --memory 768M`, which is what a limit
 of 1 GiB leaves, and other options at their defaults. Memory is `VmRSS` of `/proc/PID/status`, the most of it `VmHWM`, of which files are `RssFile`: the program and its
-libraries, whose pages the system may take back. Counted is `shaded_memory_used_bytes`.
+libraries, whose pages the system may take back. Counted is `shaded_memory_used_bytes`. An eighth of `reuse` is
+mapped at the start, and gives way like all that is kept. Of the last row it is counted afterwards.
 
 | when | resident, MB | of which files | counted |
 | --- | --- | --- | --- |
@@ -61,6 +62,8 @@ def render(daemon, document):
 
 def measure_memory():
     measured = Measured()
+    with Daemon("--threads", "1", "--memory", "768M", "--reuse", "0") as daemon:
+        measured.note("just started, with `--reuse 0`", daemon)
     with Daemon("--threads", "1", "--memory", "768M") as daemon:
         measured.note("just started", daemon)
         for name in FORMATS["png"]:

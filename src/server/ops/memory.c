@@ -6,9 +6,9 @@
 #include "log.h"
 #include "server/server.h"
 
-/* What the program takes without a picture: 13 MB resident once it listens and 18 once it has made
- * some, by VmRSS of /proc/PID/status, of which 12 are files; and what a thread's stack and small
- * allocations come to. */
+/* What the program takes beside what is kept, which is counted where it is mapped: with --reuse 0
+ * 13 MB resident once it listens (docs/footprint.md) and 15 once it has made pictures, of which 11
+ * are files; and what a thread's stack and small allocations come to. */
 enum { PROGRAM = 20 << 20, THREAD = 512 << 10 };
 
 /* Below, a picture of 512 x 512 pixels has no room. */
