@@ -258,19 +258,20 @@ static bool may_meet_tube(const shd_sight *sight, const shd_item *it, const wind
     const shd_vec3 from = orthographic ? shd_add(it->eye, aside) : it->eye,
                    way = orthographic ? it->forward : shd_add(it->forward, aside);
     const double length = shd_length(way), away = shd_length(from),
-                 spread = w->h * shd_norm(&it->from_world),
+                 spread = it->similar ? w->h / it->size : w->h * shd_norm(&it->from_world),
                  wide = 1e-12 * (1 + away) + (orthographic ? spread : 0),
                  wider = orthographic ? 0 : spread / length, reach = 1 + it->tube + wide,
                  middle = -shd_dot(from, way) / length, end = (middle + reach) / (1 - wider);
     if (!(wider < 1 && away < 1e100)) return true;
+    const shd_vec3 unit = shd_scale(way, 1 / length);
     double t = fmax(0, (middle - reach) / (1 + wider));
     for (int step = 0; step < 16; step++) {
         if (t > end) return false;
-        const shd_vec3 p = shd_madd(from, way, t / length);
+        const shd_vec3 p = shd_madd(from, unit, t);
         const double off = sqrt(p.x * p.x + p.z * p.z) - 1,
                      clear = sqrt(off * off + p.y * p.y) - it->tube - wide - wider * t;
         if (!(clear > 1e-2 * it->tube)) return true;
-        t += clear / (1 + wider);
+        t += clear * (1 - wider);
     }
     return true;
 }

@@ -1,5 +1,5 @@
 /* The torus, a vector of rays at a time. (|p|^2 + 1 - r^2)^2 = 4 (x^2 + z^2) along a ray is a
- * quartic, which from the line's nearest point to the center has no cubic term: f = t^4 + p t^2 +
+ * quartic, which from the line's nearest point to the centre has no cubic term: f = t^4 + p t^2 +
  * q t + s. It is convex before and after its inflections, at minus and plus sqrt(-p / 6), and
  * concave between them.
  *
@@ -22,17 +22,17 @@
 
 enum { LANES = SHD_W / 2, STEPS = 4 };
 
-/* Rays with unit directions, which begin where the line is nearest to the center. */
+/* On unit directions, from the line's nearest point to the centre. */
 typedef struct rays {
     shd_vd ox, oy, oz, dx, dy, dz;
     shd_vd inverse; /* 1 / the direction's length as it came */
     shd_vd along;   /* from the origin as it came */
     shd_vd near;    /* only t > near counts */
-    shd_vd m;       /* the square of that point's distance from the center */
+    shd_vd m;       /* the square of that point's distance */
     shd_vd p, q, s;
 } rays;
 
-static inline shd_vd magnitude_of(shd_vd x) {
+static inline shd_vd magnitude(shd_vd x) {
     return shd_vd_max(x, -x);
 }
 
@@ -61,17 +61,16 @@ static inline rays read_rays(double tube, const shd_work *w, int at) {
     return r;
 }
 
-/* (distance from the tube's circle)^2 - r^2, and its slope. */
-static inline shd_vd distance_at(const rays *r, double tube, shd_vd t, shd_vd *slope) {
+/* (distance from the tube's circle)^2 - r^2, and the distance from the axis. */
+static inline shd_vd excess_at(const rays *r, double tube, shd_vd t, shd_vd *ring) {
     const shd_vd x = r->ox + r->dx * t, y = r->oy + r->dy * t, z = r->oz + r->dz * t;
-    const shd_vd square = x * x + z * z, inverse = inverse_root(square), off = square * inverse - 1;
-    *slope = 2 * (off * inverse * (x * r->dx + z * r->dz) + y * r->dy);
-    return (off - tube) * (off + tube) + y * y;
+    *ring = shd_vd_sqrt(x * x + z * z);
+    return (*ring - 1 - tube) * (*ring - 1 + tube) + y * y;
 }
 
-/* ---- All at once. ---- */
+/* ---- At once. ---- */
 
-static inline shd_vf join_vectors(shd_vd a, shd_vd b) {
+static inline shd_vf join(shd_vd a, shd_vd b) {
     return shd_vf_join(shd_vh_narrow(a), shd_vh_narrow(b));
 }
 
@@ -84,7 +83,7 @@ static inline shd_vf clear_of_zero(shd_vf x) {
 typedef struct guess {
     shd_vf p, q, s, t;
     shd_mf bounded; /* within the sphere around the torus and the planes above and below it */
-    shd_mf early;   /* they enter these before the first inflection */
+    shd_mf early;   /* enters these before the first inflection */
 } guess;
 
 /* Where a root is looked for first: where the ray enters, or the second inflection if that is
@@ -92,22 +91,20 @@ typedef struct guess {
 static inline guess start_guess(double tube, const rays *a, const rays *b) {
     const float around = (float)(1 + tube) * (1 + 2e-6f), above = (float)tube + 2e-6f * around,
                 eps = 1e-5f * around;
-    const shd_vf p = join_vectors(a->p, b->p), none = shd_vf_set(0),
-                 per_y = 1 / clear_of_zero(join_vectors(a->dy, b->dy)),
-                 reach = shd_vf_sqrt(shd_vf_max(around * around - join_vectors(a->m, b->m), none)),
-                 half = above * shd_vf_max(per_y, -per_y),
-                 middle = join_vectors(a->oy, b->oy) * per_y,
+    const shd_vf p = join(a->p, b->p), none = shd_vf_set(0),
+                 per_y = 1 / clear_of_zero(join(a->dy, b->dy)),
+                 reach = shd_vf_sqrt(shd_vf_max(around * around - join(a->m, b->m), none)),
+                 half = above * shd_vf_max(per_y, -per_y), middle = join(a->oy, b->oy) * per_y,
                  low = shd_vf_max(-middle - half, -reach),
                  end = shd_vf_max(middle - half, -reach), /* negated */
         bend = shd_vf_sqrt(shd_vf_max(p * (-1.f / 6), none));
     const shd_mf early = shd_vf_gt(eps - bend, low);
     const shd_vf t = shd_vf_select(early, low, shd_vf_max(low, bend));
-    return (guess){p, join_vectors(a->q, b->q), join_vectors(a->s, b->s),
-                   t, shd_vf_gt(-end, low),     early};
+    return (guess){p, join(a->q, b->q), join(a->s, b->s), t, shd_vf_gt(-end, low), early};
 }
 
 /* Solves for f's parabola, and then by Halley's steps. */
-static inline void advance_guess(guess *g, int step) {
+static inline void advance(guess *g, int step) {
     const shd_vf t = g->t, square = t * t, value = ((square + g->p) * t + g->q) * t + g->s,
                  slope = (4 * square + 2 * g->p) * t + g->q, curve = 6 * square + g->p;
     if (step) {
@@ -131,101 +128,115 @@ static inline shd_vd value_at(const rays *r, shd_vd t) {
     return ((t * t + r->p) * t + r->q) * t + r->s;
 }
 
-/* (distance from the tube's circle)^2 - r^2, times 4 (x^2 + z^2)^(1/2), by which f's slope is
- * steeper at the surface. */
-static inline shd_vd excess_at(const rays *r, double tube, shd_vd t) {
-    const shd_vd x = r->ox + r->dx * t, y = r->oy + r->dy * t, z = r->oz + r->dz * t,
-                 ring = shd_vd_sqrt(x * x + z * z), off = ring - 1;
-    return 4 * ring * ((off - tube) * (off + tube) + y * y);
+static inline shd_vd half_of(shd_vf a, int high) {
+    return shd_vd_widen(shd_vf_half(a, high));
 }
 
 /* Writes exact roots, t from the origin as it came. If f64 tells what f is, f32 can tell what to
- * add. Returns a bit for each lane in which that is the first root beyond any doubt: a slope as
- * small as f32's rounding is left to the search. */
-static inline unsigned polish_roots(double tube, const rays *a, const rays *b, const guess *g,
-                                    double *restrict out) {
+ * add. Returns a bit for each lane in which that may not be the first root: a slope as small as
+ * f32's rounding is left to the search, too. */
+static inline unsigned polish(double tube, const rays *a, const rays *b, const guess *g,
+                              double *restrict out) {
     const float around = 1 + (float)tube, flat = 2e-6f * around * around * around,
                 enough = 1e-9f * (float)tube;
-    shd_vd t = shd_vd_widen(shd_vf_half(g->t, 0)), u = shd_vd_widen(shd_vf_half(g->t, 1));
+    shd_vd t = half_of(g->t, 0), u = half_of(g->t, 1);
     shd_vf near = g->t, slope = (4 * near * near + 2 * g->p) * near + g->q;
-    const shd_vf value = join_vectors(value_at(a, t), value_at(b, u)),
-                 curve = 6 * near * near + g->p;
+    const shd_vf value = join(value_at(a, t), value_at(b, u)), curve = 6 * near * near + g->p;
     shd_vf step = value * slope / (slope * slope - value * curve);
-    t -= shd_vd_widen(shd_vf_half(step, 0)), u -= shd_vd_widen(shd_vf_half(step, 1));
+    t -= half_of(step, 0), u -= half_of(step, 1);
     near -= step;
     slope = (4 * near * near + 2 * g->p) * near + g->q;
-    step = join_vectors(excess_at(a, tube, t), excess_at(b, tube, u)) / slope;
-    t -= shd_vd_widen(shd_vf_half(step, 0)), u -= shd_vd_widen(shd_vf_half(step, 1));
+    /* At the surface f is 4 times the one by the other. */
+    shd_vd ring, other;
+    const shd_vd excess = excess_at(a, tube, t, &ring), beside = excess_at(b, tube, u, &other);
+    step = 4 * join(ring * excess, other * beside) / slope;
+    t -= half_of(step, 0), u -= half_of(step, 1);
     shd_mf sure = shd_vf_gt_in(is_first(tube, g), shd_vf_set(-flat), slope);
     sure = shd_vf_gt_in(sure, shd_vf_set(enough), shd_vf_max(step, -step));
     const unsigned beyond = shd_md_bits(shd_vd_gt(t, a->near)) | shd_md_bits(shd_vd_gt(u, b->near))
                                                                      << LANES;
-    shd_vd_store(out, (t + a->along) * a->inverse);
-    shd_vd_store(out + LANES, (u + b->along) * b->inverse);
-    return shd_mf_bits(sure) & beyond;
+    const shd_vf least = shd_vf_select(g->bounded, shd_vf_set(-INFINITY), shd_vf_set(INFINITY));
+    shd_vd_store(out, shd_vd_max((t + a->along) * a->inverse, half_of(least, 0)));
+    shd_vd_store(out + LANES, shd_vd_max((u + b->along) * b->inverse, half_of(least, 1)));
+    return shd_mf_bits(g->bounded) & ~(shd_mf_bits(sure) & beyond);
 }
 
 /* ---- Part by part. ---- */
 
-/* Where f may turn: the derivative's root between `from` and `to`, where it is monotone; `to` where
- * there is none. Begun at `start`, Halley's steps do not pass the root: at the outer end of the
- * outer intervals, and in the inner one at its inflection. A step's square over the slope is more
- * than what is left after it; of that, the quartic's minimum feels the square. */
-static shd_vd find_turn(const rays *r, shd_vd from, shd_vd to, shd_vd start) {
+/* Where f turns within the parts that its inflections make of a ray, in each of which its
+ * derivative is monotone; the part's end where it does not. Begun at the outer ends of the outer
+ * parts, and in the inner one as near to its inflection as may be, Halley's steps do not pass the
+ * root. A step's square over the slope is more than what is left after it; of that, the quartic's
+ * minimum feels the square. */
+static void find_turns(const rays *r, const shd_vd (*mark)[4], int count, bool inner,
+                       shd_vd (*turn)[3]) {
     const double enough = 1e-9;
-    const shd_vd b = 0.5 * r->p, c = 0.25 * r->q, before = (from * from + b) * from + c,
-                 after = (to * to + b) * to + c;
-    shd_md going = shd_vd_gt(shd_vd_set(0), before * after);
-    shd_vd t = shd_vd_select(going, start, to);
-    for (int step = 0; step < 64 && shd_md_any(going); step++) {
-        const shd_vd value = (t * t + b) * t + c, slope = 3 * t * t + b;
-        /* not-a-number too is held */
-        shd_vd next = shd_vd_max(t - value * slope / (slope * slope - 3 * t * value), from);
-        next = shd_vd_min(next, to);
-        const shd_vd size = next - t;
-        t = shd_vd_select(going, next, t);
-        going = shd_vd_gt_in(going, size * size, enough * magnitude_of(slope));
+    const shd_vd none = shd_vd_set(0);
+    shd_md going[SHD_RAYS / LANES][3];
+    for (int i = 0; i < count; i++) {
+        const shd_vd *m = mark[i], b = 0.5 * r[i].p, c = 0.25 * r[i].q;
+        const shd_vd start[] = {m[0], shd_vd_min(shd_vd_max(none, m[1]), m[2]), m[3]};
+        for (int k = 0; k < 3; k++) {
+            const shd_vd before = (m[k] * m[k] + b) * m[k] + c,
+                         after = (m[k + 1] * m[k + 1] + b) * m[k + 1] + c;
+            going[i][k] = shd_vd_gt(none, before * after);
+            turn[i][k] = shd_vd_select(going[i][k], start[k], m[k + 1]);
+        }
     }
-    return t;
+    /* Side by side, for none is to wait for another's division. */
+    unsigned any = 1;
+    for (int step = 0; any && step < 64; step++) {
+        any = 0;
+        for (int i = 0; i < count; i++)
+            for (int k = 0; k < 3; k += inner ? 1 : 2) {
+                const shd_vd t = turn[i][k], b = 0.5 * r[i].p, c = 0.25 * r[i].q,
+                             value = (t * t + b) * t + c, slope = 3 * t * t + b;
+                /* not-a-number too is held */
+                shd_vd next = t - value * slope / (slope * slope - 3 * t * value);
+                next = shd_vd_min(shd_vd_max(next, mark[i][k]), mark[i][k + 1]);
+                const shd_vd size = next - t;
+                turn[i][k] = shd_vd_select(going[i][k], next, t);
+                going[i][k] = shd_vd_gt_in(going[i][k], size * size, enough * magnitude(slope));
+                any |= shd_md_bits(going[i][k]);
+            }
+    }
 }
 
 static shd_md is_inside(const rays *r, double tube, shd_vd t) {
-    shd_vd slope;
-    return shd_vd_gt(shd_vd_set(0), distance_at(r, tube, t, &slope));
+    shd_vd ring;
+    return shd_vd_gt(shd_vd_set(0), excess_at(r, tube, t, &ring));
 }
 
-/* Where the torus may be: within the sphere around it and the planes above and below it, a little
- * widened, so that the ends are outside. high <= low: nowhere. */
-static void torus_range(double tube, const rays *r, shd_vd *low, shd_vd *high) {
+/* Parts of a ray: where it is within the sphere around the torus and the planes above and below it,
+ * a little widened, so that the ends are outside, and the inflections in there. No parts where
+ * that is nowhere. Returns where it may start inside. */
+static shd_md divide(double tube, const rays *r, shd_vd mark[4]) {
     const double wider = 1 + 1e-6, around = (1 + tube) * wider, above = tube * wider;
     const shd_vd none = shd_vd_set(0), least = shd_vd_set(1e-200),
-                 reach = shd_vd_sqrt(shd_vd_max(around * around - r->m, none));
-    const shd_vd per_y = 1 / shd_vd_select(shd_vd_gt(magnitude_of(r->dy), least), r->dy, least),
-                 half = above * magnitude_of(per_y), middle = -r->oy * per_y;
-    *low = shd_vd_max(middle - half, -reach);
-    *high = shd_vd_min(middle + half, reach);
+                 reach = shd_vd_sqrt(shd_vd_max(around * around - r->m, none)),
+                 per_y = 1 / shd_vd_select(shd_vd_gt(magnitude(r->dy), least), r->dy, least),
+                 half = above * magnitude(per_y), middle = -r->oy * per_y,
+                 enters = shd_vd_max(middle - half, -reach), low = shd_vd_max(enters, r->near),
+                 high = shd_vd_max(shd_vd_min(middle + half, reach), low),
+                 bend = shd_vd_sqrt(shd_vd_max(r->p * (-1.0 / 6), none));
+    mark[0] = low;
+    mark[1] = shd_vd_min(shd_vd_max(-bend, low), high);
+    mark[2] = shd_vd_min(shd_vd_max(bend, low), high);
+    mark[3] = high;
+    return shd_vd_gt_in(shd_vd_gt(r->near, enters), high, low);
 }
 
 /* Where rays from outside enter: between `from` and `to`. Returns which do. */
-static shd_md enter_tube(double tube, const rays *r, const shd_vd mark[4], shd_vd *from,
-                         shd_vd *to) {
-    *from = mark[0];
-    *to = find_turn(r, mark[0], mark[1], mark[0]);
-    const shd_md met = is_inside(r, tube, *to);
-    if (!shd_md_any(shd_md_not(met))) return met;
-    const shd_vd last = find_turn(r, mark[2], mark[3], mark[3]);
-    *from = shd_vd_select(met, *from, *to);
-    *to = shd_vd_select(met, *to, last);
-    return shd_md_or(met, is_inside(r, tube, *to));
+static shd_md enter(double tube, const rays *r, const shd_vd end[5], shd_vd *from, shd_vd *to) {
+    const shd_md met = is_inside(r, tube, end[1]), late = is_inside(r, tube, end[3]);
+    *from = shd_vd_select(met, end[0], end[1]);
+    *to = shd_vd_select(met, end[1], end[3]);
+    return shd_md_or(met, late);
 }
 
 /* From inside: the first of the four monotone intervals at whose end it is outside. */
-static shd_md leave_tube(double tube, const rays *r, const shd_vd mark[4], shd_md inside,
-                         shd_vd *from, shd_vd *to) {
-    const shd_vd middle = shd_vd_min(shd_vd_max(shd_vd_set(0), mark[1]), mark[2]);
-    const shd_vd end[] = {mark[0], find_turn(r, mark[0], mark[1], mark[0]),
-                          find_turn(r, mark[1], mark[2], middle),
-                          find_turn(r, mark[2], mark[3], mark[3]), mark[3]};
+static shd_md leave(double tube, const rays *r, const shd_vd end[5], shd_md inside, shd_vd *from,
+                    shd_vd *to) {
     shd_md searching = inside;
     for (int part = 0; part < 4; part++) {
         *from = shd_vd_select(searching, end[part], *from);
@@ -243,19 +254,21 @@ static shd_vd find_surface(double tube, const rays *r, shd_md met, shd_md inside
     const shd_vd side = shd_vd_select(inside, shd_vd_set(-1), shd_vd_set(1));
     shd_vd t = shd_vd_select(inside, to, from);
     for (int step = 0; step < 64 && shd_md_any(met); step++) {
-        shd_vd slope;
-        const shd_vd value = distance_at(r, tube, t, &slope);
+        shd_vd ring;
+        const shd_vd value = excess_at(r, tube, t, &ring),
+                     turning = (r->ox + r->dx * t) * r->dx + (r->oz + r->dz * t) * r->dz,
+                     slope = 2 * ((ring - 1) / ring * turning + (r->oy + r->dy * t) * r->dy);
         const shd_md behind = shd_vd_gt(shd_vd_set(0), value * side); /* on the side of `to` */
         from = shd_vd_select(behind, from, t);
         to = shd_vd_select(behind, t, to);
         shd_vd next = t - value / slope;
         const shd_md wild = shd_md_or(
-            shd_md_not(shd_vd_gt(shd_vd_set(INFINITY), magnitude_of(next))), /* not-a-number too */
+            shd_md_not(shd_vd_gt(shd_vd_set(INFINITY), magnitude(next))), /* not-a-number too */
             shd_md_or(shd_vd_gt(from, next), shd_vd_gt(next, to)));
         next = shd_vd_select(wild, 0.5 * (from + to), next);
         /* What a step leaves is about its square over the slope. */
-        const shd_vd size = magnitude_of(next - t), rest = shd_vd_select(wild, size, size * size),
-                     unit = shd_vd_select(wild, shd_vd_set(1), magnitude_of(slope));
+        const shd_vd size = magnitude(next - t), rest = shd_vd_select(wild, size, size * size),
+                     unit = shd_vd_select(wild, shd_vd_set(1), magnitude(slope));
         t = shd_vd_select(met, next, t);
         met = shd_vd_gt_in(met, size, shd_vd_set(enough));
         met = shd_vd_gt_in(met, rest, enough * unit);
@@ -263,21 +276,16 @@ static shd_vd find_surface(double tube, const rays *r, shd_md met, shd_md inside
     return t;
 }
 
-/* t from the origin as it came. */
-static shd_vd search_roots(double tube, const rays *r) {
-    shd_vd low, high, from, to;
-    torus_range(tube, r, &low, &high);
-    shd_md inside = shd_vd_gt(r->near, low); /* perhaps */
-    low = shd_vd_max(low, r->near);
-    const shd_md wanted = shd_vd_gt(high, low);
-    high = shd_vd_max(high, low);
-    const shd_vd bend = shd_vd_sqrt(shd_vd_max(r->p * (-1.0 / 6), shd_vd_set(0)));
-    const shd_vd mark[] = {low, shd_vd_min(shd_vd_max(-bend, low), high),
-                           shd_vd_min(shd_vd_max(bend, low), high), high};
-    inside = shd_md_and(shd_md_and(inside, wanted), is_inside(r, tube, low));
-    shd_md met = shd_md_and(wanted, shd_md_not(inside));
-    met = shd_md_and(met, enter_tube(tube, r, mark, &from, &to));
-    if (shd_md_any(inside)) met = shd_md_or(met, leave_tube(tube, r, mark, inside, &from, &to));
+/* t from the origin as it came. `close`: where the ray may start inside. */
+static shd_vd meet(double tube, const rays *r, const shd_vd mark[4], const shd_vd turn[3],
+                   shd_md close) {
+    const shd_vd end[] = {mark[0], turn[0], turn[1], turn[2], mark[3]};
+    const shd_md wanted = shd_vd_gt(mark[3], mark[0]);
+    shd_md inside = close, met;
+    shd_vd from, to;
+    if (shd_md_any(close)) inside = shd_md_and(close, is_inside(r, tube, mark[0]));
+    met = shd_md_and(shd_md_and(wanted, shd_md_not(inside)), enter(tube, r, end, &from, &to));
+    if (shd_md_any(inside)) met = shd_md_or(met, leave(tube, r, end, inside, &from, &to));
     const shd_vd t = find_surface(tube, r, met, inside, from, to);
     return shd_vd_select(met, (t + r->along) * r->inverse, shd_vd_set(INFINITY));
 }
@@ -293,10 +301,19 @@ static void search_lanes(double tube, uint64_t lanes, shd_work *restrict work) {
         /* The last one fills its vector. */
         if ((lanes & (lanes - 1)) || count % LANES == 0) lanes &= lanes - 1;
     }
-    for (int at = 0; at < count; at += LANES) {
-        const rays r = read_rays(tube, &part, at);
-        shd_vd_store(part.t + at, search_roots(tube, &r));
+    rays r[SHD_RAYS / LANES];
+    shd_vd mark[SHD_RAYS / LANES][4], turn[SHD_RAYS / LANES][3];
+    shd_md close[SHD_RAYS / LANES];
+    unsigned inner = 0;
+    const int vectors = count / LANES;
+    for (int k = 0; k < vectors; k++) {
+        r[k] = read_rays(tube, &part, k * LANES);
+        close[k] = divide(tube, &r[k], mark[k]);
+        inner |= shd_md_bits(close[k]);
     }
+    find_turns(r, mark, vectors, inner, turn);
+    for (int k = 0; k < vectors; k++)
+        shd_vd_store(part.t + k * LANES, meet(tube, &r[k], mark[k], turn[k], close[k]));
     for (int k = 0; k < count; k++) work->t[lane[k]] = part.t[k];
 }
 
@@ -308,14 +325,10 @@ void SHD_VARIANT(shd_find_torus)(double tube, shd_work *work) {
     for (int k = 0; k < SHD_RAYS / LANES; k++) r[k] = read_rays(tube, work, k * LANES);
     for (int k = 0; k < SHD_RAYS / SHD_W; k++) g[k] = start_guess(tube, &r[2 * k], &r[2 * k + 1]);
     for (int step = 0; step < STEPS; step++)
-        for (int k = 0; k < SHD_RAYS / SHD_W; k++) advance_guess(&g[k], step);
+        for (int k = 0; k < SHD_RAYS / SHD_W; k++) advance(&g[k], step);
     for (int k = 0; k < SHD_RAYS / SHD_W; k++) {
-        double *out = work->t + k * SHD_W;
-        const unsigned bounded = shd_mf_bits(g[k].bounded),
-                       sure =
-                           bounded ? polish_roots(tube, &r[2 * k], &r[2 * k + 1], &g[k], out) : 0;
-        for (int i = 0; i < SHD_W; i++) out[i] = bounded >> i & 1 ? out[i] : INFINITY;
-        open |= (uint64_t)(bounded & ~sure) << (k * SHD_W);
+        const unsigned left = polish(tube, &r[2 * k], &r[2 * k + 1], &g[k], work->t + k * SHD_W);
+        open |= (uint64_t)left << (k * SHD_W);
     }
     if (open) search_lanes(tube, open, work);
 }
