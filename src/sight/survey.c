@@ -265,7 +265,7 @@ static bool may_meet_tube(const shd_sight *sight, const shd_item *it, const wind
     if (!(wider < 1 && away < 1e100)) return true;
     const shd_vec3 unit = shd_scale(way, 1 / length);
     double t = fmax(0, (middle - reach) / (1 + wider));
-    for (int step = 0; step < 16; step++) {
+    for (int step = 0; step < 64; step++) {
         if (t > end) return false;
         const shd_vec3 p = shd_madd(from, unit, t);
         const double off = sqrt(p.x * p.x + p.z * p.z) - 1,

@@ -189,6 +189,7 @@ static void find_turns(const rays *r, const shd_vd (*mark)[4], int count, bool i
         any = 0;
         for (int i = 0; i < count; i++)
             for (int k = 0; k < 3; k += inner ? 1 : 2) {
+                if (!shd_md_any(going[i][k])) continue;
                 const shd_vd t = turn[i][k], b = 0.5 * r[i].p, c = 0.25 * r[i].q,
                              value = (t * t + b) * t + c, slope = 3 * t * t + b;
                 /* not-a-number too is held */
