@@ -115,13 +115,13 @@ static inline void advance(guess *g, int step) {
     }
 }
 
-/* Where f falls at a root, whether it is the first one. */
-static inline shd_mf is_first(double tube, const guess *g) {
+/* Where f falls at a root t, whether it is the first one. */
+static inline shd_mf is_first(double tube, const guess *g, shd_vf t) {
     const float around = 1 + (float)tube, eps = 1e-5f * around;
     const shd_vf bend = shd_vf_sqrt(shd_vf_max(g->p * (-1.f / 6), shd_vf_set(0))),
                  fall = (4.f / 3) * g->p * bend - eps * around * around;
     return shd_mf_or(shd_mf_not(g->early),
-                     shd_mf_or(shd_vf_gt(-bend - eps, g->t), shd_vf_gt(fall, g->q)));
+                     shd_mf_or(shd_vf_gt(-bend - eps, t), shd_vf_gt(fall, g->q)));
 }
 
 static inline shd_vd value_at(const rays *r, shd_vd t) {
@@ -137,7 +137,7 @@ static inline shd_vd half_of(shd_vf a, int high) {
  * f32's rounding is left to the search, too. */
 static inline unsigned polish(double tube, const rays *a, const rays *b, const guess *g,
                               double *restrict out) {
-    const float around = 1 + (float)tube, flat = 2e-6f * around * around * around,
+    const float around = 1 + (float)tube, flat = 1e-5f * around * around * around,
                 enough = 1e-9f * (float)tube;
     shd_vd t = half_of(g->t, 0), u = half_of(g->t, 1);
     shd_vf near = g->t, slope = (4 * near * near + 2 * g->p) * near + g->q;
@@ -151,7 +151,7 @@ static inline unsigned polish(double tube, const rays *a, const rays *b, const g
     const shd_vd excess = excess_at(a, tube, t, &ring), beside = excess_at(b, tube, u, &other);
     step = 4 * join(ring * excess, other * beside) / slope;
     t -= half_of(step, 0), u -= half_of(step, 1);
-    shd_mf sure = shd_vf_gt_in(is_first(tube, g), shd_vf_set(-flat), slope);
+    shd_mf sure = shd_vf_gt_in(is_first(tube, g, near), shd_vf_set(-flat), slope);
     sure = shd_vf_gt_in(sure, shd_vf_set(enough), shd_vf_max(step, -step));
     const unsigned beyond = shd_md_bits(shd_vd_gt(t, a->near)) | shd_md_bits(shd_vd_gt(u, b->near))
                                                                      << LANES;
@@ -322,6 +322,10 @@ void SHD_VARIANT(shd_find_torus)(double tube, shd_work *work) {
     rays r[SHD_RAYS / LANES];
     guess g[SHD_RAYS / SHD_W];
     uint64_t open = 0;
+    if (tube > 1e5) { /* f32 has no room for the coefficients */
+        search_lanes(tube, UINT64_MAX, work);
+        return;
+    }
     /* One after the other, each would wait for its own results. */
     for (int k = 0; k < SHD_RAYS / LANES; k++) r[k] = read_rays(tube, work, k * LANES);
     for (int k = 0; k < SHD_RAYS / SHD_W; k++) g[k] = start_guess(tube, &r[2 * k], &r[2 * k + 1]);
