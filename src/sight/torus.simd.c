@@ -138,7 +138,7 @@ static inline shd_vd half_of(shd_vf a, int high) {
 static inline unsigned polish(double tube, const rays *a, const rays *b, const guess *g,
                               double *restrict out) {
     const float around = 1 + (float)tube, flat = 1e-5f * around * around * around,
-                enough = 1e-9f * (float)tube;
+                enough = -1e-10f / (around * around);
     shd_vd t = half_of(g->t, 0), u = half_of(g->t, 1);
     shd_vf near = g->t, slope = (4 * near * near + 2 * g->p) * near + g->q;
     const shd_vf value = join(value_at(a, t), value_at(b, u)), curve = 6 * near * near + g->p;
@@ -152,7 +152,7 @@ static inline unsigned polish(double tube, const rays *a, const rays *b, const g
     step = 4 * join(ring * excess, other * beside) / slope;
     t -= half_of(step, 0), u -= half_of(step, 1);
     shd_mf sure = shd_vf_gt_in(is_first(tube, g, near), shd_vf_set(-flat), slope);
-    sure = shd_vf_gt_in(sure, shd_vf_set(enough), shd_vf_max(step, -step));
+    sure = shd_vf_gt_in(sure, enough * slope, shd_vf_max(step, -step));
     const unsigned beyond = shd_md_bits(shd_vd_gt(t, a->near)) | shd_md_bits(shd_vd_gt(u, b->near))
                                                                      << LANES;
     const shd_vf least = shd_vf_select(g->bounded, shd_vf_set(-INFINITY), shd_vf_set(INFINITY));

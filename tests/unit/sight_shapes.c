@@ -283,7 +283,7 @@ static long double clearance(double r, const test_ray *ray, long double t) {
 static void tori_are_met_where_no_step_can_pass_them(void **state) {
     (void)state;
     srand(8);
-    static const double tubes[] = {1e-6, 1e-3, 0.02, 0.25, 0.7, 0.999, 1, 1.3, 40, 1e20};
+    static const double tubes[] = {1e-6, 1e-3, 0.02, 0.25, 0.7, 0.999, 1, 1.3, 40, 3e3, 1e6};
     enum { TUBES = sizeof tubes / sizeof tubes[0], RAYS = 9000, STEPS = 20000 };
     int hits = 0, misses = 0;
     for (int i = 0; i < RAYS; i++) {
@@ -307,6 +307,7 @@ static void tori_are_met_where_no_step_can_pass_them(void **state) {
         if (hit) rest = fabsl(clearance(r, &ray, s.t));
         if (hit) assert_true(rest < 4e-15L * (back + size));
         if (t < back + 3 * size && left < 1e-12L * size) { /* all but met at least */
+            if (side * clearance(r, &ray, t + 1e-3L * r) < -1e-6L * r) assert_true(hit);
             if (hit) assert_true(s.t > t - 1e-6L * size && s.t < t + 1e-5L * size);
             hits += hit;
         } else if (t >= back + 3 * size) {
