@@ -162,10 +162,11 @@ void shd_stored_drop(shd_stored *thing) {
 shd_status shd_store_put(shd_store *store, shd_stored *thing, const char *name, bool *known,
                          shd_error *error) {
     const size_t most = store->load.cap / SHARE;
-    if (thing->use.bytes > most)
-        return shd_fail(error, SHD_LIMIT, "",
-                        "it takes %zu bytes; half of the limit `mesh-store` is %zu",
-                        thing->use.bytes, most);
+    if (thing->use.bytes > most) {
+        shd_fail(error, SHD_LIMIT, "", "it takes %zu bytes; half of the limit `mesh-store` is %zu",
+                 thing->use.bytes, most);
+        return shd_fail_limit(error, SHD_LIMIT_MESH_STORE);
+    }
     shd_lru freed = {0};
     pthread_mutex_lock(&store->mutex);
     const bool there = shd_index_find(&store->index, &thing->key);

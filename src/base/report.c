@@ -18,7 +18,10 @@ static shd_problem make_problem(shd_arena *arena, const char *pointer, const cha
 
 void shd_report_error(shd_report *report, shd_status status, const char *pointer,
                       const char *format, ...) {
-    if (report->status == SHD_OK) report->status = status;
+    if (report->status == SHD_OK) {
+        report->status = status;
+        report->limit = status == SHD_MEMORY ? SHD_LIMIT_MEMORY : SHD_LIMIT_NONE;
+    }
     if (report->error_count < SHD_REPORT_KEEP) {
         char detail[sizeof((shd_error *)0)->text];
         va_list args;
@@ -28,6 +31,10 @@ void shd_report_error(shd_report *report, shd_status status, const char *pointer
         report->errors[report->error_count] = make_problem(report->arena, pointer, detail);
     }
     report->error_count++;
+}
+
+void shd_report_limit(shd_report *report, shd_limit limit) {
+    if (report->error_count == 1) report->limit = limit;
 }
 
 void shd_report_warning(shd_report *report, const char *pointer, const char *format, ...) {

@@ -20,6 +20,7 @@ typedef struct shd_problem {
 typedef struct shd_report {
     shd_arena *arena;
     shd_status status; /* SHD_OK, or the first error's: SHD_SYNTAX, SHD_SCENE, SHD_LIMIT, ... */
+    shd_limit limit;   /* of the first error, if that is SHD_LIMIT or SHD_MEMORY */
     int line, column;  /* of a syntax error, from 1; otherwise 0 */
     size_t error_count, warning_count; /* all of them; min(count, SHD_REPORT_KEEP) are kept */
     shd_problem errors[SHD_REPORT_KEEP];
@@ -31,6 +32,9 @@ void shd_report_init(shd_report *report, shd_arena *arena);
 /* Adds an error; `status` is not SHD_OK. `pointer` is copied. */
 void shd_report_error(shd_report *report, shd_status status, const char *pointer,
                       const char *format, ...) SHD_PRINTF(4, 5);
+/* The error that was added last is about this limit. */
+void shd_report_limit(shd_report *report, shd_limit limit);
+
 void shd_report_warning(shd_report *report, const char *pointer, const char *format, ...)
     SHD_PRINTF(3, 4);
 

@@ -24,8 +24,33 @@ typedef enum shd_status {
     SHD_STATUS_COUNT
 } shd_status;
 
+/* What more was asked for of than an operator allows: the options `max-pixels` and the like. */
+typedef enum shd_limit {
+    SHD_LIMIT_NONE, /* SHD_LIMIT may also be about what no option changes */
+    SHD_LIMIT_BODY,
+    SHD_LIMIT_PIXELS,
+    SHD_LIMIT_SAMPLES,
+    SHD_LIMIT_LIGHTS,
+    SHD_LIMIT_OBJECTS,
+    SHD_LIMIT_TRIANGLES,
+    SHD_LIMIT_LIGHT_SAMPLES,
+    SHD_LIMIT_OBJECT_LIGHTS,
+    SHD_LIMIT_WORK,
+    SHD_LIMIT_MEMORY,
+    SHD_LIMIT_QUEUE,
+    SHD_LIMIT_TIMEOUT,
+    SHD_LIMIT_CONNECTIONS_EACH,
+    SHD_LIMIT_MESH_STORE,
+    SHD_LIMIT_RATE,
+    SHD_LIMIT_COUNT
+} shd_limit;
+
+/* As refusals and metrics name them: "light-samples". */
+extern const char *const shd_limit_names[SHD_LIMIT_COUNT];
+
 typedef struct shd_error {
     shd_status status;
+    shd_limit limit; /* of SHD_LIMIT and SHD_MEMORY */
     char path[256]; /* JSON Pointer (RFC 6901) into the document, a file name, or "" */
     char text[512]; /* one sentence, no trailing period or newline */
 } shd_error;
@@ -39,6 +64,9 @@ typedef struct shd_error {
 /* Fills `error` (unless NULL) and returns `status`. Over-long text is cut. */
 shd_status shd_fail(shd_error *error, shd_status status, const char *path, const char *format, ...)
     SHD_PRINTF(4, 5);
+
+/* Adds which limit it was to an error (unless NULL) of SHD_LIMIT, which is returned. */
+shd_status shd_fail_limit(shd_error *error, shd_limit limit);
 
 #ifdef __cplusplus
 }

@@ -110,7 +110,7 @@ static shd_status load_module(shd_error *error) {
 }
 
 static void *load_in_thread(void *nothing) {
-    shd_error error = {SHD_OK, "", ""};
+    shd_error error = {.status = SHD_OK};
     const shd_status status = load_module(&error);
     pthread_mutex_lock(&load_mutex);
     load_status = status;
@@ -164,11 +164,13 @@ shd_status shd_oiio_load(shd_oiio_encode_fn **out, shd_error *error) {
  * the rest are files, whose pages the system takes back if memory is short. */
 static shd_status load_within(shd_budget *budget, const atomic_bool *cancelled, shd_error *error) {
     enum { MODULE = 64 << 20 };
-    if (shd_budget_most(budget) < 2 * (uint64_t)MODULE)
-        return shd_fail(error, SHD_LIMIT, "",
-                        "OpenImageIO takes %d bytes, and the limit `memory` of the process leaves "
-                        "%llu for all",
-                        MODULE, (unsigned long long)shd_budget_most(budget));
+    if (shd_budget_most(budget) < 2 * (uint64_t)MODULE) {
+        shd_fail(error, SHD_LIMIT, "",
+                 "OpenImageIO takes %d bytes, and the limit `memory` of the process leaves %llu "
+                 "for all",
+                 MODULE, (unsigned long long)shd_budget_most(budget));
+        return shd_fail_limit(error, SHD_LIMIT_MEMORY);
+    }
     if (!shd_budget_take(budget, MODULE))
         return shd_fail(error, SHD_CROWDED, "",
                         "other requests have the memory that OpenImageIO takes");

@@ -28,8 +28,10 @@ shd_status shd_request_keep_mesh(shd_request *request, const void *data, size_t 
                                       request->rendering.arena, &mesh, &request->report);
     if (status == SHD_OK) {
         status = keep_mesh(request, mesh, digest, client, known, &error);
-        if (status != SHD_OK)
+        if (status != SHD_OK) {
             shd_report_error(&request->report, status, error.path, "%s", error.text);
+            shd_report_limit(&request->report, error.limit);
+        }
     }
     shd_stage_end(&request->rendering, &request->rendering.times.parse);
     return shd_request_blame_report(request, status);

@@ -144,11 +144,13 @@ static shd_status check_memory(shd_request *request) {
     if (__builtin_add_overflow(estimate, shd_arena_used(request->rendering.arena), &needed) ||
         __builtin_add_overflow(needed, shd_held_bytes(&request->held), &needed))
         needed = UINT64_MAX;
-    if (needed > limit)
+    if (needed > limit) {
         shd_report_error(&request->report, SHD_LIMIT, "/image",
                          "the pictures%s take at least %llu bytes; the limit `memory` is %llu",
                          request->held.first ? " and the kept meshes" : "",
                          (unsigned long long)needed, (unsigned long long)limit);
+        shd_report_limit(&request->report, SHD_LIMIT_MEMORY);
+    }
     return request->report.status;
 }
 
@@ -157,17 +159,21 @@ static shd_status check_lights(shd_request *request) {
     const shd_scene *scene = request->scene;
     const uint64_t light_samples = shd_estimate_light_samples(scene),
                    object_lights = shd_estimate_object_lights(scene);
-    if (light_samples > request->limits.light_samples)
+    if (light_samples > request->limits.light_samples) {
         shd_report_error(&request->report, SHD_LIMIT, "/lights",
                          "samples times lights times terms of the material with most are %llu; the "
                          "limit `light-samples` is %llu",
                          (unsigned long long)light_samples,
                          (unsigned long long)request->limits.light_samples);
-    if (object_lights > request->limits.object_lights)
+        shd_report_limit(&request->report, SHD_LIMIT_LIGHT_SAMPLES);
+    }
+    if (object_lights > request->limits.object_lights) {
         shd_report_error(&request->report, SHD_LIMIT, "/lights",
                          "objects times lights are %llu; the limit `object-lights` is %llu",
                          (unsigned long long)object_lights,
                          (unsigned long long)request->limits.object_lights);
+        shd_report_limit(&request->report, SHD_LIMIT_OBJECT_LIGHTS);
+    }
     return request->report.status;
 }
 
@@ -179,10 +185,10 @@ static shd_status check_work(const shd_rendering *r, shd_error *error) {
     const double pixels = (double)raster->w * raster->h;
     const double seconds = (pixels * (cost.rays + cost.light) + cost.meshes) / 1e9;
     if (seconds <= (double)r->limits->work) return SHD_OK;
-    return shd_fail(
-        error, SHD_LIMIT, "",
-        "it is expected to take %.0f seconds of one processor; the limit `work` is %llu", seconds,
-        (unsigned long long)r->limits->work);
+    shd_fail(error, SHD_LIMIT, "",
+             "it is expected to take %.0f seconds of one processor; the limit `work` is %llu",
+             seconds, (unsigned long long)r->limits->work);
+    return shd_fail_limit(error, SHD_LIMIT_WORK);
 }
 
 shd_status shd_rendering_admit(shd_rendering *r, const shd_film *film, bool lights,
@@ -199,12 +205,14 @@ shd_status shd_rendering_admit(shd_rendering *r, const shd_film *film, bool ligh
     if (status != SHD_OK) return status;
     if (!film || !film->codes)
         pictures += shd_film_size(&plan->scene->raster, plan->plane_count, plan->wants);
-    if (pictures > room || working > room - pictures)
-        return shd_fail(error, SHD_LIMIT, "/image",
-                        "the pictures take at least %llu bytes, and rendering them on %llu threads "
-                        "%llu; the limit `memory` is %llu",
-                        (unsigned long long)pictures, (unsigned long long)threads,
-                        (unsigned long long)working, (unsigned long long)r->limits->memory);
+    if (pictures > room || working > room - pictures) {
+        shd_fail(error, SHD_LIMIT, "/image",
+                 "the pictures take at least %llu bytes, and rendering them on %llu threads %llu; "
+                 "the limit `memory` is %llu",
+                 (unsigned long long)pictures, (unsigned long long)threads,
+                 (unsigned long long)working, (unsigned long long)r->limits->memory);
+        return shd_fail_limit(error, SHD_LIMIT_MEMORY);
+    }
     if (shd_arena_reserve(r->arena, pictures + working)) return SHD_OK;
     return shd_fail(error, SHD_CROWDED, "", "%s", crowded_text);
 }

@@ -27,10 +27,12 @@ const char *shd_take_text(shd_reader *r, const char *text) {
 }
 
 uint64_t shd_hold_to_limit(shd_reader *r, const shd_node *node, const char *subject, uint64_t count,
-                           const char *name, uint64_t limit) {
+                           shd_limit which, uint64_t limit) {
     if (count <= limit) return count;
+    const char *name = shd_limit_names[which];
     shd_node_fail(r->report, node, SHD_LIMIT, "%s %llu %s; the limit `%s` is %llu", subject,
                   (unsigned long long)count, name, name, (unsigned long long)limit);
+    shd_report_limit(r->report, which);
     return limit;
 }
 

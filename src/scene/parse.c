@@ -98,15 +98,17 @@ static bool tree_fits(const char *text, size_t length, size_t memory, size_t *ou
                       shd_report *report) {
     size_t values;
     const size_t bytes = *out = tree_bytes(text, length, &values);
-    if (bytes > memory)
+    if (bytes > memory) {
         shd_report_error(report, SHD_LIMIT, "",
                          "reading the document takes about %zu bytes; the limit `memory` is %zu",
                          bytes, memory);
-    else if (values > MOST_VALUES)
+        shd_report_limit(report, SHD_LIMIT_MEMORY);
+    } else if (values > MOST_VALUES) {
         shd_report_error(report, SHD_LIMIT, "",
                          "the document has about %zu values beside the numbers of meshes; at most "
                          "%d are read",
                          values, MOST_VALUES);
+    }
     return bytes <= memory && values <= MOST_VALUES;
 }
 

@@ -111,6 +111,7 @@ shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *ca
         shd_report_error(report, SHD_LIMIT, "",
                          "the document has %zu bytes; the limit `body` is %llu", length,
                          (unsigned long long)limits->body);
+        shd_report_limit(report, SHD_LIMIT_BODY);
         return report->status;
     }
     shd_json json;

@@ -99,7 +99,7 @@ uint32_t shd_read_fields(shd_reader *r, const shd_node *node, const shd_field *f
  * error if it is the limit: "the scene asks for 5 lights; the limit `lights` is 4" has the
  * `subject` "the scene asks for". */
 uint64_t shd_hold_to_limit(shd_reader *r, const shd_node *node, const char *subject, uint64_t count,
-                           const char *name, uint64_t limit);
+                           shd_limit which, uint64_t limit);
 
 /* The index of a string among `names`. -1, and an error, if it is none of them. */
 int shd_read_name(shd_reader *r, const shd_node *node, const char *const *names);

@@ -166,13 +166,15 @@ void shd_read_image(shd_reader *r, const shd_node *node, void *out) {
     r->scene->raster = raster;
     uint64_t asked = (uint64_t)raster.w * (uint64_t)raster.h;
     const shd_node *place = node->value ? node : node->parent;
-    shd_hold_to_limit(r, place, "the image asks for", asked, "pixels", r->limits->pixels);
+    shd_hold_to_limit(r, place, "the image asks for", asked, SHD_LIMIT_PIXELS, r->limits->pixels);
     if (wrong >> SAMPLES & 1) return;
     uint64_t rays = asked * (uint64_t)raster.samples;
-    if (rays > r->limits->samples)
+    if (rays > r->limits->samples) {
         shd_node_fail(r->report, place, SHD_LIMIT,
                       "the image asks for %llu samples (%llu pixels of %d); the limit `samples` "
                       "is %llu",
                       (unsigned long long)rays, (unsigned long long)asked, raster.samples,
                       (unsigned long long)r->limits->samples);
+        shd_report_limit(r->report, SHD_LIMIT_SAMPLES);
+    }
 }

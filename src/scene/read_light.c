@@ -226,7 +226,8 @@ void shd_read_lights(shd_reader *r, const shd_node *node, void *out) {
     r->lights = SIZE_MAX;
     if (!shd_is_array(r, node, 0, SIZE_MAX, "an array of lights")) return;
     size_t count = r->lights = json_array_size(node->value);
-    count = shd_hold_to_limit(r, node, "the scene asks for", count, "lights", r->limits->lights);
+    count = shd_hold_to_limit(r, node, "the scene asks for", count, SHD_LIMIT_LIGHTS,
+                              r->limits->lights);
     shd_light *lights = shd_take(r, count, sizeof *lights);
     if (!lights) return;
     for (size_t i = 0; i < count && !shd_is_cancelled(r->cancelled); i++) {

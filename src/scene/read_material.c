@@ -227,6 +227,7 @@ void shd_read_materials(shd_reader *r, const shd_node *node, void *out) {
                       "the scene has %zu materials, more than objects may have: the limit "
                       "`objects` is %llu",
                       count, (unsigned long long)r->limits->objects);
+        shd_report_limit(r->report, SHD_LIMIT_OBJECTS);
         count = (size_t)r->limits->objects;
     }
     r->named = shd_take(r, count, sizeof *r->named);

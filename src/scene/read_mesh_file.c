@@ -146,7 +146,8 @@ static const shd_mesh *read_members(shd_reader *r, const json_t *tree) {
     shd_read_fields(r, &root, fields, sizeof fields / sizeof fields[0], 0, "a mesh", &source);
     if (!source.positions) shd_wrong(r, &root, "the member \"positions\" is missing");
     const shd_mesh *mesh = shd_make_mesh(r, &root, &source);
-    shd_hold_to_limit(r, &root, "the mesh has", r->triangles, "triangles", r->limits->triangles);
+    shd_hold_to_limit(r, &root, "the mesh has", r->triangles, SHD_LIMIT_TRIANGLES,
+                      r->limits->triangles);
     return mesh;
 }
 

@@ -158,7 +158,8 @@ void shd_read_objects(shd_reader *r, const shd_node *node, void *out) {
     }
     if (!shd_is_array(r, node, 0, SIZE_MAX, "an array of objects")) return;
     size_t count = json_array_size(node->value);
-    count = shd_hold_to_limit(r, node, "the scene asks for", count, "objects", r->limits->objects);
+    count = shd_hold_to_limit(r, node, "the scene asks for", count, SHD_LIMIT_OBJECTS,
+                              r->limits->objects);
     /* Every object has one material, so there are at most as many materials. */
     shd_object *objects = shd_take(r, count, sizeof *objects);
     r->materials = shd_take(r, count, sizeof *r->materials);
@@ -167,7 +168,7 @@ void shd_read_objects(shd_reader *r, const shd_node *node, void *out) {
         shd_node object = shd_node_item(node, i);
         read_object(r, &object, &objects[i]);
     }
-    shd_hold_to_limit(r, node, "the scene asks for", r->triangles, "triangles",
+    shd_hold_to_limit(r, node, "the scene asks for", r->triangles, SHD_LIMIT_TRIANGLES,
                       r->limits->triangles);
     r->scene->objects = objects;
     r->scene->object_count = count;

@@ -276,6 +276,7 @@ static void resolve_layers(shd_reader *r, const shd_node *node, const json_t *va
         shd_node_fail(r->report, &at, SHD_LIMIT,
                       "%zu layers are more than there may be: the limit `lights` is %llu", count,
                       (unsigned long long)r->limits->lights);
+        shd_report_limit(r->report, SHD_LIMIT_LIGHTS);
         return;
     }
     shd_layer *layers = shd_take(r, count, sizeof *layers);
