@@ -95,7 +95,7 @@ uint32_t shd_read_fields(shd_reader *r, const shd_node *node, const shd_field *f
 /* An error about the place. */
 #define shd_wrong(r, node, ...) shd_node_fail((r)->report, node, SHD_SCENE, __VA_ARGS__)
 
-/* The smaller one of `count` and the limit that is called `name`, as the counted things are. An
+/* The smaller one of `count` and the limit `which`, after which the counted things are called. An
  * error if it is the limit: "the scene asks for 5 lights; the limit `lights` is 4" has the
  * `subject` "the scene asks for". */
 uint64_t shd_hold_to_limit(shd_reader *r, const shd_node *node, const char *subject, uint64_t count,

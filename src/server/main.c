@@ -18,12 +18,16 @@
 #include "server/conn/address.h"
 #include "server/conn/doors.h"
 #include "server/conn/http.h"
-#include "server/jobs/job.h"
+#include "server/conn/linger.h"
 #include "server/jobs/stuck.h"
+#include "server/jobs/work.h"
+#include "server/ops/admin.h"
 #include "server/ops/config.h"
 #include "server/ops/descriptors.h"
 #include "server/ops/log.h"
+#include "server/ops/memory.h"
 #include "server/ops/ready.h"
+#include "server/ops/settings.h"
 #include "server/ops/systemd.h"
 
 enum { EXIT_STOPPED = 0, EXIT_CANNOT_START = 1, EXIT_USAGE = 2 };

@@ -1,146 +1,22 @@
 #include "routes.h"
 
-#include <inttypes.h>
-#include <jansson.h>
 #include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "base/clock.h"
-#include "server/answer/gzip.h"
+#include "server/access/tokens.h"
 #include "server/answer/negotiate.h"
 #include "server/answer/problem.h"
 #include "server/jobs/json_job.h"
 #include "server/jobs/mesh_job.h"
 #include "server/jobs/preview.h"
 #include "server/jobs/render_job.h"
-
-/* The files of api/, embedded by the build. */
-extern const unsigned char shd_embedded_openapi[], shd_embedded_openapi_json[],
-    shd_embedded_schema[];
-extern const unsigned long shd_embedded_openapi_size, shd_embedded_openapi_json_size,
-    shd_embedded_schema_size;
-
-static void answer_document(shd_exchange *exchange);
-
-enum { READ = SHD_GET | SHD_HEAD | SHD_OPTIONS, WRITE = SHD_POST | SHD_OPTIONS };
-
-static const shd_route routes[] = {
-    {"/", SHD_ROUTE_INDEX, READ, answer_document},
-    {"/v1/render", SHD_ROUTE_RENDER, WRITE, shd_render_submit},
-    {"/v1/preview/{material}", SHD_ROUTE_PREVIEW, READ, shd_preview_submit},
-    {"/v1/explain", SHD_ROUTE_EXPLAIN, WRITE, shd_explain_submit},
-    {"/v1/compare", SHD_ROUTE_COMPARE, WRITE, shd_compare_submit},
-    {"/v1/meshes/{sha256}", SHD_ROUTE_MESHES, SHD_PUT | SHD_OPTIONS, shd_mesh_submit},
-    {"/v1/materials", SHD_ROUTE_MATERIALS, READ, answer_document},
-    {"/v1/shapes", SHD_ROUTE_SHAPES, READ, answer_document},
-    {"/v1/colorspaces", SHD_ROUTE_COLORSPACES, READ, answer_document},
-    {"/v1/version", SHD_ROUTE_VERSION, READ, answer_document},
-    {"/openapi.yaml", SHD_ROUTE_OPENAPI, READ, answer_document},
-    {"/openapi.json", SHD_ROUTE_OPENAPI_JSON, READ, answer_document},
-    {"/scene.schema.json", SHD_ROUTE_SCHEMA, READ, answer_document},
-};
-
-enum { ROUTES = sizeof routes / sizeof routes[0] };
-
-static const struct {
-    shd_method method;
-    const char *name;
-} method_names[] = {{SHD_GET, "GET"},
-                    {SHD_HEAD, "HEAD"},
-                    {SHD_POST, "POST"},
-                    {SHD_PUT, "PUT"},
-                    {SHD_OPTIONS, "OPTIONS"}};
-
-/* ---- Documents ---- */
+#include "server/ops/settings.h"
 
 static const char media_json[] = "application/json";
 
-/* FNV-1a, 64 bits: the tag tells versions of our own texts apart, nothing more. */
-static void set_text(shd_text *text, const void *data, size_t size, bool owned) {
-    uint64_t hash = UINT64_C(0xcbf29ce484222325);
-    for (size_t i = 0; i < size; i++)
-        hash = (hash ^ ((const unsigned char *)data)[i]) * UINT64_C(0x100000001b3);
-    *text = (shd_text){.data = data, .size = size, .owned = owned};
-    snprintf(text->etag, sizeof text->etag, "%016" PRIx64, hash);
-}
-
-static void set_document(shd_settings *settings, shd_route_id id, const char *media_type,
-                         const void *data, size_t size, bool owned) {
-    shd_document *document = &settings->documents[id];
-    document->media_type = media_type;
-    set_text(&document->plain, data, size, owned);
-    size_t less;
-    void *gzip = shd_gzip(data, size, &less);
-    if (gzip) set_text(&document->gzip, gzip, less, true);
-}
-
-static json_t *method_list(unsigned methods) {
-    json_t *list = json_array();
-    for (size_t i = 0; i < sizeof method_names / sizeof method_names[0]; i++)
-        if (methods & method_names[i].method)
-            json_array_append_new(list, json_string(method_names[i].name));
-    return list;
-}
-
-static char *make_index(void) {
-    json_t *list = json_array();
-    for (size_t i = 0; i < ROUTES; i++) {
-        json_t *route = json_object();
-        json_object_set_new(route, "path", json_string(routes[i].path));
-        json_object_set_new(route, "methods", method_list(routes[i].methods));
-        json_array_append_new(list, route);
-    }
-    json_t *index = json_object();
-    json_object_set_new(index, "name", json_string("shaded"));
-    json_object_set_new(index, "version", json_string(shd_version()));
-    json_object_set_new(index, "openapi", json_string("/openapi.yaml"));
-    json_object_set_new(index, "routes", list);
-    char *text = json_dumps(index, JSON_INDENT(2));
-    json_decref(index);
-    return text;
-}
-
-shd_status shd_routes_prepare(shd_settings *settings, shd_error *error) {
-    static const struct {
-        shd_route_id id;
-        shd_topic topic;
-    } topics[] = {{SHD_ROUTE_MATERIALS, SHD_TOPIC_MATERIALS},
-                  {SHD_ROUTE_SHAPES, SHD_TOPIC_SHAPES},
-                  {SHD_ROUTE_COLORSPACES, SHD_TOPIC_COLORSPACES},
-                  {SHD_ROUTE_VERSION, SHD_TOPIC_VERSION}};
-    for (size_t i = 0; i < sizeof topics / sizeof topics[0]; i++) {
-        char *json;
-        shd_status status = shd_engine_describe(settings->engine, topics[i].topic, &json, error);
-        if (status) return status;
-        set_document(settings, topics[i].id, media_json, json, strlen(json), true);
-    }
-    char *index = make_index();
-    if (!index) return shd_fail(error, SHD_EXHAUSTED, "", "no memory for the list of routes");
-    set_document(settings, SHD_ROUTE_INDEX, media_json, index, strlen(index), true);
-    set_document(settings, SHD_ROUTE_OPENAPI, "application/yaml", shd_embedded_openapi,
-                 shd_embedded_openapi_size, false);
-    set_document(settings, SHD_ROUTE_OPENAPI_JSON, media_json, shd_embedded_openapi_json,
-                 shd_embedded_openapi_json_size, false);
-    set_document(settings, SHD_ROUTE_SCHEMA, "application/schema+json", shd_embedded_schema,
-                 shd_embedded_schema_size, false);
-    return SHD_OK;
-}
-
-static void release_text(const shd_text *text) {
-    if (text->owned) free((void *)(size_t)text->data);
-}
-
-void shd_routes_release(shd_settings *settings) {
-    for (size_t i = 0; i < SHD_ROUTE_COUNT; i++) {
-        release_text(&settings->documents[i].plain);
-        release_text(&settings->documents[i].gzip);
-    }
-}
-
 static void answer_document(shd_exchange *exchange) {
-    const shd_document *document = &exchange->settings->documents[exchange->route->id];
+    const shd_document *document = &exchange->settings->documents[exchange->route];
     bool is_coded = document->gzip.size && shd_accepts_gzip(exchange->accept_encoding);
     const shd_text *text = is_coded ? &document->gzip : &document->plain;
     shd_reply *reply = &exchange->reply;
@@ -155,32 +31,14 @@ static void answer_document(shd_exchange *exchange) {
 
 /* ---- Finding and admitting ---- */
 
-/* A route's "{name}" stands for one segment of the path, the last. */
-static bool is_path_of(const shd_route *route, const char *path) {
-    size_t fixed = strcspn(route->path, "{");
-    if (!route->path[fixed]) return !strcmp(route->path, path);
-    return !strncmp(route->path, path, fixed) && path[fixed] && !strchr(path + fixed, '/');
-}
-
-/* NULL where there is none. */
-static const shd_route *find_route(const char *path) {
-    for (size_t i = 0; i < ROUTES; i++)
-        if (is_path_of(&routes[i], path)) return &routes[i];
-    return NULL;
-}
-
 /* Whether the answer is a worker's. */
 static bool wants_work(const shd_exchange *exchange) {
-    return exchange->method & (SHD_POST | SHD_PUT) || exchange->route->id == SHD_ROUTE_PREVIEW;
+    return exchange->method & (SHD_POST | SHD_PUT) || exchange->route == SHD_ROUTE_PREVIEW;
 }
 
 static void add_allow(shd_reply *reply, unsigned methods) {
-    char allow[64] = "";
-    for (size_t i = 0; i < sizeof method_names / sizeof method_names[0]; i++) {
-        if (!(methods & method_names[i].method)) continue;
-        if (*allow) strcat(allow, ", ");
-        strcat(allow, method_names[i].name);
-    }
+    char allow[SHD_METHODS_SIZE];
+    shd_methods_list(methods, allow);
     shd_reply_plain(reply, "Allow", allow);
 }
 
@@ -224,7 +82,7 @@ static bool refuse_type(shd_exchange *exchange, const char *field, const char *t
 }
 
 static bool admit_mesh(shd_exchange *exchange) {
-    const char *digest = exchange->path + strcspn(exchange->route->path, "{");
+    const char *digest = exchange->path + shd_path_fixed(exchange->route);
     if (!shd_digest_read(digest, &exchange->digest)) {
         shd_problem_reply(&exchange->reply, SHD_NOT_FOUND,
                           "a mesh's path ends in 64 hexadecimal digits, in lower case");
@@ -252,14 +110,14 @@ static bool admit_body(shd_exchange *exchange) {
     if (exchange->method == SHD_PUT) return admit_mesh(exchange);
     if (!shd_is_json(exchange->content_type))
         return refuse_type(exchange, "Accept-Post", media_json);
-    return exchange->route->id == SHD_ROUTE_RENDER ? admit_picture(exchange) : admit_json(exchange);
+    return exchange->route == SHD_ROUTE_RENDER ? admit_picture(exchange) : admit_json(exchange);
 }
 
 static bool admit_media_types(shd_exchange *exchange) {
     if (exchange->method & (SHD_POST | SHD_PUT)) return admit_body(exchange);
-    if (exchange->route->id == SHD_ROUTE_PREVIEW) return admit_picture(exchange);
+    if (exchange->route == SHD_ROUTE_PREVIEW) return admit_picture(exchange);
     /* The contract and the schema are files rather than representations: no negotiation. */
-    const shd_document *document = &exchange->settings->documents[exchange->route->id];
+    const shd_document *document = &exchange->settings->documents[exchange->route];
     return strcmp(document->media_type, media_json) || admit_json(exchange);
 }
 
@@ -288,6 +146,7 @@ static bool admit_use(shd_exchange *exchange, const shd_token *token) {
                       "%u s",
                       token->name, (unsigned)token->rate.count, shd_rate_unit(token->rate),
                       seconds);
+    exchange->reply.limit = SHD_LIMIT_RATE;
     return false;
 }
 
@@ -296,8 +155,8 @@ static bool admit_use(shd_exchange *exchange, const shd_token *token) {
 static bool admit_caller(shd_exchange *exchange) {
     const shd_tokens *tokens = exchange->settings->tokens;
     const shd_keys *keys =
-        exchange->route->id == SHD_ROUTE_PREVIEW ? exchange->settings->preview_keys : NULL;
-    if ((!tokens && !keys) || strncmp(exchange->route->path, "/v1/", 4)) return true;
+        exchange->route == SHD_ROUTE_PREVIEW ? exchange->settings->preview_keys : NULL;
+    if ((!tokens && !keys) || strncmp(exchange->path, "/v1/", 4)) return true;
     const shd_token *token = tokens ? shd_tokens_admit(tokens, exchange->authorization) : NULL;
     if (token) {
         exchange->token = token->name;
@@ -343,14 +202,15 @@ void shd_route_add_cors(shd_exchange *exchange) {
 bool shd_route_admit(shd_exchange *exchange) {
     shd_reply *reply = &exchange->reply;
     if (asks_for_all(exchange)) return true;
-    exchange->route = exchange->path_cut ? NULL : find_route(exchange->path);
-    if (!exchange->route) {
+    if (!exchange->path_cut) exchange->route = shd_path_find(exchange->path);
+    if (exchange->route == SHD_ROUTE_OTHER) {
         shd_problem_reply(reply, SHD_NOT_FOUND, "GET / lists the paths");
         return false;
     }
-    if (!(exchange->route->methods & exchange->method)) {
+    const unsigned methods = shd_paths[exchange->route].methods;
+    if (!(methods & exchange->method)) {
         shd_problem_reply(reply, SHD_BAD_METHOD, "the header Allow lists the methods");
-        add_allow(reply, exchange->route->methods);
+        add_allow(reply, methods);
         return false;
     }
     if (exchange->method == SHD_OPTIONS) return true;
@@ -362,12 +222,26 @@ bool shd_route_admit(shd_exchange *exchange) {
     return admit_media_types(exchange);
 }
 
+/* ---- Answering ---- */
+
+/* Each fills the reply, or suspends the exchange and submits a job that will. */
+static void (*const answers[SHD_ROUTE_OTHER])(shd_exchange *exchange) = {
+    [SHD_ROUTE_INDEX] = answer_document,       [SHD_ROUTE_RENDER] = shd_render_submit,
+    [SHD_ROUTE_PREVIEW] = shd_preview_submit,  [SHD_ROUTE_EXPLAIN] = shd_explain_submit,
+    [SHD_ROUTE_COMPARE] = shd_compare_submit,  [SHD_ROUTE_MESHES] = shd_mesh_submit,
+    [SHD_ROUTE_MATERIALS] = answer_document,   [SHD_ROUTE_SHAPES] = answer_document,
+    [SHD_ROUTE_COLORSPACES] = answer_document, [SHD_ROUTE_VERSION] = answer_document,
+    [SHD_ROUTE_OPENAPI] = answer_document,     [SHD_ROUTE_OPENAPI_JSON] = answer_document,
+    [SHD_ROUTE_SCHEMA] = answer_document,
+};
+
 void shd_route_answer(shd_exchange *exchange) {
     if (exchange->method != SHD_OPTIONS) {
-        exchange->route->answer(exchange);
+        answers[exchange->route](exchange);
         return;
     }
+    const bool is_all = exchange->route == SHD_ROUTE_OTHER;
     exchange->reply.status = 204;
     add_allow(&exchange->reply,
-              exchange->route ? exchange->route->methods : READ | WRITE | SHD_PUT);
+              is_all ? (1 << SHD_METHODS) - 1 : shd_paths[exchange->route].methods);
 }

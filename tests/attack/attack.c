@@ -112,7 +112,7 @@ static void drop_picture(picture *p) {
 
 /* SHD_SCENE: no plan meets the budget. Anything else that fails is a finding. */
 static bool draw(worker *w, picture *out, bool may_refuse) {
-    shd_error error = {SHD_OK, "", ""};
+    shd_error error = {.status = SHD_OK};
     shd_sight *sight = NULL;
     shd_status status = shd_request_new(w->engine, &out->request, &error);
     if (status == SHD_OK) {

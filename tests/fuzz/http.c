@@ -13,7 +13,9 @@
 
 #include "fuzz.h"
 #include "server/conn/http.h"
-#include "server/jobs/job.h"
+#include "server/conn/linger.h"
+#include "server/jobs/work.h"
+#include "server/ops/settings.h"
 #include "server/server.h"
 
 static shd_server server;

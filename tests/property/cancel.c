@@ -298,7 +298,7 @@ static char *document_of(const stage *of) {
 /* ---- The claim. ---- */
 
 static shd_status ask(shd_engine *engine, call which, const char *json) {
-    shd_error error = {SHD_OK, "", ""};
+    shd_error error = {.status = SHD_OK};
     shd_request *request = NULL;
     char *text = NULL;
     assert_int_equal(shd_request_new(engine, &request, &error), SHD_OK);

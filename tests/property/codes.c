@@ -24,7 +24,7 @@ typedef struct result {
 static result render(shd_engine *engine, const char *json) {
     result r = {.count = 0};
     shd_request *request = read_scene(engine, json);
-    shd_error error = {SHD_OK, "", ""};
+    shd_error error = {.status = SHD_OK};
     if (shd_request_render(request, NULL, &error)) fail_msg("%s: %s", error.path, error.text);
     const shd_picture *pictures = shd_request_pictures(request, &r.count);
     assert_true(r.count <= 16);

@@ -80,7 +80,7 @@ static void any_number_of_threads_gives_the_same_figures(void **state) {
 /* A comparison of a scene with layers and two outputs, which count for nothing. */
 static shd_status try_compare(shd_engine *engine, const char *json, bool cancel, size_t *used) {
     shd_request *request = NULL;
-    shd_error error = {SHD_OK, "", ""};
+    shd_error error = {.status = SHD_OK};
     char *answer = NULL;
     assert_int_equal(shd_request_new(engine, &request, &error), SHD_OK);
     shd_status status = shd_request_read(request, json, strlen(json), SHD_PNG);

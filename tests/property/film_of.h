@@ -92,7 +92,7 @@ static inline shd_engine *new_engine_that_keeps(size_t reuse, unsigned threads,
     options.kernel = kernel;
     options.reuse = reuse;
     shd_engine *engine = NULL;
-    shd_error error = {SHD_OK, "", ""};
+    shd_error error = {.status = SHD_OK};
     if (shd_engine_new(&options, &engine, &error)) fail_msg("%s: %s", error.path, error.text);
     return engine;
 }
@@ -127,7 +127,7 @@ static inline int drop_engine(void **state) {
 
 static inline shd_request *read_scene(shd_engine *engine, const char *json) {
     shd_request *request = NULL;
-    shd_error error = {SHD_OK, "", ""};
+    shd_error error = {.status = SHD_OK};
     if (shd_request_new(engine, &request, &error)) fail_msg("%s", error.text);
     if (shd_request_read(request, json, strlen(json), SHD_PNG)) {
         const shd_problem *problem = &shd_request_report(request)->errors[0];
@@ -143,7 +143,7 @@ typedef struct drawn {
 } drawn;
 
 static inline shd_sight *plan_and_see(shd_request *request) {
-    shd_error error = {SHD_OK, "", ""};
+    shd_error error = {.status = SHD_OK};
     shd_sight *sight = NULL;
     if (shd_plan_make(request->scene, request->rendering.engine->isa, NULL, NULL,
                       request->rendering.arena, &request->rendering.plan, &error) ||
@@ -155,7 +155,7 @@ static inline shd_sight *plan_and_see(shd_request *request) {
 static inline drawn film_of(shd_engine *engine, const char *json) {
     drawn d = {.request = read_scene(engine, json)};
     shd_sight *sight = plan_and_see(d.request);
-    shd_error error = {SHD_OK, "", ""};
+    shd_error error = {.status = SHD_OK};
     shd_status status = shd_film_render(&d.request->rendering, sight, NULL, NULL, &d.film, &error);
     if (status != SHD_OK) fail_msg("%s: %s", error.path, error.text);
     return d;
@@ -164,7 +164,7 @@ static inline drawn film_of(shd_engine *engine, const char *json) {
 /* The same, planned for what its outputs show. */
 static inline drawn shown_film_of(shd_engine *engine, const char *json) {
     drawn d = {.request = read_scene(engine, json)};
-    shd_error error = {SHD_OK, "", ""};
+    shd_error error = {.status = SHD_OK};
     shd_sight *sight = NULL;
     if (shd_rendering_plan(&d.request->rendering, d.request->scene, &error) ||
         shd_sight_new(d.request->rendering.plan, NULL, d.request->rendering.arena, &sight, &error))

@@ -72,7 +72,7 @@ static char *scene(uint64_t seed) {
 /* A request with its plan, whose kernels are of this variant. */
 static shd_request *plan_for(shd_engine *engine, const char *json, shd_isa isa, shd_sight **sight) {
     shd_request *request = read_scene(engine, json);
-    shd_error error = {SHD_OK, "", ""};
+    shd_error error = {.status = SHD_OK};
     shd_status status = shd_plan_make(request->scene, isa, NULL, NULL, request->rendering.arena,
                                       &request->rendering.plan, &error);
     assert_int_equal(status, SHD_OK);
@@ -84,7 +84,7 @@ static shd_request *plan_for(shd_engine *engine, const char *json, shd_isa isa, 
 static drawn film_by(shd_engine *engine, const char *json, shd_isa isa) {
     shd_sight *sight;
     drawn d = {.request = plan_for(engine, json, isa, &sight)};
-    shd_error error = {SHD_OK, "", ""};
+    shd_error error = {.status = SHD_OK};
     shd_status status = shd_film_render(&d.request->rendering, sight, NULL, NULL, &d.film, &error);
     if (status != SHD_OK) fail_msg("%s: %s", error.path, error.text);
     return d;

@@ -71,7 +71,7 @@ static void every_cap_gives_a_picture_or_says_memory(void **state) {
         for (double cap = 1024; cap < 64e6; cap *= 1.2) {
             engine->limits.memory = (uint64_t)cap;
             shd_request *request = NULL;
-            shd_error error = {SHD_OK, "", ""};
+            shd_error error = {.status = SHD_OK};
             assert_int_equal(shd_request_new(engine, &request, &error), SHD_OK);
             shd_status status = shd_request_read(request, json, strlen(json), SHD_PNG);
             const shd_report *report = shd_request_report(request);
@@ -383,7 +383,7 @@ static void memory_is_refused_before_rendering(void **state) {
 static void a_refused_picture_gives_no_file(void **state) {
     (void)state;
     shd_engine *engine = new_engine(1);
-    shd_error error = {SHD_OK, "", ""};
+    shd_error error = {.status = SHD_OK};
     for (int kind = 0; kind < 4; kind += 3) {
         char *json = scene(kind);
         int refused = 0;

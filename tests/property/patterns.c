@@ -104,7 +104,7 @@ static void add_picture(shd_engine *engine, int kind, const pattern *p, double *
     memcpy(sight->offset_x, p->x, sizeof p->x);
     memcpy(sight->offset_y, p->y, sizeof p->y);
     shd_film film = {0};
-    shd_error error = {SHD_OK, "", ""};
+    shd_error error = {.status = SHD_OK};
     assert_int_equal(shd_film_render(&request->rendering, sight, NULL, NULL, &film, &error),
                      SHD_OK);
     for (size_t i = 0; i < SIDE * SIDE; i++) sum[i] += (double)film.rgba[4 * i];

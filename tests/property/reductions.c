@@ -302,7 +302,7 @@ static void lights_that_add_nothing_are_the_weakest(void **state) {
         "\"position\": [0, 3, 4], \"direction\": [0, -3.5, 2.5], \"angle\": 89, "
         "\"exponent\": 500}], \"objects\": [{\"type\": \"disc\", \"transform\": "
         "{\"rotate\": [30, 0, 0]}}]}");
-    shd_error error = {SHD_OK, "", ""};
+    shd_error error = {.status = SHD_OK};
     const shd_plan *plan;
     assert_int_equal(shd_plan_make(request->scene, request->rendering.engine->isa, NULL, NULL,
                                    request->rendering.arena, &plan, &error),

@@ -65,7 +65,7 @@ typedef struct looked {
 static looked look(shd_engine *engine, const setting *s, shd_isa isa) {
     char *json = scene(s);
     looked l = {.request = read_scene(engine, json)};
-    shd_error error = {SHD_OK, "", ""};
+    shd_error error = {.status = SHD_OK};
     shd_arena *arena = l.request->rendering.arena;
     if (shd_plan_make(l.request->scene, isa, NULL, NULL, arena, &l.request->rendering.plan,
                       &error) ||

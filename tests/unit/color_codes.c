@@ -336,7 +336,7 @@ static shd_color_config *with_space(const char *transform) {
             transform);
     fclose(out);
     shd_color_config *made = NULL;
-    shd_error error = {SHD_OK, "", ""};
+    shd_error error = {.status = SHD_OK};
     if (shd_color_config_load(path, &made, &error)) fail_msg("%s", error.text);
     remove(path);
     return made;

@@ -36,7 +36,7 @@ static void png_jpeg_and_webp_never_map_openimageio(void **state) {
 static void who_waits_for_openimageio_leaves_when_cancelled(void **state) {
     (void)state;
     shd_budget *budget = shd_budget_new(1 << 30);
-    shd_error error = {SHD_OK, "", ""};
+    shd_error error = {.status = SHD_OK};
     atomic_bool cancelled = true;
     assert_int_equal(shd_image_prepare(SHD_EXR, budget, &cancelled, &error), SHD_CANCELLED);
     assert_true(shd_budget_load_of(budget).used == 0);

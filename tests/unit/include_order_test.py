@@ -19,12 +19,23 @@ def read_table():
 
 
 ALLOWED = read_table()
+# Calls that go back. OpenColorIO's one file applies transforms for those who bake tables of them.
+KNOWN_CIRCLES = [("color/codes.c", "color/ocio.cpp"), ("color/tables.c", "color/ocio.cpp"),
+                 ("image/encode.c", "image/jpeg.c"), ("image/encode.c", "image/layered.c"),
+                 ("image/encode.c", "image/png.c"), ("image/encode.c", "image/webp.c"),
+                 ("render/request.c", "render/meshes.c"), ("render/tell/words.c", "render/tell/explain.c"),
+                 ("render/tiles/keep.c", "render/tiles/tile.c")]
 CPP_FILES = {"color/ocio.hpp", "color/ocio.cpp", "color/ocio_codes.cpp", "color/ocio_config.cpp",
              "color/ocio_transform.cpp", "color/ocio_walk.cpp", "image/oiio.cpp"}
 # Pages and other things that are no C.
 ROOMS_WITHOUT_CODE = {"studio"}
 
 INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*(["<])([^">]+)[">]', re.MULTILINE)
+# Comments and texts.
+LITERAL = re.compile(r'/\*.*?\*/|"(?:\\.|[^"\\\n])*"', re.S)
+NAME = re.compile(r"\bshd_\w+")
+# A function that other files see, at the beginning of a line as clang-format lays it out.
+DEFINITION = re.compile(r"^(?!static|typedef)[A-Za-z_][^;{}()=]*?\b(shd_\w+)\([^;{}]*?\)\s*\{", re.M)
 SUFFIXES = {".c", ".h", ".inc", ".cpp", ".hpp", ".cc", ".cxx"}
 
 
@@ -77,24 +88,53 @@ def read_sources():
     return files
 
 
-def find_circle(files):
-    """Files that include each other by a way that comes back; [] if there are none."""
-    def included(path):
-        for _, target in INCLUDE.findall(files[path]):
-            yield from (name for name in (f"{Path(path).parent}/{target}", target) if name in files)
-
+def find_way(edges):
+    """A way along `edges`, a dictionary from nodes to nodes, that comes back; [] if there is none."""
     done = set()
 
-    def follow(path, way):
-        if path in way:
-            return way[way.index(path):]
-        if path in done:
+    def follow(node, way):
+        if node in way:
+            return way[way.index(node):]
+        if node in done:
             return []
-        circle = next(filter(None, (follow(name, way + [path]) for name in included(path))), [])
-        done.add(path)
+        circle = next(filter(None, (follow(to, way + [node]) for to in sorted(edges.get(node, ())))), [])
+        done.add(node)
         return circle
 
-    return next(filter(None, (follow(path, []) for path in sorted(files))), [])
+    return next(filter(None, (follow(node, []) for node in sorted(edges))), [])
+
+
+def find_circle(files):
+    """Files that include each other by a way that comes back; [] if there are none."""
+    return find_way({path: [name for _, target in INCLUDE.findall(text)
+                            for name in (f"{Path(path).parent}/{target}", target) if name in files]
+                     for path, text in files.items()})
+
+
+def find_call_circle(files):
+    """Sources that use each other by a way that comes back; [] if there are none. A source uses
+    another one if it calls what that alone defines or, below server/, includes its header."""
+    code = {path: LITERAL.sub(" ", text) for path, text in files.items() if path.endswith((".c", ".cpp"))}
+    owners = {}
+    for path, text in code.items():
+        for name in DEFINITION.findall(text):
+            owners.setdefault(name, set()).add(path)
+
+    def used(path, text):
+        for name in set(NAME.findall(text)):
+            if len(owners.get(name, ())) == 1:
+                yield from owners[name] - {path}
+        header = path.rsplit(".", 1)[0] + ".h"
+        if room_of(path) == "server":
+            for _, target in INCLUDE.findall(files[path] + files.get(header, "")):
+                source = target[:-2] + ".c"
+                yield from {name for name in (f"{Path(path).parent}/{source}", source)
+                            if name in code} - {path}
+
+    edges = {path: set(used(path, text)) for path, text in code.items()}
+    for first, second in KNOWN_CIRCLES:
+        edges.get(first, set()).discard(second)
+    return find_way(edges)
 
 
 class IncludeOrder(unittest.TestCase):
@@ -110,6 +150,9 @@ class IncludeOrder(unittest.TestCase):
 
     def test_headers_include_each_other_in_no_circle(self):
         self.assertEqual(find_circle(read_sources()), [])
+
+    def test_sources_call_each_other_in_no_circle(self):
+        self.assertEqual(find_call_circle(read_sources()), [])
 
     # The check itself: it must see what it is there for.
 
@@ -155,6 +198,21 @@ class IncludeOrder(unittest.TestCase):
         files = {"base/a.h": '#include "base/b.h"\n', "base/b.h": '#include "base/c.h"\n',
                  "base/c.h": '#include "base/b.h"\n'}
         self.assertEqual(find_circle(files), ["base/b.h", "base/c.h"])
+
+    def test_a_circle_of_calls_is_found(self):
+        files = {"base/a.c": "void shd_a(int x,\n           int y) {\n    shd_b();\n}\n",
+                 "base/b.c": "shd_status *shd_b(void) {\n    shd_c();\n}\n",
+                 "base/c.c": "int shd_c(void) {\n    shd_b();\n}\n"}
+        self.assertEqual(find_call_circle(files), ["base/b.c", "base/c.c"])
+        files["base/c.c"] = 'int shd_c(void) {\n    /* shd_b() */ puts("shd_b");\n}\n'
+        self.assertEqual(find_call_circle(files), [])
+
+    def test_a_circle_of_headers_is_found_in_the_server(self):
+        files = {"server/jobs/a.c": '#include "a.h"\n#include "server/conn/b.h"\n', "server/jobs/a.h": "",
+                 "server/conn/b.c": "", "server/conn/b.h": '#include "server/jobs/a.h"\n'}
+        self.assertEqual(find_call_circle(files), ["server/conn/b.c", "server/jobs/a.c"])
+        files["server/conn/b.h"] = ""
+        self.assertEqual(find_call_circle(files), [])
 
     def test_unknown_rooms_are_refused(self):
         self.assertEqual(len(violations({"misc/util.c": ""})), 1)

@@ -19,7 +19,7 @@ static inline seen see_in_order(shd_engine *engine, const char *json, shd_isa is
     static uint8_t sample[ALL];
     uint32_t objects[8] = {0, 1, 2, 3, 4, 5, 6, 7};
     seen s = {.request = read_scene(engine, json)};
-    shd_error error = {SHD_OK, "", ""};
+    shd_error error = {.status = SHD_OK};
     shd_arena *arena = s.request->rendering.arena;
     if (shd_plan_make(s.request->scene, isa, NULL, NULL, arena, &s.request->rendering.plan,
                       &error) ||

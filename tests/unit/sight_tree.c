@@ -58,7 +58,7 @@ static void a_mesh_with_too_many_triangles_is_refused(void **state) {
     shd_arena *arena = shd_arena_new((size_t)1 << 20);
     const shd_triangles t = {.triangle_count = (size_t)SHD_TREE_TRIANGLES + 1};
     const shd_mesh_tree *tree = NULL;
-    shd_error error = {SHD_OK, "", ""};
+    shd_error error = {.status = SHD_OK};
     assert_int_equal(shd_mesh_tree_new(&t, NULL, arena, &tree, &error), SHD_MEMORY);
     assert_string_equal(error.text, "a mesh has more than 134217728 triangles");
     assert_null(tree);
@@ -136,7 +136,7 @@ static void a_build_ends_when_it_is_cancelled(void **state) {
         const bool amid = round > 1 && round < 7;
         if (amid) assert_int_equal(pthread_create(&thread, NULL, cancel_later, &c), 0);
         shd_arena *arena = shd_arena_new((size_t)1 << 28);
-        shd_error error = {SHD_OK, "", ""};
+        shd_error error = {.status = SHD_OK};
         const shd_mesh_tree *tree = NULL;
         const shd_status status = shd_mesh_tree_new(&t, &c.flag, arena, &tree, &error);
         if (amid) pthread_join(thread, NULL);

@@ -1,6 +1,5 @@
 #include "private.h"
 
-#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -55,12 +54,11 @@ void shd_private_policy(const char *policy, long long left, char out[SHD_POLICY_
         snprintf(out + length, SHD_POLICY_SIZE - length, ", max-age=%lld, must-revalidate", left);
 }
 
-void shd_private_apply(shd_exchange *exchange) {
-    shd_reply *reply = &exchange->reply;
-    if (reply->status >= 400 || (!exchange->token && !exchange->expires)) return;
+void shd_private_apply(shd_reply *reply, bool has_token, long long expires) {
+    if (reply->status >= 400 || (!has_token && !expires)) return;
     long long left = -1;
-    if (exchange->expires) {
-        left = exchange->expires - (long long)time(NULL);
+    if (expires) {
+        left = expires - (long long)time(NULL);
         if (left < 0) left = 0;
     }
     for (size_t i = 0; i < reply->header_count; i++) {
@@ -73,7 +71,7 @@ void shd_private_apply(shd_exchange *exchange) {
         free(reply->headers[i].value);
         reply->headers[i].value = copy;
         /* A link's signature is part of what is asked for; a token is not. */
-        if (exchange->token) shd_reply_plain(reply, "Vary", "Authorization");
+        if (has_token) shd_reply_plain(reply, "Vary", "Authorization");
         return;
     }
 }

@@ -3,7 +3,11 @@
 #ifndef SHD_SERVER_ACCESS_PRIVATE_H
 #define SHD_SERVER_ACCESS_PRIVATE_H
 
-#include "server/server.h"
+#include <stddef.h>
+
+#include <stdbool.h>
+
+#include "server/answer/reply.h"
 
 enum { SHD_POLICY_SIZE = 512 };
 
@@ -12,8 +16,9 @@ enum { SHD_POLICY_SIZE = 512 };
  * is at most so many seconds, and nothing is used after it without asking. */
 void shd_private_policy(const char *policy, long long left, char out[SHD_POLICY_SIZE]);
 
-/* Does so to the reply of an exchange that came with a token or a link that expires, and adds to
- * Vary what it depends on then. Errors, which nobody keeps, stay as they are. */
-void shd_private_apply(shd_exchange *exchange);
+/* Does so to the reply to a request that came with a token, or by a link that expires at a time in
+ * seconds since 1970 (0: never), and adds to Vary what it depends on then. Errors, which nobody
+ * keeps, stay as they are. */
+void shd_private_apply(shd_reply *reply, bool has_token, long long expires);
 
 #endif

@@ -140,6 +140,7 @@ void shd_problem_error(shd_reply *reply, const shd_error *error) {
         json_object_set_new(document, "errors", errors);
     }
     finish(reply, kind, passes(kind), document);
+    reply->limit = error->limit;
 }
 
 /* The detail alone must do for a person who sees nothing else of the document. */
@@ -171,6 +172,7 @@ static void reply_report(shd_reply *reply, shd_problem_kind kind, const shd_repo
     if (report->error_count > kept)
         json_object_set_new(document, "errorCount", json_integer((json_int_t)report->error_count));
     finish(reply, kind, passes(kind), document);
+    reply->limit = report->limit;
 }
 
 void shd_problem_report(shd_reply *reply, const shd_report *report) {

@@ -126,6 +126,7 @@ void shd_reply_share(shd_reply *reply, const shd_reply *from) {
 
 void shd_reply_copy(shd_reply *reply, const shd_reply *from) {
     reply->status = from->status;
+    reply->limit = from->limit;
     for (size_t i = 0; i < from->header_count; i++)
         add_header(reply, from->headers[i].name, from->headers[i].value);
     shd_reply_share(reply, from);

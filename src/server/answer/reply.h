@@ -24,6 +24,7 @@ void shd_bytes_drop(void *held); /* the last one frees them; NULL is fine */
 
 typedef struct shd_reply {
     unsigned status; /* 0: not answered yet */
+    shd_limit limit; /* that the request was refused for */
     size_t header_count;
     struct {
         const char *name; /* literal */

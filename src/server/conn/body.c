@@ -4,6 +4,8 @@
 #include <string.h>
 
 #include "server/answer/problem.h"
+#include "server/ops/memory.h"
+#include "server/ops/settings.h"
 
 /* Bytes of a body that there is always room for. */
 enum { SMALL_BODY = 64 << 10 };
@@ -26,17 +28,19 @@ static bool may_grow(shd_exchange *exchange, size_t capacity) {
     }
     if (few && shd_budget_take(server->budget, more)) return true;
     atomic_fetch_sub(&server->body_bytes, more);
+    const unsigned later = shd_jobs_retry_after(server->jobs, exchange->client);
     if (few) {
         shd_problem_later(
-            &exchange->reply, SHD_BUSY, shd_jobs_retry_after(server->jobs, exchange->client),
+            &exchange->reply, SHD_BUSY, later,
             "other requests have the memory just now: the limit `memory` leaves too little");
+        exchange->reply.limit = SHD_LIMIT_MEMORY;
         return false;
     }
-    shd_problem_later(&exchange->reply, SHD_BUSY,
-                      shd_jobs_retry_after(server->jobs, exchange->client),
+    shd_problem_later(&exchange->reply, SHD_BUSY, later,
                       "the bodies of other requests take %llu bytes: with the limit `queue` of "
                       "%llu there is no room for this one",
                       (unsigned long long)(all - more), (unsigned long long)server->config.queue);
+    exchange->reply.limit = SHD_LIMIT_QUEUE;
     return false;
 }
 
@@ -48,6 +52,7 @@ bool shd_body_keep(shd_exchange *exchange, const char *data, size_t size) {
         shd_problem_reply(&exchange->reply, SHD_TOO_LARGE,
                           "the body goes on after %llu bytes: the limit `memory` leaves no more",
                           (unsigned long long)limit);
+        exchange->reply.limit = SHD_LIMIT_MEMORY;
         return false;
     }
     if (needed > exchange->capacity) {

@@ -3,7 +3,7 @@
 #ifndef SHD_SERVER_CONN_BODY_H
 #define SHD_SERVER_CONN_BODY_H
 
-#include "server/server.h"
+#include "server/exchange.h"
 
 /* Appends to the exchange's body what has come of it, within the limits `body` and `memory`. Memory
  * grows with what has really come, not with what Content-Length promises. False: with a reply,

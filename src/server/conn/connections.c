@@ -2,6 +2,11 @@
 
 #include <sys/socket.h>
 
+#include "linger.h"
+#include "server/access/client.h"
+#include "server/ops/memory.h"
+#include "server/ops/settings.h"
+
 /* The address that connections are counted by; NULL where they are not: those of named proxies are
  * the connections of many, and unix sockets are for who is let in to their folder. */
 static const char *find_address(shd_server *server, const struct sockaddr *peer,

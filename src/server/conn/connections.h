@@ -5,7 +5,7 @@
 
 #include <microhttpd.h>
 
-#include "server/server.h"
+#include "reaper.h"
 
 /* Whether a connection is let in, be it to be refused: else it is closed without an answer. */
 enum MHD_Result shd_connection_accept(void *cls, const struct sockaddr *peer, socklen_t size);

@@ -108,19 +108,10 @@ static void adopt_id(shd_exchange *exchange, const char *id) {
     if (length && length < SHD_ID_SIZE && !id[length]) memcpy(exchange->id, id, length + 1);
 }
 
-static shd_method find_method(const char *name) {
-    if (!strcmp(name, "GET")) return SHD_GET;
-    if (!strcmp(name, "HEAD")) return SHD_HEAD;
-    if (!strcmp(name, "POST")) return SHD_POST;
-    if (!strcmp(name, "PUT")) return SHD_PUT;
-    if (!strcmp(name, "OPTIONS")) return SHD_OPTIONS;
-    return SHD_NO_METHOD;
-}
-
 void shd_head_read(shd_exchange *exchange, const char *method, shd_head *head) {
     *head = (shd_head){.exchange = exchange};
     snprintf(exchange->method_name, sizeof exchange->method_name, "%s", method);
-    exchange->method = find_method(method);
+    exchange->method = shd_method_find(method);
     MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, read_field, head);
     adopt_id(exchange, head->request_id);
     if (head->traces == 1) shd_trace_read(head->trace, &exchange->trace);

@@ -3,7 +3,7 @@
 #ifndef SHD_SERVER_CONN_HEAD_H
 #define SHD_SERVER_CONN_HEAD_H
 
-#include "server/server.h"
+#include "server/exchange.h"
 
 /* What the head says of its body and of itself. */
 typedef struct shd_head {

@@ -1,6 +1,6 @@
 /* libmicrohttpd. One I/O thread runs everything here but shd_exchange_resume; its handler sees
  * each exchange so: once with the head (BEGUN), for every piece of the body and once at its end
- * (READING), and, where a worker had it, once more when it is resumed (WAITING). */
+ * (SHD_READING), and, where a worker had it, once more when it is resumed (WAITING). */
 #include "http.h"
 
 #include <errno.h>
@@ -17,13 +17,15 @@
 #include "connections.h"
 #include "framing.h"
 #include "head.h"
+#include "linger.h"
+#include "reaper.h"
 #include "server/access/private.h"
 #include "server/answer/problem.h"
 #include "server/ops/log.h"
+#include "server/ops/memory.h"
 #include "server/ops/request_log.h"
+#include "server/ops/settings.h"
 #include "server/routes.h"
-
-enum { BEGUN, READING, WAITING, ANSWERED };
 
 /* What shd_http_start has made ready says this. */
 enum { LAST_STATUS = MHD_HTTP_SERVICE_UNAVAILABLE };
@@ -43,17 +45,9 @@ static bool is_too_long(const char *target) {
 }
 
 /* libmicrohttpd's first word about a request: its target as it was sent. */
-static void *begin(void *cls, const char *target, struct MHD_Connection *connection) {
-    shd_exchange *exchange = calloc(1, sizeof *exchange);
+static void *begin_exchange(void *cls, const char *target, struct MHD_Connection *connection) {
+    shd_exchange *exchange = shd_exchange_new(cls, connection);
     if (!exchange) return NULL;
-    exchange->server = cls;
-    exchange->settings = shd_server_settings(cls);
-    exchange->connection = connection;
-    exchange->started = shd_now();
-    exchange->state = BEGUN;
-    snprintf(exchange->method_name, sizeof exchange->method_name, "-");
-    snprintf(exchange->id, sizeof exchange->id, "%08x-%08x", exchange->server->run,
-             atomic_fetch_add(&exchange->server->next_id, 1));
     exchange->target_end = target + strlen(target);
     bool too_long = is_too_long(target);
     target = shd_head_skip_authority(target);
@@ -67,19 +61,17 @@ static void *begin(void *cls, const char *target, struct MHD_Connection *connect
 /* ---- Sending ---- */
 
 static void add_common_headers(shd_exchange *exchange) {
-    const shd_reply *reply = &exchange->reply;
-    if (reply->status >= 400 && reply->size)
-        exchange->limit = shd_metrics_refusal(&exchange->server->metrics, reply->body, reply->size);
+    shd_metrics_refused(&exchange->server->metrics, exchange->reply.limit);
     shd_reply_plain(&exchange->reply, "X-Request-Id", exchange->id);
     shd_route_add_cors(exchange);
-    shd_private_apply(exchange);
+    shd_private_apply(&exchange->reply, exchange->token, exchange->expires);
     if (atomic_load(&exchange->server->draining))
         shd_reply_plain(&exchange->reply, "Connection", "close");
 }
 
-static void enter(shd_exchange *exchange, shd_phase phase) {
+static void enter_phase(const shd_exchange *exchange, shd_phase phase) {
     shd_reaper_phase(exchange->server->reaper, shd_connection_watched(exchange->connection), phase,
-                     exchange);
+                     NULL);
 }
 
 static struct MHD_Response *make_last_words(void) {
@@ -116,11 +108,6 @@ static struct MHD_Response *make_without_length(void) {
 }
 #endif
 
-static size_t body_bytes(const shd_exchange *exchange) {
-    bool bodiless = exchange->method == SHD_HEAD || exchange->reply.status == 304;
-    return bodiless ? 0 : exchange->reply.size;
-}
-
 /* NULL where memory is short. */
 static struct MHD_Response *make_response(shd_reply *reply) {
     if (reply->is_short) return NULL;
@@ -143,8 +130,8 @@ static struct MHD_Response *make_response(shd_reply *reply) {
 
 static enum MHD_Result queue_reply(shd_exchange *exchange) {
     shd_reply *reply = &exchange->reply;
-    exchange->state = ANSWERED;
-    enter(exchange, SHD_AT_ANSWER);
+    exchange->state = SHD_ANSWERED;
+    enter_phase(exchange, SHD_AT_ANSWER);
     add_common_headers(exchange);
     shd_reaper_answer(exchange->server->reaper, shd_connection_watched(exchange->connection),
                       shd_reply_alone(reply));
@@ -154,7 +141,7 @@ static enum MHD_Result queue_reply(shd_exchange *exchange) {
         reply->status = LAST_STATUS;
         return MHD_queue_response(exchange->connection, LAST_STATUS, exchange->server->last_words);
     }
-    atomic_fetch_add(&exchange->server->unsent, exchange->unsent = body_bytes(exchange));
+    shd_exchange_send(exchange);
     enum MHD_Result result = MHD_queue_response(exchange->connection, reply->status, response);
     MHD_destroy_response(response);
     return result;
@@ -166,7 +153,7 @@ static enum MHD_Result queue_reply(shd_exchange *exchange) {
  * not take it at once the client is not reading. */
 static enum MHD_Result refuse_now(shd_exchange *exchange) {
     shd_reply *reply = &exchange->reply;
-    exchange->state = ANSWERED;
+    exchange->state = SHD_ANSWERED;
     add_common_headers(exchange);
     size_t length;
     char last[512], *kept = NULL;
@@ -193,15 +180,9 @@ static enum MHD_Result refuse_now(shd_exchange *exchange) {
     return MHD_NO;
 }
 
-static void count(shd_exchange *exchange) {
-    exchange->counted = true;
-    atomic_fetch_add(&exchange->server->in_flight, 1);
-    atomic_store(&exchange->server->worked, true);
-}
-
 /* Before libmicrohttpd looks into it, which cannot be told to stop. */
 static void refuse_target(shd_exchange *exchange) {
-    count(exchange);
+    shd_exchange_count(exchange);
     shd_problem_reply(&exchange->reply, SHD_LONG_TARGET,
                       "the target has more than %d bytes, or more than %d parameters", TARGET_MOST,
                       PARAMETERS_MOST);
@@ -216,6 +197,7 @@ static enum MHD_Result refuse_connection(shd_exchange *exchange) {
                       "this address has more connections than one may have: the limit "
                       "`connections-each` is %llu",
                       (unsigned long long)exchange->server->config.connections_each);
+    exchange->reply.limit = SHD_LIMIT_CONNECTIONS_EACH;
     return refuse_now(exchange);
 }
 
@@ -228,26 +210,17 @@ static enum MHD_Result refuse_size(shd_exchange *exchange, unsigned long long si
     else
         shd_problem_reply(&exchange->reply, SHD_TOO_LARGE,
                           "the body goes on after %llu bytes: that is the limit `body`", limit);
+    exchange->reply.limit = SHD_LIMIT_BODY;
     return refuse_now(exchange);
 }
 
 /* ---- Receiving ---- */
 
-static void set_client(shd_exchange *exchange) {
-    const union MHD_ConnectionInfo *info =
-        MHD_get_connection_info(exchange->connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
-    if (exchange->token)
-        shd_client_of_token(exchange->token, exchange->authorization, exchange->client);
-    else
-        shd_client_of_address(info ? info->client_addr : NULL, exchange->forwarded_for,
-                              exchange->settings->proxies, exchange->client);
-}
-
 static enum MHD_Result take_head(shd_exchange *exchange, const char *method, const char *version) {
     shd_head h;
-    count(exchange);
+    shd_exchange_count(exchange);
     shd_head_read(exchange, method, &h);
-    set_client(exchange);
+    shd_exchange_set_client(exchange);
     if (!shd_head_is_sound(exchange->connection, method, exchange->target_end, version))
         shd_problem_reply(&exchange->reply, SHD_BAD_REQUEST,
                           "a line of the head does not end with CR LF, has a NUL, or is folded");
@@ -256,22 +229,22 @@ static enum MHD_Result take_head(shd_exchange *exchange, const char *method, con
     if (shd_reaper_is_excess(exchange->server->reaper,
                              shd_connection_watched(exchange->connection)))
         return refuse_connection(exchange);
-    exchange->refused = !shd_route_admit(exchange);
-    if (exchange->token) set_client(exchange);
+    exchange->is_refused = !shd_route_admit(exchange);
+    if (exchange->token) shd_exchange_set_client(exchange);
     errno = 0;
     unsigned long long length = h.length ? strtoull(h.length, NULL, 10) : 0;
     if (errno || length > exchange->settings->config.body) return refuse_size(exchange, length);
     /* A client that asks first must not be told to go on. Others send in any case: they get their
      * answer after the body, and keep the connection. */
-    if (exchange->refused && h.expects) return refuse_now(exchange);
-    exchange->state = READING;
-    enter(exchange, SHD_AT_BODY);
+    if (exchange->is_refused && h.expects) return refuse_now(exchange);
+    exchange->state = SHD_READING;
+    enter_phase(exchange, SHD_AT_BODY);
     return MHD_YES;
 }
 
 static enum MHD_Result take_body(shd_exchange *exchange, const char *data, size_t *size) {
     if (*size > exchange->settings->config.body - exchange->size) return refuse_size(exchange, 0);
-    if (exchange->refused || !(exchange->method & (SHD_POST | SHD_PUT))) {
+    if (exchange->is_refused || !(exchange->method & (SHD_POST | SHD_PUT))) {
         exchange->size += *size; /* read for the sake of the connection, but not kept */
     } else if (!shd_body_keep(exchange, data, *size)) {
         return refuse_now(exchange);
@@ -286,30 +259,12 @@ static enum MHD_Result take_end(shd_exchange *exchange) {
         shd_problem_reply(&exchange->reply, SHD_BAD_REQUEST, "fields follow the body");
         return refuse_now(exchange);
     }
-    exchange->was_accepted = true;
-    atomic_fetch_add(&exchange->server->accepted, 1);
+    shd_exchange_accept(exchange);
     shd_body_fit(exchange);
-    if (!exchange->refused) shd_route_answer(exchange);
+    if (!exchange->is_refused) shd_route_answer(exchange);
     if (!exchange->is_suspended) return queue_reply(exchange);
-    exchange->state = WAITING;
+    exchange->state = SHD_WAITING;
     return MHD_YES;
-}
-
-static void leave_suspension(shd_exchange *exchange) {
-    if (!exchange->is_suspended) return;
-    exchange->is_suspended = false;
-    atomic_fetch_sub(&exchange->server->suspended, 1);
-}
-
-void shd_exchange_suspend(shd_exchange *exchange) {
-    exchange->is_suspended = true;
-    enter(exchange, SHD_AT_WORK);
-    atomic_fetch_add(&exchange->server->suspended, 1);
-    MHD_suspend_connection(exchange->connection);
-}
-
-void shd_exchange_resume(shd_exchange *exchange) {
-    MHD_resume_connection(exchange->connection);
 }
 
 static enum MHD_Result handle(void *cls, struct MHD_Connection *connection, const char *url,
@@ -321,12 +276,12 @@ static enum MHD_Result handle(void *cls, struct MHD_Connection *connection, cons
     if (!exchange) /* begin() had no memory */
         return MHD_queue_response(connection, LAST_STATUS, server->last_words);
     switch (exchange->state) {
-    case BEGUN:
+    case SHD_BEGUN:
         return take_head(exchange, method, version);
-    case READING:
+    case SHD_READING:
         return *upload_size ? take_body(exchange, upload, upload_size) : take_end(exchange);
-    case WAITING:
-        leave_suspension(exchange);
+    case SHD_WAITING:
+        shd_exchange_wake(exchange);
         if (!exchange->reply.status) return MHD_NO; /* its client has gone */
         return queue_reply(exchange);
     default:
@@ -365,52 +320,38 @@ static void hear(void *cls, const char *format, va_list arguments) {
     shd_log_end(&line);
 }
 
-static void complete(void *cls, struct MHD_Connection *connection, void **context,
-                     enum MHD_RequestTerminationCode code) {
+static void end_exchange(void *cls, struct MHD_Connection *connection, void **context,
+                         enum MHD_RequestTerminationCode code) {
     (void)cls;
     shd_exchange *exchange = *context;
     *context = NULL;
     if (!exchange) return;
     shd_server *server = exchange->server;
     /* Before that, libmicrohttpd has refused it, or lost its client, and closes the connection. */
-    if (exchange->state == WAITING || exchange->state == ANSWERED)
+    if (exchange->state == SHD_WAITING || exchange->state == SHD_ANSWERED)
         shd_reaper_phase(server->reaper, shd_connection_watched(connection), SHD_AT_REST, NULL);
-    leave_suspension(exchange);
-    if (exchange->state == BEGUN || exchange->state == READING) {
+    shd_exchange_wake(exchange);
+    if (exchange->state == SHD_BEGUN || exchange->state == SHD_READING) {
         shd_reply_clear(&exchange->reply);
         exchange->reply.status = status_of_others(connection);
     }
-    if (!exchange->counted && exchange->reply.status) {
-        count(exchange);
-        set_client(exchange);
+    if (!exchange->is_counted && exchange->reply.status) {
+        shd_exchange_count(exchange);
+        shd_exchange_set_client(exchange);
     }
-    if (exchange->counted) {
+    if (exchange->is_counted) {
         double seconds = shd_now() - exchange->started;
-        unsigned status = exchange->state == WAITING ? 0 : exchange->reply.status;
+        unsigned status = exchange->state == SHD_WAITING ? 0 : exchange->reply.status;
         /* What was refused in mid-body ends as an error, but was answered. */
         bool aborted =
-            !status || (exchange->was_accepted && code != MHD_REQUEST_TERMINATED_COMPLETED_OK);
-        shd_route_id id = exchange->route ? exchange->route->id : SHD_ROUTE_OTHER;
-        if (status)
-            shd_metrics_request(&server->metrics, id, status, seconds, body_bytes(exchange));
+            !status || (exchange->is_accepted && code != MHD_REQUEST_TERMINATED_COMPLETED_OK);
+        const size_t bytes = shd_exchange_sends(exchange);
+        if (status) shd_metrics_request(&server->metrics, exchange->route, status, seconds, bytes);
         if (aborted) atomic_fetch_add(&server->metrics.aborted, 1);
         if (exchange->settings->config.log_requests)
-            shd_log_request(exchange, seconds, body_bytes(exchange), aborted);
-        if (exchange->was_accepted) atomic_fetch_sub(&server->accepted, 1);
-        atomic_fetch_sub(&server->in_flight, 1);
+            shd_log_request(exchange, seconds, bytes, aborted);
     }
-    shd_memory_return_body(server, exchange->capacity);
-    atomic_fetch_sub(&server->unsent, exchange->unsent);
-    shd_settings_drop(exchange->settings);
-    shd_reply_clear(&exchange->reply);
-    free(exchange->target);
-    free(exchange->accept);
-    free(exchange->accept_encoding);
-    free(exchange->content_encoding);
-    free(exchange->if_none_match);
-    free(exchange->forwarded_for);
-    free(exchange->body);
-    free(exchange);
+    shd_exchange_drop(exchange);
 }
 
 shd_status shd_http_start(shd_server *server, int socket, struct MHD_Daemon **out,
@@ -421,8 +362,8 @@ shd_status shd_http_start(shd_server *server, int socket, struct MHD_Daemon **ou
     struct MHD_Daemon *daemon = MHD_start_daemon(
         MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC | MHD_USE_ERROR_LOG,
         0, shd_connection_accept, server, handle, server, MHD_OPTION_EXTERNAL_LOGGER, hear, server,
-        MHD_OPTION_LISTEN_SOCKET, socket, MHD_OPTION_URI_LOG_CALLBACK, begin, server,
-        MHD_OPTION_NOTIFY_COMPLETED, complete, NULL, MHD_OPTION_NOTIFY_CONNECTION,
+        MHD_OPTION_LISTEN_SOCKET, socket, MHD_OPTION_URI_LOG_CALLBACK, begin_exchange, server,
+        MHD_OPTION_NOTIFY_COMPLETED, end_exchange, NULL, MHD_OPTION_NOTIFY_CONNECTION,
         shd_connection_notify, server, MHD_OPTION_CONNECTION_LIMIT,
         (unsigned)server->config.connections, MHD_OPTION_CONNECTION_TIMEOUT,
         (unsigned)server->config.idle_timeout, MHD_OPTION_CONNECTION_MEMORY_LIMIT,

@@ -1,4 +1,4 @@
-/* The two ports. */
+/* The public port. */
 #ifndef SHD_SERVER_CONN_HTTP_H
 #define SHD_SERVER_CONN_HTTP_H
 
@@ -21,11 +21,5 @@ int shd_http_turn(struct MHD_Daemon *daemon);
 
 /* Closes every connection; no exchange is suspended any more. */
 void shd_http_stop(shd_server *server, struct MHD_Daemon *daemon);
-
-/* The operators' port, in admin.c. */
-typedef struct shd_admin shd_admin;
-
-shd_status shd_admin_start(shd_server *server, int socket, shd_admin **out, shd_error *error);
-void shd_admin_stop(shd_admin *admin); /* NULL is fine */
 
 #endif

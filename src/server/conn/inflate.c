@@ -152,9 +152,10 @@ static shd_status fail_early(const flow *f) {
 }
 
 static shd_status fail_long(const flow *f) {
-    return shd_fail(f->error, SHD_LIMIT, "",
-                    "the body goes on after %llu bytes, decoded from %s: that is the limit `body`",
-                    (unsigned long long)f->how->most, f->name);
+    shd_fail(f->error, SHD_LIMIT, "",
+             "the body goes on after %llu bytes, decoded from %s: that is the limit `body`",
+             (unsigned long long)f->how->most, f->name);
+    return shd_fail_limit(f->error, SHD_LIMIT_BODY);
 }
 
 static uint64_t find_room(const flow *f) {
@@ -163,15 +164,18 @@ static uint64_t find_room(const flow *f) {
 }
 
 static shd_status take(flow *f, size_t bytes) {
-    if (bytes > find_room(f))
-        return shd_fail(f->error, SHD_LIMIT, "",
-                        "the body, decoded from %s, takes more than the %llu bytes that the limit "
-                        "`memory` leaves for it",
-                        f->name, (unsigned long long)f->how->room);
+    if (bytes > find_room(f)) {
+        shd_fail(f->error, SHD_LIMIT, "",
+                 "the body, decoded from %s, takes more than the %llu bytes that the limit "
+                 "`memory` leaves for it",
+                 f->name, (unsigned long long)f->how->room);
+        return shd_fail_limit(f->error, SHD_LIMIT_MEMORY);
+    }
     if (shd_budget_wait(f->how->budget, bytes, patience)) return SHD_OK;
-    return shd_fail(
-        f->error, SHD_CROWDED, "",
-        "other requests have the memory just now: the limit `memory` leaves too little");
+    shd_fail(f->error, SHD_CROWDED, "",
+             "other requests have the memory just now: the limit `memory` leaves too little");
+    shd_fail_limit(f->error, SHD_LIMIT_MEMORY);
+    return SHD_CROWDED;
 }
 
 /* The decoder takes this much from now on, if it took less before. */

@@ -60,16 +60,16 @@ shd_job *shd_equals_by_meaning(const shd_equals *equals, const shd_job *like, do
 }
 
 void shd_equals_list_body(shd_equals *equals, shd_job *job) {
-    list(equals->by_body, &job->listings.by_body, job, hash_body(job));
+    list(equals->by_body, &job->by_body, job, hash_body(job));
 }
 
 void shd_equals_list_meaning(shd_equals *equals, shd_job *job) {
-    list(equals->by_meaning, &job->listings.by_meaning, job, hash_meaning(job));
+    list(equals->by_meaning, &job->by_meaning, job, hash_meaning(job));
 }
 
 void shd_equals_hide(shd_equals *equals, shd_job *job) {
-    unlist(equals->by_body, &job->listings.by_body);
-    unlist(equals->by_meaning, &job->listings.by_meaning);
+    unlist(equals->by_body, &job->by_body);
+    unlist(equals->by_meaning, &job->by_meaning);
 }
 
 shd_equals *shd_equals_new(void) {

@@ -3,21 +3,8 @@
 #ifndef SHD_SERVER_JOBS_EQUAL_H
 #define SHD_SERVER_JOBS_EQUAL_H
 
-#include <stdint.h>
-
 typedef struct shd_job shd_job;
 typedef struct shd_equals shd_equals;
-
-/* A job's entry under a key that finds it. */
-typedef struct shd_listing {
-    struct shd_listing *next;
-    shd_job *job; /* NULL: it is not listed */
-    uint64_t hash;
-} shd_listing;
-
-typedef struct shd_listings {
-    shd_listing by_body, by_meaning;
-} shd_listings;
 
 shd_equals *shd_equals_new(void); /* NULL where memory is short */
 void shd_equals_drop(shd_equals *equals);

@@ -1,23 +1,27 @@
-/* Work for the engine's workers, and those who wait for it.
+/* A job: a document that a worker reads and makes an answer from.
  *
- * A job reads a scene and makes an answer from it. Exchanges wait for it, suspended: usually one;
- * several where the same is asked for while it is being made, and then it is made once. Each may
- * leave, because its client has gone or its deadline has come; what nobody waits for any more is
- * taken from the queue, or cancelled.
+ * Exchanges wait for it, suspended: usually one, but several if the same is asked for while it is
+ * being made, and then it is made once. Each may leave, because its client has gone or its deadline
+ * has come. A job that nobody waits for any more is taken from the queue, or cancelled.
  *
+ *     work.c   what a worker does with a job
  *     jobs.c   who waits for which job: joining, leaving, deadlines
  *     turns.c  which job a worker takes, and gives way to
- *     queue.c  whose job is next; equal.c  which are equal
- *     job.c    what a worker does with a job
+ *     queue.c  whose job is next; equal.c  which are equal; stuck.c  which do not end
+ *     render_job.c, json_job.c, mesh_job.c, preview.c  the kinds of work
  *
  * A job belongs to the thread that made it, then to jobs.c, then to a worker. */
 #ifndef SHD_SERVER_JOBS_JOB_H
 #define SHD_SERVER_JOBS_JOB_H
 
-#include "equal.h"
+#include "queue.h"
+#include "server/access/client.h"
 #include "server/answer/cache.h"
 #include "server/server.h"
 #include "stuck.h"
+
+typedef struct shd_job shd_job;
+typedef struct shd_exchange shd_exchange;
 
 /* A kind of work. `read`, `run`: on a worker; they fill job->reply where they know the answer.
  * Empty, it means: of `read`, that `run` has to follow; of `run`, that it was cancelled. */
@@ -38,9 +42,16 @@ typedef struct shd_work {
     enum { SHD_BY_SCENE, SHD_SMALL, SHD_LARGE } size;
 } shd_work;
 
+/* A job's entry under a key that finds it, in equal.c's tables. */
+typedef struct shd_listing {
+    struct shd_listing *next;
+    shd_job *job; /* NULL: it is not listed */
+    uint64_t hash;
+} shd_listing;
+
 struct shd_job {
     shd_server *server;
-    shd_settings *settings;
+    struct shd_settings *settings;
     const shd_work *work;
 
     shd_question question;
@@ -71,29 +82,10 @@ struct shd_job {
     shd_turn turn;            /* in the queue */
     struct shd_begun *begun;  /* turns.c's, of a large one that a worker has */
     shd_job *earlier, *later; /* by deadline */
-    shd_listings listings;
+    shd_listing by_body, by_meaning;
     bool was_read;   /* without a mistake: it may settle */
     bool may_cancel; /* it has a request that is not done */
     shd_watched watched;
 };
-
-/* Suspends the exchange until a job has its answer; or answers it at once where the queue is
- * full. */
-void shd_job_submit(shd_exchange *exchange, const shd_work *work);
-
-void shd_job_drop(shd_job *job);
-
-/* server->jobs, once there is an engine. */
-shd_status shd_server_start_jobs(shd_server *server, shd_error *error);
-
-/* For a reaper whose connections wait as exchanges. */
-extern const shd_departure shd_exchange_departure;
-
-/* shd_work.read: the scene, or what is wrong with it; nothing where it was cancelled, which the
- * report says. */
-void shd_job_read(shd_job *job);
-
-/* The document's warnings, the first few of them, as headers. */
-void shd_job_warn(shd_reply *reply, const shd_request *request);
 
 #endif

@@ -6,8 +6,10 @@
 #include <time.h>
 
 #include "base/clock.h"
+#include "equal.h"
 #include "job.h"
 #include "server/answer/problem.h"
+#include "stuck.h"
 #include "turns.h"
 
 /* How many of the last jobs, about, tell what work takes. */
@@ -158,6 +160,10 @@ static void tell_why(const shd_jobs *jobs, const shd_waiter *waiter) {
     else
         shd_problem_reply(reply, SHD_DRAINING,
                           "the server stops and the time for requests to finish is over");
+    reply->limit = waiter->sent == SHD_SENT_LATE ? SHD_LIMIT_TIMEOUT
+                   : waiter->sent == SHD_SENT_FULL || waiter->sent == SHD_SENT_DISPLACED
+                       ? SHD_LIMIT_QUEUE
+                       : SHD_LIMIT_NONE;
 }
 
 /* Without the mutex: answers and drops what is left over. */

@@ -3,9 +3,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "job.h"
 #include "server/answer/gzip.h"
 #include "server/answer/problem.h"
+#include "work.h"
 
 /* `json` is what there is to tell, unless `status` says that there is nothing. */
 static void tell(shd_job *job, shd_status status, char *json, const shd_error *error) {

@@ -2,7 +2,7 @@
 #ifndef SHD_SERVER_JOBS_JSON_JOB_H
 #define SHD_SERVER_JOBS_JSON_JOB_H
 
-#include "server/server.h"
+#include "server/exchange.h"
 
 /* Answer the exchange, as routes do (see routes.h). */
 void shd_compare_submit(shd_exchange *exchange);

@@ -1,7 +1,8 @@
 #include "mesh_job.h"
 
-#include "job.h"
 #include "server/answer/problem.h"
+#include "server/ops/settings.h"
+#include "work.h"
 
 /* 201 where it is new, 204 where it was kept already. */
 static void answer(shd_job *job, bool known) {

@@ -2,7 +2,7 @@
 #ifndef SHD_SERVER_JOBS_MESH_JOB_H
 #define SHD_SERVER_JOBS_MESH_JOB_H
 
-#include "server/server.h"
+#include "server/exchange.h"
 
 void shd_mesh_submit(shd_exchange *exchange);
 

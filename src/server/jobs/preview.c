@@ -7,7 +7,6 @@
 #include <time.h>
 
 #include "base/json_memory.h"
-#include "job.h"
 #include "server/answer/problem.h"
 
 /* What surrounds the object: seen from above, before a grey that black rubber is darker than, lit
@@ -361,6 +360,7 @@ void shd_preview_refuse(shd_job *job) {
         mistakes[count++] = (shd_mistake){parameter, error->pointer, error->detail};
     }
     shd_problem_mistakes(&job->reply, kind, mistakes, count);
+    if (kind == SHD_OVER_LIMIT) job->reply.limit = report->limit;
 }
 
 /* ---- Signatures ---- */

@@ -5,7 +5,9 @@
 #ifndef SHD_SERVER_JOBS_PREVIEW_H
 #define SHD_SERVER_JOBS_PREVIEW_H
 
-#include "server/server.h"
+#include "job.h"
+#include "server/access/access.h"
+#include "server/exchange.h"
 
 /* The exchange's scene document, as if it had been sent. False: the link is wrong, and the reply
  * says so. */

@@ -5,10 +5,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "job.h"
 #include "preview.h"
 #include "server/answer/negotiate.h"
 #include "server/answer/problem.h"
+#include "server/ops/settings.h"
+#include "work.h"
 
 /* How long others are waited for that give way to an answer, seconds. */
 static const double patience = 5;

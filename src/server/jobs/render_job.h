@@ -2,7 +2,7 @@
 #ifndef SHD_SERVER_JOBS_RENDER_JOB_H
 #define SHD_SERVER_JOBS_RENDER_JOB_H
 
-#include "server/server.h"
+#include "server/exchange.h"
 
 /* Suspends the exchange and gives it to a worker, who answers it; where the queue is full the
  * answer, 429, is there at once. */

@@ -4,6 +4,7 @@
 
 #include "base/clock.h"
 #include "job.h"
+#include "stuck.h"
 
 /* How many a worker may have set aside: each has its memory, and a part of the worker's stack. */
 enum { ASIDE_MOST = 3 };

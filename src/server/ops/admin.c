@@ -1,12 +1,14 @@
-/* The operators' port: a daemon of its own, so that no crowd on the public one can starve it, and a
- * reaper of its own, so that none on this one can. */
+#include "admin.h"
+
 #include <microhttpd.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "descriptors.h"
-#include "server/conn/http.h"
+#include "server/conn/reaper.h"
+#include "server/jobs/jobs.h"
 #include "server/jobs/stuck.h"
+#include "settings.h"
 
 struct shd_admin {
     shd_server *server;

@@ -7,34 +7,11 @@
 
 #include "process.h"
 
-static const char *const route_names[SHD_ROUTE_COUNT] = {
-    [SHD_ROUTE_INDEX] = "/",
-    [SHD_ROUTE_RENDER] = "/v1/render",
-    [SHD_ROUTE_PREVIEW] = "/v1/preview",
-    [SHD_ROUTE_EXPLAIN] = "/v1/explain",
-    [SHD_ROUTE_COMPARE] = "/v1/compare",
-    [SHD_ROUTE_MESHES] = "/v1/meshes",
-    [SHD_ROUTE_MATERIALS] = "/v1/materials",
-    [SHD_ROUTE_SHAPES] = "/v1/shapes",
-    [SHD_ROUTE_COLORSPACES] = "/v1/colorspaces",
-    [SHD_ROUTE_VERSION] = "/v1/version",
-    [SHD_ROUTE_OPENAPI] = "/openapi.yaml",
-    [SHD_ROUTE_OPENAPI_JSON] = "/openapi.json",
-    [SHD_ROUTE_SCHEMA] = "/scene.schema.json",
-    [SHD_ROUTE_OTHER] = "other",
-};
-
 static const char *const stage_names[SHD_STAGE_COUNT] = {"queue", "parse", "plan",  "visibility",
                                                          "shade", "color", "encode"};
 
 static const char *const phase_names[SHD_PHASES] = {"rest", "head", "body", "work", "answer"};
 static const char *const ending_names[SHD_ENDINGS] = {"time", "left", "room", "memory"};
-
-/* As refusals name them. */
-static const char *const limit_names[SHD_LIMITS] = {
-    "body",      "pixels",        "samples",          "lights",     "objects",
-    "triangles", "light-samples", "object-lights",    "work",       "memory",
-    "queue",     "timeout",       "connections-each", "mesh-store", "rate"};
 
 /* The last one, 0, takes every other status. */
 static const unsigned statuses[SHD_STATUSES] = {200, 201, 204, 304, 400, 401, 403, 404,
@@ -63,42 +40,23 @@ static void observe(shd_histogram *histogram, double seconds) {
     if (seconds > 0) count(&histogram->nanoseconds, (uint64_t)(seconds * 1e9));
 }
 
+enum { LABEL_SIZE = 32 };
+
 static size_t index_of(unsigned status) {
     size_t index = 0;
     while (index < SHD_STATUSES - 1 && statuses[index] != status) index++;
     return index;
 }
 
-void shd_metrics_request(shd_metrics *metrics, shd_route_id route, unsigned status, double seconds,
+void shd_metrics_request(shd_metrics *metrics, shd_route route, unsigned status, double seconds,
                          size_t bytes) {
     count(&metrics->requests[route][index_of(status)], 1);
     count(&metrics->response_bytes, bytes);
     observe(&metrics->durations[route], seconds);
 }
 
-const char *shd_metrics_refusal(shd_metrics *metrics, const char *text, size_t size) {
-    static const char mark[] = "limit `";
-    /* Of other kinds the text may quote the client's words. */
-    static const char *const kinds[] = {"limit", "body-too-large", "busy", "rate", "deadline"};
-    bool over = false;
-    for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {
-        char head[80];
-        size_t length =
-            (size_t)snprintf(head, sizeof head, "{\"type\":\"urn:shaded:problem:%s\"", kinds[i]);
-        over = over || (size > length && !memcmp(text, head, length));
-    }
-    const char *name = over ? memmem(text, size, mark, sizeof mark - 1) : NULL;
-    if (!name) return NULL;
-    name += sizeof mark - 1;
-    size_t left = (size_t)(text + size - name);
-    for (size_t i = 0; i < SHD_LIMITS; i++) {
-        size_t length = strlen(limit_names[i]);
-        if (length < left && !memcmp(name, limit_names[i], length) && name[length] == '`') {
-            count(&metrics->refused[i], 1);
-            return limit_names[i];
-        }
-    }
-    return NULL;
+void shd_metrics_refused(shd_metrics *metrics, shd_limit limit) {
+    if (limit) count(&metrics->refused[limit], 1);
 }
 
 void shd_metrics_unreadable(shd_metrics *metrics, unsigned status) {
@@ -272,8 +230,8 @@ static void print_memory(FILE *out, shd_metrics *metrics, const shd_gauges *gaug
 
 static void print_refusals(FILE *out, shd_metrics *metrics) {
     print_head(out, "refused_total", "counter", "Requests over a limit, by its name.");
-    for (size_t i = 0; i < SHD_LIMITS; i++)
-        fprintf(out, "shaded_refused_total{limit=\"%s\"} %" PRIu64 "\n", limit_names[i],
+    for (shd_limit i = SHD_LIMIT_NONE + 1; i < SHD_LIMIT_COUNT; i++)
+        fprintf(out, "shaded_refused_total{limit=\"%s\"} %" PRIu64 "\n", shd_limit_names[i],
                 value(&metrics->refused[i]));
     print_head(out, "unreadable_total", "counter",
                "Requests that could not be read, by the status of their refusal.");
@@ -300,13 +258,22 @@ static void print_connections(FILE *out, shd_metrics *metrics, const shd_gauges 
                 ending_names[ending], gauges->reaped.ended[ending]);
 }
 
+/* A route's path, without the segment that stands for any and its slash. */
+static const char *label_of(shd_route route, char out[LABEL_SIZE]) {
+    size_t length = shd_path_fixed(route);
+    if (shd_paths[route].path[length]) length--;
+    snprintf(out, LABEL_SIZE, "%.*s", (int)length, shd_paths[route].path);
+    return out;
+}
+
 static void print_requests(FILE *out, shd_metrics *metrics) {
     /* Those that have not come, too: Prometheus sees no increase in what begins with 1. */
     print_head(out, "requests_total", "counter", "Requests by route and status.");
-    for (size_t route = 0; route < SHD_ROUTE_COUNT; route++)
+    for (shd_route route = 0; route < SHD_ROUTE_COUNT; route++)
         for (size_t i = 0; i < SHD_STATUSES; i++) {
+            char name[LABEL_SIZE];
             uint64_t number = value(&metrics->requests[route][i]);
-            fprintf(out, "shaded_requests_total{route=\"%s\",status=\"", route_names[route]);
+            fprintf(out, "shaded_requests_total{route=\"%s\",status=\"", label_of(route, name));
             if (statuses[i])
                 fprintf(out, "%u\"} %" PRIu64 "\n", statuses[i], number);
             else
@@ -317,9 +284,11 @@ static void print_requests(FILE *out, shd_metrics *metrics) {
 static void print_durations(FILE *out, shd_metrics *metrics) {
     print_head(out, "request_duration_seconds", "histogram",
                "Time from a request's first line to the end of its answer.");
-    for (size_t route = 0; route < SHD_ROUTE_COUNT; route++)
-        print_histogram(out, "request_duration_seconds", "route", route_names[route],
+    for (shd_route route = 0; route < SHD_ROUTE_COUNT; route++) {
+        char name[LABEL_SIZE];
+        print_histogram(out, "request_duration_seconds", "route", label_of(route, name),
                         &metrics->durations[route]);
+    }
 
     print_head(out, "stage_duration_seconds", "histogram",
                "Time of threads that a picture took by stage; of queue: time waited.");

@@ -10,26 +10,8 @@
 #include "server/access/quota.h"
 #include "server/answer/cache.h"
 #include "server/conn/reaper.h"
+#include "server/paths.h"
 #include "shaded.h"
-
-/* Label values of `route`. */
-typedef enum shd_route_id {
-    SHD_ROUTE_INDEX,
-    SHD_ROUTE_RENDER,
-    SHD_ROUTE_PREVIEW,
-    SHD_ROUTE_EXPLAIN,
-    SHD_ROUTE_COMPARE,
-    SHD_ROUTE_MESHES,
-    SHD_ROUTE_MATERIALS,
-    SHD_ROUTE_SHAPES,
-    SHD_ROUTE_COLORSPACES,
-    SHD_ROUTE_VERSION,
-    SHD_ROUTE_OPENAPI,
-    SHD_ROUTE_OPENAPI_JSON,
-    SHD_ROUTE_SCHEMA,
-    SHD_ROUTE_OTHER, /* no such path */
-    SHD_ROUTE_COUNT
-} shd_route_id;
 
 typedef enum shd_stage {
     SHD_STAGE_QUEUE, /* waiting for a thread; the others are as in shd_times */
@@ -44,7 +26,7 @@ typedef enum shd_stage {
 
 const char *shd_stage_name(shd_stage stage);
 
-enum { SHD_BUCKETS = 15, SHD_STATUSES = 23, SHD_LIMITS = 15 };
+enum { SHD_BUCKETS = 15, SHD_STATUSES = 23 };
 
 typedef struct shd_histogram {
     atomic_uint_least64_t buckets[SHD_BUCKETS + 1]; /* the last one has no upper bound */
@@ -59,7 +41,7 @@ typedef struct shd_metrics {
     atomic_uint_least64_t left;      /* requests whose client left before their job was done */
     atomic_uint_least64_t cached[2]; /* pictures that were made, that the response cache had */
     atomic_uint_least64_t aborted; /* requests without an answer, or whose client did not take it */
-    atomic_uint_least64_t refused[SHD_LIMITS]; /* by the limit that they were over */
+    atomic_uint_least64_t refused[SHD_LIMIT_COUNT]; /* by the limit that they were over */
     atomic_uint_least64_t unreadable[SHD_STATUSES];
     atomic_size_t memory;             /* the most that one request has taken */
     atomic_uint_least64_t reloads[2]; /* that failed, that were done */
@@ -67,10 +49,11 @@ typedef struct shd_metrics {
     shd_histogram stages[SHD_STAGE_COUNT];
 } shd_metrics;
 
-void shd_metrics_request(shd_metrics *metrics, shd_route_id route, unsigned status, double seconds,
+void shd_metrics_request(shd_metrics *metrics, shd_route route, unsigned status, double seconds,
                          size_t bytes);
-/* A refusal, by the text of its problem. The limit that it names; NULL: none. */
-const char *shd_metrics_refusal(shd_metrics *metrics, const char *text, size_t size);
+
+/* A request that was refused for a limit; SHD_LIMIT_NONE counts nowhere. */
+void shd_metrics_refused(shd_metrics *metrics, shd_limit limit);
 
 /* A request that could not be read, and was refused without becoming an exchange, or ended one. */
 void shd_metrics_unreadable(shd_metrics *metrics, unsigned status);

@@ -78,7 +78,7 @@ void shd_log_request(const shd_exchange *exchange, double seconds, size_t bytes,
     add_path(&line, exchange->path);
     shd_log_whole(&line, "status", reply->status);
     add_problem(&line, reply);
-    if (exchange->limit) shd_log_text(&line, "limit", exchange->limit);
+    if (exchange->reply.limit) shd_log_text(&line, "limit", shd_limit_names[exchange->reply.limit]);
     shd_log_whole(&line, "bytes", bytes);
     if (cache) shd_log_text(&line, "cache", cache);
     shd_log_milliseconds(&line, "ms", seconds);

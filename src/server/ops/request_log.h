@@ -3,7 +3,7 @@
 #ifndef SHD_SERVER_OPS_REQUEST_LOG_H
 #define SHD_SERVER_OPS_REQUEST_LOG_H
 
-#include "server/server.h"
+#include "server/exchange.h"
 
 /* Of an exchange that is over, while its answer's body is still there. `aborted`: nobody took the
  * answer, or there was none. */

@@ -2,9 +2,6 @@
 
 #include <stdlib.h>
 
-#include "server/routes.h"
-#include "server/server.h"
-
 /* As the option `threads` has it. */
 enum { MOST_THREADS = 1024 };
 
@@ -51,7 +48,7 @@ shd_status shd_settings_new(const shd_config *config, shd_engine *first, bool re
         status = shd_keys_load(config->preview_keys, &settings->preview_keys, error);
     if (!status) status = shd_networks_new(config->trusted_proxies, &settings->proxies, error);
     if (!status) status = shd_origins_list(config->cors_origins, &settings->origins, error);
-    if (!status) status = shd_routes_prepare(settings, error);
+    if (!status) status = shd_documents_make(settings->engine, settings->documents, error);
     if (status)
         shd_settings_drop(settings);
     else
@@ -61,7 +58,7 @@ shd_status shd_settings_new(const shd_config *config, shd_engine *first, bool re
 
 void shd_settings_drop(shd_settings *settings) {
     if (!settings || atomic_fetch_sub(&settings->holders, 1) > 1) return;
-    shd_routes_release(settings);
+    shd_documents_release(settings->documents);
     free(settings->origins);
     shd_networks_drop(settings->proxies);
     shd_tokens_drop(settings->tokens);

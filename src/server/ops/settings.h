@@ -10,25 +10,12 @@
 #include <stdint.h>
 
 #include "config.h"
-#include "metrics.h"
 #include "server/access/access.h"
 #include "server/access/client.h"
 #include "server/access/tokens.h"
+#include "server/answer/documents.h"
+#include "server/server.h"
 #include "shaded.h"
-
-/* Texts that never change while the settings hold: one, and the same in gzip, where it is shorter
- * so; else that one's size is 0. */
-typedef struct shd_text {
-    const void *data;
-    size_t size;
-    bool owned;
-    char etag[20];
-} shd_text;
-
-typedef struct shd_document {
-    const char *media_type;
-    shd_text plain, gzip;
-} shd_document;
 
 typedef struct shd_settings {
     atomic_uint holders;
@@ -49,6 +36,10 @@ typedef struct shd_settings {
 shd_status shd_settings_new(const shd_config *config, shd_engine *first, bool renew,
                             shd_quotas *quotas, shd_settings **out, shd_error *error);
 void shd_settings_drop(shd_settings *settings); /* the last holder frees them; NULL is fine */
+
+/* The settings of now, of which the caller becomes a holder; and others from now on. */
+shd_settings *shd_server_settings(shd_server *server);
+void shd_server_replace(shd_server *server, shd_settings *settings);
 
 /* The engine's part of the configuration, without the budget. */
 shd_engine_options shd_settings_engine(const shd_config *config);

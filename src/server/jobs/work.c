@@ -1,4 +1,4 @@
-#include "job.h"
+#include "work.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -6,6 +6,9 @@
 #include "base/clock.h"
 #include "server/answer/negotiate.h"
 #include "server/answer/problem.h"
+#include "server/ops/memory.h"
+#include "server/ops/settings.h"
+#include "stuck.h"
 
 enum { WARNINGS_TOLD = 8 };
 
@@ -106,6 +109,7 @@ static bool decode_body(shd_job *job, bool has_turn) {
                           error.text);
     else if (status != SHD_OK && status != SHD_CANCELLED)
         shd_problem_error(&job->reply, &error);
+    if (status == SHD_LIMIT) job->reply.limit = error.limit;
     if (status) return false;
     job->was_measured = true;
     job->body = job->decoded;

@@ -1,0 +1,31 @@
+/* The documents that GET answers: made once for each configuration, and constant then. */
+#ifndef SHD_SERVER_ANSWER_DOCUMENTS_H
+#define SHD_SERVER_ANSWER_DOCUMENTS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "base/status.h"
+#include "server/paths.h"
+#include "shaded.h"
+
+typedef struct shd_text {
+    const void *data;
+    size_t size; /* 0: there is none */
+    bool owned;
+    char etag[20];
+} shd_text;
+
+/* A text, and the same in gzip if it is shorter so. */
+typedef struct shd_document {
+    const char *media_type;
+    shd_text plain, gzip;
+} shd_document;
+
+/* Fills a table that is all zero; routes without a document keep a `plain` of size 0. If it fails,
+ * the table is released like any other. */
+shd_status shd_documents_make(shd_engine *engine, shd_document documents[SHD_ROUTE_COUNT],
+                              shd_error *error);
+void shd_documents_release(const shd_document documents[SHD_ROUTE_COUNT]);
+
+#endif

@@ -1,0 +1,28 @@
+/* What a worker does with a job, and how exchanges get one. */
+#ifndef SHD_SERVER_JOBS_WORK_H
+#define SHD_SERVER_JOBS_WORK_H
+
+#include "job.h"
+#include "server/conn/reaper.h"
+#include "server/exchange.h"
+
+/* Suspends the exchange until a job has its answer; or answers it at once where the queue is
+ * full. */
+void shd_job_submit(shd_exchange *exchange, const shd_work *work);
+
+void shd_job_drop(shd_job *job);
+
+/* server->jobs, once there is an engine. */
+shd_status shd_server_start_jobs(shd_server *server, shd_error *error);
+
+/* For a reaper whose connections wait as exchanges. */
+extern const shd_departure shd_exchange_departure;
+
+/* shd_work.read: the scene, or what is wrong with it; nothing where it was cancelled, which the
+ * report says. */
+void shd_job_read(shd_job *job);
+
+/* The document's warnings, the first few of them, as headers. */
+void shd_job_warn(shd_reply *reply, const shd_request *request);
+
+#endif

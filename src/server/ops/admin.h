@@ -1,0 +1,16 @@
+/* The operators' port: a daemon of its own, so that no crowd on the public one can starve it, and a
+ * reaper of its own, so that no crowd on this one can. */
+#ifndef SHD_SERVER_OPS_ADMIN_H
+#define SHD_SERVER_OPS_ADMIN_H
+
+#include "base/status.h"
+
+struct shd_server;
+typedef struct shd_admin shd_admin;
+
+/* Serves on a listening socket, which is the port's from then on, even if it does not start. */
+shd_status shd_admin_start(struct shd_server *server, int socket, shd_admin **out,
+                           shd_error *error);
+void shd_admin_stop(shd_admin *admin); /* NULL is fine */
+
+#endif

@@ -1,0 +1,61 @@
+#include "paths.h"
+
+#include <stdbool.h>
+#include <string.h>
+
+enum { READ = SHD_GET | SHD_HEAD | SHD_OPTIONS, WRITE = SHD_POST | SHD_OPTIONS };
+
+const struct shd_path shd_paths[SHD_ROUTE_COUNT] = {
+    [SHD_ROUTE_INDEX] = {"/", READ},
+    [SHD_ROUTE_RENDER] = {"/v1/render", WRITE},
+    [SHD_ROUTE_PREVIEW] = {"/v1/preview/{material}", READ},
+    [SHD_ROUTE_EXPLAIN] = {"/v1/explain", WRITE},
+    [SHD_ROUTE_COMPARE] = {"/v1/compare", WRITE},
+    [SHD_ROUTE_MESHES] = {"/v1/meshes/{sha256}", SHD_PUT | SHD_OPTIONS},
+    [SHD_ROUTE_MATERIALS] = {"/v1/materials", READ},
+    [SHD_ROUTE_SHAPES] = {"/v1/shapes", READ},
+    [SHD_ROUTE_COLORSPACES] = {"/v1/colorspaces", READ},
+    [SHD_ROUTE_VERSION] = {"/v1/version", READ},
+    [SHD_ROUTE_OPENAPI] = {"/openapi.yaml", READ},
+    [SHD_ROUTE_OPENAPI_JSON] = {"/openapi.json", READ},
+    [SHD_ROUTE_SCHEMA] = {"/scene.schema.json", READ},
+    [SHD_ROUTE_OTHER] = {"other", 0},
+};
+
+const struct shd_method_name shd_method_names[SHD_METHODS] = {{SHD_GET, "GET"},
+                                                              {SHD_HEAD, "HEAD"},
+                                                              {SHD_POST, "POST"},
+                                                              {SHD_PUT, "PUT"},
+                                                              {SHD_OPTIONS, "OPTIONS"}};
+
+shd_method shd_method_find(const char *name) {
+    for (size_t i = 0; i < SHD_METHODS; i++)
+        if (!strcmp(name, shd_method_names[i].name)) return shd_method_names[i].method;
+    return SHD_NO_METHOD;
+}
+
+void shd_methods_list(unsigned methods, char out[SHD_METHODS_SIZE]) {
+    *out = 0;
+    for (size_t i = 0; i < SHD_METHODS; i++) {
+        if (!(methods & shd_method_names[i].method)) continue;
+        if (*out) strcat(out, ", ");
+        strcat(out, shd_method_names[i].name);
+    }
+}
+
+size_t shd_path_fixed(shd_route route) {
+    return strcspn(shd_paths[route].path, "{");
+}
+
+static bool is_path_of(shd_route route, const char *path) {
+    const size_t fixed = shd_path_fixed(route);
+    if (!shd_paths[route].path[fixed]) return !strcmp(shd_paths[route].path, path);
+    return !strncmp(shd_paths[route].path, path, fixed) && path[fixed] &&
+           !strchr(path + fixed, '/');
+}
+
+shd_route shd_path_find(const char *path) {
+    shd_route route = 0;
+    while (route < SHD_ROUTE_OTHER && !is_path_of(route, path)) route++;
+    return route;
+}
