@@ -138,7 +138,7 @@ static void log_listening(const shd_server *server, const char *address, const c
 
 /* The sockets come first: an address in use is told before the color configuration is read.
  * Where one step fails, main() undoes the others. */
-static shd_status start(shd_server *server, ports *out, shd_error *error) {
+static shd_status start_all(shd_server *server, ports *out, shd_error *error) {
     const shd_config *config = &server->config;
     char address[SHD_DOORS_SIZE], admin[SHD_ADDRESS_SIZE] = "off";
     const shd_machine machine = shd_machine_look("");
@@ -207,7 +207,7 @@ static bool is_over(shd_server *server, ports *open) {
 /* Returns once nothing that has come is unanswered and no worker has anything to do, or the time is
  * over. False: a job did not end even when it was cancelled, or a second signal came; the process
  * can only be ended. */
-static bool drain(shd_server *server, ports *open, const sigset_t *stop) {
+static bool drain_requests(shd_server *server, ports *open, const sigset_t *stop) {
     const struct timespec pause = {.tv_nsec = 10 * 1000 * 1000};
     double begin = shd_now(), closed = INFINITY;
     const double drain_time = (double)server->settings->config.drain_time;
@@ -244,7 +244,7 @@ static bool drain(shd_server *server, ports *open, const sigset_t *stop) {
     }
 }
 
-static void release(shd_server *server, ports *open) {
+static void release_all(shd_server *server, ports *open) {
     if (open->turn >= 0) close(open->turn);
     shd_doors_stop(open->doors);
     shd_http_stop(server, open->public);
@@ -272,7 +272,7 @@ static void log_stopped(uint64_t aborted) {
 /* ---- While it runs ---- */
 
 /* New settings for new requests, or, where anything is bad, the old ones for all. */
-static void reload(shd_server *server, int argc, char **argv) {
+static void reload_settings(shd_server *server, int argc, char **argv) {
     char message[1024] = "", kept[256] = "";
     shd_config config;
     shd_settings *settings;
@@ -319,7 +319,7 @@ static int wait_for_signal(shd_server *server, const sigset_t *signals) {
     }
 }
 
-static int serve(shd_server *server, int argc, char **argv) {
+static int serve_requests(shd_server *server, int argc, char **argv) {
     sigset_t stop = block_signals();
     shd_memory_begin();
     if (getrandom(&server->run, sizeof server->run, 0) != (ssize_t)sizeof server->run)
@@ -327,25 +327,26 @@ static int serve(shd_server *server, int argc, char **argv) {
 
     ports open = {.turn = -1};
     shd_error error = {0};
-    if (claim_descriptors(&server->config, &error) || start(server, &open, &error)) {
+    if (claim_descriptors(&server->config, &error) || start_all(server, &open, &error)) {
         shd_log line;
         shd_log_begin(&line, SHD_LOG_ERROR, "cannot-start");
         if (*error.path) shd_log_text(&line, "where", error.path);
         shd_log_text(&line, "message", error.text);
         shd_log_end(&line);
-        release(server, &open);
+        release_all(server, &open);
         return EXIT_CANNOT_START;
     }
 
     shd_notify("READY=1");
     int signal_number;
-    while ((signal_number = wait_for_signal(server, &stop)) == SIGHUP) reload(server, argc, argv);
+    while ((signal_number = wait_for_signal(server, &stop)) == SIGHUP)
+        reload_settings(server, argc, argv);
     atomic_store(&server->draining, true);
     shd_log_message(SHD_LOG_INFO, "stopping", strsignal(signal_number));
     shd_notify("STOPPING=1");
     uint64_t aborted = atomic_load(&server->metrics.aborted);
-    if (!drain(server, &open, &stop)) _exit(EXIT_CANNOT_START);
-    release(server, &open);
+    if (!drain_requests(server, &open, &stop)) _exit(EXIT_CANNOT_START);
+    release_all(server, &open);
     log_stopped(atomic_load(&server->metrics.aborted) - aborted);
     return EXIT_STOPPED;
 }
@@ -360,7 +361,7 @@ int main(int argc, char **argv) {
     int code = EXIT_STOPPED;
     switch (shd_config_read(argc, argv, &server->config, message, sizeof message)) {
     case SHD_CONFIG_RUN:
-        code = serve(server, argc, argv);
+        code = serve_requests(server, argc, argv);
         break;
     case SHD_CONFIG_READY:
         code = shd_ask_ready(&server->config) ? EXIT_STOPPED : EXIT_CANNOT_START;

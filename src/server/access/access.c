@@ -41,7 +41,7 @@ static const char *read_line(FILE *file, char line[LINE_MOST + 1], bool *ended) 
 }
 
 /* The line without the blanks around it. */
-static char *trim(char *line) {
+static char *trim_line(char *line) {
     char *start = line + strspn(line, " \t"), *end = start + strlen(start);
     while (end > start && (end[-1] == ' ' || end[-1] == '\t')) *--end = 0;
     return start;
@@ -55,7 +55,7 @@ static shd_status read_lines(FILE *file, const char *path,
     bool ended = false;
     for (int number = 1; !status && !ended; number++) {
         const char *wrong = read_line(file, line, &ended);
-        char *text = trim(line);
+        char *text = trim_line(line);
         if (!wrong && *text && *text != '#') wrong = take(context, text);
         if (wrong) status = shd_fail(error, SHD_CONFIG, path, "line %d %s", number, wrong);
     }

@@ -101,7 +101,7 @@ static entry *take_oldest(shd_cache *cache, shd_lru *gone) {
 
 /* Takes the oldest entries out until the rest is under the cap. The newest one stays: alone it is
  * under the cap. */
-static shd_lru evict(shd_cache *cache) {
+static shd_lru evict_over_cap(shd_cache *cache) {
     shd_lru gone = {0};
     while (cache->entries.bytes > cache->cap && cache->entries.count > 1) take_oldest(cache, &gone);
     return gone;
@@ -130,7 +130,7 @@ shd_cached shd_cache_find(shd_cache *cache, const char *tag, const shd_question 
         unlink_entry(cache, e);
         take_question(cache, e, &asked);
         link_entry(cache, e);
-        gone = evict(cache);
+        gone = evict_over_cap(cache);
     }
     pthread_mutex_unlock(&cache->mutex);
     drop_entries(gone);
@@ -190,7 +190,7 @@ shd_cached shd_cache_put(shd_cache *cache, const char *tag, const shd_question *
         shd_index_put(&cache->index, &e->by_tag, e);
         take_question(cache, e, &asked);
         link_entry(cache, e);
-        gone = evict(cache);
+        gone = evict_over_cap(cache);
     }
     pthread_mutex_unlock(&cache->mutex);
     drop_entries(gone);

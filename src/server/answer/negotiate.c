@@ -30,15 +30,15 @@ static const char *element_end(const char *c, const char *separators) {
     return c;
 }
 
-static bool same(const char *from, size_t length, const char *text) {
+static bool is_same(const char *from, size_t length, const char *text) {
     return strlen(text) == length && !strncasecmp(from, text, length);
 }
 
 /* How exactly a media range names a type: 0 not at all, 1 by a star for both halves, 2 for the
  * subtype, 3 in full. */
-static int specificity(const char *range, size_t length, const char *media_type) {
-    if (same(range, length, "*/*")) return 1;
-    if (same(range, length, media_type)) return 3;
+static int find_specificity(const char *range, size_t length, const char *media_type) {
+    if (is_same(range, length, "*/*")) return 1;
+    if (is_same(range, length, media_type)) return 3;
     const char *slash = strchr(media_type, '/');
     size_t prefix = (size_t)(slash - media_type) + 1;
     bool subtype_star = length == prefix + 1 && range[prefix] == '*';
@@ -47,7 +47,7 @@ static int specificity(const char *range, size_t length, const char *media_type)
 
 /* The q parameter of the element in [c, end), 1 where it has none. Digits by hand: strtod would
  * follow the locale and take "0x1" or "inf". */
-static double quality(const char *c, const char *end) {
+static double read_quality(const char *c, const char *end) {
     for (const char *p = element_end(c, ";,"); p < end && *p == ';'; p = element_end(p + 1, ";,")) {
         const char *q = skip_blanks(p + 1);
         if ((*q != 'q' && *q != 'Q') || q[1] != '=') continue;
@@ -68,10 +68,10 @@ static double type_quality(const char *accept, const char *media_type, int *best
     for (const char *c = accept; *c;) {
         const char *start = skip_blanks(c), *end = element_end(start, ",");
         const char *name_end = start + strcspn(start, " \t;,");
-        int here = specificity(start, (size_t)(name_end - start), media_type);
+        int here = find_specificity(start, (size_t)(name_end - start), media_type);
         if (here > *best) {
             *best = here;
-            result = quality(start, end);
+            result = read_quality(start, end);
         }
         c = *end ? end + 1 : end;
     }
@@ -111,10 +111,10 @@ bool shd_accepts_gzip(const char *accept_encoding) {
     for (const char *c = accept_encoding ? accept_encoding : ""; *c;) {
         const char *start = skip_blanks(c), *end = element_end(start, ",");
         size_t length = strcspn(start, " \t;,");
-        if (same(start, length, "*")) star = quality(start, end);
-        if (same(start, length, "gzip") || same(start, length, "x-gzip"))
-            gzip = quality(start, end);
-        if (same(start, length, "identity")) identity = quality(start, end);
+        if (is_same(start, length, "*")) star = read_quality(start, end);
+        if (is_same(start, length, "gzip") || is_same(start, length, "x-gzip"))
+            gzip = read_quality(start, end);
+        if (is_same(start, length, "identity")) identity = read_quality(start, end);
         c = *end ? end + 1 : end;
     }
     if (gzip < 0) gzip = star;
@@ -125,16 +125,16 @@ bool shd_is_json(const char *content_type) {
     if (!content_type) return false;
     const char *start = skip_blanks(content_type);
     size_t length = strcspn(start, " \t;,");
-    if (same(start, length, "application/json")) return true;
+    if (is_same(start, length, "application/json")) return true;
     const char *slash = memchr(start, '/', length);
     return slash && slash > start && length > 5 && start + length - 5 > slash + 1 &&
-           same(start + length - 5, 5, "+json");
+           is_same(start + length - 5, 5, "+json");
 }
 
 bool shd_is_binary(const char *content_type) {
     if (!content_type) return false;
     const char *start = skip_blanks(content_type);
-    return same(start, strcspn(start, " \t;,"), "application/octet-stream");
+    return is_same(start, strcspn(start, " \t;,"), "application/octet-stream");
 }
 
 bool shd_etag_matches(const char *if_none_match, const char *etag, bool star) {

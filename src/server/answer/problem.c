@@ -59,7 +59,7 @@ const char shd_problem_last_words[] =
     "\"status\":503,\"detail\":\"out of memory\"}\n";
 
 /* A JSON string of text that may have been cut inside a UTF-8 sequence, or echo junk. */
-static json_t *string(const char *text) {
+static json_t *make_string(const char *text) {
     json_t *value = json_string(text);
     if (value) return value;
     char *copy = strdup(text);
@@ -71,7 +71,7 @@ static json_t *string(const char *text) {
     return value;
 }
 
-static json_t *begin(shd_problem_kind kind, const char *detail) {
+static json_t *begin_document(shd_problem_kind kind, const char *detail) {
     shd_json_memory_watch();
     char type[64];
     snprintf(type, sizeof type, "urn:shaded:problem:%s", kinds[kind].name);
@@ -79,17 +79,18 @@ static json_t *begin(shd_problem_kind kind, const char *detail) {
     json_object_set_new(document, "type", json_string(type));
     json_object_set_new(document, "title", json_string(kinds[kind].title));
     json_object_set_new(document, "status", json_integer(kinds[kind].status));
-    json_object_set_new(document, "detail", string(detail));
+    json_object_set_new(document, "detail", make_string(detail));
     return document;
 }
 
 /* Whether the same request may be answered a moment later. */
-static bool passes(shd_problem_kind kind) {
+static bool passes_soon(shd_problem_kind kind) {
     return kind == SHD_NO_MEMORY || kind == SHD_BUSY;
 }
 
 /* `seconds`: of Retry-After; 0: none. */
-static void finish(shd_reply *reply, shd_problem_kind kind, unsigned seconds, json_t *document) {
+static void finish_document(shd_reply *reply, shd_problem_kind kind, unsigned seconds,
+                            json_t *document) {
     char *text = json_dumps(document, JSON_COMPACT);
     json_decref(document);
     reply->status = kinds[kind].status;
@@ -105,7 +106,8 @@ void shd_problem_reply(shd_reply *reply, shd_problem_kind kind, const char *form
     va_start(args, format);
     vsnprintf(detail, sizeof detail, format, args);
     va_end(args);
-    finish(reply, kind, kind == SHD_DRAINING || kind == SHD_NO_MEMORY, begin(kind, detail));
+    finish_document(reply, kind, kind == SHD_DRAINING || kind == SHD_NO_MEMORY,
+                    begin_document(kind, detail));
 }
 
 void shd_problem_later(shd_reply *reply, shd_problem_kind kind, unsigned seconds,
@@ -115,14 +117,14 @@ void shd_problem_later(shd_reply *reply, shd_problem_kind kind, unsigned seconds
     va_start(args, format);
     vsnprintf(detail, sizeof detail, format, args);
     va_end(args);
-    finish(reply, kind, seconds, begin(kind, detail));
+    finish_document(reply, kind, seconds, begin_document(kind, detail));
 }
 
 /* `kind` of place: "pointer" or "parameter". */
 static void add_error(json_t *errors, const char *kind, const char *place, const char *detail) {
     json_t *error = json_object();
-    json_object_set_new(error, kind, string(place));
-    json_object_set_new(error, "detail", string(detail));
+    json_object_set_new(error, kind, make_string(place));
+    json_object_set_new(error, "detail", make_string(detail));
     json_array_append_new(errors, error);
 }
 
@@ -133,18 +135,19 @@ void shd_problem_error(shd_reply *reply, const shd_error *error) {
     char detail[DETAIL_SIZE];
     snprintf(detail, sizeof detail, "%s%s%s", tells_path ? error->path : "", tells_path ? ": " : "",
              error->text);
-    json_t *document = begin(kind, detail);
-    if (kind != SHD_FAILED && !passes(kind)) {
+    json_t *document = begin_document(kind, detail);
+    if (kind != SHD_FAILED && !passes_soon(kind)) {
         json_t *errors = json_array();
         add_error(errors, "pointer", error->path, error->text);
         json_object_set_new(document, "errors", errors);
     }
-    finish(reply, kind, passes(kind), document);
+    finish_document(reply, kind, passes_soon(kind), document);
     reply->limit = error->limit;
 }
 
 /* The detail alone must do for a person who sees nothing else of the document. */
-static void summarize(char detail[DETAIL_SIZE], const char *where, const char *what, size_t count) {
+static void write_summary(char detail[DETAIL_SIZE], const char *where, const char *what,
+                          size_t count) {
     char more[48] = "";
     if (count > 1) snprintf(more, sizeof more, " (and %zu more)", count - 1);
     snprintf(detail, DETAIL_SIZE, "%.400s%s%.500s%s", where, *where ? ": " : "", what, more);
@@ -155,12 +158,12 @@ static void reply_report(shd_reply *reply, shd_problem_kind kind, const shd_repo
     const char *first = kept ? report->errors[0].detail : kinds[kind].title;
 
     char detail[DETAIL_SIZE];
-    summarize(detail, kept ? report->errors[0].pointer : "", first, report->error_count);
+    write_summary(detail, kept ? report->errors[0].pointer : "", first, report->error_count);
     if (kind == SHD_UNKNOWN_DATA)
         strncat(detail, ": PUT it to /v1/meshes/ and its 64 digits, then repeat",
                 sizeof detail - strlen(detail) - 1);
 
-    json_t *document = begin(kind, detail);
+    json_t *document = begin_document(kind, detail);
     if (kind == SHD_BAD_SYNTAX && report->line) {
         json_object_set_new(document, "line", json_integer(report->line));
         json_object_set_new(document, "column", json_integer(report->column));
@@ -171,7 +174,7 @@ static void reply_report(shd_reply *reply, shd_problem_kind kind, const shd_repo
     json_object_set_new(document, "errors", errors);
     if (report->error_count > kept)
         json_object_set_new(document, "errorCount", json_integer((json_int_t)report->error_count));
-    finish(reply, kind, passes(kind), document);
+    finish_document(reply, kind, passes_soon(kind), document);
     reply->limit = report->limit;
 }
 
@@ -188,11 +191,11 @@ void shd_problem_mistakes(shd_reply *reply, shd_problem_kind kind, const shd_mis
                           size_t count) {
     const char *parameter = mistakes->parameter;
     char detail[DETAIL_SIZE];
-    summarize(detail, parameter ? parameter : mistakes->pointer, mistakes->detail, count);
-    json_t *document = begin(kind, detail), *errors = json_array();
+    write_summary(detail, parameter ? parameter : mistakes->pointer, mistakes->detail, count);
+    json_t *document = begin_document(kind, detail), *errors = json_array();
     for (const shd_mistake *m = mistakes; m < mistakes + count; m++)
         add_error(errors, m->parameter ? "parameter" : "pointer",
                   m->parameter ? m->parameter : m->pointer, m->detail);
     json_object_set_new(document, "errors", errors);
-    finish(reply, kind, 0, document);
+    finish_document(reply, kind, 0, document);
 }

@@ -138,7 +138,7 @@ void shd_reply_fit(shd_reply *reply) {
     if (fit) reply->body = reply->held->data = fit;
 }
 
-static const char *reason(unsigned status) {
+static const char *reason_of(unsigned status) {
     switch (status) {
     case 400:
         return "Bad Request";
@@ -181,7 +181,7 @@ char *shd_reply_raw(const shd_reply *reply, bool with_body, size_t *length) {
     char date[SHD_DATE_SIZE];
     shd_reply_date(date);
     fprintf(out, "HTTP/1.1 %u %s\r\nDate: %s\r\nConnection: close\r\nContent-Length: %zu\r\n",
-            reply->status, reason(reply->status), date, reply->size);
+            reply->status, reason_of(reply->status), date, reply->size);
     for (size_t i = 0; i < reply->header_count; i++)
         if (strcmp(reply->headers[i].name, "Connection"))
             fprintf(out, "%s: %s\r\n", reply->headers[i].name, reply->headers[i].value);

@@ -14,8 +14,8 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-static shd_status split(const char *address, char *host, size_t host_size, char *port,
-                        size_t port_size, shd_error *error) {
+static shd_status split_address(const char *address, char *host, size_t host_size, char *port,
+                                size_t port_size, shd_error *error) {
     const char *colon = strrchr(address, ':'), *start = address, *end = colon;
     if (colon && *start == '[' && colon > start && colon[-1] == ']') {
         start++;
@@ -110,7 +110,7 @@ shd_status shd_listen(const char *address, int *out, char bound[SHD_ADDRESS_SIZE
                       shd_error *error) {
     if (is_unix(address)) return listen_unix(address, out, bound, error);
     char host[256] = "", port[16] = "";
-    shd_status status = split(address, host, sizeof host, port, sizeof port, error);
+    shd_status status = split_address(address, host, sizeof host, port, sizeof port, error);
     if (status) return status;
 
     struct addrinfo hints = {.ai_socktype = SOCK_STREAM, .ai_flags = AI_PASSIVE}, *found;
@@ -153,7 +153,7 @@ shd_status shd_connect(const char *address, int seconds, int *out, shd_error *er
         fd = try_connect(AF_UNIX, (const struct sockaddr *)&place, sizeof place, seconds);
     } else {
         char host[256] = "", port[16] = "";
-        shd_status status = split(address, host, sizeof host, port, sizeof port, error);
+        shd_status status = split_address(address, host, sizeof host, port, sizeof port, error);
         if (status) return status;
         struct addrinfo hints = {.ai_socktype = SOCK_STREAM}, *found;
         int failure = getaddrinfo(*host ? host : NULL, port, &hints, &found);

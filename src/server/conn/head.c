@@ -46,7 +46,7 @@ void shd_head_set_path(shd_exchange *exchange, const char *target) {
 /* ---- Fields ---- */
 
 /* Appends a field that may be repeated, as a list. */
-static void join(char **list, const char *value, shd_reply *reply) {
+static void join_field(char **list, const char *value, shd_reply *reply) {
     size_t old = *list ? strlen(*list) : 0, size = old + strlen(value) + 3;
     char *joined = realloc(*list, size);
     if (!joined) {
@@ -64,18 +64,18 @@ static enum MHD_Result read_field(void *cls, enum MHD_ValueKind kind, const char
     if (strpbrk(name, " \t")) h->blanks = true;
     if (!value) value = "";
     if (!strcasecmp(name, "Accept")) {
-        join(&h->exchange->accept, value, &h->exchange->reply);
+        join_field(&h->exchange->accept, value, &h->exchange->reply);
     } else if (!strcasecmp(name, "Accept-Encoding")) {
-        join(&h->exchange->accept_encoding, value, &h->exchange->reply);
+        join_field(&h->exchange->accept_encoding, value, &h->exchange->reply);
     } else if (!strcasecmp(name, "If-None-Match")) {
-        join(&h->exchange->if_none_match, value, &h->exchange->reply);
+        join_field(&h->exchange->if_none_match, value, &h->exchange->reply);
     } else if (!strcasecmp(name, "X-Forwarded-For")) {
-        join(&h->exchange->forwarded_for, value, &h->exchange->reply);
+        join_field(&h->exchange->forwarded_for, value, &h->exchange->reply);
     } else if (!strcasecmp(name, "Content-Type")) {
         h->exchange->content_type = value;
         h->types++;
     } else if (!strcasecmp(name, "Content-Encoding")) {
-        join(&h->exchange->content_encoding, value, &h->exchange->reply);
+        join_field(&h->exchange->content_encoding, value, &h->exchange->reply);
     } else if (!strcasecmp(name, "Authorization")) {
         h->exchange->authorization = h->authorizations++ ? NULL : value;
     } else if (!strcasecmp(name, "Origin")) {

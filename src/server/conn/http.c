@@ -267,9 +267,9 @@ static enum MHD_Result take_end(shd_exchange *exchange) {
     return MHD_YES;
 }
 
-static enum MHD_Result handle(void *cls, struct MHD_Connection *connection, const char *url,
-                              const char *method, const char *version, const char *upload,
-                              size_t *upload_size, void **context) {
+static enum MHD_Result handle_call(void *cls, struct MHD_Connection *connection, const char *url,
+                                   const char *method, const char *version, const char *upload,
+                                   size_t *upload_size, void **context) {
     (void)url;
     const shd_server *server = cls;
     shd_exchange *exchange = *context;
@@ -304,7 +304,7 @@ static unsigned status_of_others(struct MHD_Connection *connection) {
  * asks nobody in between: MHD_connection_handle_idle calls parse_connection_headers, which has
  * begun the answer, and goes on to MHD_CONNECTION_HEADERS_PROCESSED, from where it begins it
  * again.) */
-static void hear(void *cls, const char *format, va_list arguments) {
+static void hear_refusal(void *cls, const char *format, va_list arguments) {
     static const char refusal[] = "Error processing request (HTTP response code is %u";
     shd_server *server = cls;
     if (strncmp(format, refusal, sizeof refusal - 1) != 0) return;
@@ -361,10 +361,10 @@ shd_status shd_http_start(shd_server *server, int socket, struct MHD_Daemon **ou
     if (!server->last_words) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     struct MHD_Daemon *daemon = MHD_start_daemon(
         MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ITC | MHD_USE_ERROR_LOG,
-        0, shd_connection_accept, server, handle, server, MHD_OPTION_EXTERNAL_LOGGER, hear, server,
-        MHD_OPTION_LISTEN_SOCKET, socket, MHD_OPTION_URI_LOG_CALLBACK, begin_exchange, server,
-        MHD_OPTION_NOTIFY_COMPLETED, end_exchange, NULL, MHD_OPTION_NOTIFY_CONNECTION,
-        shd_connection_notify, server, MHD_OPTION_CONNECTION_LIMIT,
+        0, shd_connection_accept, server, handle_call, server, MHD_OPTION_EXTERNAL_LOGGER,
+        hear_refusal, server, MHD_OPTION_LISTEN_SOCKET, socket, MHD_OPTION_URI_LOG_CALLBACK,
+        begin_exchange, server, MHD_OPTION_NOTIFY_COMPLETED, end_exchange, NULL,
+        MHD_OPTION_NOTIFY_CONNECTION, shd_connection_notify, server, MHD_OPTION_CONNECTION_LIMIT,
         (unsigned)server->config.connections, MHD_OPTION_CONNECTION_TIMEOUT,
         (unsigned)server->config.idle_timeout, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
         (size_t)SHD_CONNECTION_HEADS, MHD_OPTION_END);

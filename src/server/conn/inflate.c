@@ -163,7 +163,7 @@ static uint64_t find_room(const flow *f) {
     return f->how->room > taken ? f->how->room - taken : 0;
 }
 
-static shd_status take(flow *f, size_t bytes) {
+static shd_status take_memory(flow *f, size_t bytes) {
     if (bytes > find_room(f)) {
         shd_fail(f->error, SHD_LIMIT, "",
                  "the body, decoded from %s, takes more than the %llu bytes that the limit "
@@ -179,21 +179,21 @@ static shd_status take(flow *f, size_t bytes) {
 }
 
 /* The decoder takes this much from now on, if it took less before. */
-static shd_status reserve(flow *f, size_t bytes) {
+static shd_status reserve_decoder(flow *f, size_t bytes) {
     if (bytes <= f->decoder) return SHD_OK;
-    const shd_status status = take(f, bytes - f->decoder);
+    const shd_status status = take_memory(f, bytes - f->decoder);
     if (!status) f->decoder = bytes;
     return status;
 }
 
 /* One byte more than are kept tells that there are more. */
-static shd_status grow(flow *f) {
+static shd_status grow_output(flow *f) {
     const uint64_t keep = f->how->keep < f->how->most ? f->how->keep : f->how->most;
     size_t more = f->capacity ? f->capacity : FIRST;
     if (more > keep + 1 - f->capacity) more = (size_t)(keep + 1 - f->capacity);
     const uint64_t room = find_room(f);
     if (more > room && room) more = (size_t)room;
-    const shd_status status = take(f, more);
+    const shd_status status = take_memory(f, more);
     if (status) return status;
     const size_t capacity = f->capacity + more;
     unsigned char *grown = realloc(f->out, capacity);
@@ -207,19 +207,19 @@ static shd_status grow(flow *f) {
 }
 
 /* Before each piece: whether it is wanted still, and room for it. */
-static shd_status prepare(flow *f) {
+static shd_status prepare_piece(flow *f) {
     if (f->how->request && shd_request_is_cancelled(f->how->request))
         return shd_fail(f->error, SHD_CANCELLED, "", "cancelled");
     if (f->size > f->how->most) return fail_long(f);
     f->is_enough = f->size > f->how->keep;
-    return f->size == f->capacity && !f->is_enough ? grow(f) : SHD_OK;
+    return f->size == f->capacity && !f->is_enough ? grow_output(f) : SHD_OK;
 }
 
-static size_t least(size_t a, size_t b) {
+static size_t least_size(size_t a, size_t b) {
     return a < b ? a : b;
 }
 
-static void advance(flow *f, size_t read, size_t written) {
+static void advance_flow(flow *f, size_t read, size_t written) {
     f->in += read;
     f->left -= read;
     f->size += written;
@@ -228,17 +228,17 @@ static void advance(flow *f, size_t read, size_t written) {
 static shd_status inflate_members(flow *f, z_stream *z) {
     int code = Z_OK;
     do {
-        const shd_status status = prepare(f);
+        const shd_status status = prepare_piece(f);
         if (status || f->is_enough) return status;
         if (code == Z_STREAM_END) gzip.reset(z);
-        const size_t in = least(f->left, READ_MOST);
-        const size_t room = least(f->capacity - f->size, WRITE_MOST);
+        const size_t in = least_size(f->left, READ_MOST);
+        const size_t room = least_size(f->capacity - f->size, WRITE_MOST);
         z->next_in = (unsigned char *)(size_t)f->in;
         z->avail_in = (unsigned)in;
         z->next_out = f->out + f->size;
         z->avail_out = (unsigned)room;
         code = gzip.inflate(z, Z_NO_FLUSH);
-        advance(f, in - z->avail_in, room - z->avail_out);
+        advance_flow(f, in - z->avail_in, room - z->avail_out);
         if (code == Z_BUF_ERROR) return fail_early(f);
         if (code == Z_MEM_ERROR) return shd_fail(f->error, SHD_EXHAUSTED, "", "no memory for zlib");
         if (code != Z_OK && code != Z_STREAM_END)
@@ -249,7 +249,7 @@ static shd_status inflate_members(flow *f, z_stream *z) {
 
 static shd_status inflate_gzip(flow *f) {
     z_stream z = {0};
-    shd_status status = reserve(f, GZIP_MEMORY);
+    shd_status status = reserve_decoder(f, GZIP_MEMORY);
     if (status) return status;
     if (gzip.begin(&z, GZIP_WINDOW_BITS + GZIP_ONLY, ZLIB_VERSION, (int)sizeof z) != Z_OK)
         return shd_fail(f->error, SHD_EXHAUSTED, "", "no memory for zlib");
@@ -271,19 +271,20 @@ static shd_status begin_frame(flow *f) {
     const unsigned long long content = zstd.content_size(in, f->left);
     const bool is_known = content != ZSTD_CONTENTSIZE_UNKNOWN && content != ZSTD_CONTENTSIZE_ERROR;
     if (is_known && content > f->how->most - f->size) return fail_long(f);
-    return reserve(f, ZSTD_MEMORY + least(is_known ? (size_t)content : SIZE_MAX, ZSTD_WINDOW));
+    return reserve_decoder(f, ZSTD_MEMORY +
+                                  least_size(is_known ? (size_t)content : SIZE_MAX, ZSTD_WINDOW));
 }
 
 static shd_status inflate_frames(flow *f, ZSTD_DCtx *context) {
     size_t code = 0; /* 0: a frame has ended */
     do {
-        shd_status status = prepare(f);
+        shd_status status = prepare_piece(f);
         if (!status && !f->is_enough && !code) status = begin_frame(f);
         if (status || f->is_enough) return status;
-        ZSTD_inBuffer in = {f->in, least(f->left, READ_MOST), 0};
-        ZSTD_outBuffer out = {f->out + f->size, least(f->capacity - f->size, WRITE_MOST), 0};
+        ZSTD_inBuffer in = {f->in, least_size(f->left, READ_MOST), 0};
+        ZSTD_outBuffer out = {f->out + f->size, least_size(f->capacity - f->size, WRITE_MOST), 0};
         code = zstd.decompress(context, &out, &in);
-        advance(f, in.pos, out.pos);
+        advance_flow(f, in.pos, out.pos);
         if (zstd.is_error(code)) return fail_wrong(f, zstd.error_name(code));
         /* What is written to the end of its room may have more to write. */
         if (code && !f->left && out.pos < out.size) return fail_early(f);
@@ -300,7 +301,7 @@ static shd_status inflate_zstd(flow *f) {
     return status;
 }
 
-static void forget(flow *f) {
+static void forget_output(flow *f) {
     free(f->out);
     shd_budget_give(f->how->budget, f->capacity);
     f->out = NULL;
@@ -308,7 +309,7 @@ static void forget(flow *f) {
 }
 
 /* Gives back what the body did not take. */
-static void fit(flow *f) {
+static void fit_output(flow *f) {
     unsigned char *smaller = f->size ? realloc(f->out, f->size) : NULL;
     if (!smaller) return;
     shd_budget_give(f->how->budget, f->capacity - f->size);
@@ -317,7 +318,7 @@ static void fit(flow *f) {
 }
 
 /* What all would come to, if it went on as it has begun. */
-static size_t guess(const flow *f, size_t body_size) {
+static size_t guess_size(const flow *f, size_t body_size) {
     const double whole = (double)f->size * (double)body_size / (double)(body_size - f->left);
     return whole < (double)f->how->most ? (size_t)whole : (size_t)f->how->most;
 }
@@ -336,12 +337,12 @@ shd_status shd_inflate(shd_coding coding, const void *body, size_t size, const s
     if (!status && f.size > how->most) status = fail_long(&f);
     const bool is_whole = f.size <= how->keep;
     if (status || !is_whole)
-        forget(&f);
+        forget_output(&f);
     else
-        fit(&f);
+        fit_output(&f);
     if (status) return status;
     *out = f.out;
-    *out_size = is_whole ? f.size : guess(&f, size);
+    *out_size = is_whole ? f.size : guess_size(&f, size);
     *taken = f.capacity;
     return SHD_OK;
 }

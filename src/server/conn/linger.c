@@ -36,7 +36,7 @@ struct shd_linger {
 
 /* Throws away what has arrived, a slice at a time so that one client cannot hold the thread.
  * False: nothing more will come, or it has had enough. */
-static bool drain(lingering *l, char *scratch, size_t size) {
+static bool drain_socket(lingering *l, char *scratch, size_t size) {
     for (int slice = 0; slice < 16; slice++) {
         ssize_t got = recv(l->fd, scratch, size, MSG_DONTWAIT);
         if (got == 0) return false;
@@ -59,7 +59,7 @@ static size_t take_inbox(shd_linger *linger, lingering *kept, size_t count) {
     return count;
 }
 
-static void *run(void *context) {
+static void *watch_sockets(void *context) {
     shd_linger *linger = context;
     static const size_t scratch_size = 1 << 16;
     char *scratch = malloc(scratch_size);
@@ -84,7 +84,7 @@ static void *run(void *context) {
         double now = shd_now();
         for (size_t i = count; i-- > 0;) {
             bool open = now < kept[i].end && now < kept[i].silence_end && scratch;
-            if (open && polled[i + 1].revents) open = drain(&kept[i], scratch, scratch_size);
+            if (open && polled[i + 1].revents) open = drain_socket(&kept[i], scratch, scratch_size);
             if (open) continue;
             close(kept[i].fd);
             kept[i] = kept[--count];
@@ -100,7 +100,7 @@ shd_status shd_linger_new(shd_linger **out, shd_error *error) {
     if (!linger) return shd_fail(error, SHD_EXHAUSTED, "", "no memory for lingering connections");
     linger->wake = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     pthread_mutex_init(&linger->mutex, NULL);
-    if (linger->wake < 0 || pthread_create(&linger->thread, NULL, run, linger)) {
+    if (linger->wake < 0 || pthread_create(&linger->thread, NULL, watch_sockets, linger)) {
         if (linger->wake >= 0) close(linger->wake);
         pthread_mutex_destroy(&linger->mutex);
         free(linger);
@@ -112,7 +112,7 @@ shd_status shd_linger_new(shd_linger **out, shd_error *error) {
 
 /* The counter of an eventfd takes any number of wakes: the write cannot fail in practice, and a
  * lost one costs a fifth of a second. */
-static void wake(shd_linger *linger) {
+static void wake_thread(shd_linger *linger) {
     uint64_t one = 1;
     if (write(linger->wake, &one, sizeof one) < 0) return;
 }
@@ -123,7 +123,7 @@ void shd_linger_keep(shd_linger *linger, int socket) {
     int fd = room ? fcntl(socket, F_DUPFD_CLOEXEC, 0) : -1;
     if (fd >= 0) {
         linger->inbox[linger->inbox_count++] = fd;
-        wake(linger);
+        wake_thread(linger);
     }
     pthread_mutex_unlock(&linger->mutex);
 }
@@ -132,7 +132,7 @@ void shd_linger_drop(shd_linger *linger) {
     if (!linger) return;
     pthread_mutex_lock(&linger->mutex);
     linger->ending = true;
-    wake(linger);
+    wake_thread(linger);
     pthread_mutex_unlock(&linger->mutex);
     pthread_join(linger->thread, NULL);
     close(linger->wake);

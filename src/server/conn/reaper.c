@@ -103,7 +103,7 @@ static uint64_t bytes_taken(int socket) {
 
 /* ---- Looking ---- */
 
-static void end(shd_reaper *reaper, shd_connection *c, shd_ending why) {
+static void end_connection(shd_reaper *reaper, shd_connection *c, shd_ending why) {
     shutdown(c->socket, SHUT_RDWR);
     c->ended = true;
     reaper->open--;
@@ -111,7 +111,7 @@ static void end(shd_reaper *reaper, shd_connection *c, shd_ending why) {
 }
 
 /* The half that is read from: what has arrived is read still, and after it comes an end. */
-static void finish(shd_reaper *reaper, shd_connection *c) {
+static void finish_reading(shd_reaper *reaper, shd_connection *c) {
     shutdown(c->socket, SHUT_RD);
     c->ended = true;
     reaper->open--;
@@ -121,7 +121,7 @@ static void finish(shd_reaper *reaper, shd_connection *c) {
 static void end_at_once(shd_reaper *reaper, shd_connection *c, shd_ending why) {
     const struct linger none = {.l_onoff = 1, .l_linger = 0};
     setsockopt(c->socket, SOL_SOCKET, SO_LINGER, &none, sizeof none);
-    end(reaper, c, why);
+    end_connection(reaper, c, why);
 }
 
 static double patience_for(const shd_reaper *reaper, const shd_connection *c) {
@@ -137,7 +137,7 @@ static double patience_for(const shd_reaper *reaper, const shd_connection *c) {
     }
 }
 
-static void look(shd_reaper *reaper, shd_connection *c, double now) {
+static void look_at(shd_reaper *reaper, shd_connection *c, double now) {
     /* A head begins with its first byte, of which libmicrohttpd does not tell. */
     if (c->phase == SHD_AT_REST && has_read_since(c)) {
         c->phase = SHD_AT_HEAD;
@@ -145,17 +145,17 @@ static void look(shd_reaper *reaper, shd_connection *c, double now) {
     }
     if (reaper->finishing &&
         (c->phase == SHD_AT_REST || (c->phase < SHD_AT_WORK && now - c->since > reaper->grace))) {
-        finish(reaper, c);
+        finish_reading(reaper, c);
         return;
     }
     double patience = patience_for(reaper, c);
     if (patience > 0 && now - c->since > patience) {
-        end(reaper, c, SHD_END_LATE);
+        end_connection(reaper, c, SHD_END_LATE);
         return;
     }
     /* Twice in a row: the I/O thread may have the last bytes in hand just now. */
     bool left = c->phase != SHD_AT_ANSWER && has_left(c->socket);
-    if (left && c->had_left) end(reaper, c, SHD_END_LEFT);
+    if (left && c->had_left) end_connection(reaper, c, SHD_END_LEFT);
     c->had_left = left;
 }
 
@@ -174,14 +174,14 @@ static bool may_go(const shd_reaper *reaper, const shd_connection *c, double now
 }
 
 /* How many connections its address has, roughly: a few more are no difference. */
-static int weigh(const shd_connection *c) {
+static int weigh_peer(const shd_connection *c) {
     return c->peer ? ilogb((double)c->peer->count) : 0;
 }
 
 /* Whether `a` is to go before `b`. */
 static bool goes_before(const shd_connection *a, const shd_connection *b) {
     if (!b) return true;
-    if (weigh(a) != weigh(b)) return weigh(a) > weigh(b);
+    if (weigh_peer(a) != weigh_peer(b)) return weigh_peer(a) > weigh_peer(b);
     return a->phase != b->phase ? a->phase < b->phase : a->since < b->since;
 }
 
@@ -191,19 +191,19 @@ static bool make_room(shd_reaper *reaper, double now) {
     for (shd_connection *c = reaper->list.next; c != &reaper->list; c = c->next) {
         if (!c->ended && may_go(reaper, c, now) && goes_before(c, first)) first = c;
     }
-    if (first) end(reaper, first, SHD_END_ROOM);
+    if (first) end_connection(reaper, first, SHD_END_ROOM);
     return first;
 }
 
 /* What an answer has cost so far: bytes that its client has not taken, times seconds. */
-static double burden(const shd_connection *c, double now) {
+static double burden_of(const shd_connection *c, double now) {
     if (c->phase != SHD_AT_ANSWER || c->ended || now - c->since < least_taking) return 0;
     const uint64_t taken = bytes_taken(c->socket) - c->sent;
     return c->answer > taken ? (double)(c->answer - taken) * (now - c->since) : 0;
 }
 
 /* One place in eight is kept free, so that who comes is let in before others have to go. */
-static size_t places(const shd_reaper *reaper) {
+static size_t usable_places(const shd_reaper *reaper) {
     size_t all = reaper->patience.connections;
     return all - all / 8;
 }
@@ -216,18 +216,18 @@ static size_t look_at_all(shd_reaper *reaper, void *gone[], size_t most) {
     for (shd_connection *c = reaper->list.next; c != &reaper->list; c = c->next) {
         if (c->ended) continue;
         if (c->phase != SHD_AT_WORK) {
-            look(reaper, c, now);
+            look_at(reaper, c, now);
         } else if (count < most && has_left(c->socket)) {
-            end(reaper, c, SHD_END_LEFT);
+            end_connection(reaper, c, SHD_END_LEFT);
             if (reaper->departure.leave(c->who)) gone[count++] = c->who;
         }
     }
     reaper->crowded = false;
-    while (reaper->open > places(reaper) && make_room(reaper, now)) continue;
+    while (reaper->open > usable_places(reaper) && make_room(reaper, now)) continue;
     return count;
 }
 
-static void *run(void *context) {
+static void *watch_connections(void *context) {
     enum { MOST = 256 };
     shd_reaper *reaper = context;
     void *gone[MOST];
@@ -265,7 +265,7 @@ static shd_connection *find_heaviest(const shd_reaper *reaper) {
     double most = 0;
     shd_connection *found = NULL;
     for (shd_connection *c = reaper->list.next; c != &reaper->list; c = c->next) {
-        const double cost = c->answer ? burden(c, now) : 0;
+        const double cost = c->answer ? burden_of(c, now) : 0;
         if (cost <= most) continue;
         most = cost;
         found = c;
@@ -320,7 +320,7 @@ shd_status shd_reaper_new(const shd_patience *patience, const shd_departure *dep
     pthread_mutex_init(&reaper->mutex, NULL);
     pthread_cond_init(&reaper->changed, &monotonic);
     pthread_condattr_destroy(&monotonic);
-    if (pthread_create(&reaper->thread, NULL, run, reaper)) {
+    if (pthread_create(&reaper->thread, NULL, watch_connections, reaper)) {
         pthread_cond_destroy(&reaper->changed);
         pthread_mutex_destroy(&reaper->mutex);
         free(reaper);
@@ -425,7 +425,7 @@ shd_connection *shd_reaper_add(shd_reaper *reaper, int socket, const char *addre
     connection->previous = reaper->list.previous;
     connection->previous->next = connection;
     reaper->list.previous = connection;
-    bool crowded = ++reaper->open > places(reaper);
+    bool crowded = ++reaper->open > usable_places(reaper);
     if (first || (crowded && !reaper->crowded)) pthread_cond_signal(&reaper->changed);
     reaper->crowded = crowded;
     pthread_mutex_unlock(&reaper->mutex);

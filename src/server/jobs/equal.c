@@ -12,12 +12,12 @@ struct shd_equals {
     shd_listing *by_body[BUCKETS], *by_meaning[BUCKETS];
 };
 
-static void list(shd_listing *table[BUCKETS], shd_listing *entry, shd_job *job, uint64_t hash) {
+static void list_job(shd_listing *table[BUCKETS], shd_listing *entry, shd_job *job, uint64_t hash) {
     *entry = (shd_listing){table[hash % BUCKETS], job, hash};
     table[hash % BUCKETS] = entry;
 }
 
-static void unlist(shd_listing *table[BUCKETS], shd_listing *entry) {
+static void unlist_job(shd_listing *table[BUCKETS], shd_listing *entry) {
     if (!entry->job) return;
     shd_listing **at = &table[entry->hash % BUCKETS];
     while (*at != entry) at = &(*at)->next;
@@ -60,16 +60,16 @@ shd_job *shd_equals_by_meaning(const shd_equals *equals, const shd_job *like, do
 }
 
 void shd_equals_list_body(shd_equals *equals, shd_job *job) {
-    list(equals->by_body, &job->by_body, job, hash_body(job));
+    list_job(equals->by_body, &job->by_body, job, hash_body(job));
 }
 
 void shd_equals_list_meaning(shd_equals *equals, shd_job *job) {
-    list(equals->by_meaning, &job->by_meaning, job, hash_meaning(job));
+    list_job(equals->by_meaning, &job->by_meaning, job, hash_meaning(job));
 }
 
 void shd_equals_hide(shd_equals *equals, shd_job *job) {
-    unlist(equals->by_body, &job->by_body);
-    unlist(equals->by_meaning, &job->by_meaning);
+    unlist_job(equals->by_body, &job->by_body);
+    unlist_job(equals->by_meaning, &job->by_meaning);
 }
 
 shd_equals *shd_equals_new(void) {

@@ -55,14 +55,14 @@ static void insert_by_deadline(shd_jobs *jobs, shd_job *job) {
     if (job->deadline < jobs->wakes) pthread_cond_signal(&jobs->changed);
 }
 
-static void attach(shd_jobs *jobs, shd_waiter *waiter, shd_job *job) {
+static void attach_waiter(shd_jobs *jobs, shd_waiter *waiter, shd_job *job) {
     if (!job->waiters) insert_by_deadline(jobs, job);
     waiter->job = job;
     waiter->other = job->waiters;
     job->waiters = waiter;
 }
 
-static void detach(shd_jobs *jobs, shd_waiter *waiter) {
+static void detach_waiter(shd_jobs *jobs, shd_waiter *waiter) {
     shd_job *job = waiter->job;
     shd_waiter **at = &job->waiters;
     while (*at != waiter) at = &(*at)->other;
@@ -75,12 +75,12 @@ static void detach(shd_jobs *jobs, shd_waiter *waiter) {
 
 /* From now on the waiter is the caller's, who answers it without the mutex. */
 static void wait_no_more(shd_jobs *jobs, shd_waiter *waiter) {
-    detach(jobs, waiter);
+    detach_waiter(jobs, waiter);
     shd_queue_leave(jobs->crowd, &waiter->turn);
 }
 
 /* Where nobody waits for the job: nobody finds it any more, and it ends soon or at once. */
-static void abandon(shd_jobs *jobs, shd_job *job, leftovers *left) {
+static void abandon_job(shd_jobs *jobs, shd_job *job, leftovers *left) {
     if (job->waiters) return;
     shd_equals_hide(jobs->equals, job);
     if (!shd_turn_waits(&job->turn)) {
@@ -134,7 +134,7 @@ static void send_all_away(shd_jobs *jobs, shd_job *job, enum shd_sent why, lefto
         waiter->limit = job->deadline - job->asked;
         send_away(waiter, why, retry_after(jobs, waiter->client, lane, job->cost), left);
     }
-    abandon(jobs, job, left);
+    abandon_job(jobs, job, left);
 }
 
 static void tell_why(const shd_jobs *jobs, const shd_waiter *waiter) {
@@ -239,13 +239,13 @@ static enum shd_sent join_crowd(shd_jobs *jobs, shd_waiter *waiter, leftovers *l
     shd_waiter *newest = displaced;
     shd_job *job = newest->job;
     wait_no_more(jobs, newest);
-    abandon(jobs, job, left);
+    abandon_job(jobs, job, left);
     send_away(newest, SHD_SENT_CROWD, retry_after(jobs, newest->client, SHD_LANE_NEW, 0), left);
     return SHD_SENT_NOT;
 }
 
 static void join_job(shd_jobs *jobs, shd_waiter *waiter, shd_job *job) {
-    attach(jobs, waiter, job);
+    attach_waiter(jobs, waiter, job);
     waiter->joined = true;
     if (shd_turn_waits(&job->turn)) shd_queue_share(jobs->turns.queue, &job->turn, waiter->client);
     atomic_fetch_add(&jobs->metrics->joined, 1);
@@ -269,7 +269,7 @@ static bool find_work(shd_jobs *jobs, shd_job *job, shd_waiter *waiter, shd_lane
     } else {
         const enum shd_sent why = queue_up(jobs, job, lane, waiter->client, false, left);
         if (why == SHD_SENT_NOT) {
-            attach(jobs, waiter, job);
+            attach_waiter(jobs, waiter, job);
             if (shared) shd_equals_list_body(jobs->equals, job);
             return true;
         }
@@ -338,7 +338,7 @@ static void join_equal(shd_jobs *jobs, shd_job *job) {
     if (!equal) shd_equals_list_meaning(jobs->equals, job);
     while (equal && job->waiters) {
         shd_waiter *waiter = job->waiters;
-        detach(jobs, waiter);
+        detach_waiter(jobs, waiter);
         join_job(jobs, waiter, equal);
     }
 }
@@ -386,7 +386,7 @@ bool shd_jobs_defer(shd_jobs *jobs, shd_job *job, double cost) {
 }
 
 /* Everybody's reply is a copy, which shares the body. */
-static void fill(shd_jobs *jobs, const shd_job *job, shd_waiter *waiter) {
+static void fill_reply(shd_jobs *jobs, const shd_job *job, shd_waiter *waiter) {
     double queued = job->began - waiter->asked;
     if (queued < 0) queued = 0; /* it came when the job was running already */
     shd_metrics_stage(jobs->metrics, SHD_STAGE_QUEUE, queued);
@@ -415,7 +415,7 @@ void shd_jobs_finish(shd_jobs *jobs, shd_job *job) {
         jobs->work_seconds = kept * jobs->work_seconds + job->seconds;
     }
     pthread_mutex_unlock(&jobs->mutex);
-    for (shd_waiter *w = left.waiters; w; w = w->other) fill(jobs, job, w);
+    for (shd_waiter *w = left.waiters; w; w = w->other) fill_reply(jobs, job, w);
     clear_up(jobs, &left);
 }
 
@@ -425,7 +425,7 @@ bool shd_jobs_leave(shd_jobs *jobs, shd_waiter *waiter) {
     shd_job *job = waiter->job;
     if (job) {
         wait_no_more(jobs, waiter);
-        abandon(jobs, job, &left);
+        abandon_job(jobs, job, &left);
     }
     pthread_mutex_unlock(&jobs->mutex);
     clear_up(jobs, &left);
@@ -464,7 +464,7 @@ static shd_status start_thread(shd_jobs *jobs, shd_error *error) {
     return shd_fail(error, SHD_EXHAUSTED, "", "the system refused to start a thread");
 }
 
-static void release(shd_jobs *jobs) {
+static void free_jobs(shd_jobs *jobs) {
     shd_equals_drop(jobs->equals);
     shd_turns_clear(&jobs->turns);
     shd_queue_drop(jobs->crowd);
@@ -486,7 +486,7 @@ shd_status shd_jobs_new(shd_engine *engine, shd_metrics *metrics, const shd_jobs
     if (!status) status = shd_queue_new(limits->crowd, &jobs->crowd, error);
     if (!status) status = start_thread(jobs, error);
     if (status)
-        release(jobs);
+        free_jobs(jobs);
     else
         *out = jobs;
     return status;
@@ -501,5 +501,5 @@ void shd_jobs_drop(shd_jobs *jobs) {
     pthread_join(jobs->thread, NULL);
     pthread_cond_destroy(&jobs->changed);
     pthread_mutex_destroy(&jobs->mutex);
-    release(jobs);
+    free_jobs(jobs);
 }

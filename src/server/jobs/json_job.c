@@ -8,7 +8,7 @@
 #include "work.h"
 
 /* `json` is what there is to tell, unless `status` says that there is nothing. */
-static void tell(shd_job *job, shd_status status, char *json, const shd_error *error) {
+static void answer_json(shd_job *job, shd_status status, char *json, const shd_error *error) {
     if (status == SHD_CANCELLED) return;
     if (status) {
         shd_problem_error(&job->reply, error);
@@ -30,26 +30,26 @@ static void tell(shd_job *job, shd_status status, char *json, const shd_error *e
     shd_job_warn(&job->reply, job->request);
 }
 
-static void compare(shd_job *job) {
+static void compare_tiers(shd_job *job) {
     char *json = NULL;
     shd_error error;
     shd_status status = shd_request_compare(job->request, NULL, &json, &error);
-    tell(job, status, json, &error);
+    answer_json(job, status, json, &error);
 }
 
-static void explain(shd_job *job) {
+static void explain_scene(shd_job *job) {
     char *json = NULL;
     shd_error error;
     shd_status status = shd_request_explain(job->request, SHD_IN_JSON, &json, &error);
-    tell(job, status, json, &error);
+    answer_json(job, status, json, &error);
 }
 
 void shd_compare_submit(shd_exchange *exchange) {
-    static const shd_work work = {.read = shd_job_read, .run = compare, .size = SHD_LARGE};
+    static const shd_work work = {.read = shd_job_read, .run = compare_tiers, .size = SHD_LARGE};
     shd_job_submit(exchange, &work);
 }
 
 void shd_explain_submit(shd_exchange *exchange) {
-    static const shd_work work = {.read = shd_job_read, .run = explain, .size = SHD_SMALL};
+    static const shd_work work = {.read = shd_job_read, .run = explain_scene, .size = SHD_SMALL};
     shd_job_submit(exchange, &work);
 }

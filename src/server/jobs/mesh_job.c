@@ -5,7 +5,7 @@
 #include "work.h"
 
 /* 201 where it is new, 204 where it was kept already. */
-static void answer(shd_job *job, bool known) {
+static void answer_kept(shd_job *job, bool known) {
     job->reply.status = known ? 204 : 201;
     shd_reply_plain(&job->reply, "Cache-Control", "no-store");
     shd_job_warn(&job->reply, job->request);
@@ -21,7 +21,7 @@ static void read_body(shd_job *job) {
         shd_problem_reply(&job->reply, SHD_BAD_MESH, "the SHA-256 of the body's %zu bytes is %s",
                           job->size, text);
     } else if (shd_engine_has_mesh(job->settings->engine, &digest)) {
-        answer(job, true);
+        answer_kept(job, true);
     }
 }
 
@@ -32,7 +32,7 @@ static void keep_mesh(shd_job *job) {
                               job->is_binary, &job->digest, job->client, &known);
     if (status == SHD_CANCELLED) return;
     if (status == SHD_OK)
-        answer(job, known);
+        answer_kept(job, known);
     else
         shd_problem_mesh(&job->reply, shd_request_report(job->request));
 }

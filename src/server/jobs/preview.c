@@ -99,7 +99,7 @@ static void drop_link(link_read *l) {
     for (size_t i = 0; i < l->unknown_count; i++) free(l->unknown[i]);
 }
 
-static int digit(char c) {
+static int hex_digit(char c) {
     if (c >= '0' && c <= '9') return c - '0';
     c |= 0x20; /* lower case */
     return c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
@@ -107,14 +107,15 @@ static int digit(char c) {
 
 /* Text of application/x-www-form-urlencoded, as forms and URLSearchParams write it. NULL: it is no
  * text in UTF-8, or memory is short. */
-static json_t *decode(const char *from, size_t size, bool *is_short) {
+static json_t *decode_value(const char *from, size_t size, bool *is_short) {
     char *text = malloc(size + 1);
     if (!text) *is_short = true;
     size_t length = 0;
     for (size_t i = 0; text && i < size; i++) {
         char c = from[i] == '+' ? ' ' : from[i];
-        if (c == '%' && i + 2 < size && digit(from[i + 1]) >= 0 && digit(from[i + 2]) >= 0) {
-            c = (char)(digit(from[i + 1]) * 16 + digit(from[i + 2]));
+        if (c == '%' && i + 2 < size && hex_digit(from[i + 1]) >= 0 &&
+            hex_digit(from[i + 2]) >= 0) {
+            c = (char)(hex_digit(from[i + 1]) * 16 + hex_digit(from[i + 2]));
             i += 2;
         }
         text[length++] = c;
@@ -137,7 +138,7 @@ static void read_parameter(link_read *l, const char *from, size_t size) {
         add_mistake(l, names[which], "it is given more than once");
     } else {
         l->values[which] =
-            equals ? decode(equals + 1, size - length - 1, &l->is_short) : json_string("");
+            equals ? decode_value(equals + 1, size - length - 1, &l->is_short) : json_string("");
         if (!l->values[which]) add_mistake(l, names[which], "it is no text in UTF-8");
     }
 }

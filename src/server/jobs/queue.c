@@ -91,7 +91,7 @@ static double tag_for(const shd_queue *queue, const party *p, shd_lane lane, dou
     return after + cost;
 }
 
-static void append(shd_queue *queue, share *s, shd_turn *turn) {
+static void append_turn(shd_queue *queue, share *s, shd_turn *turn) {
     if (!s->count++) {
         share *ring = &queue->rings[s->lane];
         s->next = ring;
@@ -178,7 +178,7 @@ shd_entry shd_queue_enter(shd_queue *queue, shd_turn *turn, void *owner, shd_lan
         return SHD_ENTRY_FULL;
     }
     *turn = (shd_turn){.owner = owner, .cost = cost, .tag = tag_for(queue, p, lane, cost)};
-    append(queue, &p->lanes[lane], turn);
+    append_turn(queue, &p->lanes[lane], turn);
     return SHD_ENTRY_WAITS;
 }
 
@@ -242,7 +242,7 @@ void shd_queue_share(shd_queue *queue, shd_turn *turn, const char *client) {
     if (!p) return;
     take_out(queue, turn);
     turn->tag = tag;
-    append(queue, &p->lanes[lane], turn);
+    append_turn(queue, &p->lanes[lane], turn);
     drop_if_empty(queue, old);
 }
 

@@ -173,11 +173,11 @@ static bool is_known(const shd_exchange *exchange, const char *tag) {
 /* ---- The response cache ---- */
 
 /* Warnings are found by reading: a document that has some must be read. */
-static const shd_question *askable(const shd_job *job) {
+static const shd_question *question_to_keep(const shd_job *job) {
     return shd_request_report(job->request)->warning_count ? NULL : &job->question;
 }
 
-static bool recall(const shd_job *job, const shd_exchange *exchange, shd_reply *reply) {
+static bool recall_picture(const shd_job *job, const shd_exchange *exchange, shd_reply *reply) {
     static const double no_time[SHD_STAGE_COUNT] = {0};
     shd_server *server = job->server;
     char tag[SHD_TAG_SIZE], timing[sizeof job->timing];
@@ -194,9 +194,9 @@ static bool recall(const shd_job *job, const shd_exchange *exchange, shd_reply *
     return true;
 }
 
-static void find(shd_job *job) {
-    job->cached = shd_cache_find(job->server->cache, shd_request_etag(job->request), askable(job),
-                                 &job->reply);
+static void find_kept(shd_job *job) {
+    job->cached = shd_cache_find(job->server->cache, shd_request_etag(job->request),
+                                 question_to_keep(job), &job->reply);
     if (job->cached != SHD_CACHE_HIT) return;
     const double seconds[SHD_STAGE_COUNT] = {[SHD_STAGE_PARSE] =
                                                  shd_request_times(job->request)->parse};
@@ -213,10 +213,10 @@ static void read_scene(shd_job *job) {
         shd_problem_reply(&job->reply, SHD_NOT_ACCEPTABLE,
                           "Accept admits multipart/form-data only, but the scene has no `outputs`");
     else
-        find(job);
+        find_kept(job);
 }
 
-static bool settle(const shd_job *job, const shd_exchange *exchange, shd_reply *reply) {
+static bool settle_known(const shd_job *job, const shd_exchange *exchange, shd_reply *reply) {
     const char *tag = shd_request_etag(job->request);
     if (!is_known(exchange, tag)) return false;
     reply->status = 304;
@@ -228,7 +228,7 @@ static void note_progress(void *job, double share) {
     ((shd_job *)job)->done = share;
 }
 
-static void render(shd_job *job) {
+static void render_pictures(shd_job *job) {
     shd_error error;
     shd_reply *reply = &job->reply;
     const shd_render_options options = {.progress = note_progress, .context = job};
@@ -245,32 +245,32 @@ static void render(shd_job *job) {
         shd_problem_reply(reply, SHD_NO_MEMORY, "no memory for the answer");
         return;
     }
-    job->cached =
-        shd_cache_put(job->server->cache, shd_request_etag(job->request), askable(job), reply);
+    job->cached = shd_cache_put(job->server->cache, shd_request_etag(job->request),
+                                question_to_keep(job), reply);
     add_document(job);
 }
 
-static void add(const shd_job *job, double queued, shd_reply *reply) {
+static void add_waited_for(const shd_job *job, double queued, shd_reply *reply) {
     add_account(reply, &job->server->metrics, job->cached, queued, job->timing);
 }
 
 void shd_render_submit(shd_exchange *exchange) {
-    static const shd_work work = {.recall = recall,
+    static const shd_work work = {.recall = recall_picture,
                                   .read = read_scene,
-                                  .run = render,
-                                  .settle = settle,
-                                  .add = add,
+                                  .run = render_pictures,
+                                  .settle = settle_known,
+                                  .add = add_waited_for,
                                   .shared = true};
     shd_job_submit(exchange, &work);
 }
 
 void shd_preview_submit(shd_exchange *exchange) {
-    static const shd_work work = {.recall = recall,
+    static const shd_work work = {.recall = recall_picture,
                                   .read = read_scene,
                                   .refuse = shd_preview_refuse,
-                                  .run = render,
-                                  .settle = settle,
-                                  .add = add,
+                                  .run = render_pictures,
+                                  .settle = settle_known,
+                                  .add = add_waited_for,
                                   .shared = true};
     if (shd_preview_document(exchange)) shd_job_submit(exchange, &work);
 }

@@ -18,7 +18,8 @@ struct shd_stuck {
     bool ending;
 };
 
-static void tell(const char *what, shd_log_level level, const shd_watched *watched, double now) {
+static void log_worker(const char *what, shd_log_level level, const shd_watched *watched,
+                       double now) {
     char seconds[32];
     shd_log line;
     snprintf(seconds, sizeof seconds, "%.1f", now - watched->since);
@@ -32,7 +33,7 @@ static void tell(const char *what, shd_log_level level, const shd_watched *watch
 static shd_watched *tell_late(shd_stuck *stuck, double now) {
     shd_watched *w = stuck->ring.next;
     for (; w != &stuck->ring && w->since + grace <= now; w = w->next) {
-        if (!w->told) tell("worker-stuck", SHD_LOG_ERROR, w, now);
+        if (!w->told) log_worker("worker-stuck", SHD_LOG_ERROR, w, now);
         w->told = true;
     }
     return w;
@@ -69,7 +70,7 @@ void shd_stuck_forget(shd_stuck *stuck, shd_watched *watched) {
         watched->previous->next = watched->next;
         watched->next->previous = watched->previous;
         watched->next = watched->previous = NULL;
-        if (watched->told) tell("worker-released", SHD_LOG_WARNING, watched, shd_now());
+        if (watched->told) log_worker("worker-released", SHD_LOG_WARNING, watched, shd_now());
     }
     pthread_mutex_unlock(&stuck->mutex);
 }

@@ -66,17 +66,17 @@ static double find_unread_cost(const shd_job *job) {
 }
 
 /* Whoever still waits gets the reply; there is none only where nobody does. */
-static void finish(shd_job *job) {
+static void finish_job(shd_job *job) {
     if (job->request) shd_metrics_memory(&job->server->metrics, shd_request_memory(job->request));
     shd_jobs_finish(job->server->jobs, job);
     shd_job_drop(job);
 }
 
-static void make(shd_job *job) {
+static void run_job(shd_job *job) {
     double began = shd_now();
     job->work->run(job);
     job->seconds += shd_now() - began;
-    finish(job);
+    finish_job(job);
 }
 
 /* That of a document whose reading was cancelled is not known, nor asked for. */
@@ -127,7 +127,7 @@ static void read_and_make(shd_job *job, bool had_turn) {
     job->work->read(job);
     job->seconds += shd_now() - start;
     if (job->reply.status) {
-        finish(job);
+        finish_job(job);
         return;
     }
     const double cost = find_cost(job);
@@ -141,7 +141,7 @@ static void read_and_make(shd_job *job, bool had_turn) {
     if (!shd_jobs_settle(jobs, job, cost, is_large && !had_turn))
         shd_job_drop(job);
     else if (!is_large || had_turn)
-        make(job);
+        run_job(job);
     else if (!shd_jobs_defer(jobs, job, cost))
         shd_job_drop(job);
 }
@@ -166,7 +166,7 @@ static void begin_job(shd_job *job) {
     if (is_known && had_turn && job->question.coding)
         shd_jobs_correct(job->server->jobs, job, find_unread_cost(job));
     if (!is_known)
-        finish(job);
+        finish_job(job);
     else if (had_turn || !is_long(job))
         read_and_make(job, had_turn);
     else if (!shd_jobs_defer(job->server->jobs, job, find_unread_cost(job)))
@@ -175,7 +175,7 @@ static void begin_job(shd_job *job) {
 
 static void work_on(shd_job *job) {
     if (job->was_read)
-        make(job);
+        run_job(job);
     else
         begin_job(job);
 }
@@ -198,13 +198,13 @@ static bool leave_job(void *who) {
     return shd_jobs_leave(exchange->server->jobs, &exchange->waiter);
 }
 
-static void resume(void *who) {
+static void resume_exchange(void *who) {
     shd_exchange_resume(who);
 }
 
-const shd_departure shd_exchange_departure = {.leave = leave_job, .release = resume};
+const shd_departure shd_exchange_departure = {.leave = leave_job, .release = resume_exchange};
 
-static void answer(shd_waiter *waiter) {
+static void answer_waiter(shd_waiter *waiter) {
     shd_exchange_resume((shd_exchange *)(void *)((char *)waiter - offsetof(shd_exchange, waiter)));
 }
 
@@ -249,7 +249,7 @@ void shd_job_submit(shd_exchange *exchange, const shd_work *work) {
                                     .exchange = exchange,
                                     .asked = exchange->submitted,
                                     .reply = &exchange->reply,
-                                    .answer = answer};
+                                    .answer = answer_waiter};
     /* Suspended first: the answer may be there before the next line. */
     shd_exchange_suspend(exchange);
     const shd_lane lane = is_long(job) ? SHD_LANE_LARGE : SHD_LANE_NEW;

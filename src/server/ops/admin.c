@@ -90,9 +90,9 @@ static bool may_see_metrics(shd_server *server, struct MHD_Connection *connectio
     return may;
 }
 
-static enum MHD_Result handle(void *cls, struct MHD_Connection *connection, const char *path,
-                              const char *method, const char *version, const char *upload,
-                              size_t *upload_size, void **context) {
+static enum MHD_Result handle_request(void *cls, struct MHD_Connection *connection,
+                                      const char *path, const char *method, const char *version,
+                                      const char *upload, size_t *upload_size, void **context) {
     const shd_admin *admin = cls;
     shd_server *server = admin->server;
     (void)version, (void)upload;
@@ -117,14 +117,14 @@ static enum MHD_Result handle(void *cls, struct MHD_Connection *connection, cons
     return send_word(connection, 404, "/healthz, /readyz, /metrics\n");
 }
 
-static void complete(void *cls, struct MHD_Connection *connection, void **context,
-                     enum MHD_RequestTerminationCode code) {
+static void end_request(void *cls, struct MHD_Connection *connection, void **context,
+                        enum MHD_RequestTerminationCode code) {
     (void)code, (void)context;
     enter_phase(cls, connection, SHD_AT_REST);
 }
 
-static void notify(void *cls, struct MHD_Connection *connection, void **context,
-                   enum MHD_ConnectionNotificationCode code) {
+static void notify_connection(void *cls, struct MHD_Connection *connection, void **context,
+                              enum MHD_ConnectionNotificationCode code) {
     const shd_admin *admin = cls;
     if (code == MHD_CONNECTION_NOTIFY_CLOSED) {
         shd_reaper_remove(admin->reaper, *context);
@@ -157,9 +157,9 @@ shd_status shd_admin_start(shd_server *server, int socket, shd_admin **out, shd_
         return status;
     }
     admin->daemon = MHD_start_daemon(
-        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_USE_ITC, 0, NULL, NULL, handle, admin,
-        MHD_OPTION_LISTEN_SOCKET, socket, MHD_OPTION_NOTIFY_COMPLETED, complete, admin,
-        MHD_OPTION_NOTIFY_CONNECTION, notify, admin, MHD_OPTION_CONNECTION_LIMIT,
+        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_USE_ITC, 0, NULL, NULL, handle_request, admin,
+        MHD_OPTION_LISTEN_SOCKET, socket, MHD_OPTION_NOTIFY_COMPLETED, end_request, admin,
+        MHD_OPTION_NOTIFY_CONNECTION, notify_connection, admin, MHD_OPTION_CONNECTION_LIMIT,
         (unsigned)SHD_ADMIN_CONNECTIONS, MHD_OPTION_CONNECTION_TIMEOUT, 10u,
         MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)(32 << 10), MHD_OPTION_END);
     if (admin->daemon) {

@@ -166,8 +166,8 @@ static bool is_printable(const char *text) {
 }
 
 /* `place` names the source of the value in the message. */
-static bool set(shd_config *config, const option_info *option, const char *text, const char *place,
-                char *message, size_t size) {
+static bool set_option(shd_config *config, const option_info *option, const char *text,
+                       const char *place, char *message, size_t size) {
     char *field = (char *)config + option->offset;
     switch (option->kind) {
     case TEXT:
@@ -253,7 +253,7 @@ static int read_pair(void *context, const char *section, const char *name, const
         if (strcmp(options[i].name, name)) continue;
         char place[128], message[512];
         snprintf(place, sizeof place, "%s", name);
-        if (!set(reader->config, &options[i], value, place, message, sizeof message))
+        if (!set_option(reader->config, &options[i], value, place, message, sizeof message))
             file_error(reader, "%s", message);
         return !reader->failed;
     }
@@ -363,12 +363,13 @@ shd_config_result shd_config_read(int argc, char **argv, shd_config *config, cha
         environment_name(options[i].name, name, sizeof name);
         const char *value = getenv(name);
         if (!value || !*value) continue; /* an empty variable is none, as in compose files */
-        if (!set(config, &options[i], value, name, message, message_size)) return SHD_CONFIG_BAD;
+        if (!set_option(config, &options[i], value, name, message, message_size))
+            return SHD_CONFIG_BAD;
     }
     for (size_t i = 0; i < OPTION_COUNT; i++) {
         char name[64];
         snprintf(name, sizeof name, "--%s", options[i].name);
-        if (values[i] && !set(config, &options[i], values[i], name, message, message_size))
+        if (values[i] && !set_option(config, &options[i], values[i], name, message, message_size))
             return SHD_CONFIG_BAD_FLAGS;
     }
     return result;

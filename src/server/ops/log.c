@@ -20,22 +20,22 @@ enum { LOG_PATIENCE = 100 };
 static const char *const level_names[] = {"info", "warning", "error"};
 
 /* Adds all of it or nothing. */
-static bool add(shd_log *line, const char *text, size_t length) {
+static bool add_text(shd_log *line, const char *text, size_t length) {
     if (length > sizeof line->text - LOG_TAIL - line->length) return false;
     memcpy(line->text + line->length, text, length);
     line->length += length;
     return true;
 }
 
-static void addf(shd_log *line, const char *format, ...) SHD_PRINTF(2, 3);
+static void add_formatted(shd_log *line, const char *format, ...) SHD_PRINTF(2, 3);
 
-static void addf(shd_log *line, const char *format, ...) {
+static void add_formatted(shd_log *line, const char *format, ...) {
     char text[128];
     va_list args;
     va_start(args, format);
     int length = vsnprintf(text, sizeof text, format, args);
     va_end(args);
-    if (length > 0 && (size_t)length < sizeof text) add(line, text, (size_t)length);
+    if (length > 0 && (size_t)length < sizeof text) add_text(line, text, (size_t)length);
 }
 
 /* Printable ASCII passes. Other characters become \uxxxx, of which JSON makes them again, so that
@@ -59,7 +59,7 @@ static bool add_escaped(shd_log *line, const char *text) {
             length = snprintf(escaped, sizeof escaped, "\\u%04x\\u%04x",
                               (unsigned)(0xd800 + ((point - 0x10000) >> 10)),
                               (unsigned)(0xdc00 + ((point - 0x10000) & 0x3ff)));
-        if (!add(line, escaped, (size_t)length)) return false;
+        if (!add_text(line, escaped, (size_t)length)) return false;
         c += taken ? taken : 1;
     }
     return true;
@@ -73,27 +73,27 @@ void shd_log_begin(shd_log *line, shd_log_level level, const char *event) {
     char stamp[32];
     strftime(stamp, sizeof stamp, "%Y-%m-%dT%H:%M:%S", &date);
     line->length = 0;
-    addf(line, "{\"time\":\"%s.%03dZ\",\"level\":\"%s\"", stamp, (int)(now.tv_nsec / 1000000),
-         level_names[level]);
+    add_formatted(line, "{\"time\":\"%s.%03dZ\",\"level\":\"%s\"", stamp,
+                  (int)(now.tv_nsec / 1000000), level_names[level]);
     shd_log_text(line, "event", event);
 }
 
 void shd_log_text(shd_log *line, const char *name, const char *value) {
     size_t start = line->length;
-    addf(line, ",\"%s\":\"", name);
-    if (!add_escaped(line, value) || !add(line, "\"", 1)) line->length = start;
+    add_formatted(line, ",\"%s\":\"", name);
+    if (!add_escaped(line, value) || !add_text(line, "\"", 1)) line->length = start;
 }
 
 void shd_log_whole(shd_log *line, const char *name, uint64_t value) {
-    addf(line, ",\"%s\":%llu", name, (unsigned long long)value);
+    add_formatted(line, ",\"%s\":%llu", name, (unsigned long long)value);
 }
 
 void shd_log_milliseconds(shd_log *line, const char *name, double seconds) {
-    addf(line, ",\"%s\":%.3f", name, seconds * 1e3);
+    add_formatted(line, ",\"%s\":%.3f", name, seconds * 1e3);
 }
 
 void shd_log_flag(shd_log *line, const char *name, bool value) {
-    addf(line, ",\"%s\":%s", name, value ? "true" : "false");
+    add_formatted(line, ",\"%s\":%s", name, value ? "true" : "false");
 }
 
 /* Whether a line can be written without being held up by a reader who does not read: what is ready

@@ -46,17 +46,17 @@ shd_status shd_memory_open(const shd_machine *machine, const shd_config *config,
     return SHD_OK;
 }
 
-static void hold(uint64_t *value, uint64_t most) {
+static void hold_below(uint64_t *value, uint64_t most) {
     if (*value > most) *value = most;
 }
 
 void shd_memory_clip(shd_config *config, shd_budget *budget) {
     const uint64_t most = shd_budget_most(budget), connections = most / 4 / SHD_CONNECTION_MEMORY;
-    hold(&config->memory, most);
-    hold(&config->reuse, most / 4);
-    hold(&config->mesh_store, most / 4);
-    hold(&config->response_cache, most / 8);
-    hold(&config->connections, connections);
+    hold_below(&config->memory, most);
+    hold_below(&config->reuse, most / 4);
+    hold_below(&config->mesh_store, most / 4);
+    hold_below(&config->response_cache, most / 8);
+    hold_below(&config->connections, connections);
 }
 
 static size_t give_answers(void *reaper, size_t bytes) {

@@ -25,19 +25,19 @@ const char *shd_stage_name(shd_stage stage) {
     return stage_names[stage];
 }
 
-static void count(atomic_uint_least64_t *counter, uint64_t by) {
+static void count_by(atomic_uint_least64_t *counter, uint64_t by) {
     atomic_fetch_add_explicit(counter, by, memory_order_relaxed);
 }
 
-static uint64_t value(atomic_uint_least64_t *counter) {
+static uint64_t value_of(atomic_uint_least64_t *counter) {
     return atomic_load_explicit(counter, memory_order_relaxed);
 }
 
-static void observe(shd_histogram *histogram, double seconds) {
+static void observe_time(shd_histogram *histogram, double seconds) {
     size_t bucket = 0;
     while (bucket < SHD_BUCKETS && seconds > bounds[bucket]) bucket++;
-    count(&histogram->buckets[bucket], 1);
-    if (seconds > 0) count(&histogram->nanoseconds, (uint64_t)(seconds * 1e9));
+    count_by(&histogram->buckets[bucket], 1);
+    if (seconds > 0) count_by(&histogram->nanoseconds, (uint64_t)(seconds * 1e9));
 }
 
 enum { LABEL_SIZE = 32 };
@@ -50,17 +50,17 @@ static size_t index_of(unsigned status) {
 
 void shd_metrics_request(shd_metrics *metrics, shd_route route, unsigned status, double seconds,
                          size_t bytes) {
-    count(&metrics->requests[route][index_of(status)], 1);
-    count(&metrics->response_bytes, bytes);
-    observe(&metrics->durations[route], seconds);
+    count_by(&metrics->requests[route][index_of(status)], 1);
+    count_by(&metrics->response_bytes, bytes);
+    observe_time(&metrics->durations[route], seconds);
 }
 
 void shd_metrics_refused(shd_metrics *metrics, shd_limit limit) {
-    if (limit) count(&metrics->refused[limit], 1);
+    if (limit) count_by(&metrics->refused[limit], 1);
 }
 
 void shd_metrics_unreadable(shd_metrics *metrics, unsigned status) {
-    count(&metrics->unreadable[index_of(status)], 1);
+    count_by(&metrics->unreadable[index_of(status)], 1);
 }
 
 void shd_metrics_memory(shd_metrics *metrics, size_t bytes) {
@@ -69,11 +69,11 @@ void shd_metrics_memory(shd_metrics *metrics, size_t bytes) {
 }
 
 void shd_metrics_cached(shd_metrics *metrics, shd_cached cached) {
-    if (cached != SHD_CACHE_OFF) count(&metrics->cached[cached == SHD_CACHE_HIT], 1);
+    if (cached != SHD_CACHE_OFF) count_by(&metrics->cached[cached == SHD_CACHE_HIT], 1);
 }
 
 void shd_metrics_stage(shd_metrics *metrics, shd_stage stage, double seconds) {
-    observe(&metrics->stages[stage], seconds);
+    observe_time(&metrics->stages[stage], seconds);
 }
 
 static void print_head(FILE *out, const char *name, const char *type, const char *help) {
@@ -92,14 +92,14 @@ static void print_histogram(FILE *out, const char *name, const char *label, cons
                             shd_histogram *histogram) {
     uint64_t sum = 0;
     for (size_t i = 0; i <= SHD_BUCKETS; i++) {
-        sum += value(&histogram->buckets[i]);
+        sum += value_of(&histogram->buckets[i]);
         fprintf(out, "shaded_%s_bucket{%s=\"%s\",le=\"", name, label, text);
         if (i < SHD_BUCKETS)
             fprintf(out, "%g\"} %" PRIu64 "\n", bounds[i], sum);
         else
             fprintf(out, "+Inf\"} %" PRIu64 "\n", sum);
     }
-    uint64_t nanoseconds = value(&histogram->nanoseconds);
+    uint64_t nanoseconds = value_of(&histogram->nanoseconds);
     fprintf(out, "shaded_%s_sum{%s=\"%s\"} %" PRIu64 ".%09" PRIu64 "\n", name, label, text,
             nanoseconds / 1000000000, nanoseconds % 1000000000);
     fprintf(out, "shaded_%s_count{%s=\"%s\"} %" PRIu64 "\n", name, label, text, sum);
@@ -173,7 +173,7 @@ static void print_cache(FILE *out, shd_metrics *metrics, const shd_gauges *gauge
                "Pictures answered, by whether they were kept from an earlier request.");
     for (int hit = 0; hit < 2; hit++)
         fprintf(out, "shaded_response_cache_answers_total{result=\"%s\"} %" PRIu64 "\n",
-                hit ? "hit" : "miss", value(&metrics->cached[hit]));
+                hit ? "hit" : "miss", value_of(&metrics->cached[hit]));
 }
 
 static void print_meshes(FILE *out, const shd_gauges *gauges) {
@@ -197,19 +197,20 @@ static void print_meshes(FILE *out, const shd_gauges *gauges) {
 
 static void print_outcomes(FILE *out, shd_metrics *metrics, const shd_gauges *gauges) {
     print_number(out, "response_bytes_total", "counter", "Bytes of response bodies.",
-                 value(&metrics->response_bytes));
+                 value_of(&metrics->response_bytes));
     print_number(out, "saturated_samples_total", "counter",
                  "Samples that were not finite or beyond their output's range.",
-                 value(&metrics->saturated));
+                 value_of(&metrics->saturated));
     print_number(out, "joined_total", "counter", "Requests answered by the work for an equal one.",
-                 value(&metrics->joined));
+                 value_of(&metrics->joined));
     print_number(out, "lent_total", "counter",
                  "Requests that ran between the tiles of a large picture.", gauges->load.lent);
     print_number(out, "left_total", "counter",
-                 "Requests whose client left before the answer was there.", value(&metrics->left));
+                 "Requests whose client left before the answer was there.",
+                 value_of(&metrics->left));
     print_number(out, "aborted_total", "counter",
                  "Requests that got no answer, or whose client did not take it.",
-                 value(&metrics->aborted));
+                 value_of(&metrics->aborted));
 }
 
 static void print_memory(FILE *out, shd_metrics *metrics, const shd_gauges *gauges) {
@@ -232,20 +233,20 @@ static void print_refusals(FILE *out, shd_metrics *metrics) {
     print_head(out, "refused_total", "counter", "Requests over a limit, by its name.");
     for (shd_limit i = SHD_LIMIT_NONE + 1; i < SHD_LIMIT_COUNT; i++)
         fprintf(out, "shaded_refused_total{limit=\"%s\"} %" PRIu64 "\n", shd_limit_names[i],
-                value(&metrics->refused[i]));
+                value_of(&metrics->refused[i]));
     print_head(out, "unreadable_total", "counter",
                "Requests that could not be read, by the status of their refusal.");
     static const unsigned told[] = {400, 413, 414, 431, 500, 505};
     for (size_t i = 0; i < sizeof told / sizeof told[0]; i++)
         fprintf(out, "shaded_unreadable_total{status=\"%u\"} %" PRIu64 "\n", told[i],
-                value(&metrics->unreadable[index_of(told[i])]));
+                value_of(&metrics->unreadable[index_of(told[i])]));
 }
 
 static void print_connections(FILE *out, shd_metrics *metrics, const shd_gauges *gauges) {
     print_head(out, "reloads_total", "counter", "Configurations read again.");
     for (int good = 0; good < 2; good++)
         fprintf(out, "shaded_reloads_total{result=\"%s\"} %" PRIu64 "\n", good ? "done" : "failed",
-                value(&metrics->reloads[good]));
+                value_of(&metrics->reloads[good]));
     print_head(out, "connections", "gauge", "Connections by what they are at.");
     for (size_t phase = 0; phase < SHD_PHASES; phase++)
         fprintf(out, "shaded_connections{at=\"%s\"} %zu\n", phase_names[phase],
@@ -272,7 +273,7 @@ static void print_requests(FILE *out, shd_metrics *metrics) {
     for (shd_route route = 0; route < SHD_ROUTE_COUNT; route++)
         for (size_t i = 0; i < SHD_STATUSES; i++) {
             char name[LABEL_SIZE];
-            uint64_t number = value(&metrics->requests[route][i]);
+            uint64_t number = value_of(&metrics->requests[route][i]);
             fprintf(out, "shaded_requests_total{route=\"%s\",status=\"", label_of(route, name));
             if (statuses[i])
                 fprintf(out, "%u\"} %" PRIu64 "\n", statuses[i], number);
