@@ -21,12 +21,8 @@ shd_budget *shd_budget_new(uint64_t cap) {
     if (!budget) return NULL;
     budget->load.cap = cap;
     budget->owners = 1;
-    pthread_condattr_t monotonic;
-    pthread_condattr_init(&monotonic);
-    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
     pthread_mutex_init(&budget->mutex, NULL);
-    pthread_cond_init(&budget->given, &monotonic);
-    pthread_condattr_destroy(&monotonic);
+    shd_cond_init(&budget->given);
     return budget;
 }
 

@@ -2,6 +2,7 @@
 #ifndef SHD_BASE_CLOCK_H
 #define SHD_BASE_CLOCK_H
 
+#include <pthread.h>
 #include <time.h>
 
 /* The monotonic clock, which is read in 20 to 50 ns. */
@@ -22,6 +23,15 @@ static inline struct timespec shd_timespec(double seconds) {
     struct timespec time = {.tv_sec = (time_t)seconds};
     time.tv_nsec = (long)((seconds - (double)time.tv_sec) * 1e9);
     return time;
+}
+
+/* A condition whose timed waits are by shd_now()'s clock. */
+static inline void shd_cond_init(pthread_cond_t *cond) {
+    pthread_condattr_t monotonic;
+    pthread_condattr_init(&monotonic);
+    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+    pthread_cond_init(cond, &monotonic);
+    pthread_condattr_destroy(&monotonic);
 }
 
 #endif

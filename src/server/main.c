@@ -33,7 +33,7 @@
 enum { EXIT_STOPPED = 0, EXIT_CANNOT_START = 1, EXIT_USAGE = 2 };
 
 /* How long clients that are connected, or still sending their request, are waited for; and
- * cancelled jobs, within the drain time where that is twice as long. */
+ * cancelled jobs, within the drain time if that is twice as long. */
 static const double upload_grace = 1, cancel_grace = 5;
 
 typedef struct ports {
@@ -137,7 +137,7 @@ static void log_listening(const shd_server *server, const char *address, const c
 }
 
 /* The sockets come first: an address in use is told before the color configuration is read.
- * Where one step fails, main() undoes the others. */
+ * If one step fails, main() undoes the others. */
 static shd_status start_all(shd_server *server, ports *out, shd_error *error) {
     const shd_config *config = &server->config;
     char address[SHD_DOORS_SIZE], admin[SHD_ADDRESS_SIZE] = "off";
@@ -176,7 +176,7 @@ static shd_status start_all(shd_server *server, ports *out, shd_error *error) {
 
 /* ---- Stop ---- */
 
-/* The end of arrivals. Where a service manager keeps the socket, who has not been let in waits
+/* The end of arrivals. If a service manager keeps the socket, who has not been let in waits
  * there for the next daemon. */
 static void close_door(shd_server *server, const ports *open) {
     if (!shd_doors_seal(open->doors)) shd_http_quiesce(open->public);
@@ -271,7 +271,7 @@ static void log_stopped(uint64_t aborted) {
 
 /* ---- While it runs ---- */
 
-/* New settings for new requests, or, where anything is bad, the old ones for all. */
+/* Makes new settings for new requests. If anything is bad, the old ones stay for all. */
 static void reload_settings(shd_server *server, int argc, char **argv) {
     char message[1024] = "", kept[256] = "";
     shd_config config;
@@ -301,9 +301,9 @@ static void reload_settings(shd_server *server, int argc, char **argv) {
     shd_notify("READY=1");
 }
 
-/* The next signal; meanwhile memory that is in no use is given back, and the service manager is
- * told that all is well, which is true where the reaper, whose lock every connection and job takes
- * in turn, answers. */
+/* The next signal. Meanwhile memory that is in no use is given back, and the service manager is
+ * told that all is well. That is true if the reaper answers, whose lock every connection and job
+ * takes in turn. */
 static int wait_for_signal(shd_server *server, const sigset_t *signals) {
     const double interval = shd_watchdog_interval();
     const bool is_watched = interval > 0;

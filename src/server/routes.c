@@ -121,7 +121,7 @@ static bool admit_media_types(shd_exchange *exchange) {
     return strcmp(document->media_type, media_json) || admit_json(exchange);
 }
 
-/* A link to a preview, where there are keys. False without a reply: a token would do. */
+/* A link to a preview, if there are keys. False without a reply: a token would do. */
 static bool admit_link(shd_exchange *exchange, const shd_keys *keys) {
     static const char *const details[] = {
         [SHD_LINK_UNSIGNED] = "this link needs a signature",
@@ -151,7 +151,7 @@ static bool admit_use(shd_exchange *exchange, const shd_token *token) {
 }
 
 /* What this server is stays open; what it does needs a token or, of an image's link, a signature,
- * where there are any. */
+ * if there are any. */
 static bool admit_caller(shd_exchange *exchange) {
     const shd_tokens *tokens = exchange->settings->tokens;
     const shd_keys *keys =
@@ -183,7 +183,7 @@ void shd_route_add_cors(shd_exchange *exchange) {
     shd_reply_plain(reply, "Timing-Allow-Origin", exchange->settings->origins);
     shd_reply_plain(reply, "Cross-Origin-Resource-Policy", "cross-origin");
     if (!anybody) shd_reply_plain(reply, "Vary", "Origin");
-    /* To all alike where anybody may: a picture that an <img> has left in the browser's cache is
+    /* To all alike if anybody may: a picture that an <img> has left in the browser's cache is
      * read by a script next. */
     bool admits = exchange->origin && shd_origins_admit(origins, exchange->origin);
     if (!anybody && !admits) return;

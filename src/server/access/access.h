@@ -12,7 +12,7 @@
 typedef struct shd_keys shd_keys;
 
 /* Reads a file of keys: one a line, 32 to 255 of A-Z a-z 0-9 - . _ ~ + / =. SHD_CONFIG as of
- * shd_lines_read, and where there is none. */
+ * shd_lines_read, and if there is none. */
 shd_status shd_keys_load(const char *path, shd_keys **out, shd_error *error);
 void shd_keys_drop(shd_keys *keys); /* wipes them; NULL is fine */
 
@@ -23,14 +23,14 @@ bool shd_keys_signed(const shd_keys *keys, const char *text, size_t length, cons
 
 /* Gives `take` each line of a file of secrets, without the blanks around it; blank lines and those
  * that start with # are left out. Every line has at most 1000 characters, of printable ASCII and
- * tabs; it ends with LF or CRLF. SHD_CONFIG, with the file and the number of the line but nothing
- * of it, where that is not so, `take` says what is wrong ("is no key"), or the file cannot be read.
- */
+ * tabs, and ends with LF or CRLF. SHD_CONFIG if that is not so, if `take` says what is wrong ("is
+ * no key"), or if the file cannot be read. The error has the file and the number of the line, but
+ * nothing of it. */
 shd_status shd_lines_read(const char *path, const char *(*take)(void *context, char *line),
                           void *context, shd_error *error);
 
 /* A list of origins, "https://a.example http://b.example:8080", or "*", or "" for none, as
- * Timing-Allow-Origin has it, joined by ", ", for the caller to free. SHD_CONFIG where it is no
+ * Timing-Allow-Origin has it, joined by ", ", for the caller to free. SHD_CONFIG if it is no
  * list. */
 shd_status shd_origins_list(const char *origins, char **out, shd_error *error);
 bool shd_origins_admit(const char *origins, const char *origin);

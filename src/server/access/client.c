@@ -45,7 +45,7 @@ static place place_of_peer(const struct sockaddr *peer) {
     return p;
 }
 
-/* "192.0.2.1" or "2001:db8::1"; UNKNOWN where it is neither. */
+/* "192.0.2.1" or "2001:db8::1"; UNKNOWN if it is neither. */
 static place place_of_text(const char *text) {
     place p = {.kind = NETWORK};
     if (inet_pton(AF_INET6, text, p.bytes) == 1) return p;

@@ -1,12 +1,12 @@
 /* Who a request is from: the one word for it that fairness, stores and the log share.
  *
- *     203.0.113.7            an IPv4 address, also where IPv6 carries it (::ffff:203.0.113.7)
+ *     203.0.113.7            an IPv4 address, also if IPv6 carries it (::ffff:203.0.113.7)
  *     2001:db8:0:1::/64      an IPv6 network: a single customer has all addresses of one
  *     unix                   a unix socket, whose other end has no address
  *     token:ci               who has shown a token of this name, wherever from
  *     token:1f3870be274f6c49 who has shown this token, wherever from: the start of its SHA-256
  *
- * An address is the connection's own, or, where that is one of the proxies that the operator
+ * An address is the connection's own, or, if that is one of the proxies that the operator
  * names, the one that they have added to X-Forwarded-For. Anybody may send that field: what stands
  * left of the first address that is no named proxy's is not believed. */
 #ifndef SHD_SERVER_ACCESS_CLIENT_H
@@ -23,7 +23,7 @@ enum { SHD_CLIENT_SIZE = 56 };
 /* Networks by their addresses. Constant once made: any thread. */
 typedef struct shd_networks shd_networks;
 
-/* A list such as "127.0.0.1, 10.0.0.0/8 2001:db8::/32 unix", which may be empty. SHD_CONFIG where
+/* A list such as "127.0.0.1, 10.0.0.0/8 2001:db8::/32 unix", which may be empty. SHD_CONFIG if
  * it is none. */
 shd_status shd_networks_new(const char *list, shd_networks **out, shd_error *error);
 void shd_networks_drop(shd_networks *networks); /* NULL is fine */
@@ -36,7 +36,7 @@ bool shd_networks_have(const shd_networks *networks, const struct sockaddr *peer
 void shd_client_of_address(const struct sockaddr *peer, const char *forwarded,
                            const shd_networks *proxies, char out[SHD_CLIENT_SIZE]);
 
-/* The client by the name of its token or, where that is "", by the Authorization field in which it
+/* The client by the name of its token or, if that is "", by the Authorization field in which it
  * was found to be right. */
 void shd_client_of_token(const char *name, const char *authorization, char out[SHD_CLIENT_SIZE]);
 

@@ -54,7 +54,7 @@ static bool parse_digest(const char *text, uint8_t out[SHA256_DIGEST_SIZE]) {
     return true;
 }
 
-/* "expires=2027-01-01T00:00:00Z", of which timegm makes the same again where there is such a time.
+/* "expires=2027-01-01T00:00:00Z", of which timegm makes the same again if there is such a time.
  */
 static bool parse_expiry(const char *text, long long *out) {
     static const char shape[] = "expires=0000-00-00T00:00:00Z";

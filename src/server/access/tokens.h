@@ -23,18 +23,17 @@ typedef struct shd_token {
  *
  * A name (up to 32 of A-Z a-z 0-9 - . _, which several lines may share), the SHA-256 of the token's
  * characters in lower-case hexadecimal and, in any order, the time from which it is none, in UTC
- * (RFC 3339), where it is not to last, and how often it may be used, where that has a limit, which
- * is then the same in each line of this name; or a token itself, 16 to 255 of A-Z a-z 0-9 - . _ ~ +
+ * (RFC 3339), if it is not to last, and how often it may be used, if there is a limit, which is
+ * the same in each line of this name; or a token itself, 16 to 255 of A-Z a-z 0-9 - . _ ~ +
  * / =, without a name. SHD_CONFIG as of shd_lines_read.
  *
- * Rates are held to in `quotas`, which outlives the tokens; where that is NULL there are none. */
+ * Rates are held to in `quotas`, which outlives the tokens; if that is NULL there are none. */
 shd_status shd_tokens_load(const char *path, shd_quotas *quotas, shd_tokens **out,
                            shd_error *error);
 void shd_tokens_drop(shd_tokens *tokens); /* NULL is fine */
 
-/* The token that an Authorization field, NULL where there is none, carries. NULL: it carries none
- * that is known and good still. Takes the same time whichever it is and however much of it is
- * right. */
+/* The token that an Authorization field (NULL if there is none) carries. NULL: it carries none that
+ * is known and still good. Takes the same time whichever it is and however much of it is right. */
 const shd_token *shd_tokens_admit(const shd_tokens *tokens, const char *authorization);
 
 #endif

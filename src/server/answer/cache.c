@@ -160,7 +160,7 @@ static size_t bytes_of(const shd_reply *reply) {
     return bytes;
 }
 
-/* An entry that nobody knows yet; NULL where memory is short. */
+/* An entry that nobody knows yet; NULL if memory is short. */
 static entry *make_entry(const char *tag, const shd_reply *reply) {
     entry *e = calloc(1, sizeof *e);
     if (!e) return NULL;

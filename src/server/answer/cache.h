@@ -2,7 +2,7 @@
  *
  * An answer is found by its entity tag, the digest of all that decides its bytes; or, before
  * anything is read, by the question that last had this answer: the document's bytes as they were
- * sent, compared one by one, where they are few.
+ * sent, compared one by one, if they are few.
  *
  * Answers are constant, live while somebody holds their bytes, and are forgotten in the order of
  * their last use when the cap is reached. What is forgotten while it is being sent is freed when it
@@ -23,7 +23,7 @@ typedef struct shd_cache shd_cache;
 
 /* All that decides the answer to a request for a picture. */
 typedef struct shd_question {
-    unsigned char *body; /* the document as it was sent; NULL where size is 0 */
+    unsigned char *body; /* the document as it was sent; NULL if size is 0 */
     size_t size;
     shd_coding coding;   /* of the body */
     shd_format fallback; /* what Accept makes of a document that names no format */
@@ -50,7 +50,7 @@ shd_status shd_cache_new(size_t cap, shd_budget *budget, shd_cache **out, shd_er
 void shd_cache_drop(shd_cache *cache); /* NULL is fine */
 
 /* The answer with this tag, copied into an empty reply; its bytes are shared. The question, unless
- * it is NULL, finds it from now on. SHD_CACHE_HIT; SHD_CACHE_MISS; SHD_CACHE_OFF where cap is 0. */
+ * it is NULL, finds it from now on. SHD_CACHE_HIT; SHD_CACHE_MISS; SHD_CACHE_OFF if cap is 0. */
 shd_cached shd_cache_find(shd_cache *cache, const char *tag, const shd_question *question,
                           shd_reply *reply);
 

@@ -45,7 +45,7 @@ static int find_specificity(const char *range, size_t length, const char *media_
     return subtype_star && !strncasecmp(range, media_type, prefix) ? 2 : 0;
 }
 
-/* The q parameter of the element in [c, end), 1 where it has none. Digits by hand: strtod would
+/* The q parameter of the element in [c, end), 1 if it has none. Digits by hand: strtod would
  * follow the locale and take "0x1" or "inf". */
 static double read_quality(const char *c, const char *end) {
     for (const char *p = element_end(c, ";,"); p < end && *p == ';'; p = element_end(p + 1, ";,")) {
@@ -92,7 +92,7 @@ bool shd_accepts_picture(const char *accept, shd_format *out) {
     double best = 0;
     for (int format = 0; format < SHD_FORMAT_COUNT; format++) {
         if (!shd_writes((shd_format)format)) continue;
-        /* An alias counts where it is what the client wrote; stars speak of the real name. */
+        /* An alias counts if it is what the client wrote; stars speak of the real name. */
         int how = 0;
         double q = type_quality(accept, shd_format_get((shd_format)format)->media_type, &how, 0);
         for (size_t i = 0; i < sizeof aliases / sizeof aliases[0]; i++)

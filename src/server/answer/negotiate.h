@@ -1,6 +1,6 @@
 /* Content negotiation and preconditions: RFC 9110, sections 8.8.3, 12.4 and 12.5.1.
  *
- * Header values are those of all fields of that name, joined by commas; NULL where there is none.
+ * Header values are those of all fields of that name, joined by commas; NULL if there is none.
  * Pure functions. */
 #ifndef SHD_SERVER_ANSWER_NEGOTIATE_H
 #define SHD_SERVER_ANSWER_NEGOTIATE_H
@@ -20,7 +20,7 @@ bool shd_accepts_picture(const char *accept, shd_format *out);
 /* Whether a Content-Type is JSON: application/json or anything/anything+json, any parameters. */
 bool shd_is_json(const char *content_type);
 
-/* Whether a Content-Type, NULL where there is none, says application/octet-stream. */
+/* Whether a Content-Type, NULL if there is none, says application/octet-stream. */
 bool shd_is_binary(const char *content_type);
 
 /* Whether Accept-Encoding (RFC 9110, section 12.5.3) likes gzip at least as well as the text as it

@@ -35,7 +35,7 @@ typedef enum shd_problem_kind {
     SHD_PROBLEM_KINDS
 } shd_problem_kind;
 
-/* What is sent where there is no memory for any other document. */
+/* What is sent if there is no memory for any other document. */
 extern const char shd_problem_last_words[];
 
 void shd_problem_reply(shd_reply *reply, shd_problem_kind kind, const char *format, ...)
@@ -52,7 +52,7 @@ void shd_problem_report(shd_reply *reply, const shd_report *report);
 /* The same of a mesh, which is no scene. */
 void shd_problem_mesh(shd_reply *reply, const shd_report *report);
 
-/* Something wrong with a parameter of the path or query or, where that is NULL, in a document. */
+/* Something wrong with a parameter of the path or query or, if that is NULL, in a document. */
 typedef struct shd_mistake {
     const char *parameter, *pointer, *detail;
 } shd_mistake;

@@ -45,8 +45,7 @@ void shd_reply_header(shd_reply *reply, const char *name, const char *format, ..
 
 /* Shaded-Warning: a list of strings, each with a pointer, as structured fields write them (RFC
  * 9651), so that fields that were joined by commas come apart again. Text is made safe as above,
- * and so are
- * '"' and '\\'. */
+ * and so are '"' and '\\'. */
 void shd_reply_warning(shd_reply *reply, const char *pointer, const char *detail);
 
 /* A value as it is: only for text that is known to be safe. */
@@ -81,7 +80,7 @@ enum { SHD_DATE_SIZE = 32 };
 void shd_reply_date(char out[SHD_DATE_SIZE]);
 
 /* The whole reply as an HTTP/1.1 message that ends its connection, for refusals that cannot go
- * through libmicrohttpd. The caller frees it; NULL where memory is short. */
+ * through libmicrohttpd. The caller frees it; NULL if memory is short. */
 char *shd_reply_raw(const shd_reply *reply, bool with_body, size_t *length);
 
 #endif

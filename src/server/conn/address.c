@@ -169,9 +169,9 @@ shd_status shd_connect(const char *address, int seconds, int *out, shd_error *er
 
 /* A filter that drops the first packet of every connection (SYN without ACK; the flags are byte 13
  * of TCP's header, with which a packet begins here), which its sender sends again a second later.
- * Who has been answered is let in: where its last packet were dropped too, it would take itself for
+ * Who has been answered is let in: if its last packet were dropped too, it would take itself for
  * connected, and be reset at the end. Accepted connections inherit the filter, and do not notice.
- * Where the system refuses it, who connects between the last accept() and the end is reset. */
+ * If the system refuses it, who connects between the last accept() and the end is reset. */
 void shd_listen_seal(int fd) {
     char bound[SHD_ADDRESS_SIZE];
     shd_listen_describe(fd, bound);

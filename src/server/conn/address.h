@@ -15,7 +15,7 @@ enum { SHD_ADDRESS_SIZE = 128 };
 shd_status shd_listen(const char *address, int *out, char bound[SHD_ADDRESS_SIZE],
                       shd_error *error);
 
-/* A socket that is connected to who listens on such an address, of this machine where it says
+/* A socket that is connected to who listens on such an address, of this machine if it says
  * "every address". Each step on it gives up after `seconds`. */
 shd_status shd_connect(const char *address, int seconds, int *out, shd_error *error);
 
@@ -29,7 +29,7 @@ void shd_listen_seal(int fd);
 /* Whether somebody is connected who was not accepted yet. */
 bool shd_listen_has_waiting(int fd);
 
-/* The address of a listening socket, in the same form; or "unix:/path", and "unix:@name" where it
+/* The address of a listening socket, in the same form; or "unix:/path", and "unix:@name" if it
  * is an abstract one. */
 void shd_listen_describe(int fd, char bound[SHD_ADDRESS_SIZE]);
 

@@ -7,7 +7,7 @@
 #include "server/ops/memory.h"
 #include "server/ops/settings.h"
 
-/* The address that connections are counted by; NULL where they are not: those of named proxies are
+/* The address that connections are counted by; NULL if they are not: those of named proxies are
  * the connections of many, and unix sockets are for who is let in to their folder. */
 static const char *find_address(shd_server *server, const struct sockaddr *peer,
                                 char out[SHD_CLIENT_SIZE]) {
@@ -27,7 +27,7 @@ enum MHD_Result shd_connection_accept(void *cls, const struct sockaddr *peer, so
                                                                                   : MHD_NO;
 }
 
-/* libmicrohttpd closes the socket after this. Where it has refused a request by itself, with words
+/* libmicrohttpd closes the socket after this. If it has refused a request by itself, with words
  * of its own, the rest of the request may still be coming. */
 void shd_connection_notify(void *cls, struct MHD_Connection *connection, void **context,
                            enum MHD_ConnectionNotificationCode code) {

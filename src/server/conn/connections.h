@@ -14,7 +14,7 @@ enum MHD_Result shd_connection_accept(void *cls, const struct sockaddr *peer, so
 void shd_connection_notify(void *cls, struct MHD_Connection *connection, void **context,
                            enum MHD_ConnectionNotificationCode code);
 
-/* The reaper's word for the connection; NULL where it has none. */
+/* The reaper's word for the connection; NULL if it has none. */
 shd_connection *shd_connection_watched(struct MHD_Connection *connection);
 
 #endif

@@ -15,7 +15,7 @@ typedef struct shd_doors shd_doors;
 enum { SHD_DOORS_MOST = 8, SHD_DOORS_SIZE = SHD_DOORS_MOST * SHD_ADDRESS_SIZE };
 
 /* Opens a list of addresses (address.h), parted by blanks or commas; or takes the socket that a
- * service manager has given, where there is one (else -1). `bound` gets the real addresses. */
+ * service manager has given, if there is one (else -1). `bound` gets the real addresses. */
 shd_status shd_doors_open(const char *addresses, int given, shd_doors **out,
                           char bound[SHD_DOORS_SIZE], shd_error *error);
 

@@ -1,6 +1,6 @@
-/* libmicrohttpd. One I/O thread runs everything here but shd_exchange_resume; its handler sees
- * each exchange so: once with the head (BEGUN), for every piece of the body and once at its end
- * (SHD_READING), and, where a worker had it, once more when it is resumed (WAITING). */
+/* libmicrohttpd, whose one I/O thread runs everything here. Its handler sees an exchange once with
+ * the head (SHD_BEGUN), then for every piece of the body and once at its end (SHD_READING). If a
+ * worker had it, the handler sees it once more when it is resumed (SHD_WAITING). */
 #include "http.h"
 
 #include <errno.h>
@@ -31,7 +31,7 @@
 enum { LAST_STATUS = MHD_HTTP_SERVICE_UNAVAILABLE };
 
 /* Of a request's target, in bytes; and the most parameters that it may have: libmicrohttpd takes
- * memory of the connection for each, and where that ends it neither answers nor closes. */
+ * memory of the connection for each, and if that ends it neither answers nor closes. */
 enum { TARGET_MOST = 8000, PARAMETERS_MOST = 250 };
 
 /* ---- The start of an exchange ---- */
@@ -108,7 +108,7 @@ static struct MHD_Response *make_without_length(void) {
 }
 #endif
 
-/* NULL where memory is short. */
+/* NULL if memory is short. */
 static struct MHD_Response *make_response(shd_reply *reply) {
     if (reply->is_short) return NULL;
     struct MHD_Response *response =
@@ -149,7 +149,7 @@ static enum MHD_Result queue_reply(shd_exchange *exchange) {
 
 /* Answers before the body has come, and closes the connection. libmicrohttpd can do this only at
  * the head, and then cuts off the client in mid-send; so the message is written to the socket by
- * hand, which nobody else writes to while a body is awaited. It is short: where the socket does
+ * hand, which nobody else writes to while a body is awaited. It is short: if the socket does
  * not take it at once the client is not reading. */
 static enum MHD_Result refuse_now(shd_exchange *exchange) {
     shd_reply *reply = &exchange->reply;
@@ -273,7 +273,7 @@ static enum MHD_Result handle_call(void *cls, struct MHD_Connection *connection,
     (void)url;
     const shd_server *server = cls;
     shd_exchange *exchange = *context;
-    if (!exchange) /* begin() had no memory */
+    if (!exchange) /* begin_exchange() had no memory */
         return MHD_queue_response(connection, LAST_STATUS, server->last_words);
     switch (exchange->state) {
     case SHD_BEGUN:
@@ -300,7 +300,7 @@ static unsigned status_of_others(struct MHD_Connection *connection) {
 
 /* What libmicrohttpd says of itself. Some requests it refuses by itself, those that are no requests
  * before there is an exchange, and says so here alone. On its I/O thread.
- * (Where a Content-Length cannot be read, release 0.9.75 sends the head of its refusal twice, and
+ * (If a Content-Length cannot be read, release 0.9.75 sends the head of its refusal twice, and
  * asks nobody in between: MHD_connection_handle_idle calls parse_connection_headers, which has
  * begun the answer, and goes on to MHD_CONNECTION_HEADERS_PROCESSED, from where it begins it
  * again.) */
@@ -384,7 +384,7 @@ int shd_http_turn(struct MHD_Daemon *daemon) {
     int pair[2];
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair)) return -1;
     shutdown(pair[1], SHUT_WR);
-    /* Its end is closed by libmicrohttpd, also where that cannot take it on. */
+    /* Its end is closed by libmicrohttpd, also if that cannot take it on. */
     MHD_add_connection(daemon, pair[0], (const struct sockaddr *)&address, sizeof address);
     return pair[1];
 }

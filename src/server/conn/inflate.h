@@ -2,7 +2,7 @@
  * RFC 9659 bounds the window to 8 MB).
  *
  * A body is all of its gzip members or zstd frames, one after the other, and nothing else: what
- * follows them is a mistake. Checksums are verified where there are any. Formats older than RFC
+ * follows them is a mistake. Checksums are verified if there are any. Formats older than RFC
  * 8878 and frames that want a dictionary are none.
  *
  * zlib and libzstd are opened when the first body needs them, and stay. Any thread. */
@@ -19,7 +19,7 @@
 
 typedef enum shd_coding { SHD_CODING_NONE, SHD_CODING_GZIP, SHD_CODING_ZSTD } shd_coding;
 
-/* The coding that a Content-Encoding field names, NULL where there is none: none, gzip (x-gzip is
+/* The coding that a Content-Encoding field names, NULL if there is none: none, gzip (x-gzip is
  * the same) or zstd, in any case of letters; identity is none. False: another, or several. */
 bool shd_coding_read(const char *field, shd_coding *out);
 

@@ -103,6 +103,7 @@ static uint64_t bytes_taken(int socket) {
 
 /* ---- Looking ---- */
 
+/* With the mutex. */
 static void end_connection(shd_reaper *reaper, shd_connection *c, shd_ending why) {
     shutdown(c->socket, SHUT_RDWR);
     c->ended = true;
@@ -110,14 +111,14 @@ static void end_connection(shd_reaper *reaper, shd_connection *c, shd_ending why
     reaper->count.ended[why]++;
 }
 
-/* The half that is read from: what has arrived is read still, and after it comes an end. */
+/* With the mutex. Closes the half that is read from: what has arrived is still read. */
 static void finish_reading(shd_reaper *reaper, shd_connection *c) {
     shutdown(c->socket, SHUT_RD);
     c->ended = true;
     reaper->open--;
 }
 
-/* The system drops what it has buffered, too. */
+/* With the mutex. The system drops what it has buffered, too. */
 static void end_at_once(shd_reaper *reaper, shd_connection *c, shd_ending why) {
     const struct linger none = {.l_onoff = 1, .l_linger = 0};
     setsockopt(c->socket, SOL_SOCKET, SO_LINGER, &none, sizeof none);
@@ -137,6 +138,7 @@ static double patience_for(const shd_reaper *reaper, const shd_connection *c) {
     }
 }
 
+/* With the mutex. */
 static void look_at(shd_reaper *reaper, shd_connection *c, double now) {
     /* A head begins with its first byte, of which libmicrohttpd does not tell. */
     if (c->phase == SHD_AT_REST && has_read_since(c)) {
@@ -185,7 +187,7 @@ static bool goes_before(const shd_connection *a, const shd_connection *b) {
     return a->phase != b->phase ? a->phase < b->phase : a->since < b->since;
 }
 
-/* Ends one of those that hold their place for longest. False: there is none. */
+/* With the mutex. Ends one of those that hold their place for longest. False: there is none. */
 static bool make_room(shd_reaper *reaper, double now) {
     shd_connection *first = NULL;
     for (shd_connection *c = reaper->list.next; c != &reaper->list; c = c->next) {
@@ -208,8 +210,8 @@ static size_t usable_places(const shd_reaper *reaper) {
     return all - all / 8;
 }
 
-/* Those whose client has gone, whether they wait for a job or not. Where a job is waited for, the
- * exchange is resumed later, without the mutex: libmicrohttpd may call us with its own held. */
+/* With the mutex. Ends connections whose client has gone. If one waits for a job, it is noted in
+ * `gone` and released later, without the mutex: libmicrohttpd may call us with its own held. */
 static size_t look_at_all(shd_reaper *reaper, void *gone[], size_t most) {
     double now = shd_now();
     size_t count = 0;
@@ -260,6 +262,7 @@ static void *watch_connections(void *context) {
 /* Answers below are not worth a look: the system's buffers take them. */
 enum { LARGE_ANSWER = 64 << 10 };
 
+/* With the mutex. */
 static shd_connection *find_heaviest(const shd_reaper *reaper) {
     const double now = shd_now();
     double most = 0;
@@ -314,12 +317,8 @@ shd_status shd_reaper_new(const shd_patience *patience, const shd_departure *dep
     reaper->list.previous = reaper->list.next = &reaper->list;
     if (departure) reaper->departure = *departure;
     reaper->patience = *patience;
-    pthread_condattr_t monotonic;
-    pthread_condattr_init(&monotonic);
-    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
     pthread_mutex_init(&reaper->mutex, NULL);
-    pthread_cond_init(&reaper->changed, &monotonic);
-    pthread_condattr_destroy(&monotonic);
+    shd_cond_init(&reaper->changed);
     if (pthread_create(&reaper->thread, NULL, watch_connections, reaper)) {
         pthread_cond_destroy(&reaper->changed);
         pthread_mutex_destroy(&reaper->mutex);
@@ -358,13 +357,14 @@ void shd_reaper_set_patience(shd_reaper *reaper, const shd_patience *patience) {
 
 /* ---- Addresses ---- */
 
+/* With the mutex. */
 static peer **find_peer(shd_reaper *reaper, const char *address, uint64_t hash) {
     peer **at = &reaper->peers[hash % BUCKETS];
     while (*at && ((*at)->hash != hash || strcmp((*at)->address, address) != 0)) at = &(*at)->next;
     return at;
 }
 
-/* NULL, as for an address that does not count, where memory is short. */
+/* With the mutex. NULL if memory is short, as for an address that does not count. */
 static peer *join_peer(shd_reaper *reaper, const char *address) {
     if (!address) return NULL;
     const size_t size = strlen(address) + 1;
@@ -380,6 +380,7 @@ static peer *join_peer(shd_reaper *reaper, const char *address) {
     return *at;
 }
 
+/* With the mutex. */
 static void leave_peer(shd_reaper *reaper, peer *p) {
     if (!p || --p->count) return;
     *find_peer(reaper, p->address, p->hash) = p->next;
@@ -453,7 +454,7 @@ bool shd_reaper_remove(shd_reaper *reaper, shd_connection *connection) {
 void shd_reaper_phase(shd_reaper *reaper, shd_connection *connection, shd_phase phase, void *who) {
     if (!connection) return;
     uint64_t read = 0;
-    /* Where it is not seen that a head begins, it has since the last answer. */
+    /* If it is not seen that a head begins, it has since the last answer. */
     if (phase == SHD_AT_REST && !count_read(connection->socket, &read)) phase = SHD_AT_HEAD;
     double now = shd_now();
     pthread_mutex_lock(&reaper->mutex);

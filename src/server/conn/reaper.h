@@ -1,16 +1,16 @@
 /* Watches the connections of a port, from a thread that looks several times a second.
  *
- * libmicrohttpd closes connections that are silent; but a byte now and then keeps one for ever, the
- * end of a client is not seen while its connection is suspended, and where a client's last bytes
- * and its end arrive together they are not told apart. So here
+ * libmicrohttpd closes connections that are silent. But a byte now and then keeps one for ever, the
+ * end of a client is not seen while its connection is suspended, and a client's last bytes and its
+ * end are not told apart if they arrive together. So the reaper sees to this:
  *
- * - a head, a body and an answer each have a total time, over which their connection is ended (on
- *   unix sockets, which count no bytes, a head's begins with the end of the last answer);
- * - connections whose client has left are ended, or their exchange stops waiting for its job;
- * - where nearly all places are taken, room is made: connections of addresses that have many go
- * before those of addresses that have few; among them those that do nothing end first, then those
- * that have been at their head, their body or their answer for longest, but nobody at once;
- * - an address has a number of connections; a few more are let in to be told so.
+ * - A head, a body and an answer each have a total time, after which their connection is ended. On
+ *   unix sockets, which count no bytes, a head's time begins with the end of the last answer.
+ * - Connections whose client has left are ended, or their exchange stops waiting for its job.
+ * - If nearly all places are taken, room is made. Connections of addresses that have many go before
+ *   those of addresses that have few. Among them, idle ones end first, then those that have been at
+ *   their head, their body or their answer for longest, but none at once.
+ * - An address may have a number of connections. A few more are let in to be told so.
  *
  * Answers that are taken slowly give their memory to work that wants it: those first that have
  * taken the most, bytes times seconds.
@@ -61,7 +61,7 @@ typedef struct shd_departure {
     void (*release)(void *who); /* later, without the lock */
 } shd_departure;
 
-/* `departure`: NULL where nothing waits. */
+/* `departure`: NULL if nothing waits. */
 shd_status shd_reaper_new(const shd_patience *patience, const shd_departure *departure,
                           shd_reaper **out, shd_error *error);
 void shd_reaper_drop(shd_reaper *reaper); /* no connection is left; NULL is fine */
@@ -70,7 +70,7 @@ void shd_reaper_drop(shd_reaper *reaper); /* no connection is left; NULL is fine
  * NULL: no address that counts, such as a proxy's. */
 bool shd_reaper_admits(shd_reaper *reaper, const char *address);
 
-/* Watches a new connection. NULL, and unwatched, where memory is short. The socket stays open until
+/* Watches a new connection. NULL, and unwatched, if memory is short. The socket stays open until
  * it is removed. */
 shd_connection *shd_reaper_add(shd_reaper *reaper, int socket, const char *address);
 

@@ -4,7 +4,7 @@
 
 enum { VERSION = 2, ID = 32, PARENT = 16, FLAGS = 2 };
 
-/* So many lower-case hexadecimal digits, not all of them 0 where `zeros` may not be. */
+/* So many lower-case hexadecimal digits, not all of them 0 if `zeros` may not be. */
 static bool is_hex(const char *text, size_t length, bool zeros) {
     static const char digits[] = "0123456789abcdef";
     return strspn(text, digits) >= length && (zeros || strspn(text, "0") < length);

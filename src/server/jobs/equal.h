@@ -6,7 +6,7 @@
 typedef struct shd_job shd_job;
 typedef struct shd_equals shd_equals;
 
-shd_equals *shd_equals_new(void); /* NULL where memory is short */
+shd_equals *shd_equals_new(void); /* NULL if memory is short */
 void shd_equals_drop(shd_equals *equals);
 
 /* The last one listed that is equal and has at least half of its time left at `now`: who joins it

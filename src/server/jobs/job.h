@@ -23,14 +23,14 @@
 typedef struct shd_job shd_job;
 typedef struct shd_exchange shd_exchange;
 
-/* A kind of work. `read`, `run`: on a worker; they fill job->reply where they know the answer.
- * Empty, it means: of `read`, that `run` has to follow; of `run`, that it was cancelled. */
+/* A kind of work. A worker calls `read` and then `run`, which fill job->reply if they know the
+ * answer. If `read` leaves it empty, `run` follows; if `run` does, it was cancelled. */
 typedef struct shd_work {
     /* Whether the answer is known before anything is read. On the I/O thread; may be NULL. */
     bool (*recall)(const shd_job *job, const shd_exchange *exchange, shd_reply *reply);
     void (*read)(shd_job *job);
     void (*run)(shd_job *job);
-    /* What a document that is not read is answered; NULL: as its report has it. */
+    /* Answers a document that cannot be read. NULL: as its report says. */
     void (*refuse)(shd_job *job);
     /* Whether one waiter has its answer before anything is run. After `read`, on any thread, also
      * while the job runs; may be NULL. */
@@ -58,8 +58,8 @@ struct shd_job {
     shd_digest digest; /* these three as its exchange's, of work that is not shared */
     bool is_binary;
     char client[SHD_CLIENT_SIZE];
-    /* What the question's body stands for; where that has a coding, a worker guesses its
-     * size or has it in `decoded`, which is owned. */
+    /* What the question's body stands for. If that has a coding, a worker guesses its size, or
+     * has it in `decoded`, which is owned. */
     const unsigned char *body;
     size_t size;
     bool was_measured;

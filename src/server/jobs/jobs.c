@@ -29,9 +29,9 @@ struct shd_jobs {
     shd_queue *crowd;          /* waiters; each costs 1, and nobody is taken from it */
     shd_job *first, *last;     /* jobs that somebody waits for, by deadline */
     double work, work_seconds; /* of the last jobs that are done */
-    double wakes; /* while the thread waits: when it looks next, infinity where it does not */
-    bool stopped; /* everybody is to leave */
-    bool ending;  /* the thread is to end */
+    /* While the thread waits: when it looks next, infinity if it does not. */
+    double wakes;
+    bool stopped, ending; /* everybody is to leave; the thread is to end */
 };
 
 /* What is to be done once the mutex is free. */
@@ -42,8 +42,8 @@ typedef struct leftovers {
 
 /* ---- Waiting ---- */
 
+/* With the mutex. Deadlines mostly come in order: the place is near the end. */
 static void insert_by_deadline(shd_jobs *jobs, shd_job *job) {
-    /* Deadlines mostly come in order: the place is near the end. */
     shd_job *before = jobs->last;
     while (before && before->deadline > job->deadline) before = before->earlier;
     job->earlier = before;
@@ -55,6 +55,7 @@ static void insert_by_deadline(shd_jobs *jobs, shd_job *job) {
     if (job->deadline < jobs->wakes) pthread_cond_signal(&jobs->changed);
 }
 
+/* With the mutex. */
 static void attach_waiter(shd_jobs *jobs, shd_waiter *waiter, shd_job *job) {
     if (!job->waiters) insert_by_deadline(jobs, job);
     waiter->job = job;
@@ -62,6 +63,7 @@ static void attach_waiter(shd_jobs *jobs, shd_waiter *waiter, shd_job *job) {
     job->waiters = waiter;
 }
 
+/* With the mutex. */
 static void detach_waiter(shd_jobs *jobs, shd_waiter *waiter) {
     shd_job *job = waiter->job;
     shd_waiter **at = &job->waiters;
@@ -73,13 +75,14 @@ static void detach_waiter(shd_jobs *jobs, shd_waiter *waiter) {
     *(job->later ? &job->later->earlier : &jobs->last) = job->earlier;
 }
 
-/* From now on the waiter is the caller's, who answers it without the mutex. */
+/* With the mutex. From now on the waiter is the caller's, who answers it without the mutex. */
 static void wait_no_more(shd_jobs *jobs, shd_waiter *waiter) {
     detach_waiter(jobs, waiter);
     shd_queue_leave(jobs->crowd, &waiter->turn);
 }
 
-/* Where nobody waits for the job: nobody finds it any more, and it ends soon or at once. */
+/* With the mutex. If nobody waits for the job, nobody finds it any more, and it ends soon or at
+ * once. */
 static void abandon_job(shd_jobs *jobs, shd_job *job, leftovers *left) {
     if (job->waiters) return;
     shd_equals_hide(jobs->equals, job);
@@ -97,12 +100,8 @@ static void abandon_job(shd_jobs *jobs, shd_job *job, leftovers *left) {
 
 /* ---- Sending away ---- */
 
-static double seconds_for(const shd_jobs *jobs, double work) {
-    return jobs->work > 0 ? work * jobs->work_seconds / jobs->work : 0;
-}
-
-/* What is new passes what is large and runs; but where nothing new waits it is that which takes the
- * places. */
+/* With the mutex. New jobs pass large ones that run. But if no new one waits, the large ones take
+ * the places. */
 static unsigned retry_after(const shd_jobs *jobs, const char *client, shd_lane lane, double cost) {
     const unsigned threads = shd_engine_load(jobs->engine).threads;
     double ahead = shd_queue_ahead(jobs->turns.queue, lane, client, cost);
@@ -111,11 +110,11 @@ static unsigned retry_after(const shd_jobs *jobs, const char *client, shd_lane l
     else if (!shd_queue_count(jobs->turns.queue, SHD_LANE_NEW))
         ahead =
             shd_queue_ahead(jobs->turns.queue, SHD_LANE_LARGE, client, cost) + jobs->turns.running;
-    const double seconds = seconds_for(jobs, ahead) / threads;
+    const double seconds = jobs->work > 0 ? ahead * jobs->work_seconds / jobs->work / threads : 0;
     return seconds < 1 ? 1 : seconds > 300 ? 300 : (unsigned)ceil(seconds);
 }
 
-/* A waiter that does not wait, or does not any more. */
+/* With the mutex. The waiter does not wait, or does not any more. */
 static void send_away(shd_waiter *waiter, enum shd_sent why, unsigned later, leftovers *left) {
     waiter->sent = why;
     waiter->retry_after = later;
@@ -123,7 +122,7 @@ static void send_away(shd_waiter *waiter, enum shd_sent why, unsigned later, lef
     left->waiters = waiter;
 }
 
-/* All who wait for a job, which is abandoned then. */
+/* With the mutex. All who wait for the job leave it, and it is abandoned. */
 static void send_all_away(shd_jobs *jobs, shd_job *job, enum shd_sent why, leftovers *left) {
     const double now = shd_now();
     const shd_lane lane = job->cost > jobs->limits.small ? SHD_LANE_LARGE : SHD_LANE_NEW;
@@ -160,10 +159,9 @@ static void tell_why(const shd_jobs *jobs, const shd_waiter *waiter) {
     else
         shd_problem_reply(reply, SHD_DRAINING,
                           "the server stops and the time for requests to finish is over");
-    reply->limit = waiter->sent == SHD_SENT_LATE ? SHD_LIMIT_TIMEOUT
-                   : waiter->sent == SHD_SENT_FULL || waiter->sent == SHD_SENT_DISPLACED
-                       ? SHD_LIMIT_QUEUE
-                       : SHD_LIMIT_NONE;
+    const bool is_full = waiter->sent == SHD_SENT_FULL || waiter->sent == SHD_SENT_DISPLACED;
+    if (is_full || waiter->sent == SHD_SENT_LATE)
+        reply->limit = is_full ? SHD_LIMIT_QUEUE : SHD_LIMIT_TIMEOUT;
 }
 
 /* Without the mutex: answers and drops what is left over. */
@@ -215,7 +213,8 @@ void shd_jobs_stop(shd_jobs *jobs) {
 
 /* ---- The queue ---- */
 
-/* A job's place, as the client's, and a ticket. Returns why there is none. */
+/* With the mutex. Gets the job a place, as the client's, and a ticket. Returns why there is none.
+ */
 static enum shd_sent queue_up(shd_jobs *jobs, shd_job *job, shd_lane lane, const char *client,
                               bool is_rest, leftovers *left) {
     void *displaced;
@@ -229,6 +228,7 @@ static enum shd_sent queue_up(shd_jobs *jobs, shd_job *job, shd_lane lane, const
     return SHD_SENT_FULL;
 }
 
+/* With the mutex. */
 static enum shd_sent join_crowd(shd_jobs *jobs, shd_waiter *waiter, leftovers *left) {
     void *displaced;
     const shd_entry entry = shd_queue_enter(jobs->crowd, &waiter->turn, waiter, SHD_LANE_NEW,
@@ -244,6 +244,7 @@ static enum shd_sent join_crowd(shd_jobs *jobs, shd_waiter *waiter, leftovers *l
     return SHD_SENT_NOT;
 }
 
+/* With the mutex. */
 static void join_job(shd_jobs *jobs, shd_waiter *waiter, shd_job *job) {
     attach_waiter(jobs, waiter, job);
     waiter->joined = true;
@@ -255,7 +256,8 @@ static bool is_settled(const shd_job *job, const shd_waiter *waiter) {
     return job->work->settle && job->work->settle(job, waiter->exchange, waiter->reply);
 }
 
-/* With its place in the crowd. False: it does not wait for this job, or not at all. */
+/* With the mutex. The waiter has its place in the crowd. False: it does not wait for this job, or
+ * not at all. */
 static bool find_work(shd_jobs *jobs, shd_job *job, shd_waiter *waiter, shd_lane lane,
                       leftovers *left) {
     const bool shared = job->work->shared;
@@ -295,7 +297,7 @@ bool shd_jobs_enter(shd_jobs *jobs, shd_job *job, shd_lane lane, shd_waiter *wai
 
 /* ---- On a worker ---- */
 
-/* The worker's job is none any more, where nobody waits for it. */
+/* With the mutex. If nobody waits for the job, it is not the worker's any more. */
 static bool is_wanted(shd_jobs *jobs, const shd_job *job) {
     if (!job->waiters) jobs->turns.running -= job->cost;
     return job->waiters;
@@ -309,7 +311,7 @@ bool shd_jobs_begin(shd_jobs *jobs, shd_job *job) {
     return wanted;
 }
 
-/* What was estimated before its document was read was for the queue to go by. */
+/* With the mutex. What was estimated before the document was read was for the queue to go by. */
 static void correct_cost(shd_jobs *jobs, shd_job *job, double cost, bool is_large) {
     const double more = cost - job->cost;
     shd_turns_correct(&jobs->turns, job, more);
@@ -324,6 +326,7 @@ void shd_jobs_correct(shd_jobs *jobs, shd_job *job, double cost) {
     pthread_mutex_unlock(&jobs->mutex);
 }
 
+/* With the mutex. */
 static void settle_some(shd_jobs *jobs, shd_job *job, leftovers *left) {
     for (shd_waiter *w = job->waiters, *other; w; w = other) {
         other = w->other;
@@ -333,6 +336,7 @@ static void settle_some(shd_jobs *jobs, shd_job *job, leftovers *left) {
     }
 }
 
+/* With the mutex. */
 static void join_equal(shd_jobs *jobs, shd_job *job) {
     shd_job *equal = shd_equals_by_meaning(jobs->equals, job, shd_now());
     if (!equal) shd_equals_list_meaning(jobs->equals, job);
@@ -385,7 +389,7 @@ bool shd_jobs_defer(shd_jobs *jobs, shd_job *job, double cost) {
     return waits;
 }
 
-/* Everybody's reply is a copy, which shares the body. */
+/* Without the mutex. Everybody's reply is a copy, which shares the body. */
 static void fill_reply(shd_jobs *jobs, const shd_job *job, shd_waiter *waiter) {
     double queued = job->began - waiter->asked;
     if (queued < 0) queued = 0; /* it came when the job was running already */
@@ -452,12 +456,8 @@ unsigned shd_jobs_retry_after(shd_jobs *jobs, const char *client) {
 /* ---- The whole ---- */
 
 static shd_status start_thread(shd_jobs *jobs, shd_error *error) {
-    pthread_condattr_t monotonic;
-    pthread_condattr_init(&monotonic);
-    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
     pthread_mutex_init(&jobs->mutex, NULL);
-    pthread_cond_init(&jobs->changed, &monotonic);
-    pthread_condattr_destroy(&monotonic);
+    shd_cond_init(&jobs->changed);
     if (!pthread_create(&jobs->thread, NULL, keep_time, jobs)) return SHD_OK;
     pthread_cond_destroy(&jobs->changed);
     pthread_mutex_destroy(&jobs->mutex);
@@ -475,11 +475,11 @@ shd_status shd_jobs_new(shd_engine *engine, shd_metrics *metrics, const shd_jobs
                         const shd_jobs_calls *calls, shd_jobs **out, shd_error *error) {
     shd_jobs *jobs = calloc(1, sizeof *jobs);
     if (!jobs) return shd_fail(error, SHD_EXHAUSTED, "", "no memory for the jobs");
-    jobs->engine = engine;
-    jobs->metrics = metrics;
-    jobs->limits = *limits;
-    jobs->calls = *calls;
-    jobs->equals = shd_equals_new();
+    *jobs = (shd_jobs){.engine = engine,
+                       .metrics = metrics,
+                       .limits = *limits,
+                       .calls = *calls,
+                       .equals = shd_equals_new()};
     shd_status status = jobs->equals ? shd_turns_init(&jobs->turns, engine, limits->queue,
                                                       &jobs->mutex, calls->run, error)
                                      : shd_fail(error, SHD_EXHAUSTED, "", "no memory for the jobs");

@@ -8,8 +8,8 @@
  * and shares its end; later ones begin it anew, so that nobody waits for work that has no time
  * left, and no crowd keeps any work alive.
  *
- * Of waiters, too, there are only so many at a time, since each holds a connection: where they are
- * too many, the newest of the client that has most is sent away.
+ * There are only so many waiters at a time, since each holds a connection: if they are too many,
+ * the newest of the client that has most is sent away.
  *
  * All functions may be called from any thread. None of them calls a function of `shd_jobs_calls` or
  * shd_waiter.answer with a lock held. */
@@ -72,9 +72,9 @@ shd_status shd_jobs_new(shd_engine *engine, shd_metrics *metrics, const shd_jobs
                         const shd_jobs_calls *calls, shd_jobs **out, shd_error *error);
 void shd_jobs_drop(shd_jobs *jobs); /* nobody waits; NULL is fine */
 
-/* The waiter waits for an equal job that is there already, where this one may be shared, or is
- * answered at once where that one's having been read is its answer, or where there is no place:
- * then false, and the job is the caller's. Else it waits for this one. */
+/* True: the waiter waits for this job. False: the job stays the caller's. Then the waiter waits for
+ * an equal job that is there already, or it is answered at once, because that one was read and this
+ * settles it, or because there is no place. */
 bool shd_jobs_enter(shd_jobs *jobs, shd_job *job, shd_lane lane, shd_waiter *waiter);
 
 /* A worker begins with the job. False: nobody waits for it any more. */

@@ -4,7 +4,7 @@
 #include "server/ops/settings.h"
 #include "work.h"
 
-/* 201 where it is new, 204 where it was kept already. */
+/* 201 if it is new, 204 if it was kept already. */
 static void answer_kept(shd_job *job, bool known) {
     job->reply.status = known ? 204 : 201;
     shd_reply_plain(&job->reply, "Cache-Control", "no-store");

@@ -66,7 +66,7 @@ static const char material[] = "material"; /* of the path */
 
 /* ---- The link ---- */
 
-/* A link as it is read: the parameters' values, NULL where they are not given, and mistakes. */
+/* A link as it is read: the parameters' values, NULL if they are not given, and mistakes. */
 typedef struct link_read {
     json_t *values[PARAMETERS];
     shd_mistake mistakes[SHD_REPORT_KEEP];
@@ -160,7 +160,7 @@ static void read_whole(link_read *l, int which) {
     put_value(l, which, json_integer(strtoll(text, NULL, 10)));
 }
 
-/* The numbers of a list with commas between them; NULL where it is none, or memory is short. */
+/* The numbers of a list with commas between them; NULL if it is none, or memory is short. */
 static json_t *parse_numbers(const char *text, bool *is_short) {
     size_t length = strlen(text);
     char *brackets = malloc(length + 3);
@@ -233,7 +233,7 @@ static json_t *value_or(const link_read *l, int which, json_t *otherwise) {
     return json_incref(l->values[which]);
 }
 
-/* The object of a shape, without its material; NULL where memory is short. */
+/* The object of a shape, without its material; NULL if memory is short. */
 static json_t *make_object(const json_t *shape) {
     const char *name = json_string_value(shape), *members = "{}";
     for (size_t i = 0; i < sizeof framed / sizeof framed[0]; i++)
@@ -250,7 +250,7 @@ static int set_members(json_t *object, const link_read *l, int first, int last) 
     return failed;
 }
 
-/* NULL where memory is short. */
+/* NULL if memory is short. */
 static char *make_document(const link_read *l, json_t *preset) {
     json_t *document = json_loads(surroundings, 0, NULL);
     json_t *side = value_or(l, SIZE, json_integer(SIDE));
@@ -329,7 +329,7 @@ static const char *parameter_of(const char *pointer) {
     return NULL;
 }
 
-/* Where both sides are the same, they are told as one size. */
+/* If both sides are the same, they are told as one size. */
 static bool is_square(const shd_question *asked) {
     json_t *document = json_loadb((const char *)asked->body, asked->size, 0, NULL);
     const json_t *image = json_object_get(document, "image");

@@ -25,7 +25,7 @@ typedef enum shd_link {
     SHD_LINK_SIGNED
 } shd_link;
 
-/* `expires` gets the seconds since 1970 until which a signed link is good, 0 where it is for ever.
+/* `expires` gets the seconds since 1970 until which a signed link is good, 0 if it is for ever.
  */
 shd_link shd_preview_link(const shd_exchange *exchange, const shd_keys *keys, long long *expires);
 

@@ -52,7 +52,7 @@ static party *find_party(const shd_queue *queue, const char *client) {
     return p;
 }
 
-/* NULL where memory is short. */
+/* NULL if memory is short. */
 static party *find_or_add_party(shd_queue *queue, const char *client) {
     const size_t size = strlen(client) + 1;
     party *p = find_party(queue, client);
@@ -82,7 +82,7 @@ static void drop_if_empty(shd_queue *queue, party *p) {
 
 /* ---- Turns ---- */
 
-/* The tag of what this client, NULL where it has nothing yet, brought now. */
+/* The tag of what this client, NULL if it has nothing yet, brought now. */
 static double tag_for(const shd_queue *queue, const party *p, shd_lane lane, double cost) {
     const share *s = p ? &p->lanes[lane] : NULL;
     double after = queue->clock[lane];

@@ -11,13 +11,12 @@
  *
  * What takes long is not taken, but begun, and ends (shd_stint): until then the client's next ones
  * are tagged as after it, and the clock, which goes on with what is done of it, is behind its tag.
- * So what comes meanwhile and is tagged before it would, if all clients' work went on side by side,
- * be done before it; and where it goes on only when that is done, as it may, it ends no later than
- * it would then.
+ * If all clients' work went on side by side, what comes meanwhile with an earlier tag would be done
+ * before it. It may wait until that is done, and then still ends no later than it would then.
  *
- * There are two lanes, each with a clock of its own: what is new, and what is known to be large,
- * which may have three places of four. Where all places are taken who comes may still take one from
- * the client that holds most: its newest gives way. A lone client may have them all.
+ * There are two lanes, each with a clock of its own: what is new, and what is known to be large.
+ * Large work may have three places of four. If all places are taken, a newcomer may still take one
+ * from the client that holds most, whose newest gives way. A lone client may have them all.
  *
  * No locks: one thread at a time. */
 #ifndef SHD_SERVER_JOBS_QUEUE_H
@@ -53,18 +52,18 @@ void shd_queue_drop(shd_queue *queue); /* nobody waits in it; NULL is fine */
 
 typedef enum shd_entry { SHD_ENTRY_WAITS, SHD_ENTRY_FULL, SHD_ENTRY_NO_MEMORY } shd_entry;
 
-/* The owner waits from now on, as `client`'s, where it has found a place. *displaced is who has to
- * give way, whom the caller takes out, or NULL. `is_rest`: it has had a place, and was taken, so
- * that it finds one among the large ones even where there are as many together as may be. */
+/* If there is a place, the owner waits from now on, as `client`'s. *displaced is the owner that has
+ * to give way, which the caller takes out, or NULL. `is_rest`: the owner has had a place, and was
+ * taken, so that it finds one among the large ones even if all places are taken. */
 shd_entry shd_queue_enter(shd_queue *queue, shd_turn *turn, void *owner, shd_lane lane,
                           const char *client, double cost, bool is_rest, void **displaced);
 
-/* The owner that is next in this lane, which does not wait any more; NULL where nobody does. It is
+/* The owner that is next in this lane, which does not wait any more; NULL if nobody does. It is
  * begun and ends at once. */
 void *shd_queue_take(shd_queue *queue, shd_lane lane);
 
 /* The turn that is next in this lane, of those with a smaller tag than `before` whose owner `may`,
- * where that is not NULL. NULL where there is none. */
+ * if that is not NULL. NULL if there is none. */
 shd_turn *shd_queue_next(const shd_queue *queue, shd_lane lane, double before,
                          bool (*may)(const void *owner));
 

@@ -4,7 +4,7 @@
 
 #include "server/exchange.h"
 
-/* Suspends the exchange and gives it to a worker, who answers it; where the queue is full the
+/* Suspends the exchange and gives it to a worker, who answers it; if the queue is full the
  * answer, 429, is there at once. */
 void shd_render_submit(shd_exchange *exchange);
 void shd_preview_submit(shd_exchange *exchange);

@@ -90,12 +90,8 @@ shd_status shd_stuck_new(shd_stuck **out, shd_error *error) {
     shd_stuck *stuck = calloc(1, sizeof *stuck);
     if (!stuck) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     stuck->ring.previous = stuck->ring.next = &stuck->ring;
-    pthread_condattr_t monotonic;
-    pthread_condattr_init(&monotonic);
-    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
     pthread_mutex_init(&stuck->mutex, NULL);
-    pthread_cond_init(&stuck->changed, &monotonic);
-    pthread_condattr_destroy(&monotonic);
+    shd_cond_init(&stuck->changed);
     if (!pthread_create(&stuck->thread, NULL, watch_all, stuck)) {
         *out = stuck;
         return SHD_OK;

@@ -6,10 +6,10 @@
  * A large one is no hindrance to other clients' large ones: between two of its tiles its worker
  * looks whether one waits that would be done before it if all clients' work went on side by side
  * (queue.h), and does that first, on top of it. The one beneath is set aside with all of its memory
- * meanwhile, so that only a few may be, and only as long as memory is free. Where several workers
+ * meanwhile, so that only a few may be, and only as long as memory is free. If several workers
  * have large ones, the one that would be done last gives way. What a long document asks for is
- * known once it is read: where that is more than goes first, it waits for its turn, and is read
- * again.
+ * known once it is read. If it then turns out that others go first, it waits for its turn, and is
+ * read again.
  *
  * All functions are called with the mutex that it was given. */
 #ifndef SHD_SERVER_JOBS_TURNS_H

@@ -56,7 +56,7 @@ void shd_job_drop(shd_job *job) {
     free(job);
 }
 
-/* What is known to be: in a coding, only once it was measured. */
+/* Whether the document is known to be long. In a coding it is once it was measured. */
 static bool is_long(const shd_job *job) {
     return job->size > small_document && (!job->question.coding || job->was_measured);
 }
@@ -65,7 +65,7 @@ static double find_unread_cost(const shd_job *job) {
     return unread_cost + unread_byte_cost * (double)job->size;
 }
 
-/* Whoever still waits gets the reply; there is none only where nobody does. */
+/* Whoever still waits gets the reply. There is none only if nobody does. */
 static void finish_job(shd_job *job) {
     if (job->request) shd_metrics_memory(&job->server->metrics, shd_request_memory(job->request));
     shd_jobs_finish(job->server->jobs, job);
@@ -79,7 +79,7 @@ static void run_job(shd_job *job) {
     finish_job(job);
 }
 
-/* That of a document whose reading was cancelled is not known, nor asked for. */
+/* The cost of a document whose reading was cancelled is not known, nor asked for. */
 static double find_cost(const shd_job *job) {
     const bool was_read = shd_request_report(job->request)->status == SHD_OK;
     if (job->work->size == SHD_SMALL || !was_read) return job->cost;
@@ -118,8 +118,7 @@ static bool decode_body(shd_job *job, bool has_turn) {
     return true;
 }
 
-/* Once it has a document: it is read, and made unless it is for another turn, among the large ones.
- */
+/* Reads the document, and runs the job unless that is for another turn, among the large ones. */
 static void read_and_make(shd_job *job, bool had_turn) {
     shd_jobs *jobs = job->server->jobs;
     const double start = shd_now();
@@ -146,8 +145,8 @@ static void read_and_make(shd_job *job, bool had_turn) {
         shd_job_drop(job);
 }
 
-/* A job that was taken. Where its document turns out to be long only when it is decoded, that is
- * for another turn. */
+/* Begins a job that was taken. If only decoding shows that its document is long, the job is for
+ * another turn. */
 static void begin_job(shd_job *job) {
     const bool had_turn = is_long(job);
     const double start = shd_now();

@@ -6,7 +6,7 @@
 #include "server/conn/reaper.h"
 #include "server/exchange.h"
 
-/* Suspends the exchange until a job has its answer; or answers it at once where the queue is
+/* Suspends the exchange until a job has its answer; or answers it at once if the queue is
  * full. */
 void shd_job_submit(shd_exchange *exchange, const shd_work *work);
 
@@ -18,7 +18,7 @@ shd_status shd_server_start_jobs(shd_server *server, shd_error *error);
 /* For a reaper whose connections wait as exchanges. */
 extern const shd_departure shd_exchange_departure;
 
-/* shd_work.read: the scene, or what is wrong with it; nothing where it was cancelled, which the
+/* shd_work.read: the scene, or what is wrong with it; nothing if it was cancelled, which the
  * report says. */
 void shd_job_read(shd_job *job);
 

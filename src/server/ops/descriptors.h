@@ -14,7 +14,7 @@ enum {
 };
 
 /* Raises the process's limit of open files as far as `wanted` connections need and as it may be.
- * *connections is how many fit: `wanted`, or fewer. SHD_CONFIG where not even one does. */
+ * *connections is how many fit: `wanted`, or fewer. SHD_CONFIG if not even one does. */
 shd_status shd_descriptors_claim(uint64_t wanted, uint64_t *connections, shd_error *error);
 
 #endif

@@ -6,10 +6,9 @@
  *     shd_log_end(&line);
  *
  * Texts are escaped, so that nothing a client sends can forge a line or reach a terminal: lines are
- * ASCII, and JSON. A line
- * that would not fit loses its last members. Each line leaves in one write, whole, from any
- * thread. Where nobody reads what was written before it is lost, and "log-lost" tells how many
- * were. */
+ * ASCII, and JSON. A line that would not fit loses its last members. Each line leaves in one write,
+ * whole, from any thread. If nobody reads what was written before, lines are lost, and "log-lost"
+ * tells how many were. */
 #ifndef SHD_SERVER_OPS_LOG_H
 #define SHD_SERVER_OPS_LOG_H
 

@@ -1,7 +1,7 @@
 /* The memory of the process: how much it may have, and the most that each part gets of it.
  *
  * One budget (base/budget.h) has all of it: the program itself, connections, bodies, the arenas of
- * requests, answers that are being sent, and what is kept. Where work wants more than is free, what
+ * requests, answers that are being sent, and what is kept. If work wants more than is free, what
  * is in no use goes first, then answers that their clients do not take, then what is kept; only
  * then work is refused. */
 #ifndef SHD_SERVER_OPS_MEMORY_H
@@ -23,8 +23,8 @@ enum { SHD_LEAST_REQUEST = 1 << 20 };
 /* Sets how malloc gives back what is free. Before there are threads. */
 void shd_memory_begin(void);
 
-/* config->budget, where it is 0 three quarters of what the machine leaves. SHD_CONFIG: it is too
- * little to begin with. */
+/* A budget of config->budget bytes or, if that is 0, of three quarters of what the machine leaves.
+ * SHD_CONFIG: it is too little to begin with. */
 shd_status shd_memory_open(const shd_machine *machine, const shd_config *config, shd_budget **out,
                            shd_error *error);
 

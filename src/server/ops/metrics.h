@@ -89,7 +89,7 @@ typedef struct shd_gauges {
     bool draining;
 } shd_gauges;
 
-/* The text of /metrics; the caller frees it. NULL where memory is short. */
+/* The text of /metrics; the caller frees it. NULL if memory is short. */
 char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *length);
 
 #endif

@@ -10,7 +10,7 @@
 /* Below the 3 s that the image's health check has. */
 enum { PATIENCE = 2 };
 
-/* The status, as text; "" where no answer comes. */
+/* The status, as text; "" if no answer comes. */
 static void ask_status(int fd, char status[4]) {
     static const char question[] = "GET /readyz HTTP/1.0\r\n\r\n";
     char line[] = "HTTP/1.1 200";

@@ -6,7 +6,7 @@
 
 #include "config.h"
 
-/* Asks the operators' port of the daemon that runs with this configuration for /readyz. Where the
+/* Asks the operators' port of the daemon that runs with this configuration for /readyz. If the
  * answer is not 200, or none comes for some seconds, it says so on the standard error. */
 bool shd_ask_ready(const shd_config *config);
 

@@ -1,6 +1,6 @@
 /* What may change while the daemon runs: limits and times, the color configuration, tokens, keys,
  * origins. A request keeps the settings that it began with; SIGHUP makes new ones for the next,
- * all of them or, where one is bad, none. */
+ * all of them or, if one is bad, none. */
 #ifndef SHD_SERVER_OPS_SETTINGS_H
 #define SHD_SERVER_OPS_SETTINGS_H
 

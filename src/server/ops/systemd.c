@@ -70,7 +70,7 @@ void shd_notify(const char *state) {
     int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     if (fd < 0) return;
     socklen_t size = (socklen_t)(offsetof(struct sockaddr_un, sun_path) + length);
-    /* Where nobody listens, nobody misses it; and whoever listens and does not read is not waited
+    /* If nobody listens, nobody misses it; and whoever listens and does not read is not waited
      * for, for the caller has signals to answer. */
     const struct timeval longest = {.tv_sec = 1};
     setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &longest, sizeof longest);

@@ -2,7 +2,7 @@
  * and states (sd_notify(3)). Both protocols are a few environment variables and datagrams that
  * systemd promises to keep and invites others to speak; libsystemd, which also does so, would load
  * five more libraries (compression, encryption) into a process that strangers talk to. Does nothing
- * where there is no service manager. On the main thread. */
+ * if there is no service manager. On the main thread. */
 #ifndef SHD_SERVER_OPS_SYSTEMD_H
 #define SHD_SERVER_OPS_SYSTEMD_H
 
@@ -13,7 +13,7 @@ typedef struct shd_sockets {
 } shd_sockets;
 
 /* The sockets that were handed over: `admin` is the one with that name, `public` any other. They
- * are the caller's. SHD_CONFIG where there are others, or what is no listening socket. */
+ * are the caller's. SHD_CONFIG if there are others, or what is no listening socket. */
 shd_status shd_take_sockets(shd_sockets *out, shd_error *error);
 
 /* "READY=1", "STOPPING=1", ... Takes a second at most. */
