@@ -19,8 +19,6 @@ def read_table():
 
 
 ALLOWED = read_table()
-# Calls that go back. OpenColorIO's one file applies transforms for those who bake tables of them.
-KNOWN_CIRCLES = []
 CPP_FILES = {"color/ocio.hpp", "color/ocio.cpp", "color/ocio_codes.cpp", "color/ocio_config.cpp",
              "color/ocio_transform.cpp", "color/ocio_walk.cpp", "image/oiio.cpp"}
 # Pages and other things that are no C.
@@ -127,10 +125,7 @@ def find_call_circle(files):
                 yield from {name for name in (f"{Path(path).parent}/{source}", source)
                             if name in code} - {path}
 
-    edges = {path: set(used(path, text)) for path, text in code.items()}
-    for first, second in KNOWN_CIRCLES:
-        edges.get(first, set()).discard(second)
-    return find_way(edges)
+    return find_way({path: set(used(path, text)) for path, text in code.items()})
 
 
 class IncludeOrder(unittest.TestCase):
