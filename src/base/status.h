@@ -51,8 +51,8 @@ extern const char *const shd_limit_names[SHD_LIMIT_COUNT];
 typedef struct shd_error {
     shd_status status;
     shd_limit limit; /* of SHD_LIMIT and SHD_MEMORY */
-    char path[256]; /* JSON Pointer (RFC 6901) into the document, a file name, or "" */
-    char text[512]; /* one sentence, no trailing period or newline */
+    char path[256];  /* JSON Pointer (RFC 6901) into the document, a file name, or "" */
+    char text[512];  /* one sentence, no trailing period or newline */
 } shd_error;
 
 #if defined(__GNUC__)
