@@ -463,6 +463,8 @@ bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_
     }
     out->count = 0;
     out->grey = plan->grey;
+    for (size_t j = 0; j < plan->scene->light_count; j++) /* those that are left out, too */
+        out->grey = out->grey && shd_is_grey(plan->scene->lights[j].color);
     out->mixed = mixed;
     out->color = out->rounding = f.color;
     out->more = out->worst = out->misplaced = 0;
