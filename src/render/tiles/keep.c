@@ -208,13 +208,14 @@ static void *copy_array(piece *p, const void *from, size_t size) {
  * push out what is, and its lines need not be read before they are written. */
 static void *stream_array(piece *p, const void *from, size_t size) {
 #if defined(__SSE2__)
-    const size_t lines = size / ALIGNED;
     const __m128i *in = from;
-    __m128i *out = next_array(p, size);
-    if (!out) return NULL;
-    for (size_t i = 0; i < 4 * lines; i++) _mm_stream_si128(out + i, _mm_loadu_si128(in + i));
-    memcpy(out + 4 * lines, in + 4 * lines, size % ALIGNED);
-    return out;
+    void *to = next_array(p, size);
+    if (!to) return NULL;
+    __m128i *out = to;
+    for (size_t line = 0; line < size / ALIGNED; line++, in += 4, out += 4)
+        for (int k = 0; k < 4; k++) _mm_stream_si128(out + k, _mm_loadu_si128(in + k));
+    memcpy(out, in, size % ALIGNED);
+    return to;
 #else
     return copy_array(p, from, size);
 #endif
@@ -278,8 +279,9 @@ static size_t padded_count(size_t count) {
     return (count + SHD_LANES - 1) / SHD_LANES * SHD_LANES + SHD_LANES;
 }
 
+/* `alike`: all hits are of one object. */
 static shd_kept_cast *copy_cast(piece *p, const shd_plan *plan, const uint16_t *shot_cell,
-                                size_t shots, const shd_hits *hits) {
+                                size_t shots, const shd_hits *hits, bool alike) {
     const size_t count = hits->count, room = padded_count(count), floats = room * sizeof(float);
     shd_kept_cast counted, *made = next_array(p, sizeof *made), *to = made ? made : &counted;
     *to = (shd_kept_cast){.shots = shots, .hits = {.count = count, .capacity = room}};
@@ -288,8 +290,7 @@ static shd_kept_cast *copy_cast(piece *p, const shd_plan *plan, const uint16_t *
     to->object = hits->object[0];
     /* If all shots hit, shot[i] is i. */
     if (count != shots) to->hits.shot = copy_array(p, hits->shot, room * sizeof *hits->shot);
-    if (!shd_is_one_object(hits))
-        to->hits.object = copy_array(p, hits->object, room * sizeof *hits->object);
+    if (!alike) to->hits.object = copy_array(p, hits->object, room * sizeof *hits->object);
     for (int c = 0; c < 3; c++) {
         to->hits.position32[c] = stream_array(p, hits->position32[c], floats);
         to->hits.normal32[c] = stream_array(p, hits->normal32[c], floats);
@@ -301,11 +302,12 @@ static shd_kept_cast *copy_cast(piece *p, const shd_plan *plan, const uint16_t *
 
 void shd_keep_cast(shd_record *record, size_t tile, const shd_plan *plan, const uint16_t *shot_cell,
                    size_t shots, const shd_hits *hits) {
+    const bool alike = shd_is_one_object(hits);
     piece counted = {NULL, 0};
-    copy_cast(&counted, plan, shot_cell, shots, hits);
+    copy_cast(&counted, plan, shot_cell, shots, hits, alike);
     piece taken = {shd_record_alloc(record, counted.size), 0};
     if (!taken.memory) return;
-    shd_kept_cast *to = copy_cast(&taken, plan, shot_cell, shots, hits);
+    shd_kept_cast *to = copy_cast(&taken, plan, shot_cell, shots, hits, alike);
     finish_streams();
     shd_kept_cast *first = (shd_kept_cast *)shd_record_get(record, tile), *last = first;
     while (last && last->next) last = last->next;
