@@ -123,6 +123,17 @@ SHD_INLINE void weigh_distance(const shd_packed_light *light, shd_light_kind kin
     *f = both * distance;
 }
 
+/* Marks the lanes whose N.L is as near to 0 as f32's rounding, under a highlight. */
+SHD_INLINE void mark_ends(const shd_sums_job *job, size_t first, const points *at,
+                          const shd_vf path[3], shd_vf facing, shd_vf d2, bool split) {
+    const double turned = SHD_TURNED * SHD_TURNED, apart = split ? turned * SHD_SPLIT : turned;
+    const shd_vf off2 = shd_vf_fma(d2, shd_vf_set((float)turned), shd_vf_set((float)apart));
+    const shd_mf near = shd_vf_gt(off2, facing * facing);
+    if (__builtin_expect(shd_mf_any(near), 0))
+        shd_mark_edges(job->edges, first,
+                       shd_mf_bits(shd_vf_gt_in(near, dot_lanes(at->w, path), shd_vf_set(0))));
+}
+
 SHD_INLINE void add_light(const shd_sums_job *job, uint32_t index, shd_light_kind kind,
                           const points *at, size_t first, const shd_packed_lobe *lobes,
                           size_t first_lobe, size_t lobe_count, shape is, sums *s) {
@@ -141,15 +152,7 @@ SHD_INLINE void add_light(const shd_sums_job *job, uint32_t index, shd_light_kin
 
     shd_vf r = shd_vf_set(1), f = r;
     const shd_vf d2 = directional ? r : dot_lanes(path, path);
-    if (is.lobes) {
-        const double turned = SHD_TURNED * SHD_TURNED,
-                     apart = is.split ? turned * SHD_SPLIT : turned;
-        const shd_vf off2 = shd_vf_fma(d2, shd_vf_set((float)turned), shd_vf_set((float)apart));
-        const shd_mf near = shd_vf_gt(off2, facing * facing);
-        if (__builtin_expect(shd_mf_any(near), 0))
-            shd_mark_edges(job->edges, first,
-                           shd_mf_bits(shd_vf_gt_in(near, dot_lanes(at->w, path), shd_vf_set(0))));
-    }
+    if (is.lobes) mark_ends(job, first, at, path, facing, d2, is.split);
     if (!directional) {
         shd_vu above = (shd_vu)d2 - shd_vu_set(light->nearest); /* wraps below it */
         shd_mf wide = shd_vu_ge(above, shd_vu_set(light->span));

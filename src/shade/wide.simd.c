@@ -104,6 +104,24 @@ SHD_INLINE unsigned find_ends(const points *at, const shd_vd path[3], shd_vd fac
     return shd_md_bits(shd_vd_gt_in(near, dot_lanes(at->w, path), shd_vd_set(0)));
 }
 
+/* The lanes `lit` at whose R.V a highlight of a shininess below 1 ends; d is 1 - R.V. */
+SHD_INLINE unsigned find_cliffs(shd_md lit, shd_vd d) {
+    const shd_vd shine = shd_vd_set(1) - d;
+    return shd_md_bits(shd_vd_gt_in(lit, shd_vd_set(SHD_CLIFF), shd_vd_max(shine, -shine)));
+}
+
+/* N.(light - p), or N.L. Lanes in which its sign is not known are added to `edges`, unless that is
+ * NULL. */
+SHD_INLINE shd_vd find_facing(const shd_wide_light *light, const points *at, const shd_vd path[3],
+                              shd_vd d2, unsigned *edges) {
+    shd_vd facing = dot_lanes(at->n, path);
+    shd_md known = shd_vd_gt(d2, d2); /* none */
+    if (__builtin_expect(light->sheet_count > 0, 0))
+        facing = facing_of_sheets(light, at, facing, &known);
+    if (edges) *edges |= find_ends(at, path, facing, d2, known);
+    return facing;
+}
+
 /* Adds one light to sums[row] in the lanes `asked`. Rows are the channels of the diffuse sum, then
  * 3 + 3 lobe + channel. Returns the lanes that are left to the reference. Lanes on edges to within
  * f32's rounding are added to `edges`, unless that is NULL. */
@@ -112,16 +130,12 @@ SHD_INLINE unsigned add_light(const shd_wide_light *light, const points *at,
                               int channels, shd_vd *sums, unsigned *edges) {
     shd_vd toward[3];
     shd_vd factor = shd_vd_set(1);
-    shd_md known = shd_vd_gt(factor, factor); /* none */
     unsigned left = 0;
     for (int c = 0; c < 3; c++) toward[c] = shd_vd_set(light->at[c]);
     shd_md lit;
     shd_vd facing;
     if (light->kind == SHD_KIND_DIRECTIONAL) {
-        facing = dot_lanes(at->n, toward);
-        if (__builtin_expect(light->sheet_count > 0, 0))
-            facing = facing_of_sheets(light, at, facing, &known);
-        if (edges && lobe_count) *edges |= find_ends(at, toward, facing, factor, known);
+        facing = find_facing(light, at, toward, factor, lobe_count ? edges : NULL);
         lit = shd_vd_gt_in(asked, facing, shd_vd_set(0));
         if (!shd_md_any(lit)) return 0;
     } else {
@@ -129,10 +143,7 @@ SHD_INLINE unsigned add_light(const shd_wide_light *light, const points *at,
         shd_vd d2 = dot_lanes(toward, toward);
         shd_md held = shd_vd_gt_in(shd_vd_gt(d2, shd_vd_set(NEAREST2)), shd_vd_set(FARTHEST2), d2);
         left = shd_md_bits(shd_md_and(asked, shd_md_not(held)));
-        facing = dot_lanes(at->n, toward);
-        if (__builtin_expect(light->sheet_count > 0, 0))
-            facing = facing_of_sheets(light, at, facing, &known);
-        if (edges && lobe_count) *edges |= find_ends(at, toward, facing, d2, known);
+        facing = find_facing(light, at, toward, d2, lobe_count ? edges : NULL);
         lit = shd_vd_gt_in(shd_md_and(held, asked), facing, shd_vd_set(0));
         if (!shd_md_any(lit)) return left;
         const shd_vd inverse = weigh_distance(light, d2, &factor);
@@ -152,11 +163,7 @@ SHD_INLINE unsigned add_light(const shd_wide_light *light, const points *at,
     for (size_t k = 0; k < lobe_count; k++) {
         const double shininess = lobes[k].shininess;
         const double reach = shininess > SHD_EXACT_CUT ? SHD_EXACT_CUT / shininess : 1;
-        if (edges && shd_is_sheer(shininess)) {
-            const shd_vd shine = shd_vd_set(1) - d;
-            *edges |=
-                shd_md_bits(shd_vd_gt_in(lit, shd_vd_set(SHD_CLIFF), shd_vd_max(shine, -shine)));
-        }
+        if (edges && shd_is_sheer(shininess)) *edges |= find_cliffs(lit, d);
         shd_md in = shd_vd_gt_in(lit, shd_vd_set(reach), d);
         if (!shd_md_any(in)) continue;
         if (!has_log) log = shd_log1m64(below_one(d));

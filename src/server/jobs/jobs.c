@@ -104,12 +104,9 @@ static void abandon_job(shd_jobs *jobs, shd_job *job, leftovers *left) {
  * the places. */
 static unsigned retry_after(const shd_jobs *jobs, const char *client, shd_lane lane, double cost) {
     const unsigned threads = shd_engine_load(jobs->engine).threads;
+    if (!shd_queue_count(jobs->turns.queue, SHD_LANE_NEW)) lane = SHD_LANE_LARGE;
     double ahead = shd_queue_ahead(jobs->turns.queue, lane, client, cost);
-    if (lane == SHD_LANE_LARGE)
-        ahead += jobs->turns.running;
-    else if (!shd_queue_count(jobs->turns.queue, SHD_LANE_NEW))
-        ahead =
-            shd_queue_ahead(jobs->turns.queue, SHD_LANE_LARGE, client, cost) + jobs->turns.running;
+    if (lane == SHD_LANE_LARGE) ahead += jobs->turns.running;
     const double seconds = jobs->work > 0 ? ahead * jobs->work_seconds / jobs->work / threads : 0;
     return seconds < 1 ? 1 : seconds > 300 ? 300 : (unsigned)ceil(seconds);
 }
@@ -124,12 +121,11 @@ static void send_away(shd_waiter *waiter, enum shd_sent why, unsigned later, lef
 
 /* With the mutex. All who wait for the job leave it, and it is abandoned. */
 static void send_all_away(shd_jobs *jobs, shd_job *job, enum shd_sent why, leftovers *left) {
-    const double now = shd_now();
     const shd_lane lane = job->cost > jobs->limits.small ? SHD_LANE_LARGE : SHD_LANE_NEW;
     while (job->waiters) {
         shd_waiter *waiter = job->waiters;
         wait_no_more(jobs, waiter);
-        waiter->waited = now - job->asked;
+        waiter->waited = shd_now() - job->asked;
         waiter->limit = job->deadline - job->asked;
         send_away(waiter, why, retry_after(jobs, waiter->client, lane, job->cost), left);
     }
@@ -213,8 +209,7 @@ void shd_jobs_stop(shd_jobs *jobs) {
 
 /* ---- The queue ---- */
 
-/* With the mutex. Gets the job a place, as the client's, and a ticket. Returns why there is none.
- */
+/* With the mutex. Gets the job a place, as the client's, and a ticket; or returns why not. */
 static enum shd_sent queue_up(shd_jobs *jobs, shd_job *job, shd_lane lane, const char *client,
                               bool is_rest, leftovers *left) {
     void *displaced;
