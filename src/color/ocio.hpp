@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "color/codes.h"
 #include "color/color.h"
 
 namespace OCIO = OCIO_NAMESPACE;
@@ -24,10 +25,13 @@ struct shd_color_transform {
 
     // Of 8 and 16 bits; null also if baking failed.
     struct Codes {
+        struct Drop {
+            void operator()(shd_color_codes *codes) const { shd_color_codes_drop(codes); }
+        };
         std::atomic<size_t> asked{0}; // pixels
         std::atomic<bool> done{false};
         std::mutex baking;
-        std::shared_ptr<const shd_color_codes> baked;
+        std::unique_ptr<shd_color_codes, Drop> baked; // constant once it is done
     };
     mutable Codes codes[2];
 };

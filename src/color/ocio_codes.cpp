@@ -21,10 +21,9 @@ const shd_color_codes *shd_color_codes_of(const shd_color_transform *transform, 
         std::unique_lock<std::mutex> lock(codes.baking, std::try_to_lock);
         if (!lock) return nullptr;
         if (!codes.done) {
-            codes.baked.reset(shd_color_codes_bake(transform, max, go_on, context),
-                              shd_color_codes_drop);
+            codes.baked.reset(shd_color_codes_bake(transform, max, go_on, context));
             codes.done = codes.baked || !go_on || go_on(context);
         }
     }
-    return codes.baked.get();
+    return codes.done ? codes.baked.get() : nullptr;
 }
