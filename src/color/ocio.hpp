@@ -26,7 +26,7 @@ struct shd_color_transform {
     // Of 8 and 16 bits; null also if baking failed.
     struct Codes {
         struct Drop {
-            void operator()(shd_color_codes *codes) const { shd_color_codes_drop(codes); }
+            void operator()(shd_color_codes *table) const { shd_color_codes_drop(table); }
         };
         std::atomic<size_t> asked{0}; // pixels
         std::atomic<bool> done{false};

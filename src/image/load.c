@@ -26,6 +26,9 @@ static atomic_bool incomplete; /* it, or one of its libraries, cannot be loaded 
 static bool counted;           /* a budget has what it takes */
 /* Under the mutex. */
 static bool loading, counting; /* a thread is at it */
+static unsigned waiting;       /* threads, for `loader` */
+static pthread_t loader;
+static bool loader_ended; /* and whoever waits joins it */
 static shd_status load_status; /* of the last time */
 static shd_error load_error;   /* of the last time, if it failed */
 
@@ -116,14 +119,13 @@ static void *load_in_thread(void *nothing) {
     load_status = status;
     load_error = error;
     loading = false;
+    if (waiting)
+        loader_ended = true;
+    else
+        pthread_detach(pthread_self());
     pthread_cond_broadcast(&load_ended);
     pthread_mutex_unlock(&load_mutex);
     return nothing;
-}
-
-static bool start_loader(void) {
-    pthread_t thread;
-    return !pthread_create(&thread, NULL, load_in_thread, NULL) && !pthread_detach(thread);
 }
 
 /* With the mutex held, which is free while this waits, for some time or until `load_ended`. */
@@ -138,16 +140,21 @@ static void wait_some(void) {
 }
 
 /* With the mutex held. Loading takes 0.3 s and cannot be interrupted: a thread does it, which goes
- * on when all who waited for it have left. */
+ * on when all who waited for it have left. It is joined if one is left, so that a process that ends
+ * right after its picture does not meet a thread whose storage is half freed. */
 static shd_status load_aside(const atomic_bool *cancelled, shd_error *error) {
     if (atomic_load(&loaded)) return SHD_OK;
     if (!shd_image_writes(SHD_EXR))
         return shd_fail(error, SHD_SCENE, "", "OpenImageIO is not installed: %s is missing",
                         *path ? "a library" : name);
-    if (!loading && !(loading = start_loader()))
+    if (!loading && !(loading = !pthread_create(&loader, NULL, load_in_thread, NULL)))
         return shd_fail(error, SHD_EXHAUSTED, "", "there is no thread to load OpenImageIO");
+    waiting++;
     while (loading && !shd_is_cancelled(cancelled)) wait_some();
+    waiting--;
     if (loading) return shd_fail(error, SHD_CANCELLED, "", "the render was cancelled");
+    if (loader_ended) pthread_join(loader, NULL);
+    loader_ended = false;
     if (load_status) *error = load_error;
     return load_status;
 }
