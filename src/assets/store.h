@@ -5,8 +5,7 @@
  * done. If room is short, the client that has most of the store loses the thing that it used the
  * longest ago. The thing that was put last is never lost, and takes half of the cap at most. So
  * nobody can fill the store but at their own expense. Any thread. */
-#ifndef SHD_ASSETS_STORE_H
-#define SHD_ASSETS_STORE_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -55,5 +54,3 @@ typedef struct shd_store_load {
 } shd_store_load;
 
 shd_store_load shd_store_load_of(shd_store *store);
-
-#endif

@@ -5,8 +5,7 @@
  * turn that into SHD_MEMORY; shd_arena_full and shd_arena_crowded tell which it was. One thread at
  * a time may allocate; the memory itself may be shared. Under AddressSanitizer unused arena bytes
  * are poisoned. */
-#ifndef SHD_BASE_ARENA_H
-#define SHD_BASE_ARENA_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -74,5 +73,3 @@ bool shd_arena_crowded(const shd_arena *arena);
 size_t shd_arena_room(const shd_arena *arena); /* bytes that the cap leaves */
 size_t shd_arena_used(const shd_arena *arena); /* bytes of its blocks */
 size_t shd_arena_peak(const shd_arena *arena); /* the most that blocks and loans were */
-
-#endif

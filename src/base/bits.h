@@ -1,7 +1,6 @@
 /* The bits of numbers as integers, and back. Those of positive numbers are in the numbers' order.
  */
-#ifndef SHD_BASE_BITS_H
-#define SHD_BASE_BITS_H
+#pragma once
 
 #include <stdint.h>
 #include <string.h>
@@ -29,5 +28,3 @@ static inline double shd_double_of(uint64_t bits) {
     memcpy(&x, &bits, sizeof x);
     return x;
 }
-
-#endif

@@ -6,8 +6,7 @@
  * Memory that is there in any case (libraries, connections that were accepted) is counted.
  *
  * A budget of NULL is endless and counts nothing. Any thread. */
-#ifndef SHD_BASE_BUDGET_H
-#define SHD_BASE_BUDGET_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -60,5 +59,3 @@ shd_budget_load shd_budget_load_of(shd_budget *budget);
 
 /* The most that work can have: the cap without what is fixed. UINT64_MAX for a NULL budget. */
 uint64_t shd_budget_most(shd_budget *budget);
-
-#endif

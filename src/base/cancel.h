@@ -6,8 +6,7 @@
  * leaves if the flag is raised. What it leaves behind is then not what it promises, and nobody uses
  * it: the stage says SHD_CANCELLED, or its caller does. tests/property/cancel.c holds every stage
  * to that. */
-#ifndef SHD_BASE_CANCEL_H
-#define SHD_BASE_CANCEL_H
+#pragma once
 
 #include <stdatomic.h>
 #include <stdbool.h>
@@ -20,5 +19,3 @@ bool shd_is_cancelled(const atomic_bool *flag);
 static inline bool shd_is_cancelled_at(const atomic_bool *flag, size_t step) {
     return step % 1024 == 0 && shd_is_cancelled(flag);
 }
-
-#endif

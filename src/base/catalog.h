@@ -2,8 +2,7 @@
  * against this catalog, and the list of spaces that clients see is made from it.
  *
  * Owned by the color configuration, constant, shared by threads. */
-#ifndef SHD_BASE_CATALOG_H
-#define SHD_BASE_CATALOG_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -57,5 +56,4 @@ const char *const *shd_channel_names(shd_channels channels);
 
 #ifdef __cplusplus
 }
-#endif
 #endif

@@ -1,6 +1,5 @@
 /* Seconds, for durations and deadlines and never for dates. Any thread. */
-#ifndef SHD_BASE_CLOCK_H
-#define SHD_BASE_CLOCK_H
+#pragma once
 
 #include <pthread.h>
 #include <time.h>
@@ -33,5 +32,3 @@ static inline void shd_cond_init(pthread_cond_t *cond) {
     pthread_cond_init(cond, &monotonic);
     pthread_condattr_destroy(&monotonic);
 }
-
-#endif

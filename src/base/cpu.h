@@ -5,8 +5,7 @@
  * bits: nothing in them depends on the width of a vector, and products are fused into sums only if
  * the source says so (base/simd.h), which every variant then does. There is one exception: a
  * variant without an instruction for that lights the standard tier in f64 (shade/lighting.h). */
-#ifndef SHD_BASE_CPU_H
-#define SHD_BASE_CPU_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -46,6 +45,4 @@ bool shd_isa_find(const char *name, shd_isa *out);
 #else
 #define SHD_VARIANTS(name)                                                                         \
     { &name##_portable, 0, 0 }
-#endif
-
 #endif

@@ -1,8 +1,7 @@
 /* Denormal numbers count as zero on threads that run kernels: highlights fade through them, and
  * processors take a hundred cycles for each. That changes only numbers below 1e-37 (f32) or 1e-307
  * (f64). The setting is the thread's own. */
-#ifndef SHD_BASE_DENORMALS_H
-#define SHD_BASE_DENORMALS_H
+#pragma once
 
 #include <stdint.h>
 
@@ -56,5 +55,3 @@ static inline shd_denormals shd_denormals_keep(void) {
     shd_denormals_restore(before & ~(shd_denormals)SHD_DENORMALS_BITS);
     return before;
 }
-
-#endif

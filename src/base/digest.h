@@ -1,6 +1,5 @@
 /* SHA-256 (FIPS 180-4), which names bytes. Pure functions, any thread. */
-#ifndef SHD_BASE_DIGEST_H
-#define SHD_BASE_DIGEST_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -20,5 +19,3 @@ bool shd_digest_read(const char *text, shd_digest *out);
 void shd_digest_write(const shd_digest *digest, char out[SHD_DIGEST_TEXT]);
 
 bool shd_digest_same(const shd_digest *a, const shd_digest *b);
-
-#endif

@@ -1,6 +1,5 @@
 /* Picture formats and their sample types, by the names that clients use. */
-#ifndef SHD_BASE_FORMAT_H
-#define SHD_BASE_FORMAT_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -44,5 +43,4 @@ const char *shd_depth_name(shd_depth depth);
 
 #ifdef __cplusplus
 }
-#endif
 #endif

@@ -2,8 +2,7 @@
  *
  * Jansson does not tell: if the system refuses memory, a document that it reads ends in a syntax
  * error, and a document that it builds lacks members. So it allocates through here. */
-#ifndef SHD_BASE_JSON_MEMORY_H
-#define SHD_BASE_JSON_MEMORY_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -15,5 +14,3 @@ void shd_json_memory_watch(void);
 
 /* Whether memory was refused on this thread since the last watch. */
 bool shd_json_memory_short(void);
-
-#endif

@@ -1,7 +1,6 @@
 /* What one request may ask for. Limits are checked before work is done; a refusal names the
  * limit. */
-#ifndef SHD_BASE_LIMITS_H
-#define SHD_BASE_LIMITS_H
+#pragma once
 
 #include <stddef.h>
 #include <stdint.h>
@@ -19,5 +18,3 @@ typedef struct shd_limits {
     uint64_t body;          /* bytes of a scene document */
     uint64_t memory;        /* bytes of a request's arena, and the least that the scene needs */
 } shd_limits;
-
-#endif

@@ -1,8 +1,7 @@
 /* What caches are made of: an order by last use, and an index that finds things by their keys.
  *
  * The links of both are members of the things. Nothing here owns or allocates a thing, or locks. */
-#ifndef SHD_BASE_LRU_H
-#define SHD_BASE_LRU_H
+#pragma once
 
 #include <stddef.h>
 #include <stdint.h>
@@ -54,5 +53,3 @@ void *shd_index_find(const shd_index *index, const shd_key *key);
 
 void shd_index_put(shd_index *index, shd_key *key, void *thing);
 void shd_index_take(shd_index *index, shd_key *key);
-
-#endif

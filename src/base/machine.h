@@ -1,8 +1,7 @@
 /* What this process may have of its machine: the memory and the processors that the machine has,
  * and what the process's control groups (version 1, version 2 or both) and those above them leave
  * of these. */
-#ifndef SHD_BASE_MACHINE_H
-#define SHD_BASE_MACHINE_H
+#pragma once
 
 #include <stdint.h>
 
@@ -23,5 +22,3 @@ shd_machine shd_machine_look(const char *root);
 
 /* How many threads keep the processors busy: a part of a processor counts as one. At least 1. */
 unsigned shd_machine_threads(const shd_machine *machine);
-
-#endif

@@ -1,6 +1,5 @@
 /* Marks memory whose use AddressSanitizer shall report; does nothing in other builds. */
-#ifndef SHD_BASE_POISON_H
-#define SHD_BASE_POISON_H
+#pragma once
 
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer)
@@ -14,6 +13,4 @@
 #else
 #define ASAN_POISON_MEMORY_REGION(at, size)   ((void)(at), (void)(size))
 #define ASAN_UNPOISON_MEMORY_REGION(at, size) ((void)(at), (void)(size))
-#endif
-
 #endif

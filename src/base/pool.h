@@ -10,8 +10,7 @@
  * a deferred job's loops, its worker runs new jobs, if some wait, for about as long as the index
  * took. So a new job waits for a tile at most, even if every worker has a large picture, and a
  * large one is only slowed down. All functions may be called from any thread. */
-#ifndef SHD_BASE_POOL_H
-#define SHD_BASE_POOL_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -62,5 +61,3 @@ unsigned shd_pool_slots(const shd_pool *pool); /* workers + 1 */
 size_t shd_pool_queued(shd_pool *pool);        /* jobs that wait, new and deferred */
 uint64_t shd_pool_lent(shd_pool *pool);        /* jobs that were run between other ones' tiles */
 unsigned shd_pool_busy(shd_pool *pool);        /* workers that run a job */
-
-#endif

@@ -1,7 +1,6 @@
 /* The primaries of color spaces as double[8]: CIE 1931 x and y of red, green, blue and white.
  * Constants and pure functions, any thread. */
-#ifndef SHD_BASE_PRIMARIES_H
-#define SHD_BASE_PRIMARIES_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -21,5 +20,4 @@ bool shd_primaries_to_xyz(const double xy[8], double out[3][3]);
 
 #ifdef __cplusplus
 }
-#endif
 #endif

@@ -1,6 +1,5 @@
 /* The files of operators and users, opened with care. */
-#ifndef SHD_BASE_REGULAR_H
-#define SHD_BASE_REGULAR_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -16,5 +15,3 @@ int shd_open_regular(const char *path, shd_error *error);
  * would go into it. False: the system refuses a stand-in. Call it at the start of a program, before
  * anything else is opened. */
 bool shd_occupy_closed_streams(void);
-
-#endif

@@ -2,8 +2,7 @@
  *
  * Up to SHD_REPORT_KEEP problems of each kind are kept, the rest are counted. Texts live in the
  * arena. If the arena is full a fixed text stands in, so that no problem is lost from the count. */
-#ifndef SHD_BASE_REPORT_H
-#define SHD_BASE_REPORT_H
+#pragma once
 
 #include <stddef.h>
 
@@ -41,5 +40,3 @@ void shd_report_warning(shd_report *report, const char *pointer, const char *for
 /* How many problems of each kind are kept. */
 size_t shd_report_errors_kept(const shd_report *report);
 size_t shd_report_warnings_kept(const shd_report *report);
-
-#endif

@@ -1,6 +1,5 @@
 /* Integer samples: the one rule by which a value becomes a code, whatever stores it. */
-#ifndef SHD_BASE_SAMPLE_H
-#define SHD_BASE_SAMPLE_H
+#pragma once
 
 #include <stdint.h>
 
@@ -16,5 +15,3 @@ static inline double shd_hold(double x, double max) {
 static inline int32_t shd_code(double x, double max) {
     return (int32_t)(shd_hold(x, max) + 0.5);
 }
-
-#endif

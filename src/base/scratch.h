@@ -5,8 +5,7 @@
  *         out->values = shd_scratch_take(memory, count, sizeof *out->values);
  *     }
  */
-#ifndef SHD_BASE_SCRATCH_H
-#define SHD_BASE_SCRATCH_H
+#pragma once
 
 #include <stdint.h>
 
@@ -25,5 +24,3 @@ void *shd_scratch_take(shd_scratch *scratch, size_t count, size_t size);
 /* [rows] of [length] each, the rows one behind the other. */
 float **shd_scratch_rows32(shd_scratch *scratch, size_t rows, size_t length);
 double **shd_scratch_rows64(shd_scratch *scratch, size_t rows, size_t length);
-
-#endif

@@ -9,8 +9,7 @@
  *     shd_vf  floats         shd_vi  int32_t      shd_mf  truth of each float lane
  *     shd_vd  doubles        shd_vl  int64_t      shd_md  truth of each double lane
  */
-#ifndef SHD_BASE_SIMD_H
-#define SHD_BASE_SIMD_H
+#pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -379,5 +378,3 @@ SHD_INLINE bool shd_mf_any(shd_mf m) {
 SHD_INLINE bool shd_md_any(shd_md m) {
     return shd_md_bits(m) != 0;
 }
-
-#endif

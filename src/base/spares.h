@@ -5,8 +5,7 @@
  * The blocks used last are given out first, while they are in a cache. When the cap is reached, the
  * block that was not asked for the longest goes first. Any thread. Under AddressSanitizer, kept
  * memory is poisoned. */
-#ifndef SHD_BASE_SPARES_H
-#define SHD_BASE_SPARES_H
+#pragma once
 
 #include <stddef.h>
 
@@ -41,5 +40,3 @@ size_t shd_spares_trim(shd_spares *spares, size_t bytes);
 void shd_spares_rest(shd_spares *spares, size_t floor);
 
 size_t shd_spares_kept(shd_spares *spares); /* bytes that wait */
-
-#endif

@@ -2,8 +2,7 @@
  *
  * A function that can fail returns shd_status and fills an shd_error of its caller (which may be
  * NULL). On failure its outputs are untouched. The library never logs, exits or aborts. */
-#ifndef SHD_BASE_STATUS_H
-#define SHD_BASE_STATUS_H
+#pragma once
 
 #ifdef __cplusplus
 extern "C" {
@@ -70,5 +69,4 @@ shd_status shd_fail_limit(shd_error *error, shd_limit limit);
 
 #ifdef __cplusplus
 }
-#endif
 #endif

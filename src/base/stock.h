@@ -4,8 +4,7 @@
  * That is advice: if the system gives none, pages are small. Fresh pages cost a picture more time
  * than its pixels do, so threads that have nothing else to do make some ahead with shd_stock_touch.
  * Any thread. */
-#ifndef SHD_BASE_STOCK_H
-#define SHD_BASE_STOCK_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -37,5 +36,3 @@ size_t shd_stock_trim(shd_stock *stock, size_t bytes);
 /* Touches a few pages that will be taken next, which takes some 100 microseconds. False: as much as
  * is useful is touched already, and nothing was done. */
 bool shd_stock_touch(shd_stock *stock);
-
-#endif

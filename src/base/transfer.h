@@ -1,6 +1,5 @@
 /* How samples encode light. Pure functions, any thread. */
-#ifndef SHD_BASE_TRANSFER_H
-#define SHD_BASE_TRANSFER_H
+#pragma once
 
 #ifdef __cplusplus
 extern "C" {
@@ -25,5 +24,4 @@ double shd_lab_curve(double t);
 
 #ifdef __cplusplus
 }
-#endif
 #endif

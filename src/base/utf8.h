@@ -1,6 +1,5 @@
 /* UTF-8 as in RFC 3629. Pure function, any thread. */
-#ifndef SHD_BASE_UTF8_H
-#define SHD_BASE_UTF8_H
+#pragma once
 
 #include <stddef.h>
 #include <stdint.h>
@@ -9,5 +8,3 @@
  * *point means nothing, if the bytes are no sequence: overlong forms, surrogates and code points
  * beyond U+10FFFF are not. `text` ends with a 0, which is a sequence itself. */
 size_t shd_utf8_decode(const char *text, uint32_t *point);
-
-#endif

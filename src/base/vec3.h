@@ -1,6 +1,5 @@
 /* Vectors and affine maps in f64. Right-handed, +Y up; matrices act on column vectors. */
-#ifndef SHD_BASE_VEC3_H
-#define SHD_BASE_VEC3_H
+#pragma once
 
 #include <math.h>
 #include <stdbool.h>
@@ -127,5 +126,3 @@ shd_affine shd_normal_map(const shd_affine *m);
 /* An upper bound of the linear part's largest singular value, at most 1.1e-7 of it too large: no
  * vector grows by more. For a part that is not finite, the largest component by size. */
 double shd_norm(const shd_affine *m);
-
-#endif

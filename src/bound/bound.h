@@ -5,8 +5,7 @@
  * the output's codes (shown/code.c), and what it is to the eye (shown/delta_e.c). Edges that run
  * through a sample are not counted: see light/error.h. These bounds choose the tier of a plan, and
  * what it leaves out (choose.c). */
-#ifndef SHD_BOUND_BOUND_H
-#define SHD_BOUND_BOUND_H
+#pragma once
 
 #include "base/transfer.h"
 #include "plan/cost.h"
@@ -35,5 +34,3 @@ typedef struct shd_shown {
  * meets the budget. SHD_MEMORY, without a text: also if the draft's flag cancels. */
 shd_status shd_choose(const shd_plan *draft, const shd_shown *shown, const shd_kernel_cost *costs,
                       shd_arena *arena, shd_choice *out, shd_error *error);
-
-#endif

@@ -2,8 +2,7 @@
  *
  * Everything here runs on the main thread. A function that returns false has printed on stderr what
  * went wrong. */
-#ifndef SHD_CLI_CLI_H
-#define SHD_CLI_CLI_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -74,5 +73,3 @@ int cli_render(const char *scene, const cli_options *options);
 int cli_explain(const char *scene, const cli_options *options);
 int cli_compare(const char *scene, const cli_options *options);
 int cli_check(const char *const *scenes, size_t count, const cli_options *options);
-
-#endif

@@ -4,8 +4,7 @@
  * If the channels of a transform do not mix and its curves only rise, the inputs of each code k are
  * one interval: from threshold[k] to below threshold[k + 1]. The thresholds are found by search on
  * the transform itself, so that the codes are its own and not an approximation's. */
-#ifndef SHD_COLOR_CODES_H
-#define SHD_COLOR_CODES_H
+#pragma once
 
 #include "color/tables.h"
 
@@ -44,5 +43,4 @@ void shd_color_codes_drop(shd_color_codes *codes); /* NULL is fine */
 
 #ifdef __cplusplus
 }
-#endif
 #endif

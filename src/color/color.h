@@ -3,8 +3,7 @@
  *
  * A configuration is loaded once and shared by threads. Transforms are made on first use and kept
  * for the life of the configuration. Any number of threads may apply one at once. */
-#ifndef SHD_COLOR_COLOR_H
-#define SHD_COLOR_COLOR_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -97,5 +96,4 @@ uint64_t shd_color_encode_planes(const shd_color_codes *codes, shd_isa isa,
 
 #ifdef __cplusplus
 }
-#endif
 #endif

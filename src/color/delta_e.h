@@ -5,8 +5,7 @@
  * E. N. Dalal, "The CIEDE2000 Color-Difference Formula: Implementation Notes, Supplementary Test
  * Data, and Mathematical Observations", Color Research and Application 30(1), 2005, whose
  * equation numbers delta_e.c names. */
-#ifndef SHD_COLOR_DELTA_E_H
-#define SHD_COLOR_DELTA_E_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -30,5 +29,3 @@ void shd_lab_of(const shd_lab_space *space, const float rgb[3], double lab[3]);
 /* CIEDE2000 with kL = kC = kH = 1: a difference of 1 is about what a trained eye sees side by side.
  * Symmetric, finite for finite input, exactly 0 for equal colors. */
 double shd_delta_e_2000(const double a[3], const double b[3]);
-
-#endif

@@ -1,7 +1,6 @@
 /* Reads the operator's files with care: a directory, a FIFO or a device is refused before it can
  * hang a start, and a size is checked before memory is taken. */
-#ifndef SHD_COLOR_FILE_H
-#define SHD_COLOR_FILE_H
+#pragma once
 
 #include <stddef.h>
 
@@ -18,5 +17,4 @@ shd_status shd_color_read_file(const char *path, size_t cap, char **data, size_t
 
 #ifdef __cplusplus
 }
-#endif
 #endif

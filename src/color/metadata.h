@@ -1,7 +1,6 @@
 /* What well-known color spaces and displays are, by name. OpenColorIO knows how to convert, but not
  * which chromaticities and curve a file should declare. Constant; any thread. */
-#ifndef SHD_COLOR_METADATA_H
-#define SHD_COLOR_METADATA_H
+#pragma once
 
 #include "base/catalog.h"
 
@@ -22,5 +21,4 @@ const shd_encoding *shd_encoding_of_display(const char *name);
 
 #ifdef __cplusplus
 }
-#endif
 #endif

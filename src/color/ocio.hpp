@@ -1,6 +1,5 @@
 // What the C++ files of OpenColorIO share. Inside of color/.
-#ifndef SHD_COLOR_OCIO_HPP
-#define SHD_COLOR_OCIO_HPP
+#pragma once
 
 #include <OpenColorIO/OpenColorIO.h>
 
@@ -84,5 +83,3 @@ bool shd_ocio_is_linear(const OCIO::ConstColorSpaceRcPtr &space);
 // shd_catalog.convert of a configuration.
 shd_status shd_ocio_convert(const void *self, const char *from, const char *to, double rgb[3],
                             shd_error *error);
-
-#endif

@@ -5,8 +5,7 @@
  * code at the threshold. With 16 bits looking up is a guess and a comparison: a straight line for
  * each bucket gives the code or the one below for every float in it. That is checked at both ends
  * of each code and each bucket; between these the guess rises and the code does not change. */
-#ifndef SHD_COLOR_TABLES_H
-#define SHD_COLOR_TABLES_H
+#pragma once
 
 #include <stdint.h>
 
@@ -54,5 +53,4 @@ bool shd_color_make_tables(const shd_color_transform *transform, shd_color_codes
 
 #ifdef __cplusplus
 }
-#endif
 #endif

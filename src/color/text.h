@@ -1,6 +1,5 @@
 /* Names and descriptions of the operator's file, which end up in JSON. */
-#ifndef SHD_COLOR_TEXT_H
-#define SHD_COLOR_TEXT_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -13,5 +12,4 @@ bool shd_color_is_text(const char *text);
 
 #ifdef __cplusplus
 }
-#endif
 #endif

@@ -1,6 +1,5 @@
 /* The blocks of a deflate stream (RFC 1951). Pure, any thread. */
-#ifndef SHD_IMAGE_BLOCKS_H
-#define SHD_IMAGE_BLOCKS_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -9,5 +8,3 @@
  * are counted from the stream's first bit, and in a byte from the least one. False: it is no whole
  * stream. Its contents are skipped, so that matches may reach before its beginning. */
 bool shd_find_last_block(const unsigned char *data, size_t size, size_t *last, size_t *end);
-
-#endif

@@ -1,7 +1,6 @@
 /* One function a format, called by shd_image_encode after its checks: the picture's size, depth,
  * alpha and layers are what the format holds, and width * height * 32 fits into size_t. */
-#ifndef SHD_IMAGE_ENCODERS_H
-#define SHD_IMAGE_ENCODERS_H
+#pragma once
 
 #include "image/image.h"
 
@@ -21,5 +20,3 @@ uint64_t shd_png_scratch(const shd_image *image);
 uint64_t shd_jpeg_scratch(const shd_image *image, bool samples);
 uint64_t shd_webp_scratch(const shd_image *image);
 uint64_t shd_oiio_scratch(const shd_image *image, shd_format format, bool samples);
-
-#endif

@@ -1,6 +1,5 @@
 /* PNG's filters (ISO/IEC 15948, 9.2): a row less what its neighbors promise. */
-#ifndef SHD_IMAGE_FILTER_H
-#define SHD_IMAGE_FILTER_H
+#pragma once
 
 #include <stddef.h>
 
@@ -14,5 +13,3 @@ typedef struct shd_filter_kernel {
 
 extern const shd_filter_kernel shd_filter_kernel_portable, shd_filter_kernel_avx2,
     shd_filter_kernel_avx512;
-
-#endif

@@ -1,7 +1,6 @@
 /* ICC profiles, made from primaries and a transfer function, for files that cannot name their color
  * space in another way. Pure functions, any thread. */
-#ifndef SHD_IMAGE_ICC_H
-#define SHD_IMAGE_ICC_H
+#pragma once
 
 #include "image/image.h"
 
@@ -20,5 +19,3 @@ bool shd_image_is_srgb(const shd_image *image);
 /* The RGB profile that fits the picture. Its size is 0 if the picture's transfer or primaries are
  * not known, if it has one channel, or if the primaries span no volume. */
 shd_icc shd_icc_make(const shd_image *image);
-
-#endif

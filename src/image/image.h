@@ -5,8 +5,7 @@
  * (shaded_oiio.so) that is loaded when the first of these formats is asked for. The same picture
  * always gives the same bytes, because no date, host or thread shows in a file. All functions may
  * be called from any thread. */
-#ifndef SHD_IMAGE_IMAGE_H
-#define SHD_IMAGE_IMAGE_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -129,5 +128,4 @@ unsigned shd_image_abandoned(void);
 
 #ifdef __cplusplus
 }
-#endif
 #endif

@@ -1,7 +1,6 @@
 /* What the library and the module shaded_oiio.so say to each other. The module is opened at run
  * time and uses no symbol of its host; both come from one build, which `abi` checks. */
-#ifndef SHD_IMAGE_OIIO_H
-#define SHD_IMAGE_OIIO_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -54,5 +53,4 @@ shd_oiio_open_fn shd_oiio_open;
 
 #ifdef __cplusplus
 }
-#endif
 #endif

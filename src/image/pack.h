@@ -1,6 +1,5 @@
 /* Float RGBA rows to a format's samples. Pure functions, any thread. */
-#ifndef SHD_IMAGE_PACK_H
-#define SHD_IMAGE_PACK_H
+#pragma once
 
 #include <stdint.h>
 
@@ -41,5 +40,3 @@ shd_status shd_pack_rows(const shd_pack *pack, const shd_image *image, void *out
  */
 shd_status shd_pack_samples(const shd_pack *pack, const shd_image *image, shd_arena *scratch,
                             const void **out, shd_error *error);
-
-#endif

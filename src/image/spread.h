@@ -1,7 +1,6 @@
 /* What encoders have in common: work that is spread over threads and ends if nobody wants it any
  * more. */
-#ifndef SHD_IMAGE_SPREAD_H
-#define SHD_IMAGE_SPREAD_H
+#pragma once
 
 #include "image/image.h"
 
@@ -18,5 +17,3 @@ bool shd_encode_goes_on(const shd_image *image);
 bool shd_encode_spread(const shd_image *image, size_t count,
                        void (*run)(void *work, size_t index, unsigned slot), void *work);
 unsigned shd_encode_slots(const shd_image *image);
-
-#endif

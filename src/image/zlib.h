@@ -2,8 +2,7 @@
  * cannot be interrupted. So long data are cut into pieces, each of which is compressed by a call of
  * its own, side by side if others help. Cuts depend on the data's length alone, so that others
  * change no byte. */
-#ifndef SHD_IMAGE_ZLIB_H
-#define SHD_IMAGE_ZLIB_H
+#pragma once
 
 #include "image/image.h"
 
@@ -13,5 +12,3 @@ uint64_t shd_zlib_scratch(uint64_t size);
 /* Makes the stream, in scratch memory. `image` says who helps, and is asked whether to go on. */
 shd_status shd_zlib_compress(const shd_image *image, shd_bytes data, shd_arena *scratch,
                              shd_bytes *out, shd_error *error);
-
-#endif

@@ -1,6 +1,5 @@
 /* A mesh's triangles by the cells of a grid that their middles lie in. Inside of plan/. */
-#ifndef SHD_PLAN_CELLS_H
-#define SHD_PLAN_CELLS_H
+#pragma once
 
 #include "base/cancel.h"
 #include "scene/scene.h"
@@ -27,5 +26,3 @@ void shd_plan_cells(const shd_scene *scene, const shd_object *object, const shd_
 /* The size in bytes of the memo of what was found last of a kept mesh, which is all zeros at first.
  * 0: the mesh is so small that it is looked at faster. Any thread. */
 size_t shd_mesh_memo_size(const shd_mesh *mesh);
-
-#endif

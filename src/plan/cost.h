@@ -1,8 +1,7 @@
 /* What rays and lights cost, by a simple model with constants that were measured once. It decides
  * which tier meets a budget at the least cost, so that it depends on nothing that is measured while
  * a program runs. */
-#ifndef SHD_PLAN_COST_H
-#define SHD_PLAN_COST_H
+#pragma once
 
 #include "plan/plan.h"
 
@@ -28,5 +27,3 @@ shd_ray_cost shd_plan_ray_cost(const shd_plan *plan, shd_tier tier, const shd_ke
  * if two cost the same. The order is the same for any region of a picture. */
 void shd_plan_rank_tiers(const shd_plan *plan, const shd_kernel_cost *costs,
                          shd_tier out[SHD_EXACT + 1]);
-
-#endif

@@ -1,6 +1,5 @@
 /* What lights cost: `./dev bench --kernels` makes this file. Inside of plan/. */
-#ifndef SHD_PLAN_KERNEL_COSTS_H
-#define SHD_PLAN_KERNEL_COSTS_H
+#pragma once
 
 #include "plan/cost.h"
 
@@ -9,5 +8,3 @@ static const shd_kernel_cost shd_kernel_costs[SHD_ISA_COUNT][SHD_EXACT + 1] = {
     [SHD_AVX2] = {[SHD_STANDARD] = {2.3, 0.4}, [SHD_EXACT] = {6.0, 5.7}},
     [SHD_AVX512] = {[SHD_STANDARD] = {1.2, 0.2}, [SHD_EXACT] = {3.9, 4.4}},
 };
-
-#endif

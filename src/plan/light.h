@@ -1,6 +1,5 @@
 /* A light as the plan has it, and what it sends where. */
-#ifndef SHD_PLAN_LIGHT_H
-#define SHD_PLAN_LIGHT_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -49,5 +48,3 @@ static inline double shd_penumbra(const shd_plan_light *light, double q) {
     const double x = (light->outer - q) / (light->outer - light->inner);
     return x * x * (3 - 2 * x);
 }
-
-#endif

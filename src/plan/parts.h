@@ -1,6 +1,5 @@
 /* The plan's parts, in the order in which they are made. Inside of plan/ and bound/. */
-#ifndef SHD_PLAN_PARTS_H
-#define SHD_PLAN_PARTS_H
+#pragma once
 
 #include "plan/plan.h"
 
@@ -108,5 +107,3 @@ double shd_plan_size(const shd_plan *plan, const shd_plan_object *object,
 
 /* Fills `summary`. False: memory. */
 bool shd_plan_summarize(shd_plan *plan, shd_arena *arena);
-
-#endif

@@ -4,8 +4,7 @@
  * the picture, or of an object. Angles have become what the kernels compare. The tier and its
  * kernel are chosen. All these reductions are exact: the picture is that of the full scene. A plan
  * is constant once made, lives in its arena, and may be shared by threads. */
-#ifndef SHD_PLAN_PLAN_H
-#define SHD_PLAN_PLAN_H
+#pragma once
 
 #include "base/arena.h"
 #include "base/cancel.h"
@@ -177,5 +176,3 @@ typedef struct shd_patch {
  * takes some 10 ns a light. */
 size_t shd_plan_cull(const shd_plan *plan, const shd_patch *patch, const uint32_t *in, size_t count,
                      uint32_t *out);
-
-#endif

@@ -1,8 +1,7 @@
 /* What the tiers' kernels (shade/, sight/) cut off, hold and round, which the bounds of their
  * errors (bound/) have to know. Each of these stands here alone. tests/unit/shade_tiers.c holds
  * kernels and bounds against each other. */
-#ifndef SHD_PLAN_TIER_H
-#define SHD_PLAN_TIER_H
+#pragma once
 
 #include <math.h>
 #include <stdbool.h>
@@ -58,5 +57,3 @@ enum { SHD_LEAST_LOG2 = -125 };
 
 /* What rounding to f64 does to a hit, relative to the lengths on the way to it (sight/tie.h). */
 static const double SHD_HIT_ROUNDING = 16 * 0x1p-53;
-
-#endif

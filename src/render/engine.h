@@ -1,6 +1,5 @@
 /* The engine's inside: what all requests share. Within render/. */
-#ifndef SHD_RENDER_ENGINE_H
-#define SHD_RENDER_ENGINE_H
+#pragma once
 
 #include "base/pool.h"
 #include "base/spares.h"
@@ -22,5 +21,3 @@ struct shd_engine {
     shd_isa isa;      /* of the kernels */
     bool floats_only; /* for tests: no colors go straight to codes, which gives the same bytes */
 };
-
-#endif

@@ -1,6 +1,5 @@
 /* The kept meshes that a request holds, so that they stay. Inside of render/. */
-#ifndef SHD_RENDER_HELD_H
-#define SHD_RENDER_HELD_H
+#pragma once
 
 #include "assets/store.h"
 #include "base/arena.h"
@@ -18,5 +17,3 @@ typedef struct shd_held {
 const shd_mesh_shelf *shd_held_shelf(shd_held *held, shd_mesh_shelf *out);
 size_t shd_held_bytes(const shd_held *held);
 void shd_held_drop(shd_held *held);
-
-#endif

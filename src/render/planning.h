@@ -1,6 +1,5 @@
 /* A scene's plan, from its draft to what is chosen. */
-#ifndef SHD_RENDER_PLANNING_H
-#define SHD_RENDER_PLANNING_H
+#pragma once
 
 #include "bound/bound.h"
 #include "render/rendering.h"
@@ -15,5 +14,3 @@ shd_status shd_plan_make(const shd_scene *scene, shd_isa isa, const shd_shown *s
 
 /* The scene's plan, for its outputs: sets r->plan. */
 shd_status shd_rendering_plan(shd_rendering *r, const shd_scene *scene, shd_error *error);
-
-#endif

@@ -1,7 +1,6 @@
 /* What the making of one picture works with. The story hands it down instead of the request. One
  * thread at a time has it, which runs the stages. Loops on the pool may read all but its times. */
-#ifndef SHD_RENDER_RENDERING_H
-#define SHD_RENDER_RENDERING_H
+#pragma once
 
 #include "base/cancel.h"
 #include "base/clock.h"
@@ -77,5 +76,3 @@ void shd_times_add(shd_times *sum, const shd_times *times);
 shd_status shd_rendering_full(const shd_rendering *r, const char *what, shd_error *error);
 
 shd_status shd_rendering_cancelled(shd_error *error);
-
-#endif

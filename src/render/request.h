@@ -1,6 +1,5 @@
 /* A request's inside. Within render/. */
-#ifndef SHD_RENDER_REQUEST_H
-#define SHD_RENDER_REQUEST_H
+#pragma once
 
 #include "render/held.h"
 #include "render/rendering.h"
@@ -38,5 +37,3 @@ struct shd_film;
  * Reserves it. SHD_LIMIT if there never is so much, SHD_CROWDED if there is not at the moment. */
 shd_status shd_rendering_admit(shd_rendering *r, const struct shd_film *film, bool lights,
                                shd_error *error);
-
-#endif

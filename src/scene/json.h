@@ -2,8 +2,7 @@
  *
  * A node is a value and the way to it. Nodes live on the stack, linked to their parents. The JSON
  * Pointer (RFC 6901) is spelled out only if there is something to say about the place. */
-#ifndef SHD_SCENE_JSON_H
-#define SHD_SCENE_JSON_H
+#pragma once
 
 #include <jansson.h>
 #include <stdbool.h>
@@ -76,5 +75,3 @@ typedef struct shd_hint {
 
 shd_hint shd_suggest(const shd_report *report, const char *name, const char *const *names,
                      size_t count);
-
-#endif

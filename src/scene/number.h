@@ -1,11 +1,8 @@
 /* Numbers as JSON writes them, to doubles. Only for scene/. Pure function, any thread. */
-#ifndef SHD_SCENE_NUMBER_H
-#define SHD_SCENE_NUMBER_H
+#pragma once
 
 /* Reads the number that begins at `text` and ends before `end` at the latest. `out` is the nearest
  * double, and the even one of two that are equally near: strtod finds the same in the C locale,
  * this function in any locale. Returns where the number ends. NULL: the text is no number of JSON
  * (RFC 8259, section 6), it is beyond a double's range, or memory is short. */
 const char *shd_number_read(const char *text, const char *end, double *out);
-
-#endif

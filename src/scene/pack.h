@@ -5,8 +5,7 @@
  * least SHD_PACK_LEAST numbers. In a copy of the document, digits that tell the array's index
  * replace its numbers. Jansson reads the rest of the document as it is, and finds everything that
  * is wrong. */
-#ifndef SHD_SCENE_PACK_H
-#define SHD_SCENE_PACK_H
+#pragma once
 
 #include <jansson.h>
 #include <stdbool.h>
@@ -43,5 +42,3 @@ void shd_pack_blank(const shd_packs *packs, char *text);
 /* Replaces each packed array of the tree by an integer, which is the index of its pack. No document
  * has integers in its tree. False if memory is short. */
 bool shd_pack_mark(json_t *tree, const shd_packs *packs);
-
-#endif

@@ -8,8 +8,7 @@
  * A check is left out only if what it needs is wrong itself, because its answer then depends on how
  * that is mended. Items of a list past the most that it may have are not read: limits bound the
  * work. */
-#ifndef SHD_SCENE_READ_H
-#define SHD_SCENE_READ_H
+#pragma once
 
 #include "scene/json.h"
 #include "scene/scene.h"
@@ -180,5 +179,3 @@ void shd_scene_digest(const shd_scene *scene, const atomic_bool *cancelled, char
 /* Arena memory. NULL, and one SHD_MEMORY error, if the arena is full. */
 void *shd_take(shd_reader *r, size_t count, size_t size);
 const char *shd_take_text(shd_reader *r, const char *text);
-
-#endif

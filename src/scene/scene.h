@@ -6,8 +6,7 @@
  *
  * Lengths are unitless, angles are radians here (degrees in JSON), the frame is right-handed with
  * +Y up. */
-#ifndef SHD_SCENE_SCENE_H
-#define SHD_SCENE_SCENE_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -263,5 +262,3 @@ bool shd_object_box(const shd_object *object, shd_vec3 *low, shd_vec3 *high);
  * slices and max(2, segments / 2) stacks; the two stacks at the poles are single triangles. A torus
  * has `segments` by `segments` quads. 0 for planes and meshes. */
 size_t shd_tessellation_triangles(shd_shape shape, int segments);
-
-#endif

@@ -3,8 +3,7 @@
  * An exchange belongs to the I/O thread. Between shd_exchange_suspend and shd_exchange_resume its
  * waiter belongs to jobs.c, and nobody else touches it. libmicrohttpd holds the only reference: it
  * asks for an exchange with a request's first line, and says when the exchange has ended. */
-#ifndef SHD_SERVER_EXCHANGE_H
-#define SHD_SERVER_EXCHANGE_H
+#pragma once
 
 #include "paths.h"
 #include "server.h"
@@ -94,5 +93,3 @@ void shd_exchange_send(shd_exchange *exchange);
 
 /* Its end. */
 void shd_exchange_drop(shd_exchange *exchange);
-
-#endif

@@ -1,6 +1,5 @@
 /* The paths of the public port and the methods that they take. */
-#ifndef SHD_SERVER_PATHS_H
-#define SHD_SERVER_PATHS_H
+#pragma once
 
 #include <stddef.h>
 
@@ -54,5 +53,3 @@ shd_route shd_path_find(const char *path);
 
 /* The characters of a route's path before the segment that stands for any. */
 size_t shd_path_fixed(shd_route route);
-
-#endif

@@ -1,6 +1,5 @@
 /* What the public port answers at which path. On the I/O thread. */
-#ifndef SHD_SERVER_ROUTES_H
-#define SHD_SERVER_ROUTES_H
+#pragma once
 
 #include "exchange.h"
 
@@ -14,5 +13,3 @@ void shd_route_add_cors(shd_exchange *exchange);
 /* Answers an admitted exchange whose body is complete. Without a reply afterwards, a worker has
  * it. */
 void shd_route_answer(shd_exchange *exchange);
-
-#endif

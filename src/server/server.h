@@ -8,8 +8,7 @@
  *     jobs/       what workers do, in which turn, and who waits for it
  *     answer/     answers before they become HTTP, and those that are kept
  *     ops/        what operators set, and what they are told */
-#ifndef SHD_SERVER_SERVER_H
-#define SHD_SERVER_SERVER_H
+#pragma once
 
 #include <pthread.h>
 #include <stdatomic.h>
@@ -50,5 +49,3 @@ typedef struct shd_server {
 } shd_server;
 
 enum { SHD_ID_SIZE = 65 };
-
-#endif

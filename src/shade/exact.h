@@ -1,7 +1,6 @@
 /* The reference: the equations of docs/model.md in f64, one light at one point at a time. Kernels
  * are tested against it, and leave to it what their own arithmetic cannot hold. */
-#ifndef SHD_SHADE_EXACT_H
-#define SHD_SHADE_EXACT_H
+#pragma once
 
 #include "plan/plan.h"
 
@@ -13,5 +12,3 @@ double shd_weigh_light(const shd_plan_light *light, shd_vec3 position, shd_vec3 
 
 /* ws = factor (R.V)+^shininess. */
 double shd_weigh_lobe(double shininess, double factor, double off);
-
-#endif

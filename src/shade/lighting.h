@@ -12,8 +12,7 @@
  * over the groups. The exact tier sums in f64. So do all tiers if no instruction fuses f32 products
  * into sums (shd_isa_fuses), and the bits are then others. Another light in the scene's list, even
  * a black one, may move lights into other groups and change last bits. */
-#ifndef SHD_SHADE_LIGHTING_H
-#define SHD_SHADE_LIGHTING_H
+#pragma once
 
 #include "base/arena.h"
 #include "plan/plan.h"
@@ -73,5 +72,3 @@ void shd_light_again(const shd_lighting *lighting, const shd_plan_material *mate
 void shd_light_sums64(const shd_lighting *lighting, const shd_plan_material *material,
                       const uint32_t *which, size_t n, const shd_points64 *points,
                       double *const diffuse[3], double *const *specular);
-
-#endif

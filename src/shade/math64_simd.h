@@ -1,7 +1,6 @@
 /* f64 functions on vectors (base/simd.h), without fused products. Their errors are measured in
  * tests/unit/shade_vectors.c. */
-#ifndef SHD_SHADE_MATH64_SIMD_H
-#define SHD_SHADE_MATH64_SIMD_H
+#pragma once
 
 #include "base/simd.h"
 
@@ -51,5 +50,3 @@ SHD_INLINE shd_vd shd_log1m64(shd_vd d) {
     shd_vd low = s * (half + tail) + k * shd_vd_set(0x1.a39ef35793c76p-33);
     return k * shd_vd_set(0x1.62e42feep-1) - ((half - low) - f);
 }
-
-#endif

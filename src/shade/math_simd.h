@@ -1,7 +1,6 @@
 /* f32 functions on vectors (base/simd.h). Polynomials are minimax, with coefficients rounded to
  * f32. tests/unit/shade_vectors.c measures their errors. */
-#ifndef SHD_SHADE_MATH_SIMD_H
-#define SHD_SHADE_MATH_SIMD_H
+#pragma once
 
 #include "base/simd.h"
 #include "shade/packed.h"
@@ -44,5 +43,3 @@ SHD_INLINE shd_vf shd_power_1m(shd_vf d, shd_vf exponent) {
     shd_vf t = shd_vf_max(shd_log2_1m(d) * exponent, shd_vf_set(SHD_LEAST_LOG2));
     return shd_exp2(t);
 }
-
-#endif

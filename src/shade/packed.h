@@ -1,6 +1,5 @@
 /* Lights and lobes as the kernels read them. Only for shade/. */
-#ifndef SHD_SHADE_PACKED_H
-#define SHD_SHADE_PACKED_H
+#pragma once
 
 #include "shade/lighting.h"
 
@@ -138,5 +137,3 @@ static inline void shd_mark_edges(uint8_t *edges, size_t first, unsigned lanes) 
 
 /* Computes one light at one point by the f64 reference, to row[SHD_WIDE_ROWS] as above. */
 void shd_add_reference(const shd_wide_job *job, uint32_t index, size_t point, double *row);
-
-#endif

@@ -1,6 +1,5 @@
 /* f64 as two f32, in loops that vectorize. */
-#ifndef SHD_SHADE_SPLIT32_H
-#define SHD_SHADE_SPLIT32_H
+#pragma once
 
 /* x as the sum of two floats, to 2^-48 (T. J. Dekker, "A floating-point technique for extending the
  * available precision", 1971, section 5). It is not x - (float)x: GCC 12 at -O3 takes
@@ -11,5 +10,3 @@ static inline void shd_split32(double x, float *high, float *low) {
     *high = (float)h;
     *low = (float)(x - h);
 }
-
-#endif

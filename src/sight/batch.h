@@ -2,8 +2,7 @@
  *
  * A lane's result does not depend on the other lanes, to the bit, so that batches may begin
  * anywhere. Variants of the kernels (base/cpu.h) give the same bits. */
-#ifndef SHD_SIGHT_BATCH_H
-#define SHD_SIGHT_BATCH_H
+#pragma once
 
 #include <string.h>
 
@@ -128,5 +127,3 @@ static inline double shd_inverse_root(double x) {
     for (int step = 0; step < 3; step++) y = y * (1.5 - half * y * y);
     return y + y * (0.5 - half * y * y);
 }
-
-#endif

@@ -1,6 +1,5 @@
 /* Camera rays. Inside of sight/. */
-#ifndef SHD_SIGHT_CAMERA_H
-#define SHD_SIGHT_CAMERA_H
+#pragma once
 
 #include "scene/scene.h"
 
@@ -15,5 +14,3 @@ shd_lens shd_lens_make(const shd_camera *camera, const shd_raster *raster);
 
 /* The unit vector from p toward the viewer. */
 shd_vec3 shd_lens_view(const shd_lens *lens, shd_vec3 p);
-
-#endif

@@ -1,6 +1,5 @@
 /* What is seen: the hits of rays, in the order of the rays. */
-#ifndef SHD_SIGHT_GBUFFER_H
-#define SHD_SIGHT_GBUFFER_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -54,5 +53,3 @@ static inline bool shd_is_one_object(const shd_hits *hits) {
     for (size_t i = 0; i < hits->count; i++) differ |= hits->object[i] ^ hits->object[0];
     return !differ;
 }
-
-#endif

@@ -3,8 +3,7 @@
  * Rays meet an analytic shape in its unit form: a sphere, disc, cylinder (height 1, centered) or
  * cone (base at y = -1/2, apex at y = 1/2) of radius 1, a box with sides of 1, a torus with a ring
  * of radius 1 and a tube of the ratio of its radii. shd_object_frame maps it to the world. */
-#ifndef SHD_SIGHT_ITEM_H
-#define SHD_SIGHT_ITEM_H
+#pragma once
 
 #include "sight/camera.h"
 #include "sight/mesh.h"
@@ -76,5 +75,3 @@ struct shd_sight {
 
 /* Fills order, outlines, frames, and `nearest` of the items. False: the arena is full. */
 bool shd_sight_outline(shd_sight *sight, shd_arena *arena);
-
-#endif

@@ -1,6 +1,5 @@
 /* Triangles, and how the camera sees them. Inside of sight/. */
-#ifndef SHD_SIGHT_MESH_H
-#define SHD_SIGHT_MESH_H
+#pragma once
 
 #include "sight/camera.h"
 #include "sight/sight.h"
@@ -55,5 +54,3 @@ typedef struct shd_mesh_view {
 bool shd_mesh_view_make(const shd_triangles *triangles, const shd_mesh_tree *tree,
                         const shd_affine *to_world, shd_vec3 eye, const shd_camera *camera,
                         const atomic_bool *cancelled, shd_arena *arena, shd_mesh_view *out);
-
-#endif

@@ -1,6 +1,5 @@
 /* Camera rays by lanes. Inside of sight/'s kernels. */
-#ifndef SHD_SIGHT_RAYS_H
-#define SHD_SIGHT_RAYS_H
+#pragma once
 
 #include "sight/batch.h"
 
@@ -88,5 +87,3 @@ static inline void shd_make_rays(const shd_lens *lens, shd_batch *restrict b) {
         b->direction[2][i] = -fan.back.z;
     }
 }
-
-#endif

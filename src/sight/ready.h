@@ -1,7 +1,6 @@
 /* A mesh with all that rays need of it wherever the camera is, for meshes that are kept for many
  * scenes. */
-#ifndef SHD_SIGHT_READY_H
-#define SHD_SIGHT_READY_H
+#pragma once
 
 #include <stdatomic.h>
 
@@ -23,5 +22,3 @@ shd_status shd_ready_mesh_make(const shd_mesh *mesh, const shd_digest *digest,
  * the mesh. */
 size_t shd_ready_mesh_size(const shd_ready_mesh *ready);
 void shd_ready_mesh_copy(const shd_ready_mesh *ready, void *block);
-
-#endif

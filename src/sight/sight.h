@@ -5,8 +5,7 @@
  * coordinates of 1e20 and tiny objects far from the origin keep their precision. Hits on a mesh are
  * weighted means of a triangle's corners. Each sample is cast for itself, so that a region equals
  * the crop of the whole picture bit for bit. */
-#ifndef SHD_SIGHT_SIGHT_H
-#define SHD_SIGHT_SIGHT_H
+#pragma once
 
 #include <stdatomic.h>
 
@@ -78,5 +77,3 @@ typedef struct shd_facets {
 
 /* NULL: the object is shaded at every sample. */
 const shd_facets *shd_sight_facets(const shd_sight *sight, size_t object);
-
-#endif

@@ -22,8 +22,7 @@
  * c is 16 (SHD_HIT_ROUNDING is c u), because the largest of the sums has some 14 roundings: a
  * product of three turns, its inverse, a difference, a product of three terms. Any thread may call
  * these. */
-#ifndef SHD_SIGHT_TIE_H
-#define SHD_SIGHT_TIE_H
+#pragma once
 
 #include "sight/item.h"
 
@@ -43,5 +42,3 @@ double shd_shape_rounding(const shd_item *it, const shd_lens *lens, const shd_me
 /* How far a hit on a triangle of a mesh was moved. */
 double shd_triangle_rounding(const shd_item *it, const shd_lens *lens, const shd_met *met,
                              uint32_t triangle);
-
-#endif

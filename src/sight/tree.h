@@ -4,8 +4,7 @@
  * to coordinates of at most 1. Boxes are exact: the least and largest coordinates of corners, in
  * f64. Triangles decide what a ray meets. A tree only leaves out what no ray of a bundle may meet,
  * so that no hit depends on how it was built. */
-#ifndef SHD_SIGHT_TREE_H
-#define SHD_SIGHT_TREE_H
+#pragma once
 
 #include <stdatomic.h>
 
@@ -43,5 +42,3 @@ struct shd_mesh_tree {
  * first is kept, and if there are many, it alone. SHD_MEMORY or SHD_CANCELLED. */
 shd_status shd_mesh_tree_new(const shd_triangles *triangles, const atomic_bool *cancelled,
                              shd_arena *arena, const shd_mesh_tree **out, shd_error *error);
-
-#endif

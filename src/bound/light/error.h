@@ -16,8 +16,7 @@
  * The figures are 1.2 times and more what 2e5 random points have shown for each path and each of 26
  * exponents from 1 to 1e6. tests/unit/shade_errors.c holds them against 113-bit floats, and fails
  * if an error exceeds them. So does tests/property/bounds.c, with whole pictures. */
-#ifndef SHD_BOUND_LIGHT_ERROR_H
-#define SHD_BOUND_LIGHT_ERROR_H
+#pragma once
 
 #include "plan/plan.h"
 
@@ -85,5 +84,3 @@ typedef struct shd_spot_shape {
 /* The error of s if cos t is in [low, high] and directions are off by `moved`. */
 double shd_spot_error(shd_tier tier, const shd_spot_shape *spot, double low, double high,
                       double moved);
-
-#endif

@@ -1,6 +1,5 @@
 /* Excesses: the errors of what is seen. Each is of pieces of surfaces that are about as bright. */
-#ifndef SHD_BOUND_LIGHT_EXCESS_H
-#define SHD_BOUND_LIGHT_EXCESS_H
+#pragma once
 
 #include "base/arena.h"
 #include "plan/plan.h"
@@ -92,5 +91,3 @@ bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_
 /* Counts what is left out, in a list without it: in any channel at most `absolute`, and `relative`
  * times the color. */
 void shd_excess_leave_out(shd_excess_list *list, double absolute, double relative);
-
-#endif

@@ -1,6 +1,5 @@
 /* How far f64 puts points beside where exact arithmetic has them. Inside of bound/. */
-#ifndef SHD_BOUND_LIGHT_MISPLACED_H
-#define SHD_BOUND_LIGHT_MISPLACED_H
+#pragma once
 
 #include "bound/light/pieces.h"
 
@@ -25,5 +24,3 @@ shd_misplaced shd_misplaced_of(const shd_scene *scene, const shd_place *place);
 double shd_misplaced_at(const shd_scene *scene, const shd_misplaced *misplaced,
                         const shd_piece *piece, const shd_plan_light *light, double nearest,
                         double *beyond);
-
-#endif

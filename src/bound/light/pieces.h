@@ -4,8 +4,7 @@
  *
  * Pieces depend on the camera and on the whole picture, never on the region that is rendered. Every
  * sample of the object that is seen lies in one of them. */
-#ifndef SHD_BOUND_LIGHT_PIECES_H
-#define SHD_BOUND_LIGHT_PIECES_H
+#pragma once
 
 #include "plan/parts.h"
 
@@ -91,5 +90,3 @@ double shd_shine_least(double shine, double shininess);
 
 /* The piece that a patch is. */
 shd_piece shd_piece_of(const shd_scene *scene, const shd_patch *patch);
-
-#endif

@@ -1,7 +1,6 @@
 /* The light of an object is a sum of terms. Each is one of its material's colors times the color of
  * some of its lights. How much there is of a term depends on the point. Inside of bound/. */
-#ifndef SHD_BOUND_LIGHT_TERMS_H
-#define SHD_BOUND_LIGHT_TERMS_H
+#pragma once
 
 #include "bound/light/excess.h"
 #include "plan/parts.h"
@@ -58,5 +57,3 @@ static const shd_parts SHD_NO_PARTS = {
 static inline bool shd_is_negative(const double color[3]) {
     return color[0] < 0 || color[1] < 0 || color[2] < 0;
 }
-
-#endif

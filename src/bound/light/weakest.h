@@ -1,6 +1,5 @@
 /* The lights that a budget leaves out of a patch of surface. */
-#ifndef SHD_BOUND_LIGHT_WEAKEST_H
-#define SHD_BOUND_LIGHT_WEAKEST_H
+#pragma once
 
 #include "plan/plan.h"
 
@@ -11,5 +10,3 @@
  * This takes some 100 ns a light. */
 size_t shd_drop_weakest(const shd_plan *plan, size_t object, const shd_patch *patch,
                         double tolerance, uint32_t *lights, size_t count);
-
-#endif

@@ -6,8 +6,7 @@
  * length of (dL / SL, (1 + G) da, db): the weights SC, SH and the rotation only make it shorter (a
  * test walks through chroma and hue). The stretch 1 + G is 1.5 at most, and less if there is
  * chroma. */
-#ifndef SHD_BOUND_SHOWN_LAB_H
-#define SHD_BOUND_SHOWN_LAB_H
+#pragma once
 
 #include "plan/parts.h"
 
@@ -51,5 +50,3 @@ void shd_lab_add_shares(shd_lab_difference *d, const double share[3], const doub
 /* The CIEDE2000 difference of colors whose f are in the intervals. A simpler estimate stands for it
  * if that is no more than `enough`. */
 double shd_lab_length(const shd_lab_difference *d, const shd_interval f[3], double enough);
-
-#endif

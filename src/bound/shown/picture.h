@@ -5,8 +5,7 @@
  * other terms that the scene has. Errors in proportion to a term, above all those of highlights,
  * are then no more than that. The pixel's own color tells how steep the slopes of L, a and b are. A
  * pixel may mix samples of all objects and the background, in any shares. */
-#ifndef SHD_BOUND_SHOWN_PICTURE_H
-#define SHD_BOUND_SHOWN_PICTURE_H
+#pragma once
 
 #include "bound/shown/shown.h"
 
@@ -22,5 +21,3 @@ bool shd_picture_errors_new(const shd_plan *plan, const shd_excess_list *list,
 
 /* The bound of a pixel that shows this color of the working space. It takes some 0.5 us. */
 double shd_picture_delta_e(const shd_picture_errors *errors, const double rgb[3]);
-
-#endif

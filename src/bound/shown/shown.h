@@ -1,7 +1,6 @@
 /* How far off is what outputs show, by the errors of light: in linear light, in codes, and to the
  * eye. */
-#ifndef SHD_BOUND_SHOWN_SHOWN_H
-#define SHD_BOUND_SHOWN_SHOWN_H
+#pragma once
 
 #include "bound/bound.h"
 #include "bound/light/excess.h"
@@ -45,5 +44,3 @@ double shd_bound_code(const shd_excess_list *list, const shd_shown *shown);
 /* A bound that is no more than `enough` may be told as `enough`, and a larger one as any value
  * above it. */
 double shd_bound_delta_e(const shd_excess_list *list, const shd_shown *shown, double enough);
-
-#endif

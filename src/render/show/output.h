@@ -1,6 +1,5 @@
 /* From the film to a file: an output's colors, its layers, its bytes. */
-#ifndef SHD_RENDER_SHOW_OUTPUT_H
-#define SHD_RENDER_SHOW_OUTPUT_H
+#pragma once
 
 #include "image/image.h"
 #include "render/tiles/film.h"
@@ -41,5 +40,3 @@ shd_packing shd_output_packing(shd_channels channels);
  * alpha and alpha is not what is asked for. */
 bool shd_output_is_flat(const shd_scene *scene, const shd_output *output);
 void shd_output_flatten(float *rgba, size_t pixels);
-
-#endif

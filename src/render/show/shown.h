@@ -1,6 +1,5 @@
 /* How outputs show the film, and what the planner has to know of that. */
-#ifndef SHD_RENDER_SHOW_SHOWN_H
-#define SHD_RENDER_SHOW_SHOWN_H
+#pragma once
 
 #include "bound/bound.h"
 #include "color/delta_e.h"
@@ -30,5 +29,3 @@ shd_shown shd_shown_of(const shd_showing *showing);
  * transform cannot be made. */
 shd_status shd_shown_make(const shd_rendering *r, const shd_scene *scene, const shd_shown **out,
                           shd_error *error);
-
-#endif

@@ -1,6 +1,5 @@
 /* What a scene will take, estimated before anything is made from it. */
-#ifndef SHD_RENDER_TELL_ESTIMATE_H
-#define SHD_RENDER_TELL_ESTIMATE_H
+#pragma once
 
 #include "scene/scene.h"
 
@@ -18,5 +17,3 @@ uint64_t shd_estimate_object_lights(const shd_scene *scene);
 /* How much there is to compute, in units of about one light on one sample in single precision. It
  * is right to a factor of a few, which tells large work from small. Saturates. */
 uint64_t shd_estimate_work(const shd_scene *scene);
-
-#endif

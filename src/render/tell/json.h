@@ -1,6 +1,5 @@
 /* What is told, in JSON. Inside of render/. */
-#ifndef SHD_RENDER_TELL_JSON_H
-#define SHD_RENDER_TELL_JSON_H
+#pragma once
 
 #include <jansson.h>
 
@@ -13,5 +12,3 @@ json_t *shd_tell_bound(const shd_bound *bound);
 /* Takes the reference to `json`, which was made since shd_json_memory_watch, and prints it with so
  * many digits. `cancelled` may be NULL. NULL: memory, or it was cancelled. */
 char *shd_tell_print(json_t *json, unsigned digits, const atomic_bool *cancelled);
-
-#endif

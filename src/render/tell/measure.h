@@ -1,6 +1,5 @@
 /* How far a film is from the exact one: in the working space, in codes, and to the eye. */
-#ifndef SHD_RENDER_TELL_MEASURE_H
-#define SHD_RENDER_TELL_MEASURE_H
+#pragma once
 
 #include "render/show/shown.h"
 #include "render/tiles/film.h"
@@ -27,5 +26,3 @@ typedef struct shd_difference {
 shd_status shd_film_measure(shd_rendering *r, const shd_showing *showing, const shd_film *exact,
                             shd_film *film, shd_difference *out, double *exact_seconds,
                             shd_error *error);
-
-#endif

@@ -1,6 +1,5 @@
 /* The plan in words. Inside of render/. */
-#ifndef SHD_RENDER_TELL_WORDS_H
-#define SHD_RENDER_TELL_WORDS_H
+#pragma once
 
 #include <jansson.h>
 
@@ -27,5 +26,3 @@ const char *shd_drop_reason(unsigned drops);
 
 /* The plan in sentences, one a line of text: the last member of the answer. NULL: memory. */
 json_t *shd_explain_words(const shd_explained *e);
-
-#endif

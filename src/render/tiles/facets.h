@@ -1,7 +1,6 @@
 /* Faceted objects (flat, gouraud) are lit at the points of their faces or vertices before any tile
  * is. Inside of render/. */
-#ifndef SHD_RENDER_TILES_FACETS_H
-#define SHD_RENDER_TILES_FACETS_H
+#pragma once
 
 #include "render/rendering.h"
 #include "render/tiles/radiance.h"
@@ -18,5 +17,3 @@ typedef struct shd_facet_light {
  * cancelled the radiance is undefined. */
 bool shd_facets_light(shd_rendering *r, const shd_sight *sight, const shd_lighting *lighting,
                       const shd_paint_kernel *paint, shd_facet_light *out);
-
-#endif

@@ -1,8 +1,7 @@
 /* The film: the picture in the working space, before the colors of any output, and the layers that
  * outputs want. If nobody needs these floats it has the samples of the one output instead. Tiles
  * fill it on the pool. */
-#ifndef SHD_RENDER_TILES_FILM_H
-#define SHD_RENDER_TILES_FILM_H
+#pragma once
 
 #include "image/image.h"
 #include "render/rendering.h"
@@ -46,5 +45,3 @@ uint64_t shd_film_scratch_size(const shd_plan *plan);
 /* Holds values in [least, largest]. What is not a number becomes 0. Returns how many were
  * changed. */
 uint64_t shd_saturate(float *values, size_t count, float least, float largest);
-
-#endif

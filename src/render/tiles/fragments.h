@@ -3,8 +3,7 @@
  * Radiance is linear in the sums of light (shade/lighting.h), so a pixel needs no more than the
  * means of its samples' sums: a fragment is the share of a pixel that one material covers, and
  * colors multiply once a fragment however many samples it has. */
-#ifndef SHD_RENDER_TILES_FRAGMENTS_H
-#define SHD_RENDER_TILES_FRAGMENTS_H
+#pragma once
 
 #include "plan/plan.h"
 #include "render/tiles/paint.h"
@@ -51,5 +50,3 @@ static inline size_t shd_tile_count(const shd_raster *raster) {
               down = (raster->y + raster->h - 1) / SHD_TILE - raster->y / SHD_TILE + 1;
     return (size_t)across * (size_t)down;
 }
-
-#endif

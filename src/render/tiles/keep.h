@@ -1,7 +1,6 @@
 /* How the tiles of a picture are kept in records (render/tiles/reuse.h), and what the keys of these
  * say. Inside of render/. */
-#ifndef SHD_RENDER_TILES_KEEP_H
-#define SHD_RENDER_TILES_KEEP_H
+#pragma once
 
 #include "render/tiles/fragments.h"
 #include "render/tiles/reuse.h"
@@ -45,5 +44,3 @@ void shd_keep_cast(shd_record *record, size_t tile, const shd_plan *plan, const 
 /* The hits as they were. They are borrowed from the record, and from the arrays of `room` as far as
  * the record does not hold them. */
 void shd_recall_cast(const shd_kept_cast *cast, shd_hits *room, shd_hits *out);
-
-#endif

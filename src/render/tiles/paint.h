@@ -1,7 +1,6 @@
 /* Loops over the values of a tile, compiled once an instruction set; all variants give the same
  * bits. Arrays need no alignment. */
-#ifndef SHD_RENDER_TILES_PAINT_H
-#define SHD_RENDER_TILES_PAINT_H
+#pragma once
 
 #include <stddef.h>
 #include <stdint.h>
@@ -48,5 +47,3 @@ typedef struct shd_paint_kernel {
 
 extern const shd_paint_kernel shd_paint_kernel_portable, shd_paint_kernel_avx2,
     shd_paint_kernel_avx512;
-
-#endif

@@ -1,6 +1,5 @@
 /* From sums of light to radiance: what colors multiply. Inside of render/. */
-#ifndef SHD_RENDER_TILES_RADIANCE_H
-#define SHD_RENDER_TILES_RADIANCE_H
+#pragma once
 
 #include "plan/plan.h"
 #include "render/tiles/paint.h"
@@ -15,5 +14,3 @@ size_t shd_plane_terms(const shd_plan *plan, const shd_plan_material *material, 
  * channel] and out[channel] are [count]. */
 void shd_mix_exact(const shd_plan *plan, const shd_plan_material *material, size_t plane,
                    double *const *sums, size_t count, float *const out[3]);
-
-#endif

@@ -9,8 +9,7 @@
  * What is kept is what would be computed again: a picture has the same bytes with records and
  * without. Records are constant once published, live while somebody uses them, and are forgotten
  * in the order of their last use when the cap is reached. Any thread. */
-#ifndef SHD_RENDER_TILES_REUSE_H
-#define SHD_RENDER_TILES_REUSE_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -59,5 +58,3 @@ void shd_record_drop(shd_record *record); /* NULL is fine */
 bool shd_reuse_touch(shd_reuse *reuse);
 
 shd_reuse_load shd_reuse_load_of(shd_reuse *reuse);
-
-#endif

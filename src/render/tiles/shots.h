@@ -1,7 +1,6 @@
 /* Through which pixels of a tile rays are cast and in what order, and the casting. Inside of
  * render/. */
-#ifndef SHD_RENDER_TILES_SHOTS_H
-#define SHD_RENDER_TILES_SHOTS_H
+#pragma once
 
 #include "render/tiles/tile.h"
 
@@ -23,5 +22,3 @@ shd_chunk shd_make_chunk(shd_tile tile, shd_tile_scratch *s, size_t first, size_
 /* Casts the chunk's shots, those of each bundle at what its block may show. Fills s->hits and
  * s->now. */
 void shd_shoot_chunk(const shd_scenery *scenery, const shd_chunk *c, shd_tile_scratch *s);
-
-#endif

@@ -1,7 +1,6 @@
 /* One tile of the picture: what is seen through it and what light falls there, before the
  * materials' colors. Inside of render/. */
-#ifndef SHD_RENDER_TILES_TILE_H
-#define SHD_RENDER_TILES_TILE_H
+#pragma once
 
 #include "render/tiles/facets.h"
 #include "render/tiles/fragments.h"
@@ -30,5 +29,3 @@ typedef struct shd_scenery {
 const shd_fragments *shd_tile_look(const shd_scenery *scenery, size_t index, shd_tile tile,
                                    shd_tile_scratch *scratch, const struct shd_film *film,
                                    shd_stopwatch *watch);
-
-#endif

@@ -1,6 +1,5 @@
 /* One thread's working memory for tiles: shared by tile.c, shots.c and keep.c. */
-#ifndef SHD_RENDER_TILES_TILE_SCRATCH_H
-#define SHD_RENDER_TILES_TILE_SCRATCH_H
+#pragma once
 
 #include "render/tiles/fragments.h"
 #include "shade/lighting.h"
@@ -63,5 +62,3 @@ size_t shd_pixels_at_once(size_t samples);
 
 /* NULL if it is only counted, or the arena is full. */
 shd_tile_scratch *shd_tile_scratch_lay_out(const shd_plan *plan, shd_scratch *memory);
-
-#endif

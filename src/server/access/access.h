@@ -1,7 +1,6 @@
 /* Who may ask, and from which pages: signatures and CORS; tokens are in tokens.c. Constant once
  * made: any thread. */
-#ifndef SHD_SERVER_ACCESS_ACCESS_H
-#define SHD_SERVER_ACCESS_ACCESS_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -34,5 +33,3 @@ shd_status shd_lines_read(const char *path, const char *(*take)(void *context, c
  * list. */
 shd_status shd_origins_list(const char *origins, char **out, shd_error *error);
 bool shd_origins_admit(const char *origins, const char *origin);
-
-#endif

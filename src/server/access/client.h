@@ -9,8 +9,7 @@
  * An address is the connection's own, or, if that is one of the proxies that the operator
  * names, the one that they have added to X-Forwarded-For. Anybody may send that field: what stands
  * left of the first address that is no named proxy's is not believed. */
-#ifndef SHD_SERVER_ACCESS_CLIENT_H
-#define SHD_SERVER_ACCESS_CLIENT_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -39,5 +38,3 @@ void shd_client_of_address(const struct sockaddr *peer, const char *forwarded,
 /* The client by the name of its token or, if that is "", by the Authorization field in which it
  * was found to be right. */
 void shd_client_of_token(const char *name, const char *authorization, char out[SHD_CLIENT_SIZE]);
-
-#endif

@@ -1,7 +1,6 @@
 /* Who may keep an answer: an answer to a token is its client's alone, and one to a link that
  * expires is nobody's for longer than the link. */
-#ifndef SHD_SERVER_ACCESS_PRIVATE_H
-#define SHD_SERVER_ACCESS_PRIVATE_H
+#pragma once
 
 #include <stddef.h>
 
@@ -20,5 +19,3 @@ void shd_private_policy(const char *policy, long long left, char out[SHD_POLICY_
  * seconds since 1970 (0: never), and adds to Vary what it depends on then. Errors, which nobody
  * keeps, stay as they are. */
 void shd_private_apply(shd_reply *reply, bool has_token, long long expires);
-
-#endif

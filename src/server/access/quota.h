@@ -5,8 +5,7 @@
  * Who has been away for long may ask `count` times at once; then each `seconds / count` seconds
  * one more may come. What is refused is not counted. Buckets belong to names: tokens of one name
  * share theirs, and another rate, after SIGHUP, leaves what is used of it. Any thread. */
-#ifndef SHD_SERVER_ACCESS_QUOTA_H
-#define SHD_SERVER_ACCESS_QUOTA_H
+#pragma once
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -39,5 +38,3 @@ double shd_quota_take(shd_quotas *quotas, shd_quota *quota, shd_rate rate, doubl
 
 /* The metrics of all of them, in Prometheus' text format. NULL is none. */
 void shd_quotas_print(shd_quotas *quotas, FILE *out);
-
-#endif

@@ -1,6 +1,5 @@
 /* Bearer tokens (RFC 6750), of which only SHA-256 is kept. Constant once made: any thread. */
-#ifndef SHD_SERVER_ACCESS_TOKENS_H
-#define SHD_SERVER_ACCESS_TOKENS_H
+#pragma once
 
 #include "base/status.h"
 #include "quota.h"
@@ -35,5 +34,3 @@ void shd_tokens_drop(shd_tokens *tokens); /* NULL is fine */
 /* The token that an Authorization field (NULL if there is none) carries. NULL: it carries none that
  * is known and still good. Takes the same time whichever it is and however much of it is right. */
 const shd_token *shd_tokens_admit(const shd_tokens *tokens, const char *authorization);
-
-#endif

@@ -7,8 +7,7 @@
  * Answers are constant, live while somebody holds their bytes, and are forgotten in the order of
  * their last use when the cap is reached. What is forgotten while it is being sent is freed when it
  * is sent. Any thread. */
-#ifndef SHD_SERVER_ANSWER_CACHE_H
-#define SHD_SERVER_ANSWER_CACHE_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -74,5 +73,3 @@ typedef struct shd_cache_load {
 } shd_cache_load;
 
 shd_cache_load shd_cache_load_of(shd_cache *cache);
-
-#endif

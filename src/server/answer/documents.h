@@ -1,6 +1,5 @@
 /* The documents that GET answers: made once for each configuration, and constant then. */
-#ifndef SHD_SERVER_ANSWER_DOCUMENTS_H
-#define SHD_SERVER_ANSWER_DOCUMENTS_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -27,5 +26,3 @@ typedef struct shd_document {
 shd_status shd_documents_make(shd_engine *engine, shd_document documents[SHD_ROUTE_COUNT],
                               shd_error *error);
 void shd_documents_release(const shd_document documents[SHD_ROUTE_COUNT]);
-
-#endif

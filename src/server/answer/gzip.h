@@ -1,11 +1,8 @@
 /* Texts in gzip (RFC 1952), for clients that take it. Pure. */
-#ifndef SHD_SERVER_ANSWER_GZIP_H
-#define SHD_SERVER_ANSWER_GZIP_H
+#pragma once
 
 #include <stddef.h>
 
 /* What the caller frees. NULL: memory is short, or the text would not get shorter; the text itself
  * is an answer, too. */
 void *shd_gzip(const void *text, size_t size, size_t *out_size);
-
-#endif

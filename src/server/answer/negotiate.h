@@ -2,8 +2,7 @@
  *
  * Header values are those of all fields of that name, joined by commas; NULL if there is none.
  * Pure functions. */
-#ifndef SHD_SERVER_ANSWER_NEGOTIATE_H
-#define SHD_SERVER_ANSWER_NEGOTIATE_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -30,5 +29,3 @@ bool shd_accepts_gzip(const char *accept_encoding);
 /* Whether the tag (without quotes) is among those of If-None-Match, by weak comparison; `*` is
  * `star`. */
 bool shd_etag_matches(const char *if_none_match, const char *etag, bool star);
-
-#endif

@@ -2,8 +2,7 @@
  *
  * Every kind has a stable `type`, "urn:shaded:problem:NAME", and one HTTP status. Each function
  * fills an empty reply, with Cache-Control: no-store. Any thread. */
-#ifndef SHD_SERVER_ANSWER_PROBLEM_H
-#define SHD_SERVER_ANSWER_PROBLEM_H
+#pragma once
 
 #include "base/report.h"
 #include "base/status.h"
@@ -59,5 +58,3 @@ typedef struct shd_mistake {
 
 void shd_problem_mistakes(shd_reply *reply, shd_problem_kind kind, const shd_mistake *mistakes,
                           size_t count);
-
-#endif

@@ -1,7 +1,6 @@
 /* An answer before it becomes HTTP: status, headers, body. Built by whichever thread knows it,
  * sent by http.c. A reply belongs to one thread at a time. */
-#ifndef SHD_SERVER_ANSWER_REPLY_H
-#define SHD_SERVER_ANSWER_REPLY_H
+#pragma once
 
 #include <stdatomic.h>
 #include <stdbool.h>
@@ -82,5 +81,3 @@ void shd_reply_date(char out[SHD_DATE_SIZE]);
 /* The whole reply as an HTTP/1.1 message that ends its connection, for refusals that cannot go
  * through libmicrohttpd. The caller frees it; NULL if memory is short. */
 char *shd_reply_raw(const shd_reply *reply, bool with_body, size_t *length);
-
-#endif

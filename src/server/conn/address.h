@@ -1,6 +1,5 @@
 /* Sockets from ADDR:PORT and unix:/path: those that listen, and those that lead there. */
-#ifndef SHD_SERVER_CONN_ADDRESS_H
-#define SHD_SERVER_CONN_ADDRESS_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -32,5 +31,3 @@ bool shd_listen_has_waiting(int fd);
 /* The address of a listening socket, in the same form; or "unix:/path", and "unix:@name" if it
  * is an abstract one. */
 void shd_listen_describe(int fd, char bound[SHD_ADDRESS_SIZE]);
-
-#endif

@@ -1,7 +1,6 @@
 /* Bodies of requests while they come, within what all of them may take together. On the I/O
  * thread. */
-#ifndef SHD_SERVER_CONN_BODY_H
-#define SHD_SERVER_CONN_BODY_H
+#pragma once
 
 #include "server/exchange.h"
 
@@ -12,5 +11,3 @@ bool shd_body_keep(shd_exchange *exchange, const char *data, size_t size);
 
 /* Once it is whole: gives back what it does not take. */
 void shd_body_fit(shd_exchange *exchange);
-
-#endif

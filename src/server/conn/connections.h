@@ -1,7 +1,6 @@
 /* The public port's connections as libmicrohttpd tells of them: who is let in, and that the reaper
  * knows. All on the I/O thread; `cls` is the server. */
-#ifndef SHD_SERVER_CONN_CONNECTIONS_H
-#define SHD_SERVER_CONN_CONNECTIONS_H
+#pragma once
 
 #include <microhttpd.h>
 
@@ -16,5 +15,3 @@ void shd_connection_notify(void *cls, struct MHD_Connection *connection, void **
 
 /* The reaper's word for the connection; NULL if it has none. */
 shd_connection *shd_connection_watched(struct MHD_Connection *connection);
-
-#endif

@@ -1,7 +1,6 @@
 /* The sockets that the public port listens on. libmicrohttpd takes one; what comes to the others is
  * handed to it by a thread of their own, which does nothing else. */
-#ifndef SHD_SERVER_CONN_DOORS_H
-#define SHD_SERVER_CONN_DOORS_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -37,5 +36,3 @@ void shd_doors_stop(shd_doors *doors);
 
 /* Closes what is left, and removes unix sockets that it has made. NULL is fine. */
 void shd_doors_drop(shd_doors *doors);
-
-#endif

@@ -11,8 +11,7 @@
  * end;
  * - what an extension is, up to the first LF;
  * - a line after the last chunk that begins with a NUL, which is taken for the empty one. */
-#ifndef SHD_SERVER_CONN_FRAMING_H
-#define SHD_SERVER_CONN_FRAMING_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -26,5 +25,3 @@ bool shd_head_is_sound(struct MHD_Connection *connection, const char *method,
 /* With the last call of the handler: whether fields follow the body, whose lines are as little
  * seen. Nothing asks for such. */
 bool shd_has_trailers(struct MHD_Connection *connection);
-
-#endif

@@ -1,7 +1,6 @@
 /* The head of a request: its target and its fields, and whether all servers on its way read them
  * alike. On the I/O thread. */
-#ifndef SHD_SERVER_CONN_HEAD_H
-#define SHD_SERVER_CONN_HEAD_H
+#pragma once
 
 #include "server/exchange.h"
 
@@ -26,5 +25,3 @@ void shd_head_read(shd_exchange *exchange, const char *method, shd_head *head);
 /* Heads on which two servers could disagree where the body ends, or what it is, are refused: that
  * is how requests are smuggled past proxies (RFC 9112, section 11.2). False: with a reply. */
 bool shd_head_check(const shd_head *head, const char *version);
-
-#endif

@@ -1,6 +1,5 @@
 /* The public port. */
-#ifndef SHD_SERVER_CONN_HTTP_H
-#define SHD_SERVER_CONN_HTTP_H
+#pragma once
 
 #include "server/server.h"
 
@@ -21,5 +20,3 @@ int shd_http_turn(struct MHD_Daemon *daemon);
 
 /* Closes every connection; no exchange is suspended any more. */
 void shd_http_stop(shd_server *server, struct MHD_Daemon *daemon);
-
-#endif

@@ -6,8 +6,7 @@
  * 8878 and frames that want a dictionary are none.
  *
  * zlib and libzstd are opened when the first body needs them, and stay. Any thread. */
-#ifndef SHD_SERVER_CONN_INFLATE_H
-#define SHD_SERVER_CONN_INFLATE_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -45,5 +44,3 @@ typedef struct shd_inflation {
  * `most`, or never has room; SHD_CROWDED, SHD_EXHAUSTED: of memory; SHD_CANCELLED. */
 shd_status shd_inflate(shd_coding coding, const void *body, size_t size, const shd_inflation *how,
                        unsigned char **out, size_t *out_size, size_t *taken, shd_error *error);
-
-#endif

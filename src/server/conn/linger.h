@@ -4,8 +4,7 @@
  * arrives is thrown away.
  *
  * Bounded in number, time and bytes: over a bound the connection is closed at once. Any thread. */
-#ifndef SHD_SERVER_CONN_LINGER_H
-#define SHD_SERVER_CONN_LINGER_H
+#pragma once
 
 #include "base/status.h"
 
@@ -16,5 +15,3 @@ void shd_linger_drop(shd_linger *linger); /* closes what is left; NULL is fine *
 
 /* Keeps a duplicate of the connection's socket, which the caller then closes as usual. */
 void shd_linger_keep(shd_linger *linger, int socket);
-
-#endif

@@ -16,8 +16,7 @@
  * taken the most, bytes times seconds.
  *
  * To end a connection is to shut its socket down: libmicrohttpd sees that and closes it. */
-#ifndef SHD_SERVER_CONN_REAPER_H
-#define SHD_SERVER_CONN_REAPER_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -105,5 +104,3 @@ typedef struct shd_reaped {
 } shd_reaped;
 
 shd_reaped shd_reaper_count(shd_reaper *reaper);
-
-#endif

@@ -1,6 +1,5 @@
 /* The trace that a request belongs to (W3C Trace Context, level 1, section 3.2), for the log. */
-#ifndef SHD_SERVER_CONN_TRACE_H
-#define SHD_SERVER_CONN_TRACE_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -11,5 +10,3 @@ typedef struct shd_trace {
 /* Reads a traceparent field. False, and *out stays as it was: it is none. A version that is not
  * known is read as far as version 00 goes, as it is asked for there. */
 bool shd_trace_read(const char *field, shd_trace *out);
-
-#endif

@@ -1,7 +1,6 @@
 /* Jobs by what is asked, so that equal ones are done once: by the bytes of their document and, once
  * they are read, by what it means. No locks: one thread at a time. */
-#ifndef SHD_SERVER_JOBS_EQUAL_H
-#define SHD_SERVER_JOBS_EQUAL_H
+#pragma once
 
 typedef struct shd_job shd_job;
 typedef struct shd_equals shd_equals;
@@ -17,5 +16,3 @@ shd_job *shd_equals_by_meaning(const shd_equals *equals, const shd_job *like, do
 void shd_equals_list_body(shd_equals *equals, shd_job *job);
 void shd_equals_list_meaning(shd_equals *equals, shd_job *job); /* after a successful read */
 void shd_equals_hide(shd_equals *equals, shd_job *job);         /* from both */
-
-#endif

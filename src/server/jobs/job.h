@@ -11,8 +11,7 @@
  *     render_job.c, json_job.c, mesh_job.c, preview.c  the kinds of work
  *
  * A job belongs to the thread that made it, then to jobs.c, then to a worker. */
-#ifndef SHD_SERVER_JOBS_JOB_H
-#define SHD_SERVER_JOBS_JOB_H
+#pragma once
 
 #include "queue.h"
 #include "server/access/client.h"
@@ -87,5 +86,3 @@ struct shd_job {
     bool may_cancel; /* it has a request that is not done */
     shd_watched watched;
 };
-
-#endif

@@ -13,8 +13,7 @@
  *
  * All functions may be called from any thread. None of them calls a function of `shd_jobs_calls` or
  * shd_waiter.answer with a lock held. */
-#ifndef SHD_SERVER_JOBS_JOBS_H
-#define SHD_SERVER_JOBS_JOBS_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -110,5 +109,3 @@ shd_jobs_load shd_jobs_load_of(shd_jobs *jobs);
 /* Seconds until what is ahead of something new of this client's is done, by what work took of late:
  * 1 to 300. */
 unsigned shd_jobs_retry_after(shd_jobs *jobs, const char *client);
-
-#endif

@@ -2,8 +2,7 @@
  *
  * The link becomes a scene document, and is answered as that document would be: by the same limits,
  * tags and caches. Only mistakes are told in the link's own words. */
-#ifndef SHD_SERVER_JOBS_PREVIEW_H
-#define SHD_SERVER_JOBS_PREVIEW_H
+#pragma once
 
 #include "job.h"
 #include "server/access/access.h"
@@ -28,5 +27,3 @@ typedef enum shd_link {
 /* `expires` gets the seconds since 1970 until which a signed link is good, 0 if it is for ever.
  */
 shd_link shd_preview_link(const shd_exchange *exchange, const shd_keys *keys, long long *expires);
-
-#endif

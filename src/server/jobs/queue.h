@@ -19,8 +19,7 @@
  * from the client that holds most, whose newest gives way. A lone client may have them all.
  *
  * No locks: one thread at a time. */
-#ifndef SHD_SERVER_JOBS_QUEUE_H
-#define SHD_SERVER_JOBS_QUEUE_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -92,5 +91,3 @@ bool shd_turn_waits(const shd_turn *turn);
 shd_lane shd_turn_lane(const shd_turn *turn);                      /* of one that waits */
 size_t shd_queue_count(const shd_queue *queue, shd_lane lane);     /* SHD_LANES: in all */
 size_t shd_queue_held(const shd_queue *queue, const char *client); /* by this client */
-
-#endif

@@ -1,6 +1,5 @@
 /* POST /v1/render and GET /v1/preview/{material}. */
-#ifndef SHD_SERVER_JOBS_RENDER_JOB_H
-#define SHD_SERVER_JOBS_RENDER_JOB_H
+#pragma once
 
 #include "server/exchange.h"
 
@@ -8,5 +7,3 @@
  * answer, 429, is there at once. */
 void shd_render_submit(shd_exchange *exchange);
 void shd_preview_submit(shd_exchange *exchange);
-
-#endif

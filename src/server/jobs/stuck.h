@@ -2,8 +2,7 @@
  * second later. Work looks at its flag far more often, so that this is a mistake of the program's
  * or a library's; readiness, metrics and the log tell it. All functions may be called from any
  * thread. */
-#ifndef SHD_SERVER_JOBS_STUCK_H
-#define SHD_SERVER_JOBS_STUCK_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -30,5 +29,3 @@ void shd_stuck_forget(shd_stuck *stuck, shd_watched *watched);
 
 /* Workers that are held now. */
 unsigned shd_stuck_count(shd_stuck *stuck);
-
-#endif

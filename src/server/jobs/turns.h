@@ -12,8 +12,7 @@
  * read again.
  *
  * All functions are called with the mutex that it was given. */
-#ifndef SHD_SERVER_JOBS_TURNS_H
-#define SHD_SERVER_JOBS_TURNS_H
+#pragma once
 
 #include <pthread.h>
 #include <stdbool.h>
@@ -72,5 +71,3 @@ void shd_turns_correct(shd_turns *turns, struct shd_job *job, double more);
 bool shd_turns_is_early(const struct shd_job *job, double cost);
 
 size_t shd_turns_begun(const shd_turns *turns); /* large ones */
-
-#endif

@@ -1,6 +1,5 @@
 /* What a worker does with a job, and how exchanges get one. */
-#ifndef SHD_SERVER_JOBS_WORK_H
-#define SHD_SERVER_JOBS_WORK_H
+#pragma once
 
 #include "job.h"
 #include "server/conn/reaper.h"
@@ -24,5 +23,3 @@ void shd_job_read(shd_job *job);
 
 /* The document's warnings, the first few of them, as headers. */
 void shd_job_warn(shd_reply *reply, const shd_request *request);
-
-#endif

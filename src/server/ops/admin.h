@@ -1,7 +1,6 @@
 /* The operators' port: a daemon of its own, so that no crowd on the public one can starve it, and a
  * reaper of its own, so that no crowd on this one can. */
-#ifndef SHD_SERVER_OPS_ADMIN_H
-#define SHD_SERVER_OPS_ADMIN_H
+#pragma once
 
 #include "base/status.h"
 
@@ -12,5 +11,3 @@ typedef struct shd_admin shd_admin;
 shd_status shd_admin_start(struct shd_server *server, int socket, shd_admin **out,
                            shd_error *error);
 void shd_admin_stop(shd_admin *admin); /* NULL is fine */
-
-#endif

@@ -1,8 +1,7 @@
 /* The daemon's options. Each has one name: `--max-body` on the command line, SHADED_MAX_BODY in
  * the environment, `max-body` in the file. Flags win over the environment, the environment over
  * the file, the file over the defaults. */
-#ifndef SHD_SERVER_OPS_CONFIG_H
-#define SHD_SERVER_OPS_CONFIG_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -53,5 +52,3 @@ bool shd_config_keep(shd_config *config, const shd_config *running, char *names,
 
 /* What --help prints. */
 void shd_config_help(FILE *out);
-
-#endif

@@ -1,8 +1,7 @@
 /* File descriptors: every connection is one, and what else the daemon does needs some, too. They
  * are counted at the start, so that connections cannot take the last one: then no port could accept
  * anybody, the operators' included, and no file could be opened. */
-#ifndef SHD_SERVER_OPS_DESCRIPTORS_H
-#define SHD_SERVER_OPS_DESCRIPTORS_H
+#pragma once
 
 #include <stdint.h>
 
@@ -16,5 +15,3 @@ enum {
 /* Raises the process's limit of open files as far as `wanted` connections need and as it may be.
  * *connections is how many fit: `wanted`, or fewer. SHD_CONFIG if not even one does. */
 shd_status shd_descriptors_claim(uint64_t wanted, uint64_t *connections, shd_error *error);
-
-#endif

@@ -9,8 +9,7 @@
  * ASCII, and JSON. A line that would not fit loses its last members. Each line leaves in one write,
  * whole, from any thread. If nobody reads what was written before, lines are lost, and "log-lost"
  * tells how many were. */
-#ifndef SHD_SERVER_OPS_LOG_H
-#define SHD_SERVER_OPS_LOG_H
+#pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -32,5 +31,3 @@ void shd_log_end(shd_log *line);
 
 /* A line with nothing but a message. */
 void shd_log_message(shd_log_level level, const char *event, const char *message);
-
-#endif

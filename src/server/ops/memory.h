@@ -4,8 +4,7 @@
  * requests, answers that are being sent, and what is kept. If work wants more than is free, what
  * is in no use goes first, then answers that their clients do not take, then what is kept; only
  * then work is refused. */
-#ifndef SHD_SERVER_OPS_MEMORY_H
-#define SHD_SERVER_OPS_MEMORY_H
+#pragma once
 
 #include "base/budget.h"
 #include "base/machine.h"
@@ -46,5 +45,3 @@ void shd_memory_return_body(shd_server *server, size_t bytes);
 /* Called every SHD_REST_SECONDS: gives the system back what was not in use of late. */
 enum { SHD_REST_SECONDS = 5 };
 void shd_memory_rest(shd_server *server);
-
-#endif

@@ -1,6 +1,5 @@
 /* Counters for operators, in Prometheus' text format. All of them are atomic: any thread. */
-#ifndef SHD_SERVER_OPS_METRICS_H
-#define SHD_SERVER_OPS_METRICS_H
+#pragma once
 
 #include <stdatomic.h>
 #include <stdbool.h>
@@ -91,5 +90,3 @@ typedef struct shd_gauges {
 
 /* The text of /metrics; the caller frees it. NULL if memory is short. */
 char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *length);
-
-#endif

@@ -1,11 +1,8 @@
 /* The process as the system sees it, under the names that Prometheus' own libraries give it. */
-#ifndef SHD_SERVER_OPS_PROCESS_H
-#define SHD_SERVER_OPS_PROCESS_H
+#pragma once
 
 #include <stdio.h>
 
 /* Writes process_* metrics: processor time, memory, descriptors, threads, and when it started. What
  * the system does not tell is left out. Any thread. */
 void shd_process_print(FILE *out);
-
-#endif

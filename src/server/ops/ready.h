@@ -1,6 +1,5 @@
 /* `shaded --ready`: what a health check of an image without a shell can call. */
-#ifndef SHD_SERVER_OPS_READY_H
-#define SHD_SERVER_OPS_READY_H
+#pragma once
 
 #include <stdbool.h>
 
@@ -9,5 +8,3 @@
 /* Asks the operators' port of the daemon that runs with this configuration for /readyz. If the
  * answer is not 200, or none comes for some seconds, it says so on the standard error. */
 bool shd_ask_ready(const shd_config *config);
-
-#endif

@@ -1,8 +1,7 @@
 /* What may change while the daemon runs: limits and times, the color configuration, tokens, keys,
  * origins. A request keeps the settings that it began with; SIGHUP makes new ones for the next,
  * all of them or, if one is bad, none. */
-#ifndef SHD_SERVER_OPS_SETTINGS_H
-#define SHD_SERVER_OPS_SETTINGS_H
+#pragma once
 
 #include <stdatomic.h>
 #include <stdbool.h>
@@ -43,5 +42,3 @@ void shd_server_replace(shd_server *server, shd_settings *settings);
 
 /* The engine's part of the configuration, without the budget. */
 shd_engine_options shd_settings_engine(const shd_config *config);
-
-#endif

@@ -3,8 +3,7 @@
  * systemd promises to keep and invites others to speak; libsystemd, which also does so, would load
  * five more libraries (compression, encryption) into a process that strangers talk to. Does nothing
  * if there is no service manager. On the main thread. */
-#ifndef SHD_SERVER_OPS_SYSTEMD_H
-#define SHD_SERVER_OPS_SYSTEMD_H
+#pragma once
 
 #include "base/status.h"
 
@@ -24,5 +23,3 @@ void shd_notify_reloading(void);
 
 /* Seconds between two "WATCHDOG=1"; 0: nobody waits for them. */
 double shd_watchdog_interval(void);
-
-#endif
