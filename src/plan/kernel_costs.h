@@ -1,10 +1,11 @@
-/* What lights cost: `./dev bench --kernels` makes this file. Inside of plan/. */
+/* What lights cost on one processor, AMD EPYC: `./dev bench --kernels` makes this file. Inside of
+ * plan/. */
 #pragma once
 
 #include "plan/cost.h"
 
 static const shd_kernel_cost shd_kernel_costs[SHD_ISA_COUNT][SHD_EXACT + 1] = {
-    [SHD_PORTABLE] = {[SHD_STANDARD] = {10.1, 10.9}, [SHD_EXACT] = {13.7, 11.6}},
-    [SHD_AVX2] = {[SHD_STANDARD] = {2.3, 0.4}, [SHD_EXACT] = {6.0, 5.7}},
-    [SHD_AVX512] = {[SHD_STANDARD] = {1.2, 0.2}, [SHD_EXACT] = {3.9, 4.4}},
+    [SHD_PORTABLE] = {[SHD_STANDARD] = {5.5, 5.7}, [SHD_EXACT] = {5.4, 5.8}},
+    [SHD_AVX2] = {[SHD_STANDARD] = {0.8, 0.2}, [SHD_EXACT] = {2.3, 3.0}},
+    [SHD_AVX512] = {[SHD_STANDARD] = {0.4, 0.1}, [SHD_EXACT] = {1.1, 1.6}},
 };

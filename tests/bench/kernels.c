@@ -122,6 +122,17 @@ static void print_times(const surface *s, int runs) {
     putchar('\n');
 }
 
+static const char *name_processor(void) {
+    static char line[256];
+    FILE *f = fopen("/proc/cpuinfo", "r");
+    while (f && fgets(line, sizeof line, f))
+        if (!strncmp(line, "model name", 10) && strchr(line, ':')) break;
+    if (f) fclose(f);
+    line[strcspn(line, "\n")] = 0;
+    const char *colon = strchr(line, ':');
+    return colon ? colon + 2 : "an unknown one";
+}
+
 /* src/plan/kernel_costs.h, as plan/cost.h has it. Few points see a lobe of shininess 1e5; at 50
  * many do. */
 static int print_table(const surface *s, int runs) {
@@ -132,9 +143,11 @@ static int print_table(const surface *s, int runs) {
             fprintf(stderr, "kernels: this machine has no %s\n", shd_isa_name(isa));
             return 1;
         }
-    puts("/* What lights cost: `./dev bench --kernels` makes this file. Inside of plan/. */\n"
-         "#ifndef SHD_PLAN_KERNEL_COSTS_H\n#define SHD_PLAN_KERNEL_COSTS_H\n\n"
-         "#include \"plan/cost.h\"\n\n"
+    printf(
+        "/* What lights cost on one processor, %s: `./dev bench --kernels` makes this file. Inside "
+        "of plan/. */\n#pragma once\n\n",
+        name_processor());
+    puts("#include \"plan/cost.h\"\n\n"
          "static const shd_kernel_cost shd_kernel_costs[SHD_ISA_COUNT][SHD_EXACT + 1] = {");
     for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++) {
         double light[SHD_EXACT + 1], both[SHD_EXACT + 1];
@@ -146,7 +159,7 @@ static int print_table(const surface *s, int runs) {
                isas[isa], light[SHD_STANDARD], both[SHD_STANDARD] - light[SHD_STANDARD],
                light[SHD_EXACT], both[SHD_EXACT] - light[SHD_EXACT]);
     }
-    puts("};\n\n#endif");
+    puts("};");
     return 0;
 }
 

@@ -3,7 +3,6 @@
 Writes FOLDER/PROCESSOR.json. Times are medians; what is compared takes turns. `./dev bench` builds
 what this needs, runs it, and has report.py make docs/speed-and-error.md of the results."""
 
-import atexit
 import json
 import os
 import re
@@ -14,6 +13,7 @@ import errors
 import peers
 import programs
 import scenes
+from priority import raise_priority
 
 TIERS = ("standard", "exact")
 KERNELS = ("portable", "avx2", "avx512")
@@ -93,6 +93,13 @@ def stages(quick):
     return timed(jobs, 3 if quick else 15, warm=8)
 
 
+def objects(quick):
+    """What other objects take than the sphere, by kernel."""
+    jobs = {key(object=name, kernel=kernel): job(document, kernel=kernel)
+            for name, document in scenes.objects() for kernel in kernels()}
+    return timed(jobs, 3 if quick else 15, warm=4)
+
+
 def light_cost(quick):
     """What a light costs a pixel, from few to very many."""
     jobs = {}
@@ -159,20 +166,6 @@ def budgets(quick):
     return result
 
 
-def raise_priority():
-    """Of all that is measured, ours and others', before what else the machine does. False: not
-    permitted. Linux weighs sessions first, then what runs in them."""
-    try:
-        os.nice(-19)
-        group = Path("/proc/self/autogroup")
-        if group.exists():
-            group.write_text("-19")
-            atexit.register(group.write_text, "0")
-    except OSError:
-        return False
-    return True
-
-
 def main():
     quick = "--quick" in sys.argv
     folder = Path(sys.argv[-1])
@@ -184,7 +177,7 @@ def main():
     say("peers")
     result["peers"], result["differences"], result["about"] = \
         peers.measure(*((2, 5) if quick else (7, 15)))
-    for part in (stages, reuse, scaling, light_cost, budgets, ladder):
+    for part in (stages, objects, reuse, scaling, light_cost, budgets, ladder):
         say(part.__name__)
         result[part.__name__] = part(quick)
     result["load"].append(round(os.getloadavg()[0], 2))

@@ -76,6 +76,13 @@ class Report:
                    for kind in ("", " repainted")), 3)
         at_least("`shade render` to PNG, cold, against POV-Ray's process",
                  peers["povray"]["process"], peers["shade png"]["process"], 15)
+        for name, words, figure, most in (
+                ("torus", "visibility of a torus, 4 samples (CPU)", "visibility", 8),
+                ("ball", "cast + shade + sRGB of a mesh of 960 triangles, 4 samples (CPU)", "seen", 25)):
+            for e in r.get("objects", []):
+                if (e["object"], e["kernel"]) == (name, r["kernels"][-1]):
+                    rows.append((words, f"under {most} ms", f"{three(e[figure])} ms",
+                                 e[figure] < most))
         base = find(r["stages"], lights=4, samples=1)
         four = find(r["stages"], lights=4, samples=4)
         below("sRGB color stage against shade stage", base["color"], base["shade"], 0.5,
@@ -154,6 +161,12 @@ class Report:
         rows = [(e["lights"], e["samples"], *(three(e[n]) for n in names), three(e["cpu"]))
                 for e in self.result["stages"]]
         return table(("lights", "samples", *names, "request"), rows)
+
+    def object_table(self):
+        names = ("visibility", "shade", "seen")
+        rows = [(e["object"], e["kernel"], *(three(e[n]) for n in names))
+                for e in self.result.get("objects", [])]
+        return table(("object", "kernel", *names[:-1], "cast + shade + sRGB"), rows)
 
     def reuse_table(self):
         names = ("parse", "plan", "visibility", "shade", "color", "encode", "rest",
@@ -277,14 +290,14 @@ class Report:
             quick=quick, processor=self.processor(), slug=self.slug, file=f"{self.slug}.json",
             peers=self.peer_table(),
             differences=self.difference_table(), stages=self.stage_table(),
-            reuse=self.reuse_table(), scaling=self.scaling_table(), lights=self.light_table(),
+            objects=self.object_table(), reuse=self.reuse_table(), scaling=self.scaling_table(), lights=self.light_table(),
             budgets=self.budget_table(), errors=self.error_table(), times=self.time_table(), covered=r["covered"],
             runs=r["peers"]["library"]["runs"], processes=r["peers"]["povray"]["runs"],
             load=f"{r['load'][0]} at its beginning and {r['load'][1]} at its end",
             priority="; all that was measured went before what else ran (`nice -19`)"
                      if r["priority"] else "",
-            machine=f"{m['processor']}, {m['cores']} cores, "
-                    f"{', '.join(f'{k} {v}' for k, v in m['caches'].items())} a core, {m['memory']}",
+            machine=", ".join([m["processor"], f"{m['cores']} cores",
+                               *(f"{k} {v} a core" for k, v in m["caches"].items()), m["memory"]]),
             versions=f"{m['system']}; {m['compiler']}; Mesa {pipe['version'].split()[-1]}, "
                      f"{pipe['renderer']}; three.js r{browser['version']} in Chromium "
                      f"{browser['browser']}, {gpu(browser['renderer'])}; POV-Ray {m['povray']}")

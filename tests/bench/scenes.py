@@ -53,6 +53,30 @@ def scene(lamp_list, *, size=SIZE, samples=1, tier="standard", material=None, ac
             **more}
 
 
+def ball(around=32, down=16):
+    """A mesh of 960 triangles with normals, on a sphere of radius 1."""
+    points = [[math.sin(t) * math.cos(p), math.cos(t), math.sin(t) * math.sin(p)]
+              for t in (math.pi * j / down for j in range(down + 1))
+              for p in (2 * math.pi * i / around for i in range(around))]
+    places = [c for point in points for c in point]
+    corners = []
+    for j in range(down):
+        for i in range(around):
+            a, b = j * around + i, j * around + (i + 1) % around
+            corners += [a, b, b + around] if j > 0 else []
+            corners += [a, b + around, a + around] if j < down - 1 else []
+    return {"type": "mesh", "positions": places, "normals": places, "indices": corners}
+
+
+def objects():
+    """One object each, turned, in place of the sphere; 4 samples."""
+    for name, shape in (("sphere", {"type": "sphere"}), ("torus", {"type": "torus"}),
+                        ("ball", ball())):
+        turned = {"rotate": [40, 20, 0], "scale": "RADIUS"}
+        yield name, scene(lights(4, FADING), samples=4, objects=[
+            {**shape, "material": MATERIAL, "transform": turned}])
+
+
 def text(document):
     return json.dumps(document).replace('"RADIUS"', RADIUS)
 
