@@ -166,7 +166,7 @@ class Report:
         names = ("visibility", "shade", "seen")
         rows = [(e["object"], e["kernel"], *(three(e[n]) for n in names))
                 for e in self.result.get("objects", [])]
-        return table(("object", "kernel", *names[:-1], "cast + shade + sRGB"), rows)
+        return "Not measured on this processor.\n" if not rows else table(("object", "kernel", *names[:-1], "cast + shade + sRGB"), rows)
 
     def reuse_table(self):
         names = ("parse", "plan", "visibility", "shade", "color", "encode", "rest",
