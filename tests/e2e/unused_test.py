@@ -13,6 +13,7 @@ from pathlib import Path
 from daemon import BUILD, Daemon
 
 SHADE = str(BUILD / "shade")
+HWY_TIMER = str(BUILD / "tests/hwy_timer.so")
 PICTURE = {"width": 16, "height": 16, "samples": 1}
 SPHERE = {"image": PICTURE, "objects": [{"type": "sphere"}]}
 MESH = {"image": PICTURE, "objects": [{"type": "mesh", "positions": [-1, -1, 0, 1, -1, 0, 0, 1, 0]}]}
@@ -96,7 +97,7 @@ class Unused(unittest.TestCase):
         """The names of all functions of which an instruction was executed."""
         counts = tempfile.mktemp(dir=self.folder)
         self.shade(scene, "valgrind", "--tool=callgrind", f"--callgrind-out-file={counts}",
-                   command=command)
+                   command=command, LD_PRELOAD=HWY_TIMER)
         text = Path(counts).read_text(errors="replace")
         return set(re.findall(r"^c?fn=\(\d+\) (\S+)", text, re.M))
 

@@ -13,7 +13,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-PROGRAM = Path(os.environ["SHADED_BUILD"]) / "tests" / "property_cancel"
+TESTS = Path(os.environ["SHADED_BUILD"]) / "tests"
+PROGRAM = TESTS / "property_cancel"
 PAGE = Path(os.environ["SHADED_SOURCE"]) / "docs" / "deadlines.md"
 MOST = {"auto": 50_000_000, "portable": 250_000_000}
 
@@ -28,7 +29,8 @@ def gaps(stage, kernel):
     with tempfile.NamedTemporaryFile("r", prefix="gaps-") as log:
         subprocess.run(["valgrind", "--tool=callgrind", "--instr-atstart=no",
                         "--callgrind-out-file=/dev/null", f"--log-file={log.name}", PROGRAM, "gaps",
-                        stage, kernel], check=True, stdout=subprocess.DEVNULL)
+                        stage, kernel], check=True, stdout=subprocess.DEVNULL,
+                       env={**os.environ, "LD_PRELOAD": str(TESTS / "hwy_timer.so")})
         totals = []
         for line in log:
             if line.startswith("events: "):
