@@ -19,7 +19,6 @@
 #include "server/conn/doors.h"
 #include "server/conn/http.h"
 #include "server/conn/linger.h"
-#include "server/jobs/stuck.h"
 #include "server/jobs/work.h"
 #include "server/ops/admin.h"
 #include "server/ops/config.h"
@@ -254,7 +253,6 @@ static void release_all(shd_server *server, ports *open) {
     shd_reaper_drop(server->reaper);
     shd_linger_drop(server->linger);
     shd_jobs_drop(server->jobs);
-    shd_stuck_drop(server->stuck);
     shd_cache_drop(server->cache);
     shd_settings_drop(server->settings);
     shd_quotas_drop(server->quotas);

@@ -28,7 +28,6 @@ typedef struct shd_server {
     struct shd_settings *settings; /* for new requests; see shd_server_settings */
     struct shd_quotas *quotas;     /* of tokens, whatever settings these are in */
     struct shd_jobs *jobs;
-    struct shd_stuck *stuck; /* workers that do not leave what was cancelled */
     struct shd_cache *cache;
     struct shd_linger *linger;
     struct shd_reaper *reaper;

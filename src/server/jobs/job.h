@@ -82,7 +82,7 @@ struct shd_job {
     struct shd_begun *begun;  /* turns.c's, of a large one that a worker has */
     shd_job *earlier, *later; /* by deadline */
     shd_listing by_body, by_meaning;
-    bool was_read;   /* without a mistake: it may settle */
-    bool may_cancel; /* it has a request that is not done */
-    shd_watched watched;
+    bool was_read;       /* without a mistake: it may settle */
+    bool may_cancel;     /* it has a request that is not done */
+    shd_watched watched; /* once it is cancelled */
 };

@@ -9,7 +9,6 @@
 #include "equal.h"
 #include "job.h"
 #include "server/answer/problem.h"
-#include "stuck.h"
 #include "turns.h"
 
 /* How many of the last jobs, about, tell what work takes. */
@@ -89,8 +88,7 @@ static void abandon_job(shd_jobs *jobs, shd_job *job, leftovers *left) {
     if (!shd_turn_waits(&job->turn)) {
         if (!job->may_cancel) return;
         shd_request_cancel(job->request);
-        if (job->begun && job->begun->is_aside) return; /* it notices when it goes on */
-        shd_stuck_watch(job->server->stuck, &job->watched, job->id);
+        shd_turns_watch(&jobs->turns, job);
         return;
     }
     shd_turns_leave(&jobs->turns, job);
@@ -187,13 +185,15 @@ static void *keep_time(void *context) {
             pthread_mutex_unlock(&jobs->mutex);
             clear_up(jobs, &left);
             pthread_mutex_lock(&jobs->mutex);
-        } else if (!jobs->first) {
-            jobs->wakes = INFINITY;
-            pthread_cond_wait(&jobs->changed, &jobs->mutex);
-        } else {
-            jobs->wakes = jobs->first->deadline;
-            struct timespec until = shd_timespec(jobs->wakes);
+            continue;
+        }
+        shd_stuck_tell(&jobs->turns.cancelled, &jobs->wakes);
+        if (jobs->first) jobs->wakes = fmin(jobs->wakes, jobs->first->deadline);
+        if (jobs->wakes < INFINITY) {
+            const struct timespec until = shd_timespec(jobs->wakes);
             pthread_cond_timedwait(&jobs->changed, &jobs->mutex, &until);
+        } else {
+            pthread_cond_wait(&jobs->changed, &jobs->mutex);
         }
     }
     pthread_mutex_unlock(&jobs->mutex);
@@ -292,9 +292,15 @@ bool shd_jobs_enter(shd_jobs *jobs, shd_job *job, shd_lane lane, shd_waiter *wai
 
 /* ---- On a worker ---- */
 
-/* With the mutex. If nobody waits for the job, it is not the worker's any more. */
-static bool is_wanted(shd_jobs *jobs, const shd_job *job) {
-    if (!job->waiters) jobs->turns.running -= job->cost;
+/* With the mutex. The job is not the worker's any more. */
+static void take_back(shd_jobs *jobs, shd_job *job) {
+    jobs->turns.running -= job->cost;
+    shd_stuck_forget(&job->watched);
+}
+
+/* With the mutex. If nobody waits for the job, the worker has it no more. */
+static bool is_wanted(shd_jobs *jobs, shd_job *job) {
+    if (!job->waiters) take_back(jobs, job);
     return job->waiters;
 }
 
@@ -369,7 +375,7 @@ bool shd_jobs_defer(shd_jobs *jobs, shd_job *job, double cost) {
     leftovers left = {NULL, NULL};
     bool waits = false;
     pthread_mutex_lock(&jobs->mutex);
-    jobs->turns.running -= job->cost;
+    take_back(jobs, job);
     job->cost = cost;
     if (job->waiters) {
         const enum shd_sent why =
@@ -377,6 +383,7 @@ bool shd_jobs_defer(shd_jobs *jobs, shd_job *job, double cost) {
         waits = why == SHD_SENT_NOT;
         for (shd_waiter *w = job->waiters->other; waits && w; w = w->other)
             shd_queue_share(jobs->turns.queue, &job->turn, w->client);
+        job->may_cancel = job->may_cancel && waits;
         if (!waits) send_all_away(jobs, job, why, &left);
     }
     pthread_mutex_unlock(&jobs->mutex);
@@ -402,7 +409,7 @@ void shd_jobs_finish(shd_jobs *jobs, shd_job *job) {
     pthread_mutex_lock(&jobs->mutex);
     shd_equals_hide(jobs->equals, job);
     job->may_cancel = false;
-    jobs->turns.running -= job->cost;
+    take_back(jobs, job);
     while (job->waiters) {
         shd_waiter *waiter = job->waiters;
         wait_no_more(jobs, waiter);
@@ -433,10 +440,12 @@ bool shd_jobs_leave(shd_jobs *jobs, shd_waiter *waiter) {
 }
 
 shd_jobs_load shd_jobs_load_of(shd_jobs *jobs) {
+    double next;
     pthread_mutex_lock(&jobs->mutex);
     const shd_jobs_load load = {.waiting = shd_queue_count(jobs->turns.queue, SHD_LANES),
                                 .large_waiting = shd_queue_count(jobs->turns.queue, SHD_LANE_LARGE),
-                                .large_begun = shd_turns_begun(&jobs->turns)};
+                                .large_begun = shd_turns_begun(&jobs->turns),
+                                .stuck = shd_stuck_tell(&jobs->turns.cancelled, &next)};
     pthread_mutex_unlock(&jobs->mutex);
     return load;
 }
@@ -474,9 +483,12 @@ shd_status shd_jobs_new(shd_engine *engine, shd_metrics *metrics, const shd_jobs
                        .metrics = metrics,
                        .limits = *limits,
                        .calls = *calls,
+                       .turns = {.engine = engine,
+                                 .mutex = &jobs->mutex,
+                                 .changed = &jobs->changed,
+                                 .run = calls->run},
                        .equals = shd_equals_new()};
-    shd_status status = jobs->equals ? shd_turns_init(&jobs->turns, engine, limits->queue,
-                                                      &jobs->mutex, calls->run, error)
+    shd_status status = jobs->equals ? shd_turns_init(&jobs->turns, limits->queue, error)
                                      : shd_fail(error, SHD_EXHAUSTED, "", "no memory for the jobs");
     if (!status) status = shd_queue_new(limits->crowd, &jobs->crowd, error);
     if (!status) status = start_thread(jobs, error);

@@ -1,16 +1,13 @@
 /* Workers that are held: jobs that were cancelled while a worker had them, and that it still has a
  * second later. Work looks at its flag far more often, so that this is a mistake of the program's
- * or a library's; readiness, metrics and the log tell it. All functions may be called from any
- * thread. */
+ * or a library's; readiness, metrics and the log tell it. No locks: one thread at a time. */
 #pragma once
 
 #include <stdbool.h>
+#include <stddef.h>
 
-#include "base/status.h"
-
-typedef struct shd_stuck shd_stuck;
-
-/* A job's place among those that are watched; zero at first. */
+/* A job's place in the ring of those that are watched, the first one cancelled first; zero at
+ * first. The ring begins with one that is no job's. */
 typedef struct shd_watched {
     struct shd_watched *previous, *next; /* NULL: it is not watched */
     const char *id;                      /* of a request, for the log; lives as long as the job */
@@ -18,14 +15,12 @@ typedef struct shd_watched {
     bool told;
 } shd_watched;
 
-shd_status shd_stuck_new(shd_stuck **out, shd_error *error);
-void shd_stuck_drop(shd_stuck *stuck); /* nothing is watched; NULL is fine */
-
 /* The job was cancelled while a worker has it. */
-void shd_stuck_watch(shd_stuck *stuck, shd_watched *watched, const char *id);
+void shd_stuck_watch(shd_watched *ring, shd_watched *watched, const char *id);
 
 /* The worker has done with the job, which need not be watched. */
-void shd_stuck_forget(shd_stuck *stuck, shd_watched *watched);
+void shd_stuck_forget(shd_watched *watched);
 
-/* Workers that are held now. */
-unsigned shd_stuck_count(shd_stuck *stuck);
+/* Tells the log of each worker that is held, once; returns how many are. *next is when to look
+ * again: infinity as long as none is watched. */
+size_t shd_stuck_tell(shd_watched *ring, double *next);

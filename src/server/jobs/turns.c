@@ -4,7 +4,6 @@
 
 #include "base/clock.h"
 #include "job.h"
-#include "stuck.h"
 
 /* How many a worker may have set aside: each has its memory, and a part of the worker's stack. */
 enum { ASIDE_MOST = 3 };
@@ -134,8 +133,7 @@ static void give_way(void *context) {
         run_large(turns, first, own);
         own->job->seconds -= shd_now() - began;
         /* Cancelled meanwhile, it has only now been able to notice. */
-        if (!own->job->waiters)
-            shd_stuck_watch(own->job->server->stuck, &own->job->watched, own->job->id);
+        if (!own->job->waiters) shd_turns_watch(turns, own->job);
     }
     pthread_mutex_unlock(turns->mutex);
 }
@@ -152,6 +150,12 @@ bool shd_turns_give(shd_turns *turns, shd_lane lane) {
 void shd_turns_leave(shd_turns *turns, shd_job *job) {
     withdraw_ticket(turns, shd_turn_lane(&job->turn));
     shd_queue_leave(turns->queue, &job->turn);
+}
+
+void shd_turns_watch(shd_turns *turns, shd_job *job) {
+    if (job->begun && job->begun->is_aside) return; /* it notices when it goes on */
+    shd_stuck_watch(&turns->cancelled, &job->watched, job->id);
+    pthread_cond_signal(turns->changed);
 }
 
 void shd_turns_correct(shd_turns *turns, shd_job *job, double more) {
@@ -171,14 +175,13 @@ size_t shd_turns_begun(const shd_turns *turns) {
     return count;
 }
 
-shd_status shd_turns_init(shd_turns *turns, shd_engine *engine, size_t places,
-                          pthread_mutex_t *mutex, void (*run)(shd_job *job), shd_error *error) {
-    const unsigned threads = shd_engine_load(engine).threads;
-    *turns = (shd_turns){
-        .engine = engine, .mutex = mutex, .run = run, .most_large = threads > 1 ? threads - 1 : 1};
-    for (int lane = 0; lane < SHD_LANES; lane++) turns->tickets[lane] = (shd_ticket){turns};
+shd_status shd_turns_init(shd_turns *turns, size_t places, shd_error *error) {
+    const unsigned threads = shd_engine_load(turns->engine).threads;
+    turns->most_large = threads > 1 ? threads - 1 : 1;
+    turns->cancelled.previous = turns->cancelled.next = &turns->cancelled;
+    for (int lane = 0; lane < SHD_LANES; lane++) turns->tickets[lane].turns = turns;
     const shd_status status = shd_queue_new(places, &turns->queue, error);
-    if (!status) shd_engine_between(engine, give_way, turns);
+    if (!status) shd_engine_between(turns->engine, give_way, turns);
     return status;
 }
 

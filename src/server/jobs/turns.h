@@ -20,6 +20,7 @@
 
 #include "queue.h"
 #include "shaded.h"
+#include "stuck.h"
 
 typedef struct shd_turns shd_turns;
 
@@ -42,6 +43,7 @@ typedef struct shd_begun {
 struct shd_turns {
     shd_engine *engine;
     pthread_mutex_t *mutex;
+    pthread_cond_t *changed;          /* a job is watched */
     void (*run)(struct shd_job *job); /* without the mutex */
     shd_ticket tickets[SHD_LANES];
     shd_queue *queue;           /* jobs that wait for a worker */
@@ -49,13 +51,11 @@ struct shd_turns {
     size_t kept_tickets;        /* for others of that lane */
     shd_begun *begun;           /* all large ones */
     double running;             /* cost of jobs that workers have */
+    shd_watched cancelled;      /* the ring of jobs that workers have all the same */
 };
 
-/* `turns` lies where it stays. The engine's and the mutex' lives are longer; the queue is its own.
- */
-shd_status shd_turns_init(shd_turns *turns, shd_engine *engine, size_t places,
-                          pthread_mutex_t *mutex, void (*run)(struct shd_job *job),
-                          shd_error *error);
+/* `turns` has its first four members, which outlive it, and lies where it stays. */
+shd_status shd_turns_init(shd_turns *turns, size_t places, shd_error *error);
 void shd_turns_clear(shd_turns *turns); /* nobody waits; all zero is fine */
 
 /* For a job that has entered the queue. False: the engine has no place for a ticket. */
@@ -63,6 +63,9 @@ bool shd_turns_give(shd_turns *turns, shd_lane lane);
 
 /* The job, which waits, leaves the queue, as does a ticket. */
 void shd_turns_leave(shd_turns *turns, struct shd_job *job);
+
+/* The job was cancelled while a worker has it. */
+void shd_turns_watch(shd_turns *turns, struct shd_job *job);
 
 /* The job, which a worker has, costs so much more than was known. */
 void shd_turns_correct(shd_turns *turns, struct shd_job *job, double more);

@@ -8,7 +8,6 @@
 #include "server/answer/problem.h"
 #include "server/ops/memory.h"
 #include "server/ops/settings.h"
-#include "stuck.h"
 
 enum { WARNINGS_TOLD = 8 };
 
@@ -46,7 +45,6 @@ void shd_job_read(shd_job *job) {
 }
 
 void shd_job_drop(shd_job *job) {
-    shd_stuck_forget(job->server->stuck, &job->watched);
     shd_request_drop(job->request);
     shd_reply_clear(&job->reply);
     shd_settings_drop(job->settings);
@@ -185,8 +183,6 @@ shd_status shd_server_start_jobs(shd_server *server, shd_error *error) {
     const shd_jobs_limits limits = {
         .queue = server->config.queue, .crowd = connections - connections / 4, .small = small_work};
     const shd_jobs_calls calls = {.run = work_on, .drop = shd_job_drop};
-    const shd_status status = shd_stuck_new(&server->stuck, error);
-    if (status) return status;
     return shd_jobs_new(server->engine, &server->metrics, &limits, &calls, &server->jobs, error);
 }
 

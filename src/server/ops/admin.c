@@ -7,7 +7,6 @@
 #include "descriptors.h"
 #include "server/conn/reaper.h"
 #include "server/jobs/jobs.h"
-#include "server/jobs/stuck.h"
 #include "settings.h"
 
 struct shd_admin {
@@ -50,7 +49,6 @@ static enum MHD_Result send_metrics(struct MHD_Connection *connection, shd_serve
                          .reaped = shd_reaper_count(server->reaper),
                          .reuse = shd_engine_reuse(server->engine),
                          .cache = shd_cache_load_of(server->cache),
-                         .stuck = shd_stuck_count(server->stuck),
                          .memory = shd_budget_load_of(server->budget),
                          .meshes = shd_engine_meshes(server->engine),
                          .quotas = server->quotas,
@@ -65,7 +63,7 @@ static enum MHD_Result send_metrics(struct MHD_Connection *connection, shd_serve
 
 static enum MHD_Result send_readiness(struct MHD_Connection *connection, shd_server *server) {
     if (atomic_load(&server->draining)) return send_word(connection, 503, "draining\n");
-    if (shd_stuck_count(server->stuck)) return send_word(connection, 503, "stuck\n");
+    if (shd_jobs_load_of(server->jobs).stuck) return send_word(connection, 503, "stuck\n");
     return send_word(connection, 200, "ready\n");
 }
 

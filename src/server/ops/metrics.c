@@ -138,7 +138,7 @@ static void print_workers(FILE *out, const shd_gauges *gauges) {
                  gauges->load.abandoned);
     print_number(out, "stuck_workers", "gauge",
                  "Rendering threads that go on a second after their work was cancelled.",
-                 gauges->stuck);
+                 gauges->jobs.stuck);
 }
 
 /* ---- What is kept ---- */

@@ -70,6 +70,7 @@ typedef struct shd_jobs_load {
     size_t waiting;       /* that no worker has, large ones among them */
     size_t large_waiting; /* of that lane: read, or large by their document's size */
     size_t large_begun;   /* of that lane, and not done yet */
+    size_t stuck;         /* cancelled, and held by their worker all the same */
 } shd_jobs_load;
 
 /* What is true just now, beside the counters. */
@@ -84,7 +85,6 @@ typedef struct shd_gauges {
     shd_quotas *quotas;
     unsigned in_flight;
     uint64_t unsent; /* bytes of answers that are on their way */
-    unsigned stuck;  /* workers */
     bool draining;
 } shd_gauges;
 
