@@ -205,7 +205,7 @@ static void a_report_tells_its_first_limit(void **state) {
     shd_report_limit(&report, SHD_LIMIT_PIXELS);
     shd_report_error(&report, SHD_LIMIT, "/lights", "too many lights");
     shd_report_limit(&report, SHD_LIMIT_LIGHTS);
-    shd_problem_report(&reply, &report);
+    shd_problem_report(&reply, &report, SHD_BAD_SCENE);
     assert_int_equal(reply.status, 422);
     assert_int_equal(reply.limit, SHD_LIMIT_PIXELS);
     assert_true(body_has(&reply, "\"detail\":\"/image: too many pixels (and 1 more)\""));
@@ -215,7 +215,7 @@ static void a_report_tells_its_first_limit(void **state) {
     shd_report_error(&report, SHD_SCENE, "/image", "no image");
     shd_report_error(&report, SHD_LIMIT, "/lights", "too many lights");
     shd_report_limit(&report, SHD_LIMIT_LIGHTS);
-    shd_problem_report(&reply, &report);
+    shd_problem_report(&reply, &report, SHD_BAD_SCENE);
     assert_int_equal(reply.limit, SHD_LIMIT_NONE);
     assert_true(body_has(&reply, "problem:scene"));
     shd_reply_clear(&reply);

@@ -32,18 +32,12 @@ struct shd_cache {
     uint64_t evictions;
 };
 
-bool shd_question_same(const shd_question *a, const shd_question *b) {
-    return a->size == b->size && a->coding == b->coding && a->fallback == b->fallback &&
-           a->picture_accepted == b->picture_accepted && a->settings == b->settings &&
-           (!a->size || !memcmp(a->body, b->body, a->size));
-}
-
-/* The kinds of keys: 0 is a tag's, and questions of one kind differ by their bodies alone. */
-static uint64_t kind_of(const shd_question *q) {
+uint64_t shd_question_kind(const shd_question *q) {
     return q->settings << 16 | (uint64_t)q->coding << 12 | (uint64_t)q->fallback << 2 |
            (uint64_t)q->picture_accepted << 1 | 1;
 }
 
+/* Of kind 0. */
 static shd_key tag_key(const shd_cache *cache, const char *tag) {
     return shd_index_key(&cache->index, 0, tag, strlen(tag));
 }
@@ -51,7 +45,7 @@ static shd_key tag_key(const shd_cache *cache, const char *tag) {
 /* Kind 0: the question is not kept. */
 static shd_key question_key(const shd_cache *cache, const shd_question *q) {
     if (!q || q->size > QUESTION_MOST || q->size > cache->cap / SHARE) return (shd_key){.kind = 0};
-    return shd_index_key(&cache->index, kind_of(q), q->body, q->size);
+    return shd_index_key(&cache->index, shd_question_kind(q), q->body, q->size);
 }
 
 /* ---- With the mutex held ---- */

@@ -30,7 +30,8 @@ typedef struct shd_question {
     uint64_t settings; /* shd_settings.number: limits and colors */
 } shd_question;
 
-bool shd_question_same(const shd_question *a, const shd_question *b);
+/* Questions of one kind differ by their bodies alone. Odd. */
+uint64_t shd_question_kind(const shd_question *question);
 
 /* How an answer came about: the value of Cache-Status (RFC 9211). */
 typedef enum shd_cached {

@@ -73,26 +73,22 @@ static json_t *make_string(const char *text) {
 
 static json_t *begin_document(shd_problem_kind kind, const char *detail) {
     shd_json_memory_watch();
-    char type[64];
-    snprintf(type, sizeof type, "urn:shaded:problem:%s", kinds[kind].name);
-    json_t *document = json_object();
-    json_object_set_new(document, "type", json_string(type));
-    json_object_set_new(document, "title", json_string(kinds[kind].title));
-    json_object_set_new(document, "status", json_integer(kinds[kind].status));
-    json_object_set_new(document, "detail", make_string(detail));
-    return document;
+    return json_pack("{s:s+, s:s, s:i, s:o}", "type", "urn:shaded:problem:", kinds[kind].name,
+                     "title", kinds[kind].title, "status", (int)kinds[kind].status, "detail",
+                     make_string(detail));
 }
 
 /* Whether the same request may be answered a moment later. */
 static bool passes_soon(shd_problem_kind kind) {
-    return kind == SHD_NO_MEMORY || kind == SHD_BUSY;
+    return kind == SHD_NO_MEMORY || kind == SHD_BUSY || kind == SHD_DRAINING;
 }
 
-/* `seconds`: of Retry-After; 0: none. */
+/* `seconds`: of Retry-After, 0 if the kind decides. */
 static void finish_document(shd_reply *reply, shd_problem_kind kind, unsigned seconds,
                             json_t *document) {
     char *text = json_dumps(document, JSON_COMPACT);
     json_decref(document);
+    if (!seconds) seconds = passes_soon(kind);
     reply->status = kinds[kind].status;
     reply->is_short = reply->is_short || !text || shd_json_memory_short();
     shd_reply_give(reply, "application/problem+json", text, text ? strlen(text) : 0);
@@ -100,17 +96,7 @@ static void finish_document(shd_reply *reply, shd_problem_kind kind, unsigned se
     if (seconds) shd_reply_header(reply, "Retry-After", "%u", seconds);
 }
 
-void shd_problem_reply(shd_reply *reply, shd_problem_kind kind, const char *format, ...) {
-    char detail[DETAIL_SIZE];
-    va_list args;
-    va_start(args, format);
-    vsnprintf(detail, sizeof detail, format, args);
-    va_end(args);
-    finish_document(reply, kind, kind == SHD_DRAINING || kind == SHD_NO_MEMORY,
-                    begin_document(kind, detail));
-}
-
-void shd_problem_later(shd_reply *reply, shd_problem_kind kind, unsigned seconds,
+bool shd_problem_later(shd_reply *reply, shd_problem_kind kind, unsigned seconds,
                        const char *format, ...) {
     char detail[DETAIL_SIZE];
     va_list args;
@@ -118,14 +104,13 @@ void shd_problem_later(shd_reply *reply, shd_problem_kind kind, unsigned seconds
     vsnprintf(detail, sizeof detail, format, args);
     va_end(args);
     finish_document(reply, kind, seconds, begin_document(kind, detail));
+    return false;
 }
 
 /* `kind` of place: "pointer" or "parameter". */
 static void add_error(json_t *errors, const char *kind, const char *place, const char *detail) {
-    json_t *error = json_object();
-    json_object_set_new(error, kind, make_string(place));
-    json_object_set_new(error, "detail", make_string(detail));
-    json_array_append_new(errors, error);
+    json_array_append_new(
+        errors, json_pack("{s:o, s:o}", kind, make_string(place), "detail", make_string(detail)));
 }
 
 void shd_problem_error(shd_reply *reply, const shd_error *error) {
@@ -141,7 +126,7 @@ void shd_problem_error(shd_reply *reply, const shd_error *error) {
         add_error(errors, "pointer", error->path, error->text);
         json_object_set_new(document, "errors", errors);
     }
-    finish_document(reply, kind, passes_soon(kind), document);
+    finish_document(reply, kind, 0, document);
     reply->limit = error->limit;
 }
 
@@ -153,7 +138,9 @@ static void write_summary(char detail[DETAIL_SIZE], const char *where, const cha
     snprintf(detail, DETAIL_SIZE, "%.400s%s%.500s%s", where, *where ? ": " : "", what, more);
 }
 
-static void reply_report(shd_reply *reply, shd_problem_kind kind, const shd_report *report) {
+void shd_problem_report(shd_reply *reply, const shd_report *report, shd_problem_kind wrong) {
+    const shd_problem_kind kind =
+        report->status == SHD_SCENE ? wrong : status_kinds[report->status];
     size_t kept = shd_report_errors_kept(report);
     const char *first = kept ? report->errors[0].detail : kinds[kind].title;
 
@@ -174,17 +161,8 @@ static void reply_report(shd_reply *reply, shd_problem_kind kind, const shd_repo
     json_object_set_new(document, "errors", errors);
     if (report->error_count > kept)
         json_object_set_new(document, "errorCount", json_integer((json_int_t)report->error_count));
-    finish_document(reply, kind, passes_soon(kind), document);
+    finish_document(reply, kind, 0, document);
     reply->limit = report->limit;
-}
-
-void shd_problem_report(shd_reply *reply, const shd_report *report) {
-    reply_report(reply, status_kinds[report->status], report);
-}
-
-void shd_problem_mesh(shd_reply *reply, const shd_report *report) {
-    const shd_problem_kind kind = status_kinds[report->status];
-    reply_report(reply, kind == SHD_BAD_SCENE ? SHD_BAD_MESH : kind, report);
 }
 
 void shd_problem_mistakes(shd_reply *reply, shd_problem_kind kind, const shd_mistake *mistakes,

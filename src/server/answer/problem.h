@@ -37,19 +37,15 @@ typedef enum shd_problem_kind {
 /* What is sent if there is no memory for any other document. */
 extern const char shd_problem_last_words[];
 
-void shd_problem_reply(shd_reply *reply, shd_problem_kind kind, const char *format, ...)
-    SHD_PRINTF(3, 4);
-
-/* With Retry-After. */
-void shd_problem_later(shd_reply *reply, shd_problem_kind kind, unsigned seconds,
+/* With Retry-After, if `seconds` or the kind say so. Returns false, for callers to return. */
+bool shd_problem_later(shd_reply *reply, shd_problem_kind kind, unsigned seconds,
                        const char *format, ...) SHD_PRINTF(4, 5);
+#define shd_problem_reply(reply, kind, ...) shd_problem_later(reply, kind, 0, __VA_ARGS__)
 
-/* From what the library says: its status decides the kind. */
+/* From what the library says: its status decides the kind. `wrong` is the kind of a document that
+ * is wrong: SHD_BAD_SCENE or SHD_BAD_MESH. */
 void shd_problem_error(shd_reply *reply, const shd_error *error);
-void shd_problem_report(shd_reply *reply, const shd_report *report);
-
-/* The same of a mesh, which is no scene. */
-void shd_problem_mesh(shd_reply *reply, const shd_report *report);
+void shd_problem_report(shd_reply *reply, const shd_report *report, shd_problem_kind wrong);
 
 /* Something wrong with a parameter of the path or query or, if that is NULL, in a document. */
 typedef struct shd_mistake {

@@ -7,12 +7,13 @@
  *     work.c   what a worker does with a job
  *     jobs.c   who waits for which job: joining, leaving, deadlines
  *     turns.c  which job a worker takes, and gives way to
- *     queue.c  whose job is next; equal.c  which are equal; stuck.c  which do not end
+ *     queue.c  whose job is next; stuck.c  which do not end
  *     render_job.c, json_job.c, mesh_job.c, preview.c  the kinds of work
  *
  * A job belongs to the thread that made it, then to jobs.c, then to a worker. */
 #pragma once
 
+#include "base/lru.h"
 #include "queue.h"
 #include "server/access/client.h"
 #include "server/answer/cache.h"
@@ -29,8 +30,6 @@ typedef struct shd_work {
     bool (*recall)(const shd_job *job, const shd_exchange *exchange, shd_reply *reply);
     void (*read)(shd_job *job);
     void (*run)(shd_job *job);
-    /* Answers a document that cannot be read. NULL: as its report says. */
-    void (*refuse)(shd_job *job);
     /* Whether one waiter has its answer before anything is run. After `read`, on any thread, also
      * while the job runs; may be NULL. */
     bool (*settle)(const shd_job *job, const shd_exchange *exchange, shd_reply *reply);
@@ -40,13 +39,6 @@ typedef struct shd_work {
     bool shared;
     enum { SHD_BY_SCENE, SHD_SMALL, SHD_LARGE } size;
 } shd_work;
-
-/* A job's entry under a key that finds it, in equal.c's tables. */
-typedef struct shd_listing {
-    struct shd_listing *next;
-    shd_job *job; /* NULL: it is not listed */
-    uint64_t hash;
-} shd_listing;
 
 struct shd_job {
     shd_server *server;
@@ -62,6 +54,7 @@ struct shd_job {
     const unsigned char *body;
     size_t size;
     bool was_measured;
+    bool is_link; /* the document was made of a link, in whose words its mistakes are told */
     unsigned char *decoded;
     size_t body_bytes; /* of both, as the server counts them */
     bool takes_gzip;   /* its one exchange does, as above */
@@ -78,11 +71,11 @@ struct shd_job {
 
     /* jobs.c's own. */
     struct shd_waiter *waiters;
-    shd_turn turn;            /* in the queue */
-    struct shd_begun *begun;  /* turns.c's, of a large one that a worker has */
-    shd_job *earlier, *later; /* by deadline */
-    shd_listing by_body, by_meaning;
-    bool was_read;       /* without a mistake: it may settle */
-    bool may_cancel;     /* it has a request that is not done */
-    shd_watched watched; /* once it is cancelled */
+    shd_turn turn;               /* in the queue */
+    struct shd_begun *begun;     /* turns.c's, of a large one that a worker has */
+    shd_job *earlier, *later;    /* by deadline */
+    shd_key by_body, by_meaning; /* without a thing, it is not found by them */
+    bool was_read;               /* without a mistake: it may settle */
+    bool may_cancel;             /* it has a request that is not done */
+    shd_watched watched;         /* once it is cancelled */
 };

@@ -1,47 +1,48 @@
 #include "jobs.h"
 
+#include <assert.h>
 #include <math.h>
 #include <pthread.h>
 #include <stdlib.h>
-#include <time.h>
+#include <string.h>
 
 #include "base/clock.h"
-#include "equal.h"
 #include "job.h"
 #include "server/answer/problem.h"
 #include "turns.h"
 
-/* How many of the last jobs, about, tell what work takes. */
-static const double memory_of_jobs = 16;
+/* Of what the jobs before one that is done tell of what work takes. */
+static const double kept = 15. / 16;
+
+/* On shd_now()'s clock: 30 years. */
+static const double end_of_time = 1e9;
 
 struct shd_jobs {
-    shd_engine *engine;
     shd_metrics *metrics;
-    shd_jobs_calls calls;
-    shd_jobs_limits limits;
+    shd_jobs_options options;
 
-    pthread_mutex_t mutex;
+    pthread_mutex_t mutex; /* the functions below have it, unless they are public or say so */
     pthread_cond_t changed;
     pthread_t thread;
-    shd_equals *equals;
+    shd_index equals;          /* jobs by what is asked, so that equal ones are done once */
     shd_turns turns;           /* jobs that wait for a worker */
     shd_queue *crowd;          /* waiters; each costs 1, and nobody is taken from it */
     shd_job *first, *last;     /* jobs that somebody waits for, by deadline */
     double work, work_seconds; /* of the last jobs that are done */
-    /* While the thread waits: when it looks next, infinity if it does not. */
-    double wakes;
-    bool stopped, ending; /* everybody is to leave; the thread is to end */
+    double wakes;              /* while the thread waits: when it looks next, or infinity */
+    bool stopped, ending;      /* everybody is to leave; the thread is to end */
 };
 
 /* What is to be done once the mutex is free. */
 typedef struct leftovers {
     shd_waiter *waiters; /* by `other`: to be told why they are sent away, or answered */
     shd_job *jobs;       /* by `later`: to be dropped */
+    const shd_job *done; /* whose reply is the answer; NULL: they have their own */
 } leftovers;
 
 /* ---- Waiting ---- */
 
-/* With the mutex. Deadlines mostly come in order: the place is near the end. */
+/* Deadlines mostly come in order: the place is near the end. */
 static void insert_by_deadline(shd_jobs *jobs, shd_job *job) {
     shd_job *before = jobs->last;
     while (before && before->deadline > job->deadline) before = before->earlier;
@@ -54,7 +55,6 @@ static void insert_by_deadline(shd_jobs *jobs, shd_job *job) {
     if (job->deadline < jobs->wakes) pthread_cond_signal(&jobs->changed);
 }
 
-/* With the mutex. */
 static void attach_waiter(shd_jobs *jobs, shd_waiter *waiter, shd_job *job) {
     if (!job->waiters) insert_by_deadline(jobs, job);
     waiter->job = job;
@@ -62,7 +62,6 @@ static void attach_waiter(shd_jobs *jobs, shd_waiter *waiter, shd_job *job) {
     job->waiters = waiter;
 }
 
-/* With the mutex. */
 static void detach_waiter(shd_jobs *jobs, shd_waiter *waiter) {
     shd_job *job = waiter->job;
     shd_waiter **at = &job->waiters;
@@ -74,17 +73,31 @@ static void detach_waiter(shd_jobs *jobs, shd_waiter *waiter) {
     *(job->later ? &job->later->earlier : &jobs->last) = job->earlier;
 }
 
-/* With the mutex. From now on the waiter is the caller's, who answers it without the mutex. */
+/* From now on the waiter is the caller's, who answers it without the mutex. */
 static void wait_no_more(shd_jobs *jobs, shd_waiter *waiter) {
     detach_waiter(jobs, waiter);
     shd_queue_leave(jobs->crowd, &waiter->turn);
 }
 
-/* With the mutex. If nobody waits for the job, nobody finds it any more, and it ends soon or at
- * once. */
+/* An equal job that has at least half of its time left: who joins it can wait for it about as long
+ * as for work of their own. Jobs are put in the index for want of one, so that only the last that
+ * was put there can be it. */
+static shd_job *find_equal(const shd_jobs *jobs, const shd_key *key) {
+    shd_job *job = shd_index_find(&jobs->equals, key);
+    return job && job->deadline - shd_now() >= (job->deadline - job->asked) / 2 ? job : NULL;
+}
+
+/* Nobody finds the job any more. */
+static void hide_job(shd_jobs *jobs, shd_job *job) {
+    if (job->by_body.thing) shd_index_take(&jobs->equals, &job->by_body);
+    if (job->by_meaning.thing) shd_index_take(&jobs->equals, &job->by_meaning);
+    job->by_body.thing = job->by_meaning.thing = NULL;
+}
+
+/* If nobody waits for the job, nobody finds it any more, and it ends soon or at once. */
 static void abandon_job(shd_jobs *jobs, shd_job *job, leftovers *left) {
     if (job->waiters) return;
-    shd_equals_hide(jobs->equals, job);
+    hide_job(jobs, job);
     if (!shd_turn_waits(&job->turn)) {
         if (!job->may_cancel) return;
         shd_request_cancel(job->request);
@@ -98,10 +111,9 @@ static void abandon_job(shd_jobs *jobs, shd_job *job, leftovers *left) {
 
 /* ---- Sending away ---- */
 
-/* With the mutex. New jobs pass large ones that run. But if no new one waits, the large ones take
- * the places. */
+/* New jobs pass large ones that run. But if no new one waits, the large ones take the places. */
 static unsigned retry_after(const shd_jobs *jobs, const char *client, shd_lane lane, double cost) {
-    const unsigned threads = shd_engine_load(jobs->engine).threads;
+    const unsigned threads = shd_engine_load(jobs->turns.engine).threads;
     if (!shd_queue_count(jobs->turns.queue, SHD_LANE_NEW)) lane = SHD_LANE_LARGE;
     double ahead = shd_queue_ahead(jobs->turns.queue, lane, client, cost);
     if (lane == SHD_LANE_LARGE) ahead += jobs->turns.running;
@@ -109,17 +121,24 @@ static unsigned retry_after(const shd_jobs *jobs, const char *client, shd_lane l
     return seconds < 1 ? 1 : seconds > 300 ? 300 : (unsigned)ceil(seconds);
 }
 
-/* With the mutex. The waiter does not wait, or does not any more. */
+/* The waiter does not wait, or does not any more. */
 static void send_away(shd_waiter *waiter, enum shd_sent why, unsigned later, leftovers *left) {
+    assert(!waiter->job && !shd_turn_waits(&waiter->turn));
     waiter->sent = why;
     waiter->retry_after = later;
     waiter->other = left->waiters;
     left->waiters = waiter;
 }
 
-/* With the mutex. All who wait for the job leave it, and it is abandoned. */
+/* The waiter gets the job's answer, or has its own. */
+static void release_waiter(shd_jobs *jobs, shd_waiter *waiter, leftovers *left) {
+    wait_no_more(jobs, waiter);
+    send_away(waiter, SHD_SENT_NOT, 0, left);
+}
+
+/* All who wait for the job leave it, and it is abandoned. */
 static void send_all_away(shd_jobs *jobs, shd_job *job, enum shd_sent why, leftovers *left) {
-    const shd_lane lane = job->cost > jobs->limits.small ? SHD_LANE_LARGE : SHD_LANE_NEW;
+    const shd_lane lane = job->cost > jobs->options.small ? SHD_LANE_LARGE : SHD_LANE_NEW;
     while (job->waiters) {
         shd_waiter *waiter = job->waiters;
         wait_no_more(jobs, waiter);
@@ -130,71 +149,89 @@ static void send_all_away(shd_jobs *jobs, shd_job *job, enum shd_sent why, lefto
     abandon_job(jobs, job, left);
 }
 
+/* Without the mutex. */
 static void tell_why(const shd_jobs *jobs, const shd_waiter *waiter) {
-    const unsigned long long places = jobs->limits.queue;
+    const unsigned long long places = jobs->options.queue;
+    const unsigned later = waiter->retry_after;
+    const enum shd_sent why = waiter->sent;
     shd_reply *reply = waiter->reply;
-    if (waiter->sent == SHD_SENT_LATE)
+    if (why == SHD_SENT_LATE)
         shd_problem_reply(reply, SHD_OVERDUE,
                           "not done after %.1f seconds: the limit `timeout` is %.0f",
                           waiter->waited, waiter->limit);
-    else if (waiter->sent == SHD_SENT_FULL)
-        shd_problem_later(reply, SHD_BUSY, waiter->retry_after,
+    else if (why == SHD_SENT_FULL)
+        shd_problem_later(reply, SHD_BUSY, later,
                           "as many requests wait as may: the limit `queue` is %llu", places);
-    else if (waiter->sent == SHD_SENT_DISPLACED)
-        shd_problem_later(reply, SHD_BUSY, waiter->retry_after,
+    else if (why == SHD_SENT_DISPLACED)
+        shd_problem_later(reply, SHD_BUSY, later,
                           "it gave way to another client's: the limit `queue` is %llu, and this "
                           "client's requests held most of its places",
                           places);
-    else if (waiter->sent == SHD_SENT_CROWD)
-        shd_problem_later(reply, SHD_BUSY, waiter->retry_after,
+    else if (why == SHD_SENT_CROWD)
+        shd_problem_later(reply, SHD_BUSY, later,
                           "too many connections wait for answers, and this client has most");
-    else if (waiter->sent == SHD_SENT_NO_MEMORY)
+    else if (why == SHD_SENT_NO_MEMORY)
         shd_problem_reply(reply, SHD_NO_MEMORY, "no memory for a place in the queue");
     else
         shd_problem_reply(reply, SHD_DRAINING,
                           "the server stops and the time for requests to finish is over");
-    const bool is_full = waiter->sent == SHD_SENT_FULL || waiter->sent == SHD_SENT_DISPLACED;
-    if (is_full || waiter->sent == SHD_SENT_LATE)
-        reply->limit = is_full ? SHD_LIMIT_QUEUE : SHD_LIMIT_TIMEOUT;
+    if (why == SHD_SENT_LATE) reply->limit = SHD_LIMIT_TIMEOUT;
+    if (why == SHD_SENT_FULL || why == SHD_SENT_DISPLACED) reply->limit = SHD_LIMIT_QUEUE;
 }
 
-/* Without the mutex: answers and drops what is left over. */
+static bool is_settled(const shd_job *job, const shd_waiter *waiter) {
+    return job->work->settle && job->work->settle(job, waiter->exchange, waiter->reply);
+}
+
+/* Without the mutex. Everybody's reply is a copy, which shares the body. */
+static void fill_reply(shd_jobs *jobs, const shd_job *job, shd_waiter *waiter) {
+    const double queued = fmax(job->began - waiter->asked, 0); /* it may come while the job runs */
+    shd_metrics_stage(jobs->metrics, SHD_STAGE_QUEUE, queued);
+    if (job->reply.status == 200 && is_settled(job, waiter)) {
+        shd_reply_share(waiter->reply, &job->reply); /* of which a 304 tells the length */
+        return;
+    }
+    shd_reply_copy(waiter->reply, &job->reply);
+    if (job->reply.status == 200 && job->work->add) job->work->add(job, queued, waiter->reply);
+}
+
+/* Leaves the mutex; answers and drops what is left over. */
 static void clear_up(shd_jobs *jobs, const leftovers *left) {
+    pthread_mutex_unlock(&jobs->mutex);
     for (shd_job *job = left->jobs, *later; job; job = later) {
         later = job->later;
-        jobs->calls.drop(job);
+        jobs->options.drop(job);
     }
     for (shd_waiter *waiter = left->waiters, *other; waiter; waiter = other) {
         other = waiter->other;
-        if (waiter->sent != SHD_SENT_NOT) tell_why(jobs, waiter);
+        if (waiter->sent != SHD_SENT_NOT)
+            tell_why(jobs, waiter);
+        else if (left->done)
+            fill_reply(jobs, left->done, waiter);
         waiter->answer(waiter);
     }
 }
 
 /* ---- Deadlines ---- */
 
+/* A thread of its own, which begins without the mutex. */
 static void *keep_time(void *context) {
     shd_jobs *jobs = context;
     pthread_mutex_lock(&jobs->mutex);
     while (!jobs->ending) {
-        leftovers left = {NULL, NULL};
+        leftovers left = {.jobs = NULL};
         while (jobs->first && (jobs->stopped || jobs->first->deadline <= shd_now()))
             send_all_away(jobs, jobs->first, jobs->stopped ? SHD_SENT_STOPPED : SHD_SENT_LATE,
                           &left);
         if (left.waiters) {
-            pthread_mutex_unlock(&jobs->mutex);
             clear_up(jobs, &left);
             pthread_mutex_lock(&jobs->mutex);
             continue;
         }
         shd_stuck_tell(&jobs->turns.cancelled, &jobs->wakes);
         if (jobs->first) jobs->wakes = fmin(jobs->wakes, jobs->first->deadline);
-        if (jobs->wakes < INFINITY) {
-            const struct timespec until = shd_timespec(jobs->wakes);
-            pthread_cond_timedwait(&jobs->changed, &jobs->mutex, &until);
-        } else {
-            pthread_cond_wait(&jobs->changed, &jobs->mutex);
-        }
+        const struct timespec until = shd_timespec(fmin(jobs->wakes, end_of_time));
+        pthread_cond_timedwait(&jobs->changed, &jobs->mutex, &until);
     }
     pthread_mutex_unlock(&jobs->mutex);
     return NULL;
@@ -209,7 +246,7 @@ void shd_jobs_stop(shd_jobs *jobs) {
 
 /* ---- The queue ---- */
 
-/* With the mutex. Gets the job a place, as the client's, and a ticket; or returns why not. */
+/* Gets the job a place, as the client's, and a ticket; or returns why not. */
 static enum shd_sent queue_up(shd_jobs *jobs, shd_job *job, shd_lane lane, const char *client,
                               bool is_rest, leftovers *left) {
     void *displaced;
@@ -223,7 +260,6 @@ static enum shd_sent queue_up(shd_jobs *jobs, shd_job *job, shd_lane lane, const
     return SHD_SENT_FULL;
 }
 
-/* With the mutex. */
 static enum shd_sent join_crowd(shd_jobs *jobs, shd_waiter *waiter, leftovers *left) {
     void *displaced;
     const shd_entry entry = shd_queue_enter(jobs->crowd, &waiter->turn, waiter, SHD_LANE_NEW,
@@ -239,7 +275,6 @@ static enum shd_sent join_crowd(shd_jobs *jobs, shd_waiter *waiter, leftovers *l
     return SHD_SENT_NOT;
 }
 
-/* With the mutex. */
 static void join_job(shd_jobs *jobs, shd_waiter *waiter, shd_job *job) {
     attach_waiter(jobs, waiter, job);
     waiter->joined = true;
@@ -247,58 +282,54 @@ static void join_job(shd_jobs *jobs, shd_waiter *waiter, shd_job *job) {
     atomic_fetch_add(&jobs->metrics->joined, 1);
 }
 
-static bool is_settled(const shd_job *job, const shd_waiter *waiter) {
-    return job->work->settle && job->work->settle(job, waiter->exchange, waiter->reply);
-}
-
-/* With the mutex. The waiter has its place in the crowd. False: it does not wait for this job, or
- * not at all. */
+/* The waiter has its place in the crowd. False: it does not wait for this job, or not at all. */
 static bool find_work(shd_jobs *jobs, shd_job *job, shd_waiter *waiter, shd_lane lane,
                       leftovers *left) {
     const bool shared = job->work->shared;
-    shd_job *equal = shared ? shd_equals_by_body(jobs->equals, job, shd_now()) : NULL;
+    shd_job *equal = shared ? find_equal(jobs, &job->by_body) : NULL;
     /* Those who came before it was read are settled then. */
-    if (equal && equal->was_read && is_settled(equal, waiter)) {
+    const bool settled = equal && equal->was_read && is_settled(equal, waiter);
+    enum shd_sent why = SHD_SENT_NOT;
+    if (!equal) why = queue_up(jobs, job, lane, waiter->client, false, left);
+    if (settled || why != SHD_SENT_NOT) {
         shd_queue_leave(jobs->crowd, &waiter->turn);
-        send_away(waiter, SHD_SENT_NOT, 0, left);
+        send_away(waiter, why, retry_after(jobs, waiter->client, lane, job->cost), left);
     } else if (equal) {
         join_job(jobs, waiter, equal);
     } else {
-        const enum shd_sent why = queue_up(jobs, job, lane, waiter->client, false, left);
-        if (why == SHD_SENT_NOT) {
-            attach_waiter(jobs, waiter, job);
-            if (shared) shd_equals_list_body(jobs->equals, job);
-            return true;
-        }
-        shd_queue_leave(jobs->crowd, &waiter->turn);
-        send_away(waiter, why, retry_after(jobs, waiter->client, lane, job->cost), left);
+        attach_waiter(jobs, waiter, job);
+        if (shared) shd_index_put(&jobs->equals, &job->by_body, job);
     }
-    return false;
+    return waiter->job == job;
 }
 
 bool shd_jobs_enter(shd_jobs *jobs, shd_job *job, shd_lane lane, shd_waiter *waiter) {
-    leftovers left = {NULL, NULL};
+    const shd_question *asked = &job->question;
+    leftovers left = {.jobs = NULL};
     bool waits = false;
+    /* Its lowest bits tell the kind from those of meanings. */
+    if (job->work->shared)
+        job->by_body = shd_index_key(&jobs->equals, shd_question_kind(asked) << 1 | job->is_link,
+                                     asked->body, asked->size);
     pthread_mutex_lock(&jobs->mutex);
     const enum shd_sent why = join_crowd(jobs, waiter, &left);
     if (why == SHD_SENT_NOT)
         waits = find_work(jobs, job, waiter, lane, &left);
     else
         send_away(waiter, why, retry_after(jobs, waiter->client, SHD_LANE_NEW, 0), &left);
-    pthread_mutex_unlock(&jobs->mutex);
     clear_up(jobs, &left);
     return waits;
 }
 
 /* ---- On a worker ---- */
 
-/* With the mutex. The job is not the worker's any more. */
+/* The job is not the worker's any more. */
 static void take_back(shd_jobs *jobs, shd_job *job) {
     jobs->turns.running -= job->cost;
     shd_stuck_forget(&job->watched);
 }
 
-/* With the mutex. If nobody waits for the job, the worker has it no more. */
+/* If nobody waits for the job, the worker has it no more. */
 static bool is_wanted(shd_jobs *jobs, shd_job *job) {
     if (!job->waiters) take_back(jobs, job);
     return job->waiters;
@@ -312,7 +343,7 @@ bool shd_jobs_begin(shd_jobs *jobs, shd_job *job) {
     return wanted;
 }
 
-/* With the mutex. What was estimated before the document was read was for the queue to go by. */
+/* What was estimated before the document was read was for the queue to go by. */
 static void correct_cost(shd_jobs *jobs, shd_job *job, double cost, bool is_large) {
     const double more = cost - job->cost;
     shd_turns_correct(&jobs->turns, job, more);
@@ -327,20 +358,11 @@ void shd_jobs_correct(shd_jobs *jobs, shd_job *job, double cost) {
     pthread_mutex_unlock(&jobs->mutex);
 }
 
-/* With the mutex. */
-static void settle_some(shd_jobs *jobs, shd_job *job, leftovers *left) {
-    for (shd_waiter *w = job->waiters, *other; w; w = other) {
-        other = w->other;
-        if (!is_settled(job, w)) continue;
-        wait_no_more(jobs, w);
-        send_away(w, SHD_SENT_NOT, 0, left);
-    }
-}
-
-/* With the mutex. */
 static void join_equal(shd_jobs *jobs, shd_job *job) {
-    shd_job *equal = shd_equals_by_meaning(jobs->equals, job, shd_now());
-    if (!equal) shd_equals_list_meaning(jobs->equals, job);
+    const char *tag = shd_request_etag(job->request);
+    job->by_meaning = shd_index_key(&jobs->equals, job->is_link, tag, strlen(tag));
+    shd_job *equal = find_equal(jobs, &job->by_meaning);
+    if (!equal) shd_index_put(&jobs->equals, &job->by_meaning, job);
     while (equal && job->waiters) {
         shd_waiter *waiter = job->waiters;
         detach_waiter(jobs, waiter);
@@ -349,16 +371,18 @@ static void join_equal(shd_jobs *jobs, shd_job *job) {
 }
 
 bool shd_jobs_settle(shd_jobs *jobs, shd_job *job, double cost, bool is_large) {
-    leftovers left = {NULL, NULL};
+    leftovers left = {.jobs = NULL};
     pthread_mutex_lock(&jobs->mutex);
     job->was_read = true;
     correct_cost(jobs, job, cost, is_large);
-    settle_some(jobs, job, &left);
+    for (shd_waiter *w = job->waiters, *other; w; w = other) {
+        other = w->other;
+        if (is_settled(job, w)) release_waiter(jobs, w, &left);
+    }
     if (job->waiters && job->work->shared) join_equal(jobs, job);
     bool wanted = is_wanted(jobs, job);
-    if (!wanted) shd_equals_hide(jobs->equals, job);
+    if (!wanted) hide_job(jobs, job);
     job->may_cancel = wanted;
-    pthread_mutex_unlock(&jobs->mutex);
     clear_up(jobs, &left);
     return wanted;
 }
@@ -372,7 +396,7 @@ bool shd_jobs_is_early(shd_jobs *jobs, shd_job *job, double cost) {
 }
 
 bool shd_jobs_defer(shd_jobs *jobs, shd_job *job, double cost) {
-    leftovers left = {NULL, NULL};
+    leftovers left = {.jobs = NULL};
     bool waits = false;
     pthread_mutex_lock(&jobs->mutex);
     take_back(jobs, job);
@@ -386,66 +410,43 @@ bool shd_jobs_defer(shd_jobs *jobs, shd_job *job, double cost) {
         job->may_cancel = job->may_cancel && waits;
         if (!waits) send_all_away(jobs, job, why, &left);
     }
-    pthread_mutex_unlock(&jobs->mutex);
     clear_up(jobs, &left);
     return waits;
 }
 
-/* Without the mutex. Everybody's reply is a copy, which shares the body. */
-static void fill_reply(shd_jobs *jobs, const shd_job *job, shd_waiter *waiter) {
-    double queued = job->began - waiter->asked;
-    if (queued < 0) queued = 0; /* it came when the job was running already */
-    shd_metrics_stage(jobs->metrics, SHD_STAGE_QUEUE, queued);
-    if (job->reply.status == 200 && is_settled(job, waiter)) {
-        shd_reply_share(waiter->reply, &job->reply); /* of which a 304 tells the length */
-        return;
-    }
-    shd_reply_copy(waiter->reply, &job->reply);
-    if (job->reply.status == 200 && job->work->add) job->work->add(job, queued, waiter->reply);
-}
-
 void shd_jobs_finish(shd_jobs *jobs, shd_job *job) {
-    leftovers left = {NULL, NULL};
+    leftovers left = {.done = job};
     pthread_mutex_lock(&jobs->mutex);
-    shd_equals_hide(jobs->equals, job);
+    hide_job(jobs, job);
     job->may_cancel = false;
     take_back(jobs, job);
-    while (job->waiters) {
-        shd_waiter *waiter = job->waiters;
-        wait_no_more(jobs, waiter);
-        send_away(waiter, SHD_SENT_NOT, 0, &left);
-    }
+    while (job->waiters) release_waiter(jobs, job->waiters, &left);
     if (job->was_read && job->reply.status) {
-        const double kept = 1 - 1 / memory_of_jobs;
         jobs->work = kept * jobs->work + job->cost;
         jobs->work_seconds = kept * jobs->work_seconds + job->seconds;
     }
-    pthread_mutex_unlock(&jobs->mutex);
-    for (shd_waiter *w = left.waiters; w; w = w->other) fill_reply(jobs, job, w);
     clear_up(jobs, &left);
 }
 
 bool shd_jobs_leave(shd_jobs *jobs, shd_waiter *waiter) {
-    leftovers left = {NULL, NULL};
+    leftovers left = {.jobs = NULL};
     pthread_mutex_lock(&jobs->mutex);
     shd_job *job = waiter->job;
     if (job) {
         wait_no_more(jobs, waiter);
         abandon_job(jobs, job, &left);
     }
-    pthread_mutex_unlock(&jobs->mutex);
     clear_up(jobs, &left);
     if (job) atomic_fetch_add(&jobs->metrics->left, 1);
     return job;
 }
 
 shd_jobs_load shd_jobs_load_of(shd_jobs *jobs) {
-    double next;
     pthread_mutex_lock(&jobs->mutex);
     const shd_jobs_load load = {.waiting = shd_queue_count(jobs->turns.queue, SHD_LANES),
                                 .large_waiting = shd_queue_count(jobs->turns.queue, SHD_LANE_LARGE),
                                 .large_begun = shd_turns_begun(&jobs->turns),
-                                .stuck = shd_stuck_tell(&jobs->turns.cancelled, &next)};
+                                .stuck = shd_stuck_tell(&jobs->turns.cancelled, &(double){0})};
     pthread_mutex_unlock(&jobs->mutex);
     return load;
 }
@@ -459,39 +460,29 @@ unsigned shd_jobs_retry_after(shd_jobs *jobs, const char *client) {
 
 /* ---- The whole ---- */
 
-static shd_status start_thread(shd_jobs *jobs, shd_error *error) {
-    pthread_mutex_init(&jobs->mutex, NULL);
-    shd_cond_init(&jobs->changed);
-    if (!pthread_create(&jobs->thread, NULL, keep_time, jobs)) return SHD_OK;
+static void free_jobs(shd_jobs *jobs) {
     pthread_cond_destroy(&jobs->changed);
     pthread_mutex_destroy(&jobs->mutex);
-    return shd_fail(error, SHD_EXHAUSTED, "", "the system refused to start a thread");
-}
-
-static void free_jobs(shd_jobs *jobs) {
-    shd_equals_drop(jobs->equals);
-    shd_turns_clear(&jobs->turns);
+    shd_index_drop(&jobs->equals);
+    shd_queue_drop(jobs->turns.queue);
     shd_queue_drop(jobs->crowd);
     free(jobs);
 }
 
-shd_status shd_jobs_new(shd_engine *engine, shd_metrics *metrics, const shd_jobs_limits *limits,
-                        const shd_jobs_calls *calls, shd_jobs **out, shd_error *error) {
+shd_status shd_jobs_new(shd_engine *engine, shd_metrics *metrics, const shd_jobs_options *options,
+                        shd_jobs **out, shd_error *error) {
     shd_jobs *jobs = calloc(1, sizeof *jobs);
     if (!jobs) return shd_fail(error, SHD_EXHAUSTED, "", "no memory for the jobs");
-    *jobs = (shd_jobs){.engine = engine,
-                       .metrics = metrics,
-                       .limits = *limits,
-                       .calls = *calls,
-                       .turns = {.engine = engine,
-                                 .mutex = &jobs->mutex,
-                                 .changed = &jobs->changed,
-                                 .run = calls->run},
-                       .equals = shd_equals_new()};
-    shd_status status = jobs->equals ? shd_turns_init(&jobs->turns, limits->queue, error)
-                                     : shd_fail(error, SHD_EXHAUSTED, "", "no memory for the jobs");
-    if (!status) status = shd_queue_new(limits->crowd, &jobs->crowd, error);
-    if (!status) status = start_thread(jobs, error);
+    *jobs = (shd_jobs){.metrics = metrics,
+                       .options = *options,
+                       .turns = {engine, &jobs->mutex, &jobs->changed, options->run}};
+    pthread_mutex_init(&jobs->mutex, NULL);
+    shd_cond_init(&jobs->changed);
+    shd_status status = shd_index_new(options->queue, &jobs->equals, error);
+    if (!status) status = shd_turns_init(&jobs->turns, options->queue, error);
+    if (!status) status = shd_queue_new(options->crowd, &jobs->crowd, error);
+    if (!status && pthread_create(&jobs->thread, NULL, keep_time, jobs))
+        status = shd_fail(error, SHD_EXHAUSTED, "", "the system refused to start a thread");
     if (status)
         free_jobs(jobs);
     else
@@ -506,7 +497,5 @@ void shd_jobs_drop(shd_jobs *jobs) {
     pthread_cond_signal(&jobs->changed);
     pthread_mutex_unlock(&jobs->mutex);
     pthread_join(jobs->thread, NULL);
-    pthread_cond_destroy(&jobs->changed);
-    pthread_mutex_destroy(&jobs->mutex);
     free_jobs(jobs);
 }

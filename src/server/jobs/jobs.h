@@ -11,7 +11,7 @@
  * There are only so many waiters at a time, since each holds a connection: if they are too many,
  * the newest of the client that has most is sent away.
  *
- * All functions may be called from any thread. None of them calls a function of `shd_jobs_calls` or
+ * All functions may be called from any thread. None of them calls a function of its options or
  * shd_waiter.answer with a lock held. */
 #pragma once
 
@@ -55,20 +55,17 @@ typedef struct shd_waiter {
     double waited, limit; /* seconds that its job was there, of how many */
 } shd_waiter;
 
-typedef struct shd_jobs_calls {
+typedef struct shd_jobs_options {
+    size_t queue;              /* jobs that may wait for a worker */
+    size_t crowd;              /* requests that may wait for jobs */
+    double small;              /* cost up to which work is done at once, as new */
     void (*run)(shd_job *job); /* a worker has time for it */
     void (*drop)(shd_job *job);
-} shd_jobs_calls;
-
-typedef struct shd_jobs_limits {
-    size_t queue; /* jobs that may wait for a worker */
-    size_t crowd; /* requests that may wait for jobs */
-    double small; /* cost up to which work is done at once, as new */
-} shd_jobs_limits;
+} shd_jobs_options;
 
 /* Engine and metrics outlive it. */
-shd_status shd_jobs_new(shd_engine *engine, shd_metrics *metrics, const shd_jobs_limits *limits,
-                        const shd_jobs_calls *calls, shd_jobs **out, shd_error *error);
+shd_status shd_jobs_new(shd_engine *engine, shd_metrics *metrics, const shd_jobs_options *options,
+                        shd_jobs **out, shd_error *error);
 void shd_jobs_drop(shd_jobs *jobs); /* nobody waits; NULL is fine */
 
 /* True: the waiter waits for this job. False: the job stays the caller's. Then the waiter waits for

@@ -34,7 +34,7 @@ static void keep_mesh(shd_job *job) {
     if (status == SHD_OK)
         answer_kept(job, known);
     else
-        shd_problem_mesh(&job->reply, shd_request_report(job->request));
+        shd_problem_report(&job->reply, shd_request_report(job->request), SHD_BAD_MESH);
 }
 
 void shd_mesh_submit(shd_exchange *exchange) {

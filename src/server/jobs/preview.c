@@ -348,7 +348,7 @@ void shd_preview_refuse(shd_job *job) {
     size_t count = 0;
     shd_problem_kind kind = report->status == SHD_SCENE ? SHD_BAD_QUERY : SHD_OVER_LIMIT;
     if (report->status != SHD_SCENE && report->status != SHD_LIMIT) {
-        shd_problem_report(&job->reply, report);
+        shd_problem_report(&job->reply, report, SHD_BAD_SCENE);
         return;
     }
     for (size_t i = 0; i < shd_report_errors_kept(report); i++) {

@@ -12,7 +12,7 @@
  * says so. */
 bool shd_preview_document(shd_exchange *exchange);
 
-/* shd_work.refuse: what is wrong with the document, as what is wrong with the link. */
+/* Answers what is wrong with the document as what is wrong with the link. */
 void shd_preview_refuse(shd_job *job);
 
 /* How a link stands to the keys that sign. What is signed is the target as it is sent, up to

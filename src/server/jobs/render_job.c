@@ -265,12 +265,5 @@ void shd_render_submit(shd_exchange *exchange) {
 }
 
 void shd_preview_submit(shd_exchange *exchange) {
-    static const shd_work work = {.recall = recall_picture,
-                                  .read = read_scene,
-                                  .refuse = shd_preview_refuse,
-                                  .run = render_pictures,
-                                  .settle = settle_known,
-                                  .add = add_waited_for,
-                                  .shared = true};
-    if (shd_preview_document(exchange)) shd_job_submit(exchange, &work);
+    if (shd_preview_document(exchange)) shd_render_submit(exchange);
 }

@@ -184,7 +184,3 @@ shd_status shd_turns_init(shd_turns *turns, size_t places, shd_error *error) {
     if (!status) shd_engine_between(turns->engine, give_way, turns);
     return status;
 }
-
-void shd_turns_clear(shd_turns *turns) {
-    shd_queue_drop(turns->queue);
-}

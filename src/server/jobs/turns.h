@@ -54,9 +54,9 @@ struct shd_turns {
     shd_watched cancelled;      /* the ring of jobs that workers have all the same */
 };
 
-/* `turns` has its first four members, which outlive it, and lies where it stays. */
+/* `turns` has its first four members, which outlive it, and lies where it stays. The queue is
+ * the caller's to drop, once nobody waits. */
 shd_status shd_turns_init(shd_turns *turns, size_t places, shd_error *error);
-void shd_turns_clear(shd_turns *turns); /* nobody waits; all zero is fine */
 
 /* For a job that has entered the queue. False: the engine has no place for a ticket. */
 bool shd_turns_give(shd_turns *turns, shd_lane lane);

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "preview.h"
 #include "server/answer/negotiate.h"
 #include "server/answer/problem.h"
 #include "server/ops/memory.h"
@@ -38,13 +39,13 @@ void shd_job_read(shd_job *job) {
     const shd_status status =
         shd_request_read(job->request, body, job->size, job->question.fallback);
     if (status == SHD_OK || status == SHD_CANCELLED) return;
-    if (job->work->refuse)
-        job->work->refuse(job);
+    if (job->is_link)
+        shd_preview_refuse(job);
     else
-        shd_problem_report(&job->reply, shd_request_report(job->request));
+        shd_problem_report(&job->reply, shd_request_report(job->request), SHD_BAD_SCENE);
 }
 
-void shd_job_drop(shd_job *job) {
+static void drop_job(shd_job *job) {
     shd_request_drop(job->request);
     shd_reply_clear(&job->reply);
     shd_settings_drop(job->settings);
@@ -67,7 +68,7 @@ static double find_unread_cost(const shd_job *job) {
 static void finish_job(shd_job *job) {
     if (job->request) shd_metrics_memory(&job->server->metrics, shd_request_memory(job->request));
     shd_jobs_finish(job->server->jobs, job);
-    shd_job_drop(job);
+    drop_job(job);
 }
 
 static void run_job(shd_job *job) {
@@ -132,15 +133,15 @@ static void read_and_make(shd_job *job, bool had_turn) {
     if (had_turn && shd_jobs_is_early(jobs, job, cost)) {
         shd_request_drop(job->request);
         job->request = NULL;
-        if (!shd_jobs_defer(jobs, job, cost)) shd_job_drop(job);
+        if (!shd_jobs_defer(jobs, job, cost)) drop_job(job);
         return;
     }
     if (!shd_jobs_settle(jobs, job, cost, is_large && !had_turn))
-        shd_job_drop(job);
+        drop_job(job);
     else if (!is_large || had_turn)
         run_job(job);
     else if (!shd_jobs_defer(jobs, job, cost))
-        shd_job_drop(job);
+        drop_job(job);
 }
 
 /* Begins a job that was taken. If only decoding shows that its document is long, the job is for
@@ -155,7 +156,7 @@ static void begin_job(shd_job *job) {
             shd_problem_error(&job->reply, &error);
     }
     if (!shd_jobs_begin(job->server->jobs, job)) {
-        shd_job_drop(job);
+        drop_job(job);
         return;
     }
     const bool is_known = job->request && (!job->question.coding || decode_body(job, had_turn));
@@ -167,7 +168,7 @@ static void begin_job(shd_job *job) {
     else if (had_turn || !is_long(job))
         read_and_make(job, had_turn);
     else if (!shd_jobs_defer(job->server->jobs, job, find_unread_cost(job)))
-        shd_job_drop(job);
+        drop_job(job);
 }
 
 static void work_on(shd_job *job) {
@@ -180,10 +181,12 @@ static void work_on(shd_job *job) {
 shd_status shd_server_start_jobs(shd_server *server, shd_error *error) {
     /* A quarter of the connections is for who does not wait. */
     const size_t connections = server->config.connections;
-    const shd_jobs_limits limits = {
-        .queue = server->config.queue, .crowd = connections - connections / 4, .small = small_work};
-    const shd_jobs_calls calls = {.run = work_on, .drop = shd_job_drop};
-    return shd_jobs_new(server->engine, &server->metrics, &limits, &calls, &server->jobs, error);
+    const shd_jobs_options options = {.queue = server->config.queue,
+                                      .crowd = connections - connections / 4,
+                                      .small = small_work,
+                                      .run = work_on,
+                                      .drop = drop_job};
+    return shd_jobs_new(server->engine, &server->metrics, &options, &server->jobs, error);
 }
 
 /* ---- Exchanges ---- */
@@ -216,6 +219,7 @@ void shd_job_submit(shd_exchange *exchange, const shd_work *work) {
                      .work = work,
                      .digest = exchange->digest,
                      .is_binary = exchange->is_binary,
+                     .is_link = exchange->route == SHD_ROUTE_PREVIEW,
                      .body = exchange->coding ? NULL : exchange->body,
                      .size = exchange->size,
                      .question = {.body = exchange->body,
@@ -233,7 +237,7 @@ void shd_job_submit(shd_exchange *exchange, const shd_work *work) {
     exchange->capacity = 0;
     atomic_fetch_add(&job->settings->holders, 1);
     if (work->recall && work->recall(job, exchange, &exchange->reply)) {
-        shd_job_drop(job);
+        drop_job(job);
         return;
     }
 
@@ -248,5 +252,5 @@ void shd_job_submit(shd_exchange *exchange, const shd_work *work) {
     /* Suspended first: the answer may be there before the next line. */
     shd_exchange_suspend(exchange);
     const shd_lane lane = is_long(job) ? SHD_LANE_LARGE : SHD_LANE_NEW;
-    if (!shd_jobs_enter(server->jobs, job, lane, &exchange->waiter)) shd_job_drop(job);
+    if (!shd_jobs_enter(server->jobs, job, lane, &exchange->waiter)) drop_job(job);
 }

@@ -9,8 +9,6 @@
  * full. */
 void shd_job_submit(shd_exchange *exchange, const shd_work *work);
 
-void shd_job_drop(shd_job *job);
-
 /* server->jobs, once there is an engine. */
 shd_status shd_server_start_jobs(shd_server *server, shd_error *error);
 
