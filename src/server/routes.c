@@ -7,10 +7,8 @@
 #include "server/access/tokens.h"
 #include "server/answer/negotiate.h"
 #include "server/answer/problem.h"
-#include "server/jobs/json_job.h"
-#include "server/jobs/mesh_job.h"
 #include "server/jobs/preview.h"
-#include "server/jobs/render_job.h"
+#include "server/jobs/work.h"
 #include "server/ops/settings.h"
 
 static const char media_json[] = "application/json";

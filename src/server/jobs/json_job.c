@@ -1,11 +1,10 @@
-#include "json_job.h"
+#include "work.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 #include "server/answer/gzip.h"
 #include "server/answer/problem.h"
-#include "work.h"
 
 /* `json` is what there is to tell, unless `status` says that there is nothing. */
 static void answer_json(shd_job *job, shd_status status, char *json, const shd_error *error) {
@@ -27,7 +26,7 @@ static void answer_json(shd_job *job, shd_status status, char *json, const shd_e
     shd_reply_plain(&job->reply, "Vary", "Accept-Encoding");
     /* Times are of this run, estimates and kernels of this machine. */
     shd_reply_plain(&job->reply, "Cache-Control", "no-store");
-    shd_job_warn(&job->reply, job->request);
+    shd_job_warn(job);
 }
 
 static void compare_tiers(shd_job *job) {

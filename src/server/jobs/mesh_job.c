@@ -1,14 +1,13 @@
-#include "mesh_job.h"
+#include "work.h"
 
 #include "server/answer/problem.h"
 #include "server/ops/settings.h"
-#include "work.h"
 
 /* 201 if it is new, 204 if it was kept already. */
 static void answer_kept(shd_job *job, bool known) {
     job->reply.status = known ? 204 : 201;
     shd_reply_plain(&job->reply, "Cache-Control", "no-store");
-    shd_job_warn(&job->reply, job->request);
+    shd_job_warn(job);
 }
 
 /* Bytes that do not have the path's digest are no mesh; those of a mesh that is kept need not be

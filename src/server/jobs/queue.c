@@ -1,12 +1,11 @@
 #include "queue.h"
 
+#include <assert.h>
 #include <math.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-#include <xxhash.h>
 
-enum { BUCKETS = 256 };
+#include "base/lru.h"
 
 /* Of two clients with as many places the one with the work that is so much more gives way. */
 static const double much_more = 2;
@@ -23,8 +22,7 @@ typedef struct shd_share {
 
 /* A client, while it has something. */
 typedef struct party {
-    struct party *next; /* in its bucket */
-    uint64_t hash;
+    shd_key key;
     share lanes[SHD_LANES];
     char client[];
 } party;
@@ -34,22 +32,14 @@ struct shd_queue {
     size_t count[SHD_LANES];
     double clock[SHD_LANES];
     share rings[SHD_LANES];
-    party *buckets[BUCKETS];
+    shd_index parties;
 };
 
 /* ---- Clients ---- */
 
-static party **find_party_link(shd_queue *queue, const char *client, uint64_t hash) {
-    party **at = &queue->buckets[hash % BUCKETS];
-    while (*at && ((*at)->hash != hash || strcmp((*at)->client, client) != 0)) at = &(*at)->next;
-    return at;
-}
-
 static party *find_party(const shd_queue *queue, const char *client) {
-    const uint64_t hash = XXH3_64bits(client, strlen(client));
-    party *p = queue->buckets[hash % BUCKETS];
-    while (p && (p->hash != hash || strcmp(p->client, client) != 0)) p = p->next;
-    return p;
+    const shd_key key = shd_index_key(&queue->parties, 0, client, strlen(client));
+    return shd_index_find(&queue->parties, &key);
 }
 
 /* NULL if memory is short. */
@@ -59,14 +49,11 @@ static party *find_or_add_party(shd_queue *queue, const char *client) {
     if (p) return p;
     p = calloc(1, sizeof *p + size);
     if (!p) return NULL;
-    p->hash = XXH3_64bits(client, size - 1);
     memcpy(p->client, client, size);
-    for (int lane = 0; lane < SHD_LANES; lane++) {
-        p->lanes[lane].party = p;
-        p->lanes[lane].lane = (shd_lane)lane;
-    }
-    p->next = queue->buckets[p->hash % BUCKETS];
-    queue->buckets[p->hash % BUCKETS] = p;
+    for (shd_lane lane = 0; lane < SHD_LANES; lane++)
+        p->lanes[lane] = (share){.party = p, .lane = lane};
+    p->key = shd_index_key(&queue->parties, 0, p->client, size - 1);
+    shd_index_put(&queue->parties, &p->key, p);
     return p;
 }
 
@@ -76,7 +63,7 @@ static size_t held_by(const party *p) {
 
 static void drop_if_empty(shd_queue *queue, party *p) {
     if (held_by(p) || p->lanes[SHD_LANE_NEW].begun || p->lanes[SHD_LANE_LARGE].begun) return;
-    *find_party_link(queue, p->client, p->hash) = p->next;
+    shd_index_take(&queue->parties, &p->key);
     free(p);
 }
 
@@ -108,6 +95,7 @@ static void append_turn(shd_queue *queue, share *s, shd_turn *turn) {
 
 static void take_out(shd_queue *queue, shd_turn *turn) {
     share *s = turn->share;
+    assert(s->count && queue->count[s->lane]);
     *(turn->older ? &turn->older->newer : &s->oldest) = turn->newer;
     *(turn->newer ? &turn->newer->older : &s->newest) = turn->older;
     turn->share = NULL;
@@ -288,10 +276,17 @@ shd_status shd_queue_new(size_t places, shd_queue **out, shd_error *error) {
     queue->large_places = places - places / 4;
     for (int lane = 0; lane < SHD_LANES; lane++)
         queue->rings[lane].previous = queue->rings[lane].next = &queue->rings[lane];
-    *out = queue;
-    return SHD_OK;
+    const shd_status status = shd_index_new(places, &queue->parties, error);
+    if (status)
+        free(queue);
+    else
+        *out = queue;
+    return status;
 }
 
 void shd_queue_drop(shd_queue *queue) {
+    if (!queue) return;
+    assert(!shd_queue_count(queue, SHD_LANES));
+    shd_index_drop(&queue->parties);
     free(queue);
 }

@@ -1,4 +1,4 @@
-#include "render_job.h"
+#include "work.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -9,7 +9,6 @@
 #include "server/answer/negotiate.h"
 #include "server/answer/problem.h"
 #include "server/ops/settings.h"
-#include "work.h"
 
 /* How long others are waited for that give way to an answer, seconds. */
 static const double patience = 5;
@@ -161,7 +160,7 @@ static void add_making(shd_job *job) {
 /* What the document itself tells, whether the picture is made or found. */
 static void add_document(shd_job *job) {
     add_validators(job->settings, shd_request_etag(job->request), &job->reply);
-    shd_job_warn(&job->reply, job->request);
+    shd_job_warn(job);
 }
 
 /* Whether the client has it. `*` stands for whatever a path has: a link's picture; but a POST makes

@@ -27,11 +27,11 @@ static const double unread_cost = 1 << 20, unread_byte_cost = 400;
  * ask for, and take 30 times their size of memory once they are read. */
 static const size_t small_document = 64 << 10;
 
-void shd_job_warn(shd_reply *reply, const shd_request *request) {
-    const shd_report *report = shd_request_report(request);
+void shd_job_warn(shd_job *job) {
+    const shd_report *report = shd_request_report(job->request);
     size_t warnings = shd_report_warnings_kept(report);
     for (size_t i = 0; i < warnings && i < WARNINGS_TOLD; i++)
-        shd_reply_warning(reply, report->warnings[i].pointer, report->warnings[i].detail);
+        shd_reply_warning(&job->reply, report->warnings[i].pointer, report->warnings[i].detail);
 }
 
 void shd_job_read(shd_job *job) {
@@ -144,9 +144,13 @@ static void read_and_make(shd_job *job, bool had_turn) {
         drop_job(job);
 }
 
-/* Begins a job that was taken. If only decoding shows that its document is long, the job is for
+/* Works on a job that was taken. If only decoding shows that its document is long, the job is for
  * another turn. */
-static void begin_job(shd_job *job) {
+static void work_on(shd_job *job) {
+    if (job->was_read) {
+        run_job(job);
+        return;
+    }
     const bool had_turn = is_long(job);
     const double start = shd_now();
     shd_error error;
@@ -169,13 +173,6 @@ static void begin_job(shd_job *job) {
         read_and_make(job, had_turn);
     else if (!shd_jobs_defer(job->server->jobs, job, find_unread_cost(job)))
         drop_job(job);
-}
-
-static void work_on(shd_job *job) {
-    if (job->was_read)
-        run_job(job);
-    else
-        begin_job(job);
 }
 
 shd_status shd_server_start_jobs(shd_server *server, shd_error *error) {

@@ -5,8 +5,15 @@
 #include "server/conn/reaper.h"
 #include "server/exchange.h"
 
-/* Suspends the exchange until a job has its answer; or answers it at once if the queue is
- * full. */
+/* The kinds of work, as routes have them: the exchange is suspended until a job has its answer, or
+ * has it at once, as if the queue is full. */
+void shd_render_submit(shd_exchange *exchange);
+void shd_preview_submit(shd_exchange *exchange);
+void shd_compare_submit(shd_exchange *exchange);
+void shd_explain_submit(shd_exchange *exchange);
+void shd_mesh_submit(shd_exchange *exchange);
+
+/* The same by any kind. */
 void shd_job_submit(shd_exchange *exchange, const shd_work *work);
 
 /* server->jobs, once there is an engine. */
@@ -19,5 +26,5 @@ extern const shd_departure shd_exchange_departure;
  * report says. */
 void shd_job_read(shd_job *job);
 
-/* The document's warnings, the first few of them, as headers. */
-void shd_job_warn(shd_reply *reply, const shd_request *request);
+/* The document's warnings, the first few of them, as headers of the reply. */
+void shd_job_warn(shd_job *job);
