@@ -42,10 +42,6 @@ typedef struct ports {
     int turn;         /* shd_http_turn's, while it is waited for; -1: it is not */
 } ports;
 
-static bool has_admin(const shd_config *config) {
-    return strcmp(config->admin, "off") != 0;
-}
-
 /* As many connections as the system allows descriptors for. */
 static shd_status claim_descriptors(shd_config *config, shd_error *error) {
     const uint64_t wanted = config->connections;
@@ -97,15 +93,6 @@ static shd_patience patience_of(const shd_config *config) {
                           .each = config->connections_each};
 }
 
-/* The socket is the service manager's, or opened here. */
-static shd_status open_socket(const char *address, int given, int *out,
-                              char bound[SHD_ADDRESS_SIZE], shd_error *error) {
-    if (given < 0) return shd_listen(address, out, bound, error);
-    *out = given;
-    shd_listen_describe(given, bound);
-    return SHD_OK;
-}
-
 /* What was found that bounds this process. */
 static void log_machine(const shd_machine *machine) {
     char quota[32];
@@ -141,15 +128,16 @@ static shd_status start_all(shd_server *server, ports *out, shd_error *error) {
     const shd_config *config = &server->config;
     char address[SHD_DOORS_SIZE], admin[SHD_ADDRESS_SIZE] = "off";
     const shd_machine machine = shd_machine_look("");
-    shd_sockets given;
-    int admin_socket = -1;
+    shd_sockets given = {.admin = -1};
     shd_status status = shd_memory_open(&machine, config, &server->budget, error);
     if (!status) shd_memory_clip(&server->config, server->budget);
     const shd_patience patience = patience_of(config);
     if (!status) status = shd_take_sockets(&given, error);
     if (!status) status = shd_doors_open(config->listen, given.public, &out->doors, address, error);
-    if (!status && (has_admin(config) || given.admin >= 0))
-        status = open_socket(config->admin, given.admin, &admin_socket, admin, error);
+    if (!status && given.admin >= 0)
+        shd_listen_describe(given.admin, admin);
+    else if (!status && strcmp(config->admin, "off") != 0)
+        status = shd_listen(config->admin, &given.admin, admin, error);
     if (!status) status = make_engine(server, error);
     if (!status)
         status = shd_cache_new(config->response_cache, server->budget, &server->cache, error);
@@ -158,13 +146,13 @@ static shd_status start_all(shd_server *server, ports *out, shd_error *error) {
     if (!status)
         status = shd_reaper_new(&patience, &shd_exchange_departure, &server->reaper, error);
     if (!status) shd_memory_connect(server);
-    if (!status && admin_socket >= 0) {
-        status = shd_admin_start(server, admin_socket, &out->admin, error);
-        if (!status) admin_socket = -1;
+    if (!status && given.admin >= 0) {
+        status = shd_admin_start(server, given.admin, &out->admin, error);
+        if (!status) given.admin = -1;
     }
     if (!status) status = shd_http_start(server, shd_doors_first(out->doors), &out->public, error);
     if (!status) status = shd_doors_serve(out->doors, out->public, error);
-    if (admin_socket >= 0) close(admin_socket);
+    if (given.admin >= 0) close(given.admin);
     if (!status) {
         log_machine(&machine);
         shd_memory_log(server);
@@ -174,13 +162,6 @@ static shd_status start_all(shd_server *server, ports *out, shd_error *error) {
 }
 
 /* ---- Stop ---- */
-
-/* The end of arrivals. If a service manager keeps the socket, who has not been let in waits
- * there for the next daemon. */
-static void close_door(shd_server *server, const ports *open) {
-    if (!shd_doors_seal(open->doors)) shd_http_quiesce(open->public);
-    shd_reaper_finish(server->reaper, upload_grace);
-}
 
 /* Whether no connection is open or waits to be. */
 static bool is_deserted(shd_server *server, const ports *open) {
@@ -224,7 +205,10 @@ static bool drain_requests(shd_server *server, ports *open, const sigset_t *stop
         bool uploads_over =
             !atomic_load(&server->in_flight) || now > begin + upload_grace || cancelled;
         if (!unanswered && uploads_over && closed == INFINITY) {
-            close_door(server, open);
+            /* If a service manager keeps the socket, who has not been let in waits there for the
+             * next daemon. */
+            if (!shd_doors_seal(open->doors)) shd_http_quiesce(open->public);
+            shd_reaper_finish(server->reaper, upload_grace);
             closed = now;
         }
         const bool working = shd_engine_load(server->engine).busy;
@@ -257,14 +241,6 @@ static void release_all(shd_server *server, ports *open) {
     shd_settings_drop(server->settings);
     shd_quotas_drop(server->quotas);
     shd_budget_drop(server->budget);
-}
-
-/* `aborted`: requests since the signal whose upload did not end or whose answer was not taken. */
-static void log_stopped(uint64_t aborted) {
-    char message[64] = "all requests are answered";
-    if (aborted)
-        snprintf(message, sizeof message, "requests that are not answered: %" PRIu64, aborted);
-    shd_log_message(SHD_LOG_INFO, "stopped", message);
 }
 
 /* ---- While it runs ---- */
@@ -342,10 +318,15 @@ static int serve_requests(shd_server *server, int argc, char **argv) {
     atomic_store(&server->draining, true);
     shd_log_message(SHD_LOG_INFO, "stopping", strsignal(signal_number));
     shd_notify("STOPPING=1");
+    /* Requests whose upload does not end, or whose answer is not taken. */
     uint64_t aborted = atomic_load(&server->metrics.aborted);
     if (!drain_requests(server, &open, &stop)) _exit(EXIT_CANNOT_START);
     release_all(server, &open);
-    log_stopped(atomic_load(&server->metrics.aborted) - aborted);
+    aborted = atomic_load(&server->metrics.aborted) - aborted;
+    char message[64] = "all requests are answered";
+    if (aborted)
+        snprintf(message, sizeof message, "requests that are not answered: %" PRIu64, aborted);
+    shd_log_message(SHD_LOG_INFO, "stopped", message);
     return EXIT_STOPPED;
 }
 
@@ -357,7 +338,9 @@ int main(int argc, char **argv) {
     pthread_mutex_init(&server->settings_mutex, NULL);
     char message[1024];
     int code = EXIT_STOPPED;
-    switch (shd_config_read(argc, argv, &server->config, message, sizeof message)) {
+    const shd_config_result result =
+        shd_config_read(argc, argv, &server->config, message, sizeof message);
+    switch (result) {
     case SHD_CONFIG_RUN:
         code = serve_requests(server, argc, argv);
         break;
@@ -371,13 +354,9 @@ int main(int argc, char **argv) {
         printf("shaded %s\n", shd_version());
         break;
     case SHD_CONFIG_BAD_FLAGS:
-        fprintf(stderr, "shaded: %s\n", message);
-        code = EXIT_USAGE;
-        break;
     case SHD_CONFIG_BAD:
         fprintf(stderr, "shaded: %s\n", message);
-        code = EXIT_CANNOT_START;
-        break;
+        code = result == SHD_CONFIG_BAD ? EXIT_CANNOT_START : EXIT_USAGE;
     }
     free(server);
     return code;

@@ -22,24 +22,20 @@ const struct shd_path shd_paths[SHD_ROUTE_COUNT] = {
     [SHD_ROUTE_OTHER] = {"other", 0},
 };
 
-const struct shd_method_name shd_method_names[SHD_METHODS] = {{SHD_GET, "GET"},
-                                                              {SHD_HEAD, "HEAD"},
-                                                              {SHD_POST, "POST"},
-                                                              {SHD_PUT, "PUT"},
-                                                              {SHD_OPTIONS, "OPTIONS"}};
+const char *const shd_method_names[SHD_METHODS] = {"GET", "HEAD", "POST", "PUT", "OPTIONS"};
 
 shd_method shd_method_find(const char *name) {
     for (size_t i = 0; i < SHD_METHODS; i++)
-        if (!strcmp(name, shd_method_names[i].name)) return shd_method_names[i].method;
+        if (!strcmp(name, shd_method_names[i])) return (shd_method)(1 << i);
     return SHD_NO_METHOD;
 }
 
 void shd_methods_list(unsigned methods, char out[SHD_METHODS_SIZE]) {
     *out = 0;
     for (size_t i = 0; i < SHD_METHODS; i++) {
-        if (!(methods & shd_method_names[i].method)) continue;
+        if (!(methods & 1 << i)) continue;
         if (*out) strcat(out, ", ");
-        strcat(out, shd_method_names[i].name);
+        strcat(out, shd_method_names[i]);
     }
 }
 

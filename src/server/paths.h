@@ -32,10 +32,7 @@ typedef enum shd_route {
 
 enum { SHD_METHODS = 5, SHD_METHODS_SIZE = 40 };
 
-extern const struct shd_method_name {
-    shd_method method;
-    const char *name;
-} shd_method_names[SHD_METHODS];
+extern const char *const shd_method_names[SHD_METHODS]; /* in the order of their bits */
 
 shd_method shd_method_find(const char *name);
 

@@ -29,26 +29,16 @@ static void answer_document(shd_exchange *exchange) {
 
 /* ---- Finding and admitting ---- */
 
-/* Whether the answer is a worker's. */
-static bool wants_work(const shd_exchange *exchange) {
-    return exchange->method & (SHD_POST | SHD_PUT) || exchange->route == SHD_ROUTE_PREVIEW;
-}
-
 static void add_allow(shd_reply *reply, unsigned methods) {
     char allow[SHD_METHODS_SIZE];
     shd_methods_list(methods, allow);
     shd_reply_plain(reply, "Allow", allow);
 }
 
-/* OPTIONS * asks about the server as a whole. */
-static bool asks_for_all(const shd_exchange *exchange) {
-    return exchange->method == SHD_OPTIONS && !strcmp(exchange->path, "*");
-}
-
 static bool admit_json(shd_exchange *exchange) {
-    if (shd_accepts(exchange->accept, media_json)) return true;
-    shd_problem_reply(&exchange->reply, SHD_NOT_ACCEPTABLE, "this path answers application/json");
-    return false;
+    return shd_accepts(exchange->accept, media_json) ||
+           shd_problem_reply(&exchange->reply, SHD_NOT_ACCEPTABLE,
+                             "this path answers application/json");
 }
 
 static bool admit_picture(shd_exchange *exchange) {
@@ -64,10 +54,9 @@ static bool admit_picture(shd_exchange *exchange) {
         if (written) strcat(made, shd_format_get((shd_format)f)->media_type);
         all = all && written;
     }
-    shd_problem_reply(&exchange->reply, SHD_NOT_ACCEPTABLE,
-                      "Accept admits none of %s (multipart/form-data for `outputs`)%s", made,
-                      all ? "" : "; for other formats OpenImageIO is not installed");
-    return false;
+    return shd_problem_reply(&exchange->reply, SHD_NOT_ACCEPTABLE,
+                             "Accept admits none of %s (multipart/form-data for `outputs`)%s", made,
+                             all ? "" : "; for other formats OpenImageIO is not installed");
 }
 
 static bool refuse_type(shd_exchange *exchange, const char *field, const char *types) {
@@ -81,11 +70,9 @@ static bool refuse_type(shd_exchange *exchange, const char *field, const char *t
 
 static bool admit_mesh(shd_exchange *exchange) {
     const char *digest = exchange->path + shd_path_fixed(exchange->route);
-    if (!shd_digest_read(digest, &exchange->digest)) {
-        shd_problem_reply(&exchange->reply, SHD_NOT_FOUND,
-                          "a mesh's path ends in 64 hexadecimal digits, in lower case");
-        return false;
-    }
+    if (!shd_digest_read(digest, &exchange->digest))
+        return shd_problem_reply(&exchange->reply, SHD_NOT_FOUND,
+                                 "a mesh's path ends in 64 hexadecimal digits, in lower case");
     exchange->is_binary = shd_is_binary(exchange->content_type);
     return exchange->is_binary || shd_is_json(exchange->content_type) ||
            refuse_type(exchange, "Accept", "application/json, application/octet-stream");
@@ -103,20 +90,17 @@ static bool admit_coding(shd_exchange *exchange) {
     return false;
 }
 
-static bool admit_body(shd_exchange *exchange) {
-    if (!admit_coding(exchange)) return false;
-    if (exchange->method == SHD_PUT) return admit_mesh(exchange);
-    if (!shd_is_json(exchange->content_type))
-        return refuse_type(exchange, "Accept-Post", media_json);
-    return exchange->route == SHD_ROUTE_RENDER ? admit_picture(exchange) : admit_json(exchange);
-}
-
 static bool admit_media_types(shd_exchange *exchange) {
-    if (exchange->method & (SHD_POST | SHD_PUT)) return admit_body(exchange);
-    if (exchange->route == SHD_ROUTE_PREVIEW) return admit_picture(exchange);
+    const bool has_body = exchange->method & (SHD_POST | SHD_PUT);
+    if (has_body && !admit_coding(exchange)) return false;
+    if (exchange->method == SHD_PUT) return admit_mesh(exchange);
+    if (has_body && !shd_is_json(exchange->content_type))
+        return refuse_type(exchange, "Accept-Post", media_json);
+    if (exchange->route == SHD_ROUTE_RENDER || exchange->route == SHD_ROUTE_PREVIEW)
+        return admit_picture(exchange);
     /* The contract and the schema are files rather than representations: no negotiation. */
-    const shd_document *document = &exchange->settings->documents[exchange->route];
-    return strcmp(document->media_type, media_json) || admit_json(exchange);
+    const char *type = exchange->settings->documents[exchange->route].media_type;
+    return (type && strcmp(type, media_json) != 0) || admit_json(exchange);
 }
 
 /* A link to a preview, if there are keys. False without a reply: a token would do. */
@@ -162,12 +146,13 @@ static bool admit_caller(shd_exchange *exchange) {
     }
     if (keys && admit_link(exchange, keys)) return true;
     if (exchange->reply.status) return false;
-    shd_problem_reply(&exchange->reply, SHD_UNAUTHORIZED,
-                      exchange->authorization ? "the token is not a known one, or has expired"
-                                              : "send Authorization: Bearer TOKEN");
+    const bool has_shown = exchange->authorization;
+    shd_problem_reply(&exchange->reply, SHD_UNAUTHORIZED, "%s",
+                      has_shown ? "the token is not a known one, or has expired"
+                                : "send Authorization: Bearer TOKEN");
     shd_reply_plain(&exchange->reply, "WWW-Authenticate",
-                    exchange->authorization ? "Bearer realm=\"shaded\", error=\"invalid_token\""
-                                            : "Bearer realm=\"shaded\"");
+                    has_shown ? "Bearer realm=\"shaded\", error=\"invalid_token\""
+                              : "Bearer realm=\"shaded\"");
     return false;
 }
 
@@ -199,12 +184,11 @@ void shd_route_add_cors(shd_exchange *exchange) {
 
 bool shd_route_admit(shd_exchange *exchange) {
     shd_reply *reply = &exchange->reply;
-    if (asks_for_all(exchange)) return true;
+    /* OPTIONS * asks about the server as a whole. */
+    if (exchange->method == SHD_OPTIONS && !strcmp(exchange->path, "*")) return true;
     if (!exchange->path_cut) exchange->route = shd_path_find(exchange->path);
-    if (exchange->route == SHD_ROUTE_OTHER) {
-        shd_problem_reply(reply, SHD_NOT_FOUND, "GET / lists the paths");
-        return false;
-    }
+    if (exchange->route == SHD_ROUTE_OTHER)
+        return shd_problem_reply(reply, SHD_NOT_FOUND, "GET / lists the paths");
     const unsigned methods = shd_paths[exchange->route].methods;
     if (!(methods & exchange->method)) {
         shd_problem_reply(reply, SHD_BAD_METHOD, "the header Allow lists the methods");
@@ -213,33 +197,32 @@ bool shd_route_admit(shd_exchange *exchange) {
     }
     if (exchange->method == SHD_OPTIONS) return true;
     if (!admit_caller(exchange)) return false;
-    if (wants_work(exchange) && atomic_load(&exchange->server->draining)) {
-        shd_problem_reply(reply, SHD_DRAINING, "the server takes no more work");
-        return false;
-    }
+    const bool wants_work =
+        exchange->method & (SHD_POST | SHD_PUT) || exchange->route == SHD_ROUTE_PREVIEW;
+    if (wants_work && atomic_load(&exchange->server->draining))
+        return shd_problem_reply(reply, SHD_DRAINING, "the server takes no more work");
     return admit_media_types(exchange);
 }
 
 /* ---- Answering ---- */
 
-/* Each fills the reply, or suspends the exchange and submits a job that will. */
-static void (*const answers[SHD_ROUTE_OTHER])(shd_exchange *exchange) = {
-    [SHD_ROUTE_INDEX] = answer_document,       [SHD_ROUTE_RENDER] = shd_render_submit,
-    [SHD_ROUTE_PREVIEW] = shd_preview_submit,  [SHD_ROUTE_EXPLAIN] = shd_explain_submit,
-    [SHD_ROUTE_COMPARE] = shd_compare_submit,  [SHD_ROUTE_MESHES] = shd_mesh_submit,
-    [SHD_ROUTE_MATERIALS] = answer_document,   [SHD_ROUTE_SHAPES] = answer_document,
-    [SHD_ROUTE_COLORSPACES] = answer_document, [SHD_ROUTE_VERSION] = answer_document,
-    [SHD_ROUTE_OPENAPI] = answer_document,     [SHD_ROUTE_OPENAPI_JSON] = answer_document,
-    [SHD_ROUTE_SCHEMA] = answer_document,
-};
+/* NULL: a document is the answer. */
+static void (*const submits[SHD_ROUTE_OTHER])(shd_exchange *exchange) = {
+    [SHD_ROUTE_RENDER] = shd_render_submit,
+    [SHD_ROUTE_PREVIEW] = shd_preview_submit,
+    [SHD_ROUTE_EXPLAIN] = shd_explain_submit,
+    [SHD_ROUTE_COMPARE] = shd_compare_submit,
+    [SHD_ROUTE_MESHES] = shd_mesh_submit};
 
 void shd_route_answer(shd_exchange *exchange) {
-    if (exchange->method != SHD_OPTIONS) {
-        answers[exchange->route](exchange);
-        return;
+    const shd_route route = exchange->route;
+    if (exchange->method == SHD_OPTIONS) {
+        exchange->reply.status = 204;
+        add_allow(&exchange->reply,
+                  route == SHD_ROUTE_OTHER ? (1 << SHD_METHODS) - 1 : shd_paths[route].methods);
+    } else if (submits[route]) {
+        submits[route](exchange);
+    } else {
+        answer_document(exchange);
     }
-    const bool is_all = exchange->route == SHD_ROUTE_OTHER;
-    exchange->reply.status = 204;
-    add_allow(&exchange->reply,
-              is_all ? (1 << SHD_METHODS) - 1 : shd_paths[exchange->route].methods);
 }

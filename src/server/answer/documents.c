@@ -17,44 +17,35 @@ extern const unsigned long shd_embedded_openapi_size, shd_embedded_openapi_json_
 static const char media_json[] = "application/json";
 
 /* FNV-1a, 64 bits: the tag tells versions of our own texts apart, nothing more. */
-static void set_text(shd_text *text, const void *data, size_t size, bool owned) {
+static shd_text make_text(const void *data, size_t size) {
+    shd_text text = {.data = data, .size = size};
     uint64_t hash = UINT64_C(0xcbf29ce484222325);
     for (size_t i = 0; i < size; i++)
         hash = (hash ^ ((const unsigned char *)data)[i]) * UINT64_C(0x100000001b3);
-    *text = (shd_text){.data = data, .size = size, .owned = owned};
-    snprintf(text->etag, sizeof text->etag, "%016" PRIx64, hash);
+    snprintf(text.etag, sizeof text.etag, "%016" PRIx64, hash);
+    return text;
 }
 
 static void set_document(shd_document *document, const char *media_type, const void *data,
                          size_t size, bool owned) {
-    document->media_type = media_type;
-    set_text(&document->plain, data, size, owned);
+    *document = (shd_document){media_type, owned, .plain = make_text(data, size)};
     size_t less;
-    void *gzip = shd_gzip(data, size, &less);
-    if (gzip) set_text(&document->gzip, gzip, less, true);
-}
-
-static json_t *list_methods(unsigned methods) {
-    json_t *list = json_array();
-    for (size_t i = 0; i < SHD_METHODS; i++)
-        if (methods & shd_method_names[i].method)
-            json_array_append_new(list, json_string(shd_method_names[i].name));
-    return list;
+    const void *gzip = shd_gzip(data, size, &less);
+    if (gzip) document->gzip = make_text(gzip, less);
 }
 
 static char *make_index(void) {
-    json_t *list = json_array();
+    json_t *routes = json_array();
     for (shd_route i = 0; i < SHD_ROUTE_OTHER; i++) {
-        json_t *route = json_object();
-        json_object_set_new(route, "path", json_string(shd_paths[i].path));
-        json_object_set_new(route, "methods", list_methods(shd_paths[i].methods));
-        json_array_append_new(list, route);
+        json_t *methods = json_array();
+        for (size_t m = 0; m < SHD_METHODS; m++)
+            if (shd_paths[i].methods & 1 << m)
+                json_array_append_new(methods, json_string(shd_method_names[m]));
+        json_array_append_new(
+            routes, json_pack("{s:s, s:o}", "path", shd_paths[i].path, "methods", methods));
     }
-    json_t *index = json_object();
-    json_object_set_new(index, "name", json_string("shaded"));
-    json_object_set_new(index, "version", json_string(shd_version()));
-    json_object_set_new(index, "openapi", json_string("/openapi.yaml"));
-    json_object_set_new(index, "routes", list);
+    json_t *index = json_pack("{s:s, s:s, s:s, s:o}", "name", "shaded", "version", shd_version(),
+                              "openapi", "/openapi.yaml", "routes", routes);
     char *text = json_dumps(index, JSON_INDENT(2));
     json_decref(index);
     return text;
@@ -87,13 +78,9 @@ shd_status shd_documents_make(shd_engine *engine, shd_document documents[SHD_ROU
     return SHD_OK;
 }
 
-static void release_text(const shd_text *text) {
-    if (text->owned) free((void *)(size_t)text->data);
-}
-
 void shd_documents_release(const shd_document documents[SHD_ROUTE_COUNT]) {
     for (size_t i = 0; i < SHD_ROUTE_COUNT; i++) {
-        release_text(&documents[i].plain);
-        release_text(&documents[i].gzip);
+        if (documents[i].owned) free((void *)(size_t)documents[i].plain.data);
+        free((void *)(size_t)documents[i].gzip.data);
     }
 }

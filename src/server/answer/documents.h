@@ -11,13 +11,13 @@
 typedef struct shd_text {
     const void *data;
     size_t size; /* 0: there is none */
-    bool owned;
     char etag[20];
 } shd_text;
 
 /* A text, and the same in gzip if it is shorter so. */
 typedef struct shd_document {
     const char *media_type;
+    bool owned; /* the text's bytes, as those in gzip always are */
     shd_text plain, gzip;
 } shd_document;
 

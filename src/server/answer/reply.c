@@ -1,5 +1,7 @@
 #include "reply.h"
 
+#include <assert.h>
+#include <microhttpd.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -23,24 +25,19 @@ void shd_reply_clear(shd_reply *reply) {
 void shd_bytes_drop(void *context) {
     shd_bytes_held *held = context;
     if (!held || atomic_fetch_sub(&held->holders, 1) > 1) return;
+    assert(!atomic_load(&held->holders));
     free(held->data);
     shd_budget_give(held->budget, held->counted);
     free(held);
 }
 
-static void add_header(shd_reply *reply, const char *name, const char *value) {
+void shd_reply_plain(shd_reply *reply, const char *name, const char *value) {
     if (reply->header_count == SHD_REPLY_HEADERS) return;
     char *copy = strdup(value);
-    if (!copy) {
-        reply->is_short = true;
-        return;
-    }
+    reply->is_short |= !copy;
+    if (!copy) return;
     reply->headers[reply->header_count].name = name;
     reply->headers[reply->header_count++].value = copy;
-}
-
-void shd_reply_plain(shd_reply *reply, const char *name, const char *value) {
-    add_header(reply, name, value);
 }
 
 /* Text as printable ASCII, at most `room` bytes of it and a 0: everything else leaves
@@ -69,7 +66,7 @@ void shd_reply_header(shd_reply *reply, const char *name, const char *format, ..
     size_t length = write_safe(safe, VALUE_MAX, text, "");
     while (length && safe[length - 1] == ' ') length--;
     safe[length] = 0;
-    add_header(reply, name, safe);
+    shd_reply_plain(reply, name, safe);
 }
 
 void shd_reply_warning(shd_reply *reply, const char *pointer, const char *detail) {
@@ -78,7 +75,7 @@ void shd_reply_warning(shd_reply *reply, const char *pointer, const char *detail
     write_safe(safe_pointer, MOST, pointer, "\"\\");
     write_safe(safe_detail, MOST, detail, "\"\\");
     snprintf(value, sizeof value, "\"%s\";pointer=\"%s\"", safe_detail, safe_pointer);
-    add_header(reply, "Shaded-Warning", value);
+    shd_reply_plain(reply, "Shaded-Warning", value);
 }
 
 void shd_reply_lend(shd_reply *reply, const char *media_type, const void *body, size_t size) {
@@ -94,13 +91,11 @@ void shd_reply_give(shd_reply *reply, const char *media_type, void *body, size_t
     if (!held) {
         free(body);
         reply->is_short = true;
-        body = NULL;
-        size = 0;
+        shd_reply_lend(reply, media_type, NULL, 0);
+        return;
     }
+    *held = (shd_bytes_held){.holders = 1, .data = body};
     shd_reply_lend(reply, media_type, body, size);
-    if (!held) return;
-    *held = (shd_bytes_held){.data = body};
-    atomic_init(&held->holders, 1);
     reply->held = held;
 }
 
@@ -128,43 +123,14 @@ void shd_reply_copy(shd_reply *reply, const shd_reply *from) {
     reply->status = from->status;
     reply->limit = from->limit;
     for (size_t i = 0; i < from->header_count; i++)
-        add_header(reply, from->headers[i].name, from->headers[i].value);
+        shd_reply_plain(reply, from->headers[i].name, from->headers[i].value);
     shd_reply_share(reply, from);
-    reply->is_short = reply->is_short || from->is_short;
+    reply->is_short |= from->is_short;
 }
 
 void shd_reply_fit(shd_reply *reply) {
     void *fit = reply->held && reply->size ? realloc(reply->held->data, reply->size) : NULL;
     if (fit) reply->body = reply->held->data = fit;
-}
-
-static const char *reason_of(unsigned status) {
-    switch (status) {
-    case 400:
-        return "Bad Request";
-    case 401:
-        return "Unauthorized";
-    case 403:
-        return "Forbidden";
-    case 404:
-        return "Not Found";
-    case 405:
-        return "Method Not Allowed";
-    case 406:
-        return "Not Acceptable";
-    case 413:
-        return "Content Too Large";
-    case 414:
-        return "URI Too Long";
-    case 415:
-        return "Unsupported Media Type";
-    case 429:
-        return "Too Many Requests";
-    case 503:
-        return "Service Unavailable";
-    default:
-        return "Error";
-    }
 }
 
 void shd_reply_date(char out[SHD_DATE_SIZE]) {
@@ -181,7 +147,7 @@ char *shd_reply_raw(const shd_reply *reply, bool with_body, size_t *length) {
     char date[SHD_DATE_SIZE];
     shd_reply_date(date);
     fprintf(out, "HTTP/1.1 %u %s\r\nDate: %s\r\nConnection: close\r\nContent-Length: %zu\r\n",
-            reply->status, reason_of(reply->status), date, reply->size);
+            reply->status, MHD_get_reason_phrase_for(reply->status), date, reply->size);
     for (size_t i = 0; i < reply->header_count; i++)
         if (strcmp(reply->headers[i].name, "Connection"))
             fprintf(out, "%s: %s\r\n", reply->headers[i].name, reply->headers[i].value);
