@@ -1,5 +1,6 @@
 #include "cache.h"
 
+#include <assert.h>
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
@@ -71,7 +72,7 @@ static void forget_question(shd_cache *cache, entry *e) {
 /* The question finds an entry that is not linked from now on, if nothing else does and memory is
  * there. */
 static void take_question(shd_cache *cache, entry *e, const shd_key *question) {
-    if (!question->kind || shd_index_find(&cache->index, question)) return;
+    if (!question || !question->kind || shd_index_find(&cache->index, question)) return;
     void *copy = malloc(question->size + 1); /* NULL is out of memory alone */
     if (!copy) return;
     if (question->size) memcpy(copy, question->bytes, question->size);
@@ -85,6 +86,7 @@ static void take_question(shd_cache *cache, entry *e, const shd_key *question) {
 /* Moves the oldest entry to those which the caller drops without the mutex. */
 static entry *take_oldest(shd_cache *cache, shd_lru *gone) {
     entry *e = (entry *)cache->entries.oldest;
+    assert(e);
     unlink_entry(cache, e);
     forget_question(cache, e);
     shd_index_take(&cache->index, &e->by_tag);
@@ -112,17 +114,18 @@ static void drop_entries(shd_lru gone) {
     for (shd_use *u; (u = shd_lru_pop(&gone));) drop_entry((entry *)u);
 }
 
-shd_cached shd_cache_find(shd_cache *cache, const char *tag, const shd_question *question,
-                          shd_reply *reply) {
-    if (!cache->cap) return SHD_CACHE_OFF;
-    const shd_key key = tag_key(cache, tag), asked = question_key(cache, question);
+/* The answer under a key, found by the question `asked` from now on, unless that is NULL. `tag`, if
+ * it is not, gets its tag. */
+static shd_cached recall(shd_cache *cache, const shd_key *key, const shd_key *asked, char *tag,
+                         shd_reply *reply) {
     shd_lru gone = {0};
     pthread_mutex_lock(&cache->mutex);
-    entry *e = shd_index_find(&cache->index, &key);
+    entry *e = shd_index_find(&cache->index, key);
     if (e) {
+        if (tag) memcpy(tag, e->tag, SHD_TAG_SIZE);
         shd_reply_copy(reply, &e->reply);
         unlink_entry(cache, e);
-        take_question(cache, e, &asked);
+        take_question(cache, e, asked);
         link_entry(cache, e);
         gone = evict_over_cap(cache);
     }
@@ -131,20 +134,18 @@ shd_cached shd_cache_find(shd_cache *cache, const char *tag, const shd_question 
     return e ? SHD_CACHE_HIT : SHD_CACHE_MISS;
 }
 
+shd_cached shd_cache_find(shd_cache *cache, const char *tag, const shd_question *question,
+                          shd_reply *reply) {
+    if (!cache->cap) return SHD_CACHE_OFF;
+    const shd_key key = tag_key(cache, tag), asked = question_key(cache, question);
+    return recall(cache, &key, &asked, NULL, reply);
+}
+
 shd_cached shd_cache_ask(shd_cache *cache, const shd_question *question, char tag[SHD_TAG_SIZE],
                          shd_reply *reply) {
     if (!cache->cap) return SHD_CACHE_OFF;
     const shd_key key = question_key(cache, question);
-    if (!key.kind) return SHD_CACHE_MISS;
-    pthread_mutex_lock(&cache->mutex);
-    entry *e = shd_index_find(&cache->index, &key);
-    if (e) {
-        memcpy(tag, e->tag, SHD_TAG_SIZE);
-        shd_reply_copy(reply, &e->reply);
-        shd_lru_touch(&cache->entries, &e->use);
-    }
-    pthread_mutex_unlock(&cache->mutex);
-    return e ? SHD_CACHE_HIT : SHD_CACHE_MISS;
+    return key.kind ? recall(cache, &key, NULL, tag, reply) : SHD_CACHE_MISS;
 }
 
 /* What an entry takes without its question; malloc's own share is left out. */

@@ -1,5 +1,6 @@
 #include "preview.h"
 
+#include <ctype.h>
 #include <jansson.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -34,35 +35,43 @@ static const struct framed {
 
 enum { SIDE = 256, SAMPLES = 9, DIGITS_MOST = 15 };
 
-/* Those of the output and those of the material stand together. */
-enum {
-    SHAPE,
-    SIZE,
-    WIDTH,
-    HEIGHT,
-    SAMPLES_PER_PIXEL,
-    BACKGROUND,
-    DISPLAY,
-    VIEW,
-    COLOR_SPACE,
-    FORMAT,
-    QUALITY,
-    EMISSIVE,
-    AMBIENT,
-    DIFFUSE,
-    SPECULAR,
-    SHININESS,
-    EXPIRES,
-    SIGNATURE,
-    PARAMETERS
+/* Parts of the document, whose members most parameters become. */
+enum part { DOCUMENT, IMAGE, COEFFICIENTS, OUTPUT, PARTS, NO_PART = PARTS };
+
+/* What the text of a parameter stands for. A backdrop is a color or, unlike others, "transparent",
+ * which is null. */
+enum meaning { TEXT, WHOLE, NUMBER, COLOR, BACKDROP };
+
+enum { SHAPE, SIZE, PARAMETERS = 18, MATERIAL = PARAMETERS };
+
+/* `pointer` begins those of mistakes in what the parameter has said, but where a longer one does.
+ */
+static const struct parameter {
+    const char *name;
+    enum part part;
+    enum meaning meaning;
+    const char *pointer;
+} parameters[PARAMETERS + 1] = {
+    [SHAPE] = {"shape", NO_PART, TEXT, "/objects/0"},
+    [SIZE] = {"size", NO_PART, WHOLE, NULL},
+    {"width", IMAGE, WHOLE, "/image"},
+    {"height", IMAGE, WHOLE, "/image/height"},
+    {"samples", IMAGE, WHOLE, "/image/samples"},
+    {"display", OUTPUT, TEXT, "/output/display"},
+    {"view", OUTPUT, TEXT, "/output/view"},
+    {"colorSpace", OUTPUT, TEXT, "/output"},
+    {"format", OUTPUT, TEXT, "/output/format"},
+    {"quality", OUTPUT, WHOLE, "/output/quality"},
+    {"expires", NO_PART, WHOLE, NULL},
+    {"signature", NO_PART, TEXT, NULL},
+    {"background", DOCUMENT, BACKDROP, "/background"},
+    {"emissive", COEFFICIENTS, COLOR, "/objects/0/material/emissive"},
+    {"ambient", COEFFICIENTS, COLOR, "/objects/0/material/ambient"},
+    {"diffuse", COEFFICIENTS, COLOR, "/objects/0/material/diffuse"},
+    {"specular", COEFFICIENTS, COLOR, "/objects/0/material/specular"},
+    {"shininess", COEFFICIENTS, NUMBER, "/objects/0/material/shininess"},
+    [MATERIAL] = {"material", NO_PART, TEXT, "/objects/0/material"}, /* of the path */
 };
-
-static const char *const names[PARAMETERS] = {
-    "shape",   "size",    "width",      "height",    "samples", "background",
-    "display", "view",    "colorSpace", "format",    "quality", "emissive",
-    "ambient", "diffuse", "specular",   "shininess", "expires", "signature"};
-
-static const char material[] = "material"; /* of the path */
 
 /* ---- The link ---- */
 
@@ -99,12 +108,6 @@ static void drop_link(link_read *l) {
     for (size_t i = 0; i < l->unknown_count; i++) free(l->unknown[i]);
 }
 
-static int hex_digit(char c) {
-    if (c >= '0' && c <= '9') return c - '0';
-    c |= 0x20; /* lower case */
-    return c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
-}
-
 /* Text of application/x-www-form-urlencoded, as forms and URLSearchParams write it. NULL: it is no
  * text in UTF-8, or memory is short. */
 static json_t *decode_value(const char *from, size_t size, bool *is_short) {
@@ -113,9 +116,9 @@ static json_t *decode_value(const char *from, size_t size, bool *is_short) {
     size_t length = 0;
     for (size_t i = 0; text && i < size; i++) {
         char c = from[i] == '+' ? ' ' : from[i];
-        if (c == '%' && i + 2 < size && hex_digit(from[i + 1]) >= 0 &&
-            hex_digit(from[i + 2]) >= 0) {
-            c = (char)(hex_digit(from[i + 1]) * 16 + hex_digit(from[i + 2]));
+        const char digits[] = {i + 1 < size ? from[i + 1] : 0, i + 2 < size ? from[i + 2] : 0, 0};
+        if (c == '%' && isxdigit((unsigned char)digits[0]) && isxdigit((unsigned char)digits[1])) {
+            c = (char)strtol(digits, NULL, 16);
             i += 2;
         }
         text[length++] = c;
@@ -129,80 +132,64 @@ static json_t *decode_value(const char *from, size_t size, bool *is_short) {
 static void read_parameter(link_read *l, const char *from, size_t size) {
     const char *equals = memchr(from, '=', size);
     size_t length = equals ? (size_t)(equals - from) : size, which = 0;
-    while (which < PARAMETERS &&
-           (strlen(names[which]) != length || memcmp(names[which], from, length) != 0))
+    while (which < PARAMETERS && (strlen(parameters[which].name) != length ||
+                                  memcmp(parameters[which].name, from, length) != 0))
         which++;
     if (which == PARAMETERS) {
         add_unknown(l, from, length);
     } else if (l->values[which]) {
-        add_mistake(l, names[which], "it is given more than once");
+        add_mistake(l, parameters[which].name, "it is given more than once");
     } else {
         l->values[which] =
             equals ? decode_value(equals + 1, size - length - 1, &l->is_short) : json_string("");
-        if (!l->values[which]) add_mistake(l, names[which], "it is no text in UTF-8");
+        if (!l->values[which]) add_mistake(l, parameters[which].name, "it is no text in UTF-8");
     }
 }
 
-static void put_value(link_read *l, int which, json_t *value) {
-    json_decref(l->values[which]);
-    l->values[which] = value;
-}
-
-/* Turns a value of digits into a number. */
-static void read_whole(link_read *l, int which) {
-    const char *text = json_string_value(l->values[which]);
-    if (!text) return;
-    size_t length = strlen(text);
-    if (!length || length > DIGITS_MOST || strspn(text, "0123456789") != length) {
-        add_mistake(l, names[which], "expected an integer");
-        return;
-    }
-    put_value(l, which, json_integer(strtoll(text, NULL, 10)));
-}
-
-/* The numbers of a list with commas between them; NULL if it is none, or memory is short. */
+/* The color of a list of numbers with commas between them, or the number that is alone in it. NULL:
+ * it is none, or memory is short. */
 static json_t *parse_numbers(const char *text, bool *is_short) {
-    size_t length = strlen(text);
-    char *brackets = malloc(length + 3);
-    if (!brackets) {
+    char *brackets;
+    if (asprintf(&brackets, "[%s]", text) < 0) {
         *is_short = true;
         return NULL;
     }
-    snprintf(brackets, length + 3, "[%s]", text);
     json_t *list = json_loads(brackets, JSON_DECODE_INT_AS_REAL, NULL);
     free(brackets);
+    bool all = list;
     for (size_t i = 0; i < json_array_size(list); i++)
-        if (!json_is_real(json_array_get(list, i))) {
-            json_decref(list);
-            return NULL;
-        }
-    return list;
-}
-
-/* Turns "0.5" and "0.1,0.2,0.3" into what they are in a document. Other texts are colors of CSS, or
- * mistakes, as the reader of scenes will find. */
-static void read_color(link_read *l, int which) {
-    const char *text = json_string_value(l->values[which]);
-    json_t *list = text ? parse_numbers(text, &l->is_short) : NULL;
-    if (!list) return;
-    json_t *alone = json_array_size(list) == 1 ? json_incref(json_array_get(list, 0)) : NULL;
-    put_value(l, which, alone ? alone : json_incref(list));
+        all = all && json_is_real(json_array_get(list, i));
+    json_t *value = json_array_size(list) == 1 ? json_array_get(list, 0) : list;
+    value = all ? json_incref(value) : NULL;
     json_decref(list);
+    return value;
 }
 
-static void read_number(link_read *l, int which) {
-    read_color(l, which);
-    if (l->values[which] && !json_is_real(l->values[which]))
-        add_mistake(l, names[which], "expected a number");
+static json_t *parse_whole(const char *text) {
+    const size_t length = strlen(text), digits = strspn(text, "0123456789");
+    return length && length <= DIGITS_MOST && digits == length
+               ? json_integer(strtoll(text, NULL, 10))
+               : NULL;
 }
 
-/* null, which is transparent, has a name. */
-static void read_background(link_read *l) {
-    const char *text = json_string_value(l->values[BACKGROUND]);
-    if (text && !strcmp(text, "transparent"))
-        put_value(l, BACKGROUND, json_null());
+/* Turns the text of a parameter that was given into what it is in a document. Texts that are no
+ * numbers are colors of CSS, or mistakes, as the reader of scenes will find. */
+static void read_value(link_read *l, size_t which) {
+    const struct parameter *p = &parameters[which];
+    const char *text = json_string_value(l->values[which]);
+    json_t *value = NULL;
+    if (!text || p->meaning == TEXT) return;
+    if (p->meaning == WHOLE)
+        value = parse_whole(text);
+    else if (p->meaning == BACKDROP && !strcmp(text, "transparent"))
+        value = json_null();
     else
-        read_color(l, BACKGROUND);
+        value = parse_numbers(text, &l->is_short);
+    if (p->meaning == WHOLE && !value) add_mistake(l, p->name, "expected an integer");
+    if (p->meaning == NUMBER && !json_is_real(value)) add_mistake(l, p->name, "expected a number");
+    if (!value) return;
+    json_decref(l->values[which]);
+    l->values[which] = value;
 }
 
 static void read_link(link_read *l, const char *target) {
@@ -213,73 +200,50 @@ static void read_link(link_read *l, const char *target) {
         size_t size = query ? (size_t)(query - from) : strlen(from);
         if (size) read_parameter(l, from, size);
     }
-    for (int which = SIZE; which <= SAMPLES_PER_PIXEL; which++) read_whole(l, which);
-    read_whole(l, QUALITY);
-    read_whole(l, EXPIRES);
-    read_background(l);
-    for (int which = EMISSIVE; which <= SPECULAR; which++) read_color(l, which);
-    read_number(l, SHININESS);
+    for (size_t which = 0; which < PARAMETERS; which++) read_value(l, which);
     /* The reader of scenes would miss its vertices, of which a link knows nothing. */
     const char *shape = json_string_value(l->values[SHAPE]);
     if (shape && !strcmp(shape, "mesh"))
-        add_mistake(l, names[SHAPE], "a mesh has no preview: its triangles are the scene's own");
+        add_mistake(l, "shape", "a mesh has no preview: its triangles are the scene's own");
 }
 
 /* ---- The document ---- */
 
-static json_t *value_or(const link_read *l, int which, json_t *otherwise) {
-    if (!l->values[which]) return otherwise;
-    json_decref(otherwise);
-    return json_incref(l->values[which]);
-}
-
-/* The object of a shape, without its material; NULL if memory is short. */
-static json_t *make_object(const json_t *shape) {
-    const char *name = json_string_value(shape), *members = "{}";
-    for (size_t i = 0; i < sizeof framed / sizeof framed[0]; i++)
-        if (!strcmp(name, framed[i].shape)) members = framed[i].members;
-    json_t *object = json_loads(members, 0, NULL);
-    json_object_set(object, "type", (json_t *)(uintptr_t)shape);
-    return object;
-}
-
-static int set_members(json_t *object, const link_read *l, int first, int last) {
-    int failed = object ? 0 : -1;
-    for (int which = first; which <= last; which++)
-        if (l->values[which]) failed |= json_object_set(object, names[which], l->values[which]);
-    return failed;
-}
-
-/* NULL if memory is short. */
-static char *make_document(const link_read *l, json_t *preset) {
-    json_t *document = json_loads(surroundings, 0, NULL);
-    json_t *side = value_or(l, SIZE, json_integer(SIDE));
-    json_t *shape = value_or(l, SHAPE, json_string("sphere"));
-    json_t *image = json_pack("{s:O, s:o, s:i}", "width", side, "height", side, "samples", SAMPLES);
-    json_t *coefficients = json_pack("{s:O}", "preset", preset), *output = json_object();
-    json_t *object = make_object(shape);
-    int failed = set_members(image, l, WIDTH, SAMPLES_PER_PIXEL);
-    failed |= set_members(coefficients, l, EMISSIVE, SHININESS);
-    failed |= set_members(output, l, DISPLAY, QUALITY);
-    failed |= set_members(document, l, BACKGROUND, BACKGROUND);
-    failed |= json_object_set_new(document, "image", image);
-    failed |= json_object_set_new(object, "material", coefficients);
+/* What is not given is as it is by default. NULL if memory is short. */
+static char *make_document(link_read *l, json_t *preset) {
+    if (!l->values[SIZE]) l->values[SIZE] = json_integer(SIDE);
+    if (!l->values[SHAPE]) l->values[SHAPE] = json_string("sphere");
+    json_t *side = l->values[SIZE], *shape = l->values[SHAPE];
+    json_t *parts[PARTS] = {
+        [DOCUMENT] = json_loads(surroundings, 0, NULL),
+        [IMAGE] = json_pack("{s:O, s:O, s:i}", "width", side, "height", side, "samples", SAMPLES),
+        [COEFFICIENTS] = json_pack("{s:O}", "preset", preset),
+        [OUTPUT] = json_object()};
+    int failed = 0;
+    for (size_t i = 0; i < PARAMETERS; i++)
+        if (l->values[i] && parameters[i].part != NO_PART)
+            failed |= json_object_set(parts[parameters[i].part], parameters[i].name, l->values[i]);
+    const char *members = "{}";
+    for (size_t i = 0; shape && i < sizeof framed / sizeof framed[0]; i++)
+        if (!strcmp(json_string_value(shape), framed[i].shape)) members = framed[i].members;
+    json_t *document = parts[DOCUMENT], *object = json_loads(members, 0, NULL);
+    failed |= json_object_set(object, "type", shape);
+    failed |= json_object_set_new(object, "material", parts[COEFFICIENTS]);
+    failed |= json_object_set_new(document, "image", parts[IMAGE]);
     failed |= json_object_set_new(document, "objects", json_pack("[o]", object));
-    json_decref(shape);
-    failed |= json_object_set_new(document, "output", output);
+    failed |= json_object_set_new(document, "output", parts[OUTPUT]);
     char *text = failed ? NULL : json_dumps(document, JSON_COMPACT);
     json_decref(document);
     return text;
 }
 
 bool shd_preview_document(shd_exchange *exchange) {
-    static const char prefix[] = "/v1/preview/";
-    static const shd_mistake no_text = {.parameter = material, .detail = "it is no text in UTF-8"};
+    static const shd_mistake no_text = {"material", NULL, "it is no text in UTF-8"};
     link_read l = {.mistake_count = 0};
     shd_reply *reply = &exchange->reply;
     char *text = NULL;
     shd_json_memory_watch();
-    json_t *name = json_string(exchange->path + sizeof prefix - 1);
+    json_t *name = json_string(exchange->path + shd_path_fixed(SHD_ROUTE_PREVIEW));
     if (exchange->target) read_link(&l, exchange->target);
     if (name && !l.mistake_count) text = make_document(&l, name);
     if (!exchange->target || l.is_short || shd_json_memory_short()) {
@@ -303,30 +267,15 @@ bool shd_preview_document(shd_exchange *exchange) {
 
 /* The parameter that the pointer's value came from; NULL: none. */
 static const char *parameter_of(const char *pointer) {
-    static const struct {
-        const char *prefix, *parameter;
-    } places[] = {
-        {"/objects/0/material/emissive", "emissive"},
-        {"/objects/0/material/ambient", "ambient"},
-        {"/objects/0/material/diffuse", "diffuse"},
-        {"/objects/0/material/specular", "specular"},
-        {"/objects/0/material/shininess", "shininess"},
-        {"/objects/0/material", material},
-        {"/objects/0", "shape"},
-        {"/image/samples", "samples"},
-        {"/image/height", "height"},
-        {"/image", "width"},
-        {"/background", "background"},
-        {"/output/display", "display"},
-        {"/output/view", "view"},
-        {"/output/format", "format"},
-        {"/output/quality", "quality"},
-        {"/output", "colorSpace"},
-    };
-    for (size_t i = 0; i < sizeof places / sizeof places[0]; i++)
-        if (!strncmp(pointer, places[i].prefix, strlen(places[i].prefix)))
-            return places[i].parameter;
-    return NULL;
+    const struct parameter *best = NULL;
+    size_t longest = 0;
+    for (const struct parameter *p = parameters; p <= &parameters[MATERIAL]; p++) {
+        const size_t length = p->pointer ? strlen(p->pointer) : 0;
+        if (length <= longest || strncmp(pointer, p->pointer, length) != 0) continue;
+        longest = length;
+        best = p;
+    }
+    return best ? best->name : NULL;
 }
 
 /* If both sides are the same, they are told as one size. */
@@ -354,8 +303,8 @@ void shd_preview_refuse(shd_job *job) {
     for (size_t i = 0; i < shd_report_errors_kept(report); i++) {
         const shd_problem *error = &report->errors[i];
         const char *parameter = parameter_of(error->pointer);
-        if (parameter == material) kind = SHD_NOT_FOUND;
-        if (is_side(parameter) && is_square(&job->question)) parameter = names[SIZE];
+        if (parameter == parameters[MATERIAL].name) kind = SHD_NOT_FOUND;
+        if (is_side(parameter) && is_square(&job->question)) parameter = parameters[SIZE].name;
         /* A size's mistake is told once. */
         if (count && parameter && mistakes[count - 1].parameter == parameter) continue;
         mistakes[count++] = (shd_mistake){parameter, error->pointer, error->detail};
@@ -376,12 +325,13 @@ static const char *raw_value(const char *target, const char *name) {
 
 shd_link shd_preview_link(const shd_exchange *exchange, const shd_keys *keys, long long *expires) {
     const char *target = exchange->target ? exchange->target : "";
-    const char *signature = raw_value(target, names[SIGNATURE]);
+    static const char name[] = "signature";
+    const char *signature = raw_value(target, name);
     if (!signature) return SHD_LINK_UNSIGNED;
-    size_t length = (size_t)(signature - target) - strlen(names[SIGNATURE]) - 2;
+    size_t length = (size_t)(signature - target) - strlen(name) - 2;
     if (!shd_keys_signed(keys, target, length, signature)) return SHD_LINK_WRONG;
     /* What is signed and no number ends as a mistake of the link, or here. */
-    const char *end = raw_value(target, names[EXPIRES]);
+    const char *end = raw_value(target, "expires");
     *expires = end ? strtoll(end, NULL, 10) : 0;
     return end && *expires <= time(NULL) ? SHD_LINK_EXPIRED : SHD_LINK_SIGNED;
 }
