@@ -65,12 +65,10 @@ typedef struct shd_exchange {
 
 /* NULL if memory is short. */
 shd_exchange *shd_exchange_new(shd_server *server, struct MHD_Connection *connection);
+void shd_exchange_drop(shd_exchange *exchange);
 
-/* It is a request, and in flight from now on. */
-void shd_exchange_count(shd_exchange *exchange);
-
-/* All of it has come. */
-void shd_exchange_accept(shd_exchange *exchange);
+void shd_exchange_count(shd_exchange *exchange);  /* it is a request, and in flight from now on */
+void shd_exchange_accept(shd_exchange *exchange); /* all of it has come */
 
 /* Says who the client is by its token or, if it came without one, by its address. */
 void shd_exchange_set_client(shd_exchange *exchange);
@@ -82,14 +80,8 @@ void shd_exchange_suspend(shd_exchange *exchange);
  * thread. The exchange may not exist any more when this returns. */
 void shd_exchange_resume(shd_exchange *exchange);
 
-/* It runs on the I/O thread again. */
-void shd_exchange_wake(shd_exchange *exchange);
+void shd_exchange_wake(shd_exchange *exchange); /* it runs on the I/O thread again */
+void shd_exchange_send(shd_exchange *exchange); /* its answer is being sent */
 
 /* The bytes of its answer's body that are sent. */
 size_t shd_exchange_sends(const shd_exchange *exchange);
-
-/* Its answer is being sent. */
-void shd_exchange_send(shd_exchange *exchange);
-
-/* Its end. */
-void shd_exchange_drop(shd_exchange *exchange);

@@ -44,8 +44,7 @@ enum meaning { TEXT, WHOLE, NUMBER, COLOR, BACKDROP };
 
 enum { SHAPE, SIZE, PARAMETERS = 18, MATERIAL = PARAMETERS };
 
-/* `pointer` begins those of mistakes in what the parameter has said, but where a longer one does.
- */
+/* What a mistake's pointer begins with is whose it is, by the longest beginning. */
 static const struct parameter {
     const char *name;
     enum part part;
@@ -325,10 +324,9 @@ static const char *raw_value(const char *target, const char *name) {
 
 shd_link shd_preview_link(const shd_exchange *exchange, const shd_keys *keys, long long *expires) {
     const char *target = exchange->target ? exchange->target : "";
-    static const char name[] = "signature";
-    const char *signature = raw_value(target, name);
+    const char *signature = raw_value(target, "signature");
     if (!signature) return SHD_LINK_UNSIGNED;
-    size_t length = (size_t)(signature - target) - strlen(name) - 2;
+    size_t length = (size_t)(signature - target) - strlen("&signature=");
     if (!shd_keys_signed(keys, target, length, signature)) return SHD_LINK_WRONG;
     /* What is signed and no number ends as a mistake of the link, or here. */
     const char *end = raw_value(target, "expires");

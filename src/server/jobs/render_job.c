@@ -1,5 +1,6 @@
 #include "work.h"
 
+#include <assert.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -45,7 +46,7 @@ static char *part_head(const char *boundary, const shd_picture *picture, bool fi
 
 /* The boundary follows from the entity tag: the same request gives the same bytes, and that a
  * picture holds the hash of its own document is as unlikely as any collision of the hash. */
-static bool set_multipart(shd_reply *reply, shd_budget *budget, shd_request *request) {
+static void set_multipart(shd_reply *reply, shd_budget *budget, shd_request *request) {
     char boundary[71], media_type[128], tail[80];
     snprintf(boundary, sizeof boundary, "shaded-%s", shd_request_etag(request));
     snprintf(media_type, sizeof media_type, "multipart/form-data; boundary=%s", boundary);
@@ -68,9 +69,9 @@ static bool set_multipart(shd_reply *reply, shd_budget *budget, shd_request *req
     char *body = counted ? malloc(total) : NULL, *end = body;
     for (size_t i = 0; body && i < count; i++) {
         size_t size = pictures[i].size;
-        end = (char *)memcpy(end, heads[i].text, heads[i].length) + heads[i].length;
+        end = mempcpy(end, heads[i].text, heads[i].length);
         unsigned char *data = shd_request_take(request, i);
-        if (size) end = (char *)memcpy(end, data, size) + size;
+        if (size) end = mempcpy(end, data, size);
         free(data);
         shd_budget_give(budget, size);
     }
@@ -83,24 +84,16 @@ static bool set_multipart(shd_reply *reply, shd_budget *budget, shd_request *req
     }
     for (size_t i = 0; heads && i < count; i++) free(heads[i].text);
     free(heads);
-    return body;
 }
 
 static void set_single(shd_reply *reply, shd_budget *budget, shd_request *request) {
     size_t count;
     const shd_picture *picture = shd_request_pictures(request, &count);
     const char *media_type = shd_format_get(picture->format)->media_type;
-    size_t size = picture->size;
+    const size_t size = picture->size;
+    assert(count == 1);
     shd_reply_give(reply, media_type, shd_request_take(request, 0), size);
     shd_reply_count(reply, budget, size);
-}
-
-static bool set_pictures(shd_reply *reply, shd_budget *budget, shd_request *request) {
-    if (!shd_request_multipart(request))
-        set_single(reply, budget, request);
-    else if (!set_multipart(reply, budget, request))
-        return false;
-    return reply->held;
 }
 
 /* ---- Headers ---- */
@@ -239,7 +232,11 @@ static void render_pictures(shd_job *job) {
     }
     add_making(job);
     reply->status = 200;
-    if (!set_pictures(reply, job->server->budget, job->request)) {
+    if (shd_request_multipart(job->request))
+        set_multipart(reply, job->server->budget, job->request);
+    else
+        set_single(reply, job->server->budget, job->request);
+    if (!reply->held) {
         shd_reply_clear(reply);
         shd_problem_reply(reply, SHD_NO_MEMORY, "no memory for the answer");
         return;

@@ -15,10 +15,9 @@ typedef struct shd_watched {
     bool told;
 } shd_watched;
 
-/* The job was cancelled while a worker has it. */
+/* The job was cancelled while a worker has it; and the worker has done with it, if it is watched.
+ */
 void shd_stuck_watch(shd_watched *ring, shd_watched *watched, const char *id);
-
-/* The worker has done with the job, which need not be watched. */
 void shd_stuck_forget(shd_watched *watched);
 
 /* Tells the log of each worker that is held, once; returns how many are. *next is when to look

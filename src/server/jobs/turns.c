@@ -1,5 +1,6 @@
 #include "turns.h"
 
+#include <assert.h>
 #include <math.h>
 
 #include "base/clock.h"
@@ -30,6 +31,7 @@ static void run_large(shd_turns *turns, shd_job *job, shd_begun *beneath) {
                       .worker = pthread_self(),
                       .job = job,
                       .depth = beneath ? beneath->depth + 1 : 0};
+    assert(here.depth <= ASIDE_MOST);
     shd_queue_begin(turns->queue, &job->turn, &here.stint);
     here.at = here.stint.tag - here.stint.cost;
     turns->begun = job->begun = &here;
@@ -124,6 +126,7 @@ static void give_way(void *context) {
     shd_turns *turns = context;
     pthread_mutex_lock(turns->mutex);
     shd_begun *own = find_own(turns);
+    assert(own && own->job->begun == own);
     own->at = own->stint.tag - (1 - own->job->done) * own->stint.cost;
     advance_clock(turns);
     shd_job *first = find_first(turns, own);
