@@ -20,7 +20,6 @@ static const double end_of_time = 1e9;
 struct shd_jobs {
     shd_metrics *metrics;
     shd_jobs_options options;
-
     pthread_mutex_t mutex; /* the functions below have it, unless they are public or say so */
     pthread_cond_t changed;
     pthread_t thread;
@@ -185,7 +184,7 @@ static bool is_settled(const shd_job *job, const shd_waiter *waiter) {
 
 /* Without the mutex. Everybody's reply is a copy, which shares the body. */
 static void fill_reply(shd_jobs *jobs, const shd_job *job, shd_waiter *waiter) {
-    const double queued = fmax(job->began - waiter->asked, 0); /* it may come while the job runs */
+    const double queued = fmax(job->began - waiter->asked, 0); /* if it came while the job runs */
     shd_metrics_stage(jobs->metrics, SHD_STAGE_QUEUE, queued);
     if (job->reply.status == 200 && is_settled(job, waiter)) {
         shd_reply_share(waiter->reply, &job->reply); /* of which a 304 tells the length */

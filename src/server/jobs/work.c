@@ -1,5 +1,6 @@
 #include "work.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -46,6 +47,7 @@ void shd_job_read(shd_job *job) {
 }
 
 static void drop_job(shd_job *job) {
+    assert(!job->waiters && !job->watched.next && !job->by_body.thing && !job->by_meaning.thing);
     shd_request_drop(job->request);
     shd_reply_clear(&job->reply);
     shd_settings_drop(job->settings);
