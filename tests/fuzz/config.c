@@ -41,7 +41,8 @@ static void check_config(int count, char **flags) {
     CHECK(is_text(config.listen, sizeof config.listen));
     CHECK(is_text(config.ocio, sizeof config.ocio));
     CHECK(is_text(config.cors_origins, sizeof config.cors_origins));
-    CHECK(config.threads <= 1024 && config.queue >= 1 && config.timeout >= 1 && config.body >= 1);
+    CHECK(config.threads <= 1024 && config.queue >= 1 && config.timeout >= 1 &&
+          config.limits.body >= 1);
     shd_config_keep(&config, &defaults, kept, sizeof kept);
     CHECK(!strcmp(config.listen, defaults.listen) && config.threads == defaults.threads);
     shd_networks *proxies;

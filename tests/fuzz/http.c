@@ -46,11 +46,11 @@ static void start(void) {
     shd_config *config = &server.config;
     *config = shd_config_defaults();
     config->threads = 1;
-    config->pixels = config->samples = 64;
-    config->lights = config->objects = 8;
-    config->triangles = 200;
-    config->body = 4096;
-    config->memory = 16 << 20;
+    config->limits.pixels = config->limits.samples = 64;
+    config->limits.lights = config->limits.objects = 8;
+    config->limits.triangles = 200;
+    config->limits.body = 4096;
+    config->limits.memory = 16 << 20;
     config->reuse = 1 << 20;
     config->response_cache = 1 << 16;
     config->connections = 16;

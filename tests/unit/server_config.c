@@ -66,9 +66,9 @@ static void numbers_are_whole_and_within_their_bounds(void **state) {
         {"--queue", "0x10", false, 0, 0},
         {"--queue", "1e3", false, 0, 0},
         {"--queue", "18446744073709551621", false, 0, 0}, /* 2^64 + 5 */
-        {"--max-body", "1k", true, 1024, FIELD(body)},
-        {"--max-body", "3M", true, 3 << 20, FIELD(body)},
-        {"--max-body", "1024G", true, UINT64_C(1) << 40, FIELD(body)},
+        {"--max-body", "1k", true, 1024, FIELD(limits.body)},
+        {"--max-body", "3M", true, 3 << 20, FIELD(limits.body)},
+        {"--max-body", "1024G", true, UINT64_C(1) << 40, FIELD(limits.body)},
         {"--max-body", "1025G", false, 0, 0},
         {"--max-body", "17179869185G", false, 0, 0}, /* 2^64 + 1 G */
         {"--max-body", "1T", false, 0, 0},
@@ -76,7 +76,7 @@ static void numbers_are_whole_and_within_their_bounds(void **state) {
         {"--max-body", "K", false, 0, 0},
         {"--max-body", "0", false, 0, 0},
         {"--memory", "0", true, 0, FIELD(budget)},
-        {"--max-memory", "1M", true, 1 << 20, FIELD(memory)},
+        {"--max-memory", "1M", true, 1 << 20, FIELD(limits.memory)},
         {"--max-memory", "1023K", false, 0, 0},
         {"--drain-time", "0", true, 0, FIELD(drain_time)},
         {"--timeout", "86401", false, 0, 0},
@@ -149,10 +149,10 @@ static void flags_win_over_the_environment_and_that_over_the_file(void **state) 
     setenv("SHADED_TIMEOUT", "", 1); /* as if it were not there */
     assert_int_equal(read_file(file), SHD_CONFIG_RUN);
     assert_int_equal(config.queue, 11);
-    assert_int_equal(config.lights, 22);
+    assert_int_equal(config.limits.lights, 22);
     assert_int_equal(config.timeout, 13);
     assert_int_equal(read_flag("--max-lights", "33"), SHD_CONFIG_RUN);
-    assert_int_equal(config.lights, 33);
+    assert_int_equal(config.limits.lights, 33);
     setenv("SHADED_MAX_LIGHTS", "many", 1);
     assert_int_equal(read_flag("--max-lights", "33"), SHD_CONFIG_BAD);
     assert_non_null(strstr(message, "SHADED_MAX_LIGHTS"));

@@ -21,7 +21,7 @@ static bool may_grow(shd_exchange *exchange, size_t capacity) {
     const uint64_t more = capacity - exchange->capacity;
     const uint64_t all = atomic_fetch_add(&server->body_bytes, more) + more;
     const bool few =
-        capacity <= SMALL_BODY || all / server->places <= exchange->settings->config.body;
+        capacity <= SMALL_BODY || all / server->places <= exchange->settings->config.limits.body;
     if (few && capacity <= TINY_BODY) {
         shd_budget_count(server->budget, more);
         return true;
@@ -46,7 +46,7 @@ static bool may_grow(shd_exchange *exchange, size_t capacity) {
 
 bool shd_body_keep(shd_exchange *exchange, const char *data, size_t size) {
     const uint64_t room = shd_memory_beside(exchange->server, SHD_LEAST_REQUEST),
-                   most = exchange->settings->config.body, limit = most < room ? most : room;
+                   most = exchange->settings->config.limits.body, limit = most < room ? most : room;
     const size_t needed = exchange->size + size;
     if (needed > limit) {
         shd_problem_reply(&exchange->reply, SHD_TOO_LARGE,

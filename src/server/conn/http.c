@@ -202,7 +202,7 @@ static enum MHD_Result refuse_connection(shd_exchange *exchange) {
 }
 
 static enum MHD_Result refuse_size(shd_exchange *exchange, unsigned long long size) {
-    unsigned long long limit = exchange->settings->config.body;
+    unsigned long long limit = exchange->settings->config.limits.body;
     shd_reply_clear(&exchange->reply);
     if (size)
         shd_problem_reply(&exchange->reply, SHD_TOO_LARGE,
@@ -233,7 +233,8 @@ static enum MHD_Result take_head(shd_exchange *exchange, const char *method, con
     if (exchange->token) shd_exchange_set_client(exchange);
     errno = 0;
     unsigned long long length = h.length ? strtoull(h.length, NULL, 10) : 0;
-    if (errno || length > exchange->settings->config.body) return refuse_size(exchange, length);
+    if (errno || length > exchange->settings->config.limits.body)
+        return refuse_size(exchange, length);
     /* A client that asks first must not be told to go on. Others send in any case: they get their
      * answer after the body, and keep the connection. */
     if (exchange->is_refused && h.expects) return refuse_now(exchange);
@@ -243,7 +244,8 @@ static enum MHD_Result take_head(shd_exchange *exchange, const char *method, con
 }
 
 static enum MHD_Result take_body(shd_exchange *exchange, const char *data, size_t *size) {
-    if (*size > exchange->settings->config.body - exchange->size) return refuse_size(exchange, 0);
+    if (*size > exchange->settings->config.limits.body - exchange->size)
+        return refuse_size(exchange, 0);
     if (exchange->is_refused || !(exchange->method & (SHD_POST | SHD_PUT))) {
         exchange->size += *size; /* read for the sake of the connection, but not kept */
     } else if (!shd_body_keep(exchange, data, *size)) {

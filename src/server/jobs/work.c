@@ -94,7 +94,7 @@ static double find_cost(const shd_job *job) {
  * False: the reply says what is wrong, but where nobody waits for it. */
 static bool decode_body(shd_job *job, bool has_turn) {
     const shd_question *asked = &job->question;
-    const uint64_t most = job->settings->config.body;
+    const uint64_t most = job->settings->config.limits.body;
     const shd_inflation how = {
         .most = most,
         .keep = has_turn ? most : small_document,

@@ -1,5 +1,6 @@
 #include "config.h"
 
+#include <assert.h>
 #include <ctype.h>
 #include <errno.h>
 #include <getopt.h>
@@ -61,30 +62,30 @@ static const option_info options[] = {
      "of them from one address that is no trusted proxy; 0: any number"},
     {"trusted-proxies", TEXT, false, FIELD(trusted_proxies), 0, 0, "NETWORKS",
      "proxies whose X-Forwarded-For is believed: 127.0.0.1, 10.0.0.0/8, unix"},
-    {"max-body", BYTES, false, FIELD(body), 1, UINT64_C(1) << 40, "BYTES",
+    {"max-body", BYTES, false, FIELD(limits.body), 1, 1ull << 40, "BYTES",
      "size of a scene document, or of a mesh that is kept"},
-    {"max-pixels", WHOLE, false, FIELD(pixels), 1, UINT64_C(1) << 40, "N", "pixels of a picture"},
-    {"max-samples", WHOLE, false, FIELD(samples), 1, UINT64_C(1) << 46, "N",
+    {"max-pixels", WHOLE, false, FIELD(limits.pixels), 1, 1ull << 40, "N", "pixels of a picture"},
+    {"max-samples", WHOLE, false, FIELD(limits.samples), 1, 1ull << 46, "N",
      "samples of a picture: its pixels times `samples`"},
-    {"max-lights", WHOLE, false, FIELD(lights), 0, UINT64_C(1) << 40, "N", "lights of a scene"},
-    {"max-objects", WHOLE, false, FIELD(objects), 0, UINT64_C(1) << 40, "N", "objects of a scene"},
-    {"max-triangles", WHOLE, false, FIELD(triangles), 0, UINT64_C(1) << 40, "N",
+    {"max-lights", WHOLE, false, FIELD(limits.lights), 0, 1ull << 40, "N", "lights of a scene"},
+    {"max-objects", WHOLE, false, FIELD(limits.objects), 0, 1ull << 40, "N", "objects of a scene"},
+    {"max-triangles", WHOLE, false, FIELD(limits.triangles), 0, 1ull << 40, "N",
      "triangles of a scene, those of tessellated shapes too"},
-    {"max-light-samples", WHOLE, false, FIELD(light_samples), 1, UINT64_C(1) << 62, "N",
+    {"max-light-samples", WHOLE, false, FIELD(limits.light_samples), 1, 1ull << 62, "N",
      "samples of a picture times lights times terms: diffuse, and each specular lobe"},
-    {"max-object-lights", WHOLE, false, FIELD(object_lights), 0, UINT64_C(1) << 62, "N",
+    {"max-object-lights", WHOLE, false, FIELD(limits.object_lights), 0, 1ull << 62, "N",
      "objects of a scene times its lights"},
-    {"max-work", WHOLE, false, FIELD(work), 1, UINT64_C(1) << 40, "SECONDS",
+    {"max-work", WHOLE, false, FIELD(limits.work), 1, 1ull << 40, "SECONDS",
      "time that a picture is expected to take on one processor"},
-    {"memory", BYTES, true, FIELD(budget), 0, UINT64_C(1) << 46, "BYTES",
+    {"memory", BYTES, true, FIELD(budget), 0, 1ull << 46, "BYTES",
      "memory of the whole process; 0: three quarters of what machine and control groups leave"},
-    {"max-memory", BYTES, false, FIELD(memory), 1 << 20, UINT64_C(1) << 46, "BYTES",
+    {"max-memory", BYTES, false, FIELD(limits.memory), 1 << 20, 1ull << 46, "BYTES",
      "memory of one request"},
-    {"reuse", BYTES, true, FIELD(reuse), 0, UINT64_C(1) << 46, "BYTES",
+    {"reuse", BYTES, true, FIELD(reuse), 0, 1ull << 46, "BYTES",
      "memory for what later pictures share with earlier ones; 0: nothing is kept"},
-    {"mesh-store", BYTES, true, FIELD(mesh_store), 0, UINT64_C(1) << 46, "BYTES",
+    {"mesh-store", BYTES, true, FIELD(mesh_store), 0, 1ull << 46, "BYTES",
      "memory for meshes that scenes name by their digest; 0: none are kept"},
-    {"response-cache", BYTES, true, FIELD(response_cache), 0, UINT64_C(1) << 46, "BYTES",
+    {"response-cache", BYTES, true, FIELD(response_cache), 0, 1ull << 46, "BYTES",
      "memory for finished pictures, for who asks for the same ones; 0: none are kept"},
     {"tokens", TEXT, false, FIELD(tokens), 0, 0, "FILE",
      "bearer tokens, or their hashes with names, ends and rates, for /v1/; none: all are served"},
@@ -101,11 +102,10 @@ static const option_info options[] = {
 
 enum { OPTION_COUNT = sizeof options / sizeof options[0] };
 
-/* Values of getopt_long beside the options' indices. */
-enum { FLAG_CONFIG = 1000, FLAG_READY, FLAG_HELP, FLAG_VERSION };
+/* What getopt_long gives for flags; for those of `options`, FLAG_OPTION and their index. */
+enum { FLAG_CONFIG = 1000, FLAG_READY, FLAG_HELP, FLAG_VERSION, FLAG_OPTION };
 
-/* A line of the configuration file with its newline and end; libinih reads up to 200. */
-enum { LINE_SIZE = 200 };
+enum { LINE_SIZE = 200 }; /* of the file, with newline and end; libinih reads up to that */
 
 shd_config shd_config_defaults(void) {
     shd_engine_options engine = shd_engine_defaults();
@@ -120,16 +120,7 @@ shd_config shd_config_defaults(void) {
         .queue = engine.queue,
         .connections = 1000,
         .connections_each = 100,
-        .pixels = engine.limits.pixels,
-        .samples = engine.limits.samples,
-        .lights = engine.limits.lights,
-        .objects = engine.limits.objects,
-        .triangles = engine.limits.triangles,
-        .light_samples = engine.limits.light_samples,
-        .object_lights = engine.limits.object_lights,
-        .work = engine.limits.work,
-        .body = engine.limits.body,
-        .memory = engine.limits.memory,
+        .limits = engine.limits,
         .reuse = engine.reuse,
         .mesh_store = engine.mesh_store,
         .response_cache = (uint64_t)64 << 20,
@@ -165,38 +156,35 @@ static bool is_printable(const char *text) {
     return true;
 }
 
+static bool is_text(const option_info *option) {
+    return option->kind == TEXT || option->kind == LIST;
+}
+
 /* `place` names the source of the value in the message. */
 static bool set_option(shd_config *config, const option_info *option, const char *text,
                        const char *place, char *message, size_t size) {
     char *field = (char *)config + option->offset;
-    switch (option->kind) {
-    case TEXT:
-    case LIST:
-        if (strlen(text) >= option->size || !is_printable(text)) {
+    if (is_text(option)) {
+        const bool fits = strlen(text) < option->size && is_printable(text);
+        const bool is_blank = option->min && !text[strspn(text, " ")];
+        if (fits && !is_blank) {
+            strcpy(field, text);
+            return true;
+        }
+        if (fits)
+            snprintf(message, size, "%s: it is empty", place);
+        else
             snprintf(message, size, "%s: up to %zu printable ASCII characters are possible", place,
                      option->size - 1);
-            return false;
-        }
-        if (option->min && !text[strspn(text, " ")]) {
-            snprintf(message, size, "%s: it is empty", place);
-            return false;
-        }
-        memcpy(field, text, strlen(text) + 1);
-        return true;
-    case SWITCH:
-        if (strcmp(text, "on") && strcmp(text, "off")) {
-            snprintf(message, size, "%s: '%s' is neither on nor off", place, text);
-            return false;
-        }
+    } else if (option->kind == SWITCH) {
         *(bool *)(void *)field = !strcmp(text, "on");
-        return true;
-    case WHOLE:
-    case BYTES:
+        if (!strcmp(text, "on") || !strcmp(text, "off")) return true;
+        snprintf(message, size, "%s: '%s' is neither on nor off", place, text);
+    } else {
         if (parse_whole(option, text, (uint64_t *)(void *)field)) return true;
         snprintf(message, size, "%s: '%s' is not a whole number from %llu to %llu%s", place, text,
                  (unsigned long long)option->min, (unsigned long long)option->max,
                  option->kind == BYTES ? " (K, M or G may follow)" : "");
-        return false;
     }
     return false;
 }
@@ -213,10 +201,10 @@ typedef struct file_reader {
     size_t size;
 } file_reader;
 
-static void file_error(file_reader *reader, const char *format, ...) SHD_PRINTF(2, 3);
-
-static void file_error(file_reader *reader, const char *format, ...) {
-    if (reader->failed) return; /* the first one is told */
+/* Returns false. */
+SHD_PRINTF(2, 3)
+static bool file_error(file_reader *reader, const char *format, ...) {
+    assert(!reader->failed); /* lines end with the first one */
     reader->failed = true;
     char text[512];
     va_list args;
@@ -224,10 +212,11 @@ static void file_error(file_reader *reader, const char *format, ...) {
     vsnprintf(text, sizeof text, format, args);
     va_end(args);
     snprintf(reader->message, reader->size, "%s:%d: %s", reader->path, reader->line, text);
+    return false;
 }
 
-/* Lines for libinih, which itself does not number them, cuts long ones in two, and takes an
- * indented one for the continuation of the last value. */
+/* Lines for libinih, which does not number them, cuts long ones in two, and takes an indented one
+ * for more of the last value. */
 static char *read_line(char *line, int size, void *context) {
     file_reader *reader = context;
     char text[LINE_SIZE];
@@ -237,28 +226,20 @@ static char *read_line(char *line, int size, void *context) {
         file_error(reader, "the line is longer than %d characters", LINE_SIZE - 2);
         return NULL;
     }
-    const char *start = text;
-    while (*start == ' ' || *start == '\t') start++;
-    snprintf(line, (size_t)size, "%s", start);
+    snprintf(line, (size_t)size, "%s", text + strspn(text, " \t"));
     return line;
 }
 
 static int read_pair(void *context, const char *section, const char *name, const char *value) {
     file_reader *reader = context;
-    if (*section) {
-        file_error(reader, "there are no sections: '[%s]'", section);
-        return 0;
-    }
+    if (*section) return file_error(reader, "there are no sections: '[%s]'", section);
     for (size_t i = 0; i < OPTION_COUNT; i++) {
         if (strcmp(options[i].name, name)) continue;
-        char place[128], message[512];
-        snprintf(place, sizeof place, "%s", name);
-        if (!set_option(reader->config, &options[i], value, place, message, sizeof message))
-            file_error(reader, "%s", message);
-        return !reader->failed;
+        char message[512];
+        return set_option(reader->config, &options[i], value, name, message, sizeof message) ||
+               file_error(reader, "%s", message);
     }
-    file_error(reader, "unknown key '%s' (shaded --help lists all)", name);
-    return 0;
+    return file_error(reader, "unknown key '%s' (shaded --help lists all)", name);
 }
 
 static bool read_file(const char *path, shd_config *config, char *message, size_t size) {
@@ -289,39 +270,32 @@ static bool read_file(const char *path, shd_config *config, char *message, size_
 
 /* ---- All sources ---- */
 
-static void environment_name(const char *name, char *out, size_t size) {
-    snprintf(out, size, "SHADED_%s", name);
-    for (; *out; out++) *out = *out == '-' ? '_' : (char)toupper((unsigned char)*out);
-}
-
-/* Of the one option that is a list. What does not fit is cut, and then too long for its field. */
+/* Of the one LIST. What does not fit is cut, and then too long for its field. */
 enum { JOINED_SIZE = 2048 };
 
 /* What a flag stands for that may have been there before. */
-static const char *join_values(const option_info *option, const char *before, const char *value,
+static const char *join_values(const option_info *option, const char *value,
                                char joined[JOINED_SIZE]) {
-    if (option->kind != LIST || !before) return value;
-    if (before != joined) snprintf(joined, JOINED_SIZE, "%s", before);
-    size_t length = strlen(joined);
-    snprintf(joined + length, JOINED_SIZE - length, " %s", value);
+    if (option->kind != LIST) return value;
+    const size_t length = strlen(joined);
+    snprintf(joined + length, JOINED_SIZE - length, "%s%s", length ? " " : "", value);
     return joined;
 }
 
 static shd_config_result read_flags(int argc, char **argv, const char *values[OPTION_COUNT],
                                     char joined[JOINED_SIZE], const char **path, char *message,
                                     size_t size) {
-    struct option flags[OPTION_COUNT + 5] = {{0}};
+    struct option flags[OPTION_COUNT + 5] = {
+        [OPTION_COUNT] = {"config", required_argument, NULL, FLAG_CONFIG},
+        {"help", no_argument, NULL, FLAG_HELP},
+        {"version", no_argument, NULL, FLAG_VERSION},
+        {"ready", no_argument, NULL, FLAG_READY}};
     shd_config_result result = SHD_CONFIG_RUN;
     for (int i = 0; i < OPTION_COUNT; i++)
-        flags[i] = (struct option){options[i].name, required_argument, NULL, FLAG_VERSION + 1 + i};
-    flags[OPTION_COUNT] = (struct option){"config", required_argument, NULL, FLAG_CONFIG};
-    flags[OPTION_COUNT + 1] = (struct option){"help", no_argument, NULL, FLAG_HELP};
-    flags[OPTION_COUNT + 2] = (struct option){"version", no_argument, NULL, FLAG_VERSION};
-    flags[OPTION_COUNT + 3] = (struct option){"ready", no_argument, NULL, FLAG_READY};
-
-    for (;;) {
-        int flag = getopt_long(argc, argv, ":", flags, NULL); /* ":": the messages are our own */
-        if (flag == -1) break;
+        flags[i] = (struct option){options[i].name, required_argument, NULL, FLAG_OPTION + i};
+    int flag;
+    while ((flag = getopt_long(argc, argv, ":", flags, NULL)) != -1) { /* ":": it prints nothing */
+        const int i = flag - FLAG_OPTION;
         if (flag == FLAG_HELP) return SHD_CONFIG_HELP;
         if (flag == FLAG_VERSION) return SHD_CONFIG_VERSION;
         if (flag == '?' || flag == ':') {
@@ -337,8 +311,7 @@ static shd_config_result read_flags(int argc, char **argv, const char *values[OP
         else if (flag == FLAG_READY)
             result = SHD_CONFIG_READY;
         else
-            values[flag - FLAG_VERSION - 1] = join_values(
-                &options[flag - FLAG_VERSION - 1], values[flag - FLAG_VERSION - 1], optarg, joined);
+            values[i] = join_values(&options[i], optarg, joined);
     }
     if (optind < argc) {
         snprintf(message, size, "unexpected argument '%s'", argv[optind]);
@@ -352,7 +325,7 @@ shd_config_result shd_config_read(int argc, char **argv, shd_config *config, cha
     *config = shd_config_defaults();
     optind = 0; /* read again from the start, for SIGHUP */
     const char *values[OPTION_COUNT] = {NULL}, *path = getenv("SHADED_CONFIG");
-    char joined[JOINED_SIZE];
+    char joined[JOINED_SIZE] = "";
     shd_config_result result = read_flags(argc, argv, values, joined, &path, message, message_size);
     if (result != SHD_CONFIG_RUN && result != SHD_CONFIG_READY) return result;
 
@@ -360,7 +333,8 @@ shd_config_result shd_config_read(int argc, char **argv, shd_config *config, cha
 
     for (size_t i = 0; i < OPTION_COUNT; i++) {
         char name[64];
-        environment_name(options[i].name, name, sizeof name);
+        snprintf(name, sizeof name, "SHADED_%s", options[i].name);
+        for (char *c = name; *c; c++) *c = *c == '-' ? '_' : (char)toupper((unsigned char)*c);
         const char *value = getenv(name);
         if (!value || !*value) continue; /* an empty variable is none, as in compose files */
         if (!set_option(config, &options[i], value, name, message, message_size))
@@ -382,8 +356,7 @@ bool shd_config_keep(shd_config *config, const shd_config *running, char *names,
         const option_info *option = &options[i];
         char *field = (char *)config + option->offset;
         const char *old = (const char *)running + option->offset;
-        bool is_text = option->kind == TEXT || option->kind == LIST;
-        bool same = is_text ? !strcmp(field, old) : !memcmp(field, old, option->size);
+        bool same = is_text(option) ? !strcmp(field, old) : !memcmp(field, old, option->size);
         if (!option->fixed || same) continue;
         memcpy(field, old, option->size);
         if (length < size)
@@ -398,22 +371,15 @@ bool shd_config_keep(shd_config *config, const shd_config *running, char *names,
 static void print_default(FILE *out, const option_info *option, const shd_config *defaults) {
     static const char *const units[] = {"", "K", "M", "G"};
     const char *field = (const char *)defaults + option->offset;
-    switch (option->kind) {
-    case TEXT:
-    case LIST:
+    if (is_text(option)) {
         if (*field) fprintf(out, " [%s]", field);
-        break;
-    case SWITCH:
+    } else if (option->kind == SWITCH) {
         fprintf(out, " [%s]", *(const bool *)(const void *)field ? "on" : "off");
-        break;
-    case WHOLE:
-    case BYTES: {
+    } else {
         uint64_t value = *(const uint64_t *)(const void *)field, unit = 0;
         if (option->kind == BYTES)
             for (; unit < 3 && value && value % 1024 == 0; unit++) value /= 1024;
         fprintf(out, " [%llu%s]", (unsigned long long)value, units[unit]);
-        break;
-    }
     }
 }
 

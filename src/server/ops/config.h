@@ -8,6 +8,8 @@
 #include <stdint.h>
 #include <stdio.h>
 
+#include "base/limits.h"
+
 typedef struct shd_config {
     char listen[1024];       /* ADDR:PORT, unix:/path, parted by blanks or commas */
     char admin[256];         /* ADDR:PORT or "off" */
@@ -20,15 +22,12 @@ typedef struct shd_config {
     char cors_origins[1024];
     char trusted_proxies[1024]; /* networks whose X-Forwarded-For is believed */
     bool log_requests;
+    shd_limits limits;
     uint64_t threads, queue, connections, connections_each;
-    uint64_t pixels, samples, lights, objects, triangles, body, memory; /* shd_limits */
-    uint64_t light_samples, object_lights, work;                        /* these, too */
-    uint64_t budget;         /* bytes of the process; 0: by what the machine leaves */
-    uint64_t reuse;          /* bytes, see shd_engine_options */
-    uint64_t mesh_store;     /* bytes, see shd_engine_options */
-    uint64_t response_cache; /* bytes, see shd_cache_new */
-    /* Seconds. */
-    uint64_t timeout, idle_timeout, head_time, body_time, send_time, drain_time;
+    uint64_t budget;            /* bytes of the process; 0: by what the machine leaves */
+    uint64_t reuse, mesh_store; /* bytes, see shd_engine_options */
+    uint64_t response_cache;    /* bytes, see shd_cache_new */
+    uint64_t timeout, idle_timeout, head_time, body_time, send_time, drain_time; /* seconds */
 } shd_config;
 
 typedef enum shd_config_result {
@@ -46,9 +45,7 @@ shd_config shd_config_defaults(void);
 shd_config_result shd_config_read(int argc, char **argv, shd_config *config, char *message,
                                   size_t message_size);
 
-/* Takes back what only a start can change, and names the options, up to `size` bytes of them.
- * False: there was nothing. */
+/* Takes back what only a start can change, and names the options. False: there was nothing. */
 bool shd_config_keep(shd_config *config, const shd_config *running, char *names, size_t size);
 
-/* What --help prints. */
-void shd_config_help(FILE *out);
+void shd_config_help(FILE *out); /* what --help prints */

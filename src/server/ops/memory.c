@@ -52,7 +52,7 @@ static void hold_below(uint64_t *value, uint64_t most) {
 
 void shd_memory_clip(shd_config *config, shd_budget *budget) {
     const uint64_t most = shd_budget_most(budget), connections = most / 4 / SHD_CONNECTION_MEMORY;
-    hold_below(&config->memory, most);
+    hold_below(&config->limits.memory, most);
     hold_below(&config->reuse, most / 4);
     hold_below(&config->mesh_store, most / 4);
     hold_below(&config->response_cache, most / 8);
@@ -79,7 +79,7 @@ void shd_memory_log(const shd_server *server) {
     shd_log_begin(&line, SHD_LOG_INFO, "memory");
     shd_log_whole(&line, "budget", load.cap);
     shd_log_whole(&line, "program", load.fixed);
-    shd_log_whole(&line, "request", config->memory);
+    shd_log_whole(&line, "request", config->limits.memory);
     shd_log_whole(&line, "reuse", config->reuse);
     shd_log_whole(&line, "mesh-store", config->mesh_store);
     shd_log_whole(&line, "response-cache", config->response_cache);

@@ -2,29 +2,18 @@
 
 #include <stdlib.h>
 
-/* As the option `threads` has it. */
-enum { MOST_THREADS = 1024 };
+enum { MOST_THREADS = 1024 }; /* as the option `threads` has it */
 
 shd_engine_options shd_settings_engine(const shd_config *config) {
-    shd_engine_options options = shd_engine_defaults();
-    options.ocio_config = *config->ocio ? config->ocio : NULL;
-    options.kernel = config->kernel;
-    options.threads = (unsigned)config->threads;
     /* jobs.c counts the places; rests of jobs that had one come on top, one a thread at most. */
-    options.queue = config->queue + MOST_THREADS;
-    options.reuse = config->reuse;
-    options.mesh_store = config->mesh_store;
-    options.limits = (shd_limits){.pixels = config->pixels,
-                                  .samples = config->samples,
-                                  .lights = config->lights,
-                                  .objects = config->objects,
-                                  .triangles = config->triangles,
-                                  .light_samples = config->light_samples,
-                                  .object_lights = config->object_lights,
-                                  .work = config->work,
-                                  .body = config->body,
-                                  .memory = config->memory};
-    return options;
+    const size_t queue = config->queue + MOST_THREADS;
+    return (shd_engine_options){.ocio_config = *config->ocio ? config->ocio : NULL,
+                                .kernel = config->kernel,
+                                .threads = (unsigned)config->threads,
+                                .queue = queue,
+                                .reuse = config->reuse,
+                                .mesh_store = config->mesh_store,
+                                .limits = config->limits};
 }
 
 shd_status shd_settings_new(const shd_config *config, shd_engine *first, bool renew,
