@@ -39,12 +39,10 @@ void shd_exchange_accept(shd_exchange *exchange) {
 }
 
 void shd_exchange_set_client(shd_exchange *exchange) {
-    const union MHD_ConnectionInfo *info =
-        MHD_get_connection_info(exchange->connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
     if (exchange->token)
         shd_client_of_token(exchange->token, exchange->authorization, exchange->client);
     else
-        shd_client_of_address(info ? info->client_addr : NULL, exchange->forwarded_for,
+        shd_client_of_address(shd_connection_peer(exchange->connection), exchange->forwarded_for,
                               exchange->settings->proxies, exchange->client);
 }
 

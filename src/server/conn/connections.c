@@ -27,31 +27,39 @@ enum MHD_Result shd_connection_accept(void *cls, const struct sockaddr *peer, so
                                                                                   : MHD_NO;
 }
 
-/* libmicrohttpd closes the socket after this. If it has refused a request by itself, with words
- * of its own, the rest of the request may still be coming. */
+/* libmicrohttpd closes the socket next. The rest of a request that it has refused by itself may
+ * still be coming. */
 void shd_connection_notify(void *cls, struct MHD_Connection *connection, void **context,
                            enum MHD_ConnectionNotificationCode code) {
     shd_server *server = cls;
-    const union MHD_ConnectionInfo *info =
-        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+    const int socket = shd_connection_socket(connection);
     if (code == MHD_CONNECTION_NOTIFY_CLOSED) {
         bool amid = shd_reaper_remove(server->reaper, *context);
         shd_budget_give(server->budget, SHD_CONNECTION_MEMORY);
         *context = NULL;
-        if (amid && info) shd_linger_keep(server->linger, info->connect_fd);
+        if (amid) shd_linger_keep(server->linger, socket);
         return;
     }
     shd_budget_count(server->budget, SHD_CONNECTION_MEMORY);
-    if (!info) return;
-    const int socket = info->connect_fd;
     char address[SHD_CLIENT_SIZE];
-    info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
-    *context = shd_reaper_add(server->reaper, socket,
-                              find_address(server, info ? info->client_addr : NULL, address));
+    const struct sockaddr *peer = shd_connection_peer(connection);
+    *context = shd_reaper_add(server->reaper, socket, find_address(server, peer, address));
 }
 
 shd_connection *shd_connection_watched(struct MHD_Connection *connection) {
     const union MHD_ConnectionInfo *info =
         MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
     return info ? info->socket_context : NULL;
+}
+
+int shd_connection_socket(struct MHD_Connection *connection) {
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+    return info ? info->connect_fd : -1;
+}
+
+const struct sockaddr *shd_connection_peer(struct MHD_Connection *connection) {
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+    return info ? info->client_addr : NULL;
 }

@@ -9,9 +9,11 @@
 /* Whether a connection is let in, be it to be refused: else it is closed without an answer. */
 enum MHD_Result shd_connection_accept(void *cls, const struct sockaddr *peer, socklen_t size);
 
-/* A connection begins or ends. */
 void shd_connection_notify(void *cls, struct MHD_Connection *connection, void **context,
                            enum MHD_ConnectionNotificationCode code);
 
-/* The reaper's word for the connection; NULL if it has none. */
+/* Of a connection of either port: the reaper's word for it, its socket, and the address of its
+ * other end. NULL, -1: there is none. */
 shd_connection *shd_connection_watched(struct MHD_Connection *connection);
+int shd_connection_socket(struct MHD_Connection *connection);
+const struct sockaddr *shd_connection_peer(struct MHD_Connection *connection);

@@ -108,8 +108,8 @@ static void print_timing(char *out, size_t size, const double seconds[SHD_STAGE_
                          const char *reused) {
     size_t length = 0;
     for (size_t i = SHD_STAGE_QUEUE + 1; i < SHD_STAGE_COUNT; i++)
-        length += (size_t)snprintf(out + length, size - length, ", %s;dur=%.3f",
-                                   shd_stage_name((shd_stage)i), seconds[i] * 1e3);
+        length += (size_t)snprintf(out + length, size - length, ", %s;dur=%.3f", shd_stage_names[i],
+                                   seconds[i] * 1e3);
     snprintf(out + length, size - length, ", reuse;desc=%s", reused);
 }
 
@@ -119,7 +119,7 @@ static void add_account(shd_reply *reply, shd_metrics *metrics, shd_cached cache
     static const char *const values[] = {[SHD_CACHE_HIT] = "shaded; hit",
                                          [SHD_CACHE_STORED] = "shaded; fwd=miss; stored",
                                          [SHD_CACHE_MISS] = "shaded; fwd=miss"};
-    shd_reply_header(reply, "Server-Timing", "%s;dur=%.3f%s", shd_stage_name(SHD_STAGE_QUEUE),
+    shd_reply_header(reply, "Server-Timing", "%s;dur=%.3f%s", shd_stage_names[SHD_STAGE_QUEUE],
                      queued * 1e3, timing);
     if (cached != SHD_CACHE_OFF) shd_reply_plain(reply, "Cache-Status", values[cached]);
     shd_metrics_cached(metrics, cached);

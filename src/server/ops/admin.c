@@ -1,11 +1,10 @@
 #include "admin.h"
 
-#include <microhttpd.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "descriptors.h"
-#include "server/conn/reaper.h"
+#include "server/conn/connections.h"
 #include "server/jobs/jobs.h"
 #include "settings.h"
 
@@ -17,21 +16,18 @@ struct shd_admin {
 
 static void enter_phase(const shd_admin *admin, struct MHD_Connection *connection,
                         shd_phase phase) {
-    const union MHD_ConnectionInfo *info =
-        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
-    shd_reaper_phase(admin->reaper, info ? info->socket_context : NULL, phase, NULL);
+    shd_reaper_phase(admin->reaper, shd_connection_watched(connection), phase, NULL);
 }
 
 static enum MHD_Result send_text(struct MHD_Connection *connection, unsigned status,
-                                 const char *media_type, char *text, size_t size, bool owned) {
-    struct MHD_Response *response = MHD_create_response_from_buffer(
-        size, text, owned ? MHD_RESPMEM_MUST_FREE : MHD_RESPMEM_PERSISTENT);
-    if (!response) {
-        if (owned) free(text);
-        return MHD_NO;
-    }
+                                 const char *media_type, const char *text) {
+    struct MHD_Response *response =
+        MHD_create_response_from_buffer(strlen(text), (void *)(size_t)text, MHD_RESPMEM_MUST_COPY);
+    if (!response) return MHD_NO;
     MHD_add_response_header(response, "Content-Type", media_type);
     MHD_add_response_header(response, "Cache-Control", "no-store");
+    if (status == 401)
+        MHD_add_response_header(response, "WWW-Authenticate", "Bearer realm=\"metrics\"");
     if (status == 405) MHD_add_response_header(response, "Allow", "GET, HEAD");
     enum MHD_Result result = MHD_queue_response(connection, status, response);
     MHD_destroy_response(response);
@@ -40,7 +36,7 @@ static enum MHD_Result send_text(struct MHD_Connection *connection, unsigned sta
 
 static enum MHD_Result send_word(struct MHD_Connection *connection, unsigned status,
                                  const char *word) {
-    return send_text(connection, status, "text/plain", (char *)(size_t)word, strlen(word), false);
+    return send_text(connection, status, "text/plain", word);
 }
 
 static enum MHD_Result send_metrics(struct MHD_Connection *connection, shd_server *server) {
@@ -55,29 +51,17 @@ static enum MHD_Result send_metrics(struct MHD_Connection *connection, shd_serve
                          .in_flight = atomic_load(&server->in_flight),
                          .unsent = atomic_load(&server->unsent),
                          .draining = atomic_load(&server->draining)};
-    size_t size;
-    char *text = shd_metrics_text(&server->metrics, &gauges, &size);
+    char *text = shd_metrics_text(&server->metrics, &gauges);
     if (!text) return send_word(connection, 500, "out of memory\n");
-    return send_text(connection, 200, "text/plain; version=0.0.4", text, size, true);
+    enum MHD_Result result = send_text(connection, 200, "text/plain; version=0.0.4", text);
+    free(text);
+    return result;
 }
 
 static enum MHD_Result send_readiness(struct MHD_Connection *connection, shd_server *server) {
     if (atomic_load(&server->draining)) return send_word(connection, 503, "draining\n");
     if (shd_jobs_load_of(server->jobs).stuck) return send_word(connection, 503, "stuck\n");
     return send_word(connection, 200, "ready\n");
-}
-
-static enum MHD_Result ask_for_token(struct MHD_Connection *connection) {
-    static char word[] = "send Authorization: Bearer TOKEN\n";
-    struct MHD_Response *response =
-        MHD_create_response_from_buffer(sizeof word - 1, word, MHD_RESPMEM_PERSISTENT);
-    if (!response) return MHD_NO;
-    MHD_add_response_header(response, "Content-Type", "text/plain");
-    MHD_add_response_header(response, "Cache-Control", "no-store");
-    MHD_add_response_header(response, "WWW-Authenticate", "Bearer realm=\"metrics\"");
-    enum MHD_Result result = MHD_queue_response(connection, 401, response);
-    MHD_destroy_response(response);
-    return result;
 }
 
 static bool may_see_metrics(shd_server *server, struct MHD_Connection *connection) {
@@ -110,8 +94,9 @@ static enum MHD_Result handle_request(void *cls, struct MHD_Connection *connecti
     if (!strcmp(path, "/healthz")) return send_word(connection, 200, "ok\n");
     if (!strcmp(path, "/readyz")) return send_readiness(connection, server);
     if (!strcmp(path, "/metrics"))
-        return may_see_metrics(server, connection) ? send_metrics(connection, server)
-                                                   : ask_for_token(connection);
+        return may_see_metrics(server, connection)
+                   ? send_metrics(connection, server)
+                   : send_word(connection, 401, "send Authorization: Bearer TOKEN\n");
     return send_word(connection, 404, "/healthz, /readyz, /metrics\n");
 }
 
@@ -129,14 +114,9 @@ static void notify_connection(void *cls, struct MHD_Connection *connection, void
         *context = NULL;
         return;
     }
-    const union MHD_ConnectionInfo *info =
-        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
-    if (!info) return;
-    const int socket = info->connect_fd;
     char address[SHD_CLIENT_SIZE];
-    info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
-    shd_client_of_address(info ? info->client_addr : NULL, NULL, NULL, address);
-    *context = shd_reaper_add(admin->reaper, socket, address);
+    shd_client_of_address(shd_connection_peer(connection), NULL, NULL, address);
+    *context = shd_reaper_add(admin->reaper, shd_connection_socket(connection), address);
 }
 
 /* A reaper of its own: half of the places are always for who comes, and has its head at hand. */
@@ -150,22 +130,20 @@ shd_status shd_admin_start(shd_server *server, int socket, shd_admin **out, shd_
     if (!admin) return shd_fail(error, SHD_EXHAUSTED, "", "no memory for the operators' port");
     admin->server = server;
     shd_status status = shd_reaper_new(&patience, NULL, &admin->reaper, error);
-    if (status) {
-        free(admin);
-        return status;
-    }
-    admin->daemon = MHD_start_daemon(
-        MHD_USE_EPOLL_INTERNAL_THREAD | MHD_USE_ITC, 0, NULL, NULL, handle_request, admin,
-        MHD_OPTION_LISTEN_SOCKET, socket, MHD_OPTION_NOTIFY_COMPLETED, end_request, admin,
-        MHD_OPTION_NOTIFY_CONNECTION, notify_connection, admin, MHD_OPTION_CONNECTION_LIMIT,
-        (unsigned)SHD_ADMIN_CONNECTIONS, MHD_OPTION_CONNECTION_TIMEOUT, 10u,
-        MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)(32 << 10), MHD_OPTION_END);
-    if (admin->daemon) {
+    if (!status)
+        admin->daemon = MHD_start_daemon(
+            MHD_USE_EPOLL_INTERNAL_THREAD | MHD_USE_ITC, 0, NULL, NULL, handle_request, admin,
+            MHD_OPTION_LISTEN_SOCKET, socket, MHD_OPTION_NOTIFY_COMPLETED, end_request, admin,
+            MHD_OPTION_NOTIFY_CONNECTION, notify_connection, admin, MHD_OPTION_CONNECTION_LIMIT,
+            (unsigned)SHD_ADMIN_CONNECTIONS, MHD_OPTION_CONNECTION_TIMEOUT, 10u,
+            MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)(32 << 10), MHD_OPTION_END);
+    if (!status && !admin->daemon)
+        status = shd_fail(error, SHD_INTERNAL, "", "libmicrohttpd did not start");
+    if (status)
+        shd_admin_stop(admin);
+    else
         *out = admin;
-        return SHD_OK;
-    }
-    shd_admin_stop(admin);
-    return shd_fail(error, SHD_INTERNAL, "", "libmicrohttpd did not start");
+    return status;
 }
 
 void shd_admin_stop(shd_admin *admin) {

@@ -1,5 +1,5 @@
-/* The operators' port: a daemon of its own, so that no crowd on the public one can starve it, and a
- * reaper of its own, so that no crowd on this one can. */
+/* The operators' port. Its daemon and its reaper are its own: no crowd on either port starves it.
+ */
 #pragma once
 
 #include "base/status.h"

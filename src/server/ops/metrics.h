@@ -23,7 +23,7 @@ typedef enum shd_stage {
     SHD_STAGE_COUNT
 } shd_stage;
 
-const char *shd_stage_name(shd_stage stage);
+extern const char *const shd_stage_names[SHD_STAGE_COUNT];
 
 enum { SHD_BUCKETS = 15, SHD_STATUSES = 23 };
 
@@ -34,8 +34,7 @@ typedef struct shd_histogram {
 
 typedef struct shd_metrics {
     atomic_uint_least64_t requests[SHD_ROUTE_COUNT][SHD_STATUSES];
-    atomic_uint_least64_t response_bytes;
-    atomic_uint_least64_t saturated;
+    atomic_uint_least64_t response_bytes, saturated;
     atomic_uint_least64_t joined;    /* requests that were answered by another one's job */
     atomic_uint_least64_t left;      /* requests whose client left before their job was done */
     atomic_uint_least64_t cached[2]; /* pictures that were made, that the response cache had */
@@ -51,18 +50,13 @@ typedef struct shd_metrics {
 void shd_metrics_request(shd_metrics *metrics, shd_route route, unsigned status, double seconds,
                          size_t bytes);
 
-/* A request that was refused for a limit; SHD_LIMIT_NONE counts nowhere. */
-void shd_metrics_refused(shd_metrics *metrics, shd_limit limit);
+void shd_metrics_refused(shd_metrics *metrics, shd_limit limit); /* SHD_LIMIT_NONE: was not */
 
 /* A request that could not be read, and was refused without becoming an exchange, or ended one. */
 void shd_metrics_unreadable(shd_metrics *metrics, unsigned status);
 
-/* A picture that is answered. */
-void shd_metrics_cached(shd_metrics *metrics, shd_cached cached);
-
-/* The memory of a request that is done. */
-void shd_metrics_memory(shd_metrics *metrics, size_t bytes);
-
+void shd_metrics_cached(shd_metrics *metrics, shd_cached cached); /* a picture that is answered */
+void shd_metrics_memory(shd_metrics *metrics, size_t bytes);      /* of a request that is done */
 void shd_metrics_stage(shd_metrics *metrics, shd_stage stage, double seconds);
 
 /* Jobs, at one moment. */
@@ -89,4 +83,4 @@ typedef struct shd_gauges {
 } shd_gauges;
 
 /* The text of /metrics; the caller frees it. NULL if memory is short. */
-char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges, size_t *length);
+char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges);

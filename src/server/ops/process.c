@@ -1,31 +1,14 @@
 #include "process.h"
 
+#include <assert.h>
 #include <dirent.h>
 #include <inttypes.h>
 #include <stdbool.h>
-#include <stdint.h>
+#include <stdio.h>
 #include <string.h>
 #include <sys/resource.h>
 #include <time.h>
 #include <unistd.h>
-
-static void print_head(FILE *out, const char *name, const char *type, const char *help) {
-    fprintf(out, "# HELP process_%s %s\n# TYPE process_%s %s\n", name, help, name, type);
-}
-
-static void print_whole(FILE *out, const char *name, const char *type, const char *help,
-                        uint64_t value) {
-    print_head(out, name, type, help);
-    fprintf(out, "process_%s %" PRIu64 "\n", name, value);
-}
-
-/* Whole and fraction apart: %f would follow the locale. */
-static void print_seconds(FILE *out, const char *name, const char *type, const char *help,
-                          uint64_t milliseconds) {
-    print_head(out, name, type, help);
-    fprintf(out, "process_%s %" PRIu64 ".%03u\n", name, milliseconds / 1000,
-            (unsigned)(milliseconds % 1000));
-}
 
 /* Of /proc/self/stat (proc(5)): times in ticks, memory in bytes and pages. */
 typedef struct state {
@@ -63,23 +46,31 @@ static uint64_t count_descriptors(void) {
     return count ? count - 1 : 0;
 }
 
-void shd_process_print(FILE *out) {
-    const uint64_t tick = (uint64_t)sysconf(_SC_CLK_TCK), page = (uint64_t)sysconf(_SC_PAGESIZE);
-    uint64_t descriptors = count_descriptors();
+size_t shd_process_metrics(shd_metric out[SHD_PROCESS_METRICS]) {
+    const uint64_t tick = (uint64_t)sysconf(_SC_CLK_TCK), page = (uint64_t)sysconf(_SC_PAGESIZE),
+                   descriptors = count_descriptors();
     struct rlimit limit;
     state now;
+    size_t count = 0;
     if (read_state(&now)) {
         /* The start is told since the machine's. */
-        uint64_t machine = milliseconds_of(CLOCK_REALTIME) - milliseconds_of(CLOCK_BOOTTIME);
-        print_seconds(out, "cpu_seconds_total", "counter", "Processor time of all threads.",
-                      (now.user + now.kernel) * 1000 / tick);
-        print_whole(out, "resident_memory_bytes", "gauge", "Memory in use.", now.resident * page);
-        print_whole(out, "virtual_memory_bytes", "gauge", "Addresses in use.", now.virtual_bytes);
-        print_whole(out, "threads", "gauge", "Threads.", now.threads);
-        print_seconds(out, "start_time_seconds", "gauge", "When it started, since 1970.",
-                      machine + now.start * 1000 / tick);
+        const uint64_t machine = milliseconds_of(CLOCK_REALTIME) - milliseconds_of(CLOCK_BOOTTIME);
+        const shd_metric told[] = {
+            {"cpu_seconds_total", "", "Processor time of all threads.",
+             (now.user + now.kernel) * 1000 / tick},
+            {"resident_memory_bytes", "", "Memory in use.", now.resident * page},
+            {"virtual_memory_bytes", "", "Addresses in use.", now.virtual_bytes},
+            {"threads", "", "Threads.", now.threads},
+            {"start_time_seconds", "", "When it started, since 1970.",
+             machine + now.start * 1000 / tick}};
+        memcpy(out, told, sizeof told);
+        count = sizeof told / sizeof told[0];
     }
-    if (descriptors) print_whole(out, "open_fds", "gauge", "Descriptors in use.", descriptors);
+    if (descriptors)
+        out[count++] = (shd_metric){"open_fds", "", "Descriptors in use.", descriptors};
     if (!getrlimit(RLIMIT_NOFILE, &limit) && limit.rlim_cur != RLIM_INFINITY)
-        print_whole(out, "max_fds", "gauge", "Descriptors that may be in use.", limit.rlim_cur);
+        out[count++] =
+            (shd_metric){"max_fds", "", "Descriptors that may be in use.", limit.rlim_cur};
+    assert(count <= SHD_PROCESS_METRICS);
+    return count;
 }
