@@ -15,15 +15,12 @@ enum { KEY_LEAST = 32, KEY_SIZE = 256, KEYS_MOST = 1000, LINE_MOST = 1000 };
 
 struct shd_keys {
     size_t count;
-    struct {
-        unsigned char bytes[KEY_SIZE]; /* a string */
-    } list[KEYS_MOST];
+    char list[KEYS_MOST][KEY_SIZE];
 };
 
 /* ---- Lines ---- */
 
-/* What is wrong with the next line; NULL: nothing. A line is read whole or refused: the end of a
- * long comment is no secret. */
+/* What is wrong with the next line; NULL: nothing. The end of a long comment is no secret. */
 static const char *read_line(FILE *file, char line[LINE_MOST + 1], bool *ended) {
     size_t length = 0;
     int c;
@@ -47,9 +44,15 @@ static char *trim_line(char *line) {
     return start;
 }
 
-static shd_status read_lines(FILE *file, const char *path,
-                             const char *(*take)(void *context, char *line), void *context,
-                             shd_error *error) {
+shd_status shd_lines_read(const char *path, const char *(*take)(void *context, char *line),
+                          void *context, shd_error *error) {
+    int fd = shd_open_regular(path, error);
+    if (fd < 0) return SHD_CONFIG;
+    FILE *file = fdopen(fd, "r");
+    if (!file) {
+        close(fd);
+        return shd_fail(error, SHD_EXHAUSTED, path, "out of memory");
+    }
     char line[LINE_MOST + 1];
     shd_status status = SHD_OK;
     bool ended = false;
@@ -61,19 +64,6 @@ static shd_status read_lines(FILE *file, const char *path,
     }
     explicit_bzero(line, sizeof line);
     if (!status && ferror(file)) status = shd_fail(error, SHD_CONFIG, path, "%s", strerror(errno));
-    return status;
-}
-
-shd_status shd_lines_read(const char *path, const char *(*take)(void *context, char *line),
-                          void *context, shd_error *error) {
-    int fd = shd_open_regular(path, error);
-    if (fd < 0) return SHD_CONFIG;
-    FILE *file = fdopen(fd, "r");
-    if (!file) {
-        close(fd);
-        return shd_fail(error, SHD_EXHAUSTED, path, "out of memory");
-    }
-    shd_status status = read_lines(file, path, take, context, error);
     fclose(file);
     return status;
 }
@@ -81,14 +71,12 @@ shd_status shd_lines_read(const char *path, const char *(*take)(void *context, c
 /* ---- Keys ---- */
 
 static const char *take_key(void *context, char *text) {
-    static const char allowed[] =
-        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~+/=";
     shd_keys *keys = context;
     size_t length = strlen(text);
-    if (length < KEY_LEAST || length >= KEY_SIZE || strspn(text, allowed) != length)
+    if (length < KEY_LEAST || length >= KEY_SIZE || strspn(text, SHD_LETTERS "-._~+/=") != length)
         return "is no key: 32 to 255 of A-Z a-z 0-9 - . _ ~ + / =";
     if (keys->count == KEYS_MOST) return "is one more than 1000 keys";
-    memcpy(keys->list[keys->count++].bytes, text, length);
+    strcpy(keys->list[keys->count++], text);
     return NULL;
 }
 
@@ -116,12 +104,11 @@ bool shd_keys_signed(const shd_keys *keys, const char *text, size_t length, cons
     volatile int found = 0;
     /* Each key is looked at, whatever the others gave. */
     for (size_t i = 0; i < keys->count; i++) {
-        const unsigned char *key = keys->list[i].bytes;
         struct hmac_sha256_ctx hmac;
         struct base64_encode_ctx encoder;
         unsigned char digest[SHA256_DIGEST_SIZE];
         char encoded[ENCODED];
-        hmac_sha256_set_key(&hmac, strlen((const char *)key), key);
+        hmac_sha256_set_key(&hmac, strlen(keys->list[i]), (const unsigned char *)keys->list[i]);
         hmac_sha256_update(&hmac, length, (const unsigned char *)text);
         hmac_sha256_digest(&hmac, sizeof digest, digest);
         base64url_encode_init(&encoder);

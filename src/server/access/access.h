@@ -7,6 +7,9 @@
 
 #include "base/status.h"
 
+/* The characters of names and secrets, beside a few that each says. */
+#define SHD_LETTERS "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789"
+
 /* Keys that sign. */
 typedef struct shd_keys shd_keys;
 
@@ -21,15 +24,13 @@ void shd_keys_drop(shd_keys *keys); /* wipes them; NULL is fine */
 bool shd_keys_signed(const shd_keys *keys, const char *text, size_t length, const char *signature);
 
 /* Gives `take` each line of a file of secrets, without the blanks around it; blank lines and those
- * that start with # are left out. Every line has at most 1000 characters, of printable ASCII and
- * tabs, and ends with LF or CRLF. SHD_CONFIG if that is not so, if `take` says what is wrong ("is
- * no key"), or if the file cannot be read. The error has the file and the number of the line, but
- * nothing of it. */
+ * that start with # are left out. A line has at most 1000 characters, of printable ASCII and tabs,
+ * and ends with LF or CRLF. SHD_CONFIG if that is not so, if `take` says what is wrong ("is no
+ * key"), or if the file cannot be read: with the file and the line's number, but nothing of it. */
 shd_status shd_lines_read(const char *path, const char *(*take)(void *context, char *line),
                           void *context, shd_error *error);
 
-/* A list of origins, "https://a.example http://b.example:8080", or "*", or "" for none, as
- * Timing-Allow-Origin has it, joined by ", ", for the caller to free. SHD_CONFIG if it is no
- * list. */
+/* A list of origins ("https://a.example http://b.example:8080", "*", or "" for none) as
+ * Timing-Allow-Origin has it, for the caller to free. SHD_CONFIG if it is no list. */
 shd_status shd_origins_list(const char *origins, char **out, shd_error *error);
 bool shd_origins_admit(const char *origins, const char *origin);

@@ -1,15 +1,16 @@
 #include "client.h"
 
 #include <arpa/inet.h>
+#include <assert.h>
 #include <netinet/in.h>
-#include <nettle/sha2.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
 
-/* An address of any family: IPv4 as IPv6 has it mapped, ::ffff:a.b.c.d (RFC 4291, section
- * 2.5.5.2), so that both are compared as one. */
+#include "base/digest.h"
+
+/* IPv4 is as IPv6 has it mapped: ::ffff:a.b.c.d (RFC 4291, section 2.5.5.2). */
 typedef struct place {
     enum { UNKNOWN, UNIX, NETWORK } kind;
     unsigned char bytes[16];
@@ -31,14 +32,13 @@ static const unsigned char mapped[12] = {[10] = 0xff, [11] = 0xff};
 
 static place place_of_peer(const struct sockaddr *peer) {
     place p = {.kind = UNKNOWN};
-    if (!peer) return p;
-    if (peer->sa_family == AF_UNIX) {
+    if (peer && peer->sa_family == AF_UNIX) {
         p.kind = UNIX;
-    } else if (peer->sa_family == AF_INET) {
+    } else if (peer && peer->sa_family == AF_INET) {
         p.kind = NETWORK;
         memcpy(p.bytes, mapped, sizeof mapped);
         memcpy(p.bytes + 12, &((const struct sockaddr_in *)(const void *)peer)->sin_addr, 4);
-    } else if (peer->sa_family == AF_INET6) {
+    } else if (peer && peer->sa_family == AF_INET6) {
         p.kind = NETWORK;
         memcpy(p.bytes, &((const struct sockaddr_in6 *)(const void *)peer)->sin6_addr, 16);
     }
@@ -54,22 +54,16 @@ static place place_of_text(const char *text) {
     return p;
 }
 
-static bool is_mapped(const place *p) {
-    return !memcmp(p->bytes, mapped, sizeof mapped);
-}
-
 static void write_client(const place *p, char out[SHD_CLIENT_SIZE]) {
-    char text[INET6_ADDRSTRLEN];
     if (p->kind != NETWORK) {
-        snprintf(out, SHD_CLIENT_SIZE, "%s", p->kind == UNIX ? "unix" : "unknown");
-    } else if (is_mapped(p)) {
-        inet_ntop(AF_INET, p->bytes + 12, text, sizeof text);
-        snprintf(out, SHD_CLIENT_SIZE, "%s", text);
+        strcpy(out, p->kind == UNIX ? "unix" : "unknown");
+    } else if (!memcmp(p->bytes, mapped, sizeof mapped)) {
+        inet_ntop(AF_INET, p->bytes + 12, out, SHD_CLIENT_SIZE);
     } else {
         unsigned char half[16] = {0};
         memcpy(half, p->bytes, 8);
-        inet_ntop(AF_INET6, half, text, sizeof text);
-        snprintf(out, SHD_CLIENT_SIZE, "%s/64", text);
+        inet_ntop(AF_INET6, half, out, SHD_CLIENT_SIZE);
+        strcat(out, "/64");
     }
 }
 
@@ -95,19 +89,16 @@ bool shd_networks_have(const shd_networks *networks, const struct sockaddr *peer
 
 /* "ADDR" or "ADDR/BITS". */
 static bool parse_network(char *text, network *out) {
-    char *slash = strchr(text, '/'), *end = NULL;
-    if (!strcmp(text, "unix")) {
-        *out = (network){.from.kind = UNIX};
-        return true;
-    }
+    char *slash = strchr(text, '/');
+    *out = (network){.from.kind = UNIX};
+    if (!strcmp(text, "unix")) return true;
     if (slash) *slash = 0;
     out->from = place_of_text(text);
-    if (out->from.kind == UNKNOWN) return false;
     unsigned most = strchr(text, ':') ? 128 : 32;
-    unsigned long bits = slash ? strtoul(slash + 1, &end, 10) : most;
-    bool digits = !slash || (slash[1] && strspn(slash + 1, "0123456789") == strlen(slash + 1));
+    unsigned long bits = slash ? strtoul(slash + 1, NULL, 10) : most;
+    bool digits = !slash || (slash[1] && !slash[1 + strspn(slash + 1, "0123456789")]);
     out->bits = (unsigned)bits + 128 - most;
-    return digits && bits <= most;
+    return out->from.kind != UNKNOWN && digits && bits <= most;
 }
 
 shd_status shd_networks_new(const char *list, shd_networks **out, shd_error *error) {
@@ -117,7 +108,8 @@ shd_status shd_networks_new(const char *list, shd_networks **out, shd_error *err
     if (!networks) return shd_fail(error, SHD_EXHAUSTED, "", "no memory for networks");
     for (list += strspn(list, blanks); *list; list += strspn(list, blanks)) {
         char text[64];
-        size_t length = strcspn(list, blanks);
+        const size_t length = strcspn(list, blanks);
+        assert(networks->count < most);
         snprintf(text, sizeof text, "%.*s", (int)length, list);
         if (length >= sizeof text || !parse_network(text, &networks->list[networks->count++])) {
             free(networks);
@@ -137,8 +129,7 @@ void shd_networks_drop(shd_networks *networks) {
 
 /* ---- Clients ---- */
 
-/* One entry of X-Forwarded-For, which some write with a port: "192.0.2.1:80", "[2001:db8::1]:80",
- * and as Forwarded has it, in quotes. */
+/* One entry of X-Forwarded-For; some have a port ("192.0.2.1:80", "[2001:db8::1]:80") or quotes. */
 static place place_of_entry(const char *start, size_t length) {
     char text[64];
     while (length && strchr(" \t\"[", *start)) start++, length--;
@@ -172,19 +163,15 @@ void shd_client_of_address(const struct sockaddr *peer, const char *forwarded,
 }
 
 void shd_client_of_token(const char *name, const char *authorization, char out[SHD_CLIENT_SIZE]) {
-    enum { TOLD = 8 };
+    enum { TOLD = 16 };
     if (*name) {
         snprintf(out, SHD_CLIENT_SIZE, "token:%s", name);
         return;
     }
     const char *token = authorization + strcspn(authorization, " ");
     token += strspn(token, " ");
-    struct sha256_ctx hash;
-    unsigned char digest[SHA256_DIGEST_SIZE];
-    sha256_init(&hash);
-    sha256_update(&hash, strlen(token), (const unsigned char *)token);
-    sha256_digest(&hash, sizeof digest, digest);
-    size_t length = (size_t)snprintf(out, SHD_CLIENT_SIZE, "token:");
-    for (size_t i = 0; i < TOLD; i++)
-        length += (size_t)snprintf(out + length, SHD_CLIENT_SIZE - length, "%02x", digest[i]);
+    const shd_digest digest = shd_digest_of(token, strlen(token));
+    char digits[SHD_DIGEST_TEXT];
+    shd_digest_write(&digest, digits);
+    snprintf(out, SHD_CLIENT_SIZE, "token:%.*s", TOLD, digits);
 }

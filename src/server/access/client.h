@@ -22,19 +22,17 @@ enum { SHD_CLIENT_SIZE = 56 };
 /* Networks by their addresses. Constant once made: any thread. */
 typedef struct shd_networks shd_networks;
 
-/* A list such as "127.0.0.1, 10.0.0.0/8 2001:db8::/32 unix", which may be empty. SHD_CONFIG if
- * it is none. */
+/* "127.0.0.1, 10.0.0.0/8 2001:db8::/32 unix", or ""; SHD_CONFIG if it is no such list. */
 shd_status shd_networks_new(const char *list, shd_networks **out, shd_error *error);
 void shd_networks_drop(shd_networks *networks); /* NULL is fine */
 
 /* Whether the other end of a connection is in one of them. NULL as an address is in none. */
 bool shd_networks_have(const shd_networks *networks, const struct sockaddr *peer);
 
-/* The client by its address; `forwarded` is all X-Forwarded-For as one list, NULL without any. A
- * peer of NULL, or of an unknown family, is "unknown". */
+/* By its address ("unknown" if that is NULL, or of another family). `forwarded` is all of
+ * X-Forwarded-For as one list, NULL without any. */
 void shd_client_of_address(const struct sockaddr *peer, const char *forwarded,
                            const shd_networks *proxies, char out[SHD_CLIENT_SIZE]);
 
-/* The client by the name of its token or, if that is "", by the Authorization field in which it
- * was found to be right. */
+/* By its token's name or, if that is "", by the Authorization field in which it was right. */
 void shd_client_of_token(const char *name, const char *authorization, char out[SHD_CLIENT_SIZE]);

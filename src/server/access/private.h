@@ -2,8 +2,6 @@
  * expires is nobody's for longer than the link. */
 #pragma once
 
-#include <stddef.h>
-
 #include <stdbool.h>
 
 #include "server/answer/reply.h"
@@ -15,7 +13,6 @@ enum { SHD_POLICY_SIZE = 512 };
  * is at most so many seconds, and nothing is used after it without asking. */
 void shd_private_policy(const char *policy, long long left, char out[SHD_POLICY_SIZE]);
 
-/* Does so to the reply to a request that came with a token, or by a link that expires at a time in
- * seconds since 1970 (0: never), and adds to Vary what it depends on then. Errors, which nobody
- * keeps, stay as they are. */
+/* Does so to the reply, unless it is an error, to a request that came with a token, or by a link
+ * that expires (seconds since 1970; 0: never), and adds to Vary what it depends on then. */
 void shd_private_apply(shd_reply *reply, bool has_token, long long expires);

@@ -2,12 +2,10 @@
 
 #include <inttypes.h>
 #include <pthread.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Of a request: what rounding may leave of one that has run off. */
-static const double rounding = 1e-6;
+static const double rounding = 1e-6; /* of a request: what it may leave of one that has run off */
 
 struct shd_quota {
     shd_quota *next;
@@ -36,12 +34,10 @@ bool shd_rate_read(const char *text, shd_rate *out) {
     if (!digits || digits > DIGITS || text[digits] != '/') return false;
     const unsigned long count = strtoul(text, NULL, 10);
     if (!count || count > MOST) return false;
-    for (size_t i = 0; i < UNITS; i++) {
-        if (strcmp(text + digits + 1, units[i].name) != 0) continue;
-        *out = (shd_rate){(uint32_t)count, units[i].seconds};
-        return true;
-    }
-    return false;
+    size_t i = 0;
+    while (i < UNITS && strcmp(text + digits + 1, units[i].name)) i++;
+    if (i < UNITS) *out = (shd_rate){(uint32_t)count, units[i].seconds};
+    return i < UNITS;
 }
 
 const char *shd_rate_unit(shd_rate rate) {

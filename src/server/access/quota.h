@@ -18,9 +18,7 @@ typedef struct shd_rate {
 
 /* "100/minute": 1 to 1000000 of them, a second, minute, hour or day. */
 bool shd_rate_read(const char *text, shd_rate *out);
-
-/* "minute": of a rate that was read. */
-const char *shd_rate_unit(shd_rate rate);
+const char *shd_rate_unit(shd_rate rate); /* "minute": of a rate that was read */
 
 typedef struct shd_quotas shd_quotas;
 typedef struct shd_quota shd_quota; /* of a name; lives as long as all of them */
@@ -28,8 +26,7 @@ typedef struct shd_quota shd_quota; /* of a name; lives as long as all of them *
 shd_quotas *shd_quotas_new(void);         /* NULL when out of memory */
 void shd_quotas_drop(shd_quotas *quotas); /* NULL is fine */
 
-/* The one of a name, which is copied; empty at first, so that `count` requests may come. NULL when
- * out of memory. */
+/* The one of a name, which is copied; empty at first. NULL when out of memory. */
 shd_quota *shd_quotas_get(shd_quotas *quotas, const char *name);
 
 /* A request at `now`, in seconds on any clock that does not go back. 0: it may come, and is

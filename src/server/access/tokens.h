@@ -15,16 +15,15 @@ typedef struct shd_token {
     shd_quota *quota; /* NULL: it may be used any number of times */
 } shd_token;
 
-/* Reads a file of lines, of which those that are blank or start with # are left out:
+/* Reads a file (shd_lines_read) of lines such as
  *
  *     ci sha256:9f86...0f08 expires=2027-01-01T00:00:00Z rate=100/minute
  *     first-token-0123456789
  *
  * A name (up to 32 of A-Z a-z 0-9 - . _, which several lines may share), the SHA-256 of the token's
  * characters in lower-case hexadecimal and, in any order, the time from which it is none, in UTC
- * (RFC 3339), if it is not to last, and how often it may be used, if there is a limit, which is
- * the same in each line of this name; or a token itself, 16 to 255 of A-Z a-z 0-9 - . _ ~ +
- * / =, without a name. SHD_CONFIG as of shd_lines_read.
+ * (RFC 3339), and how often it may be used, which is the same in each line of this name. Both may
+ * be missing. Or a token without a name: 16 to 255 of A-Z a-z 0-9 - . _ ~ + / =.
  *
  * Rates are held to in `quotas`, which outlives the tokens; if that is NULL there are none. */
 shd_status shd_tokens_load(const char *path, shd_quotas *quotas, shd_tokens **out,
