@@ -8,32 +8,12 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
-
-static shd_status split_address(const char *address, char *host, size_t host_size, char *port,
-                                size_t port_size, shd_error *error) {
-    const char *colon = strrchr(address, ':'), *start = address, *end = colon;
-    if (colon && *start == '[' && colon > start && colon[-1] == ']') {
-        start++;
-        end--;
-    } else if (!colon || memchr(address, ':', (size_t)(colon - address))) {
-        return shd_fail(error, SHD_CONFIG, address, "not of the form ADDR:PORT or [ADDR]:PORT");
-    }
-    size_t length = (size_t)(end - start), digits = strspn(colon + 1, "0123456789");
-    if (length >= host_size || !digits || colon[1 + digits] || digits >= port_size)
-        return shd_fail(error, SHD_CONFIG, address, "not of the form ADDR:PORT or [ADDR]:PORT");
-    unsigned number = 0;
-    if (digits > 5 || sscanf(colon + 1, "%u", &number) != 1 || number > 65535)
-        return shd_fail(error, SHD_CONFIG, address, "ports go from 0 to 65535");
-    memcpy(host, start, length);
-    host[length] = 0;
-    memcpy(port, colon + 1, digits + 1);
-    return SHD_OK;
-}
 
 void shd_listen_describe(int fd, char bound[SHD_ADDRESS_SIZE]) {
     struct sockaddr_storage address = {0};
@@ -60,15 +40,54 @@ static bool is_unix(const char *address) {
     return !strncmp(address, unix_prefix, sizeof unix_prefix - 1);
 }
 
-static shd_status read_unix(const char *address, struct sockaddr_un *place, shd_error *error) {
+/* Where an address leads. */
+typedef struct places {
+    struct addrinfo *first; /* a list */
+    struct addrinfo unix_place;
+    struct sockaddr_un path; /* of it */
+} places;
+
+static shd_status find_unix(const char *address, places *out, shd_error *error) {
     const char *path = address + sizeof unix_prefix - 1;
-    *place = (struct sockaddr_un){.sun_family = AF_UNIX};
-    if (*path != '/' || strlen(path) >= sizeof place->sun_path)
+    *out = (places){.first = &out->unix_place,
+                    .unix_place = {.ai_family = AF_UNIX,
+                                   .ai_addr = (struct sockaddr *)&out->path,
+                                   .ai_addrlen = sizeof out->path},
+                    .path.sun_family = AF_UNIX};
+    if (*path != '/' || strlen(path) >= sizeof out->path.sun_path)
         return shd_fail(error, SHD_CONFIG, address,
                         "not of the form unix:/path, with up to %zu characters of it",
-                        sizeof place->sun_path - 1);
-    memcpy(place->sun_path, path, strlen(path) + 1);
+                        sizeof out->path.sun_path - 1);
+    strcpy(out->path.sun_path, path);
     return SHD_OK;
+}
+
+/* `flags` are getaddrinfo's. */
+static shd_status find_places(const char *address, int flags, places *out, shd_error *error) {
+    if (is_unix(address)) return find_unix(address, out, error);
+    const char *colon = strrchr(address, ':'), *start = address, *end = colon;
+    const bool is_bracketed = colon && *start == '[' && colon > start && colon[-1] == ']';
+    if (is_bracketed) {
+        start++;
+        end--;
+    }
+    char host[256];
+    enum { PORT_MOST = 15 };
+    size_t digits = colon ? strspn(colon + 1, "0123456789") : 0;
+    if (!digits || colon[1 + digits] || digits > PORT_MOST ||
+        end - start >= (ptrdiff_t)sizeof host ||
+        (!is_bracketed && memchr(start, ':', (size_t)(end - start))))
+        return shd_fail(error, SHD_CONFIG, address, "not of the form ADDR:PORT or [ADDR]:PORT");
+    if (digits > 5 || strtoul(colon + 1, NULL, 10) > 65535)
+        return shd_fail(error, SHD_CONFIG, address, "ports go from 0 to 65535");
+    snprintf(host, sizeof host, "%.*s", (int)(end - start), start);
+    const struct addrinfo hints = {.ai_socktype = SOCK_STREAM, .ai_flags = flags};
+    int failure = getaddrinfo(*host ? host : NULL, colon + 1, &hints, &out->first);
+    return failure ? shd_fail(error, SHD_CONFIG, address, "%s", gai_strerror(failure)) : SHD_OK;
+}
+
+static void drop_places(places *p) {
+    if (p->first != &p->unix_place) freeaddrinfo(p->first);
 }
 
 /* Whether the path is a socket that nobody listens on: what a daemon that was killed has left. */
@@ -82,61 +101,37 @@ static bool is_stale(const struct sockaddr_un *place) {
     return refused;
 }
 
-static shd_status listen_unix(const char *address, int *out, char bound[SHD_ADDRESS_SIZE],
-                              shd_error *error) {
-    struct sockaddr_un place;
-    shd_status status = read_unix(address, &place, error);
-    if (status) return status;
-    const char *path = place.sun_path;
-    if (is_stale(&place)) unlink(path);
-    int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-    bool is_bound = fd >= 0 && !bind(fd, (const struct sockaddr *)&place, sizeof place);
-    if (!is_bound || listen(fd, SOMAXCONN)) {
-        status = shd_fail(error, SHD_CONFIG, address, "%s", strerror(errno));
-        if (is_bound) unlink(path);
-        if (fd >= 0) close(fd);
-        return status;
-    }
-    shd_listen_describe(fd, bound);
-    *out = fd;
-    return SHD_OK;
-}
-
 void shd_listen_remove(const char *bound) {
     if (is_unix(bound)) unlink(bound + sizeof unix_prefix - 1);
 }
 
 shd_status shd_listen(const char *address, int *out, char bound[SHD_ADDRESS_SIZE],
                       shd_error *error) {
-    if (is_unix(address)) return listen_unix(address, out, bound, error);
-    char host[256] = "", port[16] = "";
-    shd_status status = split_address(address, host, sizeof host, port, sizeof port, error);
+    places found;
+    shd_status status = find_places(address, AI_PASSIVE, &found, error);
     if (status) return status;
-
-    struct addrinfo hints = {.ai_socktype = SOCK_STREAM, .ai_flags = AI_PASSIVE}, *found;
-    int failure = getaddrinfo(*host ? host : NULL, port, &hints, &found);
-    if (failure) return shd_fail(error, SHD_CONFIG, address, "%s", gai_strerror(failure));
-
-    int fd = socket(found->ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0), on = 1;
+    const struct addrinfo *place = found.first;
+    if (is_unix(address) && is_stale(&found.path)) unlink(found.path.sun_path);
+    int fd = socket(place->ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0), on = 1;
     if (fd < 0 || setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) ||
-        bind(fd, found->ai_addr, found->ai_addrlen) || listen(fd, SOMAXCONN)) {
+        bind(fd, place->ai_addr, place->ai_addrlen) || listen(fd, SOMAXCONN)) {
         status = shd_fail(error, SHD_CONFIG, address, "%s", strerror(errno));
         if (fd >= 0) close(fd);
     } else {
         shd_listen_describe(fd, bound);
         *out = fd;
     }
-    freeaddrinfo(found);
+    drop_places(&found);
     return status;
 }
 
-static int try_connect(int family, const struct sockaddr *place, socklen_t size, int seconds) {
+static int try_connect(const struct addrinfo *place, int seconds) {
     const struct timeval patience = {.tv_sec = seconds};
-    int fd = socket(family, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    int fd = socket(place->ai_family, SOCK_STREAM | SOCK_CLOEXEC, 0);
     if (fd < 0) return -1;
     if (!setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience) &&
         !setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience) &&
-        !connect(fd, place, size))
+        !connect(fd, place->ai_addr, place->ai_addrlen))
         return fd;
     const int reason = errno;
     close(fd);
@@ -145,26 +140,18 @@ static int try_connect(int family, const struct sockaddr *place, socklen_t size,
 }
 
 shd_status shd_connect(const char *address, int seconds, int *out, shd_error *error) {
+    places found;
+    shd_status status = find_places(address, 0, &found, error);
+    if (status) return status;
     int fd = -1;
-    if (is_unix(address)) {
-        struct sockaddr_un place;
-        shd_status status = read_unix(address, &place, error);
-        if (status) return status;
-        fd = try_connect(AF_UNIX, (const struct sockaddr *)&place, sizeof place, seconds);
-    } else {
-        char host[256] = "", port[16] = "";
-        shd_status status = split_address(address, host, sizeof host, port, sizeof port, error);
-        if (status) return status;
-        struct addrinfo hints = {.ai_socktype = SOCK_STREAM}, *found;
-        int failure = getaddrinfo(*host ? host : NULL, port, &hints, &found);
-        if (failure) return shd_fail(error, SHD_CONFIG, address, "%s", gai_strerror(failure));
-        for (const struct addrinfo *at = found; at && fd < 0; at = at->ai_next)
-            fd = try_connect(at->ai_family, at->ai_addr, at->ai_addrlen, seconds);
-        freeaddrinfo(found);
-    }
-    if (fd < 0) return shd_fail(error, SHD_CONFIG, address, "%s", strerror(errno));
-    *out = fd;
-    return SHD_OK;
+    for (const struct addrinfo *at = found.first; at && fd < 0; at = at->ai_next)
+        fd = try_connect(at, seconds);
+    if (fd < 0)
+        status = shd_fail(error, SHD_CONFIG, address, "%s", strerror(errno));
+    else
+        *out = fd;
+    drop_places(&found);
+    return status;
 }
 
 /* A filter that drops the first packet of every connection (SYN without ACK; the flags are byte 13

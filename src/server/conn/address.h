@@ -24,10 +24,7 @@ void shd_listen_remove(const char *bound);
 /* Lets nobody in any more, without an answer: who tries is told later, by the socket's end. Who is
  * connected already is still there to be accepted. For a socket that nobody else listens on. */
 void shd_listen_seal(int fd);
+bool shd_listen_has_waiting(int fd); /* whether somebody is connected who was not accepted yet */
 
-/* Whether somebody is connected who was not accepted yet. */
-bool shd_listen_has_waiting(int fd);
-
-/* The address of a listening socket, in the same form; or "unix:/path", and "unix:@name" if it
- * is an abstract one. */
+/* The address of a listening socket, in the same form; of an abstract one, "unix:@name". */
 void shd_listen_describe(int fd, char bound[SHD_ADDRESS_SIZE]);
