@@ -205,9 +205,7 @@ static bool drain_requests(shd_server *server, ports *open, const sigset_t *stop
         bool uploads_over =
             !atomic_load(&server->in_flight) || now > begin + upload_grace || cancelled;
         if (!unanswered && uploads_over && closed == INFINITY) {
-            /* If a service manager keeps the socket, who has not been let in waits there for the
-             * next daemon. */
-            if (!shd_doors_seal(open->doors)) shd_http_quiesce(open->public);
+            shd_doors_seal(open->doors);
             shd_reaper_finish(server->reaper, upload_grace);
             closed = now;
         }

@@ -1,5 +1,6 @@
 #include "doors.h"
 
+#include <assert.h>
 #include <errno.h>
 #include <microhttpd.h>
 #include <poll.h>
@@ -17,8 +18,8 @@ struct shd_doors {
         int fd;
         char bound[SHD_ADDRESS_SIZE];
     } list[SHD_DOORS_MOST];
-    bool is_given, first_is_taken, serves, is_sealed;
-    struct MHD_Daemon *daemon;
+    bool is_given, serves, is_sealed;
+    struct MHD_Daemon *daemon; /* which has the first one; NULL: not yet */
     pthread_t thread;
     int wake;              /* eventfd: it is the end */
     pthread_mutex_t mutex; /* held from an accept() until its connection is handed over */
@@ -35,8 +36,7 @@ static shd_status open_all(shd_doors *doors, const char *addresses, shd_error *e
             return shd_fail(error, SHD_CONFIG, "listen", "more than %d addresses", SHD_DOORS_MOST);
         if (length >= sizeof address)
             return shd_fail(error, SHD_CONFIG, "listen", "an address is too long");
-        memcpy(address, c, length);
-        address[length] = 0;
+        snprintf(address, sizeof address, "%.*s", (int)length, c);
         c += length;
         const size_t i = doors->count;
         shd_status status = shd_listen(address, &doors->list[i].fd, doors->list[i].bound, error);
@@ -111,9 +111,8 @@ static void *run_doors(void *context) {
 }
 
 shd_status shd_doors_serve(shd_doors *doors, struct MHD_Daemon *daemon, shd_error *error) {
-    doors->first_is_taken = true;
-    if (doors->count == 1) return SHD_OK;
     doors->daemon = daemon;
+    if (doors->count == 1) return SHD_OK;
     doors->wake = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     doors->serves = doors->wake >= 0 && !pthread_create(&doors->thread, NULL, run_doors, doors);
     if (doors->serves) return SHD_OK;
@@ -122,11 +121,13 @@ shd_status shd_doors_serve(shd_doors *doors, struct MHD_Daemon *daemon, shd_erro
 
 /* ---- Closing ---- */
 
-bool shd_doors_seal(shd_doors *doors) {
-    if (doors->is_given) return false;
-    doors->is_sealed = true;
-    for (size_t i = 0; i < doors->count; i++) shd_listen_seal(doors->list[i].fd);
-    return true;
+void shd_doors_seal(shd_doors *doors) {
+    assert(doors->daemon);
+    doors->is_sealed = !doors->is_given;
+    if (doors->is_given)
+        MHD_quiesce_daemon(doors->daemon);
+    else
+        for (size_t i = 0; i < doors->count; i++) shd_listen_seal(doors->list[i].fd);
 }
 
 bool shd_doors_have_waiting(shd_doors *doors) {
@@ -152,7 +153,7 @@ void shd_doors_drop(shd_doors *doors) {
     for (size_t i = 0; i < doors->count; i++) {
         /* What was sealed is gone, and may be the next daemon's by now. */
         if (!doors->is_given && !doors->is_sealed) shd_listen_remove(doors->list[i].bound);
-        if (i || !doors->first_is_taken) close(doors->list[i].fd);
+        if (i || !doors->daemon) close(doors->list[i].fd);
     }
     if (doors->wake >= 0) close(doors->wake);
     pthread_mutex_destroy(&doors->mutex);

@@ -18,21 +18,19 @@ enum { SHD_DOORS_MOST = 8, SHD_DOORS_SIZE = SHD_DOORS_MOST * SHD_ADDRESS_SIZE };
 shd_status shd_doors_open(const char *addresses, int given, shd_doors **out,
                           char bound[SHD_DOORS_SIZE], shd_error *error);
 
-/* The socket for libmicrohttpd to listen on. */
-int shd_doors_first(const shd_doors *doors);
+int shd_doors_first(const shd_doors *doors); /* the socket for libmicrohttpd to listen on */
 
 /* The first socket is libmicrohttpd's from now on; hands over what comes to the others. */
 shd_status shd_doors_serve(shd_doors *doors, struct MHD_Daemon *daemon, shd_error *error);
 
-/* Lets nobody in any more who is not connected yet. False: a service manager has the socket, and
- * who waits there waits for the next daemon. */
-bool shd_doors_seal(shd_doors *doors);
+/* Lets nobody in any more who is not connected yet. If a service manager has the socket, who has
+ * not been let in waits there for the next daemon. */
+void shd_doors_seal(shd_doors *doors);
 
 /* Whether somebody is connected who was not handed over yet. */
 bool shd_doors_have_waiting(shd_doors *doors);
 
-/* Hands nobody over any more. Before libmicrohttpd stops. */
-void shd_doors_stop(shd_doors *doors);
+void shd_doors_stop(shd_doors *doors); /* hands nobody over any more; before libmicrohttpd stops */
 
 /* Closes what is left, and removes unix sockets that it has made. NULL is fine. */
 void shd_doors_drop(shd_doors *doors);

@@ -18,7 +18,6 @@
 #include "framing.h"
 #include "head.h"
 #include "linger.h"
-#include "reaper.h"
 #include "server/access/private.h"
 #include "server/answer/problem.h"
 #include "server/ops/log.h"
@@ -27,36 +26,11 @@
 #include "server/ops/settings.h"
 #include "server/routes.h"
 
-/* What shd_http_start has made ready says this. */
-enum { LAST_STATUS = MHD_HTTP_SERVICE_UNAVAILABLE };
+enum { LAST_STATUS = MHD_HTTP_SERVICE_UNAVAILABLE }; /* of the server's `last_words` */
 
 /* Of a request's target, in bytes; and the most parameters that it may have: libmicrohttpd takes
  * memory of the connection for each, and if that ends it neither answers nor closes. */
 enum { TARGET_MOST = 8000, PARAMETERS_MOST = 250 };
-
-/* ---- The start of an exchange ---- */
-
-static void refuse_target(shd_exchange *exchange);
-
-static bool is_too_long(const char *target) {
-    size_t parameters = 1;
-    for (const char *c = target; (c = strchr(c, '&')); c++) parameters++;
-    return parameters > PARAMETERS_MOST || strlen(target) > TARGET_MOST;
-}
-
-/* libmicrohttpd's first word about a request: its target as it was sent. */
-static void *begin_exchange(void *cls, const char *target, struct MHD_Connection *connection) {
-    shd_exchange *exchange = shd_exchange_new(cls, connection);
-    if (!exchange) return NULL;
-    exchange->target_end = target + strlen(target);
-    bool too_long = is_too_long(target);
-    target = shd_head_skip_authority(target);
-    exchange->target = strdup(target);
-    exchange->reply.is_short = !exchange->target;
-    shd_head_set_path(exchange, target);
-    if (too_long) refuse_target(exchange);
-    return exchange;
-}
 
 /* ---- Sending ---- */
 
@@ -72,19 +46,6 @@ static void add_common_headers(shd_exchange *exchange) {
 static void enter_phase(const shd_exchange *exchange, shd_phase phase) {
     shd_reaper_phase(exchange->server->reaper, shd_connection_watched(exchange->connection), phase,
                      NULL);
-}
-
-static struct MHD_Response *make_last_words(void) {
-    struct MHD_Response *response = MHD_create_response_from_buffer(
-        strlen(shd_problem_last_words), (void *)(size_t)shd_problem_last_words,
-        MHD_RESPMEM_PERSISTENT);
-    if (!response) return NULL;
-    if (MHD_add_response_header(response, "Content-Type", "application/problem+json") &&
-        MHD_add_response_header(response, "Cache-Control", "no-store") &&
-        MHD_add_response_header(response, "Retry-After", "1"))
-        return response;
-    MHD_destroy_response(response);
-    return NULL;
 }
 
 /* A 304 has the Content-Length of the 200 that it stands for, or none (RFC 9110, section 8.6).
@@ -119,13 +80,24 @@ static struct MHD_Response *make_response(shd_reply *reply) {
                                                         MHD_RESPMEM_PERSISTENT);
     if (!response) return NULL;
     reply->held = NULL; /* it is libmicrohttpd's now */
-    bool complete = true;
-    for (size_t i = 0; i < reply->header_count && complete; i++)
-        complete =
-            MHD_add_response_header(response, reply->headers[i].name, reply->headers[i].value);
-    if (complete) return response;
-    MHD_destroy_response(response);
-    return NULL;
+    for (size_t i = 0; i < reply->header_count; i++) {
+        if (MHD_add_response_header(response, reply->headers[i].name, reply->headers[i].value))
+            continue;
+        MHD_destroy_response(response);
+        return NULL;
+    }
+    return response;
+}
+
+static struct MHD_Response *make_last_words(void) {
+    shd_reply reply = {0};
+    shd_reply_lend(&reply, "application/problem+json", shd_problem_last_words,
+                   strlen(shd_problem_last_words));
+    shd_reply_plain(&reply, "Cache-Control", "no-store");
+    shd_reply_plain(&reply, "Retry-After", "1");
+    struct MHD_Response *response = make_response(&reply);
+    shd_reply_clear(&reply);
+    return response;
 }
 
 static enum MHD_Result queue_reply(shd_exchange *exchange) {
@@ -148,9 +120,8 @@ static enum MHD_Result queue_reply(shd_exchange *exchange) {
 }
 
 /* Answers before the body has come, and closes the connection. libmicrohttpd can do this only at
- * the head, and then cuts off the client in mid-send; so the message is written to the socket by
- * hand, which nobody else writes to while a body is awaited. It is short: if the socket does
- * not take it at once the client is not reading. */
+ * the head, and then cuts off the client in mid-send. So the short message is written by hand:
+ * nobody else writes to the socket now, and if that does not take it the client is not reading. */
 static enum MHD_Result refuse_now(shd_exchange *exchange) {
     shd_reply *reply = &exchange->reply;
     exchange->state = SHD_ANSWERED;
@@ -164,41 +135,17 @@ static enum MHD_Result refuse_now(shd_exchange *exchange) {
         shd_reply_date(date);
         length = (size_t)snprintf(last, sizeof last,
                                   "HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\n"
-                                  "Date: %s\r\n"
-                                  "Content-Type: application/problem+json\r\n"
+                                  "Date: %s\r\nContent-Type: application/problem+json\r\n"
                                   "Cache-Control: no-store\r\nRetry-After: 1\r\n"
                                   "Content-Length: %zu\r\n\r\n%s",
                                   date, strlen(shd_problem_last_words), shd_problem_last_words);
     }
     const char *message = kept ? kept : last;
-    const union MHD_ConnectionInfo *info =
-        MHD_get_connection_info(exchange->connection, MHD_CONNECTION_INFO_CONNECTION_FD);
-    if (info &&
-        send(info->connect_fd, message, length, MSG_DONTWAIT | MSG_NOSIGNAL) == (ssize_t)length)
-        shd_linger_keep(exchange->server->linger, info->connect_fd);
+    const int socket = shd_connection_socket(exchange->connection);
+    if (send(socket, message, length, MSG_DONTWAIT | MSG_NOSIGNAL) == (ssize_t)length)
+        shd_linger_keep(exchange->server->linger, socket);
     free(kept);
     return MHD_NO;
-}
-
-/* Before libmicrohttpd looks into it, which cannot be told to stop. */
-static void refuse_target(shd_exchange *exchange) {
-    shd_exchange_count(exchange);
-    shd_problem_reply(&exchange->reply, SHD_LONG_TARGET,
-                      "the target has more than %d bytes, or more than %d parameters", TARGET_MOST,
-                      PARAMETERS_MOST);
-    refuse_now(exchange);
-    const union MHD_ConnectionInfo *info =
-        MHD_get_connection_info(exchange->connection, MHD_CONNECTION_INFO_CONNECTION_FD);
-    if (info) shutdown(info->connect_fd, SHUT_RDWR);
-}
-
-static enum MHD_Result refuse_connection(shd_exchange *exchange) {
-    shd_problem_later(&exchange->reply, SHD_BUSY, 1,
-                      "this address has more connections than one may have: the limit "
-                      "`connections-each` is %llu",
-                      (unsigned long long)exchange->server->config.connections_each);
-    exchange->reply.limit = SHD_LIMIT_CONNECTIONS_EACH;
-    return refuse_now(exchange);
 }
 
 static enum MHD_Result refuse_size(shd_exchange *exchange, unsigned long long size) {
@@ -216,6 +163,33 @@ static enum MHD_Result refuse_size(shd_exchange *exchange, unsigned long long si
 
 /* ---- Receiving ---- */
 
+static bool is_too_long(const char *target) {
+    size_t parameters = 1;
+    for (const char *c = target; (c = strchr(c, '&')); c++) parameters++;
+    return parameters > PARAMETERS_MOST || strlen(target) > TARGET_MOST;
+}
+
+/* libmicrohttpd's first word about a request: its target as it was sent. */
+static void *begin_exchange(void *cls, const char *target, struct MHD_Connection *connection) {
+    shd_exchange *exchange = shd_exchange_new(cls, connection);
+    if (!exchange) return NULL;
+    exchange->target_end = target + strlen(target);
+    const bool too_long = is_too_long(target);
+    target = shd_head_skip_authority(target);
+    exchange->target = strdup(target);
+    exchange->reply.is_short = !exchange->target;
+    shd_head_set_path(exchange, target);
+    if (too_long) { /* before libmicrohttpd looks into it, which cannot be told to stop */
+        shd_exchange_count(exchange);
+        shd_problem_reply(&exchange->reply, SHD_LONG_TARGET,
+                          "the target has more than %d bytes, or more than %d parameters",
+                          TARGET_MOST, PARAMETERS_MOST);
+        refuse_now(exchange);
+        shutdown(shd_connection_socket(connection), SHUT_RDWR);
+    }
+    return exchange;
+}
+
 static enum MHD_Result take_head(shd_exchange *exchange, const char *method, const char *version) {
     shd_head h;
     shd_exchange_count(exchange);
@@ -227,8 +201,14 @@ static enum MHD_Result take_head(shd_exchange *exchange, const char *method, con
     if (exchange->reply.status || !shd_head_check(&h, version)) return refuse_now(exchange);
 
     if (shd_reaper_is_excess(exchange->server->reaper,
-                             shd_connection_watched(exchange->connection)))
-        return refuse_connection(exchange);
+                             shd_connection_watched(exchange->connection))) {
+        shd_problem_later(&exchange->reply, SHD_BUSY, 1,
+                          "this address has more connections than one may have: the limit "
+                          "`connections-each` is %llu",
+                          (unsigned long long)exchange->server->config.connections_each);
+        exchange->reply.limit = SHD_LIMIT_CONNECTIONS_EACH;
+        return refuse_now(exchange);
+    }
     exchange->is_refused = !shd_route_admit(exchange);
     if (exchange->token) shd_exchange_set_client(exchange);
     errno = 0;
@@ -284,8 +264,7 @@ static enum MHD_Result handle_call(void *cls, struct MHD_Connection *connection,
         return *upload_size ? take_body(exchange, upload, upload_size) : take_end(exchange);
     case SHD_WAITING:
         shd_exchange_wake(exchange);
-        if (!exchange->reply.status) return MHD_NO; /* its client has gone */
-        return queue_reply(exchange);
+        return exchange->reply.status ? queue_reply(exchange) : MHD_NO; /* its client has gone */
     default:
         return MHD_NO;
     }
@@ -293,19 +272,11 @@ static enum MHD_Result handle_call(void *cls, struct MHD_Connection *connection,
 
 /* ---- The end of an exchange ---- */
 
-/* The status that libmicrohttpd has answered an exchange by itself, which is over; 0: none. */
-static unsigned status_of_others(struct MHD_Connection *connection) {
-    const union MHD_ConnectionInfo *info =
-        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_HTTP_STATUS);
-    return info ? info->http_status : 0;
-}
-
-/* What libmicrohttpd says of itself. Some requests it refuses by itself, those that are no requests
- * before there is an exchange, and says so here alone. On its I/O thread.
- * (If a Content-Length cannot be read, release 0.9.75 sends the head of its refusal twice, and
- * asks nobody in between: MHD_connection_handle_idle calls parse_connection_headers, which has
- * begun the answer, and goes on to MHD_CONNECTION_HEADERS_PROCESSED, from where it begins it
- * again.) */
+/* What libmicrohttpd says of itself, on its I/O thread. Of some requests that it refuses by itself
+ * it tells here alone: there is no exchange yet. (If a Content-Length cannot be read, release
+ * 0.9.75 sends the head of its refusal twice, and asks nobody in between:
+ * MHD_connection_handle_idle goes on to MHD_CONNECTION_HEADERS_PROCESSED after
+ * parse_connection_headers has begun the answer.) */
 static void hear_refusal(void *cls, const char *format, va_list arguments) {
     static const char refusal[] = "Error processing request (HTTP response code is %u";
     shd_server *server = cls;
@@ -331,11 +302,14 @@ static void end_exchange(void *cls, struct MHD_Connection *connection, void **co
     shd_server *server = exchange->server;
     /* Before that, libmicrohttpd has refused it, or lost its client, and closes the connection. */
     if (exchange->state == SHD_WAITING || exchange->state == SHD_ANSWERED)
-        shd_reaper_phase(server->reaper, shd_connection_watched(connection), SHD_AT_REST, NULL);
+        enter_phase(exchange, SHD_AT_REST);
     shd_exchange_wake(exchange);
     if (exchange->state == SHD_BEGUN || exchange->state == SHD_READING) {
+        /* libmicrohttpd has answered it by itself, or nobody has. */
+        const union MHD_ConnectionInfo *info =
+            MHD_get_connection_info(connection, MHD_CONNECTION_INFO_HTTP_STATUS);
         shd_reply_clear(&exchange->reply);
-        exchange->reply.status = status_of_others(connection);
+        exchange->reply.status = info ? info->http_status : 0;
     }
     if (!exchange->is_counted && exchange->reply.status) {
         shd_exchange_count(exchange);
@@ -375,12 +349,7 @@ shd_status shd_http_start(shd_server *server, int socket, struct MHD_Daemon **ou
     return SHD_OK;
 }
 
-void shd_http_quiesce(struct MHD_Daemon *daemon) {
-    MHD_quiesce_daemon(daemon);
-}
-
-/* A connection that is closed at once: new ones are taken on by the I/O thread alone, between its
- * other work. */
+/* A connection that is closed at once: the I/O thread takes new ones on between its other work. */
 int shd_http_turn(struct MHD_Daemon *daemon) {
     const struct sockaddr_un address = {.sun_family = AF_UNIX};
     int pair[2];

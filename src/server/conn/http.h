@@ -5,13 +5,9 @@
 
 struct MHD_Daemon;
 
-/* Serves the public port on a listening socket, which the daemon owns from then on. The server
- * outlives it. */
+/* Serves on a listening socket, which the daemon owns from then on. The server outlives it. */
 shd_status shd_http_start(shd_server *server, int socket, struct MHD_Daemon **out,
                           shd_error *error);
-
-/* Accepts no connection any more; those that there are go on. The socket stays open. */
-void shd_http_quiesce(struct MHD_Daemon *daemon);
 
 /* A descriptor that can be read, to its end, once the I/O thread has finished what it is at now: a
  * connection that it was taking meanwhile is known to the reaper by then. The caller closes it.
