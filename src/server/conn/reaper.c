@@ -1,15 +1,14 @@
 #include "reaper.h"
 
+#include <assert.h>
 #include <math.h>
 #include <netinet/in.h>
 #include <poll.h>
 #include <pthread.h>
-#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
-#include <time.h>
 #include <xxhash.h>
 
 /* glibc's <netinet/tcp.h> has a tcp_info without the count of bytes. */
@@ -18,17 +17,15 @@
 #include "base/clock.h"
 #include "server/ops/log.h"
 
-/* Between two looks, seconds; and before room is made again. */
-static const double pause_between = 0.25, pause_for_room = 0.01;
-/* What an answer gets at least before it gives way to new connections. Seconds. */
-static const double least_sending = 2;
+/* Seconds: between two looks, and before room is made again; what an answer gets at least before it
+ * gives way to new connections, and to work. */
+static const double pause_between = 0.25, pause_for_room = 0.01, least_sending = 2,
+                    least_taking = 0.25;
+
 /* Connections that are one too many: how many of one address are let in to be told so, and for how
- * long they are waited for, seconds. */
+ * many seconds they are waited for. */
 enum { MOST_EXCESS = 16 };
 static const double excess_patience = 2;
-
-/* What an answer gets at least before it gives way to work. */
-static const double least_taking = 0.25;
 
 enum { BUCKETS = 1024 };
 
@@ -80,62 +77,40 @@ static bool has_left(int socket) {
     return polled.revents & POLLRDHUP && !ioctl(socket, FIONREAD, &unread) && !unread;
 }
 
-/* Bytes received so far. False: the socket cannot tell; unix sockets cannot. */
-static bool count_read(int socket, uint64_t *bytes) {
-    struct tcp_info info = {0};
-    socklen_t size = sizeof info;
-    if (getsockopt(socket, IPPROTO_TCP, TCP_INFO, &info, &size)) return false;
-    *bytes = info.tcpi_bytes_received;
-    return true;
+/* Bytes so far. False: the socket, a unix one for instance, cannot tell. */
+static bool ask_tcp(int socket, struct tcp_info *out) {
+    socklen_t size = sizeof *out;
+    return !getsockopt(socket, IPPROTO_TCP, TCP_INFO, out, &size);
 }
 
 static bool has_read_since(const shd_connection *c) {
-    uint64_t bytes;
-    return count_read(c->socket, &bytes) && bytes > c->read;
+    struct tcp_info info = {0};
+    return ask_tcp(c->socket, &info) && info.tcpi_bytes_received > c->read;
 }
 
 /* Bytes that the client has acknowledged so far. */
 static uint64_t bytes_taken(int socket) {
     struct tcp_info info = {0};
-    socklen_t size = sizeof info;
-    return getsockopt(socket, IPPROTO_TCP, TCP_INFO, &info, &size) ? 0 : info.tcpi_bytes_acked;
+    return ask_tcp(socket, &info) ? info.tcpi_bytes_acked : 0;
 }
 
 /* ---- Looking ---- */
 
 /* With the mutex. */
 static void end_connection(shd_reaper *reaper, shd_connection *c, shd_ending why) {
+    assert(!c->ended && reaper->open);
     shutdown(c->socket, SHUT_RDWR);
     c->ended = true;
     reaper->open--;
     reaper->count.ended[why]++;
 }
 
-/* With the mutex. Closes the half that is read from: what has arrived is still read. */
-static void finish_reading(shd_reaper *reaper, shd_connection *c) {
-    shutdown(c->socket, SHUT_RD);
-    c->ended = true;
-    reaper->open--;
-}
-
-/* With the mutex. The system drops what it has buffered, too. */
-static void end_at_once(shd_reaper *reaper, shd_connection *c, shd_ending why) {
-    const struct linger none = {.l_onoff = 1, .l_linger = 0};
-    setsockopt(c->socket, SOL_SOCKET, SO_LINGER, &none, sizeof none);
-    end_connection(reaper, c, why);
-}
-
 static double patience_for(const shd_reaper *reaper, const shd_connection *c) {
-    switch (c->phase) {
-    case SHD_AT_HEAD:
-        return c->excess ? excess_patience : reaper->patience.head;
-    case SHD_AT_BODY:
-        return reaper->patience.body;
-    case SHD_AT_ANSWER:
-        return reaper->patience.send;
-    default:
-        return 0;
-    }
+    const shd_patience *patience = &reaper->patience;
+    const double most[SHD_PHASES] = {[SHD_AT_HEAD] = c->excess ? excess_patience : patience->head,
+                                     [SHD_AT_BODY] = patience->body,
+                                     [SHD_AT_ANSWER] = patience->send};
+    return most[c->phase];
 }
 
 /* With the mutex. */
@@ -147,7 +122,9 @@ static void look_at(shd_reaper *reaper, shd_connection *c, double now) {
     }
     if (reaper->finishing &&
         (c->phase == SHD_AT_REST || (c->phase < SHD_AT_WORK && now - c->since > reaper->grace))) {
-        finish_reading(reaper, c);
+        shutdown(c->socket, SHUT_RD); /* what has arrived is still read */
+        c->ended = true;
+        reaper->open--;
         return;
     }
     double patience = patience_for(reaper, c);
@@ -162,17 +139,11 @@ static void look_at(shd_reaper *reaper, shd_connection *c, double now) {
 }
 
 static bool may_go(const shd_reaper *reaper, const shd_connection *c, double now) {
-    switch (c->phase) {
-    case SHD_AT_REST:
-        return true;
-    case SHD_AT_HEAD:
-    case SHD_AT_BODY:
-        return now - c->since >= reaper->patience.least_reading;
-    case SHD_AT_ANSWER:
-        return now - c->since >= least_sending;
-    default:
-        return false;
-    }
+    const double least[SHD_PHASES] = {[SHD_AT_HEAD] = reaper->patience.least_reading,
+                                      [SHD_AT_BODY] = reaper->patience.least_reading,
+                                      [SHD_AT_WORK] = INFINITY,
+                                      [SHD_AT_ANSWER] = least_sending};
+    return now - c->since >= least[c->phase];
 }
 
 /* How many connections its address has, roughly: a few more are no difference. */
@@ -190,9 +161,8 @@ static bool goes_before(const shd_connection *a, const shd_connection *b) {
 /* With the mutex. Ends one of those that hold their place for longest. False: there is none. */
 static bool make_room(shd_reaper *reaper, double now) {
     shd_connection *first = NULL;
-    for (shd_connection *c = reaper->list.next; c != &reaper->list; c = c->next) {
+    for (shd_connection *c = reaper->list.next; c != &reaper->list; c = c->next)
         if (!c->ended && may_go(reaper, c, now) && goes_before(c, first)) first = c;
-    }
     if (first) end_connection(reaper, first, SHD_END_ROOM);
     return first;
 }
@@ -259,8 +229,7 @@ static void *watch_connections(void *context) {
 
 /* ---- Memory ---- */
 
-/* Answers below are not worth a look: the system's buffers take them. */
-enum { LARGE_ANSWER = 64 << 10 };
+enum { LARGE_ANSWER = 64 << 10 }; /* smaller ones are taken by the system's buffers */
 
 /* With the mutex. */
 static shd_connection *find_heaviest(const shd_reaper *reaper) {
@@ -293,7 +262,10 @@ size_t shd_reaper_drop_answers(shd_reaper *reaper, size_t bytes) {
     while (promised < bytes) {
         shd_connection *c = find_heaviest(reaper);
         if (!c) break;
-        end_at_once(reaper, c, SHD_END_MEMORY);
+        /* The system drops what it has buffered, too. */
+        const struct linger none = {.l_onoff = 1, .l_linger = 0};
+        setsockopt(c->socket, SOL_SOCKET, SO_LINGER, &none, sizeof none);
+        end_connection(reaper, c, SHD_END_MEMORY);
         promised += c->answer;
         dropped++;
     }
@@ -332,6 +304,7 @@ shd_status shd_reaper_new(const shd_patience *patience, const shd_departure *dep
 void shd_reaper_drop(shd_reaper *reaper) {
     if (!reaper) return;
     pthread_mutex_lock(&reaper->mutex);
+    assert(reaper->list.next == &reaper->list);
     reaper->ending = true;
     pthread_cond_signal(&reaper->changed);
     pthread_mutex_unlock(&reaper->mutex);
@@ -382,6 +355,7 @@ static peer *join_peer(shd_reaper *reaper, const char *address) {
 
 /* With the mutex. */
 static void leave_peer(shd_reaper *reaper, peer *p) {
+    assert(!p || p->count);
     if (!p || --p->count) return;
     *find_peer(reaper, p->address, p->hash) = p->next;
     free(p);
@@ -395,8 +369,8 @@ bool shd_reaper_admits(shd_reaper *reaper, const char *address) {
     if (!address) return true;
     pthread_mutex_lock(&reaper->mutex);
     const peer *p = *find_peer(reaper, address, XXH3_64bits(address, strlen(address)));
-    bool admits =
-        !p || !is_over(reaper, p->count + 1 > MOST_EXCESS ? p->count + 1 - MOST_EXCESS : 0);
+    const size_t each = reaper->patience.each;
+    bool admits = !p || !each || p->count < each + MOST_EXCESS;
     pthread_mutex_unlock(&reaper->mutex);
     return admits;
 }
@@ -404,8 +378,7 @@ bool shd_reaper_admits(shd_reaper *reaper, const char *address) {
 bool shd_reaper_is_excess(shd_reaper *reaper, const shd_connection *connection) {
     if (!connection) return false;
     pthread_mutex_lock(&reaper->mutex);
-    bool excess =
-        connection->excess && connection->peer && is_over(reaper, connection->peer->count);
+    bool excess = connection->excess && is_over(reaper, connection->peer->count);
     pthread_mutex_unlock(&reaper->mutex);
     return excess;
 }
@@ -433,18 +406,16 @@ shd_connection *shd_reaper_add(shd_reaper *reaper, int socket, const char *addre
     return connection;
 }
 
-static bool is_amid_request(const shd_connection *c) {
-    if (c->phase == SHD_AT_BODY) return true;
-    return c->phase <= SHD_AT_HEAD && has_read_since(c);
-}
-
 bool shd_reaper_remove(shd_reaper *reaper, shd_connection *connection) {
     if (!connection) return false;
     pthread_mutex_lock(&reaper->mutex);
+    assert(connection->previous->next == connection && connection->next->previous == connection);
     connection->previous->next = connection->next;
     connection->next->previous = connection->previous;
     if (!connection->ended) reaper->open--;
-    bool amid = !connection->ended && is_amid_request(connection);
+    const shd_phase phase = connection->phase;
+    bool amid = !connection->ended &&
+                (phase == SHD_AT_BODY || (phase <= SHD_AT_HEAD && has_read_since(connection)));
     leave_peer(reaper, connection->peer);
     pthread_mutex_unlock(&reaper->mutex);
     free(connection);
@@ -453,15 +424,15 @@ bool shd_reaper_remove(shd_reaper *reaper, shd_connection *connection) {
 
 void shd_reaper_phase(shd_reaper *reaper, shd_connection *connection, shd_phase phase, void *who) {
     if (!connection) return;
-    uint64_t read = 0;
+    struct tcp_info info = {0};
     /* If it is not seen that a head begins, it has since the last answer. */
-    if (phase == SHD_AT_REST && !count_read(connection->socket, &read)) phase = SHD_AT_HEAD;
+    if (phase == SHD_AT_REST && !ask_tcp(connection->socket, &info)) phase = SHD_AT_HEAD;
     double now = shd_now();
     pthread_mutex_lock(&reaper->mutex);
     connection->answer = 0;
     connection->phase = phase;
     connection->since = now;
-    connection->read = read;
+    connection->read = info.tcpi_bytes_received;
     connection->had_left = false;
     connection->who = who;
     pthread_mutex_unlock(&reaper->mutex);

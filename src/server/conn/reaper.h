@@ -11,9 +11,8 @@
  *   those of addresses that have few. Among them, idle ones end first, then those that have been at
  *   their head, their body or their answer for longest, but none at once.
  * - An address may have a number of connections. A few more are let in to be told so.
- *
- * Answers that are taken slowly give their memory to work that wants it: those first that have
- * taken the most, bytes times seconds.
+ * - Answers that are taken slowly give their memory to work that wants it: those first that have
+ *   taken the most, bytes times seconds.
  *
  * To end a connection is to shut its socket down: libmicrohttpd sees that and closes it. */
 #pragma once
@@ -63,14 +62,14 @@ typedef struct shd_departure {
 /* `departure`: NULL if nothing waits. */
 shd_status shd_reaper_new(const shd_patience *patience, const shd_departure *departure,
                           shd_reaper **out, shd_error *error);
+void shd_reaper_set_patience(shd_reaper *reaper, const shd_patience *patience);
 void shd_reaper_drop(shd_reaper *reaper); /* no connection is left; NULL is fine */
 
 /* Whether a new connection of this address may be let in, be it to be told that it is one too many.
  * NULL: no address that counts, such as a proxy's. */
 bool shd_reaper_admits(shd_reaper *reaper, const char *address);
 
-/* Watches a new connection. NULL, and unwatched, if memory is short. The socket stays open until
- * it is removed. */
+/* Watches a new connection. NULL if memory is short. The socket stays open until it is removed. */
 shd_connection *shd_reaper_add(shd_reaper *reaper, int socket, const char *address);
 
 /* Whether its address had as many as it may before it came, and has. NULL: no. */
@@ -80,8 +79,7 @@ bool shd_reaper_is_excess(shd_reaper *reaper, const shd_connection *connection);
  * amid a request's head or body, so that its client may be sending still. */
 bool shd_reaper_remove(shd_reaper *reaper, shd_connection *connection);
 
-/* The connection is at something else now; `who` is what waits, for SHD_AT_WORK. It stays there
- * until the next call. A NULL connection is fine. */
+/* What the connection, NULL is fine, is at from now on. `who`: what waits, for SHD_AT_WORK. */
 void shd_reaper_phase(shd_reaper *reaper, shd_connection *connection, shd_phase phase, void *who);
 
 /* As many bytes of memory are free once the client has its answer, which is on its way. */
@@ -94,8 +92,6 @@ size_t shd_reaper_drop_answers(shd_reaper *reaper, size_t bytes);
 /* The server stops: connections that rest are told so by their end, and so is who has been at a
  * head or a body for `grace` seconds. What they have sent until then is still read and answered. */
 void shd_reaper_finish(shd_reaper *reaper, double grace);
-
-void shd_reaper_set_patience(shd_reaper *reaper, const shd_patience *patience);
 
 typedef struct shd_reaped {
     size_t connections[SHD_PHASES]; /* now */
