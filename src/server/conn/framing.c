@@ -7,11 +7,6 @@
  * end of a line, CR LF, is two zeros, and what follows begins after them. A lone LF is one zero. A
  * NUL ends a string before its line does. A folded line's string lies elsewhere, or goes on. */
 
-typedef struct walk {
-    const char *at; /* where the next field's name must be */
-    bool is_sound;
-} walk;
-
 /* Past the end of a string that ends its line. */
 static const char *next_line(const char *text) {
     return text + strlen(text) + 2;
@@ -19,11 +14,10 @@ static const char *next_line(const char *text) {
 
 static enum MHD_Result check_field(void *cls, enum MHD_ValueKind kind, const char *name,
                                    const char *value) {
-    walk *w = cls;
+    const char **at = cls; /* where the next field's name must be; NULL: the head is not sound */
     (void)kind;
-    w->is_sound = w->is_sound && name == w->at && value;
-    if (w->is_sound) w->at = next_line(value);
-    return w->is_sound ? MHD_YES : MHD_NO;
+    *at = name == *at && value ? next_line(value) : NULL;
+    return *at ? MHD_YES : MHD_NO;
 }
 
 bool shd_head_is_sound(struct MHD_Connection *connection, const char *method,
@@ -31,10 +25,9 @@ bool shd_head_is_sound(struct MHD_Connection *connection, const char *method,
     const union MHD_ConnectionInfo *info =
         MHD_get_connection_info(connection, MHD_CONNECTION_INFO_REQUEST_HEADER_SIZE);
     if (!info || target_end + 1 != version) return false;
-    walk w = {.at = next_line(version), .is_sound = true};
-    MHD_get_connection_values(connection, MHD_HEADER_KIND, check_field, &w);
-    /* The empty line ends the head. */
-    return w.is_sound && w.at + 2 == method + info->header_size;
+    const char *at = next_line(version);
+    MHD_get_connection_values(connection, MHD_HEADER_KIND, check_field, &at);
+    return at && at + 2 == method + info->header_size; /* the empty line ends the head */
 }
 
 bool shd_has_trailers(struct MHD_Connection *connection) {

@@ -3,14 +3,11 @@
  * a blank for more of the one before. Others do not, and what two servers read differently is how
  * requests are smuggled past one of them.
  *
- * Of a chunked body it shows neither the lines of sizes nor what follows chunks, and reads over
- * them before it calls anybody. So this is not seen, and taken as if CR were there or the rest were
- * not:
- *
- * - a lone LF after a size or its extension, after a chunk's data, and for the empty line at the
- * end;
- * - what an extension is, up to the first LF;
- * - a line after the last chunk that begins with a NUL, which is taken for the empty one. */
+ * Of a chunked body it shows neither the lines of sizes nor what follows chunks. So this is not
+ * seen, and taken as if CR were there or the rest were not: a lone LF after a size or its
+ * extension, after a chunk's data, and for the empty line at the end; what an extension is, up to
+ * the first LF; and a line after the last chunk that begins with a NUL, which is taken for the
+ * empty one. */
 #pragma once
 
 #include <stdbool.h>
@@ -22,6 +19,5 @@ struct MHD_Connection;
 bool shd_head_is_sound(struct MHD_Connection *connection, const char *method,
                        const char *target_end, const char *version);
 
-/* With the last call of the handler: whether fields follow the body, whose lines are as little
- * seen. Nothing asks for such. */
+/* With its last call: whether fields follow the body, whose lines are as little seen. */
 bool shd_has_trailers(struct MHD_Connection *connection);

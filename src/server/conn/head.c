@@ -6,6 +6,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "server/access/access.h"
 #include "server/answer/problem.h"
 
 /* ---- The target ---- */
@@ -60,28 +61,27 @@ static void join_field(char **list, const char *value, shd_reply *reply) {
 static enum MHD_Result read_field(void *cls, enum MHD_ValueKind kind, const char *name,
                                   const char *value) {
     shd_head *h = cls;
+    shd_exchange *exchange = h->exchange;
     (void)kind;
     if (strpbrk(name, " \t")) h->blanks = true;
     if (!value) value = "";
-    if (!strcasecmp(name, "Accept")) {
-        join_field(&h->exchange->accept, value, &h->exchange->reply);
-    } else if (!strcasecmp(name, "Accept-Encoding")) {
-        join_field(&h->exchange->accept_encoding, value, &h->exchange->reply);
-    } else if (!strcasecmp(name, "If-None-Match")) {
-        join_field(&h->exchange->if_none_match, value, &h->exchange->reply);
-    } else if (!strcasecmp(name, "X-Forwarded-For")) {
-        join_field(&h->exchange->forwarded_for, value, &h->exchange->reply);
+    char **list = !strcasecmp(name, "Accept")             ? &exchange->accept
+                  : !strcasecmp(name, "Accept-Encoding")  ? &exchange->accept_encoding
+                  : !strcasecmp(name, "If-None-Match")    ? &exchange->if_none_match
+                  : !strcasecmp(name, "X-Forwarded-For")  ? &exchange->forwarded_for
+                  : !strcasecmp(name, "Content-Encoding") ? &exchange->content_encoding
+                                                          : NULL;
+    if (list) {
+        join_field(list, value, &exchange->reply);
     } else if (!strcasecmp(name, "Content-Type")) {
-        h->exchange->content_type = value;
+        exchange->content_type = value;
         h->types++;
-    } else if (!strcasecmp(name, "Content-Encoding")) {
-        join_field(&h->exchange->content_encoding, value, &h->exchange->reply);
     } else if (!strcasecmp(name, "Authorization")) {
-        h->exchange->authorization = h->authorizations++ ? NULL : value;
+        exchange->authorization = h->authorizations++ ? NULL : value;
     } else if (!strcasecmp(name, "Origin")) {
-        h->exchange->origin = value;
+        exchange->origin = value;
     } else if (!strcasecmp(name, "Access-Control-Request-Method")) {
-        h->exchange->is_preflight = h->exchange->method == SHD_OPTIONS;
+        exchange->is_preflight = exchange->method == SHD_OPTIONS;
     } else if (!strcasecmp(name, "X-Request-Id")) {
         h->request_id = value;
     } else if (!strcasecmp(name, "traceparent")) {
@@ -102,9 +102,7 @@ static enum MHD_Result read_field(void *cls, enum MHD_ValueKind kind, const char
 }
 
 static void adopt_id(shd_exchange *exchange, const char *id) {
-    static const char allowed[] =
-        "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-";
-    size_t length = id ? strspn(id, allowed) : 0;
+    size_t length = id ? strspn(id, SHD_LETTERS "._-") : 0;
     if (length && length < SHD_ID_SIZE && !id[length]) memcpy(exchange->id, id, length + 1);
 }
 
@@ -118,23 +116,26 @@ void shd_head_read(shd_exchange *exchange, const char *method, shd_head *head) {
 }
 
 bool shd_head_check(const shd_head *h, const char *version) {
-    shd_reply *reply = &h->exchange->reply;
-    if (h->lengths > 1)
-        shd_problem_reply(reply, SHD_BAD_REQUEST, "Content-Length is given %u times", h->lengths);
-    else if (h->lengths && h->transfer_codings)
-        shd_problem_reply(reply, SHD_BAD_REQUEST, "both Content-Length and Transfer-Encoding");
-    else if (h->transfer_codings &&
-             (h->transfer_codings > 1 || strcasecmp(h->transfer_coding, "chunked")))
-        shd_problem_reply(reply, SHD_BAD_REQUEST, "the only Transfer-Encoding taken is chunked");
-    else if (h->blanks) /* "Content-Length : 5", of which others see a Content-Length */
-        shd_problem_reply(reply, SHD_BAD_REQUEST, "a field's name holds blanks");
-    else if (h->hosts > 1 || (!h->hosts && !strcmp(version, "HTTP/1.1")))
-        shd_problem_reply(reply, SHD_BAD_REQUEST, "%u Host fields: one is needed", h->hosts);
-    else if (h->exchange->path_hides)
-        shd_problem_reply(reply, SHD_BAD_REQUEST, "the path has %%2F or %%00");
-    else if (h->types > 1)
-        shd_problem_reply(reply, SHD_BAD_REQUEST, "Content-Type is given %u times", h->types);
-    else
-        return true;
-    return false;
+    const struct {
+        bool is_wrong;
+        unsigned times;
+        const char *why;
+    } checks[] = {
+        {h->lengths > 1, h->lengths, "Content-Length is given %u times"},
+        {h->lengths && h->transfer_codings, 0, "both Content-Length and Transfer-Encoding"},
+        {h->transfer_codings > 1 ||
+             (h->transfer_codings && strcasecmp(h->transfer_coding, "chunked")),
+         0, "the only Transfer-Encoding taken is chunked"},
+        /* "Content-Length : 5", of which others see a Content-Length */
+        {h->blanks, 0, "a field's name holds blanks"},
+        {h->hosts > 1 || (!h->hosts && !strcmp(version, "HTTP/1.1")), h->hosts,
+         "%u Host fields: one is needed"},
+        {h->exchange->path_hides, 0, "the path has %%2F or %%00"},
+        {h->types > 1, h->types, "Content-Type is given %u times"}};
+    for (size_t i = 0; i < sizeof checks / sizeof checks[0]; i++) {
+        if (!checks[i].is_wrong) continue;
+        shd_problem_reply(&h->exchange->reply, SHD_BAD_REQUEST, checks[i].why, checks[i].times);
+        return false;
+    }
+    return true;
 }

@@ -1,5 +1,6 @@
 #include "inflate.h"
 
+#include <assert.h>
 #include <dlfcn.h>
 #include <pthread.h>
 #include <stdlib.h>
@@ -8,12 +9,10 @@
 #include <zlib.h>
 #include <zstd.h>
 
-/* Bytes that are read and written at most between two looks whether it is cancelled: some
- * milliseconds, also of blocks that are all tables. */
+/* Bytes between two looks whether it is cancelled: milliseconds, also of blocks of tables only. */
 enum { READ_MOST = 16 << 10, WRITE_MOST = 256 << 10 };
 
-/* What a body is written to at first; it doubles. */
-enum { FIRST = 4 << 10 };
+enum { FIRST = 4 << 10 }; /* bytes that a body is written to at first; they double */
 
 /* What zlib takes to inflate: 40 KB, a window of 32 among them. */
 enum { GZIP_MEMORY = 48 << 10, GZIP_WINDOW_BITS = 15, GZIP_ONLY = 16 };
@@ -22,8 +21,7 @@ enum { GZIP_MEMORY = 48 << 10, GZIP_WINDOW_BITS = 15, GZIP_ONLY = 16 };
  * as much as RFC 9659 lets an encoder ask for (section 3). */
 enum { ZSTD_MEMORY = 512 << 10, ZSTD_WINDOW_LOG = 23, ZSTD_WINDOW = 1 << ZSTD_WINDOW_LOG };
 
-/* How long others are waited for that give way, seconds. */
-static const double patience = 5;
+static const double patience = 5; /* seconds that others are waited for that give way */
 
 /* ---- Libraries ---- */
 
@@ -44,28 +42,26 @@ static struct {
     __typeof__(&ZSTD_freeDCtx) end;
 } zstd;
 
-static const struct symbol {
+static const struct {
+    shd_coding coding;
     const char *name;
     void *place; /* of a pointer to a function */
-} gzip_symbols[] = {{"inflateInit2_", &gzip.begin},
-                    {"inflate", &gzip.inflate},
-                    {"inflateReset", &gzip.reset},
-                    {"inflateEnd", &gzip.end},
-                    {NULL, NULL}},
-  zstd_symbols[] = {{"ZSTD_createDCtx", &zstd.begin},
-                    {"ZSTD_DCtx_setParameter", &zstd.set},
-                    {"ZSTD_getFrameContentSize", &zstd.content_size},
-                    {"ZSTD_decompressStream", &zstd.decompress},
-                    {"ZSTD_isError", &zstd.is_error},
-                    {"ZSTD_getErrorName", &zstd.error_name},
-                    {"ZSTD_freeDCtx", &zstd.end},
-                    {NULL, NULL}};
+} symbols[] = {{SHD_CODING_GZIP, "inflateInit2_", &gzip.begin},
+               {SHD_CODING_GZIP, "inflate", &gzip.inflate},
+               {SHD_CODING_GZIP, "inflateReset", &gzip.reset},
+               {SHD_CODING_GZIP, "inflateEnd", &gzip.end},
+               {SHD_CODING_ZSTD, "ZSTD_createDCtx", &zstd.begin},
+               {SHD_CODING_ZSTD, "ZSTD_DCtx_setParameter", &zstd.set},
+               {SHD_CODING_ZSTD, "ZSTD_getFrameContentSize", &zstd.content_size},
+               {SHD_CODING_ZSTD, "ZSTD_decompressStream", &zstd.decompress},
+               {SHD_CODING_ZSTD, "ZSTD_isError", &zstd.is_error},
+               {SHD_CODING_ZSTD, "ZSTD_getErrorName", &zstd.error_name},
+               {SHD_CODING_ZSTD, "ZSTD_freeDCtx", &zstd.end}};
 
 static const struct {
     const char *name, *library;
-    const struct symbol *symbols;
-} codings[] = {[SHD_CODING_GZIP] = {"gzip", "libz.so.1", gzip_symbols},
-               [SHD_CODING_ZSTD] = {"zstd", "libzstd.so.1", zstd_symbols}};
+} codings[] = {
+    [SHD_CODING_GZIP] = {"gzip", "libz.so.1"}, [SHD_CODING_ZSTD] = {"zstd", "libzstd.so.1"}};
 
 static pthread_mutex_t open_mutex = PTHREAD_MUTEX_INITIALIZER;
 static bool is_open[sizeof codings / sizeof codings[0]]; /* with the mutex */
@@ -74,13 +70,14 @@ static bool is_open[sizeof codings / sizeof codings[0]]; /* with the mutex */
 static bool open_library(shd_coding coding) {
     void *library = dlopen(codings[coding].library, RTLD_NOW | RTLD_LOCAL);
     if (!library) return false;
-    for (const struct symbol *s = codings[coding].symbols; s->name; s++) {
-        void *found = dlsym(library, s->name);
+    for (size_t i = 0; i < sizeof symbols / sizeof symbols[0]; i++) {
+        if (symbols[i].coding != coding) continue;
+        void *found = dlsym(library, symbols[i].name);
         if (!found) {
             dlclose(library);
             return false;
         }
-        memcpy(s->place, &found, sizeof found); /* POSIX has both pointers alike */
+        memcpy(symbols[i].place, &found, sizeof found); /* POSIX has both pointers alike */
     }
     return true;
 }
@@ -220,6 +217,7 @@ static size_t least_size(size_t a, size_t b) {
 }
 
 static void advance_flow(flow *f, size_t read, size_t written) {
+    assert(read <= f->left && written <= f->capacity - f->size);
     f->in += read;
     f->left -= read;
     f->size += written;
@@ -301,13 +299,6 @@ static shd_status inflate_zstd(flow *f) {
     return status;
 }
 
-static void forget_output(flow *f) {
-    free(f->out);
-    shd_budget_give(f->how->budget, f->capacity);
-    f->out = NULL;
-    f->capacity = 0;
-}
-
 /* Gives back what the body did not take. */
 static void fit_output(flow *f) {
     unsigned char *smaller = f->size ? realloc(f->out, f->size) : NULL;
@@ -315,12 +306,6 @@ static void fit_output(flow *f) {
     shd_budget_give(f->how->budget, f->capacity - f->size);
     f->out = smaller;
     f->capacity = f->size;
-}
-
-/* What all would come to, if it went on as it has begun. */
-static size_t guess_size(const flow *f, size_t body_size) {
-    const double whole = (double)f->size * (double)body_size / (double)(body_size - f->left);
-    return whole < (double)f->how->most ? (size_t)whole : (size_t)f->how->most;
 }
 
 shd_status shd_inflate(shd_coding coding, const void *body, size_t size, const shd_inflation *how,
@@ -336,13 +321,21 @@ shd_status shd_inflate(shd_coding coding, const void *body, size_t size, const s
     shd_budget_give(how->budget, f.decoder);
     if (!status && f.size > how->most) status = fail_long(&f);
     const bool is_whole = f.size <= how->keep;
-    if (status || !is_whole)
-        forget_output(&f);
-    else
+    if (!status && is_whole) {
         fit_output(&f);
+    } else {
+        free(f.out);
+        shd_budget_give(how->budget, f.capacity);
+        f.out = NULL;
+        f.capacity = 0;
+    }
     if (status) return status;
     *out = f.out;
-    *out_size = is_whole ? f.size : guess_size(&f, size);
+    *out_size = f.size;
+    if (!is_whole) { /* what it would come to, if it went on as it has begun */
+        const double guess = (double)f.size * (double)size / (double)(size - f.left);
+        *out_size = guess < (double)how->most ? (size_t)guess : (size_t)how->most;
+    }
     *taken = f.capacity;
     return SHD_OK;
 }

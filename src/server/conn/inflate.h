@@ -1,9 +1,8 @@
 /* Bodies in a content coding (RFC 9110, section 8.4): gzip (RFC 1952) and zstd (RFC 8878, of which
  * RFC 9659 bounds the window to 8 MB).
  *
- * A body is all of its gzip members or zstd frames, one after the other, and nothing else: what
- * follows them is a mistake. Checksums are verified if there are any. Formats older than RFC
- * 8878 and frames that want a dictionary are none.
+ * A body is one or several gzip members or zstd frames, and nothing else. Checksums are verified
+ * if there are any. Formats older than RFC 8878 and frames that want a dictionary are none.
  *
  * zlib and libzstd are opened when the first body needs them, and stay. Any thread. */
 #pragma once
@@ -24,9 +23,7 @@ bool shd_coding_read(const char *field, shd_coding *out);
 
 /* The codings whose libraries are there, as Accept-Encoding lists them; "identity" without any. */
 const char *shd_coding_list(void);
-
-/* Opens the library of a coding. False: it is not there. */
-bool shd_inflate_open(shd_coding coding);
+bool shd_inflate_open(shd_coding coding); /* opens its library; false: it is not there */
 
 typedef struct shd_inflation {
     uint64_t most, keep;        /* bytes: that it may come to, and that are decoded of it */

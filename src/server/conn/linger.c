@@ -1,5 +1,6 @@
 #include "linger.h"
 
+#include <assert.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <poll.h>
@@ -29,16 +30,15 @@ struct shd_linger {
     pthread_t thread;
     int wake; /* eventfd: something is in the inbox, or it is the end */
     bool ending;
-    int inbox[LINGER_MAX]; /* sockets that the thread has not taken yet */
-    size_t inbox_count;
-    size_t kept_count; /* sockets with the thread; its list itself is its own */
+    int inbox[LINGER_MAX];          /* sockets that the thread has not taken yet */
+    size_t inbox_count, kept_count; /* kept: by the thread, in a list of its own */
 };
 
-/* Throws away what has arrived, a slice at a time so that one client cannot hold the thread.
- * False: nothing more will come, or it has had enough. */
-static bool drain_socket(lingering *l, char *scratch, size_t size) {
+/* Throws away a slice of what has arrived. False: nothing more will come, or it has had enough. */
+static bool drain_socket(lingering *l) {
+    char scratch[64 << 10];
     for (int slice = 0; slice < 16; slice++) {
-        ssize_t got = recv(l->fd, scratch, size, MSG_DONTWAIT);
+        ssize_t got = recv(l->fd, scratch, sizeof scratch, MSG_DONTWAIT);
         if (got == 0) return false;
         if (got < 0) return errno == EAGAIN || errno == EWOULDBLOCK || errno == EINTR;
         l->bytes += (uint64_t)got;
@@ -51,6 +51,7 @@ static bool drain_socket(lingering *l, char *scratch, size_t size) {
 /* Moves the inbox to the end of the thread's list. The mutex is held. */
 static size_t take_inbox(shd_linger *linger, lingering *kept, size_t count) {
     double now = shd_now();
+    assert(count + linger->inbox_count <= LINGER_MAX);
     for (size_t i = 0; i < linger->inbox_count; i++)
         kept[count++] = (lingering){
             .fd = linger->inbox[i], .end = now + longest, .silence_end = now + longest_silence};
@@ -61,8 +62,6 @@ static size_t take_inbox(shd_linger *linger, lingering *kept, size_t count) {
 
 static void *watch_sockets(void *context) {
     shd_linger *linger = context;
-    static const size_t scratch_size = 1 << 16;
-    char *scratch = malloc(scratch_size);
     lingering kept[LINGER_MAX];
     struct pollfd polled[LINGER_MAX + 1];
     size_t count = 0;
@@ -77,21 +76,20 @@ static void *watch_sockets(void *context) {
         for (size_t i = 0; i < count; i++)
             polled[i + 1] = (struct pollfd){.fd = kept[i].fd, .events = POLLIN};
         poll(polled, count + 1, count ? 200 : -1);
-        uint64_t wakes;
-        if (polled[0].revents && read(linger->wake, &wakes, sizeof wakes) < 0) wakes = 0;
+        eventfd_t wakes;
+        eventfd_read(linger->wake, &wakes);
 
         /* From the last to the first: what fills a gap has been looked at. */
         double now = shd_now();
         for (size_t i = count; i-- > 0;) {
-            bool open = now < kept[i].end && now < kept[i].silence_end && scratch;
-            if (open && polled[i + 1].revents) open = drain_socket(&kept[i], scratch, scratch_size);
+            bool open = now < kept[i].end && now < kept[i].silence_end;
+            if (open && polled[i + 1].revents) open = drain_socket(&kept[i]);
             if (open) continue;
             close(kept[i].fd);
             kept[i] = kept[--count];
         }
     }
     while (count) close(kept[--count].fd);
-    free(scratch);
     return NULL;
 }
 
@@ -110,20 +108,13 @@ shd_status shd_linger_new(shd_linger **out, shd_error *error) {
     return SHD_OK;
 }
 
-/* The counter of an eventfd takes any number of wakes: the write cannot fail in practice, and a
- * lost one costs a fifth of a second. */
-static void wake_thread(shd_linger *linger) {
-    uint64_t one = 1;
-    if (write(linger->wake, &one, sizeof one) < 0) return;
-}
-
 void shd_linger_keep(shd_linger *linger, int socket) {
     pthread_mutex_lock(&linger->mutex);
     bool room = linger->inbox_count + linger->kept_count < LINGER_MAX;
     int fd = room ? fcntl(socket, F_DUPFD_CLOEXEC, 0) : -1;
     if (fd >= 0) {
         linger->inbox[linger->inbox_count++] = fd;
-        wake_thread(linger);
+        eventfd_write(linger->wake, 1);
     }
     pthread_mutex_unlock(&linger->mutex);
 }
@@ -132,7 +123,7 @@ void shd_linger_drop(shd_linger *linger) {
     if (!linger) return;
     pthread_mutex_lock(&linger->mutex);
     linger->ending = true;
-    wake_thread(linger);
+    eventfd_write(linger->wake, 1);
     pthread_mutex_unlock(&linger->mutex);
     pthread_join(linger->thread, NULL);
     close(linger->wake);

@@ -1,7 +1,6 @@
-/* Lingering closes. A server that closes a connection while the client is still sending makes
- * its kernel answer with a reset, which can overtake the refusal that was just sent: the client
- * sees a broken pipe instead of "413". So such connections are kept for a while, and what still
- * arrives is thrown away.
+/* Lingering closes. If a connection is closed while its client is sending, the kernel answers with
+ * a reset, which can overtake the refusal that was just sent: the client sees a broken pipe instead
+ * of "413". So such connections are kept for a while, and what still arrives is thrown away.
  *
  * Bounded in number, time and bytes: over a bound the connection is closed at once. Any thread. */
 #pragma once

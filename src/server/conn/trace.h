@@ -7,6 +7,5 @@ typedef struct shd_trace {
     char id[33], parent[17]; /* hexadecimal; "": there is none */
 } shd_trace;
 
-/* Reads a traceparent field. False, and *out stays as it was: it is none. A version that is not
- * known is read as far as version 00 goes, as it is asked for there. */
+/* Reads a traceparent field, of an unknown version as far as version 00 goes. False: it is none. */
 bool shd_trace_read(const char *field, shd_trace *out);
