@@ -1,6 +1,5 @@
-/* File descriptors: every connection is one, and what else the daemon does needs some, too. They
- * are counted at the start, so that connections cannot take the last one: then no port could accept
- * anybody, the operators' included, and no file could be opened. */
+/* File descriptors. They are counted at the start, so that connections cannot take the last one:
+ * then no port could accept anybody, the operators' included, and no file could be opened. */
 #pragma once
 
 #include <stdint.h>

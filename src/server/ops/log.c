@@ -1,5 +1,6 @@
 #include "log.h"
 
+#include <assert.h>
 #include <errno.h>
 #include <poll.h>
 #include <pthread.h>
@@ -11,8 +12,7 @@
 #include "base/status.h"
 #include "base/utf8.h"
 
-/* Room for the closing brace and the newline. */
-enum { LOG_TAIL = 2 };
+enum { LOG_TAIL = 2 }; /* room for the closing brace and the newline */
 
 /* Milliseconds that a full log is waited for, before lines are lost until there is room again. */
 enum { LOG_PATIENCE = 100 };
@@ -27,8 +27,7 @@ static bool add_text(shd_log *line, const char *text, size_t length) {
     return true;
 }
 
-static void add_formatted(shd_log *line, const char *format, ...) SHD_PRINTF(2, 3);
-
+SHD_PRINTF(2, 3)
 static void add_formatted(shd_log *line, const char *format, ...) {
     char text[128];
     va_list args;
@@ -96,14 +95,14 @@ void shd_log_flag(shd_log *line, const char *name, bool value) {
     add_formatted(line, ",\"%s\":%s", name, value ? "true" : "false");
 }
 
-/* Whether a line can be written without being held up by a reader who does not read: what is ready
- * takes it whole. Errors are for write() to meet. */
+/* What is ready takes a line whole, though nobody reads. Errors are for write() to meet. */
 static bool is_ready(int milliseconds) {
     struct pollfd out = {.fd = STDERR_FILENO, .events = POLLOUT};
     return poll(&out, 1, milliseconds);
 }
 
 static void write_line(shd_log *line) {
+    assert(line->length <= sizeof line->text - LOG_TAIL);
     memcpy(line->text + line->length, "}\n", LOG_TAIL);
     size_t length = line->length + LOG_TAIL;
     for (size_t done = 0; done < length;) {
@@ -114,20 +113,16 @@ static void write_line(shd_log *line) {
     }
 }
 
-static void write_lost(uint64_t lines) {
-    shd_log line;
-    shd_log_begin(&line, SHD_LOG_WARNING, "log-lost");
-    shd_log_whole(&line, "lines", lines);
-    write_line(&line);
-}
-
 void shd_log_end(shd_log *line) {
     static pthread_mutex_t mutex = PTHREAD_MUTEX_INITIALIZER;
     static uint64_t lost;
     pthread_mutex_lock(&mutex);
     bool ready = is_ready(lost ? 0 : LOG_PATIENCE);
     if (ready && lost) {
-        write_lost(lost);
+        shd_log told;
+        shd_log_begin(&told, SHD_LOG_WARNING, "log-lost");
+        shd_log_whole(&told, "lines", lost);
+        write_line(&told);
         lost = 0;
         ready = is_ready(0);
     }

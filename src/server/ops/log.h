@@ -1,9 +1,4 @@
-/* The log: one JSON object a line, on stderr.
- *
- *     shd_log line;
- *     shd_log_begin(&line, SHD_LOG_INFO, "listening");
- *     shd_log_text(&line, "address", "127.0.0.1:8080");
- *     shd_log_end(&line);
+/* The log: one JSON object a line, on stderr. A line is begun, gets its members, and is ended.
  *
  * Texts are escaped, so that nothing a client sends can forge a line or reach a terminal: lines are
  * ASCII, and JSON. A line that would not fit loses its last members. Each line leaves in one write,

@@ -1,7 +1,6 @@
 #include "memory.h"
 
 #include <malloc.h>
-#include <stdatomic.h>
 
 #include "log.h"
 #include "server/server.h"
@@ -11,8 +10,7 @@
  * are files; and what a thread's stack and small allocations come to. */
 enum { PROGRAM = 20 << 20, THREAD = 512 << 10 };
 
-/* Below, a picture of 512 x 512 pixels has no room. */
-enum { LEAST = 16 << 20 };
+enum { LEAST = 16 << 20 }; /* below, a picture of 512 x 512 pixels has no room */
 
 void shd_memory_begin(void) {
     /* A threshold that is set stays: else it rises with each large block that is freed, up to 32
@@ -22,18 +20,11 @@ void shd_memory_begin(void) {
     mallopt(M_ARENA_MAX, 2);
 }
 
-static uint64_t size_of(const shd_machine *machine, const shd_config *config) {
-    return config->budget ? config->budget : machine->memory / 4 * 3;
-}
-
-static unsigned threads_of(const shd_machine *machine, const shd_config *config) {
-    return config->threads ? (unsigned)config->threads : shd_machine_threads(machine);
-}
-
 shd_status shd_memory_open(const shd_machine *machine, const shd_config *config, shd_budget **out,
                            shd_error *error) {
-    const uint64_t size = size_of(machine, config);
-    const size_t fixed = PROGRAM + threads_of(machine, config) * (size_t)THREAD;
+    const uint64_t size = config->budget ? config->budget : machine->memory / 4 * 3;
+    const uint64_t threads = config->threads ? config->threads : shd_machine_threads(machine);
+    const size_t fixed = PROGRAM + (size_t)threads * THREAD;
     if (size < fixed + LEAST)
         return shd_fail(error, SHD_CONFIG, "memory",
                         "%llu bytes are too few: the program takes %zu of them, and pictures want "

@@ -5,6 +5,6 @@
 
 #include "config.h"
 
-/* Asks the operators' port of the daemon that runs with this configuration for /readyz. If the
- * answer is not 200, or none comes for some seconds, it says so on the standard error. */
+/* Asks the operators' port of the daemon that runs with this configuration for /readyz. Says on
+ * the standard error if the answer is not 200, or none comes for some seconds. */
 bool shd_ask_ready(const shd_config *config);

@@ -54,10 +54,8 @@ static void add_path(shd_log *line, const char *path) {
     char text[SHD_PATH_SIZE] = "", *end = text;
     for (const char *c = path; *c;) {
         const size_t part = strcspn(c + 1, "/") + 1; /* its slash, and what follows */
-        if (part > LONG)
-            end += sprintf(end, "%.*s...", BEGINNING + 1, c);
-        else
-            end += sprintf(end, "%.*s", (int)part, c);
+        const bool is_cut = part > LONG;
+        end += sprintf(end, "%.*s%s", is_cut ? BEGINNING + 1 : (int)part, c, is_cut ? "..." : "");
         c += part;
     }
     shd_log_text(line, "path", text);

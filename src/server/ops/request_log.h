@@ -4,6 +4,5 @@
 
 #include "server/exchange.h"
 
-/* Of an exchange that is over, while its answer's body is still there. `aborted`: nobody took the
- * answer, or there was none. */
+/* When it is over, but its answer's body still there. `aborted`: nobody took that, or had one. */
 void shd_log_request(const shd_exchange *exchange, double seconds, size_t bytes, bool aborted);

@@ -9,8 +9,9 @@
 #include <sys/socket.h>
 #include <sys/time.h>
 #include <sys/un.h>
-#include <time.h>
 #include <unistd.h>
+
+#include "base/clock.h"
 
 enum { FIRST_SOCKET = 3 };
 
@@ -23,10 +24,6 @@ static long long number_of(const char *name) {
     return *end ? -1 : value;
 }
 
-static bool is_for_us(const char *pid_name) {
-    return number_of(pid_name) == (long long)getpid();
-}
-
 static bool is_listening(int fd) {
     int listening = 0;
     socklen_t size = sizeof listening;
@@ -35,7 +32,7 @@ static bool is_listening(int fd) {
 
 shd_status shd_take_sockets(shd_sockets *out, shd_error *error) {
     *out = (shd_sockets){-1, -1};
-    long long count = is_for_us("LISTEN_PID") ? number_of("LISTEN_FDS") : 0;
+    long long count = number_of("LISTEN_PID") == getpid() ? number_of("LISTEN_FDS") : 0;
     const char *name = getenv("LISTEN_FDNAMES");
     shd_status status = SHD_OK;
     for (int fd = FIRST_SOCKET; fd < FIRST_SOCKET + count && !status; fd++) {
@@ -70,8 +67,7 @@ void shd_notify(const char *state) {
     int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
     if (fd < 0) return;
     socklen_t size = (socklen_t)(offsetof(struct sockaddr_un, sun_path) + length);
-    /* If nobody listens, nobody misses it; and whoever listens and does not read is not waited
-     * for, for the caller has signals to answer. */
+    /* If nobody listens, nobody misses it; if nobody reads, the caller has signals to answer. */
     const struct timeval longest = {.tv_sec = 1};
     setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &longest, sizeof longest);
     (void)sendto(fd, state, strlen(state), MSG_NOSIGNAL, (struct sockaddr *)&address, size);
@@ -79,16 +75,14 @@ void shd_notify(const char *state) {
 }
 
 void shd_notify_reloading(void) {
-    struct timespec now;
     char state[80];
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    snprintf(state, sizeof state, "RELOADING=1\nMONOTONIC_USEC=%lld",
-             (long long)now.tv_sec * 1000000 + now.tv_nsec / 1000);
+    snprintf(state, sizeof state, "RELOADING=1\nMONOTONIC_USEC=%lld", (long long)(shd_now() * 1e6));
     shd_notify(state);
 }
 
 double shd_watchdog_interval(void) {
     long long microseconds = number_of("WATCHDOG_USEC");
-    if (microseconds <= 0 || (getenv("WATCHDOG_PID") && !is_for_us("WATCHDOG_PID"))) return 0;
+    if (microseconds <= 0 || (getenv("WATCHDOG_PID") && number_of("WATCHDOG_PID") != getpid()))
+        return 0;
     return (double)microseconds * 1e-6 / 2;
 }
