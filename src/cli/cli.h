@@ -1,7 +1,5 @@
-/* The command line: files read whole and written atomically, messages, progress, commands.
- *
- * Everything here runs on the main thread. A function that returns false has printed on stderr what
- * went wrong. */
+/* The command line: files, messages, progress, commands. All on the main thread. A function that
+ * returns false has printed on stderr what went wrong. */
 #pragma once
 
 #include <stdbool.h>
@@ -9,7 +7,7 @@
 
 #include "shaded.h"
 
-/* Exit status of the program. */
+/* The program's exit status. */
 enum { CLI_DONE = 0, CLI_FAILED = 1, CLI_USAGE = 2 };
 
 /* ---- messages.c ---- */
@@ -17,8 +15,8 @@ enum { CLI_DONE = 0, CLI_FAILED = 1, CLI_USAGE = 2 };
 /* One line on stderr, "shade: ...". */
 void cli_say(const char *format, ...) SHD_PRINTF(1, 2);
 
-/* As cli_say, with a pointer to --help. Returns CLI_USAGE. */
-int cli_usage(const char *format, ...) SHD_PRINTF(1, 2);
+int cli_hint(void); /* prints a pointer to --help; returns CLI_USAGE */
+#define cli_usage(...) (cli_say(__VA_ARGS__), cli_hint())
 
 /* Prints every problem of a report, one a line: "FILE:line:column: detail" for syntax, otherwise
  * "FILE: /pointer: detail", and warnings behind "warning: ". */
@@ -27,21 +25,14 @@ void cli_print_report(const char *file, const shd_report *report);
 /* Prints a failure that came while rendering, in the same form. */
 void cli_print_error(const char *file, const shd_error *error);
 
-/* A bar on stderr. It is drawn only on a terminal, and only once a picture has taken some time. */
-typedef struct cli_progress {
-    bool terminal;
-    bool drawn;
-    double start, last; /* on shd_now()'s clock */
-} cli_progress;
-
-void cli_progress_begin(cli_progress *progress);
-void cli_progress_draw(cli_progress *progress, double share); /* in [0,1] */
-void cli_progress_end(cli_progress *progress);                /* wipes the bar */
+/* The bar on stderr. It is drawn on a terminal only, once a picture has taken some time. */
+void cli_progress_begin(void);
+void cli_progress_draw(double share); /* in [0,1] */
+void cli_progress_end(void);          /* wipes the bar */
 
 /* ---- files.c ---- */
 
-/* Reads all of `path` ("-": stdin) into memory that the caller frees. Refuses more than `cap`
- * bytes. */
+/* Reads all of `path` ("-": stdin), up to `cap` bytes, into memory that the caller frees. */
 bool cli_read_file(const char *path, size_t cap, char **text, size_t *length);
 
 /* A file on its way. It is written beside its target under another name, then renamed over it. If
@@ -58,7 +49,7 @@ void cli_file_discard(cli_file *file); /* removes the file; ends the struct */
 
 bool cli_write_stdout(const void *data, size_t size);
 
-/* ---- render.c: the commands. They return the program's exit status. ---- */
+/* ---- render.c ---- */
 
 typedef struct cli_options {
     const char *output; /* -o; NULL: not given */
@@ -66,10 +57,8 @@ typedef struct cli_options {
     shd_engine_options engine;
 } cli_options;
 
-/* What one scene may take on the command line, whose user owns the machine too. */
-shd_limits cli_limits(void);
+enum cli_command { CLI_RENDER, CLI_EXPLAIN, CLI_COMPARE, CLI_CHECK, CLI_COMMANDS };
 
-int cli_render(const char *scene, const cli_options *options);
-int cli_explain(const char *scene, const cli_options *options);
-int cli_compare(const char *scene, const cli_options *options);
-int cli_check(const char *const *scenes, size_t count, const cli_options *options);
+/* Only CLI_CHECK takes several scenes; CLI_RENDER has an output. Returns the exit status. */
+int cli_run(enum cli_command command, const char *const *scenes, size_t count,
+            const cli_options *options);

@@ -69,27 +69,22 @@ bool cli_write_stdout(const void *data, size_t size) {
     return !problem;
 }
 
-/* Opens a new file beside `target`, with the access rights that the target would have had itself.
- * The new name does not grow with the target's, which may be as long as the system allows. */
+/* Opens a new file beside `target`, whose own name may be as long as the system allows. */
 static int open_beside(const char *target, mode_t mode, char **name) {
     const char *slash = strrchr(target, '/');
     int folder = slash ? (int)(slash - target) + 1 : 0;
     for (int attempt = 0; attempt < 1000; attempt++) {
         char *candidate;
         if (asprintf(&candidate, "%.*s.shade-%ld-%d.part", folder, target, (long)getpid(),
-                     attempt) < 0) {
-            errno = ENOMEM;
+                     attempt) < 0)
             return -1;
-        }
         int fd = open(candidate, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
         if (fd >= 0) {
             *name = candidate;
             return fd;
         }
-        int problem = errno;
-        free(candidate);
-        errno = problem;
-        if (problem != EEXIST) return -1;
+        free(candidate); /* which leaves errno alone */
+        if (errno != EEXIST) return -1;
     }
     return -1;
 }
@@ -125,15 +120,15 @@ bool cli_file_write(const char *path, const void *data, size_t size, cli_file *o
 }
 
 bool cli_file_commit(cli_file *file) {
-    if (file->temporary && rename(file->temporary, file->target)) {
+    const bool is_placed = !file->temporary || !rename(file->temporary, file->target);
+    if (is_placed) {
+        free(file->temporary);
+        file->temporary = NULL;
+    } else {
         cli_say("cannot write '%s': %s", file->target, strerror(errno));
-        cli_file_discard(file);
-        return false;
     }
-    free(file->temporary);
-    free(file->target);
-    *file = (cli_file){0};
-    return true;
+    cli_file_discard(file);
+    return is_placed;
 }
 
 void cli_file_discard(cli_file *file) {

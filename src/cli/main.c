@@ -52,18 +52,32 @@ static int print_version(void) {
 }
 
 static bool parse_threads(const char *text, unsigned *out) {
-    char *end;
-    if (!text || text[0] < '0' || text[0] > '9') return false;
-    unsigned long value = strtoul(text, &end, 10);
-    if (*end || value < 1 || value > 1024) return false;
+    const unsigned long value = strtoul(text, NULL, 10);
+    if (text[strspn(text, "0123456789")] || value < 1 || value > 1024) return false;
     *out = (unsigned)value;
     return true;
 }
 
-/* Moves the operands to the front of argv, which has been read by then, because options may stand
- * anywhere, also behind the scene and before the command. The leading '-' of the short options asks
- * getopt for that, whatever POSIXLY_CORRECT says. False: *result is the exit status. */
-static bool read_options(int argc, char **argv, cli_options *options, size_t *count, int *result) {
+/* What one scene may take here, where the user owns the machine too. */
+static shd_limits limits_of_machine(void) {
+    long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
+    return (shd_limits){.pixels = UINT64_C(1) << 28,
+                        .samples = UINT64_C(1) << 34,
+                        .lights = 1000 * 1000,
+                        .objects = 1000 * 1000,
+                        .triangles = UINT64_C(1) << 26,
+                        .light_samples = UINT64_MAX,
+                        .object_lights = UINT64_MAX,
+                        .work = UINT64_MAX,
+                        .body = UINT64_C(1) << 30,
+                        .memory = pages > 0 && page > 0 ? (uint64_t)pages * (uint64_t)page
+                                                        : UINT64_C(1) << 32};
+}
+
+/* Options may stand anywhere: the leading '-' of the short ones asks getopt for that, whatever
+ * POSIXLY_CORRECT says. Moves the operands to the front of argv, which has been read by then.
+ * Returns the exit status, or -1: go on. */
+static int read_options(int argc, char **argv, cli_options *options, size_t *count) {
     enum { OPTION_THREADS = 256, OPTION_JSON, OPTION_KERNEL, OPTION_OCIO };
     static const struct option long_options[] = {
         {"output", required_argument, NULL, 'o'},
@@ -83,13 +97,12 @@ static bool read_options(int argc, char **argv, cli_options *options, size_t *co
             operands[(*count)++] = optarg;
             break;
         case 'o':
-            if (options->output) return *result = cli_usage("-o is given twice"), false;
+            if (options->output) return cli_usage("-o is given twice");
             options->output = optarg;
             break;
         case OPTION_THREADS:
             if (parse_threads(optarg, &options->engine.threads)) break;
-            *result = cli_usage("--threads wants a number from 1 to 1024, not '%s'", optarg);
-            return false;
+            return cli_usage("--threads wants a number from 1 to 1024, not '%s'", optarg);
         case OPTION_KERNEL:
             options->engine.kernel = optarg;
             break;
@@ -100,34 +113,32 @@ static bool read_options(int argc, char **argv, cli_options *options, size_t *co
             options->engine.ocio_config = optarg;
             break;
         case 'h':
-            return *result = print_and_exit(help_text), false;
+            return print_and_exit(help_text);
         case 'V':
-            return *result = print_version(), false;
+            return print_version();
         default: /* getopt has said what is wrong */
-            fputs("Try 'shade --help'.\n", stderr);
-            return *result = CLI_USAGE, false;
+            return cli_hint();
         }
     }
     for (int i = optind; i < argc; i++) operands[(*count)++] = argv[i]; /* behind "--" */
-    return true;
+    return -1;
 }
 
-static int run_command(const char *command, const char *const *scenes, size_t count,
+static int run_command(const char *name, const char *const *scenes, size_t count,
                        const cli_options *options) {
-    const bool renders = !strcmp(command, "render"), explains = !strcmp(command, "explain"),
-               compares = !strcmp(command, "compare"), checks = !strcmp(command, "check");
-    if (options->json && !explains)
+    static const char *const names[] = {"render", "explain", "compare", "check"};
+    enum cli_command command = 0;
+    while (command < CLI_COMMANDS && strcmp(name, names[command])) command++;
+    const bool checks = command == CLI_CHECK;
+    if (options->json && command != CLI_EXPLAIN)
         return cli_usage("--json is for explain, which has words as well");
-    if (!renders && !explains && !compares && !checks)
-        return cli_usage("unknown command '%s': render, explain, compare or check", command);
+    if (command == CLI_COMMANDS)
+        return cli_usage("unknown command '%s': render, explain, compare or check", name);
     if (checks && count == 0) return cli_usage("check wants a scene");
     if (checks && options->output) return cli_usage("check writes nothing: -o has no place here");
-    if (checks) return cli_check(scenes, count, options);
-    if (count != 1) return cli_usage("%s wants one scene, not %zu", command, count);
-    if (renders && !options->output) return cli_usage("render wants -o OUT");
-    return renders    ? cli_render(scenes[0], options)
-           : explains ? cli_explain(scenes[0], options)
-                      : cli_compare(scenes[0], options);
+    if (!checks && count != 1) return cli_usage("%s wants one scene, not %zu", name, count);
+    if (command == CLI_RENDER && !options->output) return cli_usage("render wants -o OUT");
+    return cli_run(command, scenes, count, options);
 }
 
 int main(int argc, char **argv) {
@@ -136,14 +147,10 @@ int main(int argc, char **argv) {
     signal(SIGPIPE, SIG_IGN);
     signal(SIGXFSZ, SIG_IGN);
 
-    cli_options options = {.engine = shd_engine_defaults()};
-    options.engine.reuse = 0; /* one scene */
-    options.engine.mesh_store = 0;
-    options.engine.queue = 0;
-    options.engine.limits = cli_limits();
+    cli_options options = {.engine.limits = limits_of_machine()}; /* of one scene nothing is kept */
     size_t count = 0;
-    int result;
-    if (!read_options(argc, argv, &options, &count, &result)) return result;
+    const int result = read_options(argc, argv, &options, &count);
+    if (result >= 0) return result;
     if (count == 0) return cli_usage("no command: render, explain, compare or check");
     return run_command(argv[1], (const char *const *)argv + 2, count - 1, &options);
 }

@@ -1,5 +1,6 @@
 #include "cli/cli.h"
 
+#include <assert.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -9,30 +10,21 @@
 
 #include "base/clock.h"
 
-static void print_line(const char *format, va_list args) {
-    fputs("shade: ", stderr);
-    vfprintf(stderr, format, args);
-    fputc('\n', stderr);
-}
-
 void cli_say(const char *format, ...) {
     va_list args;
     va_start(args, format);
-    print_line(format, args);
+    fputs("shade: ", stderr);
+    vfprintf(stderr, format, args);
+    fputc('\n', stderr);
     va_end(args);
 }
 
-int cli_usage(const char *format, ...) {
-    va_list args;
-    va_start(args, format);
-    print_line(format, args);
-    va_end(args);
+int cli_hint(void) {
     fputs("Try 'shade --help'.\n", stderr);
     return CLI_USAGE;
 }
 
-/* Prints text that comes from a document. Control characters are escaped: the name of a member must
- * neither break the form of one problem a line nor steer the terminal. */
+/* Text of a document must neither break the form of one problem a line nor steer the terminal. */
 static void print_safely(const char *text) {
     for (const unsigned char *c = (const unsigned char *)text; *c; c++) {
         if (*c < 0x20 || *c == 0x7f)
@@ -63,29 +55,25 @@ static const char *without_place(const char *detail, const shd_report *report) {
     return strncmp(detail, place, (size_t)length) ? detail : detail + length;
 }
 
-void cli_print_report(const char *file, const shd_report *report) {
-    size_t errors = shd_report_errors_kept(report);
-    for (size_t i = 0; i < errors; i++) {
-        const shd_problem *problem = &report->errors[i];
-        if (report->line > 0 && i == 0) {
-            fprintf(stderr, "%s:%d:%d: ", file, report->line, report->column);
-            print_safely(without_place(problem->detail, report));
-            fputc('\n', stderr);
-        } else {
-            print_problem("", file, problem->pointer, problem->detail);
-        }
-    }
-    if (report->error_count > errors)
-        fprintf(stderr, "%s: and %zu more errors\n", file, report->error_count - errors);
+/* Problems of a list that holds the first of them. */
+static void print_problems(const char *kind, const char *noun, const char *file,
+                           const shd_problem *list, size_t kept, size_t count) {
+    for (size_t i = 0; i < kept; i++) print_problem(kind, file, list[i].pointer, list[i].detail);
+    if (count > kept) fprintf(stderr, "%s%s: and %zu more %s\n", kind, file, count - kept, noun);
+}
 
-    size_t warnings = shd_report_warnings_kept(report);
-    for (size_t i = 0; i < warnings; i++) {
-        const shd_problem *problem = &report->warnings[i];
-        print_problem("warning: ", file, problem->pointer, problem->detail);
+void cli_print_report(const char *file, const shd_report *report) {
+    const size_t syntax = report->line > 0; /* errors of it: the first one, or none */
+    assert(report->error_count >= syntax);
+    if (syntax) {
+        fprintf(stderr, "%s:%d:%d: ", file, report->line, report->column);
+        print_safely(without_place(report->errors[0].detail, report));
+        fputc('\n', stderr);
     }
-    if (report->warning_count > warnings)
-        fprintf(stderr, "warning: %s: and %zu more warnings\n", file,
-                report->warning_count - warnings);
+    print_problems("", "errors", file, report->errors + syntax,
+                   shd_report_errors_kept(report) - syntax, report->error_count - syntax);
+    print_problems("warning: ", "warnings", file, report->warnings,
+                   shd_report_warnings_kept(report), report->warning_count);
 }
 
 void cli_print_error(const char *file, const shd_error *error) {
@@ -95,13 +83,17 @@ void cli_print_error(const char *file, const shd_error *error) {
 /* ---- Progress ---- */
 
 enum { BAR_WIDTH = 40 };
-static const double BAR_DELAY = 0.5; /* seconds before the first bar */
-static const double BAR_PAUSE = 0.1; /* seconds between two */
+static const double BAR_DELAY = 0.5,
+                    BAR_PAUSE = 0.1; /* seconds: before the first one, between two */
 
-void cli_progress_begin(cli_progress *progress) {
-    memset(progress, 0, sizeof *progress);
-    progress->terminal = isatty(STDERR_FILENO);
-    progress->start = progress->last = shd_now();
+static struct {
+    bool on_terminal, is_drawn;
+    double start, last; /* on shd_now()'s clock */
+} progress;
+
+void cli_progress_begin(void) {
+    progress.on_terminal = isatty(STDERR_FILENO);
+    progress.start = shd_now();
 }
 
 /* The columns that a line may fill without wrapping. */
@@ -111,27 +103,25 @@ static int terminal_columns(void) {
     return size.ws_col - 1;
 }
 
-void cli_progress_draw(cli_progress *progress, double share) {
-    if (!progress->terminal || shd_now() - progress->start < BAR_DELAY) return;
-    if (progress->drawn && shd_now() - progress->last < BAR_PAUSE) return;
+void cli_progress_draw(double share) {
+    static const char full[BAR_WIDTH + 1] = "########################################";
+    const double now = shd_now();
+    if (!progress.on_terminal || now - progress.start < BAR_DELAY ||
+        now - progress.last < BAR_PAUSE)
+        return;
     share = fmin(fmax(share, 0), 1);
-
-    char bar[BAR_WIDTH + 1];
-    int full = (int)(share * BAR_WIDTH);
-    memset(bar, ' ', BAR_WIDTH);
-    memset(bar, '#', (size_t)full);
-    bar[BAR_WIDTH] = 0;
     char line[BAR_WIDTH + 32];
-    snprintf(line, sizeof line, "[%s] %3d %%", bar, (int)(share * 100));
+    snprintf(line, sizeof line, "[%-*.*s] %3d %%", BAR_WIDTH, (int)(share * BAR_WIDTH), full,
+             (int)(share * 100));
     fprintf(stderr, "\r%.*s", terminal_columns(), line);
     fflush(stderr);
-    progress->drawn = true;
-    progress->last = shd_now();
+    progress.is_drawn = true;
+    progress.last = now;
 }
 
-void cli_progress_end(cli_progress *progress) {
-    if (!progress->drawn) return;
+void cli_progress_end(void) {
+    if (!progress.is_drawn) return;
     fputs("\r\033[K", stderr); /* to the line's start, erase to its end */
     fflush(stderr);
-    progress->drawn = false;
+    progress.is_drawn = false;
 }

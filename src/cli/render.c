@@ -8,23 +8,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-shd_limits cli_limits(void) {
-    long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
-    uint64_t memory = pages > 0 && page > 0 ? (uint64_t)pages * (uint64_t)page : UINT64_C(1) << 32;
-    return (shd_limits){
-        .pixels = UINT64_C(1) << 28,
-        .samples = UINT64_C(1) << 34,
-        .lights = 1000 * 1000,
-        .objects = 1000 * 1000,
-        .triangles = UINT64_C(1) << 26,
-        .light_samples = UINT64_MAX,
-        .object_lights = UINT64_MAX,
-        .work = UINT64_MAX,
-        .body = UINT64_C(1) << 30,
-        .memory = memory,
-    };
-}
-
 /* ---- Where the pictures go ---- */
 
 typedef enum target_kind { TARGET_STDOUT, TARGET_FILE, TARGET_DIRECTORY } target_kind;
@@ -60,8 +43,7 @@ static int find_target(const char *path, cli_target *out) {
     return CLI_DONE;
 }
 
-/* As find_target, for pictures. A name without a suffix (/dev/null is one) leaves the format to the
- * scene. */
+/* As find_target. A name without a suffix (/dev/null is one) leaves the format to the scene. */
 static int find_picture_target(const char *path, cli_target *out) {
     const int result = find_target(path, out);
     if (result != CLI_DONE || out->kind != TARGET_FILE) return result;
@@ -121,14 +103,11 @@ static bool write_directory(const char *directory, const shd_picture *pictures, 
         char *path = NULL;
         if (!name_is_safe(pictures[i].name)) {
             cli_say("output '%s' is no name for a file", pictures[i].name);
-            fine = false;
         } else if (asprintf(&path, "%s%s%s.%s", directory, slash, pictures[i].name, suffix) < 0) {
             cli_say("out of memory");
             path = NULL;
-            fine = false;
-        } else {
-            fine = cli_file_write(path, pictures[i].data, pictures[i].size, &files[i]);
         }
+        fine = path && cli_file_write(path, pictures[i].data, pictures[i].size, &files[i]);
         free(path);
         if (fine) written++;
     }
@@ -160,8 +139,8 @@ static bool read_scene(const char *scene, const shd_limits *limits, shd_request 
     return status == SHD_OK;
 }
 
-/* An interrupt ends the rendering at the next tile and then the program, with the status that a
- * shell expects. A second interrupt ends it at once. */
+/* The first interrupt ends the rendering at the next tile, and then the program with the status
+ * that a shell expects; a second one ends it at once. */
 static volatile sig_atomic_t interrupt;
 
 static void on_interrupt(int number) {
@@ -175,36 +154,25 @@ static void catch_interrupts(void) {
     sigaction(SIGTERM, &action, NULL);
 }
 
-typedef struct cli_rendering {
-    shd_request *request;
-    cli_progress progress;
-} cli_rendering;
-
-static void on_progress(void *context, double share) {
-    cli_rendering *rendering = context;
-    if (interrupt) shd_request_cancel(rendering->request);
-    cli_progress_draw(&rendering->progress, share);
+static void on_progress(void *request, double share) {
+    if (interrupt) shd_request_cancel(request);
+    cli_progress_draw(share);
 }
 
 /* Renders, or compares if `json` is wanted, with a progress bar. */
 static int render_scene(const char *scene, shd_request *request, char **json) {
-    cli_rendering rendering = {.request = request};
-    shd_render_options options = {.progress = on_progress, .context = &rendering};
+    shd_render_options options = {.progress = on_progress, .context = request};
     shd_error error;
     catch_interrupts();
-    cli_progress_begin(&rendering.progress);
+    cli_progress_begin();
     shd_status status = json ? shd_request_compare(request, &options, json, &error)
                              : shd_request_render(request, &options, &error);
-    cli_progress_end(&rendering.progress);
-    if (interrupt) {
+    cli_progress_end();
+    if (interrupt)
         raise(interrupt); /* its default action is in force again */
-        return CLI_FAILED;
-    }
-    if (status != SHD_OK) {
+    else if (status != SHD_OK)
         cli_print_error(name_of(scene), &error);
-        return CLI_FAILED;
-    }
-    return CLI_DONE;
+    return interrupt || status != SHD_OK ? CLI_FAILED : CLI_DONE;
 }
 
 /* What is done with a scene that was read. Returns the program's exit status. */
@@ -259,8 +227,7 @@ static int write_explanation(const char *scene, const cli_target *target, shd_re
     return written ? CLI_DONE : CLI_FAILED;
 }
 
-/* Reads the scenes one after the other, and has each used (unless `use` is NULL). The status is of
- * the last one that failed. */
+/* Reads each scene, and has it used (unless `use` is NULL). The status is the last failure's. */
 static int use_scenes(const char *const *scenes, size_t count, const shd_engine_options *options,
                       const cli_target *target, use_scene *use) {
     shd_engine *engine;
@@ -284,34 +251,20 @@ static int use_scenes(const char *const *scenes, size_t count, const shd_engine_
     return result;
 }
 
-/* ---- The commands ---- */
-
-int cli_render(const char *scene, const cli_options *options) {
-    cli_target target;
-    const int result = find_picture_target(options->output, &target);
-    if (result != CLI_DONE) return result;
-    return use_scenes(&scene, 1, &options->engine, &target, write_pictures);
-}
-
-int cli_compare(const char *scene, const cli_options *options) {
-    cli_target target;
-    const int result = find_text_target(options->output, &target);
-    if (result != CLI_DONE) return result;
-    return use_scenes(&scene, 1, &options->engine, &target, write_comparison);
-}
-
-int cli_explain(const char *scene, const cli_options *options) {
-    cli_target target;
-    const int result = find_text_target(options->output, &target);
+int cli_run(enum cli_command command, const char *const *scenes, size_t count,
+            const cli_options *options) {
+    static use_scene *const uses[] = {[CLI_RENDER] = write_pictures,
+                                      [CLI_EXPLAIN] = write_explanation,
+                                      [CLI_COMPARE] = write_comparison,
+                                      [CLI_CHECK] = NULL};
+    cli_target target = {.format = SHD_PNG};
+    const int result = command == CLI_RENDER  ? find_picture_target(options->output, &target)
+                       : command == CLI_CHECK ? CLI_DONE
+                                              : find_text_target(options->output, &target);
     if (result != CLI_DONE) return result;
     target.words = !options->json && !options->output && isatty(STDOUT_FILENO);
     shd_engine_options engine = options->engine;
-    engine.threads = 1; /* nothing is rendered */
-    return use_scenes(&scene, 1, &engine, &target, write_explanation);
-}
-
-int cli_check(const char *const *scenes, size_t count, const cli_options *options) {
-    shd_engine_options engine = options->engine;
-    engine.threads = 1; /* nothing is rendered */
-    return use_scenes(scenes, count, &engine, &(cli_target){.format = SHD_PNG}, NULL);
+    if (command == CLI_EXPLAIN || command == CLI_CHECK)
+        engine.threads = 1; /* nothing is rendered */
+    return use_scenes(scenes, count, &engine, &target, uses[command]);
 }
