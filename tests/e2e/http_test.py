@@ -166,6 +166,8 @@ class HttpTest(unittest.TestCase):
                      "/healthz", "/metrics", "/" + "a" * 2000, "/v1/versio%6", "*"):
             self.assert_problem(self.daemon.get(path), 404, "not-found")
         self.assert_problem(self.daemon.call("POST", "/nothing", BODY, JSON), 404, "not-found")
+        data = self.daemon.raw(b"GET /%\t0 HTTP/1.1\r\nHost: a\r\nConnection: close\r\n\r\n")
+        self.assertTrue(data.startswith(b"HTTP/1.1 404 "), data)
 
     def test_paths_that_hide_their_ends_are_refused(self):
         for path in ("/v1/version%00", "/v1%2Fversion", "/v1/%2fversion", "%2Fv1/version",

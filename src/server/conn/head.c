@@ -1,5 +1,6 @@
 #include "head.h"
 
+#include <ctype.h>
 #include <microhttpd.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -22,17 +23,14 @@ void shd_head_set_path(shd_exchange *exchange, const char *target) {
     size_t length = 0;
     for (const char *c = target; *c && *c != '?'; c++) {
         unsigned byte = (unsigned char)*c;
-        char digits[3] = {0};
-        if (*c == '%' && c[1] && c[2]) {
-            char *end;
-            memcpy(digits, c + 1, 2);
-            unsigned long value = strtoul(digits, &end, 16);
-            bool is_coded = !*end && digits[0] != '+' && digits[0] != '-' && digits[0] != ' ';
-            bool hides = is_coded && (!value || value == '/');
-            exchange->path_hides = exchange->path_hides || hides;
-            if (is_coded && !hides) {
-                byte = (unsigned)value;
+        if (*c == '%' && isxdigit((unsigned char)c[1]) && isxdigit((unsigned char)c[2])) {
+            const char digits[] = {c[1], c[2], 0};
+            const unsigned value = (unsigned)strtoul(digits, NULL, 16);
+            if (value && value != '/') {
+                byte = value;
                 c += 2;
+            } else {
+                exchange->path_hides = true;
             }
         }
         if (length == sizeof exchange->path - 1) {
