@@ -21,9 +21,7 @@ int cli_hint(void); /* prints a pointer to --help; returns CLI_USAGE */
 /* Prints every problem of a report, one a line: "FILE:line:column: detail" for syntax, otherwise
  * "FILE: /pointer: detail", and warnings behind "warning: ". */
 void cli_print_report(const char *file, const shd_report *report);
-
-/* Prints a failure that came while rendering, in the same form. */
-void cli_print_error(const char *file, const shd_error *error);
+void cli_print_error(const char *file, const shd_error *error); /* of rendering, in that form */
 
 /* The bar on stderr. It is drawn on a terminal only, once a picture has taken some time. */
 void cli_progress_begin(void);

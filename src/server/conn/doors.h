@@ -27,9 +27,7 @@ shd_status shd_doors_serve(shd_doors *doors, struct MHD_Daemon *daemon, shd_erro
  * not been let in waits there for the next daemon. */
 void shd_doors_seal(shd_doors *doors);
 
-/* Whether somebody is connected who was not handed over yet. */
-bool shd_doors_have_waiting(shd_doors *doors);
-
+bool shd_doors_have_waiting(shd_doors *doors); /* somebody who was not handed over yet */
 void shd_doors_stop(shd_doors *doors); /* hands nobody over any more; before libmicrohttpd stops */
 
 /* Closes what is left, and removes unix sockets that it has made. NULL is fine. */

@@ -23,6 +23,4 @@ void shd_log_whole(shd_log *line, const char *name, uint64_t value);
 void shd_log_milliseconds(shd_log *line, const char *name, double seconds);
 void shd_log_flag(shd_log *line, const char *name, bool value);
 void shd_log_end(shd_log *line);
-
-/* A line with nothing but a message. */
 void shd_log_message(shd_log_level level, const char *event, const char *message);
