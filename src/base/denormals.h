@@ -5,53 +5,30 @@
 
 #include <stdint.h>
 
-#if defined(__SSE2__)
-#include <immintrin.h>
-#endif
-
+/* The bits of the processor's control register: results, and operands, are zero. */
 typedef uint64_t shd_denormals;
 
-/* Reads what is set on this thread, and sets it again. */
-static inline shd_denormals shd_denormals_now(void) {
 #if defined(__SSE2__)
-    return _mm_getcsr();
+#include <immintrin.h>
+static const shd_denormals SHD_NO_DENORMALS = 0x8040; /* FTZ, DAZ */
 #elif defined(__aarch64__)
-    uint64_t now;
+static const shd_denormals SHD_NO_DENORMALS = 1 << 24; /* FZ */
+#else
+static const shd_denormals SHD_NO_DENORMALS = 0; /* the processor cannot */
+#endif
+
+/* Sets what happens on this thread: SHD_NO_DENORMALS, 0 for IEEE 754's numbers, or what this
+ * function has returned, which is what was set before. */
+static inline shd_denormals shd_denormals_set(shd_denormals bits) {
+    uint64_t now = 0;
+#if defined(__SSE2__)
+    now = _mm_getcsr();
+    _mm_setcsr((unsigned)((now & ~SHD_NO_DENORMALS) | bits));
+#elif defined(__aarch64__)
     __asm__ volatile("mrs %0, fpcr" : "=r"(now));
-    return now;
+    __asm__ volatile("msr fpcr, %0" : : "r"((now & ~SHD_NO_DENORMALS) | bits));
 #else
-    return 0;
+    (void)bits;
 #endif
-}
-
-static inline void shd_denormals_restore(shd_denormals before) {
-#if defined(__SSE2__)
-    _mm_setcsr((unsigned)before);
-#elif defined(__aarch64__)
-    __asm__ volatile("msr fpcr, %0" : : "r"(before));
-#else
-    (void)before;
-#endif
-}
-
-#if defined(__SSE2__)
-enum { SHD_DENORMALS_BITS = 0x8040 }; /* FTZ, DAZ */
-#elif defined(__aarch64__)
-enum { SHD_DENORMALS_BITS = 1 << 24 }; /* FZ */
-#else
-enum { SHD_DENORMALS_BITS = 0 };
-#endif
-
-/* Makes denormal results and operands zero on this thread if the processor can, or lets them be.
- * Both return what was set before. */
-static inline shd_denormals shd_denormals_flush(void) {
-    const shd_denormals before = shd_denormals_now();
-    shd_denormals_restore(before | SHD_DENORMALS_BITS);
-    return before;
-}
-
-static inline shd_denormals shd_denormals_keep(void) {
-    const shd_denormals before = shd_denormals_now();
-    shd_denormals_restore(before & ~(shd_denormals)SHD_DENORMALS_BITS);
-    return before;
+    return now & SHD_NO_DENORMALS;
 }

@@ -27,14 +27,20 @@ typedef struct loop {
 /* Jobs in order, in a ring. */
 typedef struct line {
     job *ring;
-    size_t room, first, count;
+    size_t room, first;
+    atomic_size_t count; /* may be read without the mutex */
 } line;
 
+/* Only the worker itself reads and writes what changes. */
 typedef struct worker {
-    pthread_t self;
+    shd_pool *pool;
+    pthread_t thread;
     bool large;   /* it runs a deferred job */
     bool lending; /* and within that a new one */
 } worker;
+
+/* The worker that the calling thread is, of any pool, or NULL. */
+static _Thread_local worker *this_worker;
 
 /* The mutex guards all that changes but the atomics. */
 struct shd_pool {
@@ -44,17 +50,15 @@ struct shd_pool {
     line fresh, deferred;
     bool deferred_next; /* whose turn it is */
     size_t capacity;
-    atomic_bool has_fresh; /* whether fresh.count > 0, to be read without the mutex */
     loop *loops;
     bool (*idle)(void *context); /* or NULL */
     void *idle_context;
     void (*between)(void *context); /* or NULL */
     void *between_context;
     uint64_t lent;
-    unsigned threads, busy, started;
+    unsigned threads, busy;
     bool stopping;
-    pthread_t *thread;
-    worker workers[]; /* [started], each written by its own thread only, but under the mutex */
+    worker workers[]; /* [threads] */
 };
 
 /* ---- Lines: the pool's mutex is held. ---- */
@@ -87,54 +91,39 @@ static size_t count_waiting(const shd_pool *pool) {
     return pool->fresh.count + pool->deferred.count;
 }
 
-static job pop_fresh(shd_pool *pool) {
-    job j = pop_job(&pool->fresh);
-    atomic_store_explicit(&pool->has_fresh, pool->fresh.count > 0, memory_order_relaxed);
-    return j;
-}
-
 /* ---- Lending ---- */
 
-/* The worker that the calling thread is, or NULL. The mutex is held. */
-static worker *find_self(shd_pool *pool) {
-    for (unsigned i = 0; i < pool->started; i++)
-        if (pthread_equal(pool->workers[i].self, pthread_self())) return &pool->workers[i];
-    return NULL;
+/* The worker of the pool that the calling thread is, or NULL. */
+static worker *find_self(const shd_pool *pool) {
+    return this_worker && this_worker->pool == pool ? this_worker : NULL;
 }
 
-/* The same, or NULL if it may not run new jobs between the pieces of its own. Takes the mutex. */
-static worker *find_lender(shd_pool *pool) {
-    pthread_mutex_lock(&pool->mutex);
+/* The same, or NULL if it may not run new jobs between the pieces of its own. */
+static worker *find_lender(const shd_pool *pool) {
     worker *self = find_self(pool);
-    if (self && (!self->large || self->lending)) self = NULL;
-    pthread_mutex_unlock(&pool->mutex);
-    return self;
+    return self && self->large && !self->lending ? self : NULL;
 }
 
 /* Runs a new job, if one waits. Takes the mutex. Returns the seconds that it took. */
 static double lend_once(shd_pool *pool, worker *self) {
-    if (!atomic_load_explicit(&pool->has_fresh, memory_order_relaxed)) return 0;
+    if (!pool->fresh.count) return 0;
     pthread_mutex_lock(&pool->mutex);
-    bool some = pool->fresh.count > 0;
-    job next = {NULL, NULL};
-    if (some) next = pop_fresh(pool);
-    self->lending = some;
+    const bool some = pool->fresh.count;
+    const job next = some ? pop_job(&pool->fresh) : (job){NULL, NULL};
     pool->lent += some; /* before it runs: whoever has its answer finds it counted */
     pthread_mutex_unlock(&pool->mutex);
     if (!some) return 0;
 
     double began = shd_thread_seconds();
-    const shd_denormals before = shd_denormals_keep(); /* a loop's body may be the lender */
+    const shd_denormals before = shd_denormals_set(0); /* a loop's body may be the lender */
+    self->lending = true;
     next.run(next.context);
-    shd_denormals_restore(before);
-    pthread_mutex_lock(&pool->mutex);
     self->lending = false;
-    pthread_mutex_unlock(&pool->mutex);
+    shd_denormals_set(before);
     return shd_thread_seconds() - began;
 }
 
 double shd_pool_lend(shd_pool *pool) {
-    if (!atomic_load_explicit(&pool->has_fresh, memory_order_relaxed)) return 0;
     worker *self = find_lender(pool);
     return self ? lend_once(pool, self) : 0;
 }
@@ -145,9 +134,9 @@ double shd_pool_lend(shd_pool *pool) {
 static bool run_index(loop *l, unsigned slot) {
     size_t index = atomic_fetch_add_explicit(&l->taken, 1, memory_order_relaxed);
     if (index >= l->count) return false;
-    const shd_denormals before = shd_denormals_flush();
+    const shd_denormals before = shd_denormals_set(SHD_NO_DENORMALS);
     l->run(l->context, index, slot);
-    shd_denormals_restore(before);
+    shd_denormals_set(before);
     return true;
 }
 
@@ -156,14 +145,14 @@ static bool run_index(loop *l, unsigned slot) {
 static void lend_for(shd_pool *pool, worker *self, double seconds) {
     double lent = 0;
     do lent += lend_once(pool, self);
-    while (lent < seconds && atomic_load_explicit(&pool->has_fresh, memory_order_relaxed));
+    while (lent < seconds && pool->fresh.count);
 }
 
 static void run_between(shd_pool *pool) {
     if (!pool->between) return;
-    const shd_denormals before = shd_denormals_keep(); /* this loop may be in a loop's body */
+    const shd_denormals before = shd_denormals_set(0); /* this loop may be in a loop's body */
     pool->between(pool->between_context);
-    shd_denormals_restore(before);
+    shd_denormals_set(before);
 }
 
 /* The caller's own part of its loop. Returns the seconds that it lent. */
@@ -206,7 +195,7 @@ static void help_loop(shd_pool *pool, loop *l, unsigned slot) {
 /* Runs the next job of the line whose turn it is. The mutex is held, but not while the job runs. */
 static void run_job(shd_pool *pool, worker *self) {
     bool large = pool->deferred.count && (pool->deferred_next || !pool->fresh.count);
-    job next = large ? pop_job(&pool->deferred) : pop_fresh(pool);
+    job next = pop_job(large ? &pool->deferred : &pool->fresh);
     pool->deferred_next = !large;
     self->large = large;
     pool->busy++;
@@ -218,8 +207,7 @@ static void run_job(shd_pool *pool, worker *self) {
     self->large = false;
 }
 
-/* Takes a step of what there is to do before sleep. False: there is nothing. The mutex is held, but
- * not while the step runs. */
+/* Takes a step of what there is to do before sleep. False: nothing. Lets the mutex go meanwhile. */
 static bool run_idle(shd_pool *pool) {
     if (!pool->idle) return false;
     pthread_mutex_unlock(&pool->mutex);
@@ -231,12 +219,11 @@ static bool run_idle(shd_pool *pool) {
 /* New pictures come before help for running ones: a large picture goes on with the worker that
  * began it, and small ones do not wait for its end. */
 static void *run_worker(void *argument) {
-    shd_pool *pool = argument;
+    worker *self = this_worker = argument;
+    shd_pool *pool = self->pool;
+    const unsigned slot = 1 + (unsigned)(self - pool->workers); /* 0 is a loop's caller's */
+    bool rested = false; /* there is nothing to do while idle */
     pthread_mutex_lock(&pool->mutex);
-    worker *self = &pool->workers[pool->started];
-    self->self = pthread_self();
-    unsigned slot = ++pool->started; /* 0 is the caller's, in any loop */
-    bool rested = false;             /* there is nothing to do while idle */
     for (;;) {
         loop *l = count_waiting(pool) ? NULL : find_open_loop(pool);
         if (l) {
@@ -261,7 +248,6 @@ static void *run_worker(void *argument) {
 static void free_pool(shd_pool *pool) {
     free(pool->fresh.ring);
     free(pool->deferred.ring);
-    free(pool->thread);
     free(pool);
 }
 
@@ -275,8 +261,7 @@ shd_status shd_pool_new(unsigned threads, size_t queue, shd_pool **out, shd_erro
     pool->deferred.room = queue + threads;
     pool->fresh.ring = calloc(pool->fresh.room, sizeof(job));
     pool->deferred.ring = calloc(pool->deferred.room, sizeof(job));
-    pool->thread = calloc(threads, sizeof pool->thread[0]);
-    if (!pool->fresh.ring || !pool->deferred.ring || !pool->thread) {
+    if (!pool->fresh.ring || !pool->deferred.ring) {
         free_pool(pool);
         return shd_fail(error, SHD_EXHAUSTED, "", "no memory for %zu queued jobs", queue);
     }
@@ -285,11 +270,12 @@ shd_status shd_pool_new(unsigned threads, size_t queue, shd_pool **out, shd_erro
     pthread_cond_init(&pool->work, NULL);
     pthread_cond_init(&pool->loop_end, NULL);
     for (; pool->threads < threads; pool->threads++) {
-        if (pthread_create(&pool->thread[pool->threads], NULL, run_worker, pool)) {
-            shd_pool_drop(pool);
-            return shd_fail(error, SHD_EXHAUSTED, "", "the system refused to start %u threads",
-                            threads);
-        }
+        worker *next = &pool->workers[pool->threads];
+        next->pool = pool;
+        if (!pthread_create(&next->thread, NULL, run_worker, next)) continue;
+        shd_pool_drop(pool);
+        return shd_fail(error, SHD_EXHAUSTED, "", "the system refused to start %u threads",
+                        threads);
     }
     *out = pool;
     return SHD_OK;
@@ -301,7 +287,7 @@ void shd_pool_drop(shd_pool *pool) {
     pool->stopping = true;
     pthread_cond_broadcast(&pool->work);
     pthread_mutex_unlock(&pool->mutex);
-    for (unsigned i = 0; i < pool->threads; i++) pthread_join(pool->thread[i], NULL);
+    for (unsigned i = 0; i < pool->threads; i++) pthread_join(pool->workers[i].thread, NULL);
     assert(!pool->loops && !pool->busy && !count_waiting(pool));
     pthread_cond_destroy(&pool->work);
     pthread_cond_destroy(&pool->loop_end);
@@ -329,7 +315,6 @@ bool shd_pool_submit(shd_pool *pool, void (*run)(void *context), void *context) 
     bool accepted = count_waiting(pool) < pool->capacity && !pool->stopping;
     if (accepted) {
         push_job(&pool->fresh, (job){run, context});
-        atomic_store_explicit(&pool->has_fresh, true, memory_order_relaxed);
         pthread_cond_signal(&pool->work);
     }
     pthread_mutex_unlock(&pool->mutex);
@@ -346,7 +331,6 @@ void shd_pool_defer(shd_pool *pool, void (*run)(void *context), void *context) {
 bool shd_pool_withdraw(shd_pool *pool, const void *context) {
     pthread_mutex_lock(&pool->mutex);
     bool found = withdraw_job(&pool->fresh, context) || withdraw_job(&pool->deferred, context);
-    atomic_store_explicit(&pool->has_fresh, pool->fresh.count > 0, memory_order_relaxed);
     pthread_mutex_unlock(&pool->mutex);
     return found;
 }
@@ -367,12 +351,9 @@ double shd_pool_for(shd_pool *pool, size_t count,
     double lent = run_indices(pool, &here);
 
     pthread_mutex_lock(&pool->mutex);
-    for (loop **at = &pool->loops; *at; at = &(*at)->next) {
-        if (*at == &here) {
-            *at = here.next;
-            break;
-        }
-    }
+    loop **at = &pool->loops;
+    for (; *at != &here; at = &(*at)->next) assert(*at);
+    *at = here.next;
     while (here.helpers > 0) pthread_cond_wait(&pool->loop_end, &pool->mutex);
     pthread_mutex_unlock(&pool->mutex);
     return lent;
@@ -382,30 +363,13 @@ unsigned shd_pool_slots(const shd_pool *pool) {
     return pool->threads + 1;
 }
 
-unsigned shd_pool_hands(shd_pool *pool) {
-    pthread_mutex_lock(&pool->mutex);
-    bool is_worker = find_self(pool);
-    pthread_mutex_unlock(&pool->mutex);
-    return pool->threads + (is_worker ? 0 : 1);
+unsigned shd_pool_hands(const shd_pool *pool) {
+    return pool->threads + (find_self(pool) ? 0 : 1);
 }
 
-size_t shd_pool_queued(shd_pool *pool) {
+shd_pool_load shd_pool_load_of(shd_pool *pool) {
     pthread_mutex_lock(&pool->mutex);
-    size_t count = count_waiting(pool);
+    const shd_pool_load load = {count_waiting(pool), pool->busy, pool->lent};
     pthread_mutex_unlock(&pool->mutex);
-    return count;
-}
-
-uint64_t shd_pool_lent(shd_pool *pool) {
-    pthread_mutex_lock(&pool->mutex);
-    uint64_t lent = pool->lent;
-    pthread_mutex_unlock(&pool->mutex);
-    return lent;
-}
-
-unsigned shd_pool_busy(shd_pool *pool) {
-    pthread_mutex_lock(&pool->mutex);
-    unsigned busy = pool->busy;
-    pthread_mutex_unlock(&pool->mutex);
-    return busy;
+    return load;
 }

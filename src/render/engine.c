@@ -146,8 +146,8 @@ bool shd_engine_withdraw(shd_engine *engine, const void *context) {
 }
 
 shd_load shd_engine_load(shd_engine *engine) {
-    return (shd_load){shd_pool_queued(engine->pool), shd_pool_busy(engine->pool),
-                      shd_pool_slots(engine->pool) - 1, shd_pool_lent(engine->pool),
+    const shd_pool_load load = shd_pool_load_of(engine->pool);
+    return (shd_load){load.queued, load.busy, shd_pool_slots(engine->pool) - 1, load.lent,
                       shd_image_abandoned()};
 }
 

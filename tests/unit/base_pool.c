@@ -162,17 +162,17 @@ static void a_full_queue_refuses_and_accepts_again(void **state) {
         assert_true(shd_pool_submit(pool, wait_at_gate, &g));
         wait_for_entered(&g, i + 1);
     }
-    assert_int_equal(shd_pool_busy(pool), THREADS);
+    assert_int_equal(shd_pool_load_of(pool).busy, THREADS);
     for (size_t i = 0; i < QUEUE; i++) {
-        assert_int_equal(shd_pool_queued(pool), i);
+        assert_int_equal(shd_pool_load_of(pool).queued, i);
         assert_true(shd_pool_submit(pool, wait_at_gate, &g));
     }
     for (int i = 0; i < 3; i++) assert_false(shd_pool_submit(pool, wait_at_gate, &g));
-    assert_int_equal(shd_pool_queued(pool), QUEUE);
+    assert_int_equal(shd_pool_load_of(pool).queued, QUEUE);
     assert_true(spread(pool, 100)); /* a loop needs no place in the queue: its caller works */
 
     open_gate(&g);
-    while (shd_pool_queued(pool)) sched_yield();
+    while (shd_pool_load_of(pool).queued) sched_yield();
     assert_true(shd_pool_submit(pool, wait_at_gate, &g));
     shd_pool_drop(pool);
     assert_int_equal(atomic_load(&g.passed), THREADS + QUEUE + 1);
@@ -289,7 +289,7 @@ static void a_small_job_waits_for_a_tile_of_a_large_one(void **state) {
     while (!atomic_load(&job.l.looped)) usleep(1000);
     assert_int_equal(atomic_load(&job.l.waited_in_vain), 0);
     assert_int_equal(atomic_load(&job.nested), 3);
-    assert_int_equal(shd_pool_lent(job.l.pool), 3);
+    assert_int_equal(shd_pool_load_of(job.l.pool).lent, 3);
     assert_true(job.lent >= 0);
     shd_pool_drop(job.l.pool);
 }
@@ -394,7 +394,7 @@ static void waiting_jobs_can_be_taken_back(void **state) {
     assert_true(shd_pool_withdraw(pool, &a));
     assert_false(shd_pool_withdraw(pool, &a));
     assert_true(shd_pool_withdraw(pool, &b));
-    assert_int_equal(shd_pool_queued(pool), 1);
+    assert_int_equal(shd_pool_load_of(pool).queued, 1);
     open_gate(&other);
     open_gate(&g);
     shd_pool_drop(pool);
@@ -421,9 +421,9 @@ static void note_outside(void *context) {
 
 static void denormal_numbers_are_zero_in_loops_and_nowhere_else(void **state) {
     (void)state;
-    const shd_denormals before = shd_denormals_flush();
+    const shd_denormals before = shd_denormals_set(SHD_NO_DENORMALS);
     const bool possible = is_flushed();
-    shd_denormals_restore(before);
+    shd_denormals_set(before);
     assert_false(is_flushed());
     shd_pool *pool = new_pool(3, 4);
     atomic_uint inside = 0, outside = 0;
@@ -475,7 +475,7 @@ static void idle_workers_do_what_there_is_to_do(void **state) {
     atomic_store(&steps_left, INT_MAX);
     for (int i = 0; i < 100; i++)
         while (!shd_pool_submit(pool, do_nothing, NULL)) sched_yield();
-    while (shd_pool_queued(pool)) sched_yield();
+    while (shd_pool_load_of(pool).queued) sched_yield();
     shd_pool_drop(pool);
 }
 
