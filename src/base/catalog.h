@@ -1,18 +1,11 @@
-/* The spaces and displays of the color configuration, by name. The scene reader checks names
- * against this catalog, and the list of spaces that clients see is made from it.
- *
- * Owned by the color configuration, constant, shared by threads. */
+/* The spaces and displays of the color configuration, by name, for the scene reader and for
+ * clients. Owned by the color configuration, constant, shared by threads. */
 #pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "base/status.h"
 #include "base/transfer.h"
-
-#ifdef __cplusplus
-extern "C" {
-#endif
 
 /* What the three channels of a space are called. That also says how integers store them. */
 typedef enum shd_channels { SHD_RGB, SHD_YIQ, SHD_HSV } shd_channels;
@@ -39,21 +32,17 @@ typedef struct shd_catalog {
     const shd_space_info *colors; /* the default of `colorSpace`: lin_rec709, or scene_linear */
     const shd_space_info *css;    /* the space of "#rrggbb": sRGB; NULL if there is none */
 
-    /* Converts one color in place between two spaces by name, to f32 accuracy. If the spaces are
-     * the same, it is the identity, bit for bit. sRGB to linear Rec.709 is IEC 61966-2-1 in f64.
-     * `self` is the first argument. Any thread. */
+    /* Converts one color in place between two spaces by name, to f32 accuracy: bit for bit if the
+     * spaces are the same, and from sRGB to linear Rec.709 by IEC 61966-2-1 in f64. `self` is the
+     * first argument. Any thread. */
     shd_status (*convert)(const void *self, const char *from, const char *to, double rgb[3],
                           shd_error *error);
     const void *self;
 } shd_catalog;
 
 /* Exact, case-sensitive look-up; NULL if the name is unknown. */
-const shd_space_info *shd_catalog_space(const shd_catalog *catalog, const char *name);
-const shd_display_info *shd_catalog_display(const shd_catalog *catalog, const char *name);
+SHD_C const shd_space_info *shd_catalog_space(const shd_catalog *catalog, const char *name);
+SHD_C const shd_display_info *shd_catalog_display(const shd_catalog *catalog, const char *name);
 
 /* The names of the three channels: "R", "Y", "H", ... */
 const char *const *shd_channel_names(shd_channels channels);
-
-#ifdef __cplusplus
-}
-#endif

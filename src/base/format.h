@@ -2,11 +2,6 @@
 #pragma once
 
 #include <stdbool.h>
-#include <stddef.h>
-
-#ifdef __cplusplus
-extern "C" {
-#endif
 
 typedef enum shd_format {
     SHD_PNG,
@@ -40,7 +35,3 @@ bool shd_format_find(const char *name, shd_format *out);
 
 /* "8", "16", "half", "float". */
 const char *shd_depth_name(shd_depth depth);
-
-#ifdef __cplusplus
-}
-#endif

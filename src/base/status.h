@@ -4,8 +4,11 @@
  * NULL). On failure its outputs are untouched. The library never logs, exits or aborts. */
 #pragma once
 
+/* Before a function that C++ calls. */
 #ifdef __cplusplus
-extern "C" {
+#define SHD_C extern "C"
+#else
+#define SHD_C extern
 #endif
 
 typedef enum shd_status {
@@ -54,19 +57,11 @@ typedef struct shd_error {
     char text[512];  /* one sentence, no trailing period or newline */
 } shd_error;
 
-#if defined(__GNUC__)
 #define SHD_PRINTF(text, args) __attribute__((format(printf, text, args)))
-#else
-#define SHD_PRINTF(text, args)
-#endif
 
 /* Fills `error` (unless NULL) and returns `status`. Over-long text is cut. */
-shd_status shd_fail(shd_error *error, shd_status status, const char *path, const char *format, ...)
-    SHD_PRINTF(4, 5);
+SHD_C shd_status shd_fail(shd_error *error, shd_status status, const char *path, const char *format,
+                          ...) SHD_PRINTF(4, 5);
 
 /* Adds which limit it was to an error (unless NULL) of SHD_LIMIT, which is returned. */
 shd_status shd_fail_limit(shd_error *error, shd_limit limit);
-
-#ifdef __cplusplus
-}
-#endif

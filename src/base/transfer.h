@@ -1,9 +1,7 @@
 /* How samples encode light. Pure functions, any thread. */
 #pragma once
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+#include "base/status.h"
 
 typedef enum shd_transfer {
     SHD_TRANSFER_UNKNOWN,
@@ -14,14 +12,10 @@ typedef enum shd_transfer {
 
 /* The curve in f64: encoded from linear light, and back. Both directions are odd functions, 0 at 0
  * and 1 at 1. SHD_TRANSFER_UNKNOWN counts as linear. */
-double shd_curve_encode(shd_transfer transfer, double linear);
-double shd_curve_decode(shd_transfer transfer, double encoded);
+SHD_C double shd_curve_encode(shd_transfer transfer, double linear);
+SHD_C double shd_curve_decode(shd_transfer transfer, double encoded);
 
 /* CIELAB's curve of X, Y or Z divided by the white's (CIE 15:2004, 8.2.1.1): a cube root, and up to
  * SHD_LAB_STRAIGHT a line of the slope SHD_LAB_SLOPE. */
 static const double SHD_LAB_STRAIGHT = 216.0 / 24389, SHD_LAB_SLOPE = 24389.0 / 27 / 116;
 double shd_lab_curve(double t);
-
-#ifdef __cplusplus
-}
-#endif
