@@ -88,30 +88,17 @@ static void set_mount(tree *t, char *top, char *mount) {
     memmove(t->group, t->group + length, strlen(t->group + length) + 1);
 }
 
-/* Sets the mount by a line of the form "36 35 98:0 /top /mount options [more ...] - type source
- * options" (proc(5)). */
+/* Sets the mount by a line "36 35 98:0 /top /mount options [more] - type source options". */
 static bool read_mount(tree *t, char *line) {
-    char *rest = strstr(line, " - ");
-    if (!rest) return false;
+    char top[PATH_MAX], mount[PATH_MAX], type[16], options[PATH_MAX], *rest = strstr(line, " - ");
+    if (!rest || sscanf(rest, " - %15s %*s %4095s", type, options) != 2) return false;
     *rest = 0;
-    char *end, *type = strtok_r(rest + 3, " ", &end);
-    const bool is_v2 = type && !strcmp(type, "cgroup2"), is_v1 = type && !strcmp(type, "cgroup");
-    strtok_r(NULL, " ", &end);
-    const char *options = strtok_r(NULL, " ", &end);
-    if (*t->controller ? !is_v1 || !options || !has_word(options, t->controller) : !is_v2)
-        return false;
-    char *top = NULL, *mount = NULL, *field = strtok_r(line, " ", &end);
-    for (int i = 0; field && i < 5; i++, field = strtok_r(NULL, " ", &end)) {
-        if (i == 3) top = field;
-        if (i == 4) mount = field;
-    }
-    if (mount) set_mount(t, top, mount);
-    return mount;
-}
-
-static bool find_tree(tree *t) {
-    return find_line(t, "/proc/self/cgroup", read_group) &&
-           find_line(t, "/proc/self/mountinfo", read_mount);
+    if (sscanf(line, "%*s %*s %*s %4095s %4095s", top, mount) != 2) return false;
+    const bool is_v1 = *t->controller;
+    if (strcmp(type, is_v1 ? "cgroup" : "cgroup2")) return false;
+    if (is_v1 && !has_word(options, t->controller)) return false;
+    set_mount(t, top, mount);
+    return true;
 }
 
 /* Reads a file of the group into `text`, and its path without the root into `path`. */
@@ -123,52 +110,49 @@ static bool read_of(const tree *t, const char *name, char path[PATH_MAX], char t
     return read;
 }
 
-/* Goes to the group above. False: none can be seen. */
-static bool go_up(tree *t) {
-    char *last = strrchr(t->group, '/');
-    if (!last) return false;
-    *last = 0;
-    return true;
-}
-
-static void bound_memory(shd_machine *machine, const tree *t, const char *name) {
-    char path[PATH_MAX], text[64], *end;
-    if (!read_of(t, name, path, text)) return;
-    const unsigned long long bytes = strtoull(text, &end, 10);
-    if (end == text || bytes >= machine->memory) return; /* "max", or more than there is */
+static void bound_memory(shd_machine *machine, uint64_t bytes, const char *path) {
+    if (bytes >= machine->memory) return;
     machine->memory = bytes;
     snprintf(machine->memory_source, SHD_MACHINE_SOURCE, "%.*s", SHD_MACHINE_SOURCE - 1, path);
 }
 
-static void bound_quota(shd_machine *machine, const char *path, double time, double period) {
+static void bound_quota(shd_machine *machine, double time, double period, const char *path) {
     if (!(time > 0) || !(period > 0) || time / period >= machine->quota) return;
     machine->quota = time / period;
     snprintf(machine->quota_source, SHD_MACHINE_SOURCE, "%.*s", SHD_MACHINE_SOURCE - 1, path);
 }
 
-static void bound_quota_v1(shd_machine *machine, const tree *t) {
-    char path[PATH_MAX], time[64], period[64];
-    if (!read_of(t, "cpu.cfs_period_us", path, period)) return;
-    if (!read_of(t, "cpu.cfs_quota_us", path, time)) return; /* -1: none */
-    bound_quota(machine, path, strtod(time, NULL), strtod(period, NULL));
+/* Counts the bounds of a controller's tree. Files of other controllers are not in it. */
+static void bound_by_tree(shd_machine *machine, const char *root, const char *controller) {
+    static const char *const files[] = {"memory.limit_in_bytes", "memory.max", "memory.high"};
+    tree t = {.root = root, .controller = controller};
+    if (!find_line(&t, "/proc/self/cgroup", read_group)) return;
+    if (!find_line(&t, "/proc/self/mountinfo", read_mount)) return;
+    /* The group itself, and then those above that can be seen. */
+    for (char *last = t.group + strlen(t.group); last; last = strrchr(t.group, '/')) {
+        char path[PATH_MAX], text[64], time[64], *end;
+        *last = 0;
+        for (size_t i = 0; i < sizeof files / sizeof files[0]; i++) {
+            if (!read_of(&t, files[i], path, text)) continue;
+            const uint64_t bytes = strtoull(text, &end, 10);
+            if (end != text) bound_memory(machine, bytes, path); /* otherwise "max" */
+        }
+        if (read_of(&t, "cpu.cfs_period_us", path, text) &&
+            read_of(&t, "cpu.cfs_quota_us", path, time)) /* -1: none */
+            bound_quota(machine, strtod(time, NULL), strtod(text, NULL), path);
+        if (!read_of(&t, "cpu.max", path, text)) continue;
+        const double quota = strtod(text, &end);
+        if (end != text) bound_quota(machine, quota, strtod(end, NULL), path);
+    }
 }
 
-static void bound_quota_v2(shd_machine *machine, const tree *t) {
-    char path[PATH_MAX], text[64], *end;
-    if (!read_of(t, "cpu.max", path, text)) return;
-    const double time = strtod(text, &end);
-    if (end != text) bound_quota(machine, path, time, strtod(end, NULL)); /* otherwise "max" */
-}
-
-static void read_machine(shd_machine *machine, const char *root) {
+static void read_memory(shd_machine *machine, const char *root) {
     FILE *file = open_below(root, "/proc/meminfo");
     char line[256];
     unsigned long long kilobytes;
     while (file && fgets(line, sizeof line, file))
-        if (sscanf(line, "MemTotal: %llu kB", &kilobytes) == 1) {
-            machine->memory = kilobytes * 1024;
-            snprintf(machine->memory_source, sizeof machine->memory_source, "/proc/meminfo");
-        }
+        if (sscanf(line, "MemTotal: %llu kB", &kilobytes) == 1)
+            bound_memory(machine, kilobytes * 1024, "/proc/meminfo");
     if (file) fclose(file);
 }
 
@@ -185,21 +169,10 @@ static unsigned count_processors(void) {
 shd_machine shd_machine_look(const char *root) {
     shd_machine machine = {
         .memory = UINT64_MAX, .processors = count_processors(), .quota = INFINITY};
-    read_machine(&machine, root);
-    tree t = {.root = root, .controller = "memory"};
-    if (find_tree(&t)) do
-            bound_memory(&machine, &t, "memory.limit_in_bytes");
-        while (go_up(&t));
-    t = (tree){.root = root, .controller = "cpu"};
-    if (find_tree(&t)) do
-            bound_quota_v1(&machine, &t);
-        while (go_up(&t));
-    t = (tree){.root = root, .controller = ""};
-    if (find_tree(&t)) do {
-            bound_memory(&machine, &t, "memory.max");
-            bound_memory(&machine, &t, "memory.high");
-            bound_quota_v2(&machine, &t);
-        } while (go_up(&t));
+    read_memory(&machine, root);
+    bound_by_tree(&machine, root, "memory");
+    bound_by_tree(&machine, root, "cpu");
+    bound_by_tree(&machine, root, "");
     return machine;
 }
 

@@ -1,6 +1,5 @@
-/* What this process may have of its machine: the memory and the processors that the machine has,
- * and what the process's control groups (version 1, version 2 or both) and those above them leave
- * of these. */
+/* What this process may have of its machine: the memory and the processors that there are, less
+ * what its control groups (version 1, version 2 or both) and those above them keep from it. */
 #pragma once
 
 #include <stdint.h>
@@ -11,8 +10,7 @@ typedef struct shd_machine {
     uint64_t memory;     /* bytes; UINT64_MAX if nothing tells */
     unsigned processors; /* that this process may run on */
     double quota;        /* processors' time; infinity if there is no bound */
-    /* The files that the smallest figures were found in, cut if they are longer; "" if nothing
-     * tells. */
+    /* The files that the smallest figures were found in, perhaps cut; "" if nothing tells. */
     char memory_source[SHD_MACHINE_SOURCE], quota_source[SHD_MACHINE_SOURCE];
 } shd_machine;
 
