@@ -2,9 +2,9 @@
  * doubles. Only *.simd.c use it, which are compiled once for each instruction set (base/cpu.h).
  *
  * Every operation gives the same bits on every machine: + - * / and shd_vf_sqrt round as IEEE 754
- * says, shd_vf_fma rounds once everywhere, and operations that
- * differ by machine (estimates of 1/x, maxima of NaN) are not here. GCC's and clang's vector types
- * have + - * / & | ^ ~ << >> themselves, and casts between types of equal size keep the bits.
+ * says, shd_vf_fma rounds once everywhere, and operations that differ by machine (estimates of 1/x,
+ * maxima of NaN) are not here. GCC's and clang's vector types have + - * / & | ^ ~ << >>
+ * themselves, and casts between types of equal size keep the bits.
  *
  *     shd_vf  floats         shd_vi  int32_t      shd_mf  truth of each float lane
  *     shd_vd  doubles        shd_vl  int64_t      shd_md  truth of each double lane
@@ -71,37 +71,18 @@ SHD_INLINE void shd_vd_store(double *to, shd_vd v) {
 
 #if SHD_W == 16
 
+#define SHD_X86(name) _mm512_##name
 typedef __mmask16 shd_mf;
 typedef __mmask8 shd_md;
 
-SHD_INLINE shd_vf shd_vf_fma(shd_vf a, shd_vf b, shd_vf c) {
-    return (shd_vf)_mm512_fmadd_ps((__m512)a, (__m512)b, (__m512)c);
-}
-SHD_INLINE shd_vf shd_vf_sqrt(shd_vf a) {
-    return (shd_vf)_mm512_sqrt_ps((__m512)a);
-}
-SHD_INLINE shd_vd shd_vd_sqrt(shd_vd a) {
-    return (shd_vd)_mm512_sqrt_pd((__m512d)a);
-}
-/* a > b ? a : b. So b is the one that may not be NaN. */
-SHD_INLINE shd_vf shd_vf_max(shd_vf a, shd_vf b) {
-    return (shd_vf)_mm512_max_ps((__m512)a, (__m512)b);
-}
-SHD_INLINE shd_vd shd_vd_max(shd_vd a, shd_vd b) {
-    return (shd_vd)_mm512_max_pd((__m512d)a, (__m512d)b);
-}
-/* a < b ? a : b. So b is the one that may not be NaN. */
-SHD_INLINE shd_vd shd_vd_min(shd_vd a, shd_vd b) {
-    return (shd_vd)_mm512_min_pd((__m512d)a, (__m512d)b);
-}
 SHD_INLINE shd_mf shd_vf_gt(shd_vf a, shd_vf b) {
-    return _mm512_cmp_ps_mask((__m512)a, (__m512)b, _CMP_GT_OQ);
+    return _mm512_cmp_ps_mask(a, b, _CMP_GT_OQ);
 }
 SHD_INLINE shd_mf shd_vu_ge(shd_vu a, shd_vu b) {
     return _mm512_cmpge_epu32_mask((__m512i)a, (__m512i)b);
 }
 SHD_INLINE shd_md shd_vd_gt(shd_vd a, shd_vd b) {
-    return _mm512_cmp_pd_mask((__m512d)a, (__m512d)b, _CMP_GT_OQ);
+    return _mm512_cmp_pd_mask(a, b, _CMP_GT_OQ);
 }
 /* Bit i is lane i. */
 SHD_INLINE unsigned shd_mf_bits(shd_mf m) {
@@ -112,85 +93,66 @@ SHD_INLINE unsigned shd_md_bits(shd_md m) {
 }
 /* a in the lanes of m, b elsewhere. */
 SHD_INLINE shd_vf shd_vf_select(shd_mf m, shd_vf a, shd_vf b) {
-    return (shd_vf)_mm512_mask_blend_ps(m, (__m512)b, (__m512)a);
+    return _mm512_mask_blend_ps(m, b, a);
 }
 SHD_INLINE shd_vd shd_vd_select(shd_md m, shd_vd a, shd_vd b) {
-    return (shd_vd)_mm512_mask_blend_pd(m, (__m512d)b, (__m512d)a);
+    return _mm512_mask_blend_pd(m, b, a);
 }
 /* a b in the lanes of m, +0 elsewhere. */
 SHD_INLINE shd_vf shd_vf_mul_in(shd_mf m, shd_vf a, shd_vf b) {
-    return (shd_vf)_mm512_maskz_mul_ps(m, (__m512)a, (__m512)b);
+    return _mm512_maskz_mul_ps(m, a, b);
 }
 SHD_INLINE shd_vd shd_vd_mul_in(shd_md m, shd_vd a, shd_vd b) {
-    return (shd_vd)_mm512_maskz_mul_pd(m, (__m512d)a, (__m512d)b);
-}
-SHD_INLINE shd_vd shd_vd_widen(shd_vh a) {
-    return (shd_vd)_mm512_cvtps_pd((__m256)a);
-}
-SHD_INLINE shd_vh shd_vh_narrow(shd_vd a) {
-    return (shd_vh)_mm512_cvtpd_ps((__m512d)a);
+    return _mm512_maskz_mul_pd(m, a, b);
 }
 SHD_INLINE shd_vh shd_vf_half(shd_vf a, int high) {
-    return high ? (shd_vh)_mm512_extractf32x8_ps((__m512)a, 1)
-                : (shd_vh)_mm512_castps512_ps256((__m512)a);
+    return high ? _mm512_extractf32x8_ps(a, 1) : _mm512_castps512_ps256(a);
 }
 SHD_INLINE shd_vf shd_vf_join(shd_vh low, shd_vh high) {
-    return (shd_vf)_mm512_insertf32x8(_mm512_castps256_ps512((__m256)low), (__m256)high, 1);
+    return _mm512_insertf32x8(_mm512_castps256_ps512(low), high, 1);
 }
 
-#elif SHD_W == 8
+#else /* masks are vectors of zeros and ones */
 
 typedef shd_vi shd_mf;
 typedef shd_vl shd_md;
 
-SHD_INLINE shd_vf shd_vf_fma(shd_vf a, shd_vf b, shd_vf c) {
-    return (shd_vf)_mm256_fmadd_ps((__m256)a, (__m256)b, (__m256)c);
+SHD_INLINE shd_mf shd_vf_gt(shd_vf a, shd_vf b) {
+    return (shd_mf)(a > b);
 }
-SHD_INLINE shd_vf shd_vf_sqrt(shd_vf a) {
-    return (shd_vf)_mm256_sqrt_ps((__m256)a);
+SHD_INLINE shd_mf shd_vu_ge(shd_vu a, shd_vu b) {
+    return (shd_mf)(a >= b);
 }
-SHD_INLINE shd_vd shd_vd_sqrt(shd_vd a) {
-    return (shd_vd)_mm256_sqrt_pd((__m256d)a);
+SHD_INLINE shd_md shd_vd_gt(shd_vd a, shd_vd b) {
+    return (shd_md)(a > b);
 }
-SHD_INLINE shd_vf shd_vf_max(shd_vf a, shd_vf b) {
-    return (shd_vf)_mm256_max_ps((__m256)a, (__m256)b);
+SHD_INLINE shd_vf shd_vf_mul_in(shd_mf m, shd_vf a, shd_vf b) {
+    return (shd_vf)(m & (shd_vi)(a * b));
 }
-SHD_INLINE shd_vd shd_vd_max(shd_vd a, shd_vd b) {
-    return (shd_vd)_mm256_max_pd((__m256d)a, (__m256d)b);
+SHD_INLINE shd_vd shd_vd_mul_in(shd_md m, shd_vd a, shd_vd b) {
+    return (shd_vd)(m & (shd_vl)(a * b));
 }
-SHD_INLINE shd_vd shd_vd_min(shd_vd a, shd_vd b) {
-    return (shd_vd)_mm256_min_pd((__m256d)a, (__m256d)b);
-}
-SHD_INLINE unsigned shd_mf_bits(shd_mf m) {
-    return (unsigned)_mm256_movemask_ps((__m256)m);
-}
-SHD_INLINE unsigned shd_md_bits(shd_md m) {
-    return (unsigned)_mm256_movemask_pd((__m256d)m);
-}
+
+#if SHD_W == 8
+
+#define SHD_X86(name) _mm256_##name
+
 SHD_INLINE shd_vf shd_vf_select(shd_mf m, shd_vf a, shd_vf b) {
-    return (shd_vf)_mm256_blendv_ps((__m256)b, (__m256)a, (__m256)m);
+    return _mm256_blendv_ps(b, a, (__m256)m);
 }
 SHD_INLINE shd_vd shd_vd_select(shd_md m, shd_vd a, shd_vd b) {
-    return (shd_vd)_mm256_blendv_pd((__m256d)b, (__m256d)a, (__m256d)m);
-}
-SHD_INLINE shd_vd shd_vd_widen(shd_vh a) {
-    return (shd_vd)_mm256_cvtps_pd((__m128)a);
-}
-SHD_INLINE shd_vh shd_vh_narrow(shd_vd a) {
-    return (shd_vh)_mm256_cvtpd_ps((__m256d)a);
+    return _mm256_blendv_pd(b, a, (__m256d)m);
 }
 SHD_INLINE shd_vh shd_vf_half(shd_vf a, int high) {
-    return high ? (shd_vh)_mm256_extractf128_ps((__m256)a, 1)
-                : (shd_vh)_mm256_castps256_ps128((__m256)a);
+    return high ? _mm256_extractf128_ps(a, 1) : _mm256_castps256_ps128(a);
 }
 SHD_INLINE shd_vf shd_vf_join(shd_vh low, shd_vh high) {
-    return (shd_vf)_mm256_set_m128((__m128)high, (__m128)low);
+    return _mm256_set_m128(high, low);
 }
 
-#else /* SHD_W == 4 */
+#else
 
-typedef shd_vi shd_mf;
-typedef shd_vl shd_md;
+#define SHD_X86(name) _mm_##name
 
 SHD_INLINE shd_vf shd_vf_select(shd_mf m, shd_vf a, shd_vf b) {
     return (shd_vf)((m & (shd_vi)a) | (~m & (shd_vi)b));
@@ -198,10 +160,31 @@ SHD_INLINE shd_vf shd_vf_select(shd_mf m, shd_vf a, shd_vf b) {
 SHD_INLINE shd_vd shd_vd_select(shd_md m, shd_vd a, shd_vd b) {
     return (shd_vd)((m & (shd_vl)a) | (~m & (shd_vl)b));
 }
+SHD_INLINE shd_vh shd_vf_half(shd_vf a, int high) {
+    return high ? (shd_vh){a[2], a[3]} : (shd_vh){a[0], a[1]};
+}
+SHD_INLINE shd_vf shd_vf_join(shd_vh low, shd_vh high) {
+    return (shd_vf){low[0], low[1], high[0], high[1]};
+}
 
-/* GCC makes vectors of most operations that are written lane by lane here and below, but not of
- * all. */
-#if defined(__aarch64__)
+#endif
+#endif
+
+/* GCC makes vectors of most operations that are written lane by lane here, but not of all. */
+#if SHD_W > 4
+
+SHD_INLINE shd_vf shd_vf_fma(shd_vf a, shd_vf b, shd_vf c) {
+    return SHD_X86(fmadd_ps)(a, b, c);
+}
+SHD_INLINE shd_vh shd_vh_narrow(shd_vd a) {
+    return SHD_X86(cvtpd_ps)(a);
+}
+SHD_INLINE shd_vd shd_vd_widen(shd_vh a) {
+    return SHD_X86(cvtps_pd)(a);
+}
+
+#elif defined(__aarch64__)
+
 SHD_INLINE shd_vf shd_vf_fma(shd_vf a, shd_vf b, shd_vf c) {
     return (shd_vf)vfmaq_f32((float32x4_t)c, (float32x4_t)a, (float32x4_t)b);
 }
@@ -211,7 +194,9 @@ SHD_INLINE shd_vh shd_vh_narrow(shd_vd a) {
 SHD_INLINE shd_vd shd_vd_widen(shd_vh a) {
     return (shd_vd)vcvt_f64_f32((float32x2_t)a);
 }
+
 #else
+
 /* Done by the C library, slowly: kernels do without it if this is all there is (shd_isa_fuses). */
 SHD_INLINE shd_vf shd_vf_fma(shd_vf a, shd_vf b, shd_vf c) {
     for (int i = 0; i < SHD_W; i++) c[i] = __builtin_fmaf(a[i], b[i], c[i]);
@@ -223,38 +208,35 @@ SHD_INLINE shd_vh shd_vh_narrow(shd_vd a) {
 SHD_INLINE shd_vd shd_vd_widen(shd_vh a) {
     return (shd_vd){a[0], a[1]};
 }
-#endif
 
-SHD_INLINE shd_vh shd_vf_half(shd_vf a, int high) {
-    return high ? (shd_vh){a[2], a[3]} : (shd_vh){a[0], a[1]};
-}
-SHD_INLINE shd_vf shd_vf_join(shd_vh low, shd_vh high) {
-    return (shd_vf){low[0], low[1], high[0], high[1]};
-}
+#endif
 
 #ifdef __SSE2__
 
 SHD_INLINE shd_vf shd_vf_sqrt(shd_vf a) {
-    return (shd_vf)_mm_sqrt_ps((__m128)a);
+    return SHD_X86(sqrt_ps)(a);
 }
 SHD_INLINE shd_vd shd_vd_sqrt(shd_vd a) {
-    return (shd_vd)_mm_sqrt_pd((__m128d)a);
+    return SHD_X86(sqrt_pd)(a);
 }
+/* a > b ? a : b, and a < b ? a : b: b is the one that may not be NaN. */
 SHD_INLINE shd_vf shd_vf_max(shd_vf a, shd_vf b) {
-    return (shd_vf)_mm_max_ps((__m128)a, (__m128)b);
+    return SHD_X86(max_ps)(a, b);
 }
 SHD_INLINE shd_vd shd_vd_max(shd_vd a, shd_vd b) {
-    return (shd_vd)_mm_max_pd((__m128d)a, (__m128d)b);
+    return SHD_X86(max_pd)(a, b);
 }
 SHD_INLINE shd_vd shd_vd_min(shd_vd a, shd_vd b) {
-    return (shd_vd)_mm_min_pd((__m128d)a, (__m128d)b);
+    return SHD_X86(min_pd)(a, b);
 }
+#if SHD_W < 16
 SHD_INLINE unsigned shd_mf_bits(shd_mf m) {
-    return (unsigned)_mm_movemask_ps((__m128)m);
+    return (unsigned)SHD_X86(movemask_ps)((shd_vf)m);
 }
 SHD_INLINE unsigned shd_md_bits(shd_md m) {
-    return (unsigned)_mm_movemask_pd((__m128d)m);
+    return (unsigned)SHD_X86(movemask_pd)((shd_vd)m);
 }
+#endif
 
 #else /* not x86 */
 
@@ -300,27 +282,6 @@ SHD_INLINE shd_vd shd_vd_max(shd_vd a, shd_vd b) {
 }
 SHD_INLINE shd_vd shd_vd_min(shd_vd a, shd_vd b) {
     return shd_vd_select((shd_md)(a < b), a, b);
-}
-
-#endif
-#endif
-
-#if SHD_W < 16 /* masks are vectors of zeros and ones */
-
-SHD_INLINE shd_mf shd_vf_gt(shd_vf a, shd_vf b) {
-    return (shd_mf)(a > b);
-}
-SHD_INLINE shd_mf shd_vu_ge(shd_vu a, shd_vu b) {
-    return (shd_mf)(a >= b);
-}
-SHD_INLINE shd_md shd_vd_gt(shd_vd a, shd_vd b) {
-    return (shd_md)(a > b);
-}
-SHD_INLINE shd_vf shd_vf_mul_in(shd_mf m, shd_vf a, shd_vf b) {
-    return (shd_vf)(m & (shd_vi)(a * b));
-}
-SHD_INLINE shd_vd shd_vd_mul_in(shd_md m, shd_vd a, shd_vd b) {
-    return (shd_vd)(m & (shd_vl)(a * b));
 }
 
 #endif
