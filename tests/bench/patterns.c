@@ -69,7 +69,9 @@ int main(int argc, char **argv) {
     const bool tell = argc > 1 && !strcmp(argv[1], "-v");
     static distances d;
     uint64_t random = 1, other = 1; /* of patterns without and with strata */
-    puts("/* Made by tests/bench/patterns.c: the rows of patterns of 1, 2, 3 ... 64 samples. */");
+    int column = 0;
+    puts("/* Made by tests/bench/patterns.c: the rows of patterns of 1, 2, 3 ... 64 samples; "
+         "'0' is row 0. */");
     for (int n = 1; n <= MOST; n++) {
         int best[MOST], rows[MOST], image[MOST];
         double least = INFINITY;
@@ -86,14 +88,14 @@ int main(int argc, char **argv) {
             if (is_after(image, best, n)) memcpy(best, image, sizeof best);
         }
         if (tell) fprintf(stderr, "%d: %.6f\n", n, sqrt(least / SHD_PI));
-        int column = 0;
         for (int i = 0; i < n; i++) {
-            char text[8];
-            const int length = snprintf(text, sizeof text, "%d,", best[i]);
-            if (column && column + 1 + length > 100) puts(""), column = 0;
-            column += printf("%s%s", column ? " " : "", text);
+            const char row = (char)('0' + best[i]);
+            const int length = row == '\\' ? 2 : 1;
+            if (column + length > 94) puts("\""), column = 0;
+            if (column == 0) putchar('"');
+            column += printf("%s%c", row == '\\' ? "\\" : "", row);
         }
-        puts("");
     }
+    puts("\"");
     return 0;
 }

@@ -11,6 +11,7 @@ everywhere else they may not.
 """
 
 import math
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -224,9 +225,10 @@ def trace(scene, things, x, y):
 def sample_pattern(n):
     """Where samples lie in a pixel: each in a column and a row of its own, by the table."""
     table = Path(SOURCE, "src", "base", "pattern_rows.inc").read_text().partition("*/")[2]
-    rows = [int(row) for row in table.split(",") if row.strip()]
+    rows = "".join(re.findall('"(.*)"', table)).replace("\\\\", "\\")
     begin = n * (n - 1) // 2
-    return [((i + 0.5) / n, (row + 0.5) / n) for i, row in enumerate(rows[begin:begin + n])]
+    return [((i + 0.5) / n, (ord(row) - ord("0") + 0.5) / n)
+            for i, row in enumerate(rows[begin:begin + n])]
 
 
 def render(document, mask=True):
