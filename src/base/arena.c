@@ -1,7 +1,7 @@
 #include "base/arena.h"
 
+#include <assert.h>
 #include <stdarg.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19,11 +19,11 @@ typedef struct block {
 _Static_assert(sizeof(block) <= ALIGNMENT, "a block's header fits into one alignment unit");
 
 /* Seconds that the arena waits for others to give way. */
-static const double patience = 5;
+static const double PATIENCE = 5;
 
 struct shd_arena {
     size_t cap, taken, borrowed, peak;
-    size_t reserved; /* Bytes of the budget that are kept ready, beside those that were taken. */
+    size_t reserved; /* bytes of the budget that are kept ready, beside those that were taken */
     bool full, crowded;
     shd_spares *spares; /* NULL: blocks come from the system */
     shd_budget *budget;
@@ -35,11 +35,9 @@ static unsigned char *block_bytes(block *b) {
 }
 
 shd_arena *shd_arena_new_from(shd_spares *spares, size_t cap) {
-    shd_arena *arena = calloc(1, sizeof *arena);
-    if (!arena) return NULL;
-    arena->cap = cap;
-    arena->spares = spares;
-    arena->budget = shd_spares_budget(spares);
+    shd_arena *arena = malloc(sizeof *arena);
+    if (arena)
+        *arena = (shd_arena){.cap = cap, .spares = spares, .budget = shd_spares_budget(spares)};
     return arena;
 }
 
@@ -65,6 +63,7 @@ shd_arena_mark shd_arena_mark_here(const shd_arena *arena) {
 void shd_arena_return(shd_arena *arena, shd_arena_mark mark) {
     while (arena->blocks != mark.block) {
         block *b = arena->blocks;
+        assert(b && arena->taken >= ALIGNMENT + b->size);
         arena->blocks = b->next;
         arena->taken -= ALIGNMENT + b->size;
         shd_spares_give(arena->spares, b, ALIGNMENT + b->size);
@@ -80,7 +79,7 @@ void shd_arena_return(shd_arena *arena, shd_arena_mark mark) {
 /* Takes bytes of what is reserved, and the rest of the budget. */
 static bool draw_budget(shd_arena *arena, size_t bytes) {
     const size_t ready = bytes < arena->reserved ? bytes : arena->reserved;
-    if (bytes > ready && !shd_budget_wait(arena->budget, bytes - ready, patience)) {
+    if (bytes > ready && !shd_budget_wait(arena->budget, bytes - ready, PATIENCE)) {
         arena->crowded = true;
         return false;
     }
@@ -112,11 +111,11 @@ bool shd_arena_borrow(shd_arena *arena, size_t bytes) {
 }
 
 void shd_arena_repay(shd_arena *arena, size_t bytes) {
-    arena->borrowed -= bytes;
-    shd_budget_give(arena->budget, bytes);
+    shd_budget_give(shd_arena_release(arena, bytes), bytes);
 }
 
 shd_budget *shd_arena_release(shd_arena *arena, size_t bytes) {
+    assert(arena->borrowed >= bytes);
     arena->borrowed -= bytes;
     return arena->budget;
 }
@@ -144,18 +143,15 @@ static block *get_block(shd_arena *arena, size_t size) {
  * of its own size, so that a big film does not double the arena. */
 static block *add_block(shd_arena *arena, size_t need) {
     size_t size = arena->taken < FIRST_BLOCK ? FIRST_BLOCK : arena->taken;
-    size_t room = shd_arena_room(arena);
-    if (room < ALIGNMENT || need > room - ALIGNMENT) {
+    const size_t room = shd_arena_room(arena) / ALIGNMENT * ALIGNMENT;
+    if (room <= need) { /* the header takes a unit */
         arena->full = true;
         return NULL;
     }
     if (size > LARGEST_BLOCK) size = LARGEST_BLOCK;
     if (size < need) size = need;
-    if (size > room - ALIGNMENT) size = (room - ALIGNMENT) / ALIGNMENT * ALIGNMENT;
-    if (size < need) {
-        arena->full = true;
-        return NULL;
-    }
+    if (size > room - ALIGNMENT) size = room - ALIGNMENT;
+    assert(size >= need && size % ALIGNMENT == 0);
     block *b = get_block(arena, ALIGNMENT + size);
     if (!b) return NULL;
     *b = (block){arena->blocks, size, 0};

@@ -1,14 +1,10 @@
 /* A capped memory arena: everything that a request allocates lives here and goes at once.
  *
- * Allocations are aligned to 64 bytes (a cache line, and the widest vector). An allocation gives
- * NULL if it goes over the cap, if count * size overflows, or if the system has no memory. Callers
- * turn that into SHD_MEMORY; shd_arena_full and shd_arena_crowded tell which it was. One thread at
- * a time may allocate; the memory itself may be shared. Under AddressSanitizer unused arena bytes
- * are poisoned. */
+ * Allocations are aligned to 64 bytes (a cache line, and the widest vector). They are NULL if the
+ * cap, an overflow of count * size, the budget or the system refuses them, which callers turn into
+ * SHD_MEMORY. One thread at a time may allocate; the memory itself may be shared. Under
+ * AddressSanitizer unused arena bytes are poisoned. */
 #pragma once
-
-#include <stdbool.h>
-#include <stddef.h>
 
 #include "base/spares.h"
 #include "base/status.h"
@@ -18,9 +14,8 @@ typedef struct shd_arena shd_arena;
 /* `cap` is the largest total in bytes, block overhead included. NULL if there is no memory. */
 shd_arena *shd_arena_new(size_t cap);
 
-/* Blocks come from `spares`, which outlives the arena, and go back there. Spare blocks change
- * nothing about the cap. New blocks are taken from the budget of `spares`, if it gives them within
- * five seconds. */
+/* Blocks come from `spares`, which outlives the arena, and go back there. New ones are taken from
+ * the budget of `spares`, if it gives them within five seconds. */
 shd_arena *shd_arena_new_from(shd_spares *spares, size_t cap);
 
 /* A cap that is lower. Before anything is allocated. */
@@ -28,8 +23,7 @@ void shd_arena_hold(shd_arena *arena, size_t cap);
 
 void shd_arena_drop(shd_arena *arena); /* NULL is fine */
 
-/* Uninitialized and zeroed memory for `count` items of `size` bytes. For count 0 it is no NULL
- * either. */
+/* Uninitialized and zeroed memory for `count` items of `size` bytes. Not NULL for count 0. */
 void *shd_arena_alloc(shd_arena *arena, size_t count, size_t size);
 void *shd_arena_zalloc(shd_arena *arena, size_t count, size_t size);
 
@@ -40,8 +34,7 @@ size_t shd_arena_size(size_t count, size_t size);
 char *shd_arena_strdup(shd_arena *arena, const char *text);
 char *shd_arena_printf(shd_arena *arena, const char *format, ...) SHD_PRINTF(2, 3);
 
-/* Has the budget keep `bytes` ready, which the arena will take. False: the budget does not have as
- * many. */
+/* Has the budget keep `bytes` ready, which the arena will take. False: it does not have as many. */
 bool shd_arena_reserve(shd_arena *arena, size_t bytes);
 
 /* Counts memory that others allocate for the arena's sake as if it were the arena's, until it is
@@ -49,12 +42,10 @@ bool shd_arena_reserve(shd_arena *arena, size_t bytes);
 bool shd_arena_borrow(shd_arena *arena, size_t bytes);
 void shd_arena_repay(shd_arena *arena, size_t bytes);
 
-/* Counts borrowed memory no longer, because it outlives the arena: the caller gives it later to the
- * budget that is returned. */
+/* Counts borrowed memory no longer: the caller gives it later to the budget that is returned. */
 shd_budget *shd_arena_release(shd_arena *arena, size_t bytes);
 
-/* Returning to a mark frees all that was allocated after it. Marks that were made after it are
- * gone, too. */
+/* Returning to a mark frees all that was allocated after it, and ends the marks made after it. */
 typedef struct shd_arena_mark {
     void *block;
     size_t used;
@@ -63,13 +54,8 @@ typedef struct shd_arena_mark {
 shd_arena_mark shd_arena_mark_here(const shd_arena *arena);
 void shd_arena_return(shd_arena *arena, shd_arena_mark mark);
 
-/* Whether the cap or an overflow has refused an allocation. The system may have refused one as
- * well. */
-bool shd_arena_full(const shd_arena *arena);
-
-/* Whether the budget has refused an allocation. */
-bool shd_arena_crowded(const shd_arena *arena);
-
-size_t shd_arena_room(const shd_arena *arena); /* bytes that the cap leaves */
-size_t shd_arena_used(const shd_arena *arena); /* bytes of its blocks */
-size_t shd_arena_peak(const shd_arena *arena); /* the most that blocks and loans were */
+bool shd_arena_full(const shd_arena *arena);    /* the cap, or an overflow, has refused some */
+bool shd_arena_crowded(const shd_arena *arena); /* the budget has */
+size_t shd_arena_room(const shd_arena *arena);  /* bytes that the cap leaves */
+size_t shd_arena_used(const shd_arena *arena);  /* bytes of its blocks */
+size_t shd_arena_peak(const shd_arena *arena);  /* the most that blocks and loans were */

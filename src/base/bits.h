@@ -1,5 +1,4 @@
-/* The bits of numbers as integers, and back. Those of positive numbers are in the numbers' order.
- */
+/* The bits of numbers as integers, and back. Those of positive numbers keep their order. */
 #pragma once
 
 #include <stdint.h>

@@ -1,6 +1,6 @@
 #include "base/budget.h"
 
-#include <pthread.h>
+#include <assert.h>
 #include <stdlib.h>
 
 #include "base/clock.h"
@@ -37,6 +37,7 @@ shd_budget *shd_budget_keep(shd_budget *budget) {
 void shd_budget_drop(shd_budget *budget) {
     if (!budget) return;
     pthread_mutex_lock(&budget->mutex);
+    assert(budget->owners > 0);
     const bool last = --budget->owners == 0;
     pthread_mutex_unlock(&budget->mutex);
     if (!last) return;
@@ -64,15 +65,8 @@ static bool take_free(shd_budget *budget, size_t bytes) {
     return true;
 }
 
-static uint64_t most_bytes(const shd_budget *budget) {
-    const shd_budget_load *load = &budget->load;
+static uint64_t most_bytes(const shd_budget_load *load) {
     return load->cap > load->fixed ? load->cap - load->fixed : 0;
-}
-
-/* How many of `bytes` are missing. */
-static size_t missing_bytes(const shd_budget *budget, size_t bytes) {
-    const shd_budget_load *load = &budget->load;
-    return (size_t)(load->used + bytes - load->cap);
 }
 
 /* Asks those that give way, one after the other, until enough is free or, if the caller waits,
@@ -81,7 +75,7 @@ static void ask_for(shd_budget *budget, size_t bytes, bool waits) {
     size_t promised = 0;
     for (size_t i = 0; i < SHD_RANKS && !is_free(budget, bytes); i++) {
         if (!budget->ranks[i].give_way) continue;
-        const size_t missing = missing_bytes(budget, bytes);
+        const size_t missing = (size_t)(budget->load.used + bytes - budget->load.cap);
         if (waits && promised >= missing) break;
         pthread_mutex_unlock(&budget->mutex);
         promised += budget->ranks[i].give_way(budget->ranks[i].context,
@@ -104,7 +98,7 @@ bool shd_budget_wait(shd_budget *budget, size_t bytes, double seconds) {
     if (!budget) return true;
     const double until = shd_now() + seconds;
     pthread_mutex_lock(&budget->mutex);
-    const bool possible = bytes <= most_bytes(budget);
+    const bool possible = bytes <= most_bytes(&budget->load);
     bool taken = take_free(budget, bytes);
     while (!taken && possible) {
         ask_for(budget, bytes, seconds > 0);
@@ -126,26 +120,28 @@ bool shd_budget_take(shd_budget *budget, size_t bytes) {
     return shd_budget_wait(budget, bytes, 0);
 }
 
-void shd_budget_count(shd_budget *budget, size_t bytes) {
+static void add_bytes(shd_budget *budget, size_t used, size_t fixed) {
     if (!budget) return;
     pthread_mutex_lock(&budget->mutex);
-    budget->load.used += bytes;
+    budget->load.used += used;
+    budget->load.fixed += fixed;
     pthread_mutex_unlock(&budget->mutex);
+}
+
+void shd_budget_count(shd_budget *budget, size_t bytes) {
+    add_bytes(budget, bytes, 0);
+}
+
+void shd_budget_fix(shd_budget *budget, size_t bytes) {
+    add_bytes(budget, bytes, bytes);
 }
 
 void shd_budget_give(shd_budget *budget, size_t bytes) {
     if (!budget || !bytes) return;
     pthread_mutex_lock(&budget->mutex);
+    assert(budget->load.used >= bytes);
     budget->load.used -= bytes;
     pthread_cond_broadcast(&budget->given);
-    pthread_mutex_unlock(&budget->mutex);
-}
-
-void shd_budget_fix(shd_budget *budget, size_t bytes) {
-    if (!budget) return;
-    pthread_mutex_lock(&budget->mutex);
-    budget->load.used += bytes;
-    budget->load.fixed += bytes;
     pthread_mutex_unlock(&budget->mutex);
 }
 
@@ -158,9 +154,6 @@ shd_budget_load shd_budget_load_of(shd_budget *budget) {
 }
 
 uint64_t shd_budget_most(shd_budget *budget) {
-    if (!budget) return UINT64_MAX;
-    pthread_mutex_lock(&budget->mutex);
-    const uint64_t bytes = most_bytes(budget);
-    pthread_mutex_unlock(&budget->mutex);
-    return bytes;
+    const shd_budget_load load = shd_budget_load_of(budget);
+    return most_bytes(&load);
 }

@@ -2,8 +2,8 @@
  * asks beforehand, and tells when it is given back.
  *
  * Work that only makes later work faster tries: it takes what is free. Other work takes: if too
- * little is free, those that are registered for it give way, rank by rank, before work is refused.
- * Memory that is there in any case (libraries, connections that were accepted) is counted.
+ * little is free, others give way, rank by rank, before work is refused. Memory that is there in
+ * any case (libraries, connections that were accepted) is counted.
  *
  * A budget of NULL is endless and counts nothing. Any thread. */
 #pragma once
@@ -22,8 +22,7 @@ void shd_budget_drop(shd_budget *budget); /* NULL is fine */
 shd_budget *shd_budget_keep(shd_budget *budget);
 
 /* A function that gives way: it is asked for `bytes`, and gives some of them back before it returns
- * or soon after. It returns how many have been given back or will be, and 0 if it has nothing to
- * give. Any thread that takes may call it, with whatever locks that thread holds. */
+ * or soon after. It returns how many. Any thread that takes may call it, with any locks. */
 typedef size_t shd_give_way(void *context, size_t bytes);
 
 typedef enum shd_rank {
@@ -35,8 +34,7 @@ typedef enum shd_rank {
     SHD_RANKS
 } shd_rank;
 
-/* Registers what gives way, one function for each rank, before work begins. The ranks are asked in
- * their order. */
+/* Registers what gives way, one function for each rank, before work begins. */
 void shd_budget_yield(shd_budget *budget, shd_rank rank, shd_give_way *give_way, void *context);
 
 /* Takes `bytes` if they are free, or become so. False: nothing was taken. */

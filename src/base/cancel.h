@@ -1,11 +1,10 @@
 /* When a request is cancelled, its work ends soon.
  *
- * Any thread may raise a request's flag: because its client is gone, because its deadline has
- * passed, or because the process ends. All code that works for the request looks at the flag
- * between pieces of work of some millions of instructions at most, whatever the document says, and
- * leaves if the flag is raised. What it leaves behind is then not what it promises, and nobody uses
- * it: the stage says SHD_CANCELLED, or its caller does. tests/property/cancel.c holds every stage
- * to that. */
+ * Any thread may raise a request's flag: its client is gone, its deadline has passed, or the
+ * process ends. All code that works for the request looks at the flag every few million
+ * instructions at most, whatever the document says, and leaves if it is raised. What it leaves
+ * behind is then not what it promises, and nobody uses it: the stage says SHD_CANCELLED, or its
+ * caller does. tests/property/cancel.c holds every stage to that. */
 #pragma once
 
 #include <stdatomic.h>

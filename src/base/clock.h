@@ -4,18 +4,20 @@
 #include <pthread.h>
 #include <time.h>
 
+static inline double shd_read_clock(clockid_t clock) {
+    struct timespec now;
+    clock_gettime(clock, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
 /* The monotonic clock, which is read in 20 to 50 ns. */
 static inline double shd_now(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+    return shd_read_clock(CLOCK_MONOTONIC);
 }
 
 /* The calling thread's processor time. */
 static inline double shd_thread_seconds(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+    return shd_read_clock(CLOCK_THREAD_CPUTIME_ID);
 }
 
 static inline struct timespec shd_timespec(double seconds) {

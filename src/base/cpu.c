@@ -13,12 +13,16 @@ bool shd_cpu_has(shd_isa isa) {
     return false;
 }
 
-bool shd_isa_fuses(shd_isa isa) {
 #if defined(__aarch64__)
-    return isa == SHD_PORTABLE;
+enum { BASELINE_FUSES = true };
+#define BASELINE "neon"
 #else
-    return isa != SHD_PORTABLE;
+enum { BASELINE_FUSES = false };
+#define BASELINE "portable"
 #endif
+
+bool shd_isa_fuses(shd_isa isa) {
+    return isa != SHD_PORTABLE || BASELINE_FUSES;
 }
 
 shd_isa shd_cpu_best(void) {
@@ -26,12 +30,6 @@ shd_isa shd_cpu_best(void) {
     while (!shd_cpu_has(isa)) isa--;
     return isa;
 }
-
-#if defined(__aarch64__)
-#define BASELINE "neon"
-#else
-#define BASELINE "portable"
-#endif
 
 const char *shd_isa_name(shd_isa isa) {
     static const char *const names[SHD_ISA_COUNT] = {BASELINE, "avx2", "avx512"};

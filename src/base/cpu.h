@@ -1,10 +1,8 @@
 /* Instruction sets that the kernels are compiled for.
  *
- * Files named *.simd.c are compiled once for each instruction set (see CMakeLists.txt), each time
- * with another SHD_ISA. Their exported names end with SHD_VARIANT. Every variant gives the same
- * bits: nothing in them depends on the width of a vector, and products are fused into sums only if
- * the source says so (base/simd.h), which every variant then does. There is one exception: a
- * variant without an instruction for that lights the standard tier in f64 (shade/lighting.h). */
+ * Files named *.simd.c are compiled once for each (see CMakeLists.txt), each time with another
+ * SHD_ISA. Their exported names end with SHD_VARIANT. Every variant gives the same bits, but one
+ * without an instruction that fuses (base/simd.h): it lights the standard tier in f64. */
 #pragma once
 
 #include <stdbool.h>
@@ -29,8 +27,8 @@ shd_isa shd_cpu_best(void);
 /* "avx2", "avx512" or "portable", which is "neon" on 64-bit ARM. */
 const char *shd_isa_name(shd_isa isa);
 
-/* False: no variant has that name, or this machine cannot run it. "auto" is the widest one.
- * "portable" is SHD_PORTABLE on every machine. */
+/* False: no variant has that name, or this machine cannot run it. "auto" is the widest one, and
+ * "portable" SHD_PORTABLE on every machine. */
 bool shd_isa_find(const char *name, shd_isa *out);
 
 #define SHD_JOIN_(name, isa) name##_##isa

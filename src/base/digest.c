@@ -14,16 +14,12 @@ shd_digest shd_digest_of(const void *data, size_t size) {
 }
 
 bool shd_digest_read(const char *text, shd_digest *out) {
-    static const char digits[] = "0123456789abcdef";
-    shd_digest read = {{0}};
-    for (size_t i = 0; i < 2 * sizeof read.bytes; i++) {
-        const char *digit = text[i] ? strchr(digits, text[i]) : NULL;
-        if (!digit) return false;
-        read.bytes[i / 2] = (unsigned char)(16 * read.bytes[i / 2] + (digit - digits));
-    }
-    if (text[2 * sizeof read.bytes]) return false;
-    *out = read;
-    return true;
+    const size_t digits = strspn(text, "0123456789abcdef");
+    if (digits != SHD_DIGEST_TEXT - 1 || text[digits]) return false;
+    struct base16_decode_ctx hex;
+    size_t size = sizeof out->bytes;
+    base16_decode_init(&hex);
+    return base16_decode_update(&hex, &size, out->bytes, digits, text);
 }
 
 void shd_digest_write(const shd_digest *digest, char out[SHD_DIGEST_TEXT]) {

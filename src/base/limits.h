@@ -1,8 +1,6 @@
-/* What one request may ask for. Limits are checked before work is done; a refusal names the
- * limit. */
+/* What one request may ask for: checked before work is done. A refusal names the limit. */
 #pragma once
 
-#include <stddef.h>
 #include <stdint.h>
 
 typedef struct shd_limits {

@@ -1,11 +1,13 @@
 #include "base/lru.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/random.h>
 #include <xxhash.h>
 
 void shd_lru_put(shd_lru *lru, shd_use *use) {
+    assert(!lru->newest == !lru->oldest && !lru->newest == !lru->count);
     use->newer = NULL;
     use->older = lru->newest;
     *(lru->newest ? &lru->newest->newer : &lru->oldest) = use;
@@ -15,6 +17,7 @@ void shd_lru_put(shd_lru *lru, shd_use *use) {
 }
 
 void shd_lru_take(shd_lru *lru, shd_use *use) {
+    assert(lru->count > 0 && lru->bytes >= use->bytes);
     *(use->newer ? &use->newer->older : &lru->newest) = use->older;
     *(use->older ? &use->older->newer : &lru->oldest) = use->newer;
     lru->bytes -= use->bytes;

@@ -40,8 +40,7 @@ typedef struct shd_index {
     uint64_t seed; /* random: nobody can choose bytes that share a bucket */
 } shd_index;
 
-/* An index for about as many `things`. SHD_EXHAUSTED; SHD_INTERNAL if the system gives no random
- * numbers. */
+/* An index for about as many `things`. SHD_EXHAUSTED; SHD_INTERNAL: there are no random numbers. */
 shd_status shd_index_new(size_t things, shd_index *out, shd_error *error);
 void shd_index_drop(shd_index *index); /* all zero is fine */
 

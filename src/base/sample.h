@@ -3,15 +3,14 @@
 
 #include <stdint.h>
 
-/* Holds x in [0, max]. The constant is second, so that a NaN gives 0 and the compiler uses a max
- * instruction. */
+/* Holds x in [0, max]. The constants are second, so that a NaN gives 0. */
 static inline double shd_hold(double x, double max) {
     x = x > 0 ? x : 0;
     return x < max ? x : max;
 }
 
-/* The nearest code to x, which is scaled to codes already; ties go upward. It is computed in f64,
- * so that an f32 times 255 or 65535 is exact to far below a tie. */
+/* The nearest code to x, which is scaled to codes already; ties go upward. In f64, an f32 times 255
+ * or 65535 is exact to far below a tie. */
 static inline int32_t shd_code(double x, double max) {
     return (int32_t)(shd_hold(x, max) + 0.5);
 }

@@ -7,8 +7,6 @@
  */
 #pragma once
 
-#include <stdint.h>
-
 #include "base/arena.h"
 
 typedef struct shd_scratch {

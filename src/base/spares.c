@@ -1,7 +1,6 @@
 #include "base/spares.h"
 
 #include <pthread.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
@@ -69,7 +68,9 @@ void shd_spares_drop(shd_spares *spares) {
     free(spares);
 }
 
-static void *allocate_block(size_t size) {
+void *shd_spares_make(size_t size) {
+    size = shd_spares_size(size);
+    if (!size) return NULL;
     if (size < 2 * HUGE_PAGE) return aligned_alloc(ALIGNMENT, size);
     /* A film's pages one by one would cost as much time as its shading. */
     void *memory = NULL;
@@ -78,11 +79,6 @@ static void *allocate_block(size_t size) {
     madvise(memory, size, MADV_HUGEPAGE); /* only advice: nothing is lost if it is not taken */
 #endif
     return memory;
-}
-
-void *shd_spares_make(size_t size) {
-    size = shd_spares_size(size);
-    return size ? allocate_block(size) : NULL;
 }
 
 void *shd_spares_find(shd_spares *spares, size_t size) {

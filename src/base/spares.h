@@ -2,12 +2,9 @@
  * picture more time than its pixels do.
  *
  * Blocks come in sizes an eighth of an octave apart, so that similar requests find what they need.
- * The blocks used last are given out first, while they are in a cache. When the cap is reached, the
- * block that was not asked for the longest goes first. Any thread. Under AddressSanitizer, kept
- * memory is poisoned. */
+ * The block given back last is given out first, and the one given back longest ago is freed first.
+ * Any thread. Under AddressSanitizer, kept memory is poisoned. */
 #pragma once
-
-#include <stddef.h>
 
 #include "base/budget.h"
 
@@ -19,9 +16,8 @@ shd_spares *shd_spares_new(size_t cap, shd_budget *budget);
 shd_budget *shd_spares_budget(const shd_spares *spares); /* NULL if `spares` is */
 void shd_spares_drop(shd_spares *spares); /* everything taken was given back; NULL is fine */
 
-/* A block of at least `size` bytes, aligned to 64, with any content. shd_spares_find gives a kept
- * one; NULL if there is none, or if `spares` is NULL. shd_spares_make gives a new one, which the
- * caller counts; NULL if there is no memory. Large blocks ask the system for huge pages. */
+/* A block of at least `size` bytes, aligned to 64, with any content: a kept one (NULL: there is
+ * none), or a new one, which the caller counts (NULL: there is no memory). */
 void *shd_spares_find(shd_spares *spares, size_t size);
 void *shd_spares_make(size_t size);
 

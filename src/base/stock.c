@@ -1,7 +1,7 @@
 #include "base/stock.h"
 
+#include <assert.h>
 #include <pthread.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <sys/mman.h>
 
@@ -30,7 +30,7 @@ static size_t slabs_of(size_t units) {
 }
 
 static uint64_t first_bits(size_t n) {
-    return n < UNITS ? ((uint64_t)1 << n) - 1 : ~(uint64_t)0;
+    return n < UNITS ? ((uint64_t)1 << n) - 1 : UINT64_MAX;
 }
 
 static size_t count_bits(uint64_t bits) {
@@ -107,6 +107,7 @@ static uint64_t take_units(shd_stock *stock, slab *s, uint64_t from, size_t n) {
     const uint64_t runs = find_runs(from, n);
     if (!runs) return 0;
     const uint64_t run = first_bits(n) << __builtin_ctzll(runs);
+    assert(stock->ready >= count_bits(s->touched & run));
     stock->ready -= count_bits(s->touched & run);
     s->free &= ~run;
     return run;
@@ -142,7 +143,9 @@ void shd_stock_give(shd_stock *stock, void *memory, size_t size) {
         slab *s = &stock->slabs[i];
         const uintptr_t offset = (uintptr_t)memory - (uintptr_t)s->memory;
         if (!s->memory || offset >= SLAB) continue;
-        s->free |= first_bits(size / SHD_STOCK_UNIT) << offset / SHD_STOCK_UNIT;
+        const uint64_t run = first_bits(size / SHD_STOCK_UNIT) << offset / SHD_STOCK_UNIT;
+        assert(offset % SHD_STOCK_UNIT == 0 && !(s->free & run));
+        s->free |= run;
         stock->ready += size / SHD_STOCK_UNIT;
         break;
     }

@@ -1,13 +1,9 @@
 /* Memory for what is kept, up to a cap. It is given out in pieces of whole units, and used again.
  *
- * The memory comes from the system in slabs of a huge page's size, which ask to be one huge page.
- * That is advice: if the system gives none, pages are small. Fresh pages cost a picture more time
- * than its pixels do, so threads that have nothing else to do make some ahead with shd_stock_touch.
- * Any thread. */
+ * The memory comes from the system in slabs of a huge page's size, which ask to be one. Fresh pages
+ * cost a picture more time than its pixels do, so threads that have nothing else to do make some
+ * ahead with shd_stock_touch. Any thread. */
 #pragma once
-
-#include <stdbool.h>
-#include <stddef.h>
 
 #include "base/budget.h"
 
@@ -24,8 +20,7 @@ shd_stock *shd_stock_new(size_t cap, shd_budget *budget);
 void shd_stock_drop(shd_stock *stock); /* with all of its pieces; NULL is fine */
 
 /* `size` bytes with any content, aligned to units. `size` is a multiple of SHD_STOCK_UNIT up to
- * SHD_STOCK_MOST. NULL: no run of free units is that long, and the system or the budget gives no
- * slab. */
+ * SHD_STOCK_MOST. NULL: no free units in a row are as many, and there is no further slab. */
 void *shd_stock_take(shd_stock *stock, size_t size);
 void shd_stock_give(shd_stock *stock, void *memory, size_t size); /* a piece that was taken */
 

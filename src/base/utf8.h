@@ -4,7 +4,6 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* The length, 1 to 4 bytes, of the sequence that `text` begins with, and its code point. 0, and
- * *point means nothing, if the bytes are no sequence: overlong forms, surrogates and code points
- * beyond U+10FFFF are not. `text` ends with a 0, which is a sequence itself. */
+/* The length, 1 to 4 bytes, of the sequence that `text` begins with, and its code point. 0: it is
+ * none, as overlong forms and surrogates are. `text` ends with a 0, which is a sequence itself. */
 size_t shd_utf8_decode(const char *text, uint32_t *point);

@@ -1,7 +1,5 @@
 #include "base/vec3.h"
 
-#include <string.h>
-
 shd_affine shd_compose(const shd_affine *a, const shd_affine *b) {
     shd_affine out;
     for (int r = 0; r < 3; r++)
@@ -51,8 +49,7 @@ bool shd_invert(const shd_affine *m, shd_affine *out) {
 }
 
 shd_affine shd_normal_map(const shd_affine *m) {
-    shd_affine out;
-    memset(&out, 0, sizeof out);
+    shd_affine out = {.linear = {{0}}};
     double length[3], determinant;
     shd_vec3 cofactor[3];
     if (!scaled_cofactors(m, length, cofactor, &determinant)) return out;

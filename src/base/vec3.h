@@ -46,8 +46,7 @@ static inline bool shd_is_finite(shd_vec3 a) {
     return isfinite(a.x) && isfinite(a.y) && isfinite(a.z);
 }
 
-/* The smaller and the larger of two numbers, b if a is not a number. fmin and fmax are not used:
- * their treatment of NaN makes them library calls. */
+/* The smaller and the larger of two numbers, b if a is not a number. fmin and fmax are calls. */
 static inline double shd_smaller(double a, double b) {
     return a < b ? a : b;
 }
@@ -89,8 +88,7 @@ static inline double shd_length(shd_vec3 a) {
     return m * sqrt(shd_dot(s, s));
 }
 
-/* The unit vector along a. It is scaled by the largest component first, so that vectors of length
- * 1e-300 and 1e300 work. If the input is zero or not finite: false, and *out is untouched. */
+/* The unit vector along a, of any length. False, with *out untouched: a is zero or not finite. */
 static inline bool shd_normalize(shd_vec3 a, shd_vec3 *out) {
     double m = shd_max_abs(a);
     if (!(m > 0) || !shd_is_finite(a)) return false;
@@ -100,11 +98,10 @@ static inline bool shd_normalize(shd_vec3 a, shd_vec3 *out) {
 }
 
 static inline shd_vec3 shd_linear(const shd_affine *m, shd_vec3 v) {
-    return (shd_vec3){
-        m->linear[0][0] * v.x + m->linear[0][1] * v.y + m->linear[0][2] * v.z,
-        m->linear[1][0] * v.x + m->linear[1][1] * v.y + m->linear[1][2] * v.z,
-        m->linear[2][0] * v.x + m->linear[2][1] * v.y + m->linear[2][2] * v.z,
-    };
+    const double(*a)[3] = m->linear;
+    return (shd_vec3){a[0][0] * v.x + a[0][1] * v.y + a[0][2] * v.z,
+                      a[1][0] * v.x + a[1][1] * v.y + a[1][2] * v.z,
+                      a[2][0] * v.x + a[2][1] * v.y + a[2][2] * v.z};
 }
 
 static inline shd_vec3 shd_transform(const shd_affine *m, shd_vec3 p) {
