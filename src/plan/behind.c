@@ -1,10 +1,10 @@
 /* Whether a light is behind all that is seen of an object.
  *
- * An affine map A takes normals by its inverse transposed, so that N.(l - p) keeps its sign. So
- * everything is decided in the object's own frame, where shapes are simple. A convex solid is seen
- * from outside at points p with n.(e - p) > 0, where e is the eye. Normals are not turned there,
- * and belong to some of its faces and to an arc of its curved part. A light l is behind if n.(l -
- * p) < 0 for all of these. Eyes and lights at infinity are directions, for which p drops out. */
+ * An affine map takes normals by its inverse transposed, so that N.(l - p) keeps its sign: all is
+ * decided in the object's own frame. A convex solid is seen from outside at points p with n.(e - p)
+ * > 0, where e is the eye. Normals are not turned there, and belong to some of its faces and to an
+ * arc of its curved part. A light l is behind if n.(l - p) < 0 for all of these. Eyes and lights at
+ * infinity are directions, for which p drops out. */
 #include "plan/parts.h"
 
 /* A point of the object's frame (weight 1) or a direction (weight 0). */
@@ -64,8 +64,7 @@ static bool see_arc(shd_back *back, const place *eye, bool flat_circle, double r
 static bool see_sheet(shd_back *back, const place *eye, bool front_only) {
     shd_vec3 up = {0, 1, 0};
     double size, height = height_before(eye, up, 0, &size);
-    bool turned = !front_only && height < 0;
-    add_seen_face(back, turned ? shd_scale(up, -1) : up, 0);
+    add_seen_face(back, !front_only && height < 0 ? shd_scale(up, -1) : up, 0);
     return front_only || fabs(height) > 1e-6 * size;
 }
 
@@ -83,11 +82,9 @@ static bool see_shape(shd_back *back, const place *eye, const shd_object *object
     switch (object->shape) {
     case SHD_PLANE:
     case SHD_DISC:
-        outside = see_sheet(back, eye, front_only);
-        break;
+        return see_sheet(back, eye, front_only);
     case SHD_SPHERE:
-        outside = see_arc(back, eye, false, 1, 0, r);
-        break;
+        return see_arc(back, eye, false, 1, 0, r);
     case SHD_BOX:
         for (int f = 0; f < 6; f++) {
             double sign = f % 2 ? -1 : 1,

@@ -1,6 +1,5 @@
 #include "plan/cells.h"
 
-#include <stdatomic.h>
 #include <string.h>
 
 #include "plan/parts.h"
@@ -12,20 +11,16 @@ typedef struct view {
     int projection, side, own;
 } view;
 
-/* Finds the normals at a triangle's corners, in the world's frame. Returns how many: 1, 3, or 0 if
- * there are none. */
+static shd_vec3 normal_of(const shd_vec3 at[3]) {
+    return shd_cross(shd_sub(at[1], at[0]), shd_sub(at[2], at[0]));
+}
+
+/* Finds the normals at a triangle's corners, in the world's frame. Returns how many: 0, 1 or 3. */
 static int normals_of(const view *v, const shd_mesh *mesh, const uint32_t *corner,
-                      shd_vec3 out[3]) {
-    int count = v->own ? 1 : 3;
+                      const shd_vec3 at[3], shd_vec3 out[3]) {
+    const int count = v->own ? 1 : 3;
     for (int c = 0; c < count; c++) {
-        shd_vec3 n;
-        if (v->own) {
-            const shd_vec3 a = shd_vec3_at(mesh->positions, corner[0]);
-            n = shd_cross(shd_sub(shd_vec3_at(mesh->positions, corner[1]), a),
-                          shd_sub(shd_vec3_at(mesh->positions, corner[2]), a));
-        } else {
-            n = shd_vec3_at(mesh->normals, corner[c]);
-        }
+        const shd_vec3 n = v->own ? normal_of(at) : shd_vec3_at(mesh->normals, corner[c]);
         if (!shd_plan_normalize(shd_linear(&v->normal_map, n), &out[c])) return 0;
     }
     return count;
@@ -33,9 +28,8 @@ static int normals_of(const view *v, const shd_mesh *mesh, const uint32_t *corne
 
 /* Notes the sides of a triangle's plane that the viewer may be on. */
 static void add_sides(const view *v, const shd_vec3 at[3], bool sides[2]) {
-    const shd_vec3 p = shd_transform(&v->to_world, at[0]);
-    const shd_vec3 n =
-        shd_linear(&v->normal_map, shd_cross(shd_sub(at[1], at[0]), shd_sub(at[2], at[0])));
+    const shd_vec3 p = shd_transform(&v->to_world, at[0]),
+                   n = shd_linear(&v->normal_map, normal_of(at));
     const shd_vec3 toward = v->projection == SHD_ORTHOGRAPHIC ? v->back : shd_sub(v->eye, p);
     const double facing = shd_dot(n, toward),
                  margin = SHD_PIECE_MARGIN * shd_plan_length(n) * shd_plan_length(toward);
@@ -71,7 +65,7 @@ static void find_cells(const view *v, const shd_mesh *mesh, const atomic_bool *c
                                    cell_step(sum.y, low.y, high.y, side)) *
                                       side +
                                   cell_step(sum.x, low.x, high.x, side)];
-            const int count = normals_of(v, mesh, corner, n);
+            const int count = normals_of(v, mesh, corner, p, n);
             for (int c = 0; pass == 0 && c < 3; c++) {
                 to->low = shd_vec3_min(to->low, p[c]);
                 to->high = shd_vec3_max(to->high, p[c]);
@@ -112,31 +106,23 @@ size_t shd_mesh_memo_size(const shd_mesh *mesh) {
     return mesh->triangle_count < TRIANGLES_LEAST ? 0 : sizeof(struct shd_mesh_memo);
 }
 
-static bool take_memo(struct shd_mesh_memo *memo) {
-    return memo && !atomic_exchange_explicit(&memo->taken, true, memory_order_acquire);
-}
-
-static void leave_memo(struct shd_mesh_memo *memo) {
-    atomic_store_explicit(&memo->taken, false, memory_order_release);
-}
-
 static bool recall_cells(struct shd_mesh_memo *memo, const view *v, shd_cell out[SHD_CELLS]) {
-    if (!take_memo(memo)) return false;
+    if (!memo || atomic_exchange(&memo->taken, true)) return false;
     bool found = false;
     for (int i = 0; i < VIEWS && !found; i++) {
         found = !memcmp(&memo->seen[i].view, v, sizeof *v);
         if (found) memcpy(out, memo->seen[i].cells, sizeof memo->seen[i].cells);
     }
-    leave_memo(memo);
+    memo->taken = false;
     return found;
 }
 
 static void note_cells(struct shd_mesh_memo *memo, const view *v, const shd_cell in[SHD_CELLS]) {
-    if (!take_memo(memo)) return;
+    if (!memo || atomic_exchange(&memo->taken, true)) return;
     const unsigned i = memo->next++ % VIEWS;
     memcpy(&memo->seen[i].view, v, sizeof *v);
     memcpy(memo->seen[i].cells, in, sizeof memo->seen[i].cells);
-    leave_memo(memo);
+    memo->taken = false;
 }
 
 void shd_plan_cells(const shd_scene *scene, const shd_object *object, const shd_affine *to_world,

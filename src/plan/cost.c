@@ -1,7 +1,5 @@
 #include "plan/cost.h"
 
-#include <math.h>
-
 #include "plan/kernel_costs.h"
 
 /* Nanoseconds with AVX-512 kernels, of the processor that kernel_costs.h names. On another one all
@@ -59,15 +57,6 @@ static void measure_stretch(const shd_object *object, double *least, double *mos
     *most = fmax(fmax(x, y), z);
 }
 
-/* The radius of a sphere around an object. */
-static double radius_of(const shd_plan *plan, size_t index) {
-    const shd_object *object = &plan->scene->objects[index];
-    double least, most;
-    measure_stretch(object, &least, &most);
-    const double radius = plan->objects[index].radius;
-    return object->shape == SHD_SPHERE ? fmin(radius, object->radius * most) : radius;
-}
-
 /* An object on the picture, about, in pixels. */
 typedef struct outline {
     double area; /* what it fills */
@@ -84,8 +73,7 @@ static double pixels_of(const shd_scene *scene) {
     return scene->raster.height / (2 * shd_half_height(&scene->camera));
 }
 
-/* Finds the rectangle around the corners of an object's box. False: not all are before the camera.
- */
+/* Finds the rectangle around the corners of an object's box. False: some are behind the camera. */
 static bool find_frame(const shd_scene *scene, const shd_object *object, shd_vec3 low,
                        shd_vec3 high, frame *out) {
     const shd_camera *camera = &scene->camera;
@@ -125,7 +113,9 @@ static outline outline_of(const shd_plan *plan, size_t index) {
     const shd_camera *camera = &scene->camera;
     const shd_object *object = &scene->objects[index];
     const double w = scene->raster.width, h = scene->raster.height, all = w * h;
-    const double radius = radius_of(plan, index);
+    double least, most, radius = plan->objects[index].radius; /* of a sphere around the object */
+    measure_stretch(object, &least, &most);
+    if (object->shape == SHD_SPHERE) radius = fmin(radius, object->radius * most);
     shd_vec3 low, high, view = camera->back;
     if (!shd_object_box(object, &low, &high)) return (outline){PLANE_FILLS * all, all};
     double pixels = pixels_of(scene);
@@ -167,20 +157,15 @@ static double mesh_ray(size_t triangles, const outline *o) {
     return BUNDLE_RAY + TRIANGLE_RAY * reaching * fmin((side + 1) / BLOCK, 1);
 }
 
-static bool is_ball(const shd_object *object) {
-    double least, most;
-    measure_stretch(object, &least, &most);
-    return object->shape == SHD_SPHERE && most <= 1.000001 * least;
-}
-
 /* What a ray costs that may meet the object. */
 static double cast_of(const shd_plan *plan, const shd_object *object, const outline *o,
                       shd_tier tier) {
     const size_t triangles = triangles_of(object);
-    double ray = rays[object->shape];
+    double ray = rays[object->shape], least, most;
+    measure_stretch(object, &least, &most);
     if (triangles)
         ray = mesh_ray(triangles, o);
-    else if (is_ball(object))
+    else if (object->shape == SHD_SPHERE && most <= 1.000001 * least)
         ray = tier == SHD_EXACT || plan->split_positions ? WIDE_BALL : BALL;
     return ray * slower_rays[plan->isa];
 }

@@ -1,6 +1,5 @@
-/* What rays and lights cost, by a simple model with constants that were measured once. It decides
- * which tier meets a budget at the least cost, so that it depends on nothing that is measured while
- * a program runs. */
+/* What rays and lights cost, by a simple model with constants that were measured once, because it
+ * decides which tier meets a budget at the least cost. */
 #pragma once
 
 #include "plan/plan.h"

@@ -1,20 +1,16 @@
 /* Lights that do not reach a patch of surface. */
+#include <assert.h>
 #include <string.h>
 
 #include "plan/parts.h"
 
-shd_cone shd_light_cone(const shd_plan_light *light) {
-    if (!light->spot) return (shd_cone){-1, 0};
-    double cosine = 1 - light->outer;
-    if (light->exponent > 0 && cosine < 0) cosine = 0;
-    return (shd_cone){cosine, sqrt(fmax(0, 1 - cosine * cosine))};
-}
-
-bool shd_outside_cone(shd_cone cone, shd_vec3 axis, shd_vec3 path, double radius) {
-    /* From the light to the center: -path. */
-    double squared = shd_dot(path, path), along = -shd_dot(path, axis);
+bool shd_outside_cone(const shd_plan_light *light, shd_vec3 path, double radius) {
+    assert(light->spot);
+    /* From the light to the center: -path. The cone's side is a line: a point that is y along the
+     * axis and x away from it is x cosine - y sine away from the side. */
+    double squared = shd_dot(path, path), along = -shd_dot(path, light->axis);
     double away = sqrt(fmax(0, squared - along * along));
-    return away * cone.cosine - along * cone.sine >
+    return away * light->cone.cosine - along * light->cone.sine >
            radius + SHD_PLAN_MARGIN * (sqrt(squared) + radius);
 }
 
@@ -34,7 +30,7 @@ static bool is_behind_patch(const shd_plan_light *light, const shd_patch *patch,
 size_t shd_plan_cull(const shd_plan *plan, const shd_patch *patch, const uint32_t *in, size_t count,
                      uint32_t *out) {
     size_t kept = 0;
-    if (plan->sweep->whole) {
+    if (plan->whole) {
         memmove(out, in, count * sizeof *out);
         return count;
     }
@@ -43,11 +39,9 @@ size_t shd_plan_cull(const shd_plan *plan, const shd_patch *patch, const uint32_
         const shd_plan_light *light = &plan->lights[in[i]];
         const shd_vec3 path =
             light->directional ? light->toward : shd_sub(light->position, patch->center);
-        if (is_behind_patch(light, patch, sine, path)) continue;
-        if (light->spot &&
-            shd_outside_cone(plan->sweep->cones[in[i]], light->axis, path, patch->radius))
-            continue;
-        out[kept++] = in[i];
+        if (!is_behind_patch(light, patch, sine, path) &&
+            !(light->spot && shd_outside_cone(light, path, patch->radius)))
+            out[kept++] = in[i];
     }
     return kept;
 }

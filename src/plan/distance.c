@@ -13,8 +13,7 @@ shd_place shd_place_of(const shd_object *object, const shd_plan_object *bounds) 
 }
 
 /* Signed, in the object's frame: negative inside. At most the distance to the surface, by size. The
- * larger of two distances from convex parts is that from what they have in common, or less if both
- * are positive. */
+ * larger of two distances from convex parts is no more than that from what they have in common. */
 static double signed_distance(const shd_place *place, shd_vec3 p) {
     const shd_object *object = place->object;
     const double r = object->radius, h = object->height / 2, out = hypot(p.x, p.z);

@@ -1,6 +1,5 @@
 /* The frame of f32 positions, and whether f32 is enough for them. */
 #include "plan/parts.h"
-#include "plan/tier.h"
 
 /* Pairs of objects and lights that are looked at. With more, positions are split in any case. */
 enum { MOST_PAIRS = 1 << 22 };

@@ -1,11 +1,13 @@
 /* A light as the plan has it, and what it sends where. */
 #pragma once
 
-#include <stdbool.h>
-#include <stddef.h>
-
 #include "base/vec3.h"
 #include "plan/tier.h"
+
+/* An angle in [0, pi], by its cosine and sine. */
+typedef struct shd_angle {
+    double cosine, sine;
+} shd_angle;
 
 /* A light that reaches surfaces: directional, point or spot, with a color that is not black. */
 typedef struct shd_plan_light {
@@ -24,7 +26,8 @@ typedef struct shd_plan_light {
      * because cosines cancel near the axis and chords do not. inner <= outer <= 2. */
     double outer, inner;
     double exponent;
-    bool steep; /* too steep for f32: a narrow fade, a high exponent, or one below 1 */
+    shd_angle cone; /* spot: its half-angle, or less, beyond which there is no light */
+    bool steep;     /* too steep for f32: a narrow fade, a high exponent, or one below 1 */
 } shd_plan_light;
 
 /* Whether the light's cone ends without a penumbra. Light jumps there, so that f32 may not decide

@@ -3,15 +3,14 @@
 
 #include "plan/plan.h"
 
-/* A distance or a cosine may be an error of f32 if it is smaller than this, beside the lengths that
- * it is compared with. It decides nothing then. */
+/* A distance or a cosine that is smaller than this, beside the lengths that it is compared with,
+ * may be an error of f32, and decides nothing. */
 #define SHD_PLAN_MARGIN 1e-5
 
 /* More than rounding moves lengths and cosines by in f64. */
 static const double SHD_PIECE_MARGIN = 1e-6;
 
-/* shd_length and shd_normalize, but for the last digit. Those divide by the largest component
- * first. Here that is done only if squares overflow or vanish. */
+/* shd_length and shd_normalize, but for the last digit, and faster if squares are normal. */
 static inline double shd_plan_length(shd_vec3 a) {
     const double squared = shd_dot(a, a);
     return squared > 1e-280 && squared < 1e280 ? sqrt(squared) : shd_length(a);
@@ -32,23 +31,8 @@ static inline bool shd_is_grey(const double color[3]) {
     return color[0] == color[1] && color[1] == color[2];
 }
 
-/* A light's cone, as the line that its side is: a point that is y along the axis and x away from it
- * is x cosine - y sine away from the line. With an exponent there is no light beyond 90 degrees.
- * cosine -1: it is no spot. */
-typedef struct shd_cone {
-    double cosine, sine;
-} shd_cone;
-
-shd_cone shd_light_cone(const shd_plan_light *light);
-
-/* Whether the cone misses the sphere. `path` leads from the sphere's center to the light. */
-bool shd_outside_cone(shd_cone cone, shd_vec3 axis, shd_vec3 path, double radius);
-
-/* What cull.c knows of each light. */
-typedef struct shd_plan_sweep {
-    const shd_cone *cones; /* [light_count] */
-    bool whole;            /* every light stays in every list */
-} shd_plan_sweep;
+/* Whether a spot's cone misses a sphere. `path` leads from the sphere's center to the light. */
+bool shd_outside_cone(const shd_plan_light *light, shd_vec3 path, double radius);
 
 /* What tells an object's distance from points. */
 typedef struct shd_place {
@@ -92,7 +76,7 @@ bool shd_is_behind(const shd_back *back, const shd_plan_light *light);
 
 /* Fills `objects`, `groups`, `lights` and `drops` from `given`, all lights that have a color. */
 bool shd_plan_reach(shd_plan *plan, const shd_plan_light *given, size_t count, uint8_t *drops,
-                    bool whole, shd_arena *arena);
+                    shd_arena *arena);
 
 /* Fills `sheets`. False: memory. */
 bool shd_plan_sheets(shd_plan *plan, shd_arena *arena);
@@ -100,8 +84,8 @@ bool shd_plan_sheets(shd_plan *plan, shd_arena *arena);
 /* Sets the frame, and whether positions are split in it. */
 void shd_plan_frame(shd_plan *plan);
 
-/* How large coordinates are, in the frame's unit, where the object is nearest to the light. On a
- * plane that is as far out as the light. */
+/* How large coordinates are, in the frame's unit, where the object is nearest to the light: on a
+ * plane, as far out as the light. */
 double shd_plan_size(const shd_plan *plan, const shd_plan_object *object,
                      const shd_plan_light *light);
 

@@ -3,7 +3,6 @@
 #include <string.h>
 
 #include "plan/parts.h"
-#include "plan/tier.h"
 
 static shd_plan_light plan_light(const shd_light *light, size_t index) {
     shd_plan_light out = {.index = index};
@@ -30,6 +29,8 @@ static shd_plan_light plan_light(const shd_light *light, size_t index) {
     out.inner = 2 * inner * inner;
     out.exponent = light->exponent;
     if (out.spot) {
+        const double rim = 1 - out.outer, cosine = out.exponent > 0 && rim < 0 ? 0 : rim;
+        out.cone = (shd_angle){cosine, sqrt(fmax(0, 1 - cosine * cosine))};
         /* The cone fades within less than 5 degrees, or is narrow, or the exponent is steep or,
          * below 1, vertical at 90 degrees. */
         double fade = light->angle * light->penumbra;
@@ -107,22 +108,10 @@ static void find_greys(shd_plan *plan) {
     }
 }
 
-static bool make_sweep(shd_plan *plan, bool whole, shd_arena *arena) {
-    shd_plan_sweep *sweep = shd_arena_alloc(arena, 1, sizeof *sweep);
-    shd_cone *cones = shd_arena_alloc(arena, plan->light_count, sizeof *cones);
-    if (!sweep || !cones) return false;
-    for (size_t j = 0; j < plan->light_count; j++) cones[j] = shd_light_cone(&plan->lights[j]);
-    *sweep = (shd_plan_sweep){cones, whole};
-    plan->sweep = sweep;
-    return true;
-}
-
 /* Makes the lists of lights and everything that follows from them. */
 static bool arrange_lights(shd_plan *plan, const shd_plan_light *lights, size_t count,
-                           uint8_t *drops, bool whole, shd_arena *arena) {
-    plan->light_count = 0;
-    if (!shd_plan_reach(plan, lights, count, drops, whole, arena)) return false;
-    if (!make_sweep(plan, whole, arena)) return false;
+                           uint8_t *drops, shd_arena *arena) {
+    if (!shd_plan_reach(plan, lights, count, drops, arena)) return false;
     find_greys(plan);
     shd_plan_frame(plan);
     return shd_plan_sheets(plan, arena);
@@ -142,13 +131,11 @@ static bool make_materials(shd_plan *plan, const double ambient[3], shd_arena *a
 
 bool shd_plan_draft(const shd_scene *scene, shd_isa isa, bool whole, const atomic_bool *cancelled,
                     shd_arena *arena, const shd_plan **out) {
-    shd_plan *plan = shd_arena_zalloc(arena, 1, sizeof *plan);
+    shd_plan *plan = shd_arena_alloc(arena, 1, sizeof *plan);
     shd_plan_light *lights = shd_arena_alloc(arena, scene->light_count, sizeof *lights);
     uint8_t *drops = shd_arena_zalloc(arena, scene->light_count, sizeof *drops);
     if (!plan || !lights || !drops) return false;
-    plan->scene = scene;
-    plan->isa = isa;
-    plan->cancelled = cancelled;
+    *plan = (shd_plan){.scene = scene, .isa = isa, .whole = whole, .cancelled = cancelled};
 
     double ambient[3];
     size_t count = 0;
@@ -164,7 +151,7 @@ bool shd_plan_draft(const shd_scene *scene, shd_isa isa, bool whole, const atomi
             lights[count++] = plan_light(light, i);
     }
     if (!plan_planes(scene, arena, plan) || !make_materials(plan, ambient, arena) ||
-        !arrange_lights(plan, lights, count, drops, whole, arena))
+        !arrange_lights(plan, lights, count, drops, arena))
         return false;
     *out = plan;
     return true;
@@ -185,7 +172,7 @@ bool shd_plan_without(const shd_plan *draft, const bool *out_of_budget, shd_aren
             drops[draft->lights[j].index] = SHD_DROP_BUDGET;
         else
             lights[count++] = draft->lights[j];
-    if (!arrange_lights(plan, lights, count, drops, draft->sweep->whole, arena)) return false;
+    if (!arrange_lights(plan, lights, count, drops, arena)) return false;
     *out = plan;
     return true;
 }

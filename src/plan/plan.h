@@ -1,9 +1,8 @@
 /* The plan: the scene reduced to what it needs, before any pixel is touched.
  *
  * Constants are folded. Black terms are gone, and so are lights that reach nothing that is seen of
- * the picture, or of an object. Angles have become what the kernels compare. The tier and its
- * kernel are chosen. All these reductions are exact: the picture is that of the full scene. A plan
- * is constant once made, lives in its arena, and may be shared by threads. */
+ * the picture, or of an object. Angles have become what the kernels compare. All this is exact: the
+ * picture is that of the full scene. A plan is constant. It lives in its arena; any thread. */
 #pragma once
 
 #include "base/arena.h"
@@ -57,8 +56,7 @@ typedef struct shd_plan_object {
     double radius;
     size_t material; /* in plan->materials: the first that is equal to the object's */
     size_t group;    /* in plan->groups */
-    /* [light_count]: ascending indices in plan->lights. Other lights add exactly 0 to what is seen
-     * of the object. */
+    /* [light_count]: ascending indices in plan->lights. Others add exactly 0 to what is seen. */
     const uint32_t *lights;
     size_t light_count;
 } shd_plan_object;
@@ -87,9 +85,8 @@ typedef struct shd_plan {
     const shd_scene *scene;
     const atomic_bool *cancelled; /* if it is raised, all work with the plan ends; or NULL */
     shd_tier tier;                /* the one that runs: with a budget, the cheapest that meets it */
-    /* The kernels' instruction set, the widest that this machine has. Tests may choose another one.
-     * It changes no bit, but see shd_isa_fuses. A budget's tier depends on what lights cost by it.
-     */
+    /* The kernels' instruction set: the widest that this machine has, but in tests. It changes no
+     * bit, but see shd_isa_fuses. A budget's tier depends on what lights cost by it. */
     shd_isa isa;
     const shd_plan_light *lights; /* those that may reach some object */
     size_t light_count;
@@ -116,9 +113,9 @@ typedef struct shd_plan {
     /* A sum of lights may leave drop_tolerance + drop_relative I out of a component of value I, in
      * the working space. 0 and 0: all lights count. */
     double drop_tolerance, drop_relative;
-    double dropped;                     /* the most that lights add which a budget has left out */
-    shd_bound bound;                    /* of the picture's error, which counts all of these */
-    const struct shd_plan_sweep *sweep; /* for shd_plan_cull */
+    double dropped;  /* the most that lights add which a budget has left out */
+    shd_bound bound; /* of the picture's error, which counts all of these */
+    bool whole;      /* as shd_plan_draft has it */
     /* For people and the Shaded-Plan header: "tier=standard; lights=3/4; error<=2.1e-06 linear, 1
      * code, 0.012 deltaE2000". Bounds that are not known are left out. "; asked=draft" follows a
      * tier that was not asked for. */
@@ -134,14 +131,12 @@ typedef struct shd_choice {
 } shd_choice;
 
 /* Makes a plan for kernels of the instruction set `isa`, but for what is chosen: tier, tolerances
- * and bound. With `whole`, no materials are merged, and every light that has a color stays, for
- * every object and every patch: tests compare pictures of both. `cancelled` (or NULL) ends it, and
- * goes into the plan. False: memory, or cancelled. */
+ * and bound. With `whole`, which is for tests, no materials are merged, and every light that has a
+ * color stays everywhere. `cancelled` (or NULL) ends it. False: memory, or cancelled. */
 bool shd_plan_draft(const shd_scene *scene, shd_isa isa, bool whole, const atomic_bool *cancelled,
                     shd_arena *arena, const shd_plan **out);
 
-/* Makes a draft without the lights whose `out_of_budget` ([light_count]) is set. False: as above.
- */
+/* Makes a draft without lights whose `out_of_budget` ([light_count]) is set. False: as above. */
 bool shd_plan_without(const shd_plan *draft, const bool *out_of_budget, shd_arena *arena,
                       const shd_plan **out);
 
@@ -155,8 +150,7 @@ double shd_bound_in(const shd_bound *bound, shd_metric metric);
 /* Rounded up to two digits, 2.1e-06, or to as many more as keep it within `most`, the budget that
  * the bound meets (infinite: there is none). */
 void shd_print_bound(double bound, double most, char out[SHD_BOUND_TEXT]);
-
-/* The same of the plan's bound: within the budget where the plan has one in that metric. */
+/* The same of the plan's bound: within the budget if the plan has one in that metric. */
 void shd_plan_print_bound(const shd_plan *plan, shd_metric metric, char out[SHD_BOUND_TEXT]);
 
 /* Finds the scene's light `index` in plan->lights. False: it was dropped. */
@@ -171,8 +165,7 @@ typedef struct shd_patch {
 } shd_patch;
 
 /* Copies those lights of `in[0..count)` (ascending indices in plan->lights) to `out` that may reach
- * the patch, and returns how many there are. `out` has room for all, and may be `in`. The other
- * lights add exactly 0 there: they are behind all normals, or their cones miss the sphere. This
- * takes some 10 ns a light. */
+ * the patch, and returns how many there are. `out` may be `in`. Other lights add exactly 0 there:
+ * they are behind all normals, or their cones miss the sphere. It takes some 10 ns a light. */
 size_t shd_plan_cull(const shd_plan *plan, const shd_patch *patch, const uint32_t *in, size_t count,
                      uint32_t *out);

@@ -1,4 +1,5 @@
 /* Which lights reach which objects, and objects that are lit alike. */
+#include <assert.h>
 #include <string.h>
 #include <xxhash.h>
 
@@ -68,13 +69,13 @@ static uint64_t hash_material(const shd_plan_material *m) {
 }
 
 /* `first`: [material_count], for each the first that equals it. */
-static bool merge_materials(const shd_plan *plan, bool whole, size_t *first, shd_arena *arena) {
+static bool merge_materials(const shd_plan *plan, size_t *first, shd_arena *arena) {
     const size_t count = plan->scene->material_count;
     table t = {.equal = same_material, .things = plan->materials};
     if (!make_table(&t, count, arena)) return false;
     for (size_t m = 0; m < count; m++) {
         if (shd_is_cancelled(plan->cancelled)) return false;
-        first[m] = whole ? m : first_equal(&t, hash_material(&plan->materials[m]), m);
+        first[m] = plan->whole ? m : first_equal(&t, hash_material(&plan->materials[m]), m);
     }
     return true;
 }
@@ -82,11 +83,11 @@ static bool merge_materials(const shd_plan *plan, bool whole, size_t *first, shd
 /* ---- Lights. ---- */
 
 typedef struct reach {
-    const shd_scene *scene;
+    shd_plan *plan;
     shd_plan_object *objects;
     const shd_plan_light *given;
-    const shd_cone *cones; /* of the given lights */
     size_t count;
+    uint32_t *all;  /* [count]: 0, 1, 2 ... */
     bool *used;     /* [count] */
     uint8_t *drops; /* [scene->light_count] */
     shd_plan_group *groups;
@@ -110,8 +111,7 @@ static uint8_t find_drop(const reach *r, const shd_plan_object *object,
     const shd_plan_light *light = &r->given[j];
     if (!reflects_color(material, light->color)) return SHD_DROP_UNLIT;
     if (light->spot && object->bounded &&
-        shd_outside_cone(r->cones[j], light->axis, shd_sub(light->position, object->center),
-                         object->radius))
+        shd_outside_cone(light, shd_sub(light->position, object->center), object->radius))
         return SHD_DROP_CONE;
     return shd_is_behind(back, light) ? SHD_DROP_BEHIND : 0;
 }
@@ -127,14 +127,14 @@ static bool same_group(const void *things, size_t x, size_t y) {
 /* Joins the group of the object's material and the list. The list of a new group is copied, unless
  * it has all lights. False: memory. */
 static bool join_group(reach *r, shd_plan_object *object, const uint32_t *list, size_t count,
-                       const uint32_t *all, shd_arena *arena) {
-    if (count == r->count) list = all;
+                       shd_arena *arena) {
+    if (count == r->count) list = r->all;
     uint64_t hash = XXH3_64bits_withSeed(list, count * sizeof *list, object->material);
     r->groups[r->group_count] = (shd_plan_group){object->material, list, count};
     object->group = first_equal(&r->table, hash, r->group_count);
     object->light_count = count;
     if (object->group < r->group_count) return true;
-    if (list != all) {
+    if (list != r->all) {
         uint32_t *copy = shd_arena_alloc(arena, count, sizeof *copy);
         if (!copy) return false;
         memcpy(copy, list, count * sizeof *copy);
@@ -144,12 +144,11 @@ static bool join_group(reach *r, shd_plan_object *object, const uint32_t *list, 
     return true;
 }
 
-static bool find_lists(reach *r, const shd_plan *plan, bool whole, shd_arena *arena) {
-    const shd_scene *scene = r->scene;
-    uint32_t *all = shd_arena_alloc(arena, r->count, sizeof *all);
+static bool find_lists(reach *r, shd_arena *arena) {
+    const shd_plan *plan = r->plan;
+    const shd_scene *scene = plan->scene;
     uint32_t *list = shd_arena_alloc(arena, r->count, sizeof *list);
-    if (!all || !list) return false;
-    for (size_t j = 0; j < r->count; j++) all[j] = (uint32_t)j;
+    if (!list) return false;
     const bool few = scene->object_count <= MOST_PAIRS / (r->count ? r->count : 1);
     for (size_t i = 0; i < scene->object_count; i++) {
         if (shd_is_cancelled(plan->cancelled)) return false;
@@ -158,43 +157,44 @@ static bool find_lists(reach *r, const shd_plan *plan, bool whole, shd_arena *ar
         const bool lit = material->has_diffuse || material->lobe_count;
         size_t count = 0;
         shd_back back = {.known = false};
-        if (few && lit && !whole) back = shd_back_of(scene, &scene->objects[i], object);
+        if (few && lit && !plan->whole) back = shd_back_of(scene, &scene->objects[i], object);
         for (size_t j = 0; j < r->count; j++) {
             uint8_t drop = lit ? 0 : SHD_DROP_UNLIT;
             if (lit && few) drop = find_drop(r, object, material, &back, j);
-            if (whole) drop = 0;
+            if (plan->whole) drop = 0;
             r->drops[r->given[j].index] |= drop;
             if (drop) continue;
             r->used[j] = true;
             list[count++] = (uint32_t)j;
         }
-        if (!join_group(r, object, list, count, all, arena)) return false;
+        if (!join_group(r, object, list, count, arena)) return false;
     }
     return true;
 }
 
 /* Takes out lights that are in no list, and numbers the lists anew. False: memory, or cancelled. */
-static bool keep_used(reach *r, shd_plan *plan, bool whole, shd_arena *arena) {
+static bool keep_used(reach *r, shd_arena *arena) {
+    shd_plan *plan = r->plan;
     shd_plan_light *lights = shd_arena_alloc(arena, r->count, sizeof *lights);
     uint32_t *number = shd_arena_alloc(arena, r->count, sizeof *number);
-    uint32_t *all = shd_arena_alloc(arena, r->count, sizeof *all);
-    if (!lights || !number || !all) return false;
+    if (!lights || !number) return false;
+    plan->light_count = 0;
     for (size_t j = 0; j < r->count; j++) {
         const size_t index = r->given[j].index;
-        if (!r->used[j] && !whole) {
+        if (!r->used[j] && !plan->whole) {
             if (!r->drops[index]) r->drops[index] = SHD_DROP_UNLIT; /* no object */
             continue;
         }
         r->drops[index] = 0;
         number[j] = (uint32_t)plan->light_count;
-        all[plan->light_count] = (uint32_t)plan->light_count;
         lights[plan->light_count++] = r->given[j];
     }
     for (size_t g = 0; g < r->group_count; g++) {
         if (shd_is_cancelled(plan->cancelled)) return false;
         shd_plan_group *group = &r->groups[g];
+        assert(group->light_count <= plan->light_count);
         if (group->light_count == plan->light_count) {
-            group->lights = all;
+            group->lights = r->all;
             continue;
         }
         uint32_t *list = shd_arena_alloc(arena, group->light_count, sizeof *list);
@@ -202,37 +202,35 @@ static bool keep_used(reach *r, shd_plan *plan, bool whole, shd_arena *arena) {
         for (size_t k = 0; k < group->light_count; k++) list[k] = number[group->lights[k]];
         group->lights = list;
     }
-    for (size_t i = 0; i < r->scene->object_count; i++)
+    for (size_t i = 0; i < plan->scene->object_count; i++)
         r->objects[i].lights = r->groups[r->objects[i].group].lights;
     plan->lights = lights;
     return true;
 }
 
 bool shd_plan_reach(shd_plan *plan, const shd_plan_light *given, size_t count, uint8_t *drops,
-                    bool whole, shd_arena *arena) {
+                    shd_arena *arena) {
     const shd_scene *scene = plan->scene;
-    shd_cone *cones = shd_arena_alloc(arena, count, sizeof *cones);
     size_t *first = shd_arena_alloc(arena, scene->material_count, sizeof *first);
-    reach r = {.scene = scene,
+    reach r = {.plan = plan,
                .given = given,
-               .cones = cones,
                .count = count,
+               .all = shd_arena_alloc(arena, count, sizeof(uint32_t)),
                .drops = drops,
                .used = shd_arena_zalloc(arena, count, sizeof(bool)),
                .objects = shd_arena_zalloc(arena, scene->object_count, sizeof(shd_plan_object)),
                .groups = shd_arena_alloc(arena, scene->object_count, sizeof(shd_plan_group))};
     r.table = (table){.equal = same_group, .things = r.groups};
-    if (!cones || !first || !r.used || !r.objects || !r.groups ||
-        !make_table(&r.table, scene->object_count, arena) ||
-        !merge_materials(plan, whole, first, arena))
+    if (!first || !r.all || !r.used || !r.objects || !r.groups ||
+        !make_table(&r.table, scene->object_count, arena) || !merge_materials(plan, first, arena))
         return false;
-    for (size_t j = 0; j < count; j++) cones[j] = shd_light_cone(&given[j]);
+    for (size_t j = 0; j < count; j++) r.all[j] = (uint32_t)j;
     for (size_t i = 0; i < scene->object_count; i++) {
         shd_plan_object *object = &r.objects[i];
         object->bounded = shd_object_bounds(&scene->objects[i], &object->center, &object->radius);
         object->material = first[scene->objects[i].material];
     }
-    if (!find_lists(&r, plan, whole, arena) || !keep_used(&r, plan, whole, arena)) return false;
+    if (!find_lists(&r, arena) || !keep_used(&r, arena)) return false;
     plan->objects = r.objects;
     plan->groups = r.groups;
     plan->group_count = r.group_count;

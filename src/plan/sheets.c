@@ -2,8 +2,7 @@
  * light is. The side must be the same all over a face. */
 #include "plan/parts.h"
 
-/* A light is in a plane if it is no farther from it than this times |light| + |point|
- * (docs/model.md). */
+/* A light is in a plane if it is nearer than this times |light| + |point| (docs/model.md). */
 static const double IN_PLANE = 16 * 0x1p-52;
 
 /* Nearer to a plane than this times its distance and the face's size, f32's normals and positions

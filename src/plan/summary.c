@@ -1,5 +1,4 @@
 /* What people read of a plan, and how bounds are printed. */
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

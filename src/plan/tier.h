@@ -1,6 +1,5 @@
-/* What the tiers' kernels (shade/, sight/) cut off, hold and round, which the bounds of their
- * errors (bound/) have to know. Each of these stands here alone. tests/unit/shade_tiers.c holds
- * kernels and bounds against each other. */
+/* What the tiers' kernels (shade/, sight/) cut off, hold and round, and the bounds of their errors
+ * (bound/) know. tests/unit/shade_tiers.c holds both against each other. */
 #pragma once
 
 #include <math.h>
@@ -29,30 +28,27 @@ static const double SHD_TURNED = 0x1p-22, SHD_SPLIT = 0x1p-52;
  * nearer to 0 than this are lit again, too. */
 static const double SHD_CLIFF = 1e-3;
 
-/* A lobe is cut where it has fallen to exp(-cut), so that what is cut of all lights together is
- * nothing beside the standard tier's error. `lights` is the number of the scene's lights, so that
- * no bit depends on what the plan leaves out. In f64 a lobe is cut at exp(-SHD_EXACT_CUT), which is
- * less than its functions err by. */
+/* A lobe is cut where it has fallen to exp(-cut), so that what is cut of all of the scene's lights
+ * together is nothing beside the standard tier's error. In f64 it is cut at exp(-SHD_EXACT_CUT),
+ * which is less than its functions err by. */
 static const double SHD_LEAST_CUT = 17, SHD_EXACT_CUT = 60;
 
 static inline double shd_lobe_cut(size_t lights) {
     return SHD_LEAST_CUT + log((double)(lights > 1 ? lights : 1));
 }
 
-/* Lobes that fall to nothing within 60 degrees, where 1 - R.V is 1/2, have polynomials of their own
- * in the standard tier. */
+/* Lobes that are nothing beyond 60 degrees (1 - R.V is 1/2) have polynomials of their own in f32.
+ */
 static inline bool shd_is_short_lobe(double shininess, double cut) {
     return cut / shininess < 0.5;
 }
 
-/* Whether a power of a cosine has an edge at 90 degrees that is too steep for f32. f64 does these.
- */
+/* Whether a power of a cosine has an edge at 90 degrees that is too steep for f32: f64 does it. */
 static inline bool shd_is_sheer(double exponent) {
     return exponent < 1;
 }
 
-/* The least power of 2 that the standard tier's functions give. They give it for smaller ones, too.
- */
+/* The least power of 2 that the standard tier's functions give, for smaller ones, too. */
 enum { SHD_LEAST_LOG2 = -125 };
 
 /* What rounding to f64 does to a hit, relative to the lengths on the way to it (sight/tie.h). */

@@ -1,17 +1,9 @@
-/* Pieces cover what may be seen of an object. Each is a sphere around points of its surface, with
- * cones around their normals and around their mirrored views. Intervals tell what a light can do at
- * a piece. Inside of bound/.
- *
- * Pieces depend on the camera and on the whole picture, never on the region that is rendered. Every
- * sample of the object that is seen lies in one of them. */
+/* Pieces cover what may be seen of an object, by each sample of the whole picture. Each is a sphere
+ * around points of its surface, with cones around their normals and around their mirrored views.
+ * Intervals tell what a light can do at a piece. Inside of bound/. */
 #pragma once
 
 #include "plan/parts.h"
-
-/* An angle in [0, pi], by its cosine and sine. */
-typedef struct shd_angle {
-    double cosine, sine;
-} shd_angle;
 
 static const shd_angle SHD_ANY_ANGLE = {-1, 0};
 
