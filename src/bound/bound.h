@@ -1,15 +1,13 @@
-/* Error bounds: how far a picture may be from the model. The room above plan.
+/* Error bounds: how far a picture may be from the model.
  *
  * A tier's errors (light/error.h) are carried through the scene in three steps: by how much the
  * lights may be off in each piece of what is seen (light/pieces.h, light/excess.h), what that is in
- * the output's codes (shown/code.c), and what it is to the eye (shown/delta_e.c). Edges that run
- * through a sample are not counted: see light/error.h. These bounds choose the tier of a plan, and
- * what it leaves out (choose.c). */
+ * the output's codes (shown/code.c), and what it is to the eye (shown/delta_e.c). These bounds
+ * choose the tier of a plan, and what it leaves out (choose.c). */
 #pragma once
 
 #include "base/transfer.h"
 #include "plan/cost.h"
-#include "plan/plan.h"
 
 /* The reason if `linear` is unknown. */
 #define SHD_NO_LINEAR_BOUND "a light may touch a surface, or a value exceed what floats hold"
@@ -28,9 +26,9 @@ typedef struct shd_shown {
 
 /* Chooses how a draft is carried out: in the tier that is asked for, or in the cheapest one that
  * meets the budget if lights cost `costs` ([SHD_EXACT + 1], see plan/cost.h). With a budget it also
- * chooses tolerances, and the weakest lights of the whole picture, which choice->plan is then
- * without. The bound counts all of that. `shown`: [output_count]; NULL: how outputs show colors is
- * not known, so that only the exact tier meets a budget in codes or CIEDE2000. SHD_SCENE: nothing
- * meets the budget. SHD_MEMORY, without a text: also if the draft's flag cancels. */
+ * chooses tolerances, and the weakest lights of the whole picture, which out->plan is then without.
+ * The bound counts all of that. `shown`: [output_count]; NULL: it is not known, so that only the
+ * exact tier meets a budget in codes or CIEDE2000. SHD_SCENE: nothing meets the budget. SHD_MEMORY,
+ * without a text: also if the draft's flag cancels. */
 shd_status shd_choose(const shd_plan *draft, const shd_shown *shown, const shd_kernel_cost *costs,
                       shd_arena *arena, shd_choice *out, shd_error *error);

@@ -1,9 +1,7 @@
 /* The tier, and what may be left out under a budget. */
-#include <math.h>
 #include <stdlib.h>
 
 #include "bound/shown/shown.h"
-#include "plan/parts.h"
 
 /* The share of lights of the whole picture in what the tier's own error leaves of a budget. The
  * rest is for lights of tiles. */
@@ -13,27 +11,23 @@ static const double PICTURE_SHARE = 0.3;
  * share of the room is for the dark. */
 static const double DARK_SHARE = 0.9;
 
-static bool is_in_budget(const shd_choice *choice) {
-    const shd_accuracy *accuracy = &choice->plan->scene->accuracy;
-    return shd_bound_in(&choice->bound, accuracy->metric) <= accuracy->max_error;
+/* Whether what the list is of is the picture that codes are measured against. */
+static bool is_exact(const shd_choice *choice, const shd_excess_list *list) {
+    return choice->tier == SHD_EXACT && list->more == 0;
 }
 
 /* The worst of all outputs. */
-static shd_bound bound_of(const shd_plan *plan, shd_tier tier, const shd_shown *shown,
-                          const shd_excess_list *list) {
-    shd_bound bound = {shd_bound_linear(list), 0, 0};
-    if (tier == SHD_EXACT && list->more == 0) return bound; /* it is the picture in question */
-    if (!shown || !plan->scene->output_count) bound.code = bound.delta_e = INFINITY;
-    for (size_t i = 0; shown && i < plan->scene->output_count; i++) {
-        bound.code = fmax(bound.code, shd_bound_code(list, &shown[i]));
-        bound.delta_e = fmax(bound.delta_e, shd_bound_delta_e(list, &shown[i], 0));
-    }
-    return bound;
-}
-
 static void set_bound(shd_choice *choice, const shd_shown *shown, shd_excess_list *list) {
+    const size_t outputs = choice->plan->scene->output_count;
+    shd_bound *bound = &choice->bound;
     shd_excess_leave_out(list, choice->drop_tolerance + choice->dropped, choice->drop_relative);
-    choice->bound = bound_of(choice->plan, choice->tier, shown, list);
+    *bound = (shd_bound){shd_bound_linear(list), 0, 0};
+    if (is_exact(choice, list)) return;
+    if (!shown || !outputs) bound->code = bound->delta_e = INFINITY;
+    for (size_t i = 0; shown && i < outputs; i++) {
+        bound->code = fmax(bound->code, shd_bound_code(list, &shown[i]));
+        bound->delta_e = fmax(bound->delta_e, shd_bound_delta_e(list, &shown[i], 0));
+    }
 }
 
 /* False: memory. */
@@ -44,32 +38,32 @@ static bool find_bound(shd_choice *choice, const shd_shown *shown, shd_arena *ar
     return true;
 }
 
-static bool is_within(const shd_plan *plan, const shd_shown *shown, const shd_excess_list *list,
-                      shd_tier tier) {
-    const shd_accuracy *accuracy = &plan->scene->accuracy;
-    if (accuracy->metric == SHD_LINEAR) return shd_bound_linear(list) <= accuracy->max_error;
-    if (tier == SHD_EXACT && list->more == 0) return true; /* it is the picture in question */
-    for (size_t o = 0; shown && o < plan->scene->output_count; o++) {
-        const double most = accuracy->max_error;
-        const double bound = accuracy->metric == SHD_CODE
-                                 ? shd_bound_code(list, &shown[o])
-                                 : shd_bound_delta_e(list, &shown[o], most);
+static bool is_within(const shd_choice *choice, const shd_shown *shown,
+                      const shd_excess_list *list) {
+    const shd_scene *scene = choice->plan->scene;
+    const shd_metric metric = scene->accuracy.metric;
+    const double most = scene->accuracy.max_error;
+    if (metric == SHD_LINEAR) return shd_bound_linear(list) <= most;
+    if (is_exact(choice, list)) return true;
+    for (size_t o = 0; shown && o < scene->output_count; o++) {
+        const double bound = metric == SHD_CODE ? shd_bound_code(list, &shown[o])
+                                                : shd_bound_delta_e(list, &shown[o], most);
         if (!(bound <= most)) return false;
     }
     return shown;
 }
 
 /* The most that may come on top of `value` (`more` or `color` of the list), to a factor of 1.2. */
-static double find_room(const shd_plan *plan, const shd_shown *shown, shd_excess_list *list,
-                        shd_tier tier, double *value) {
+static double find_room(const shd_choice *choice, const shd_shown *shown, shd_excess_list *list,
+                        double *value) {
     const double begin = *value;
     double low = 1e-9, high = 16;
     *value = begin + low;
-    if (!is_within(plan, shown, list, tier)) low = 0;
-    while (low > 0 && high / low > 1.2 && !shd_is_cancelled(plan->cancelled)) {
+    if (!is_within(choice, shown, list)) low = 0;
+    while (low > 0 && high / low > 1.2 && !shd_is_cancelled(choice->plan->cancelled)) {
         double middle = sqrt(low * high);
         *value = begin + middle;
-        *(is_within(plan, shown, list, tier) ? &low : &high) = middle;
+        *(is_within(choice, shown, list) ? &low : &high) = middle;
     }
     *value = begin;
     return low;
@@ -78,13 +72,13 @@ static double find_room(const shd_plan *plan, const shd_shown *shown, shd_excess
 /* Shares what a tier leaves of the budget: sets drop_relative, and returns the absolute part. */
 static double share_room(shd_choice *choice, const shd_shown *shown, shd_excess_list *list) {
     const shd_plan *plan = choice->plan;
-    double room = find_room(plan, shown, list, choice->tier, &list->more);
+    double room = find_room(choice, shown, list, &list->more);
     if (plan->scene->accuracy.metric != SHD_LINEAR) {
         room *= DARK_SHARE;
         list->more = room;
         /* All that is seen is no less than a part of it only if light adds up. */
         if (list->nonnegative && plan->light_count > 1)
-            choice->drop_relative = find_room(plan, shown, list, choice->tier, &list->color);
+            choice->drop_relative = find_room(choice, shown, list, &list->color);
     }
     return room;
 }
@@ -145,7 +139,8 @@ static bool leave_out(shd_choice *choice, const shd_shown *shown, shd_excess_lis
     }
     if (!shd_plan_without(draft, drops, arena, &choice->plan) || !find_bound(choice, shown, arena))
         return false;
-    if (is_in_budget(choice)) return true;
+    const shd_accuracy *accuracy = &draft->scene->accuracy;
+    if (shd_bound_in(&choice->bound, accuracy->metric) <= accuracy->max_error) return true;
     /* With fewer lights, pieces are other ones. Those of all lights do have the room. */
     choice->plan = draft;
     choice->drop_tolerance += choice->dropped;
@@ -159,16 +154,16 @@ static shd_status fail_budget(const shd_plan *draft, const shd_shown *shown, shd
     const shd_accuracy *accuracy = &draft->scene->accuracy;
     shd_choice exact = {.plan = draft, .tier = SHD_EXACT};
     if (!find_bound(&exact, shown, arena)) return SHD_MEMORY;
-    double reached = shd_bound_in(&exact.bound, accuracy->metric);
+    const double reached = shd_bound_in(&exact.bound, accuracy->metric);
+    const char *path = "/accuracy/maxError", *metric = shd_metric_names[accuracy->metric];
     if (!isfinite(reached))
-        return shd_fail(error, SHD_SCENE, "/accuracy/maxError",
-                        "no bound in %s is known for this scene: " SHD_NO_LINEAR_BOUND,
-                        shd_metric_names[accuracy->metric]);
+        return shd_fail(error, SHD_SCENE, path,
+                        "no bound in %s is known for this scene: " SHD_NO_LINEAR_BOUND, metric);
     char told[SHD_BOUND_TEXT];
     shd_print_bound(reached, INFINITY, told);
-    return shd_fail(error, SHD_SCENE, "/accuracy/maxError",
+    return shd_fail(error, SHD_SCENE, path,
                     "no tier stays within %.9g %s in this scene: `exact` reaches %s",
-                    accuracy->max_error, shd_metric_names[accuracy->metric], told);
+                    accuracy->max_error, metric, told);
 }
 
 static shd_status meet_budget(shd_choice *choice, const shd_shown *shown,
@@ -181,12 +176,10 @@ static shd_status meet_budget(shd_choice *choice, const shd_shown *shown,
         shd_influences influences;
         choice->tier = ranked[k];
         if (!shd_excess_find(draft, choice->tier, arena, &list, &influences)) return SHD_MEMORY;
-        if (!is_within(draft, shown, &list, choice->tier)) continue;
-        /* The exact tier leaves nothing out. */
-        if (choice->tier == SHD_EXACT)
-            set_bound(choice, shown, &list);
-        else if (!leave_out(choice, shown, &list, &influences, arena))
-            return SHD_MEMORY;
+        if (!is_within(choice, shown, &list)) continue;
+        if (choice->tier != SHD_EXACT)
+            return leave_out(choice, shown, &list, &influences, arena) ? SHD_OK : SHD_MEMORY;
+        set_bound(choice, shown, &list); /* the exact tier leaves nothing out */
         return SHD_OK;
     }
     return fail_budget(draft, shown, arena, error);
@@ -196,11 +189,9 @@ shd_status shd_choose(const shd_plan *draft, const shd_shown *shown, const shd_k
                       shd_arena *arena, shd_choice *out, shd_error *error) {
     const shd_accuracy *accuracy = &draft->scene->accuracy;
     shd_choice choice = {.plan = draft, .tier = accuracy->tier};
-    shd_status status = SHD_OK;
-    if (accuracy->budget)
-        status = meet_budget(&choice, shown, costs, arena, error);
-    else if (!find_bound(&choice, shown, arena))
-        status = SHD_MEMORY;
+    const shd_status status = accuracy->budget ? meet_budget(&choice, shown, costs, arena, error)
+                              : find_bound(&choice, shown, arena) ? SHD_OK
+                                                                  : SHD_MEMORY;
     if (status == SHD_OK) *out = choice;
     return status;
 }

@@ -167,14 +167,13 @@ static void spots_are_within_their_bounds(void **state) {
         for (size_t k = 0; k < count; k++) {
             const shd_tier tier = kernels[k].tier;
             const shd_path_error *e = shd_path_error_of(tier, SHD_PATH_ATTENUATED);
-            const shd_spot_shape shape = {light.inner, light.outer, light.exponent};
             weigh_points(&kernels[k], 0.25, &light, 1, &at, true, diffuse, specular);
             for (size_t i = 0; i < at.count; i++) {
                 const shd_vec3 p = lane_of(at.position, i);
                 const double facing = 2 / sqrt(4 + shd_dot(p, p));
                 const double error = fabs(diffuse[i] - spot_of(&light, p) * facing);
                 const double bound =
-                    shd_spot_error(tier, &shape, -1, 1, 0) + e->relative + e->facing;
+                    shd_spot_error(tier, &light, -1, 1, 0) + e->relative + e->facing;
                 most[k] = fmax(most[k], error / bound);
             }
         }

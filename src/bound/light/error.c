@@ -1,9 +1,5 @@
 #include "bound/light/error.h"
 
-#include <math.h>
-
-#include "plan/tier.h"
-
 /* Half an ulp of f32 and f64, relative. */
 #define U32 0x1p-24
 #define U64 0x1p-53
@@ -104,7 +100,7 @@ double shd_lobe_sum(double turned, double functions) {
     return functions > both ? functions : both;
 }
 
-double shd_spot_error(shd_tier tier, const shd_spot_shape *spot, double low, double high,
+double shd_spot_error(shd_tier tier, const shd_plan_light *spot, double low, double high,
                       double moved) {
     const double direction = shd_path_error_of(tier, SHD_PATH_ATTENUATED)->direction + moved;
     const double unit = tier == SHD_EXACT ? U64 : U32;

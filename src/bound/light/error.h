@@ -10,12 +10,12 @@
  * depend on how bright the highlight may be there. The model jumps on edges (N.L = 0 under a
  * highlight, the rim of a cone without penumbra), and a shininess below 1 makes a cliff at R.V = 0,
  * where the slope of (R.V)^ns has no limit. Points within f32's rounding of an edge (plan/tier.h)
- * are lit in f64, as the exact tier does it. Those within f64's rounding may fall on its other side
- * in each tier. No bound counts these points, which are single samples.
+ * are lit in f64. Those within f64's rounding may fall on its other side in each tier. No bound
+ * counts these points, which are single samples.
  *
  * The figures are 1.2 times and more what 2e5 random points have shown for each path and each of 26
- * exponents from 1 to 1e6. tests/unit/shade_errors.c holds them against 113-bit floats, and fails
- * if an error exceeds them. So does tests/property/bounds.c, with whole pictures. */
+ * exponents from 1 to 1e6. tests/unit/shade_errors.c holds them against 113-bit floats, and
+ * tests/property/bounds.c holds whole pictures. */
 #pragma once
 
 #include "plan/plan.h"
@@ -33,18 +33,15 @@ const shd_path_error *shd_path_error_of(shd_tier tier, shd_path path);
 
 /* The relative error of a color. It counts the sum of a group of lights in f32 (or the rounding of
  * an f64 sum to f32), products with the material, interpolation between vertices, the mean of a
- * pixel's samples, and the sum of a pixel's parts if it sees several materials or the background.
- */
+ * pixel's samples, and the sum of its parts if it sees several materials or the background. */
 double shd_color_error(const shd_plan *plan, shd_tier tier);
 
-/* Above this part of its top, a lobe errs in proportion to itself. Below, its errors count as they
- * are. */
+/* A lobe errs in proportion to itself above this part of its top, and absolutely below. */
 static const double SHD_LOBE_FOOT = 1e-3;
 
 /* What the errors of a lobe are made of. (R.V)^ns is off by its derivative times the error of
  * c = R.V = 1 - |L - W|^2 / 2. That is ns c^(ns - 1) sqrt(2 - 2 c) times the error of L and W, a
- * factor that rises up to c = (ns - 1) / (ns - 1/2), and the rounding of the square. The tier's
- * functions err, too. */
+ * factor that rises up to c = (ns - 1) / (ns - 1/2), the square's rounding, and the functions'. */
 typedef struct shd_lobe_error {
     double shininess;
     double crest, slope; /* that c, and ns c^(ns - 1) there */
@@ -62,25 +59,19 @@ shd_lobe_error shd_lobe_error_of(shd_tier tier, double shininess, size_t lights)
 double shd_shine_power(double shine, double shininess);
 
 /* The lobe's error by directions that are off by `direction`, if R.V is at most `shine` and
- * (R.V)^ns at most `power`. */
+ * (R.V)^ns at most `power`; then the part of it that is not in proportion to the lobe, and the rest
+ * of it, relative to the lobe. */
 double shd_lobe_turned(const shd_lobe_error *e, double shine, double power, double direction);
-/* The part of it that is not in proportion to the lobe. */
 double shd_lobe_foot(const shd_lobe_error *e, double shine, double power, double direction);
-/* The rest of it, relative to the lobe. */
 double shd_lobe_ratio(const shd_lobe_error *e, double direction);
-/* The error by functions. */
+
+/* The errors by functions, and by what is cut off or near that. */
 double shd_lobe_functions(const shd_lobe_error *e, double power);
-/* The error by what is cut off, or near that. */
 double shd_lobe_faint(const shd_lobe_error *e, double power);
 
 /* The errors by directions and by functions together. Each is small where the other is largest. */
 double shd_lobe_sum(double turned, double functions);
 
-/* A spot's factor s fades while q = 1 - cos t goes from `inner` to `outer`. */
-typedef struct shd_spot_shape {
-    double inner, outer, exponent;
-} shd_spot_shape;
-
-/* The error of s if cos t is in [low, high] and directions are off by `moved`. */
-double shd_spot_error(shd_tier tier, const shd_spot_shape *spot, double low, double high,
+/* The error of a spot's factor s if cos t is in [low, high] and directions are off by `moved`. */
+double shd_spot_error(shd_tier tier, const shd_plan_light *spot, double low, double high,
                       double moved);

@@ -1,23 +1,22 @@
 /* Errors of colors, summed over each object's lights. */
 #include "bound/light/excess.h"
 
+#include <assert.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "bound/light/error.h"
 #include "bound/light/misplaced.h"
 #include "bound/light/terms.h"
-#include "plan/tier.h"
 
 enum {
-    MOST_PAIRS =
-        1 << 20,        /* of objects and lights; after these, only spheres around objects count */
-    MOST_LOOKS = 1024,  /* pairs of pieces and lights that are looked at, some 40 ns each */
-    LIGHTS_AT_ONCE = 64 /* between looks at the flag that cancels; each has up to 65 lobes */
+    MOST_PAIRS = 1 << 20, /* of objects and lights; then only spheres around objects count */
+    MOST_LOOKS = 1024,    /* pairs of pieces and lights that are looked at, some 40 ns each */
+    LIGHTS_AT_ONCE = 64   /* between looks at the flag that cancels; each has up to 65 lobes */
 };
 
 /* What rounding to f32 moves a position by, in the frame's unit: half an ulp below 2 in three
- * coordinates. A light's coordinates may be larger, and it is moved by as much more. */
+ * coordinates. A light with larger coordinates is moved by as much more. */
 static const double POSITION = 1.1e-7;
 
 /* A light as it comes to an object. */
@@ -27,21 +26,18 @@ typedef struct source {
     size_t term;     /* the first of its terms */
     double strength; /* these times it are the light */
     double least;    /* no point of the object is nearer */
-    /* near / distance + far is the error of the direction, and half the relative error of the
-     * distance. */
+    /* near / distance + far is the direction's error, and half the distance's relative error. */
     double near, far;
 } source;
 
 typedef struct finding {
     const shd_plan *plan;
     shd_tier tier;
-    double color; /* the relative error by rounding */
     shd_excess_list *list;
     shd_influences *influences; /* or NULL */
     shd_hues hues;
     double *beside; /* [light_count]: no point that is seen is nearer to the light */
     int fineness;
-    bool mixed; /* pixels may be made of several samples, which lie anywhere */
     /* Of the object in question: */
     shd_terms terms;
     const shd_term *kept; /* a copy of the terms that stays; NULL: they are too many */
@@ -55,13 +51,6 @@ typedef struct finding {
 } finding;
 
 /* ---- A light at a piece. ---- */
-
-static double spot_error(const finding *f, const shd_plan_light *light, const shd_lit *lit,
-                         double position) {
-    if (!light->spot || light->steep || f->tier == SHD_EXACT) return 0;
-    const shd_spot_shape shape = {light->inner, light->outer, light->exponent};
-    return shd_spot_error(f->tier, &shape, lit->axis_low, lit->axis_high, position);
-}
 
 static shd_path path_of(const shd_plan_light *light) {
     return light->directional                 ? SHD_PATH_DIRECTIONAL
@@ -123,15 +112,17 @@ static double add_light_error(finding *f, const shd_plan_material *material, con
     const shd_path_error *e = from->error;
     double position = from->far + (from->near > 0 ? from->near / lit->nearest : 0);
     position = position < 1 ? position : 1;
+    const double direction = e->direction + position;
     const double distance = e->relative + (light->attenuated ? 2 * position : 0);
     f->distance = shd_larger(f->distance, distance);
     const double high = from->strength * lit->factor_high, low = from->strength * lit->factor_low;
+    double seen[3], spot = 0;
     /* A low s makes the errors low that it multiplies, but not its own. */
-    const double spot =
-        light->spot ? from->strength * lit->fall_high * spot_error(f, light, lit, position) : 0;
+    if (light->spot && !light->steep && f->tier != SHD_EXACT)
+        spot = from->strength * lit->fall_high *
+               shd_spot_error(f->tier, light, lit->axis_low, lit->axis_high, position);
     shd_much *to = &f->much[from->term];
     const shd_term *term = &f->terms.list[from->term];
-    double seen[3];
     for (int c = 0; c < 3; c++) seen[c] = term->color[c] * high * lit->facing_high;
     to->low += low * lit->facing_low;
     to->high += high * lit->facing_high;
@@ -141,15 +132,14 @@ static double add_light_error(finding *f, const shd_plan_material *material, con
         const double shininess = material->lobes[k].shininess;
         const shd_lobe_error *error = &f->lobes[k];
         const double most = shd_shine_most(lit->shine_high, shininess);
-        const double turned =
-            shd_lobe_turned(error, lit->shine_high, most, e->direction + position);
+        const double turned = shd_lobe_turned(error, lit->shine_high, most, direction);
         const double functions = shd_lobe_functions(error, most);
         /* An error that is not in proportion to the lobe is absolute. */
         const bool relative = error->turned_ratio < INFINITY;
         const double wrong = relative ? shd_lobe_sum(turned, functions) : functions;
-        const double faint = shd_lobe_faint(error, most) +
-                             shd_lobe_foot(error, lit->shine_high, most, e->direction + position);
-        f->ratio = shd_larger(f->ratio, shd_lobe_ratio(error, e->direction + position));
+        const double faint =
+            shd_lobe_faint(error, most) + shd_lobe_foot(error, lit->shine_high, most, direction);
+        f->ratio = shd_larger(f->ratio, shd_lobe_ratio(error, direction));
         to++;
         term++;
         for (int c = 0; c < 3; c++) seen[c] += term->color[c] * high * most;
@@ -176,7 +166,7 @@ static void finish_parts(const finding *f, const shd_parts *all) {
     shd_excess_list *list = f->list;
     for (size_t i = 0; i < list->count; i++) {
         shd_excess *e = &list->excess[i];
-        if (f->mixed) e->parts = e->gain = *all;
+        if (list->mixed) e->parts = e->gain = *all;
         for (int c = 0; c < 3; c++) {
             if (!(e->parts.least[c] <= e->parts.most[c])) /* all is black */
                 e->parts.least[c] = e->parts.most[c] = 1.0 / 3;
@@ -196,6 +186,7 @@ static void take_larger(double *to, const double *from, size_t count) {
 static void keep_terms(const finding *f, shd_excess *to, bool fresh) {
     shd_much *kept = f->list->much[to - f->list->excess];
     if (to->terms != f->kept) to->terms = NULL;
+    assert(!to->terms || to->term_count <= SHD_MOST_TERMS);
     for (size_t i = 0; to->terms && i < to->term_count; i++) {
         const shd_much *from = &f->much[i];
         if (fresh) {
@@ -239,8 +230,8 @@ static int brightness_step(const double color[3]) {
     return sum > 1e-4 ? 1 + (int)(0.75 * log2(shd_smaller(sum / 1e-4, 1e6))) : 0;
 }
 
-/* The excess that the errors of a piece are counted in: of its material, and as dark and as bright
- * as the piece. If there is none and no room for another, it is the nearest. */
+/* The excess that a piece's errors are counted in: of its material, and as dark and as bright as
+ * the piece. If there is none and no room for another, it is the nearest. */
 static shd_excess *slot_of(const finding *f, const shd_excess *sum, bool *fresh) {
     shd_excess_list *list = f->list;
     shd_excess *nearest = NULL;
@@ -255,25 +246,23 @@ static shd_excess *slot_of(const finding *f, const shd_excess *sum, bool *fresh)
     return *fresh ? &list->excess[list->count++] : nearest;
 }
 
-/* Finds everything about an object but its pieces. Its group has its material and terms. False:
- * memory. */
+/* Finds all about an object but its pieces. Its group has its material and terms. False: memory. */
 static bool find_object(finding *f, size_t index, bool same_group, bool few, shd_arena *arena) {
     const shd_plan *plan = f->plan;
     const shd_plan_object *object = &plan->objects[index];
     const shd_plan_material *material = &plan->materials[object->material];
     if (!same_group) {
+        const size_t lights = plan->scene->light_count;
+        for (size_t k = 0; k < material->lobe_count; k++)
+            f->lobes[k] = shd_lobe_error_of(f->tier, material->lobes[k].shininess, lights);
         shd_terms_set(plan, &f->hues, &plan->groups[object->group], &f->terms);
         f->kept = NULL;
         if (f->terms.count <= SHD_MOST_TERMS && f->list->count < SHD_EXCESSES) {
             shd_term *kept = shd_arena_alloc(arena, f->terms.count, sizeof *kept);
             if (!kept) return false;
-            memcpy(kept, f->terms.list, f->terms.count * sizeof *kept);
-            f->kept = kept;
+            f->kept = memcpy(kept, f->terms.list, f->terms.count * sizeof *kept);
         }
     }
-    for (size_t k = 0; k < material->lobe_count && !same_group; k++)
-        f->lobes[k] =
-            shd_lobe_error_of(f->tier, material->lobes[k].shininess, plan->scene->light_count);
     shd_place place = shd_place_of(&plan->scene->objects[index], object);
     place.known = place.known && few;
     f->misplaced = shd_misplaced_of(plan->scene, &place);
@@ -367,7 +356,7 @@ static void add_piece_error(finding *f, const shd_plan_object *object, const shd
     for (int c = 0; c < 3; c++) {
         const double error = sum.absolute[c] + sum.limited[c];
         sum.main[c] = !fresh ? to->main[c] : total > 0 && isfinite(total) ? error / total : 0;
-        worst = shd_larger(worst, error + f->color * sum.most[c]);
+        worst = shd_larger(worst, error + f->list->rounding * sum.most[c]);
     }
     f->list->misplaced = shd_larger(f->list->misplaced, misplaced_of(f));
     part_errors(f, &sum);
@@ -410,7 +399,7 @@ static bool add_objects(finding *f, shd_arena *arena) {
         for (int c = 0; c < 3; c++) {
             const double most = fabs(scene->background[c]);
             f->list->most[c] = most;
-            f->list->worst = shd_larger(f->list->worst, f->color * most);
+            f->list->worst = shd_larger(f->list->worst, f->list->rounding * most);
         }
     }
     size_t pairs = 0;
@@ -437,21 +426,17 @@ static bool add_objects(finding *f, shd_arena *arena) {
 
 bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_excess_list *out,
                      shd_influences *influences) {
-    /* A facet mixes colors of one piece alone, which are in its range. */
-    const bool mixed = plan->scene->raster.samples > 1;
     finding f = {.plan = plan,
                  .tier = tier,
-                 .color = shd_color_error(plan, tier),
                  .list = out,
                  .influences = influences,
                  .sources = shd_arena_alloc(arena, plan->light_count, sizeof(source)),
                  .beside = shd_arena_zalloc(arena, plan->light_count, sizeof(double)),
                  .lobes = shd_arena_alloc(arena, plan->max_lobes, sizeof(shd_lobe_error)),
                  .pieces = shd_arena_alloc(arena, SHD_MOST_PIECES, sizeof(shd_piece)),
-                 .fineness = fineness_of(plan),
-                 .mixed = mixed};
-    if (!f.sources || !f.beside || !f.lobes || !f.pieces || !shd_hues_find(plan, arena, &f.hues) ||
-        !shd_terms_new(plan, &f.hues, arena, &f.terms))
+                 .fineness = fineness_of(plan)};
+    if (!f.sources || !f.beside || !f.lobes || !f.pieces ||
+        !shd_terms_new(plan, arena, &f.hues, &f.terms))
         return false;
     f.much = shd_arena_alloc(arena, 1 + f.hues.count * (1 + plan->max_lobes), sizeof(shd_much));
     for (size_t j = 0; j < plan->light_count; j++)
@@ -465,8 +450,9 @@ bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_
     out->grey = plan->grey;
     for (size_t j = 0; j < plan->scene->light_count; j++) /* those that are left out, too */
         out->grey = out->grey && shd_is_grey(plan->scene->lights[j].color);
-    out->mixed = mixed;
-    out->color = out->rounding = f.color;
+    /* A facet mixes colors of one piece alone, which are in its range. */
+    out->mixed = plan->scene->raster.samples > 1;
+    out->color = out->rounding = shd_color_error(plan, tier);
     out->more = out->worst = out->misplaced = 0;
     memset(out->most, 0, sizeof out->most);
     return f.much && (!influences || influences->rows) && add_objects(&f, arena);

@@ -1,7 +1,6 @@
 /* Excesses: the errors of what is seen. Each is of pieces of surfaces that are about as bright. */
 #pragma once
 
-#include "base/arena.h"
 #include "plan/plan.h"
 
 /* The ranges of r, g and b / (r + g + b) of some colors. */
@@ -9,7 +8,7 @@ typedef struct shd_parts {
     double least[3], most[3];
 } shd_parts;
 
-/* Light of one color: one of a material's colors times that of some of its lights. */
+/* One of a material's colors times that of some of its lights. */
 typedef struct shd_term {
     double color[4]; /* the components' absolute values, and their sum */
     double part[3];  /* r, g, b / (r + g + b) */
@@ -42,17 +41,15 @@ typedef struct shd_excess {
     double base[3], floor[3], most[3];
     shd_parts parts; /* of its colors */
     shd_parts gain;  /* of what the colors have above `floor` */
-    /* The constant term, and for each hue of its lights a diffuse term and one for each lobe.
-     * shd_excess_list.much has how much there is of each. NULL: there are too many, or they are of
-     * several materials. */
+    /* The constant term, and for each hue of its lights a diffuse term and one for each lobe; how
+     * much there is of them is in the list. NULL: they are too many, or of several materials. */
     const shd_term *terms;
     size_t term_count, lobe_count;
     size_t material;  /* of the pieces */
     int dark, bright; /* the steps of the least and the most that they show */
 } shd_excess;
 
-/* (ratio + distance) of term t, which is at least 1, or the same without the ratio if it is
- * diffuse. */
+/* (ratio + distance) of term t, which is at least 1, or without the ratio if it is diffuse. */
 static inline double shd_term_rate(const shd_excess *e, size_t t) {
     return e->distance + ((t - 1) % (1 + e->lobe_count) ? e->ratio : 0);
 }
@@ -72,8 +69,7 @@ typedef struct shd_excess_list {
     double more;     /* the absolute error of every channel, by lights that are left out */
     double most[3];  /* the largest absolute values of all colors */
     double worst;    /* the largest error without what is left out */
-    /* The largest error because f64 has points in other places. It counts in `linear` alone, for
-     * all tiers share it. */
+    /* The largest error by f64's places of points. All tiers share it: it counts in `linear`. */
     double misplaced;
 } shd_excess_list;
 
@@ -88,6 +84,5 @@ typedef struct shd_influences {
 bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_excess_list *out,
                      shd_influences *influences);
 
-/* Counts what is left out, in a list without it: in any channel at most `absolute`, and `relative`
- * times the color. */
+/* Counts what is left out of each channel: at most `absolute`, and `relative` times the channel. */
 void shd_excess_leave_out(shd_excess_list *list, double absolute, double relative);

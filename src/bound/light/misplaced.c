@@ -25,11 +25,8 @@
  * over the length of M^-T N. Cones bend without limit toward their apex, and triangles do not, but
  * the normals of their corners turn as if they did. Both are taken to bend as what is a tenth as
  * large as they are. Where they bend more, nearer to the apex and on small triangles, they count
- * where c is as much larger.
- */
+ * where c is as much larger. */
 #include "bound/light/misplaced.h"
-
-#include "plan/tier.h"
 
 /* The least N.V of round surfaces and meshes that counts. */
 static const double GRAZING = 1e-4;

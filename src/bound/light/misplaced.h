@@ -4,8 +4,7 @@
 #include "bound/light/pieces.h"
 
 /* How far rounding to f64 moves the points of an object that are seen, and turns their normals:
- * lengths of the world, and a chord of unit vectors. Its proof is in
- * misplaced.c. */
+ * lengths of the world, and a chord of unit vectors. Its proof is in misplaced.c. */
 typedef struct shd_misplaced {
     bool plane; /* an infinite one, through this point, with this unit normal */
     shd_vec3 point, normal;

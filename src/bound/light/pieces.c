@@ -3,6 +3,8 @@
  * the hull, and a circular cone around the vectors holds their cone, because both are convex. */
 #include "bound/light/pieces.h"
 
+#include <assert.h>
+
 #include "plan/cells.h"
 
 /* The picture's sides are this many pixels farther out, because pixels around it are looked at. */
@@ -45,8 +47,7 @@ static bool is_in_frame(const maker *m, shd_vec3 center, double radius) {
     return x - m->half_x * z <= radius * m->slant_x && y - m->half_y * z <= radius * m->slant_y;
 }
 
-/* The direction from the piece to the viewer. Returns the angle within which it is for all points.
- */
+/* Finds the direction from the piece to the viewer. Returns how far that of any point may be. */
 static shd_angle view_of(const shd_camera *camera, const shd_piece *piece, shd_vec3 *view) {
     *view = camera->back;
     if (camera->projection == SHD_ORTHOGRAPHIC) return (shd_angle){1, 0};
@@ -63,7 +64,7 @@ static void reflect_view(shd_piece *piece, shd_vec3 view, shd_angle views) {
 }
 
 static void put_piece(maker *m, shd_piece piece, shd_vec3 view, shd_angle views, double sign) {
-    if (m->count == SHD_MOST_PIECES) return; /* there are never so many */
+    assert(m->count < SHD_MOST_PIECES);
     piece.axis = shd_scale(piece.axis, sign);
     reflect_view(&piece, view, views);
     m->out[m->count++] = piece;
@@ -72,21 +73,18 @@ static void put_piece(maker *m, shd_piece piece, shd_vec3 view, shd_angle views,
 /* Puts the piece with its normals as they are shaded, if it may be seen: twice if they may be
  * turned either way. `sides` tells which ways that is, or NULL: the normals themselves tell. */
 static void put_seen_piece(maker *m, shd_piece piece, const bool *sides) {
-    const shd_camera *camera = &m->scene->camera;
     if (!is_in_frame(m, piece.center, piece.radius)) return;
     shd_vec3 view;
-    const shd_angle views = view_of(camera, &piece, &view);
-    if (sides) {
-        if (sides[0] || m->front_only) put_piece(m, piece, view, views, 1);
-        if (sides[1] && !m->front_only) put_piece(m, piece, view, views, -1);
-        return;
+    const shd_angle views = view_of(&m->scene->camera, &piece, &view);
+    bool toward = sides && sides[0], away = sides && sides[1];
+    if (!sides) {
+        const shd_angle facing = shd_angle_of(shd_dot(piece.axis, view)),
+                        spread = shd_angle_sum(piece.spread, views);
+        toward = shd_cosine_less(facing, spread) >= -SHD_PIECE_MARGIN;
+        away = !m->closed && shd_cosine_more(facing, spread) <= SHD_PIECE_MARGIN;
     }
-    const shd_angle facing = shd_angle_of(shd_dot(piece.axis, view)),
-                    spread = shd_angle_sum(piece.spread, views);
-    const bool toward = shd_cosine_less(facing, spread) >= -SHD_PIECE_MARGIN,
-               away = shd_cosine_more(facing, spread) <= SHD_PIECE_MARGIN;
     if (toward || m->front_only) put_piece(m, piece, view, views, 1);
-    if (away && !m->closed && !m->front_only) put_piece(m, piece, view, views, -1);
+    if (away && !m->front_only) put_piece(m, piece, view, views, -1);
 }
 
 /* A sphere around the points, whose center is that of their box. */
@@ -150,8 +148,7 @@ static void add_whole(maker *m, const shd_plan_object *bounds) {
 
 /* ---- Shapes, in their unit form. ---- */
 
-/* Adds n x n squares of a flat face, which is `middle` +- u +- v, or the circle in that if `round`.
- */
+/* Adds n x n squares of a flat face: `middle` +- u +- v, or the circle in that if `round`. */
 static void add_flat(maker *m, shd_vec3 middle, shd_vec3 u, shd_vec3 v, shd_vec3 normal, int n,
                      bool round) {
     const double step = 2.0 / n;
@@ -362,12 +359,9 @@ static void add_shape(maker *m, const shd_object *object, int n) {
         }
         break;
     case SHD_CYLINDER:
-        add_side(m, false, n);
-        add_flat(m, shd_scale(y, 0.5), x, z, y, n, true);
-        add_flat(m, shd_scale(y, -0.5), x, z, shd_scale(y, -1), n, true);
-        break;
     case SHD_CONE:
-        add_side(m, true, n);
+        add_side(m, object->shape == SHD_CONE, n);
+        if (object->shape == SHD_CYLINDER) add_flat(m, shd_scale(y, 0.5), x, z, y, n, true);
         add_flat(m, shd_scale(y, -0.5), x, z, shd_scale(y, -1), n, true);
         break;
     case SHD_TORUS:
@@ -379,10 +373,6 @@ static void add_shape(maker *m, const shd_object *object, int n) {
     case SHD_SHAPE_COUNT:
         break;
     }
-}
-
-static bool is_solid(shd_shape shape) {
-    return shape != SHD_PLANE && shape != SHD_DISC && shape != SHD_MESH;
 }
 
 size_t shd_plan_pieces(const shd_scene *scene, size_t index, const shd_plan_object *bounds,
@@ -409,7 +399,7 @@ size_t shd_plan_pieces(const shd_scene *scene, size_t index, const shd_plan_obje
         return m.count;
     }
     m.normal_map = shd_normal_map(&m.to_world);
-    if (is_solid(object->shape)) {
+    if (object->shape != SHD_PLANE && object->shape != SHD_DISC && object->shape != SHD_MESH) {
         const shd_vec3 from = shd_sub(camera->position, bounds->center);
         const double reach = bounds->radius * (1 + SHD_PIECE_MARGIN);
         const bool far = camera->projection == SHD_ORTHOGRAPHIC;

@@ -2,8 +2,7 @@
 
 #include <string.h>
 
-/* A light's color is compared with so many hues. If each light has its own, comparing finds none.
- */
+/* So many hues are compared with a light's color: if each light has its own, none is the same. */
 enum { MOST_COMPARED = 16 };
 
 /* Colors that differ by less than this are one hue. They err by far more. */
@@ -19,7 +18,7 @@ static bool is_hue(const double hue[3], const double color[3], double strength) 
     return true;
 }
 
-bool shd_hues_find(const shd_plan *plan, shd_arena *arena, shd_hues *out) {
+static bool find_hues(const shd_plan *plan, shd_arena *arena, shd_hues *out) {
     const size_t lights = plan->light_count;
     *out = (shd_hues){.color = shd_arena_alloc(arena, lights, sizeof *out->color),
                       .of_light = shd_arena_alloc(arena, lights, sizeof *out->of_light),
@@ -43,7 +42,8 @@ bool shd_hues_find(const shd_plan *plan, shd_arena *arena, shd_hues *out) {
     return true;
 }
 
-bool shd_terms_new(const shd_plan *plan, const shd_hues *hues, shd_arena *arena, shd_terms *out) {
+bool shd_terms_new(const shd_plan *plan, shd_arena *arena, shd_hues *hues, shd_terms *out) {
+    if (!find_hues(plan, arena, hues)) return false;
     const size_t most = 1 + hues->count * (1 + plan->max_lobes);
     *out = (shd_terms){.list = shd_arena_alloc(arena, most, sizeof *out->list),
                        .first = shd_arena_zalloc(arena, hues->count, sizeof *out->first)};
@@ -102,8 +102,7 @@ void shd_terms_set(const shd_plan *plan, const shd_hues *hues, const shd_plan_gr
 
 /* The largest (or smallest) part of channel c that a sum of terms may have. The sum is at least
  * `all`, of which `sum` is in the channel, and terms may add `more`: those add all they can that
- * have more (or less) of the channel than the sum. *gain is set to the largest part that some term
- * adds. */
+ * have more (or less) of the channel than the sum. *gain: the largest part that some term adds. */
 static double extreme_part(const shd_terms *terms, const double *more, int c, bool largest,
                            double sum, double all, double *gain) {
     const size_t count = terms->mixed;

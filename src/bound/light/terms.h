@@ -1,9 +1,7 @@
-/* The light of an object is a sum of terms. Each is one of its material's colors times the color of
- * some of its lights. How much there is of a term depends on the point. Inside of bound/. */
+/* The light of an object is a sum of terms: so much of each as the point has. Inside of bound/. */
 #pragma once
 
 #include "bound/light/excess.h"
-#include "plan/parts.h"
 
 /* Lights whose colors are multiples of each other share a hue. */
 typedef struct shd_hues {
@@ -13,9 +11,6 @@ typedef struct shd_hues {
     double *strength;   /* [plan->light_count]: hue times strength is the color's absolute value */
     bool negative;      /* some light has a component below 0 */
 } shd_hues;
-
-/* False: memory. */
-bool shd_hues_find(const shd_plan *plan, shd_arena *arena, shd_hues *out);
 
 /* Mixtures of more terms than this are not looked at. */
 enum { SHD_MOST_MIXED = 40 };
@@ -33,8 +28,8 @@ typedef struct shd_terms {
     uint8_t order[3][SHD_MOST_MIXED]; /* for each channel: `mixed_list` by its part, most first */
 } shd_terms;
 
-/* Makes room for the terms of any object. False: memory. */
-bool shd_terms_new(const shd_plan *plan, const shd_hues *hues, shd_arena *arena, shd_terms *out);
+/* Finds the hues, and makes room for the terms of any object. False: memory. */
+bool shd_terms_new(const shd_plan *plan, shd_arena *arena, shd_hues *hues, shd_terms *out);
 
 /* Sets the terms of a group's objects. */
 void shd_terms_set(const shd_plan *plan, const shd_hues *hues, const shd_plan_group *group,

@@ -2,8 +2,10 @@
 
 #include "bound/light/pieces.h"
 
-/* Powers of two, by which one pass over the lights sorts them well enough. */
-enum { STEPS = 64 };
+enum {
+    STEPS = 64,      /* powers of two, by which one pass over the lights sorts them well enough */
+    MOST_KNOWN = 256 /* lights of which it is kept how much they add */
+};
 
 static int strength_step(double most, double tolerance) {
     if (!(most <= tolerance)) return STEPS; /* also if it is not a number */
@@ -11,8 +13,7 @@ static int strength_step(double most, double tolerance) {
     if (share == 0) return 0; /* it has no exponent */
     int exponent;
     frexp(share, &exponent); /* (0, 1] has exponents up to 1 */
-    int step = exponent + STEPS - 2;
-    return step < 0 ? 0 : step;
+    return exponent < 2 - STEPS ? 0 : exponent + STEPS - 2;
 }
 
 /* The least that is seen of the patch, in any channel, by constant terms and diffuse light. */
@@ -38,30 +39,21 @@ static double least_seen(const shd_plan *plan, const shd_plan_material *material
     return least > 0 ? least * (1 - 1e-3) : 0; /* less the picture's own errors */
 }
 
-/* Lights of which it is kept how much they add. */
-enum { MOST_KNOWN = 256 };
-
-typedef struct weighing {
-    const shd_plan *plan;
-    const shd_plan_material *material;
-    shd_piece piece;
-    const uint32_t *in;
-    double most[MOST_KNOWN];
-} weighing;
-
-static double most_of_light(const weighing *w, size_t i) {
-    const shd_plan_light *light = &w->plan->lights[w->in[i]];
-    return shd_piece_most(w->plan->scene, &w->piece, w->material, light, 0);
-}
-
 /* Drops whole steps of lights as long as they fit, the weakest first, and then as many lights of
  * the next step as fit, in their order. */
-static size_t keep_strongest(weighing *w, double tolerance, size_t count, uint32_t *out) {
-    double sums[STEPS] = {0};
+size_t shd_drop_weakest(const shd_plan *plan, size_t object, const shd_patch *patch,
+                        double tolerance, uint32_t *lights, size_t count) {
+    if (!(tolerance > 0)) return count;
+    const shd_plan_material *material = &plan->materials[plan->objects[object].material];
+    if (plan->drop_relative > 0)
+        tolerance += plan->drop_relative * least_seen(plan, material, patch, lights, count);
+    const shd_piece piece = shd_piece_of(plan->scene, patch);
+    double known[MOST_KNOWN], sums[STEPS] = {0};
     for (size_t i = 0; i < count; i++) {
-        const double most = most_of_light(w, i);
-        if (i < MOST_KNOWN) w->most[i] = most;
-        int step = strength_step(most, tolerance);
+        const double most =
+            shd_piece_most(plan->scene, &piece, material, &plan->lights[lights[i]], 0);
+        if (i < MOST_KNOWN) known[i] = most;
+        const int step = strength_step(most, tolerance);
         if (step < STEPS) sums[step] += most;
     }
     int full = 0;
@@ -69,28 +61,14 @@ static size_t keep_strongest(weighing *w, double tolerance, size_t count, uint32
     while (full < STEPS && sums[full] <= left) left -= sums[full++];
     size_t kept = 0;
     for (size_t i = 0; i < count; i++) {
-        const double most = i < MOST_KNOWN ? w->most[i] : most_of_light(w, i);
-        int step = strength_step(most, tolerance);
-        if (step < full) continue;
-        if (step == full && step < STEPS && most <= left) {
+        const shd_plan_light *light = &plan->lights[lights[i]];
+        const double most =
+            i < MOST_KNOWN ? known[i] : shd_piece_most(plan->scene, &piece, material, light, 0);
+        const int step = strength_step(most, tolerance);
+        if (step == full && step < STEPS && most <= left)
             left -= most;
-            continue;
-        }
-        out[kept++] = w->in[i];
+        else if (step >= full)
+            lights[kept++] = lights[i];
     }
     return kept;
-}
-
-size_t shd_drop_weakest(const shd_plan *plan, size_t object, const shd_patch *patch,
-                        double tolerance, uint32_t *lights, size_t count) {
-    if (!(tolerance > 0)) return count;
-    const shd_plan_material *material = &plan->materials[plan->objects[object].material];
-    if (plan->drop_relative > 0)
-        tolerance += plan->drop_relative * least_seen(plan, material, patch, lights, count);
-    weighing w;
-    w.plan = plan;
-    w.material = material;
-    w.in = lights;
-    w.piece = shd_piece_of(plan->scene, patch);
-    return keep_strongest(&w, tolerance, count, lights);
 }

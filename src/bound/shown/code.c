@@ -1,9 +1,7 @@
 /* Bounds in linear light and in codes. */
-#include <math.h>
 #include <string.h>
 
 #include "bound/shown/shown.h"
-#include "plan/parts.h"
 
 double shd_curve_noise(shd_transfer transfer) {
     return transfer == SHD_TRANSFER_LINEAR ? 0 : transfer == SHD_TRANSFER_REC1886 ? 3.4e-7 : 6.5e-7;

@@ -1,11 +1,8 @@
 /* Bounds of CIEDE2000.
  *
- * L, a and b of two colors differ by moves of X, Y and Z times slopes, which depend on the color
- * (lab.h). So the colors of an excess are looked at in steps of Y. In each step, X and Z are taken
- * to be as far from Y as these colors can have them. A channel that the screen holds at 1 does not
- * err. The other channels then err each for itself. */
-#include <math.h>
-#include <string.h>
+ * The slopes of L, a and b (lab.h) depend on the color. So the colors of an excess are looked at in
+ * steps of Y. In each step, X and Z are as far from Y as these colors can have them. A channel that
+ * the screen holds at 1 does not err, and the other channels then err each for itself. */
 
 #include "bound/shown/lab.h"
 #include "bound/shown/shown.h"
@@ -13,9 +10,7 @@
 /* The largest factor by which Y rises in a step. The coarse one is for searches, and for pixels
  * that mix samples, whose errors come mostly from what is left out. */
 static const double STEP = 1.2, COARSE_STEP = 1.35;
-
-/* The Y at which steps begin. */
-static const double DARKEST = 1e-4;
+static const double DARKEST = 1e-4; /* the Y at which steps begin */
 
 /* A list of excesses and a screen for it. */
 typedef struct setting {
@@ -30,25 +25,28 @@ typedef struct setting {
     shd_interval of_y_held[3]; /* X / Y, 1 and Z / Y of all colors of the screen */
 } setting;
 
+/* Ratios of some colors to their Y. */
+typedef struct ratios {
+    shd_interval xyz[3]; /* of X, Y and Z */
+    double part[3], sum; /* the largest of r, g and b in the working space, and of r + g + b */
+} ratios;
+
 /* The colors of an excess on the screen. "Gain" is what they have above the excess's floor. */
 typedef struct colors {
     const setting *on;
     const shd_excess *excess;
-    bool coherent; /* no channel is held at 0, so that errors keep their directions */
-    double held;   /* a channel may be held at 1 if Y is at least this */
+    const shd_much *much; /* of the excess's terms */
+    bool coherent;        /* no channel is held at 0, so that errors keep their directions */
+    double held;          /* a channel may be held at 1 if Y is at least this */
     shd_interval y;
-    shd_interval channel[3];   /* the screen's channels, held in [0, 1] */
-    shd_interval value[3];     /* X, Y and Z of these */
-    shd_interval of_y[3];      /* X / Y, 1 and Z / Y of colors without held channels */
-    shd_interval gain_of_y[3]; /* the same of the gain */
-    double floor[3], main[3];  /* X, Y and Z of the floor, and of the main direction of errors */
-    double least[3][3];        /* the least ratio of channel [r] to channel [k], at most 1 */
-    double channel_of_y[3];    /* the largest ratio of a channel to Y */
-    double part_of_y[3];       /* the same of r, g and b in the working space */
-    double sum_of_y;           /* and of r + g + b */
-    double gain_part_of_y[3], gain_sum_of_y; /* the same of the gain */
-    double terms[SHD_MOST_TERMS][3];         /* X, Y and Z of each term */
-    double terms_floor;                      /* the least Y of all terms together */
+    shd_interval channel[3];  /* the screen's channels, held in [0, 1] */
+    shd_interval value[3];    /* X, Y and Z of these */
+    ratios free, gain;        /* of colors without held channels, and of the gain */
+    double floor[3], main[3]; /* X, Y and Z of the floor, and of the main direction of errors */
+    double least[3][3];       /* the least ratio of channel [r] to channel [k], at most 1 */
+    double channel_of_y[3];   /* the largest ratio of a channel to Y */
+    double terms[SHD_MOST_TERMS][3]; /* X, Y and Z of each term */
+    double terms_floor;              /* the least Y of all terms together */
 } colors;
 
 /* Finds one of the eight ends of the parts. They have the extremes of ratios, which are monotone in
@@ -63,92 +61,69 @@ static bool find_end(const colors *s, const shd_parts *parts, int corner, double
     return sum != 0;
 }
 
-/* Finds what depends on the colors' chromaticities. */
-static void look_at_parts(const shd_parts *parts, colors *s) {
+/* Widens the ratios by a color's. Returns its Y. */
+static double note_ratios(ratios *to, const double part[3], const shd_screen *screen) {
+    double xyz[3];
+    shd_apply(screen->xyz, part, xyz);
+    const double of_y = 1 / xyz[1];
     for (int r = 0; r < 3; r++) {
-        s->of_y[r] = SHD_NO_INTERVAL;
+        shd_widen(&to->xyz[r], xyz[r] * of_y);
+        to->part[r] = shd_larger(to->part[r], part[r] * of_y);
+    }
+    to->sum = shd_larger(to->sum, (part[0] + part[1] + part[2]) * of_y);
+    return xyz[1];
+}
+
+/* Finds what depends on the chromaticities of the colors and of the gain. */
+static void look_at_parts(const shd_excess *e, colors *s) {
+    const shd_screen *screen = &s->on->screen;
+    for (int r = 0; r < 3; r++) {
+        s->free.xyz[r] = s->gain.xyz[r] = SHD_NO_INTERVAL;
         for (int k = 0; k < 3; k++) s->least[r][k] = s->on->list->nonnegative ? 1 : 0;
     }
     for (int corner = 0; corner < 8; corner++) {
-        double part[3], xyz[3], channel[3];
-        if (!find_end(s, parts, corner, part)) continue;
-        shd_apply(s->on->screen.rgb, part, channel);
-        shd_apply(s->on->screen.xyz, part, xyz);
-        if (!(xyz[1] > 0)) s->coherent = false;
-        const double of_y = 1 / xyz[1];
+        double part[3], channel[3];
+        if (find_end(s, &e->gain, corner, part)) note_ratios(&s->gain, part, screen);
+        if (!find_end(s, &e->parts, corner, part)) continue;
+        const double y = note_ratios(&s->free, part, screen), of_y = 1 / y;
+        shd_apply(screen->rgb, part, channel);
+        if (!(y > 0)) s->coherent = false;
         for (int r = 0; r < 3; r++) {
             if (channel[r] < -1e-6) s->coherent = false;
-            shd_widen(&s->of_y[r], xyz[r] * of_y);
             s->channel_of_y[r] = shd_larger(s->channel_of_y[r], channel[r] * of_y);
-            s->part_of_y[r] = shd_larger(s->part_of_y[r], part[r] * of_y);
             for (int k = 0; k < 3 && s->held < INFINITY; k++)
                 if (channel[k] > 0)
                     s->least[r][k] = shd_smaller(s->least[r][k], channel[r] / channel[k]);
         }
-        s->sum_of_y = shd_larger(s->sum_of_y, (part[0] + part[1] + part[2]) * of_y);
-    }
-}
-
-/* Finds what depends on the floor, the gain and the main direction. */
-static void look_at_gain(const shd_excess *e, colors *s) {
-    shd_apply(s->on->screen.xyz, e->floor, s->floor);
-    shd_apply(s->on->screen.xyz, e->main, s->main);
-    for (int r = 0; r < 3; r++) s->gain_of_y[r] = SHD_NO_INTERVAL;
-    for (int corner = 0; corner < 8; corner++) {
-        double xyz[3], part[3];
-        if (!find_end(s, &e->gain, corner, part)) continue;
-        shd_apply(s->on->screen.xyz, part, xyz);
-        const double of_y = 1 / xyz[1];
-        for (int r = 0; r < 3; r++) {
-            shd_widen(&s->gain_of_y[r], xyz[r] * of_y);
-            s->gain_part_of_y[r] = shd_larger(s->gain_part_of_y[r], part[r] * of_y);
-        }
-        s->gain_sum_of_y = shd_larger(s->gain_sum_of_y, (part[0] + part[1] + part[2]) * of_y);
     }
 }
 
 /* The most that channel c of the working space is at Y. */
 static double channel_at(const colors *s, int c, double y) {
     const shd_excess *e = s->excess;
-    double value = shd_smaller(e->most[c], y * s->part_of_y[c]);
-    if (!s->on->list->mixed)
-        value =
-            shd_smaller(value, e->floor[c] + shd_larger(y - s->floor[1], 0) * s->gain_part_of_y[c]);
-    return value;
+    const double value = shd_smaller(e->most[c], y * s->free.part[c]);
+    if (s->on->list->mixed) return value;
+    return shd_smaller(value, e->floor[c] + shd_larger(y - s->floor[1], 0) * s->gain.part[c]);
 }
 
 /* The most that all of them together are. */
 static double sum_at(const colors *s, double y) {
     const shd_excess *e = s->excess;
-    double sum = y * s->sum_of_y, most = 0, floor = 0;
+    double sum = y * s->free.sum, most = 0, floor = 0;
     for (int c = 0; c < 3; c++) {
         most += e->most[c];
         floor += e->floor[c];
     }
     if (!s->on->list->mixed)
-        sum = shd_smaller(sum, floor + shd_larger(y - s->floor[1], 0) * s->gain_sum_of_y);
+        sum = shd_smaller(sum, floor + shd_larger(y - s->floor[1], 0) * s->gain.sum);
     return shd_smaller(sum, most);
 }
 
 /* X / Y or Z / Y at Y, by the floor and the gain. */
 static shd_interval ratio_at(const colors *s, int r, double y) {
     const double above = shd_larger(y - s->floor[1], 0), of_y = 1 / y;
-    return (shd_interval){(s->floor[r] + s->gain_of_y[r].low * above) * of_y,
-                          (s->floor[r] + s->gain_of_y[r].high * above) * of_y};
-}
-
-static const shd_much *much_of(const colors *s) {
-    const shd_excess_list *list = s->on->list;
-    return list->much[s->excess - list->excess];
-}
-
-static void look_at_terms(const shd_excess *e, colors *s) {
-    const shd_much *much = much_of(s);
-    s->terms_floor = 0;
-    for (size_t t = 0; e->terms && t < e->term_count; t++) {
-        shd_apply(s->on->screen.xyz, e->terms[t].color, s->terms[t]);
-        s->terms_floor += much[t].low * s->terms[t][1];
-    }
+    return (shd_interval){(s->floor[r] + s->gain.xyz[r].low * above) * of_y,
+                          (s->floor[r] + s->gain.xyz[r].high * above) * of_y};
 }
 
 /* `limit` 0: there is none. */
@@ -185,8 +160,7 @@ static shd_interval lightness_of(const colors *s) {
     double low = 0;
     for (int c = 0; c < 3; c++)
         low += s->on->screen.xyz[1][c] * (s->excess->floor[c] - s->on->error);
-    /* A channel that is held at 0 adds to Y. Darker colors cover a part of their pixel: see
-     * SHD_MIXTURE. */
+    /* A channel held at 0 adds to Y. Darker colors cover a part of their pixel: see SHD_MIXTURE. */
     low = list->nonnegative ? shd_larger(s->value[1].low, shd_smaller(shd_smaller(low, 1), s->held))
                             : 0;
     return (shd_interval){low > DARKEST ? low : 0, s->value[1].high};
@@ -195,6 +169,7 @@ static shd_interval lightness_of(const colors *s) {
 static void find_colors(const setting *on, const shd_excess *e, colors *s) {
     const shd_excess_list *list = on->list;
     *s = (colors){.on = on, .excess = e, .coherent = list->nonnegative, .held = INFINITY};
+    s->much = list->much[e - list->excess];
     bool held = false;
     for (int r = 0; r < 3; r++) {
         shd_interval at = {0, 0};
@@ -214,9 +189,13 @@ static void find_colors(const setting *on, const shd_excess *e, colors *s) {
     for (int r = 0; r < 3; r++) s->value[r] = sum_channels(on->screen.to_xyz[r], s->channel);
     /* Equal channels are all held, or none is. */
     if (held && !list->grey) s->held = 0;
-    look_at_parts(&e->parts, s);
-    look_at_gain(e, s);
-    look_at_terms(e, s);
+    shd_apply(on->screen.xyz, e->floor, s->floor);
+    shd_apply(on->screen.xyz, e->main, s->main);
+    look_at_parts(e, s);
+    for (size_t t = 0; e->terms && t < e->term_count; t++) {
+        shd_apply(on->screen.xyz, e->terms[t].color, s->terms[t]);
+        s->terms_floor += s->much[t].low * s->terms[t][1];
+    }
     if (s->held < INFINITY) {
         s->held = INFINITY;
         for (int k = 0; k < 3; k++) {
@@ -265,9 +244,8 @@ static moves free_moves(const colors *s, double y) {
     return m;
 }
 
-/* The error of the screen's channel r if it shows `light`, but for the part of it that is in
- * proportion to the channel, which is `share`. Y is at most `y`; that is infinite if some channel
- * is held at 1. */
+/* The error of the screen's channel r if it shows `light`, but for the part of it in proportion to
+ * the channel, which is `share`. Y is at most `y`, or infinite if some channel is held at 1. */
 static double channel_move(const colors *s, int r, double light, double y, double *share) {
     const shd_excess *e = s->excess;
     const setting *on = s->on;
@@ -341,26 +319,19 @@ static double held_bound(const colors *s, shd_interval y, int at_1, double enoug
     return shd_lab_length(&d, f.value, enough);
 }
 
-/* Adds the errors of lights and highlights, along their main direction and beside it. */
-static void add_lights(shd_lab_difference *d, const colors *s, const moves *m,
-                       const shd_interval slope[3]) {
-    shd_lab_add(d, slope, m->main, s->main);
-    for (int c = 0; c < 3; c++) shd_lab_add(d, slope, m->rest[c], s->on->screen.columns[c]);
-}
-
-/* Adds the same errors term by term, for colors whose Y is at most `y`. */
+/* Adds the errors of lights and highlights term by term, for colors whose Y is at most `y`. */
 static void add_known_terms(shd_lab_difference *d, const colors *s, const shd_interval slope[3],
                             double y) {
     const shd_excess *e = s->excess;
-    const shd_much *much = much_of(s);
     for (size_t t = 1; t < e->term_count; t++) {
         const double *xyz = s->terms[t];
+        const shd_much *much = &s->much[t];
         /* There is most of this term if the other ones are at their least. */
         double most = y;
-        if (!s->on->list->mixed) most = much[t].low * xyz[1] + shd_larger(y - s->terms_floor, 0);
-        most = xyz[1] > 0 ? shd_smaller(most / xyz[1], much[t].high) : much[t].high;
-        const double limited = shd_smaller(much[t].limited, shd_term_rate(e, t) * most);
-        shd_lab_add(d, slope, much[t].absolute + limited, xyz);
+        if (!s->on->list->mixed) most = much->low * xyz[1] + shd_larger(y - s->terms_floor, 0);
+        most = xyz[1] > 0 ? shd_smaller(most / xyz[1], much->high) : much->high;
+        const double limited = shd_smaller(much->limited, shd_term_rate(e, t) * most);
+        shd_lab_add(d, slope, much->absolute + limited, xyz);
     }
 }
 
@@ -378,7 +349,7 @@ static double free_bound(const colors *s, shd_interval y, double enough) {
                        (m.main * s->excess->main[c] + m.rest[c] + m.own[c] + m.share[c] + m.grey);
             move[r] += on->screen.to_xyz[r][c] * m.channel[c];
         }
-        of_y[r] = s->of_y[r];
+        of_y[r] = s->free.xyz[r];
         shd_interval value = {s->value[r].low * of_high, s->value[r].high * of_low};
         if (!on->list->mixed && y.low > s->floor[1] * 0.5 && y.low > 0) {
             /* The ratio is monotone between the step's ends. */
@@ -401,7 +372,8 @@ static double free_bound(const colors *s, shd_interval y, double enough) {
         shd_lab_add(&d, f.slope, m.channel[c], on->screen.channels[c]);
     }
     shd_lab_difference lights = d;
-    add_lights(&lights, s, &m, f.slope);
+    shd_lab_add(&lights, f.slope, m.main, s->main);
+    for (int c = 0; c < 3; c++) shd_lab_add(&lights, f.slope, m.rest[c], on->screen.columns[c]);
     const double length = shd_lab_length(&lights, f.value, enough);
     if (length <= enough || !s->excess->terms) return length;
     add_known_terms(&d, s, f.slope, y.high + on->error_y);
@@ -411,8 +383,7 @@ static double free_bound(const colors *s, shd_interval y, double enough) {
     return shd_lab_length(&d, f.value, enough);
 }
 
-/* The largest difference of colors whose Y is in the range. A simpler estimate stands for it if
- * that is no more than `enough`. */
+/* The largest difference of colors whose Y is in the range. Up to `enough`, it is an estimate. */
 static double step_bound(const colors *s, shd_interval y, double enough) {
     double worst = s->coherent ? free_bound(s, y, enough) : held_bound(s, y, 0, enough);
     for (int at_1 = 1; at_1 < 7 && y.high >= s->held; at_1++)

@@ -1,7 +1,5 @@
 #include "bound/shown/lab.h"
 
-#include <math.h>
-
 #include "base/bits.h"
 #include "base/transfer.h"
 
@@ -38,16 +36,12 @@ shd_lab_curves shd_lab_curves_of(const shd_interval of_y[3], shd_interval y, con
     return f;
 }
 
-static double lightness_weight(double l) {
-    double off = (l - 50) * (l - 50);
-    return 1 + 0.015 * off / sqrt(20 + off);
-}
-
 /* The least SL of colors whose f(Y) is in the range. */
 static double least_lightness_weight(shd_interval f) {
     const double low = 116 * f.low - 16, high = 116 * f.high - 16;
     if (low <= 50 && high >= 50) return 1;
-    return lightness_weight(low > 50 ? low : high);
+    const double off = (low > 50 ? low : high) - 50, squared = off * off;
+    return 1 + 0.015 * squared / sqrt(20 + squared);
 }
 
 /* The most that |p - q| is if p is x times a number in `slope`, and q is y times one in `other`. */

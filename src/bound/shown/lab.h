@@ -4,8 +4,7 @@
  * L, a and b are differences of f(X), f(Y) and f(Z). These move by the slope of f between both
  * colors times the move of X, Y and Z. The CIEDE2000 difference of two near colors is at most the
  * length of (dL / SL, (1 + G) da, db): the weights SC, SH and the rotation only make it shorter (a
- * test walks through chroma and hue). The stretch 1 + G is 1.5 at most, and less if there is
- * chroma. */
+ * test walks through chroma and hue). The stretch 1 + G is 1.5, and less if there is chroma. */
 #pragma once
 
 #include "plan/parts.h"
@@ -47,6 +46,6 @@ void shd_lab_add_shares(shd_lab_difference *d, const double share[3], const doub
                         double part, const shd_interval slope[3], const shd_interval of_y[3],
                         double y, const double move[3]);
 
-/* The CIEDE2000 difference of colors whose f are in the intervals. A simpler estimate stands for it
- * if that is no more than `enough`. */
+/* The CIEDE2000 difference of colors whose f are in the intervals, or a simpler estimate of it that
+ * is no more than `enough`. */
 double shd_lab_length(const shd_lab_difference *d, const shd_interval f[3], double enough);

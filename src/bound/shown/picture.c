@@ -1,10 +1,8 @@
 #include "bound/shown/picture.h"
 
-#include <math.h>
 #include <string.h>
 
 #include "bound/shown/lab.h"
-#include "plan/plan.h"
 
 enum {
     MOST_CLASSES = 6,
@@ -216,15 +214,6 @@ static shown_pixel show_pixel(const shd_picture_errors *e, const double rgb[3],
     return p;
 }
 
-/* Adds the errors of a pixel of which some channel may be held. */
-static void add_channels(shd_lab_difference *d, const shd_picture_errors *e, const shown_pixel *p,
-                         const shd_interval slope[3]) {
-    for (int r = 0; r < 3; r++) {
-        const bool still = p->light[r] - p->error[r] >= 1 || p->light[r] + p->error[r] <= 0;
-        if (!still) shd_lab_add(d, slope, p->error[r], e->screen.channels[r]);
-    }
-}
-
 /* Adds the errors of a pixel without held channels: each term errs along its color. */
 static void add_pixel_terms(shd_lab_difference *d, const shd_picture_errors *e, const amounts *a,
                             const shd_interval slope[3]) {
@@ -267,7 +256,9 @@ double shd_picture_delta_e(const shd_picture_errors *e, const double rgb[3]) {
     if (e->grey) {
         shd_lab_add(&d, f.slope, p.error[0], e->white);
     } else if (p.held) {
-        add_channels(&d, e, &p, f.slope);
+        for (int r = 0; r < 3; r++) /* channels that are held in both pictures do not err */
+            if (!(p.light[r] - p.error[r] >= 1 || p.light[r] + p.error[r] <= 0))
+                shd_lab_add(&d, f.slope, p.error[r], e->screen.channels[r]);
     } else {
         double share[3];
         const double part = e->share + (e->screen.same ? e->noise : 0);

@@ -1,10 +1,10 @@
 /* CIEDE2000's bound of a picture that is there, from its own colors. It is tighter than planning's,
  * which has to take the darkest and the most colorful colors that there may be.
  *
- * A pixel's color has room for so much of a term (a material's color times a light's) beside the
- * other terms that the scene has. Errors in proportion to a term, above all those of highlights,
- * are then no more than that. The pixel's own color tells how steep the slopes of L, a and b are. A
- * pixel may mix samples of all objects and the background, in any shares. */
+ * A pixel's color has room for so much of a term beside the scene's other terms. Errors in
+ * proportion to a term, above all those of highlights, are then no more than that. The color also
+ * tells how steep the slopes of L, a and b are. A pixel may mix samples of all objects and the
+ * background, in any shares. */
 #pragma once
 
 #include "bound/shown/shown.h"

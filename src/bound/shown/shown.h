@@ -1,5 +1,4 @@
-/* How far off is what outputs show, by the errors of light: in linear light, in codes, and to the
- * eye. */
+/* How far off is what outputs show: in linear light, in codes, and to the eye. */
 #pragma once
 
 #include "bound/bound.h"
@@ -8,7 +7,6 @@
 /* What f32 adds to a difference of two films on the way through an output's curve, relative to the
  * channel: 1.15 times what 3e6 pairs of floats have shown. */
 double shd_curve_noise(shd_transfer transfer);
-
 /* The same through a matrix that is not diagonal, relative to the products that it adds up. */
 static const double SHD_MATRIX_NOISE = 5 * 0x1p-24;
 
@@ -41,6 +39,5 @@ static const double SHD_MIXTURE = 1.4;
 
 double shd_bound_linear(const shd_excess_list *list);
 double shd_bound_code(const shd_excess_list *list, const shd_shown *shown);
-/* A bound that is no more than `enough` may be told as `enough`, and a larger one as any value
- * above it. */
+/* A bound up to `enough` may be told as `enough`, and a larger one as any value above it. */
 double shd_bound_delta_e(const shd_excess_list *list, const shd_shown *shown, double enough);
