@@ -7,10 +7,6 @@
 #include "image/image.h"
 #include "render/tiles/reuse.h"
 
-#ifndef SHADED_VERSION
-#error "SHADED_VERSION comes from the build"
-#endif
-
 /* Bytes that are kept between requests for each thread: a picture of 1920 x 1080 fits. And those
  * that are kept even if nobody asks for them for long: a picture of 512 x 512. */
 enum { SPARE_BYTES = 64 << 20, REST_BYTES = 8 << 20 };
@@ -37,16 +33,8 @@ shd_engine_options shd_engine_defaults(void) {
     };
 }
 
-static bool touch_memory(void *reuse) {
-    return shd_reuse_touch(reuse);
-}
-
 static size_t give_spares(void *spares, size_t bytes) {
     return shd_spares_trim(spares, bytes);
-}
-
-static size_t give_records(void *reuse, size_t bytes) {
-    return shd_reuse_trim(reuse, bytes);
 }
 
 static size_t give_meshes(void *store, size_t bytes) {
@@ -60,8 +48,7 @@ void shd_engine_rest(shd_engine *engine) {
 
 static size_t spare_bytes(const shd_engine_options *options, unsigned threads) {
     const uint64_t all = (uint64_t)threads * SPARE_BYTES,
-                   share = shd_budget_most(options->budget) / 8;
-    const uint64_t most = all < share ? all : share;
+                   share = shd_budget_most(options->budget) / 8, most = all < share ? all : share;
     return most < options->limits.memory ? most : options->limits.memory;
 }
 
@@ -77,10 +64,12 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
                         options->kernel);
     shd_engine *engine = calloc(1, sizeof *engine);
     if (!engine) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
-    engine->limits = options->limits;
-    engine->isa = isa;
-    engine->budget = options->budget;
-    engine->spares = shd_spares_new(spare_bytes(options, threads), options->budget);
+    *engine = (shd_engine){
+        .limits = options->limits,
+        .isa = isa,
+        .budget = options->budget,
+        .spares = shd_spares_new(spare_bytes(options, threads), options->budget),
+    };
     shd_status status = engine->spares
                             ? shd_color_config_load(options->ocio_config, &engine->color, error)
                             : shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
@@ -94,9 +83,9 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
         return status;
     }
     shd_budget_yield(engine->budget, SHD_RANK_SPARE, give_spares, engine->spares);
-    shd_budget_yield(engine->budget, SHD_RANK_RECORDS, give_records, engine->reuse);
+    shd_budget_yield(engine->budget, SHD_RANK_RECORDS, shd_reuse_trim, engine->reuse);
     shd_budget_yield(engine->budget, SHD_RANK_MESHES, give_meshes, engine->store);
-    if (options->reuse) shd_pool_when_idle(engine->pool, touch_memory, engine->reuse);
+    if (options->reuse) shd_pool_when_idle(engine->pool, shd_reuse_touch, engine->reuse);
     *out = engine;
     return SHD_OK;
 }
@@ -119,13 +108,13 @@ shd_status shd_engine_renew(const shd_engine *first, const shd_engine_options *o
 
 void shd_engine_drop(shd_engine *engine) {
     if (!engine) return;
-    if (!engine->borrows) shd_pool_drop(engine->pool);
-    if (engine->color) shd_color_config_drop(engine->color);
     if (!engine->borrows) {
+        shd_pool_drop(engine->pool);
         shd_reuse_drop(engine->reuse);
         shd_store_drop(engine->store);
         shd_spares_drop(engine->spares);
     }
+    shd_color_config_drop(engine->color);
     free(engine);
 }
 

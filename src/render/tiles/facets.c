@@ -1,30 +1,31 @@
 #include "render/tiles/facets.h"
 
+#include "render/tiles/radiance.h"
 #include "shade/split32.h"
 
 enum { BLOCK = 64 };
 
+typedef struct facet_scratch {
+    float **arrays; /* [1 + max_lobes][3] of [BLOCK] */
+    double **exact; /* or these */
+    shd_paint_term *terms;
+    size_t *term_of;
+    shd_stopwatch watch;
+} facet_scratch;
+
 typedef struct facet_job {
-    const shd_plan *plan;
-    const atomic_bool *cancelled;
-    const shd_lighting *lighting;
-    const shd_paint_kernel *paint;
+    const shd_scenery *scenery;
     const shd_facets *facets;
     const shd_plan_material *material;
     const uint32_t *every; /* light */
     float *radiance;
-    struct facet_scratch {
-        float **arrays; /* [1 + max_lobes][3] of [BLOCK] */
-        double **exact; /* or these */
-        shd_paint_term *terms;
-        size_t *term_of;
-        shd_stopwatch watch;
-    } * scratch; /* [slot] */
+    facet_scratch *scratch; /* [slot]; NULL until there is something to light */
 } facet_job;
 
 static void light_points(const facet_job *l, size_t first, size_t count, const uint32_t *which,
-                         size_t lights, const struct facet_scratch *s) {
-    const shd_plan *plan = l->plan;
+                         size_t lights, const facet_scratch *s) {
+    const shd_plan *plan = l->scenery->plan;
+    const shd_lighting *lighting = l->scenery->lighting;
     const shd_facets *facets = l->facets;
     _Alignas(64) double d[9][BLOCK];
     _Alignas(64) float f[12][BLOCK];
@@ -47,13 +48,13 @@ static void light_points(const facet_job *l, size_t first, size_t count, const u
     if (plan->tier == SHD_EXACT) {
         const shd_points64 points = {
             count, {d[0], d[1], d[2]}, {d[3], d[4], d[5]}, {d[6], d[7], d[8]}};
-        shd_light_sums64(l->lighting, l->material, which, lights, &points, s->exact, s->exact + 3);
+        shd_light_sums64(lighting, l->material, which, lights, &points, s->exact, s->exact + 3);
         return;
     }
     shd_points32 points = {
         count, {f[0], f[1], f[2]}, {NULL, NULL, NULL}, {f[6], f[7], f[8]}, {f[9], f[10], f[11]}};
     for (int c = 0; plan->split_positions && c < 3; c++) points.low[c] = f[3 + c];
-    shd_light_sums32(l->lighting, l->material, which, lights, &points, s->arrays, s->arrays + 3,
+    shd_light_sums32(lighting, l->material, which, lights, &points, s->arrays, s->arrays + 3,
                      edges);
     for (size_t i = 0; i < count; i++) {
         if (!edges[i]) continue;
@@ -61,14 +62,14 @@ static void light_points(const facet_job *l, size_t first, size_t count, const u
                                     {&d[0][i], &d[1][i], &d[2][i]},
                                     {&d[3][i], &d[4][i], &d[5][i]},
                                     {&d[6][i], &d[7][i], &d[8][i]}};
-        shd_light_again(l->lighting, l->material, which, lights, &point, &(uint32_t){(uint32_t)i},
+        shd_light_again(lighting, l->material, which, lights, &point, &(uint32_t){(uint32_t)i},
                         s->arrays, s->arrays + 3);
     }
 }
 
-static void mix_plane(const facet_job *l, const struct facet_scratch *s, size_t plane, size_t first,
+static void mix_plane(const facet_job *l, const facet_scratch *s, size_t plane, size_t first,
                       size_t count) {
-    const shd_plan *plan = l->plan;
+    const shd_plan *plan = l->scenery->plan;
     float constant[3], mixed[3][BLOCK], *const to[3] = {mixed[0], mixed[1], mixed[2]};
     if (plan->tier == SHD_EXACT) {
         shd_mix_exact(plan, l->material, plane, s->exact, count, to);
@@ -79,7 +80,7 @@ static void mix_plane(const facet_job *l, const struct facet_scratch *s, size_t 
             for (int c = 0; c < 3; c++)
                 s->terms[k].sums[c] =
                     s->arrays[3 * s->term_of[k] + (size_t)(plan->grey_lights ? 0 : c)];
-        l->paint->mix(constant, NULL, s->terms, terms, count, to);
+        l->scenery->paint->mix(constant, NULL, s->terms, terms, count, to);
     }
     float *out = l->radiance + 3 * (first * plan->plane_count + plane);
     for (size_t i = 0; i < count; i++, out += 3 * plan->plane_count)
@@ -88,9 +89,9 @@ static void mix_plane(const facet_job *l, const struct facet_scratch *s, size_t 
 
 static void light_block(void *context, size_t index, unsigned slot) {
     const facet_job *l = context;
-    if (shd_is_cancelled(l->cancelled)) return;
-    const shd_plan *plan = l->plan;
-    struct facet_scratch *s = &l->scratch[slot];
+    const shd_plan *plan = l->scenery->plan;
+    if (shd_is_cancelled(plan->cancelled)) return;
+    facet_scratch *s = &l->scratch[slot];
     const size_t first = index * BLOCK, left = l->facets->point_count - first,
                  count = left < BLOCK ? left : BLOCK;
     shd_begin(&s->watch);
@@ -107,45 +108,42 @@ static void light_block(void *context, size_t index, unsigned slot) {
     shd_end(&s->watch, &s->watch.times.shade);
 }
 
-static bool make_scratch(const shd_plan *plan, shd_arena *arena, struct facet_scratch *out) {
+/* False: the arena is full. */
+static bool make_scratch(const shd_plan *plan, shd_arena *arena, unsigned slots, facet_job *l) {
     const size_t terms = 1 + plan->max_lobes;
+    uint32_t *every = shd_arena_alloc(arena, plan->light_count, sizeof *every);
+    l->scratch = shd_arena_zalloc(arena, slots, sizeof *l->scratch);
+    if (!every || !l->scratch) return false;
+    for (size_t j = 0; j < plan->light_count; j++) every[j] = (uint32_t)j;
+    l->every = every;
     shd_scratch memory = {.arena = arena};
-    out->arrays = shd_scratch_rows32(&memory, 3 * terms, BLOCK);
-    out->exact = shd_scratch_rows64(&memory, 3 * terms, BLOCK);
-    out->terms = shd_scratch_take(&memory, terms, sizeof *out->terms);
-    out->term_of = shd_scratch_take(&memory, terms, sizeof *out->term_of);
+    for (facet_scratch *s = l->scratch; s < l->scratch + slots; s++) {
+        s->arrays = shd_scratch_rows32(&memory, 3 * terms, BLOCK);
+        s->exact = shd_scratch_rows64(&memory, 3 * terms, BLOCK);
+        s->terms = shd_scratch_take(&memory, terms, sizeof *s->terms);
+        s->term_of = shd_scratch_take(&memory, terms, sizeof *s->term_of);
+    }
     return !memory.full;
 }
 
-bool shd_facets_light(shd_rendering *r, const shd_sight *sight, const shd_lighting *lighting,
-                      const shd_paint_kernel *paint, shd_facet_light *out) {
+bool shd_facets_light(shd_rendering *r, shd_scenery *scenery) {
     const shd_plan *plan = r->plan;
-    const shd_scene *scene = plan->scene;
+    const size_t objects = plan->scene->object_count;
     shd_arena *arena = r->arena;
     shd_pool *pool = r->engine->pool;
     const unsigned slots = shd_pool_slots(pool);
-    *out = (shd_facet_light){
-        .radiance = shd_arena_zalloc(arena, scene->object_count, sizeof *out->radiance)};
-    if (!out->radiance) return false;
-    facet_job l = {.plan = plan, .cancelled = r->cancelled, .lighting = lighting, .paint = paint};
-    for (size_t o = 0; o < scene->object_count; o++) {
-        l.facets = shd_sight_facets(sight, o);
+    scenery->facets = shd_arena_zalloc(arena, objects, sizeof *scenery->facets);
+    if (!scenery->facets) return false;
+    facet_job l = {.scenery = scenery};
+    for (size_t o = 0; o < objects; o++) {
+        l.facets = shd_sight_facets(scenery->sight, o);
         if (!l.facets) continue;
-        if (!out->any) {
-            uint32_t *every = shd_arena_alloc(arena, plan->light_count, sizeof *every);
-            l.scratch = shd_arena_zalloc(arena, slots, sizeof *l.scratch);
-            if (!every || !l.scratch) return false;
-            for (size_t j = 0; j < plan->light_count; j++) every[j] = (uint32_t)j;
-            for (unsigned i = 0; i < slots; i++)
-                if (!make_scratch(plan, arena, &l.scratch[i])) return false;
-            l.every = every;
-            out->any = true;
-        }
-        l.material = &plan->materials[scene->objects[o].material];
+        if (!l.scratch && !make_scratch(plan, arena, slots, &l)) return false;
+        l.material = &plan->materials[plan->scene->objects[o].material];
         l.radiance = shd_arena_alloc(arena, 3 * plan->plane_count * l.facets->point_count,
                                      sizeof *l.radiance);
         if (!l.radiance) return false;
-        out->radiance[o] = l.radiance;
+        scenery->facets[o] = l.radiance;
         shd_pool_for(pool, (l.facets->point_count + BLOCK - 1) / BLOCK, light_block, &l);
     }
     for (unsigned i = 0; l.scratch && i < slots; i++)

@@ -1,11 +1,11 @@
 #include "render/tiles/film.h"
 
+#include <assert.h>
 #include <float.h>
-#include <pthread.h>
 #include <string.h>
 
-#include "render/tiles/keep.h"
-#include "render/tiles/tile.h"
+#include "render/tiles/facets.h"
+#include "render/tiles/radiance.h"
 
 /* One thread's working memory. */
 typedef struct film_scratch {
@@ -25,9 +25,6 @@ typedef struct film_job {
     shd_scenery scenery;
     const shd_render_options *options;
     shd_film *film;
-    shd_recall recall;
-    int left, top, across; /* of the region's tiles, on the picture's grid */
-    size_t tile_count;
     uint8_t background[16 * SHD_TILE]; /* samples of a row through which nothing is seen */
     pthread_mutex_t mutex;             /* guards the arena while threads run */
     film_scratch **slots;
@@ -80,6 +77,7 @@ static film_scratch *get_scratch(film_job *j, unsigned slot) {
         shd_scratch memory = {.arena = j->rendering->arena};
         s = lay_out_scratch(j->scenery.plan, j->scenery.sight, &memory);
         pthread_mutex_unlock(&j->mutex);
+        assert(memory.full || memory.bytes <= shd_film_scratch_size(j->scenery.plan));
         j->slots[slot] = s = memory.full ? NULL : s;
     }
     if (!s) atomic_store(&j->failed, true);
@@ -92,22 +90,12 @@ static bool is_stopped(const film_job *j) {
 
 /* ---- From fragments to the pixels of a tile. ---- */
 
-/* Whether the cells follow each other. */
-static bool is_span(const uint16_t *cell, size_t count) {
-    uint16_t apart = 0;
-    if ((size_t)(cell[count - 1] - cell[0]) != count - 1) return false;
-    for (size_t i = 0; i < count; i++) apart |= (uint16_t)(cell[i] ^ (uint16_t)(cell[0] + i));
-    return !apart;
-}
-
-/* Adds a run's radiance to a plane. If its pixels follow each other it is written straight into
- * them. */
+/* Adds a run's radiance to a plane: straight into its pixels if they follow each other. */
 static void paint_run(const film_job *j, film_scratch *s, const shd_fragments *f, shd_run run,
                       size_t plane, bool whole) {
     const shd_plan *plan = j->scenery.plan;
-    float constant[3] = {0, 0, 0};
-    size_t terms = 1;
-    size_t sums_plane = plane;
+    float constant[3] = {0, 0, 0}, *const pixels[3] = {s->pixels[0], s->pixels[1], s->pixels[2]};
+    size_t terms = 1, sums_plane = plane;
     if (run.group == SHD_RADIANCE) {
         s->terms[0] = (shd_paint_term){.color = {1, 1, 1}};
         s->term_of[0] = 0;
@@ -116,7 +104,7 @@ static void paint_run(const film_job *j, film_scratch *s, const shd_fragments *f
                                 constant, s->terms, s->term_of);
         if (plan->planes[plane].kind != SHD_LAYER_LIGHT) sums_plane = 0;
     }
-    const bool grey = run.group != SHD_RADIANCE && plan->grey_lights;
+    const bool grey = shd_channels_of(plan, run.group) == 1;
     for (uint32_t done = 0; done < run.count; done += SHD_CHUNK) {
         const size_t at = run.first + done,
                      count = run.count - done < SHD_CHUNK ? run.count - done : SHD_CHUNK;
@@ -126,35 +114,29 @@ static void paint_run(const film_job *j, film_scratch *s, const shd_fragments *f
                 s->terms[k].sums[c] =
                     f->sums[shd_sum_of(plan, sums_plane, s->term_of[k], grey ? 0 : c)] + at;
         const float *coverage = f->coverage ? f->coverage + at : NULL;
-        const bool straight = whole && is_span(cell, count);
+        const bool straight = whole && shd_is_span(cell, count);
         float *out[3];
-        for (int c = 0; c < 3; c++) out[c] = straight ? s->pixels[c] + cell[0] : s->mixed[c];
+        for (int c = 0; c < 3; c++) out[c] = straight ? pixels[c] + cell[0] : s->mixed[c];
         j->scenery.paint->mix(constant, coverage, s->terms, terms, count, out);
-        if (straight) continue;
-        if (whole) {
-            float *const pixels[3] = {s->pixels[0], s->pixels[1], s->pixels[2]};
+        if (whole && !straight)
             j->scenery.paint->scatter((const float *const *)s->mixed, cell, count, pixels);
-            continue;
-        }
-        for (int c = 0; c < 3; c++) {
-            float *restrict pixels = s->pixels[c];
+        for (int c = 0; c < 3 && !whole; c++) {
+            float *restrict to = pixels[c];
             const float *restrict mixed = s->mixed[c];
-            for (size_t i = 0; i < count; i++) pixels[cell[i]] += mixed[i];
+            for (size_t i = 0; i < count; i++) to[cell[i]] += mixed[i];
         }
     }
 }
 
-/* Makes a plane's pixels from all runs. The beauty is laid over the background, if that is
- * opaque. */
+/* Makes a plane's pixels from all runs. The beauty is laid over an opaque background. */
 static void paint_plane(const film_job *j, film_scratch *s, const shd_fragments *f, size_t plane) {
     const shd_plan *plan = j->scenery.plan;
     const shd_scene *scene = plan->scene;
     const bool whole = !f->coverage, over = plane == 0 && !scene->transparent;
-    for (int c = 0; c < 3; c++) {
-        const float value = whole && over ? (float)scene->background[c] : 0;
-        if (whole && f->count == SHD_TILE_PIXELS) break; /* nothing shows through */
-        j->scenery.paint->fill(s->pixels[c], SHD_TILE_PIXELS, value);
-    }
+    const bool hidden = whole && f->count == SHD_TILE_PIXELS; /* nothing shows through */
+    for (int c = 0; c < 3 && !hidden; c++)
+        j->scenery.paint->fill(s->pixels[c], SHD_TILE_PIXELS,
+                               whole && over ? (float)scene->background[c] : 0);
     for (size_t r = 0; r < f->run_count; r++) paint_run(j, s, f, f->runs[r], plane, whole);
     if (whole) return;
     for (int c = 0; c < 3; c++) {
@@ -164,11 +146,6 @@ static void paint_plane(const film_job *j, film_scratch *s, const shd_fragments 
         if (plane == 0 && scene->transparent)
             j->scenery.paint->divide(s->pixels[c], s->cover, SHD_TILE_PIXELS);
     }
-}
-
-static void find_cover(film_scratch *s, const shd_fragments *f) {
-    memset(s->cover, 0, sizeof s->cover);
-    for (size_t i = 0; i < f->count; i++) s->cover[f->cell[i]] += f->coverage ? f->coverage[i] : 1;
 }
 
 /* ---- From pixels to the film. ---- */
@@ -210,8 +187,7 @@ static void store_codes(const film_job *j, film_scratch *s, shd_tile tile, bool 
     }
     const size_t first = place_in_scratch(tile.x, tile.y);
     size_t count = (size_t)tile.h * SHD_TILE;
-    float *const *pixels =
-        (float *const[3]){s->pixels[0] + first, s->pixels[1] + first, s->pixels[2] + first};
+    float *const pixels[3] = {s->pixels[0] + first, s->pixels[1] + first, s->pixels[2] + first};
     if (width < SHD_TILE) { /* at the region's edges: makes the rows follow each other */
         for (int c = 0; c < 3; c++)
             for (size_t y = 1; y < (size_t)tile.h; y++)
@@ -219,14 +195,15 @@ static void store_codes(const film_job *j, film_scratch *s, shd_tile tile, bool 
         count = width * (size_t)tile.h;
     }
     s->saturated += shd_color_encode_planes(
-        film->codes, j->scenery.plan->isa, (const float *const[3]){pixels[0], pixels[1], pixels[2]},
-        NULL, count, film->layout.source, film->layout.count, width, (size_t)film->width, out);
+        film->codes, j->scenery.plan->isa, (const float *const *)pixels, NULL, count,
+        film->layout.source, film->layout.count, width, (size_t)film->width, out);
 }
 
-/* The part of the grid's tile `index` that lies in a rectangle. */
-static shd_tile tile_within(const film_job *j, size_t index, shd_tile bounds) {
-    const int x = (j->left + (int)(index % (size_t)j->across)) * SHD_TILE,
-              y = (j->top + (int)(index / (size_t)j->across)) * SHD_TILE;
+/* The part of the region's tile `index` that lies in a rectangle. */
+static shd_tile tile_within(const shd_raster *raster, size_t index, shd_tile bounds) {
+    const size_t across = shd_tiles_across(raster);
+    const int x = (raster->x / SHD_TILE + (int)(index % across)) * SHD_TILE,
+              y = (raster->y / SHD_TILE + (int)(index / across)) * SHD_TILE;
     const int x0 = x > bounds.x ? x : bounds.x, y0 = y > bounds.y ? y : bounds.y;
     const int right = bounds.x + bounds.w, bottom = bounds.y + bounds.h;
     const int x1 = x + SHD_TILE < right ? x + SHD_TILE : right,
@@ -236,16 +213,16 @@ static shd_tile tile_within(const film_job *j, size_t index, shd_tile bounds) {
 
 static const shd_fragments *find_fragments(const film_job *j, film_scratch *s, size_t index,
                                            shd_tile tile) {
-    if (j->recall.light) return shd_kept_fragments(j->recall.light, index);
+    const shd_recall *recall = &j->scenery.recall;
+    if (recall->light) return shd_record_get(recall->light, index);
     const shd_plan *plan = j->scenery.plan;
     const shd_raster *raster = &plan->scene->raster;
-    /* Which lights are left out within a tolerance depends on everything seen through the whole
-     * tile. */
+    /* Which lights are left out within a tolerance depends on all that the whole tile shows. */
     if (plan->drop_tolerance > 0)
-        tile = tile_within(j, index, (shd_tile){0, 0, raster->width, raster->height});
+        tile = tile_within(raster, index, (shd_tile){0, 0, raster->width, raster->height});
     const shd_fragments *f = shd_tile_look(&j->scenery, index, tile, s->tile, j->film, &s->watch);
-    if (j->recall.keep_light) {
-        shd_keep_fragments(j->recall.keep_light, index, plan, f);
+    if (recall->keep_light) {
+        shd_keep_fragments(recall->keep_light, index, plan, f);
         shd_begin(&s->watch); /* keeping is no part of shading */
     }
     return f;
@@ -258,7 +235,7 @@ static void render_tile(void *context, size_t index, unsigned slot) {
     if (!s) return;
     const shd_raster *raster = &j->scenery.plan->scene->raster;
     const shd_tile tile =
-        tile_within(j, index, (shd_tile){raster->x, raster->y, raster->w, raster->h});
+        tile_within(raster, index, (shd_tile){raster->x, raster->y, raster->w, raster->h});
     shd_stopwatch *watch = &s->watch;
     shd_begin(watch);
     const shd_fragments *f = find_fragments(j, s, index, tile);
@@ -266,7 +243,11 @@ static void render_tile(void *context, size_t index, unsigned slot) {
     if (j->film->codes && !f->count) {
         store_codes(j, s, tile, true);
     } else {
-        if (f->coverage || j->scenery.plan->scene->transparent) find_cover(s, f);
+        if (f->coverage || j->scenery.plan->scene->transparent) {
+            memset(s->cover, 0, sizeof s->cover);
+            for (size_t i = 0; i < f->count; i++)
+                s->cover[f->cell[i]] += f->coverage ? f->coverage[i] : 1;
+        }
         for (size_t p = 0; p < j->scenery.plan->plane_count && !is_stopped(j); p++) {
             paint_plane(j, s, f, p);
             if (p)
@@ -280,8 +261,8 @@ static void render_tile(void *context, size_t index, unsigned slot) {
     shd_end(watch, &watch->times.color);
 
     if (!j->options || !j->options->progress) return; /* counting waits until the tile is stored */
-    size_t done = atomic_fetch_add(&j->done, 1) + 1;
-    if (slot == 0) j->options->progress(j->options->context, (double)done / (double)j->tile_count);
+    const double done = (double)(atomic_fetch_add(&j->done, 1) + 1);
+    if (slot == 0) j->options->progress(j->options->context, done / (double)shd_tile_count(raster));
 }
 
 /* ---- The film. ---- */
@@ -309,13 +290,14 @@ uint64_t shd_film_size(const shd_raster *raster, size_t plane_count,
     return counted.bytes;
 }
 
-/* Data layers begin with the values of pixels that hit nothing. */
-static bool make_film(const film_job *j, shd_arena *arena, shd_film *film) {
+/* Data layers begin with the values of pixels that hit nothing. False: the arena is full. */
+static bool make_film(film_job *j) {
     const shd_plan *plan = j->scenery.plan;
     const shd_paint_kernel *paint = j->scenery.paint;
+    shd_film *film = j->film;
     const size_t pixels = (size_t)film->width * (size_t)film->height;
-    shd_scratch memory = {.arena = arena};
-    film->planes = shd_arena_zalloc(arena, plan->plane_count, sizeof *film->planes);
+    shd_scratch memory = {.arena = j->rendering->arena};
+    film->planes = shd_arena_zalloc(memory.arena, plan->plane_count, sizeof *film->planes);
     if (!film->planes) return false;
     lay_out_film(pixels, plan->plane_count, plan->wants, &memory, film);
     if (memory.full) return false;
@@ -323,6 +305,7 @@ static bool make_film(const film_job *j, shd_arena *arena, shd_film *film) {
     if (film->position) paint->fill(film->position, 3 * pixels, 0);
     if (film->depth) paint->fill(film->depth, pixels, INFINITY);
     if (film->object) paint->fill(film->object, pixels, -1);
+    j->scenery.data = film->normal || film->position || film->depth || film->object;
     return true;
 }
 
@@ -342,39 +325,25 @@ shd_status shd_film_render(shd_rendering *r, const shd_sight *sight, const shd_r
     static const shd_paint_kernel *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_paint_kernel);
     const shd_plan *plan = r->plan;
     const shd_raster *raster = &plan->scene->raster;
-    shd_arena *arena = r->arena;
-    shd_pool *pool = r->engine->pool;
-    const unsigned slots = shd_pool_slots(pool);
+    const unsigned slots = shd_pool_slots(r->engine->pool);
     film->width = raster->w;
     film->height = raster->h;
 
-    const bool *wants = plan->wants;
     film_job j = {.rendering = r,
-                  .scenery = {.plan = plan,
-                              .sight = sight,
-                              .paint = kernels[plan->isa],
-                              .data = wants[SHD_LAYER_NORMAL] || wants[SHD_LAYER_POSITION] ||
-                                      wants[SHD_LAYER_DEPTH] || wants[SHD_LAYER_OBJECT]},
+                  .scenery = {.plan = plan, .sight = sight, .paint = kernels[plan->isa]},
                   .options = options,
                   .film = film,
-                  .recall = recall ? *recall : (shd_recall){NULL, NULL, NULL, NULL},
-                  .left = raster->x / SHD_TILE,
-                  .top = raster->y / SHD_TILE};
-    j.across = (raster->x + raster->w - 1) / SHD_TILE - j.left + 1;
-    j.tile_count = shd_tile_count(raster);
-    j.scenery.known = j.recall.geometry;
-    j.scenery.kept = j.recall.keep_geometry;
-    shd_facet_light facets = {NULL, false};
-    j.scenery.facets = &facets;
-    j.slots = shd_arena_zalloc(arena, slots, sizeof *j.slots);
-    j.scenery.lighting = shd_lighting_new(plan, arena);
+                  .slots = shd_arena_zalloc(r->arena, slots, sizeof *j.slots)};
+    if (recall) j.scenery.recall = *recall;
+    assert(sight || j.scenery.recall.light);
+    j.scenery.lighting = shd_lighting_new(plan, r->arena);
     pthread_mutex_init(&j.mutex, NULL);
-    if (!j.slots || !j.scenery.lighting || !make_film(&j, arena, film) ||
-        (sight && !shd_facets_light(r, sight, j.scenery.lighting, j.scenery.paint, &facets))) {
+    if (!j.slots || !j.scenery.lighting || !make_film(&j) ||
+        (sight && !shd_facets_light(r, &j.scenery))) {
         atomic_store(&j.failed, true);
     } else {
         find_background(&j);
-        shd_pool_for(pool, j.tile_count, render_tile, &j);
+        shd_pool_for(r->engine->pool, shd_tile_count(raster), render_tile, &j);
     }
     pthread_mutex_destroy(&j.mutex);
 

@@ -1,6 +1,5 @@
-/* The film: the picture in the working space, before the colors of any output, and the layers that
- * outputs want. If nobody needs these floats it has the samples of the one output instead. Tiles
- * fill it on the pool. */
+/* The film: the picture in the working space, before any output's colors, and the layers that are
+ * wanted. If nobody needs these floats it has the samples of the one output instead. */
 #pragma once
 
 #include "image/image.h"
@@ -26,22 +25,19 @@ typedef struct shd_film {
     unsigned char *samples;
 } shd_film;
 
-/* Renders the scene. `film` has its codes set or is zero. `sight` is NULL if `recall` has the
- * picture's light; `recall` and `options` may be NULL. Adds to r->times and r->saturated, and
- * leaves the stage of the story to its caller. */
+/* Renders the scene's tiles on the pool. `film` has its codes set or is zero. `sight` is NULL if
+ * `recall` has the picture's light; `recall` and `options` may be NULL. Adds to r->times and
+ * r->saturated; the story's stage is its caller's. */
 shd_status shd_film_render(shd_rendering *r, const shd_sight *sight,
                            const struct shd_recall *recall, const shd_render_options *options,
                            shd_film *film, shd_error *error);
 
-/* Bytes of a film's floats: those of the planes, the beauty among them, and of the data layers that
- * are wanted. */
+/* Bytes of a film's floats: of the planes, the beauty among them, and of the data layers. */
 uint64_t shd_film_size(const shd_raster *raster, size_t plane_count,
                        const bool wants[SHD_LAYER_KINDS]);
 
-/* Bytes of working memory that one thread takes from the rendering's arena, if the plan's light is
- * not recalled. */
+/* Bytes that one thread works in, if the plan's light is not recalled. */
 uint64_t shd_film_scratch_size(const shd_plan *plan);
 
-/* Holds values in [least, largest]. What is not a number becomes 0. Returns how many were
- * changed. */
+/* Holds values in [least, largest], and a NaN as 0. Returns how many were changed. */
 uint64_t shd_saturate(float *values, size_t count, float least, float largest);

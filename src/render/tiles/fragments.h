@@ -1,8 +1,7 @@
-/* What light falls on what is seen through a tile.
- *
- * Radiance is linear in the sums of light (shade/lighting.h), so a pixel needs no more than the
- * means of its samples' sums: a fragment is the share of a pixel that one material covers, and
- * colors multiply once a fragment however many samples it has. */
+/* What light falls on what is seen through a tile. Radiance is linear in the sums of light
+ * (shade/lighting.h), so a pixel needs no more than the means of its samples' sums: a fragment is
+ * the share of a pixel that one material covers, and colors multiply once a fragment however many
+ * samples it has. */
 #pragma once
 
 #include "plan/plan.h"
@@ -44,9 +43,12 @@ static inline int shd_channels_of(const shd_plan *plan, int32_t group) {
     return group != SHD_RADIANCE && plan->grey_lights ? 1 : 3;
 }
 
-/* Tiles of the grid that a picture's region touches. */
+/* Tiles of the grid that a picture's region touches: in a row, and all. */
+static inline size_t shd_tiles_across(const shd_raster *raster) {
+    return (size_t)((raster->x + raster->w - 1) / SHD_TILE - raster->x / SHD_TILE + 1);
+}
+
 static inline size_t shd_tile_count(const shd_raster *raster) {
-    const int across = (raster->x + raster->w - 1) / SHD_TILE - raster->x / SHD_TILE + 1,
-              down = (raster->y + raster->h - 1) / SHD_TILE - raster->y / SHD_TILE + 1;
-    return (size_t)across * (size_t)down;
+    const int down = (raster->y + raster->h - 1) / SHD_TILE - raster->y / SHD_TILE + 1;
+    return shd_tiles_across(raster) * (size_t)down;
 }

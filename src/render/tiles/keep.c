@@ -1,5 +1,6 @@
 #include "render/tiles/keep.h"
 
+#include <assert.h>
 #include <string.h>
 #if defined(__SSE2__)
 #include <emmintrin.h>
@@ -17,38 +18,36 @@ static void put_bytes(hash *h, const void *data, size_t size) {
     sha256_update(h, size, data);
 }
 
-static void put_number(hash *h, double value) {
-    value += 0.0; /* -0 as 0 */
-    put_bytes(h, &value, sizeof value);
-}
-
 static void put_count(hash *h, uint64_t value) {
     put_bytes(h, &value, sizeof value);
 }
 
+static void put_numbers(hash *h, const double *values, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        const double value = values[i] + 0.0; /* -0 as 0 */
+        put_bytes(h, &value, sizeof value);
+    }
+}
+
 static void put_vec(hash *h, shd_vec3 v) {
-    put_number(h, v.x);
-    put_number(h, v.y);
-    put_number(h, v.z);
+    put_numbers(h, (const double[]){v.x, v.y, v.z}, 3);
 }
 
 /* If the request is cancelled, a key of a part is as good: nothing comes of it. */
 static void put_array(hash *h, const void *data, size_t size, const atomic_bool *cancelled) {
     enum { AT_ONCE = 1 << 16 };
-    const char *bytes = data;
     for (size_t at = 0; at < size && !shd_is_cancelled(cancelled); at += AT_ONCE)
-        put_bytes(h, bytes + at, size - at < AT_ONCE ? size - at : AT_ONCE);
+        put_bytes(h, (const char *)data + at, size - at < AT_ONCE ? size - at : AT_ONCE);
 }
 
 static void put_mesh(hash *h, const shd_mesh *mesh, const atomic_bool *cancelled) {
     put_count(h, mesh->kept != NULL);
     if (mesh->kept) {
-        put_bytes(h, mesh->kept->digest.bytes, sizeof mesh->kept->digest.bytes);
+        put_bytes(h, &mesh->kept->digest, sizeof mesh->kept->digest);
         return;
     }
-    put_count(h, mesh->vertex_count);
-    put_count(h, mesh->triangle_count);
-    put_count(h, mesh->normals != NULL);
+    const uint64_t counts[] = {mesh->vertex_count, mesh->triangle_count, mesh->normals != NULL};
+    put_bytes(h, counts, sizeof counts);
     const size_t vectors = 3 * mesh->vertex_count * sizeof(double);
     put_array(h, mesh->positions, vectors, cancelled);
     if (mesh->normals) put_array(h, mesh->normals, vectors, cancelled);
@@ -58,12 +57,9 @@ static void put_mesh(hash *h, const shd_mesh *mesh, const atomic_bool *cancelled
 static void put_object(hash *h, const shd_object *object, const shd_plan_material *material,
                        const atomic_bool *cancelled) {
     put_count(h, object->shape);
-    put_number(h, object->radius);
-    put_number(h, object->tube);
-    put_number(h, object->height);
+    put_numbers(h, (const double[]){object->radius, object->tube, object->height}, 3);
     put_vec(h, object->size);
-    for (int r = 0; r < 3; r++)
-        for (int c = 0; c < 3; c++) put_number(h, object->transform.linear[r][c]);
+    for (int r = 0; r < 3; r++) put_numbers(h, object->transform.linear[r], 3);
     put_vec(h, object->transform.origin);
     put_count(h, material->front_only);
     if (object->shape == SHD_MESH) put_mesh(h, object->mesh, cancelled);
@@ -78,8 +74,7 @@ static void put_geometry(hash *h, const shd_plan *plan) {
     put_vec(h, camera->right);
     put_vec(h, camera->up);
     put_vec(h, camera->back);
-    put_number(h, camera->fov);
-    put_number(h, camera->height);
+    put_numbers(h, (const double[]){camera->fov, camera->height}, 2);
     const int numbers[] = {raster->width, raster->height, raster->x,      raster->y,
                            raster->w,     raster->h,      raster->samples};
     put_bytes(h, numbers, sizeof numbers);
@@ -98,31 +93,27 @@ static void put_light(hash *h, const shd_plan_light *light) {
     put_vec(h, light->position);
     put_vec(h, light->toward);
     put_vec(h, light->axis);
-    for (int c = 0; c < 3; c++) put_number(h, light->color[c]);
+    put_numbers(h, light->color, 3);
     const double numbers[] = {
         light->a,     light->b,     light->c,       light->gain, light->min_distance,
         light->outer, light->inner, light->exponent};
-    for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++) put_number(h, numbers[i]);
-}
-
-/* Colors matter only by which terms there are. */
-static void put_material(hash *h, const shd_plan_material *material) {
-    put_count(h, material->has_diffuse);
-    put_count(h, material->lobe_count);
-    for (size_t k = 0; k < material->lobe_count; k++) put_number(h, material->lobes[k].shininess);
+    put_numbers(h, numbers, sizeof numbers / sizeof numbers[0]);
 }
 
 static void put_lights(hash *h, const shd_plan *plan) {
-    put_count(h, plan->tier);
-    put_count(h, plan->grey_lights);
-    put_count(h, plan->light_count);
+    const uint64_t counts[] = {plan->tier, plan->grey_lights, plan->light_count, plan->group_count,
+                               plan->scene->light_count /* lobes are cut by it */};
+    put_bytes(h, counts, sizeof counts);
     for (size_t j = 0; j < plan->light_count; j++) put_light(h, &plan->lights[j]);
-    put_count(h, plan->scene->light_count); /* lobes are cut by it */
-    put_count(h, plan->group_count);
     for (size_t g = 0; g < plan->group_count; g++) {
         if (shd_is_cancelled(plan->cancelled)) return;
         const shd_plan_group *group = &plan->groups[g];
-        put_material(h, &plan->materials[group->material]);
+        /* Colors matter only by which terms there are. */
+        const shd_plan_material *material = &plan->materials[group->material];
+        put_count(h, material->has_diffuse);
+        put_count(h, material->lobe_count);
+        for (size_t k = 0; k < material->lobe_count; k++)
+            put_numbers(h, &material->lobes[k].shininess, 1);
         /* A material's sums leave out lights whose color it has nothing of. */
         put_count(h, group->light_count);
         put_bytes(h, group->lights, group->light_count * sizeof *group->lights);
@@ -138,8 +129,7 @@ static shd_reuse_key key_of(const hash *h) {
     return key;
 }
 
-/* The key of everything that hits depend on, and that of everything that fragments depend on.
- * False: they are not kept. */
+/* The keys of all that hits and fragments depend on. False: they are not kept. */
 static bool find_keys(const shd_plan *plan, shd_reuse_key *geometry, shd_reuse_key *light) {
     const shd_scene *scene = plan->scene;
     if (plan->tier == SHD_EXACT || plan->plane_count > 1 || plan->drop_tolerance > 0) return false;
@@ -159,7 +149,7 @@ static bool find_keys(const shd_plan *plan, shd_reuse_key *geometry, shd_reuse_k
 /* ---- Records. ---- */
 
 shd_recall shd_recall_open(shd_reuse *reuse, const shd_plan *plan) {
-    shd_recall recall = {NULL, NULL, NULL, NULL};
+    shd_recall recall = {0};
     shd_reuse_key geometry, light;
     if (!find_keys(plan, &geometry, &light)) return recall;
     recall.light = shd_reuse_find(reuse, SHD_RECORD_LIGHT, light);
@@ -179,7 +169,7 @@ void shd_recall_close(shd_recall *recall, bool complete) {
     shd_record_drop((shd_record *)recall->geometry);
     shd_record_drop(recall->keep_light);
     shd_record_drop(recall->keep_geometry);
-    *recall = (shd_recall){NULL, NULL, NULL, NULL};
+    *recall = (shd_recall){0};
 }
 
 /* ---- What a tile leaves: arrays side by side, in one piece of its record's memory. ---- */
@@ -204,51 +194,42 @@ static void *copy_array(piece *p, const void *from, size_t size) {
     return to ? memcpy(to, from, size) : NULL;
 }
 
-/* Copies past the caches, if there are instructions for it. What is kept is not read soon and would
- * push out what is, and its lines need not be read before they are written. */
-static void *stream_array(piece *p, const void *from, size_t size) {
+/* stream_array copies past the caches, if there are instructions for it. What is kept is not read
+ * soon and would push out what is, and its lines need not be read before they are written.
+ * finish_streams makes what was streamed visible to others. */
 #if defined(__SSE2__)
-    const __m128i *in = from;
+static void *stream_array(piece *p, const void *from, size_t size) {
     void *to = next_array(p, size);
     if (!to) return NULL;
+    const __m128i *in = from;
     __m128i *out = to;
     for (size_t line = 0; line < size / ALIGNED; line++, in += 4, out += 4)
         for (int k = 0; k < 4; k++) _mm_stream_si128(out + k, _mm_loadu_si128(in + k));
     memcpy(out, in, size % ALIGNED);
     return to;
+}
+#define finish_streams() _mm_sfence()
 #else
-    return copy_array(p, from, size);
+#define stream_array     copy_array
+#define finish_streams() (void)0
 #endif
-}
-
-/* Makes what was streamed visible to others. */
-static void finish_streams(void) {
-#if defined(__SSE2__)
-    _mm_sfence();
-#endif
-}
 
 /* ---- Fragments. ---- */
 
-/* The number of terms that some run has. Sums of other terms are not copied. */
-static size_t find_terms(const shd_plan *plan, const shd_fragments *from) {
-    size_t most = 0;
-    for (size_t r = 0; r < from->run_count; r++) {
-        const size_t terms = shd_terms_of(plan, from->runs[r].group);
-        most = terms > most ? terms : most;
-    }
-    return most;
-}
-
 static shd_fragments *copy_fragments(piece *p, const shd_plan *plan, const shd_fragments *from) {
     const size_t arrays = shd_sum_of(plan, 1, 0, 0), count = from->count;
-    const size_t terms = find_terms(plan, from), channels = plan->grey_lights ? 1 : 3;
+    const size_t channels = plan->grey_lights ? 1 : 3;
     shd_fragments counted, *made = next_array(p, sizeof *made), *to = made ? made : &counted;
     *to = (shd_fragments){.count = count, .capacity = count, .run_count = from->run_count};
     if (!count) return made;
     to->cell = copy_array(p, from->cell, count * sizeof *to->cell);
     to->runs = copy_array(p, from->runs, from->run_count * sizeof *to->runs);
     if (from->coverage) to->coverage = copy_array(p, from->coverage, count * sizeof *to->coverage);
+    size_t terms = 0; /* of the run that has most: other sums are not copied */
+    for (size_t r = 0; r < from->run_count; r++) {
+        const size_t some = shd_terms_of(plan, from->runs[r].group);
+        terms = some > terms ? some : terms;
+    }
     to->sums = next_array(p, arrays * sizeof *to->sums);
     for (size_t k = 0; k < arrays; k++) {
         const bool used = k / 3 < terms && k % 3 < channels;
@@ -265,24 +246,18 @@ void shd_keep_fragments(shd_record *record, size_t tile, const shd_plan *plan,
     piece taken = {shd_record_alloc(record, counted.size), 0};
     if (!taken.memory) return;
     shd_record_put(record, tile, copy_fragments(&taken, plan, from));
+    assert(taken.size == counted.size);
     finish_streams();
-}
-
-const shd_fragments *shd_kept_fragments(const shd_record *record, size_t tile) {
-    return shd_record_get(record, tile);
 }
 
 /* ---- Hits. ---- */
 
-/* Kernels read whole vectors from wherever a run begins. */
-static size_t padded_count(size_t count) {
-    return (count + SHD_LANES - 1) / SHD_LANES * SHD_LANES + SHD_LANES;
-}
-
-/* `alike`: all hits are of one object. */
+/* `alike`: of one object. There is room for whole vectors from wherever a run begins. */
 static shd_kept_cast *copy_cast(piece *p, const shd_plan *plan, const uint16_t *shot_cell,
                                 size_t shots, const shd_hits *hits, bool alike) {
-    const size_t count = hits->count, room = padded_count(count), floats = room * sizeof(float);
+    const size_t count = hits->count,
+                 room = (count + SHD_LANES - 1) / SHD_LANES * SHD_LANES + SHD_LANES,
+                 floats = room * sizeof(float);
     shd_kept_cast counted, *made = next_array(p, sizeof *made), *to = made ? made : &counted;
     *to = (shd_kept_cast){.shots = shots, .hits = {.count = count, .capacity = room}};
     to->shot_cell = copy_array(p, shot_cell, shots * sizeof *shot_cell);
@@ -308,6 +283,7 @@ void shd_keep_cast(shd_record *record, size_t tile, const shd_plan *plan, const 
     piece taken = {shd_record_alloc(record, counted.size), 0};
     if (!taken.memory) return;
     shd_kept_cast *to = copy_cast(&taken, plan, shot_cell, shots, hits, alike);
+    assert(taken.size == counted.size);
     finish_streams();
     shd_kept_cast *first = (shd_kept_cast *)shd_record_get(record, tile), *last = first;
     while (last && last->next) last = last->next;

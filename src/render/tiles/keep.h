@@ -1,13 +1,11 @@
-/* How the tiles of a picture are kept in records (render/tiles/reuse.h), and what the keys of these
- * say. Inside of render/. */
+/* How the tiles of a picture are kept in records (reuse.h), and what the keys of these say. */
 #pragma once
 
 #include "render/tiles/fragments.h"
 #include "render/tiles/reuse.h"
 #include "sight/gbuffer.h"
 
-/* What is known of a picture before it is rendered, and the records that it will leave. NULL: there
- * is none. */
+/* What is known of a picture before it is rendered, and what it will leave. NULL: there is none. */
 typedef struct shd_recall {
     const shd_record *light;    /* fragments of this very light */
     const shd_record *geometry; /* hits, if there is no `light` */
@@ -21,14 +19,13 @@ shd_recall shd_recall_open(shd_reuse *reuse, const shd_plan *plan);
 /* Publishes what was kept if the picture is complete, and lets go of everything. */
 void shd_recall_close(shd_recall *recall, bool complete);
 
-/* Copies a tile's fragments into a record. Does nothing if the record is full. */
+/* Copies a tile's fragments into a record, as the tile's content. Does nothing if the record is
+ * full. */
 void shd_keep_fragments(shd_record *record, size_t tile, const shd_plan *plan,
                         const shd_fragments *fragments);
 
-/* The fragments of a tile that was kept. They are borrowed from the record. */
-const shd_fragments *shd_kept_fragments(const shd_record *record, size_t tile);
-
-/* The hits of a tile's casts, in their order, with the shots that were asked for. */
+/* The content of a record of hits: those of a tile's casts, in their order, with the shots that
+ * were asked for. */
 typedef struct shd_kept_cast {
     struct shd_kept_cast *next;
     size_t shots;
@@ -41,6 +38,6 @@ typedef struct shd_kept_cast {
 void shd_keep_cast(shd_record *record, size_t tile, const shd_plan *plan, const uint16_t *shot_cell,
                    size_t shots, const shd_hits *hits);
 
-/* The hits as they were. They are borrowed from the record, and from the arrays of `room` as far as
- * the record does not hold them. */
+/* The hits as they were. They are borrowed from the record and, as far as that does not hold them,
+ * from `room`. */
 void shd_recall_cast(const shd_kept_cast *cast, shd_hits *room, shd_hits *out);

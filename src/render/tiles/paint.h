@@ -2,6 +2,7 @@
  * bits. Arrays need no alignment. */
 #pragma once
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -17,6 +18,14 @@ typedef struct shd_paint_term {
     float color[3];
     const float *sums[3]; /* the same three times if lights are grey */
 } shd_paint_term;
+
+/* Whether `length` cells follow each other. */
+static inline bool shd_is_span(const uint16_t *cell, size_t length) {
+    if ((size_t)(cell[length - 1] - cell[0]) != length - 1) return false;
+    uint16_t apart = 0;
+    for (size_t i = 1; i < length; i++) apart |= (uint16_t)(cell[i] ^ (uint16_t)(cell[0] + i));
+    return !apart;
+}
 
 typedef struct shd_paint_kernel {
     /* out[c][i] = constant[c] coverage[i] + sum over terms of color[c] sums[c][i]. A NULL coverage

@@ -48,24 +48,16 @@ static void fill_values(float *values, size_t count, float value) {
     for (size_t i = 0; i < count; i++) values[i] = value;
 }
 
-/* Whether cells from i on follow each other. */
-static inline bool is_span(const uint16_t *cell, size_t i, size_t count, size_t length) {
-    if (count - i < length || (size_t)(cell[i + length - 1] - cell[i]) != length - 1) return false;
-    uint16_t apart = 0;
-    for (size_t k = 1; k < length; k++) apart |= (uint16_t)(cell[i + k] ^ (cell[i] + k));
-    return !apart;
-}
-
 /* Cells mostly follow each other, in a row of the tile. */
 static void scatter_values(const float *const values[3], const uint16_t *cell, size_t count,
                            float *const pixels[3]) {
     enum { LONG = 8, SHORT = 4 };
     for (size_t i = 0; i < count;) {
         const size_t to = cell[i];
-        if (is_span(cell, i, count, LONG)) {
+        if (count - i >= LONG && shd_is_span(cell + i, LONG)) {
             for (int c = 0; c < 3; c++) memcpy(pixels[c] + to, values[c] + i, LONG * sizeof(float));
             i += LONG;
-        } else if (is_span(cell, i, count, SHORT)) {
+        } else if (count - i >= SHORT && shd_is_span(cell + i, SHORT)) {
             for (int c = 0; c < 3; c++)
                 memcpy(pixels[c] + to, values[c] + i, SHORT * sizeof(float));
             i += SHORT;
@@ -122,8 +114,7 @@ static float most_of_lanes(const shd_vf v[VECTORS]) {
     return lanes[0];
 }
 
-/* What is left after whole groups of lanes is met as the last group, which has some of the values
- * that were met already. */
+/* The rest after whole groups of lanes is met as the last group, which repeats some values. */
 static void bound_axis(const float *values, size_t count, float *low, float *high) {
     if (count < LANES) {
         *low = *high = values[0];

@@ -1,4 +1,4 @@
-/* From sums of light to radiance: what colors multiply. Inside of render/. */
+/* From sums of light to radiance: what colors multiply. */
 #pragma once
 
 #include "plan/plan.h"

@@ -1,19 +1,14 @@
 /* What pictures share: G-buffers and sums of light, kept between requests.
  *
  * Two kinds of records, each of all tiles of a picture:
- * - geometry: what rays hit. Its key is everything that rays depend on (camera, raster, samples,
- *   objects), so that another light or shininess casts no ray;
- * - light: fragments (tile.h). Its key adds lights and exponents, so that another color of a
- *   material leaves only multiplications, the output's colors and the file.
+ * - geometry: what rays hit. Its key is all that rays depend on (camera, raster, samples, objects),
+ *   so that another light or shininess casts no ray;
+ * - light: fragments. Its key adds lights and exponents, so that another color of a material leaves
+ *   only multiplications, the output's colors and the file.
  *
- * What is kept is what would be computed again: a picture has the same bytes with records and
- * without. Records are constant once published, live while somebody uses them, and are forgotten
- * in the order of their last use when the cap is reached. Any thread. */
+ * A picture has the same bytes with records and without. Records are constant once published, live
+ * while somebody uses them, and are forgotten in the order of their last use. Any thread. */
 #pragma once
-
-#include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
 
 #include "shaded.h"
 
@@ -29,9 +24,8 @@ typedef enum shd_record_kind { SHD_RECORD_GEOMETRY, SHD_RECORD_LIGHT } shd_recor
 /* Keeps `cap` bytes at most, as far as `budget` gives them, which outlives it. 0 keeps nothing. */
 shd_status shd_reuse_new(size_t cap, shd_budget *budget, shd_reuse **out, shd_error *error);
 
-/* Forgets the oldest records that nobody uses and gives the system back what is free then, until
- * `bytes` are given or there is no more. Returns how many were. */
-size_t shd_reuse_trim(shd_reuse *reuse, size_t bytes);
+/* Gives way (base/budget.h): forgets the oldest records that nobody uses. */
+size_t shd_reuse_trim(void *reuse, size_t bytes);
 void shd_reuse_drop(shd_reuse *reuse); /* when nobody uses a record any more; NULL is fine */
 
 /* The record of a key, which the caller drops. NULL: there is none. Counts hits and misses. */
@@ -54,7 +48,7 @@ const void *shd_record_get(const shd_record *record, size_t tile);
 void shd_record_publish(shd_record *record);
 void shd_record_drop(shd_record *record); /* NULL is fine */
 
-/* Makes a little of the memory ready that records will take next, as shd_stock_touch does. */
-bool shd_reuse_touch(shd_reuse *reuse);
+/* A step of idle workers (base/pool.h): makes a little memory ready that records will take next. */
+bool shd_reuse_touch(void *reuse);
 
 shd_reuse_load shd_reuse_load_of(shd_reuse *reuse);

@@ -1,10 +1,9 @@
-/* Through which pixels of a tile rays are cast and in what order, and the casting. Inside of
- * render/. */
+/* Through which pixels of a tile rays are cast and in what order, and the casting. */
 #pragma once
 
 #include "render/tiles/tile.h"
 
-/* What is cast and lit at once: bundles that follow each other in s->bundles. */
+/* What is cast and lit at once: bundles of s->bundles. */
 typedef struct shd_chunk {
     const shd_bundle *bundles;
     size_t count, pixels;

@@ -1,16 +1,16 @@
 #include "render/tiles/tile.h"
 
+#include <assert.h>
 #include <string.h>
 
 #include "bound/light/weakest.h"
 #include "render/tiles/film.h"
-#include "render/tiles/keep.h"
+#include "render/tiles/radiance.h"
 #include "render/tiles/shots.h"
-#include "render/tiles/tile_scratch.h"
 
 /* ---- Light on what was hit. ---- */
 
-/* Copies the hits so that those of a group follow each other, in the order of the shots. */
+/* Copies the hits in the order of `order`. */
 static void sort_hits(const shd_hits *from, const uint32_t *order, shd_hits *to) {
     const size_t count = to->count = from->count;
 #define SORT(array)                                                                                \
@@ -37,13 +37,14 @@ static void sort_hits(const shd_hits *from, const uint32_t *order, shd_hits *to)
 
 /* What an object's hits are grouped by: its group, or one more group for all faceted objects. */
 static size_t class_of(const shd_scenery *scenery, int32_t object) {
-    return scenery->facets->radiance[object] ? scenery->plan->group_count
-                                             : scenery->plan->objects[object].group;
+    return scenery->facets[object] ? scenery->plan->group_count
+                                   : scenery->plan->objects[object].group;
 }
 
 static void add_run(const shd_scenery *scenery, shd_tile_scratch *s, size_t class, uint32_t first,
                     uint32_t count) {
     const int32_t group = class == scenery->plan->group_count ? SHD_RADIANCE : (int32_t) class;
+    assert(s->run_count < s->run_capacity);
     s->runs[s->run_count++] = (shd_run){group, first, count};
 }
 
@@ -84,7 +85,7 @@ static void interpolate_facets(const shd_scenery *scenery, const shd_hits *hits,
         const size_t object = (size_t)hits->object[i];
         const shd_facets *facets = shd_sight_facets(scenery->sight, object);
         const uint32_t *corner = facets->corners + 3 * (size_t)hits->triangle[i];
-        const float *radiance = scenery->facets->radiance[object];
+        const float *radiance = scenery->facets[object];
         const float *a = radiance + values * corner[0], *b = radiance + values * corner[1],
                     *c = radiance + values * corner[2];
         const double u = hits->u[i], v = hits->v[i], w = 1 - u - v;
@@ -98,108 +99,101 @@ static void interpolate_facets(const shd_scenery *scenery, const shd_hits *hits,
     }
 }
 
-/* Lights a run by the lights `which`, for a plane and those that share its sums: s->sums. */
-typedef void light_run_kernel(const shd_scenery *scenery, const shd_plan_material *material,
-                              const uint32_t *which, size_t count, const shd_hits *hits,
-                              shd_run run, size_t plane, shd_tile_scratch *s);
+/* Hits that follow each other and see one material, and the lights that they are lit by. */
+typedef struct lit_run {
+    const shd_hits *hits;
+    size_t first, count;
+    const shd_plan_material *material;
+    const uint32_t *which; /* [lights]: in plan->lights */
+    size_t lights;
+} lit_run;
 
-/* Casts and lights hits of a run again, in f64: at most SHD_LANES of one object. */
-static void light_again(const shd_scenery *scenery, const shd_plan_material *material,
-                        const uint32_t *which, size_t count, uint32_t object,
-                        const shd_shots *shots, const uint32_t *at, shd_tile_scratch *s) {
-    shd_hits *again = &s->again;
-    again->count = 0;
-    if (shd_sight_shoot(scenery->sight, &object, 1, shots, again) != shots->count)
-        return; /* cancelled */
-    shd_points64 points = {.count = again->count};
+static shd_points64 points64_of(const shd_hits *hits, size_t first, size_t count) {
+    shd_points64 points = {.count = count};
     for (int c = 0; c < 3; c++) {
-        points.position[c] = again->position[c];
-        points.normal[c] = again->normal[c];
-        points.view[c] = again->view[c];
+        points.position[c] = hits->position[c] + first;
+        points.normal[c] = hits->normal[c] + first;
+        points.view[c] = hits->view[c] + first;
     }
-    shd_light_again(scenery->lighting, material, which, count, &points, at,
-                    material->has_diffuse ? s->outs : NULL, s->outs + 3);
+    return points;
 }
 
-/* Lights the run's hits on edges again: s->edges. They are few, as wide as f32's rounding. */
-static void light_edges(const shd_scenery *scenery, const shd_plan_material *material,
-                        const uint32_t *which, size_t count, const shd_hits *hits, shd_run run,
-                        shd_tile_scratch *s) {
+/* Casts and lights the run's hits on edges, which are few, again in f64: s->edges. */
+static void light_edges(const shd_scenery *scenery, const lit_run *l, shd_tile_scratch *s) {
+    const int32_t *objects = l->hits->object + l->first;
     int32_t x[SHD_LANES], y[SHD_LANES];
     uint8_t sample[SHD_LANES];
     uint32_t at[SHD_LANES];
-    const uint8_t *edge = memchr(s->edges, 1, run.count), *end = s->edges + run.count;
+    const uint8_t *edge = memchr(s->edges, 1, l->count), *end = s->edges + l->count;
     while (edge) {
-        const int32_t object = hits->object[run.first + (size_t)(edge - s->edges)];
-        size_t n = 0;
+        const uint32_t object = (uint32_t)objects[edge - s->edges];
+        size_t n = 0; /* of one object */
         for (; edge && n < SHD_LANES; n++) {
-            const uint32_t i = (uint32_t)(edge - s->edges), shot = hits->shot[run.first + i];
-            if (hits->object[run.first + i] != object) break;
+            const uint32_t i = (uint32_t)(edge - s->edges), shot = l->hits->shot[l->first + i];
+            if ((uint32_t)objects[i] != object) break;
             at[n] = i;
             x[n] = s->x[shot];
             y[n] = s->y[shot];
             sample[n] = s->sample[shot];
             edge = memchr(edge + 1, 1, (size_t)(end - edge - 1));
         }
-        light_again(scenery, material, which, count, (uint32_t)object,
-                    &(shd_shots){n, x, y, sample}, at, s);
+        const shd_shots shots = {n, x, y, sample};
+        s->again.count = 0;
+        if (shd_sight_shoot(scenery->sight, &object, 1, &shots, &s->again) != n)
+            return; /* cancelled */
+        const shd_points64 points = points64_of(&s->again, 0, n);
+        shd_light_again(scenery->lighting, l->material, l->which, l->lights, &points, at,
+                        l->material->has_diffuse ? s->outs : NULL, s->outs + 3);
     }
 }
 
-static void sum_lights(const shd_scenery *scenery, const shd_plan_material *material,
-                       const uint32_t *which, size_t count, const shd_hits *hits, shd_run run,
-                       size_t plane, shd_tile_scratch *s) {
+/* Lights a run for a plane and those that share its sums: s->sums. */
+static void sum_lights(const shd_scenery *scenery, const lit_run *l, size_t plane,
+                       shd_tile_scratch *s) {
     const shd_plan *plan = scenery->plan;
-    float **out = s->outs;
-    for (size_t t = 0; t < 1 + material->lobe_count; t++)
+    for (size_t t = 0; t < 1 + l->material->lobe_count; t++)
         for (int c = 0; c < 3; c++)
-            out[3 * t + (size_t)c] = s->sums[shd_sum_of(plan, plane, t, c)] + run.first;
-    float *const *diffuse = material->has_diffuse ? out : NULL;
-    shd_points32 points = {.count = run.count};
+            s->outs[3 * t + (size_t)c] = s->sums[shd_sum_of(plan, plane, t, c)] + l->first;
+    shd_points32 points = {.count = l->count};
     for (int c = 0; c < 3; c++) {
-        points.position[c] = hits->position32[c] + run.first;
-        points.low[c] = plan->split_positions ? hits->low32[c] + run.first : NULL;
-        points.normal[c] = hits->normal32[c] + run.first;
-        points.mirror[c] = hits->mirror32[c] + run.first;
+        points.position[c] = l->hits->position32[c] + l->first;
+        points.low[c] = plan->split_positions ? l->hits->low32[c] + l->first : NULL;
+        points.normal[c] = l->hits->normal32[c] + l->first;
+        points.mirror[c] = l->hits->mirror32[c] + l->first;
     }
-    memset(s->edges, 0, run.count);
-    shd_light_sums32(scenery->lighting, material, which, count, &points, diffuse, out + 3,
-                     s->edges);
-    light_edges(scenery, material, which, count, hits, run, s);
+    memset(s->edges, 0, l->count);
+    shd_light_sums32(scenery->lighting, l->material, l->which, l->lights, &points,
+                     l->material->has_diffuse ? s->outs : NULL, s->outs + 3, s->edges);
+    light_edges(scenery, l, s);
 }
 
-/* The exact tier's sums do not leave f64. They become a run of radiance, plane by plane. */
-static void light_exactly(const shd_scenery *scenery, const shd_plan_material *material,
-                          const uint32_t *which, size_t count, const shd_hits *hits, shd_run run,
-                          size_t plane, shd_tile_scratch *s) {
+/* The same. The exact tier's sums do not leave f64: they become a run of radiance, plane by plane.
+ */
+static void light_exactly(const shd_scenery *scenery, const lit_run *l, size_t plane,
+                          shd_tile_scratch *s) {
     const shd_plan *plan = scenery->plan;
-    shd_points64 points = {.count = run.count};
-    for (int c = 0; c < 3; c++) {
-        points.position[c] = hits->position[c] + run.first;
-        points.normal[c] = hits->normal[c] + run.first;
-        points.view[c] = hits->view[c] + run.first;
-    }
+    const shd_points64 points = points64_of(l->hits, l->first, l->count);
     const bool light = plan->planes[plane].kind == SHD_LAYER_LIGHT;
-    shd_light_sums64(scenery->lighting, material, which, count, &points,
-                     material->has_diffuse ? s->exact : NULL, s->exact + 3);
+    shd_light_sums64(scenery->lighting, l->material, l->which, l->lights, &points,
+                     l->material->has_diffuse ? s->exact : NULL, s->exact + 3);
     for (size_t p = plane; p < plan->plane_count; p++) {
         if (light ? p > plane : plan->planes[p].kind == SHD_LAYER_LIGHT) continue;
         float *out[3];
-        for (int c = 0; c < 3; c++) out[c] = s->sums[shd_sum_of(plan, p, 0, c)] + run.first;
-        shd_mix_exact(plan, material, p, s->exact, run.count, out);
+        for (int c = 0; c < 3; c++) out[c] = s->sums[shd_sum_of(plan, p, 0, c)] + l->first;
+        shd_mix_exact(plan, l->material, p, s->exact, l->count, out);
     }
 }
 
 /* A sphere around the run's points, and a cone around their normals. */
-static shd_patch patch_of(const shd_scenery *scenery, const shd_hits *hits, shd_run run) {
+static shd_patch patch_of(const shd_scenery *scenery, const lit_run *l) {
     const shd_plan *plan = scenery->plan;
     const float *position[3], *normal[3];
     for (int c = 0; c < 3; c++) {
-        position[c] = hits->position32[c] + run.first;
-        normal[c] = hits->normal32[c] + run.first;
+        position[c] = l->hits->position32[c] + l->first;
+        normal[c] = l->hits->normal32[c] + l->first;
     }
     float low[3], high[3], sum[3];
-    scenery->paint->bound(position, normal, run.count, low, high, sum);
+    scenery->paint->bound(position, normal, l->count, low, high, sum);
     double center[3], square = 0;
     for (int c = 0; c < 3; c++) {
         /* The points are where they were before they were rounded to f32. */
@@ -218,28 +212,27 @@ static shd_patch patch_of(const shd_scenery *scenery, const shd_hits *hits, shd_
     if (!shd_normalize(total, &patch.axis)) return patch;
     const float axis[3] = {(float)patch.axis.x, (float)patch.axis.y, (float)patch.axis.z};
     /* Normals, the axis and their product are each rounded to f32. */
-    patch.cos_spread = (double)scenery->paint->spread(normal, axis, run.count) - 0x1p-21;
+    patch.cos_spread = (double)scenery->paint->spread(normal, axis, l->count) - 0x1p-21;
     return patch;
 }
 
-/* The lights of the group that may reach the run's points. */
-static size_t find_lights(const shd_scenery *scenery, const shd_hits *hits, shd_run run,
-                          const uint32_t **out, shd_tile_scratch *s) {
+/* Leaves out lights that do not reach the run's points. */
+static void cull_lights(const shd_scenery *scenery, lit_run *l, shd_tile_scratch *s) {
     enum { FEW = 2 }; /* lights that cost less than looking at the points */
     const shd_plan *plan = scenery->plan;
-    const shd_plan_group *group = &plan->groups[run.group];
-    *out = group->lights;
-    if (plan->tier == SHD_EXACT || group->light_count <= FEW) return group->light_count;
-    const shd_patch patch = patch_of(scenery, hits, run);
-    *out = s->which;
-    const size_t count = shd_plan_cull(plan, &patch, group->lights, group->light_count, s->which);
-    return shd_drop_weakest(plan, (size_t)hits->object[run.first], &patch, plan->drop_tolerance,
-                            s->which, count);
+    if (plan->tier == SHD_EXACT || l->lights <= FEW) return;
+    const shd_patch patch = patch_of(scenery, l);
+    const size_t object = (size_t)l->hits->object[l->first],
+                 count = shd_plan_cull(plan, &patch, l->which, l->lights, s->which);
+    l->lights = shd_drop_weakest(plan, object, &patch, plan->drop_tolerance, s->which, count);
+    l->which = s->which;
 }
 
 static const shd_hits *light_hits(const shd_scenery *scenery, shd_tile_scratch *s) {
     const shd_plan *plan = scenery->plan;
     const shd_hits *hits = make_runs(scenery, s->now, s);
+    void (*const light_run)(const shd_scenery *, const lit_run *, size_t, shd_tile_scratch *) =
+        plan->tier == SHD_EXACT ? light_exactly : sum_lights;
     if (hits->count && hits == s->now && hits->shot[hits->count - 1] == hits->count - 1)
         memcpy(s->cell, s->shot_cell, hits->count * sizeof *s->cell); /* every shot hit */
     else
@@ -250,16 +243,17 @@ static const shd_hits *light_hits(const shd_scenery *scenery, shd_tile_scratch *
             interpolate_facets(scenery, hits, run, s->sums);
             continue;
         }
-        const shd_plan_material *material = &plan->materials[plan->groups[run.group].material];
-        const uint32_t *which;
-        light_run_kernel *light_run = plan->tier == SHD_EXACT ? light_exactly : sum_lights;
-        size_t count = find_lights(scenery, hits, run, &which, s);
-        light_run(scenery, material, which, count, hits, run, 0, s);
+        const shd_plan_group *group = &plan->groups[run.group];
+        lit_run l = {hits,          run.first,         run.count, &plan->materials[group->material],
+                     group->lights, group->light_count};
+        cull_lights(scenery, &l, s);
+        light_run(scenery, &l, 0, s);
+        uint32_t light;
+        l.which = &light;
         for (size_t p = 1; p < plan->plane_count; p++) {
-            uint32_t light;
             if (plan->planes[p].kind != SHD_LAYER_LIGHT) continue;
-            count = shd_plan_find_light(plan, plan->planes[p].light, &light) ? 1 : 0;
-            light_run(scenery, material, &light, count, hits, run, p, s);
+            l.lights = shd_plan_find_light(plan, plan->planes[p].light, &light) ? 1 : 0;
+            light_run(scenery, &l, p, s);
         }
         if (plan->tier == SHD_EXACT) s->runs[r].group = SHD_RADIANCE;
     }
@@ -268,14 +262,8 @@ static const shd_hits *light_hits(const shd_scenery *scenery, shd_tile_scratch *
 
 /* ---- Fragments. ---- */
 
-/* Which planes have sums of their own. */
-static bool has_sums(const shd_plan *plan, int32_t group, size_t plane) {
-    return plane == 0 || group == SHD_RADIANCE || plan->planes[plane].kind == SHD_LAYER_LIGHT;
-}
-
-/* Finds the fragment that each of the run's hits is added to, which is its pixel's, counted from
- * the run's first one. Fills cells and coverages from `at` on. Returns how many fragments there
- * are. */
+/* Finds the fragment of each of the run's hits, its pixel's, counted from the run's first one.
+ * Fills cells and coverages from `at` on. Returns how many fragments there are. */
 static size_t place_hits(shd_tile_scratch *s, shd_run run, size_t at, int samples) {
     uint16_t *cells = s->fragments.cell + at;
     float *coverage = s->coverage + at;
@@ -328,10 +316,12 @@ static void add_fragments(const shd_scenery *scenery, shd_tile_scratch *s, const
         } else {
             count = place_hits(s, run, at, samples);
         }
+        assert(at + count <= f->capacity);
         const size_t terms = shd_terms_of(plan, run.group);
+        const int channels = shd_channels_of(plan, run.group);
         for (size_t p = 0; p < plan->plane_count && !shd_is_cancelled(plan->cancelled); p++) {
-            if (!has_sums(plan, run.group, p)) continue;
-            const int channels = shd_channels_of(plan, run.group);
+            if (p && run.group != SHD_RADIANCE && plan->planes[p].kind != SHD_LAYER_LIGHT)
+                continue; /* it shares the sums of plane 0 */
             for (size_t t = 0; t < terms; t++)
                 for (int c = 0; c < channels; c++) {
                     const size_t k = shd_sum_of(plan, p, t, c);
@@ -381,26 +371,22 @@ static void store_data(const shd_scenery *scenery, const shd_hits *hits, const s
     }
 }
 
-/* Takes the next known cast of the tile, if it was of the same rays. */
-static bool recall_hits(shd_tile_scratch *s, size_t shots) {
-    const shd_kept_cast *cast = s->recalled;
-    if (!cast) return false;
-    s->recalled = cast->next;
-    if (cast->shots != shots || memcmp(cast->shot_cell, s->shot_cell, shots * sizeof *s->shot_cell))
-        return false;
-    shd_recall_cast(cast, &s->hits, &s->kept);
-    s->now = &s->kept;
-    return true;
-}
-
-/* Casts a chunk's shots, or recalls what they hit. Sets s->now and ends the stage. */
+/* Casts a chunk's shots, or recalls what they hit if the tile's next known cast was of the same
+ * rays. Sets s->now and ends the stage. */
 static void cast_shots(const shd_scenery *scenery, shd_tile_scratch *s, const shd_chunk *c,
                        shd_stopwatch *watch) {
     const size_t shots = c->pixels * (size_t)scenery->plan->scene->raster.samples;
-    if (!recall_hits(s, shots)) {
+    const shd_kept_cast *cast = s->recalled;
+    if (cast) s->recalled = cast->next;
+    if (cast && cast->shots == shots &&
+        !memcmp(cast->shot_cell, s->shot_cell, shots * sizeof *s->shot_cell)) {
+        shd_recall_cast(cast, &s->hits, &s->kept);
+        s->now = &s->kept;
+    } else {
         shd_shoot_chunk(scenery, c, s);
-        if (scenery->kept)
-            shd_keep_cast(scenery->kept, s->tile, scenery->plan, s->shot_cell, shots, &s->hits);
+        if (scenery->recall.keep_geometry)
+            shd_keep_cast(scenery->recall.keep_geometry, s->tile, scenery->plan, s->shot_cell,
+                          shots, &s->hits);
     }
     shd_end(watch, &watch->times.visibility);
 }
@@ -424,28 +410,23 @@ static void sample_pixels(const shd_scenery *scenery, shd_tile tile, shd_tile_sc
     }
 }
 
-/* Surveys the tile's whole cell of the grid, whatever part of it is looked at, so that a region
- * sees the same blocks as the whole picture. */
-static void survey_cell(const shd_scenery *scenery, shd_tile tile, shd_tile_scratch *s) {
-    const shd_tile whole = {tile.x / SHD_TILE * SHD_TILE, tile.y / SHD_TILE * SHD_TILE, SHD_TILE,
-                            SHD_TILE};
-    shd_sight_survey(scenery->sight, whole, &s->survey);
-}
-
 const shd_fragments *shd_tile_look(const shd_scenery *scenery, size_t index, shd_tile tile,
                                    shd_tile_scratch *s, const shd_film *film,
                                    shd_stopwatch *watch) {
+    const shd_record *known = scenery->recall.geometry;
     s->fragments.count = s->fragments.run_count = 0;
     s->whole = true;
     s->tile = index;
-    s->recalled = scenery->known ? shd_record_get(scenery->known, index) : NULL;
-    survey_cell(scenery, tile, s);
-    if (!s->survey.candidate_count) {
+    s->recalled = known ? shd_record_get(known, index) : NULL;
+    /* The grid's whole cell, so that a region sees the same blocks as the whole picture. */
+    const int left = tile.x / SHD_TILE * SHD_TILE, top = tile.y / SHD_TILE * SHD_TILE;
+    shd_sight_survey(scenery->sight, (shd_tile){left, top, SHD_TILE, SHD_TILE}, &s->survey);
+    if (s->survey.candidate_count) {
+        shd_list_pixels(tile, (size_t)scenery->plan->scene->raster.samples, s);
+        sample_pixels(scenery, tile, s, film, watch);
+    } else {
         shd_end(watch, &watch->times.visibility);
-        return &s->fragments;
     }
-    shd_list_pixels(tile, (size_t)scenery->plan->scene->raster.samples, s);
-    sample_pixels(scenery, tile, s, film, watch);
     s->fragments.coverage = s->whole ? NULL : s->coverage;
     return &s->fragments;
 }

@@ -1,26 +1,22 @@
 /* One tile of the picture: what is seen through it and what light falls there, before the
- * materials' colors. Inside of render/. */
+ * materials' colors. */
 #pragma once
 
-#include "render/tiles/facets.h"
-#include "render/tiles/fragments.h"
-#include "render/tiles/paint.h"
+#include "render/rendering.h"
+#include "render/tiles/keep.h"
 #include "render/tiles/tile_scratch.h"
-#include "shade/lighting.h"
-#include "sight/sight.h"
 
 struct shd_film;
 
 /* What all threads of a picture share. It is constant while they run. */
 typedef struct shd_scenery {
     const shd_plan *plan;
-    const shd_sight *sight;
+    const shd_sight *sight; /* NULL: recall.light has the picture's light */
     const shd_lighting *lighting;
-    const shd_facet_light *facets;
+    float **facets; /* [object]: the radiance of its points (facets.h); NULL: it has no facets */
     const shd_paint_kernel *paint;
-    bool data;                      /* layers of normals, positions, depths or objects are wanted */
-    const struct shd_record *known; /* hits of this geometry, or NULL */
-    struct shd_record *kept;        /* keeps hits, or NULL */
+    bool data; /* layers of normals, positions, depths or objects are wanted */
+    shd_recall recall;
 } shd_scenery;
 
 /* Looks at the pixels of tile `index`. The fragments live in the scratch until the next call. Data

@@ -1,16 +1,10 @@
 #include "render/tiles/tile_scratch.h"
 
-/* So many rays of the same sample are cast faster together: chunks are multiples of it in
- * pixels. */
+/* A chunk's pixels are a multiple of it: so many rays of the same sample are cast faster. */
 enum { BESIDE = 64 };
 
 size_t shd_pixels_at_once(size_t samples) {
     return SHD_CHUNK / samples / BESIDE * BESIDE;
-}
-
-size_t shd_chunks_of(size_t samples) {
-    const size_t step = shd_pixels_at_once(samples);
-    return (SHD_TILE_PIXELS + step - 1) / step;
 }
 
 /* A chunk's shots, what they hit, and the sums of light there. Kernels read whole vectors from
@@ -51,7 +45,8 @@ static void lay_out_fragments(const shd_plan *plan, size_t samples, shd_scratch 
     s->coverage = shd_scratch_take(memory, f->capacity, sizeof *s->coverage);
     f->sums = shd_scratch_rows32(memory, shd_sum_of(plan, plan->plane_count, 0, 0),
                                  f->capacity + SHD_LANES);
-    f->runs = shd_scratch_take(memory, shd_chunks_of(samples) * s->run_capacity, sizeof *f->runs);
+    const size_t step = shd_pixels_at_once(samples), chunks = (SHD_TILE_PIXELS + step - 1) / step;
+    f->runs = shd_scratch_take(memory, chunks * s->run_capacity, sizeof *f->runs);
 }
 
 shd_tile_scratch *shd_tile_scratch_lay_out(const shd_plan *plan, shd_scratch *memory) {

@@ -1,4 +1,4 @@
-/* One thread's working memory for tiles: shared by tile.c, shots.c and keep.c. */
+/* One thread's working memory for tiles. */
 #pragma once
 
 #include "render/tiles/fragments.h"
@@ -11,11 +11,11 @@ typedef struct shd_bundle {
     const shd_block *block; /* of the survey, if they are all in one; or NULL */
 } shd_bundle;
 
-/* The most bundles of a tile: its blocks, or its chunks if samples are most, which have as many
- * pixels. */
-enum { SHD_BUNDLES = SHD_TILE_PIXELS / (SHD_BLOCK_SIDE * SHD_BLOCK_SIDE) };
-
-enum { SHD_NO_FRAGMENT = UINT16_MAX };
+enum {
+    /* The most of a tile: its blocks, or its chunks, which have as many pixels or more. */
+    SHD_BUNDLES = SHD_TILE_PIXELS / (SHD_BLOCK_SIDE * SHD_BLOCK_SIDE),
+    SHD_NO_FRAGMENT = UINT16_MAX
+};
 
 typedef struct shd_tile_scratch {
     size_t tile;       /* its index */
@@ -55,9 +55,7 @@ typedef struct shd_tile_scratch {
     bool whole;
 } shd_tile_scratch;
 
-/* The most chunks that a tile is cut into: pixels that are cast and lit at once, with all of their
- * samples. */
-size_t shd_chunks_of(size_t samples);
+/* The pixels of a chunk: they are cast and lit at once, with all of their samples. */
 size_t shd_pixels_at_once(size_t samples);
 
 /* NULL if it is only counted, or the arena is full. */
