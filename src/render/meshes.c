@@ -9,9 +9,9 @@ static shd_status keep_mesh(shd_request *request, const shd_mesh *mesh, const sh
     shd_ready_mesh ready;
     shd_status status = shd_ready_mesh_make(mesh, digest, &request->cancelled,
                                             request->rendering.arena, &ready, error);
-    if (status != SHD_OK) return status;
     shd_stored *thing;
-    status = shd_stored_new(store, digest, shd_ready_mesh_size(&ready), &thing, error);
+    if (status == SHD_OK)
+        status = shd_stored_new(store, digest, shd_ready_mesh_size(&ready), &thing, error);
     if (status != SHD_OK) return status;
     shd_ready_mesh_copy(&ready, shd_stored_bytes(thing));
     status = shd_store_put(store, thing, client, known, error);
@@ -26,12 +26,9 @@ shd_status shd_request_keep_mesh(shd_request *request, const void *data, size_t 
     shd_error error;
     shd_status status = shd_mesh_read(data, length, binary, &request->limits, &request->cancelled,
                                       request->rendering.arena, &mesh, &request->report);
-    if (status == SHD_OK) {
-        status = keep_mesh(request, mesh, digest, client, known, &error);
-        if (status != SHD_OK) {
-            shd_report_error(&request->report, status, error.path, "%s", error.text);
-            shd_report_limit(&request->report, error.limit);
-        }
+    if (status == SHD_OK && (status = keep_mesh(request, mesh, digest, client, known, &error))) {
+        shd_report_error(&request->report, status, error.path, "%s", error.text);
+        shd_report_limit(&request->report, error.limit);
     }
     shd_stage_end(&request->rendering, &request->rendering.times.parse);
     return shd_request_blame_report(request, status);

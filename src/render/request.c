@@ -1,11 +1,11 @@
 /* A request's life: read, render, give pictures. */
+#include <assert.h>
 #include <nettle/base16.h>
 #include <nettle/sha2.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "image/image.h"
 #include "plan/cost.h"
 #include "render/request.h"
 #include "render/show/output.h"
@@ -28,7 +28,6 @@ shd_status shd_request_new(shd_engine *engine, shd_request **out, shd_error *err
                                          .arena = arena,
                                          .limits = &request->limits,
                                          .cancelled = &request->cancelled};
-    request->held = (shd_held){.store = engine->store, .arena = arena};
     shd_report_init(&request->report, arena);
     *out = request;
     return SHD_OK;
@@ -43,7 +42,7 @@ void shd_request_hold(shd_request *request, uint64_t bytes) {
 void shd_request_drop(shd_request *request) {
     if (!request) return;
     for (size_t i = 0; i < request->picture_count; i++) free(request->pictures[i].data);
-    shd_held_drop(&request->held);
+    for (const shd_held_mesh *m = request->held; m; m = m->next) shd_stored_drop(m->stored);
     shd_arena_drop(request->rendering.arena);
     free(request);
 }
@@ -59,62 +58,63 @@ shd_status shd_request_blame(const shd_request *request, shd_status status, shd_
     return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
 }
 
-shd_status shd_request_blame_report(shd_request *request, shd_status status) {
-    shd_report *report = &request->report;
-    shd_error error;
-    const shd_status blamed = shd_request_blame(request, status, &error);
-    if (blamed == status) return status;
-    shd_report_init(report, request->rendering.arena);
-    shd_report_error(report, blamed, "", "%s", error.text);
-    return report->status;
+/* The report says nothing else any more. */
+static shd_status report_only(shd_request *request, shd_status status, const char *text) {
+    shd_report_init(&request->report, request->rendering.arena);
+    shd_report_error(&request->report, status, "", "%s", text);
+    return status;
 }
 
-/* It depends on everything that decides the bytes: the document, the formats that were negotiated,
- * the color configuration and the program's version. It also depends on the kernel, if its bits are
- * its own or its cost may decide on the tier. */
-static shd_status make_etag(shd_request *request) {
+shd_status shd_request_blame_report(shd_request *request, shd_status status) {
+    shd_error error;
+    const shd_status blamed = shd_request_blame(request, status, &error);
+    return blamed == status ? status : report_only(request, blamed, error.text);
+}
+
+static void put_words(struct sha256_ctx *hash, const char *separator, const char *word) {
+    sha256_update(hash, strlen(separator), (const uint8_t *)separator);
+    sha256_update(hash, strlen(word), (const uint8_t *)word);
+}
+
+/* It depends on all that decides the bytes: the document, the negotiated formats, the color
+ * configuration, the version; and the kernel, if its bits are its own or its cost may decide on the
+ * tier. */
+static void make_etag(shd_request *request) {
     const shd_scene *scene = request->scene;
-    const shd_isa isa = request->rendering.engine->isa;
-    const bool own = scene->accuracy.budget || !shd_isa_fuses(isa);
-    const char *text =
-        shd_arena_printf(request->rendering.arena, "%s %s %s%s%s", scene->digest,
-                         shd_color_config_digest(request->rendering.engine->color), shd_version(),
-                         own ? " " : "", own ? shd_isa_name(isa) : "");
-    for (size_t o = 0; text && o < scene->output_count; o++)
-        text = shd_arena_printf(request->rendering.arena, "%s %s", text,
-                                shd_format_get(scene->outputs[o].format)->name);
-    if (!text) {
-        shd_report_error(&request->report, SHD_MEMORY, "", "the limit `memory` is too small");
-        return SHD_MEMORY;
-    }
+    const shd_engine *engine = request->rendering.engine;
     struct sha256_ctx hash;
-    unsigned char bytes[(sizeof request->etag - 1) / 2];
+    uint8_t bytes[(sizeof request->etag - 1) / 2];
     sha256_init(&hash);
-    sha256_update(&hash, strlen(text), (const unsigned char *)text);
+    put_words(&hash, "", scene->digest);
+    put_words(&hash, " ", shd_color_config_digest(engine->color));
+    put_words(&hash, " ", shd_version());
+    if (scene->accuracy.budget || !shd_isa_fuses(engine->isa))
+        put_words(&hash, " ", shd_isa_name(engine->isa));
+    for (size_t o = 0; o < scene->output_count; o++)
+        put_words(&hash, " ", shd_format_get(scene->outputs[o].format)->name);
     sha256_digest(&hash, sizeof bytes, bytes);
     base16_encode_update(request->etag, sizeof bytes, bytes);
-    request->etag[2 * sizeof bytes] = 0;
-    return SHD_OK;
 }
 
 bool shd_writes(shd_format format) {
     return shd_image_writes(format);
 }
 
-static void point_to_format(const shd_scene *scene, size_t output, char pointer[64]) {
+static shd_status fail_format(const shd_scene *scene, size_t output, shd_status status,
+                              const char *why, shd_error *error) {
+    char pointer[64];
     snprintf(pointer, 64, scene->multipart ? "/outputs/%zu/format" : "/output/format", output);
+    return shd_fail(error, status, pointer, "no %s pictures are made here: %s",
+                    shd_format_get(scene->outputs[output].format)->name, why);
 }
 
 static shd_status check_formats(shd_request *request) {
     const shd_scene *scene = request->scene;
+    shd_error error;
     for (size_t o = 0; o < scene->output_count; o++) {
-        shd_format format = scene->outputs[o].format;
-        char pointer[64];
-        point_to_format(scene, o, pointer);
-        if (!shd_image_writes(format))
-            shd_report_error(&request->report, SHD_SCENE, pointer,
-                             "no %s pictures are made here: OpenImageIO is not installed",
-                             shd_format_get(format)->name);
+        if (shd_image_writes(scene->outputs[o].format)) continue;
+        fail_format(scene, o, SHD_SCENE, "OpenImageIO is not installed", &error);
+        shd_report_error(&request->report, error.status, error.path, "%s", error.text);
     }
     return request->report.status;
 }
@@ -124,14 +124,9 @@ shd_status shd_request_prepare_formats(shd_request *request, shd_error *error) {
     shd_error why;
     shd_stage_begin(&request->rendering);
     for (size_t o = 0; o < scene->output_count; o++) {
-        shd_format format = scene->outputs[o].format;
-        shd_status status =
-            shd_image_prepare(format, request->rendering.engine->budget, &request->cancelled, &why);
-        if (status == SHD_OK) continue;
-        char pointer[64];
-        point_to_format(scene, o, pointer);
-        return shd_fail(error, status, pointer, "no %s pictures are made here: %s",
-                        shd_format_get(format)->name, why.text);
+        const shd_status status = shd_image_prepare(
+            scene->outputs[o].format, request->rendering.engine->budget, &request->cancelled, &why);
+        if (status != SHD_OK) return fail_format(scene, o, status, why.text, error);
     }
     shd_stage_end(&request->rendering, &request->rendering.times.encode);
     return SHD_OK;
@@ -139,41 +134,37 @@ shd_status shd_request_prepare_formats(shd_request *request, shd_error *error) {
 
 /* What the pictures take is known once the whole scene is. */
 static shd_status check_memory(shd_request *request) {
-    uint64_t limit = request->limits.memory;
-    uint64_t needed, estimate = shd_estimate_memory(request->scene);
-    if (__builtin_add_overflow(estimate, shd_arena_used(request->rendering.arena), &needed) ||
-        __builtin_add_overflow(needed, shd_held_bytes(&request->held), &needed))
+    const uint64_t limit = request->limits.memory;
+    uint64_t needed = shd_arena_used(request->rendering.arena);
+    for (const shd_held_mesh *m = request->held; m; m = m->next)
+        needed += shd_stored_size(m->stored);
+    if (__builtin_add_overflow(shd_estimate_memory(request->scene), needed, &needed))
         needed = UINT64_MAX;
-    if (needed > limit) {
-        shd_report_error(&request->report, SHD_LIMIT, "/image",
-                         "the pictures%s take at least %llu bytes; the limit `memory` is %llu",
-                         request->held.first ? " and the kept meshes" : "",
-                         (unsigned long long)needed, (unsigned long long)limit);
-        shd_report_limit(&request->report, SHD_LIMIT_MEMORY);
-    }
-    return request->report.status;
+    if (needed <= limit) return SHD_OK;
+    shd_report_error(&request->report, SHD_LIMIT, "/image",
+                     "the pictures%s take at least %llu bytes; the limit `memory` is %llu",
+                     request->held ? " and the kept meshes" : "", (unsigned long long)needed,
+                     (unsigned long long)limit);
+    shd_report_limit(&request->report, SHD_LIMIT_MEMORY);
+    return SHD_LIMIT;
+}
+
+static void check_product(shd_report *report, const char *product, uint64_t value, shd_limit limit,
+                          uint64_t most) {
+    if (value <= most) return;
+    shd_report_error(report, SHD_LIMIT, "/lights", "%s are %llu; the limit `%s` is %llu", product,
+                     (unsigned long long)value, shd_limit_names[limit], (unsigned long long)most);
+    shd_report_limit(report, limit);
 }
 
 /* Lists of lights multiply: by samples and by objects. */
 static shd_status check_lights(shd_request *request) {
-    const shd_scene *scene = request->scene;
-    const uint64_t light_samples = shd_estimate_light_samples(scene),
-                   object_lights = shd_estimate_object_lights(scene);
-    if (light_samples > request->limits.light_samples) {
-        shd_report_error(&request->report, SHD_LIMIT, "/lights",
-                         "samples times lights times terms of the material with most are %llu; the "
-                         "limit `light-samples` is %llu",
-                         (unsigned long long)light_samples,
-                         (unsigned long long)request->limits.light_samples);
-        shd_report_limit(&request->report, SHD_LIMIT_LIGHT_SAMPLES);
-    }
-    if (object_lights > request->limits.object_lights) {
-        shd_report_error(&request->report, SHD_LIMIT, "/lights",
-                         "objects times lights are %llu; the limit `object-lights` is %llu",
-                         (unsigned long long)object_lights,
-                         (unsigned long long)request->limits.object_lights);
-        shd_report_limit(&request->report, SHD_LIMIT_OBJECT_LIGHTS);
-    }
+    check_product(&request->report, "samples times lights times terms of the material with most",
+                  shd_estimate_light_samples(request->scene), SHD_LIMIT_LIGHT_SAMPLES,
+                  request->limits.light_samples);
+    check_product(&request->report, "objects times lights",
+                  shd_estimate_object_lights(request->scene), SHD_LIMIT_OBJECT_LIGHTS,
+                  request->limits.object_lights);
     return request->report.status;
 }
 
@@ -200,8 +191,8 @@ shd_status shd_rendering_admit(shd_rendering *r, const shd_film *film, bool ligh
     const uint64_t working = threads * shd_film_scratch_size(plan);
     const uint64_t room = shd_arena_room(r->arena);
     uint64_t pictures = 0;
-    if (lights && check_work(r, error)) return error->status;
-    shd_status status = film ? shd_output_size(r, film, &pictures, error) : SHD_OK;
+    shd_status status = lights ? check_work(r, error) : SHD_OK;
+    if (status == SHD_OK && film) status = shd_output_size(r, film, &pictures, error);
     if (status != SHD_OK) return status;
     if (!film || !film->codes)
         pictures += shd_film_size(&plan->scene->raster, plan->plane_count, plan->wants);
@@ -217,27 +208,36 @@ shd_status shd_rendering_admit(shd_rendering *r, const shd_film *film, bool ligh
     return shd_fail(error, SHD_CROWDED, "", "%s", crowded_text);
 }
 
-/* What seemed to be missing could not be looked for. */
-static shd_status blame_memory(shd_request *request) {
-    shd_report_init(&request->report, request->rendering.arena);
-    shd_report_error(&request->report, SHD_MEMORY, "", "the limit `memory` is reached");
-    return SHD_MEMORY;
+/* A kept mesh, which the request holds from then on. */
+static const shd_mesh *find_mesh(void *context, const shd_digest *digest) {
+    shd_request *request = context;
+    for (const shd_held_mesh *m = request->held; m; m = m->next)
+        if (shd_digest_same(&m->digest, digest)) return shd_stored_bytes(m->stored);
+    shd_held_mesh *added = shd_arena_alloc(request->rendering.arena, 1, sizeof *added);
+    if (!added) request->held_full = true;
+    shd_stored *stored = added ? shd_store_find(request->rendering.engine->store, digest) : NULL;
+    if (!stored) return NULL;
+    *added = (shd_held_mesh){request->held, *digest, stored};
+    request->held = added;
+    return shd_stored_bytes(stored);
 }
 
 shd_status shd_request_read(shd_request *request, const char *json, size_t length,
                             shd_format fallback) {
     const shd_engine *engine = request->rendering.engine;
+    const shd_mesh_shelf shelf = {find_mesh, request};
+    const bool keeps = shd_store_load_of(engine->store).cap > 0;
     shd_stage_begin(&request->rendering);
-    shd_mesh_shelf shelf;
     shd_status status =
         shd_scene_read(json, length, shd_color_catalog(engine->color), &request->limits,
-                       &request->cancelled, fallback, shd_held_shelf(&request->held, &shelf),
+                       &request->cancelled, fallback, keeps ? &shelf : NULL,
                        request->rendering.arena, &request->scene, &request->report);
-    if (status == SHD_MISSING && request->held.full) status = blame_memory(request);
+    if (status == SHD_MISSING && request->held_full) /* what is missing was not looked for */
+        status = report_only(request, SHD_MEMORY, "the limit `memory` is reached");
     if (status == SHD_OK) status = check_formats(request);
     if (status == SHD_OK) status = check_lights(request);
-    if (status == SHD_OK) status = make_etag(request);
     if (status == SHD_OK) status = check_memory(request);
+    if (status == SHD_OK) make_etag(request);
     shd_stage_end(&request->rendering, &request->rendering.times.parse);
     return shd_request_blame_report(request, status);
 }
@@ -280,6 +280,7 @@ const shd_picture *shd_request_pictures(const shd_request *request, size_t *coun
 }
 
 unsigned char *shd_request_take(shd_request *request, size_t index) {
+    assert(index < request->picture_count);
     unsigned char *data = request->pictures[index].data;
     shd_arena_release(request->rendering.arena, request->pictures[index].size);
     request->pictures[index].data = NULL;
