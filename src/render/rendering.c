@@ -1,15 +1,5 @@
 #include "render/rendering.h"
 
-shd_rendering shd_rendering_beside(const shd_rendering *r, shd_arena *arena) {
-    return (shd_rendering){
-        .engine = r->engine, .arena = arena, .limits = r->limits, .cancelled = r->cancelled};
-}
-
-void shd_rendering_add(shd_rendering *whole, const shd_rendering *part) {
-    shd_times_add(&whole->times, &part->times);
-    whole->saturated += part->saturated;
-}
-
 void shd_times_add(shd_times *sum, const shd_times *times) {
     sum->parse += times->parse;
     sum->plan += times->plan;
@@ -40,10 +30,6 @@ void shd_stage_spread(shd_rendering *r, size_t count,
     spread_loop loop = {.run = run, .work = work};
     r->beside -= shd_pool_for(r->engine->pool, count, run_spread, &loop);
     r->beside += 1e-9 * (double)atomic_load(&loop.nanoseconds);
-}
-
-void shd_stage_lend(shd_rendering *r) {
-    r->beside -= shd_pool_lend(r->engine->pool);
 }
 
 /* ---- Failures. ---- */

@@ -1,12 +1,10 @@
-/* What the making of one picture works with. The story hands it down instead of the request. One
- * thread at a time has it, which runs the stages. Loops on the pool may read all but its times. */
+/* What the making of one picture works with: the story hands it down instead of the request. One
+ * thread at a time has it and runs the stages. Loops on the pool may read all but its times. */
 #pragma once
 
-#include "base/cancel.h"
 #include "base/clock.h"
 #include "plan/plan.h"
 #include "render/engine.h"
-#include "scene/scene.h"
 
 typedef struct shd_rendering {
     shd_engine *engine;
@@ -21,20 +19,13 @@ typedef struct shd_rendering {
     double began, beside;
 } shd_rendering;
 
-/* Another one for the same request, in an arena of its own: nothing is planned or counted yet. */
-shd_rendering shd_rendering_beside(const shd_rendering *r, shd_arena *arena);
-
-/* Adds the times and the saturated values of `part`. */
-void shd_rendering_add(shd_rendering *whole, const shd_rendering *part);
-
-/* ---- Stages: the next one begins where the last one ended. ---- */
+/* ---- Stages: each begins where the last one ended, whose time goes to one of r->times. ---- */
 
 static inline void shd_stage_begin(shd_rendering *r) {
     r->began = shd_thread_seconds();
     r->beside = 0;
 }
 
-/* `stage` is one of r->times. */
 static inline void shd_stage_end(shd_rendering *r, double *stage) {
     const double began = r->began, beside = r->beside;
     shd_stage_begin(r);
@@ -45,12 +36,8 @@ static inline void shd_stage_end(shd_rendering *r, double *stage) {
 void shd_stage_spread(shd_rendering *r, size_t count,
                       void (*run)(void *work, size_t index, unsigned slot), void *work);
 
-/* In the middle of a long stage: runs a small job that waits, if this one is large
- * (shd_pool_lend). */
-void shd_stage_lend(shd_rendering *r);
-
-/* The stages of tiles, on one of many threads. This is wall time, because reading the clock of
- * processor time would take a noticeable share of it. */
+/* The same for tiles, on one of many threads. This is wall time: reading the clock of processor
+ * time would take a noticeable share of it. */
 typedef struct shd_stopwatch {
     shd_times times;
     double since;
@@ -60,19 +47,14 @@ static inline void shd_begin(shd_stopwatch *watch) {
     watch->since = shd_now();
 }
 
-/* `stage` is one of watch->times. The next one begins. */
 static inline void shd_end(shd_stopwatch *watch, double *stage) {
     const double now = shd_now();
     *stage += now - watch->since;
     watch->since = now;
 }
 
-/* Adds `times` to `sum`. */
 void shd_times_add(shd_times *sum, const shd_times *times);
 
-/* ---- How a stage fails. ---- */
-
-/* The arena gave nothing, while `what` ("picture", "comparison") was made. */
+/* How a stage fails: the arena gave nothing while `what` ("picture", "comparison") was made. */
 shd_status shd_rendering_full(const shd_rendering *r, const char *what, shd_error *error);
-
 shd_status shd_rendering_cancelled(shd_error *error);

@@ -4,8 +4,7 @@
 #include "image/image.h"
 #include "render/tiles/film.h"
 
-/* The one decision about the way of an output's colors, for rendering, estimates and
- * explanations. */
+/* The way of an output's colors, for rendering, estimates and explanations. */
 typedef struct shd_route {
     bool codes; /* the output's samples are looked up in tables, not converted in floats */
     bool film;  /* the film has floats; if not, tiles store the samples of the only output */
@@ -20,13 +19,16 @@ shd_route shd_route_of(const shd_scene *scene, const shd_output *output, bool ap
 shd_status shd_output_make(shd_rendering *r, const shd_film *film, size_t index, shd_picture *out,
                            shd_error *error);
 
-/* Is called before the film is rendered. Makes the film's samples if the tiles store those of the
- * only output at once. SHD_MEMORY. */
+/* Before the film is rendered: makes its samples if the tiles store those of the only output at
+ * once. SHD_MEMORY. */
 shd_status shd_output_prepare(shd_rendering *r, shd_film *film, shd_error *error);
 
 /* The most bytes of the arena that any one of the pictures takes, without its file and what depends
  * on the values of pixels. What was prepared is not counted. */
 shd_status shd_output_size(shd_rendering *r, const shd_film *film, uint64_t *out, shd_error *error);
+
+/* How many of the output's layers are colors, which are converted as the picture is. */
+size_t shd_output_color_layers(const shd_output *output);
 
 /* From the working space to the output's own. */
 shd_status shd_output_transform(shd_color_config *color, const shd_scene *scene,
@@ -36,7 +38,7 @@ shd_status shd_output_transform(shd_color_config *color, const shd_scene *scene,
 /* How integers hold the channels. */
 shd_packing shd_output_packing(shd_channels channels);
 
-/* Whether pixels are laid over black before their colors are converted: if the format holds no
- * alpha and alpha is not what is asked for. */
+/* Whether pixels are laid over black before their colors are converted: neither does the format
+ * hold alpha nor is that the channel asked for. */
 bool shd_output_is_flat(const shd_scene *scene, const shd_output *output);
 void shd_output_flatten(float *rgba, size_t pixels);

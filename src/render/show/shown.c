@@ -1,6 +1,5 @@
 #include "render/show/shown.h"
 
-#include <math.h>
 #include <string.h>
 
 #include "color/metadata.h"
@@ -15,14 +14,13 @@ static bool find_lab(const shd_color_transform *transform, shd_lab_space *out) {
 
 shd_status shd_showing_make(shd_color_config *color, const shd_scene *scene,
                             const shd_output *output, shd_showing *out, shd_error *error) {
-    bool alpha = scene->transparent && shd_format_get(output->format)->alpha;
     shd_showing showing = {.flatten = shd_output_is_flat(scene, output)};
     shd_status status = shd_output_transform(color, scene, output, &showing.transform, error);
     if (status != SHD_OK) return status;
 
     const shd_image image = {
         .channel = output->channel,
-        .alpha = alpha,
+        .alpha = scene->transparent && shd_format_get(output->format)->alpha,
         .depth = SHD_U8,
         .packing = shd_output_packing(shd_color_describe(showing.transform)->channels)};
     showing.pack = shd_pack_plan(&image, false, true);
@@ -31,8 +29,7 @@ shd_status shd_showing_make(shd_color_config *color, const shd_scene *scene,
         status = shd_color_to_space(color, scene->working_space->name,
                                     shd_color_catalog(color)->colors->name, &showing.detour, error);
         if (status != SHD_OK) return status;
-        /* The configuration has no names that are known. Colors are linear and of Rec.709's
-         * primaries, as JSON colors are if nothing else is said. */
+        /* If no name is known, colors are linear Rec.709, as JSON's are if nothing is said. */
         const shd_encoding *rec709 = shd_encoding_of_space("lin_rec709");
         if (!find_lab(showing.detour, &showing.lab))
             shd_lab_space_make(rec709->transfer, rec709->primaries, &showing.lab);
@@ -55,9 +52,9 @@ static void find_matrix(const shd_color_transform *transform, shd_transfer curve
     shd_color_apply(transform, pixels, COLUMNS + 3);
     for (int r = 0; r < 3; r++)
         for (int c = 0; c < 3; c++) {
-            double moved = shd_curve_decode(curve, (double)pixels[4 * (COLUMNS + c) + r]);
-            double still = shd_curve_decode(curve, (double)pixels[4 * GREY + r]);
-            double value = (moved - still) / (double)step;
+            const double moved = shd_curve_decode(curve, (double)pixels[4 * (COLUMNS + c) + r]),
+                         still = shd_curve_decode(curve, (double)pixels[4 * GREY + r]),
+                         value = (moved - still) / (double)step;
             /* A channel that does not depend on another differs by rounding alone. */
             matrix[r][c] = fabs(value) < 2e-5 ? 0 : value;
         }
@@ -100,15 +97,14 @@ static bool find_curve(const shd_color_transform *transform, shd_transfer *curve
 shd_shown shd_shown_of(const shd_showing *showing) {
     shd_shown out = {.coded = false};
     out.coded = find_curve(showing->transform, &out.curve, out.matrix);
-    shd_transfer curve = out.curve;
     if (showing->detour) {
-        out.seen = find_curve(showing->detour, &curve, out.screen);
+        out.seen = find_curve(showing->detour, &out.screen_curve, out.screen);
     } else {
         out.seen = out.coded;
+        out.screen_curve = out.curve;
         memcpy(out.screen, out.matrix, sizeof out.screen);
     }
-    out.seen = out.seen && curve == showing->lab.transfer;
-    out.screen_curve = curve;
+    out.seen = out.seen && out.screen_curve == showing->lab.transfer;
     memcpy(out.to_xyz, showing->lab.to_xyz, sizeof out.to_xyz);
     return out;
 }

@@ -6,7 +6,6 @@
 #include "image/pack.h"
 #include "render/rendering.h"
 
-/* How an output shows the film. */
 typedef struct shd_showing {
     const shd_color_transform *transform;
     bool flatten; /* pixels are laid over black first */

@@ -1,6 +1,4 @@
-/* Renders the same scene in every tier, and tells what each one costs and how far it is from the
- * exact one. */
-#include <jansson.h>
+/* What each tier costs for a scene, and how far it is from the exact one. */
 #include <math.h>
 
 #include "base/json_memory.h"
@@ -10,6 +8,17 @@
 #include "render/tell/measure.h"
 
 enum { TIERS = SHD_EXACT + 1 };
+
+/* Another rendering for the same request, with nothing planned or counted yet. */
+static shd_rendering begin_beside(const shd_rendering *r, shd_arena *arena) {
+    return (shd_rendering){
+        .engine = r->engine, .arena = arena, .limits = r->limits, .cancelled = r->cancelled};
+}
+
+static void end_beside(shd_rendering *whole, const shd_rendering *part) {
+    shd_times_add(&whole->times, &part->times);
+    whole->saturated += part->saturated;
+}
 
 /* ---- One tier ---- */
 
@@ -30,9 +39,9 @@ static const shd_scene *in_tier(const shd_scene *given, shd_tier tier, shd_arena
     shd_scene *scene = shd_arena_alloc(arena, 1, sizeof *scene);
     shd_output *output = shd_arena_alloc(arena, 1, sizeof *output);
     if (!scene || !output) return NULL;
-    *output = given->outputs[0];
-    output->layer_count = 0;
     *scene = *given;
+    *output = scene->outputs[0];
+    output->layer_count = 0;
     scene->accuracy = (shd_accuracy){.tier = tier};
     scene->outputs = output;
     scene->output_count = 1;
@@ -48,9 +57,8 @@ static shd_status render_tier(shd_rendering *r, const shd_scene *given, shd_tier
     shd_status status = shd_rendering_plan(r, scene, error);
     if (status == SHD_OK) status = shd_rendering_admit(r, NULL, true, error);
     shd_stage_end(r, &r->times.plan);
-    if (status != SHD_OK) return status;
     shd_sight *sight;
-    status = shd_sight_new(r->plan, r->cancelled, r->arena, &sight, error);
+    if (status == SHD_OK) status = shd_sight_new(r->plan, r->cancelled, r->arena, &sight, error);
     shd_stage_end(r, &r->times.visibility);
     if (status != SHD_OK) return status;
     const shd_render_options options = {on_progress, progress};
@@ -87,29 +95,32 @@ static json_t *tell_tier(const shd_rendering *r, shd_tier tier, const shd_differ
                      tell_error(difference));
 }
 
-static json_t *tell_head(const shd_request *request, const shd_showing *showing, double largest) {
+/* Takes the reference to `tiers`. */
+static json_t *tell_all(const shd_request *request, const shd_showing *showing, double largest,
+                        json_t *tiers) {
     const shd_raster *raster = &request->scene->raster;
     const shd_color_transform *lab = showing->detour ? showing->detour : showing->transform;
     return json_pack(
-        "{ss s{si si si} sf s{ss ss ss} s{sf}}", "reference", shd_tier_names[SHD_EXACT], "image",
+        "{ss s{si si si} sf s{ss ss ss} s{sf} so}", "reference", shd_tier_names[SHD_EXACT], "image",
         "width", raster->w, "height", raster->h, "samples", raster->samples, "largest", largest,
         "measuredIn", "linear", request->scene->working_space->name, "code",
         shd_color_describe(showing->transform)->name, "deltaE2000", shd_color_describe(lab)->name,
-        "seconds", "parse", request->rendering.times.parse);
+        "seconds", "parse", request->rendering.times.parse, "tiers", tiers);
 }
 
 /* ---- The comparison ---- */
 
 /* Renders a tier and measures it, in an arena of its own. So the tiers take turns in the memory
- * that the exact film leaves of the request's, and the cap holds for all of them. */
+ * that the exact film leaves of the request's, and the cap holds for all of them. Adds what is told
+ * of it as the first of `tiers`. */
 static shd_status compare_tier(shd_request *request, shd_tier tier, const shd_showing *showing,
                                const shd_film *exact, stretch *progress, double *exact_seconds,
-                               double *largest, json_t **out, shd_error *error) {
+                               double *largest, json_t *tiers, shd_error *error) {
     const shd_rendering *first = &request->rendering;
     shd_arena *arena = shd_arena_new_from(first->engine->spares, shd_arena_room(first->arena));
     if (!arena) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
 
-    shd_rendering r = shd_rendering_beside(first, arena);
+    shd_rendering r = begin_beside(first, arena);
     shd_film film;
     shd_difference difference;
     shd_status status = render_tier(&r, request->scene, tier, progress, &film, error);
@@ -118,23 +129,14 @@ static shd_status compare_tier(shd_request *request, shd_tier tier, const shd_sh
     if (status == SHD_OK) {
         *largest = difference.largest;
         shd_json_memory_watch();
-        *out = tell_tier(&r, tier, &difference);
+        json_array_insert_new(tiers, 0, tell_tier(&r, tier, &difference));
         if (shd_json_memory_short()) status = shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     }
-    shd_rendering_add(&request->rendering, &r);
+    end_beside(&request->rendering, &r);
     request->full = request->full || shd_arena_full(arena);
     request->crowded = request->crowded || shd_arena_crowded(arena);
     shd_arena_drop(arena);
     return status;
-}
-
-/* Tells of all tiers, the cheapest first. Takes the references to `tiers`. NULL: memory. */
-static char *print_answer(const shd_request *request, const shd_showing *showing, double largest,
-                          json_t *tiers[TIERS]) {
-    json_t *answer = tell_head(request, showing, largest), *list = json_array();
-    for (int t = 0; t < TIERS; t++) json_array_append_new(list, tiers[t]);
-    json_object_set_new(answer, "tiers", list);
-    return shd_tell_print(answer, 9, NULL);
 }
 
 static shd_status compare_tiers(shd_request *request, const shd_render_options *options,
@@ -146,29 +148,29 @@ static shd_status compare_tiers(shd_request *request, const shd_render_options *
     if (status != SHD_OK) return status;
 
     stretch progress = {options, 0};
-    shd_rendering r = shd_rendering_beside(whole, whole->arena);
+    shd_rendering r = begin_beside(whole, whole->arena);
     shd_film exact;
     status = render_tier(&r, request->scene, SHD_EXACT, &progress, &exact, error);
     whole->plan = r.plan;
     if (status != SHD_OK) return status;
 
-    json_t *tiers[TIERS] = {NULL};
+    json_t *tiers = json_array(); /* the cheapest first; if it is NULL, nothing is printed */
     double largest = 0;
     for (int t = SHD_STANDARD; t >= 0 && status == SHD_OK; t--) {
         progress.done++;
         status = compare_tier(request, (shd_tier)t, &showing, &exact, &progress, &r.times.color,
-                              &largest, &tiers[t], error);
+                              &largest, tiers, error);
     }
     if (status != SHD_OK) {
-        for (int t = 0; t < TIERS; t++) json_decref(tiers[t]);
+        json_decref(tiers);
         return status;
     }
     /* Errors are measured against the exact tier: its own are 0. */
     const shd_difference none = {.largest = largest, .equal = 1, .psnr = INFINITY};
     shd_json_memory_watch();
-    tiers[SHD_EXACT] = tell_tier(&r, SHD_EXACT, &none);
-    shd_rendering_add(whole, &r);
-    *json = print_answer(request, &showing, largest, tiers);
+    json_array_append_new(tiers, tell_tier(&r, SHD_EXACT, &none));
+    end_beside(whole, &r);
+    *json = shd_tell_print(tell_all(request, &showing, largest, tiers), 9, NULL);
     return *json ? SHD_OK : shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
 }
 

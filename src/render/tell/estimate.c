@@ -2,8 +2,7 @@
 
 #include "render/show/output.h"
 
-/* The numbers of scenes have limits of 2^46 and below. Sums and products of them saturate instead
- * of wrapping. */
+/* Sums and products of numbers of up to 2^46 saturate instead of wrapping. */
 static uint64_t add_sat(uint64_t a, uint64_t b) {
     uint64_t sum;
     return __builtin_add_overflow(a, b, &sum) ? UINT64_MAX : sum;
@@ -33,33 +32,31 @@ static uint64_t film_bytes(const shd_scene *scene) {
     return shd_film_size(&scene->raster, planes + most_lights, wants);
 }
 
-/* Bytes that one output takes for a pixel: the converted colors of each layer, and what is
- * encoded. */
+static uint64_t pixels_of(const shd_scene *scene) {
+    return (uint64_t)scene->raster.w * (uint64_t)scene->raster.h;
+}
+
+/* Bytes that one output takes for a pixel: each layer's converted colors, and what is encoded. */
 static uint64_t output_bytes(const shd_output *output) {
-    uint64_t floats = 0;
-    for (size_t l = 0; l < output->layer_count; l++)
-        if (output->layers[l].kind < SHD_LAYER_NORMAL) floats += 3;
-    uint64_t sample = output->depth == SHD_U8 ? 1 : output->depth == SHD_U16 ? 2 : 4;
-    uint64_t channels = output->channel >= 0 ? 1 : 3;
-    bool packed = output->depth == SHD_U8 || output->depth == SHD_U16;
-    return sizeof(float) * floats + (packed ? sample * channels : 0);
+    const uint64_t sample = output->depth == SHD_U8 ? 1 : output->depth == SHD_U16 ? 2 : 0;
+    return 3 * sizeof(float) * shd_output_color_layers(output) +
+           sample * (output->channel >= 0 ? 1 : 3);
 }
 
 uint64_t shd_estimate_memory(const shd_scene *scene) {
-    uint64_t pixels = (uint64_t)scene->raster.w * (uint64_t)scene->raster.h, bytes = 0;
+    uint64_t bytes = 0;
     for (size_t o = 0; o < scene->output_count; o++) {
         const uint64_t one = output_bytes(&scene->outputs[o]);
         if (one > bytes) bytes = one;
     }
-    return add_sat(film_bytes(scene), mul_sat(pixels, bytes));
+    return add_sat(film_bytes(scene), mul_sat(pixels_of(scene), bytes));
 }
 
 uint64_t shd_estimate_light_samples(const shd_scene *scene) {
-    const uint64_t pixels = (uint64_t)scene->raster.w * (uint64_t)scene->raster.h;
     uint64_t lobes = 0;
     for (size_t m = 0; m < scene->material_count; m++)
         if (scene->materials[m].lobe_count > lobes) lobes = scene->materials[m].lobe_count;
-    return mul_sat(mul_sat(pixels, (uint64_t)scene->raster.samples),
+    return mul_sat(mul_sat(pixels_of(scene), (uint64_t)scene->raster.samples),
                    mul_sat(scene->light_count, 1 + lobes));
 }
 
@@ -69,7 +66,7 @@ uint64_t shd_estimate_object_lights(const shd_scene *scene) {
 
 uint64_t shd_estimate_work(const shd_scene *scene) {
     enum { PIXEL = 4, LAYER = 4, DOUBLE_PRECISION = 4, MESH_TRIANGLE = 8 };
-    uint64_t pixels = (uint64_t)scene->raster.w * (uint64_t)scene->raster.h;
+    const uint64_t pixels = pixels_of(scene);
     uint64_t samples = mul_sat(pixels, (uint64_t)scene->raster.samples), triangles = 0, layers = 0;
     for (size_t i = 0; i < scene->object_count; i++)
         if (scene->objects[i].mesh)
