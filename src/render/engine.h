@@ -1,4 +1,4 @@
-/* The engine's inside: what all requests share. Within render/. */
+/* The engine's inside: what all requests share. */
 #pragma once
 
 #include "base/pool.h"

@@ -5,9 +5,8 @@
 #include "render/rendering.h"
 
 /* Plans for kernels of the instruction set `isa`, and for the outputs `shown`
- * ([scene->output_count], or NULL: see shd_choose). A budget that nothing meets is SHD_SCENE. The
- * only other errors are SHD_MEMORY and, if `cancelled` (or NULL) is raised, SHD_CANCELLED: a scene
- * that was read can be planned. */
+ * ([scene->output_count], or NULL: see shd_choose). SHD_SCENE: nothing meets the budget.
+ * SHD_MEMORY, or SHD_CANCELLED if `cancelled` (or NULL) is raised. */
 shd_status shd_plan_make(const shd_scene *scene, shd_isa isa, const shd_shown *shown,
                          const atomic_bool *cancelled, shd_arena *arena, const shd_plan **out,
                          shd_error *error);

@@ -2,7 +2,6 @@
 #include "render/planning.h"
 #include "render/request.h"
 #include "render/show/output.h"
-#include "render/tiles/film.h"
 #include "render/tiles/keep.h"
 
 static shd_status render_scene(shd_request *request, const shd_render_options *options,

@@ -1,20 +1,17 @@
-/* Lists of what there is: materials, shapes, color spaces and the version, as JSON for the HTTP
- * routes of these names. Clients choose from these lists, so each entry says what it is for. */
-#include <jansson.h>
+/* Lists of what there is, as JSON for the HTTP routes of these names. Clients choose from these
+ * lists, so each entry says what it is for. */
 #include <string.h>
 
-#include "base/catalog.h"
 #include "base/json_memory.h"
-#include "color/color.h"
 #include "render/engine.h"
 #include "render/tell/json.h"
-#include "scene/scene.h"
 
 static json_t *tell_rgb(const double value[3]) {
     return json_pack("[fff]", value[0], value[1], value[2]);
 }
 
-static json_t *describe_materials(void) {
+static json_t *describe_materials(const shd_engine *engine) {
+    (void)engine;
     json_t *list = json_array();
     for (size_t i = 0; i < shd_preset_count(); i++) {
         const shd_preset preset = shd_preset_at(i);
@@ -36,14 +33,10 @@ typedef struct member {
     const char *description;
 } member;
 
-enum { MAX_MEMBERS = 3 };
-
-typedef struct shape_text {
+static const struct {
     const char *description;
-    member members[MAX_MEMBERS]; /* the first one without a name ends the list */
-} shape_text;
-
-static const shape_text shapes[SHD_SHAPE_COUNT] = {
+    member members[4]; /* the first one without a name ends the list */
+} shapes[SHD_SHAPE_COUNT] = {
     [SHD_SPHERE] = {"A sphere around the origin",
                     {{"radius", "number", "1", "Its radius, greater than 0"}}},
     [SHD_PLANE] = {"The infinite plane y = 0, whose normal is +y", {{0}}},
@@ -77,6 +70,7 @@ static const member common_members[] = {
     {"interpolation", "string", "\"phong\"",
      "flat, gouraud or phong; where absent, the scene's own"},
     {"name", "string", "", "For people and programs; it changes nothing"},
+    {0},
 };
 
 /* What those shapes also have that flat and gouraud turn into faces. */
@@ -90,31 +84,30 @@ static json_t *describe_member(const member *m) {
                      m->initial == NULL, "default", initial, "description", m->description);
 }
 
-static json_t *describe_members(const member *members, size_t count) {
+static json_t *describe_members(const member *m) {
     json_t *list = json_array();
-    for (size_t i = 0; i < count && members[i].name; i++)
-        json_array_append_new(list, describe_member(&members[i]));
+    for (; m->name; m++) json_array_append_new(list, describe_member(m));
     return list;
 }
 
-static json_t *describe_shapes(void) {
+static json_t *describe_shapes(const shd_engine *engine) {
+    (void)engine;
     json_t *list = json_array();
     for (int i = 0; i < SHD_SHAPE_COUNT; i++) {
-        json_t *members = describe_members(shapes[i].members, MAX_MEMBERS);
+        json_t *members = describe_members(shapes[i].members);
         if (shd_tessellation_triangles((shd_shape)i, 32) > 0)
             json_array_append_new(members, describe_member(&segments_member));
         json_array_append_new(list,
                               json_pack("{ss ss so}", "type", shd_shape_name((shd_shape)i),
                                         "description", shapes[i].description, "members", members));
     }
-    return json_pack(
-        "{so so}", "shapes", list, "common",
-        describe_members(common_members, sizeof common_members / sizeof common_members[0]));
+    return json_pack("{so so}", "shapes", list, "common", describe_members(common_members));
 }
 
 /* ---- Color spaces ---- */
 
-static json_t *describe_colorspaces(const shd_catalog *catalog) {
+static json_t *describe_colorspaces(const shd_engine *engine) {
+    const shd_catalog *catalog = shd_color_catalog(engine->color);
     json_t *spaces = json_array();
     for (size_t i = 0; i < catalog->space_count; i++) {
         const shd_space_info *space = &catalog->spaces[i];
@@ -145,12 +138,10 @@ static json_t *describe_colorspaces(const shd_catalog *catalog) {
 
 /* ---- Version ---- */
 
-#if defined(__clang__)
+#ifdef __clang__
 #define COMPILER "clang " __clang_version__
-#elif defined(__GNUC__)
-#define COMPILER "gcc " __VERSION__
 #else
-#define COMPILER "unknown"
+#define COMPILER "gcc " __VERSION__
 #endif
 
 #ifdef NDEBUG
@@ -159,24 +150,15 @@ static json_t *describe_colorspaces(const shd_catalog *catalog) {
 #define BUILD_KIND "debug"
 #endif
 
-/* CMake tells which libraries it found. */
-#ifndef SHADED_LIBRARIES
-#define SHADED_LIBRARIES ""
-#endif
-
-/* "name version|name version" as an object. */
+/* CMake tells "name version|name version". What has no version is left out. */
 static json_t *describe_libraries(void) {
     json_t *libraries = json_object();
-    const char *at = SHADED_LIBRARIES;
-    while (*at) {
-        size_t length = strcspn(at, "|");
-        size_t name = strcspn(at, " ");
-        if (name + 1 < length) {
-            json_t *version = json_stringn(at + name + 1, length - name - 1);
-            json_object_setn_new(libraries, at, name, version);
-        }
-        at += length;
-        if (*at) at++;
+    for (const char *at = SHADED_LIBRARIES, *end; *at; at = *end ? end + 1 : end) {
+        end = strchrnul(at, '|');
+        const char *version = strchrnul(at, ' ') + 1;
+        if (version < end)
+            json_object_setn_new(libraries, at, (size_t)(version - 1 - at),
+                                 json_stringn(version, (size_t)(end - version)));
     }
     return libraries;
 }
@@ -208,24 +190,14 @@ static json_t *describe_version(const shd_engine *engine) {
 
 shd_status shd_engine_describe(const shd_engine *engine, shd_topic topic, char **json,
                                shd_error *error) {
-    json_t *value = NULL;
+    static json_t *(*const describe[])(const shd_engine *engine) = {
+        [SHD_TOPIC_MATERIALS] = describe_materials,
+        [SHD_TOPIC_SHAPES] = describe_shapes,
+        [SHD_TOPIC_COLORSPACES] = describe_colorspaces,
+        [SHD_TOPIC_VERSION] = describe_version};
     shd_json_memory_watch();
-    switch (topic) {
-    case SHD_TOPIC_MATERIALS:
-        value = describe_materials();
-        break;
-    case SHD_TOPIC_SHAPES:
-        value = describe_shapes();
-        break;
-    case SHD_TOPIC_COLORSPACES:
-        value = describe_colorspaces(shd_color_catalog(engine->color));
-        break;
-    case SHD_TOPIC_VERSION:
-        value = describe_version(engine);
-        break;
-    }
     /* The numbers were written down with a few digits, and are printed so. */
-    char *text = shd_tell_print(value, 7, NULL);
+    char *text = shd_tell_print(describe[topic](engine), 7, NULL);
     if (!text) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     *json = text;
     return SHD_OK;

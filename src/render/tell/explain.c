@@ -1,4 +1,8 @@
 /* The plan as JSON: what is used, what is left out and why, the bounds, the costs. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
 #include "base/json_memory.h"
 #include "render/planning.h"
 #include "render/request.h"
@@ -6,27 +10,18 @@
 #include "render/tell/json.h"
 #include "render/tell/words.h"
 
-#include <math.h>
-#include <stdlib.h>
-#include <string.h>
-
 /* The bounds with what they count and, if one is not known, why. */
 static json_t *tell_bounds(const shd_plan *plan) {
-    const shd_bound *bound = &plan->bound;
-    const struct {
-        double value;
-        const char *unit, *against, *why;
-    } metrics[] = {
-        {bound->linear, plan->scene->working_space->name, "model", SHD_NO_LINEAR_BOUND},
-        {bound->code, "8-bit codes", "exact", "an output's colors are no curve of a matrix"},
-        {bound->delta_e, "CIEDE2000", "exact", "an output's colors are no curve of a matrix"}};
+    const char *const units[] = {plan->scene->working_space->name, "8-bit codes", "CIEDE2000"};
     json_t *all = json_object();
-    for (size_t i = 0; i < 3; i++) {
-        const bool known = isfinite(metrics[i].value);
-        json_object_set_new(all, shd_metric_names[i],
-                            json_pack("{so ss ss ss?}", "most", shd_tell_number(metrics[i].value),
-                                      "unit", metrics[i].unit, "against", metrics[i].against, "why",
-                                      known ? NULL : metrics[i].why));
+    for (shd_metric m = SHD_LINEAR; m <= SHD_DELTA_E_2000; m++) {
+        const double most = shd_bound_in(&plan->bound, m);
+        const char *why =
+            m == SHD_LINEAR ? SHD_NO_LINEAR_BOUND : "an output's colors are no curve of a matrix";
+        json_object_set_new(all, shd_metric_names[m],
+                            json_pack("{so ss ss ss?}", "most", shd_tell_number(most), "unit",
+                                      units[m], "against", m == SHD_LINEAR ? "model" : "exact",
+                                      "why", isfinite(most) ? NULL : why));
     }
     return all;
 }
@@ -115,12 +110,7 @@ static json_t *tell_materials(const shd_plan *plan) {
     return json_pack("{sI so}", "given", (json_int_t)scene->material_count, "groups", list);
 }
 
-/* ---- Samples, outputs, tiers. ---- */
-
-static json_t *tell_samples(const shd_plan *plan) {
-    const int samples = plan->scene->raster.samples;
-    return json_pack("{si ss}", "pixel", samples, "pattern", samples == 1 ? "center" : "full");
-}
+/* ---- Outputs, tiers. ---- */
 
 static json_t *tell_outputs(const shd_explained *e) {
     static const char *const encoders[SHD_FORMAT_COUNT] = {
@@ -162,31 +152,30 @@ static json_t *tell_accuracy(const shd_accuracy *accuracy) {
 
 static json_t *tell_all(const shd_explained *e, json_t *words) {
     const shd_plan *plan = e->plan;
-    return json_pack("{so ss ss ss so so so so so si si sb so so so so so so}", "asked",
-                     tell_accuracy(&plan->scene->accuracy), "tier", shd_tier_names[plan->tier],
-                     "kernel", shd_isa_name(plan->isa), "plan", plan->summary, "bound",
-                     tell_bounds(plan), "milliseconds", tell_cost(&e->cost), "terms",
-                     tell_terms(plan), "lights", tell_lights(plan), "materials",
-                     tell_materials(plan), "lightChannels", plan->grey_lights ? 1 : 3, "channels",
-                     plan->grey ? 1 : 3, "splitPositions", plan->split_positions, "objects",
-                     tell_objects(plan), "samples", tell_samples(plan), "leftOut",
-                     json_pack("{sf s{sf sf}}", "lights", plan->dropped, "tileLights", "absolute",
-                               plan->drop_tolerance, "relative", plan->drop_relative),
-                     "outputs", tell_outputs(e), "tiers", tell_tiers(e), "words", words);
+    const int samples = plan->scene->raster.samples;
+    return json_pack(
+        "{so ss ss ss so so so so so si si sb so s{si ss} so so so so}", "asked",
+        tell_accuracy(&plan->scene->accuracy), "tier", shd_tier_names[plan->tier], "kernel",
+        shd_isa_name(plan->isa), "plan", plan->summary, "bound", tell_bounds(plan), "milliseconds",
+        tell_cost(&e->cost), "terms", tell_terms(plan), "lights", tell_lights(plan), "materials",
+        tell_materials(plan), "lightChannels", plan->grey_lights ? 1 : 3, "channels",
+        plan->grey ? 1 : 3, "splitPositions", plan->split_positions, "objects", tell_objects(plan),
+        "samples", "pixel", samples, "pattern", samples == 1 ? "center" : "full", "leftOut",
+        json_pack("{sf s{sf sf}}", "lights", plan->dropped, "tileLights", "absolute",
+                  plan->drop_tolerance, "relative", plan->drop_relative),
+        "outputs", tell_outputs(e), "tiers", tell_tiers(e), "words", words);
 }
 
 /* ---- What it costs. ---- */
 
-/* Nanoseconds, as those of plan/cost.c. */
-static const double CODES = 2.5;  /* a pixel straight to codes, */
-static const double FLOATS = 48;  /* through OpenColorIO's floats, */
-static const double LINEAR = 1.3; /* or to a linear space */
+/* Nanoseconds, as those of plan/cost.c, of a pixel: straight to codes, through OpenColorIO's
+ * floats, or to a linear space. */
+static const double CODES = 2.5, FLOATS = 48, LINEAR = 1.3;
 
 /* To encode a sample of the depth that the format has by itself. */
 static const double encoders[SHD_FORMAT_COUNT] = {
     [SHD_PNG] = 4.2, [SHD_JPEG] = 1.4, [SHD_WEBP] = 26,
-    [SHD_TIFF] = 10, [SHD_EXR] = 21,   [SHD_HDR] = 5,
-};
+    [SHD_TIFF] = 10, [SHD_EXR] = 21,   [SHD_HDR] = 5};
 
 static shd_cost cost_of(const shd_plan *plan, const bool *codes) {
     const shd_scene *scene = plan->scene;
@@ -201,9 +190,9 @@ static shd_cost cost_of(const shd_plan *plan, const bool *codes) {
         const double values = pixels * pictures * (output->channel < 0 ? 3 : 1);
         const bool linear = output->color_space && output->color_space->scene_linear;
         const double color = codes[o] ? CODES : linear ? LINEAR : FLOATS;
+        const int deep = output->depth > format->depth ? 2 : 1;
         cost.color += pixels * pictures * color / million;
-        cost.encode +=
-            values * encoders[output->format] * (output->depth > format->depth ? 2 : 1) / million;
+        cost.encode += values * encoders[output->format] * deep / million;
     }
     cost.total = cost.visibility + cost.shade + cost.color + cost.encode;
     return cost;
@@ -220,27 +209,24 @@ static bool channels_keep_apart(const shd_shown *shown) {
 
 static shd_status explain_plan(shd_rendering *r, const shd_scene *scene, shd_explained *e,
                                shd_error *error) {
+    const shd_isa isa = r->engine->isa;
     shd_status status = shd_shown_make(r, scene, &e->shown, error);
-    if (status != SHD_OK) return status;
-    status =
-        shd_plan_make(scene, r->engine->isa, e->shown, r->cancelled, r->arena, &r->plan, error);
+    if (status == SHD_OK)
+        status = shd_plan_make(scene, isa, e->shown, r->cancelled, r->arena, &r->plan, error);
     if (status != SHD_OK) return status;
     e->plan = r->plan;
     bool *codes = shd_arena_alloc(r->arena, scene->output_count, sizeof *codes);
+    e->codes = codes;
     if (!codes) return shd_fail(error, SHD_MEMORY, "", "the limit `memory` is too small");
     for (size_t i = 0; i < scene->output_count; i++)
         codes[i] = shd_route_of(scene, &scene->outputs[i], channels_keep_apart(&e->shown[i])).codes;
-    e->codes = codes;
     e->cost = cost_of(e->plan, codes);
     /* Plan each tier as if it had been asked for. */
     for (int t = 0; t <= SHD_EXACT; t++) {
-        shd_scene *asking = shd_arena_alloc(r->arena, 1, sizeof *asking);
-        if (!asking) return shd_fail(error, SHD_MEMORY, "", "the limit `memory` is too small");
-        *asking = *scene;
-        asking->accuracy = (shd_accuracy){.tier = (shd_tier)t};
+        shd_scene asking = *scene;
+        asking.accuracy = (shd_accuracy){.tier = (shd_tier)t};
         const shd_plan *plan;
-        status =
-            shd_plan_make(asking, r->engine->isa, e->shown, r->cancelled, r->arena, &plan, error);
+        status = shd_plan_make(&asking, isa, e->shown, r->cancelled, r->arena, &plan, error);
         if (status != SHD_OK) return status;
         e->bounds[t] = plan->bound;
         e->costs[t] = cost_of(plan, codes);

@@ -1,6 +1,5 @@
 #include "render/tell/json.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 

@@ -1,11 +1,9 @@
 #include "render/tell/measure.h"
 
 #include <float.h>
-#include <math.h>
 #include <string.h>
 
 #include "base/bits.h"
-#include "base/clock.h"
 #include "bound/shown/picture.h"
 #include "render/show/output.h"
 
@@ -15,19 +13,13 @@ enum { BLOCK = 1024 }; /* pixels that are converted and compared at once */
 
 /* One thread's memory, and what it has counted. No order of blocks changes these. */
 typedef struct tally {
-    float shown[2][4 * BLOCK],
-        seen[2][4 * BLOCK]; /* exact and other, converted; the same for Lab */
+    float shown[2][4 * BLOCK], seen[2][4 * BLOCK]; /* exact and other; for codes and for Lab */
     uint8_t codes[2][4 * BLOCK];
     uint64_t apart[256]; /* [n]: samples whose codes differ by n */
     double largest, linear, delta_e;
     double most; /* bound of CIEDE2000 */
     double seconds[2];
 } tally;
-
-/* Sums of f64 depend on their order, so every block has its own. */
-typedef struct sums {
-    double linear, delta_e;
-} sums;
 
 typedef struct measuring {
     const shd_rendering *rendering;
@@ -36,8 +28,11 @@ typedef struct measuring {
     const float *exact;
     float *film;
     size_t pixels;
-    tally **tallies; /* [slot] */
-    sums *sums;      /* [block] */
+    tally *tallies; /* [slot] */
+    /* Sums of f64 depend on their order, so every block has its own. */
+    struct block_sums {
+        double linear, delta_e;
+    } * sums; /* [block] */
 } measuring;
 
 /* Makes a block as it is shown, and as it goes to Lab. */
@@ -62,8 +57,7 @@ static double difference_of_colors(const shd_lab_space *space, const float *a, c
     return shd_delta_e_2000(lab[0], lab[1]);
 }
 
-/* The largest bound of the block's pixels. Those with an alpha are seen as they are and over
- * black. */
+/* The largest bound of a block's pixels, which are seen as they are and, with alpha, over black. */
 static double bound_block(const shd_picture_errors *errors, const float *rgba, size_t count) {
     double most = 0;
     for (size_t i = 0; i < count; i++) {
@@ -72,10 +66,8 @@ static double bound_block(const shd_picture_errors *errors, const float *rgba, s
         const double alpha = (double)at[3], rgb[3] = {(double)at[0], (double)at[1], (double)at[2]};
         if (!(alpha > 0)) continue;
         most = fmax(most, shd_picture_delta_e(errors, rgb));
-        if (alpha < 1)
-            most = fmax(most,
-                        shd_picture_delta_e(errors, (const double[]){alpha * rgb[0], alpha * rgb[1],
-                                                                     alpha * rgb[2]}));
+        const double over[3] = {alpha * rgb[0], alpha * rgb[1], alpha * rgb[2]};
+        if (alpha < 1) most = fmax(most, shd_picture_delta_e(errors, over));
     }
     return most;
 }
@@ -85,28 +77,25 @@ static void measure_block(void *context, size_t index, unsigned slot) {
     measuring *m = context;
     if (shd_is_cancelled(m->rendering->cancelled)) return;
     const shd_showing *showing = m->showing;
-    tally *t = m->tallies[slot];
-    sums *sum = &m->sums[index];
+    tally *t = &m->tallies[slot];
+    struct block_sums *sum = &m->sums[index];
     size_t first = index * BLOCK, left = m->pixels - first, count = left < BLOCK ? left : BLOCK;
     const float *exact = m->exact + 4 * first;
     float *film = m->film + 4 * first;
 
-    double began = shd_thread_seconds();
-    show_block(showing, exact, count, t->shown[0], t->seen[0]);
-    double halfway = shd_thread_seconds();
-    show_block(showing, film, count, t->shown[1], t->seen[1]);
-    t->seconds[0] += halfway - began;
-    t->seconds[1] += shd_thread_seconds() - halfway;
-
+    const float *seen[2];
+    for (int k = 0; k < 2; k++) {
+        const double began = shd_thread_seconds();
+        show_block(showing, k ? film : exact, count, t->shown[k], t->seen[k]);
+        t->seconds[k] += shd_thread_seconds() - began;
+        shd_pack_u8(&showing->pack, t->shown[k], (int)count, t->codes[k]);
+        seen[k] = showing->detour ? t->seen[k] : t->shown[k];
+    }
     if (m->errors) t->most = fmax(t->most, bound_block(m->errors, film, count));
-    for (int k = 0; k < 2; k++) shd_pack_u8(&showing->pack, t->shown[k], (int)count, t->codes[k]);
     for (size_t i = 0; i < count * (size_t)showing->pack.count; i++) {
         int apart = t->codes[0][i] - t->codes[1][i];
         t->apart[apart < 0 ? -apart : apart]++;
     }
-
-    const float *a = showing->detour ? t->seen[0] : t->shown[0],
-                *b = showing->detour ? t->seen[1] : t->shown[1];
     for (size_t i = 0; i < count; i++) {
         for (size_t c = 0; c < 3; c++) {
             double value = (double)exact[4 * i + c];
@@ -116,7 +105,8 @@ static void measure_block(void *context, size_t index, unsigned slot) {
             sum->linear += error;
             film[4 * i + c] = (float)fmin(error, FLT_MAX);
         }
-        double delta_e = difference_of_colors(&showing->lab, a + 4 * i, b + 4 * i);
+        const double delta_e =
+            difference_of_colors(&showing->lab, seen[0] + 4 * i, seen[1] + 4 * i);
         t->delta_e = fmax(t->delta_e, delta_e);
         sum->delta_e += delta_e;
         film[4 * i + 3] = (float)delta_e;
@@ -125,37 +115,30 @@ static void measure_block(void *context, size_t index, unsigned slot) {
 
 /* ---- Totals ---- */
 
-/* The place of p99 among n sorted values, counted from 1. */
-static uint64_t rank_of(uint64_t n) {
-    return n - n / 100;
-}
-
-static shd_spread spread_of_codes(const uint64_t apart[256], uint64_t *total, double *squares) {
-    shd_spread spread = {0, 0, 0};
-    double sum = 0;
-    *total = 0;
-    *squares = 0;
+static void measure_codes(const uint64_t apart[256], shd_difference *d) {
+    double sum = 0, squares = 0;
+    uint64_t total = 0, below = 0;
     for (int i = 0; i < 256; i++) {
-        if (apart[i]) spread.max = i;
-        *total += apart[i];
+        if (apart[i]) d->code.max = i;
+        total += apart[i];
         sum += (double)i * (double)apart[i];
-        *squares += (double)i * i * (double)apart[i];
+        squares += (double)i * i * (double)apart[i];
     }
-    spread.mean = sum / (double)*total;
-    uint64_t below = 0;
-    for (int i = 0; below < rank_of(*total); i++) {
+    d->code.mean = sum / (double)total;
+    for (int i = 0; below < total - total / 100; i++) {
         below += apart[i];
-        spread.p99 = i;
+        d->code.p99 = i;
     }
-    return spread;
+    d->equal = (double)apart[0] / (double)total;
+    d->psnr = squares > 0 ? 10 * log10(255.0 * 255.0 * (double)total / squares) : INFINITY;
 }
 
 /* The value at p99 among `channels` of every four floats. None of them is negative, so they sort as
  * their bits do, and counting their upper and then their lower halves finds it without a copy. 0 if
  * it is cancelled. */
 static double select_p99(const measuring *m, const float *values, int channels, uint64_t *counts) {
-    const size_t pixels = m->pixels;
-    uint64_t rank = rank_of((uint64_t)pixels * (uint64_t)channels);
+    const size_t pixels = m->pixels, total = pixels * (size_t)channels;
+    uint64_t rank = total - total / 100; /* counted from 1 */
     uint32_t found = 0;
     for (int pass = 0; pass < 2; pass++) {
         memset(counts, 0, 65536 * sizeof *counts);
@@ -181,7 +164,7 @@ static void add_up(const measuring *m, unsigned slots, size_t blocks, uint64_t *
     uint64_t apart[256] = {0};
     shd_difference d = {0};
     for (unsigned s = 0; s < slots; s++) {
-        const tally *t = m->tallies[s];
+        const tally *t = &m->tallies[s];
         for (int i = 0; i < 256; i++) apart[i] += t->apart[i];
         d.largest = fmax(d.largest, t->largest);
         d.linear.max = fmax(d.linear.max, t->linear);
@@ -201,12 +184,7 @@ static void add_up(const measuring *m, unsigned slots, size_t blocks, uint64_t *
 
     const shd_bound *bound = &m->rendering->plan->bound;
     d.most = m->errors ? fmin(d.most, bound->delta_e) : bound->delta_e;
-
-    uint64_t total;
-    double squares;
-    d.code = spread_of_codes(apart, &total, &squares);
-    d.equal = (double)apart[0] / (double)total;
-    d.psnr = squares > 0 ? 10 * log10(255.0 * 255.0 * (double)total / squares) : INFINITY;
+    measure_codes(apart, &d);
     *out = d;
 }
 
@@ -224,25 +202,21 @@ static bool find_errors(const shd_rendering *r, const shd_showing *showing,
 shd_status shd_film_measure(shd_rendering *r, const shd_showing *showing, const shd_film *exact,
                             shd_film *film, shd_difference *out, double *exact_seconds,
                             shd_error *error) {
-    shd_pool *pool = r->engine->pool;
-    shd_arena *arena = r->arena;
-    unsigned slots = shd_pool_slots(pool);
-    size_t pixels = (size_t)film->width * (size_t)film->height;
-    size_t blocks = (pixels + BLOCK - 1) / BLOCK;
+    const unsigned slots = shd_pool_slots(r->engine->pool);
+    const size_t pixels = (size_t)film->width * (size_t)film->height,
+                 blocks = (pixels + BLOCK - 1) / BLOCK;
     measuring m = {.rendering = r,
                    .showing = showing,
                    .exact = exact->rgba,
                    .film = film->rgba,
                    .pixels = pixels,
-                   .tallies = shd_arena_alloc(arena, slots, sizeof *m.tallies),
-                   .sums = shd_arena_zalloc(arena, blocks, sizeof *m.sums)};
-    uint64_t *counts = shd_arena_alloc(arena, 65536, sizeof *counts);
-    bool complete = m.tallies && m.sums && counts && find_errors(r, showing, &m.errors);
-    for (unsigned s = 0; s < slots && complete; s++)
-        complete = (m.tallies[s] = shd_arena_zalloc(arena, 1, sizeof **m.tallies));
-    if (!complete) return shd_rendering_full(r, "comparison", error);
+                   .tallies = shd_arena_zalloc(r->arena, slots, sizeof *m.tallies),
+                   .sums = shd_arena_zalloc(r->arena, blocks, sizeof *m.sums)};
+    uint64_t *counts = shd_arena_alloc(r->arena, 65536, sizeof *counts);
+    if (!m.tallies || !m.sums || !counts || !find_errors(r, showing, &m.errors))
+        return shd_rendering_full(r, "comparison", error);
 
-    shd_pool_for(pool, blocks, measure_block, &m);
+    shd_pool_for(r->engine->pool, blocks, measure_block, &m);
     double seconds[2] = {0, 0};
     if (!shd_is_cancelled(r->cancelled)) add_up(&m, slots, blocks, counts, out, seconds);
     r->times.color += seconds[1];

@@ -20,9 +20,8 @@ typedef struct shd_difference {
 } shd_difference;
 
 /* Measures `film`, which is of r->plan, against `exact`, on the pool. It uses the film's pixels up,
- * so that what it takes of r->arena is small beside a picture. Adds the time of the film's color
- * conversions to r->times.color. `exact_seconds` gets the time of those of the exact film.
- * SHD_MEMORY or SHD_CANCELLED. */
+ * so that it takes little of r->arena. Adds the time of the film's color conversions to
+ * r->times.color; `exact_seconds` gets that of the exact film's. SHD_MEMORY or SHD_CANCELLED. */
 shd_status shd_film_measure(shd_rendering *r, const shd_showing *showing, const shd_film *exact,
                             shd_film *film, shd_difference *out, double *exact_seconds,
                             shd_error *error);

@@ -1,22 +1,16 @@
 /* The plan in words: what a person wants to know first, a sentence a line. */
-#include <math.h>
 #include <stdarg.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "render/tell/words.h"
 
 enum { LIGHTS_NAMED = 8 }; /* lights that are left out and named; more are counted */
 
-static void say_line(json_t *words, const char *format, ...) SHD_PRINTF(2, 3);
-
-static void say_line(json_t *words, const char *format, ...) {
-    char line[512];
+static SHD_PRINTF(2, 3) void say_line(json_t *words, const char *format, ...) {
     va_list args;
     va_start(args, format);
-    vsnprintf(line, sizeof line, format, args);
+    json_array_append_new(words, json_vsprintf(format, args));
     va_end(args);
-    json_array_append_new(words, json_string(line));
 }
 
 const char *shd_drop_reason(unsigned drops) {
@@ -34,10 +28,6 @@ const char *shd_drop_reason(unsigned drops) {
     return NULL;
 }
 
-static const char *s_of(size_t count) {
-    return count == 1 ? "" : "s";
-}
-
 static void say_tier(json_t *words, const shd_explained *e) {
     const shd_plan *plan = e->plan;
     const shd_accuracy *accuracy = &plan->scene->accuracy;
@@ -52,39 +42,33 @@ static void say_tier(json_t *words, const shd_explained *e) {
         say_line(words, "Tier %s, with %s kernels, as asked for.", tier, isa);
 }
 
-static const char *bound_text(const shd_explained *e, shd_metric metric, char out[SHD_BOUND_TEXT]) {
-    shd_plan_print_bound(e->plan, metric, out);
-    return out;
+/* `unknown`: where it is not bounded, and why. `space` may be NULL. */
+static void say_bound(json_t *words, const shd_plan *plan, shd_metric metric, const char *values,
+                      const char *space, const char *unknown) {
+    char most[SHD_BOUND_TEXT];
+    shd_plan_print_bound(plan, metric, most);
+    if (isfinite(shd_bound_in(&plan->bound, metric)))
+        say_line(words, "Error: at most %s in %s%s%s%s against the %s.", most, values,
+                 space ? " (" : "", space ? space : "", space ? ")" : "",
+                 metric == SHD_LINEAR ? "model" : "exact tier");
+    else
+        say_line(words, "Error: not bounded in %s.", unknown);
 }
 
-static void say_bound(json_t *words, const shd_explained *e) {
-    const shd_bound *bound = &e->plan->bound;
-    char number[SHD_BOUND_TEXT];
-    if (isfinite(bound->linear))
-        say_line(words, "Error: at most %s in linear components (%s) against the model.",
-                 bound_text(e, SHD_LINEAR, number), e->plan->scene->working_space->name);
-    else
-        say_line(words, "Error: not bounded in linear components, as " SHD_NO_LINEAR_BOUND ".");
-    if (isfinite(bound->code))
-        say_line(words, "Error: at most %s in 8-bit codes against the exact tier.",
-                 bound_text(e, SHD_CODE, number));
-    else
-        say_line(words,
-                 "Error: not bounded in codes, as an output's colors are no curve of a matrix.");
-    if (isfinite(bound->delta_e))
-        say_line(words, "Error: at most %s in CIEDE2000 against the exact tier.",
-                 bound_text(e, SHD_DELTA_E_2000, number));
-    else
-        say_line(words, "Error: not bounded in CIEDE2000.");
-    if (e->plan->scene->raster.samples > 1)
+static void say_bounds(json_t *words, const shd_plan *plan) {
+    say_bound(words, plan, SHD_LINEAR, "linear components", plan->scene->working_space->name,
+              "linear components, as " SHD_NO_LINEAR_BOUND);
+    say_bound(words, plan, SHD_CODE, "8-bit codes", NULL,
+              "codes, as an output's colors are no curve of a matrix");
+    say_bound(words, plan, SHD_DELTA_E_2000, "CIEDE2000", NULL, "CIEDE2000");
+    if (plan->scene->raster.samples > 1)
         say_line(words, "These are against the same %d samples a pixel, not against endless ones.",
-                 e->plan->scene->raster.samples);
+                 plan->scene->raster.samples);
     say_line(words,
              "Single samples that lie on the edge of a cone or of a highlight are not counted.");
 }
 
-static void say_cost(json_t *words, const shd_explained *e) {
-    const shd_cost *c = &e->cost;
+static void say_cost(json_t *words, const shd_cost *c) {
     say_line(
         words,
         "Cost: about %.2g ms of one core, which is an estimate: %.2g to see, %.2g to shade, %.2g "
@@ -106,7 +90,7 @@ static void say_lights(json_t *words, const shd_plan *plan) {
         else
             more++;
     }
-    if (more) say_line(words, "So are %zu more light%s.", more, s_of(more));
+    if (more) say_line(words, "So are %zu more light%s.", more, more == 1 ? "" : "s");
     if (plan->drop_tolerance > 0)
         say_line(words,
                  "Tiles leave out lights that add no more than %.2g + %.2g of a value to it.",
@@ -119,7 +103,7 @@ static void say_objects(json_t *words, const shd_plan *plan) {
     for (size_t i = 0; i < scene->object_count; i++) pairs += plan->objects[i].light_count;
     size_t most = scene->object_count * plan->light_count;
     say_line(words, "Objects: %zu, lit in %zu group%s of one material and one list of lights.",
-             scene->object_count, plan->group_count, s_of(plan->group_count));
+             scene->object_count, plan->group_count, plan->group_count == 1 ? "" : "s");
     if (pairs < most)
         say_line(words, "Of %zu pairs of an object and a light, %zu matter.", most, pairs);
     if (plan->split_positions)
@@ -163,8 +147,8 @@ static void say_tiers(json_t *words, const shd_explained *e) {
 json_t *shd_explain_words(const shd_explained *e) {
     json_t *words = json_array();
     say_tier(words, e);
-    say_bound(words, e);
-    say_cost(words, e);
+    say_bounds(words, e->plan);
+    say_cost(words, &e->cost);
     say_lights(words, e->plan);
     say_objects(words, e->plan);
     say_samples(words, e->plan);

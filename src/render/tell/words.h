@@ -1,17 +1,15 @@
-/* The plan in words. Inside of render/. */
+/* The plan in words. */
 #pragma once
 
 #include <jansson.h>
 
 #include "render/show/shown.h"
 
-/* What a plan costs, roughly, in milliseconds of one core: a simple model whose constants were
- * measured once. */
+/* What a plan costs, roughly, in milliseconds of one core. */
 typedef struct shd_cost {
     double visibility, shade, color, encode, total;
 } shd_cost;
 
-/* What there is to tell. */
 typedef struct shd_explained {
     const shd_plan *plan;
     const shd_shown *shown; /* [output_count] */
@@ -21,8 +19,8 @@ typedef struct shd_explained {
     shd_cost costs[SHD_EXACT + 1];
 } shd_explained;
 
-/* The first reason why a light is left out, as a clause. NULL: it is not left out. */
+/* The first reason why a light is left out. NULL: it is not. */
 const char *shd_drop_reason(unsigned drops);
 
-/* The plan in sentences, one a line of text: the last member of the answer. NULL: memory. */
+/* The plan in sentences, one a line: the last member of the answer. NULL: memory. */
 json_t *shd_explain_words(const shd_explained *e);
