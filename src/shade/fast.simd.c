@@ -5,10 +5,12 @@
 #include "shade/math_simd.h"
 
 #if !SHD_FUSES
-const shd_sums_kernel SHD_VARIANT(shd_sums_kernel) = {NULL};
+void SHD_VARIANT(shd_sums32)(const shd_sums_job *job) {
+    SHD_VARIANT(shd_sums64)(job);
+}
 #else
 
-enum { LOBES_AT_ONCE = SHD_WIDE_LOBES, ROWS = SHD_WIDE_ROWS, MANY = 2 };
+enum { ROWS = SHD_WIDE_ROWS, MANY = 2 };
 
 /* What a body is compiled for. These are constants where a specialization pays. */
 typedef struct shape {
@@ -53,11 +55,9 @@ SHD_INLINE shd_vf weigh_lobe(const shd_packed_lobe *lobe, const shd_vf path[3], 
     shd_mf in = shd_vf_gt_in(lit, shd_vf_set(lobe->reach), z);
     if (!shd_mf_any(in)) return shd_vf_set(0);
 
-    shd_vf power;
-    if (lobe->is_short)
-        power = shd_exp2(z * shd_polynomial(z, lobe->log, SHD_LOG_TERMS));
-    else
-        power = shd_power_1m(z * shd_vf_set(0.5f), shd_vf_set(lobe->shininess));
+    const shd_vf power = lobe->is_short
+                             ? shd_exp2(z * shd_polynomial(z, lobe->log, SHD_LOG_TERMS))
+                             : shd_power_1m(z * shd_vf_set(0.5f), shd_vf_set(lobe->shininess));
     return shd_vf_mul_in(in, power, f);
 }
 
@@ -85,25 +85,19 @@ SHD_INLINE shd_vf weigh_spot(const shd_packed_light *light, const shd_vf path[3]
     return factor * shd_power_1m(q, shd_vf_set(light->exponent));
 }
 
-/* Computes one light in f64, for the lanes `wide` of the vector from `first` on. */
-__attribute__((noinline, cold)) static void add_wide(const shd_sums_job *job, uint32_t index,
-                                                     size_t first, size_t first_lobe,
-                                                     size_t lobe_count, unsigned wide, shape is,
-                                                     sums *s) {
-    const shd_wide_job one = {.lighting = job->lighting,
-                              .material = job->material,
-                              .first_lobe = first_lobe,
-                              .lobe_count = lobe_count,
-                              .narrow = job->points,
-                              .edges = job->edges};
+/* Adds one light in f64, for the lanes `wide` of the vector from `first` on. Sums are copied, or
+ * they would not be in registers elsewhere. */
+__attribute__((noinline, cold)) static sums
+add_wide(const shd_sums_job *job, uint32_t index, size_t first, unsigned wide, shape is, sums s) {
     _Alignas(64) float rows[ROWS][SHD_W];
-    SHD_VARIANT(shd_add_wide)(&one, index, first, wide, rows[0]);
-    shd_vf *specular = is.lobes == MANY ? s->more : s->specular;
-    for (int c = 0; c < is.channels; c++) {
-        s->diffuse[c] += shd_vf_load(rows[c]);
-        for (size_t k = 0; k < lobe_count; k++)
-            specular[3 * k + (size_t)c] += shd_vf_load(rows[3 + 3 * k + (size_t)c]);
+    SHD_VARIANT(shd_add_wide)(job, index, first, wide, rows[0]);
+    shd_vf *specular = is.lobes == MANY ? s.more : s.specular;
+    for (size_t c = 0; c < (size_t)is.channels; c++) {
+        s.diffuse[c] += shd_vf_load(rows[c]);
+        for (size_t k = 0; k < job->lobe_count; k++)
+            specular[3 * k + c] += shd_vf_load(rows[3 + 3 * k + c]);
     }
+    return s;
 }
 
 /* 1/distance as r, and the attenuation as f. */
@@ -136,7 +130,7 @@ SHD_INLINE void mark_ends(const shd_sums_job *job, size_t first, const points *a
 
 SHD_INLINE void add_light(const shd_sums_job *job, uint32_t index, shd_light_kind kind,
                           const points *at, size_t first, const shd_packed_lobe *lobes,
-                          size_t first_lobe, size_t lobe_count, shape is, sums *s) {
+                          size_t lobe_count, shape is, sums *s) {
     const shd_packed_light *light = &job->lighting->lights[index];
     const bool directional = kind == SHD_KIND_DIRECTIONAL;
     shd_vf path[3];
@@ -157,9 +151,7 @@ SHD_INLINE void add_light(const shd_sums_job *job, uint32_t index, shd_light_kin
         shd_vu above = (shd_vu)d2 - shd_vu_set(light->nearest); /* wraps below it */
         shd_mf wide = shd_vu_ge(above, shd_vu_set(light->span));
         if (__builtin_expect(shd_mf_any(wide), 0)) {
-            sums copy = *s; /* otherwise s would not be in registers */
-            add_wide(job, index, first, first_lobe, lobe_count, shd_mf_bits(wide), is, &copy);
-            *s = copy;
+            *s = add_wide(job, index, first, shd_mf_bits(wide), is, *s);
             lit = shd_mf_and(lit, shd_mf_not(wide));
         }
         if (!shd_mf_any(lit)) return;
@@ -170,11 +162,8 @@ SHD_INLINE void add_light(const shd_sums_job *job, uint32_t index, shd_light_kin
     if (kind == SHD_KIND_SPOT) {
         shd_mf rim;
         shd_vf spot = weigh_spot(light, path, r, &lit, &rim);
-        if (__builtin_expect(shd_mf_any(rim), 0)) {
-            sums copy = *s;
-            add_wide(job, index, first, first_lobe, lobe_count, shd_mf_bits(rim), is, &copy);
-            *s = copy;
-        }
+        if (__builtin_expect(shd_mf_any(rim), 0))
+            *s = add_wide(job, index, first, shd_mf_bits(rim), is, *s);
         if (!shd_mf_any(lit)) return;
         f *= spot;
     }
@@ -250,15 +239,14 @@ SHD_INLINE void store_sums(const sums *s, shape is, size_t lobe_count, const tot
             store_row(s->more[3 * k + c], t->row[3 + 3 * k + c], t->any, specular[3 * k + c] + i);
 }
 
-/* The sums of the lobes [first_lobe, first_lobe + lobe_count), and the diffuse sums. */
-SHD_INLINE void sum_lights(const shd_sums_job *job, size_t first_lobe, size_t lobe_count,
-                           shape is) {
+SHD_INLINE void sum_lights(const shd_sums_job *job, shape is) {
     const shd_packed_light *lights = job->lighting->lights;
-    const shd_packed_lobe *lobes = job->packed->lobes + first_lobe;
-    float *const *specular = job->specular + 3 * first_lobe;
+    const size_t lobe_count = job->lobe_count;
+    const shd_packed_lobe *lobes = job->lobes + job->first_lobe;
+    float *const *specular = job->specular + 3 * job->first_lobe;
     for (size_t i = job->first; i < job->end; i += SHD_W) {
         points at;
-        load_points(job->points, i, is, &at);
+        load_points(job->narrow, i, is, &at);
         shd_vf more[ROWS];
         sums s;
         s.more = more;
@@ -272,28 +260,19 @@ SHD_INLINE void sum_lights(const shd_sums_job *job, size_t first_lobe, size_t lo
                 end_group(&s, is, lobe_count, &total);
                 group = lights[index].group;
             }
-#define ADD(kind) add_light(job, index, kind, &at, i, lobes, first_lobe, lobe_count, is, &s)
+#define CASE(kind)                                                                                 \
+    case kind:                                                                                     \
+        add_light(job, index, kind, &at, i, lobes, lobe_count, is, &s);                            \
+        break
             switch ((shd_light_kind)lights[index].kind) {
-            case SHD_KIND_ATTENUATED:
-                ADD(SHD_KIND_ATTENUATED);
-                break;
-            case SHD_KIND_POINT:
-                ADD(SHD_KIND_POINT);
-                break;
-            case SHD_KIND_DIRECTIONAL:
-                ADD(SHD_KIND_DIRECTIONAL);
-                break;
-            case SHD_KIND_SPOT:
-                ADD(SHD_KIND_SPOT);
-                break;
-            case SHD_KIND_WIDE: {
-                sums copy = s;
-                add_wide(job, index, i, first_lobe, lobe_count, ~0u, is, &copy);
-                s = copy;
-                break;
+                CASE(SHD_KIND_ATTENUATED);
+                CASE(SHD_KIND_POINT);
+                CASE(SHD_KIND_DIRECTIONAL);
+                CASE(SHD_KIND_SPOT);
+            case SHD_KIND_WIDE:
+                s = add_wide(job, index, i, ~0u, is, s);
             }
-            }
-#undef ADD
+#undef CASE
         }
         store_sums(&s, is, lobe_count, &total, job->diffuse, specular, i);
     }
@@ -301,43 +280,27 @@ SHD_INLINE void sum_lights(const shd_sums_job *job, size_t first_lobe, size_t lo
 
 /* Every form for which code of its own pays. Sanitizer builds would take minutes to compile all of
  * them, so there one body asks about forms as it goes. */
-typedef void sum_function(const shd_sums_job *job, size_t first_lobe, size_t lobe_count);
-
 #if !defined(SHD_ONE_BODY)
 #define FORM(split, channels, lobes)                                                               \
-    static void sum_##split##channels##lobes(const shd_sums_job *job, size_t first_lobe,           \
-                                             size_t lobe_count) {                                  \
-        sum_lights(job, first_lobe, lobe_count, (shape){split, channels, lobes});                  \
+    static void sum_##split##channels##lobes(const shd_sums_job *job) {                            \
+        sum_lights(job, (shape){split, channels, lobes});                                          \
     }
 #define LOBES(m, split, channels)     m(split, channels, 0) m(split, channels, 1) m(split, channels, 2)
 #define FORMS(m)                      LOBES(m, 0, 1) LOBES(m, 0, 3) LOBES(m, 1, 1) LOBES(m, 1, 3)
 FORMS(FORM)
 #define ENTRY(split, channels, lobes) [split][channels == 3][lobes] = sum_##split##channels##lobes,
-static sum_function *const forms[2][2][3] = {FORMS(ENTRY)};
-
-static void run_form(const shd_sums_job *job, size_t first, size_t count, shape is) {
-    forms[is.split][is.channels == 3][is.lobes](job, first, count);
-}
-#else
-__attribute__((noinline)) static void run_form(const shd_sums_job *job, size_t first, size_t count,
-                                               shape is) {
-    sum_lights(job, first, count, is);
-}
+static shd_sums_function *const forms[2][2][3] = {FORMS(ENTRY)};
 #endif
 
-static void sums32(const shd_sums_job *job) {
+void SHD_VARIANT(shd_sums32)(const shd_sums_job *job) {
     const size_t lobes = job->material->lobe_count;
-    shape is = {job->points->low[0] != NULL, job->lighting->plan->grey_lights ? 1 : 3,
-                lobes < 2 ? (int)lobes : MANY};
-    shd_sums_job rest = *job;
-    for (size_t first = 0; first == 0 || first < lobes; first += LOBES_AT_ONCE) {
-        size_t count = lobes - first < LOBES_AT_ONCE ? lobes - first : LOBES_AT_ONCE;
-        if (first && shd_is_cancelled(job->lighting->plan->cancelled)) return;
-        run_form(&rest, first, count, is);
-        rest.diffuse = NULL;
-    }
+    const shape is = {job->narrow->low[0] != NULL, job->lighting->plan->grey_lights ? 1 : 3,
+                      lobes < MANY ? (int)lobes : MANY};
+#if defined(SHD_ONE_BODY)
+    sum_lights(job, is);
+#else
+    forms[is.split][is.channels == 3][is.lobes](job);
+#endif
 }
-
-const shd_sums_kernel SHD_VARIANT(shd_sums_kernel) = {sums32};
 
 #endif

@@ -1,21 +1,11 @@
 #include "shade/lighting.h"
 
-#include <string.h>
+#include <assert.h>
 
 #include "scene/read.h"
 #include "shade/exact.h"
 #include "shade/packed.h"
 #include "shade/split32.h"
-
-static const shd_sums_kernel *kernel_of(shd_isa isa) {
-    static const shd_sums_kernel *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sums_kernel);
-    return kernels[isa];
-}
-
-static const shd_wide_kernel *wide_kernel_of(shd_isa isa) {
-    static const shd_wide_kernel *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_wide_kernel);
-    return kernels[isa];
-}
 
 static int32_t kind_of(const shd_plan_light *light) {
     if (light->directional) return SHD_KIND_DIRECTIONAL;
@@ -23,53 +13,8 @@ static int32_t kind_of(const shd_plan_light *light) {
     return light->attenuated ? SHD_KIND_ATTENUATED : SHD_KIND_POINT;
 }
 
-/* Whether f32 is enough for this light. Steep lights need f64, and so do constants for which f32's
- * products in the plan's frame are not finite. */
-static bool fits_f32(const shd_packed_light *light, const shd_plan_light *from) {
-    if (from->steep) return false;
-    float brightest = 0, reach = 0;
-    for (int c = 0; c < 3; c++) {
-        brightest = fmaxf(brightest, fabsf(light->color[c]));
-        reach = fmaxf(reach, fabsf(light->at[c]));
-    }
-    if (!(brightest > 1e-18f && brightest < 1e18f)) return false;
-    return from->directional || (light->least < 1e12f && reach < 1e12f);
-}
-
-shd_packed_light shd_pack_light(const shd_plan *plan, const shd_plan_light *light) {
-    shd_packed_light out = {.group = (uint32_t)(light->index / SHD_LIGHT_GROUP)};
-    const double s = plan->scale;
-    const shd_vec3 at =
-        light->directional ? light->toward : shd_scale(shd_sub(light->position, plan->origin), s);
-    const double xyz[3] = {at.x, at.y, at.z};
-    const double axis[3] = {light->axis.x, light->axis.y, light->axis.z};
-    /* The constants are in units of the plan's frame and divided by the largest of the three again,
-     * so that a scene of any size gives f32 the same numbers. */
-    const double a = light->a, b = light->b / s, c = light->c / s / s;
-    const double largest = light->directional ? 1 : fmax(a, fmax(b, c));
-    out.a = (float)(a / largest);
-    out.b = (float)(b / largest);
-    out.c = (float)(c / largest);
-    out.least = (float)(light->min_distance * s);
-    for (int k = 0; k < 3; k++) {
-        shd_split32(xyz[k], &out.at[k], &out.low[k]);
-        out.axis[k] = (float)axis[k];
-        out.color[k] = (float)(light->color[k] * (light->gain / largest));
-    }
-    /* 2^-43 and 2^80: beyond these, f32's squares and their products have lost bits. */
-    out.nearest = 0x2a000000;
-    out.span = 0x67800000 - 0x2a000000;
-    out.outer = (float)light->outer;
-    out.inner = (float)light->inner;
-    out.inverse_fade = light->outer > light->inner ? (float)(1 / (light->outer - light->inner)) : 0;
-    out.exponent = (float)light->exponent;
-    if (shd_has_hard_rim(light)) out.rim = (float)(SHD_RIM * sqrt(light->outer));
-    out.kind = kind_of(light);
-    if (!fits_f32(&out, light)) out.kind = SHD_KIND_WIDE;
-    return out;
-}
-
-/* `origin` is that of the frame. */
+/* `origin` is that of the frame. The constants are in units of the plan's frame and divided by the
+ * largest of the three again, so that a scene of any size gives f32 the same numbers. */
 static shd_wide_light pack_wide(const shd_plan *plan, const shd_plan_light *light,
                                 shd_vec3 origin) {
     const double s = plan->scale;
@@ -96,6 +41,44 @@ static shd_wide_light pack_wide(const shd_plan *plan, const shd_plan_light *ligh
     const double reach = shd_max_abs(at);
     if (!(brightest > 1e-250 && brightest < 1e30 && reach < 1e90 && out.least < 1e90))
         out.kind = SHD_KIND_WIDE;
+    return out;
+}
+
+/* Whether f32 is enough for this light. Steep lights need f64, and so do constants for which f32's
+ * products in the plan's frame are not finite. */
+static bool fits_f32(const shd_packed_light *light, const shd_plan_light *from) {
+    if (from->steep) return false;
+    float brightest = 0, reach = 0;
+    for (int c = 0; c < 3; c++) {
+        brightest = fmaxf(brightest, fabsf(light->color[c]));
+        reach = fmaxf(reach, fabsf(light->at[c]));
+    }
+    if (!(brightest > 1e-18f && brightest < 1e18f)) return false;
+    return from->directional || (light->least < 1e12f && reach < 1e12f);
+}
+
+shd_packed_light shd_pack_light(const shd_plan *plan, const shd_plan_light *light) {
+    const shd_wide_light wide = pack_wide(plan, light, plan->origin);
+    /* 2^-43 and 2^80: beyond these, f32's squares and their products have lost bits. */
+    const uint32_t nearest = 0x2a000000, farthest = 0x67800000;
+    shd_packed_light out = {.a = (float)wide.a,
+                            .b = (float)wide.b,
+                            .c = (float)wide.c,
+                            .least = (float)wide.least,
+                            .nearest = nearest,
+                            .span = farthest - nearest,
+                            .group = (uint32_t)(light->index / SHD_LIGHT_GROUP),
+                            .outer = (float)wide.outer,
+                            .inner = (float)wide.inner,
+                            .inverse_fade = (float)wide.inverse_fade,
+                            .exponent = (float)wide.exponent};
+    for (int k = 0; k < 3; k++) {
+        shd_split32(wide.at[k], &out.at[k], &out.low[k]);
+        out.axis[k] = (float)wide.axis[k];
+        out.color[k] = (float)wide.color[k];
+    }
+    if (shd_has_hard_rim(light)) out.rim = (float)(SHD_RIM * sqrt(light->outer));
+    out.kind = fits_f32(&out, light) ? kind_of(light) : SHD_KIND_WIDE;
     return out;
 }
 
@@ -157,6 +140,8 @@ static const shd_wide_light *pack_all_wide(const shd_plan *plan, shd_vec3 origin
 }
 
 shd_lighting *shd_lighting_new(const shd_plan *plan, shd_arena *arena) {
+    static shd_sums_function *const sums32[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sums32),
+                                    *const sums64[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sums64);
     const bool fast = plan->tier != SHD_EXACT;
     const size_t material_count = fast ? plan->scene->material_count : 0;
     const size_t light_count = plan->light_count;
@@ -181,8 +166,8 @@ shd_lighting *shd_lighting_new(const shd_plan *plan, shd_arena *arena) {
         }
     }
     *lighting = (shd_lighting){.plan = plan,
-                               .kernel = kernel_of(plan->isa),
-                               .wide_kernel = wide_kernel_of(plan->isa),
+                               .sums32 = sums32[plan->isa],
+                               .sums64 = sums64[plan->isa],
                                .lights = lights,
                                .wide = wide,
                                .exact = exact,
@@ -213,24 +198,24 @@ static bool is_behind_face(const shd_wide_light *light, shd_vec3 p, shd_vec3 nor
     return false;
 }
 
-void shd_add_reference(const shd_wide_job *job, uint32_t index, size_t point, double *row) {
+void shd_add_reference(const shd_sums_job *job, uint32_t index, size_t point, double *row) {
     const shd_plan *plan = job->lighting->plan;
     const shd_wide_light *from = &(job->narrow ? job->lighting->wide : job->lighting->exact)[index];
-    shd_vec3 at, normal, mirror;
+    shd_vec3 at, scaled, normal, mirror; /* `scaled`: as `from` has it */
     if (job->narrow) {
-        at = lane_of(job->narrow->position, point);
-        if (job->narrow->low[0]) at = shd_add(at, lane_of(job->narrow->low, point));
-        if (is_behind_face(from, at, lane_of(job->narrow->normal, point))) return;
-        at = shd_madd(plan->origin, at, 1 / plan->scale);
+        scaled = lane_of(job->narrow->position, point);
+        if (job->narrow->low[0]) scaled = shd_add(scaled, lane_of(job->narrow->low, point));
+        at = shd_madd(plan->origin, scaled, 1 / plan->scale);
         normal = lane_of(job->narrow->normal, point);
         mirror = lane_of(job->narrow->mirror, point);
     } else {
         at = lane64_of(job->points->position, point);
+        scaled = shd_scale(at, plan->scale);
         normal = lane64_of(job->points->normal, point);
-        if (is_behind_face(from, shd_scale(at, plan->scale), normal)) return;
         const shd_vec3 view = lane64_of(job->points->view, point);
         mirror = shd_sub(shd_scale(normal, 2 * shd_dot(normal, view)), view);
     }
+    if (is_behind_face(from, scaled, normal)) return;
     const shd_plan_light *light = &plan->lights[index];
     double factor, off;
     const double weight = shd_weigh_light(light, at, normal, mirror, &factor, &off);
@@ -251,55 +236,53 @@ static size_t points_at_once(const shd_plan_material *material, size_t lights) {
     return points ? points : SHD_LANES;
 }
 
-static size_t end_of(size_t first, size_t step, size_t count) {
-    return count - first < step ? count : first + step;
+static void sum_points(const shd_sums_job *all, shd_sums_function *sums) {
+    const size_t step = points_at_once(all->material, all->n), lobes = all->material->lobe_count;
+    for (size_t first = 0; first < all->count; first += step) {
+        shd_sums_job job = *all;
+        job.first = first;
+        job.end = all->count - first < step ? all->count : first + step;
+        do {
+            const size_t left = lobes - job.first_lobe;
+            if (shd_is_cancelled(all->lighting->plan->cancelled)) return;
+            job.lobe_count = left < SHD_WIDE_LOBES ? left : SHD_WIDE_LOBES;
+            sums(&job);
+            job.diffuse = NULL;
+            job.diffuse64 = NULL;
+            job.first_lobe += SHD_WIDE_LOBES;
+        } while (job.first_lobe < lobes);
+    }
 }
 
 void shd_light_sums32(const shd_lighting *lighting, const shd_plan_material *material,
                       const uint32_t *which, size_t n, const shd_points32 *points,
                       float *const diffuse[3], float *const *specular, uint8_t *edges) {
     const shd_packed_material *packed = &lighting->materials[material - lighting->plan->materials];
-    const size_t step = points_at_once(material, n);
-    shd_sums_job job = {lighting, material, packed,  which,    n,    points,
-                        0,        0,        diffuse, specular, edges};
-    shd_wide_job wide = {.lighting = lighting,
-                         .material = material,
-                         .which = which,
-                         .n = n,
-                         .count = points->count,
-                         .narrow = points,
-                         .diffuse = diffuse,
-                         .specular = specular,
-                         .edges = edges};
-    const bool is_wide = packed->wide || !lighting->kernel->sums32;
-    for (size_t first = 0; first < points->count; first += step) {
-        if (shd_is_cancelled(lighting->plan->cancelled)) return;
-        job.first = wide.first = first;
-        job.end = wide.end = end_of(first, step, points->count);
-        if (is_wide)
-            lighting->wide_kernel->sums64(&wide);
-        else
-            lighting->kernel->sums32(&job);
-    }
+    const shd_sums_job job = {.lighting = lighting,
+                              .material = material,
+                              .lobes = packed->lobes,
+                              .which = which,
+                              .n = n,
+                              .count = points->count,
+                              .narrow = points,
+                              .diffuse = diffuse,
+                              .specular = specular,
+                              .edges = edges};
+    sum_points(&job, packed->wide ? lighting->sums64 : lighting->sums32);
 }
 
 void shd_light_sums64(const shd_lighting *lighting, const shd_plan_material *material,
                       const uint32_t *which, size_t n, const shd_points64 *points,
                       double *const diffuse[3], double *const *specular) {
-    const size_t step = points_at_once(material, n);
-    shd_wide_job job = {.lighting = lighting,
-                        .material = material,
-                        .which = which,
-                        .n = n,
-                        .count = points->count,
-                        .points = points,
-                        .diffuse64 = diffuse,
-                        .specular64 = specular};
-    for (; job.first < points->count; job.first += step) {
-        if (shd_is_cancelled(lighting->plan->cancelled)) return;
-        job.end = end_of(job.first, step, points->count);
-        lighting->wide_kernel->sums64(&job);
-    }
+    const shd_sums_job job = {.lighting = lighting,
+                              .material = material,
+                              .which = which,
+                              .n = n,
+                              .count = points->count,
+                              .points = points,
+                              .diffuse64 = diffuse,
+                              .specular64 = specular};
+    sum_points(&job, lighting->sums64);
 }
 
 void shd_light_again(const shd_lighting *lighting, const shd_plan_material *material,
@@ -308,6 +291,7 @@ void shd_light_again(const shd_lighting *lighting, const shd_plan_material *mate
     enum { MOST_ROWS = 3 + 3 * (1 + SHD_LOBES_MOST) };
     double sums[MOST_ROWS][SHD_LANES], *rows[MOST_ROWS];
     const size_t channels = lighting->plan->grey_lights ? 1 : 3;
+    assert(points->count <= SHD_LANES && 3 + 3 * material->lobe_count <= MOST_ROWS);
     for (size_t k = 0; k < 3 + 3 * material->lobe_count; k++) rows[k] = sums[k];
     shd_light_sums64(lighting, material, which, n, points, rows, rows + 3);
     if (shd_is_cancelled(lighting->plan->cancelled)) return;

@@ -61,14 +61,13 @@ void shd_light_sums32(const shd_lighting *lighting, const shd_plan_material *mat
                       const uint32_t *which, size_t n, const shd_points32 *points,
                       float *const diffuse[3], float *const *specular, uint8_t *edges);
 
-/* Replaces the sums of points at[0..points->count) of these rows, at most SHD_LANES, by sums in f64
+/* The same, all in f64; only `count` entries of the rows are written. */
+void shd_light_sums64(const shd_lighting *lighting, const shd_plan_material *material,
+                      const uint32_t *which, size_t n, const shd_points64 *points,
+                      double *const diffuse[3], double *const *specular);
+
+/* Replaces the sums of points at[0..points->count) of f32 rows, at most SHD_LANES, by sums in f64
  * of `points`. */
 void shd_light_again(const shd_lighting *lighting, const shd_plan_material *material,
                      const uint32_t *which, size_t n, const shd_points64 *points,
                      const uint32_t *at, float *const diffuse[3], float *const *specular);
-
-/* The same in f64. Sums are in f64 in the order of `which`, and only `count`
- * entries of the rows are written. */
-void shd_light_sums64(const shd_lighting *lighting, const shd_plan_material *material,
-                      const uint32_t *which, size_t n, const shd_points64 *points,
-                      double *const diffuse[3], double *const *specular);

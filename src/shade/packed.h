@@ -66,61 +66,44 @@ typedef struct shd_packed_material {
     bool wide; /* whether a shininess is below 1, whose edge at R.V = 0 is too steep for f32 */
 } shd_packed_material;
 
-/* The points of a call, and what is done with them. */
+enum { SHD_WIDE_LOBES = 8, SHD_WIDE_ROWS = 3 + 3 * SHD_WIDE_LOBES };
+
+/* The points of a call, and what is done with them: points in f64 (`points`), whose sums go to
+ * diffuse64 and specular64, or in f32 (`narrow`), whose sums are rounded. The pointers of the
+ * others are NULL. */
 typedef struct shd_sums_job {
     const shd_lighting *lighting;
     const shd_plan_material *material;
-    const shd_packed_material *packed;
+    const shd_packed_lobe *lobes;  /* the material's, of `narrow` */
+    size_t first_lobe, lobe_count; /* those that are summed, at most SHD_WIDE_LOBES */
     const uint32_t *which;
     size_t n;
-    const shd_points32 *points;
-    /* The points that are summed: whole vectors, except at the end of all points. */
-    size_t first, end;
-    float *const *diffuse;
-    float *const *specular;
-    uint8_t *edges; /* NULL: nobody asks */
-} shd_sums_job;
-
-typedef struct shd_sums_kernel {
-    void (*sums32)(const shd_sums_job *job); /* NULL: f64 is faster (shd_isa_fuses) */
-} shd_sums_kernel;
-
-extern const shd_sums_kernel shd_sums_kernel_portable, shd_sums_kernel_avx2, shd_sums_kernel_avx512;
-
-enum { SHD_WIDE_LOBES = 8, SHD_WIDE_ROWS = 3 + 3 * SHD_WIDE_LOBES };
-
-/* Points in f64 (`points`), whose sums go to diffuse64 and specular64, or in f32 (`narrow`), whose
- * sums are rounded. The other pointer is NULL. */
-typedef struct shd_wide_job {
-    const shd_lighting *lighting;
-    const shd_plan_material *material;
-    size_t first_lobe, lobe_count; /* the material's, at most SHD_WIDE_LOBES */
-    const uint32_t *which;
-    size_t n, count, first, end; /* as above; `count` is the number of all points */
     const shd_points64 *points;
     const shd_points32 *narrow;
-    float *const *diffuse, *const *specular;
+    size_t count; /* of all points */
+    /* The points that are summed: whole vectors, except at the end of all points. */
+    size_t first, end;
+    float *const *diffuse, *const *specular; /* of all lobes; the diffuse rows may be NULL */
     double *const *diffuse64, *const *specular64;
     uint8_t *edges; /* of `narrow`; NULL: nobody asks */
-} shd_wide_job;
+} shd_sums_job;
 
-typedef struct shd_wide_kernel {
-    void (*sums64)(const shd_wide_job *job); /* all lobes of the material */
-} shd_wide_kernel;
-
-extern const shd_wide_kernel shd_wide_kernel_portable, shd_wide_kernel_avx2, shd_wide_kernel_avx512;
+/* Sums in f32, of points in f32 only, and in f64. Where f64 is faster (shd_isa_fuses), the first is
+ * the second. */
+typedef void shd_sums_function(const shd_sums_job *job);
+shd_sums_function shd_sums32_portable, shd_sums32_avx2, shd_sums32_avx512;
+shd_sums_function shd_sums64_portable, shd_sums64_avx2, shd_sums64_avx512;
 
 /* Computes one light at one vector of floats. The contributions of the set bits of `lanes`, from
  * point `first` on, go to rows[SHD_WIDE_ROWS][vector], and 0 in the other lanes. Rows are the
  * channels of the diffuse sum, then 3 + 3 lobe + channel. */
-typedef void shd_add_wide_function(const shd_wide_job *job, uint32_t index, size_t first,
+typedef void shd_add_wide_function(const shd_sums_job *job, uint32_t index, size_t first,
                                    unsigned lanes, float *rows);
 shd_add_wide_function shd_add_wide_portable, shd_add_wide_avx2, shd_add_wide_avx512;
 
 struct shd_lighting {
     const shd_plan *plan;
-    const shd_sums_kernel *kernel;
-    const shd_wide_kernel *wide_kernel;
+    shd_sums_function *sums32, *sums64;   /* the variants of the plan's instruction set */
     const shd_packed_light *lights;       /* [plan->light_count]; NULL for the exact tier */
     const shd_wide_light *wide, *exact;   /* [plan->light_count]: for narrow points, for others */
     const shd_packed_material *materials; /* [plan->material_count] */
@@ -136,4 +119,4 @@ static inline void shd_mark_edges(uint8_t *edges, size_t first, unsigned lanes) 
 }
 
 /* Computes one light at one point by the f64 reference, to row[SHD_WIDE_ROWS] as above. */
-void shd_add_reference(const shd_wide_job *job, uint32_t index, size_t point, double *row);
+void shd_add_reference(const shd_sums_job *job, uint32_t index, size_t point, double *row);

@@ -5,11 +5,7 @@
 #include "shade/math64_simd.h"
 #include "shade/packed.h"
 
-enum {
-    VW = SHD_W / 2,
-    LOBES_AT_ONCE = SHD_WIDE_LOBES,
-    ROWS = SHD_WIDE_ROWS,
-};
+enum { VW = SHD_W / 2, ROWS = SHD_WIDE_ROWS };
 
 /* Squared distances outside of these have lost bits, or their products would. Such lanes are left
  * to the reference. */
@@ -104,12 +100,6 @@ SHD_INLINE unsigned find_ends(const points *at, const shd_vd path[3], shd_vd fac
     return shd_md_bits(shd_vd_gt_in(near, dot_lanes(at->w, path), shd_vd_set(0)));
 }
 
-/* The lanes `lit` at whose R.V a highlight of a shininess below 1 ends; d is 1 - R.V. */
-SHD_INLINE unsigned find_cliffs(shd_md lit, shd_vd d) {
-    const shd_vd shine = shd_vd_set(1) - d;
-    return shd_md_bits(shd_vd_gt_in(lit, shd_vd_set(SHD_CLIFF), shd_vd_max(shine, -shine)));
-}
-
 /* N.(light - p), or N.L. Lanes in which its sign is not known are added to `edges`, unless that is
  * NULL. */
 SHD_INLINE shd_vd find_facing(const shd_wide_light *light, const points *at, const shd_vd path[3],
@@ -163,7 +153,10 @@ SHD_INLINE unsigned add_light(const shd_wide_light *light, const points *at,
     for (size_t k = 0; k < lobe_count; k++) {
         const double shininess = lobes[k].shininess;
         const double reach = shininess > SHD_EXACT_CUT ? SHD_EXACT_CUT / shininess : 1;
-        if (edges && shd_is_sheer(shininess)) *edges |= find_cliffs(lit, d);
+        if (edges && shd_is_sheer(shininess)) {
+            const shd_vd shine = shd_vd_set(1) - d, size = shd_vd_max(shine, -shine);
+            *edges |= shd_md_bits(shd_vd_gt_in(lit, shd_vd_set(SHD_CLIFF), size));
+        }
         shd_md in = shd_vd_gt_in(lit, shd_vd_set(reach), d);
         if (!shd_md_any(in)) continue;
         if (!has_log) log = shd_log1m64(below_one(d));
@@ -176,7 +169,7 @@ SHD_INLINE unsigned add_light(const shd_wide_light *light, const points *at,
 }
 
 /* Computes one light, by the reference, in lanes that vectors cannot hold. */
-__attribute__((noinline, cold)) static void add_left(const shd_wide_job *job, uint32_t index,
+__attribute__((noinline, cold)) static void add_left(const shd_sums_job *job, uint32_t index,
                                                      size_t first, unsigned left, shd_vd *sums) {
     if (shd_is_cancelled(job->lighting->plan->cancelled)) return;
     for (size_t i = 0; i < VW; i++) {
@@ -232,7 +225,7 @@ __attribute__((noinline, cold)) static void load_last(const shd_points64 *from, 
     load_points(&last, 0, scale, to);
 }
 
-SHD_INLINE void store_sums(const shd_wide_job *job, size_t row, size_t i, shd_vd sum) {
+SHD_INLINE void store_sums(const shd_sums_job *job, size_t row, size_t i, shd_vd sum) {
     const bool is_diffuse = row < 3;
     const size_t at = is_diffuse ? row : row - 3 + 3 * job->first_lobe;
     if (job->narrow) {
@@ -250,7 +243,7 @@ SHD_INLINE void store_sums(const shd_wide_job *job, size_t row, size_t i, shd_vd
         memcpy(rows[at] + i, &sum, left * sizeof(double));
 }
 
-SHD_INLINE void sum_lights(const shd_wide_job *job, int channels, size_t lobe_count) {
+SHD_INLINE void sum_lights(const shd_sums_job *job, int channels, size_t lobe_count) {
     const shd_wide_light *lights = job->narrow ? job->lighting->wide : job->lighting->exact;
     const shd_plan_lobe *lobes = job->material->lobes + job->first_lobe;
     const double scale = job->lighting->plan->scale;
@@ -287,27 +280,17 @@ SHD_INLINE void sum_lights(const shd_wide_job *job, int channels, size_t lobe_co
     }
 }
 
-static void sums64(const shd_wide_job *job) {
-    const size_t lobes = job->material->lobe_count;
+void SHD_VARIANT(shd_sums64)(const shd_sums_job *job) {
     const bool grey = job->lighting->plan->grey_lights;
-    shd_wide_job rest = *job;
-    do {
-        const size_t left = lobes - rest.first_lobe;
-        if (rest.first_lobe && shd_is_cancelled(job->lighting->plan->cancelled)) return;
-        rest.lobe_count = left < LOBES_AT_ONCE ? left : LOBES_AT_ONCE;
-        if (grey && rest.lobe_count == 1)
-            sum_lights(&rest, 1, 1);
-        else if (rest.lobe_count == 1)
-            sum_lights(&rest, 3, 1);
-        else
-            sum_lights(&rest, grey ? 1 : 3, rest.lobe_count);
-        rest.diffuse = NULL;
-        rest.diffuse64 = NULL;
-        rest.first_lobe += LOBES_AT_ONCE;
-    } while (rest.first_lobe < lobes);
+    if (grey && job->lobe_count == 1)
+        sum_lights(job, 1, 1);
+    else if (job->lobe_count == 1)
+        sum_lights(job, 3, 1);
+    else
+        sum_lights(job, grey ? 1 : 3, job->lobe_count);
 }
 
-void SHD_VARIANT(shd_add_wide)(const shd_wide_job *job, uint32_t index, size_t first,
+void SHD_VARIANT(shd_add_wide)(const shd_sums_job *job, uint32_t index, size_t first,
                                unsigned lanes, float *rows) {
     const shd_wide_light *light = &job->lighting->wide[index];
     const shd_plan_lobe *lobes = job->material->lobes + job->first_lobe;
@@ -330,5 +313,3 @@ void SHD_VARIANT(shd_add_wide)(const shd_wide_job *job, uint32_t index, size_t f
         }
     }
 }
-
-const shd_wide_kernel SHD_VARIANT(shd_wide_kernel) = {sums64};

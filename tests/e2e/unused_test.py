@@ -52,7 +52,7 @@ FEATURES = {
     "ambient light": ({**SPHERE, "ambient": 0.2}, ["read_ambient"]),
     "budgets": ({**SPHERE, "accuracy": {"maxError": 0.5}}, ["shd_plan_rank_tiers"]),
     "the exact tier": ({**SPHERE, "accuracy": {"tier": "exact"}},
-                       ["shd_light_sums64", "shd_mix_exact", "sums64"]),
+                       ["shd_light_sums64", "shd_mix_exact", "shd_sums64"]),
     "many lights": ({**SPHERE, "accuracy": {"maxError": 0.5}, "lights": [
         {**LAMP, "position": [i, 3, 4], "intensity": 10 ** -i} for i in range(12)]},
                     ["find_room", "shd_plan_cull"]),
