@@ -8,10 +8,8 @@
 
 #include "base/sample.h"
 
-enum { BLOCK = 256 }; /* codes that are searched for at once */
-enum {
-    INTERVAL = 1 << 16
-}; /* Inputs of one interval. The search starts with the values at its ends. */
+enum { BLOCK = 256 };        /* codes that are searched for at once */
+enum { INTERVAL = 1 << 16 }; /* inputs between two, with whose values the search starts */
 
 /* Positive inputs are ordered as their bits are. The survey takes four inputs an octave, and the
  * largest. */

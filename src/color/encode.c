@@ -3,41 +3,37 @@
 
 #include "color/codes.h"
 
-static uint64_t run_kernel(shd_isa isa, shd_color_task *task) {
+/* Channels are as in shd_color_task. */
+static uint64_t encode(const shd_color_codes *codes, shd_isa isa, const float *const channel[4],
+                       size_t stride, size_t count, const int source[], int samples, size_t width,
+                       size_t pitch, void *out) {
     static const shd_color_kernel *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_color_kernel);
     float finite = FLT_MAX;
     for (int c = 0; c < 3; c++)
-        finite = fminf(finite, fminf(-task->codes->finite_least[c], task->codes->finite_most[c]));
-    task->finite = shd_bits_of(finite);
-    return kernels[isa]->encode(task);
+        finite = fminf(finite, fminf(-codes->finite_least[c], codes->finite_most[c]));
+    const shd_color_task task = {.codes = codes,
+                                 .channel = {channel[0], channel[1], channel[2], channel[3]},
+                                 .stride = stride,
+                                 .count = count,
+                                 .source = source,
+                                 .samples = samples,
+                                 .width = width,
+                                 .pitch = pitch,
+                                 .finite = shd_bits_of(finite),
+                                 .out = out};
+    return kernels[isa]->encode(&task);
 }
 
 uint64_t shd_color_encode_planes(const shd_color_codes *codes, shd_isa isa,
                                  const float *const rgb[3], const float *alpha, size_t count,
                                  const int source[], int samples, size_t width, size_t pitch,
                                  void *out) {
-    shd_color_task task = {.codes = codes,
-                           .channel = {rgb[0], rgb[1], rgb[2], alpha},
-                           .stride = 1,
-                           .count = count,
-                           .source = source,
-                           .samples = samples,
-                           .width = width,
-                           .pitch = pitch,
-                           .out = out};
-    return run_kernel(isa, &task);
+    const float *const channel[4] = {rgb[0], rgb[1], rgb[2], alpha};
+    return encode(codes, isa, channel, 1, count, source, samples, width, pitch, out);
 }
 
 uint64_t shd_color_encode(const shd_color_codes *codes, shd_isa isa, const float *rgba,
                           size_t count, const int source[], int samples, void *out) {
-    shd_color_task task = {.codes = codes,
-                           .channel = {rgba, rgba + 1, rgba + 2, rgba + 3},
-                           .stride = 4,
-                           .count = count,
-                           .source = source,
-                           .samples = samples,
-                           .width = count,
-                           .pitch = count,
-                           .out = out};
-    return run_kernel(isa, &task);
+    const float *const channel[4] = {rgba, rgba + 1, rgba + 2, rgba + 3};
+    return encode(codes, isa, channel, 4, count, source, samples, count, count, out);
 }

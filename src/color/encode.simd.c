@@ -155,19 +155,14 @@ static inline void store_words(const unsigned char *words, size_t wide, size_t b
 /* Words of four samples of `bytes` bytes each: constants turn copies into a few instructions. */
 static inline void store_samples(const void *words, size_t bytes, int samples, size_t count,
                                  const shd_color_task *task, place *at) {
-    switch (samples) {
-    case 1:
+    if (samples == 1)
         store_words(words, 4 * bytes, bytes, count, task, at);
-        break;
-    case 2:
+    else if (samples == 2)
         store_words(words, 4 * bytes, 2 * bytes, count, task, at);
-        break;
-    case 3:
+    else if (samples == 3)
         store_words(words, 4 * bytes, 3 * bytes, count, task, at);
-        break;
-    default:
+    else
         store_words(words, 4 * bytes, 4 * bytes, count, task, at);
-    }
 }
 
 /* ---- Blocks. ---- */
