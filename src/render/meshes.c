@@ -11,7 +11,7 @@ static shd_status keep_mesh(shd_request *request, const shd_mesh *mesh, const sh
                                             request->rendering.arena, &ready, error);
     shd_stored *thing;
     if (status == SHD_OK)
-        status = shd_stored_new(store, digest, shd_ready_mesh_size(&ready), &thing, error);
+        status = shd_stored_new(store, digest, shd_ready_mesh_copy(&ready, NULL), &thing, error);
     if (status != SHD_OK) return status;
     shd_ready_mesh_copy(&ready, shd_stored_bytes(thing));
     status = shd_store_put(store, thing, client, known, error);

@@ -38,7 +38,7 @@ static void *put_in_pile(pile *p, const void *from, size_t count, size_t size) {
     return from ? memcpy(p->block + at, from, bytes) : memset(p->block + at, 0, bytes);
 }
 
-static size_t pile_up(const shd_ready_mesh *ready, void *block) {
+size_t shd_ready_mesh_copy(const shd_ready_mesh *ready, void *block) {
     pile p = {block, 0};
     shd_mesh mesh = *ready->mesh, *mesh_at = put_in_pile(&p, &mesh, 1, sizeof mesh);
     shd_mesh_kept kept = ready->kept, *kept_at = put_in_pile(&p, &kept, 1, sizeof kept);
@@ -58,12 +58,4 @@ static size_t pile_up(const shd_ready_mesh *ready, void *block) {
     *kept_at = kept;
     *mesh_at = mesh;
     return p.used;
-}
-
-size_t shd_ready_mesh_size(const shd_ready_mesh *ready) {
-    return pile_up(ready, NULL);
-}
-
-void shd_ready_mesh_copy(const shd_ready_mesh *ready, void *block) {
-    pile_up(ready, block);
 }

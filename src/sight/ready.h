@@ -18,7 +18,6 @@ shd_status shd_ready_mesh_make(const shd_mesh *mesh, const shd_digest *digest,
                                const atomic_bool *cancelled, shd_arena *arena, shd_ready_mesh *out,
                                shd_error *error);
 
-/* How many bytes all of it takes, and its copy as one block, aligned to 64 bytes, which begins with
- * the mesh. */
-size_t shd_ready_mesh_size(const shd_ready_mesh *ready);
-void shd_ready_mesh_copy(const shd_ready_mesh *ready, void *block);
+/* Copies all of it to one block, aligned to 64 bytes, which begins with the mesh. NULL: only
+ * counts. Returns how many bytes it takes. */
+size_t shd_ready_mesh_copy(const shd_ready_mesh *ready, void *block);

@@ -3,17 +3,17 @@
  * run counterclockwise, seen from outside. */
 #include "sight/mesh.h"
 
-#include <stdint.h>
+#include <assert.h>
 
 typedef struct grid {
     shd_shape shape;
-    int part; /* which of the shape's grids */
+    int part; /* of a box, its side; of others, 0: the side, 1: the lower cap, 2: the upper one */
     double tube;
     int rows, columns;
 } grid;
 
 typedef struct builder {
-    double (*positions)[3], (*normals)[3];
+    shd_vec3 *positions, *normals;
     uint32_t (*indices)[3], *faces;
     size_t vertices, triangles;
     uint32_t face;
@@ -21,16 +21,13 @@ typedef struct builder {
 
 /* A point of a unit square that faces +z, turned to each of the six sides of a box. */
 static void box_point(const grid *g, double a, double b, shd_vec3 *p, shd_vec3 *n) {
-    static const double turn[6][3][3] = {
+    static const shd_vec3 turn[6][3] = {
         {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},  {{-1, 0, 0}, {0, 1, 0}, {0, 0, -1}},
         {{0, 0, -1}, {0, 1, 0}, {1, 0, 0}}, {{0, 0, 1}, {0, 1, 0}, {-1, 0, 0}},
         {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}}, {{1, 0, 0}, {0, 0, 1}, {0, -1, 0}}};
-    const double(*t)[3] = turn[g->part]; /* images of x, y, z */
-    const double x = b - 0.5, y = 0.5 - a;
-    *n = (shd_vec3){t[2][0], t[2][1], t[2][2]};
-    *p = (shd_vec3){x * t[0][0] + y * t[1][0] + 0.5 * t[2][0],
-                    x * t[0][1] + y * t[1][1] + 0.5 * t[2][1],
-                    x * t[0][2] + y * t[1][2] + 0.5 * t[2][2]};
+    const shd_vec3 *t = turn[g->part]; /* images of x, y, z */
+    *n = t[2];
+    *p = shd_madd(shd_madd(shd_scale(t[0], b - 0.5), t[1], 0.5 - a), t[2], 0.5);
 }
 
 /* The point and outward normal at row a and column b of a grid, both in [0,1]. Rows run down,
@@ -38,37 +35,24 @@ static void box_point(const grid *g, double a, double b, shd_vec3 *p, shd_vec3 *
 static void grid_point(const grid *g, double a, double b, shd_vec3 *p, shd_vec3 *n) {
     double angle = 2 * SHD_PI * b;
     shd_vec3 around = {sin(angle), 0, cos(angle)};
-    switch (g->shape) {
-    case SHD_SPHERE:
+    if (g->shape == SHD_BOX) {
+        box_point(g, a, b, p, n);
+    } else if (g->shape == SHD_SPHERE) {
         *n = shd_scale(around, sin(SHD_PI * a));
         n->y = cos(SHD_PI * a);
         *p = *n;
-        return;
-    case SHD_TORUS: {
+    } else if (g->shape == SHD_TORUS) {
         /* Rows run from the top around the tube. If the tube meets itself on the axis, rows begin
          * and end there, because the rest lies inside. */
         double inner = g->tube > 1 ? asin(1 / g->tube) : SHD_PI / 2;
         double start = g->tube > 1 ? -inner : 0, turn = start + (SHD_PI + 2 * inner) * a;
-        shd_vec3 out = shd_scale(around, sin(turn));
-        out.y = cos(turn);
-        *n = out;
-        *p = shd_madd(around, out, g->tube);
-        return;
-    }
-    case SHD_BOX:
-        box_point(g, a, b, p, n);
-        return;
-    default:
-        break;
-    }
-    /* Disc, cylinder or cone. Part 0 is the side (or the disc), 1 the lower cap, 2 the upper one.
-     */
-    bool cap = g->shape == SHD_DISC || g->part > 0;
-    if (cap) {
+        *n = shd_scale(around, sin(turn));
+        n->y = cos(turn);
+        *p = shd_madd(around, *n, g->tube);
+    } else if (g->shape == SHD_DISC || g->part > 0) {
         bool lower = g->part == 1;
-        double y = g->shape == SHD_DISC ? 0 : lower ? -0.5 : 0.5;
         *p = shd_scale(around, lower ? 1 - a : a); /* rows run outward above, inward below */
-        p->y = y;
+        p->y = g->shape == SHD_DISC ? 0 : lower ? -0.5 : 0.5;
         *n = (shd_vec3){0, lower ? -1 : 1, 0};
     } else if (g->shape == SHD_CYLINDER) {
         *p = (shd_vec3){around.x, 0.5 - a, around.z};
@@ -79,12 +63,12 @@ static void grid_point(const grid *g, double a, double b, shd_vec3 *p, shd_vec3 
     }
 }
 
-static bool same_place(const double p[3], const double q[3]) {
-    return fabs(p[0] - q[0]) + fabs(p[1] - q[1]) + fabs(p[2] - q[2]) < 1e-9;
+static bool same_place(shd_vec3 p, shd_vec3 q) {
+    return fabs(p.x - q.x) + fabs(p.y - q.y) + fabs(p.z - q.z) < 1e-9;
 }
 
 static bool add_triangle(builder *b, uint32_t i, uint32_t j, uint32_t k) {
-    const double *p = b->positions[i], *q = b->positions[j], *r = b->positions[k];
+    const shd_vec3 p = b->positions[i], q = b->positions[j], r = b->positions[k];
     if (same_place(p, q) || same_place(q, r) || same_place(r, p)) return false;
     uint32_t *corner = b->indices[b->triangles];
     corner[0] = i;
@@ -98,13 +82,10 @@ static void add_grid(builder *b, const grid *g) {
     uint32_t first = (uint32_t)b->vertices, stride = (uint32_t)g->columns + 1;
     for (int r = 0; r <= g->rows; r++) {
         for (int c = 0; c <= g->columns; c++) {
-            shd_vec3 p, n;
             /* The seam's last column repeats the first one's bits. */
             bool seam = c == g->columns && g->shape != SHD_BOX;
-            grid_point(g, (double)r / g->rows, seam ? 0 : (double)c / g->columns, &p, &n);
-            double *at = b->positions[b->vertices], *normal = b->normals[b->vertices];
-            at[0] = p.x, at[1] = p.y, at[2] = p.z;
-            normal[0] = n.x, normal[1] = n.y, normal[2] = n.z;
+            grid_point(g, (double)r / g->rows, seam ? 0 : (double)c / g->columns,
+                       &b->positions[b->vertices], &b->normals[b->vertices]);
             b->vertices++;
         }
     }
@@ -141,7 +122,8 @@ bool shd_tessellate(shd_shape shape, double tube, int segments, shd_arena *arena
     };
     if (!b.positions || !b.normals || !b.indices || !b.faces) return false;
     for (int i = 0; i < count; i++) add_grid(&b, &(grid){shape, i, tube, rows, columns});
-    *out = (shd_triangles){b.vertices,   b.triangles,  b.positions[0],
-                           b.normals[0], b.indices[0], b.faces};
+    assert(b.vertices == vertices && b.triangles <= 2 * quads);
+    *out = (shd_triangles){b.vertices,    b.triangles,  &b.positions->x,
+                           &b.normals->x, b.indices[0], b.faces};
     return true;
 }

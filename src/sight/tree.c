@@ -4,6 +4,7 @@
 
 #include <assert.h>
 #include <float.h>
+#include <string.h>
 
 enum {
     BINS = 16,
@@ -33,7 +34,6 @@ typedef struct planter {
     const atomic_bool *cancelled;
     shd_mesh_tree *tree;
     part *parts;
-    uint32_t branch_count;
 } planter;
 
 static const box EMPTY = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
@@ -66,9 +66,8 @@ static void measure_mesh(planter *w) {
     for (size_t i = 0; i < 3 * t->vertex_count; i++) most = shd_larger(most, fabs(t->positions[i]));
     int exponent = 0;
     if (most > 0) (void)frexp(most, &exponent);
-    exponent = exponent > 1000 ? 1000 : exponent < -1000 ? -1000 : exponent;
-    w->tree->exponent = exponent;
-    w->tree->scale = ldexp(1, -exponent);
+    w->tree->exponent = exponent > 1000 ? 1000 : exponent < -1000 ? -1000 : exponent;
+    w->tree->scale = ldexp(1, -w->tree->exponent);
 }
 
 /* Lists the triangles with an area. Returns how many there are. */
@@ -104,14 +103,20 @@ static shd_leaf make_leaf(const shd_triangles *t, uint32_t triangle) {
 
 /* ---- Repeated triangles. ---- */
 
-static int compare_parts(const shd_triangles *t, const part *a, const part *b) {
-    const uint32_t i = a->triangle, k = b->triangle;
-    const shd_leaf p = make_leaf(t, i), q = make_leaf(t, k);
+/* Compares the places of triangles' corners. */
+static int compare_places(const shd_triangles *t, const part *a, const part *b) {
+    const shd_leaf p = make_leaf(t, a->triangle), q = make_leaf(t, b->triangle);
     for (int c = 0; c < 3; c++) {
         const int order = compare_corners(t, p.corner[c], q.corner[c]);
         if (order) return order;
     }
-    return i < k ? -1 : i > k;
+    return 0;
+}
+
+/* The same; of equals, the first in the mesh comes first. */
+static int compare_parts(const shd_triangles *t, const part *a, const part *b) {
+    const int order = compare_places(t, a, b);
+    return order ? order : a->triangle < b->triangle ? -1 : a->triangle > b->triangle;
 }
 
 static void swap_parts(part *a, part *b) {
@@ -141,16 +146,10 @@ static void sort_parts(const planter *w, part *parts, uint32_t count) {
 
 /* Keeps the first of equal triangles. Returns how many are left. */
 static uint32_t drop_repeated(const planter *w, part *parts, uint32_t count) {
-    const shd_triangles *t = w->triangles;
     sort_parts(w, parts, count);
     uint32_t kept = 1;
-    for (uint32_t i = 1; i < count && !shd_is_cancelled_at(w->cancelled, i); i++) {
-        const shd_leaf a = make_leaf(t, parts[kept - 1].triangle),
-                       b = make_leaf(t, parts[i].triangle);
-        bool equal = true;
-        for (int c = 0; c < 3; c++) equal = equal && !compare_corners(t, a.corner[c], b.corner[c]);
-        if (!equal) parts[kept++] = parts[i];
-    }
+    for (uint32_t i = 1; i < count && !shd_is_cancelled_at(w->cancelled, i); i++)
+        if (compare_places(w->triangles, &parts[kept - 1], &parts[i])) parts[kept++] = parts[i];
     return kept;
 }
 
@@ -211,13 +210,10 @@ static void choose_cut(const bins *b, uint32_t count, cut *c) {
 static uint32_t part_by(const planter *w, const cut *c, part *parts, uint32_t count) {
     uint32_t left = 0, right = count;
     while (left < right && !shd_is_cancelled_at(w->cancelled, count - right + left)) {
-        if (bin_of(c, &parts[left]) < c->at) {
+        if (bin_of(c, &parts[left]) < c->at)
             left++;
-            continue;
-        }
-        const part moved = parts[--right];
-        parts[right] = parts[left];
-        parts[left] = moved;
+        else
+            swap_parts(&parts[left], &parts[--right]);
     }
     return left;
 }
@@ -260,10 +256,8 @@ static void set_box(const planter *w, const job *j) {
         enclose_box(&all, w->parts[i].low, w->parts[i].high);
     }
     shd_branch *branch = &w->tree->branches[j->branch];
-    for (int c = 0; c < 3; c++) {
-        branch->low[c] = all.low[c];
-        branch->high[c] = all.high[c];
-    }
+    memcpy(branch->low, all.low, sizeof all.low);
+    memcpy(branch->high, all.high, sizeof all.high);
 }
 
 static void put_leaves(const planter *w, const job *j, uint32_t count) {
@@ -280,7 +274,7 @@ static void put_leaves(const planter *w, const job *j, uint32_t count) {
 static bool grow_tree(planter *w, uint32_t count) {
     job waiting[64], now = {0, 0, count, 0};
     int waits = 0;
-    w->branch_count = 1;
+    w->tree->branch_count = 1;
     for (;;) {
         set_box(w, &now);
         uint32_t left = 0, kept = now.count;
@@ -293,12 +287,12 @@ static bool grow_tree(planter *w, uint32_t count) {
             continue;
         }
         shd_branch *branch = &w->tree->branches[now.branch];
-        branch->first = w->branch_count;
+        branch->first = w->tree->branch_count;
         branch->count = 0;
-        job one = {w->branch_count, now.first, left, now.depth + 1},
-            other = {w->branch_count + 1, now.first + left, kept - left, now.depth + 1};
-        w->branch_count += 2;
-        assert(waits < (int)(sizeof waiting / sizeof *waiting));
+        job one = {branch->first, now.first, left, now.depth + 1},
+            other = {branch->first + 1, now.first + left, kept - left, now.depth + 1};
+        w->tree->branch_count += 2;
+        assert(left && left < kept && waits < (int)(sizeof waiting / sizeof *waiting));
         waiting[waits++] = one.count < other.count ? other : one;
         now = one.count < other.count ? one : other;
     }
@@ -316,13 +310,12 @@ shd_status shd_mesh_tree_new(const shd_triangles *triangles, const atomic_bool *
     if (tree) tree->leaves = shd_arena_alloc(arena, count, sizeof *tree->leaves);
     if (!tree || !parts || !tree->branches || !tree->leaves)
         return shd_fail(error, SHD_MEMORY, "", "the limit `memory` is reached by a mesh");
-    planter w = {triangles, cancelled, tree, parts, 0};
+    planter w = {triangles, cancelled, tree, parts};
     measure_mesh(&w);
     const uint32_t with_area = list_parts(&w);
     if (shd_is_cancelled(cancelled) || (with_area && !grow_tree(&w, with_area)))
         return shd_fail(error, SHD_CANCELLED, "", "the render was cancelled");
-    assert(w.branch_count <= count + 1 && tree->leaf_count <= count);
-    tree->branch_count = w.branch_count;
+    assert(tree->branch_count <= count + 1 && tree->leaf_count <= count);
     *out = tree;
     return SHD_OK;
 }
