@@ -1,12 +1,8 @@
 /* Copies the lanes of a stage that hit something. Compiled once an instruction set. */
-#if defined(__AVX512F__)
-#include <immintrin.h>
-#endif
-
 #include <assert.h>
 #include <stddef.h>
 
-#include "sight/rays.h"
+#include "sight/batch.h"
 
 static_assert(offsetof(shd_stage, position32) % 64 == 0 &&
                   offsetof(shd_stage, position) % 64 == 0 &&
@@ -20,7 +16,7 @@ typedef struct hit_lanes {
     uint8_t lane[SHD_RAYS];
 } hit_lanes;
 
-SHD_ALWAYS void find_lanes(const double *restrict object, size_t hits, hit_lanes *restrict out) {
+SHD_INLINE void find_lanes(const double *restrict object, size_t hits, hit_lanes *restrict out) {
     out->count = hits;
     out->mask = 0;
     if (hits == SHD_RAYS) return;
@@ -40,7 +36,7 @@ SHD_ALWAYS void find_lanes(const double *restrict object, size_t hits, hit_lanes
 }
 
 /* Appends an array's elements of the lanes that hit. */
-SHD_ALWAYS void append_lanes(void *to, const void *from, size_t size, size_t at,
+SHD_INLINE void append_lanes(void *to, const void *from, size_t size, size_t at,
                              const hit_lanes *lanes) {
     if (lanes->count == SHD_RAYS) {
         memcpy((char *)to + at * size, from, SHD_RAYS * size);
@@ -52,27 +48,20 @@ SHD_ALWAYS void append_lanes(void *to, const void *from, size_t size, size_t at,
     const int step = 64 / (int)size;
     for (int i = 0; i < SHD_RAYS; i += step) {
         const __m512i some = _mm512_load_si512(in + (size_t)i * size);
-        if (size == sizeof(uint32_t)) {
-            const __mmask16 mask = (__mmask16)(lanes->mask >> i);
-            const int count = __builtin_popcount(mask);
-            _mm512_mask_storeu_epi32(out, (__mmask16)((1u << count) - 1),
-                                     _mm512_maskz_compress_epi32(mask, some));
-            out += (size_t)count * size;
-        } else {
-            const __mmask8 mask = (__mmask8)(lanes->mask >> i);
-            const int count = __builtin_popcount(mask);
-            _mm512_mask_storeu_epi64(out, (__mmask8)((1u << count) - 1),
-                                     _mm512_maskz_compress_epi64(mask, some));
-            out += (size_t)count * size;
-        }
+        const unsigned mask = (unsigned)(lanes->mask >> i) & ((1u << step) - 1);
+        const int count = __builtin_popcount(mask);
+        const unsigned first = (1u << count) - 1;
+        if (size == sizeof(uint32_t))
+            _mm512_mask_storeu_epi32(out, (__mmask16)first,
+                                     _mm512_maskz_compress_epi32((__mmask16)mask, some));
+        else
+            _mm512_mask_storeu_epi64(out, (__mmask8)first,
+                                     _mm512_maskz_compress_epi64((__mmask8)mask, some));
+        out += (size_t)count * size;
     }
 #else
-    if (size == sizeof(uint32_t))
-        for (size_t k = 0; k < lanes->count; k++)
-            memcpy(out + 4 * k, in + 4 * (size_t)lanes->lane[k], 4);
-    else
-        for (size_t k = 0; k < lanes->count; k++)
-            memcpy(out + 8 * k, in + 8 * (size_t)lanes->lane[k], 8);
+    for (size_t k = 0; k < lanes->count; k++)
+        memcpy(out + size * k, in + size * lanes->lane[k], size);
 #endif
 }
 
@@ -87,27 +76,27 @@ void SHD_VARIANT(shd_append_hits)(const shd_stage *s, size_t hits, size_t first,
         object[i] = (int32_t)s->object[i];
     }
     find_lanes(s->object, hits, &lanes);
-    append_lanes(out->shot, shot, sizeof *shot, at, &lanes);
-    append_lanes(out->object, object, sizeof *object, at, &lanes);
+#define APPEND(to, from) append_lanes(to, from, sizeof *(from), at, &lanes)
+    APPEND(out->shot, shot);
+    APPEND(out->object, object);
     for (int c = 0; c < 3; c++) {
         if (out->position32[c]) {
-            append_lanes(out->position32[c], s->position32[c], sizeof(float), at, &lanes);
-            append_lanes(out->normal32[c], s->normal32[c], sizeof(float), at, &lanes);
-            append_lanes(out->mirror32[c], s->mirror32[c], sizeof(float), at, &lanes);
+            APPEND(out->position32[c], s->position32[c]);
+            APPEND(out->normal32[c], s->normal32[c]);
+            APPEND(out->mirror32[c], s->mirror32[c]);
         } else {
-            append_lanes(out->position[c], s->position[c], sizeof(double), at, &lanes);
-            append_lanes(out->normal[c], s->normal[c], sizeof(double), at, &lanes);
-            append_lanes(out->view[c], s->view[c], sizeof(double), at, &lanes);
+            APPEND(out->position[c], s->position[c]);
+            APPEND(out->normal[c], s->normal[c]);
+            APPEND(out->view[c], s->view[c]);
         }
-        if (out->low32[c]) append_lanes(out->low32[c], s->low32[c], sizeof(float), at, &lanes);
-        if (out->world32[c])
-            append_lanes(out->world32[c], s->world32[c], sizeof(float), at, &lanes);
+        if (out->low32[c]) APPEND(out->low32[c], s->low32[c]);
+        if (out->world32[c]) APPEND(out->world32[c], s->world32[c]);
     }
-    if (out->depth) append_lanes(out->depth, s->depth, sizeof(double), at, &lanes);
+    if (out->depth) APPEND(out->depth, s->depth);
     if (out->triangle) {
-        append_lanes(out->triangle, s->triangle, sizeof(uint32_t), at, &lanes);
-        append_lanes(out->u, s->u, sizeof(double), at, &lanes);
-        append_lanes(out->v, s->v, sizeof(double), at, &lanes);
+        APPEND(out->triangle, s->triangle);
+        APPEND(out->u, s->u);
+        APPEND(out->v, s->v);
     }
     out->count = at + hits;
 }

@@ -1,31 +1,30 @@
 /* Balls: spheres that stay spheres, in units of their radius. Compiled once an instruction set. */
-#include "sight/rays.h"
+#include "sight/batch.h"
 
-/* Where a ray u meets a ball: at the point (x, y, z). */
+/* Where a ray meets a ball. */
 typedef struct ball_hit {
     double t;    /* in radii; infinity: missed */
     double side; /* minus or plus half the chord: from the foot, where the ray is nearest */
-    double x, y, z;
+    shd_vec3 at;
 } ball_hit;
 
 /* The discriminant is made from the distance of the line to the center, so that nothing cancels
  * (Haines et al., "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems, chapter
  * 7). From far away, a second step takes out the foot's rounding errors along the ray. */
-SHD_ALWAYS ball_hit meet_ball(shd_vec3 o, shd_vec3 u, bool far) {
-    double along = o.x * u.x + o.y * u.y + o.z * u.z;
-    double x = o.x - along * u.x, y = o.y - along * u.y, z = o.z - along * u.z;
+SHD_INLINE ball_hit meet_ball(shd_vec3 origin, shd_vec3 ray, bool far) {
+    double along = shd_dot(origin, ray);
+    shd_vec3 foot = shd_sub(origin, shd_scale(ray, along));
     if (far) {
-        double more = x * u.x + y * u.y + z * u.z;
-        x -= more * u.x, y -= more * u.y, z -= more * u.z;
+        double more = shd_dot(foot, ray);
+        foot = shd_sub(foot, shd_scale(ray, more));
         along += more;
     }
-    double inside = 1 - (x * x + y * y + z * z);
+    double inside = 1 - shd_dot(foot, foot);
     double half = sqrt(inside);
     double side = -along - half > SHD_BLIND ? -half : half;
     double t = side - along;
     t = t > SHD_BLIND ? t : INFINITY;
-    return (ball_hit){inside >= 0 ? t : INFINITY, side, x + side * u.x, y + side * u.y,
-                      z + side * u.z};
+    return (ball_hit){inside >= 0 ? t : INFINITY, side, shd_madd(foot, ray, side)};
 }
 
 /* What all lanes share. */
@@ -41,13 +40,6 @@ static inline ball ball_of(const shd_item *it) {
                   1 / it->size, it->to_frame.linear[0][0], it->front_only ? 1 : -1};
 }
 
-SHD_ALWAYS shd_vec3 start_from_ball(const ball *own, shd_vec3 start) {
-    return (shd_vec3){own->eye.x + start.x * own->inverse, own->eye.y + start.y * own->inverse,
-                      own->eye.z + start.z * own->inverse};
-}
-
-/* ---- Rays of a batch. ---- */
-
 /* Calls a function that is compiled for each kind of camera and distance. */
 #define CALL_FOR(b, function, ...)                                                                 \
     if ((b)->orthographic)                                                                         \
@@ -57,19 +49,14 @@ SHD_ALWAYS shd_vec3 start_from_ball(const ball *own, shd_vec3 start) {
     else                                                                                           \
         function(__VA_ARGS__, false, false)
 
-SHD_ALWAYS shd_vec3 direction_of(const shd_batch *b, int i) {
-    return (shd_vec3){b->direction[0][i], b->direction[1][i], b->direction[2][i]};
-}
-
-SHD_ALWAYS ball_hit meet_lane(const ball *own, const shd_batch *b, int i, bool orthographic,
+SHD_INLINE ball_hit meet_lane(const ball *own, const shd_batch *b, int i, bool orthographic,
                               bool far) {
     shd_vec3 origin = own->eye;
-    if (orthographic)
-        origin = start_from_ball(own, (shd_vec3){b->start[0][i], b->start[1][i], b->start[2][i]});
-    return meet_ball(origin, direction_of(b, i), far);
+    if (orthographic) origin = shd_madd(origin, shd_lane(b->start, i), own->inverse);
+    return meet_ball(origin, shd_lane(b->direction, i), far);
 }
 
-SHD_ALWAYS void find_ball(const shd_item *it, const shd_batch *restrict b, double *restrict t,
+SHD_INLINE void find_ball(const shd_item *it, const shd_batch *restrict b, double *restrict t,
                           bool orthographic, bool far) {
     const ball own = ball_of(it);
     SHD_EACH_LANE(i) t[i] = meet_lane(&own, b, i, orthographic, far).t * own.size;
@@ -79,14 +66,13 @@ void SHD_VARIANT(shd_find_ball)(const shd_item *it, const shd_batch *b, double *
     CALL_FOR(b, find_ball, it, b, t);
 }
 
-SHD_ALWAYS void place_ball(const shd_item *it, const shd_batch *restrict b,
+SHD_INLINE void place_ball(const shd_item *it, const shd_batch *restrict b,
                            shd_surfaces *restrict out, bool orthographic, bool far) {
     const ball own = ball_of(it);
     SHD_EACH_LANE(i) {
         const ball_hit hit = meet_lane(&own, b, i, orthographic, far);
-        out->point[0][i] = out->normal[0][i] = hit.x;
-        out->point[1][i] = out->normal[1][i] = hit.y;
-        out->point[2][i] = out->normal[2][i] = hit.z;
+        shd_set_lane(out->point, i, hit.at);
+        shd_set_lane(out->normal, i, hit.at);
     }
 }
 
@@ -94,30 +80,18 @@ void SHD_VARIANT(shd_place_ball)(const shd_item *it, const shd_batch *b, shd_sur
     CALL_FOR(b, place_ball, it, b, out);
 }
 
-/* ---- All at once, for tiers in f32 that want no more. ---- */
-
-SHD_ALWAYS void show_lane(const ball *own, shd_vec3 u, ball_hit hit, int i,
-                          shd_stage *restrict out) {
-    double sign = hit.side < 0 ? 1 : own->turned, twice = -2 * hit.side;
-    out->position32[0][i] = (float)(own->scale * hit.x + own->center.x);
-    out->position32[1][i] = (float)(own->scale * hit.y + own->center.y);
-    out->position32[2][i] = (float)(own->scale * hit.z + own->center.z);
-    out->normal32[0][i] = (float)(sign * hit.x);
-    out->normal32[1][i] = (float)(sign * hit.y);
-    out->normal32[2][i] = (float)(sign * hit.z);
-    /* N.V is half the chord, because V is -u and the foot is at right angles to u. */
-    out->mirror32[0][i] = (float)(twice * hit.x + u.x);
-    out->mirror32[1][i] = (float)(twice * hit.y + u.y);
-    out->mirror32[2][i] = (float)(twice * hit.z + u.z);
-}
-
-SHD_ALWAYS void show_ball(const shd_item *it, const shd_batch *restrict b, double *restrict t,
+/* All at once, for tiers in f32 that want no more. */
+SHD_INLINE void show_ball(const shd_item *it, const shd_batch *restrict b, double *restrict t,
                           shd_stage *restrict out, bool orthographic, bool far) {
     const ball own = ball_of(it);
     SHD_EACH_LANE(i) {
         const ball_hit hit = meet_lane(&own, b, i, orthographic, far);
         t[i] = hit.t * own.size;
-        show_lane(&own, direction_of(b, i), hit, i, out);
+        shd_set_lane32(out->position32, i, shd_madd(own.center, hit.at, own.scale));
+        shd_set_lane32(out->normal32, i, shd_scale(hit.at, hit.side < 0 ? 1 : own.turned));
+        /* N.V is half the chord, because V is minus the ray, at right angles to the foot. */
+        shd_set_lane32(out->mirror32, i,
+                       shd_madd(shd_lane(b->direction, i), hit.at, -2 * hit.side));
     }
 }
 

@@ -4,26 +4,26 @@
  * anywhere. Variants of the kernels (base/cpu.h) give the same bits. */
 #pragma once
 
-#include <string.h>
-
 #include "base/bits.h"
 #include "base/cpu.h"
+#include "base/simd.h"
 #include "sight/item.h"
 
 enum { SHD_RAYS = 64 }; /* lanes of a batch; arrays of them are never shorter */
 
 /* A batch's arrays fill whole cache lines: the widest vectors are one. */
-#define SHD_ALIGNED _Alignas(64)
+#define SHD_ALIGNED      _Alignas(64)
+#define SHD_EACH_LANE(i) for (int i = 0; i < SHD_RAYS; i++)
 
 /* A batch in a shape's frame. A ray meets a shape of finite size from where it is closest to the
  * center, so that coordinates are of the shape's own size. */
 typedef struct shd_work {
-    SHD_ALIGNED double ox[SHD_RAYS], oy[SHD_RAYS], oz[SHD_RAYS]; /* the moved origin */
-    double dx[SHD_RAYS], dy[SHD_RAYS], dz[SHD_RAYS];             /* they need not be unit */
-    double near[SHD_RAYS];                                       /* only t > near counts */
-    double shift[SHD_RAYS]; /* how far the origin was moved along the ray */
-    double t[SHD_RAYS];     /* from the moved origin; infinity: missed */
-    double face[SHD_RAYS];  /* which of the shape's faces */
+    SHD_ALIGNED double origin[3][SHD_RAYS]; /* moved */
+    double direction[3][SHD_RAYS];          /* they need not be unit */
+    double near[SHD_RAYS];                  /* only t > near counts */
+    double shift[SHD_RAYS];                 /* how far the origin was moved along the ray */
+    double t[SHD_RAYS];                     /* from the moved origin; infinity: missed */
+    double face[SHD_RAYS];                  /* which of the shape's faces */
 } shd_work;
 
 /* Points and outward unit normals in a shape's frame. */
@@ -52,27 +52,6 @@ typedef struct shd_stage {
     double u[SHD_RAYS], v[SHD_RAYS];
 } shd_stage;
 
-/* What is wanted of a stage. */
-typedef struct shd_wants {
-    bool fast;  /* position32, normal32, mirror32; else position, normal, view */
-    bool low;   /* low32 */
-    bool world; /* world32 */
-    bool depth;
-} shd_wants;
-
-/* Whether it is a ball of which a tier in f32 wants no more than it lights. */
-static inline bool shd_is_quick(const shd_item *it, shd_wants wants) {
-    return it->ball && wants.fast && !wants.low && !wants.world;
-}
-
-typedef struct shd_cast_kernel {
-    /* Casts shots [first, first + SHD_RAYS) or as many as there are. Returns the hits. */
-    size_t (*cast)(const shd_sight *sight, const uint32_t *candidates, size_t candidate_count,
-                   const shd_shots *shots, size_t first, shd_wants wants, shd_stage *out);
-    /* Appends the hits of a stage, whose first lane is shot `first`. */
-    void (*append)(const shd_stage *stage, size_t hits, size_t first, shd_hits *out);
-} shd_cast_kernel;
-
 /* Where rays meet a mesh. */
 typedef struct shd_mesh_hits {
     SHD_ALIGNED double t[SHD_RAYS]; /* infinity: missed, and the rest is not set */
@@ -80,41 +59,54 @@ typedef struct shd_mesh_hits {
     double u[SHD_RAYS], v[SHD_RAYS]; /* the weights of its second and third corner */
 } shd_mesh_hits;
 
-extern const shd_cast_kernel shd_cast_kernel_portable, shd_cast_kernel_avx2, shd_cast_kernel_avx512;
+/* The functions of a variant. "Find" tells where rays meet a shape other than a mesh: t,
+ * and what "place" needs, which tells the surface there. */
+void SHD_VARIANT(shd_find_surfaces)(shd_shape shape, double tube, shd_work *work);
+void SHD_VARIANT(shd_place_surfaces)(shd_shape shape, double tube, const shd_work *work,
+                                     shd_surfaces *out);
+void SHD_VARIANT(shd_find_torus)(double tube, shd_work *work);
+void SHD_VARIANT(shd_place_torus)(double tube, const shd_work *work, shd_surfaces *out);
+/* The nearest triangles at t up to about `limit`; the surface, where `hits` are the object's. */
+bool SHD_VARIANT(shd_find_mesh)(const shd_lens *lens, const shd_item *it, const shd_batch *b,
+                                double limit, shd_mesh_hits *out);
+void SHD_VARIANT(shd_place_mesh)(const shd_item *it, double object, const shd_stage *hits,
+                                 shd_surfaces *out);
+/* t of balls; their surfaces; both, with what tiers in f32 want. */
+void SHD_VARIANT(shd_find_ball)(const shd_item *it, const shd_batch *b, double *t);
+void SHD_VARIANT(shd_place_ball)(const shd_item *it, const shd_batch *b, shd_surfaces *out);
+void SHD_VARIANT(shd_show_ball)(const shd_item *it, const shd_batch *b, double *t, shd_stage *out);
+/* Appends the hits of a stage, whose first lane is shot `first`. */
+void SHD_VARIANT(shd_append_hits)(const shd_stage *stage, size_t hits, size_t first, shd_hits *out);
 
-/* The functions of a kernel. "Find" tells where rays meet a shape other than a mesh: t, and what
- * "place" needs, which tells the surface there. */
-#define SHD_CAST_KERNEL_PARTS(isa)                                                                 \
-    void shd_find_surfaces_##isa(shd_shape shape, double tube, shd_work *work);                    \
-    void shd_place_surfaces_##isa(shd_shape shape, double tube, const shd_work *work,              \
-                                  shd_surfaces *out);                                              \
-    void shd_find_torus_##isa(double tube, shd_work *work);                                        \
-    void shd_place_torus_##isa(double tube, const shd_work *work, shd_surfaces *out);              \
-    /* The nearest triangles at t up to about `limit`; the surface, where `hits` are the object's. \
-     */                                                                                            \
-    bool shd_find_mesh_##isa(const shd_lens *lens, const shd_item *it, const shd_batch *b,         \
-                             double limit, shd_mesh_hits *out);                                    \
-    void shd_place_mesh_##isa(const shd_item *it, double object, const shd_stage *hits,            \
-                              shd_surfaces *out);                                                  \
-    /* t of balls; their surfaces; both, with what tiers in f32 want. Then as shd_cast_kernel. */  \
-    void shd_find_ball_##isa(const shd_item *it, const shd_batch *b, double *t);                   \
-    void shd_place_ball_##isa(const shd_item *it, const shd_batch *b, shd_surfaces *out);          \
-    void shd_show_ball_##isa(const shd_item *it, const shd_batch *b, double *t, shd_stage *out);   \
-    void shd_append_hits_##isa(const shd_stage *stage, size_t hits, size_t first, shd_hits *out);
-SHD_CAST_KERNEL_PARTS(portable)
-SHD_CAST_KERNEL_PARTS(avx2)
-SHD_CAST_KERNEL_PARTS(avx512)
+/* Lane i's vector. */
+SHD_INLINE shd_vec3 shd_lane(const double v[3][SHD_RAYS], int i) {
+    return (shd_vec3){v[0][i], v[1][i], v[2][i]};
+}
+
+SHD_INLINE void shd_set_lane(double v[3][SHD_RAYS], int i, shd_vec3 to) {
+    v[0][i] = to.x;
+    v[1][i] = to.y;
+    v[2][i] = to.z;
+}
+
+SHD_INLINE void shd_set_lane32(float v[3][SHD_RAYS], int i, shd_vec3 to) {
+    v[0][i] = (float)to.x;
+    v[1][i] = (float)to.y;
+    v[2][i] = (float)to.z;
+}
+
+/* Where lane i's ray is at t. */
+SHD_INLINE shd_vec3 shd_lane_at(const shd_work *w, int i, double t) {
+    return shd_madd(shd_lane(w->origin, i), shd_lane(w->direction, i), t);
+}
 
 /* Moves lane i's ray, of which origin, direction and near are set, to where it is closest to the
  * frame's origin. */
-static inline void shd_approach(shd_work *w, int i) {
-    double ox = w->ox[i], oy = w->oy[i], oz = w->oz[i];
-    double dx = w->dx[i], dy = w->dy[i], dz = w->dz[i];
-    double shift = -(ox * dx + oy * dy + oz * dz) / (dx * dx + dy * dy + dz * dz);
-    w->ox[i] = ox + dx * shift;
-    w->oy[i] = oy + dy * shift;
-    w->oz[i] = oz + dz * shift;
-    w->near[i] = w->near[i] - shift;
+SHD_INLINE void shd_approach(shd_work *w, int i) {
+    const shd_vec3 o = shd_lane(w->origin, i), d = shd_lane(w->direction, i);
+    const double shift = -shd_dot(o, d) / shd_dot(d, d);
+    shd_set_lane(w->origin, i, shd_madd(o, d, shift));
+    w->near[i] -= shift;
     w->shift[i] = shift;
 }
 

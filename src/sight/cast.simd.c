@@ -5,9 +5,70 @@
  * tells its surface, from the same formulas. */
 #include <float.h>
 
-#include "base/simd.h"
-#include "sight/rays.h"
+#include "sight/batch.h"
 #include "sight/tie.h"
+
+/* What is wanted of a stage. */
+typedef struct wants {
+    bool fast;  /* position32, normal32, mirror32; else position, normal, view */
+    bool low;   /* low32 */
+    bool world; /* world32 */
+    bool depth;
+} wants;
+
+/* Whether it is a ball of which a tier in f32 wants no more than it lights. */
+static bool is_quick(const shd_item *it, wants want) {
+    return it->ball && want.fast && !want.low && !want.world;
+}
+
+/* ---- Camera rays. ---- */
+
+/* Finds where shots go through the picture, in pixels. Lanes beyond the last shot repeat it. */
+static void read_shots(const shd_sight *sight, const shd_shots *shots, size_t first, int used,
+                       double *restrict px, double *restrict py) {
+    const int32_t *x = shots->x + first, *y = shots->y + first;
+    const uint8_t *sample = shots->sample + first;
+    if (used == SHD_RAYS) {
+        int other = 0;
+        SHD_EACH_LANE(i) other |= sample[i] ^ sample[0];
+        if (!other) {
+            const double dx = sight->offset_x[sample[0]], dy = sight->offset_y[sample[0]];
+            SHD_EACH_LANE(i) {
+                px[i] = x[i] + dx;
+                py[i] = y[i] + dy;
+            }
+            return;
+        }
+    }
+    SHD_EACH_LANE(i) {
+        const int from = i < used ? i : used - 1;
+        px[i] = x[from] + sight->offset_x[sample[from]];
+        py[i] = y[from] + sight->offset_y[sample[from]];
+    }
+}
+
+/* Where a point of the picture, in pixels, is on the image plane. */
+SHD_INLINE shd_vec3 aside_of(const shd_lens *lens, const shd_camera *camera, double x, double y) {
+    const double p = (x - lens->middle_x) * lens->step_x, q = (lens->middle_y - y) * lens->step_y;
+    return shd_madd(shd_scale(camera->right, p), camera->up, q);
+}
+
+/* Makes a batch's rays from its x and y. */
+static void make_rays(const shd_sight *sight, shd_batch *restrict b) {
+    const shd_lens lens = sight->lens;
+    const shd_camera camera = *lens.camera;
+    b->orthographic = camera.projection == SHD_ORTHOGRAPHIC;
+    SHD_EACH_LANE(i) {
+        const shd_vec3 aside = aside_of(&lens, &camera, b->x[i], b->y[i]);
+        if (camera.projection == SHD_ORTHOGRAPHIC) {
+            shd_set_lane(b->start, i, aside);
+            shd_set_lane(b->direction, i, shd_scale(camera.back, -1));
+        } else {
+            const shd_vec3 way = shd_sub(aside, camera.back);
+            shd_set_lane(b->direction, i, shd_scale(way, shd_inverse_root(shd_dot(way, way))));
+        }
+    }
+}
 
 /* ---- Other shapes, in their frames. ---- */
 
@@ -16,30 +77,16 @@ static void carry_rays(const shd_item *it, const shd_batch *restrict b, shd_work
     const shd_affine m = it->from_world;
     const shd_vec3 eye = it->eye, forward = it->forward;
     const double blind = it->blind;
-    if (b->orthographic) {
-        SHD_EACH_LANE(i) {
-            double x = b->start[0][i], y = b->start[1][i], z = b->start[2][i];
-            w->ox[i] = m.linear[0][0] * x + m.linear[0][1] * y + m.linear[0][2] * z + eye.x;
-            w->oy[i] = m.linear[1][0] * x + m.linear[1][1] * y + m.linear[1][2] * z + eye.y;
-            w->oz[i] = m.linear[2][0] * x + m.linear[2][1] * y + m.linear[2][2] * z + eye.z;
-            w->dx[i] = forward.x;
-            w->dy[i] = forward.y;
-            w->dz[i] = forward.z;
-            w->near[i] = blind;
-            w->shift[i] = 0;
+    SHD_EACH_LANE(i) {
+        if (b->orthographic) {
+            shd_set_lane(w->origin, i, shd_add(shd_linear(&m, shd_lane(b->start, i)), eye));
+            shd_set_lane(w->direction, i, forward);
+        } else {
+            shd_set_lane(w->origin, i, eye);
+            shd_set_lane(w->direction, i, shd_linear(&m, shd_lane(b->direction, i)));
         }
-    } else {
-        SHD_EACH_LANE(i) {
-            double x = b->direction[0][i], y = b->direction[1][i], z = b->direction[2][i];
-            w->dx[i] = m.linear[0][0] * x + m.linear[0][1] * y + m.linear[0][2] * z;
-            w->dy[i] = m.linear[1][0] * x + m.linear[1][1] * y + m.linear[1][2] * z;
-            w->dz[i] = m.linear[2][0] * x + m.linear[2][1] * y + m.linear[2][2] * z;
-            w->ox[i] = eye.x;
-            w->oy[i] = eye.y;
-            w->oz[i] = eye.z;
-            w->near[i] = blind;
-            w->shift[i] = 0;
-        }
+        w->near[i] = blind;
+        w->shift[i] = 0;
     }
     if (it->shape != SHD_PLANE) SHD_EACH_LANE(i) shd_approach(w, i);
 }
@@ -64,54 +111,29 @@ static void turn_normals(const shd_item *it, const shd_batch *restrict b,
     const double turned = it->front_only || it->smooth ? 1 : -1;
     if (it->similar && it->shape != SHD_MESH) {
         SHD_EACH_LANE(i) {
-            double x = n[0][i], y = n[1][i], z = n[2][i];
-            double wx = k.linear[0][0] * x + k.linear[0][1] * y + k.linear[0][2] * z;
-            double wy = k.linear[1][0] * x + k.linear[1][1] * y + k.linear[1][2] * z;
-            double wz = k.linear[2][0] * x + k.linear[2][1] * y + k.linear[2][2] * z;
-            double away =
-                wx * b->direction[0][i] + wy * b->direction[1][i] + wz * b->direction[2][i];
-            double sign = away > 0 ? turned : 1;
-            n[0][i] = wx * sign;
-            n[1][i] = wy * sign;
-            n[2][i] = wz * sign;
+            const shd_vec3 turn = shd_linear(&k, shd_lane(n, i));
+            const double away = shd_dot(turn, shd_lane(b->direction, i));
+            shd_set_lane(n, i, shd_scale(turn, away > 0 ? turned : 1));
         }
         return;
     }
     SHD_EACH_LANE(i) {
-        double x = n[0][i], y = n[1][i], z = n[2][i];
-        double ux = b->direction[0][i], uy = b->direction[1][i], uz = b->direction[2][i];
-        double wx = k.linear[0][0] * x + k.linear[0][1] * y + k.linear[0][2] * z;
-        double wy = k.linear[1][0] * x + k.linear[1][1] * y + k.linear[1][2] * z;
-        double wz = k.linear[2][0] * x + k.linear[2][1] * y + k.linear[2][2] * z;
+        const shd_vec3 ray = shd_lane(b->direction, i), turn = shd_linear(&k, shd_lane(n, i));
         /* They are scaled by the largest component first, for thin objects have tiny normals. */
-        double ax = fabs(wx), ay = fabs(wy), az = fabs(wz);
-        double most = ax > ay ? ax : ay;
-        most = most > az ? most : az;
-        double inverse = 1 / most;
-        wx *= inverse;
-        wy *= inverse;
-        wz *= inverse;
-        double square = wx * wx + wy * wy + wz * wz, scale = shd_inverse_root(square);
+        shd_vec3 unit = shd_scale(turn, 1 / shd_max_abs(turn));
+        const double square = shd_dot(unit, unit), scale = shd_inverse_root(square);
         /* A sliver without a normal (0/0) is shaded as if it faced the viewer. */
-        wx = square > 0 ? wx * scale : -ux;
-        wy = square > 0 ? wy * scale : -uy;
-        wz = square > 0 ? wz * scale : -uz;
-        double sign = wx * ux + wy * uy + wz * uz > 0 ? turned : 1;
-        n[0][i] = wx * sign;
-        n[1][i] = wy * sign;
-        n[2][i] = wz * sign;
+        unit.x = square > 0 ? unit.x * scale : -ray.x;
+        unit.y = square > 0 ? unit.y * scale : -ray.y;
+        unit.z = square > 0 ? unit.z * scale : -ray.z;
+        shd_set_lane(n, i, shd_scale(unit, shd_dot(unit, ray) > 0 ? turned : 1));
     }
 }
 
 static void move_points(const shd_affine *m, const double p[restrict 3][SHD_RAYS],
                         double out[restrict 3][SHD_RAYS]) {
     const shd_affine a = *m;
-    SHD_EACH_LANE(i) {
-        double x = p[0][i], y = p[1][i], z = p[2][i];
-        out[0][i] = a.linear[0][0] * x + a.linear[0][1] * y + a.linear[0][2] * z + a.origin.x;
-        out[1][i] = a.linear[1][0] * x + a.linear[1][1] * y + a.linear[1][2] * z + a.origin.y;
-        out[2][i] = a.linear[2][0] * x + a.linear[2][1] * y + a.linear[2][2] * z + a.origin.z;
-    }
+    SHD_EACH_LANE(i) shd_set_lane(out, i, shd_transform(&a, shd_lane(p, i)));
 }
 
 /* Far out on a plane, values beyond f32's range become its end. */
@@ -137,32 +159,26 @@ static void narrow_directions(const shd_batch *restrict b, const double n[restri
                               float normal[restrict 3][SHD_RAYS],
                               float mirror[restrict 3][SHD_RAYS]) {
     SHD_EACH_LANE(i) {
-        double x = n[0][i], y = n[1][i], z = n[2][i];
-        double ux = b->direction[0][i], uy = b->direction[1][i], uz = b->direction[2][i];
-        double twice = -2 * (x * ux + y * uy + z * uz); /* 2 N.V */
-        normal[0][i] = (float)x;
-        normal[1][i] = (float)y;
-        normal[2][i] = (float)z;
-        mirror[0][i] = (float)(twice * x + ux);
-        mirror[1][i] = (float)(twice * y + uy);
-        mirror[2][i] = (float)(twice * z + uz);
+        const shd_vec3 unit = shd_lane(n, i), ray = shd_lane(b->direction, i);
+        shd_set_lane32(normal, i, unit);
+        shd_set_lane32(mirror, i, shd_madd(ray, unit, -2 * shd_dot(unit, ray)));
     }
 }
 
 /* Makes what is seen of an object, in every lane, of its points and outward normals, which are used
  * up. */
-static void show_surfaces(const shd_item *it, const shd_batch *b, shd_wants wants, shd_surfaces *s,
+static void show_surfaces(const shd_item *it, const shd_batch *b, wants want, shd_surfaces *s,
                           shd_stage *out) {
     turn_normals(it, b, s->normal);
-    if (wants.world) {
+    if (want.world) {
         SHD_ALIGNED double world[3][SHD_RAYS];
         move_points(&it->to_world, s->point, world);
         for (int c = 0; c < 3; c++) narrow_to_f32(world[c], out->world32[c]);
     }
-    if (wants.fast) {
+    if (want.fast) {
         move_points(&it->to_frame, s->point, out->position);
         for (int c = 0; c < 3; c++) {
-            if (wants.low)
+            if (want.low)
                 split_to_f32(out->position[c], out->position32[c], out->low32[c]);
             else
                 narrow_to_f32(out->position[c], out->position32[c]);
@@ -174,48 +190,50 @@ static void show_surfaces(const shd_item *it, const shd_batch *b, shd_wants want
     memcpy(out->normal, s->normal, sizeof out->normal);
 }
 
+/* Places what is met of an item that is no mesh. Unless it is `made`, its `work` is made again. */
+static void place_shape(const shd_item *it, shd_batch *b, shd_work *work, bool made) {
+    SHD_ALIGNED double t[SHD_RAYS];
+    if (it->ball) {
+        SHD_VARIANT(shd_place_ball)(it, b, &b->surfaces);
+        return;
+    }
+    if (!made) find_shape(it, b, work, t);
+    SHD_VARIANT(shd_place_surfaces)(it->shape, it->tube, work, &b->surfaces);
+}
+
 /* Shows object `object`. Unless it is `made`, its `work` is made again. */
 static void show_object(const shd_sight *sight, int object, shd_batch *b, shd_work *work, bool made,
-                        shd_wants wants, const shd_stage *hits, shd_stage *out) {
+                        wants want, const shd_stage *hits, shd_stage *out) {
     const shd_item *it = &sight->items[object];
     SHD_ALIGNED double t[SHD_RAYS];
-    if (shd_is_quick(it, wants)) {
+    if (is_quick(it, want)) {
         SHD_VARIANT(shd_show_ball)(it, b, t, out);
         return;
     }
-    if (it->ball) {
-        SHD_VARIANT(shd_place_ball)(it, b, &b->surfaces);
-    } else if (it->shape == SHD_MESH) {
+    if (it->shape == SHD_MESH)
         SHD_VARIANT(shd_place_mesh)(it, object, hits, &b->surfaces);
-    } else {
-        if (!made) find_shape(it, b, work, t);
-        SHD_VARIANT(shd_place_surfaces)(it->shape, it->tube, work, &b->surfaces);
-    }
-    show_surfaces(it, b, wants, &b->surfaces, out);
+    else
+        place_shape(it, b, work, made);
+    show_surfaces(it, b, want, &b->surfaces, out);
 }
 
-/* Takes the lanes of `from` that hit `object`. */
-static void take_floats(const double *restrict object, double wanted, const float *restrict from,
-                        float *restrict to) {
-    SHD_EACH_LANE(i) to[i] = object[i] == wanted ? from[i] : to[i];
-}
+/* Takes an array's lanes that hit `object`. */
+#define TAKE(to, from, array)                                                                      \
+    SHD_EACH_LANE(i)                                                                               \
+    (to)->array[i] = (to)->object[i] == object ? (from)->array[i] : (to)->array[i]
 
-static void take_doubles(const double *restrict object, double wanted, const double *restrict from,
-                         double *restrict to) {
-    SHD_EACH_LANE(i) to[i] = object[i] == wanted ? from[i] : to[i];
-}
-
-static void take_hits(const shd_stage *from, double object, shd_wants wants, shd_stage *to) {
+static void take_hits(const shd_stage *restrict from, double object, wants want,
+                      shd_stage *restrict to) {
     for (int c = 0; c < 3; c++) {
-        if (wants.world) take_floats(to->object, object, from->world32[c], to->world32[c]);
-        if (wants.fast) {
-            take_floats(to->object, object, from->position32[c], to->position32[c]);
-            take_floats(to->object, object, from->normal32[c], to->normal32[c]);
-            take_floats(to->object, object, from->mirror32[c], to->mirror32[c]);
-            if (wants.low) take_floats(to->object, object, from->low32[c], to->low32[c]);
+        if (want.world) TAKE(to, from, world32[c]);
+        if (want.low) TAKE(to, from, low32[c]);
+        if (want.fast) {
+            TAKE(to, from, position32[c]);
+            TAKE(to, from, normal32[c]);
+            TAKE(to, from, mirror32[c]);
         } else {
-            take_doubles(to->object, object, from->position[c], to->position[c]);
-            take_doubles(to->object, object, from->normal[c], to->normal[c]);
+            TAKE(to, from, position[c]);
+            TAKE(to, from, normal[c]);
         }
     }
 }
@@ -229,26 +247,17 @@ static const double CLOSE = 0x1p-24;
 static void add_rounding(const shd_sight *sight, double object, shd_batch *b, const double *t,
                          const double *whose, const uint32_t *triangle, double *margin) {
     const shd_item *it = &sight->items[(int)object];
-    shd_surfaces *s = &b->surfaces;
-    SHD_ALIGNED double again[SHD_RAYS];
     shd_work work;
-    if (it->ball) {
-        SHD_VARIANT(shd_place_ball)(it, b, s);
-    } else if (it->shape != SHD_MESH) {
-        find_shape(it, b, &work, again);
-        SHD_VARIANT(shd_place_surfaces)(it->shape, it->tube, &work, s);
-    }
+    if (it->shape != SHD_MESH) place_shape(it, b, &work, false);
     for (int i = 0; i < SHD_RAYS; i++) {
         if (whose[i] != object) continue;
-        shd_met met = {.ray = {b->direction[0][i], b->direction[1][i], b->direction[2][i]},
-                       .t = t[i]};
-        if (b->orthographic) met.start = (shd_vec3){b->start[0][i], b->start[1][i], b->start[2][i]};
-        const shd_vec3 point = {s->point[0][i], s->point[1][i], s->point[2][i]},
-                       normal = {s->normal[0][i], s->normal[1][i], s->normal[2][i]};
+        shd_met met = {.ray = shd_lane(b->direction, i), .t = t[i]};
+        if (b->orthographic) met.start = shd_lane(b->start, i);
         margin[i] += it->shape == SHD_MESH
                          ? shd_triangle_rounding(it, &sight->lens, &met, triangle[i])
                          : shd_shape_rounding(it, &sight->lens, &met, it->ball ? 0 : work.shift[i],
-                                              point, normal);
+                                              shd_lane(b->surfaces.point, i),
+                                              shd_lane(b->surfaces.normal, i));
     }
 }
 
@@ -264,8 +273,8 @@ static size_t take_lanes(double *restrict left, double object) {
 }
 
 /* Finds how far rounding may have moved two hits, in the lanes in which they are close; it is 0 in
- * the others. `triangle` is of `object`. Returns whether there are such lanes. */
-static bool find_margins(const shd_sight *sight, double object, shd_batch *b, const double *t,
+ * the others. `triangle` is of `object`. */
+static void find_margins(const shd_sight *sight, double object, shd_batch *b, const double *t,
                          const uint32_t *triangle, const shd_stage *best, double *margin) {
     SHD_ALIGNED double whose[SHD_RAYS], mine[SHD_RAYS];
     const shd_vd wider = shd_vd_set(1 + CLOSE), missed = shd_vd_set(INFINITY),
@@ -281,7 +290,7 @@ static bool find_margins(const shd_sight *sight, double object, shd_batch *b, co
         shd_vd_store(whose + i, shd_vd_select(close, shd_vd_load(best->object + i), nothing));
         shd_vd_store(margin + i, shd_vd_set(0));
     }
-    if (!any) return false;
+    if (!any) return;
     add_rounding(sight, object, b, t, mine, triangle, margin);
     for (int i = 0; i < SHD_RAYS; i++) {
         const double other = whose[i];
@@ -289,7 +298,6 @@ static bool find_margins(const shd_sight *sight, double object, shd_batch *b, co
         add_rounding(sight, other, b, best->t, whose, best->triangle, margin);
         take_lanes(whose, other);
     }
-    return true;
 }
 
 /* At equal distance, to within rounding, the object that comes first in the scene stays: or
@@ -367,10 +375,9 @@ static int find_nearest(const shd_sight *sight, const uint32_t *candidates, size
                 !(some ? keep_nearer(sight, object, b, met.t, met.triangle, out)
                        : keep_first(object, met.t, out)))
                 continue;
-            take_doubles(out->object, object, met.u, out->u);
-            take_doubles(out->object, object, met.v, out->v);
-            SHD_EACH_LANE(i)
-            out->triangle[i] = out->object[i] == object ? met.triangle[i] : out->triangle[i];
+            TAKE(out, &met, u);
+            TAKE(out, &met, v);
+            TAKE(out, &met, triangle);
         } else {
             find_shape(it, b, &b->work[!held], t);
             if (!(some ? keep_nearer(sight, object, b, t, NULL, out) : keep_first(object, t, out)))
@@ -392,7 +399,7 @@ static size_t count_hits(const double *restrict t) {
 
 /* Every object that some lane hit, in turn. */
 static void show_hits(const shd_sight *sight, shd_batch *b, int held, int holder, size_t hits,
-                      shd_wants wants, shd_stage *out) {
+                      wants want, shd_stage *out) {
     SHD_ALIGNED double left[SHD_RAYS];
     shd_stage part;
     memcpy(left, out->object, sizeof left);
@@ -402,26 +409,23 @@ static void show_hits(const shd_sight *sight, shd_batch *b, int held, int holder
         const size_t mine = take_lanes(left, object);
         const bool made = (int)object == holder, alone = mine == hits;
         shd_work *work = &b->work[made ? held : !held];
-        if (alone) {
-            show_object(sight, (int)object, b, work, made, wants, out, out);
-        } else {
-            show_object(sight, (int)object, b, work, made, wants, out, &part);
-            take_hits(&part, object, wants, out);
-        }
+        show_object(sight, (int)object, b, work, made, want, out, alone ? out : &part);
+        if (!alone) take_hits(&part, object, want, out);
         shown += (int)mine;
     }
 }
 
+/* Casts shots [first, first + SHD_RAYS), or as many as there are. Returns the hits. */
 static size_t cast_batch(const shd_sight *sight, const uint32_t *candidates, size_t candidate_count,
-                         const shd_shots *shots, size_t first, shd_wants wants, shd_stage *out) {
+                         const shd_shots *shots, size_t first, wants want, shd_stage *out) {
     const size_t left = shots->count - first;
     const int used = left < SHD_RAYS ? (int)left : SHD_RAYS;
     const shd_item *one = candidate_count == 1 ? &sight->items[candidates[0]] : NULL;
-    const bool quick = one && shd_is_quick(one, wants);
+    const bool quick = one && is_quick(one, want);
     shd_batch b;
     int held = 0, holder = SHD_NOTHING;
-    shd_read_shots(sight, shots, first, used, b.x, b.y);
-    shd_make_rays(&sight->lens, &b);
+    read_shots(sight, shots, first, used, b.x, b.y);
+    make_rays(sight, &b);
     if (quick) {
         const double object = candidates[0];
         SHD_VARIANT(shd_show_ball)(one, &b, out->t, out);
@@ -432,16 +436,27 @@ static size_t cast_batch(const shd_sight *sight, const uint32_t *candidates, siz
     for (int i = used; i < SHD_RAYS; i++) out->t[i] = INFINITY, out->object[i] = SHD_NOTHING;
     const size_t hits = count_hits(out->t);
     if (!hits) return 0;
-    if (!quick) show_hits(sight, &b, held, holder, hits, wants, out);
-    if (!wants.fast)
+    if (!quick) show_hits(sight, &b, held, holder, hits, want, out);
+    if (!want.fast)
         for (int c = 0; c < 3; c++) SHD_EACH_LANE(i) out->view[c][i] = -b.direction[c][i];
-    if (wants.depth) {
+    if (want.depth) {
         const shd_vec3 forward = shd_scale(sight->lens.camera->back, -1);
-        SHD_EACH_LANE(i)
-        out->depth[i] = out->t[i] * (b.direction[0][i] * forward.x + b.direction[1][i] * forward.y +
-                                     b.direction[2][i] * forward.z);
+        SHD_EACH_LANE(i) out->depth[i] = out->t[i] * shd_dot(shd_lane(b.direction, i), forward);
     }
     return hits;
 }
 
-const shd_cast_kernel SHD_VARIANT(shd_cast_kernel) = {cast_batch, SHD_VARIANT(shd_append_hits)};
+size_t SHD_VARIANT(shd_shoot)(const shd_sight *sight, const uint32_t *candidates,
+                              size_t candidate_count, const shd_shots *shots, shd_hits *out) {
+    const wants want = {out->position32[0], out->low32[0], out->world32[0], out->depth};
+    const size_t before = out->count;
+    if (!candidate_count) return 0;
+    shd_stage stage;
+    for (size_t first = 0; first < shots->count; first += SHD_RAYS) {
+        if (shd_is_cancelled(sight->cancelled)) break;
+        const size_t hits =
+            cast_batch(sight, candidates, candidate_count, shots, first, want, &stage);
+        if (hits) SHD_VARIANT(shd_append_hits)(&stage, hits, first, out);
+    }
+    return out->count - before;
+}

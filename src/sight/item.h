@@ -5,9 +5,27 @@
  * of radius 1 and a tube of the ratio of its radii. shd_object_frame maps it to the world. */
 #pragma once
 
-#include "sight/camera.h"
 #include "sight/mesh.h"
 #include "sight/sight.h"
+
+/* The picture as its rays see it. The camera's vectors are unit and at right angles, so that
+ * nothing can overflow. Rays begin at the picture's center, so that mirrored pixels get mirrored
+ * rays. */
+typedef struct shd_lens {
+    const shd_camera *camera;
+    double width, height;      /* of the picture, in pixels */
+    double half_x, half_y;     /* of the image plane: at distance 1, or of the view volume */
+    double middle_x, middle_y; /* half of the picture, in pixels */
+    double step_x, step_y;     /* of the image plane, from pixel to pixel */
+} shd_lens;
+
+/* The unit vector from p toward the viewer. */
+static inline shd_vec3 shd_lens_view(const shd_lens *lens, shd_vec3 p) {
+    shd_vec3 view = lens->camera->back;
+    if (lens->camera->projection == SHD_PERSPECTIVE)
+        shd_normalize(shd_sub(lens->camera->position, p), &view);
+    return view;
+}
 
 /* No object is seen closer to the eye than this part of its size: by rounding, each ray would tell
  * for itself whether an eye on the surface has that before or behind itself. */
@@ -72,6 +90,20 @@ struct shd_sight {
     shd_frames frames;                 /* [count]: in that order */
     double offset_x[64], offset_y[64]; /* the sample pattern */
 };
+
+/* The size of each component. */
+static inline shd_vec3 shd_sizes(shd_vec3 v) {
+    return (shd_vec3){fabs(v.x), fabs(v.y), fabs(v.z)};
+}
+
+/* Makes the view of an item whose triangles, frame and eye are set. False: the arena is full. */
+bool shd_mesh_view_make(shd_item *it, const shd_mesh_tree *tree, const shd_camera *camera,
+                        const atomic_bool *cancelled, shd_arena *arena);
+
+/* The variants of shd_sight_shoot. */
+typedef size_t shd_shoot_function(const shd_sight *sight, const uint32_t *candidates,
+                                  size_t candidate_count, const shd_shots *shots, shd_hits *out);
+shd_shoot_function shd_shoot_portable, shd_shoot_avx2, shd_shoot_avx512;
 
 /* Fills order, outlines, frames, and `nearest` of the items. False: the arena is full. */
 bool shd_sight_outline(shd_sight *sight, shd_arena *arena);

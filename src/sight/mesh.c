@@ -1,5 +1,4 @@
-#include "sight/mesh.h"
-
+#include "sight/item.h"
 #include "sight/tree.h"
 
 shd_triangles shd_triangles_of(const shd_mesh *mesh) {
@@ -25,10 +24,10 @@ shd_vec3 shd_triangle_corner(const shd_triangles *triangles, size_t triangle, in
 }
 
 shd_vec3 shd_triangle_normal(const shd_triangles *triangles, size_t triangle) {
-    shd_vec3 a = shd_triangle_corner(triangles, triangle, 0);
-    shd_vec3 ab = shd_sub(shd_triangle_corner(triangles, triangle, 1), a);
-    shd_vec3 ac = shd_sub(shd_triangle_corner(triangles, triangle, 2), a);
-    return shd_cross(ab, ac);
+    const shd_vec3 a = shd_triangle_corner(triangles, triangle, 0),
+                   b = shd_triangle_corner(triangles, triangle, 1),
+                   c = shd_triangle_corner(triangles, triangle, 2);
+    return shd_cross(shd_sub(b, a), shd_sub(c, a));
 }
 
 /* A row of the map from the mesh's frame to the camera's, times `scale`. */
@@ -40,9 +39,11 @@ static shd_vec3 row_of(const shd_affine *m, double scale, shd_vec3 axis) {
     return (shd_vec3){row[0], row[1], row[2]};
 }
 
-bool shd_mesh_view_make(const shd_triangles *triangles, const shd_mesh_tree *tree,
-                        const shd_affine *to_world, shd_vec3 eye, const shd_camera *camera,
-                        const atomic_bool *cancelled, shd_arena *arena, shd_mesh_view *out) {
+bool shd_mesh_view_make(shd_item *it, const shd_mesh_tree *tree, const shd_camera *camera,
+                        const atomic_bool *cancelled, shd_arena *arena) {
+    const shd_triangles *triangles = &it->triangles;
+    const shd_affine *to_world = &it->to_world;
+    shd_mesh_view *out = &it->view;
     shd_seen_vertex *seen = shd_arena_alloc(arena, triangles->vertex_count, sizeof *seen);
     if (!seen) return false;
     /* Powers of 2 bring the mesh, and then the map, to a size of about 1: products of coordinates
@@ -56,7 +57,7 @@ bool shd_mesh_view_make(const shd_triangles *triangles, const shd_mesh_tree *tre
                            .rows = {row_of(to_world, scale, camera->right),
                                     row_of(to_world, scale, camera->up),
                                     row_of(to_world, scale, shd_scale(camera->back, -1))},
-                           .eye = shd_scale(eye, tree->scale),
+                           .eye = shd_scale(it->eye, tree->scale),
                            .unit = ldexp(1 / scale, tree->exponent),
                            .orthographic = camera->projection == SHD_ORTHOGRAPHIC};
     for (size_t i = 0; i < triangles->vertex_count; i++) {

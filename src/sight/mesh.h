@@ -1,7 +1,6 @@
 /* Triangles, and how the camera sees them. Inside of sight/. */
 #pragma once
 
-#include "sight/camera.h"
 #include "sight/sight.h"
 
 /* Triangles in an object's frame, from a client's mesh or by tessellation. */
@@ -26,8 +25,7 @@ shd_triangles shd_triangles_of(const shd_mesh *mesh);
 bool shd_triangle_units(const shd_triangles *triangles, const atomic_bool *cancelled,
                         shd_arena *arena, const double **out);
 
-/* Corner k of a triangle, and its normal by the order of its corners, which is twice the area long.
- */
+/* Corner k of a triangle; its normal by the order of its corners, which is twice the area long. */
 shd_vec3 shd_triangle_corner(const shd_triangles *triangles, size_t triangle, int k);
 shd_vec3 shd_triangle_normal(const shd_triangles *triangles, size_t triangle);
 
@@ -49,8 +47,3 @@ typedef struct shd_mesh_view {
     double unit;           /* the length in the world of 1 here */
     bool orthographic;
 } shd_mesh_view;
-
-/* `eye`: the camera in the mesh's frame. False: the arena is full. */
-bool shd_mesh_view_make(const shd_triangles *triangles, const shd_mesh_tree *tree,
-                        const shd_affine *to_world, shd_vec3 eye, const shd_camera *camera,
-                        const atomic_bool *cancelled, shd_arena *arena, shd_mesh_view *out);

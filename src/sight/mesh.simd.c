@@ -11,8 +11,7 @@
  * depths, so that a triangle that is seen from its edge is met no farther than it reaches. */
 #include <assert.h>
 
-#include "base/simd.h"
-#include "sight/rays.h"
+#include "sight/batch.h"
 #include "sight/tree.h"
 
 enum {
@@ -54,7 +53,7 @@ typedef struct bundle {
 /* ---- The bundle. ---- */
 
 /* Finds the extremes of pairs. */
-SHD_ALWAYS void halve_extremes(const double *low, const double *high, int pairs,
+SHD_INLINE void halve_extremes(const double *low, const double *high, int pairs,
                                double *restrict least, double *restrict most) {
     for (int i = 0; i < pairs; i++) {
         least[i] = shd_smaller(low[2 * i], low[2 * i + 1]);
@@ -63,7 +62,7 @@ SHD_ALWAYS void halve_extremes(const double *low, const double *high, int pairs,
 }
 
 /* Finds a little more than the extremes of groups. */
-SHD_ALWAYS void bound_groups(const double *restrict at, double *restrict least,
+SHD_INLINE void bound_groups(const double *restrict at, double *restrict least,
                              double *restrict most) {
     SHD_ALIGNED double low[2][SHD_RAYS / 2], high[2][SHD_RAYS / 2];
     halve_extremes(at, at, SHD_RAYS / 2, low[0], high[0]);
@@ -96,16 +95,20 @@ static void set_function(bundle *k, int at, shd_vec3 n, double fixed) {
     k->fixed[at] = fixed;
 }
 
+/* How far the components of points in the tree's frame, of 1 at most, are from the eye's. */
+static shd_vec3 far_of(shd_vec3 eye) {
+    return shd_add((shd_vec3){1, 1, 1}, shd_sizes(eye));
+}
+
 /* Sets the function of a side: sign * (row - bound * w), and more than rounding changes it by. */
 static void set_side(const shd_mesh_view *view, bundle *k, int at, double sign, shd_vec3 row,
                      double bound) {
     const shd_vec3 w = view->orthographic ? (shd_vec3){0, 0, 0} : view->rows[2];
-    const shd_vec3 n = shd_scale(shd_madd(row, w, -bound), sign), e = view->eye;
-    const double fixed = view->orthographic ? -sign * bound : 0, b = fabs(bound);
-    const double error = (fabs(row.x) + b * fabs(w.x)) * (1 + fabs(e.x)) +
-                         (fabs(row.y) + b * fabs(w.y)) * (1 + fabs(e.y)) +
-                         (fabs(row.z) + b * fabs(w.z)) * (1 + fabs(e.z)) + fabs(fixed);
-    set_function(k, at, n, fixed - shd_dot(n, e) + ROUNDING * error);
+    const shd_vec3 n = shd_scale(shd_madd(row, w, -bound), sign);
+    const double fixed = view->orthographic ? -sign * bound : 0;
+    const shd_vec3 sizes = shd_madd(shd_sizes(row), shd_sizes(w), fabs(bound));
+    const double error = shd_dot(sizes, far_of(view->eye)) + fabs(fixed);
+    set_function(k, at, n, fixed - shd_dot(n, view->eye) + ROUNDING * error);
 }
 
 static void set_reach(bundle *k, double reach) {
@@ -115,8 +118,7 @@ static void set_reach(bundle *k, double reach) {
 
 static void set_box_functions(const shd_mesh_view *view, bundle *k) {
     const shd_vec3 forward = view->rows[2], back = shd_scale(forward, -1), e = view->eye;
-    k->slack = ROUNDING * (fabs(forward.x) * (1 + fabs(e.x)) + fabs(forward.y) * (1 + fabs(e.y)) +
-                           fabs(forward.z) * (1 + fabs(e.z)));
+    k->slack = ROUNDING * shd_dot(shd_sizes(forward), far_of(e));
     set_side(view, k, 0, 1, view->rows[0], k->all.left);
     set_side(view, k, 1, -1, view->rows[0], k->all.right);
     set_side(view, k, 2, 1, view->rows[1], k->all.bottom);
@@ -130,16 +132,15 @@ static void set_box_functions(const shd_mesh_view *view, bundle *k) {
 static void aim_bundle(const shd_lens *lens, const shd_item *it, const shd_batch *restrict b,
                        double limit, bundle *restrict k) {
     const shd_mesh_view *view = &it->view;
-    const shd_fan fan = shd_fan_of(lens);
-    const shd_vec3 back = fan.back;
+    const shd_vec3 back = lens->camera->back;
+    const double middle_x = lens->middle_x, middle_y = lens->middle_y;
     const double unit = 1 / view->unit, blind = it->blind * unit;
-    const double across = view->orthographic ? fan.step_x * unit : fan.step_x,
-                 up = view->orthographic ? fan.step_y * unit : fan.step_y;
+    const double across = view->orthographic ? lens->step_x * unit : lens->step_x,
+                 up = view->orthographic ? lens->step_y * unit : lens->step_y;
     SHD_EACH_LANE(i) {
-        const double cosine = -(b->direction[0][i] * back.x + b->direction[1][i] * back.y +
-                                b->direction[2][i] * back.z);
-        k->p[i] = (b->x[i] - fan.middle_x) * across;
-        k->q[i] = (fan.middle_y - b->y[i]) * up;
+        const double cosine = -shd_dot(shd_lane(b->direction, i), back);
+        k->p[i] = (b->x[i] - middle_x) * across;
+        k->q[i] = (middle_y - b->y[i]) * up;
         k->cosine[i] = cosine;
         k->near[i] = blind * cosine;
         k->depth[i] = INFINITY;
@@ -341,64 +342,49 @@ bool SHD_VARIANT(shd_find_mesh)(const shd_lens *lens, const shd_item *it, const 
 /* A triangle. */
 typedef struct facet {
     uint32_t triangle;
-    double at[3], ab[3], ac[3]; /* the first corner, and from it to the others */
-    double face[3];             /* the normal by these */
-    double normal[3][3];        /* the corners' normals, of the side that is seen */
+    double plane[4][3];  /* the first corner, from it to the others, and the normal by these */
+    double normal[3][3]; /* the corners' normals, of the side that is seen */
 } facet;
 
-static void store_vector(shd_vec3 v, double out[3]) {
-    out[0] = v.x;
-    out[1] = v.y;
-    out[2] = v.z;
-}
-
-/* All rays that meet a triangle see the same side of it. */
+/* All rays that meet a triangle see the same side of it. The normal is turned to that here if there
+ * are others at the corners, and else by cast.simd.c. */
 static void set_facet(const shd_item *it, uint32_t triangle, facet *out) {
-    const shd_triangles *tri = &it->triangles;
-    const uint32_t *vertex = tri->indices + 3 * (size_t)triangle;
-    const double scale = it->view.tree->scale;
-    const shd_vec3 at = shd_vec3_at(tri->positions, vertex[0]),
-                   ab = shd_sub(shd_vec3_at(tri->positions, vertex[1]), at),
-                   ac = shd_sub(shd_vec3_at(tri->positions, vertex[2]), at),
-                   face = shd_cross(shd_scale(ab, scale), shd_scale(ac, scale));
+    const uint32_t *vertex = it->triangles.indices + 3 * (size_t)triangle;
+    const double *positions = it->triangles.positions, scale = it->view.tree->scale;
+    const shd_vec3 at = shd_vec3_at(positions, vertex[0]),
+                   ab = shd_sub(shd_vec3_at(positions, vertex[1]), at),
+                   ac = shd_sub(shd_vec3_at(positions, vertex[2]), at),
+                   face = shd_cross(shd_scale(ab, scale), shd_scale(ac, scale)),
+                   ray = it->view.orthographic ? it->forward : shd_sub(at, it->eye);
+    const bool behind = it->smooth && shd_dot(face, ray) > 0 && !it->front_only;
+    const double turn = behind ? -1 : 1;
     out->triangle = triangle;
-    store_vector(at, out->at);
-    store_vector(ab, out->ab);
-    store_vector(ac, out->ac);
-    store_vector(face, out->face); /* cast.simd.c turns it to the side that is seen */
-    if (!it->smooth) return;
-    const shd_vec3 ray = it->view.orthographic ? it->forward : shd_sub(at, it->eye);
-    const double turn = shd_dot(face, ray) > 0 && !it->front_only ? -1 : 1;
-    store_vector(shd_scale(face, turn), out->face);
-    for (int n = 0; n < 3; n++)
-        store_vector(shd_scale(shd_vec3_at(it->units, vertex[n]), turn), out->normal[n]);
-}
-
-/* A vector of rays that meet the facet. */
-typedef struct place {
-    shd_vd point[3], normal[3];
-} place;
-
-/* Points are reckoned from a corner. If all corners of a triangle have one y, so do all of its
- * points, and no light at this y shines on some of them. */
-SHD_INLINE void set_place(const facet *f, shd_vd u, shd_vd v, place *out) {
-    for (int c = 0; c < 3; c++) {
-        out->point[c] = shd_vd_set(f->at[c]) + shd_vd_set(f->ab[c]) * u + shd_vd_set(f->ac[c]) * v;
-        out->normal[c] = shd_vd_set(f->face[c]);
+    memcpy(out->plane, (shd_vec3[]){at, ab, ac, shd_scale(face, turn)}, sizeof out->plane);
+    for (int n = 0; it->smooth && n < 3; n++) {
+        const shd_vec3 normal = shd_scale(shd_vec3_at(it->units, vertex[n]), turn);
+        memcpy(out->normal[n], &normal, sizeof normal);
     }
 }
 
-/* Sets the interpolated normal. If the corners' normals cancel, the plane's own stays. */
-SHD_INLINE void set_smooth(const facet *f, shd_vd u, shd_vd v, place *out) {
+/* Places a vector of rays that meet the facet. Points are reckoned from a corner. If all corners of
+ * a triangle have one y, so do all of its points, and no light at this y shines on some of them. If
+ * the corners' normals cancel, the plane's own stays. */
+SHD_INLINE void place_rays(const facet *f, bool smooth, shd_vd u, shd_vd v, shd_vd point[3],
+                           shd_vd normal[3]) {
     const shd_vd zero = shd_vd_set(0), first = shd_vd_set(1) - u - v;
     shd_vd sum[3], size = zero;
     for (int c = 0; c < 3; c++) {
+        point[c] = shd_vd_set(f->plane[0][c]) + shd_vd_set(f->plane[1][c]) * u +
+                   shd_vd_set(f->plane[2][c]) * v;
+        normal[c] = shd_vd_set(f->plane[3][c]);
+    }
+    for (int c = 0; smooth && c < 3; c++) {
         sum[c] = shd_vd_set(f->normal[0][c]) * first + shd_vd_set(f->normal[1][c]) * u +
                  shd_vd_set(f->normal[2][c]) * v;
         size = shd_vd_max(size, shd_vd_max(sum[c], zero - sum[c]));
     }
     const shd_md some = shd_vd_gt(size, zero);
-    for (int c = 0; c < 3; c++) out->normal[c] = shd_vd_select(some, sum[c], out->normal[c]);
+    for (int c = 0; smooth && c < 3; c++) normal[c] = shd_vd_select(some, sum[c], normal[c]);
 }
 
 /* Most rays of a vector meet the same triangle. So each triangle is set for all of them, in turn.
@@ -420,15 +406,14 @@ void SHD_VARIANT(shd_place_mesh)(const shd_item *it, double object, const shd_st
             facet *f = &known[triangle % 4];
             if (triangle != f->triangle) set_facet(it, triangle, f);
             const shd_vd u = shd_vd_load(hits->u + i), v = shd_vd_load(hits->v + i);
-            place p;
-            set_place(f, u, v, &p);
-            if (it->smooth) set_smooth(f, u, v, &p);
+            shd_vd p[3], n[3];
+            place_rays(f, it->smooth, u, v, p, n);
             const shd_vd names = shd_vd_load(name), wanted = shd_vd_set((double)triangle);
             const shd_md others = shd_md_or(shd_vd_gt(names, wanted), shd_vd_gt(wanted, names));
             for (int c = 0; c < 3; c++) {
                 double *point = out->point[c] + i, *normal = out->normal[c] + i;
-                shd_vd_store(point, shd_vd_select(others, shd_vd_load(point), p.point[c]));
-                shd_vd_store(normal, shd_vd_select(others, shd_vd_load(normal), p.normal[c]));
+                shd_vd_store(point, shd_vd_select(others, shd_vd_load(point), p[c]));
+                shd_vd_store(normal, shd_vd_select(others, shd_vd_load(normal), n[c]));
             }
             left &= shd_md_bits(others);
         }

@@ -3,20 +3,18 @@
  * comparison takes for a hit. */
 #include <float.h>
 
-#include "sight/rays.h"
+#include "sight/batch.h"
 
 /* ---- Finding: t and face. ---- */
 
 /* The discriminant is made from the distance of the line to the center, as in ball.simd.c. */
 static void find_sphere(shd_work *restrict w) {
     SHD_EACH_LANE(i) {
-        double ox = w->ox[i], oy = w->oy[i], oz = w->oz[i];
-        double dx = w->dx[i], dy = w->dy[i], dz = w->dz[i], near = w->near[i];
-        double inverse = 1 / (dx * dx + dy * dy + dz * dz);
-        double middle = -(ox * dx + oy * dy + oz * dz) * inverse;
-        double x = ox + dx * middle, y = oy + dy * middle, z = oz + dz * middle;
-        double inside = 1 - (x * x + y * y + z * z);
-        double half = sqrt(inside * inverse);
+        const shd_vec3 o = shd_lane(w->origin, i), d = shd_lane(w->direction, i);
+        const double near = w->near[i], inverse = 1 / shd_dot(d, d),
+                     middle = -shd_dot(o, d) * inverse;
+        const shd_vec3 foot = shd_madd(o, d, middle);
+        const double inside = 1 - shd_dot(foot, foot), half = sqrt(inside * inverse);
         double t = middle - half > near ? middle - half : middle + half;
         t = t > near ? t : INFINITY;
         w->t[i] = inside >= 0 ? t : INFINITY;
@@ -26,54 +24,46 @@ static void find_sphere(shd_work *restrict w) {
 static void find_plane(bool disc, shd_work *restrict w) {
     const double reach = disc ? 1 : INFINITY;
     SHD_EACH_LANE(i) {
-        double t = -w->oy[i] / w->dy[i];
-        double x = w->ox[i] + w->dx[i] * t, z = w->oz[i] + w->dz[i] * t;
-        double held = x * x + z * z <= reach ? t : INFINITY;
+        const double t = -w->origin[1][i] / w->direction[1][i];
+        const shd_vec3 p = shd_lane_at(w, i, t);
+        double held = p.x * p.x + p.z * p.z <= reach ? t : INFINITY;
         /* Beyond f64 there is no point to shade. */
-        held = fabs(x) <= DBL_MAX ? held : INFINITY;
-        held = fabs(z) <= DBL_MAX ? held : INFINITY;
+        held = fabs(p.x) <= DBL_MAX ? held : INFINITY;
+        held = fabs(p.z) <= DBL_MAX ? held : INFINITY;
         w->t[i] = held > w->near[i] ? held : INFINITY;
     }
 }
 
-/* Where rays enter and leave the slab of one axis, and through the faces of which axis: 0, 1, 2 for
- * x, y, z. Of equals the first axis stays. */
-static void find_slab(const double *restrict origin, const double *restrict direction, double axis,
-                      double *restrict enter, double *restrict leave, double *restrict enter_axis,
-                      double *restrict leave_axis) {
-    SHD_EACH_LANE(i) {
-        double o = origin[i], d = direction[i];
-        double side = d > 0 ? 0.5 : -0.5;
-        double inverse = 1 / d;
-        double t0 = (-side - o) * inverse, t1 = (side - o) * inverse;
-        /* A parallel ray is never in the slab, or always. */
-        double never = fabs(o) > 0.5 ? INFINITY : -INFINITY;
-        t0 = d == 0 ? never : t0;
-        t1 = d == 0 ? INFINITY : t1;
-        enter_axis[i] = t0 > enter[i] ? axis : enter_axis[i];
-        leave_axis[i] = t1 < leave[i] ? axis : leave_axis[i];
-        enter[i] = t0 > enter[i] ? t0 : enter[i];
-        leave[i] = t1 < leave[i] ? t1 : leave[i];
-    }
+/* Where a lane's ray is within all slabs so far, and through the faces of which axis it enters and
+ * leaves: 0, 1, 2 for x, y, z. Of equals the first axis stays. */
+typedef struct passage {
+    double enter, leave, enter_axis, leave_axis;
+} passage;
+
+SHD_INLINE void take_slab(double o, double d, double axis, passage *to) {
+    double side = d > 0 ? 0.5 : -0.5;
+    double inverse = 1 / d;
+    double t0 = (-side - o) * inverse, t1 = (side - o) * inverse;
+    /* A parallel ray is never in the slab, or always. */
+    double never = fabs(o) > 0.5 ? INFINITY : -INFINITY;
+    t0 = d == 0 ? never : t0;
+    t1 = d == 0 ? INFINITY : t1;
+    to->enter_axis = t0 > to->enter ? axis : to->enter_axis;
+    to->leave_axis = t1 < to->leave ? axis : to->leave_axis;
+    to->enter = t0 > to->enter ? t0 : to->enter;
+    to->leave = t1 < to->leave ? t1 : to->leave;
 }
 
 /* face: the axis, plus 3 where the ray comes from inside. */
 static void find_box(shd_work *restrict w) {
-    double enter[SHD_RAYS], leave[SHD_RAYS], enter_axis[SHD_RAYS], leave_axis[SHD_RAYS];
     SHD_EACH_LANE(i) {
-        enter[i] = -INFINITY;
-        leave[i] = INFINITY;
-        enter_axis[i] = leave_axis[i] = 0;
-    }
-    find_slab(w->ox, w->dx, 0, enter, leave, enter_axis, leave_axis);
-    find_slab(w->oy, w->dy, 1, enter, leave, enter_axis, leave_axis);
-    find_slab(w->oz, w->dz, 2, enter, leave, enter_axis, leave_axis);
-    SHD_EACH_LANE(i) {
-        double near = w->near[i];
-        double t = enter[i] > near ? enter[i] : leave[i];
-        w->face[i] = enter[i] > near ? enter_axis[i] : leave_axis[i] + 3;
+        passage in = {-INFINITY, INFINITY, 0, 0};
+        for (int c = 0; c < 3; c++) take_slab(w->origin[c][i], w->direction[c][i], c, &in);
+        const double near = w->near[i];
+        double t = in.enter > near ? in.enter : in.leave;
+        w->face[i] = in.enter > near ? in.enter_axis : in.leave_axis + 3;
         t = t > near ? t : INFINITY;
-        w->t[i] = enter[i] <= leave[i] ? t : INFINITY;
+        w->t[i] = in.enter <= in.leave ? t : INFINITY;
     }
 }
 
@@ -85,7 +75,7 @@ typedef struct nearest {
 } nearest;
 
 /* Takes a face that the ray meets at `candidate`, if it is valid and nearer. */
-SHD_ALWAYS void take_face(bool valid, double candidate, double which, double near, nearest *to) {
+SHD_INLINE void take_face(bool valid, double candidate, double which, double near, nearest *to) {
     double taken = valid ? candidate : INFINITY;
     taken = taken > near ? taken : INFINITY;
     to->face = taken < to->t ? which : to->face;
@@ -93,32 +83,32 @@ SHD_ALWAYS void take_face(bool valid, double candidate, double which, double nea
 }
 
 /* Takes the cap, a disc of radius 1, whose plane lane i meets at `candidate`. */
-SHD_ALWAYS void take_cap(const shd_work *restrict w, int i, double candidate, double which,
+SHD_INLINE void take_cap(const shd_work *restrict w, int i, double candidate, double which,
                          nearest *to) {
-    double x = w->ox[i] + w->dx[i] * candidate, z = w->oz[i] + w->dz[i] * candidate;
-    take_face(x * x + z * z <= 1, candidate, which, w->near[i], to);
+    const shd_vec3 p = shd_lane_at(w, i, candidate);
+    take_face(p.x * p.x + p.z * p.z <= 1, candidate, which, w->near[i], to);
 }
 
 /* Takes the side, between y = -1/2 and 1/2, which lane i meets at the roots of a t^2 + 2 b t + c.
  * These come without cancellation. If there are none, a zero was divided by, or a root taken of a
  * negative number. */
-SHD_ALWAYS void take_side(const shd_work *restrict w, int i, double a, double b, double c,
+SHD_INLINE void take_side(const shd_work *restrict w, int i, double a, double b, double c,
                           nearest *to) {
-    double root = sqrt(b * b - a * c);
-    double q = b > 0 ? -b - root : -b + root;
-    double first = c / q, second = q / a;
-    take_face(fabs(w->oy[i] + w->dy[i] * first) <= 0.5, first, SIDE, w->near[i], to);
-    take_face(fabs(w->oy[i] + w->dy[i] * second) <= 0.5, second, SIDE, w->near[i], to);
+    const double root = sqrt(b * b - a * c), q = b > 0 ? -b - root : -b + root;
+    const double first = c / q, second = q / a;
+    take_face(fabs(shd_lane_at(w, i, first).y) <= 0.5, first, SIDE, w->near[i], to);
+    take_face(fabs(shd_lane_at(w, i, second).y) <= 0.5, second, SIDE, w->near[i], to);
 }
 
 static void find_cylinder(shd_work *restrict w) {
     SHD_EACH_LANE(i) {
-        double ox = w->ox[i], oy = w->oy[i], oz = w->oz[i], dx = w->dx[i], dz = w->dz[i];
-        double inverse = 1 / w->dy[i];
+        const shd_vec3 o = shd_lane(w->origin, i), d = shd_lane(w->direction, i);
+        const double inverse = 1 / d.y;
         nearest to = {INFINITY, SIDE};
-        take_cap(w, i, (-0.5 - oy) * inverse, BOTTOM, &to);
-        take_cap(w, i, (0.5 - oy) * inverse, TOP, &to);
-        take_side(w, i, dx * dx + dz * dz, ox * dx + oz * dz, ox * ox + oz * oz - 1, &to);
+        take_cap(w, i, (-0.5 - o.y) * inverse, BOTTOM, &to);
+        take_cap(w, i, (0.5 - o.y) * inverse, TOP, &to);
+        take_side(w, i, d.x * d.x + d.z * d.z, o.x * d.x + o.z * d.z, o.x * o.x + o.z * o.z - 1,
+                  &to);
         w->t[i] = to.t;
         w->face[i] = to.face;
     }
@@ -127,12 +117,12 @@ static void find_cylinder(shd_work *restrict w) {
 /* x^2 + z^2 = (1/2 - y)^2 for y in [-1/2, 1/2] */
 static void find_cone(shd_work *restrict w) {
     SHD_EACH_LANE(i) {
-        double ox = w->ox[i], oy = w->oy[i], oz = w->oz[i];
-        double dx = w->dx[i], dy = w->dy[i], dz = w->dz[i], k = 0.5 - oy;
+        const shd_vec3 o = shd_lane(w->origin, i), d = shd_lane(w->direction, i);
+        const double k = 0.5 - o.y;
         nearest to = {INFINITY, SIDE};
-        take_cap(w, i, (-0.5 - oy) / dy, BOTTOM, &to);
-        take_side(w, i, dx * dx + dz * dz - dy * dy, ox * dx + oz * dz + k * dy,
-                  ox * ox + oz * oz - k * k, &to);
+        take_cap(w, i, (-0.5 - o.y) / d.y, BOTTOM, &to);
+        take_side(w, i, d.x * d.x + d.z * d.z - d.y * d.y, o.x * d.x + o.z * d.z + k * d.y,
+                  o.x * o.x + o.z * o.z - k * k, &to);
         w->t[i] = to.t;
         w->face[i] = to.face;
     }
@@ -142,23 +132,18 @@ static void find_cone(shd_work *restrict w) {
 
 static void place_sphere(const shd_work *restrict w, shd_surfaces *restrict out) {
     SHD_EACH_LANE(i) {
-        double x = w->ox[i] + w->dx[i] * w->t[i], y = w->oy[i] + w->dy[i] * w->t[i],
-               z = w->oz[i] + w->dz[i] * w->t[i];
-        double scale = shd_inverse_root(x * x + y * y + z * z);
-        out->point[0][i] = out->normal[0][i] = x * scale;
-        out->point[1][i] = out->normal[1][i] = y * scale;
-        out->point[2][i] = out->normal[2][i] = z * scale;
+        const shd_vec3 p = shd_lane_at(w, i, w->t[i]);
+        const shd_vec3 unit = shd_scale(p, shd_inverse_root(shd_dot(p, p)));
+        shd_set_lane(out->point, i, unit);
+        shd_set_lane(out->normal, i, unit);
     }
 }
 
 static void place_plane(const shd_work *restrict w, shd_surfaces *restrict out) {
     SHD_EACH_LANE(i) {
-        out->point[0][i] = w->ox[i] + w->dx[i] * w->t[i];
-        out->point[1][i] = 0;
-        out->point[2][i] = w->oz[i] + w->dz[i] * w->t[i];
-        out->normal[0][i] = 0;
-        out->normal[1][i] = 1;
-        out->normal[2][i] = 0;
+        const shd_vec3 p = shd_lane_at(w, i, w->t[i]);
+        shd_set_lane(out->point, i, (shd_vec3){p.x, 0, p.z});
+        shd_set_lane(out->normal, i, (shd_vec3){0, 1, 0});
     }
 }
 
@@ -180,69 +165,44 @@ static void place_on_slab(const double *restrict origin, const double *restrict 
 }
 
 static void place_box(const shd_work *restrict w, shd_surfaces *restrict out) {
-    place_on_slab(w->ox, w->dx, 0, w, out->point[0], out->normal[0]);
-    place_on_slab(w->oy, w->dy, 1, w, out->point[1], out->normal[1]);
-    place_on_slab(w->oz, w->dz, 2, w, out->point[2], out->normal[2]);
+    for (int c = 0; c < 3; c++)
+        place_on_slab(w->origin[c], w->direction[c], c, w, out->point[c], out->normal[c]);
 }
 
 static void place_cylinder(const shd_work *restrict w, shd_surfaces *restrict out) {
     SHD_EACH_LANE(i) {
-        double x = w->ox[i] + w->dx[i] * w->t[i], y = w->oy[i] + w->dy[i] * w->t[i],
-               z = w->oz[i] + w->dz[i] * w->t[i];
-        double inverse = shd_inverse_root(x * x + z * z), side = w->face[i];
-        double cap = side == TOP ? 1 : -1;
-        out->point[0][i] = side == SIDE ? x * inverse : x;
-        out->point[1][i] = side == SIDE ? y : 0.5 * cap;
-        out->point[2][i] = side == SIDE ? z * inverse : z;
-        out->normal[0][i] = side == SIDE ? x * inverse : 0;
-        out->normal[1][i] = side == SIDE ? 0 : cap;
-        out->normal[2][i] = side == SIDE ? z * inverse : 0;
+        const shd_vec3 p = shd_lane_at(w, i, w->t[i]);
+        const double inverse = shd_inverse_root(p.x * p.x + p.z * p.z);
+        const double x = p.x * inverse, z = p.z * inverse, cap = w->face[i] == TOP ? 1 : -1;
+        const bool side = w->face[i] == SIDE;
+        const shd_vec3 at = {side ? x : p.x, side ? p.y : 0.5 * cap, side ? z : p.z};
+        shd_set_lane(out->point, i, at);
+        shd_set_lane(out->normal, i, (shd_vec3){side ? x : 0, side ? 0 : cap, side ? z : 0});
     }
 }
 
 static void place_cone(const shd_work *restrict w, shd_surfaces *restrict out) {
     const double slope = 0.70710678118654752;
     SHD_EACH_LANE(i) {
-        double x = w->ox[i] + w->dx[i] * w->t[i], y = w->oy[i] + w->dy[i] * w->t[i],
-               z = w->oz[i] + w->dz[i] * w->t[i];
-        double square = x * x + z * z, inverse = shd_inverse_root(square), side = w->face[i];
-        double ax = x * inverse, az = z * inverse, wanted = 0.5 - y;
-        bool apex = !(square > DBL_MIN); /* it has no normal, and gets (0, 1, 0) */
-        double up = apex ? 1 : slope, out_x = apex ? 0 : slope * ax, out_z = apex ? 0 : slope * az;
-        out->point[0][i] = side == SIDE ? ax * wanted : x;
-        out->point[1][i] = side == SIDE ? y : -0.5;
-        out->point[2][i] = side == SIDE ? az * wanted : z;
-        out->normal[0][i] = side == SIDE ? out_x : 0;
-        out->normal[1][i] = side == SIDE ? up : -1;
-        out->normal[2][i] = side == SIDE ? out_z : 0;
+        const shd_vec3 p = shd_lane_at(w, i, w->t[i]);
+        const double square = p.x * p.x + p.z * p.z, inverse = shd_inverse_root(square);
+        const double x = p.x * inverse, z = p.z * inverse, wanted = 0.5 - p.y;
+        const bool side = w->face[i] == SIDE;
+        const bool apex = !(square > DBL_MIN); /* it has no normal, and gets (0, 1, 0) */
+        const shd_vec3 n = {apex ? 0 : slope * x, apex ? 1 : slope, apex ? 0 : slope * z},
+                       at = {side ? x * wanted : p.x, side ? p.y : -0.5, side ? z * wanted : p.z};
+        shd_set_lane(out->point, i, at);
+        shd_set_lane(out->normal, i, (shd_vec3){side ? n.x : 0, side ? n.y : -1, side ? n.z : 0});
     }
 }
 
 void SHD_VARIANT(shd_find_surfaces)(shd_shape shape, double tube, shd_work *work) {
-    switch (shape) {
-    case SHD_SPHERE:
-        find_sphere(work);
-        break;
-    case SHD_PLANE:
-    case SHD_DISC:
-        find_plane(shape == SHD_DISC, work);
-        break;
-    case SHD_BOX:
-        find_box(work);
-        break;
-    case SHD_CYLINDER:
-        find_cylinder(work);
-        break;
-    case SHD_CONE:
-        find_cone(work);
-        break;
-    case SHD_TORUS:
-        SHD_VARIANT(shd_find_torus)(tube, work);
-        break;
-    case SHD_MESH:
-    case SHD_SHAPE_COUNT:
-        break;
-    }
+    if (shape == SHD_SPHERE) find_sphere(work);
+    if (shape == SHD_PLANE || shape == SHD_DISC) find_plane(shape == SHD_DISC, work);
+    if (shape == SHD_BOX) find_box(work);
+    if (shape == SHD_CYLINDER) find_cylinder(work);
+    if (shape == SHD_CONE) find_cone(work);
+    if (shape == SHD_TORUS) SHD_VARIANT(shd_find_torus)(tube, work);
 }
 
 void SHD_VARIANT(shd_place_surfaces)(shd_shape shape, double tube, const shd_work *work,

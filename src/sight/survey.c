@@ -7,9 +7,10 @@
  * asin(h / |c|) of c. The cone around a sphere at v of radius R has the sine R / |v|, so with k =
  * sqrt(c.c - h h) and l = sqrt(v.v - R R) they meet where c.v >= k l - h R: the cosine of the
  * sum. */
+#include <assert.h>
 #include <stdlib.h>
 
-#include "sight/batch.h"
+#include "sight/item.h"
 
 /* The part of a pixel by which outlines are widened on all sides. */
 static const double WIDER = 1e-2;
@@ -32,6 +33,11 @@ static range tangent_slopes(double x, double z, double radius) {
     double length = sqrt(square);
     return (range){(x * length - z * radius) / (z * length + x * radius),
                    (x * length + z * radius) / (z * length - x * radius)};
+}
+
+static void grow_ranges(range *p, range *q, double x, double y) {
+    *p = (range){fmin(p->low, x), fmax(p->high, x)};
+    *q = (range){fmin(q->low, y), fmax(q->high, y)};
 }
 
 static range common_range(range a, range b) {
@@ -77,8 +83,7 @@ static bool corner_ranges(const shd_sight *sight, size_t index, range *p, range 
             v.x /= v.z;
             v.y /= v.z;
         }
-        *p = (range){fmin(p->low, v.x), fmax(p->high, v.x)};
-        *q = (range){fmin(q->low, v.y), fmax(q->high, v.y)};
+        grow_ranges(p, q, v.x, v.y);
     }
     return true;
 }
@@ -97,8 +102,7 @@ static bool vertex_ranges(const shd_item *it, shd_vec3 v, range *p, range *q, do
                      y = view->orthographic ? at->y * view->unit : at->q;
         if (!(at->w > 1e-9 * (fabs(at->x) + fabs(at->y))) || !isfinite(x + y)) return false;
         square = fmax(square, shd_dot(from, from));
-        *p = (range){fmin(p->low, x), fmax(p->high, x)};
-        *q = (range){fmin(q->low, y), fmax(q->high, y)};
+        grow_ranges(p, q, x, y);
     }
     if (isfinite(square) && square > 1e-200) *radius = fmin(*radius, sqrt(square));
     return true;
@@ -150,13 +154,9 @@ static void outline_sphere(const shd_sight *sight, size_t index, const shd_item 
         s->q = (range){v.y - reach, v.y + reach};
     } else {
         s->nearest = fmax(0, distance - radius) * (1 - 1e-9);
-        if (distance <= radius) {
-            out->kind = SHD_OUTLINE_ALL;
-        } else {
-            out->kind = SHD_OUTLINE_CONE;
-            out->tangent = sqrt(distance - radius) * sqrt(distance + radius);
-            out->margin = 1e-13 * distance;
-        }
+        out->kind = distance > radius ? SHD_OUTLINE_CONE : SHD_OUTLINE_ALL;
+        out->tangent = sqrt(distance - radius) * sqrt(distance + radius);
+        out->margin = 1e-13 * distance;
         if (v.z > radius) {
             s->p = tangent_slopes(v.x, v.z, radius);
             s->q = tangent_slopes(v.y, v.z, radius);
@@ -185,8 +185,7 @@ bool shd_sight_outline(shd_sight *sight, shd_arena *arena) {
     const range all = {-INFINITY, INFINITY}, none = {INFINITY, -INFINITY};
     for (size_t i = 0; i < count; i++) {
         shd_item *it = &sight->items[i];
-        seen[i] = (sighting){.outline.tangent = -INFINITY, .p = all, .q = all};
-        seen[i].object = (uint32_t)i;
+        seen[i] = (sighting){.p = all, .q = all, .object = (uint32_t)i};
         if (it->shape == SHD_PLANE)
             outline_plane(sight, it, &seen[i].outline);
         else
@@ -213,11 +212,14 @@ typedef struct window {
 } window;
 
 static window make_window(const shd_lens *lens, double x, double y, double w, double h) {
-    const double step_x = 2 * lens->half_x / lens->width, step_y = 2 * lens->half_y / lens->height;
-    window out = {
-        x, x + w, y, y + h, .across = (w / 2 + WIDER) * step_x, .down = (h / 2 + WIDER) * step_y};
-    out.p = (x + w / 2 - lens->width / 2) * step_x;
-    out.q = (lens->height / 2 - y - h / 2) * step_y;
+    window out = {x,
+                  x + w,
+                  y,
+                  y + h,
+                  .across = (w / 2 + WIDER) * lens->step_x,
+                  .down = (h / 2 + WIDER) * lens->step_y};
+    out.p = (x + w / 2 - lens->middle_x) * lens->step_x;
+    out.q = (lens->middle_y - y - h / 2) * lens->step_y;
     double square = out.across * out.across + out.down * out.down;
     out.h = sqrt(square);
     out.k = out.p * out.p + out.q * out.q + 1 - square;
@@ -228,23 +230,17 @@ static window make_window(const shd_lens *lens, double x, double y, double w, do
 /* Whether an object may be seen through a window that its frame reaches into. */
 static bool may_see(const shd_outline *o, const window *w) {
     const shd_vec3 v = o->center;
-    switch (o->kind) {
-    case SHD_OUTLINE_NONE:
-        return false;
-    case SHD_OUTLINE_ALL:
-        break;
-    case SHD_OUTLINE_CONE:
+    if (o->kind == SHD_OUTLINE_CONE)
         return w->p * v.x + w->q * v.y + v.z + w->h * o->radius + (w->k + w->h) * o->margin >=
                w->k * o->tangent;
-    case SHD_OUTLINE_ROUND: {
+    if (o->kind == SHD_OUTLINE_ROUND) {
         double x = w->p - v.x, y = w->q - v.y, reach = w->h + o->radius + o->margin;
         return x * x + y * y <= reach * reach * (1 + 1e-9);
     }
-    case SHD_OUTLINE_HALF:
+    if (o->kind == SHD_OUTLINE_HALF)
         return v.x * w->p + v.y * w->q + v.z - fabs(v.x) * w->across - fabs(v.y) * w->down <=
                o->margin * (1 + fabs(w->p) + fabs(w->q));
-    }
-    return true;
+    return o->kind == SHD_OUTLINE_ALL;
 }
 
 /* Whether rays through a window may meet a torus: the one through its middle is followed in steps
@@ -313,6 +309,7 @@ void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out) {
     out->across = (rect.w + SHD_BLOCK_SIDE - 1) / SHD_BLOCK_SIDE;
     out->down = (rect.h + SHD_BLOCK_SIDE - 1) / SHD_BLOCK_SIDE;
     const size_t blocks = (size_t)out->across * (size_t)out->down;
+    assert(blocks <= out->capacity);
     const window all = make_window(&sight->lens, rect.x, rect.y, rect.w, rect.h);
     const size_t count = look_through(sight, &all, out->candidates);
     out->candidate_count = count;

@@ -2,14 +2,10 @@
 
 #include "plan/tier.h"
 
-static shd_vec3 component_sizes(shd_vec3 v) {
-    return (shd_vec3){fabs(v.x), fabs(v.y), fabs(v.z)};
-}
-
 /* The sizes of what is added up to get from the object to where the ray starts. */
 static shd_vec3 away_of(const shd_item *it, const shd_lens *lens, const shd_met *met) {
-    return shd_add(component_sizes(shd_sub(lens->camera->position, it->to_world.origin)),
-                   component_sizes(met->start));
+    return shd_add(shd_sizes(shd_sub(lens->camera->position, it->to_world.origin)),
+                   shd_sizes(met->start));
 }
 
 /* The row's length, times that of the components at which it is not 0. */
@@ -32,7 +28,7 @@ double shd_shape_rounding(const shd_item *it, const shd_lens *lens, const shd_me
                           double shift, shd_vec3 point, shd_vec3 normal) {
     const double n[3] = {fabs(normal.x), fabs(normal.y), fabs(normal.z)};
     const shd_vec3 away = away_of(it, lens, met),
-                   way = shd_scale(component_sizes(met->ray), met->t + fabs(shift));
+                   way = shd_scale(shd_sizes(met->ray), met->t + fabs(shift));
     double sum = coordinate_size(it, point, normal);
     for (int k = 0; k < 3; k++) {
         const double *row = it->from_world.linear[k];

@@ -17,7 +17,6 @@
  *
  * Each lane stops by itself, so that its result does not depend on how long others take. Compiled
  * once an instruction set. */
-#include "base/simd.h"
 #include "sight/batch.h"
 
 enum { LANES = SHD_W / 2, STEPS = 4 };
@@ -45,8 +44,10 @@ static inline shd_vd inverse_root(shd_vd x) {
 
 static inline rays read_rays(double tube, const shd_work *w, int at) {
     rays r;
-    r.ox = shd_vd_load(w->ox + at), r.oy = shd_vd_load(w->oy + at), r.oz = shd_vd_load(w->oz + at);
-    r.dx = shd_vd_load(w->dx + at), r.dy = shd_vd_load(w->dy + at), r.dz = shd_vd_load(w->dz + at);
+    r.ox = shd_vd_load(w->origin[0] + at), r.oy = shd_vd_load(w->origin[1] + at),
+    r.oz = shd_vd_load(w->origin[2] + at);
+    r.dx = shd_vd_load(w->direction[0] + at), r.dy = shd_vd_load(w->direction[1] + at),
+    r.dz = shd_vd_load(w->direction[2] + at);
     const shd_vd square = r.dx * r.dx + r.dy * r.dy + r.dz * r.dz;
     r.inverse = inverse_root(square);
     r.dx *= r.inverse, r.dy *= r.inverse, r.dz *= r.inverse;
@@ -296,8 +297,8 @@ static void search_lanes(double tube, uint64_t lanes, shd_work *restrict work) {
     int lane[SHD_RAYS], count = 0;
     while (lanes) {
         const int i = lane[count] = __builtin_ctzll(lanes);
-        part.ox[count] = work->ox[i], part.oy[count] = work->oy[i], part.oz[count] = work->oz[i];
-        part.dx[count] = work->dx[i], part.dy[count] = work->dy[i], part.dz[count] = work->dz[i];
+        shd_set_lane(part.origin, count, shd_lane(work->origin, i));
+        shd_set_lane(part.direction, count, shd_lane(work->direction, i));
         part.near[count++] = work->near[i];
         /* The last one fills its vector. */
         if ((lanes & (lanes - 1)) || count % LANES == 0) lanes &= lanes - 1;
@@ -339,21 +340,15 @@ void SHD_VARIANT(shd_find_torus)(double tube, shd_work *work) {
 }
 
 /* From the tube's circle, of radius 1 around y. */
-void SHD_VARIANT(shd_place_torus)(double tube, const shd_work *work, shd_surfaces *out) {
-    const shd_work *restrict w = work;
-    shd_surfaces *restrict to = out;
-    for (int i = 0; i < SHD_RAYS; i++) {
-        double x = w->ox[i] + w->dx[i] * w->t[i], y = w->oy[i] + w->dy[i] * w->t[i],
-               z = w->oz[i] + w->dz[i] * w->t[i];
-        double square = x * x + z * z, inverse = shd_inverse_root(square);
-        double ax = x * inverse, az = z * inverse, off = square * inverse - 1;
-        double scale = shd_inverse_root(off * off + y * y);
-        double n = off * scale, ny = y * scale;
-        to->normal[0][i] = ax * n;
-        to->normal[1][i] = ny;
-        to->normal[2][i] = az * n;
-        to->point[0][i] = ax * (1 + tube * n);
-        to->point[1][i] = tube * ny;
-        to->point[2][i] = az * (1 + tube * n);
+void SHD_VARIANT(shd_place_torus)(double tube, const shd_work *restrict w,
+                                  shd_surfaces *restrict out) {
+    SHD_EACH_LANE(i) {
+        const shd_vec3 p = shd_lane_at(w, i, w->t[i]);
+        const double square = p.x * p.x + p.z * p.z, inverse = shd_inverse_root(square);
+        const double x = p.x * inverse, z = p.z * inverse, off = square * inverse - 1;
+        const double scale = shd_inverse_root(off * off + p.y * p.y);
+        const double n = off * scale, y = p.y * scale;
+        shd_set_lane(out->normal, i, (shd_vec3){x * n, y, z * n});
+        shd_set_lane(out->point, i, (shd_vec3){x * (1 + tube * n), tube * y, z * (1 + tube * n)});
     }
 }

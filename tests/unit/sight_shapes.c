@@ -7,6 +7,7 @@
 
 #include <cmocka.h>
 
+#define SHD_ISA portable
 #include "sight/batch.h"
 
 static const double tube = 0.35;
@@ -31,19 +32,16 @@ static bool intersect(shd_shape shape, double ring_tube, const test_ray *ray, su
     shd_work w;
     shd_surfaces met;
     for (int i = 0; i < SHD_RAYS; i++) {
-        w.ox[i] = ray->origin.x, w.dx[i] = ray->direction.x;
-        w.oy[i] = ray->origin.y, w.dy[i] = ray->direction.y;
-        w.oz[i] = ray->origin.z, w.dz[i] = ray->direction.z;
+        shd_set_lane(w.origin, i, ray->origin);
+        shd_set_lane(w.direction, i, ray->direction);
         w.near[i] = ray->near;
         w.shift[i] = 0;
         if (shape != SHD_PLANE) shd_approach(&w, i);
     }
-    shd_find_surfaces_portable(shape, ring_tube, &w);
+    SHD_VARIANT(shd_find_surfaces)(shape, ring_tube, &w);
     if (!(w.t[0] < INFINITY)) return false;
-    shd_place_surfaces_portable(shape, ring_tube, &w, &met);
-    *out = (surface){w.t[0] + w.shift[0],
-                     {met.point[0][0], met.point[1][0], met.point[2][0]},
-                     {met.normal[0][0], met.normal[1][0], met.normal[2][0]}};
+    SHD_VARIANT(shd_place_surfaces)(shape, ring_tube, &w, &met);
+    *out = (surface){w.t[0] + w.shift[0], shd_lane(met.point, 0), shd_lane(met.normal, 0)};
     return true;
 }
 
