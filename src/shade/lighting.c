@@ -227,17 +227,13 @@ void shd_add_reference(const shd_sums_job *job, uint32_t index, size_t point, do
     }
 }
 
-/* How much is summed between looks at the flag that cancels: this many points times lights times
- * terms, or one vector of points if that is more. */
-static size_t points_at_once(const shd_plan_material *material, size_t lights) {
-    enum { AT_ONCE = 1 << 17 };
-    const size_t each = lights * (1 + material->lobe_count);
-    const size_t points = each ? AT_ONCE / each / SHD_LANES * SHD_LANES : AT_ONCE;
-    return points ? points : SHD_LANES;
-}
-
 static void sum_points(const shd_sums_job *all, shd_sums_function *sums) {
-    const size_t step = points_at_once(all->material, all->n), lobes = all->material->lobe_count;
+    /* Between looks at the flag that cancels: so many points times lights times terms, or one
+     * vector of points if that is more. */
+    enum { AT_ONCE = 1 << 17 };
+    const size_t lobes = all->material->lobe_count, each = all->n * (1 + lobes),
+                 points = each ? AT_ONCE / each / SHD_LANES * SHD_LANES : AT_ONCE,
+                 step = points ? points : SHD_LANES;
     for (size_t first = 0; first < all->count; first += step) {
         shd_sums_job job = *all;
         job.first = first;

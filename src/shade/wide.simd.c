@@ -261,7 +261,7 @@ SHD_INLINE void sum_lights(const shd_sums_job *job, int channels, size_t lobe_co
         }
         shd_vd sums[ROWS];
         unsigned edges = 0;
-        for (size_t k = 0; k < 3 + 3 * lobe_count; k++) sums[k] = shd_vd_set(0);
+        for (size_t k = 0; k < ROWS && k < 3 + 3 * lobe_count; k++) sums[k] = shd_vd_set(0);
         for (size_t k = 0; k < job->n; k++) {
             const uint32_t index = job->which[k];
             unsigned left = (1u << VW) - 1;
