@@ -12,8 +12,8 @@ enum { GROUP = 16 };
         each(position32[c], fast);                                                                 \
         each(normal32[c], fast);                                                                   \
         each(mirror32[c], fast);                                                                   \
-        each(low32[c], fast && plan->split_positions);                                             \
-        each(world32[c], fast &&wants[SHD_LAYER_POSITION]);                                        \
+        each(low32[c], low);                                                                       \
+        each(world32[c], world);                                                                   \
         each(position[c], !fast);                                                                  \
         each(normal[c], !fast);                                                                    \
         each(view[c], !fast);                                                                      \
@@ -26,6 +26,8 @@ enum { GROUP = 16 };
 void shd_hits_lay_out(const shd_plan *plan, size_t capacity, shd_scratch *memory, shd_hits *out) {
     const bool fast = plan->tier != SHD_EXACT;
     const bool *wants = plan->wants;
+    const bool low = fast && plan->split_positions;
+    const bool world = fast && wants[SHD_LAYER_POSITION];
     const bool data = wants[SHD_LAYER_NORMAL] || wants[SHD_LAYER_POSITION] ||
                       wants[SHD_LAYER_DEPTH] || wants[SHD_LAYER_OBJECT];
     bool faceted = false;

@@ -58,15 +58,16 @@ static void make_rays(const shd_sight *sight, shd_batch *restrict b) {
     const shd_lens lens = sight->lens;
     const shd_camera camera = *lens.camera;
     b->orthographic = camera.projection == SHD_ORTHOGRAPHIC;
-    SHD_EACH_LANE(i) {
-        const shd_vec3 aside = aside_of(&lens, &camera, b->x[i], b->y[i]);
-        if (camera.projection == SHD_ORTHOGRAPHIC) {
-            shd_set_lane(b->start, i, aside);
+    if (b->orthographic) {
+        SHD_EACH_LANE(i) {
+            shd_set_lane(b->start, i, aside_of(&lens, &camera, b->x[i], b->y[i]));
             shd_set_lane(b->direction, i, shd_scale(camera.back, -1));
-        } else {
-            const shd_vec3 way = shd_sub(aside, camera.back);
-            shd_set_lane(b->direction, i, shd_scale(way, shd_inverse_root(shd_dot(way, way))));
         }
+        return;
+    }
+    SHD_EACH_LANE(i) {
+        const shd_vec3 way = shd_sub(aside_of(&lens, &camera, b->x[i], b->y[i]), camera.back);
+        shd_set_lane(b->direction, i, shd_scale(way, shd_inverse_root(shd_dot(way, way))));
     }
 }
 
@@ -77,16 +78,20 @@ static void carry_rays(const shd_item *it, const shd_batch *restrict b, shd_work
     const shd_affine m = it->from_world;
     const shd_vec3 eye = it->eye, forward = it->forward;
     const double blind = it->blind;
-    SHD_EACH_LANE(i) {
-        if (b->orthographic) {
+    if (b->orthographic) {
+        SHD_EACH_LANE(i) {
             shd_set_lane(w->origin, i, shd_add(shd_linear(&m, shd_lane(b->start, i)), eye));
             shd_set_lane(w->direction, i, forward);
-        } else {
+            w->near[i] = blind;
+            w->shift[i] = 0;
+        }
+    } else {
+        SHD_EACH_LANE(i) {
             shd_set_lane(w->origin, i, eye);
             shd_set_lane(w->direction, i, shd_linear(&m, shd_lane(b->direction, i)));
+            w->near[i] = blind;
+            w->shift[i] = 0;
         }
-        w->near[i] = blind;
-        w->shift[i] = 0;
     }
     if (it->shape != SHD_PLANE) SHD_EACH_LANE(i) shd_approach(w, i);
 }
@@ -391,12 +396,6 @@ static int find_nearest(const shd_sight *sight, const uint32_t *candidates, size
     return held;
 }
 
-static size_t count_hits(const double *restrict t) {
-    long long hits = 0;
-    SHD_EACH_LANE(i) hits += t[i] < INFINITY ? 1 : 0;
-    return (size_t)hits;
-}
-
 /* Every object that some lane hit, in turn. */
 static void show_hits(const shd_sight *sight, shd_batch *b, int held, int holder, size_t hits,
                       wants want, shd_stage *out) {
@@ -434,7 +433,9 @@ static size_t cast_batch(const shd_sight *sight, const uint32_t *candidates, siz
         held = find_nearest(sight, candidates, candidate_count, &b, out, &holder);
     }
     for (int i = used; i < SHD_RAYS; i++) out->t[i] = INFINITY, out->object[i] = SHD_NOTHING;
-    const size_t hits = count_hits(out->t);
+    long long lanes = 0;
+    SHD_EACH_LANE(i) lanes += out->t[i] < INFINITY ? 1 : 0;
+    const size_t hits = (size_t)lanes;
     if (!hits) return 0;
     if (!quick) show_hits(sight, &b, held, holder, hits, want, out);
     if (!want.fast)

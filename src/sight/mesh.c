@@ -32,11 +32,10 @@ shd_vec3 shd_triangle_normal(const shd_triangles *triangles, size_t triangle) {
 
 /* A row of the map from the mesh's frame to the camera's, times `scale`. */
 static shd_vec3 row_of(const shd_affine *m, double scale, shd_vec3 axis) {
-    double row[3];
-    for (int c = 0; c < 3; c++)
-        row[c] = axis.x * (m->linear[0][c] * scale) + axis.y * (m->linear[1][c] * scale) +
-                 axis.z * (m->linear[2][c] * scale);
-    return (shd_vec3){row[0], row[1], row[2]};
+    const shd_vec3 x = shd_scale(shd_vec3_at(m->linear[0], 0), scale),
+                   y = shd_scale(shd_vec3_at(m->linear[1], 0), scale),
+                   z = shd_scale(shd_vec3_at(m->linear[2], 0), scale);
+    return shd_madd(shd_madd(shd_scale(x, axis.x), y, axis.y), z, axis.z);
 }
 
 bool shd_mesh_view_make(shd_item *it, const shd_mesh_tree *tree, const shd_camera *camera,

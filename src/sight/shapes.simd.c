@@ -34,36 +34,43 @@ static void find_plane(bool disc, shd_work *restrict w) {
     }
 }
 
-/* Where a lane's ray is within all slabs so far, and through the faces of which axis it enters and
- * leaves: 0, 1, 2 for x, y, z. Of equals the first axis stays. */
-typedef struct passage {
-    double enter, leave, enter_axis, leave_axis;
-} passage;
-
-SHD_INLINE void take_slab(double o, double d, double axis, passage *to) {
-    double side = d > 0 ? 0.5 : -0.5;
-    double inverse = 1 / d;
-    double t0 = (-side - o) * inverse, t1 = (side - o) * inverse;
-    /* A parallel ray is never in the slab, or always. */
-    double never = fabs(o) > 0.5 ? INFINITY : -INFINITY;
-    t0 = d == 0 ? never : t0;
-    t1 = d == 0 ? INFINITY : t1;
-    to->enter_axis = t0 > to->enter ? axis : to->enter_axis;
-    to->leave_axis = t1 < to->leave ? axis : to->leave_axis;
-    to->enter = t0 > to->enter ? t0 : to->enter;
-    to->leave = t1 < to->leave ? t1 : to->leave;
+/* Where rays enter and leave the slab of one axis, and through the faces of which axis: 0, 1, 2 for
+ * x, y, z. Of equals the first axis stays. */
+static void find_slab(const double *restrict origin, const double *restrict direction, double axis,
+                      double *restrict enter, double *restrict leave, double *restrict enter_axis,
+                      double *restrict leave_axis) {
+    SHD_EACH_LANE(i) {
+        double o = origin[i], d = direction[i];
+        double side = d > 0 ? 0.5 : -0.5;
+        double inverse = 1 / d;
+        double t0 = (-side - o) * inverse, t1 = (side - o) * inverse;
+        /* A parallel ray is never in the slab, or always. */
+        double never = fabs(o) > 0.5 ? INFINITY : -INFINITY;
+        t0 = d == 0 ? never : t0;
+        t1 = d == 0 ? INFINITY : t1;
+        enter_axis[i] = t0 > enter[i] ? axis : enter_axis[i];
+        leave_axis[i] = t1 < leave[i] ? axis : leave_axis[i];
+        enter[i] = t0 > enter[i] ? t0 : enter[i];
+        leave[i] = t1 < leave[i] ? t1 : leave[i];
+    }
 }
 
 /* face: the axis, plus 3 where the ray comes from inside. */
 static void find_box(shd_work *restrict w) {
+    double enter[SHD_RAYS], leave[SHD_RAYS], enter_axis[SHD_RAYS], leave_axis[SHD_RAYS];
     SHD_EACH_LANE(i) {
-        passage in = {-INFINITY, INFINITY, 0, 0};
-        for (int c = 0; c < 3; c++) take_slab(w->origin[c][i], w->direction[c][i], c, &in);
-        const double near = w->near[i];
-        double t = in.enter > near ? in.enter : in.leave;
-        w->face[i] = in.enter > near ? in.enter_axis : in.leave_axis + 3;
+        enter[i] = -INFINITY;
+        leave[i] = INFINITY;
+        enter_axis[i] = leave_axis[i] = 0;
+    }
+    for (int c = 0; c < 3; c++)
+        find_slab(w->origin[c], w->direction[c], c, enter, leave, enter_axis, leave_axis);
+    SHD_EACH_LANE(i) {
+        double near = w->near[i];
+        double t = enter[i] > near ? enter[i] : leave[i];
+        w->face[i] = enter[i] > near ? enter_axis[i] : leave_axis[i] + 3;
         t = t > near ? t : INFINITY;
-        w->t[i] = in.enter <= in.leave ? t : INFINITY;
+        w->t[i] = enter[i] <= leave[i] ? t : INFINITY;
     }
 }
 

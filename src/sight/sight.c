@@ -110,14 +110,12 @@ const shd_facets *shd_sight_facets(const shd_sight *sight, size_t object) {
 
 /* ---- Objects made ready. ---- */
 
+static const char FULL[] = "the limit `memory` is reached by this object";
+
 static shd_status fail_object(shd_error *error, shd_status status, size_t object, const char *why) {
     char path[64];
     snprintf(path, sizeof path, "/objects/%zu", object);
     return shd_fail(error, status, path, "%s", why);
-}
-
-static shd_status no_memory(shd_error *error, size_t object) {
-    return fail_object(error, SHD_MEMORY, object, "the limit `memory` is reached by this object");
 }
 
 static shd_affine scaling_map(double size, shd_vec3 origin) {
@@ -165,11 +163,11 @@ static shd_status make_mesh(const shd_sight *sight, size_t index, shd_arena *are
         shd_status status = shd_mesh_tree_new(&it->triangles, cancelled, arena, &tree, error);
         if (status != SHD_OK) return status;
         if (it->smooth && !shd_triangle_units(&it->triangles, cancelled, arena, &it->units))
-            return no_memory(error, index);
+            return fail_object(error, SHD_MEMORY, index, FULL);
     }
     it->blind = SHD_BLIND * sight->plan->objects[index].radius;
     if (!shd_mesh_view_make(it, tree, sight->lens.camera, cancelled, arena))
-        return no_memory(error, index);
+        return fail_object(error, SHD_MEMORY, index, FULL);
     return SHD_OK;
 }
 
@@ -206,11 +204,11 @@ static shd_status make_item(const shd_sight *sight, size_t index, shd_arena *are
         it->smooth = object->mesh->normals && !faceted;
     } else if (faceted) {
         if (!shd_tessellate(object->shape, it->tube, object->segments, arena, &it->triangles))
-            return no_memory(error, index);
+            return fail_object(error, SHD_MEMORY, index, FULL);
         it->shape = SHD_MESH;
     }
     if (faceted && !make_facets(sight, object->interpolation == SHD_FLAT, arena, it))
-        return no_memory(error, index);
+        return fail_object(error, SHD_MEMORY, index, FULL);
     if (it->shape == SHD_MESH) return make_mesh(sight, index, arena, error);
     if (it->shape != SHD_PLANE)
         it->blind = SHD_BLIND * fmax(axes[0], fmax(axes[1], axes[2])) *

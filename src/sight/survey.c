@@ -111,8 +111,7 @@ static bool vertex_ranges(const shd_item *it, shd_vec3 v, range *p, range *q, do
 /* A ray hits a plane if it goes toward it: on one side of a line on the image plane. */
 static void outline_plane(const shd_sight *sight, const shd_item *it, shd_outline *out) {
     const shd_camera *camera = sight->lens.camera;
-    const double *m = it->from_world.linear[1];
-    const shd_vec3 up = in_camera(camera, (shd_vec3){m[0], m[1], m[2]});
+    const shd_vec3 up = in_camera(camera, shd_vec3_at(it->from_world.linear[1], 0));
     const bool orthographic = camera->projection == SHD_ORTHOGRAPHIC;
     /* Along the plane's normal, either the ray's origin or its direction is fixed for all rays, and
      * the other one depends on the pixel. */

@@ -4,6 +4,7 @@
 #include "sight/mesh.h"
 
 #include <assert.h>
+#include <string.h>
 
 typedef struct grid {
     shd_shape shape;
@@ -70,10 +71,7 @@ static bool same_place(shd_vec3 p, shd_vec3 q) {
 static bool add_triangle(builder *b, uint32_t i, uint32_t j, uint32_t k) {
     const shd_vec3 p = b->positions[i], q = b->positions[j], r = b->positions[k];
     if (same_place(p, q) || same_place(q, r) || same_place(r, p)) return false;
-    uint32_t *corner = b->indices[b->triangles];
-    corner[0] = i;
-    corner[1] = j;
-    corner[2] = k;
+    memcpy(b->indices[b->triangles], (uint32_t[]){i, j, k}, sizeof *b->indices);
     b->faces[b->triangles++] = b->face;
     return true;
 }
@@ -105,12 +103,9 @@ bool shd_tessellate(shd_shape shape, double tube, int segments, shd_arena *arena
         [SHD_SPHERE] = 1,   [SHD_DISC] = 1, [SHD_BOX] = 6,
         [SHD_CYLINDER] = 3, [SHD_CONE] = 2, [SHD_TORUS] = 1,
     };
-    int stacks = segments / 2 < 2 ? 2 : segments / 2;
-    const int count = parts[shape],
-              rows = shape == SHD_SPHERE  ? stacks
-                     : shape == SHD_TORUS ? segments
-                                          : 1,
-              columns = shape == SHD_BOX ? 1 : segments;
+    const int count = parts[shape], columns = shape == SHD_BOX ? 1 : segments;
+    int rows = shape == SHD_TORUS ? segments : 1;
+    if (shape == SHD_SPHERE) rows = segments < 4 ? 2 : segments / 2;
     if (!count) return false;
     const size_t vertices = (size_t)count * (size_t)(rows + 1) * (size_t)(columns + 1),
                  quads = (size_t)count * (size_t)rows * (size_t)columns;

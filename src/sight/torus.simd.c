@@ -13,10 +13,8 @@
  * its last one; from inside, between some of its turning points. Those are found as roots of the
  * derivative between the inflections: no root is lost to cancellation as closed formulas lose them.
  * Turning points need few digits; the surface itself is found on the distance from the tube's
- * circle, which is well conditioned for thin tubes and has the quartic's sign.
- *
- * Each lane stops by itself, so that its result does not depend on how long others take. Compiled
- * once an instruction set. */
+ * circle, which is well conditioned for thin tubes and has the quartic's sign. Each lane stops by
+ * itself. Compiled once an instruction set. */
 #include "sight/batch.h"
 
 enum { LANES = SHD_W / 2, STEPS = 4 };
