@@ -2,20 +2,12 @@
 
 /* The scale of the unit form along each axis. */
 static shd_vec3 unit_size(const shd_object *object) {
-    double r = object->radius;
-    switch (object->shape) {
-    case SHD_BOX:
-        return object->size;
-    case SHD_CYLINDER:
-    case SHD_CONE:
-        return (shd_vec3){r, object->height, r};
-    case SHD_SPHERE:
-    case SHD_DISC:
-    case SHD_TORUS:
-        return (shd_vec3){r, r, r};
-    default:
-        return (shd_vec3){1, 1, 1};
-    }
+    const double r = object->radius, h = object->height;
+    const shd_vec3 sizes[SHD_SHAPE_COUNT] = {
+        [SHD_SPHERE] = {r, r, r}, [SHD_PLANE] = {1, 1, 1},    [SHD_DISC] = {r, r, r},
+        [SHD_BOX] = object->size, [SHD_CYLINDER] = {r, h, r}, [SHD_CONE] = {r, h, r},
+        [SHD_TORUS] = {r, r, r},  [SHD_MESH] = {1, 1, 1}};
+    return sizes[object->shape];
 }
 
 bool shd_object_frame(const shd_object *object, shd_affine *to_world, shd_affine *from_world) {
@@ -32,53 +24,28 @@ bool shd_object_frame(const shd_object *object, shd_affine *to_world, shd_affine
 }
 
 size_t shd_tessellation_triangles(shd_shape shape, int segments) {
-    size_t slices = (size_t)segments, stacks = slices / 2 > 2 ? slices / 2 : 2;
-    switch (shape) {
-    case SHD_SPHERE:
-        return 2 * slices * (stacks - 1); /* the stacks at the poles are single triangles */
-    case SHD_DISC:
-        return slices;
-    case SHD_BOX:
-        return 12;
-    case SHD_CYLINDER:
-        return 4 * slices; /* two a slice around, one for each cap */
-    case SHD_CONE:
-        return 2 * slices;
-    case SHD_TORUS:
-        return 2 * slices * slices;
-    default:
-        return 0;
-    }
+    const size_t slices = (size_t)segments, stacks = slices / 2 > 2 ? slices / 2 : 2;
+    const size_t counts[SHD_SHAPE_COUNT] = {
+        [SHD_SPHERE] = 2 * slices * (stacks - 1), /* the stacks at the poles are single triangles */
+        [SHD_DISC] = slices,
+        [SHD_BOX] = 12,
+        [SHD_CYLINDER] = 4 * slices, /* two a slice around, one for each cap */
+        [SHD_CONE] = 2 * slices,
+        [SHD_TORUS] = 2 * slices * slices};
+    return counts[shape];
 }
 
 bool shd_object_box(const shd_object *object, shd_vec3 *low, shd_vec3 *high) {
-    double r = object->radius, h = object->height / 2;
-    shd_vec3 half = {r, r, r};
-    switch (object->shape) {
-    case SHD_SPHERE:
-        break;
-    case SHD_DISC:
-        half = (shd_vec3){r, 0, r};
-        break;
-    case SHD_BOX:
-        half = shd_scale(object->size, 0.5);
-        break;
-    case SHD_CYLINDER:
-    case SHD_CONE:
-        half = (shd_vec3){r, h, r};
-        break;
-    case SHD_TORUS:
-        half = (shd_vec3){r + object->tube, object->tube, r + object->tube};
-        break;
-    case SHD_MESH:
-        *low = object->mesh->low;
-        *high = object->mesh->high;
-        return true;
-    default:
-        return false;
-    }
-    *low = shd_scale(half, -1);
-    *high = half;
+    const double r = object->radius, h = object->height / 2, tube = object->tube;
+    const shd_vec3 halves[SHD_SHAPE_COUNT] = {[SHD_SPHERE] = {r, r, r},
+                                              [SHD_DISC] = {r, 0, r},
+                                              [SHD_BOX] = shd_scale(object->size, 0.5),
+                                              [SHD_CYLINDER] = {r, h, r},
+                                              [SHD_CONE] = {r, h, r},
+                                              [SHD_TORUS] = {r + tube, tube, r + tube}};
+    if (object->shape == SHD_PLANE) return false;
+    *high = object->shape == SHD_MESH ? object->mesh->high : halves[object->shape];
+    *low = object->shape == SHD_MESH ? object->mesh->low : shd_scale(*high, -1);
     return true;
 }
 
