@@ -1,5 +1,6 @@
 #include "assets/store.h"
 
+#include <assert.h>
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
@@ -24,6 +25,8 @@ struct shd_stored {
     bool was_kept;
 };
 
+static_assert(offsetof(shd_stored, use) == 0, "a thing is where its use is");
+
 /* What stands before a thing's bytes. */
 enum { HEAD = (sizeof(shd_stored) + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT };
 
@@ -41,13 +44,6 @@ static shd_key key_of(const shd_store *store, const shd_digest *digest) {
 
 /* ---- The mutex is held ---- */
 
-/* The one place where bytes are counted: those of things that are kept, and those of things that
- * are only held. */
-static void count_bytes(shd_store *store, ptrdiff_t kept, ptrdiff_t held) {
-    store->load.bytes += (size_t)kept;
-    store->load.held += (size_t)held;
-}
-
 /* The client of a name, made if it is new. NULL: out of memory. */
 static client *get_client(shd_store *store, const char *name) {
     client **at = &store->clients;
@@ -63,7 +59,7 @@ static void keep_thing(shd_store *store, shd_stored *thing, client *c) {
     shd_index_put(&store->index, &thing->key, thing);
     shd_lru_put(&c->things, &thing->use);
     store->load.things++;
-    count_bytes(store, (ptrdiff_t)thing->use.bytes, 0);
+    store->load.bytes += thing->use.bytes;
 }
 
 static void drop_client(shd_store *store, client *c) {
@@ -76,16 +72,18 @@ static void drop_client(shd_store *store, client *c) {
 /* Adds the thing to `freed` if nobody holds it. */
 static void forget_thing(shd_store *store, shd_stored *thing, shd_lru *freed) {
     client *c = thing->client;
+    assert(c && thing->holders && c->things.count && store->load.bytes >= thing->use.bytes);
     shd_index_take(&store->index, &thing->key);
     shd_lru_take(&c->things, &thing->use);
     if (!c->things.count) drop_client(store, c);
     thing->client = NULL;
     store->load.things--;
     store->load.evictions++;
-    const bool held = --thing->holders;
-    const ptrdiff_t bytes = (ptrdiff_t)thing->use.bytes;
-    count_bytes(store, -bytes, held ? bytes : 0);
-    if (!held) shd_lru_put(freed, &thing->use);
+    store->load.bytes -= thing->use.bytes;
+    if (--thing->holders)
+        store->load.held += thing->use.bytes;
+    else
+        shd_lru_put(freed, &thing->use);
 }
 
 /* The thing to forget next: the oldest one of the client that has most. The thing that was put last
@@ -111,23 +109,16 @@ static shd_lru make_room(shd_store *store, size_t bytes, const shd_stored *last)
 
 /* ---- Any thread ---- */
 
-static void free_thing(shd_stored *thing) {
-    shd_budget *budget = thing->store->budget;
-    const size_t bytes = thing->use.bytes;
-    free(thing);
-    shd_budget_give(budget, bytes);
-}
-
-static void free_things(shd_lru freed) {
-    for (shd_use *use; (use = shd_lru_pop(&freed));) free_thing((shd_stored *)use);
+static void free_things(shd_store *store, shd_lru freed) {
+    const size_t bytes = freed.bytes;
+    for (shd_use *use; (use = shd_lru_pop(&freed));) free(use);
+    shd_budget_give(store->budget, bytes);
 }
 
 shd_status shd_stored_new(shd_store *store, const shd_digest *digest, size_t bytes,
                           shd_stored **out, shd_error *error) {
-    size_t whole;
-    if (__builtin_add_overflow(bytes, HEAD + ALIGNMENT - 1, &whole))
-        return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
-    whole = whole / ALIGNMENT * ALIGNMENT;
+    assert(bytes <= SIZE_MAX / 2);
+    const size_t whole = (HEAD + bytes + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
     if (!shd_budget_take(store->budget, whole))
         return shd_fail(error, SHD_CROWDED, "", "the process may take no more memory just now");
     shd_stored *thing = aligned_alloc(ALIGNMENT, whole);
@@ -152,15 +143,20 @@ size_t shd_stored_size(const shd_stored *thing) {
 void shd_stored_drop(shd_stored *thing) {
     if (!thing) return;
     shd_store *store = thing->store;
+    shd_lru freed = {0};
     pthread_mutex_lock(&store->mutex);
-    const bool last = --thing->holders == 0;
-    if (last && thing->was_kept) count_bytes(store, 0, -(ptrdiff_t)thing->use.bytes);
+    assert(thing->holders);
+    if (!--thing->holders) {
+        if (thing->was_kept) store->load.held -= thing->use.bytes;
+        shd_lru_put(&freed, &thing->use);
+    }
     pthread_mutex_unlock(&store->mutex);
-    if (last) free_thing(thing);
+    free_things(store, freed);
 }
 
 shd_status shd_store_put(shd_store *store, shd_stored *thing, const char *name, bool *known,
                          shd_error *error) {
+    assert(thing->store == store && !thing->client);
     const size_t most = store->load.cap / SHARE;
     if (thing->use.bytes > most) {
         shd_fail(error, SHD_LIMIT, "", "it takes %zu bytes; half of the limit `mesh-store` is %zu",
@@ -177,7 +173,7 @@ shd_status shd_store_put(shd_store *store, shd_stored *thing, const char *name, 
     }
     pthread_mutex_unlock(&store->mutex);
     if (!there && !c) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
-    free_things(freed);
+    free_things(store, freed);
     *known = there;
     return SHD_OK;
 }
@@ -199,7 +195,7 @@ size_t shd_store_shrink(shd_store *store, size_t bytes) {
     pthread_mutex_lock(&store->mutex);
     const shd_lru freed = make_room(store, bytes, NULL);
     pthread_mutex_unlock(&store->mutex);
-    free_things(freed);
+    free_things(store, freed);
     return freed.bytes;
 }
 
@@ -228,6 +224,7 @@ shd_status shd_store_new(size_t cap, shd_budget *budget, shd_store **out, shd_er
 void shd_store_drop(shd_store *store) {
     if (!store) return;
     shd_store_shrink(store, 0);
+    assert(!store->clients && !store->load.held);
     shd_index_drop(&store->index);
     pthread_mutex_destroy(&store->mutex);
     free(store);

@@ -7,10 +7,6 @@
  * nobody can fill the store but at their own expense. Any thread. */
 #pragma once
 
-#include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
-
 #include "base/budget.h"
 #include "base/digest.h"
 #include "base/status.h"
