@@ -1,5 +1,6 @@
 #include "image/blocks.h"
 
+#include <endian.h>
 #include <stdint.h>
 #include <string.h>
 
@@ -16,22 +17,17 @@ typedef struct reader {
 /* So that there are 56 bits or more. What bits hold above `count` is what comes next again. */
 static inline void refill_bits(reader *r) {
     if (r->end - r->at >= 8) {
-        const unsigned char *a = r->at;
-        r->bits |= ((uint64_t)a[0] | (uint64_t)a[1] << 8 | (uint64_t)a[2] << 16 |
-                    (uint64_t)a[3] << 24 | (uint64_t)a[4] << 32 | (uint64_t)a[5] << 40 |
-                    (uint64_t)a[6] << 48 | (uint64_t)a[7] << 56)
-                   << r->count;
+        uint64_t next;
+        memcpy(&next, r->at, sizeof next);
+        r->bits |= le64toh(next) << r->count;
         r->at += (63 - r->count) / 8;
         r->count |= 56;
     }
-    while (r->count < 56) {
-        uint64_t byte = 0;
+    for (; r->count < 56; r->count += 8) {
         if (r->at < r->end)
-            byte = *r->at++;
+            r->bits |= (uint64_t)*r->at++ << r->count;
         else
             r->invented++;
-        r->bits |= byte << r->count;
-        r->count += 8;
     }
 }
 
@@ -198,16 +194,9 @@ static bool skip_symbols(walker *w) {
 }
 
 static bool skip_block(walker *w, unsigned kind) {
-    switch (kind) {
-    case 0:
-        return skip_stored(&w->in);
-    case 1:
-        return read_fixed_codes(w) && skip_symbols(w);
-    case 2:
-        return read_dynamic_codes(w) && skip_symbols(w);
-    default:
-        return false;
-    }
+    if (kind == 0) return skip_stored(&w->in);
+    if (kind == 3) return false;
+    return (kind == 1 ? read_fixed_codes(w) : read_dynamic_codes(w)) && skip_symbols(w);
 }
 
 bool shd_find_last_block(const unsigned char *data, size_t size, size_t *last, size_t *end) {

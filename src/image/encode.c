@@ -1,19 +1,18 @@
-#include <stdint.h>
-
 #include "image/encoders.h"
 #include "image/spread.h"
 
+static const struct {
+    shd_encoder *encode;
+    shd_encoder_scratch *scratch;
+} encoders[SHD_FORMAT_COUNT] = {[SHD_PNG] = {shd_encode_png, shd_png_scratch},
+                                [SHD_JPEG] = {shd_encode_jpeg, shd_jpeg_scratch},
+                                [SHD_WEBP] = {shd_encode_webp, shd_webp_scratch},
+                                [SHD_TIFF] = {shd_encode_oiio, shd_oiio_scratch},
+                                [SHD_EXR] = {shd_encode_oiio, shd_oiio_scratch},
+                                [SHD_HDR] = {shd_encode_oiio, shd_oiio_scratch}};
+
 uint64_t shd_image_scratch(const shd_image *image, shd_format format, bool samples) {
-    switch (format) {
-    case SHD_PNG:
-        return shd_png_scratch(image);
-    case SHD_JPEG:
-        return shd_jpeg_scratch(image, samples);
-    case SHD_WEBP:
-        return shd_webp_scratch(image);
-    default:
-        return shd_oiio_scratch(image, format, samples);
-    }
+    return encoders[format].scratch(image, format, samples);
 }
 
 shd_status shd_image_encode(const shd_image *image, shd_format format, shd_arena *scratch,
@@ -37,20 +36,5 @@ shd_status shd_image_encode(const shd_image *image, shd_format format, shd_arena
      * below 2^25, so this cannot overflow itself. */
     uint64_t pixels = (uint64_t)image->width * (uint64_t)image->height;
     if (pixels > SIZE_MAX / 32 / 2) return shd_encode_no_memory(error);
-
-    switch (format) {
-    case SHD_PNG:
-        return shd_encode_png(image, scratch, out, error);
-    case SHD_JPEG:
-        return shd_encode_jpeg(image, scratch, out, error);
-    case SHD_WEBP:
-        return shd_encode_webp(image, scratch, out, error);
-    case SHD_TIFF:
-    case SHD_EXR:
-    case SHD_HDR:
-        return shd_encode_oiio(image, format, scratch, out, error);
-    case SHD_FORMAT_COUNT:
-        break;
-    }
-    return shd_fail(error, SHD_INTERNAL, "", "no such format");
+    return encoders[format].encode(image, format, scratch, out, error);
 }

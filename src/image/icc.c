@@ -2,8 +2,7 @@
  * RGB goes by a 3x3 matrix to XYZ under D50. */
 #include "image/icc.h"
 
-#include <math.h>
-#include <stdint.h>
+#include <assert.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -13,14 +12,14 @@
 static const struct {
     const char *name;
     const double *xy;
-} known[] = {{"Rec.709", shd_rec709},
-             {"Display P3", shd_display_p3},
-             {"ACEScg", shd_acescg},
-             {"ACES2065-1", shd_aces2065_1}};
+} known_primaries[] = {{"Rec.709", shd_rec709},
+                       {"Display P3", shd_display_p3},
+                       {"ACEScg", shd_acescg},
+                       {"ACES2065-1", shd_aces2065_1}};
 
 static const char *name_of_profile(const double xy[8]) {
-    for (size_t k = 0; k < sizeof known / sizeof known[0]; k++)
-        if (!memcmp(xy, known[k].xy, 8 * sizeof *xy)) return known[k].name;
+    for (size_t k = 0; k < sizeof known_primaries / sizeof known_primaries[0]; k++)
+        if (!memcmp(xy, known_primaries[k].xy, 8 * sizeof *xy)) return known_primaries[k].name;
     return "RGB";
 }
 
@@ -89,18 +88,12 @@ static void put_type(shd_icc *icc, const char type[4]) {
     append_u32(icc, 0);
 }
 
+/* Version 4.3, a display's RGB, from XYZ, on a fixed date, 2026-01-01: equal pictures are equal
+ * bytes. What is not here is 0. */
 static void put_icc_header(shd_icc *icc) {
-    memset(icc->data, 0, 128);
-    icc->size = 8;
-    append_u32(icc, 0x04300000); /* version 4.3 */
-    put_tag(icc, "mntr");
-    put_tag(icc, "RGB ");
-    put_tag(icc, "XYZ ");
-    /* A fixed date, 2026-01-01: equal pictures are equal bytes. */
-    append_u32(icc, 2026u << 16 | 1);
-    append_u32(icc, 1u << 16);
-    append_u32(icc, 0);
-    put_tag(icc, "acsp");
+    static const char head[] = "\0\0\0\0\0\0\0\0\x04\x30\0\0mntrRGB XYZ "
+                               "\x07\xEA\0\1\0\1\0\0\0\0\0\0acsp";
+    memcpy(icc->data, head, sizeof head);
     icc->size = 68;
     put_fixed(icc, d50, 3);
     icc->size = 128;
@@ -129,12 +122,10 @@ static void add_text(shd_icc *icc, int *tags, const char tag[4], const char *tex
     put_tag(icc, "enUS");
     append_u32(icc, (uint32_t)(2 * length));
     append_u32(icc, 28);
-    for (size_t i = 0; i < length; i++) {
-        icc->data[icc->size++] = 0;
-        icc->data[icc->size++] = (unsigned char)text[i];
-    }
+    for (size_t i = 0; i < length; i++, icc->size += 2)
+        icc->data[icc->size + 1] = (unsigned char)text[i];
     enter_tag(icc, tags, tag, start);
-    while (icc->size % 4) icc->data[icc->size++] = 0;
+    icc->size = (icc->size + 3) / 4 * 4;
 }
 
 /* Fixed-point numbers: three of the type "XYZ ", or nine of "sf32". */
@@ -203,6 +194,7 @@ shd_icc shd_icc_make(const shd_image *image) {
     add_curve(&icc, &tags, image->transfer);
 
     const size_t size = icc.size;
+    assert(tags == TAG_COUNT && size <= sizeof icc.data);
     icc.size = 0;
     append_u32(&icc, (uint32_t)size);
     icc.size = size;

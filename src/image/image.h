@@ -7,10 +7,6 @@
  * be called from any thread. */
 #pragma once
 
-#include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
-
 #include "base/arena.h"
 #include "base/budget.h"
 #include "base/cancel.h"
@@ -18,10 +14,6 @@
 #include "base/cpu.h"
 #include "base/format.h"
 #include "base/status.h"
-
-#ifdef __cplusplus
-extern "C" {
-#endif
 
 /* How integer samples store a value v: round((v * scale + offset) * max), ties upward, saturated
  * to 0..max. Half and float samples store v itself, half saturated to +-65504. */
@@ -41,11 +33,10 @@ typedef struct shd_image_layer {
 typedef struct shd_image {
     int width, height;
     const float *rgba; /* [height][width][4]: converted color, straight alpha in 0..1, finite */
-    /* NULL, or what is stored: [height][width][count] of shd_image_layout's samples, 8 or 16 bits
+    /* NULL, or what is stored: [height][width][count] of the samples of shd_pack_of, 8 or 16 bits
      * in native byte order. `rgba` and `packing` are then not looked at. */
     const void *samples;
-    int channel; /* -1: all three; 0..2: that one as grey, with alpha if `alpha`; 3: alpha as grey
-                  */
+    int channel; /* -1: all; 0..2: that one as grey, with alpha if `alpha`; 3: alpha as grey */
     bool alpha;  /* alpha is kept; false: `rgba` is opaque, or alpha is the channel */
     shd_packing packing;
     shd_depth depth;
@@ -73,18 +64,6 @@ typedef struct shd_bytes {
     unsigned char *data; /* malloc: the caller frees it */
     size_t size;
 } shd_bytes;
-
-/* What a stored pixel is made of: `count` samples of `bytes` bytes each. Sample i is channel
- * source[i] of an RGBA pixel. Half comes as float. This depends on the image's channel, alpha and
- * depth. */
-typedef struct shd_layout {
-    int count; /* 1..4 */
-    int source[4];
-    size_t bytes;
-    bool premultiplied; /* the color samples are multiplied by alpha */
-} shd_layout;
-
-shd_layout shd_image_layout(const shd_image *image, shd_format format);
 
 /* Encodes. SHD_INTERNAL: the format does not hold `image->depth` or `alpha`, or has `layers` and is
  * not EXR. `scratch` gives working memory, and what *out takes counts as borrowed of it.
@@ -125,7 +104,3 @@ shd_status shd_image_prepare(shd_format format, shd_budget *budget, const atomic
  * counted in the budget of `scratch`. As long as there are as many as an image has slots, WebP
  * waits before it begins. */
 unsigned shd_image_abandoned(void);
-
-#ifdef __cplusplus
-}
-#endif

@@ -4,7 +4,7 @@
  * restart marker makes a decoder begin anew as at a picture's start (ITU-T T.81, F.1.1.5.1), so
  * the strips' entropy-coded data, with markers between them, are the data of the whole. Where
  * strips begin depends on the picture's size alone. */
-#include <stdatomic.h>
+#include <assert.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -20,16 +20,7 @@ static const char icc_mark[] = "ICC_PROFILE"; /* with its terminating 0, ICC.1:2
 enum { STRIP_PIXELS = 1 << 18, RESTARTS = 8 };
 
 /* Marker codes, T.81 table B.1. */
-enum {
-    RST0 = 0xD0,
-    SOI = 0xD8,
-    EOI = 0xD9,
-    SOF0 = 0xC0,
-    SOS = 0xDA,
-    DRI = 0xDD,
-    APP0 = 0xE0,
-    APP2 = 0xE2
-};
+enum { SOF0 = 0xC0, RST0 = 0xD0, SOI = 0xD8, EOI, SOS, DRI = 0xDD, APP0 = 0xE0, APP2 = 0xE2 };
 
 /* A strip's JPEG: head, up to its scan; the scan's header; entropy-coded data; EOI. */
 typedef struct strip {
@@ -38,11 +29,18 @@ typedef struct strip {
     size_t frame, scan, data; /* where SOF0, SOS and the data are */
 } strip;
 
+/* How a picture is cut. */
+typedef struct cut {
+    int sampling, side, rows; /* side: of an MCU */
+    size_t count;
+    unsigned long bound; /* of a strip's bytes; -1UL: there is none */
+} cut;
+
 typedef struct job {
     const shd_image *image;
-    const unsigned char *pixels;
+    const void *pixels;
     size_t samples; /* a pixel */
-    int sampling, rows;
+    cut cut;
     strip *strips;
     tjhandle *handles; /* [slots] */
     atomic_bool failed;
@@ -77,13 +75,14 @@ static void encode_strip(void *context, size_t index, unsigned slot) {
     const shd_image *image = j->image;
     if (atomic_load(&j->failed)) return;
     strip *s = &j->strips[index];
-    const int first = (int)index * j->rows, left = image->height - first;
+    const int rows = j->cut.rows, first = (int)index * rows, left = image->height - first;
+    const unsigned char *pixels = j->pixels;
     if (!j->handles[slot]) j->handles[slot] = tjInitCompress();
     const int failed =
         !j->handles[slot] ||
-        tjCompress2(j->handles[slot], j->pixels + (size_t)first * (size_t)image->width * j->samples,
-                    image->width, 0, left < j->rows ? left : j->rows,
-                    j->samples == 1 ? TJPF_GRAY : TJPF_RGB, &s->jpeg, &s->size, j->sampling,
+        tjCompress2(j->handles[slot], pixels + (size_t)first * (size_t)image->width * j->samples,
+                    image->width, 0, left < rows ? left : rows,
+                    j->samples == 1 ? TJPF_GRAY : TJPF_RGB, &s->jpeg, &s->size, j->cut.sampling,
                     image->quality, TJFLAG_NOREALLOC | TJFLAG_ACCURATEDCT);
     if (!failed && read_strip(s)) return;
     if (!atomic_flag_test_and_set(&j->told))
@@ -92,28 +91,24 @@ static void encode_strip(void *context, size_t index, unsigned slot) {
     atomic_store(&j->failed, true);
 }
 
-static unsigned char *copy_bytes(unsigned char *at, const void *from, size_t size) {
-    memcpy(at, from, size);
-    return at + size;
-}
-
-static unsigned char *put_marker(unsigned char *at, unsigned char code) {
-    *at++ = 0xFF;
-    *at++ = code;
-    return at;
-}
-
 static unsigned char *put_u16(unsigned char *at, size_t value) {
     *at++ = (unsigned char)(value >> 8);
     *at++ = (unsigned char)value;
     return at;
 }
 
+static unsigned char *put_marker(unsigned char *at, size_t code) {
+    return put_u16(at, 0xFF00 | code);
+}
+
 /* libturbojpeg 2.1 cannot write a profile: its APP2 segment goes behind the JFIF segment, which
  * the standard wants first. */
-static shd_status join_strips(const job *j, size_t count, size_t interval, const shd_icc *icc,
-                              shd_arena *scratch, shd_bytes *out, shd_error *error) {
+static shd_status join_strips(const job *j, const shd_icc *icc, shd_arena *scratch, shd_bytes *out,
+                              shd_error *error) {
     const strip *first = &j->strips[0];
+    const size_t count = j->cut.count, side = (size_t)j->cut.side;
+    const size_t interval =
+        ((size_t)j->image->width + side - 1) / side * ((size_t)j->cut.rows / side);
     const size_t profile = icc->size ? 2 + sizeof icc_mark + 2 + icc->size : 0;
     size_t size = first->size + (profile ? 2 + profile : 0) + 6, head = 2;
     for (size_t i = 1; i < count; i++) size += j->strips[i].size;
@@ -121,82 +116,69 @@ static shd_status join_strips(const job *j, size_t count, size_t interval, const
     if (!data) return shd_encode_no_memory(error);
 
     if (first->jpeg[3] == APP0) head += 2 + length_at(first->jpeg + 4);
-    at = copy_bytes(at, first->jpeg, head);
+    at = mempcpy(at, first->jpeg, head);
     if (profile) {
         at = put_u16(put_marker(at, APP2), profile);
-        at = copy_bytes(at, icc_mark, sizeof icc_mark);
-        *at++ = 1; /* the first of one */
-        *at++ = 1;
-        at = copy_bytes(at, icc->data, icc->size);
+        at = mempcpy(at, icc_mark, sizeof icc_mark);
+        at = put_u16(at, 0x0101); /* the first of one */
+        at = mempcpy(at, icc->data, icc->size);
     }
-    at = copy_bytes(at, first->jpeg + head, first->scan - head);
+    at = mempcpy(at, first->jpeg + head, first->scan - head);
     put_u16(at - first->scan + first->frame + 5, (size_t)j->image->height);
     if (count > 1) at = put_u16(put_u16(put_marker(at, DRI), 4), interval);
-    at = copy_bytes(at, first->jpeg + first->scan, first->data - first->scan);
+    at = mempcpy(at, first->jpeg + first->scan, first->data - first->scan);
     for (size_t i = 0; i < count; i++) {
         const strip *s = &j->strips[i];
-        if (i) at = put_marker(at, (unsigned char)(RST0 + (i - 1) % RESTARTS));
-        at = copy_bytes(at, s->jpeg + s->data, s->size - 2 - s->data);
+        if (i) at = put_marker(at, RST0 + (i - 1) % RESTARTS);
+        at = mempcpy(at, s->jpeg + s->data, s->size - 2 - s->data);
     }
     at = put_marker(at, EOI);
+    assert((size_t)(at - data) <= size);
     shd_arena_repay(scratch, size - (size_t)(at - data));
     *out = (shd_bytes){data, (size_t)(at - data)};
     return SHD_OK;
 }
 
-/* How a picture is cut. */
-typedef struct strips {
-    int sampling, side, rows; /* side: of an MCU */
-    size_t count;
-    unsigned long bound; /* of a strip's bytes; -1UL: there is none */
-} strips;
-
-static strips cut_strips(const shd_image *image, bool grey) {
+static cut cut_strips(const shd_image *image, bool grey) {
     /* Coarse chroma shows at colored edges; whoever asks for high quality looks for them. */
     const int sampling = grey ? TJSAMP_GRAY : image->quality >= 90 ? TJSAMP_444 : TJSAMP_420;
     const int side = sampling == TJSAMP_420 ? 16 : 8;
     int rows = STRIP_PIXELS / image->width / side * side;
     rows = rows < side ? side : rows < image->height ? rows : image->height;
-    return (strips){.sampling = sampling,
-                    .side = side,
-                    .rows = rows,
-                    .count = ((size_t)image->height + (size_t)rows - 1) / (size_t)rows,
-                    .bound = tjBufSize(image->width, rows, sampling)};
+    return (cut){.sampling = sampling,
+                 .side = side,
+                 .rows = rows,
+                 .count = ((size_t)image->height + (size_t)rows - 1) / (size_t)rows,
+                 .bound = tjBufSize(image->width, rows, sampling)};
 }
 
-uint64_t shd_jpeg_scratch(const shd_image *image, bool samples) {
-    const shd_pack pack = shd_pack_of(image, SHD_JPEG);
-    const strips s = cut_strips(image, pack.count == 1);
+uint64_t shd_jpeg_scratch(const shd_image *image, shd_format format, bool samples) {
+    const shd_pack pack = shd_pack_of(image, format);
+    const cut s = cut_strips(image, pack.count == 1);
     const uint64_t pixels = (uint64_t)image->width * (uint64_t)image->height;
     return (samples ? 0 : pixels * (uint64_t)pack.count) + s.count * (uint64_t)s.bound;
 }
 
-shd_status shd_encode_jpeg(const shd_image *image, shd_arena *scratch, shd_bytes *out,
-                           shd_error *error) {
-    const shd_pack pack = shd_pack_of(image, SHD_JPEG);
-    const strips s = cut_strips(image, pack.count == 1);
-    const size_t interval =
-        ((size_t)image->width + (size_t)s.side - 1) / (size_t)s.side * (size_t)(s.rows / s.side);
+shd_status shd_encode_jpeg(const shd_image *image, shd_format format, shd_arena *scratch,
+                           shd_bytes *out, shd_error *error) {
+    const shd_pack pack = shd_pack_of(image, format);
     const unsigned slots = shd_encode_slots(image);
-
     job j = {.image = image,
              .samples = (size_t)pack.count,
-             .sampling = s.sampling,
-             .rows = s.rows,
+             .cut = cut_strips(image, pack.count == 1),
              .told = ATOMIC_FLAG_INIT};
-    if (s.bound == (unsigned long)-1) return shd_encode_no_memory(error);
-    const void *pixels;
-    const shd_status packed = shd_pack_samples(&pack, image, scratch, &pixels, error);
+    if (j.cut.bound == (unsigned long)-1) return shd_encode_no_memory(error);
+    const shd_status packed = shd_pack_samples(&pack, image, scratch, &j.pixels, error);
     if (packed) return packed;
-    j.pixels = pixels;
-    j.strips = shd_arena_zalloc(scratch, s.count, sizeof *j.strips);
+    j.strips = shd_arena_zalloc(scratch, j.cut.count, sizeof *j.strips);
     j.handles = shd_arena_zalloc(scratch, slots, sizeof *j.handles);
     if (!j.strips || !j.handles) return shd_encode_no_memory(error);
-    for (size_t i = 0; i < s.count; i++) {
-        j.strips[i] = (strip){.jpeg = shd_arena_alloc(scratch, s.bound, 1), .size = s.bound};
+    for (size_t i = 0; i < j.cut.count; i++) {
+        j.strips[i].size = j.cut.bound;
+        j.strips[i].jpeg = shd_arena_alloc(scratch, j.cut.bound, 1);
         if (!j.strips[i].jpeg) return shd_encode_no_memory(error);
     }
-    const bool done = shd_encode_spread(image, s.count, encode_strip, &j);
+    const bool done = shd_encode_spread(image, j.cut.count, encode_strip, &j);
     for (unsigned i = 0; i < slots; i++)
         if (j.handles[i]) tjDestroy(j.handles[i]);
     if (!done) return shd_encode_cancelled(error);
@@ -205,5 +187,5 @@ shd_status shd_encode_jpeg(const shd_image *image, shd_arena *scratch, shd_bytes
 
     shd_icc icc = {.size = 0};
     if (!shd_image_is_srgb(image)) icc = shd_icc_make(image);
-    return join_strips(&j, s.count, interval, &icc, scratch, out, error);
+    return join_strips(&j, &icc, scratch, out, error);
 }

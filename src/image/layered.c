@@ -1,6 +1,6 @@
 /* TIFF, EXR and HDR: turns a picture and its layers into planes for the OpenImageIO module. */
+#include <assert.h>
 #include <math.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -12,24 +12,13 @@
 
 static const float HALF_MAX = 65504;
 
-static size_t stored_bytes(const shd_oiio_plane *plane) {
-    static const size_t bytes[] = {
-        [SHD_OIIO_U8] = 1, [SHD_OIIO_U16] = 2, [SHD_OIIO_HALF] = 2, [SHD_OIIO_FLOAT] = 4};
-    return bytes[plane->sample] * (size_t)plane->count;
+/* Bytes of a pixel's samples in the file. */
+static size_t stored_bytes(shd_depth depth, int count) {
+    return (size_t)count * (depth == SHD_U8 ? 1 : depth == SHD_FLOAT ? 4 : 2);
 }
 
-static shd_oiio_sample picture_sample(shd_depth depth) {
-    switch (depth) {
-    case SHD_U8:
-        return SHD_OIIO_U8;
-    case SHD_U16:
-        return SHD_OIIO_U16;
-    case SHD_HALF:
-        return SHD_OIIO_HALF;
-    case SHD_FLOAT:
-        break;
-    }
-    return SHD_OIIO_FLOAT;
+static shd_depth layer_depth(const shd_image *image, const shd_image_layer *layer) {
+    return layer->full_float ? SHD_FLOAT : image->depth;
 }
 
 /* Makes the picture itself. HDR has no signs, so that negative values become 0 there. */
@@ -37,14 +26,10 @@ static shd_status picture_plane(const shd_image *image, shd_format format, shd_a
                                 shd_oiio_plane *out, int *alpha, shd_error *error) {
     static const char *const color[] = {"R", "G", "B", "A"}, *const grey[] = {"Y", "A"};
     shd_pack pack = shd_pack_of(image, format);
-    const void *values;
     if (format == SHD_HDR) pack.least = 0;
-    const shd_status status = shd_pack_samples(&pack, image, scratch, &values, error);
-    if (status) return status;
-    *out = (shd_oiio_plane){pack.count < 3 ? grey : color, pack.count, picture_sample(image->depth),
-                            values};
+    *out = (shd_oiio_plane){pack.count < 3 ? grey : color, pack.count, image->depth, NULL};
     *alpha = pack.alpha ? pack.count - 1 : -1;
-    return SHD_OK;
+    return shd_pack_samples(&pack, image, scratch, &out->values, error);
 }
 
 /* Half cannot hold all of float, and conversion would make infinities: a layer that goes beyond
@@ -54,32 +39,27 @@ static const float *fit_half(const float *values, size_t count, shd_arena *scrat
     for (size_t i = 0; i < count; i++) beyond += fabsf(values[i]) > HALF_MAX;
     if (!beyond) return values;
     float *copy = shd_arena_alloc(scratch, count, sizeof *copy);
-    if (!copy) return NULL;
-    for (size_t i = 0; i < count; i++) {
-        float v = values[i];
-        copy[i] = v > HALF_MAX ? HALF_MAX : v < -HALF_MAX ? -HALF_MAX : v;
-    }
+    for (size_t i = 0; copy && i < count; i++)
+        copy[i] = values[i] > HALF_MAX ? HALF_MAX : values[i] < -HALF_MAX ? -HALF_MAX : values[i];
     return copy;
 }
 
 static shd_status layer_plane(const shd_image *image, const shd_image_layer *layer,
                               shd_arena *scratch, shd_oiio_plane *out, shd_error *error) {
+    assert(layer->count >= 1 && layer->count <= 4); /* so that no size overflows */
     if (!shd_encode_goes_on(image)) return shd_encode_cancelled(error);
-    size_t pixels = (size_t)image->width * (size_t)image->height;
-    if (layer->count < 1 || pixels > SIZE_MAX / sizeof(float) / (size_t)layer->count)
-        return shd_encode_no_memory(error);
+    const size_t samples = (size_t)image->width * (size_t)image->height * (size_t)layer->count;
     const char **names = shd_arena_alloc(scratch, (size_t)layer->count, sizeof *names);
     if (!names) return shd_encode_no_memory(error);
     for (int c = 0; c < layer->count; c++) {
         names[c] = shd_arena_printf(scratch, "%s.%s", layer->name, layer->channels[c]);
         if (!names[c]) return shd_encode_no_memory(error);
     }
-    bool full = layer->full_float || image->depth == SHD_FLOAT;
-    const float *values = layer->values;
-    if (!full) values = fit_half(values, pixels * (size_t)layer->count, scratch);
-    if (!values) return shd_encode_no_memory(error);
-    *out = (shd_oiio_plane){names, layer->count, full ? SHD_OIIO_FLOAT : SHD_OIIO_HALF, values};
-    return SHD_OK;
+    const shd_depth depth = layer_depth(image, layer);
+    const float *values =
+        depth == SHD_HALF ? fit_half(layer->values, samples, scratch) : layer->values;
+    *out = (shd_oiio_plane){names, layer->count, depth, values};
+    return values ? SHD_OK : shd_encode_no_memory(error);
 }
 
 /* The name of what a viewer shows as R, G, B or as grey though it is not that: "YIQ", "H", "A".
@@ -102,15 +82,11 @@ static uint64_t file_bytes(uint64_t stored) {
 uint64_t shd_oiio_scratch(const shd_image *image, shd_format format, bool samples) {
     const shd_pack pack = shd_pack_of(image, format);
     const uint64_t pixels = (uint64_t)image->width * (uint64_t)image->height;
-    const uint64_t packed = (uint64_t)pack.count * shd_pack_bytes(&pack);
-    const shd_oiio_plane picture = {.count = pack.count, .sample = picture_sample(image->depth)};
-    uint64_t stored = stored_bytes(&picture);
-    for (size_t i = 0; i < image->layer_count; i++) {
-        const shd_image_layer *l = &image->layers[i];
-        const bool full = l->full_float || image->depth == SHD_FLOAT;
-        stored += (uint64_t)l->count * (full ? 4 : 2);
-    }
-    const bool woven = image->layer_count || picture.sample == SHD_OIIO_HALF;
+    const uint64_t packed = (uint64_t)pack.count * pack.bytes;
+    uint64_t stored = stored_bytes(image->depth, pack.count);
+    for (size_t i = 0; i < image->layer_count; i++)
+        stored += stored_bytes(layer_depth(image, &image->layers[i]), image->layers[i].count);
+    const bool woven = image->layer_count || image->depth == SHD_HALF;
     return pixels * ((samples ? 0 : packed) + (woven ? stored : 0)) + file_bytes(pixels * stored);
 }
 
@@ -118,19 +94,17 @@ uint64_t shd_oiio_scratch(const shd_image *image, shd_format format, bool sample
 static shd_status encode_job(shd_oiio_encode_fn *encode, const shd_oiio_job *job, size_t file,
                              shd_arena *scratch, shd_bytes *out, shd_error *error) {
     if (!shd_arena_borrow(scratch, file)) return shd_encode_no_memory(error);
-    unsigned char *data;
-    size_t size;
+    shd_bytes made = {NULL, 0};
     char text[400];
-    int failed = encode(job, &data, &size, text, sizeof text);
+    int failed = encode(job, &made.data, &made.size, text, sizeof text);
     shd_arena_repay(scratch, file);
     if (failed == 2) return shd_encode_cancelled(error);
-    if (failed > 0) return shd_encode_no_memory(error);
-    if (failed) return shd_fail(error, SHD_INTERNAL, "", "%s", text);
-    if (!shd_arena_borrow(scratch, size)) {
-        free(data);
+    if (failed < 0) return shd_fail(error, SHD_INTERNAL, "", "%s", text);
+    if (failed || !shd_arena_borrow(scratch, made.size)) {
+        free(made.data);
         return shd_encode_no_memory(error);
     }
-    *out = (shd_bytes){data, size};
+    *out = made;
     return SHD_OK;
 }
 
@@ -156,13 +130,13 @@ shd_status shd_encode_oiio(const shd_image *image, shd_format format, shd_arena 
     job.planes = planes;
 
     /* Room for the pixels as stored; a single plane that needs no narrowing is used in place. */
+    const size_t pixels = (size_t)image->width * (size_t)image->height;
     size_t pixel = 0;
-    for (size_t i = 0; i < job.plane_count; i++) pixel += stored_bytes(&planes[i]);
-    if (job.plane_count > 1 || planes[0].sample == SHD_OIIO_HALF) {
-        size_t pixels = (size_t)image->width * (size_t)image->height;
+    for (size_t i = 0; i < job.plane_count; i++)
+        pixel += stored_bytes(planes[i].depth, planes[i].count);
+    if (job.plane_count > 1 || image->depth == SHD_HALF) {
         job.pixels = shd_arena_alloc(scratch, pixels, pixel);
         if (!job.pixels) return shd_encode_no_memory(error);
-        job.pixels_size = pixels * pixel;
     }
 
     /* Color metadata: a profile in TIFF; chromaticities in EXR, whose samples are linear by
@@ -178,7 +152,5 @@ shd_status shd_encode_oiio(const shd_image *image, shd_format format, shd_arena 
         job.primaries = primaries;
     }
     if (format == SHD_EXR) job.shown = shown_channels(image, scratch);
-
-    const size_t file = file_bytes((uint64_t)image->width * (uint64_t)image->height * pixel);
-    return encode_job(encode, &job, file, scratch, out, error);
+    return encode_job(encode, &job, file_bytes((uint64_t)pixels * pixel), scratch, out, error);
 }

@@ -3,21 +3,19 @@
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <limits.h>
-#include <pthread.h>
-#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <sys/mman.h>
-#include <time.h>
 #include <unistd.h>
 
+#include "base/clock.h"
 #include "image/image.h"
 
-static const char name[] = "shaded_oiio.so";
+static const char module_name[] = "shaded_oiio.so";
 
 /* Written once, under pthread_once, and constant from then on. */
 static pthread_once_t find_once = PTHREAD_ONCE_INIT;
-static char path[PATH_MAX]; /* of the module; "": it is not installed */
+static char module_path[PATH_MAX]; /* of the module; "": it is not installed */
 static pthread_mutex_t load_mutex = PTHREAD_MUTEX_INITIALIZER;
 static pthread_cond_t load_ended = PTHREAD_COND_INITIALIZER;
 /* Under the mutex, each written to true once. */
@@ -28,9 +26,8 @@ static bool counted;           /* a budget has what it takes */
 static bool loading, counting; /* a thread is at it */
 static unsigned waiting;       /* threads, for `loader` */
 static pthread_t loader;
-static bool loader_ended; /* and whoever waits joins it */
-static shd_status load_status; /* of the last time */
-static shd_error load_error;   /* of the last time, if it failed */
+static bool loader_ended;    /* and whoever waits joins it */
+static shd_error load_error; /* of the last time; its status may be SHD_OK */
 
 /* Looks for the module as dlopen would, but loads nothing. The program's run path points beside the
  * program in the build tree, and to lib/shaded once it is installed. */
@@ -42,10 +39,10 @@ static void find_module(void) {
     *folders = size;
     if (!dlinfo(program, RTLD_DI_SERINFO, folders)) {
         for (unsigned i = 0; i < folders->dls_cnt; i++) {
-            int length =
-                snprintf(path, sizeof path, "%s/%s", folders->dls_serpath[i].dls_name, name);
-            if (length < (int)sizeof path && !access(path, R_OK)) break;
-            *path = 0;
+            int length = snprintf(module_path, sizeof module_path, "%s/%s",
+                                  folders->dls_serpath[i].dls_name, module_name);
+            if (length < (int)sizeof module_path && !access(module_path, R_OK)) break;
+            *module_path = 0;
         }
     }
     free(folders);
@@ -58,7 +55,7 @@ static bool takes_module(shd_format format) {
 bool shd_image_writes(shd_format format) {
     if (!takes_module(format)) return true;
     pthread_once(&find_once, find_module);
-    return *path && !atomic_load(&incomplete);
+    return *module_path && !atomic_load(&incomplete);
 }
 
 static bool has_addresses(size_t size, int protection, int flags) {
@@ -66,23 +63,20 @@ static bool has_addresses(size_t size, int protection, int flags) {
     return there != MAP_FAILED && !munmap(there, size);
 }
 
-static bool has_descriptor(void) {
-    int fd = open("/", O_PATH | O_CLOEXEC);
-    return fd >= 0 && !close(fd);
-}
-
 /* Some of its 260 libraries allocate in static constructors, and what these throw ends the process:
  * so it is asked before whether there is room. Loading takes 460 MB of addresses and 110 MB of
  * memory on Debian 12. */
-static bool has_thread_storage(void) {
+static bool has_room(void) {
     enum { ADDRESSES = 640 << 20, MEMORY = 160 << 20 };
-    return has_addresses(ADDRESSES, PROT_NONE, MAP_NORESERVE) &&
-           has_addresses(MEMORY, PROT_READ | PROT_WRITE, 0) && has_descriptor();
+    const int descriptor = open("/", O_PATH | O_CLOEXEC);
+    return descriptor >= 0 && !close(descriptor) &&
+           has_addresses(ADDRESSES, PROT_NONE, MAP_NORESERVE) &&
+           has_addresses(MEMORY, PROT_READ | PROT_WRITE, 0);
 }
 
 /* The module's encoder; NULL, with the reason. */
 static shd_oiio_encode_fn *open_module(const char **why) {
-    void *module = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    void *module = dlopen(module_path, RTLD_NOW | RTLD_LOCAL);
     /* POSIX's way from an object pointer to a function pointer, without a cast that ISO C lacks. */
     shd_oiio_open_fn *open = NULL;
     if (module) *(void **)&open = dlsym(module, "shd_oiio_open");
@@ -93,30 +87,28 @@ static shd_oiio_encode_fn *open_module(const char **why) {
 
 /* The module is never closed: its libraries start threads and register themselves in places that do
  * not forget. */
-static shd_status load_module(shd_error *error) {
+static void load_module(shd_error *error) {
     /* dlopen tells its reasons in words only. What fails twice, though there is room for it before
      * and after, is not there or broken, and stays so. */
     const char *why = "";
     shd_oiio_encode_fn *encode = NULL;
-    bool room = has_thread_storage();
+    bool room = has_room();
     for (int attempt = 0; attempt < 2 && room && !encode; attempt++) {
         encode = open_module(&why);
-        room = encode || has_thread_storage();
-    }
-    if (!room) return shd_fail(error, SHD_EXHAUSTED, "", "there is no room to load OpenImageIO");
-    if (!encode) {
-        atomic_store(&incomplete, true);
-        return shd_fail(error, SHD_SCENE, "", "OpenImageIO is not installed: %s", why);
+        room = encode || has_room();
     }
     atomic_store(&loaded, encode);
-    return SHD_OK;
+    atomic_store(&incomplete, room && !encode);
+    if (!room)
+        shd_fail(error, SHD_EXHAUSTED, "", "there is no room to load OpenImageIO");
+    else if (!encode)
+        shd_fail(error, SHD_SCENE, "", "OpenImageIO is not installed: %s", why);
 }
 
 static void *load_in_thread(void *nothing) {
     shd_error error = {.status = SHD_OK};
-    const shd_status status = load_module(&error);
+    load_module(&error);
     pthread_mutex_lock(&load_mutex);
-    load_status = status;
     load_error = error;
     loading = false;
     if (waiting)
@@ -130,13 +122,8 @@ static void *load_in_thread(void *nothing) {
 
 /* With the mutex held, which is free while this waits, for some time or until `load_ended`. */
 static void wait_some(void) {
-    enum { LOOK = 10 * 1000 * 1000 };
-    struct timespec until;
-    clock_gettime(CLOCK_REALTIME, &until);
-    until.tv_nsec += LOOK;
-    until.tv_sec += until.tv_nsec / 1000000000;
-    until.tv_nsec %= 1000000000;
-    pthread_cond_timedwait(&load_ended, &load_mutex, &until);
+    const struct timespec until = shd_timespec(shd_now() + 0.01);
+    pthread_cond_clockwait(&load_ended, &load_mutex, CLOCK_MONOTONIC, &until);
 }
 
 /* With the mutex held. Loading takes 0.3 s and cannot be interrupted: a thread does it, which goes
@@ -146,7 +133,7 @@ static shd_status load_aside(const atomic_bool *cancelled, shd_error *error) {
     if (atomic_load(&loaded)) return SHD_OK;
     if (!shd_image_writes(SHD_EXR))
         return shd_fail(error, SHD_SCENE, "", "OpenImageIO is not installed: %s is missing",
-                        *path ? "a library" : name);
+                        *module_path ? "a library" : module_name);
     if (!loading && !(loading = !pthread_create(&loader, NULL, load_in_thread, NULL)))
         return shd_fail(error, SHD_EXHAUSTED, "", "there is no thread to load OpenImageIO");
     waiting++;
@@ -155,8 +142,8 @@ static shd_status load_aside(const atomic_bool *cancelled, shd_error *error) {
     if (loading) return shd_fail(error, SHD_CANCELLED, "", "the render was cancelled");
     if (loader_ended) pthread_join(loader, NULL);
     loader_ended = false;
-    if (load_status) *error = load_error;
-    return load_status;
+    if (load_error.status) *error = load_error;
+    return load_error.status;
 }
 
 shd_status shd_oiio_load(shd_oiio_encode_fn **out, shd_error *error) {

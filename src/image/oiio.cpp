@@ -7,9 +7,9 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <exception>
 #include <memory>
 #include <new>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -106,18 +106,11 @@ class Memory : public OIIO::Filesystem::IOProxy {
     size_t length = 0, room = 0;
 };
 
-OIIO::TypeDesc stored_type(shd_oiio_sample sample) {
-    switch (sample) {
-    case SHD_OIIO_U8:
-        return OIIO::TypeDesc::UINT8;
-    case SHD_OIIO_U16:
-        return OIIO::TypeDesc::UINT16;
-    case SHD_OIIO_HALF:
-        return OIIO::TypeDesc::HALF;
-    case SHD_OIIO_FLOAT:
-        break;
-    }
-    return OIIO::TypeDesc::FLOAT;
+OIIO::TypeDesc stored_type(shd_depth depth) {
+    return depth == SHD_U8     ? OIIO::TypeDesc::UINT8
+           : depth == SHD_U16  ? OIIO::TypeDesc::UINT16
+           : depth == SHD_HALF ? OIIO::TypeDesc::HALF
+                               : OIIO::TypeDesc::FLOAT;
 }
 
 /* What is compressed by one call of zlib, which cannot be left, has half a megabyte or so. */
@@ -143,15 +136,15 @@ void cut_long_lines(OIIO::ImageSpec &spec) {
     while (spec.tile_height > 16 && spec.tile_height / 2 >= spec.height) spec.tile_height /= 2;
 }
 
-OIIO::ImageSpec describe(const shd_oiio_job &job) {
-    OIIO::ImageSpec spec(job.width, job.height, 0, stored_type(job.planes[0].sample));
+OIIO::ImageSpec describe_file(const shd_oiio_job &job) {
+    OIIO::ImageSpec spec(job.width, job.height, 0, stored_type(job.planes[0].depth));
     bool mixed = false;
     for (size_t p = 0; p < job.plane_count; p++) {
         const shd_oiio_plane &plane = job.planes[p];
-        mixed = mixed || plane.sample != job.planes[0].sample;
+        mixed = mixed || plane.depth != job.planes[0].depth;
         for (int c = 0; c < plane.count; c++) {
             spec.channelnames.push_back(plane.names[c]);
-            spec.channelformats.push_back(stored_type(plane.sample));
+            spec.channelformats.push_back(stored_type(plane.depth));
             spec.nchannels++;
         }
     }
@@ -162,7 +155,7 @@ OIIO::ImageSpec describe(const shd_oiio_job &job) {
     const bool tiff = !std::strcmp(job.suffix, "tiff");
     if (std::strcmp(job.suffix, "hdr")) cut_long_lines(spec);
     spec.attribute("compression", tiff ? "zip:3" : lines_of_chunk(spec) > 1 ? "zip" : "zips");
-    if (tiff && job.planes[0].sample == SHD_OIIO_HALF) spec.attribute("tiff:half", 1);
+    if (tiff && job.planes[0].depth == SHD_HALF) spec.attribute("tiff:half", 1);
     if (job.icc_size)
         spec.attribute("ICCProfile",
                        OIIO::TypeDesc(OIIO::TypeDesc::UINT8, static_cast<int>(job.icc_size)),
@@ -176,25 +169,27 @@ OIIO::ImageSpec describe(const shd_oiio_job &job) {
     return spec;
 }
 
-bool goes_on(const shd_oiio_job &job) {
-    return !job.go_on || job.go_on(job.context);
+struct Stopped {};
+
+/* Asks whether to go on, and throws Stopped if not. */
+void ask_to_go_on(const shd_oiio_job &job) {
+    if (job.go_on && !job.go_on(job.context)) throw Stopped();
 }
 
 /* Pixels as the file stores them, all planes of a pixel side by side. */
-const void *weave(const shd_oiio_job &job, const OIIO::ImageSpec &spec, bool *stopped) {
-    if (job.plane_count == 1 && job.planes[0].sample != SHD_OIIO_HALF) return job.planes[0].values;
-    size_t pixel = spec.pixel_bytes(true);
-    if (spec.image_pixels() * pixel > job.pixels_size) return nullptr;
+const void *weave_planes(const shd_oiio_job &job, const OIIO::ImageSpec &spec) {
+    if (job.plane_count == 1 && job.planes[0].depth != SHD_HALF) return job.planes[0].values;
+    const size_t pixel = spec.pixel_bytes(true);
     size_t offset = 0;
     const int band = 1 + (1 << 16) / job.width;
     for (size_t p = 0; p < job.plane_count; p++) {
         const shd_oiio_plane &plane = job.planes[p];
-        OIIO::TypeDesc to = stored_type(plane.sample);
-        OIIO::TypeDesc from = plane.sample == SHD_OIIO_HALF ? OIIO::TypeDesc::FLOAT : to;
+        OIIO::TypeDesc to = stored_type(plane.depth);
+        OIIO::TypeDesc from = plane.depth == SHD_HALF ? OIIO::TypeDesc::FLOAT : to;
         const auto from_row = static_cast<OIIO::stride_t>(from.size()) * plane.count * job.width;
         const auto to_pixel = static_cast<OIIO::stride_t>(pixel), to_row = to_pixel * job.width;
-        for (int y = 0; y < job.height && !*stopped; y += band) {
-            *stopped = !goes_on(job);
+        for (int y = 0; y < job.height; y += band) {
+            ask_to_go_on(job);
             OIIO::convert_image(plane.count, job.width, std::min(band, job.height - y), 1,
                                 static_cast<const unsigned char *>(plane.values) + from_row * y,
                                 from, from_row / job.width, from_row, OIIO::AutoStride,
@@ -206,24 +201,15 @@ const void *weave(const shd_oiio_job &job, const OIIO::ImageSpec &spec, bool *st
     return job.pixels;
 }
 
-int fail(char *text, size_t size, const std::string &what) {
-    std::snprintf(text, size, "OpenImageIO: %s", what.c_str());
-    for (char *at = text; size && *at; at++)
-        if (*at == '\n') *at = ' ';
-    return -1;
-}
-
 /* In bands, between which it may be left: OpenImageIO's own are of 64 MB. The writers compress as
  * lines come, whichever come together, so that bytes are the same. */
-bool write_bands(OIIO::ImageOutput &output, const shd_oiio_job &job, const void *pixels,
-                 bool *stopped) {
+bool write_bands(OIIO::ImageOutput &output, const shd_oiio_job &job, const void *pixels) {
     const OIIO::ImageSpec &spec = output.spec();
     const OIIO::imagesize_t line = spec.scanline_bytes(true), most = 1 << 18;
     const int rows = static_cast<int>(1 + most / line);
     for (int y = 0; y < job.height; y += rows) {
-        *stopped = *stopped || !goes_on(job);
-        if (*stopped) return false;
-        const int end = y + rows < job.height ? y + rows : job.height;
+        ask_to_go_on(job);
+        const int end = std::min(y + rows, job.height);
         const auto *band =
             static_cast<const unsigned char *>(pixels) + line * static_cast<OIIO::imagesize_t>(y);
         if (!output.write_scanlines(y, end, 0, OIIO::TypeDesc::UNKNOWN, band)) return false;
@@ -252,44 +238,44 @@ bool write_tile(OIIO::ImageOutput &output, const unsigned char *pixels, int x, i
 }
 
 /* In tiles, between which it may be left, too. */
-bool write_tiles(OIIO::ImageOutput &output, const shd_oiio_job &job, const void *pixels,
-                 bool *stopped) {
+bool write_tiles(OIIO::ImageOutput &output, const shd_oiio_job &job, const void *pixels) {
     const OIIO::ImageSpec &spec = output.spec();
     const bool tiff = !std::strcmp(job.suffix, "tiff");
     for (int y = 0; y < spec.height; y += spec.tile_height) {
         for (int x = 0; x < spec.width; x += spec.tile_width) {
-            *stopped = *stopped || !goes_on(job);
-            if (*stopped ||
-                !write_tile(output, static_cast<const unsigned char *>(pixels), x, y, tiff))
+            ask_to_go_on(job);
+            if (!write_tile(output, static_cast<const unsigned char *>(pixels), x, y, tiff))
                 return false;
         }
     }
     return true;
 }
 
-int encode(const shd_oiio_job &job, unsigned char **data, size_t *size, char *text,
-           size_t text_size) {
+int encode_picture(const shd_oiio_job &job, unsigned char **data, size_t *size) {
     Memory memory;
     std::string name = std::string("memory.") + job.suffix;
     auto output = OIIO::ImageOutput::create(name, &memory);
-    if (!output) return fail(text, text_size, OIIO::geterror());
+    if (!output) throw std::runtime_error(OIIO::geterror());
     if (!output->supports("ioproxy"))
-        return fail(text, text_size, std::string("no writing to memory for ") + job.suffix);
+        throw std::runtime_error(std::string("no writing to memory for ") + job.suffix);
 
-    OIIO::ImageSpec spec = describe(job);
-    bool stopped = false;
-    const void *pixels = weave(job, spec, &stopped);
-    if (!pixels) return fail(text, text_size, "the pixel buffer is too small");
+    OIIO::ImageSpec spec = describe_file(job);
+    const void *pixels = weave_planes(job, spec);
     bool written = output->set_ioproxy(&memory) && output->open(name, spec) &&
-                   (spec.tile_width ? write_tiles : write_bands)(*output, job, pixels, &stopped);
+                   (spec.tile_width ? write_tiles : write_bands)(*output, job, pixels);
     written = output->close() && written;
-    if (stopped) return 2;
     if (memory.starved) return 1;
-    if (!written || !memory.size()) return fail(text, text_size, output->geterror());
+    if (!written || !memory.size()) throw std::runtime_error(output->geterror());
     if (!std::strcmp(job.suffix, "exr") && memory.lacks_chunks(chunks_of(spec))) return 1;
     *size = memory.size();
     *data = memory.release();
     return 0;
+}
+
+int tell_failure(char *text, size_t size, const char *what) {
+    std::snprintf(text, size, "OpenImageIO: %s", what);
+    std::replace(text, text + std::strlen(text), '\n', ' ');
+    return -1;
 }
 
 } // namespace
@@ -301,13 +287,15 @@ static int encode_job(const shd_oiio_job *job, unsigned char **data, size_t *siz
         return -1;
     }
     try {
-        return encode(*job, data, size, text, text_size);
+        return encode_picture(*job, data, size);
+    } catch (const Stopped &) {
+        return 2;
     } catch (const std::bad_alloc &) {
         return 1;
     } catch (const std::exception &e) {
-        return fail(text, text_size, e.what());
+        return tell_failure(text, text_size, e.what());
     } catch (...) {
-        return fail(text, text_size, "an unknown exception");
+        return tell_failure(text, text_size, "an unknown exception");
     }
 }
 

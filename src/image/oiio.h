@@ -2,25 +2,17 @@
  * time and uses no symbol of its host; both come from one build, which `abi` checks. */
 #pragma once
 
-#include <stdbool.h>
-#include <stddef.h>
+#include "base/format.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-typedef enum shd_oiio_sample {
-    SHD_OIIO_U8,
-    SHD_OIIO_U16,
-    SHD_OIIO_HALF, /* given as float, stored as half */
-    SHD_OIIO_FLOAT
-} shd_oiio_sample;
-
 /* Interleaved channels of one sample type; the first plane is the picture itself. */
 typedef struct shd_oiio_plane {
     const char *const *names; /* [count]: as the file has them, "R" or "diffuse.R" */
     int count;
-    shd_oiio_sample sample;
+    shd_depth depth;    /* half is given as float, and stored as half */
     const void *values; /* [height][width][count] */
 } shd_oiio_plane;
 
@@ -36,7 +28,6 @@ typedef struct shd_oiio_job {
     const float *primaries; /* [8] for the attribute "chromaticities", or NULL */
     const char *shown;      /* for the attribute "shaded:channels", or NULL */
     void *pixels;           /* room for all planes' stored bytes; used if they must be woven */
-    size_t pixels_size;
     bool (*go_on)(void *context); /* NULL; or asked now and then whether to */
     void *context;
 } shd_oiio_job;

@@ -9,16 +9,14 @@
 enum { BLOCK = 64 }; /* pixels that are quantized before their channels are picked */
 
 shd_pack shd_pack_plan(const shd_image *image, bool premultiply, bool grey) {
-    shd_pack pack = {.limit = image->depth == SHD_HALF ? 65504.0f : FLT_MAX};
-    pack.least = -pack.limit;
-    pack.max = image->depth == SHD_U8 ? 255 : image->depth == SHD_U16 ? 65535 : 0;
+    const float limit = image->depth == SHD_HALF ? 65504.0f : FLT_MAX;
+    shd_pack pack = {.bytes = 4, .limit = limit, .least = -limit};
+    if (image->depth == SHD_U8) pack.bytes = 1, pack.max = 255;
+    if (image->depth == SHD_U16) pack.bytes = 2, pack.max = 65535;
 
-    if (image->channel < 0) {
-        for (; pack.count < 3; pack.count++) pack.source[pack.count] = pack.count;
-    } else {
-        int equal = grey ? 1 : 3;
-        for (; pack.count < equal; pack.count++) pack.source[pack.count] = image->channel;
-    }
+    const bool all = image->channel < 0;
+    for (; pack.count < (all || !grey ? 3 : 1); pack.count++)
+        pack.source[pack.count] = all ? pack.count : image->channel;
     pack.alpha = image->alpha && image->channel != 3;
     pack.premultiply = pack.alpha && premultiply;
     if (pack.alpha) pack.source[pack.count++] = 3;
@@ -36,18 +34,6 @@ shd_pack shd_pack_plan(const shd_image *image, bool premultiply, bool grey) {
 shd_pack shd_pack_of(const shd_image *image, shd_format format) {
     const shd_format_info *info = shd_format_get(format);
     return shd_pack_plan(image, info->premultiplied, info->grey);
-}
-
-shd_layout shd_image_layout(const shd_image *image, shd_format format) {
-    shd_pack pack = shd_pack_of(image, format);
-    shd_layout layout = {
-        .count = pack.count, .bytes = shd_pack_bytes(&pack), .premultiplied = pack.premultiply};
-    memcpy(layout.source, pack.source, sizeof layout.source);
-    return layout;
-}
-
-size_t shd_pack_bytes(const shd_pack *pack) {
-    return pack->max == 255 ? 1 : pack->max == 65535 ? 2 : 4;
 }
 
 /* Codes of all four channels of up to BLOCK pixels. */
@@ -75,19 +61,11 @@ static void quantize_premultiplied(const shd_pack *pack, const float *rgba, int 
     }
 }
 
-static void quantize_pixels(const shd_pack *pack, const float *rgba, int pixels, int32_t *codes) {
-    if (pack->premultiply)
-        quantize_premultiplied(pack, rgba, pixels, codes);
-    else
-        quantize_straight(pack, rgba, pixels, codes);
-}
-
 /* Picks `count` of every four samples of `bytes` bytes. The color samples that most pictures keep
  * are copied four at a time, except for the last pixel: the next pixel overwrites the fourth. */
 static void pick_channels(const shd_pack *pack, const void *quads, size_t bytes, int pixels,
-                          void *out) {
+                          unsigned char *to) {
     const unsigned char *from = quads;
-    unsigned char *to = out;
     const bool color = pack->count >= 3 && pack->source[0] == 0 && pack->source[1] == 1;
     const size_t quad = 4 * bytes, step = (size_t)pack->count * bytes;
     if (color && pack->count == 4) {
@@ -106,31 +84,29 @@ static void pick_channels(const shd_pack *pack, const void *quads, size_t bytes,
     }
 }
 
-void shd_pack_u8(const shd_pack *pack, const float *rgba, int width, uint8_t *out) {
+/* A row of codes of 8 or 16 bits. */
+static void pack_codes(const shd_pack *pack, const float *rgba, int width, unsigned char *out) {
     int32_t codes[4 * BLOCK];
-    uint8_t quads[4 * BLOCK];
+    uint8_t bytes[4 * BLOCK];
+    uint16_t words[4 * BLOCK];
     for (int x = 0; x < width; x += BLOCK) {
-        int pixels = width - x < BLOCK ? width - x : BLOCK;
-        quantize_pixels(pack, rgba + 4 * (size_t)x, pixels, codes);
-        for (int i = 0; i < 4 * pixels; i++) quads[i] = (uint8_t)codes[i];
-        pick_channels(pack, quads, sizeof *quads, pixels, out);
-        out += pixels * pack->count;
+        const int pixels = width - x < BLOCK ? width - x : BLOCK;
+        if (pack->premultiply)
+            quantize_premultiplied(pack, rgba + 4 * (size_t)x, pixels, codes);
+        else
+            quantize_straight(pack, rgba + 4 * (size_t)x, pixels, codes);
+        if (pack->bytes == 1) {
+            for (int i = 0; i < 4 * pixels; i++) bytes[i] = (uint8_t)codes[i];
+            pick_channels(pack, bytes, sizeof *bytes, pixels, out);
+        } else {
+            for (int i = 0; i < 4 * pixels; i++) words[i] = (uint16_t)codes[i];
+            pick_channels(pack, words, sizeof *words, pixels, out);
+        }
+        out += (size_t)(pixels * pack->count) * pack->bytes;
     }
 }
 
-void shd_pack_u16(const shd_pack *pack, const float *rgba, int width, uint16_t *out) {
-    int32_t codes[4 * BLOCK];
-    uint16_t quads[4 * BLOCK];
-    for (int x = 0; x < width; x += BLOCK) {
-        int pixels = width - x < BLOCK ? width - x : BLOCK;
-        quantize_pixels(pack, rgba + 4 * (size_t)x, pixels, codes);
-        for (int i = 0; i < 4 * pixels; i++) quads[i] = (uint16_t)codes[i];
-        pick_channels(pack, quads, sizeof *quads, pixels, out);
-        out += pixels * pack->count;
-    }
-}
-
-void shd_pack_float(const shd_pack *pack, const float *rgba, int width, float *out) {
+static void pack_floats(const shd_pack *pack, const float *rgba, int width, float *out) {
     const float limit = pack->limit, least = pack->least;
     for (int i = 0; i < width; i++, rgba += 4, out += pack->count) {
         float alpha = pack->premultiply ? rgba[3] : 1;
@@ -140,6 +116,13 @@ void shd_pack_float(const shd_pack *pack, const float *rgba, int width, float *o
             out[s] = v > limit ? limit : v < least ? least : v;
         }
     }
+}
+
+void shd_pack_row(const shd_pack *pack, const float *rgba, int width, void *out) {
+    if (pack->max > 0)
+        pack_codes(pack, rgba, width, out);
+    else
+        pack_floats(pack, rgba, width, out);
 }
 
 /* Bands of rows, side by side. */
@@ -155,33 +138,18 @@ static void pack_band(void *context, size_t index, unsigned slot) {
     const packing *p = context;
     const size_t first = index * p->rows, height = (size_t)p->image->height;
     const size_t end = height - first < p->rows ? height : first + p->rows;
-    const int width = p->image->width;
-    if (p->image->samples) {
-        const unsigned char *samples = p->image->samples;
-        memcpy(p->out + first * p->row, samples + first * p->row, (end - first) * p->row);
-        return;
-    }
-    for (size_t y = first; y < end; y++) {
-        const float *rgba = p->image->rgba + 4 * y * (size_t)width;
-        void *at = p->out + y * p->row;
-        switch (shd_pack_bytes(p->pack)) {
-        case 1:
-            shd_pack_u8(p->pack, rgba, width, at);
-            break;
-        case 2:
-            shd_pack_u16(p->pack, rgba, width, at);
-            break;
-        default:
-            shd_pack_float(p->pack, rgba, width, at);
-        }
-    }
+    const unsigned char *samples = p->image->samples;
+    if (samples) memcpy(p->out + first * p->row, samples + first * p->row, (end - first) * p->row);
+    for (size_t y = first; !samples && y < end; y++)
+        shd_pack_row(p->pack, p->image->rgba + 4 * y * (size_t)p->image->width, p->image->width,
+                     p->out + y * p->row);
 }
 
 shd_status shd_pack_rows(const shd_pack *pack, const shd_image *image, void *out,
                          shd_error *error) {
     enum { BAND = 1 << 16 }; /* pixels between two questions whether to go on */
     const size_t width = (size_t)image->width, height = (size_t)image->height;
-    const size_t row = width * (size_t)pack->count * shd_pack_bytes(pack);
+    const size_t row = width * (size_t)pack->count * pack->bytes;
     packing p = {pack, image, row, 1 + BAND / width, out};
     const size_t bands = (height + p.rows - 1) / p.rows;
     return shd_encode_spread(image, bands, pack_band, &p) ? SHD_OK : shd_encode_cancelled(error);
@@ -192,7 +160,7 @@ shd_status shd_pack_samples(const shd_pack *pack, const shd_image *image, shd_ar
     *out = image->samples;
     if (image->samples) return SHD_OK;
     const size_t pixels = (size_t)image->width * (size_t)image->height;
-    void *rows = shd_arena_alloc(scratch, pixels, (size_t)pack->count * shd_pack_bytes(pack));
+    void *rows = shd_arena_alloc(scratch, pixels, (size_t)pack->count * pack->bytes);
     *out = rows;
     return rows ? shd_pack_rows(pack, image, rows, error) : shd_encode_no_memory(error);
 }

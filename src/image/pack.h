@@ -1,14 +1,13 @@
 /* Float RGBA rows to a format's samples. Pure functions, any thread. */
 #pragma once
 
-#include <stdint.h>
-
 #include "image/image.h"
 
-/* What a stored pixel is made of. */
+/* What a stored pixel is made of. This depends on the image's channel, alpha, depth and packing. */
 typedef struct shd_pack {
     int count;               /* samples a pixel, 1..4 */
     int source[4];           /* [count]: the channel of `rgba` that each one takes */
+    size_t bytes;            /* a sample: 1, 2 or 4 (half comes as float: the module narrows it) */
     double scale[4], add[4]; /* of the four source channels: code = round(v * scale + add) */
     double max;              /* the largest code: 255 or 65535; 0 for half and float */
     float limit, least;      /* half and float saturate to least .. limit */
@@ -23,14 +22,9 @@ shd_pack shd_pack_of(const shd_image *image, shd_format format);
  * `image->channel` fills three samples. */
 shd_pack shd_pack_plan(const shd_image *image, bool premultiply, bool grey);
 
-/* Bytes a sample as stored: 1, 2 or 4 (half comes as float: the module narrows it). */
-size_t shd_pack_bytes(const shd_pack *pack);
-
-/* One row: rgba is [width][4], out is [width][count] in native byte order, of the type that the
- * name says. A NaN becomes 0 in integers and stays in floats. */
-void shd_pack_u8(const shd_pack *pack, const float *rgba, int width, uint8_t *out);
-void shd_pack_u16(const shd_pack *pack, const float *rgba, int width, uint16_t *out);
-void shd_pack_float(const shd_pack *pack, const float *rgba, int width, float *out);
+/* One row: rgba is [width][4], out is [width][count] in native byte order: uint8_t, uint16_t or
+ * float. A NaN becomes 0 in integers and stays in floats. */
+void shd_pack_row(const shd_pack *pack, const float *rgba, int width, void *out);
 
 /* Packs all rows, side by side, into `out`, [height][width][count]. The image's own samples are
  * copied if it has any. */

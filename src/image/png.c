@@ -1,4 +1,6 @@
 /* PNG (ISO/IEC 15948, third edition) with libdeflate. */
+#include <assert.h>
+#include <endian.h>
 #include <libdeflate.h>
 #include <math.h>
 #include <stdlib.h>
@@ -28,51 +30,31 @@ typedef struct writer {
 } writer;
 
 static void write_u32(unsigned char *at, uint32_t v) {
-    for (int i = 0; i < 4; i++) at[i] = (unsigned char)(v >> (24 - 8 * i));
+    v = htobe32(v);
+    memcpy(at, &v, sizeof v);
 }
 
-/* A chunk is: room for the length, the type, what the caller appends, and a checksum. */
-static size_t open_chunk(writer *w, const char type[4]) {
-    size_t start = w->size;
-    memcpy(w->data + start + 4, type, 4);
-    w->size += 8;
-    return start;
-}
-
-static void close_chunk(writer *w, size_t start) {
-    size_t length = w->size - start - 8;
-    write_u32(w->data + start, (uint32_t)length);
-    write_u32(w->data + w->size, libdeflate_crc32(0, w->data + start + 4, length + 4));
-    w->size += 4;
-}
-
-static void append_u32(writer *w, uint32_t v) {
-    write_u32(w->data + w->size, v);
-    w->size += 4;
+/* A chunk is its length, its type, its data and a checksum of both. */
+static void put_chunk(writer *w, const char type[4], const void *data, size_t size) {
+    unsigned char *at = w->data + w->size;
+    write_u32(at, (uint32_t)size);
+    memcpy(at + 4, type, 4);
+    if (size) memcpy(at + 8, data, size);
+    write_u32(at + 8 + size, libdeflate_crc32(0, at + 4, 4 + size));
+    w->size += CHUNK + size;
 }
 
 static void put_png_header(writer *w, const shd_image *image, const shd_pack *pack) {
     static const unsigned char signature[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
     static const unsigned char color_types[5] = {0, 0, 4, 2, 6}; /* by samples a pixel */
-    memcpy(w->data, signature, 8);
-    w->size = 8;
-    size_t chunk = open_chunk(w, "IHDR");
-    append_u32(w, (uint32_t)image->width);
-    append_u32(w, (uint32_t)image->height);
-    w->data[w->size++] = pack->max == 255 ? 8 : 16;
-    w->data[w->size++] = color_types[pack->count];
-    memset(w->data + w->size, 0, 3); /* deflate, adaptive filters, no interlace */
-    w->size += 3;
-    close_chunk(w, chunk);
-}
-
-static void put_gamma(writer *w, shd_transfer transfer) {
-    static const uint32_t gammas[] = {[SHD_TRANSFER_LINEAR] = 100000,
-                                      [SHD_TRANSFER_SRGB] = 45455,
-                                      [SHD_TRANSFER_REC1886] = 41667};
-    size_t chunk = open_chunk(w, "gAMA");
-    append_u32(w, gammas[transfer]);
-    close_chunk(w, chunk);
+    unsigned char head[13] = {0}; /* ends with deflate, adaptive filters, no interlace */
+    memcpy(w->data, signature, sizeof signature);
+    w->size = sizeof signature;
+    write_u32(head, (uint32_t)image->width);
+    write_u32(head + 4, (uint32_t)image->height);
+    head[8] = (unsigned char)(8 * pack->bytes);
+    head[9] = color_types[pack->count];
+    put_chunk(w, "IHDR", head, sizeof head);
 }
 
 /* cHRM holds what lies in the triangle of real chromaticities; readers refuse others. */
@@ -83,11 +65,10 @@ static bool chromaticities_fit(const double xy[8]) {
 }
 
 static void put_chromaticities(writer *w, const double xy[8]) {
-    size_t chunk = open_chunk(w, "cHRM");
-    append_u32(w, (uint32_t)lround(xy[6] * 1e5)); /* white comes first */
-    append_u32(w, (uint32_t)lround(xy[7] * 1e5));
-    for (int i = 0; i < 6; i++) append_u32(w, (uint32_t)lround(xy[i] * 1e5));
-    close_chunk(w, chunk);
+    unsigned char data[32];
+    for (int i = 0; i < 8; i++) /* white, the last, comes first */
+        write_u32(data + 4 * i, (uint32_t)lround(xy[(i + 6) % 8] * 1e5));
+    put_chunk(w, "cHRM", data, sizeof data);
 }
 
 static shd_status put_profile(writer *w, const shd_image *image, shd_icc *icc, shd_arena *scratch,
@@ -96,14 +77,12 @@ static shd_status put_profile(writer *w, const shd_image *image, shd_icc *icc, s
     shd_status status =
         shd_zlib_compress(image, (shd_bytes){icc->data, icc->size}, scratch, &profile, error);
     if (status) return status;
-    size_t chunk = open_chunk(w, "iCCP");
-    size_t name = strlen(icc->name) + 1;
-    memcpy(w->data + w->size, icc->name, name);
-    w->size += name;
-    w->data[w->size++] = 0; /* zlib */
-    memcpy(w->data + w->size, profile.data, profile.size);
-    w->size += profile.size;
-    close_chunk(w, chunk);
+    const size_t name = strlen(icc->name) + 1;
+    unsigned char data[PROFILE_ROOM] = {0};
+    assert(name + 1 + profile.size <= sizeof data);
+    memcpy(data, icc->name, name);
+    memcpy(data + name + 1, profile.data, profile.size); /* behind a 0: zlib */
+    put_chunk(w, "iCCP", data, name + 1 + profile.size);
     return SHD_OK;
 }
 
@@ -111,13 +90,16 @@ static shd_status put_profile(writer *w, const shd_image *image, shd_icc *icc, s
  * grey keeps its curve. Alpha as grey is no color at all. */
 static shd_status put_color(writer *w, const shd_image *image, shd_arena *scratch,
                             shd_error *error) {
+    static const uint32_t gammas[] = {[SHD_TRANSFER_LINEAR] = 100000,
+                                      [SHD_TRANSFER_SRGB] = 45455,
+                                      [SHD_TRANSFER_REC1886] = 41667};
     if (image->transfer == SHD_TRANSFER_UNKNOWN || image->channel == 3) return SHD_OK;
-    put_gamma(w, image->transfer);
+    unsigned char gamma[4];
+    write_u32(gamma, gammas[image->transfer]);
+    put_chunk(w, "gAMA", gamma, sizeof gamma);
     if (shd_image_is_srgb(image)) {
         put_chromaticities(w, shd_rec709);
-        size_t chunk = open_chunk(w, "sRGB");
-        w->data[w->size++] = 1; /* relative colorimetric */
-        close_chunk(w, chunk);
+        put_chunk(w, "sRGB", "\1", 1); /* relative colorimetric */
     } else if (image->channel < 0 && image->has_primaries) {
         bool fit = chromaticities_fit(image->primaries);
         if (fit) put_chromaticities(w, image->primaries);
@@ -135,18 +117,14 @@ static const unsigned char *make_row(const shd_pack *pack, const shd_image *imag
                                      unsigned char *room) {
     const size_t first = y * (size_t)image->width;
     const size_t samples = (size_t)image->width * (size_t)pack->count;
-    if (shd_pack_bytes(pack) == 1) {
-        if (image->samples) return (const unsigned char *)image->samples + y * samples;
-        shd_pack_u8(pack, image->rgba + 4 * first, image->width, room);
-        return room;
-    }
-    const uint16_t *wide = (const void *)room;
+    const unsigned char *row = room;
     if (image->samples)
-        wide = (const uint16_t *)image->samples + y * samples;
+        row = (const unsigned char *)image->samples + y * samples * pack->bytes;
     else
-        shd_pack_u16(pack, image->rgba + 4 * first, image->width, (void *)room);
+        shd_pack_row(pack, image->rgba + 4 * first, image->width, room);
+    if (pack->bytes == 1) return row;
     for (size_t i = 0; i < samples; i++) {
-        unsigned v = wide[i];
+        const unsigned v = ((const uint16_t *)(const void *)row)[i];
         room[2 * i] = (unsigned char)(v >> 8);
         room[2 * i + 1] = (unsigned char)v;
     }
@@ -161,10 +139,6 @@ typedef struct filtering {
     unsigned char *room;     /* [slots][3][row] */
     unsigned char *out;      /* [height][1 + row] */
 } filtering;
-
-static size_t rows_of_band(size_t row) {
-    return BAND / (row + 1) + 1;
-}
 
 static void filter_band(void *context, size_t index, unsigned slot) {
     static const shd_filter_kernel *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_filter_kernel);
@@ -190,8 +164,8 @@ static void filter_band(void *context, size_t index, unsigned slot) {
 static shd_status filter_rows(const shd_image *image, const shd_pack *pack, shd_arena *scratch,
                               shd_bytes *rows, shd_error *error) {
     const size_t height = (size_t)image->height;
-    const size_t pixel = (size_t)pack->count * shd_pack_bytes(pack);
-    const size_t row = (size_t)image->width * pixel, band = rows_of_band(row);
+    const size_t pixel = (size_t)pack->count * pack->bytes;
+    const size_t row = (size_t)image->width * pixel, band = BAND / (row + 1) + 1;
     filtering f = {.image = image, .pack = pack, .row = row, .pixel = pixel, .rows = band};
     f.out = shd_arena_alloc(scratch, height, row + 1);
     f.room = shd_arena_alloc(scratch, 3 * (size_t)shd_encode_slots(image), row);
@@ -205,29 +179,26 @@ static shd_status filter_rows(const shd_image *image, const shd_pack *pack, shd_
 /* ---- The file. ---- */
 
 static shd_status put_data(writer *w, const shd_image *image, shd_bytes data, shd_error *error) {
-    for (size_t done = 0; done < data.size;) {
+    for (size_t done = 0, some; done < data.size; done += some) {
         if (!shd_encode_goes_on(image)) return shd_encode_cancelled(error);
-        size_t some = data.size - done < DATA_MOST ? data.size - done : DATA_MOST;
-        size_t chunk = open_chunk(w, "IDAT");
-        memcpy(w->data + w->size, data.data + done, some);
-        w->size += some;
-        close_chunk(w, chunk);
-        done += some;
+        some = data.size - done < DATA_MOST ? data.size - done : DATA_MOST;
+        put_chunk(w, "IDAT", data.data + done, some);
     }
     return SHD_OK;
 }
 
-uint64_t shd_png_scratch(const shd_image *image) {
-    const shd_pack pack = shd_pack_of(image, SHD_PNG);
-    const uint64_t row = (uint64_t)image->width * (uint64_t)pack.count * shd_pack_bytes(&pack);
+uint64_t shd_png_scratch(const shd_image *image, shd_format format, bool samples) {
+    (void)samples;
+    const shd_pack pack = shd_pack_of(image, format);
+    const uint64_t row = (uint64_t)image->width * (uint64_t)pack.count * pack.bytes;
     const uint64_t rows = (uint64_t)image->height * (row + 1);
     return rows + shd_zlib_scratch(rows) + 3 * row * shd_encode_slots(image) +
            shd_zlib_scratch(SHD_ICC_MAX);
 }
 
-shd_status shd_encode_png(const shd_image *image, shd_arena *scratch, shd_bytes *out,
-                          shd_error *error) {
-    shd_pack pack = shd_pack_of(image, SHD_PNG);
+shd_status shd_encode_png(const shd_image *image, shd_format format, shd_arena *scratch,
+                          shd_bytes *out, shd_error *error) {
+    const shd_pack pack = shd_pack_of(image, format);
     shd_bytes rows = {NULL, 0}, data = {NULL, 0};
     shd_status status = filter_rows(image, &pack, scratch, &rows, error);
     if (!status) status = shd_zlib_compress(image, rows, scratch, &data, error);
@@ -239,7 +210,8 @@ shd_status shd_encode_png(const shd_image *image, shd_arena *scratch, shd_bytes 
     put_png_header(&w, image, &pack);
     status = put_color(&w, image, scratch, error);
     if (!status) status = put_data(&w, image, data, error);
-    close_chunk(&w, open_chunk(&w, "IEND"));
+    put_chunk(&w, "IEND", NULL, 0);
+    assert(w.size <= most);
     shd_arena_repay(scratch, status ? most : most - w.size);
     if (status)
         free(w.data);

@@ -1,7 +1,5 @@
 #include "image/spread.h"
 
-#include <stdatomic.h>
-
 shd_status shd_encode_no_memory(shd_error *error) {
     return shd_fail(error, SHD_MEMORY, "", "not enough memory to encode the picture");
 }

@@ -4,7 +4,6 @@
  *
  * libwebp asks whether to go on up to 66 times a picture, which is too seldom. So a thread encodes
  * while the caller waits, which leaves when it is to and abandons the thread. */
-#include <pthread.h>
 #include <stdlib.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -32,13 +31,10 @@ static shd_status encoder_error(int code, shd_error *error) {
 /* What encoding takes: samples, then the picture as libwebp sees it, and what it compares. For
  * noise, at any effort, version 1.2.4 was seen to take at most 21 bytes a pixel for opaque lossy
  * pictures, and 55 if a plane or all of it is lossless. Smooth pictures take 2 and 26. */
-static size_t working_bytes(const shd_image *image, bool lossless) {
-    const size_t pixels = (size_t)image->width * (size_t)image->height;
-    return pixels * (lossless || image->alpha ? 56 : 24) + (1 << 20);
-}
-
-uint64_t shd_webp_scratch(const shd_image *image) {
-    return working_bytes(image, image->quality >= 100);
+uint64_t shd_webp_scratch(const shd_image *image, shd_format format, bool samples) {
+    (void)format, (void)samples;
+    const uint64_t pixels = (uint64_t)image->width * (uint64_t)image->height;
+    return pixels * (image->quality >= 100 || image->alpha ? 56 : 24) + (1 << 20);
 }
 
 /* A picture and the thread that encodes it. */
@@ -243,8 +239,8 @@ static bool wait_for_abandoned(const shd_image *image) {
     return goes_on;
 }
 
-static shd_status encode(encoding *e, const shd_image *image, shd_arena *scratch, shd_bytes *file,
-                         bool *abandoned, shd_error *error) {
+static shd_status encode_picture(encoding *e, const shd_image *image, shd_arena *scratch,
+                                 shd_bytes *file, bool *abandoned, shd_error *error) {
     if (!set_up(image, e))
         return shd_fail(error, SHD_INTERNAL, "", "libwebp is not the version built against");
     const shd_pack pack = shd_pack_of(image, SHD_WEBP);
@@ -260,24 +256,24 @@ static shd_status encode(encoding *e, const shd_image *image, shd_arena *scratch
     return SHD_OK;
 }
 
-shd_status shd_encode_webp(const shd_image *image, shd_arena *scratch, shd_bytes *out,
-                           shd_error *error) {
+shd_status shd_encode_webp(const shd_image *image, shd_format format, shd_arena *scratch,
+                           shd_bytes *out, shd_error *error) {
     if (!wait_for_abandoned(image)) return shd_encode_cancelled(error);
-    const size_t working = working_bytes(image, image->quality >= 100);
-    if (!shd_arena_borrow(scratch, working)) return shd_encode_no_memory(error);
-    shd_bytes file;
-    shd_status status = SHD_MEMORY;
-    bool abandoned = false;
+    const size_t working = shd_webp_scratch(image, format, false);
     encoding *e = calloc(1, sizeof *e);
-    if (e) {
-        e->working = working;
-        pthread_mutex_init(&e->mutex, NULL);
-        pthread_cond_init(&e->changed, NULL);
-        status = encode(e, image, scratch, &file, &abandoned, error);
-        if (!abandoned) drop_encoding(e);
+    if (!e || !shd_arena_borrow(scratch, working)) {
+        free(e);
+        return shd_encode_no_memory(error);
     }
-    if (!abandoned) shd_arena_repay(scratch, working);
-    if (!e) return shd_encode_no_memory(error);
+    shd_bytes file;
+    bool abandoned = false;
+    e->working = working;
+    pthread_mutex_init(&e->mutex, NULL);
+    pthread_cond_init(&e->changed, NULL);
+    const shd_status status = encode_picture(e, image, scratch, &file, &abandoned, error);
+    if (abandoned) return status;
+    drop_encoding(e);
+    shd_arena_repay(scratch, working);
     if (status) return status;
     if (!shd_arena_borrow(scratch, file.size)) {
         free(file.data);

@@ -58,10 +58,7 @@ static uint64_t pack_floats(const shd_color_transform *transform, const shd_pack
         converted[i] = v > FLT_MAX ? FLT_MAX : v < -FLT_MAX ? -FLT_MAX : 0;
         beyond++;
     }
-    if (pack->max == 255)
-        shd_pack_u8(pack, converted, (int)count, out);
-    else
-        shd_pack_u16(pack, converted, (int)count, out);
+    shd_pack_row(pack, converted, (int)count, out);
     return beyond;
 }
 
@@ -83,11 +80,11 @@ static void same_codes(const shd_color_transform *transform, const shd_color_cod
         if (!shd_cpu_has(isa)) continue;
         assert_true(beyond ==
                     shd_color_encode(codes, isa, rgba, count, pack.source, pack.count, got));
-        if (!memcmp(want, got, 3 * count * shd_pack_bytes(&pack))) continue;
+        if (!memcmp(want, got, 3 * count * pack.bytes)) continue;
         for (size_t i = 0; i < count; i++) {
             shd_color_encode(codes, isa, rgba + 4 * i, 1, pack.source, 3, got);
             pack_floats(transform, &pack, rgba + 4 * i, 1, want);
-            if (memcmp(want, got, 3 * shd_pack_bytes(&pack)))
+            if (memcmp(want, got, 3 * pack.bytes))
                 fail_msg("%u: %a %a %a with %s", codes->max, (double)rgba[4 * i],
                          (double)rgba[4 * i + 1], (double)rgba[4 * i + 2], shd_isa_name(isa));
         }
@@ -297,7 +294,7 @@ static void planes_give_the_same_samples_at_their_places(void **state) {
             for (int alpha = 0; alpha < 3; alpha++) /* none, opaque, of pixels */
                 for (size_t count = 1; count <= PIXELS; count = count * 3 + 1) {
                     shd_pack pack = pack_for(max, channel, alpha > 0);
-                    const size_t bytes = (size_t)pack.count * shd_pack_bytes(&pack);
+                    const size_t bytes = (size_t)pack.count * pack.bytes;
                     for (size_t i = 0; i < count; i++)
                         rgba[4 * i + 3] = alpha == 1 ? 1 : plane[3][i];
                     uint64_t beyond = shd_color_encode(codes, SHD_PORTABLE, rgba, count,

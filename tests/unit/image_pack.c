@@ -9,7 +9,7 @@ static uint8_t code8(const shd_packing *packing, int channel, float v) {
     shd_image image = picture(rgba, 1, 1);
     image.packing = *packing;
     shd_pack pack = shd_pack_plan(&image, false, true);
-    shd_pack_u8(&pack, rgba, 1, out);
+    shd_pack_row(&pack, rgba, 1, out);
     return out[channel];
 }
 
@@ -20,7 +20,7 @@ static uint16_t code16(const shd_packing *packing, int channel, float v) {
     image.depth = SHD_U16;
     image.packing = *packing;
     shd_pack pack = shd_pack_plan(&image, false, true);
-    shd_pack_u16(&pack, rgba, 1, out);
+    shd_pack_row(&pack, rgba, 1, out);
     return out[channel];
 }
 
@@ -109,10 +109,10 @@ static void rows_of_any_width_keep_within_their_bytes(void **state) {
                 uint16_t wide[4 * MAX + 1];
                 narrow[samples] = 77;
                 wide[samples] = 7777;
-                shd_pack_u8(&pack, rgba, width, narrow);
+                shd_pack_row(&pack, rgba, width, narrow);
                 image.depth = SHD_U16;
                 pack = shd_pack_plan(&image, false, true);
-                shd_pack_u16(&pack, rgba, width, wide);
+                shd_pack_row(&pack, rgba, width, wide);
                 assert_int_equal(narrow[samples], 77);
                 assert_int_equal(wide[samples], 7777);
                 for (int i = 0; i < samples; i++) {
@@ -134,19 +134,19 @@ static void channels_are_picked_with_and_without_alpha(void **state) {
     image.channel = 1;
     shd_pack pack = shd_pack_plan(&image, false, true);
     assert_int_equal(pack.count, 2);
-    shd_pack_u8(&pack, rgba, 1, out);
+    shd_pack_row(&pack, rgba, 1, out);
     assert_int_equal(out[0], 102);
     assert_int_equal(out[1], 204);
 
     pack = shd_pack_plan(&image, false, false);
     assert_int_equal(pack.count, 4);
-    shd_pack_u8(&pack, rgba, 1, out);
+    shd_pack_row(&pack, rgba, 1, out);
     assert_memory_equal(out, ((uint8_t[]){102, 102, 102, 204}), 4);
 
     image.channel = 3;
     pack = shd_pack_plan(&image, true, true);
     assert_int_equal(pack.count, 1);
-    shd_pack_u8(&pack, rgba, 1, out);
+    shd_pack_row(&pack, rgba, 1, out);
     assert_int_equal(out[0], 204);
 }
 
@@ -159,14 +159,14 @@ static void premultiplied_samples_are_encoded_values_times_alpha(void **state) {
     image.depth = SHD_U16;
     shd_pack pack = shd_pack_plan(&image, true, true);
     uint16_t wide[4];
-    shd_pack_u16(&pack, rgba, 1, wide);
+    shd_pack_row(&pack, rgba, 1, wide);
     /* 65535/4, 32768/4, 0, 65535/4: to nearest */
     assert_memory_equal(wide, ((uint16_t[]){16384, 8192, 0, 16384}), sizeof wide);
 
     image.depth = SHD_FLOAT;
     pack = shd_pack_plan(&image, true, true);
     float out[4];
-    shd_pack_float(&pack, rgba, 1, out);
+    shd_pack_row(&pack, rgba, 1, out);
     assert_true(out[0] == 0.25f && out[1] == 0 && out[2] == -0.52f * 0.25f && out[3] == 0.25f);
 }
 
@@ -178,11 +178,11 @@ static void floats_keep_what_they_hold_and_half_saturates(void **state) {
     image.depth = SHD_FLOAT;
     shd_pack pack = shd_pack_plan(&image, false, true);
     float out[3];
-    shd_pack_float(&pack, rgba, 1, out);
+    shd_pack_row(&pack, rgba, 1, out);
     assert_memory_equal(out, rgba, sizeof out);
     image.depth = SHD_HALF;
     pack = shd_pack_plan(&image, false, true);
-    shd_pack_float(&pack, rgba, 1, out);
+    shd_pack_row(&pack, rgba, 1, out);
     assert_memory_equal(out, ((float[]){-3.5f, 65504, -65504}), sizeof out);
 }
 

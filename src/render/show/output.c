@@ -69,7 +69,7 @@ typedef struct drawing {
     bool last; /* it may be made in the film's own pixels */
     shd_image image;
     shd_image_layer *layers; /* image.layers */
-    shd_layout layout;
+    shd_pack layout;
 } drawing;
 
 /* Between the pieces of a long encoding, other requests take their turn. */
@@ -136,7 +136,7 @@ static shd_status begin_drawing(shd_rendering *r, const shd_film *film, size_t i
         .elsewhere = &r->beside,
     };
     memcpy(out->image.primaries, info->primaries, sizeof info->primaries);
-    out->layout = shd_image_layout(&out->image, output->format);
+    out->layout = shd_pack_of(&out->image, output->format);
     return SHD_OK;
 }
 
@@ -264,7 +264,7 @@ typedef struct coloring {
 
 static void code_pixels(coloring *work, size_t first, size_t end) {
     enum { BLOCK = 1024 };
-    const shd_layout *layout = &work->drawing->layout;
+    const shd_pack *layout = &work->drawing->layout;
     uint64_t saturated = 0;
     for (; first < end; first += BLOCK) {
         const size_t some = end - first < BLOCK ? end - first : BLOCK;

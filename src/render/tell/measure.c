@@ -88,7 +88,7 @@ static void measure_block(void *context, size_t index, unsigned slot) {
         const double began = shd_thread_seconds();
         show_block(showing, k ? film : exact, count, t->shown[k], t->seen[k]);
         t->seconds[k] += shd_thread_seconds() - began;
-        shd_pack_u8(&showing->pack, t->shown[k], (int)count, t->codes[k]);
+        shd_pack_row(&showing->pack, t->shown[k], (int)count, t->codes[k]);
         seen[k] = showing->detour ? t->seen[k] : t->shown[k];
     }
     if (m->errors) t->most = fmax(t->most, bound_block(m->errors, film, count));

@@ -2,7 +2,7 @@
  * wanted. If nobody needs these floats it has the samples of the one output instead. */
 #pragma once
 
-#include "image/image.h"
+#include "image/pack.h"
 #include "render/rendering.h"
 #include "sight/sight.h"
 
@@ -21,7 +21,7 @@ typedef struct shd_film {
     /* Set before rendering if colors go straight to codes: the opaque beauty is stored as `samples`
      * of `layout`, and no other part of the film is made. */
     const shd_color_codes *codes;
-    shd_layout layout;
+    shd_pack layout;
     unsigned char *samples;
 } shd_film;
 
