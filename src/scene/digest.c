@@ -6,7 +6,6 @@
  * that has it, without its name. */
 #include <nettle/base16.h>
 #include <nettle/sha2.h>
-#include <stdint.h>
 #include <string.h>
 
 #include "base/bits.h"
@@ -38,21 +37,15 @@ static void put_numbers(sink *s, const double *values, size_t count) {
     }
 }
 
-static void put_number(sink *s, double value) {
-    put_numbers(s, &value, 1);
-}
-
 static void put_vector(sink *s, shd_vec3 v) {
     put_numbers(s, (double[]){v.x, v.y, v.z}, 3);
 }
 
 /* NULL differs from the empty text. */
 static void put_text(sink *s, const char *text) {
-    size_t length = text ? strlen(text) : SIZE_MAX;
-    put_count(s, length);
-    if (!text) return;
+    put_count(s, text ? strlen(text) : SIZE_MAX);
     flush_sink(s);
-    sha256_update(&s->hash, length, (const unsigned char *)text);
+    if (text) sha256_update(&s->hash, strlen(text), (const unsigned char *)text);
 }
 
 static void put_view(sink *s, const shd_scene *scene) {
@@ -62,11 +55,11 @@ static void put_view(sink *s, const shd_scene *scene) {
     put_vector(s, camera->right);
     put_vector(s, camera->up);
     put_vector(s, camera->back);
-    put_number(s, camera->projection == SHD_PERSPECTIVE ? camera->fov : camera->height);
+    put_numbers(s, camera->projection == SHD_PERSPECTIVE ? &camera->fov : &camera->height, 1);
     const shd_raster *raster = &scene->raster;
     const int sizes[] = {raster->width, raster->height, raster->x,      raster->y,
                          raster->w,     raster->h,      raster->samples};
-    for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) put_count(s, (uint64_t)sizes[i]);
+    for (size_t i = 0; i < SHD_LENGTH(sizes); i++) put_count(s, (uint64_t)sizes[i]);
     put_numbers(s, scene->ambient, 3);
     put_count(s, scene->transparent);
     put_numbers(s, scene->background, 3);
@@ -80,10 +73,8 @@ static void put_light(sink *s, const shd_light *light) {
     put_numbers(s, light->color, 3);
     put_numbers(s, light->ambient, 3);
     put_numbers(s, light->attenuation, 3);
-    put_number(s, light->min_distance);
-    put_number(s, light->angle);
-    put_number(s, light->penumbra);
-    put_number(s, light->exponent);
+    put_numbers(s, (double[]){light->min_distance, light->angle, light->penumbra, light->exponent},
+                4);
 }
 
 static void put_material(sink *s, const shd_material *material) {
@@ -94,7 +85,7 @@ static void put_material(sink *s, const shd_material *material) {
     put_count(s, material->lobe_count);
     for (size_t i = 0; i < material->lobe_count; i++) {
         put_numbers(s, material->lobes[i].specular, 3);
-        put_number(s, material->lobes[i].shininess);
+        put_numbers(s, &material->lobes[i].shininess, 1);
     }
 }
 
@@ -121,9 +112,7 @@ static void put_mesh(sink *s, const shd_mesh *mesh) {
 
 static void put_object(sink *s, const shd_object *object) {
     put_count(s, object->shape);
-    put_number(s, object->radius);
-    put_number(s, object->tube);
-    put_number(s, object->height);
+    put_numbers(s, (double[]){object->radius, object->tube, object->height}, 3);
     put_vector(s, object->size);
     if (object->mesh) put_mesh(s, object->mesh);
     put_numbers(s, &object->transform.linear[0][0], 9);
@@ -163,7 +152,7 @@ void shd_scene_digest(const shd_scene *scene, const atomic_bool *cancelled, char
     put_count(&s, scene->accuracy.tier);
     put_count(&s, scene->accuracy.draft); /* the plan, which is told with the picture, has it */
     put_count(&s, scene->accuracy.budget);
-    put_number(&s, scene->accuracy.max_error);
+    put_numbers(&s, &scene->accuracy.max_error, 1);
     put_count(&s, scene->accuracy.metric);
     put_count(&s, scene->multipart);
     put_count(&s, scene->output_count);

@@ -1,11 +1,9 @@
 /* The readers of single members. */
-#include <math.h>
-#include <stdint.h>
+#include <assert.h>
 #include <string.h>
 
 #include "scene/read.h"
 
-const shd_range shd_any_number = {-INFINITY, INFINITY, true, true, "finite"};
 const shd_range shd_positive = {0, INFINITY, true, true, "greater than 0"};
 const shd_range shd_not_negative = {0, INFINITY, false, true, "0 or more"};
 
@@ -30,8 +28,8 @@ uint64_t shd_hold_to_limit(shd_reader *r, const shd_node *node, const char *subj
                            shd_limit which, uint64_t limit) {
     if (count <= limit) return count;
     const char *name = shd_limit_names[which];
-    shd_node_fail(r->report, node, SHD_LIMIT, "%s %llu %s; the limit `%s` is %llu", subject,
-                  (unsigned long long)count, name, name, (unsigned long long)limit);
+    shd_node_report(r->report, node, SHD_LIMIT, "%s %llu %s; the limit `%s` is %llu", subject,
+                    (unsigned long long)count, name, name, (unsigned long long)limit);
     shd_report_limit(r->report, which);
     return limit;
 }
@@ -44,94 +42,100 @@ bool shd_is_object(shd_reader *r, const shd_node *node) {
     return false;
 }
 
-static bool is_known(const shd_field *fields, size_t count, unsigned kinds, const char *key) {
-    for (size_t i = 0; i < count; i++)
-        if ((!fields[i].kinds || fields[i].kinds & kinds) && !strcmp(fields[i].name, key))
-            return true;
-    return false;
-}
-
-static void report_unknown(shd_reader *r, const shd_node *node, const shd_field *fields,
-                           size_t count, unsigned kinds, const char *what, const char *key) {
-    const char *names[SHD_FIELDS_MOST];
-    size_t known = 0;
-    for (size_t i = 0; i < count; i++)
-        if (!fields[i].kinds || fields[i].kinds & kinds) names[known++] = fields[i].name;
-    shd_node member = {node, key, 0, NULL};
-    shd_wrong(r, &member, "unknown member \"%s\" of %s%s", shd_quote(key).text, what,
-              shd_suggest(r->report, key, names, known).text);
-}
-
-uint32_t shd_read_fields(shd_reader *r, const shd_node *node, const shd_field *fields, size_t count,
-                         unsigned kinds, const char *what, void *out) {
-    uint32_t seen = 0, wrong = 0;
-    size_t found = 0;
-    for (size_t i = 0; i < count; i++) {
-        const shd_field *field = &fields[i];
-        if (field->kinds && !(field->kinds & kinds)) continue;
-        shd_node member = shd_node_member(node, field->name);
-        if (member.value) {
-            seen |= UINT32_C(1) << i;
-            found++;
-        }
-        if (!field->read || !(member.value || field->always)) continue;
-        size_t errors = r->report->error_count;
-        r->field = field;
-        field->read(r, &member, (char *)out + field->offset);
-        if (r->report->error_count > errors) wrong |= UINT32_C(1) << i;
+/* Reports the members of an object that are not among `names`. */
+static void report_unknown(shd_reader *r, const shd_node *node, const char *const *names,
+                           size_t count, const char *what) {
+    for (void *at = json_object_iter(node->value); at && !shd_is_cancelled(r->cancelled);
+         at = json_object_iter_next(node->value, at)) {
+        const shd_node member = {node, json_object_iter_key(at), 0, NULL};
+        size_t i = 0;
+        while (i < count && strcmp(names[i], member.key) != 0) i++;
+        if (i < count) continue;
+        shd_wrong(r, &member, "unknown member \"%s\" of %s%s", shd_quote(member.key).text, what,
+                  shd_suggest(r->report, member.key, names, count).text);
     }
-    r->wrong = wrong; /* last, because fields may have fields of their own */
-    if (found == json_object_size(node->value)) return seen;
-    json_t *object = (json_t *)(uintptr_t)node->value; /* jansson's iterators are not const */
-    for (void *at = json_object_iter(object); at && !shd_is_cancelled(r->cancelled);
-         at = json_object_iter_next(object, at))
-        if (!is_known(fields, count, kinds, json_object_iter_key(at)))
-            report_unknown(r, node, fields, count, kinds, what, json_object_iter_key(at));
-    return seen;
+}
+
+bool shd_read_fields(shd_reader *r, const shd_node *node, const shd_field *fields, size_t count,
+                     unsigned kinds, const char *what, void *out) {
+    const char *names[SHD_FIELDS_MOST];
+    size_t known = 0, found = 0;
+    unsigned seen = 0, wrong = 0;
+    assert(count <= SHD_FIELDS_MOST);
+    if (node->value && !shd_is_object(r, node)) return false;
+    for (const shd_field *field = fields; field < fields + count; field++) {
+        if (field->kinds && !(field->kinds & kinds)) continue;
+        const shd_node member = shd_node_member(node, field->name);
+        const size_t errors = r->report->error_count;
+        names[known++] = field->name;
+        if (member.value) {
+            seen |= field->mark;
+            found++;
+        } else if (field->required) {
+            shd_wrong(r, node, "the member \"%s\" is missing", field->name);
+        }
+        r->field = field;
+        if (field->read && (member.value || field->always))
+            field->read(r, &member, (char *)out + field->offset);
+        if (r->report->error_count > errors) wrong |= field->mark | SHD_SOME_FIELD;
+    }
+    /* Last, because fields may have fields of their own. */
+    r->seen = seen;
+    r->wrong = wrong;
+    if (found < json_object_size(node->value)) report_unknown(r, node, names, known, what);
+    return true;
+}
+
+/* ---- Strings and values as they are ---- */
+
+const char *shd_get_text(shd_reader *r, const shd_node *node, const char *expected) {
+    if (!json_is_string(node->value)) shd_node_expect(r->report, node, expected);
+    return json_string_value(node->value);
 }
 
 void shd_read_label(shd_reader *r, const shd_node *node, void *out) {
     (void)out;
-    if (!json_is_string(node->value)) shd_node_expect(r->report, node, "a string");
+    shd_get_text(r, node, "a string");
 }
 
 void shd_keep_value(shd_reader *r, const shd_node *node, void *out) {
     (void)r;
-    *(const json_t **)out = node->value;
+    *(json_t **)out = node->value;
 }
 
 /* ---- Numbers ---- */
+
+static const shd_range *range_of_field(const shd_reader *r) {
+    static const shd_range any = {-INFINITY, INFINITY, true, true, "finite"};
+    return r->field->range ? r->field->range : &any;
+}
 
 static bool in_range(double value, const shd_range *range) {
     return (range->above ? value > range->low : value >= range->low) &&
            (range->below ? value < range->high : value <= range->high);
 }
 
-static bool get_number(shd_reader *r, const shd_node *node, const shd_range *range, double *out) {
-    if (!json_is_number(node->value)) {
-        shd_node_expect(r->report, node, "a number");
-        return false;
-    }
-    double value = json_number_value(node->value);
-    if (!in_range(value, range)) {
+/* A number in the field's range. */
+static bool get_number(shd_reader *r, const shd_node *node, double *out) {
+    const shd_range *range = range_of_field(r);
+    const double value = json_number_value(node->value);
+    const bool number = json_is_number(node->value), good = number && in_range(value, range);
+    if (good)
+        *out = value;
+    else if (number)
         shd_wrong(r, node, "must be %s, got %.9g", range->text, value);
-        return false;
-    }
-    *out = value;
-    return true;
-}
-
-static const shd_range *range_of_field(const shd_reader *r) {
-    return r->field->range ? r->field->range : &shd_any_number;
+    else
+        shd_node_expect(r->report, node, "a number");
+    return good;
 }
 
 void shd_read_number(shd_reader *r, const shd_node *node, void *out) {
-    get_number(r, node, range_of_field(r), out);
+    get_number(r, node, out);
 }
 
 void shd_read_degrees(shd_reader *r, const shd_node *node, void *out) {
     double degrees;
-    if (get_number(r, node, range_of_field(r), &degrees)) *(double *)out = degrees * (SHD_PI / 180);
+    if (get_number(r, node, &degrees)) *(double *)out = degrees * (SHD_PI / 180);
 }
 
 void shd_read_integer(shd_reader *r, const shd_node *node, void *out) {
@@ -157,43 +161,38 @@ bool shd_is_array(shd_reader *r, const shd_node *node, size_t least, size_t most
 }
 
 bool shd_get_numbers(shd_reader *r, const shd_node *node, size_t least, size_t most,
-                     const char *expected, const shd_range *range, double *out) {
+                     const char *expected, double *out) {
     if (!shd_is_array(r, node, least, most, expected)) return false;
     size_t size = json_array_size(node->value);
     bool good = size >= least && size <= most;
     for (size_t i = 0; i < size && i < most; i++) {
         shd_node item = shd_node_item(node, i);
-        if (!get_number(r, &item, range, &out[i])) good = false;
+        good &= get_number(r, &item, &out[i]);
     }
     return good;
 }
 
-bool shd_get_three(shd_reader *r, const shd_node *node, const shd_range *range, double out[3]) {
-    return shd_get_numbers(r, node, 3, 3, "an array of 3 numbers", range, out);
+bool shd_get_three(shd_reader *r, const shd_node *node, double out[3]) {
+    return shd_get_numbers(r, node, 3, 3, "an array of 3 numbers", out);
 }
 
 void shd_read_vector(shd_reader *r, const shd_node *node, void *out) {
     double v[3];
-    if (shd_get_three(r, node, range_of_field(r), v))
-        *(shd_vec3 *)out = (shd_vec3){v[0], v[1], v[2]};
+    if (shd_get_three(r, node, v)) *(shd_vec3 *)out = (shd_vec3){v[0], v[1], v[2]};
 }
 
 void shd_read_direction(shd_reader *r, const shd_node *node, void *out) {
     double v[3];
-    if (!shd_get_three(r, node, &shd_any_number, v)) return;
-    if (!shd_normalize((shd_vec3){v[0], v[1], v[2]}, out))
+    if (shd_get_three(r, node, v) && !shd_normalize((shd_vec3){v[0], v[1], v[2]}, out))
         shd_wrong(r, node, "must not be zero: it is a direction");
 }
 
 /* ---- Names ---- */
 
 int shd_read_name(shd_reader *r, const shd_node *node, const char *const *names) {
-    if (!json_is_string(node->value)) {
-        shd_node_expect(r->report, node, "a string");
-        return -1;
-    }
-    const char *name = json_string_value(node->value);
+    const char *name = shd_get_text(r, node, "a string");
     size_t count = 0;
+    if (!name) return -1;
     for (; names[count]; count++)
         if (!strcmp(names[count], name)) return (int)count;
     shd_wrong(r, node, "\"%s\" is not known here%s", shd_quote(name).text,

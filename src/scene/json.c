@@ -1,7 +1,7 @@
 #include "scene/json.h"
 
+#include <assert.h>
 #include <stdarg.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
@@ -46,25 +46,18 @@ static size_t write_pointer(const shd_node *node, char *out, size_t size) {
     return used;
 }
 
-void shd_node_fail(shd_report *report, const shd_node *node, shd_status status, const char *format,
-                   ...) {
+void shd_node_report(shd_report *report, const shd_node *node, shd_status status,
+                     const char *format, ...) {
     char pointer[POINTER_BYTES], text[TEXT_BYTES];
     pointer[write_pointer(shown_node(node), pointer, sizeof pointer)] = '\0';
     va_list args;
     va_start(args, format);
     vsnprintf(text, sizeof text, format, args);
     va_end(args);
-    shd_report_error(report, status, pointer, "%s", text);
-}
-
-void shd_node_warn(shd_report *report, const shd_node *node, const char *format, ...) {
-    char pointer[POINTER_BYTES], text[TEXT_BYTES];
-    pointer[write_pointer(shown_node(node), pointer, sizeof pointer)] = '\0';
-    va_list args;
-    va_start(args, format);
-    vsnprintf(text, sizeof text, format, args);
-    va_end(args);
-    shd_report_warning(report, pointer, "%s", text);
+    if (status == SHD_OK)
+        shd_report_warning(report, pointer, "%s", text);
+    else
+        shd_report_error(report, status, pointer, "%s", text);
 }
 
 void shd_node_expect(shd_report *report, const shd_node *node, const char *expected) {
@@ -72,11 +65,12 @@ void shd_node_expect(shd_report *report, const shd_node *node, const char *expec
         [JSON_OBJECT] = "an object", [JSON_ARRAY] = "an array", [JSON_STRING] = "a string",
         [JSON_INTEGER] = "an array", [JSON_REAL] = "a number",  [JSON_TRUE] = "true",
         [JSON_FALSE] = "false",      [JSON_NULL] = "null"};
-    shd_node_fail(report, node, SHD_SCENE, "expected %s, got %s", expected,
-                  kinds[json_typeof(node->value)]);
+    shd_node_report(report, node, SHD_SCENE, "expected %s, got %s", expected,
+                    kinds[json_typeof(node->value)]);
 }
 
 shd_numbers shd_json_numbers(const shd_json *json, const json_t *value) {
+    assert(!json_is_integer(value) || (size_t)json_integer_value(value) < json->packs.count);
     if (json_is_integer(value)) return json->packs.arrays[json_integer_value(value)];
     return (shd_numbers){NULL, json_array_size(value), 0, 0};
 }

@@ -5,8 +5,6 @@
 #pragma once
 
 #include <jansson.h>
-#include <stdbool.h>
-#include <stddef.h>
 
 #include "base/arena.h"
 #include "base/cancel.h"
@@ -17,7 +15,7 @@ typedef struct shd_node {
     const struct shd_node *parent; /* NULL: the document */
     const char *key;               /* in the parent; NULL: `index` counts */
     size_t index;
-    const json_t *value; /* NULL: the member is absent */
+    json_t *value; /* NULL: the member is absent */
 } shd_node;
 
 /* The member or the item of a node. The value of an absent member is NULL. */
@@ -44,11 +42,9 @@ void shd_json_drop(shd_json *json, shd_arena *arena);
  * its items. */
 shd_numbers shd_json_numbers(const shd_json *json, const json_t *value);
 
-/* Adds an error or a warning about the place. */
-void shd_node_fail(shd_report *report, const shd_node *node, shd_status status, const char *format,
-                   ...) SHD_PRINTF(4, 5);
-void shd_node_warn(shd_report *report, const shd_node *node, const char *format, ...)
-    SHD_PRINTF(3, 4);
+/* Adds an error about the place, or a warning if the status is SHD_OK. */
+void shd_node_report(shd_report *report, const shd_node *node, shd_status status,
+                     const char *format, ...) SHD_PRINTF(4, 5);
 
 /* "expected a number, got a string" */
 void shd_node_expect(shd_report *report, const shd_node *node, const char *expected);
@@ -67,8 +63,7 @@ bool shd_is_plain_name(const char *name);
 
 /* ": did you mean \"radius\"?" if a name is close to one of `names` (one edit, and one more for
  * every six letters). Otherwise the names that there are, ": there is sphere, plane, ...", as far
- * as they fit. Nothing if the report is full: names are compared only for messages that somebody
- * will see. */
+ * as they fit. Nothing if the report is full: only messages that somebody will see are made. */
 typedef struct shd_hint {
     char text[320];
 } shd_hint;

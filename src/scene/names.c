@@ -19,10 +19,7 @@ const char *const shd_light_names[] = {[SHD_LIGHT_AMBIENT] = "ambient",
 const char *const shd_interpolation_names[] = {
     [SHD_PHONG] = "phong", [SHD_GOURAUD] = "gouraud", [SHD_FLAT] = "flat", NULL};
 
-const char *shd_shape_name(shd_shape shape) {
-    static const char *const names[SHD_SHAPE_COUNT] = {
-        [SHD_SPHERE] = "sphere", [SHD_PLANE] = "plane",       [SHD_DISC] = "disc",
-        [SHD_BOX] = "box",       [SHD_CYLINDER] = "cylinder", [SHD_CONE] = "cone",
-        [SHD_TORUS] = "torus",   [SHD_MESH] = "mesh"};
-    return names[shape];
-}
+const char *const shd_shape_names[] = {
+    [SHD_SPHERE] = "sphere", [SHD_PLANE] = "plane",       [SHD_DISC] = "disc",
+    [SHD_BOX] = "box",       [SHD_CYLINDER] = "cylinder", [SHD_CONE] = "cone",
+    [SHD_TORUS] = "torus",   [SHD_MESH] = "mesh",         [SHD_SHAPE_COUNT] = NULL};

@@ -1,18 +1,13 @@
 #include "scene/pack.h"
 
-#include <stdint.h>
 #include <string.h>
 
 #include "scene/number.h"
 
 /* ---- In the text ---- */
 
-static bool is_space(char c) {
-    return c == ' ' || c == '\t' || c == '\n' || c == '\r';
-}
-
 static const char *skip_space(const char *at, const char *end) {
-    while (at < end && is_space(*at)) at++;
+    while (at < end && (*at == ' ' || *at == '\t' || *at == '\n' || *at == '\r')) at++;
     return at;
 }
 

@@ -45,16 +45,9 @@ static shd_quoted key_before(const char *text, size_t end) {
 
 static void report_syntax(const char *text, size_t length, const json_error_t *error,
                           shd_report *report) {
-    /* It is not the client's mistake if the system has no room for a tree. */
-    if (shd_json_memory_short()) {
-        shd_report_error(report, SHD_MEMORY, "", "there is not enough memory for the document");
-        return;
-    }
-    int line = error->line > 0 ? error->line : 1;
-    int column = error->column > 0 ? error->column : 1;
-    report->line = line;
-    report->column = column;
-    size_t end = error->position > 0 ? (size_t)error->position : 0;
+    report->line = error->line > 0 ? error->line : 1;
+    report->column = error->column > 0 ? error->column : 1;
+    const size_t end = error->position > 0 ? (size_t)error->position : 0;
     const enum json_error_code code = json_error_code(error);
     const bool twice = code == json_error_duplicate_key && end <= length;
     const shd_quoted quoted = twice ? key_before(text, end) : shd_quote(error->text);
@@ -65,8 +58,9 @@ static void report_syntax(const char *text, size_t length, const json_error_t *e
         what = "a byte order mark stands before the document";
     else if (code == json_error_stack_overflow)
         what = "the document is nested too deeply";
-    shd_report_error(report, SHD_SYNTAX, "", "line %d, column %d: %s%s%s", line, column,
-                     twice ? "the key \"" : "", what, twice ? "\" is there twice" : "");
+    shd_report_error(report, SHD_SYNTAX, "", "line %d, column %d: %s%s%s", report->line,
+                     report->column, twice ? "the key \"" : "", what,
+                     twice ? "\" is there twice" : "");
 }
 
 /* The part of a text that is left. */
@@ -94,11 +88,14 @@ static json_t *load_tree(const char *text, size_t length, const atomic_bool *can
 }
 
 /* Whether the tree may be made, and the bytes that it takes. */
-static bool tree_fits(const char *text, size_t length, size_t memory, size_t *out,
+static bool tree_fits(const char *text, size_t length, size_t longest, size_t memory, size_t *out,
                       shd_report *report) {
     size_t values;
     const size_t bytes = *out = tree_bytes(text, length, &values);
-    if (bytes > memory) {
+    if (longest > LONGEST_STRING) {
+        shd_report_error(report, SHD_LIMIT, "", "a string has %zu bytes; at most %d are read",
+                         longest, LONGEST_STRING);
+    } else if (bytes > memory) {
         shd_report_error(report, SHD_LIMIT, "",
                          "reading the document takes about %zu bytes; the limit `memory` is %zu",
                          bytes, memory);
@@ -108,35 +105,29 @@ static bool tree_fits(const char *text, size_t length, size_t memory, size_t *ou
                          "the document has about %zu values beside the numbers of meshes; at most "
                          "%d are read",
                          values, MOST_VALUES);
+    } else {
+        return true;
     }
-    return bytes <= memory && values <= MOST_VALUES;
+    return false;
 }
 
-/* Makes the tree of a document; `copy` has room for it. */
+/* Makes the tree of a document; `copy` has room for it. Nothing is reported of a cancellation, or
+ * if the system has no room for the tree. */
 static json_t *make_tree(const char *text, size_t length, char *copy, size_t memory,
                          const atomic_bool *cancelled, shd_arena *arena, shd_json *json,
                          shd_report *report) {
     shd_packs *packs = &json->packs;
     const size_t packed = shd_pack_arrays(text, length, copy, cancelled, arena, packs);
-    if (packs->full) {
-        shd_report_error(report, SHD_MEMORY, "", "the limit `memory` is reached by the document");
-        return NULL;
-    }
     const char *const given = packs->count ? copy : text;
     const size_t size = packs->count ? packed : length;
-    size_t bytes;
-    if (packs->longest > LONGEST_STRING) {
-        shd_report_error(report, SHD_LIMIT, "", "a string has %zu bytes; at most %d are read",
-                         packs->longest, LONGEST_STRING);
+    size_t bytes = 0;
+    if (!packs->full && !tree_fits(given, size, packs->longest, memory, &bytes, report))
         return NULL;
-    }
-    if (!tree_fits(given, size, memory, &bytes, report)) return NULL;
-    json->borrowed = length + bytes;
-    if (!shd_arena_borrow(arena, json->borrowed)) {
-        json->borrowed = 0;
+    if (packs->full || !shd_arena_borrow(arena, length + bytes)) {
         shd_report_error(report, SHD_MEMORY, "", "the limit `memory` is reached by the document");
         return NULL;
     }
+    json->borrowed = length + bytes;
     json_error_t error;
     json_t *tree = load_tree(given, size, cancelled, &error);
     const bool marked = !tree || shd_pack_mark(tree, packs);
@@ -150,14 +141,15 @@ static json_t *make_tree(const char *text, size_t length, char *copy, size_t mem
         shd_pack_blank(packs, copy);
         json_decref(load_tree(copy, length, cancelled, &error));
     }
-    if (!tree && !shd_is_cancelled(cancelled)) report_syntax(text, length, &error, report);
+    if (!tree && !shd_is_cancelled(cancelled) && !shd_json_memory_short())
+        report_syntax(text, length, &error, report);
     return tree;
 }
 
 bool shd_json_parse(const char *text, size_t length, size_t memory, const atomic_bool *cancelled,
                     shd_arena *arena, shd_json *out, shd_report *report) {
     size_t first = 0;
-    while (first < length && strchr(" \t\r\n", text[first]) && text[first]) first++;
+    while (first < length && memchr(" \t\r\n", text[first], 4)) first++;
     if (first == length) {
         report->line = report->column = 1;
         shd_report_error(report, SHD_SYNTAX, "", "line 1, column 1: the document is empty");
@@ -166,19 +158,18 @@ bool shd_json_parse(const char *text, size_t length, size_t memory, const atomic
     shd_json_memory_watch();
     char *copy = malloc(length);
     shd_json json = {.tree = NULL};
-    if (copy)
-        json.tree = make_tree(text, length, copy, memory, cancelled, arena, &json, report);
-    else
-        shd_report_error(report, SHD_MEMORY, "", "there is not enough memory for the document");
-    const bool made = copy && json.tree;
+    if (copy) json.tree = make_tree(text, length, copy, memory, cancelled, arena, &json, report);
     free(copy);
-    if (!made && shd_is_cancelled(cancelled))
-        shd_report_error(report, SHD_CANCELLED, "", "the reading was cancelled");
-    if (made)
+    if (json.tree) {
         *out = json;
-    else
-        shd_json_drop(&json, arena);
-    return made;
+        return true;
+    }
+    shd_json_drop(&json, arena);
+    if (shd_is_cancelled(cancelled))
+        shd_report_error(report, SHD_CANCELLED, "", "the reading was cancelled");
+    else if (report->status == SHD_OK)
+        shd_report_error(report, SHD_MEMORY, "", "there is not enough memory for the document");
+    return false;
 }
 
 void shd_json_drop(shd_json *json, shd_arena *arena) {

@@ -2,16 +2,13 @@
 #include "scene/read.h"
 
 static void read_background(shd_reader *r, const shd_node *node, void *out) {
-    (void)out;
-    if (json_is_null(node->value))
-        r->scene->transparent = true;
-    else
-        shd_read_color(r, node, r->scene->background);
+    r->scene->transparent = json_is_null(node->value);
+    if (!r->scene->transparent) shd_read_color(r, node, out);
 }
 
-static void read_ambient(shd_reader *r, const shd_node *node, void *out) {
+static void read_interpolation(shd_reader *r, const shd_node *node, void *out) {
     (void)out;
-    shd_read_color(r, node, r->scene->ambient);
+    shd_read_choice(r, node, &r->interpolation);
 }
 
 /* ---- Accuracy ---- */
@@ -22,30 +19,28 @@ typedef struct raw_accuracy {
 } raw_accuracy;
 
 static void read_accuracy(shd_reader *r, const shd_node *node, void *out) {
-    (void)out;
-    enum { TIER, MAX_ERROR, METRIC, COUNT };
+    enum { TIER = 1, MAX_ERROR = 2, METRIC = 4 };
     enum { STANDARD, EXACT, DRAFT };
     static const char *const tiers[] = {
         [STANDARD] = "standard", [EXACT] = "exact", [DRAFT] = "draft", NULL};
-    static const shd_field fields[COUNT] = {
-        [TIER] = {"tier", shd_read_choice, offsetof(raw_accuracy, tier), .choices = tiers},
-        [MAX_ERROR] = {"maxError", shd_read_number, offsetof(raw_accuracy, max_error),
-                       .range = &shd_positive},
-        [METRIC] = {"metric", shd_read_choice, offsetof(raw_accuracy, metric),
-                    .choices = shd_metric_names},
+    static const shd_field fields[] = {
+        {"tier", shd_read_choice, offsetof(raw_accuracy, tier), .choices = tiers, .mark = TIER},
+        {"maxError", shd_read_number, offsetof(raw_accuracy, max_error), .range = &shd_positive,
+         .mark = MAX_ERROR},
+        {"metric", shd_read_choice, offsetof(raw_accuracy, metric), .choices = shd_metric_names,
+         .mark = METRIC},
     };
-    if (!shd_is_object(r, node)) return;
     raw_accuracy raw = {STANDARD, SHD_DELTA_E_2000, 0};
-    uint32_t seen = shd_read_fields(r, node, fields, COUNT, 0, "accuracy", &raw);
-    bool tier = seen >> TIER & 1, error = seen >> MAX_ERROR & 1, metric = seen >> METRIC & 1;
-    if (tier && (error || metric))
+    if (!shd_read_fields(r, node, fields, SHD_LENGTH(fields), 0, "accuracy", &raw)) return;
+    if (r->seen & TIER && r->seen & (MAX_ERROR | METRIC))
         shd_wrong(r, node, "give either `tier` or a budget of `maxError` and `metric`, not both");
-    if (metric && !error) shd_wrong(r, node, "`metric` needs a `maxError` that it measures");
-    r->scene->accuracy = (shd_accuracy){.tier = raw.tier == EXACT ? SHD_EXACT : SHD_STANDARD,
-                                        .draft = raw.tier == DRAFT,
-                                        .budget = error,
-                                        .max_error = raw.max_error,
-                                        .metric = (shd_metric)raw.metric};
+    if ((r->seen & (MAX_ERROR | METRIC)) == METRIC)
+        shd_wrong(r, node, "`metric` needs a `maxError` that it measures");
+    *(shd_accuracy *)out = (shd_accuracy){.tier = raw.tier == EXACT ? SHD_EXACT : SHD_STANDARD,
+                                          .draft = raw.tier == DRAFT,
+                                          .budget = r->seen & MAX_ERROR,
+                                          .max_error = raw.max_error,
+                                          .metric = (shd_metric)raw.metric};
 }
 
 /* ---- The whole ---- */
@@ -56,7 +51,7 @@ static void check_formats(shd_reader *r) {
     for (int f = 0; f < SHD_FORMAT_COUNT; f++) {
         if (!(r->formats >> f & 1)) continue;
         const shd_format_info *format = shd_format_get((shd_format)f);
-        int side = raster->w > raster->h ? raster->w : raster->h;
+        const int side = raster->w > raster->h ? raster->w : raster->h;
         if (side > format->side)
             shd_report_error(r->report, SHD_SCENE, "/image",
                              "a %s picture is at most %d pixels wide and high, not %d",
@@ -67,40 +62,28 @@ static void check_formats(shd_reader *r) {
     }
 }
 
-static void read_document(shd_reader *r, const json_t *tree) {
+static void read_document(shd_reader *r, json_t *tree) {
     /* Order: colors need both spaces; lights need the camera's frame; objects need the materials
      * and the interpolation; outputs need the working space and the number of lights. */
     static const shd_field fields[] = {
         {"$schema", .read = shd_read_label},
-        {"workingSpace", .read = shd_read_spaces},
-        {"colorSpace", .read = shd_read_spaces},
-        {"camera", shd_read_camera, .always = true},
-        {"image", shd_read_image, .always = true},
-        {"ambient", .read = read_ambient},
-        {"background", .read = read_background},
+        {"workingSpace", shd_read_working_space, .offset = offsetof(shd_scene, working_space)},
+        {"colorSpace", .read = shd_read_plain_space},
+        {"camera", shd_read_camera, offsetof(shd_scene, camera), .always = true},
+        {"image", shd_read_image, offsetof(shd_scene, raster), .always = true},
+        {"ambient", shd_read_color, .offset = offsetof(shd_scene, ambient)},
+        {"background", read_background, .offset = offsetof(shd_scene, background)},
         {"lights", shd_read_lights, .always = true},
-        {"interpolation", shd_read_choice, offsetof(shd_reader, interpolation),
-         .choices = shd_interpolation_names},
+        {"interpolation", read_interpolation, .choices = shd_interpolation_names},
         {"materials", .read = shd_read_materials},
-        {"objects", shd_read_objects, .always = true},
-        {"accuracy", .read = read_accuracy},
+        {"objects", shd_read_objects, .required = true},
+        {"accuracy", read_accuracy, .offset = offsetof(shd_scene, accuracy)},
         {"output", shd_read_output, .always = true},
         {"outputs", .read = shd_read_outputs},
     };
-    shd_node root = {.value = tree};
-    if (!shd_is_object(r, &root)) return;
-    shd_read_fields(r, &root, fields, sizeof fields / sizeof fields[0], 0, "the scene", r);
-    check_formats(r);
-}
-
-/* `ambient` and `background` default to black, which has the same numbers in every scene-linear
- * space, and so do the arena's zeros. */
-static shd_scene *make_scene(shd_reader *r) {
-    shd_scene *scene = shd_take(r, 1, sizeof *scene);
-    if (!scene) return NULL;
-    scene->working_space = r->catalog->scene_linear;
-    scene->accuracy = (shd_accuracy){.metric = SHD_DELTA_E_2000};
-    return scene;
+    const shd_node root = {.value = tree};
+    if (shd_read_fields(r, &root, fields, SHD_LENGTH(fields), 0, "the scene", r->scene))
+        check_formats(r);
 }
 
 shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *catalog,
@@ -129,8 +112,13 @@ shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *ca
                     .colors = catalog->colors,
                     .interpolation = SHD_PHONG,
                     .default_used = SIZE_MAX};
-    r.scene = make_scene(&r);
-    if (r.scene) read_document(&r, json.tree);
+    r.scene = shd_take(&r, 1, sizeof *r.scene);
+    if (r.scene) {
+        /* `ambient` and `background` are black, whose numbers are 0 in every scene-linear space. */
+        r.scene->working_space = catalog->scene_linear;
+        r.scene->accuracy.metric = SHD_DELTA_E_2000;
+        read_document(&r, json.tree);
+    }
     shd_report_missing(&r);
     shd_json_drop(&json, arena);
     if (report->status == SHD_OK) shd_scene_digest(r.scene, cancelled, r.scene->digest);
@@ -138,7 +126,6 @@ shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *ca
         report->status = SHD_OK; /* missing data is not the document's mistake */
         shd_report_error(report, SHD_CANCELLED, "", "the reading was cancelled");
     }
-    if (report->status != SHD_OK) return report->status;
-    *out = r.scene;
-    return SHD_OK;
+    if (report->status == SHD_OK) *out = r.scene;
+    return report->status;
 }

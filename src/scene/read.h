@@ -13,7 +13,7 @@
 #include "scene/json.h"
 #include "scene/scene.h"
 
-enum { SHD_LOBES_MOST = 64, SHD_OUTPUTS_MOST = 16, SHD_SEGMENTS_DEFAULT = 32 };
+#define SHD_LENGTH(array) (sizeof(array) / sizeof(array)[0])
 
 typedef struct shd_named_material {
     const char *name; /* the arena's */
@@ -48,7 +48,7 @@ typedef struct shd_reader {
     /* Bits of the shd_format of all outputs, and of those that have color and no alpha. */
     unsigned formats, flat;
     const struct shd_field *field; /* the one that is read */
-    uint32_t wrong;                /* the fields that shd_read_fields found wrong */
+    unsigned seen, wrong; /* marks of the fields that shd_read_fields found there, or wrong */
 
     shd_named_material *named; /* `materials`, sorted by name */
     size_t named_count;
@@ -57,7 +57,7 @@ typedef struct shd_reader {
     size_t default_used;  /* the same for objects without a material */
     shd_material *materials;
     size_t material_count;
-    const shd_material *warned[SHD_REPORT_KEEP]; /* the first materials that warnings are about */
+    shd_material warned[SHD_REPORT_KEEP]; /* the first materials that warnings are about */
     size_t warned_count;
 } shd_reader;
 
@@ -67,7 +67,7 @@ typedef struct shd_range {
     const char *text;  /* "greater than 0" */
 } shd_range;
 
-extern const shd_range shd_any_number, shd_positive, shd_not_negative;
+extern const shd_range shd_positive, shd_not_negative;
 
 /* Reads node->value (never NULL unless the field is `always`) into `out`. The field is r->field as
  * long as the reader reads no fields itself. */
@@ -75,24 +75,28 @@ typedef void shd_field_read(shd_reader *r, const shd_node *node, void *out);
 
 typedef struct shd_field {
     const char *name;
-    shd_field_read *read; /* NULL: other code reads it, here it is only known */
-    size_t offset;        /* of the value in the struct that is filled */
-    unsigned kinds;       /* Bits of the kinds of thing that have this member; 0: all. */
-    const shd_range *range;
+    shd_field_read *read;       /* NULL: other code reads it, here it is only known */
+    size_t offset;              /* of the value in the struct that is filled */
+    unsigned kinds;             /* bits of the kinds of thing that have this member; 0: all */
+    const shd_range *range;     /* NULL: any */
     const char *const *choices; /* ended by NULL */
-    bool always; /* Whether it is read even if it is absent, to report that or to make a default. */
+    unsigned mark;              /* a bit of r->seen and r->wrong, or 0 */
+    bool required;
+    bool always; /* whether it is read even if it is absent, to report that or to make a default */
 } shd_field;
 
-enum { SHD_FIELDS_MOST = 32 };
+enum { SHD_FIELDS_MOST = 32, SHD_SOME_FIELD = 1 << 30 };
 
-/* Reads the members of an object. `kinds` are the bits of what this thing may be and `what` is its
- * name in messages ("a sphere"). Bit i of the answer is set if fields[i] is there. Bit i of
- * r->wrong is set if reading it gave an error, so that nothing that needs it is checked. */
-uint32_t shd_read_fields(shd_reader *r, const shd_node *node, const shd_field *fields, size_t count,
-                         unsigned kinds, const char *what, void *out);
+/* Reads the members of an object. An absent one has none, and anything else is an error, and false.
+ * `kinds` are the bits of what this thing may be and `what` is its name in messages ("a sphere").
+ * Then r->seen has the marks of fields that are there. r->wrong has those of fields whose reading
+ * gave an error, so that nothing that needs them is checked, and SHD_SOME_FIELD if any did. */
+bool shd_read_fields(shd_reader *r, const shd_node *node, const shd_field *fields, size_t count,
+                     unsigned kinds, const char *what, void *out);
 
-/* An error about the place. */
-#define shd_wrong(r, node, ...) shd_node_fail((r)->report, node, SHD_SCENE, __VA_ARGS__)
+/* An error and a warning about the place. */
+#define shd_wrong(r, node, ...) shd_node_report((r)->report, node, SHD_SCENE, __VA_ARGS__)
+#define shd_warn(r, node, ...)  shd_node_report((r)->report, node, SHD_OK, __VA_ARGS__)
 
 /* The smaller one of `count` and the limit `which`, after which the counted things are called. An
  * error if it is the limit: "the scene asks for 5 lights; the limit `lights` is 4" has the
@@ -103,17 +107,20 @@ uint64_t shd_hold_to_limit(shd_reader *r, const shd_node *node, const char *subj
 /* The index of a string among `names`. -1, and an error, if it is none of them. */
 int shd_read_name(shd_reader *r, const shd_node *node, const char *const *names);
 
+/* A string's text. NULL, and an error, if the value is no string. */
+const char *shd_get_text(shd_reader *r, const shd_node *node, const char *expected);
+
 /* Whether a value is what it must be; false comes with an error. An array with a wrong number of
  * items gives an error, but is an array. */
 bool shd_is_object(shd_reader *r, const shd_node *node);
 bool shd_is_array(shd_reader *r, const shd_node *node, size_t least, size_t most,
                   const char *expected);
 
-/* The numbers of an array, at most `most`. False, and errors, if their count or one of them is
- * wrong; the right ones are in `out` even then. */
+/* The numbers of an array, at most `most`, in the field's range. False, and errors, if their count
+ * or one of them is wrong. The right ones are in `out` even then. */
 bool shd_get_numbers(shd_reader *r, const shd_node *node, size_t least, size_t most,
-                     const char *expected, const shd_range *range, double *out);
-bool shd_get_three(shd_reader *r, const shd_node *node, const shd_range *range, double out[3]);
+                     const char *expected, double *out);
+bool shd_get_three(shd_reader *r, const shd_node *node, double out[3]);
 
 /* Field readers. */
 shd_field_read shd_read_number;    /* double, in the field's range */
@@ -123,18 +130,20 @@ shd_field_read shd_read_choice;    /* int, index into the field's choices */
 shd_field_read shd_read_vector;    /* shd_vec3, each component in the field's range */
 shd_field_read shd_read_direction; /* shd_vec3, made unit */
 shd_field_read shd_read_color;     /* double[3], in the working space */
+shd_field_read shd_read_space;     /* const shd_space_info *, by its name; NULL: it is wrong */
 shd_field_read shd_read_label;     /* nothing: the string is for others */
-shd_field_read shd_keep_value;     /* const json_t *, as it is */
+shd_field_read shd_keep_value;     /* json_t *, as it is */
 
-/* The parts: field readers that fill the reader's scene. */
-shd_field_read shd_read_spaces;
-shd_field_read shd_read_camera;
-shd_field_read shd_read_image;
-shd_field_read shd_read_lights;
-shd_field_read shd_read_materials;
+/* The parts. */
+shd_field_read shd_read_working_space; /* as shd_read_space */
+shd_field_read shd_read_plain_space;   /* r->colors */
+shd_field_read shd_read_camera;        /* shd_camera */
+shd_field_read shd_read_image;         /* shd_raster */
+shd_field_read shd_read_lights;        /* these fill a shd_scene */
 shd_field_read shd_read_objects;
 shd_field_read shd_read_output;
 shd_field_read shd_read_outputs;
+shd_field_read shd_read_materials; /* r->named */
 
 /* Converts a color of the space `from` into the working space, in place. It becomes NAN if it
  * cannot be converted, which is an error, or if one of the spaces is not known (`from` is NULL). */
@@ -143,9 +152,6 @@ void shd_convert_color(shd_reader *r, const shd_node *node, const shd_space_info
 
 /* A grey in the space of plain numbers, as if the document had it; NAN as above. */
 void shd_default_color(shd_reader *r, double grey, double out[3]);
-
-/* A space by its name. NULL, and an error, if there is none. */
-const shd_space_info *shd_read_space(shd_reader *r, const shd_node *node);
 
 /* The index in the scene of the material that an object names or has itself. If node->value is
  * NULL, that of the default material. */
@@ -157,7 +163,7 @@ shd_field_read shd_read_transform; /* shd_affine */
 /* The arrays of a mesh as the document has them. NULL: absent; `normals` that are null count as
  * absent. */
 typedef struct shd_mesh_source {
-    const json_t *positions, *indices, *normals;
+    json_t *positions, *indices, *normals;
 } shd_mesh_source;
 
 /* Checks a mesh and builds it in the arena; `node` is its object. NULL if it is wrong, which is an

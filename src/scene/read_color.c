@@ -1,26 +1,20 @@
 /* Colors in every spelling, into the working space. */
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "scene/read.h"
 
-static const shd_space_info *find_space(shd_reader *r, const shd_node *node, const char *name) {
-    const shd_space_info *space = shd_catalog_space(r->catalog, name);
-    if (space) return space;
+void shd_read_space(shd_reader *r, const shd_node *node, void *out) {
     enum { MOST = 256 };
-    const char *names[MOST];
-    size_t count = r->catalog->space_count < MOST ? r->catalog->space_count : MOST;
-    for (size_t i = 0; i < count; i++) names[i] = r->catalog->spaces[i].name;
+    const char *names[MOST], *name = shd_get_text(r, node, "the name of a color space");
+    const shd_space_info *space = name ? shd_catalog_space(r->catalog, name) : NULL;
+    *(const shd_space_info **)out = space;
+    if (!name || space) return;
+    size_t count = 0;
+    for (; count < r->catalog->space_count && count < MOST; count++)
+        names[count] = r->catalog->spaces[count].name;
     shd_wrong(r, node, "there is no color space \"%s\"%s", shd_quote(name).text,
               shd_suggest(r->report, name, names, count).text);
-    return NULL;
-}
-
-const shd_space_info *shd_read_space(shd_reader *r, const shd_node *node) {
-    if (json_is_string(node->value)) return find_space(r, node, json_string_value(node->value));
-    shd_node_expect(r->report, node, "the name of a color space");
-    return NULL;
 }
 
 void shd_convert_color(shd_reader *r, const shd_node *node, const shd_space_info *from,
@@ -34,7 +28,7 @@ void shd_convert_color(shd_reader *r, const shd_node *node, const shd_space_info
     shd_status status =
         r->catalog->convert(r->catalog->self, from->name, to->name, converted, &error);
     if (status)
-        shd_node_fail(r->report, node, status, "%s to %s: %s", from->name, to->name, error.text);
+        shd_node_report(r->report, node, status, "%s to %s: %s", from->name, to->name, error.text);
     else if (!isfinite(converted[0]) || !isfinite(converted[1]) || !isfinite(converted[2]))
         shd_wrong(r, node, "the color is too large to be converted to %s", to->name);
     else
@@ -48,29 +42,32 @@ static void make_grey(const shd_space_info *space, double grey, double out[3]) {
     out[2] = space->channels == SHD_YIQ ? 0 : grey;
 }
 
-/* Reads `colorSpace` and `workingSpace` of the document, whichever the node is. */
-void shd_read_spaces(shd_reader *r, const shd_node *node, void *out) {
-    (void)out;
-    bool working = !strcmp(node->key, "workingSpace");
-    const shd_space_info *space = shd_read_space(r, node);
-    if (space && working && !space->scene_linear) {
-        shd_wrong(r, node, "\"%s\" is not scene-linear: light cannot be added up in it",
-                  space->name);
-        space = NULL;
-    }
-    *(working ? &r->scene->working_space : &r->colors) = space;
-    if (working || !space) return;
-    /* Reported once, not for each color and each default. */
-    double white[3];
-    make_grey(space, 1, white);
-    shd_convert_color(r, node, space, white);
-    if (isnan(white[0])) r->colors = NULL;
+static void convert_grey(shd_reader *r, const shd_node *node, double grey, double out[3]) {
+    if (r->colors) make_grey(r->colors, grey, out);
+    shd_convert_color(r, node, r->colors, out);
 }
 
 void shd_default_color(shd_reader *r, double grey, double out[3]) {
-    shd_node document = {0};
-    if (r->colors) make_grey(r->colors, grey, out);
-    shd_convert_color(r, &document, r->colors, out);
+    const shd_node document = {0};
+    convert_grey(r, &document, grey, out);
+}
+
+void shd_read_working_space(shd_reader *r, const shd_node *node, void *out) {
+    const shd_space_info **space = out;
+    shd_read_space(r, node, out);
+    if (!*space || (*space)->scene_linear) return;
+    shd_wrong(r, node, "\"%s\" is not scene-linear: light cannot be added up in it",
+              (*space)->name);
+    *space = NULL;
+}
+
+/* What cannot be converted is reported here, once, and not for each color and each default. */
+void shd_read_plain_space(shd_reader *r, const shd_node *node, void *out) {
+    (void)out;
+    double white[3] = {0};
+    shd_read_space(r, node, &r->colors);
+    if (r->colors) convert_grey(r, node, 1, white);
+    if (isnan(white[0])) r->colors = NULL;
 }
 
 /* "#rgb" or "#rrggbb" */
@@ -105,56 +102,35 @@ static void read_css(shd_reader *r, const shd_node *node, double *out) {
 
 typedef struct spaced_color {
     const shd_space_info *space;
-    double value[3];
-    bool good;
+    shd_vec3 value;
 } spaced_color;
-
-static void read_color_space(shd_reader *r, const shd_node *node, void *out) {
-    if (node->value)
-        *(const shd_space_info **)out = shd_read_space(r, node);
-    else
-        shd_wrong(r, node->parent, "the member \"space\" is missing");
-}
-
-static void read_color_value(shd_reader *r, const shd_node *node, void *out) {
-    spaced_color *color = out;
-    if (!node->value)
-        shd_wrong(r, node->parent, "the member \"value\" is missing");
-    else
-        color->good = shd_get_three(r, node, &shd_any_number, color->value);
-}
 
 static void read_spaced(shd_reader *r, const shd_node *node, double *out) {
     static const shd_field fields[] = {
-        {"space", read_color_space, offsetof(spaced_color, space), .always = true},
-        {"value", read_color_value, .always = true},
+        {"space", shd_read_space, offsetof(spaced_color, space), .required = true},
+        {"value", shd_read_vector, offsetof(spaced_color, value), .required = true},
     };
-    spaced_color color = {0};
-    shd_read_fields(r, node, fields, sizeof fields / sizeof fields[0], 0, "a color", &color);
-    if (!color.space || !color.good) return;
-    shd_convert_color(r, node, color.space, color.value);
-    memcpy(out, color.value, sizeof color.value);
+    spaced_color color;
+    shd_read_fields(r, node, fields, SHD_LENGTH(fields), 0, "a color", &color);
+    if (r->wrong) return;
+    double rgb[3] = {color.value.x, color.value.y, color.value.z};
+    shd_convert_color(r, node, color.space, rgb);
+    memcpy(out, rgb, sizeof rgb);
 }
 
 void shd_read_color(shd_reader *r, const shd_node *node, void *out) {
     double rgb[3] = {0};
     if (json_is_string(node->value)) {
         read_css(r, node, out);
-        return;
-    }
-    if (json_is_object(node->value)) {
+    } else if (json_is_object(node->value)) {
         read_spaced(r, node, out);
-        return;
-    }
-    if (json_is_number(node->value)) {
-        if (r->colors) make_grey(r->colors, json_number_value(node->value), rgb);
+    } else if (json_is_number(node->value)) {
+        convert_grey(r, node, json_number_value(node->value), out);
     } else if (!json_is_array(node->value)) {
         shd_node_expect(r->report, node,
                         "a color: a number, [r, g, b], \"#rrggbb\" or {space, value}");
-        return;
-    } else if (!shd_get_three(r, node, &shd_any_number, rgb)) {
-        return;
+    } else if (shd_get_three(r, node, rgb)) {
+        shd_convert_color(r, node, r->colors, rgb);
+        memcpy(out, rgb, sizeof rgb);
     }
-    shd_convert_color(r, node, r->colors, rgb);
-    memcpy(out, rgb, sizeof rgb);
 }

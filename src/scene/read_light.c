@@ -1,11 +1,19 @@
 /* Lights: every type in both frames, carried over to the world. */
-#include <math.h>
 #include <string.h>
 
 #include "scene/read.h"
 
-/* Bits of shd_field.kinds. A bare light has no type, only a homogeneous position. */
-enum { AMBIENT = 1, DIRECTIONAL = 2, POINT = 4, SPOT = 8, BARE = 16, ANY = 31 };
+/* A light's kind is its shd_light_type. A bare light has no type, only a homogeneous position. */
+enum { BARE_KIND = SHD_LIGHT_SPOT + 1, KINDS };
+
+/* The kinds as bits of shd_field.kinds. */
+enum {
+    DIRECTIONAL = 1 << SHD_LIGHT_DIRECTIONAL,
+    SPOT = 1 << SHD_LIGHT_SPOT,
+    PLACED = 1 << SHD_LIGHT_POINT | SPOT | 1 << BARE_KIND,
+    NOT_AMBIENT = PLACED | DIRECTIONAL,
+    ANY = (1 << KINDS) - 1
+};
 
 static const char *const frames[] = {"world", "camera", NULL};
 enum { WORLD, CAMERA };
@@ -26,8 +34,7 @@ static void read_position(shd_reader *r, const shd_node *node, void *out) {
     raw_position *position = out;
     size_t count = json_array_size(node->value);
     double at[4] = {0, 0, 0, count == 3 ? 1 : NAN};
-    position->good =
-        shd_get_numbers(r, node, 3, 4, "an array of 3 or 4 numbers", &shd_any_number, at);
+    position->good = shd_get_numbers(r, node, 3, 4, "an array of 3 or 4 numbers", at);
     /* Which item is w is known only if there are four. */
     if (count > 4) at[3] = NAN;
     memcpy(position->at, at, sizeof at);
@@ -37,81 +44,50 @@ static void read_attenuation(shd_reader *r, const shd_node *node, void *out) {
     shd_vec3 terms = {-1, -1, -1};
     shd_read_vector(r, node, &terms);
     if (terms.x < 0) return;
-    if (!(shd_max_abs(terms) > 0)) {
+    if (shd_max_abs(terms) > 0)
+        memcpy(out, (double[]){terms.x, terms.y, terms.z}, 3 * sizeof(double));
+    else
         shd_wrong(r, node, "the terms must not all be 0: the light would be infinite");
-        return;
-    }
-    memcpy(out, (double[]){terms.x, terms.y, terms.z}, 3 * sizeof(double));
 }
 
-enum {
-    TYPE,
-    POSITION,
-    DIRECTION,
-    COLOR,
-    INTENSITY,
-    OWN_AMBIENT,
-    ATTENUATION,
-    MIN_DISTANCE,
-    ANGLE,
-    PENUMBRA,
-    EXPONENT,
-    FRAME,
-    NAME,
-    FIELDS
-};
+enum { WITH_DIRECTION = 1, COLOR = 2, INTENSITY = 4 }; /* marks */
 
-#define IN_LIGHT(member) (offsetof(raw_light, light) + offsetof(shd_light, member))
+#define AT(member) offsetof(raw_light, member)
 
 static const shd_range half_angle = {0, 180, true, false, "more than 0 and up to 180 degrees"};
 static const shd_range share = {0, 1, false, false, "0 to 1"};
 
-static const shd_field fields[FIELDS] = {
-    [TYPE] = {"type", .read = NULL},
-    [POSITION] = {"position", read_position, offsetof(raw_light, position),
-                  .kinds = ANY & ~AMBIENT},
-    [DIRECTION] = {"direction", shd_read_direction, IN_LIGHT(direction),
-                   .kinds = DIRECTIONAL | SPOT},
-    [COLOR] = {"color", shd_read_color, .offset = IN_LIGHT(color)},
-    [INTENSITY] = {"intensity", shd_read_number, .offset = offsetof(raw_light, intensity)},
-    [OWN_AMBIENT] = {"ambient", shd_read_color, IN_LIGHT(ambient), .kinds = ANY & ~AMBIENT},
-    [ATTENUATION] = {"attenuation", read_attenuation, IN_LIGHT(attenuation), POINT | SPOT | BARE,
-                     .range = &shd_not_negative},
-    [MIN_DISTANCE] = {"minDistance", shd_read_number, IN_LIGHT(min_distance), POINT | SPOT | BARE,
-                      .range = &shd_not_negative},
-    [ANGLE] = {"angle", shd_read_degrees, IN_LIGHT(angle), SPOT, .range = &half_angle},
-    [PENUMBRA] = {"penumbra", shd_read_number, IN_LIGHT(penumbra), SPOT, .range = &share},
-    [EXPONENT] = {"exponent", shd_read_number, IN_LIGHT(exponent), SPOT,
-                  .range = &shd_not_negative},
-    [FRAME] = {"frame", shd_read_choice, offsetof(raw_light, frame), ANY & ~AMBIENT,
-               .choices = frames},
-    [NAME] = {"name", .read = shd_read_label},
+static const shd_field light_fields[] = {
+    {"type", .read = NULL},
+    {"position", read_position, AT(position), .kinds = NOT_AMBIENT},
+    {"direction", shd_read_direction, AT(light.direction), DIRECTIONAL | SPOT,
+     .mark = WITH_DIRECTION},
+    {"color", shd_read_color, AT(light.color), .mark = COLOR},
+    {"intensity", shd_read_number, AT(intensity), .mark = INTENSITY},
+    {"ambient", shd_read_color, AT(light.ambient), .kinds = NOT_AMBIENT},
+    {"attenuation", read_attenuation, AT(light.attenuation), PLACED, .range = &shd_not_negative},
+    {"minDistance", shd_read_number, AT(light.min_distance), PLACED, .range = &shd_not_negative},
+    {"angle", shd_read_degrees, AT(light.angle), SPOT, .range = &half_angle},
+    {"penumbra", shd_read_number, AT(light.penumbra), SPOT, .range = &share},
+    {"exponent", shd_read_number, AT(light.exponent), SPOT, .range = &shd_not_negative},
+    {"frame", shd_read_choice, AT(frame), NOT_AMBIENT, .choices = frames},
+    {"name", .read = shd_read_label},
 };
 
 static shd_vec3 from_camera(const shd_camera *camera, shd_vec3 v) {
     return shd_madd(shd_madd(shd_scale(camera->right, v.x), camera->up, v.y), camera->back, v.z);
 }
 
-/* The light's place in its frame. */
-static void divide_by_w(shd_reader *r, const shd_node *node, const raw_position *position,
-                        shd_vec3 *out) {
-    double w = position->at[3];
-    shd_vec3 at = {position->at[0] / w, position->at[1] / w, position->at[2] / w};
-    if (shd_is_finite(at))
-        *out = at;
-    else
-        shd_wrong(r, node, "the position divided by w is not finite");
-}
-
 /* What a homogeneous or plain position means for each type of light. */
-static void place_light(shd_reader *r, const shd_node *node, raw_light *raw, bool has_direction) {
+static void place_light(shd_reader *r, const shd_node *node, raw_light *raw) {
     shd_light *light = &raw->light;
     shd_node position = shd_node_member(node, "position");
     bool directional = light->type == SHD_LIGHT_DIRECTIONAL;
-    if (directional && position.value && has_direction)
+    if (directional && position.value && r->seen & WITH_DIRECTION)
         shd_wrong(r, &position, "give either `direction` or `position`, not both");
-    double w = raw->position.at[3];
-    shd_vec3 from = {raw->position.at[0], raw->position.at[1], raw->position.at[2]};
+    const double w = raw->position.at[3];
+    const shd_vec3 from = shd_vec3_at(raw->position.at, 0);
+    const shd_vec3 at = {from.x / w, from.y / w, from.z / w}; /* in the light's frame */
     if (!directional && w == 0)
         shd_wrong(r, &position, "a %s light cannot be at infinity (w is 0): leave out `type`",
                   shd_light_names[light->type]);
@@ -119,10 +95,12 @@ static void place_light(shd_reader *r, const shd_node *node, raw_light *raw, boo
         shd_wrong(r, &position, "a directional light has no position, but a `direction`");
     else if (!raw->position.good)
         return;
-    else if (!directional)
-        divide_by_w(r, &position, &raw->position, &light->position);
-    else if (!shd_normalize(shd_scale(from, -1), &light->direction))
+    else if (directional && !shd_normalize(shd_scale(from, -1), &light->direction))
         shd_wrong(r, &position, "must not be zero: with w = 0 it is a direction");
+    else if (!directional && !shd_is_finite(at))
+        shd_wrong(r, &position, "the position divided by w is not finite");
+    else if (!directional)
+        light->position = at;
 }
 
 static void to_world(shd_reader *r, const shd_node *node, shd_light *light) {
@@ -147,56 +125,52 @@ static void scale_color(shd_reader *r, const shd_node *node, raw_light *raw) {
 }
 
 static raw_light default_light(shd_reader *r, shd_light_type type) {
-    raw_light raw = {.position.at[3] = NAN, .intensity = 1, .frame = WORLD};
-    shd_light *light = &raw.light;
-    light->type = type;
-    light->attenuation[0] = 1;
-    light->direction = (shd_vec3){0, -1, 0};
-    if (type == SHD_LIGHT_DIRECTIONAL) shd_normalize((shd_vec3){0, -1, -1}, &light->direction);
-    if (type == SHD_LIGHT_POINT) light->position = (shd_vec3){3, 3, 3};
-    if (type == SHD_LIGHT_SPOT) light->position = (shd_vec3){0, 4, 0};
-    light->angle = 30 * (SHD_PI / 180);
-    light->penumbra = 0.2;
-    shd_default_color(r, 1, light->color);
+    static const shd_vec3 places[] = {[SHD_LIGHT_POINT] = {3, 3, 3}, [SHD_LIGHT_SPOT] = {0, 4, 0}};
+    raw_light raw = {.position.at[3] = NAN,
+                     .intensity = 1,
+                     .frame = WORLD,
+                     .light = {.type = type,
+                               .position = places[type],
+                               .direction = {0, -1, 0},
+                               .attenuation = {1, 0, 0},
+                               .angle = 30 * (SHD_PI / 180),
+                               .penumbra = 0.2}};
+    if (type == SHD_LIGHT_DIRECTIONAL) shd_normalize((shd_vec3){0, -1, -1}, &raw.light.direction);
+    shd_default_color(r, 1, raw.light.color);
     return raw;
 }
 
-/* The kind of a light as bits. 0, and an error, if it has none. */
-static unsigned read_kind(shd_reader *r, const shd_node *node) {
-    shd_node type = shd_node_member(node, "type");
-    if (type.value) {
-        int index = shd_read_name(r, &type, shd_light_names);
-        return index < 0 ? 0 : 1u << index;
-    }
-    shd_node position = shd_node_member(node, "position");
-    if (json_is_array(position.value) && json_array_size(position.value) != 3) return BARE;
+/* The light's kind; -1, and an error, if it has none. */
+static int read_kind(shd_reader *r, const shd_node *node) {
+    const shd_node type = shd_node_member(node, "type"),
+                   position = shd_node_member(node, "position");
+    if (type.value) return shd_read_name(r, &type, shd_light_names);
+    if (json_is_array(position.value) && json_array_size(position.value) != 3) return BARE_KIND;
     shd_wrong(r, node,
               "a light needs a `type` (ambient, directional, point or spot), or a `position` "
               "of four components");
-    return 0;
+    return -1;
 }
 
 static void read_light(shd_reader *r, const shd_node *node, shd_light *out) {
-    static const char *const names[] = {"an ambient light", "a directional light", "a point light",
-                                        "a spot light"};
+    static const char *const names[KINDS] = {"an ambient light", "a directional light",
+                                             "a point light", "a spot light",
+                                             "a light without `type`"};
     if (!shd_is_object(r, node)) return;
-    unsigned kind = read_kind(r, node);
-    shd_light_type type = kind & DIRECTIONAL ? SHD_LIGHT_DIRECTIONAL
-                          : kind & SPOT      ? SHD_LIGHT_SPOT
-                          : kind & AMBIENT   ? SHD_LIGHT_AMBIENT
-                                             : SHD_LIGHT_POINT;
-    const char *what = kind == BARE ? "a light without `type`" : kind ? names[type] : "a light";
-    raw_light raw = default_light(r, type);
-    uint32_t seen = shd_read_fields(r, node, fields, FIELDS, kind ? kind : ANY, what, &raw);
-    if (!(r->wrong & (1u << COLOR | 1u << INTENSITY))) scale_color(r, node, &raw);
+    const int kind = read_kind(r, node);
+    const bool known = kind >= 0, bare = kind == BARE_KIND;
+    raw_light raw = default_light(r, known && !bare ? (shd_light_type)kind : SHD_LIGHT_POINT);
+    shd_read_fields(r, node, light_fields, SHD_LENGTH(light_fields), known ? 1u << kind : ANY,
+                    known ? names[kind] : "a light", &raw);
+    if (!(r->wrong & (COLOR | INTENSITY))) scale_color(r, node, &raw);
     if (raw.intensity < 0)
-        shd_node_warn(r->report, node, "the intensity is negative: the light takes light away");
-    if (!kind) return;
+        shd_warn(r, node, "the intensity is negative: the light takes light away");
+    if (!known) return;
 
     /* A wrong value has its default here, which passes the checks below. */
-    bool bare_direction = kind == BARE && raw.position.at[3] == 0;
+    const bool bare_direction = bare && raw.position.at[3] == 0;
     if (bare_direction) raw.light.type = SHD_LIGHT_DIRECTIONAL;
-    place_light(r, node, &raw, seen >> DIRECTION & 1);
+    place_light(r, node, &raw);
     if (bare_direction) {
         /* Distance means nothing for a directional light. */
         memcpy(raw.light.attenuation, (double[]){1, 0, 0}, sizeof raw.light.attenuation);
@@ -206,34 +180,26 @@ static void read_light(shd_reader *r, const shd_node *node, shd_light *out) {
     *out = raw.light;
 }
 
-/* OpenGL's default light shines along the view. */
-static void add_default_light(shd_reader *r) {
-    shd_light *light = shd_take(r, 1, sizeof *light);
-    if (!light) return;
-    *light = default_light(r, SHD_LIGHT_DIRECTIONAL).light;
-    light->direction = shd_scale(r->scene->camera.back, -1);
-    r->scene->lights = light;
-    r->scene->light_count = 1;
-}
-
 void shd_read_lights(shd_reader *r, const shd_node *node, void *out) {
-    (void)out;
-    r->lights = 1;
-    if (!node->value) {
-        add_default_light(r);
-        return;
+    shd_scene *scene = out;
+    size_t count = r->lights = 1;
+    if (node->value) {
+        r->lights = SIZE_MAX;
+        if (!shd_is_array(r, node, 0, SIZE_MAX, "an array of lights")) return;
+        r->lights = json_array_size(node->value);
+        count = shd_hold_to_limit(r, node, "the scene asks for", r->lights, SHD_LIMIT_LIGHTS,
+                                  r->limits->lights);
     }
-    r->lights = SIZE_MAX;
-    if (!shd_is_array(r, node, 0, SIZE_MAX, "an array of lights")) return;
-    size_t count = r->lights = json_array_size(node->value);
-    count = shd_hold_to_limit(r, node, "the scene asks for", count, SHD_LIMIT_LIGHTS,
-                              r->limits->lights);
     shd_light *lights = shd_take(r, count, sizeof *lights);
     if (!lights) return;
-    for (size_t i = 0; i < count && !shd_is_cancelled(r->cancelled); i++) {
+    if (!node->value) { /* OpenGL's default light shines along the view. */
+        *lights = default_light(r, SHD_LIGHT_DIRECTIONAL).light;
+        lights->direction = shd_scale(scene->camera.back, -1);
+    }
+    for (size_t i = 0; node->value && i < count && !shd_is_cancelled(r->cancelled); i++) {
         shd_node light = shd_node_item(node, i);
         read_light(r, &light, &lights[i]);
     }
-    r->scene->lights = lights;
-    r->scene->light_count = count;
+    scene->lights = lights;
+    scene->light_count = count;
 }

@@ -1,5 +1,4 @@
 /* Materials: written in `materials`, at an object, or taken from the library by name. */
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -17,8 +16,6 @@ typedef struct raw_material {
     raw_lobes further;
     bool preset; /* the values of a preset are here */
 } raw_material;
-
-enum { MODEL, PRESET, EMISSIVE, AMBIENT, DIFFUSE, SPECULAR, SHININESS, LOBES, SIDE, FIELDS };
 
 /* ---- The library ---- */
 
@@ -50,11 +47,8 @@ static void take_preset(shd_reader *r, const shd_node *node, size_t index, raw_m
 }
 
 static void read_preset(shd_reader *r, const shd_node *node, void *out) {
-    if (!json_is_string(node->value)) {
-        shd_node_expect(r->report, node, "the name of a preset");
-        return;
-    }
-    const char *name = json_string_value(node->value);
+    const char *name = shd_get_text(r, node, "the name of a preset");
+    if (!name) return;
     const size_t preset = shd_preset_find(name);
     if (preset != SIZE_MAX)
         take_preset(r, node, preset, out);
@@ -66,8 +60,7 @@ static void read_preset(shd_reader *r, const shd_node *node, void *out) {
 /* ---- One material ---- */
 
 static void read_lobes(shd_reader *r, const shd_node *node, void *out) {
-    enum { COUNT = 2 };
-    static const shd_field members[COUNT] = {
+    static const shd_field members[] = {
         {"specular", shd_read_color, .offset = offsetof(shd_lobe, specular)},
         {"shininess", shd_read_number, offsetof(shd_lobe, shininess), .range = &shd_not_negative},
     };
@@ -80,8 +73,7 @@ static void read_lobes(shd_reader *r, const shd_node *node, void *out) {
     for (size_t i = 0; i < count; i++) {
         shd_node lobe = shd_node_item(node, i);
         lobes[i].shininess = 32;
-        if (shd_is_object(r, &lobe))
-            shd_read_fields(r, &lobe, members, COUNT, 0, "a lobe", &lobes[i]);
+        shd_read_fields(r, &lobe, members, SHD_LENGTH(members), 0, "a lobe", &lobes[i]);
     }
     *further = (raw_lobes){lobes, count};
 }
@@ -89,17 +81,20 @@ static void read_lobes(shd_reader *r, const shd_node *node, void *out) {
 static const char *const models[] = {"phong", NULL};
 static const char *const sides[] = {"both", "front", NULL};
 
-static const shd_field fields[FIELDS] = {
-    [MODEL] = {"model", shd_read_choice, offsetof(raw_material, model), .choices = models},
-    [PRESET] = {"preset", .read = read_preset}, /* before the members that override it */
-    [EMISSIVE] = {"emissive", shd_read_color, .offset = offsetof(raw_material, emissive)},
-    [AMBIENT] = {"ambient", shd_read_color, .offset = offsetof(raw_material, ambient)},
-    [DIFFUSE] = {"diffuse", shd_read_color, .offset = offsetof(raw_material, diffuse)},
-    [SPECULAR] = {"specular", shd_read_color, .offset = offsetof(raw_material, first.specular)},
-    [SHININESS] = {"shininess", shd_read_number, offsetof(raw_material, first.shininess),
-                   .range = &shd_not_negative},
-    [LOBES] = {"lobes", read_lobes, .offset = offsetof(raw_material, further)},
-    [SIDE] = {"side", shd_read_choice, offsetof(raw_material, side), .choices = sides},
+enum { AMBIENT = 1 }; /* a mark */
+
+#define AT(member) offsetof(raw_material, member)
+
+static const shd_field material_fields[] = {
+    {"model", shd_read_choice, AT(model), .choices = models},
+    {"preset", .read = read_preset}, /* before the members that override it */
+    {"emissive", shd_read_color, .offset = AT(emissive)},
+    {"ambient", shd_read_color, AT(ambient), .mark = AMBIENT},
+    {"diffuse", shd_read_color, .offset = AT(diffuse)},
+    {"specular", shd_read_color, .offset = AT(first.specular)},
+    {"shininess", shd_read_number, AT(first.shininess), .range = &shd_not_negative},
+    {"lobes", read_lobes, .offset = AT(further)},
+    {"side", shd_read_choice, AT(side), .choices = sides},
 };
 
 static bool is_negative(const double rgb[3]) {
@@ -116,8 +111,7 @@ static double most_reflected(const shd_material *m) {
         double direct = m->diffuse[c];
         for (size_t i = 0; i < m->lobe_count; i++)
             direct += m->lobes[i].specular[c] * 2 / (m->lobes[i].shininess + 2);
-        if (direct > most) most = direct;
-        if (m->ambient[c] > most) most = m->ambient[c];
+        most = fmax(most, fmax(direct, m->ambient[c]));
     }
     return most;
 }
@@ -133,7 +127,7 @@ static bool same_lobes(const shd_material *a, const shd_material *b) {
 /* Whether there are warnings already about a material that is like this one. */
 static bool is_warned(shd_reader *r, const shd_material *m) {
     for (size_t i = 0; i < r->warned_count; i++) {
-        const shd_material *known = r->warned[i];
+        const shd_material *known = &r->warned[i];
         if (!memcmp(known->emissive, m->emissive, sizeof m->emissive) &&
             !memcmp(known->ambient, m->ambient, sizeof m->ambient) &&
             !memcmp(known->diffuse, m->diffuse, sizeof m->diffuse) &&
@@ -157,20 +151,16 @@ static void warn_of_material(shd_reader *r, const shd_node *node, const shd_mate
     bool amplifies = reflected > 1 + slack, sharp = sharpest > 1000;
     if (!(amplifies || sharp || negative) || is_warned(r, m)) return;
     if (amplifies)
-        shd_node_warn(r->report, node,
-                      "it sends on %.4g times the light that arrives, in a channel: ambient, or "
-                      "diffuse + 2 specular / (shininess + 2), is above 1",
-                      reflected);
+        shd_warn(r, node,
+                 "it sends on %.4g times the light that arrives, in a channel: ambient, or "
+                 "diffuse + 2 specular / (shininess + 2), is above 1",
+                 reflected);
     if (sharp)
-        shd_node_warn(r->report, node,
-                      "a shininess of %.6g is above 1000: the highlight may be "
-                      "smaller than a pixel",
-                      sharpest);
-    if (negative) shd_node_warn(r->report, node, "a coefficient is negative");
-    shd_material *copy = r->warned_count < SHD_REPORT_KEEP ? shd_take(r, 1, sizeof *copy) : NULL;
-    if (!copy) return;
-    *copy = *m;
-    r->warned[r->warned_count++] = copy;
+        shd_warn(r, node,
+                 "a shininess of %.6g is above 1000: the highlight may be smaller than a pixel",
+                 sharpest);
+    if (negative) shd_warn(r, node, "a coefficient is negative");
+    if (r->warned_count < SHD_REPORT_KEEP) r->warned[r->warned_count++] = *m;
 }
 
 /* `out` stays as it was if memory is short. */
@@ -199,22 +189,23 @@ static raw_material default_material(shd_reader *r) {
 
 static void read_material(shd_reader *r, const shd_node *node, const char *name,
                           shd_material *out) {
-    if (!shd_is_object(r, node)) return;
     raw_material raw = default_material(r);
-    uint32_t seen = shd_read_fields(r, node, fields, FIELDS, 0, "a material", &raw);
-    if (!raw.preset && !(seen >> AMBIENT & 1)) memcpy(raw.ambient, raw.diffuse, sizeof raw.ambient);
+    if (!shd_read_fields(r, node, material_fields, SHD_LENGTH(material_fields), 0, "a material",
+                         &raw))
+        return;
+    if (!raw.preset && !(r->seen & AMBIENT)) memcpy(raw.ambient, raw.diffuse, sizeof raw.ambient);
     make_material(r, &raw, name, out);
     if (!r->wrong) warn_of_material(r, node, out);
 }
 
 /* ---- `materials` ---- */
 
-static int compare_named(const void *a, const void *b) {
-    return strcmp(((const shd_named_material *)a)->name, ((const shd_named_material *)b)->name);
-}
-
 static int compare_key(const void *key, const void *named) {
     return strcmp(key, ((const shd_named_material *)named)->name);
+}
+
+static int compare_named(const void *a, const void *b) {
+    return compare_key(((const shd_named_material *)a)->name, b);
 }
 
 void shd_read_materials(shd_reader *r, const shd_node *node, void *out) {
@@ -223,18 +214,17 @@ void shd_read_materials(shd_reader *r, const shd_node *node, void *out) {
     if (r->names_unknown) return;
     size_t count = json_object_size(node->value);
     if (count > r->limits->objects) {
-        shd_node_fail(r->report, node, SHD_LIMIT,
-                      "the scene has %zu materials, more than objects may have: the limit "
-                      "`objects` is %llu",
-                      count, (unsigned long long)r->limits->objects);
+        shd_node_report(r->report, node, SHD_LIMIT,
+                        "the scene has %zu materials, more than objects may have: the limit "
+                        "`objects` is %llu",
+                        count, (unsigned long long)r->limits->objects);
         shd_report_limit(r->report, SHD_LIMIT_OBJECTS);
         count = (size_t)r->limits->objects;
     }
     r->named = shd_take(r, count, sizeof *r->named);
     if (!r->named) return;
-    json_t *object = (json_t *)(uintptr_t)node->value; /* jansson's iterators are not const */
-    for (void *at = json_object_iter(object); at && r->named_count < count;
-         at = json_object_iter_next(object, at)) {
+    for (void *at = json_object_iter(node->value); at && r->named_count < count;
+         at = json_object_iter_next(node->value, at)) {
         if (shd_is_cancelled(r->cancelled)) return;
         const char *key = json_object_iter_key(at);
         if (!shd_is_plain_name(key))
@@ -291,11 +281,8 @@ size_t shd_use_material(shd_reader *r, const shd_node *node) {
         read_material(r, node, "", &material);
         return append_material(r, &material);
     }
-    if (!json_is_string(node->value)) {
-        shd_node_expect(r->report, node, "a material or its name");
-        return 0;
-    }
-    const char *name = json_string_value(node->value);
+    const char *name = shd_get_text(r, node, "a material or its name");
+    if (!name) return 0;
     shd_named_material *named = NULL;
     if (r->named_count)
         named = bsearch(name, r->named, r->named_count, sizeof *r->named, compare_key);

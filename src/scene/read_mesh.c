@@ -1,5 +1,4 @@
 /* Meshes: long arrays, checked item by item without a node for each. */
-#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -21,8 +20,8 @@ static bool may_name(tally *t) {
 
 static void count_rest(const tally *t, const char *what) {
     if (t->count > NAMED)
-        shd_node_fail(t->r->report, t->array, SHD_SCENE, "%zu more %s are wrong", t->count - NAMED,
-                      what);
+        shd_node_report(t->r->report, t->array, SHD_SCENE, "%zu more %s are wrong",
+                        t->count - NAMED, what);
 }
 
 /* An array of numbers, which is packed or read item by item. */
@@ -31,8 +30,7 @@ typedef struct list {
     shd_numbers numbers;
 } list;
 
-static list list_of(const shd_reader *r, const shd_node *parent, const char *key,
-                    const json_t *value) {
+static list list_of(const shd_reader *r, const shd_node *parent, const char *key, json_t *value) {
     return (list){{parent, key, 0, value}, shd_json_numbers(r->json, value)};
 }
 
@@ -131,10 +129,10 @@ static size_t count_inverted(const shd_reader *r, const shd_mesh *mesh) {
 
 static void warn_of_inverted_normals(shd_reader *r, const shd_node *node, const shd_mesh *mesh) {
     if (mesh->inverted > mesh->triangle_count / 2)
-        shd_node_warn(r->report, node,
-                      "the normals of %zu of %zu triangles point to the side from which their "
-                      "corners run clockwise, which is their back",
-                      mesh->inverted, mesh->triangle_count);
+        shd_warn(r, node,
+                 "the normals of %zu of %zu triangles point to the side from which their "
+                 "corners run clockwise, which is their back",
+                 mesh->inverted, mesh->triangle_count);
 }
 
 static void measure_box(const shd_reader *r, shd_mesh *mesh) {
@@ -149,19 +147,18 @@ static void measure_box(const shd_reader *r, shd_mesh *mesh) {
 }
 
 typedef struct arrays {
-    list positions, indices, normals;
-    bool has_indices, has_normals;
+    list positions, indices, normals; /* the node's value is NULL if there is none */
     size_t vertices, triangles;
 } arrays;
 
 /* Checks the arrays' sizes, before any memory is taken for their content. False: the positions are
  * not whole. */
-static bool measure_arrays(shd_reader *r, const shd_mesh_source *source, arrays *a) {
-    const bool whole = source->positions && in_threes(r, &a->positions, "positions");
+static bool measure_arrays(shd_reader *r, arrays *a) {
+    const bool whole = a->positions.node.value && in_threes(r, &a->positions, "positions");
     const size_t size = a->positions.numbers.count;
     a->vertices = size / 3 + (size % 3 > 0);
     a->triangles = a->vertices / 3;
-    if (a->has_indices) {
+    if (a->indices.node.value) {
         in_threes(r, &a->indices, "indices");
         a->triangles = a->indices.numbers.count / 3;
     } else if (whole && a->vertices % 3) {
@@ -169,7 +166,7 @@ static bool measure_arrays(shd_reader *r, const shd_mesh_source *source, arrays 
                   "without `indices` every three positions are a triangle; there are %zu",
                   a->vertices);
     }
-    if (a->has_normals && in_threes(r, &a->normals, "normals") && whole &&
+    if (a->normals.node.value && in_threes(r, &a->normals, "normals") && whole &&
         a->normals.numbers.count != size)
         shd_wrong(r, &a->normals.node,
                   "expected as many normals as positions, %zu numbers, got %zu", size,
@@ -180,32 +177,30 @@ static bool measure_arrays(shd_reader *r, const shd_mesh_source *source, arrays 
 }
 
 const shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mesh_source *source) {
+    json_t *normals_given = json_is_null(source->normals) ? NULL : source->normals;
     arrays a = {.positions = list_of(r, node, "positions", source->positions),
                 .indices = list_of(r, node, "indices", source->indices),
-                .normals = list_of(r, node, "normals", source->normals),
-                .has_indices = source->indices != NULL,
-                .has_normals = source->normals && !json_is_null(source->normals)};
+                .normals = list_of(r, node, "normals", normals_given)};
     const size_t errors = r->report->error_count;
-    const bool whole = measure_arrays(r, source, &a);
-    const size_t vertices = a.vertices, triangles = a.triangles;
-    r->triangles += triangles; /* too many are reported once, for all objects */
+    const bool whole = measure_arrays(r, &a);
+    r->triangles += a.triangles; /* too many are reported once, for all objects */
 
     const bool wanted =
         whole && r->report->error_count == errors && r->triangles <= r->limits->triangles;
     shd_mesh *mesh = wanted ? shd_take(r, 1, sizeof *mesh) : NULL;
-    uint32_t *indices = wanted ? shd_take(r, triangles, 3 * sizeof *indices) : NULL;
+    uint32_t *indices = wanted ? shd_take(r, a.triangles, 3 * sizeof *indices) : NULL;
     const double *positions = read_numbers(r, &a.positions, "positions", wanted), *normals = NULL;
-    if (a.has_indices)
-        read_indices(r, &a.indices, vertices, indices);
+    if (a.indices.node.value)
+        read_indices(r, &a.indices, a.vertices, indices);
     else if (indices)
-        for (size_t i = 0; i < 3 * triangles; i++) indices[i] = (uint32_t)i;
-    if (a.has_normals) {
+        for (size_t i = 0; i < 3 * a.triangles; i++) indices[i] = (uint32_t)i;
+    if (a.normals.node.value) {
         normals = read_numbers(r, &a.normals, "normals", wanted);
         check_normals(r, &a.normals);
     }
     if (!mesh || r->report->error_count > errors) return NULL;
-    *mesh = (shd_mesh){.vertex_count = vertices,
-                       .triangle_count = triangles,
+    *mesh = (shd_mesh){.vertex_count = a.vertices,
+                       .triangle_count = a.triangles,
                        .positions = positions,
                        .normals = normals,
                        .indices = indices};
@@ -228,27 +223,23 @@ static void add_missing(shd_reader *r, const shd_digest *digest, size_t index) {
 const shd_mesh *shd_find_mesh(shd_reader *r, const shd_node *data, size_t index) {
     static const char prefix[] = "sha256-";
     const size_t length = sizeof prefix - 1;
-    const char *name = json_string_value(data->value);
+    const char *name = shd_get_text(r, data, "a string");
+    const shd_mesh *mesh = NULL;
     shd_digest digest;
-    if (!name) {
-        shd_node_expect(r->report, data, "a string");
-    } else if (strncmp(name, prefix, length) || !shd_digest_read(name + length, &digest)) {
+    if (!name) return NULL;
+    if (strncmp(name, prefix, length) || !shd_digest_read(name + length, &digest)) {
         shd_wrong(r, data,
                   "expected \"sha256-\" and 64 hexadecimal digits, in lower case, got \"%s\"",
                   shd_quote(name).text);
     } else if (!r->shelf) {
         shd_wrong(r, data, "no meshes are kept here: give `positions`, `indices` and `normals`");
+    } else if (!(mesh = r->shelf->find(r->shelf->context, &digest))) {
+        add_missing(r, &digest, index);
     } else {
-        const shd_mesh *mesh = r->shelf->find(r->shelf->context, &digest);
-        if (!mesh) {
-            add_missing(r, &digest, index);
-            return NULL;
-        }
         r->triangles += mesh->triangle_count;
         warn_of_inverted_normals(r, data, mesh);
-        return mesh;
     }
-    return NULL;
+    return mesh;
 }
 
 void shd_report_missing(shd_reader *r) {

@@ -1,6 +1,6 @@
 /* A mesh by itself: as JSON, or the same arrays as plain numbers. */
+#include <assert.h>
 #include <endian.h>
-#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -14,6 +14,7 @@ enum { WITH_NORMALS = 1, WITH_UVS = 2, HEAD = 12 /* bytes */ };
 
 typedef struct plain {
     const unsigned char *bytes;
+    size_t at; /* where the next array begins */
     uint64_t vertices, indices;
     uint32_t flags;
     shd_arena *arena;
@@ -65,8 +66,7 @@ static bool read_head(plain *p, size_t length) {
     return false;
 }
 
-static void check_finite(const plain *p, const char *key, const double *values, size_t count,
-                         size_t offset) {
+static void check_finite(const plain *p, const char *key, const double *values, size_t count) {
     enum { NAMED = 3 };
     size_t wrong = 0;
     char pointer[64];
@@ -74,7 +74,7 @@ static void check_finite(const plain *p, const char *key, const double *values, 
         if (isfinite(values[i]) || ++wrong > NAMED) continue;
         snprintf(pointer, sizeof pointer, "/%s/%zu", key, i);
         shd_report_error(p->report, SHD_SCENE, pointer, "byte %zu: the number is not finite",
-                         offset + 4 * i);
+                         p->at + 4 * i);
     }
     snprintf(pointer, sizeof pointer, "/%s", key);
     if (wrong > NAMED)
@@ -82,59 +82,44 @@ static void check_finite(const plain *p, const char *key, const double *values, 
                          wrong - NAMED);
 }
 
-/* An array is like a long one of JSON: the tree has its index among the packs. */
-static bool put_array(plain *p, const char *key, double *values, size_t count) {
+/* Reads the next array. It is like a long one of JSON: the tree has its index among the packs. */
+static bool read_array(plain *p, const char *key, size_t count, bool floats) {
+    double *values = shd_arena_alloc(p->arena, count, sizeof *values);
+    if (!values) return false;
+    for (size_t i = 0; i < count; i++) {
+        const uint32_t word = word_at(p, p->at + 4 * i);
+        values[i] = floats ? (double)shd_float_of(word) : word;
+    }
+    if (floats) check_finite(p, key, values, count);
+    p->at += 4 * count;
     shd_packs *packs = &p->json->packs;
     json_t *index = json_integer((json_int_t)packs->count);
     packs->arrays[packs->count++] = (shd_numbers){values, count, 0, 0};
     return !json_object_set_new(p->json->tree, key, index);
 }
 
-static bool put_floats(plain *p, const char *key, size_t offset) {
-    const size_t count = 3 * p->vertices;
-    double *values = shd_arena_alloc(p->arena, count, sizeof *values);
-    if (!values) return false;
-    for (size_t i = 0; i < count; i++) values[i] = (double)shd_float_of(word_at(p, offset + 4 * i));
-    check_finite(p, key, values, count, offset);
-    return put_array(p, key, values, count);
-}
-
-static bool put_indices(plain *p, size_t offset) {
-    double *values = shd_arena_alloc(p->arena, p->indices, sizeof *values);
-    for (size_t i = 0; values && i < p->indices; i++) values[i] = word_at(p, offset + 4 * i);
-    return values && put_array(p, "indices", values, p->indices);
-}
-
 /* The tree that the reader of JSON would have made of it. */
 static bool read_plain(const void *data, size_t length, shd_arena *arena, shd_json *out,
                        shd_report *report) {
     shd_json json = {.packs = {.arrays = shd_arena_alloc(arena, 3, sizeof(shd_numbers))}};
-    plain p = {.bytes = data, .arena = arena, .report = report, .json = &json};
+    plain p = {.bytes = data, .at = HEAD, .arena = arena, .report = report, .json = &json};
     if (!read_head(&p, length)) return false;
     shd_json_memory_watch();
     json.tree = json_object();
-    const size_t floats = 12 * p.vertices;
-    size_t at = HEAD;
-    bool made = json.tree && json.packs.arrays && put_floats(&p, "positions", at);
-    at += floats;
-    if (p.flags & WITH_NORMALS) {
-        made = made && put_floats(&p, "normals", at);
-        at += floats;
-    }
-    if (p.indices) made = made && put_indices(&p, at);
-    if (!made)
-        shd_report_error(report, SHD_MEMORY, "", "there is not enough memory for the mesh");
-    else if (report->status == SHD_OK) {
-        *out = json;
-        return true;
-    }
-    json_decref(json.tree);
-    return false;
+    const bool made =
+        json.tree && json.packs.arrays && read_array(&p, "positions", 3 * p.vertices, true) &&
+        (!(p.flags & WITH_NORMALS) || read_array(&p, "normals", 3 * p.vertices, true)) &&
+        (!p.indices || read_array(&p, "indices", p.indices, false));
+    assert(!made || p.at == length); /* as check_length has found */
+    if (!made) shd_report_error(report, SHD_MEMORY, "", "there is not enough memory for the mesh");
+    *out = json;
+    if (report->status != SHD_OK) json_decref(json.tree);
+    return report->status == SHD_OK;
 }
 
 /* ---- Either form ---- */
 
-static const shd_mesh *read_members(shd_reader *r, const json_t *tree) {
+static const shd_mesh *read_members(shd_reader *r, json_t *tree) {
     static const shd_field fields[] = {
         {"positions", shd_keep_value, .offset = offsetof(shd_mesh_source, positions)},
         {"indices", shd_keep_value, .offset = offsetof(shd_mesh_source, indices)},
@@ -142,8 +127,7 @@ static const shd_mesh *read_members(shd_reader *r, const json_t *tree) {
     };
     const shd_node root = {.value = tree};
     shd_mesh_source source = {NULL, NULL, NULL};
-    if (!shd_is_object(r, &root)) return NULL;
-    shd_read_fields(r, &root, fields, sizeof fields / sizeof fields[0], 0, "a mesh", &source);
+    if (!shd_read_fields(r, &root, fields, SHD_LENGTH(fields), 0, "a mesh", &source)) return NULL;
     if (!source.positions) shd_wrong(r, &root, "the member \"positions\" is missing");
     const shd_mesh *mesh = shd_make_mesh(r, &root, &source);
     shd_hold_to_limit(r, &root, "the mesh has", r->triangles, SHD_LIMIT_TRIANGLES,

@@ -4,20 +4,9 @@
 
 #include "scene/read.h"
 
-enum { SINGLE = 1, ENTRY = 2 };
-enum {
-    NAME,
-    FORMAT,
-    DISPLAY,
-    VIEW,
-    COLOR_SPACE,
-    BIT_DEPTH,
-    QUALITY,
-    EFFORT,
-    CHANNEL,
-    LAYERS,
-    FIELDS
-};
+enum { SINGLE = 1, ENTRY = 2 };                                                       /* kinds */
+enum { FORMAT = 1, DISPLAY = 2, VIEW = 4, COLOR_SPACE = 8, DEPTH = 16, EFFORT = 32 }; /* marks */
+enum { CHANNEL = 64, LAYERS = 128 };
 
 /* Members whose meaning depends on others are kept as they are. They are resolved in order: format,
  * color, then depth, channel and layers. */
@@ -27,38 +16,27 @@ typedef struct raw_output {
     const shd_space_info *color_space;
     const char *display, *view, *channel; /* as the document has them */
     shd_depth depth;                      /* 0: absent */
-    const json_t *layers;
+    json_t *layers;
 } raw_output;
 
 static void read_string(shd_reader *r, const shd_node *node, void *out) {
-    if (json_is_string(node->value))
-        *(const char **)out = json_string_value(node->value);
-    else
-        shd_node_expect(r->report, node, "a string");
+    *(const char **)out = shd_get_text(r, node, "a string");
 }
 
 static void read_name(shd_reader *r, const shd_node *node, void *out) {
     static const char allowed[] =
         "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-";
-    const char *name = NULL;
-    if (!node->value) {
+    const char *name = node->value ? shd_get_text(r, node, "a string") : NULL;
+    const size_t length = name ? strlen(name) : 0;
+    if (!node->value)
         shd_wrong(r, node->parent,
                   "the member \"name\" is missing: it names the part of the answer");
-        return;
-    }
-    read_string(r, node, &name);
-    if (!name) return;
-    size_t length = strlen(name);
-    if (length < 1 || length > 64 || strspn(name, allowed) != length)
+    else if (name && (length < 1 || length > 64 || strspn(name, allowed) != length))
         shd_wrong(r, node,
                   "a name has 1 to 64 letters, digits, dots, underscores or hyphens, got \"%s\"",
                   shd_quote(name).text);
-    else
+    else if (name)
         *(const char **)out = shd_take_text(r, name);
-}
-
-static void read_output_space(shd_reader *r, const shd_node *node, void *out) {
-    *(const shd_space_info **)out = shd_read_space(r, node);
 }
 
 static void read_depth(shd_reader *r, const shd_node *node, void *out) {
@@ -77,7 +55,7 @@ static void read_depth(shd_reader *r, const shd_node *node, void *out) {
 
 static void keep_layers(shd_reader *r, const shd_node *node, void *out) {
     if (shd_is_array(r, node, 1, SIZE_MAX, "an array of one or more layers"))
-        *(const json_t **)out = node->value;
+        *(json_t **)out = node->value;
 }
 
 static const char *const formats[] = {"png", "jpeg", "webp", "tiff", "exr", "hdr", NULL};
@@ -90,19 +68,19 @@ static const shd_range effort = {0, 6, .text = "0 to 6"};
  * takes 220 ms for 47 kB. */
 enum { LOSSY_EFFORT = 4, LOSSLESS_EFFORT = 2 };
 
-#define IN_OUTPUT(member) (offsetof(raw_output, output) + offsetof(shd_output, member))
+#define AT(member) offsetof(raw_output, member)
 
-static const shd_field fields[FIELDS] = {
-    [NAME] = {"name", read_name, IN_OUTPUT(name), ENTRY, .always = true},
-    [FORMAT] = {"format", shd_read_choice, offsetof(raw_output, format), .choices = formats},
-    [DISPLAY] = {"display", read_string, .offset = offsetof(raw_output, display)},
-    [VIEW] = {"view", read_string, .offset = offsetof(raw_output, view)},
-    [COLOR_SPACE] = {"colorSpace", read_output_space, .offset = offsetof(raw_output, color_space)},
-    [BIT_DEPTH] = {"bitDepth", read_depth, .offset = offsetof(raw_output, depth)},
-    [QUALITY] = {"quality", shd_read_integer, IN_OUTPUT(quality), .range = &quality},
-    [EFFORT] = {"effort", shd_read_integer, IN_OUTPUT(effort), .range = &effort},
-    [CHANNEL] = {"channel", read_string, .offset = offsetof(raw_output, channel)},
-    [LAYERS] = {"layers", keep_layers, .offset = offsetof(raw_output, layers)},
+static const shd_field output_fields[] = {
+    {"name", read_name, AT(output.name), ENTRY, .always = true},
+    {"format", shd_read_choice, AT(format), .choices = formats, .mark = FORMAT},
+    {"display", read_string, AT(display), .mark = DISPLAY},
+    {"view", read_string, AT(view), .mark = VIEW},
+    {"colorSpace", shd_read_space, AT(color_space), .mark = COLOR_SPACE},
+    {"bitDepth", read_depth, AT(depth), .mark = DEPTH},
+    {"quality", shd_read_integer, AT(output.quality), .range = &quality},
+    {"effort", shd_read_integer, AT(output.effort), .range = &effort, .mark = EFFORT},
+    {"channel", read_string, AT(channel), .mark = CHANNEL},
+    {"layers", keep_layers, AT(layers), .mark = LAYERS},
 };
 
 /* ---- Color ---- */
@@ -140,10 +118,9 @@ static void resolve_view(shd_reader *r, const shd_node *node, const char *displa
               shd_suggest(r->report, view ? view : "", display->views, display->view_count).text);
 }
 
-static void resolve_color(shd_reader *r, const shd_node *node, raw_output *raw, uint32_t seen,
-                          uint32_t wrong) {
+static void resolve_color(shd_reader *r, const shd_node *node, raw_output *raw) {
     shd_output *out = &raw->output;
-    bool space = seen >> COLOR_SPACE & 1, view = seen & (1u << DISPLAY | 1u << VIEW);
+    bool space = r->seen & COLOR_SPACE, view = r->seen & (DISPLAY | VIEW);
     bool linear = shd_format_get(out->format)->linear || !r->catalog->display_count;
     if (space && view)
         shd_wrong(r, node, "give either `colorSpace`, or `display` and `view`, not both");
@@ -151,14 +128,14 @@ static void resolve_color(shd_reader *r, const shd_node *node, raw_output *raw, 
         out->color_space = raw->color_space;
     else if (!view && linear)
         out->color_space = r->scene->working_space;
-    if ((view || !(space || linear)) && !(wrong >> DISPLAY & 1))
+    if ((view || !(space || linear)) && !(r->wrong & DISPLAY))
         resolve_view(r, node, raw->display, raw->view, out);
 }
 
 /* ---- Depth and channel ---- */
 
-static void resolve_depth(shd_reader *r, const shd_node *node, const raw_output *raw,
-                          shd_output *out) {
+static void resolve_depth(shd_reader *r, const shd_node *node, raw_output *raw) {
+    shd_output *out = &raw->output;
     const shd_format_info *format = shd_format_get(out->format);
     out->depth = raw->depth ? raw->depth : format->depth;
     if (format->depths & out->depth) return;
@@ -174,17 +151,17 @@ static void resolve_depth(shd_reader *r, const shd_node *node, const raw_output 
 }
 
 /* What the space of an output may be, as bits of shd_channels: anything if it is not known. */
-static unsigned channels_of(const raw_output *raw, uint32_t seen) {
+static unsigned channels_of(const shd_reader *r, const raw_output *raw) {
     const shd_space_info *space = raw->output.color_space;
-    if (seen >> COLOR_SPACE & 1 && !space) return 1u << SHD_RGB | 1u << SHD_YIQ | 1u << SHD_HSV;
-    bool view = !space || seen & (1u << DISPLAY | 1u << VIEW);
+    if (r->seen & COLOR_SPACE && !space) return 1u << SHD_RGB | 1u << SHD_YIQ | 1u << SHD_HSV;
+    bool view = !space || r->seen & (DISPLAY | VIEW);
     return (space ? 1u << space->channels : 0) | (view ? 1u << SHD_RGB : 0);
 }
 
-/* `kinds` are bits of shd_channels: what the output's space may be. */
-static void resolve_channel(shd_reader *r, const shd_node *node, const char *name, unsigned kinds,
-                            shd_output *out) {
-    const char *const *names = shd_channel_names(SHD_RGB);
+static void resolve_channel(shd_reader *r, const shd_node *node, raw_output *raw) {
+    shd_output *out = &raw->output;
+    const unsigned kinds = channels_of(r, raw);
+    const char *name = raw->channel, *const *names = shd_channel_names(SHD_RGB);
     for (int kind = SHD_HSV; kind >= SHD_RGB; kind--) {
         if (!(kinds >> kind & 1)) continue;
         names = shd_channel_names((shd_channels)kind);
@@ -232,11 +209,8 @@ static bool parse_light(shd_reader *r, const shd_node *node, const char *name, s
 }
 
 static bool read_layer(shd_reader *r, const shd_node *node, shd_layer *out) {
-    const char *name = json_string_value(node->value);
-    if (!name) {
-        shd_node_expect(r->report, node, "the name of a layer");
-        return false;
-    }
+    const char *name = shd_get_text(r, node, "the name of a layer");
+    if (!name) return false;
     if (!strncmp(name, "light.", strlen("light.")) && strcmp(name, "light.<i>")) {
         if (!parse_light(r, node, name, out)) return false;
     } else {
@@ -256,26 +230,24 @@ static int compare_layers(const void *a, const void *b) {
     return (p->light > q->light) - (p->light < q->light);
 }
 
-static void check_layers(shd_reader *r, const shd_node *node, const raw_output *raw, uint32_t seen,
-                         uint32_t wrong) {
-    shd_node at = shd_node_member(node, "layers");
-    bool view = seen & (1u << DISPLAY | 1u << VIEW);
-    if (raw->format != SHD_EXR && !(wrong >> FORMAT & 1))
+static void check_layers(shd_reader *r, const shd_node *node, const raw_output *raw) {
+    const shd_node at = shd_node_member(node, "layers");
+    const bool view = r->seen & (DISPLAY | VIEW);
+    if (raw->format != SHD_EXR && !(r->wrong & FORMAT))
         shd_wrong(r, &at, "%s has no layers: set format exr",
                   shd_format_get((shd_format)raw->format)->name);
-    if (seen >> COLOR_SPACE & 1 ? raw->color_space && !raw->color_space->scene_linear : view)
+    if (r->seen & COLOR_SPACE ? raw->color_space && !raw->color_space->scene_linear : view)
         shd_wrong(r, &at, "layers are light, which adds up: set a scene-linear `colorSpace`");
-    if (seen >> CHANNEL & 1) shd_wrong(r, &at, "give either `channel` or `layers`, not both");
+    if (r->seen & CHANNEL) shd_wrong(r, &at, "give either `channel` or `layers`, not both");
 }
 
-static void resolve_layers(shd_reader *r, const shd_node *node, const json_t *value,
-                           shd_output *out) {
-    shd_node at = {node, "layers", 0, value};
-    size_t count = json_array_size(value);
+static void resolve_layers(shd_reader *r, const shd_node *node, raw_output *raw) {
+    const shd_node at = {node, "layers", 0, raw->layers};
+    const size_t count = json_array_size(at.value);
     if (count > SHD_LAYER_KINDS + r->limits->lights) { /* each once */
-        shd_node_fail(r->report, &at, SHD_LIMIT,
-                      "%zu layers are more than there may be: the limit `lights` is %llu", count,
-                      (unsigned long long)r->limits->lights);
+        shd_node_report(r->report, &at, SHD_LIMIT,
+                        "%zu layers are more than there may be: the limit `lights` is %llu", count,
+                        (unsigned long long)r->limits->lights);
         shd_report_limit(r->report, SHD_LIMIT_LIGHTS);
         return;
     }
@@ -292,53 +264,49 @@ static void resolve_layers(shd_reader *r, const shd_node *node, const json_t *va
     for (size_t i = 1; i < good; i++)
         if (!compare_layers(&sorted[i - 1], &sorted[i]))
             shd_wrong(r, &at, "the layer \"%s\" is there twice", shd_quote(sorted[i].name).text);
-    out->layers = layers;
-    out->layer_count = good;
+    raw->output.layers = layers;
+    raw->output.layer_count = good;
 }
 
 /* ---- One output, and several ---- */
 
 static void read_one(shd_reader *r, const shd_node *node, unsigned kind, shd_output *out) {
     raw_output raw = {.output = {.channel = -1, .quality = 90}, .format = (int)r->fallback};
-    uint32_t seen = 0, wrong = 0;
-    if (node->value) {
-        if (!shd_is_object(r, node)) return;
-        seen = shd_read_fields(r, node, fields, FIELDS, kind, "an output", &raw);
-        wrong = r->wrong;
-    }
+    if (!shd_read_fields(r, node, output_fields, SHD_LENGTH(output_fields), kind, "an output",
+                         &raw))
+        return;
     shd_output *output = &raw.output;
     output->format = (shd_format)raw.format;
-    if (!(seen >> EFFORT & 1))
+    if (!(r->seen & EFFORT))
         output->effort = output->quality >= 100 ? LOSSLESS_EFFORT : LOSSY_EFFORT;
-    output->format_given = seen >> FORMAT & 1;
-    if (!(wrong >> FORMAT & 1)) r->formats |= 1u << raw.format;
-    if (!(wrong & (1u << FORMAT | 1u << BIT_DEPTH))) resolve_depth(r, node, &raw, output);
-    resolve_color(r, node, &raw, seen, wrong);
-    if (raw.channel) resolve_channel(r, node, raw.channel, channels_of(&raw, seen), output);
+    output->format_given = r->seen & FORMAT;
+    if (!(r->wrong & FORMAT)) r->formats |= 1u << raw.format;
+    if (!(r->wrong & (FORMAT | DEPTH))) resolve_depth(r, node, &raw);
+    resolve_color(r, node, &raw);
+    if (raw.channel) resolve_channel(r, node, &raw);
     if (!shd_format_get(output->format)->alpha && output->channel != 3)
         r->flat |= r->formats & 1u << raw.format;
-    if (seen >> LAYERS & 1) check_layers(r, node, &raw, seen, wrong);
-    if (raw.layers) resolve_layers(r, node, raw.layers, output);
+    if (r->seen & LAYERS) check_layers(r, node, &raw);
+    if (raw.layers) resolve_layers(r, node, &raw);
     *out = *output;
 }
 
 void shd_read_output(shd_reader *r, const shd_node *node, void *out) {
-    (void)out;
     if (!node->value && json_object_get(node->parent->value, "outputs")) return;
     shd_output *output = shd_take(r, 1, sizeof *output);
     if (!output) return;
     read_one(r, node, SINGLE, output);
-    r->scene->outputs = output;
-    r->scene->output_count = 1;
+    shd_scene *scene = out;
+    scene->outputs = output;
+    scene->output_count = 1;
 }
 
 void shd_read_outputs(shd_reader *r, const shd_node *node, void *out) {
-    (void)out;
+    enum { MOST = 16 };
     if (json_object_get(node->parent->value, "output"))
         shd_wrong(r, node, "give either `output` or `outputs`, not both");
-    if (!shd_is_array(r, node, 1, SHD_OUTPUTS_MOST, "an array of 1 to 16 outputs")) return;
-    size_t count = json_array_size(node->value);
-    if (count > SHD_OUTPUTS_MOST) count = SHD_OUTPUTS_MOST;
+    if (!shd_is_array(r, node, 1, MOST, "an array of 1 to 16 outputs")) return;
+    const size_t size = json_array_size(node->value), count = size < MOST ? size : MOST;
     shd_output *outputs = shd_take(r, count, sizeof *outputs);
     if (!outputs) return;
     for (size_t i = 0; i < count; i++) {
@@ -348,7 +316,8 @@ void shd_read_outputs(shd_reader *r, const shd_node *node, void *out) {
             if (outputs[j].name && !strcmp(outputs[i].name, outputs[j].name))
                 shd_wrong(r, &name, "the name \"%s\" is taken by output %zu", outputs[i].name, j);
     }
-    r->scene->outputs = outputs;
-    r->scene->output_count = count;
-    r->scene->multipart = true;
+    shd_scene *scene = out;
+    scene->outputs = outputs;
+    scene->output_count = count;
+    scene->multipart = true;
 }

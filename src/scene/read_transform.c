@@ -1,5 +1,4 @@
 /* Transforms of objects: scale, then rotate, then translate; or a matrix. */
-#include <math.h>
 #include <string.h>
 
 #include "scene/read.h"
@@ -10,7 +9,7 @@ typedef struct raw_transform {
     double matrix[16]; /* column-major */
 } raw_transform;
 
-enum { SCALE, ROTATE, TRANSLATE, MATRIX, FIELDS };
+enum { PARTS = 1, MATRIX = 2 }; /* marks */
 
 static void read_scale(shd_reader *r, const shd_node *node, void *out) {
     double scale[3] = {NAN, NAN, NAN};
@@ -18,7 +17,7 @@ static void read_scale(shd_reader *r, const shd_node *node, void *out) {
     if (json_is_number(node->value))
         scale[0] = scale[1] = scale[2] = json_number_value(node->value);
     else if (json_is_array(node->value))
-        good = shd_get_three(r, node, &shd_any_number, scale);
+        good = shd_get_three(r, node, scale);
     else
         shd_node_expect(r->report, node, "a number or an array of 3 numbers");
     if (scale[0] == 0 || scale[1] == 0 || scale[2] == 0) {
@@ -31,7 +30,7 @@ static void read_scale(shd_reader *r, const shd_node *node, void *out) {
 static void read_matrix(shd_reader *r, const shd_node *node, void *out) {
     double m[16];
     for (int i = 0; i < 16; i++) m[i] = i == 15 ? 1 : i > 11 || i % 4 == 3 ? 0 : NAN;
-    shd_get_numbers(r, node, 16, 16, "an array of 16 numbers", &shd_any_number, m);
+    shd_get_numbers(r, node, 16, 16, "an array of 16 numbers", m);
     for (int i = 0; i < 12; i++)
         if (isnan(m[i])) m[0] = NAN;
     /* Which row an item is in is known only if there are sixteen. */
@@ -44,20 +43,14 @@ static void read_matrix(shd_reader *r, const shd_node *node, void *out) {
     memcpy(out, m, sizeof m);
 }
 
-/* Sine and cosine of an angle in degrees, exact at multiples of 90. */
-static void sine_and_cosine(double degrees, double *sine, double *cosine) {
+/* Its sine and cosine are exact at multiples of 90 degrees. */
+static shd_affine rotation_about(int axis, double degrees) {
     int quarters;
     const double rest = remquo(degrees, 90, &quarters) * (SHD_PI / 180);
     const double sines[4] = {sin(rest), cos(rest), -sin(rest), -cos(rest)}; /* a quarter apart */
-    *sine = sines[quarters & 3];
-    *cosine = sines[(quarters + 1) & 3];
-}
-
-static shd_affine rotation_about(int axis, double degrees) {
+    const double s = sines[quarters & 3], c = sines[(quarters + 1) & 3];
+    const int a = (axis + 1) % 3, b = (axis + 2) % 3;
     shd_affine m = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
-    int a = (axis + 1) % 3, b = (axis + 2) % 3;
-    double s, c;
-    sine_and_cosine(degrees, &s, &c);
     m.linear[a][a] = c;
     m.linear[a][b] = -s;
     m.linear[b][a] = s;
@@ -70,18 +63,17 @@ static shd_affine from_parts(const raw_transform *raw) {
     double degrees[3] = {raw->rotate.x, raw->rotate.y, raw->rotate.z};
     for (int axis = 0; axis < 3; axis++) {
         if (degrees[axis] == 0) continue;
-        shd_affine turned = rotation_about(axis, degrees[axis]);
-        m = shd_compose(&turned, &m);
+        const shd_affine turn = rotation_about(axis, degrees[axis]);
+        m = shd_compose(&turn, &m);
     }
     m.origin = raw->translate;
     return m;
 }
 
 static shd_affine from_matrix(const double matrix[16]) {
-    shd_affine m;
+    shd_affine m = {.origin = shd_vec3_at(matrix, 4)};
     for (int row = 0; row < 3; row++)
         for (int column = 0; column < 3; column++) m.linear[row][column] = matrix[4 * column + row];
-    m.origin = (shd_vec3){matrix[12], matrix[13], matrix[14]};
     return m;
 }
 
@@ -100,22 +92,21 @@ static void set_transform(shd_reader *r, const shd_node *node, const char *membe
 }
 
 void shd_read_transform(shd_reader *r, const shd_node *node, void *out) {
-    static const shd_field fields[FIELDS] = {
-        [SCALE] = {"scale", read_scale, .offset = offsetof(raw_transform, scale)},
-        [ROTATE] = {"rotate", shd_read_vector, .offset = offsetof(raw_transform, rotate)},
-        [TRANSLATE] = {"translate", shd_read_vector, .offset = offsetof(raw_transform, translate)},
-        [MATRIX] = {"matrix", read_matrix, .offset = offsetof(raw_transform, matrix)},
+    static const shd_field fields[] = {
+        {"scale", read_scale, offsetof(raw_transform, scale), .mark = PARTS},
+        {"rotate", shd_read_vector, offsetof(raw_transform, rotate), .mark = PARTS},
+        {"translate", shd_read_vector, offsetof(raw_transform, translate), .mark = PARTS},
+        {"matrix", read_matrix, offsetof(raw_transform, matrix), .mark = MATRIX},
     };
     shd_affine *transform = out;
-    transform->linear[0][0] = NAN;
-    if (!shd_is_object(r, node)) return;
     raw_transform raw = {.scale = {1, 1, 1}};
-    uint32_t seen = shd_read_fields(r, node, fields, FIELDS, 0, "a transform", &raw);
+    transform->linear[0][0] = NAN;
+    if (!shd_read_fields(r, node, fields, SHD_LENGTH(fields), 0, "a transform", &raw)) return;
     shd_affine parts = from_parts(&raw), whole = from_matrix(raw.matrix);
     set_transform(r, node, "scale", !isnan(raw.scale.x), &parts, transform);
-    if (!(seen >> MATRIX & 1)) return;
+    if (!(r->seen & MATRIX)) return;
     set_transform(r, node, "matrix", !isnan(raw.matrix[0]), &whole, transform);
-    if (seen == UINT32_C(1) << MATRIX) return;
+    if (!(r->seen & PARTS)) return;
     shd_wrong(r, node, "`matrix` stands alone: leave out `scale`, `rotate` and `translate`");
     transform->linear[0][0] = NAN;
 }

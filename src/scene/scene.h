@@ -8,10 +8,6 @@
  * +Y up. */
 #pragma once
 
-#include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
-
 #include "base/arena.h"
 #include "base/cancel.h"
 #include "base/catalog.h"
@@ -65,6 +61,8 @@ typedef struct shd_lobe {
     double specular[3];
     double shininess; /* >= 0 */
 } shd_lobe;
+
+enum { SHD_LOBES_MOST = 64 }; /* beside the first */
 
 typedef struct shd_material {
     /* Key of `materials` or preset; "" for a material that is written at its object. */
@@ -231,16 +229,12 @@ shd_preset shd_preset_at(size_t index);
 size_t shd_preset_find(const char *name); /* its index; SIZE_MAX: none */
 
 /* Names as documents have them, by enum; NULL follows the last one. */
-extern const char *const shd_tier_names[];
+extern const char *const shd_tier_names[],
+    *const shd_metric_names[], *const shd_light_names[], *const shd_shape_names[],
+                                                             *const shd_interpolation_names[];
 
 /* The name of the tier that the document asks for. */
 const char *shd_asked_tier(const shd_accuracy *accuracy);
-
-extern const char *const shd_metric_names[];
-extern const char *const shd_light_names[];
-extern const char *const shd_interpolation_names[];
-
-const char *shd_shape_name(shd_shape shape);
 
 /* Half of the picture's height on the image plane: at a distance of 1, or of the view volume. */
 static inline double shd_half_height(const shd_camera *camera) {

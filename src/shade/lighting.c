@@ -2,7 +2,6 @@
 
 #include <assert.h>
 
-#include "scene/read.h"
 #include "shade/exact.h"
 #include "shade/packed.h"
 #include "shade/split32.h"

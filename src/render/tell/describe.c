@@ -98,8 +98,8 @@ static json_t *describe_shapes(const shd_engine *engine) {
         if (shd_tessellation_triangles((shd_shape)i, 32) > 0)
             json_array_append_new(members, describe_member(&segments_member));
         json_array_append_new(list,
-                              json_pack("{ss ss so}", "type", shd_shape_name((shd_shape)i),
-                                        "description", shapes[i].description, "members", members));
+                              json_pack("{ss ss so}", "type", shd_shape_names[i], "description",
+                                        shapes[i].description, "members", members));
     }
     return json_pack("{so so}", "shapes", list, "common", describe_members(common_members));
 }

@@ -81,7 +81,7 @@ static json_t *tell_objects(const shd_plan *plan) {
         if (shd_is_cancelled_at(plan->cancelled, i)) break;
         const shd_plan_object *object = &plan->objects[i];
         json_array_append_new(
-            list, json_pack("{ss ss sI sI}", "type", shd_shape_name(scene->objects[i].shape),
+            list, json_pack("{ss ss sI sI}", "type", shd_shape_names[scene->objects[i].shape],
                             "material", scene->materials[scene->objects[i].material].name, "group",
                             (json_int_t)object->group, "lights", (json_int_t)object->light_count));
     }
