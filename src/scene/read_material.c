@@ -111,7 +111,7 @@ static double most_reflected(const shd_material *m) {
         double direct = m->diffuse[c];
         for (size_t i = 0; i < m->lobe_count; i++)
             direct += m->lobes[i].specular[c] * 2 / (m->lobes[i].shininess + 2);
-        most = fmax(most, fmax(direct, m->ambient[c]));
+        most = shd_larger(m->ambient[c], shd_larger(direct, most)); /* NAN is left out */
     }
     return most;
 }
@@ -145,7 +145,7 @@ static void warn_of_material(shd_reader *r, const shd_node *node, const shd_mate
     double reflected = most_reflected(m), sharpest = 0;
     bool negative = is_negative(m->emissive) || is_negative(m->ambient) || is_negative(m->diffuse);
     for (size_t i = 0; i < m->lobe_count; i++) {
-        sharpest = fmax(sharpest, m->lobes[i].shininess);
+        sharpest = shd_larger(m->lobes[i].shininess, sharpest);
         negative = negative || is_negative(m->lobes[i].specular);
     }
     bool amplifies = reflected > 1 + slack, sharp = sharpest > 1000;
