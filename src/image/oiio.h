@@ -2,6 +2,8 @@
  * time and uses no symbol of its host; both come from one build, which `abi` checks. */
 #pragma once
 
+#include <stddef.h>
+
 #include "base/format.h"
 
 #ifdef __cplusplus
