@@ -1,10 +1,14 @@
 #include "base/catalog.h"
 
 #include <string.h>
+#include <strings.h>
 
 const shd_space_info *shd_catalog_space(const shd_catalog *catalog, const char *name) {
     for (size_t i = 0; i < catalog->space_count; i++)
-        if (!strcmp(catalog->spaces[i].name, name)) return &catalog->spaces[i];
+        if (!strcasecmp(catalog->spaces[i].name, name)) return &catalog->spaces[i];
+    for (size_t i = 0; i < catalog->space_count; i++)
+        for (size_t k = 0; k < catalog->spaces[i].alias_count; k++)
+            if (!strcasecmp(catalog->spaces[i].aliases[k], name)) return &catalog->spaces[i];
     return NULL;
 }
 

@@ -14,7 +14,9 @@ typedef struct shd_space_info {
     const char *name;
     const char *description; /* one line, may be "" */
     shd_channels channels;
-    bool scene_linear; /* whether colors may be shaded in it */
+    bool scene_linear;          /* whether colors may be shaded in it */
+    const char *const *aliases; /* [alias_count]: other names of it, roles among them */
+    size_t alias_count;
 } shd_space_info;
 
 typedef struct shd_display_info {
@@ -30,7 +32,7 @@ typedef struct shd_catalog {
     size_t display_count;
     const shd_space_info *scene_linear; /* the role's space: the default working space */
     const shd_space_info *colors; /* the default of `colorSpace`: lin_rec709, or scene_linear */
-    const shd_space_info *css;    /* the space of "#rrggbb": sRGB; NULL if there is none */
+    const shd_space_info *css;    /* the space of "#rrggbb"; NULL if there is none */
 
     /* Converts one color in place between two spaces by name, to f32 accuracy: bit for bit if the
      * spaces are the same, and from sRGB to linear Rec.709 by IEC 61966-2-1 in f64. `self` is the
@@ -40,8 +42,10 @@ typedef struct shd_catalog {
     const void *self;
 } shd_catalog;
 
-/* Exact, case-sensitive look-up; NULL if the name is unknown. */
+/* By name or, if none is that, by alias; in any case, as in OpenColorIO. NULL: unknown. */
 SHD_C const shd_space_info *shd_catalog_space(const shd_catalog *catalog, const char *name);
+
+/* By exact name; NULL if it is unknown. */
 SHD_C const shd_display_info *shd_catalog_display(const shd_catalog *catalog, const char *name);
 
 /* The names of the three channels: "R", "Y", "H", ... */

@@ -39,7 +39,7 @@ const shd_catalog *shd_color_catalog(const shd_color_config *config);
 const char *shd_color_config_digest(const shd_color_config *config);
 
 /* The transform from a scene-linear space to another space, or to a display's view. Borrowed. Names
- * are exactly those of the catalog; for another name SHD_SCENE. Any thread. */
+ * are those of the catalog; for another name SHD_SCENE. Any thread. */
 shd_status shd_color_to_space(shd_color_config *config, const char *from, const char *to,
                               const shd_color_transform **out, shd_error *error);
 shd_status shd_color_to_view(shd_color_config *config, const char *from, const char *display,

@@ -2,6 +2,8 @@
 
 #include <strings.h>
 
+#include <algorithm>
+
 #include "color/text.h"
 
 std::string shd_ocio_sentence(const char *text) {
@@ -16,6 +18,17 @@ std::string shd_ocio_sentence(const char *text) {
     }
     while (!out.empty() && (out.back() == ' ' || out.back() == '.')) out.pop_back();
     return out;
+}
+
+std::vector<OCIO::ConstColorSpaceRcPtr> shd_ocio_spaces(const OCIO::ConstConfigRcPtr &config) {
+    std::vector<OCIO::ConstColorSpaceRcPtr> spaces;
+    for (int i = 0; i < config->getNumColorSpaces(); i++)
+        spaces.push_back(config->getColorSpace(config->getColorSpaceNameByIndex(i)));
+    for (int i = 0; i < config->getNumRoles(); i++)
+        if (OCIO::ConstColorSpaceRcPtr named = config->getColorSpace(config->getRoleName(i)))
+            if (std::find(spaces.begin(), spaces.end(), named) == spaces.end())
+                spaces.push_back(named);
+    return spaces;
 }
 
 shd_channels shd_ocio_channels(const OCIO::ConstColorSpaceRcPtr &space) {

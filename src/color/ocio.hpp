@@ -44,7 +44,7 @@ struct shd_color_config {
     std::deque<std::string> texts;
     std::vector<shd_space_info> spaces;
     std::vector<shd_display_info> displays;
-    std::deque<std::vector<const char *>> views;
+    std::deque<std::vector<const char *>> views, aliases;
 
     std::mutex mutex; // guards `transforms`, not what they point to
     std::map<std::string, std::unique_ptr<shd_color_transform>> transforms;
@@ -71,10 +71,14 @@ shd_status guarded(shd_status status, const char *path, shd_error *error, Body b
     }
 }
 
-// Visits everything that the active spaces, displays and views refer to, and returns the files
-// among that. OpenColorIO follows references by recursion without an end and opens any path, so
-// this refuses circles, chains that are too deep and files that are not regular before a processor
-// is built.
+// The spaces that clients may name: the active ones, and those that roles name although they are
+// not.
+std::vector<OCIO::ConstColorSpaceRcPtr> shd_ocio_spaces(const OCIO::ConstConfigRcPtr &config);
+
+// Visits everything that these spaces, the active displays and views refer to, and returns the
+// files among that. OpenColorIO follows references by recursion without an end and opens any path,
+// so this refuses circles, chains that are too deep and files that are not regular before a
+// processor is built.
 std::set<std::string> shd_ocio_walk(const OCIO::ConstConfigRcPtr &config);
 
 shd_channels shd_ocio_channels(const OCIO::ConstColorSpaceRcPtr &space);

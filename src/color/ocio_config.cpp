@@ -22,6 +22,7 @@ namespace {
 
 constexpr size_t max_config_bytes = 16u << 20;
 constexpr size_t max_referenced_bytes = 256u << 20;
+constexpr char interchange[] = "aces_interchange";
 constexpr size_t room_to_read = 32u << 20;
 
 // The library never logs, and a user's OCIO_* variables must not change what a scene looks like.
@@ -74,21 +75,39 @@ const char *keep(shd_color_config *config, const std::string &text) {
     return config->texts.back().c_str();
 }
 
-const shd_space_info *first_of(const shd_catalog &catalog, const char *a, const char *b) {
-    const shd_space_info *found = shd_catalog_space(&catalog, a);
-    return found ? found : shd_catalog_space(&catalog, b);
+const shd_space_info *first_of(const shd_catalog &catalog,
+                               std::initializer_list<const char *> names) {
+    for (const char *name : names)
+        if (const shd_space_info *found = shd_catalog_space(&catalog, name)) return found;
+    return nullptr;
+}
+
+// Whether the configuration says in which space people pick colors.
+bool has_picking(const OCIO::ConstConfigRcPtr &config) {
+    OCIO::ConstColorSpaceRcPtr space = config->getColorSpace(OCIO::ROLE_COLOR_PICKING);
+    return config->hasRole(OCIO::ROLE_COLOR_PICKING) && space && !space->isData();
+}
+
+void fill_space(shd_color_config *config, const OCIO::ConstColorSpaceRcPtr &space, bool working) {
+    const OCIO::ConstConfigRcPtr &ocio = config->ocio;
+    std::vector<const char *> aliases;
+    for (size_t i = 0; i < space->getNumAliases(); i++)
+        aliases.push_back(keep(config, space->getAlias(i)));
+    for (int i = 0; i < ocio->getNumRoles(); i++)
+        if (ocio->getColorSpace(ocio->getRoleName(i)) == space)
+            aliases.push_back(keep(config, ocio->getRoleName(i)));
+    config->aliases.push_back(aliases);
+    config->spaces.push_back({keep(config, space->getName()),
+                              keep(config, shd_ocio_sentence(space->getDescription())),
+                              shd_ocio_channels(space), working || shd_ocio_is_linear(space),
+                              config->aliases.back().data(), aliases.size()});
 }
 
 void fill_catalog(shd_color_config *config) {
     const OCIO::ConstConfigRcPtr &ocio = config->ocio;
-    std::string linear = ocio->getColorSpace(OCIO::ROLE_SCENE_LINEAR)->getName();
-    for (int i = 0; i < ocio->getNumColorSpaces(); i++) {
-        OCIO::ConstColorSpaceRcPtr space = ocio->getColorSpace(ocio->getColorSpaceNameByIndex(i));
-        bool working = space->getName() == linear || shd_ocio_is_linear(space);
-        config->spaces.push_back({keep(config, space->getName()),
-                                  keep(config, shd_ocio_sentence(space->getDescription())),
-                                  shd_ocio_channels(space), working});
-    }
+    OCIO::ConstColorSpaceRcPtr linear = ocio->getColorSpace(OCIO::ROLE_SCENE_LINEAR);
+    for (const OCIO::ConstColorSpaceRcPtr &space : shd_ocio_spaces(ocio))
+        fill_space(config, space, space == linear);
     for (int i = 0; i < ocio->getNumDisplays(); i++) {
         const char *display = ocio->getDisplay(i);
         std::vector<const char *> views;
@@ -103,18 +122,65 @@ void fill_catalog(shd_color_config *config) {
     catalog.space_count = config->spaces.size();
     catalog.displays = config->displays.data();
     catalog.display_count = config->displays.size();
-    catalog.scene_linear = shd_catalog_space(&catalog, linear.c_str());
-    catalog.colors = first_of(catalog, "lin_rec709", "Linear Rec.709 (sRGB)");
-    if (!catalog.colors) catalog.colors = catalog.scene_linear;
-    catalog.css = first_of(catalog, "sRGB", "sRGB - Texture");
+    catalog.scene_linear = shd_catalog_space(&catalog, linear->getName());
+    catalog.colors = first_of(catalog, {"lin_rec709", "lin_rec709_srgb", "lin_srgb",
+                                        "Linear Rec.709 (sRGB)", linear->getName()});
+    catalog.css = first_of(
+        catalog, {"sRGB", "srgb_tx", "srgb_texture", "sRGB - Texture", "Utility - sRGB - Texture"});
+    if (!catalog.css && has_picking(ocio))
+        catalog.css = shd_catalog_space(&catalog, OCIO::ROLE_COLOR_PICKING);
     catalog.convert = shd_ocio_convert;
     catalog.self = config;
+}
+
+// What takes a space's reference to the space, or the other way.
+OCIO::TransformRcPtr reference_step(const OCIO::ConstColorSpaceRcPtr &space, bool to_space) {
+    using namespace OCIO;
+    const auto wanted = to_space ? COLORSPACE_DIR_FROM_REFERENCE : COLORSPACE_DIR_TO_REFERENCE;
+    const auto other = to_space ? COLORSPACE_DIR_TO_REFERENCE : COLORSPACE_DIR_FROM_REFERENCE;
+    GroupTransformRcPtr step = GroupTransform::Create();
+    if (ConstTransformRcPtr there = space->getTransform(wanted)) {
+        step->appendTransform(there->createEditableCopy());
+    } else if (ConstTransformRcPtr back = space->getTransform(other)) {
+        step->appendTransform(back->createEditableCopy());
+        step->setDirection(TRANSFORM_DIR_INVERSE);
+    }
+    return step;
+}
+
+bool is_known(const OCIO::ConstConfigRcPtr &config, const char *name) {
+    return config->getColorSpace(name) || config->getNamedTransform(name);
+}
+
+// Adds the built-in spaces that documents count on, and that the configuration has under none of
+// their names. The role aces_interchange tells how the two references are connected.
+void lend_spaces(const OCIO::ConfigRcPtr &config, const std::string &built_in) {
+    static const char *const lent[] = {"lin_rec709", "sRGB"};
+    OCIO::ConstColorSpaceRcPtr there = config->getColorSpace(interchange);
+    if (!config->hasRole(interchange) || !there ||
+        there->getReferenceSpaceType() != OCIO::REFERENCE_SPACE_SCENE)
+        return;
+    std::istringstream stream(built_in);
+    OCIO::ConstConfigRcPtr own = OCIO::Config::CreateFromStream(stream);
+    OCIO::ConstColorSpaceRcPtr here = own->getColorSpace(interchange);
+    for (const char *name : lent) {
+        OCIO::ColorSpaceRcPtr space = own->getColorSpace(name)->createEditableCopy();
+        bool known = is_known(config, name) || (!std::strcmp(name, "sRGB") && has_picking(config));
+        for (size_t i = 0; i < space->getNumAliases(); i++)
+            known = known || is_known(config, space->getAlias(i));
+        if (known) continue;
+        OCIO::GroupTransformRcPtr way = OCIO::GroupTransform::Create();
+        way->appendTransform(reference_step(there, true));
+        way->appendTransform(reference_step(here, false));
+        way->appendTransform(reference_step(space, true));
+        space->setTransform(way, OCIO::COLORSPACE_DIR_FROM_REFERENCE);
+        config->addColorSpace(space);
+    }
 }
 
 // Refuses mistakes that OpenColorIO's own validation lets through, and builds every processor once.
 void check(shd_color_config *config, std::set<std::string> *files) {
     const OCIO::ConstConfigRcPtr &ocio = config->ocio;
-    ocio->validate();
     OCIO::ConstColorSpaceRcPtr linear = ocio->getColorSpace(OCIO::ROLE_SCENE_LINEAR);
     if (!ocio->hasRole(OCIO::ROLE_SCENE_LINEAR) || !linear)
         throw std::runtime_error("the role scene_linear is missing");
@@ -126,8 +192,6 @@ void check(shd_color_config *config, std::set<std::string> *files) {
     *files = shd_ocio_walk(ocio);
     fill_catalog(config);
     const shd_catalog &catalog = config->catalog;
-    if (!catalog.scene_linear)
-        throw std::runtime_error("the role scene_linear names an inactive space");
     const char *working = catalog.scene_linear->name;
     const shd_color_transform *made;
     shd_error error;
@@ -160,7 +224,9 @@ shd_status shd_color_config_load(const char *path, shd_color_config **out, shd_e
         // OpenColorIO allocates in functions that are declared noexcept, and ends the process if
         // there is no memory. So room for an ordinary configuration is asked for beforehand.
         operator delete(operator new(room_to_read));
-        std::string text(reinterpret_cast<const char *>(shd_embedded_ocio), shd_embedded_ocio_size);
+        const std::string built_in(reinterpret_cast<const char *>(shd_embedded_ocio),
+                                   shd_embedded_ocio_size);
+        std::string text = built_in;
         if (path) {
             char *data = nullptr;
             size_t size = 0;
@@ -174,12 +240,14 @@ shd_status shd_color_config_load(const char *path, shd_color_config **out, shd_e
         std::istringstream stream(text);
         OCIO::ConfigRcPtr editable = OCIO::Config::CreateFromStream(stream)->createEditableCopy();
         if (path) editable->setWorkingDir(folder_of(path).c_str());
+        editable->validate();
+        lend_spaces(editable, built_in);
 
         std::unique_ptr<shd_color_config> config(new shd_color_config);
         config->ocio = editable;
         std::set<std::string> files;
         check(config.get(), &files);
-        shd_status status = digest(config.get(), text, files, error);
+        shd_status status = digest(config.get(), built_in + text, files, error);
         if (status == SHD_OK) *out = config.release();
         return status;
     });

@@ -126,19 +126,21 @@ shd_status shd_ocio_convert(const void *self, const char *from, const char *to, 
 
 shd_status shd_color_to_space(shd_color_config *config, const char *from, const char *to,
                               const shd_color_transform **out, shd_error *error) {
-    // Exact names only: OpenColorIO would take roles and other case for spaces, too.
-    if (!shd_catalog_space(&config->catalog, from)) return unknown(error, "color space", from);
-    if (!shd_catalog_space(&config->catalog, to)) return unknown(error, "color space", to);
+    const shd_space_info *source = shd_catalog_space(&config->catalog, from);
+    if (!source) return unknown(error, "color space", from);
+    const shd_space_info *target = shd_catalog_space(&config->catalog, to);
+    if (!target) return unknown(error, "color space", to);
     return guarded(SHD_INTERNAL, "", error, [&] {
-        std::string key = std::string(from) + '\0' + to;
+        std::string key = std::string(source->name) + '\0' + target->name;
         return cached(
-            config, key, [&] { return make_to_space(config, from, to); }, out);
+            config, key, [&] { return make_to_space(config, source->name, target->name); }, out);
     });
 }
 
 shd_status shd_color_to_view(shd_color_config *config, const char *from, const char *display,
                              const char *view, const shd_color_transform **out, shd_error *error) {
-    if (!shd_catalog_space(&config->catalog, from)) return unknown(error, "color space", from);
+    const shd_space_info *source = shd_catalog_space(&config->catalog, from);
+    if (!source) return unknown(error, "color space", from);
     const shd_display_info *found = shd_catalog_display(&config->catalog, display);
     if (!found) return unknown(error, "display", display);
     bool known = false;
@@ -146,9 +148,9 @@ shd_status shd_color_to_view(shd_color_config *config, const char *from, const c
         known = known || !std::strcmp(found->views[i], view);
     if (!known) return unknown(error, "view", view);
     return guarded(SHD_INTERNAL, "", error, [&] {
-        std::string key = std::string(from) + '\0' + display + '\0' + view;
+        std::string key = std::string(source->name) + '\0' + display + '\0' + view;
         return cached(
-            config, key, [&] { return make_to_view(config, from, display, view); }, out);
+            config, key, [&] { return make_to_view(config, source->name, display, view); }, out);
     });
 }
 

@@ -137,18 +137,13 @@ class Walk {
     std::set<std::string> done_, files_;
 };
 
-bool is_display_space(const OCIO::ConstColorSpaceRcPtr &space) {
-    return space->getReferenceSpaceType() == OCIO::REFERENCE_SPACE_DISPLAY;
-}
-
 } // namespace
 
 std::set<std::string> shd_ocio_walk(const OCIO::ConstConfigRcPtr &config) {
     Walk walk(config);
-    for (int i = 0; i < config->getNumColorSpaces(); i++) {
-        const char *name = config->getColorSpaceNameByIndex(i);
-        walk.space(name);
-        if (is_display_space(config->getColorSpace(name))) walk.bridge();
+    for (const OCIO::ConstColorSpaceRcPtr &space : shd_ocio_spaces(config)) {
+        walk.space(space->getName());
+        if (space->getReferenceSpaceType() == OCIO::REFERENCE_SPACE_DISPLAY) walk.bridge();
     }
     for (int i = 0; i < config->getNumDisplays(); i++)
         for (int j = 0; j < config->getNumViews(config->getDisplay(i)); j++)

@@ -60,11 +60,12 @@ static void depths_are_named_as_clients_write_them(void **state) {
     assert_string_equal(shd_depth_name(SHD_FLOAT), "float");
 }
 
-static void the_catalog_is_searched_by_exact_name(void **state) {
+static void the_catalog_is_searched_by_name_and_alias(void **state) {
     (void)state;
-    static const shd_space_info spaces[] = {{"lin_rec709", "", SHD_RGB, true},
-                                            {"YIQ", "", SHD_YIQ, false},
-                                            {"YIQ linear", "", SHD_YIQ, false}};
+    static const char *const aliases[] = {"scene_linear", "yiq LINEAR"};
+    static const shd_space_info spaces[] = {{"lin_rec709", "", SHD_RGB, true, aliases, 2},
+                                            {"YIQ", "", SHD_YIQ, false, NULL, 0},
+                                            {"YIQ linear", "", SHD_YIQ, false, NULL, 0}};
     static const char *const views[] = {"Standard"};
     static const shd_display_info displays[] = {{"sRGB", views, 1}, {"Display P3", views, 1}};
     const shd_catalog catalog = {
@@ -73,7 +74,11 @@ static void the_catalog_is_searched_by_exact_name(void **state) {
         assert_ptr_equal(shd_catalog_space(&catalog, spaces[i].name), &spaces[i]);
     for (size_t i = 0; i < 2; i++)
         assert_ptr_equal(shd_catalog_display(&catalog, displays[i].name), &displays[i]);
-    static const char *const wrong[] = {"", "yiq", "YIQ ", "YI", "lin_rec709x", "srgb"};
+    assert_ptr_equal(shd_catalog_space(&catalog, "Scene_Linear"), &spaces[0]);
+    assert_ptr_equal(shd_catalog_space(&catalog, "yiq"), &spaces[1]);
+    assert_ptr_equal(shd_catalog_space(&catalog, "YIQ Linear"),
+                     &spaces[2]); /* a name comes first */
+    static const char *const wrong[] = {"", "YIQ ", "YI", "lin_rec709x", "srgb"};
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
         assert_null(shd_catalog_space(&catalog, wrong[i]));
         assert_null(shd_catalog_display(&catalog, wrong[i]));
@@ -98,7 +103,7 @@ int main(void) {
         cmocka_unit_test(suffixes_are_found_in_any_case),
         cmocka_unit_test(unknown_formats_are_refused_and_touch_nothing),
         cmocka_unit_test(depths_are_named_as_clients_write_them),
-        cmocka_unit_test(the_catalog_is_searched_by_exact_name),
+        cmocka_unit_test(the_catalog_is_searched_by_name_and_alias),
         cmocka_unit_test(channels_have_the_letters_of_their_space),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

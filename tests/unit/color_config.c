@@ -1,6 +1,7 @@
 /* An operator's configuration that is wrong stops the start with a reason; it never hangs or
  * crashes. */
 #include <errno.h>
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -119,8 +120,6 @@ static void missing_pieces_are_named(void **state) {
     refused("role", "the role scene_linear is missing");
     write_config("data", "scene_linear: lin_rec709", "scene_linear: raw", "");
     refused("data", "data space");
-    write_config("inactive", "inactive_colorspaces: [", "inactive_colorspaces: [lin_rec709, ", "");
-    refused("inactive", "inactive");
     write_config("builtin", "{style: ACEScct_to_ACES2065-1}", "{style: No such}", "");
     refused("builtin", "invalid built-in transform style 'No such'");
     write_config("version", "ocio_profile_version: 2.1", "ocio_profile_version: 9.9", "");
@@ -218,6 +217,102 @@ static void a_copy_of_the_own_configuration_is_accepted(void **state) {
     remove(path_of("copy"));
 }
 
+/* Another house's names and reference, and nothing of ours. */
+static const char foreign[] =
+    "ocio_profile_version: 2.1\n"
+    "environment: {}\n"
+    "strictparsing: true\n"
+    "roles: {scene_linear: light, aces_interchange: AP0%s}\n"
+    "file_rules: [!<Rule> {name: Default, colorspace: light}]\n"
+    "displays: {Screen: [!<View> {name: Plain, colorspace: screen}]}\n"
+    "inactive_colorspaces: [AP0]\n"
+    "colorspaces:\n"
+    "  - !<ColorSpace> {name: light, aliases: [Glow], encoding: scene-linear}\n"
+    "  - !<ColorSpace>\n"
+    "    name: screen\n"
+    "    from_scene_reference: !<ExponentTransform> {value: [2, 2, 2, 1], direction: inverse}\n"
+    "  - !<ColorSpace>\n"
+    "    name: AP0\n"
+    "    to_scene_reference: !<BuiltinTransform> {style: ACEScg_to_ACES2065-1, direction: "
+    "inverse}\n%s";
+
+static shd_color_config *load_foreign(const char *roles, const char *more) {
+    char text[4096];
+    shd_color_config *config;
+    shd_error error;
+    int length = snprintf(text, sizeof text, foreign, roles, more);
+    write_file("foreign", text, (size_t)length);
+    if (shd_color_config_load(path_of("foreign"), &config, &error)) fail_msg("%s", error.text);
+    remove(path_of("foreign"));
+    return config;
+}
+
+/* `name` is a space, and means `canonical`. */
+static void means(const shd_color_config *config, const char *name, const char *canonical) {
+    const shd_space_info *space = shd_catalog_space(shd_color_catalog(config), name);
+    if (!space || strcmp(space->name, canonical)) fail_msg("%s is not %s", name, canonical);
+}
+
+static void converts(const shd_color_config *config, const char *from, const double value[3],
+                     const char *to, const double wanted[3], double tolerance) {
+    const shd_catalog *catalog = shd_color_catalog(config);
+    double rgb[3] = {value[0], value[1], value[2]};
+    assert_int_equal(catalog->convert(catalog->self, from, to, rgb, NULL), SHD_OK);
+    for (int c = 0; c < 3; c++)
+        if (!(fabs(rgb[c] - wanted[c]) <= tolerance))
+            fail_msg("%s to %s: channel %d is %g, not %g", from, to, c, rgb[c], wanted[c]);
+}
+
+static void aliases_and_roles_are_names(void **state) {
+    (void)state;
+    shd_color_config *config = load_foreign("", "");
+    means(config, "glow", "light");
+    means(config, "SCENE_LINEAR", "light");
+    means(config, "aces_interchange", "AP0"); /* inactive, but named by a role */
+    assert_null(shd_catalog_space(shd_color_catalog(config), "color_picking"));
+    const shd_color_transform *by_alias, *by_name;
+    assert_int_equal(shd_color_to_space(config, "Glow", "aces_interchange", &by_alias, NULL), 0);
+    assert_int_equal(shd_color_to_space(config, "light", "AP0", &by_name, NULL), 0);
+    assert_ptr_equal(by_alias, by_name);
+    shd_color_config_drop(config);
+
+    assert_int_equal(shd_color_config_load(NULL, &config, NULL), SHD_OK);
+    means(config, "acescg", "ACEScg");
+    means(config, "ACES - ACEScg", "ACEScg");
+    means(config, "lin_srgb", "lin_rec709");
+    means(config, "lin_rec709_srgb", "lin_rec709");
+    means(config, "srgb_tx", "sRGB");
+    means(config, "color_picking", "sRGB");
+    means(config, "color_timing", "ACEScct");
+    means(config, "cie_xyz_d65_interchange", "CIE-XYZ-D65");
+    shd_color_config_drop(config);
+}
+
+static void hex_colors_find_srgb(void **state) {
+    (void)state;
+    static const struct {
+        const char *roles, *more, *css;
+    } cases[] = {
+        {", color_picking: screen", "  - !<ColorSpace> {name: S, aliases: [srgb_tx]}\n", "S"},
+        {", color_picking: screen", "", "screen"},
+        {", color_picking: none", "  - !<ColorSpace> {name: none, isdata: true}\n", "sRGB"},
+        {"", "", "sRGB"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        shd_color_config *config = load_foreign(cases[i].roles, cases[i].more);
+        assert_string_equal(shd_color_catalog(config)->css->name, cases[i].css);
+        shd_color_config_drop(config);
+    }
+    /* Rec.709 red in AP1, by Bradford adaptation of D65 to the white of ACES. */
+    shd_color_config *config = load_foreign("", "");
+    converts(config, "sRGB", (const double[]){1, 0, 0}, "light",
+             (const double[]){0.6130974, 0.0701937, 0.0206156}, 2e-6);
+    converts(config, "lin_rec709", (const double[]){0.5, 0.5, 0.5}, "light",
+             (const double[]){0.5, 0.5, 0.5}, 1e-6);
+    assert_string_equal(shd_color_catalog(config)->colors->name, "lin_rec709");
+    shd_color_config_drop(config);
+}
+
 static void interrupted_reads_go_on_and_others_are_told(void **state) {
     (void)state;
     char *data = NULL;
@@ -269,6 +364,8 @@ int main(void) {
         cmocka_unit_test(circles_are_found_before_they_are_followed),
         cmocka_unit_test(files_of_a_configuration_are_looked_at_first),
         cmocka_unit_test(a_copy_of_the_own_configuration_is_accepted),
+        cmocka_unit_test(aliases_and_roles_are_names),
+        cmocka_unit_test(hex_colors_find_srgb),
     };
     return cmocka_run_group_tests(tests, make_folder, drop_folder);
 }

@@ -115,7 +115,7 @@ static void unknown_names_come_with_a_suggestion(void **state) {
         {OBJECT("'type': 'disc', 'material': {'lobes': [{'shine': 1}]}"),
          "/objects/0/material/lobes/0/shine", "of a lobe: there is specular, shininess"},
         {WITH("'workingSpace': 'lin_rec7090'"), "/workingSpace", "did you mean \"lin_rec709\"?"},
-        {WITH("'colorSpace': 'srgb'"), "/colorSpace", "did you mean \"sRGB\"?"},
+        {WITH("'colorSpace': 'srbg'"), "/colorSpace", "did you mean \"sRGB\"?"},
         {WITH("'ambient': {'space': 'xyz', 'value': [1, 1, 1]}"), "/ambient/space",
          "there is lin_rec709, wide, sRGB"},
         {WITH("'ambient': {'space': 'sRGB', 'value': [1, 1, 1], 'alpha': 1}"), "/ambient/alpha",

@@ -112,10 +112,13 @@ static json_t *describe_colorspaces(const shd_engine *engine) {
     for (size_t i = 0; i < catalog->space_count; i++) {
         const shd_space_info *space = &catalog->spaces[i];
         const char *const *names = shd_channel_names(space->channels);
-        json_array_append_new(spaces,
-                              json_pack("{ss ss s[sss] sb}", "name", space->name, "description",
-                                        space->description, "channels", names[0], names[1],
-                                        names[2], "sceneLinear", space->scene_linear));
+        json_t *aliases = json_array();
+        for (size_t k = 0; k < space->alias_count; k++)
+            json_array_append_new(aliases, json_string(space->aliases[k]));
+        json_array_append_new(spaces, json_pack("{ss so ss s[sss] sb}", "name", space->name,
+                                                "aliases", aliases, "description",
+                                                space->description, "channels", names[0], names[1],
+                                                names[2], "sceneLinear", space->scene_linear));
     }
     json_t *displays = json_array();
     for (size_t i = 0; i < catalog->display_count; i++) {
