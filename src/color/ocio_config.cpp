@@ -155,7 +155,6 @@ bool is_known(const OCIO::ConstConfigRcPtr &config, const char *name) {
 // Adds the built-in spaces that documents count on, and that the configuration has under none of
 // their names. The role aces_interchange tells how the two references are connected.
 void lend_spaces(const OCIO::ConfigRcPtr &config, const std::string &built_in) {
-    static const char *const lent[] = {"lin_rec709", "sRGB"};
     OCIO::ConstColorSpaceRcPtr there = config->getColorSpace(interchange);
     if (!config->hasRole(interchange) || !there ||
         there->getReferenceSpaceType() != OCIO::REFERENCE_SPACE_SCENE)
@@ -163,11 +162,13 @@ void lend_spaces(const OCIO::ConfigRcPtr &config, const std::string &built_in) {
     std::istringstream stream(built_in);
     OCIO::ConstConfigRcPtr own = OCIO::Config::CreateFromStream(stream);
     OCIO::ConstColorSpaceRcPtr here = own->getColorSpace(interchange);
-    for (const char *name : lent) {
-        OCIO::ColorSpaceRcPtr space = own->getColorSpace(name)->createEditableCopy();
-        bool known = is_known(config, name) || (!std::strcmp(name, "sRGB") && has_picking(config));
-        for (size_t i = 0; i < space->getNumAliases(); i++)
-            known = known || is_known(config, space->getAlias(i));
+    for (int i = 0; i < own->getNumColorSpaces(); i++) {
+        const std::string name = own->getColorSpaceNameByIndex(i);
+        OCIO::ColorSpaceRcPtr space = own->getColorSpace(name.c_str())->createEditableCopy();
+        if (name != "lin_rec709" && name != "sRGB" && shd_ocio_channels(space) == SHD_RGB) continue;
+        bool known = is_known(config, name.c_str()) || (name == "sRGB" && has_picking(config));
+        for (size_t k = 0; k < space->getNumAliases(); k++)
+            known = known || is_known(config, space->getAlias(k));
         if (known) continue;
         OCIO::GroupTransformRcPtr way = OCIO::GroupTransform::Create();
         way->appendTransform(reference_step(there, true));

@@ -313,6 +313,29 @@ static void hex_colors_find_srgb(void **state) {
     shd_color_config_drop(config);
 }
 
+static void yiq_and_hsv_are_lent(void **state) {
+    (void)state;
+    shd_color_config *config = load_foreign("", "");
+    static const double red[3] = {1, 0, 0};
+    converts(config, "sRGB", red, "YIQ", (const double[]){.30, .60, .21}, 2e-6);
+    converts(config, "lin_rec709", red, "YIQ linear", (const double[]){.30, .60, .21}, 2e-6);
+    converts(config, "sRGB", (const double[]){0, .5, 0}, "HSV", (const double[]){1 / 3.0, 1, .5},
+             2e-6);
+    converts(config, "YIQ", (const double[]){.30, .60, .21}, "lin_rec709", red, 5e-6);
+    const shd_space_info *space = shd_catalog_space(shd_color_catalog(config), "HSV linear");
+    assert_int_equal(space->channels, SHD_HSV);
+    shd_color_config_drop(config);
+
+    /* An operator's own space stays what it is; without the role nothing is lent. */
+    config = load_foreign("", "  - !<ColorSpace> {name: hsv, description: own}\n");
+    assert_string_equal(shd_catalog_space(shd_color_catalog(config), "HSV")->description, "own");
+    shd_color_config_drop(config);
+    write_config("alone", "  aces_interchange: ACES2065-1\n", "", "");
+    assert_int_equal(shd_color_config_load(path_of("alone"), &config, NULL), SHD_OK);
+    remove(path_of("alone"));
+    shd_color_config_drop(config);
+}
+
 static void interrupted_reads_go_on_and_others_are_told(void **state) {
     (void)state;
     char *data = NULL;
@@ -366,6 +389,7 @@ int main(void) {
         cmocka_unit_test(a_copy_of_the_own_configuration_is_accepted),
         cmocka_unit_test(aliases_and_roles_are_names),
         cmocka_unit_test(hex_colors_find_srgb),
+        cmocka_unit_test(yiq_and_hsv_are_lent),
     };
     return cmocka_run_group_tests(tests, make_folder, drop_folder);
 }

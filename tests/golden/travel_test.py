@@ -1,0 +1,61 @@
+"""The examples look the same, within one code, under another house's configuration: numbers are
+linear Rec.709, `#rrggbb` is sRGB, and YIQ and HSV are there."""
+
+import io
+import json
+import os
+import subprocess
+import unittest
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from reference import program
+
+EXAMPLES = Path(program.SOURCE, "api", "examples")
+ELSEWHERE = Path(__file__).with_name("elsewhere.ocio")
+SPACES = ("srgb_tx", "YIQ", "HSV")
+
+
+def pictures(document, color_spaces, *options):
+    """A small picture in each space."""
+    made = {}
+    for space in color_spaces:
+        output = {"format": "png", **space}
+        run = subprocess.run([os.path.join(program.BUILD, "shade"), "render", "-", "-o", "-", *options],
+                             input=json.dumps({**document, "output": output}).encode(),
+                             capture_output=True, check=False, timeout=300)
+        if run.returncode:
+            raise AssertionError(run.stderr.decode())
+        made[str(space)] = np.asarray(Image.open(io.BytesIO(run.stdout)), dtype=int)
+    return list(made.values())
+
+
+class Travel(unittest.TestCase):
+    def same(self, document, spaces, elsewhere, hue=False):
+        document = {name: value for name, value in document.items()
+                    if name not in ("output", "outputs")}
+        document["workingSpace"] = "lin_rec709"
+        document["image"] = {**document.get("image", {}), "width": 96, "height": 64, "samples": 1}
+        here = pictures(document, spaces)
+        there = pictures(document, elsewhere, "--ocio", str(ELSEWHERE))
+        for space, one, other in zip(spaces, here, there):
+            away = np.abs(one - other)
+            if space.get("colorSpace") == "HSV":
+                # A hue turns by rounding where there is next to none, and wraps at red.
+                away[..., 0] = np.minimum(away[..., 0], 255 - away[..., 0])
+                away[..., 0] *= one[..., 1] * one[..., 2] > 16 * 255
+            self.assertLessEqual(away.max(), 1, space)
+
+    def test_examples(self):
+        spaces = [{"colorSpace": space} for space in SPACES]
+        view = {"display": "sRGB", "view": "Standard"}
+        plain = {"display": "sRGB - Display", "view": "Un-tone-mapped"}
+        for path in sorted(EXAMPLES.glob("*.json")):
+            with self.subTest(path.stem):
+                self.same(json.loads(path.read_text()), [*spaces, view], [*spaces, plain])
+
+
+if __name__ == "__main__":
+    unittest.main()
