@@ -22,7 +22,8 @@ typedef struct shd_color_transform shd_color_transform;
 typedef struct shd_color_codes shd_color_codes;
 typedef bool shd_color_go_on(const void *context);
 
-/* Loads `path`, or the embedded config/shaded.ocio if it is NULL. Checks that the role scene_linear
+/* Loads `path`, or the embedded config/shaded.ocio if it is NULL. A path "ocio://NAME" and archives
+ * (.ocioz) are OpenColorIO's to read. Checks that the role scene_linear
  * is there, and that every space, display and view can be built. SHD_CONFIG, with the file's name
  * as path and OpenColorIO's own words, if not. Definitions that run in circles and files that are
  * not regular are refused too.

@@ -78,8 +78,8 @@ std::vector<OCIO::ConstColorSpaceRcPtr> shd_ocio_spaces(const OCIO::ConstConfigR
 // Visits everything that these spaces, the active displays and views refer to, and returns the
 // files among that. OpenColorIO follows references by recursion without an end and opens any path,
 // so this refuses circles, chains that are too deep and files that are not regular before a
-// processor is built.
-std::set<std::string> shd_ocio_walk(const OCIO::ConstConfigRcPtr &config);
+// processor is built. `archived`: the files are in the configuration's own archive.
+std::set<std::string> shd_ocio_walk(const OCIO::ConstConfigRcPtr &config, bool archived);
 
 shd_channels shd_ocio_channels(const OCIO::ConstColorSpaceRcPtr &space);
 bool shd_ocio_is_linear(const OCIO::ConstColorSpaceRcPtr &space);

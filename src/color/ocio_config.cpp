@@ -180,7 +180,7 @@ void lend_spaces(const OCIO::ConfigRcPtr &config, const std::string &built_in) {
 }
 
 // Refuses mistakes that OpenColorIO's own validation lets through, and builds every processor once.
-void check(shd_color_config *config, std::set<std::string> *files) {
+void check(shd_color_config *config, bool archived, std::set<std::string> *files) {
     const OCIO::ConstConfigRcPtr &ocio = config->ocio;
     OCIO::ConstColorSpaceRcPtr linear = ocio->getColorSpace(OCIO::ROLE_SCENE_LINEAR);
     if (!ocio->hasRole(OCIO::ROLE_SCENE_LINEAR) || !linear)
@@ -190,7 +190,7 @@ void check(shd_color_config *config, std::set<std::string> *files) {
                                  "converted");
     if (!ocio->getNumDisplays()) throw std::runtime_error("there is no display");
 
-    *files = shd_ocio_walk(ocio);
+    *files = shd_ocio_walk(ocio, archived);
     fill_catalog(config);
     const shd_catalog &catalog = config->catalog;
     const char *working = catalog.scene_linear->name;
@@ -211,6 +211,31 @@ void check(shd_color_config *config, std::set<std::string> *files) {
         }
 }
 
+// Configurations that OpenColorIO has in itself, which are no files.
+bool is_named(const std::string &path) {
+    return path.rfind("ocio://", 0) == 0;
+}
+
+bool is_archive(const std::string &path) {
+    return path.size() > 6 && !path.compare(path.size() - 6, 6, ".ocioz");
+}
+
+// What decides on a configuration, but for the files that it refers to.
+shd_status read_configuration(const std::string &path, std::string *text, shd_error *error) {
+    if (is_named(path)) {
+        *text = path; // and OpenColorIO's version, which the digest has anyway
+        return SHD_OK;
+    }
+    char *data = nullptr;
+    size_t size = 0;
+    const size_t most = is_archive(path) ? max_referenced_bytes : max_config_bytes;
+    shd_status status = shd_color_read_file(path.c_str(), most, &data, &size, error);
+    if (status) return status;
+    std::unique_ptr<char, decltype(&std::free)> owner(data, std::free);
+    text->assign(data, size);
+    return SHD_OK;
+}
+
 std::string folder_of(const std::string &path) {
     size_t slash = path.rfind('/');
     return slash == std::string::npos ? "." : slash == 0 ? "/" : path.substr(0, slash);
@@ -228,27 +253,25 @@ shd_status shd_color_config_load(const char *path, shd_color_config **out, shd_e
         const std::string built_in(reinterpret_cast<const char *>(shd_embedded_ocio),
                                    shd_embedded_ocio_size);
         std::string text = built_in;
-        if (path) {
-            char *data = nullptr;
-            size_t size = 0;
-            shd_status status = shd_color_read_file(path, max_config_bytes, &data, &size, error);
-            if (status) return status;
-            std::unique_ptr<char, decltype(&std::free)> owner(data, std::free);
-            text.assign(data, size);
-        }
+        shd_status status = path ? read_configuration(path, &text, error) : SHD_OK;
+        if (status) return status;
         // OpenColorIO remembers files, missing ones included; that would outlive a correction.
         OCIO::ClearAllCaches();
         std::istringstream stream(text);
-        OCIO::ConfigRcPtr editable = OCIO::Config::CreateFromStream(stream)->createEditableCopy();
-        if (path) editable->setWorkingDir(folder_of(path).c_str());
+        const bool archived = path && is_archive(path);
+        OCIO::ConfigRcPtr editable =
+            (archived || (path && is_named(path)) ? OCIO::Config::CreateFromFile(path)
+                                                  : OCIO::Config::CreateFromStream(stream))
+                ->createEditableCopy();
+        if (path && !archived) editable->setWorkingDir(folder_of(path).c_str());
         editable->validate();
         lend_spaces(editable, built_in);
 
         std::unique_ptr<shd_color_config> config(new shd_color_config);
         config->ocio = editable;
         std::set<std::string> files;
-        check(config.get(), &files);
-        shd_status status = digest(config.get(), built_in + text, files, error);
+        check(config.get(), archived, &files);
+        status = digest(config.get(), built_in + text, files, error);
         if (status == SHD_OK) *out = config.release();
         return status;
     });

@@ -14,8 +14,8 @@ constexpr size_t max_reference_depth = 64;
 
 class Walk {
   public:
-    explicit Walk(const OCIO::ConstConfigRcPtr &config)
-        : config_(config), context_(config->getCurrentContext()) {}
+    Walk(const OCIO::ConstConfigRcPtr &config, bool archived)
+        : config_(config), context_(config->getCurrentContext()), archived_(archived) {}
 
     void space(const char *name) {
         const char *resolved = context_->resolveStringVar(name);
@@ -106,6 +106,7 @@ class Walk {
     }
 
     void file(const char *source) {
+        if (archived_) return; // inside of the archive, which is one file for the digest
         std::string path = context_->resolveFileLocation(source); // throws if it is missing
         struct stat info;
         if (stat(path.c_str(), &info) || !S_ISREG(info.st_mode))
@@ -133,14 +134,15 @@ class Walk {
 
     OCIO::ConstConfigRcPtr config_;
     OCIO::ConstContextRcPtr context_;
+    bool archived_;
     std::vector<std::string> path_; // nodes that are being visited, outermost first
     std::set<std::string> done_, files_;
 };
 
 } // namespace
 
-std::set<std::string> shd_ocio_walk(const OCIO::ConstConfigRcPtr &config) {
-    Walk walk(config);
+std::set<std::string> shd_ocio_walk(const OCIO::ConstConfigRcPtr &config, bool archived) {
+    Walk walk(config, archived);
     for (const OCIO::ConstColorSpaceRcPtr &space : shd_ocio_spaces(config)) {
         walk.space(space->getName());
         if (space->getReferenceSpaceType() == OCIO::REFERENCE_SPACE_DISPLAY) walk.bridge();

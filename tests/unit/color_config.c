@@ -98,6 +98,20 @@ static void files_that_are_none_are_refused(void **state) {
     refused("huge", "larger than");
 }
 
+static void archives_and_names_reach_opencolorio(void **state) {
+    (void)state;
+    shd_color_config *config = NULL;
+    shd_error error;
+    /* 2.1 knows no names, and says so. */
+    assert_int_equal(shd_color_config_load("ocio://no-such", &config, &error), SHD_CONFIG);
+    assert_non_null(strstr(error.text, "ocio://no-such"));
+    assert_null(strstr(error.text, "No such file"));
+    write_file("noise.ocioz", "noise", 5);
+    refused("noise.ocioz", path_of("noise.ocioz"));
+    assert_int_equal(mkfifo(path_of("fifo.ocioz"), 0600), 0);
+    refused("fifo.ocioz", "not a regular file");
+}
+
 static void garbage_is_refused(void **state) {
     (void)state;
     write_file("empty", "", 0);
@@ -380,6 +394,7 @@ static void text_is_utf_8_without_controls(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(files_that_are_none_are_refused),
+        cmocka_unit_test(archives_and_names_reach_opencolorio),
         cmocka_unit_test(garbage_is_refused),
         cmocka_unit_test(interrupted_reads_go_on_and_others_are_told),
         cmocka_unit_test(text_is_utf_8_without_controls),

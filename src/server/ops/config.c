@@ -44,7 +44,8 @@ static const option_info options[] = {
     {"queue", WHOLE, true, FIELD(queue), 1, 1000000, "N",
      "requests that may wait for a thread; one more is answered 429"},
     {"ocio", TEXT, false, FIELD(ocio), 0, 0, "FILE",
-     "OpenColorIO configuration; none: the one that is built in"},
+     "OpenColorIO configuration (.ocio, .ocioz or ocio://NAME); none: the one that is built in. "
+     "$OCIO and OCIO_* are not looked at"},
     {"timeout", WHOLE, false, FIELD(timeout), 1, 86400, "SECONDS",
      "longest time from a request's last byte to its picture"},
     {"idle-timeout", WHOLE, true, FIELD(idle_timeout), 1, 86400, "SECONDS",
