@@ -194,19 +194,18 @@ static void fill_reply(shd_jobs *jobs, const shd_job *job, shd_waiter *waiter) {
     if (job->reply.status == 200 && job->work->add) job->work->add(job, queued, waiter->reply);
 }
 
-/* Leaves the mutex; answers and drops what is left over. */
+/* Leaves the mutex; drops what is left over, and answers once all who share a body have it. */
 static void clear_up(shd_jobs *jobs, const leftovers *left) {
     pthread_mutex_unlock(&jobs->mutex);
     for (shd_job *job = left->jobs, *later; job; job = later) {
         later = job->later;
         jobs->options.drop(job);
     }
+    for (shd_waiter *waiter = left->waiters; waiter && left->done; waiter = waiter->other)
+        if (waiter->sent == SHD_SENT_NOT) fill_reply(jobs, left->done, waiter);
     for (shd_waiter *waiter = left->waiters, *other; waiter; waiter = other) {
         other = waiter->other;
-        if (waiter->sent != SHD_SENT_NOT)
-            tell_why(jobs, waiter);
-        else if (left->done)
-            fill_reply(jobs, left->done, waiter);
+        if (waiter->sent != SHD_SENT_NOT) tell_why(jobs, waiter);
         waiter->answer(waiter);
     }
 }
