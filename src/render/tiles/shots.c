@@ -6,32 +6,28 @@
 /* The row's pixels from `left` up to `right`. */
 static size_t list_row(shd_tile_scratch *s, size_t count, int y, int left, int right) {
     const int cell = y * SHD_TILE + left;
-    uint16_t *to = s->pixels + count;
-    if (right - left == SHD_BLOCK_SIDE) /* almost always: the store of one vector */
-        for (int i = 0; i < SHD_BLOCK_SIDE; i++) to[i] = (uint16_t)(cell + i);
-    else
-        for (int i = 0; i < right - left; i++) to[i] = (uint16_t)(cell + i);
-    return count + (size_t)(right - left);
-}
-
-static void add_bundle(shd_tile_scratch *s, size_t first, size_t count, const shd_block *block) {
-    assert(s->bundle_count < SHD_BUNDLES);
-    s->bundles[s->bundle_count++] = (shd_bundle){(uint16_t)first, (uint16_t)count, block};
+    if (right - left == SHD_BLOCK_SIDE) { /* almost always: the store of one vector */
+        for (int i = 0; i < SHD_BLOCK_SIDE; i++)
+            s->pixels[count + (size_t)i] = (uint16_t)(cell + i);
+        return count + SHD_BLOCK_SIDE;
+    }
+    for (int i = 0; i < right - left; i++) s->pixels[count++] = (uint16_t)(cell + i);
+    return count;
 }
 
 static int lesser_of(int a, int b) {
     return a < b ? a : b;
 }
 
-/* Block by block, a bundle's rays are near to each other. */
-void shd_list_pixels(shd_tile tile, size_t samples, shd_tile_scratch *s) {
+/* Lists all pixels of blocks where something may be seen, block by block, so that a bundle's rays
+ * are near to each other. */
+static void list_blocks(shd_tile tile, shd_tile_scratch *s) {
     const int left = tile.x % SHD_TILE, right = left + tile.w, top = tile.y % SHD_TILE,
               bottom = top + tile.h;
-    const bool by_rows = s->survey.even;
     size_t count = 0;
     s->bundle_count = 0;
     for (int y = top, below; y < bottom; y = below) {
-        below = by_rows ? y + 1 : lesser_of((y / SHD_BLOCK_SIDE + 1) * SHD_BLOCK_SIDE, bottom);
+        below = lesser_of((y / SHD_BLOCK_SIDE + 1) * SHD_BLOCK_SIDE, bottom);
         for (int x = left, beside; x < right; x = beside) {
             beside = lesser_of((x / SHD_BLOCK_SIDE + 1) * SHD_BLOCK_SIDE, right);
             const shd_block *block =
@@ -39,12 +35,33 @@ void shd_list_pixels(shd_tile tile, size_t samples, shd_tile_scratch *s) {
             if (!block->count) continue;
             const size_t first = count;
             for (int row = y; row < below; row++) count = list_row(s, count, row, x, beside);
-            if (!by_rows) add_bundle(s, first, count - first, block);
+            s->bundles[s->bundle_count++] =
+                (shd_bundle){(uint16_t)first, (uint16_t)(count - first), block};
         }
     }
-    const size_t step = shd_pixels_at_once(samples);
-    for (size_t first = 0; by_rows && first < count; first += step)
-        add_bundle(s, first, count - first < step ? count - first : step, NULL);
+}
+
+/* Lists the same pixels row by row, as pictures have them. */
+static void list_rows(shd_tile tile, shd_tile_scratch *s, size_t samples) {
+    const int left = tile.x % SHD_TILE, right = left + tile.w, top = tile.y % SHD_TILE;
+    size_t count = 0;
+    for (int y = top; y < top + tile.h; y++)
+        for (int x = left, beside; x < right; x = beside) {
+            beside = lesser_of((x / SHD_BLOCK_SIDE + 1) * SHD_BLOCK_SIDE, right);
+            if (s->survey.blocks[y / SHD_BLOCK_SIDE * s->survey.across + x / SHD_BLOCK_SIDE].count)
+                count = list_row(s, count, y, x, beside);
+        }
+    s->bundle_count = 0;
+    for (size_t first = 0, step = shd_pixels_at_once(samples); first < count; first += step)
+        s->bundles[s->bundle_count++] = (shd_bundle){
+            (uint16_t)first, (uint16_t)(count - first < step ? count - first : step), NULL};
+}
+
+void shd_list_pixels(shd_tile tile, size_t samples, shd_tile_scratch *s) {
+    if (s->survey.even)
+        list_rows(tile, s, samples);
+    else
+        list_blocks(tile, s);
 }
 
 /* ---- Chunks. ---- */
