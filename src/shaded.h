@@ -247,4 +247,7 @@ size_t shd_request_memory(const shd_request *request);
 /* Samples that were saturated because they were not finite or beyond the output's range. */
 uint64_t shd_request_saturated(const shd_request *request);
 
+/* Color samples of integer pictures whose nearest code would be beyond the sample's range. */
+uint64_t shd_request_clipped(const shd_request *request);
+
 #endif

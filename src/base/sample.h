@@ -1,6 +1,7 @@
 /* Integer samples: the one rule by which a value becomes a code, whatever stores it. */
 #pragma once
 
+#include <stdbool.h>
 #include <stdint.h>
 
 /* Holds x in [0, max]. The constants are second, so that a NaN gives 0. */
@@ -13,4 +14,9 @@ static inline double shd_hold(double x, double max) {
  * or 65535 is exact to far below a tie. */
 static inline int32_t shd_code(double x, double max) {
     return (int32_t)(shd_hold(x, max) + 0.5);
+}
+
+/* Whether x is so far beyond [0, max] that its nearest code would be, too. A NaN is not. */
+static inline bool shd_is_clipped(double x, double max) {
+    return x < -0.5 || x >= max + 0.5;
 }

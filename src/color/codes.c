@@ -293,11 +293,33 @@ static bool find_thresholds(bake *b) {
     return true;
 }
 
+/* The bits of the smallest size at which inputs of one sign are clipped; those of infinity if none
+ * is. */
+static uint32_t first_clipped(bake *b, int channel, bool negative) {
+    uint32_t within = 0, clipped = LARGEST + 1;
+    while (clipped - within > 1) {
+        const uint32_t middle = within + (clipped - within) / 2;
+        set_grey(b->pixels, negative ? -shd_float_of(middle) : shd_float_of(middle));
+        shd_color_apply(b->transform, b->pixels, 1);
+        *(shd_is_clipped((double)b->pixels[channel] * b->max, b->max) ? &clipped : &within) =
+            middle;
+    }
+    return clipped;
+}
+
+static void find_clipped(bake *b) {
+    for (int c = 0; c < 3; c++) {
+        b->codes->clip_least[c] = -shd_float_of(first_clipped(b, c, true));
+        b->codes->clip_most[c] = shd_float_of(first_clipped(b, c, false));
+    }
+}
+
 static bool bake_codes(bake *b) {
     if (shd_color_mixes(b->transform) || !channels_keep_apart(b)) return false;
     if (!survey_curves(b, false) || !survey_curves(b, true)) return false;
     for (int c = 0; c < 3; c++)
         if (b->codes->least[c] == b->codes->most[c]) return false;
+    find_clipped(b);
     return convert_intervals(b) && find_thresholds(b) && goes_on(b) &&
            shd_color_make_tables(b->transform, b->codes, b->from, b->to);
 }

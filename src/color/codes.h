@@ -21,13 +21,14 @@ typedef struct shd_color_task {
     const int *source; /* [samples] */
     int samples;
     size_t width, pitch; /* pixels of a row in `out`, and from one row to the next */
-    uint32_t finite;     /* bits of the largest size up to which all channels are finite */
+    uint32_t plain;      /* bits of the largest size up to which positive inputs are finite and not
+                            clipped */
     void *out;
 } shd_color_task;
 
 /* The functions of one variant. */
 typedef struct shd_color_kernel {
-    uint64_t (*encode)(const shd_color_task *task);
+    shd_encoded (*encode)(const shd_color_task *task);
 } shd_color_kernel;
 
 extern const shd_color_kernel shd_color_kernel_portable, shd_color_kernel_avx2,

@@ -79,21 +79,25 @@ const shd_color_codes *shd_color_codes_of(const shd_color_transform *transform, 
                                           size_t pixels, shd_color_go_on *go_on,
                                           const void *context);
 
+typedef struct shd_encoded {
+    uint64_t beyond;  /* of the 3 x count converted values: not finite */
+    uint64_t clipped; /* color samples whose value is more than half a code beyond 0..max */
+} shd_encoded;
+
 /* Writes the samples of `count` RGBA pixels. `out` is [count][samples], of uint8_t, or of uint16_t
  * if the codes' max is 65535. Sample s holds channel source[s]: 0..2 are converted, 3 is alpha as
  * it is. The codes are those of shd_color_apply's floats, for every finite input and with every
- * variant `isa`; not-a-number and values beyond 0..1 are held as in base/sample.h. Returns how many
- * of the 3 x count converted values are not finite. Any thread. */
-uint64_t shd_color_encode(const shd_color_codes *codes, shd_isa isa, const float *rgba,
-                          size_t count, const int source[], int samples, void *out);
+ * variant `isa`; not-a-number and values beyond 0..1 are held as in base/sample.h. Any thread. */
+shd_encoded shd_color_encode(const shd_color_codes *codes, shd_isa isa, const float *rgba,
+                             size_t count, const int source[], int samples, void *out);
 
 /* The same from planes: rgb is [3][count], alpha is [count], or NULL if all is opaque. The pixels
  * go to `out` in rows of `width` > 0 pixels, whose first ones are `pitch` >= width pixels apart.
  * Nothing else is written, so that threads may fill a picture together. */
-uint64_t shd_color_encode_planes(const shd_color_codes *codes, shd_isa isa,
-                                 const float *const rgb[3], const float *alpha, size_t count,
-                                 const int source[], int samples, size_t width, size_t pitch,
-                                 void *out);
+shd_encoded shd_color_encode_planes(const shd_color_codes *codes, shd_isa isa,
+                                    const float *const rgb[3], const float *alpha, size_t count,
+                                    const int source[], int samples, size_t width, size_t pitch,
+                                    void *out);
 
 #ifdef __cplusplus
 }

@@ -32,16 +32,16 @@ static inline void gather_entries(const void *table, const uint32_t index[BLOCK]
 #endif
 }
 
-/* Holds inputs where codes change. The highest bits of `beyond` tell whether the size of an input
- * is beyond `finite`. That is rare, so the code that then looks closer may be slow. */
+/* Holds inputs where codes change. The highest bits of `beyond` tell whether an input is negative
+ * or its size beyond `plain`. That is rare, so the code that then looks closer may be slow. */
 static inline void hold_inputs(const shd_color_codes *codes, int c, const float *restrict in,
-                               uint32_t finite, float held[restrict BLOCK],
+                               uint32_t plain, float held[restrict BLOCK],
                                uint32_t beyond[restrict GROUP]) {
     const float low = codes->low, high = codes->high[c];
     for (int first = 0; first < BLOCK; first += GROUP)
         for (int i = 0; i < GROUP; i++) {
             float x = in[first + i];
-            beyond[i] |= finite - (shd_bits_of(x) & 0x7fffffff);
+            beyond[i] |= (plain - (shd_bits_of(x) & 0x7fffffff)) | shd_bits_of(x);
             x = x > low ? x : low;
             held[first + i] = x < high ? x : high;
         }
@@ -83,12 +83,18 @@ static inline void find_alpha(double max, const float *restrict alpha,
     for (int i = 0; i < BLOCK; i++) out[i] = (uint32_t)shd_code((double)alpha[i] * max, max);
 }
 
-static uint64_t count_beyond(const shd_color_codes *codes, const float *const in[3], size_t count) {
-    uint64_t beyond = 0;
+static void count_held(const shd_color_task *task, const float *const in[3], size_t count,
+                       shd_encoded *counts) {
+    const shd_color_codes *codes = task->codes;
     for (size_t c = 0; c < 3; c++)
         for (size_t i = 0; i < count; i++)
-            beyond += !(in[c][i] >= codes->finite_least[c] && in[c][i] <= codes->finite_most[c]);
-    return beyond;
+            counts->beyond +=
+                !(in[c][i] >= codes->finite_least[c] && in[c][i] <= codes->finite_most[c]);
+    for (int s = 0; s < task->samples; s++) {
+        const int c = task->source[s];
+        for (size_t i = 0; c < 3 && i < count; i++)
+            counts->clipped += in[c][i] <= codes->clip_least[c] || in[c][i] >= codes->clip_most[c];
+    }
 }
 
 /* ---- Samples and rows. ---- */
@@ -179,7 +185,7 @@ static inline const float *take_channel(const float *from, size_t stride, size_t
     return room;
 }
 
-static uint64_t encode_pixels(const shd_color_task *task) {
+static shd_encoded encode_pixels(const shd_color_task *task) {
     const shd_color_codes *codes = task->codes;
     uint32_t code[4][BLOCK] = {{0}};
     uint32_t(*code_of[4])[BLOCK] = {code, code, code, code}; /* by sample */
@@ -189,7 +195,7 @@ static uint64_t encode_pixels(const shd_color_task *task) {
         code_of[s] = &code[task->source[s]];
     }
     place next = {task->out, 0};
-    uint64_t beyond = 0;
+    shd_encoded counts = {0, 0};
     for (size_t first = 0; first < task->count; first += BLOCK) {
         const size_t count = task->count - first < BLOCK ? task->count - first : BLOCK;
         const size_t at = first * task->stride;
@@ -198,14 +204,14 @@ static uint64_t encode_pixels(const shd_color_task *task) {
         uint32_t look_closer[GROUP] = {0};
         for (int c = 0; c < 3; c++) {
             in[c] = take_channel(task->channel[c] + at, task->stride, count, room[c]);
-            hold_inputs(codes, c, in[c], task->finite, held, look_closer);
+            hold_inputs(codes, c, in[c], task->plain, held, look_closer);
             if (!wanted[c]) continue;
             if (codes->max == 255)
                 find_u8(codes, c, held, code[c]);
             else
                 find_u16(codes, c, held, code[c]);
         }
-        if (is_any_beyond(look_closer)) beyond += count_beyond(codes, in, count);
+        if (is_any_beyond(look_closer)) count_held(task, in, count, &counts);
         if (wanted[3] && task->channel[3])
             find_alpha(codes->max,
                        take_channel(task->channel[3] + at, task->stride, count, room[3]), code[3]);
@@ -222,7 +228,7 @@ static uint64_t encode_pixels(const shd_color_task *task) {
             store_samples(words, 2, task->samples, count, task, &next);
         }
     }
-    return beyond;
+    return counts;
 }
 
 const shd_color_kernel SHD_VARIANT(shd_color_kernel) = {encode_pixels};

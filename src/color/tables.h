@@ -35,6 +35,7 @@ struct shd_color_codes {
      * a higher one, infinity if no input has it. */
     float *threshold[3];
     float finite_least[3], finite_most[3]; /* inputs between them have finite values */
+    float clip_least[3], clip_most[3];     /* inputs at them or beyond are clipped */
     void *memory[6];                       /* malloc'd tables; equal channels share theirs */
 };
 

@@ -14,6 +14,7 @@ typedef struct shd_rendering {
     const shd_plan *plan;         /* NULL until shd_rendering_plan */
     shd_times times;
     uint64_t saturated; /* values that were held in a sample's range */
+    uint64_t clipped;   /* color samples of integer pictures that were */
     /* The stage that runs, in processor seconds: the thread's clock when it began, and what other
      * threads did for it minus what this one did for other requests. */
     double began, beside;

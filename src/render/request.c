@@ -304,6 +304,10 @@ uint64_t shd_request_saturated(const shd_request *request) {
     return request->rendering.saturated;
 }
 
+uint64_t shd_request_clipped(const shd_request *request) {
+    return request->rendering.clipped;
+}
+
 shd_reused shd_request_reused(const shd_request *request) {
     return request->reused;
 }

@@ -172,7 +172,7 @@ void shd_route_add_cors(shd_exchange *exchange) {
     if (!anybody && !admits) return;
     shd_reply_header(reply, "Access-Control-Allow-Origin", "%s", anybody ? "*" : exchange->origin);
     shd_reply_plain(reply, "Access-Control-Expose-Headers",
-                    "Cache-Status, ETag, Retry-After, Server-Timing, Shaded-Plan, "
+                    "Cache-Status, ETag, Retry-After, Server-Timing, Shaded-Clipped, Shaded-Plan, "
                     "Shaded-Saturated, Shaded-Warning, X-Request-Id");
     if (!exchange->is_preflight || !admits) return;
     shd_reply_plain(reply, "Access-Control-Allow-Methods", "GET, HEAD, POST, PUT, OPTIONS");

@@ -251,6 +251,35 @@ class RenderTest(unittest.TestCase):
                                   "image": {"width": 70, "height": 40, "samples": 1}})
             self.assertEqual(answer.headers["Shaded-Saturated"], str(70 * 40))
 
+    def test_clipped_samples_are_counted(self):
+        wall = {"type": "disc", "radius": 1000, "transform": {"rotate": [90, 0, 0]}}
+        image = {"width": 70, "height": 40, "samples": 1}
+
+        def clipped(color, **output):
+            scene = {"objects": [{**wall, "material": {"diffuse": 0, "emissive": color}}],
+                     "image": image, "output": output}
+            answer = self.render(scene)
+            self.assertEqual(answer.status, 200, answer.body[:500])
+            return int(answer.headers["Shaded-Clipped"] or 0) / (70 * 40)
+
+        before = self.daemon.metrics()["shaded_clipped_samples_total"]
+        for depth in 8, 16:
+            for space in "sRGB", "Display P3", "raw":
+                output = {"bitDepth": depth, "colorSpace": space}
+                self.assertEqual(clipped([0, 0.5, 1], **output), 0, output)
+                # The nearest code is still 1.
+                self.assertEqual(clipped([1 + 1e-6] * 3, **output), 0, output)
+                self.assertEqual(clipped([1.5, 1.5, 1.5], **output), 3, output)
+            self.assertEqual(clipped([1.5, 0.5, -0.5], bitDepth=depth), 2)
+            self.assertEqual(clipped([1.5, 0.5, -0.5], bitDepth=depth, channel="G"), 0)
+            self.assertEqual(clipped([1.5, 0.5, -0.5], bitDepth=depth, channel="B"), 1)
+        self.assertEqual(clipped([1.5, 0.5, -0.5], format="jpeg"), 2)
+        self.assertEqual(clipped([1.5, 0.5, -0.5], format="exr"), 0)
+        self.assertGreater(self.daemon.metrics()["shaded_clipped_samples_total"], before)
+        # A background, too, is seen.
+        answer = self.render({"objects": [], "background": [2, 0, 0], "image": image})
+        self.assertEqual(answer.headers["Shaded-Clipped"], str(70 * 40))
+
     # ---- Many at once ----
 
     def test_16_clients_get_identical_pictures(self):

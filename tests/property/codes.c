@@ -18,7 +18,7 @@ static char *scene(const char *background, const char *outputs) {
 typedef struct result {
     file files[16];
     size_t count;
-    uint64_t saturated;
+    uint64_t saturated, clipped;
 } result;
 
 static result render(shd_engine *engine, const char *json) {
@@ -29,6 +29,7 @@ static result render(shd_engine *engine, const char *json) {
     const shd_picture *pictures = shd_request_pictures(request, &r.count);
     assert_true(r.count <= 16);
     r.saturated = request->rendering.saturated;
+    r.clipped = request->rendering.clipped;
     for (size_t i = 0; i < r.count; i++) {
         r.files[i].size = pictures[i].size;
         r.files[i].data = shd_request_take(request, i);
@@ -53,6 +54,7 @@ static uint64_t same_both_ways(shd_engine *engine, const char *background, const
         free(without.files[i].data);
     }
     assert_true(with.saturated == without.saturated);
+    assert_true(with.clipped == without.clipped);
     return with.saturated;
 }
 

@@ -17,6 +17,7 @@
 
 #include <cmocka.h>
 
+#include "base/sample.h"
 #include "color/codes.h"
 #include "image/pack.h"
 #include "sanitized.h"
@@ -45,21 +46,25 @@ static const shd_color_transform *to_space(shd_color_config *from, const char *n
     return made;
 }
 
-/* The way through floats: converted, held finite, packed. Returns what was not finite. */
-static uint64_t pack_floats(const shd_color_transform *transform, const shd_pack *pack,
-                            const float *rgba, size_t count, void *out) {
+/* The way through floats: converted, held finite, packed, counted. */
+static shd_encoded pack_floats(const shd_color_transform *transform, const shd_pack *pack,
+                               const float *rgba, size_t count, void *out) {
     static float converted[4 * PIXELS];
     memcpy(converted, rgba, 4 * count * sizeof *converted);
     shd_color_apply(transform, converted, count);
-    uint64_t beyond = 0;
+    shd_encoded counts = {0, 0};
     for (size_t i = 0; i < 4 * count; i++) {
         float v = converted[i];
         if (v >= -FLT_MAX && v <= FLT_MAX) continue;
         converted[i] = v > FLT_MAX ? FLT_MAX : v < -FLT_MAX ? -FLT_MAX : 0;
-        beyond++;
+        counts.beyond++;
     }
+    for (int s = 0; s < pack->count; s++)
+        for (size_t i = 0; pack->source[s] < 3 && i < count; i++)
+            counts.clipped += shd_is_clipped(
+                (double)converted[4 * i + (size_t)pack->source[s]] * pack->max, pack->max);
     shd_pack_row(pack, converted, (int)count, out);
-    return beyond;
+    return counts;
 }
 
 static shd_pack pack_for(unsigned max, int channel, bool alpha) {
@@ -75,11 +80,12 @@ static void same_codes(const shd_color_transform *transform, const shd_color_cod
                        const float *rgba, size_t count) {
     static uint16_t want[4 * PIXELS], got[4 * PIXELS]; /* bytes where there are 8 bits */
     shd_pack pack = pack_for(codes->max, -1, false);
-    uint64_t beyond = pack_floats(transform, &pack, rgba, count, want);
+    const shd_encoded wanted = pack_floats(transform, &pack, rgba, count, want);
     for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++) {
         if (!shd_cpu_has(isa)) continue;
-        assert_true(beyond ==
-                    shd_color_encode(codes, isa, rgba, count, pack.source, pack.count, got));
+        const shd_encoded counted =
+            shd_color_encode(codes, isa, rgba, count, pack.source, pack.count, got);
+        assert_memory_equal(&counted, &wanted, sizeof counted);
         if (!memcmp(want, got, 3 * count * pack.bytes)) continue;
         for (size_t i = 0; i < count; i++) {
             shd_color_encode(codes, isa, rgba + 4 * i, 1, pack.source, 3, got);
@@ -297,8 +303,8 @@ static void planes_give_the_same_samples_at_their_places(void **state) {
                     const size_t bytes = (size_t)pack.count * pack.bytes;
                     for (size_t i = 0; i < count; i++)
                         rgba[4 * i + 3] = alpha == 1 ? 1 : plane[3][i];
-                    uint64_t beyond = shd_color_encode(codes, SHD_PORTABLE, rgba, count,
-                                                       pack.source, pack.count, together);
+                    const shd_encoded alone = shd_color_encode(codes, SHD_PORTABLE, rgba, count,
+                                                               pack.source, pack.count, together);
                     for (size_t way = 0; way < sizeof ways / sizeof ways[0]; way++) {
                         const size_t width = ways[way].width, pitch = ways[way].pitch;
                         memset(want, 7, sizeof want);
@@ -308,11 +314,11 @@ static void planes_give_the_same_samples_at_their_places(void **state) {
                         for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++) {
                             if (!shd_cpu_has(isa)) continue;
                             memset(got, 7, sizeof got);
-                            uint64_t counted = shd_color_encode_planes(
+                            const shd_encoded counts = shd_color_encode_planes(
                                 codes, isa, rgb, alpha == 1 ? NULL : plane[3], count, pack.source,
                                 pack.count, width, pitch, got);
                             assert_memory_equal(got, want, sizeof got);
-                            assert_true(counted == beyond);
+                            assert_memory_equal(&counts, &alone, sizeof counts);
                         }
                     }
                 }

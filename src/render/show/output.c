@@ -4,6 +4,8 @@
 #include <float.h>
 #include <string.h>
 
+#include "base/sample.h"
+
 shd_route shd_route_of(const shd_scene *scene, const shd_output *output, bool apart) {
     const bool integers = output->depth == SHD_U8 || output->depth == SHD_U16;
     const bool mixed = scene->transparent && shd_format_get(output->format)->premultiplied;
@@ -259,13 +261,13 @@ typedef struct coloring {
     unsigned char *samples;       /* and not straight to these */
     float *rgba;
     size_t pixels;
-    atomic_uint_least64_t saturated;
+    atomic_uint_least64_t saturated, clipped;
 } coloring;
 
 static void code_pixels(coloring *work, size_t first, size_t end) {
     enum { BLOCK = 1024 };
     const shd_pack *layout = &work->drawing->layout;
-    uint64_t saturated = 0;
+    shd_encoded sum = {0, 0};
     for (; first < end; first += BLOCK) {
         const size_t some = end - first < BLOCK ? end - first : BLOCK;
         const float *rgba = work->rgba + 4 * first;
@@ -275,11 +277,26 @@ static void code_pixels(coloring *work, size_t first, size_t end) {
             shd_output_flatten(flat, some);
             rgba = flat;
         }
-        saturated += shd_color_encode(
+        const shd_encoded counts = shd_color_encode(
             work->codes, work->rendering->engine->isa, rgba, some, layout->source, layout->count,
             work->samples + first * (size_t)layout->count * layout->bytes);
+        sum.beyond += counts.beyond;
+        sum.clipped += counts.clipped;
     }
-    atomic_fetch_add(&work->saturated, saturated);
+    atomic_fetch_add(&work->saturated, sum.beyond);
+    atomic_fetch_add(&work->clipped, sum.clipped);
+}
+
+/* Color samples of converted pixels that integers cannot hold. */
+static uint64_t count_clipped(const shd_pack *pack, const float *rgba, size_t pixels) {
+    uint64_t clipped = 0;
+    for (int s = 0; s < pack->count; s++) {
+        const int c = pack->source[s];
+        for (size_t i = 0; c < 3 && i < pixels; i++)
+            clipped += shd_is_clipped(
+                (double)rgba[4 * i + (size_t)c] * pack->scale[c] + pack->add[c], pack->max);
+    }
+    return clipped;
 }
 
 static void color_pixels(void *context, size_t index, unsigned slot) {
@@ -288,10 +305,14 @@ static void color_pixels(void *context, size_t index, unsigned slot) {
     if (shd_is_cancelled(work->rendering->cancelled)) return;
     const size_t first = index * PIXELS_AT_ONCE, left = work->pixels - first,
                  some = left < PIXELS_AT_ONCE ? left : PIXELS_AT_ONCE;
-    if (work->codes)
+    if (work->codes) {
         code_pixels(work, first, first + some);
-    else
-        shd_color_apply(work->drawing->transform, work->rgba + 4 * first, some);
+        return;
+    }
+    shd_color_apply(work->drawing->transform, work->rgba + 4 * first, some);
+    if (work->drawing->layout.max > 0)
+        atomic_fetch_add(&work->clipped,
+                         count_clipped(&work->drawing->layout, work->rgba + 4 * first, some));
 }
 
 /* Makes samples, or floats for the encoder to pack. False: the arena is full, or cancelled. */
@@ -312,6 +333,7 @@ static bool color_film(shd_rendering *r, const shd_film *film, drawing *d) {
     }
     shd_stage_spread(r, (work.pixels + PIXELS_AT_ONCE - 1) / PIXELS_AT_ONCE, color_pixels, &work);
     r->saturated += atomic_load(&work.saturated);
+    r->clipped += atomic_load(&work.clipped);
     if (work.codes) return true;
     saturate_values(r, d->output, work.rgba, 4 * work.pixels);
     return color_layers(r, film, d);

@@ -15,7 +15,7 @@ typedef struct shd_route {
 shd_route shd_route_of(const shd_scene *scene, const shd_output *output, bool apart);
 
 /* Makes the picture of the scene's output `index` from the film. Call in order: the last picture is
- * made in the film's own pixels. Adds to r->times and r->saturated. */
+ * made in the film's own pixels. Adds to r->times and its counts. */
 shd_status shd_output_make(shd_rendering *r, const shd_film *film, size_t index, shd_picture *out,
                            shd_error *error);
 

@@ -18,6 +18,7 @@ static shd_rendering begin_beside(const shd_rendering *r, shd_arena *arena) {
 static void end_beside(shd_rendering *whole, const shd_rendering *part) {
     shd_times_add(&whole->times, &part->times);
     whole->saturated += part->saturated;
+    whole->clipped += part->clipped;
 }
 
 /* ---- One tier ---- */

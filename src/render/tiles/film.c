@@ -16,7 +16,7 @@ typedef struct film_scratch {
     _Alignas(64) float pixels[3][SHD_TILE_PIXELS]; /* of a plane */
     _Alignas(64) float cover[SHD_TILE_PIXELS];
     shd_stopwatch watch;
-    uint64_t saturated;
+    uint64_t saturated, clipped;
 } film_scratch;
 
 /* What all threads share. */
@@ -26,6 +26,7 @@ typedef struct film_job {
     const shd_render_options *options;
     shd_film *film;
     uint8_t background[16 * SHD_TILE]; /* samples of a row through which nothing is seen */
+    uint64_t background_clipped;       /* of a pixel's samples */
     pthread_mutex_t mutex;             /* guards the arena while threads run */
     film_scratch **slots;
     atomic_bool failed; /* memory ran out */
@@ -183,6 +184,7 @@ static void store_codes(const film_job *j, film_scratch *s, shd_tile tile, bool 
     if (empty) {
         for (int y = 0; y < tile.h; y++, out += size * (size_t)film->width)
             memcpy(out, j->background, size * width);
+        s->clipped += j->background_clipped * width * (size_t)tile.h;
         return;
     }
     const size_t first = place_in_scratch(tile.x, tile.y);
@@ -194,9 +196,11 @@ static void store_codes(const film_job *j, film_scratch *s, shd_tile tile, bool 
                 memmove(pixels[c] + y * width, pixels[c] + y * SHD_TILE, width * sizeof(float));
         count = width * (size_t)tile.h;
     }
-    s->saturated += shd_color_encode_planes(
+    const shd_encoded counts = shd_color_encode_planes(
         film->codes, j->scenery.plan->isa, (const float *const *)pixels, NULL, count,
         film->layout.source, film->layout.count, width, (size_t)film->width, out);
+    s->saturated += counts.beyond;
+    s->clipped += counts.clipped;
 }
 
 /* The part of the region's tile `index` that lies in a rectangle. */
@@ -315,9 +319,10 @@ static void find_background(film_job *j) {
     float rgb[3][SHD_TILE];
     for (int c = 0; c < 3; c++)
         for (int x = 0; x < SHD_TILE; x++) rgb[c][x] = (float)j->scenery.plan->scene->background[c];
-    shd_color_encode_planes(
+    const shd_encoded counts = shd_color_encode_planes(
         film->codes, j->scenery.plan->isa, (const float *const[3]){rgb[0], rgb[1], rgb[2]}, NULL,
         SHD_TILE, film->layout.source, film->layout.count, SHD_TILE, SHD_TILE, j->background);
+    j->background_clipped = counts.clipped / SHD_TILE;
 }
 
 shd_status shd_film_render(shd_rendering *r, const shd_sight *sight, const shd_recall *recall,
@@ -351,6 +356,7 @@ shd_status shd_film_render(shd_rendering *r, const shd_sight *sight, const shd_r
         if (!j.slots[i]) continue;
         shd_times_add(&r->times, &j.slots[i]->watch.times);
         r->saturated += j.slots[i]->saturated;
+        r->clipped += j.slots[i]->clipped;
     }
     if (atomic_load(&j.failed)) return shd_rendering_full(r, "picture", error);
     return shd_is_cancelled(r->cancelled) ? shd_rendering_cancelled(error) : SHD_OK;

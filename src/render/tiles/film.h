@@ -27,7 +27,7 @@ typedef struct shd_film {
 
 /* Renders the scene's tiles on the pool. `film` has its codes set or is zero. `sight` is NULL if
  * `recall` has the picture's light; `recall` and `options` may be NULL. Adds to r->times and
- * r->saturated; the story's stage is its caller's. */
+ * its counts; the story's stage is its caller's. */
 shd_status shd_film_render(shd_rendering *r, const shd_sight *sight,
                            const struct shd_recall *recall, const shd_render_options *options,
                            shd_film *film, shd_error *error);

@@ -148,6 +148,11 @@ static void add_making(shd_job *job) {
         atomic_fetch_add(&metrics->saturated, saturated);
         shd_reply_header(reply, "Shaded-Saturated", "%" PRIu64, saturated);
     }
+    uint64_t clipped = shd_request_clipped(job->request);
+    if (clipped) {
+        atomic_fetch_add(&metrics->clipped, clipped);
+        shd_reply_header(reply, "Shaded-Clipped", "%" PRIu64, clipped);
+    }
 }
 
 /* What the document itself tells, whether the picture is made or found. */

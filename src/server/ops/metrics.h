@@ -34,7 +34,7 @@ typedef struct shd_histogram {
 
 typedef struct shd_metrics {
     atomic_uint_least64_t requests[SHD_ROUTE_COUNT][SHD_STATUSES];
-    atomic_uint_least64_t response_bytes, saturated;
+    atomic_uint_least64_t response_bytes, saturated, clipped;
     atomic_uint_least64_t joined;    /* requests that were answered by another one's job */
     atomic_uint_least64_t left;      /* requests whose client left before their job was done */
     atomic_uint_least64_t cached[2]; /* pictures that were made, that the response cache had */
