@@ -7,17 +7,19 @@
 
 #include "base/transfer.h"
 
-/* What the three channels of a space are called. That also says how integers store them. */
+/* What the three channels of a space are called. */
 typedef enum shd_channels { SHD_RGB, SHD_YIQ, SHD_HSV } shd_channels;
 
-typedef struct shd_space_info {
+typedef struct shd_space_info shd_space_info;
+struct shd_space_info {
     const char *name;
     const char *description; /* one line, may be "" */
     shd_channels channels;
     bool scene_linear;          /* whether colors may be shaded in it */
     const char *const *aliases; /* [alias_count]: other names of it, roles among them */
     size_t alias_count;
-} shd_space_info;
+    const shd_space_info *file; /* what integers store of it, "NAME file"; NULL: itself */
+};
 
 typedef struct shd_display_info {
     const char *name;

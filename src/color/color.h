@@ -46,7 +46,7 @@ shd_status shd_color_to_space(shd_color_config *config, const char *from, const 
 shd_status shd_color_to_view(shd_color_config *config, const char *from, const char *display,
                              const char *view, const shd_color_transform **out, shd_error *error);
 
-/* What a transform's output is, for file metadata and for packing. The transfer and the primaries
+/* What a transform's output is, for file metadata. The transfer and the primaries
  * are known by name, for the spaces and displays of config/shaded.ocio and their ACES
  * equivalents. */
 typedef struct shd_color_info {
@@ -55,6 +55,7 @@ typedef struct shd_color_info {
     bool has_primaries;
     double primaries[8]; /* CIE 1931 xy of red, green, blue, white */
     const char *name;    /* of the space or "display / view", for people */
+    const char *about;   /* what the channels are, if they are not R, G and B; or NULL */
 } shd_color_info;
 
 const shd_color_info *shd_color_describe(const shd_color_transform *transform);

@@ -20,7 +20,7 @@ namespace OCIO = OCIO_NAMESPACE;
 struct shd_color_transform {
     OCIO::ConstCPUProcessorRcPtr cpu; // null: the transform does nothing
     shd_color_info info{};
-    std::string name;
+    std::string name, about;
 
     // Of 8 and 16 bits; null also if baking failed.
     struct Codes {

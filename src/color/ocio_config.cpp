@@ -100,7 +100,7 @@ void fill_space(shd_color_config *config, const OCIO::ConstColorSpaceRcPtr &spac
     config->spaces.push_back({keep(config, space->getName()),
                               keep(config, shd_ocio_sentence(space->getDescription())),
                               shd_ocio_channels(space), working || shd_ocio_is_linear(space),
-                              config->aliases.back().data(), aliases.size()});
+                              config->aliases.back().data(), aliases.size(), nullptr});
 }
 
 void fill_catalog(shd_color_config *config) {
@@ -120,6 +120,9 @@ void fill_catalog(shd_color_config *config) {
     shd_catalog &catalog = config->catalog;
     catalog.spaces = config->spaces.data();
     catalog.space_count = config->spaces.size();
+    for (shd_space_info &space : config->spaces)
+        if (space.channels == SHD_YIQ)
+            space.file = shd_catalog_space(&catalog, (std::string(space.name) + " file").c_str());
     catalog.displays = config->displays.data();
     catalog.display_count = config->displays.size();
     catalog.scene_linear = shd_catalog_space(&catalog, linear->getName());

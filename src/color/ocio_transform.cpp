@@ -51,6 +51,10 @@ std::unique_ptr<shd_color_transform> make_to_space(const shd_color_config *confi
     made->name = to;
     made->info.name = made->name.c_str();
     made->info.channels = shd_ocio_channels(target);
+    if (made->info.channels != SHD_RGB) {
+        made->about = made->name + ": " + shd_ocio_sentence(target->getDescription());
+        made->info.about = made->about.c_str();
+    }
     // Nothing happens on the way to a data space: the values are still those of `from`.
     describe(&made->info, shd_encoding_of_space(target->isData() ? from : to));
     if (!made->info.has_primaries && shd_ocio_is_linear(target))

@@ -15,12 +15,6 @@
 #include "base/format.h"
 #include "base/status.h"
 
-/* How integer samples store a value v: round((v * scale + offset) * max), ties upward, saturated
- * to 0..max. Half and float samples store v itself, half saturated to +-65504. */
-typedef struct shd_packing {
-    double scale[3], offset8[3], offset16[3];
-} shd_packing;
-
 /* A plane set of an EXR file: `count` float channels, interleaved. */
 typedef struct shd_image_layer {
     const char *name;            /* "diffuse"; channels become "diffuse.R", ... */
@@ -32,19 +26,22 @@ typedef struct shd_image_layer {
 
 typedef struct shd_image {
     int width, height;
+    /* Integer samples store a value v as round(v * max), ties upward, saturated to 0..max. Half and
+     * float samples store v itself, half saturated to +-65504. */
     const float *rgba; /* [height][width][4]: converted color, straight alpha in 0..1, finite */
     /* NULL, or what is stored: [height][width][count] of the samples of shd_pack_of, 8 or 16 bits
-     * in native byte order. `rgba` and `packing` are then not looked at. */
+     * in native byte order. `rgba` is then not looked at. */
     const void *samples;
     int channel; /* -1: all; 0..2: that one as grey, with alpha if `alpha`; 3: alpha as grey */
     bool alpha;  /* alpha is kept; false: `rgba` is opaque, or alpha is the channel */
-    shd_packing packing;
     shd_depth depth;
     int quality;           /* 1..100: jpeg, webp (100 is lossless) */
     int effort;            /* 0..6: webp, 0 is fastest */
     shd_transfer transfer; /* color metadata, written if the format has a place for it */
     bool has_primaries;
-    double primaries[8];              /* CIE xy of red, green, blue, white */
+    double primaries[8]; /* CIE xy of red, green, blue, white */
+    const char
+        *about; /* NULL, or what the channels are: UTF-8, written if the format has a place */
     const char *const *channel_names; /* [3] of the space: "R".. or "Y".. or "H".. ; used by EXR */
     const shd_image_layer *layers;    /* EXR: further channels */
     size_t layer_count;
@@ -74,7 +71,9 @@ typedef struct shd_bytes {
  * straight.
  * - HDR stores three magnitudes with a shared exponent, so that negative values become 0.
  * - EXR names color R, G, B, as viewers want it. If the space has other names, or a channel is
- * shown as grey, the string attribute "shaded:channels" names it. */
+ * shown as grey, the string attribute "shaded:channels" names it.
+ * - `about` is an iTXt chunk "Description" in PNG, Exif's ImageDescription in JPEG and WebP, and
+ * ImageDescription in TIFF and, as the attribute "comments", EXR. */
 shd_status shd_image_encode(const shd_image *image, shd_format format, shd_arena *scratch,
                             shd_bytes *out, shd_error *error);
 

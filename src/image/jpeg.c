@@ -11,16 +11,18 @@
 #include <turbojpeg.h>
 
 #include "image/encoders.h"
+#include "image/exif.h"
 #include "image/icc.h"
 #include "image/pack.h"
 #include "image/spread.h"
 
 static const char icc_mark[] = "ICC_PROFILE"; /* with its terminating 0, ICC.1:2010 B.4 */
+static const char exif_mark[] = "Exif\0";     /* with two of them */
 
 enum { STRIP_PIXELS = 1 << 18, RESTARTS = 8 };
 
 /* Marker codes, T.81 table B.1. */
-enum { SOF0 = 0xC0, RST0 = 0xD0, SOI = 0xD8, EOI, SOS, DRI = 0xDD, APP0 = 0xE0, APP2 = 0xE2 };
+enum { SOF0 = 0xC0, RST0 = 0xD0, SOI = 0xD8, EOI, SOS, DRI = 0xDD, APP0 = 0xE0, APP1, APP2 };
 
 /* A strip's JPEG: head, up to its scan; the scan's header; entropy-coded data; EOI. */
 typedef struct strip {
@@ -101,7 +103,7 @@ static unsigned char *put_marker(unsigned char *at, size_t code) {
     return put_u16(at, 0xFF00 | code);
 }
 
-/* libturbojpeg 2.1 cannot write a profile: its APP2 segment goes behind the JFIF segment, which
+/* libturbojpeg 2.1 cannot write a profile or Exif: their segments go behind the JFIF segment, which
  * the standard wants first. */
 static shd_status join_strips(const job *j, const shd_icc *icc, shd_arena *scratch, shd_bytes *out,
                               shd_error *error) {
@@ -110,13 +112,21 @@ static shd_status join_strips(const job *j, const shd_icc *icc, shd_arena *scrat
     const size_t interval =
         ((size_t)j->image->width + side - 1) / side * ((size_t)j->cut.rows / side);
     const size_t profile = icc->size ? 2 + sizeof icc_mark + 2 + icc->size : 0;
+    unsigned char exif[SHD_EXIF_MAX];
+    const size_t told = shd_exif_make(j->image, exif);
     size_t size = first->size + (profile ? 2 + profile : 0) + 6, head = 2;
+    if (told) size += 4 + sizeof exif_mark + told;
     for (size_t i = 1; i < count; i++) size += j->strips[i].size;
     unsigned char *data = shd_arena_borrow(scratch, size) ? malloc(size) : NULL, *at = data;
     if (!data) return shd_encode_no_memory(error);
 
     if (first->jpeg[3] == APP0) head += 2 + length_at(first->jpeg + 4);
     at = mempcpy(at, first->jpeg, head);
+    if (told) {
+        at = put_u16(put_marker(at, APP1), 2 + sizeof exif_mark + told);
+        at = mempcpy(at, exif_mark, sizeof exif_mark);
+        at = mempcpy(at, exif, told);
+    }
     if (profile) {
         at = put_u16(put_marker(at, APP2), profile);
         at = mempcpy(at, icc_mark, sizeof icc_mark);

@@ -119,6 +119,7 @@ shd_status shd_encode_oiio(const shd_image *image, shd_format format, shd_arena 
                         .width = image->width,
                         .height = image->height,
                         .plane_count = 1 + image->layer_count,
+                        .about = image->about,
                         .go_on = image->go_on,
                         .context = image->context};
     shd_oiio_plane *planes = shd_arena_alloc(scratch, job.plane_count, sizeof *planes);

@@ -163,6 +163,7 @@ OIIO::ImageSpec describe_file(const shd_oiio_job &job) {
     if (job.primaries)
         spec.attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8), job.primaries);
     if (job.shown) spec.attribute("shaded:channels", job.shown);
+    if (job.about) spec.attribute("ImageDescription", job.about);
     /* Writers add today's date where there is no DateTime, and drop one that is no text: equal
      * pictures stay equal bytes. */
     spec.attribute("DateTime", 0);

@@ -29,6 +29,7 @@ typedef struct shd_oiio_job {
     size_t icc_size;        /* 0: none */
     const float *primaries; /* [8] for the attribute "chromaticities", or NULL */
     const char *shown;      /* for the attribute "shaded:channels", or NULL */
+    const char *about;      /* for the attribute "ImageDescription", or NULL */
     void *pixels;           /* room for all planes' stored bytes; used if they must be woven */
     bool (*go_on)(void *context); /* NULL; or asked now and then whether to */
     void *context;

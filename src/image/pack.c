@@ -20,14 +20,6 @@ shd_pack shd_pack_plan(const shd_image *image, bool premultiply, bool grey) {
     pack.alpha = image->alpha && image->channel != 3;
     pack.premultiply = pack.alpha && premultiply;
     if (pack.alpha) pack.source[pack.count++] = 3;
-
-    const double *offset =
-        image->depth == SHD_U8 ? image->packing.offset8 : image->packing.offset16;
-    for (int c = 0; c < 3; c++) {
-        pack.scale[c] = image->packing.scale[c] * pack.max;
-        pack.add[c] = offset[c] * pack.max;
-    }
-    pack.scale[3] = pack.max;
     return pack;
 }
 
@@ -40,12 +32,7 @@ shd_pack shd_pack_of(const shd_image *image, shd_format format) {
 static void quantize_straight(const shd_pack *pack, const float *restrict rgba, int pixels,
                               int32_t *restrict codes) {
     const double max = pack->max;
-    double scale[4], add[4];
-    memcpy(scale, pack->scale, sizeof scale);
-    memcpy(add, pack->add, sizeof add);
-    for (int i = 0; i < pixels; i++)
-        for (int c = 0; c < 4; c++)
-            codes[4 * i + c] = shd_code(rgba[4 * i + c] * scale[c] + add[c], max);
+    for (int i = 0; i < 4 * pixels; i++) codes[i] = shd_code(rgba[i] * max, max);
 }
 
 /* The same with the encoded value multiplied by alpha. */
@@ -54,7 +41,7 @@ static void quantize_premultiplied(const shd_pack *pack, const float *rgba, int 
     for (int i = 0; i < pixels; i++) {
         double alpha = shd_hold(rgba[4 * i + 3], 1);
         for (int c = 0; c < 3; c++) {
-            double x = shd_hold(rgba[4 * i + c] * pack->scale[c] + pack->add[c], pack->max);
+            double x = shd_hold(rgba[4 * i + c] * pack->max, pack->max);
             codes[4 * i + c] = (int32_t)(x * alpha + 0.5);
         }
         codes[4 * i + 3] = (int32_t)(alpha * pack->max + 0.5);

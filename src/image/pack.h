@@ -3,16 +3,15 @@
 
 #include "image/image.h"
 
-/* What a stored pixel is made of. This depends on the image's channel, alpha, depth and packing. */
+/* What a stored pixel is made of. This depends on the image's channel, alpha and depth. */
 typedef struct shd_pack {
-    int count;               /* samples a pixel, 1..4 */
-    int source[4];           /* [count]: the channel of `rgba` that each one takes */
-    size_t bytes;            /* a sample: 1, 2 or 4 (half comes as float: the module narrows it) */
-    double scale[4], add[4]; /* of the four source channels: code = round(v * scale + add) */
-    double max;              /* the largest code: 255 or 65535; 0 for half and float */
-    float limit, least;      /* half and float saturate to least .. limit */
-    bool alpha;              /* the last sample is alpha */
-    bool premultiply;        /* the other samples are multiplied by it */
+    int count;          /* samples a pixel, 1..4 */
+    int source[4];      /* [count]: the channel of `rgba` that each one takes */
+    size_t bytes;       /* a sample: 1, 2 or 4 (half comes as float: the module narrows it) */
+    double max;         /* the largest code: 255 or 65535; 0 for half and float */
+    float limit, least; /* half and float saturate to least .. limit */
+    bool alpha;         /* the last sample is alpha */
+    bool premultiply;   /* the other samples are multiplied by it */
 } shd_pack;
 
 /* As the format stores it. */

@@ -34,12 +34,12 @@ static void write_u32(unsigned char *at, uint32_t v) {
     memcpy(at, &v, sizeof v);
 }
 
-/* A chunk is its length, its type, its data and a checksum of both. */
+/* A chunk is its length, its type, its data and a checksum of both. NULL: the data is in place. */
 static void put_chunk(writer *w, const char type[4], const void *data, size_t size) {
     unsigned char *at = w->data + w->size;
     write_u32(at, (uint32_t)size);
     memcpy(at + 4, type, 4);
-    if (size) memcpy(at + 8, data, size);
+    if (data) memcpy(at + 8, data, size);
     write_u32(at + 8 + size, libdeflate_crc32(0, at + 4, 4 + size));
     w->size += CHUNK + size;
 }
@@ -69,6 +69,14 @@ static void put_chromaticities(writer *w, const double xy[8]) {
     for (int i = 0; i < 8; i++) /* white, the last, comes first */
         write_u32(data + 4 * i, (uint32_t)lround(xy[(i + 6) % 8] * 1e5));
     put_chunk(w, "cHRM", data, sizeof data);
+}
+
+/* What the channels are, in UTF-8: no color chunk has that. */
+static void put_about(writer *w, const char *about) {
+    static const char keyword[] = "Description\0\0\0\0"; /* not compressed, of no language */
+    const size_t length = strlen(about);
+    memcpy(mempcpy(w->data + w->size + 8, keyword, sizeof keyword), about, length);
+    put_chunk(w, "iTXt", NULL, sizeof keyword + length);
 }
 
 static shd_status put_profile(writer *w, const shd_image *image, shd_icc *icc, shd_arena *scratch,
@@ -204,11 +212,13 @@ shd_status shd_encode_png(const shd_image *image, shd_format format, shd_arena *
     if (!status) status = shd_zlib_compress(image, rows, scratch, &data, error);
     if (status) return status;
     writer w = {NULL, 0};
-    const size_t most = HEAD + data.size + CHUNK * (data.size / DATA_MOST + 2);
+    const size_t about = image->about ? strlen(image->about) : 0;
+    const size_t most = HEAD + about + data.size + CHUNK * (data.size / DATA_MOST + 2);
     if (shd_arena_borrow(scratch, most)) w.data = malloc(most);
     if (!w.data) return shd_encode_no_memory(error);
     put_png_header(&w, image, &pack);
     status = put_color(&w, image, scratch, error);
+    if (about) put_about(&w, image->about);
     if (!status) status = put_data(&w, image, data, error);
     put_chunk(&w, "IEND", NULL, 0);
     assert(w.size <= most);

@@ -12,6 +12,7 @@
 
 #include "base/clock.h"
 #include "image/encoders.h"
+#include "image/exif.h"
 #include "image/icc.h"
 #include "image/pack.h"
 #include "image/spread.h"
@@ -51,6 +52,8 @@ typedef struct encoding {
     unsigned char *samples; /* [height][stride]; NULL once libwebp has them */
     int count, stride;      /* samples of a pixel, bytes of a row */
     shd_icc icc;
+    unsigned char exif[SHD_EXIF_MAX];
+    size_t exif_size;
     shd_bytes file;
     shd_status status;
     shd_error error;
@@ -85,15 +88,17 @@ static int ask_to_go_on(int percent, const WebPPicture *picture) {
     return !is_abandoned(picture->user_data);
 }
 
-/* Wraps the stream into an extended file with the profile. */
-static shd_status add_profile(const WebPMemoryWriter *stream, const shd_icc *icc, shd_bytes *out,
+/* Wraps the stream into an extended file with the profile and Exif, if there are any. */
+static shd_status extend_file(const encoding *e, const WebPMemoryWriter *stream, shd_bytes *out,
                               shd_error *error) {
     WebPMux *mux = WebPMuxNew();
     if (!mux) return shd_encode_no_memory(error);
-    WebPData image = {stream->mem, stream->size}, profile = {icc->data, icc->size}, file;
+    WebPData image = {stream->mem, stream->size}, profile = {e->icc.data, e->icc.size},
+             exif = {e->exif, e->exif_size}, file;
     WebPDataInit(&file);
     WebPMuxError failed = WebPMuxSetImage(mux, &image, 0);
-    if (failed == WEBP_MUX_OK) failed = WebPMuxSetChunk(mux, "ICCP", &profile, 0);
+    if (failed == WEBP_MUX_OK && profile.size) failed = WebPMuxSetChunk(mux, "ICCP", &profile, 0);
+    if (failed == WEBP_MUX_OK && exif.size) failed = WebPMuxSetChunk(mux, "EXIF", &exif, 0);
     if (failed == WEBP_MUX_OK) failed = WebPMuxAssemble(mux, &file);
     WebPMuxDelete(mux);
     if (failed == WEBP_MUX_MEMORY_ERROR) return shd_encode_no_memory(error);
@@ -119,8 +124,8 @@ static shd_status encode_file(encoding *e, shd_error *error) {
     WebPMemoryWriter stream;
     WebPMemoryWriterInit(&stream);
     shd_status status = encode_stream(e, &stream, error);
-    if (!status && e->icc.size) {
-        status = add_profile(&stream, &e->icc, &e->file, error);
+    if (!status && (e->icc.size || e->exif_size)) {
+        status = extend_file(e, &stream, &e->file, error);
     } else if (!status) {
         /* Allocated by libwebp with malloc: the caller's free ends it. */
         e->file = (shd_bytes){stream.mem, stream.size};
@@ -186,6 +191,7 @@ static bool set_up(const shd_image *image, encoding *e) {
     picture->width = image->width;
     picture->height = image->height;
     if (!shd_image_is_srgb(image)) e->icc = shd_icc_make(image);
+    e->exif_size = shd_exif_make(image, e->exif);
     return true;
 }
 

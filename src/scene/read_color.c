@@ -35,15 +35,24 @@ void shd_convert_color(shd_reader *r, const shd_node *node, const shd_space_info
         memcpy(rgb, converted, sizeof converted);
 }
 
+/* I and Q of greys: what integers store of a space has 128/255 there (docs/model.md, Color). */
+static double neutral_chroma(const shd_reader *r, const shd_space_info *space) {
+    for (size_t i = 0; i < r->catalog->space_count; i++)
+        if (r->catalog->spaces[i].file == space) return 128.0 / 255;
+    return 0;
+}
+
 /* One number as a color of a space, which may be another space than RGB. */
-static void make_grey(const shd_space_info *space, double grey, double out[3]) {
+static void make_grey(const shd_reader *r, const shd_space_info *space, double grey,
+                      double out[3]) {
+    const double chroma = neutral_chroma(r, space);
     out[0] = space->channels == SHD_HSV ? 0 : grey;
-    out[1] = space->channels == SHD_RGB ? grey : 0;
-    out[2] = space->channels == SHD_YIQ ? 0 : grey;
+    out[1] = space->channels == SHD_RGB ? grey : chroma;
+    out[2] = space->channels == SHD_YIQ ? chroma : grey;
 }
 
 static void convert_grey(shd_reader *r, const shd_node *node, double grey, double out[3]) {
-    if (r->colors) make_grey(r->colors, grey, out);
+    if (r->colors) make_grey(r, r->colors, grey, out);
     shd_convert_color(r, node, r->colors, out);
 }
 

@@ -68,7 +68,9 @@ test("neither blanks nor the order of members change the picture or its tag", as
 });
 
 test("names, unused materials and spelled out defaults change neither", async () => {
-    await holds(60, scenes, async scene => {
+    // Zeros are not black in ACEScct and in what integers store of YIQ.
+    const black = scenes.filter(scene => !/^ACEScct$| file$/.test(scene.colorSpace));
+    await holds(60, black, async scene => {
         const first = await daemon.post("/v1/render", scene);
         const again = await daemon.post("/v1/render", {
             $schema: "scene.schema.json", interpolation: "phong", ambient: 0, accuracy: {},

@@ -288,7 +288,7 @@ class Primaries(unittest.TestCase):
         np.testing.assert_array_equal(v, encoded)
         self.assertEqual({*h, *s}, {0})
         wide = program.codes(document, colorSpace="YIQ", bitDepth=16)[2, columns, 1:3]
-        self.assertEqual({*wide.ravel()}, {32768})
+        self.assertEqual({*wide.ravel()}, {32896})
 
 
 if __name__ == "__main__":

@@ -59,10 +59,9 @@ def codes(values, bits=8):
 
 
 def yiq_codes(signals, bits=8):
-    """Y as it is; I and Q scaled by their spans around the code 128 (or 32768)."""
-    middle = 2 ** (bits - 1) / (2 ** bits - 1)
-    return codes(np.stack([signals[..., 0], signals[..., 1] / 1.2 + middle,
-                           signals[..., 2] / 1.04 + middle], -1), bits)
+    """Y as it is; I and Q around 128/255, their spans from 1/255 to 1."""
+    return codes(np.stack([signals[..., 0], 128 / 255 + signals[..., 1] * 127 / 255 / 0.60,
+                           128 / 255 + signals[..., 2] * 127 / 255 / 0.52], -1), bits)
 
 
 def lab(linear):

@@ -68,10 +68,8 @@ static shd_encoded pack_floats(const shd_color_transform *transform, const shd_p
 }
 
 static shd_pack pack_for(unsigned max, int channel, bool alpha) {
-    const shd_image image = {.channel = channel,
-                             .alpha = alpha,
-                             .packing = {{1, 1, 1}, {0, 0, 0}, {0, 0, 0}},
-                             .depth = max == 255 ? SHD_U8 : SHD_U16};
+    const shd_image image = {
+        .channel = channel, .alpha = alpha, .depth = max == 255 ? SHD_U8 : SHD_U16};
     return shd_pack_plan(&image, false, true);
 }
 

@@ -145,12 +145,20 @@ class EightBits(Case):
             numpy.testing.assert_array_equal(self.pixels(suffix, channel=3, alpha=1),
                                              want[..., 1])
 
-    def test_yiq_is_packed_around_its_offset(self):
-        want = pattern()[..., :3] * [255, 255 / 1.2, 255 / 1.04] + [0, 128, 128]
-        want = numpy.floor(numpy.clip(want, 0, 255) + 0.5)
-        for suffix in ("png", "tiff"):
-            numpy.testing.assert_array_equal(self.pixels(suffix, space="YIQ", transfer="unknown"),
-                                             want)
+    def test_files_say_what_their_channels_are(self):
+        about = "YIQ: luma, in-phase, quadrature \u00b1"
+        options = {"space": "YIQ", "transfer": "unknown"}
+        self.assertEqual(self.pillow("png", **options).text["Description"], about)
+        for suffix in "jpg", "webp":
+            told = self.pillow(suffix, **options).getexif()[0x010E]
+            self.assertEqual(told.encode("latin-1").decode(), about)
+        for suffix, depth in ("tiff", 8), ("tiff", "float"), ("exr", "half"):
+            spec, _ = self.oiio(suffix, depth=depth, **options)
+            self.assertEqual(spec.get_string_attribute("ImageDescription"), about)
+        for suffix in "png", "jpg", "webp":
+            image = self.pillow(suffix)
+            self.assertNotIn("Description", getattr(image, "text", {}))
+            self.assertNotIn(0x010E, image.getexif())
 
 
 class SixteenBits(Case):

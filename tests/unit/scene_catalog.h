@@ -32,10 +32,12 @@ static shd_status scene_catalog_convert(const void *self, const char *from, cons
 
 static const char *const scene_aliases[] = {"lin_wide", "rendering"};
 
-static const shd_space_info scene_spaces[] = {
-    {"lin_rec709", "", SHD_RGB, true, NULL, 0}, {"wide", "", SHD_RGB, true, scene_aliases, 2},
-    {"sRGB", "", SHD_RGB, false, NULL, 0},      {"raw", "", SHD_RGB, false, NULL, 0},
-    {"YIQ", "", SHD_YIQ, false, NULL, 0},       {"HSV", "", SHD_HSV, false, NULL, 0}};
+static const shd_space_info scene_spaces[] = {{"lin_rec709", "", SHD_RGB, true, NULL, 0, NULL},
+                                              {"wide", "", SHD_RGB, true, scene_aliases, 2, NULL},
+                                              {"sRGB", "", SHD_RGB, false, NULL, 0, NULL},
+                                              {"raw", "", SHD_RGB, false, NULL, 0, NULL},
+                                              {"YIQ", "", SHD_YIQ, false, NULL, 0, NULL},
+                                              {"HSV", "", SHD_HSV, false, NULL, 0, NULL}};
 
 static const char *const scene_views[] = {"Standard", "ACES SDR", "Raw"};
 

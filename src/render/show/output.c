@@ -26,17 +26,11 @@ shd_status shd_output_transform(shd_color_config *color, const shd_scene *scene,
                                 const shd_output *output, const shd_color_transform **out,
                                 shd_error *error) {
     const char *from = scene->working_space->name;
-    if (output->color_space)
-        return shd_color_to_space(color, from, output->color_space->name, out, error);
+    const shd_space_info *space = output->color_space;
+    if (space && space->file && (output->depth == SHD_U8 || output->depth == SHD_U16))
+        space = space->file;
+    if (space) return shd_color_to_space(color, from, space->name, out, error);
     return shd_color_to_view(color, from, output->display, output->view, out, error);
-}
-
-/* I spans [-.60,.60] and Q [-.52,.52]. For integers they are scaled to the full range around a code
- * that grey falls on exactly (docs/model.md, Color). */
-shd_packing shd_output_packing(shd_channels channels) {
-    static const double grey8 = 128.0 / 255, grey16 = 32768.0 / 65535;
-    if (channels != SHD_YIQ) return (shd_packing){.scale = {1, 1, 1}};
-    return (shd_packing){{1, 1 / 1.2, 1 / 1.04}, {0, grey8, grey8}, {0, grey16, grey16}};
 }
 
 /* Converts RGB values in place. OpenColorIO takes RGBA. */
@@ -99,6 +93,15 @@ static shd_image_layer describe_layer(const shd_layer *layer, const shd_film *fi
     return layer->kind < SHD_LAYER_NORMAL ? color : data[layer->kind];
 }
 
+/* What the samples are, if they are not R, G and B. A text less is no reason to fail. */
+static const char *find_about(const shd_rendering *r, const shd_output *output,
+                              const shd_color_info *info) {
+    if (output->channel < 0 || !info->about) return info->about;
+    if (output->channel == 3) return NULL;
+    return shd_arena_printf(r->arena, "%s of %s",
+                            shd_channel_names(info->channels)[output->channel], info->about);
+}
+
 static shd_status begin_drawing(shd_rendering *r, const shd_film *film, size_t index, drawing *out,
                                 shd_error *error) {
     const shd_scene *scene = r->plan->scene;
@@ -121,12 +124,12 @@ static shd_status begin_drawing(shd_rendering *r, const shd_film *film, size_t i
         .height = scene->raster.h,
         .channel = output->channel,
         .alpha = scene->transparent && shd_format_get(output->format)->alpha,
-        .packing = shd_output_packing(info->channels),
         .depth = output->depth,
         .quality = output->quality,
         .effort = output->effort,
         .transfer = info->transfer,
         .has_primaries = info->has_primaries,
+        .about = find_about(r, output, info),
         .channel_names = shd_channel_names(info->channels),
         .layers = layers,
         .layer_count = count,
@@ -151,7 +154,6 @@ static bool go_on_baking(const void *context) {
 static const shd_color_codes *find_codes(const shd_rendering *r, const drawing *d) {
     const shd_scene *scene = r->plan->scene;
     if (r->engine->floats_only || !shd_route_of(scene, d->output, true).codes) return NULL;
-    if (shd_color_describe(d->transform)->channels == SHD_YIQ) return NULL; /* samples are scaled */
     return shd_color_codes_of(d->transform, d->output->depth == SHD_U8 ? 255 : 65535,
                               (size_t)scene->raster.w * (size_t)scene->raster.h, go_on_baking, r);
 }
@@ -293,8 +295,7 @@ static uint64_t count_clipped(const shd_pack *pack, const float *rgba, size_t pi
     for (int s = 0; s < pack->count; s++) {
         const int c = pack->source[s];
         for (size_t i = 0; c < 3 && i < pixels; i++)
-            clipped += shd_is_clipped(
-                (double)rgba[4 * i + (size_t)c] * pack->scale[c] + pack->add[c], pack->max);
+            clipped += shd_is_clipped((double)rgba[4 * i + (size_t)c] * pack->max, pack->max);
     }
     return clipped;
 }

@@ -30,13 +30,10 @@ shd_status shd_output_size(shd_rendering *r, const shd_film *film, uint64_t *out
 /* How many of the output's layers are colors, which are converted as the picture is. */
 size_t shd_output_color_layers(const shd_output *output);
 
-/* From the working space to the output's own. */
+/* From the working space to the output's own, or to what its integers store of that. */
 shd_status shd_output_transform(shd_color_config *color, const shd_scene *scene,
                                 const shd_output *output, const shd_color_transform **out,
                                 shd_error *error);
-
-/* How integers hold the channels. */
-shd_packing shd_output_packing(shd_channels channels);
 
 /* Whether pixels are laid over black before their colors are converted: neither does the format
  * hold alpha nor is that the channel asked for. */

@@ -15,14 +15,14 @@ static bool find_lab(const shd_color_transform *transform, shd_lab_space *out) {
 shd_status shd_showing_make(shd_color_config *color, const shd_scene *scene,
                             const shd_output *output, shd_showing *out, shd_error *error) {
     shd_showing showing = {.flatten = shd_output_is_flat(scene, output)};
-    shd_status status = shd_output_transform(color, scene, output, &showing.transform, error);
+    shd_output coded = *output; /* codes are told of 8 bits */
+    coded.depth = SHD_U8;
+    shd_status status = shd_output_transform(color, scene, &coded, &showing.transform, error);
     if (status != SHD_OK) return status;
 
-    const shd_image image = {
-        .channel = output->channel,
-        .alpha = scene->transparent && shd_format_get(output->format)->alpha,
-        .depth = SHD_U8,
-        .packing = shd_output_packing(shd_color_describe(showing.transform)->channels)};
+    const shd_image image = {.channel = output->channel,
+                             .alpha = scene->transparent && shd_format_get(output->format)->alpha,
+                             .depth = SHD_U8};
     showing.pack = shd_pack_plan(&image, false, true);
 
     if (!find_lab(showing.transform, &showing.lab)) {

@@ -16,9 +16,6 @@
 
 static const double rec709[8] = {0.64, 0.33, 0.30, 0.60, 0.15, 0.06, 0.3127, 0.3290};
 static const double display_p3[8] = {0.68, 0.32, 0.265, 0.69, 0.15, 0.06, 0.3127, 0.3290};
-static const shd_packing plain = {{1, 1, 1}, {0, 0, 0}, {0, 0, 0}};
-static const shd_packing yiq = {
-    {1, 1 / 1.2, 1 / 1.04}, {0, 128 / 255.0, 128 / 255.0}, {0, 32768 / 65535.0, 32768 / 65535.0}};
 
 /* Opaque sRGB at 8 bits over `rgba`. */
 static inline shd_image picture(const float *rgba, int width, int height) {
@@ -26,7 +23,6 @@ static inline shd_image picture(const float *rgba, int width, int height) {
                        .height = height,
                        .rgba = rgba,
                        .channel = -1,
-                       .packing = plain,
                        .depth = SHD_U8,
                        .quality = 90,
                        .transfer = SHD_TRANSFER_SRGB,

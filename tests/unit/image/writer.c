@@ -46,14 +46,9 @@ static bool is(const char *argument, const char *key, const char **value) {
 }
 
 static void set_space(shd_image *image, const char *space) {
-    image->packing = (shd_packing){{1, 1, 1}, {0, 0, 0}, {0, 0, 0}};
-    image->channel_names = shd_channel_names(SHD_RGB);
-    if (!strcmp(space, "HSV")) image->channel_names = shd_channel_names(SHD_HSV);
-    if (strcmp(space, "YIQ")) return;
-    image->channel_names = shd_channel_names(SHD_YIQ);
-    image->packing = (shd_packing){{1, 1 / 1.2, 1 / 1.04},
-                                   {0, 128 / 255.0, 128 / 255.0},
-                                   {0, 32768 / 65535.0, 32768 / 65535.0}};
+    const bool yiq = !strcmp(space, "YIQ"), hsv = !strcmp(space, "HSV");
+    image->channel_names = shd_channel_names(yiq ? SHD_YIQ : hsv ? SHD_HSV : SHD_RGB);
+    image->about = yiq ? "YIQ: luma, in-phase, quadrature \xc2\xb1" : NULL;
 }
 
 static bool set(shd_image *image, const char *argument, int *layers, int *repeat, int *threads) {
