@@ -10,6 +10,9 @@
 /* What the three channels of a space are called. */
 typedef enum shd_channels { SHD_RGB, SHD_YIQ, SHD_HSV } shd_channels;
 
+/* What the values of a space or a view are. */
+typedef enum shd_holds { SHD_HOLDS_CODES, SHD_HOLDS_LIGHT, SHD_HOLDS_DATA } shd_holds;
+
 typedef struct shd_space_info shd_space_info;
 struct shd_space_info {
     const char *name;
@@ -18,6 +21,7 @@ struct shd_space_info {
     bool scene_linear;          /* whether colors may be shaded in it */
     const char *const *aliases; /* [alias_count]: other names of it, roles among them */
     size_t alias_count;
+    shd_holds holds;
     const shd_space_info *file; /* what integers store of it, "NAME file"; NULL: itself */
 };
 
@@ -25,6 +29,7 @@ typedef struct shd_display_info {
     const char *name;
     const char *const *views;
     size_t view_count;
+    const shd_holds *holds; /* [view_count] */
 } shd_display_info;
 
 typedef struct shd_catalog {

@@ -6,8 +6,13 @@
 typedef enum shd_transfer {
     SHD_TRANSFER_UNKNOWN,
     SHD_TRANSFER_LINEAR,
-    SHD_TRANSFER_SRGB,   /* IEC 61966-2-1, which Display P3 uses too */
-    SHD_TRANSFER_REC1886 /* gamma 2.4 */
+    SHD_TRANSFER_SRGB,    /* IEC 61966-2-1, which Display P3 uses too */
+    SHD_TRANSFER_REC1886, /* gamma 2.4 */
+    /* Those that follow are known to files, not to bounds. */
+    SHD_TRANSFER_GAMMA22,
+    SHD_TRANSFER_GAMMA26,
+    SHD_TRANSFER_PQ, /* ITU-R BT.2100 table 4; 1 is 10,000 cd/m2 */
+    SHD_TRANSFER_HLG /* ITU-R BT.2100 table 5, from the scene's light */
 } shd_transfer;
 
 /* The curve in f64: encoded from linear light, and back. Both directions are odd functions, 0 at 0

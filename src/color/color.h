@@ -46,12 +46,13 @@ shd_status shd_color_to_space(shd_color_config *config, const char *from, const 
 shd_status shd_color_to_view(shd_color_config *config, const char *from, const char *display,
                              const char *view, const shd_color_transform **out, shd_error *error);
 
-/* What a transform's output is, for file metadata. The transfer and the primaries
- * are known by name, for the spaces and displays of config/shaded.ocio and their ACES
- * equivalents. */
+/* What a transform's output is, for file metadata. The transfer and the primaries are found by
+ * conversion to CIE XYZ, which takes the roles aces_interchange and cie_xyz_d65_interchange. Of
+ * data they are those that the values came with. */
 typedef struct shd_color_info {
     shd_channels channels;
     shd_transfer transfer;
+    bool data; /* values without a meaning as color */
     bool has_primaries;
     double primaries[8]; /* CIE 1931 xy of red, green, blue, white */
     const char *name;    /* of the space or "display / view", for people */

@@ -3,6 +3,7 @@
 #include <strings.h>
 
 #include <algorithm>
+#include <cstring>
 
 #include "color/text.h"
 
@@ -29,6 +30,13 @@ std::vector<OCIO::ConstColorSpaceRcPtr> shd_ocio_spaces(const OCIO::ConstConfigR
             if (std::find(spaces.begin(), spaces.end(), named) == spaces.end())
                 spaces.push_back(named);
     return spaces;
+}
+
+OCIO::ConstColorSpaceRcPtr shd_ocio_target(const OCIO::ConstConfigRcPtr &ocio, const char *display,
+                                           const char *view) {
+    const char *name = ocio->getDisplayViewColorSpaceName(display, view);
+    return ocio->getColorSpace(std::strcmp(name, OCIO::OCIO_VIEW_USE_DISPLAY_NAME) ? name
+                                                                                   : display);
 }
 
 shd_channels shd_ocio_channels(const OCIO::ConstColorSpaceRcPtr &space) {

@@ -45,9 +45,13 @@ struct shd_color_config {
     std::vector<shd_space_info> spaces;
     std::vector<shd_display_info> displays;
     std::deque<std::vector<const char *>> views, aliases;
+    std::deque<std::vector<shd_holds>> holds;
 
-    std::mutex mutex; // guards `transforms`, not what they point to
+    bool css_is_srgb = false; // and numbers are linear Rec.709
+
+    std::mutex mutex; // guards what follows, not what transforms point to
     std::map<std::string, std::unique_ptr<shd_color_transform>> transforms;
+    std::map<std::string, shd_color_info> measured; // by space
 };
 
 // Makes one line of text, without a trailing period. Bytes that are no text become question marks.
@@ -80,6 +84,15 @@ std::vector<OCIO::ConstColorSpaceRcPtr> shd_ocio_spaces(const OCIO::ConstConfigR
 // so this refuses circles, chains that are too deep and files that are not regular before a
 // processor is built. `archived`: the files are in the configuration's own archive.
 std::set<std::string> shd_ocio_walk(const OCIO::ConstConfigRcPtr &config, bool archived);
+
+// Finds the transfer and the primaries of an RGB space that is no data, as far as the roles
+// aces_interchange and cie_xyz_d65_interchange tell. Others are left as they are.
+void shd_ocio_measure(const OCIO::ConstConfigRcPtr &ocio, const OCIO::ConstColorSpaceRcPtr &space,
+                      shd_color_info *info);
+
+// The space whose values a view holds; null: there is none.
+OCIO::ConstColorSpaceRcPtr shd_ocio_target(const OCIO::ConstConfigRcPtr &ocio, const char *display,
+                                           const char *view);
 
 shd_channels shd_ocio_channels(const OCIO::ConstColorSpaceRcPtr &space);
 bool shd_ocio_is_linear(const OCIO::ConstColorSpaceRcPtr &space);

@@ -1,5 +1,6 @@
 // Configurations: OpenColorIO's process-wide habits, loading, the catalog.
 
+#include <strings.h>
 #include <unistd.h>
 #include <xxhash.h>
 
@@ -9,6 +10,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "base/primaries.h"
 #include "color/file.h"
 #include "color/ocio.hpp"
 #include "color/text.h"
@@ -88,6 +90,13 @@ bool has_picking(const OCIO::ConstConfigRcPtr &config) {
     return config->hasRole(OCIO::ROLE_COLOR_PICKING) && space && !space->isData();
 }
 
+shd_holds holds_of(const OCIO::ConstColorSpaceRcPtr &space) {
+    if (!space || space->isData()) return SHD_HOLDS_DATA;
+    const bool light =
+        shd_ocio_is_linear(space) || !strcasecmp(space->getEncoding(), "display-linear");
+    return light ? SHD_HOLDS_LIGHT : SHD_HOLDS_CODES;
+}
+
 void fill_space(shd_color_config *config, const OCIO::ConstColorSpaceRcPtr &space, bool working) {
     const OCIO::ConstConfigRcPtr &ocio = config->ocio;
     std::vector<const char *> aliases;
@@ -100,7 +109,8 @@ void fill_space(shd_color_config *config, const OCIO::ConstColorSpaceRcPtr &spac
     config->spaces.push_back({keep(config, space->getName()),
                               keep(config, shd_ocio_sentence(space->getDescription())),
                               shd_ocio_channels(space), working || shd_ocio_is_linear(space),
-                              config->aliases.back().data(), aliases.size(), nullptr});
+                              config->aliases.back().data(), aliases.size(),
+                              working ? SHD_HOLDS_LIGHT : holds_of(space), nullptr});
 }
 
 void fill_catalog(shd_color_config *config) {
@@ -111,11 +121,15 @@ void fill_catalog(shd_color_config *config) {
     for (int i = 0; i < ocio->getNumDisplays(); i++) {
         const char *display = ocio->getDisplay(i);
         std::vector<const char *> views;
-        for (int j = 0; j < ocio->getNumViews(display); j++)
+        std::vector<shd_holds> holds;
+        for (int j = 0; j < ocio->getNumViews(display); j++) {
             views.push_back(keep(config, ocio->getView(display, j)));
+            holds.push_back(holds_of(shd_ocio_target(ocio, display, views.back())));
+        }
         config->views.push_back(views);
-        config->displays.push_back(
-            {keep(config, display), config->views.back().data(), config->views.back().size()});
+        config->holds.push_back(holds);
+        config->displays.push_back({keep(config, display), config->views.back().data(),
+                                    views.size(), config->holds.back().data()});
     }
     shd_catalog &catalog = config->catalog;
     catalog.spaces = config->spaces.data();
@@ -239,6 +253,13 @@ shd_status read_configuration(const std::string &path, std::string *text, shd_er
     return SHD_OK;
 }
 
+// Whether a space that was measured is that.
+bool is_rec709(const shd_color_config *config, const shd_space_info *space, shd_transfer transfer) {
+    auto found = config->measured.find(space->name);
+    return found != config->measured.end() && found->second.transfer == transfer &&
+           !std::memcmp(found->second.primaries, shd_rec709, sizeof shd_rec709);
+}
+
 std::string folder_of(const std::string &path) {
     size_t slash = path.rfind('/');
     return slash == std::string::npos ? "." : slash == 0 ? "/" : path.substr(0, slash);
@@ -274,6 +295,10 @@ shd_status shd_color_config_load(const char *path, shd_color_config **out, shd_e
         config->ocio = editable;
         std::set<std::string> files;
         check(config.get(), archived, &files);
+        const shd_catalog &catalog = config->catalog;
+        config->css_is_srgb = catalog.css &&
+                              is_rec709(config.get(), catalog.css, SHD_TRANSFER_SRGB) &&
+                              is_rec709(config.get(), catalog.colors, SHD_TRANSFER_LINEAR);
         status = digest(config.get(), built_in + text, files, error);
         if (status == SHD_OK) *out = config.release();
         return status;

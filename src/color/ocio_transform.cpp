@@ -5,7 +5,6 @@
 #include <cstring>
 #include <new>
 
-#include "color/metadata.h"
 #include "color/ocio.hpp"
 
 namespace {
@@ -36,44 +35,47 @@ OCIO::ConstCPUProcessorRcPtr build(const OCIO::ConstProcessorRcPtr &processor) {
     return cpu->isNoOp() ? nullptr : cpu;
 }
 
-void describe(shd_color_info *info, const shd_encoding *encoding) {
-    if (!encoding) return;
-    info->transfer = encoding->transfer;
-    info->has_primaries = true;
-    std::memcpy(info->primaries, encoding->primaries, sizeof info->primaries);
-}
-
-std::unique_ptr<shd_color_transform> make_to_space(const shd_color_config *config, const char *from,
-                                                   const char *to) {
-    std::unique_ptr<shd_color_transform> made(new shd_color_transform);
-    OCIO::ConstColorSpaceRcPtr target = config->ocio->getColorSpace(to);
-    if (std::strcmp(from, to)) made->cpu = build(config->ocio->getProcessor(from, to));
-    made->name = to;
+// What the transform's output is: values of `target` or, because nothing happens on the way to
+// data, still those of `from`.
+void describe(shd_color_config *config, const char *from, const OCIO::ConstColorSpaceRcPtr &target,
+              shd_color_transform *made) {
     made->info.name = made->name.c_str();
+    if (!target) return;
+    made->info.data = target->isData();
     made->info.channels = shd_ocio_channels(target);
     if (made->info.channels != SHD_RGB) {
         made->about = made->name + ": " + shd_ocio_sentence(target->getDescription());
         made->info.about = made->about.c_str();
+        return;
     }
-    // Nothing happens on the way to a data space: the values are still those of `from`.
-    describe(&made->info, shd_encoding_of_space(target->isData() ? from : to));
-    if (!made->info.has_primaries && shd_ocio_is_linear(target))
-        made->info.transfer = SHD_TRANSFER_LINEAR;
+    OCIO::ConstColorSpaceRcPtr held = made->info.data ? config->ocio->getColorSpace(from) : target;
+    auto known = config->measured.find(held->getName());
+    if (known == config->measured.end()) {
+        shd_color_info info{};
+        shd_ocio_measure(config->ocio, held, &info);
+        known = config->measured.emplace(held->getName(), info).first;
+    }
+    made->info.transfer = known->second.transfer;
+    made->info.has_primaries = known->second.has_primaries;
+    std::memcpy(made->info.primaries, known->second.primaries, sizeof made->info.primaries);
+}
+
+std::unique_ptr<shd_color_transform> make_to_space(shd_color_config *config, const char *from,
+                                                   const char *to) {
+    std::unique_ptr<shd_color_transform> made(new shd_color_transform);
+    if (std::strcmp(from, to)) made->cpu = build(config->ocio->getProcessor(from, to));
+    made->name = to;
+    describe(config, from, config->ocio->getColorSpace(to), made.get());
     return made;
 }
 
-std::unique_ptr<shd_color_transform> make_to_view(const shd_color_config *config, const char *from,
+std::unique_ptr<shd_color_transform> make_to_view(shd_color_config *config, const char *from,
                                                   const char *display, const char *view) {
     std::unique_ptr<shd_color_transform> made(new shd_color_transform);
     const OCIO::ConstConfigRcPtr &ocio = config->ocio;
     made->cpu = build(ocio->getProcessor(from, display, view, OCIO::TRANSFORM_DIR_FORWARD));
     made->name = std::string(display) + " / " + view;
-    made->info.name = made->name.c_str();
-    OCIO::ConstColorSpaceRcPtr target =
-        ocio->getColorSpace(ocio->getDisplayViewColorSpaceName(display, view));
-    bool raw = target && target->isData();
-    made->info.channels = target ? shd_ocio_channels(target) : SHD_RGB;
-    describe(&made->info, raw ? shd_encoding_of_space(from) : shd_encoding_of_display(display));
+    describe(config, from, shd_ocio_target(ocio, display, view), made.get());
     return made;
 }
 
@@ -88,13 +90,6 @@ double decode_srgb(double v) {
     return v < 0 ? v / 12.92 : shd_curve_decode(SHD_TRANSFER_SRGB, v);
 }
 
-bool is_linear_rec709(const shd_space_info *space) {
-    const shd_encoding *encoding = shd_encoding_of_space(space->name);
-    const shd_encoding *srgb = shd_encoding_of_space("sRGB");
-    return encoding && srgb && encoding->transfer == SHD_TRANSFER_LINEAR &&
-           encoding->primaries == srgb->primaries;
-}
-
 } // namespace
 
 shd_status shd_ocio_convert(const void *self, const char *from, const char *to, double rgb[3],
@@ -103,8 +98,7 @@ shd_status shd_ocio_convert(const void *self, const char *from, const char *to, 
     // The catalog is const for its users; its cache has a mutex.
     auto config = const_cast<shd_color_config *>(static_cast<const shd_color_config *>(self));
     const shd_catalog &catalog = config->catalog;
-    bool css =
-        catalog.css && is_linear_rec709(catalog.colors) && !std::strcmp(from, catalog.css->name);
+    bool css = config->css_is_srgb && !std::strcmp(from, catalog.css->name);
     double value[3] = {rgb[0], rgb[1], rgb[2]};
     if (css) {
         for (double &v : value) v = decode_srgb(v);

@@ -12,9 +12,9 @@
 static const struct {
     const char *name;
     const double *xy;
-} known_primaries[] = {{"Rec.709", shd_rec709},
-                       {"Display P3", shd_display_p3},
-                       {"ACEScg", shd_acescg},
+} known_primaries[] = {{"Rec.709", shd_rec709},       {"Display P3", shd_display_p3},
+                       {"Rec.2020", shd_rec2020},     {"DCI-P3", shd_p3_dci},
+                       {"P3-D60", shd_p3_d60},        {"ACEScg", shd_acescg},
                        {"ACES2065-1", shd_aces2065_1}};
 
 static const char *name_of_profile(const double xy[8]) {
@@ -34,33 +34,6 @@ bool shd_image_is_srgb(const shd_image *image) {
 
 /* The profile connection space's white, as ICC.1:2010 7.2.16 fixes it, exact in s15Fixed16. */
 static const double d50[3] = {0xF6D6 / 65536.0, 1.0, 0xD32D / 65536.0};
-
-/* Bradford adaptation from a white to D50: `chad` of ICC.1:2010, annex E. */
-static bool adapt_to_d50(shd_vec3 white, shd_affine *out) {
-    static const shd_affine bradford = {.linear = {{0.8951, 0.2664, -0.1614},
-                                                   {-0.7502, 1.7135, 0.0367},
-                                                   {0.0389, -0.0685, 1.0296}}};
-    const shd_vec3 from = shd_linear(&bradford, white);
-    const shd_vec3 to = shd_linear(&bradford, (shd_vec3){d50[0], d50[1], d50[2]});
-    shd_affine back;
-    if (!(from.x > 1e-6 && from.y > 1e-6 && from.z > 1e-6) || !shd_invert(&bradford, &back))
-        return false;
-    shd_affine scale = {.linear = {{to.x / from.x}, {0, to.y / from.y}, {0, 0, to.z / from.z}}};
-    scale = shd_compose(&scale, &bradford);
-    *out = shd_compose(&back, &scale);
-    return true;
-}
-
-/* The columns of `out` are XYZ of red, green and blue at full drive, adapted to D50. */
-static bool make_colorants(const double xy[8], shd_affine *adapt, shd_affine *out) {
-    const double y = xy[7];
-    shd_affine rgb = {.origin = {0, 0, 0}};
-    if (!(y > 1e-6) || !shd_primaries_to_xyz(xy, rgb.linear)) return false;
-    for (int i = 0; i < 9; i++) rgb.linear[i / 3][i % 3] /= y;
-    if (!adapt_to_d50((shd_vec3){xy[6] / y, 1, (1 - xy[6] - y) / y}, adapt)) return false;
-    *out = shd_compose(adapt, &rgb);
-    return true;
-}
 
 /* ---- Bytes, big-endian. ---- */
 
@@ -140,7 +113,10 @@ static void add_numbers(shd_icc *icc, int *tags, const char tag[4], const char t
 /* Encoded to linear, as a parametricCurveType (ICC.1:2010, 10.16): one element for the three. */
 static void add_curve(shd_icc *icc, int *tags, shd_transfer transfer) {
     static const double srgb[5] = {2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045};
-    const double power = transfer == SHD_TRANSFER_REC1886 ? 2.4 : 1;
+    const double power = transfer == SHD_TRANSFER_REC1886   ? 2.4
+                         : transfer == SHD_TRANSFER_GAMMA22 ? 2.2
+                         : transfer == SHD_TRANSFER_GAMMA26 ? 2.6
+                                                            : 1;
     const bool is_srgb = transfer == SHD_TRANSFER_SRGB;
     const size_t start = icc->size;
     put_type(icc, "para");
@@ -156,6 +132,8 @@ static void name_profile(shd_icc *icc, shd_transfer transfer, const double xy[8]
     const bool is_srgb = transfer == SHD_TRANSFER_SRGB;
     const char *curve = transfer == SHD_TRANSFER_LINEAR    ? " linear"
                         : transfer == SHD_TRANSFER_REC1886 ? " gamma 2.4"
+                        : transfer == SHD_TRANSFER_GAMMA22 ? " gamma 2.2"
+                        : transfer == SHD_TRANSFER_GAMMA26 ? " gamma 2.6"
                         : is_usual                         ? ""
                                                            : " with sRGB curve";
     snprintf(icc->name, sizeof icc->name, "%s%s",
@@ -164,11 +142,13 @@ static void name_profile(shd_icc *icc, shd_transfer transfer, const double xy[8]
 
 shd_icc shd_icc_make(const shd_image *image) {
     shd_icc icc = {.size = 0};
-    if (image->transfer == SHD_TRANSFER_UNKNOWN || image->channel >= 0) return icc;
+    if (image->transfer == SHD_TRANSFER_UNKNOWN || image->transfer >= SHD_TRANSFER_PQ ||
+        image->channel >= 0)
+        return icc;
     if (!image->has_primaries && image->transfer != SHD_TRANSFER_SRGB) return icc;
     const double *xy = image->has_primaries ? image->primaries : shd_rec709;
     shd_affine chad, rgb;
-    if (!make_colorants(xy, &chad, &rgb)) return icc;
+    if (!shd_primaries_adapt(xy, (shd_vec3){d50[0], d50[1], d50[2]}, &chad, &rgb)) return icc;
 
     name_profile(&icc, image->transfer, xy);
     put_icc_header(&icc);

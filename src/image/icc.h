@@ -12,10 +12,10 @@ typedef struct shd_icc {
     char name[48]; /* "Display P3" */
 } shd_icc;
 
-/* Whether the picture's color is nothing but sRGB, which PNG says in a chunk of its own and JPEG
- * and WebP assume. */
+/* Whether the picture's color is nothing but sRGB, which PNG says in a chunk of its own. */
 bool shd_image_is_srgb(const shd_image *image);
 
 /* The RGB profile that fits the picture. Its size is 0 if the picture's transfer or primaries are
- * not known, if it has one channel, or if the primaries span no volume. */
+ * not known, if the transfer is PQ or HLG, if it has one channel, or if the primaries span no
+ * volume. */
 shd_icc shd_icc_make(const shd_image *image);

@@ -40,8 +40,9 @@ typedef struct shd_image {
     shd_transfer transfer; /* color metadata, written if the format has a place for it */
     bool has_primaries;
     double primaries[8]; /* CIE xy of red, green, blue, white */
-    const char
-        *about; /* NULL, or what the channels are: UTF-8, written if the format has a place */
+    const char *space;   /* NULL, or the name of the color space or view; used by EXR */
+    /* NULL, or what the channels are, in UTF-8; written if the format has a place for it. */
+    const char *about;
     const char *const *channel_names; /* [3] of the space: "R".. or "Y".. or "H".. ; used by EXR */
     const shd_image_layer *layers;    /* EXR: further channels */
     size_t layer_count;

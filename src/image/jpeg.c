@@ -195,7 +195,6 @@ shd_status shd_encode_jpeg(const shd_image *image, shd_format format, shd_arena 
     if (atomic_load(&j.failed))
         return shd_fail(error, SHD_INTERNAL, "", "libjpeg-turbo: %s", j.words);
 
-    shd_icc icc = {.size = 0};
-    if (!shd_image_is_srgb(image)) icc = shd_icc_make(image);
+    const shd_icc icc = shd_icc_make(image);
     return join_strips(&j, &icc, scratch, out, error);
 }

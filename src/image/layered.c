@@ -1,9 +1,11 @@
 /* TIFF, EXR and HDR: turns a picture and its layers into planes for the OpenImageIO module. */
 #include <assert.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/primaries.h"
 #include "image/encoders.h"
 #include "image/icc.h"
 #include "image/load.h"
@@ -73,6 +75,56 @@ static const char *shown_channels(const shd_image *image, shd_arena *scratch) {
     return shd_arena_printf(scratch, "%s%s%s", names[0], names[1], names[2]);
 }
 
+/* Whether the samples are scene-linear light of known primaries, as EXR and HDR have it. */
+static bool is_light(const shd_image *image) {
+    return image->has_primaries && image->channel < 0 && image->transfer == SHD_TRANSFER_LINEAR;
+}
+
+/* Chromaticities, which are of linear samples by definition, so that encoded ones get none, and
+ * names: the configuration's, and the Color Interop Forum's. */
+static void tell_exr(const shd_image *image, shd_arena *scratch, float primaries[8],
+                     shd_oiio_job *job) {
+    static const struct {
+        const double *xy;
+        const char *name;
+    } known[] = {{shd_rec709, "lin_rec709_scene"},
+                 {shd_display_p3, "lin_p3d65_scene"},
+                 {shd_rec2020, "lin_rec2020_scene"},
+                 {shd_acescg, "lin_ap1_scene"},
+                 {shd_aces2065_1, "lin_ap0_scene"}};
+    job->shown = shown_channels(image, scratch);
+    job->space = image->space;
+    if (!is_light(image)) return;
+    for (int i = 0; i < 8; i++) primaries[i] = (float)image->primaries[i];
+    job->primaries = primaries;
+    for (size_t i = 0; i < sizeof known / sizeof known[0]; i++)
+        if (!memcmp(image->primaries, known[i].xy, sizeof image->primaries))
+            job->interop = known[i].name;
+}
+
+/* Radiance's header is lines up to an empty one. OpenImageIO writes no primaries. */
+static shd_status add_primaries(const shd_image *image, shd_arena *scratch, shd_bytes *file,
+                                shd_error *error) {
+    if (!is_light(image)) return SHD_OK;
+    char line[160];
+    const double *xy = image->primaries;
+    const size_t length =
+        (size_t)snprintf(line, sizeof line, "PRIMARIES= %.5g %.5g %.5g %.5g %.5g %.5g %.5g %.5g\n",
+                         xy[0], xy[1], xy[2], xy[3], xy[4], xy[5], xy[6], xy[7]);
+    const unsigned char *end = memmem(file->data, file->size, "\n\n", 2);
+    unsigned char *data = NULL;
+    if (end && shd_arena_borrow(scratch, length)) data = realloc(file->data, file->size + length);
+    if (!data) {
+        free(file->data);
+        return shd_encode_no_memory(error);
+    }
+    const size_t at = (size_t)(end + 1 - file->data);
+    memmove(data + at + length, data + at, file->size - at);
+    memcpy(data + at, line, length);
+    *file = (shd_bytes){data, file->size + length};
+    return SHD_OK;
+}
+
 /* What OpenImageIO takes for a file of as many bytes of pixels, which compression may make longer
  * by a little, and for itself. */
 static uint64_t file_bytes(uint64_t stored) {
@@ -140,18 +192,12 @@ shd_status shd_encode_oiio(const shd_image *image, shd_format format, shd_arena 
         if (!job.pixels) return shd_encode_no_memory(error);
     }
 
-    /* Color metadata: a profile in TIFF; chromaticities in EXR, whose samples are linear by
-     * definition, so encoded ones get none. */
     shd_icc icc = {.size = 0};
     float primaries[8];
     if (format == SHD_TIFF) icc = shd_icc_make(image);
     job.icc = icc.data;
     job.icc_size = icc.size;
-    if (format == SHD_EXR && image->has_primaries && image->channel < 0 &&
-        image->transfer == SHD_TRANSFER_LINEAR) {
-        for (int i = 0; i < 8; i++) primaries[i] = (float)image->primaries[i];
-        job.primaries = primaries;
-    }
-    if (format == SHD_EXR) job.shown = shown_channels(image, scratch);
-    return encode_job(encode, &job, file_bytes((uint64_t)pixels * pixel), scratch, out, error);
+    if (format == SHD_EXR) tell_exr(image, scratch, primaries, &job);
+    status = encode_job(encode, &job, file_bytes((uint64_t)pixels * pixel), scratch, out, error);
+    return status || format != SHD_HDR ? status : add_primaries(image, scratch, out, error);
 }

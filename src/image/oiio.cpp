@@ -162,6 +162,8 @@ OIIO::ImageSpec describe_file(const shd_oiio_job &job) {
                        job.icc);
     if (job.primaries)
         spec.attribute("chromaticities", OIIO::TypeDesc(OIIO::TypeDesc::FLOAT, 8), job.primaries);
+    if (job.space) spec.attribute("shaded:colorSpace", job.space);
+    if (job.interop) spec.attribute("colorInteropID", job.interop);
     if (job.shown) spec.attribute("shaded:channels", job.shown);
     if (job.about) spec.attribute("ImageDescription", job.about);
     /* Writers add today's date where there is no DateTime, and drop one that is no text: equal

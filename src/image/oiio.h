@@ -28,6 +28,8 @@ typedef struct shd_oiio_job {
     const unsigned char *icc;
     size_t icc_size;        /* 0: none */
     const float *primaries; /* [8] for the attribute "chromaticities", or NULL */
+    const char *space;      /* for the attribute "shaded:colorSpace", or NULL */
+    const char *interop;    /* for the attribute "colorInteropID", or NULL */
     const char *shown;      /* for the attribute "shaded:channels", or NULL */
     const char *about;      /* for the attribute "ImageDescription", or NULL */
     void *pixels;           /* room for all planes' stored bytes; used if they must be woven */

@@ -57,6 +57,26 @@ static void put_png_header(writer *w, const shd_image *image, const shd_pack *pa
     put_chunk(w, "IHDR", head, sizeof head);
 }
 
+/* Code points of ITU-T H.273. Gammas 2.4 and 2.6 have none: 1, BT.709, stands for a camera's curve
+ * to many readers. gAMA tells these. */
+static void put_code_points(writer *w, const shd_image *image) {
+    static const unsigned char curves[] = {[SHD_TRANSFER_LINEAR] = 8,
+                                           [SHD_TRANSFER_SRGB] = 13,
+                                           [SHD_TRANSFER_GAMMA22] = 4,
+                                           [SHD_TRANSFER_PQ] = 16,
+                                           [SHD_TRANSFER_HLG] = 18};
+    static const struct {
+        const double *xy;
+        unsigned char code;
+    } known[] = {{shd_rec709, 1}, {shd_rec2020, 9}, {shd_p3_dci, 11}, {shd_display_p3, 12}};
+    if (image->channel >= 0 || !image->has_primaries || !curves[image->transfer]) return;
+    for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
+        if (memcmp(image->primaries, known[i].xy, sizeof image->primaries)) continue;
+        const unsigned char data[] = {known[i].code, curves[image->transfer], 0, 1};
+        put_chunk(w, "cICP", data, sizeof data); /* RGB, full range */
+    }
+}
+
 /* cHRM holds what lies in the triangle of real chromaticities; readers refuse others. */
 static bool chromaticities_fit(const double xy[8]) {
     for (int i = 0; i < 8; i += 2)
@@ -94,17 +114,19 @@ static shd_status put_profile(writer *w, const shd_image *image, shd_icc *icc, s
     return SHD_OK;
 }
 
-/* Puts sRGB if the color is that, gAMA and cHRM if they say all, else a profile. One channel as
- * grey keeps its curve. Alpha as grey is no color at all. */
+/* Puts code points where there are some; sRGB if the color is that, gAMA and cHRM if they say all,
+ * else a profile. One channel as grey keeps its curve. Alpha as grey is no color at all. */
 static shd_status put_color(writer *w, const shd_image *image, shd_arena *scratch,
                             shd_error *error) {
-    static const uint32_t gammas[] = {[SHD_TRANSFER_LINEAR] = 100000,
-                                      [SHD_TRANSFER_SRGB] = 45455,
-                                      [SHD_TRANSFER_REC1886] = 41667};
+    static const uint32_t gammas[] = {
+        [SHD_TRANSFER_LINEAR] = 100000, [SHD_TRANSFER_SRGB] = 45455,
+        [SHD_TRANSFER_REC1886] = 41667, [SHD_TRANSFER_GAMMA22] = 45455,
+        [SHD_TRANSFER_GAMMA26] = 38462, [SHD_TRANSFER_HLG] = 0}; /* no power says this, or PQ */
     if (image->transfer == SHD_TRANSFER_UNKNOWN || image->channel == 3) return SHD_OK;
     unsigned char gamma[4];
     write_u32(gamma, gammas[image->transfer]);
-    put_chunk(w, "gAMA", gamma, sizeof gamma);
+    put_code_points(w, image);
+    if (gammas[image->transfer]) put_chunk(w, "gAMA", gamma, sizeof gamma);
     if (shd_image_is_srgb(image)) {
         put_chromaticities(w, shd_rec709);
         put_chunk(w, "sRGB", "\1", 1); /* relative colorimetric */

@@ -190,7 +190,7 @@ static bool set_up(const shd_image *image, encoding *e) {
     picture->user_data = e;
     picture->width = image->width;
     picture->height = image->height;
-    if (!shd_image_is_srgb(image)) e->icc = shd_icc_make(image);
+    e->icc = shd_icc_make(image);
     e->exif_size = shd_exif_make(image, e->exif);
     return true;
 }

@@ -132,6 +132,36 @@ static void resolve_color(shd_reader *r, const shd_node *node, raw_output *raw) 
         resolve_view(r, node, raw->display, raw->view, out);
 }
 
+/* What the output's samples are. `false`: nothing that a file would be misread for. */
+static bool find_held(shd_reader *r, const shd_output *out, shd_holds *holds) {
+    if (out->color_space) {
+        *holds = out->color_space->holds;
+        return out->color_space->channels == SHD_RGB;
+    }
+    const shd_display_info *display =
+        out->view ? shd_catalog_display(r->catalog, out->display) : NULL;
+    for (size_t i = 0; display && i < display->view_count; i++)
+        if (!strcmp(display->views[i], out->view)) *holds = display->holds[i];
+    return display != NULL;
+}
+
+/* Warns of files that other programs take for something else than they are. */
+static void warn_of_color(shd_reader *r, const shd_node *node, const shd_output *out) {
+    const shd_format_info *format = shd_format_get(out->format);
+    shd_holds holds = SHD_HOLDS_DATA;
+    if (!find_held(r, out, &holds) || holds == SHD_HOLDS_DATA) return;
+    const shd_node at = shd_node_member(node, r->seen & COLOR_SPACE ? "colorSpace"
+                                              : r->seen & VIEW      ? "view"
+                                                                    : "display");
+    if (format->linear && holds == SHD_HOLDS_CODES)
+        shd_warn(r, &at,
+                 "%s holds scene-linear light by convention: other programs will take these "
+                 "encoded values for it",
+                 format->name);
+    if (out->depth == SHD_U8 && holds == SHD_HOLDS_LIGHT)
+        shd_warn(r, &at, "8 bits have few codes for dark linear light: it bands");
+}
+
 /* ---- Depth and channel ---- */
 
 static void resolve_depth(shd_reader *r, const shd_node *node, raw_output *raw) {
@@ -283,6 +313,7 @@ static void read_one(shd_reader *r, const shd_node *node, unsigned kind, shd_out
     if (!(r->wrong & FORMAT)) r->formats |= 1u << raw.format;
     if (!(r->wrong & (FORMAT | DEPTH))) resolve_depth(r, node, &raw);
     resolve_color(r, node, &raw);
+    if (!r->wrong) warn_of_color(r, node, output);
     if (raw.channel) resolve_channel(r, node, &raw);
     if (!shd_format_get(output->format)->alpha && output->channel != 3)
         r->flat |= r->formats & 1u << raw.format;

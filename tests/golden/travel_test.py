@@ -57,5 +57,46 @@ class Travel(unittest.TestCase):
                 self.same(json.loads(path.read_text()), [*spaces, view], [*spaces, plain])
 
 
+def chunks(png):
+    """{type: data} of a PNG."""
+    found, at = {}, 8
+    while at < len(png):
+        size = int.from_bytes(png[at:at + 4], "big")
+        found[png[at + 4:at + 8].decode()] = png[at + 8:at + 8 + size]
+        at += 12 + size
+    return found
+
+
+class Tags(unittest.TestCase):
+    """What files say of their color follows from what the configuration does, not from names."""
+
+    def tags(self, *options, **output):
+        scene = {"image": {"width": 8, "height": 8, "samples": 1}, "objects": [],
+                 "output": {"format": "png", **output}}
+        run = subprocess.run([os.path.join(program.BUILD, "shade"), "render", "-", "-o", "-", *options],
+                             input=json.dumps(scene).encode(), capture_output=True, check=False,
+                             timeout=300)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        return chunks(run.stdout)
+
+    def test_built_in(self):
+        self.assertEqual(self.tags()["cICP"], bytes([1, 13, 0, 1]))
+        self.assertEqual(self.tags(display="Display P3")["cICP"], bytes([12, 13, 0, 1]))
+        self.assertNotIn("cICP", self.tags(display="Rec.1886"))
+        self.assertIn("gAMA", self.tags(display="Rec.1886", view="ACES SDR"))
+        for output in {"view": "Raw"}, {"colorSpace": "raw"}, {"colorSpace": "YIQ"}:
+            self.assertFalse({"cICP", "gAMA", "cHRM", "sRGB", "iCCP"} & set(self.tags(**output)))
+
+    def test_elsewhere(self):
+        ocio = ("--ocio", str(ELSEWHERE))
+        self.assertEqual(self.tags(*ocio, display="sRGB - Display")["cICP"], bytes([1, 13, 0, 1]))
+        self.assertEqual(self.tags(*ocio, colorSpace="sRGB - Texture")["cICP"], bytes([1, 13, 0, 1]))
+        self.assertEqual(self.tags(*ocio, display="Rec.2100-PQ - Display", bitDepth=16)["cICP"],
+                         bytes([9, 16, 0, 1]))
+        self.assertEqual(self.tags(*ocio, colorSpace="lin_srgb", bitDepth=16)["cICP"],
+                         bytes([1, 8, 0, 1]))
+        self.assertFalse({"cICP", "gAMA", "cHRM", "sRGB", "iCCP"} & set(self.tags(*ocio, view="Raw")))
+
+
 if __name__ == "__main__":
     unittest.main()

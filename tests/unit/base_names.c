@@ -63,11 +63,13 @@ static void depths_are_named_as_clients_write_them(void **state) {
 static void the_catalog_is_searched_by_name_and_alias(void **state) {
     (void)state;
     static const char *const aliases[] = {"scene_linear", "yiq LINEAR"};
-    static const shd_space_info spaces[] = {{"lin_rec709", "", SHD_RGB, true, aliases, 2, NULL},
-                                            {"YIQ", "", SHD_YIQ, false, NULL, 0, NULL},
-                                            {"YIQ linear", "", SHD_YIQ, false, NULL, 0, NULL}};
+    static const shd_space_info spaces[] = {
+        {"lin_rec709", "", SHD_RGB, true, aliases, 2, SHD_HOLDS_LIGHT, NULL},
+        {"YIQ", "", SHD_YIQ, false, NULL, 0, SHD_HOLDS_CODES, NULL},
+        {"YIQ linear", "", SHD_YIQ, false, NULL, 0, SHD_HOLDS_CODES, NULL}};
     static const char *const views[] = {"Standard"};
-    static const shd_display_info displays[] = {{"sRGB", views, 1}, {"Display P3", views, 1}};
+    static const shd_display_info displays[] = {{"sRGB", views, 1, NULL},
+                                                {"Display P3", views, 1, NULL}};
     const shd_catalog catalog = {
         .spaces = spaces, .space_count = 3, .displays = displays, .display_count = 2};
     for (size_t i = 0; i < 3; i++)

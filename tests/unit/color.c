@@ -194,7 +194,9 @@ static void every_space_comes_back(void **state) {
             assert_int_equal(catalog->convert(catalog->self, space->name, "lin_rec709", rgb, NULL),
                              SHD_OK);
             /* Two curves and two matrices in float; YIQ's inverse has entries up to 1.9. */
-            for (int k = 0; k < 3; k++) assert_true(fabs(rgb[k] - colors[c][k]) <= 3e-6 * size);
+            for (int k = 0; k < 3; k++)
+                if (!(fabs(rgb[k] - colors[c][k]) <= 3e-6 * size))
+                    fail_msg("%s: color %zu comes back as %g", space->name, c, rgb[k]);
         }
     }
 }
@@ -268,6 +270,8 @@ static void outputs_are_described(void **state) {
         {"lin_rec709", "Rec.1886", NULL, SHD_RGB, SHD_TRANSFER_REC1886, .64},
         {"lin_rec709", "Display P3", NULL, SHD_RGB, SHD_TRANSFER_SRGB, .68},
         {"ACEScg", "raw", NULL, SHD_RGB, SHD_TRANSFER_LINEAR, .713},
+        {"lin_rec709", "ACEScct", NULL, SHD_RGB, SHD_TRANSFER_UNKNOWN, 0},
+        {"lin_rec709", "CIE-XYZ-D65", NULL, SHD_RGB, SHD_TRANSFER_LINEAR, 1},
         {"lin_rec709", "YIQ", NULL, SHD_YIQ, SHD_TRANSFER_UNKNOWN, 0},
         {"lin_rec709", "HSV linear", NULL, SHD_HSV, SHD_TRANSFER_UNKNOWN, 0},
         {"lin_rec709", "sRGB", "Standard", SHD_RGB, SHD_TRANSFER_SRGB, .64},
@@ -288,6 +292,9 @@ static void outputs_are_described(void **state) {
         assert_int_equal(info->transfer, cases[i].transfer);
         assert_int_equal(info->has_primaries, cases[i].red_x > 0);
         if (info->has_primaries) assert_true(info->primaries[0] == cases[i].red_x);
+        const bool raw = !strcmp(cases[i].view ? cases[i].view : cases[i].to, "raw") ||
+                         (cases[i].view && !strcmp(cases[i].view, "Raw"));
+        assert_int_equal(info->data, raw);
     }
 }
 

@@ -15,6 +15,7 @@
 
 #include <cmocka.h>
 
+#include "base/primaries.h"
 #include "color/color.h"
 #include "color/file.h"
 #include "color/text.h"
@@ -350,6 +351,57 @@ static void yiq_and_hsv_are_lent(void **state) {
     shd_color_config_drop(config);
 }
 
+static void encodings_are_measured(void **state) {
+    (void)state;
+    static const struct {
+        const char *name, *curve;
+        shd_transfer transfer;
+        const double *xy; /* NULL: not known */
+    } cases[] = {
+        {"a", "!<ExponentTransform> {value: [2.2, 2.2, 2.2, 1], direction: inverse}",
+         SHD_TRANSFER_GAMMA22, shd_acescg},
+        {"b",
+         "!<ExponentWithLinearTransform> {gamma: [2.4, 2.4, 2.4, 1], "
+         "offset: [0.055, 0.055, 0.055, 0], direction: inverse}",
+         SHD_TRANSFER_SRGB, shd_acescg},
+        {"c",
+         "!<GroupTransform> {children: [!<BuiltinTransform> {style: "
+         "UTILITY - ACES-AP1_to_CIE-XYZ-D65_BFD}, !<BuiltinTransform> {style: "
+         "DISPLAY - CIE-XYZ-D65_to_REC.2100-PQ}]}",
+         SHD_TRANSFER_PQ, shd_rec2020},
+        {"d",
+         "!<GroupTransform> {children: [!<BuiltinTransform> {style: "
+         "UTILITY - ACES-AP1_to_CIE-XYZ-D65_BFD}, !<BuiltinTransform> {style: "
+         "DISPLAY - CIE-XYZ-D65_to_REC.2100-HLG-1000nit}]}",
+         SHD_TRANSFER_HLG, shd_rec2020},
+        {"e",
+         "!<GroupTransform> {children: [!<BuiltinTransform> {style: "
+         "UTILITY - ACES-AP1_to_CIE-XYZ-D65_BFD}, !<BuiltinTransform> {style: "
+         "DISPLAY - CIE-XYZ-D65_to_G2.6-P3-DCI-BFD}]}",
+         SHD_TRANSFER_GAMMA26, shd_p3_dci},
+        {"f", "!<ExponentTransform> {value: [1.5, 1.5, 1.5, 1], direction: inverse}",
+         SHD_TRANSFER_UNKNOWN, NULL},
+        {"g", "!<ExponentTransform> {value: [2.2, 2.4, 2.2, 1], direction: inverse}",
+         SHD_TRANSFER_UNKNOWN, NULL},
+        {"h", "!<FixedFunctionTransform> {style: RGB_TO_HSV}", SHD_TRANSFER_UNKNOWN, NULL},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char space[512];
+        snprintf(space, sizeof space,
+                 "  - !<ColorSpace>\n    name: %s\n    from_scene_reference: %s\n", cases[i].name,
+                 cases[i].curve);
+        shd_color_config *config = load_foreign("", space);
+        const shd_color_transform *made;
+        assert_int_equal(shd_color_to_space(config, "light", cases[i].name, &made, NULL), SHD_OK);
+        const shd_color_info *info = shd_color_describe(made);
+        if (info->transfer != cases[i].transfer)
+            fail_msg("%s: transfer %d", cases[i].name, (int)info->transfer);
+        assert_int_equal(info->has_primaries, cases[i].xy != NULL);
+        if (cases[i].xy) assert_memory_equal(info->primaries, cases[i].xy, sizeof info->primaries);
+        shd_color_config_drop(config);
+    }
+}
+
 static void interrupted_reads_go_on_and_others_are_told(void **state) {
     (void)state;
     char *data = NULL;
@@ -405,6 +457,7 @@ int main(void) {
         cmocka_unit_test(aliases_and_roles_are_names),
         cmocka_unit_test(hex_colors_find_srgb),
         cmocka_unit_test(yiq_and_hsv_are_lent),
+        cmocka_unit_test(encodings_are_measured),
     };
     return cmocka_run_group_tests(tests, make_folder, drop_folder);
 }

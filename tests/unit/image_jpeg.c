@@ -35,6 +35,7 @@ static void strips_are_the_picture(void **state) {
         image.samples = samples;
         image.quality = quality;
         image.channel = channels == 1 ? 0 : -1;
+        image.transfer = SHD_TRANSFER_UNKNOWN; /* no profile */
         shd_bytes got = encoded(&image, SHD_JPEG);
 
         tjhandle handle = tjInitCompress();

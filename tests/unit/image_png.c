@@ -1,6 +1,8 @@
 /* PNG files as the standard wants them: chunks, checksums, samples, color metadata. */
 #include "unit/image/fixture.h"
 
+#include "base/primaries.h"
+
 #include <libdeflate.h>
 
 typedef struct chunk {
@@ -154,17 +156,17 @@ static void color_is_said_once_and_truly(void **state) {
     (void)state;
     const float rgba[4] = {0.5f, 0.5f, 0.5f, 1};
     shd_image image = picture(rgba, 1, 1);
-    check_order(&image, "IHDR gAMA cHRM sRGB IDAT IEND ");
+    check_order(&image, "IHDR cICP gAMA cHRM sRGB IDAT IEND ");
 
     image.transfer = SHD_TRANSFER_REC1886;
     check_order(&image, "IHDR gAMA cHRM IDAT IEND ");
     image.transfer = SHD_TRANSFER_LINEAR;
-    check_order(&image, "IHDR gAMA cHRM IDAT IEND ");
+    check_order(&image, "IHDR cICP gAMA cHRM IDAT IEND ");
 
     shd_image p3 = image;
     p3.transfer = SHD_TRANSFER_SRGB;
     memcpy(p3.primaries, display_p3, sizeof display_p3);
-    check_order(&p3, "IHDR gAMA cHRM iCCP IDAT IEND ");
+    check_order(&p3, "IHDR cICP gAMA cHRM iCCP IDAT IEND ");
     p3.channel = 0; /* an RGB profile in a grey picture is an error to libpng */
     check_order(&p3, "IHDR gAMA IDAT IEND ");
     p3.channel = 3;
@@ -180,6 +182,34 @@ static void color_is_said_once_and_truly(void **state) {
     image.transfer = SHD_TRANSFER_LINEAR;
     image.has_primaries = false;
     check_order(&image, "IHDR gAMA IDAT IEND ");
+}
+
+static void code_points_are_those_of_h_273(void **state) {
+    (void)state;
+    const float rgba[4] = {0.5f, 0.5f, 0.5f, 1};
+    static const struct {
+        const double *xy;
+        shd_transfer transfer;
+        unsigned char codes[2]; /* 0: there are none */
+    } cases[] = {{rec709, SHD_TRANSFER_SRGB, {1, 13}},      {rec709, SHD_TRANSFER_LINEAR, {1, 8}},
+                 {rec709, SHD_TRANSFER_GAMMA22, {1, 4}},    {rec709, SHD_TRANSFER_REC1886, {0}},
+                 {display_p3, SHD_TRANSFER_SRGB, {12, 13}}, {shd_rec2020, SHD_TRANSFER_PQ, {9, 16}},
+                 {shd_rec2020, SHD_TRANSFER_HLG, {9, 18}},  {shd_p3_dci, SHD_TRANSFER_GAMMA26, {0}},
+                 {shd_acescg, SHD_TRANSFER_LINEAR, {0}}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        shd_image image = picture(rgba, 1, 1);
+        image.transfer = cases[i].transfer;
+        memcpy(image.primaries, cases[i].xy, sizeof image.primaries);
+        shd_bytes png = encoded(&image, SHD_PNG);
+        char order[512];
+        const chunk told = find(png, "cICP", order);
+        const unsigned char wanted[4] = {cases[i].codes[0], cases[i].codes[1], 0, 1};
+        if (cases[i].codes[0])
+            assert_memory_equal(told.data, wanted, sizeof wanted);
+        else
+            assert_null(strstr(order, "cICP"));
+        free(png.data);
+    }
 }
 
 static void gamma_and_chromaticities_have_the_standards_values(void **state) {
@@ -306,6 +336,7 @@ int main(void) {
         cmocka_unit_test(header_names_size_depth_and_channels),
         cmocka_unit_test(samples_come_back_straight_and_big_endian),
         cmocka_unit_test(color_is_said_once_and_truly),
+        cmocka_unit_test(code_points_are_those_of_h_273),
         cmocka_unit_test(gamma_and_chromaticities_have_the_standards_values),
         cmocka_unit_test(noise_and_single_pixels_fit_their_bounds),
         cmocka_unit_test(rows_take_their_filters_with_the_same_bytes_from_any_variant),

@@ -270,6 +270,30 @@ class Exr(Case):
             spec, _ = self.oiio("exr", **options)
             self.assertIsNone(spec.getattribute("chromaticities"), options)
 
+    def test_color_spaces_are_named(self):
+        for name, interop in (("rec709", "lin_rec709_scene"), ("acescg", "lin_ap1_scene"),
+                              ("aces", "lin_ap0_scene"), ("p3", "lin_p3d65_scene")):
+            spec, _ = self.oiio("exr", transfer="linear", primaries=name, named="house")
+            self.assertEqual(spec.get_string_attribute("colorInteropID"), interop)
+            self.assertEqual(spec.get_string_attribute("shaded:colorSpace"), "house")
+        spec, _ = self.oiio("exr", transfer="srgb")
+        self.assertEqual(spec.get_string_attribute("colorInteropID"), "")
+
+    def test_radiance_tells_its_primaries(self):
+        def header(**options):
+            with open(self.write("hdr", **options), "rb") as file:
+                return file.read().split(b"\n\n")[0].decode().splitlines()
+
+        for name, xy in (("rec709", REC709), ("acescg", ACESCG), ("aces", ACES)):
+            told = [line for line in header(transfer="linear", primaries=name)
+                    if line.startswith("PRIMARIES=")]
+            self.assertEqual([float(v) for v in told[0].split()[1:]], list(xy))
+        plain = header(transfer="linear", primaries="none")
+        self.assertFalse([line for line in plain if line.startswith("PRIMARIES=")])
+        # The pixels are still where they were.
+        numpy.testing.assert_array_equal(self.oiio("hdr", transfer="linear")[1],
+                                         self.oiio("hdr", transfer="srgb")[1])
+
     def test_other_spaces_are_named(self):
         for options, names, shown in (
                 ({}, ["R", "G", "B"], ""),
@@ -315,12 +339,12 @@ class Profiles(Case):
             self.check_primaries(profile, P3)
             self.assertEqual(ImageCms.getProfileDescription(profile).strip(), "Display P3")
 
-    def test_srgb_has_a_profile_only_in_tiff(self):
-        for suffix in ("png", "jpg", "webp"):
-            self.assertIsNone(self.profile(suffix), suffix)
-        profile = self.profile("tiff")
-        self.check_primaries(profile, REC709)
-        self.assertEqual(ImageCms.getProfileDescription(profile).strip(), "sRGB")
+    def test_srgb_has_a_profile_where_no_chunk_says_it(self):
+        self.assertIsNone(self.profile("png"))
+        for suffix in ("jpg", "webp", "tiff"):
+            profile = self.profile(suffix)
+            self.check_primaries(profile, REC709)
+            self.assertEqual(ImageCms.getProfileDescription(profile).strip(), "sRGB")
 
     def test_every_transfer_and_primaries_open(self):
         for transfer in ("linear", "srgb", "rec1886"):

@@ -32,17 +32,20 @@ static shd_status scene_catalog_convert(const void *self, const char *from, cons
 
 static const char *const scene_aliases[] = {"lin_wide", "rendering"};
 
-static const shd_space_info scene_spaces[] = {{"lin_rec709", "", SHD_RGB, true, NULL, 0, NULL},
-                                              {"wide", "", SHD_RGB, true, scene_aliases, 2, NULL},
-                                              {"sRGB", "", SHD_RGB, false, NULL, 0, NULL},
-                                              {"raw", "", SHD_RGB, false, NULL, 0, NULL},
-                                              {"YIQ", "", SHD_YIQ, false, NULL, 0, NULL},
-                                              {"HSV", "", SHD_HSV, false, NULL, 0, NULL}};
+static const shd_space_info scene_spaces[] = {
+    {"lin_rec709", "", SHD_RGB, true, NULL, 0, SHD_HOLDS_LIGHT, NULL},
+    {"wide", "", SHD_RGB, true, scene_aliases, 2, SHD_HOLDS_LIGHT, NULL},
+    {"sRGB", "", SHD_RGB, false, NULL, 0, SHD_HOLDS_CODES, NULL},
+    {"raw", "", SHD_RGB, false, NULL, 0, SHD_HOLDS_DATA, NULL},
+    {"YIQ", "", SHD_YIQ, false, NULL, 0, SHD_HOLDS_CODES, NULL},
+    {"HSV", "", SHD_HSV, false, NULL, 0, SHD_HOLDS_CODES, NULL}};
 
 static const char *const scene_views[] = {"Standard", "ACES SDR", "Raw"};
 
-static const shd_display_info scene_displays[] = {{"sRGB", scene_views, 3},
-                                                  {"Rec.1886", scene_views, 2}};
+static const shd_holds scene_holds[] = {SHD_HOLDS_CODES, SHD_HOLDS_CODES, SHD_HOLDS_DATA};
+
+static const shd_display_info scene_displays[] = {{"sRGB", scene_views, 3, scene_holds},
+                                                  {"Rec.1886", scene_views, 2, scene_holds}};
 
 static const shd_catalog scene_catalog = {.spaces = scene_spaces,
                                           .space_count = 6,

@@ -61,6 +61,33 @@ static void linear_formats_hold_the_working_space(void **state) {
     drop(&r);
 }
 
+static void misread_files_give_warnings(void **state) {
+    (void)state;
+    static const struct {
+        const char *json, *pointer, *detail; /* NULL: there is no warning */
+    } cases[] = {
+        {"'format': 'exr', 'display': 'sRGB'", "/output/display", "scene-linear light"},
+        {"'format': 'hdr', 'view': 'ACES SDR'", "/output/view", "hdr holds"},
+        {"'format': 'exr', 'colorSpace': 'sRGB'", "/output/colorSpace", "encoded"},
+        {"'format': 'png', 'colorSpace': 'wide'", "/output/colorSpace", "8 bits"},
+        {"'format': 'tiff', 'colorSpace': 'lin_rec709'", "/output/colorSpace", "8 bits"},
+        {"'format': 'png', 'bitDepth': 16, 'colorSpace': 'wide'", NULL, NULL},
+        {"'format': 'exr'", NULL, NULL},
+        {"'format': 'exr', 'view': 'Raw'", NULL, NULL},
+        {"'format': 'exr', 'colorSpace': 'YIQ'", NULL, NULL},
+        {"'format': 'png', 'colorSpace': 'raw'", NULL, NULL},
+        {"'format': 'png'", NULL, NULL},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        char json[256];
+        snprintf(json, sizeof json, OUTPUT("%s"), cases[i].json);
+        reading r = read_scene(json);
+        assert_int_equal(r.report.warning_count, cases[i].pointer != NULL);
+        if (cases[i].pointer) assert_true(has_warning(&r, cases[i].pointer, cases[i].detail));
+        drop(&r);
+    }
+}
+
 static void channels_are_those_of_the_space(void **state) {
     (void)state;
     assert_int_equal(output_of("'channel': 'G'").channel, 1);
@@ -164,6 +191,7 @@ int main(void) {
         cmocka_unit_test(every_format_has_its_color_and_depth),
         cmocka_unit_test(display_and_view_complete_each_other),
         cmocka_unit_test(linear_formats_hold_the_working_space),
+        cmocka_unit_test(misread_files_give_warnings),
         cmocka_unit_test(channels_are_those_of_the_space),
         cmocka_unit_test(layers_are_read_in_order),
         cmocka_unit_test(several_outputs_are_multipart),

@@ -2,13 +2,19 @@
 
 #include <string.h>
 
-#include "color/metadata.h"
+#include "base/primaries.h"
 #include "render/show/output.h"
+
+/* Whether bounds know the curve. */
+static bool is_modelled(const shd_color_info *info) {
+    return info->channels == SHD_RGB && info->transfer != SHD_TRANSFER_UNKNOWN &&
+           info->transfer <= SHD_TRANSFER_REC1886;
+}
 
 /* The way from a known encoding to Lab. */
 static bool find_lab(const shd_color_transform *transform, shd_lab_space *out) {
     const shd_color_info *info = shd_color_describe(transform);
-    return info->channels == SHD_RGB && info->has_primaries &&
+    return is_modelled(info) && info->has_primaries &&
            shd_lab_space_make(info->transfer, info->primaries, out);
 }
 
@@ -29,10 +35,9 @@ shd_status shd_showing_make(shd_color_config *color, const shd_scene *scene,
         status = shd_color_to_space(color, scene->working_space->name,
                                     shd_color_catalog(color)->colors->name, &showing.detour, error);
         if (status != SHD_OK) return status;
-        /* If no name is known, colors are linear Rec.709, as JSON's are if nothing is said. */
-        const shd_encoding *rec709 = shd_encoding_of_space("lin_rec709");
+        /* If the configuration tells nothing, colors are linear Rec.709, as JSON's are. */
         if (!find_lab(showing.detour, &showing.lab))
-            shd_lab_space_make(rec709->transfer, rec709->primaries, &showing.lab);
+            shd_lab_space_make(SHD_TRANSFER_LINEAR, shd_rec709, &showing.lab);
     }
     *out = showing;
     return SHD_OK;
@@ -88,7 +93,7 @@ static bool is_curve_of_matrix(const shd_color_transform *transform, shd_transfe
 static bool find_curve(const shd_color_transform *transform, shd_transfer *curve,
                        double matrix[3][3]) {
     const shd_color_info *info = shd_color_describe(transform);
-    if (info->channels != SHD_RGB || info->transfer == SHD_TRANSFER_UNKNOWN) return false;
+    if (!is_modelled(info)) return false;
     *curve = info->transfer;
     find_matrix(transform, *curve, matrix);
     return is_curve_of_matrix(transform, *curve, matrix);

@@ -56,6 +56,7 @@ static bool set(shd_image *image, const char *argument, int *layers, int *repeat
     if (is(argument, "size", &v)) return sscanf(v, "%dx%d", &image->width, &image->height) == 2;
     if (is(argument, "channel", &v)) return sscanf(v, "%d", &image->channel) == 1;
     if (is(argument, "quality", &v)) return sscanf(v, "%d", &image->quality) == 1;
+    if (is(argument, "named", &v)) return (image->space = v) != NULL;
     if (is(argument, "layers", &v)) return sscanf(v, "%d", layers) == 1;
     if (is(argument, "repeat", &v)) return sscanf(v, "%d", repeat) == 1;
     if (is(argument, "threads", &v)) return sscanf(v, "%d", threads) == 1;
