@@ -289,7 +289,7 @@ shd_status shd_color_config_load(const char *path, shd_color_config **out, shd_e
                 ->createEditableCopy();
         if (path && !archived) editable->setWorkingDir(folder_of(path).c_str());
         editable->validate();
-        lend_spaces(editable, built_in);
+        if (path) lend_spaces(editable, built_in);
 
         std::unique_ptr<shd_color_config> config(new shd_color_config);
         config->ocio = editable;

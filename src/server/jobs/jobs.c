@@ -471,12 +471,9 @@ shd_status shd_jobs_new(shd_engine *engine, shd_metrics *metrics, const shd_jobs
                         shd_jobs **out, shd_error *error) {
     shd_jobs *jobs = calloc(1, sizeof *jobs);
     if (!jobs) return shd_fail(error, SHD_EXHAUSTED, "", "no memory for the jobs");
-    *jobs = (shd_jobs){.metrics = metrics,
-                       .options = *options,
-                       .turns = {.engine = engine,
-                                 .mutex = &jobs->mutex,
-                                 .changed = &jobs->changed,
-                                 .run = options->run}};
+    *jobs = (shd_jobs){.metrics = metrics, .options = *options};
+    jobs->turns = (shd_turns){
+        .engine = engine, .mutex = &jobs->mutex, .changed = &jobs->changed, .run = options->run};
     pthread_mutex_init(&jobs->mutex, NULL);
     shd_cond_init(&jobs->changed);
     shd_status status = shd_index_new(options->queue, &jobs->equals, error);
