@@ -97,14 +97,14 @@ shd_holds holds_of(const OCIO::ConstColorSpaceRcPtr &space) {
     return light ? SHD_HOLDS_LIGHT : SHD_HOLDS_CODES;
 }
 
-void fill_space(shd_color_config *config, const OCIO::ConstColorSpaceRcPtr &space, bool working) {
-    const OCIO::ConstConfigRcPtr &ocio = config->ocio;
+void fill_space(shd_color_config *config, const OCIO::ConstColorSpaceRcPtr &space, bool working,
+                const std::vector<OCIO::ConstColorSpaceRcPtr> &of_roles) {
     std::vector<const char *> aliases;
     for (size_t i = 0; i < space->getNumAliases(); i++)
         aliases.push_back(keep(config, space->getAlias(i)));
-    for (int i = 0; i < ocio->getNumRoles(); i++)
-        if (ocio->getColorSpace(ocio->getRoleName(i)) == space)
-            aliases.push_back(keep(config, ocio->getRoleName(i)));
+    for (size_t i = 0; i < of_roles.size(); i++)
+        if (of_roles[i] == space)
+            aliases.push_back(keep(config, config->ocio->getRoleName(static_cast<int>(i))));
     config->aliases.push_back(aliases);
     config->spaces.push_back({keep(config, space->getName()),
                               keep(config, shd_ocio_sentence(space->getDescription())),
@@ -116,8 +116,11 @@ void fill_space(shd_color_config *config, const OCIO::ConstColorSpaceRcPtr &spac
 void fill_catalog(shd_color_config *config) {
     const OCIO::ConstConfigRcPtr &ocio = config->ocio;
     OCIO::ConstColorSpaceRcPtr linear = ocio->getColorSpace(OCIO::ROLE_SCENE_LINEAR);
+    std::vector<OCIO::ConstColorSpaceRcPtr> of_roles;
+    for (int i = 0; i < ocio->getNumRoles(); i++)
+        of_roles.push_back(ocio->getColorSpace(ocio->getRoleName(i)));
     for (const OCIO::ConstColorSpaceRcPtr &space : shd_ocio_spaces(ocio))
-        fill_space(config, space, space == linear);
+        fill_space(config, space, space == linear, of_roles);
     for (int i = 0; i < ocio->getNumDisplays(); i++) {
         const char *display = ocio->getDisplay(i);
         std::vector<const char *> views;
