@@ -1,6 +1,6 @@
-/* For programs under valgrind, by LD_PRELOAD: libhwy, which OpenImageIO brings, executes RDTSCP as it
- * is loaded if the processor has it. Valgrind 3.19 always says so, but cannot execute it where the
- * machine's processor has none, as in some virtual machines. This is its function that does so. */
+/* For programs under valgrind, by LD_PRELOAD: libhwy, which OpenImageIO brings, executes RDTSCP as
+ * it is loaded if the processor has it. Valgrind 3.19 always says so, but cannot execute it where
+ * the machine's processor has none, as in some virtual machines. This is what does so. */
 
 #include <stdint.h>
 
