@@ -233,6 +233,8 @@ class TurnsTest(unittest.TestCase):
         with Daemon("--threads", "1", "--timeout", "300", "--drain-time", "0",
                     "--reuse", "0") as daemon:
             first = occupied(daemon)
+            # Between two of its tiles: all of its memory is taken.
+            self.assertEqual(daemon.render(SMALL).status, 200)
             used = daemon.metrics()["shaded_memory_used_bytes"]
             connections = []
             for name, pack in PACKERS.items():
