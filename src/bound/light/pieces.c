@@ -404,8 +404,8 @@ size_t shd_plan_pieces(const shd_scene *scene, size_t index, const shd_plan_obje
         const double reach = bounds->radius * (1 + SHD_PIECE_MARGIN);
         const bool far = camera->projection == SHD_ORTHOGRAPHIC;
         m.closed = far ? shd_dot(from, camera->back) > reach : shd_plan_length(from) > reach;
-        m.eye = shd_linear(&from_world,
-                           far ? camera->back : shd_sub(camera->position, m.to_world.origin));
+        const shd_vec3 apart = shd_sub(camera->position, m.to_world.origin);
+        m.eye = shd_linear(&from_world, far ? camera->back : apart);
         m.sight = (far ? 0 : 1) - SHD_PIECE_MARGIN * shd_plan_length(m.eye);
     }
     add_shape(&m, object, fineness);
