@@ -40,7 +40,13 @@ OCIO::ConstColorSpaceRcPtr shd_ocio_target(const OCIO::ConstConfigRcPtr &ocio, c
 }
 
 shd_channels shd_ocio_channels(const OCIO::ConstColorSpaceRcPtr &space) {
-    return space->hasCategory("yiq") ? SHD_YIQ : space->hasCategory("hsv") ? SHD_HSV : SHD_RGB;
+    static const struct {
+        const char *category;
+        shd_channels channels;
+    } known[] = {{"xyz", SHD_XYZ}, {"yiq", SHD_YIQ}, {"hsv", SHD_HSV}, {"lab", SHD_LAB}};
+    for (const auto &kind : known)
+        if (space->hasCategory(kind.category)) return kind.channels;
+    return SHD_RGB;
 }
 
 bool shd_ocio_is_linear(const OCIO::ConstColorSpaceRcPtr &space) {

@@ -47,8 +47,6 @@ struct shd_color_config {
     std::deque<std::vector<const char *>> views, aliases;
     std::deque<std::vector<shd_holds>> holds;
 
-    bool css_is_srgb = false; // and numbers are linear Rec.709
-
     std::mutex mutex; // guards what follows, not what transforms point to
     std::map<std::string, std::unique_ptr<shd_color_transform>> transforms;
     std::map<std::string, shd_color_info> measured; // by space

@@ -4,13 +4,13 @@
 #include <unistd.h>
 #include <xxhash.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <sstream>
 #include <stdexcept>
 
-#include "base/primaries.h"
 #include "color/file.h"
 #include "color/ocio.hpp"
 #include "color/text.h"
@@ -138,7 +138,7 @@ void fill_catalog(shd_color_config *config) {
     catalog.spaces = config->spaces.data();
     catalog.space_count = config->spaces.size();
     for (shd_space_info &space : config->spaces)
-        if (space.channels == SHD_YIQ)
+        if (space.channels != SHD_RGB)
             space.file = shd_catalog_space(&catalog, (std::string(space.name) + " file").c_str());
     catalog.displays = config->displays.data();
     catalog.display_count = config->displays.size();
@@ -186,6 +186,7 @@ void lend_spaces(const OCIO::ConfigRcPtr &config, const std::string &built_in) {
         const std::string name = own->getColorSpaceNameByIndex(i);
         OCIO::ColorSpaceRcPtr space = own->getColorSpace(name.c_str())->createEditableCopy();
         if (name != "lin_rec709" && name != "sRGB" && shd_ocio_channels(space) == SHD_RGB) continue;
+        if (space->getReferenceSpaceType() != OCIO::REFERENCE_SPACE_SCENE) continue;
         bool known = is_known(config, name.c_str()) || (name == "sRGB" && has_picking(config));
         for (size_t k = 0; k < space->getNumAliases(); k++)
             known = known || is_known(config, space->getAlias(k));
@@ -199,7 +200,77 @@ void lend_spaces(const OCIO::ConfigRcPtr &config, const std::string &built_in) {
     }
 }
 
-// Refuses mistakes that OpenColorIO's own validation lets through, and builds every processor once.
+// The built-in configuration without the lines that are for people and other programs. They are
+// half of it, and OpenColorIO takes a thousand instructions for a character.
+std::string what_counts(const std::string &text) {
+    static const char *const others[] = {"#", "family:", "bitdepth:", "isdata: false"};
+    std::string out;
+    for (size_t at = 0, end; at < text.size(); at = end) {
+        end = std::min(text.find('\n', at), text.size() - 1) + 1;
+        const size_t begin = std::min(text.find_first_not_of(' ', at), end);
+        const bool counts = std::none_of(std::begin(others), std::end(others), [&](const char *of) {
+            return !text.compare(begin, std::strlen(of), of);
+        });
+        if (counts) out.append(text, at, end - at);
+    }
+    return out;
+}
+
+// The ACES 2.0 views of the built-in configuration, named as in the Academy's configurations:
+struct Rendering {
+    const char *displays[3], *view, *style;
+};
+const Rendering aces_2[] = {
+    {{"sRGB", "Rec.1886"}, "SDR 100 nits (Rec.709)", "SDR-100nit-REC709"},
+    {{"Display P3", "Rec.2020", "P3-D65"}, "SDR 100 nits (P3 D65)", "SDR-100nit-P3-D65"},
+    {{"ST2084-P3-D65"}, "HDR 108 nits (P3 D65)", "HDR-108nit-P3-D65"},
+    {{"Rec.2100-PQ", "Rec.2100-HLG"}, "HDR 1000 nits (Rec.2020)", "HDR-1000nit-REC2020"},
+    {{"Rec.2100-PQ", "Rec.2100-HLG", "ST2084-P3-D65"},
+     "HDR 1000 nits (P3 D65)",
+     "HDR-1000nit-P3-D65"},
+    {{"Rec.2100-PQ"}, "HDR 2000 nits (Rec.2020)", "HDR-2000nit-REC2020"},
+    {{"Rec.2100-PQ", "ST2084-P3-D65"}, "HDR 2000 nits (P3 D65)", "HDR-2000nit-P3-D65"},
+    {{"Rec.2100-PQ"}, "HDR 4000 nits (Rec.2020)", "HDR-4000nit-REC2020"},
+    {{"Rec.2100-PQ", "ST2084-P3-D65"}, "HDR 4000 nits (P3 D65)", "HDR-4000nit-P3-D65"}};
+
+bool is_builtin(const std::string &style) {
+    OCIO::ConstBuiltinTransformRegistryRcPtr registry = OCIO::BuiltinTransformRegistry::Get();
+    for (size_t i = 0; i < registry->getNumBuiltins(); i++)
+        if (style == registry->getBuiltinStyle(i)) return true;
+    return false;
+}
+
+// Adds what the linked OpenColorIO has of them (2.4 and later), behind the other views.
+OCIO::ConstConfigRcPtr with_aces_2(const OCIO::ConstConfigRcPtr &built_in) {
+    const auto style_of = [](const Rendering &of) {
+        return std::string("ACES-OUTPUT - ACES2065-1_to_CIE-XYZ-D65 - ") + of.style + "_2.0";
+    };
+    if (!is_builtin(style_of(aces_2[0]))) return built_in;
+    OCIO::ConfigRcPtr config = built_in->createEditableCopy();
+    config->setVersion(2, 4);
+    for (const Rendering &of : aces_2) {
+        const std::string name = std::string("ACES 2.0 - ") + of.view;
+        OCIO::ColorSpaceTransformRcPtr to_aces = OCIO::ColorSpaceTransform::Create();
+        to_aces->setSrc(OCIO::ROLE_SCENE_LINEAR);
+        to_aces->setDst(interchange);
+        OCIO::BuiltinTransformRcPtr render = OCIO::BuiltinTransform::Create();
+        render->setStyle(style_of(of).c_str());
+        OCIO::GroupTransformRcPtr way = OCIO::GroupTransform::Create();
+        way->appendTransform(to_aces);
+        way->appendTransform(render);
+        OCIO::ViewTransformRcPtr shown = OCIO::ViewTransform::Create(OCIO::REFERENCE_SPACE_SCENE);
+        shown->setName(name.c_str());
+        shown->setTransform(way, OCIO::VIEWTRANSFORM_DIR_FROM_REFERENCE);
+        config->addViewTransform(shown);
+        for (const char *display : of.displays)
+            if (display)
+                config->addDisplayView(display, name.c_str(), name.c_str(),
+                                       (std::string(display) + " - Display").c_str(), "", "", "");
+    }
+    return config;
+}
+
+// Refuses mistakes that OpenColorIO's own validation lets through.
 void check(shd_color_config *config, bool archived, std::set<std::string> *files) {
     const OCIO::ConstConfigRcPtr &ocio = config->ocio;
     OCIO::ConstColorSpaceRcPtr linear = ocio->getColorSpace(OCIO::ROLE_SCENE_LINEAR);
@@ -211,7 +282,10 @@ void check(shd_color_config *config, bool archived, std::set<std::string> *files
     if (!ocio->getNumDisplays()) throw std::runtime_error("there is no display");
 
     *files = shd_ocio_walk(ocio, archived);
-    fill_catalog(config);
+}
+
+// Builds every processor once.
+void make_all(shd_color_config *config) {
     const shd_catalog &catalog = config->catalog;
     const char *working = catalog.scene_linear->name;
     const shd_color_transform *made;
@@ -256,13 +330,6 @@ shd_status read_configuration(const std::string &path, std::string *text, shd_er
     return SHD_OK;
 }
 
-// Whether a space that was measured is that.
-bool is_rec709(const shd_color_config *config, const shd_space_info *space, shd_transfer transfer) {
-    auto found = config->measured.find(space->name);
-    return found != config->measured.end() && found->second.transfer == transfer &&
-           !std::memcmp(found->second.primaries, shd_rec709, sizeof shd_rec709);
-}
-
 std::string folder_of(const std::string &path) {
     size_t slash = path.rfind('/');
     return slash == std::string::npos ? "." : slash == 0 ? "/" : path.substr(0, slash);
@@ -270,7 +337,8 @@ std::string folder_of(const std::string &path) {
 
 } // namespace
 
-shd_status shd_color_config_load(const char *path, shd_color_config **out, shd_error *error) {
+shd_status shd_color_config_load(const char *path, bool ready, shd_color_config **out,
+                                 shd_error *error) {
     const char *where = path ? path : "";
     return guarded(SHD_CONFIG, where, error, [&]() -> shd_status {
         quiet_the_process();
@@ -279,30 +347,31 @@ shd_status shd_color_config_load(const char *path, shd_color_config **out, shd_e
         operator delete(operator new(room_to_read));
         const std::string built_in(reinterpret_cast<const char *>(shd_embedded_ocio),
                                    shd_embedded_ocio_size);
-        std::string text = built_in;
+        std::string text = what_counts(built_in);
         shd_status status = path ? read_configuration(path, &text, error) : SHD_OK;
         if (status) return status;
         // OpenColorIO remembers files, missing ones included; that would outlive a correction.
         OCIO::ClearAllCaches();
         std::istringstream stream(text);
         const bool archived = path && is_archive(path);
-        OCIO::ConfigRcPtr editable =
-            (archived || (path && is_named(path)) ? OCIO::Config::CreateFromFile(path)
-                                                  : OCIO::Config::CreateFromStream(stream))
-                ->createEditableCopy();
-        if (path && !archived) editable->setWorkingDir(folder_of(path).c_str());
-        editable->validate();
-        if (path) lend_spaces(editable, built_in);
-
         std::unique_ptr<shd_color_config> config(new shd_color_config);
-        config->ocio = editable;
+        config->ocio = archived || (path && is_named(path))
+                           ? OCIO::Config::CreateFromFile(path)
+                           : OCIO::Config::CreateFromStream(stream);
         std::set<std::string> files;
-        check(config.get(), archived, &files);
-        const shd_catalog &catalog = config->catalog;
-        config->css_is_srgb = catalog.css &&
-                              is_rec709(config.get(), catalog.css, SHD_TRANSFER_SRGB) &&
-                              is_rec709(config.get(), catalog.colors, SHD_TRANSFER_LINEAR);
-        status = digest(config.get(), built_in + text, files, error);
+        if (path) {
+            OCIO::ConfigRcPtr editable = config->ocio->createEditableCopy();
+            if (!archived) editable->setWorkingDir(folder_of(path).c_str());
+            editable->validate();
+            lend_spaces(editable, built_in);
+            config->ocio = editable;
+            check(config.get(), archived, &files);
+        } else {
+            config->ocio = with_aces_2(config->ocio);
+        }
+        fill_catalog(config.get());
+        if (path || ready) make_all(config.get());
+        status = digest(config.get(), path ? built_in + text : built_in + built_in, files, error);
         if (status == SHD_OK) *out = config.release();
         return status;
     });

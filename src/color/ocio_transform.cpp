@@ -5,6 +5,7 @@
 #include <cstring>
 #include <new>
 
+#include "base/primaries.h"
 #include "color/ocio.hpp"
 
 namespace {
@@ -12,19 +13,21 @@ namespace {
 // Pixels that are handed to OpenColorIO at a time; their alphas are kept on the stack meanwhile.
 constexpr size_t block = 1024;
 
+// Bytes, more than the making of a transform takes.
+constexpr size_t room_to_make = 4u << 20;
+
 // The transform for `key`; `make` makes it if it is not there yet.
 template <typename Make>
 shd_status cached(shd_color_config *config, const std::string &key, Make make,
                   const shd_color_transform **out) {
     std::lock_guard<std::mutex> lock(config->mutex);
-    std::unique_ptr<shd_color_transform> &entry = config->transforms[key];
-    try {
-        if (!entry) entry = make();
-    } catch (...) {
-        config->transforms.erase(key);
-        throw;
+    auto found = config->transforms.find(key);
+    if (found == config->transforms.end()) {
+        // As in loading: OpenColorIO ends the process if there is no memory.
+        operator delete(operator new(room_to_make));
+        found = config->transforms.emplace(key, make()).first;
     }
-    *out = entry.get();
+    *out = found->second.get();
     return SHD_OK;
 }
 
@@ -33,6 +36,29 @@ OCIO::ConstCPUProcessorRcPtr build(const OCIO::ConstProcessorRcPtr &processor) {
     OCIO::ConstCPUProcessorRcPtr cpu = processor->getOptimizedCPUProcessor(
         OCIO::BIT_DEPTH_F32, OCIO::BIT_DEPTH_F32, OCIO::OPTIMIZATION_LOSSLESS);
     return cpu->isNoOp() ? nullptr : cpu;
+}
+
+// What shd_ocio_measure finds of a space. The configuration's mutex is held.
+const shd_color_info &measured(shd_color_config *config, const OCIO::ConstColorSpaceRcPtr &space) {
+    auto known = config->measured.find(space->getName());
+    if (known == config->measured.end()) {
+        shd_color_info info{};
+        shd_ocio_measure(config->ocio, space, &info);
+        known = config->measured.emplace(space->getName(), info).first;
+    }
+    return known->second;
+}
+
+// Whether #rrggbb is sRGB, and numbers are linear Rec.709.
+bool css_is_srgb(shd_color_config *config) {
+    std::lock_guard<std::mutex> lock(config->mutex);
+    const auto is_rec709 = [&](const shd_space_info *space, shd_transfer transfer) {
+        const shd_color_info &info = measured(config, config->ocio->getColorSpace(space->name));
+        return info.transfer == transfer &&
+               !std::memcmp(info.primaries, shd_rec709, sizeof shd_rec709);
+    };
+    return is_rec709(config->catalog.css, SHD_TRANSFER_SRGB) &&
+           is_rec709(config->catalog.colors, SHD_TRANSFER_LINEAR);
 }
 
 // What the transform's output is: values of `target` or, because nothing happens on the way to
@@ -46,18 +72,13 @@ void describe(shd_color_config *config, const char *from, const OCIO::ConstColor
     if (made->info.channels != SHD_RGB) {
         made->about = made->name + ": " + shd_ocio_sentence(target->getDescription());
         made->info.about = made->about.c_str();
-        return;
+        if (made->info.channels != SHD_XYZ) return;
     }
     OCIO::ConstColorSpaceRcPtr held = made->info.data ? config->ocio->getColorSpace(from) : target;
-    auto known = config->measured.find(held->getName());
-    if (known == config->measured.end()) {
-        shd_color_info info{};
-        shd_ocio_measure(config->ocio, held, &info);
-        known = config->measured.emplace(held->getName(), info).first;
-    }
-    made->info.transfer = known->second.transfer;
-    made->info.has_primaries = known->second.has_primaries;
-    std::memcpy(made->info.primaries, known->second.primaries, sizeof made->info.primaries);
+    const shd_color_info &known = measured(config, held);
+    made->info.transfer = known.transfer;
+    made->info.has_primaries = known.has_primaries;
+    std::memcpy(made->info.primaries, known.primaries, sizeof made->info.primaries);
 }
 
 std::unique_ptr<shd_color_transform> make_to_space(shd_color_config *config, const char *from,
@@ -98,7 +119,14 @@ shd_status shd_ocio_convert(const void *self, const char *from, const char *to, 
     // The catalog is const for its users; its cache has a mutex.
     auto config = const_cast<shd_color_config *>(static_cast<const shd_color_config *>(self));
     const shd_catalog &catalog = config->catalog;
-    bool css = config->css_is_srgb && !std::strcmp(from, catalog.css->name);
+    bool css = false;
+    if (catalog.css && !std::strcmp(from, catalog.css->name)) {
+        shd_status status = guarded(SHD_INTERNAL, "", error, [&] {
+            css = css_is_srgb(config);
+            return SHD_OK;
+        });
+        if (status) return status;
+    }
     double value[3] = {rgb[0], rgb[1], rgb[2]};
     if (css) {
         for (double &v : value) v = decode_srgb(v);

@@ -52,6 +52,12 @@ static size_t spare_bytes(const shd_engine_options *options, unsigned threads) {
     return most < options->limits.memory ? most : options->limits.memory;
 }
 
+/* Whoever has a queue has clients who would wait for transforms. */
+static shd_status load_colors(const shd_engine_options *options, shd_color_config **out,
+                              shd_error *error) {
+    return shd_color_config_load(options->ocio_config, options->queue > 0, out, error);
+}
+
 shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, shd_error *error) {
     unsigned threads = options->threads;
     if (!threads) {
@@ -71,7 +77,7 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
         .spares = shd_spares_new(spare_bytes(options, threads), options->budget),
     };
     shd_status status = engine->spares
-                            ? shd_color_config_load(options->ocio_config, &engine->color, error)
+                            ? load_colors(options, &engine->color, error)
                             : shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     if (status == SHD_OK)
         status = shd_reuse_new(options->reuse, options->budget, &engine->reuse, error);
@@ -98,7 +104,7 @@ shd_status shd_engine_renew(const shd_engine *first, const shd_engine_options *o
     engine->borrows = true;
     engine->limits = options->limits;
     engine->color = NULL;
-    shd_status status = shd_color_config_load(options->ocio_config, &engine->color, error);
+    shd_status status = load_colors(options, &engine->color, error);
     if (status == SHD_OK)
         *out = engine;
     else

@@ -35,7 +35,8 @@ void shd_convert_color(shd_reader *r, const shd_node *node, const shd_space_info
         memcpy(rgb, converted, sizeof converted);
 }
 
-/* I and Q of greys: what integers store of a space has 128/255 there (docs/model.md, Color). */
+/* I and Q, or a and b, of greys: what integers store of a space has 128/255 there (docs/model.md,
+ * Color). */
 static double neutral_chroma(const shd_reader *r, const shd_space_info *space) {
     for (size_t i = 0; i < r->catalog->space_count; i++)
         if (r->catalog->spaces[i].file == space) return 128.0 / 255;
@@ -45,10 +46,14 @@ static double neutral_chroma(const shd_reader *r, const shd_space_info *space) {
 /* One number as a color of a space, which may be another space than RGB. */
 static void make_grey(const shd_reader *r, const shd_space_info *space, double grey,
                       double out[3]) {
-    const double chroma = neutral_chroma(r, space);
-    out[0] = space->channels == SHD_HSV ? 0 : grey;
-    out[1] = space->channels == SHD_RGB ? grey : chroma;
-    out[2] = space->channels == SHD_YIQ ? chroma : grey;
+    const double none = neutral_chroma(r, space);
+    const double greys[][3] = {
+        [SHD_RGB] = {grey, grey, grey},
+        [SHD_XYZ] = {0.3127 / 0.3290 * grey, grey, (1 - 0.3127 - 0.3290) / 0.3290 * grey}, /* D65 */
+        [SHD_YIQ] = {grey, none, none},
+        [SHD_HSV] = {0, 0, grey},
+        [SHD_LAB] = {grey, none, none}};
+    memcpy(out, greys[space->channels], sizeof greys[0]);
 }
 
 static void convert_grey(shd_reader *r, const shd_node *node, double grey, double out[3]) {

@@ -136,7 +136,7 @@ static void resolve_color(shd_reader *r, const shd_node *node, raw_output *raw) 
 static bool find_held(shd_reader *r, const shd_output *out, shd_holds *holds) {
     if (out->color_space) {
         *holds = out->color_space->holds;
-        return out->color_space->channels == SHD_RGB;
+        return out->color_space->channels <= SHD_XYZ;
     }
     const shd_display_info *display =
         out->view ? shd_catalog_display(r->catalog, out->display) : NULL;
@@ -183,7 +183,7 @@ static void resolve_depth(shd_reader *r, const shd_node *node, raw_output *raw) 
 /* What the space of an output may be, as bits of shd_channels: anything if it is not known. */
 static unsigned channels_of(const shd_reader *r, const raw_output *raw) {
     const shd_space_info *space = raw->output.color_space;
-    if (r->seen & COLOR_SPACE && !space) return 1u << SHD_RGB | 1u << SHD_YIQ | 1u << SHD_HSV;
+    if (r->seen & COLOR_SPACE && !space) return ~0u;
     bool view = !space || r->seen & (DISPLAY | VIEW);
     return (space ? 1u << space->channels : 0) | (view ? 1u << SHD_RGB : 0);
 }
@@ -192,7 +192,7 @@ static void resolve_channel(shd_reader *r, const shd_node *node, raw_output *raw
     shd_output *out = &raw->output;
     const unsigned kinds = channels_of(r, raw);
     const char *name = raw->channel, *const *names = shd_channel_names(SHD_RGB);
-    for (int kind = SHD_HSV; kind >= SHD_RGB; kind--) {
+    for (int kind = SHD_LAB; kind >= SHD_RGB; kind--) {
         if (!(kinds >> kind & 1)) continue;
         names = shd_channel_names((shd_channels)kind);
         for (int c = 0; c < 3; c++)

@@ -97,7 +97,7 @@ class PictureTest(unittest.TestCase):
     def test_size_view_color_space_and_format(self):
         self.assertEqual(Image.open(io.BytesIO(self.picture(link()).body)).size, (256, 256))
         plain = self.picture(link(size=20)).body
-        for change in ({"view": "Raw"}, {"view": "ACES SDR"}, {"colorSpace": "HSV"},
+        for change in ({"view": "Raw"}, {"view": "ACES 1.0 - SDR Video"}, {"colorSpace": "HSV"},
                        {"colorSpace": "YIQ linear"}):
             self.assertNotEqual(self.picture(link(size=20, **change)).body, plain)
         # "YIQ linear": as forms write it, and as encodeURIComponent does.
@@ -280,7 +280,7 @@ class SignatureTest(Folder):
             path = link(size=20, shape="torus")
             for key in KEYS:
                 self.assert_status(get(signed(path, key)), 200)
-            self.assert_status(get(signed(link(size=20, view="ACES SDR"))), 200)
+            self.assert_status(get(signed(link(size=20, view="ACES 1.0 - SDR Video"))), 200)
             self.assert_status(get(signed("/v1/preview/brass")), 200)
             self.assert_status(daemon.call("HEAD", signed(path)), 200)
             absolute = daemon.raw(f"GET http://a.example{signed(path)} HTTP/1.1\r\nHost: a\r\n"

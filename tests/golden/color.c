@@ -17,7 +17,7 @@ static shd_color_config *config;
 
 static int load(void **state) {
     (void)state;
-    return shd_color_config_load(NULL, &config, NULL) != SHD_OK;
+    return shd_color_config_load(NULL, false, &config, NULL) != SHD_OK;
 }
 
 static int drop(void **state) {
@@ -210,12 +210,12 @@ static void aces_sdr_puts_middle_grey_where_aces_says(void **state) {
     double grey = pow((4.8 - 0.02) / (48 - 0.02), 0.9811);
     double want[3] = {pow(grey, 1 / 2.4), pow(grey, 1 / 2.4), pow(grey, 1 / 2.4)};
     float out[4];
-    to_view("Rec.1886", "ACES SDR", (const float[3]){.18f, .18f, .18f}, out);
+    to_view("Rec.1886", "ACES 1.0 - SDR Video", (const float[3]){.18f, .18f, .18f}, out);
     close_to(out, want, 1e-4, 0);
     for (int c = 0; c < 3; c++) want[c] = iec_srgb(grey);
-    to_view("sRGB", "ACES SDR", (const float[3]){.18f, .18f, .18f}, out);
+    to_view("sRGB", "ACES 1.0 - SDR Video", (const float[3]){.18f, .18f, .18f}, out);
     close_to(out, want, 1e-4, 0);
-    to_view("Display P3", "ACES SDR", (const float[3]){.18f, .18f, .18f}, out);
+    to_view("Display P3", "ACES 1.0 - SDR Video", (const float[3]){.18f, .18f, .18f}, out);
     close_to(out, want, 1e-4, 0);
 }
 
@@ -227,11 +227,11 @@ static void displays_have_the_iec_curve_in_the_dark(void **state) {
         const float in[3] = {x, x, x};
         float video[4], out[4];
         double want[3];
-        to_view("Rec.1886", "ACES SDR", in, video);
+        to_view("Rec.1886", "ACES 1.0 - SDR Video", in, video);
         for (int c = 0; c < 3; c++) want[c] = iec_srgb(pow((double)video[c], 2.4));
-        to_view("sRGB", "ACES SDR", in, out);
+        to_view("sRGB", "ACES 1.0 - SDR Video", in, out);
         close_to(out, want, 2e-6, 0);
-        to_view("Display P3", "ACES SDR", in, out);
+        to_view("Display P3", "ACES 1.0 - SDR Video", in, out);
         close_to(out, want, 1e-5, 0);
     }
 }

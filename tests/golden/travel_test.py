@@ -83,7 +83,7 @@ class Tags(unittest.TestCase):
         self.assertEqual(self.tags()["cICP"], bytes([1, 13, 0, 1]))
         self.assertEqual(self.tags(display="Display P3")["cICP"], bytes([12, 13, 0, 1]))
         self.assertNotIn("cICP", self.tags(display="Rec.1886"))
-        self.assertIn("gAMA", self.tags(display="Rec.1886", view="ACES SDR"))
+        self.assertIn("gAMA", self.tags(display="Rec.1886", view="ACES 1.0 - SDR Video"))
         for output in {"view": "Raw"}, {"colorSpace": "raw"}, {"colorSpace": "YIQ"}:
             self.assertFalse({"cICP", "gAMA", "cHRM", "sRGB", "iCCP"} & set(self.tags(**output)))
 

@@ -27,7 +27,7 @@ MIXED = {
     "objects": [{"type": "torus", "transform": {"rotate": [60, 0, 20]},
                  "material": {"diffuse": [0.4, 0.1, 0.05], "specular": 0.6, "shininess": 1000}},
                 {"type": "plane", "transform": {"translate": [0, -1, 0]}}]}
-OUTPUTS = [{}, {"display": "Display P3", "view": "ACES SDR"}, {"colorSpace": "YIQ"},
+OUTPUTS = [{}, {"display": "Display P3", "view": "ACES 1.0 - SDR Video"}, {"colorSpace": "YIQ"},
            {"colorSpace": "lin_rec709"}, {"channel": "G"}, {"bitDepth": 16}]
 
 

@@ -21,7 +21,7 @@ SAMPLES = [1, 4, 1, 2, 8, 1, 4, 16, 3]
 # Of a prime number each, so that they meet in all ways.
 OUTPUTS = [
     {}, {"bitDepth": 16}, {"display": "Rec.1886", "view": "Standard"},
-    {"display": "Display P3", "view": "ACES SDR"}, {"colorSpace": "YIQ"}, {"colorSpace": "HSV"},
+    {"display": "Display P3", "view": "ACES 1.0 - SDR Video"}, {"colorSpace": "YIQ"}, {"colorSpace": "HSV"},
     {"colorSpace": "ACEScg", "bitDepth": 16}, {"colorSpace": "lin_rec709"}, {"channel": "G"},
     {"colorSpace": "YIQ", "channel": "Q"}, {"display": "sRGB", "view": "Raw", "bitDepth": 16}]
 ACCURACIES = [

@@ -12,7 +12,7 @@
 
 #include "color/color.h"
 
-enum { SPACES = 19 };
+enum { SPACES = 33, DISPLAYS = 8, VIEWS = 34, MOST = 80 };
 enum { PIXELS = 2500 }; /* over two blocks, with a tail that no vector width divides */
 
 static shd_color_config *config;
@@ -23,7 +23,7 @@ static int load(void **state) {
     setenv("OCIO_ACTIVE_VIEWS", "Raw", 1);
     setenv("OCIO_INACTIVE_COLORSPACES", "sRGB", 1);
     setenv("OCIO_OPTIMIZATION_FLAGS", "0xffffffff", 1);
-    return shd_color_config_load(NULL, &config, NULL) != SHD_OK;
+    return shd_color_config_load(NULL, false, &config, NULL) != SHD_OK;
 }
 
 static int drop(void **state) {
@@ -33,7 +33,7 @@ static int drop(void **state) {
 }
 
 /* Every transform from lin_rec709, spaces first; the count is returned. */
-static size_t all_transforms(shd_color_config *from, const shd_color_transform *out[64]) {
+static size_t all_transforms(shd_color_config *from, const shd_color_transform *out[MOST]) {
     const shd_catalog *catalog = shd_color_catalog(from);
     size_t count = 0;
     shd_status bad = SHD_OK;
@@ -59,12 +59,22 @@ static void fill(float *rgba) {
 
 static void catalog_lists_the_spaces_and_displays_in_order(void **state) {
     (void)state;
-    static const char *const spaces[] = {"lin_rec709",
+    static const char *const spaces[] = {"CIE-XYZ-D65",
+                                         "lin_rec709",
                                          "ACEScg",
                                          "ACES2065-1",
+                                         "Linear P3-D65",
+                                         "Linear Rec.2020",
+                                         "ACEScct",
                                          "sRGB",
                                          "Rec.1886",
                                          "Display P3",
+                                         "Gamma 2.2",
+                                         "Rec.2020",
+                                         "P3-D65",
+                                         "Rec.2100-PQ",
+                                         "Rec.2100-HLG",
+                                         "ST2084-P3-D65",
                                          "raw",
                                          "YIQ",
                                          "YIQ file",
@@ -76,28 +86,43 @@ static void catalog_lists_the_spaces_and_displays_in_order(void **state) {
                                          "YIQ SMPTE 170M file",
                                          "HSV",
                                          "HSV linear",
-                                         "CIE-XYZ-D65",
-                                         "ACEScct"};
-    static const char *const displays[] = {"sRGB", "Rec.1886", "Display P3"};
-    static const char *const views[] = {"Standard", "ACES SDR", "Raw"};
+                                         "CIELAB D50",
+                                         "CIELAB D50 file",
+                                         "CIELAB D65",
+                                         "CIELAB D65 file",
+                                         "OKLab",
+                                         "OKLab file"};
+    static const char *const displays[] = {"sRGB",         "Rec.1886",     "Display P3",
+                                           "Rec.2020",     "P3-D65",       "Rec.2100-PQ",
+                                           "Rec.2100-HLG", "ST2084-P3-D65"};
     const shd_catalog *catalog = shd_color_catalog(config);
     assert_int_equal(catalog->space_count, SPACES);
     for (int i = 0; i < SPACES; i++) assert_string_equal(catalog->spaces[i].name, spaces[i]);
-    assert_int_equal(catalog->display_count, 3);
-    for (int i = 0; i < 3; i++) {
-        assert_string_equal(catalog->displays[i].name, displays[i]);
-        assert_int_equal(catalog->displays[i].view_count, 3);
-        for (int j = 0; j < 3; j++) assert_string_equal(catalog->displays[i].views[j], views[j]);
+    assert_int_equal(catalog->display_count, DISPLAYS);
+    size_t views = 0;
+    for (int i = 0; i < DISPLAYS; i++) {
+        const shd_display_info *display = &catalog->displays[i];
+        assert_string_equal(display->name, displays[i]);
+        assert_string_equal(display->views[0], "Standard");
+        assert_string_equal(display->views[display->view_count - 1], "Raw");
+        for (size_t j = 1; j + 1 < display->view_count; j++)
+            assert_memory_equal(display->views[j], "ACES 1.", 7);
+        views += display->view_count;
     }
-    assert_ptr_equal(catalog->scene_linear, &catalog->spaces[0]);
-    assert_ptr_equal(catalog->colors, &catalog->spaces[0]);
+    assert_int_equal(views, VIEWS);
+    assert_ptr_equal(catalog->scene_linear, &catalog->spaces[1]);
+    assert_ptr_equal(catalog->colors, &catalog->spaces[1]);
     assert_ptr_equal(catalog->css, shd_catalog_space(catalog, "sRGB"));
     for (size_t i = 0; i < catalog->space_count; i++) {
         const shd_space_info *space = &catalog->spaces[i];
-        assert_int_equal(space->scene_linear, i < 3);
-        assert_int_equal(space->channels, !strncmp(space->name, "YIQ", 3)   ? SHD_YIQ
-                                          : !strncmp(space->name, "HSV", 3) ? SHD_HSV
-                                                                            : SHD_RGB);
+        assert_int_equal(space->scene_linear, i > 0 && i < 6);
+        const shd_channels channels = i == 0                            ? SHD_XYZ
+                                      : !strncmp(space->name, "YIQ", 3) ? SHD_YIQ
+                                      : !strncmp(space->name, "HSV", 3) ? SHD_HSV
+                                      : strstr(space->name, "Lab") || strstr(space->name, "LAB")
+                                          ? SHD_LAB
+                                          : SHD_RGB;
+        assert_int_equal(space->channels, channels);
         assert_true(*space->description && !strchr(space->description, '\n'));
     }
     assert_int_equal(strlen(shd_color_config_digest(config)), 32);
@@ -138,9 +163,9 @@ static void same_space_is_the_identity(void **state) {
 static void alpha_is_untouched(void **state) {
     (void)state;
     static float pixels[4 * PIXELS], before[4 * PIXELS];
-    const shd_color_transform *transforms[64];
+    const shd_color_transform *transforms[MOST];
     size_t count = all_transforms(config, transforms);
-    assert_int_equal(count, SPACES + 9);
+    assert_int_equal(count, SPACES + VIEWS);
     for (size_t t = 0; t < count; t++) {
         fill(pixels);
         pixels[0] = pixels[5] = -3e38f; /* overflows in the matrices */
@@ -157,7 +182,7 @@ static void splits_do_not_change_a_bit(void **state) {
     (void)state;
     static float whole[4 * PIXELS], parts[4 * PIXELS];
     static const size_t steps[] = {1, 2, 3, 5, 16, 17, 1023, 1025};
-    const shd_color_transform *transforms[64];
+    const shd_color_transform *transforms[MOST];
     size_t count = all_transforms(config, transforms);
     for (size_t t = 0; t < count; t++) {
         fill(whole);
@@ -186,9 +211,12 @@ static void every_space_comes_back(void **state) {
         for (size_t c = 0; c < sizeof colors / sizeof *colors; c++) {
             double rgb[3], size = 0;
             memcpy(rgb, colors[c], sizeof rgb);
-            if (space->channels == SHD_HSV && rgb[0] < 0) continue; /* cannot come back */
+            const bool bounded = space->channels == SHD_HSV || strstr(space->name, "2100") ||
+                                 strstr(space->name, "2084");
+            if (bounded && rgb[0] < 0) continue; /* cannot come back */
             for (int k = 0; k < 3; k++) size = fmax(size, fabs(rgb[k]));
-            if (strstr(space->name, " file")) size = fmax(size, 1); /* zero is 128/255 there */
+            if (strstr(space->name, "HLG")) size = fmax(size, 0.01); /* its root of black */
+            if (strstr(space->name, " file")) size = fmax(size, 1);  /* zero is 128/255 there */
             assert_int_equal(catalog->convert(catalog->self, "lin_rec709", space->name, rgb, NULL),
                              SHD_OK);
             assert_int_equal(catalog->convert(catalog->self, space->name, "lin_rec709", rgb, NULL),
@@ -271,12 +299,30 @@ static void outputs_are_described(void **state) {
         {"lin_rec709", "Display P3", NULL, SHD_RGB, SHD_TRANSFER_SRGB, .68},
         {"ACEScg", "raw", NULL, SHD_RGB, SHD_TRANSFER_LINEAR, .713},
         {"lin_rec709", "ACEScct", NULL, SHD_RGB, SHD_TRANSFER_UNKNOWN, 0},
-        {"lin_rec709", "CIE-XYZ-D65", NULL, SHD_RGB, SHD_TRANSFER_LINEAR, 1},
+        {"lin_rec709", "CIE-XYZ-D65", NULL, SHD_XYZ, SHD_TRANSFER_LINEAR, 1},
+        {"lin_rec709", "Linear P3-D65", NULL, SHD_RGB, SHD_TRANSFER_LINEAR, .68},
+        {"lin_rec709", "Linear Rec.2020", NULL, SHD_RGB, SHD_TRANSFER_LINEAR, .708},
+        {"lin_rec709", "Gamma 2.2", NULL, SHD_RGB, SHD_TRANSFER_GAMMA22, .64},
+        {"lin_rec709", "Rec.2020", "Standard", SHD_RGB, SHD_TRANSFER_REC1886, .708},
+        {"lin_rec709", "Rec.2020", "ACES 1.0 - SDR Video", SHD_RGB, SHD_TRANSFER_REC1886, .708},
+        {"lin_rec709", "P3-D65", "Standard", SHD_RGB, SHD_TRANSFER_GAMMA26, .68},
+        {"lin_rec709", "P3-D65", "ACES 1.0 - SDR Cinema", SHD_RGB, SHD_TRANSFER_GAMMA26, .68},
+        {"lin_rec709", "Rec.2100-PQ", "Standard", SHD_RGB, SHD_TRANSFER_PQ, .708},
+        {"lin_rec709", "Rec.2100-PQ", "ACES 1.1 - HDR Video (1000 nits & P3 lim)", SHD_RGB,
+         SHD_TRANSFER_PQ, .708},
+        {"lin_rec709", "Rec.2100-HLG", "Standard", SHD_RGB, SHD_TRANSFER_HLG, .708},
+        {"ACEScg", "Rec.2100-HLG", "ACES 1.1 - HDR Video (1000 nits & Rec.2020 lim)", SHD_RGB,
+         SHD_TRANSFER_HLG, .708},
+        {"lin_rec709", "ST2084-P3-D65", "Standard", SHD_RGB, SHD_TRANSFER_PQ, .68},
+        {"lin_rec709", "ST2084-P3-D65", "ACES 1.1 - HDR Cinema (108 nits & P3 lim)", SHD_RGB,
+         SHD_TRANSFER_PQ, .68},
+        {"lin_rec709", "CIELAB", NULL, SHD_LAB, SHD_TRANSFER_UNKNOWN, 0},
+        {"lin_rec709", "OKLab", NULL, SHD_LAB, SHD_TRANSFER_UNKNOWN, 0},
         {"lin_rec709", "YIQ", NULL, SHD_YIQ, SHD_TRANSFER_UNKNOWN, 0},
         {"lin_rec709", "HSV linear", NULL, SHD_HSV, SHD_TRANSFER_UNKNOWN, 0},
         {"lin_rec709", "sRGB", "Standard", SHD_RGB, SHD_TRANSFER_SRGB, .64},
-        {"lin_rec709", "sRGB", "ACES SDR", SHD_RGB, SHD_TRANSFER_SRGB, .64},
-        {"lin_rec709", "Rec.1886", "ACES SDR", SHD_RGB, SHD_TRANSFER_REC1886, .64},
+        {"lin_rec709", "sRGB", "ACES 1.0 - SDR Video", SHD_RGB, SHD_TRANSFER_SRGB, .64},
+        {"lin_rec709", "Rec.1886", "ACES 1.0 - SDR Video", SHD_RGB, SHD_TRANSFER_REC1886, .64},
         {"lin_rec709", "Display P3", "Standard", SHD_RGB, SHD_TRANSFER_SRGB, .68},
         {"ACEScg", "sRGB", "Raw", SHD_RGB, SHD_TRANSFER_LINEAR, .713},
     };
@@ -309,7 +355,7 @@ typedef struct worker {
 /* Asks for every transform, in its own order of pixels' turns, and applies each. */
 static void *work(void *context) {
     worker *self = context;
-    const shd_color_transform *transforms[64];
+    const shd_color_transform *transforms[MOST];
     self->ok = true;
     for (int round = 0; round < 3; round++) {
         size_t count = all_transforms(self->config, transforms);
@@ -329,7 +375,7 @@ static void threads_share_a_configuration(void **state) {
     (void)state;
     static float pixels[THREADS + 1][4 * PIXELS];
     shd_color_config *fresh;
-    assert_int_equal(shd_color_config_load(NULL, &fresh, NULL), SHD_OK);
+    assert_int_equal(shd_color_config_load(NULL, false, &fresh, NULL), SHD_OK);
     pthread_t threads[THREADS];
     worker workers[THREADS + 1];
     for (int i = 0; i < THREADS; i++) {

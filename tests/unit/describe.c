@@ -163,7 +163,7 @@ static void every_space_and_view_is_accepted_as_output(void **state) {
                                       "display", json_object_get(display, "name"), "view", view));
         }
     }
-    assert_int_equal(i, 3);
+    assert_int_equal(i, 8);
     json_t *defaults = json_object_get(list, "defaults");
     assert_string_equal(json_string_value(json_object_get(defaults, "colorSpace")), "lin_rec709");
     assert_string_equal(json_string_value(json_object_get(defaults, "display")), "sRGB");

@@ -40,7 +40,7 @@ static const shd_space_info scene_spaces[] = {
     {"YIQ", "", SHD_YIQ, false, NULL, 0, SHD_HOLDS_CODES, NULL},
     {"HSV", "", SHD_HSV, false, NULL, 0, SHD_HOLDS_CODES, NULL}};
 
-static const char *const scene_views[] = {"Standard", "ACES SDR", "Raw"};
+static const char *const scene_views[] = {"Standard", "ACES 1.0 - SDR Video", "Raw"};
 
 static const shd_holds scene_holds[] = {SHD_HOLDS_CODES, SHD_HOLDS_CODES, SHD_HOLDS_DATA};
 

@@ -67,7 +67,7 @@ static void misread_files_give_warnings(void **state) {
         const char *json, *pointer, *detail; /* NULL: there is no warning */
     } cases[] = {
         {"'format': 'exr', 'display': 'sRGB'", "/output/display", "scene-linear light"},
-        {"'format': 'hdr', 'view': 'ACES SDR'", "/output/view", "hdr holds"},
+        {"'format': 'hdr', 'view': 'ACES 1.0 - SDR Video'", "/output/view", "hdr holds"},
         {"'format': 'exr', 'colorSpace': 'sRGB'", "/output/colorSpace", "encoded"},
         {"'format': 'png', 'colorSpace': 'wide'", "/output/colorSpace", "8 bits"},
         {"'format': 'tiff', 'colorSpace': 'lin_rec709'", "/output/colorSpace", "8 bits"},
@@ -138,7 +138,7 @@ static void outputs_that_cannot_be_are_refused(void **state) {
         {OUTPUT("'format': 'PNG'"), "/output/format", "did you mean \"png\"?"},
         {OUTPUT("'name': 'x'"), "/output/name", "unknown member"},
         {OUTPUT("'display': 'sRBG'"), "/output/display", "did you mean \"sRGB\"?"},
-        {OUTPUT("'view': 'Filmic'"), "/output/view", "there is Standard, ACES SDR, Raw"},
+        {OUTPUT("'view': 'Filmic'"), "/output/view", "there is Standard, ACES 1.0 - SDR Video, Raw"},
         {OUTPUT("'display': 'Rec.1886', 'view': 'Raw'"), "/output/view",
          "\"Rec.1886\" has no view \"Raw\""},
         {OUTPUT("'colorSpace': 'YIQ', 'view': 'Raw'"), "/output", "not both"},

@@ -7,7 +7,7 @@
 
 /* Whether bounds know the curve. */
 static bool is_modelled(const shd_color_info *info) {
-    return info->channels == SHD_RGB && info->transfer != SHD_TRANSFER_UNKNOWN &&
+    return info->channels <= SHD_XYZ && info->transfer != SHD_TRANSFER_UNKNOWN &&
            info->transfer <= SHD_TRANSFER_REC1886;
 }
 
