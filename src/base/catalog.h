@@ -32,9 +32,27 @@ typedef struct shd_display_info {
     const shd_holds *holds; /* [view_count] */
 } shd_display_info;
 
+typedef struct shd_look_info {
+    const char *name;
+    const char *description; /* one line, may be "" */
+} shd_look_info;
+
+/* What is done to light beside converting it. */
+typedef struct shd_adjust {
+    double exposure;   /* stops, in linear light before looks and the conversion */
+    const char *looks; /* NULL: what a view has; else names with newlines between, "" is none */
+    double gamma;      /* > 0: converted values are raised to 1/gamma */
+} shd_adjust;
+
+static inline bool shd_adjusts(const shd_adjust *adjust) {
+    return adjust->exposure != 0 || adjust->looks || adjust->gamma != 1;
+}
+
 typedef struct shd_catalog {
     const shd_space_info *spaces;
     size_t space_count;
+    const shd_look_info *looks;
+    size_t look_count;
     const shd_display_info *displays; /* the first is the default, as is its first view */
     size_t display_count;
     const shd_space_info *scene_linear; /* the role's space: the default working space */

@@ -48,13 +48,27 @@ shd_status shd_color_to_space(shd_color_config *config, const char *from, const 
 shd_status shd_color_to_view(shd_color_config *config, const char *from, const char *display,
                              const char *view, const shd_color_transform **out, shd_error *error);
 
+/* Transforms with adjustments are as many as clients think of. So the configuration keeps the last
+ * ones only, and whoever uses one holds it by a lease. *lease is NULL at first; it is made as
+ * needed, and its drop gives back all that it holds. One thread at a time. */
+typedef struct shd_color_lease shd_color_lease;
+void shd_color_lease_drop(shd_color_lease *lease); /* NULL is fine */
+
+/* The transform to a space (`view` NULL) or a display's view, adjusted; *out is good until the
+ * lease ends. What is data must not be adjusted. Looks that are unknown are SHD_SCENE, too. */
+shd_status shd_color_adjusted(shd_color_config *config, const char *from, const char *space,
+                              const char *display, const char *view, const shd_adjust *adjust,
+                              shd_color_lease **lease, const shd_color_transform **out,
+                              shd_error *error);
+
 /* What a transform's output is, for file metadata. The transfer and the primaries are found by
  * conversion to CIE XYZ, which takes the roles aces_interchange and cie_xyz_d65_interchange. Of
  * data they are those that the values came with. */
 typedef struct shd_color_info {
     shd_channels channels;
     shd_transfer transfer;
-    bool data; /* values without a meaning as color */
+    bool data;  /* values without a meaning as color */
+    bool looks; /* there is a look on the way, which may do anything */
     bool has_primaries;
     double primaries[8]; /* CIE 1931 xy of red, green, blue, white */
     const char *name;    /* of the space or "display / view", for people */

@@ -5,6 +5,7 @@
 
 #include <atomic>
 #include <deque>
+#include <list>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -35,6 +36,10 @@ struct shd_color_transform {
     mutable Codes codes[2];
 };
 
+struct shd_color_lease {
+    std::set<std::shared_ptr<const shd_color_transform>> held;
+};
+
 struct shd_color_config {
     OCIO::ConstConfigRcPtr ocio;
     std::string digest;
@@ -45,11 +50,15 @@ struct shd_color_config {
     std::vector<shd_space_info> spaces;
     std::vector<shd_display_info> displays;
     std::deque<std::vector<const char *>> views, aliases;
+    std::vector<shd_look_info> looks;
     std::deque<std::vector<shd_holds>> holds;
 
     std::mutex mutex; // guards what follows, not what transforms point to
     std::map<std::string, std::unique_ptr<shd_color_transform>> transforms;
     std::map<std::string, shd_color_info> measured; // by space
+
+    // Those with adjustments, the one that was asked for last in front.
+    std::list<std::pair<std::string, std::shared_ptr<shd_color_transform>>> adjusted;
 };
 
 // Makes one line of text, without a trailing period. Bytes that are no text become question marks.

@@ -134,7 +134,18 @@ void fill_catalog(shd_color_config *config) {
         config->displays.push_back({keep(config, display), config->views.back().data(),
                                     views.size(), config->holds.back().data()});
     }
+    for (int i = 0; i < ocio->getNumLooks(); i++) {
+        const std::string name = ocio->getLookNameByIndex(i);
+        // OpenColorIO takes these for a list, or a direction.
+        if (name.empty() || name.find_first_of(",:|\n") != std::string::npos ||
+            name.find_first_of("+-") == 0)
+            continue;
+        const char *about = ocio->getLook(name.c_str())->getDescription();
+        config->looks.push_back({keep(config, name), keep(config, shd_ocio_sentence(about))});
+    }
     shd_catalog &catalog = config->catalog;
+    catalog.looks = config->looks.data();
+    catalog.look_count = config->looks.size();
     catalog.spaces = config->spaces.data();
     catalog.space_count = config->spaces.size();
     for (shd_space_info &space : config->spaces)

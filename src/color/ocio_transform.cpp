@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <new>
 
@@ -96,6 +97,7 @@ std::unique_ptr<shd_color_transform> make_to_view(shd_color_config *config, cons
     const OCIO::ConstConfigRcPtr &ocio = config->ocio;
     made->cpu = build(ocio->getProcessor(from, display, view, OCIO::TRANSFORM_DIR_FORWARD));
     made->name = std::string(display) + " / " + view;
+    made->info.looks = *ocio->getDisplayViewLooks(display, view);
     describe(config, from, shd_ocio_target(ocio, display, view), made.get());
     return made;
 }
@@ -178,6 +180,101 @@ shd_status shd_color_to_view(shd_color_config *config, const char *from, const c
         return cached(
             config, key, [&] { return make_to_view(config, source->name, display, view); }, out);
     });
+}
+
+// ---- Adjustments. ----
+
+namespace {
+
+constexpr size_t most_adjusted = 16;
+
+void append_looks(const std::string &names, const char *from, OCIO::GroupTransform &way) {
+    for (size_t at = 0, end; at < names.size(); at = end + 1) {
+        end = std::min(names.find('\n', at), names.size());
+        OCIO::LookTransformRcPtr look = OCIO::LookTransform::Create();
+        look->setSrc(from);
+        look->setDst(from);
+        look->setLooks(names.substr(at, end - at).c_str());
+        way.appendTransform(look);
+    }
+}
+
+// Light's exposure and looks, the conversion, then gamma.
+std::shared_ptr<shd_color_transform> make_adjusted(shd_color_config *config, const char *from,
+                                                   const char *space, const char *display,
+                                                   const char *view, const shd_adjust &adjust) {
+    using namespace OCIO;
+    const ConstConfigRcPtr &ocio = config->ocio;
+    GroupTransformRcPtr way = GroupTransform::Create();
+    if (adjust.exposure != 0) {
+        ExposureContrastTransformRcPtr exposure = ExposureContrastTransform::Create();
+        exposure->setStyle(EXPOSURE_CONTRAST_LINEAR);
+        exposure->setExposure(adjust.exposure);
+        way->appendTransform(exposure);
+    }
+    if (adjust.looks) append_looks(adjust.looks, from, *way);
+    if (view) {
+        DisplayViewTransformRcPtr shown = DisplayViewTransform::Create();
+        shown->setSrc(from);
+        shown->setDisplay(display);
+        shown->setView(view);
+        shown->setLooksBypass(adjust.looks != nullptr);
+        way->appendTransform(shown);
+    } else {
+        ColorSpaceTransformRcPtr converted = ColorSpaceTransform::Create();
+        converted->setSrc(from);
+        converted->setDst(space);
+        way->appendTransform(converted);
+    }
+    if (adjust.gamma != 1) {
+        ExponentTransformRcPtr gamma = ExponentTransform::Create();
+        const double power = 1 / adjust.gamma, powers[] = {power, power, power, 1};
+        gamma->setValue(powers);
+        gamma->setNegativeStyle(NEGATIVE_MIRROR);
+        way->appendTransform(gamma);
+    }
+    std::shared_ptr<shd_color_transform> made = std::make_shared<shd_color_transform>();
+    made->cpu = build(ocio->getProcessor(way));
+    made->name = view ? std::string(display) + " / " + view : space;
+    made->info.looks =
+        adjust.looks ? *adjust.looks : view && *ocio->getDisplayViewLooks(display, view);
+    describe(config, from, view ? shd_ocio_target(ocio, display, view) : ocio->getColorSpace(space),
+             made.get());
+    return made;
+}
+
+} // namespace
+
+shd_status shd_color_adjusted(shd_color_config *config, const char *from, const char *space,
+                              const char *display, const char *view, const shd_adjust *adjust,
+                              shd_color_lease **lease, const shd_color_transform **out,
+                              shd_error *error) {
+    return guarded(SHD_INTERNAL, "", error, [&] {
+        char numbers[64];
+        snprintf(numbers, sizeof numbers, "%a %a ", adjust->exposure, adjust->gamma);
+        const std::string key = numbers + std::string(from) + '\0' + (view ? display : space) +
+                                '\0' + (view ? view : "") + '\0' +
+                                (adjust->looks ? adjust->looks : "\n");
+        if (!*lease) *lease = new shd_color_lease;
+        std::lock_guard<std::mutex> lock(config->mutex);
+        auto &all = config->adjusted;
+        auto found = std::find_if(all.begin(), all.end(),
+                                  [&](const auto &entry) { return entry.first == key; });
+        if (found == all.end()) {
+            operator delete(operator new(room_to_make));
+            all.emplace_front(key, make_adjusted(config, from, space, display, view, *adjust));
+            if (all.size() > most_adjusted) all.pop_back();
+        } else {
+            all.splice(all.begin(), all, found);
+        }
+        (*lease)->held.insert(all.front().second);
+        *out = all.front().second.get();
+        return SHD_OK;
+    });
+}
+
+void shd_color_lease_drop(shd_color_lease *lease) {
+    delete lease;
 }
 
 const shd_color_info *shd_color_describe(const shd_color_transform *transform) {

@@ -172,6 +172,7 @@ shd_status shd_encode_oiio(const shd_image *image, shd_format format, shd_arena 
                         .height = image->height,
                         .plane_count = 1 + image->layer_count,
                         .about = image->about,
+                        .compression = format == SHD_EXR ? image->compression : NULL,
                         .go_on = image->go_on,
                         .context = image->context};
     shd_oiio_plane *planes = shd_arena_alloc(scratch, job.plane_count, sizeof *planes);

@@ -116,9 +116,17 @@ OIIO::TypeDesc stored_type(shd_depth depth) {
 /* What is compressed by one call of zlib, which cannot be left, has half a megabyte or so. */
 const OIIO::imagesize_t most_at_once = 1 << 19;
 
-/* OpenEXR compresses a chunk of 16 lines at once (ZIP), of one (ZIPS), or a tile. */
+/* What is compressed at once: a tile, or as many lines as OpenEXR's file layout gives each method.
+ * None is named yet: as many as ZIP or, of long lines, ZIPS has. */
 int lines_of_chunk(const OIIO::ImageSpec &spec) {
+    static const struct {
+        const char *name;
+        int lines;
+    } methods[] = {{"none", 1}, {"rle", 1},  {"zips", 1},  {"zip", 16},  {"pxr24", 16},
+                   {"piz", 32}, {"b44", 32}, {"b44a", 32}, {"dwaa", 32}, {"dwab", 256}};
     if (spec.tile_height) return spec.tile_height;
+    for (const auto &method : methods)
+        if (spec.get_string_attribute("compression") == method.name) return method.lines;
     return spec.scanline_bytes(true) <= (1 << 16) ? 16 : 1;
 }
 
@@ -154,7 +162,10 @@ OIIO::ImageSpec describe_file(const shd_oiio_job &job) {
     /* TIFF's default level 6 takes four times level 3's time for a quarter fewer bytes. */
     const bool tiff = !std::strcmp(job.suffix, "tiff");
     if (std::strcmp(job.suffix, "hdr")) cut_long_lines(spec);
-    spec.attribute("compression", tiff ? "zip:3" : lines_of_chunk(spec) > 1 ? "zip" : "zips");
+    spec.attribute("compression", job.compression            ? job.compression
+                                  : tiff                     ? "zip:3"
+                                  : lines_of_chunk(spec) > 1 ? "zip"
+                                                             : "zips");
     if (tiff && job.planes[0].depth == SHD_HALF) spec.attribute("tiff:half", 1);
     if (job.icc_size)
         spec.attribute("ICCProfile",

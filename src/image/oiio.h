@@ -26,13 +26,14 @@ typedef struct shd_oiio_job {
     size_t plane_count;
     int alpha; /* index of the alpha channel in the first plane, or -1 */
     const unsigned char *icc;
-    size_t icc_size;        /* 0: none */
-    const float *primaries; /* [8] for the attribute "chromaticities", or NULL */
-    const char *space;      /* for the attribute "shaded:colorSpace", or NULL */
-    const char *interop;    /* for the attribute "colorInteropID", or NULL */
-    const char *shown;      /* for the attribute "shaded:channels", or NULL */
-    const char *about;      /* for the attribute "ImageDescription", or NULL */
-    void *pixels;           /* room for all planes' stored bytes; used if they must be woven */
+    size_t icc_size;         /* 0: none */
+    const float *primaries;  /* [8] for the attribute "chromaticities", or NULL */
+    const char *space;       /* for the attribute "shaded:colorSpace", or NULL */
+    const char *interop;     /* for the attribute "colorInteropID", or NULL */
+    const char *compression; /* of EXR, or NULL */
+    const char *shown;       /* for the attribute "shaded:channels", or NULL */
+    const char *about;       /* for the attribute "ImageDescription", or NULL */
+    void *pixels;            /* room for all planes' stored bytes; used if they must be woven */
     bool (*go_on)(void *context); /* NULL; or asked now and then whether to */
     void *context;
 } shd_oiio_job;

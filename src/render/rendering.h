@@ -11,6 +11,7 @@ typedef struct shd_rendering {
     shd_arena *arena;             /* of all that is made */
     const shd_limits *limits;     /* the request's */
     const atomic_bool *cancelled; /* the request's flag */
+    shd_color_lease **lease;      /* of the request's adjusted transforms */
     const shd_plan *plan;         /* NULL until shd_rendering_plan */
     shd_times times;
     uint64_t saturated; /* values that were held in a sample's range */

@@ -27,7 +27,8 @@ shd_status shd_request_new(shd_engine *engine, shd_request **out, shd_error *err
     request->rendering = (shd_rendering){.engine = engine,
                                          .arena = arena,
                                          .limits = &request->limits,
-                                         .cancelled = &request->cancelled};
+                                         .cancelled = &request->cancelled,
+                                         .lease = &request->lease};
     shd_report_init(&request->report, arena);
     *out = request;
     return SHD_OK;
@@ -44,6 +45,7 @@ void shd_request_drop(shd_request *request) {
     for (size_t i = 0; i < request->picture_count; i++) free(request->pictures[i].data);
     for (const shd_held_mesh *m = request->held; m; m = m->next) shd_stored_drop(m->stored);
     shd_arena_drop(request->rendering.arena);
+    shd_color_lease_drop(request->lease);
     free(request);
 }
 

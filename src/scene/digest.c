@@ -132,6 +132,12 @@ static void put_output(sink *s, const shd_output *output) {
     put_count(s, output->depth);
     put_count(s, (uint64_t)output->quality);
     put_count(s, (uint64_t)output->effort);
+    put_numbers(s, &output->adjust.exposure, 1);
+    put_numbers(s, &output->adjust.gamma, 1);
+    put_text(s, output->adjust.looks);
+    put_count(s, output->dither);
+    put_numbers(s, output->matte, 3);
+    put_text(s, output->compression);
     put_count(s, output->layer_count);
     for (size_t i = 0; i < output->layer_count; i++) put_text(s, output->layers[i].name);
 }

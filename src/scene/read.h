@@ -143,6 +143,10 @@ shd_field_read shd_read_lights;        /* these fill a shd_scene */
 shd_field_read shd_read_objects;
 shd_field_read shd_read_output;
 shd_field_read shd_read_outputs;
+
+/* A transparent picture that all outputs lay over the same matte is one with that background. */
+void shd_lay_over_matte(shd_scene *scene);
+
 shd_field_read shd_read_materials; /* r->named */
 
 /* Converts a color of the space `from` into the working space, in place. It becomes NAN if it

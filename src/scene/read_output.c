@@ -6,7 +6,8 @@
 
 enum { SINGLE = 1, ENTRY = 2 };                                                       /* kinds */
 enum { FORMAT = 1, DISPLAY = 2, VIEW = 4, COLOR_SPACE = 8, DEPTH = 16, EFFORT = 32 }; /* marks */
-enum { CHANNEL = 64, LAYERS = 128 };
+enum { CHANNEL = 64, LAYERS = 128, EXPOSURE = 256, LOOKS = 512, GAMMA = 1024, DITHER = 2048 };
+enum { MATTE = 4096, COMPRESSION = 8192 };
 
 /* Members whose meaning depends on others are kept as they are. They are resolved in order: format,
  * color, then depth, channel and layers. */
@@ -17,6 +18,7 @@ typedef struct raw_output {
     const char *display, *view, *channel; /* as the document has them */
     shd_depth depth;                      /* 0: absent */
     json_t *layers;
+    int compression; /* of exr_compressions */
 } raw_output;
 
 static void read_string(shd_reader *r, const shd_node *node, void *out) {
@@ -68,6 +70,50 @@ static const shd_range effort = {0, 6, .text = "0 to 6"};
  * takes 220 ms for 47 kB. */
 enum { LOSSY_EFFORT = 4, LOSSLESS_EFFORT = 2 };
 
+static const shd_range exposure = {-32, 32, .text = "-32 to 32"};
+static const shd_range gamma_range = {0.1, 10, .text = "0.1 to 10"};
+
+static const char *const exr_compressions[] = {"none", "rle",  "zip",  "zips", "piz", "pxr24",
+                                               "b44",  "b44a", "dwaa", "dwab", NULL};
+
+static void read_dither(shd_reader *r, const shd_node *node, void *out) {
+    if (json_is_boolean(node->value))
+        *(bool *)out = json_is_true(node->value);
+    else
+        shd_wrong(r, node, "must be true or false");
+}
+
+/* The text of shd_adjust.looks. */
+static void read_looks(shd_reader *r, const shd_node *node, void *out) {
+    enum { MOST = 16 };
+    const shd_catalog *catalog = r->catalog;
+    if (!shd_is_array(r, node, 0, MOST, "an array of up to 16 looks")) return;
+    const char *known[64];
+    size_t count = 0, length = 1;
+    for (; count < catalog->look_count && count < SHD_LENGTH(known); count++)
+        known[count] = catalog->looks[count].name;
+    const char *names[MOST];
+    const size_t size = json_array_size(node->value), items = size < MOST ? size : MOST;
+    for (size_t i = 0; i < items; i++) {
+        const shd_node item = shd_node_item(node, i);
+        const char *name = shd_get_text(r, &item, "the name of a look");
+        names[i] = NULL;
+        for (size_t k = 0; name && k < catalog->look_count; k++)
+            if (!strcmp(name, catalog->looks[k].name)) names[i] = name;
+        if (name && !names[i])
+            shd_wrong(r, &item, "there is no look \"%s\"%s", shd_quote(name).text,
+                      shd_suggest(r->report, name, known, count).text);
+        if (!names[i]) return;
+        length += strlen(name) + 1;
+    }
+    char *text = shd_take(r, length, 1), *end = text;
+    for (size_t i = 0; text && i < items; i++) {
+        if (i > 0) *end++ = '\n';
+        end = stpcpy(end, names[i]);
+    }
+    *(const char **)out = text;
+}
+
 #define AT(member) offsetof(raw_output, member)
 
 static const shd_field output_fields[] = {
@@ -79,6 +125,13 @@ static const shd_field output_fields[] = {
     {"bitDepth", read_depth, AT(depth), .mark = DEPTH},
     {"quality", shd_read_integer, AT(output.quality), .range = &quality},
     {"effort", shd_read_integer, AT(output.effort), .range = &effort, .mark = EFFORT},
+    {"exposure", shd_read_number, AT(output.adjust.exposure), .range = &exposure, .mark = EXPOSURE},
+    {"looks", read_looks, AT(output.adjust.looks), .mark = LOOKS},
+    {"gamma", shd_read_number, AT(output.adjust.gamma), .range = &gamma_range, .mark = GAMMA},
+    {"dither", read_dither, AT(output.dither), .mark = DITHER},
+    {"matte", shd_read_color, AT(output.matte), .mark = MATTE},
+    {"compression", shd_read_choice, AT(compression), .choices = exr_compressions,
+     .mark = COMPRESSION},
     {"channel", read_string, AT(channel), .mark = CHANNEL},
     {"layers", keep_layers, AT(layers), .mark = LAYERS},
 };
@@ -160,6 +213,41 @@ static void warn_of_color(shd_reader *r, const shd_node *node, const shd_output 
                  format->name);
     if (out->depth == SHD_U8 && holds == SHD_HOLDS_LIGHT)
         shd_warn(r, &at, "8 bits have few codes for dark linear light: it bands");
+}
+
+/* What is adjusted must be a color, and light that is to add up keeps its proportions. */
+static void check_adjust(shd_reader *r, const shd_node *node, const shd_output *out) {
+    static const struct {
+        unsigned mark;
+        const char *name;
+    } members[] = {{EXPOSURE, "exposure"}, {LOOKS, "looks"}, {GAMMA, "gamma"}};
+    shd_holds holds = SHD_HOLDS_CODES;
+    const bool rgb = find_held(r, out, &holds);
+    for (size_t i = 0; i < SHD_LENGTH(members) && shd_adjusts(&out->adjust); i++) {
+        if (!(r->seen & members[i].mark)) continue;
+        const shd_node at = shd_node_member(node, members[i].name);
+        if (holds == SHD_HOLDS_DATA)
+            shd_wrong(r, &at, "this output is data, as it is: no color to be adjusted");
+        else if (members[i].mark != EXPOSURE && r->seen & LAYERS)
+            shd_wrong(r, &at,
+                      "layers are light, which adds up: of these, only `exposure` is for them");
+        else if (members[i].mark == GAMMA && !rgb && out->adjust.gamma != 1)
+            shd_wrong(r, &at, "gamma is of R, G and B: this output has other channels");
+    }
+}
+
+static void check_file(shd_reader *r, const shd_node *node, const raw_output *raw) {
+    const shd_output *out = &raw->output;
+    const shd_format_info *format = shd_format_get(out->format);
+    const shd_node dither = shd_node_member(node, "dither"), matte = shd_node_member(node, "matte"),
+                   compression = shd_node_member(node, "compression");
+    if (out->dither && out->depth != SHD_U8)
+        shd_wrong(r, &dither, "only 8 bits are dithered: this output has bitDepth %s",
+                  shd_depth_name(out->depth));
+    if (r->seen & COMPRESSION && out->format != SHD_EXR)
+        shd_wrong(r, &compression, "%s has no choice of compression: set format exr", format->name);
+    if (r->seen & MATTE && (format->alpha || out->channel == 3))
+        shd_warn(r, &matte, "this output holds alpha: nothing is laid over a matte");
 }
 
 /* ---- Depth and channel ---- */
@@ -301,7 +389,8 @@ static void resolve_layers(shd_reader *r, const shd_node *node, raw_output *raw)
 /* ---- One output, and several ---- */
 
 static void read_one(shd_reader *r, const shd_node *node, unsigned kind, shd_output *out) {
-    raw_output raw = {.output = {.channel = -1, .quality = 90}, .format = (int)r->fallback};
+    raw_output raw = {.output = {.channel = -1, .quality = 90, .adjust = {.gamma = 1}},
+                      .format = (int)r->fallback};
     if (!shd_read_fields(r, node, output_fields, SHD_LENGTH(output_fields), kind, "an output",
                          &raw))
         return;
@@ -315,7 +404,10 @@ static void read_one(shd_reader *r, const shd_node *node, unsigned kind, shd_out
     resolve_color(r, node, &raw);
     if (!r->wrong) warn_of_color(r, node, output);
     if (raw.channel) resolve_channel(r, node, &raw);
-    if (!shd_format_get(output->format)->alpha && output->channel != 3)
+    if (r->seen & COMPRESSION) output->compression = exr_compressions[raw.compression];
+    if (!r->wrong) check_adjust(r, node, output);
+    if (!r->wrong) check_file(r, node, &raw);
+    if (!shd_format_get(output->format)->alpha && output->channel != 3 && !(r->seen & MATTE))
         r->flat |= r->formats & 1u << raw.format;
     if (r->seen & LAYERS) check_layers(r, node, &raw);
     if (raw.layers) resolve_layers(r, node, &raw);
@@ -351,4 +443,18 @@ void shd_read_outputs(shd_reader *r, const shd_node *node, void *out) {
     scene->outputs = outputs;
     scene->output_count = count;
     scene->multipart = true;
+}
+
+void shd_lay_over_matte(shd_scene *scene) {
+    static const double black[3] = {0};
+    const double *matte = scene->outputs[0].matte;
+    for (size_t i = 0; i < scene->output_count; i++) {
+        const shd_output *output = &scene->outputs[i];
+        if (shd_format_get(output->format)->alpha || output->channel == 3 ||
+            memcmp(output->matte, matte, sizeof output->matte) != 0)
+            return;
+    }
+    if (!scene->transparent || !memcmp(matte, black, sizeof black)) return;
+    memcpy(scene->background, matte, sizeof scene->background);
+    scene->transparent = false;
 }

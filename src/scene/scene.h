@@ -159,8 +159,12 @@ typedef struct shd_output {
     const shd_space_info *color_space; /* NULL if display and view are set */
     int channel;                       /* -1: all; 0 to 2: that one as grey; 3: alpha */
     shd_depth depth;
-    int quality;             /* 1 to 100 */
-    int effort;              /* of WebP, 0 to 6 */
+    int quality; /* 1 to 100 */
+    int effort;  /* of WebP, 0 to 6 */
+    shd_adjust adjust;
+    bool dither;             /* of 8 bits */
+    double matte[3];         /* under transparent pixels where the format has no alpha */
+    const char *compression; /* of EXR, as OpenEXR names it; NULL: the format's default */
     const shd_layer *layers; /* EXR only, and only if the color space is scene-linear */
     size_t layer_count;
 } shd_output;

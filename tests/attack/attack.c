@@ -241,7 +241,7 @@ static void check_tier(worker *w, const picture *exact, const char *accuracy, co
         shd_difference got;
         shd_error error;
         double seconds;
-        if (shd_showing_make(other.request->rendering.engine->color, other.request->scene,
+        if (shd_showing_make(&other.request->rendering, other.request->scene,
                              &other.request->scene->outputs[0], &showing, &error) ||
             shd_film_measure(&other.request->rendering, &showing, &exact->film, &other.film, &got,
                              &seconds, &error)) {

@@ -186,9 +186,9 @@ static inline shd_difference measured(const drawn *exact, drawn *d) {
     shd_error error;
     shd_difference difference;
     double seconds;
-    assert_int_equal(shd_showing_make(r->engine->color, d->request->scene,
-                                      &d->request->scene->outputs[0], &showing, &error),
-                     SHD_OK);
+    assert_int_equal(
+        shd_showing_make(r, d->request->scene, &d->request->scene->outputs[0], &showing, &error),
+        SHD_OK);
     assert_int_equal(
         shd_film_measure(r, &showing, &exact->film, &d->film, &difference, &seconds, &error),
         SHD_OK);

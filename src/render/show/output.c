@@ -9,7 +9,7 @@
 shd_route shd_route_of(const shd_scene *scene, const shd_output *output, bool apart) {
     const bool integers = output->depth == SHD_U8 || output->depth == SHD_U16;
     const bool mixed = scene->transparent && shd_format_get(output->format)->premultiplied;
-    const bool codes = apart && integers && !mixed && !output->layer_count;
+    const bool codes = apart && integers && !mixed && !output->layer_count && !output->dither;
     return (shd_route){codes, !codes || scene->transparent || scene->output_count > 1};
 }
 
@@ -22,13 +22,17 @@ static void saturate_values(shd_rendering *r, const shd_output *output, float *v
     r->saturated += shd_saturate(values, count, hdr ? 0 : -largest, largest);
 }
 
-shd_status shd_output_transform(shd_color_config *color, const shd_scene *scene,
+shd_status shd_output_transform(const shd_rendering *r, const shd_scene *scene,
                                 const shd_output *output, const shd_color_transform **out,
                                 shd_error *error) {
+    shd_color_config *color = r->engine->color;
     const char *from = scene->working_space->name;
     const shd_space_info *space = output->color_space;
     if (space && space->file && (output->depth == SHD_U8 || output->depth == SHD_U16))
         space = space->file;
+    if (shd_adjusts(&output->adjust))
+        return shd_color_adjusted(color, from, space ? space->name : NULL, output->display,
+                                  output->view, &output->adjust, r->lease, out, error);
     if (space) return shd_color_to_space(color, from, space->name, out, error);
     return shd_color_to_view(color, from, output->display, output->view, out, error);
 }
@@ -107,7 +111,7 @@ static shd_status begin_drawing(shd_rendering *r, const shd_film *film, size_t i
     const shd_scene *scene = r->plan->scene;
     const shd_output *output = &scene->outputs[index];
     const shd_color_transform *transform;
-    shd_status status = shd_output_transform(r->engine->color, scene, output, &transform, error);
+    shd_status status = shd_output_transform(r, scene, output, &transform, error);
     if (status != SHD_OK) return status;
     const size_t count = output->layer_count;
     shd_image_layer *layers = shd_arena_alloc(r->arena, count, sizeof *layers);
@@ -127,6 +131,7 @@ static shd_status begin_drawing(shd_rendering *r, const shd_film *film, size_t i
         .depth = output->depth,
         .quality = output->quality,
         .effort = output->effort,
+        .compression = output->compression,
         .transfer = info->data ? SHD_TRANSFER_UNKNOWN : info->transfer,
         .has_primaries = info->has_primaries && !info->data,
         .space = info->name,
@@ -246,9 +251,11 @@ bool shd_output_is_flat(const shd_scene *scene, const shd_output *output) {
     return scene->transparent && !shd_format_get(output->format)->alpha && output->channel != 3;
 }
 
-void shd_output_flatten(float *rgba, size_t pixels) {
+void shd_output_flatten(const double matte[3], float *rgba, size_t pixels) {
     for (size_t i = 0; i < pixels; i++) {
-        for (int c = 0; c < 3; c++) rgba[4 * i + (size_t)c] *= rgba[4 * i + 3];
+        const float alpha = rgba[4 * i + 3];
+        for (size_t c = 0; c < 3; c++)
+            rgba[4 * i + c] = rgba[4 * i + c] * alpha + (float)matte[c] * (1 - alpha);
         rgba[4 * i + 3] = 1;
     }
 }
@@ -277,7 +284,7 @@ static void code_pixels(coloring *work, size_t first, size_t end) {
         float flat[4 * BLOCK];
         if (work->drawing->flat) {
             memcpy(flat, rgba, 4 * some * sizeof *flat);
-            shd_output_flatten(flat, some);
+            shd_output_flatten(work->drawing->output->matte, flat, some);
             rgba = flat;
         }
         const shd_encoded counts = shd_color_encode(
@@ -301,6 +308,22 @@ static uint64_t count_clipped(const shd_pack *pack, const float *rgba, size_t pi
     return clipped;
 }
 
+/* Adds less than half a code of 8 bits, by Bayer's pattern of 8 x 8 (B. E. Bayer, "An optimum
+ * method for two-level rendition of continuous-tone pictures", ICC 1973): what is a code stays so,
+ * and what lies between two becomes both, in its proportions. Greys stay grey. */
+static void dither_pixels(const shd_raster *raster, float *rgba, size_t first, size_t end) {
+    const size_t width = (size_t)raster->w;
+    for (size_t i = first; i < end; i++) {
+        const unsigned x = (unsigned)raster->x + (unsigned)(i % width),
+                       y = (unsigned)raster->y + (unsigned)(i / width), mixed = x ^ y;
+        unsigned rank = 0;
+        for (unsigned bit = 0; bit < 3; bit++)
+            rank |= (mixed >> bit & 1) << (5 - 2 * bit) | (y >> bit & 1) << (4 - 2 * bit);
+        const float offset = ((float)rank - 31.5f) / (64 * 255);
+        for (size_t c = 0; c < 3; c++) rgba[4 * i + c] += offset;
+    }
+}
+
 static void color_pixels(void *context, size_t index, unsigned slot) {
     (void)slot;
     coloring *work = context;
@@ -315,6 +338,8 @@ static void color_pixels(void *context, size_t index, unsigned slot) {
     if (work->drawing->layout.max > 0)
         atomic_fetch_add(&work->clipped,
                          count_clipped(&work->drawing->layout, work->rgba + 4 * first, some));
+    if (work->drawing->output->dither)
+        dither_pixels(&work->rendering->plan->scene->raster, work->rgba, first, first + some);
 }
 
 /* Makes samples, or floats for the encoder to pack. False: the arena is full, or cancelled. */
@@ -330,7 +355,7 @@ static bool color_film(shd_rendering *r, const shd_film *film, drawing *d) {
     } else {
         if (!d->last) work.rgba = copy_floats(r->arena, film->rgba, 4 * work.pixels);
         if (!work.rgba) return false;
-        if (d->flat) shd_output_flatten(work.rgba, work.pixels);
+        if (d->flat) shd_output_flatten(d->output->matte, work.rgba, work.pixels);
         d->image.rgba = work.rgba;
     }
     shd_stage_spread(r, (work.pixels + PIXELS_AT_ONCE - 1) / PIXELS_AT_ONCE, color_pixels, &work);

@@ -8,7 +8,10 @@
 
 typedef struct shd_showing {
     const shd_color_transform *transform;
-    bool flatten; /* pixels are laid over black first */
+    bool flatten;        /* pixels are laid over the matte first */
+    const double *matte; /* [3], of the output */
+    double exposure;     /* stops, of the transforms */
+    bool bounded;        /* false: colors are not just a curve of a matrix of the film's */
     shd_pack pack;
     /* CIEDE2000 is taken in the output's own encoding if its primaries and curve are known. If not
      * (YIQ, HSV, displays of other configurations) it is taken in the catalog's space of colors,
@@ -17,8 +20,9 @@ typedef struct shd_showing {
     shd_lab_space lab;
 } shd_showing;
 
-/* Transforms belong to `color`. The status is of shd_output_transform. */
-shd_status shd_showing_make(shd_color_config *color, const shd_scene *scene,
+/* Transforms are good for as long as the rendering's request. The status is of
+ * shd_output_transform. */
+shd_status shd_showing_make(const shd_rendering *r, const shd_scene *scene,
                             const shd_output *output, shd_showing *out, shd_error *error);
 
 /* Finds by trying whether what is shown is a known curve of a matrix. If not it is left unknown. */

@@ -11,8 +11,11 @@ enum { TIERS = SHD_EXACT + 1 };
 
 /* Another rendering for the same request, with nothing planned or counted yet. */
 static shd_rendering begin_beside(const shd_rendering *r, shd_arena *arena) {
-    return (shd_rendering){
-        .engine = r->engine, .arena = arena, .limits = r->limits, .cancelled = r->cancelled};
+    return (shd_rendering){.engine = r->engine,
+                           .arena = arena,
+                           .limits = r->limits,
+                           .cancelled = r->cancelled,
+                           .lease = r->lease};
 }
 
 static void end_beside(shd_rendering *whole, const shd_rendering *part) {
@@ -144,8 +147,8 @@ static shd_status compare_tiers(shd_request *request, const shd_render_options *
                                 char **json, shd_error *error) {
     shd_rendering *whole = &request->rendering;
     shd_showing showing;
-    shd_status status = shd_showing_make(whole->engine->color, request->scene,
-                                         &request->scene->outputs[0], &showing, error);
+    shd_status status =
+        shd_showing_make(whole, request->scene, &request->scene->outputs[0], &showing, error);
     if (status != SHD_OK) return status;
 
     stretch progress = {options, 0};

@@ -129,6 +129,10 @@ static json_t *describe_colorspaces(const shd_engine *engine) {
         json_array_append_new(displays,
                               json_pack("{ss so}", "name", display->name, "views", views));
     }
+    json_t *looks = json_array();
+    for (size_t i = 0; i < catalog->look_count; i++)
+        json_array_append_new(looks, json_pack("{ss ss}", "name", catalog->looks[i].name,
+                                               "description", catalog->looks[i].description));
     json_t *defaults = json_pack("{ss ss}", "colorSpace", catalog->colors->name, "workingSpace",
                                  catalog->scene_linear->name);
     if (catalog->display_count > 0) {
@@ -136,7 +140,8 @@ static json_t *describe_colorspaces(const shd_engine *engine) {
         json_object_set_new(defaults, "display", json_string(display->name));
         json_object_set_new(defaults, "view", json_string(display->views[0]));
     }
-    return json_pack("{so so so}", "spaces", spaces, "displays", displays, "defaults", defaults);
+    return json_pack("{so so so so}", "spaces", spaces, "displays", displays, "looks", looks,
+                     "defaults", defaults);
 }
 
 /* ---- Version ---- */

@@ -39,7 +39,7 @@ typedef struct measuring {
 static void show_block(const shd_showing *showing, const float *rgba, size_t count, float *shown,
                        float *seen) {
     memcpy(shown, rgba, 4 * count * sizeof *shown);
-    if (showing->flatten) shd_output_flatten(shown, count);
+    if (showing->flatten) shd_output_flatten(showing->matte, shown, count);
     if (showing->detour) {
         memcpy(seen, shown, 4 * count * sizeof *seen);
         shd_color_apply(showing->detour, seen, count);
