@@ -214,7 +214,15 @@ void lend_spaces(const OCIO::ConfigRcPtr &config, const std::string &built_in) {
 // The built-in configuration without the lines that are for people and other programs. They are
 // half of it, and OpenColorIO takes a thousand instructions for a character.
 std::string what_counts(const std::string &text) {
-    static const char *const others[] = {"#", "family:", "bitdepth:", "isdata: false"};
+    static const char *const others[] = {"#",
+                                         "family:",
+                                         "bitdepth:",
+                                         "isdata: false",
+                                         "file_rules:",
+                                         "- !<Rule>",
+                                         "categories: [basic-",
+                                         "categories: [file-io",
+                                         "categories: [working-space"};
     std::string out;
     for (size_t at = 0, end; at < text.size(); at = end) {
         end = std::min(text.find('\n', at), text.size() - 1) + 1;

@@ -6,8 +6,7 @@
 
 enum { SINGLE = 1, ENTRY = 2 };                                                       /* kinds */
 enum { FORMAT = 1, DISPLAY = 2, VIEW = 4, COLOR_SPACE = 8, DEPTH = 16, EFFORT = 32 }; /* marks */
-enum { CHANNEL = 64, LAYERS = 128, EXPOSURE = 256, LOOKS = 512, GAMMA = 1024, DITHER = 2048 };
-enum { MATTE = 4096, COMPRESSION = 8192 };
+enum { CHANNEL = 64, LAYERS = 128, MATTE = 256, COMPRESSION = 512 };
 
 /* Members whose meaning depends on others are kept as they are. They are resolved in order: format,
  * color, then depth, channel and layers. */
@@ -125,10 +124,10 @@ static const shd_field output_fields[] = {
     {"bitDepth", read_depth, AT(depth), .mark = DEPTH},
     {"quality", shd_read_integer, AT(output.quality), .range = &quality},
     {"effort", shd_read_integer, AT(output.effort), .range = &effort, .mark = EFFORT},
-    {"exposure", shd_read_number, AT(output.adjust.exposure), .range = &exposure, .mark = EXPOSURE},
-    {"looks", read_looks, AT(output.adjust.looks), .mark = LOOKS},
-    {"gamma", shd_read_number, AT(output.adjust.gamma), .range = &gamma_range, .mark = GAMMA},
-    {"dither", read_dither, AT(output.dither), .mark = DITHER},
+    {"exposure", shd_read_number, AT(output.adjust.exposure), .range = &exposure},
+    {"looks", read_looks, .offset = AT(output.adjust.looks)},
+    {"gamma", shd_read_number, AT(output.adjust.gamma), .range = &gamma_range},
+    {"dither", read_dither, .offset = AT(output.dither)},
     {"matte", shd_read_color, AT(output.matte), .mark = MATTE},
     {"compression", shd_read_choice, AT(compression), .choices = exr_compressions,
      .mark = COMPRESSION},
@@ -217,23 +216,25 @@ static void warn_of_color(shd_reader *r, const shd_node *node, const shd_output 
 
 /* What is adjusted must be a color, and light that is to add up keeps its proportions. */
 static void check_adjust(shd_reader *r, const shd_node *node, const shd_output *out) {
-    static const struct {
-        unsigned mark;
+    const shd_adjust *adjust = &out->adjust;
+    const struct {
         const char *name;
-    } members[] = {{EXPOSURE, "exposure"}, {LOOKS, "looks"}, {GAMMA, "gamma"}};
+        bool does, bends; /* it is not neutral, and not in proportion to light */
+    } members[] = {{"exposure", adjust->exposure != 0, false},
+                   {"looks", adjust->looks != NULL, adjust->looks && *adjust->looks},
+                   {"gamma", adjust->gamma != 1, adjust->gamma != 1}};
     shd_holds holds = SHD_HOLDS_CODES;
     const bool rgb = find_held(r, out, &holds);
-    for (size_t i = 0; i < SHD_LENGTH(members) && shd_adjusts(&out->adjust); i++) {
-        if (!(r->seen & members[i].mark)) continue;
+    for (size_t i = 0; i < SHD_LENGTH(members); i++) {
         const shd_node at = shd_node_member(node, members[i].name);
-        if (holds == SHD_HOLDS_DATA)
+        if (members[i].does && holds == SHD_HOLDS_DATA)
             shd_wrong(r, &at, "this output is data, as it is: no color to be adjusted");
-        else if (members[i].mark != EXPOSURE && r->seen & LAYERS)
-            shd_wrong(r, &at,
-                      "layers are light, which adds up: of these, only `exposure` is for them");
-        else if (members[i].mark == GAMMA && !rgb && out->adjust.gamma != 1)
-            shd_wrong(r, &at, "gamma is of R, G and B: this output has other channels");
+        else if (members[i].bends && r->seen & LAYERS)
+            shd_wrong(r, &at, "layers are light, which adds up: only `exposure` is for them");
     }
+    const shd_node gamma = shd_node_member(node, "gamma");
+    if (adjust->gamma != 1 && !rgb && holds != SHD_HOLDS_DATA)
+        shd_wrong(r, &gamma, "gamma is of R, G and B: this output has other channels");
 }
 
 static void check_file(shd_reader *r, const shd_node *node, const raw_output *raw) {

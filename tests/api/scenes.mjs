@@ -18,7 +18,7 @@ export async function keepMesh(daemon) {
 // schema alone come scenes of which almost all are refused.
 async function hints(daemon) {
     const read = async path => JSON.parse((await daemon.ask({ method: "GET", path })).body);
-    const { spaces, displays } = await read("/v1/colorspaces");
+    const { spaces, displays, looks } = await read("/v1/colorspaces");
     const { materials } = await read("/v1/materials");
     const named = list => fc.constantFrom(...list.map(entry => entry.name));
     const linear = named(spaces.filter(entry => entry.sceneLinear));
@@ -33,6 +33,7 @@ async function hints(daemon) {
             space: named(spaces),
             display: named(displays),
             view: fc.constantFrom(displays[0].views[0]),
+            looks: named(looks),
             preset: named(materials),
             material: named(materials),
         },
@@ -46,6 +47,8 @@ async function hints(daemon) {
             samples: fc.integer({ min: 1, max: 9 }),
             region: fc.constantFrom([0, 0, 1, 1], [1, 0, 2, 3], [0, 1, 3, 2]),
             channel: fc.constantFrom("R", "G", "B", "A"),
+            dither: fc.constantFrom(...Array(7).fill(false), true),
+            gamma: fc.constantFrom(1, 1, 1, 2.2),
             layers: fc.constantFrom(["beauty"], ["diffuse", "specular", "emissive", "ambient"],
                                     ["normal", "position", "depth", "object"]),
         },

@@ -122,6 +122,7 @@ export class Values {
         case "string":
             if (part.pattern) return fc.stringMatching(new RegExp(part.pattern));
             return this.names[name] ? mostly(this.names[name], fc.string()) : fc.string();
+        case "boolean": return fc.boolean();
         case "null": return fc.constant(null);
         default: throw new Error(`nothing is built from ${JSON.stringify(part)}`);
         }
