@@ -76,9 +76,8 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
         .budget = options->budget,
         .spares = shd_spares_new(spare_bytes(options, threads), options->budget),
     };
-    shd_status status = engine->spares
-                            ? load_colors(options, &engine->color, error)
-                            : shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
+    shd_status status = engine->spares ? load_colors(options, &engine->color, error)
+                                       : shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     if (status == SHD_OK)
         status = shd_reuse_new(options->reuse, options->budget, &engine->reuse, error);
     if (status == SHD_OK)

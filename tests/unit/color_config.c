@@ -257,7 +257,8 @@ static shd_color_config *load_foreign(const char *roles, const char *more) {
     shd_error error;
     int length = snprintf(text, sizeof text, foreign, roles, more);
     write_file("foreign", text, (size_t)length);
-    if (shd_color_config_load(path_of("foreign"), false, &config, &error)) fail_msg("%s", error.text);
+    if (shd_color_config_load(path_of("foreign"), false, &config, &error))
+        fail_msg("%s", error.text);
     remove(path_of("foreign"));
     return config;
 }
