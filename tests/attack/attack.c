@@ -19,6 +19,7 @@
 
 #include "attack/model.h"
 #include "attack/scenes.h"
+#include "attack/tally.h"
 #include "render/planning.h"
 #include "render/request.h"
 #include "render/tell/measure.h"
@@ -27,29 +28,16 @@
 
 static const char EXACTLY[] = "\"tier\": \"exact\"";
 
-/* ---- What is counted. ---- */
-
-/* Bounds over what is measured, of pictures with four samples in the standard tier: [linear,
- * CIEDE2000 by planning, the same by the picture's colors], by eighths of powers of 2. */
-enum { LOOSE = 3, EIGHTHS = 8 * 40 };
-
-typedef struct counts {
-    uint64_t scenes, pictures, pixels, samples, undecided, unbounded, refused, findings;
-    double share[4]; /* the largest measured error over its bound: exact, and of each metric */
-    uint64_t loose[LOOSE][EIGHTHS];
-} counts;
-
 typedef struct attack {
     double seconds;
     uint64_t first, rounds;
-    const family *chosen[64];
-    int chosen_count, threads;
+    int threads;
     const char *folder, *page;
     bool one; /* a seed alone */
     double began;
     atomic_uint_fast64_t next;
     pthread_mutex_t mutex; /* of what follows, and of what is printed */
-    counts counts[64];     /* [chosen] */
+    tally tally;
     int told;
 } attack;
 
@@ -299,19 +287,6 @@ static void check_scene(worker *w) {
 
 /* ---- All of them. ---- */
 
-static void add_counts(counts *to, const counts *by) {
-    to->scenes += by->scenes;
-    to->pictures += by->pictures;
-    to->pixels += by->pixels;
-    to->samples += by->samples;
-    to->undecided += by->undecided;
-    to->unbounded += by->unbounded;
-    to->refused += by->refused;
-    to->findings += by->findings;
-    for (int k = 0; k < 4; k++) to->share[k] = fmax(to->share[k], by->share[k]);
-    for (int i = 0; i < LOOSE * EIGHTHS; i++) (&to->loose[0][0])[i] += (&by->loose[0][0])[i];
-}
-
 static _Thread_local worker *at_work;
 
 /* What a crash was made by. */
@@ -332,14 +307,14 @@ static void *work(void *argument) {
     at_work = w;
     for (;;) {
         const uint64_t index = atomic_fetch_add(&a->next, 1);
-        const uint64_t round = index / (uint64_t)a->chosen_count;
-        const int which = (int)(index % (uint64_t)a->chosen_count);
+        const uint64_t round = index / (uint64_t)a->tally.chosen_count;
+        const int which = (int)(index % (uint64_t)a->tally.chosen_count);
         if (a->seconds > 0 ? now() - a->began > a->seconds : round >= a->rounds) break;
-        w->family = a->chosen[which];
+        w->family = a->tally.chosen[which];
         w->seed = a->first + round;
         check_scene(w);
         pthread_mutex_lock(&a->mutex);
-        add_counts(&a->counts[which], &w->counts);
+        tally_add(&a->tally.counts[which], &w->counts);
         pthread_mutex_unlock(&a->mutex);
     }
     return NULL;
@@ -371,82 +346,6 @@ static bool run_attack(attack *a) {
     return true;
 }
 
-/* ---- The report. ---- */
-
-static void print_table(FILE *out, const attack *a) {
-    fprintf(out, "| scenes of | what | scenes | pictures | samples against the model | undecided | "
-                 "exact | linear | code | deltaE2000 | findings |\n"
-                 "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n");
-    counts all = {0};
-    for (int i = 0; i <= a->chosen_count; i++) {
-        const counts *c = i < a->chosen_count ? &a->counts[i] : &all;
-        fprintf(out, "| %s | %s | %llu | %llu | %llu | %llu |",
-                i < a->chosen_count ? a->chosen[i]->name : "all",
-                i < a->chosen_count ? a->chosen[i]->about : "", (unsigned long long)c->scenes,
-                (unsigned long long)c->pictures, (unsigned long long)c->samples,
-                (unsigned long long)c->undecided);
-        for (int k = 0; k < 4; k++) fprintf(out, " %.2g |", c->share[k]);
-        fprintf(out, " %llu |\n", (unsigned long long)c->findings);
-        if (i < a->chosen_count) add_counts(&all, c);
-    }
-}
-
-/* So many of these are at most that. */
-static double share_of(const uint64_t by[EIGHTHS], double share) {
-    uint64_t all = 0, below = 0;
-    int i = 0;
-    for (int k = 0; k < EIGHTHS; k++) all += by[k];
-    while (i < EIGHTHS && (double)(below += by[i]) < share * (double)all) i++;
-    return all ? exp2((i + 0.5) / 8) : NAN;
-}
-
-static void print_looseness(FILE *out, const attack *a) {
-    counts all = {0};
-    for (int i = 0; i < a->chosen_count; i++) add_counts(&all, &a->counts[i]);
-    fprintf(
-        out,
-        "Bounds of the standard tier over what is measured, median and 95 %% of the pictures with "
-        "4 samples:\n");
-    static const char *const of[LOOSE] = {"linear", "deltaE2000 by planning",
-                                          "deltaE2000 by the picture's colors"};
-    for (int k = 0; k < LOOSE; k++)
-        fprintf(out, "%.3g and %.3g %s%s\n", share_of(all.loose[k], 0.5),
-                share_of(all.loose[k], 0.95), of[k], k + 1 < LOOSE ? "," : ".");
-}
-
-static bool write_page(const attack *a, double seconds) {
-    FILE *out = fopen(a->page, "w");
-    if (!out) return false;
-    uint64_t findings = 0;
-    for (int i = 0; i < a->chosen_count; i++) findings += a->counts[i].findings;
-    fprintf(
-        out,
-        "# Attacks\n\n"
-        "`./dev attack SECONDS` wrote this page. It draws random scenes of the families below, "
-        "which are made to be hard,\nin every tier and under budgets in every metric. The exact "
-        "tier's picture is held against\n`tests/attack/model.c`, an evaluation of "
-        "[the model](model.md) in long double or 113 bits that shares no\ncode with `src/`. "
-        "Every other picture is held against the exact tier's, which takes the full pattern of\n"
-        "samples. All three metrics are held to the bound that was stated, and to the budget. A "
-        "finding is told with\nits seed; `./dev attack --seed FAMILY:N` makes it again.\n\n"
-        "%.0f seconds on %d threads, seeds from %llu: %llu findings.\n\n",
-        seconds, a->threads, (unsigned long long)a->first, (unsigned long long)findings);
-    print_table(out, a);
-    fprintf(out,
-            "\nThe columns `exact` to `deltaE2000` are the largest error that was measured, over "
-            "its bound: `exact` compares the\nexact tier with the model, the others compare all "
-            "other pictures with the exact one. CIEDE2000's bound is\nthat of the picture's own "
-            "colors. A sample is undecided if the model jumps within rounding of it\n"
-            "(`tests/attack/model.h` says when); any of the values there counts as right.\n");
-    return fclose(out) == 0;
-}
-
-static uint64_t findings_of(const attack *a) {
-    uint64_t sum = 0;
-    for (int i = 0; i < a->chosen_count; i++) sum += a->counts[i].findings;
-    return sum;
-}
-
 /* ---- The command line. ---- */
 
 static const family *find_family(const char *name, size_t length) {
@@ -470,11 +369,11 @@ static void take_option(attack *a, const char *name, const char *value) {
         a->folder = value;
     } else if (!strcmp(name, "--page")) {
         a->page = value;
-    } else if (!strcmp(name, "--family") && a->chosen_count < 64) {
-        a->chosen[a->chosen_count++] = find_family(value, strlen(value));
+    } else if (!strcmp(name, "--family") && a->tally.chosen_count < 64) {
+        a->tally.chosen[a->tally.chosen_count++] = find_family(value, strlen(value));
     } else if (!strcmp(name, "--seed") && strchr(value, ':')) {
-        a->chosen[0] = find_family(value, (size_t)(strchr(value, ':') - value));
-        a->chosen_count = 1;
+        a->tally.chosen[0] = find_family(value, (size_t)(strchr(value, ':') - value));
+        a->tally.chosen_count = 1;
         a->first = strtoull(strchr(value, ':') + 1, NULL, 10);
         a->rounds = 1;
         a->threads = 1;
@@ -501,19 +400,20 @@ int main(int count, char **arguments) {
         return 2;
     }
     for (int i = 1; i < count; i += 2) take_option(&a, arguments[i], arguments[i + 1]);
-    for (int i = 0; !a.chosen_count && i < family_count; i++) a.chosen[i] = &families[i];
-    if (!a.chosen_count) a.chosen_count = family_count;
+    for (int i = 0; !a.tally.chosen_count && i < family_count; i++)
+        a.tally.chosen[i] = &families[i];
+    if (!a.tally.chosen_count) a.tally.chosen_count = family_count;
     signal(SIGSEGV, tell_and_end);
     signal(SIGABRT, tell_and_end);
     signal(SIGFPE, tell_and_end);
     if (!run_attack(&a)) return 2;
     const double seconds = now() - a.began;
-    print_table(stdout, &a);
-    print_looseness(stdout, &a);
-    printf("%.0f seconds, %llu findings\n", seconds, (unsigned long long)findings_of(&a));
-    if (a.page && !write_page(&a, seconds)) {
+    tally_print_table(stdout, &a.tally);
+    tally_print_looseness(stdout, &a.tally);
+    printf("%.0f seconds, %llu findings\n", seconds, (unsigned long long)tally_findings(&a.tally));
+    if (a.page && !tally_write_page(&a.tally, a.page, seconds, a.threads, a.first)) {
         fprintf(stderr, "attack: %s cannot be written\n", a.page);
         return 2;
     }
-    return findings_of(&a) ? 1 : 0;
+    return tally_findings(&a.tally) ? 1 : 0;
 }
