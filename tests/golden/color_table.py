@@ -141,9 +141,9 @@ OpenColorIO makes of the scene's light, in floats.
 
 Integers: the largest difference in codes from the exact value, so that rounding alone gives 0.5. Float: the largest
 difference, over the value if that exceeds 1. Half: in units of the last place, rounding alone gives 0.5. HDR: over a
-pixel's largest channel, which has 8 bits (OpenImageIO cuts the rest off: up to 1/128 = 0.0078), negatives counting as 0. JPEG of quality 95 and WebP of
-90: the mean in codes. Hues count if the saturation exceeds 1/16. Integers of a space NAME are compared with `NAME file`,
-where there is one.
+pixel's largest channel, which has 8 bits (OpenImageIO cuts the rest off: up to 1/128 = 0.0078), negatives counting
+as 0. JPEG of quality 95 and WebP of 90: the mean in codes. Hues count if the saturation exceeds 1/16. Integers of a
+space NAME are compared with `NAME file`, where there is one.
 
 """
 
