@@ -1,6 +1,7 @@
 /* The tier, and what may be left out under a budget. */
 #include <stdlib.h>
 
+#include "bound/light/extended.h"
 #include "bound/shown/shown.h"
 
 /* The share of lights of the whole picture in what the tier's own error leaves of a budget. The
@@ -20,6 +21,10 @@ static bool is_exact(const shd_choice *choice, const shd_excess_list *list) {
 static void set_bound(shd_choice *choice, const shd_shown *shown, shd_excess_list *list) {
     const size_t outputs = choice->plan->scene->output_count;
     shd_bound *bound = &choice->bound;
+    if (choice->plan->extended) {
+        *bound = (shd_bound){.linear = shd_extended_error(choice->plan)};
+        return;
+    }
     shd_excess_leave_out(list, choice->drop_tolerance + choice->dropped, choice->drop_relative);
     *bound = (shd_bound){shd_bound_linear(list), 0, 0};
     if (is_exact(choice, list)) return;
@@ -32,8 +37,9 @@ static void set_bound(shd_choice *choice, const shd_shown *shown, shd_excess_lis
 
 /* False: memory. */
 static bool find_bound(shd_choice *choice, const shd_shown *shown, shd_arena *arena) {
-    shd_excess_list list;
-    if (!shd_excess_find(choice->plan, choice->tier, arena, &list, NULL)) return false;
+    shd_excess_list list = {0};
+    if (!choice->plan->extended && !shd_excess_find(choice->plan, choice->tier, arena, &list, NULL))
+        return false;
     set_bound(choice, shown, &list);
     return true;
 }
@@ -43,6 +49,8 @@ static bool is_within(const shd_choice *choice, const shd_shown *shown,
     const shd_scene *scene = choice->plan->scene;
     const shd_metric metric = scene->accuracy.metric;
     const double most = scene->accuracy.max_error;
+    if (choice->plan->extended)
+        return metric != SHD_LINEAR || shd_extended_error(choice->plan) <= most;
     if (metric == SHD_LINEAR) return shd_bound_linear(list) <= most;
     if (is_exact(choice, list)) return true;
     for (size_t o = 0; shown && o < scene->output_count; o++) {
@@ -166,9 +174,20 @@ static shd_status fail_budget(const shd_plan *draft, const shd_shown *shown, shd
                     accuracy->max_error, metric, told);
 }
 
+/* The only tier that extended scenes have. */
+static shd_status meet_exactly(shd_choice *choice, const shd_shown *shown, shd_arena *arena,
+                               shd_error *error) {
+    shd_excess_list none = {0};
+    choice->tier = SHD_EXACT;
+    if (!is_within(choice, shown, &none)) return fail_budget(choice->plan, shown, arena, error);
+    set_bound(choice, shown, &none);
+    return SHD_OK;
+}
+
 static shd_status meet_budget(shd_choice *choice, const shd_shown *shown,
                               const shd_kernel_cost *costs, shd_arena *arena, shd_error *error) {
     const shd_plan *draft = choice->plan;
+    if (draft->extended) return meet_exactly(choice, shown, arena, error);
     shd_tier ranked[SHD_EXACT + 1];
     shd_plan_rank_tiers(draft, costs, ranked);
     for (int k = 0; k <= SHD_EXACT; k++) {
@@ -188,7 +207,7 @@ static shd_status meet_budget(shd_choice *choice, const shd_shown *shown,
 shd_status shd_choose(const shd_plan *draft, const shd_shown *shown, const shd_kernel_cost *costs,
                       shd_arena *arena, shd_choice *out, shd_error *error) {
     const shd_accuracy *accuracy = &draft->scene->accuracy;
-    shd_choice choice = {.plan = draft, .tier = accuracy->tier};
+    shd_choice choice = {.plan = draft, .tier = draft->extended ? SHD_EXACT : accuracy->tier};
     const shd_status status = accuracy->budget ? meet_budget(&choice, shown, costs, arena, error)
                               : find_bound(&choice, shown, arena) ? SHD_OK
                                                                   : SHD_MEMORY;

@@ -28,6 +28,7 @@ typedef struct shd_plan_light {
     double exponent;
     shd_angle cone; /* spot: its half-angle, or less, beyond which there is no light */
     bool steep;     /* too steep for f32: a narrow fade, a high exponent, or one below 1 */
+    const struct shd_light *shape; /* the scene's light, if it has a shape; else NULL */
 } shd_plan_light;
 
 /* Whether the light's cone ends without a penumbra. Light jumps there, so that f32 may not decide

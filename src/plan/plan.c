@@ -7,6 +7,7 @@
 static shd_plan_light plan_light(const shd_light *light, size_t index) {
     shd_plan_light out = {.index = index};
     memcpy(out.color, light->color, sizeof out.color);
+    out.shape = shd_has_shape(light->type) ? light : NULL;
     out.directional = light->type == SHD_LIGHT_DIRECTIONAL;
     out.spot = light->type == SHD_LIGHT_SPOT;
     out.position = light->position;
@@ -44,7 +45,10 @@ static bool plan_material(const shd_material *material, const double ambient[3],
                           shd_plan_material *out) {
     shd_plan_lobe *lobes = shd_arena_alloc(arena, material->lobe_count, sizeof *lobes);
     if (!lobes) return false;
-    *out = (shd_plan_material){.lobes = lobes, .front_only = material->front_only};
+    *out = (shd_plan_material){.lobes = lobes,
+                               .front_only = material->front_only,
+                               .model = material->model,
+                               .from = material};
     for (int c = 0; c < 3; c++) {
         out->emissive[c] = material->emissive[c];
         out->ambient[c] = material->ambient[c] * ambient[c];
@@ -57,9 +61,7 @@ static bool plan_material(const shd_material *material, const double ambient[3],
     for (size_t i = 0; i < material->lobe_count; i++) {
         const shd_lobe *lobe = &material->lobes[i];
         if (shd_is_black(lobe->specular)) continue;
-        shd_plan_lobe *kept = &lobes[out->lobe_count++];
-        memcpy(kept->specular, lobe->specular, sizeof kept->specular);
-        kept->shininess = lobe->shininess;
+        lobes[out->lobe_count++] = *lobe;
     }
     return true;
 }
@@ -94,7 +96,7 @@ static bool plan_planes(const shd_scene *scene, shd_arena *arena, shd_plan *plan
 /* Finds whether channels are equal. */
 static void find_greys(shd_plan *plan) {
     const shd_scene *scene = plan->scene;
-    plan->grey_lights = true;
+    plan->grey_lights = !plan->extended; /* whose sums have three channels */
     for (size_t j = 0; j < plan->light_count; j++)
         plan->grey_lights &= shd_is_grey(plan->lights[j].color);
     plan->opaque = !scene->transparent;
@@ -106,6 +108,16 @@ static void find_greys(shd_plan *plan) {
         for (size_t k = 0; k < material->lobe_count; k++)
             plan->grey &= shd_is_grey(material->lobes[k].specular);
     }
+}
+
+/* Whether anything that is used goes beyond Phong's model and lights that are points. */
+static bool is_extended(const shd_scene *scene, const shd_plan_light *lights, size_t count) {
+    if (scene->trace.shadows || scene->trace.depth) return true;
+    for (size_t j = 0; j < count; j++)
+        if (lights[j].shape) return true;
+    for (size_t m = 0; m < scene->material_count; m++)
+        if (scene->materials[m].model != SHD_MODEL_PHONG) return true;
+    return false;
 }
 
 /* Makes the lists of lights and everything that follows from them. */
@@ -150,6 +162,7 @@ bool shd_plan_draft(const shd_scene *scene, shd_isa isa, bool whole, const atomi
         else
             lights[count++] = plan_light(light, i);
     }
+    plan->extended = is_extended(scene, lights, count);
     if (!plan_planes(scene, arena, plan) || !make_materials(plan, ambient, arena) ||
         !arrange_lights(plan, lights, count, drops, arena))
         return false;

@@ -33,10 +33,7 @@ enum {
     SHD_DROP_BUDGET = 32  /* what it adds is under the budget */
 };
 
-typedef struct shd_plan_lobe {
-    double specular[3];
-    double shininess;
-} shd_plan_lobe;
+typedef shd_lobe shd_plan_lobe;
 
 typedef struct shd_plan_material {
     double emissive[3];
@@ -47,6 +44,8 @@ typedef struct shd_plan_material {
     const shd_plan_lobe *lobes; /* those that are not black */
     size_t lobe_count;
     bool front_only;
+    shd_model model;
+    const shd_material *from; /* what of it only extended scenes have */
 } shd_plan_material;
 
 /* An object as its lights see it. */
@@ -116,6 +115,10 @@ typedef struct shd_plan {
     double dropped;  /* the most that lights add which a budget has left out */
     shd_bound bound; /* of the picture's error, which counts all of these */
     bool whole;      /* as shd_plan_draft has it */
+    /* Whether the scene has what goes beyond Phong's model and lights that are points: another
+     * model, a light with a shape, or traced rays. All of it is lit in the exact tier's f64
+     * (shade/extended.h), so that kernels and bounds of all other scenes know nothing of it. */
+    bool extended;
     /* For people and the Shaded-Plan header: "tier=standard; lights=3/4; error<=2.1e-06 linear, 1
      * code, 0.012 deltaE2000". Bounds that are not known are left out. "; asked=draft" follows a
      * tier that was not asked for. */

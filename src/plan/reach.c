@@ -41,6 +41,14 @@ static bool same_color(const double a[3], const double b[3]) {
     return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
 }
 
+/* Whether they are equal in what only extended scenes have. */
+static bool same_extension(const shd_plan_material *x, const shd_plan_material *y) {
+    const shd_material *a = x->from, *b = y->from;
+    return a->model == b->model && a->sigma == b->sigma && same_color(a->opacity, b->opacity) &&
+           same_color(a->reflection, b->reflection) &&
+           same_color(a->transmission, b->transmission) && a->ior == b->ior;
+}
+
 static bool same_material(const void *things, size_t x, size_t y) {
     const shd_plan_material *a = (const shd_plan_material *)things + x,
                             *b = (const shd_plan_material *)things + y;
@@ -52,7 +60,7 @@ static bool same_material(const void *things, size_t x, size_t y) {
         if (!same_color(a->lobes[k].specular, b->lobes[k].specular) ||
             a->lobes[k].shininess != b->lobes[k].shininess)
             return false;
-    return true;
+    return same_extension(a, b);
 }
 
 /* The hash of those values in which most materials differ. */
@@ -109,7 +117,10 @@ static bool reflects_color(const shd_plan_material *material, const double color
 static uint8_t find_drop(const reach *r, const shd_plan_object *object,
                          const shd_plan_material *material, const shd_back *back, size_t j) {
     const shd_plan_light *light = &r->given[j];
+    /* Mirrors see what the camera does not, and a shape is not where its middle is. */
+    const bool everywhere = r->plan->scene->trace.depth || light->shape;
     if (!reflects_color(material, light->color)) return SHD_DROP_UNLIT;
+    if (everywhere) return 0;
     if (light->spot && object->bounded &&
         shd_outside_cone(light, shd_sub(light->position, object->center), object->radius))
         return SHD_DROP_CONE;

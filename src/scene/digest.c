@@ -75,6 +75,32 @@ static void put_light(sink *s, const shd_light *light) {
     put_numbers(s, light->attenuation, 3);
     put_numbers(s, (double[]){light->min_distance, light->angle, light->penumbra, light->exponent},
                 4);
+    if (!shd_has_shape(light->type)) return;
+    put_vector(s, light->across);
+    put_vector(s, light->up);
+    put_numbers(s, light->size, 2);
+    put_numbers(s, &light->radius, 1);
+    put_count(s, light->visible);
+}
+
+/* What only extended scenes have stands behind a count that no list of lobes has, so that others
+ * keep their digest. */
+static void put_extension(sink *s, const shd_material *m) {
+    const double usual[10] = {1, 1, 1, 0, 0, 0, 0, 0, 0, 1.5};
+    const double values[10] = {m->opacity[0],      m->opacity[1],
+                               m->opacity[2],      m->reflection[0],
+                               m->reflection[1],   m->reflection[2],
+                               m->transmission[0], m->transmission[1],
+                               m->transmission[2], m->ior};
+    if (m->model != SHD_MODEL_PHONG) {
+        put_count(s, SIZE_MAX);
+        put_count(s, m->model);
+        put_numbers(s, &m->sigma, 1);
+    }
+    if (memcmp(values, usual, sizeof values) != 0) {
+        put_count(s, SIZE_MAX - 1);
+        put_numbers(s, values, SHD_LENGTH(values));
+    }
 }
 
 static void put_material(sink *s, const shd_material *material) {
@@ -82,6 +108,7 @@ static void put_material(sink *s, const shd_material *material) {
     put_numbers(s, material->ambient, 3);
     put_numbers(s, material->diffuse, 3);
     put_count(s, material->front_only);
+    put_extension(s, material);
     put_count(s, material->lobe_count);
     for (size_t i = 0; i < material->lobe_count; i++) {
         put_numbers(s, material->lobes[i].specular, 3);
@@ -142,6 +169,15 @@ static void put_output(sink *s, const shd_output *output) {
     for (size_t i = 0; i < output->layer_count; i++) put_text(s, output->layers[i].name);
 }
 
+static void put_trace(sink *s, const shd_trace *trace) {
+    if (!trace->shadows && !trace->depth) return;
+    put_count(s, SIZE_MAX);
+    put_count(s, trace->shadows);
+    put_count(s, (uint64_t)trace->shadow_samples);
+    put_count(s, (uint64_t)trace->depth);
+    put_numbers(s, &trace->min_contribution, 1);
+}
+
 void shd_scene_digest(const shd_scene *scene, const atomic_bool *cancelled, char digest[33]) {
     enum { BYTES = 16 };
     sink s = {.cancelled = cancelled, .used = 0};
@@ -155,6 +191,7 @@ void shd_scene_digest(const shd_scene *scene, const atomic_bool *cancelled, char
         put_object(&s, &scene->objects[i]);
         put_material(&s, &scene->materials[scene->objects[i].material]);
     }
+    put_trace(&s, &scene->trace);
     put_count(&s, scene->accuracy.tier);
     put_count(&s, scene->accuracy.draft); /* the plan, which is told with the picture, has it */
     put_count(&s, scene->accuracy.budget);

@@ -174,7 +174,9 @@ static void make_material(shd_reader *r, const raw_material *raw, const char *na
     *out = (shd_material){.name = name,
                           .lobes = lobes,
                           .lobe_count = 1 + raw->further.count,
-                          .front_only = raw->side == 1};
+                          .front_only = raw->side == 1,
+                          .opacity = {1, 1, 1},
+                          .ior = 1.5};
     memcpy(out->emissive, raw->emissive, sizeof out->emissive);
     memcpy(out->ambient, raw->ambient, sizeof out->ambient);
     memcpy(out->diffuse, raw->diffuse, sizeof out->diffuse);

@@ -38,8 +38,16 @@ typedef enum shd_light_type {
     SHD_LIGHT_AMBIENT,
     SHD_LIGHT_DIRECTIONAL,
     SHD_LIGHT_POINT,
-    SHD_LIGHT_SPOT
+    SHD_LIGHT_SPOT,
+    /* With a shape: they are lit from all of its points (docs/model.md). */
+    SHD_LIGHT_RECT,
+    SHD_LIGHT_DISC,
+    SHD_LIGHT_SPHERE
 } shd_light_type;
+
+static inline bool shd_has_shape(shd_light_type type) {
+    return type >= SHD_LIGHT_RECT;
+}
 
 /* A light in the world frame, into which lights of the camera frame are carried over. */
 typedef struct shd_light {
@@ -55,11 +63,26 @@ typedef struct shd_light {
     double angle;          /* half-angle of the cone, in (0, pi]; spot */
     double penumbra;       /* share of the angle over which it fades, 0 to 1; spot */
     double exponent;       /* of (cos t)^exponent; spot */
+    shd_vec3 across, up;   /* unit, perpendicular to `direction` and each other; rect */
+    double size[2];        /* along `across` and `up`; rect */
+    double radius;         /* disc, sphere */
+    bool visible;          /* whether the camera sees the shape */
 } shd_light;
 
+/* How light is reflected. All but Phong are lit in the exact tier's arithmetic. */
+typedef enum shd_model {
+    SHD_MODEL_PHONG,
+    SHD_MODEL_BLINN_PHONG,
+    SHD_MODEL_PHONG_NORMALIZED,
+    SHD_MODEL_OREN_NAYAR,
+    SHD_MODEL_COOK_TORRANCE,
+    SHD_MODEL_WESTIN,
+    SHD_MODEL_COUNT
+} shd_model;
+
 typedef struct shd_lobe {
-    double specular[3];
-    double shininess; /* >= 0 */
+    double specular[3]; /* Cook-Torrance: the weight, three times */
+    double shininess;   /* >= 0; Cook-Torrance: the RMS slope of its facets */
 } shd_lobe;
 
 enum { SHD_LOBES_MOST = 64 }; /* beside the first */
@@ -72,6 +95,12 @@ typedef struct shd_material {
     const shd_lobe *lobes;
     size_t lobe_count; /* >= 1 */
     bool front_only;   /* side "front": the normal is not turned to face the viewer */
+    shd_model model;
+    double sigma; /* radians; Oren-Nayar */
+    /* What counts only if the scene is traced. */
+    double opacity[3];                     /* 1 */
+    double reflection[3], transmission[3]; /* 0 */
+    double ior;                            /* of what is behind the surface; 1.5 */
 } shd_material;
 
 typedef enum shd_shape {
@@ -169,6 +198,14 @@ typedef struct shd_output {
     size_t layer_count;
 } shd_output;
 
+/* Rays beyond the eye's. All off: no light is stopped, and nothing is mirrored. */
+typedef struct shd_trace {
+    bool shadows;
+    int shadow_samples; /* of a light with a shape */
+    int depth;          /* mirrors, transmissions and non-opaque hits on a path, 0 to 16 */
+    double min_contribution;
+} shd_trace;
+
 typedef struct shd_scene {
     shd_camera camera;
     shd_raster raster;
@@ -183,6 +220,7 @@ typedef struct shd_scene {
     const shd_object *objects;
     size_t object_count;
     shd_accuracy accuracy;
+    shd_trace trace;
     const shd_output *outputs; /* at least one */
     size_t output_count;
     bool multipart; /* `outputs` was given: the answer is multipart, even for one */

@@ -3,6 +3,7 @@
 #include <assert.h>
 
 #include "shade/exact.h"
+#include "shade/extended.h"
 #include "shade/packed.h"
 #include "shade/split32.h"
 
@@ -138,7 +139,7 @@ static const shd_wide_light *pack_all_wide(const shd_plan *plan, shd_vec3 origin
     return wide;
 }
 
-shd_lighting *shd_lighting_new(const shd_plan *plan, shd_arena *arena) {
+shd_lighting *shd_lighting_new(const shd_plan *plan, const shd_shadows *shadows, shd_arena *arena) {
     static shd_sums_function *const sums32[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sums32),
                                     *const sums64[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sums64);
     const bool fast = plan->tier != SHD_EXACT;
@@ -170,7 +171,8 @@ shd_lighting *shd_lighting_new(const shd_plan *plan, shd_arena *arena) {
                                .lights = lights,
                                .wide = wide,
                                .exact = exact,
-                               .materials = materials};
+                               .materials = materials,
+                               .shadows = shadows};
     return lighting;
 }
 
@@ -182,8 +184,7 @@ static shd_vec3 lane64_of(const double *const v[3], size_t i) {
     return (shd_vec3){v[0][i], v[1][i], v[2][i]};
 }
 
-/* Whether the light is in the plane of the point's face, or behind it. */
-static bool is_behind_face(const shd_wide_light *light, shd_vec3 p, shd_vec3 normal) {
+bool shd_is_behind_face(const shd_wide_light *light, shd_vec3 p, shd_vec3 normal) {
     for (uint32_t k = 0; k < light->sheet_count; k++) {
         const shd_packed_sheet *s = &light->sheets[k];
         const shd_vec3 n = {s->normal[0], s->normal[1], s->normal[2]};
@@ -214,7 +215,7 @@ void shd_add_reference(const shd_sums_job *job, uint32_t index, size_t point, do
         const shd_vec3 view = lane64_of(job->points->view, point);
         mirror = shd_sub(shd_scale(normal, 2 * shd_dot(normal, view)), view);
     }
-    if (is_behind_face(from, scaled, normal)) return;
+    if (shd_is_behind_face(from, scaled, normal)) return;
     const shd_plan_light *light = &plan->lights[index];
     double factor, off;
     const double weight = shd_weigh_light(light, at, normal, mirror, &factor, &off);
@@ -269,6 +270,10 @@ void shd_light_sums32(const shd_lighting *lighting, const shd_plan_material *mat
 void shd_light_sums64(const shd_lighting *lighting, const shd_plan_material *material,
                       const uint32_t *which, size_t n, const shd_points64 *points,
                       double *const diffuse[3], double *const *specular) {
+    if (lighting->plan->extended) {
+        shd_extended_sums(lighting, material, which, n, points, diffuse, specular);
+        return;
+    }
     const shd_sums_job job = {.lighting = lighting,
                               .material = material,
                               .which = which,

@@ -39,13 +39,32 @@ typedef struct shd_points32 {
 typedef struct shd_points64 {
     size_t count;
     const double *position[3], *normal[3], *view[3];
+    const int32_t *object; /* index in shd_scene.objects; read only if plan->extended */
 } shd_points64;
+
+/* One point of a surface, in the world's frame. */
+typedef struct shd_surface {
+    shd_vec3 position, normal, view; /* normal and view are unit */
+    shd_vec3 mirror;                 /* W = 2(N.V)N - V */
+    const shd_plan_material *material;
+    size_t object;
+} shd_surface;
+
+/* What tells how much of a light arrives at a point. */
+typedef struct shd_shadows {
+    const void *context;
+    /* Writes the share of each channel. Only called if the light would reach the point. Any thread.
+     */
+    void (*share)(const void *context, const shd_plan_light *light, const shd_surface *at,
+                  double out[3]);
+} shd_shadows;
 
 /* The plan's lights and lobes in the form that kernels read. */
 typedef struct shd_lighting shd_lighting;
 
-/* The lighting lives in `arena`, and borrows the plan. NULL if the arena is full. */
-shd_lighting *shd_lighting_new(const shd_plan *plan, shd_arena *arena);
+/* The lighting lives in `arena`, and borrows the plan and `shadows` (NULL: nothing stops light).
+ * NULL if the arena is full. */
+shd_lighting *shd_lighting_new(const shd_plan *plan, const shd_shadows *shadows, shd_arena *arena);
 
 /* The sums over the lights which[0..n): ascending indices in plan->lights. `material` is one of
  * plan->materials. diffuse[c] and specular[3 lobe + c] are rows as long as the points' arrays. All

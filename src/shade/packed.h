@@ -107,6 +107,7 @@ struct shd_lighting {
     const shd_packed_light *lights;       /* [plan->light_count]; NULL for the exact tier */
     const shd_wide_light *wide, *exact;   /* [plan->light_count]: for narrow points, for others */
     const shd_packed_material *materials; /* [plan->material_count] */
+    const shd_shadows *shadows;           /* or NULL */
 };
 
 /* Packs a light, and a material's lobes, for the tier. */
@@ -117,6 +118,10 @@ shd_packed_lobe shd_pack_lobe(const shd_plan *plan, double shininess);
 static inline void shd_mark_edges(uint8_t *edges, size_t first, unsigned lanes) {
     for (; edges && lanes; lanes &= lanes - 1) edges[first + (size_t)__builtin_ctz(lanes)] = 1;
 }
+
+/* Whether the light is in the plane of the point's face, or behind it. `p` is in the light's frame.
+ */
+bool shd_is_behind_face(const shd_wide_light *light, shd_vec3 p, shd_vec3 normal);
 
 /* Computes one light at one point by the f64 reference, to row[SHD_WIDE_ROWS] as above. */
 void shd_add_reference(const shd_sums_job *job, uint32_t index, size_t point, double *row);

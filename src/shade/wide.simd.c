@@ -220,8 +220,11 @@ __attribute__((noinline, cold)) static void load_last(const shd_points64 *from, 
             held[6 + c][k] = from->view[c][at];
         }
     }
-    const shd_points64 last = {
-        VW, {held[0], held[1], held[2]}, {held[3], held[4], held[5]}, {held[6], held[7], held[8]}};
+    const shd_points64 last = {VW,
+                               {held[0], held[1], held[2]},
+                               {held[3], held[4], held[5]},
+                               {held[6], held[7], held[8]},
+                               NULL};
     load_points(&last, 0, scale, to);
 }
 

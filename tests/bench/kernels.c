@@ -72,7 +72,7 @@ static double time_of(const surface *s, shd_tier tier, shd_isa isa, double shini
                            .materials = &material,
                            .grey_lights = true,
                            .scale = 1};
-    const shd_lighting *lighting = shd_lighting_new(&plan, arena);
+    const shd_lighting *lighting = shd_lighting_new(&plan, NULL, arena);
     if (!lighting) exit(1);
     static _Alignas(64) float diffuse[MOST], specular[MOST];
     static _Alignas(64) double diffuse64[MOST], specular64[MOST];

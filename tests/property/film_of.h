@@ -335,7 +335,7 @@ static inline sampled samples_of(shd_engine *engine, const char *json) {
         assert_true(s.seen.position[c] && s.seen.normal[c] && s.seen.view[c]);
     }
     s.radiance = shd_arena_zalloc(arena, s.count, sizeof *s.radiance);
-    shd_lighting *lighting = shd_lighting_new(plan, arena);
+    shd_lighting *lighting = shd_lighting_new(plan, NULL, arena);
     shd_hits hits = new_hits(plan, s.count + SHD_LANES, arena);
     assert_true(x && y && sample && every && s.seen.object && s.radiance && lighting);
     for (size_t i = 0; i < s.count; i++) {

@@ -122,7 +122,7 @@ static inline void sum_by(const shd_plan *plan, const shd_plan_material *materia
                           const uint32_t *which, size_t n, const points *at, bool split,
                           sums_of *out) {
     shd_arena *arena = shd_arena_new((size_t)1 << 24);
-    const shd_lighting *lighting = shd_lighting_new(plan, arena);
+    const shd_lighting *lighting = shd_lighting_new(plan, NULL, arena);
     assert_non_null(lighting);
     static _Alignas(64) float rows[3 * 17][MOST_POINTS];
     float *D[3 * 17];

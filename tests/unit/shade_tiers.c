@@ -144,7 +144,7 @@ static void sheer_lobes_are_lit_in_f64(void **state) {
     for (double shininess = 0.05; shininess < 1.5; shininess += 0.05) {
         stage s;
         set_stage(&s, &standard, 1, &overhead, 1, shininess);
-        const shd_lighting *lighting = shd_lighting_new(&s.plan, arena);
+        const shd_lighting *lighting = shd_lighting_new(&s.plan, NULL, arena);
         assert_non_null(lighting);
         /* Bounds take such a lobe to be twice as steep, and more. */
         const bool steep = shd_lobe_error_of(SHD_STANDARD, shininess, 1).slope >= 2;

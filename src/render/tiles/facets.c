@@ -17,6 +17,7 @@ typedef struct facet_job {
     const shd_scenery *scenery;
     const shd_facets *facets;
     const shd_plan_material *material;
+    int32_t object;
     const uint32_t *every; /* light */
     float *radiance;
     facet_scratch *scratch; /* [slot]; NULL until there is something to light */
@@ -46,8 +47,10 @@ static void light_points(const facet_job *l, size_t first, size_t count, const u
         }
     }
     if (plan->tier == SHD_EXACT) {
+        int32_t objects[BLOCK];
+        for (size_t i = 0; i < BLOCK; i++) objects[i] = l->object;
         const shd_points64 points = {
-            count, {d[0], d[1], d[2]}, {d[3], d[4], d[5]}, {d[6], d[7], d[8]}};
+            count, {d[0], d[1], d[2]}, {d[3], d[4], d[5]}, {d[6], d[7], d[8]}, objects};
         shd_light_sums64(lighting, l->material, which, lights, &points, s->exact, s->exact + 3);
         return;
     }
@@ -61,7 +64,8 @@ static void light_points(const facet_job *l, size_t first, size_t count, const u
         const shd_points64 point = {1,
                                     {&d[0][i], &d[1][i], &d[2][i]},
                                     {&d[3][i], &d[4][i], &d[5][i]},
-                                    {&d[6][i], &d[7][i], &d[8][i]}};
+                                    {&d[6][i], &d[7][i], &d[8][i]},
+                                    &l->object};
         shd_light_again(lighting, l->material, which, lights, &point, &(uint32_t){(uint32_t)i},
                         s->arrays, s->arrays + 3);
     }
@@ -139,6 +143,7 @@ bool shd_facets_light(shd_rendering *r, shd_scenery *scenery) {
         l.facets = shd_sight_facets(scenery->sight, o);
         if (!l.facets) continue;
         if (!l.scratch && !make_scratch(plan, arena, slots, &l)) return false;
+        l.object = (int32_t)o;
         l.material = &plan->materials[plan->scene->objects[o].material];
         l.radiance = shd_arena_alloc(arena, 3 * plan->plane_count * l.facets->point_count,
                                      sizeof *l.radiance);

@@ -341,7 +341,7 @@ shd_status shd_film_render(shd_rendering *r, const shd_sight *sight, const shd_r
                   .slots = shd_arena_zalloc(r->arena, slots, sizeof *j.slots)};
     if (recall) j.scenery.recall = *recall;
     assert(sight || j.scenery.recall.light);
-    j.scenery.lighting = shd_lighting_new(plan, r->arena);
+    j.scenery.lighting = shd_lighting_new(plan, NULL, r->arena);
     pthread_mutex_init(&j.mutex, NULL);
     if (!j.slots || !j.scenery.lighting || !make_film(&j) ||
         (sight && !shd_facets_light(r, &j.scenery))) {

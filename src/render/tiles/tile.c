@@ -109,7 +109,7 @@ typedef struct lit_run {
 } lit_run;
 
 static shd_points64 points64_of(const shd_hits *hits, size_t first, size_t count) {
-    shd_points64 points = {.count = count};
+    shd_points64 points = {.count = count, .object = hits->object + first};
     for (int c = 0; c < 3; c++) {
         points.position[c] = hits->position[c] + first;
         points.normal[c] = hits->normal[c] + first;

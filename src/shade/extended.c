@@ -1,0 +1,68 @@
+#include "shade/extended.h"
+
+#include <string.h>
+
+#include "shade/exact.h"
+
+bool shd_weigh_extended(const shd_plan *plan, const shd_plan_light *light, const shd_surface *at,
+                        double row[SHD_EXTENDED_ROWS]) {
+    (void)plan;
+    double factor, off;
+    const double weight =
+        shd_weigh_light(light, at->position, at->normal, at->mirror, &factor, &off);
+    if (!(factor > 0)) return false;
+    for (int c = 0; c < 3; c++) row[c] = weight;
+    for (size_t k = 0; k < at->material->lobe_count; k++) {
+        const double lobe = shd_weigh_lobe(at->material->lobes[k].shininess, factor, off);
+        for (size_t c = 0; c < 3; c++) row[3 + 3 * k + c] = lobe;
+    }
+    return true;
+}
+
+static shd_vec3 lane_of(const double *const v[3], size_t i) {
+    return (shd_vec3){v[0][i], v[1][i], v[2][i]};
+}
+
+static shd_surface surface_of(const shd_points64 *points, size_t i,
+                              const shd_plan_material *material) {
+    shd_surface at = {.position = lane_of(points->position, i),
+                      .normal = lane_of(points->normal, i),
+                      .view = lane_of(points->view, i),
+                      .material = material,
+                      .object = (size_t)points->object[i]};
+    at.mirror = shd_sub(shd_scale(at.normal, 2 * shd_dot(at.normal, at.view)), at.view);
+    return at;
+}
+
+static void add_light(const shd_lighting *lighting, uint32_t index, const shd_surface *at,
+                      double sums[SHD_EXTENDED_ROWS]) {
+    const shd_plan_light *light = &lighting->plan->lights[index];
+    double row[SHD_EXTENDED_ROWS], share[3] = {1, 1, 1};
+    const shd_vec3 scaled = shd_scale(at->position, lighting->plan->scale);
+    if (shd_is_behind_face(&lighting->exact[index], scaled, at->normal)) return;
+    if (!shd_weigh_extended(lighting->plan, light, at, row)) return;
+    if (lighting->shadows) lighting->shadows->share(lighting->shadows->context, light, at, share);
+    for (size_t k = 0; k < 1 + at->material->lobe_count; k++)
+        for (size_t c = 0; c < 3; c++)
+            sums[3 * k + c] += row[3 * k + c] * (light->color[c] * share[c]);
+}
+
+void shd_extended_sums(const shd_lighting *lighting, const shd_plan_material *material,
+                       const uint32_t *which, size_t n, const shd_points64 *points,
+                       double *const diffuse[3], double *const *specular) {
+    const shd_plan *plan = lighting->plan;
+    for (size_t i = 0; i < points->count; i++) {
+        const shd_surface at = surface_of(points, i, material);
+        double sums[SHD_EXTENDED_ROWS];
+        memset(sums, 0, (3 + 3 * material->lobe_count) * sizeof *sums);
+        for (size_t j = 0; j < n; j++) {
+            if (shd_is_cancelled(plan->cancelled)) return;
+            add_light(lighting, which[j], &at, sums);
+        }
+        for (size_t c = 0; c < 3; c++) {
+            if (diffuse) diffuse[c][i] = sums[c];
+            for (size_t k = 0; k < material->lobe_count; k++)
+                specular[3 * k + c][i] = sums[3 + 3 * k + c];
+        }
+    }
+}

@@ -1,0 +1,19 @@
+/* Light sums of extended scenes (shd_plan.extended): every model, every light, with shadows, in
+ * f64, one light at one point at a time. Only for shade/. */
+#pragma once
+
+#include "shade/packed.h"
+
+enum { SHD_EXTENDED_ROWS = 3 + 3 * (1 + SHD_LOBES_MOST) };
+
+/* The weights of a light at a point, for each channel: row[c] those of the diffuse term, row[3 + 3
+ * k
+ * + c] those of lobe k. They hold neither the light's color nor the material's, but what of the
+ * material is no factor (Fresnel's reflectance). False: the light adds nothing. */
+bool shd_weigh_extended(const shd_plan *plan, const shd_plan_light *light, const shd_surface *at,
+                        double row[SHD_EXTENDED_ROWS]);
+
+/* As shd_light_sums64. */
+void shd_extended_sums(const shd_lighting *lighting, const shd_plan_material *material,
+                       const uint32_t *which, size_t n, const shd_points64 *points,
+                       double *const diffuse[3], double *const *specular);
