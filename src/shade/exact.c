@@ -1,5 +1,7 @@
 #include "shade/exact.h"
 
+#include "shade/packed.h"
+
 /* |a + b|^2 / 2 of unit vectors: 1 + a.b without its cancellation near a = -b. */
 static double half_chord(shd_vec3 a, shd_vec3 b) {
     shd_vec3 chord = shd_add(a, b);
@@ -35,4 +37,18 @@ double shd_weigh_light(const shd_plan_light *light, shd_vec3 position, shd_vec3 
 
 double shd_weigh_lobe(double shininess, double factor, double off) {
     return off < 1 ? factor * exp(shininess * log1p(-off)) : 0;
+}
+
+bool shd_is_behind_face(const shd_wide_light *light, shd_vec3 p, shd_vec3 normal) {
+    for (uint32_t k = 0; k < light->sheet_count; k++) {
+        const shd_packed_sheet *s = &light->sheets[k];
+        const shd_vec3 n = {s->normal[0], s->normal[1], s->normal[2]};
+        const double sign = shd_dot(n, normal) < 0 ? -1 : 1;
+        const shd_vec3 off = shd_madd(normal, n, -sign);
+        const double place = fabs(p.x) + fabs(p.y) + fabs(p.z);
+        if (shd_dot(off, off) < s->same_normal &&
+            fabs(shd_dot(n, p) - s->offset) < place * s->same_place + s->slack)
+            return !(sign * s->height > 0);
+    }
+    return false;
 }

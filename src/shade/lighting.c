@@ -184,20 +184,6 @@ static shd_vec3 lane64_of(const double *const v[3], size_t i) {
     return (shd_vec3){v[0][i], v[1][i], v[2][i]};
 }
 
-bool shd_is_behind_face(const shd_wide_light *light, shd_vec3 p, shd_vec3 normal) {
-    for (uint32_t k = 0; k < light->sheet_count; k++) {
-        const shd_packed_sheet *s = &light->sheets[k];
-        const shd_vec3 n = {s->normal[0], s->normal[1], s->normal[2]};
-        const double sign = shd_dot(n, normal) < 0 ? -1 : 1;
-        const shd_vec3 off = shd_madd(normal, n, -sign);
-        const double place = fabs(p.x) + fabs(p.y) + fabs(p.z);
-        if (shd_dot(off, off) < s->same_normal &&
-            fabs(shd_dot(n, p) - s->offset) < place * s->same_place + s->slack)
-            return !(sign * s->height > 0);
-    }
-    return false;
-}
-
 void shd_add_reference(const shd_sums_job *job, uint32_t index, size_t point, double *row) {
     const shd_plan *plan = job->lighting->plan;
     const shd_wide_light *from = &(job->narrow ? job->lighting->wide : job->lighting->exact)[index];
