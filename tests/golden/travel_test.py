@@ -1,5 +1,9 @@
-"""The examples look the same, within one code, under another house's configuration: numbers are
-linear Rec.709, `#rrggbb` is sRGB, and YIQ and HSV are there."""
+"""The examples look the same, within one code, under other houses' configurations: numbers are
+linear Rec.709, `#rrggbb` is sRGB, and YIQ and HSV are there.
+
+configs/ has the ACES CG and studio configurations v1.0.0 for OpenColorIO 2.1, as OpenColorIO's
+sources have them (src/OpenColorIO/builtinconfigs/configs; BSD-3-Clause, Copyright Contributors to
+the OpenColorIO Project). elsewhere.ocio is a small one of our own."""
 
 import io
 import json
@@ -15,6 +19,7 @@ from reference import program
 
 EXAMPLES = Path(program.SOURCE, "api", "examples")
 ELSEWHERE = Path(__file__).with_name("elsewhere.ocio")
+CONFIGURATIONS = [ELSEWHERE, *sorted(Path(__file__).with_name("configs").glob("*.ocio"))]
 SPACES = ("srgb_tx", "YIQ", "HSV")
 
 
@@ -39,14 +44,15 @@ class Travel(unittest.TestCase):
         document["workingSpace"] = "lin_rec709"
         document["image"] = {**document.get("image", {}), "width": 96, "height": 64, "samples": 1}
         here = pictures(document, spaces)
-        there = pictures(document, elsewhere, "--ocio", str(ELSEWHERE))
-        for space, one, other in zip(spaces, here, there):
-            away = np.abs(one - other)
-            if space.get("colorSpace") == "HSV":
-                # A hue turns by rounding where there is next to none, and wraps at red.
-                away[..., 0] = np.minimum(away[..., 0], 255 - away[..., 0])
-                away[..., 0] *= one[..., 1] * one[..., 2] > 16 * 255
-            self.assertLessEqual(away.max(), 1, space)
+        for configuration in CONFIGURATIONS:
+            there = pictures(document, elsewhere, "--ocio", str(configuration))
+            for space, one, other in zip(spaces, here, there):
+                away = np.abs(one - other)
+                if space.get("colorSpace") == "HSV":
+                    # A hue turns by rounding where there is next to none, and wraps at red.
+                    away[..., 0] = np.minimum(away[..., 0], 255 - away[..., 0])
+                    away[..., 0] *= one[..., 1] * one[..., 2] > 16 * 255
+                self.assertLessEqual(away.max(), 1, (configuration.name, space))
 
     def test_examples(self):
         spaces = [{"colorSpace": space} for space in SPACES]
