@@ -9,8 +9,8 @@
 #include "base/transfer.h"
 #include "plan/cost.h"
 
-/* The reason if `linear` is unknown. */
-#define SHD_NO_LINEAR_BOUND "a light may touch a surface, or a value exceed what floats hold"
+/* Why `linear` is not known, if it is not: "a light may touch a surface ...". */
+const char *shd_no_linear_bound(const shd_plan *plan);
 
 /* How an output shows linear light, if that is known. Its codes are a curve of a matrix times the
  * working space's components. To the eye, a matrix makes the linear RGB of a screen, which is held

@@ -21,7 +21,7 @@ static bool is_exact(const shd_choice *choice, const shd_excess_list *list) {
 static void set_bound(shd_choice *choice, const shd_shown *shown, shd_excess_list *list) {
     const size_t outputs = choice->plan->scene->output_count;
     shd_bound *bound = &choice->bound;
-    if (choice->plan->extended) {
+    if (shd_errs_otherwise(choice->plan)) {
         *bound = (shd_bound){.linear = shd_extended_error(choice->plan)};
         return;
     }
@@ -38,7 +38,8 @@ static void set_bound(shd_choice *choice, const shd_shown *shown, shd_excess_lis
 /* False: memory. */
 static bool find_bound(shd_choice *choice, const shd_shown *shown, shd_arena *arena) {
     shd_excess_list list = {0};
-    if (!choice->plan->extended && !shd_excess_find(choice->plan, choice->tier, arena, &list, NULL))
+    if (!shd_errs_otherwise(choice->plan) &&
+        !shd_excess_find(choice->plan, choice->tier, arena, &list, NULL))
         return false;
     set_bound(choice, shown, &list);
     return true;
@@ -49,7 +50,7 @@ static bool is_within(const shd_choice *choice, const shd_shown *shown,
     const shd_scene *scene = choice->plan->scene;
     const shd_metric metric = scene->accuracy.metric;
     const double most = scene->accuracy.max_error;
-    if (choice->plan->extended)
+    if (shd_errs_otherwise(choice->plan))
         return metric != SHD_LINEAR || shd_extended_error(choice->plan) <= most;
     if (metric == SHD_LINEAR) return shd_bound_linear(list) <= most;
     if (is_exact(choice, list)) return true;
@@ -166,7 +167,8 @@ static shd_status fail_budget(const shd_plan *draft, const shd_shown *shown, shd
     const char *path = "/accuracy/maxError", *metric = shd_metric_names[accuracy->metric];
     if (!isfinite(reached))
         return shd_fail(error, SHD_SCENE, path,
-                        "no bound in %s is known for this scene: " SHD_NO_LINEAR_BOUND, metric);
+                        "no bound in %s is known for this scene: %s", metric,
+                        shd_no_linear_bound(draft));
     char told[SHD_BOUND_TEXT];
     shd_print_bound(reached, INFINITY, told);
     return shd_fail(error, SHD_SCENE, path,
@@ -177,10 +179,13 @@ static shd_status fail_budget(const shd_plan *draft, const shd_shown *shown, shd
 /* The only tier that extended scenes have. */
 static shd_status meet_exactly(shd_choice *choice, const shd_shown *shown, shd_arena *arena,
                                shd_error *error) {
-    shd_excess_list none = {0};
+    shd_excess_list list = {0};
     choice->tier = SHD_EXACT;
-    if (!is_within(choice, shown, &none)) return fail_budget(choice->plan, shown, arena, error);
-    set_bound(choice, shown, &none);
+    if (!shd_errs_otherwise(choice->plan) &&
+        !shd_excess_find(choice->plan, SHD_EXACT, arena, &list, NULL))
+        return SHD_MEMORY;
+    if (!is_within(choice, shown, &list)) return fail_budget(choice->plan, shown, arena, error);
+    set_bound(choice, shown, &list);
     return SHD_OK;
 }
 

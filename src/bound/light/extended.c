@@ -1,6 +1,241 @@
 #include "bound/light/extended.h"
 
+#include "bound/bound.h"
+
+#include "bound/light/error.h"
+#include "bound/light/misplaced.h"
+#include "bound/light/pieces.h"
+
+/* What rounding in f64 does to unit vectors that some dozen operations have made, and to the
+ * functions of a model. */
+static const double DIRECTION = 16 * 0x1p-53, FUNCTION = 1e-13;
+
+/* A light at a piece, and how the piece is seen. */
+typedef struct glance {
+    shd_lit lit;
+    double direction; /* the error of L, V and N together, as a chord */
+    double place;     /* the part of it by which points are beside */
+    double view;      /* no N.V that counts is less */
+    double half;      /* nor is any V.H */
+} glance;
+
+/* Of one lobe, or of the diffuse term, at a light of 1 before attenuation. */
+typedef struct weight {
+    double most, error;
+} weight;
+
+static double smaller_of(double a, double b) {
+    return a < b ? a : b;
+}
+
+/* ---- Models. ---- */
+
+static weight weigh_diffuse(const shd_plan_material *m, const glance *g) {
+    const double facing = g->lit.facing_high;
+    const weight lambert = {facing, g->direction + FUNCTION * facing};
+    if (m->model != SHD_MODEL_OREN_NAYAR) return lambert;
+    /* N.L (a + b s), where s is max(0, L.V - N.L N.V) / max(N.L, N.V), and N.L s is at most 1. */
+    const double square = m->from->sigma * m->from->sigma,
+                 b = 0.45 * square / (square + 0.09);
+    return (weight){facing + b * smaller_of(1, facing / g->view),
+                    lambert.error + b * (4 * g->direction / g->view + FUNCTION)};
+}
+
+static weight weigh_phong(double shininess, const glance *g, size_t lights) {
+    const shd_lobe_error e = shd_lobe_error_of(SHD_EXACT, shininess, lights);
+    const double most = shd_shine_most(g->lit.shine_high, shininess);
+    return (weight){most, shd_lobe_sum(shd_lobe_turned(&e, g->lit.shine_high, most, g->direction),
+                                       shd_lobe_functions(&e, most)) +
+                              shd_lobe_faint(&e, most)};
+}
+
+/* H = (L + V) / |L + V| errs by as much as L and V, divided by 2 V.H, twice. */
+static double half_error(const glance *g) {
+    return smaller_of(g->direction / g->half, 1);
+}
+
+static weight weigh_blinn(double shininess, const glance *g, size_t lights) {
+    const shd_lobe_error e = shd_lobe_error_of(SHD_EXACT, shininess, lights);
+    return (weight){1, shd_lobe_sum(shd_lobe_turned(&e, 1, 1, g->direction + half_error(g)),
+                                    shd_lobe_functions(&e, 1)) +
+                           shd_lobe_faint(&e, 1)};
+}
+
+/* The factor pi N.L / E is at most (n + 2) / 2, because E, without the part of the lobe below the
+ * horizon, which is negative there, is N.L 2 pi / (n + 2). Its slope is at most 3 pi / E(0), where
+ * E(0) >= 2 sqrt(pi / (2 (n + 1))) / (n + 2). E is computed to 1e-10. */
+static weight weigh_normalized(double shininess, const glance *g, size_t lights) {
+    const weight lobe = weigh_phong(shininess, g, lights);
+    const double factor = (shininess + 2) / 2,
+                 level = 2 * sqrt(SHD_PI / (2 * (shininess + 1))) / (shininess + 2);
+    return (weight){factor * lobe.most, factor * (lobe.error + 1e-10 * lobe.most) +
+                                            3 * SHD_PI / level * g->direction * lobe.most};
+}
+
+/* F D G / N.V with F and G at most 1. G / N.V is at most 1 / N.V and 2 / V.H. With x = tan^2 of the
+ * angle of H, D = (1 + x)^2 e^(-x / m^2) / m^2 is largest at x = max(0, 2 m^2 - 1), and its slope by
+ * that angle is at most 2 (1 + x)^3 sqrt(x) / m^4 + 4 (1 + x)^2 sqrt(x) / m^2 with x <= 3.5 m^2. */
+static weight weigh_facets(const shd_fresnel *f, double slope, const glance *g) {
+    const double m = slope * slope, x = 1 + 3.5 * m, root = sqrt(3.5 * m);
+    const double most = m > 0.5 ? 4 * m * exp(1 / m - 2) : 1 / m;
+    const double steep = 2 * x * x * x * root / (m * m) + 4 * x * x * root / m;
+    const double over = smaller_of(1 / g->view, 2 / g->half), each = 1 / g->view + 2 / g->half;
+    double index = 1;
+    for (int c = 0; c < 3; c++) index = shd_larger(index, f->n[c] * f->n[c] + f->k[c] * f->k[c]);
+    const double turned = half_error(g), fresnel = smaller_of(8 * (1 + index) * turned, 1);
+    return (weight){most * over, steep * turned * over + 6 * most * g->direction * each * each +
+                                     most * over * (fresnel + FUNCTION / m)};
+}
+
+static weight weigh_lobe(const shd_plan_material *m, size_t lobe, const glance *g, size_t lights) {
+    const double shininess = m->lobes[lobe].shininess;
+    switch (m->model) {
+        case SHD_MODEL_BLINN_PHONG: return weigh_blinn(shininess, g, lights);
+        case SHD_MODEL_PHONG_NORMALIZED: return weigh_normalized(shininess, g, lights);
+        case SHD_MODEL_COOK_TORRANCE: return weigh_facets(&m->from->fresnel, shininess, g);
+        case SHD_MODEL_PHONG: return weigh_phong(shininess, g, lights);
+        default: return (weight){INFINITY, INFINITY};
+    }
+}
+
+/* ---- Lights at a piece. ---- */
+
+/* What is found of an object's pieces. */
+typedef struct finding {
+    const shd_plan *plan;
+    const shd_plan_material *material;
+    shd_misplaced misplaced;
+    shd_place place;
+    double most[3], error[3]; /* of the piece in question */
+} finding;
+
+/* The direction to the eye from the piece's middle; those from its other points are within the
+ * spread. */
+static shd_vec3 toward_eye(const shd_scene *scene, const shd_piece *piece, shd_angle *spread) {
+    const shd_camera *camera = &scene->camera;
+    *spread = (shd_angle){1, 0};
+    if (camera->projection == SHD_ORTHOGRAPHIC) return camera->back;
+    const shd_vec3 path = shd_sub(camera->position, piece->center);
+    const double distance = shd_plan_length(path);
+    *spread = distance > 0 && isfinite(piece->radius) ? shd_seen_from(piece->radius, 1 / distance)
+                                                      : SHD_ANY_ANGLE;
+    return distance > 0 ? shd_scale(path, 1 / distance) : camera->back;
+}
+
+static void see_piece(const finding *f, const shd_piece *piece, const shd_plan_light *light,
+                      glance *g) {
+    shd_angle eyes, lights = {1, 0};
+    const shd_vec3 eye = toward_eye(f->plan->scene, piece, &eyes);
+    shd_vec3 toward = light->toward;
+    if (!light->directional) {
+        const shd_vec3 path = shd_sub(light->position, piece->center);
+        const double distance = shd_plan_length(path);
+        lights = distance > 0 && isfinite(piece->radius)
+                     ? shd_seen_from(piece->radius, 1 / distance)
+                     : SHD_ANY_ANGLE;
+        toward = distance > 0 ? shd_scale(path, 1 / distance) : eye;
+    }
+    const double between =
+        shd_cosine_more(shd_angle_of(shd_dot(eye, toward)), shd_angle_sum(eyes, lights));
+    const double facing =
+        shd_cosine_more(shd_angle_of(shd_dot(piece->axis, eye)), shd_angle_sum(eyes, piece->spread));
+    g->view = shd_larger(facing, f->misplaced.grazing > 0 ? f->misplaced.grazing : 1e-4);
+    /* |L + V| is 2 V.H, and no less than N.V where the light is before the surface. */
+    g->half = shd_larger(sqrt(shd_larger((1 + between) / 2, 0)), g->view / 2);
+    double beyond;
+    g->place =
+        shd_misplaced_at(f->plan->scene, &f->misplaced, piece, light, g->lit.nearest, &beyond);
+    g->direction = DIRECTION + g->place + beyond + 2 * f->misplaced.turned;
+}
+
+static void add_weight(finding *f, const double color[3], const shd_plan_light *light,
+                       const glance *g, weight w) {
+    /* Attenuation and cones multiply, and err by distances and directions. */
+    const double distance = light->attenuated ? 2 * g->place : 0,
+                 spot = light->spot ? shd_spot_error(SHD_EXACT, light, g->lit.axis_low,
+                                                     g->lit.axis_high, g->place)
+                                    : 0;
+    const double factor = g->lit.factor_high,
+                 error = factor * (w.error + w.most * (distance + FUNCTION)) +
+                         g->lit.fall_high * spot * w.most;
+    for (int c = 0; c < 3; c++) {
+        const double product = fabs(color[c] * light->color[c]);
+        if (product == 0) continue;
+        f->most[c] += product * factor * w.most;
+        f->error[c] += product * error;
+    }
+}
+
+static void add_light(finding *f, const shd_piece *piece, const shd_plan_light *light) {
+    const shd_plan_material *m = f->material;
+    const size_t lights = f->plan->scene->light_count;
+    glance g;
+    const double least = light->directional ? 0 : shd_least_distance(&f->place, light->position);
+    if (!shd_piece_lit(f->plan->scene, piece, light, least, &g.lit)) return;
+    see_piece(f, piece, light, &g);
+    if (m->has_diffuse) add_weight(f, m->diffuse, light, &g, weigh_diffuse(m, &g));
+    for (size_t k = 0; k < m->lobe_count; k++)
+        add_weight(f, m->lobes[k].specular, light, &g, weigh_lobe(m, k, &g, lights));
+}
+
+/* ---- The picture. ---- */
+
+bool shd_errs_otherwise(const shd_plan *plan) {
+    if (!plan->extended) return false;
+    if (plan->scene->trace.depth) return true;
+    for (size_t j = 0; j < plan->light_count; j++)
+        if (plan->lights[j].shape) return true;
+    for (size_t m = 0; m < plan->scene->material_count; m++)
+        if (plan->materials[m].model != SHD_MODEL_PHONG) return true;
+    return false;
+}
+
+static bool is_unknown(const shd_plan *plan) {
+    if (plan->scene->trace.depth) return true;
+    for (size_t j = 0; j < plan->light_count; j++)
+        if (plan->lights[j].shape) return true;
+    for (size_t m = 0; m < plan->scene->material_count; m++)
+        if (plan->materials[m].model == SHD_MODEL_WESTIN) return true;
+    return false;
+}
+
+/* The largest error at any piece of the object. */
+static double object_error(const shd_plan *plan, size_t index, double rounding) {
+    enum { FINENESS = 2 };
+    const shd_scene *scene = plan->scene;
+    const shd_plan_object *bounds = &plan->objects[index];
+    finding f = {.plan = plan,
+                 .material = &plan->materials[bounds->material],
+                 .place = shd_place_of(&scene->objects[index], bounds)};
+    f.misplaced = shd_misplaced_of(scene, &f.place);
+    shd_piece pieces[SHD_MOST_PIECES];
+    const size_t count = shd_plan_pieces(scene, index, bounds, FINENESS, plan->cancelled, pieces);
+    double worst = 0;
+    for (size_t p = 0; p < count && !shd_is_cancelled(plan->cancelled); p++) {
+        for (int c = 0; c < 3; c++)
+            f.most[c] = fabs(f.material->emissive[c]) + fabs(f.material->ambient[c]), f.error[c] = 0;
+        for (size_t j = 0; j < bounds->light_count; j++)
+            add_light(&f, &pieces[p], &plan->lights[bounds->lights[j]]);
+        for (int c = 0; c < 3; c++)
+            worst = shd_larger(worst, f.error[c] + rounding * f.most[c]);
+    }
+    return worst;
+}
+
+const char *shd_no_linear_bound(const shd_plan *plan) {
+    if (plan->scene->trace.depth)
+        return "mirrors and glass carry rounding on by as much as their surfaces bend";
+    return "a light may touch a surface, or a value exceed what floats hold";
+}
+
 double shd_extended_error(const shd_plan *plan) {
-    (void)plan;
-    return INFINITY;
+    const shd_scene *scene = plan->scene;
+    if (is_unknown(plan)) return INFINITY;
+    const double rounding = shd_color_error(plan, SHD_EXACT);
+    double worst = 0;
+    for (int c = 0; c < 3 && !scene->transparent; c++)
+        worst = shd_larger(worst, rounding * fabs(scene->background[c]));
+    for (size_t i = 0; i < scene->object_count; i++)
+        worst = shd_larger(worst, object_error(plan, i, rounding));
+    return worst < 1e37 ? worst : INFINITY;
 }

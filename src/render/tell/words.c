@@ -35,6 +35,11 @@ static void say_tier(json_t *words, const shd_explained *e) {
     if (accuracy->budget)
         say_line(words, "Tier %s, with %s kernels: the cheapest one that stays within %.6g %s.",
                  tier, isa, accuracy->max_error, shd_metric_names[accuracy->metric]);
+    else if (plan->extended)
+        say_line(words,
+                 "Tier %s: the only one for models beside Phong's, lights with a shape, traced rays "
+                 "and spectra.",
+                 tier);
     else if (strcmp(tier, shd_asked_tier(accuracy)))
         say_line(words, "Tier %s, with %s kernels: %s was asked for, and would not be faster.",
                  tier, isa, shd_asked_tier(accuracy));
@@ -56,8 +61,10 @@ static void say_bound(json_t *words, const shd_plan *plan, shd_metric metric, co
 }
 
 static void say_bounds(json_t *words, const shd_plan *plan) {
+    char linear[128];
+    snprintf(linear, sizeof linear, "linear components, as %s", shd_no_linear_bound(plan));
     say_bound(words, plan, SHD_LINEAR, "linear components", plan->scene->working_space->name,
-              "linear components, as " SHD_NO_LINEAR_BOUND);
+              linear);
     say_bound(words, plan, SHD_CODE, "8-bit codes", NULL,
               "codes, as an output's colors are no curve of a matrix");
     say_bound(words, plan, SHD_DELTA_E_2000, "CIEDE2000", NULL, "CIEDE2000");
@@ -133,6 +140,7 @@ static void say_outputs(json_t *words, const shd_explained *e) {
 }
 
 static void say_tiers(json_t *words, const shd_explained *e) {
+    if (e->plan->extended) return; /* the others are the same */
     for (int t = 0; t <= SHD_EXACT; t++) {
         const shd_cost *c = &e->costs[t];
         char linear[SHD_BOUND_TEXT] = "an unknown sum";
