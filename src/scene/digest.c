@@ -96,6 +96,8 @@ static void put_extension(sink *s, const shd_material *m) {
         put_count(s, SIZE_MAX);
         put_count(s, m->model);
         put_numbers(s, &m->sigma, 1);
+        put_numbers(s, m->fresnel.n, 3);
+        put_numbers(s, m->fresnel.k, 3);
     }
     if (memcmp(values, usual, sizeof values) != 0) {
         put_count(s, SIZE_MAX - 1);

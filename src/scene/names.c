@@ -23,3 +23,10 @@ const char *const shd_shape_names[] = {
     [SHD_SPHERE] = "sphere", [SHD_PLANE] = "plane",       [SHD_DISC] = "disc",
     [SHD_BOX] = "box",       [SHD_CYLINDER] = "cylinder", [SHD_CONE] = "cone",
     [SHD_TORUS] = "torus",   [SHD_MESH] = "mesh",         [SHD_SHAPE_COUNT] = NULL};
+
+const char *const shd_model_names[] = {[SHD_MODEL_PHONG] = "phong",
+                                       [SHD_MODEL_BLINN_PHONG] = "blinn-phong",
+                                       [SHD_MODEL_PHONG_NORMALIZED] = "phong-normalized",
+                                       [SHD_MODEL_OREN_NAYAR] = "oren-nayar",
+                                       [SHD_MODEL_COOK_TORRANCE] = "cook-torrance",
+                                       [SHD_MODEL_WESTIN] = NULL};

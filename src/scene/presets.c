@@ -17,9 +17,18 @@
     { r, g, b }
 #define GREY(v) RGB(v, v, v)
 #define TEAPOTS "OpenGL's classic table (teapots.c)"
-#define VRML    "the OpenGL/VRML materials table"
+#define MEASURED                                                                                   \
+    "Cook-Torrance's model with the metal's measured indices of refraction (scene/metals.c)"
+#define VRML "the OpenGL/VRML materials table"
 
-static const shd_preset presets[] = {
+/* A row of the library: shd_preset, its colors as they were published. */
+typedef struct entry {
+    const char *name;
+    double ambient[3], diffuse[3], specular[3], shininess;
+    const char *note;
+} entry;
+
+static const entry presets[] = {
     {"black-plastic", GREY(0), GREY(0.01), GREY(0.5), 32, "Black plastic; " TEAPOTS},
     {"black-rubber", GREY(0.02), GREY(0.01), GREY(0.4), 10, "Black rubber; " TEAPOTS},
     {"brass", RGB(0.329412, 0.223529, 0.027451), RGB(0.780392, 0.568627, 0.113725),
@@ -43,6 +52,12 @@ static const shd_preset presets[] = {
      "Green rubber; " TEAPOTS},
     {"jade", RGB(0.135, 0.2225, 0.1575), RGB(0.54, 0.89, 0.63), GREY(0.316228), 12.8,
      "Jade; " TEAPOTS},
+    {"measured-aluminium", GREY(0), GREY(0), GREY(0), 0, MEASURED},
+    {"measured-brass", GREY(0), GREY(0), GREY(0), 0, MEASURED},
+    {"measured-chromium", GREY(0), GREY(0), GREY(0), 0, MEASURED},
+    {"measured-copper", GREY(0), GREY(0), GREY(0), 0, MEASURED},
+    {"measured-gold", GREY(0), GREY(0), GREY(0), 0, MEASURED},
+    {"measured-silver", GREY(0), GREY(0), GREY(0), 0, MEASURED},
     {"metal", RGB(0.31, 0.3, 0.29), RGB(0.31, 0.3, 0.29), RGB(0.92, 0.89, 0.87), 200,
      "A metal by rule of thumb: small diffuse and large specular, both of its color; large "
      "shininess"},
@@ -91,8 +106,25 @@ static void decode_color(double rgb[3]) {
     for (int c = 0; c < 3; c++) rgb[c] = shd_curve_decode(SHD_TRANSFER_SRGB, rgb[c]);
 }
 
+/* Of a measured metal, which its name tells, all is linear light as it is. */
+static void fill_metal(shd_preset *preset, const char *metal) {
+    const shd_fresnel *fresnel = shd_metal_find(metal);
+    preset->metal = metal;
+    for (int c = 0; c < 3; c++)
+        preset->ambient[c] = preset->specular[c] = shd_fresnel_reflectance(fresnel, c, 1);
+}
+
 shd_preset shd_preset_at(size_t index) {
-    shd_preset preset = presets[index];
+    static const char measured[] = "measured-";
+    const entry *from = &presets[index];
+    shd_preset preset = {.name = from->name, .shininess = from->shininess, .note = from->note};
+    if (!strncmp(from->name, measured, sizeof measured - 1)) {
+        fill_metal(&preset, from->name + sizeof measured - 1);
+        return preset;
+    }
+    memcpy(preset.ambient, from->ambient, sizeof preset.ambient);
+    memcpy(preset.diffuse, from->diffuse, sizeof preset.diffuse);
+    memcpy(preset.specular, from->specular, sizeof preset.specular);
     decode_color(preset.ambient);
     decode_color(preset.diffuse);
     decode_color(preset.specular);
@@ -100,10 +132,10 @@ shd_preset shd_preset_at(size_t index) {
 }
 
 static int compare_key(const void *key, const void *preset) {
-    return strcmp(key, ((const shd_preset *)preset)->name);
+    return strcmp(key, ((const entry *)preset)->name);
 }
 
 size_t shd_preset_find(const char *name) {
-    const shd_preset *found = bsearch(name, presets, PRESETS, sizeof presets[0], compare_key);
+    const entry *found = bsearch(name, presets, PRESETS, sizeof presets[0], compare_key);
     return found ? (size_t)(found - presets) : SIZE_MAX;
 }

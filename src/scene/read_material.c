@@ -2,9 +2,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/read.h"
+#include "scene/read_model.h"
 
 typedef struct raw_lobes {
+    int model;  /* of the material: its lobes have the members that it has */
+    bool given; /* even if there are none */
     const shd_lobe *lobes;
     size_t count;
 } raw_lobes;
@@ -14,6 +16,8 @@ typedef struct raw_material {
     double emissive[3], ambient[3], diffuse[3];
     shd_lobe first;
     raw_lobes further;
+    double sigma;
+    shd_fresnel fresnel;
     bool preset; /* the values of a preset are here */
 } raw_material;
 
@@ -36,21 +40,30 @@ static void take_preset(shd_reader *r, const shd_node *node, size_t index, raw_m
     const shd_preset preset = shd_preset_at(index);
     memcpy(raw->ambient, preset.ambient, sizeof raw->ambient);
     memcpy(raw->diffuse, preset.diffuse, sizeof raw->diffuse);
-    memcpy(raw->first.specular, preset.specular, sizeof raw->first.specular);
-    raw->first.shininess = preset.shininess;
     raw->preset = true;
+    if (preset.metal)
+        raw->fresnel = *shd_metal_find(preset.metal);
+    else
+        raw->first = (shd_lobe){{preset.specular[0], preset.specular[1], preset.specular[2]},
+                                preset.shininess};
     const shd_space_info *space = shd_catalog_space(r->catalog, "lin_rec709");
     if (!space) return;
     shd_convert_color(r, node, space, raw->ambient);
     shd_convert_color(r, node, space, raw->diffuse);
-    shd_convert_color(r, node, space, raw->first.specular);
+    if (!preset.metal) shd_convert_color(r, node, space, raw->first.specular);
 }
 
 static void read_preset(shd_reader *r, const shd_node *node, void *out) {
     const char *name = shd_get_text(r, node, "the name of a preset");
     if (!name) return;
     const size_t preset = shd_preset_find(name);
-    if (preset != SIZE_MAX)
+    raw_material *raw = out;
+    const bool metal = preset != SIZE_MAX && shd_preset_at(preset).metal;
+    if (preset != SIZE_MAX && metal != (raw->model == SHD_MODEL_COOK_TORRANCE))
+        shd_wrong(r, node, "the preset \"%s\" is a %s material, not %s", name,
+                  shd_model_names[metal ? SHD_MODEL_COOK_TORRANCE : SHD_MODEL_PHONG],
+                  shd_model_names[raw->model]);
+    else if (preset != SIZE_MAX)
         take_preset(r, node, preset, out);
     else
         shd_wrong(r, node, "there is no preset \"%s\"%s", shd_quote(name).text,
@@ -72,28 +85,46 @@ static void read_lobes(shd_reader *r, const shd_node *node, void *out) {
     if (!lobes) return;
     for (size_t i = 0; i < count; i++) {
         shd_node lobe = shd_node_item(node, i);
+        if (further->model == SHD_MODEL_COOK_TORRANCE) {
+            shd_read_facet_lobe(r, &lobe, &lobes[i]);
+            continue;
+        }
         lobes[i].shininess = 32;
         shd_read_fields(r, &lobe, members, SHD_LENGTH(members), 0, "a lobe", &lobes[i]);
     }
-    *further = (raw_lobes){lobes, count};
+    further->given = true;
+    further->lobes = lobes;
+    further->count = count;
 }
 
-static const char *const models[] = {"phong", NULL};
 static const char *const sides[] = {"both", "front", NULL};
 
 enum { AMBIENT = 1 }; /* a mark */
 
+/* The models as bits of shd_field.kinds. */
+enum {
+    SHINY = 1 << SHD_MODEL_PHONG | 1 << SHD_MODEL_BLINN_PHONG | 1 << SHD_MODEL_PHONG_NORMALIZED,
+    FACETS = 1 << SHD_MODEL_COOK_TORRANCE,
+    OREN_NAYAR = 1 << SHD_MODEL_OREN_NAYAR,
+    ANY_MODEL = (1 << SHD_MODEL_COUNT) - 1
+};
+
+static const shd_range facet_angle = {0, 90, false, false, "0 to 90 degrees"};
+
 #define AT(member) offsetof(raw_material, member)
 
 static const shd_field material_fields[] = {
-    {"model", shd_read_choice, AT(model), .choices = models},
-    {"preset", .read = read_preset}, /* before the members that override it */
+    {"model", .read = NULL},
+    {"preset", .read = read_preset,
+     .kinds = SHINY | FACETS}, /* before the members that override it */
     {"emissive", shd_read_color, .offset = AT(emissive)},
     {"ambient", shd_read_color, AT(ambient), .mark = AMBIENT},
     {"diffuse", shd_read_color, .offset = AT(diffuse)},
-    {"specular", shd_read_color, .offset = AT(first.specular)},
-    {"shininess", shd_read_number, AT(first.shininess), .range = &shd_not_negative},
-    {"lobes", read_lobes, .offset = AT(further)},
+    {"specular", shd_read_color, AT(first.specular), .kinds = SHINY},
+    {"shininess", shd_read_number, AT(first.shininess), SHINY, .range = &shd_not_negative},
+    {"lobes", read_lobes, AT(further), .kinds = SHINY | FACETS},
+    {"sigma", shd_read_degrees, AT(sigma), OREN_NAYAR, .range = &facet_angle},
+    {"fresnel", shd_read_fresnel, AT(fresnel), .kinds = FACETS},
     {"side", shd_read_choice, AT(side), .choices = sides},
 };
 
@@ -102,15 +133,15 @@ static bool is_negative(const double rgb[3]) {
 }
 
 /* The largest component of the share of light that a material sends on. Of ambient light it is
- * `ambient`. Of other light, from straight above, it is diffuse + 2 specular / (shininess + 2),
- * since the lobe (R.V)^n holds 2 pi / (n + 2) of the hemisphere's pi. Light from aside is sent on
- * by more. */
+ * `ambient`. Of other light, from straight above, it is diffuse and each lobe's share: of Phong's,
+ * 2 specular / (shininess + 2), since the lobe (R.V)^n holds 2 pi / (n + 2) of the hemisphere's pi.
+ * Light from aside is sent on by more. */
 static double most_reflected(const shd_material *m) {
     double most = 0;
     for (int c = 0; c < 3; c++) {
         double direct = m->diffuse[c];
         for (size_t i = 0; i < m->lobe_count; i++)
-            direct += m->lobes[i].specular[c] * 2 / (m->lobes[i].shininess + 2);
+            direct += m->lobes[i].specular[c] * shd_lobe_albedo(m, &m->lobes[i]);
         most = shd_larger(m->ambient[c], shd_larger(direct, most)); /* NAN is left out */
     }
     return most;
@@ -130,7 +161,7 @@ static bool is_warned(shd_reader *r, const shd_material *m) {
         const shd_material *known = &r->warned[i];
         if (!memcmp(known->emissive, m->emissive, sizeof m->emissive) &&
             !memcmp(known->ambient, m->ambient, sizeof m->ambient) &&
-            !memcmp(known->diffuse, m->diffuse, sizeof m->diffuse) &&
+            !memcmp(known->diffuse, m->diffuse, sizeof m->diffuse) && known->model == m->model &&
             known->lobe_count == m->lobe_count && same_lobes(known, m))
             return true;
     }
@@ -145,7 +176,8 @@ static void warn_of_material(shd_reader *r, const shd_node *node, const shd_mate
     double reflected = most_reflected(m), sharpest = 0;
     bool negative = is_negative(m->emissive) || is_negative(m->ambient) || is_negative(m->diffuse);
     for (size_t i = 0; i < m->lobe_count; i++) {
-        sharpest = shd_larger(m->lobes[i].shininess, sharpest);
+        if (m->model != SHD_MODEL_COOK_TORRANCE)
+            sharpest = shd_larger(m->lobes[i].shininess, sharpest);
         negative = negative || is_negative(m->lobes[i].specular);
     }
     bool amplifies = reflected > 1 + slack, sharp = sharpest > 1000;
@@ -153,8 +185,10 @@ static void warn_of_material(shd_reader *r, const shd_node *node, const shd_mate
     if (amplifies)
         shd_warn(r, node,
                  "it sends on %.4g times the light that arrives, in a channel: ambient, or "
-                 "diffuse + 2 specular / (shininess + 2), is above 1",
-                 reflected);
+                 "diffuse + %s, is above 1",
+                 reflected,
+                 m->model == SHD_MODEL_PHONG ? "2 specular / (shininess + 2)"
+                                             : "what its lobes reflect");
     if (sharp)
         shd_warn(r, node,
                  "a shininess of %.6g is above 1000: the highlight may be smaller than a pixel",
@@ -175,6 +209,9 @@ static void make_material(shd_reader *r, const raw_material *raw, const char *na
                           .lobes = lobes,
                           .lobe_count = 1 + raw->further.count,
                           .front_only = raw->side == 1,
+                          .model = (shd_model)raw->model,
+                          .sigma = raw->sigma,
+                          .fresnel = raw->fresnel,
                           .opacity = {1, 1, 1},
                           .ior = 1.5};
     memcpy(out->emissive, raw->emissive, sizeof out->emissive);
@@ -182,8 +219,12 @@ static void make_material(shd_reader *r, const raw_material *raw, const char *na
     memcpy(out->diffuse, raw->diffuse, sizeof out->diffuse);
 }
 
-static raw_material default_material(shd_reader *r) {
-    raw_material raw = {.first.shininess = 32};
+static raw_material default_material(shd_reader *r, shd_model model) {
+    raw_material raw = {.model = model, .first.shininess = 32, .further.model = model};
+    if (model == SHD_MODEL_COOK_TORRANCE) {
+        raw.first = (shd_lobe){{1, 1, 1}, SHD_METAL_ROUGHNESS};
+        raw.fresnel = *shd_default_fresnel();
+    }
     shd_default_color(r, 0.8, raw.diffuse);
     memcpy(raw.ambient, raw.diffuse, sizeof raw.ambient);
     return raw;
@@ -191,10 +232,22 @@ static raw_material default_material(shd_reader *r) {
 
 static void read_material(shd_reader *r, const shd_node *node, const char *name,
                           shd_material *out) {
-    raw_material raw = default_material(r);
-    if (!shd_read_fields(r, node, material_fields, SHD_LENGTH(material_fields), 0, "a material",
+    static const char *const names[] = {[SHD_MODEL_PHONG] = "a material",
+                                        [SHD_MODEL_BLINN_PHONG] = "a blinn-phong material",
+                                        [SHD_MODEL_PHONG_NORMALIZED] =
+                                            "a phong-normalized material",
+                                        [SHD_MODEL_OREN_NAYAR] = "an oren-nayar material",
+                                        [SHD_MODEL_COOK_TORRANCE] = "a cook-torrance material"};
+    const int model = shd_read_model(r, node);
+    const bool known = model >= 0;
+    raw_material raw = default_material(r, known ? (shd_model)model : SHD_MODEL_PHONG);
+    if (!shd_read_fields(r, node, material_fields, SHD_LENGTH(material_fields),
+                         known ? 1u << model : ANY_MODEL, known ? names[model] : "a material",
                          &raw))
         return;
+    if (!known) r->wrong |= SHD_SOME_FIELD;
+    if (raw.further.given && model == SHD_MODEL_COOK_TORRANCE)
+        raw.first = (shd_lobe){.shininess = 1};
     if (!raw.preset && !(r->seen & AMBIENT)) memcpy(raw.ambient, raw.diffuse, sizeof raw.ambient);
     make_material(r, &raw, name, out);
     if (!r->wrong) warn_of_material(r, node, out);
@@ -259,7 +312,8 @@ static size_t use_preset(shd_reader *r, const shd_node *node, size_t index) {
     }
     size_t *used = &r->presets_used[index];
     if (*used != SIZE_MAX) return *used;
-    raw_material raw = {0};
+    raw_material raw = {.model = SHD_MODEL_PHONG};
+    if (shd_preset_at(index).metal) raw = default_material(r, SHD_MODEL_COOK_TORRANCE);
     take_preset(r, node, index, &raw);
     const char *name = shd_preset_at(index).name;
     shd_material material = {.name = name};
@@ -270,7 +324,7 @@ static size_t use_preset(shd_reader *r, const shd_node *node, size_t index) {
 
 static size_t use_default(shd_reader *r) {
     if (r->default_used != SIZE_MAX) return r->default_used;
-    raw_material raw = default_material(r);
+    raw_material raw = default_material(r, SHD_MODEL_PHONG);
     shd_material material = {.name = ""};
     make_material(r, &raw, "", &material);
     return r->default_used = append_material(r, &material);

@@ -80,6 +80,12 @@ typedef enum shd_model {
     SHD_MODEL_COUNT
 } shd_model;
 
+/* What tells how much of light is mirrored by a smooth facet: the index of refraction n and the
+ * absorption k of each channel, relative to air. A reflectance of 1 at any angle has n infinite. */
+typedef struct shd_fresnel {
+    double n[3], k[3];
+} shd_fresnel;
+
 typedef struct shd_lobe {
     double specular[3]; /* Cook-Torrance: the weight, three times */
     double shininess;   /* >= 0; Cook-Torrance: the RMS slope of its facets */
@@ -96,7 +102,8 @@ typedef struct shd_material {
     size_t lobe_count; /* >= 1 */
     bool front_only;   /* side "front": the normal is not turned to face the viewer */
     shd_model model;
-    double sigma; /* radians; Oren-Nayar */
+    double sigma;        /* of the facets' angles, in radians; Oren-Nayar */
+    shd_fresnel fresnel; /* Cook-Torrance */
     /* What counts only if the scene is traced. */
     double opacity[3];                     /* 1 */
     double reflection[3], transmission[3]; /* 0 */
@@ -264,7 +271,20 @@ typedef struct shd_preset {
     double ambient[3], diffuse[3], specular[3];
     double shininess;
     const char *note; /* one line for people: what it is, where its numbers come from */
+    /* The name of a metal: it is a Cook-Torrance material of a roughness of SHD_METAL_ROUGHNESS,
+     * and `specular` is what it reflects at a right angle. NULL: it is Phong's. */
+    const char *metal;
 } shd_preset;
+
+#define SHD_METAL_ROUGHNESS 0.2
+
+/* The measured metals, by name. NULL: there is none. */
+const shd_fresnel *shd_metal_find(const char *name);
+extern const char *const shd_metal_names[]; /* ended by NULL */
+
+/* The reflectance of a smooth facet for unpolarized light that meets it at the angle of `cosine`,
+ * by Fresnel's equations. */
+double shd_fresnel_reflectance(const shd_fresnel *fresnel, int channel, double cosine);
 
 size_t shd_preset_count(void);
 shd_preset shd_preset_at(size_t index);
@@ -272,8 +292,9 @@ size_t shd_preset_find(const char *name); /* its index; SIZE_MAX: none */
 
 /* Names as documents have them, by enum; NULL follows the last one. */
 extern const char *const shd_tier_names[],
-    *const shd_metric_names[], *const shd_light_names[], *const shd_shape_names[],
-                                                             *const shd_interpolation_names[];
+    *const shd_metric_names[], *const shd_light_names[], *const shd_model_names[],
+                                                             *const shd_shape_names[],
+                                                                 *const shd_interpolation_names[];
 
 /* The name of the tier that the document asks for. */
 const char *shd_asked_tier(const shd_accuracy *accuracy);

@@ -15,19 +15,24 @@ static double spot_factor(const shd_plan_light *light, shd_vec3 toward) {
     return factor;
 }
 
+double shd_arriving(const shd_plan_light *light, shd_vec3 position, shd_vec3 *toward) {
+    *toward = light->toward;
+    double f = light->gain;
+    if (!light->directional) {
+        shd_vec3 path = shd_sub(light->position, position);
+        if (!shd_normalize(path, toward)) return 0; /* on the surface: no direction */
+        f = shd_attenuation(light, shd_length(path));
+    }
+    return light->spot ? f * spot_factor(light, *toward) : f;
+}
+
 double shd_weigh_light(const shd_plan_light *light, shd_vec3 position, shd_vec3 normal,
                        shd_vec3 mirror, double *factor, double *off) {
     *factor = 0;
     *off = 1;
-    shd_vec3 toward = light->toward;
-    double f = light->gain;
-    if (!light->directional) {
-        shd_vec3 path = shd_sub(light->position, position);
-        if (!shd_normalize(path, &toward)) return 0; /* on the surface: no direction */
-        f = shd_attenuation(light, shd_length(path));
-    }
-    if (light->spot) f *= spot_factor(light, toward);
-
+    shd_vec3 toward;
+    const double f = shd_arriving(light, position, &toward);
+    if (!(f > 0)) return 0;
     double facing = shd_dot(normal, toward);
     if (!(facing > 0)) return 0; /* the light is behind: neither term */
     *factor = f;

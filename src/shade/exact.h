@@ -4,6 +4,9 @@
 
 #include "plan/plan.h"
 
+/* f s at a point, and the unit vector toward the light. 0: no light arrives. */
+double shd_arriving(const shd_plan_light *light, shd_vec3 position, shd_vec3 *toward);
+
 /* In the world frame; `normal` N and `mirror` W = 2(N.V)N - V are unit. Returns wd = f s (N.L)+.
  * For shd_weigh_lobe, *factor is f s if the light is before the surface and otherwise 0, and *off
  * is 1 - R.V. */

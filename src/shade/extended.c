@@ -5,17 +5,12 @@
 #include "shade/exact.h"
 
 bool shd_weigh_extended(const shd_plan *plan, const shd_plan_light *light, const shd_surface *at,
-                        double row[SHD_EXTENDED_ROWS]) {
+                        double row[SHD_BRDF_ROWS]) {
     (void)plan;
-    double factor, off;
-    const double weight =
-        shd_weigh_light(light, at->position, at->normal, at->mirror, &factor, &off);
-    if (!(factor > 0)) return false;
-    for (int c = 0; c < 3; c++) row[c] = weight;
-    for (size_t k = 0; k < at->material->lobe_count; k++) {
-        const double lobe = shd_weigh_lobe(at->material->lobes[k].shininess, factor, off);
-        for (size_t c = 0; c < 3; c++) row[3 + 3 * k + c] = lobe;
-    }
+    shd_vec3 toward;
+    const double factor = shd_arriving(light, at->position, &toward);
+    if (!(factor > 0) || !shd_brdf_weigh(at, toward, row)) return false;
+    for (size_t k = 0; k < 3 + 3 * at->material->lobe_count; k++) row[k] *= factor;
     return true;
 }
 
@@ -35,9 +30,9 @@ static shd_surface surface_of(const shd_points64 *points, size_t i,
 }
 
 static void add_light(const shd_lighting *lighting, uint32_t index, const shd_surface *at,
-                      double sums[SHD_EXTENDED_ROWS]) {
+                      double sums[SHD_BRDF_ROWS]) {
     const shd_plan_light *light = &lighting->plan->lights[index];
-    double row[SHD_EXTENDED_ROWS], share[3] = {1, 1, 1};
+    double row[SHD_BRDF_ROWS], share[3] = {1, 1, 1};
     const shd_vec3 scaled = shd_scale(at->position, lighting->plan->scale);
     if (shd_is_behind_face(&lighting->exact[index], scaled, at->normal)) return;
     if (!shd_weigh_extended(lighting->plan, light, at, row)) return;
@@ -53,7 +48,7 @@ void shd_extended_sums(const shd_lighting *lighting, const shd_plan_material *ma
     const shd_plan *plan = lighting->plan;
     for (size_t i = 0; i < points->count; i++) {
         const shd_surface at = surface_of(points, i, material);
-        double sums[SHD_EXTENDED_ROWS];
+        double sums[SHD_BRDF_ROWS];
         memset(sums, 0, (3 + 3 * material->lobe_count) * sizeof *sums);
         for (size_t j = 0; j < n; j++) {
             if (shd_is_cancelled(plan->cancelled)) return;

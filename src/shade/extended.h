@@ -2,16 +2,15 @@
  * f64, one light at one point at a time. Only for shade/. */
 #pragma once
 
+#include "shade/brdf.h"
 #include "shade/packed.h"
-
-enum { SHD_EXTENDED_ROWS = 3 + 3 * (1 + SHD_LOBES_MOST) };
 
 /* The weights of a light at a point, for each channel: row[c] those of the diffuse term, row[3 + 3
  * k
  * + c] those of lobe k. They hold neither the light's color nor the material's, but what of the
  * material is no factor (Fresnel's reflectance). False: the light adds nothing. */
 bool shd_weigh_extended(const shd_plan *plan, const shd_plan_light *light, const shd_surface *at,
-                        double row[SHD_EXTENDED_ROWS]);
+                        double row[SHD_BRDF_ROWS]);
 
 /* As shd_light_sums64. */
 void shd_extended_sums(const shd_lighting *lighting, const shd_plan_material *material,

@@ -281,6 +281,41 @@ def by_hand():
         yield f"samples_{samples}", several
 
 
+def further_models():
+    """Each model beside Phong's, on what bends, is flat, or has normals of its own."""
+    body = {"diffuse": [0.5, 0.3, 0.2], "ambient": 0}
+    shiny = {"specular": [0.4, 0.5, 0.3], "lobes": [{"specular": 0.2, "shininess": 300.5}]}
+    rough = {"lobes": [{"roughness": 0.15, "weight": 0.4}, {"roughness": 0.5, "weight": 0.6}]}
+    spot = {"type": "spot", "position": [-3, 4, 3], "direction": [0.7, -1, -0.8], "angle": 35,
+            "attenuation": [0.2, 0, 0.05]}
+    materials = {
+        "blinn": {"model": "blinn-phong", **body, **shiny, "shininess": 20},
+        "blinn_wide": {"model": "blinn-phong", **body, "specular": 0.5, "shininess": 0},
+        "normalized": {"model": "phong-normalized", **body, **shiny, "shininess": 12.3},
+        "normalized_wide": {"model": "phong-normalized", **body, "specular": 0.5, "shininess": 0},
+        "normalized_sharp": {"model": "phong-normalized", "diffuse": 0, "specular": 0.001,
+                             "shininess": 5000},
+        "oren_nayar": {"model": "oren-nayar", **body, "sigma": 30},
+        "oren_nayar_smooth": {"model": "oren-nayar", **body},
+        "oren_nayar_rough": {"model": "oren-nayar", **body, "sigma": 90},
+        "cook_torrance": {"model": "cook-torrance", **body, **rough},
+        "cook_torrance_gold": {"model": "cook-torrance", "diffuse": 0, "fresnel": {"n": "gold"}},
+        "cook_torrance_f0": {"model": "cook-torrance", **body, "fresnel": {"f0": [0.9, 0.04, 0.3]},
+                             "lobes": [{"roughness": 1}]},
+        "cook_torrance_index": {"model": "cook-torrance", **body, **rough, "side": "front",
+                                "fresnel": {"n": [1.2, 1.5, 2.4], "k": [0, 0.5, 3]}},
+    }
+    for name, material in materials.items():
+        yield f"model_{name}", scene(
+            {"type": "sphere", "material": material, "transform": {"translate": [-1.3, 0.3, 0]}},
+            {"type": "torus", "radius": 0.8, "tube": 0.3, "material": material,
+             "transform": {"translate": [1.2, 0.4, -0.5], "rotate": [60, 0, 20]}},
+            {"type": "plane", "material": material, "transform": {"translate": [0, -1, 0]}},
+            coarse_ball(5, transform={"translate": [0, -0.4, 1.2], "scale": 0.5}) |
+            {"material": material},
+            lights=(KEY, LAMP, spot))
+
+
 def by_seed(seed):
     """A scene that mixes everything."""
     r = random.Random(seed)

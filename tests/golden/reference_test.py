@@ -27,13 +27,14 @@ SEED = int(os.environ.get("SHADED_SEED", "1975"))
 def scenes():
     yield from reference_scenes.by_hand()
     yield from reference_scenes.beyond_vectors()
+    yield from reference_scenes.further_models()
     for i in range(RANDOM_SCENES):
         yield f"seed_{SEED + i}", reference_scenes.by_seed(SEED + i)
 
 
 def tiers(name):
     """Mirrored shapes differ in what is seen, which the tiers share."""
-    exact_only = name == "shininess_extreme" or name.startswith("mirrored_")
+    exact_only = name == "shininess_extreme" or name.startswith(("mirrored_", "model_"))
     return ["exact"] if exact_only else ["exact", "standard"]
 
 

@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
+from reference import models
 from reference.program import SOURCE
 from reference.scene import Scene
 from reference.shapes import ANALYTIC, bound, dot, triangles
@@ -57,8 +58,10 @@ def spot_factor(light, to_light):
     return np.where(inside, factor, 0), inside
 
 
-def weights(light, p, n, v, lobes):
-    """wd = f s (N.L)+, ws for each lobe = f s g (R.V)+^ns, and the light's case (see above)."""
+def weights(light, p, n, v, material):
+    """wd = f s (N.L)+, ws for each lobe = f s g (R.V)+^ns, and the light's case (see above). Other
+    models have other weights."""
+    lobes = material.lobes
     if light.kind == "ambient":
         zero = np.zeros(len(p))
         return zero, [zero for _ in lobes], zero.astype(np.int64)
@@ -92,6 +95,15 @@ def weights(light, p, n, v, lobes):
     r = 2 * nl[:, None] * n - to_light
     rv = dot(r, v)
     f = np.where(lit, f, 0)
+    if material.model != "phong":
+        kd, ks = np.zeros(len(p)), [np.zeros((len(p), 3)) for _ in lobes]
+        shone = before & lit
+        if shone.any():
+            diffuse, lobes = models.weigh(material, n[shone], to_light[shone], v[shone])
+            kd[shone] = f[shone] * diffuse
+            for to, lobe in zip(ks, lobes):
+                to[shone] = f[shone][:, None] * (lobe if lobe.ndim == 2 else lobe[:, None])
+        return kd, ks, case
     wd = f * np.maximum(nl, 0)
     ws = [np.where(before & (rv > 0), f * np.maximum(rv, 0) ** shininess, 0)
           for _, shininess in lobes]
@@ -109,11 +121,11 @@ def evaluate(scene, material, p, n, geometric=None):
         n = np.where(away[:, None], -n, n)
     total = np.broadcast_to(material.emissive + material.ambient * scene.ambient, p.shape).copy()
     for light in scene.lights:
-        wd, ws, light_case = weights(light, p, n, v, material.lobes)
+        wd, ws, light_case = weights(light, p, n, v, material)
         case = (case * 4 + light_case) % (2 ** 61 - 1)
         total += wd[:, None] * material.diffuse * light.color
         for w, (specular, _) in zip(ws, material.lobes):
-            total += w[:, None] * specular * light.color
+            total += (w if w.ndim == 2 else w[:, None]) * specular * light.color
     return total, case
 
 

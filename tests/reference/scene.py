@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from reference import color
+from reference import color, models
 
 
 def unit(v):
@@ -99,6 +99,21 @@ class Material:
         self.emissive = of("emissive", 0)
         self.diffuse = of("diffuse", 0.8)
         self.ambient = of("ambient", document.get("diffuse", 0.8))
+        self.model = document.get("model", "phong")
+        self.sigma = math.radians(document.get("sigma", 0))
+        if self.model == "cook-torrance":
+            fresnel = document.get("fresnel", {"n": 1.5})
+            if "f0" in fresnel:
+                root = np.sqrt(color.parse(fresnel["f0"], space))
+                fresnel = {"n": (1 + root) / (1 - root)}
+            metal = models.METALS.get(fresnel["n"]) if isinstance(fresnel["n"], str) else None
+            self.index, self.absorption = metal or (
+                np.broadcast_to(np.float64(fresnel["n"]), 3),
+                np.broadcast_to(np.float64(fresnel.get("k", 0)), 3))
+            self.lobes = [(np.full(3, lobe.get("weight", 1)), lobe["roughness"])
+                          for lobe in document.get("lobes", [{"roughness": 0.2}])]
+            self.front_only = document.get("side", "both") == "front"
+            return
         self.lobes = [(of("specular", 0), document.get("shininess", 32))]
         for lobe in document.get("lobes", []):
             self.lobes.append((color.parse(lobe.get("specular", 0), space),

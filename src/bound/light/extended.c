@@ -35,8 +35,7 @@ static weight weigh_diffuse(const shd_plan_material *m, const glance *g) {
     const weight lambert = {facing, g->direction + FUNCTION * facing};
     if (m->model != SHD_MODEL_OREN_NAYAR) return lambert;
     /* N.L (a + b s), where s is max(0, L.V - N.L N.V) / max(N.L, N.V), and N.L s is at most 1. */
-    const double square = m->from->sigma * m->from->sigma,
-                 b = 0.45 * square / (square + 0.09);
+    const double square = m->from->sigma * m->from->sigma, b = 0.45 * square / (square + 0.09);
     return (weight){facing + b * smaller_of(1, facing / g->view),
                     lambert.error + b * (4 * g->direction / g->view + FUNCTION)};
 }
@@ -72,29 +71,40 @@ static weight weigh_normalized(double shininess, const glance *g, size_t lights)
                                             3 * SHD_PI / level * g->direction * lobe.most};
 }
 
-/* F D G / N.V with F and G at most 1. G / N.V is at most 1 / N.V and 2 / V.H. With x = tan^2 of the
- * angle of H, D = (1 + x)^2 e^(-x / m^2) / m^2 is largest at x = max(0, 2 m^2 - 1), and its slope by
- * that angle is at most 2 (1 + x)^3 sqrt(x) / m^4 + 4 (1 + x)^2 sqrt(x) / m^2 with x <= 3.5 m^2. */
+/* F D g / 4 with F at most 1. g = G / N.V is min(1 / N.V, 2 N.H / V.H, 2 N.H N.L / (V.H N.V)): at
+ * most 1 / N.V and 2 / V.H. Its slope by any of the cosines is at most 4 / (V.H)^2 where one of the
+ * first two is the least, and 4 / (V.H N.V) with the third, which is less than the second only if
+ * N.L < N.V. With x = tan^2 of the angle of H, D = (1 + x)^2 e^(-x / m^2) / m^2 is largest at x =
+ * max(0, 2 m^2 - 1), and its slope by that angle is at most 2 (1 + x)^3 sqrt(x) / m^4 + 4 (1 + x)^2
+ * sqrt(x) / m^2 with x <= 3.5 m^2. */
 static weight weigh_facets(const shd_fresnel *f, double slope, const glance *g) {
     const double m = slope * slope, x = 1 + 3.5 * m, root = sqrt(3.5 * m);
     const double most = m > 0.5 ? 4 * m * exp(1 / m - 2) : 1 / m;
     const double steep = 2 * x * x * x * root / (m * m) + 4 * x * x * root / m;
-    const double over = smaller_of(1 / g->view, 2 / g->half), each = 1 / g->view + 2 / g->half;
+    const double over = smaller_of(1 / g->view, 2 / g->half),
+                 bend = 4 / g->half * (1 / g->half + 1 / g->view);
     double index = 1;
-    for (int c = 0; c < 3; c++) index = shd_larger(index, f->n[c] * f->n[c] + f->k[c] * f->k[c]);
+    for (int c = 0; c < 3; c++)
+        if (isfinite(f->n[c])) index = shd_larger(index, f->n[c] * f->n[c] + f->k[c] * f->k[c]);
     const double turned = half_error(g), fresnel = smaller_of(8 * (1 + index) * turned, 1);
-    return (weight){most * over, steep * turned * over + 6 * most * g->direction * each * each +
-                                     most * over * (fresnel + FUNCTION / m)};
+    return (weight){most * over / 4, (steep * turned * over + 4 * most * g->direction * bend +
+                                      most * over * (fresnel + FUNCTION / m)) /
+                                         4};
 }
 
 static weight weigh_lobe(const shd_plan_material *m, size_t lobe, const glance *g, size_t lights) {
     const double shininess = m->lobes[lobe].shininess;
     switch (m->model) {
-        case SHD_MODEL_BLINN_PHONG: return weigh_blinn(shininess, g, lights);
-        case SHD_MODEL_PHONG_NORMALIZED: return weigh_normalized(shininess, g, lights);
-        case SHD_MODEL_COOK_TORRANCE: return weigh_facets(&m->from->fresnel, shininess, g);
-        case SHD_MODEL_PHONG: return weigh_phong(shininess, g, lights);
-        default: return (weight){INFINITY, INFINITY};
+    case SHD_MODEL_BLINN_PHONG:
+        return weigh_blinn(shininess, g, lights);
+    case SHD_MODEL_PHONG_NORMALIZED:
+        return weigh_normalized(shininess, g, lights);
+    case SHD_MODEL_COOK_TORRANCE:
+        return weigh_facets(&m->from->fresnel, shininess, g);
+    case SHD_MODEL_PHONG:
+        return weigh_phong(shininess, g, lights);
+    default:
+        return (weight){INFINITY, INFINITY};
     }
 }
 
@@ -137,15 +147,17 @@ static void see_piece(const finding *f, const shd_piece *piece, const shd_plan_l
     }
     const double between =
         shd_cosine_more(shd_angle_of(shd_dot(eye, toward)), shd_angle_sum(eyes, lights));
-    const double facing =
-        shd_cosine_more(shd_angle_of(shd_dot(piece->axis, eye)), shd_angle_sum(eyes, piece->spread));
+    const double facing = shd_cosine_more(shd_angle_of(shd_dot(piece->axis, eye)),
+                                          shd_angle_sum(eyes, piece->spread));
     g->view = shd_larger(facing, f->misplaced.grazing > 0 ? f->misplaced.grazing : 1e-4);
     /* |L + V| is 2 V.H, and no less than N.V where the light is before the surface. */
     g->half = shd_larger(sqrt(shd_larger((1 + between) / 2, 0)), g->view / 2);
     double beyond;
     g->place =
         shd_misplaced_at(f->plan->scene, &f->misplaced, piece, light, g->lit.nearest, &beyond);
-    g->direction = DIRECTION + g->place + beyond + 2 * f->misplaced.turned;
+    /* Normals are turned by as much less as rays meet the surface more upright. */
+    const double turned = f->misplaced.turned * smaller_of(1, f->misplaced.grazing / g->view);
+    g->direction = DIRECTION + g->place + beyond + 2 * turned;
 }
 
 static void add_weight(finding *f, const double color[3], const shd_plan_light *light,
@@ -213,11 +225,11 @@ static double object_error(const shd_plan *plan, size_t index, double rounding) 
     double worst = 0;
     for (size_t p = 0; p < count && !shd_is_cancelled(plan->cancelled); p++) {
         for (int c = 0; c < 3; c++)
-            f.most[c] = fabs(f.material->emissive[c]) + fabs(f.material->ambient[c]), f.error[c] = 0;
+            f.most[c] = fabs(f.material->emissive[c]) + fabs(f.material->ambient[c]),
+            f.error[c] = 0;
         for (size_t j = 0; j < bounds->light_count; j++)
             add_light(&f, &pieces[p], &plan->lights[bounds->lights[j]]);
-        for (int c = 0; c < 3; c++)
-            worst = shd_larger(worst, f.error[c] + rounding * f.most[c]);
+        for (int c = 0; c < 3; c++) worst = shd_larger(worst, f.error[c] + rounding * f.most[c]);
     }
     return worst;
 }

@@ -15,11 +15,12 @@ static json_t *describe_materials(const shd_engine *engine) {
     json_t *list = json_array();
     for (size_t i = 0; i < shd_preset_count(); i++) {
         const shd_preset preset = shd_preset_at(i);
-        json_array_append_new(list, json_pack("{ss so so so sf ss}", "name", preset.name, "ambient",
-                                              tell_rgb(preset.ambient), "diffuse",
-                                              tell_rgb(preset.diffuse), "specular",
-                                              tell_rgb(preset.specular), "shininess",
-                                              preset.shininess, "note", preset.note));
+        const shd_model model = preset.metal ? SHD_MODEL_COOK_TORRANCE : SHD_MODEL_PHONG;
+        json_array_append_new(
+            list, json_pack("{ss ss so so so sf ss}", "name", preset.name, "model",
+                            shd_model_names[model], "ambient", tell_rgb(preset.ambient), "diffuse",
+                            tell_rgb(preset.diffuse), "specular", tell_rgb(preset.specular),
+                            "shininess", preset.shininess, "note", preset.note));
     }
     return json_pack("{ss so}", "colorSpace", "lin_rec709", "materials", list);
 }

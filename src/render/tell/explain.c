@@ -16,8 +16,8 @@ static json_t *tell_bounds(const shd_plan *plan) {
     json_t *all = json_object();
     for (shd_metric m = SHD_LINEAR; m <= SHD_DELTA_E_2000; m++) {
         const double most = shd_bound_in(&plan->bound, m);
-        const char *why =
-            m == SHD_LINEAR ? shd_no_linear_bound(plan) : "an output's colors are no curve of a matrix";
+        const char *why = m == SHD_LINEAR ? shd_no_linear_bound(plan)
+                                          : "an output's colors are no curve of a matrix";
         json_object_set_new(all, shd_metric_names[m],
                             json_pack("{so ss ss ss?}", "most", shd_tell_number(most), "unit",
                                       units[m], "against", m == SHD_LINEAR ? "model" : "exact",
@@ -102,10 +102,10 @@ static json_t *tell_materials(const shd_plan *plan) {
         if (material->lobe_count) json_array_append_new(terms, json_string("specular"));
         for (size_t k = 0; k < material->lobe_count; k++)
             json_array_append_new(shininess, json_real(material->lobes[k].shininess));
-        json_array_append_new(list, json_pack("{ss so so sI}", "material",
-                                              scene->materials[group->material].name, "terms",
-                                              terms, "shininess", shininess, "lights",
-                                              (json_int_t)group->light_count));
+        json_array_append_new(
+            list, json_pack("{ss ss so so sI}", "material", scene->materials[group->material].name,
+                            "model", shd_model_names[material->model], "terms", terms, "shininess",
+                            shininess, "lights", (json_int_t)group->light_count));
     }
     return json_pack("{sI so}", "given", (json_int_t)scene->material_count, "groups", list);
 }

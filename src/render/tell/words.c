@@ -36,10 +36,11 @@ static void say_tier(json_t *words, const shd_explained *e) {
         say_line(words, "Tier %s, with %s kernels: the cheapest one that stays within %.6g %s.",
                  tier, isa, accuracy->max_error, shd_metric_names[accuracy->metric]);
     else if (plan->extended)
-        say_line(words,
-                 "Tier %s: the only one for models beside Phong's, lights with a shape, traced rays "
-                 "and spectra.",
-                 tier);
+        say_line(
+            words,
+            "Tier %s: the only one for models beside Phong's, lights with a shape, traced rays "
+            "and spectra.",
+            tier);
     else if (strcmp(tier, shd_asked_tier(accuracy)))
         say_line(words, "Tier %s, with %s kernels: %s was asked for, and would not be faster.",
                  tier, isa, shd_asked_tier(accuracy));

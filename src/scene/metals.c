@@ -1,0 +1,41 @@
+/* Metals by their measured indices of refraction.
+ *
+ * n and k are spectra that were measured (E. D. Palik, Handbook of Optical Constants of Solids,
+ * 1985, and others), each integrated to linear Rec.709, as the renderer Tungsten publishes them
+ * (ComplexIorData.hpp); brass is as Mitsuba's documentation has it. A channel's index is thus a
+ * mean over the wavelengths that it stands for. */
+#include <math.h>
+#include <string.h>
+
+#include "scene/scene.h"
+
+const char *const shd_metal_names[] = {"aluminium", "brass",  "chromium", "copper",
+                                       "gold",      "silver", NULL};
+
+static const shd_fresnel metals[] = {
+    {{1.6574599595, 0.8803689579, 0.5212287346}, {9.2238691996, 6.2695232477, 4.8370012281}},
+    {{0.444, 0.527, 1.094}, {3.695, 2.765, 1.829}},
+    {{4.3696828663, 2.9167024892, 1.6547005413}, {5.2064337956, 4.2313645277, 3.7549467933}},
+    {{0.2004376970, 0.9240334304, 1.1022119527}, {3.9129485033, 2.4528477015, 2.1421879552}},
+    {{0.1431189557, 0.3749570432, 1.4424785571}, {3.9831604247, 2.3857207478, 1.6032152899}},
+    {{0.1552646489, 0.1167232965, 0.1383806959}, {4.8283433224, 3.1222459278, 2.1469504455}},
+};
+
+const shd_fresnel *shd_metal_find(const char *name) {
+    for (size_t i = 0; shd_metal_names[i]; i++)
+        if (!strcmp(shd_metal_names[i], name)) return &metals[i];
+    return NULL;
+}
+
+/* M. Born and E. Wolf, Principles of Optics, 14.2: with a^2 and b^2 the real and imaginary parts of
+ * the refracted ray's n cos, squared, and s the sine. */
+double shd_fresnel_reflectance(const shd_fresnel *fresnel, int channel, double cosine) {
+    const double n = fresnel->n[channel], k = fresnel->k[channel];
+    if (isinf(n) || !(cosine > 0)) return 1;
+    const double c = cosine < 1 ? cosine : 1, c2 = c * c, s2 = 1 - c2;
+    const double real = n * n - k * k - s2, both = hypot(real, 2 * n * k),
+                 a = sqrt(fmax((both + real) / 2, 0)), twice = 2 * a * c;
+    const double across = (both + c2 - twice) / (both + c2 + twice);
+    const double along = c2 * both + s2 * s2;
+    return across * (1 + (along - twice * s2) / (along + twice * s2)) / 2;
+}

@@ -1,0 +1,143 @@
+/* What the models of reflection have beside Phong's members. */
+#include <string.h>
+
+#include "scene/read_model.h"
+
+int shd_read_model(shd_reader *r, const shd_node *node) {
+    const shd_node model = shd_node_member(node, "model"), preset = shd_node_member(node, "preset");
+    if (json_is_string(model.value)) {
+        for (int i = 0; shd_model_names[i]; i++)
+            if (!strcmp(json_string_value(model.value), shd_model_names[i])) return i;
+    } else if (!model.value) {
+        if (!json_is_string(preset.value)) return SHD_MODEL_PHONG;
+        const size_t index = shd_preset_find(json_string_value(preset.value));
+        if (index == SIZE_MAX) return SHD_MODEL_PHONG;
+        return shd_preset_at(index).metal ? SHD_MODEL_COOK_TORRANCE : SHD_MODEL_PHONG;
+    }
+    shd_read_name(r, &model, shd_model_names);
+    return -1;
+}
+
+/* ---- Cook-Torrance ---- */
+
+/* Three numbers, one that stands for all, or the name of a metal. */
+static void read_index(shd_reader *r, const shd_node *node, bool absorbs, double out[3]) {
+    if (json_is_string(node->value)) {
+        const char *name = json_string_value(node->value);
+        const shd_fresnel *metal = shd_metal_find(name);
+        if (metal) {
+            memcpy(out, absorbs ? metal->k : metal->n, 3 * sizeof *out);
+            return;
+        }
+        size_t count = 0;
+        while (shd_metal_names[count]) count++;
+        shd_wrong(r, node, "there is no metal \"%s\"%s", shd_quote(name).text,
+                  shd_suggest(r->report, name, shd_metal_names, count).text);
+    } else if (json_is_number(node->value)) {
+        double value = 0;
+        shd_read_number(r, node, &value);
+        out[0] = out[1] = out[2] = value;
+    } else if (json_is_array(node->value)) {
+        double values[3];
+        if (shd_get_three(r, node, values)) memcpy(out, values, sizeof values);
+    } else {
+        shd_node_expect(r->report, node, "a number, three numbers, or the name of a metal");
+    }
+}
+
+static void read_refraction(shd_reader *r, const shd_node *node, void *out) {
+    read_index(r, node, false, out);
+}
+
+static void read_absorption(shd_reader *r, const shd_node *node, void *out) {
+    read_index(r, node, true, out);
+}
+
+/* The reflectance at a right angle is ((n - 1) / (n + 1))^2. */
+static void take_f0(shd_reader *r, const shd_node *node, const double f0[3], shd_fresnel *out) {
+    for (int c = 0; c < 3; c++) {
+        if (!(f0[c] >= 0 && f0[c] <= 1)) {
+            if (!isnan(f0[c]))
+                shd_wrong(r, node,
+                          "must be within 0 to 1 in each channel of the working space, got %.6g",
+                          f0[c]);
+            return;
+        }
+        const double root = sqrt(f0[c]);
+        out->n[c] = root < 1 ? (1 + root) / (1 - root) : INFINITY;
+        out->k[c] = 0;
+    }
+}
+
+void shd_read_fresnel(shd_reader *r, const shd_node *node, void *out) {
+    enum { F0 = 1, N = 2, K = 4 };
+    typedef struct raw_fresnel {
+        double f0[3];
+        shd_fresnel index;
+    } raw_fresnel;
+    static const shd_field fields[] = {
+        {"f0", shd_read_color, .offset = offsetof(raw_fresnel, f0), .mark = F0},
+        {"n", read_refraction, offsetof(raw_fresnel, index.n), .range = &shd_positive, .mark = N},
+        {"k", read_absorption, offsetof(raw_fresnel, index.k), .range = &shd_not_negative,
+         .mark = K},
+    };
+    raw_fresnel raw = {.f0 = {NAN, NAN, NAN}};
+    if (!shd_read_fields(r, node, fields, SHD_LENGTH(fields), 0, "`fresnel`", &raw)) return;
+    const unsigned seen = r->seen;
+    if (r->wrong) return;
+    if (seen != F0 && !(seen & N && !(seen & F0))) {
+        shd_wrong(r, node, "give either `f0`, or `n` and for metals `k`");
+        return;
+    }
+    const shd_node n = shd_node_member(node, "n"), f0 = shd_node_member(node, "f0");
+    if (seen & F0)
+        take_f0(r, &f0, raw.f0, out);
+    else {
+        if (!(seen & K) && json_is_string(n.value)) read_index(r, &n, true, raw.index.k);
+        *(shd_fresnel *)out = raw.index;
+    }
+}
+
+const shd_fresnel *shd_default_fresnel(void) {
+    static const shd_fresnel glass = {{1.5, 1.5, 1.5}, {0, 0, 0}};
+    return &glass;
+}
+
+void shd_read_facet_lobe(shd_reader *r, const shd_node *node, shd_lobe *out) {
+    typedef struct raw_lobe {
+        double roughness, weight;
+    } raw_lobe;
+    static const shd_range slope = {1e-4, 10, false, false, "0.0001 to 10"};
+    static const shd_field members[] = {
+        {"roughness", shd_read_number, offsetof(raw_lobe, roughness), .range = &slope,
+         .required = true},
+        {"weight", shd_read_number, offsetof(raw_lobe, weight), .range = &shd_not_negative},
+    };
+    raw_lobe raw = {SHD_METAL_ROUGHNESS, 1};
+    shd_read_fields(r, node, members, SHD_LENGTH(members), 0, "a lobe of cook-torrance", &raw);
+    *out = (shd_lobe){{raw.weight, raw.weight, raw.weight}, raw.roughness};
+}
+
+/* ---- How much light a lobe sends on. ---- */
+
+/* Of light from straight above, pi times the integral of the lobe over the hemisphere, where that
+ * of a diffuse surface of 1 is 1. */
+double shd_lobe_albedo(const shd_material *m, const shd_lobe *lobe) {
+    const double n = lobe->shininess;
+    switch (m->model) {
+    case SHD_MODEL_BLINN_PHONG: {
+        /* N.H = u is the cosine of half the angle, from 1 to the root of 1/2. */
+        const double u = sqrt(0.5), a = 2 / (n + 4), b = 1 / (n + 2);
+        return 8 * (a * (1 - pow(u, n + 4)) - b * (1 - pow(u, n + 2)));
+    }
+    case SHD_MODEL_PHONG_NORMALIZED:
+        return 1;
+    case SHD_MODEL_COOK_TORRANCE: {
+        double most = 0;
+        for (int c = 0; c < 3; c++) most = fmax(most, shd_fresnel_reflectance(&m->fresnel, c, 1));
+        return most;
+    }
+    default:
+        return 2 / (n + 2);
+    }
+}

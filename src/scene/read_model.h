@@ -1,0 +1,18 @@
+/* The members that the models of reflection have beside Phong's. Only for scene/. */
+#pragma once
+
+#include "scene/read.h"
+
+/* The model that a material names, or has by its preset: a shd_model. -1, and an error, if it is
+ * none. */
+int shd_read_model(shd_reader *r, const shd_node *node);
+
+shd_field_read shd_read_fresnel; /* shd_fresnel */
+const shd_fresnel *shd_default_fresnel(void);
+
+/* {roughness, weight} of a lobe of Cook-Torrance. */
+void shd_read_facet_lobe(shd_reader *r, const shd_node *node, shd_lobe *out);
+
+/* What a lobe of 1 sends on of light from straight above, beside a diffuse term of 1. Of
+ * Cook-Torrance it is no more than that, since facets also shadow each other. */
+double shd_lobe_albedo(const shd_material *material, const shd_lobe *lobe);

@@ -1,0 +1,135 @@
+#include "shade/brdf.h"
+
+#include <math.h>
+
+/* |a - b|^2 / 2 of unit vectors: 1 - a.b without its cancellation near a = b. */
+static double half_chord(shd_vec3 a, shd_vec3 b) {
+    const shd_vec3 chord = shd_sub(a, b);
+    return shd_dot(chord, chord) / 2;
+}
+
+/* (1 - off)^n */
+static double power_of(double off, double n) {
+    return off < 1 ? exp(n * log1p(-off)) : 0;
+}
+
+/* ---- The energy of a Phong lobe. ---- */
+
+/* Gamma(x + 1/2) / Gamma(x + 1): by its asymptotic series from 32 on, which then errs by less than
+ * 1e-13, and by Gamma's recurrence below. */
+static double gamma_ratio(double x) {
+    double factor = 1;
+    for (; x < 32; x++) factor *= (x + 1) / (x + 0.5);
+    const double y = 1 / x;
+    const double series =
+        1 + y * (-1.0 / 8 +
+                 y * (1.0 / 128 +
+                      y * (5.0 / 1024 +
+                           y * (-21.0 / 32768 + y * (-399.0 / 262144 + y * (869.0 / 4194304))))));
+    return factor * series / sqrt(x);
+}
+
+/* a B(x; a, b), the incomplete beta function times a, but for its factor x^a (1 - x)^b: a continued
+ * fraction (Abramowitz and Stegun 26.5.8) by Lentz's method, for x below (a + 1) / (a + b + 2). */
+static double beta_fraction(double x, double a, double b) {
+    enum { MOST = 1000 };
+    const double least = 1e-300;
+    double c = 1, d = 1 - (a + b) * x / (a + 1);
+    if (fabs(d) < least) d = least;
+    d = 1 / d;
+    double value = d;
+    for (int m = 1; m < MOST; m++) {
+        const double terms[2] = {m * (b - m) * x / ((a + 2 * m - 1) * (a + 2 * m)),
+                                 -(a + m) * (a + b + m) * x / ((a + 2 * m) * (a + 2 * m + 1))};
+        double change = 1;
+        for (int k = 0; k < 2; k++) {
+            d = 1 + terms[k] * d;
+            if (fabs(d) < least) d = least;
+            c = 1 + terms[k] / c;
+            if (fabs(c) < least) c = least;
+            d = 1 / d;
+            change = c * d;
+            value *= change;
+        }
+        if (fabs(change - 1) < 1e-16) break;
+    }
+    return value;
+}
+
+/* Mallett and Yuksel's closed form: with s = sin^2 of the light's angle, h = n / 2 and g = Gamma(h
+ * + 1/2) / Gamma(h + 1), E = (2 pi N.L + sqrt(pi) g (s^h - N.L h B(s; h, 1/2))) / (n + 2). */
+double shd_phong_energy(double facing, double shininess) {
+    const double c = facing < 1 ? facing : 1, h = shininess / 2, s = (1 - c) * (1 + c);
+    const double g = gamma_ratio(h), root = sqrt(SHD_PI);
+    const double power = s > 0 ? exp(h * log1p(-c * c)) : h > 0 ? 0 : 1;
+    double beta; /* h B(s; h, 1/2) */
+    if (s < (h + 1) / (h + 2.5))
+        beta = power * c * beta_fraction(s, h, 0.5);
+    else /* by B(s; a, b) = B(a, b) - B(1 - s; b, a) */
+        beta = root / g - (h > 0 ? h * 2 * power * c * beta_fraction(c * c, 0.5, h) : 0);
+    return (2 * SHD_PI * c + root * g * (power - c * beta)) / (shininess + 2);
+}
+
+/* ---- The models. ---- */
+
+static double weigh_oren_nayar(double sigma, double facing, double viewing, double between) {
+    const double square = sigma * sigma, a = 1 - square / (2 * (square + 0.33)),
+                 b = 0.45 * square / (square + 0.09);
+    const double view = viewing > 0 ? viewing : 0, along = between - facing * view;
+    const double s = along > 0 ? along / fmax(facing, view) : 0;
+    return facing * (a + b * s);
+}
+
+/* F D G / (4 N.V) of each channel. */
+static void weigh_facets(const shd_surface *at, const shd_lobe *lobe, shd_vec3 half, double facing,
+                         double viewing, double out[3]) {
+    const double off = half_chord(at->normal, half), upright = 1 - off,
+                 bent = shd_dot(at->view, half);
+    out[0] = out[1] = out[2] = 0;
+    if (!(viewing > 0 && upright > 0 && bent > 0)) return;
+    const double slope = lobe->shininess * lobe->shininess, cosine = upright * upright,
+                 tangent = off * (2 - off) / cosine;
+    const double d = exp(-tangent / slope) / (slope * cosine * cosine);
+    /* G / N.V, so that nothing is divided by an N.V near 0 that G takes back. */
+    const double open =
+        fmin(fmin(1 / viewing, 2 * upright / bent), 2 * upright * facing / (bent * viewing));
+    for (int c = 0; c < 3; c++)
+        out[c] = shd_fresnel_reflectance(&at->material->from->fresnel, c, bent) * d * open / 4;
+}
+
+static double weigh_lobe(const shd_surface *at, const shd_lobe *lobe, shd_vec3 toward,
+                         shd_vec3 half, double facing) {
+    const double n = lobe->shininess;
+    switch (at->material->model) {
+    case SHD_MODEL_BLINN_PHONG:
+        return power_of(half_chord(at->normal, half), n);
+    case SHD_MODEL_PHONG_NORMALIZED:
+        return power_of(half_chord(toward, at->mirror), n) * (SHD_PI * facing) /
+               shd_phong_energy(facing, n);
+    default:
+        return power_of(half_chord(toward, at->mirror), n);
+    }
+}
+
+bool shd_brdf_weigh(const shd_surface *at, shd_vec3 toward, double row[SHD_BRDF_ROWS]) {
+    const shd_plan_material *m = at->material;
+    const double facing = shd_dot(at->normal, toward), viewing = shd_dot(at->normal, at->view);
+    if (!(facing > 0)) return false;
+    double diffuse = facing;
+    if (m->model == SHD_MODEL_OREN_NAYAR)
+        diffuse = weigh_oren_nayar(m->from->sigma, facing, viewing, shd_dot(toward, at->view));
+    row[0] = row[1] = row[2] = diffuse;
+    shd_vec3 half = at->normal;
+    const bool bisects = m->model == SHD_MODEL_BLINN_PHONG || m->model == SHD_MODEL_COOK_TORRANCE;
+    const bool opposite = bisects && !shd_normalize(shd_add(toward, at->view), &half);
+    for (size_t k = 0; k < m->lobe_count; k++) {
+        double *out = row + 3 + 3 * k;
+        if (opposite) /* light passes along the surface */
+            out[0] = out[1] = out[2] = 0;
+        else if (m->model == SHD_MODEL_COOK_TORRANCE)
+            weigh_facets(at, &m->lobes[k], half, facing, viewing, out);
+        else
+            out[0] = out[1] = out[2] = weigh_lobe(at, &m->lobes[k], toward, half, facing);
+    }
+    return true;
+}
