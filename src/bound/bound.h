@@ -9,9 +9,6 @@
 #include "base/transfer.h"
 #include "plan/cost.h"
 
-/* Why `linear` is not known, if it is not: "a light may touch a surface ...". */
-const char *shd_no_linear_bound(const shd_plan *plan);
-
 /* How an output shows linear light, if that is known. Its codes are a curve of a matrix times the
  * working space's components. To the eye, a matrix makes the linear RGB of a screen, which is held
  * in [0,1], and another one XYZ divided by the white. */

@@ -101,12 +101,13 @@ static const char *const sides[] = {"both", "front", NULL};
 
 enum { AMBIENT = 1 }; /* a mark */
 
-/* The models as bits of shd_field.kinds. */
+/* The kinds of materials, which are models and one more, as bits of shd_field.kinds. */
 enum {
     SHINY = 1 << SHD_MODEL_PHONG | 1 << SHD_MODEL_BLINN_PHONG | 1 << SHD_MODEL_PHONG_NORMALIZED,
     FACETS = 1 << SHD_MODEL_COOK_TORRANCE,
     OREN_NAYAR = 1 << SHD_MODEL_OREN_NAYAR,
-    ANY_MODEL = (1 << SHD_MODEL_COUNT) - 1
+    BARE_METAL = SHD_MODEL_COUNT, /* has its model by its preset, and only what all models have */
+    ANY_KIND = (2 << SHD_MODEL_COUNT) - 1
 };
 
 static const shd_range facet_angle = {0, 90, false, false, "0 to 90 degrees"};
@@ -115,8 +116,8 @@ static const shd_range facet_angle = {0, 90, false, false, "0 to 90 degrees"};
 
 static const shd_field material_fields[] = {
     {"model", .read = NULL},
-    {"preset", .read = read_preset,
-     .kinds = SHINY | FACETS}, /* before the members that override it */
+    /* Before the members that override it. */
+    {"preset", .read = read_preset, .kinds = SHINY | FACETS | 1 << BARE_METAL},
     {"emissive", shd_read_color, .offset = AT(emissive)},
     {"ambient", shd_read_color, AT(ambient), .mark = AMBIENT},
     {"diffuse", shd_read_color, .offset = AT(diffuse)},
@@ -237,17 +238,17 @@ static void read_material(shd_reader *r, const shd_node *node, const char *name,
                                         [SHD_MODEL_PHONG_NORMALIZED] =
                                             "a phong-normalized material",
                                         [SHD_MODEL_OREN_NAYAR] = "an oren-nayar material",
-                                        [SHD_MODEL_COOK_TORRANCE] = "a cook-torrance material"};
+                                        [SHD_MODEL_COOK_TORRANCE] = "a cook-torrance material",
+                                        [BARE_METAL] = "a measured metal without `model`"};
     const int model = shd_read_model(r, node);
-    const bool known = model >= 0;
+    const bool known = model >= 0, metal = model == SHD_MODEL_COOK_TORRANCE;
+    const int kind = metal && !shd_node_member(node, "model").value ? BARE_METAL : model;
     raw_material raw = default_material(r, known ? (shd_model)model : SHD_MODEL_PHONG);
     if (!shd_read_fields(r, node, material_fields, SHD_LENGTH(material_fields),
-                         known ? 1u << model : ANY_MODEL, known ? names[model] : "a material",
-                         &raw))
+                         known ? 1u << kind : ANY_KIND, known ? names[kind] : "a material", &raw))
         return;
     if (!known) r->wrong |= SHD_SOME_FIELD;
-    if (raw.further.given && model == SHD_MODEL_COOK_TORRANCE)
-        raw.first = (shd_lobe){.shininess = 1};
+    if (metal && raw.further.given) raw.first = (shd_lobe){.shininess = 1};
     if (!raw.preset && !(r->seen & AMBIENT)) memcpy(raw.ambient, raw.diffuse, sizeof raw.ambient);
     make_material(r, &raw, name, out);
     if (!r->wrong) warn_of_material(r, node, out);

@@ -11,7 +11,8 @@
  *   Specular BRDF, The Visual Computer 2020). A lobe of 1 sends on all light, from any angle.
  * - Oren-Nayar: (N.L)+ (A + B s), s = max(0, L.V - N.L N.V) / max(N.L, N.V), A = 1 - sigma^2 / (2
  *   (sigma^2 + 0.33)), B = 0.45 sigma^2 / (sigma^2 + 0.09): the qualitative model of M. Oren and S.
- *   Nayar, Generalization of Lambert's Reflectance Model, 1994.
+ *   Nayar, Generalization of Lambert's Reflectance Model, 1994. At grazing light
+ *   it sends on A + B / 2, which is up to 1.0155 (sigma of 11 degrees).
  * - Cook-Torrance: F D G / (4 N.V), D = exp(-tan^2 / m^2) / (m^2 cos^4) of the angle between N and
  *   H (Beckmann), G = min(1, 2 N.H N.V / V.H, 2 N.H N.L / V.H), F by Fresnel at V.H (R. Cook and K.
  *   Torrance, A Reflectance Model for Computer Graphics, 1982). The paper has pi where 4 stands in

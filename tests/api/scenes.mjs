@@ -34,10 +34,11 @@ async function hints(daemon) {
             display: named(displays),
             view: fc.constantFrom(displays[0].views[0]),
             looks: named(looks),
-            preset: named(materials),
+            preset: named(materials.filter(entry => entry.model === "phong")),
             material: named(materials),
         },
         members: {
+            f0: fc.constantFrom(0.04, 0.9, [0.9, 0.6, 0.3]),
             data: fc.constant(`sha256-${digest}`),
             positions: triangle,
             normals: triangle,

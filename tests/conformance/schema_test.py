@@ -5,6 +5,7 @@ that the schema accepts and the reader refuses: nothing else may differ."""
 
 import copy
 import glob
+import itertools
 import json
 import os
 import random
@@ -229,10 +230,15 @@ class Schema(unittest.TestCase):
             return {"type": kind, **defaults(name)}
 
         shapes = ("Sphere", "Plane", "Disc", "Box", "Cylinder", "Cone", "Torus")
+        materials = [
+            {**defaults("PhongMaterial"), "lobes": [defaults("Lobe")]},
+            {"model": "oren-nayar", **defaults("OrenNayarMaterial")},
+            {"model": "cook-torrance", **defaults("CookTorranceMaterial"),
+             "lobes": [{"roughness": 0.2, **defaults("FacetLobe")}]}]
         document = scene(
             *({**typed(shape), "transform": defaults("TransformSteps"),
-               "material": {**defaults("Material"), "lobes": [defaults("Lobe")]}}
-              for shape in shapes),
+               "material": material}
+              for shape, material in zip(shapes, itertools.cycle(materials))),
             camera=typed("PerspectiveCamera"), image=defaults("Image"),
             accuracy=defaults("AccuracyTier"), output=defaults("OutputMembers"),
             lights=[typed(f"{kind}Light") for kind in ("Ambient", "Directional", "Point", "Spot")])

@@ -61,6 +61,8 @@ PREMISES = [
     ("Names of materials may be any where `materials` is no object",
      r"there is no material", r"/materials"),
     ("How many lights there are needs `lights` to be an array", r"there is no light", r"/lights"),
+    ("Which members a material and its lobes have needs the model",
+     r"^(/materials/\w+)(?:/\w+)+: (unknown member|must be|expected)", r"$1/model"),
     # The other mistake mends it.
     ("A name that is another one's no longer", r"is taken by output", r"/outputs/\d(/name)?"),
     ("A layer that is there once, or not at all",

@@ -1,7 +1,5 @@
 #include "bound/light/extended.h"
 
-#include "bound/bound.h"
-
 #include "bound/light/error.h"
 #include "bound/light/misplaced.h"
 #include "bound/light/pieces.h"

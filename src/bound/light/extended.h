@@ -11,3 +11,6 @@ bool shd_errs_otherwise(const shd_plan *plan);
 /* An upper bound of the error of the film's components against the model of docs/model.md.
  * Infinite: not known. */
 double shd_extended_error(const shd_plan *plan);
+
+/* Why `linear` is not known, if it is not: "a light may touch a surface ...". */
+const char *shd_no_linear_bound(const shd_plan *plan);

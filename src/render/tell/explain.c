@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/json_memory.h"
+#include "bound/light/extended.h"
 #include "render/planning.h"
 #include "render/request.h"
 #include "render/show/output.h"

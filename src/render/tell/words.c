@@ -2,6 +2,7 @@
 #include <stdarg.h>
 #include <string.h>
 
+#include "bound/light/extended.h"
 #include "render/tell/words.h"
 
 enum { LIGHTS_NAMED = 8 }; /* lights that are left out and named; more are counted */
