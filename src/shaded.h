@@ -250,4 +250,8 @@ uint64_t shd_request_saturated(const shd_request *request);
 /* Color samples of integer pictures whose nearest code would be beyond the sample's range. */
 uint64_t shd_request_clipped(const shd_request *request);
 
+/* Mirrored, refracted and straight rays that were followed beyond the eye's. *cut: the most that
+ * was left out of a sample, as a factor of the radiance that such rays would have met. */
+uint64_t shd_request_rays(const shd_request *request, double *cut);
+
 #endif

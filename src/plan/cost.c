@@ -1,6 +1,7 @@
 #include "plan/cost.h"
 
 #include "plan/kernel_costs.h"
+#include "plan/paths.h"
 
 /* Nanoseconds with AVX-512 kernels, of the processor that kernel_costs.h names. On another one all
  * of them are longer or shorter by about the same factor. `tests/bench/costs.py` measures them
@@ -210,6 +211,7 @@ shd_ray_cost shd_plan_ray_cost(const shd_plan *plan, shd_tier tier, const shd_ke
     const double all = (double)scene->raster.width * scene->raster.height;
     const double samples = scene->raster.samples;
     const double factor = light_factor(plan, costs, tier);
+    const shd_paths paths = shd_find_paths(plan);
     double covered = 0;
     shd_ray_cost cost = {PIXEL, 0, 0};
     for (size_t i = 0; i < scene->object_count; i++) {
@@ -218,6 +220,7 @@ shd_ray_cost shd_plan_ray_cost(const shd_plan *plan, shd_tier tier, const shd_ke
         covered += o.area / all;
         cost.rays += samples * o.met / all * cast_of(plan, object, &o, tier);
         cost.light += samples * o.area / all * light_of(plan, i, &costs[tier], factor, tier);
+        cost.light += samples * o.area / all * shd_traced_cost(plan, &paths, i);
         cost.meshes += (double)triangles_of(object) * TRIANGLE;
     }
     /* Objects are taken to be side by side until the picture is full, and then before each other:

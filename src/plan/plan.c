@@ -79,7 +79,7 @@ static bool plan_planes(const shd_scene *scene, shd_arena *arena, shd_plan *plan
             if (shd_is_cancelled(plan->cancelled)) return false;
             const shd_layer *layer = &scene->outputs[o].layers[l];
             plan->wants[layer->kind] = true;
-            if (layer->kind > SHD_LAYER_LIGHT) continue;
+            if (layer->kind >= SHD_LAYER_NORMAL) continue;
             shd_plane plane = {layer->kind, layer->kind == SHD_LAYER_LIGHT ? layer->light : 0};
             size_t known = 0;
             while (known < count &&
@@ -112,7 +112,7 @@ static void find_greys(shd_plan *plan) {
 
 /* Whether anything that is used goes beyond Phong's model and lights that are points. */
 static bool is_extended(const shd_scene *scene, const shd_plan_light *lights, size_t count) {
-    if (scene->trace.shadows || scene->trace.depth) return true;
+    if (shd_is_traced(scene)) return true;
     for (size_t j = 0; j < count; j++)
         if (lights[j].shape) return true;
     for (size_t m = 0; m < scene->material_count; m++)

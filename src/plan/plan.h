@@ -76,7 +76,7 @@ typedef struct shd_bound {
 
 /* A color picture that is summed up: the beauty, or a layer that an output wants. */
 typedef struct shd_plane {
-    shd_layer_kind kind; /* BEAUTY, EMISSIVE, AMBIENT, DIFFUSE, SPECULAR or LIGHT */
+    shd_layer_kind kind; /* BEAUTY, EMISSIVE, AMBIENT, DIFFUSE, SPECULAR, LIGHT, SHADOW or BOUNCE */
     size_t light;        /* index in shd_scene.lights, for LIGHT */
 } shd_plane;
 
@@ -121,7 +121,7 @@ typedef struct shd_plan {
     bool extended;
     /* For people and the Shaded-Plan header: "tier=standard; lights=3/4; error<=2.1e-06 linear, 1
      * code, 0.012 deltaE2000". Bounds that are not known are left out. "; asked=draft" follows a
-     * tier that was not asked for. */
+     * tier that was not asked for. "; cut<=0.0043" comes last if rays go on: plan/paths.h. */
     const char *summary;
 } shd_plan;
 

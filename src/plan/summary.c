@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "plan/parts.h"
+#include "plan/paths.h"
 
 void shd_print_bound(double bound, double most, char out[SHD_BOUND_TEXT]) {
     if (!isfinite(bound) || (bound == floor(bound) && bound < 1e6)) {
@@ -34,7 +35,7 @@ void shd_plan_print_bound(const shd_plan *plan, shd_metric metric, char out[SHD_
 }
 
 bool shd_plan_summarize(shd_plan *plan, shd_arena *arena) {
-    char text[192]; /* of 175 at most */
+    char text[224]; /* of 215 at most */
     const shd_accuracy *accuracy = &plan->scene->accuracy;
     const char *tier = shd_tier_names[plan->tier], *asked = shd_asked_tier(accuracy);
     const bool other = !accuracy->budget && strcmp(asked, tier);
@@ -49,6 +50,12 @@ bool shd_plan_summarize(shd_plan *plan, shd_arena *arena) {
         length += snprintf(text + length, sizeof text - (size_t)length, "%s%s %s", before, number,
                            shd_metric_names[metric]);
         before = ", ";
+    }
+    const shd_paths paths = shd_find_paths(plan);
+    if (paths.bouncing) {
+        char number[SHD_BOUND_TEXT];
+        shd_print_bound(paths.cut, INFINITY, number);
+        snprintf(text + length, sizeof text - (size_t)length, "; cut<=%s", number);
     }
     plan->summary = shd_arena_strdup(arena, text);
     return plan->summary;

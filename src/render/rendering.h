@@ -16,6 +16,8 @@ typedef struct shd_rendering {
     shd_times times;
     uint64_t saturated; /* values that were held in a sample's range */
     uint64_t clipped;   /* color samples of integer pictures that were */
+    uint64_t rays;      /* mirrored, refracted and straight ones beyond the eye's */
+    double cut;         /* the most that a sample's rays left out: see trace/bounce.h */
     /* The stage that runs, in processor seconds: the thread's clock when it began, and what other
      * threads did for it minus what this one did for other requests. */
     double began, beside;

@@ -306,6 +306,11 @@ uint64_t shd_request_saturated(const shd_request *request) {
     return request->rendering.saturated;
 }
 
+uint64_t shd_request_rays(const shd_request *request, double *cut) {
+    *cut = request->rendering.cut;
+    return request->rendering.rays;
+}
+
 uint64_t shd_request_clipped(const shd_request *request) {
     return request->rendering.clipped;
 }

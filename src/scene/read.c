@@ -63,8 +63,9 @@ static void check_formats(shd_reader *r) {
 }
 
 static void read_document(shd_reader *r, json_t *tree) {
-    /* Order: colors need both spaces; lights need the camera's frame; objects need the materials
-     * and the interpolation; outputs need the working space and the number of lights. */
+    /* Order: colors need both spaces; lights need the camera's frame; materials need to
+     * know what is traced; objects need the materials and the interpolation; outputs need the
+     * working space and the number of lights. */
     static const shd_field fields[] = {
         {"$schema", .read = shd_read_label},
         {"workingSpace", shd_read_working_space, .offset = offsetof(shd_scene, working_space)},
@@ -75,6 +76,7 @@ static void read_document(shd_reader *r, json_t *tree) {
         {"background", read_background, .offset = offsetof(shd_scene, background)},
         {"lights", shd_read_lights, .always = true},
         {"interpolation", read_interpolation, .choices = shd_interpolation_names},
+        {"trace", shd_read_trace, offsetof(shd_scene, trace), .always = true},
         {"materials", .read = shd_read_materials},
         {"objects", shd_read_objects, .required = true},
         {"accuracy", read_accuracy, .offset = offsetof(shd_scene, accuracy)},

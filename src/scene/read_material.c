@@ -19,6 +19,8 @@ typedef struct raw_material {
     double sigma;
     shd_fresnel fresnel;
     bool preset; /* the values of a preset are here */
+    double opacity[3], reflection[3], transmission[3], ior;
+    double alpha; /* of `diffuse`; negative: it has none */
 } raw_material;
 
 /* ---- The library ---- */
@@ -99,7 +101,13 @@ static void read_lobes(shd_reader *r, const shd_node *node, void *out) {
 
 static const char *const sides[] = {"both", "front", NULL};
 
-enum { AMBIENT = 1 }; /* a mark */
+/* Its fourth component is the opacity. */
+static void read_diffuse(shd_reader *r, const shd_node *node, void *out) {
+    raw_material *raw = out;
+    if (!shd_get_alpha(r, node, raw->diffuse, &raw->alpha)) shd_read_color(r, node, raw->diffuse);
+}
+
+enum { AMBIENT = 1, OPACITY = 2 }; /* marks */
 
 /* The kinds of materials, which are models and one more, as bits of shd_field.kinds. */
 enum {
@@ -120,13 +128,17 @@ static const shd_field material_fields[] = {
     {"preset", .read = read_preset, .kinds = SHINY | FACETS | 1 << BARE_METAL},
     {"emissive", shd_read_color, .offset = AT(emissive)},
     {"ambient", shd_read_color, AT(ambient), .mark = AMBIENT},
-    {"diffuse", shd_read_color, .offset = AT(diffuse)},
+    {"diffuse", .read = read_diffuse},
     {"specular", shd_read_color, AT(first.specular), .kinds = SHINY},
     {"shininess", shd_read_number, AT(first.shininess), SHINY, .range = &shd_not_negative},
     {"lobes", read_lobes, AT(further), .kinds = SHINY | FACETS},
     {"sigma", shd_read_degrees, AT(sigma), OREN_NAYAR, .range = &facet_angle},
     {"fresnel", shd_read_fresnel, AT(fresnel), .kinds = FACETS},
     {"side", shd_read_choice, AT(side), .choices = sides},
+    {"opacity", shd_read_opacity, AT(opacity), .mark = OPACITY},
+    {"reflection", shd_read_bounced, .offset = AT(reflection)},
+    {"transmission", shd_read_bounced, .offset = AT(transmission)},
+    {"ior", shd_read_number, AT(ior), .range = &shd_positive},
 };
 
 static bool is_negative(const double rgb[3]) {
@@ -156,6 +168,12 @@ static bool same_lobes(const shd_material *a, const shd_material *b) {
     return true;
 }
 
+static bool same_rays(const shd_material *a, const shd_material *b) {
+    return !memcmp(a->opacity, b->opacity, sizeof a->opacity) &&
+           !memcmp(a->reflection, b->reflection, sizeof a->reflection) &&
+           !memcmp(a->transmission, b->transmission, sizeof a->transmission);
+}
+
 /* Whether there are warnings already about a material that is like this one. */
 static bool is_warned(shd_reader *r, const shd_material *m) {
     for (size_t i = 0; i < r->warned_count; i++) {
@@ -163,7 +181,7 @@ static bool is_warned(shd_reader *r, const shd_material *m) {
         if (!memcmp(known->emissive, m->emissive, sizeof m->emissive) &&
             !memcmp(known->ambient, m->ambient, sizeof m->ambient) &&
             !memcmp(known->diffuse, m->diffuse, sizeof m->diffuse) && known->model == m->model &&
-            known->lobe_count == m->lobe_count && same_lobes(known, m))
+            known->lobe_count == m->lobe_count && same_lobes(known, m) && same_rays(known, m))
             return true;
     }
     return false;
@@ -182,7 +200,7 @@ static void warn_of_material(shd_reader *r, const shd_node *node, const shd_mate
         negative = negative || is_negative(m->lobes[i].specular);
     }
     bool amplifies = reflected > 1 + slack, sharp = sharpest > 1000;
-    if (!(amplifies || sharp || negative) || is_warned(r, m)) return;
+    if (!(amplifies || sharp || negative || shd_is_rayed(m)) || is_warned(r, m)) return;
     if (amplifies)
         shd_warn(r, node,
                  "it sends on %.4g times the light that arrives, in a channel: ambient, or "
@@ -195,6 +213,7 @@ static void warn_of_material(shd_reader *r, const shd_node *node, const shd_mate
                  "a shininess of %.6g is above 1000: the highlight may be smaller than a pixel",
                  sharpest);
     if (negative) shd_warn(r, node, "a coefficient is negative");
+    shd_warn_of_trace(r, node, m);
     if (r->warned_count < SHD_REPORT_KEEP) r->warned[r->warned_count++] = *m;
 }
 
@@ -213,15 +232,22 @@ static void make_material(shd_reader *r, const raw_material *raw, const char *na
                           .model = (shd_model)raw->model,
                           .sigma = raw->sigma,
                           .fresnel = raw->fresnel,
-                          .opacity = {1, 1, 1},
-                          .ior = 1.5};
+                          .ior = raw->ior};
+    for (int c = 0; c < 3; c++) out->opacity[c] = raw->alpha < 0 ? raw->opacity[c] : raw->alpha;
+    memcpy(out->reflection, raw->reflection, sizeof out->reflection);
+    memcpy(out->transmission, raw->transmission, sizeof out->transmission);
     memcpy(out->emissive, raw->emissive, sizeof out->emissive);
     memcpy(out->ambient, raw->ambient, sizeof out->ambient);
     memcpy(out->diffuse, raw->diffuse, sizeof out->diffuse);
 }
 
 static raw_material default_material(shd_reader *r, shd_model model) {
-    raw_material raw = {.model = model, .first.shininess = 32, .further.model = model};
+    raw_material raw = {.model = model,
+                        .first.shininess = 32,
+                        .further.model = model,
+                        .opacity = {1, 1, 1},
+                        .ior = 1.5,
+                        .alpha = -1};
     if (model == SHD_MODEL_COOK_TORRANCE) {
         raw.first = (shd_lobe){{1, 1, 1}, SHD_METAL_ROUGHNESS};
         raw.fresnel = *shd_default_fresnel();
@@ -249,6 +275,8 @@ static void read_material(shd_reader *r, const shd_node *node, const char *name,
         return;
     if (!known) r->wrong |= SHD_SOME_FIELD;
     if (metal && raw.further.given) raw.first = (shd_lobe){.shininess = 1};
+    if (r->seen & OPACITY && raw.alpha >= 0)
+        shd_wrong(r, node, "give either `opacity` or a fourth component of `diffuse`, not both");
     if (!raw.preset && !(r->seen & AMBIENT)) memcpy(raw.ambient, raw.diffuse, sizeof raw.ambient);
     make_material(r, &raw, name, out);
     if (!r->wrong) warn_of_material(r, node, out);
@@ -313,7 +341,7 @@ static size_t use_preset(shd_reader *r, const shd_node *node, size_t index) {
     }
     size_t *used = &r->presets_used[index];
     if (*used != SIZE_MAX) return *used;
-    raw_material raw = {.model = SHD_MODEL_PHONG};
+    raw_material raw = {.model = SHD_MODEL_PHONG, .opacity = {1, 1, 1}, .ior = 1.5, .alpha = -1};
     if (shd_preset_at(index).metal) raw = default_material(r, SHD_MODEL_COOK_TORRANCE);
     take_preset(r, node, index, &raw);
     const char *name = shd_preset_at(index).name;

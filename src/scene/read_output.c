@@ -306,6 +306,7 @@ static const char *const layer_names[] = {
     [SHD_LAYER_BEAUTY] = "beauty",     [SHD_LAYER_EMISSIVE] = "emissive",
     [SHD_LAYER_AMBIENT] = "ambient",   [SHD_LAYER_DIFFUSE] = "diffuse",
     [SHD_LAYER_SPECULAR] = "specular", [SHD_LAYER_LIGHT] = "light.<i>",
+    [SHD_LAYER_SHADOW] = "shadow",     [SHD_LAYER_BOUNCE] = "bounce",
     [SHD_LAYER_NORMAL] = "normal",     [SHD_LAYER_POSITION] = "position",
     [SHD_LAYER_DEPTH] = "depth",       [SHD_LAYER_OBJECT] = "object",
     [SHD_LAYER_KINDS] = NULL};
@@ -337,6 +338,10 @@ static bool read_layer(shd_reader *r, const shd_node *node, shd_layer *out) {
         if (kind == SHD_LAYER_LIGHT)
             shd_wrong(r, node, "write the light's number, as in \"light.0\"");
         if (kind < 0 || kind == SHD_LAYER_LIGHT) return false;
+        if (kind == SHD_LAYER_SHADOW && !r->scene->trace.shadows)
+            shd_wrong(r, node, "the layer \"shadow\" needs `shadows` in `trace`");
+        if (kind == SHD_LAYER_BOUNCE && !r->scene->trace.depth)
+            shd_wrong(r, node, "the layer \"bounce\" needs a `depth` in `trace`");
         out->kind = (shd_layer_kind)kind;
     }
     out->name = shd_take_text(r, name);

@@ -174,7 +174,9 @@ typedef enum shd_layer_kind {
     SHD_LAYER_DIFFUSE,
     SHD_LAYER_SPECULAR,
     SHD_LAYER_LIGHT,
-    SHD_LAYER_NORMAL,
+    SHD_LAYER_SHADOW, /* the share of light that arrives */
+    SHD_LAYER_BOUNCE, /* what rays beyond the eye's add */
+    SHD_LAYER_NORMAL, /* from here on, layers of data */
     SHD_LAYER_POSITION,
     SHD_LAYER_DEPTH,
     SHD_LAYER_OBJECT,
@@ -208,9 +210,9 @@ typedef struct shd_output {
 /* Rays beyond the eye's. All off: no light is stopped, and nothing is mirrored. */
 typedef struct shd_trace {
     bool shadows;
-    int shadow_samples; /* of a light with a shape */
-    int depth;          /* mirrors, transmissions and non-opaque hits on a path, 0 to 16 */
-    double min_contribution;
+    int shadow_samples;      /* of a light with a shape */
+    int depth;               /* mirrors, transmissions and non-opaque hits on a path, 0 to 16 */
+    double min_contribution; /* of a path to a pixel, in its largest channel */
 } shd_trace;
 
 typedef struct shd_scene {
@@ -235,6 +237,10 @@ typedef struct shd_scene {
      * same in other words, or by defaults, have the same. */
     char digest[33];
 } shd_scene;
+
+static inline bool shd_is_traced(const shd_scene *scene) {
+    return scene->trace.shadows || scene->trace.depth > 0;
+}
 
 /* The meshes that are kept. It finds one by its digest; NULL if there is none. The mesh stays as
  * long as the scene that is read. */

@@ -25,6 +25,7 @@ static shd_surface surface_of(const shd_points64 *points, size_t i,
                       .view = lane_of(points->view, i),
                       .material = material,
                       .object = (size_t)points->object[i]};
+    if (points->triangle) at.triangle = points->triangle[i];
     at.mirror = shd_sub(shd_scale(at.normal, 2 * shd_dot(at.normal, at.view)), at.view);
     return at;
 }

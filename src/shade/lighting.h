@@ -39,7 +39,8 @@ typedef struct shd_points32 {
 typedef struct shd_points64 {
     size_t count;
     const double *position[3], *normal[3], *view[3];
-    const int32_t *object; /* index in shd_scene.objects; read only if plan->extended */
+    const int32_t *object;    /* index in shd_scene.objects; read only if plan->extended */
+    const uint32_t *triangle; /* of meshes and faceted objects; NULL: nobody asks */
 } shd_points64;
 
 /* One point of a surface, in the world's frame. */
@@ -48,6 +49,7 @@ typedef struct shd_surface {
     shd_vec3 mirror;                 /* W = 2(N.V)N - V */
     const shd_plan_material *material;
     size_t object;
+    uint32_t triangle; /* of a mesh or a faceted object; set if the scene is traced */
 } shd_surface;
 
 /* What tells how much of a light arrives at a point. */

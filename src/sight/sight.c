@@ -72,6 +72,16 @@ static size_t vertex_points(const shd_item *it, const shd_lens *lens, const atom
     return count;
 }
 
+/* Finds the first triangle of each point. False: the arena is full. */
+static bool name_triangles(shd_facets *facets, const atomic_bool *cancelled, shd_arena *arena) {
+    uint32_t *triangles = shd_arena_alloc(arena, facets->point_count, sizeof *triangles);
+    facets->triangles = triangles;
+    if (!triangles || shd_is_cancelled(cancelled)) return triangles; /* corners may be unset */
+    for (size_t k = 3 * facets->triangle_count; k-- > 0;)
+        triangles[facets->corners[k]] = (uint32_t)(k / 3);
+    return true;
+}
+
 /* False: the arena is full. */
 static bool make_facets(const shd_sight *sight, bool flat, shd_arena *arena, shd_item *it) {
     const shd_triangles *tri = &it->triangles;
@@ -99,9 +109,9 @@ static bool make_facets(const shd_sight *sight, bool flat, shd_arena *arena, shd
         const bool turned = !smooth && !it->front_only && shd_dot(normal, views[i]) < 0;
         normals[i] = turned ? shd_scale(normal, -1) : normal;
     }
-    *facets = (shd_facets){count, positions, normals, views, tri->triangle_count, corners};
+    *facets = (shd_facets){count, positions, normals, views, tri->triangle_count, corners, NULL};
     it->facets = facets;
-    return true;
+    return !shd_is_traced(sight->plan->scene) || name_triangles(facets, cancelled, arena);
 }
 
 const shd_facets *shd_sight_facets(const shd_sight *sight, size_t object) {

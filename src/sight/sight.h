@@ -73,6 +73,8 @@ typedef struct shd_facets {
     const shd_vec3 *positions, *normals, *views; /* [point_count] */
     size_t triangle_count;
     const uint32_t *corners; /* [triangle_count][3] into the points; flat: three times the same */
+    /* [point_count]: the first triangle of each point; NULL: the scene is not traced */
+    const uint32_t *triangles;
 } shd_facets;
 
 /* NULL: the object is shaded at every sample. */

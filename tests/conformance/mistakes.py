@@ -34,13 +34,16 @@ FIRST = {
     "materials": {
         "clay": {"model": "phong", "preset": "jade", "emissive": 0, "ambient": 0.1,
                  "diffuse": [0.5, 0.4, 0.3], "specular": 0.2, "shininess": 20,
-                 "lobes": [{"specular": 0.1, "shininess": 200}], "side": "front"},
+                 "lobes": [{"specular": 0.1, "shininess": 200}], "side": "front",
+                 "reflection": [0.1, 0.1, 0.2], "transmission": 0.2, "ior": 1.3},
         "plaster": {"model": "oren-nayar", "emissive": 0, "ambient": 0.1, "diffuse": 0.7,
                     "sigma": 20, "side": "both"},
         "coin": {"model": "cook-torrance", "preset": "measured-gold", "emissive": 0, "ambient": 0.1,
                  "diffuse": 0.1, "fresnel": {"n": "gold", "k": [3, 2.4, 1.6]}, "side": "both",
                  "lobes": [{"roughness": 0.3, "weight": 0.5}, {"roughness": 0.1}]},
         "lacquer": {"model": "cook-torrance", "fresnel": {"f0": [0.04, 0.04, 0.05]}},
+        "pane": {"diffuse": 0.2, "opacity": [0.5, 0.5, 0.5]},
+        "veil": {"diffuse": [0.5, 0.4, 0.3, 0.5]},
     },
     "objects": [
         {"type": "sphere", "radius": 1, "material": "clay", "interpolation": "gouraud",
@@ -57,6 +60,7 @@ FIRST = {
         {"type": "mesh", "positions": TRIANGLE, "normals": None},
         {"type": "plane"},
     ],
+    "trace": {"shadows": True, "shadowSamples": 4, "depth": 2, "minContribution": 0.01},
     "accuracy": {"tier": "exact"},
     "outputs": [
         {"name": "a", "format": "png", "display": "sRGB", "view": "Standard", "bitDepth": 16,
@@ -245,6 +249,19 @@ OF_FIRST = [
     [put("/materials/coin/fresnel/k/1", -1)],
     [put("/materials/coin/lobes/0/roughness", 0)],
     [put("/materials/coin/shininess", 20)],
+    [put("/materials/clay/ior", 0)],
+    [put("/materials/clay/transmission", -0.5)],
+    [put("/materials/clay/reflection/1", -0.5)],
+    [put("/materials/pane/opacity/1", 1.5)],
+    [put("/materials/pane/diffuse", [0.5, 0.4, 0.3, 0.5])],
+    [put("/materials/veil/diffuse", [0.5, 0.4, 0.3, 2])],
+    [put("/materials/veil/diffuse", [0.5, 0.4, 0.3, 0.5, 1])],
+    # What is traced
+    [put("/trace", 1)],
+    [put("/trace/shadows", 1)],
+    [put("/trace/shadowSamples", 0)],
+    [put("/trace/depth", 17)],
+    [put("/trace/minContribution", 2)],
     # Objects
     [put("/interpolation", "flat")],
     [push("/objects", *[SPHERE] * 95)],
@@ -394,6 +411,6 @@ def catalogue(document, written):
         yield Mistake(" & ".join(names) + f" #{written.index(edits)}", *edits)
     for pointer, value in places(document):
         if pointer:
-            yield Mistake(f"kind of {pointer}", put(pointer, True))
+            yield Mistake(f"kind of {pointer}", put(pointer, 0 if isinstance(value, bool) else True))
         if isinstance(value, dict):
             yield Mistake(f"unknown in {pointer}", put(pointer + "/zzz", True))

@@ -144,8 +144,31 @@ def layered():
                 "format": "exr", "bitDepth": "float", "layers": LAYERS}}
 
 
+def traced():
+    """Shadows, mirrors, glass and opacity, on everything that has a surface."""
+    kinds = ["sphere", "disc", "box", "cylinder", "cone", "torus"]
+    materials = [{"diffuse": [0.6, 0.3, 0.2, 0.5]}, {"reflection": [0.5, 0.3, 0.1], "specular": 0.3},
+                 {"transmission": 0.7, "ior": 1.4, "diffuse": 0.1}, {"opacity": [0, 0.5, 1]}, {}]
+    for i, trace in enumerate(({"shadows": True}, {"depth": 3}, {"shadows": True, "depth": 5, "minContribution": 0},
+                               {"shadows": True, "depth": 16, "minContribution": 0.05})):
+        for k, interpolation in enumerate(("phong", "flat", "gouraud")):
+            objects = [{"type": kind, "material": materials[(i + n) % 5],
+                        **({"tube": 0.4} if kind == "torus" else {}),
+                        "transform": {"rotate": [20 * n, 30, 10 * i], "translate": [1.3 * (n % 3) - 1.3, n // 3 - 0.3, -n % 4]}}
+                       for n, kind in enumerate(kinds)]
+            floor = {"type": "plane", "interpolation": "phong", "transform": {"translate": [0, -1.5, 0]}}
+            yield f"traced {i} {interpolation}", {
+                "image": {"width": 36, "height": 27, "samples": SAMPLES[(3 * i + k) % 9]}, "trace": trace,
+                "camera": {"position": [1, 2, 6]}, "interpolation": interpolation,
+                "background": None if k == 2 else [0.1, 0.2, 0.3],
+                "lights": [{"type": "point", "position": [2, 4, 3]},
+                           {"type": "spot", "position": [-2, 4, 1], "direction": [0.4, -1, 0], "intensity": 0.5},
+                           {"type": "directional", "color": [0.2, 0.2, 0.4]}],
+                "objects": [floor, *objects]}
+
+
 def good():
-    for make in (corners, examples, made, many_lights, layered):
+    for make in (corners, examples, made, many_lights, layered, traced):
         yield from make()
 
 

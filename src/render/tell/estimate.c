@@ -28,7 +28,8 @@ static uint64_t film_bytes(const shd_scene *scene) {
         }
         if (lights > most_lights) most_lights = lights;
     }
-    for (int k = SHD_LAYER_EMISSIVE; k < SHD_LAYER_LIGHT; k++) planes += wants[k];
+    for (int k = SHD_LAYER_EMISSIVE; k < SHD_LAYER_NORMAL; k++)
+        planes += wants[k] && k != SHD_LAYER_LIGHT;
     return shd_film_size(&scene->raster, planes + most_lights, wants);
 }
 

@@ -111,6 +111,18 @@ static json_t *tell_materials(const shd_plan *plan) {
     return json_pack("{sI so}", "given", (json_int_t)scene->material_count, "groups", list);
 }
 
+/* ---- What is traced. ---- */
+
+static json_t *tell_traced(const shd_explained *e) {
+    const shd_trace *trace = &e->plan->scene->trace;
+    return json_pack("{sb si sI sI si sf sI sf}", "shadows", trace->shadows, "shadowSamples",
+                     trace->shadow_samples, "pairs",
+                     (json_int_t)(trace->shadows ? e->occlusion.pair_count : 0), "shadowed",
+                     (json_int_t)(trace->shadows ? e->occlusion.shadowed : 0), "depth",
+                     trace->depth, "minContribution", trace->min_contribution, "objects",
+                     (json_int_t)e->paths.bouncing, "cut", e->paths.cut);
+}
+
 /* ---- Outputs, tiers. ---- */
 
 static json_t *tell_outputs(const shd_explained *e) {
@@ -155,7 +167,7 @@ static json_t *tell_all(const shd_explained *e, json_t *words) {
     const shd_plan *plan = e->plan;
     const int samples = plan->scene->raster.samples;
     return json_pack(
-        "{so ss ss ss so so so so so si si sb so s{si ss} so so so so}", "asked",
+        "{so ss ss ss so so so so so si si sb so s{si ss} so so so so so*}", "asked",
         tell_accuracy(&plan->scene->accuracy), "tier", shd_tier_names[plan->tier], "kernel",
         shd_isa_name(plan->isa), "plan", plan->summary, "bound", tell_bounds(plan), "milliseconds",
         tell_cost(&e->cost), "terms", tell_terms(plan), "lights", tell_lights(plan), "materials",
@@ -164,7 +176,8 @@ static json_t *tell_all(const shd_explained *e, json_t *words) {
         "samples", "pixel", samples, "pattern", samples == 1 ? "center" : "full", "leftOut",
         json_pack("{sf s{sf sf}}", "lights", plan->dropped, "tileLights", "absolute",
                   plan->drop_tolerance, "relative", plan->drop_relative),
-        "outputs", tell_outputs(e), "tiers", tell_tiers(e), "words", words);
+        "outputs", tell_outputs(e), "tiers", tell_tiers(e), "words", words, "trace",
+        shd_is_traced(plan->scene) ? tell_traced(e) : NULL);
 }
 
 /* ---- What it costs. ---- */
@@ -222,6 +235,9 @@ static shd_status explain_plan(shd_rendering *r, const shd_scene *scene, shd_exp
     for (size_t i = 0; i < scene->output_count; i++)
         codes[i] = shd_route_of(scene, &scene->outputs[i], channels_keep_apart(&e->shown[i])).codes;
     e->cost = cost_of(e->plan, codes);
+    e->paths = shd_find_paths(e->plan);
+    if (scene->trace.shadows && !shd_find_occlusion(e->plan, r->arena, &e->occlusion))
+        return shd_fail(error, SHD_MEMORY, "", "the limit `memory` is too small");
     /* Plan each tier as if it had been asked for. */
     for (int t = 0; t <= SHD_EXACT; t++) {
         shd_scene asking = *scene;

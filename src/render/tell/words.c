@@ -120,6 +120,27 @@ static void say_objects(json_t *words, const shd_plan *plan) {
                  "Positions keep more digits than f32 has: a light is near an object, or steep.");
 }
 
+/* What is traced beyond the eye's rays. */
+static void say_traced(json_t *words, const shd_explained *e) {
+    const shd_trace *trace = &e->plan->scene->trace;
+    char cut[SHD_BOUND_TEXT];
+    if (trace->shadows)
+        say_line(words,
+                 "Shadows: of %zu pairs of an object and a light, %zu may have something between "
+                 "them; rays go there only.",
+                 e->occlusion.pair_count, e->occlusion.shadowed);
+    if (!trace->depth) return;
+    shd_print_bound(e->paths.cut, INFINITY, cut);
+    if (e->paths.bouncing)
+        say_line(words,
+                 "Rays go on from %zu object%s, %d time%s at most. What is left out of a sample is "
+                 "at most %s of the largest radiance that they would have met.",
+                 e->paths.bouncing, e->paths.bouncing == 1 ? "" : "s", trace->depth,
+                 trace->depth == 1 ? "" : "s", cut);
+    else
+        say_line(words, "No ray goes on: all objects are opaque, and none mirrors or transmits.");
+}
+
 static void say_samples(json_t *words, const shd_plan *plan) {
     const int samples = plan->scene->raster.samples;
     if (samples == 1)
@@ -161,6 +182,7 @@ json_t *shd_explain_words(const shd_explained *e) {
     say_cost(words, &e->cost);
     say_lights(words, e->plan);
     say_objects(words, e->plan);
+    say_traced(words, e);
     say_samples(words, e->plan);
     say_outputs(words, e);
     say_tiers(words, e);

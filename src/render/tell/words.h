@@ -3,6 +3,8 @@
 
 #include <jansson.h>
 
+#include "plan/occluders.h"
+#include "plan/paths.h"
 #include "render/show/shown.h"
 
 /* What a plan costs, roughly, in milliseconds of one core. */
@@ -15,6 +17,8 @@ typedef struct shd_explained {
     const shd_shown *shown; /* [output_count] */
     const bool *codes;      /* [output_count]: colors go straight to codes */
     shd_cost cost;
+    shd_occlusion occlusion; /* if there are shadows */
+    shd_paths paths;
     shd_bound bounds[SHD_EXACT + 1]; /* of each tier, as if it had been asked for */
     shd_cost costs[SHD_EXACT + 1];
 } shd_explained;

@@ -49,8 +49,12 @@ static void light_points(const facet_job *l, size_t first, size_t count, const u
     if (plan->tier == SHD_EXACT) {
         int32_t objects[BLOCK];
         for (size_t i = 0; i < BLOCK; i++) objects[i] = l->object;
-        const shd_points64 points = {
-            count, {d[0], d[1], d[2]}, {d[3], d[4], d[5]}, {d[6], d[7], d[8]}, objects};
+        const shd_points64 points = {count,
+                                     {d[0], d[1], d[2]},
+                                     {d[3], d[4], d[5]},
+                                     {d[6], d[7], d[8]},
+                                     objects,
+                                     facets->triangles ? facets->triangles + first : NULL};
         shd_light_sums64(lighting, l->material, which, lights, &points, s->exact, s->exact + 3);
         return;
     }
@@ -65,7 +69,8 @@ static void light_points(const facet_job *l, size_t first, size_t count, const u
                                     {&d[0][i], &d[1][i], &d[2][i]},
                                     {&d[3][i], &d[4][i], &d[5][i]},
                                     {&d[6][i], &d[7][i], &d[8][i]},
-                                    &l->object};
+                                    &l->object,
+                                    NULL};
         shd_light_again(lighting, l->material, which, lights, &point, &(uint32_t){(uint32_t)i},
                         s->arrays, s->arrays + 3);
     }

@@ -6,6 +6,7 @@
 
 #include "render/tiles/facets.h"
 #include "render/tiles/radiance.h"
+#include "render/tiles/traced.h"
 
 /* One thread's working memory. */
 typedef struct film_scratch {
@@ -325,6 +326,12 @@ static void find_background(film_job *j) {
     j->background_clipped = counts.clipped / SHD_TILE;
 }
 
+static void add_traced(shd_rendering *r, const shd_tile_scratch *s) {
+    if (!s) return;
+    r->rays += s->rays;
+    r->cut = shd_larger(s->cut, r->cut);
+}
+
 shd_status shd_film_render(shd_rendering *r, const shd_sight *sight, const shd_recall *recall,
                            const shd_render_options *options, shd_film *film, shd_error *error) {
     static const shd_paint_kernel *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_paint_kernel);
@@ -341,9 +348,11 @@ shd_status shd_film_render(shd_rendering *r, const shd_sight *sight, const shd_r
                   .slots = shd_arena_zalloc(r->arena, slots, sizeof *j.slots)};
     if (recall) j.scenery.recall = *recall;
     assert(sight || j.scenery.recall.light);
-    j.scenery.lighting = shd_lighting_new(plan, NULL, r->arena);
+    const bool ready = shd_traced_make(plan, sight, r->arena, &j.scenery);
+    const shd_shadows *shadows = shd_traced_shadows(j.scenery.traced);
+    j.scenery.lighting = shd_lighting_new(plan, shadows, r->arena);
     pthread_mutex_init(&j.mutex, NULL);
-    if (!j.slots || !j.scenery.lighting || !make_film(&j) ||
+    if (!ready || !j.slots || !j.scenery.lighting || !make_film(&j) ||
         (sight && !shd_facets_light(r, &j.scenery))) {
         atomic_store(&j.failed, true);
     } else {
@@ -357,7 +366,9 @@ shd_status shd_film_render(shd_rendering *r, const shd_sight *sight, const shd_r
         shd_times_add(&r->times, &j.slots[i]->watch.times);
         r->saturated += j.slots[i]->saturated;
         r->clipped += j.slots[i]->clipped;
+        add_traced(r, j.slots[i]->tile);
     }
-    if (atomic_load(&j.failed)) return shd_rendering_full(r, "picture", error);
-    return shd_is_cancelled(r->cancelled) ? shd_rendering_cancelled(error) : SHD_OK;
+    /* A cancellation ends what is made here before tiles, too. */
+    if (shd_is_cancelled(r->cancelled)) return shd_rendering_cancelled(error);
+    return atomic_load(&j.failed) ? shd_rendering_full(r, "picture", error) : SHD_OK;
 }

@@ -7,6 +7,7 @@
 #include "render/tiles/film.h"
 #include "render/tiles/radiance.h"
 #include "render/tiles/shots.h"
+#include "render/tiles/traced.h"
 
 /* ---- Light on what was hit. ---- */
 
@@ -109,7 +110,9 @@ typedef struct lit_run {
 } lit_run;
 
 static shd_points64 points64_of(const shd_hits *hits, size_t first, size_t count) {
-    shd_points64 points = {.count = count, .object = hits->object + first};
+    shd_points64 points = {.count = count,
+                           .object = hits->object + first,
+                           .triangle = hits->triangle ? hits->triangle + first : NULL};
     for (int c = 0; c < 3; c++) {
         points.position[c] = hits->position[c] + first;
         points.normal[c] = hits->normal[c] + first;
@@ -257,6 +260,7 @@ static const shd_hits *light_hits(const shd_scenery *scenery, shd_tile_scratch *
         }
         if (plan->tier == SHD_EXACT) s->runs[r].group = SHD_RADIANCE;
     }
+    if (scenery->traced) shd_trace_hits(scenery, hits, s);
     return hits;
 }
 
@@ -276,7 +280,7 @@ static size_t place_hits(shd_tile_scratch *s, shd_run run, size_t at, int sample
             cells[count] = cell;
             coverage[count++] = 0;
         }
-        coverage[fragment]++;
+        coverage[fragment] += s->alpha ? s->alpha[i] : 1;
         s->place[i] = fragment;
     }
     for (size_t k = 0; k < count; k++) {
@@ -308,7 +312,7 @@ static void add_fragments(const shd_scenery *scenery, shd_tile_scratch *s, const
     for (size_t r = 0; r < s->run_count; r++) {
         const shd_run run = s->runs[r];
         const size_t at = f->count;
-        const bool full = run.count == pixels * (size_t)samples;
+        const bool full = run.count == pixels * (size_t)samples && !s->alpha;
         size_t count = pixels;
         if (full) {
             memcpy(f->cell + at, s->pixels + chunk->bundles[0].first, pixels * sizeof *f->cell);
@@ -402,6 +406,7 @@ static void sample_pixels(const shd_scenery *scenery, shd_tile tile, shd_tile_sc
         if (samples == 1) {
             s->fragments.count = hits->count;
             s->fragments.run_count = s->run_count;
+            s->whole = !s->alpha;
         } else {
             add_fragments(scenery, s, &c);
         }

@@ -7,6 +7,7 @@
 #include "render/tiles/tile_scratch.h"
 
 struct shd_film;
+struct shd_traced;
 
 /* What all threads of a picture share. It is constant while they run. */
 typedef struct shd_scenery {
@@ -15,6 +16,7 @@ typedef struct shd_scenery {
     const shd_lighting *lighting;
     float **facets; /* [object]: the radiance of its points (facets.h); NULL: it has no facets */
     const shd_paint_kernel *paint;
+    const struct shd_traced *traced; /* rays beyond the eye's (traced.h); NULL: there are none */
     bool data; /* layers of normals, positions, depths or objects are wanted */
     shd_recall recall;
 } shd_scenery;

@@ -26,6 +26,8 @@ static void lay_out_chunk(const shd_plan *plan, shd_scratch *memory, shd_tile_sc
     if (plan->tier == SHD_EXACT) s->exact = shd_scratch_rows64(memory, rows, length);
     s->sums = shd_scratch_rows32(memory, shd_sum_of(plan, plan->plane_count, 0, 0), length);
     s->outs = shd_scratch_take(memory, rows, sizeof *s->outs);
+    if (plan->scene->transparent && plan->scene->trace.depth)
+        s->alpha = shd_scratch_take(memory, length, sizeof *s->alpha);
     shd_hits_lay_out(plan, length, memory, &s->hits);
     shd_hits_lay_out(plan, length, memory, &s->sorted);
     if (plan->tier == SHD_EXACT) return;
@@ -63,5 +65,6 @@ shd_tile_scratch *shd_tile_scratch_lay_out(const shd_plan *plan, shd_scratch *me
     else /* samples are fragments */
         s->fragments = (shd_fragments){
             .capacity = SHD_CHUNK, .cell = s->cell, .sums = s->sums, .runs = s->runs};
+    if (samples == 1) s->coverage = s->alpha;
     return made;
 }

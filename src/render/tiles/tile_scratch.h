@@ -46,6 +46,11 @@ typedef struct shd_tile_scratch {
     shd_hits again;  /* some of them, in f64 */
     double **exact;  /* of the exact tier: [term][channel] of a run */
     uint32_t *which; /* lights that may reach a run */
+    /* Of hits through which a transparent background may be seen: how much of a sample each one
+     * covers. NULL: there are none. */
+    float *alpha;
+    double cut;    /* the most that a sample's rays left out (trace/bounce.h) */
+    uint64_t rays; /* that were followed beyond the eye's, but for those to lights */
 
     /* Their means. */
     uint16_t fragment_of[SHD_TILE_PIXELS]; /* a cell's fragment of a run */

@@ -153,6 +153,9 @@ static void add_making(shd_job *job) {
         atomic_fetch_add(&metrics->clipped, clipped);
         shd_reply_header(reply, "Shaded-Clipped", "%" PRIu64, clipped);
     }
+    double cut;
+    const uint64_t rays = shd_request_rays(job->request, &cut);
+    if (rays) shd_reply_header(reply, "Shaded-Rays", "%" PRIu64 "; cut=%.2g", rays, cut);
 }
 
 /* What the document itself tells, whether the picture is made or found. */

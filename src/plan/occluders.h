@@ -1,0 +1,22 @@
+/* What may stand between objects and lights, by the spheres around them, before any ray. */
+#pragma once
+
+#include "plan/plan.h"
+
+/* What may shadow an object from a light. */
+typedef struct shd_occluders {
+    uint32_t first, count; /* in shd_occlusion.list; count SHD_OCCLUDERS_ANY: any object may */
+} shd_occluders;
+
+enum { SHD_OCCLUDERS_ANY = -1, SHD_OCCLUDERS_MOST = 8 };
+
+typedef struct shd_occlusion {
+    const shd_occluders *pairs;  /* [object][light of the plan]; NULL: any object may shadow any */
+    const uint32_t *list;        /* indices of objects */
+    size_t pair_count, shadowed; /* pairs that matter; those with an occluder or more */
+} shd_occlusion;
+
+/* Objects are left out that are beside the hull of the object's sphere and the light (or the sphere
+ * around its shape). A shape that is convex shadows itself only from inside, and stays in its own
+ * list. False: the arena is full, or cancelled. */
+bool shd_find_occlusion(const shd_plan *plan, shd_arena *arena, shd_occlusion *out);

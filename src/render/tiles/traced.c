@@ -1,0 +1,155 @@
+#include "render/tiles/traced.h"
+
+#include "render/tiles/radiance.h"
+#include "shade/exact.h"
+#include "trace/bounce.h"
+#include "trace/shadows.h"
+
+typedef struct shd_traced {
+    shd_shadows shadows; /* if the scene has any */
+    bool shaded;
+    bool bounces; /* some object is no end of a ray */
+    shd_bouncing bouncing;
+} shd_traced;
+
+/* ---- The local model where rays end. ---- */
+
+/* The radiance of a faceted object: as the camera has it, with highlights where it sees them. */
+static void light_facets(const shd_scenery *scenery, const shd_facets *facets,
+                         const shd_meeting *met, double out[3]) {
+    const size_t values = 3 * scenery->plan->plane_count;
+    const uint32_t *corner = facets->corners + 3 * (size_t)met->triangle;
+    const float *radiance = scenery->facets[met->object], *a = radiance + values * corner[0],
+                *b = radiance + values * corner[1], *c = radiance + values * corner[2];
+    const double u = met->u, v = met->v, w = 1 - u - v;
+    for (int k = 0; k < 3; k++) out[k] = w * (double)a[k] + u * (double)b[k] + v * (double)c[k];
+}
+
+static void light_point(const void *context, void *scratch, const shd_surface *at,
+                        const shd_meeting *met, double out[3]) {
+    const shd_scenery *scenery = context;
+    shd_tile_scratch *s = scratch;
+    const shd_facets *facets = shd_sight_facets(scenery->sight, at->object);
+    if (facets) {
+        light_facets(scenery, facets, met, out);
+        return;
+    }
+    const shd_plan_object *object = &scenery->plan->objects[at->object];
+    const int32_t index = (int32_t)at->object;
+    const shd_points64 point = {1,
+                                {&at->position.x, &at->position.y, &at->position.z},
+                                {&at->normal.x, &at->normal.y, &at->normal.z},
+                                {&at->view.x, &at->view.y, &at->view.z},
+                                &index,
+                                &at->triangle};
+    float mixed[3], *const to[3] = {&mixed[0], &mixed[1], &mixed[2]};
+    shd_light_sums64(scenery->lighting, at->material, object->lights, object->light_count, &point,
+                     at->material->has_diffuse ? s->exact : NULL, s->exact + 3);
+    shd_mix_exact(scenery->plan, at->material, 0, s->exact, 1, to);
+    for (int c = 0; c < 3; c++) out[c] = (double)mixed[c];
+}
+
+bool shd_traced_make(const shd_plan *plan, const shd_sight *sight, shd_arena *arena,
+                     shd_scenery *scenery) {
+    const shd_trace *trace = &plan->scene->trace;
+    if (!shd_is_traced(plan->scene)) return true;
+    const shd_caster *caster = shd_caster_new(sight, arena);
+    shd_traced *traced = shd_arena_zalloc(arena, 1, sizeof *traced);
+    if (!caster || !traced) return false;
+    scenery->traced = traced;
+    traced->shaded = trace->shadows;
+    if (traced->shaded && !shd_shadows_make(plan, caster, arena, &traced->shadows)) return false;
+    if (!trace->depth) return true;
+    const bool *bounces = shd_bouncing_objects(plan, arena);
+    for (size_t i = 0; bounces && i < plan->scene->object_count; i++) traced->bounces |= bounces[i];
+    traced->bouncing = (shd_bouncing){plan, caster, {scenery, light_point}, bounces};
+    return bounces;
+}
+
+const shd_shadows *shd_traced_shadows(const shd_traced *traced) {
+    return traced && traced->shaded ? &traced->shadows : NULL;
+}
+
+/* ---- What was hit. ---- */
+
+static shd_vec3 lane_of(double *const v[3], size_t i) {
+    return (shd_vec3){v[0][i], v[1][i], v[2][i]};
+}
+
+static shd_surface surface_of(const shd_plan *plan, const shd_hits *hits, size_t i) {
+    const size_t object = (size_t)hits->object[i];
+    shd_surface at = {.position = lane_of(hits->position, i),
+                      .normal = lane_of(hits->normal, i),
+                      .view = lane_of(hits->view, i),
+                      .material = &plan->materials[plan->objects[object].material],
+                      .object = object,
+                      .triangle = hits->triangle[i]};
+    at.mirror = shd_sub(shd_scale(at.normal, 2 * shd_dot(at.normal, at.view)), at.view);
+    return at;
+}
+
+/* The mean share of the lights before the surface. 1: there are none. */
+static void find_shadow(const shd_scenery *scenery, const shd_surface *at, double out[3]) {
+    const shd_plan *plan = scenery->plan;
+    const shd_shadows *shadows = &scenery->traced->shadows;
+    const shd_plan_object *object = &plan->objects[at->object];
+    double sum[3] = {0, 0, 0}, share[3], factor, off;
+    size_t count = 0;
+    for (size_t j = 0; j < object->light_count && !shd_is_cancelled(plan->cancelled); j++) {
+        const shd_plan_light *light = &plan->lights[object->lights[j]];
+        shd_weigh_light(light, at->position, at->normal, at->mirror, &factor, &off);
+        if (!(factor > 0) && !light->shape) continue;
+        shadows->share(shadows->context, light, at, share);
+        for (int c = 0; c < 3; c++) sum[c] += share[c];
+        count++;
+    }
+    for (int c = 0; c < 3; c++) out[c] = count ? sum[c] / (double)count : 1;
+}
+
+/* Follows the rays from hit i. */
+static void bounce_hit(const shd_scenery *scenery, const shd_surface *at, size_t i,
+                       shd_tile_scratch *s) {
+    const shd_plan *plan = scenery->plan;
+    const double *opacity = at->material->from->opacity;
+    double local[3];
+    for (int c = 0; c < 3; c++) local[c] = (double)s->sums[shd_sum_of(plan, 0, 0, c)][i];
+    const shd_bounced b = shd_bounce(&scenery->traced->bouncing, s, at, local);
+    s->rays += b.rays;
+    s->cut = shd_larger(b.cut, s->cut);
+    if (s->alpha) s->alpha[i] = (float)b.alpha;
+    for (size_t p = 0; p < plan->plane_count; p++)
+        for (int c = 0; c < 3; c++) {
+            float *value = &s->sums[shd_sum_of(plan, p, 0, c)][i];
+            if (plan->planes[p].kind == SHD_LAYER_BEAUTY)
+                *value = (float)b.radiance[c];
+            else if (plan->planes[p].kind == SHD_LAYER_BOUNCE)
+                *value = (float)(b.radiance[c] - opacity[c] * local[c]);
+            else
+                *value = (float)(opacity[c] * (double)*value);
+        }
+}
+
+static void store_shadow(const shd_scenery *scenery, const shd_surface *at, size_t i,
+                         shd_tile_scratch *s) {
+    const shd_plan *plan = scenery->plan;
+    double share[3];
+    find_shadow(scenery, at, share);
+    for (size_t p = 0; p < plan->plane_count; p++)
+        for (int c = 0; plan->planes[p].kind == SHD_LAYER_SHADOW && c < 3; c++)
+            s->sums[shd_sum_of(plan, p, 0, c)][i] = (float)share[c];
+}
+
+void shd_trace_hits(const shd_scenery *scenery, const shd_hits *hits, shd_tile_scratch *s) {
+    const shd_plan *plan = scenery->plan;
+    const shd_traced *traced = scenery->traced;
+    const bool shadows = plan->wants[SHD_LAYER_SHADOW];
+    for (size_t i = 0; s->alpha && i < hits->count; i++) s->alpha[i] = 1;
+    if (!shadows && !traced->bounces) return;
+    for (size_t i = 0; i < hits->count && !shd_is_cancelled(plan->cancelled); i++) {
+        const bool bounces = traced->bounces && traced->bouncing.bounces[hits->object[i]];
+        if (!shadows && !bounces) continue;
+        const shd_surface at = surface_of(plan, hits, i);
+        if (bounces) bounce_hit(scenery, &at, i, s);
+        if (shadows) store_shadow(scenery, &at, i, s);
+    }
+}

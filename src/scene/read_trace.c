@@ -1,0 +1,105 @@
+/* What rays beyond the eye's need: `trace`, and the members of materials that count with it. */
+#include <string.h>
+
+#include "scene/read.h"
+
+static void read_switch(shd_reader *r, const shd_node *node, void *out) {
+    if (json_is_boolean(node->value))
+        *(bool *)out = json_is_true(node->value);
+    else
+        shd_node_expect(r->report, node, "true or false");
+}
+
+void shd_read_trace(shd_reader *r, const shd_node *node, void *out) {
+    static const shd_range samples = {1, 1024, false, false, "1 to 1024"},
+                           depth = {0, 16, false, false, "0 to 16"},
+                           share = {0, 1, false, false, "0 to 1"};
+    static const shd_field fields[] = {
+        {"shadows", read_switch, .offset = offsetof(shd_trace, shadows)},
+        {"shadowSamples", shd_read_integer, offsetof(shd_trace, shadow_samples), .range = &samples},
+        {"depth", shd_read_integer, offsetof(shd_trace, depth), .range = &depth},
+        {"minContribution", shd_read_number, offsetof(shd_trace, min_contribution),
+         .range = &share},
+    };
+    shd_trace *trace = out;
+    *trace = (shd_trace){.shadow_samples = 16, .min_contribution = 0.001};
+    if (node->value) shd_read_fields(r, node, fields, SHD_LENGTH(fields), 0, "trace", trace);
+}
+
+/* Rounding of color conversion. */
+static const double SLACK = 1e-6;
+
+/* Reads a coefficient that is from 0 to `most` in every channel, as it is given and in the working
+ * space. A number is every channel's, in any working space. */
+static void read_share(shd_reader *r, const shd_node *node, double most, const char *expected,
+                       double out[3]) {
+    const size_t before = r->report->error_count;
+    const bool grey = json_is_number(node->value);
+    double rgb[3] = {0, 0, 0};
+    for (size_t k = 0; k < 3; k++) {
+        const json_t *item = grey ? node->value : json_array_get(node->value, k);
+        const double given = json_is_number(item) ? json_number_value(item) : 0;
+        if (given >= 0 && given <= most) continue;
+        shd_wrong(r, node, "must be %s in every channel, got %.9g", expected, given);
+        return;
+    }
+    if (grey)
+        rgb[0] = rgb[1] = rgb[2] = json_number_value(node->value);
+    else
+        shd_read_color(r, node, rgb);
+    if (r->report->error_count > before || isnan(rgb[0])) return;
+    for (int c = 0; c < 3; c++) {
+        if (rgb[c] >= -SLACK && rgb[c] <= most + SLACK) continue;
+        shd_wrong(r, node, "must be %s in every channel of the working space, got %.9g", expected,
+                  rgb[c]);
+        return;
+    }
+    for (int c = 0; c < 3 && !grey; c++) {
+        if (fabs(rgb[c]) <= SLACK) rgb[c] = 0;
+        if (fabs(rgb[c] - 1) <= SLACK) rgb[c] = 1;
+    }
+    memcpy(out, rgb, sizeof rgb);
+}
+
+void shd_read_opacity(shd_reader *r, const shd_node *node, void *out) {
+    read_share(r, node, 1, "from 0 to 1", out);
+}
+
+void shd_read_bounced(shd_reader *r, const shd_node *node, void *out) {
+    read_share(r, node, INFINITY, "0 or more", out);
+}
+
+bool shd_get_alpha(shd_reader *r, const shd_node *node, double rgb[3], double *alpha) {
+    double values[4];
+    if (!json_is_array(node->value) || json_array_size(node->value) != 4) return false;
+    if (!shd_get_numbers(r, node, 4, 4, "an array of 3 or 4 numbers", values)) return true;
+    if (!(values[3] >= 0 && values[3] <= 1)) {
+        shd_wrong(r, node, "the fourth component is an opacity from 0 to 1, got %.9g", values[3]);
+        return true;
+    }
+    shd_convert_color(r, node, r->colors, values);
+    memcpy(rgb, values, 3 * sizeof *values);
+    *alpha = values[3];
+    return true;
+}
+
+static bool is_usual(const double rgb[3], double usual) {
+    return rgb[0] == usual && rgb[1] == usual && rgb[2] == usual;
+}
+
+bool shd_is_rayed(const shd_material *m) {
+    return !(is_usual(m->opacity, 1) && is_usual(m->reflection, 0) && is_usual(m->transmission, 0));
+}
+
+void shd_warn_of_trace(shd_reader *r, const shd_node *node, const shd_material *m) {
+    double most = 0;
+    for (int c = 0; c < 3; c++) most = shd_larger(m->reflection[c] + m->transmission[c], most);
+    if (shd_is_rayed(m) && !r->scene->trace.depth)
+        shd_warn(r, node,
+                 "opacity, reflection and transmission are not seen without a `depth` in "
+                 "`trace`%s",
+                 r->scene->trace.shadows ? ": only shadows are let through" : "");
+    if (most > 1 + SLACK)
+        shd_warn(r, node, "it mirrors and transmits %.4g times what its rays meet, in a channel",
+                 most);
+}

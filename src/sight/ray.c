@@ -1,0 +1,307 @@
+/* Rays among objects: a tree of boxes over those that are bounded, and the others one by one. */
+#include "sight/ray.h"
+
+#include <string.h>
+
+#include "plan/tier.h"
+#include "sight/ray_parts.h"
+
+enum { FEW = 4, DEPTH = 64 }; /* objects of a leaf; levels of the tree */
+
+typedef struct branch {
+    shd_vec3 low, high;
+    uint32_t first, count; /* count > 0: objects order[first...]; else branches first, first + 1 */
+} branch;
+
+struct shd_caster {
+    const shd_sight *sight;
+    branch *branches; /* [branch_count]; 0: no object is bounded */
+    uint32_t branch_count;
+    uint32_t *order; /* bounded objects, by leaf */
+    uint32_t *endless;
+    size_t bounded_count, endless_count;
+};
+
+/* ---- The tree over objects. ---- */
+
+static shd_vec3 middle_of(const shd_caster *c, uint32_t object) {
+    return c->sight->plan->objects[object].center;
+}
+
+static double component(shd_vec3 v, int axis) {
+    return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+}
+
+/* The radius with room for rounding. */
+static double radius_of(const shd_plan_object *object) {
+    return object->radius * (1 + 1e-9) + 1e-14 * shd_max_abs(object->center);
+}
+
+static void enclose_objects(const shd_caster *c, branch *b, shd_vec3 *low, shd_vec3 *high) {
+    const shd_vec3 least = {-INFINITY, -INFINITY, -INFINITY}, most = {INFINITY, INFINITY, INFINITY};
+    b->low = *low = most;
+    b->high = *high = least;
+    for (uint32_t i = b->first; i < b->first + b->count; i++) {
+        const shd_plan_object *object = &c->sight->plan->objects[c->order[i]];
+        const double r = radius_of(object);
+        const shd_vec3 p = object->center, out = {r, r, r};
+        b->low = shd_vec3_min(shd_sub(p, out), b->low);
+        b->high = shd_vec3_max(shd_add(p, out), b->high);
+        *low = shd_vec3_min(p, *low);
+        *high = shd_vec3_max(p, *high);
+    }
+}
+
+/* Moves those with the smaller middles along an axis before the others, half by half (C. A. R.
+ * Hoare, "Algorithm 65: Find", 1961). */
+static void part_halves(const shd_caster *c, uint32_t first, uint32_t count, int axis) {
+    uint32_t low = first, high = first + count - 1;
+    const uint32_t wanted = first + count / 2;
+    while (low < high) {
+        const double pivot = component(middle_of(c, c->order[wanted]), axis);
+        uint32_t i = low, j = high;
+        for (;;) {
+            while (component(middle_of(c, c->order[i]), axis) < pivot) i++;
+            while (component(middle_of(c, c->order[j]), axis) > pivot) j--;
+            if (i <= j) {
+                const uint32_t before = c->order[i];
+                c->order[i++] = c->order[j];
+                c->order[j] = before;
+                if (!j) break;
+                j--;
+            }
+            if (i > j) break;
+        }
+        if (wanted <= j)
+            high = j;
+        else if (wanted >= i)
+            low = i;
+        else
+            return;
+    }
+}
+
+/* Halves branches until few objects are left in each. */
+static void grow_tree(shd_caster *c) {
+    c->branches[0] = (branch){.first = 0, .count = (uint32_t)c->bounded_count};
+    c->branch_count = 1;
+    for (uint32_t at = 0; at < c->branch_count; at++) {
+        branch *b = &c->branches[at];
+        shd_vec3 low, high;
+        enclose_objects(c, b, &low, &high);
+        if (b->count <= FEW) continue;
+        const shd_vec3 size = shd_sub(high, low);
+        const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+        const uint32_t first = b->first, half = b->count / 2, rest = b->count - half;
+        part_halves(c, first, b->count, axis);
+        b->first = c->branch_count;
+        b->count = 0;
+        c->branches[c->branch_count++] = (branch){.first = first, .count = half};
+        c->branches[c->branch_count++] = (branch){.first = first + half, .count = rest};
+    }
+}
+
+shd_caster *shd_caster_new(const shd_sight *sight, shd_arena *arena) {
+    const shd_plan *plan = sight->plan;
+    const size_t count = plan->scene->object_count;
+    shd_caster *c = shd_arena_zalloc(arena, 1, sizeof *c);
+    if (!c) return NULL;
+    c->sight = sight;
+    c->branches = shd_arena_alloc(arena, 2 * count + 1, sizeof *c->branches);
+    c->order = shd_arena_alloc(arena, count, sizeof *c->order);
+    c->endless = shd_arena_alloc(arena, count, sizeof *c->endless);
+    if (!c->branches || !c->order || !c->endless) return NULL;
+    for (uint32_t i = 0; i < count; i++)
+        if (plan->objects[i].bounded)
+            c->order[c->bounded_count++] = i;
+        else
+            c->endless[c->endless_count++] = i;
+    if (c->bounded_count) grow_tree(c);
+    return c;
+}
+
+/* ---- One object. ---- */
+
+/* The row's length, times that of the components at which it is not 0. */
+static double reach_of(const double row[3], shd_vec3 v) {
+    const shd_vec3 seen = {row[0] != 0 ? v.x : 0, row[1] != 0 ? v.y : 0, row[2] != 0 ? v.z : 0};
+    return shd_length((shd_vec3){row[0], row[1], row[2]}) * shd_length(seen);
+}
+
+/* A normal in the frame of an item: the map's transpose carries it back. */
+static shd_vec3 carry_normal(const shd_item *it, shd_vec3 n) {
+    const double(*m)[3] = it->to_world.linear;
+    return (shd_vec3){m[0][0] * n.x + m[1][0] * n.y + m[2][0] * n.z,
+                      m[0][1] * n.x + m[1][1] * n.y + m[2][1] * n.z,
+                      m[0][2] * n.x + m[1][2] * n.y + m[2][2] * n.z};
+}
+
+/* The ray in the frame of an item. */
+static shd_local_ray carry_ray(const shd_item *it, size_t object, const shd_ray *ray, double far) {
+    const shd_vec3 from = shd_sub(ray->origin, it->to_world.origin),
+                   sizes = shd_add(shd_sizes(ray->origin), shd_sizes(it->to_world.origin));
+    const double(*a)[3] = it->from_world.linear;
+    shd_local_ray r = {.origin = shd_linear(&it->from_world, from),
+                       .direction = shd_linear(&it->from_world, ray->direction),
+                       .carried = {SHD_HIT_ROUNDING * reach_of(a[0], sizes),
+                                   SHD_HIT_ROUNDING * reach_of(a[1], sizes),
+                                   SHD_HIT_ROUNDING * reach_of(a[2], sizes)},
+                       .far = far,
+                       .starts = ray->start.object == (int32_t)object,
+                       .start = ray->start.triangle};
+    if (!r.starts || it->shape == SHD_MESH) return r;
+    const shd_vec3 own = carry_normal(it, ray->start.normal);
+    const bool same = shd_points_outward(it, r.origin, own);
+    r.outward = (shd_dot(own, r.direction) >= 0) == same;
+    return r;
+}
+
+/* Whether the ray may meet the object's sphere before `far`. */
+static bool may_meet(const shd_plan_object *object, const shd_ray *ray, double far) {
+    if (!object->bounded) return true;
+    const shd_vec3 toward = shd_sub(object->center, ray->origin);
+    const double radius = radius_of(object) + 1e-14 * shd_max_abs(ray->origin),
+                 along = shd_dot(toward, ray->direction);
+    const shd_vec3 off = shd_madd(toward, ray->direction, -along);
+    return shd_dot(off, off) <= radius * radius * (1 + 1e-12) + 1e-28 * along * along &&
+           along >= -radius && along - radius <= far;
+}
+
+/* What was found so far. */
+typedef struct search {
+    const shd_caster *caster;
+    const shd_ray *ray;
+    const bool *solid;
+    shd_meeting *out;
+    double far; /* as far as it is worth looking */
+    bool met, done;
+} search;
+
+/* At equal distance, to within rounding, the object that comes first in the scene stays, as to the
+ * eye. */
+static void try_object(search *s, uint32_t object) {
+    const shd_sight *sight = s->caster->sight;
+    const shd_item *it = &sight->items[object];
+    if (!may_meet(&sight->plan->objects[object], s->ray, s->far)) return;
+    const shd_local_ray local = carry_ray(it, object, s->ray, s->far);
+    shd_meeting m;
+    if (!(it->shape == SHD_MESH ? shd_meet_mesh(it, &local, sight->cancelled, &m)
+                                : shd_meet_shape(it, &local, &m)))
+        return;
+    m.object = object;
+    s->done = s->solid && s->solid[object];
+    if (s->met && !s->done) {
+        const double both = m.rounding + s->out->rounding;
+        if (m.t > s->out->t + both || (!(m.t < s->out->t - both) && object > s->out->object))
+            return;
+    }
+    *s->out = m;
+    s->met = true;
+    s->far = shd_smaller((m.t + 4 * m.rounding) * (1 + 1e-9), s->ray->far);
+}
+
+/* ---- All of them. ---- */
+
+static bool may_enter(const branch *b, const shd_ray *ray, double far) {
+    const double o[3] = {ray->origin.x, ray->origin.y, ray->origin.z},
+                 d[3] = {ray->direction.x, ray->direction.y, ray->direction.z},
+                 least[3] = {b->low.x, b->low.y, b->low.z},
+                 most[3] = {b->high.x, b->high.y, b->high.z};
+    double low = 0, high = far;
+    for (int k = 0; k < 3; k++) {
+        const double pad = 1e-14 * (fabs(o[k]) + fabs(least[k]) + fabs(most[k]));
+        const double near = least[k] - pad - o[k], beyond = most[k] + pad - o[k];
+        if (d[k] == 0) {
+            if (near > 0 || beyond < 0) return false;
+            continue;
+        }
+        const double one = near / d[k], two = beyond / d[k];
+        low = shd_larger(one < two ? one : two, low);
+        high = shd_smaller(one < two ? two : one, high);
+    }
+    return low <= high * (1 + 1e-14);
+}
+
+static void walk_tree(search *s) {
+    const shd_caster *c = s->caster;
+    uint32_t waiting[DEPTH];
+    int waits = 0;
+    if (c->branch_count) waiting[waits++] = 0;
+    while (waits && !s->done) {
+        const branch *b = &c->branches[waiting[--waits]];
+        if (!may_enter(b, s->ray, s->far)) continue;
+        if (b->count) {
+            for (uint32_t i = b->first; i < b->first + b->count && !s->done; i++)
+                try_object(s, c->order[i]);
+            continue;
+        }
+        waiting[waits++] = b->first + 1;
+        waiting[waits++] = b->first;
+    }
+}
+
+bool shd_cast_ray(const shd_caster *caster, const shd_ray *ray, const uint32_t *list, size_t count,
+                  const bool *solid, shd_meeting *out) {
+    search s = {.caster = caster, .ray = ray, .solid = solid, .out = out, .far = ray->far};
+    if (list) {
+        for (size_t k = 0; k < count && !s.done; k++) try_object(&s, list[k]);
+        return s.met;
+    }
+    for (size_t k = 0; k < caster->endless_count && !s.done; k++)
+        try_object(&s, caster->endless[k]);
+    walk_tree(&s);
+    return s.met;
+}
+
+/* ---- The surface there. ---- */
+
+shd_vec3 shd_own_normal(const shd_caster *caster, size_t object, uint32_t triangle) {
+    const shd_item *it = &caster->sight->items[object];
+    shd_vec3 normal = {0, 0, 0};
+    if (it->shape != SHD_MESH) return normal;
+    const double scale = it->view.tree->scale;
+    const shd_vec3 a = shd_triangle_corner(&it->triangles, triangle, 0),
+                   b = shd_triangle_corner(&it->triangles, triangle, 1),
+                   c = shd_triangle_corner(&it->triangles, triangle, 2);
+    const shd_vec3 own =
+        shd_cross(shd_scale(shd_sub(b, a), scale), shd_scale(shd_sub(c, a), scale));
+    shd_normalize(shd_linear(&it->normal_map, own), &normal);
+    return normal;
+}
+
+static shd_met_at place_on_triangle(const shd_caster *caster, const shd_meeting *m) {
+    const shd_item *it = &caster->sight->items[m->object];
+    const shd_vec3 a = shd_triangle_corner(&it->triangles, m->triangle, 0),
+                   b = shd_triangle_corner(&it->triangles, m->triangle, 1),
+                   c = shd_triangle_corner(&it->triangles, m->triangle, 2);
+    const shd_vec3 p = shd_madd(shd_madd(a, shd_sub(b, a), m->u), shd_sub(c, a), m->v);
+    shd_met_at place = {.position = shd_transform(&it->to_world, p)};
+    place.own = place.normal = shd_own_normal(caster, m->object, m->triangle);
+    if (!it->smooth) return place;
+    const uint32_t *vertex = it->triangles.indices + 3 * (size_t)m->triangle;
+    shd_vec3 sum = shd_scale(shd_vec3_at(it->units, vertex[0]), 1 - m->u - m->v);
+    sum = shd_madd(sum, shd_vec3_at(it->units, vertex[1]), m->u);
+    sum = shd_madd(sum, shd_vec3_at(it->units, vertex[2]), m->v);
+    shd_normalize(shd_linear(&it->normal_map, sum), &place.normal);
+    return place;
+}
+
+shd_met_at shd_met_place(const shd_caster *caster, const shd_meeting *m) {
+    const shd_item *it = &caster->sight->items[m->object];
+    if (it->shape == SHD_MESH) return place_on_triangle(caster, m);
+    shd_met_at place = {.position = shd_transform(&it->to_world, m->local), .own = {0, 1, 0}};
+    shd_normalize(shd_linear(&it->normal_map, m->bend), &place.own);
+    place.normal = place.own;
+    return place;
+}
+
+shd_vec3 shd_outward_normal(const shd_caster *caster, size_t object, uint32_t triangle,
+                            shd_vec3 position, shd_vec3 normal) {
+    const shd_item *it = &caster->sight->items[object];
+    if (it->shape == SHD_MESH) {
+        const shd_vec3 own = shd_own_normal(caster, object, triangle);
+        return own.x == 0 && own.y == 0 && own.z == 0 ? normal : own;
+    }
+    const shd_vec3 at = shd_linear(&it->from_world, shd_sub(position, it->to_world.origin));
+    return shd_points_outward(it, at, carry_normal(it, normal)) ? normal : shd_scale(normal, -1);
+}

@@ -1,0 +1,203 @@
+/* Rays meet meshes: by the tree, and by the sides on which edges pass the ray (ray.h). */
+#include <assert.h>
+
+#include "plan/tier.h"
+#include "sight/ray_parts.h"
+
+/* A ray in the tree's frame, seen along its largest component. */
+typedef struct sheared {
+    double o[3], d[3], inverse[3];
+    int x, y, z;       /* the axes: z is the largest component's */
+    double sx, sy, sz; /* of the shear that makes the direction (0, 0, 1) */
+    double pad;        /* more than rounding moves corners by */
+    double most;       /* the largest component of the direction */
+    shd_vec3 carried;  /* as shd_local_ray has it */
+    double far;
+    uint32_t start;
+    bool starts;
+    shd_vec3 corner, side; /* of the plane that it starts on, toward where it goes */
+    double spread;         /* the product of the edges' lengths there */
+} sheared;
+
+static void get_three(shd_vec3 v, double out[3]) {
+    out[0] = v.x;
+    out[1] = v.y;
+    out[2] = v.z;
+}
+
+/* The origin of a ray that starts on a triangle, moved into it. */
+static shd_vec3 move_inside(const shd_item *it, uint32_t triangle, shd_vec3 origin) {
+    const shd_vec3 a = shd_triangle_corner(&it->triangles, triangle, 0),
+                   b = shd_triangle_corner(&it->triangles, triangle, 1),
+                   c = shd_triangle_corner(&it->triangles, triangle, 2);
+    const shd_vec3 middle = shd_scale(shd_add(a, shd_add(b, c)), 1.0 / 3);
+    const double size = shd_max_abs(
+                     shd_vec3_max(shd_sizes(a), shd_vec3_max(shd_sizes(b), shd_sizes(c)))),
+                 step = 0x1p-43 * size, length = shd_length(shd_sub(middle, origin));
+    if (!(length > 0)) return origin;
+    return shd_madd(origin, shd_sub(middle, origin), step < length ? step / length : 1);
+}
+
+/* Sets the plane of the triangle that the ray starts on. */
+static void set_plane(const shd_item *it, sheared *s) {
+    const double scale = it->view.tree->scale;
+    shd_vec3 p[3];
+    for (int k = 0; k < 3; k++)
+        p[k] = shd_scale(shd_triangle_corner(&it->triangles, s->start, k), scale);
+    const shd_vec3 ab = shd_sub(p[1], p[0]), ac = shd_sub(p[2], p[0]), n = shd_cross(ab, ac);
+    const double along = n.x * s->d[0] + n.y * s->d[1] + n.z * s->d[2];
+    s->corner = p[0];
+    s->side = along < 0 ? shd_scale(n, -1) : n;
+    s->spread = shd_length(ab) * shd_length(ac);
+}
+
+/* Whether a triangle has a corner on the side of the start's plane to which the ray goes, by more
+ * than rounding. No other one is met: not the next one of a convex edge, over which the ray passes
+ * by less than rounding. */
+static bool is_on_side(const shd_item *it, const sheared *s, const shd_leaf *leaf) {
+    for (int k = 0; k < 3; k++) {
+        const shd_vec3 v = shd_scale(shd_vec3_at(it->triangles.positions, leaf->corner[k]),
+                                     it->view.tree->scale),
+                       from = shd_sub(v, s->corner);
+        if (shd_dot(s->side, from) > SHD_HIT_ROUNDING * s->spread * shd_length(from)) return true;
+    }
+    return false;
+}
+
+static sheared shear_ray(const shd_item *it, const shd_local_ray *r) {
+    const double scale = it->view.tree->scale;
+    const shd_vec3 at = r->starts ? move_inside(it, r->start, r->origin) : r->origin,
+                   o = shd_scale(at, scale), d = shd_scale(r->direction, scale);
+    sheared s = {.far = r->far,
+                 .start = r->start,
+                 .starts = r->starts,
+                 .most = shd_max_abs(d),
+                 .carried = shd_scale(r->carried, scale),
+                 .pad = 0x1p-49 * (1 + shd_max_abs(o))};
+    get_three(o, s.o);
+    get_three(d, s.d);
+    s.z = fabs(d.x) == s.most ? 0 : fabs(d.y) == s.most ? 1 : 2;
+    s.x = (s.z + 1) % 3;
+    s.y = (s.z + 2) % 3;
+    s.sx = s.d[s.x] / s.d[s.z];
+    s.sy = s.d[s.y] / s.d[s.z];
+    s.sz = 1 / s.d[s.z];
+    for (int k = 0; k < 3; k++) s.inverse[k] = 1 / s.d[k];
+    if (s.starts) set_plane(it, &s);
+    return s;
+}
+
+/* ---- Triangles. ---- */
+
+/* A corner from the ray: beside it, and along it in units of t. */
+typedef struct aside {
+    double x, y, t;
+} aside;
+
+static aside see_corner(const shd_item *it, const sheared *s, uint32_t vertex) {
+    const double *p = it->triangles.positions + 3 * (size_t)vertex, scale = it->view.tree->scale;
+    const double x = p[s->x] * scale - s->o[s->x], y = p[s->y] * scale - s->o[s->y],
+                 z = p[s->z] * scale - s->o[s->z];
+    return (aside){x - s->sx * z, y - s->sy * z, z * s->sz};
+}
+
+static bool is_aside(double a, double b, double c) {
+    return (a > 0 && b > 0 && c > 0) || (a < 0 && b < 0 && c < 0);
+}
+
+/* How far rounding may have moved t: as shd_triangle_rounding has it. */
+static double rounding_of(const shd_item *it, const sheared *s, uint32_t triangle) {
+    shd_vec3 corner[3];
+    double far = 0, edge = 0;
+    const double scale = it->view.tree->scale;
+    const shd_vec3 o = {s->o[0], s->o[1], s->o[2]}, d = {s->d[0], s->d[1], s->d[2]};
+    for (int k = 0; k < 3; k++) {
+        corner[k] = shd_sub(shd_scale(shd_triangle_corner(&it->triangles, triangle, k), scale), o);
+        far = fmax(far, shd_length(corner[k]));
+    }
+    for (int k = 0; k < 3; k++)
+        edge = fmax(edge, shd_length(shd_sub(corner[(k + 1) % 3], corner[k])));
+    const shd_vec3 normal = shd_cross(shd_sub(corner[1], corner[0]), shd_sub(corner[2], corner[0]));
+    const double area = shd_length(normal), steep = fabs(shd_dot(normal, d));
+    return (SHD_HIT_ROUNDING * (far * area + edge * edge * edge) +
+            shd_dot(shd_sizes(normal), s->carried)) /
+           steep;
+}
+
+static bool try_leaf(const shd_item *it, sheared *s, const shd_leaf *leaf, shd_meeting *out) {
+    const uint32_t triangle = leaf->name >> 4;
+    if (s->starts && triangle == s->start) return false;
+    aside p[3];
+    for (int k = 0; k < 3; k++) p[k] = see_corner(it, s, leaf->corner[k]);
+    const double u = p[1].x * p[2].y - p[1].y * p[2].x, v = p[2].x * p[0].y - p[2].y * p[0].x,
+                 w = p[0].x * p[1].y - p[0].y * p[1].x;
+    if ((u < 0 || v < 0 || w < 0) && (u > 0 || v > 0 || w > 0)) return false;
+    const double sum = u + v + w;
+    if (sum == 0 || is_aside(p[0].x, p[1].x, p[2].x) || is_aside(p[0].y, p[1].y, p[2].y))
+        return false;
+    const double weight[3] = {u / sum, v / sum, w / sum};
+    const double t = weight[0] * p[0].t + weight[1] * p[1].t + weight[2] * p[2].t;
+    if (!(t > 0 && t < s->far) || (s->starts && !is_on_side(it, s, leaf))) return false;
+    const double rounding = rounding_of(it, s, triangle);
+    if (!(t > rounding && t < s->far - rounding)) return false;
+    double by[3]; /* by the triangle's own order of corners */
+    const uint32_t one = leaf->name >> 2 & 3, two = leaf->name & 3, three = 3 - one - two;
+    by[0] = weight[one];
+    by[1] = weight[two];
+    by[2] = weight[three];
+    *out =
+        (shd_meeting){.t = t, .rounding = rounding, .triangle = triangle, .u = by[1], .v = by[2]};
+    s->far = t;
+    return true;
+}
+
+/* ---- The tree. ---- */
+
+/* Whether the ray may meet the box before s->far, and from which t on. */
+static bool may_meet(const sheared *s, const shd_branch *b, double *enter) {
+    double low = 0, high = s->far;
+    for (int k = 0; k < 3; k++) {
+        const double near = b->low[k] - s->pad - s->o[k], beyond = b->high[k] + s->pad - s->o[k];
+        if (s->d[k] == 0) {
+            if (near > 0 || beyond < 0) return false;
+            continue;
+        }
+        const double one = near * s->inverse[k], two = beyond * s->inverse[k];
+        low = shd_larger(one < two ? one : two, low);
+        high = shd_smaller(one < two ? two : one, high);
+    }
+    *enter = low;
+    return low <= high * (1 + 0x1p-48);
+}
+
+bool shd_meet_mesh(const shd_item *it, const shd_local_ray *r, const atomic_bool *cancelled,
+                   shd_meeting *out) {
+    const shd_mesh_tree *tree = it->view.tree;
+    uint32_t waiting[SHD_TREE_DEPTH];
+    int waits = 0;
+    size_t steps = 0;
+    bool met = false;
+    double enter;
+    sheared s = shear_ray(it, r);
+    if (!tree->leaf_count || !may_meet(&s, tree->branches, &enter)) return false;
+    waiting[waits++] = 0;
+    while (waits) {
+        const shd_branch *now = &tree->branches[waiting[--waits]];
+        if (shd_is_cancelled_at(cancelled, ++steps)) return met;
+        if (!may_meet(&s, now, &enter)) continue;
+        if (now->count) {
+            for (uint32_t i = now->first; i < now->first + now->count; i++)
+                met = try_leaf(it, &s, &tree->leaves[i], out) || met;
+            continue;
+        }
+        double one, other;
+        const bool first = may_meet(&s, &tree->branches[now->first], &one),
+                   second = may_meet(&s, &tree->branches[now->first + 1], &other);
+        const bool swapped = first && second && other < one;
+        assert(waits + 2 <= SHD_TREE_DEPTH);
+        if (second && !swapped) waiting[waits++] = now->first + 1;
+        if (first) waiting[waits++] = now->first;
+        if (second && swapped) waiting[waits++] = now->first + 1;
+    }
+    return met;
+}

@@ -1,0 +1,186 @@
+#include "trace/bounce.h"
+
+#include <string.h>
+
+enum { DEPTH = 16, WAITING = 2 * DEPTH + 4 };
+
+/* A ray that is still to be followed. */
+typedef struct step {
+    shd_ray ray;
+    double weight[3]; /* the product of coefficients so far */
+    int depth;        /* steps, this one among them */
+    bool straight;    /* it goes on from the eye */
+} step;
+
+typedef struct path {
+    const shd_bouncing *b;
+    void *scratch;
+    step waiting[WAITING];
+    int waits;
+    double through; /* the mean share of a transparent background */
+    shd_bounced out;
+} path;
+
+static const shd_material *material_of(const shd_plan *plan, size_t object) {
+    return plan->materials[plan->objects[object].material].from;
+}
+
+const bool *shd_bouncing_objects(const shd_plan *plan, shd_arena *arena) {
+    const size_t count = plan->scene->object_count;
+    bool *bounces = shd_arena_alloc(arena, count, sizeof *bounces);
+    for (size_t i = 0; bounces && i < count; i++) {
+        const shd_material *m = material_of(plan, i);
+        bounces[i] = false;
+        for (int c = 0; c < 3; c++)
+            bounces[i] |= m->opacity[c] != 1 || m->reflection[c] != 0 || m->transmission[c] != 0;
+    }
+    return bounces;
+}
+
+/* ---- Directions. ---- */
+
+static shd_vec3 mirror(shd_vec3 ray, shd_vec3 n) {
+    return shd_madd(ray, n, -2 * shd_dot(ray, n));
+}
+
+/* The direction behind a surface whose normal faces the ray. False: there is none. */
+static bool refract(shd_vec3 ray, shd_vec3 n, double eta, shd_vec3 *out) {
+    const double in = -shd_dot(ray, n), square = 1 - eta * eta * (1 - in * in);
+    if (!(square >= 0)) return false;
+    *out = shd_madd(shd_scale(ray, eta), n, eta * in - sqrt(square));
+    return true;
+}
+
+/* A surface as a ray meets it. */
+typedef struct facing {
+    shd_vec3 own, normal; /* unit, on the ray's side */
+    bool inside;          /* the ray comes from behind */
+} facing;
+
+static facing face_ray(shd_vec3 ray, shd_vec3 own, shd_vec3 normal) {
+    facing f = {own, normal, shd_dot(ray, own) > 0};
+    if (f.inside) f.own = shd_scale(own, -1);
+    if (shd_dot(ray, normal) > 0) f.normal = shd_scale(normal, -1);
+    return f;
+}
+
+static shd_vec3 find_mirrored(shd_vec3 ray, const facing *f) {
+    shd_vec3 way = mirror(ray, f->normal);
+    if (!(shd_dot(way, f->own) > 0)) way = mirror(ray, f->own);
+    shd_normalize(way, &way);
+    return way;
+}
+
+static bool find_refracted(shd_vec3 ray, const facing *f, double ior, shd_vec3 *out) {
+    const double eta = f->inside ? ior : 1 / ior;
+    if (!refract(ray, f->normal, eta, out)) return false;
+    if (!(shd_dot(*out, f->own) < 0) && !refract(ray, f->own, eta, out)) return false;
+    return shd_normalize(*out, out);
+}
+
+/* ---- Steps. ---- */
+
+static double most_of(const double weight[3]) {
+    return shd_larger(weight[0], shd_larger(weight[1], weight[2]));
+}
+
+/* Puts a ray off until later, unless it adds nothing or too little. */
+static void add_step(path *p, const step *from, shd_vec3 direction, const double weight[3],
+                     bool straight) {
+    const shd_trace *trace = &p->b->plan->scene->trace;
+    const double most = most_of(weight);
+    if (!(most > 0)) return;
+    if (from->depth >= trace->depth || most < trace->min_contribution) {
+        p->out.cut += most;
+        return;
+    }
+    step *next = &p->waiting[p->waits++];
+    *next = (step){.ray = from->ray, .depth = from->depth + 1, .straight = straight};
+    next->ray.direction = direction;
+    memcpy(next->weight, weight, sizeof next->weight);
+}
+
+/* Adds the rays that go on from a surface. `from` has its place, and the share of what is seen
+ * there. */
+static void go_on(path *p, const step *from, shd_vec3 ray, const facing *f, size_t object) {
+    const shd_material *m = material_of(p->b->plan, object);
+    double mirrored[3], refracted[3], behind[3];
+    shd_vec3 bent = ray;
+    const bool any = m->transmission[0] != 0 || m->transmission[1] != 0 || m->transmission[2] != 0,
+               bends = any && find_refracted(ray, f, m->ior, &bent);
+    for (int c = 0; c < 3; c++) {
+        const double solid = from->weight[c] * m->opacity[c];
+        mirrored[c] = solid * (m->reflection[c] + (bends ? 0 : m->transmission[c]));
+        refracted[c] = bends ? solid * m->transmission[c] : 0;
+        behind[c] = from->weight[c] * (1 - m->opacity[c]);
+    }
+    add_step(p, from, find_mirrored(ray, f), mirrored, false);
+    add_step(p, from, bent, refracted, false);
+    add_step(p, from, ray, behind, from->straight);
+}
+
+/* What is seen at a hit, but for what lies beyond. */
+static void add_local(path *p, const double weight[3], size_t object, const double local[3]) {
+    const shd_material *m = material_of(p->b->plan, object);
+    for (int c = 0; c < 3; c++)
+        if (weight[c] != 0) p->out.radiance[c] += weight[c] * m->opacity[c] * local[c];
+}
+
+static void add_background(path *p, const step *s) {
+    const shd_scene *scene = p->b->plan->scene;
+    if (scene->transparent && s->straight)
+        p->through += (s->weight[0] + s->weight[1] + s->weight[2]) / 3;
+    for (int c = 0; c < 3; c++) p->out.radiance[c] += s->weight[c] * scene->background[c];
+}
+
+static void follow_step(path *p, step *s) {
+    const shd_bouncing *b = p->b;
+    const shd_plan *plan = b->plan;
+    shd_meeting met;
+    p->out.rays++;
+    if (!shd_cast_ray(b->caster, &s->ray, NULL, 0, NULL, &met)) {
+        add_background(p, s);
+        return;
+    }
+    const shd_met_at at = shd_met_place(b->caster, &met);
+    const shd_vec3 ray = s->ray.direction;
+    const shd_plan_material *material = &plan->materials[plan->objects[met.object].material];
+    /* The side is decided by the surface's own normal; an interpolated one is then left as it is.
+     */
+    const bool turned = !material->front_only && shd_dot(at.own, ray) > 0;
+    shd_surface surface = {.position = at.position,
+                           .normal = turned ? shd_scale(at.normal, -1) : at.normal,
+                           .view = shd_scale(ray, -1),
+                           .material = material,
+                           .object = met.object,
+                           .triangle = met.triangle};
+    surface.mirror = mirror(ray, surface.normal);
+    double local[3];
+    b->local.light(b->local.context, p->scratch, &surface, &met, local);
+    add_local(p, s->weight, met.object, local);
+    if (!b->bounces[met.object]) return;
+    s->ray = (shd_ray){at.position, ray, INFINITY, {(int32_t)met.object, met.triangle, at.own}};
+    const facing f = face_ray(ray, at.own, at.normal);
+    go_on(p, s, ray, &f, met.object);
+}
+
+shd_bounced shd_bounce(const shd_bouncing *b, void *scratch, const shd_surface *at,
+                       const double local[3]) {
+    path p = {.b = b, .scratch = scratch};
+    const shd_vec3 ray = shd_scale(at->view, -1),
+                   own = shd_outward_normal(b->caster, at->object, at->triangle, at->position,
+                                            at->normal);
+    const step first = {
+        .ray = {at->position, ray, INFINITY, {(int32_t)at->object, at->triangle, own}},
+        .weight = {1, 1, 1},
+        .straight = true};
+    const facing f = face_ray(ray, own, at->normal);
+    add_local(&p, first.weight, at->object, local);
+    go_on(&p, &first, ray, &f, at->object);
+    while (p.waits && !shd_is_cancelled(b->plan->cancelled)) {
+        step next = p.waiting[--p.waits];
+        follow_step(&p, &next);
+    }
+    p.out.alpha = 1 - p.through;
+    return p.out;
+}

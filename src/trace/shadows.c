@@ -1,0 +1,195 @@
+#include "trace/shadows.h"
+
+#include <string.h>
+
+/* Surfaces that a ray may cross. More are not there but by rounding. */
+enum { MOST_CROSSED = 4096 };
+
+typedef struct shadow_map {
+    const shd_plan *plan;
+    const shd_caster *caster;
+    const bool *solid; /* [object] */
+    shd_occlusion occlusion;
+    int samples;
+    double (*pattern)[2]; /* [samples] */
+} shadow_map;
+
+/* What may be in the way: no list means all objects. */
+typedef struct in_the_way {
+    const uint32_t *list;
+    size_t count;
+} in_the_way;
+
+static bool dim(const shd_plan *plan, size_t object, double share[3]) {
+    const double *opacity = plan->materials[plan->objects[object].material].from->opacity;
+    for (int c = 0; c < 3; c++) share[c] *= 1 - opacity[c];
+    return share[0] > 0 || share[1] > 0 || share[2] > 0;
+}
+
+/* Multiplies the share by what the surfaces on the way leave. */
+static void follow_ray(const shadow_map *map, shd_ray ray, in_the_way way, double share[3]) {
+    for (int crossed = 0; crossed < MOST_CROSSED; crossed++) {
+        shd_meeting m;
+        if (shd_is_cancelled_at(map->plan->cancelled, (size_t)crossed)) return;
+        if (!shd_cast_ray(map->caster, &ray, way.list, way.count, map->solid, &m)) return;
+        if (map->solid[m.object] || !dim(map->plan, m.object, share)) {
+            memset(share, 0, 3 * sizeof *share);
+            return;
+        }
+        const shd_met_at place = shd_met_place(map->caster, &m);
+        ray.origin = place.position;
+        ray.far -= m.t;
+        ray.start = (shd_start){(int32_t)m.object, m.triangle, place.own};
+    }
+}
+
+/* The surface's own normal, on the side that is lit. */
+static shd_vec3 own_normal(const shadow_map *map, const shd_surface *at) {
+    const shd_vec3 own = shd_own_normal(map->caster, at->object, at->triangle);
+    if (own.x == 0 && own.y == 0 && own.z == 0) return at->normal;
+    const bool turned = !at->material->front_only && shd_dot(own, at->view) < 0;
+    return turned ? shd_scale(own, -1) : own;
+}
+
+/* The share of light that comes along `toward` from the distance `far`. */
+static void find_share(const shadow_map *map, const shd_surface *at, shd_vec3 own, shd_vec3 toward,
+                       double far, in_the_way way, double share[3]) {
+    for (int c = 0; c < 3; c++) share[c] = 1;
+    if (!(shd_dot(own, toward) > 0) && !dim(map->plan, at->object, share)) return;
+    const shd_ray ray = {at->position, toward, far, {(int32_t)at->object, at->triangle, own}};
+    follow_ray(map, ray, way, share);
+}
+
+/* ---- Lights with a shape. ---- */
+
+/* Two unit vectors at right angles to a unit vector. */
+static void span_plane(shd_vec3 n, shd_vec3 *a, shd_vec3 *b) {
+    const shd_vec3 x = {1, 0, 0}, y = {0, 1, 0};
+    *a = x;
+    shd_normalize(shd_cross(fabs(n.x) < 0.5 ? x : y, n), a);
+    *b = shd_cross(n, *a);
+}
+
+/* A point of a light's shape, by the pattern's, as a surface point sees it: the way there. Returns
+ * the cosine at the light over the square of the distance; 0: it sends nothing there. */
+static double way_to_flat(const struct shd_light *light, const double uv[2], shd_vec3 from,
+                          shd_vec3 *toward, double *far) {
+    shd_vec3 point = light->position, a, b;
+    if (light->type == SHD_LIGHT_RECT) {
+        point = shd_madd(point, light->across, (uv[0] - 0.5) * light->size[0]);
+        point = shd_madd(point, light->up, (uv[1] - 0.5) * light->size[1]);
+    } else {
+        const double r = light->radius * sqrt(uv[0]), turn = 2 * SHD_PI * uv[1];
+        span_plane(light->direction, &a, &b);
+        point = shd_madd(shd_madd(point, a, r * cos(turn)), b, r * sin(turn));
+    }
+    const shd_vec3 path = shd_sub(point, from);
+    *far = shd_length(path);
+    if (!shd_normalize(path, toward)) return 0;
+    const double facing = -shd_dot(*toward, light->direction);
+    return facing > 0 ? facing / (*far * *far) : 0;
+}
+
+/* Even in the cone in which the sphere is seen, or all around from inside. */
+static double way_to_sphere(const struct shd_light *light, const double uv[2], shd_vec3 from,
+                            shd_vec3 *toward, double *far) {
+    const shd_vec3 path = shd_sub(light->position, from);
+    const double distance = shd_length(path), sine = light->radius / distance;
+    shd_vec3 axis = {0, 1, 0}, a, b;
+    shd_normalize(path, &axis);
+    span_plane(axis, &a, &b);
+    /* 1 - cos of the cone's half-angle, without cancellation */
+    const double most = sine < 1 ? sine * sine / (1 + sqrt(1 - sine * sine)) : 2,
+                 down = uv[0] * most, aside = sqrt(down * (2 - down)), turn = 2 * SHD_PI * uv[1];
+    *toward = shd_madd(shd_scale(axis, 1 - down), a, aside * cos(turn));
+    *toward = shd_madd(*toward, b, aside * sin(turn));
+    shd_normalize(*toward, toward);
+    const double along = shd_dot(path, *toward);
+    const shd_vec3 off = shd_madd(path, *toward, -along);
+    const double half = sqrt(fmax(0, light->radius * light->radius - shd_dot(off, off)));
+    *far = sine < 1 ? along - half : along + half;
+    return 1;
+}
+
+static void find_mean(const shadow_map *map, const struct shd_light *light, const shd_surface *at,
+                      shd_vec3 own, in_the_way way, double out[3]) {
+    double all = 0, sum[3] = {0, 0, 0};
+    for (int i = 0; i < map->samples; i++) {
+        shd_vec3 toward = {0, 0, 0};
+        double far = 0, share[3], weight;
+        if (shd_is_cancelled_at(map->plan->cancelled, (size_t)i)) break;
+        weight = light->type == SHD_LIGHT_SPHERE
+                     ? way_to_sphere(light, map->pattern[i], at->position, &toward, &far)
+                     : way_to_flat(light, map->pattern[i], at->position, &toward, &far);
+        weight *= fmax(0, shd_dot(at->normal, toward));
+        if (!(weight > 0)) continue;
+        find_share(map, at, own, toward, far, way, share);
+        all += weight;
+        for (int c = 0; c < 3; c++) sum[c] += weight * share[c];
+    }
+    for (int c = 0; c < 3; c++) out[c] = all > 0 ? sum[c] / all : 1;
+}
+
+/* ---- The hook. ---- */
+
+static void share_light(const void *context, const shd_plan_light *light, const shd_surface *at,
+                        double out[3]) {
+    const shadow_map *map = context;
+    const shd_plan *plan = map->plan;
+    in_the_way way = {NULL, 0};
+    for (int c = 0; c < 3; c++) out[c] = 1;
+    const shd_vec3 own = own_normal(map, at);
+    if (map->occlusion.pairs) {
+        const size_t j = (size_t)(light - plan->lights);
+        const shd_occluders *o = &map->occlusion.pairs[at->object * plan->light_count + j];
+        if (o->count != (uint32_t)SHD_OCCLUDERS_ANY)
+            way = (in_the_way){map->occlusion.list + o->first, o->count};
+        if (way.list && !way.count) return; /* a flat surface is no fold */
+    }
+    if (light->shape) {
+        find_mean(map, light->shape, at, own, way, out);
+    } else if (light->directional) {
+        find_share(map, at, own, light->toward, INFINITY, way, out);
+    } else {
+        const shd_vec3 path = shd_sub(light->position, at->position);
+        shd_vec3 toward = {0, 0, 0};
+        if (shd_normalize(path, &toward))
+            find_share(map, at, own, toward, shd_length(path), way, out);
+    }
+}
+
+static double mirror_bits(uint32_t i) {
+    double value = 0, bit = 0.5;
+    for (; i; i >>= 1, bit /= 2) value += i & 1 ? bit : 0;
+    return value;
+}
+
+const bool *shd_solid_objects(const shd_plan *plan, shd_arena *arena) {
+    const size_t count = plan->scene->object_count;
+    bool *solid = shd_arena_alloc(arena, count, sizeof *solid);
+    for (size_t i = 0; solid && i < count; i++) {
+        const double *opacity = plan->materials[plan->objects[i].material].from->opacity;
+        solid[i] = opacity[0] == 1 && opacity[1] == 1 && opacity[2] == 1;
+    }
+    return solid;
+}
+
+bool shd_shadows_make(const shd_plan *plan, const shd_caster *caster, shd_arena *arena,
+                      shd_shadows *out) {
+    const int samples = plan->scene->trace.shadow_samples;
+    shadow_map *map = shd_arena_alloc(arena, 1, sizeof *map);
+    if (!map) return false;
+    *map = (shadow_map){.plan = plan,
+                        .caster = caster,
+                        .solid = shd_solid_objects(plan, arena),
+                        .samples = samples,
+                        .pattern = shd_arena_alloc(arena, (size_t)samples, sizeof *map->pattern)};
+    if (!map->solid || !map->pattern || !shd_find_occlusion(plan, arena, &map->occlusion))
+        return false;
+    for (int i = 0; i < samples; i++) {
+        map->pattern[i][0] = (i + 0.5) / samples;
+        map->pattern[i][1] = mirror_bits((uint32_t)i) + 0.5 / samples;
+    }
+    *out = (shd_shadows){map, share_light};
+    return true;
+}
