@@ -244,6 +244,7 @@ OF_FIRST = [
     [push("/materials/clay/lobes", *[{}] * 64)],
     [put("/materials/clay/side", "back")],
     [put("/materials/plaster/sigma", 91)],
+    [put("/materials/plaster/model", "lambert")],
     [put("/materials/plaster/specular", 0.5)],
     [put("/materials/coin/fresnel/n", "tin")],
     [put("/materials/coin/fresnel/k/1", -1)],
