@@ -36,12 +36,11 @@ static void read_share(shd_reader *r, const shd_node *node, double most, const c
     const size_t before = r->report->error_count;
     const bool grey = json_is_number(node->value);
     double rgb[3] = {0, 0, 0};
-    for (size_t k = 0; k < 3; k++) {
-        const json_t *item = grey ? node->value : json_array_get(node->value, k);
-        const double given = json_is_number(item) ? json_number_value(item) : 0;
-        if (given >= 0 && given <= most) continue;
-        shd_wrong(r, node, "must be %s in every channel, got %.9g", expected, given);
-        return;
+    for (size_t k = 0; k < (grey ? 1 : json_array_size(node->value)) && k < 3; k++) {
+        const shd_node item = grey ? *node : shd_node_item(node, k);
+        const double given = json_is_number(item.value) ? json_number_value(item.value) : 0;
+        if (!(given >= 0 && given <= most))
+            shd_wrong(r, &item, "must be %s, got %.9g", expected, given);
     }
     if (grey)
         rgb[0] = rgb[1] = rgb[2] = json_number_value(node->value);
