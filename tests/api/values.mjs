@@ -149,6 +149,7 @@ export class Values {
         const least = part.minItems ?? 0;
         if (first.length && least >= first.length && (part.maxItems === first.length || part.items === false))
             return fc.tuple(...first);
+        if (part.maxItems < least) return null; // of two alternatives that exclude each other
         const maxLength = Math.min(part.maxItems ?? Infinity, least + 4);
         const items = this.of(part.items, name);
         return part.uniqueItems ? fc.uniqueArray(items, { minLength: least, maxLength })
