@@ -39,6 +39,11 @@ async function hints(daemon) {
         },
         members: {
             f0: fc.constantFrom(0.04, 0.9, [0.9, 0.6, 0.3]),
+            opacity: fc.constantFrom(1, 0, 0.5),
+            reflection: fc.constantFrom(0, 0.5),
+            transmission: fc.constantFrom(0, 0.75, 1.5),
+            depth: fc.constantFrom(0, 1, 3), // deep paths with coefficients above 1 exceed the limit `work`
+            shadowSamples: fc.constantFrom(1, 16),
             data: fc.constant(`sha256-${digest}`),
             positions: triangle,
             normals: triangle,
