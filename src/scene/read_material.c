@@ -242,9 +242,9 @@ static void make_material(shd_reader *r, const raw_material *raw, const char *na
 }
 
 static raw_material default_material(shd_reader *r, shd_model model) {
-    raw_material raw = {.model = model,
+    raw_material raw = {.model = (int)model,
                         .first.shininess = 32,
-                        .further.model = model,
+                        .further.model = (int)model,
                         .opacity = {1, 1, 1},
                         .ior = 1.5,
                         .alpha = -1};
