@@ -18,6 +18,7 @@ typedef struct raw_material {
     raw_lobes further;
     double sigma;
     shd_fresnel fresnel;
+    const shd_microgeometry *microgeometry;
     bool preset; /* the values of a preset are here */
 } raw_material;
 
@@ -99,13 +100,14 @@ static void read_lobes(shd_reader *r, const shd_node *node, void *out) {
 
 static const char *const sides[] = {"both", "front", NULL};
 
-enum { AMBIENT = 1 }; /* a mark */
+enum { AMBIENT = 1, DIFFUSE = 2, MICRO = 4 }; /* marks */
 
 /* The kinds of materials, which are models and one more, as bits of shd_field.kinds. */
 enum {
     SHINY = 1 << SHD_MODEL_PHONG | 1 << SHD_MODEL_BLINN_PHONG | 1 << SHD_MODEL_PHONG_NORMALIZED,
     FACETS = 1 << SHD_MODEL_COOK_TORRANCE,
     OREN_NAYAR = 1 << SHD_MODEL_OREN_NAYAR,
+    WESTIN = 1 << SHD_MODEL_WESTIN,
     BARE_METAL = SHD_MODEL_COUNT, /* has its model by its preset, and only what all models have */
     ANY_KIND = (2 << SHD_MODEL_COUNT) - 1
 };
@@ -120,12 +122,13 @@ static const shd_field material_fields[] = {
     {"preset", .read = read_preset, .kinds = SHINY | FACETS | 1 << BARE_METAL},
     {"emissive", shd_read_color, .offset = AT(emissive)},
     {"ambient", shd_read_color, AT(ambient), .mark = AMBIENT},
-    {"diffuse", shd_read_color, .offset = AT(diffuse)},
+    {"diffuse", shd_read_color, AT(diffuse), .mark = DIFFUSE},
     {"specular", shd_read_color, AT(first.specular), .kinds = SHINY},
     {"shininess", shd_read_number, AT(first.shininess), SHINY, .range = &shd_not_negative},
     {"lobes", read_lobes, AT(further), .kinds = SHINY | FACETS},
     {"sigma", shd_read_degrees, AT(sigma), OREN_NAYAR, .range = &facet_angle},
     {"fresnel", shd_read_fresnel, AT(fresnel), .kinds = FACETS},
+    {"microgeometry", shd_read_microgeometry, AT(microgeometry), WESTIN, .mark = MICRO},
     {"side", shd_read_choice, AT(side), .choices = sides},
 };
 
@@ -213,6 +216,7 @@ static void make_material(shd_reader *r, const raw_material *raw, const char *na
                           .model = (shd_model)raw->model,
                           .sigma = raw->sigma,
                           .fresnel = raw->fresnel,
+                          .microgeometry = raw->microgeometry,
                           .opacity = {1, 1, 1},
                           .ior = 1.5};
     memcpy(out->emissive, raw->emissive, sizeof out->emissive);
@@ -231,6 +235,13 @@ static raw_material default_material(shd_reader *r, shd_model model) {
     return raw;
 }
 
+static void check_westin(shd_reader *r, const shd_node *node, const raw_material *raw) {
+    const shd_node diffuse = shd_node_member(node, "diffuse");
+    const unsigned seen = r->seen, wrong = r->wrong;
+    if (!(seen & MICRO)) shd_wrong(r, node, "the member \"microgeometry\" is missing");
+    if (!(wrong & DIFFUSE)) shd_check_facets(r, &diffuse, raw->diffuse);
+}
+
 static void read_material(shd_reader *r, const shd_node *node, const char *name,
                           shd_material *out) {
     static const char *const names[] = {[SHD_MODEL_PHONG] = "a material",
@@ -239,6 +250,7 @@ static void read_material(shd_reader *r, const shd_node *node, const char *name,
                                             "a phong-normalized material",
                                         [SHD_MODEL_OREN_NAYAR] = "an oren-nayar material",
                                         [SHD_MODEL_COOK_TORRANCE] = "a cook-torrance material",
+                                        [SHD_MODEL_WESTIN] = "a westin material",
                                         [BARE_METAL] = "a measured metal without `model`"};
     const int model = shd_read_model(r, node);
     const bool known = model >= 0, metal = model == SHD_MODEL_COOK_TORRANCE;
@@ -248,6 +260,7 @@ static void read_material(shd_reader *r, const shd_node *node, const char *name,
                          known ? 1u << kind : ANY_KIND, known ? names[kind] : "a material", &raw))
         return;
     if (!known) r->wrong |= SHD_SOME_FIELD;
+    if (model == SHD_MODEL_WESTIN) check_westin(r, node, &raw);
     if (metal && raw.further.given) raw.first = (shd_lobe){.shininess = 1};
     if (!raw.preset && !(r->seen & AMBIENT)) memcpy(raw.ambient, raw.diffuse, sizeof raw.ambient);
     make_material(r, &raw, name, out);

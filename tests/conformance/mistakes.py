@@ -41,6 +41,10 @@ FIRST = {
                  "diffuse": 0.1, "fresnel": {"n": "gold", "k": [3, 2.4, 1.6]}, "side": "both",
                  "lobes": [{"roughness": 0.3, "weight": 0.5}, {"roughness": 0.1}]},
         "lacquer": {"model": "cook-torrance", "fresnel": {"f0": [0.04, 0.04, 0.05]}},
+        "cloth": {"model": "westin", "diffuse": 0.4, "side": "both",
+                  "microgeometry": {"type": "weave", "warp": 0.4, "weft": 0.3}},
+        "wood": {"model": "westin", "diffuse": [0.4, 0.3, 0.2], "microgeometry": {"type": "grooves", "angle": 30}},
+        "sand": {"model": "westin", "diffuse": "#444", "microgeometry": {"type": "heightfield", "slope": 0.5}},
     },
     "objects": [
         {"type": "sphere", "radius": 1, "material": "clay", "interpolation": "gouraud",
