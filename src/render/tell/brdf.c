@@ -9,6 +9,8 @@
 #include "render/request.h"
 #include "render/tell/json.h"
 #include "render/tell/lobe_plot.h"
+#include "render/westin_tables.h"
+#include "shade/westin.h"
 
 #define DEGREE (SHD_PI / 180)
 
@@ -21,6 +23,7 @@ static const char *const formulas[SHD_MODEL_COUNT] = {
     [SHD_MODEL_PHONG_NORMALIZED] = "f_r = kd / pi + sum of ks (R.V)+^n / E(N.L, n)",
     [SHD_MODEL_OREN_NAYAR] = "f_r = kd (A + B s) / pi",
     [SHD_MODEL_COOK_TORRANCE] = "f_r = kd / pi + sum of weight F D G / (4 pi N.L N.V)",
+    [SHD_MODEL_WESTIN] = "f_r = sum of kd^n rho_n(L, V) / pi, as simulated",
 };
 
 /* What is found of a scene's materials, one for each group's material. */
@@ -37,6 +40,7 @@ static shd_status find_all(shd_rendering *r, const shd_scene *scene, size_t most
     whole->accuracy = (shd_accuracy){.tier = SHD_EXACT}; /* no budget decides on anything here */
     shd_status status =
         shd_plan_make(whole, r->engine->isa, NULL, r->cancelled, r->arena, &r->plan, error);
+    if (status == SHD_OK) status = shd_rendering_simulate(r, error);
     if (status != SHD_OK) return status;
     const shd_plan *plan = r->plan;
     *out = (finding){0, shd_arena_alloc(r->arena, scene->material_count, sizeof *out->list)};
@@ -131,13 +135,22 @@ static json_t *tell_samples(const shd_reflectance *r) {
     return list;
 }
 
+/* Null where nothing was simulated. */
+static json_t *tell_noise(const shd_reflectance *r) {
+    const shd_plan *plan = r->plan;
+    const shd_westin *table = plan->westin ? plan->westin[r->material - plan->materials] : NULL;
+    if (!table) return json_null();
+    const shd_westin_error noise = shd_westin_noise(table);
+    return json_pack("{sf sf}", "rms", noise.rms, "max", noise.max);
+}
+
 static json_t *tell_one(const shd_scene *scene, const shd_reflectance *r) {
     const shd_material *material = &scene->materials[scene->objects[r->object].material];
-    return json_pack("{ss ss ss so so s{sf sf sf sf} sb so so}", "material", material->name,
+    return json_pack("{ss ss ss so so so s{sf sf sf sf} sb so so}", "material", material->name,
                      "model", shd_model_names[r->material->model], "formula",
                      formulas[r->material->model], "verdict", tell_verdict(r), "albedo",
-                     tell_albedo(r), "reciprocity", "residual", r->residual, "light",
-                     r->residual_light, "view", r->residual_view, "turn", r->residual_turn,
+                     tell_albedo(r), "noise", tell_noise(r), "reciprocity", "residual", r->residual,
+                     "light", r->residual_light, "view", r->residual_view, "turn", r->residual_turn,
                      "unbounded", r->unbounded, "gainsEnergyAbove",
                      isnan(r->gains) ? json_null() : json_real(fmax(r->gains - 1, 0)), "samples",
                      tell_samples(r));
