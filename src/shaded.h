@@ -183,6 +183,15 @@ typedef enum shd_telling { SHD_IN_JSON, SHD_IN_WORDS } shd_telling;
 shd_status shd_request_explain(shd_request *request, shd_telling telling, char **text,
                                shd_error *error);
 
+/* Tells what the materials of the scene's objects are as functions f_r(L, V): their values, albedo,
+ * reciprocity, and a verdict, as JSON; or the figure of the first six of them, as SVG or PNG.
+ * Nothing is rendered. Call it once, after a successful read, instead of shd_request_render; the
+ * caller frees *data. */
+typedef enum shd_brdf_form { SHD_BRDF_JSON, SHD_BRDF_SVG, SHD_BRDF_PNG } shd_brdf_form;
+
+shd_status shd_request_brdf(shd_request *request, shd_brdf_form form, unsigned char **data,
+                            size_t *size, shd_error *error);
+
 /* Makes all work for the request, present or later, end with SHD_CANCELLED, within some millions of
  * instructions and the libraries' calls (docs/deadlines.md). Any thread. */
 void shd_request_cancel(shd_request *request);

@@ -29,6 +29,7 @@ typedef enum shd_rank {
     SHD_RANK_SPARE,    /* memory that is in no use */
     SHD_RANK_ANSWERS,  /* answers that clients do not take */
     SHD_RANK_RECORDS,  /* what pictures share */
+    SHD_RANK_TABLES,   /* what was simulated, and would have to be again */
     SHD_RANK_PICTURES, /* finished pictures */
     SHD_RANK_MESHES,   /* meshes that clients have put, and would have to put again */
     SHD_RANKS

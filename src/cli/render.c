@@ -227,6 +227,30 @@ static int write_explanation(const char *scene, const cli_target *target, shd_re
     return written ? CLI_DONE : CLI_FAILED;
 }
 
+static bool ends_in(const char *text, const char *suffix) {
+    const size_t length = strlen(text), tail = strlen(suffix);
+    return length > tail && !strcasecmp(text + length - tail, suffix);
+}
+
+/* The suffix says what is written: a plot, or figures. */
+static int write_brdf(const char *scene, const cli_target *target, shd_request *request) {
+    const bool file = target->kind == TARGET_FILE;
+    const shd_brdf_form form = file && ends_in(target->path, ".svg")   ? SHD_BRDF_SVG
+                               : file && ends_in(target->path, ".png") ? SHD_BRDF_PNG
+                                                                       : SHD_BRDF_JSON;
+    unsigned char *data = NULL;
+    size_t size;
+    shd_error error;
+    bool written = false;
+    if (shd_request_brdf(request, form, &data, &size, &error))
+        cli_print_error(name_of(scene), &error);
+    else
+        written = form == SHD_BRDF_JSON ? write_json(target, (char *)data)
+                                        : write_bytes(target, data, size);
+    free(data);
+    return written ? CLI_DONE : CLI_FAILED;
+}
+
 /* Reads each scene, and has it used (unless `use` is NULL). The status is the last failure's. */
 static int use_scenes(const char *const *scenes, size_t count, const shd_engine_options *options,
                       const cli_target *target, use_scene *use) {
@@ -256,6 +280,7 @@ int cli_run(enum cli_command command, const char *const *scenes, size_t count,
     static use_scene *const uses[] = {[CLI_RENDER] = write_pictures,
                                       [CLI_EXPLAIN] = write_explanation,
                                       [CLI_COMPARE] = write_comparison,
+                                      [CLI_BRDF] = write_brdf,
                                       [CLI_CHECK] = NULL};
     cli_target target = {.format = SHD_PNG};
     const int result = command == CLI_RENDER  ? find_picture_target(options->output, &target)
@@ -264,7 +289,7 @@ int cli_run(enum cli_command command, const char *const *scenes, size_t count,
     if (result != CLI_DONE) return result;
     target.words = !options->json && !options->output && isatty(STDOUT_FILENO);
     shd_engine_options engine = options->engine;
-    if (command == CLI_EXPLAIN || command == CLI_CHECK)
+    if (command == CLI_EXPLAIN || command == CLI_BRDF || command == CLI_CHECK)
         engine.threads = 1; /* nothing is rendered */
     return use_scenes(scenes, count, &engine, &target, uses[command]);
 }

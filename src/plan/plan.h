@@ -119,6 +119,9 @@ typedef struct shd_plan {
      * model, a light with a shape, or traced rays. All of it is lit in the exact tier's f64
      * (shade/extended.h), so that kernels and bounds of all other scenes know nothing of it. */
     bool extended;
+    /* [scene->material_count]: what the microgeometry of each material reflects (shade/westin.h);
+     * NULL for others. NULL: there is none, or it is not simulated yet. */
+    const struct shd_westin *const *westin;
     /* For people and the Shaded-Plan header: "tier=standard; lights=3/4; error<=2.1e-06 linear, 1
      * code, 0.012 deltaE2000". Bounds that are not known are left out. "; asked=draft" follows a
      * tier that was not asked for. "; cut<=0.0043" comes last if rays go on: plan/paths.h. */

@@ -47,7 +47,8 @@ static bool same_extension(const shd_plan_material *x, const shd_plan_material *
     return a->model == b->model && a->sigma == b->sigma &&
            !memcmp(&a->fresnel, &b->fresnel, sizeof a->fresnel) &&
            same_color(a->opacity, b->opacity) && same_color(a->reflection, b->reflection) &&
-           same_color(a->transmission, b->transmission) && a->ior == b->ior;
+           same_color(a->transmission, b->transmission) && a->ior == b->ior &&
+           shd_same_microgeometry(a->microgeometry, b->microgeometry);
 }
 
 static bool same_material(const void *things, size_t x, size_t y) {

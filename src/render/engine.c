@@ -6,10 +6,14 @@
 #include "base/machine.h"
 #include "image/image.h"
 #include "render/tiles/reuse.h"
+#include "render/westin_tables.h"
 
 /* Bytes that are kept between requests for each thread: a picture of 1920 x 1080 fits. And those
  * that are kept even if nobody asks for them for long: a picture of 512 x 512. */
 enum { SPARE_BYTES = 64 << 20, REST_BYTES = 8 << 20 };
+
+/* Tables of some 15 microgeometries. */
+enum { TABLE_BYTES = 32 << 20 };
 
 const char *shd_version(void) {
     return SHADED_VERSION;
@@ -82,6 +86,8 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
         status = shd_reuse_new(options->reuse, options->budget, &engine->reuse, error);
     if (status == SHD_OK)
         status = shd_store_new(options->mesh_store, options->budget, &engine->store, error);
+    if (status == SHD_OK)
+        status = shd_westin_tables_new(TABLE_BYTES, options->budget, &engine->westin, error);
     if (status == SHD_OK) status = shd_pool_new(threads, options->queue, &engine->pool, error);
     if (status != SHD_OK) {
         shd_engine_drop(engine);
@@ -89,6 +95,7 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
     }
     shd_budget_yield(engine->budget, SHD_RANK_SPARE, give_spares, engine->spares);
     shd_budget_yield(engine->budget, SHD_RANK_RECORDS, shd_reuse_trim, engine->reuse);
+    shd_budget_yield(engine->budget, SHD_RANK_TABLES, shd_westin_tables_trim, engine->westin);
     shd_budget_yield(engine->budget, SHD_RANK_MESHES, give_meshes, engine->store);
     if (options->reuse) shd_pool_when_idle(engine->pool, shd_reuse_touch, engine->reuse);
     *out = engine;
@@ -117,6 +124,7 @@ void shd_engine_drop(shd_engine *engine) {
         shd_pool_drop(engine->pool);
         shd_reuse_drop(engine->reuse);
         shd_store_drop(engine->store);
+        shd_westin_tables_drop(engine->westin);
         shd_spares_drop(engine->spares);
     }
     shd_color_config_drop(engine->color);

@@ -8,6 +8,7 @@
 
 struct shd_reuse;
 struct shd_store;
+struct shd_westin_tables;
 
 struct shd_engine {
     bool borrows; /* all but the colors and the limits belongs to another engine */
@@ -17,6 +18,7 @@ struct shd_engine {
     shd_color_config *color;
     struct shd_reuse *reuse; /* what earlier pictures have left */
     struct shd_store *store; /* of meshes */
+    struct shd_westin_tables *westin;
     shd_limits limits;
     shd_isa isa;      /* of the kernels */
     bool floats_only; /* for tests: no colors go straight to codes, which gives the same bytes */

@@ -1,6 +1,7 @@
 #include "render/planning.h"
 
 #include "render/show/shown.h"
+#include "render/westin_tables.h"
 
 shd_status shd_plan_make(const shd_scene *scene, shd_isa isa, const shd_shown *shown,
                          const atomic_bool *cancelled, shd_arena *arena, const shd_plan **out,
@@ -23,5 +24,6 @@ shd_status shd_rendering_plan(shd_rendering *r, const shd_scene *scene, shd_erro
     const shd_shown *shown = NULL;
     shd_status status = shd_shown_make(r, scene, &shown, error);
     if (status != SHD_OK) return status;
-    return shd_plan_make(scene, r->engine->isa, shown, r->cancelled, r->arena, &r->plan, error);
+    status = shd_plan_make(scene, r->engine->isa, shown, r->cancelled, r->arena, &r->plan, error);
+    return status == SHD_OK ? shd_rendering_simulate(r, error) : status;
 }

@@ -8,11 +8,12 @@
 
 typedef struct shd_rendering {
     shd_engine *engine;
-    shd_arena *arena;             /* of all that is made */
-    const shd_limits *limits;     /* the request's */
-    const atomic_bool *cancelled; /* the request's flag */
-    shd_color_lease **lease;      /* of the request's adjusted transforms */
-    const shd_plan *plan;         /* NULL until shd_rendering_plan */
+    shd_arena *arena;               /* of all that is made */
+    const shd_limits *limits;       /* the request's */
+    const atomic_bool *cancelled;   /* the request's flag */
+    shd_color_lease **lease;        /* of the request's adjusted transforms */
+    struct shd_held_table **tables; /* the request's, of microgeometries */
+    const shd_plan *plan;           /* NULL until shd_rendering_plan */
     shd_times times;
     uint64_t saturated; /* values that were held in a sample's range */
     uint64_t clipped;   /* color samples of integer pictures that were */

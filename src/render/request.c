@@ -11,6 +11,7 @@
 #include "render/show/output.h"
 #include "render/tell/estimate.h"
 #include "render/tiles/fragments.h"
+#include "render/westin_tables.h"
 
 shd_status shd_request_new(shd_engine *engine, shd_request **out, shd_error *error) {
     shd_request *request = calloc(1, sizeof *request);
@@ -28,7 +29,8 @@ shd_status shd_request_new(shd_engine *engine, shd_request **out, shd_error *err
                                          .arena = arena,
                                          .limits = &request->limits,
                                          .cancelled = &request->cancelled,
-                                         .lease = &request->lease};
+                                         .lease = &request->lease,
+                                         .tables = &request->tables};
     shd_report_init(&request->report, arena);
     *out = request;
     return SHD_OK;
@@ -44,6 +46,7 @@ void shd_request_drop(shd_request *request) {
     if (!request) return;
     for (size_t i = 0; i < request->picture_count; i++) free(request->pictures[i].data);
     for (const shd_held_mesh *m = request->held; m; m = m->next) shd_stored_drop(m->stored);
+    shd_held_tables_drop(request->tables);
     shd_arena_drop(request->rendering.arena);
     shd_color_lease_drop(request->lease);
     free(request);

@@ -20,6 +20,7 @@ struct shd_request {
     shd_report report;
     const shd_scene *scene;
     shd_held_mesh *held;
+    struct shd_held_table *tables;
     bool held_full; /* the arena had no room to hold more */
     char etag[33];
     shd_picture *pictures; /* one an output */

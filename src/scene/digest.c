@@ -99,6 +99,11 @@ static void put_extension(sink *s, const shd_material *m) {
         put_numbers(s, m->fresnel.n, 3);
         put_numbers(s, m->fresnel.k, 3);
     }
+    const shd_microgeometry *micro = m->microgeometry;
+    if (micro) {
+        put_count(s, micro->type);
+        put_numbers(s, (double[]){micro->angle, micro->warp, micro->weft, micro->slope}, 4);
+    }
     if (memcmp(values, usual, sizeof values) != 0) {
         put_count(s, SIZE_MAX - 1);
         put_numbers(s, values, SHD_LENGTH(values));

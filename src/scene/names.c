@@ -29,4 +29,5 @@ const char *const shd_model_names[] = {[SHD_MODEL_PHONG] = "phong",
                                        [SHD_MODEL_PHONG_NORMALIZED] = "phong-normalized",
                                        [SHD_MODEL_OREN_NAYAR] = "oren-nayar",
                                        [SHD_MODEL_COOK_TORRANCE] = "cook-torrance",
-                                       [SHD_MODEL_WESTIN] = NULL};
+                                       [SHD_MODEL_WESTIN] = "westin",
+                                       [SHD_MODEL_COUNT] = NULL};

@@ -160,6 +160,11 @@ void shd_lay_over_matte(shd_scene *scene);
 
 shd_field_read shd_read_materials; /* r->named */
 
+shd_field_read shd_read_microgeometry; /* const shd_microgeometry *; NULL: it is wrong */
+
+/* An error if facets of that color would send on more light than arrives. NAN is none. */
+void shd_check_facets(shd_reader *r, const shd_node *node, const double diffuse[3]);
+
 /* Converts a color of the space `from` into the working space, in place. It becomes NAN if it
  * cannot be converted, which is an error, or if one of the spaces is not known (`from` is NULL). */
 void shd_convert_color(shd_reader *r, const shd_node *node, const shd_space_info *from,

@@ -18,6 +18,7 @@ typedef struct raw_material {
     raw_lobes further;
     double sigma;
     shd_fresnel fresnel;
+    const shd_microgeometry *microgeometry;
     bool preset; /* the values of a preset are here */
     double opacity[3], reflection[3], transmission[3], ior;
     double alpha; /* of `diffuse`; negative: it has none */
@@ -107,13 +108,14 @@ static void read_diffuse(shd_reader *r, const shd_node *node, void *out) {
     if (!shd_get_alpha(r, node, raw->diffuse, &raw->alpha)) shd_read_color(r, node, raw->diffuse);
 }
 
-enum { AMBIENT = 1, OPACITY = 2 }; /* marks */
+enum { AMBIENT = 1, DIFFUSE = 2, MICRO = 4, OPACITY = 8 }; /* marks */
 
 /* The kinds of materials, which are models and one more, as bits of shd_field.kinds. */
 enum {
     SHINY = 1 << SHD_MODEL_PHONG | 1 << SHD_MODEL_BLINN_PHONG | 1 << SHD_MODEL_PHONG_NORMALIZED,
     FACETS = 1 << SHD_MODEL_COOK_TORRANCE,
     OREN_NAYAR = 1 << SHD_MODEL_OREN_NAYAR,
+    WESTIN = 1 << SHD_MODEL_WESTIN,
     BARE_METAL = SHD_MODEL_COUNT, /* has its model by its preset, and only what all models have */
     ANY_KIND = (2 << SHD_MODEL_COUNT) - 1
 };
@@ -128,12 +130,13 @@ static const shd_field material_fields[] = {
     {"preset", .read = read_preset, .kinds = SHINY | FACETS | 1 << BARE_METAL},
     {"emissive", shd_read_color, .offset = AT(emissive)},
     {"ambient", shd_read_color, AT(ambient), .mark = AMBIENT},
-    {"diffuse", .read = read_diffuse},
+    {"diffuse", .read = read_diffuse, .mark = DIFFUSE},
     {"specular", shd_read_color, AT(first.specular), .kinds = SHINY},
     {"shininess", shd_read_number, AT(first.shininess), SHINY, .range = &shd_not_negative},
     {"lobes", read_lobes, AT(further), .kinds = SHINY | FACETS},
     {"sigma", shd_read_degrees, AT(sigma), OREN_NAYAR, .range = &facet_angle},
     {"fresnel", shd_read_fresnel, AT(fresnel), .kinds = FACETS},
+    {"microgeometry", shd_read_microgeometry, AT(microgeometry), WESTIN, .mark = MICRO},
     {"side", shd_read_choice, AT(side), .choices = sides},
     {"opacity", shd_read_opacity, AT(opacity), .mark = OPACITY},
     {"reflection", shd_read_bounced, .offset = AT(reflection)},
@@ -232,6 +235,7 @@ static void make_material(shd_reader *r, const raw_material *raw, const char *na
                           .model = (shd_model)raw->model,
                           .sigma = raw->sigma,
                           .fresnel = raw->fresnel,
+                          .microgeometry = raw->microgeometry,
                           .ior = raw->ior};
     for (int c = 0; c < 3; c++) out->opacity[c] = raw->alpha < 0 ? raw->opacity[c] : raw->alpha;
     memcpy(out->reflection, raw->reflection, sizeof out->reflection);
@@ -257,6 +261,13 @@ static raw_material default_material(shd_reader *r, shd_model model) {
     return raw;
 }
 
+static void check_westin(shd_reader *r, const shd_node *node, const raw_material *raw) {
+    const shd_node diffuse = shd_node_member(node, "diffuse");
+    const unsigned seen = r->seen, wrong = r->wrong;
+    if (!(seen & MICRO)) shd_wrong(r, node, "the member \"microgeometry\" is missing");
+    if (!(wrong & DIFFUSE)) shd_check_facets(r, &diffuse, raw->diffuse);
+}
+
 static void read_material(shd_reader *r, const shd_node *node, const char *name,
                           shd_material *out) {
     static const char *const names[] = {[SHD_MODEL_PHONG] = "a material",
@@ -265,6 +276,7 @@ static void read_material(shd_reader *r, const shd_node *node, const char *name,
                                             "a phong-normalized material",
                                         [SHD_MODEL_OREN_NAYAR] = "an oren-nayar material",
                                         [SHD_MODEL_COOK_TORRANCE] = "a cook-torrance material",
+                                        [SHD_MODEL_WESTIN] = "a westin material",
                                         [BARE_METAL] = "a measured metal without `model`"};
     const int model = shd_read_model(r, node);
     const bool known = model >= 0, metal = model == SHD_MODEL_COOK_TORRANCE;
@@ -274,6 +286,7 @@ static void read_material(shd_reader *r, const shd_node *node, const char *name,
                          known ? 1u << kind : ANY_KIND, known ? names[kind] : "a material", &raw))
         return;
     if (!known) r->wrong |= SHD_SOME_FIELD;
+    if (model == SHD_MODEL_WESTIN) check_westin(r, node, &raw);
     if (metal && raw.further.given) raw.first = (shd_lobe){.shininess = 1};
     if (r->seen & OPACITY && raw.alpha >= 0)
         shd_wrong(r, node, "give either `opacity` or a fourth component of `diffuse`, not both");

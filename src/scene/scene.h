@@ -86,6 +86,24 @@ typedef struct shd_fresnel {
     double n[3], k[3];
 } shd_fresnel;
 
+typedef enum shd_microgeometry_type {
+    SHD_GROOVES,
+    SHD_WEAVE,
+    SHD_HEIGHTFIELD
+} shd_microgeometry_type;
+
+/* The small surface that a Westin material's reflectance is simulated of: see docs/model.md. What
+ * its type does not have is 0. */
+typedef struct shd_microgeometry {
+    shd_microgeometry_type type;
+    double angle;      /* of the grooves' sides with the surface, radians, 0 to 70 degrees */
+    double warp, weft; /* radii of threads that are 1 apart, 0.2 to 0.5 */
+    double slope;      /* of the height field, RMS, 0 to 2 */
+} shd_microgeometry;
+
+/* NULL is like NULL alone. */
+bool shd_same_microgeometry(const shd_microgeometry *a, const shd_microgeometry *b);
+
 typedef struct shd_lobe {
     double specular[3]; /* Cook-Torrance: the weight, three times */
     double shininess;   /* >= 0; Cook-Torrance: the RMS slope of its facets */
@@ -102,8 +120,9 @@ typedef struct shd_material {
     size_t lobe_count; /* >= 1 */
     bool front_only;   /* side "front": the normal is not turned to face the viewer */
     shd_model model;
-    double sigma;        /* of the facets' angles, in radians; Oren-Nayar */
-    shd_fresnel fresnel; /* Cook-Torrance */
+    double sigma;                           /* of the facets' angles, in radians; Oren-Nayar */
+    shd_fresnel fresnel;                    /* Cook-Torrance */
+    const shd_microgeometry *microgeometry; /* Westin; else NULL */
     /* What counts only if the scene is traced. */
     double opacity[3];                     /* 1 */
     double reflection[3], transmission[3]; /* 0 */

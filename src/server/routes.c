@@ -59,6 +59,13 @@ static bool admit_picture(shd_exchange *exchange) {
                              all ? "" : "; for other formats OpenImageIO is not installed");
 }
 
+static bool admit_figure(shd_exchange *exchange) {
+    shd_brdf_form form;
+    return shd_accepts_figure(exchange->accept, &form) ||
+           shd_problem_reply(&exchange->reply, SHD_NOT_ACCEPTABLE,
+                             "this path answers application/json, image/svg+xml and image/png");
+}
+
 static bool refuse_type(shd_exchange *exchange, const char *field, const char *types) {
     const char *type = exchange->content_type;
     shd_problem_reply(&exchange->reply, SHD_BAD_TYPE, "%s%s: send Content-Type: %s",
@@ -98,6 +105,7 @@ static bool admit_media_types(shd_exchange *exchange) {
         return refuse_type(exchange, "Accept-Post", media_json);
     if (exchange->route == SHD_ROUTE_RENDER || exchange->route == SHD_ROUTE_PREVIEW)
         return admit_picture(exchange);
+    if (exchange->route == SHD_ROUTE_BRDF) return admit_figure(exchange);
     /* The contract and the schema are files rather than representations: no negotiation. */
     const char *type = exchange->settings->documents[exchange->route].media_type;
     return (type && strcmp(type, media_json) != 0) || admit_json(exchange);
@@ -209,11 +217,9 @@ bool shd_route_admit(shd_exchange *exchange) {
 
 /* NULL: a document is the answer. */
 static void (*const submits[SHD_ROUTE_OTHER])(shd_exchange *exchange) = {
-    [SHD_ROUTE_RENDER] = shd_render_submit,
-    [SHD_ROUTE_PREVIEW] = shd_preview_submit,
-    [SHD_ROUTE_EXPLAIN] = shd_explain_submit,
-    [SHD_ROUTE_COMPARE] = shd_compare_submit,
-    [SHD_ROUTE_MESHES] = shd_mesh_submit};
+    [SHD_ROUTE_RENDER] = shd_render_submit,   [SHD_ROUTE_PREVIEW] = shd_preview_submit,
+    [SHD_ROUTE_EXPLAIN] = shd_explain_submit, [SHD_ROUTE_COMPARE] = shd_compare_submit,
+    [SHD_ROUTE_BRDF] = shd_brdf_submit,       [SHD_ROUTE_MESHES] = shd_mesh_submit};
 
 void shd_route_answer(shd_exchange *exchange) {
     const shd_route route = exchange->route;

@@ -3,13 +3,26 @@
 #include <string.h>
 
 #include "shade/exact.h"
+#include "shade/westin.h"
+
+/* What its microgeometry does to light. False: it is not simulated. */
+static bool weigh_westin(const shd_plan *plan, const shd_surface *at, shd_vec3 toward,
+                         double row[SHD_BRDF_ROWS]) {
+    const size_t material = (size_t)(at->material - plan->materials);
+    const shd_westin *table = plan->westin ? plan->westin[material] : NULL;
+    if (!table) return false;
+    shd_westin_weigh(table, &plan->scene->objects[at->object], at, toward, row);
+    return true;
+}
 
 bool shd_weigh_extended(const shd_plan *plan, const shd_plan_light *light, const shd_surface *at,
                         double row[SHD_BRDF_ROWS]) {
-    (void)plan;
     shd_vec3 toward;
     const double factor = shd_arriving(light, at->position, &toward);
-    if (!(factor > 0) || !shd_brdf_weigh(at, toward, row)) return false;
+    if (!(factor > 0)) return false;
+    const bool westin = at->material->model == SHD_MODEL_WESTIN;
+    if (!(westin ? weigh_westin(plan, at, toward, row) : shd_brdf_weigh(at, toward, row)))
+        return false;
     for (size_t k = 0; k < 3 + 3 * at->material->lobe_count; k++) row[k] *= factor;
     return true;
 }

@@ -57,6 +57,7 @@ const BEGINNINGS = {
     "image/png": [0x89, 0x50, 0x4e, 0x47], "image/jpeg": [0xff, 0xd8, 0xff],
     "image/webp": [...Buffer.from("RIFF")], "image/tiff": [...Buffer.from("II*\0")],
     "image/x-exr": [0x76, 0x2f, 0x31, 0x01], "image/vnd.radiance": [...Buffer.from("#?RADIANCE")],
+    "image/svg+xml": [...Buffer.from("<")],
     "multipart/form-data": [...Buffer.from("--shaded-")], "application/yaml": [...Buffer.from("openapi: ")],
 };
 

@@ -44,6 +44,10 @@ FIRST = {
         "lacquer": {"model": "cook-torrance", "fresnel": {"f0": [0.04, 0.04, 0.05]}},
         "pane": {"diffuse": 0.2, "opacity": [0.5, 0.5, 0.5]},
         "veil": {"diffuse": [0.5, 0.4, 0.3, 0.5]},
+        "cloth": {"model": "westin", "diffuse": 0.4, "side": "both",
+                  "microgeometry": {"type": "weave", "warp": 0.4, "weft": 0.3}},
+        "wood": {"model": "westin", "diffuse": [0.4, 0.3, 0.2], "microgeometry": {"type": "grooves", "angle": 30}},
+        "sand": {"model": "westin", "diffuse": "#444", "microgeometry": {"type": "heightfield", "slope": 0.5}},
     },
     "objects": [
         {"type": "sphere", "radius": 1, "material": "clay", "interpolation": "gouraud",

@@ -24,7 +24,7 @@ METHODS = ["get", "head", "post", "put", "delete", "options", "patch", "trace"]
 # Header fields that HTTP itself defines for every message.
 GENERAL = {"date", "content-length", "content-type", "connection"}
 # Nothing from outside makes the server fail.
-SCENE_PATHS = ("/v1/render", "/v1/explain", "/v1/compare")
+SCENE_PATHS = ("/v1/render", "/v1/explain", "/v1/compare", "/v1/brdf")
 UNPROVOKED = {"urn:shaded:problem:internal", "urn:shaded:problem:memory"}
 PREVIEW = "/v1/preview/{material}"
 MESHES = "/v1/meshes/{sha256}"
@@ -212,6 +212,7 @@ class ServerTest(unittest.TestCase):
         self.preview_path()
         self.explain_path()
         self.compare_path()
+        self.brdf_path()
         self.mesh_path()
         self.busy()
         self.deadline()
@@ -323,6 +324,20 @@ class ServerTest(unittest.TestCase):
         self.check(self.daemon.post(path, black), path, "post", "200")
         self.refusals(path)
 
+    def brdf_path(self):
+        path = "/v1/brdf"
+        operation = DOCUMENT["paths"][path]["post"]
+        for example in operation["requestBody"]["content"]["application/json"]["examples"].values():
+            for media_type in operation["responses"]["200"]["content"]:
+                answer = self.daemon.post(path, example["value"], {"Accept": media_type})
+                self.check(answer, path, "post", "200")
+                self.assertEqual(answer.headers["Content-Type"], media_type)
+        warned = {"objects": [{"type": "sphere", "material": {"shininess": 2000}}]}
+        answer = self.daemon.post(path, warned)
+        self.check(answer, path, "post", "200")
+        self.assertTrue(answer.headers["Shaded-Warning"])
+        self.refusals(path)
+
     def put(self, daemon, status, body=b'{"positions": [0,0,0, 1,0,0, 0,1,0]}', digest=None,
             media_type="application/json"):
         path = "/v1/meshes/" + (digest or hashlib.sha256(body).hexdigest())
@@ -407,6 +422,9 @@ class ServerTest(unittest.TestCase):
         with Daemon("--timeout", "1") as daemon:
             for path in ("/v1/render", "/v1/compare"):
                 self.check(daemon.post(path, ENDLESS), path, "post", "504")
+            many = {"objects": [{"type": "sphere", "material": {
+                "model": "phong-normalized", "specular": 0.5, "shininess": i}} for i in range(300)]}
+            self.check(daemon.post("/v1/brdf", many), "/v1/brdf", "post", "504")
 
     def draining(self):
         daemon = Daemon("--threads", "1", "--timeout", "300", "--drain-time", "300")

@@ -247,6 +247,17 @@ static void write_wide(FILE *out, int size) {
     fputs("}", out);
 }
 
+static void write_weaves(FILE *out, int size) {
+    write_head(out, 32, 1, STANDARD);
+    fputs("\"objects\": [", out);
+    for (int i = 0; i < size; i++)
+        fprintf(out,
+                "%s{\"type\": \"sphere\", \"material\": {\"model\": \"westin\", \"microgeometry\": "
+                "{\"type\": \"weave\", \"warp\": 0.3%d}}}",
+                i ? "," : "", i);
+    fputs("]}", out);
+}
+
 typedef enum call { RENDER, COMPARE, EXPLAIN } call;
 
 typedef struct stage {
@@ -273,6 +284,7 @@ static const stage stages[] = {
     {"standard light", write_standard_light, 3000, RENDER, 1000},
     {"exact light", write_exact_light, 3000, RENDER, 1000},
     {"bright light", write_bright_light, 300, RENDER, 1000},
+    {"weaves", write_weaves, 2, RENDER, 0},
     {"png", write_png, 1000, RENDER, 0},
     {"deep png", write_deep_png, 1000, RENDER, 0},
     {"jpeg", write_jpeg, 1500, RENDER, 0},

@@ -33,6 +33,17 @@ LAYERS = ["beauty", "emissive", "ambient", "diffuse", "specular", "light.0", "no
           "depth", "object"]
 
 
+def westin():
+    for name, micro in (("grooves", {"angle": 50}), ("weave", {"warp": 0.3}), ("heightfield", {})):
+        yield f"westin {name}", {
+            "image": {"width": 24, "height": 20, "samples": 4},
+            "lights": [{"type": "point", "position": [2, 3, 2]},
+                       {"type": "directional", "direction": [1, -1, -2], "color": [0.2, 0.3, 0.5]}],
+            "objects": [{"type": "sphere",
+                         "material": {"model": "westin", "diffuse": [0.9, 0.5, 0.2],
+                                      "microgeometry": {"type": name, **micro}}}]}
+
+
 def smaller(document):
     """With as many pixels as a test has time for."""
     image = {"width": 512, "height": 512, "samples": 4, **document.get("image", {})}
@@ -168,7 +179,7 @@ def traced():
 
 
 def good():
-    for make in (corners, examples, made, many_lights, layered, traced):
+    for make in (corners, examples, made, many_lights, layered, westin, traced):
         yield from make()
 
 

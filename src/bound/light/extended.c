@@ -235,6 +235,9 @@ static double object_error(const shd_plan *plan, size_t index, double rounding) 
 const char *shd_no_linear_bound(const shd_plan *plan) {
     if (plan->scene->trace.depth)
         return "mirrors and glass carry rounding on by as much as their surfaces bend";
+    for (size_t m = 0; m < plan->scene->material_count; m++)
+        if (plan->materials[m].model == SHD_MODEL_WESTIN)
+            return "simulated microgeometry has noise, and no bound of its rounding";
     return "a light may touch a surface, or a value exceed what floats hold";
 }
 

@@ -15,7 +15,8 @@ static shd_rendering begin_beside(const shd_rendering *r, shd_arena *arena) {
                            .arena = arena,
                            .limits = r->limits,
                            .cancelled = r->cancelled,
-                           .lease = r->lease};
+                           .lease = r->lease,
+                           .tables = r->tables};
 }
 
 static void end_beside(shd_rendering *whole, const shd_rendering *part) {

@@ -10,6 +10,7 @@
 #include "render/show/output.h"
 #include "render/tell/json.h"
 #include "render/tell/words.h"
+#include "render/westin_tables.h"
 
 /* The bounds with what they count and, if one is not known, why. */
 static json_t *tell_bounds(const shd_plan *plan) {
@@ -90,6 +91,14 @@ static json_t *tell_objects(const shd_plan *plan) {
                      (json_int_t)plan->group_count, "list", list);
 }
 
+/* NULL: the material is not simulated. */
+static json_t *tell_noise(const shd_plan *plan, size_t material) {
+    const shd_westin *table = plan->westin ? plan->westin[material] : NULL;
+    if (!table) return NULL;
+    const shd_westin_error noise = shd_westin_noise(table);
+    return json_pack("{sf sf}", "rms", noise.rms, "max", noise.max);
+}
+
 static json_t *tell_materials(const shd_plan *plan) {
     const shd_scene *scene = plan->scene;
     json_t *list = json_array();
@@ -103,10 +112,12 @@ static json_t *tell_materials(const shd_plan *plan) {
         if (material->lobe_count) json_array_append_new(terms, json_string("specular"));
         for (size_t k = 0; k < material->lobe_count; k++)
             json_array_append_new(shininess, json_real(material->lobes[k].shininess));
-        json_array_append_new(
-            list, json_pack("{ss ss so so sI}", "material", scene->materials[group->material].name,
-                            "model", shd_model_names[material->model], "terms", terms, "shininess",
-                            shininess, "lights", (json_int_t)group->light_count));
+        json_array_append_new(list, json_pack("{ss ss so so sI so*}", "material",
+                                              scene->materials[group->material].name, "model",
+                                              shd_model_names[material->model], "terms", terms,
+                                              "shininess", shininess, "lights",
+                                              (json_int_t)group->light_count, "noise",
+                                              tell_noise(plan, group->material)));
     }
     return json_pack("{sI so}", "given", (json_int_t)scene->material_count, "groups", list);
 }
@@ -227,6 +238,7 @@ static shd_status explain_plan(shd_rendering *r, const shd_scene *scene, shd_exp
     shd_status status = shd_shown_make(r, scene, &e->shown, error);
     if (status == SHD_OK)
         status = shd_plan_make(scene, isa, e->shown, r->cancelled, r->arena, &r->plan, error);
+    if (status == SHD_OK) status = shd_rendering_simulate(r, error);
     if (status != SHD_OK) return status;
     e->plan = r->plan;
     bool *codes = shd_arena_alloc(r->arena, scene->output_count, sizeof *codes);

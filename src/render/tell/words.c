@@ -4,6 +4,7 @@
 
 #include "bound/light/extended.h"
 #include "render/tell/words.h"
+#include "shade/westin.h"
 
 enum { LIGHTS_NAMED = 8 }; /* lights that are left out and named; more are counted */
 
@@ -141,6 +142,21 @@ static void say_traced(json_t *words, const shd_explained *e) {
         say_line(words, "No ray goes on: all objects are opaque, and none mirrors or transmits.");
 }
 
+static void say_noise(json_t *words, const shd_plan *plan) {
+    for (size_t g = 0; plan->westin && g < plan->group_count; g++) {
+        const size_t material = plan->groups[g].material;
+        const shd_westin *table = plan->westin[material];
+        if (!table) continue;
+        const char *name = plan->scene->materials[material].name;
+        const shd_westin_error noise = shd_westin_noise(table);
+        say_line(
+            words,
+            "Material \"%s\" reflects by simulated microgeometry: the standard error of pi f_r "
+            "is %.2g in the mean, %.2g at most.",
+            name, noise.rms, noise.max);
+    }
+}
+
 static void say_samples(json_t *words, const shd_plan *plan) {
     const int samples = plan->scene->raster.samples;
     if (samples == 1)
@@ -183,6 +199,7 @@ json_t *shd_explain_words(const shd_explained *e) {
     say_lights(words, e->plan);
     say_objects(words, e->plan);
     say_traced(words, e);
+    say_noise(words, e->plan);
     say_samples(words, e->plan);
     say_outputs(words, e);
     say_tiers(words, e);

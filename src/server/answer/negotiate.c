@@ -106,6 +106,22 @@ bool shd_accepts_picture(const char *accept, shd_format *out) {
     return best > 0;
 }
 
+bool shd_accepts_figure(const char *accept, shd_brdf_form *out) {
+    static const char *const types[] = {[SHD_BRDF_JSON] = "application/json",
+                                        [SHD_BRDF_SVG] = "image/svg+xml",
+                                        [SHD_BRDF_PNG] = "image/png"};
+    if (!has_preferences(accept)) accept = "*/*";
+    double best = 0;
+    for (int form = 0; form <= SHD_BRDF_PNG; form++) {
+        int how = 0;
+        const double q = type_quality(accept, types[form], &how, 0);
+        if (!(q > best)) continue;
+        best = q;
+        *out = (shd_brdf_form)form;
+    }
+    return best > 0;
+}
+
 bool shd_accepts_gzip(const char *accept_encoding) {
     double star = 0, gzip = -1, identity = 0;
     for (const char *c = accept_encoding ? accept_encoding : ""; *c;) {

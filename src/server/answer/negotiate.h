@@ -7,6 +7,7 @@
 #include <stdbool.h>
 
 #include "base/format.h"
+#include "shaded.h"
 
 /* Whether `accept` admits the media type. Without the header, everything is acceptable. */
 bool shd_accepts(const char *accept, const char *media_type);
@@ -15,6 +16,10 @@ bool shd_accepts(const char *accept, const char *media_type);
  * a usual alias (image/jpg, image/exr, ...); between equals the first of shd_format, which is also
  * the cheapest. False: it admits none. */
 bool shd_accepts_picture(const char *accept, shd_format *out);
+
+/* The form of a material's figures that `accept` likes best: between equals JSON, then SVG. False:
+ * it admits none. */
+bool shd_accepts_figure(const char *accept, shd_brdf_form *out);
 
 /* Whether a Content-Type is JSON: application/json or anything/anything+json, any parameters. */
 bool shd_is_json(const char *content_type);

@@ -1,0 +1,149 @@
+/* Reading a Westin table: a product of quadratic B-splines over both directions. */
+#include "shade/westin.h"
+
+#include <math.h>
+
+#include "shade/westin_table.h"
+
+/* ---- The splines of a direction. ---- */
+
+typedef struct taps {
+    int way[9];
+    double weight[9];
+} taps;
+
+static int split(double u, double weight[3]) {
+    const double near = floor(u + 0.5), f = u - near;
+    weight[0] = 0.5 * (0.5 - f) * (0.5 - f);
+    weight[1] = 0.75 - f * f;
+    weight[2] = 0.5 * (0.5 + f) * (0.5 + f);
+    return (int)near;
+}
+
+/* The nodes before the pole are those across it; at the horizon the last ones repeat. */
+static taps taps_at(double rise, double turn) {
+    double by_rise[3], by_turn[3];
+    int r = split(rise * (SHD_WESTIN_RISES / (SHD_PI / 2)) - 0.5, by_rise);
+    if (r >= SHD_WESTIN_RISES) { /* on the horizon itself */
+        r = SHD_WESTIN_RISES - 1;
+        by_rise[0] = 0;
+        by_rise[1] = by_rise[2] = 0.5;
+    }
+    const int t = split(turn * (SHD_WESTIN_TURNS / (2 * SHD_PI)) - 0.5, by_turn);
+    taps out;
+    for (int a = 0; a < 3; a++)
+        for (int b = 0; b < 3; b++) {
+            int at = r + a - 1, around = t + b - 1;
+            if (at < 0) {
+                at = -1 - at;
+                around += SHD_WESTIN_TURNS / 2;
+            }
+            if (at >= SHD_WESTIN_RISES) at = SHD_WESTIN_RISES - 1;
+            out.way[3 * a + b] = at * SHD_WESTIN_TURNS + (around & (SHD_WESTIN_TURNS - 1));
+            out.weight[3 * a + b] = by_rise[a] * by_turn[b];
+        }
+    return out;
+}
+
+/* ---- Reflectance. ---- */
+
+static void add_terms(const shd_westin *table, const taps *view, const taps *light,
+                      double terms[SHD_WESTIN_BOUNCES]) {
+    for (int n = 0; n < SHD_WESTIN_BOUNCES; n++) terms[n] = 0;
+    for (int a = 0; a < 9; a++)
+        for (int b = 0; b < 9; b++) {
+            const float *rho = shd_westin_at(table, view->way[a], light->way[b]);
+            const double weight = view->weight[a] * light->weight[b];
+            for (int n = 0; n < SHD_WESTIN_BOUNCES; n++) terms[n] += weight * (double)rho[n];
+        }
+}
+
+static double rise_of(shd_vec3 way) {
+    return atan2(sqrt(way.x * way.x + way.y * way.y), way.z);
+}
+
+/* rho of each channel: pi f_r / kd. */
+static void find_rho(const shd_westin *table, shd_vec3 light, shd_vec3 view, const double kd[3],
+                     double out[3]) {
+    double turn = atan2(view.y, view.x), from = atan2(light.y, light.x);
+    if (table->isotropic) { /* the view stands on a node, so that only the difference counts */
+        from -= turn - SHD_PI / SHD_WESTIN_TURNS;
+        turn = SHD_PI / SHD_WESTIN_TURNS;
+    }
+    const taps v = taps_at(rise_of(view), turn), l = taps_at(rise_of(light), from);
+    double terms[SHD_WESTIN_BOUNCES];
+    add_terms(table, &v, &l, terms);
+    enum { LAST = SHD_WESTIN_BOUNCES - 1 };
+    for (int c = 0; c < 3; c++) {
+        out[c] = terms[LAST] / (1 - table->tail * kd[c]);
+        for (int n = LAST - 1; n >= 0; n--) out[c] = out[c] * kd[c] + terms[n];
+    }
+}
+
+void shd_westin_reflect(const shd_westin *table, shd_vec3 light, shd_vec3 view, const double kd[3],
+                        double out[3]) {
+    out[0] = out[1] = out[2] = 0;
+    if (!(light.z > 0 && view.z > 0)) return;
+    find_rho(table, light, view, kd, out);
+    for (int c = 0; c < 3; c++) out[c] *= kd[c];
+}
+
+shd_westin_error shd_westin_noise(const shd_westin *table) {
+    return table->noise;
+}
+
+/* ---- Surfaces. ---- */
+
+static shd_vec3 turn_by(const double linear[3][3], shd_vec3 v) {
+    double out[3];
+    for (int r = 0; r < 3; r++)
+        out[r] = linear[r][0] * v.x + linear[r][1] * v.y + linear[r][2] * v.z;
+    return (shd_vec3){out[0], out[1], out[2]};
+}
+
+/* The unit part of `axis` that is perpendicular to the normal. False: there is hardly any. */
+static bool lay_flat(shd_vec3 axis, shd_vec3 normal, shd_vec3 *out) {
+    const double size = shd_length(axis);
+    const shd_vec3 flat = shd_madd(axis, normal, -shd_dot(axis, normal));
+    const double left = shd_length(flat);
+    if (!(left > 1e-3 * size)) return false;
+    *out = shd_scale(flat, 1 / left);
+    return true;
+}
+
+shd_vec3 shd_surface_tangent(const shd_object *object, shd_vec3 position, shd_vec3 normal) {
+    const shd_shape shape = object->shape;
+    shd_affine to_world, from_world;
+    shd_vec3 out;
+    if ((shape == SHD_SPHERE || shape == SHD_CYLINDER || shape == SHD_CONE || shape == SHD_TORUS) &&
+        shd_object_frame(object, &to_world, &from_world)) {
+        const shd_vec3 p = turn_by(from_world.linear, shd_sub(position, to_world.origin)),
+                       around = {p.z, 0, -p.x};
+        if (lay_flat(turn_by(to_world.linear, around), normal, &out)) return out;
+    }
+    const double(*linear)[3] = object->transform.linear;
+    const shd_vec3 x = {linear[0][0], linear[1][0], linear[2][0]},
+                   z = {linear[0][2], linear[1][2], linear[2][2]},
+                   y = {linear[0][1], linear[1][1], linear[2][1]};
+    if (lay_flat(x, normal, &out) || lay_flat(z, normal, &out) || lay_flat(y, normal, &out))
+        return out;
+    return (shd_vec3){1, 0, 0}; /* no invertible transform comes here */
+}
+
+void shd_westin_weigh(const shd_westin *table, const shd_object *object, const shd_surface *at,
+                      shd_vec3 toward, double row[3]) {
+    row[0] = row[1] = row[2] = 0;
+    const shd_vec3 n = at->normal;
+    shd_vec3 t = {0, 0, 0};
+    /* Any tangent is as good as another one for what does not depend on it. */
+    if (!table->isotropic)
+        t = shd_surface_tangent(object, at->position, n);
+    else if (!lay_flat((shd_vec3){1, 0, 0}, n, &t))
+        lay_flat((shd_vec3){0, 1, 0}, n, &t);
+    const shd_vec3 b = shd_cross(n, t),
+                   light = {shd_dot(toward, t), shd_dot(toward, b), shd_dot(toward, n)},
+                   view = {shd_dot(at->view, t), shd_dot(at->view, b), shd_dot(at->view, n)};
+    if (!(light.z > 0 && view.z > 0)) return;
+    find_rho(table, light, view, at->material->diffuse, row);
+    for (int c = 0; c < 3; c++) row[c] *= light.z;
+}
