@@ -163,9 +163,11 @@ static double swept_at(const void *context, double x) {
     return s->width * cosh(x) * fall_of(s->power, s->low + 2 * s->r * sine * sine);
 }
 
-/* The angle around the lobe's axis that is swept up to t. */
-static double turned(const swept *s, double t) {
-    return atan2(sin(t), cos(t) * fabs(s->offset));
+/* The angle around the lobe's axis that is swept between two t, less than a whole turn. */
+static double turned(const swept *s, double from, double to) {
+    const double size = fabs(s->offset), angle = atan2(sin(to), cos(to) * size) -
+                                                 atan2(sin(from), cos(from) * size);
+    return angle < -SHD_PI / 2 ? angle + 2 * SHD_PI : angle;
 }
 
 /* The edge's part, times n + 1. */
@@ -175,11 +177,11 @@ static double edge_lobe(const edge *e, shd_vec3 mirror, double power, double tol
     if (s.offset == 0) return 0;
     /* The angle itself where the power is nothing, and quadrature between. */
     const double half = (NOTHING / power - s.low) / (2 * s.r);
-    const double cut = half >= 1 ? SHD_PI : half > 0 ? 2 * asin(sqrt(half)) : 0;
+    const double cut = half >= 1 ? INFINITY : half > 0 ? 2 * asin(sqrt(half)) : 0;
     const double from = shd_smaller(shd_larger(s.from, -cut), s.to),
                  to = shd_larger(shd_smaller(s.to, cut), s.from);
-    if (!(to > from)) return copysign(turned(&s, s.to) - turned(&s, s.from), s.offset);
-    double sum = turned(&s, from) - turned(&s, s.from) + turned(&s, s.to) - turned(&s, to), off = 0;
+    if (!(to > from)) return copysign(turned(&s, s.from, s.to), s.offset);
+    double sum = turned(&s, s.from, from) + turned(&s, to, s.to), off = 0;
     const double size = fabs(s.offset);
     const double begin = asinh(from / s.width), end = asinh(to / s.width);
     if (begin < 0 && end > 0)

@@ -79,6 +79,7 @@ static int compare_real(const void *a, const void *b) {
     return x < y ? -1 : x > y;
 }
 
+/* The cubic between cuts makes roots at its ends smooth, which powers below 1 have there. */
 static real column(const problem *q, real x, real low, real high, int parts) {
     real cuts[4] = {low, end_of(q, q->at.normal, x), end_of(q, q->at.mirror, x), high}, sum = 0;
     for (int i = 1; i < 3; i++)
@@ -86,12 +87,12 @@ static real column(const problem *q, real x, real low, real high, int parts) {
         else if (cuts[i] > high) cuts[i] = high;
     qsort(cuts, 4, sizeof *cuts, compare_real);
     for (int i = 0; i < 3; i++)
-        for (int part = 0; part < parts && cuts[i + 1] > cuts[i]; part++) {
-            const real half = (cuts[i + 1] - cuts[i]) / (2 * parts);
-            for (int k = 0; k < NODES; k++)
-                sum += half * weights[k] *
-                       element(q, x, cuts[i] + half * (2 * part + 1 + nodes[k]));
-        }
+        for (int part = 0; part < parts && cuts[i + 1] > cuts[i]; part++)
+            for (int k = 0; k < NODES; k++) {
+                const real s = (2 * part + 1 + nodes[k]) / (2 * parts), all = cuts[i + 1] - cuts[i];
+                sum += all * 6 * s * (1 - s) * weights[k] / (2 * parts) *
+                       element(q, x, cuts[i] + all * s * s * (3 - 2 * s));
+            }
     return sum;
 }
 
