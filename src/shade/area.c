@@ -43,13 +43,18 @@ shd_area_method shd_area_choose(const shd_light *light, const shd_plan_lobe *lob
         closed &= light->type == SHD_LIGHT_RECT && shd_has_moments(lobes[k].shininess);
     }
     if (*off <= POINT_OFF) return SHD_AREA_POINT;
-    *off = closed ? 0 : 1e-6;
+    *off = closed ? 0 : SHD_AREA_TOLERANCE;
     return closed ? SHD_AREA_CLOSED : SHD_AREA_QUADRATURE;
 }
 
 /* Whether the light is a point for this weight: no horizon cuts it, and it is small. */
 static bool is_point(const shd_seen *seen, int side, double exponent) {
     return seen->size < TINY || (side == 1 && off_as_point(seen->size, exponent) <= POINT_OFF);
+}
+
+/* Whether a few points inside are exact. */
+static bool is_small(const shd_seen *seen, double exponent) {
+    return seen->size < SMALL && seen->size * seen->size * (exponent + 1) < SMALL;
 }
 
 static double held(double weight) {
@@ -76,7 +81,7 @@ static double weigh_power(const shd_seen *seen, shd_vec3 axis, double exponent, 
         return sum * seen->fall;
     }
     const bool steep = exponent < 2 && side < 1 && exponent != 1;
-    if (seen->size < SMALL && !steep && seen->size * seen->size * (exponent + 1) < SMALL)
+    if (!steep && is_small(seen, exponent))
         shd_cells_small(seen, power_at, &(power){axis, exponent}, 1, &sum);
     else
         sum = shd_contour_lobe(seen, axis, exponent, &off);
@@ -88,7 +93,7 @@ static double weigh_diffuse(const shd_seen *seen, shd_vec3 normal, int side) {
     double sum = 0;
     const power cosine = {normal, 1};
     if (is_point(seen, side, 1)) return shd_dot(normal, seen->toward) * seen->fall;
-    if (seen->size < SMALL)
+    if (is_small(seen, 1))
         shd_cells_small(seen, power_at, &cosine, 1, &sum);
     else
         sum = shd_contour_diffuse(seen, normal);
@@ -124,20 +129,40 @@ bool shd_area_weigh(const shd_light *light, const shd_surface *at, double *diffu
     return true;
 }
 
-double shd_area_integrate(const shd_light *light, const shd_surface *at, shd_area_function *f,
-                          const void *context, size_t count, double *row) {
+/* Adds the sum over a region, on both sides of its creases from `crease` on. Returns the error. */
+static double sum_parts(const shd_seen *seen, shd_vec3 peak, const shd_area_model *model,
+                        int crease, double *row) {
+    for (; crease < model->crease_count; crease++) {
+        if (shd_side_of_seen(seen, model->creases[crease], 0) != 0) continue;
+        double error = 0;
+        for (int side = 0; side < 2; side++) {
+            shd_seen part = *seen;
+            shd_clip_seen(&part, shd_scale(model->creases[crease], side ? -1 : 1));
+            if (part.count > 1) error += sum_parts(&part, peak, model, crease + 1, row);
+        }
+        return error;
+    }
+    if (!is_small(seen, model->sharpness)) return shd_cells_sum(seen, peak, model, row);
+    shd_cells_small(seen, model->weigh, model->context, model->count, row);
+    return 0;
+}
+
+double shd_area_integrate(const shd_light *light, const shd_surface *at,
+                          const shd_area_model *model, double *row) {
     shd_seen seen;
-    memset(row, 0, count * sizeof *row);
-    const int before = see_before(light, at, &seen);
+    memset(row, 0, model->count * sizeof *row);
+    int before = see_before(light, at, &seen);
     if (before < 0) return -1;
     double error = 0, gain = seen.gain;
-    if (is_point(&seen, before, 1)) {
-        f(context, seen.toward, row);
+    for (int i = 0; i < model->crease_count; i++) /* a point has no kink in it */
+        if (before && !shd_side_of_seen(&seen, model->creases[i], 0)) before = 0;
+    if (is_point(&seen, before, model->sharpness)) {
+        model->weigh(model->context, seen.toward, row);
         gain = seen.fall;
     } else {
-        error = shd_cells_sum(&seen, at->mirror, f, context, count, row);
+        error = sum_parts(&seen, at->mirror, model, 0, row);
     }
-    for (size_t k = 0; k < count; k++) row[k] = held(row[k] * gain);
+    for (size_t k = 0; k < model->count; k++) row[k] = held(row[k] * gain);
     return error * gain;
 }
 

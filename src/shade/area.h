@@ -25,6 +25,10 @@
 
 #include "shade/lighting.h"
 
+/* What quadrature may be off, of the most that a light adds: of Phong's lobes along the boundary,
+ * and of other models over directions. */
+static const double SHD_AREA_TOLERANCE = 1e-6, SHD_AREA_MODEL_TOLERANCE = 3e-5;
+
 /* How a light with a shape is summed. */
 typedef enum shd_area_method {
     SHD_AREA_POINT, /* as a point: it is small and far */
@@ -48,13 +52,28 @@ bool shd_area_weigh(const shd_light *light, const shd_surface *at, double *diffu
  * surface, adds. */
 typedef void shd_area_function(const void *context, shd_vec3 toward, double *row);
 
-enum { SHD_AREA_ROWS_MOST = 256 };
+enum { SHD_AREA_ROWS_MOST = 256, SHD_AREA_CREASES_MOST = 2 };
 
-/* The weights of any model: row[k] = 1/A integral of f(L)[k] dw, by adaptive quadrature over
- * directions, to 1e-6 of the largest. Returns an estimate from above of its error; negative: the
- * light adds nothing, and the row is 0. `count` is at most SHD_AREA_ROWS_MOST. */
-double shd_area_integrate(const shd_light *light, const shd_surface *at, shd_area_function *f,
-                          const void *context, size_t count, double *row);
+/* A model as it is integrated. */
+typedef struct shd_area_model {
+    shd_area_function *weigh;
+    const void *context;
+    size_t count; /* of rows, at most SHD_AREA_ROWS_MOST */
+    /* The exponent of a lobe (R.V)^n that is as sharp as the model is anywhere, or sharper. It
+     * tells when a light is so small that it is a point. */
+    double sharpness;
+    /* Planes through the point, by their normals, at which the weights may have a kink. With these
+     * the sum is as exact as for smooth weights. Those of Phong's lobes have W. */
+    shd_vec3 creases[SHD_AREA_CREASES_MOST];
+    int crease_count;
+} shd_area_model;
+
+/* The weights of any model: row[k] = 1/A integral of w(L)[k] dw, by adaptive quadrature over
+ * directions, to about 1e-5 of the largest if the weights are smooth beside their creases. Returns
+ * an estimate from above of its error, which is larger if they are not; negative: the light adds
+ * nothing, and the row is 0. */
+double shd_area_integrate(const shd_light *light, const shd_surface *at,
+                          const shd_area_model *model, double *row);
 
 /* A map of the unit square to the shape that keeps ratios of areas: of the flat shape, or of the
  * part of the sphere that faces the point `from` (all of it, seen from inside). */

@@ -63,7 +63,7 @@ static double fraction_at(const void *context, double t) {
     return (f->m0 + f->m1 * cos(t) + f->m2 * sin(t)) / (f->k + f->b * cos(t));
 }
 
-static double arc_diffuse(const shd_seen *s, const shd_piece *p, shd_vec3 normal) {
+static double arc_diffuse(const shd_seen *s, const shd_stretch *p, shd_vec3 normal) {
     const double r = s->radius, ca = shd_dot(s->center, s->a), cb = shd_dot(s->center, s->b);
     const double aside = sqrt(ca * ca + cb * cb), turn = aside > 0 ? atan2(cb, ca) : 0;
     const double m1 = r * shd_dot(normal, shd_cross(s->center, s->b)),
@@ -100,7 +100,7 @@ typedef struct edge {
 } edge;
 
 /* The segment's own difference is exact, which that of its ends would not be. */
-static bool make_edge(const shd_seen *s, const shd_piece *p, edge *out) {
+static bool make_edge(const shd_seen *s, const shd_stretch *p, edge *out) {
     const shd_vec3 from = shd_seen_at(s, p->x[0], p->y[0]), to = shd_seen_at(s, p->x[1], p->y[1]);
     const shd_vec3 step = shd_madd(shd_scale(s->a, p->x[1] - p->x[0]), s->b, p->y[1] - p->y[0]);
     const shd_vec3 across = shd_cross(from, step);
@@ -165,8 +165,8 @@ static double swept_at(const void *context, double x) {
 
 /* The angle around the lobe's axis that is swept between two t, less than a whole turn. */
 static double turned(const swept *s, double from, double to) {
-    const double size = fabs(s->offset), angle = atan2(sin(to), cos(to) * size) -
-                                                 atan2(sin(from), cos(from) * size);
+    const double size = fabs(s->offset),
+                 angle = atan2(sin(to), cos(to) * size) - atan2(sin(from), cos(from) * size);
     return angle < -SHD_PI / 2 ? angle + 2 * SHD_PI : angle;
 }
 
@@ -218,7 +218,7 @@ static double solid_angle(const shd_seen *s) {
     double sum = 0;
     const shd_vec3 p = shd_seen_at(s, s->pieces[0].x[0], s->pieces[0].y[0]);
     for (int i = 1; i + 1 < s->count; i++) {
-        const shd_piece *e = &s->pieces[i];
+        const shd_stretch *e = &s->pieces[i];
         const shd_vec3 q = shd_seen_at(s, e->x[0], e->y[0]), r = shd_seen_at(s, e->x[1], e->y[1]);
         const double x0 = s->pieces[0].x[0], y0 = s->pieces[0].y[0];
         const double twice = (e->x[0] - x0) * (e->y[1] - y0) - (e->x[1] - x0) * (e->y[0] - y0);
@@ -262,7 +262,7 @@ static double swung_at(const void *context, double angle) {
 }
 
 /* It is cut where it is nearest to the lobe's axis, about, so that no lobe is missed. */
-static double arc_lobe(const shd_seen *s, const shd_piece *p, shd_vec3 mirror, double power,
+static double arc_lobe(const shd_seen *s, const shd_stretch *p, shd_vec3 mirror, double power,
                        double tolerance, double *error) {
     const swung c = {s, mirror, power};
     const double ahead = shd_dot(mirror, s->away);

@@ -12,14 +12,14 @@ static void set_rectangle(shd_seen *seen, double w, double h) {
     static const double sx[] = {-1, 1, 1, -1, -1}, sy[] = {-1, -1, 1, 1, -1};
     seen->count = 4;
     for (int i = 0; i < 4; i++)
-        seen->pieces[i] = (shd_piece){.x = {sx[i] * w / 2, sx[i + 1] * w / 2},
-                                      .y = {sy[i] * h / 2, sy[i + 1] * h / 2}};
+        seen->pieces[i] = (shd_stretch){.x = {sx[i] * w / 2, sx[i + 1] * w / 2},
+                                        .y = {sy[i] * h / 2, sy[i + 1] * h / 2}};
 }
 
 static void set_circle(shd_seen *seen, double radius) {
     seen->radius = radius;
     seen->count = 1;
-    seen->pieces[0] = (shd_piece){true, {radius, radius}, {0, 0}, 0, 2 * SHD_PI};
+    seen->pieces[0] = (shd_stretch){true, {radius, radius}, {0, 0}, 0, 2 * SHD_PI};
 }
 
 static double gain_of(double area) {
@@ -92,7 +92,7 @@ int shd_side_of_seen(const shd_seen *s, shd_vec3 normal, double slack) {
     const cut c = cut_of(s, normal);
     double low = INFINITY, high = -INFINITY;
     for (int i = 0; i < s->count; i++) {
-        const shd_piece *p = &s->pieces[i];
+        const shd_stretch *p = &s->pieces[i];
         for (int e = 0; e < 2; e++) {
             const double height = c.k + c.kx * p->x[e] + c.ky * p->y[e];
             low = shd_smaller(height, low);
@@ -106,16 +106,16 @@ int shd_side_of_seen(const shd_seen *s, shd_vec3 normal, double slack) {
 }
 
 static void add_arc(shd_seen *to, double from, double end) {
-    if (!(end > from) || to->count == SHD_PIECES_MOST) return;
-    shd_piece *p = &to->pieces[to->count++];
-    *p = (shd_piece){.arc = true, .from = from, .to = end};
+    if (!(end > from) || to->count == SHD_STRETCHES_MOST) return;
+    shd_stretch *p = &to->pieces[to->count++];
+    *p = (shd_stretch){.arc = true, .from = from, .to = end};
     p->x[0] = to->radius * cos(from);
     p->y[0] = to->radius * sin(from);
     p->x[1] = to->radius * cos(end);
     p->y[1] = to->radius * sin(end);
 }
 
-static void clip_arc(shd_seen *to, const shd_piece *p, const cut *c) {
+static void clip_arc(shd_seen *to, const shd_stretch *p, const cut *c) {
     if (c->k >= c->swing) {
         to->pieces[to->count++] = *p;
         return;
@@ -134,14 +134,14 @@ static void clip_arc(shd_seen *to, const shd_piece *p, const cut *c) {
     }
 }
 
-static void clip_segment(shd_seen *to, const shd_piece *p, const cut *c) {
+static void clip_segment(shd_seen *to, const shd_stretch *p, const cut *c) {
     double t[2] = {0, 1}, height[2];
     for (int e = 0; e < 2; e++) height[e] = c->k + c->kx * p->x[e] + c->ky * p->y[e];
     if (!(height[0] > 0) && !(height[1] > 0)) return;
     const double where = height[0] / (height[0] - height[1]);
     if (!(height[0] > 0)) t[0] = where;
     if (!(height[1] > 0)) t[1] = where;
-    shd_piece *out = &to->pieces[to->count++];
+    shd_stretch *out = &to->pieces[to->count++];
     *out = *p;
     for (int e = 0; e < 2; e++) {
         if (t[e] == e) continue;
@@ -153,14 +153,14 @@ static void clip_segment(shd_seen *to, const shd_piece *p, const cut *c) {
 /* Closes the gap that a cut has left, if it is wider than rounding. */
 static void close_gaps(shd_seen *s) {
     const int kept = s->count;
-    shd_piece closed[SHD_PIECES_MOST];
+    shd_stretch closed[SHD_STRETCHES_MOST];
     int count = 0;
-    for (int i = 0; i < kept && count < SHD_PIECES_MOST - 1; i++) {
-        const shd_piece *p = &s->pieces[i], *next = &s->pieces[(i + 1) % kept];
+    for (int i = 0; i < kept && count < SHD_STRETCHES_MOST - 1; i++) {
+        const shd_stretch *p = &s->pieces[i], *next = &s->pieces[(i + 1) % kept];
         closed[count++] = *p;
         const double dx = next->x[0] - p->x[1], dy = next->y[0] - p->y[1];
         if (dx != 0 || dy != 0)
-            closed[count++] = (shd_piece){.x = {p->x[1], next->x[0]}, .y = {p->y[1], next->y[0]}};
+            closed[count++] = (shd_stretch){.x = {p->x[1], next->x[0]}, .y = {p->y[1], next->y[0]}};
     }
     for (int i = 0; i < count; i++) s->pieces[i] = closed[i];
     s->count = count;
@@ -170,7 +170,7 @@ void shd_clip_seen(shd_seen *seen, shd_vec3 normal) {
     const cut c = cut_of(seen, normal);
     shd_seen out = *seen;
     out.count = 0;
-    for (int i = 0; i < seen->count && out.count < SHD_PIECES_MOST - 2; i++) {
+    for (int i = 0; i < seen->count && out.count < SHD_STRETCHES_MOST - 2; i++) {
         if (seen->pieces[i].arc)
             clip_arc(&out, &seen->pieces[i], &c);
         else
@@ -186,7 +186,7 @@ bool shd_is_in_seen(const shd_seen *s, shd_vec3 direction) {
     const shd_vec3 at = shd_sub(shd_scale(direction, s->height / ahead), s->center);
     const double x = shd_dot(at, s->a), y = shd_dot(at, s->b);
     for (int i = 0; i < s->count; i++) {
-        const shd_piece *p = &s->pieces[i];
+        const shd_stretch *p = &s->pieces[i];
         if (p->arc ? x * x + y * y >= s->radius * s->radius
                    : (p->x[1] - p->x[0]) * (y - p->y[0]) <= (p->y[1] - p->y[0]) * (x - p->x[0]))
             return false;

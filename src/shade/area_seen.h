@@ -5,13 +5,13 @@
 
 #include "shade/lighting.h"
 
-typedef struct shd_piece {
+typedef struct shd_stretch {
     bool arc;
     double x[2], y[2]; /* where it begins and ends */
     double from, to;   /* angles of an arc, counterclockwise, at most 2 pi apart */
-} shd_piece;
+} shd_stretch;
 
-enum { SHD_PIECES_MOST = 16 };
+enum { SHD_STRETCHES_MOST = 16 };
 
 /* The region's points are center + x a + y b, as seen from the point, in a unit of length in which
  * all of them are about 1 away at most. a and b are unit, perpendicular, and a x b points away from
@@ -21,7 +21,7 @@ typedef struct shd_seen {
     shd_vec3 center, a, b, away; /* away = a x b */
     double height;               /* of the point under the region's plane: center.away */
     double radius;               /* of arcs, around x = y = 0 */
-    shd_piece pieces[SHD_PIECES_MOST];
+    shd_stretch pieces[SHD_STRETCHES_MOST];
     int count;       /* 0: nothing is seen */
     double size;     /* half of the shape's largest extent, of its distance */
     double gain;     /* 1 / A */
