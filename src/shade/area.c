@@ -72,10 +72,22 @@ static void power_at(const void *context, shd_vec3 toward, double *row) {
     *row = shd_weigh_lobe(p->exponent, 1, shd_dot(off, off) / 2);
 }
 
+/* Whether the power is less than e^-40 all over the shape, which is in the cone of sine `size`
+ * around its middle. */
+static bool is_faint(const shd_seen *seen, shd_vec3 axis, double exponent) {
+    const double s = seen->size, z = shd_dot(axis, seen->toward);
+    if (!(s < 1)) return false;
+    const double cosine = sqrt((1 - s) * (1 + s));
+    if (!(z < cosine)) return false;
+    const double most = z * cosine + sqrt((1 - z) * (1 + z)) * s;
+    return most <= 0 ? exponent > 0 : exponent * log(most) < -40;
+}
+
 /* The mean of (axis.L)^n over the region, times its solid angle over A. */
 static double weigh_power(const shd_seen *seen, shd_vec3 axis, double exponent, int side,
                           double *error) {
     double off = 0, sum = 0;
+    if (is_faint(seen, axis, exponent)) return 0;
     if (is_point(seen, side, exponent)) {
         power_at(&(power){axis, exponent}, seen->toward, &sum);
         return sum * seen->fall;
