@@ -29,6 +29,13 @@ FIRST = {
         {"position": [1, 1, 1, 0], "name": "", "color": 1, "intensity": 1, "ambient": 0, "frame": "world",
          "attenuation": [1, 0, 0], "minDistance": 0},
         {"type": "directional", "position": [1, 1, 1, 0]},
+        {"type": "rect", "name": "window", "position": [0, 4, 0], "direction": [0, -1, 0],
+         "up": [0, 0, 1], "size": [2, 1], "visible": True, "color": 1, "intensity": 1,
+         "ambient": 0, "frame": "world"},
+        {"type": "disc", "position": [0, 4, 0, 1], "direction": [0, -1, 0], "radius": 0.5,
+         "visible": False, "color": 1, "intensity": 1, "ambient": 0, "frame": "world"},
+        {"type": "sphere", "position": [3, 3, 3], "radius": 0.5, "visible": True, "color": 1,
+         "intensity": 1, "ambient": 0, "frame": "camera"},
     ],
     "interpolation": "phong",
     "materials": {
@@ -236,6 +243,16 @@ OF_FIRST = [
     # Materials
     [put("/materials/" + LONG, {})],
     [put("/materials/tin", {"diffuse": "red"})],
+    [put("/lights/6/size", [1, 0])],
+    [push("/lights/6/size", 1)],
+    [put("/lights/6/up", [0, 2, 0])],
+    [put("/lights/6/radius", 1)],
+    [put("/lights/6/attenuation", [0, 0, 1])],
+    [put("/lights/7/radius", 0)],
+    [put("/lights/7/up", [0, 1, 0])],
+    [put("/lights/7/position", [1, 1, 1, 0])],
+    [put("/lights/8/direction", [0, 1, 0])],
+    [put("/lights/8/minDistance", 1)],
     [put("/materials/clay/model", "blinn")],
     [put("/materials/clay/preset", "no such")],
     [put("/materials/clay/diffuse/0", "x")],
@@ -398,6 +415,7 @@ def catalogue(document, written):
         yield Mistake(" & ".join(names) + f" #{written.index(edits)}", *edits)
     for pointer, value in places(document):
         if pointer:
-            yield Mistake(f"kind of {pointer}", put(pointer, True))
+            other = "yes" if isinstance(value, bool) else True
+            yield Mistake(f"kind of {pointer}", put(pointer, other))
         if isinstance(value, dict):
             yield Mistake(f"unknown in {pointer}", put(pointer + "/zzz", True))
