@@ -37,6 +37,10 @@ size_t shd_plan_cull(const shd_plan *plan, const shd_patch *patch, const uint32_
     const double cosine = patch->cos_spread, sine = sqrt(fmax(0, 1 - cosine * cosine));
     for (size_t i = 0; i < count; i++) {
         const shd_plan_light *light = &plan->lights[in[i]];
+        if (light->shape) { /* It is not where its middle is. */
+            out[kept++] = in[i];
+            continue;
+        }
         const shd_vec3 path =
             light->directional ? light->toward : shd_sub(light->position, patch->center);
         if (!is_behind_patch(light, patch, sine, path) &&

@@ -141,6 +141,15 @@ shd_field_read shd_read_camera;        /* shd_camera */
 shd_field_read shd_read_image;         /* shd_raster */
 shd_field_read shd_read_lights;        /* these fill a shd_scene */
 shd_field_read shd_read_objects;
+
+/* Makes `across` and `up` of a light with a shape perpendicular to its direction. Without
+ * `given_up`, up is +y, or -z for a light that shines straight up or down. */
+void shd_turn_shape(shd_reader *r, const shd_node *node, bool given_up, shd_light *light);
+
+/* How many lights of the scene are visible, and their shapes as objects with a material each, which
+ * are added to r->materials. `node` is the scene's list of objects. */
+size_t shd_count_emitters(const shd_scene *scene);
+void shd_add_emitters(shd_reader *r, const shd_node *node, shd_object *objects);
 shd_field_read shd_read_output;
 shd_field_read shd_read_outputs;
 

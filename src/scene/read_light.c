@@ -4,14 +4,18 @@
 #include "scene/read.h"
 
 /* A light's kind is its shd_light_type. A bare light has no type, only a homogeneous position. */
-enum { BARE_KIND = SHD_LIGHT_SPOT + 1, KINDS };
+enum { BARE_KIND = SHD_LIGHT_SPHERE + 1, KINDS };
 
 /* The kinds as bits of shd_field.kinds. */
 enum {
     DIRECTIONAL = 1 << SHD_LIGHT_DIRECTIONAL,
     SPOT = 1 << SHD_LIGHT_SPOT,
+    RECT = 1 << SHD_LIGHT_RECT,
+    ROUND = 1 << SHD_LIGHT_DISC | 1 << SHD_LIGHT_SPHERE,
+    SHAPED = RECT | ROUND,
+    FACING = RECT | 1 << SHD_LIGHT_DISC,
     PLACED = 1 << SHD_LIGHT_POINT | SPOT | 1 << BARE_KIND,
-    NOT_AMBIENT = PLACED | DIRECTIONAL,
+    NOT_AMBIENT = PLACED | DIRECTIONAL | SHAPED,
     ANY = (1 << KINDS) - 1
 };
 
@@ -50,7 +54,20 @@ static void read_attenuation(shd_reader *r, const shd_node *node, void *out) {
         shd_wrong(r, node, "the terms must not all be 0: the light would be infinite");
 }
 
-enum { WITH_DIRECTION = 1, COLOR = 2, INTENSITY = 4 }; /* marks */
+static void read_size(shd_reader *r, const shd_node *node, void *out) {
+    double size[2];
+    if (shd_get_numbers(r, node, 2, 2, "an array of 2 numbers: width, height", size))
+        memcpy(out, size, sizeof size);
+}
+
+static void read_visible(shd_reader *r, const shd_node *node, void *out) {
+    if (json_is_boolean(node->value))
+        *(bool *)out = json_is_true(node->value);
+    else
+        shd_wrong(r, node, "expected true or false");
+}
+
+enum { WITH_DIRECTION = 1, COLOR = 2, INTENSITY = 4, WITH_UP = 8 }; /* marks */
 
 #define AT(member) offsetof(raw_light, member)
 
@@ -60,7 +77,7 @@ static const shd_range share = {0, 1, false, false, "0 to 1"};
 static const shd_field light_fields[] = {
     {"type", .read = NULL},
     {"position", read_position, AT(position), .kinds = NOT_AMBIENT},
-    {"direction", shd_read_direction, AT(light.direction), DIRECTIONAL | SPOT,
+    {"direction", shd_read_direction, AT(light.direction), DIRECTIONAL | SPOT | FACING,
      .mark = WITH_DIRECTION},
     {"color", shd_read_color, AT(light.color), .mark = COLOR},
     {"intensity", shd_read_number, AT(intensity), .mark = INTENSITY},
@@ -70,6 +87,10 @@ static const shd_field light_fields[] = {
     {"angle", shd_read_degrees, AT(light.angle), SPOT, .range = &half_angle},
     {"penumbra", shd_read_number, AT(light.penumbra), SPOT, .range = &share},
     {"exponent", shd_read_number, AT(light.exponent), SPOT, .range = &shd_not_negative},
+    {"up", shd_read_direction, AT(light.up), RECT, .mark = WITH_UP},
+    {"size", read_size, AT(light.size), RECT, .range = &shd_positive},
+    {"radius", shd_read_number, AT(light.radius), ROUND, .range = &shd_positive},
+    {"visible", read_visible, AT(light.visible), .kinds = SHAPED},
     {"frame", shd_read_choice, AT(frame), NOT_AMBIENT, .choices = frames},
     {"name", .read = shd_read_label},
 };
@@ -108,8 +129,11 @@ static void to_world(shd_reader *r, const shd_node *node, shd_light *light) {
     light->position = shd_add(camera->position, from_camera(camera, light->position));
     if (!shd_is_finite(light->position))
         shd_wrong(r, node, "its position in the camera frame is too far away to be a number");
-    if (light->type == SHD_LIGHT_DIRECTIONAL || light->type == SHD_LIGHT_SPOT)
+    if (light->type != SHD_LIGHT_POINT)
         shd_normalize(from_camera(camera, light->direction), &light->direction);
+    if (!shd_has_shape(light->type)) return;
+    light->across = from_camera(camera, light->across);
+    light->up = from_camera(camera, light->up);
 }
 
 /* Sets color * intensity, which goes to the ambient share of an ambient light. It is NAN if it is
@@ -125,7 +149,11 @@ static void scale_color(shd_reader *r, const shd_node *node, raw_light *raw) {
 }
 
 static raw_light default_light(shd_reader *r, shd_light_type type) {
-    static const shd_vec3 places[] = {[SHD_LIGHT_POINT] = {3, 3, 3}, [SHD_LIGHT_SPOT] = {0, 4, 0}};
+    static const shd_vec3 places[] = {[SHD_LIGHT_POINT] = {3, 3, 3},
+                                      [SHD_LIGHT_SPOT] = {0, 4, 0},
+                                      [SHD_LIGHT_RECT] = {0, 4, 0},
+                                      [SHD_LIGHT_DISC] = {0, 4, 0},
+                                      [SHD_LIGHT_SPHERE] = {3, 3, 3}};
     raw_light raw = {.position.at[3] = NAN,
                      .intensity = 1,
                      .frame = WORLD,
@@ -134,7 +162,12 @@ static raw_light default_light(shd_reader *r, shd_light_type type) {
                                .direction = {0, -1, 0},
                                .attenuation = {1, 0, 0},
                                .angle = 30 * (SHD_PI / 180),
-                               .penumbra = 0.2}};
+                               .penumbra = 0.2,
+                               .size = {1, 1},
+                               .radius = 0.5}};
+    /* Far away, a shape is like a point whose light falls off by the square. */
+    if (shd_has_shape(type))
+        memcpy(raw.light.attenuation, (double[]){0, 0, 1}, sizeof raw.light.attenuation);
     if (type == SHD_LIGHT_DIRECTIONAL) shd_normalize((shd_vec3){0, -1, -1}, &raw.light.direction);
     shd_default_color(r, 1, raw.light.color);
     return raw;
@@ -146,16 +179,17 @@ static int read_kind(shd_reader *r, const shd_node *node) {
                    position = shd_node_member(node, "position");
     if (type.value) return shd_read_name(r, &type, shd_light_names);
     if (json_is_array(position.value) && json_array_size(position.value) != 3) return BARE_KIND;
-    shd_wrong(r, node,
-              "a light needs a `type` (ambient, directional, point or spot), or a `position` "
-              "of four components");
+    shd_wrong(
+        r, node,
+        "a light needs a `type` (ambient, directional, point, spot, rect, disc or sphere), or "
+        "a `position` of four components");
     return -1;
 }
 
 static void read_light(shd_reader *r, const shd_node *node, shd_light *out) {
-    static const char *const names[KINDS] = {"an ambient light", "a directional light",
-                                             "a point light", "a spot light",
-                                             "a light without `type`"};
+    static const char *const names[KINDS] = {
+        "an ambient light", "a directional light", "a point light",  "a spot light",
+        "a rect light",     "a disc light",        "a sphere light", "a light without `type`"};
     if (!shd_is_object(r, node)) return;
     const int kind = read_kind(r, node);
     const bool known = kind >= 0, bare = kind == BARE_KIND;
@@ -171,6 +205,10 @@ static void read_light(shd_reader *r, const shd_node *node, shd_light *out) {
     const bool bare_direction = bare && raw.position.at[3] == 0;
     if (bare_direction) raw.light.type = SHD_LIGHT_DIRECTIONAL;
     place_light(r, node, &raw);
+    if (shd_has_shape(raw.light.type)) {
+        const bool right = !(r->wrong & (WITH_DIRECTION | WITH_UP));
+        shd_turn_shape(r, node, right && r->seen & WITH_UP, &raw.light);
+    }
     if (bare_direction) {
         /* Distance means nothing for a directional light. */
         memcpy(raw.light.attenuation, (double[]){1, 0, 0}, sizeof raw.light.attenuation);

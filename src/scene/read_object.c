@@ -127,19 +127,21 @@ void shd_read_objects(shd_reader *r, const shd_node *node, void *out) {
         shd_hold_to_limit(r, node, "the scene asks for", json_array_size(node->value),
                           SHD_LIMIT_OBJECTS, r->limits->objects);
     /* Every object has one material, so there are at most as many materials. */
-    shd_object *objects = shd_take(r, count, sizeof *objects);
-    r->materials = shd_take(r, count, sizeof *r->materials);
+    const size_t emitters = shd_count_emitters(out);
+    shd_object *objects = shd_take(r, count + emitters, sizeof *objects);
+    r->materials = shd_take(r, count + emitters, sizeof *r->materials);
     if (!objects || !r->materials) return;
     for (size_t i = 0; i < count && !shd_is_cancelled(r->cancelled); i++) {
         shd_node object = shd_node_item(node, i);
         read_object(r, &object, &objects[i]);
     }
+    if (emitters) shd_add_emitters(r, node, objects + count);
     shd_hold_to_limit(r, node, "the scene asks for", r->triangles, SHD_LIMIT_TRIANGLES,
                       r->limits->triangles);
-    assert(r->material_count <= count);
+    assert(r->material_count <= count + emitters);
     shd_scene *scene = out;
     scene->objects = objects;
-    scene->object_count = count;
+    scene->object_count = count + emitters;
     scene->materials = r->materials;
     scene->material_count = r->material_count;
 }

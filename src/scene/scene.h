@@ -52,8 +52,9 @@ static inline bool shd_has_shape(shd_light_type type) {
 /* A light in the world frame, into which lights of the camera frame are carried over. */
 typedef struct shd_light {
     shd_light_type type;
-    shd_vec3 position;  /* point, spot */
-    shd_vec3 direction; /* the way that the light travels, unit; directional, spot */
+    shd_vec3 position;  /* point, spot; the middle of a shape */
+    shd_vec3 direction; /* the way that the light travels, unit; directional, spot, rect,
+                         * disc, which shine to that side */
     double color[3];    /* Il = color * intensity */
     /* The light's own ambient share, intensity not applied. An ambient light has its color *
      * intensity here, too, and its `color` is 0. */
@@ -63,11 +64,18 @@ typedef struct shd_light {
     double angle;          /* half-angle of the cone, in (0, pi]; spot */
     double penumbra;       /* share of the angle over which it fades, 0 to 1; spot */
     double exponent;       /* of (cos t)^exponent; spot */
-    shd_vec3 across, up;   /* unit, perpendicular to `direction` and each other; rect */
-    double size[2];        /* along `across` and `up`; rect */
-    double radius;         /* disc, sphere */
-    bool visible;          /* whether the camera sees the shape */
+    /* Unit, perpendicular to `direction` and each other, across x up = direction; rect, disc. */
+    shd_vec3 across, up;
+    double size[2]; /* along `across` and `up`; rect */
+    double radius;  /* disc, sphere */
+    bool visible;   /* whether the camera sees the shape */
 } shd_light;
+
+/* The area of a light's shape, or of its outline if it is a sphere. */
+static inline double shd_light_area(const shd_light *light) {
+    return light->type == SHD_LIGHT_RECT ? light->size[0] * light->size[1]
+                                         : SHD_PI * light->radius * light->radius;
+}
 
 /* How light is reflected. All but Phong are lit in the exact tier's arithmetic. */
 typedef enum shd_model {
@@ -171,6 +179,9 @@ typedef struct shd_object {
     size_t material;             /* index into shd_scene.materials */
     shd_interpolation interpolation;
     int segments; /* slices of a tessellated analytic shape, 3 to 1024 */
+    /* The light whose visible shape this is; NULL: an object of the document. It follows these. Its
+     * material emits what the camera sees of it; its other side is black. */
+    const shd_light *emitter;
 } shd_object;
 
 typedef enum shd_tier { SHD_STANDARD, SHD_EXACT } shd_tier;

@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "shade/area.h"
 #include "shade/exact.h"
 #include "shade/westin.h"
 
@@ -15,14 +16,65 @@ static bool weigh_westin(const shd_plan *plan, const shd_surface *at, shd_vec3 t
     return true;
 }
 
+/* The weights of light from one direction. False: it adds nothing. */
+static bool weigh_toward(const shd_plan *plan, const shd_surface *at, shd_vec3 toward,
+                         double row[SHD_BRDF_ROWS]) {
+    const bool westin = at->material->model == SHD_MODEL_WESTIN;
+    return westin ? weigh_westin(plan, at, toward, row) : shd_brdf_weigh(at, toward, row);
+}
+
+typedef struct lit_point {
+    const shd_plan *plan;
+    const shd_surface *at;
+} lit_point;
+
+static void weigh_direction(const void *context, shd_vec3 toward, double *row) {
+    const lit_point *p = context;
+    if (!weigh_toward(p->plan, p->at, toward, row))
+        memset(row, 0, (3 + 3 * p->at->material->lobe_count) * sizeof *row);
+}
+
+/* How sharp a model's lobe is, as the exponent of a Phong lobe. Beckmann's is exp(-tan^2 / m^2) of
+ * H. */
+static double sharpness_of(const shd_plan_material *m) {
+    double most = m->model == SHD_MODEL_WESTIN ? 400 : 2;
+    for (size_t k = 0; k < m->lobe_count; k++) {
+        const double n = m->lobes[k].shininess;
+        most = shd_larger(m->model == SHD_MODEL_COOK_TORRANCE ? 2 / (n * n) : n, most);
+    }
+    return most;
+}
+
+/* A light with a shape: Phong's model by its boundary, others by quadrature over directions. */
+static bool weigh_shape(const shd_plan *plan, const shd_light *shape, const shd_surface *at,
+                        double row[SHD_BRDF_ROWS]) {
+    const shd_plan_material *m = at->material;
+    if (m->model != SHD_MODEL_PHONG) {
+        /* Lobes of R.V end at W's horizon, and Oren-Nayar's light changes where L and V stand at
+         * right angles around the normal. */
+        const shd_vec3 crease = m->model == SHD_MODEL_OREN_NAYAR
+                                    ? shd_madd(at->view, at->normal, -shd_dot(at->normal, at->view))
+                                    : at->mirror;
+        const lit_point point = {plan, at};
+        const shd_area_model model = {weigh_direction, &point,   3 + 3 * m->lobe_count,
+                                      sharpness_of(m), {crease}, 1};
+        return shd_area_integrate(shape, at, &model, row) >= 0;
+    }
+    double diffuse, lobes[1 + SHD_LOBES_MOST];
+    if (!shd_area_weigh(shape, at, &diffuse, lobes, NULL)) return false;
+    for (size_t c = 0; c < 3; c++) {
+        row[c] = diffuse;
+        for (size_t k = 0; k < m->lobe_count; k++) row[3 + 3 * k + c] = lobes[k];
+    }
+    return true;
+}
+
 bool shd_weigh_extended(const shd_plan *plan, const shd_plan_light *light, const shd_surface *at,
                         double row[SHD_BRDF_ROWS]) {
+    if (light->shape) return weigh_shape(plan, light->shape, at, row);
     shd_vec3 toward;
     const double factor = shd_arriving(light, at->position, &toward);
-    if (!(factor > 0)) return false;
-    const bool westin = at->material->model == SHD_MODEL_WESTIN;
-    if (!(westin ? weigh_westin(plan, at, toward, row) : shd_brdf_weigh(at, toward, row)))
-        return false;
+    if (!(factor > 0) || !weigh_toward(plan, at, toward, row)) return false;
     for (size_t k = 0; k < 3 + 3 * at->material->lobe_count; k++) row[k] *= factor;
     return true;
 }

@@ -178,8 +178,29 @@ def traced():
                 "objects": [floor, *objects]}
 
 
+def shaped():
+    """Lights with a shape, alone and together, near, far, cut by horizons, seen and not."""
+    lights = {"rect": {"type": "rect", "position": [1, 2, 1], "direction": [-1, -2, -1],
+                       "size": [1.2, 0.4]},
+              "disc": {"type": "disc", "position": [-1, 1.5, 1], "direction": [1, -1, -1]},
+              "sphere": {"type": "sphere", "position": [1.4, -0.6, 0.6], "radius": 0.5}}
+    objects = [{"type": "sphere", "material": {"specular": 0.5, "shininess": 40.5}},
+               {"type": "plane", "transform": {"translate": [0, -1, 0]},
+                "material": {"specular": 0.5, "shininess": 12}}]
+    small = {"image": {"width": 24, "height": 18}}
+    for name, light in lights.items():
+        yield f"{name} light", {**small, "lights": [light], "objects": objects}
+        yield f"{name} light, seen", {**small, "objects": objects,
+                                      "lights": [{**light, "visible": True}]}
+        far = {**light, "position": [2e6, 3e6, 1e6], "direction": [-2, -3, -1], "intensity": 1e13}
+        if name == "sphere":
+            del far["direction"]
+        yield f"{name} light, far", {**small, "lights": [far], "objects": objects}
+    yield "lights of all shapes", {**small, "lights": list(lights.values()), "objects": objects}
+
+
 def good():
-    for make in (corners, examples, made, many_lights, layered, westin, traced):
+    for make in (corners, examples, made, many_lights, layered, westin, traced, shaped):
         yield from make()
 
 

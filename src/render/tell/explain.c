@@ -9,6 +9,7 @@
 #include "render/request.h"
 #include "render/show/output.h"
 #include "render/tell/json.h"
+#include "render/tell/lamps.h"
 #include "render/tell/words.h"
 #include "render/westin_tables.h"
 
@@ -67,10 +68,16 @@ static json_t *tell_lights(const shd_plan *plan) {
         if (shd_is_cancelled_at(plan->cancelled, i)) break;
         uint32_t at;
         bool used = shd_plan_find_light(plan, i, &at);
-        json_array_append_new(list,
-                              json_pack("{sI ss sb ss?}", "light", (json_int_t)i, "type",
-                                        shd_light_names[scene->lights[i].type], "used", used, "why",
-                                        used ? NULL : shd_drop_reason(plan->drops[i])));
+        json_t *light = json_pack("{sI ss sb ss?}", "light", (json_int_t)i, "type",
+                                  shd_light_names[scene->lights[i].type], "used", used, "why",
+                                  used ? NULL : shd_drop_reason(plan->drops[i]));
+        if (used && plan->lights[at].shape) {
+            double off;
+            const shd_area_method method = shd_lamp_method(plan, at, &off);
+            json_object_set_new(light, "method", json_string(shd_lamp_method_name(method)));
+            json_object_set_new(light, "off", shd_tell_number(off));
+        }
+        json_array_append_new(list, light);
     }
     return json_pack("{sI sI so}", "given", (json_int_t)scene->light_count, "used",
                      (json_int_t)plan->light_count, "list", list);

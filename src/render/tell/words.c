@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "bound/light/extended.h"
+#include "render/tell/lamps.h"
 #include "render/tell/words.h"
 #include "shade/westin.h"
 
@@ -107,6 +108,32 @@ static void say_lights(json_t *words, const shd_plan *plan) {
                  plan->drop_tolerance, plan->drop_relative);
 }
 
+static void say_lamps(json_t *words, const shd_plan *plan) {
+    size_t told = 0;
+    for (uint32_t j = 0; j < plan->light_count && told < LIGHTS_NAMED; j++) {
+        const shd_light *light = plan->lights[j].shape;
+        if (!light) continue;
+        double off;
+        const shd_area_method method = shd_lamp_method(plan, j, &off);
+        const size_t index = plan->lights[j].index;
+        const char *type = shd_light_names[light->type];
+        told++;
+        if (method == SHD_AREA_POINT)
+            say_line(words,
+                     "Light %zu (%s): as a point, it is small and far: off by at most %.1e of what "
+                     "it adds at most.",
+                     index, type, off);
+        else if (method == SHD_AREA_CLOSED)
+            say_line(words, "Light %zu (%s): from all of its shape, in closed form.", index, type);
+        else
+            say_line(
+                words,
+                "Light %zu (%s): from all of its shape, by quadrature, to %.0e of what it adds "
+                "at most.",
+                index, type, off);
+    }
+}
+
 static void say_objects(json_t *words, const shd_plan *plan) {
     const shd_scene *scene = plan->scene;
     size_t pairs = 0;
@@ -197,6 +224,7 @@ json_t *shd_explain_words(const shd_explained *e) {
     say_bounds(words, e->plan);
     say_cost(words, &e->cost);
     say_lights(words, e->plan);
+    say_lamps(words, e->plan);
     say_objects(words, e->plan);
     say_traced(words, e);
     say_noise(words, e->plan);

@@ -1,0 +1,15 @@
+/* Integrals over a region's inside. Only for shade/. */
+#pragma once
+
+#include "shade/area.h"
+#include "shade/area_seen.h"
+
+/* Adds the integral of the weights dw to the row, by cells that are halved until they are good.
+ * They meet in the direction `peak` if the region has it, which is where weights should be
+ * steepest. Returns an estimate from above of the error. */
+double shd_cells_sum(const shd_seen *seen, shd_vec3 peak, const shd_area_model *model, double *row);
+
+/* The same by fixed points on the shape's plane, for a region so small that f is almost linear in
+ * it. Differences are exact there that boundary integrals lose. */
+void shd_cells_small(const shd_seen *seen, shd_area_function *f, const void *context, size_t count,
+                     double *row);
