@@ -14,10 +14,12 @@ typedef struct shadow_map {
     double (*pattern)[2]; /* [samples] */
 } shadow_map;
 
-/* What may be in the way: no list means all objects. */
+/* What may be in the way: no list means all objects. The visible shape of the light itself is not.
+ */
 typedef struct in_the_way {
     const uint32_t *list;
     size_t count;
+    const struct shd_light *shape; /* the light's, or NULL */
 } in_the_way;
 
 static bool dim(const shd_plan *plan, size_t object, double share[3]) {
@@ -32,7 +34,9 @@ static void follow_ray(const shadow_map *map, shd_ray ray, in_the_way way, doubl
         shd_meeting m;
         if (shd_is_cancelled_at(map->plan->cancelled, (size_t)crossed)) return;
         if (!shd_cast_ray(map->caster, &ray, way.list, way.count, map->solid, &m)) return;
-        if (map->solid[m.object] || !dim(map->plan, m.object, share)) {
+        const struct shd_light *emitter = map->plan->scene->objects[m.object].emitter;
+        const bool itself = emitter && emitter == way.shape;
+        if (map->solid[m.object] || (!itself && !dim(map->plan, m.object, share))) {
             memset(share, 0, 3 * sizeof *share);
             return;
         }
@@ -136,14 +140,14 @@ static void share_light(const void *context, const shd_plan_light *light, const 
                         double out[3]) {
     const shadow_map *map = context;
     const shd_plan *plan = map->plan;
-    in_the_way way = {NULL, 0};
+    in_the_way way = {NULL, 0, light->shape};
     for (int c = 0; c < 3; c++) out[c] = 1;
     const shd_vec3 own = own_normal(map, at);
     if (map->occlusion.pairs) {
         const size_t j = (size_t)(light - plan->lights);
         const shd_occluders *o = &map->occlusion.pairs[at->object * plan->light_count + j];
         if (o->count != (uint32_t)SHD_OCCLUDERS_ANY)
-            way = (in_the_way){map->occlusion.list + o->first, o->count};
+            way = (in_the_way){map->occlusion.list + o->first, o->count, light->shape};
         if (way.list && !way.count) return; /* a flat surface is no fold */
     }
     if (light->shape) {
@@ -169,7 +173,8 @@ const bool *shd_solid_objects(const shd_plan *plan, shd_arena *arena) {
     bool *solid = shd_arena_alloc(arena, count, sizeof *solid);
     for (size_t i = 0; solid && i < count; i++) {
         const double *opacity = plan->materials[plan->objects[i].material].from->opacity;
-        solid[i] = opacity[0] == 1 && opacity[1] == 1 && opacity[2] == 1;
+        solid[i] = opacity[0] == 1 && opacity[1] == 1 && opacity[2] == 1 &&
+                   !plan->scene->objects[i].emitter; /* its own light passes */
     }
     return solid;
 }
