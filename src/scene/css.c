@@ -305,57 +305,58 @@ static bool read_hex(css_reader *r, shd_css_color *out) {
     return true;
 }
 
+/* System colors of the text, and deprecated ones that it still knows. */
+static const char *const system_colors[] = {"accentcolor",
+                                            "accentcolortext",
+                                            "activetext",
+                                            "buttonborder",
+                                            "buttonface",
+                                            "buttontext",
+                                            "canvas",
+                                            "canvastext",
+                                            "field",
+                                            "fieldtext",
+                                            "graytext",
+                                            "highlight",
+                                            "highlighttext",
+                                            "linktext",
+                                            "mark",
+                                            "marktext",
+                                            "selecteditem",
+                                            "selecteditemtext",
+                                            "visitedtext",
+                                            "activeborder",
+                                            "activecaption",
+                                            "appworkspace",
+                                            "background",
+                                            "buttonhighlight",
+                                            "buttonshadow",
+                                            "captiontext",
+                                            "inactiveborder",
+                                            "inactivecaption",
+                                            "inactivecaptiontext",
+                                            "infobackground",
+                                            "infotext",
+                                            "menu",
+                                            "menutext",
+                                            "scrollbar",
+                                            "threeddarkshadow",
+                                            "threedface",
+                                            "threedhighlight",
+                                            "threedlightshadow",
+                                            "threedshadow",
+                                            "window",
+                                            "windowframe",
+                                            "windowtext",
+                                            NULL};
+
 static bool read_named(css_reader *r, shd_css_color *out) {
-    /* Those of the text, and those that it still knows. */
-    static const char *const system[] = {"accentcolor",
-                                         "accentcolortext",
-                                         "activetext",
-                                         "buttonborder",
-                                         "buttonface",
-                                         "buttontext",
-                                         "canvas",
-                                         "canvastext",
-                                         "field",
-                                         "fieldtext",
-                                         "graytext",
-                                         "highlight",
-                                         "highlighttext",
-                                         "linktext",
-                                         "mark",
-                                         "marktext",
-                                         "selecteditem",
-                                         "selecteditemtext",
-                                         "visitedtext",
-                                         "activeborder",
-                                         "activecaption",
-                                         "appworkspace",
-                                         "background",
-                                         "buttonhighlight",
-                                         "buttonshadow",
-                                         "captiontext",
-                                         "inactiveborder",
-                                         "inactivecaption",
-                                         "inactivecaptiontext",
-                                         "infobackground",
-                                         "infotext",
-                                         "menu",
-                                         "menutext",
-                                         "scrollbar",
-                                         "threeddarkshadow",
-                                         "threedface",
-                                         "threedhighlight",
-                                         "threedlightshadow",
-                                         "threedshadow",
-                                         "window",
-                                         "windowframe",
-                                         "windowtext",
-                                         NULL};
     const char *word = r->token.word;
     const shd_css_named *named = shd_css_find_name(word);
     double rgb[3] = {0};
     if (!strcmp(word, "currentcolor"))
         return fail(r, "currentcolor is the color of a text, and here is none");
-    if (is_among(word, system))
+    if (is_among(word, system_colors))
         return fail(r, "it is a color of whatever system shows it, and pictures are alike on all");
     if (named) {
         for (int c = 0; c < 3; c++) rgb[c] = (named->rgb >> (16 - 8 * c) & 0xff) / 255.0;

@@ -142,17 +142,18 @@ static void read_spaced(shd_reader *r, const shd_node *node, double *out) {
 }
 
 static void read_components(shd_reader *r, const shd_node *node, double *out, double *alpha) {
-    double rgba[4] = {0};
-    const bool four = json_array_size(node->value) == 4;
-    if (!shd_get_numbers(r, node, 3, 4, "an array of 3 numbers, or 4 with an alpha", rgba)) return;
-    if (four && !(rgba[3] >= 0 && rgba[3] <= 1)) {
+    double rgba[4] = {0, 0, 0, *alpha};
+    const bool good =
+        shd_get_numbers(r, node, 3, 4, "an array of 3 numbers, or 4 with an alpha", rgba);
+    if (rgba[3] >= 0 && rgba[3] <= 1) {
+        *alpha = rgba[3];
+    } else if (json_array_size(node->value) == 4) {
         const shd_node item = shd_node_item(node, 3);
         shd_wrong(r, &item, "an alpha is from 0 to 1, got %.9g", rgba[3]);
-        return;
     }
+    if (!good) return;
     shd_convert_color(r, node, r->colors, rgba);
     memcpy(out, rgba, 3 * sizeof *rgba);
-    if (four) *alpha = rgba[3];
 }
 
 void shd_read_color_alpha(shd_reader *r, const shd_node *node, double rgb[3], double *alpha) {
