@@ -228,7 +228,7 @@ OF_FIRST = [
     [put("/camera/position", [1.7e308, 1, 4]), put("/lights/2/position", [1.7e308, 0, 1.7e308])],
     # Materials
     [put("/materials/" + LONG, {})],
-    [put("/materials/tin", {"diffuse": "red"})],
+    [put("/materials/tin", {"diffuse": "rde"})],
     [put("/materials/clay/model", "blinn")],
     [put("/materials/clay/preset", "no such")],
     [put("/materials/clay/diffuse/0", "x")],
