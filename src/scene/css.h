@@ -1,5 +1,5 @@
 /* Colors as CSS writes them: CSS Color Module Level 4 (https://www.w3.org/TR/css-color-4/), the
- * text of 2025. Pure functions, any thread.
+ * text of 2026. Pure functions, any thread.
  *
  * Taken: the 148 names and `transparent`, hexadecimal notation, rgb() and rgba(), hsl() and hsla(),
  * hwb(), lab(), lch(), oklab(), oklch(), and color() with its predefined spaces. Letters count in
@@ -11,7 +11,8 @@
  * CSS holds many components in their ranges: rgb(300 0 0) at 255, a lightness at 100 %. Here they
  * stay what is written, as all numbers of a scene do: an intensity or a color out of gamut. What
  * CSS would hold, and means nothing beyond its range, is refused: an alpha outside of 0 to 1, a
- * negative chroma, a negative saturation. A function that is not closed is refused as well. */
+ * negative chroma, a negative saturation. A function that is not closed is refused as well, and
+ * names have no escapes. */
 #pragma once
 
 #include <stdbool.h>

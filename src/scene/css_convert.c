@@ -1,5 +1,7 @@
 /* Colors of CSS to linear sRGB. Matrices and curves are those of CSS Color Module Level 4, "Sample
- * code for Color Conversions". rec2020 has the curve of its text of 2025, a gamma of 2.4. */
+ * code for Color Conversions". rec2020 has a gamma of 2.4, as that text has it since the
+ * resolution on issue 12574 of csswg-drafts (2025). Before, it had the camera's curve of BT.2020,
+ * which browsers may still show. */
 #include <math.h>
 #include <string.h>
 
