@@ -58,6 +58,7 @@ typedef struct shd_catalog {
     const shd_space_info *scene_linear; /* the role's space: the default working space */
     const shd_space_info *colors; /* the default of `colorSpace`: lin_rec709, or scene_linear */
     const shd_space_info *css;    /* the space of "#rrggbb"; NULL if there is none */
+    const shd_space_info *rec709; /* linear Rec.709, of CSS's other colors; NULL: none */
 
     /* Converts one color in place between two spaces by name, to f32 accuracy: bit for bit if the
      * spaces are the same, and from sRGB to linear Rec.709 by IEC 61966-2-1 in f64. `self` is the

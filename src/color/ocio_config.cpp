@@ -154,8 +154,9 @@ void fill_catalog(shd_color_config *config) {
     catalog.displays = config->displays.data();
     catalog.display_count = config->displays.size();
     catalog.scene_linear = shd_catalog_space(&catalog, linear->getName());
-    catalog.colors = first_of(catalog, {"lin_rec709", "lin_rec709_srgb", "lin_srgb",
-                                        "Linear Rec.709 (sRGB)", linear->getName()});
+    catalog.rec709 =
+        first_of(catalog, {"lin_rec709", "lin_rec709_srgb", "lin_srgb", "Linear Rec.709 (sRGB)"});
+    catalog.colors = catalog.rec709 ? catalog.rec709 : catalog.scene_linear;
     catalog.css = first_of(
         catalog, {"sRGB", "srgb_tx", "srgb_texture", "sRGB - Texture", "Utility - sRGB - Texture"});
     if (!catalog.css && has_picking(ocio))

@@ -100,7 +100,7 @@ static void find_greys(shd_plan *plan) {
     for (size_t j = 0; j < plan->light_count; j++)
         plan->grey_lights &= shd_is_grey(plan->lights[j].color);
     plan->opaque = !scene->transparent;
-    plan->grey = plan->grey_lights && (scene->transparent || shd_is_grey(scene->background));
+    plan->grey = plan->grey_lights && shd_is_grey(scene->background);
     for (size_t i = 0; i < scene->material_count; i++) {
         const shd_plan_material *material = &plan->materials[i];
         plan->grey &= shd_is_grey(material->emissive) && shd_is_grey(material->ambient) &&

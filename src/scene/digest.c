@@ -61,8 +61,10 @@ static void put_view(sink *s, const shd_scene *scene) {
                          raster->w,     raster->h,      raster->samples};
     for (size_t i = 0; i < SHD_LENGTH(sizes); i++) put_count(s, (uint64_t)sizes[i]);
     put_numbers(s, scene->ambient, 3);
-    put_count(s, scene->transparent);
+    const bool partial = scene->transparent && scene->background_alpha > 0;
+    put_count(s, (uint64_t)scene->transparent + partial);
     put_numbers(s, scene->background, 3);
+    if (partial) put_numbers(s, &scene->background_alpha, 1);
     put_text(s, scene->working_space->name);
 }
 

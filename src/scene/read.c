@@ -1,9 +1,18 @@
 /* The document: its parts in the order in which they need each other. */
+#include <string.h>
+
 #include "scene/read.h"
 
 static void read_background(shd_reader *r, const shd_node *node, void *out) {
-    r->scene->transparent = json_is_null(node->value);
-    if (!r->scene->transparent) shd_read_color(r, node, out);
+    shd_scene *scene = r->scene;
+    double alpha = 1;
+    if (json_is_null(node->value))
+        alpha = 0;
+    else
+        shd_read_color_alpha(r, node, out, &alpha);
+    scene->transparent = alpha < 1;
+    if (scene->transparent) scene->background_alpha = alpha;
+    if (alpha == 0) memset(scene->background, 0, sizeof scene->background);
 }
 
 static void read_interpolation(shd_reader *r, const shd_node *node, void *out) {

@@ -179,6 +179,12 @@ void shd_check_facets(shd_reader *r, const shd_node *node, const double diffuse[
 void shd_convert_color(shd_reader *r, const shd_node *node, const shd_space_info *from,
                        double rgb[3]);
 
+/* Reads a color where an opacity may stand: [r, g, b, a], "#rrggbbaa" or any other color of CSS.
+ * Writes the working space's straight components, and the alpha in [0,1] if the document has one:
+ * *alpha is its caller's default otherwise, which is 1. After an error neither means anything, but
+ * both are as they were or finite. (shd_read_color takes no alpha but 1.) */
+void shd_read_color_alpha(shd_reader *r, const shd_node *node, double rgb[3], double *alpha);
+
 /* A grey in the space of plain numbers, as if the document had it; NAN as above. */
 void shd_default_color(shd_reader *r, double grey, double out[3]);
 

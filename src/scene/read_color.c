@@ -1,7 +1,7 @@
 /* Colors in every spelling, into the working space. */
-#include <stdlib.h>
 #include <string.h>
 
+#include "scene/css.h"
 #include "scene/read.h"
 
 void shd_read_space(shd_reader *r, const shd_node *node, void *out) {
@@ -84,34 +84,43 @@ void shd_read_plain_space(shd_reader *r, const shd_node *node, void *out) {
     if (isnan(white[0])) r->colors = NULL;
 }
 
-/* "#rgb" or "#rrggbb" */
-static bool parse_css(const char *text, double rgb[3]) {
-    size_t digits = text[0] == '#' ? strlen(text + 1) : 0;
-    if (digits != 3 && digits != 6) return false;
-    if (strspn(text + 1, "0123456789abcdefABCDEF") != digits) return false;
-    unsigned long value = strtoul(text + 1, NULL, 16);
-    for (int c = 0; c < 3; c++) {
-        unsigned shift = (unsigned)(2 - c) * (digits == 3 ? 4 : 8);
-        unsigned byte = digits == 3 ? (value >> shift & 0xf) * 0x11 : value >> shift & 0xff;
-        rgb[c] = byte / 255.0;
-    }
-    return true;
+/* Reports a text that is no color. A name gets a suggestion only if one is near: nobody wants to
+ * read all of them. */
+static void refuse_css(shd_reader *r, const shd_node *node, const char *text,
+                       const shd_css_wrong *wrong) {
+    const char *names[SHD_CSS_NAMES];
+    const shd_quoted quoted = shd_quote(text);
+    shd_hint hint = {""};
+    for (size_t i = 0; i < SHD_CSS_NAMES; i++) names[i] = shd_css_names[i].name;
+    if (wrong->name[0]) hint = shd_suggest(r->report, wrong->name, names, SHD_CSS_NAMES);
+    if (wrong->text[0])
+        shd_wrong(r, node, "\"%s\" is no color of CSS: %s", quoted.text, wrong->text);
+    else if (strstr(hint.text, "mean"))
+        shd_wrong(r, node, "there is no color \"%s\" in CSS%s", quoted.text, hint.text);
+    else
+        shd_wrong(r, node,
+                  "expected a color of CSS, as \"red\", \"#rrggbb\" or \"rgb(255 0 0)\", got "
+                  "\"%s\"",
+                  quoted.text);
 }
 
-static void read_css(shd_reader *r, const shd_node *node, double *out) {
-    double rgb[3];
+static void read_css(shd_reader *r, const shd_node *node, double *out, double *alpha) {
     const char *text = json_string_value(node->value);
-    if (!parse_css(text, rgb)) {
-        shd_wrong(r, node, "expected a color like \"#rgb\" or \"#rrggbb\", got \"%s\"",
-                  shd_quote(text).text);
+    shd_css_color color;
+    shd_css_wrong wrong;
+    if (!shd_css_read(text, &color, &wrong)) {
+        refuse_css(r, node, text, &wrong);
         return;
     }
-    if (!r->catalog->css) {
-        shd_wrong(r, node, "the color configuration has no sRGB space for \"#rrggbb\" colors");
+    const shd_space_info *space = color.linear ? r->catalog->rec709 : r->catalog->css;
+    if (!space) {
+        shd_wrong(r, node, "the color configuration has no %s space for colors like \"%s\"",
+                  color.linear ? "linear Rec.709" : "sRGB", shd_quote(text).text);
         return;
     }
-    shd_convert_color(r, node, r->catalog->css, rgb);
-    memcpy(out, rgb, sizeof rgb);
+    shd_convert_color(r, node, space, color.rgb);
+    memcpy(out, color.rgb, sizeof color.rgb);
+    *alpha = color.alpha;
 }
 
 typedef struct spaced_color {
@@ -132,19 +141,38 @@ static void read_spaced(shd_reader *r, const shd_node *node, double *out) {
     memcpy(out, rgb, sizeof rgb);
 }
 
-void shd_read_color(shd_reader *r, const shd_node *node, void *out) {
-    double rgb[3] = {0};
-    if (json_is_string(node->value)) {
-        read_css(r, node, out);
-    } else if (json_is_object(node->value)) {
-        read_spaced(r, node, out);
-    } else if (json_is_number(node->value)) {
-        convert_grey(r, node, json_number_value(node->value), out);
-    } else if (!json_is_array(node->value)) {
+static void read_components(shd_reader *r, const shd_node *node, double *out, double *alpha) {
+    double rgba[4] = {0, 0, 0, *alpha};
+    const bool good =
+        shd_get_numbers(r, node, 3, 4, "an array of 3 numbers, or 4 with an alpha", rgba);
+    if (rgba[3] >= 0 && rgba[3] <= 1) {
+        *alpha = rgba[3];
+    } else if (json_array_size(node->value) == 4) {
+        const shd_node item = shd_node_item(node, 3);
+        shd_wrong(r, &item, "an alpha is from 0 to 1, got %.9g", rgba[3]);
+    }
+    if (!good) return;
+    shd_convert_color(r, node, r->colors, rgba);
+    memcpy(out, rgba, 3 * sizeof *rgba);
+}
+
+void shd_read_color_alpha(shd_reader *r, const shd_node *node, double rgb[3], double *alpha) {
+    if (json_is_string(node->value))
+        read_css(r, node, rgb, alpha);
+    else if (json_is_object(node->value))
+        read_spaced(r, node, rgb);
+    else if (json_is_number(node->value))
+        convert_grey(r, node, json_number_value(node->value), rgb);
+    else if (json_is_array(node->value))
+        read_components(r, node, rgb, alpha);
+    else
         shd_node_expect(r->report, node,
                         "a color: a number, [r, g, b], \"#rrggbb\" or {space, value}");
-    } else if (shd_get_three(r, node, rgb)) {
-        shd_convert_color(r, node, r->colors, rgb);
-        memcpy(out, rgb, sizeof rgb);
-    }
+}
+
+void shd_read_color(shd_reader *r, const shd_node *node, void *out) {
+    double alpha = 1;
+    shd_read_color_alpha(r, node, out, &alpha);
+    if (alpha != 1)
+        shd_wrong(r, node, "an alpha below 1 may stand in `background` alone, got %.9g", alpha);
 }

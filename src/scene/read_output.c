@@ -460,7 +460,10 @@ void shd_lay_over_matte(shd_scene *scene) {
             memcmp(output->matte, matte, sizeof output->matte) != 0)
             return;
     }
-    if (!scene->transparent || !memcmp(matte, black, sizeof black)) return;
-    memcpy(scene->background, matte, sizeof scene->background);
+    const double alpha = scene->background_alpha;
+    if (!scene->transparent || (alpha == 0 && !memcmp(matte, black, sizeof black))) return;
+    for (int c = 0; c < 3; c++)
+        scene->background[c] = alpha * scene->background[c] + (1 - alpha) * matte[c];
     scene->transparent = false;
+    scene->background_alpha = 0;
 }

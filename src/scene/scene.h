@@ -249,8 +249,9 @@ typedef struct shd_scene {
     shd_camera camera;
     shd_raster raster;
     double ambient[3];
-    double background[3];
-    bool transparent; /* `background` null */
+    double background[3];    /* 0 if nothing of it is seen */
+    bool transparent;        /* the background has an alpha below 1, as null has */
+    double background_alpha; /* that alpha where it is not 0; of an opaque background 0 */
     const shd_space_info *working_space;
     const shd_light *lights;
     size_t light_count;
@@ -270,6 +271,11 @@ typedef struct shd_scene {
 
 static inline bool shd_is_traced(const shd_scene *scene) {
     return scene->trace.shadows || scene->trace.depth > 0;
+}
+
+/* Whether a background is seen where no object is. */
+static inline bool shd_has_background(const shd_scene *scene) {
+    return !scene->transparent || scene->background_alpha > 0;
 }
 
 /* The meshes that are kept. It finds one by its digest; NULL if there is none. The mesh stays as

@@ -52,7 +52,7 @@ const usual = {
     "query display": fc.oneof(fc.constantFrom("sRGB", "Rec.1886"), fc.string()),
     "query view": fc.oneof(fc.constantFrom("Standard", "Raw"), fc.string()),
     ...Object.fromEntries(["background", "emissive", "ambient", "diffuse", "specular"].map(name =>
-        [`query ${name}`, fc.oneof(fc.constantFrom("0.5", "1,0,0.25", "#fe0", "transparent"), fc.string())])),
+        [`query ${name}`, fc.oneof(fc.constantFrom("0.5", "1,0,0.25", "#fe0", "transparent", "teal", "lab(50% 20 -9)", "1,0,0,0.5"), fc.string())])),
     "query colorSpace": fc.oneof(fc.constantFrom("sRGB", "HSV", "ACEScg"), fc.string()),
 };
 

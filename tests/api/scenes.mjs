@@ -24,6 +24,14 @@ async function hints(daemon) {
     const linear = named(spaces.filter(entry => entry.sceneLinear));
     const number = fc.integer({ min: -8, max: 8 }).map(step => step / 4);
     const triangle = fc.array(number, { minLength: 9, maxLength: 9 });
+    const part = fc.integer({ min: 0, max: 20 }).map(step => step * 5);
+    const opaque = fc.oneof(
+        fc.constantFrom("red", "RebeccaPurple", " white ", "#1af", "#1af0b2", "#1afF", "color(srgb 1 0.5 none)"),
+        fc.constantFrom("rgb", "rgba", "hwb", "lab", "lch", "oklab", "oklch", "color(xyz", "color(display-p3")
+            .chain(name => fc.tuple(part, part, part).map(parts =>
+                `${name}${name.includes("(") ? " " : "("}${parts.join(name === "rgba" ? "," : " ")})`)));
+    const seenThrough = fc.oneof(opaque, fc.constantFrom("transparent", "#1af8", "hsl(20deg 50% 50% / 30%)"));
+    const colors = ["color", "ambient", "emissive", "diffuse", "specular", "matte"];
     const digest = await keepMesh(daemon);
     const side = fc.integer({ min: 3, max: 24 });
     return {
@@ -35,6 +43,8 @@ async function hints(daemon) {
             view: fc.constantFrom(displays[0].views[0]),
             looks: named(looks),
             preset: named(materials.filter(entry => entry.model === "phong")),
+            ...Object.fromEntries(colors.map(name => [name, opaque])),
+            background: seenThrough,
             material: named(materials),
         },
         members: {

@@ -103,7 +103,7 @@ static char *scene(const char *accuracy, bool plain, uint64_t seed) {
             plain ? 128 : 40, plain ? 96 : 32, plain || below(&random, 4) ? 1 : 3, accuracy,
             k.output, below(&random, 2) ? 0.1 : 0,
             below(&random, 4)   ? "0.02"
-            : below(&random, 2) ? "null"
+            : below(&random, 2) ? seed % 2 ? "null" : "[0.4, 0.4, 0.4, 0.3]"
                                 : "[0, 0, 0]",
             below(&random, 5) ? "" : "\"workingSpace\": \"ACEScg\", ",
             below(&random, 3) ? "perspective" : "orthographic");

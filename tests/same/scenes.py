@@ -199,8 +199,18 @@ def shaped():
     yield "lights of all shapes", {**small, "lights": list(lights.values()), "objects": objects}
 
 
+def seen_through():
+    for number, output in enumerate(({}, {"format": "exr", "layers": LAYERS}, {"format": "tiff", "bitDepth": 16},
+                                     {"format": "hdr", "matte": "#48c"})):
+        yield f"a background with an alpha {number}", {
+            "image": {"width": 40, "height": 30, "samples": [1, 4, 3, 4][number]}, "accuracy": ACCURACIES[number],
+            "background": "oklch(60% 0.1 200 / 40%)", "lights": [{"type": "point", "position": [2, 3, 4]}],
+            "objects": [{"type": "sphere", "material": {"diffuse": "tomato", "specular": "rgb(20% 20% 30%)"}}],
+            "output": output}
+
+
 def good():
-    for make in (corners, examples, made, many_lights, layered, westin, traced, shaped):
+    for make in (corners, examples, made, many_lights, layered, westin, traced, shaped, seen_through):
         yield from make()
 
 

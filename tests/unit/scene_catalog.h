@@ -54,6 +54,7 @@ static const shd_catalog scene_catalog = {.spaces = scene_spaces,
                                           .scene_linear = &scene_spaces[0],
                                           .colors = &scene_spaces[0],
                                           .css = &scene_spaces[2],
+                                          .rec709 = &scene_spaces[0],
                                           .convert = scene_catalog_convert};
 
 #endif

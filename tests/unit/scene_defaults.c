@@ -219,6 +219,36 @@ static void null_background_is_transparent(void **state) {
     drop(&r);
 }
 
+static void a_background_has_an_alpha(void **state) {
+    (void)state;
+    static const struct {
+        const char *document;
+        bool transparent;
+        double rgb, alpha;
+    } cases[] = {
+        {WITH("'background': [4, 4, 4, 1]"), false, 4, 0},
+        {WITH("'background': [4, 4, 4, 0.25]"), true, 4, .25},
+        {WITH("'background': [4, 4, 4, 0]"), true, 0, 0},
+        {WITH("'background': '#ffffff33'"), true, 1, .2},
+        {WITH("'background': 'rgb(51 51 51 / 25%)'"), true, .04, .25}, /* sRGB is a square here */
+        {WITH("'background': 'transparent'"), true, 0, 0},
+        {WITH("'background': 'white'"), false, 1, 0},
+        /* Where no output holds alpha, it is laid over the mattes if these are the same. */
+        {WITH("'background': [4, 4, 4, 0.25], 'output': {'format': 'jpeg', 'matte': 8}"), false, 7,
+         0},
+        {WITH("'background': [4, 4, 4, 0.25], 'output': {'format': 'jpeg'}"), false, 1, 0},
+        {WITH("'background': null, 'output': {'format': 'jpeg', 'matte': 8}"), false, 8, 0},
+        {WITH("'background': null, 'output': {'format': 'jpeg'}"), true, 0, 0},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        reading r = read_scene(cases[i].document);
+        assert_int_equal(r.scene->transparent, cases[i].transparent);
+        assert_rgb(r.scene->background, cases[i].rgb, cases[i].rgb, cases[i].rgb);
+        assert_float_equal(r.scene->background_alpha, cases[i].alpha, 0);
+        drop(&r);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(smallest_scene_has_every_default),
@@ -233,6 +263,7 @@ int main(void) {
         cmocka_unit_test(image_and_region_are_read),
         cmocka_unit_test(accuracy_is_a_tier_or_a_budget),
         cmocka_unit_test(null_background_is_transparent),
+        cmocka_unit_test(a_background_has_an_alpha),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -156,13 +156,19 @@ static void scenes_that_make_no_sense_are_refused(void **state) {
          "must not be zero"},
         {LIGHT("'type': 'spot', 'direction': [0, 0, 0]"), "/lights/0/direction", "zero"},
         {LIGHT("'type': 'point', 'color': 1e200, 'intensity': 1e200"), "/lights/0", "not finite"},
-        {WITH("'ambient': '#12345'"), "/ambient", "\"#rgb\" or \"#rrggbb\", got \"#12345\""},
-        {WITH("'ambient': '#12345g'"), "/ambient", "got \"#12345g\""},
+        {WITH("'ambient': '#12345'"), "/ambient", "\"#12345\" is no color of CSS: a # has 3, 4, 6"},
+        {WITH("'ambient': '#12345g'"), "/ambient", "digits from 0 to 9 and from a to f"},
         {WITH("'ambient': '123456'"), "/ambient", "\"#rrggbb\""},
-        {WITH("'ambient': 'red'"), "/ambient", "\"#rrggbb\""},
+        {WITH("'ambient': 'bleu'"), "/ambient", "did you mean \"blue\"?"},
+        {WITH("'ambient': 'rgb(1 2)'"), "/ambient", "rgb() takes three components, got 2"},
+        {WITH("'ambient': '#f008'"), "/ambient",
+         "an alpha below 1 may stand in `background` alone"},
+        {WITH("'ambient': [1, 1, 1, 0]"), "/ambient", "may stand in `background` alone, got 0"},
+        {WITH("'background': [1, 1, 1, 1.5]"), "/background/3", "from 0 to 1, got 1.5"},
         {WITH("'ambient': {'value': [1, 1, 1]}"), "/ambient", "\"space\" is missing"},
         {WITH("'ambient': {'space': 'sRGB'}"), "/ambient", "\"value\" is missing"},
-        {WITH("'ambient': [1, 2, 3, 4]"), "/ambient", "3 numbers, got 4"},
+        {WITH("'ambient': [1, 2, 3, 4]"), "/ambient/3", "an alpha is from 0 to 1, got 4"},
+        {WITH("'ambient': [1, 2, 3, 1, 1]"), "/ambient", "or 4 with an alpha, got 5"},
         {WITH("'workingSpace': 'sRGB'"), "/workingSpace", "not scene-linear"},
         {WITH("'accuracy': {'tier': 'exact', 'maxError': 1}"), "/accuracy", "not both"},
         {WITH("'accuracy': {'metric': 'code'}"), "/accuracy", "needs a `maxError`"},
@@ -262,11 +268,11 @@ static void messages_are_fit_to_be_shown(void **state) {
     assert_true(has_error(&r, "", "zzz...\""));
     drop(&r);
     /* A name that cannot be shown is one all the same. */
-    r = read_with("{'materials': {'a\\nb': {'diffuse': 'red'}},"
+    r = read_with("{'materials': {'a\\nb': {'diffuse': 'rde'}},"
                   "'objects': [{'type': 'disc', 'material': 'a\\nb'}]}",
                   &scene_limits);
     assert_true(has_error(&r, "/materials", "\"a?b\""));
-    assert_true(has_error(&r, "/materials", "\"red\""));
+    assert_true(has_error(&r, "/materials", "\"rde\""));
     assert_int_equal(r.report.error_count, 2);
     drop(&r);
     /* Cut between characters: 29 times two bytes and the half of one. */

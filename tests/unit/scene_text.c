@@ -342,6 +342,8 @@ static void digest_differs_where_scenes_do(void **state) {
         WITH("'background': null"),
         WITH("'background': [0, 1, 2]"),
         WITH("'background': [0, 2, 1]"),
+        WITH("'background': [0, 2, 1, 0.5]"),
+        WITH("'background': [0, 2, 1, 0.25]"),
         WITH("'camera': {'position': [0, 0, 5]}"),
         WITH("'camera': {'position': [0, 1, 4]}"),
         WITH("'camera': {'target': [0, 1, 0]}"),

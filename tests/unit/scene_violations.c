@@ -6,7 +6,7 @@ static void all_violations_are_in_one_answer(void **state) {
     reading r = read_with("{'camera': {'fov': 200, 'up': [0, 0, 0], 'roll': 1},"
                           "'image': {'width': 0, 'samples': 1.5},"
                           "'lights': [{'type': 'lamp', 'angle': -1}, {}],"
-                          "'materials': {'a': {'diffuse': 'red', 'shininess': -1}},"
+                          "'materials': {'a': {'diffuse': 'rde', 'shininess': -1}},"
                           "'objects': [{'type': 'sphere', 'radius': -1, 'material': 'b'},"
                           "{'type': 'blob', 'height': 0}, 7],"
                           "'output': {'format': 'gif', 'quality': 0}}",

@@ -30,6 +30,8 @@ double shd_color_error(const shd_plan *plan, shd_tier tier) {
                      parts = groups < samples ? groups : samples;
         const bool even = (samples & (samples - 1)) == 0; /* shares are not rounded */
         roundings += 1 + parts + 2 + (even ? 0 : 2 * parts);
+        /* Of the background's alpha and share, and of what the sum is divided by. */
+        if (scene->transparent && scene->background_alpha > 0) roundings += 7;
     }
     return roundings * U32;
 }

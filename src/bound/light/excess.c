@@ -393,7 +393,7 @@ static bool add_objects(finding *f, shd_arena *arena) {
     const shd_scene *scene = plan->scene;
     shd_parts all = SHD_NO_PARTS;
     bool negative = f->hues.negative;
-    if (!scene->transparent) {
+    if (shd_has_background(scene)) {
         shd_parts_note(&all, scene->background);
         negative |= shd_is_negative(scene->background);
         for (int c = 0; c < 3; c++) {

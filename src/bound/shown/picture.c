@@ -117,7 +117,7 @@ bool shd_picture_errors_new(const shd_plan *plan, const shd_excess_list *list,
         if (!add_excess(list, i, known, first, e)) return true;
     const shd_scene *scene = plan->scene;
     for (size_t t = 0; t < e->count; t++)
-        find_limits(e, t, scene->transparent ? NULL : scene->background);
+        find_limits(e, t, shd_has_background(scene) ? scene->background : NULL);
     *out = e;
     return true;
 }

@@ -130,7 +130,23 @@ static void paint_run(const film_job *j, film_scratch *s, const shd_fragments *f
     }
 }
 
-/* Makes a plane's pixels from all runs. The beauty is laid over an opaque background. */
+/* Lays the beauty, which is multiplied by its coverage, over a background that is seen through, and
+ * makes alpha of the coverage. A pixel that sees nothing else has the background's color to the
+ * bit, in whichever tile it lies. */
+static void lay_over(film_scratch *s, const shd_scene *scene) {
+    const float alpha = (float)scene->background_alpha;
+    for (size_t i = 0; i < SHD_TILE_PIXELS; i++) {
+        const float share = s->cover[i], rest = (1 - share) * alpha, whole = share + rest;
+        for (int c = 0; c < 3; c++) {
+            const float background = (float)scene->background[c];
+            s->pixels[c][i] =
+                share > 0 ? (s->pixels[c][i] + rest * background) / whole : background;
+        }
+        s->cover[i] = share > 0 ? whole : alpha;
+    }
+}
+
+/* Makes a plane's pixels from all runs. The beauty is laid over its background. */
 static void paint_plane(const film_job *j, film_scratch *s, const shd_fragments *f, size_t plane) {
     const shd_plan *plan = j->scenery.plan;
     const shd_scene *scene = plan->scene;
@@ -140,6 +156,10 @@ static void paint_plane(const film_job *j, film_scratch *s, const shd_fragments 
         j->scenery.paint->fill(s->pixels[c], SHD_TILE_PIXELS,
                                whole && over ? (float)scene->background[c] : 0);
     for (size_t r = 0; r < f->run_count; r++) paint_run(j, s, f, f->runs[r], plane, whole);
+    if (plane == 0 && scene->transparent && scene->background_alpha > 0) {
+        lay_over(s, scene);
+        return;
+    }
     if (whole) return;
     for (int c = 0; c < 3; c++) {
         if (over && scene->background[c] != 0)

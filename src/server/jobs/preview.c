@@ -38,9 +38,8 @@ enum { SIDE = 256, SAMPLES = 9, DIGITS_MOST = 15 };
 /* Parts of the document, whose members most parameters become. */
 enum part { DOCUMENT, IMAGE, COEFFICIENTS, OUTPUT, PARTS, NO_PART = PARTS };
 
-/* What the text of a parameter stands for. A backdrop is a color or, unlike others, "transparent",
- * which is null. */
-enum meaning { TEXT, WHOLE, NUMBER, COLOR, BACKDROP };
+/* What the text of a parameter stands for. */
+enum meaning { TEXT, WHOLE, NUMBER, COLOR };
 
 enum { SHAPE, SIZE, PARAMETERS = 18, MATERIAL = PARAMETERS };
 
@@ -63,7 +62,7 @@ static const struct parameter {
     {"quality", OUTPUT, WHOLE, "/output/quality"},
     {"expires", NO_PART, WHOLE, NULL},
     {"signature", NO_PART, TEXT, NULL},
-    {"background", DOCUMENT, BACKDROP, "/background"},
+    {"background", DOCUMENT, COLOR, "/background"},
     {"emissive", COEFFICIENTS, COLOR, "/objects/0/material/emissive"},
     {"ambient", COEFFICIENTS, COLOR, "/objects/0/material/ambient"},
     {"diffuse", COEFFICIENTS, COLOR, "/objects/0/material/diffuse"},
@@ -180,8 +179,6 @@ static void read_value(link_read *l, size_t which) {
     if (!text || p->meaning == TEXT) return;
     if (p->meaning == WHOLE)
         value = parse_whole(text);
-    else if (p->meaning == BACKDROP && !strcmp(text, "transparent"))
-        value = json_null();
     else
         value = parse_numbers(text, &l->is_short);
     if (p->meaning == WHOLE && !value) add_mistake(l, p->name, "expected an integer");
