@@ -157,9 +157,6 @@ shd_field_read shd_read_trace;   /* shd_trace */
 shd_field_read shd_read_opacity; /* double[3], a material's */
 shd_field_read shd_read_bounced; /* double[3]: its reflection or transmission */
 
-/* Reads a color with an opacity, [r, g, b, a], of plain numbers. False: it is none. */
-bool shd_get_alpha(shd_reader *r, const shd_node *node, double rgb[3], double *alpha);
-
 /* Whether the material has what only rays show. */
 bool shd_is_rayed(const shd_material *material);
 void shd_warn_of_trace(shd_reader *r, const shd_node *node, const shd_material *material);

@@ -174,5 +174,9 @@ void shd_read_color(shd_reader *r, const shd_node *node, void *out) {
     double alpha = 1;
     shd_read_color_alpha(r, node, out, &alpha);
     if (alpha != 1)
-        shd_wrong(r, node, "an alpha below 1 may stand in `background` alone, got %.9g", alpha);
+        shd_wrong(
+            r, node,
+            "an alpha below 1 may stand in `background` and a material's `diffuse` alone, got "
+            "%.9g",
+            alpha);
 }

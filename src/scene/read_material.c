@@ -102,10 +102,11 @@ static void read_lobes(shd_reader *r, const shd_node *node, void *out) {
 
 static const char *const sides[] = {"both", "front", NULL};
 
-/* Its fourth component is the opacity. */
+/* Its alpha is the opacity. One of 1 says nothing. */
 static void read_diffuse(shd_reader *r, const shd_node *node, void *out) {
     raw_material *raw = out;
-    if (!shd_get_alpha(r, node, raw->diffuse, &raw->alpha)) shd_read_color(r, node, raw->diffuse);
+    shd_read_color_alpha(r, node, raw->diffuse, &raw->alpha);
+    if (raw->alpha == 1) raw->alpha = -1;
 }
 
 enum { AMBIENT = 1, DIFFUSE = 2, MICRO = 4, OPACITY = 8 }; /* marks */

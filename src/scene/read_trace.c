@@ -68,20 +68,6 @@ void shd_read_bounced(shd_reader *r, const shd_node *node, void *out) {
     read_share(r, node, INFINITY, "0 or more", out);
 }
 
-bool shd_get_alpha(shd_reader *r, const shd_node *node, double rgb[3], double *alpha) {
-    double values[4];
-    if (!json_is_array(node->value) || json_array_size(node->value) != 4) return false;
-    if (!shd_get_numbers(r, node, 4, 4, "an array of 3 or 4 numbers", values)) return true;
-    if (!(values[3] >= 0 && values[3] <= 1)) {
-        shd_wrong(r, node, "the fourth component is an opacity from 0 to 1, got %.9g", values[3]);
-        return true;
-    }
-    shd_convert_color(r, node, r->colors, values);
-    memcpy(rgb, values, 3 * sizeof *values);
-    *alpha = values[3];
-    return true;
-}
-
 static bool is_usual(const double rgb[3], double usual) {
     return rgb[0] == usual && rgb[1] == usual && rgb[2] == usual;
 }

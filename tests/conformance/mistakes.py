@@ -310,7 +310,7 @@ OF_FIRST = [
     [put("/objects/1/transform/scale/1", 0)],
     [put("/objects/1/transform/scale/0", "x")],
     [pop("/objects/1/transform/scale", 2)],
-    [put("/objects/2/material/diffuse", "rgb(1 2 3 / 50%)")],
+    [put("/objects/2/material/diffuse", "rgb(1 2 3 / x)")],
     [put("/objects/2/material/shininess", -1)],
     [put("/objects/3/size/1", 0)],
     [push("/objects/3/size", 1)],
