@@ -192,6 +192,17 @@ class Pictures(unittest.TestCase):
         self.near(program.rgb(program.linear(document)), wanted, 1e-6)
         self.assertGreater(np.ptp(weights[12, 12]), 0.01)
 
+    def test_greys_are_those_of_rgb_in_every_model(self):
+        """What surfaces send each other in a microgeometry depends on their own reflectance, too."""
+        for model in ({"model": "westin", "microgeometry": {"type": "grooves"}}, {"model": "oren-nayar", "sigma": 30},
+                      {"model": "blinn-phong", "specular": 0.3}, {"model": "phong-normalized", "specular": 0.3},
+                      {"model": "cook-torrance", "fresnel": {"n": 1.8}}):
+            document = {"image": {"width": 16, "height": 16, "samples": 1}, "ambient": 0.2,
+                        "objects": [{"type": "sphere", "material": {"diffuse": 0.5, **model}}]}
+            with self.subTest(**model):
+                self.near(program.rgb(program.linear({**document, "spectral": True})),
+                          program.rgb(program.linear(document)))
+
     def test_metamers_part_under_a_and_only_in_spectra(self):
         """The two spheres of the examples, pixel by pixel in codes: the right one is where the left one is, shifted."""
         def apart(name, **change):
