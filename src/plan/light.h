@@ -26,8 +26,9 @@ typedef struct shd_plan_light {
      * because cosines cancel near the axis and chords do not. inner <= outer <= 2. */
     double outer, inner;
     double exponent;
-    shd_angle cone; /* spot: its half-angle, or less, beyond which there is no light */
-    bool steep;     /* too steep for f32: a narrow fade, a high exponent, or one below 1 */
+    shd_angle cone;          /* spot: its half-angle, or less, beyond which there is no light */
+    bool steep;              /* too steep for f32: a narrow fade, a high exponent, or one below 1 */
+    const double (*bins)[3]; /* of plan->bins; NULL: the light is RGB, which is `color` */
     const struct shd_light *shape; /* the scene's light, if it has a shape; else NULL */
 } shd_plan_light;
 

@@ -31,6 +31,16 @@ static inline bool shd_is_grey(const double color[3]) {
     return color[0] == color[1] && color[1] == color[2];
 }
 
+/* The parts of a spectral plan. They do nothing if it is not spectral. `ambient` is [bins], and
+ * begins as the scene's. False: memory, or cancelled. */
+bool shd_plan_bins(shd_plan *plan, double (**ambient)[3], shd_arena *arena);
+bool shd_plan_ambient_bins(const shd_plan *plan, const shd_light *light, double (*ambient)[3]);
+bool shd_plan_light_bins(const shd_plan *plan, shd_plan_light *lights, size_t count,
+                         shd_arena *arena);
+bool shd_plan_material_bins(const shd_plan *plan, double (*ambient)[3], shd_arena *arena,
+                            shd_plan_material *material);
+bool shd_plan_term_colors(shd_plan *plan, shd_arena *arena);
+
 /* Whether a spot's cone misses a sphere. `path` leads from the sphere's center to the light. */
 bool shd_outside_cone(const shd_plan_light *light, shd_vec3 path, double radius);
 

@@ -112,7 +112,7 @@ static void find_greys(shd_plan *plan) {
 
 /* Whether anything that is used goes beyond Phong's model and lights that are points. */
 static bool is_extended(const shd_scene *scene, const shd_plan_light *lights, size_t count) {
-    if (shd_is_traced(scene)) return true;
+    if (shd_is_traced(scene) || scene->spectral.channels) return true;
     for (size_t j = 0; j < count; j++)
         if (lights[j].shape) return true;
     for (size_t m = 0; m < scene->material_count; m++)
@@ -126,15 +126,18 @@ static bool arrange_lights(shd_plan *plan, const shd_plan_light *lights, size_t 
     if (!shd_plan_reach(plan, lights, count, drops, arena)) return false;
     find_greys(plan);
     shd_plan_frame(plan);
-    return shd_plan_sheets(plan, arena);
+    return shd_plan_sheets(plan, arena) && shd_plan_term_colors(plan, arena);
 }
 
-static bool make_materials(shd_plan *plan, const double ambient[3], shd_arena *arena) {
+static bool make_materials(shd_plan *plan, const double ambient[3], double (*bins)[3],
+                           shd_arena *arena) {
     const shd_scene *scene = plan->scene;
     shd_plan_material *materials = shd_arena_alloc(arena, scene->material_count, sizeof *materials);
     if (!materials) return false;
     for (size_t i = 0; i < scene->material_count; i++) {
-        if (!plan_material(&scene->materials[i], ambient, arena, &materials[i])) return false;
+        if (!plan_material(&scene->materials[i], ambient, arena, &materials[i]) ||
+            !shd_plan_material_bins(plan, bins, arena, &materials[i]))
+            return false;
         if (materials[i].lobe_count > plan->max_lobes) plan->max_lobes = materials[i].lobe_count;
     }
     plan->materials = materials;
@@ -149,12 +152,14 @@ bool shd_plan_draft(const shd_scene *scene, shd_isa isa, bool whole, const atomi
     if (!plan || !lights || !drops) return false;
     *plan = (shd_plan){.scene = scene, .isa = isa, .whole = whole, .cancelled = cancelled};
 
-    double ambient[3];
+    double ambient[3], (*bins)[3];
     size_t count = 0;
+    if (!shd_plan_bins(plan, &bins, arena)) return false;
     memcpy(ambient, scene->ambient, sizeof ambient);
     for (size_t i = 0; i < scene->light_count; i++) {
         const shd_light *light = &scene->lights[i];
         for (int c = 0; c < 3; c++) ambient[c] += light->ambient[c];
+        if (!shd_plan_ambient_bins(plan, light, bins)) return false;
         if (light->type == SHD_LIGHT_AMBIENT)
             drops[i] = SHD_DROP_AMBIENT;
         else if (shd_is_black(light->color))
@@ -162,8 +167,9 @@ bool shd_plan_draft(const shd_scene *scene, shd_isa isa, bool whole, const atomi
         else
             lights[count++] = plan_light(light, i);
     }
+    if (!shd_plan_light_bins(plan, lights, count, arena)) return false;
     plan->extended = is_extended(scene, lights, count);
-    if (!plan_planes(scene, arena, plan) || !make_materials(plan, ambient, arena) ||
+    if (!plan_planes(scene, arena, plan) || !make_materials(plan, ambient, bins, arena) ||
         !arrange_lights(plan, lights, count, drops, arena))
         return false;
     *out = plan;

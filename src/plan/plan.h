@@ -46,6 +46,10 @@ typedef struct shd_plan_material {
     bool front_only;
     shd_model model;
     const shd_material *from; /* what of it only extended scenes have */
+    /* [1 + lobe_count][plan->bins->count]: the reflectances of the diffuse term and of the lobes,
+     * whose colors above are then 1; NULL: they are RGB. */
+    const double *bins;
+    size_t bin_count; /* of all of `bins` */
 } shd_plan_material;
 
 /* An object as its lights see it. */
@@ -122,6 +126,9 @@ typedef struct shd_plan {
     /* [scene->material_count]: what the microgeometry of each material reflects (shade/westin.h);
      * NULL for others. NULL: there is none, or it is not simulated yet. */
     const struct shd_westin *const *westin;
+    const shd_bins *bins; /* the channels of spectral scenes; NULL: RGB */
+    /* [scene->material_count][light_count][1 + max_lobes][3]: shd_term_color's, or NULL. */
+    const double *term_colors;
     /* For people and the Shaded-Plan header: "tier=standard; lights=3/4; error<=2.1e-06 linear, 1
      * code, 0.012 deltaE2000". Bounds that are not known are left out. "; asked=draft" follows a
      * tier that was not asked for. "; cut<=0.0043" comes last if rays go on: plan/paths.h. */
@@ -148,6 +155,22 @@ bool shd_plan_without(const shd_plan *draft, const bool *out_of_budget, shd_aren
 
 /* Makes the plan that was chosen. False: memory. */
 bool shd_plan_finish(const shd_choice *choice, shd_arena *arena, const shd_plan **out);
+
+/* The color of a light on a term of a material (0: diffuse, 1 + lobe), which multiplies the term's
+ * weight: sum_b k_b w_b over the bins of a spectral scene, where the material's own color is 1. Any
+ * thread. Returns `scratch`, or what is kept. */
+const double *shd_term_color(const shd_plan *plan, const shd_plan_material *material,
+                             const shd_plan_light *light, size_t term, double scratch[3]);
+
+/* In a spectral scene, what weights of the three channels become: weights that differ (Fresnel's
+ * reflectance) are lifted as any other reflectance. */
+void shd_term_light(const shd_plan *plan, const shd_plan_material *material,
+                    const shd_plan_light *light, size_t term, const double weights[3],
+                    double out[3]);
+
+/* The same sums of absolute values: no weights of 0 to 1 become more. */
+void shd_term_most(const shd_plan *plan, const shd_plan_material *material,
+                   const shd_plan_light *light, size_t term, double out[3]);
 
 enum { SHD_BOUND_TEXT = 32 };
 

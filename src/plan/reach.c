@@ -48,7 +48,8 @@ static bool same_extension(const shd_plan_material *x, const shd_plan_material *
            !memcmp(&a->fresnel, &b->fresnel, sizeof a->fresnel) &&
            same_color(a->opacity, b->opacity) && same_color(a->reflection, b->reflection) &&
            same_color(a->transmission, b->transmission) && a->ior == b->ior &&
-           shd_same_microgeometry(a->microgeometry, b->microgeometry);
+           shd_same_microgeometry(a->microgeometry, b->microgeometry) &&
+           (!x->bins || !memcmp(x->bins, y->bins, x->bin_count * sizeof *x->bins));
 }
 
 static bool same_material(const void *things, size_t x, size_t y) {
@@ -75,7 +76,8 @@ static uint64_t hash_material(const shd_plan_material *m) {
     }
     if (m->lobe_count) values[9] = m->lobes[0].shininess + 0.0;
     values[10] = m->front_only;
-    return XXH3_64bits(values, sizeof values);
+    const uint64_t bins = m->bins ? XXH3_64bits(m->bins, m->bin_count * sizeof *m->bins) : 0;
+    return XXH3_64bits_withSeed(values, sizeof values, bins);
 }
 
 /* `first`: [material_count], for each the first that equals it. */

@@ -187,6 +187,38 @@ static void put_trace(sink *s, const shd_trace *trace) {
     put_numbers(s, &trace->min_contribution, 1);
 }
 
+static void put_curve(sink *s, const shd_curve *curve) {
+    put_count(s, curve ? 1 : 0);
+    if (!curve) return;
+    put_text(s, curve->name);
+    put_numbers(s, &curve->scale, 1);
+    if (curve->name) return;
+    put_count(s, curve->count);
+    if (curve->at) put_numbers(s, curve->at, curve->count);
+    put_numbers(s, curve->values, curve->count);
+}
+
+/* Without `spectral`, spectra are their RGB. */
+static void put_spectra(sink *s, const shd_scene *scene) {
+    if (!scene->spectral.channels) return;
+    put_count(s, SIZE_MAX - 2);
+    put_count(s, (uint64_t)scene->spectral.channels);
+    put_numbers(s, (double[]){scene->spectral.from, scene->spectral.to}, 2);
+    put_curve(s, scene->ambient_curve);
+    for (size_t i = 0; i < scene->light_count; i++) {
+        put_curve(s, scene->lights[i].color_curve);
+        put_curve(s, scene->lights[i].ambient_curve);
+    }
+    for (size_t i = 0; i < scene->object_count; i++) {
+        const shd_material *m = &scene->materials[scene->objects[i].material];
+        put_curve(s, m->emissive_curve);
+        put_curve(s, m->ambient_curve);
+        put_curve(s, m->diffuse_curve);
+        for (size_t k = 0; m->lobe_curves && k < m->lobe_count; k++)
+            put_curve(s, m->lobe_curves[k]);
+    }
+}
+
 void shd_scene_digest(const shd_scene *scene, const atomic_bool *cancelled, char digest[33]) {
     enum { BYTES = 16 };
     sink s = {.cancelled = cancelled, .used = 0};
@@ -201,6 +233,7 @@ void shd_scene_digest(const shd_scene *scene, const atomic_bool *cancelled, char
         put_material(&s, &scene->materials[scene->objects[i].material]);
     }
     put_trace(&s, &scene->trace);
+    put_spectra(&s, scene);
     put_count(&s, scene->accuracy.tier);
     put_count(&s, scene->accuracy.draft); /* the plan, which is told with the picture, has it */
     put_count(&s, scene->accuracy.budget);

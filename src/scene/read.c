@@ -71,6 +71,13 @@ static void check_formats(shd_reader *r) {
     }
 }
 
+static void warn_of_mirrors(shd_reader *r) {
+    if (r->scene->spectral.channels && r->scene->trace.depth)
+        shd_report_warning(
+            r->report, "/spectral",
+            "mirrors, glass and opacities multiply the RGB of light, not its channels");
+}
+
 static void read_document(shd_reader *r, json_t *tree) {
     /* Order: colors need both spaces; lights need the camera's frame; materials need to
      * know what is traced; objects need the materials and the interpolation; outputs need the
@@ -79,9 +86,11 @@ static void read_document(shd_reader *r, json_t *tree) {
         {"$schema", .read = shd_read_label},
         {"workingSpace", shd_read_working_space, .offset = offsetof(shd_scene, working_space)},
         {"colorSpace", .read = shd_read_plain_space},
+        {"spectral", shd_read_spectral, .offset = offsetof(shd_scene, spectral)},
         {"camera", shd_read_camera, offsetof(shd_scene, camera), .always = true},
         {"image", shd_read_image, offsetof(shd_scene, raster), .always = true},
-        {"ambient", shd_read_color, .offset = offsetof(shd_scene, ambient)},
+        {"ambient", shd_read_color_or_spectrum, .offset = offsetof(shd_scene, ambient),
+         .curve = offsetof(shd_scene, ambient_curve), .lamp = true},
         {"background", read_background, .offset = offsetof(shd_scene, background)},
         {"lights", shd_read_lights, .always = true},
         {"interpolation", read_interpolation, .choices = shd_interpolation_names},
@@ -95,6 +104,7 @@ static void read_document(shd_reader *r, json_t *tree) {
     const shd_node root = {.value = tree};
     if (shd_read_fields(r, &root, fields, SHD_LENGTH(fields), 0, "the scene", r->scene))
         check_formats(r);
+    warn_of_mirrors(r);
     if (r->scene->outputs) shd_lay_over_matte(r->scene);
 }
 

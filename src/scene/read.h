@@ -59,6 +59,8 @@ typedef struct shd_reader {
     size_t material_count;
     shd_material warned[SHD_REPORT_KEEP]; /* the first materials that warnings are about */
     size_t warned_count;
+    shd_eye eye;       /* white 0: there was no spectrum yet */
+    bool spectra_told; /* whether there is the warning about spectra without `spectral` */
 } shd_reader;
 
 typedef struct shd_range {
@@ -83,6 +85,9 @@ typedef struct shd_field {
     unsigned mark;              /* a bit of r->seen and r->wrong, or 0 */
     bool required;
     bool always; /* whether it is read even if it is absent, to report that or to make a default */
+    /* Of a color that may be a spectrum: where its const shd_curve * is; 0: it may not. */
+    size_t curve;
+    bool lamp; /* whether that spectrum is of light */
 } shd_field;
 
 enum { SHD_FIELDS_MOST = 32, SHD_SOME_FIELD = 1 << 30 };
@@ -130,9 +135,13 @@ shd_field_read shd_read_choice;    /* int, index into the field's choices */
 shd_field_read shd_read_vector;    /* shd_vec3, each component in the field's range */
 shd_field_read shd_read_direction; /* shd_vec3, made unit */
 shd_field_read shd_read_color;     /* double[3], in the working space */
-shd_field_read shd_read_space;     /* const shd_space_info *, by its name; NULL: it is wrong */
-shd_field_read shd_read_label;     /* nothing: the string is for others */
-shd_field_read shd_keep_value;     /* json_t *, as it is */
+/* double[3], a color, or the RGB of a spectrum, which is written to where the field has its curve.
+ */
+shd_field_read shd_read_color_or_spectrum;
+shd_field_read shd_read_spectral; /* shd_spectral */
+shd_field_read shd_read_space;    /* const shd_space_info *, by its name; NULL: it is wrong */
+shd_field_read shd_read_label;    /* nothing: the string is for others */
+shd_field_read shd_keep_value;    /* json_t *, as it is */
 
 /* The parts. */
 shd_field_read shd_read_working_space; /* as shd_read_space */
@@ -181,6 +190,8 @@ void shd_convert_color(shd_reader *r, const shd_node *node, const shd_space_info
  * *alpha is its caller's default otherwise, which is 1. After an error neither means anything, but
  * both are as they were or finite. (shd_read_color takes no alpha but 1.) */
 void shd_read_color_alpha(shd_reader *r, const shd_node *node, double rgb[3], double *alpha);
+/* The curve times a factor. NULL: there is no curve, or no memory. */
+const shd_curve *shd_scale_curve(shd_reader *r, const shd_curve *curve, double factor);
 
 /* A grey in the space of plain numbers, as if the document had it; NAN as above. */
 void shd_default_color(shd_reader *r, double grey, double out[3]);

@@ -79,9 +79,11 @@ static const shd_field light_fields[] = {
     {"position", read_position, AT(position), .kinds = NOT_AMBIENT},
     {"direction", shd_read_direction, AT(light.direction), DIRECTIONAL | SPOT | FACING,
      .mark = WITH_DIRECTION},
-    {"color", shd_read_color, AT(light.color), .mark = COLOR},
+    {"color", shd_read_color_or_spectrum, AT(light.color), .mark = COLOR,
+     .curve = AT(light.color_curve), .lamp = true},
     {"intensity", shd_read_number, AT(intensity), .mark = INTENSITY},
-    {"ambient", shd_read_color, AT(light.ambient), .kinds = NOT_AMBIENT},
+    {"ambient", shd_read_color_or_spectrum, AT(light.ambient), .kinds = NOT_AMBIENT,
+     .curve = AT(light.ambient_curve), .lamp = true},
     {"attenuation", read_attenuation, AT(light.attenuation), PLACED, .range = &shd_not_negative},
     {"minDistance", shd_read_number, AT(light.min_distance), PLACED, .range = &shd_not_negative},
     {"angle", shd_read_degrees, AT(light.angle), SPOT, .range = &half_angle},
@@ -143,7 +145,10 @@ static void scale_color(shd_reader *r, const shd_node *node, raw_light *raw) {
     for (int c = 0; c < 3; c++) light->color[c] *= raw->intensity;
     if (isinf(light->color[0]) || isinf(light->color[1]) || isinf(light->color[2]))
         shd_wrong(r, node, "`color` times `intensity` is not finite");
+    light->color_curve = shd_scale_curve(r, light->color_curve, raw->intensity);
     if (light->type != SHD_LIGHT_AMBIENT) return;
+    light->ambient_curve = light->color_curve;
+    light->color_curve = NULL;
     memcpy(light->ambient, light->color, sizeof light->ambient);
     memset(light->color, 0, sizeof light->color);
 }

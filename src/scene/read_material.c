@@ -4,11 +4,17 @@
 
 #include "scene/read_model.h"
 
+typedef struct raw_lobe {
+    shd_lobe lobe;
+    const shd_curve *curve; /* of its `specular` */
+} raw_lobe;
+
 typedef struct raw_lobes {
     int model;  /* of the material: its lobes have the members that it has */
     bool given; /* even if there are none */
     const shd_lobe *lobes;
     size_t count;
+    const shd_curve **curves; /* [count] */
 } raw_lobes;
 
 typedef struct raw_material {
@@ -22,6 +28,7 @@ typedef struct raw_material {
     bool preset; /* the values of a preset are here */
     double opacity[3], reflection[3], transmission[3], ior;
     double alpha; /* of `diffuse`; negative: it has none */
+    const shd_curve *emissive_curve, *ambient_curve, *diffuse_curve, *specular_curve;
 } raw_material;
 
 /* ---- The library ---- */
@@ -77,34 +84,43 @@ static void read_preset(shd_reader *r, const shd_node *node, void *out) {
 
 static void read_lobes(shd_reader *r, const shd_node *node, void *out) {
     static const shd_field members[] = {
-        {"specular", shd_read_color, .offset = offsetof(shd_lobe, specular)},
-        {"shininess", shd_read_number, offsetof(shd_lobe, shininess), .range = &shd_not_negative},
+        {"specular", shd_read_color_or_spectrum, .offset = offsetof(raw_lobe, lobe.specular),
+         .curve = offsetof(raw_lobe, curve)},
+        {"shininess", shd_read_number, offsetof(raw_lobe, lobe.shininess),
+         .range = &shd_not_negative},
     };
     raw_lobes *further = out;
     if (!shd_is_array(r, node, 0, SHD_LOBES_MOST, "an array of up to 64 lobes")) return;
     size_t count = json_array_size(node->value);
     if (count > SHD_LOBES_MOST) count = SHD_LOBES_MOST;
     shd_lobe *lobes = shd_take(r, count, sizeof *lobes);
-    if (!lobes) return;
+    const shd_curve **curves = shd_take(r, count, sizeof *curves);
+    if (!lobes || !curves) return;
     for (size_t i = 0; i < count; i++) {
         shd_node lobe = shd_node_item(node, i);
-        if (further->model == SHD_MODEL_COOK_TORRANCE) {
-            shd_read_facet_lobe(r, &lobe, &lobes[i]);
-            continue;
-        }
-        lobes[i].shininess = 32;
-        shd_read_fields(r, &lobe, members, SHD_LENGTH(members), 0, "a lobe", &lobes[i]);
+        raw_lobe raw = {.lobe.shininess = 32};
+        if (further->model == SHD_MODEL_COOK_TORRANCE)
+            shd_read_facet_lobe(r, &lobe, &raw.lobe);
+        else
+            shd_read_fields(r, &lobe, members, SHD_LENGTH(members), 0, "a lobe", &raw);
+        lobes[i] = raw.lobe;
+        curves[i] = raw.curve;
     }
     further->given = true;
     further->lobes = lobes;
     further->count = count;
+    further->curves = curves;
 }
 
 static const char *const sides[] = {"both", "front", NULL};
 
 /* Its alpha is the opacity. One of 1 says nothing. */
 static void read_diffuse(shd_reader *r, const shd_node *node, void *out) {
-    raw_material *raw = out;
+    raw_material *raw = (raw_material *)(void *)((char *)out - r->field->offset);
+    if (json_is_object(node->value)) {
+        shd_read_color_or_spectrum(r, node, out);
+        return;
+    }
     shd_read_color_alpha(r, node, raw->diffuse, &raw->alpha);
     if (raw->alpha == 1) raw->alpha = -1;
 }
@@ -129,10 +145,13 @@ static const shd_field material_fields[] = {
     {"model", .read = NULL},
     /* Before the members that override it. */
     {"preset", .read = read_preset, .kinds = SHINY | FACETS | 1 << BARE_METAL},
-    {"emissive", shd_read_color, .offset = AT(emissive)},
-    {"ambient", shd_read_color, AT(ambient), .mark = AMBIENT},
-    {"diffuse", .read = read_diffuse, .mark = DIFFUSE},
-    {"specular", shd_read_color, AT(first.specular), .kinds = SHINY},
+    {"emissive", shd_read_color_or_spectrum, .offset = AT(emissive), .curve = AT(emissive_curve),
+     .lamp = true},
+    {"ambient", shd_read_color_or_spectrum, AT(ambient), .mark = AMBIENT,
+     .curve = AT(ambient_curve)},
+    {"diffuse", read_diffuse, AT(diffuse), .mark = DIFFUSE, .curve = AT(diffuse_curve)},
+    {"specular", shd_read_color_or_spectrum, AT(first.specular), .kinds = SHINY,
+     .curve = AT(specular_curve)},
     {"shininess", shd_read_number, AT(first.shininess), SHINY, .range = &shd_not_negative},
     {"lobes", read_lobes, AT(further), .kinds = SHINY | FACETS},
     {"sigma", shd_read_degrees, AT(sigma), OREN_NAYAR, .range = &facet_angle},
@@ -225,7 +244,10 @@ static void warn_of_material(shd_reader *r, const shd_node *node, const shd_mate
 static void make_material(shd_reader *r, const raw_material *raw, const char *name,
                           shd_material *out) {
     shd_lobe *lobes = shd_take(r, 1 + raw->further.count, sizeof *lobes);
-    if (!lobes) return;
+    const shd_curve **curves = shd_take(r, 1 + raw->further.count, sizeof *curves);
+    if (!lobes || !curves) return;
+    curves[0] = raw->specular_curve;
+    for (size_t i = 0; i < raw->further.count; i++) curves[1 + i] = raw->further.curves[i];
     lobes[0] = raw->first;
     if (raw->further.count)
         memcpy(lobes + 1, raw->further.lobes, raw->further.count * sizeof *lobes);
@@ -237,7 +259,11 @@ static void make_material(shd_reader *r, const raw_material *raw, const char *na
                           .sigma = raw->sigma,
                           .fresnel = raw->fresnel,
                           .microgeometry = raw->microgeometry,
-                          .ior = raw->ior};
+                          .ior = raw->ior,
+                          .emissive_curve = raw->emissive_curve,
+                          .ambient_curve = raw->ambient_curve,
+                          .diffuse_curve = raw->diffuse_curve,
+                          .lobe_curves = curves};
     for (int c = 0; c < 3; c++) out->opacity[c] = raw->alpha < 0 ? raw->opacity[c] : raw->alpha;
     memcpy(out->reflection, raw->reflection, sizeof out->reflection);
     memcpy(out->transmission, raw->transmission, sizeof out->transmission);
@@ -291,7 +317,10 @@ static void read_material(shd_reader *r, const shd_node *node, const char *name,
     if (metal && raw.further.given) raw.first = (shd_lobe){.shininess = 1};
     if (r->seen & OPACITY && raw.alpha >= 0)
         shd_wrong(r, node, "give either `opacity` or a fourth component of `diffuse`, not both");
-    if (!raw.preset && !(r->seen & AMBIENT)) memcpy(raw.ambient, raw.diffuse, sizeof raw.ambient);
+    if (!raw.preset && !(r->seen & AMBIENT)) {
+        memcpy(raw.ambient, raw.diffuse, sizeof raw.ambient);
+        raw.ambient_curve = raw.diffuse_curve;
+    }
     make_material(r, &raw, name, out);
     if (!r->wrong) warn_of_material(r, node, out);
 }

@@ -15,6 +15,7 @@
 #include "base/format.h"
 #include "base/limits.h"
 #include "base/report.h"
+#include "base/spectrum.h"
 #include "base/vec3.h"
 
 typedef enum shd_projection { SHD_PERSPECTIVE, SHD_ORTHOGRAPHIC } shd_projection;
@@ -69,6 +70,8 @@ typedef struct shd_light {
     double size[2]; /* along `across` and `up`; rect */
     double radius;  /* disc, sphere */
     bool visible;   /* whether the camera sees the shape */
+    /* What `color` and `ambient` are the RGB of, intensity applied; NULL: they are RGB. */
+    const shd_curve *color_curve, *ambient_curve;
 } shd_light;
 
 /* The area of a light's shape, or of its outline if it is a sphere. */
@@ -135,6 +138,9 @@ typedef struct shd_material {
     double opacity[3];                     /* 1 */
     double reflection[3], transmission[3]; /* 0 */
     double ior;                            /* of what is behind the surface; 1.5 */
+    /* What these colors are the RGB of; NULL: they are RGB. */
+    const shd_curve *emissive_curve, *ambient_curve, *diffuse_curve;
+    const shd_curve *const *lobe_curves; /* [lobe_count]: the same of lobes; NULL: all are RGB */
 } shd_material;
 
 typedef enum shd_shape {
@@ -245,6 +251,12 @@ typedef struct shd_trace {
     double min_contribution; /* of a path to a pixel, in its largest channel */
 } shd_trace;
 
+/* Light in so many channels, equal bins of wavelengths, instead of RGB. */
+typedef struct shd_spectral {
+    int channels;    /* 0: RGB */
+    double from, to; /* nm */
+} shd_spectral;
+
 typedef struct shd_scene {
     shd_camera camera;
     shd_raster raster;
@@ -261,7 +273,10 @@ typedef struct shd_scene {
     size_t object_count;
     shd_accuracy accuracy;
     shd_trace trace;
-    const shd_output *outputs; /* at least one */
+    shd_spectral spectral;
+    shd_affine to_working;          /* linear: of linear Rec.709, if `spectral` has channels */
+    const shd_curve *ambient_curve; /* what `ambient` is the RGB of; NULL: it is RGB */
+    const shd_output *outputs;      /* at least one */
     size_t output_count;
     bool multipart; /* `outputs` was given: the answer is multipart, even for one */
     /* 128 bits of SHA-256 of all that a picture depends on, hexadecimal. Documents that say the

@@ -95,6 +95,17 @@ static shd_surface surface_of(const shd_points64 *points, size_t i,
     return at;
 }
 
+static void add_term(const shd_plan *plan, const shd_surface *at, const shd_plan_light *light,
+                     size_t term, const double row[3], const double share[3], double sums[3]) {
+    double lit[3];
+    if (plan->bins) {
+        shd_term_light(plan, at->material, light, term, row, lit);
+        for (int c = 0; c < 3; c++) sums[c] += lit[c] * share[c];
+    } else {
+        for (int c = 0; c < 3; c++) sums[c] += row[c] * (light->color[c] * share[c]);
+    }
+}
+
 static void add_light(const shd_lighting *lighting, uint32_t index, const shd_surface *at,
                       double sums[SHD_BRDF_ROWS]) {
     const shd_plan_light *light = &lighting->plan->lights[index];
@@ -104,8 +115,7 @@ static void add_light(const shd_lighting *lighting, uint32_t index, const shd_su
     if (!shd_weigh_extended(lighting->plan, light, at, row)) return;
     if (lighting->shadows) lighting->shadows->share(lighting->shadows->context, light, at, share);
     for (size_t k = 0; k < 1 + at->material->lobe_count; k++)
-        for (size_t c = 0; c < 3; c++)
-            sums[3 * k + c] += row[3 * k + c] * (light->color[c] * share[c]);
+        add_term(lighting->plan, at, light, k, row + 3 * k, share, sums + 3 * k);
 }
 
 void shd_extended_sums(const shd_lighting *lighting, const shd_plan_material *material,

@@ -144,6 +144,7 @@ void shd_westin_weigh(const shd_westin *table, const shd_object *object, const s
                    light = {shd_dot(toward, t), shd_dot(toward, b), shd_dot(toward, n)},
                    view = {shd_dot(at->view, t), shd_dot(at->view, b), shd_dot(at->view, n)};
     if (!(light.z > 0 && view.z > 0)) return;
-    find_rho(table, light, view, at->material->diffuse, row);
+    /* The scene's, since the plan's is 1 if there is a spectrum. */
+    find_rho(table, light, view, at->material->from->diffuse, row);
     for (int c = 0; c < 3; c++) row[c] *= light.z;
 }

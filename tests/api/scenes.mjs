@@ -55,6 +55,9 @@ async function hints(daemon) {
             depth: fc.constantFrom(0, 1, 3), // deep paths with coefficients above 1 exceed the limit `work`
             shadowSamples: fc.constantFrom(1, 16),
             data: fc.constant(`sha256-${digest}`),
+            wavelengths: fc.constantFrom([400, 500, 600, 700], [380, 381, 540.5, 5000]),
+            values: fc.array(fc.integer({ min: 1, max: 8 }).map(step => step / 8),
+                             { minLength: 4, maxLength: 4 }),
             positions: triangle,
             normals: triangle,
             indices: fc.constantFrom([0, 1, 2], [2, 1, 0], [0, 1, 2, 1, 0, 2]),

@@ -60,6 +60,13 @@ RICH = [
           accuracy={"maxError": 0.5, "metric": "code"},
           output={"format": "exr", "colorSpace": "wide", "bitDepth": "half",
                   "layers": ["beauty", "light.0", "depth"]}),
+    scene({"type": "sphere", "material": {
+        "diffuse": {"wavelengths": [400, 500.5, 700], "values": [0.1, 0.9, 0]}, "ambient": {"spectrum": "TCS01"},
+        "emissive": {"spectrum": "F2", "scale": 0.5}, "specular": {"wavelengths": [550], "values": [0.2], "scale": 2},
+        "lobes": [{"specular": {"spectrum": "TCS14"}}]}},
+        spectral={"channels": 20, "from": 370, "to": 740.5}, ambient={"spectrum": "E"},
+        lights=[{"type": "point", "color": {"spectrum": "A"}, "ambient": {"spectrum": "D50", "scale": 0}}]),
+    scene(spectral=True), scene(spectral=False),
     scene({"type": "mesh", "positions": [0, 0, 0, 1, 0, 0, 0, 1, 0], "normals": None},
           outputs=[{"name": "one", "format": "jpeg", "bitDepth": 8},
                    {"name": "two", "colorSpace": "YIQ", "channel": "I"},

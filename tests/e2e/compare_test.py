@@ -6,7 +6,7 @@ import signal
 import subprocess
 import unittest
 
-from e2e.daemon import BUILD, SMALL, Daemon, wait_until_at_work
+from e2e.daemon import BUILD, SMALL, SOURCE, Daemon, wait_until_at_work
 from e2e.daemon_test import Folder, wait_until
 from e2e.queue_test import Client, occupied, wait_until_read
 
@@ -91,6 +91,33 @@ class Http(unittest.TestCase):
                 self.assertLess(told["tiers"][0]["error"]["linear"]["max"], 1e-5)
                 if "region" in change.get("image", {}):
                     self.assertEqual((told["image"]["width"], told["image"]["height"]), (5, 6))
+
+    def test_spectral_scenes_are_compared_with_rgb(self):
+        """A pair of materials that look alike under D65 and not under A; RGB never tells them apart."""
+        told = {}
+        for name in ("a", "d65"):
+            scene = json.loads((SOURCE / "api" / "examples" / f"metamers-{name}.json").read_text())
+            scene["image"] = {"width": 60, "height": 30, "samples": 1}
+            answer = self.compare(scene)
+            self.assertEqual(answer.status, 200, answer.body)
+            told[name] = json.loads(answer.body)["spectral"]
+            self.assertEqual(told[name]["channels"], 16)
+            illuminants = told[name]["illuminants"]
+            pairs = {pair["illuminant"]: pair for pair in illuminants["each"]}
+            self.assertEqual(len(pairs), 18)
+            self.assertEqual(pairs["A"]["materials"], ["left", "right"])
+            self.assertLess(pairs["D65"]["deltaE2000"], 0.01)
+            self.assertGreater(pairs["A"]["deltaE2000"], 15)
+            self.assertEqual(pairs["A"]["underD65"], pairs["D65"]["deltaE2000"])
+            self.assertEqual(illuminants["worst"], max(
+                illuminants["each"], key=lambda pair: pair["deltaE2000"] - pair["underD65"]))
+        self.assertLess(told["d65"]["rgb"]["deltaE2000"]["max"], 0.5)
+        self.assertGreater(told["a"]["rgb"]["deltaE2000"]["max"], 5)
+
+    def test_illuminants_need_two_materials(self):
+        told = json.loads(self.compare({**SMALL, "spectral": True}).body)
+        self.assertIsNone(told["spectral"]["illuminants"])
+        self.assertNotIn("spectral", json.loads(self.compare(SMALL).body))
 
     def test_it_is_counted_under_its_path(self):
         self.compare(SMALL)

@@ -148,6 +148,27 @@ def corners():
                 "material": {**shiny, "side": ["both", "front"][seed % 3 == 0]}}]}
 
 
+def spectral():
+    """Spectra of all kinds, in channels and without them."""
+    bumps = {"wavelengths": [400, 450.5, 520, 610, 690], "values": [0.1, 0.5, 0.2, 0.8, 0.3]}
+    materials = [{"diffuse": {"spectrum": "TCS03"}, "specular": bumps, "shininess": 9},
+                 {"diffuse": bumps, "emissive": {"spectrum": "F4", "scale": 0.1}, "specular": [0.1, 0.3, 0.2],
+                  "lobes": [{"specular": {"spectrum": "TCS11"}, "shininess": 60}]},
+                 {"model": "cook-torrance", "fresnel": {"n": "copper"}, "diffuse": [0.1, 0.1, 0.3]},
+                 {"model": "oren-nayar", "sigma": 20, "diffuse": {"spectrum": "TCS13"}}]
+    lights = [{"type": "point", "position": [2, 3, 4], "color": {"spectrum": "A"}, "intensity": 0.7,
+               "ambient": {"spectrum": "F11", "scale": 0.1}},
+              {"type": "directional", "direction": [1, -0.2, -1], "color": {**bumps, "scale": 0.4}},
+              {"type": "ambient", "color": [0.1, 0.2, 0.1]}]
+    for i, of in enumerate([True, {"channels": 33}, {"channels": 20, "from": 365.5, "to": 800}, False]):
+        yield f"spectra {i}", {
+            "spectral": of, "image": {"width": 40, "height": 30, "samples": SAMPLES[i]}, "lights": lights,
+            "ambient": {"spectrum": "D50", "scale": 0.2}, "output": OUTPUTS[i], **REST[i],
+            "objects": [{"type": "sphere", "radius": 0.5, "material": material,
+                         "transform": {"translate": [k - 1.5, 0.3 * (k % 2), 0]}}
+                        for k, material in enumerate(materials)]}
+
+
 def layered():
     for name, document in reference_scenes.by_hand():
         if name in ("lobes", "spot", "colors", "mesh_gouraud", "sixty_lights", "samples_5"):
@@ -210,7 +231,7 @@ def seen_through():
 
 
 def good():
-    for make in (corners, examples, made, many_lights, layered, westin, traced, shaped, seen_through):
+    for make in (corners, examples, made, many_lights, layered, westin, traced, shaped, seen_through, spectral):
         yield from make()
 
 

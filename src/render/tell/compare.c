@@ -4,6 +4,7 @@
 #include "base/json_memory.h"
 #include "render/planning.h"
 #include "render/request.h"
+#include "render/tell/illuminants.h"
 #include "render/tell/json.h"
 #include "render/tell/measure.h"
 
@@ -30,13 +31,14 @@ static void end_beside(shd_rendering *whole, const shd_rendering *part) {
 /* Its share of the whole comparison's progress. */
 typedef struct stretch {
     const shd_render_options *whole; /* NULL: nobody wants to know */
-    int done;                        /* tiers before it */
+    int done;                        /* pictures before it */
+    int pictures;                    /* tiers, and RGB beside a spectral scene */
 } stretch;
 
 static void on_progress(void *context, double share) {
     const stretch *s = context;
     if (s->whole && s->whole->progress)
-        s->whole->progress(s->whole->context, (s->done + share) / TIERS);
+        s->whole->progress(s->whole->context, (s->done + share) / s->pictures);
 }
 
 /* The scene in the given tier, with nothing but its beauty wanted. */
@@ -100,17 +102,17 @@ static json_t *tell_tier(const shd_rendering *r, shd_tier tier, const shd_differ
                      tell_error(difference));
 }
 
-/* Takes the reference to `tiers`. */
+/* Takes the references to `tiers` and `spectral`. */
 static json_t *tell_all(const shd_request *request, const shd_showing *showing, double largest,
-                        json_t *tiers) {
+                        json_t *tiers, json_t *spectral) {
     const shd_raster *raster = &request->scene->raster;
     const shd_color_transform *lab = showing->detour ? showing->detour : showing->transform;
     return json_pack(
-        "{ss s{si si si} sf s{ss ss ss} s{sf} so}", "reference", shd_tier_names[SHD_EXACT], "image",
-        "width", raster->w, "height", raster->h, "samples", raster->samples, "largest", largest,
-        "measuredIn", "linear", request->scene->working_space->name, "code",
+        "{ss s{si si si} sf s{ss ss ss} s{sf} so so*}", "reference", shd_tier_names[SHD_EXACT],
+        "image", "width", raster->w, "height", raster->h, "samples", raster->samples, "largest",
+        largest, "measuredIn", "linear", request->scene->working_space->name, "code",
         shd_color_describe(showing->transform)->name, "deltaE2000", shd_color_describe(lab)->name,
-        "seconds", "parse", request->rendering.times.parse, "tiers", tiers);
+        "seconds", "parse", request->rendering.times.parse, "tiers", tiers, "spectral", spectral);
 }
 
 /* ---- The comparison ---- */
@@ -144,6 +146,40 @@ static shd_status compare_tier(shd_request *request, shd_tier tier, const shd_sh
     return status;
 }
 
+/* The scene in RGB, its spectra integrated, against the spectral picture. `out` is NULL if it is
+ * not spectral. */
+static shd_status compare_rgb(shd_request *request, const shd_showing *showing,
+                              const shd_film *exact, stretch *progress, json_t **out,
+                              shd_error *error) {
+    const shd_rendering *first = &request->rendering;
+    shd_scene scene = *request->scene;
+    *out = NULL;
+    if (!scene.spectral.channels) return SHD_OK;
+    shd_arena *arena = shd_arena_new_from(first->engine->spares, shd_arena_room(first->arena));
+    if (!arena) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
+    scene.spectral.channels = 0;
+    shd_rendering r = begin_beside(first, arena);
+    shd_film film;
+    shd_difference difference;
+    double seconds = 0;
+    shd_status status = render_tier(&r, &scene, SHD_EXACT, progress, &film, error);
+    if (status == SHD_OK)
+        status = shd_film_measure(&r, showing, exact, &film, &difference, &seconds, error);
+    if (status == SHD_OK) {
+        shd_json_memory_watch();
+        *out = json_pack("{si s{so} so}", "channels", request->scene->spectral.channels, "rgb",
+                         "deltaE2000", tell_spread(&difference.delta_e, 1), "illuminants",
+                         shd_tell_illuminants(first->plan, arena));
+        if (shd_json_memory_short() || !*out)
+            status = shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
+    }
+    end_beside(&request->rendering, &r);
+    request->full = request->full || shd_arena_full(arena);
+    request->crowded = request->crowded || shd_arena_crowded(arena);
+    shd_arena_drop(arena);
+    return status;
+}
+
 static shd_status compare_tiers(shd_request *request, const shd_render_options *options,
                                 char **json, shd_error *error) {
     shd_rendering *whole = &request->rendering;
@@ -152,7 +188,8 @@ static shd_status compare_tiers(shd_request *request, const shd_render_options *
         shd_showing_make(whole, request->scene, &request->scene->outputs[0], &showing, error);
     if (status != SHD_OK) return status;
 
-    stretch progress = {options, 0};
+    const bool spectral = request->scene->spectral.channels;
+    stretch progress = {options, 0, TIERS + spectral};
     shd_rendering r = begin_beside(whole, whole->arena);
     shd_film exact;
     status = render_tier(&r, request->scene, SHD_EXACT, &progress, &exact, error);
@@ -166,6 +203,10 @@ static shd_status compare_tiers(shd_request *request, const shd_render_options *
         status = compare_tier(request, (shd_tier)t, &showing, &exact, &progress, &r.times.color,
                               &largest, tiers, error);
     }
+    json_t *beside = NULL;
+    progress.done++;
+    if (status == SHD_OK)
+        status = compare_rgb(request, &showing, &exact, &progress, &beside, error);
     if (status != SHD_OK) {
         json_decref(tiers);
         return status;
@@ -175,7 +216,7 @@ static shd_status compare_tiers(shd_request *request, const shd_render_options *
     shd_json_memory_watch();
     json_array_append_new(tiers, tell_tier(&r, SHD_EXACT, &none));
     end_beside(whole, &r);
-    *json = shd_tell_print(tell_all(request, &showing, largest, tiers), 9, NULL);
+    *json = shd_tell_print(tell_all(request, &showing, largest, tiers, beside), 9, NULL);
     return *json ? SHD_OK : shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
 }
 

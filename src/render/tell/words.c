@@ -134,6 +134,26 @@ static void say_lamps(json_t *words, const shd_plan *plan) {
     }
 }
 
+static void say_spectrum(json_t *words, const shd_plan *plan) {
+    const shd_scene *scene = plan->scene;
+    const shd_spectral *spectral = &scene->spectral;
+    if (!spectral->channels) return;
+    say_line(words,
+             "Spectrum: %d channels from %.6g to %.6g nm; each term and light has one color.",
+             spectral->channels, spectral->from, spectral->to);
+    size_t named = 0;
+    for (size_t i = 0; i < scene->light_count; i++) {
+        const shd_light *light = &scene->lights[i];
+        const shd_curve *curve = light->color_curve ? light->color_curve : light->ambient_curve;
+        if (!curve || named++ >= LIGHTS_NAMED) continue;
+        if (curve->name)
+            say_line(words, "Light %zu has the spectrum of CIE %s.", i, curve->name);
+        else
+            say_line(words, "Light %zu has a spectrum of %zu samples.", i, curve->count);
+    }
+    if (named > LIGHTS_NAMED) say_line(words, "So have %zu more lights.", named - LIGHTS_NAMED);
+}
+
 static void say_objects(json_t *words, const shd_plan *plan) {
     const shd_scene *scene = plan->scene;
     size_t pairs = 0;
@@ -225,6 +245,7 @@ json_t *shd_explain_words(const shd_explained *e) {
     say_cost(words, &e->cost);
     say_lights(words, e->plan);
     say_lamps(words, e->plan);
+    say_spectrum(words, e->plan);
     say_objects(words, e->plan);
     say_traced(words, e);
     say_noise(words, e->plan);

@@ -1,0 +1,239 @@
+"""Spectral scenes against an integration of their own, in numpy, of the same tables.
+
+Tolerances: FILM is what a float sample holds (half an ulp of 1 is 6e-8) and twice that; wavelengths are integrated
+by four points of Gauss between all samples, which is exact as the program's Simpson is, but for illuminant A
+(a formula), of which both are within 1e-9.
+"""
+
+import json
+import os
+import re
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+from reference import program
+from spectra import primaries
+
+SOURCE = Path(os.environ["SHADED_SOURCE"])
+FILM = 2e-7
+WALL = {"type": "disc", "radius": 50, "transform": {"rotate": [90, 0, 0]}}  # normal +z
+CAMERA = {"type": "orthographic", "position": [0, 0, 4], "height": 2}
+SUN = {"type": "directional", "direction": [0, 0, -1]}
+
+
+def tables():
+    text = (SOURCE / "src" / "base" / "spectrum_tables.c").read_text(encoding="utf-8")
+    found = re.findall(r"const double (\w+)((?:\[\d+\])+) = (\{.*?\});", text, re.DOTALL)
+    return {name: np.array(json.loads(re.sub(r"\{", "[", body).replace("}", "]")))
+            for name, _, body in found}
+
+
+TABLES = tables()
+OBSERVER = primaries.table(360, 5, TABLES["shd_observer"])
+D65 = primaries.table(360, 5, TABLES["shd_illuminant_d65"])
+PRIMARIES = [primaries.table(380, 10, row) for row in TABLES["shd_primary_curves"]]
+GRID = np.arange(360, 831, 5.0)
+
+
+def illuminant_a(nm):
+    """CIE 15: relative to 560 nm."""
+    return (560 / nm) ** 5 * np.expm1(1.435e7 / (2848 * 560)) / np.expm1(1.435e7 / (2848 * nm))
+
+
+def curve(of):
+    """(function, its samples' wavelengths) of a spectrum as documents have it."""
+    if "spectrum" not in of:
+        at = np.array(of["wavelengths"], float)
+        return lambda nm: of.get("scale", 1) * np.interp(nm, at, of["values"]), at
+    name = of["spectrum"]
+    known = {"A": illuminant_a, "D65": D65, "E": np.ones_like,
+             "D50": primaries.table(360, 5, TABLES["shd_illuminant_d50"])}
+    if name in known:
+        found = known[name]
+    elif name[0] == "F":
+        found = primaries.table(380, 5, TABLES["shd_illuminants_f"][int(name[1:]) - 1])
+    else:
+        found = primaries.table(380, 5, TABLES["shd_test_samples"][int(name[3:]) - 1])
+    return lambda nm: of.get("scale", 1) * found(nm), GRID
+
+
+class Channels:
+    """docs/model.md, Spectrum: to linear Rec.709."""
+
+    def __init__(self, channels=16, low=380, high=730):
+        self.edges = low + (high - low) * np.arange(channels + 1) / channels
+        self.p = np.array([self.means(p, GRID) for p in PRIMARIES])  # [3][bins]
+        self.d65 = self.seen(D65, GRID)
+        self.d65 /= self.d65[1].sum()
+        self.to_rgb = np.linalg.inv(self.d65 @ self.p.T)
+
+    def bins(self, functions, at):
+        for low, high in zip(self.edges, self.edges[1:]):
+            knots = np.concatenate([[low, high], at[(at > low) & (at < high)],
+                                    GRID[(GRID > low) & (GRID < high)]])
+            yield primaries.integrate(functions, knots)
+
+    def means(self, function, at):
+        return np.array(list(self.bins([function], at))) / np.diff(self.edges)
+
+    def seen(self, light, at):
+        return np.array(list(self.bins([OBSERVER, light], at))).T
+
+    def light(self, given):
+        """[3][bins]: RGB of each bin on white."""
+        if isinstance(given, dict):
+            xyz = self.seen(*curve(given))
+            return self.to_rgb @ xyz / xyz[1].sum()
+        return self.to_rgb @ (self.d65 * (np.broadcast_to(given, 3) @ self.p))
+
+    def surface(self, given):
+        if isinstance(given, dict):
+            return self.means(*curve(given))
+        return np.broadcast_to(given, 3) @ self.p
+
+
+def scene(lights, material, **rest):
+    return {"spectral": True, "image": {"width": 3, "height": 3, "samples": 1}, "camera": CAMERA, "lights": lights,
+            "objects": [{**WALL, "material": {"ambient": 0, "diffuse": 0, **material}}], **rest}
+
+
+def centre(document):
+    return program.rgb(program.linear(document))[1, 1]
+
+
+BUMPS = {"wavelengths": [390, 431.5, 475, 512.3, 560, 620, 700], "values": [0.1, 0.6, 0.2, 0.5, 0.35, 0.8, 0.4]}
+
+
+class Pictures(unittest.TestCase):
+    def near(self, measured, expected, tolerance=FILM):
+        np.testing.assert_allclose(measured, expected, rtol=0, atol=tolerance * max(1, np.abs(expected).max()))
+
+    def test_tables_of_primaries_solve_their_program(self):
+        broken, slope = primaries.residual(TABLES["shd_primary_curves"], OBSERVER, D65)
+        # Ten decimals, of 36 samples.
+        self.assertLess(broken, 1e-9)
+        self.assertLess(slope, 1e-8)
+        np.testing.assert_allclose(primaries.solve(OBSERVER, D65), TABLES["shd_primary_curves"], rtol=0, atol=1e-9)
+
+    def test_illuminants_have_the_cies_chromaticities(self):
+        """The chromaticities that CIE 15 has for the illuminants, which are sums in steps of 5 nm."""
+        wanted = {"D65": (0.3127, 0.3290), "A": (0.4476, 0.4074), "D50": (0.3457, 0.3585), "F2": (0.3721, 0.3751),
+                  "F7": (0.3129, 0.3292), "F11": (0.3805, 0.3769), "E": (1 / 3, 1 / 3)}
+        for name, xy in wanted.items():
+            at = np.arange(380, 781, 5)
+            xyz = (OBSERVER(at) * curve({"spectrum": name})[0](at)).sum(axis=1)
+            np.testing.assert_allclose(xyz[:2] / xyz.sum(), xy, atol=1.5e-4, err_msg=name)
+
+    def test_every_pair_of_light_and_surface(self):
+        lights = [1, [1, 0.5, 0.2], {"spectrum": "A"}, {"spectrum": "F2"}, {"spectrum": "F11"}, {"spectrum": "D65"},
+                  {"spectrum": "E"}, {"wavelengths": [555], "values": [7]}, BUMPS]
+        surfaces = [1, [0.2, 0.5, 0.9], {"spectrum": "TCS03"}, {**BUMPS, "scale": 0.5},
+                    {"wavelengths": [600], "values": [0.25]}]
+        for spectral, channels in ((True, Channels()), ({"channels": 41, "from": 360, "to": 800}, Channels(41, 360, 800))):
+            for light in lights:
+                for surface in surfaces:
+                    with self.subTest(light=light, surface=surface, spectral=spectral):
+                        wanted = 1.5 * channels.light(light) @ channels.surface(surface)
+                        self.near(centre(scene([{**SUN, "color": light, "intensity": 1.5}], {"diffuse": surface},
+                                               spectral=spectral)), wanted)
+
+    def test_all_terms_of_a_sphere(self):
+        """Weights of the model times one color for each term and light, pixel by pixel."""
+        material = {"emissive": {"spectrum": "F2", "scale": 0.1}, "ambient": {"spectrum": "TCS05"},
+                    "diffuse": BUMPS, "specular": [0.2, 0.3, 0.1], "shininess": 12,
+                    "lobes": [{"specular": {"spectrum": "TCS09"}, "shininess": 80}]}
+        lamps = [{"type": "point", "position": [2, 3, 4], "color": {"spectrum": "A"}, "intensity": 0.8},
+                 {"type": "point", "position": [-3, 1, 2], "color": [0.3, 0.6, 1]},
+                 {"type": "ambient", "color": {"spectrum": "F11"}, "intensity": 0.3}]
+        document = {"spectral": {"channels": 24}, "image": {"width": 40, "height": 30, "samples": 1},
+                    "ambient": [0.1, 0.2, 0.05], "lights": lamps,
+                    "objects": [{"type": "sphere", "material": material}]}
+        shown = program.rgb(program.linear(document))
+
+        def weights(light, **term):
+            gray = {"ambient": 0, "diffuse": 0, "specular": 0, **term}
+            alone = {**document, "spectral": False, "ambient": 0, "lights": [{**light, "color": 1, "intensity": 1}],
+                     "objects": [{"type": "sphere", "material": gray}]}
+            return program.rgb(program.linear(alone))
+
+        c = Channels(24)
+        terms = [({"diffuse": 1}, c.surface(BUMPS)), ({"specular": 1, "shininess": 12}, c.surface([0.2, 0.3, 0.1])),
+                 ({"specular": 1, "shininess": 80}, c.surface({"spectrum": "TCS09"}))]
+        seen = program.linear({**document, "spectral": False, "lights": [], "ambient": 0, "background": None,
+                               "objects": [{"type": "sphere"}]})["A"]
+        ambient = c.light([0.1, 0.2, 0.05]) + 0.3 * c.light({"spectrum": "F11"})
+        wanted = seen[..., None] * (0.1 * c.light({"spectrum": "F2"}).sum(axis=1) + ambient @ c.surface({"spectrum": "TCS05"}))
+        for light, of in ((lamps[0], 0.8 * c.light({"spectrum": "A"})), (lamps[1], c.light([0.3, 0.6, 1]))):
+            for term, surface in terms:
+                wanted = wanted + weights(light, **term) * (of @ surface)
+        self.near(shown, wanted, 1e-6)  # each weight comes from a float film of its own
+
+    def test_rgb_makes_the_round_trip(self):
+        """To what the film holds; tests/unit/base_spectrum.c asks for 1e-12."""
+        for rgb in ([0, 0, 0.5], [1, 1, 1], [0.3, 0.9, 0.1], [1.5, -0.2, 0.4]):
+            for channels in (16, 17, 100, 256):
+                spectral = {"channels": channels}
+                self.near(centre(scene([SUN], {"diffuse": rgb}, spectral=spectral)), rgb)
+                self.near(centre(scene([{**SUN, "color": rgb}], {"diffuse": 1}, spectral=spectral)), rgb)
+
+    def test_fresnel_is_lifted_at_each_direction(self):
+        """A lobe of facets: RGB weights of the model, lifted, and looked at in the light."""
+        gold = {"model": "cook-torrance", "diffuse": 0, "ambient": 0, "fresnel": {"n": "gold"},
+                "lobes": [{"roughness": 0.3, "weight": 0.7}]}
+        document = {"spectral": True, "image": {"width": 24, "height": 24, "samples": 1},
+                    "lights": [{"type": "point", "position": [3, 2, 3], "color": {"spectrum": "A"}}],
+                    "objects": [{"type": "sphere", "material": gold}]}
+        plain = {**document, "spectral": False, "lights": [{**document["lights"][0], "color": 1}]}
+        weights = program.rgb(program.linear(plain))
+        c = Channels()
+        wanted = (weights @ c.p) @ c.light({"spectrum": "A"}).T
+        self.near(program.rgb(program.linear(document)), wanted, 1e-6)
+        self.assertGreater(np.ptp(weights[12, 12]), 0.01)
+
+    def test_greys_are_those_of_rgb_in_every_model(self):
+        """What surfaces send each other in a microgeometry depends on their own reflectance, too."""
+        for model in ({"model": "westin", "microgeometry": {"type": "grooves"}}, {"model": "oren-nayar", "sigma": 30},
+                      {"model": "blinn-phong", "specular": 0.3}, {"model": "phong-normalized", "specular": 0.3},
+                      {"model": "cook-torrance", "fresnel": {"n": 1.8}}):
+            document = {"image": {"width": 16, "height": 16, "samples": 1}, "ambient": 0.2,
+                        "objects": [{"type": "sphere", "material": {"diffuse": 0.5, **model}}]}
+            with self.subTest(**model):
+                self.near(program.rgb(program.linear({**document, "spectral": True})),
+                          program.rgb(program.linear(document)))
+
+    def test_metamers_part_under_a_and_only_in_spectra(self):
+        """The two spheres of the examples, pixel by pixel in codes: the right one is where the left one is, shifted."""
+        def apart(name, **change):
+            document = json.loads((SOURCE / "api" / "examples" / f"metamers-{name}.json").read_text(encoding="utf-8"))
+            document.update(change, image={"width": 120, "height": 60, "samples": 4},
+                            camera={"type": "orthographic", "position": [0, 0, 7], "height": 2.2})
+            codes = program.codes(document)[..., :3]
+            # 1.1 units are 30 pixels: each half has its sphere in the middle.
+            return np.abs(codes[:, :60] - codes[:, 60:]).max()
+
+        self.assertLessEqual(apart("d65"), 1)  # of rounding
+        self.assertLessEqual(apart("d65", spectral=False), 1)
+        self.assertLessEqual(apart("a", spectral=False), 1)
+        self.assertGreater(apart("a"), 15)
+
+    def test_other_working_spaces_show_the_same(self):
+        """To what the conversion to the working space keeps, f32."""
+        lamp = {**SUN, "color": {"spectrum": "A"}}
+        for material in ({"diffuse": {"spectrum": "TCS01"}}, {"diffuse": [0.2, 0.5, 0.9]}):
+            plain, wide = (centre(scene([lamp], material, workingSpace=space)) for space in ("lin_rec709", "ACEScg"))
+            self.near(plain, wide, 3e-6)
+
+    def test_without_spectral_a_spectrum_is_its_color(self):
+        many = Channels(350)
+        for given in (BUMPS, {"spectrum": "TCS12"}, {"wavelengths": [1], "values": [0.5]}):
+            # 350 channels are near to the integral over all wavelengths: 1 nm is nothing to a reflectance.
+            self.near(centre(scene([SUN], {"diffuse": given}, spectral=False)), many.light(1) @ many.surface(given), 2e-5)
+        for given in ({"spectrum": "A"}, {"spectrum": "F11"}, {**BUMPS, "scale": 9}):
+            self.near(centre(scene([{**SUN, "color": given}], {"diffuse": 1}, spectral=False)),
+                      given.get("scale", 1) * many.light(given).sum(axis=1), 2e-5)
+
+
+if __name__ == "__main__":
+    unittest.main()
