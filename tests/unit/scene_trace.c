@@ -79,8 +79,8 @@ static void mistakes_are_named(void **state) {
         {MATERIAL("'transmission': [0, -1, 0]"), "/objects/0/material/transmission/1", "0 or more"},
         {MATERIAL("'ior': 0"), "/objects/0/material/ior", "greater than 0"},
         {MATERIAL("'diffuse': [1, 1, 1, 2]"), "/objects/0/material/diffuse/3", "from 0 to 1"},
-        {MATERIAL("'diffuse': [1, 1, 1, 1], 'opacity': 1"), "/objects/0/material", "not both"},
-        {MATERIAL("'specular': [1, 1, 1, 1]"), "/objects/0/material/specular", "3 numbers"},
+        {MATERIAL("'diffuse': [1, 1, 1, 0.5], 'opacity': 1"), "/objects/0/material", "not both"},
+        {MATERIAL("'specular': [1, 1, 1, 0.5]"), "/objects/0/material/specular", "alpha below 1"},
         {OUTPUT("'format': 'exr', 'layers': ['shadow']"), "/output/layers/0", "needs `shadows`"},
         {OUTPUT("'format': 'exr', 'layers': ['bounce']"), "/output/layers/0", "needs a `depth`"},
     };
