@@ -56,8 +56,8 @@ static bool weigh_shape(const shd_plan *plan, const shd_light *shape, const shd_
                                     ? shd_madd(at->view, at->normal, -shd_dot(at->normal, at->view))
                                     : at->mirror;
         const lit_point point = {plan, at};
-        const shd_area_model model = {
-            weigh_direction, &point, 3 + 3 * m->lobe_count, sharpness_of(m), {crease}, 1};
+        const shd_area_model model = {weigh_direction, &point,   3 + 3 * m->lobe_count,
+                                      sharpness_of(m), {crease}, 1};
         return shd_area_integrate(shape, at, &model, row) >= 0;
     }
     double diffuse, lobes[1 + SHD_LOBES_MOST];
