@@ -61,6 +61,8 @@ PREMISES = [
     ("Names of materials may be any where `materials` is no object",
      r"there is no material", r"/materials"),
     ("How many lights there are needs `lights` to be an array", r"there is no light", r"/lights"),
+    ("Whether a light's `up` is parallel needs its direction",
+     r"^(/lights/\d+)/up: `up` is parallel", r"$1/(direction|type)(/\d)?"),
     ("Which members a material and its lobes have needs the model",
      r"^(/materials/\w+)(?:/\w+)+: (unknown member|must be|expected)", r"$1/model"),
     # The other mistake mends it.
