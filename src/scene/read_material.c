@@ -242,6 +242,13 @@ static void check_westin(shd_reader *r, const shd_node *node, const raw_material
     if (!(wrong & DIFFUSE)) shd_check_facets(r, &diffuse, raw->diffuse);
 }
 
+/* The first lobe of a list that has all of them. It is black if there is none. */
+static shd_lobe take_first(raw_lobes *lobes) {
+    if (!lobes->count) return (shd_lobe){.shininess = 1};
+    lobes->count--;
+    return *lobes->lobes++;
+}
+
 static void read_material(shd_reader *r, const shd_node *node, const char *name,
                           shd_material *out) {
     static const char *const names[] = {[SHD_MODEL_PHONG] = "a material",
@@ -261,7 +268,7 @@ static void read_material(shd_reader *r, const shd_node *node, const char *name,
         return;
     if (!known) r->wrong |= SHD_SOME_FIELD;
     if (model == SHD_MODEL_WESTIN) check_westin(r, node, &raw);
-    if (metal && raw.further.given) raw.first = (shd_lobe){.shininess = 1};
+    if (metal && raw.further.given) raw.first = take_first(&raw.further);
     if (!raw.preset && !(r->seen & AMBIENT)) memcpy(raw.ambient, raw.diffuse, sizeof raw.ambient);
     make_material(r, &raw, name, out);
     if (!r->wrong) warn_of_material(r, node, out);
