@@ -80,7 +80,9 @@ static bool plan_planes(const shd_scene *scene, shd_arena *arena, shd_plan *plan
             const shd_layer *layer = &scene->outputs[o].layers[l];
             plan->wants[layer->kind] = true;
             if (layer->kind >= SHD_LAYER_NORMAL) continue;
-            shd_plane plane = {layer->kind, layer->kind == SHD_LAYER_LIGHT ? layer->light : 0};
+            shd_plane plane = {
+                layer->kind,
+                layer->kind == SHD_LAYER_LIGHT || layer->kind == SHD_LAYER_LOBE ? layer->light : 0};
             size_t known = 0;
             while (known < count &&
                    (planes[known].kind != plane.kind || planes[known].light != plane.light))

@@ -80,8 +80,9 @@ typedef struct shd_bound {
 
 /* A color picture that is summed up: the beauty, or a layer that an output wants. */
 typedef struct shd_plane {
-    shd_layer_kind kind; /* BEAUTY, EMISSIVE, AMBIENT, DIFFUSE, SPECULAR, LIGHT, SHADOW or BOUNCE */
-    size_t light;        /* index in shd_scene.lights, for LIGHT */
+    shd_layer_kind
+        kind;     /* BEAUTY, EMISSIVE, AMBIENT, DIFFUSE, SPECULAR, LOBE, LIGHT, SHADOW or BOUNCE */
+    size_t light; /* index in shd_scene.lights for LIGHT, in shd_material.lobes for LOBE */
 } shd_plane;
 
 typedef struct shd_plan {

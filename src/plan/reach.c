@@ -84,10 +84,12 @@ static uint64_t hash_material(const shd_plan_material *m) {
 static bool merge_materials(const shd_plan *plan, size_t *first, shd_arena *arena) {
     const size_t count = plan->scene->material_count;
     table t = {.equal = same_material, .things = plan->materials};
+    /* Materials that differ only by lobes that are black are not alike in a lobe's layer. */
+    const bool apart = plan->whole || plan->wants[SHD_LAYER_LOBE];
     if (!make_table(&t, count, arena)) return false;
     for (size_t m = 0; m < count; m++) {
         if (shd_is_cancelled(plan->cancelled)) return false;
-        first[m] = plan->whole ? m : first_equal(&t, hash_material(&plan->materials[m]), m);
+        first[m] = apart ? m : first_equal(&t, hash_material(&plan->materials[m]), m);
     }
     return true;
 }

@@ -27,15 +27,20 @@ const shd_fresnel *shd_metal_find(const char *name) {
     return NULL;
 }
 
-/* M. Born and E. Wolf, Principles of Optics, 14.2: with a^2 and b^2 the real and imaginary parts of
- * the refracted ray's n cos, squared, and s the sine. */
+/* M. Born and E. Wolf, Principles of Optics, 14.2: with a + ib the root of (n + ik)^2 - s^2, c and
+ * s the cosine and the sine, and t = s^2 / c, Rs = ((a - c)^2 + b^2) / ((a + c)^2 + b^2), Rp = Rs
+ * ((a - t)^2 + b^2) / ((a + t)^2 + b^2). Differences are taken before squares, and the smaller one
+ * of a and b follows from 2 a b = 2 n k: so nothing cancels, neither near Brewster's angle nor
+ * where n < 1 lets no light in. */
 double shd_fresnel_reflectance(const shd_fresnel *fresnel, int channel, double cosine) {
     const double n = fresnel->n[channel], k = fresnel->k[channel];
     if (isinf(n) || !(cosine > 0)) return 1;
-    const double c = cosine < 1 ? cosine : 1, c2 = c * c, s2 = 1 - c2;
-    const double real = n * n - k * k - s2, both = hypot(real, 2 * n * k),
-                 a = sqrt(fmax((both + real) / 2, 0)), twice = 2 * a * c;
-    const double across = (both + c2 - twice) / (both + c2 + twice);
-    const double along = c2 * both + s2 * s2;
-    return across * (1 + (along - twice * s2) / (along + twice * s2)) / 2;
+    const double c = cosine < 1 ? cosine : 1, c2 = c * c, s2 = (1 - c) * (1 + c);
+    const double real = (n - k) * (n + k) - s2, both = hypot(real, 2 * n * k),
+                 large = sqrt((both + fabs(real)) / 2), small = large > 0 ? n * k / large : 0;
+    const double a = real < 0 ? small : large, b2 = real < 0 ? large * large : small * small;
+    const double below = (a + c) * (a + c) + b2, along = (a * c + s2) * (a * c + s2) + b2 * c2;
+    if (!(below > 0 && along > 0)) return 1; /* n = 1 at the very horizon */
+    const double across = ((a - c) * (a - c) + b2) / below;
+    return across / 2 * (1 + ((a * c - s2) * (a * c - s2) + b2 * c2) / along);
 }

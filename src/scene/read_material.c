@@ -295,6 +295,13 @@ static void check_westin(shd_reader *r, const shd_node *node, const raw_material
     if (!(wrong & DIFFUSE)) shd_check_facets(r, &diffuse, raw->diffuse);
 }
 
+/* The first lobe of a list that has all of them. It is black if there is none. */
+static shd_lobe take_first(raw_lobes *lobes) {
+    if (!lobes->count) return (shd_lobe){.shininess = 1};
+    lobes->count--;
+    return *lobes->lobes++;
+}
+
 static void read_material(shd_reader *r, const shd_node *node, const char *name,
                           shd_material *out) {
     static const char *const names[] = {[SHD_MODEL_PHONG] = "a material",
@@ -314,7 +321,7 @@ static void read_material(shd_reader *r, const shd_node *node, const char *name,
         return;
     if (!known) r->wrong |= SHD_SOME_FIELD;
     if (model == SHD_MODEL_WESTIN) check_westin(r, node, &raw);
-    if (metal && raw.further.given) raw.first = (shd_lobe){.shininess = 1};
+    if (metal && raw.further.given) raw.first = take_first(&raw.further);
     if (r->seen & OPACITY && raw.alpha >= 0)
         shd_wrong(r, node, "give either `opacity` or a fourth component of `diffuse`, not both");
     if (!raw.preset && !(r->seen & AMBIENT)) {

@@ -20,6 +20,8 @@ int shd_read_model(shd_reader *r, const shd_node *node) {
 
 /* ---- Cook-Torrance ---- */
 
+static const double SLACK = 1e-6;
+
 /* Three numbers, one that stands for all, or the name of a metal. */
 static void read_index(shd_reader *r, const shd_node *node, bool absorbs, double out[3]) {
     if (json_is_string(node->value)) {
@@ -53,17 +55,18 @@ static void read_absorption(shd_reader *r, const shd_node *node, void *out) {
     read_index(r, node, true, out);
 }
 
-/* The reflectance at a right angle is ((n - 1) / (n + 1))^2. */
+/* The reflectance at a right angle is ((n - 1) / (n + 1))^2. What a conversion of colors has
+ * rounded counts as 0 or 1. */
 static void take_f0(shd_reader *r, const shd_node *node, const double f0[3], shd_fresnel *out) {
     for (int c = 0; c < 3; c++) {
-        if (!(f0[c] >= 0 && f0[c] <= 1)) {
+        if (!(f0[c] >= -SLACK && f0[c] <= 1 + SLACK)) {
             if (!isnan(f0[c]))
                 shd_wrong(r, node,
                           "must be within 0 to 1 in each channel of the working space, got %.6g",
                           f0[c]);
             return;
         }
-        const double root = sqrt(f0[c]);
+        const double root = sqrt(shd_larger(f0[c], 0));
         out->n[c] = root < 1 ? (1 + root) / (1 - root) : INFINITY;
         out->k[c] = 0;
     }
@@ -75,11 +78,13 @@ void shd_read_fresnel(shd_reader *r, const shd_node *node, void *out) {
         double f0[3];
         shd_fresnel index;
     } raw_fresnel;
+    /* What squares hold with digits to spare. */
+    static const shd_range index = {0, 1e6, true, false, "greater than 0 and at most 1000000"},
+                           extinction = {0, 1e6, false, false, "0 to 1000000"};
     static const shd_field fields[] = {
         {"f0", shd_read_color, .offset = offsetof(raw_fresnel, f0), .mark = F0},
-        {"n", read_refraction, offsetof(raw_fresnel, index.n), .range = &shd_positive, .mark = N},
-        {"k", read_absorption, offsetof(raw_fresnel, index.k), .range = &shd_not_negative,
-         .mark = K},
+        {"n", read_refraction, offsetof(raw_fresnel, index.n), .range = &index, .mark = N},
+        {"k", read_absorption, offsetof(raw_fresnel, index.k), .range = &extinction, .mark = K},
     };
     raw_fresnel raw = {.f0 = {NAN, NAN, NAN}};
     if (!shd_read_fields(r, node, fields, SHD_LENGTH(fields), 0, "`fresnel`", &raw)) return;

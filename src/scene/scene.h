@@ -209,6 +209,7 @@ typedef enum shd_layer_kind {
     SHD_LAYER_AMBIENT,
     SHD_LAYER_DIFFUSE,
     SHD_LAYER_SPECULAR,
+    SHD_LAYER_LOBE,
     SHD_LAYER_LIGHT,
     SHD_LAYER_SHADOW, /* the share of light that arrives */
     SHD_LAYER_BOUNCE, /* what rays beyond the eye's add */
@@ -221,7 +222,7 @@ typedef enum shd_layer_kind {
 
 typedef struct shd_layer {
     shd_layer_kind kind;
-    size_t light;     /* SHD_LAYER_LIGHT */
+    size_t light;     /* SHD_LAYER_LIGHT; of SHD_LAYER_LOBE the lobe, in shd_material.lobes */
     const char *name; /* as the client wrote it: "light.0" */
 } shd_layer;
 

@@ -116,6 +116,36 @@ static void the_lights_sum_to_what_they_add(void **state) {
     }
 }
 
+/* A lobe that is black has its number, too. */
+static void the_lobes_sum_to_the_highlights(void **state) {
+    for (int i = 0; i < LOOKS; i++) {
+        const setting all = {.tier = looks[i].tier,
+                             .interpolation = looks[i].interpolation,
+                             .background = looks[i].background,
+                             .lobes = "[{\"specular\": 0}, {\"specular\": [0.1, 0.2, 0.3], "
+                                      "\"shininess\": 200}]",
+                             .layers = "[\"specular\", \"lobe.0\", \"lobe.1\", \"lobe.2\"]"};
+        setting last = all;
+        last.specular = "0";
+        drawn d = draw(state, &all), one = draw(state, &last);
+        double most = 0, alone = 0, largest = 0;
+        for (size_t p = 0; p < 3 * pixels_of(&d); p++) {
+            const double highlights = (double)plane_of(&d, SHD_LAYER_SPECULAR, 0)[p],
+                         first = (double)plane_of(&d, SHD_LAYER_LOBE, 0)[p],
+                         third = (double)plane_of(&d, SHD_LAYER_LOBE, 2)[p];
+            assert_true(plane_of(&d, SHD_LAYER_LOBE, 1)[p] == 0);
+            most = fmax(most, fabs(highlights - first - third));
+            alone = fmax(alone, fabs(third - (double)plane_of(&one, SHD_LAYER_SPECULAR, 0)[p]));
+            largest = fmax(largest, third);
+        }
+        assert_true(largest > 0.05);
+        assert_below(most / largest, F32_SUM);
+        assert_below(alone / largest, F32_SUM);
+        drop_drawn(&d);
+        drop_drawn(&one);
+    }
+}
+
 static void a_lights_layer_is_the_picture_it_makes_alone(void **state) {
     char *json = scene(&(setting){.layers = ALL_LAYERS});
     drawn d = film_of(*state, json);
@@ -253,6 +283,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_four_terms_sum_to_the_beauty),
         cmocka_unit_test(the_lights_sum_to_what_they_add),
+        cmocka_unit_test(the_lobes_sum_to_the_highlights),
         cmocka_unit_test(a_lights_layer_is_the_picture_it_makes_alone),
         cmocka_unit_test(a_dropped_term_is_a_zeroed_term),
         cmocka_unit_test(black_lobes_are_absent_lobes),

@@ -44,6 +44,21 @@ def westin():
                                       "microgeometry": {"type": name, **micro}}}]}
 
 
+def models():
+    for name, document in reference_scenes.further_models():
+        yield f"reference {name}", smaller(document)
+    shiny = {"lobes": [{"specular": 0}, {"specular": [0.1, 0.3, 0.2], "shininess": 200}]}
+    facets = {"lobes": [{"roughness": 0.1, "weight": 0.5}, {"roughness": 0.4, "weight": 0.5}]}
+    for model, members in (("phong", shiny), ("blinn-phong", shiny), ("phong-normalized", shiny),
+                           ("cook-torrance", facets)):
+        yield f"lobes of {model}", {
+            "image": {"width": 32, "height": 24},
+            "objects": [{"type": "torus", "material": {"model": model, **members}},
+                        {"type": "sphere", "radius": 0.5, "material": {"specular": 0.5}}],
+            "output": {"format": "exr", "bitDepth": "float", "layers": [
+                "beauty", "specular", "lobe.0", "lobe.1", *(["lobe.2"] if members is shiny else [])]}}
+
+
 def smaller(document):
     """With as many pixels as a test has time for."""
     image = {"width": 512, "height": 512, "samples": 4, **document.get("image", {})}
@@ -231,7 +246,7 @@ def seen_through():
 
 
 def good():
-    for make in (corners, examples, made, many_lights, layered, westin, traced, shaped, seen_through, spectral):
+    for make in (corners, examples, made, many_lights, layered, westin, traced, shaped, seen_through, spectral, models):
         yield from make()
 
 

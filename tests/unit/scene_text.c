@@ -236,7 +236,7 @@ static void full_arena_is_a_memory_error(void **state) {
 /* What is long is bounded, or it could not be left amid its work. */
 static void lists_that_are_too_long_are_refused(void **state) {
     (void)state;
-    enum { MATERIALS = 1001, LAYERS = 80, VALUES = 1 << 21, ROOM = 2 * VALUES + 64 };
+    enum { MATERIALS = 1001, LAYERS = 144, VALUES = 1 << 21, ROOM = 2 * VALUES + 64 };
     char *text = malloc(ROOM), *end = stpcpy(text, "{'objects': [], 'materials': {'m0': {}");
     for (int i = 1; i < MATERIALS; i++) end += sprintf(end, ",'m%d': {}", i);
     strcpy(end, "}}");
@@ -247,7 +247,7 @@ static void lists_that_are_too_long_are_refused(void **state) {
     for (int i = 1; i < LAYERS; i++) end = stpcpy(end, ",'depth'");
     strcpy(end, "]}}");
     assert_limit(text, scene_limits, "/output/layers",
-                 "80 layers are more than there may be: the limit `lights` is 64");
+                 "144 layers are more than there may be: the limit `lights` is 64");
     end = stpcpy(text, "{'objects': [0");
     for (int i = 0; i < VALUES; i++) end = stpcpy(end, ",0");
     strcpy(end, "]}");

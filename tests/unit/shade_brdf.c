@@ -10,6 +10,12 @@
 
 #include "shade/brdf.h"
 
+#if __LDBL_MANT_DIG__ == 113
+typedef long double wide;
+#else
+typedef __float128 wide;
+#endif
+
 static const shd_vec3 UP = {0, 0, 1};
 
 typedef struct subject {
@@ -258,6 +264,48 @@ static void fresnel_has_its_known_values(void **state) {
     assert_null(shd_metal_find("cheese"));
 }
 
+/* Fresnel's two amplitudes with a complex index, in 113 bits. */
+static double fresnel_in_113_bits(double n, double k, double cosine) {
+    const wide c = cosine, s2 = (1 - c) * (1 + c), real = (wide)n * n - (wide)k * k - s2,
+               half = (wide)n * k;
+    /* a + ib = sqrt(real + 2 i half), by Newton's steps from f64. */
+    const double size = hypot((double)real, 2 * (double)half);
+    wide a = sqrt(fmax((size + (double)real) / 2, 0)), b = sqrt(fmax((size - (double)real) / 2, 0));
+    if (real < 0)
+        a = b > 0 ? half / b : 0;
+    else
+        b = a > 0 ? half / a : 0;
+    for (int i = 0; i < 4; i++) { /* z <- (z + w / z) / 2 */
+        const wide below = a * a + b * b;
+        if (!(below > 0)) break;
+        const wide x = (real * a + 2 * half * b) / below, y = (2 * half * a - real * b) / below;
+        a = (a + x) / 2;
+        b = (b + y) / 2;
+    }
+    const wide across = ((a - c) * (a - c) + b * b) / ((a + c) * (a + c) + b * b),
+               along = ((a * c - s2) * (a * c - s2) + b * b * c * c) /
+                       ((a * c + s2) * (a * c + s2) + b * b * c * c);
+    return (double)(across * (1 + along) / 2);
+}
+
+/* The largest error is where nearly all is mirrored: at n < 1, beyond the angle that lets no light
+ * in, whose distance is rounded. */
+static void fresnel_keeps_its_digits(void **state) {
+    (void)state;
+    static const double ks[] = {0, 1e-12, 1e-5, 2e-4, 0.1, 2, 9, 1e6};
+    double most = 0;
+    for (double n = 1e-3; n <= 1e6; n *= 1.37)
+        for (size_t i = 0; i < sizeof ks / sizeof ks[0]; i++)
+            for (double c = 1; c > 1e-9; c *= 0.83) {
+                const shd_fresnel index = {{n, n, n}, {ks[i], ks[i], ks[i]}};
+                const double expected = fresnel_in_113_bits(n, ks[i], c),
+                             actual = shd_fresnel_reflectance(&index, 0, c);
+                assert_true(actual >= 0 && actual <= 1 + 1e-15);
+                most = fmax(most, fabs(actual - expected));
+            }
+    if (!(most < 1e-13)) fail_msg("off by %g", most);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(energy_of_phong_is_its_integral),
@@ -269,6 +317,7 @@ int main(void) {
         cmocka_unit_test(hard_cases_are_finite),
         cmocka_unit_test(lobes_peak_where_they_should),
         cmocka_unit_test(fresnel_has_its_known_values),
+        cmocka_unit_test(fresnel_keeps_its_digits),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

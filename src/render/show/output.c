@@ -225,7 +225,7 @@ static float *color_layer(const shd_rendering *r, const shd_film *film, const sh
     }
     size_t p = 1;
     while (plan->planes[p].kind != layer->kind ||
-           (layer->kind == SHD_LAYER_LIGHT && plan->planes[p].light != layer->light))
+           (layer->kind >= SHD_LAYER_LOBE && plan->planes[p].light != layer->light))
         p++;
     assert(p < plan->plane_count);
     float *rgb = copy_floats(r->arena, film->planes[p], 3 * pixels);

@@ -13,24 +13,25 @@ static uint64_t mul_sat(uint64_t a, uint64_t b) {
     return __builtin_mul_overflow(a, b, &product) ? UINT64_MAX : product;
 }
 
-/* Bytes of the film's floats, if it has any. Light planes are counted in the output that has the
- * most of them, for others may have the same ones. */
+/* Bytes of the film's floats, if it has any. Planes of lights and lobes are counted in the output
+ * that has the most of them, for others may have the same ones. */
 static uint64_t film_bytes(const shd_scene *scene) {
     if (!shd_route_of(scene, &scene->outputs[0], true).film) return 0;
     bool wants[SHD_LAYER_KINDS] = {false};
-    size_t most_lights = 0, planes = 1;
+    size_t most_numbered = 0, planes = 1;
     for (size_t o = 0; o < scene->output_count; o++) {
         const shd_output *output = &scene->outputs[o];
-        size_t lights = 0;
+        size_t numbered = 0;
         for (size_t l = 0; l < output->layer_count; l++) {
-            wants[output->layers[l].kind] = true;
-            lights += output->layers[l].kind == SHD_LAYER_LIGHT;
+            const shd_layer_kind kind = output->layers[l].kind;
+            wants[kind] = true;
+            numbered += kind == SHD_LAYER_LIGHT || kind == SHD_LAYER_LOBE;
         }
-        if (lights > most_lights) most_lights = lights;
+        if (numbered > most_numbered) most_numbered = numbered;
     }
     for (int k = SHD_LAYER_EMISSIVE; k < SHD_LAYER_NORMAL; k++)
-        planes += wants[k] && k != SHD_LAYER_LIGHT;
-    return shd_film_size(&scene->raster, planes + most_lights, wants);
+        planes += wants[k] && k != SHD_LAYER_LIGHT && k != SHD_LAYER_LOBE;
+    return shd_film_size(&scene->raster, planes + most_numbered, wants);
 }
 
 static uint64_t pixels_of(const shd_scene *scene) {

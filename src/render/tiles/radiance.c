@@ -5,14 +5,29 @@
 /* What of a material a plane shows. */
 typedef struct part {
     double constant[3];
-    bool diffuse, specular;
+    bool diffuse;
+    size_t first, end; /* lobes, in shd_plan_material.lobes */
 } part;
+
+static bool counts(const shd_lobe *lobe) {
+    return lobe->specular[0] != 0 || lobe->specular[1] != 0 || lobe->specular[2] != 0;
+}
+
+/* Where lobe `index` of the scene's material is among those that are not black. */
+static void find_lobe(const shd_plan_material *material, size_t index, part *p) {
+    const shd_material *from = material->from;
+    p->first = 0;
+    for (size_t k = 0; k < from->lobe_count && k < index; k++) p->first += counts(&from->lobes[k]);
+    p->end = p->first;
+    if (index < from->lobe_count) p->end += counts(&from->lobes[index]);
+}
 
 static part part_of(const shd_plan *plan, const shd_plan_material *material, size_t plane) {
     const shd_layer_kind kind = plan->planes[plane].kind;
     const bool beauty = kind == SHD_LAYER_BEAUTY, light = kind == SHD_LAYER_LIGHT;
-    part p = {.diffuse = (beauty || light || kind == SHD_LAYER_DIFFUSE) && material->has_diffuse,
-              .specular = beauty || light || kind == SHD_LAYER_SPECULAR};
+    part p = {.diffuse = (beauty || light || kind == SHD_LAYER_DIFFUSE) && material->has_diffuse};
+    if (beauty || light || kind == SHD_LAYER_SPECULAR) p.end = material->lobe_count;
+    if (kind == SHD_LAYER_LOBE) find_lobe(material, plan->planes[plane].light, &p);
     for (int c = 0; c < 3; c++) {
         if (beauty || kind == SHD_LAYER_EMISSIVE) p.constant[c] += material->emissive[c];
         if (beauty || kind == SHD_LAYER_AMBIENT) p.constant[c] += material->ambient[c];
@@ -29,7 +44,7 @@ size_t shd_plane_terms(const shd_plan *plan, const shd_plan_material *material, 
         for (int c = 0; c < 3; c++) terms[count].color[c] = (float)material->diffuse[c];
         term_of[count++] = 0;
     }
-    for (size_t k = 0; p.specular && k < material->lobe_count; k++) {
+    for (size_t k = p.first; k < p.end; k++) {
         for (int c = 0; c < 3; c++) terms[count].color[c] = (float)material->lobes[k].specular[c];
         term_of[count++] = 1 + k;
     }
@@ -50,7 +65,7 @@ void shd_mix_exact(const shd_plan *plan, const shd_plan_material *material, size
         double radiance[3];
         memcpy(radiance, p.constant, sizeof radiance);
         if (p.diffuse) add_exact(material->diffuse, grey, sums, i, radiance);
-        for (size_t k = 0; p.specular && k < material->lobe_count; k++)
+        for (size_t k = p.first; k < p.end; k++)
             add_exact(material->lobes[k].specular, grey, sums + 3 * (1 + k), i, radiance);
         for (int c = 0; c < 3; c++) out[c][i] = (float)radiance[c];
     }
