@@ -30,7 +30,11 @@ function merge(a, b) {
     for (const [key, choose] of [["minimum", Math.max], ["maximum", Math.min],
                                  ["minItems", Math.max], ["maxItems", Math.min]])
         if (key in a && key in b) merged[key] = choose(a[key], b[key]);
-    if (a.prefixItems && b.prefixItems) throw new Error("both have prefixItems");
+    if (a.prefixItems && b.prefixItems) {
+        const [long, short] = a.prefixItems.length < b.prefixItems.length
+            ? [b.prefixItems, a.prefixItems] : [a.prefixItems, b.prefixItems];
+        merged.prefixItems = long.map((part, i) => i < short.length ? { allOf: [part, short[i]] } : part);
+    }
     const choices = [a, b].map(part => "const" in part ? [part.const] : part.enum).filter(Boolean);
     delete merged.const;
     if (choices.length) {
