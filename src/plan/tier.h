@@ -53,3 +53,7 @@ enum { SHD_LEAST_LOG2 = -125 };
 
 /* What rounding to f64 does to a hit, relative to the lengths on the way to it (sight/tie.h). */
 static const double SHD_HIT_ROUNDING = 16 * 0x1p-53;
+
+/* What quadrature of Phong's lobes under a light with a shape may be off, of the most that the
+ * light adds (shade/area.h). */
+static const double SHD_AREA_TOLERANCE = 1e-6;

@@ -25,9 +25,9 @@
 
 #include "shade/lighting.h"
 
-/* What quadrature may be off, of the most that a light adds: of Phong's lobes along the boundary,
- * and of other models over directions. */
-static const double SHD_AREA_TOLERANCE = 1e-6, SHD_AREA_MODEL_TOLERANCE = 3e-5;
+/* What quadrature of other models over directions may be off, of the most that a light adds. That
+ * of Phong's lobes along the boundary is SHD_AREA_TOLERANCE (plan/tier.h). */
+static const double SHD_AREA_MODEL_TOLERANCE = 3e-5;
 
 /* How a light with a shape is summed. */
 typedef enum shd_area_method {

@@ -115,6 +115,9 @@ class PictureTest(unittest.TestCase):
         self.assertEqual(pixels(size=20, background="transparent").getpixel((0, 0))[3], 0)
         self.assertEqual(pixels(size=20, background="#102030").getpixel((0, 0))[:3], (16, 32, 48))
         self.assertEqual(pixels(size=20, background="0,1,0").getpixel((0, 0))[:3], (0, 255, 0))
+        self.assertEqual(pixels(size=20, background="Teal").getpixel((0, 0))[:3], (0, 128, 128))
+        self.assertEqual(pixels(size=20, background="hsl(0 100% 50% / 20%)").getpixel((0, 0)), (255, 0, 0, 51))
+        self.assertEqual(pixels(size=20, background="0,0,1,0.6").getpixel((0, 0)), (0, 0, 255, 153))
         self.assertEqual(pixels(size=20, background=1).getpixel((0, 0))[:3], (255, 255, 255))
         self.assertEqual(self.picture(link(size=20, samples=9)).body, self.picture(link(size=20)).body)
 

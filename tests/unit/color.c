@@ -113,6 +113,7 @@ static void catalog_lists_the_spaces_and_displays_in_order(void **state) {
     assert_ptr_equal(catalog->scene_linear, &catalog->spaces[1]);
     assert_ptr_equal(catalog->colors, &catalog->spaces[1]);
     assert_ptr_equal(catalog->css, shd_catalog_space(catalog, "sRGB"));
+    assert_ptr_equal(catalog->rec709, shd_catalog_space(catalog, "lin_rec709"));
     for (size_t i = 0; i < catalog->space_count; i++) {
         const shd_space_info *space = &catalog->spaces[i];
         assert_int_equal(space->scene_linear, i > 0 && i < 6);

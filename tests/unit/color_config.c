@@ -317,6 +317,7 @@ static void hex_colors_find_srgb(void **state) {
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         shd_color_config *config = load_foreign(cases[i].roles, cases[i].more);
         assert_string_equal(shd_color_catalog(config)->css->name, cases[i].css);
+        assert_string_equal(shd_color_catalog(config)->rec709->name, "lin_rec709");
         shd_color_config_drop(config);
     }
     /* Rec.709 red in AP1, by Bradford adaptation of D65 to the white of ACES. */

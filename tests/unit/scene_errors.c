@@ -251,6 +251,36 @@ static void more_errors_than_are_kept_are_counted(void **state) {
     drop(&r);
 }
 
+/* A configuration has sRGB, linear Rec.709, both or neither. */
+static void colors_of_css_need_their_spaces(void **state) {
+    (void)state;
+    static const struct {
+        const char *color;
+        bool css, rec709;
+        const char *words;
+    } cases[] = {
+        {"red", false, true, "no sRGB space for colors like \"red\""},
+        {"lab(50 0 0)", true, false, "no linear Rec.709 space for colors like \"lab(50 0 0)\""},
+        {"rgb(-1 0 0)", true, false, "no linear Rec.709 space"},
+        {"#123", true, false, NULL},
+        {"rgb(-1 0 0)", false, true, NULL},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        shd_catalog catalog = scene_catalog;
+        if (!cases[i].css) catalog.css = NULL;
+        if (!cases[i].rec709) catalog.rec709 = NULL;
+        char text[200];
+        snprintf(text, sizeof text, "{\"ambient\": \"%s\", \"objects\": []}", cases[i].color);
+        reading r = {.arena = shd_arena_new(scene_limits.memory)};
+        shd_report_init(&r.report, r.arena);
+        shd_scene_read(text, strlen(text), &catalog, &scene_limits, NULL, SHD_PNG, NULL, r.arena,
+                       &r.scene, &r.report);
+        assert_int_equal(r.report.error_count, cases[i].words != NULL);
+        if (cases[i].words) assert_true(has_error(&r, "/ambient", cases[i].words));
+        drop(&r);
+    }
+}
+
 /* What a client wrote is shown without its control characters and not at any length. */
 static void messages_are_fit_to_be_shown(void **state) {
     (void)state;
@@ -290,6 +320,7 @@ int main(void) {
         cmocka_unit_test(meshes_that_do_not_fit_are_refused),
         cmocka_unit_test(pictures_that_no_format_holds_are_refused),
         cmocka_unit_test(more_errors_than_are_kept_are_counted),
+        cmocka_unit_test(colors_of_css_need_their_spaces),
         cmocka_unit_test(messages_are_fit_to_be_shown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

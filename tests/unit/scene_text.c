@@ -319,6 +319,14 @@ static void digest_does_not_change_with_defaults_and_unused_materials(void **sta
               "'penumbra': 0.2, 'exponent': 0, 'color': '#fff', 'ambient': 0, 'frame': 'world',"
               "'attenuation': [1, 0, 0], 'minDistance': 0")};
     assert_same_digests(lit, sizeof lit / sizeof lit[0]);
+    static const char *const backgrounds[] = {
+        WITH("'background': '#f00'"), WITH("'background': ' RED '"),
+        WITH("'background': 'hsl(0deg 100% 50% / 1)'"), WITH("'background': [1, 0, 0, 1]")};
+    assert_same_digests(backgrounds, sizeof backgrounds / sizeof backgrounds[0]);
+    static const char *const clear[] = {WITH("'background': null"),
+                                        WITH("'background': [3, 2, 1, 0]"),
+                                        WITH("'background': 'transparent'")};
+    assert_same_digests(clear, sizeof clear / sizeof clear[0]);
     static const char *const budgets[] = {
         WITH("'accuracy': {'maxError': 0.5}"),
         WITH("'accuracy': {'maxError': 0.5, 'metric': 'deltaE2000'}")};

@@ -181,6 +181,14 @@ static product product_of(const shd_plan *plan, const shd_plan_material *m,
     return p;
 }
 
+static void add_product(finding *f, product p, double most, double error) {
+    for (int c = 0; c < 3; c++) {
+        if (p.most[c] == 0 && p.error[c] == 0) continue;
+        f->most[c] += p.most[c] * most;
+        f->error[c] += p.most[c] * error + p.error[c] * most;
+    }
+}
+
 static void add_weight(finding *f, product p, const shd_plan_light *light, const glance *g,
                        weight w) {
     /* Attenuation and cones multiply, and err by distances and directions. */
@@ -191,10 +199,27 @@ static void add_weight(finding *f, product p, const shd_plan_light *light, const
     const double factor = g->lit.factor_high,
                  error = factor * (w.error + w.most * (distance + FUNCTION)) +
                          g->lit.fall_high * spot * w.most;
-    for (int c = 0; c < 3; c++) {
-        if (p.most[c] == 0 && p.error[c] == 0) continue;
-        f->most[c] += p.most[c] * factor * w.most;
-        f->error[c] += p.most[c] * error + p.error[c] * factor * w.most;
+    add_product(f, p, factor * w.most, error);
+}
+
+/* A light with a shape weighs 1 / A times the integral of a direction's weight over its solid
+ * angle, which is 2 pi at most, and at most twice A over the square of the distance. Of the
+ * hemisphere (N.L)+ makes pi, and (R.V)+^n 2 pi / (n + 1). Quadrature is allowed four times what it
+ * aims at. */
+static void add_shape(finding *f, const shd_plan_light *light) {
+    const shd_plan_material *m = f->material;
+    const shd_light *shape = light->shape;
+    const double area = shd_light_area(shape),
+                 reach = shape->type == SHD_LIGHT_RECT ? hypot(shape->size[0], shape->size[1]) / 2
+                                                       : shape->radius;
+    const double near = shd_larger(shd_least_distance(&f->place, light->position) - reach, 0),
+                 seen = 2 / (near * near);
+    for (size_t t = 0; t < 1 + m->lobe_count; t++) {
+        const double *color = t ? m->lobes[t - 1].specular : m->diffuse;
+        const double whole = t ? 2 / (m->lobes[t - 1].shininess + 1) : 1,
+                     most = smaller_of(whole * SHD_PI / area, seen);
+        add_product(f, product_of(f->plan, m, light, t, color), most,
+                    4 * SHD_AREA_TOLERANCE * most);
     }
 }
 
@@ -202,6 +227,10 @@ static void add_light(finding *f, const shd_piece *piece, const shd_plan_light *
     const shd_plan_material *m = f->material;
     const size_t lights = f->plan->scene->light_count;
     glance g;
+    if (light->shape) {
+        add_shape(f, light);
+        return;
+    }
     const double least = light->directional ? 0 : shd_least_distance(&f->place, light->position);
     if (!shd_piece_lit(f->plan->scene, piece, light, least, &g.lit)) return;
     see_piece(f, piece, light, &g);
@@ -227,10 +256,12 @@ bool shd_errs_otherwise(const shd_plan *plan) {
 
 static bool is_unknown(const shd_plan *plan) {
     if (plan->scene->trace.depth) return true;
-    for (size_t j = 0; j < plan->light_count; j++)
-        if (plan->lights[j].shape) return true;
-    for (size_t m = 0; m < plan->scene->material_count; m++)
-        if (plan->materials[m].model == SHD_MODEL_WESTIN) return true;
+    bool shapes = false;
+    for (size_t j = 0; j < plan->light_count; j++) shapes |= plan->lights[j].shape != NULL;
+    for (size_t m = 0; m < plan->scene->material_count; m++) {
+        const shd_model model = plan->materials[m].model;
+        if (model == SHD_MODEL_WESTIN || (shapes && model != SHD_MODEL_PHONG)) return true;
+    }
     return false;
 }
 
@@ -263,6 +294,10 @@ const char *shd_no_linear_bound(const shd_plan *plan) {
     for (size_t m = 0; m < plan->scene->material_count; m++)
         if (plan->materials[m].model == SHD_MODEL_WESTIN)
             return "simulated microgeometry has noise, and no bound of its rounding";
+    for (size_t j = 0; j < plan->light_count; j++)
+        if (plan->lights[j].shape && is_unknown(plan))
+            return "quadrature of this model under a light with a shape tells its error, and no "
+                   "bound";
     return "a light may touch a surface, or a value exceed what floats hold";
 }
 
