@@ -196,6 +196,19 @@ class Bounces(unittest.TestCase):
             {**document, "image": {**document["image"], "region": [13, 7, 41, 37]}}))
         np.testing.assert_array_equal(part, whole[7:44, 13:54])
 
+    def test_a_mirror_sees_the_front_of_a_light_whose_back_the_camera_sees(self):
+        light = {"type": "rect", "position": [1, 0, 2], "direction": [0, 0, -1], "size": [0.5, 0.5],
+                 "color": [1, 0.5, 0.25], "visible": True}
+        mirror = {"type": "disc", "radius": 3, "transform": {"rotate": [90, 0, 0]},
+                  "material": {"diffuse": 0, "ambient": 0, "reflection": 0.5}}
+        document = {"image": {"width": 9, "height": 9, "samples": 1}, "lights": [light],
+                    "camera": {"position": [-1, 0, 3], "target": [0.2, 0, 0], "fov": 1},
+                    "objects": [mirror], "trace": {"depth": 1}}
+        seen = program.rgb(program.linear(document))[4, 4]
+        np.testing.assert_allclose(seen, 0.5 * math.pi / 0.25 * np.array([1, 0.5, 0.25]), rtol=EXACT)
+        document["camera"]["target"] = [1, 0, 2]
+        np.testing.assert_array_equal(program.rgb(program.linear(document))[4, 4], 0)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -25,11 +25,24 @@ static void light_facets(const shd_scenery *scenery, const shd_facets *facets,
     for (int k = 0; k < 3; k++) out[k] = w * (double)a[k] + u * (double)b[k] + v * (double)c[k];
 }
 
+/* The radiance of a light's visible shape. Its material has that of the side that the camera sees,
+ * and a mirror may see the other one. */
+static void light_emitter(const shd_light *light, const shd_surface *at, double out[3]) {
+    const bool shines = light->type == SHD_LIGHT_SPHERE || shd_dot(at->view, light->direction) > 0;
+    for (int c = 0; c < 3; c++)
+        out[c] = shines ? light->color[c] * (SHD_PI / shd_light_area(light)) : 0;
+}
+
 static void light_point(const void *context, void *scratch, const shd_surface *at,
                         const shd_meeting *met, double out[3]) {
     const shd_scenery *scenery = context;
     shd_tile_scratch *s = scratch;
     const shd_facets *facets = shd_sight_facets(scenery->sight, at->object);
+    const shd_light *emitter = scenery->plan->scene->objects[at->object].emitter;
+    if (emitter) {
+        light_emitter(emitter, at, out);
+        return;
+    }
     if (facets) {
         light_facets(scenery, facets, met, out);
         return;
