@@ -161,19 +161,24 @@ static void find_residual(shd_reflectance *r) {
             }
 }
 
-/* A hundred times nearer to the surface it is more than ten times as large, twice. */
-static bool grows_without_limit(const shd_reflectance *r) {
+/* Whether it grows toward the surface, the eye at the mirrored direction or at the light: a hundred
+ * times nearer it is more than ten times as large, twice. */
+static bool grows_toward(const shd_reflectance *r, double eye) {
     double before = 0;
     int grown = 0;
     for (double height = 1e-2; height > 1e-8; height /= 100) {
         double f[3];
         shd_reflectance_at(r, shd_polar(SHD_PI / 2 - height, SHD_PI),
-                           shd_polar(SHD_PI / 2 - height, 0), f);
+                           shd_polar(SHD_PI / 2 - height, eye), f);
         const double most = fmax(f[0], fmax(f[1], f[2]));
         grown += before > 0 && most > 10 * before;
         before = most;
     }
     return grown >= 2;
+}
+
+static bool grows_without_limit(const shd_reflectance *r) {
+    return grows_toward(r, 0) || grows_toward(r, SHD_PI);
 }
 
 bool shd_reflectance_find(const shd_plan *plan, size_t object, shd_reflectance *out) {
