@@ -174,6 +174,13 @@ shd_status shd_request_render(shd_request *request, const shd_render_options *op
 shd_status shd_request_compare(shd_request *request, const shd_render_options *options, char **json,
                                shd_error *error);
 
+/* Renders the scene and tells as JSON what each of its outputs displays: extremes, means,
+ * percentiles and histograms of its channels, in HSV, YIQ and CIELAB, and what is clipped, as the
+ * HTTP route of the same name answers it. Layers are left out and nothing is encoded. Otherwise as
+ * shd_request_compare. */
+shd_status shd_request_analyze(shd_request *request, const shd_render_options *options, char **json,
+                               shd_error *error);
+
 /* Plans the scene and tells the plan, without rendering anything: what is used, what is left out
  * and why, upper bounds of the picture's error, and an estimate of what it costs. The text is JSON,
  * as the HTTP route of the same name answers it, or words, a sentence a line. Call it once, after a

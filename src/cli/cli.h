@@ -55,7 +55,15 @@ typedef struct cli_options {
     shd_engine_options engine;
 } cli_options;
 
-enum cli_command { CLI_RENDER, CLI_EXPLAIN, CLI_COMPARE, CLI_BRDF, CLI_CHECK, CLI_COMMANDS };
+enum cli_command {
+    CLI_RENDER,
+    CLI_EXPLAIN,
+    CLI_COMPARE,
+    CLI_ANALYZE,
+    CLI_BRDF,
+    CLI_CHECK,
+    CLI_COMMANDS
+};
 
 /* Only CLI_CHECK takes several scenes; CLI_RENDER has an output. Returns the exit status. */
 int cli_run(enum cli_command command, const char *const *scenes, size_t count,

@@ -18,6 +18,9 @@ static const char help_text[] =
     "                                       what it costs; in words on a terminal, else as JSON\n"
     "  shade compare SCENE.json [-o OUT]    say what each accuracy tier costs, and how far off it\n"
     "                                       is from the exact one, as JSON (default: stdout)\n"
+    "  shade analyze SCENE.json [-o OUT]    say what its outputs display: percentiles, "
+    "histograms,\n"
+    "                                       what is clipped, as JSON (default: stdout)\n"
     "  shade brdf SCENE.json [-o OUT]       say what its materials do with light: f_r, albedo,\n"
     "                                       reciprocity, as JSON (default: stdout); OUT.svg and\n"
     "                                       OUT.png are plots of their lobes\n"
@@ -130,14 +133,15 @@ static int read_options(int argc, char **argv, cli_options *options, size_t *cou
 
 static int run_command(const char *name, const char *const *scenes, size_t count,
                        const cli_options *options) {
-    static const char *const names[] = {"render", "explain", "compare", "brdf", "check"};
+    static const char *const names[] = {"render", "explain", "compare", "analyze", "brdf", "check"};
     enum cli_command command = 0;
     while (command < CLI_COMMANDS && strcmp(name, names[command])) command++;
     const bool checks = command == CLI_CHECK;
     if (options->json && command != CLI_EXPLAIN)
         return cli_usage("--json is for explain, which has words as well");
     if (command == CLI_COMMANDS)
-        return cli_usage("unknown command '%s': render, explain, compare, brdf or check", name);
+        return cli_usage("unknown command '%s': render, explain, compare, analyze, brdf or check",
+                         name);
     if (checks && count == 0) return cli_usage("check wants a scene");
     if (checks && options->output) return cli_usage("check writes nothing: -o has no place here");
     if (!checks && count != 1) return cli_usage("%s wants one scene, not %zu", name, count);
@@ -155,6 +159,7 @@ int main(int argc, char **argv) {
     size_t count = 0;
     const int result = read_options(argc, argv, &options, &count);
     if (result >= 0) return result;
-    if (count == 0) return cli_usage("no command: render, explain, compare, brdf or check");
+    if (count == 0)
+        return cli_usage("no command: render, explain, compare, analyze, brdf or check");
     return run_command(argv[1], (const char *const *)argv + 2, count - 1, &options);
 }

@@ -159,13 +159,17 @@ static void on_progress(void *request, double share) {
     cli_progress_draw(share);
 }
 
-/* Renders, or compares if `json` is wanted, with a progress bar. */
-static int render_scene(const char *scene, shd_request *request, char **json) {
+/* What tells of a rendered scene, as JSON. */
+typedef shd_status tell_scene(shd_request *request, const shd_render_options *options, char **json,
+                              shd_error *error);
+
+/* Renders, or has it told if `tell` is there, with a progress bar. */
+static int render_scene(const char *scene, shd_request *request, tell_scene *tell, char **json) {
     shd_render_options options = {.progress = on_progress, .context = request};
     shd_error error;
     catch_interrupts();
     cli_progress_begin();
-    shd_status status = json ? shd_request_compare(request, &options, json, &error)
+    shd_status status = tell ? tell(request, &options, json, &error)
                              : shd_request_render(request, &options, &error);
     cli_progress_end();
     if (interrupt)
@@ -193,7 +197,7 @@ static int write_pictures(const char *scene, const cli_target *target, shd_reque
                          shd_format_get(format)->name, target->path,
                          shd_format_get(target->format)->name);
 
-    int result = render_scene(scene, request, NULL);
+    int result = render_scene(scene, request, NULL, NULL);
     if (result != CLI_DONE) return result;
 
     size_t count;
@@ -206,12 +210,21 @@ static int write_pictures(const char *scene, const cli_target *target, shd_reque
     return written ? CLI_DONE : CLI_FAILED;
 }
 
-static int write_comparison(const char *scene, const cli_target *target, shd_request *request) {
+static int write_told(const char *scene, const cli_target *target, shd_request *request,
+                      tell_scene *tell) {
     char *json = NULL;
-    int result = render_scene(scene, request, &json);
+    int result = render_scene(scene, request, tell, &json);
     if (result == CLI_DONE && !write_json(target, json)) result = CLI_FAILED;
     free(json);
     return result;
+}
+
+static int write_comparison(const char *scene, const cli_target *target, shd_request *request) {
+    return write_told(scene, target, request, shd_request_compare);
+}
+
+static int write_analysis(const char *scene, const cli_target *target, shd_request *request) {
+    return write_told(scene, target, request, shd_request_analyze);
 }
 
 static int write_explanation(const char *scene, const cli_target *target, shd_request *request) {
@@ -277,11 +290,10 @@ static int use_scenes(const char *const *scenes, size_t count, const shd_engine_
 
 int cli_run(enum cli_command command, const char *const *scenes, size_t count,
             const cli_options *options) {
-    static use_scene *const uses[] = {[CLI_RENDER] = write_pictures,
-                                      [CLI_EXPLAIN] = write_explanation,
-                                      [CLI_COMPARE] = write_comparison,
-                                      [CLI_BRDF] = write_brdf,
-                                      [CLI_CHECK] = NULL};
+    static use_scene *const uses[] = {
+        [CLI_RENDER] = write_pictures,    [CLI_EXPLAIN] = write_explanation,
+        [CLI_COMPARE] = write_comparison, [CLI_ANALYZE] = write_analysis,
+        [CLI_BRDF] = write_brdf,          [CLI_CHECK] = NULL};
     cli_target target = {.format = SHD_PNG};
     const int result = command == CLI_RENDER  ? find_picture_target(options->output, &target)
                        : command == CLI_CHECK ? CLI_DONE

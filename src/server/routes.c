@@ -219,7 +219,8 @@ bool shd_route_admit(shd_exchange *exchange) {
 static void (*const submits[SHD_ROUTE_OTHER])(shd_exchange *exchange) = {
     [SHD_ROUTE_RENDER] = shd_render_submit,   [SHD_ROUTE_PREVIEW] = shd_preview_submit,
     [SHD_ROUTE_EXPLAIN] = shd_explain_submit, [SHD_ROUTE_COMPARE] = shd_compare_submit,
-    [SHD_ROUTE_BRDF] = shd_brdf_submit,       [SHD_ROUTE_MESHES] = shd_mesh_submit};
+    [SHD_ROUTE_BRDF] = shd_brdf_submit,       [SHD_ROUTE_MESHES] = shd_mesh_submit,
+    [SHD_ROUTE_ANALYZE] = shd_analyze_submit};
 
 void shd_route_answer(shd_exchange *exchange) {
     const shd_route route = exchange->route;

@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "shade/packed.h"
+
 /* |a - b|^2 / 2 of unit vectors: 1 - a.b without its cancellation near a = b. */
 static double half_chord(shd_vec3 a, shd_vec3 b) {
     const shd_vec3 chord = shd_sub(a, b);
@@ -68,6 +70,40 @@ double shd_phong_energy(double facing, double shininess) {
     else /* by B(s; a, b) = B(a, b) - B(1 - s; b, a) */
         beta = root / g - (h > 0 ? h * 2 * power * c * beta_fraction(c * c, 0.5, h) : 0);
     return (2 * SHD_PI * c + root * g * (power - c * beta)) / (shininess + 2);
+}
+
+/* What of E is not 2 pi N.L, but for s^(h + 1) and its factor: smooth, even where c is 0 or 1, and
+ * from 1 down to 1 / (n + 2). Near c = 1 it is a hypergeometric series. */
+static double energy_of_rest(double c, double h) {
+    const double c2 = c * c, s = (1 - c) * (1 + c);
+    if (s <= 0.5) {
+        double sum = 0, term = 1;
+        for (int k = 0; k < 200 && term > 1e-18 * sum; k++) {
+            sum += term;
+            term *= (h + 0.5 + k) / (h + 2 + k) * s;
+        }
+        return sum / (2 * (h + 1));
+    }
+    if (s < (h + 1) / (h + 2.5)) return (1 - c2 * beta_fraction(s, h, 0.5)) / s;
+    const double beta = h > 0 ? 2 * h * c2 * beta_fraction(c2, 0.5, h) : 0;
+    return (1 + beta - c * sqrt(SHD_PI) / (gamma_ratio(h) * exp(h * log1p(-c2)))) / s;
+}
+
+void shd_fit_phong_energy(double shininess, shd_packed_energy *out) {
+    enum { TERMS = SHD_ENERGY_TERMS };
+    const double h = shininess / 2, kappa = 2.7 / sqrt(h + 1), low = (kappa - 1) / (kappa + 1);
+    *out = (shd_packed_energy){.half = h,
+                               .beta = sqrt(SHD_PI) * gamma_ratio(h),
+                               .kappa = kappa,
+                               .middle = (1 + low) / 2,
+                               .twice = 4 / (1 - low)};
+    for (int j = 0; j < TERMS; j++) {
+        const double angle = SHD_PI * (j + 0.5) / TERMS,
+                     t = out->middle + (1 - low) / 2 * cos(angle),
+                     value = energy_of_rest(kappa * (1 - t) / (1 + t), h);
+        for (int m = 0; m < TERMS; m++)
+            out->terms[m] += value * cos(m * angle) * (m ? 2.0 : 1.0) / TERMS;
+    }
 }
 
 /* ---- The models. ---- */

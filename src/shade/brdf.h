@@ -32,6 +32,10 @@ enum { SHD_BRDF_ROWS = 3 + 3 * (1 + SHD_LOBES_MOST) };
  * of lobe k, for each channel c. False: all are 0, and nothing is written. Any thread. */
 bool shd_brdf_weigh(const shd_surface *at, shd_vec3 toward, double row[SHD_BRDF_ROWS]);
 
+/* Fits E for the kernels. */
+struct shd_packed_energy;
+void shd_fit_phong_energy(double shininess, struct shd_packed_energy *out);
+
 /* E(N.L, n), the integral of (R.V)+^n (N.V)+ over the hemisphere: N.L in [0, 1], n >= 0. Relative
  * error 1e-12. */
 double shd_phong_energy(double facing, double shininess);

@@ -118,6 +118,21 @@ static void add_light(const shd_lighting *lighting, uint32_t index, const shd_su
         add_term(lighting->plan, at, light, k, row + 3 * k, share, sums + 3 * k);
 }
 
+void shd_add_extended(const shd_lighting *lighting, const shd_plan_material *material,
+                      uint32_t index, const shd_points64 *points, size_t point, double *sums) {
+    const shd_surface at = surface_of(points, point, material);
+    add_light(lighting, index, &at, sums);
+}
+
+bool shd_has_kernel(const shd_lighting *lighting, const shd_plan_material *material,
+                    const uint32_t *which, size_t n) {
+    if (lighting->shadows || lighting->plan->bins) return false;
+    if (material->model > SHD_MODEL_COOK_TORRANCE) return false;
+    for (size_t j = 0; j < n; j++)
+        if (lighting->plan->lights[which[j]].shape) return false;
+    return true;
+}
+
 void shd_extended_sums(const shd_lighting *lighting, const shd_plan_material *material,
                        const uint32_t *which, size_t n, const shd_points64 *points,
                        double *const diffuse[3], double *const *specular) {

@@ -12,6 +12,15 @@
 bool shd_weigh_extended(const shd_plan *plan, const shd_plan_light *light, const shd_surface *at,
                         double row[SHD_BRDF_ROWS]);
 
+/* Whether shd_brdf64 or, for Phong's model, shd_sums64 can sum the lights: they are points, which
+ * nothing stops, in three channels, and the model has a kernel. */
+bool shd_has_kernel(const shd_lighting *lighting, const shd_plan_material *material,
+                    const uint32_t *which, size_t n);
+
+/* Adds one light at one point to sums[SHD_BRDF_ROWS]. */
+void shd_add_extended(const shd_lighting *lighting, const shd_plan_material *material,
+                      uint32_t index, const shd_points64 *points, size_t point, double *sums);
+
 /* As shd_light_sums64. */
 void shd_extended_sums(const shd_lighting *lighting, const shd_plan_material *material,
                        const uint32_t *which, size_t n, const shd_points64 *points,

@@ -2,6 +2,7 @@
 
 #include <assert.h>
 
+#include "shade/brdf.h"
 #include "shade/exact.h"
 #include "shade/extended.h"
 #include "shade/packed.h"
@@ -139,9 +140,26 @@ static const shd_wide_light *pack_all_wide(const shd_plan *plan, shd_vec3 origin
     return wide;
 }
 
+/* NULL: memory is short. */
+static const shd_packed_energy *const *pack_energies(const shd_plan *plan, shd_arena *arena) {
+    const size_t count = plan->extended ? plan->scene->material_count : 0;
+    const shd_packed_energy **all = shd_arena_zalloc(arena, count, sizeof *all);
+    for (size_t m = 0; all && m < count; m++) {
+        const shd_plan_material *from = &plan->materials[m];
+        if (from->model != SHD_MODEL_PHONG_NORMALIZED) continue;
+        shd_packed_energy *energies = shd_arena_alloc(arena, from->lobe_count, sizeof *energies);
+        if (!energies) return NULL;
+        for (size_t k = 0; k < from->lobe_count && !shd_is_cancelled(plan->cancelled); k++)
+            shd_fit_phong_energy(from->lobes[k].shininess, &energies[k]);
+        all[m] = energies;
+    }
+    return all;
+}
+
 shd_lighting *shd_lighting_new(const shd_plan *plan, const shd_shadows *shadows, shd_arena *arena) {
     static shd_sums_function *const sums32[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sums32),
-                                    *const sums64[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sums64);
+                                    *const sums64[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sums64),
+                                    *const brdf64[SHD_ISA_COUNT] = SHD_VARIANTS(shd_brdf64);
     const bool fast = plan->tier != SHD_EXACT;
     const size_t material_count = fast ? plan->scene->material_count : 0;
     const size_t light_count = plan->light_count;
@@ -150,7 +168,8 @@ shd_lighting *shd_lighting_new(const shd_plan *plan, const shd_shadows *shadows,
                          *wide = fast ? pack_all_wide(plan, plan->origin, SAME32, arena) : exact;
     shd_packed_light *lights = shd_arena_alloc(arena, fast ? light_count : 0, sizeof *lights);
     shd_packed_material *materials = shd_arena_alloc(arena, material_count, sizeof *materials);
-    if (!lighting || !exact || !wide || !lights || !materials) return NULL;
+    const shd_packed_energy *const *energies = pack_energies(plan, arena);
+    if (!lighting || !exact || !wide || !lights || !materials || !energies) return NULL;
     for (size_t j = 0; fast && j < light_count; j++) {
         lights[j] = shd_pack_light(plan, &plan->lights[j]);
         if (wide[j].sheet_count) lights[j].kind = SHD_KIND_WIDE; /* f64 knows the side */
@@ -172,7 +191,9 @@ shd_lighting *shd_lighting_new(const shd_plan *plan, const shd_shadows *shadows,
                                .wide = wide,
                                .exact = exact,
                                .materials = materials,
-                               .shadows = shadows};
+                               .shadows = shadows,
+                               .brdf64 = brdf64[plan->isa],
+                               .energies = energies};
     return lighting;
 }
 
@@ -256,7 +277,8 @@ void shd_light_sums32(const shd_lighting *lighting, const shd_plan_material *mat
 void shd_light_sums64(const shd_lighting *lighting, const shd_plan_material *material,
                       const uint32_t *which, size_t n, const shd_points64 *points,
                       double *const diffuse[3], double *const *specular) {
-    if (lighting->plan->extended) {
+    const bool extended = lighting->plan->extended;
+    if (extended && !shd_has_kernel(lighting, material, which, n)) {
         shd_extended_sums(lighting, material, which, n, points, diffuse, specular);
         return;
     }
@@ -268,7 +290,7 @@ void shd_light_sums64(const shd_lighting *lighting, const shd_plan_material *mat
                               .points = points,
                               .diffuse64 = diffuse,
                               .specular64 = specular};
-    sum_points(&job, lighting->sums64);
+    sum_points(&job, material->model == SHD_MODEL_PHONG ? lighting->sums64 : lighting->brdf64);
 }
 
 void shd_light_again(const shd_lighting *lighting, const shd_plan_material *material,

@@ -66,6 +66,16 @@ typedef struct shd_packed_material {
     bool wide; /* whether a shininess is below 1, whose edge at R.V = 0 is too steep for f32 */
 } shd_packed_material;
 
+enum { SHD_ENERGY_TERMS = 28 };
+
+/* The energy of a normalized Phong lobe of exponent 2 half: with c = N.L and s^2 = 1 - c^2,
+ *     E = (2 pi c + beta s^(2 half + 2) psi) / (2 half + 2),
+ * psi a Chebyshev series of ((kappa - c) / (kappa + c) - middle) twice / 2. Its relative error is
+ * below 1e-11. */
+typedef struct shd_packed_energy {
+    double half, beta, kappa, middle, twice, terms[SHD_ENERGY_TERMS];
+} shd_packed_energy;
+
 enum { SHD_WIDE_LOBES = 8, SHD_WIDE_ROWS = 3 + 3 * SHD_WIDE_LOBES };
 
 /* The points of a call, and what is done with them: points in f64 (`points`), whose sums go to
@@ -94,6 +104,9 @@ typedef void shd_sums_function(const shd_sums_job *job);
 shd_sums_function shd_sums32_portable, shd_sums32_avx2, shd_sums32_avx512;
 shd_sums_function shd_sums64_portable, shd_sums64_avx2, shd_sums64_avx512;
 
+/* Sums in f64 of the models beside Phong's, of points in f64 and lights without a shape. */
+shd_sums_function shd_brdf64_portable, shd_brdf64_avx2, shd_brdf64_avx512;
+
 /* Computes one light at one vector of floats. The contributions of the set bits of `lanes`, from
  * point `first` on, go to rows[SHD_WIDE_ROWS][vector], and 0 in the other lanes. Rows are the
  * channels of the diffuse sum, then 3 + 3 lobe + channel. */
@@ -108,6 +121,9 @@ struct shd_lighting {
     const shd_wide_light *wide, *exact;   /* [plan->light_count]: for narrow points, for others */
     const shd_packed_material *materials; /* [plan->material_count] */
     const shd_shadows *shadows;           /* or NULL */
+    shd_sums_function *brdf64;
+    /* [plan->material_count] of [lobe_count]; NULL but for normalized Phong lobes */
+    const shd_packed_energy *const *energies;
 };
 
 /* Packs a light, and a material's lobes, for the tier. */

@@ -24,7 +24,7 @@ METHODS = ["get", "head", "post", "put", "delete", "options", "patch", "trace"]
 # Header fields that HTTP itself defines for every message.
 GENERAL = {"date", "content-length", "content-type", "connection"}
 # Nothing from outside makes the server fail.
-SCENE_PATHS = ("/v1/render", "/v1/explain", "/v1/compare", "/v1/brdf")
+SCENE_PATHS = ("/v1/render", "/v1/explain", "/v1/compare", "/v1/analyze", "/v1/brdf")
 UNPROVOKED = {"urn:shaded:problem:internal", "urn:shaded:problem:memory"}
 PREVIEW = "/v1/preview/{material}"
 MESHES = "/v1/meshes/{sha256}"
@@ -324,6 +324,19 @@ class ServerTest(unittest.TestCase):
         self.check(self.daemon.post(path, black), path, "post", "200")
         self.refusals(path)
 
+    def analyze_path(self):
+        path = "/v1/analyze"
+        body = DOCUMENT["paths"][path]["post"]["requestBody"]["content"]
+        for example in body["application/json"]["examples"].values():
+            self.check(self.daemon.post(path, example["value"]), path, "post", "200")
+        warned = {**SMALL, "objects": [{"type": "sphere", "material": {"shininess": 2000}}]}
+        answer = self.daemon.post(path, warned, {"Accept": "application/json"})
+        self.check(answer, path, "post", "200")
+        self.assertTrue(answer.headers["Shaded-Warning"])
+        nothing = {"objects": [], "image": {"width": 3, "height": 2}, "background": None}
+        self.check(self.daemon.post(path, nothing), path, "post", "200")
+        self.refusals(path)
+
     def brdf_path(self):
         path = "/v1/brdf"
         operation = DOCUMENT["paths"][path]["post"]
@@ -420,7 +433,7 @@ class ServerTest(unittest.TestCase):
 
     def deadline(self):
         with Daemon("--timeout", "1") as daemon:
-            for path in ("/v1/render", "/v1/compare"):
+            for path in ("/v1/render", "/v1/compare", "/v1/analyze"):
                 self.check(daemon.post(path, ENDLESS), path, "post", "504")
             many = {"objects": [{"type": "sphere", "material": {
                 "model": "phong-normalized", "specular": 0.5, "shininess": i}} for i in range(300)]}

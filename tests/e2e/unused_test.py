@@ -70,6 +70,7 @@ FEATURES = {
 }
 COMMANDS = {
     "compare": ["shd_request_compare", "shd_delta_e_2000", "shd_film_measure"],
+    "analyze": ["shd_request_analyze", "shd_displayed_make", "shd_figures_find"],
     "explain": ["shd_request_explain", "shd_tell_bound"],
 }
 SIMPLE = {"a sphere": SPHERE, "a sphere without lights": {**SPHERE, "lights": []}}

@@ -46,6 +46,7 @@ def documents():
         ("most objects", "/v1/render", {"objects": spheres, "image": image(64)}),
         ("faces", "/v1/render", {"objects": [{"type": "sphere", "segments": 512,
                                               "interpolation": "flat"}] * 2, "image": image(64)}),
+        ("analysis", "/v1/analyze", {"objects": [ROUGH], "image": image(1200)}),
         ("comparison", "/v1/compare", {"objects": [ROUGH], "image": image(1200)}),
     ]
 

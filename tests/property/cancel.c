@@ -258,7 +258,7 @@ static void write_weaves(FILE *out, int size) {
     fputs("]}", out);
 }
 
-typedef enum call { RENDER, COMPARE, EXPLAIN } call;
+typedef enum call { RENDER, COMPARE, ANALYZE, EXPLAIN } call;
 
 typedef struct stage {
     const char *name;
@@ -295,6 +295,7 @@ static const stage stages[] = {
     {"wide exr", write_wide, 20000, RENDER, 0},
     {"hdr", write_hdr, 1000, RENDER, 0},
     {"comparison", write_png, 600, COMPARE, 0},
+    {"analysis", write_png, 600, ANALYZE, 0},
     {"explanation", write_pairs, 500, EXPLAIN, 0},
 };
 
@@ -318,6 +319,8 @@ static shd_status ask(shd_engine *engine, call which, const char *json) {
     if (status == SHD_OK && which == RENDER) status = shd_request_render(request, NULL, &error);
     if (status == SHD_OK && which == COMPARE)
         status = shd_request_compare(request, NULL, &text, &error);
+    if (status == SHD_OK && which == ANALYZE)
+        status = shd_request_analyze(request, NULL, &text, &error);
     if (status == SHD_OK && which == EXPLAIN)
         status = shd_request_explain(request, SHD_IN_JSON, &text, &error);
     free(text);

@@ -30,14 +30,15 @@ static shd_status find_detour(const shd_rendering *r, const shd_scene *scene,
     return shd_output_transform(r, scene, &plain, out, error);
 }
 
-shd_status shd_showing_make(const shd_rendering *r, const shd_scene *scene,
-                            const shd_output *output, shd_showing *out, shd_error *error) {
+static shd_status make_showing(const shd_rendering *r, const shd_scene *scene,
+                               const shd_output *output, shd_depth depth, shd_showing *out,
+                               shd_error *error) {
     static const double black[3] = {0};
     shd_showing showing = {.flatten = shd_output_is_flat(scene, output),
                            .matte = output->matte,
                            .exposure = output->adjust.exposure};
-    shd_output coded = *output; /* codes are told of 8 bits */
-    coded.depth = SHD_U8;
+    shd_output coded = *output;
+    coded.depth = depth;
     shd_status status = shd_output_transform(r, scene, &coded, &showing.transform, error);
     if (status != SHD_OK) return status;
     showing.bounded = !shd_color_describe(showing.transform)->looks &&
@@ -57,6 +58,16 @@ shd_status shd_showing_make(const shd_rendering *r, const shd_scene *scene,
     }
     *out = showing;
     return SHD_OK;
+}
+
+shd_status shd_showing_make(const shd_rendering *r, const shd_scene *scene,
+                            const shd_output *output, shd_showing *out, shd_error *error) {
+    return make_showing(r, scene, output, SHD_U8, out, error); /* codes are told of 8 bits */
+}
+
+shd_status shd_showing_floats(const shd_rendering *r, const shd_scene *scene,
+                              const shd_output *output, shd_showing *out, shd_error *error) {
+    return make_showing(r, scene, output, SHD_FLOAT, out, error);
 }
 
 /* The matrix of a transform that is a curve of a matrix. Its columns are differences from a grey,

@@ -25,6 +25,10 @@ typedef struct shd_showing {
 shd_status shd_showing_make(const shd_rendering *r, const shd_scene *scene,
                             const shd_output *output, shd_showing *out, shd_error *error);
 
+/* The same, with the transform to floats, whatever the output's depth is. */
+shd_status shd_showing_floats(const shd_rendering *r, const shd_scene *scene,
+                              const shd_output *output, shd_showing *out, shd_error *error);
+
 /* Finds by trying whether what is shown is a known curve of a matrix. If not it is left unknown. */
 shd_shown shd_shown_of(const shd_showing *showing);
 

@@ -44,6 +44,13 @@ static void compare_tiers(shd_job *job) {
     answer_json(job, status, json, &error);
 }
 
+static void analyze_outputs(shd_job *job) {
+    char *json = NULL;
+    shd_error error;
+    shd_status status = shd_request_analyze(job->request, NULL, &json, &error);
+    answer_json(job, status, json, &error);
+}
+
 static void explain_scene(shd_job *job) {
     char *json = NULL;
     shd_error error;
@@ -77,6 +84,11 @@ static void tell_brdf_png(shd_job *job) {
 
 void shd_compare_submit(shd_exchange *exchange) {
     static const shd_work work = {.read = shd_job_read, .run = compare_tiers, .size = SHD_LARGE};
+    shd_job_submit(exchange, &work);
+}
+
+void shd_analyze_submit(shd_exchange *exchange) {
+    static const shd_work work = {.read = shd_job_read, .run = analyze_outputs, .size = SHD_LARGE};
     shd_job_submit(exchange, &work);
 }
 

@@ -10,6 +10,7 @@
 void shd_render_submit(shd_exchange *exchange);
 void shd_preview_submit(shd_exchange *exchange);
 void shd_compare_submit(shd_exchange *exchange);
+void shd_analyze_submit(shd_exchange *exchange);
 void shd_explain_submit(shd_exchange *exchange);
 void shd_brdf_submit(shd_exchange *exchange);
 void shd_mesh_submit(shd_exchange *exchange);

@@ -1,0 +1,200 @@
+/* Light sums in f64 of the models beside Phong's, under lights that are points and that nothing
+ * stops. Compiled once for each instruction set; the equations are those of shade/brdf.h, which
+ * tests/unit/shade_models.c holds it against. */
+#include "base/cpu.h"
+#include "shade/extended.h"
+#include "shade/lights_simd.h"
+
+SHD_INLINE shd_vd smaller(shd_vd a, shd_vd b) {
+    return shd_vd_select(shd_vd_gt(a, b), b, a);
+}
+
+/* A point, a light and what models make of both. */
+typedef struct pairing {
+    shd_vd nv;    /* N.V */
+    shd_vd lv;    /* |L + V|^2 */
+    shd_vd apart; /* |L - V|^2 */
+    shd_vd off;   /* 1 - N.H, 2 if there is no H */
+} pairing;
+
+SHD_INLINE pairing pair_lanes(const points *at, const arrival *by) {
+    const shd_vd zero = shd_vd_set(0), one = shd_vd_set(1);
+    shd_vd sum[3], difference[3], beside[3];
+    for (int c = 0; c < 3; c++) {
+        sum[c] = by->toward[c] + at->v[c];
+        difference[c] = by->toward[c] - at->v[c];
+    }
+    pairing p = {.nv = dot_lanes(at->n, at->v),
+                 .lv = dot_lanes(sum, sum),
+                 .apart = dot_lanes(difference, difference)};
+    const shd_md bisects = shd_vd_gt(p.lv, zero);
+    const shd_vd inverse = one / shd_vd_sqrt(shd_vd_select(bisects, p.lv, one));
+    for (int c = 0; c < 3; c++) beside[c] = sum[c] * inverse - at->n[c];
+    p.off = shd_vd_select(bisects, dot_lanes(beside, beside) * shd_vd_set(0.5), shd_vd_set(2));
+    return p;
+}
+
+/* ---- Diffuse ---- */
+
+SHD_INLINE shd_vd weigh_diffuse(const shd_plan_material *m, const arrival *by, const pairing *p) {
+    if (m->model != SHD_MODEL_OREN_NAYAR) return by->facing;
+    const double square = m->from->sigma * m->from->sigma, a = 1 - square / (2 * (square + 0.33)),
+                 b = 0.45 * square / (square + 0.09);
+    const shd_vd zero = shd_vd_set(0), view = shd_vd_max(p->nv, zero),
+                 between = shd_vd_set(1) - p->apart * shd_vd_set(0.5),
+                 along = shd_vd_max(between - by->facing * view, zero),
+                 rough = along / shd_vd_max(by->facing, view);
+    return by->facing * (shd_vd_set(a) + shd_vd_set(b) * rough);
+}
+
+/* ---- Lobes of Phong's kin ---- */
+
+/* pi N.L / E(N.L, n). */
+SHD_INLINE shd_vd normalize_lobe(const shd_packed_energy *e, shd_vd facing) {
+    const shd_vd one = shd_vd_set(1), c = smaller(facing, one), kappa = shd_vd_set(e->kappa);
+    const shd_vd t = (kappa - c) / (kappa + c),
+                 x = (t - shd_vd_set(e->middle)) * shd_vd_set(e->twice);
+    shd_vd b1 = shd_vd_set(0), b2 = b1; /* Clenshaw: x is doubled */
+    for (int k = SHD_ENERGY_TERMS - 1; k > 0; k--) {
+        const shd_vd b = shd_vd_set(e->terms[k]) + x * b1 - b2;
+        b2 = b1;
+        b1 = b;
+    }
+    const shd_vd psi = shd_vd_set(e->terms[0]) + x * b1 * shd_vd_set(0.5) - b2;
+    const shd_vd log = shd_log1m64(below_one(c * c)) * shd_vd_set(e->half + 1);
+    const shd_vd fall = shd_exp64(shd_vd_max(log, shd_vd_set(-700)));
+    return shd_vd_set(SHD_PI * (2 * e->half + 2)) * c /
+           (shd_vd_set(2 * SHD_PI) * c + shd_vd_set(e->beta) * fall * psi);
+}
+
+SHD_INLINE void add_shine(const shd_sums_job *job, const shd_wide_light *light, const points *at,
+                          const arrival *by, const pairing *p, shd_vd *sums) {
+    const shd_plan_material *m = job->material;
+    const shd_plan_lobe *lobes = m->lobes + job->first_lobe;
+    const shd_packed_energy *energies = job->lighting->energies[m - job->lighting->plan->materials];
+    const shd_vd away[3] = {-at->w[0], -at->w[1], -at->w[2]};
+    const shd_vd off = m->model == SHD_MODEL_BLINN_PHONG ? p->off : half_chords(by->toward, away);
+    shd_vd log = off;
+    bool has_log = false;
+    for (size_t k = 0; k < job->lobe_count; k++) {
+        const double n = lobes[k].shininess, reach = n > SHD_EXACT_CUT ? SHD_EXACT_CUT / n : 1;
+        const shd_md in = shd_vd_gt_in(by->lit, shd_vd_set(reach), off);
+        if (!shd_md_any(in)) continue;
+        if (!has_log) log = shd_log1m64(below_one(off));
+        has_log = true;
+        shd_vd weight = power_of(log, n);
+        if (m->model == SHD_MODEL_PHONG_NORMALIZED)
+            weight *= normalize_lobe(&energies[job->first_lobe + k], by->facing);
+        weight = shd_vd_mul_in(in, weight, by->factor);
+        for (size_t c = 0; c < 3; c++) sums[3 + 3 * k + c] += weight * shd_vd_set(light->color[c]);
+    }
+}
+
+/* ---- Cook-Torrance ---- */
+
+/* As shd_fresnel_reflectance. */
+SHD_INLINE shd_vd mirror_lanes(double n, double k, shd_vd c2, shd_vd s2) {
+    const shd_vd zero = shd_vd_set(0), half = shd_vd_set(0.5);
+    if (isinf(n)) return shd_vd_set(1);
+    const shd_vd c = shd_vd_sqrt(c2), real = shd_vd_set((n - k) * (n + k)) - s2,
+                 size = shd_vd_sqrt(real * real + shd_vd_set(4 * n * k * n * k)),
+                 large = shd_vd_sqrt((size + shd_vd_max(real, -real)) * half),
+                 some = shd_vd_max(large, shd_vd_set(0x1p-500)), small = shd_vd_set(n * k) / some;
+    const shd_md inside = shd_vd_gt(zero, real);
+    const shd_vd a = shd_vd_select(inside, small, large), b = shd_vd_select(inside, large, small),
+                 b2 = b * b, least = shd_vd_set(0x1p-1000);
+    const shd_vd across = ((a - c) * (a - c) + b2) / shd_vd_max((a + c) * (a + c) + b2, least);
+    const shd_vd ac = a * c, rest = b2 * c2,
+                 along = ((ac - s2) * (ac - s2) + rest) /
+                         shd_vd_max((ac + s2) * (ac + s2) + rest, least);
+    return across * half * (shd_vd_set(1) + along);
+}
+
+SHD_INLINE void add_facets(const shd_sums_job *job, const shd_wide_light *light, const arrival *by,
+                           const pairing *p, shd_vd *sums) {
+    const shd_plan_lobe *lobes = job->material->lobes + job->first_lobe;
+    const shd_fresnel *fresnel = &job->material->from->fresnel;
+    const shd_vd one = shd_vd_set(1), two = shd_vd_set(2), quarter = shd_vd_set(0.25),
+                 nh = one - p->off;
+    const shd_vd zero = shd_vd_set(0);
+    const shd_md seen =
+        shd_vd_gt_in(shd_vd_gt_in(shd_vd_gt_in(by->lit, p->nv, zero), nh, zero), p->lv, zero);
+    if (!shd_md_any(seen)) return;
+    const shd_vd vh = shd_vd_sqrt(p->lv) * shd_vd_set(0.5), inverse = one / p->nv, nh2 = nh * nh;
+    const shd_vd open =
+        smaller(smaller(inverse, two * nh / vh), two * nh * by->facing / (vh * p->nv));
+    const shd_vd tangent = p->off * (two - p->off) / nh2;
+    shd_vd mirrored[3];
+    for (int c = 0; c < 3; c++) {
+        const bool again = c && fresnel->n[c] == fresnel->n[0] && fresnel->k[c] == fresnel->k[0];
+        mirrored[c] =
+            again ? mirrored[0]
+                  : mirror_lanes(fresnel->n[c], fresnel->k[c], p->lv * quarter, p->apart * quarter);
+    }
+    for (size_t k = 0; k < job->lobe_count; k++) {
+        const double slope = lobes[k].shininess * lobes[k].shininess;
+        const shd_vd power = shd_vd_max(-tangent / shd_vd_set(slope), shd_vd_set(-700));
+        const shd_vd d = shd_exp64(power) / (shd_vd_set(4 * slope) * (nh2 * nh2));
+        const shd_vd weight = shd_vd_mul_in(seen, d * open, by->factor);
+        for (size_t c = 0; c < 3; c++)
+            sums[3 + 3 * k + c] +=
+                shd_vd_mul_in(seen, weight, mirrored[c]) * shd_vd_set(light->color[c]);
+    }
+}
+
+/* ---- Sums ---- */
+
+/* Computes one light, by the reference, in lanes that vectors cannot hold. */
+__attribute__((noinline, cold)) static void add_left(const shd_sums_job *job, uint32_t index,
+                                                     size_t first, unsigned left, shd_vd *sums) {
+    if (shd_is_cancelled(job->lighting->plan->cancelled)) return;
+    for (size_t i = 0; i < VW; i++) {
+        if (!(left >> i & 1)) continue;
+        double row[SHD_BRDF_ROWS] = {0};
+        shd_add_extended(job->lighting, job->material, index, job->points, first + i, row);
+        for (size_t c = 0; c < 3; c++) sums[c][i] += row[c];
+        for (size_t k = 0; k < 3 * job->lobe_count; k++)
+            sums[3 + k][i] += row[3 + 3 * job->first_lobe + k];
+    }
+}
+
+/* Adds one light. Returns the lanes that are left to the reference. */
+SHD_INLINE unsigned add_light(const shd_sums_job *job, const shd_wide_light *light,
+                              const points *at, shd_md all, shd_vd *sums) {
+    arrival by;
+    const unsigned left = reach_points(light, at, all, NULL, &by);
+    if (!shd_md_any(by.lit)) return left;
+    const pairing p = pair_lanes(at, &by);
+    const shd_vd weight = shd_vd_mul_in(by.lit, by.factor, weigh_diffuse(job->material, &by, &p));
+    for (int c = 0; c < 3; c++) sums[c] += weight * shd_vd_set(light->color[c]);
+    if (job->material->model == SHD_MODEL_COOK_TORRANCE)
+        add_facets(job, light, &by, &p, sums);
+    else
+        add_shine(job, light, at, &by, &p, sums);
+    return left;
+}
+
+void SHD_VARIANT(shd_brdf64)(const shd_sums_job *job) {
+    const shd_wide_light *lights = job->lighting->exact;
+    const double scale = job->lighting->plan->scale;
+    const shd_md all = shd_md_not(shd_vd_gt(shd_vd_set(0), shd_vd_set(0)));
+    for (size_t i = job->first; i < job->end; i += VW) {
+        const size_t count = job->count - i;
+        points at;
+        if (count >= VW)
+            load_points(job->points, i, scale, &at);
+        else
+            load_last(job->points, i, scale, &at);
+        shd_vd sums[ROWS];
+        for (size_t k = 0; k < 3 + 3 * job->lobe_count; k++) sums[k] = shd_vd_set(0);
+        for (size_t k = 0; k < job->n; k++) {
+            const uint32_t index = job->which[k];
+            unsigned left = (1u << VW) - 1;
+            if (lights[index].kind != SHD_KIND_WIDE)
+                left = add_light(job, &lights[index], &at, all, sums);
+            if (count < VW) left &= (1u << count) - 1;
+            if (left) add_left(job, index, i, left, sums);
+        }
+        for (size_t k = 0; k < 3 + 3 * job->lobe_count; k++) store_sums(job, k, i, sums[k]);
+    }
+}
