@@ -1,7 +1,9 @@
 #include "render/tell/reflectance.h"
 
 #include <math.h>
+#include <string.h>
 
+#include "render/tell/albedo.h"
 #include "shade/extended.h"
 
 #define DEGREE (SHD_PI / 180)
@@ -29,147 +31,109 @@ void shd_reflectance_at(const shd_reflectance *r, shd_vec3 light, shd_vec3 view,
     }
 }
 
-/* ---- The albedo: the integral of f_r N.V over the hemisphere of V. ---- */
+/* ---- The albedo. ---- */
 
-/* The nodes and weights on [0, 1] of Gauss and Legendre, by Newton's method. */
-static void make_nodes(size_t count, double *x, double *w) {
-    for (size_t i = 0; i < count; i++) {
-        double z = cos(SHD_PI * ((double)i + 0.75) / ((double)count + 0.5)), slope = 1;
-        for (int step = 0; step < 20; step++) {
-            double p = 1, before = 0;
-            for (size_t k = 0; k < count; k++) {
-                const double n = (double)k, next = ((2 * n + 1) * z * p - n * before) / (n + 1);
-                before = p;
-                p = next;
-            }
-            slope = (double)count * (z * p - before) / (z * z - 1);
-            z -= p / slope;
-        }
-        x[i] = (1 - z) / 2;
-        w[i] = 1 / ((1 - z * z) * slope * slope);
-    }
+/* Where else it is looked whether energy is gained: an albedo may grow up to the horizon. */
+static const double beyond[] = {89.9, 89.99};
+enum { SCANNED = SHD_ALBEDO_ANGLES + 2 };
+
+static const double SLACK = 1e-9; /* of quadrature, where all light is sent on */
+
+static double largest_of(const double f[3]) {
+    return fmax(f[0], fmax(f[1], f[2]));
 }
 
-enum { MOST_NODES = 32 };
-
-typedef struct quadrature {
-    size_t count;
-    double x[MOST_NODES], w[MOST_NODES];
-} quadrature;
-
-/* The half of the circle of V at the angle t around the mirrored light, which is above the horizon
- * for azimuths up to `half`, on both sides of the plane of incidence. */
-static void add_circle(const shd_reflectance *r, const quadrature *rule, double polar, double t,
-                       double weight, double sum[3]) {
-    enum { PIECES = 3 };
-    const double p = cos(polar) * cos(t), q = sin(polar) * sin(t);
-    const double half = p >= q ? SHD_PI : p <= -q ? 0 : acos(-p / q);
-    const shd_vec3 light = shd_polar(polar, SHD_PI), mirror = shd_polar(polar, 0);
-    const shd_vec3 upward = {-cos(polar), 0, sin(polar)}; /* in the plane, across the mirror */
-    for (size_t i = 0; i < PIECES * rule->count; i++) {
-        const size_t piece = i / rule->count, node = i % rule->count;
-        const double turn = half * ((double)piece + rule->x[node]) / PIECES,
-                     share = half * rule->w[node] / PIECES;
-        for (int side = -1; side <= 1; side += 2) {
-            const shd_vec3 v =
-                shd_madd(shd_madd(shd_scale(mirror, cos(t)), upward, sin(t) * cos(turn)),
-                         (shd_vec3){0, 1, 0}, side * sin(t) * sin(turn));
-            double f[3];
-            if (!(v.z > 0)) continue;
-            shd_reflectance_at(r, light, v, f);
-            for (int c = 0; c < 3; c++) sum[c] += f[c] * v.z * sin(t) * share * weight;
-        }
-    }
+static double scanned_angle(size_t i) {
+    return i < SHD_ALBEDO_ANGLES ? shd_albedo_angles[i] : beyond[i - SHD_ALBEDO_ANGLES];
 }
 
-/* How narrow the narrowest lobe is. */
-static double width_of(const shd_plan_material *m) {
-    double width = 1;
-    for (size_t k = 0; k < m->lobe_count; k++) {
-        const double s = m->lobes[k].shininess;
-        width = fmin(width, m->model == SHD_MODEL_COOK_TORRANCE ? s : 1 / sqrt(s + 1));
+/* The angle between two at which more than all light begins to be sent on. */
+static double find_gain(const shd_reflectance *r, double low, double high) {
+    for (int step = 0; step < 12 && !shd_is_cancelled(r->plan->cancelled); step++) {
+        const double middle = (low + high) / 2;
+        double share[3], error;
+        shd_albedo_find(r, middle * DEGREE, 1e-7, share, &error);
+        *(largest_of(share) > 1 ? &high : &low) = middle;
     }
-    return width;
-}
-
-/* By circles around the mirrored light: from lobe to lobe twice as wide, and cut where circles meet
- * the horizon and where Phong's lobes end, with nodes that crowd at the cuts. */
-static void integrate(const shd_reflectance *r, const quadrature *rule, double polar,
-                      double sum[3]) {
-    const double kink = SHD_PI / 2 - polar, edge = SHD_PI / 2, end = SHD_PI / 2 + polar;
-    double low = 0, next = width_of(r->material) / 4;
-    sum[0] = sum[1] = sum[2] = 0;
-    while (low < end) {
-        double high = fmin(next, end);
-        if (low < kink && high > kink) high = kink;
-        if (low < edge && high > edge) high = edge;
-        for (size_t i = 0; i < rule->count; i++) {
-            const double u = rule->x[i], t = low + (high - low) * u * u * (3 - 2 * u);
-            add_circle(r, rule, polar, t, (high - low) * 6 * u * (1 - u) * rule->w[i], sum);
-        }
-        low = high;
-        if (high >= next) next *= 2;
-    }
+    return (low + high) / 2;
 }
 
 static bool find_albedo(shd_reflectance *r) {
-    quadrature fine = {.count = 24}, coarse = {.count = 16};
-    make_nodes(fine.count, fine.x, fine.w);
-    make_nodes(coarse.count, coarse.x, coarse.w);
     r->gains = NAN;
-    for (size_t i = 0; i < SHD_ALBEDO_ANGLES; i++) {
-        if (shd_is_cancelled(r->plan->cancelled)) return false;
-        const double polar = shd_albedo_angles[i] * DEGREE;
-        double rough[3];
-        integrate(r, &fine, polar, r->albedo[i]);
-        integrate(r, &coarse, polar, rough);
-        for (int c = 0; c < 3; c++) {
-            r->quadrature = fmax(r->quadrature, fabs(r->albedo[i][c] - rough[c]));
-            if (r->albedo[i][c] > 1 + 1e-6 && isnan(r->gains)) r->gains = shd_albedo_angles[i];
+    for (size_t i = 0; i < SCANNED; i++) {
+        double share[3], error;
+        const double angle = scanned_angle(i);
+        if (!shd_albedo_find(r, angle * DEGREE, 1e-11, share, &error)) return false;
+        const double most = largest_of(share);
+        if (i < SHD_ALBEDO_ANGLES) {
+            memcpy(r->albedo[i], share, sizeof share);
+            r->quadrature = fmax(r->quadrature, error);
         }
-    }
-    /* The degree between the angle before and that one. */
-    for (double angle = r->gains - 4; !isnan(r->gains) && angle > 0 && angle < r->gains; angle++) {
-        double sum[3];
-        if (shd_is_cancelled(r->plan->cancelled)) return false;
-        integrate(r, &coarse, angle * DEGREE, sum);
-        if (fmax(sum[0], fmax(sum[1], sum[2])) > 1 + 1e-6) r->gains = angle;
+        if (i == 0 || most > r->most + SLACK) {
+            r->most = most;
+            r->most_angle = angle;
+        }
+        if (isnan(r->gains) && most > 1 + SLACK + error)
+            r->gains = i ? find_gain(r, scanned_angle(i - 1), angle) : 0;
     }
     return true;
 }
 
 /* ---- Reciprocity and limits. ---- */
 
+static void try_pair(shd_reflectance *r, double a, double b, double turn) {
+    const shd_vec3 x = shd_polar(a * DEGREE, 0), y = shd_polar(b * DEGREE, turn * DEGREE);
+    double there[3], back[3];
+    if (!(b >= 0 && b < 90)) return;
+    shd_reflectance_at(r, x, y, there);
+    shd_reflectance_at(r, y, x, back);
+    for (int c = 0; c < 3; c++) {
+        const double larger = fmax(fabs(there[c]), fabs(back[c])),
+                     residual = fabs(there[c] - back[c]) / larger;
+        if (!(larger > 1e-9) || !(residual > r->residual)) continue;
+        r->residual = residual;
+        r->residual_light = a;
+        r->residual_view = b;
+        r->residual_turn = turn;
+    }
+}
+
 static void find_residual(shd_reflectance *r) {
-    for (int a = 5; a < 90; a += 10)
+    static const double offs[] = {-2, -1, -0.5, 0.5, 1, 2};
+    const double width = shd_lobe_width(r->material) / DEGREE;
+    for (int a = 5; a < 90; a += 10) {
         for (int b = a; b < 90; b += 10)
-            for (int turn = 0; turn <= 180; turn += 30) {
-                const shd_vec3 x = shd_polar(a * DEGREE, 0),
-                               y = shd_polar(b * DEGREE, turn * DEGREE);
-                double there[3], back[3];
-                shd_reflectance_at(r, x, y, there);
-                shd_reflectance_at(r, y, x, back);
-                for (int c = 0; c < 3; c++) {
-                    const double larger = fmax(fabs(there[c]), fabs(back[c])),
-                                 residual = fabs(there[c] - back[c]) / larger;
-                    if (!(larger > 1e-9) || !(residual > r->residual)) continue;
-                    r->residual = residual;
-                    r->residual_light = a;
-                    r->residual_view = b;
-                    r->residual_turn = turn;
-                }
-            }
+            for (int turn = 0; turn <= 180; turn += 30) try_pair(r, a, b, turn);
+        /* Beside the mirrored direction, where narrow lobes are. */
+        for (size_t k = 0; k < sizeof offs / sizeof offs[0]; k++)
+            try_pair(r, a, a + offs[k] * width, 180);
+    }
+}
+
+/* The largest f_r of light so high above the surface, over views among which are L, where rough
+ * facets send light back, and R. */
+static double largest_at(const shd_reflectance *r, double height) {
+    const double level = sqrt(1 - height * height);
+    const shd_vec3 light = {-level, 0, height}, ends[] = {light, {level, 0, height}};
+    double f[3], most = 0;
+    for (size_t i = 0; i < 2; i++) {
+        shd_reflectance_at(r, light, ends[i], f);
+        most = fmax(most, largest_of(f));
+    }
+    for (int polar = 0; polar < 90; polar += 10)
+        for (int turn = 0; turn <= 180; turn += 15) {
+            shd_reflectance_at(r, light, shd_polar(polar * DEGREE, turn * DEGREE), f);
+            most = fmax(most, largest_of(f));
+        }
+    return most;
 }
 
 /* A hundred times nearer to the surface it is more than ten times as large, twice. */
 static bool grows_without_limit(const shd_reflectance *r) {
     double before = 0;
     int grown = 0;
-    for (double height = 1e-2; height > 1e-8; height /= 100) {
-        double f[3];
-        shd_reflectance_at(r, shd_polar(SHD_PI / 2 - height, SHD_PI),
-                           shd_polar(SHD_PI / 2 - height, 0), f);
-        const double most = fmax(f[0], fmax(f[1], f[2]));
+    for (double height = 1e-4; height > 1e-9; height /= 100) {
+        const double most = largest_at(r, height);
         grown += before > 0 && most > 10 * before;
         before = most;
     }

@@ -17,8 +17,9 @@ typedef struct shd_reflectance {
     /* The share of light from each angle that is sent on, and the most that these are off. */
     double albedo[SHD_ALBEDO_ANGLES][3];
     double quadrature;
-    /* The smallest angle, to a degree, from which a channel sends on more than arrives; NAN: none.
-     */
+    /* The largest share of a channel, and its angle: of those, 89.9 and 89.99 degrees. */
+    double most, most_angle;
+    /* The smallest angle from which a channel sends on more than arrives; NAN: none. */
     double gains;
     /* The largest |f_r(L, V) - f_r(V, L)| over the larger one, on a grid, and where. */
     double residual, residual_light, residual_view, residual_turn;
