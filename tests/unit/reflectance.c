@@ -8,6 +8,7 @@
 #include <cmocka.h>
 
 #include "render/tell/albedo.h"
+#include "render/tell/figures.h"
 #include "render/tell/quadrature.h"
 #include "shade/brdf.h"
 

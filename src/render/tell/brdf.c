@@ -7,6 +7,7 @@
 #include "image/image.h"
 #include "render/planning.h"
 #include "render/request.h"
+#include "render/tell/figures.h"
 #include "render/tell/json.h"
 #include "render/tell/lobe_plot.h"
 #include "render/westin_tables.h"

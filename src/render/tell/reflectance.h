@@ -30,9 +30,6 @@ typedef struct shd_reflectance {
 /* f_r of each channel for unit vectors in the surface's frame, whose normal is z. */
 void shd_reflectance_at(const shd_reflectance *r, shd_vec3 light, shd_vec3 view, double f[3]);
 
-/* Fills all figures of an object's material. False: cancelled. It takes some 100 ms. */
-bool shd_reflectance_find(const shd_plan *plan, size_t object, shd_reflectance *out);
-
 static inline shd_vec3 shd_polar(double polar, double azimuth) {
     return (shd_vec3){sin(polar) * cos(azimuth), sin(polar) * sin(azimuth), cos(polar)};
 }
