@@ -7,6 +7,7 @@
 #include "image/image.h"
 #include "render/planning.h"
 #include "render/request.h"
+#include "render/tell/figures.h"
 #include "render/tell/json.h"
 #include "render/tell/lobe_plot.h"
 #include "render/westin_tables.h"
@@ -59,28 +60,18 @@ static shd_status find_all(shd_rendering *r, const shd_scene *scene, size_t most
 
 /* ---- In words. ---- */
 
-static double largest_albedo(const shd_reflectance *r, double *angle) {
-    double most = 0;
-    *angle = 0;
-    for (size_t i = 0; i < SHD_ALBEDO_ANGLES; i++)
-        for (int c = 0; c < 3; c++)
-            if (r->albedo[i][c] > most) most = r->albedo[i][c], *angle = shd_albedo_angles[i];
-    return most;
-}
-
 static json_t *tell_verdict(const shd_reflectance *r) {
     json_t *words = json_array();
-    double angle;
-    const double most = largest_albedo(r, &angle);
+    const double most = r->most, angle = r->most_angle;
     if (isnan(r->gains))
         json_array_append_new(words,
                               json_sprintf("sends on no more light than arrives: at most %.3g "
-                                           "of it, at %.0f degrees",
+                                           "of it, at %.4g degrees",
                                            most, angle));
     else if (r->gains > 0)
-        json_array_append_new(words, json_sprintf("gains energy above %.0f degrees: %.3g times the "
-                                                  "light that arrives leaves at %.0f degrees",
-                                                  r->gains - 1, most, angle));
+        json_array_append_new(words, json_sprintf("gains energy above %.3g degrees: %.3g times the "
+                                                  "light that arrives leaves at %.4g degrees",
+                                                  r->gains, most, angle));
     else
         json_array_append_new(words,
                               json_sprintf("gains energy, also of light from straight above: up "
@@ -89,7 +80,7 @@ static json_t *tell_verdict(const shd_reflectance *r) {
     if (r->residual > 1e-9)
         json_array_append_new(
             words, json_sprintf("is not reciprocal: f_r differs by %.2g of itself if a light "
-                                "at %.0f degrees and an eye at %.0f change places",
+                                "at %.0f degrees and an eye at %.3g change places",
                                 r->residual, r->residual_light, r->residual_view));
     else
         json_array_append_new(words, json_string("is reciprocal"));
@@ -146,14 +137,13 @@ static json_t *tell_noise(const shd_reflectance *r) {
 
 static json_t *tell_one(const shd_scene *scene, const shd_reflectance *r) {
     const shd_material *material = &scene->materials[scene->objects[r->object].material];
-    return json_pack("{ss ss ss so so so s{sf sf sf sf} sb so so}", "material", material->name,
-                     "model", shd_model_names[r->material->model], "formula",
-                     formulas[r->material->model], "verdict", tell_verdict(r), "albedo",
-                     tell_albedo(r), "noise", tell_noise(r), "reciprocity", "residual", r->residual,
-                     "light", r->residual_light, "view", r->residual_view, "turn", r->residual_turn,
-                     "unbounded", r->unbounded, "gainsEnergyAbove",
-                     isnan(r->gains) ? json_null() : json_real(fmax(r->gains - 1, 0)), "samples",
-                     tell_samples(r));
+    return json_pack(
+        "{ss ss ss so so so s{sf sf sf sf} sb so so}", "material", material->name, "model",
+        shd_model_names[r->material->model], "formula", formulas[r->material->model], "verdict",
+        tell_verdict(r), "albedo", tell_albedo(r), "noise", tell_noise(r), "reciprocity",
+        "residual", r->residual, "light", r->residual_light, "view", r->residual_view, "turn",
+        r->residual_turn, "unbounded", r->unbounded, "gainsEnergyAbove",
+        isnan(r->gains) ? json_null() : json_real(r->gains), "samples", tell_samples(r));
 }
 
 static shd_status tell_json(shd_request *request, shd_bytes *out, shd_error *error) {

@@ -17,8 +17,9 @@ typedef struct shd_reflectance {
     /* The share of light from each angle that is sent on, and the most that these are off. */
     double albedo[SHD_ALBEDO_ANGLES][3];
     double quadrature;
-    /* The smallest angle, to a degree, from which a channel sends on more than arrives; NAN: none.
-     */
+    /* The largest share of a channel, and its angle: of those, 89.9 and 89.99 degrees. */
+    double most, most_angle;
+    /* The smallest angle from which a channel sends on more than arrives; NAN: none. */
     double gains;
     /* The largest |f_r(L, V) - f_r(V, L)| over the larger one, on a grid, and where. */
     double residual, residual_light, residual_view, residual_turn;
@@ -28,9 +29,6 @@ typedef struct shd_reflectance {
 
 /* f_r of each channel for unit vectors in the surface's frame, whose normal is z. */
 void shd_reflectance_at(const shd_reflectance *r, shd_vec3 light, shd_vec3 view, double f[3]);
-
-/* Fills all figures of an object's material. False: cancelled. It takes some 100 ms. */
-bool shd_reflectance_find(const shd_plan *plan, size_t object, shd_reflectance *out);
 
 static inline shd_vec3 shd_polar(double polar, double azimuth) {
     return (shd_vec3){sin(polar) * cos(azimuth), sin(polar) * sin(azimuth), cos(polar)};
