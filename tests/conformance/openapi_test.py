@@ -212,6 +212,7 @@ class ServerTest(unittest.TestCase):
         self.preview_path()
         self.explain_path()
         self.compare_path()
+        self.analyze_path()
         self.brdf_path()
         self.mesh_path()
         self.busy()

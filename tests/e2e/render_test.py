@@ -70,6 +70,18 @@ class RenderTest(unittest.TestCase):
         self.assertRegex(reuse, "^reuse;desc=(nothing|geometry|light)$")
         self.assertTrue(all(re.fullmatch(r"\d+\.\d{3}", value) for _, value in timing))
 
+    def test_rays_from_mirrors_have_a_stage(self):
+        mirror = {"type": "sphere", "radius": 0.4, "material": {"reflection": 0.5}}
+        scene = {**SMALL, "objects": [mirror, {"type": "plane", "transform": {"translate": [0, -1, 0]}}], "trace": {"depth": 2}}
+        timing = self.render(scene).headers["Server-Timing"]
+        self.assertRegex(timing, r", shade;dur=[\d.]+, trace;dur=[\d.]+, color;dur=")
+        counted = self.daemon.metrics()
+        self.assertGreater(counted['shaded_stage_duration_seconds_count{stage="trace"}'], 0)
+        self.render({**SMALL, "camera": {"fov": 33}})
+        self.assertEqual(self.daemon.metrics()
+                         ['shaded_stage_duration_seconds_count{stage="trace"}'],
+                         counted['shaded_stage_duration_seconds_count{stage="trace"}'])
+
     def test_a_picture_takes_from_earlier_ones_what_did_not_change(self):
         def scene(red, light, radius):
             return {**SMALL, "lights": [{"type": "point", "position": [light, 2, 3]}],

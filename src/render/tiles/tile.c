@@ -260,7 +260,6 @@ static const shd_hits *light_hits(const shd_scenery *scenery, shd_tile_scratch *
         }
         if (plan->tier == SHD_EXACT) s->runs[r].group = SHD_RADIANCE;
     }
-    if (scenery->traced) shd_trace_hits(scenery, hits, s);
     return hits;
 }
 
@@ -403,6 +402,7 @@ static void sample_pixels(const shd_scenery *scenery, shd_tile tile, shd_tile_sc
         cast_shots(scenery, s, &c, watch);
         if (scenery->data) store_data(scenery, s->now, s, film, tile);
         const shd_hits *hits = light_hits(scenery, s);
+        if (scenery->traced) shd_trace_hits(scenery, hits, s, watch);
         if (samples == 1) {
             s->fragments.count = hits->count;
             s->fragments.run_count = s->run_count;

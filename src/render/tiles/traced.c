@@ -152,12 +152,14 @@ static void store_shadow(const shd_scenery *scenery, const shd_surface *at, size
             s->sums[shd_sum_of(plan, p, 0, c)][i] = (float)share[c];
 }
 
-void shd_trace_hits(const shd_scenery *scenery, const shd_hits *hits, shd_tile_scratch *s) {
+void shd_trace_hits(const shd_scenery *scenery, const shd_hits *hits, shd_tile_scratch *s,
+                    shd_stopwatch *watch) {
     const shd_plan *plan = scenery->plan;
     const shd_traced *traced = scenery->traced;
     const bool shadows = plan->wants[SHD_LAYER_SHADOW];
     for (size_t i = 0; s->alpha && i < hits->count; i++) s->alpha[i] = 1;
     if (!shadows && !traced->bounces) return;
+    shd_end(watch, &watch->times.shade);
     for (size_t i = 0; i < hits->count && !shd_is_cancelled(plan->cancelled); i++) {
         const bool bounces = traced->bounces && traced->bouncing.bounces[hits->object[i]];
         if (!shadows && !bounces) continue;
@@ -165,4 +167,5 @@ void shd_trace_hits(const shd_scenery *scenery, const shd_hits *hits, shd_tile_s
         if (bounces) bounce_hit(scenery, &at, i, s);
         if (shadows) store_shadow(scenery, &at, i, s);
     }
+    shd_end(watch, &watch->times.trace);
 }

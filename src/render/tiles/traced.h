@@ -13,5 +13,7 @@ const shd_shadows *shd_traced_shadows(const struct shd_traced *traced);
 
 /* Completes the radiance of lit hits, s->sums of s->runs, by what their rays meet, and fills the
  * layers of shadows and bounces, and s->alpha. Layers of the light model's parts are multiplied by
- * the opacity, so that they and the bounces add up to the beauty. */
-void shd_trace_hits(const shd_scenery *scenery, const shd_hits *hits, shd_tile_scratch *s);
+ * the opacity, so that they and the bounces add up to the beauty. Ends the stages shade and trace
+ * if there is anything to do. */
+void shd_trace_hits(const shd_scenery *scenery, const shd_hits *hits, shd_tile_scratch *s,
+                    shd_stopwatch *watch);

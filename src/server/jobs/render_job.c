@@ -104,12 +104,18 @@ static void add_validators(const shd_settings *settings, const char *tag, shd_re
     shd_reply_plain(reply, "Vary", "Accept");
 }
 
+/* Most pictures trace no rays, and say nothing of it. */
+static bool is_run(size_t stage, const double seconds[SHD_STAGE_COUNT]) {
+    return stage != SHD_STAGE_TRACE || seconds[stage] > 0;
+}
+
 static void print_timing(char *out, size_t size, const double seconds[SHD_STAGE_COUNT],
                          const char *reused) {
     size_t length = 0;
     for (size_t i = SHD_STAGE_QUEUE + 1; i < SHD_STAGE_COUNT; i++)
-        length += (size_t)snprintf(out + length, size - length, ", %s;dur=%.3f", shd_stage_names[i],
-                                   seconds[i] * 1e3);
+        if (is_run(i, seconds))
+            length += (size_t)snprintf(out + length, size - length, ", %s;dur=%.3f",
+                                       shd_stage_names[i], seconds[i] * 1e3);
     snprintf(out + length, size - length, ", reuse;desc=%s", reused);
 }
 
@@ -133,9 +139,10 @@ static void add_making(shd_job *job) {
     const double seconds[SHD_STAGE_COUNT] = {
         [SHD_STAGE_PARSE] = times->parse,           [SHD_STAGE_PLAN] = times->plan,
         [SHD_STAGE_VISIBILITY] = times->visibility, [SHD_STAGE_SHADE] = times->shade,
-        [SHD_STAGE_COLOR] = times->color,           [SHD_STAGE_ENCODE] = times->encode};
+        [SHD_STAGE_TRACE] = times->trace,           [SHD_STAGE_COLOR] = times->color,
+        [SHD_STAGE_ENCODE] = times->encode};
     for (size_t i = SHD_STAGE_QUEUE + 1; i < SHD_STAGE_COUNT; i++)
-        shd_metrics_stage(metrics, (shd_stage)i, seconds[i]);
+        if (is_run(i, seconds)) shd_metrics_stage(metrics, (shd_stage)i, seconds[i]);
     static const char *const reused[] = {[SHD_REUSED_NOTHING] = "nothing",
                                          [SHD_REUSED_GEOMETRY] = "geometry",
                                          [SHD_REUSED_LIGHT] = "light"};
