@@ -145,6 +145,34 @@ static double mean_of(const shd_curve *curve, double from, double to) {
     return sum / (to - from);
 }
 
+static double product_at(const shd_curve *const factors[3], double nm) {
+    double product = 1;
+    for (int i = 0; i < 3; i++) product *= shd_curve_value(factors[i], nm);
+    return product;
+}
+
+/* Of three curves that are linear between samples: Simpson's rule is exact for their product. */
+static double integrate_product(const shd_curve *const factors[3]) {
+    double sum = 0;
+    for (double nm = SHD_PRIMARY_FROM, next; nm < SHD_PRIMARY_TO; nm = next) {
+        next = SHD_PRIMARY_TO;
+        for (int i = 0; i < 3; i++) next = next_sample(factors[i], nm, next);
+        sum += (next - nm) / 6 *
+               (product_at(factors, nm) + 4 * product_at(factors, (nm + next) / 2) +
+                product_at(factors, next));
+    }
+    return sum;
+}
+
+void shd_curve_means(const shd_curve *curve, double out[3]) {
+    static const double one = 1;
+    static const shd_curve constant = {.count = 1, .values = &one};
+    for (int c = 0; c < 3; c++)
+        out[c] = curve->scale *
+                 (integrate_product((const shd_curve *[]){curve, &D65, &PRIMARIES[c]}) /
+                  integrate_product((const shd_curve *[]){&constant, &D65, &PRIMARIES[c]}));
+}
+
 static double bin_edge(const shd_bins *bins, size_t b) {
     return bins->from + (bins->to - bins->from) * ((double)b / (double)bins->count);
 }

@@ -45,6 +45,11 @@ bool shd_eye_make(shd_eye *out);
  * the eye sees nothing of the light, which cannot be scaled. */
 bool shd_curve_rgb(const shd_eye *eye, const shd_curve *curve, shd_curve_kind kind, double rgb[3]);
 
+/* The means of a curve, times `scale`, over what linear Rec.709's red, green and blue stand for:
+ * weighted by the curves of the primaries times D65. For what is no color, as an index of
+ * refraction: means are within the curve's own values. */
+void shd_curve_means(const shd_curve *curve, double out[3]);
+
 enum { SHD_BINS_LEAST = 16, SHD_BINS_MOST = 256 };
 
 /* Equal bins of wavelengths, the channels of spectral scenes. A reflectance is its mean in each

@@ -13,7 +13,8 @@ enum {
     SHD_SAMPLES = 14,
     SHD_PRIMARY_FROM = 380,
     SHD_PRIMARY_STEP = 10,
-    SHD_PRIMARY_COUNT = 36 /* to 730 */
+    SHD_PRIMARY_COUNT = 36,
+    SHD_PRIMARY_TO = 730
 };
 
 extern const double shd_observer[3][SHD_WIDE_COUNT]; /* CIE 1931, 2 degrees: x, y, z */

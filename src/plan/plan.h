@@ -50,6 +50,9 @@ typedef struct shd_plan_material {
      * whose colors above are then 1; NULL: they are RGB. */
     const double *bins;
     size_t bin_count; /* of all of `bins` */
+    /* [(plan->bins->count + 2) / 3]: three bins each of a Cook-Torrance material's index, the last
+     * one repeated; NULL: it is the same in a channel's bins. */
+    const shd_fresnel *indices;
 } shd_plan_material;
 
 /* An object as its lights see it. */

@@ -62,6 +62,43 @@ static void reflect(const shd_bins *bins, const shd_curve *curve, const double r
         shd_bins_lift(bins, rgb, out);
 }
 
+/* A curve's means in bins, or three channels' values, as reflectances are lifted. */
+static void find_index(const shd_bins *bins, const shd_curve *curve, const double rgb[3],
+                       double *out) {
+    if (curve) {
+        shd_bins_reflect(bins, curve, out);
+        return;
+    }
+    for (size_t b = 0; b < bins->count; b++) {
+        out[b] = 0;
+        for (int c = 0; c < 3; c++) out[b] += rgb[c] * bins->primaries[b][c];
+    }
+}
+
+/* False: memory is short. */
+static bool find_indices(const shd_bins *bins, const shd_fresnel *fresnel, shd_arena *arena,
+                         shd_plan_material *material) {
+    const size_t groups = (bins->count + 2) / 3;
+    double n[SHD_BINS_MOST], k[SHD_BINS_MOST] = {0};
+    if (!fresnel->n_curve && !fresnel->k_curve && !fresnel->f0_curve) return true;
+    shd_fresnel *indices = shd_arena_zalloc(arena, groups, sizeof *indices);
+    if (!indices) return false;
+    if (fresnel->f0_curve) {
+        shd_bins_reflect(bins, fresnel->f0_curve, n);
+        for (size_t b = 0; b < bins->count; b++) n[b] = shd_index_of(n[b]);
+    } else {
+        find_index(bins, fresnel->n_curve, fresnel->n, n);
+        find_index(bins, fresnel->k_curve, fresnel->k, k);
+    }
+    for (size_t i = 0; i < 3 * groups; i++) {
+        const size_t b = i < bins->count ? i : bins->count - 1;
+        indices[i / 3].n[i % 3] = n[b];
+        indices[i / 3].k[i % 3] = k[b];
+    }
+    material->indices = indices;
+    return true;
+}
+
 bool shd_plan_material_bins(const shd_plan *plan, double (*ambient)[3], shd_arena *arena,
                             shd_plan_material *material) {
     const shd_bins *bins = plan->bins;
@@ -94,6 +131,9 @@ bool shd_plan_material_bins(const shd_plan *plan, double (*ambient)[3], shd_aren
         material->constant[c] = material->emissive[c] + material->ambient[c];
         if (material->has_diffuse) material->diffuse[c] = 1;
     }
+    if (from->model == SHD_MODEL_COOK_TORRANCE &&
+        !find_indices(bins, &from->fresnel, arena, material))
+        return false;
     material->lobes = lobes;
     material->bins = rows;
     material->bin_count = (1 + material->lobe_count) * n;
@@ -128,12 +168,13 @@ bool shd_plan_term_colors(shd_plan *plan, shd_arena *arena) {
 const double *shd_term_color(const shd_plan *plan, const shd_plan_material *material,
                              const shd_plan_light *light, size_t term, double scratch[3]) {
     if (!plan->bins) return light->color;
+    if (!plan->term_colors) {
+        mix_term(plan, material, light, term, scratch);
+        return scratch;
+    }
     const size_t m = (size_t)(material - plan->materials), j = (size_t)(light - plan->lights),
                  terms = 1 + plan->max_lobes;
-    if (plan->term_colors)
-        return plan->term_colors + 3 * (term + terms * (j + plan->light_count * m));
-    mix_term(plan, material, light, term, scratch);
-    return scratch;
+    return plan->term_colors + 3 * (term + terms * (j + plan->light_count * m));
 }
 
 void shd_term_light(const shd_plan *plan, const shd_plan_material *material,

@@ -216,6 +216,10 @@ static void put_spectra(sink *s, const shd_scene *scene) {
         put_curve(s, m->diffuse_curve);
         for (size_t k = 0; m->lobe_curves && k < m->lobe_count; k++)
             put_curve(s, m->lobe_curves[k]);
+        if (m->model != SHD_MODEL_COOK_TORRANCE) continue;
+        put_curve(s, m->fresnel.n_curve);
+        put_curve(s, m->fresnel.k_curve);
+        put_curve(s, m->fresnel.f0_curve);
     }
 }
 

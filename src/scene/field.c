@@ -110,7 +110,7 @@ static const shd_range *range_of_field(const shd_reader *r) {
     return r->field->range ? r->field->range : &any;
 }
 
-static bool in_range(double value, const shd_range *range) {
+bool shd_in_range(double value, const shd_range *range) {
     return (range->above ? value > range->low : value >= range->low) &&
            (range->below ? value < range->high : value <= range->high);
 }
@@ -119,7 +119,7 @@ static bool in_range(double value, const shd_range *range) {
 static bool get_number(shd_reader *r, const shd_node *node, double *out) {
     const shd_range *range = range_of_field(r);
     const double value = json_number_value(node->value);
-    const bool number = json_is_number(node->value), good = number && in_range(value, range);
+    const bool number = json_is_number(node->value), good = number && shd_in_range(value, range);
     if (good)
         *out = value;
     else if (number)
@@ -143,7 +143,7 @@ void shd_read_integer(shd_reader *r, const shd_node *node, void *out) {
     double value = json_number_value(node->value);
     if (!json_is_number(node->value))
         shd_node_expect(r->report, node, "an integer");
-    else if (!in_range(value, range) || value != floor(value))
+    else if (!shd_in_range(value, range) || value != floor(value))
         shd_wrong(r, node, "expected an integer from %s, got %.9g", range->text, value);
     else
         *(int *)out = (int)value;

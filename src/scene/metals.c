@@ -3,28 +3,57 @@
  * n and k are spectra that were measured (E. D. Palik, Handbook of Optical Constants of Solids,
  * 1985, and others), each integrated to linear Rec.709, as the renderer Tungsten publishes them
  * (ComplexIorData.hpp); brass is as Mitsuba's documentation has it. A channel's index is thus a
- * mean over the wavelengths that it stands for. */
+ * mean over the wavelengths that it stands for. Spectral scenes have curves instead. */
 #include <math.h>
 #include <string.h>
 
-#include "scene/scene.h"
+#include "scene/metals.h"
 
 const char *const shd_metal_names[] = {"aluminium", "brass",  "chromium", "copper",
                                        "gold",      "silver", NULL};
 
-static const shd_fresnel metals[] = {
-    {{1.6574599595, 0.8803689579, 0.5212287346}, {9.2238691996, 6.2695232477, 4.8370012281}},
-    {{0.444, 0.527, 1.094}, {3.695, 2.765, 1.829}},
-    {{4.3696828663, 2.9167024892, 1.6547005413}, {5.2064337956, 4.2313645277, 3.7549467933}},
-    {{0.2004376970, 0.9240334304, 1.1022119527}, {3.9129485033, 2.4528477015, 2.1421879552}},
-    {{0.1431189557, 0.3749570432, 1.4424785571}, {3.9831604247, 2.3857207478, 1.6032152899}},
-    {{0.1552646489, 0.1167232965, 0.1383806959}, {4.8283433224, 3.1222459278, 2.1469504455}},
+static const shd_fresnel metals[SHD_METALS] = {
+    {{1.6574599595, 0.8803689579, 0.5212287346},
+     {9.2238691996, 6.2695232477, 4.8370012281},
+     &shd_metal_curves[0][0],
+     &shd_metal_curves[0][1],
+     NULL},
+    {{0.444, 0.527, 1.094},
+     {3.695, 2.765, 1.829},
+     &shd_metal_curves[1][0],
+     &shd_metal_curves[1][1],
+     NULL},
+    {{4.3696828663, 2.9167024892, 1.6547005413},
+     {5.2064337956, 4.2313645277, 3.7549467933},
+     &shd_metal_curves[2][0],
+     &shd_metal_curves[2][1],
+     NULL},
+    {{0.2004376970, 0.9240334304, 1.1022119527},
+     {3.9129485033, 2.4528477015, 2.1421879552},
+     &shd_metal_curves[3][0],
+     &shd_metal_curves[3][1],
+     NULL},
+    {{0.1431189557, 0.3749570432, 1.4424785571},
+     {3.9831604247, 2.3857207478, 1.6032152899},
+     &shd_metal_curves[4][0],
+     &shd_metal_curves[4][1],
+     NULL},
+    {{0.1552646489, 0.1167232965, 0.1383806959},
+     {4.8283433224, 3.1222459278, 2.1469504455},
+     &shd_metal_curves[5][0],
+     &shd_metal_curves[5][1],
+     NULL},
 };
 
 const shd_fresnel *shd_metal_find(const char *name) {
     for (size_t i = 0; shd_metal_names[i]; i++)
         if (!strcmp(shd_metal_names[i], name)) return &metals[i];
     return NULL;
+}
+
+double shd_index_of(double f0) {
+    const double root = sqrt(shd_larger(f0, 0));
+    return root < 1 ? (1 + root) / (1 - root) : INFINITY;
 }
 
 /* M. Born and E. Wolf, Principles of Optics, 14.2: with a + ib the root of (n + ik)^2 - s^2, c and

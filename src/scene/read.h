@@ -71,6 +71,8 @@ typedef struct shd_range {
 
 extern const shd_range shd_positive, shd_not_negative;
 
+bool shd_in_range(double value, const shd_range *range);
+
 /* Reads node->value (never NULL unless the field is `always`) into `out`. The field is r->field as
  * long as the reader reads no fields itself. */
 typedef void shd_field_read(shd_reader *r, const shd_node *node, void *out);
@@ -190,6 +192,10 @@ void shd_convert_color(shd_reader *r, const shd_node *node, const shd_space_info
  * *alpha is its caller's default otherwise, which is 1. After an error neither means anything, but
  * both are as they were or finite. (shd_read_color takes no alpha but 1.) */
 void shd_read_color_alpha(shd_reader *r, const shd_node *node, double rgb[3], double *alpha);
+/* The samples of what is no color, within r->field's range, and their means over what red, green
+ * and blue stand for (shd_curve_means). NULL: wrong. */
+const shd_curve *shd_read_measured(shd_reader *r, const shd_node *node, double means[3]);
+
 /* The curve times a factor. NULL: there is no curve, or no memory. */
 const shd_curve *shd_scale_curve(shd_reader *r, const shd_curve *curve, double factor);
 

@@ -22,13 +22,17 @@ int shd_read_model(shd_reader *r, const shd_node *node) {
 
 static const double SLACK = 1e-6;
 
-/* Three numbers, one that stands for all, or the name of a metal. */
-static void read_index(shd_reader *r, const shd_node *node, bool absorbs, double out[3]) {
+/* Three numbers, one that stands for all, samples over wavelengths, or the name of a metal. */
+static void read_index(shd_reader *r, const shd_node *node, bool absorbs, shd_fresnel *index) {
+    double *out = absorbs ? index->k : index->n;
+    const shd_curve **curve = absorbs ? &index->k_curve : &index->n_curve;
+    *curve = NULL;
     if (json_is_string(node->value)) {
         const char *name = json_string_value(node->value);
         const shd_fresnel *metal = shd_metal_find(name);
         if (metal) {
             memcpy(out, absorbs ? metal->k : metal->n, 3 * sizeof *out);
+            *curve = absorbs ? metal->k_curve : metal->n_curve;
             return;
         }
         size_t count = 0;
@@ -42,8 +46,11 @@ static void read_index(shd_reader *r, const shd_node *node, bool absorbs, double
     } else if (json_is_array(node->value)) {
         double values[3];
         if (shd_get_three(r, node, values)) memcpy(out, values, sizeof values);
+    } else if (json_is_object(node->value)) {
+        *curve = shd_read_measured(r, node, out);
     } else {
-        shd_node_expect(r->report, node, "a number, three numbers, or the name of a metal");
+        shd_node_expect(r->report, node,
+                        "a number, three numbers, {wavelengths, values}, or the name of a metal");
     }
 }
 
@@ -55,8 +62,6 @@ static void read_absorption(shd_reader *r, const shd_node *node, void *out) {
     read_index(r, node, true, out);
 }
 
-/* The reflectance at a right angle is ((n - 1) / (n + 1))^2. What a conversion of colors has
- * rounded counts as 0 or 1. */
 static void take_f0(shd_reader *r, const shd_node *node, const double f0[3], shd_fresnel *out) {
     for (int c = 0; c < 3; c++) {
         if (!(f0[c] >= -SLACK && f0[c] <= 1 + SLACK)) {
@@ -66,9 +71,18 @@ static void take_f0(shd_reader *r, const shd_node *node, const double f0[3], shd
                           f0[c]);
             return;
         }
-        const double root = sqrt(shd_larger(f0[c], 0));
-        out->n[c] = root < 1 ? (1 + root) / (1 - root) : INFINITY;
+        out->n[c] = shd_index_of(f0[c]);
         out->k[c] = 0;
+    }
+}
+
+/* What a curve reflects at a right angle, which its color in RGB may hide. */
+static void check_f0(shd_reader *r, const shd_node *node, const shd_curve *curve) {
+    for (size_t i = 0; curve && i < curve->count; i++) {
+        const double value = curve->values[i] * curve->scale;
+        if (value <= 1 + SLACK) continue;
+        shd_wrong(r, node, "reflects %.6g at a wavelength: at most 1", value);
+        return;
     }
 }
 
@@ -82,9 +96,10 @@ void shd_read_fresnel(shd_reader *r, const shd_node *node, void *out) {
     static const shd_range index = {0, 1e6, true, false, "greater than 0 and at most 1000000"},
                            extinction = {0, 1e6, false, false, "0 to 1000000"};
     static const shd_field fields[] = {
-        {"f0", shd_read_color, .offset = offsetof(raw_fresnel, f0), .mark = F0},
-        {"n", read_refraction, offsetof(raw_fresnel, index.n), .range = &index, .mark = N},
-        {"k", read_absorption, offsetof(raw_fresnel, index.k), .range = &extinction, .mark = K},
+        {"f0", shd_read_color_or_spectrum, .offset = offsetof(raw_fresnel, f0), .mark = F0,
+         .curve = offsetof(raw_fresnel, index.f0_curve)},
+        {"n", read_refraction, offsetof(raw_fresnel, index), .range = &index, .mark = N},
+        {"k", read_absorption, offsetof(raw_fresnel, index), .range = &extinction, .mark = K},
     };
     raw_fresnel raw = {.f0 = {NAN, NAN, NAN}};
     if (!shd_read_fields(r, node, fields, SHD_LENGTH(fields), 0, "`fresnel`", &raw)) return;
@@ -95,16 +110,17 @@ void shd_read_fresnel(shd_reader *r, const shd_node *node, void *out) {
         return;
     }
     const shd_node n = shd_node_member(node, "n"), f0 = shd_node_member(node, "f0");
-    if (seen & F0)
-        take_f0(r, &f0, raw.f0, out);
-    else {
-        if (!(seen & K) && json_is_string(n.value)) read_index(r, &n, true, raw.index.k);
-        *(shd_fresnel *)out = raw.index;
+    if (seen & F0) {
+        take_f0(r, &f0, raw.f0, &raw.index);
+        check_f0(r, &f0, raw.index.f0_curve);
+    } else if (!(seen & K) && json_is_string(n.value)) {
+        read_index(r, &n, true, &raw.index);
     }
+    *(shd_fresnel *)out = raw.index;
 }
 
 const shd_fresnel *shd_default_fresnel(void) {
-    static const shd_fresnel glass = {{1.5, 1.5, 1.5}, {0, 0, 0}};
+    static const shd_fresnel glass = {.n = {1.5, 1.5, 1.5}};
     return &glass;
 }
 

@@ -201,6 +201,31 @@ void shd_read_color_or_spectrum(shd_reader *r, const shd_node *node, void *out) 
     }
 }
 
+const shd_curve *shd_read_measured(shd_reader *r, const shd_node *node, double means[3]) {
+    const shd_range *range = r->field->range;
+    const shd_node values = shd_node_member(node, "values"),
+                   name = shd_node_member(node, "spectrum");
+    raw_curve raw = {.scale = 1};
+    if (name.value) {
+        shd_wrong(r, &name,
+                  "named spectra are light or reflectances: give `wavelengths` and "
+                  "`values`");
+        return NULL;
+    }
+    const shd_curve *curve = read_curve(r, node, &raw) ? make_curve(r, node, &raw, false) : NULL;
+    if (!curve) return NULL;
+    for (size_t i = 0; i < curve->count; i++) {
+        const double value = curve->values[i] * curve->scale;
+        if (shd_in_range(value, range)) continue;
+        const shd_node item = shd_node_item(&values, i);
+        shd_wrong(r, &item, "must be %s, got %.9g", range->text, value);
+        return NULL;
+    }
+    shd_curve_means(curve, means);
+    warn_of_spectra(r, node);
+    return curve;
+}
+
 const shd_curve *shd_scale_curve(shd_reader *r, const shd_curve *curve, double factor) {
     if (!curve) return NULL;
     shd_curve *scaled = shd_take(r, 1, sizeof *scaled);

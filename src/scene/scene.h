@@ -92,9 +92,12 @@ typedef enum shd_model {
 } shd_model;
 
 /* What tells how much of light is mirrored by a smooth facet: the index of refraction n and the
- * absorption k of each channel, relative to air. A reflectance of 1 at any angle has n infinite. */
+ * absorption k of each channel, relative to air. A reflectance of 1 at any angle has n infinite.
+ * Spectral scenes have the curves instead, where there are any. */
 typedef struct shd_fresnel {
     double n[3], k[3];
+    const shd_curve *n_curve, *k_curve;
+    const shd_curve *f0_curve; /* the reflectance at a right angle, instead of both */
 } shd_fresnel;
 
 typedef enum shd_microgeometry_type {
@@ -338,6 +341,10 @@ typedef struct shd_preset {
 
 /* The measured metals, by name. NULL: there is none. */
 const shd_fresnel *shd_metal_find(const char *name);
+
+/* The index of what reflects so much at a right angle: ((n - 1) / (n + 1))^2. What a conversion of
+ * colors has rounded counts as 0 or 1. */
+double shd_index_of(double f0);
 extern const char *const shd_metal_names[]; /* ended by NULL */
 
 /* The reflectance of a smooth facet for unpolarized light that meets it at the angle of `cosine`,

@@ -129,8 +129,8 @@ static void weigh_facets(const shd_surface *at, const shd_lobe *lobe, shd_vec3 h
     /* G / N.V, so that nothing is divided by an N.V near 0 that G takes back. */
     const double open =
         fmin(fmin(1 / viewing, 2 * upright / bent), 2 * upright * facing / (bent * viewing));
-    for (int c = 0; c < 3; c++)
-        out[c] = shd_fresnel_reflectance(&at->material->from->fresnel, c, bent) * d * open / 4;
+    const shd_fresnel *index = at->index ? at->index : &at->material->from->fresnel;
+    for (int c = 0; c < 3; c++) out[c] = shd_fresnel_reflectance(index, c, bent) * d * open / 4;
 }
 
 static double weigh_lobe(const shd_surface *at, const shd_lobe *lobe, shd_vec3 toward,

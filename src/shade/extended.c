@@ -106,6 +106,33 @@ static void add_term(const shd_plan *plan, const shd_surface *at, const shd_plan
     }
 }
 
+/* The lobes of facets whose index changes with the wavelength, three bins at a time. */
+static void add_facets(const shd_plan *plan, const shd_plan_light *light, const shd_surface *at,
+                       const double share[3], double *sums) {
+    const shd_plan_material *m = at->material;
+    const size_t bins = plan->bins->count;
+    shd_surface here = *at;
+    double row[SHD_BRDF_ROWS];
+    for (size_t b = 0; b < bins && !shd_is_cancelled(plan->cancelled); b += 3) {
+        here.index = &m->indices[b / 3];
+        if (!shd_weigh_extended(plan, light, &here, row)) return;
+        for (size_t k = 1; k <= m->lobe_count; k++)
+            for (size_t i = 0; i < 3 && b + i < bins; i++) {
+                const double lit = row[3 * k + i] * m->bins[k * bins + b + i];
+                for (size_t c = 0; c < 3; c++)
+                    sums[3 * k + c] += lit * light->bins[b + i][c] * share[c];
+            }
+    }
+}
+
+void shd_color_extended(const shd_plan *plan, const shd_plan_light *light, const shd_surface *at,
+                        const double row[SHD_BRDF_ROWS], const double share[3], double *sums) {
+    const bool facets = at->material->indices;
+    for (size_t k = 0; k < (facets ? 1 : 1 + at->material->lobe_count); k++)
+        add_term(plan, at, light, k, row + 3 * k, share, sums + 3 * k);
+    if (facets) add_facets(plan, light, at, share, sums);
+}
+
 static void add_light(const shd_lighting *lighting, uint32_t index, const shd_surface *at,
                       double sums[SHD_BRDF_ROWS]) {
     const shd_plan_light *light = &lighting->plan->lights[index];
@@ -114,8 +141,7 @@ static void add_light(const shd_lighting *lighting, uint32_t index, const shd_su
     if (shd_is_behind_face(&lighting->exact[index], scaled, at->normal)) return;
     if (!shd_weigh_extended(lighting->plan, light, at, row)) return;
     if (lighting->shadows) lighting->shadows->share(lighting->shadows->context, light, at, share);
-    for (size_t k = 0; k < 1 + at->material->lobe_count; k++)
-        add_term(lighting->plan, at, light, k, row + 3 * k, share, sums + 3 * k);
+    shd_color_extended(lighting->plan, light, at, row, share, sums);
 }
 
 void shd_add_extended(const shd_lighting *lighting, const shd_plan_material *material,

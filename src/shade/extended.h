@@ -12,6 +12,11 @@
 bool shd_weigh_extended(const shd_plan *plan, const shd_plan_light *light, const shd_surface *at,
                         double row[SHD_BRDF_ROWS]);
 
+/* Adds to sums[SHD_BRDF_ROWS] what those weights send on of the light's color, times the share of
+ * each channel that arrives. In spectral scenes, the colors are those of the materials, too. */
+void shd_color_extended(const shd_plan *plan, const shd_plan_light *light, const shd_surface *at,
+                        const double row[SHD_BRDF_ROWS], const double share[3], double *sums);
+
 /* Whether shd_brdf64 or, for Phong's model, shd_sums64 can sum the lights: they are points, which
  * nothing stops, in three channels, and the model has a kernel. */
 bool shd_has_kernel(const shd_lighting *lighting, const shd_plan_material *material,

@@ -49,7 +49,8 @@ typedef struct shd_surface {
     shd_vec3 mirror;                 /* W = 2(N.V)N - V */
     const shd_plan_material *material;
     size_t object;
-    uint32_t triangle; /* of a mesh or a faceted object; set if the scene is traced */
+    uint32_t triangle;        /* of a mesh or a faceted object; set if the scene is traced */
+    const shd_fresnel *index; /* for three bins of a spectrum; NULL: the material's own */
 } shd_surface;
 
 /* What tells how much of a light arrives at a point. */

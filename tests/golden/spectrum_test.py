@@ -180,8 +180,8 @@ class Pictures(unittest.TestCase):
 
     def test_fresnel_is_lifted_at_each_direction(self):
         """A lobe of facets: RGB weights of the model, lifted, and looked at in the light."""
-        gold = {"model": "cook-torrance", "diffuse": 0, "ambient": 0, "fresnel": {"n": "gold"},
-                "lobes": [{"roughness": 0.3, "weight": 0.7}]}
+        gold = {"model": "cook-torrance", "diffuse": 0, "ambient": 0, "lobes": [{"roughness": 0.3, "weight": 0.7}],
+                "fresnel": {"n": [0.143, 0.375, 1.442], "k": [3.983, 2.386, 1.603]}}
         document = {"spectral": True, "image": {"width": 24, "height": 24, "samples": 1},
                     "lights": [{"type": "point", "position": [3, 2, 3], "color": {"spectrum": "A"}}],
                     "objects": [{"type": "sphere", "material": gold}]}
@@ -191,6 +191,79 @@ class Pictures(unittest.TestCase):
         wanted = (weights @ c.p) @ c.light({"spectrum": "A"}).T
         self.near(program.rgb(program.linear(document)), wanted, 1e-6)
         self.assertGreater(np.ptp(weights[12, 12]), 0.01)
+
+    def test_an_index_over_wavelengths(self):
+        """A wall of facets in the sun: Fresnel's equations in each channel, by complex numbers."""
+        n = {"wavelengths": [400, 500, 550, 600, 700], "values": [1.5, 1.1, 0.4, 0.2, 0.15]}
+        k = {"wavelengths": [380, 520, 730], "values": [1.9, 2.1, 4.3], "scale": 1.25}
+        f0 = {"wavelengths": [400, 700], "values": [0.2, 0.9]}
+        light = np.array([3.0, 1.0, 2.0]) / np.sqrt(14)
+        cosine = np.sqrt((1 + light[2]) / 2)  # V.H
+
+        def wall(fresnel, spectral):
+            sun = {**SUN, "direction": list(-light), "color": {"spectrum": "A"} if spectral else 1}
+            material = {"model": "cook-torrance", "fresnel": fresnel, "lobes": [{"roughness": 0.6, "weight": 0.7}]}
+            return centre(scene([sun], material, spectral=spectral))
+
+        def reflectance(index):
+            inside = np.sqrt(1 - (1 - cosine ** 2) / index ** 2)
+            across = (cosine - index * inside) / (cosine + index * inside)
+            along = (index * cosine - inside) / (index * cosine + inside)
+            return (abs(across) ** 2 + abs(along) ** 2) / 2
+
+        weight = wall({"f0": 1}, False)
+        self.assertGreater(weight[0], 0.05)
+        for channels in (16, 41):
+            c, spectral = Channels(channels), {"channels": channels}
+            metal = reflectance(c.surface(n) + 1j * c.surface(k))
+            glass = (1 + np.sqrt(c.surface(f0))) / (1 - np.sqrt(c.surface(f0)))
+            mixed = reflectance(c.surface(n) + 1j * (np.array([1, 2, 3]) @ c.p))
+            for fresnel, share in (({"n": n, "k": k}, metal), ({"f0": f0}, reflectance(glass)),
+                                   ({"n": n, "k": [1, 2, 3]}, mixed)):
+                self.near(wall(fresnel, spectral), weight * (c.light({"spectrum": "A"}) @ share), 1e-6)
+
+        # Without `spectral`: means over what the primaries stand for.
+        def means(of):
+            function, at = curve(of)
+            knots = np.unique(np.concatenate([GRID[(GRID >= 380) & (GRID <= 730)], at[(at > 380) & (at < 730)]]))
+            return [float(primaries.integrate([function, p, D65], knots) / primaries.integrate([p, D65], knots))
+                    for p in PRIMARIES]
+
+        self.near(wall({"n": n, "k": k}, False), wall({"n": means(n), "k": means(k)}, False))
+
+    def test_an_index_that_is_the_same_at_every_wavelength(self):
+        """As in RGB, by lights of every shape, in mirrors, and in each layer."""
+        constant = {"wavelengths": [500], "values": [1.8]}
+        lights = [{"type": "point", "position": [3, 2, 3]},
+                  {"type": "rect", "position": [-2, 2, 2], "direction": [1, -1, -1], "size": [1, 2]},
+                  {"type": "sphere", "position": [0, 3, 1], "radius": 0.4}]
+
+        def shown(n, spectral):
+            material = {"model": "cook-torrance", "diffuse": 0.2, "fresnel": {"n": n}, "reflection": 0.2,
+                        "lobes": [{"roughness": 0.2, "weight": 0.5}, {"roughness": 0.5, "weight": 0.4}]}
+            return program.rgb(program.linear({
+                "spectral": spectral, "image": {"width": 20, "height": 20, "samples": 1}, "lights": lights,
+                "trace": {"shadows": True, "depth": 2},
+                "objects": [{"type": "sphere", "material": material}, {"type": "plane", "transform": {"translate": [0, -1, 0]}}]}))
+
+        for channels in (16, 17, 18):
+            self.near(shown(constant, {"channels": channels}), shown(1.8, False), 1e-6)
+
+    def test_named_metals_have_curves_in_spectra(self):
+        def wall(fresnel, spectral):
+            material = {"model": "cook-torrance", "fresnel": fresnel, "lobes": [{"roughness": 0.6, "weight": 1}]}
+            return centre(scene([SUN], material, spectral=spectral))
+
+        # P. B. Johnson and R. W. Christy, Phys. Rev. B 6, 4370 (1972): silver.
+        at = [354.2, 367.9, 381.5, 397.4, 413.3, 430.5, 450.9, 471.4, 495.9, 520.9, 548.6, 582.1, 616.8, 659.5, 704.5, 756]
+        n = [0.10, 0.07, 0.05, 0.05, 0.05, 0.04, 0.04, 0.05, 0.05, 0.05, 0.06, 0.05, 0.06, 0.05, 0.04, 0.03]
+        k = [1.419, 1.657, 1.864, 2.070, 2.275, 2.462, 2.657, 2.869, 3.093, 3.324, 3.586, 3.858, 4.152, 4.483, 4.838, 5.242]
+        silver = {"n": {"wavelengths": at, "values": n}, "k": {"wavelengths": at, "values": k}}
+        np.testing.assert_array_equal(wall(silver, True), wall({"n": "silver"}, True))
+        mirror = wall({"f0": 1}, True)
+        for metal in ("gold", "silver", "copper", "brass", "aluminium"):
+            # Other people's measurements of other samples: within 0.08 of what RGB has.
+            np.testing.assert_allclose(wall({"n": metal}, True) / mirror, wall({"n": metal}, False) / mirror, rtol=0, atol=0.08)
 
     def test_greys_are_those_of_rgb_in_every_model(self):
         """What surfaces send each other in a microgeometry depends on their own reflectance, too."""

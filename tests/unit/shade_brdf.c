@@ -251,7 +251,7 @@ static void lobes_peak_where_they_should(void **state) {
 
 static void fresnel_has_its_known_values(void **state) {
     (void)state;
-    const shd_fresnel glass = {{1.5, 1.5, 1.5}, {0, 0, 0}}, mirror = {{INFINITY, 1, 1}, {0, 0, 0}};
+    const shd_fresnel glass = {.n = {1.5, 1.5, 1.5}}, mirror = {.n = {INFINITY, 1, 1}};
     assert_true(fabs(shd_fresnel_reflectance(&glass, 0, 1) - 0.04) < 1e-15);
     assert_true(shd_fresnel_reflectance(&glass, 0, 0) == 1);
     /* At Brewster's angle, tan = n, only the part across is mirrored: ((n^2 - 1) / (n^2 + 1))^2. */
@@ -297,7 +297,7 @@ static void fresnel_keeps_its_digits(void **state) {
     for (double n = 1e-3; n <= 1e6; n *= 1.37)
         for (size_t i = 0; i < sizeof ks / sizeof ks[0]; i++)
             for (double c = 1; c > 1e-9; c *= 0.83) {
-                const shd_fresnel index = {{n, n, n}, {ks[i], ks[i], ks[i]}};
+                const shd_fresnel index = {.n = {n, n, n}, .k = {ks[i], ks[i], ks[i]}};
                 const double expected = fresnel_in_113_bits(n, ks[i], c),
                              actual = shd_fresnel_reflectance(&index, 0, c);
                 assert_true(actual >= 0 && actual <= 1 + 1e-15);

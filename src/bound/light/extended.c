@@ -75,15 +75,26 @@ static weight weigh_normalized(double shininess, const glance *g, size_t lights)
  * N.L < N.V. With x = tan^2 of the angle of H, D = (1 + x)^2 e^(-x / m^2) / m^2 is largest at x =
  * max(0, 2 m^2 - 1), and its slope by that angle is at most 2 (1 + x)^3 sqrt(x) / m^4 + 4 (1 + x)^2
  * sqrt(x) / m^2 with x <= 3.5 m^2. */
-static weight weigh_facets(const shd_fresnel *f, double slope, const glance *g) {
+static double largest_index(const shd_fresnel *f, double most) {
+    for (int c = 0; c < 3; c++)
+        if (isfinite(f->n[c])) most = shd_larger(most, f->n[c] * f->n[c] + f->k[c] * f->k[c]);
+    return most;
+}
+
+/* n^2 + k^2 is at most that, in any channel or bin. */
+static double index_of(const shd_plan_material *m) {
+    const size_t bins = m->indices ? m->bin_count / (1 + m->lobe_count) : 0;
+    double most = largest_index(&m->from->fresnel, 1);
+    for (size_t b = 0; b < bins; b += 3) most = largest_index(&m->indices[b / 3], most);
+    return most;
+}
+
+static weight weigh_facets(double index, double slope, const glance *g) {
     const double m = slope * slope, x = 1 + 3.5 * m, root = sqrt(3.5 * m);
     const double most = m > 0.5 ? 4 * m * exp(1 / m - 2) : 1 / m;
     const double steep = 2 * x * x * x * root / (m * m) + 4 * x * x * root / m;
     const double over = smaller_of(1 / g->view, 2 / g->half),
                  bend = 4 / g->half * (1 / g->half + 1 / g->view);
-    double index = 1;
-    for (int c = 0; c < 3; c++)
-        if (isfinite(f->n[c])) index = shd_larger(index, f->n[c] * f->n[c] + f->k[c] * f->k[c]);
     const double turned = half_error(g), fresnel = smaller_of(8 * (1 + index) * turned, 1);
     return (weight){most * over / 4, (steep * turned * over + 4 * most * g->direction * bend +
                                       most * over * (fresnel + FUNCTION / m)) /
@@ -98,7 +109,7 @@ static weight weigh_lobe(const shd_plan_material *m, size_t lobe, const glance *
     case SHD_MODEL_PHONG_NORMALIZED:
         return weigh_normalized(shininess, g, lights);
     case SHD_MODEL_COOK_TORRANCE:
-        return weigh_facets(&m->from->fresnel, shininess, g);
+        return weigh_facets(index_of(m), shininess, g);
     case SHD_MODEL_PHONG:
         return weigh_phong(shininess, g, lights);
     default:
