@@ -39,7 +39,7 @@ typedef struct shd_engine_options {
     /* Bytes of G-buffers and sums of light that are kept between requests; 0: none. Pictures are
      * the same, to the byte. */
     size_t reuse;
-    size_t mesh_store; /* bytes of meshes that are kept by their digest; 0: none */
+    size_t mesh_store; /* bytes of meshes and scenes that are kept by their digest; 0: none */
     /* All memory of requests and between them is taken from it; it outlives the engine; NULL:
      * endless. */
     shd_budget *budget;
@@ -132,6 +132,21 @@ shd_status shd_request_read(shd_request *request, const char *json, size_t lengt
  * already. */
 shd_status shd_request_keep_mesh(shd_request *request, const void *data, size_t length, bool binary,
                                  const shd_digest *digest, const char *client, bool *known);
+
+/* Keeps the scene document that was read, beside the meshes, for links to it. What is kept are its
+ * bytes without the blanks between tokens, and *digest is the SHA-256 of that. `json` is what was
+ * read, `client` as above. SHD_LIMIT if it does not fit into the store, or errors of memory.
+ * `known`: it was kept already. */
+shd_status shd_request_keep_scene(shd_request *request, const char *json, size_t length,
+                                  const char *client, shd_digest *digest, bool *known,
+                                  shd_error *error);
+
+/* A document that is kept, which lives until it is dropped. NULL: none is, by that digest. If one
+ * is, it becomes the last to be forgotten. */
+typedef struct shd_stored shd_kept_scene;
+shd_kept_scene *shd_engine_find_scene(shd_engine *engine, const shd_digest *digest,
+                                      const char **json, size_t *length);
+void shd_kept_scene_drop(shd_kept_scene *scene); /* before the engine; NULL is fine */
 
 /* Errors and warnings so far; never NULL. */
 const shd_report *shd_request_report(const shd_request *request);

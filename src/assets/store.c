@@ -33,13 +33,13 @@ enum { HEAD = (sizeof(shd_stored) + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT };
 struct shd_store {
     pthread_mutex_t mutex;
     shd_budget *budget;
-    shd_index index; /* by digest */
+    shd_index index; /* by kind and digest */
     client *clients;
     shd_store_load load;
 };
 
-static shd_key key_of(const shd_store *store, const shd_digest *digest) {
-    return shd_index_key(&store->index, 0, digest->bytes, sizeof digest->bytes);
+static shd_key key_of(const shd_store *store, shd_thing kind, const shd_digest *digest) {
+    return shd_index_key(&store->index, kind, digest->bytes, sizeof digest->bytes);
 }
 
 /* ---- The mutex is held ---- */
@@ -115,7 +115,7 @@ static void free_things(shd_store *store, shd_lru freed) {
     shd_budget_give(store->budget, bytes);
 }
 
-shd_status shd_stored_new(shd_store *store, const shd_digest *digest, size_t bytes,
+shd_status shd_stored_new(shd_store *store, shd_thing kind, const shd_digest *digest, size_t bytes,
                           shd_stored **out, shd_error *error) {
     assert(bytes <= SIZE_MAX / 2);
     const size_t whole = (HEAD + bytes + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
@@ -127,7 +127,7 @@ shd_status shd_stored_new(shd_store *store, const shd_digest *digest, size_t byt
         return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     }
     *thing = (shd_stored){.use.bytes = whole, .store = store, .digest = *digest, .holders = 1};
-    thing->key = key_of(store, &thing->digest);
+    thing->key = key_of(store, kind, &thing->digest);
     *out = thing;
     return SHD_OK;
 }
@@ -178,8 +178,8 @@ shd_status shd_store_put(shd_store *store, shd_stored *thing, const char *name, 
     return SHD_OK;
 }
 
-shd_stored *shd_store_find(shd_store *store, const shd_digest *digest) {
-    const shd_key key = key_of(store, digest);
+shd_stored *shd_store_find(shd_store *store, shd_thing kind, const shd_digest *digest) {
+    const shd_key key = key_of(store, kind, digest);
     pthread_mutex_lock(&store->mutex);
     shd_stored *thing = shd_index_find(&store->index, &key);
     if (thing) {

@@ -19,9 +19,12 @@ typedef struct shd_stored shd_stored;
 shd_status shd_store_new(size_t cap, shd_budget *budget, shd_store **out, shd_error *error);
 void shd_store_drop(shd_store *store); /* nobody may hold anything any more; NULL is fine */
 
+/* What a thing is. A digest names one of each kind, and none of them for another. */
+typedef enum shd_thing { SHD_THING_MESH, SHD_THING_SCENE, SHD_THING_TABLE } shd_thing;
+
 /* A thing that is not kept yet. The caller holds it, and fills its `bytes` bytes, which are aligned
  * to 64. SHD_CROWDED if the budget does not have as many, SHD_EXHAUSTED if the system does not. */
-shd_status shd_stored_new(shd_store *store, const shd_digest *digest, size_t bytes,
+shd_status shd_stored_new(shd_store *store, shd_thing kind, const shd_digest *digest, size_t bytes,
                           shd_stored **out, shd_error *error);
 
 void *shd_stored_bytes(const shd_stored *thing);
@@ -30,14 +33,14 @@ void shd_stored_drop(shd_stored *thing);         /* ends a hold; NULL is fine */
 
 /* Keeps a thing for a client. `client` is any word for it up to SHD_STORE_CLIENT - 1 bytes; longer
  * ones are cut. The caller still drops the thing. SHD_LIMIT if it is more than half of the cap;
- * SHD_EXHAUSTED. `known`: a thing was kept by that digest already, and stays. */
+ * SHD_EXHAUSTED. `known`: a thing of its kind was kept by that digest already, and stays. */
 enum { SHD_STORE_CLIENT = 64 };
 shd_status shd_store_put(shd_store *store, shd_stored *thing, const char *client, bool *known,
                          shd_error *error);
 
-/* The thing that is kept by a digest, which the caller drops. It becomes the last one to be
- * forgotten. NULL: there is none. Counts hits and misses. */
-shd_stored *shd_store_find(shd_store *store, const shd_digest *digest);
+/* The thing of a kind that is kept by a digest, which the caller drops. It becomes the last one to
+ * be forgotten. NULL: there is none. Counts hits and misses. */
+shd_stored *shd_store_find(shd_store *store, shd_thing kind, const shd_digest *digest);
 
 /* Forgets things until `bytes` bytes at most are kept. Returns how many bytes were given back to
  * the budget: those of things that nobody holds. */

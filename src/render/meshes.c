@@ -11,7 +11,8 @@ static shd_status keep_mesh(shd_request *request, const shd_mesh *mesh, const sh
                                             request->rendering.arena, &ready, error);
     shd_stored *thing;
     if (status == SHD_OK)
-        status = shd_stored_new(store, digest, shd_ready_mesh_copy(&ready, NULL), &thing, error);
+        status = shd_stored_new(store, SHD_THING_MESH, digest, shd_ready_mesh_copy(&ready, NULL),
+                                &thing, error);
     if (status != SHD_OK) return status;
     shd_ready_mesh_copy(&ready, shd_stored_bytes(thing));
     status = shd_store_put(store, thing, client, known, error);
@@ -35,7 +36,7 @@ shd_status shd_request_keep_mesh(shd_request *request, const void *data, size_t 
 }
 
 bool shd_engine_has_mesh(shd_engine *engine, const shd_digest *digest) {
-    shd_stored *thing = shd_store_find(engine->store, digest);
+    shd_stored *thing = shd_store_find(engine->store, SHD_THING_MESH, digest);
     shd_stored_drop(thing);
     return thing;
 }

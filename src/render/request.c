@@ -220,7 +220,8 @@ static const shd_mesh *find_mesh(void *context, const shd_digest *digest) {
         if (shd_digest_same(&m->digest, digest)) return shd_stored_bytes(m->stored);
     shd_held_mesh *added = shd_arena_alloc(request->rendering.arena, 1, sizeof *added);
     if (!added) request->held_full = true;
-    shd_stored *stored = added ? shd_store_find(request->rendering.engine->store, digest) : NULL;
+    shd_store *store = request->rendering.engine->store;
+    shd_stored *stored = added ? shd_store_find(store, SHD_THING_MESH, digest) : NULL;
     if (!stored) return NULL;
     *added = (shd_held_mesh){request->held, *digest, stored};
     request->held = added;

@@ -81,7 +81,7 @@ static shd_status find_or_begin(shd_westin_tables *tables, flight *own,
     static const double glance = 0.01; /* how often waiting threads look at their flag */
     shd_status status = SHD_OK;
     pthread_mutex_lock(&tables->mutex);
-    while (!(*out = shd_store_find(tables->store, &own->digest)) &&
+    while (!(*out = shd_store_find(tables->store, SHD_THING_TABLE, &own->digest)) &&
            is_in_flight(tables, &own->digest)) {
         const struct timespec until = shd_timespec(shd_now() + glance);
         pthread_cond_timedwait(&tables->landed, &tables->mutex, &until);
@@ -103,7 +103,8 @@ static shd_status simulate(shd_westin_tables *tables, const shd_digest *digest,
     shd_stored *made = NULL;
     if (!shd_budget_take(tables->budget, SHD_WESTIN_SCRATCH))
         return shd_fail(error, SHD_CROWDED, "", "the process may take no more memory just now");
-    shd_status status = shd_stored_new(tables->store, digest, sizeof(shd_westin), &made, error);
+    shd_status status =
+        shd_stored_new(tables->store, SHD_THING_TABLE, digest, sizeof(shd_westin), &made, error);
     if (status == SHD_OK) {
         status = shd_westin_make(micro, cancelled, shd_stored_bytes(made), error);
         if (status != SHD_OK) shd_stored_drop(made);

@@ -87,6 +87,7 @@ void shd_exchange_drop(shd_exchange *exchange) {
     if (exchange->is_counted) atomic_fetch_sub(&server->in_flight, 1);
     shd_memory_return_body(server, exchange->capacity);
     atomic_fetch_sub(&server->unsent, exchange->unsent);
+    shd_kept_scene_drop(exchange->kept); /* before its engine goes with the settings */
     shd_settings_drop(exchange->settings);
     shd_reply_clear(&exchange->reply);
     free(exchange->target);

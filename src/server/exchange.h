@@ -47,6 +47,11 @@ typedef struct shd_exchange {
     shd_trace trace;
 
     shd_digest digest; /* of a path that ends in one */
+    bool is_link;      /* scene_link.h: the path ends in a format, which is the answer's */
+    shd_format format;
+    shd_kept_scene *kept; /* the document, or NULL; its text is not the body then */
+    const char *kept_text;
+    size_t kept_size;
     bool is_binary;    /* the body is application/octet-stream */
     shd_coding coding; /* of the body */
     unsigned char *body;

@@ -8,6 +8,7 @@
 #include "server/answer/negotiate.h"
 #include "server/answer/problem.h"
 #include "server/jobs/preview.h"
+#include "server/jobs/scene_link.h"
 #include "server/jobs/work.h"
 #include "server/ops/settings.h"
 
@@ -97,12 +98,20 @@ static bool admit_coding(shd_exchange *exchange) {
     return false;
 }
 
+/* Whether it is a GET of a picture, for <img src>. */
+static bool is_picture_link(shd_route route) {
+    return route == SHD_ROUTE_PREVIEW || route == SHD_ROUTE_SCENE || route == SHD_ROUTE_KEPT;
+}
+
 static bool admit_media_types(shd_exchange *exchange) {
     const bool has_body = exchange->method & (SHD_POST | SHD_PUT);
     if (has_body && !admit_coding(exchange)) return false;
-    if (exchange->method == SHD_PUT) return admit_mesh(exchange);
+    if (exchange->route == SHD_ROUTE_MESHES) return admit_mesh(exchange);
     if (has_body && !shd_is_json(exchange->content_type))
-        return refuse_type(exchange, "Accept-Post", media_json);
+        return refuse_type(exchange, exchange->method == SHD_PUT ? "Accept" : "Accept-Post",
+                           media_json);
+    if (exchange->route == SHD_ROUTE_SCENE || exchange->route == SHD_ROUTE_KEPT)
+        return shd_scene_link_admit(exchange);
     if (exchange->route == SHD_ROUTE_RENDER || exchange->route == SHD_ROUTE_PREVIEW)
         return admit_picture(exchange);
     if (exchange->route == SHD_ROUTE_BRDF) return admit_figure(exchange);
@@ -111,7 +120,7 @@ static bool admit_media_types(shd_exchange *exchange) {
     return (type && strcmp(type, media_json) != 0) || admit_json(exchange);
 }
 
-/* A link to a preview, if there are keys. False without a reply: a token would do. */
+/* A link to a picture, if there are keys. False without a reply: a token would do. */
 static bool admit_link(shd_exchange *exchange, const shd_keys *keys) {
     static const char *const details[] = {
         [SHD_LINK_UNSIGNED] = "this link needs a signature",
@@ -145,7 +154,7 @@ static bool admit_use(shd_exchange *exchange, const shd_token *token) {
 static bool admit_caller(shd_exchange *exchange) {
     const shd_tokens *tokens = exchange->settings->tokens;
     const shd_keys *keys =
-        exchange->route == SHD_ROUTE_PREVIEW ? exchange->settings->preview_keys : NULL;
+        is_picture_link(exchange->route) ? exchange->settings->preview_keys : NULL;
     if ((!tokens && !keys) || strncmp(exchange->path, "/v1/", 4)) return true;
     const shd_token *token = tokens ? shd_tokens_admit(tokens, exchange->authorization) : NULL;
     if (token) {
@@ -179,10 +188,10 @@ void shd_route_add_cors(shd_exchange *exchange) {
     bool admits = exchange->origin && shd_origins_admit(origins, exchange->origin);
     if (!anybody && !admits) return;
     shd_reply_header(reply, "Access-Control-Allow-Origin", "%s", anybody ? "*" : exchange->origin);
-    shd_reply_plain(
-        reply, "Access-Control-Expose-Headers",
-        "Cache-Status, ETag, Retry-After, Server-Timing, Shaded-Clipped, Shaded-Plan, Shaded-Rays, "
-        "Shaded-Saturated, Shaded-Warning, X-Request-Id");
+    shd_reply_plain(reply, "Access-Control-Expose-Headers",
+                    "Cache-Status, ETag, Location, Retry-After, Server-Timing, Shaded-Clipped, "
+                    "Shaded-Plan, Shaded-Rays, "
+                    "Shaded-Saturated, Shaded-Warning, X-Request-Id");
     if (!exchange->is_preflight || !admits) return;
     shd_reply_plain(reply, "Access-Control-Allow-Methods", "GET, HEAD, POST, PUT, OPTIONS");
     shd_reply_plain(reply, "Access-Control-Allow-Headers",
@@ -195,7 +204,8 @@ bool shd_route_admit(shd_exchange *exchange) {
     shd_reply *reply = &exchange->reply;
     /* OPTIONS * asks about the server as a whole. */
     if (exchange->method == SHD_OPTIONS && !strcmp(exchange->path, "*")) return true;
-    if (!exchange->path_cut) exchange->route = shd_path_find(exchange->path);
+    const shd_route route = shd_path_find(exchange->path);
+    if (!exchange->path_cut || route == SHD_ROUTE_SCENE) exchange->route = route;
     if (exchange->route == SHD_ROUTE_OTHER)
         return shd_problem_reply(reply, SHD_NOT_FOUND, "GET / lists the paths");
     const unsigned methods = shd_paths[exchange->route].methods;
@@ -207,7 +217,7 @@ bool shd_route_admit(shd_exchange *exchange) {
     if (exchange->method == SHD_OPTIONS) return true;
     if (!admit_caller(exchange)) return false;
     const bool wants_work =
-        exchange->method & (SHD_POST | SHD_PUT) || exchange->route == SHD_ROUTE_PREVIEW;
+        exchange->method & (SHD_POST | SHD_PUT) || is_picture_link(exchange->route);
     if (wants_work && atomic_load(&exchange->server->draining))
         return shd_problem_reply(reply, SHD_DRAINING, "the server takes no more work");
     return admit_media_types(exchange);
@@ -217,10 +227,11 @@ bool shd_route_admit(shd_exchange *exchange) {
 
 /* NULL: a document is the answer. */
 static void (*const submits[SHD_ROUTE_OTHER])(shd_exchange *exchange) = {
-    [SHD_ROUTE_RENDER] = shd_render_submit,   [SHD_ROUTE_PREVIEW] = shd_preview_submit,
-    [SHD_ROUTE_EXPLAIN] = shd_explain_submit, [SHD_ROUTE_COMPARE] = shd_compare_submit,
-    [SHD_ROUTE_BRDF] = shd_brdf_submit,       [SHD_ROUTE_MESHES] = shd_mesh_submit,
-    [SHD_ROUTE_ANALYZE] = shd_analyze_submit};
+    [SHD_ROUTE_RENDER] = shd_render_submit,    [SHD_ROUTE_PREVIEW] = shd_preview_submit,
+    [SHD_ROUTE_SCENE] = shd_scene_link_submit, [SHD_ROUTE_KEPT] = shd_scene_link_submit,
+    [SHD_ROUTE_SCENES] = shd_scene_put_submit, [SHD_ROUTE_EXPLAIN] = shd_explain_submit,
+    [SHD_ROUTE_COMPARE] = shd_compare_submit,  [SHD_ROUTE_BRDF] = shd_brdf_submit,
+    [SHD_ROUTE_MESHES] = shd_mesh_submit,      [SHD_ROUTE_ANALYZE] = shd_analyze_submit};
 
 void shd_route_answer(shd_exchange *exchange) {
     const shd_route route = exchange->route;

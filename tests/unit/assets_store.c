@@ -31,10 +31,10 @@ static shd_stored *thing_of(shd_store *store, int number, size_t units) {
     const shd_digest digest = digest_of(number);
     shd_stored *empty, *thing;
     shd_error error;
-    assert_int_equal(shd_stored_new(store, &digest, 0, &empty, &error), SHD_OK);
+    assert_int_equal(shd_stored_new(store, SHD_THING_MESH, &digest, 0, &empty, &error), SHD_OK);
     const size_t bytes = units * UNIT - shd_stored_size(empty);
     shd_stored_drop(empty);
-    assert_int_equal(shd_stored_new(store, &digest, bytes, &thing, &error), SHD_OK);
+    assert_int_equal(shd_stored_new(store, SHD_THING_MESH, &digest, bytes, &thing, &error), SHD_OK);
     assert_int_equal(shd_stored_size(thing), units * UNIT);
     assert_int_equal((uintptr_t)shd_stored_bytes(thing) % 64, 0);
     memset(shd_stored_bytes(thing), number, bytes);
@@ -52,7 +52,7 @@ static bool put(shd_store *store, const char *client, int number, size_t units) 
 
 static bool has(shd_store *store, int number) {
     const shd_digest digest = digest_of(number);
-    shd_stored *thing = shd_store_find(store, &digest);
+    shd_stored *thing = shd_store_find(store, SHD_THING_MESH, &digest);
     if (thing) assert_int_equal(*(unsigned char *)shd_stored_bytes(thing), number);
     shd_stored_drop(thing);
     return thing;
@@ -136,7 +136,8 @@ static void what_is_held_outlives_its_place(void **state) {
     shd_store *store = store_of(4 * UNIT);
     const shd_digest digest = digest_of(1);
     put(store, "a", 1, 2);
-    shd_stored *held = shd_store_find(store, &digest), *again = shd_store_find(store, &digest);
+    shd_stored *held = shd_store_find(store, SHD_THING_MESH, &digest),
+               *again = shd_store_find(store, SHD_THING_MESH, &digest);
     for (int i = 2; i < 6; i++) put(store, "a", i, 2);
     assert_false(has(store, 1));
     assert_int_equal(shd_store_load_of(store).bytes, 4 * UNIT);
@@ -173,8 +174,9 @@ static void all_bytes_are_of_the_budget(void **state) {
     for (int i = 1; i <= 3; i++) put(store, "a", i, 2);
     assert_int_equal(shd_budget_load_of(budget).used, 6 * UNIT);
     const shd_digest digest = digest_of(4), first = digest_of(1);
-    shd_stored *thing, *held = shd_store_find(store, &first);
-    assert_int_equal(shd_stored_new(store, &digest, 100, &thing, &error), SHD_CROWDED);
+    shd_stored *thing, *held = shd_store_find(store, SHD_THING_MESH, &first);
+    assert_int_equal(shd_stored_new(store, SHD_THING_MESH, &digest, 100, &thing, &error),
+                     SHD_CROWDED);
     /* What is kept gives way, but for what is held. */
     shd_budget_yield(budget, SHD_RANK_MESHES, give_way, store);
     assert_true(shd_budget_take(budget, 3 * UNIT));

@@ -34,7 +34,8 @@ struct shd_cache {
 };
 
 uint64_t shd_question_kind(const shd_question *q) {
-    return q->settings << 16 | (uint64_t)q->coding << 12 | (uint64_t)q->fallback << 2 |
+    return q->settings << 16 | (uint64_t)q->coding << 12 | (uint64_t)q->is_digest << 11 |
+           (uint64_t)q->is_link << 10 | (uint64_t)q->fallback << 2 |
            (uint64_t)q->picture_accepted << 1 | 1;
 }
 

@@ -27,6 +27,8 @@ typedef struct shd_question {
     shd_coding coding;   /* of the body */
     shd_format fallback; /* what Accept makes of a document that names no format */
     bool picture_accepted;
+    bool is_link;      /* the format is the path's: the document may not ask for another one */
+    bool is_digest;    /* the body is the digest of a document that is kept */
     uint64_t settings; /* shd_settings.number: limits and colors */
 } shd_question;
 

@@ -182,7 +182,8 @@ static void *begin_exchange(void *cls, const char *target, struct MHD_Connection
     if (too_long) { /* before libmicrohttpd looks into it, which cannot be told to stop */
         shd_exchange_count(exchange);
         shd_problem_reply(&exchange->reply, SHD_LONG_TARGET,
-                          "the target has more than %d bytes, or more than %d parameters",
+                          "the target has more than %d bytes, or more than %d parameters (PUT "
+                          "/v1/scenes makes a short link of a long scene)",
                           TARGET_MOST, PARAMETERS_MOST);
         refuse_now(exchange);
         shutdown(shd_connection_socket(connection), SHUT_RDWR);

@@ -16,6 +16,7 @@ enum { FIRST = 4 << 10 }; /* bytes that a body is written to at first; they doub
 
 /* What zlib takes to inflate: 40 KB, a window of 32 among them. */
 enum { GZIP_MEMORY = 48 << 10, GZIP_WINDOW_BITS = 15, GZIP_ONLY = 16 };
+enum { DEFLATE_ONLY = -GZIP_WINDOW_BITS };
 
 /* What libzstd takes beside the window: 96 KB, a block that comes and one that goes. The window is
  * as much as RFC 9659 lets an encoder ask for (section 3). */
@@ -59,9 +60,10 @@ static const struct {
                {SHD_CODING_ZSTD, "ZSTD_freeDCtx", &zstd.end}};
 
 static const struct {
-    const char *name, *library;
-} codings[] = {
-    [SHD_CODING_GZIP] = {"gzip", "libz.so.1"}, [SHD_CODING_ZSTD] = {"zstd", "libzstd.so.1"}};
+    const char *name, *library, *what; /* that is in it */
+} codings[] = {[SHD_CODING_GZIP] = {"gzip", "libz.so.1", "body"},
+               [SHD_CODING_ZSTD] = {"zstd", "libzstd.so.1", "body"},
+               [SHD_CODING_DEFLATE] = {"deflate", NULL, "link"}};
 
 static pthread_mutex_t open_mutex = PTHREAD_MUTEX_INITIALIZER;
 static bool is_open[sizeof codings / sizeof codings[0]]; /* with the mutex */
@@ -83,6 +85,7 @@ static bool open_library(shd_coding coding) {
 }
 
 bool shd_inflate_open(shd_coding coding) {
+    if (coding == SHD_CODING_DEFLATE) coding = SHD_CODING_GZIP; /* one library has both */
     pthread_mutex_lock(&open_mutex);
     /* dlopen tells its reasons in words only: what was want of memory may be over. */
     for (int attempt = 0; attempt < 2 && !is_open[coding]; attempt++)
@@ -128,7 +131,7 @@ const char *shd_coding_list(void) {
 
 typedef struct flow {
     const shd_inflation *how;
-    const char *name; /* of the coding */
+    const char *name, *what; /* of the coding */
     const unsigned char *start, *in;
     size_t left; /* of `in` */
     unsigned char *out;
@@ -139,18 +142,18 @@ typedef struct flow {
 } flow;
 
 static shd_status fail_wrong(const flow *f, const char *why) {
-    return shd_fail(f->error, SHD_SYNTAX, "", "the body is not sound %s, near byte %zu: %s",
+    return shd_fail(f->error, SHD_SYNTAX, "", "the %s is not sound %s, near byte %zu: %s", f->what,
                     f->name, (size_t)(f->in - f->start), why);
 }
 
 static shd_status fail_early(const flow *f) {
-    return shd_fail(f->error, SHD_SYNTAX, "", "the body's %zu bytes end before their %s does",
-                    (size_t)(f->in - f->start), f->name);
+    return shd_fail(f->error, SHD_SYNTAX, "", "the %s's %zu bytes end before their %s does",
+                    f->what, (size_t)(f->in - f->start), f->name);
 }
 
 static shd_status fail_long(const flow *f) {
     shd_fail(f->error, SHD_LIMIT, "",
-             "the body goes on after %llu bytes, decoded from %s: that is the limit `body`",
+             "the %s goes on after %llu bytes, decoded from %s: that is the limit `body`", f->what,
              (unsigned long long)f->how->most, f->name);
     return shd_fail_limit(f->error, SHD_LIMIT_BODY);
 }
@@ -163,9 +166,9 @@ static uint64_t find_room(const flow *f) {
 static shd_status take_memory(flow *f, size_t bytes) {
     if (bytes > find_room(f)) {
         shd_fail(f->error, SHD_LIMIT, "",
-                 "the body, decoded from %s, takes more than the %llu bytes that the limit "
+                 "the %s, decoded from %s, takes more than the %llu bytes that the limit "
                  "`memory` leaves for it",
-                 f->name, (unsigned long long)f->how->room);
+                 f->what, f->name, (unsigned long long)f->how->room);
         return shd_fail_limit(f->error, SHD_LIMIT_MEMORY);
     }
     if (shd_budget_wait(f->how->budget, bytes, patience)) return SHD_OK;
@@ -223,11 +226,12 @@ static void advance_flow(flow *f, size_t read, size_t written) {
     f->size += written;
 }
 
-static shd_status inflate_members(flow *f, z_stream *z) {
+static shd_status inflate_members(flow *f, z_stream *z, bool is_alone) {
     int code = Z_OK;
     do {
         const shd_status status = prepare_piece(f);
         if (status || f->is_enough) return status;
+        if (code == Z_STREAM_END && is_alone) return fail_wrong(f, "bytes follow its end");
         if (code == Z_STREAM_END) gzip.reset(z);
         const size_t in = least_size(f->left, READ_MOST);
         const size_t room = least_size(f->capacity - f->size, WRITE_MOST);
@@ -245,13 +249,13 @@ static shd_status inflate_members(flow *f, z_stream *z) {
     return SHD_OK;
 }
 
-static shd_status inflate_gzip(flow *f) {
+static shd_status inflate_zlib(flow *f, int window_bits, bool is_alone) {
     z_stream z = {0};
     shd_status status = reserve_decoder(f, GZIP_MEMORY);
     if (status) return status;
-    if (gzip.begin(&z, GZIP_WINDOW_BITS + GZIP_ONLY, ZLIB_VERSION, (int)sizeof z) != Z_OK)
+    if (gzip.begin(&z, window_bits, ZLIB_VERSION, (int)sizeof z) != Z_OK)
         return shd_fail(f->error, SHD_EXHAUSTED, "", "no memory for zlib");
-    status = inflate_members(f, &z);
+    status = inflate_members(f, &z, is_alone);
     gzip.end(&z);
     return status;
 }
@@ -313,11 +317,15 @@ shd_status shd_inflate(shd_coding coding, const void *body, size_t size, const s
     const unsigned char *in = size ? body : (const unsigned char *)""; /* else it may be NULL */
     flow f = {.how = how,
               .name = codings[coding].name,
+              .what = codings[coding].what,
               .start = in,
               .in = in,
               .left = size,
               .error = error};
-    shd_status status = coding == SHD_CODING_GZIP ? inflate_gzip(&f) : inflate_zstd(&f);
+    shd_status status = coding == SHD_CODING_GZIP
+                            ? inflate_zlib(&f, GZIP_WINDOW_BITS + GZIP_ONLY, false)
+                        : coding == SHD_CODING_DEFLATE ? inflate_zlib(&f, DEFLATE_ONLY, true)
+                                                       : inflate_zstd(&f);
     shd_budget_give(how->budget, f.decoder);
     if (!status && f.size > how->most) status = fail_long(&f);
     const bool is_whole = f.size <= how->keep;

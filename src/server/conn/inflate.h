@@ -1,5 +1,6 @@
 /* Bodies in a content coding (RFC 9110, section 8.4): gzip (RFC 1952) and zstd (RFC 8878, of which
- * RFC 9659 bounds the window to 8 MB).
+ * RFC 9659 bounds the window to 8 MB); and documents in links: one stream of deflate (RFC 1951),
+ * which no field names.
  *
  * A body is one or several gzip members or zstd frames, and nothing else. Checksums are verified
  * if there are any. Formats older than RFC 8878 and frames that want a dictionary are none.
@@ -15,7 +16,12 @@
 #include "base/status.h"
 #include "shaded.h"
 
-typedef enum shd_coding { SHD_CODING_NONE, SHD_CODING_GZIP, SHD_CODING_ZSTD } shd_coding;
+typedef enum shd_coding {
+    SHD_CODING_NONE,
+    SHD_CODING_GZIP,
+    SHD_CODING_ZSTD,
+    SHD_CODING_DEFLATE
+} shd_coding;
 
 /* The coding that a Content-Encoding field names, NULL if there is none: none, gzip (x-gzip is
  * the same) or zstd, in any case of letters; identity is none. False: another, or several. */

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "preview.h"
+#include "scene_link.h"
 #include "server/answer/negotiate.h"
 #include "server/answer/problem.h"
 #include "server/ops/settings.h"
@@ -216,6 +217,8 @@ static void find_kept(shd_job *job) {
 static void read_scene(shd_job *job) {
     shd_job_read(job);
     if (job->reply.status || shd_request_report(job->request)->status) return;
+    if (job->question.is_link) shd_scene_link_check(job);
+    if (job->reply.status) return;
     if (!shd_request_multipart(job->request) && !job->question.picture_accepted)
         shd_problem_reply(&job->reply, SHD_NOT_ACCEPTABLE,
                           "Accept admits multipart/form-data only, but the scene has no `outputs`");
@@ -277,4 +280,8 @@ void shd_render_submit(shd_exchange *exchange) {
 
 void shd_preview_submit(shd_exchange *exchange) {
     if (shd_preview_document(exchange)) shd_render_submit(exchange);
+}
+
+void shd_scene_link_submit(shd_exchange *exchange) {
+    if (shd_scene_link_read(exchange)) shd_render_submit(exchange);
 }

@@ -50,6 +50,7 @@ static void drop_job(shd_job *job) {
     assert(!job->waiters && !job->watched.next && !job->by_body.thing && !job->by_meaning.thing);
     shd_request_drop(job->request);
     shd_reply_clear(&job->reply);
+    shd_kept_scene_drop(job->kept); /* before its engine goes with the settings */
     shd_settings_drop(job->settings);
     free(job->question.body);
     free(job->decoded);
@@ -105,7 +106,10 @@ static bool decode_body(shd_job *job, bool has_turn) {
     shd_error error;
     const shd_status status = shd_inflate(asked->coding, asked->body, asked->size, &how,
                                           &job->decoded, &job->size, &taken, &error);
-    if (status == SHD_SYNTAX || status == SHD_LIMIT)
+    if (asked->is_link && (status == SHD_SYNTAX || status == SHD_LIMIT))
+        shd_problem_mistakes(&job->reply, status == SHD_LIMIT ? SHD_OVER_LIMIT : SHD_BAD_QUERY,
+                             &(shd_mistake){.parameter = "document", .detail = error.text}, 1);
+    else if (status == SHD_SYNTAX || status == SHD_LIMIT)
         shd_problem_reply(&job->reply, status == SHD_LIMIT ? SHD_TOO_LARGE : SHD_BAD_CODING, "%s",
                           error.text);
     else if (status != SHD_OK && status != SHD_CANCELLED)
@@ -224,13 +228,22 @@ void shd_job_submit(shd_exchange *exchange, const shd_work *work) {
                      .question = {.body = exchange->body,
                                   .size = exchange->size,
                                   .coding = exchange->coding,
-                                  .fallback = SHD_PNG,
+                                  .fallback = exchange->format,
+                                  .is_link = exchange->is_link,
+                                  .is_digest = exchange->kept,
                                   .settings = exchange->settings->number}};
     memcpy(job->id, exchange->id, sizeof job->id);
     shd_question *asked = &job->question;
     strcpy(job->client, exchange->client);
     job->takes_gzip = shd_accepts_gzip(exchange->accept_encoding);
-    asked->picture_accepted = shd_accepts_picture(exchange->accept, &asked->fallback);
+    asked->picture_accepted =
+        asked->is_link || shd_accepts_picture(exchange->accept, &asked->fallback);
+    if (exchange->kept) {
+        job->kept = exchange->kept;
+        job->body = (const unsigned char *)exchange->kept_text;
+        job->size = exchange->kept_size;
+        exchange->kept = NULL;
+    }
     exchange->body = NULL;
     job->body_bytes = exchange->capacity;
     exchange->capacity = 0;

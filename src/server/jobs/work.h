@@ -9,6 +9,8 @@
  * has it at once, as if the queue is full. */
 void shd_render_submit(shd_exchange *exchange);
 void shd_preview_submit(shd_exchange *exchange);
+void shd_scene_link_submit(shd_exchange *exchange);
+void shd_scene_put_submit(shd_exchange *exchange);
 void shd_compare_submit(shd_exchange *exchange);
 void shd_analyze_submit(shd_exchange *exchange);
 void shd_explain_submit(shd_exchange *exchange);

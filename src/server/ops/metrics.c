@@ -218,11 +218,14 @@ static void print_connections(FILE *out, shd_metrics *metrics, const shd_gauges 
                        now->reaped.ended[i]);
 }
 
-/* A route's path, without the segment that stands for any and its slash. */
+/* A route's path, without the segment that stands for any and, unless that leaves another route's,
+ * without its slash. */
 static const char *label_of(shd_route route, char out[LABEL_SIZE]) {
     size_t length = shd_path_fixed(route);
-    if (shd_paths[route].path[length]) length--;
     snprintf(out, LABEL_SIZE, "%.*s", (int)length, shd_paths[route].path);
+    if (!shd_paths[route].path[length]) return out;
+    out[length - 1] = 0;
+    if (shd_path_find(out) != SHD_ROUTE_OTHER) out[length - 1] = '/';
     return out;
 }
 

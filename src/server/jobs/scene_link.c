@@ -1,0 +1,250 @@
+#include "scene_link.h"
+
+#include <ctype.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "server/answer/negotiate.h"
+#include "server/answer/problem.h"
+#include "server/ops/settings.h"
+#include "work.h"
+
+/* What paths may end in. */
+static const struct {
+    const char *suffix;
+    shd_format format;
+} suffixes[] = {{".png", SHD_PNG}, {".jpg", SHD_JPEG}, {".webp", SHD_WEBP}};
+
+enum { SUFFIXES = sizeof suffixes / sizeof suffixes[0], SUFFIX_MOST = 5, EXPIRES_MOST = 15 };
+
+static const char *suffix_of(shd_format format) {
+    size_t i = 0;
+    while (i < SUFFIXES && suffixes[i].format != format) i++;
+    return i < SUFFIXES ? suffixes[i].suffix : NULL;
+}
+
+/* ---- The path ---- */
+
+/* The path's third segment, of which the exchange's has only the beginning if it is long. `out` has
+ * room for the target. Returns its length. */
+static size_t decode_segment(const char *target, char *out) {
+    size_t length = 0, slashes = 0;
+    for (const char *c = target; *c && *c != '?'; c++) {
+        if (*c == '/' && slashes < 3) {
+            slashes++;
+            length = 0;
+        } else if (*c == '%' && isxdigit((unsigned char)c[1]) && isxdigit((unsigned char)c[2])) {
+            const char digits[] = {c[1], c[2], 0};
+            out[length++] = (char)strtoul(digits, NULL, 16);
+            c += 2;
+        } else {
+            out[length++] = *c;
+        }
+    }
+    out[length] = 0;
+    return length;
+}
+
+/* Where the suffix begins in a segment that ends in one; else its end. */
+static size_t find_suffix(const char *segment, size_t length, shd_format *format) {
+    for (size_t i = 0; i < SUFFIXES; i++) {
+        const size_t size = strlen(suffixes[i].suffix);
+        if (length <= size || strcmp(segment + length - size, suffixes[i].suffix) != 0) continue;
+        *format = suffixes[i].format;
+        return length - size;
+    }
+    return length;
+}
+
+bool shd_scene_link_admit(shd_exchange *exchange) {
+    shd_reply *reply = &exchange->reply;
+    const bool is_kept = exchange->route == SHD_ROUTE_KEPT;
+    char *segment = exchange->target ? malloc(strlen(exchange->target) + 1) : NULL;
+    if (!segment) return shd_problem_reply(reply, SHD_NO_MEMORY, "out of memory");
+    const size_t length = decode_segment(exchange->target, segment);
+    const size_t end = find_suffix(segment, length, &exchange->format);
+    const bool has_format = end < length;
+    segment[end] = 0;
+    const bool is_found = has_format && (!is_kept || shd_digest_read(segment, &exchange->digest));
+    free(segment);
+    if (!is_found)
+        return shd_problem_reply(reply, SHD_NOT_FOUND,
+                                 "a link to a scene ends in %s.png, .jpg or "
+                                 ".webp",
+                                 is_kept ? "64 hexadecimal digits, in lower case, and " : "");
+    const char *media_type = shd_format_get(exchange->format)->media_type;
+    exchange->is_link = true;
+    return shd_accepts(exchange->accept, media_type) ||
+           shd_problem_reply(reply, SHD_NOT_ACCEPTABLE, "this link answers %s", media_type);
+}
+
+/* ---- The query ---- */
+
+static bool refuse_parameter(shd_exchange *exchange, const char *parameter, const char *detail) {
+    const shd_mistake mistake = {.parameter = parameter, .detail = detail};
+    shd_problem_mistakes(&exchange->reply, SHD_BAD_QUERY, &mistake, 1);
+    return false;
+}
+
+/* A scene has no other parameters than those of signed links. */
+static bool check_query(shd_exchange *exchange) {
+    static const char *const names[] = {"expires", "signature"};
+    bool seen[2] = {false};
+    const char *query = strchr(exchange->target, '?');
+    while (query) {
+        const char *from = query + 1;
+        query = strchr(from, '&');
+        const size_t size = query ? (size_t)(query - from) : strlen(from);
+        const size_t length = strcspn(from, "=&");
+        if (!size) continue;
+        size_t which = 0;
+        while (which < 2 && (strlen(names[which]) != length || memcmp(names[which], from, length)))
+            which++;
+        if (which == 2) {
+            char name[64];
+            snprintf(name, sizeof name, "%.*s", (int)(length < 60 ? length : 60), from);
+            return refuse_parameter(exchange, name,
+                                    "it is not known here: there is expires, signature");
+        }
+        if (seen[which])
+            return refuse_parameter(exchange, names[which], "it is given more than once");
+        seen[which] = true;
+        const size_t digits = size > length ? strspn(from + length + 1, "0123456789") : 0;
+        if (!which && (!digits || digits > EXPIRES_MOST || length + 1 + digits != size))
+            return refuse_parameter(exchange, names[which], "expected an integer");
+    }
+    return true;
+}
+
+/* ---- The document ---- */
+
+static int digit_of(char c) {
+    if (c >= 'A' && c <= 'Z') return c - 'A';
+    if (c >= 'a' && c <= 'z') return c - 'a' + 26;
+    if (c >= '0' && c <= '9') return c - '0' + 52;
+    return c == '-' ? 62 : c == '_' ? 63 : -1;
+}
+
+/* Base64url without padding (RFC 4648, section 5), in place, so that each bytes have one text.
+ * False: it is something else. */
+static bool decode_base64(char *text, size_t length, size_t *out) {
+    unsigned bits = 0;
+    size_t size = 0;
+    for (size_t i = 0; i < length; i++) {
+        const int digit = digit_of(text[i]);
+        if (digit < 0) return false;
+        bits = bits << 6 | (unsigned)digit;
+        if (i % 4) text[size++] = (char)(bits >> (6 - 2 * (i % 4)));
+    }
+    const unsigned rest = length % 4 == 2 ? 15 : length % 4 == 3 ? 3 : 0;
+    *out = size;
+    return length % 4 != 1 && !(bits & rest);
+}
+
+/* The target holds the document. */
+static bool read_document(shd_exchange *exchange) {
+    shd_reply *reply = &exchange->reply;
+    if (!shd_inflate_open(SHD_CODING_DEFLATE))
+        return shd_problem_reply(reply, SHD_NOT_FOUND,
+                                 "zlib is not installed here: PUT /v1/scenes makes other links");
+    char *text = malloc(strlen(exchange->target) + 1);
+    if (!text) return shd_problem_reply(reply, SHD_NO_MEMORY, "out of memory");
+    const size_t end = find_suffix(text, decode_segment(exchange->target, text), &exchange->format);
+    exchange->body = (unsigned char *)text;
+    exchange->coding = SHD_CODING_DEFLATE;
+    return decode_base64(text, end, &exchange->size) ||
+           refuse_parameter(exchange, "document",
+                            "it is not base64url (A-Z a-z 0-9 - _) without padding, of the scene's "
+                            "JSON in deflate without a head");
+}
+
+/* The document is kept: its digest is all that is asked. */
+static bool find_document(shd_exchange *exchange) {
+    shd_reply *reply = &exchange->reply;
+    const shd_digest *digest = &exchange->digest;
+    exchange->kept = shd_engine_find_scene(exchange->settings->engine, digest, &exchange->kept_text,
+                                           &exchange->kept_size);
+    if (!exchange->kept)
+        return shd_problem_reply(reply, SHD_NOT_FOUND,
+                                 "no scene is kept by this digest: PUT the document to /v1/scenes, "
+                                 "then repeat");
+    exchange->body = malloc(sizeof digest->bytes);
+    if (!exchange->body) return shd_problem_reply(reply, SHD_NO_MEMORY, "out of memory");
+    memcpy(exchange->body, digest->bytes, sizeof digest->bytes);
+    exchange->size = sizeof digest->bytes;
+    return true;
+}
+
+bool shd_scene_link_read(shd_exchange *exchange) {
+    if (!check_query(exchange)) return false;
+    free(exchange->body);
+    exchange->body = NULL;
+    exchange->size = 0;
+    return exchange->route == SHD_ROUTE_KEPT ? find_document(exchange) : read_document(exchange);
+}
+
+/* ---- What links can show ---- */
+
+static void refuse_member(shd_job *job, const char *pointer, const char *detail) {
+    const shd_mistake mistake = {.pointer = pointer, .detail = detail};
+    shd_problem_mistakes(&job->reply, SHD_BAD_SCENE, &mistake, 1);
+}
+
+static bool check_outputs(shd_job *job) {
+    if (!shd_request_multipart(job->request)) return true;
+    refuse_member(job, "/outputs", "a link shows one picture: give one `output` instead");
+    return false;
+}
+
+void shd_scene_link_check(shd_job *job) {
+    if (!check_outputs(job)) return;
+    const shd_format asked = job->question.fallback, has = shd_request_format(job->request, 0);
+    char detail[160];
+    if (has == asked) return;
+    snprintf(detail, sizeof detail, "the link ends in %s, but the scene asks for %s",
+             suffix_of(asked), shd_format_get(has)->name);
+    refuse_member(job, "/output/format", detail);
+}
+
+/* ---- Keeping ---- */
+
+static void read_kept(shd_job *job) {
+    shd_job_read(job);
+    if (job->reply.status || shd_request_report(job->request)->status || !check_outputs(job))
+        return;
+    if (!suffix_of(shd_request_format(job->request, 0)))
+        refuse_member(job, "/output/format", "links show png, jpeg and webp");
+}
+
+static void keep_scene(shd_job *job) {
+    shd_reply *reply = &job->reply;
+    shd_digest digest;
+    char digits[SHD_DIGEST_TEXT], path[128], *text;
+    bool known;
+    shd_error error;
+    const shd_status status = shd_request_keep_scene(
+        job->request, (const char *)job->body, job->size, job->client, &digest, &known, &error);
+    if (status) {
+        shd_problem_error(reply, &error);
+        return;
+    }
+    shd_digest_write(&digest, digits);
+    snprintf(path, sizeof path, "%s%s%s", "/v1/scenes/", digits,
+             suffix_of(shd_request_format(job->request, 0)));
+    const int length = asprintf(&text, "{\"digest\":\"%s\",\"path\":\"%s\"}\n", digits, path);
+    if (length < 0) {
+        shd_problem_reply(reply, SHD_NO_MEMORY, "out of memory");
+        return;
+    }
+    reply->status = known ? 200 : 201;
+    shd_reply_give(reply, "application/json", text, (size_t)length);
+    shd_reply_plain(reply, "Location", path);
+    shd_reply_plain(reply, "Cache-Control", "no-store");
+    shd_job_warn(job);
+}
+
+void shd_scene_put_submit(shd_exchange *exchange) {
+    static const shd_work work = {.read = read_kept, .run = keep_scene, .size = SHD_SMALL};
+    shd_job_submit(exchange, &work);
+}
