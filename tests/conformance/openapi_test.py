@@ -14,6 +14,7 @@ import yaml
 
 from e2e.daemon import JSON, SMALL, SOURCE, Daemon, another
 from e2e.daemon_test import ENDLESS, Client, occupied, wait_until, wait_until_read
+from e2e.links_test import link_of
 from e2e.render_test import parts
 
 DOCUMENT = yaml.safe_load((SOURCE / "api/openapi.yaml").read_text())
@@ -28,9 +29,12 @@ SCENE_PATHS = ("/v1/render", "/v1/explain", "/v1/compare", "/v1/analyze", "/v1/b
 UNPROVOKED = {"urn:shaded:problem:internal", "urn:shaded:problem:memory"}
 PREVIEW = "/v1/preview/{material}"
 MESHES = "/v1/meshes/{sha256}"
+LINK, SCENES = "/v1/scene/{document}.{format}", "/v1/scenes"
+KEPT = "/v1/scenes/{digest}.{format}"
 # Nothing fails, and what is made in milliseconds does not pass a deadline of a second.
 UNREACHABLE = {*((path, "post", "500") for path in SCENE_PATHS), ("/v1/explain", "post", "504"),
-               (MESHES, "put", "500"), (MESHES, "put", "504"),
+               *((path, "put", status) for path in (MESHES, SCENES) for status in ("500", "504")),
+               *((path, method, "500") for path in (LINK, KEPT) for method in ("get", "head")),
                *((PREVIEW, method, status) for method in ("get", "head")
                  for status in ("500", "504"))}
 
@@ -202,7 +206,7 @@ class ServerTest(unittest.TestCase):
 
     def test_every_documented_answer(self):
         for path, item in DOCUMENT["paths"].items():
-            if "get" in item and path != PREVIEW:
+            if "get" in item and path not in (PREVIEW, LINK, KEPT):
                 self.read_path(path, item)
             self.check(self.daemon.call("OPTIONS", path), path, "options", "204")
             for method in item:
@@ -215,6 +219,8 @@ class ServerTest(unittest.TestCase):
         self.analyze_path()
         self.brdf_path()
         self.mesh_path()
+        self.link_paths()
+        self.scenes_path()
         self.busy()
         self.deadline()
         self.draining()
@@ -300,6 +306,93 @@ class ServerTest(unittest.TestCase):
             with Daemon("--preview-keys", file.name) as daemon:
                 for method in ("get", "head"):
                     self.preview(daemon, method, "403")
+
+    def keep(self, daemon, status, scene, **headers):
+        answer = daemon.call("PUT", SCENES, json.dumps(scene), {**JSON, **headers})
+        self.check(answer, SCENES, "put", status)
+        return answer
+
+    def link_paths(self):
+        example = DOCUMENT["components"]["parameters"]["LinkDocument"]["example"]
+        missing = {"objects": [{"type": "mesh", "data": "sha256-" + "0" * 64}]}
+        warned = {**SMALL, "objects": [{"type": "sphere", "material": {"shininess": 2000}}]}
+        kept = self.keep(self.daemon, "201", warned).headers["Location"]
+        for path, right, none in ((LINK, link_of(warned), "/v1/scene/A.gif"),
+                                  (KEPT, kept, "/v1/scenes/" + "0" * 64 + ".png")):
+            for method in ("get", "head"):
+                def check(target, status, daemon=self.daemon, **headers):
+                    answer = daemon.call(method.upper(), target, None, headers)
+                    self.check(answer, path, method, status)
+                    return answer
+
+                answer = check(right, "200")
+                self.assertTrue(answer.headers["Shaded-Warning"])
+                for suffix, kind in (("jpg", "image/jpeg"), ("webp", "image/webp")):
+                    answer = check(right.replace("png", suffix), "200", Accept=kind)
+                    self.assertEqual(answer.headers["Content-Type"], kind)
+                check(right.replace("png", suffix), "304", **{"If-None-Match": answer.headers["ETag"]})
+                check(right + "?size=9", "400")
+                check(right, "406", Accept="text/css")
+                check(none, "404")
+            self.check(self.daemon.call("POST", right, b"{}", JSON), path, "get", "405")
+        for method in ("get", "head"):
+            check = lambda target, status: self.check(self.daemon.call(method.upper(), target), LINK,
+                                                      method, status)
+            check(f"/v1/scene/{example}.png", "200")
+            check("/v1/scene/AA.png", "400")
+            check(link_of(missing), "409")
+            check(link_of({}), "422")
+        with Daemon("--max-pixels", "100") as daemon:
+            mesh = b'{"positions": [0,0,0, 1,0,0, 0,1,0]}'
+            digest = hashlib.sha256(mesh).hexdigest()
+            self.assertEqual(daemon.call("PUT", f"/v1/meshes/{digest}", mesh, JSON).status, 201)
+            small = {"image": {"width": 3, "height": 2}, "objects": [
+                {"type": "mesh", "data": f"sha256-{digest}"}]}
+            kept = self.keep(daemon, "201", small).headers["Location"]
+            for method in ("get", "head"):
+                self.check(daemon.call(method.upper(), kept.replace("png", "jpg")), KEPT, method, "200")
+        with Daemon() as daemon:
+            kept = self.keep(daemon, "201", {**SMALL, "output": {"format": "png"}}).headers["Location"]
+            for method in ("get", "head"):
+                self.check(daemon.call(method.upper(), kept.replace("png", "jpg")), KEPT, method, "422")
+        self.forgotten_mesh()
+        with tempfile.NamedTemporaryFile("w", encoding="ascii") as file:
+            file.write("0123456789abcdef0123456789abcdef\n")
+            file.flush()
+            with Daemon("--preview-keys", file.name) as daemon:
+                for path, target in ((LINK, link_of(SMALL)), (KEPT, kept)):
+                    for method in ("get", "head"):
+                        self.check(daemon.call(method.upper(), target), path, method, "403")
+
+    def forgotten_mesh(self):
+        """A kept scene whose mesh is not kept any more."""
+        def mesh(size):
+            return json.dumps({"positions": [size, 0, 0, 1, 0, 0, 0, 1, 0] * 400}).encode()
+
+        first = hashlib.sha256(mesh(2)).hexdigest()
+        with Daemon("--mesh-store", "512K") as daemon:
+            self.put(daemon, "201", mesh(2))
+            scene = {**SMALL, "objects": [{"type": "mesh", "data": f"sha256-{first}"}]}
+            kept = self.keep(daemon, "201", scene).headers["Location"]
+            for size in range(3, 40):
+                self.put(daemon, "201", mesh(size))
+                self.assertNotEqual(daemon.get(kept + "?").status, 404)  # it stays the last used
+            for method in ("get", "head"):
+                self.check(daemon.call(method.upper(), kept.replace("png", "jpg")), KEPT, method, "409")
+
+    def scenes_path(self):
+        examples = DOCUMENT["paths"][SCENES]["put"]["requestBody"]["content"]["application/json"]
+        for example in examples["examples"].values():
+            self.keep(self.daemon, "201", example["value"])
+            self.keep(self.daemon, "200", example["value"])
+        self.keep(self.daemon, "406", SMALL, Accept="image/png")
+        self.keep(self.daemon, "409", {"objects": [{"type": "mesh", "data": "sha256-" + "0" * 64}]})
+        self.keep(self.daemon, "413", {"x": "x" * 100001})
+        self.keep(self.daemon, "415", SMALL, **{"Content-Type": "text/css"})
+        self.keep(self.daemon, "415", SMALL, **{"Content-Encoding": "br"})
+        self.keep(self.daemon, "422", {})
+        self.check(self.daemon.call("PUT", SCENES, b"{", JSON), SCENES, "put", "400")
+        self.check(self.daemon.call("POST", SCENES, b"{}", JSON), SCENES, "put", "405")
 
     def explain_path(self):
         path = "/v1/explain"
@@ -397,13 +490,21 @@ class ServerTest(unittest.TestCase):
         check(post(path, {**SMALL, **{f"x{i}": 0 for i in range(100)}}), "422")
         check(post(path, {**SMALL, "image": {"width": 8192, "height": 8192}}), "422")
 
+    def links(self, daemon, status, kept, scene=SMALL):
+        for path, target in ((LINK, link_of(scene)), (KEPT, kept)):
+            for method in ("get", "head"):
+                self.check(daemon.call(method.upper(), target), path, method, status)
+
     def busy(self):
         with Daemon("--threads", "1", "--queue", "1", "--timeout", "300") as daemon:
+            kept = self.keep(daemon, "201", another(SMALL)).headers["Location"]
             waiting = [occupied(daemon), Client(daemon, another(ENDLESS))]
             wait_until_read(daemon, 1)
             for path in SCENE_PATHS:
                 self.check(daemon.post(path, SMALL), path, "post", "429")
             self.put(daemon, "429")
+            self.keep(daemon, "429", SMALL)
+            self.links(daemon, "429", kept)
             for method in ("get", "head"):
                 self.preview(daemon, method, "429")
             for request in waiting:
@@ -436,18 +537,23 @@ class ServerTest(unittest.TestCase):
         with Daemon("--timeout", "1") as daemon:
             for path in ("/v1/render", "/v1/compare", "/v1/analyze"):
                 self.check(daemon.post(path, ENDLESS), path, "post", "504")
+            kept = self.keep(daemon, "201", ENDLESS).headers["Location"]
+            self.links(daemon, "504", kept, ENDLESS)
             many = {"objects": [{"type": "sphere", "material": {
                 "model": "phong-normalized", "specular": 0.5, "shininess": i}} for i in range(300)]}
             self.check(daemon.post("/v1/brdf", many), "/v1/brdf", "post", "504")
 
     def draining(self):
         daemon = Daemon("--threads", "1", "--timeout", "300", "--drain-time", "300")
+        kept = self.keep(daemon, "201", SMALL).headers["Location"]
         running = occupied(daemon)
         daemon.signal()
         wait_until(lambda: daemon.get("/readyz", admin=True).status == 503)
         for path in SCENE_PATHS:
             self.check(daemon.post(path, SMALL), path, "post", "503")
         self.put(daemon, "503")
+        self.keep(daemon, "503", SMALL)
+        self.links(daemon, "503", kept)
         for method in ("get", "head"):
             self.preview(daemon, method, "503")
         running.leave()

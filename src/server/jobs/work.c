@@ -209,22 +209,20 @@ static void answer_waiter(shd_waiter *waiter) {
     shd_exchange_resume((shd_exchange *)(void *)((char *)waiter - offsetof(shd_exchange, waiter)));
 }
 
-void shd_job_submit(shd_exchange *exchange, const shd_work *work) {
-    shd_server *server = exchange->server;
-    exchange->submitted = shd_now();
+/* The job has what the exchange brought. NULL: memory is short. */
+static shd_job *make_job(shd_exchange *exchange, const shd_work *work) {
     shd_job *job = calloc(1, sizeof *job);
-    if (!job) {
-        shd_problem_reply(&exchange->reply, SHD_NO_MEMORY, "out of memory");
-        return;
-    }
-    *job = (shd_job){.server = server,
+    if (!job) return NULL;
+    const bool is_inside = !exchange->coding && !exchange->kept;
+    *job = (shd_job){.server = exchange->server,
                      .settings = exchange->settings,
                      .work = work,
                      .digest = exchange->digest,
                      .is_binary = exchange->is_binary,
                      .is_link = exchange->route == SHD_ROUTE_PREVIEW,
-                     .body = exchange->coding ? NULL : exchange->body,
-                     .size = exchange->size,
+                     .kept = exchange->kept,
+                     .body = is_inside ? exchange->body : (const void *)exchange->kept_text,
+                     .size = exchange->kept ? exchange->kept_size : exchange->size,
                      .question = {.body = exchange->body,
                                   .size = exchange->size,
                                   .coding = exchange->coding,
@@ -238,16 +236,22 @@ void shd_job_submit(shd_exchange *exchange, const shd_work *work) {
     job->takes_gzip = shd_accepts_gzip(exchange->accept_encoding);
     asked->picture_accepted =
         asked->is_link || shd_accepts_picture(exchange->accept, &asked->fallback);
-    if (exchange->kept) {
-        job->kept = exchange->kept;
-        job->body = (const unsigned char *)exchange->kept_text;
-        job->size = exchange->kept_size;
-        exchange->kept = NULL;
-    }
+    exchange->kept = NULL;
     exchange->body = NULL;
     job->body_bytes = exchange->capacity;
     exchange->capacity = 0;
     atomic_fetch_add(&job->settings->holders, 1);
+    return job;
+}
+
+void shd_job_submit(shd_exchange *exchange, const shd_work *work) {
+    shd_server *server = exchange->server;
+    exchange->submitted = shd_now();
+    shd_job *job = make_job(exchange, work);
+    if (!job) {
+        shd_problem_reply(&exchange->reply, SHD_NO_MEMORY, "out of memory");
+        return;
+    }
     if (work->recall && work->recall(job, exchange, &exchange->reply)) {
         drop_job(job);
         return;
