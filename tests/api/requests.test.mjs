@@ -2,6 +2,7 @@
 import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
 import { after, before, test } from "node:test";
+import { deflateRawSync } from "node:zlib";
 
 import { api, checkAnswer, checkProblem, operations, resolve } from "./contract.mjs";
 import { Daemon } from "./daemon.mjs";
@@ -14,10 +15,15 @@ let daemon, scenes;
 before(async () => {
     daemon = await Daemon.start();
     scenes = await sceneArbitrary(daemon);
+    await daemon.ask({ method: "PUT", path: "/v1/scenes", body: SMALL,
+                       headers: { "Content-Type": "application/json" } });
 });
 after(() => daemon.stop());
 
 // ---- Parts of requests ----
+
+// A scene for links.
+const SMALL = JSON.stringify({ objects: [{ type: "sphere" }], image: { width: 8, height: 8 } });
 
 const ID = "ABCXYZabcxyz019._-".split("");
 const FIELD_TEXT = /^[\t\x20-\x7e\x80-\xff]*$/;
@@ -45,6 +51,9 @@ const usual = {
         .map(list => list.join("")), fieldText),
     "path material": fc.oneof({ arbitrary: fc.constantFrom("brass", "jade", "pewter"), weight: 5 },
                               fc.string({ minLength: 1, unit: "grapheme" })),
+    "path document": fc.tuple(fc.constantFrom("{}", "{", SMALL), fc.boolean()).map(([text, isWhole]) =>
+        deflateRawSync(text).subarray(0, isWhole ? 1e6 : -4).toString("base64url") || "A"),
+    "path digest": fc.constantFrom(createHash("sha256").update(SMALL).digest("hex"), "0".repeat(64)),
     "query size": fc.integer({ min: 1, max: 66 }),
     "query width": fc.integer({ min: 1, max: 66 }),
     "query height": fc.integer({ min: 1, max: 66 }),

@@ -1,4 +1,4 @@
-/* Bodies in gzip and zstd: what they stand for, and what is none. */
+/* Bodies in gzip and zstd, links in deflate: what they stand for, and what is none. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -38,9 +38,9 @@ static bytes join(bytes a, bytes b) {
     return all;
 }
 
-static bytes pack_gzip(const void *data, size_t size) {
+static bytes pack_zlib(const void *data, size_t size, int window_bits) {
     z_stream z = {0};
-    assert_int_equal(deflateInit2(&z, 6, Z_DEFLATED, 15 + 16, 8, Z_DEFAULT_STRATEGY), Z_OK);
+    assert_int_equal(deflateInit2(&z, 6, Z_DEFLATED, window_bits, 8, Z_DEFAULT_STRATEGY), Z_OK);
     bytes b = {malloc(deflateBound(&z, size)), 0};
     assert_non_null(b.data);
     z.next_in = (unsigned char *)(size_t)data;
@@ -53,6 +53,10 @@ static bytes pack_gzip(const void *data, size_t size) {
     bytes fit = copy_of(b.data, b.size);
     free(b.data);
     return fit;
+}
+
+static bytes pack_gzip(const void *data, size_t size) {
+    return pack_zlib(data, size, 15 + 16);
 }
 
 /* With a checksum; `streamed`: its head does not tell its size. */
@@ -169,6 +173,29 @@ static void members_follow_each_other(void **state) {
     assert_wrong(SHD_CODING_GZIP, two, "incorrect header check");
     free(two.data);
     free(text.data);
+}
+
+static void a_link_is_one_stream_of_deflate(void **state) {
+    (void)state;
+    static const size_t sizes[] = {0, 1, 4096, 4097, 70000, 262145};
+    for (size_t s = 0; s < sizeof sizes / sizeof sizes[0]; s++) {
+        bytes text = make_text(sizes[s]), body = pack_zlib(text.data, text.size, -15);
+        assert_comes_to(SHD_CODING_DEFLATE, body, text.data, text.size);
+        for (size_t size = 0; size < body.size && sizes[s] < 5000; size++) {
+            bytes part = copy_of(body.data, size);
+            assert_wrong(SHD_CODING_DEFLATE, part, "the link's");
+            free(part.data);
+        }
+        body = join(body, pack_zlib("", 0, -15));
+        assert_wrong(SHD_CODING_DEFLATE, body, "bytes follow its end");
+        free(body.data);
+        free(text.data);
+    }
+    bytes others[] = {pack_gzip("a", 1), pack_zlib("a", 1, 15), pack_zstd("a", 1)};
+    for (size_t i = 0; i < sizeof others / sizeof others[0]; i++) {
+        assert_wrong(SHD_CODING_DEFLATE, others[i], "the link");
+        free(others[i].data);
+    }
 }
 
 static void whatever_is_cut_is_told(void **state) {
@@ -481,6 +508,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bodies_come_to_what_was_packed),
         cmocka_unit_test(members_follow_each_other),
+        cmocka_unit_test(a_link_is_one_stream_of_deflate),
         cmocka_unit_test(whatever_is_cut_is_told),
         cmocka_unit_test(whatever_is_spoilt_is_told_or_means_nothing),
         cmocka_unit_test(what_is_not_of_its_coding_is_told),
