@@ -141,6 +141,15 @@ shd_status shd_request_keep_scene(shd_request *request, const char *json, size_t
                                   const char *client, shd_digest *digest, bool *known,
                                   shd_error *error);
 
+/* After a successful read: what links to the scene's picture end in, "png", "jpg" or "webp".
+ * SHD_SCENE: it has several pictures, or one that no link shows. */
+shd_status shd_request_suffix(const shd_request *request, const char **suffix, shd_error *error);
+
+/* After a successful read: the path of the link that holds the scene, which the caller frees.
+ * `json` is what was read. SHD_SCENE as above; SHD_EXHAUSTED. */
+shd_status shd_request_link(const shd_request *request, const char *json, size_t length,
+                            char **path, shd_error *error);
+
 /* A document that is kept, which lives until it is dropped. NULL: none is, by that digest. If one
  * is, it becomes the last to be forgotten. */
 typedef struct shd_stored shd_kept_scene;

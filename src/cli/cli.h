@@ -68,3 +68,8 @@ enum cli_command {
 /* Only CLI_CHECK takes several scenes; CLI_RENDER has an output. Returns the exit status. */
 int cli_run(enum cli_command command, const char *const *scenes, size_t count,
             const cli_options *options);
+
+/* ---- link.c ---- */
+
+/* Prints the path of the link that holds a scene. Returns the exit status. */
+int cli_link(const char *scene, const shd_engine_options *options);

@@ -24,6 +24,8 @@ static const char help_text[] =
     "  shade brdf SCENE.json [-o OUT]       say what its materials do with light: f_r, albedo,\n"
     "                                       reciprocity, as JSON (default: stdout); OUT.svg and\n"
     "                                       OUT.png are plots of their lobes\n"
+    "  shade link SCENE.json                print the path of the link that holds a scene, for a\n"
+    "                                       daemon to draw\n"
     "  shade check SCENE.json...            say what is wrong with scenes; silent if nothing is\n"
     "\n"
     "  -o, --output OUT   where the picture goes. Its suffix (png, jpg, webp, tif, exr, hdr)\n"
@@ -139,9 +141,14 @@ static int run_command(const char *name, const char *const *scenes, size_t count
     const bool checks = command == CLI_CHECK;
     if (options->json && command != CLI_EXPLAIN)
         return cli_usage("--json is for explain, which has words as well");
+    if (!strcmp(name, "link")) {
+        if (options->output) return cli_usage("link writes to stdout: -o has no place here");
+        if (count != 1) return cli_usage("link wants one scene, not %zu", count);
+        return cli_link(scenes[0], &options->engine);
+    }
     if (command == CLI_COMMANDS)
-        return cli_usage("unknown command '%s': render, explain, compare, analyze, brdf or check",
-                         name);
+        return cli_usage(
+            "unknown command '%s': render, explain, compare, analyze, brdf, link or check", name);
     if (checks && count == 0) return cli_usage("check wants a scene");
     if (checks && options->output) return cli_usage("check writes nothing: -o has no place here");
     if (!checks && count != 1) return cli_usage("%s wants one scene, not %zu", name, count);

@@ -1,7 +1,13 @@
-/* Scene documents that are kept for links. */
+/* Links to scenes: documents that are kept for them, and those that are in them. */
+#include <libdeflate.h>
+#include <nettle/base64.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "render/request.h"
+
+enum { LEVEL = 12 }; /* libdeflate's densest */
 
 /* A thing's bytes. */
 typedef struct kept_text {
@@ -27,6 +33,51 @@ static size_t condense(const char *json, size_t length, char *out) {
         i = next;
     }
     return (size_t)(end - out);
+}
+
+shd_status shd_request_suffix(const shd_request *request, const char **suffix, shd_error *error) {
+    if (shd_request_multipart(request))
+        return shd_fail(error, SHD_SCENE, "/outputs",
+                        "a link shows one picture: give one `output` instead");
+    const shd_format format = shd_request_format(request, 0);
+    if (format != SHD_PNG && format != SHD_JPEG && format != SHD_WEBP)
+        return shd_fail(error, SHD_SCENE, "/output/format",
+                        "a link shows png, jpeg or webp, not %s", shd_format_get(format)->name);
+    *suffix = format == SHD_JPEG ? "jpg" : shd_format_get(format)->name;
+    return SHD_OK;
+}
+
+/* In deflate and base64url without padding. NULL: out of memory. */
+static char *pack_text(const char *text, size_t length) {
+    struct libdeflate_compressor *compressor = libdeflate_alloc_compressor(LEVEL);
+    const size_t most = compressor ? libdeflate_deflate_compress_bound(compressor, length) : 0;
+    unsigned char *packed = compressor ? malloc(most) : NULL;
+    char *out = packed ? malloc(BASE64_ENCODE_RAW_LENGTH(most) + 1) : NULL;
+    if (out) {
+        struct base64_encode_ctx encoder;
+        const size_t size = libdeflate_deflate_compress(compressor, text, length, packed, most);
+        base64url_encode_init(&encoder);
+        size_t end = base64_encode_update(&encoder, out, size, packed);
+        end += base64_encode_final(&encoder, out + end);
+        while (end && out[end - 1] == '=') end--;
+        out[end] = 0;
+    }
+    free(packed);
+    libdeflate_free_compressor(compressor);
+    return out;
+}
+
+shd_status shd_request_link(const shd_request *request, const char *json, size_t length,
+                            char **path, shd_error *error) {
+    const char *suffix;
+    const shd_status status = shd_request_suffix(request, &suffix, error);
+    if (status != SHD_OK) return status;
+    char *text = malloc(length + 1), *packed = NULL;
+    if (text) packed = pack_text(text, condense(json, length, text));
+    const bool is_made = packed && asprintf(path, "/v1/scene/%s.%s", packed, suffix) >= 0;
+    free(packed);
+    free(text);
+    return is_made ? SHD_OK : shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
 }
 
 static shd_status keep_text(shd_store *store, const char *text, size_t length,

@@ -7,6 +7,7 @@ import hmac
 import io
 import json
 import random
+import subprocess
 import time
 import unittest
 import zlib
@@ -14,11 +15,12 @@ import zlib
 from PIL import Image
 
 from e2e.cache_test import HIT, STORED, status
-from e2e.daemon import JSON, SMALL, SOURCE, Daemon
+from e2e.daemon import BUILD, JSON, SMALL, SOURCE, Daemon, environment
 from e2e.daemon_test import Folder
 from e2e.queue_test import encoded
 
 MEDIA = {"png": "image/png", "jpg": "image/jpeg", "webp": "image/webp"}
+SHADE = str(BUILD / "shade")
 KEY = "0123456789abcdef0123456789abcdef"
 
 
@@ -153,8 +155,9 @@ class LinkTest(Test):
 
     def test_the_suffix_and_the_scene_agree(self):
         for suffix, kind in (("png", "jpeg"), ("jpg", "png"), ("webp", "exr")):
+            words = (kind,) if kind == "exr" else ("." + suffix, "jpg" if kind == "jpeg" else kind)
             problem = self.refused(self.daemon.get(link_of({**SMALL, "output": {"format": kind}}, suffix)),
-                                   422, "scene", kind, "." + suffix)
+                                   422, "scene", *words)
             self.assertEqual(problem["errors"][0]["pointer"], "/output/format")
         many = {**SMALL, "outputs": [{"name": "a"}]}
         self.assertEqual(self.daemon.render(many).status, 200)  # what is cached of it is no answer
@@ -201,6 +204,31 @@ class LinkTest(Test):
             self.assertIn(f'shaded_requests_total{{route="{label}",status="200"}}', metrics)
 
 
+class CommandTest(Test):
+    def test_the_command_line_prints_links(self):
+        def link(scene, *flags):
+            return subprocess.run([SHADE, "link", "-", *flags], input=json.dumps(scene, indent=2).encode(),
+                                  env=environment(), capture_output=True, check=False)
+
+        with Daemon() as daemon:
+            for kind, suffix in (("png", "png"), ("jpeg", "jpg"), ("webp", "webp")):
+                scene = {**SMALL, "output": {"format": kind}}
+                made = link(scene)
+                self.assertEqual((made.returncode, made.stderr), (0, b""))
+                path = made.stdout.decode().rstrip("\n")
+                self.assertEqual(self.picture(daemon, path).body, daemon.render(scene).body)
+                coded = path[len("/v1/scene/"):-len(suffix) - 1]
+                data = zlib.decompress(base64.urlsafe_b64decode(coded + "=" * (-len(coded) % 4)), -15)
+                self.assertEqual(data, condensed(scene))
+        for scene, code, word in (({}, 1, b"objects"), (lit(900), 1, b"8000"),
+                                  ({**SMALL, "outputs": [{"name": "a"}]}, 1, b"/outputs")):
+            made = link(scene)
+            self.assertEqual((made.returncode, made.stdout), (code, b""))
+            self.assertIn(word, made.stderr)
+        self.assertEqual(link(SMALL, "-o", "x").returncode, 2)
+        self.assertEqual(link(SMALL, "more").returncode, 2)
+
+
 class KeptTest(Test):
     @classmethod
     def setUpClass(cls):
@@ -242,7 +270,7 @@ class KeptTest(Test):
             path = self.keep(self.daemon, {**scene, "output": {"format": kind}})
             self.assertTrue(path.endswith("." + suffix))
             self.picture(self.daemon, path)
-            self.refused(self.daemon.get(path.replace(suffix, "png")), 422, "scene", kind)
+            self.refused(self.daemon.get(path.replace(suffix, "png")), 422, "scene", suffix)
 
     def test_what_no_link_shows_is_not_kept(self):
         for scene, pointer in (({**SMALL, "outputs": [{"name": "a"}]}, "/outputs"),

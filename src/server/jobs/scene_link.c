@@ -16,12 +16,12 @@ static const struct {
     shd_format format;
 } suffixes[] = {{".png", SHD_PNG}, {".jpg", SHD_JPEG}, {".webp", SHD_WEBP}};
 
-enum { SUFFIXES = sizeof suffixes / sizeof suffixes[0], SUFFIX_MOST = 5, EXPIRES_MOST = 15 };
+enum { SUFFIXES = sizeof suffixes / sizeof suffixes[0], EXPIRES_MOST = 15 };
 
 static const char *suffix_of(shd_format format) {
     size_t i = 0;
-    while (i < SUFFIXES && suffixes[i].format != format) i++;
-    return i < SUFFIXES ? suffixes[i].suffix : NULL;
+    while (suffixes[i].format != format) i++;
+    return suffixes[i].suffix;
 }
 
 /* ---- The path ---- */
@@ -186,35 +186,25 @@ bool shd_scene_link_read(shd_exchange *exchange) {
 
 /* ---- What links can show ---- */
 
-static void refuse_member(shd_job *job, const char *pointer, const char *detail) {
-    const shd_mistake mistake = {.pointer = pointer, .detail = detail};
-    shd_problem_mistakes(&job->reply, SHD_BAD_SCENE, &mistake, 1);
-}
-
-static bool check_outputs(shd_job *job) {
-    if (!shd_request_multipart(job->request)) return true;
-    refuse_member(job, "/outputs", "a link shows one picture: give one `output` instead");
-    return false;
-}
-
 void shd_scene_link_check(shd_job *job) {
-    if (!check_outputs(job)) return;
-    const shd_format asked = job->question.fallback, has = shd_request_format(job->request, 0);
-    char detail[160];
-    if (has == asked) return;
-    snprintf(detail, sizeof detail, "the link ends in %s, but the scene asks for %s",
-             suffix_of(asked), shd_format_get(has)->name);
-    refuse_member(job, "/output/format", detail);
+    const shd_format asked = job->question.fallback;
+    const char *suffix;
+    shd_error error;
+    if (shd_request_suffix(job->request, &suffix, &error)) shd_problem_error(&job->reply, &error);
+    if (job->reply.status || shd_request_format(job->request, 0) == asked) return;
+    shd_fail(&error, SHD_SCENE, "/output/format", "the link ends in %s, but the scene asks for %s",
+             suffix_of(asked), suffix);
+    shd_problem_error(&job->reply, &error);
 }
 
 /* ---- Keeping ---- */
 
 static void read_kept(shd_job *job) {
     shd_job_read(job);
-    if (job->reply.status || shd_request_report(job->request)->status || !check_outputs(job))
-        return;
-    if (!suffix_of(shd_request_format(job->request, 0)))
-        refuse_member(job, "/output/format", "links show png, jpeg and webp");
+    const char *suffix;
+    shd_error error;
+    if (job->reply.status || shd_request_report(job->request)->status) return;
+    if (shd_request_suffix(job->request, &suffix, &error)) shd_problem_error(&job->reply, &error);
 }
 
 static void keep_scene(shd_job *job) {
