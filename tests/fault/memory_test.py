@@ -20,6 +20,7 @@ from pathlib import Path
 from e2e.coding_test import zstd
 from e2e.daemon import BUILD, SOURCE, Daemon, another, environment
 from e2e.daemon_test import wait_until
+from e2e.links_test import link_of
 from fault.control import Control
 
 SECONDS = os.environ.get("FAULT_SECONDS", "0.25")
@@ -283,7 +284,7 @@ class DaemonTest(Case):
                                  lambda _, answer, expected=expected: answer == expected,
                                  headers={"Content-Encoding": coding})
             for path in ("/v1/version", "/v1/nothing", "/v1/preview/gold?size=32&shape=disc",
-                         "/v1/preview/gold?size=x"):
+                         "/v1/preview/gold?size=x", link_of(SCENE), link_of({}), "/v1/scene/A.png"):
                 expected = self.ask(calm, path, None)
                 self.refuse_each(f"GET {path}", daemon, path, lambda n: None,
                                  lambda _, answer, expected=expected: answer == expected)
