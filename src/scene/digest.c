@@ -176,6 +176,7 @@ static void put_output(sink *s, const shd_output *output) {
     put_text(s, output->compression);
     put_count(s, output->layer_count);
     for (size_t i = 0; i < output->layer_count; i++) put_text(s, output->layers[i].name);
+    if (output->scope) put_text(s, shd_scope_names[output->scope]);
 }
 
 static void put_trace(sink *s, const shd_trace *trace) {

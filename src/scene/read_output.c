@@ -6,7 +6,7 @@
 
 enum { SINGLE = 1, ENTRY = 2 };                                                       /* kinds */
 enum { FORMAT = 1, DISPLAY = 2, VIEW = 4, COLOR_SPACE = 8, DEPTH = 16, EFFORT = 32 }; /* marks */
-enum { CHANNEL = 64, LAYERS = 128, MATTE = 256, COMPRESSION = 512 };
+enum { CHANNEL = 64, LAYERS = 128, MATTE = 256, COMPRESSION = 512, SCOPE = 1024 };
 
 /* Members whose meaning depends on others are kept as they are. They are resolved in order: format,
  * color, then depth, channel and layers. */
@@ -18,6 +18,7 @@ typedef struct raw_output {
     shd_depth depth;                      /* 0: absent */
     json_t *layers;
     int compression; /* of exr_compressions */
+    int scope;       /* of scopes */
 } raw_output;
 
 static void read_string(shd_reader *r, const shd_node *node, void *out) {
@@ -75,6 +76,9 @@ static const shd_range gamma_range = {0.1, 10, .text = "0.1 to 10"};
 static const char *const exr_compressions[] = {"none", "rle",  "zip",  "zips", "piz", "pxr24",
                                                "b44",  "b44a", "dwaa", "dwab", NULL};
 
+static const char *const scopes[] = {"vectorscope", "chromaticity", "waveform", "parade",
+                                     "histogram",   "falsecolor",   "gamut",    NULL};
+
 static void read_dither(shd_reader *r, const shd_node *node, void *out) {
     if (json_is_boolean(node->value))
         *(bool *)out = json_is_true(node->value);
@@ -131,6 +135,7 @@ static const shd_field output_fields[] = {
     {"matte", shd_read_color, AT(output.matte), .mark = MATTE},
     {"compression", shd_read_choice, AT(compression), .choices = exr_compressions,
      .mark = COMPRESSION},
+    {"scope", shd_read_choice, AT(scope), .choices = scopes, .mark = SCOPE},
     {"channel", read_string, AT(channel), .mark = CHANNEL},
     {"layers", keep_layers, AT(layers), .mark = LAYERS},
 };
@@ -184,8 +189,7 @@ static void resolve_color(shd_reader *r, const shd_node *node, raw_output *raw) 
         resolve_view(r, node, raw->display, raw->view, out);
 }
 
-/* What the output's samples are. `false`: nothing that a file would be misread for. */
-static bool find_held(shd_reader *r, const shd_output *out, shd_holds *holds) {
+bool shd_find_held(shd_reader *r, const shd_output *out, shd_holds *holds) {
     if (out->color_space) {
         *holds = out->color_space->holds;
         return out->color_space->channels <= SHD_XYZ;
@@ -201,7 +205,7 @@ static bool find_held(shd_reader *r, const shd_output *out, shd_holds *holds) {
 static void warn_of_color(shd_reader *r, const shd_node *node, const shd_output *out) {
     const shd_format_info *format = shd_format_get(out->format);
     shd_holds holds = SHD_HOLDS_DATA;
-    if (!find_held(r, out, &holds) || holds == SHD_HOLDS_DATA) return;
+    if (!shd_find_held(r, out, &holds) || holds == SHD_HOLDS_DATA) return;
     const shd_node at = shd_node_member(node, r->seen & COLOR_SPACE ? "colorSpace"
                                               : r->seen & VIEW      ? "view"
                                                                     : "display");
@@ -224,7 +228,7 @@ static void check_adjust(shd_reader *r, const shd_node *node, const shd_output *
                    {"looks", adjust->looks != NULL, adjust->looks && *adjust->looks},
                    {"gamma", adjust->gamma != 1, adjust->gamma != 1}};
     shd_holds holds = SHD_HOLDS_CODES;
-    const bool rgb = find_held(r, out, &holds);
+    const bool rgb = shd_find_held(r, out, &holds);
     for (size_t i = 0; i < SHD_LENGTH(members); i++) {
         const shd_node at = shd_node_member(node, members[i].name);
         if (members[i].does && holds == SHD_HOLDS_DATA)
@@ -256,7 +260,7 @@ static void check_file(shd_reader *r, const shd_node *node, const raw_output *ra
 static void resolve_depth(shd_reader *r, const shd_node *node, raw_output *raw) {
     shd_output *out = &raw->output;
     const shd_format_info *format = shd_format_get(out->format);
-    out->depth = raw->depth ? raw->depth : format->depth;
+    out->depth = raw->depth ? raw->depth : r->seen & SCOPE ? SHD_U8 : format->depth;
     if (format->depths & out->depth) return;
     char depths[64] = "";
     for (unsigned bit = SHD_U8; bit <= SHD_FLOAT; bit <<= 1) {
@@ -432,10 +436,12 @@ static void read_one(shd_reader *r, const shd_node *node, unsigned kind, shd_out
     if (!(r->wrong & FORMAT)) r->formats |= 1u << raw.format;
     if (!(r->wrong & (FORMAT | DEPTH))) resolve_depth(r, node, &raw);
     resolve_color(r, node, &raw);
-    if (!r->wrong) warn_of_color(r, node, output);
+    if (r->seen & SCOPE && !(r->wrong & SCOPE)) output->scope = (shd_scope)(1 + raw.scope);
+    if (!r->wrong && !output->scope) warn_of_color(r, node, output);
     if (raw.channel) resolve_channel(r, node, &raw);
     if (r->seen & COMPRESSION) output->compression = exr_compressions[raw.compression];
     if (!r->wrong) check_adjust(r, node, output);
+    if (!r->wrong && output->scope) shd_check_scope(r, node, output);
     if (!r->wrong) check_file(r, node, &raw);
     if (!shd_format_get(output->format)->alpha && output->channel != 3 && !(r->seen & MATTE))
         r->flat |= r->formats & 1u << raw.format;

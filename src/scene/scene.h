@@ -15,6 +15,7 @@
 #include "base/format.h"
 #include "base/limits.h"
 #include "base/report.h"
+#include "base/scope.h"
 #include "base/spectrum.h"
 #include "base/vec3.h"
 
@@ -243,6 +244,7 @@ typedef struct shd_output {
     bool dither;             /* of 8 bits */
     double matte[3];         /* under transparent pixels where the format has no alpha */
     const char *compression; /* of EXR, as OpenEXR names it; NULL: the format's default */
+    shd_scope scope;         /* what is shown of the picture instead of it */
     const shd_layer *layers; /* EXR only, and only if the color space is scene-linear */
     size_t layer_count;
 } shd_output;

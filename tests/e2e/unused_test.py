@@ -67,6 +67,7 @@ FEATURES = {
     "hdr": (written(format="hdr"), ["shd_encode_oiio", "shd_oiio_load"]),
     "jpeg": (written(format="jpeg"), ["shd_encode_jpeg"]),
     "webp": (written(format="webp"), ["shd_encode_webp"]),
+    "scopes": (written(scope="waveform"), ["shd_scope_make", "shd_displayed_make"]),
 }
 COMMANDS = {
     "compare": ["shd_request_compare", "shd_delta_e_2000", "shd_film_measure"],

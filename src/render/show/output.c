@@ -5,11 +5,13 @@
 #include <string.h>
 
 #include "base/sample.h"
+#include "render/show/scope.h"
 
 shd_route shd_route_of(const shd_scene *scene, const shd_output *output, bool apart) {
     const bool integers = output->depth == SHD_U8 || output->depth == SHD_U16;
     const bool mixed = scene->transparent && shd_format_get(output->format)->premultiplied;
-    const bool codes = apart && integers && !mixed && !output->layer_count && !output->dither;
+    const bool codes =
+        apart && integers && !mixed && !output->layer_count && !output->dither && !output->scope;
     return (shd_route){codes, !codes || scene->transparent || scene->output_count > 1};
 }
 
@@ -147,6 +149,7 @@ static shd_status begin_drawing(shd_rendering *r, const shd_film *film, size_t i
         .elsewhere = &r->beside,
     };
     memcpy(out->image.primaries, info->primaries, sizeof info->primaries);
+    if (output->scope) shd_scope_describe(r, output, &out->image);
     out->layout = shd_pack_of(&out->image, output->format);
     return SHD_OK;
 }
@@ -195,12 +198,14 @@ shd_status shd_output_size(shd_rendering *r, const shd_film *film, uint64_t *out
         drawing d;
         shd_status status = begin_drawing(r, film, i, &d, error);
         if (status != SHD_OK) return status;
-        const bool codes = film->codes || find_codes(r, &d);
+        const bool scope = d.output->scope, codes = film->codes || find_codes(r, &d);
         const uint64_t pixels = (uint64_t)d.image.width * (uint64_t)d.image.height,
-                       floats = (codes || d.last ? 0 : 4) + 3 * shd_output_color_layers(d.output);
-        uint64_t bytes =
-            shd_image_scratch(&d.image, d.output->format, codes) + pixels * floats * sizeof(float);
+                       floats = (codes || d.last || scope ? 0 : 4) +
+                                3 * shd_output_color_layers(d.output);
+        uint64_t bytes = shd_image_scratch(&d.image, d.output->format, codes || scope) +
+                         pixels * floats * sizeof(float);
         if (codes && !film->codes) bytes += pixels * (uint64_t)d.layout.count * d.layout.bytes;
+        if (scope) bytes += shd_scope_size(d.output, pixels);
         if (bytes > most) most = bytes;
     }
     *out = most;
@@ -380,7 +385,10 @@ shd_status shd_output_make(shd_rendering *r, const shd_film *film, size_t index,
     shd_stage_begin(r);
     drawing d;
     shd_status status = begin_drawing(r, film, index, &d, error);
-    if (status == SHD_OK) status = color_drawing(r, film, &d, error);
+    if (status == SHD_OK && d.output->scope)
+        status = shd_scope_make(r, film, d.output, &d.image.samples, error);
+    else if (status == SHD_OK)
+        status = color_drawing(r, film, &d, error);
     shd_stage_end(r, &r->times.color);
     if (status != SHD_OK) return status;
 

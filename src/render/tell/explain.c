@@ -151,12 +151,13 @@ static json_t *tell_outputs(const shd_explained *e) {
     json_t *list = json_array();
     for (size_t i = 0; i < scene->output_count; i++) {
         const shd_output *output = &scene->outputs[i];
-        json_array_append_new(list,
-                              json_pack("{ss? ss ss ss sb ss}", "name", output->name, "format",
-                                        shd_format_get(output->format)->name, "depth",
-                                        shd_depth_name(output->depth), "color",
-                                        e->codes[i] ? "codes" : "floats", "curveKnown",
-                                        e->shown[i].coded, "encoder", encoders[output->format]));
+        const char *scope = output->scope ? shd_scope_names[output->scope] : NULL;
+        json_array_append_new(list, json_pack("{ss? ss ss ss sb ss ss*}", "name", output->name,
+                                              "format", shd_format_get(output->format)->name,
+                                              "depth", shd_depth_name(output->depth), "color",
+                                              e->codes[i] ? "codes" : "floats", "curveKnown",
+                                              e->shown[i].coded, "encoder",
+                                              encoders[output->format], "scope", scope));
     }
     return list;
 }

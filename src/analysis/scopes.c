@@ -1,0 +1,99 @@
+#include "analysis/scopes.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "analysis/scope_parts.h"
+
+bool shd_scope_sees(const shd_scoped *scoped, size_t pixel) {
+    const float *at = scoped->rgba + 4 * pixel;
+    return at[3] > 0 && isfinite(at[0]) && isfinite(at[1]) && isfinite(at[2]);
+}
+
+/* 10 to 22 pixels; 0 if labels would be larger than what they tell. */
+static double text_size(const shd_scoped *scoped) {
+    const double least = scoped->width < scoped->height ? scoped->width : scoped->height;
+    return least < 160 ? 0 : floor(fmin(fmax(least / 32, 10), 22));
+}
+
+shd_frame shd_scope_frame(const shd_scoped *scoped, double text) {
+    const double edge = text > 0 ? ceil(0.7 * text) : 0, left = text > 0 ? ceil(2.6 * text) : 0,
+                 low = text > 0 ? ceil(1.8 * text) : 0;
+    return (shd_frame){left, edge, scoped->width - left - edge, scoped->height - edge - low};
+}
+
+void shd_scope_hit(shd_trace_plot *plot, double x, double y) {
+    const shd_scoped *s = plot->scoped;
+    if (!(x >= 0 && y >= 0 && x < s->width && y < s->height)) return;
+    plot->hits[(size_t)y * (size_t)s->width + (size_t)x]++;
+}
+
+void shd_scope_glow(shd_trace_plot *plot, int from, int to, const unsigned char color[3],
+                    double cells) {
+    const shd_scoped *s = plot->scoped;
+    const double gain = plot->seen ? 1.5 * cells / (double)plot->seen : 0;
+    for (int y = 0; y < s->height && !shd_is_cancelled(plot->cancelled); y++)
+        for (int x = from; x < to; x++) {
+            const size_t at = (size_t)y * (size_t)s->width + (size_t)x;
+            const double dose = gain * plot->hits[at], glow = 0.25 + 0.75 * dose / (1 + dose);
+            for (size_t c = 0; plot->hits[at] && c < 3; c++)
+                plot->rgb[3 * at + c] =
+                    (unsigned char)lround(plot->rgb[3 * at + c] * (1 - glow) + color[c] * glow);
+        }
+}
+
+static void count_seen(shd_trace_plot *plot) {
+    const size_t pixels = (size_t)plot->scoped->width * (size_t)plot->scoped->height;
+    for (size_t i = 0; i < pixels && !shd_is_cancelled_at(plot->cancelled, i); i++)
+        plot->seen += shd_scope_sees(plot->scoped, i);
+}
+
+static bool paint_plot(shd_scope scope, shd_trace_plot *plot) {
+    switch (scope) {
+    case SHD_SCOPE_VECTOR:
+        shd_scope_vector(plot);
+        return true;
+    case SHD_SCOPE_CHROMATICITY:
+        shd_scope_chromaticity(plot);
+        return true;
+    case SHD_SCOPE_WAVEFORM:
+    case SHD_SCOPE_PARADE:
+        shd_scope_waveform(plot, scope == SHD_SCOPE_PARADE);
+        return true;
+    case SHD_SCOPE_HISTOGRAM:
+        return shd_scope_histogram(plot);
+    case SHD_SCOPE_FALSECOLOR:
+        shd_scope_falsecolor(plot);
+        return true;
+    default:
+        shd_scope_gamut(plot);
+        return true;
+    }
+}
+
+static bool has_hits(shd_scope scope) {
+    return scope != SHD_SCOPE_HISTOGRAM && scope < SHD_SCOPE_FALSECOLOR;
+}
+
+size_t shd_scope_scratch(shd_scope scope, size_t pixels) {
+    return has_hits(scope) ? pixels * sizeof(uint32_t) : 0;
+}
+
+bool shd_scope_paint(shd_scope scope, const shd_scoped *scoped, unsigned char *rgb,
+                     shd_arena *scratch, const atomic_bool *cancelled) {
+    static const unsigned char ground[3] = {16, 18, 22};
+    const size_t pixels = (size_t)scoped->width * (size_t)scoped->height;
+    shd_trace_plot plot = {.scoped = scoped,
+                           .rgb = rgb,
+                           .lines = shd_drawing_new(scratch, scoped->width, scoped->height),
+                           .text = text_size(scoped),
+                           .scratch = scratch,
+                           .cancelled = cancelled};
+    if (has_hits(scope)) plot.hits = shd_arena_zalloc(scratch, pixels, sizeof *plot.hits);
+    if (!plot.lines || (has_hits(scope) && !plot.hits)) return false;
+    for (size_t i = 0; i < pixels; i++) memcpy(rgb + 3 * i, ground, sizeof ground);
+    count_seen(&plot);
+    return paint_plot(scope, &plot) && !shd_is_cancelled(cancelled) &&
+           !shd_drawing_full(plot.lines) &&
+           shd_drawing_paint(plot.lines, 1, scoped->width, scoped->height, rgb, scratch, cancelled);
+}
