@@ -5,41 +5,10 @@
 
 #include "analysis/scope_parts.h"
 
-bool shd_scope_sees(const shd_scoped *scoped, size_t pixel) {
-    const float *at = scoped->rgba + 4 * pixel;
-    return at[3] > 0 && isfinite(at[0]) && isfinite(at[1]) && isfinite(at[2]);
-}
-
 /* 10 to 22 pixels; 0 if labels would be larger than what they tell. */
 static double text_size(const shd_scoped *scoped) {
     const double least = scoped->width < scoped->height ? scoped->width : scoped->height;
     return least < 160 ? 0 : floor(fmin(fmax(least / 32, 10), 22));
-}
-
-shd_frame shd_scope_frame(const shd_scoped *scoped, double text) {
-    const double edge = text > 0 ? ceil(0.7 * text) : 0, left = text > 0 ? ceil(2.6 * text) : 0,
-                 low = text > 0 ? ceil(1.8 * text) : 0;
-    return (shd_frame){left, edge, scoped->width - left - edge, scoped->height - edge - low};
-}
-
-void shd_scope_hit(shd_trace_plot *plot, double x, double y) {
-    const shd_scoped *s = plot->scoped;
-    if (!(x >= 0 && y >= 0 && x < s->width && y < s->height)) return;
-    plot->hits[(size_t)y * (size_t)s->width + (size_t)x]++;
-}
-
-void shd_scope_glow(shd_trace_plot *plot, int from, int to, const unsigned char color[3],
-                    double cells) {
-    const shd_scoped *s = plot->scoped;
-    const double gain = plot->seen ? 1.5 * cells / (double)plot->seen : 0;
-    for (int y = 0; y < s->height && !shd_is_cancelled(plot->cancelled); y++)
-        for (int x = from; x < to; x++) {
-            const size_t at = (size_t)y * (size_t)s->width + (size_t)x;
-            const double dose = gain * plot->hits[at], glow = 0.25 + 0.75 * dose / (1 + dose);
-            for (size_t c = 0; plot->hits[at] && c < 3; c++)
-                plot->rgb[3 * at + c] =
-                    (unsigned char)lround(plot->rgb[3 * at + c] * (1 - glow) + color[c] * glow);
-        }
 }
 
 static void count_seen(shd_trace_plot *plot) {
