@@ -157,6 +157,27 @@ shd_kept_scene *shd_engine_find_scene(shd_engine *engine, const shd_digest *dige
                                       const char **json, size_t *length);
 void shd_kept_scene_drop(shd_kept_scene *scene); /* before the engine; NULL is fine */
 
+/* A scene and its variants: {"scene": {...}, "variants": [...]}, merge patches (RFC 7396), or
+ * {"scene": {...}, "sweep": {...}}, lists of values by JSON Pointer (RFC 6901), of which all
+ * combinations are taken, the last list going on fastest. */
+typedef struct shd_variants shd_batch;
+
+/* Reads a batch instead of a scene. `json` stays where it is until the batch is dropped, which the
+ * caller does. What is wrong with a single variant is found when it is read. Returns the report's
+ * status. */
+shd_status shd_request_read_batch(shd_request *request, const char *json, size_t length,
+                                  shd_batch **out);
+void shd_batch_drop(shd_batch *batch); /* NULL is fine */
+
+size_t shd_batch_count(const shd_batch *batch); /* variants: 1 to 10,000 */
+size_t shd_batch_size(const shd_batch *batch);  /* bytes of the scene that they vary */
+
+/* The scene document of a variant, which the caller frees; any thread. `request` is the one that
+ * reads it next, whose cancelling ends this, or NULL. SHD_SCENE: a pointer of the sweep leads
+ * nowhere in it; SHD_EXHAUSTED, SHD_CANCELLED. */
+shd_status shd_batch_document(const shd_batch *batch, size_t index, const shd_request *request,
+                              char **json, size_t *length, shd_error *error);
+
 /* Errors and warnings so far; never NULL. */
 const shd_report *shd_request_report(const shd_request *request);
 

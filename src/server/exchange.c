@@ -49,7 +49,7 @@ void shd_exchange_set_client(shd_exchange *exchange) {
 /* ---- Waiting for a job ---- */
 
 void shd_exchange_suspend(shd_exchange *exchange) {
-    assert(exchange->state == SHD_READING && !exchange->is_suspended);
+    assert((exchange->state == SHD_READING || exchange->stream) && !exchange->is_suspended);
     exchange->is_suspended = true;
     shd_reaper_phase(exchange->server->reaper, shd_connection_watched(exchange->connection),
                      SHD_AT_WORK, exchange);
@@ -78,6 +78,24 @@ void shd_exchange_send(shd_exchange *exchange) {
     assert(!exchange->unsent);
     exchange->unsent = shd_exchange_sends(exchange);
     atomic_fetch_add(&exchange->server->unsent, exchange->unsent);
+}
+
+void shd_exchange_part(shd_exchange *exchange, size_t bytes) {
+    shd_reaper *reaper = exchange->server->reaper;
+    shd_connection *connection = shd_connection_watched(exchange->connection);
+    shd_reaper_phase(reaper, connection, SHD_AT_ANSWER, NULL);
+    shd_reaper_answer(reaper, connection, bytes);
+}
+
+ssize_t shd_exchange_read(void *context, uint64_t at, char *out, size_t room) {
+    shd_exchange *exchange = context;
+    (void)at;
+    shd_exchange_wake(exchange);
+    const ssize_t size = exchange->stream->kind->read(exchange->stream, exchange, out, room);
+    if (size > 0) exchange->reply.size += (size_t)size; /* which is told at the end */
+    return size == SHD_STREAM_ENDS     ? MHD_CONTENT_READER_END_OF_STREAM
+           : size == SHD_STREAM_BREAKS ? MHD_CONTENT_READER_END_WITH_ERROR
+                                       : size;
 }
 
 void shd_exchange_drop(shd_exchange *exchange) {

@@ -60,7 +60,8 @@ typedef struct shd_exchange {
     double started, submitted; /* on shd_now()'s clock */
     shd_waiter waiter;
     shd_reply reply;
-    size_t unsent; /* bytes of its answer that the server counts as such */
+    shd_stream *stream; /* the reply's, once it is read */
+    size_t unsent;      /* bytes of its answer that the server counts as such */
 
     bool is_refused;   /* it has its answer, but its body is read first */
     bool is_counted;   /* by the server's in_flight */
@@ -78,7 +79,8 @@ void shd_exchange_accept(shd_exchange *exchange); /* all of it has come */
 /* Says who the client is by its token or, if it came without one, by its address. */
 void shd_exchange_set_client(shd_exchange *exchange);
 
-/* Takes the connection from the I/O thread's loop, before the exchange waits for a job. */
+/* Takes the connection from the I/O thread's loop, before the exchange waits for a job, or its
+ * stream for a part. */
 void shd_exchange_suspend(shd_exchange *exchange);
 
 /* Gives it back once the reply is there, or its client has gone: then the reply is empty. On any
@@ -87,6 +89,12 @@ void shd_exchange_resume(shd_exchange *exchange);
 
 void shd_exchange_wake(shd_exchange *exchange); /* it runs on the I/O thread again */
 void shd_exchange_send(shd_exchange *exchange); /* its answer is being sent */
+
+/* A part of its stream is being sent, while answers to come have so many bytes of memory. */
+void shd_exchange_part(shd_exchange *exchange, size_t bytes);
+
+/* The next bytes of its stream, as libmicrohttpd asks for them. */
+ssize_t shd_exchange_read(void *exchange, uint64_t at, char *out, size_t room);
 
 /* The bytes of its answer's body that are sent. */
 size_t shd_exchange_sends(const shd_exchange *exchange);

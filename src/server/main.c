@@ -197,6 +197,7 @@ static bool drain_requests(shd_server *server, ports *open, const sigset_t *stop
         double now = shd_now();
         if (now > deadline && !cancelled) {
             shd_log_message(SHD_LOG_WARNING, "drain-time", "cancelling what is unfinished");
+            atomic_store(&server->stopping, true);
             shd_jobs_stop(server->jobs);
             cancelled = true;
         }

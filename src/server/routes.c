@@ -12,7 +12,7 @@
 #include "server/jobs/work.h"
 #include "server/ops/settings.h"
 
-static const char media_json[] = "application/json";
+static const char media_json[] = "application/json", media_parts[] = "multipart/form-data";
 
 static void answer_document(shd_exchange *exchange) {
     const shd_document *document = &exchange->settings->documents[exchange->route];
@@ -115,6 +115,10 @@ static bool admit_media_types(shd_exchange *exchange) {
     if (exchange->route == SHD_ROUTE_RENDER || exchange->route == SHD_ROUTE_PREVIEW)
         return admit_picture(exchange);
     if (exchange->route == SHD_ROUTE_BRDF) return admit_figure(exchange);
+    if (exchange->route == SHD_ROUTE_BATCH)
+        return shd_accepts(exchange->accept, media_parts) ||
+               shd_problem_reply(&exchange->reply, SHD_NOT_ACCEPTABLE, "this path answers %s",
+                                 media_parts);
     /* The contract and the schema are files rather than representations: no negotiation. */
     const char *type = exchange->settings->documents[exchange->route].media_type;
     return (type && strcmp(type, media_json) != 0) || admit_json(exchange);
@@ -231,7 +235,8 @@ static void (*const submits[SHD_ROUTE_OTHER])(shd_exchange *exchange) = {
     [SHD_ROUTE_SCENE] = shd_scene_link_submit, [SHD_ROUTE_KEPT] = shd_scene_link_submit,
     [SHD_ROUTE_SCENES] = shd_scene_put_submit, [SHD_ROUTE_EXPLAIN] = shd_explain_submit,
     [SHD_ROUTE_COMPARE] = shd_compare_submit,  [SHD_ROUTE_BRDF] = shd_brdf_submit,
-    [SHD_ROUTE_MESHES] = shd_mesh_submit,      [SHD_ROUTE_ANALYZE] = shd_analyze_submit};
+    [SHD_ROUTE_BATCH] = shd_batch_submit,      [SHD_ROUTE_MESHES] = shd_mesh_submit,
+    [SHD_ROUTE_ANALYZE] = shd_analyze_submit};
 
 void shd_route_answer(shd_exchange *exchange) {
     const shd_route route = exchange->route;

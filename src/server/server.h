@@ -37,6 +37,7 @@ typedef struct shd_server {
     uint32_t run; /* random, so that request ids differ between runs */
     atomic_uint next_id;
     atomic_bool draining;
+    atomic_bool stopping;     /* what is unfinished is cancelled */
     atomic_uint in_flight;    /* exchanges whose head was read, until they are completed */
     atomic_uint accepted;     /* those of them whose body was read too */
     atomic_uint suspended;    /* those of them that wait for a job */

@@ -19,6 +19,7 @@ void shd_reply_strip(shd_reply *reply) {
 void shd_reply_clear(shd_reply *reply) {
     shd_reply_strip(reply);
     shd_bytes_drop(reply->held);
+    shd_stream_drop(reply->stream);
     memset(reply, 0, sizeof *reply);
 }
 
@@ -125,6 +126,7 @@ void shd_reply_copy(shd_reply *reply, const shd_reply *from) {
     for (size_t i = 0; i < from->header_count; i++)
         shd_reply_plain(reply, from->headers[i].name, from->headers[i].value);
     shd_reply_share(reply, from);
+    reply->stream = shd_stream_hold(from->stream);
     reply->is_short |= from->is_short;
 }
 

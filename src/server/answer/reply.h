@@ -8,6 +8,7 @@
 
 #include "base/budget.h"
 #include "base/status.h"
+#include "stream.h"
 
 enum { SHD_REPLY_HEADERS = 32 };
 
@@ -32,7 +33,8 @@ typedef struct shd_reply {
     shd_bytes_held *held; /* NULL: the body is lent */
     const void *body;
     size_t size;
-    bool is_short; /* memory was refused for a part of it: it is not to be sent */
+    shd_stream *stream; /* the body is made while it is sent; NULL: the body is `body` */
+    bool is_short;      /* memory was refused for a part of it: it is not to be sent */
 } shd_reply;
 
 /* Frees everything and leaves an empty reply. */
@@ -50,7 +52,7 @@ void shd_reply_warning(shd_reply *reply, const char *pointer, const char *detail
 /* A value as it is: only for text that is known to be safe. */
 void shd_reply_plain(shd_reply *reply, const char *name, const char *value);
 
-/* Makes an empty reply the same as another one, whose body they share from now on. */
+/* Makes an empty reply the same as another one, whose body or stream they share from now on. */
 void shd_reply_copy(shd_reply *reply, const shd_reply *from);
 
 /* The body: given to the reply, which frees it, or lent for longer than the reply lives. */

@@ -32,6 +32,8 @@ enum { LAST_STATUS = MHD_HTTP_SERVICE_UNAVAILABLE }; /* of the server's `last_wo
  * memory of the connection for each, and if that ends it neither answers nor closes. */
 enum { TARGET_MOST = 8000, PARAMETERS_MOST = 250 };
 
+enum { STREAM_BLOCK = 16 << 10 }; /* bytes that are asked of a stream at once */
+
 /* ---- Sending ---- */
 
 static void add_common_headers(shd_exchange *exchange) {
@@ -69,13 +71,15 @@ static struct MHD_Response *make_without_length(void) {
 }
 #endif
 
-/* NULL if memory is short. */
-static struct MHD_Response *make_response(shd_reply *reply) {
+/* NULL if memory is short. A stream is read for the exchange. */
+static struct MHD_Response *make_response(shd_reply *reply, shd_exchange *exchange) {
     if (reply->is_short) return NULL;
     struct MHD_Response *response =
         reply->status == 304 && !reply->size ? make_without_length()
-        : reply->held ? MHD_create_response_from_buffer_with_free_callback_cls(
-                            reply->size, (void *)(size_t)reply->body, shd_bytes_drop, reply->held)
+        : reply->stream ? MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, STREAM_BLOCK,
+                                                            shd_exchange_read, exchange, NULL)
+        : reply->held   ? MHD_create_response_from_buffer_with_free_callback_cls(
+                              reply->size, (void *)(size_t)reply->body, shd_bytes_drop, reply->held)
                       : MHD_create_response_from_buffer(reply->size, (void *)(size_t)reply->body,
                                                         MHD_RESPMEM_PERSISTENT);
     if (!response) return NULL;
@@ -95,7 +99,7 @@ static struct MHD_Response *make_last_words(void) {
                    strlen(shd_problem_last_words));
     shd_reply_plain(&reply, "Cache-Control", "no-store");
     shd_reply_plain(&reply, "Retry-After", "1");
-    struct MHD_Response *response = make_response(&reply);
+    struct MHD_Response *response = make_response(&reply, NULL);
     shd_reply_clear(&reply);
     return response;
 }
@@ -107,12 +111,13 @@ static enum MHD_Result queue_reply(shd_exchange *exchange) {
     add_common_headers(exchange);
     shd_reaper_answer(exchange->server->reaper, shd_connection_watched(exchange->connection),
                       shd_reply_alone(reply));
-    struct MHD_Response *response = make_response(reply);
+    struct MHD_Response *response = make_response(reply, exchange);
     if (!response) {
         shd_reply_clear(reply);
         reply->status = LAST_STATUS;
         return MHD_queue_response(exchange->connection, LAST_STATUS, exchange->server->last_words);
     }
+    exchange->stream = reply->stream;
     shd_exchange_send(exchange);
     enum MHD_Result result = MHD_queue_response(exchange->connection, reply->status, response);
     MHD_destroy_response(response);
@@ -305,6 +310,7 @@ static void end_exchange(void *cls, struct MHD_Connection *connection, void **co
     if (exchange->state == SHD_WAITING || exchange->state == SHD_ANSWERED)
         enter_phase(exchange, SHD_AT_REST);
     shd_exchange_wake(exchange);
+    if (exchange->stream) exchange->stream->kind->leave(exchange->stream);
     if (exchange->state == SHD_BEGUN || exchange->state == SHD_READING) {
         /* libmicrohttpd has answered it by itself, or nobody has. */
         const union MHD_ConnectionInfo *info =

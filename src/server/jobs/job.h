@@ -8,6 +8,7 @@
  *     jobs.c   who waits for which job: joining, leaving, deadlines
  *     turns.c  which job a worker takes, and gives way to
  *     queue.c  whose job is next; stuck.c  which do not end
+ *     batch.c  many jobs with one answer; variants.c  what they share
  *     render_job.c, json_job.c, mesh_job.c, preview.c, scene_link.c  the kinds of work
  *
  * A job belongs to the thread that made it, then to jobs.c, then to a worker. */
@@ -55,7 +56,9 @@ struct shd_job {
     size_t size;
     bool was_measured;
     bool is_link; /* the document was made of a link, in whose words its mistakes are told */
-    shd_kept_scene *kept; /* whose text `body` is, or NULL */
+    shd_kept_scene *kept;        /* whose text `body` is, or NULL */
+    struct shd_variety *variety; /* it is a variant of this, or NULL */
+    size_t variant;
     unsigned char *decoded;
     size_t body_bytes; /* of both, as the server counts them */
     bool takes_gzip;   /* its one exchange does, as above */

@@ -11,6 +11,7 @@
 #include "server/answer/negotiate.h"
 #include "server/answer/problem.h"
 #include "server/ops/settings.h"
+#include "variants.h"
 
 /* How long others are waited for that give way to an answer, seconds. */
 static const double patience = 5;
@@ -180,8 +181,10 @@ static bool is_known(const shd_exchange *exchange, const char *tag) {
 
 /* ---- The response cache ---- */
 
-/* Warnings are found by reading: a document that has some must be read. */
+/* Warnings are found by reading: a document that has some must be read. A variant has no bytes that
+ * were sent. */
 static const shd_question *question_to_keep(const shd_job *job) {
+    if (job->variety) return NULL;
     return shd_request_report(job->request)->warning_count ? NULL : &job->question;
 }
 
@@ -222,6 +225,20 @@ static void read_scene(shd_job *job) {
     if (!shd_request_multipart(job->request) && !job->question.picture_accepted)
         shd_problem_reply(&job->reply, SHD_NOT_ACCEPTABLE,
                           "Accept admits multipart/form-data only, but the scene has no `outputs`");
+    else
+        find_kept(job);
+}
+
+static void read_variant(shd_job *job) {
+    if (!shd_variety_write(job)) return;
+    shd_job_read(job);
+    if (job->reply.status || shd_request_report(job->request)->status) return;
+    if (shd_request_multipart(job->request))
+        shd_problem_mistakes(
+            &job->reply, SHD_BAD_SCENE,
+            &(shd_mistake){.pointer = "/outputs",
+                           .detail = "a variant has one picture: give one `output` instead"},
+            1);
     else
         find_kept(job);
 }
@@ -267,6 +284,8 @@ static void render_pictures(shd_job *job) {
 static void add_waited_for(const shd_job *job, double queued, shd_reply *reply) {
     add_account(reply, &job->server->metrics, job->cached, queued, job->timing);
 }
+
+const shd_work shd_variant_work = {.read = read_variant, .run = render_pictures};
 
 void shd_render_submit(shd_exchange *exchange) {
     static const shd_work work = {.recall = recall_picture,

@@ -10,6 +10,7 @@
 #include "server/answer/problem.h"
 #include "server/ops/memory.h"
 #include "server/ops/settings.h"
+#include "variants.h"
 
 enum { WARNINGS_TOLD = 8 };
 
@@ -55,6 +56,7 @@ static void drop_job(shd_job *job) {
     free(job->question.body);
     free(job->decoded);
     shd_memory_return_body(job->server, job->body_bytes);
+    shd_variety_drop(job->variety);
     free(job);
 }
 
@@ -196,6 +198,7 @@ shd_status shd_server_start_jobs(shd_server *server, shd_error *error) {
 
 static bool leave_job(void *who) {
     shd_exchange *exchange = who;
+    if (exchange->stream) return exchange->stream->kind->leave(exchange->stream);
     return shd_jobs_leave(exchange->server->jobs, &exchange->waiter);
 }
 
@@ -244,8 +247,15 @@ static shd_job *make_job(shd_exchange *exchange, const shd_work *work) {
     return job;
 }
 
+void shd_job_enter(shd_job *job, shd_waiter *waiter) {
+    job->asked = waiter->asked;
+    job->deadline = job->asked + (double)job->settings->config.timeout;
+    job->cost = find_unread_cost(job);
+    const shd_lane lane = is_long(job) ? SHD_LANE_LARGE : SHD_LANE_NEW;
+    if (!shd_jobs_enter(job->server->jobs, job, lane, waiter)) drop_job(job);
+}
+
 void shd_job_submit(shd_exchange *exchange, const shd_work *work) {
-    shd_server *server = exchange->server;
     exchange->submitted = shd_now();
     shd_job *job = make_job(exchange, work);
     if (!job) {
@@ -257,9 +267,6 @@ void shd_job_submit(shd_exchange *exchange, const shd_work *work) {
         return;
     }
 
-    job->asked = exchange->submitted;
-    job->deadline = job->asked + (double)exchange->settings->config.timeout;
-    job->cost = find_unread_cost(job);
     exchange->waiter = (shd_waiter){.client = exchange->client,
                                     .exchange = exchange,
                                     .asked = exchange->submitted,
@@ -267,6 +274,5 @@ void shd_job_submit(shd_exchange *exchange, const shd_work *work) {
                                     .answer = answer_waiter};
     /* Suspended first: the answer may be there before the next line. */
     shd_exchange_suspend(exchange);
-    const shd_lane lane = is_long(job) ? SHD_LANE_LARGE : SHD_LANE_NEW;
-    if (!shd_jobs_enter(server->jobs, job, lane, &exchange->waiter)) drop_job(job);
+    shd_job_enter(job, &exchange->waiter);
 }

@@ -16,9 +16,17 @@ void shd_analyze_submit(shd_exchange *exchange);
 void shd_explain_submit(shd_exchange *exchange);
 void shd_brdf_submit(shd_exchange *exchange);
 void shd_mesh_submit(shd_exchange *exchange);
+void shd_batch_submit(shd_exchange *exchange);
 
 /* The same by any kind. */
 void shd_job_submit(shd_exchange *exchange, const shd_work *work);
+
+/* The job, which is its from now on, is asked for by a waiter that has its client, reply and
+ * answer. */
+void shd_job_enter(shd_job *job, shd_waiter *waiter);
+
+/* Of a variant of a batch: the job has a `variety`. */
+extern const shd_work shd_variant_work;
 
 /* server->jobs, once there is an engine. */
 shd_status shd_server_start_jobs(shd_server *server, shd_error *error);
