@@ -5,7 +5,7 @@
 
 #include "analysis/axes.h"
 #include "base/sample.h"
-#include "render/show/output.h"
+#include "render/show/conversion.h"
 
 enum { BLOCK = 1024 };
 

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/sample.h"
+#include "render/show/conversion.h"
 #include "render/show/scope.h"
 
 shd_route shd_route_of(const shd_scene *scene, const shd_output *output, bool apart) {
@@ -22,21 +23,6 @@ static void saturate_values(shd_rendering *r, const shd_output *output, float *v
     const bool hdr = output->format == SHD_HDR;
     const float largest = hdr ? 1.7e38f : output->depth == SHD_HALF ? 65504 : FLT_MAX;
     r->saturated += shd_saturate(values, count, hdr ? 0 : -largest, largest);
-}
-
-shd_status shd_output_transform(const shd_rendering *r, const shd_scene *scene,
-                                const shd_output *output, const shd_color_transform **out,
-                                shd_error *error) {
-    shd_color_config *color = r->engine->color;
-    const char *from = scene->working_space->name;
-    const shd_space_info *space = output->color_space;
-    if (space && space->file && (output->depth == SHD_U8 || output->depth == SHD_U16))
-        space = space->file;
-    if (shd_adjusts(&output->adjust))
-        return shd_color_adjusted(color, from, space ? space->name : NULL, output->display,
-                                  output->view, &output->adjust, r->lease, out, error);
-    if (space) return shd_color_to_space(color, from, space->name, out, error);
-    return shd_color_to_view(color, from, output->display, output->view, out, error);
 }
 
 /* Converts RGB values in place. OpenColorIO takes RGBA. */
@@ -250,19 +236,6 @@ static bool color_layers(shd_rendering *r, const shd_film *film, drawing *d) {
         d->layers[l].values = values;
     }
     return true;
-}
-
-bool shd_output_is_flat(const shd_scene *scene, const shd_output *output) {
-    return scene->transparent && !shd_format_get(output->format)->alpha && output->channel != 3;
-}
-
-void shd_output_flatten(const double matte[3], float *rgba, size_t pixels) {
-    for (size_t i = 0; i < pixels; i++) {
-        const float alpha = rgba[4 * i + 3];
-        for (size_t c = 0; c < 3; c++)
-            rgba[4 * i + c] = rgba[4 * i + c] * alpha + (float)matte[c] * (1 - alpha);
-        rgba[4 * i + 3] = 1;
-    }
 }
 
 /* ---- Pixels, side by side on the pool: none depends on the split. ---- */

@@ -5,8 +5,8 @@
 
 #include "analysis/scopes.h"
 #include "base/primaries.h"
+#include "render/show/conversion.h"
 #include "render/show/displayed.h"
-#include "render/show/output.h"
 
 enum { BLOCK = 1024 };
 

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "base/primaries.h"
-#include "render/show/output.h"
+#include "render/show/conversion.h"
 
 /* Whether bounds know the curve. */
 static bool is_modelled(const shd_color_info *info) {

@@ -5,6 +5,7 @@
 
 #include "base/bits.h"
 #include "bound/shown/picture.h"
+#include "render/show/conversion.h"
 #include "render/show/output.h"
 
 enum { BLOCK = 1024 }; /* pixels that are converted and compared at once */
