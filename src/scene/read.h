@@ -192,11 +192,12 @@ void shd_convert_color(shd_reader *r, const shd_node *node, const shd_space_info
  * *alpha is its caller's default otherwise, which is 1. After an error neither means anything, but
  * both are as they were or finite. (shd_read_color takes no alpha but 1.) */
 void shd_read_color_alpha(shd_reader *r, const shd_node *node, double rgb[3], double *alpha);
-/* What the output's samples are. False: nothing that a file would be misread for. */
-bool shd_find_held(shd_reader *r, const shd_output *out, shd_holds *holds);
+/* Reads an array of layers into the output, once the rest of the document is read. */
+void shd_read_layers(shd_reader *r, const shd_node *at, shd_output *out);
 
-/* Reports what an output with a scope cannot have. `node` is the output. */
-void shd_check_scope(shd_reader *r, const shd_node *node, const shd_output *out);
+/* Reports what an output with a scope cannot have. `node` is the output, and `holds` what it would
+ * display. */
+void shd_check_scope(shd_reader *r, const shd_node *node, const shd_output *out, shd_holds holds);
 
 /* The samples of what is no color, within r->field's range, and their means over what red, green
  * and blue stand for (shd_curve_means). NULL: wrong. */

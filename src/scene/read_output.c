@@ -189,7 +189,8 @@ static void resolve_color(shd_reader *r, const shd_node *node, raw_output *raw) 
         resolve_view(r, node, raw->display, raw->view, out);
 }
 
-bool shd_find_held(shd_reader *r, const shd_output *out, shd_holds *holds) {
+/* What the output's samples are. False: nothing that a file would be misread for. */
+static bool find_held(shd_reader *r, const shd_output *out, shd_holds *holds) {
     if (out->color_space) {
         *holds = out->color_space->holds;
         return out->color_space->channels <= SHD_XYZ;
@@ -205,7 +206,7 @@ bool shd_find_held(shd_reader *r, const shd_output *out, shd_holds *holds) {
 static void warn_of_color(shd_reader *r, const shd_node *node, const shd_output *out) {
     const shd_format_info *format = shd_format_get(out->format);
     shd_holds holds = SHD_HOLDS_DATA;
-    if (!shd_find_held(r, out, &holds) || holds == SHD_HOLDS_DATA) return;
+    if (!find_held(r, out, &holds) || holds == SHD_HOLDS_DATA) return;
     const shd_node at = shd_node_member(node, r->seen & COLOR_SPACE ? "colorSpace"
                                               : r->seen & VIEW      ? "view"
                                                                     : "display");
@@ -228,7 +229,7 @@ static void check_adjust(shd_reader *r, const shd_node *node, const shd_output *
                    {"looks", adjust->looks != NULL, adjust->looks && *adjust->looks},
                    {"gamma", adjust->gamma != 1, adjust->gamma != 1}};
     shd_holds holds = SHD_HOLDS_CODES;
-    const bool rgb = shd_find_held(r, out, &holds);
+    const bool rgb = find_held(r, out, &holds);
     for (size_t i = 0; i < SHD_LENGTH(members); i++) {
         const shd_node at = shd_node_member(node, members[i].name);
         if (members[i].does && holds == SHD_HOLDS_DATA)
@@ -306,82 +307,6 @@ static void resolve_channel(shd_reader *r, const shd_node *node, raw_output *raw
 
 /* ---- Layers ---- */
 
-static const char *const layer_names[] = {
-    [SHD_LAYER_BEAUTY] = "beauty",     [SHD_LAYER_EMISSIVE] = "emissive",
-    [SHD_LAYER_AMBIENT] = "ambient",   [SHD_LAYER_DIFFUSE] = "diffuse",
-    [SHD_LAYER_SPECULAR] = "specular", [SHD_LAYER_LOBE] = "lobe.<i>",
-    [SHD_LAYER_LIGHT] = "light.<i>",   [SHD_LAYER_SHADOW] = "shadow",
-    [SHD_LAYER_BOUNCE] = "bounce",     [SHD_LAYER_NORMAL] = "normal",
-    [SHD_LAYER_POSITION] = "position", [SHD_LAYER_DEPTH] = "depth",
-    [SHD_LAYER_OBJECT] = "object",     [SHD_LAYER_KINDS] = NULL};
-
-/* How many lobes the scene's materials have at most. SIZE_MAX: they are wrong. */
-static size_t count_lobes(const shd_reader *r) {
-    size_t most = r->report->error_count ? SIZE_MAX : 0;
-    for (size_t i = 0; i < r->material_count; i++)
-        if (r->materials[i].lobe_count > most) most = r->materials[i].lobe_count;
-    return most;
-}
-
-/* Whether a name is `prefix`, "light." or "lobe.", and the number, without leading zeros, of one
- * that is there. */
-static bool parse_number(shd_reader *r, const shd_node *node, const char *name, const char *prefix,
-                         shd_layer *out) {
-    const char *digits = name + strlen(prefix);
-    const int what = (int)strlen(prefix) - 1;
-    size_t length = strspn(digits, "0123456789");
-    if (!length || length > 9 || digits[length] || (digits[0] == '0' && length > 1)) {
-        shd_wrong(r, node, "\"%s\" is not a layer: expected the number of a %.*s, as in \"%s0\"",
-                  shd_quote(name).text, what, prefix, prefix);
-        return false;
-    }
-    const bool light = out->kind == SHD_LAYER_LIGHT;
-    const size_t there = light ? r->lights : count_lobes(r);
-    out->light = strtoul(digits, NULL, 10);
-    if (out->light < there) return true;
-    shd_wrong(r, node,
-              light ? "there is no light %zu: the scene has %zu"
-                    : "there is no lobe %zu: materials of the scene have %zu at most",
-              out->light, there);
-    return false;
-}
-
-static bool read_layer(shd_reader *r, const shd_node *node, shd_layer *out) {
-    static const char *const prefixes[] = {
-        [SHD_LAYER_LOBE] = "lobe.", [SHD_LAYER_LIGHT] = "light."};
-    const char *name = shd_get_text(r, node, "the name of a layer");
-    if (!name) return false;
-    out->kind = SHD_LAYER_KINDS;
-    for (shd_layer_kind k = SHD_LAYER_LOBE; k <= SHD_LAYER_LIGHT; k++)
-        if (!strncmp(name, prefixes[k], strlen(prefixes[k])) && strcmp(name, layer_names[k]) != 0)
-            out->kind = k;
-    if (out->kind < SHD_LAYER_KINDS) {
-        if (!parse_number(r, node, name, prefixes[out->kind], out)) return false;
-    } else {
-        const int kind = shd_read_name(r, node, layer_names);
-        if (kind < 0) return false;
-        out->kind = (shd_layer_kind)kind;
-        if (kind == SHD_LAYER_LIGHT || kind == SHD_LAYER_LOBE) {
-            const char *prefix = prefixes[kind];
-            shd_wrong(r, node, "write the %.*s's number, as in \"%s0\"", (int)strlen(prefix) - 1,
-                      prefix, prefix);
-            return false;
-        }
-        if (kind == SHD_LAYER_SHADOW && !r->scene->trace.shadows)
-            shd_wrong(r, node, "the layer \"shadow\" needs `shadows` in `trace`");
-        if (kind == SHD_LAYER_BOUNCE && !r->scene->trace.depth)
-            shd_wrong(r, node, "the layer \"bounce\" needs a `depth` in `trace`");
-    }
-    out->name = shd_take_text(r, name);
-    return out->name != NULL;
-}
-
-static int compare_layers(const void *a, const void *b) {
-    const shd_layer *p = a, *q = b;
-    if (p->kind != q->kind) return p->kind < q->kind ? -1 : 1;
-    return (p->light > q->light) - (p->light < q->light);
-}
-
 static void check_layers(shd_reader *r, const shd_node *node, const raw_output *raw) {
     const shd_node at = shd_node_member(node, "layers");
     const bool view = r->seen & (DISPLAY | VIEW);
@@ -391,33 +316,6 @@ static void check_layers(shd_reader *r, const shd_node *node, const raw_output *
     if (r->seen & COLOR_SPACE ? raw->color_space && !raw->color_space->scene_linear : view)
         shd_wrong(r, &at, "layers are light, which adds up: set a scene-linear `colorSpace`");
     if (r->seen & CHANNEL) shd_wrong(r, &at, "give either `channel` or `layers`, not both");
-}
-
-static void resolve_layers(shd_reader *r, const shd_node *node, raw_output *raw) {
-    const shd_node at = {node, "layers", 0, raw->layers};
-    const size_t count = json_array_size(at.value);
-    if (count > SHD_LAYER_KINDS + SHD_LOBES_MOST + r->limits->lights) { /* each once */
-        shd_node_report(r->report, &at, SHD_LIMIT,
-                        "%zu layers are more than there may be: the limit `lights` is %llu", count,
-                        (unsigned long long)r->limits->lights);
-        shd_report_limit(r->report, SHD_LIMIT_LIGHTS);
-        return;
-    }
-    shd_layer *layers = shd_take(r, count, sizeof *layers);
-    shd_layer *sorted = shd_take(r, count, sizeof *sorted);
-    if (!layers || !sorted) return;
-    size_t good = 0;
-    for (size_t i = 0; i < count; i++) {
-        shd_node item = shd_node_item(&at, i);
-        good += read_layer(r, &item, &layers[good]);
-    }
-    memcpy(sorted, layers, good * sizeof *layers);
-    qsort(sorted, good, sizeof *sorted, compare_layers);
-    for (size_t i = 1; i < good; i++)
-        if (!compare_layers(&sorted[i - 1], &sorted[i]))
-            shd_wrong(r, &at, "the layer \"%s\" is there twice", shd_quote(sorted[i].name).text);
-    raw->output.layers = layers;
-    raw->output.layer_count = good;
 }
 
 /* ---- One output, and several ---- */
@@ -441,12 +339,17 @@ static void read_one(shd_reader *r, const shd_node *node, unsigned kind, shd_out
     if (raw.channel) resolve_channel(r, node, &raw);
     if (r->seen & COMPRESSION) output->compression = exr_compressions[raw.compression];
     if (!r->wrong) check_adjust(r, node, output);
-    if (!r->wrong && output->scope) shd_check_scope(r, node, output);
+    if (!r->wrong && output->scope) {
+        shd_holds holds = SHD_HOLDS_CODES;
+        find_held(r, output, &holds);
+        shd_check_scope(r, node, output, holds);
+    }
     if (!r->wrong) check_file(r, node, &raw);
     if (!shd_format_get(output->format)->alpha && output->channel != 3 && !(r->seen & MATTE))
         r->flat |= r->formats & 1u << raw.format;
     if (r->seen & LAYERS) check_layers(r, node, &raw);
-    if (raw.layers) resolve_layers(r, node, &raw);
+    const shd_node layers = {node, "layers", 0, raw.layers};
+    if (raw.layers) shd_read_layers(r, &layers, output);
     *out = *output;
 }
 

@@ -7,10 +7,9 @@ static void refuse_member(shd_reader *r, const shd_node *node, const char *name,
 }
 
 /* What the output would display must be what the scope is of. */
-static void check_scoped(shd_reader *r, const shd_node *node, const shd_output *out) {
+static void check_scoped(shd_reader *r, const shd_node *node, const shd_output *out,
+                         shd_holds holds) {
     const shd_channels channels = out->color_space ? out->color_space->channels : SHD_RGB;
-    shd_holds holds = SHD_HOLDS_CODES;
-    shd_find_held(r, out, &holds);
     if (holds == SHD_HOLDS_DATA)
         refuse_member(r, node, "scope", "this output is data: scopes are of colors");
     else if (out->scope == SHD_SCOPE_FALSECOLOR && !r->catalog->rec709)
@@ -25,7 +24,7 @@ static void check_scoped(shd_reader *r, const shd_node *node, const shd_output *
                       "channels");
 }
 
-void shd_check_scope(shd_reader *r, const shd_node *node, const shd_output *out) {
+void shd_check_scope(shd_reader *r, const shd_node *node, const shd_output *out, shd_holds holds) {
     static const char *const members[] = {"channel", "layers", "compression", "dither"};
     for (size_t i = 0; i < SHD_LENGTH(members); i++)
         if (shd_node_member(node, members[i]).value)
@@ -35,5 +34,5 @@ void shd_check_scope(shd_reader *r, const shd_node *node, const shd_output *out)
         refuse_member(r, node, "format", "a scope is no light: set format png, jpeg, webp or tiff");
     else if (out->depth != SHD_U8)
         refuse_member(r, node, "bitDepth", "a scope has 8 bits");
-    if (!r->wrong) check_scoped(r, node, out);
+    if (!r->wrong) check_scoped(r, node, out, holds);
 }
