@@ -339,10 +339,10 @@ static void read_one(shd_reader *r, const shd_node *node, unsigned kind, shd_out
     if (raw.channel) resolve_channel(r, node, &raw);
     if (r->seen & COMPRESSION) output->compression = exr_compressions[raw.compression];
     if (!r->wrong) check_adjust(r, node, output);
-    if (!r->wrong && output->scope) {
+    if (output->scope) {
         shd_holds holds = SHD_HOLDS_CODES;
-        find_held(r, output, &holds);
-        shd_check_scope(r, node, output, holds);
+        if (!r->wrong) find_held(r, output, &holds);
+        if (!(r->wrong & FORMAT)) shd_check_scope(r, node, output, holds);
     }
     if (!r->wrong) check_file(r, node, &raw);
     if (!shd_format_get(output->format)->alpha && output->channel != 3 && !(r->seen & MATTE))

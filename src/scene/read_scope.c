@@ -32,7 +32,7 @@ void shd_check_scope(shd_reader *r, const shd_node *node, const shd_output *out,
                           "a scope is a picture of its own, without this member");
     if (shd_format_get(out->format)->linear)
         refuse_member(r, node, "format", "a scope is no light: set format png, jpeg, webp or tiff");
-    else if (out->depth != SHD_U8)
+    else if (out->depth && out->depth != SHD_U8)
         refuse_member(r, node, "bitDepth", "a scope has 8 bits");
     if (!r->wrong) check_scoped(r, node, out, holds);
 }
