@@ -23,16 +23,17 @@ RESOLVER = jsonschema.RefResolver(BASE + "openapi.yaml", DOCUMENT)
 METHODS = ["get", "head", "post", "put", "delete", "options", "patch", "trace"]
 
 # Header fields that HTTP itself defines for every message.
-GENERAL = {"date", "content-length", "content-type", "connection"}
+GENERAL = {"date", "content-length", "content-type", "connection", "transfer-encoding"}
 # Nothing from outside makes the server fail.
 SCENE_PATHS = ("/v1/render", "/v1/explain", "/v1/compare", "/v1/analyze", "/v1/brdf")
 UNPROVOKED = {"urn:shaded:problem:internal", "urn:shaded:problem:memory"}
 PREVIEW = "/v1/preview/{material}"
 MESHES = "/v1/meshes/{sha256}"
 LINK, SCENES = "/v1/scene/{document}.{format}", "/v1/scenes"
-KEPT = "/v1/scenes/{digest}.{format}"
+KEPT, BATCH = "/v1/scenes/{digest}.{format}", "/v1/batch"
 # Nothing fails, and what is made in milliseconds does not pass a deadline of a second.
 UNREACHABLE = {*((path, "post", "500") for path in SCENE_PATHS), ("/v1/explain", "post", "504"),
+               (BATCH, "post", "500"), (BATCH, "post", "504"),
                *((path, "put", status) for path in (MESHES, SCENES) for status in ("500", "504")),
                *((path, method, "500") for path in (LINK, KEPT) for method in ("get", "head")),
                *((PREVIEW, method, status) for method in ("get", "head")
@@ -221,6 +222,7 @@ class ServerTest(unittest.TestCase):
         self.mesh_path()
         self.link_paths()
         self.scenes_path()
+        self.batch_path()
         self.busy()
         self.deadline()
         self.draining()
@@ -380,6 +382,24 @@ class ServerTest(unittest.TestCase):
             for method in ("get", "head"):
                 self.check(daemon.call(method.upper(), kept.replace("png", "jpg")), KEPT, method, "409")
 
+    def batch(self, daemon, status, batch=None, **headers):
+        batch = {"scene": SMALL, "variants": [{}]} if batch is None else batch
+        answer = daemon.post(BATCH, batch, headers)
+        self.check(answer, BATCH, "post", status)
+        return answer
+
+    def batch_path(self):
+        content = DOCUMENT["paths"][BATCH]["post"]["requestBody"]["content"]
+        counts = [len(parts(self.batch(self.daemon, "200", example["value"])))
+                  for example in content["application/json"]["examples"].values()]
+        self.assertEqual(counts, [2, 8])
+        self.batch(self.daemon, "400", b"{")
+        self.check(self.daemon.call("PUT", BATCH, b"{}", JSON), BATCH, "post", "405")
+        self.batch(self.daemon, "406", Accept="image/png")
+        self.batch(self.daemon, "413", b"x" * 100001)
+        self.batch(self.daemon, "415", **{"Content-Type": "text/css"})
+        self.batch(self.daemon, "422", {})
+
     def scenes_path(self):
         examples = DOCUMENT["paths"][SCENES]["put"]["requestBody"]["content"]["application/json"]
         for example in examples["examples"].values():
@@ -504,6 +524,7 @@ class ServerTest(unittest.TestCase):
                 self.check(daemon.post(path, SMALL), path, "post", "429")
             self.put(daemon, "429")
             self.keep(daemon, "429", SMALL)
+            self.batch(daemon, "429")
             self.links(daemon, "429", kept)
             for method in ("get", "head"):
                 self.preview(daemon, method, "429")
@@ -553,6 +574,7 @@ class ServerTest(unittest.TestCase):
             self.check(daemon.post(path, SMALL), path, "post", "503")
         self.put(daemon, "503")
         self.keep(daemon, "503", SMALL)
+        self.batch(daemon, "503")
         self.links(daemon, "503", kept)
         for method in ("get", "head"):
             self.preview(daemon, method, "503")
