@@ -173,6 +173,7 @@ typedef struct filtering {
 static void filter_band(void *context, size_t index, unsigned slot) {
     static const shd_filter_kernel *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_filter_kernel);
     const filtering *f = context;
+    const bool plain = f->image->compression && !strcmp(f->image->compression, "fast");
     const size_t first = index * f->rows, height = (size_t)f->image->height;
     const size_t end = height - first < f->rows ? height : first + f->rows;
     unsigned char *room = f->room + 3 * slot * f->row,
@@ -184,8 +185,12 @@ static void filter_band(void *context, size_t index, unsigned slot) {
         memset(samples[1], 0, f->row); /* zeros are above the first row */
     for (size_t y = first; y < end; y++) {
         const unsigned char *row = make_row(f->pack, f->image, y, samples[y & 1]);
-        kernels[f->image->isa]->filter(row, above, f->row, f->pixel, room,
-                                       f->out + y * (f->row + 1));
+        unsigned char *out = f->out + y * (f->row + 1);
+        if (plain) {
+            *out = 0;
+            memcpy(out + 1, row, f->row);
+        } else
+            kernels[f->image->isa]->filter(row, above, f->row, f->pixel, room, out);
         above = row;
     }
 }
@@ -222,8 +227,8 @@ uint64_t shd_png_scratch(const shd_image *image, shd_format format, bool samples
     const shd_pack pack = shd_pack_of(image, format);
     const uint64_t row = (uint64_t)image->width * (uint64_t)pack.count * pack.bytes;
     const uint64_t rows = (uint64_t)image->height * (row + 1);
-    return rows + shd_zlib_scratch(rows) + 3 * row * shd_encode_slots(image) +
-           shd_zlib_scratch(SHD_ICC_MAX);
+    return rows + shd_zlib_scratch(image, rows) + 3 * row * shd_encode_slots(image) +
+           shd_zlib_scratch(image, SHD_ICC_MAX);
 }
 
 shd_status shd_encode_png(const shd_image *image, shd_format format, shd_arena *scratch,
