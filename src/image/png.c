@@ -57,24 +57,9 @@ static void put_png_header(writer *w, const shd_image *image, const shd_pack *pa
     put_chunk(w, "IHDR", head, sizeof head);
 }
 
-/* Code points of ITU-T H.273. Gammas 2.4 and 2.6 have none: 1, BT.709, stands for a camera's curve
- * to many readers. gAMA tells these. */
 static void put_code_points(writer *w, const shd_image *image) {
-    static const unsigned char curves[] = {[SHD_TRANSFER_LINEAR] = 8,
-                                           [SHD_TRANSFER_SRGB] = 13,
-                                           [SHD_TRANSFER_GAMMA22] = 4,
-                                           [SHD_TRANSFER_PQ] = 16,
-                                           [SHD_TRANSFER_HLG] = 18};
-    static const struct {
-        const double *xy;
-        unsigned char code;
-    } known[] = {{shd_rec709, 1}, {shd_rec2020, 9}, {shd_p3_dci, 11}, {shd_display_p3, 12}};
-    if (image->channel >= 0 || !image->has_primaries || !curves[image->transfer]) return;
-    for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
-        if (memcmp(image->primaries, known[i].xy, sizeof image->primaries)) continue;
-        const unsigned char data[] = {known[i].code, curves[image->transfer], 0, 1};
-        put_chunk(w, "cICP", data, sizeof data); /* RGB, full range */
-    }
+    unsigned char codes[4];
+    if (shd_image_code_points(image, codes)) put_chunk(w, "cICP", codes, sizeof codes);
 }
 
 /* cHRM holds what lies in the triangle of real chromaticities; readers refuse others. */
@@ -133,7 +118,7 @@ static shd_status put_color(writer *w, const shd_image *image, shd_arena *scratc
     } else if (image->channel < 0 && image->has_primaries) {
         bool fit = chromaticities_fit(image->primaries);
         if (fit) put_chromaticities(w, image->primaries);
-        if (fit && image->transfer != SHD_TRANSFER_SRGB) return SHD_OK;
+        if (fit && gammas[image->transfer] && image->transfer != SHD_TRANSFER_SRGB) return SHD_OK;
         shd_icc icc = shd_icc_make(image);
         if (icc.size) return put_profile(w, image, &icc, scratch, error);
     }
