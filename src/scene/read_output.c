@@ -285,7 +285,7 @@ static void resolve_channel(shd_reader *r, const shd_node *node, raw_output *raw
     shd_output *out = &raw->output;
     const unsigned kinds = channels_of(r, raw);
     const char *name = raw->channel, *const *names = shd_channel_names(SHD_RGB);
-    for (int kind = SHD_LAB; kind >= SHD_RGB; kind--) {
+    for (int kind = SHD_LCH; kind >= SHD_RGB; kind--) {
         if (!(kinds >> kind & 1)) continue;
         names = shd_channel_names((shd_channels)kind);
         for (int c = 0; c < 3; c++)
