@@ -63,6 +63,27 @@ class Travel(unittest.TestCase):
                 self.same(json.loads(path.read_text()), [*spaces, view], [*spaces, plain])
 
 
+class Polar(unittest.TestCase):
+    """LCh and OKLCh, which no configuration has, are there under each, for pictures and for colors."""
+
+    def test_everywhere(self):
+        for configuration in (None, *CONFIGURATIONS):
+            options = ("--ocio", str(configuration)) if configuration else ()
+            for written, space, value in (("oklch(0.7 0.1 200)", "OKLCh", [0.7, 0.1, 200]),
+                                          ("lch(60 40 330)", "lch", [60, 40, 330]),
+                                          ("lch(60 0 0)", "LCh D65", [60, 0, 77])):
+                scene = {"image": {"width": 4, "height": 4, "samples": 1}, "objects": [],
+                         "workingSpace": "lin_rec709"}
+                with self.subTest(configuration=configuration, space=space):
+                    shown = [{"colorSpace": "srgb_tx"}, {"colorSpace": space, "bitDepth": 8}]
+                    one, codes = pictures({**scene, "background": written}, shown, *options)
+                    other, _ = pictures({**scene, "background": {"space": space, "value": value}}, shown, *options)
+                    self.assertLessEqual(np.abs(one - other).max(), 1)
+                    scale = (255, 127 / 0.4, 255 / 360) if space == "OKLCh" else (2.55, 1, 255 / 360)
+                    wanted = np.array(value) * scale * (1, 1, value[1] > 0)
+                    self.assertLessEqual(np.abs(codes[..., :3] - wanted).max(), 0.6)
+
+
 def chunks(png):
     """{type: data} of a PNG."""
     found, at = {}, 8
