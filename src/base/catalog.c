@@ -19,10 +19,8 @@ const shd_display_info *shd_catalog_display(const shd_catalog *catalog, const ch
 }
 
 const char *const *shd_channel_names(shd_channels channels) {
-    static const char *const names[][3] = {[SHD_RGB] = {"R", "G", "B"},
-                                           [SHD_XYZ] = {"X", "Y", "Z"},
-                                           [SHD_YIQ] = {"Y", "I", "Q"},
-                                           [SHD_HSV] = {"H", "S", "V"},
-                                           [SHD_LAB] = {"L", "a", "b"}};
+    static const char *const names[][3] = {
+        [SHD_RGB] = {"R", "G", "B"}, [SHD_XYZ] = {"X", "Y", "Z"}, [SHD_YIQ] = {"Y", "I", "Q"},
+        [SHD_HSV] = {"H", "S", "V"}, [SHD_LAB] = {"L", "a", "b"}, [SHD_LCH] = {"L", "C", "h"}};
     return names[channels];
 }

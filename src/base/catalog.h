@@ -8,7 +8,7 @@
 #include "base/transfer.h"
 
 /* What the three channels of a space are called. */
-typedef enum shd_channels { SHD_RGB, SHD_XYZ, SHD_YIQ, SHD_HSV, SHD_LAB } shd_channels;
+typedef enum shd_channels { SHD_RGB, SHD_XYZ, SHD_YIQ, SHD_HSV, SHD_LAB, SHD_LCH } shd_channels;
 
 /* What the values of a space or a view are. */
 typedef enum shd_holds { SHD_HOLDS_CODES, SHD_HOLDS_LIGHT, SHD_HOLDS_DATA } shd_holds;

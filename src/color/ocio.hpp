@@ -18,8 +18,17 @@
 
 namespace OCIO = OCIO_NAMESPACE;
 
+// Lightness, chroma and hue of a space that has lightness and two axes: L, the length and the angle
+// of (a, b), each times a scale. OpenColorIO has no operator for an angle, so this is ours.
+struct shd_color_polar {
+    std::string name, description, base;
+    std::vector<const char *> aliases;
+    double scale[3]; // of L, C, and h in degrees
+};
+
 struct shd_color_transform {
-    OCIO::ConstCPUProcessorRcPtr cpu; // null: the transform does nothing
+    OCIO::ConstCPUProcessorRcPtr cpu;                          // null: OpenColorIO does nothing
+    const shd_color_polar *before = nullptr, *after = nullptr; // null: none
     shd_color_info info{};
     std::string name, about;
 
@@ -48,6 +57,7 @@ struct shd_color_config {
     shd_catalog catalog{};
     std::deque<std::string> texts;
     std::vector<shd_space_info> spaces;
+    std::deque<shd_color_polar> polar;
     std::vector<shd_display_info> displays;
     std::deque<std::vector<const char *>> views, aliases;
     std::vector<shd_look_info> looks;
@@ -100,6 +110,14 @@ void shd_ocio_measure(const OCIO::ConstConfigRcPtr &ocio, const OCIO::ConstColor
 // The space whose values a view holds; null: there is none.
 OCIO::ConstColorSpaceRcPtr shd_ocio_target(const OCIO::ConstConfigRcPtr &ocio, const char *display,
                                            const char *view);
+
+// The spaces of this kind whose base is there. Null: `name` is none.
+void shd_color_add_polar(shd_color_config *config);
+const shd_color_polar *shd_color_find_polar(const shd_color_config *config, const char *name);
+
+// In place, RGBA pixels.
+void shd_color_to_polar(const shd_color_polar &polar, float *rgba, size_t count);
+void shd_color_from_polar(const shd_color_polar &polar, float *rgba, size_t count);
 
 shd_channels shd_ocio_channels(const OCIO::ConstColorSpaceRcPtr &space);
 bool shd_ocio_is_linear(const OCIO::ConstColorSpaceRcPtr &space);

@@ -113,6 +113,19 @@ void fill_space(shd_color_config *config, const OCIO::ConstColorSpaceRcPtr &spac
                               working ? SHD_HOLDS_LIGHT : holds_of(space), nullptr});
 }
 
+void fill_looks(shd_color_config *config) {
+    const OCIO::ConstConfigRcPtr &ocio = config->ocio;
+    for (int i = 0; i < ocio->getNumLooks(); i++) {
+        const std::string name = ocio->getLookNameByIndex(i);
+        // OpenColorIO takes these for a list, or a direction.
+        if (name.empty() || name.find_first_of(",:|\n") != std::string::npos ||
+            name.find_first_of("+-") == 0)
+            continue;
+        const char *about = ocio->getLook(name.c_str())->getDescription();
+        config->looks.push_back({keep(config, name), keep(config, shd_ocio_sentence(about))});
+    }
+}
+
 void fill_catalog(shd_color_config *config) {
     const OCIO::ConstConfigRcPtr &ocio = config->ocio;
     OCIO::ConstColorSpaceRcPtr linear = ocio->getColorSpace(OCIO::ROLE_SCENE_LINEAR);
@@ -121,6 +134,11 @@ void fill_catalog(shd_color_config *config) {
         of_roles.push_back(ocio->getColorSpace(ocio->getRoleName(i)));
     for (const OCIO::ConstColorSpaceRcPtr &space : shd_ocio_spaces(ocio))
         fill_space(config, space, space == linear, of_roles);
+    shd_color_add_polar(config);
+    for (const shd_color_polar &polar : config->polar)
+        config->spaces.push_back({polar.name.c_str(), polar.description.c_str(), SHD_LCH, false,
+                                  polar.aliases.data(), polar.aliases.size(), SHD_HOLDS_CODES,
+                                  nullptr});
     for (int i = 0; i < ocio->getNumDisplays(); i++) {
         const char *display = ocio->getDisplay(i);
         std::vector<const char *> views;
@@ -134,15 +152,7 @@ void fill_catalog(shd_color_config *config) {
         config->displays.push_back({keep(config, display), config->views.back().data(),
                                     views.size(), config->holds.back().data()});
     }
-    for (int i = 0; i < ocio->getNumLooks(); i++) {
-        const std::string name = ocio->getLookNameByIndex(i);
-        // OpenColorIO takes these for a list, or a direction.
-        if (name.empty() || name.find_first_of(",:|\n") != std::string::npos ||
-            name.find_first_of("+-") == 0)
-            continue;
-        const char *about = ocio->getLook(name.c_str())->getDescription();
-        config->looks.push_back({keep(config, name), keep(config, shd_ocio_sentence(about))});
-    }
+    fill_looks(config);
     shd_catalog &catalog = config->catalog;
     catalog.looks = config->looks.data();
     catalog.look_count = config->looks.size();

@@ -67,7 +67,12 @@ bool css_is_srgb(shd_color_config *config) {
 void describe(shd_color_config *config, const char *from, const OCIO::ConstColorSpaceRcPtr &target,
               shd_color_transform *made) {
     made->info.name = made->name.c_str();
-    if (!target) return;
+    if (made->after) {
+        made->info.channels = SHD_LCH;
+        made->about = made->name + ": " + made->after->description;
+        made->info.about = made->about.c_str();
+    }
+    if (!target || made->after) return;
     made->info.data = target->isData();
     made->info.channels = shd_ocio_channels(target);
     if (made->info.channels != SHD_RGB) {
@@ -85,8 +90,12 @@ void describe(shd_color_config *config, const char *from, const OCIO::ConstColor
 std::unique_ptr<shd_color_transform> make_to_space(shd_color_config *config, const char *from,
                                                    const char *to) {
     std::unique_ptr<shd_color_transform> made(new shd_color_transform);
-    if (std::strcmp(from, to)) made->cpu = build(config->ocio->getProcessor(from, to));
     made->name = to;
+    const bool same = !std::strcmp(from, to);
+    if (!same && (made->before = shd_color_find_polar(config, from)))
+        from = made->before->base.c_str();
+    if (!same && (made->after = shd_color_find_polar(config, to))) to = made->after->base.c_str();
+    if (std::strcmp(from, to)) made->cpu = build(config->ocio->getProcessor(from, to));
     describe(config, from, config->ocio->getColorSpace(to), made.get());
     return made;
 }
@@ -141,10 +150,11 @@ shd_status shd_ocio_convert(const void *self, const char *from, const char *to, 
     const shd_color_transform *transform = nullptr;
     shd_status status = shd_color_to_space(config, from, to, &transform, error);
     if (status) return status;
-    if (!transform->cpu && !css) return SHD_OK;
+    const bool does = transform->cpu || transform->before || transform->after;
+    if (!does && !css) return SHD_OK;
     float pixel[4] = {static_cast<float>(value[0]), static_cast<float>(value[1]),
                       static_cast<float>(value[2]), 1};
-    if (transform->cpu) shd_color_apply(transform, pixel, 1);
+    if (does) shd_color_apply(transform, pixel, 1);
     for (int i = 0; i < 3; i++)
         if (!std::isfinite(pixel[i]))
             return shd_fail(error, SHD_SCENE, "", "the color is too large to be converted");
@@ -205,6 +215,7 @@ std::shared_ptr<shd_color_transform> make_adjusted(shd_color_config *config, con
                                                    const char *view, const shd_adjust &adjust) {
     using namespace OCIO;
     const ConstConfigRcPtr &ocio = config->ocio;
+    const shd_color_polar *after = view ? nullptr : shd_color_find_polar(config, space);
     GroupTransformRcPtr way = GroupTransform::Create();
     if (adjust.exposure != 0) {
         ExposureContrastTransformRcPtr exposure = ExposureContrastTransform::Create();
@@ -223,7 +234,7 @@ std::shared_ptr<shd_color_transform> make_adjusted(shd_color_config *config, con
     } else {
         ColorSpaceTransformRcPtr converted = ColorSpaceTransform::Create();
         converted->setSrc(from);
-        converted->setDst(space);
+        converted->setDst(after ? after->base.c_str() : space);
         way->appendTransform(converted);
     }
     if (adjust.gamma != 1) {
@@ -236,6 +247,7 @@ std::shared_ptr<shd_color_transform> make_adjusted(shd_color_config *config, con
     std::shared_ptr<shd_color_transform> made = std::make_shared<shd_color_transform>();
     made->cpu = build(ocio->getProcessor(way));
     made->name = view ? std::string(display) + " / " + view : space;
+    made->after = after;
     made->info.looks =
         adjust.looks ? *adjust.looks : view && *ocio->getDisplayViewLooks(display, view);
     describe(config, from, view ? shd_ocio_target(ocio, display, view) : ocio->getColorSpace(space),
@@ -289,8 +301,9 @@ static void settle_hue(float *hsv) {
     if (hsv[0] >= 1) hsv[0] = 0x1.fffffep-1f;
 }
 
-void shd_color_apply(const shd_color_transform *transform, float *rgba, size_t count) {
-    if (!transform->cpu) return;
+namespace {
+
+void apply_processor(const shd_color_transform *transform, float *rgba, size_t count) {
     for (size_t pixels; count; rgba += 4 * pixels, count -= pixels) {
         pixels = std::min(count, block);
         float alpha[block];
@@ -309,9 +322,18 @@ void shd_color_apply(const shd_color_transform *transform, float *rgba, size_t c
     }
 }
 
+} // namespace
+
+void shd_color_apply(const shd_color_transform *transform, float *rgba, size_t count) {
+    if (transform->before) shd_color_from_polar(*transform->before, rgba, count);
+    if (transform->cpu) apply_processor(transform, rgba, count);
+    if (transform->after) shd_color_to_polar(*transform->after, rgba, count);
+}
+
 bool shd_color_mixes(const shd_color_transform *transform) {
     try {
-        return transform->cpu && transform->cpu->hasChannelCrosstalk();
+        return transform->before || transform->after ||
+               (transform->cpu && transform->cpu->hasChannelCrosstalk());
     } catch (...) {
         return true;
     }

@@ -32,6 +32,25 @@ bool shd_image_is_srgb(const shd_image *image) {
            (!image->has_primaries || is_rec709(image->primaries));
 }
 
+bool shd_image_code_points(const shd_image *image, unsigned char codes[4]) {
+    static const unsigned char curves[] = {[SHD_TRANSFER_LINEAR] = 8,
+                                           [SHD_TRANSFER_SRGB] = 13,
+                                           [SHD_TRANSFER_GAMMA22] = 4,
+                                           [SHD_TRANSFER_PQ] = 16,
+                                           [SHD_TRANSFER_HLG] = 18};
+    static const struct {
+        const double *xy;
+        unsigned char code;
+    } known[] = {{shd_rec709, 1}, {shd_rec2020, 9}, {shd_p3_dci, 11}, {shd_display_p3, 12}};
+    if (image->channel >= 0 || !image->has_primaries || !curves[image->transfer]) return false;
+    for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
+        if (memcmp(image->primaries, known[i].xy, sizeof image->primaries)) continue;
+        memcpy(codes, (unsigned char[]){known[i].code, curves[image->transfer], 0, 1}, 4);
+        return true;
+    }
+    return false;
+}
+
 /* The profile connection space's white, as ICC.1:2010 7.2.16 fixes it, exact in s15Fixed16. */
 static const double d50[3] = {0xF6D6 / 65536.0, 1.0, 0xD32D / 65536.0};
 
@@ -61,12 +80,17 @@ static void put_type(shd_icc *icc, const char type[4]) {
     append_u32(icc, 0);
 }
 
-/* Version 4.3, a display's RGB, from XYZ, on a fixed date, 2026-01-01: equal pictures are equal
- * bytes. What is not here is 0. */
-static void put_icc_header(shd_icc *icc) {
+static bool is_hdr(shd_transfer transfer) {
+    return transfer == SHD_TRANSFER_PQ || transfer == SHD_TRANSFER_HLG;
+}
+
+/* Version 4.3, or 4.4, which knows of cicpTag; a display's RGB, from XYZ, on a fixed date,
+ * 2026-01-01: equal pictures are equal bytes. What is not here is 0. */
+static void put_icc_header(shd_icc *icc, shd_transfer transfer) {
     static const char head[] = "\0\0\0\0\0\0\0\0\x04\x30\0\0mntrRGB XYZ "
                                "\x07\xEA\0\1\0\1\0\0\0\0\0\0acsp";
     memcpy(icc->data, head, sizeof head);
+    if (is_hdr(transfer)) icc->data[9] = 0x40;
     icc->size = 68;
     put_fixed(icc, d50, 3);
     icc->size = 128;
@@ -74,7 +98,7 @@ static void put_icc_header(shd_icc *icc) {
 
 /* ---- Elements: bytes that one entry of the tag table, or several, point to. ---- */
 
-enum { TAG_COUNT = 10 };
+enum { TAG_COUNT = 10 }; /* without cicp */
 
 /* Enters the element that began at `start` into the tag table. */
 static void enter_tag(shd_icc *icc, int *tags, const char tag[4], size_t start) {
@@ -110,18 +134,63 @@ static void add_numbers(shd_icc *icc, int *tags, const char tag[4], const char t
     enter_tag(icc, tags, tag, start);
 }
 
-/* Encoded to linear, as a parametricCurveType (ICC.1:2010, 10.16): one element for the three. */
-static void add_curve(shd_icc *icc, int *tags, shd_transfer transfer) {
+/* Samples of a curveType (ICC.1:2022, 10.6). Lines between them are off by 0.025 codes of
+ * sRGB of 8 bits. */
+enum { SAMPLES = 1024 };
+
+/* Light of a grey's signal, in reference whites of 203 cd/m2 (ITU-R BT.2408): PQ's 1 is
+ * 10,000 cd/m2, HLG's 1,000, with the gamma of such a display (BT.2100, table 5). */
+static double light_of(shd_transfer transfer, double signal) {
+    const double v = shd_curve_decode(transfer, signal);
+    return transfer == SHD_TRANSFER_PQ ? v * 10000 / 203 : pow(v, 1.2) * 1000 / 203;
+}
+
+/* Up to the knee as it is; from there exponentially to 1, without a step in the slope. */
+static double roll_off(double light) {
+    const double knee = 0.6;
+    return light <= knee ? light : 1 - (1 - knee) * exp((knee - light) / (1 - knee));
+}
+
+static void put_samples(shd_icc *icc, shd_transfer transfer) {
+    const double most = roll_off(light_of(transfer, 1));
+    put_type(icc, "curv");
+    append_u32(icc, SAMPLES);
+    for (int i = 0; i < SAMPLES; i++) {
+        const double v = roll_off(light_of(transfer, i / (SAMPLES - 1.0))) / most;
+        const long code = lround(v * 65535);
+        icc->data[icc->size++] = (unsigned char)(code >> 8);
+        icc->data[icc->size++] = (unsigned char)code;
+    }
+}
+
+static void add_code_points(shd_icc *icc, int *tags, const unsigned char codes[4]) {
+    const size_t start = icc->size;
+    put_type(icc, "cicp");
+    memcpy(icc->data + icc->size, codes, 4);
+    icc->size += 4;
+    enter_tag(icc, tags, "cicp", start);
+}
+
+static void put_parameters(shd_icc *icc, shd_transfer transfer) {
     static const double srgb[5] = {2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045};
     const double power = transfer == SHD_TRANSFER_REC1886   ? 2.4
                          : transfer == SHD_TRANSFER_GAMMA22 ? 2.2
                          : transfer == SHD_TRANSFER_GAMMA26 ? 2.6
                                                             : 1;
     const bool is_srgb = transfer == SHD_TRANSFER_SRGB;
-    const size_t start = icc->size;
     put_type(icc, "para");
     append_u32(icc, is_srgb ? 3u << 16 : 0); /* 3: (aX + b)^g from d on, cX below; 0: X^g */
     put_fixed(icc, is_srgb ? srgb : &power, is_srgb ? 5 : 1);
+}
+
+/* Encoded to linear, as a parametricCurveType (ICC.1:2010, 10.16) or samples: one element for the
+ * three. */
+static void add_curve(shd_icc *icc, int *tags, shd_transfer transfer) {
+    const size_t start = icc->size;
+    if (is_hdr(transfer))
+        put_samples(icc, transfer);
+    else
+        put_parameters(icc, transfer);
     enter_tag(icc, tags, "rTRC", start);
     enter_tag(icc, tags, "gTRC", start);
     enter_tag(icc, tags, "bTRC", start);
@@ -134,6 +203,8 @@ static void name_profile(shd_icc *icc, shd_transfer transfer, const double xy[8]
                         : transfer == SHD_TRANSFER_REC1886 ? " gamma 2.4"
                         : transfer == SHD_TRANSFER_GAMMA22 ? " gamma 2.2"
                         : transfer == SHD_TRANSFER_GAMMA26 ? " gamma 2.6"
+                        : transfer == SHD_TRANSFER_PQ      ? " PQ"
+                        : transfer == SHD_TRANSFER_HLG     ? " HLG"
                         : is_usual                         ? ""
                                                            : " with sRGB curve";
     snprintf(icc->name, sizeof icc->name, "%s%s",
@@ -142,18 +213,19 @@ static void name_profile(shd_icc *icc, shd_transfer transfer, const double xy[8]
 
 shd_icc shd_icc_make(const shd_image *image) {
     shd_icc icc = {.size = 0};
-    if (image->transfer == SHD_TRANSFER_UNKNOWN || image->transfer >= SHD_TRANSFER_PQ ||
-        image->channel >= 0)
-        return icc;
+    if (image->transfer == SHD_TRANSFER_UNKNOWN || image->channel >= 0) return icc;
     if (!image->has_primaries && image->transfer != SHD_TRANSFER_SRGB) return icc;
     const double *xy = image->has_primaries ? image->primaries : shd_rec709;
     shd_affine chad, rgb;
     if (!shd_primaries_adapt(xy, (shd_vec3){d50[0], d50[1], d50[2]}, &chad, &rgb)) return icc;
 
     name_profile(&icc, image->transfer, xy);
-    put_icc_header(&icc);
-    append_u32(&icc, TAG_COUNT);
-    icc.size += 12 * TAG_COUNT;
+    unsigned char codes[4];
+    const bool coded = is_hdr(image->transfer) && shd_image_code_points(image, codes);
+    const int count = TAG_COUNT + coded;
+    put_icc_header(&icc, image->transfer);
+    append_u32(&icc, (uint32_t)count);
+    icc.size += 12 * (size_t)count;
     int tags = 0;
     add_text(&icc, &tags, "desc", icc.name);
     add_text(&icc, &tags, "cprt", "No copyright, use freely");
@@ -172,9 +244,10 @@ shd_icc shd_icc_make(const shd_image *image) {
     static const char colorant[3][5] = {"rXYZ", "gXYZ", "bXYZ"};
     for (int c = 0; c < 3; c++) add_numbers(&icc, &tags, colorant[c], "XYZ ", column[c], 3);
     add_curve(&icc, &tags, image->transfer);
+    if (coded) add_code_points(&icc, &tags, codes);
 
     const size_t size = icc.size;
-    assert(tags == TAG_COUNT && size <= sizeof icc.data);
+    assert(tags == count && size <= sizeof icc.data);
     icc.size = 0;
     append_u32(&icc, (uint32_t)size);
     icc.size = size;

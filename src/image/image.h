@@ -35,10 +35,11 @@ typedef struct shd_image {
     int channel; /* -1: all; 0..2: that one as grey, with alpha if `alpha`; 3: alpha as grey */
     bool alpha;  /* alpha is kept; false: `rgba` is opaque, or alpha is the channel */
     shd_depth depth;
-    int quality;             /* 1..100: jpeg, webp (100 is lossless) */
-    int effort;              /* 0..6: webp, 0 is fastest */
-    const char *compression; /* of EXR, as OpenEXR names it; NULL: zip, or zips if lines are long */
-    shd_transfer transfer;   /* color metadata, written if the format has a place for it */
+    int quality; /* 1..100: jpeg, webp (100 is lossless) */
+    int effort;  /* 0..6: webp, 0 is fastest */
+    /* EXR: as OpenEXR names it; NULL: zip, or zips if lines are long. PNG: fast, small or NULL. */
+    const char *compression;
+    shd_transfer transfer; /* color metadata, written if the format has a place for it */
     bool has_primaries;
     double primaries[8]; /* CIE xy of red, green, blue, white */
     const char *space;   /* NULL, or the name of the color space or view; used by EXR */

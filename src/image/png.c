@@ -57,24 +57,9 @@ static void put_png_header(writer *w, const shd_image *image, const shd_pack *pa
     put_chunk(w, "IHDR", head, sizeof head);
 }
 
-/* Code points of ITU-T H.273. Gammas 2.4 and 2.6 have none: 1, BT.709, stands for a camera's curve
- * to many readers. gAMA tells these. */
 static void put_code_points(writer *w, const shd_image *image) {
-    static const unsigned char curves[] = {[SHD_TRANSFER_LINEAR] = 8,
-                                           [SHD_TRANSFER_SRGB] = 13,
-                                           [SHD_TRANSFER_GAMMA22] = 4,
-                                           [SHD_TRANSFER_PQ] = 16,
-                                           [SHD_TRANSFER_HLG] = 18};
-    static const struct {
-        const double *xy;
-        unsigned char code;
-    } known[] = {{shd_rec709, 1}, {shd_rec2020, 9}, {shd_p3_dci, 11}, {shd_display_p3, 12}};
-    if (image->channel >= 0 || !image->has_primaries || !curves[image->transfer]) return;
-    for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
-        if (memcmp(image->primaries, known[i].xy, sizeof image->primaries)) continue;
-        const unsigned char data[] = {known[i].code, curves[image->transfer], 0, 1};
-        put_chunk(w, "cICP", data, sizeof data); /* RGB, full range */
-    }
+    unsigned char codes[4];
+    if (shd_image_code_points(image, codes)) put_chunk(w, "cICP", codes, sizeof codes);
 }
 
 /* cHRM holds what lies in the triangle of real chromaticities; readers refuse others. */
@@ -133,7 +118,7 @@ static shd_status put_color(writer *w, const shd_image *image, shd_arena *scratc
     } else if (image->channel < 0 && image->has_primaries) {
         bool fit = chromaticities_fit(image->primaries);
         if (fit) put_chromaticities(w, image->primaries);
-        if (fit && image->transfer != SHD_TRANSFER_SRGB) return SHD_OK;
+        if (fit && gammas[image->transfer] && image->transfer != SHD_TRANSFER_SRGB) return SHD_OK;
         shd_icc icc = shd_icc_make(image);
         if (icc.size) return put_profile(w, image, &icc, scratch, error);
     }
@@ -173,6 +158,7 @@ typedef struct filtering {
 static void filter_band(void *context, size_t index, unsigned slot) {
     static const shd_filter_kernel *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_filter_kernel);
     const filtering *f = context;
+    const bool plain = f->image->compression && !strcmp(f->image->compression, "fast");
     const size_t first = index * f->rows, height = (size_t)f->image->height;
     const size_t end = height - first < f->rows ? height : first + f->rows;
     unsigned char *room = f->room + 3 * slot * f->row,
@@ -184,8 +170,12 @@ static void filter_band(void *context, size_t index, unsigned slot) {
         memset(samples[1], 0, f->row); /* zeros are above the first row */
     for (size_t y = first; y < end; y++) {
         const unsigned char *row = make_row(f->pack, f->image, y, samples[y & 1]);
-        kernels[f->image->isa]->filter(row, above, f->row, f->pixel, room,
-                                       f->out + y * (f->row + 1));
+        unsigned char *out = f->out + y * (f->row + 1);
+        if (plain) {
+            *out = 0;
+            memcpy(out + 1, row, f->row);
+        } else
+            kernels[f->image->isa]->filter(row, above, f->row, f->pixel, room, out);
         above = row;
     }
 }
@@ -222,8 +212,8 @@ uint64_t shd_png_scratch(const shd_image *image, shd_format format, bool samples
     const shd_pack pack = shd_pack_of(image, format);
     const uint64_t row = (uint64_t)image->width * (uint64_t)pack.count * pack.bytes;
     const uint64_t rows = (uint64_t)image->height * (row + 1);
-    return rows + shd_zlib_scratch(rows) + 3 * row * shd_encode_slots(image) +
-           shd_zlib_scratch(SHD_ICC_MAX);
+    return rows + shd_zlib_scratch(image, rows) + 3 * row * shd_encode_slots(image) +
+           shd_zlib_scratch(image, SHD_ICC_MAX);
 }
 
 shd_status shd_encode_png(const shd_image *image, shd_format format, shd_arena *scratch,

@@ -8,11 +8,23 @@
 
 /* Measured on filtered rows, 512 x 512 at 8 bits, of one sphere and of 120 small ones: level 1
  * takes 2.3 and 3.0 ms for 31 and 124 kB, 2 takes 1.8 and 3.2 for 28 and 105, 3 takes 2.0 and 3.6
- * for 28 and 100, 5 takes 2.8 and 5.0 for 27 and 95. */
-enum { LEVEL = 2 };
+ * for 28 and 100, 5 takes 2.8 and 5.0 for 27 and 95. Of three examples (10, 35 and 109 kB by
+ * level 2), level 9 takes 4, 11 and 60 ms for 9.7, 34 and 95 kB; 10 takes 19, 30 and 97 ms for 9.4,
+ * 32 and 88, and 12 takes 200 ms for 8.7, 31 and 87. Level 1 may leave less than level 2, so that
+ * it is no choice between; 0 stores the bytes in 0.1 ms. */
+enum { STORED = 0, USUAL = 2, SMALL = 10 };
 
-/* Bytes of a piece at most: 40 million instructions for what compresses worst. */
-enum { PIECE = 400 << 10 };
+static int level_of(const shd_image *image) {
+    if (!image->compression) return USUAL;
+    return *image->compression == 'f' ? STORED : SMALL;
+}
+
+/* Bytes of a piece at most: 40 million instructions for what compresses worst. SMALL takes six
+ * times as long, 30 ms for so many bytes. */
+enum { PIECE = 400 << 10, SMALL_PIECE = 200 << 10 };
+
+/* What libdeflate 1.14 was seen to take for a compressor of SMALL. Others take less than 1 MB. */
+enum { SMALL_COMPRESSOR = 9 << 20 };
 
 /* Bytes before the pieces, behind each but the last, and behind all. */
 enum { HEAD = 2, SEAM = 5, SUM = 4 };
@@ -27,22 +39,33 @@ typedef struct job {
     shd_bytes data;
     size_t count, step; /* pieces, and bytes of each but the last */
     size_t room;        /* of a piece's stream */
+    int level;
     piece *pieces;
     struct libdeflate_compressor **compressors; /* [slots] */
 } job;
 
-static job cut_pieces(shd_bytes data) {
-    const size_t count = data.size > PIECE ? (data.size + PIECE - 1) / PIECE : 1;
+static job cut_pieces(const shd_image *image, shd_bytes data) {
+    const int level = level_of(image);
+    const size_t most = level == SMALL ? SMALL_PIECE : PIECE;
+    const size_t count = data.size > most ? (data.size + most - 1) / most : 1;
     const size_t step = (data.size + count - 1) / count;
     return (job){.data = data,
                  .count = count,
                  .step = step,
-                 .room = libdeflate_deflate_compress_bound(NULL, step) + SEAM};
+                 .room = libdeflate_deflate_compress_bound(NULL, step) + SEAM,
+                 .level = level};
 }
 
-uint64_t shd_zlib_scratch(uint64_t size) {
-    const job j = cut_pieces((shd_bytes){NULL, size});
-    return HEAD + j.count * (uint64_t)(j.room + sizeof *j.pieces) + SUM;
+/* Of all compressors, as many as there are at once. */
+static size_t find_compressors(const shd_image *image, const job *j) {
+    const size_t slots = shd_encode_slots(image);
+    return j->level == SMALL ? SMALL_COMPRESSOR * (j->count < slots ? j->count : slots) : 0;
+}
+
+uint64_t shd_zlib_scratch(const shd_image *image, uint64_t size) {
+    const job j = cut_pieces(image, (shd_bytes){NULL, size});
+    return HEAD + j.count * (uint64_t)(j.room + sizeof *j.pieces) + SUM +
+           find_compressors(image, &j);
 }
 
 /* Lets another block follow: the last one is no longer called so, and an empty stored block, which
@@ -63,7 +86,7 @@ static void compress_piece(void *context, size_t index, unsigned slot) {
     job *j = context;
     piece *p = &j->pieces[index];
     const size_t first = index * j->step, left = j->data.size - first;
-    if (!j->compressors[slot]) j->compressors[slot] = libdeflate_alloc_compressor(LEVEL);
+    if (!j->compressors[slot]) j->compressors[slot] = libdeflate_alloc_compressor(j->level);
     if (!j->compressors[slot]) return;
     p->size = libdeflate_deflate_compress(j->compressors[slot], j->data.data + first,
                                           left < j->step ? left : j->step, p->data, j->room - SEAM);
@@ -73,10 +96,10 @@ static void compress_piece(void *context, size_t index, unsigned slot) {
 /* Moves the pieces together, in place. */
 static shd_status join_pieces(const shd_image *image, const job *j, unsigned char *stream,
                               shd_bytes *out, shd_error *error) {
-    /* By RFC 1950: a window of 32 kB, and a fast level. */
+    /* By RFC 1950: a window of 32 kB, and how much was compressed: not, fast or most. */
     unsigned char *at = stream;
     *at++ = 0x78;
-    *at++ = 0x5E;
+    *at++ = j->level == STORED ? 0x01 : j->level == USUAL ? 0x5E : 0xDA;
     uint32_t sum = libdeflate_adler32(0, NULL, 0);
     for (size_t i = 0; i < j->count; i++) {
         if (!shd_encode_goes_on(image)) return shd_encode_cancelled(error);
@@ -95,15 +118,18 @@ static shd_status join_pieces(const shd_image *image, const job *j, unsigned cha
 
 shd_status shd_zlib_compress(const shd_image *image, shd_bytes data, shd_arena *scratch,
                              shd_bytes *out, shd_error *error) {
-    job j = cut_pieces(data);
+    job j = cut_pieces(image, data);
+    const size_t compressors = find_compressors(image, &j);
     const unsigned slots = shd_encode_slots(image);
     j.pieces = shd_arena_zalloc(scratch, j.count, sizeof *j.pieces);
     j.compressors = shd_arena_zalloc(scratch, slots, sizeof *j.compressors);
     unsigned char *stream = shd_arena_alloc(scratch, HEAD + j.count * j.room + SUM, 1);
-    if (!j.pieces || !j.compressors || !stream) return shd_encode_no_memory(error);
+    if (!j.pieces || !j.compressors || !stream || !shd_arena_borrow(scratch, compressors))
+        return shd_encode_no_memory(error);
     for (size_t i = 0; i < j.count; i++) j.pieces[i].data = stream + HEAD + i * j.room;
     const bool done = shd_encode_spread(image, j.count, compress_piece, &j);
     for (unsigned i = 0; i < slots; i++) libdeflate_free_compressor(j.compressors[i]);
+    shd_arena_repay(scratch, compressors);
     if (!done) return shd_encode_cancelled(error);
     return join_pieces(image, &j, stream, out, error);
 }

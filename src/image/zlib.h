@@ -1,14 +1,15 @@
 /* zlib streams (RFC 1950) by libdeflate, which compresses all that it is given in one call and
  * cannot be interrupted. So long data are cut into pieces, each of which is compressed by a call of
- * its own, side by side if others help. Cuts depend on the data's length alone, so that others
- * change no byte. */
+ * its own, side by side if others help. Cuts depend on the data's length and the compression alone,
+ * so that others change no byte. */
 #pragma once
 
 #include "image/image.h"
 
 /* The bytes of scratch that so many bytes of data take. */
-uint64_t shd_zlib_scratch(uint64_t size);
+uint64_t shd_zlib_scratch(const shd_image *image, uint64_t size);
 
-/* Makes the stream, in scratch memory. `image` says who helps, and is asked whether to go on. */
+/* Makes the stream, in scratch memory. `image` says who helps, how much to compress (PNG's
+ * `compression`), and is asked whether to go on. */
 shd_status shd_zlib_compress(const shd_image *image, shd_bytes data, shd_arena *scratch,
                              shd_bytes *out, shd_error *error);

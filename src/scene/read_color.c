@@ -52,7 +52,8 @@ static void make_grey(const shd_reader *r, const shd_space_info *space, double g
         [SHD_XYZ] = {0.3127 / 0.3290 * grey, grey, (1 - 0.3127 - 0.3290) / 0.3290 * grey}, /* D65 */
         [SHD_YIQ] = {grey, none, none},
         [SHD_HSV] = {0, 0, grey},
-        [SHD_LAB] = {grey, none, none}};
+        [SHD_LAB] = {grey, none, none},
+        [SHD_LCH] = {grey, 0, 0}};
     memcpy(out, greys[space->channels], sizeof greys[0]);
 }
 

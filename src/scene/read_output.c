@@ -17,7 +17,7 @@ typedef struct raw_output {
     const char *display, *view, *channel; /* as the document has them */
     shd_depth depth;                      /* 0: absent */
     json_t *layers;
-    int compression; /* of exr_compressions */
+    int compression; /* of compressions */
     int scope;       /* of scopes */
 } raw_output;
 
@@ -73,8 +73,11 @@ enum { LOSSY_EFFORT = 4, LOSSLESS_EFFORT = 2 };
 static const shd_range exposure = {-32, 32, .text = "-32 to 32"};
 static const shd_range gamma_range = {0.1, 10, .text = "0.1 to 10"};
 
-static const char *const exr_compressions[] = {"none", "rle",  "zip",  "zips", "piz", "pxr24",
-                                               "b44",  "b44a", "dwaa", "dwab", NULL};
+/* Of EXR, then of PNG. */
+enum { COMPRESSION_FAST = 10, COMPRESSION_DEFAULT };
+static const char *const compressions[] = {"none",  "rle",     "zip",   "zips", "piz",
+                                           "pxr24", "b44",     "b44a",  "dwaa", "dwab",
+                                           "fast",  "default", "small", NULL};
 
 static const char *const scopes[] = {"vectorscope", "chromaticity", "waveform", "parade",
                                      "histogram",   "falsecolor",   "gamut",    NULL};
@@ -133,8 +136,7 @@ static const shd_field output_fields[] = {
     {"gamma", shd_read_number, AT(output.adjust.gamma), .range = &gamma_range},
     {"dither", read_dither, .offset = AT(output.dither)},
     {"matte", shd_read_color, AT(output.matte), .mark = MATTE},
-    {"compression", shd_read_choice, AT(compression), .choices = exr_compressions,
-     .mark = COMPRESSION},
+    {"compression", shd_read_choice, AT(compression), .choices = compressions, .mark = COMPRESSION},
     {"scope", shd_read_choice, AT(scope), .choices = scopes, .mark = SCOPE},
     {"channel", read_string, AT(channel), .mark = CHANNEL},
     {"layers", keep_layers, AT(layers), .mark = LAYERS},
@@ -250,8 +252,10 @@ static void check_file(shd_reader *r, const shd_node *node, const raw_output *ra
     if (out->dither && out->depth != SHD_U8)
         shd_wrong(r, &dither, "only 8 bits are dithered: this output has bitDepth %s",
                   shd_depth_name(out->depth));
-    if (r->seen & COMPRESSION && out->format != SHD_EXR)
-        shd_wrong(r, &compression, "%s has no choice of compression: set format exr", format->name);
+    const bool of_png = raw->compression >= COMPRESSION_FAST;
+    if (r->seen & COMPRESSION && out->format != (of_png ? SHD_PNG : SHD_EXR))
+        shd_wrong(r, &compression, "%s has no compression \"%s\": it is one of %s", format->name,
+                  compressions[raw->compression], of_png ? "png" : "exr");
     if (r->seen & MATTE && (format->alpha || out->channel == 3))
         shd_warn(r, &matte, "this output holds alpha: nothing is laid over a matte");
 }
@@ -286,7 +290,7 @@ static void resolve_channel(shd_reader *r, const shd_node *node, raw_output *raw
     shd_output *out = &raw->output;
     const unsigned kinds = channels_of(r, raw);
     const char *name = raw->channel, *const *names = shd_channel_names(SHD_RGB);
-    for (int kind = SHD_LAB; kind >= SHD_RGB; kind--) {
+    for (int kind = SHD_LCH; kind >= SHD_RGB; kind--) {
         if (!(kinds >> kind & 1)) continue;
         names = shd_channel_names((shd_channels)kind);
         for (int c = 0; c < 3; c++)
@@ -337,7 +341,8 @@ static void read_one(shd_reader *r, const shd_node *node, unsigned kind, shd_out
     if (r->seen & SCOPE && !(r->wrong & SCOPE)) output->scope = (shd_scope)(1 + raw.scope);
     if (!r->wrong && !output->scope) warn_of_color(r, node, output);
     if (raw.channel) resolve_channel(r, node, &raw);
-    if (r->seen & COMPRESSION) output->compression = exr_compressions[raw.compression];
+    if (r->seen & COMPRESSION && raw.compression != COMPRESSION_DEFAULT)
+        output->compression = compressions[raw.compression];
     if (!r->wrong) check_adjust(r, node, output);
     if (output->scope) {
         shd_holds holds = SHD_HOLDS_CODES;

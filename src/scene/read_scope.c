@@ -25,7 +25,7 @@ static void check_scoped(shd_reader *r, const shd_node *node, const shd_output *
 }
 
 void shd_check_scope(shd_reader *r, const shd_node *node, const shd_output *out, shd_holds holds) {
-    static const char *const members[] = {"channel", "layers", "compression", "dither"};
+    static const char *const members[] = {"channel", "layers", "dither"};
     for (size_t i = 0; i < SHD_LENGTH(members); i++)
         if (shd_node_member(node, members[i]).value)
             refuse_member(r, node, members[i],

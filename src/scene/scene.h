@@ -243,7 +243,7 @@ typedef struct shd_output {
     shd_adjust adjust;
     bool dither;             /* of 8 bits */
     double matte[3];         /* under transparent pixels where the format has no alpha */
-    const char *compression; /* of EXR, as OpenEXR names it; NULL: the format's default */
+    const char *compression; /* EXR: as OpenEXR names it; PNG: fast, small; NULL: the default */
     shd_scope scope;         /* what is shown of the picture instead of it */
     const shd_layer *layers; /* EXR only, and only if the color space is scene-linear */
     size_t layer_count;

@@ -140,6 +140,25 @@ class Adjust(unittest.TestCase):
                     (name in ("b44", "b44a") and output is LIGHT)
                 self.assertLessEqual(abs(got - wanted).max(), 0 if exact else 0.1, name)
 
+    def test_compressions_of_png_order_sizes(self):
+        scenes = [{}, {"background": None}, {"objects": [
+            {"type": "sphere", "radius": 0.1, "transform": {"translate": [i / 6 - 1, j / 6 - 1, 0]},
+             "material": {"diffuse": [0.1 + i / 20, 0.9 - j / 20, 0.3], "specular": 0.5}}
+            for i in range(13) for j in range(13)]}]
+        for scene in scenes:
+            for bits in (8, 16):
+                files = {name: shade("render", "-", "-o", "-", image={"width": 640, "height": 480}, **scene,
+                                     output={"format": "png", "bitDepth": bits, "compression": name})
+                         for name in ("fast", "default", "small")}
+                plain = shade("render", "-", "-o", "-", image={"width": 640, "height": 480}, **scene,
+                              output={"format": "png", "bitDepth": bits})
+                self.assertEqual(plain, files["default"])
+                self.assertGreater(len(files["fast"]), len(files["default"]))
+                self.assertGreater(len(files["default"]), (1.05 if bits == 8 else 1) * len(files["small"]))
+                wanted = self.read(plain, "png")
+                for data in files.values():
+                    self.assertTrue((self.read(data, "png") == wanted).all())
+
     def test_bounds_hold(self):
         outputs = [{"exposure": e, **more} for e in (-4, 1.5, 6)
                    for more in ({}, {"display": "Rec.2020"}, {"colorSpace": "YIQ"}, {"gamma": 1.3},

@@ -75,7 +75,9 @@ class Browser(unittest.TestCase):
         high = [{"display": display, "bitDepth": 16} for display in ("Rec.2100-PQ", "Rec.2100-HLG", "ST2084-P3-D65")]
         pictures = [png(color, **output) for output in (*standard, *high) for color in COLORS]
         hdr = pictures[len(standard) * len(COLORS):]
-        got = shown(pictures + [without(b"cICP", data) for data in hdr]).reshape(-1, len(COLORS), 3)
+        profiles = [without(b"cICP", data) for data in hdr]
+        bare = [without(b"iCCP", data) for data in profiles]
+        got = shown(pictures + profiles + bare).reshape(-1, len(COLORS), 3)
         for output, seen in zip(standard, got):
             self.assertLessEqual(abs(seen - srgb(np.array(COLORS))).max(), 2, output)
         for i, output in enumerate(high):
@@ -83,8 +85,9 @@ class Browser(unittest.TestCase):
             factor = light(seen[0]).mean()
             self.assertTrue(0.4 < factor < 1.05, factor)
             self.assertLessEqual(abs(seen - srgb(factor * np.array(COLORS))).max(), 2, output)
-            # Only the tag says so.
-            self.assertGreater(abs(got[len(standard) + len(high) + i] - seen).max(), 20, output)
+            # The profile's own cicp tag says the same; only these two say so.
+            self.assertLessEqual(abs(got[len(standard) + len(high) + i] - seen).max(), 1, output)
+            self.assertGreater(abs(got[len(standard) + 2 * len(high) + i] - seen).max(), 20, output)
 
 
 if __name__ == "__main__":

@@ -59,6 +59,8 @@ def read(path, reader):
 
 def converted(light, target, folder):
     """What ocioconvert makes of light in the file `light`."""
+    if target[0].removesuffix(" file") in POLAR:
+        return polar(light, target[0], folder)
     there = os.path.join(folder, "theirs.exr")
     how = ["--view", light, "lin_rec709", there, *target] if len(target) == 2 else \
         [light, "lin_rec709", there, *target]
@@ -67,12 +69,32 @@ def converted(light, target, folder):
     return read(there, "OpenImageIO")
 
 
-def channels_apart(got, wanted, target):
-    """A hue turns by rounding where there is next to none, and wraps at red."""
+# Spaces that OpenColorIO has no operator for, as (base, scales of L, C and h in files): the last step is
+# done by numpy here.
+POLAR = {"LCh D50": ("CIELAB D50", (1 / 100, 1 / 255, 1 / 360)), "LCh D65": ("CIELAB D65", (1 / 100, 1 / 255, 1 / 360)),
+         "OKLCh": ("OKLab", (1, 127 / 102, 1 / 360))}
+
+
+def polar(light, name, folder):
+    kind = name.removesuffix(" file")
+    base, scales = POLAR[kind]
+    lightness, a, b = np.moveaxis(converted(light, (base,), folder), -1, 0)
+    chroma = np.hypot(a, b)
+    chroma[chroma < 3e-6 / scales[0]] = 0  # of greys, as docs/model.md has it
+    hue = np.degrees(np.arctan2(b, a)) % 360 * (chroma > 0)
+    return np.stack([lightness, chroma, hue], -1) * (scales if name.endswith("file") else 1)
+
+
+def channels_apart(got, wanted, target, most=0):
+    """A hue turns by rounding where there is next to none, and wraps at red. most: the largest code."""
     away = abs(got - wanted)
     if target[0].startswith("HSV"):
-        scale = 1 if wanted.max() <= 4 else 255 if wanted.max() <= 255 else 65535
-        away[..., 0] = np.minimum(away[..., 0], scale - away[..., 0]) * (wanted[..., 1] > scale / 16)
+        hue, strength, turn, least = 0, 1, most or 1, (most or 1) / 16
+    elif "LCh" in target[0]:
+        hue, strength, turn, least = 2, 1, most or (1 if target[0].endswith("file") else 360), wanted[..., 1].max() / 16
+    else:
+        return away
+    away[..., hue] = np.minimum(away[..., hue], turn - away[..., hue]) * (wanted[..., strength] > least)
     return away
 
 
@@ -80,7 +102,7 @@ def apart(column, got, wanted, target):
     """The largest difference in codes, of floats over the larger of 1 and the value, in ulps of halfs,
     and of HDR over a pixel's largest channel. Of lossy formats the mean, in codes."""
     if column.endswith("16"):
-        return channels_apart(got, 65535 * np.clip(wanted, 0, 1), target).max()
+        return channels_apart(got, 65535 * np.clip(wanted, 0, 1), target, 65535).max()
     if column.endswith("half"):
         ulp = np.spacing(np.maximum(abs(wanted), 2.0 ** -14).astype(np.float16)).astype(float)
         return (abs(got - wanted) / ulp * (channels_apart(got, wanted, target) > 0)).max()
@@ -89,7 +111,7 @@ def apart(column, got, wanted, target):
     if column == "HDR":
         wanted = np.maximum(wanted, 0)
         return (channels_apart(got, wanted, target) / np.maximum(wanted.max(-1, keepdims=True), 1e-6)).max()
-    away = channels_apart(got, 255 * np.clip(wanted, 0, 1), target)
+    away = channels_apart(got, 255 * np.clip(wanted, 0, 1), target, 255)
     return away.mean() if column in LOSSY else away.max()
 
 
@@ -129,6 +151,7 @@ def catalog():
 
 
 SPACES, VIEWS = catalog()
+SPACES += [name + more for name in POLAR for more in ("", " file")]
 LIMITS = {**{column: 1 for column in COLUMNS}, "TIFF float": 1e-5, "EXR float": 1e-5, "TIFF half": 0.52,
           "EXR half": 0.52, "HDR": 1 / 127, "JPEG": 4, "WebP 90": 8}
 
@@ -142,8 +165,9 @@ OpenColorIO makes of the scene's light, in floats.
 Integers: the largest difference in codes from the exact value, so that rounding alone gives 0.5. Float: the largest
 difference, over the value if that exceeds 1. Half: in units of the last place, rounding alone gives 0.5. HDR: over a
 pixel's largest channel, which has 8 bits (OpenImageIO cuts the rest off: up to 1/128 = 0.0078), negatives counting
-as 0. JPEG of quality 95 and WebP of 90: the mean in codes. Hues count if the saturation exceeds 1/16. Integers of a
-space NAME are compared with `NAME file`, where there is one.
+as 0. JPEG of quality 95 and WebP of 90: the mean in codes. Hues count if the saturation exceeds 1/16 (LCh: the chroma
+1/16 of the picture's largest). Integers of a space NAME are compared with `NAME file`, where there is one. The last
+step to LCh and OKLCh, for which OpenColorIO has no operator, is numpy's.
 
 """
 

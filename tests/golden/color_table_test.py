@@ -8,6 +8,7 @@ from golden import color_table as table
 class Table(unittest.TestCase):
     def test_files_hold_what_ocioconvert_makes(self):
         for target in (("Linear Rec.2020",), ("CIE-XYZ-D65",), ("YIQ",), ("HSV",), ("CIELAB D50",), ("OKLab",),
+                       ("LCh D50",), ("OKLCh",),
                        ("sRGB", "ACES 1.0 - SDR Video"), ("Display P3", "Standard"), ("P3-D65", "ACES 1.0 - SDR Cinema"),
                        ("Rec.2100-PQ", "ACES 1.1 - HDR Video (1000 nits & Rec.2020 lim)"), ("Rec.2100-HLG", "Standard"),
                        ("ST2084-P3-D65", "Raw")):

@@ -13,7 +13,7 @@ import unittest
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
+from PIL import Image, ImageCms
 
 from reference import program
 
@@ -63,6 +63,27 @@ class Travel(unittest.TestCase):
                 self.same(json.loads(path.read_text()), [*spaces, view], [*spaces, plain])
 
 
+class Polar(unittest.TestCase):
+    """LCh and OKLCh, which no configuration has, are there under each, for pictures and for colors."""
+
+    def test_everywhere(self):
+        for configuration in (None, *CONFIGURATIONS):
+            options = ("--ocio", str(configuration)) if configuration else ()
+            for written, space, value in (("oklch(0.7 0.1 200)", "OKLCh", [0.7, 0.1, 200]),
+                                          ("lch(60 40 330)", "lch", [60, 40, 330]),
+                                          ("lch(60 0 0)", "LCh D65", [60, 0, 77])):
+                scene = {"image": {"width": 4, "height": 4, "samples": 1}, "objects": [],
+                         "workingSpace": "lin_rec709"}
+                with self.subTest(configuration=configuration, space=space):
+                    shown = [{"colorSpace": "srgb_tx"}, {"colorSpace": space, "bitDepth": 8}]
+                    one, codes = pictures({**scene, "background": written}, shown, *options)
+                    other, _ = pictures({**scene, "background": {"space": space, "value": value}}, shown, *options)
+                    self.assertLessEqual(np.abs(one - other).max(), 1)
+                    scale = (255, 127 / 0.4, 255 / 360) if space == "OKLCh" else (2.55, 1, 255 / 360)
+                    wanted = np.array(value) * scale * (1, 1, value[1] > 0)
+                    self.assertLessEqual(np.abs(codes[..., :3] - wanted).max(), 0.6)
+
+
 def chunks(png):
     """{type: data} of a PNG."""
     found, at = {}, 8
@@ -102,6 +123,40 @@ class Tags(unittest.TestCase):
         self.assertEqual(self.tags(*ocio, colorSpace="lin_srgb", bitDepth=16)["cICP"],
                          bytes([1, 8, 0, 1]))
         self.assertFalse({"cICP", "gAMA", "cHRM", "sRGB", "iCCP"} & set(self.tags(*ocio, view="Raw")))
+
+    def profile(self, form, background, **output):
+        """The file's ICC profile, and the picture as readers without cicp see it, in sRGB."""
+        scene = {"image": {"width": 8, "height": 8, "samples": 1}, "objects": [], "background": background,
+                 "output": {"format": form, "quality": 100, **output}}
+        file = subprocess.run([os.path.join(program.BUILD, "shade"), "render", "-", "-o", "-"],
+                              input=json.dumps(scene).encode(), capture_output=True, check=True,
+                              timeout=300).stdout
+        picture = Image.open(io.BytesIO(file))
+        icc = picture.info["icc_profile"]
+        shown = ImageCms.profileToProfile(picture.convert("RGB"), io.BytesIO(icc),
+                                          ImageCms.createProfile("sRGB"), outputMode="RGB",
+                                          renderingIntent=ImageCms.Intent.RELATIVE_COLORIMETRIC)
+        return icc, np.asarray(shown, dtype=int)[4, 4]
+
+    def test_hdr_profiles(self):
+        def srgb(v):
+            return 255 * np.where(v <= 0.0031308, 12.92 * v, 1.055 * v ** (1 / 2.4) - 0.055)
+
+        codes = {"Rec.2100-PQ": (9, 16), "Rec.2100-HLG": (9, 18), "ST2084-P3-D65": (12, 16)}
+        for display, (primaries, curve) in codes.items():
+            for form in "jpeg", "webp", "tiff", "png":
+                for light in 0.05, 0.18, 0.5, 1, 4:
+                    with self.subTest(display=display, format=form, light=light):
+                        icc, shown = self.profile(form, light, display=display, view="Standard")
+                        self.assertEqual(int.from_bytes(icc[:4], "big"), len(icc))
+                        self.assertEqual(icc[8:10], b"\x04\x40")
+                        tags = {icc[at:at + 4]: icc[int.from_bytes(icc[at + 4:at + 8], "big"):][:12]
+                                for at in range(132, 132 + 12 * icc[131], 12)}
+                        self.assertEqual(tags[b"cicp"], b"cicp" + bytes([0, 0, 0, 0, primaries, curve, 0, 1]))
+                        # Up to 0.6 as it is, then rolled off. 8 bits of PQ are 1 to 2 codes of sRGB.
+                        wanted = light if light <= 0.6 else 1 - 0.4 * np.exp((0.6 - light) / 0.4)
+                        self.assertLessEqual(abs(shown - srgb(wanted)).max(), 3)
+        self.assertNotIn(b"cicp", self.profile("jpeg", 0.5, display="Display P3")[0])
 
 
 if __name__ == "__main__":

@@ -90,8 +90,8 @@ static void the_catalog_is_searched_by_name_and_alias(void **state) {
 
 static void channels_have_the_letters_of_their_space(void **state) {
     (void)state;
-    static const char letters[][4] = {"RGB", "XYZ", "YIQ", "HSV", "Lab"};
-    for (int kind = SHD_RGB; kind <= SHD_LAB; kind++)
+    static const char letters[][4] = {"RGB", "XYZ", "YIQ", "HSV", "Lab", "LCh"};
+    for (int kind = SHD_RGB; kind <= SHD_LCH; kind++)
         for (int c = 0; c < 3; c++) {
             const char *name = shd_channel_names((shd_channels)kind)[c];
             assert_int_equal(strlen(name), 1);

@@ -12,7 +12,7 @@
 
 #include "color/color.h"
 
-enum { SPACES = 33, DISPLAYS = 8, VIEWS = 34, MOST = 80 };
+enum { SPACES = 39, DISPLAYS = 8, VIEWS = 34, MOST = 80 };
 enum { PIXELS = 2500 }; /* over two blocks, with a tail that no vector width divides */
 
 static shd_color_config *config;
@@ -91,7 +91,13 @@ static void catalog_lists_the_spaces_and_displays_in_order(void **state) {
                                          "CIELAB D65",
                                          "CIELAB D65 file",
                                          "OKLab",
-                                         "OKLab file"};
+                                         "OKLab file",
+                                         "LCh D50",
+                                         "LCh D50 file",
+                                         "LCh D65",
+                                         "LCh D65 file",
+                                         "OKLCh",
+                                         "OKLCh file"};
     static const char *const displays[] = {"sRGB",         "Rec.1886",     "Display P3",
                                            "Rec.2020",     "P3-D65",       "Rec.2100-PQ",
                                            "Rec.2100-HLG", "ST2084-P3-D65"};
@@ -120,6 +126,7 @@ static void catalog_lists_the_spaces_and_displays_in_order(void **state) {
         const shd_channels channels = i == 0                            ? SHD_XYZ
                                       : !strncmp(space->name, "YIQ", 3) ? SHD_YIQ
                                       : !strncmp(space->name, "HSV", 3) ? SHD_HSV
+                                      : strstr(space->name, "LCh")      ? SHD_LCH
                                       : strstr(space->name, "Lab") || strstr(space->name, "LAB")
                                           ? SHD_LAB
                                           : SHD_RGB;
@@ -319,6 +326,7 @@ static void outputs_are_described(void **state) {
          SHD_TRANSFER_PQ, .68},
         {"lin_rec709", "CIELAB", NULL, SHD_LAB, SHD_TRANSFER_UNKNOWN, 0},
         {"lin_rec709", "OKLab", NULL, SHD_LAB, SHD_TRANSFER_UNKNOWN, 0},
+        {"lin_rec709", "LCh", NULL, SHD_LCH, SHD_TRANSFER_UNKNOWN, 0},
         {"lin_rec709", "YIQ", NULL, SHD_YIQ, SHD_TRANSFER_UNKNOWN, 0},
         {"lin_rec709", "HSV linear", NULL, SHD_HSV, SHD_TRANSFER_UNKNOWN, 0},
         {"lin_rec709", "sRGB", "Standard", SHD_RGB, SHD_TRANSFER_SRGB, .64},
