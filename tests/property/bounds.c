@@ -473,7 +473,8 @@ static void extended_scenes_keep_their_budgets(void **state) {
     static const char *const metrics[] = {"linear", "code", "deltaE2000"};
     int met = 0, refused = 0;
     for (uint64_t seed = 1; seed <= 60; seed++) {
-        drawn exact = shown_film_of(*state, extended_scene("\"tier\": \"exact\"", seed));
+        char *json = extended_scene("\"tier\": \"exact\"", seed);
+        drawn exact = shown_film_of(*state, json);
         const shd_plan *plan = exact.request->rendering.plan;
         const shd_bound bound = plan->bound;
         if (plan->extended) assert_true(bound.code == 0 && bound.delta_e == 0);
@@ -484,7 +485,8 @@ static void extended_scenes_keep_their_budgets(void **state) {
             char *accuracy =
                 text_of("\"maxError\": %.17g, \"metric\": \"%s\"", budget, metrics[metric]);
             shd_error error = {.status = SHD_OK};
-            shd_request *request = read_scene(*state, extended_scene(accuracy, seed));
+            char *asking = extended_scene(accuracy, seed);
+            shd_request *request = read_scene(*state, asking);
             const shd_status status =
                 shd_rendering_plan(&request->rendering, request->scene, &error);
             const bool fits = metric || bound.linear <= budget;
@@ -493,9 +495,11 @@ static void extended_scenes_keep_their_budgets(void **state) {
             refused += !fits;
             shd_request_drop(request);
             free(accuracy);
+            free(asking);
         }
         spreads s = {.linear = {.count = 0}};
         drop_drawn(&exact);
+        free(json);
         if (isfinite(bound.linear))
             check_texts(*state, extended_scene("\"tier\": \"standard\"", seed),
                         extended_scene("\"tier\": \"exact\"", seed), &s);
