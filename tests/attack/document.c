@@ -18,8 +18,11 @@ static real item(const json_t *array, size_t i) {
     return (real)json_number_value(json_array_get(array, i));
 }
 
+/* A curve of one sample is a grey. */
 static point vector(const json_t *object, const char *name, point without) {
-    const json_t *value = json_object_get(object, name);
+    const json_t *value = json_object_get(object, name),
+                 *samples = json_object_get(value, "values");
+    if (samples) return times((point){1, 1, 1}, item(samples, 0));
     if (json_is_number(value)) return times((point){1, 1, 1}, (real)json_number_value(value));
     return json_is_array(value) ? (point){item(value, 0), item(value, 1), item(value, 2)} : without;
 }
@@ -50,6 +53,18 @@ static point out_of_frame(const json_t *light, const document *d, point p) {
     return add(add(times(d->right, p.x), times(d->up, p.y)), times(d->back, p.z));
 }
 
+/* Rectangles are turned by an `up`, which their documents have; discs are any way. */
+static void read_shape(const json_t *light, lamp *out) {
+    const json_t *size = json_object_get(light, "size");
+    const point aside = SIZE(out->axis.x) < (real)0.5 ? (point){1, 0, 0} : (point){0, 1, 0};
+    out->radius = number(light, "radius", 1);
+    out->across = unit(cross(vector(light, "up", aside), out->axis));
+    out->up = unit(cross(out->axis, out->across));
+    const bool rectangle = out->kind == RECTANGLE;
+    out->across = times(out->across, rectangle ? item(size, 0) / 2 : out->radius);
+    out->up = times(out->up, rectangle ? item(size, 1) / 2 : out->radius);
+}
+
 static void read_lamp(const json_t *light, const document *d, lamp *out, real ambient[3]) {
     const real intensity = number(light, "intensity", 1);
     real share[3];
@@ -59,6 +74,9 @@ static void read_lamp(const json_t *light, const document *d, lamp *out, real am
     out->kind = is(light, "type", "ambient")       ? AMBIENT
                 : is(light, "type", "directional") ? DIRECTIONAL
                 : is(light, "type", "spot")        ? SPOT
+                : is(light, "type", "rect")        ? RECTANGLE
+                : is(light, "type", "disc")        ? ROUND
+                : is(light, "type", "sphere")      ? BALL
                                                    : POINT;
     for (int c = 0; out->kind == AMBIENT && c < 3; c++) ambient[c] += out->color[c];
     out->axis = unit(out_of_frame(light, d, vector(light, "direction", (point){0, -1, 0})));
@@ -70,6 +88,7 @@ static void read_lamp(const json_t *light, const document *d, lamp *out, real am
     out->angle = degrees(number(light, "angle", 30));
     out->inner = out->angle * (1 - number(light, "penumbra", 0.2));
     out->exponent = number(light, "exponent", 0);
+    if (out->kind >= RECTANGLE) read_shape(light, out);
 }
 
 static bool read_lamps(const json_t *lights, document *d, real ambient[3]) {
@@ -85,6 +104,31 @@ static bool read_lamps(const json_t *lights, document *d, real ambient[3]) {
 
 /* ---- Objects. ---- */
 
+static void read_reflection(const json_t *from, stuff *out) {
+    static const char *const kinds[REFLECTIONS] = {
+        [BLINN] = "blinn-phong",
+        [NORMALIZED] = "phong-normalized",
+        [OREN_NAYAR] = "oren-nayar",
+        [COOK_TORRANCE] = "cook-torrance",
+    };
+    const json_t *fresnel = json_object_get(from, "fresnel");
+    real f0[3];
+    out->kind = PLAIN;
+    for (int k = BLINN; k < REFLECTIONS; k++)
+        if (is(from, "model", kinds[k])) out->kind = (reflection_kind)k;
+    out->sigma = degrees(number(from, "sigma", 20));
+    color(fresnel, "n", grey(1.5), out->index);
+    color(fresnel, "k", grey(0), out->absorption);
+    color(fresnel, "f0", grey(-1), f0);
+    for (int c = 0; c < 3; c++)
+        if (f0[c] >= 0)
+            out->index[c] = f0[c] < 1 ? (1 + ROOT(f0[c])) / (1 - ROOT(f0[c])) : (real)INFINITY;
+    color(from, "opacity", grey(1), out->opacity);
+    color(from, "reflection", grey(0), out->reflection);
+    color(from, "transmission", grey(0), out->transmission);
+    out->ior = number(from, "ior", 1.5);
+}
+
 static void read_stuff(const json_t *from, const real ambient[3], stuff *out) {
     const json_t *lobes = json_object_get(from, "lobes");
     real emissive[3], share[3];
@@ -93,11 +137,13 @@ static void read_stuff(const json_t *from, const real ambient[3], stuff *out) {
     const point diffuse = {out->diffuse[0], out->diffuse[1], out->diffuse[2]};
     color(from, "ambient", diffuse, share);
     for (int c = 0; c < 3; c++) out->constant[c] = emissive[c] + share[c] * ambient[c];
-    out->lobe_count = 1 + json_array_size(lobes);
+    read_reflection(from, out);
+    const size_t given = out->kind == COOK_TORRANCE ? 0 : 1;
+    out->lobe_count = given + json_array_size(lobes);
     for (size_t k = 0; k < out->lobe_count && k < MOST_LOBES; k++) {
-        const json_t *l = k ? json_array_get(lobes, k - 1) : from;
-        color(l, "specular", grey(0), out->lobes[k].specular);
-        out->lobes[k].shininess = number(l, "shininess", 32);
+        const json_t *l = k < given ? from : json_array_get(lobes, k - given);
+        color(l, given ? "specular" : "weight", grey(given ? 0 : 1), out->lobes[k].specular);
+        out->lobes[k].shininess = number(l, given ? "shininess" : "roughness", 32);
     }
     out->front_only = is(from, "side", "front");
 }
@@ -209,6 +255,8 @@ static bool read_all(const json_t *root, document *d) {
     d->height = (int)number(image, "height", 512);
     d->samples = (int)number(image, "samples", 4);
     d->transparent = json_is_null(background);
+    d->depth = (int)number(json_object_get(root, "trace"), "depth", 0);
+    d->least = number(json_object_get(root, "trace"), "minContribution", 0.001);
     color(root, "background", grey(0), d->background);
     read_camera(json_object_get(root, "camera"), d);
     real ambient[3];

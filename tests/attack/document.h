@@ -7,7 +7,15 @@
 
 #include "attack/solids.h"
 
-typedef enum light_kind { AMBIENT, DIRECTIONAL, POINT, SPOT } light_kind;
+typedef enum light_kind {
+    AMBIENT,
+    DIRECTIONAL,
+    POINT,
+    SPOT,
+    RECTANGLE, /* from here on lights have a shape */
+    ROUND,
+    BALL
+} light_kind;
 
 typedef struct lamp {
     light_kind kind;
@@ -15,10 +23,21 @@ typedef struct lamp {
     real color[3];                /* times its intensity */
     real attenuation[3], least;   /* least: distance below which it stops growing */
     real angle, inner, exponent;  /* of a spot: where its light ends, and where it fades */
+    point across, up;             /* of a shape: half of a rectangle's sides, radii of a disc */
+    real radius;
 } lamp;
 
+typedef enum reflection_kind {
+    PLAIN, /* Phong's */
+    BLINN,
+    NORMALIZED,
+    OREN_NAYAR,
+    COOK_TORRANCE,
+    REFLECTIONS
+} reflection_kind;
+
 typedef struct lobe {
-    real specular[3], shininess;
+    real specular[3], shininess; /* of Cook and Torrance a weight and a roughness */
 } lobe;
 
 enum { MOST_LOBES = 4 };
@@ -28,6 +47,10 @@ typedef struct stuff {
     lobe lobes[MOST_LOBES];
     size_t lobe_count;
     bool front_only;
+    reflection_kind kind;
+    real sigma;                   /* radians */
+    real index[3], absorption[3]; /* refractive; an index of infinity mirrors all */
+    real opacity[3], reflection[3], transmission[3], ior;
 } stuff;
 
 typedef enum way { PHONG, GOURAUD, FLAT } way;
@@ -56,6 +79,8 @@ typedef struct document {
     size_t lamp_count;
     thing *things;
     size_t thing_count;
+    int depth; /* of traced rays */
+    real least;
 } document;
 
 bool document_read(const char *json, document *out); /* false: memory, or not of scenes.h */

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "attack/document.h"
+#include "attack/reflect.h"
 
 #ifdef ATTACK_QUAD
 #define MODEL_PROGRAM model_quad
@@ -70,33 +71,56 @@ static real strength(const lamp *l, const spot *s, point *toward, uint64_t *key,
     return f;
 }
 
+static void add_shape(const lamp *l, const stuff *m, const spot *s, uint64_t *key, shade *out) {
+    const point path = sub(l->position, s->at);
+    const bool before = l->kind == BALL ? length(path) > l->radius : dot(path, l->axis) < 0;
+    real sum[3];
+    note(key, before);
+    if (!before) return;
+    reflect_shape(m, l, s->at, s->normal, s->view, sum);
+    for (int c = 0; c < 3; c++) {
+        out->low[c] += sum[c];
+        out->high[c] += sum[c];
+    }
+}
+
+/* Which of the cases of reflect_light are jumps of the material. */
+static unsigned jumps_of(const stuff *m) {
+    unsigned jumps = m->kind == COOK_TORRANCE ? 1 + 4 : 0;
+    for (size_t k = 0; k < m->lobe_count; k++)
+        if (m->kind != COOK_TORRANCE && m->lobes[k].shininess < 1) jumps |= 2 + 4;
+    return jumps;
+}
+
 static void add_lamp(const lamp *l, const stuff *m, const spot *s, uint64_t *key, shade *out) {
     point toward;
     bool unsure = false;
+    if (l->kind >= RECTANGLE) {
+        add_shape(l, m, s, key, out);
+        return;
+    }
     const real f = strength(l, s, &toward, key, &unsure), facing = dot(s->normal, toward);
     note(key, facing > 0);
     unsure |= s->flat && SIZE(facing) < 64 * EPS;
     if (!(facing > 0) && !unsure) return;
-    const real shine = dot(sub(times(s->normal, 2 * facing), toward), s->view);
-    for (size_t k = 0; k < m->lobe_count; k++)
-        if (m->lobes[k].shininess < 1) note(key, shine > 0);
+    real sums[3];
+    unsigned cases;
+    reflect_light(m, s->normal, s->view, toward, &cases, sums);
+    note(key, cases & jumps_of(m));
     for (int c = 0; c < 3; c++) {
-        real sum = m->diffuse[c] * larger(0, facing);
-        for (size_t k = 0; k < m->lobe_count; k++)
-            if (shine > 0) sum += m->lobes[k].specular[c] * POWER(shine, m->lobes[k].shininess);
-        sum *= f * l->color[c];
+        const real sum = sums[c] * f * l->color[c];
         out->low[c] += unsure ? smaller(0, sum) : sum;
         out->high[c] += unsure ? larger(0, sum) : sum;
     }
 }
 
-/* `face`: the geometric normal, which decides on the side; it and `normal` outward, not unit. */
+/* `face`: the geometric normal, which decides on the side; it and `normal` outward, not unit.
+ * `ray`: unit, along which it is seen. */
 static shade light_place(const model *whole, const thing *t, point at, point face, point normal,
-                         bool flat, uint64_t *key) {
+                         point ray, bool flat, uint64_t *key) {
     const document *d = &whole->d;
     const stuff *m = &t->stuff;
-    spot s = {at, unit(normal), d->orthographic ? d->back : unit(sub(d->eye, at)), flat,
-              length(t->origin) + t->reach};
+    spot s = {at, unit(normal), times(ray, -1), flat, length(t->origin) + t->reach};
     const bool away = dot(face, s.view) < 0;
     note(key, away);
     if (away && !m->front_only) s.normal = times(s.normal, -1);
@@ -105,6 +129,12 @@ static shade light_place(const model *whole, const thing *t, point at, point fac
     for (size_t j = 0; j < d->lamp_count; j++)
         if (d->lamps[j].kind != AMBIENT) add_lamp(&d->lamps[j], m, &s, key, &out);
     return out;
+}
+
+/* The eye's ray to a place. */
+static point ray_to(const model *whole, point at) {
+    const document *d = &whole->d;
+    return d->orthographic ? times(d->back, -1) : unit(sub(at, d->eye));
 }
 
 /* ---- What rays meet. ---- */
@@ -174,7 +204,17 @@ static void blend(const shade *from, const real weight[3], shade *out) {
     }
 }
 
-static shade shade_of(const model *whole, const meeting *m, uint64_t *key) {
+/* The normal that light is reckoned with. */
+static point normal_of(const thing *t, const meeting *m) {
+    const real weight[3] = {1 - m->u - m->v, m->u, m->v};
+    if (!t->normals) return m->c.normal;
+    point normal = {0, 0, 0};
+    for (size_t k = 0; k < 3; k++)
+        normal = add(normal, times(t->normals[3 * (size_t)m->c.part + k], weight[k]));
+    return apply(t->cofactor, normal);
+}
+
+static shade shade_of(const model *whole, const meeting *m, point ray, uint64_t *key) {
     const thing *t = &whole->d.things[m->thing];
     const real weight[3] = {1 - m->u - m->v, m->u, m->v};
     note(key, m->thing + 1);
@@ -185,14 +225,86 @@ static shade shade_of(const model *whole, const meeting *m, uint64_t *key) {
         blend(whole->facets[m->thing] + 3 * (size_t)m->c.part, weight, &out);
         return out;
     }
-    point normal = m->c.normal;
-    if (t->normals) {
-        normal = (point){0, 0, 0};
-        for (size_t k = 0; k < 3; k++)
-            normal = add(normal, times(t->normals[3 * (size_t)m->c.part + k], weight[k]));
-        normal = apply(t->cofactor, normal);
+    return light_place(whole, t, m->c.at, m->c.normal, normal_of(t, m), ray, m->c.flat, key);
+}
+
+/* ---- Rays that go on. ---- */
+
+static point mirror(point ray, point n) {
+    return sub(ray, times(n, 2 * dot(ray, n)));
+}
+
+/* False: all of it is mirrored. */
+static bool refract(point ray, point n, real eta, point *out) {
+    const real in = -dot(ray, n), square = 1 - eta * eta * (1 - in * in);
+    if (square < 0) return false;
+    *out = add(times(ray, eta), times(n, eta * in - ROOT(square)));
+    return true;
+}
+
+static shade follow(const model *whole, point from, point ray, int steps, const real by[3],
+                    uint64_t *key);
+
+/* Adds what a further ray brings, which is `by` of the picture and `part` of `out`. */
+static void add_ray(const model *whole, point from, point ray, int steps, const real by[3],
+                    const real part[3], uint64_t *key, shade *out) {
+    real brings[3], most = 0;
+    for (int c = 0; c < 3; c++) most = larger(most, brings[c] = by[c] * part[c]);
+    if (!(most > 0) || steps >= whole->d.depth || most < whole->d.least) return;
+    const shade more = follow(whole, from, ray, steps + 1, brings, key);
+    for (int c = 0; c < 3; c++) {
+        out->low[c] += part[c] * more.low[c];
+        out->high[c] += part[c] * more.high[c];
     }
-    return light_place(whole, t, m->c.at, m->c.normal, normal, m->c.flat, key);
+}
+
+static shade shade_on(const model *whole, const meeting *m, point ray, int steps, const real by[3],
+                      uint64_t *key) {
+    const thing *t = &whole->d.things[m->thing];
+    const stuff *s = &t->stuff;
+    shade out = shade_of(whole, m, ray, key);
+    if (!whole->d.depth) return out;
+    const bool inside = dot(ray, m->c.normal) > 0;
+    const point own = times(unit(m->c.normal), inside ? -1 : 1), n = unit(normal_of(t, m)),
+                normal = dot(ray, n) > 0 ? times(n, -1) : n;
+    point mirrored = mirror(ray, normal), refracted = ray;
+    if (!(dot(mirrored, own) > 0)) mirrored = mirror(ray, own);
+    const real eta = inside ? s->ior : 1 / s->ior;
+    bool bends = refract(ray, normal, eta, &refracted);
+    if (bends && !(dot(refracted, own) < 0)) bends = refract(ray, own, eta, &refracted);
+    real parts[3][3];
+    note(key,
+         bends && larger(s->transmission[0], larger(s->transmission[1], s->transmission[2])) > 0);
+    for (int c = 0; c < 3; c++) {
+        const real o = s->opacity[c];
+        out.low[c] *= o;
+        out.high[c] *= o;
+        parts[0][c] = o * (s->reflection[c] + (bends ? 0 : s->transmission[c]));
+        parts[1][c] = bends ? o * s->transmission[c] : 0;
+        parts[2][c] = 1 - o;
+    }
+    add_ray(whole, m->c.at, unit(mirrored), steps, by, parts[0], key, &out);
+    add_ray(whole, m->c.at, unit(refracted), steps, by, parts[1], key, &out);
+    add_ray(whole, m->c.at, ray, steps, by, parts[2], key, &out);
+    return out;
+}
+
+static shade follow(const model *whole, point from, point ray, int steps, const real by[3],
+                    uint64_t *key) {
+    const document *d = &whole->d;
+    meetings list;
+    meet(d, from, ray, &list);
+    const meeting *nearest = NULL;
+    /* A ray begins on a surface, which it does not meet there. */
+    for (int i = 0; i < list.count; i++)
+        if (list.list[i].c.t > (real)1e-14 * (length(from) + length(d->eye)) &&
+            (!nearest || list.list[i].c.t < nearest->c.t))
+            nearest = &list.list[i];
+    if (nearest) return shade_on(whole, nearest, ray, steps, by, key);
+    shade out;
+    note(key, 77);
+    for (int c = 0; c < 3; c++) out.low[c] = out.high[c] = d->transparent ? 0 : d->background[c];
+    return out;
 }
 
 /* ---- Samples. ---- */
@@ -209,11 +321,12 @@ static void widen(candidate *to, const candidate *by) {
     }
 }
 
-static candidate candidate_of(const model *whole, const meeting *m) {
+static candidate candidate_of(const model *whole, const meeting *m, point ray) {
     const document *d = &whole->d;
     candidate out = {.key = 1};
     if (m) {
-        const shade s = shade_of(whole, m, &out.key);
+        const real all[3] = {1, 1, 1};
+        const shade s = shade_on(whole, m, ray, 0, all, &out.key);
         for (int c = 0; c < 3; c++) out.low[c] = s.low[c], out.high[c] = s.high[c];
         out.low[3] = out.high[3] = 1;
         return out;
@@ -239,14 +352,14 @@ static bool look(const model *whole, real x, real y, candidate *out) {
     const meeting *nearest = NULL;
     for (int i = 0; i < list.count; i++)
         if (!nearest || list.list[i].c.t < nearest->c.t) nearest = &list.list[i];
-    *out = candidate_of(whole, nearest);
+    *out = candidate_of(whole, nearest, ray);
     bool tied = false;
     for (int i = 0; i < list.count; i++) {
         const meeting *m = &list.list[i];
         const real reach = d->things[m->thing].reach + d->things[nearest->thing].reach;
         if (m == nearest) continue;
         if (!(m->c.t - nearest->c.t <= 64 * EPS * (m->c.t + length(o) + reach))) continue;
-        const candidate other = candidate_of(whole, m);
+        const candidate other = candidate_of(whole, m, ray);
         if (other.key == out->key) continue;
         widen(out, &other);
         tied = true;
@@ -318,13 +431,15 @@ static shade *light_corners(const model *whole, const thing *t) {
         const point face = face_of(t, i);
         if (t->way == FLAT) {
             const point middle = times(add(add(p[0], p[1]), p[2]), (real)1 / 3);
-            out[3 * i] = light_place(whole, t, middle, face, face, true, &key);
+            out[3 * i] =
+                light_place(whole, t, middle, face, face, ray_to(whole, middle), true, &key);
             out[3 * i + 1] = out[3 * i + 2] = out[3 * i];
             continue;
         }
         for (size_t k = 0; k < 3; k++) {
             const point normal = t->normals ? apply(t->cofactor, t->normals[3 * i + k]) : face;
-            out[3 * i + k] = light_place(whole, t, p[k], face, normal, !t->normals, &key);
+            out[3 * i + k] =
+                light_place(whole, t, p[k], face, normal, ray_to(whole, p[k]), !t->normals, &key);
         }
     }
     return out;
@@ -340,7 +455,8 @@ static shade *light_box(const model *whole, const thing *t) {
         const point out_of = apply(t->cofactor, (point){x, y, z}),
                     middle = {x * t->solid.size.x / 2, y * t->solid.size.y / 2,
                               z * t->solid.size.z / 2};
-        out[i] = light_place(whole, t, place(t, middle), out_of, out_of, true, &key);
+        const point at = place(t, middle);
+        out[i] = light_place(whole, t, at, out_of, out_of, ray_to(whole, at), true, &key);
     }
     return out;
 }

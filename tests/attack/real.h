@@ -7,21 +7,25 @@
 #if defined ATTACK_QUAD && defined __x86_64__ && defined __GNUC__ && !defined __clang__
 #include <quadmath.h>
 typedef __float128 real;
-#define ROOT   sqrtq
-#define POWER  powq
-#define SINE   sinq
-#define COSINE cosq
-#define ANGLE  atan2q
-#define SIZE   fabsq
+#define ROOT     sqrtq
+#define POWER    powq
+#define SINE     sinq
+#define COSINE   cosq
+#define ANGLE    atan2q
+#define SIZE     fabsq
+#define EXPONENT expq
+#define ARC      acosq
 enum { HALVINGS = 130 };
 #else
 typedef long double real;
-#define ROOT   sqrtl
-#define POWER  powl
-#define SINE   sinl
-#define COSINE cosl
-#define ANGLE  atan2l
-#define SIZE   fabsl
+#define ROOT     sqrtl
+#define POWER    powl
+#define SINE     sinl
+#define COSINE   cosl
+#define ANGLE    atan2l
+#define SIZE     fabsl
+#define EXPONENT expl
+#define ARC      acosl
 enum { HALVINGS = 80 };
 #endif
 

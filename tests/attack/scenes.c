@@ -9,8 +9,10 @@
 static const double RADIAN = 3.14159265358979323846 / 180;
 static const xyz ORIGIN = {0, 0, 0}, ONE = {1, 1, 1};
 
-static void put_end(FILE *out) {
-    fputs("]}", out);
+static void put_end(FILE *out, uint64_t *random) {
+    fputs("]", out);
+    put_beyond(out, random);
+    fputs("}", out);
 }
 
 static void put_objects(FILE *out) {
@@ -35,7 +37,7 @@ static void write_plain(FILE *out, uint64_t *random, const char *accuracy) {
     put_lights(out, random, 1 + one_of(random, 4), ORIGIN, 1);
     put_objects(out);
     put_some(out, random, 1 + one_of(random, 2), 1, 100);
-    put_end(out);
+    put_end(out, random);
 }
 
 static void write_many(FILE *out, uint64_t *random, const char *accuracy) {
@@ -43,7 +45,7 @@ static void write_many(FILE *out, uint64_t *random, const char *accuracy) {
     put_lights(out, random, 1 + one_of(random, 12), ORIGIN, 1);
     put_objects(out);
     put_some(out, random, 3 + one_of(random, 12), 0.3, 1e4);
-    put_end(out);
+    put_end(out, random);
 }
 
 /* A plane or a disc before the camera, and spots whose rims touch, overlap by a fraction of a
@@ -82,7 +84,7 @@ static void write_rims(FILE *out, uint64_t *random, const char *accuracy) {
     put_material(out, random, 1, 100);
     fprintf(out, ", \"transform\": {\"rotate\": [%.17g, 0, 0]}}",
             one_of(random, 2) ? 90 : between(random, 60, 120));
-    put_end(out);
+    put_end(out, random);
 }
 
 /* Light that is narrower than a pixel: spots that graze a surface, and wedges between two. */
@@ -113,7 +115,7 @@ static void write_slivers(FILE *out, uint64_t *random, const char *accuracy) {
     fputs(", ", out);
     put_turn(out, random, ONE, ORIGIN);
     fputs("}", out);
-    put_end(out);
+    put_end(out, random);
 }
 
 /* Few pixels, broad highlights, steep where they end. */
@@ -122,7 +124,7 @@ static void write_coarse(FILE *out, uint64_t *random, const char *accuracy) {
     put_lights(out, random, 1 + one_of(random, 4), ORIGIN, 1);
     put_objects(out);
     put_some(out, random, 1 + one_of(random, 3), 0.05, 3);
-    put_end(out);
+    put_end(out, random);
 }
 
 static void write_sharp(FILE *out, uint64_t *random, const char *accuracy) {
@@ -130,7 +132,7 @@ static void write_sharp(FILE *out, uint64_t *random, const char *accuracy) {
     put_lights(out, random, 1 + one_of(random, 5), ORIGIN, 1);
     put_objects(out);
     put_some(out, random, 1 + one_of(random, 3), 300, 1e6);
-    put_end(out);
+    put_end(out, random);
 }
 
 static void write_lamps(FILE *out, uint64_t *random, const char *accuracy) {
@@ -139,7 +141,7 @@ static void write_lamps(FILE *out, uint64_t *random, const char *accuracy) {
                one_of(random, 2) ? 1 : decades(random, 0.5, 10));
     put_objects(out);
     put_some(out, random, 1 + one_of(random, 4), 1, 300);
-    put_end(out);
+    put_end(out, random);
 }
 
 static void write_needles(FILE *out, uint64_t *random, const char *accuracy) {
@@ -170,7 +172,7 @@ static void write_needles(FILE *out, uint64_t *random, const char *accuracy) {
         put_turn(out, random, ONE, scaled_by(any_direction(random), between(random, 0, 0.7)));
         fputs("}", out);
     }
-    put_end(out);
+    put_end(out, random);
 }
 
 /* Lights in planes, to within rounding: in that of a flat face of a turned and moved object. */
@@ -203,7 +205,7 @@ static void write_inplane(FILE *out, uint64_t *random, const char *accuracy) {
             about_x ? 0 : turn);
     put_vector(out, "translate", at);
     fputs("}}", out);
-    put_end(out);
+    put_end(out, random);
 }
 
 /* Lights next to surfaces, and eyes in things or next to them. */
@@ -230,7 +232,7 @@ static void write_near(FILE *out, uint64_t *random, const char *accuracy) {
     fputs("{\"type\": \"sphere\", ", out);
     put_material(out, random, 1, 1000);
     fputs("}", out);
-    put_end(out);
+    put_end(out, random);
 }
 
 /* What an affine map makes of shapes: flat, long, mirrored, sheared. */
@@ -252,7 +254,7 @@ static void write_stretched(FILE *out, uint64_t *random, const char *accuracy) {
                  scaled_by(any_direction(random), between(random, 0, 0.6)));
         fputs("}", out);
     }
-    put_end(out);
+    put_end(out, random);
 }
 
 /* Triangles with a normal of their own, and evaluations a face or a corner. */
@@ -275,7 +277,7 @@ static void write_faceted(FILE *out, uint64_t *random, const char *accuracy) {
                  scaled_by(any_direction(random), between(random, 0, 0.6)));
         fputs("}", out);
     }
-    put_end(out);
+    put_end(out, random);
 }
 
 static void write_smooth(FILE *out, uint64_t *random, const char *accuracy) {
@@ -288,7 +290,7 @@ static void write_smooth(FILE *out, uint64_t *random, const char *accuracy) {
     fprintf(out, ", \"interpolation\": \"%s\", ", one_of(random, 3) ? "phong" : "gouraud");
     put_turn(out, random, (xyz){between(random, 0.4, 1), between(random, 0.4, 1), 1}, ORIGIN);
     fputs("}", out);
-    put_end(out);
+    put_end(out, random);
 }
 
 /* A mesh under a lens: onto one of its edges or corners, up to 1e5 times. */
@@ -313,7 +315,7 @@ static void write_zoom(FILE *out, uint64_t *random, const char *accuracy) {
     put_ball(out, 6, 4, 1, false);
     put_material(out, random, 1, 100);
     fputs("}", out);
-    put_end(out);
+    put_end(out, random);
 }
 
 /* Two triangles of a ground of up to 1e7, and a patch of 1 on it or 1e-7 of the ground above it. */
@@ -331,7 +333,7 @@ static void write_patches(FILE *out, uint64_t *random, const char *accuracy) {
     fputs("], \"indices\": [0, 3, 2, 0, 2, 1, 4, 7, 6, 4, 6, 5], ", out);
     put_material(out, random, 1, 100);
     fputs("}", out);
-    put_end(out);
+    put_end(out, random);
 }
 
 /* A plain scene of another size, somewhere else. */
@@ -356,7 +358,7 @@ static void write_far(FILE *out, uint64_t *random, const char *accuracy) {
                  sum_of(at, scaled_by(any_direction(random), size * between(random, 0, 0.5))));
         fputs("}", out);
     }
-    put_end(out);
+    put_end(out, random);
 }
 
 /* An eye close above something huge. */
@@ -374,7 +376,7 @@ static void write_huge(FILE *out, uint64_t *random, const char *accuracy) {
     put_shape(out, random, 0.8);
     put_material(out, random, 1, 100);
     fputs("}", out);
-    put_end(out);
+    put_end(out, random);
 }
 
 /* An eye at something round and huge, against lights in the plane that touches it there: nearly all
@@ -428,7 +430,7 @@ static void write_sunset(FILE *out, uint64_t *random, const char *accuracy) {
     fprintf(out, ", \"transform\": {\"rotate\": [%.17g, 0, %.17g], ", turn[0], turn[1]);
     put_vector(out, "translate", scaled_by(away, -radius));
     fputs("}}", out);
-    put_end(out);
+    put_end(out, random);
 }
 
 /* Planes and discs that are met flatly or from afar, looked at where a light is close to them. */
@@ -471,7 +473,7 @@ static void write_flatly(FILE *out, uint64_t *random, const char *accuracy) {
     fprintf(out, ", \"transform\": {\"rotate\": [%g, 0, %g], ", turn[0], turn[1]);
     put_vector(out, "translate", at);
     fputs("}}", out);
-    put_end(out);
+    put_end(out, random);
 }
 
 /* What 64 bits of a long double would not do for. */
@@ -493,7 +495,16 @@ static void write_vast(FILE *out, uint64_t *random, const char *accuracy) {
     put_material(out, random, 1, 100);
     fprintf(out, ", \"transform\": {\"translate\": [0, %.17g, 0]}}",
             -radius + radius * decades(random, 1e-14, 1e-9));
-    put_end(out);
+    put_end(out, random);
+}
+
+/* Few lights on few shapes. */
+static void write_shaped(FILE *out, uint64_t *random, const char *accuracy) {
+    put_frame(out, random, accuracy, (frame){32, 1, NULL, NULL});
+    put_lights(out, random, 1 + one_of(random, 2), ORIGIN, 1);
+    put_objects(out);
+    put_some(out, random, 1 + one_of(random, 2), 0.5, 1000);
+    put_end(out, random);
 }
 
 /* Outputs and colors beyond the usual; what they become is the measurement's work, not the
@@ -602,36 +613,63 @@ static void write_grazed(FILE *out, uint64_t *random, const char *accuracy) {
     fputs(", \"transform\": {", out);
     put_vector(out, "translate", offset);
     fputs("}}", out);
-    put_end(out);
+    put_end(out, random);
     free(shape);
 }
 
 const family families[] = {
-    {"plain", "an object or two, up to four lights", write_plain, true, false},
-    {"many", "up to 14 objects, up to 12 lights", write_many, true, false},
-    {"rims", "rims of light that overlap by a fraction of a pixel", write_rims, true, false},
-    {"slivers", "slivers and wedges of light", write_slivers, true, false},
-    {"coarse", "few pixels, shininess down to 0.05", write_coarse, true, false},
-    {"sharp", "shininess up to 1e6", write_sharp, true, false},
-    {"lamps", "up to 400 lights", write_lamps, true, false},
-    {"needles", "cylinders, cones, boxes and rings down to 1e-5 thin", write_needles, true, false},
-    {"inplane", "planes with lights in them", write_inplane, true, false},
-    {"near", "lights and eyes next to a surface", write_near, true, false},
-    {"stretched", "flat, long and mirrored shapes", write_stretched, true, false},
-    {"faceted", "triangles, flat and gouraud", write_faceted, true, false},
-    {"smooth", "meshes with normals of their corners", write_smooth, true, false},
-    {"zoom", "meshes under a lens", write_zoom, true, false},
-    {"patches", "small patches beside large triangles", write_patches, true, false},
-    {"far", "scenes of any size, anywhere", write_far, true, false},
-    {"huge", "an eye above something huge", write_huge, true, false},
+    {"plain", "an object or two, up to four lights", write_plain, true, false, 0},
+    {"many", "up to 14 objects, up to 12 lights", write_many, true, false, 0},
+    {"rims", "rims of light that overlap by a fraction of a pixel", write_rims, true, false, 0},
+    {"slivers", "slivers and wedges of light", write_slivers, true, false, 0},
+    {"coarse", "few pixels, shininess down to 0.05", write_coarse, true, false, 0},
+    {"sharp", "shininess up to 1e6", write_sharp, true, false, 0},
+    {"lamps", "up to 400 lights", write_lamps, true, false, 0},
+    {"needles", "cylinders, cones, boxes and rings down to 1e-5 thin", write_needles, true, false,
+     0},
+    {"inplane", "planes with lights in them", write_inplane, true, false, 0},
+    {"near", "lights and eyes next to a surface", write_near, true, false, 0},
+    {"stretched", "flat, long and mirrored shapes", write_stretched, true, false, 0},
+    {"faceted", "triangles, flat and gouraud", write_faceted, true, false, 0},
+    {"smooth", "meshes with normals of their corners", write_smooth, true, false, 0},
+    {"zoom", "meshes under a lens", write_zoom, true, false, 0},
+    {"patches", "small patches beside large triangles", write_patches, true, false, 0},
+    {"far", "scenes of any size, anywhere", write_far, true, false, 0},
+    {"huge", "an eye above something huge", write_huge, true, false, 0},
     {"sunset", "an eye at something round and huge, against lights that graze it", write_sunset,
-     true, false},
+     true, false, 0},
     {"flatly", "planes and discs, flat or far, with lights close to where they are seen",
-     write_flatly, true, true},
-    {"vast", "sizes up to 1e13 of what is near", write_vast, true, true},
+     write_flatly, true, true, 0},
+    {"vast", "sizes up to 1e13 of what is near", write_vast, true, true, 0},
     {"grazed", "round things under a lens where they are met flatly, with a light close to it",
-     write_grazed, true, true},
-    {"shown", "other outputs, working spaces and negative colors", write_shown, false, false},
+     write_grazed, true, true, 0},
+    {"shown", "other outputs, working spaces and negative colors", write_shown, false, false, 0},
+    {"models", "other models on an object or two", write_plain, true, false, BEYOND_MODELS},
+    {"gloss", "other models, shininess up to 1e6, roughness down to 1e-4", write_sharp, true, false,
+     BEYOND_MODELS},
+    {"matte", "other models, few pixels, shininess down to 0", write_coarse, true, false,
+     BEYOND_MODELS},
+    {"beside", "other models, lights and eyes next to a surface", write_near, true, false,
+     BEYOND_MODELS},
+    {"bent", "other models on meshes with normals of their corners", write_smooth, true, false,
+     BEYOND_MODELS},
+    {"facets", "other models on triangles, flat and gouraud", write_faceted, true, false,
+     BEYOND_MODELS},
+    {"away", "other models in scenes of any size, anywhere", write_far, true, false, BEYOND_MODELS},
+    {"dusk", "other models, round and huge, against lights that graze them", write_sunset, true,
+     false, BEYOND_MODELS},
+    {"level", "other models on planes and discs, with lights close to where they are seen",
+     write_flatly, true, true, BEYOND_MODELS},
+    {"skimmed", "other models under a lens where they are met flatly", write_grazed, true, true,
+     BEYOND_MODELS},
+    {"shapes", "lights with a shape, Phong's model", write_shaped, true, false, BEYOND_SHAPES},
+    {"areas", "lights with a shape, other models", write_shaped, true, false,
+     BEYOND_SHAPES | BEYOND_MODELS},
+    {"veils", "opacity, up to 14 objects", write_many, true, false, BEYOND_OPACITY},
+    {"tinted", "opacity and other models", write_plain, true, false,
+     BEYOND_OPACITY | BEYOND_MODELS},
+    {"spectra", "spectra of one sample and other models", write_plain, true, false,
+     BEYOND_SPECTRUM | BEYOND_MODELS},
 };
 const int family_count = sizeof families / sizeof families[0];
 
@@ -642,6 +680,7 @@ char *write_scene(const family *f, uint64_t seed, const char *accuracy) {
     if (!out) return NULL;
     uint64_t random = seed * 0x9e3779b97f4a7c15u + 1;
     for (const char *c = f->name; *c; c++) random = random * 31 + (unsigned char)*c;
+    set_beyond(f->beyond, &random);
     f->write(out, &random, accuracy);
     fclose(out);
     return text;

@@ -10,9 +10,12 @@ typedef struct family {
     const char *name;
     const char *about; /* a line for people */
     void (*write)(FILE *out, uint64_t *random, const char *accuracy);
-    bool modelled; /* the evaluation of the model knows all that its documents say */
-    bool quad;     /* which takes 113 bits */
+    bool modelled;   /* the evaluation of the model knows all that its documents say */
+    bool quad;       /* which takes 113 bits */
+    unsigned beyond; /* BEYOND_ bits: what goes beyond Phong's model and lights that are points */
 } family;
+
+enum { BEYOND_MODELS = 1, BEYOND_SHAPES = 2, BEYOND_OPACITY = 4, BEYOND_SPECTRUM = 8 };
 
 extern const family families[];
 extern const int family_count;

@@ -22,9 +22,11 @@ uint64_t tally_findings(const tally *a) {
 }
 
 void tally_print_table(FILE *out, const tally *a) {
-    fprintf(out, "| scenes of | what | scenes | pictures | samples against the model | undecided | "
-                 "exact | linear | code | deltaE2000 | findings |\n"
-                 "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n");
+    fprintf(
+        out,
+        "| scenes of | what | scenes | pictures | samples against the model | undecided | "
+        "exact | linear | code | deltaE2000 | no bound | findings |\n"
+        "| --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n");
     counts all = {0};
     for (int i = 0; i <= a->chosen_count; i++) {
         const counts *c = i < a->chosen_count ? &a->counts[i] : &all;
@@ -34,7 +36,8 @@ void tally_print_table(FILE *out, const tally *a) {
                 (unsigned long long)c->pictures, (unsigned long long)c->samples,
                 (unsigned long long)c->undecided);
         for (int k = 0; k < 4; k++) fprintf(out, " %.2g |", c->share[k]);
-        fprintf(out, " %llu |\n", (unsigned long long)c->findings);
+        fprintf(out, " %llu | %llu |\n", (unsigned long long)c->unbounded,
+                (unsigned long long)c->findings);
         if (i < a->chosen_count) tally_add(&all, c);
     }
 }
@@ -84,6 +87,8 @@ bool tally_write_page(const tally *a, const char *path, double seconds, int thre
             "its bound: `exact` compares the\nexact tier with the model, the others compare all "
             "other pictures with the exact one. CIEDE2000's bound is\nthat of the picture's own "
             "colors. A sample is undecided if the model jumps within rounding of it\n"
-            "(`tests/attack/model.h` says when); any of the values there counts as right.\n");
+            "(`tests/attack/model.h` says when); any of the values there counts as right. `no "
+            "bound` counts\n"
+            "scenes of which the exact tier tells that no bound in linear components is known.\n");
     return fclose(out) == 0;
 }

@@ -1,9 +1,27 @@
 #include "attack/write.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
+#include <string.h>
 
 static const double TURN = 2 * 3.14159265358979323846;
+
+static _Thread_local unsigned style;
+static _Thread_local bool grey_stuff;
+
+void set_beyond(unsigned beyond, uint64_t *random) {
+    style = beyond;
+    grey_stuff = beyond && one_of(random, 2);
+}
+
+void put_beyond(FILE *out, uint64_t *random) {
+    if (style & BEYOND_SPECTRUM)
+        fprintf(out, ", \"spectral\": {\"channels\": %d}", 16 + one_of(random, 64));
+    if (style & BEYOND_OPACITY)
+        fprintf(out, ", \"trace\": {\"depth\": %d, \"minContribution\": %.17g}",
+                1 + one_of(random, 16), one_of(random, 2) ? 0 : decades(random, 1e-4, 0.2));
+}
 
 double between(uint64_t *random, double low, double high) {
     *random += 0x9e3779b97f4a7c15u; /* splitmix64 */
@@ -46,7 +64,16 @@ void put_vector(FILE *out, const char *name, xyz v) {
 void put_color(FILE *out, const char *name, uint64_t *random, double most) {
     const double r = between(random, 0, most), g = between(random, 0, most),
                  b = between(random, 0, most);
-    const bool grey = one_of(random, 3) == 0;
+    const bool shines = strcmp(name, "color") == 0;
+    bool grey = one_of(random, 3) == 0;
+    if (style & BEYOND_SPECTRUM) {
+        grey = shines != grey_stuff;
+        if (!shines && grey && one_of(random, 2)) {
+            fprintf(out, "\"%s\": {\"wavelengths\": [%.17g], \"values\": [%.17g]}", name,
+                    between(random, 380, 730), r);
+            return;
+        }
+    }
     put_vector(out, name, (xyz){r, grey ? r : g, grey ? r : b});
 }
 
@@ -61,7 +88,8 @@ void put_frame(FILE *out, uint64_t *random, const char *accuracy, frame f) {
             "{\"image\": {\"width\": %d, \"height\": %d, \"samples\": %d}, \"accuracy\": {%s}, "
             "\"output\": %s, \"ambient\": %g, \"background\": %s, \"camera\": {",
             width, height, samples, accuracy, f.output ? f.output : "{}",
-            one_of(random, 2) ? 0.1 : 0, backgrounds[one_of(random, 4)]);
+            one_of(random, 2) ? 0.1 : 0,
+            backgrounds[one_of(random, style & BEYOND_OPACITY ? 2 : 4)]);
     if (f.camera) {
         fputs(f.camera, out);
     } else {
@@ -72,17 +100,112 @@ void put_frame(FILE *out, uint64_t *random, const char *accuracy, frame f) {
     fputs("}, \"lights\": [", out);
 }
 
+/* Shininess at its ends, too. */
+static double any_shininess(uint64_t *random, double least, double most) {
+    if (!style) return decades(random, least, most);
+    const int kind = one_of(random, 10);
+    if (style & BEYOND_SHAPES) most = fmin(most, 3000);
+    return kind == 0   ? 0
+           : kind == 1 ? (style & BEYOND_SHAPES ? 1e4 : 1e6)
+                       : decades(random, least, most);
+}
+
+static void put_phong(FILE *out, uint64_t *random, double least, double most) {
+    put_color(out, "specular", random, 0.8);
+    fprintf(out, ", \"shininess\": %.17g", any_shininess(random, least, most));
+}
+
+static void put_lobes(FILE *out, uint64_t *random, double least, double most) {
+    if (one_of(random, 4)) return;
+    fprintf(out, ", \"lobes\": [{\"specular\": %.17g, ", between(random, 0, 0.5));
+    fprintf(out, "\"shininess\": %.17g}]", any_shininess(random, least, most));
+}
+
+static void put_fresnel(FILE *out, uint64_t *random) {
+    const bool grey = (style & BEYOND_SPECTRUM) && grey_stuff;
+    fputs("\"fresnel\": {", out);
+    if (one_of(random, 2)) {
+        const double r = one_of(random, 3) ? between(random, 0, 1) : one_of(random, 2),
+                     g = grey ? r : between(random, 0, 1);
+        put_vector(out, "f0", (xyz){r, g, grey ? r : one_of(random, 5) ? 0.5 : 0});
+    } else {
+        const double n = decades(random, 0.05, 10),
+                     k = one_of(random, 2) ? 0 : decades(random, 0.01, 30);
+        put_vector(out, "n", (xyz){n, grey ? n : 1.5, n});
+        fputs(", ", out);
+        put_vector(out, "k", (xyz){k, grey ? k : 0, k});
+    }
+    fputs("}", out);
+}
+
+static void put_facets(FILE *out, uint64_t *random) {
+    const int lobes = 1 + (one_of(random, 4) == 0);
+    put_fresnel(out, random);
+    fputs(", \"lobes\": [", out);
+    for (int k = 0; k < lobes; k++) {
+        const int kind = one_of(random, 10);
+        const double least = style & BEYOND_SHAPES ? 0.02 : 1e-4;
+        fprintf(out, "%s{\"roughness\": %.17g, \"weight\": %.17g}", k ? ", " : "",
+                kind == 0   ? 10
+                : kind == 1 ? least
+                : kind == 2 ? 1
+                            : decades(random, 0.02, 1),
+                between(random, 0, 1));
+    }
+    fputs("]", out);
+}
+
+/* What a material of another model has. True: also what Phong's has. */
+static bool put_model(FILE *out, uint64_t *random) {
+    static const char *const models[] = {"phong", "blinn-phong", "phong-normalized", "oren-nayar",
+                                         "cook-torrance"};
+    const int model = style & BEYOND_MODELS ? one_of(random, 5) : 0;
+    fprintf(out, "\"model\": \"%s\", ", models[model]);
+    if (style & BEYOND_OPACITY && one_of(random, 3))
+        fprintf(out, "\"opacity\": [%.17g, %.17g, %.17g], ", between(random, 0, 1),
+                between(random, 0, 1),
+                one_of(random, 3) ? between(random, 0, 1) : one_of(random, 2));
+    if (model == 3)
+        fprintf(out, "\"sigma\": %.17g", one_of(random, 6) ? between(random, 0, 60) : 0);
+    if (model == 4) put_facets(out, random);
+    return model < 3;
+}
+
 void put_material(FILE *out, uint64_t *random, double least, double most) {
     fputs("\"material\": {", out);
     put_color(out, "diffuse", random, 0.9);
     fputs(", ", out);
-    put_color(out, "specular", random, 0.8);
-    fprintf(out, ", \"shininess\": %.17g", decades(random, least, most));
+    const bool kin = !style || put_model(out, random);
+    if (kin) put_phong(out, random, least, most);
     if (one_of(random, 6) == 0) fprintf(out, ", \"emissive\": %.17g", between(random, 0, 0.3));
-    if (one_of(random, 4) == 0)
-        fprintf(out, ", \"lobes\": [{\"specular\": %.17g, \"shininess\": %.17g}]",
-                between(random, 0, 0.5), decades(random, least, most));
+    if (kin) put_lobes(out, random, least, most);
     if (one_of(random, 8) == 0) fputs(", \"side\": \"front\"", out);
+    fputs("}", out);
+}
+
+/* A light with a shape: also in or through what is lit, and small and far. */
+static void put_shaped(FILE *out, uint64_t *random, double strength, xyz at, double size) {
+    static const char *const types[] = {"rect", "disc", "sphere"};
+    const int type = one_of(random, 3);
+    const xyz from = scaled_by(any_direction(random), size * decades(random, 0.5, 7));
+    const double wide = size * decades(random, one_of(random, 4) ? 0.1 : 1e-5, 2);
+    fprintf(out, "{\"type\": \"%s\", ", types[type]);
+    put_color(out, "color", random, strength);
+    fputs(", ", out);
+    put_vector(out, "position", sum_of(at, from));
+    if (type == 0)
+        fprintf(out, ", \"size\": [%.17g, %.17g]", wide, wide * decades(random, 0.1, 1));
+    else
+        fprintf(out, ", \"radius\": %.17g", wide / 2);
+    if (type < 2) {
+        const xyz aim = sum_of(scaled_by(from, -1 / size), scaled_by(any_direction(random), 0.7));
+        fputs(", ", out);
+        put_vector(out, "direction", aim);
+    }
+    if (type == 0) {
+        fputs(", ", out);
+        put_vector(out, "up", any_direction(random));
+    }
     fputs("}", out);
 }
 
@@ -116,7 +239,10 @@ void put_lights(FILE *out, uint64_t *random, int count, xyz at, double size) {
     const double strength = decades(random, 0.1, 2) / sqrt(count);
     for (int i = 0; i < count; i++) {
         if (i) fputs(", ", out);
-        put_light(out, random, strength, at, size);
+        if ((style & BEYOND_SHAPES) && one_of(random, 3))
+            put_shaped(out, random, strength, at, size);
+        else
+            put_light(out, random, strength, at, size);
     }
 }
 

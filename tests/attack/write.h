@@ -8,6 +8,14 @@ typedef struct xyz {
     double x, y, z;
 } xyz;
 
+/* What the documents of a thread have beside Phong's model and lights that are points, by
+ * `family.beyond`, until it is set anew. In spectral ones either all that reflects is grey, or all
+ * that shines, so that light is the product of both whatever its spectrum. */
+void set_beyond(unsigned beyond, uint64_t *random);
+
+/* The members of the whole document that this takes, with a comma before each. */
+void put_beyond(FILE *out, uint64_t *random);
+
 xyz any_direction(uint64_t *random); /* unit */
 xyz scaled_by(xyz v, double by);
 xyz sum_of(xyz a, xyz b);
