@@ -45,6 +45,8 @@ const usual = {
         .map(list => list.join("")), fieldText),
     "path material": fc.oneof({ arbitrary: fc.constantFrom("brass", "jade", "pewter"), weight: 5 },
                               fc.string({ minLength: 1, unit: "grapheme" })),
+    "path file": fc.oneof(fc.constantFrom("main.js", "studio.css"),
+                          fc.string({ minLength: 1, unit: "grapheme" })),
     "query size": fc.integer({ min: 1, max: 66 }),
     "query width": fc.integer({ min: 1, max: 66 }),
     "query height": fc.integer({ min: 1, max: 66 }),
