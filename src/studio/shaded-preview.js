@@ -266,7 +266,6 @@ export class ShadedPreview extends HTMLElement {
         }
         scene.image = image;
         scene.accuracy = { tier: "draft" };
-        if ((scene.output?.format ?? "png") === "png") scene.output = { ...scene.output, compression: "fast" };
         return scene;
     }
 

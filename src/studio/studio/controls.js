@@ -139,7 +139,11 @@ export function color(title, { change, settle, to = 1 }) {
     well.addEventListener("input", () => change(well.value, { live: true }));
     well.addEventListener("change", () => settle());
     const field = h("input.text", { id, type: "text", spellcheck: false, autocomplete: "off" });
-    field.addEventListener("focus", () => { field.value = field.title; });
+    field.addEventListener("focus", () => {
+        if (field.value === field.title) return;
+        field.value = field.title;
+        field.select();
+    });
     field.addEventListener("blur", () => { if (field.value === field.title) field.value = brief(shown); });
     field.addEventListener("change", () => {
         try {

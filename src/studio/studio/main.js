@@ -216,6 +216,7 @@ store.addEventListener("change", ({ detail }) => {
     show(detail.from);
     keepAddressSoon();
 });
+view.addEventListener("load", () => performance.mark("first picture"), { once: true });
 view.addEventListener("bound", ({ detail }) => {
     showPlan(detail);
     if (!detail.draft) {

@@ -6,10 +6,11 @@ import { titleOf } from "./hints.js";
 
 const WIDTH = 256, HEIGHT = 84;
 
-function curve(values, most, isArea) {
+/* The outline of an area. */
+function area(values, most) {
     const x = i => (i / (values.length - 1) * WIDTH).toFixed(1), y = value => (HEIGHT - Math.min(1, value / most) * (HEIGHT - 2)).toFixed(1);
     const line = values.map((value, i) => `${i ? "L" : "M"}${x(i)} ${y(value)}`).join("");
-    return isArea ? `${line}L${WIDTH} ${HEIGHT}L0 ${HEIGHT}Z` : line;
+    return `${line}L${WIDTH} ${HEIGHT}L0 ${HEIGHT}Z`;
 }
 
 export class ScopePanel {
@@ -26,8 +27,6 @@ export class ScopePanel {
         this.plot = svg("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, preserveAspectRatio: "none", role: "img", class: "histogram" });
         this.table = h("table.channels");
         this.counts = h("p.note");
-        this.planes = h("div.planes");
-        this.previews = ["RGB", "YIQ", "HSV"].map(() => preview({ loading: "eager" }));
         const head = h("div.panel-head", {}, h("h2", {}, "Scopes"), ...this.pick.element);
         element.append(head, this.plot, this.table, this.counts);
         if (this.kinds) element.append(this.#scopes(preview));
@@ -116,7 +115,7 @@ export class ScopePanel {
         }
         /* The background would dwarf the rest: the highest bin but three sets the scale. */
         const all = channels.flatMap(one => one.histogram.counts).sort((a, b) => b - a), most = Math.max(1, all[Math.min(6, all.length - 1)]);
-        channels.forEach((one, i) => this.plot.append(svg("path", { d: curve(one.histogram.counts, most, true), class: `channel channel-${this.space}-${i}` })));
+        channels.forEach((one, i) => this.plot.append(svg("path", { d: area(one.histogram.counts, most), class: `channel channel-${this.space}-${i}` })));
         this.plot.setAttribute("aria-label", `Histogram of ${channels.map(one => one.name).join(", ")}`);
         this.table.append(h("thead", {}, h("tr", {}, h("td"), ...["min", "mean", "max"].map(name => h("th", { scope: "col" }, name)))),
                           h("tbody", {}, ...channels.map((one, i) => h("tr", {}, h("th", { scope: "row" }, h("i", { class: `key channel-${this.space}-${i}` }), one.name),
@@ -136,11 +135,9 @@ export class LobePanel {
 
     constructor(element, { store, material }) {
         Object.assign(this, { store, material });
-        this.image = h("img.lobe", { alt: "The lobe: where light from 45 degrees goes" });
-        this.plot = svg("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, preserveAspectRatio: "none", role: "img", class: "histogram albedo" });
-        this.scale = h("p.axis", {}, h("span", {}, "0°"), h("span", {}, "Albedo by angle of light"), h("span", {}, "89°"));
+        this.image = h("img.lobe", { alt: "The lobe: where light from 45 degrees goes, and the share of light that is sent on, by its angle" });
         this.verdict = h("ul.words");
-        element.append(h("h2", {}, "Reflectance"), this.image, this.plot, this.scale, this.verdict);
+        element.append(h("h2", {}, "Reflectance"), this.image, this.verdict);
         this.soon = debounce(250, () => this.#ask());
     }
 
@@ -161,22 +158,10 @@ export class LobePanel {
             if (this.#url) URL.revokeObjectURL(this.#url);
             this.#url = URL.createObjectURL(picture);
             this.image.src = this.#url;
-            this.#draw(told.materials[0]);
+            this.verdict.replaceChildren(...[told.materials[0].verdict].flat().map(word => h("li", {}, word)));
         } catch (error) {
             this.#asked = "";
             this.verdict.replaceChildren(h("li", {}, error.message));
         }
-    }
-
-    #draw(told) {
-        this.verdict.replaceChildren(...[told.verdict].flat().map(word => h("li", {}, word)));
-        const { values } = told.albedo;
-        if (!values.length) return;
-        const most = Math.max(1, ...values.flat().map(value => Math.min(value, 2)));
-        const channels = values[0].map((_, i) => values.map(value => value[i]));
-        const one = HEIGHT - (HEIGHT - 2) / most;
-        this.plot.replaceChildren(svg("line", { x1: 0, x2: WIDTH, y1: one, y2: one, class: "limit" }),
-                                  ...channels.map((list, i) => svg("path", { d: curve(list, most), class: `line channel-rgb-${i}` })));
-        this.plot.setAttribute("aria-label", `Albedo, at 45 degrees: ${values[Math.floor(values.length / 2)].map(value => figure(value)).join(", ")}`);
     }
 }
