@@ -25,6 +25,8 @@ const struct shd_path shd_paths[SHD_ROUTE_COUNT] = {
     [SHD_ROUTE_OPENAPI] = {"/openapi.yaml", READ},
     [SHD_ROUTE_OPENAPI_JSON] = {"/openapi.json", READ},
     [SHD_ROUTE_SCHEMA] = {"/scene.schema.json", READ},
+    [SHD_ROUTE_ELEMENT] = {"/shaded-preview.js", READ},
+    [SHD_ROUTE_STUDIO] = {"/studio/{file}", READ},
     [SHD_ROUTE_OTHER] = {"other", 0},
 };
 

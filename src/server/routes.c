@@ -12,19 +12,44 @@
 #include "server/jobs/work.h"
 #include "server/ops/settings.h"
 
-static const char media_json[] = "application/json", media_parts[] = "multipart/form-data";
+static const char media_json[] = "application/json", media_page[] = "text/html",
+                  media_parts[] = "multipart/form-data";
+
+/* At "/" are the list of paths for programs and the page for people: that is for who likes HTML
+ * better than JSON, as browsers do. */
+static bool wants_page(const shd_exchange *exchange) {
+    return exchange->route == SHD_ROUTE_INDEX &&
+           shd_prefers(exchange->accept, media_page, media_json);
+}
+
+static bool is_studio(const shd_exchange *exchange) {
+    return exchange->route == SHD_ROUTE_STUDIO || exchange->route == SHD_ROUTE_ELEMENT ||
+           wants_page(exchange);
+}
+
+/* NULL: there is no such file. */
+static const shd_document *find_document(const shd_exchange *exchange) {
+    return is_studio(exchange) ? shd_studio_find(exchange->settings->studio, exchange->path)
+                               : &exchange->settings->documents[exchange->route];
+}
 
 static void answer_document(shd_exchange *exchange) {
-    const shd_document *document = &exchange->settings->documents[exchange->route];
+    const shd_document *document = find_document(exchange);
     bool is_coded = document->gzip.size && shd_accepts_gzip(exchange->accept_encoding);
     const shd_text *text = is_coded ? &document->gzip : &document->plain;
     shd_reply *reply = &exchange->reply;
     shd_reply_header(reply, "ETag", "\"%s\"", text->etag);
     shd_reply_plain(reply, "Cache-Control", "no-cache");
-    shd_reply_plain(reply, "Vary", "Accept-Encoding");
+    shd_reply_plain(reply, "Vary",
+                    exchange->route == SHD_ROUTE_INDEX ? "Accept, Accept-Encoding"
+                                                       : "Accept-Encoding");
     if (is_coded) shd_reply_plain(reply, "Content-Encoding", "gzip");
     /* 304 has no body, but the Content-Length of the 200 that it stands for. */
     reply->status = shd_etag_matches(exchange->if_none_match, text->etag, true) ? 304 : 200;
+    if (is_studio(exchange) && reply->status == 200) {
+        shd_reply_plain(reply, "X-Content-Type-Options", "nosniff");
+        shd_reply_plain(reply, "Content-Security-Policy", shd_studio_policy);
+    }
     shd_reply_lend(reply, document->media_type, text->data, text->size);
 }
 
@@ -39,7 +64,13 @@ static void add_allow(shd_reply *reply, unsigned methods) {
 static bool admit_json(shd_exchange *exchange) {
     return shd_accepts(exchange->accept, media_json) ||
            shd_problem_reply(&exchange->reply, SHD_NOT_ACCEPTABLE,
-                             "this path answers application/json");
+                             "this path answers application/json%s",
+                             exchange->route == SHD_ROUTE_INDEX ? " and text/html" : "");
+}
+
+static bool admit_file(shd_exchange *exchange) {
+    return find_document(exchange) ||
+           shd_problem_reply(&exchange->reply, SHD_NOT_FOUND, "the studio has no such file");
 }
 
 static bool admit_picture(shd_exchange *exchange) {
@@ -115,6 +146,7 @@ static bool admit_media_types(shd_exchange *exchange) {
     if (exchange->route == SHD_ROUTE_RENDER || exchange->route == SHD_ROUTE_PREVIEW)
         return admit_picture(exchange);
     if (exchange->route == SHD_ROUTE_BRDF) return admit_figure(exchange);
+    if (is_studio(exchange)) return admit_file(exchange);
     if (exchange->route == SHD_ROUTE_BATCH)
         return shd_accepts(exchange->accept, media_parts) ||
                shd_problem_reply(&exchange->reply, SHD_NOT_ACCEPTABLE, "this path answers %s",

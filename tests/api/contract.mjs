@@ -58,6 +58,8 @@ const BEGINNINGS = {
     "image/webp": [...Buffer.from("RIFF")], "image/tiff": [...Buffer.from("II*\0")],
     "image/x-exr": [0x76, 0x2f, 0x31, 0x01], "image/vnd.radiance": [...Buffer.from("#?RADIANCE")],
     "image/svg+xml": [...Buffer.from("<")],
+    "text/html": [...Buffer.from("<!doctype html>")], "text/css": [...Buffer.from("/*")],
+    "text/javascript": [...Buffer.from("/*")],
     "multipart/form-data": [...Buffer.from("--shaded-")], "application/yaml": [...Buffer.from("openapi: ")],
 };
 

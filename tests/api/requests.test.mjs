@@ -54,6 +54,8 @@ const usual = {
     "path document": fc.tuple(fc.constantFrom("{}", "{", SMALL), fc.boolean()).map(([text, isWhole]) =>
         deflateRawSync(text).subarray(0, isWhole ? 1e6 : -4).toString("base64url") || "A"),
     "path digest": fc.constantFrom(createHash("sha256").update(SMALL).digest("hex"), "0".repeat(64)),
+    "path file": fc.oneof(fc.constantFrom("main.js", "studio.css"),
+                          fc.string({ minLength: 1, unit: "grapheme" })),
     "query size": fc.integer({ min: 1, max: 66 }),
     "query width": fc.integer({ min: 1, max: 66 }),
     "query height": fc.integer({ min: 1, max: 66 }),

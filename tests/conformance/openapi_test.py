@@ -31,6 +31,7 @@ PREVIEW = "/v1/preview/{material}"
 MESHES = "/v1/meshes/{sha256}"
 LINK, SCENES = "/v1/scene/{document}.{format}", "/v1/scenes"
 KEPT, BATCH = "/v1/scenes/{digest}.{format}", "/v1/batch"
+STUDIO = "/studio/{file}"
 # Nothing fails, and what is made in milliseconds does not pass a deadline of a second.
 UNREACHABLE = {*((path, "post", "500") for path in SCENE_PATHS), ("/v1/explain", "post", "504"),
                (BATCH, "post", "500"), (BATCH, "post", "504"),
@@ -213,6 +214,7 @@ class ServerTest(unittest.TestCase):
             for method in item:
                 answer = self.daemon.call(method.upper(), path + "?" + "a" * 8000)
                 self.check(answer, path, method, "414")
+        self.studio_paths()
         self.render_path()
         self.preview_path()
         self.explain_path()
@@ -240,16 +242,34 @@ class ServerTest(unittest.TestCase):
         self.assertEqual(self.types | UNPROVOKED, set(types))
 
     def read_path(self, path, item):
+        target = path.replace("{file}", "main.js")
         for method in ("get", "head"):
-            answer = self.daemon.call(method.upper(), path)
+            answer = self.daemon.call(method.upper(), target)
             self.check(answer, path, method, "200")
             tag = answer.headers["ETag"]
-            self.check(self.daemon.call(method.upper(), path, None, {"If-None-Match": tag}),
+            self.check(self.daemon.call(method.upper(), target, None, {"If-None-Match": tag}),
                        path, method, "304")
             if "406" in item[method]["responses"]:
-                self.check(self.daemon.call(method.upper(), path, None, {"Accept": "text/css"}),
+                self.check(self.daemon.call(method.upper(), target, None, {"Accept": "text/css"}),
                            path, method, "406")
-        self.check(self.daemon.call("POST", path, b"{}", JSON), path, "get", "405")
+        self.check(self.daemon.call("POST", target, b"{}", JSON), path, "get", "405")
+
+    def studio_paths(self):
+        for method in ("get", "head"):
+            page = self.daemon.call(method.upper(), "/", None, {"Accept": "text/html,*/*;q=0.8"})
+            self.check(page, "/", method, "200")
+            self.assertEqual(page.headers["Content-Type"], "text/html; charset=utf-8")
+            self.assertIn("default-src 'none'", page.headers["Content-Security-Policy"])
+            tag = {"Accept": "text/html", "If-None-Match": page.headers["ETag"]}
+            self.check(self.daemon.call(method.upper(), "/", None, tag), "/", method, "304")
+            for name in ("nothing.js", "index.html", "shaded-preview.js"):
+                self.check(self.daemon.call(method.upper(), "/studio/" + name), STUDIO, method, "404")
+        for file in sorted((SOURCE / "src/studio/studio").iterdir()):
+            answer = self.daemon.get("/studio/" + file.name)
+            self.check(answer, STUDIO, "get", "200")
+            self.assertEqual(answer.body, file.read_bytes())
+        self.assertEqual(self.daemon.get("/shaded-preview.js").body,
+                         (SOURCE / "src/studio/shaded-preview.js").read_bytes())
 
     def render_path(self):
         def check(answer, status):

@@ -83,7 +83,8 @@ class HttpTest(unittest.TestCase):
                 with self.subTest(path, accepted=accepted):
                     fields = {} if accepted is None else {"Accept-Encoding": accepted}
                     answer = self.daemon.get(path, fields)
-                    self.assertEqual(answer.headers["Vary"], "Accept-Encoding")
+                    self.assertEqual(answer.headers["Vary"],
+                                     "Accept, Accept-Encoding" if path == "/" else "Accept-Encoding")
                     self.assertEqual(answer.headers["Content-Encoding"],
                                      "gzip" if accepted in coded else None)
                     text = gzip.decompress(answer.body) if accepted in coded else answer.body
@@ -208,7 +209,8 @@ class HttpTest(unittest.TestCase):
     # ---- Media types ----
 
     def test_json_paths_answer_json_or_406(self):
-        for path in READ[:5]:
+        self.assertEqual(READ[0], "/")
+        for path in READ[1:5]:
             for accept in ("application/json", "application/*", "*/*", "text/html, */*;q=0.1",
                            "Application/JSON;q=0.001", "application/json; charset=utf-8"):
                 answer = self.daemon.get(path, {"Accept": accept})
@@ -218,6 +220,22 @@ class HttpTest(unittest.TestCase):
                            "application/jsonx", "nonsense"):
                 self.assert_problem(self.daemon.get(path, {"Accept": accept}), 406,
                                     "not-acceptable")
+
+    def test_the_page_is_for_who_likes_html_better_than_json(self):
+        """As browsers do; what asks for anything gets the list of paths, as ever."""
+        kinds = {}
+        for accept in (None, "*/*", "application/json", "application/json, text/html", "text/html;q=0.4, */*;q=0.5",
+                       "text/html, application/xhtml+xml, */*;q=0.8", "text/html", "text/*, application/json;q=0.9"):
+            answer = self.daemon.get("/", {"Accept": accept} if accept else {})
+            kinds[accept] = answer.headers["Content-Type"].split(";")[0]
+            page = kinds[accept] == "text/html"
+            self.assertEqual(answer.body.startswith(b"<!doctype html>"), page)
+            self.assertEqual("default-src 'none'" in (answer.headers["Content-Security-Policy"] or ""), page)
+            self.assertEqual(answer.headers["X-Content-Type-Options"], "nosniff" if page else None)
+            self.assertEqual(answer.headers["Vary"], "Accept, Accept-Encoding")
+        self.assertEqual(list(kinds.values()), ["application/json"] * 5 + ["text/html"] * 3)
+        for accept in ("application/json;q=0", "application/jsonx", "nonsense"):
+            self.assert_problem(self.daemon.get("/", {"Accept": accept}), 406, "not-acceptable")
 
     def test_bodies_must_be_json(self):
         def status(content_type):

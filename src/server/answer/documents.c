@@ -34,6 +34,11 @@ static void set_document(shd_document *document, const char *media_type, const v
     if (gzip) document->gzip = make_text(gzip, less);
 }
 
+void shd_document_lend(shd_document *document, const char *media_type, const void *data,
+                       size_t size) {
+    set_document(document, media_type, data, size, false);
+}
+
 static char *make_index(void) {
     json_t *routes = json_array();
     for (shd_route i = 0; i < SHD_ROUTE_OTHER; i++) {

@@ -21,6 +21,10 @@ typedef struct shd_document {
     shd_text plain, gzip;
 } shd_document;
 
+/* Of a text of the program itself, which outlives the document. */
+void shd_document_lend(shd_document *document, const char *media_type, const void *data,
+                       size_t size);
+
 /* Fills a table that is all zero; routes without a document keep a `plain` of size 0. If it fails,
  * the table is released like any other. */
 shd_status shd_documents_make(shd_engine *engine, shd_document documents[SHD_ROUTE_COUNT],

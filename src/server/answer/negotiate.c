@@ -87,6 +87,12 @@ bool shd_accepts(const char *accept, const char *media_type) {
     return !has_preferences(accept) || type_quality(accept, media_type, &best, 0) > 0;
 }
 
+bool shd_prefers(const char *accept, const char *media_type, const char *other) {
+    int best = 0, of_other = 0;
+    return has_preferences(accept) &&
+           type_quality(accept, media_type, &best, 0) > type_quality(accept, other, &of_other, 0);
+}
+
 bool shd_accepts_picture(const char *accept, shd_format *out) {
     if (!has_preferences(accept)) accept = "*/*";
     double best = 0;

@@ -12,6 +12,9 @@
 /* Whether `accept` admits the media type. Without the header, everything is acceptable. */
 bool shd_accepts(const char *accept, const char *media_type);
 
+/* Whether `accept` likes a media type better than another one. False without the header. */
+bool shd_prefers(const char *accept, const char *media_type, const char *other);
+
 /* The picture format, of those that are made here, that `accept` likes best, under its name or
  * a usual alias (image/jpg, image/exr, ...); between equals the first of shd_format, which is also
  * the cheapest. False: it admits none. */

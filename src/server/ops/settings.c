@@ -38,6 +38,7 @@ shd_status shd_settings_new(const shd_config *config, shd_engine *first, bool re
     if (!status) status = shd_networks_new(config->trusted_proxies, &settings->proxies, error);
     if (!status) status = shd_origins_list(config->cors_origins, &settings->origins, error);
     if (!status) status = shd_documents_make(settings->engine, settings->documents, error);
+    if (!status) status = shd_studio_make(&settings->studio, error);
     if (status)
         shd_settings_drop(settings);
     else
@@ -48,6 +49,7 @@ shd_status shd_settings_new(const shd_config *config, shd_engine *first, bool re
 void shd_settings_drop(shd_settings *settings) {
     if (!settings || atomic_fetch_sub(&settings->holders, 1) > 1) return;
     shd_documents_release(settings->documents);
+    shd_studio_drop(settings->studio);
     free(settings->origins);
     shd_networks_drop(settings->proxies);
     shd_tokens_drop(settings->tokens);

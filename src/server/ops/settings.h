@@ -13,6 +13,7 @@
 #include "server/access/client.h"
 #include "server/access/tokens.h"
 #include "server/answer/documents.h"
+#include "server/answer/studio.h"
 #include "server/server.h"
 #include "shaded.h"
 
@@ -22,11 +23,12 @@ typedef struct shd_settings {
     shd_config config;
     shd_engine *engine;
     bool owns_engine;
-    char *origins;                           /* of CORS, joined by commas */
-    shd_networks *proxies;                   /* whose X-Forwarded-For is believed */
-    shd_tokens *tokens;                      /* NULL: everybody may ask */
-    shd_tokens *admin_tokens;                /* of metrics, alike */
-    shd_keys *preview_keys;                  /* NULL: previews need no signature */
+    char *origins;            /* of CORS, joined by commas */
+    shd_networks *proxies;    /* whose X-Forwarded-For is believed */
+    shd_tokens *tokens;       /* NULL: everybody may ask */
+    shd_tokens *admin_tokens; /* of metrics, alike */
+    shd_keys *preview_keys;   /* NULL: previews need no signature */
+    shd_studio *studio;
     shd_document documents[SHD_ROUTE_COUNT]; /* plain.size 0: the route has none */
 } shd_settings;
 

@@ -1,0 +1,537 @@
+// The studio in a browser: what its controls do to the picture, and what is told of mistakes.
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import http from "node:http";
+import { once } from "node:events";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, describe, test } from "node:test";
+
+import { axeSource, CHROMIUM, startBrowser, startDaemon, Studio } from "./page.mjs";
+
+const SCENE = {
+    image: { width: 128, height: 128, samples: 4 },
+    lights: [{ type: "directional", direction: [0.5, -0.5, -1] }],
+    objects: [{ type: "sphere", material: { diffuse: [0.5, 0.1, 0.1], specular: 0.6, shininess: 20 } }],
+};
+const with_ = (path, value) => {
+    const scene = structuredClone(SCENE), keys = path.split("/").slice(1), last = keys.pop();
+    keys.reduce((at, key) => at[key] ??= {}, scene)[last] = value;
+    return scene;
+};
+const sum = list => list.reduce((a, b) => a + b, 0);
+
+describe("the studio", { skip: CHROMIUM ? false : "chromium is not installed" }, () => {
+    let browser, daemon, origin, studio;
+
+    before(async () => {
+        daemon = await startDaemon();
+        origin = `http://127.0.0.1:${daemon.port}`;
+        browser = await startBrowser();
+        studio = await Studio.open(browser, origin);
+    });
+    after(async () => {
+        await studio?.close();
+        await browser?.close();
+        await daemon?.stop();
+    });
+
+    const material = "/objects/0/material";
+    // The picture before and after something is done to a scene.
+    async function change(scene, act) {
+        await studio.set(scene);
+        const before = await studio.look();
+        await act();
+        return [before, await studio.look(), await studio.scene()];
+    }
+
+    test("opens with a picture, and says how long that took", async () => {
+        const fresh = await browser.newContext(), page = await fresh.newPage();
+        await page.goto(origin);
+        await page.waitForFunction(() => performance.getEntriesByName("first picture").length);
+        const took = await page.evaluate(() => Math.round(performance.getEntriesByName("first picture")[0]?.startTime ?? 0));
+        console.log(`first picture after ${took} ms`);
+        assert.ok(took > 0 && took < 5000);
+        await fresh.close();
+    });
+
+    test("what a color, a number and a slider of the material do", async () => {
+        await studio.tab("material");
+        let [old, now, scene] = await change(SCENE, () => studio.type(`${material}/diffuse`, "0.05, 0.1, 0.8"));
+        assert.ok(old.middle[0] > old.middle[2] && now.middle[2] > now.middle[0], `${old.middle} ${now.middle}`);
+        assert.deepEqual(scene.objects[0].material.diffuse, [0.05, 0.1, 0.8]);
+        [old, now] = await change(SCENE, () => studio.type(`${material}/shininess`, "200"));
+        assert.ok(now.bright < old.bright / 3, "a higher exponent is a smaller highlight");
+        [old, now, scene] = await change(SCENE, () => studio.row(`${material}/specular`).locator(".slider").fill("0"));
+        assert.ok(now.bright < old.bright / 3 && scene.objects[0].material.specular === 0);
+        [old, now] = await change(SCENE, () => studio.type(`${material}/emissive`, "#004000"));
+        assert.ok(now.mean[1] > old.mean[1] + 5 && Math.abs(now.mean[0] - old.mean[0]) < 2);
+        [old, now, scene] = await change(with_("/ambient", 0.4), () => studio.type(`${material}/ambient`, "0, 0.9, 0"));
+        assert.ok(now.mean[1] > old.mean[1] + 10 && scene.objects[0].material.ambient[1] === 0.9);
+        [old, now] = await change(with_("/trace", { depth: 2 }), () => studio.type(`${material}/opacity`, "0.3"));
+        assert.ok(now.mean[0] < old.mean[0], "what is less opaque shows the black behind");
+        await studio.row(`${material}/opacity`).hover();
+        await studio.row(`${material}/opacity`).locator(".reset").click();
+        assert.equal((await studio.look()).hash, old.hash, "back to the default");
+    });
+
+    test("every member of every model has a control, and every model its picture", async () => {
+        await studio.tab("material");
+        const api = JSON.parse((await daemon.ask({ method: "GET", path: "/openapi.json" })).body);
+        const schemas = api.components.schemas, hashes = new Set();
+        for (const model of schemas.Model.enum) {
+            await studio.set(SCENE);
+            await studio.choose(`${material}/model`, model);
+            const { $ref } = schemas.Material.anyOf.find(({ $ref }) => {
+                const own = schemas[$ref.split("/").pop()].properties.model;
+                return (own.const ?? schemas[own.$ref?.split("/").pop()]?.enum ?? "").includes(model) || own.const === model;
+            });
+            for (const name of Object.keys(schemas[$ref.split("/").pop()].properties))
+                if (name !== "model" && name !== "preset")
+                    assert.ok(await studio.page.locator(`#panel-material [data-pointer="${material}/${name}"]`).count(), `${model}: ${name}`);
+            const { hash } = await studio.look();
+            assert.equal(await studio.page.locator(".stage.is-wrong").count(), 0, model);
+            hashes.add(hash);
+        }
+        assert.ok(hashes.size >= 5, "models differ");
+        await studio.set(with_(material, { model: "oren-nayar", diffuse: 0.6 }));
+        const dull = await studio.look();
+        await studio.type(`${material}/sigma`, "80");
+        assert.ok((await studio.look()).mean[0] < dull.mean[0]);
+        await studio.set(with_(material, { model: "cook-torrance", diffuse: 0.1 }));
+        const narrow = await studio.look();
+        await studio.page.click(`[data-pointer="${material}/lobes"] .quiet`);
+        await studio.type(`${material}/lobes/0/roughness`, "0.6");
+        assert.notEqual((await studio.look()).hash, narrow.hash);
+        await studio.choose(`${material}/fresnel`, "f0");
+        assert.deepEqual(Object.keys((await studio.scene()).objects[0].material.fresnel), ["f0"]);
+    });
+
+    test("a lobe is added and taken away", async () => {
+        const [old, now] = await change(SCENE, async () => {
+            await studio.tab("material");
+            await studio.page.click(`[data-pointer="${material}/lobes"] .quiet`);
+            await studio.type(`${material}/lobes/0/specular`, "0.9");
+        });
+        assert.ok(now.bright > old.bright);
+        await studio.page.click(`[data-pointer="${material}/lobes"] .icon-button[aria-label="Remove lobe 1"]`);
+        assert.equal((await studio.look()).hash, old.hash);
+    });
+
+    test("the library gives its materials", async () => {
+        await studio.tab("material");
+        await studio.set(SCENE);
+        await studio.page.click('.thumb[data-name="jade"]');
+        let now = await studio.look();
+        assert.deepEqual((await studio.scene()).objects[0].material, { preset: "jade" });
+        assert.ok(now.middle[1] > now.middle[0] && now.middle[1] > now.middle[2], String(now.middle));
+        await studio.page.keyboard.press("ArrowRight");
+        assert.notEqual((await studio.scene()).objects[0].material.preset, "jade");
+        await studio.type(`${material}/diffuse`, "#ff0000");
+        assert.ok((await studio.scene()).objects[0].material.preset);
+        await studio.page.fill(".search", "rubber");
+        const names = await studio.page.locator(".thumb:visible").evaluateAll(list => list.map(one => one.dataset.name));
+        assert.ok(names.length > 2 && names.every(name => name.includes("rubber")));
+        await studio.page.fill(".search", "");
+        await studio.page.waitForFunction(() => document.querySelector('.thumb[data-name="brass"] shaded-preview').plan);
+    });
+
+    test("lights are added, moved, changed and taken away", async () => {
+        await studio.tab("lights");
+        let [old, now, scene] = await change(SCENE, () => studio.type("/lights/0/intensity", "0.2"));
+        assert.ok(sum(now.mean) < sum(old.mean) * 0.7);
+        [old, now] = await change(SCENE, () => studio.type("/lights/0/color", "#0000ff"));
+        assert.ok(now.mean[2] > now.mean[0]);
+        [old, now, scene] = await change(SCENE, async () => studio.drag(studio.page.locator(".ball").first(), 26, 0));
+        assert.ok(now.brightX > old.brightX + 0.1, `${old.brightX} ${now.brightX}`);
+        assert.ok(scene.lights[0].direction[0] < 0, "light from the right travels to the left");
+        [old, now] = await change(SCENE, async () => {
+            await studio.page.locator(".ball").first().focus();
+            for (let i = 0; i < 8; i++) await studio.page.keyboard.press("ArrowDown");
+        });
+        assert.ok(now.brightY > old.brightY + 0.05);
+        const types = ["ambient", "point", "spot", "rect", "disc", "sphere"];
+        for (const type of types) {
+            [old, now, scene] = await change(with_("/lights", []), async () => studio.page.selectOption('select[aria-label="Add a light"]', type));
+            assert.equal(scene.lights[0].type, type);
+            assert.ok(sum(now.mean) > sum(old.mean), `${type} shines`);
+        }
+        [old, now, scene] = await change(SCENE, () => studio.page.selectOption('select[aria-label="Type of Light 1"]', "spot"));
+        assert.deepEqual([scene.lights[0].type, scene.lights[0].position?.length], ["spot", 3]);
+        await studio.page.click(".light summary");
+        await studio.type("/lights/0/angle", "8");
+        assert.ok(sum((await studio.look()).mean) < sum(now.mean), "a smaller cone");
+        await studio.type("/lights/0/penumbra", "1");
+        await studio.page.click('[aria-label="Remove Light 1"]');
+        assert.deepEqual((await studio.scene()).lights, []);
+        assert.equal(sum((await studio.look()).mean), 0);
+    });
+
+    test("shapes, the camera, the picture and rays", async () => {
+        await studio.tab("scene");
+        const hashes = new Set();
+        for (const shape of ["Plane", "Disc", "Box", "Cylinder", "Cone", "Torus", "Sphere"]) {
+            await studio.set(with_("/camera", { position: [0, 1.5, 4] }));
+            await studio.page.click(`.chip-choice:has-text("${shape}")`);
+            hashes.add((await studio.look()).hash);
+            assert.equal((await studio.scene()).objects[0].type, shape.toLowerCase());
+        }
+        assert.equal(hashes.size, 7);
+        let [old, now, scene] = await change(SCENE, () => studio.type("/objects/0/radius", "0.5"));
+        assert.ok(Math.abs(now.object / old.object - 0.25) < 0.05, "half the radius, a quarter of the area");
+        [old, now] = await change(SCENE, async () => {
+            await studio.page.click('[data-group="Camera"] > summary');
+            await studio.type("/camera/fov", "80");
+        });
+        assert.ok(now.object < old.object / 3);
+        [old, now, scene] = await change(SCENE, async () => {
+            await studio.page.click('[data-group="Picture"] > summary');
+            await studio.type("/image/width", "200");
+        });
+        assert.deepEqual([now.width, now.height, scene.image.width], [200, 128, 200]);
+        [old, now] = await change(SCENE, () => studio.type("/background", "#123456"));
+        assert.deepEqual(now.corner.slice(0, 3), [0x12, 0x34, 0x56]);
+        [old, now, scene] = await change({ ...SCENE, lights: [{ type: "directional", direction: [0.3, -1, -0.3] }], camera: { position: [0, 1.5, 4] } }, async () => {
+            await studio.page.click('.row:has(> .row-label:text-is("Ground")) .toggle');
+            await studio.settled();
+        });
+        assert.ok(now.object > old.object && scene.objects[1].type === "plane");
+        await studio.page.click('[data-group="Rays"] > summary');
+        await studio.switch("/trace/shadows");
+        const shaded = await studio.look();
+        assert.ok(sum(shaded.mean) < sum(now.mean), "the ball throws a shadow");
+        [old, now] = await change(SCENE, () => studio.type("/ambient", "0"));
+        await studio.page.click('[data-group="Light and color"] > summary');
+        [old, now] = await change(SCENE, () => studio.type("/ambient", "0.5"));
+        assert.ok(sum(now.mean) > sum(old.mean));
+    });
+
+    test("the camera turns by drag and keys, and comes closer by the wheel", async () => {
+        const stage = studio.page.locator("#stage");
+        const lit = { ...SCENE, objects: [{ type: "box", material: { diffuse: 0.6 } }] };
+        let [old, now, scene] = await change(lit, () => studio.drag(stage, 120, 0));
+        assert.ok(scene.camera.position[0] < -0.5, `dragged to the right, the camera goes to the left: ${scene.camera.position}`);
+        assert.notEqual(now.hash, old.hash);
+        [old, now, scene] = await change(lit, () => studio.drag(stage, 0, 120));
+        assert.ok(scene.camera.position[1] > 0.5, "dragged down, it rises");
+        [old, now] = await change(SCENE, async () => {
+            await stage.hover();
+            await studio.page.mouse.wheel(0, -400);
+            await studio.page.waitForTimeout(400);
+        });
+        assert.ok(now.object > old.object * 1.3);
+        [old, now] = await change(SCENE, async () => { await stage.focus(); await studio.page.keyboard.press("-"); });
+        assert.ok(now.object < old.object);
+        await studio.page.keyboard.press("Home");
+        assert.equal((await studio.scene()).camera, undefined);
+        [old, now, scene] = await change(lit, async () => { await stage.focus(); await studio.page.keyboard.press("ArrowLeft"); });
+        assert.ok(scene.camera.position[0] !== 0 && now.hash !== old.hash);
+    });
+
+    test("displays, views, spaces, channels and adjustments", async () => {
+        await studio.tab("color");
+        let [old, now, scene] = await change(SCENE, () => studio.choose("/output/view", "Raw"));
+        assert.ok(sum(now.mean) < sum(old.mean), "linear values are darker than their codes");
+        [old, now, scene] = await change(SCENE, () => studio.choose("/output/display", "Rec.1886"));
+        assert.equal(scene.output.display, "Rec.1886");
+        assert.notEqual(now.hash, old.hash);
+        [old, now] = await change(SCENE, () => studio.type("/output/exposure", "1"));
+        assert.ok(sum(now.mean) > sum(old.mean) * 1.2);
+        [old, now] = await change(SCENE, () => studio.type("/output/gamma", "2"));
+        assert.ok(sum(now.mean) > sum(old.mean));
+        [old, now, scene] = await change(SCENE, async () => {
+            await studio.page.click('.segments[aria-label="Shown as"] label:has-text("Color space")');
+            await studio.page.click('.segments[aria-label="Channel"] label:has-text("Y")');
+        });
+        assert.deepEqual(scene.output, { colorSpace: "YIQ", channel: "Y" });
+        assert.deepEqual(new Set(now.middle.slice(0, 3)).size, 1, "a grey picture");
+        [old, now, scene] = await change({ ...SCENE, output: { colorSpace: "YIQ" } }, () => studio.choose("/output/colorSpace", "HSV"));
+        assert.equal(scene.output.colorSpace, "HSV");
+        assert.notEqual(now.hash, old.hash);
+        [old, now, scene] = await change(SCENE, () => studio.choose("/workingSpace", "ACEScg"));
+        assert.equal(scene.workingSpace, "ACEScg");
+    });
+
+    test("tiers and budgets, their bounds, times and measured errors", async () => {
+        await studio.set(SCENE);
+        const figures = () => studio.page.locator(".stat dd").allTextContents();
+        const standard = await figures();
+        await studio.page.click('.segments[aria-label="Accuracy"] label:has-text("Exact")');
+        await studio.settled();
+        assert.deepEqual((await studio.scene()).accuracy, { tier: "exact" });
+        const exact = await figures();
+        assert.equal(exact[1], "≤ 0");
+        assert.notEqual(exact[0], standard[0]);
+        await studio.page.click('.segments[aria-label="Accuracy"] label:has-text("Budget")');
+        await studio.settled();
+        assert.equal((await studio.scene()).accuracy.maxError, 0.5);
+        await studio.choose("/accuracy/metric", "code");
+        assert.equal((await studio.scene()).accuracy.metric, "code");
+        await studio.set(with_("/lights/1", { type: "point", position: [0, 0, -5] }));
+        await studio.page.click("#accuracy summary");
+        await studio.page.waitForFunction(() => /Light 1 is left out/.test(document.querySelector("#accuracy .words").textContent));
+        await studio.page.click("#accuracy summary");
+        await studio.page.click('button:has-text("Measure against exact")');
+        await studio.page.waitForSelector(".measures td");
+        assert.match(await studio.page.textContent(".measures"), /PSNR/);
+        assert.match(await studio.page.textContent(".legend"), /total/);
+    });
+
+    test("scopes and the lobe are of the scene", async () => {
+        await studio.set(with_("/objects/0/material", { diffuse: [0.9, 0.02, 0.02] }));
+        await studio.page.waitForFunction(() => {
+            const cells = [...document.querySelectorAll(".channels tbody tr")].map(row => Number(row.cells[3].textContent));
+            return cells.length === 3 && cells[0] > 0.8 && cells[1] < 0.3;
+        });
+        await studio.page.click('#scopes .segments[aria-label="Channels"] label:has-text("HSV")');
+        assert.deepEqual((await studio.page.locator(".channels tbody th").allTextContents()), ["H", "S", "V"]);
+        await studio.page.click('#scopes .segments[aria-label="Channels"] label:has-text("RGB")');
+        await studio.page.locator("#lobe").scrollIntoViewIfNeeded();
+        await studio.page.waitForFunction(() => document.querySelector(".lobe").naturalWidth > 0 && document.querySelectorAll("#lobe .words li").length);
+        await studio.page.waitForFunction(() => [...document.querySelectorAll(".planes shaded-preview")].every(one => one.plan));
+    });
+
+    test("undo and redo go through the same pictures", async () => {
+        await studio.set(SCENE);
+        const first = await studio.look();
+        await studio.tab("material");
+        await studio.type(`${material}/diffuse`, "#00ff00");
+        const second = await studio.look();
+        await studio.drag(studio.page.locator("#stage"), 60, 30);
+        const third = await studio.look();
+        await studio.page.locator("#stage").focus();
+        await studio.page.keyboard.press("Control+z");
+        assert.equal((await studio.look()).hash, second.hash, "a drag is one step");
+        await studio.page.click("#undo");
+        assert.equal((await studio.look()).hash, first.hash);
+        await studio.page.keyboard.press("Control+Shift+z");
+        await studio.page.click("#redo");
+        assert.equal((await studio.look()).hash, third.hash);
+    });
+
+    test("the scene can be typed, and mistakes are told at their place", async () => {
+        const faults = studio.faults.length;
+        await studio.set(SCENE);
+        const text = await studio.page.inputValue("#scene-json"), good = await studio.look();
+        await studio.page.fill("#scene-json", text.replace('"shininess": 20', '"shininess": 200'));
+        await studio.settled();
+        assert.ok((await studio.look()).bright < good.bright / 3);
+
+        await studio.page.fill("#scene-json", text.replace('"shininess": 20', '"shininess": 20,,'));
+        const lines = text.split("\n"), line = lines.findIndex(one => one.includes('"shininess"')) + 1;
+        const told = () => studio.page.locator(".code-line.is-wrong").evaluateAll(list => list.map(one => [Number(one.dataset.line), one.querySelector(".code-why").textContent]));
+        assert.deepEqual(await told(), [[line, "expected a name in double quotes"]]);
+        assert.match(await studio.page.textContent(".code-errors"), new RegExp(`Line ${line}`));
+
+        await studio.page.fill("#scene-json", text.replace('"shininess": 20', '"shininess": -20, "shinyness": 3'));
+        await studio.page.waitForSelector(".stage.is-wrong");
+        await studio.page.waitForFunction(() => document.querySelectorAll(".code-error").length === 2);
+        assert.deepEqual((await told()).map(one => one[0]), [line]);
+        const pointers = await studio.page.locator(".code-error code").allTextContents();
+        assert.deepEqual(pointers.sort(), [`${material}/shininess`, `${material}/shinyness`]);
+        await studio.tab("material");
+        assert.match(await studio.row(`${material}/shininess`).locator(".row-problem").textContent(), /20/);
+        await studio.shot("mistake");
+
+        await studio.page.fill("#scene-json", text);
+        await studio.page.waitForFunction(() => !document.querySelector(".stage.is-wrong, .code-line.is-wrong, .row.is-wrong"));
+        assert.equal((await studio.look()).hash, good.hash);
+        // Chromium says of a 422 that a resource failed to load: that is what was asked for.
+        const more = studio.faults.splice(faults);
+        assert.ok(more.every(one => /422/.test(one)), more.join("\n"));
+    });
+
+    test("ten seconds of dragging show no picture after a newer one, and leave nothing behind", async () => {
+        await studio.set({ ...SCENE, image: { width: 384, height: 384, samples: 4 }, objects: [{ type: "torus", material: { preset: "brass" } }] });
+        await studio.page.evaluate(() => {
+            globalThis.shown = [];
+            studio.view.addEventListener("load", () => shown.push([studio.view.picture.number, performance.now(), counted.requests]));
+            globalThis.urls = counted.urls;
+        });
+        const box = await studio.page.locator("#stage").boundingBox(), x = box.x + box.width / 2, y = box.y + box.height / 2;
+        const asked = await studio.page.evaluate(() => counted.requests);
+        await studio.page.mouse.move(x, y);
+        await studio.page.mouse.down();
+        const end = Date.now() + 10000;
+        for (let i = 0; Date.now() < end; i++) await studio.page.mouse.move(x + 150 * Math.sin(i / 40), y + 60 * Math.sin(i / 23));
+        await studio.page.mouse.up();
+        await studio.settled();
+        const shown = await studio.page.evaluate(() => shown);
+        const numbers = shown.map(one => one[0]);
+        assert.deepEqual(numbers, [...numbers].sort((a, b) => a - b), "in the order of their requests");
+        assert.ok(shown.every(([number, , latest]) => latest === number), "each is of the last request of its time");
+        const requests = await studio.page.evaluate(() => counted.requests) - asked;
+        assert.ok(requests <= shown.length + 4, `${requests} requests for ${shown.length} pictures`);
+        const rates = [];
+        for (let i = 0; i < 10; i++) rates.push(shown.filter(([, time]) => time >= shown[0][1] + 1000 * i && time < shown[0][1] + 1000 * (i + 1)).length);
+        console.log(`pictures a second while dragging: ${rates.join(" ")}`);
+        assert.ok(shown.length > 60, String(shown.length));
+        const truth = await daemon.post("/v1/render", await studio.scene());
+        assert.ok(truth.body.equals(await studio.bytes()), "the last picture is that of the document");
+        assert.ok(await studio.page.evaluate(() => counted.urls - urls) <= 2, "addresses of Blobs are given back");
+    });
+
+    test("what is copied as curl, and what runs as Python, make the same bytes", async () => {
+        await studio.set(with_("/objects/0/name", "it's \"one\""));
+        const folder = mkdtempSync(join(tmpdir(), "shaded-"));
+        await studio.page.click("#copy");
+        const code = () => studio.page.textContent("#code .snippet");
+        const here = await studio.bytes();
+        const command = await code();
+        execFileSync("/bin/sh", ["-c", command.replace("curl ", "curl -s ")], { cwd: folder });
+        assert.ok(readFileSync(join(folder, "picture.png")).equals(here), "curl");
+        await studio.page.click('#code label:has-text("Python")');
+        execFileSync("python3", ["-c", await code()], { cwd: folder });
+        assert.ok(readFileSync(join(folder, "picture.png")).equals(here), "Python");
+        await studio.page.click('#code label:has-text("fetch")');
+        const made = encodeURIComponent(`${await code()}\nexport default picture;`);
+        const { default: picture } = await import(`data:text/javascript,${made}`);
+        assert.ok(Buffer.from(await picture.arrayBuffer()).equals(here), "fetch");
+        for (const one of ["<img>", "<shaded-preview>"]) {
+            await studio.page.click(`#code label:has-text("${one}")`);
+            assert.match(await code(), /^<(img|!--|script)/);
+        }
+        await studio.page.keyboard.press("Escape");
+        rmSync(folder, { recursive: true });
+    });
+
+    test("downloads come in the formats of this daemon", async () => {
+        await studio.set(SCENE);
+        const begins = { png: [0x89, 0x50], jpeg: [0xff, 0xd8], webp: [0x52, 0x49], exr: [0x76, 0x2f] };
+        const { formats } = JSON.parse((await daemon.ask({ method: "GET", path: "/v1/version" })).body);
+        for (const format of Object.keys(begins).filter(one => formats.includes(one))) {
+            await studio.page.click("#download summary");
+            const coming = studio.page.waitForEvent("download");
+            await studio.page.click(`.menu-item:nth-child(${formats.indexOf(format) + 1})`);
+            const file = readFileSync(await (await coming).path());
+            assert.deepEqual([...file.subarray(0, 2)], begins[format], format);
+        }
+    });
+
+    test("the address holds the scene", async () => {
+        await studio.set(with_("/objects/0/type", "cone"));
+        const { hash } = await studio.look();
+        await studio.page.waitForFunction(() => location.hash.startsWith("#s="));
+        await studio.page.waitForTimeout(600);
+        const again = await Studio.open(browser, origin, { hash: await studio.page.evaluate(() => location.hash) });
+        assert.deepEqual(await again.scene(), await studio.scene());
+        assert.equal((await again.look()).hash, hash);
+        await again.close();
+        const broken = await Studio.open(browser, origin, { hash: "#s=nonsense" });
+        assert.match(await broken.page.textContent("#toast"), /cannot be read/);
+        await broken.close();
+    });
+
+    test("accessible in light and dark, wide and narrow", async () => {
+        for (const [name, options] of Object.entries({
+            dark: { colorScheme: "dark" }, light: { colorScheme: "light" },
+            narrow: { colorScheme: "light", viewport: { width: 390, height: 844 } },
+        })) {
+            const one = await Studio.open(browser, origin, { ...options, bypassCSP: true });
+            await one.page.evaluate(axeSource);
+            for (const tab of ["material", "lights", "scene", "color"]) {
+                await one.tab(tab);
+                await one.page.evaluate(() => document.querySelectorAll(".panel details").forEach(one => { one.open = true; }));
+                const { violations } = await one.page.evaluate(() => axe.run(document, { resultTypes: ["violations"] }));
+                const bad = violations.filter(({ impact }) => ["serious", "critical"].includes(impact))
+                    .map(({ id, nodes }) => `${id}: ${nodes.map(node => node.target.join(" ")).slice(0, 4).join(" | ")}`);
+                assert.deepEqual(bad, [], `${name} ${tab}`);
+            }
+            const wide = await one.page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+            assert.ok(wide <= 0, `${name}: ${wide} pixels too wide`);
+            await one.tab("material");
+            await one.shot(name);
+            await one.close();
+        }
+    });
+
+    test("where there are tokens, the page asks for one", async () => {
+        const folder = mkdtempSync(join(tmpdir(), "shaded-"));
+        writeFileSync(join(folder, "tokens"), "0123456789abcdef0123456789abcdef tester\n");
+        const guarded = await startDaemon("--tokens", join(folder, "tokens"));
+        const one = await Studio.open(browser, `http://127.0.0.1:${guarded.port}`, { ready: false, expected: [/401/] });
+        await one.page.fill("#token-field", "0123456789abcdef0123456789abcdef");
+        await one.page.keyboard.press("Enter");
+        await one.ready();
+        assert.ok((await one.look()).object > 0.2);
+        await one.close();
+        await guarded.stop();
+        rmSync(folder, { recursive: true });
+    });
+});
+
+describe("the element", { skip: CHROMIUM ? false : "chromium is not installed" }, () => {
+    let browser, daemon, server, page, faults = [];
+    const HTML = port => `<!doctype html><title>t</title><script type="module" src="http://127.0.0.1:${port}/shaded-preview.js"></script>
+        <shaded-preview id="near" material="brass" shape="torus" size="64"></shaded-preview>
+        <shaded-preview id="wrong" material="bras" size="64" label="A mistake"></shaded-preview>
+        <div style="height: 4000px"></div><shaded-preview id="far" material="jade" size="64"></shaded-preview>`;
+
+    before(async () => {
+        server = http.createServer((request, answer) => {
+            answer.setHeader("Content-Type", "text/html");
+            answer.end(HTML(daemon.port));
+        });
+        server.listen(0, "127.0.0.1");
+        await once(server, "listening");
+        daemon = await startDaemon("--cors-origins", `http://127.0.0.1:${server.address().port}`);
+        browser = await startBrowser();
+        page = await browser.newPage();
+        page.on("pageerror", error => faults.push(error.stack));
+        await page.addInitScript(() => {
+            globalThis.told = [];
+            for (const name of ["bound", "error"])
+                addEventListener(name, event => { if (event.target.localName === "shaded-preview") told.push([event.target.id, name, event.detail]); }, true);
+        });
+        await page.goto(`http://127.0.0.1:${server.address().port}/`);
+    });
+    after(async () => {
+        await browser?.close();
+        server?.close();
+        await daemon?.stop();
+        assert.deepEqual(faults, []);
+    });
+    const told = (id, name) => page.waitForFunction(([id, name]) => told.find(one => one[0] === id && one[1] === name)?.[2], [id, name]).then(one => one.jsonValue());
+
+    test("shows a material on a page of another origin, and tells its bound", async () => {
+        const bound = await told("near", "bound");
+        assert.equal(bound.tier, "standard");
+        assert.ok(bound.error.deltaE2000 > 0 && bound.error.deltaE2000 < 1 && bound.timing.encode >= 0);
+        assert.match(bound.plan, /^tier=standard; lights=/);
+        const near = await page.evaluate(() => {
+            const one = document.getElementById("near");
+            return [one.getAttribute("role"), one.getAttribute("aria-label"), one.offsetWidth, one.image.naturalWidth];
+        });
+        assert.deepEqual(near, ["img", "Preview of brass on a torus", 64, 64]);
+        const truth = await daemon.ask({ method: "GET", path: "/v1/preview/brass?shape=torus&size=64" });
+        const bytes = await page.evaluate(async () => [...new Uint8Array(await document.getElementById("near").picture.arrayBuffer())]);
+        assert.ok(truth.body.equals(Buffer.from(bytes)));
+    });
+
+    test("tells mistakes", async () => {
+        const { status, problem } = await told("wrong", "error");
+        assert.deepEqual([status, problem.type], [404, "urn:shaded:problem:not-found"]);
+    });
+
+    test("asks for nothing until it is nearly in sight", async () => {
+        assert.equal(await page.evaluate(() => document.getElementById("far").plan), null);
+        await page.evaluate(() => scrollTo(0, 4000));
+        await told("far", "bound");
+    });
+
+    test("follows its attributes and properties, the last of them", async () => {
+        await page.evaluate(async () => {
+            const one = document.getElementById("far");
+            one.setAttribute("shape", "box");
+            one.material = "ruby";
+            one.scene = { image: { width: 20, height: 10 }, objects: [{ type: "sphere", material: { preset: "gold" } }] };
+            for (let i = 1; i <= 40; i++) {
+                one.scene = { image: { width: 20, height: 10 + i }, objects: [] };
+                await new Promise(done => setTimeout(done, 3));
+            }
+            while (one.busy) await new Promise(done => setTimeout(done, 5));
+        });
+        assert.deepEqual(await page.evaluate(() => [document.getElementById("far").image.naturalWidth, document.getElementById("far").image.naturalHeight]), [20, 50]);
+    });
+});
