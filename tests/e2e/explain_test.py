@@ -42,6 +42,12 @@ class Http(unittest.TestCase):
         self.assertEqual(answer.status, status, answer.body)
         return json.loads(answer.body)
 
+    def test_compression_of_png_has_its_cost(self):
+        costs = [self.explain({**SCENE, "output": {"format": "png", "compression": name}})["tiers"][0]["milliseconds"]["encode"]
+                 for name in ("fast", "default", "small")]
+        self.assertEqual(costs, sorted(costs))
+        self.assertGreater(costs[2], 5 * costs[1])
+
     def test_lights_that_are_left_out_have_their_reasons(self):
         told = self.explain(SCENE)
         self.assertEqual(told["lights"]["given"], 5)

@@ -84,7 +84,7 @@ typedef struct shares {
 static void make(subject *s, shd_model model, bool diffuse, bool lobe, double sharpness) {
     *s = (subject){.from = {.model = model,
                             .sigma = sharpness,
-                            .fresnel = {{INFINITY, INFINITY, INFINITY}, {0, 0, 0}}},
+                            .fresnel = {.n = {INFINITY, INFINITY, INFINITY}}},
                    .lobes = {{{1, 1, 1}, sharpness}}};
     s->material = (shd_plan_material){.model = model,
                                       .has_diffuse = diffuse,
