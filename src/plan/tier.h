@@ -57,3 +57,6 @@ static const double SHD_HIT_ROUNDING = 16 * 0x1p-53;
 /* What quadrature of Phong's lobes under a light with a shape may be off, of the most that the
  * light adds (shade/area.h). */
 static const double SHD_AREA_TOLERANCE = 1e-6;
+
+/* What quadrature of other models over directions may be off, of the most that a light adds. */
+static const double SHD_AREA_MODEL_TOLERANCE = 3e-5;

@@ -25,10 +25,6 @@
 
 #include "shade/lighting.h"
 
-/* What quadrature of other models over directions may be off, of the most that a light adds. That
- * of Phong's lobes along the boundary is SHD_AREA_TOLERANCE (plan/tier.h). */
-static const double SHD_AREA_MODEL_TOLERANCE = 3e-5;
-
 /* How a light with a shape is summed. */
 typedef enum shd_area_method {
     SHD_AREA_POINT, /* as a point: it is small and far */

@@ -20,6 +20,7 @@
 #include "attack/model.h"
 #include "attack/scenes.h"
 #include "attack/tally.h"
+#include "bound/light/extended.h"
 #include "render/planning.h"
 #include "render/request.h"
 #include "render/tell/measure.h"
@@ -149,20 +150,24 @@ static double out_of(double value, double low, double high) {
 }
 
 static void check_model(worker *w, const picture *exact) {
-    enum { MOST_SAMPLES = 1200, MOST_QUAD = 120, MOST_SHAPED = 60 };
+    enum { MOST_SAMPLES = 1200, MOST_QUAD = 120, MOST_SHAPED = 60, MOST_VEILED = 200 };
     const shd_raster *raster = &exact->request->scene->raster;
     const model_program *program = w->family->quad ? &model_quad : &model_long;
-    const double bound = exact->request->rendering.plan->bound.linear;
+    const shd_plan *plan = exact->request->rendering.plan;
+    const bool known = isfinite(plan->bound.linear);
+    const double bound = known ? plan->bound.linear : shd_linear_estimate(plan, NULL);
     double offsets[64][2];
     const size_t pixels = (size_t)raster->width * (size_t)raster->height;
-    const size_t samples = w->family->beyond & BEYOND_SHAPES ? MOST_SHAPED
-                           : w->family->quad                 ? MOST_QUAD
-                                                             : MOST_SAMPLES,
+    const unsigned beyond = w->family->beyond;
+    const size_t samples = beyond & BEYOND_SHAPES    ? MOST_SHAPED
+                           : beyond & BEYOND_OPACITY ? MOST_VEILED
+                           : w->family->quad         ? MOST_QUAD
+                                                     : MOST_SAMPLES,
                  most = samples / (size_t)raster->samples;
     const size_t step = pixels > most ? pixels / most : 1;
     model *m = read_model(w, program, raster, offsets);
     if (!m) return;
-    if (isinf(bound)) w->counts.unbounded++;
+    w->counts.unbounded += !known;
     double worst = 0;
     size_t worst_at = 0, bad = 0;
     model_pixel worst_is = {.undecided = 0};

@@ -1,5 +1,6 @@
 #include "bound/light/extended.h"
 
+#include "bound/light/brightest.h"
 #include "bound/light/error.h"
 #include "bound/light/misplaced.h"
 #include "bound/light/pieces.h"
@@ -123,6 +124,8 @@ static weight weigh_lobe(const shd_plan_material *m, size_t lobe, const glance *
 typedef struct finding {
     const shd_plan *plan;
     const shd_plan_material *material;
+    const double *noise; /* of a material's microgeometry; NULL: it has none */
+    double steps;        /* on straight rays, by as much more f64 misplaces points */
     shd_misplaced misplaced;
     shd_place place;
     double most[3], error[3]; /* of the piece in question */
@@ -162,8 +165,9 @@ static void see_piece(const finding *f, const shd_piece *piece, const shd_plan_l
     /* |L + V| is 2 V.H, and no less than N.V where the light is before the surface. */
     g->half = shd_larger(sqrt(shd_larger((1 + between) / 2, 0)), g->view / 2);
     double beyond;
-    g->place =
-        shd_misplaced_at(f->plan->scene, &f->misplaced, piece, light, g->lit.nearest, &beyond);
+    g->place = f->steps * shd_misplaced_at(f->plan->scene, &f->misplaced, piece, light,
+                                           g->lit.nearest, &beyond);
+    beyond *= f->steps;
     /* Normals are turned by as much less as rays meet the surface more upright. */
     const double turned = f->misplaced.turned * smaller_of(1, f->misplaced.grazing / g->view);
     g->direction = DIRECTION + g->place + beyond + 2 * turned;
@@ -213,31 +217,51 @@ static void add_weight(finding *f, product p, const shd_plan_light *light, const
     add_product(f, p, factor * w.most, error);
 }
 
-/* A light with a shape weighs 1 / A times the integral of a direction's weight over its solid
- * angle, which is 2 pi at most, and at most twice A over the square of the distance. Of the
- * hemisphere (N.L)+ makes pi, and (R.V)+^n 2 pi / (n + 1). Quadrature is allowed four times what it
- * aims at. */
+/* Quadrature is allowed four times what it aims at. That of Phong's lobes goes along boundaries and
+ * knows its error. That of other models compares sums of more and of fewer points, of which it aims
+ * at a part of the largest term: an estimate, and no bound (shd_linear_estimate). */
 static void add_shape(finding *f, const shd_plan_light *light) {
     const shd_plan_material *m = f->material;
-    const shd_light *shape = light->shape;
-    const double area = shd_light_area(shape),
-                 reach = shape->type == SHD_LIGHT_RECT ? hypot(shape->size[0], shape->size[1]) / 2
-                                                       : shape->radius;
-    const double near = shd_larger(shd_least_distance(&f->place, light->position) - reach, 0),
-                 seen = 2 / (near * near);
+    const bool phong = m->model == SHD_MODEL_PHONG;
+    const double near = shd_shape_distance(&f->place, light->shape);
+    double largest = 0;
+    for (size_t t = 0; t < 1 + m->lobe_count; t++) {
+        const shd_peak peak = shd_peak_of(m, t);
+        largest = shd_larger(largest, shd_shape_most(light->shape, &peak, near));
+    }
     for (size_t t = 0; t < 1 + m->lobe_count; t++) {
         const double *color = t ? m->lobes[t - 1].specular : m->diffuse;
-        const double whole = t ? 2 / (m->lobes[t - 1].shininess + 1) : 1,
-                     most = smaller_of(whole * SHD_PI / area, seen);
+        const shd_peak peak = shd_peak_of(m, t);
+        const double most = shd_shape_most(light->shape, &peak, near);
         add_product(f, product_of(f->plan, m, light, t, color), most,
-                    4 * SHD_AREA_TOLERANCE * most);
+                    phong ? 4 * SHD_AREA_TOLERANCE * most : 4 * SHD_AREA_MODEL_TOLERANCE * largest);
     }
+}
+
+/* Four standard errors of what was simulated. */
+static void add_noise(finding *f, const shd_piece *piece, const shd_plan_light *light) {
+    const shd_peak even = {1, 1};
+    shd_lit lit = {.factor_high = 1, .facing_high = 1};
+    const double least = light->directional ? 0 : shd_least_distance(&f->place, light->position);
+    double light_of_one;
+    if (light->shape) {
+        light_of_one =
+            shd_shape_most(light->shape, &even, shd_shape_distance(&f->place, light->shape));
+    } else {
+        if (!shd_piece_lit(f->plan->scene, piece, light, least, &lit)) return;
+        light_of_one = lit.factor_high * lit.facing_high;
+    }
+    for (int c = 0; c < 3; c++) f->error[c] += 4 * *f->noise * light_of_one * fabs(light->color[c]);
 }
 
 static void add_light(finding *f, const shd_piece *piece, const shd_plan_light *light) {
     const shd_plan_material *m = f->material;
     const size_t lights = f->plan->scene->light_count;
     glance g;
+    if (m->model == SHD_MODEL_WESTIN) {
+        add_noise(f, piece, light);
+        return;
+    }
     if (light->shape) {
         add_shape(f, light);
         return;
@@ -265,26 +289,66 @@ bool shd_errs_otherwise(const shd_plan *plan) {
     return false;
 }
 
-static bool is_unknown(const shd_plan *plan) {
-    if (plan->scene->trace.depth) return true;
-    bool shapes = false;
-    for (size_t j = 0; j < plan->light_count; j++) shapes |= plan->lights[j].shape != NULL;
-    for (size_t m = 0; m < plan->scene->material_count; m++) {
-        const shd_model model = plan->materials[m].model;
-        if (model == SHD_MODEL_WESTIN || (shapes && model != SHD_MODEL_PHONG)) return true;
+/* What is not bounded, of what the scene has. */
+typedef enum unknown { KNOWN, BENT_RAYS, VEILED_ALPHA, SIMULATED, QUADRATURE } unknown;
+
+static bool is_all(const double rgb[3], double value) {
+    return rgb[0] == value && rgb[1] == value && rgb[2] == value;
+}
+
+static bool lets_through(const shd_plan *plan, size_t object) {
+    const shd_material *m = plan->materials[plan->objects[object].material].from;
+    return plan->scene->trace.depth && !is_all(m->opacity, 1);
+}
+
+static unknown find_unknown(const shd_plan *plan) {
+    const shd_scene *scene = plan->scene;
+    unknown found = KNOWN;
+    for (size_t i = 0; i < scene->object_count; i++) {
+        const shd_plan_object *object = &plan->objects[i];
+        const shd_plan_material *m = &plan->materials[object->material];
+        if (scene->trace.depth &&
+            !(is_all(m->from->reflection, 0) && is_all(m->from->transmission, 0)))
+            return BENT_RAYS;
+        if (scene->transparent && lets_through(plan, i)) return VEILED_ALPHA;
+        if (m->model == SHD_MODEL_WESTIN && object->light_count) found = SIMULATED;
+        if (m->model == SHD_MODEL_PHONG || found != KNOWN) continue;
+        for (size_t j = 0; j < object->light_count; j++)
+            if (plan->lights[object->lights[j]].shape) found = QUADRATURE;
     }
-    return false;
+    return found;
+}
+
+/* How far rays may be beside where they should be, over what is counted for the object: a ray that
+ * goes straight on begins where f64 put the last hit, which is off by the lengths on the way to it.
+ */
+static double find_steps(const shd_plan *plan, const shd_misplaced *own) {
+    const shd_scene *scene = plan->scene;
+    double span = 0;
+    for (size_t i = 0; i < scene->object_count && scene->trace.depth; i++) {
+        if (shd_is_cancelled_at(plan->cancelled, i)) break;
+        if (!lets_through(plan, i)) continue;
+        const shd_place place = shd_place_of(&scene->objects[i], &plan->objects[i]);
+        const shd_misplaced there = shd_misplaced_of(scene, &place);
+        span = shd_larger(span, there.span);
+    }
+    return span > 0 ? 1 + scene->trace.depth * (1 + span / own->span) : 1;
 }
 
 /* The largest error at any piece of the object. */
-static double object_error(const shd_plan *plan, size_t index, double rounding) {
+static double object_error(const shd_plan *plan, size_t index, const double *noise,
+                           double rounding) {
     enum { FINENESS = 2 };
     const shd_scene *scene = plan->scene;
     const shd_plan_object *bounds = &plan->objects[index];
     finding f = {.plan = plan,
                  .material = &plan->materials[bounds->material],
+                 .noise = noise ? &noise[bounds->material] : NULL,
                  .place = shd_place_of(&scene->objects[index], bounds)};
     f.misplaced = shd_misplaced_of(scene, &f.place);
+    f.steps = find_steps(plan, &f.misplaced);
+    f.misplaced.turned = smaller_of(f.steps * f.misplaced.turned, 1);
+    f.misplaced.grazing *= sqrt(f.steps);
     shd_piece pieces[SHD_MOST_PIECES];
     const size_t count = shd_plan_pieces(scene, index, bounds, FINENESS, plan->cancelled, pieces);
     double worst = 0;
@@ -299,27 +363,42 @@ static double object_error(const shd_plan *plan, size_t index, double rounding) 
     return worst;
 }
 
-const char *shd_no_linear_bound(const shd_plan *plan) {
-    if (plan->scene->trace.depth)
-        return "mirrors and glass carry rounding on by as much as their surfaces bend";
-    for (size_t m = 0; m < plan->scene->material_count; m++)
-        if (plan->materials[m].model == SHD_MODEL_WESTIN)
-            return "simulated microgeometry has noise, and no bound of its rounding";
-    for (size_t j = 0; j < plan->light_count; j++)
-        if (plan->lights[j].shape && is_unknown(plan))
-            return "quadrature of this model under a light with a shape tells its error, and no "
-                   "bound";
-    return "a light may touch a surface, or a value exceed what floats hold";
-}
-
-double shd_extended_error(const shd_plan *plan) {
+/* Of all that is lit by weights whose error is known. Of surfaces behind each other, what is seen
+ * is a mean, so that no error is more than the largest of one. */
+static double picture_error(const shd_plan *plan, const double *noise) {
     const shd_scene *scene = plan->scene;
-    if (is_unknown(plan)) return INFINITY;
-    const double rounding = shd_color_error(plan, SHD_EXACT);
+    /* What rays have met is rounded once more, by what they have gone through. */
+    const double rounding = shd_color_error(plan, SHD_EXACT) + (scene->trace.depth ? 0x1p-24 : 0);
     double worst = 0;
     for (int c = 0; c < 3 && !scene->transparent; c++)
         worst = shd_larger(worst, rounding * fabs(scene->background[c]));
     for (size_t i = 0; i < scene->object_count; i++)
-        worst = shd_larger(worst, object_error(plan, i, rounding));
+        worst = shd_larger(worst, object_error(plan, i, noise, rounding));
     return worst < 1e37 ? worst : INFINITY;
+}
+
+const char *shd_no_linear_bound(const shd_plan *plan) {
+    switch (find_unknown(plan)) {
+    case BENT_RAYS:
+        return "mirrors and glass carry rounding on by as much as their surfaces bend";
+    case VEILED_ALPHA:
+        return "colors over a transparent background are divided by what opacity hides of it";
+    case SIMULATED:
+        return "simulated microgeometry has noise, and no bound of its rounding";
+    case QUADRATURE:
+        return "quadrature of this model under a light with a shape tells its error, and no "
+               "bound";
+    default:
+        return "a light may touch a surface, or a value exceed what floats hold";
+    }
+}
+
+double shd_extended_error(const shd_plan *plan) {
+    return find_unknown(plan) == KNOWN ? picture_error(plan, NULL) : INFINITY;
+}
+
+double shd_linear_estimate(const shd_plan *plan, const double *noise) {
+    const unknown u = find_unknown(plan);
+    if (!(u == QUADRATURE || (u == SIMULATED && noise))) return INFINITY;
+    return picture_error(plan, noise);
 }

@@ -12,5 +12,11 @@ bool shd_errs_otherwise(const shd_plan *plan);
  * Infinite: not known. */
 double shd_extended_error(const shd_plan *plan);
 
+/* What the error should stay below, where it is not known: four times what quadrature of models
+ * beside Phong's aims at under lights with a shape, which `./dev attack` holds pictures to, and
+ * four times `noise`: [material_count], the largest standard error of simulated microgeometry in pi
+ * f_r, or NULL. It is no proof. Infinite: nothing is known, or a bound is. */
+double shd_linear_estimate(const shd_plan *plan, const double *noise);
+
 /* Why `linear` is not known, if it is not: "a light may touch a surface ...". */
 const char *shd_no_linear_bound(const shd_plan *plan);

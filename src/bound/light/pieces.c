@@ -375,6 +375,12 @@ static void add_shape(maker *m, const shd_object *object, int n) {
     }
 }
 
+/* Whether rays go through it, so that a solid is seen from within. */
+static bool lets_through(const shd_scene *scene, const shd_object *object) {
+    const double *opacity = scene->materials[object->material].opacity;
+    return scene->trace.depth && (opacity[0] != 1 || opacity[1] != 1 || opacity[2] != 1);
+}
+
 size_t shd_plan_pieces(const shd_scene *scene, size_t index, const shd_plan_object *bounds,
                        int fineness, const atomic_bool *cancelled, shd_piece *out) {
     const shd_object *object = &scene->objects[index];
@@ -399,7 +405,8 @@ size_t shd_plan_pieces(const shd_scene *scene, size_t index, const shd_plan_obje
         return m.count;
     }
     m.normal_map = shd_normal_map(&m.to_world);
-    if (object->shape != SHD_PLANE && object->shape != SHD_DISC && object->shape != SHD_MESH) {
+    if (object->shape != SHD_PLANE && object->shape != SHD_DISC && object->shape != SHD_MESH &&
+        !lets_through(scene, object)) {
         const shd_vec3 from = shd_sub(camera->position, bounds->center);
         const double reach = bounds->radius * (1 + SHD_PIECE_MARGIN);
         const bool far = camera->projection == SHD_ORTHOGRAPHIC;

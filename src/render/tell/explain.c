@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/json_memory.h"
+#include "bound/light/brightest.h"
 #include "bound/light/extended.h"
 #include "render/planning.h"
 #include "render/request.h"
@@ -14,7 +15,8 @@
 #include "render/westin_tables.h"
 
 /* The bounds with what they count and, if one is not known, why. */
-static json_t *tell_bounds(const shd_plan *plan) {
+static json_t *tell_bounds(const shd_explained *e) {
+    const shd_plan *plan = e->plan;
     const char *const units[] = {plan->scene->working_space->name, "8-bit codes", "CIEDE2000"};
     json_t *all = json_object();
     for (shd_metric m = SHD_LINEAR; m <= SHD_DELTA_E_2000; m++) {
@@ -25,6 +27,9 @@ static json_t *tell_bounds(const shd_plan *plan) {
                             json_pack("{so ss ss ss?}", "most", shd_tell_number(most), "unit",
                                       units[m], "against", m == SHD_LINEAR ? "model" : "exact",
                                       "why", isfinite(most) ? NULL : why));
+        if (m == SHD_LINEAR && isfinite(e->estimate))
+            json_object_set_new(json_object_get(all, shd_metric_names[m]), "estimate",
+                                shd_tell_number(e->estimate));
     }
     return all;
 }
@@ -133,12 +138,12 @@ static json_t *tell_materials(const shd_plan *plan) {
 
 static json_t *tell_traced(const shd_explained *e) {
     const shd_trace *trace = &e->plan->scene->trace;
-    return json_pack("{sb si sI sI si sf sI sf}", "shadows", trace->shadows, "shadowSamples",
-                     trace->shadow_samples, "pairs",
-                     (json_int_t)(trace->shadows ? e->occlusion.pair_count : 0), "shadowed",
-                     (json_int_t)(trace->shadows ? e->occlusion.shadowed : 0), "depth",
-                     trace->depth, "minContribution", trace->min_contribution, "objects",
-                     (json_int_t)e->paths.bouncing, "cut", e->paths.cut);
+    return json_pack(
+        "{sb si sI sI si sf sI sf so}", "shadows", trace->shadows, "shadowSamples",
+        trace->shadow_samples, "pairs", (json_int_t)(trace->shadows ? e->occlusion.pair_count : 0),
+        "shadowed", (json_int_t)(trace->shadows ? e->occlusion.shadowed : 0), "depth", trace->depth,
+        "minContribution", trace->min_contribution, "objects", (json_int_t)e->paths.bouncing, "cut",
+        e->paths.cut, "cutLinear", shd_tell_number(e->cut));
 }
 
 /* ---- Outputs, tiers. ---- */
@@ -187,7 +192,7 @@ static json_t *tell_all(const shd_explained *e, json_t *words) {
     return json_pack(
         "{so ss ss ss so so so so so si si sb so s{si ss} so so so so so*}", "asked",
         tell_accuracy(&plan->scene->accuracy), "tier", shd_tier_names[plan->tier], "kernel",
-        shd_isa_name(plan->isa), "plan", plan->summary, "bound", tell_bounds(plan), "milliseconds",
+        shd_isa_name(plan->isa), "plan", plan->summary, "bound", tell_bounds(e), "milliseconds",
         tell_cost(&e->cost), "terms", tell_terms(plan), "lights", tell_lights(plan), "materials",
         tell_materials(plan), "lightChannels", plan->grey_lights ? 1 : 3, "channels",
         plan->grey ? 1 : 3, "splitPositions", plan->split_positions, "objects", tell_objects(plan),
@@ -239,6 +244,22 @@ static bool channels_keep_apart(const shd_shown *shown) {
     return apart;
 }
 
+/* The largest standard errors of simulated microgeometries. [material_count], 0: not simulated.
+ * NULL: there are none, or no memory, for which an estimate is missing. */
+static const double *find_noise(const shd_plan *plan, shd_arena *arena) {
+    const size_t count = plan->scene->material_count;
+    double *noise = plan->westin ? shd_arena_zalloc(arena, count, sizeof *noise) : NULL;
+    for (size_t m = 0; noise && m < count; m++)
+        if (plan->westin[m]) noise[m] = shd_westin_noise(plan->westin[m]).max;
+    return noise;
+}
+
+static void find_estimates(shd_explained *e, shd_arena *arena) {
+    e->paths = shd_find_paths(e->plan);
+    e->cut = e->paths.cut > 0 ? e->paths.cut * shd_brightest(e->plan) : 0;
+    e->estimate = shd_linear_estimate(e->plan, find_noise(e->plan, arena));
+}
+
 static shd_status explain_plan(shd_rendering *r, const shd_scene *scene, shd_explained *e,
                                shd_error *error) {
     const shd_isa isa = r->engine->isa;
@@ -254,7 +275,7 @@ static shd_status explain_plan(shd_rendering *r, const shd_scene *scene, shd_exp
     for (size_t i = 0; i < scene->output_count; i++)
         codes[i] = shd_route_of(scene, &scene->outputs[i], channels_keep_apart(&e->shown[i])).codes;
     e->cost = cost_of(e->plan, codes);
-    e->paths = shd_find_paths(e->plan);
+    find_estimates(e, r->arena);
     if (scene->trace.shadows && !shd_find_occlusion(e->plan, r->arena, &e->occlusion))
         return shd_fail(error, SHD_MEMORY, "", "the limit `memory` is too small");
     /* Plan each tier as if it had been asked for. */

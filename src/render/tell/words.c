@@ -64,11 +64,17 @@ static void say_bound(json_t *words, const shd_plan *plan, shd_metric metric, co
         say_line(words, "Error: not bounded in %s.", unknown);
 }
 
-static void say_bounds(json_t *words, const shd_plan *plan) {
+static void say_bounds(json_t *words, const shd_explained *e) {
+    const shd_plan *plan = e->plan;
     char linear[128];
     snprintf(linear, sizeof linear, "linear components, as %s", shd_no_linear_bound(plan));
     say_bound(words, plan, SHD_LINEAR, "linear components", plan->scene->working_space->name,
               linear);
+    if (isfinite(e->estimate)) {
+        char most[SHD_BOUND_TEXT];
+        shd_print_bound(e->estimate, INFINITY, most);
+        say_line(words, "It should stay below %s, an estimate that no proof is of.", most);
+    }
     say_bound(words, plan, SHD_CODE, "8-bit codes", NULL,
               "codes, as an output's colors are no curve of a matrix");
     say_bound(words, plan, SHD_DELTA_E_2000, "CIEDE2000", NULL, "CIEDE2000");
@@ -178,15 +184,19 @@ static void say_traced(json_t *words, const shd_explained *e) {
                  "them; rays go there only.",
                  e->occlusion.pair_count, e->occlusion.shadowed);
     if (!trace->depth) return;
-    shd_print_bound(e->paths.cut, INFINITY, cut);
-    if (e->paths.bouncing)
-        say_line(words,
-                 "Rays go on from %zu object%s, %d time%s at most. What is left out of a sample is "
-                 "at most %s of the largest radiance that they would have met.",
-                 e->paths.bouncing, e->paths.bouncing == 1 ? "" : "s", trace->depth,
-                 trace->depth == 1 ? "" : "s", cut);
-    else
+    if (!e->paths.bouncing) {
         say_line(words, "No ray goes on: all objects are opaque, and none mirrors or transmits.");
+        return;
+    }
+    shd_print_bound(e->paths.cut, INFINITY, cut);
+    say_line(words,
+             "Rays go on from %zu object%s, %d time%s at most. What is left out of a sample is at "
+             "most %s of the largest radiance that they would have met.",
+             e->paths.bouncing, e->paths.bouncing == 1 ? "" : "s", trace->depth,
+             trace->depth == 1 ? "" : "s", cut);
+    if (!isfinite(e->cut)) return;
+    shd_print_bound(e->cut, INFINITY, cut);
+    say_line(words, "That is at most %s in linear components.", cut);
 }
 
 static void say_noise(json_t *words, const shd_plan *plan) {
@@ -241,7 +251,7 @@ static void say_tiers(json_t *words, const shd_explained *e) {
 json_t *shd_explain_words(const shd_explained *e) {
     json_t *words = json_array();
     say_tier(words, e);
-    say_bounds(words, e->plan);
+    say_bounds(words, e);
     say_cost(words, &e->cost);
     say_lights(words, e->plan);
     say_lamps(words, e->plan);

@@ -19,6 +19,8 @@ typedef struct shd_explained {
     shd_cost cost;
     shd_occlusion occlusion; /* if there are shadows */
     shd_paths paths;
+    double cut;      /* of linear components, by what is not traced further; infinite: not known */
+    double estimate; /* shd_linear_estimate's */
     shd_bound bounds[SHD_EXACT + 1]; /* of each tier, as if it had been asked for */
     shd_cost costs[SHD_EXACT + 1];
 } shd_explained;

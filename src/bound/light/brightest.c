@@ -1,0 +1,93 @@
+/* Weights of light of 1, from N.L = c, seen at N.V = v:
+ *
+ * Lambert: c, whose integral is pi. Phong: (R.V)^n, at most 2 pi / (n + 1) over the hemisphere of
+ * R, which all directions before the surface are. Blinn: (N.H)^n; as dw = 4 V.H dw_H, four times
+ * that. Normalized: pi c / E is (n + 2) / 2 at most (extended.c), which multiplies both.
+ * Oren-Nayar: c A + B c s with A at most 1, and c s = (L.V - c v) c / max(c, v) at most 1, which is
+ * its whole integral's 2 pi at most. Cook-Torrance: F D G / (4 v) over dw = 4 V.H dw_H is F D (G
+ * V.H / v), and G / v is 2 N.H / V.H at most; the integral of D N.H is pi, so that 2 pi is the
+ * most. At grazing views there is no limit for one direction. Westin's splines have none that is
+ * told. */
+#include "bound/light/brightest.h"
+
+shd_peak shd_peak_of(const shd_plan_material *m, size_t term) {
+    if (m->model == SHD_MODEL_WESTIN) return (shd_peak){INFINITY, INFINITY};
+    if (term == 0) {
+        if (m->model != SHD_MODEL_OREN_NAYAR) return (shd_peak){1, 1};
+        const double square = m->from->sigma * m->from->sigma, b = 0.45 * square / (square + 0.09);
+        return (shd_peak){1 + b, 1 + 2 * b};
+    }
+    if (m->model == SHD_MODEL_COOK_TORRANCE) return (shd_peak){INFINITY, 2};
+    const double n = m->lobes[term - 1].shininess, phong = 2 / (n + 1), factor = (n + 2) / 2;
+    if (m->model == SHD_MODEL_PHONG_NORMALIZED) return (shd_peak){factor, factor * phong};
+    return (shd_peak){1, m->model == SHD_MODEL_BLINN_PHONG ? 4 * phong : phong};
+}
+
+/* 1 / A times the integral over the light's solid angle, which is at most 2 A over the square of
+ * the distance. */
+double shd_shape_most(const shd_light *shape, const shd_peak *peak, double nearest) {
+    const double of_all = peak->whole * SHD_PI / shd_light_area(shape),
+                 of_seen = nearest > 0 ? peak->most * 2 / (nearest * nearest) : INFINITY;
+    return of_all < of_seen ? of_all : of_seen;
+}
+
+double shd_shape_distance(const shd_place *place, const shd_light *shape) {
+    const double reach =
+        shape->type == SHD_LIGHT_RECT ? hypot(shape->size[0], shape->size[1]) / 2 : shape->radius;
+    return shd_larger(shd_least_distance(place, shape->position) - reach, 0);
+}
+
+/* Adds the most of one light on one term to each channel. */
+static void add_term(const shd_plan *plan, const shd_plan_material *m, const shd_plan_light *light,
+                     size_t term, const shd_place *place, double most[3]) {
+    const double *color = term ? m->lobes[term - 1].specular : m->diffuse;
+    const shd_peak peak = shd_peak_of(m, term);
+    double by[3], weight;
+    for (int c = 0; c < 3; c++) by[c] = fabs(color[c] * light->color[c]);
+    if (plan->bins) shd_term_most(plan, m, light, term, by);
+    if (light->shape)
+        weight = shd_shape_most(light->shape, &peak, shd_shape_distance(place, light->shape));
+    else if (light->directional)
+        weight = peak.most * light->gain;
+    else
+        weight = peak.most * shd_attenuation(light, shd_least_distance(place, light->position));
+    for (int c = 0; c < 3; c++)
+        if (by[c] > 0) most[c] += by[c] * weight;
+}
+
+static double brightest_of(const shd_plan *plan, size_t index) {
+    const shd_plan_object *bounds = &plan->objects[index];
+    const shd_plan_material *m = &plan->materials[bounds->material];
+    const shd_light *emitter = plan->scene->objects[index].emitter;
+    const shd_place place = shd_place_of(&plan->scene->objects[index], bounds);
+    double most[3], worst = 0;
+    for (int c = 0; c < 3; c++) most[c] = fabs(m->emissive[c]) + fabs(m->ambient[c]);
+    for (int c = 0; emitter && c < 3; c++) /* a mirror may see the side that the eye does not */
+        most[c] = shd_larger(most[c], fabs(emitter->color[c]) * (SHD_PI / shd_light_area(emitter)));
+    for (size_t j = 0; j < bounds->light_count; j++) {
+        if (shd_is_cancelled_at(plan->cancelled, j)) break;
+        for (size_t t = 0; t < 1 + m->lobe_count; t++)
+            add_term(plan, m, &plan->lights[bounds->lights[j]], t, &place, most);
+    }
+    for (int c = 0; c < 3; c++) worst = shd_larger(worst, most[c]);
+    return worst;
+}
+
+/* With I = o (local + r I' + t I'') + (1 - o) I''' and r + t at most s, no I is more than the
+ * largest of local / (1 - s) and the background. */
+double shd_brightest(const shd_plan *plan) {
+    const shd_scene *scene = plan->scene;
+    double local = 0, on = 0, behind = 0;
+    for (int c = 0; c < 3 && !scene->transparent; c++)
+        behind = shd_larger(behind, fabs(scene->background[c]));
+    for (size_t i = 0; i < scene->object_count; i++) {
+        if (shd_is_cancelled_at(plan->cancelled, i)) break;
+        const shd_material *m = plan->materials[plan->objects[i].material].from;
+        local = shd_larger(local, brightest_of(plan, i));
+        for (int c = 0; c < 3 && scene->trace.depth; c++)
+            on = shd_larger(on, m->reflection[c] + m->transmission[c]);
+    }
+    if (!(on < 1)) return local > 0 || behind > 0 ? INFINITY : 0;
+    const double most = shd_larger(local / (1 - on), behind);
+    return most < 1e37 ? most : INFINITY;
+}
