@@ -70,12 +70,6 @@ static weight weigh_normalized(double shininess, const glance *g, size_t lights)
                                             3 * SHD_PI / level * g->direction * lobe.most};
 }
 
-/* F D g / 4 with F at most 1. g = G / N.V is min(1 / N.V, 2 N.H / V.H, 2 N.H N.L / (V.H N.V)): at
- * most 1 / N.V and 2 / V.H. Its slope by any of the cosines is at most 4 / (V.H)^2 where one of the
- * first two is the least, and 4 / (V.H N.V) with the third, which is less than the second only if
- * N.L < N.V. With x = tan^2 of the angle of H, D = (1 + x)^2 e^(-x / m^2) / m^2 is largest at x =
- * max(0, 2 m^2 - 1), and its slope by that angle is at most 2 (1 + x)^3 sqrt(x) / m^4 + 4 (1 + x)^2
- * sqrt(x) / m^2 with x <= 3.5 m^2. */
 static double largest_index(const shd_fresnel *f, double most) {
     for (int c = 0; c < 3; c++)
         if (isfinite(f->n[c])) most = shd_larger(most, f->n[c] * f->n[c] + f->k[c] * f->k[c]);
@@ -90,14 +84,31 @@ static double index_of(const shd_plan_material *m) {
     return most;
 }
 
+/* By how much g = G / N.V of Cook and Torrance errs, but for what N.H does: g is the least of 1 /
+ * v, 2 u / h and 2 u c / (h v), with c = N.L, v = N.V, u = N.H and h = V.H, of which each errs by
+ * what directions do. As u = (c + v) / (2 h), slopes have no 1 / v. Where the first is the least, v
+ * is h / 2 or more, and its slope 4 / h^2. That of the second by h is 2 / h^2. The third is the
+ * least only where c < v, so that u <= v / h, and each of its three slopes is at most 2 / h^2.
+ * Twice their sum holds what slopes are beside the point, unless directions err by as much as v or
+ * h. */
+static double open_error(const glance *g) {
+    const double near = 1 / (g->half * g->half);
+    if (8 * g->direction < smaller_of(g->view, g->half)) return 12 * near * g->direction;
+    return 16 / g->half * (1 / g->half + 1 / g->view) * g->direction;
+}
+
+/* F D g / 4 with F at most 1, and g at most 1 / N.V and 2 / V.H. With x = tan^2 of the angle of H,
+ * D = (1 + x)^2 e^(-x / m^2) / m^2 is largest at x = max(0, 2 m^2 - 1), and its slope by that angle
+ * is at most 2 (1 + x)^3 sqrt(x) / m^4 + 4 (1 + x)^2 sqrt(x) / m^2 with x <= 3.5 m^2, which is four
+ * times D sqrt(x) at least. N.H errs by the sine of that angle times what H does, and 2 / V.H times
+ * that is what it does to g. */
 static weight weigh_facets(double index, double slope, const glance *g) {
     const double m = slope * slope, x = 1 + 3.5 * m, root = sqrt(3.5 * m);
     const double most = m > 0.5 ? 4 * m * exp(1 / m - 2) : 1 / m;
     const double steep = 2 * x * x * x * root / (m * m) + 4 * x * x * root / m;
-    const double over = smaller_of(1 / g->view, 2 / g->half),
-                 bend = 4 / g->half * (1 / g->half + 1 / g->view);
+    const double over = smaller_of(1 / g->view, 2 / g->half), tilt = 0.5 / g->half;
     const double turned = half_error(g), fresnel = smaller_of(8 * (1 + index) * turned, 1);
-    return (weight){most * over / 4, (steep * turned * over + 4 * most * g->direction * bend +
+    return (weight){most * over / 4, (steep * turned * (over + tilt) + most * open_error(g) +
                                       most * over * (fresnel + FUNCTION / m)) /
                                          4};
 }
