@@ -35,7 +35,7 @@ const sheet = new CSSStyleSheet();
 sheet.replaceSync(`
 :host { display: inline-block; position: relative; overflow: hidden; contain: content; line-height: 0; }
 :host([hidden]) { display: none; }
-img { display: block; width: 100%; height: 100%; object-fit: contain; }
+img, canvas { display: block; width: 100%; height: 100%; object-fit: contain; }
 p { position: absolute; inset: 0; margin: 0; display: grid; place-items: center; padding: 8px; text-align: center;
     font: 12px/1.4 system-ui, sans-serif; color: #b3261e; background: rgb(255 255 255 / 85%); overflow: auto; }
 p[hidden] { display: none; }`);
@@ -92,6 +92,7 @@ export class ShadedPreview extends HTMLElement {
 
     #root = this.attachShadow({ mode: "open" });
     #image = document.createElement("img");
+    #canvas = null;
     #message = document.createElement("p");
     #scene = null;
     #token = null;
@@ -324,30 +325,53 @@ export class ShadedPreview extends HTMLElement {
     async #take(flight, answer, started, image) {
         const blob = await answer.blob();
         if (flight !== this.#flight) return;
-        const url = URL.createObjectURL(blob);
-        const next = new Image();
+        try {
+            await (flight.draft ? this.#paint(flight, blob) : this.#load(flight, blob));
+        } catch {
+            if (flight === this.#flight)
+                this.#fail(0, { title: "The browser cannot show this picture", detail: blob.type });
+            return;
+        }
+        if (flight !== this.#flight) return;
+        this.picture = blob;
+        this.#message.hidden = true;
+        this.#tell(flight, answer, started, image);
+    }
+
+    #put(next) {
+        if (next === this.#image) return;
+        this.#image.replaceWith(next);
+        this.#image = next;
+    }
+
+    /* As an image, which browsers can save, and show in the colors of the screen. */
+    async #load(flight, blob) {
+        const url = URL.createObjectURL(blob), next = new Image();
         next.alt = "";
         next.setAttribute("part", "picture");
         next.src = url;
         try {
             await next.decode();
-        } catch {
-            URL.revokeObjectURL(url);
-            if (flight === this.#flight)
-                this.#fail(0, { title: "The browser cannot show this picture", detail: blob.type });
-            return;
+        } finally {
+            const isLate = flight !== this.#flight || !this.isConnected || !next.naturalWidth;
+            if (isLate) URL.revokeObjectURL(url);
+            else {
+                this.#put(next);
+                if (this.#url) URL.revokeObjectURL(this.#url);
+                this.#url = url;
+            }
         }
-        if (flight !== this.#flight || !this.isConnected) {
-            URL.revokeObjectURL(url);
-            return;
-        }
-        this.#image.replaceWith(next);
-        this.#image = next;
-        if (this.#url) URL.revokeObjectURL(this.#url);
-        this.#url = url;
-        this.picture = blob;
-        this.#message.hidden = true;
-        this.#tell(flight, answer, started, image);
+    }
+
+    /* A draft goes onto a canvas: images are decoded in step with frames, which would halve the rate. */
+    async #paint(flight, blob) {
+        const bitmap = await createImageBitmap(blob);
+        if (flight !== this.#flight || !this.isConnected) return bitmap.close();
+        this.#canvas ??= Object.assign(document.createElement("canvas"), { part: "picture" });
+        this.#canvas.width = bitmap.width;
+        this.#canvas.height = bitmap.height;
+        this.#canvas.getContext("bitmaprenderer").transferFromImageBitmap(bitmap);
+        this.#put(this.#canvas);
     }
 
     #tell(flight, answer, started, image) {

@@ -20,13 +20,14 @@ export async function startBrowser() {
     return chromium.launch({ executablePath: CHROMIUM, args: ["--no-sandbox", "--disable-gpu"] });
 }
 
-// Numbers each answer of the daemon, so that pictures tell which request they are of; and counts
-// the addresses of Blobs that are not given back.
+// Numbers the requests of the large picture, so that pictures tell which one they are of; and
+// counts the addresses of Blobs that are not given back.
 function watch() {
     const ask = globalThis.fetch;
     globalThis.counted = { requests: 0, aborted: 0, urls: 0, violations: [] };
     globalThis.fetch = async (...values) => {
-        const number = String(values[0]).endsWith("/v1/render") ? ++counted.requests : 0;
+        const isLarge = String(values[0]).endsWith("/v1/render") && !/"(channel|scope)"/.test(values[1].body);
+        const number = isLarge ? ++counted.requests : 0;
         values[1]?.signal?.addEventListener("abort", () => counted.aborted++);
         const answer = await ask(...values);
         const blob = answer.blob.bind(answer);
@@ -44,6 +45,7 @@ export class Studio {
     static async open(browser, origin, { hash = "", expected = [], ...options } = {}) {
         const studio = new Studio();
         studio.context = await browser.newContext({ viewport: { width: 1440, height: 900 }, colorScheme: "dark", ...options });
+        studio.context.setDefaultTimeout(20000);
         studio.page = await studio.context.newPage();
         studio.faults = [];
         studio.hosts = new Set();

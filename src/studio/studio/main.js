@@ -142,14 +142,14 @@ function makeTheme() {
 
 function makeActions(schema, formats) {
     const code = makeCodeDialog(byId("code"), store, schema, say);
-    const link = h("button.quiet", { type: "button", id: "share", onclick: async () => {
+    const link = h("button.quiet", { type: "button", id: "share", "aria-label": "Link", title: "Copy a link to this scene", onclick: async () => {
         await keepAddress();
         await copyText(location.href);
         say("The link to this scene is copied");
     } }, icon("link"), h("span", {}, "Link"));
-    const copy = h("button.quiet", { type: "button", id: "copy", onclick: () => code.open() }, icon("copy"), h("span", {}, "Code"));
+    const copy = h("button.quiet", { type: "button", id: "copy", "aria-label": "Code", title: "curl, fetch, Python, <img>", onclick: () => code.open() }, icon("copy"), h("span", {}, "Code"));
     const menu = h("div.menu-list");
-    const save = h("details.menu", { id: "download" }, h("summary.primary", {}, icon("save"), h("span", {}, "Download")), menu);
+    const save = h("details.menu", { id: "download" }, h("summary.primary", { "aria-label": "Download" }, icon("save"), h("span", {}, "Download")), menu);
     document.addEventListener("click", event => { if (!save.contains(event.target)) save.open = false; });
     save.addEventListener("keydown", event => {
         if (event.key !== "Escape") return;
@@ -210,10 +210,15 @@ function show(from) {
     showHistory();
 }
 
+/* The picture is asked for at once; controls and text follow with the next frame while something is
+ * dragged. */
+let frame = 0;
 store.addEventListener("change", ({ detail }) => {
     view.draft = detail.live;
     view.scene = store.scene;
-    show(detail.from);
+    cancelAnimationFrame(frame);
+    if (detail.live) frame = requestAnimationFrame(() => show(detail.from));
+    else show(detail.from);
     keepAddressSoon();
 });
 view.addEventListener("load", () => performance.mark("first picture"), { once: true });

@@ -24,7 +24,7 @@ export class ScopePanel {
         const spaces = { rgb: "RGB", hsv: "HSV", yiq: "YIQ", lab: "Lab" };
         this.space = "rgb";
         this.pick = controls.segments("Channels", Object.keys(spaces), { labels: spaces, change: value => { this.space = value; this.#draw(); } });
-        this.plot = svg("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, preserveAspectRatio: "none", role: "img", class: "histogram" });
+        this.plot = svg("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, preserveAspectRatio: "none", role: "img", class: "histogram", "aria-label": "Histogram" });
         this.table = h("table.channels");
         this.counts = h("p.note");
         const head = h("div.panel-head", {}, h("h2", {}, "Scopes"), ...this.pick.element);
