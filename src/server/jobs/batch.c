@@ -47,8 +47,9 @@ struct parade {
     bool is_left;
 
     /* The I/O thread's own. */
-    char text[HEAD_SIZE]; /* before a part's body, or behind the last one */
-    size_t text_size, at; /* of the text, then of the body */
+    char text[HEAD_SIZE];       /* before a part's body, or behind the last one */
+    const char *body;           /* the part's, of `size` bytes */
+    size_t size, text_size, at; /* of the text, then of the body */
     bool in_body, is_over;
 };
 
@@ -119,9 +120,12 @@ static bool ask_ahead(parade *p) {
 
 /* ---- Parts ---- */
 
+/* An answer that memory was refused for in part is not sent: what says so needs none. */
 static void write_part_head(parade *p, const shd_reply *reply) {
-    const char *type = "application/octet-stream", *suffix = "json";
-    for (size_t i = 0; i < reply->header_count; i++)
+    const char *type = "application/problem+json", *suffix = "json";
+    p->body = reply->is_short ? shd_problem_last_words : reply->body;
+    p->size = reply->is_short ? strlen(shd_problem_last_words) : reply->size;
+    for (size_t i = 0; i < reply->header_count && !reply->is_short; i++)
         if (!strcmp(reply->headers[i].name, "Content-Type")) type = reply->headers[i].value;
     for (int f = 0; f < SHD_FORMAT_COUNT; f++)
         if (!strcmp(type, shd_format_get((shd_format)f)->media_type))
@@ -181,9 +185,8 @@ static bool end_part(parade *p) {
 
 /* What is there of the text and the body, as far as there is room. */
 static size_t copy_part(parade *p, char *out, size_t room) {
-    const shd_reply *reply = &p->slots[p->head % p->ahead].reply;
-    const char *from = p->in_body ? reply->body : p->text;
-    const size_t size = p->in_body ? reply->size : p->text_size;
+    const char *from = p->in_body ? p->body : p->text;
+    const size_t size = p->in_body ? p->size : p->text_size;
     const size_t some = size - p->at < room ? size - p->at : room;
     if (some) memcpy(out, from + p->at, some);
     p->at += some;
@@ -213,7 +216,7 @@ static ssize_t read_parade(shd_stream *stream, shd_exchange *exchange, char *out
     while (size < room && !p->is_over) {
         if (!p->text_size && !begin_part(p, exchange)) break;
         size += copy_part(p, out + size, room - size);
-        if (p->at < (p->in_body ? p->slots[p->head % p->ahead].reply.size : p->text_size)) break;
+        if (p->at < (p->in_body ? p->size : p->text_size)) break;
         if (!p->in_body && p->head < p->count) {
             p->in_body = true;
             p->at = 0;
