@@ -252,6 +252,16 @@ static void free_parade(shd_stream *stream) {
 
 /* ---- The request ---- */
 
+/* Enough to keep all workers busy, but no more than half of the queue: this client may have more to
+ * ask. */
+static size_t count_ahead(const shd_server *server) {
+    const size_t wanted = 2 * (size_t)shd_engine_load(server->engine).threads + 2;
+    size_t most = (size_t)server->config.queue / 2;
+    if (most > AHEAD_MOST) most = AHEAD_MOST;
+    if (!most) most = 1;
+    return wanted < most ? wanted : most;
+}
+
 /* The boundary follows from the request: the same one gives the same bytes. */
 static parade *new_parade(shd_job *job, shd_batch *batch) {
     static const shd_stream_kind kind = {read_parade, leave_parade, free_parade};
@@ -264,14 +274,13 @@ static parade *new_parade(shd_job *job, shd_batch *batch) {
         return NULL;
     }
     shd_digest_write(&digest, digits);
-    const unsigned threads = shd_engine_load(job->server->engine).threads;
     p->stream = (shd_stream){.kind = &kind, .holders = 1};
     p->server = job->server;
     p->settings = job->settings;
     atomic_fetch_add(&p->settings->holders, 1);
     p->variety = variety;
     p->count = shd_batch_count(batch);
-    p->ahead = 2 * threads + 2 < AHEAD_MOST ? 2 * threads + 2 : AHEAD_MOST;
+    p->ahead = count_ahead(job->server);
     strcpy(p->client, job->client);
     memcpy(p->id, job->id, sizeof p->id);
     snprintf(p->boundary, sizeof p->boundary, "shaded-%.32s", digits);
