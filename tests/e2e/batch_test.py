@@ -196,18 +196,18 @@ class StreamTest(Test):
 
     def test_who_does_not_read_holds_up_little(self):
         with Daemon("--threads", "2", "--response-cache", "0", "--reuse", "0") as daemon:
-            reader = Reader(daemon, {"scene": LARGE, "variants": shades(300)})
+            reader = Reader(daemon, {"scene": LARGE, "variants": shades(600)})
             wait_until(lambda: encoded(daemon) > 4)
             last = -1
             while encoded(daemon) != last:  # until nothing more is made
                 last = encoded(daemon)
                 time.sleep(0.5)
-            self.assertLess(last, 60)
+            self.assertLess(last, 300)  # the system's buffers have megabytes of them
             self.assertEqual(daemon.render(PLAIN).status, 200)
             self.assertEqual(daemon.metrics()["shaded_workers_busy"], 0)
             # Then it reads all.
             response = reader.response()
-            self.assertEqual(response.read().count(b"\x89PNG"), 300)
+            self.assertEqual(response.read().count(b"\x89PNG"), 600)
             reader.close()
 
     def test_who_leaves_ends_it(self):

@@ -6,6 +6,7 @@ the output says so; FAULT_SECONDS is the time of each case, and with FAULT_SECON
 every place is tried."""
 
 import gzip
+import http.client
 import json
 import os
 import re
@@ -52,6 +53,10 @@ ABORTS = {"libOpenColorIO": "it asks for memory in functions that are declared n
 
 # libmicrohttpd forgets three allocations where it has no memory for a connection's pool.
 MHD_LEFT = 3
+
+
+def another_batch(batch, n):
+    return {**batch, "scene": another(batch["scene"], n)}
 
 
 def choose(places):
@@ -172,6 +177,8 @@ class DaemonTest(Case):
                 else daemon.get(path, headers, timeout=60)
         except ConnectionError:
             return None
+        except http.client.IncompleteRead as error:  # of a stream
+            return 200, error.partial, ()
         head = tuple(answer.headers.get(name) for name in
                      ("Content-Type", "Content-Length", "ETag", "Cache-Control", "Vary",
                       "Shaded-Plan"))
@@ -255,6 +262,26 @@ class DaemonTest(Case):
 
     def test_pictures_are_right_or_refused(self):
         self.try_pictures(False, "--reuse", "0", "--response-cache", "0")
+
+    def test_batches_are_right_but_for_some_parts(self):
+        """Or cut short: a stream that has begun cannot say more."""
+        batch = {"scene": SCENE, "sweep": {"/background": [0, 0.5, 1], "/ambient": [0, 0.5]}}
+
+        def whole(body):
+            return body.count(b"Content-Type: image/png") == 6
+
+        def right(_, answer):
+            status, body, head = answer
+            if status == 200 and not whole(body):
+                self.odd.append(body)
+            return status == 200
+
+        with self.start("--reuse", "0", "--response-cache", "0") as daemon:
+            self.odd, self.before = [], self.descriptors(daemon)
+            self.refuse_each("POST /v1/batch", daemon, "/v1/batch", lambda n: another_batch(batch, n), right)
+            for body in self.odd:
+                self.assertTrue(b"urn:shaded:problem:" in body or not body.endswith(b"--\r\n"), body)
+            self.assertTrue(whole(self.ask(daemon, "/v1/batch", batch)[1]))
 
     def test_what_is_kept_stays_right(self):
         self.try_pictures(True, "--reuse", "1M", "--response-cache", "64K")

@@ -47,8 +47,9 @@ struct parade {
     bool is_left;
 
     /* The I/O thread's own. */
-    char text[HEAD_SIZE]; /* before a part's body, or behind the last one */
-    size_t text_size, at; /* of the text, then of the body */
+    char text[HEAD_SIZE];       /* before a part's body, or behind the last one */
+    const char *body;           /* the part's, of `size` bytes */
+    size_t size, text_size, at; /* of the text, then of the body */
     bool in_body, is_over;
 };
 
@@ -119,9 +120,12 @@ static bool ask_ahead(parade *p) {
 
 /* ---- Parts ---- */
 
+/* An answer that memory was refused for in part is not sent: what says so needs none. */
 static void write_part_head(parade *p, const shd_reply *reply) {
-    const char *type = "application/octet-stream", *suffix = "json";
-    for (size_t i = 0; i < reply->header_count; i++)
+    const char *type = "application/problem+json", *suffix = "json";
+    p->body = reply->is_short ? shd_problem_last_words : reply->body;
+    p->size = reply->is_short ? strlen(shd_problem_last_words) : reply->size;
+    for (size_t i = 0; i < reply->header_count && !reply->is_short; i++)
         if (!strcmp(reply->headers[i].name, "Content-Type")) type = reply->headers[i].value;
     for (int f = 0; f < SHD_FORMAT_COUNT; f++)
         if (!strcmp(type, shd_format_get((shd_format)f)->media_type))
@@ -181,9 +185,8 @@ static bool end_part(parade *p) {
 
 /* What is there of the text and the body, as far as there is room. */
 static size_t copy_part(parade *p, char *out, size_t room) {
-    const shd_reply *reply = &p->slots[p->head % p->ahead].reply;
-    const char *from = p->in_body ? reply->body : p->text;
-    const size_t size = p->in_body ? reply->size : p->text_size;
+    const char *from = p->in_body ? p->body : p->text;
+    const size_t size = p->in_body ? p->size : p->text_size;
     const size_t some = size - p->at < room ? size - p->at : room;
     if (some) memcpy(out, from + p->at, some);
     p->at += some;
@@ -213,7 +216,7 @@ static ssize_t read_parade(shd_stream *stream, shd_exchange *exchange, char *out
     while (size < room && !p->is_over) {
         if (!p->text_size && !begin_part(p, exchange)) break;
         size += copy_part(p, out + size, room - size);
-        if (p->at < (p->in_body ? p->slots[p->head % p->ahead].reply.size : p->text_size)) break;
+        if (p->at < (p->in_body ? p->size : p->text_size)) break;
         if (!p->in_body && p->head < p->count) {
             p->in_body = true;
             p->at = 0;
@@ -249,6 +252,16 @@ static void free_parade(shd_stream *stream) {
 
 /* ---- The request ---- */
 
+/* Enough to keep all workers busy, but no more than half of the queue: this client may have more to
+ * ask. */
+static size_t count_ahead(const shd_server *server) {
+    const size_t wanted = 2 * (size_t)shd_engine_load(server->engine).threads + 2;
+    size_t most = (size_t)server->config.queue / 2;
+    if (most > AHEAD_MOST) most = AHEAD_MOST;
+    if (!most) most = 1;
+    return wanted < most ? wanted : most;
+}
+
 /* The boundary follows from the request: the same one gives the same bytes. */
 static parade *new_parade(shd_job *job, shd_batch *batch) {
     static const shd_stream_kind kind = {read_parade, leave_parade, free_parade};
@@ -261,14 +274,13 @@ static parade *new_parade(shd_job *job, shd_batch *batch) {
         return NULL;
     }
     shd_digest_write(&digest, digits);
-    const unsigned threads = shd_engine_load(job->server->engine).threads;
     p->stream = (shd_stream){.kind = &kind, .holders = 1};
     p->server = job->server;
     p->settings = job->settings;
     atomic_fetch_add(&p->settings->holders, 1);
     p->variety = variety;
     p->count = shd_batch_count(batch);
-    p->ahead = 2 * threads + 2 < AHEAD_MOST ? 2 * threads + 2 : AHEAD_MOST;
+    p->ahead = count_ahead(job->server);
     strcpy(p->client, job->client);
     memcpy(p->id, job->id, sizeof p->id);
     snprintf(p->boundary, sizeof p->boundary, "shaded-%.32s", digits);
