@@ -26,7 +26,7 @@ typedef struct subject {
 
 /* A material of one lobe of 1 and a diffuse term of 1. */
 static void make(subject *s, shd_model model, double sharpness) {
-    *s = (subject){.scene = {.model = model, .fresnel = {{1.5, 1.5, 1.5}, {0, 0, 0}}},
+    *s = (subject){.scene = {.model = model, .fresnel = {.n = {1.5, 1.5, 1.5}}},
                    .lobe = {{1, 1, 1}, sharpness}};
     s->plan = (shd_plan_material){.model = model,
                                   .diffuse = {1, 1, 1},
