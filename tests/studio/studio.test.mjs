@@ -236,6 +236,7 @@ describe("the studio", { skip: CHROMIUM ? false : "chromium is not installed" },
         [old, now, scene] = await change(SCENE, () => studio.choose("/output/display", "Rec.1886"));
         assert.equal(scene.output.display, "Rec.1886");
         assert.notEqual(now.hash, old.hash);
+        assert.equal(await studio.row("/output/exposure").locator(".number").inputValue(), "0", "the default that is told in words");
         [old, now] = await change(SCENE, () => studio.type("/output/exposure", "1"));
         assert.ok(sum(now.mean) > sum(old.mean) * 1.2);
         [old, now] = await change(SCENE, () => studio.type("/output/gamma", "2"));

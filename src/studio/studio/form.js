@@ -34,7 +34,7 @@ export class Form {
 
     member(part, name, pointer, { title = titleOf(name) } = {}) {
         const schema = this.schema.of(part), kind = this.schema.kind(part);
-        const usual = () => this.usual(name, pointer) ?? schema.default;
+        const usual = () => this.usual(name, pointer) ?? schema.default ?? toldDefault(schema);
         if (kind === "constant") return null;
         if (kind === "list") return this.#list(schema, name, pointer, title);
         if (kind === "group") return this.#group(title, this.members(schema, pointer));
@@ -116,6 +116,12 @@ export class Form {
         this.store.set(pointer, rest.length ? rest : undefined);
     }
 }
+
+/* Members without a schema of their own tell their default in words: "Default: 0." */
+const toldDefault = ({ description, type }) => {
+    const told = /Default: (-?[\d.]*\d|true|false)\./.exec(description ?? "")?.[1];
+    return told && ["number", "integer", "boolean"].includes(type) ? JSON.parse(told) : undefined;
+};
 
 const NAMES = { attenuation: ["constant", "linear", "quadratic"], size: ["width", "height", "depth"] };
 
