@@ -56,8 +56,9 @@ static void set_world(world *w, shd_model model, shd_isa isa) {
     const bool facets = model == SHD_MODEL_COOK_TORRANCE;
     for (int k = 0; k < LOBES; k++)
         w->lobes[k] = (shd_plan_lobe){{1, 1, 1}, facets ? slopes[k] : exponents[k]};
-    w->from = (shd_material){
-        .model = model, .sigma = 0.6, .fresnel = {.n = {0.14, 1.5, (double)INFINITY}, .k = {3.98, 0, 0}}};
+    w->from = (shd_material){.model = model,
+                             .sigma = 0.6,
+                             .fresnel = {.n = {0.14, 1.5, (double)INFINITY}, .k = {3.98, 0, 0}}};
     w->material = (shd_plan_material){.lobes = w->lobes,
                                       .lobe_count = model == SHD_MODEL_OREN_NAYAR ? 0 : LOBES,
                                       .model = model,
