@@ -1,6 +1,5 @@
 /* The picture itself, marked: false color by stops, and what is out of gamut. */
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "analysis/scope_parts.h"
@@ -44,25 +43,28 @@ static bool paint_unseen(const shd_trace_plot *plot, size_t k) {
 
 /* ---- Stops ---- */
 
-static void draw_legend(shd_trace_plot *plot) {
+/* Boxes of colors side by side along the picture's lower edge, if there is room for their names. */
+static void draw_legend(shd_trace_plot *plot, const unsigned char (*colors)[3],
+                        const char *const *names, int count) {
     const shd_scoped *s = plot->scoped;
     const double size = plot->text, high = ceil(1.5 * size), y = s->height - high;
-    const double step = (double)s->width / (2 * STOPS + 1);
-    if (!(size > 0) || step < 1.7 * size) return;
-    for (int k = 0; k <= 2 * STOPS; k++) {
-        const unsigned char *c = bands[k];
-        const bool light = c[0] * 0.3 + c[1] * 0.59 + c[2] * 0.11 > 120;
-        const unsigned char ink = light ? 16 : 240;
-        char text[8];
+    const double step = (double)s->width / count;
+    if (!(size > 0)) return;
+    for (int k = 0; k < count; k++)
+        if (shd_text_width(names[k], size) > step) return;
+    for (int k = 0; k < count; k++) {
+        const unsigned char *c = colors[k];
+        const unsigned char ink = c[0] * 0.3 + c[1] * 0.59 + c[2] * 0.11 > 120 ? 16 : 240;
         shd_draw_box(plot->lines, (shd_ink){{c[0], c[1], c[2]}, 1, 1}, floor(k * step), y,
                      ceil((k + 1) * step) - floor(k * step), high);
-        snprintf(text, sizeof text, k == STOPS ? "0" : "%+d", k - STOPS);
         shd_draw_text(plot->lines, (shd_ink){{ink, ink, ink}, 1, 1}, (k + 0.5) * step,
-                      s->height - 0.4 * size, size, SHD_ANCHOR_MIDDLE, text);
+                      s->height - 0.4 * size, size, SHD_ANCHOR_MIDDLE, names[k]);
     }
 }
 
 void shd_scope_falsecolor(shd_trace_plot *plot) {
+    static const char *const names[2 * STOPS + 1] = {
+        "-7", "-6", "-5", "-4", "-3", "-2", "-1", "0 EV", "+1", "+2", "+3", "+4", "+5", "+6", "+7"};
     const shd_scoped *s = plot->scoped;
     const size_t pixels = (size_t)s->width * (size_t)s->height;
     for (size_t k = 0; k < pixels && !shd_is_cancelled_at(plot->cancelled, k); k++) {
@@ -72,7 +74,7 @@ void shd_scope_falsecolor(shd_trace_plot *plot) {
         else
             paint_pixel(plot, k, bands[band_of(s->stops[k])]);
     }
-    draw_legend(plot);
+    draw_legend(plot, bands, names, 2 * STOPS + 1);
 }
 
 /* ---- Gamut ---- */
@@ -84,6 +86,9 @@ static unsigned char grey_of(const float *at) {
 
 /* Red: above 1; blue: below 0; orange: both; magenta: not finite. Others are grey. */
 void shd_scope_gamut(shd_trace_plot *plot) {
+    static const char *const names[] = {"above 1", "below 0", "both", "not finite"};
+    static const unsigned char legend[4][3] = {
+        {238, 48, 44}, {40, 104, 255}, {255, 160, 0}, {255, 0, 255}};
     static const unsigned char marks[4][3] = {
         {0, 0, 0}, {238, 48, 44}, {40, 104, 255}, {255, 160, 0}};
     const shd_scoped *s = plot->scoped;
@@ -96,4 +101,5 @@ void shd_scope_gamut(shd_trace_plot *plot) {
         const unsigned char grey = grey_of(at);
         paint_pixel(plot, k, mark ? marks[mark] : (const unsigned char[3]){grey, grey, grey});
     }
+    draw_legend(plot, legend, names, 4);
 }

@@ -13,10 +13,20 @@ shd_frame shd_scope_frame(const shd_scoped *scoped, double text) {
     return (shd_frame){left, edge, scoped->width - left - edge, scoped->height - edge - low};
 }
 
+shd_ink shd_scope_line(const shd_trace_plot *plot) {
+    return (shd_ink){{150, 160, 176}, 0.42, plot->width};
+}
+
+shd_ink shd_scope_faint(const shd_trace_plot *plot) {
+    return (shd_ink){{150, 160, 176}, 0.2, plot->width};
+}
+
 void shd_scope_hit(shd_trace_plot *plot, double x, double y) {
     const shd_scoped *s = plot->scoped;
     if (!(x >= 0 && y >= 0 && x < s->width && y < s->height)) return;
-    plot->hits[(size_t)y * (size_t)s->width + (size_t)x]++;
+    const size_t cell = (size_t)plot->cell, row = (size_t)y / cell * cell,
+                 column = (size_t)x / cell * cell;
+    plot->hits[row * (size_t)s->width + column]++;
 }
 
 void shd_scope_glow(shd_trace_plot *plot, int from, int to, const unsigned char color[3],
@@ -25,9 +35,11 @@ void shd_scope_glow(shd_trace_plot *plot, int from, int to, const unsigned char 
     const double gain = plot->seen ? 1.5 * cells / (double)plot->seen : 0;
     for (int y = 0; y < s->height && !shd_is_cancelled(plot->cancelled); y++)
         for (int x = from; x < to; x++) {
-            const size_t at = (size_t)y * (size_t)s->width + (size_t)x;
-            const double dose = gain * plot->hits[at], glow = 0.25 + 0.75 * dose / (1 + dose);
-            for (size_t c = 0; plot->hits[at] && c < 3; c++)
+            const size_t width = (size_t)s->width, at = (size_t)y * width + (size_t)x;
+            const uint32_t hits = plot->hits[(size_t)(y / plot->cell * plot->cell) * width +
+                                             (size_t)(x / plot->cell * plot->cell)];
+            const double dose = gain * hits, glow = 0.25 + 0.75 * dose / (1 + dose);
+            for (size_t c = 0; hits && c < 3; c++)
                 plot->rgb[3 * at + c] =
                     (unsigned char)lround(plot->rgb[3 * at + c] * (1 - glow) + color[c] * glow);
         }

@@ -64,9 +64,9 @@ static void draw_targets(shd_trace_plot *plot) {
         double yiq[3], x, y;
         shd_yiq_of(bars[k].rgb, yiq);
         const double middle[2] = {0.75 * yiq[1], 0.75 * yiq[2]}, size = hypot(middle[0], middle[1]);
-        draw_target(plot, SHD_SCOPE_LINE, middle, 0.025 / size, 2.5 * DEGREE);
-        draw_target(plot, SHD_SCOPE_FAINT, middle, 0.2, 10 * DEGREE);
-        shd_vectorscope_place(s->width, s->height, 1.34 * middle[0], 1.34 * middle[1], &x, &y);
+        draw_target(plot, shd_scope_line(plot), middle, 0.025 / size, 2.5 * DEGREE);
+        draw_target(plot, shd_scope_faint(plot), middle, 0.2, 10 * DEGREE);
+        shd_vectorscope_place(s->width, s->height, 0.62 * middle[0], 0.62 * middle[1], &x, &y);
         if (plot->text > 0)
             shd_draw_text(plot->lines, SHD_SCOPE_TEXT, x, y + plot->text / 3, plot->text,
                           SHD_ANCHOR_MIDDLE, bars[k].name);
@@ -78,7 +78,7 @@ static void draw_axis(shd_trace_plot *plot, double i, double q, const char *name
     double x0, y0, x1, y1;
     shd_vectorscope_place(s->width, s->height, -i, -q, &x0, &y0);
     shd_vectorscope_place(s->width, s->height, i, q, &x1, &y1);
-    shd_draw_segment(plot->lines, SHD_SCOPE_FAINT, x0, y0, x1, y1);
+    shd_draw_segment(plot->lines, shd_scope_faint(plot), x0, y0, x1, y1);
     shd_vectorscope_place(s->width, s->height, 1.07 * i, 1.07 * q, &x1, &y1);
     if (plot->text > 0)
         shd_draw_text(plot->lines, SHD_SCOPE_TEXT, x1, y1 + plot->text / 3, plot->text,
@@ -97,10 +97,11 @@ void shd_scope_vector(shd_trace_plot *plot) {
         shd_scope_hit(plot, x, y);
     }
     const double radius = vector_gain(s->width, s->height) * FULL_CHROMA;
-    shd_scope_glow(plot, 0, s->width, glow, 0.1 * radius * radius);
+    shd_scope_glow(plot, 0, s->width, glow, 0.1 * radius * radius / (plot->cell * plot->cell));
+    if (plot->bare) return;
     for (int k = 1; k <= 4; k++)
-        shd_draw_circle(plot->lines, k == 4 ? SHD_SCOPE_LINE : SHD_SCOPE_FAINT, s->width / 2.0,
-                        s->height / 2.0, radius * k / 4);
+        shd_draw_circle(plot->lines, k == 4 ? shd_scope_line(plot) : shd_scope_faint(plot),
+                        s->width / 2.0, s->height / 2.0, radius * k / 4);
     draw_axis(plot, FULL_CHROMA, 0, "I");
     draw_axis(plot, 0, FULL_CHROMA, "Q");
     draw_targets(plot);
@@ -134,8 +135,13 @@ static void draw_places(shd_trace_plot *plot, shd_ink ink, const double (*uv)[2]
     shd_draw_line(plot->lines, ink, points, count, true);
 }
 
+static double uv_gain(const shd_scoped *s) {
+    return fmin(s->width / 0.69, s->height / 0.66);
+}
+
 static void draw_grid(shd_trace_plot *plot) {
     const shd_scoped *s = plot->scoped;
+    const double gain = uv_gain(s);
     for (int k = 0; k <= 6; k++) {
         const double at = k / 10.0;
         const double ends[4][2] = {{at, 0}, {at, 0.6}, {0, at}, {0.62, at}};
@@ -143,9 +149,9 @@ static void draw_grid(shd_trace_plot *plot) {
         char text[8];
         for (int e = 0; e < 4; e++)
             shd_chromaticity_place(s->width, s->height, ends[e], &x[e], &y[e]);
-        shd_draw_segment(plot->lines, SHD_SCOPE_FAINT, x[0], y[0], x[1], y[1]);
-        shd_draw_segment(plot->lines, SHD_SCOPE_FAINT, x[2], y[2], x[3], y[3]);
-        if (!(plot->text > 0) || k == 0) continue;
+        shd_draw_segment(plot->lines, shd_scope_faint(plot), x[0], y[0], x[1], y[1]);
+        shd_draw_segment(plot->lines, shd_scope_faint(plot), x[2], y[2], x[3], y[3]);
+        if (!(plot->text > 0) || k == 0 || 0.03 * gain < plot->text) continue;
         snprintf(text, sizeof text, "%.1f", at);
         shd_draw_text(plot->lines, SHD_SCOPE_TEXT, x[0], y[0] + 1.2 * plot->text, plot->text,
                       SHD_ANCHOR_MIDDLE, text);
@@ -165,14 +171,16 @@ void shd_scope_chromaticity(shd_trace_plot *plot) {
         shd_chromaticity_place(s->width, s->height, uv, &x, &y);
         shd_scope_hit(plot, x, y);
     }
-    const double gain = fmin(s->width / 0.69, s->height / 0.66);
-    shd_scope_glow(plot, 0, s->width, glow, 0.01 * gain * gain);
+    const double gain = uv_gain(s);
+    shd_scope_glow(plot, 0, s->width, glow, 0.01 * gain * gain / (plot->cell * plot->cell));
+    if (plot->bare) return;
+    const shd_ink gold = {{236, 200, 120}, 0.8, 1.2 * plot->width};
     double locus[LOCUS][2];
     for (size_t k = 0; k < LOCUS; k++) find_locus(k, locus[k]);
     draw_grid(plot);
-    draw_places(plot, SHD_SCOPE_LINE, (const double(*)[2])locus, LOCUS);
-    draw_places(plot, (shd_ink){{236, 200, 120}, 0.8, 1.2}, s->primaries, 3);
+    draw_places(plot, shd_scope_line(plot), (const double(*)[2])locus, LOCUS);
+    draw_places(plot, gold, s->primaries, 3);
     double x, y;
     shd_chromaticity_place(s->width, s->height, s->primaries[3], &x, &y);
-    shd_draw_circle(plot->lines, (shd_ink){{236, 200, 120}, 0.8, 1.2}, x, y, 3);
+    shd_draw_circle(plot->lines, gold, x, y, 3 * plot->width);
 }

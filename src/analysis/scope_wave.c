@@ -47,10 +47,12 @@ static void count_levels(shd_trace_plot *plot, shd_frame frame, int channel) {
 }
 
 static void draw_levels(shd_trace_plot *plot, shd_frame frame, bool labels) {
+    if (plot->bare) return;
     for (int k = 0; k <= 4; k++) {
         const double level = k / 4.0, y = floor(height_of(frame, level)) + 0.5;
         char text[8];
-        shd_draw_segment(plot->lines, k == 0 || k == 4 ? SHD_SCOPE_LINE : SHD_SCOPE_FAINT, frame.x,
+        shd_draw_segment(plot->lines,
+                         k == 0 || k == 4 ? shd_scope_line(plot) : shd_scope_faint(plot), frame.x,
                          y, frame.x + frame.width, y);
         if (!labels) continue;
         snprintf(text, sizeof text, "%d", 25 * k);
@@ -136,10 +138,12 @@ bool shd_scope_histogram(shd_trace_plot *plot) {
     if (!bins) return false;
     count_bins(plot, bins);
     fill_bins(plot, frame, bins);
+    if (plot->bare) return true;
     for (int k = 0; k <= 4; k++) {
         const double x = floor(frame.x + frame.width * k / 4) + (k < 4 ? 0.5 : -0.5);
         char text[8];
-        shd_draw_segment(plot->lines, k == 0 || k == 4 ? SHD_SCOPE_LINE : SHD_SCOPE_FAINT, x,
+        shd_draw_segment(plot->lines,
+                         k == 0 || k == 4 ? shd_scope_line(plot) : shd_scope_faint(plot), x,
                          frame.y, x, frame.y + frame.height);
         if (!(plot->text > 0)) continue;
         snprintf(text, sizeof text, "%d", 25 * k);

@@ -5,10 +5,16 @@
 
 #include "analysis/scope_parts.h"
 
-/* 10 to 22 pixels; 0 if labels would be larger than what they tell. */
+enum { LABELLED = 160, RULED = 48, ONE_CELL = 600 }; /* the shorter side, pixels */
+
+static int shorter_side(const shd_scoped *scoped) {
+    return scoped->width < scoped->height ? scoped->width : scoped->height;
+}
+
+/* At least 10 pixels; 0 if labels would be larger than what they tell. */
 static double text_size(const shd_scoped *scoped) {
-    const double least = scoped->width < scoped->height ? scoped->width : scoped->height;
-    return least < 160 ? 0 : floor(fmin(fmax(least / 32, 10), 22));
+    const int least = shorter_side(scoped);
+    return least < LABELLED ? 0 : floor(fmax(least / 32.0, 10));
 }
 
 static void count_seen(shd_trace_plot *plot) {
@@ -56,11 +62,16 @@ bool shd_scope_paint(shd_scope scope, const shd_scoped *scoped, unsigned char *r
                            .rgb = rgb,
                            .lines = shd_drawing_new(scratch, scoped->width, scoped->height),
                            .text = text_size(scoped),
+                           .width = fmax(shorter_side(scoped) / (double)ONE_CELL, 1),
+                           .bare = shorter_side(scoped) < RULED,
+                           .cell = 1,
                            .scratch = scratch,
                            .cancelled = cancelled};
     if (has_hits(scope)) plot.hits = shd_arena_zalloc(scratch, pixels, sizeof *plot.hits);
     if (!plot.lines || (has_hits(scope) && !plot.hits)) return false;
     for (size_t i = 0; i < pixels; i++) memcpy(rgb + 3 * i, ground, sizeof ground);
+    if (scope == SHD_SCOPE_VECTOR || scope == SHD_SCOPE_CHROMATICITY)
+        plot.cell = 1 + shorter_side(scoped) / ONE_CELL;
     count_seen(&plot);
     return paint_plot(scope, &plot) && !shd_is_cancelled(cancelled) &&
            !shd_drawing_full(plot.lines) &&

@@ -60,7 +60,7 @@ def lit(document, scope, **output):
 def frame(width, height):
     """docs/model.md, Scopes: where plots are, with room for labels."""
     least = min(width, height)
-    text = 0 if least < 160 else np.floor(np.clip(least / 32, 10, 22))
+    text = 0 if least < 160 else np.floor(max(least / 32, 10))
     edge, left, low = np.ceil(0.7 * text), np.ceil(2.6 * text), np.ceil(1.8 * text)
     return left, edge, width - left - edge, height - edge - low
 
@@ -95,7 +95,12 @@ class Scopes(unittest.TestCase):
                 self.assertGreater(green[1] - green[0], 60, "the trace's color")
                 # The box of 2.5 degrees and 2.5 IRE, in whole pixels: nothing is lit outside of the six boxes.
                 trace[int(y[0]) - 1:int(y[0]) + 2, int(x[0]) - 1:int(x[0]) + 2] = False
-                self.assertLess(2, 0.025 * gain * 2)
+                # The walls of both boxes, at half their height, are drawn, and nothing is between them.
+                for share, wall in ((0.2, True), (0.11, False)):
+                    ends = [self.vector_place((1 + side * share) * 0.75 * np.array(bar, float), 300, 300) for side in (-1, 1)]
+                    for across, down in ends:
+                        near = plain[int(down[0]) - 1:int(down[0]) + 2, int(across[0]) - 1:int(across[0]) + 2]
+                        self.assertEqual(not near.all(), wall, share)
         self.assertEqual((trace & plain).sum(), 0)
         # Bars at 100 % are on the circle where red and cyan are, and not in the boxes.
         x, _ = self.vector_place(np.array([1.0, 0, 0]), 300, 300)
@@ -191,8 +196,8 @@ class Scopes(unittest.TestCase):
         self.assertGreater(low.sum(), 30)
         marks = {(238, 48, 44): high & ~low, (40, 104, 255): low & ~high, (255, 160, 0): high & low}
         for color, wanted in marks.items():
-            self.assertEqual(((shown == color).all(axis=2) != wanted).sum(), 0, color)
-        grey = shown[~high & ~low]
+            self.assertEqual(((shown == color).all(axis=2) != wanted)[:-16].sum(), 0, color)  # above the legend
+        grey = shown[:-16][(~high & ~low)[:-16]]
         self.assertTrue((grey[:, 0] == grey[:, 1]).all() and (grey[:, 0] == grey[:, 2]).all())
 
     def test_every_size_and_format_has_every_scope(self):

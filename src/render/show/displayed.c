@@ -32,8 +32,8 @@ static bool is_finite(const float rgb[3]) {
     return isfinite(rgb[0]) && isfinite(rgb[1]) && isfinite(rgb[2]);
 }
 
-static void copy_block(const shd_displayed *d, size_t index, size_t count, float *out) {
-    memcpy(out, d->film->rgba + 4 * BLOCK * index, 4 * count * sizeof *out);
+static void copy_pixels(const shd_displayed *d, size_t first, size_t count, float *out) {
+    memcpy(out, d->film->rgba + 4 * first, 4 * count * sizeof *out);
     if (d->showing.flatten) shd_output_flatten(d->showing.matte, out, count);
 }
 
@@ -56,10 +56,10 @@ static void convert_block(void *context, size_t index, unsigned slot) {
     const shd_displayed *d = work->displayed;
     const size_t count = block_size(d->pixels, index);
     float *rgba = d->rgba + 4 * BLOCK * index, codes[4 * BLOCK];
-    copy_block(d, index, count, rgba);
+    copy_pixels(d, index * BLOCK, count, rgba);
     shd_color_apply(d->showing.transform, rgba, count);
     if (work->codes && work->codes != d->showing.transform) {
-        copy_block(d, index, count, codes);
+        copy_pixels(d, index * BLOCK, count, codes);
         shd_color_apply(work->codes, codes, count);
         atomic_fetch_add(&work->clipped, count_clipped(&work->pack, codes, count));
     } else if (work->codes) {
@@ -119,6 +119,15 @@ typedef struct turning {
     float *planes;
 } turning;
 
+void shd_displayed_colors(const shd_displayed *displayed, size_t first, size_t count, float *out) {
+    if (displayed->showing.detour) {
+        copy_pixels(displayed, first, count, out);
+        shd_color_apply(displayed->showing.detour, out, count);
+    } else {
+        memcpy(out, displayed->rgba + 4 * first, 4 * count * sizeof *out);
+    }
+}
+
 static void turn_block(void *context, size_t index, unsigned slot) {
     (void)slot;
     const turning *work = context;
@@ -127,9 +136,8 @@ static void turn_block(void *context, size_t index, unsigned slot) {
     const size_t count = block_size(d->pixels, index);
     const float *rgba = d->rgba + 4 * BLOCK * index, *from = rgba;
     float seen[4 * BLOCK];
-    if (work->axes == SHD_AXES_LAB && d->showing.detour) {
-        copy_block(d, index, count, seen);
-        shd_color_apply(d->showing.detour, seen, count);
+    if (work->axes == SHD_AXES_LAB) {
+        shd_displayed_colors(d, index * BLOCK, count, seen);
         from = seen;
     }
     for (size_t i = 0; i < count; i++) {

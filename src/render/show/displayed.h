@@ -26,6 +26,9 @@ typedef struct shd_displayed {
 shd_status shd_displayed_make(shd_rendering *r, const shd_scene *scene, const shd_output *output,
                               const shd_film *film, shd_displayed *out, shd_error *error);
 
+/* The colors that Lab is of, [count][4]: of pixels from `first` on, at most 1024. */
+void shd_displayed_colors(const shd_displayed *displayed, size_t first, size_t count, float *out);
+
 /* The pixels on three axes, planes[3][pixels]; a pixel that is not seen or not finite is NaN on all
  * of them. HSV and YIQ are of outputs with color, and Lab of those whose values are no data: it is
  * of what is held in [0,1], with the white of the encoding. False: it was cancelled. */

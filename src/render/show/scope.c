@@ -73,30 +73,48 @@ static double uncurve(double f) {
     return f > 6.0 / 29 ? f * f * f : 3 * (6.0 / 29) * (6.0 / 29) * (f - 4.0 / 29);
 }
 
+typedef struct placing {
+    const shd_rendering *rendering;
+    const shd_displayed *displayed;
+    double white[3]; /* XYZ */
+    float (*places)[2];
+} placing;
+
+/* By Lab of what a screen shows, whose white is the encoding's. */
+static void find_places(void *context, size_t index, unsigned slot) {
+    static const double DARK = 0.5; /* L*, below which a color is black to the eye */
+    (void)slot;
+    const placing *work = context;
+    if (shd_is_cancelled(work->rendering->cancelled)) return;
+    const shd_displayed *d = work->displayed;
+    const size_t first = index * BLOCK, left = d->pixels - first,
+                 count = left < BLOCK ? left : BLOCK;
+    float seen[4 * BLOCK];
+    shd_displayed_colors(d, first, count, seen);
+    for (size_t i = 0; i < count; i++) {
+        double lab[3], uv[2] = {NAN, NAN};
+        shd_lab_of(&d->showing.lab, seen + 4 * i, lab);
+        const double y = (lab[0] + 16) / 116;
+        if (lab[0] > DARK)
+            place_of((const double[3]){work->white[0] * uncurve(y + lab[1] / 500), uncurve(y),
+                                       work->white[2] * uncurve(y - lab[2] / 200)},
+                     uv);
+        work->places[first + i][0] = (float)uv[0];
+        work->places[first + i][1] = (float)uv[1];
+    }
+}
+
 static shd_status add_places(shd_rendering *r, const shd_displayed *d, shd_scoped *scoped,
                              shd_error *error) {
-    static const double DARK = 0.5; /* L*, below which a color is black to the eye */
     const shd_color_transform *seen = d->showing.detour ? d->showing.detour : d->showing.transform;
     const shd_color_info *info = shd_color_describe(seen);
     const double *xy = info->has_primaries ? info->primaries : shd_rec709;
-    const double white[3] = {xy[6] / xy[7], 1, (1 - xy[6] - xy[7]) / xy[7]};
-    float *lab = shd_arena_alloc(r->arena, d->pixels, 3 * sizeof *lab);
-    float(*places)[2] = shd_arena_alloc(r->arena, d->pixels, sizeof *places);
-    if (!lab || !places) return shd_rendering_full(r, "scope", error);
-    if (!shd_displayed_axes(r, d, SHD_AXES_LAB, lab)) return shd_rendering_cancelled(error);
-    for (size_t k = 0; k < d->pixels && !shd_is_cancelled_at(r->cancelled, k); k++) {
-        const double l = (double)lab[k], y = (l + 16) / 116,
-                     x = y + (double)lab[d->pixels + k] / 500,
-                     z = y - (double)lab[2 * d->pixels + k] / 200;
-        double uv[2] = {NAN, NAN};
-        if (l > DARK)
-            place_of((const double[3]){white[0] * uncurve(x), uncurve(y), white[2] * uncurve(z)},
-                     uv);
-        places[k][0] = (float)uv[0];
-        places[k][1] = (float)uv[1];
-    }
+    placing work = {r, d, {xy[6] / xy[7], 1, (1 - xy[6] - xy[7]) / xy[7]}, .places = NULL};
+    work.places = shd_arena_alloc(r->arena, d->pixels, sizeof *work.places);
+    if (!work.places) return shd_rendering_full(r, "scope", error);
+    shd_stage_spread(r, (d->pixels + BLOCK - 1) / BLOCK, find_places, &work);
     for (size_t k = 0; k < 4; k++) place_of_xy(xy + 2 * k, scoped->primaries[k]);
-    scoped->places = (const float(*)[2])places;
+    scoped->places = (const float(*)[2])work.places;
     return SHD_OK;
 }
 
@@ -123,7 +141,7 @@ shd_status shd_scope_make(shd_rendering *r, const shd_film *film, const shd_outp
 
 uint64_t shd_scope_size(const shd_output *output, uint64_t pixels) {
     const uint64_t floats = 4 + (output->scope == SHD_SCOPE_FALSECOLOR     ? 1
-                                 : output->scope == SHD_SCOPE_CHROMATICITY ? 5
+                                 : output->scope == SHD_SCOPE_CHROMATICITY ? 2
                                                                            : 0);
     return pixels * (floats * sizeof(float) + 3) + shd_scope_scratch(output->scope, (size_t)pixels);
 }
