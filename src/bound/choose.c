@@ -22,7 +22,12 @@ static void set_bound(shd_choice *choice, const shd_shown *shown, shd_excess_lis
     const size_t outputs = choice->plan->scene->output_count;
     shd_bound *bound = &choice->bound;
     if (shd_errs_otherwise(choice->plan)) {
-        *bound = (shd_bound){.linear = shd_extended_error(choice->plan)};
+        shd_plan plan = *choice->plan;
+        plan.point_off = choice->point_off;
+        /* With points for shapes, the picture is not the exact tier's, from which codes and colors
+         * are measured. */
+        const double shown_off = plan.point_off > 0 ? INFINITY : 0;
+        *bound = (shd_bound){shd_extended_error(&plan), shown_off, shown_off};
         return;
     }
     shd_excess_leave_out(list, choice->drop_tolerance + choice->dropped, choice->drop_relative);
@@ -175,6 +180,21 @@ static shd_status fail_budget(const shd_plan *draft, const shd_shown *shown, shd
                     accuracy->max_error, metric, told);
 }
 
+static bool has_shapes(const shd_plan *plan) {
+    for (size_t j = 0; j < plan->light_count; j++)
+        if (plan->lights[j].shape) return true;
+    return false;
+}
+
+/* The most that lights with a shape may be off as points within a budget of linear error. */
+static double find_point_off(const shd_plan *draft, double most) {
+    shd_plan plan = *draft;
+    for (plan.point_off = 1e-2; plan.point_off > 1e-8; plan.point_off /= 10)
+        if (shd_is_cancelled(draft->cancelled) || shd_extended_error(&plan) <= most)
+            return plan.point_off;
+    return 0;
+}
+
 /* The only tier that extended scenes have. */
 static shd_status meet_exactly(shd_choice *choice, const shd_shown *shown, shd_arena *arena,
                                shd_error *error) {
@@ -184,6 +204,9 @@ static shd_status meet_exactly(shd_choice *choice, const shd_shown *shown, shd_a
         !shd_excess_find(choice->plan, SHD_EXACT, arena, &list, NULL))
         return SHD_MEMORY;
     if (!is_within(choice, shown, &list)) return fail_budget(choice->plan, shown, arena, error);
+    const shd_accuracy *accuracy = &choice->plan->scene->accuracy;
+    if (accuracy->metric == SHD_LINEAR && has_shapes(choice->plan))
+        choice->point_off = find_point_off(choice->plan, accuracy->max_error);
     set_bound(choice, shown, &list);
     return SHD_OK;
 }

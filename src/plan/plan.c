@@ -206,6 +206,7 @@ bool shd_plan_finish(const shd_choice *choice, shd_arena *arena, const shd_plan 
     plan->drop_tolerance = choice->drop_tolerance;
     plan->drop_relative = choice->drop_relative;
     plan->dropped = choice->dropped;
+    plan->point_off = choice->point_off;
     plan->bound = choice->bound;
     if (!shd_plan_summarize(plan, arena)) return false;
     *out = plan;

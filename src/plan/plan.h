@@ -120,7 +120,10 @@ typedef struct shd_plan {
     /* A sum of lights may leave drop_tolerance + drop_relative I out of a component of value I, in
      * the working space. 0 and 0: all lights count. */
     double drop_tolerance, drop_relative;
-    double dropped;  /* the most that lights add which a budget has left out */
+    double dropped; /* the most that lights add which a budget has left out */
+    /* What a light with a shape may be off as a point, of the most that it adds, under a budget of
+     * linear error; 0: no more than rounding. */
+    double point_off;
     shd_bound bound; /* of the picture's error, which counts all of these */
     bool whole;      /* as shd_plan_draft has it */
     /* Whether the scene has what goes beyond Phong's model and lights that are points: another
@@ -144,6 +147,7 @@ typedef struct shd_choice {
     const shd_plan *plan; /* the draft, or what is left of it without lights */
     shd_tier tier;
     double drop_tolerance, drop_relative, dropped; /* as in shd_plan */
+    double point_off;                              /* as in shd_plan */
     shd_bound bound;
 } shd_choice;
 

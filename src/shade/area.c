@@ -34,7 +34,7 @@ static double size_at(const shd_light *light, double distance) {
 }
 
 shd_area_method shd_area_choose(const shd_light *light, const shd_plan_lobe *lobes, size_t count,
-                                double distance, double *off) {
+                                double distance, double point_off, double *off) {
     const double size = size_at(light, distance);
     bool closed = true;
     *off = off_as_point(size, 1);
@@ -42,14 +42,15 @@ shd_area_method shd_area_choose(const shd_light *light, const shd_plan_lobe *lob
         *off = shd_larger(*off, off_as_point(size, lobes[k].shininess));
         closed &= light->type == SHD_LIGHT_RECT && shd_has_moments(lobes[k].shininess);
     }
-    if (*off <= POINT_OFF) return SHD_AREA_POINT;
+    if (*off <= shd_larger(point_off, POINT_OFF)) return SHD_AREA_POINT;
     *off = closed ? 0 : SHD_AREA_TOLERANCE;
     return closed ? SHD_AREA_CLOSED : SHD_AREA_QUADRATURE;
 }
 
 /* Whether the light is a point for this weight: no horizon cuts it, and it is small. */
 static bool is_point(const shd_seen *seen, int side, double exponent) {
-    return seen->size < TINY || (side == 1 && off_as_point(seen->size, exponent) <= POINT_OFF);
+    return seen->size < TINY ||
+           (side == 1 && off_as_point(seen->size, exponent) <= seen->point_off);
 }
 
 /* Whether a few points inside are exact. */
@@ -113,19 +114,21 @@ static double weigh_diffuse(const shd_seen *seen, shd_vec3 normal, int side) {
 }
 
 /* What of the shape is before the surface. The answer: as shd_side_of_seen. */
-static int see_before(const shd_light *light, const shd_surface *at, shd_seen *seen) {
+static int see_before(const shd_light *light, const shd_surface *at, double point_off,
+                      shd_seen *seen) {
     if (!shd_see_area(light, at->position, seen)) return -1;
+    seen->point_off = shd_larger(point_off, POINT_OFF);
     const int side = shd_side_of_seen(seen, at->normal, seen->slack);
     if (side == 0 && seen->size < TINY) return shd_dot(at->normal, seen->toward) > 0 ? 1 : -1;
     if (side == 0) shd_clip_seen(seen, at->normal);
     return side == 0 && seen->count < 2 ? -1 : side;
 }
 
-bool shd_area_weigh(const shd_light *light, const shd_surface *at, double *diffuse, double *lobe,
-                    double *error) {
+bool shd_area_weigh(const shd_light *light, const shd_surface *at, double point_off,
+                    double *diffuse, double *lobe, double *error) {
     shd_seen seen;
     double off = 0;
-    const int before = see_before(light, at, &seen);
+    const int before = see_before(light, at, point_off, &seen);
     if (before < 0) return false;
     *diffuse = weigh_diffuse(&seen, at->normal, before);
     const size_t count = at->material->lobe_count;
@@ -159,11 +162,11 @@ static double sum_parts(const shd_seen *seen, shd_vec3 peak, const shd_area_mode
     return 0;
 }
 
-double shd_area_integrate(const shd_light *light, const shd_surface *at,
+double shd_area_integrate(const shd_light *light, const shd_surface *at, double point_off,
                           const shd_area_model *model, double *row) {
     shd_seen seen;
     memset(row, 0, model->count * sizeof *row);
-    int before = see_before(light, at, &seen);
+    int before = see_before(light, at, point_off, &seen);
     if (before < 0) return -1;
     double error = 0, gain = seen.gain;
     for (int i = 0; i < model->crease_count; i++) /* a point has no kink in it */

@@ -33,16 +33,17 @@ typedef enum shd_area_method {
 } shd_area_method;
 
 /* The method for Phong's model with these lobes, seen from `distance` of its middle or farther. For
- * SHD_AREA_POINT, *off is at most how far off that is, of what the light adds at most; otherwise
- * the quadrature's error, or 0. Where a horizon cuts a light, it is never a point. */
+ * SHD_AREA_POINT, *off is at most how far off that is, of what the light adds at most, which is
+ * within `point_off`, or rounding; otherwise the quadrature's error, or 0. Where a horizon cuts a
+ * light, it is never a point. */
 shd_area_method shd_area_choose(const shd_light *light, const shd_plan_lobe *lobes, size_t count,
-                                double distance, double *off);
+                                double distance, double point_off, double *off);
 
 /* The weights of Phong's model: *diffuse, and lobe[k] for each lobe of at->material, without any
  * color. They are not written if the light adds nothing, which is false. *error (or NULL): an
  * estimate from above of the quadrature's error in any of them. */
-bool shd_area_weigh(const shd_light *light, const shd_surface *at, double *diffuse, double *lobe,
-                    double *error);
+bool shd_area_weigh(const shd_light *light, const shd_surface *at, double point_off,
+                    double *diffuse, double *lobe, double *error);
 
 /* Writes to row[0..count) what a directional light of Il = 1 from `toward`, which is before the
  * surface, adds. */
@@ -68,7 +69,7 @@ typedef struct shd_area_model {
  * directions, to about 1e-5 of the largest if the weights are smooth beside their creases. Returns
  * an estimate from above of its error, which is larger if they are not; negative: the light adds
  * nothing, and the row is 0. */
-double shd_area_integrate(const shd_light *light, const shd_surface *at,
+double shd_area_integrate(const shd_light *light, const shd_surface *at, double point_off,
                           const shd_area_model *model, double *row);
 
 /* A map of the unit square to the shape that keeps ratios of areas: of the flat shape, or of the

@@ -22,13 +22,14 @@ typedef struct shd_seen {
     double height;               /* of the point under the region's plane: center.away */
     double radius;               /* of arcs, around x = y = 0 */
     shd_stretch pieces[SHD_STRETCHES_MOST];
-    int count;       /* 0: nothing is seen */
-    double size;     /* half of the shape's largest extent, of its distance */
-    double gain;     /* 1 / A */
-    double unit;     /* in the world's lengths */
-    double slack;    /* heights over a horizon up to this may be rounding */
-    shd_vec3 toward; /* unit: the shape's middle */
-    double fall;     /* what the light is like as a point: cos / distance^2 */
+    int count;        /* 0: nothing is seen */
+    double size;      /* half of the shape's largest extent, of its distance */
+    double gain;      /* 1 / A */
+    double unit;      /* in the world's lengths */
+    double slack;     /* heights over a horizon up to this may be rounding */
+    shd_vec3 toward;  /* unit: the shape's middle */
+    double fall;      /* what the light is like as a point: cos / distance^2 */
+    double point_off; /* what it may be off as a point, of the most that it adds */
 } shd_seen;
 
 /* False: the point is behind the shape, on it, or inside. */

@@ -58,10 +58,10 @@ static bool weigh_shape(const shd_plan *plan, const shd_light *shape, const shd_
         const lit_point point = {plan, at};
         const shd_area_model model = {weigh_direction, &point,   3 + 3 * m->lobe_count,
                                       sharpness_of(m), {crease}, 1};
-        return shd_area_integrate(shape, at, &model, row) >= 0;
+        return shd_area_integrate(shape, at, plan->point_off, &model, row) >= 0;
     }
     double diffuse, lobes[1 + SHD_LOBES_MOST];
-    if (!shd_area_weigh(shape, at, &diffuse, lobes, NULL)) return false;
+    if (!shd_area_weigh(shape, at, plan->point_off, &diffuse, lobes, NULL)) return false;
     for (size_t c = 0; c < 3; c++) {
         row[c] = diffuse;
         for (size_t k = 0; k < m->lobe_count; k++) row[3 + 3 * k + c] = lobes[k];

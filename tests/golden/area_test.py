@@ -4,6 +4,7 @@ Tolerance: the sums have 100 by 100 points or more, and twice as many around cir
 they are off by less than 1e-5 of the light, which is what is asked for.
 """
 
+import json
 import unittest
 
 import numpy as np
@@ -136,6 +137,30 @@ class AreaLights(unittest.TestCase):
         world = light_of("rect", [0.3, 0.2, 2], [0, 0, 0], up=[1, 1, 0])
         camera = {**world, "position": [0.3, 0.2, -7], "frame": "camera"}
         self.near(picture([BALL], [camera]), picture([BALL], [world]), 1e-6)
+
+    def test_small_and_far_lights_become_points_under_a_budget(self):
+        """The picture stays within the bound that is told, of the one without a budget; and one more budget, in codes,
+        has no bound for that, and leaves the shapes."""
+        ball = [{"type": "sphere", "material": MATERIAL}]
+        lights = [{"type": "sphere", "position": [3, 3, 3], "radius": 0.01},
+                  {"type": "rect", "position": [-3, 2, 4], "direction": [3, -2, -4], "size": [0.02, 0.03]},
+                  {"type": "disc", "position": [20, 30, 40], "direction": [-2, -3, -4], "radius": 0.1, "intensity": 100}]
+        exact = picture(ball, lights)
+        for most in (1e-1, 1e-2, 1e-3):
+            scene = document(ball, lights, accuracy={"maxError": most, "metric": "linear"})
+            told = json.loads(program.ask("/v1/explain", scene))
+            bound = told["bound"]["linear"]["most"]
+            self.assertLessEqual(bound, most)
+            samples, names = program.read(program.shade({**scene, "output": {"format": "exr", "bitDepth": "float"}}), "exr")
+            shown = np.stack([samples[..., names.index(name)] for name in "RGB"], -1)
+            off = np.abs(shown - exact).max()
+            self.assertLessEqual(off, bound)
+            methods = [light["method"] for light in told["lights"]["list"]]
+            if most > 1e-3:
+                self.assertEqual(methods, ["point"] * 3)
+                self.assertGreater(off, 1e-9)
+        coded = json.loads(program.ask("/v1/explain", document(ball, lights, accuracy={"maxError": 1, "metric": "code"})))
+        self.assertNotIn("point", [light["method"] for light in coded["lights"]["list"]])
 
 
 if __name__ == "__main__":

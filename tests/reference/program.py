@@ -35,6 +35,14 @@ def shade(document):
     return answer.body
 
 
+def ask(path, document):
+    """The body of another path's answer to a scene document."""
+    answer = _daemon().post(path, document)
+    if answer.status != 200:
+        raise AssertionError(f"{answer.status}: {answer.body.decode()[:2000]}")
+    return answer.body
+
+
 def read(data, suffix):
     """Samples of a picture's bytes as [h,w,channels] floats, and the channels' names. Integer
     samples come as codes."""

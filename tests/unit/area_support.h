@@ -205,7 +205,7 @@ static inline weighed weigh_shape(const shd_light *light, shd_surface at, double
     const shd_plan_material material = {.lobes = &lobe, .lobe_count = 1};
     weighed out = {0};
     at.material = &material;
-    out.lit = shd_area_weigh(light, &at, &out.diffuse, &out.lobe, &out.error);
+    out.lit = shd_area_weigh(light, &at, 0, &out.diffuse, &out.lobe, &out.error);
     if (!out.lit) out = (weighed){0};
     return out;
 }

@@ -124,7 +124,7 @@ static void small_and_far_shapes_become_points(void **state) {
             continue;
         double off;
         const shd_plan_lobe lobe = {{1, 1, 1}, n};
-        const shd_area_method method = shd_area_choose(&light, &lobe, 1, 1, &off);
+        const shd_area_method method = shd_area_choose(&light, &lobe, 1, 1, 0, &off);
         const double bound =
             method == SHD_AREA_POINT ? off : 1.3 * size * size * (n + 1 + 4 * sqrt(n) + 12);
         far_off = fmax(far_off, (fabs(found.lobe - point.lobe) - 1e-11) / bound);
@@ -275,7 +275,7 @@ static void quadrature_over_directions_agrees_with_the_boundary(void **state) {
         const two context = {at.normal, at.mirror, exponent};
         const shd_area_model model = {phong_at, &context, 2, exponent, {at.mirror}, 1};
         double row[2];
-        const double told = shd_area_integrate(&light, &at, &model, row);
+        const double told = shd_area_integrate(&light, &at, 0, &model, row);
         assert_true((told >= 0) == wanted.lit);
         if (!wanted.lit) continue;
         const double most = fmax(wanted.diffuse, wanted.lobe);

@@ -244,8 +244,10 @@ static void add_shape(finding *f, const shd_plan_light *light) {
         const double *color = t ? m->lobes[t - 1].specular : m->diffuse;
         const shd_peak peak = shd_peak_of(m, t);
         const double most = shd_shape_most(light->shape, &peak, near);
+        const double summed =
+            phong ? 4 * SHD_AREA_TOLERANCE * most : 4 * SHD_AREA_MODEL_TOLERANCE * largest;
         add_product(f, product_of(f->plan, m, light, t, color), most,
-                    phong ? 4 * SHD_AREA_TOLERANCE * most : 4 * SHD_AREA_MODEL_TOLERANCE * largest);
+                    summed + f->plan->point_off * most);
     }
 }
 

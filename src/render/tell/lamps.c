@@ -41,8 +41,9 @@ shd_area_method shd_lamp_method(const shd_plan *plan, uint32_t j, double *off) {
         if (!reaches(object, j)) continue;
         const shd_plan_material *material = &plan->materials[object->material];
         double of_object;
-        shd_area_method method = shd_area_choose(light, material->lobes, material->lobe_count,
-                                                 distance_to(plan, i, light->position), &of_object);
+        shd_area_method method =
+            shd_area_choose(light, material->lobes, material->lobe_count,
+                            distance_to(plan, i, light->position), plan->point_off, &of_object);
         if (material->model != SHD_MODEL_PHONG) {
             method = SHD_AREA_QUADRATURE;
             of_object = SHD_AREA_MODEL_TOLERANCE;

@@ -64,9 +64,15 @@ static void say_bound(json_t *words, const shd_plan *plan, shd_metric metric, co
         say_line(words, "Error: not bounded in %s.", unknown);
 }
 
+const char *shd_no_shown_bound(const shd_plan *plan) {
+    return plan->point_off > 0 ? "lights with a shape are taken for points"
+                               : "an output's colors are no curve of a matrix";
+}
+
 static void say_bounds(json_t *words, const shd_explained *e) {
     const shd_plan *plan = e->plan;
-    char linear[128];
+    char linear[128], codes[128];
+    snprintf(codes, sizeof codes, "codes, as %s", shd_no_shown_bound(plan));
     snprintf(linear, sizeof linear, "linear components, as %s", shd_no_linear_bound(plan));
     say_bound(words, plan, SHD_LINEAR, "linear components", plan->scene->working_space->name,
               linear);
@@ -75,8 +81,7 @@ static void say_bounds(json_t *words, const shd_explained *e) {
         shd_print_bound(e->estimate, INFINITY, most);
         say_line(words, "It should stay below %s, an estimate that no proof is of.", most);
     }
-    say_bound(words, plan, SHD_CODE, "8-bit codes", NULL,
-              "codes, as an output's colors are no curve of a matrix");
+    say_bound(words, plan, SHD_CODE, "8-bit codes", NULL, codes);
     say_bound(words, plan, SHD_DELTA_E_2000, "CIEDE2000", NULL, "CIEDE2000");
     if (plan->scene->raster.samples > 1)
         say_line(words, "These are against the same %d samples a pixel, not against endless ones.",

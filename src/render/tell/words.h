@@ -30,3 +30,6 @@ const char *shd_drop_reason(unsigned drops);
 
 /* The plan in sentences, one a line: the last member of the answer. NULL: memory. */
 json_t *shd_explain_words(const shd_explained *e);
+
+/* Why bounds of codes and CIEDE2000 are not known, if they are not. */
+const char *shd_no_shown_bound(const shd_plan *plan);
