@@ -33,9 +33,11 @@ typedef struct shd_request shd_request;
 
 typedef struct shd_engine_options {
     const char *ocio_config; /* path; NULL: the embedded configuration */
-    const char *kernel;      /* "portable", "avx2", "avx512", "neon"; NULL or "auto": the widest */
-    unsigned threads;        /* workers; 0: as many as affinity and quota allow */
-    size_t queue;            /* jobs that may wait in shd_engine_submit; 0: none is taken */
+    /* Paths of files of materials, parted by blanks, beside the built-in ones; NULL: none. */
+    const char *materials;
+    const char *kernel; /* "portable", "avx2", "avx512", "neon"; NULL or "auto": the widest */
+    unsigned threads;   /* workers; 0: as many as affinity and quota allow */
+    size_t queue;       /* jobs that may wait in shd_engine_submit; 0: none is taken */
     /* Bytes of G-buffers and sums of light that are kept between requests; 0: none. Pictures are
      * the same, to the byte. */
     size_t reuse;
@@ -50,13 +52,14 @@ typedef struct shd_engine_options {
  * for reuse and as much for meshes, and the limits that config/shaded.conf shows. */
 shd_engine_options shd_engine_defaults(void);
 
-/* Loads the color configuration and starts the workers. SHD_CONFIG if the operator's file is wrong,
- * or if this machine lacks the kernel's instructions. */
+/* Loads the color configuration and the materials, and starts the workers. SHD_CONFIG if a file of
+ * the operator's is wrong, or if this machine lacks the kernel's instructions. */
 shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, shd_error *error);
 
-/* An engine with other limits and another color configuration, both read again. It has the workers,
- * the queue and the kernel of the first engine, which outlives its requests. Requests of both
- * engines may run side by side; each keeps to its own engine, which outlives it. */
+/* An engine with other limits, another color configuration and other materials, all read again. It
+ * has the workers, the queue and the kernel of the first engine, which outlives its requests.
+ * Requests of both engines may run side by side; each keeps to its own engine, which outlives it.
+ */
 shd_status shd_engine_renew(const shd_engine *first, const shd_engine_options *options,
                             shd_engine **out, shd_error *error);
 

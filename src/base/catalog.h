@@ -1,5 +1,6 @@
-/* The spaces and displays of the color configuration, by name, for the scene reader and for
- * clients. Owned by the color configuration, constant, shared by threads. */
+/* What documents may name: the spaces and displays of the color configuration, and the materials of
+ * the library, for the scene reader and for clients. Owned by the color configuration, constant,
+ * shared by threads. */
 #pragma once
 
 #include <stdbool.h>
@@ -59,6 +60,9 @@ typedef struct shd_catalog {
     const shd_space_info *colors; /* the default of `colorSpace`: lin_rec709, or scene_linear */
     const shd_space_info *css;    /* the space of "#rrggbb"; NULL if there is none */
     const shd_space_info *rec709; /* linear Rec.709, of CSS's other colors; NULL: none */
+
+    /* The materials that documents may name (scene/scene.h), which others own; NULL: none. */
+    const struct shd_library *library;
 
     /* Converts one color in place between two spaces by name, to f32 accuracy: bit for bit if the
      * spaces are the same, and from sRGB to linear Rec.709 by IEC 61966-2-1 in f64. `self` is the

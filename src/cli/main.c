@@ -38,6 +38,8 @@ static const char help_text[] =
     "                     auto, the widest there are; the picture is the same)\n"
     "      --ocio FILE    an OpenColorIO configuration (.ocio, .ocioz or ocio://NAME) instead of\n"
     "                     the built-in one; $OCIO and OCIO_* are not looked at\n"
+    "      --materials FILE  materials that `preset` may name beside the built-in ones; may be\n"
+    "                     given several times; its path has no blanks\n"
     "  -h, --help         this text\n"
     "  -V, --version      the version\n"
     "\n"
@@ -67,6 +69,15 @@ static bool parse_threads(const char *text, unsigned *out) {
     return true;
 }
 
+static bool add_materials(const char *path, cli_options *options) {
+    static char paths[4096];
+    const size_t length = strlen(paths), more = strlen(path);
+    if (strchr(path, ' ') || length + more + 2 > sizeof paths) return false;
+    snprintf(paths + length, sizeof paths - length, "%s%s", length ? " " : "", path);
+    options->engine.materials = paths;
+    return true;
+}
+
 /* What one scene may take here, where the user owns the machine too. */
 static shd_limits limits_of_machine(void) {
     long pages = sysconf(_SC_PHYS_PAGES), page = sysconf(_SC_PAGESIZE);
@@ -87,13 +98,14 @@ static shd_limits limits_of_machine(void) {
  * POSIXLY_CORRECT says. Moves the operands to the front of argv, which has been read by then.
  * Returns the exit status, or -1: go on. */
 static int read_options(int argc, char **argv, cli_options *options, size_t *count) {
-    enum { OPTION_THREADS = 256, OPTION_JSON, OPTION_KERNEL, OPTION_OCIO };
+    enum { OPTION_THREADS = 256, OPTION_JSON, OPTION_KERNEL, OPTION_OCIO, OPTION_MATERIALS };
     static const struct option long_options[] = {
         {"output", required_argument, NULL, 'o'},
         {"json", no_argument, NULL, OPTION_JSON},
         {"threads", required_argument, NULL, OPTION_THREADS},
         {"kernel", required_argument, NULL, OPTION_KERNEL},
         {"ocio", required_argument, NULL, OPTION_OCIO},
+        {"materials", required_argument, NULL, OPTION_MATERIALS},
         {"help", no_argument, NULL, 'h'},
         {"version", no_argument, NULL, 'V'},
         {NULL, 0, NULL, 0},
@@ -121,6 +133,9 @@ static int read_options(int argc, char **argv, cli_options *options, size_t *cou
         case OPTION_OCIO:
             options->engine.ocio_config = optarg;
             break;
+        case OPTION_MATERIALS:
+            if (add_materials(optarg, options)) break;
+            return cli_usage("--materials: the paths are too long, or one has blanks");
         case 'h':
             return print_and_exit(help_text);
         case 'V':

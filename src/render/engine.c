@@ -1,9 +1,11 @@
 #include "render/engine.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "assets/store.h"
 #include "base/machine.h"
+#include "color/file.h"
 #include "image/image.h"
 #include "render/tiles/reuse.h"
 #include "render/westin_tables.h"
@@ -14,6 +16,8 @@ enum { SPARE_BYTES = 64 << 20, REST_BYTES = 8 << 20 };
 
 /* Tables of some 15 microgeometries. */
 enum { TABLE_BYTES = 32 << 20 };
+
+enum { MATERIAL_BYTES = 16 << 20 }; /* the longest file of materials */
 
 const char *shd_version(void) {
     return SHADED_VERSION;
@@ -62,6 +66,32 @@ static shd_status load_colors(const shd_engine_options *options, shd_color_confi
     return shd_color_config_load(options->ocio_config, options->queue > 0, out, error);
 }
 
+static shd_status add_materials(shd_engine *engine, const char *path, shd_error *error) {
+    char *text = NULL;
+    size_t length = 0;
+    shd_status status = shd_color_read_file(path, MATERIAL_BYTES, &text, &length, error);
+    if (status == SHD_OK)
+        status = shd_library_add(engine->library, path, text, length,
+                                 shd_color_catalog(engine->color), error);
+    free(text);
+    return status;
+}
+
+static shd_status load_materials(shd_engine *engine, const char *paths, shd_error *error) {
+    engine->library = NULL;
+    engine->catalog = *shd_color_catalog(engine->color);
+    shd_status status = shd_library_new(&engine->catalog, &engine->library, error);
+    if (status != SHD_OK) return status;
+    engine->catalog.library = engine->library;
+    if (!paths) return SHD_OK;
+    char *list = strdup(paths), *rest = list;
+    if (!list) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
+    for (char *path; status == SHD_OK && (path = strsep(&rest, " "));)
+        if (*path) status = add_materials(engine, path, error);
+    free(list);
+    return status;
+}
+
 shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, shd_error *error) {
     unsigned threads = options->threads;
     if (!threads) {
@@ -82,6 +112,7 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
     };
     shd_status status = engine->spares ? load_colors(options, &engine->color, error)
                                        : shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
+    if (status == SHD_OK) status = load_materials(engine, options->materials, error);
     if (status == SHD_OK)
         status = shd_reuse_new(options->reuse, options->budget, &engine->reuse, error);
     if (status == SHD_OK)
@@ -110,11 +141,13 @@ shd_status shd_engine_renew(const shd_engine *first, const shd_engine_options *o
     engine->borrows = true;
     engine->limits = options->limits;
     engine->color = NULL;
+    engine->library = NULL;
     shd_status status = load_colors(options, &engine->color, error);
+    if (status == SHD_OK) status = load_materials(engine, options->materials, error);
     if (status == SHD_OK)
         *out = engine;
     else
-        free(engine);
+        shd_engine_drop(engine);
     return status;
 }
 
@@ -127,6 +160,7 @@ void shd_engine_drop(shd_engine *engine) {
         shd_westin_tables_drop(engine->westin);
         shd_spares_drop(engine->spares);
     }
+    shd_library_drop(engine->library);
     shd_color_config_drop(engine->color);
     free(engine);
 }

@@ -4,6 +4,7 @@
 #include "base/pool.h"
 #include "base/spares.h"
 #include "color/color.h"
+#include "scene/scene.h"
 #include "shaded.h"
 
 struct shd_reuse;
@@ -11,11 +12,13 @@ struct shd_store;
 struct shd_westin_tables;
 
 struct shd_engine {
-    bool borrows; /* all but the colors and the limits belongs to another engine */
+    bool borrows; /* all but colors, materials and limits belongs to another engine */
     shd_pool *pool;
     shd_budget *budget; /* NULL: only requests count their memory */
     shd_spares *spares; /* of requests' arenas */
     shd_color_config *color;
+    shd_library *library;
+    shd_catalog catalog;     /* that of `color`, with the library */
     struct shd_reuse *reuse; /* what earlier pictures have left */
     struct shd_store *store; /* of meshes */
     struct shd_westin_tables *westin;

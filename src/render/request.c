@@ -234,10 +234,9 @@ shd_status shd_request_read(shd_request *request, const char *json, size_t lengt
     const shd_mesh_shelf shelf = {find_mesh, request};
     const bool keeps = shd_store_load_of(engine->store).cap > 0;
     shd_stage_begin(&request->rendering);
-    shd_status status =
-        shd_scene_read(json, length, shd_color_catalog(engine->color), &request->limits,
-                       &request->cancelled, fallback, keeps ? &shelf : NULL,
-                       request->rendering.arena, &request->scene, &request->report);
+    shd_status status = shd_scene_read(json, length, &engine->catalog, &request->limits,
+                                       &request->cancelled, fallback, keeps ? &shelf : NULL,
+                                       request->rendering.arena, &request->scene, &request->report);
     if (status == SHD_MISSING && request->held_full) /* what is missing was not looked for */
         status = report_only(request, SHD_MEMORY, "the limit `memory` is reached");
     if (status == SHD_OK) status = check_formats(request);

@@ -40,6 +40,8 @@ typedef struct shd_reader {
     bool out_of_memory; /* reported once */
 
     const shd_space_info *colors; /* the space of plain numbers; NULL: `colorSpace` is wrong */
+    bool codes;                   /* plain numbers are sRGB's codes of that space's numbers */
+    bool in_library;              /* what is read is a material of the library */
     int interpolation;            /* of objects that have none */
     size_t lights;                /* how many the document asks for; SIZE_MAX: unknown */
     uint64_t triangles;           /* of the objects so far */
@@ -176,6 +178,11 @@ void shd_warn_of_trace(shd_reader *r, const shd_node *node, const shd_material *
 void shd_lay_over_matte(shd_scene *scene);
 
 shd_field_read shd_read_materials; /* r->named */
+
+/* The material of an entry of the library. After an error it means nothing. */
+void shd_read_library_material(shd_reader *r, const shd_node *node, shd_material *out);
+/* Fills all but the texts. */
+void shd_tell_preset(const shd_material *material, shd_preset *out);
 
 shd_field_read shd_read_microgeometry; /* const shd_microgeometry *; NULL: it is wrong */
 

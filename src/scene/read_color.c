@@ -1,6 +1,7 @@
 /* Colors in every spelling, into the working space. */
 #include <string.h>
 
+#include "base/transfer.h"
 #include "scene/css.h"
 #include "scene/read.h"
 
@@ -142,6 +143,11 @@ static void read_spaced(shd_reader *r, const shd_node *node, double *out) {
     memcpy(out, rgb, sizeof rgb);
 }
 
+/* A number that the text has, as one of r->colors. */
+static double plain_number(const shd_reader *r, double value) {
+    return r->codes ? shd_curve_decode(SHD_TRANSFER_SRGB, value) : value;
+}
+
 static void read_components(shd_reader *r, const shd_node *node, double *out, double *alpha) {
     double rgba[4] = {0, 0, 0, *alpha};
     const bool good =
@@ -153,6 +159,7 @@ static void read_components(shd_reader *r, const shd_node *node, double *out, do
         shd_wrong(r, &item, "an alpha is from 0 to 1, got %.9g", rgba[3]);
     }
     if (!good) return;
+    for (int c = 0; c < 3; c++) rgba[c] = plain_number(r, rgba[c]);
     shd_convert_color(r, node, r->colors, rgba);
     memcpy(out, rgba, 3 * sizeof *rgba);
 }
@@ -163,7 +170,7 @@ void shd_read_color_alpha(shd_reader *r, const shd_node *node, double rgb[3], do
     else if (json_is_object(node->value))
         read_spaced(r, node, rgb);
     else if (json_is_number(node->value))
-        convert_grey(r, node, json_number_value(node->value), rgb);
+        convert_grey(r, node, plain_number(r, json_number_value(node->value)), rgb);
     else if (json_is_array(node->value))
         read_components(r, node, rgb, alpha);
     else

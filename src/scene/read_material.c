@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "scene/library.h"
 #include "scene/read_model.h"
 
 typedef struct raw_lobe {
@@ -40,40 +41,57 @@ static shd_hint suggest_material(shd_reader *r, const char *name, bool with_name
     size_t count = 0;
     for (size_t i = 0; with_named && i < r->named_count && count < MOST / 2; i++)
         names[count++] = r->named[i].name;
-    for (size_t i = 0; i < shd_preset_count() && count < MOST; i++)
-        names[count++] = shd_preset_at(i).name;
+    const shd_library *library = r->catalog->library;
+    for (size_t i = 0; i < shd_preset_count(library) && count < MOST; i++)
+        names[count++] = shd_preset_at(library, i)->name;
     return shd_suggest(r->report, name, names, count);
 }
 
-/* The library's colors are linear Rec.709. */
-static void take_preset(shd_reader *r, const shd_node *node, size_t index, raw_material *raw) {
-    const shd_preset preset = shd_preset_at(index);
-    memcpy(raw->ambient, preset.ambient, sizeof raw->ambient);
-    memcpy(raw->diffuse, preset.diffuse, sizeof raw->diffuse);
-    raw->preset = true;
-    if (preset.metal)
-        raw->fresnel = *shd_metal_find(preset.metal);
-    else
-        raw->first = (shd_lobe){{preset.specular[0], preset.specular[1], preset.specular[2]},
-                                preset.shininess};
+static void read_own_members(shd_reader *r, const shd_node *node, int kind, raw_material *raw);
+
+/* Reads an entry of the library as if it were written here, but for the space of its numbers. Its
+ * errors were found when the library was read; what is left are those that come of the document's
+ * working space. */
+static void take_preset(shd_reader *r, const shd_node *node, const shd_library_entry *entry,
+                        raw_material *raw) {
+    const shd_reader outside = {.report = r->report,
+                                .json = r->json,
+                                .colors = r->colors,
+                                .codes = r->codes,
+                                .field = r->field};
     const shd_space_info *space = shd_catalog_space(r->catalog, "lin_rec709");
-    if (!space) return;
-    shd_convert_color(r, node, space, raw->ambient);
-    shd_convert_color(r, node, space, raw->diffuse);
-    if (!preset.metal) shd_convert_color(r, node, space, raw->first.specular);
+    const shd_node material = {.value = entry->material};
+    shd_report problems;
+    shd_report_init(&problems, r->arena);
+    r->report = &problems;
+    r->json = entry->json;
+    r->colors = space ? space : r->scene->working_space;
+    r->codes = entry->codes;
+    r->in_library = true;
+    read_own_members(r, &material, (int)entry->told.model, raw);
+    r->report = outside.report;
+    r->json = outside.json;
+    r->colors = outside.colors;
+    r->codes = outside.codes;
+    r->in_library = false;
+    r->field = outside.field;
+    raw->preset = true;
+    if (problems.status != SHD_OK)
+        shd_node_report(r->report, node, problems.status, "the preset \"%s\": %s", entry->told.name,
+                        problems.errors[0].detail);
 }
 
 static void read_preset(shd_reader *r, const shd_node *node, void *out) {
     const char *name = shd_get_text(r, node, "the name of a preset");
     if (!name) return;
-    const size_t preset = shd_preset_find(name);
+    const shd_library_entry *preset = shd_library_find(r->catalog->library, name);
     raw_material *raw = out;
-    const bool metal = preset != SIZE_MAX && shd_preset_at(preset).metal;
-    if (preset != SIZE_MAX && metal != (raw->model == SHD_MODEL_COOK_TORRANCE))
+    if (r->in_library)
+        shd_wrong(r, node, "a material of the library has no preset itself");
+    else if (preset && (int)preset->told.model != raw->model)
         shd_wrong(r, node, "the preset \"%s\" is a %s material, not %s", name,
-                  shd_model_names[metal ? SHD_MODEL_COOK_TORRANCE : SHD_MODEL_PHONG],
-                  shd_model_names[raw->model]);
-    else if (preset != SIZE_MAX)
+                  shd_model_names[preset->told.model], shd_model_names[raw->model]);
+    else if (preset)
         take_preset(r, node, preset, out);
     else
         shd_wrong(r, node, "there is no preset \"%s\"%s", shd_quote(name).text,
@@ -133,7 +151,7 @@ enum {
     FACETS = 1 << SHD_MODEL_COOK_TORRANCE,
     OREN_NAYAR = 1 << SHD_MODEL_OREN_NAYAR,
     WESTIN = 1 << SHD_MODEL_WESTIN,
-    BARE_METAL = SHD_MODEL_COUNT, /* has its model by its preset, and only what all models have */
+    BARE = SHD_MODEL_COUNT, /* has its model by its preset, and only what all models have */
     ANY_KIND = (2 << SHD_MODEL_COUNT) - 1
 };
 
@@ -144,7 +162,7 @@ static const shd_range facet_angle = {0, 90, false, false, "0 to 90 degrees"};
 static const shd_field material_fields[] = {
     {"model", .read = NULL},
     /* Before the members that override it. */
-    {"preset", .read = read_preset, .kinds = SHINY | FACETS | 1 << BARE_METAL},
+    {"preset", .read = read_preset, .kinds = SHINY | FACETS | OREN_NAYAR | 1 << BARE},
     {"emissive", shd_read_color_or_spectrum, .offset = AT(emissive), .curve = AT(emissive_curve),
      .lamp = true},
     {"ambient", shd_read_color_or_spectrum, AT(ambient), .mark = AMBIENT,
@@ -291,7 +309,8 @@ static raw_material default_material(shd_reader *r, shd_model model) {
 static void check_westin(shd_reader *r, const shd_node *node, const raw_material *raw) {
     const shd_node diffuse = shd_node_member(node, "diffuse");
     const unsigned seen = r->seen, wrong = r->wrong;
-    if (!(seen & MICRO)) shd_wrong(r, node, "the member \"microgeometry\" is missing");
+    if (!(seen & MICRO) && !raw->microgeometry)
+        shd_wrong(r, node, "the member \"microgeometry\" is missing");
     if (!(wrong & DIFFUSE)) shd_check_facets(r, &diffuse, raw->diffuse);
 }
 
@@ -302,8 +321,9 @@ static shd_lobe take_first(raw_lobes *lobes) {
     return *lobes->lobes++;
 }
 
-static void read_material(shd_reader *r, const shd_node *node, const char *name,
-                          shd_material *out) {
+/* Reads the members of a material of this kind, a model or BARE; what is absent is as in the model
+ * of `raw`, or as its preset has it. */
+static void read_members(shd_reader *r, const shd_node *node, int kind, raw_material *raw) {
     static const char *const names[] = {[SHD_MODEL_PHONG] = "a material",
                                         [SHD_MODEL_BLINN_PHONG] = "a blinn-phong material",
                                         [SHD_MODEL_PHONG_NORMALIZED] =
@@ -311,25 +331,62 @@ static void read_material(shd_reader *r, const shd_node *node, const char *name,
                                         [SHD_MODEL_OREN_NAYAR] = "an oren-nayar material",
                                         [SHD_MODEL_COOK_TORRANCE] = "a cook-torrance material",
                                         [SHD_MODEL_WESTIN] = "a westin material",
-                                        [BARE_METAL] = "a measured metal without `model`"};
-    const int model = shd_read_model(r, node);
-    const bool known = model >= 0, metal = model == SHD_MODEL_COOK_TORRANCE;
-    const int kind = metal && !shd_node_member(node, "model").value ? BARE_METAL : model;
-    raw_material raw = default_material(r, known ? (shd_model)model : SHD_MODEL_PHONG);
+                                        [BARE] = "a preset's material without `model`"};
     if (!shd_read_fields(r, node, material_fields, SHD_LENGTH(material_fields),
-                         known ? 1u << kind : ANY_KIND, known ? names[kind] : "a material", &raw))
+                         kind < 0 ? ANY_KIND : 1u << kind, kind < 0 ? "a material" : names[kind],
+                         raw))
         return;
-    if (!known) r->wrong |= SHD_SOME_FIELD;
-    if (model == SHD_MODEL_WESTIN) check_westin(r, node, &raw);
-    if (metal && raw.further.given) raw.first = take_first(&raw.further);
-    if (r->seen & OPACITY && raw.alpha >= 0)
+    if (kind < 0) r->wrong |= SHD_SOME_FIELD;
+    if (raw->model == SHD_MODEL_WESTIN) check_westin(r, node, raw);
+    if (raw->model == SHD_MODEL_COOK_TORRANCE && raw->further.given)
+        raw->first = take_first(&raw->further);
+    raw->further.given = false;
+    if (r->seen & OPACITY && raw->alpha >= 0)
         shd_wrong(r, node, "give either `opacity` or a fourth component of `diffuse`, not both");
-    if (!raw.preset && !(r->seen & AMBIENT)) {
-        memcpy(raw.ambient, raw.diffuse, sizeof raw.ambient);
-        raw.ambient_curve = raw.diffuse_curve;
+    if (!raw->preset && !(r->seen & AMBIENT)) {
+        memcpy(raw->ambient, raw->diffuse, sizeof raw->ambient);
+        raw->ambient_curve = raw->diffuse_curve;
     }
+}
+
+static void read_own_members(shd_reader *r, const shd_node *node, int kind, raw_material *raw) {
+    *raw = default_material(r, (shd_model)kind);
+    read_members(r, node, kind, raw);
+    for (int c = 0; c < 3 && raw->alpha >= 0; c++) raw->opacity[c] = raw->alpha;
+    raw->alpha = -1;
+}
+
+static void read_material(shd_reader *r, const shd_node *node, const char *name,
+                          shd_material *out) {
+    const int model = shd_read_model(r, node);
+    const bool shiny = model >= 0 && 1u << model & SHINY;
+    const bool bare = model >= 0 && !shiny && !shd_node_member(node, "model").value;
+    raw_material raw = default_material(r, model < 0 ? SHD_MODEL_PHONG : (shd_model)model);
+    if (!json_is_object(node->value)) {
+        shd_is_object(r, node);
+        return;
+    }
+    read_members(r, node, bare ? BARE : model, &raw);
     make_material(r, &raw, name, out);
     if (!r->wrong) warn_of_material(r, node, out);
+}
+
+void shd_read_library_material(shd_reader *r, const shd_node *node, shd_material *out) {
+    read_material(r, node, "", out);
+}
+
+void shd_tell_preset(const shd_material *material, shd_preset *out) {
+    const shd_lobe *lobe = &material->lobes[0];
+    out->model = material->model;
+    memcpy(out->ambient, material->ambient, sizeof out->ambient);
+    memcpy(out->diffuse, material->diffuse, sizeof out->diffuse);
+    if (material->model == SHD_MODEL_COOK_TORRANCE) {
+        for (int c = 0; c < 3; c++)
+            out->specular[c] = shd_fresnel_reflectance(&material->fresnel, c, 1);
+    } else if (1u << material->model & SHINY) {
+        memcpy(out->specular, lobe->specular, sizeof out->specular);
+        out->shininess = lobe->shininess;
+    }
 }
 
 /* ---- `materials` ---- */
@@ -383,7 +440,8 @@ static size_t append_material(shd_reader *r, const shd_material *material) {
 }
 
 static size_t use_preset(shd_reader *r, const shd_node *node, size_t index) {
-    const size_t count = shd_preset_count();
+    const shd_library *library = r->catalog->library;
+    const size_t count = shd_preset_count(library);
     if (!r->presets_used) {
         r->presets_used = shd_take(r, count, sizeof *r->presets_used);
         if (!r->presets_used) return 0;
@@ -391,13 +449,13 @@ static size_t use_preset(shd_reader *r, const shd_node *node, size_t index) {
     }
     size_t *used = &r->presets_used[index];
     if (*used != SIZE_MAX) return *used;
-    raw_material raw = {.model = SHD_MODEL_PHONG, .opacity = {1, 1, 1}, .ior = 1.5, .alpha = -1};
-    if (shd_preset_at(index).metal) raw = default_material(r, SHD_MODEL_COOK_TORRANCE);
-    take_preset(r, node, index, &raw);
-    const char *name = shd_preset_at(index).name;
-    shd_material material = {.name = name};
-    make_material(r, &raw, name, &material);
-    warn_of_material(r, node, &material);
+    raw_material raw;
+    const char *name = shd_preset_at(library, index)->name;
+    take_preset(r, node, shd_library_find(library, name), &raw);
+    const char *kept = shd_take_text(r, name); /* the scene may outlive the library */
+    shd_material material = {.name = ""};
+    make_material(r, &raw, kept ? kept : "", &material);
+    if (r->report->status == SHD_OK) warn_of_material(r, node, &material);
     return *used = append_material(r, &material);
 }
 
@@ -425,7 +483,7 @@ size_t shd_use_material(shd_reader *r, const shd_node *node) {
         if (named->used == SIZE_MAX) named->used = append_material(r, &named->material);
         return named->used;
     }
-    const size_t preset = shd_preset_find(name);
+    const size_t preset = shd_preset_find(r->catalog->library, name);
     if (preset != SIZE_MAX) return use_preset(r, node, preset);
     if (r->names_unknown) return 0;
     shd_wrong(r, node, "there is no material \"%s\"%s", shd_quote(name).text,

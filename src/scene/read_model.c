@@ -10,9 +10,9 @@ int shd_read_model(shd_reader *r, const shd_node *node) {
             if (!strcmp(json_string_value(model.value), shd_model_names[i])) return i;
     } else if (!model.value) {
         if (!json_is_string(preset.value)) return SHD_MODEL_PHONG;
-        const size_t index = shd_preset_find(json_string_value(preset.value));
-        if (index == SIZE_MAX) return SHD_MODEL_PHONG;
-        return shd_preset_at(index).metal ? SHD_MODEL_COOK_TORRANCE : SHD_MODEL_PHONG;
+        const shd_library *library = r->catalog->library;
+        const size_t index = shd_preset_find(library, json_string_value(preset.value));
+        return index == SIZE_MAX ? SHD_MODEL_PHONG : (int)shd_preset_at(library, index)->model;
     }
     shd_read_name(r, &model, shd_model_names);
     return -1;

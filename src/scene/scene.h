@@ -327,16 +327,15 @@ shd_status shd_mesh_read(const void *data, size_t length, bool binary, const shd
                          const atomic_bool *cancelled, shd_arena *arena, const shd_mesh **out,
                          shd_report *report);
 
-/* The material library, sorted by name. Colors are linear Rec.709, decoded from the display codes
- * that the classic table was published in. */
+/* A material of the library as clients are told of it. Colors are linear Rec.709. */
 typedef struct shd_preset {
-    const char *name;
-    double ambient[3], diffuse[3], specular[3];
-    double shininess;
-    const char *note; /* one line for people: what it is, where its numbers come from */
-    /* The name of a metal: it is a Cook-Torrance material of a roughness of SHD_METAL_ROUGHNESS,
-     * and `specular` is what it reflects at a right angle. NULL: it is Phong's. */
-    const char *metal;
+    const char *name, *group;
+    const char *source; /* where its numbers come from */
+    const char *note;   /* one line for people, may be "" */
+    shd_model model;
+    double ambient[3], diffuse[3];
+    double specular[3]; /* of the first lobe; Cook-Torrance: what is reflected at a right angle */
+    double shininess;   /* 0 where the model has none */
 } shd_preset;
 
 #define SHD_METAL_ROUGHNESS 0.2
@@ -353,9 +352,20 @@ extern const char *const shd_metal_names[]; /* ended by NULL */
  * by Fresnel's equations. */
 double shd_fresnel_reflectance(const shd_fresnel *fresnel, int channel, double cosine);
 
-size_t shd_preset_count(void);
-shd_preset shd_preset_at(size_t index);
-size_t shd_preset_find(const char *name); /* its index; SIZE_MAX: none */
+/* The material library: config/materials.json, which is built in, and files of operators. Constant
+ * once all files are added; shared by threads. `catalog` is the one that documents are read with;
+ * its `library` is not looked at. Errors are SHD_CONFIG, with `path` and a JSON Pointer in the
+ * text, and SHD_EXHAUSTED; after one, nothing but shd_library_drop may follow. */
+typedef struct shd_library shd_library;
+shd_status shd_library_new(const shd_catalog *catalog, shd_library **out, shd_error *error);
+shd_status shd_library_add(shd_library *library, const char *path, const char *text, size_t length,
+                           const shd_catalog *catalog, shd_error *error);
+void shd_library_drop(shd_library *library); /* NULL is fine */
+
+/* Its materials, sorted by name. NULL has none. */
+size_t shd_preset_count(const shd_library *library);
+const shd_preset *shd_preset_at(const shd_library *library, size_t index);
+size_t shd_preset_find(const shd_library *library, const char *name); /* SIZE_MAX: none */
 
 /* Names as documents have them, by enum; NULL follows the last one. */
 extern const char *const shd_tier_names[],

@@ -320,6 +320,20 @@ class ReloadTest(Test):
             self.assertEqual(status(again), HIT)
             self.assert_same(again, first)
 
+    def test_other_materials_are_other_pictures(self):
+        def write(diffuse):
+            return self.file(json.dumps({"materials": {"house": {
+                "group": "house", "source": "ours", "material": {"diffuse": diffuse}}}}), "house.json")
+        scene = json.dumps({"objects": [{"type": "sphere", "material": "house"}], "image": {"width": 16, "height": 16}})
+        with Daemon("--materials", write(0.25)) as daemon:
+            first = daemon.render(scene)
+            self.assertEqual(status(daemon.render(scene)), HIT)
+            write(0.75)
+            self.reload(daemon, 1)
+            other = daemon.render(scene, {"If-None-Match": first.headers["ETag"]})
+            self.assertEqual(other.status, 200)
+            self.assertNotEqual((other.headers["ETag"], other.body), (first.headers["ETag"], first.body))
+
 
 if __name__ == "__main__":
     unittest.main()

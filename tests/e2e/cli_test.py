@@ -153,6 +153,16 @@ class Usage(Case):
         run = self.shade("check", self.scene(SMALL), "--ocio", "bad.ocio")
         self.assert_fails(run, 1, "bad.ocio")
 
+    def test_files_of_materials(self):
+        entry = {"group": "house", "source": "ours", "material": {"diffuse": 0.5}}
+        for name, material in (("a", entry), ("b", entry), ("bad", {**entry, "group": 1})):
+            (self.folder / f"{name}.json").write_text(json.dumps({"materials": {name: material}}))
+        scene = self.scene(json.dumps({"objects": [{"type": "sphere", "material": "a"},
+                                                   {"type": "sphere", "material": "b"}]}))
+        self.assert_fails(self.shade("check", scene, "--materials", "a.json"), 1, "no material")
+        self.assertEqual(self.shade("check", scene, "--materials", "a.json", "--materials", "b.json").returncode, 0)
+        self.assert_fails(self.shade("check", scene, "--materials", "bad.json"), 1, "bad.json: /materials/bad/group")
+
 
 class Render(Case):
     def test_suffix_chooses_the_format(self):

@@ -150,7 +150,7 @@ class OptionsTest(Folder):
             listed.pop(no_option)
         sample = (SOURCE / "config/shaded.conf").read_text()
         shown = dict(re.findall(r"^([a-z-]+) = (.*)$", sample, re.MULTILINE))
-        without = ("ocio", "tokens", "admin-tokens", "preview-keys", "cors-origins",
+        without = ("ocio", "materials", "tokens", "admin-tokens", "preview-keys", "cors-origins",
                    "trusted-proxies")
         for name in without:
             self.assertIn(f"\n; {name} = ", sample)
@@ -324,6 +324,32 @@ class StartTest(Folder):
         path = self.file(good, "good.ocio")
         with Daemon("--ocio", path) as daemon:
             self.assertEqual(daemon.render(SMALL).status, 200)
+
+    def test_a_bad_file_of_materials_stops_the_start(self):
+        good = {"group": "house", "source": "ours", "material": {"diffuse": 0.5}}
+        for files, place in (({}, "No such file"), ([], "expected an object"), ({"materials": {"brass": good}}, "/materials/brass"),
+                             ({"materials": {"a": {**good, "material": {"shinines": 1}}}},
+                              "/materials/a/material/shinines"),
+                             ({"materials": {"a": {**good, "material": {"model": "westin"}}}}, "microgeometry"),
+                             ({"materials": {"a": {**good, "material": {"preset": "gold"}}}},
+                              "/materials/a/material/preset"),
+                             ({"materials": {"a": {"material": {}}}}, "/materials/a"),
+                             ({"materials": {"a": {**good, "encoding": "xyz"}}}, "/materials/a/encoding")):
+            with self.subTest(place=place):
+                path = self.file(json.dumps(files), "bad.json") if files != {} else "/nonexistent.json"
+                self.assert_cannot_start(
+                    run("--listen", "127.0.0.1:0", "--admin", "off", "--materials", path), path, place)
+
+    def test_files_of_materials_are_used(self):
+        entry = {"group": "house", "source": "ours", "note": "blue", "material": {"diffuse": "#00f"}}
+        paths = [self.file(json.dumps({"materials": {name: entry}}), name + ".json") for name in ("a1", "a2")]
+        with Daemon("--materials", paths[0], "--materials", paths[1]) as daemon:
+            scene = json.dumps({"objects": [{"type": "sphere", "material": "a1"},
+                                            {"type": "torus", "material": {"preset": "a2"}}]})
+            self.assertEqual(daemon.render(scene).status, 200)
+            told = {m["name"]: m for m in json.loads(daemon.get("/v1/materials").body)["materials"]}
+            self.assertEqual([told[name]["group"] for name in ("a1", "a2")], ["house"] * 2)
+            self.assertEqual((told["a1"]["diffuse"], told["a1"]["source"], told["a1"]["note"]), ([0, 0, 1], "ours", "blue"))
 
 
 class StopTest(unittest.TestCase):

@@ -6,9 +6,12 @@
 #define SHD_TEST_SCENE_CATALOG_H
 
 #include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/catalog.h"
+#include "scene/scene.h"
 
 static double scene_catalog_decode(const char *space, double v) {
     if (!strcmp(space, "wide")) return v * 2;
@@ -47,14 +50,25 @@ static const shd_holds scene_holds[] = {SHD_HOLDS_CODES, SHD_HOLDS_CODES, SHD_HO
 static const shd_display_info scene_displays[] = {{"sRGB", scene_views, 3, scene_holds},
                                                   {"Rec.1886", scene_views, 2, scene_holds}};
 
-static const shd_catalog scene_catalog = {.spaces = scene_spaces,
-                                          .space_count = 6,
-                                          .displays = scene_displays,
-                                          .display_count = 2,
-                                          .scene_linear = &scene_spaces[0],
-                                          .colors = &scene_spaces[0],
-                                          .css = &scene_spaces[2],
-                                          .rec709 = &scene_spaces[0],
-                                          .convert = scene_catalog_convert};
+static shd_catalog scene_catalog = {.spaces = scene_spaces,
+                                    .space_count = 6,
+                                    .displays = scene_displays,
+                                    .display_count = 2,
+                                    .scene_linear = &scene_spaces[0],
+                                    .colors = &scene_spaces[0],
+                                    .css = &scene_spaces[2],
+                                    .rec709 = &scene_spaces[0],
+                                    .convert = scene_catalog_convert};
+
+/* Before main: the library is as const as the rest. */
+__attribute__((constructor)) static void scene_catalog_take_library(void) {
+    shd_library *library = NULL;
+    shd_error error;
+    if (shd_library_new(&scene_catalog, &library, &error)) {
+        fprintf(stderr, "%s\n", error.text);
+        abort();
+    }
+    scene_catalog.library = library;
+}
 
 #endif

@@ -145,11 +145,17 @@ static void named_material_hides_the_preset(void **state) {
     drop(&r);
 }
 
+static const shd_preset *named_preset(const char *name) {
+    const size_t index = shd_preset_find(scene_catalog.library, name);
+    assert_true(index != SIZE_MAX);
+    return shd_preset_at(scene_catalog.library, index);
+}
+
 static void preset_is_overridden_member_by_member(void **state) {
     (void)state;
     reading r = read_scene(OBJECT("'type': 'sphere', 'material':"
                                   "{'shininess': 5, 'diffuse': 0.25, 'preset': 'brass'}"));
-    const shd_preset brass = shd_preset_at(shd_preset_find("brass"));
+    const shd_preset brass = *named_preset("brass");
     const shd_material *m = material_of(&r, 0);
     assert_rgb(m->diffuse, .25, .25, .25);
     assert_float_equal(m->lobes[0].shininess, 5, 0);
@@ -214,12 +220,12 @@ static void warnings_are_about_what_a_material_is(void **state) {
         snprintf(words, sizeof words, "%s", r.report.warnings[0].detail);
         drop(&r);
     }
-    for (size_t i = 0; i < shd_preset_count(); i++) {
+    for (size_t i = 0; i < shd_preset_count(scene_catalog.library); i++) {
         size_t warnings[2];
         for (int k = 0; k < 2; k++) {
             char material[64], text[256];
             snprintf(material, sizeof material, k ? "{'preset': '%s'}" : "'%s'",
-                     shd_preset_at(i).name);
+                     shd_preset_at(scene_catalog.library, i)->name);
             snprintf(text, sizeof text, OBJECT("'type': 'sphere', 'material': %s"), material);
             reading r = read_scene(text);
             warnings[k] = r.report.warning_count;
@@ -231,12 +237,13 @@ static void warnings_are_about_what_a_material_is(void **state) {
 
 static void library_is_sorted_and_plausible(void **state) {
     (void)state;
-    assert_true(shd_preset_count() >= 27);
-    for (size_t i = 0; i < shd_preset_count(); i++) {
-        const shd_preset preset = shd_preset_at(i);
-        if (i) assert_true(strcmp(shd_preset_at(i - 1).name, preset.name) < 0);
-        assert_int_equal(shd_preset_find(preset.name), i);
-        assert_true(*preset.note);
+    assert_true(shd_preset_count(scene_catalog.library) >= 60);
+    for (size_t i = 0; i < shd_preset_count(scene_catalog.library); i++) {
+        const shd_preset preset = *shd_preset_at(scene_catalog.library, i);
+        if (i)
+            assert_true(strcmp(shd_preset_at(scene_catalog.library, i - 1)->name, preset.name) < 0);
+        assert_int_equal(shd_preset_find(scene_catalog.library, preset.name), i);
+        assert_true(*preset.note && *preset.source && *preset.group);
         assert_in_range((uintmax_t)preset.shininess, 0, 200);
         for (int c = 0; c < 3; c++) {
             assert_true(preset.ambient[c] >= 0 && preset.ambient[c] <= 1);
@@ -244,16 +251,16 @@ static void library_is_sorted_and_plausible(void **state) {
             assert_true(preset.specular[c] >= 0 && preset.specular[c] <= 1);
         }
     }
-    assert_true(shd_preset_find("unobtainium") == SIZE_MAX);
-    assert_float_equal(shd_preset_at(shd_preset_find("brass")).shininess, 27.8974, 0);
-    assert_float_equal(shd_preset_at(shd_preset_find("planet")).shininess, 0, 0);
+    assert_true(shd_preset_find(scene_catalog.library, "unobtainium") == SIZE_MAX);
+    assert_float_equal(named_preset("brass")->shininess, 27.8974, 0);
+    assert_float_equal(named_preset("planet")->shininess, 0, 0);
 }
 
 /* The published 0.75164, 0.60648, 0.22648 by IEC 61966-2-1: a lamp of 1 shows these codes. */
 static void the_librarys_display_codes_are_decoded(void **state) {
     (void)state;
     reading r = read_scene(OBJECT("'type': 'sphere', 'material': 'gold'"));
-    const shd_preset gold = shd_preset_at(shd_preset_find("gold"));
+    const shd_preset gold = *named_preset("gold");
     const double expected[3] = {0.52508004, 0.32616264, 0.04196316};
     for (int c = 0; c < 3; c++) {
         assert_float_equal(gold.diffuse[c], expected[c], 5e-8);

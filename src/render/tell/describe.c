@@ -11,16 +11,16 @@ static json_t *tell_rgb(const double value[3]) {
 }
 
 static json_t *describe_materials(const shd_engine *engine) {
-    (void)engine;
     json_t *list = json_array();
-    for (size_t i = 0; i < shd_preset_count(); i++) {
-        const shd_preset preset = shd_preset_at(i);
-        const shd_model model = preset.metal ? SHD_MODEL_COOK_TORRANCE : SHD_MODEL_PHONG;
+    for (size_t i = 0; i < shd_preset_count(engine->library); i++) {
+        const shd_preset *preset = shd_preset_at(engine->library, i);
         json_array_append_new(
-            list, json_pack("{ss ss so so so sf ss}", "name", preset.name, "model",
-                            shd_model_names[model], "ambient", tell_rgb(preset.ambient), "diffuse",
-                            tell_rgb(preset.diffuse), "specular", tell_rgb(preset.specular),
-                            "shininess", preset.shininess, "note", preset.note));
+            list,
+            json_pack("{ss ss ss ss ss so so so sf}", "name", preset->name, "group", preset->group,
+                      "model", shd_model_names[preset->model], "note", preset->note, "source",
+                      preset->source, "ambient", tell_rgb(preset->ambient), "diffuse",
+                      tell_rgb(preset->diffuse), "specular", tell_rgb(preset->specular),
+                      "shininess", preset->shininess));
     }
     return json_pack("{ss so}", "colorSpace", "lin_rec709", "materials", list);
 }

@@ -46,6 +46,8 @@ static const option_info options[] = {
     {"ocio", TEXT, false, FIELD(ocio), 0, 0, "FILE",
      "OpenColorIO configuration (.ocio, .ocioz or ocio://NAME); none: the one that is built in. "
      "$OCIO and OCIO_* are not looked at"},
+    {"materials", LIST, false, FIELD(materials), 0, 0, "FILE",
+     "materials that `preset` may name beside those that are built in; or a list"},
     {"timeout", WHOLE, false, FIELD(timeout), 1, 86400, "SECONDS",
      "longest time from a request's last byte to its picture"},
     {"idle-timeout", WHOLE, true, FIELD(idle_timeout), 1, 86400, "SECONDS",
@@ -271,8 +273,8 @@ static bool read_file(const char *path, shd_config *config, char *message, size_
 
 /* ---- All sources ---- */
 
-/* Of the one LIST. What does not fit is cut, and then too long for its field. */
-enum { JOINED_SIZE = 2048 };
+/* Of each LIST. What does not fit is cut, and then too long for its field. */
+enum { JOINED_SIZE = 2304 };
 
 /* What a flag stands for that may have been there before. */
 static const char *join_values(const option_info *option, const char *value,
@@ -284,8 +286,8 @@ static const char *join_values(const option_info *option, const char *value,
 }
 
 static shd_config_result read_flags(int argc, char **argv, const char *values[OPTION_COUNT],
-                                    char joined[JOINED_SIZE], const char **path, char *message,
-                                    size_t size) {
+                                    char joined[OPTION_COUNT][JOINED_SIZE], const char **path,
+                                    char *message, size_t size) {
     struct option flags[OPTION_COUNT + 5] = {
         [OPTION_COUNT] = {"config", required_argument, NULL, FLAG_CONFIG},
         {"help", no_argument, NULL, FLAG_HELP},
@@ -312,7 +314,7 @@ static shd_config_result read_flags(int argc, char **argv, const char *values[OP
         else if (flag == FLAG_READY)
             result = SHD_CONFIG_READY;
         else
-            values[i] = join_values(&options[i], optarg, joined);
+            values[i] = join_values(&options[i], optarg, joined[i]);
     }
     if (optind < argc) {
         snprintf(message, size, "unexpected argument '%s'", argv[optind]);
@@ -326,7 +328,8 @@ shd_config_result shd_config_read(int argc, char **argv, shd_config *config, cha
     *config = shd_config_defaults();
     optind = 0; /* read again from the start, for SIGHUP */
     const char *values[OPTION_COUNT] = {NULL}, *path = getenv("SHADED_CONFIG");
-    char joined[JOINED_SIZE] = "";
+    static char joined[OPTION_COUNT][JOINED_SIZE]; /* the main thread's */
+    memset(joined, 0, sizeof joined);
     shd_config_result result = read_flags(argc, argv, values, joined, &path, message, message_size);
     if (result != SHD_CONFIG_RUN && result != SHD_CONFIG_READY) return result;
 

@@ -20,6 +20,7 @@ typedef struct shd_config {
     char admin_tokens[4096]; /* path; "": everybody may ask for metrics */
     char preview_keys[4096]; /* path; "": previews need no signature */
     char cors_origins[1024];
+    char materials[2048];       /* paths of files of materials, parted by blanks */
     char trusted_proxies[1024]; /* networks whose X-Forwarded-For is believed */
     bool log_requests;
     shd_limits limits;

@@ -8,6 +8,7 @@ shd_engine_options shd_settings_engine(const shd_config *config) {
     /* jobs.c counts the places; rests of jobs that had one come on top, one a thread at most. */
     const size_t queue = config->queue + MOST_THREADS;
     return (shd_engine_options){.ocio_config = *config->ocio ? config->ocio : NULL,
+                                .materials = config->materials,
                                 .kernel = config->kernel,
                                 .threads = (unsigned)config->threads,
                                 .queue = queue,
