@@ -61,8 +61,10 @@ typedef struct shd_catalog {
     const shd_space_info *css;    /* the space of "#rrggbb"; NULL if there is none */
     const shd_space_info *rec709; /* linear Rec.709, of CSS's other colors; NULL: none */
 
-    /* The materials that documents may name (scene/scene.h), which others own; NULL: none. */
-    const struct shd_library *library;
+    /* Gives the materials that documents may name (scene/scene.h), which others own, and reads them
+     * if they were not asked for before. NULL: memory is short. Any thread. `library` NULL: there
+     * are none. */
+    const struct shd_library *(*library)(const struct shd_catalog *catalog);
 
     /* Converts one color in place between two spaces by name, to f32 accuracy: bit for bit if the
      * spaces are the same, and from sRGB to linear Rec.709 by IEC 61966-2-1 in f64. `self` is the

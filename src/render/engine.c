@@ -77,13 +77,28 @@ static shd_status add_materials(shd_engine *engine, const char *path, shd_error 
     return status;
 }
 
+static const shd_library *find_library(const shd_catalog *catalog) {
+    /* The catalog is a member of an engine, which alone changes. */
+    shd_engine *engine =
+        (shd_engine *)(void *)((char *)(uintptr_t)catalog - offsetof(shd_engine, catalog));
+    shd_error error;
+    pthread_mutex_lock(&engine->reading);
+    if (!engine->library) shd_library_new(&engine->catalog, &engine->library, &error);
+    const shd_library *library = engine->library;
+    pthread_mutex_unlock(&engine->reading);
+    return library;
+}
+
+const shd_library *shd_engine_library(const shd_engine *engine) {
+    return find_library(&engine->catalog);
+}
+
+/* What is built in is read when somebody asks for it, and files of operators now. */
 static shd_status load_materials(shd_engine *engine, const char *paths, shd_error *error) {
-    engine->library = NULL;
     engine->catalog = *shd_color_catalog(engine->color);
+    engine->catalog.library = find_library;
+    if (!paths || !*paths) return SHD_OK;
     shd_status status = shd_library_new(&engine->catalog, &engine->library, error);
-    if (status != SHD_OK) return status;
-    engine->catalog.library = engine->library;
-    if (!paths) return SHD_OK;
     char *list = strdup(paths), *rest = list;
     if (!list) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     for (char *path; status == SHD_OK && (path = strsep(&rest, " "));)
@@ -110,6 +125,7 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
         .budget = options->budget,
         .spares = shd_spares_new(spare_bytes(options, threads), options->budget),
     };
+    pthread_mutex_init(&engine->reading, NULL);
     shd_status status = engine->spares ? load_colors(options, &engine->color, error)
                                        : shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     if (status == SHD_OK) status = load_materials(engine, options->materials, error);
@@ -142,6 +158,7 @@ shd_status shd_engine_renew(const shd_engine *first, const shd_engine_options *o
     engine->limits = options->limits;
     engine->color = NULL;
     engine->library = NULL;
+    pthread_mutex_init(&engine->reading, NULL);
     shd_status status = load_colors(options, &engine->color, error);
     if (status == SHD_OK) status = load_materials(engine, options->materials, error);
     if (status == SHD_OK)
@@ -161,6 +178,7 @@ void shd_engine_drop(shd_engine *engine) {
         shd_spares_drop(engine->spares);
     }
     shd_library_drop(engine->library);
+    pthread_mutex_destroy(&engine->reading);
     shd_color_config_drop(engine->color);
     free(engine);
 }

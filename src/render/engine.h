@@ -1,6 +1,8 @@
 /* The engine's inside: what all requests share. */
 #pragma once
 
+#include <pthread.h>
+
 #include "base/pool.h"
 #include "base/spares.h"
 #include "color/color.h"
@@ -17,7 +19,8 @@ struct shd_engine {
     shd_budget *budget; /* NULL: only requests count their memory */
     shd_spares *spares; /* of requests' arenas */
     shd_color_config *color;
-    shd_library *library;
+    pthread_mutex_t reading; /* of the library */
+    shd_library *library;    /* NULL: nobody asked for it yet */
     shd_catalog catalog;     /* that of `color`, with the library */
     struct shd_reuse *reuse; /* what earlier pictures have left */
     struct shd_store *store; /* of meshes */
@@ -26,3 +29,6 @@ struct shd_engine {
     shd_isa isa;      /* of the kernels */
     bool floats_only; /* for tests: no colors go straight to codes, which gives the same bytes */
 };
+
+/* The materials that documents may name. NULL: memory is short. Any thread. */
+const shd_library *shd_engine_library(const shd_engine *engine);

@@ -13,6 +13,14 @@ shd_library *shd_library_make(void) {
     return NULL;
 }
 
+bool shd_reach_library(shd_reader *r, const shd_node *node, const shd_library **out) {
+    *out = NULL;
+    if (r->in_library || !r->catalog->library) return true;
+    *out = r->catalog->library(r->catalog);
+    if (!*out) shd_node_report(r->report, node, SHD_EXHAUSTED, "out of memory");
+    return *out;
+}
+
 static int compare_entries(const void *a, const void *b) {
     return strcmp(((const shd_library_entry *)a)->told.name,
                   ((const shd_library_entry *)b)->told.name);

@@ -2,7 +2,7 @@
  * scene/. */
 #pragma once
 
-#include "scene/json.h"
+#include "scene/read.h"
 #include "scene/scene.h"
 
 typedef struct shd_library_entry {
@@ -11,6 +11,10 @@ typedef struct shd_library_entry {
     const shd_json *json; /* the file that it is of */
     bool codes;           /* plain numbers of colors are display codes */
 } shd_library_entry;
+
+/* The library, for a name that a document has. It may be empty, or NULL for none. False: memory is
+ * short, which is reported. */
+bool shd_reach_library(shd_reader *r, const shd_node *node, const shd_library **out);
 
 /* By name. NULL: there is none. */
 const shd_library_entry *shd_library_find(const shd_library *library, const char *name);

@@ -41,7 +41,9 @@ static shd_hint suggest_material(shd_reader *r, const char *name, bool with_name
     size_t count = 0;
     for (size_t i = 0; with_named && i < r->named_count && count < MOST / 2; i++)
         names[count++] = r->named[i].name;
-    const shd_library *library = r->catalog->library;
+    const shd_node none = {0};
+    const shd_library *library;
+    shd_reach_library(r, &none, &library);
     for (size_t i = 0; i < shd_preset_count(library) && count < MOST; i++)
         names[count++] = shd_preset_at(library, i)->name;
     return shd_suggest(r->report, name, names, count);
@@ -83,8 +85,9 @@ static void take_preset(shd_reader *r, const shd_node *node, const shd_library_e
 
 static void read_preset(shd_reader *r, const shd_node *node, void *out) {
     const char *name = shd_get_text(r, node, "the name of a preset");
-    if (!name) return;
-    const shd_library_entry *preset = shd_library_find(r->catalog->library, name);
+    const shd_library *library;
+    if (!name || !shd_reach_library(r, node, &library)) return;
+    const shd_library_entry *preset = shd_library_find(library, name);
     raw_material *raw = out;
     if (r->in_library)
         shd_wrong(r, node, "a material of the library has no preset itself");
@@ -439,8 +442,8 @@ static size_t append_material(shd_reader *r, const shd_material *material) {
     return r->material_count++;
 }
 
-static size_t use_preset(shd_reader *r, const shd_node *node, size_t index) {
-    const shd_library *library = r->catalog->library;
+static size_t use_preset(shd_reader *r, const shd_node *node, const shd_library *library,
+                         size_t index) {
     const size_t count = shd_preset_count(library);
     if (!r->presets_used) {
         r->presets_used = shd_take(r, count, sizeof *r->presets_used);
@@ -483,8 +486,10 @@ size_t shd_use_material(shd_reader *r, const shd_node *node) {
         if (named->used == SIZE_MAX) named->used = append_material(r, &named->material);
         return named->used;
     }
-    const size_t preset = shd_preset_find(r->catalog->library, name);
-    if (preset != SIZE_MAX) return use_preset(r, node, preset);
+    const shd_library *library;
+    if (!shd_reach_library(r, node, &library)) return 0;
+    const size_t preset = shd_preset_find(library, name);
+    if (preset != SIZE_MAX) return use_preset(r, node, library, preset);
     if (r->names_unknown) return 0;
     shd_wrong(r, node, "there is no material \"%s\"%s", shd_quote(name).text,
               suggest_material(r, name, true).text);

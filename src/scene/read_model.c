@@ -1,6 +1,7 @@
 /* What the models of reflection have beside Phong's members. */
 #include <string.h>
 
+#include "scene/library.h"
 #include "scene/read_model.h"
 
 int shd_read_model(shd_reader *r, const shd_node *node) {
@@ -10,7 +11,8 @@ int shd_read_model(shd_reader *r, const shd_node *node) {
             if (!strcmp(json_string_value(model.value), shd_model_names[i])) return i;
     } else if (!model.value) {
         if (!json_is_string(preset.value)) return SHD_MODEL_PHONG;
-        const shd_library *library = r->catalog->library;
+        const shd_library *library;
+        if (!shd_reach_library(r, &preset, &library)) return -1;
         const size_t index = shd_preset_find(library, json_string_value(preset.value));
         return index == SIZE_MAX ? SHD_MODEL_PHONG : (int)shd_preset_at(library, index)->model;
     }

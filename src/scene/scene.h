@@ -354,7 +354,7 @@ double shd_fresnel_reflectance(const shd_fresnel *fresnel, int channel, double c
 
 /* The material library: config/materials.json, which is built in, and files of operators. Constant
  * once all files are added; shared by threads. `catalog` is the one that documents are read with;
- * its `library` is not looked at. Errors are SHD_CONFIG, with `path` and a JSON Pointer in the
+ * its `library` is not asked. Errors are SHD_CONFIG, with `path` and a JSON Pointer in the
  * text, and SHD_EXHAUSTED; after one, nothing but shd_library_drop may follow. */
 typedef struct shd_library shd_library;
 shd_status shd_library_new(const shd_catalog *catalog, shd_library **out, shd_error *error);

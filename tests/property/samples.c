@@ -131,7 +131,7 @@ static int compare_doubles(const void *a, const void *b) {
 static void bounds_at_four_samples_are_near_what_is_measured(void **state) {
     enum { MOST = 256 };
     double linear[MOST], delta_e[MOST], seen[MOST];
-    const shd_library *library = ((const shd_engine *)*state)->library;
+    const shd_library *library = shd_engine_library(*state);
     size_t count = 0;
     for (size_t k = 0; k < shd_preset_count(library); k++) {
         const shd_preset *preset = shd_preset_at(library, k);

@@ -60,6 +60,13 @@ static shd_catalog scene_catalog = {.spaces = scene_spaces,
                                     .rec709 = &scene_spaces[0],
                                     .convert = scene_catalog_convert};
 
+static const shd_library *scene_library;
+
+static const shd_library *scene_catalog_library(const shd_catalog *catalog) {
+    (void)catalog;
+    return scene_library;
+}
+
 /* Before main: the library is as const as the rest. */
 __attribute__((constructor)) static void scene_catalog_take_library(void) {
     shd_library *library = NULL;
@@ -68,7 +75,8 @@ __attribute__((constructor)) static void scene_catalog_take_library(void) {
         fprintf(stderr, "%s\n", error.text);
         abort();
     }
-    scene_catalog.library = library;
+    scene_library = library;
+    scene_catalog.library = scene_catalog_library;
 }
 
 #endif

@@ -146,9 +146,9 @@ static void named_material_hides_the_preset(void **state) {
 }
 
 static const shd_preset *named_preset(const char *name) {
-    const size_t index = shd_preset_find(scene_catalog.library, name);
+    const size_t index = shd_preset_find(scene_library, name);
     assert_true(index != SIZE_MAX);
-    return shd_preset_at(scene_catalog.library, index);
+    return shd_preset_at(scene_library, index);
 }
 
 static void preset_is_overridden_member_by_member(void **state) {
@@ -220,12 +220,12 @@ static void warnings_are_about_what_a_material_is(void **state) {
         snprintf(words, sizeof words, "%s", r.report.warnings[0].detail);
         drop(&r);
     }
-    for (size_t i = 0; i < shd_preset_count(scene_catalog.library); i++) {
+    for (size_t i = 0; i < shd_preset_count(scene_library); i++) {
         size_t warnings[2];
         for (int k = 0; k < 2; k++) {
             char material[64], text[256];
             snprintf(material, sizeof material, k ? "{'preset': '%s'}" : "'%s'",
-                     shd_preset_at(scene_catalog.library, i)->name);
+                     shd_preset_at(scene_library, i)->name);
             snprintf(text, sizeof text, OBJECT("'type': 'sphere', 'material': %s"), material);
             reading r = read_scene(text);
             warnings[k] = r.report.warning_count;
@@ -237,12 +237,11 @@ static void warnings_are_about_what_a_material_is(void **state) {
 
 static void library_is_sorted_and_plausible(void **state) {
     (void)state;
-    assert_true(shd_preset_count(scene_catalog.library) >= 60);
-    for (size_t i = 0; i < shd_preset_count(scene_catalog.library); i++) {
-        const shd_preset preset = *shd_preset_at(scene_catalog.library, i);
-        if (i)
-            assert_true(strcmp(shd_preset_at(scene_catalog.library, i - 1)->name, preset.name) < 0);
-        assert_int_equal(shd_preset_find(scene_catalog.library, preset.name), i);
+    assert_true(shd_preset_count(scene_library) >= 60);
+    for (size_t i = 0; i < shd_preset_count(scene_library); i++) {
+        const shd_preset preset = *shd_preset_at(scene_library, i);
+        if (i) assert_true(strcmp(shd_preset_at(scene_library, i - 1)->name, preset.name) < 0);
+        assert_int_equal(shd_preset_find(scene_library, preset.name), i);
         assert_true(*preset.note && *preset.source && *preset.group);
         assert_in_range((uintmax_t)preset.shininess, 0, 200);
         for (int c = 0; c < 3; c++) {
@@ -251,7 +250,7 @@ static void library_is_sorted_and_plausible(void **state) {
             assert_true(preset.specular[c] >= 0 && preset.specular[c] <= 1);
         }
     }
-    assert_true(shd_preset_find(scene_catalog.library, "unobtainium") == SIZE_MAX);
+    assert_true(shd_preset_find(scene_library, "unobtainium") == SIZE_MAX);
     assert_float_equal(named_preset("brass")->shininess, 27.8974, 0);
     assert_float_equal(named_preset("planet")->shininess, 0, 0);
 }

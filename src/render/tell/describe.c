@@ -11,9 +11,11 @@ static json_t *tell_rgb(const double value[3]) {
 }
 
 static json_t *describe_materials(const shd_engine *engine) {
+    const shd_library *library = shd_engine_library(engine);
+    if (!library) return NULL;
     json_t *list = json_array();
-    for (size_t i = 0; i < shd_preset_count(engine->library); i++) {
-        const shd_preset *preset = shd_preset_at(engine->library, i);
+    for (size_t i = 0; i < shd_preset_count(library); i++) {
+        const shd_preset *preset = shd_preset_at(library, i);
         json_array_append_new(
             list,
             json_pack("{ss ss ss ss ss so so so sf}", "name", preset->name, "group", preset->group,
