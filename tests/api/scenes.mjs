@@ -81,11 +81,31 @@ const sized = {
     $defs: { ...schema.$defs, Image: { ...schema.$defs.Image, required: ["width", "height"] } },
 };
 
+// A schema cannot say which presets are of which model, nor what facets can send each other for ever: most
+// materials have a preset of their own model, or none, and most that are simulated send on less than arrives.
+function calmMaterials(value, materials) {
+    if (!value || typeof value !== "object") return value;
+    if (Array.isArray(value)) return value.map(item => calmMaterials(item, materials));
+    const calm = { ...value };
+    const named = materials.find(entry => entry.name === value.preset);
+    const model = value.model ?? (value.fresnel || value.lobes?.[0]?.roughness !== undefined ? "cook-torrance" :
+        value.sigma !== undefined ? "oren-nayar" : "phong");
+    const other = materials.find(entry => entry.model === model);
+    if (named && model !== named.model) {
+        delete calm.preset;
+        if (other) Object.assign(calm, { model, preset: other.name });
+    }
+    if (value.microgeometry && "diffuse" in value && typeof value.diffuse !== "string") calm.diffuse = 0.5;
+    return Object.fromEntries(Object.entries(calm).map(([key, item]) => [key, calmMaterials(item, materials)]));
+}
+
 export async function sceneArbitrary(daemon) {
     const known = await hints(daemon);
+    const { materials } = JSON.parse((await daemon.ask({ method: "GET", path: "/v1/materials" })).body);
+    const calmed = scene => calmMaterials(scene, materials);
     const calm = new Values(sized, known).of(sized);
     const wild = new Values(sized, { ...known, wild: true }).of(sized);
-    return fc.oneof({ arbitrary: calm, weight: 3 }, { arbitrary: wild, weight: 1 });
+    return fc.oneof({ arbitrary: calm.map(calmed), weight: 3 }, { arbitrary: wild, weight: 1 });
 }
 
 export function* places(value, path = []) {
