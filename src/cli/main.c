@@ -182,6 +182,6 @@ int main(int argc, char **argv) {
     const int result = read_options(argc, argv, &options, &count);
     if (result >= 0) return result;
     if (count == 0)
-        return cli_usage("no command: render, explain, compare, analyze, brdf or check");
+        return cli_usage("no command: render, explain, compare, analyze, brdf, link or check");
     return run_command(argv[1], (const char *const *)argv + 2, count - 1, &options);
 }

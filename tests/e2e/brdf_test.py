@@ -71,6 +71,20 @@ class Http(unittest.TestCase):
             for value in told["albedo"]["values"]:
                 self.assertAlmostEqual(value[0], 0.7, 8)
 
+    def test_a_spectral_scene_has_the_colors_of_rgb_under_d65(self):
+        """Lifted colors make the round trip, in every term: lobes have reflectances of their own."""
+        for material in ({"diffuse": [0.2, 0.1, 0.05], "specular": [0.5, 0.1, 0.1], "shininess": 5,
+                          "lobes": [{"specular": [0.05, 0.1, 0.4], "shininess": 9}]},
+                         {"model": "cook-torrance", "diffuse": [0.1, 0.3, 0.2], "fresnel": {"n": 1.6},
+                          "lobes": [{"roughness": 0.2, "weight": 0.3}, {"roughness": 0.5, "weight": 0.6}]}):
+            told = []
+            for spectral in (False, True):
+                scene = {"spectral": spectral, "objects": [{"type": "sphere", "material": material}]}
+                told.append(json.loads(self.daemon.post("/v1/brdf", scene).body)["materials"][0])
+            for plain, lifted in zip(told[0]["albedo"]["values"], told[1]["albedo"]["values"]):
+                for a, b in zip(plain, lifted):
+                    self.assertAlmostEqual(a, b, delta=1e-9)
+
     def test_every_material_is_told_once(self):
         told = self.told("brass", "gold", "brass", {"preset": "measured-gold"})
         self.assertEqual([one["material"] for one in told], ["brass", "gold", ""])

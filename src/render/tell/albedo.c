@@ -207,6 +207,9 @@ bool shd_albedo_find(const shd_reflectance *of, double polar, double tolerance, 
     alone.lobe_count = 1;
     for (size_t k = 0; k < m->lobe_count && !shd_is_cancelled(of->plan->cancelled); k++) {
         alone.lobes = &m->lobes[k];
+        /* In a spectral scene the lobe's reflectances follow those of the diffuse term, which is 0.
+         */
+        if (m->bins) alone.bins = m->bins + k * of->plan->bins->count;
         add_terms(&part, kind_of(m->model), width_of(m, alone.lobes), polar, tolerance, share,
                   error);
     }
