@@ -1,6 +1,7 @@
 /* Pictures as bytes: from float RGBA pixels to a file in memory, and what formats can carry.
  *
- * PNG is written through libdeflate, JPEG through libjpeg-turbo and WebP through libwebp; TIFF,
+ * PNG is written by deflate.c and, if it is to be small, through libdeflate; JPEG through
+ * libjpeg-turbo and WebP through libwebp; TIFF,
  * OpenEXR and Radiance HDR go through OpenImageIO, which lives in a module of its own
  * (shaded_oiio.so) that is loaded when the first of these formats is asked for. The same picture
  * always gives the same bytes, because no date, host or thread shows in a file. All functions may

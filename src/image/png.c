@@ -1,4 +1,4 @@
-/* PNG (ISO/IEC 15948, third edition) with libdeflate. */
+/* PNG (ISO/IEC 15948, third edition). */
 #include <assert.h>
 #include <endian.h>
 #include <libdeflate.h>
@@ -88,7 +88,7 @@ static shd_status put_profile(writer *w, const shd_image *image, shd_icc *icc, s
                               shd_error *error) {
     shd_bytes profile;
     shd_status status =
-        shd_zlib_compress(image, (shd_bytes){icc->data, icc->size}, scratch, &profile, error);
+        shd_zlib_compress(image, (shd_bytes){icc->data, icc->size}, 1, scratch, &profile, error);
     if (status) return status;
     const size_t name = strlen(icc->name) + 1;
     unsigned char data[PROFILE_ROOM] = {0};
@@ -221,7 +221,8 @@ shd_status shd_encode_png(const shd_image *image, shd_format format, shd_arena *
     const shd_pack pack = shd_pack_of(image, format);
     shd_bytes rows = {NULL, 0}, data = {NULL, 0};
     shd_status status = filter_rows(image, &pack, scratch, &rows, error);
-    if (!status) status = shd_zlib_compress(image, rows, scratch, &data, error);
+    const size_t pixel = (size_t)pack.count * pack.bytes;
+    if (!status) status = shd_zlib_compress(image, rows, pixel, scratch, &data, error);
     if (status) return status;
     writer w = {NULL, 0};
     const size_t about = image->about ? strlen(image->about) : 0;

@@ -4,14 +4,12 @@
 #include <string.h>
 
 #include "image/blocks.h"
+#include "image/deflate.h"
 #include "image/spread.h"
 
-/* Measured on filtered rows, 512 x 512 at 8 bits, of one sphere and of 120 small ones: level 1
- * takes 2.3 and 3.0 ms for 31 and 124 kB, 2 takes 1.8 and 3.2 for 28 and 105, 3 takes 2.0 and 3.6
- * for 28 and 100, 5 takes 2.8 and 5.0 for 27 and 95. Of three examples (10, 35 and 109 kB by
- * level 2), level 9 takes 4, 11 and 60 ms for 9.7, 34 and 95 kB; 10 takes 19, 30 and 97 ms for 9.4,
- * 32 and 88, and 12 takes 200 ms for 8.7, 31 and 87. Level 1 may leave less than level 2, so that
- * it is no choice between; 0 stores the bytes in 0.1 ms. */
+/* What is usual is done by shd_deflate_block. `small` is by libdeflate: of three examples (10, 35
+ * and 109 kB usually), its level 9 takes 4, 11 and 60 ms for 9.7, 34 and 95 kB; 10 takes 19, 30 and
+ * 97 ms for 9.4, 32 and 88, and 12 takes 200 ms for 8.7, 31 and 87. `fast` stores the bytes. */
 enum { STORED = 0, USUAL = 2, SMALL = 10 };
 
 static int level_of(const shd_image *image) {
@@ -19,11 +17,11 @@ static int level_of(const shd_image *image) {
     return *image->compression == 'f' ? STORED : SMALL;
 }
 
-/* Bytes of a piece at most: 40 million instructions for what compresses worst. SMALL takes six
- * times as long, 30 ms for so many bytes. */
-enum { PIECE = 400 << 10, SMALL_PIECE = 200 << 10 };
+/* Bytes of a piece at most: SMALL takes 30 ms for so many. */
+enum { STORED_PIECE = 400 << 10, SMALL_PIECE = 200 << 10 };
 
-/* What libdeflate 1.14 was seen to take for a compressor of SMALL. Others take less than 1 MB. */
+/* What libdeflate 1.14 was seen to take for a compressor of SMALL. To store takes less than 1 MB.
+ */
 enum { SMALL_COMPRESSOR = 9 << 20 };
 
 /* Bytes before the pieces, behind each but the last, and behind all. */
@@ -37,22 +35,28 @@ typedef struct piece {
 
 typedef struct job {
     shd_bytes data;
+    size_t pixel;
     size_t count, step; /* pieces, and bytes of each but the last */
     size_t room;        /* of a piece's stream */
     int level;
     piece *pieces;
+    unsigned char *rooms;                       /* [slots] of shd_deflate_room, if USUAL */
     struct libdeflate_compressor **compressors; /* [slots] */
 } job;
 
-static job cut_pieces(const shd_image *image, shd_bytes data) {
+static job cut_pieces(const shd_image *image, shd_bytes data, size_t pixel) {
     const int level = level_of(image);
-    const size_t most = level == SMALL ? SMALL_PIECE : PIECE;
+    const size_t most = level == SMALL   ? SMALL_PIECE
+                        : level == USUAL ? SHD_DEFLATE_BLOCK
+                                         : STORED_PIECE;
     const size_t count = data.size > most ? (data.size + most - 1) / most : 1;
     const size_t step = (data.size + count - 1) / count;
     return (job){.data = data,
+                 .pixel = pixel,
                  .count = count,
                  .step = step,
-                 .room = libdeflate_deflate_compress_bound(NULL, step) + SEAM,
+                 .room = level == USUAL ? shd_deflate_bound(step)
+                                        : libdeflate_deflate_compress_bound(NULL, step) + SEAM,
                  .level = level};
 }
 
@@ -62,10 +66,14 @@ static size_t find_compressors(const shd_image *image, const job *j) {
     return j->level == SMALL ? SMALL_COMPRESSOR * (j->count < slots ? j->count : slots) : 0;
 }
 
+static size_t find_rooms(const shd_image *image, const job *j) {
+    return j->level == USUAL ? shd_deflate_room() * shd_encode_slots(image) : 0;
+}
+
 uint64_t shd_zlib_scratch(const shd_image *image, uint64_t size) {
-    const job j = cut_pieces(image, (shd_bytes){NULL, size});
+    const job j = cut_pieces(image, (shd_bytes){NULL, size}, 1);
     return HEAD + j.count * (uint64_t)(j.room + sizeof *j.pieces) + SUM +
-           find_compressors(image, &j);
+           find_compressors(image, &j) + find_rooms(image, &j);
 }
 
 /* Lets another block follow: the last one is no longer called so, and an empty stored block, which
@@ -85,12 +93,20 @@ static bool open_end(piece *p) {
 static void compress_piece(void *context, size_t index, unsigned slot) {
     job *j = context;
     piece *p = &j->pieces[index];
-    const size_t first = index * j->step, left = j->data.size - first;
+    const bool last = index + 1 == j->count;
+    const size_t first = index * j->step, size = last ? j->data.size - first : j->step;
+    const unsigned char *data = j->data.data + first;
+    if (j->level == USUAL) {
+        p->size = shd_deflate_block(j->rooms + slot * shd_deflate_room(), data, first, size,
+                                    j->pixel, last, p->data);
+        p->whole = true;
+        return;
+    }
     if (!j->compressors[slot]) j->compressors[slot] = libdeflate_alloc_compressor(j->level);
     if (!j->compressors[slot]) return;
-    p->size = libdeflate_deflate_compress(j->compressors[slot], j->data.data + first,
-                                          left < j->step ? left : j->step, p->data, j->room - SEAM);
-    p->whole = index + 1 == j->count || open_end(p);
+    p->size =
+        libdeflate_deflate_compress(j->compressors[slot], data, size, p->data, j->room - SEAM);
+    p->whole = last || open_end(p);
 }
 
 /* Moves the pieces together, in place. */
@@ -116,15 +132,17 @@ static shd_status join_pieces(const shd_image *image, const job *j, unsigned cha
     return SHD_OK;
 }
 
-shd_status shd_zlib_compress(const shd_image *image, shd_bytes data, shd_arena *scratch,
-                             shd_bytes *out, shd_error *error) {
-    job j = cut_pieces(image, data);
+shd_status shd_zlib_compress(const shd_image *image, shd_bytes data, size_t pixel,
+                             shd_arena *scratch, shd_bytes *out, shd_error *error) {
+    job j = cut_pieces(image, data, pixel);
     const size_t compressors = find_compressors(image, &j);
     const unsigned slots = shd_encode_slots(image);
     j.pieces = shd_arena_zalloc(scratch, j.count, sizeof *j.pieces);
     j.compressors = shd_arena_zalloc(scratch, slots, sizeof *j.compressors);
+    j.rooms = shd_arena_alloc(scratch, find_rooms(image, &j), 1);
     unsigned char *stream = shd_arena_alloc(scratch, HEAD + j.count * j.room + SUM, 1);
-    if (!j.pieces || !j.compressors || !stream || !shd_arena_borrow(scratch, compressors))
+    if (!j.pieces || !j.compressors || !j.rooms || !stream ||
+        !shd_arena_borrow(scratch, compressors))
         return shd_encode_no_memory(error);
     for (size_t i = 0; i < j.count; i++) j.pieces[i].data = stream + HEAD + i * j.room;
     const bool done = shd_encode_spread(image, j.count, compress_piece, &j);

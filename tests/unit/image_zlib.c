@@ -6,9 +6,11 @@
 
 #include "base/pool.h"
 #include "image/blocks.h"
+#include "image/deflate.h"
 #include "image/zlib.h"
 
-enum { PIECE = 400 << 10, LONG = 5 * PIECE + 12345 };
+/* Of `small` and of the usual one. */
+enum { SMALL_PIECE = 200 << 10, PIECE = SHD_DEFLATE_BLOCK, LONG = 9 * SMALL_PIECE + 12345 };
 
 /* Noise, sparse bytes, repeats and nothing, in stretches of several thousand bytes. */
 static unsigned char *make_data(size_t size, uint32_t seed) {
@@ -114,8 +116,8 @@ static shd_status compress(const shd_image *image, const unsigned char *data, si
     shd_arena *scratch = shd_arena_new(1 << 26);
     shd_bytes stream = {NULL, 0};
     shd_error error;
-    const shd_status status =
-        shd_zlib_compress(image, (shd_bytes){(void *)(size_t)data, size}, scratch, &stream, &error);
+    const shd_status status = shd_zlib_compress(image, (shd_bytes){(void *)(size_t)data, size}, 3,
+                                                scratch, &stream, &error);
     *out = (shd_bytes){NULL, 0};
     if (status == SHD_OK) {
         *out = (shd_bytes){malloc(stream.size), stream.size};
@@ -127,11 +129,15 @@ static shd_status compress(const shd_image *image, const unsigned char *data, si
 
 static void what_goes_in_comes_out(void **state) {
     (void)state;
-    static const size_t sizes[] = {0, 1, 5000, PIECE - 1, PIECE, PIECE + 1, 2 * PIECE + 1, LONG};
+    static const size_t sizes[] = {0,         1,           5000,     PIECE - 1,       PIECE,
+                                   PIECE + 1, SMALL_PIECE, LONG / 2, 2 * PIECE + 100, LONG};
+    static const char *const compressions[] = {NULL, "fast", "small"};
     unsigned char *data = make_data(LONG, 3), *back = malloc(LONG);
-    const shd_image image = picture(NULL, 1, 1);
+    shd_image image = picture(NULL, 1, 1);
     struct libdeflate_decompressor *d = libdeflate_alloc_decompressor();
-    for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
+    for (size_t n = 0; n < 3 * sizeof sizes / sizeof sizes[0]; n++) {
+        const size_t i = n / 3;
+        image.compression = compressions[n % 3];
         shd_bytes stream;
         size_t used, made;
         assert_int_equal(compress(&image, data, sizes[i], &stream), SHD_OK);
@@ -147,14 +153,15 @@ static void what_goes_in_comes_out(void **state) {
     free(data);
 }
 
-static void one_piece_is_what_libdeflate_makes_of_it(void **state) {
+static void one_small_piece_is_what_libdeflate_makes_of_it(void **state) {
     (void)state;
-    unsigned char *data = make_data(PIECE, 4);
-    const shd_image image = picture(NULL, 1, 1);
-    struct libdeflate_compressor *compressor = libdeflate_alloc_compressor(2);
-    const size_t bound = libdeflate_zlib_compress_bound(compressor, PIECE);
+    unsigned char *data = make_data(SMALL_PIECE, 4);
+    shd_image image = picture(NULL, 1, 1);
+    image.compression = "small";
+    struct libdeflate_compressor *compressor = libdeflate_alloc_compressor(10);
+    const size_t bound = libdeflate_zlib_compress_bound(compressor, SMALL_PIECE);
     unsigned char *whole = malloc(bound);
-    for (size_t size = 0; size <= PIECE; size = 2 * size + 1) {
+    for (size_t size = 0; size <= SMALL_PIECE; size = 2 * size + 1) {
         shd_bytes stream;
         assert_int_equal(compress(&image, data, size, &stream), SHD_OK);
         assert_int_equal(stream.size,
@@ -172,11 +179,11 @@ static void spread(void *context, size_t count,
     shd_pool_for(context, count, run, work);
 }
 
-static void threads_make_the_same_bytes(void **state) {
-    (void)state;
+static void check_threads(const char *compression) {
     unsigned char *data = make_data(LONG, 5);
     shd_image image = picture(NULL, 1, 1);
     shd_bytes wanted, got;
+    image.compression = compression;
     assert_int_equal(compress(&image, data, LONG, &wanted), SHD_OK);
     shd_pool *pool;
     shd_error error;
@@ -193,6 +200,12 @@ static void threads_make_the_same_bytes(void **state) {
     shd_pool_drop(pool);
     free(wanted.data);
     free(data);
+}
+
+static void threads_make_the_same_bytes(void **state) {
+    (void)state;
+    check_threads(NULL);
+    check_threads("small");
 }
 
 typedef struct asking {
@@ -228,7 +241,7 @@ int main(void) {
         cmocka_unit_test(the_last_block_is_found),
         cmocka_unit_test(what_is_no_stream_is_none),
         cmocka_unit_test(what_goes_in_comes_out),
-        cmocka_unit_test(one_piece_is_what_libdeflate_makes_of_it),
+        cmocka_unit_test(one_small_piece_is_what_libdeflate_makes_of_it),
         cmocka_unit_test(threads_make_the_same_bytes),
         cmocka_unit_test(it_is_left_between_any_two_pieces),
     };

@@ -1,0 +1,96 @@
+#include "image/prefix_code.h"
+
+#include <string.h>
+
+/* A count and its symbol in one number, which is what is sorted by. */
+enum { SYMBOL_BITS = 9, SYMBOL_MASK = (1 << SYMBOL_BITS) - 1, DIGIT_BITS = 9 };
+
+/* Keys of what is counted, by count, then symbol. Returns how many there are. */
+static size_t sort_counts(const uint32_t *counts, size_t size, uint32_t *keys) {
+    enum { DIGITS = 1 << DIGIT_BITS };
+    uint32_t other[SHD_PREFIX_SYMBOLS];
+    size_t used = 0;
+    for (uint32_t i = 0; i < size; i++)
+        if (counts[i]) keys[used++] = counts[i] << SYMBOL_BITS | i;
+    for (int pass = 0; pass < 2; pass++) {
+        const uint32_t *from = pass ? other : keys;
+        uint32_t *to = pass ? keys : other, starts[DIGITS + 1] = {0};
+        const int shift = SYMBOL_BITS + pass * DIGIT_BITS;
+        for (size_t i = 0; i < used; i++) starts[(from[i] >> shift & (DIGITS - 1)) + 1]++;
+        for (size_t i = 0; i < DIGITS; i++) starts[i + 1] += starts[i];
+        for (size_t i = 0; i < used; i++) to[starts[from[i] >> shift & (DIGITS - 1)]++] = from[i];
+    }
+    return used;
+}
+
+/* Ascending counts become the sizes of their codes, in place, n >= 2: Moffat and Katajainen,
+ * "In-place calculation of minimum-redundancy codes", 1995. Three sweeps find each node's parent,
+ * the depths of inner nodes, and how many leaves are at each depth. */
+static void find_sizes(uint32_t *a, size_t n) {
+    size_t root = 0, leaf = 0;
+    for (size_t next = 0; next < n - 1; next++) {
+        uint32_t sum = 0;
+        for (int k = 0; k < 2; k++) {
+            if (leaf >= n || (root < next && a[root] < a[leaf])) {
+                sum += a[root];
+                a[root++] = (uint32_t)next;
+            } else
+                sum += a[leaf++];
+        }
+        a[next] = sum;
+    }
+    a[n - 2] = 0;
+    for (size_t i = n - 2; i-- > 0;) a[i] = a[a[i]] + 1;
+    size_t inner = n - 1, at = n; /* inner nodes and leaves that are left, of n - 1 and n */
+    uint32_t depth = 0;
+    for (size_t nodes = 1; nodes; depth++) {
+        size_t parents = 0;
+        for (; inner && a[inner - 1] == depth; inner--) parents++;
+        for (size_t i = parents; i < nodes; i++) a[--at] = depth;
+        nodes = 2 * parents;
+    }
+}
+
+/* Cuts codes to `longest` bits, sizes descending, and lengthens others until all fit, the rarest
+ * first. What is then free goes to the most frequent. */
+static void limit_sizes(uint32_t *sizes, size_t n, unsigned longest) {
+    const uint32_t whole = 1u << longest;
+    uint32_t taken = 0;
+    for (size_t i = 0; i < n; i++) {
+        if (sizes[i] > longest) sizes[i] = longest;
+        taken += whole >> sizes[i];
+    }
+    for (size_t i = 0; taken > whole; taken -= whole >> ++sizes[i])
+        for (i = 0; sizes[i] == longest; i++) {
+        }
+    for (size_t i = n; i-- > 0;)
+        while (taken + (whole >> sizes[i]) <= whole) taken += whole >> sizes[i]--;
+}
+
+/* Codes of a size are numbers in a row, in the order of their symbols. */
+static void number_codes(size_t size, shd_prefix_code *code) {
+    uint32_t next[SHD_PREFIX_LONGEST + 2] = {0};
+    for (size_t i = 0; i < size; i++)
+        if (code->sizes[i]) next[code->sizes[i] + 1]++;
+    for (int i = 1; i <= SHD_PREFIX_LONGEST; i++) next[i + 1] = (next[i] + next[i + 1]) << 1;
+    for (size_t i = 0; i < size; i++) {
+        uint32_t number = code->sizes[i] ? next[code->sizes[i]]++ : 0, bits = 0;
+        for (int k = 0; k < code->sizes[i]; k++, number >>= 1) bits = bits << 1 | (number & 1);
+        code->bits[i] = (uint16_t)bits;
+    }
+}
+
+void shd_prefix_code_make(const uint32_t *counts, size_t size, unsigned longest,
+                          shd_prefix_code *code) {
+    uint32_t keys[SHD_PREFIX_SYMBOLS], sizes[SHD_PREFIX_SYMBOLS];
+    const size_t used = sort_counts(counts, size, keys);
+    for (size_t i = 0; i < used; i++) sizes[i] = keys[i] >> SYMBOL_BITS;
+    if (used > 1) {
+        find_sizes(sizes, used);
+        limit_sizes(sizes, used, longest);
+    } else
+        sizes[0] = 1;
+    memset(code->sizes, 0, sizeof code->sizes);
+    for (size_t i = 0; i < used; i++) code->sizes[keys[i] & SYMBOL_MASK] = (unsigned char)sizes[i];
+    number_codes(size, code);
+}
