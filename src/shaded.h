@@ -162,8 +162,11 @@ void shd_kept_scene_drop(shd_kept_scene *scene); /* before the engine; NULL is f
 
 /* A scene and its variants: {"scene": {...}, "variants": [...]}, merge patches (RFC 7396), or
  * {"scene": {...}, "sweep": {...}}, lists of values by JSON Pointer (RFC 6901), of which all
- * combinations are taken, the last list going on fastest. */
+ * combinations are taken, the last list going on fastest; or {"scene": {...}} alone. */
 typedef struct shd_variants shd_batch;
+
+/* Whether a text, which need not be sound, is a batch and no scene. */
+bool shd_batch_is(const char *json, size_t length);
 
 /* Reads a batch instead of a scene. `json` stays where it is until the batch is dropped, which the
  * caller does. What is wrong with a single variant is found when it is read. Returns the report's
@@ -172,8 +175,9 @@ shd_status shd_request_read_batch(shd_request *request, const char *json, size_t
                                   shd_batch **out);
 void shd_batch_drop(shd_batch *batch); /* NULL is fine */
 
-size_t shd_batch_count(const shd_batch *batch); /* variants: 1 to 10,000 */
-size_t shd_batch_size(const shd_batch *batch);  /* bytes of the scene that they vary */
+size_t shd_batch_count(const shd_batch *batch);     /* variants: 1 to 10,000 */
+const char *shd_batch_name(const shd_batch *batch); /* its member `name`, or "" */
+size_t shd_batch_size(const shd_batch *batch);      /* bytes of the scene that they vary */
 
 /* The scene document of a variant, which the caller frees; any thread. `request` is the one that
  * reads it next, whose cancelling ends this, or NULL. SHD_SCENE: a pointer of the sweep leads

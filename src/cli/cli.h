@@ -1,5 +1,5 @@
-/* The command line: files, messages, progress, commands. All on the main thread. A function that
- * returns false has printed on stderr what went wrong. */
+/* The command line: files, messages, progress, commands. All on the main thread, but for files and
+ * reports of batches. A function that returns false has printed on stderr what went wrong. */
 #pragma once
 
 #include <stdbool.h>
@@ -18,15 +18,25 @@ void cli_say(const char *format, ...) SHD_PRINTF(1, 2);
 int cli_hint(void); /* prints a pointer to --help; returns CLI_USAGE */
 #define cli_usage(...) (cli_say(__VA_ARGS__), cli_hint())
 
+/* What messages call a file: "stdin" for "-". */
+const char *cli_name_of(const char *path);
+
 /* Prints every problem of a report, one a line: "FILE:line:column: detail" for syntax, otherwise
- * "FILE: /pointer: detail", and warnings behind "warning: ". */
-void cli_print_report(const char *file, const shd_report *report);
+ * "FILE: /pointer: detail", and warnings behind "warning: ". `line`: 0, or that of the file which
+ * is the document; it then stands behind all names of the file. */
+void cli_print_report(const char *file, size_t line, const shd_report *report);
 void cli_print_error(const char *file, const shd_error *error); /* of rendering, in that form */
 
 /* The bar on stderr. It is drawn on a terminal only, once a picture has taken some time. */
 void cli_progress_begin(void);
 void cli_progress_draw(double share); /* in [0,1] */
 void cli_progress_end(void);          /* wipes the bar */
+
+/* The first interrupt ends what is rendered at the next tile, and then the program with the status
+ * that a shell expects; a second one ends it at once. */
+void cli_catch_interrupts(void);
+bool cli_interrupted(void);
+void cli_end_if_interrupted(void);
 
 /* ---- files.c ---- */
 
@@ -45,13 +55,24 @@ bool cli_file_write(const char *path, const void *data, size_t size, cli_file *o
 bool cli_file_commit(cli_file *file);  /* puts the file in its place; ends the struct */
 void cli_file_discard(cli_file *file); /* removes the file; ends the struct */
 
+bool cli_make_folder(const char *path); /* it may be there */
+
+/* Whether a name may become that of a file in a folder. */
+bool cli_name_is_safe(const char *name);
+
+/* Writes pictures into a folder, which is made, by their names. All are written beside their places
+ * first, so that a full disk leaves the old files. */
+bool cli_write_pictures(const char *folder, const shd_picture *pictures, size_t count);
+
 bool cli_write_stdout(const void *data, size_t size);
 
 /* ---- render.c ---- */
 
 typedef struct cli_options {
-    const char *output; /* -o; NULL: not given */
-    bool json;          /* --json */
+    const char *output;   /* -o; NULL: not given */
+    bool json;            /* --json */
+    bool resume;          /* --resume */
+    size_t shard, shards; /* --shard; 0 of 0: not given */
     shd_engine_options engine;
 } cli_options;
 
@@ -73,3 +94,8 @@ int cli_run(enum cli_command command, const char *const *scenes, size_t count,
 
 /* Prints the path of the link that holds a scene. Returns the exit status. */
 int cli_link(const char *scene, const shd_engine_options *options);
+
+/* ---- batch.c ---- */
+
+/* Renders each line of a file into a folder, options->output. Returns the exit status. */
+int cli_batch(const char *path, const cli_options *options);

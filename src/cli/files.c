@@ -137,3 +137,46 @@ void cli_file_discard(cli_file *file) {
     free(file->target);
     *file = (cli_file){0};
 }
+
+bool cli_make_folder(const char *path) {
+    if (!mkdir(path, 0777) || errno == EEXIST) return true;
+    cli_say("cannot make directory '%s': %s", path, strerror(errno));
+    return false;
+}
+
+bool cli_name_is_safe(const char *name) {
+    return *name && *name != '.' && !strchr(name, '/');
+}
+
+bool cli_write_pictures(const char *directory, const shd_picture *pictures, size_t count) {
+    if (!cli_make_folder(directory)) return false;
+    cli_file *files = calloc(count, sizeof *files);
+    if (!files) {
+        cli_say("out of memory");
+        return false;
+    }
+    const char *slash = directory[strlen(directory) - 1] == '/' ? "" : "/";
+    size_t written = 0;
+    bool fine = true;
+    for (size_t i = 0; i < count && fine; i++) {
+        const char *suffix = shd_format_get(pictures[i].format)->name;
+        char *path = NULL;
+        if (!cli_name_is_safe(pictures[i].name)) {
+            cli_say("output '%s' is no name for a file", pictures[i].name);
+        } else if (asprintf(&path, "%s%s%s.%s", directory, slash, pictures[i].name, suffix) < 0) {
+            cli_say("out of memory");
+            path = NULL;
+        }
+        fine = path && cli_file_write(path, pictures[i].data, pictures[i].size, &files[i]);
+        free(path);
+        if (fine) written++;
+    }
+    for (size_t i = 0; i < written; i++) {
+        if (fine)
+            fine = cli_file_commit(&files[i]);
+        else
+            cli_file_discard(&files[i]);
+    }
+    free(files);
+    return fine;
+}

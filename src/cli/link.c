@@ -22,7 +22,7 @@ static int link_text(shd_request *request, const char *name, const char *text, s
     shd_error error;
     char *path;
     const shd_status status = shd_request_read(request, text, length, SHD_PNG);
-    cli_print_report(name, shd_request_report(request));
+    cli_print_report(name, 0, shd_request_report(request));
     if (status != SHD_OK) return CLI_FAILED;
     if (shd_request_link(request, text, length, &path, &error) != SHD_OK) {
         cli_print_error(name, &error);
@@ -44,7 +44,7 @@ int cli_link(const char *scene, const shd_engine_options *options) {
     if (shd_engine_new(options, &engine, &error) || shd_request_new(engine, &request, &error))
         cli_say("%s%s%s", error.path, *error.path ? ": " : "", error.text);
     else
-        result = link_text(request, strcmp(scene, "-") ? scene : "stdin", text, length);
+        result = link_text(request, cli_name_of(scene), text, length);
     shd_request_drop(request);
     shd_engine_drop(engine);
     free(text);

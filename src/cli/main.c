@@ -1,3 +1,4 @@
+#include <ctype.h>
 #include <getopt.h>
 #include <signal.h>
 #include <stdio.h>
@@ -26,6 +27,9 @@ static const char help_text[] =
     "                                       OUT.png are plots of their lobes\n"
     "  shade link SCENE.json                print the path of the link that holds a scene, for a\n"
     "                                       daemon to draw\n"
+    "  shade batch FILE.jsonl -o FOLDER     render each line of a file, a scene or a scene with\n"
+    "                                       variants as POST /v1/batch has them, into FOLDER: by\n"
+    "                                       the name beside `scene`, or the line's number\n"
     "  shade check SCENE.json...            say what is wrong with scenes; silent if nothing is\n"
     "\n"
     "  -o, --output OUT   where the picture goes. Its suffix (png, jpg, webp, tif, exr, hdr)\n"
@@ -33,6 +37,8 @@ static const char help_text[] =
     "                     A scene with `outputs` wants a directory (OUT/ is made if missing)\n"
     "                     and fills it with NAME.png and so on.\n"
     "      --json         explain as JSON on a terminal, too\n"
+    "      --shard I/N    render every Nth line of a batch, from line I + 1 on; I is 0 to N - 1\n"
+    "      --resume       leave pictures of a batch alone that are there already\n"
     "      --threads N    threads to render with (default: as processors allow)\n"
     "      --kernel NAME  portable, avx2, avx512 or neon: instructions to render with (default:\n"
     "                     auto, the widest there are; the picture is the same)\n"
@@ -52,6 +58,8 @@ static const char help_text[] =
     "Exit status: 0 done; 1 the scene is wrong, or a file could not be read or written; 2 the\n"
     "command line is wrong.\n";
 
+#define COMMANDS "render, explain, compare, analyze, brdf, link, batch or check"
+
 static int print_and_exit(const char *text) {
     return cli_write_stdout(text, strlen(text)) ? CLI_DONE : CLI_FAILED;
 }
@@ -66,6 +74,18 @@ static bool parse_threads(const char *text, unsigned *out) {
     const unsigned long value = strtoul(text, NULL, 10);
     if (text[strspn(text, "0123456789")] || value < 1 || value > 1024) return false;
     *out = (unsigned)value;
+    return true;
+}
+
+static bool parse_shard(const char *text, cli_options *options) {
+    char *end;
+    if (!isdigit((unsigned char)*text)) return false;
+    const unsigned long shard = strtoul(text, &end, 10);
+    if (*end != '/' || !isdigit((unsigned char)end[1])) return false;
+    const unsigned long shards = strtoul(end + 1, &end, 10);
+    if (*end || shard >= shards || shards > 1000 * 1000) return false;
+    options->shard = shard;
+    options->shards = shards;
     return true;
 }
 
@@ -94,11 +114,57 @@ static shd_limits limits_of_machine(void) {
                                                         : UINT64_C(1) << 32};
 }
 
+enum {
+    OPTION_THREADS = 256,
+    OPTION_JSON,
+    OPTION_KERNEL,
+    OPTION_OCIO,
+    OPTION_MATERIALS,
+    OPTION_SHARD,
+    OPTION_RESUME
+};
+
+/* Takes one option and its value. Returns the exit status, or -1: go on. */
+static int take_option(int option, const char *value, cli_options *options) {
+    switch (option) {
+    case 'o':
+        if (options->output) return cli_usage("-o is given twice");
+        options->output = value;
+        return -1;
+    case OPTION_THREADS:
+        if (parse_threads(value, &options->engine.threads)) return -1;
+        return cli_usage("--threads wants a number from 1 to 1024, not '%s'", value);
+    case OPTION_KERNEL:
+        options->engine.kernel = value;
+        return -1;
+    case OPTION_JSON:
+        options->json = true;
+        return -1;
+    case OPTION_OCIO:
+        options->engine.ocio_config = value;
+        return -1;
+    case OPTION_MATERIALS:
+        if (add_materials(value, options)) return -1;
+        return cli_usage("--materials: the paths are too long, or one has blanks");
+    case OPTION_SHARD:
+        if (parse_shard(value, options)) return -1;
+        return cli_usage("--shard wants I/N with I from 0 to N - 1, not '%s'", value);
+    case OPTION_RESUME:
+        options->resume = true;
+        return -1;
+    case 'h':
+        return print_and_exit(help_text);
+    case 'V':
+        return print_version();
+    default: /* getopt has said what is wrong */
+        return cli_hint();
+    }
+}
+
 /* Options may stand anywhere: the leading '-' of the short ones asks getopt for that, whatever
  * POSIXLY_CORRECT says. Moves the operands to the front of argv, which has been read by then.
  * Returns the exit status, or -1: go on. */
 static int read_options(int argc, char **argv, cli_options *options, size_t *count) {
-    enum { OPTION_THREADS = 256, OPTION_JSON, OPTION_KERNEL, OPTION_OCIO, OPTION_MATERIALS };
     static const struct option long_options[] = {
         {"output", required_argument, NULL, 'o'},
         {"json", no_argument, NULL, OPTION_JSON},
@@ -106,44 +172,21 @@ static int read_options(int argc, char **argv, cli_options *options, size_t *cou
         {"kernel", required_argument, NULL, OPTION_KERNEL},
         {"ocio", required_argument, NULL, OPTION_OCIO},
         {"materials", required_argument, NULL, OPTION_MATERIALS},
+        {"shard", required_argument, NULL, OPTION_SHARD},
+        {"resume", no_argument, NULL, OPTION_RESUME},
         {"help", no_argument, NULL, 'h'},
         {"version", no_argument, NULL, 'V'},
         {NULL, 0, NULL, 0},
     };
     char **operands = argv + 1;
-    int option;
-    while ((option = getopt_long(argc, argv, "-o:hV", long_options, NULL)) != -1) {
-        switch (option) {
-        case 1:
+    int option, result = -1;
+    while (result < 0 && (option = getopt_long(argc, argv, "-o:hV", long_options, NULL)) != -1) {
+        if (option == 1)
             operands[(*count)++] = optarg;
-            break;
-        case 'o':
-            if (options->output) return cli_usage("-o is given twice");
-            options->output = optarg;
-            break;
-        case OPTION_THREADS:
-            if (parse_threads(optarg, &options->engine.threads)) break;
-            return cli_usage("--threads wants a number from 1 to 1024, not '%s'", optarg);
-        case OPTION_KERNEL:
-            options->engine.kernel = optarg;
-            break;
-        case OPTION_JSON:
-            options->json = true;
-            break;
-        case OPTION_OCIO:
-            options->engine.ocio_config = optarg;
-            break;
-        case OPTION_MATERIALS:
-            if (add_materials(optarg, options)) break;
-            return cli_usage("--materials: the paths are too long, or one has blanks");
-        case 'h':
-            return print_and_exit(help_text);
-        case 'V':
-            return print_version();
-        default: /* getopt has said what is wrong */
-            return cli_hint();
-        }
+        else
+            result = take_option(option, optarg, options);
     }
+    if (result >= 0) return result;
     for (int i = optind; i < argc; i++) operands[(*count)++] = argv[i]; /* behind "--" */
     return -1;
 }
@@ -156,14 +199,19 @@ static int run_command(const char *name, const char *const *scenes, size_t count
     const bool checks = command == CLI_CHECK;
     if (options->json && command != CLI_EXPLAIN)
         return cli_usage("--json is for explain, which has words as well");
+    if ((options->shards || options->resume) && strcmp(name, "batch"))
+        return cli_usage("--shard and --resume are for batch");
     if (!strcmp(name, "link")) {
         if (options->output) return cli_usage("link writes to stdout: -o has no place here");
         if (count != 1) return cli_usage("link wants one scene, not %zu", count);
         return cli_link(scenes[0], &options->engine);
     }
-    if (command == CLI_COMMANDS)
-        return cli_usage(
-            "unknown command '%s': render, explain, compare, analyze, brdf, link or check", name);
+    if (!strcmp(name, "batch")) {
+        if (!options->output || !*options->output) return cli_usage("batch wants -o FOLDER");
+        if (count != 1) return cli_usage("batch wants one file, not %zu", count);
+        return cli_batch(scenes[0], options);
+    }
+    if (command == CLI_COMMANDS) return cli_usage("unknown command '%s': " COMMANDS, name);
     if (checks && count == 0) return cli_usage("check wants a scene");
     if (checks && options->output) return cli_usage("check writes nothing: -o has no place here");
     if (!checks && count != 1) return cli_usage("%s wants one scene, not %zu", name, count);
@@ -181,7 +229,6 @@ int main(int argc, char **argv) {
     size_t count = 0;
     const int result = read_options(argc, argv, &options, &count);
     if (result >= 0) return result;
-    if (count == 0)
-        return cli_usage("no command: render, explain, compare, analyze, brdf, link or check");
+    if (count == 0) return cli_usage("no command: " COMMANDS);
     return run_command(argv[1], (const char *const *)argv + 2, count - 1, &options);
 }

@@ -2,6 +2,7 @@
 
 #include <assert.h>
 #include <math.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -62,22 +63,58 @@ static void print_problems(const char *kind, const char *noun, const char *file,
     if (count > kept) fprintf(stderr, "%s%s: and %zu more %s\n", kind, file, count - kept, noun);
 }
 
-void cli_print_report(const char *file, const shd_report *report) {
+void cli_print_report(const char *file, size_t line, const shd_report *report) {
     const size_t syntax = report->line > 0; /* errors of it: the first one, or none */
+    char place[4096];
     assert(report->error_count >= syntax);
+    flockfile(stderr); /* what other threads print comes before or behind it */
     if (syntax) {
-        fprintf(stderr, "%s:%d:%d: ", file, report->line, report->column);
+        fprintf(stderr, "%s:%zu:%d: ", file, line ? line : (size_t)report->line, report->column);
         print_safely(without_place(report->errors[0].detail, report));
         fputc('\n', stderr);
+    }
+    if (line) {
+        snprintf(place, sizeof place, "%s:%zu", file, line);
+        file = place;
     }
     print_problems("", "errors", file, report->errors + syntax,
                    shd_report_errors_kept(report) - syntax, report->error_count - syntax);
     print_problems("warning: ", "warnings", file, report->warnings,
                    shd_report_warnings_kept(report), report->warning_count);
+    funlockfile(stderr);
 }
 
 void cli_print_error(const char *file, const shd_error *error) {
+    flockfile(stderr);
     print_problem("", file, error->path, error->text);
+    funlockfile(stderr);
+}
+
+const char *cli_name_of(const char *path) {
+    return strcmp(path, "-") ? path : "stdin";
+}
+
+/* ---- Interrupts ---- */
+
+static volatile sig_atomic_t interrupt;
+
+static void on_interrupt(int number) {
+    interrupt = number;
+}
+
+void cli_catch_interrupts(void) {
+    struct sigaction action = {.sa_handler = on_interrupt, .sa_flags = (int)SA_RESETHAND};
+    sigemptyset(&action.sa_mask);
+    sigaction(SIGINT, &action, NULL);
+    sigaction(SIGTERM, &action, NULL);
+}
+
+bool cli_interrupted(void) {
+    return interrupt;
+}
+
+void cli_end_if_interrupted(void) {
+    if (interrupt) raise(interrupt); /* its default action is in force again */
 }
 
 /* ---- Progress ---- */

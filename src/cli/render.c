@@ -1,7 +1,6 @@
 #include "cli/cli.h"
 
 #include <errno.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -79,53 +78,7 @@ static bool write_json(const cli_target *target, char *json) {
     return write_bytes(target, json, length + 1);
 }
 
-/* The names of outputs become the names of files in the directory, and nothing else. */
-static bool name_is_safe(const char *name) {
-    return *name && *name != '.' && !strchr(name, '/');
-}
-
-/* Writes all pictures beside their places first, so that a full disk leaves the old files. */
-static bool write_directory(const char *directory, const shd_picture *pictures, size_t count) {
-    if (mkdir(directory, 0777) && errno != EEXIST) {
-        cli_say("cannot make directory '%s': %s", directory, strerror(errno));
-        return false;
-    }
-    cli_file *files = calloc(count, sizeof *files);
-    if (!files) {
-        cli_say("out of memory");
-        return false;
-    }
-    const char *slash = directory[strlen(directory) - 1] == '/' ? "" : "/";
-    size_t written = 0;
-    bool fine = true;
-    for (size_t i = 0; i < count && fine; i++) {
-        const char *suffix = shd_format_get(pictures[i].format)->name;
-        char *path = NULL;
-        if (!name_is_safe(pictures[i].name)) {
-            cli_say("output '%s' is no name for a file", pictures[i].name);
-        } else if (asprintf(&path, "%s%s%s.%s", directory, slash, pictures[i].name, suffix) < 0) {
-            cli_say("out of memory");
-            path = NULL;
-        }
-        fine = path && cli_file_write(path, pictures[i].data, pictures[i].size, &files[i]);
-        free(path);
-        if (fine) written++;
-    }
-    for (size_t i = 0; i < written; i++) {
-        if (fine)
-            fine = cli_file_commit(&files[i]);
-        else
-            cli_file_discard(&files[i]);
-    }
-    free(files);
-    return fine;
-}
-
 /* ---- Reading and rendering ---- */
-
-static const char *name_of(const char *scene) {
-    return strcmp(scene, "-") ? scene : "stdin";
-}
 
 /* Reads a scene and prints what is wrong with it. False: the scene is of no use. */
 static bool read_scene(const char *scene, const shd_limits *limits, shd_request *request,
@@ -135,27 +88,12 @@ static bool read_scene(const char *scene, const shd_limits *limits, shd_request 
     if (!cli_read_file(scene, (size_t)limits->body, &text, &length)) return false;
     shd_status status = shd_request_read(request, text, length, fallback);
     free(text);
-    cli_print_report(name_of(scene), shd_request_report(request));
+    cli_print_report(cli_name_of(scene), 0, shd_request_report(request));
     return status == SHD_OK;
 }
 
-/* The first interrupt ends the rendering at the next tile, and then the program with the status
- * that a shell expects; a second one ends it at once. */
-static volatile sig_atomic_t interrupt;
-
-static void on_interrupt(int number) {
-    interrupt = number;
-}
-
-static void catch_interrupts(void) {
-    struct sigaction action = {.sa_handler = on_interrupt, .sa_flags = (int)SA_RESETHAND};
-    sigemptyset(&action.sa_mask);
-    sigaction(SIGINT, &action, NULL);
-    sigaction(SIGTERM, &action, NULL);
-}
-
 static void on_progress(void *request, double share) {
-    if (interrupt) shd_request_cancel(request);
+    if (cli_interrupted()) shd_request_cancel(request);
     cli_progress_draw(share);
 }
 
@@ -167,16 +105,14 @@ typedef shd_status tell_scene(shd_request *request, const shd_render_options *op
 static int render_scene(const char *scene, shd_request *request, tell_scene *tell, char **json) {
     shd_render_options options = {.progress = on_progress, .context = request};
     shd_error error;
-    catch_interrupts();
+    cli_catch_interrupts();
     cli_progress_begin();
     shd_status status = tell ? tell(request, &options, json, &error)
                              : shd_request_render(request, &options, &error);
     cli_progress_end();
-    if (interrupt)
-        raise(interrupt); /* its default action is in force again */
-    else if (status != SHD_OK)
-        cli_print_error(name_of(scene), &error);
-    return interrupt || status != SHD_OK ? CLI_FAILED : CLI_DONE;
+    cli_end_if_interrupted();
+    if (status != SHD_OK) cli_print_error(cli_name_of(scene), &error);
+    return status != SHD_OK ? CLI_FAILED : CLI_DONE;
 }
 
 /* What is done with a scene that was read. Returns the program's exit status. */
@@ -204,8 +140,8 @@ static int write_pictures(const char *scene, const cli_target *target, shd_reque
     const shd_picture *pictures = shd_request_pictures(request, &count);
     if (shd_request_saturated(request) > 0)
         fprintf(stderr, "warning: %s: %llu samples were not finite or beyond the output's range\n",
-                name_of(scene), (unsigned long long)shd_request_saturated(request));
-    const bool written = multipart ? write_directory(target->path, pictures, count)
+                cli_name_of(scene), (unsigned long long)shd_request_saturated(request));
+    const bool written = multipart ? cli_write_pictures(target->path, pictures, count)
                                    : write_bytes(target, pictures[0].data, pictures[0].size);
     return written ? CLI_DONE : CLI_FAILED;
 }
@@ -232,7 +168,7 @@ static int write_explanation(const char *scene, const cli_target *target, shd_re
     shd_error error;
     bool written = false;
     if (shd_request_explain(request, target->words ? SHD_IN_WORDS : SHD_IN_JSON, &text, &error))
-        cli_print_error(name_of(scene), &error);
+        cli_print_error(cli_name_of(scene), &error);
     else
         written =
             target->words ? write_bytes(target, text, strlen(text)) : write_json(target, text);
@@ -256,7 +192,7 @@ static int write_brdf(const char *scene, const cli_target *target, shd_request *
     shd_error error;
     bool written = false;
     if (shd_request_brdf(request, form, &data, &size, &error))
-        cli_print_error(name_of(scene), &error);
+        cli_print_error(cli_name_of(scene), &error);
     else
         written = form == SHD_BRDF_JSON ? write_json(target, (char *)data)
                                         : write_bytes(target, data, size);

@@ -19,6 +19,14 @@ size_t shd_batch_count(const shd_batch *batch) {
     return shd_variants_count(batch);
 }
 
+bool shd_batch_is(const char *json, size_t length) {
+    return shd_variants_are(json, length);
+}
+
+const char *shd_batch_name(const shd_batch *batch) {
+    return shd_variants_name(batch);
+}
+
 size_t shd_batch_size(const shd_batch *batch) {
     return shd_variants_size(batch);
 }

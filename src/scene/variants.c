@@ -16,17 +16,20 @@ typedef struct axis {
 
 struct shd_variants {
     shd_span scene;
+    char *name; /* NULL: there is none */
     size_t count;
-    shd_span *patches; /* NULL: there is a sweep */
+    shd_span *patches; /* NULL: there is a sweep, or nothing is varied */
     axis axes[SHD_AXES_MOST];
     size_t axis_count;
 };
 
 /* ---- Documents ---- */
 
+/* Without axes it is the scene. */
 static shd_status sweep(const shd_variants *v, size_t index, shd_draft *draft, shd_error *error) {
     shd_span document = v->scene;
     size_t stride = v->count;
+    if (!v->axis_count) shd_patch_merge(draft, document, (shd_span){"{}", "{}" + 2});
     for (size_t i = 0; i < v->axis_count; i++) {
         const axis *a = &v->axes[i];
         shd_draft next = {.cancelled = draft->cancelled};
@@ -69,6 +72,10 @@ size_t shd_variants_size(const shd_variants *v) {
     return (size_t)(v->scene.end - v->scene.at);
 }
 
+const char *shd_variants_name(const shd_variants *v) {
+    return v->name ? v->name : "";
+}
+
 void shd_variants_drop(shd_variants *v) {
     if (!v) return;
     for (size_t i = 0; i < v->axis_count; i++) {
@@ -76,7 +83,37 @@ void shd_variants_drop(shd_variants *v) {
         free(v->axes[i].values);
     }
     free(v->patches);
+    free(v->name);
     free(v);
+}
+
+/* ---- Telling them from scenes ---- */
+
+/* Behind a string whose opening quote is at `at`. */
+static const char *pass_string(const char *at, const char *end) {
+    for (at++; at < end && *at != '"'; at++)
+        if (*at == '\\') at++;
+    return at < end ? at + 1 : end;
+}
+
+bool shd_variants_are(const char *text, size_t length) {
+    static const char name[] = "\"scene\"";
+    const char *const end = text + length;
+    int depth = 0;
+    for (const char *at = text; at < end;) {
+        if (*at != '"') {
+            depth += (*at == '{' || *at == '[') - (*at == '}' || *at == ']');
+            at++;
+            continue;
+        }
+        const char *const from = at;
+        at = pass_string(at, end);
+        if (depth != 1 || (size_t)(at - from) != strlen(name) || memcmp(from, name, strlen(name)))
+            continue;
+        while (at < end && strchr(" \t\r\n", *at) && *at) at++;
+        if (at < end && *at == ':') return true;
+    }
+    return false;
 }
 
 /* ---- Checking the tree ---- */
@@ -128,16 +165,13 @@ static void check_sweep(shd_reader *r, const shd_node *node, void *out) {
 static void check_tree(shd_reader *r, json_t *tree) {
     enum { VARIANTS = 1, SWEEP = 2 };
     static const shd_field fields[] = {
-        {"$schema", .read = shd_read_label},
-        {"scene", check_scene, .required = true},
-        {"variants", check_variants, .mark = VARIANTS},
+        {"$schema", .read = shd_read_label},      {"name", .read = shd_read_label},
+        {"scene", check_scene, .required = true}, {"variants", check_variants, .mark = VARIANTS},
         {"sweep", check_sweep, .mark = SWEEP},
     };
     const shd_node root = {.value = tree};
     if (!tree || !shd_is_object(r, &root)) return;
     shd_read_fields(r, &root, fields, SHD_LENGTH(fields), 0, "the batch", r);
-    if (!(r->seen & (VARIANTS | SWEEP)))
-        shd_wrong(r, &root, "there is nothing to vary: give `variants` or `sweep`");
     if ((r->seen & (VARIANTS | SWEEP)) == (VARIANTS | SWEEP))
         shd_wrong(r, &root, "give either `variants` or `sweep`, not both");
 }
@@ -176,9 +210,13 @@ static bool take_parts(shd_variants *v, shd_span whole) {
     const char *at = NULL;
     shd_span key, value;
     bool is_complete = true;
+    v->count = 1;
     while (is_complete && shd_span_next(whole, &at, &key, &value)) {
         if (shd_span_is(key, "scene")) {
             v->scene = value;
+        } else if (shd_span_is(key, "name")) {
+            v->name = shd_span_text(value);
+            is_complete = v->name;
         } else if (shd_span_is(key, "variants")) {
             v->patches = list_items(value, &v->count);
             is_complete = v->patches;

@@ -2,8 +2,10 @@
  *
  *     {"scene": {...}, "variants": [merge patches (RFC 7396)]}
  *     {"scene": {...}, "sweep": {JSON Pointer (RFC 6901): [values], ...}}
+ *     {"scene": {...}}: itself
  *
- * Each variant is a document of its own, made of the text when it is asked for. */
+ * `name` may stand beside the scene. Each variant is a document of its own, made of the text when
+ * it is asked for. */
 #pragma once
 
 #include "base/arena.h"
@@ -22,6 +24,12 @@ shd_status shd_variants_read(const char *text, size_t length, const shd_limits *
                              const atomic_bool *cancelled, shd_arena *arena, shd_variants **out,
                              shd_report *report);
 void shd_variants_drop(shd_variants *variants); /* NULL is fine */
+
+/* Whether a text, which need not be sound, is an object with a member `scene`: no scene is. */
+bool shd_variants_are(const char *text, size_t length);
+
+/* The name, or "" if there is none. */
+const char *shd_variants_name(const shd_variants *variants);
 
 size_t shd_variants_count(const shd_variants *variants);
 size_t shd_variants_size(const shd_variants *variants); /* of the scene's text, in bytes */

@@ -225,6 +225,43 @@ class KubernetesTest(unittest.TestCase):
         self.assertEqual(profile, {"type": "Localhost",
                                    "localhostProfile": "profiles/shaded.json"})
 
+    def test_a_catalogue_has_as_many_shards_as_pods(self):
+        objects = {item["kind"]: item for item in self.build("catalogue")}
+        self.assertEqual(set(objects), {"Job", "PersistentVolumeClaim", "ConfigMap"})
+        spec = objects["Job"]["spec"]
+        (container,) = spec["template"]["spec"]["containers"]
+        self.assertEqual(container["command"][-1], f"$(SHARD)/{spec['completions']}")
+        self.shards(container["command"], objects["ConfigMap"]["data"]["scenes.jsonl"], 8)
+
+    def test_a_workflow_has_the_same_shards(self):
+        workflow = yaml.safe_load((DEPLOY / "argo/catalogue.yaml").read_text())["spec"]
+        (shards,) = [item["value"] for item in workflow["arguments"]["parameters"]]
+        job = yaml.safe_load((KUBERNETES / "catalogue/job.yaml").read_text())["spec"]
+        self.assertEqual(int(shards), job["completions"])
+        (shard,) = [item["container"] for item in workflow["templates"] if "container" in item]
+        pod = job["template"]["spec"]
+        self.assertEqual(shard["command"] + shard["args"][:1], pod["containers"][0]["command"][:-1])
+        self.assertEqual(shard["volumeMounts"], pod["containers"][0]["volumeMounts"])
+        self.assertEqual(workflow["volumes"], pod["volumes"])
+        for names, whole in ((("securityContext", "resources"), (shard, pod["containers"][0])),
+                             (("securityContext",), (workflow, pod))):
+            for name in names:
+                self.assertEqual(whole[0][name], whole[1][name])
+
+    def shards(self, command, scenes, count):
+        """The commands of all pods, run here, make each line's pictures."""
+        with tempfile.TemporaryDirectory() as folder:
+            Path(folder, "scenes.jsonl").write_text(scenes)
+            for index in range(count):
+                words = [re.sub(r"^/(usr/bin|scenes|pictures)/?", "", word).replace("$(SHARD)", str(index))
+                         for word in command]
+                words[words.index("-o") + 1] = "pictures"
+                done = subprocess.run([BUILD / words[0], *words[1:]], cwd=folder, timeout=300,
+                                      capture_output=True, text=True, check=False)
+                self.assertEqual((done.returncode, done.stderr), (0, ""))
+            self.assertEqual(sorted(path.name for path in Path(folder, "pictures").iterdir()),
+                             ["ball.png", *(f"gloss-{i}.png" for i in range(4))])
+
     def confined(self, objects):
         for pod in self.pods(objects):
             self.assertTrue(pod["securityContext"]["runAsNonRoot"])

@@ -108,14 +108,18 @@ class BatchTest(Test):
         self.assertEqual(lists[0].get_content_type(), "image/png")
         self.assertIn("list of 0", self.problem(lists[1], 422, "scene")["detail"])
 
+    def test_a_scene_alone_is_itself(self):
+        found = self.batch(self.daemon, PLAIN, name="plain")
+        self.assertEqual([part.get_payload(decode=True) for part in found], [self.render(PLAIN)])
+
     def test_mistakes_in_the_batch_itself(self):
-        for batch, pointer in (({}, ""), ({"scene": PLAIN}, ""), ({"scene": 1, "variants": [{}]}, "/scene"),
+        for batch, pointer in (({}, ""), ({"scene": 1, "variants": [{}]}, "/scene"),
                                ({"scene": PLAIN, "variants": [{}], "sweep": {"/background": [1]}}, ""),
                                ({"scene": PLAIN, "variants": [{}] * 10001}, "/variants"),
                                ({"scene": PLAIN, "sweep": {"/background": list(range(101)),
                                                            "/ambient": list(range(100))}}, "/sweep"),
                                ({"scene": PLAIN, "sweep": {"/objects/1/type": ["box"]}}, "/sweep"),
-                               ({"scene": PLAIN, "varants": [{}]}, "")):
+                               ({"scene": PLAIN, "varants": [{}]}, "/varants")):
             answer = self.daemon.post("/v1/batch", batch)
             self.assertEqual(answer.status, 422, answer.body[:200])
             self.assertIn(pointer, [error["pointer"] for error in json.loads(answer.body)["errors"]])
