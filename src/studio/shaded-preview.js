@@ -21,9 +21,11 @@
  *   timing: {stage: ms}, reuse, warnings, milliseconds, draft}, before `load`, with each picture;
  *   `error` {status, problem}; `load`.
  *
- * One request is under way at most. What changes meanwhile is asked for next, once, in its last
- * state; a draft that is under way is waited for if another draft follows, so that pictures keep
- * coming, and any other request is aborted. A picture is never followed by one that is older. */
+ * One request is under way at most, or two while there are drafts that come quickly: one is worked at
+ * while the other travels. What changes meanwhile is asked for next, once, in its last state; a
+ * draft that is under way is waited for if another draft follows, so that pictures keep coming, and
+ * any other request is aborted. A picture is never followed by one that is older: what is overtaken
+ * is aborted, too. */
 
 const HERE = new URL(".", import.meta.url);
 const LINK = ["material", "shape", "size", "width", "height", "samples", "background", "display",
@@ -98,8 +100,8 @@ export class ShadedPreview extends HTMLElement {
     #token = null;
     #inSight = false;
     #queued = false;   // a change is noted, and looked at in a microtask
-    #flight = null;    // {control, draft}
-    #waits = false;    // something is to be asked for when the flight has ended
+    #flights = [];     // {control, draft}, the oldest first: what is under way
+    #waits = false;    // something is to be asked for when a flight has ended
     #asked = "";       // what the last request asked for
     #url = null;
     #later = 0;        // the timer until a busy server is asked again
@@ -127,7 +129,7 @@ export class ShadedPreview extends HTMLElement {
 
     disconnectedCallback() {
         ShadedPreview.#seen.unobserve(this);
-        this.#flight?.control.abort();
+        this.#drop(this.#flights);
         this.#inSight = false;
         if (this.#url) URL.revokeObjectURL(this.#url);
         this.#url = null;
@@ -162,7 +164,7 @@ export class ShadedPreview extends HTMLElement {
         this.#change();
     }
 
-    get busy() { return Boolean(this.#flight || this.#waits || this.#queued); }
+    get busy() { return Boolean(this.#flights.length || this.#waits || this.#queued); }
     get image() { return this.#image; }
 
     /* Asks again for what is shown. */
@@ -203,15 +205,30 @@ export class ShadedPreview extends HTMLElement {
         queueMicrotask(() => {
             this.#queued = false;
             if (!this.isConnected) return;
-            if (this.#flight && !(this.#flight.draft && this.hasAttribute("draft"))) {
-                this.#flight.control.abort();
-                this.#flight = null;
-                this.#asked = "";
+            if (!this.hasAttribute("draft") || this.#flights.some(one => !one.draft)) {
+                if (this.#flights.length) this.#asked = "";
+                this.#drop(this.#flights);
             }
             this.#waits = true;
-            if (!this.#flight) this.#ask();
+            if (this.#hasRoom) this.#ask();
         });
     }
+
+    /* A second draft beside the first hides the way there and back. Where the server's own work is
+     * what takes long, it would only take the processors from the first. */
+    get #hasRoom() {
+        const most = this.hasAttribute("draft") && this.#cost < 30 ? 2 : 1;
+        return this.#flights.length < most;
+    }
+
+    /* Nothing of these will be shown. */
+    #drop(flights) {
+        for (const one of [...flights]) {
+            one.control.abort();
+            this.#flights.splice(this.#flights.indexOf(one), 1);
+        }
+    }
+    #isOver(flight) { return !this.#flights.includes(flight); }
 
     get #density() { return Math.min(2, globalThis.devicePixelRatio || 1); }
 
@@ -294,27 +311,28 @@ export class ShadedPreview extends HTMLElement {
             return;
         }
         this.#asked = asked;
-        const flight = this.#flight = { control: new AbortController(), draft: this.hasAttribute("draft") };
-        this.setAttribute("aria-busy", "true");
+        const flight = { control: new AbortController(), draft: this.hasAttribute("draft") };
+        this.#flights.push(flight);
+        if (!flight.draft) this.setAttribute("aria-busy", "true");
         const started = performance.now();
         try {
             const answer = await fetch(url, { method, headers, body, signal: flight.control.signal });
             if (answer.ok) await this.#take(flight, answer, started, image);
             else await this.#refused(flight, answer);
         } catch (error) {
-            if (flight === this.#flight && error.name !== "AbortError")
+            if (!this.#isOver(flight) && error.name !== "AbortError")
                 this.#fail(0, { title: "The server does not answer", detail: error.message });
         }
-        if (flight !== this.#flight) return;
-        this.#flight = null;
+        if (this.#isOver(flight)) return;
+        this.#flights.splice(this.#flights.indexOf(flight), 1);
         if (this.#waits) this.#ask();
-        else this.removeAttribute("aria-busy");
+        else if (!this.#flights.length) this.removeAttribute("aria-busy");
     }
 
     async #refused(flight, answer) {
         const isProblem = answer.headers.get("Content-Type")?.includes("json");
         const problem = isProblem ? await answer.json() : { title: answer.statusText, detail: "" };
-        if (flight !== this.#flight) return;
+        if (this.#isOver(flight)) return;
         this.#asked = "";
         const later = Number(answer.headers.get("Retry-After"));
         clearTimeout(this.#later);
@@ -324,15 +342,16 @@ export class ShadedPreview extends HTMLElement {
 
     async #take(flight, answer, started, image) {
         const blob = await answer.blob();
-        if (flight !== this.#flight) return;
+        if (this.#isOver(flight)) return;
         try {
             await (flight.draft ? this.#paint(flight, blob) : this.#load(flight, blob));
         } catch {
-            if (flight === this.#flight)
+            if (!this.#isOver(flight))
                 this.#fail(0, { title: "The browser cannot show this picture", detail: blob.type });
             return;
         }
-        if (flight !== this.#flight) return;
+        if (this.#isOver(flight)) return;
+        this.#drop(this.#flights.slice(0, this.#flights.indexOf(flight)));
         this.picture = blob;
         this.#message.hidden = true;
         this.#tell(flight, answer, started, image);
@@ -353,7 +372,7 @@ export class ShadedPreview extends HTMLElement {
         try {
             await next.decode();
         } finally {
-            const isLate = flight !== this.#flight || !this.isConnected || !next.naturalWidth;
+            const isLate = this.#isOver(flight) || !this.isConnected || !next.naturalWidth;
             if (isLate) URL.revokeObjectURL(url);
             else {
                 this.#put(next);
@@ -366,10 +385,10 @@ export class ShadedPreview extends HTMLElement {
     /* A draft goes onto a canvas: images are decoded in step with frames, which would halve the rate. */
     async #paint(flight, blob) {
         const bitmap = await createImageBitmap(blob);
-        if (flight !== this.#flight || !this.isConnected) return bitmap.close();
+        if (this.#isOver(flight) || !this.isConnected) return bitmap.close();
         this.#canvas ??= Object.assign(document.createElement("canvas"), { part: "picture" });
-        this.#canvas.width = bitmap.width;
-        this.#canvas.height = bitmap.height;
+        for (const side of ["width", "height"]) /* which empties it and lays out the page, if it is set */
+            if (this.#canvas[side] !== bitmap[side]) this.#canvas[side] = bitmap[side];
         this.#canvas.getContext("bitmaprenderer").transferFromImageBitmap(bitmap);
         this.#put(this.#canvas);
     }

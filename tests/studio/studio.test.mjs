@@ -361,9 +361,9 @@ describe("the studio", { skip: CHROMIUM ? false : "chromium is not installed" },
         const shown = await studio.page.evaluate(() => shown);
         const numbers = shown.map(one => one[0]);
         assert.deepEqual(numbers, [...numbers].sort((a, b) => a - b), "in the order of their requests");
-        assert.ok(shown.every(([number, , latest]) => latest === number), "each is of the last request of its time");
-        const requests = await studio.page.evaluate(() => counted.requests) - asked;
-        assert.ok(requests <= shown.length + 4, `${requests} requests for ${shown.length} pictures`);
+        assert.ok(shown.every(([number, , latest]) => latest - number <= 1), "each is of the last request of its time, or of the one before");
+        const [requests, aborted] = await studio.page.evaluate(() => [counted.requests, counted.aborted]);
+        assert.ok(requests - asked <= shown.length + aborted, `${requests - asked} requests for ${shown.length} pictures, ${aborted} aborted`);
         const rates = [];
         for (let i = 0; i < 10; i++) rates.push(shown.filter(([, time]) => time >= shown[0][1] + 1000 * i && time < shown[0][1] + 1000 * (i + 1)).length);
         console.log(`pictures a second while dragging: ${rates.join(" ")}`);

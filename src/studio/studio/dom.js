@@ -69,3 +69,26 @@ export function debounce(milliseconds, action) {
         timer = setTimeout(() => action(...values), milliseconds);
     };
 }
+
+/* The first at once, the last in the end, and between them one in so many milliseconds. */
+export function throttle(milliseconds, action) {
+    let timer = 0, next = null;
+    const act = values => {
+        next = null;
+        timer = setTimeout(() => {
+            timer = 0;
+            if (next) act(next);
+        }, milliseconds);
+        action(...values);
+    };
+    const take = (...values) => {
+        if (timer) next = values;
+        else act(values);
+    };
+    take.stop = () => {
+        clearTimeout(timer);
+        timer = 0;
+        next = null;
+    };
+    return take;
+}

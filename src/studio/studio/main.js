@@ -1,8 +1,8 @@
 /* The page: the document, its picture, and what shows and changes them. */
-import "../shaded-preview.js";
 import { access, get } from "./api.js";
-import { debounce, figure, h, icon, iconButton } from "./dom.js";
+import { debounce, figure, h, icon, iconButton, throttle } from "./dom.js";
 import { Editor } from "./editor.js";
+import { answered, FIRST, isBroken, sceneOf, store, view } from "./first.js";
 import { LobePanel, ScopePanel } from "./measures.js";
 import { ColorPanel } from "./panel-color.js";
 import { LightsPanel } from "./panel-lights.js";
@@ -13,29 +13,10 @@ import { Schema } from "./schema.js";
 import { copyText, makeCodeDialog, makeDownloads } from "./snippets.js";
 import { frameOf } from "./space.js";
 import { makeStage } from "./stage.js";
-import { pack, Store, unpack } from "./store.js";
-
-/* What is seen first: a key light, a cool fill, and a rim that cuts it from the ground. */
-const FIRST = {
-    camera: { position: [0, 0.75, 4.6], target: [0, 0, 0], fov: 32 },
-    image: { width: 512, height: 512, samples: 9 },
-    ambient: 0.06,
-    background: [0.035, 0.036, 0.04],
-    lights: [
-        { type: "directional", name: "Key", direction: [0.95, -0.95, -0.8], color: [1, 0.96, 0.9], intensity: 1.2 },
-        { type: "directional", name: "Fill", direction: [-1, -0.1, -0.55], color: [0.55, 0.7, 1], intensity: 0.35 },
-        { type: "directional", name: "Rim", direction: [-0.35, -0.55, 1], color: [1, 0.9, 0.8], intensity: 1.1 },
-    ],
-    objects: [{ type: "sphere", material: { preset: "brass" } }],
-};
+import { pack } from "./store.js";
 
 const byId = id => document.getElementById(id);
-const store = new Store(FIRST);
 const stage = byId("stage");
-const view = document.createElement("shaded-preview");
-view.setAttribute("loading", "eager");
-view.setAttribute("label", "The scene");
-view.id = "view";
 
 function say(text, isBad = false) {
     const toast = byId("toast");
@@ -170,16 +151,15 @@ async function keepAddress() {
 }
 const keepAddressSoon = debounce(400, keepAddress);
 
+const sayBroken = () => say("The scene in this address cannot be read", true);
+
 async function readAddress() {
-    if (location.hash === address || !location.hash.startsWith("#s=")) return false;
+    if (location.hash === address) return;
     try {
-        const scene = await unpack(location.hash.slice(3));
-        if (!Array.isArray(scene?.objects)) throw new Error("no objects");
-        store.replace(scene);
-        return true;
+        const scene = await sceneOf(location.hash);
+        if (scene) store.replace(scene);
     } catch {
-        say("The scene in this address cannot be read", true);
-        return false;
+        sayBroken();
     }
 }
 
@@ -210,24 +190,35 @@ function show(from) {
     showHistory();
 }
 
-/* The picture is asked for at once; controls and text follow with the next frame while something is
- * dragged. */
-let frame = 0;
+/* While something is dragged the picture comes first: the controls that are in sight follow some
+ * times a second, and the text, where every line is laid out anew, less often. */
+const showControls = throttle(60, from => {
+    for (const panel of panels) if (panel.element?.checkVisibility?.() ?? true) panel.show(from);
+});
+const showText = throttle(250, from => editor?.show(from));
+const showFigures = throttle(150, bound => {
+    showPlan(bound);
+    for (const panel of panels) panel.take?.(bound);
+});
 store.addEventListener("change", ({ detail }) => {
     view.draft = detail.live;
     view.scene = store.scene;
-    cancelAnimationFrame(frame);
-    if (detail.live) frame = requestAnimationFrame(() => show(detail.from));
-    else show(detail.from);
+    if (detail.live) {
+        showControls(detail.from);
+        showText(detail.from);
+    } else {
+        showControls.stop();
+        showText.stop();
+        show(detail.from);
+    }
     keepAddressSoon();
 });
-view.addEventListener("load", () => performance.mark("first picture"), { once: true });
 view.addEventListener("bound", ({ detail }) => {
+    if (detail.draft) return showFigures(detail);
+    showFigures.stop();
+    editor?.mark([]);
+    markRows([]);
     showPlan(detail);
-    if (!detail.draft) {
-        editor?.mark([]);
-        markRows([]);
-    }
     for (const panel of panels) panel.take?.(detail);
 });
 view.addEventListener("error", ({ detail: { status, problem } }) => {
@@ -242,6 +233,7 @@ view.addEventListener("error", ({ detail: { status, problem } }) => {
 async function start() {
     started = true;
     try {
+        await answered;
         const [contract, materials, shapes, colors, version] = await Promise.all(
             ["openapi.json", "v1/materials", "v1/shapes", "v1/colorspaces", "v1/version"].map(get));
         const schema = new Schema(contract), basis = () => frameOf(store.scene.camera);
@@ -256,6 +248,7 @@ async function start() {
         show(null);
         if (view.plan) for (const panel of panels) panel.take?.(view.plan);
         document.documentElement.classList.add("is-ready");
+        performance.mark("ready");
     } catch (error) {
         started = false;
         if (error.status === 401) askToken();
@@ -266,13 +259,9 @@ async function start() {
 makeTabs();
 showHistory = makeHistory();
 editor = new Editor(byId("text"), store);
-view.token = access.token;
-access.watch(token => { view.token = token; });
-await readAddress();
-view.scene = store.scene;
-stage.append(view);
 makeStage(stage, store);
 addEventListener("hashchange", readAddress);
+if (isBroken) sayBroken();
 show(null);
 start();
 

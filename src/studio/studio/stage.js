@@ -5,7 +5,7 @@ const KEYS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDo
 
 export function makeStage(element, store, settled) {
     const pointers = new Map();
-    let timer;
+    let timer, width = 1, height = 1;
     const turn = (yaw, pitch, live) => store.set("/camera", orbited(store.scene.camera ?? {}, yaw, pitch), { live });
     const zoom = (factor, live) => store.set("/camera", zoomed(store.scene.camera ?? {}, factor), { live });
     const spread = () => {
@@ -15,6 +15,8 @@ export function makeStage(element, store, settled) {
     element.addEventListener("pointerdown", event => {
         if (event.button > 0) return;
         element.setPointerCapture(event.pointerId);
+        /* Asked while it moves, they would lay out the page at every step. */
+        ({ clientWidth: width, clientHeight: height } = element);
         pointers.set(event.pointerId, { x: event.clientX, y: event.clientY });
         element.classList.add("is-dragged");
     });
@@ -25,7 +27,7 @@ export function makeStage(element, store, settled) {
         const now = { x: event.clientX, y: event.clientY };
         pointers.set(event.pointerId, now);
         if (wide) zoom(wide / Math.max(1, spread()), true);
-        else turn((before.x - now.x) * Math.PI / element.clientWidth, (before.y - now.y) * Math.PI / element.clientHeight, true);
+        else turn((before.x - now.x) * Math.PI / width, (before.y - now.y) * Math.PI / height, true);
     });
     for (const name of ["pointerup", "pointercancel"])
         element.addEventListener(name, event => {
