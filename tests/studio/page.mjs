@@ -143,3 +143,25 @@ export class Studio {
         assert.ok([...this.hosts].every(origin => origin.startsWith("http://127.0.0.1:")), [...this.hosts].join());
     }
 }
+
+// A file of OpenEXR as the daemon writes it, not compressed and of floats: {width, height, values}, three
+// a pixel, as they come: blue, green, red.
+export function readExr(file) {
+    let at = 8;
+    const word = () => { const end = file.indexOf(0, at), text = file.toString("latin1", at, end); at = end + 1; return text; };
+    const told = {};
+    for (let name = word(); name; name = word()) {
+        word();
+        const size = file.readUInt32LE(at);
+        told[name] = file.subarray(at + 4, at + 4 + size);
+        at += 4 + size;
+    }
+    assert.equal(told.channels.length, 3 * 18 + 1);
+    assert.equal(told.compression[0], 0);
+    const width = told.dataWindow.readInt32LE(8) + 1, height = told.dataWindow.readInt32LE(12) + 1, values = new Float32Array(3 * width * height);
+    for (let y = 0; y < height; y++) {
+        const row = Number(file.readBigUInt64LE(at + 8 * y)) + 8;
+        for (let c = 0; c < 3; c++) for (let x = 0; x < width; x++) values[3 * (y * width + x) + c] = file.readFloatLE(row + 4 * (c * width + x));
+    }
+    return { width, height, values };
+}

@@ -9,7 +9,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, describe, test } from "node:test";
 
-import { axeSource, CHROMIUM, startBrowser, startDaemon, Studio } from "./page.mjs";
+import { axeSource, CHROMIUM, readExr, startBrowser, startDaemon, Studio } from "./page.mjs";
 
 const SCENE = {
     image: { width: 128, height: 128, samples: 4 },
@@ -33,9 +33,12 @@ describe("the studio", { skip: CHROMIUM ? false : "chromium is not installed" },
         studio = await Studio.open(browser, origin);
     });
     after(async () => {
-        await studio?.close();
-        await browser?.close();
-        await daemon?.stop();
+        try {
+            await studio?.close();
+        } finally {
+            await browser?.close();
+            await daemon?.stop();
+        }
     });
 
     const material = "/objects/0/material";
@@ -279,6 +282,85 @@ describe("the studio", { skip: CHROMIUM ? false : "chromium is not installed" },
         assert.match(await studio.page.textContent(".legend"), /total/);
     });
 
+    // The map on the page, its figures, and how bright it is where.
+    const map = () => studio.page.evaluate(() => {
+        const map = document.querySelector(".heat"), { width, height, max, p99, at } = studio.heat.told;
+        const { data } = map.getContext("2d").getImageData(0, 0, width, height);
+        const all = Array.from({ length: width * height }, (_, i) => data[4 * i] + data[4 * i + 1] + data[4 * i + 2]);
+        return { width, height, max, p99, at, ringed: all[at[1] * width + at[0]], brightest: Math.max(...all), darkest: Math.min(...all),
+                 corner: all[0], words: document.querySelector(".heat-words").textContent };
+    });
+    async function measure(scene) {
+        await studio.set(scene);
+        assert.equal(await studio.page.locator(".heat-box").isVisible(), false, "no map of another scene is left");
+        await studio.page.click('button:has-text("Measure against exact")');
+        await studio.page.waitForSelector(".measures td");
+    }
+    const inLinear = () => studio.page.click('.segments[aria-label="Error in"] label:has-text("linear")');
+
+    test("the error map tells what the daemon's comparison tells", async () => {
+        await measure(SCENE);
+        const { measuredIn, tiers: [{ error }] } = JSON.parse((await daemon.post("/v1/compare", SCENE)).body);
+        assert.deepEqual(measuredIn, { linear: "lin_rec709", code: "sRGB / Standard", deltaE2000: "sRGB / Standard" });
+        const seen = await map();
+        assert.deepEqual([seen.width, seen.height], [128, 128]);
+        // Floats of displayed values end at 6e-8, which is up to 2e-5 of CIEDE2000.
+        assert.ok(seen.max > 0 && Math.abs(seen.max - error.deltaE2000.max) < 2e-5, `${seen.max} ${error.deltaE2000.max}`);
+        assert.match(seen.words, new RegExp(`at pixel ${seen.at.join(", ")} .*sRGB / Standard`));
+        await inLinear();
+        const linear = await map();
+        // The same floats, subtracted; JSON has nine digits.
+        for (const name of ["max", "p99"]) assert.ok(Math.abs(linear[name] - error.linear[name]) <= 1e-8 * error.linear[name], `${name}: ${linear[name]} ${error.linear[name]}`);
+        await measure({ ...SCENE, accuracy: { tier: "exact" } });
+        assert.match(await studio.page.textContent(".heat-words"), /^No pixel differs/);
+        assert.equal((await map()).brightest, (await map()).darkest);
+    });
+
+    test("the error map is of the picture as its budget leaves it", async () => {
+        const scene = { ...with_("/lights/1", { type: "directional", direction: [-1, -1, -1], intensity: 0.01 }), accuracy: { maxError: 1 } };
+        await measure(scene);
+        await studio.page.click('.segments[aria-label="Error in"] label:has-text("ΔE 2000")');
+        const seen = await map();
+        assert.ok(seen.max > 0.01 && seen.max <= 1, `${seen.max}: far above the rounding of floats, and within the budget`);
+        await inLinear();
+        const linear = await map(), pictures = [];
+        for (const accuracy of [scene.accuracy, { tier: "exact" }]) {
+            const output = { format: "exr", bitDepth: "float", compression: "none", colorSpace: "lin_rec709" };
+            pictures.push(readExr((await daemon.post("/v1/render", { ...scene, accuracy, output }, { Accept: "*/*" })).body));
+        }
+        const errors = pictures[0].values.map((value, i) => Math.abs(value - pictures[1].values[i])), most = errors.indexOf(Math.max(...errors)) / 3 | 0;
+        assert.ok(Math.abs(linear.max - Math.max(...errors)) <= 1e-7 * linear.max, `${linear.max}`);
+        assert.deepEqual(linear.at, [most % 128, most / 128 | 0]);
+        assert.equal(Math.fround(linear.p99), [...errors].sort((a, b) => a - b)[Math.ceil(0.99 * errors.length) - 1]);
+        assert.ok(linear.ringed === linear.brightest && linear.darkest === linear.corner && linear.corner < 10, JSON.stringify(linear));
+        assert.match(linear.words, /A budget/);
+        await studio.page.hover(".heat");
+        assert.match(await studio.page.textContent(".heat-words"), /^Pixel \d+, \d+: [\d.e-]+ linear$/);
+        await studio.shot("heat");
+    });
+
+    test("CIEDE2000 of the map is that of its authors", async () => {
+        // Pairs of table 1 of Sharma, Wu, Dalal 2005: L, a, b twice, and their difference.
+        const pairs = [[50, 2.6772, -79.7751, 50, 0, -82.7485, 2.0425], [50, -1.3802, -84.2814, 50, 0, -82.7485, 1], [50, 2.49, -0.001, 50, -2.49, 0.0009, 7.1792],
+                       [50, 2.5, 0, 73, 25, -18, 27.1492], [50, 2.5, 0, 50, 3.2592, 0.335, 1], [22.7233, 20.0904, -46.694, 23.0331, 14.973, -42.5619, 2.0373],
+                       [2.0776, 0.0795, -1.135, 0.9033, -0.0636, -0.5514, 0.9082], [90.8027, -2.0831, 1.441, 91.1528, -1.6435, 0.0447, 1.4441]];
+        const { deltaE2000 } = await import("../../src/studio/studio/difference.js");
+        for (const [a, b, c, d, e, f, told] of pairs) assert.ok(Math.abs(deltaE2000([a, b, c], [d, e, f]) - told) < 5e-5, `${told}`);
+    });
+
+    test("every module is asked for before another tells of it", () => {
+        const folder = new URL("../../src/studio/", import.meta.url), found = new Set();
+        const follow = name => {
+            if (found.has(name)) return;
+            found.add(name);
+            for (const [, path] of readFileSync(new URL(name, folder), "utf8").matchAll(/^(?:import|export)\b[^;]*?"(\..*?)";$/gm))
+                follow(new URL(path, `http://x/${name}`).pathname.slice(1));
+        };
+        follow("studio/main.js");
+        const page = readFileSync(new URL("index.html", folder), "utf8");
+        assert.deepEqual([...page.matchAll(/modulepreload" href="([^"]+)"/g)].map(one => one[1]).sort(), [...found].sort());
+    });
+
     test("scopes and the lobe are of the scene", async () => {
         await studio.set(with_("/objects/0/material", { diffuse: [0.9, 0.02, 0.02] }));
         await studio.page.waitForFunction(() => {
@@ -291,6 +373,7 @@ describe("the studio", { skip: CHROMIUM ? false : "chromium is not installed" },
         await studio.page.locator("#lobe").scrollIntoViewIfNeeded();
         await studio.page.waitForFunction(() => document.querySelector(".lobe").naturalWidth > 0 && document.querySelectorAll("#lobe .words li").length);
         await studio.page.waitForFunction(() => [...document.querySelectorAll(".planes shaded-preview")].every(one => one.plan));
+        assert.deepEqual(await studio.page.locator(".planes figcaption").allTextContents(), ["Y", "I", "Q", "H", "S", "V"]);
     });
 
     test("undo and redo go through the same pictures", async () => {

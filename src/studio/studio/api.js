@@ -42,7 +42,8 @@ export async function post(path, scene, { accept = "application/json", signal } 
     }));
 }
 
-/* Asks about the scene, of which the last is meant: what is under way is aborted. Null: it was. */
+/* Asks about the scene, of which the last is meant: what is under way is aborted. Null: it was.
+ * Files come as Blobs, with what was told of them as `plan`. */
 export class Latest {
     #control = null;
     async post(path, scene, options) {
@@ -50,7 +51,7 @@ export class Latest {
         const control = this.#control = new AbortController();
         try {
             const answer = await post(path, scene, { ...options, signal: control.signal });
-            const body = options?.accept ? await answer.blob() : await answer.json();
+            const body = options?.accept ? Object.assign(await answer.blob(), { plan: answer.headers.get("Shaded-Plan") }) : await answer.json();
             return control === this.#control ? body : null;
         } catch (error) {
             if (control !== this.#control || error.name === "AbortError") return null;

@@ -4,11 +4,11 @@ import { brief, brightnessOf, linearOf, read, scaled, toHex, write } from "./col
 import { h, iconButton, newId, tidy } from "./dom.js";
 
 /* A labelled row, with a button that takes the member out of the document again. */
-export function row({ title, help, pointer, id, reset, wide }, ...controls) {
+export function row({ title, help, pointer, id, reset, wide, long }, ...controls) {
     const label = h("label.row-label", { for: id, title: help ?? null }, title);
     const back = reset ? iconButton("reset", `${title}: back to the default`, reset, { class: "reset" }) : null;
     const problem = h("p.row-problem", { hidden: true });
-    const element = h(wide ? "div.row.wide" : "div.row", { "data-pointer": pointer ?? null }, label,
+    const element = h(wide ? "div.row.wide" : long ? "div.row.long" : "div.row", { "data-pointer": pointer ?? null }, label,
                       h("div.row-control", {}, ...controls), back, problem);
     return { element, problem, mark: isSet => element.classList.toggle("is-set", Boolean(isSet)) };
 }
@@ -46,7 +46,7 @@ export function slider(label, { change, settle }) {
 export function number(name, title, range, { change, settle }) {
     const id = newId("number");
     const way = slider(title, { settle, change: share => change(valueAt(share, range), { live: true }) });
-    const field = h("input.number", { id, type: "number", step: range.isWhole ? "1" : "any" });
+    const field = h("input.number", { id, type: "number", step: range.isWhole ? "1" : "any", placeholder: "auto" });
     field.addEventListener("change", () => {
         if (field.value !== "" && Number.isFinite(Number(field.value))) change(Number(field.value), {});
     });
@@ -80,8 +80,10 @@ export function vector(title, size, { change, isWhole, names = ["x", "y", "z", "
 export function choice(title, values, { change, labels = {} }) {
     const id = newId("choice");
     const element = h("select.select", { id }, ...values.map(value => h("option", { value }, labels[value] ?? value)));
-    element.addEventListener("change", () => change(element.value, {}));
+    element.addEventListener("change", () => change(element.value === "" && !values.includes("") ? undefined : element.value, {}));
     return { id, element: [element], show(value) {
+        if (value === undefined && !values.includes("") && !element.querySelector("option[value='']"))
+            element.prepend(h("option", { value: "" }, "by default"));
         if (value !== undefined && ![...element.options].some(option => option.value === String(value)))
             element.append(h("option", { value: String(value) }, String(value)));
         element.value = value ?? "";
@@ -109,7 +111,7 @@ export function toggle(title, { change }) {
 
 export function text(title, { change, parse = value => value, format = value => value, options }) {
     const id = newId("text"), list = options ? newId("list") : null;
-    const element = h("input.text", { id, type: "text", spellcheck: false, autocomplete: "off" });
+    const element = h("input.text", { id, type: "text", spellcheck: false, autocomplete: "off", placeholder: "by default" });
     if (list) element.setAttribute("list", list);
     element.addEventListener("change", () => {
         try {
@@ -138,7 +140,7 @@ export function color(title, { change, settle, to = 1 }) {
     const well = h("input.well", { type: "color", "aria-label": `${title}: pick a color` });
     well.addEventListener("input", () => change(well.value, { live: true }));
     well.addEventListener("change", () => settle());
-    const field = h("input.text", { id, type: "text", spellcheck: false, autocomplete: "off" });
+    const field = h("input.text", { id, type: "text", spellcheck: false, autocomplete: "off", placeholder: "none" });
     field.addEventListener("focus", () => {
         if (field.value === field.title) return;
         field.value = field.title;

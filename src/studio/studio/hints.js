@@ -2,7 +2,7 @@
  * lie. Sliders go over [from, to]; the number beside them takes whatever the schema does. */
 
 export const TITLES = {
-    fov: "Field of view", ior: "Refractive index", minDistance: "Min. distance", ambient: "Ambient",
+    fov: "Field of view", ior: "Index (IOR)", minDistance: "Min. distance", ambient: "Ambient",
     shadowSamples: "Shadow samples", minContribution: "Cut below", sigma: "Roughness σ", side: "Sides",
     bitDepth: "Bit depth", colorSpace: "Color space", n: "Index n", k: "Absorption k", f0: "Reflectance F₀",
     maxError: "Max. error", up: "Up", tube: "Tube radius", own: "Own ambient",

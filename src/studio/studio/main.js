@@ -241,7 +241,7 @@ async function start() {
         panels = [material, new LightsPanel(byId("panel-lights"), { schema, store }),
                   new ScenePanel(byId("panel-scene"), { schema, store, shapes: shapes.shapes, choice }),
                   new ColorPanel(byId("panel-color"), { schema, store, colors }),
-                  new AccuracyPanel(byId("accuracy"), { schema, store }),
+                  new AccuracyPanel(byId("accuracy"), { schema, store, shown: () => view.plan, hasFloats: version.formats?.includes("tiff") }),
                   Object.assign(new ScopePanel(byId("scopes"), { schema, store, preview }), { show() {} }),
                   Object.assign(new LobePanel(byId("lobe"), { store, material: () => material.material }), { show() {} })];
         makeActions(schema, version.formats ?? ["png", "jpeg", "webp"]);
@@ -266,4 +266,4 @@ show(null);
 start();
 
 /* For tests and the console. */
-globalThis.studio = { store, view };
+globalThis.studio = { store, view, get heat() { return panels.find(panel => panel.heat)?.heat; } };

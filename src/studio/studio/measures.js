@@ -56,21 +56,22 @@ export class ScopePanel {
         this.scope.scene = scene;
     }
 
-    /* The channels of a space as grey pictures, side by side. */
+    /* The channels of spaces as grey pictures, side by side. */
     #planes(preview) {
-        const sets = { RGB: [null, "R", "G", "B"], YIQ: ["YIQ", "Y", "I", "Q"], HSV: ["HSV", "H", "S", "V"] };
-        this.plane = "YIQ";
-        const pick = controls.segments("Planes", Object.keys(sets), { change: value => { this.plane = value; this.#drawPlanes(); } });
-        pick.show(this.plane);
-        this.planePictures = [0, 1, 2].map(() => ({ picture: preview({}), name: h("figcaption") }));
-        this.sets = sets;
+        const spaces = [[null, "R", "G", "B"], ["YIQ", "Y", "I", "Q"], ["HSV", "H", "S", "V"]];
+        const sets = { "YIQ, HSV": spaces.slice(1), RGB: spaces.slice(0, 1) };
+        this.planes = sets["YIQ, HSV"];
+        const pick = controls.segments("Planes", Object.keys(sets), { change: value => { this.planes = sets[value]; this.#drawPlanes(); } });
+        pick.show("YIQ, HSV");
+        this.planePictures = [0, 1, 2, 3, 4, 5].map(() => ({ picture: preview({}), name: h("figcaption") }));
         return h("div.plane-box", {}, h("div.panel-head", {}, h("h3", {}, "Planes"), ...pick.element),
                  h("div.planes", {}, ...this.planePictures.map(({ picture, name }) => h("figure", {}, picture, name))));
     }
 
     #drawPlanes() {
-        const [space, ...channels] = this.sets[this.plane];
-        channels.forEach((channel, i) => {
+        const planes = this.planes.flatMap(([space, ...channels]) => channels.map(channel => [space, channel]));
+        for (const [i, { picture }] of this.planePictures.entries()) picture.parentElement.hidden = i >= planes.length;
+        planes.forEach(([space, channel], i) => {
             const scene = structuredClone(this.store.scene), { width = 512, height = 512 } = scene.image ?? {};
             delete scene.outputs;
             const scale = 112 / Math.max(width, height);
@@ -79,7 +80,7 @@ export class ScopePanel {
             const { exposure, gamma, looks, display, view } = scene.output ?? {};
             scene.output = JSON.parse(JSON.stringify({ exposure, channel, ...(space ? { colorSpace: space } : { gamma, looks, display, view }) }));
             const { picture, name } = this.planePictures[i];
-            picture.setAttribute("label", `Plane ${channel}`);
+            picture.setAttribute("label", `Plane ${channel} of ${space ?? "RGB"}`);
             name.textContent = channel;
             picture.scene = scene;
         });

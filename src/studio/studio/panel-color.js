@@ -68,7 +68,7 @@ export class ColorPanel {
                 this.#take({ looks: looks.length ? looks : undefined });
             } });
             this.#form.shows.push(() => control.show(this.output.looks?.includes(name)));
-            return controls.row({ title: name, help: description, id: control.id, wide: true }, ...control.element).element;
+            return controls.row({ title: name, help: description, id: control.id, long: true }, ...control.element).element;
         });
     }
 

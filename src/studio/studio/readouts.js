@@ -4,6 +4,7 @@ import { Latest } from "./api.js";
 import * as controls from "./controls.js";
 import { debounce, figure, h } from "./dom.js";
 import { Form } from "./form.js";
+import { HeatMap } from "./heat.js";
 import { titleOf } from "./hints.js";
 
 const STAGES = ["parse", "plan", "visibility", "shade", "color", "encode"];
@@ -16,7 +17,7 @@ export class AccuracyPanel {
     #form = null;
     #isBudget = null;
 
-    constructor(element, { schema, store, settled }) {
+    constructor(element, { schema, store, shown, hasFloats }) {
         Object.assign(this, { schema, store });
         const tiers = [...schema.of("AskedTier").enum, "budget"];
         this.tier = controls.segments("Accuracy", tiers, {
@@ -30,12 +31,12 @@ export class AccuracyPanel {
         this.legend = h("ul.legend");
         this.words = h("ul.words");
         this.measures = h("div.measures");
+        this.heat = hasFloats ? new HeatMap({ store, shown }) : null;
         const measure = h("button.quiet", { type: "button", onclick: () => this.#measure(measure) }, "Measure against exact");
         element.append(h("h2", {}, "Accuracy"), ...this.tier.element, this.budget,
                        h("dl.stats", {}, ...Object.values(this.figures)), this.bar, this.legend,
-                       h("details.more", {}, h("summary", {}, "What was done, and what was left out"), this.words), measure, this.measures);
+                       h("details.more", {}, h("summary", {}, "What was done, and what was left out"), this.words), measure, this.heat?.element ?? "", this.measures);
         this.explainSoon = debounce(150, () => this.#explain());
-        this.settled = settled;
     }
 
     /* A picture has come. */
@@ -74,6 +75,8 @@ export class AccuracyPanel {
         try {
             const told = await this.#measured.post("v1/compare", scene);
             if (!told || scene !== this.store.scene) return;
+            await this.heat?.measure(told.measuredIn);
+            if (scene !== this.store.scene) return;
             const line = (title, pick) => h("tr", {}, h("th", { scope: "row" }, title), ...told.tiers.map(tier => h("td", {}, pick(tier))));
             this.measures.replaceChildren(h("table", {}, h("caption", {}, "Measured in this picture"),
                 h("thead", {}, h("tr", {}, h("td"), ...told.tiers.map(({ tier }) => h("th", { scope: "col" }, tier)))),
@@ -98,6 +101,7 @@ export class AccuracyPanel {
         }
         this.#isBudget = isBudget;
         this.#form?.show();
-        this.measures.replaceChildren();
+        if (this.measures.firstChild) this.measures.replaceChildren();
+        this.heat?.clear();
     }
 }
