@@ -91,6 +91,8 @@ typedef struct shd_load {
     unsigned threads;
     uint64_t lent;      /* jobs that have run between the tiles of a deferred one */
     unsigned abandoned; /* threads of the process that encode for nobody any more */
+    uint64_t tiles;     /* of 32 by 32 pixels that were made, */
+    uint64_t unwanted;  /* and those whose request was cancelled meanwhile: one a thread at most */
 } shd_load;
 
 shd_load shd_engine_load(shd_engine *engine);

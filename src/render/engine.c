@@ -121,6 +121,7 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
     if (!engine) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     *engine = (shd_engine){
         .limits = options->limits,
+        .tiles = engine->own_tiles,
         .isa = isa,
         .budget = options->budget,
         .spares = shd_spares_new(spare_bytes(options, threads), options->budget),
@@ -201,8 +202,13 @@ bool shd_engine_withdraw(shd_engine *engine, const void *context) {
 
 shd_load shd_engine_load(shd_engine *engine) {
     const shd_pool_load load = shd_pool_load_of(engine->pool);
-    return (shd_load){load.queued, load.busy, shd_pool_slots(engine->pool) - 1, load.lent,
-                      shd_image_abandoned()};
+    return (shd_load){load.queued,
+                      load.busy,
+                      shd_pool_slots(engine->pool) - 1,
+                      load.lent,
+                      shd_image_abandoned(),
+                      atomic_load(&engine->tiles[0]),
+                      atomic_load(&engine->tiles[1])};
 }
 
 shd_reuse_load shd_engine_reuse(shd_engine *engine) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <pthread.h>
+#include <stdatomic.h>
 
 #include "base/pool.h"
 #include "base/spares.h"
@@ -26,7 +27,9 @@ struct shd_engine {
     struct shd_store *store; /* of meshes */
     struct shd_westin_tables *westin;
     shd_limits limits;
-    shd_isa isa;      /* of the kernels */
+    atomic_ullong own_tiles[2];
+    atomic_ullong *tiles; /* made, of this engine and those that borrow: wanted when done, or not */
+    shd_isa isa;          /* of the kernels */
     bool floats_only; /* for tests: no colors go straight to codes, which gives the same bytes */
 };
 

@@ -145,6 +145,26 @@ class LeaveTest(unittest.TestCase):
             self.assert_idle(daemon)
             self.assertEqual(daemon.render(SMALL).status, 200)
 
+    def test_a_picture_whose_client_has_gone_costs_no_more_than_the_tiles_in_hand(self):
+        """One for each thread at most, of 16384: none is begun once it is known that nobody waits."""
+        made, unwanted = ('shaded_tiles_total{result="%s"}' % one for one in ("made", "unwanted"))
+        with new_daemon("--threads", "2", "--timeout", "300") as daemon:
+            for times in range(1, 4):
+                before = daemon.metrics()
+                client = Client(daemon, another(ENDLESS, times))
+                wait_until(lambda: daemon.metrics()[made] > before[made])
+                client.leave()
+                self.assert_idle(daemon)
+                after = daemon.metrics()
+                self.assertEqual(after["shaded_left_total"], times)
+                self.assertLessEqual(after[unwanted], 2 * times)
+                self.assertLess(after[made] - before[made], 8192)
+            self.assertEqual(daemon.render(SMALL).status, 200)
+            last = daemon.metrics()
+            self.assertEqual(last[unwanted], after[unwanted])
+            tiles = [-(-SMALL["image"][side] // 32) for side in ("width", "height")]
+            self.assertEqual(last[made] - after[made], tiles[0] * tiles[1])
+
     def test_waiting_requests_whose_client_has_gone_leave_the_queue(self):
         with new_daemon("--threads", "1", "--queue", "2", "--timeout", "300") as daemon:
             running = occupied(daemon)

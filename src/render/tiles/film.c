@@ -284,6 +284,7 @@ static void render_tile(void *context, size_t index, unsigned slot) {
         if (j->film->codes) store_codes(j, s, tile, false);
     }
     shd_end(watch, &watch->times.color);
+    atomic_fetch_add(&j->rendering->engine->tiles[is_stopped(j) ? 1 : 0], 1);
 
     if (!j->options || !j->options->progress) return; /* counting waits until the tile is stored */
     const double done = (double)(atomic_fetch_add(&j->done, 1) + 1);

@@ -15,12 +15,13 @@
 #include <linux/tcp.h>
 
 #include "base/clock.h"
+#include "server/conn/alarm.h"
 #include "server/ops/log.h"
 
-/* Seconds: between two looks, and before room is made again; what an answer gets at least before it
- * gives way to new connections, and to work. */
-static const double pause_between = 0.25, pause_for_room = 0.01, least_sending = 2,
-                    least_taking = 0.25;
+/* Seconds: between two looks, before room is made again, and before who leaves is looked for again;
+ * what an answer gets at least before it gives way to new connections, and to work. */
+static const double pause_between = 0.25, pause_for_room = 0.01, pause_for_leavers = 0.005,
+                    least_sending = 2, least_taking = 0.25;
 
 /* Connections that are one too many: how many of one address are let in to be told so, and for how
  * many seconds they are waited for. */
@@ -54,7 +55,7 @@ struct shd_connection {
 
 struct shd_reaper {
     pthread_mutex_t mutex;
-    pthread_cond_t changed;
+    shd_alarm alarm; /* watches those that are at work */
     pthread_t thread;
     shd_departure departure;
     shd_patience patience;
@@ -181,47 +182,70 @@ static size_t usable_places(const shd_reaper *reaper) {
 }
 
 /* With the mutex. Ends connections whose client has gone. If one waits for a job, it is noted in
- * `gone` and released later, without the mutex: libmicrohttpd may call us with its own held. */
-static size_t look_at_all(shd_reaper *reaper, void *gone[], size_t most) {
+ * `gone` and released later, without the mutex: libmicrohttpd may call us with its own held.
+ * `leavers`: nothing else is looked at. */
+static size_t look_at_all(shd_reaper *reaper, bool leavers, void *gone[], size_t most) {
     double now = shd_now();
     size_t count = 0;
     for (shd_connection *c = reaper->list.next; c != &reaper->list; c = c->next) {
         if (c->ended) continue;
         if (c->phase != SHD_AT_WORK) {
-            look_at(reaper, c, now);
+            if (!leavers) look_at(reaper, c, now);
         } else if (count < most && has_left(c->socket)) {
             end_connection(reaper, c, SHD_END_LEFT);
             if (reaper->departure.leave(c->who)) gone[count++] = c->who;
         }
     }
+    if (leavers) return count;
     reaper->crowded = false;
     while (reaper->open > usable_places(reaper) && make_room(reaper, now)) continue;
     return count;
 }
 
-static void *watch_connections(void *context) {
+/* With the mutex, which is released meanwhile. */
+static void look_and_release(shd_reaper *reaper, bool leavers) {
     enum { MOST = 256 };
-    shd_reaper *reaper = context;
     void *gone[MOST];
+    const size_t count = look_at_all(reaper, leavers, gone, MOST);
+    pthread_mutex_unlock(&reaper->mutex);
+    for (size_t i = 0; i < count; i++) reaper->departure.release(gone[i]);
+    pthread_mutex_lock(&reaper->mutex);
+}
+
+/* With the mutex. Waits until it is time to look at all again; who leaves is looked for at once. */
+static void pause_looks(shd_reaper *reaper) {
+    const double began = shd_now();
+    double looked = began - pause_for_leavers;
+    bool left = false;
+    while (!reaper->ending) {
+        const bool hurries = reaper->crowded || reaper->finishing;
+        const double now = shd_now(), next = began + (hurries ? pause_for_room : pause_between);
+        if (now >= next) return;
+        if (left && now >= looked + pause_for_leavers) {
+            look_and_release(reaper, true);
+            looked = now;
+            left = false;
+            continue;
+        }
+        const double wait = left ? fmin(next, looked + pause_for_leavers) - now : next - now;
+        pthread_mutex_unlock(&reaper->mutex);
+        left = shd_alarm_wait(&reaper->alarm, wait) || left;
+        pthread_mutex_lock(&reaper->mutex);
+    }
+}
+
+static void *watch_connections(void *context) {
+    shd_reaper *reaper = context;
     pthread_mutex_lock(&reaper->mutex);
     while (!reaper->ending) {
         if (reaper->list.next == &reaper->list) {
-            pthread_cond_wait(&reaper->changed, &reaper->mutex);
+            pthread_mutex_unlock(&reaper->mutex);
+            shd_alarm_wait(&reaper->alarm, INFINITY);
+            pthread_mutex_lock(&reaper->mutex);
             continue;
         }
-        size_t count = look_at_all(reaper, gone, MOST);
-        pthread_mutex_unlock(&reaper->mutex);
-        for (size_t i = 0; i < count; i++) reaper->departure.release(gone[i]);
-        pthread_mutex_lock(&reaper->mutex);
-
-        double began = shd_now();
-        while (!reaper->ending) {
-            bool hurries = reaper->crowded || reaper->finishing;
-            double next = began + (hurries ? pause_for_room : pause_between);
-            if (shd_now() >= next) break;
-            struct timespec until = shd_timespec(next);
-            pthread_cond_timedwait(&reaper->changed, &reaper->mutex, &until);
-        }
+        look_and_release(reaper, false);
+        pause_looks(reaper);
     }
     pthread_mutex_unlock(&reaper->mutex);
     return NULL;
@@ -282,6 +306,12 @@ size_t shd_reaper_drop_answers(shd_reaper *reaper, size_t bytes) {
 
 /* ---- The whole ---- */
 
+static void free_reaper(shd_reaper *reaper) {
+    shd_alarm_drop(&reaper->alarm);
+    pthread_mutex_destroy(&reaper->mutex);
+    free(reaper);
+}
+
 shd_status shd_reaper_new(const shd_patience *patience, const shd_departure *departure,
                           shd_reaper **out, shd_error *error) {
     shd_reaper *reaper = calloc(1, sizeof *reaper);
@@ -290,11 +320,9 @@ shd_status shd_reaper_new(const shd_patience *patience, const shd_departure *dep
     if (departure) reaper->departure = *departure;
     reaper->patience = *patience;
     pthread_mutex_init(&reaper->mutex, NULL);
-    shd_cond_init(&reaper->changed);
-    if (pthread_create(&reaper->thread, NULL, watch_connections, reaper)) {
-        pthread_cond_destroy(&reaper->changed);
-        pthread_mutex_destroy(&reaper->mutex);
-        free(reaper);
+    if (!shd_alarm_make(&reaper->alarm) ||
+        pthread_create(&reaper->thread, NULL, watch_connections, reaper)) {
+        free_reaper(reaper);
         return shd_fail(error, SHD_EXHAUSTED, "", "the system refused to start a thread");
     }
     *out = reaper;
@@ -306,19 +334,17 @@ void shd_reaper_drop(shd_reaper *reaper) {
     pthread_mutex_lock(&reaper->mutex);
     assert(reaper->list.next == &reaper->list);
     reaper->ending = true;
-    pthread_cond_signal(&reaper->changed);
+    shd_alarm_ring(&reaper->alarm);
     pthread_mutex_unlock(&reaper->mutex);
     pthread_join(reaper->thread, NULL);
-    pthread_cond_destroy(&reaper->changed);
-    pthread_mutex_destroy(&reaper->mutex);
-    free(reaper);
+    free_reaper(reaper);
 }
 
 void shd_reaper_finish(shd_reaper *reaper, double grace) {
     pthread_mutex_lock(&reaper->mutex);
     reaper->finishing = true;
     reaper->grace = grace;
-    pthread_cond_signal(&reaper->changed);
+    shd_alarm_ring(&reaper->alarm);
     pthread_mutex_unlock(&reaper->mutex);
 }
 
@@ -400,7 +426,7 @@ shd_connection *shd_reaper_add(shd_reaper *reaper, int socket, const char *addre
     connection->previous->next = connection;
     reaper->list.previous = connection;
     bool crowded = ++reaper->open > usable_places(reaper);
-    if (first || (crowded && !reaper->crowded)) pthread_cond_signal(&reaper->changed);
+    if (first || (crowded && !reaper->crowded)) shd_alarm_ring(&reaper->alarm);
     reaper->crowded = crowded;
     pthread_mutex_unlock(&reaper->mutex);
     return connection;
@@ -413,6 +439,8 @@ bool shd_reaper_remove(shd_reaper *reaper, shd_connection *connection) {
     connection->previous->next = connection->next;
     connection->next->previous = connection->previous;
     if (!connection->ended) reaper->open--;
+    if (connection->phase == SHD_AT_WORK)
+        shd_alarm_watch(&reaper->alarm, connection->socket, false);
     const shd_phase phase = connection->phase;
     bool amid = !connection->ended &&
                 (phase == SHD_AT_BODY || (phase <= SHD_AT_HEAD && has_read_since(connection)));
@@ -429,6 +457,8 @@ void shd_reaper_phase(shd_reaper *reaper, shd_connection *connection, shd_phase 
     if (phase == SHD_AT_REST && !ask_tcp(connection->socket, &info)) phase = SHD_AT_HEAD;
     double now = shd_now();
     pthread_mutex_lock(&reaper->mutex);
+    const bool was = connection->phase == SHD_AT_WORK, is = phase == SHD_AT_WORK;
+    if (was != is) shd_alarm_watch(&reaper->alarm, connection->socket, is);
     connection->answer = 0;
     connection->phase = phase;
     connection->since = now;
