@@ -133,6 +133,16 @@ export class Studio {
         await this.settled();
     }
 
+    // What the page holds: nodes, listeners, bytes of JavaScript.
+    async counters() {
+        const session = await this.context.newCDPSession(this.page);
+        for (let i = 0; i < 3; i++) await session.send("HeapProfiler.collectGarbage");
+        const { nodes, jsEventListeners } = await session.send("Memory.getDOMCounters");
+        const { usedSize } = await session.send("Runtime.getHeapUsage");
+        await session.detach();
+        return { nodes, listeners: jsEventListeners, heap: usedSize };
+    }
+
     shot(name) { return this.page.screenshot({ path: `${SHOTS}/${name}.png` }); }
 
     async close() {
