@@ -85,8 +85,16 @@ async function dragging(browser, origin, object) {
     await page.mouse.down();
     const begin = Date.now();
     await page.evaluate(() => { shown.length = 0; path.length = 0; });
-    for (let i = 0; Date.now() - begin < 1000 * SECONDS + 600; i++)
-        await page.mouse.move(x + 150 * Math.sin(i / 60), y + 60 * Math.sin(i / 33));
+    // As a mouse tells them: 125 a second, whether or not the page has looked at the last one.
+    const under = new Set();
+    for (let now = 0; now < 1000 * SECONDS + 600; now = Date.now() - begin) {
+        if (under.size < 12) {
+            const move = page.mouse.move(x + 150 * Math.sin(now / 700), y + 60 * Math.sin(now / 400)).finally(() => under.delete(move));
+            under.add(move);
+        }
+        await new Promise(done => setTimeout(done, 8));
+    }
+    await Promise.all(under);
     const told = await page.evaluate(() => ({ shown, path: globalThis.path }));
     await page.mouse.up();
     const plan = await page.evaluate(() => [studio.view.plan.plan]);

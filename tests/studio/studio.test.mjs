@@ -346,6 +346,22 @@ describe("the studio", { skip: CHROMIUM ? false : "chromium is not installed" },
         await studio.shot("heat");
     });
 
+    test("what is no mistake of the document is not told as one", async () => {
+        await studio.set(SCENE);
+        const faults = studio.faults.length;
+        await studio.page.route("**/v1/render", route => route.fulfill({ status: 504, contentType: "application/problem+json",
+            body: JSON.stringify({ title: "Overdue", status: 504, detail: "not done after 30 seconds" }) }));
+        await studio.page.evaluate(() => studio.store.set("/ambient", 0.3));
+        await studio.page.waitForSelector(".stage.is-wrong");
+        assert.equal(await studio.page.textContent("#plan"), "not done after 30 seconds");
+        assert.equal(await studio.page.locator(".code-line.is-wrong, .row.is-wrong, .code-error").count(), 0);
+        await studio.page.unroute("**/v1/render");
+        await studio.set(SCENE);
+        assert.equal(await studio.page.locator(".stage.is-wrong").count(), 0);
+        const more = studio.faults.splice(faults);
+        assert.ok(more.every(one => /504/.test(one)), more.join("\n"));
+    });
+
     test("CIEDE2000 of the map is that of its authors", async () => {
         // Pairs of table 1 of Sharma, Wu, Dalal 2005: L, a, b twice, and their difference.
         const pairs = [[50, 2.6772, -79.7751, 50, 0, -82.7485, 2.0425], [50, -1.3802, -84.2814, 50, 0, -82.7485, 1], [50, 2.49, -0.001, 50, -2.49, 0.0009, 7.1792],

@@ -226,8 +226,9 @@ view.addEventListener("error", ({ detail: { status, problem } }) => {
     stage.classList.add("is-wrong");
     byId("plan").replaceChildren(h("span.warning", {}, errors.length > 1 ? `${errors.length} mistakes: ${errors[0].detail}` : errors[0].detail));
     if (status === 401) askToken();
-    editor?.mark(errors);
-    markRows(errors);
+    /* A deadline or a full queue is no mistake of the document's. */
+    editor?.mark(problem.errors ?? []);
+    markRows(problem.errors ?? []);
 });
 
 async function start() {
