@@ -114,6 +114,49 @@ describe("the studio", { skip: CHROMIUM ? false : "chromium is not installed" },
         assert.deepEqual(Object.keys((await studio.scene()).objects[0].material.fresnel), ["f0"]);
     });
 
+    // Controls that change nothing in a picture of eight bits as PNG, and why.
+    const IDLE = [/^\/output\/(quality|effort|matte)$/ /* of other formats, and of opaque pictures */, /segments$/ /* the surface is smooth */,
+                  /minDistance$/ /* nothing is nearer */, /\/ior$/ /* nothing is seen through */, /trace\/(shadowSamples|minContribution|depth)$/, /transform\/rotate$/ /* of a ball */, /lights\/\d\/up$/ /* of a square */];
+    test("every slider and every vector of every tab changes the picture", async () => {
+        const small = { image: { width: 48, height: 48, samples: 1 }, ambient: 0.1, background: 0.2, camera: { position: [0, 0.5, 4] }, trace: { shadows: true, depth: 2 } };
+        const { trace, ...bare } = small;
+        const key = { type: "spot", position: [-1, 1.5, 3], direction: [1, -1.5, -3], angle: 20, exponent: 2, attenuation: [1, 0.05, 0.01] };
+        const sphere = { type: "sphere", material: { diffuse: [0.5, 0.2, 0.1], specular: 0.5, shininess: 20, opacity: 0.7, reflection: 0.2 } };
+        const scenes = {
+            "material lights scene color": { ...small, lights: [key], objects: [sphere] },
+            material: { ...small, lights: [key], objects: [{ type: "torus", material: { model: "cook-torrance", diffuse: 0.2, fresnel: { n: 1.3, k: 2 }, lobes: [{ roughness: 0.4, weight: 0.7 }, { roughness: 0.1, weight: 0.2 }] } }] },
+            "material ": { ...small, lights: [key], objects: [{ type: "box", material: { model: "oren-nayar", diffuse: 0.5, sigma: 30 } }] },
+            lights: { ...bare, lights: ["rect", "disc", "sphere"].map(type => ({ type, position: [-2, 2, 3], ...(type === "sphere" ? {} : { direction: [2, -2, -3] }), intensity: 3 })), objects: [sphere] },
+            scene: { ...small, camera: { ...small.camera, type: "orthographic", height: 2 }, lights: [key], objects: [{ type: "torus", material: { diffuse: 0.5 } }] },
+        };
+        const moved = new Set();
+        for (const [tabs, scene] of Object.entries(scenes)) {
+            await studio.set(scene);
+            const { hash, width, height } = await studio.look();
+            for (const tab of tabs.trim().split(" ")) {
+                await studio.tab(tab);
+                await studio.page.evaluate(name => document.querySelectorAll(`#panel-${name} details`).forEach(one => { one.open = true; }), tab);
+                const pointers = await studio.page.locator(`#panel-${tab} .row:is(:has(.slider), :has(.vector))[data-pointer]`).evaluateAll(list => list.map(one => one.dataset.pointer));
+                for (const pointer of pointers.filter(one => !IDLE.some(idle => idle.test(one)))) {
+                    const slider = studio.row(pointer).locator(".slider"), field = studio.row(pointer).locator(".vector .number").first();
+                    if (!await slider.count()) {
+                        await field.fill(String(Number(await field.inputValue()) + 0.4));
+                        await field.press("Enter");
+                    } else if (await slider.isEnabled()) {
+                        await slider.fill(Number(await slider.inputValue()) > 0.5 ? "0.2" : "0.8");
+                        await slider.dispatchEvent("change");
+                    } else continue;
+                    const now = await studio.look();
+                    assert.ok(now.hash !== hash || now.width !== width || now.height !== height, `${pointer} of ${tab} changes nothing`);
+                    moved.add(pointer);
+                    await studio.set(scene);
+                }
+            }
+        }
+        assert.ok(moved.size >= 45, `${moved.size}: ${[...moved].join(" ")}`);
+        console.log(`${moved.size} sliders and vectors`);
+    });
+
     test("a lobe is added and taken away", async () => {
         const [old, now] = await change(SCENE, async () => {
             await studio.tab("material");
