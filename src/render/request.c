@@ -309,6 +309,11 @@ uint64_t shd_request_saturated(const shd_request *request) {
     return request->rendering.saturated;
 }
 
+double shd_request_ray_error(const shd_request *request, uint64_t *edges) {
+    *edges = request->rendering.ray_edges;
+    return request->rendering.ray_error;
+}
+
 uint64_t shd_request_rays(const shd_request *request, double *cut) {
     *cut = request->rendering.cut;
     return request->rendering.rays;

@@ -155,14 +155,17 @@ static void check_model(worker *w, const picture *exact) {
     const model_program *program = w->family->quad ? &model_quad : &model_long;
     const shd_plan *plan = exact->request->rendering.plan;
     const bool known = isfinite(plan->bound.linear);
-    const double bound = known ? plan->bound.linear : shd_linear_estimate(plan, NULL);
+    const double told = exact->request->rendering.ray_error,
+                 estimate = shd_linear_estimate(plan, NULL);
+    double bound = fmin(plan->bound.linear, estimate);
+    if (told > 0) bound = fmin(bound, told);
     double offsets[64][2];
     const size_t pixels = (size_t)raster->width * (size_t)raster->height;
     const unsigned beyond = w->family->beyond;
-    const size_t samples = beyond & BEYOND_SHAPES    ? MOST_SHAPED
-                           : beyond & BEYOND_OPACITY ? MOST_VEILED
-                           : w->family->quad         ? MOST_QUAD
-                                                     : MOST_SAMPLES,
+    const size_t samples = beyond & BEYOND_SHAPES                       ? MOST_SHAPED
+                           : beyond & (BEYOND_OPACITY | BEYOND_MIRRORS) ? MOST_VEILED
+                           : w->family->quad                            ? MOST_QUAD
+                                                                        : MOST_SAMPLES,
                  most = samples / (size_t)raster->samples;
     const size_t step = pixels > most ? pixels / most : 1;
     model *m = read_model(w, program, raster, offsets);

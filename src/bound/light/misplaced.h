@@ -12,6 +12,7 @@ typedef struct shd_misplaced {
     bool smooth; /* normals are of corners: they do not tell how flatly rays meet the surface */
     double moved;   /* off the surface, of points that are on no flat piece */
     double grazing; /* the least N.V of such that counts */
+    double bend;    /* by how much the surface bends for each length; 0: it is flat */
     double turned;  /* 0: flat */
 } shd_misplaced;
 
@@ -23,3 +24,7 @@ shd_misplaced shd_misplaced_of(const shd_scene *scene, const shd_place *place);
 double shd_misplaced_at(const shd_scene *scene, const shd_misplaced *misplaced,
                         const shd_piece *piece, const shd_plan_light *light, double nearest,
                         double *beyond);
+
+/* By how much a tangent (shd_surface_tangent) is turned around the normal where points are `moved`
+ * along the surface and normals turned by `normal`: radians. */
+double shd_turned_around(const shd_place *place, double moved, double normal);
