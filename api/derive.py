@@ -1,12 +1,16 @@
 #!/usr/bin/env python3
-"""Makes scene.schema.json and openapi.json of openapi.yaml: `./dev api`."""
+"""Makes scene.schema.json, openapi.json and docs/reference.md of openapi.yaml: `./dev api`."""
 
 import json
 import pathlib
+import sys
 
 import yaml
 
 HERE = pathlib.Path(__file__).parent
+sys.path.insert(0, str(HERE))
+
+import reference  # noqa: E402: it lies beside this file, from wherever that is run
 PREFIX = "#/components/schemas/"
 
 
@@ -50,7 +54,8 @@ def texts():
     document = yaml.safe_load((HERE / "openapi.yaml").read_text(encoding="utf-8"))
     return {"openapi.json": json.dumps(document, indent=1, ensure_ascii=False) + "\n",
             "scene.schema.json": json.dumps(scene_schema(document), indent=2,
-                                            ensure_ascii=False) + "\n"}
+                                            ensure_ascii=False) + "\n",
+            "../docs/reference.md": reference.page(document)}
 
 
 if __name__ == "__main__":

@@ -27,6 +27,8 @@ const struct shd_path shd_paths[SHD_ROUTE_COUNT] = {
     [SHD_ROUTE_SCHEMA] = {"/scene.schema.json", READ},
     [SHD_ROUTE_ELEMENT] = {"/shaded-preview.js", READ},
     [SHD_ROUTE_STUDIO] = {"/studio/{file}", READ},
+    [SHD_ROUTE_DOCS] = {"/docs", READ},
+    [SHD_ROUTE_PAGE] = {"/docs/{page}", READ},
     [SHD_ROUTE_OTHER] = {"other", 0},
 };
 
@@ -54,8 +56,10 @@ size_t shd_path_fixed(shd_route route) {
 static bool is_path_of(shd_route route, const char *path) {
     const size_t fixed = shd_path_fixed(route);
     if (!shd_paths[route].path[fixed]) return !strcmp(shd_paths[route].path, path);
-    return !strncmp(shd_paths[route].path, path, fixed) && path[fixed] &&
-           !strchr(path + fixed, '/');
+    /* "/docs/" is "/docs". */
+    const bool is_named = path[0] && strncmp(shd_paths[route].path, path, fixed) == 0 &&
+                          (path[fixed] || route == SHD_ROUTE_PAGE);
+    return is_named && !strchr(path + fixed, '/');
 }
 
 shd_route shd_path_find(const char *path) {

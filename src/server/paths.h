@@ -34,6 +34,8 @@ typedef enum shd_route {
     SHD_ROUTE_SCHEMA,
     SHD_ROUTE_ELEMENT,
     SHD_ROUTE_STUDIO,
+    SHD_ROUTE_DOCS,
+    SHD_ROUTE_PAGE,
     SHD_ROUTE_OTHER, /* there is no such path */
     SHD_ROUTE_COUNT
 } shd_route;

@@ -5,7 +5,9 @@
 
 #include "base/clock.h"
 #include "server/access/tokens.h"
+#include "server/answer/gzip.h"
 #include "server/answer/negotiate.h"
+#include "server/answer/pages.h"
 #include "server/answer/problem.h"
 #include "server/jobs/preview.h"
 #include "server/jobs/scene_link.h"
@@ -27,10 +29,36 @@ static bool is_studio(const shd_exchange *exchange) {
            wants_page(exchange);
 }
 
+static bool is_page(const shd_exchange *exchange) {
+    return exchange->route == SHD_ROUTE_DOCS || exchange->route == SHD_ROUTE_PAGE;
+}
+
 /* NULL: there is no such file. */
 static const shd_document *find_document(const shd_exchange *exchange) {
+    if (is_page(exchange)) return shd_page_find(exchange->path);
     return is_studio(exchange) ? shd_studio_find(exchange->settings->studio, exchange->path)
                                : &exchange->settings->documents[exchange->route];
+}
+
+/* The body. Of a page in gzip alone, for a client that does not take it, it is made for this
+ * answer. False, with a refusal: there is no memory for that. */
+static bool set_text(shd_exchange *exchange, const shd_document *document, const shd_text *text) {
+    shd_reply *reply = &exchange->reply;
+    if (text->data) {
+        shd_reply_lend(reply, document->media_type, text->data, text->size);
+        return true;
+    }
+    shd_budget *budget = exchange->server->budget;
+    if (!shd_budget_take(budget, text->size))
+        return shd_problem_reply(reply, SHD_NO_MEMORY, "no memory for the page");
+    void *made = shd_gunzip(document->gzip.data, document->gzip.size, text->size);
+    if (!made) {
+        shd_budget_give(budget, text->size);
+        return shd_problem_reply(reply, SHD_NO_MEMORY, "no memory for the page");
+    }
+    shd_reply_give(reply, document->media_type, made, text->size);
+    shd_reply_count(reply, budget, text->size);
+    return true;
 }
 
 static void answer_document(shd_exchange *exchange) {
@@ -38,6 +66,7 @@ static void answer_document(shd_exchange *exchange) {
     bool is_coded = document->gzip.size && shd_accepts_gzip(exchange->accept_encoding);
     const shd_text *text = is_coded ? &document->gzip : &document->plain;
     shd_reply *reply = &exchange->reply;
+    if (!set_text(exchange, document, text)) return;
     shd_reply_header(reply, "ETag", "\"%s\"", text->etag);
     shd_reply_plain(reply, "Cache-Control", "no-cache");
     shd_reply_plain(reply, "Vary",
@@ -46,11 +75,10 @@ static void answer_document(shd_exchange *exchange) {
     if (is_coded) shd_reply_plain(reply, "Content-Encoding", "gzip");
     /* 304 has no body, but the Content-Length of the 200 that it stands for. */
     reply->status = shd_etag_matches(exchange->if_none_match, text->etag, true) ? 304 : 200;
-    if (is_studio(exchange) && reply->status == 200) {
+    if ((is_studio(exchange) || is_page(exchange)) && reply->status == 200) {
         shd_reply_plain(reply, "X-Content-Type-Options", "nosniff");
         shd_reply_plain(reply, "Content-Security-Policy", shd_studio_policy);
     }
-    shd_reply_lend(reply, document->media_type, text->data, text->size);
 }
 
 /* ---- Finding and admitting ---- */
@@ -70,7 +98,9 @@ static bool admit_json(shd_exchange *exchange) {
 
 static bool admit_file(shd_exchange *exchange) {
     return find_document(exchange) ||
-           shd_problem_reply(&exchange->reply, SHD_NOT_FOUND, "the studio has no such file");
+           shd_problem_reply(&exchange->reply, SHD_NOT_FOUND,
+                             is_page(exchange) ? "there is no such page: /docs lists them"
+                                               : "the studio has no such file");
 }
 
 static bool admit_picture(shd_exchange *exchange) {
@@ -146,7 +176,7 @@ static bool admit_media_types(shd_exchange *exchange) {
     if (exchange->route == SHD_ROUTE_RENDER || exchange->route == SHD_ROUTE_PREVIEW)
         return admit_picture(exchange);
     if (exchange->route == SHD_ROUTE_BRDF) return admit_figure(exchange);
-    if (is_studio(exchange)) return admit_file(exchange);
+    if (is_studio(exchange) || is_page(exchange)) return admit_file(exchange);
     if (exchange->route == SHD_ROUTE_BATCH)
         return shd_accepts(exchange->accept, media_parts) ||
                shd_problem_reply(&exchange->reply, SHD_NOT_ACCEPTABLE, "this path answers %s",

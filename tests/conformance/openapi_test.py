@@ -31,10 +31,11 @@ PREVIEW = "/v1/preview/{material}"
 MESHES = "/v1/meshes/{sha256}"
 LINK, SCENES = "/v1/scene/{document}.{format}", "/v1/scenes"
 KEPT, BATCH = "/v1/scenes/{digest}.{format}", "/v1/batch"
-STUDIO = "/studio/{file}"
+STUDIO, DOCS, PAGE = "/studio/{file}", "/docs", "/docs/{page}"
 # Nothing fails, and what is made in milliseconds does not pass a deadline of a second.
 UNREACHABLE = {*((path, "post", "500") for path in SCENE_PATHS), ("/v1/explain", "post", "504"),
                (BATCH, "post", "500"), (BATCH, "post", "504"),
+               *((path, method, "503") for path in (DOCS, PAGE) for method in ("get", "head")),
                *((path, "put", status) for path in (MESHES, SCENES) for status in ("500", "504")),
                *((path, method, "500") for path in (LINK, KEPT) for method in ("get", "head")),
                *((PREVIEW, method, status) for method in ("get", "head")
@@ -242,7 +243,7 @@ class ServerTest(unittest.TestCase):
         self.assertEqual(self.types | UNPROVOKED, set(types))
 
     def read_path(self, path, item):
-        target = path.replace("{file}", "main.js")
+        target = path.replace("{file}", "main.js").replace("{page}", "requests")
         for method in ("get", "head"):
             answer = self.daemon.call(method.upper(), target)
             self.check(answer, path, method, "200")
@@ -264,6 +265,7 @@ class ServerTest(unittest.TestCase):
             self.check(self.daemon.call(method.upper(), "/", None, tag), "/", method, "304")
             for name in ("nothing.js", "index.html", "shaded-preview.js"):
                 self.check(self.daemon.call(method.upper(), "/studio/" + name), STUDIO, method, "404")
+            self.check(self.daemon.call(method.upper(), "/docs/nothing"), PAGE, method, "404")
         for file in sorted((SOURCE / "src/studio/studio").iterdir()):
             answer = self.daemon.get("/studio/" + file.name)
             self.check(answer, STUDIO, "get", "200")

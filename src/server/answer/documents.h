@@ -14,7 +14,8 @@ typedef struct shd_text {
     char etag[20];
 } shd_text;
 
-/* A text, and the same in gzip if it is shorter so. */
+/* A text, and the same in gzip if it is shorter so. The program's own pages have `plain.data` NULL:
+ * they are kept in gzip alone. */
 typedef struct shd_document {
     const char *media_type;
     bool owned; /* the text's bytes, as those in gzip always are */
