@@ -84,13 +84,18 @@ static double most_of(const double weight[3]) {
     return shd_larger(weight[0], shd_larger(weight[1], weight[2]));
 }
 
+/* Products of coefficients that are equal to minContribution but for their rounding are not below
+ * it.
+ */
+static const double ABOUT_ONE = 1 - 1e-14;
+
 /* Puts a ray off until later, unless it adds nothing or too little. */
 static void add_step(path *p, const step *from, shd_vec3 direction, const double weight[3],
                      bool straight) {
     const shd_trace *trace = &p->b->plan->scene->trace;
     const double most = most_of(weight);
     if (!(most > 0)) return;
-    if (from->depth >= trace->depth || most < trace->min_contribution) {
+    if (from->depth >= trace->depth || most < ABOUT_ONE * trace->min_contribution) {
         p->out.cut += most;
         return;
     }

@@ -250,7 +250,7 @@ static void add_ray(const model *whole, point from, point ray, int steps, const 
                     const real part[3], uint64_t *key, shade *out) {
     real brings[3], most = 0;
     for (int c = 0; c < 3; c++) most = larger(most, brings[c] = by[c] * part[c]);
-    if (!(most > 0) || steps >= whole->d.depth || most < whole->d.least) return;
+    if (!(most > 0) || steps >= whole->d.depth || most < (1 - (real)1e-14) * whole->d.least) return;
     const shade more = follow(whole, from, ray, steps + 1, brings, key);
     for (int c = 0; c < 3; c++) {
         out->low[c] += part[c] * more.low[c];

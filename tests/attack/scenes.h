@@ -15,7 +15,14 @@ typedef struct family {
     unsigned beyond; /* BEYOND_ bits: what goes beyond Phong's model and lights that are points */
 } family;
 
-enum { BEYOND_MODELS = 1, BEYOND_SHAPES = 2, BEYOND_OPACITY = 4, BEYOND_SPECTRUM = 8 };
+enum {
+    BEYOND_MODELS = 1,
+    BEYOND_SHAPES = 2,
+    BEYOND_OPACITY = 4,
+    BEYOND_SPECTRUM = 8,
+    BEYOND_MIRRORS = 16,
+    BEYOND_GLASS = 32
+};
 
 extern const family families[];
 extern const int family_count;

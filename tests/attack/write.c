@@ -18,7 +18,11 @@ void set_beyond(unsigned beyond, uint64_t *random) {
 void put_beyond(FILE *out, uint64_t *random) {
     if (style & BEYOND_SPECTRUM)
         fprintf(out, ", \"spectral\": {\"channels\": %d}", 16 + one_of(random, 64));
-    if (style & BEYOND_OPACITY)
+    if (style & BEYOND_MIRRORS)
+        fprintf(out, ", \"trace\": {\"depth\": %d, \"minContribution\": %.17g}",
+                1 + one_of(random, style & BEYOND_GLASS ? 4 : 6),
+                one_of(random, 2) ? 0 : decades(random, 1e-4, 0.2));
+    else if (style & BEYOND_OPACITY)
         fprintf(out, ", \"trace\": {\"depth\": %d, \"minContribution\": %.17g}",
                 1 + one_of(random, 16), one_of(random, 2) ? 0 : decades(random, 1e-4, 0.2));
 }
@@ -165,6 +169,14 @@ static bool put_model(FILE *out, uint64_t *random) {
         fprintf(out, "\"opacity\": [%.17g, %.17g, %.17g], ", between(random, 0, 1),
                 between(random, 0, 1),
                 one_of(random, 3) ? between(random, 0, 1) : one_of(random, 2));
+    if (style & BEYOND_MIRRORS && one_of(random, 3)) {
+        put_color(out, "reflection", random, one_of(random, 2) ? 0.5 : 0.2);
+        fputs(", ", out);
+    }
+    if (style & BEYOND_GLASS && one_of(random, 2)) {
+        put_color(out, "transmission", random, 0.5);
+        fprintf(out, ", \"ior\": %.17g, ", decades(random, 0.5, 2.5));
+    }
     if (model == 3)
         fprintf(out, "\"sigma\": %.17g", one_of(random, 6) ? between(random, 0, 60) : 0);
     if (model == 4) put_facets(out, random);
@@ -304,4 +316,26 @@ void put_ball(FILE *out, int slices, int stacks, double size, bool smooth) {
             if (s > 0) fprintf(out, "%s%d, %d, %d", comma, a, b + slices, b), comma = ", ";
         }
     fputs("], ", out);
+}
+
+void put_end(FILE *out, uint64_t *random) {
+    fputs("]", out);
+    put_beyond(out, random);
+    fputs("}", out);
+}
+
+void put_objects(FILE *out) {
+    fputs("], \"objects\": [", out);
+}
+
+void put_some(FILE *out, uint64_t *random, int count, double least, double most) {
+    for (int i = 0; i < count; i++) {
+        fputs(i ? ", {" : "{", out);
+        put_shape(out, random, between(random, 0.5, 1.2));
+        put_material(out, random, least, most);
+        fputs(", ", out);
+        put_turn(out, random, (xyz){1, 1, 1},
+                 scaled_by(any_direction(random), between(random, 0, count > 1 ? 1.2 : 0.4)));
+        fputs("}", out);
+    }
 }

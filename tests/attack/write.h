@@ -50,4 +50,11 @@ void put_turn(FILE *out, uint64_t *random, xyz scale, xyz at);
 /* `"type": "mesh", ...`: a ball of radius `size`, with normals of its vertices where `smooth`. */
 void put_ball(FILE *out, int slices, int stacks, double size, bool smooth);
 
+/* What comes between lights and objects, and the document's end. */
+void put_objects(FILE *out);
+void put_end(FILE *out, uint64_t *random);
+
+/* Objects near the origin, of a size of about 1, with highlights from `least` to `most`. */
+void put_some(FILE *out, uint64_t *random, int count, double least, double most);
+
 #endif

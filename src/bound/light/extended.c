@@ -1,132 +1,14 @@
 #include "bound/light/extended.h"
 
 #include "bound/light/brightest.h"
+#include "bound/light/drift.h"
 #include "bound/light/error.h"
 #include "bound/light/misplaced.h"
 #include "bound/light/pieces.h"
-
-/* What rounding in f64 does to unit vectors that some dozen operations have made, and to the
- * functions of a model. */
-static const double DIRECTION = 16 * 0x1p-53, FUNCTION = 1e-13;
-
-/* A light at a piece, and how the piece is seen. */
-typedef struct glance {
-    shd_lit lit;
-    double direction; /* the error of L, V and N together, as a chord */
-    double place;     /* the part of it by which points are beside */
-    double view;      /* no N.V that counts is less */
-    double half;      /* nor is any V.H */
-} glance;
-
-/* Of one lobe, or of the diffuse term, at a light of 1 before attenuation. */
-typedef struct weight {
-    double most, error;
-} weight;
+#include "bound/light/weights.h"
 
 static double smaller_of(double a, double b) {
     return a < b ? a : b;
-}
-
-/* ---- Models. ---- */
-
-static weight weigh_diffuse(const shd_plan_material *m, const glance *g) {
-    const double facing = g->lit.facing_high;
-    const weight lambert = {facing, g->direction + FUNCTION * facing};
-    if (m->model != SHD_MODEL_OREN_NAYAR) return lambert;
-    /* N.L (a + b s), where s is max(0, L.V - N.L N.V) / max(N.L, N.V), and N.L s is at most 1. */
-    const double square = m->from->sigma * m->from->sigma, b = 0.45 * square / (square + 0.09);
-    return (weight){facing + b * smaller_of(1, facing / g->view),
-                    lambert.error + b * (4 * g->direction / g->view + FUNCTION)};
-}
-
-static weight weigh_phong(double shininess, const glance *g, size_t lights) {
-    const shd_lobe_error e = shd_lobe_error_of(SHD_EXACT, shininess, lights);
-    const double most = shd_shine_most(g->lit.shine_high, shininess);
-    return (weight){most, shd_lobe_sum(shd_lobe_turned(&e, g->lit.shine_high, most, g->direction),
-                                       shd_lobe_functions(&e, most)) +
-                              shd_lobe_faint(&e, most)};
-}
-
-/* H = (L + V) / |L + V| errs by as much as L and V, divided by 2 V.H, twice. */
-static double half_error(const glance *g) {
-    return smaller_of(g->direction / g->half, 1);
-}
-
-static weight weigh_blinn(double shininess, const glance *g, size_t lights) {
-    const shd_lobe_error e = shd_lobe_error_of(SHD_EXACT, shininess, lights);
-    return (weight){1, shd_lobe_sum(shd_lobe_turned(&e, 1, 1, g->direction + half_error(g)),
-                                    shd_lobe_functions(&e, 1)) +
-                           shd_lobe_faint(&e, 1)};
-}
-
-/* The factor pi N.L / E is at most (n + 2) / 2, because E, without the part of the lobe below the
- * horizon, which is negative there, is N.L 2 pi / (n + 2). Its slope is at most 3 pi / E(0), where
- * E(0) >= 2 sqrt(pi / (2 (n + 1))) / (n + 2). E is computed to 1e-10. */
-static weight weigh_normalized(double shininess, const glance *g, size_t lights) {
-    const weight lobe = weigh_phong(shininess, g, lights);
-    const double factor = (shininess + 2) / 2,
-                 level = 2 * sqrt(SHD_PI / (2 * (shininess + 1))) / (shininess + 2);
-    return (weight){factor * lobe.most, factor * (lobe.error + 1e-10 * lobe.most) +
-                                            3 * SHD_PI / level * g->direction * lobe.most};
-}
-
-static double largest_index(const shd_fresnel *f, double most) {
-    for (int c = 0; c < 3; c++)
-        if (isfinite(f->n[c])) most = shd_larger(most, f->n[c] * f->n[c] + f->k[c] * f->k[c]);
-    return most;
-}
-
-/* n^2 + k^2 is at most that, in any channel or bin. */
-static double index_of(const shd_plan_material *m) {
-    const size_t bins = m->indices ? m->bin_count / (1 + m->lobe_count) : 0;
-    double most = largest_index(&m->from->fresnel, 1);
-    for (size_t b = 0; b < bins; b += 3) most = largest_index(&m->indices[b / 3], most);
-    return most;
-}
-
-/* By how much g = G / N.V of Cook and Torrance errs, but for what N.H does: g is the least of 1 /
- * v, 2 u / h and 2 u c / (h v), with c = N.L, v = N.V, u = N.H and h = V.H, of which each errs by
- * what directions do. As u = (c + v) / (2 h), slopes have no 1 / v. Where the first is the least, v
- * is h / 2 or more, and its slope 4 / h^2. That of the second by h is 2 / h^2. The third is the
- * least only where c < v, so that u <= v / h, and each of its three slopes is at most 2 / h^2.
- * Twice their sum holds what slopes are beside the point, unless directions err by as much as v or
- * h. */
-static double open_error(const glance *g) {
-    const double near = 1 / (g->half * g->half);
-    if (8 * g->direction < smaller_of(g->view, g->half)) return 12 * near * g->direction;
-    return 16 / g->half * (1 / g->half + 1 / g->view) * g->direction;
-}
-
-/* F D g / 4 with F at most 1, and g at most 1 / N.V and 2 / V.H. With x = tan^2 of the angle of H,
- * D = (1 + x)^2 e^(-x / m^2) / m^2 is largest at x = max(0, 2 m^2 - 1), and its slope by that angle
- * is at most 2 (1 + x)^3 sqrt(x) / m^4 + 4 (1 + x)^2 sqrt(x) / m^2 with x <= 3.5 m^2, which is four
- * times D sqrt(x) at least. N.H errs by the sine of that angle times what H does, and 2 / V.H times
- * that is what it does to g. */
-static weight weigh_facets(double index, double slope, const glance *g) {
-    const double m = slope * slope, x = 1 + 3.5 * m, root = sqrt(3.5 * m);
-    const double most = m > 0.5 ? 4 * m * exp(1 / m - 2) : 1 / m;
-    const double steep = 2 * x * x * x * root / (m * m) + 4 * x * x * root / m;
-    const double over = smaller_of(1 / g->view, 2 / g->half), tilt = 0.5 / g->half;
-    const double turned = half_error(g), fresnel = smaller_of(8 * (1 + index) * turned, 1);
-    return (weight){most * over / 4, (steep * turned * (over + tilt) + most * open_error(g) +
-                                      most * over * (fresnel + FUNCTION / m)) /
-                                         4};
-}
-
-static weight weigh_lobe(const shd_plan_material *m, size_t lobe, const glance *g, size_t lights) {
-    const double shininess = m->lobes[lobe].shininess;
-    switch (m->model) {
-    case SHD_MODEL_BLINN_PHONG:
-        return weigh_blinn(shininess, g, lights);
-    case SHD_MODEL_PHONG_NORMALIZED:
-        return weigh_normalized(shininess, g, lights);
-    case SHD_MODEL_COOK_TORRANCE:
-        return weigh_facets(index_of(m), shininess, g);
-    case SHD_MODEL_PHONG:
-        return weigh_phong(shininess, g, lights);
-    default:
-        return (weight){INFINITY, INFINITY};
-    }
 }
 
 /* ---- Lights at a piece. ---- */
@@ -155,8 +37,44 @@ static shd_vec3 toward_eye(const shd_scene *scene, const shd_piece *piece, shd_a
     return distance > 0 ? shd_scale(path, 1 / distance) : camera->back;
 }
 
+/* ---- Lights where rays from mirrors and glass end. ---- */
+
+/* What rays meet of an object after some steps: any of its points, from anywhere. */
+typedef struct met_place {
+    const shd_drift *drift;
+    const shd_extent *extent;
+    double bend; /* of the object */
+} met_place;
+
+/* `nearest`: how near the light may be to the object's points. Beyond `wide` of all that is
+ * bounded, on infinite planes, a light is at least 3/4 as far away as the ray was long. */
+static void see_anywhere(const finding *f, const met_place *at, const shd_plan_light *light,
+                         double nearest, shd_glance *g) {
+    const shd_drift *d = at->drift;
+    const double known = d->known ? 1 / d->least : INFINITY;
+    double moved = 0;
+    *g = (shd_glance){.view = d->known ? d->least : SHD_LEAST_PATH, .drifts = true};
+    g->lit = (shd_lit){
+        .nearest = nearest, .facing_high = 1, .shine_high = 1, .axis_low = -1, .axis_high = 1};
+    g->lit.fall_high = g->lit.factor_high =
+        shd_attenuation(light, nearest) * (1 + SHD_PIECE_MARGIN);
+    if (!light->directional) {
+        const double far = 4 * (at->extent->wide +
+                                shd_length(shd_sub(light->position, at->extent->middle))),
+                     beside = d->beside + far * d->turned;
+        const bool bounded = f->place.bounds->bounded;
+        moved = known * (bounded ? d->beside : beside) / nearest;
+        if (!bounded) moved = shd_larger(moved, known * 2 * (d->beside / far + d->turned));
+    }
+    /* Lengths and directions change by no more than twice that, while it is small. */
+    g->place = smaller_of(2 * moved, 2);
+    g->direction = smaller_of(
+        SHD_WEIGHT_DIRECTION + g->place + known * (d->turned + 2.2 * at->bend * d->beside), 2);
+    g->half = g->view / 2;
+}
+
 static void see_piece(const finding *f, const shd_piece *piece, const shd_plan_light *light,
-                      glance *g) {
+                      shd_glance *g) {
     shd_angle eyes, lights = {1, 0};
     const shd_vec3 eye = toward_eye(f->plan->scene, piece, &eyes);
     shd_vec3 toward = light->toward;
@@ -168,6 +86,7 @@ static void see_piece(const finding *f, const shd_piece *piece, const shd_plan_l
                      : SHD_ANY_ANGLE;
         toward = distance > 0 ? shd_scale(path, 1 / distance) : eye;
     }
+    g->drifts = false;
     const double between =
         shd_cosine_more(shd_angle_of(shd_dot(eye, toward)), shd_angle_sum(eyes, lights));
     const double facing = shd_cosine_more(shd_angle_of(shd_dot(piece->axis, eye)),
@@ -181,7 +100,7 @@ static void see_piece(const finding *f, const shd_piece *piece, const shd_plan_l
     beyond *= f->steps;
     /* Normals are turned by as much less as rays meet the surface more upright. */
     const double turned = f->misplaced.turned * smaller_of(1, f->misplaced.grazing / g->view);
-    g->direction = DIRECTION + g->place + beyond + 2 * turned;
+    g->direction = SHD_WEIGHT_DIRECTION + g->place + beyond + 2 * turned;
 }
 
 /* A term's color times a light's, and what rounding leaves of it. The colors of a spectral scene
@@ -215,17 +134,24 @@ static void add_product(finding *f, product p, double most, double error) {
     }
 }
 
-static void add_weight(finding *f, product p, const shd_plan_light *light, const glance *g,
-                       weight w) {
+static void add_error(finding *f, product p, double error) {
+    for (int c = 0; c < 3; c++)
+        if (p.most[c] > 0) f->error[c] += p.most[c] * error;
+}
+
+static void add_weight(finding *f, product p, const shd_plan_light *light, const shd_glance *g,
+                       shd_weight w) {
     /* Attenuation and cones multiply, and err by distances and directions. */
     const double distance = light->attenuated ? 2 * g->place : 0,
                  spot = light->spot ? shd_spot_error(SHD_EXACT, light, g->lit.axis_low,
                                                      g->lit.axis_high, g->place)
                                     : 0;
     const double factor = g->lit.factor_high,
-                 error = factor * (w.error + w.most * (distance + FUNCTION)) +
+                 error = factor * (w.error + w.most * (distance + SHD_WEIGHT_FUNCTION)) +
                          g->lit.fall_high * spot * w.most;
-    add_product(f, p, factor * w.most, error);
+    /* Neither what is computed nor what should be is more than the most. */
+    const double most = factor * w.most;
+    add_product(f, p, most, g->drifts && most < INFINITY ? smaller_of(error, most) : error);
 }
 
 /* Quadrature is allowed four times what it aims at. That of Phong's lobes goes along boundaries and
@@ -251,6 +177,26 @@ static void add_shape(finding *f, const shd_plan_light *light) {
     }
 }
 
+/* The same where points and directions are off. What comes from a point of the shape changes as the
+ * light of a point does, and the part of the shape that is before the surface, or that shadows
+ * leave, by a strip as wide as directions are off: of all directions, or across the shape. */
+static void add_met_shape(finding *f, const shd_plan_light *light, const shd_glance *g) {
+    const shd_plan_material *m = f->material;
+    const double area = shd_light_area(light->shape), wide = 4 * sqrt(area / SHD_PI),
+                 strip = smaller_of(2 * SHD_PI, 4 * wide / g->lit.nearest) * g->direction / area;
+    add_shape(f, light);
+    for (size_t t = m->has_diffuse ? 0 : 1; t < 1 + m->lobe_count; t++) {
+        const double *color = t ? m->lobes[t - 1].specular : m->diffuse;
+        const shd_peak peak = shd_peak_of(m, t);
+        const shd_weight w = shd_weight_of(m, t, g, f->plan->scene->light_count);
+        const double most = shd_shape_most(light->shape, &peak, g->lit.nearest);
+        const double moved =
+            most * (2 * g->place + 8 * g->direction) + w.most * strip +
+            shd_shape_most(light->shape, &(shd_peak){w.error, 2 * w.error}, g->lit.nearest);
+        add_error(f, product_of(f->plan, m, light, t, color), smaller_of(moved, most));
+    }
+}
+
 /* Four standard errors of what was simulated. */
 static void add_noise(finding *f, const shd_piece *piece, const shd_plan_light *light) {
     const shd_peak even = {1, 1};
@@ -267,10 +213,20 @@ static void add_noise(finding *f, const shd_piece *piece, const shd_plan_light *
     for (int c = 0; c < 3; c++) f->error[c] += 4 * *f->noise * light_of_one * fabs(light->color[c]);
 }
 
-static void add_light(finding *f, const shd_piece *piece, const shd_plan_light *light) {
+/* A light that is a point, on all terms. */
+static void add_terms(finding *f, const shd_plan_light *light, const shd_glance *g) {
     const shd_plan_material *m = f->material;
     const size_t lights = f->plan->scene->light_count;
-    glance g;
+    for (size_t t = m->has_diffuse ? 0 : 1; t < 1 + m->lobe_count; t++) {
+        const double *color = t ? m->lobes[t - 1].specular : m->diffuse;
+        add_weight(f, product_of(f->plan, m, light, t, color), light, g,
+                   shd_weight_of(m, t, g, lights));
+    }
+}
+
+static void add_light(finding *f, const shd_piece *piece, const shd_plan_light *light) {
+    const shd_plan_material *m = f->material;
+    shd_glance g;
     if (m->model == SHD_MODEL_WESTIN) {
         add_noise(f, piece, light);
         return;
@@ -282,12 +238,19 @@ static void add_light(finding *f, const shd_piece *piece, const shd_plan_light *
     const double least = light->directional ? 0 : shd_least_distance(&f->place, light->position);
     if (!shd_piece_lit(f->plan->scene, piece, light, least, &g.lit)) return;
     see_piece(f, piece, light, &g);
-    if (m->has_diffuse)
-        add_weight(f, product_of(f->plan, m, light, 0, m->diffuse), light, &g,
-                   weigh_diffuse(m, &g));
-    for (size_t k = 0; k < m->lobe_count; k++)
-        add_weight(f, product_of(f->plan, m, light, 1 + k, m->lobes[k].specular), light, &g,
-                   weigh_lobe(m, k, &g, lights));
+    add_terms(f, light, &g);
+}
+
+static void add_met_light(finding *f, const met_place *at, const shd_plan_light *light) {
+    shd_glance g;
+    const double nearest = light->directional ? 0
+                           : light->shape     ? shd_shape_distance(&f->place, light->shape)
+                                              : shd_least_distance(&f->place, light->position);
+    see_anywhere(f, at, light, nearest, &g);
+    if (light->shape)
+        add_met_shape(f, light, &g);
+    else
+        add_terms(f, light, &g);
 }
 
 /* ---- The picture. ---- */
@@ -303,7 +266,7 @@ bool shd_errs_otherwise(const shd_plan *plan) {
 }
 
 /* What is not bounded, of what the scene has. */
-typedef enum unknown { KNOWN, BENT_RAYS, VEILED_ALPHA, SIMULATED, QUADRATURE } unknown;
+typedef enum unknown { KNOWN, VEILED_ALPHA, SIMULATED, QUADRATURE } unknown;
 
 static bool is_all(const double rgb[3], double value) {
     return rgb[0] == value && rgb[1] == value && rgb[2] == value;
@@ -320,9 +283,6 @@ static unknown find_unknown(const shd_plan *plan) {
     for (size_t i = 0; i < scene->object_count; i++) {
         const shd_plan_object *object = &plan->objects[i];
         const shd_plan_material *m = &plan->materials[object->material];
-        if (scene->trace.depth &&
-            !(is_all(m->from->reflection, 0) && is_all(m->from->transmission, 0)))
-            return BENT_RAYS;
         if (scene->transparent && lets_through(plan, i)) return VEILED_ALPHA;
         if (m->model == SHD_MODEL_WESTIN && object->light_count) found = SIMULATED;
         if (m->model == SHD_MODEL_PHONG || found != KNOWN) continue;
@@ -376,24 +336,118 @@ static double object_error(const shd_plan *plan, size_t index, const double *noi
     return worst;
 }
 
+/* ---- Mirrors and glass. ---- */
+
+/* The most that rays bring, and how far off that is. */
+typedef struct brought {
+    double most, error;
+} brought;
+
+/* What an object shows by itself to rays that have drifted, in all channels alike. Facets are lit
+ * as the camera sees them, and between their corners light changes as if over a tenth of the
+ * object. */
+static brought meet_object(const shd_plan *plan, size_t index, const shd_extent *extent,
+                           const shd_drift *first, const shd_drift *drift, double rounding) {
+    const shd_plan_object *bounds = &plan->objects[index];
+    const shd_object *object = &plan->scene->objects[index];
+    const bool facets = object->interpolation != SHD_PHONG;
+    finding f = {.plan = plan,
+                 .material = &plan->materials[bounds->material],
+                 .place = shd_place_of(object, bounds)};
+    const met_place at = {facets ? first : drift, extent,
+                          shd_misplaced_of(plan->scene, &f.place).bend};
+    const shd_light *emitter = object->emitter;
+    brought out = {0, 0};
+    for (int c = 0; c < 3; c++) {
+        f.most[c] = fabs(f.material->emissive[c]) + fabs(f.material->ambient[c]);
+        if (emitter)
+            f.most[c] =
+                shd_larger(f.most[c], fabs(emitter->color[c]) * (SHD_PI / shd_light_area(emitter)));
+    }
+    for (size_t j = 0; j < bounds->light_count && !shd_is_cancelled(plan->cancelled); j++)
+        add_met_light(&f, &at, &plan->lights[bounds->lights[j]]);
+    double between = 0;
+    if (object->interpolation == SHD_GOURAUD)
+        between = smaller_of(10 * drift->beside / (drift->least * bounds->radius), 1);
+    for (int c = 0; c < 3; c++) {
+        out.most = shd_larger(out.most, f.most[c]);
+        out.error = shd_larger(out.error, f.error[c] + (rounding + between) * f.most[c]);
+    }
+    return out;
+}
+
+/* What of further rays a surface shows, at most. */
+static double sends_on(const shd_plan *plan, size_t object) {
+    const shd_material *m = plan->materials[plan->objects[object].material].from;
+    double most = 0;
+    for (int c = 0; c < 3; c++) most = shd_larger(most, m->reflection[c] + m->transmission[c]);
+    return plan->scene->trace.depth ? most : 0;
+}
+
+/* I = o (local + r I_m + t I_t) + (1 - o) I_b is off by no more than local and (r + t) times what
+ * further rays are off by, or by as much as these. Where drifts are not known, rays may have met
+ * anything else. */
+static void add_beyond(const shd_plan *plan, size_t object, brought local, const brought *beyond,
+                       brought *out) {
+    const double on = sends_on(plan, object);
+    out->most = shd_larger(out->most, local.most + on * beyond->most);
+    out->error = shd_larger(out->error, local.error + on * beyond->error);
+    if (!lets_through(plan, object)) return;
+    out->most = shd_larger(out->most, beyond->most);
+    out->error = shd_larger(out->error, beyond->error);
+}
+
+static double background_of(const shd_scene *scene) {
+    double most = 0;
+    for (int c = 0; c < 3 && !scene->transparent; c++)
+        most = shd_larger(most, fabs(scene->background[c]));
+    return most;
+}
+
+/* Of all rays after the first step. Scenes without mirrors and glass have only straight ones, which
+ * the errors of what the eye sees count (find_steps). */
+static brought find_beyond(const shd_plan *plan, double rounding) {
+    const shd_scene *scene = plan->scene;
+    const double behind = background_of(scene);
+    const shd_extent extent = shd_extent_of(plan);
+    brought beyond = {0, 0};
+    bool bends = false;
+    for (size_t i = 0; i < scene->object_count && !bends; i++) bends = sends_on(plan, i) > 0;
+    if (!bends) return beyond;
+    shd_drift drifts[SHD_DRIFTS];
+    shd_find_drifts(plan, &extent, drifts);
+    for (int k = scene->trace.depth; k > 0; k--) {
+        brought here = {behind, rounding * behind};
+        for (size_t i = 0; i < scene->object_count; i++) {
+            if (shd_is_cancelled(plan->cancelled)) break;
+            const brought local = meet_object(plan, i, &extent, &drifts[0], &drifts[k], rounding);
+            add_beyond(plan, i, local, &beyond, &here);
+        }
+        if (!drifts[k].known) here.error = 2 * here.most;
+        beyond = here;
+    }
+    return beyond;
+}
+
+/* ---- The picture. ---- */
+
 /* Of all that is lit by weights whose error is known. Of surfaces behind each other, what is seen
  * is a mean, so that no error is more than the largest of one. */
 static double picture_error(const shd_plan *plan, const double *noise) {
     const shd_scene *scene = plan->scene;
     /* What rays have met is rounded once more, by what they have gone through. */
     const double rounding = shd_color_error(plan, SHD_EXACT) + (scene->trace.depth ? 0x1p-24 : 0);
-    double worst = 0;
-    for (int c = 0; c < 3 && !scene->transparent; c++)
-        worst = shd_larger(worst, rounding * fabs(scene->background[c]));
-    for (size_t i = 0; i < scene->object_count; i++)
-        worst = shd_larger(worst, object_error(plan, i, noise, rounding));
-    return worst < 1e37 ? worst : INFINITY;
+    const brought beyond = find_beyond(plan, rounding);
+    brought all = {0, rounding * background_of(scene)};
+    for (size_t i = 0; i < scene->object_count; i++) {
+        const brought local = {0, object_error(plan, i, noise, rounding)};
+        add_beyond(plan, i, local, &beyond, &all);
+    }
+    return all.error < 1e37 ? all.error : INFINITY;
 }
 
 const char *shd_no_linear_bound(const shd_plan *plan) {
     switch (find_unknown(plan)) {
-    case BENT_RAYS:
-        return "mirrors and glass carry rounding on by as much as their surfaces bend";
     case VEILED_ALPHA:
         return "colors over a transparent background are divided by what opacity hides of it";
     case SIMULATED:

@@ -62,9 +62,9 @@ shd_misplaced shd_misplaced_of(const shd_scene *scene, const shd_place *place) {
     if (object->interpolation != SHD_PHONG || (object->shape == SHD_MESH && !object->mesh->normals))
         return out;
     out.smooth = object->shape == SHD_MESH;
-    const double bend = bend_of(place);
-    out.grazing = fmax(GRAZING, sqrt(2 * out.moved * bend));
-    out.turned = fmin(2 * out.moved * bend / out.grazing, 1);
+    out.bend = bend_of(place);
+    out.grazing = fmax(GRAZING, sqrt(2 * out.moved * out.bend));
+    out.turned = fmin(2 * out.moved * out.bend / out.grazing, 1);
     return out;
 }
 

@@ -12,6 +12,7 @@ typedef struct shd_misplaced {
     bool smooth; /* normals are of corners: they do not tell how flatly rays meet the surface */
     double moved;   /* off the surface, of points that are on no flat piece */
     double grazing; /* the least N.V of such that counts */
+    double bend;    /* by how much the surface bends for each length; 0: it is flat */
     double turned;  /* 0: flat */
 } shd_misplaced;
 

@@ -1,0 +1,114 @@
+/* Proofs stand with each model. */
+#include "bound/light/weights.h"
+
+#include "bound/light/error.h"
+
+static double smaller_of(double a, double b) {
+    return a < b ? a : b;
+}
+
+static shd_weight weigh_diffuse(const shd_plan_material *m, const shd_glance *g) {
+    const double facing = g->lit.facing_high;
+    const shd_weight lambert = {facing, g->direction + SHD_WEIGHT_FUNCTION * facing};
+    if (m->model != SHD_MODEL_OREN_NAYAR) return lambert;
+    /* N.L (a + b s), where s is max(0, L.V - N.L N.V) / max(N.L, N.V), and N.L s is at most 1. */
+    const double square = m->from->sigma * m->from->sigma, b = 0.45 * square / (square + 0.09);
+    return (shd_weight){facing + b * smaller_of(1, facing / g->view),
+                        lambert.error + b * (4 * g->direction / g->view + SHD_WEIGHT_FUNCTION)};
+}
+
+/* The error of (x+)^shininess with x a cosine of at most `shine`, by directions and functions. For
+ * an exponent below 1 the slope has no limit, but |x^n - y^n| <= |x - y|^n. */
+static double power_error(double shininess, double shine, double most, double direction,
+                          const shd_glance *g, size_t lights) {
+    const shd_lobe_error e = shd_lobe_error_of(SHD_EXACT, shininess, lights);
+    double turned = shd_lobe_turned(&e, shine, most, direction);
+    if (g->drifts && shininess > 0 && shininess < 1) turned = pow(direction, shininess);
+    return shd_lobe_sum(turned, shd_lobe_functions(&e, most)) + shd_lobe_faint(&e, most);
+}
+
+static shd_weight weigh_phong(double shininess, const shd_glance *g, size_t lights) {
+    const double shine = g->lit.shine_high, most = shd_shine_most(shine, shininess);
+    return (shd_weight){most, power_error(shininess, shine, most, g->direction, g, lights)};
+}
+
+/* H = (L + V) / |L + V| errs by as much as L and V, divided by 2 V.H, twice. */
+static double half_error(const shd_glance *g) {
+    return smaller_of(g->direction / g->half, 1);
+}
+
+static shd_weight weigh_blinn(double shininess, const shd_glance *g, size_t lights) {
+    return (shd_weight){1, power_error(shininess, 1, 1, g->direction + half_error(g), g, lights)};
+}
+
+/* The factor pi N.L / E is at most (n + 2) / 2, because E, without the part of the lobe below the
+ * horizon, which is negative there, is N.L 2 pi / (n + 2). Its slope is at most 3 pi / E(0), where
+ * E(0) >= 2 sqrt(pi / (2 (n + 1))) / (n + 2). E is computed to 1e-10. */
+static shd_weight weigh_normalized(double shininess, const shd_glance *g, size_t lights) {
+    const shd_weight lobe = weigh_phong(shininess, g, lights);
+    const double factor = (shininess + 2) / 2,
+                 level = 2 * sqrt(SHD_PI / (2 * (shininess + 1))) / (shininess + 2);
+    return (shd_weight){factor * lobe.most, factor * (lobe.error + 1e-10 * lobe.most) +
+                                                3 * SHD_PI / level * g->direction * lobe.most};
+}
+
+static double largest_index(const shd_fresnel *f, double most) {
+    for (int c = 0; c < 3; c++)
+        if (isfinite(f->n[c])) most = shd_larger(most, f->n[c] * f->n[c] + f->k[c] * f->k[c]);
+    return most;
+}
+
+/* n^2 + k^2 is at most that, in any channel or bin. */
+static double index_of(const shd_plan_material *m) {
+    const size_t bins = m->indices ? m->bin_count / (1 + m->lobe_count) : 0;
+    double most = largest_index(&m->from->fresnel, 1);
+    for (size_t b = 0; b < bins; b += 3) most = largest_index(&m->indices[b / 3], most);
+    return most;
+}
+
+/* By how much g = G / N.V of Cook and Torrance errs, but for what N.H does: g is the least of 1 /
+ * v, 2 u / h and 2 u c / (h v), with c = N.L, v = N.V, u = N.H and h = V.H, of which each errs by
+ * what directions do. As u = (c + v) / (2 h), slopes have no 1 / v. Where the first is the least, v
+ * is h / 2 or more, and its slope 4 / h^2. That of the second by h is 2 / h^2. The third is the
+ * least only where c < v, so that u <= v / h, and each of its three slopes is at most 2 / h^2.
+ * Twice their sum holds what slopes are beside the point, unless directions err by as much as v or
+ * h. */
+static double open_error(const shd_glance *g) {
+    const double near = 1 / (g->half * g->half);
+    if (8 * g->direction < smaller_of(g->view, g->half)) return 12 * near * g->direction;
+    return 16 / g->half * (1 / g->half + 1 / g->view) * g->direction;
+}
+
+/* F D g / 4 with F at most 1, and g at most 1 / N.V and 2 / V.H. With x = tan^2 of the angle of H,
+ * D = (1 + x)^2 e^(-x / m^2) / m^2 is largest at x = max(0, 2 m^2 - 1), and its slope by that angle
+ * is at most 2 (1 + x)^3 sqrt(x) / m^4 + 4 (1 + x)^2 sqrt(x) / m^2 with x <= 3.5 m^2, which is four
+ * times D sqrt(x) at least. N.H errs by the sine of that angle times what H does, and 2 / V.H times
+ * that is what it does to g. */
+static shd_weight weigh_facets(double index, double slope, const shd_glance *g) {
+    const double m = slope * slope, x = 1 + 3.5 * m, root = sqrt(3.5 * m);
+    const double most = m > 0.5 ? 4 * m * exp(1 / m - 2) : 1 / m;
+    const double steep = 2 * x * x * x * root / (m * m) + 4 * x * x * root / m;
+    const double over = smaller_of(1 / g->view, 2 / g->half), tilt = 0.5 / g->half;
+    const double turned = half_error(g), fresnel = smaller_of(8 * (1 + index) * turned, 1);
+    return (shd_weight){most * over / 4, (steep * turned * (over + tilt) + most * open_error(g) +
+                                          most * over * (fresnel + SHD_WEIGHT_FUNCTION / m)) /
+                                             4};
+}
+
+shd_weight shd_weight_of(const shd_plan_material *m, size_t term, const shd_glance *g,
+                         size_t lights) {
+    if (term == 0) return weigh_diffuse(m, g);
+    const double shininess = m->lobes[term - 1].shininess;
+    switch (m->model) {
+    case SHD_MODEL_BLINN_PHONG:
+        return weigh_blinn(shininess, g, lights);
+    case SHD_MODEL_PHONG_NORMALIZED:
+        return weigh_normalized(shininess, g, lights);
+    case SHD_MODEL_COOK_TORRANCE:
+        return weigh_facets(index_of(m), shininess, g);
+    case SHD_MODEL_PHONG:
+        return weigh_phong(shininess, g, lights);
+    default:
+        return (shd_weight){INFINITY, INFINITY};
+    }
+}

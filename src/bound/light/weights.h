@@ -1,0 +1,27 @@
+/* How large the weights of a model are, and how far off if directions are. Inside of bound/. */
+#pragma once
+
+#include "bound/light/pieces.h"
+
+/* What rounding in f64 does to unit vectors that some dozen operations have made, and to the
+ * functions of a model. */
+static const double SHD_WEIGHT_DIRECTION = 16 * 0x1p-53, SHD_WEIGHT_FUNCTION = 1e-13;
+
+/* A light at a piece, and how the piece is seen. */
+typedef struct shd_glance {
+    shd_lit lit;
+    double direction; /* the error of L, V and N together, as a chord */
+    double place;     /* the part of it by which points are beside */
+    double view;      /* no N.V that counts is less */
+    double half;      /* nor is any V.H */
+    bool drifts;      /* directions are off by more than rounding of some operations */
+} shd_glance;
+
+/* Of a light of 1 before attenuation. */
+typedef struct shd_weight {
+    double most, error;
+} shd_weight;
+
+/* Of term 0, the diffuse one, or 1 + lobe. `lights`: how many the scene has. Not of Westin. */
+shd_weight shd_weight_of(const shd_plan_material *m, size_t term, const shd_glance *g,
+                         size_t lights);
