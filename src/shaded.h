@@ -324,4 +324,9 @@ uint64_t shd_request_clipped(const shd_request *request);
  * was left out of a sample, as a factor of the radiance that such rays would have met. */
 uint64_t shd_request_rays(const shd_request *request, double *cut);
 
+/* How far linear components of the picture are off at most, by the paths that these rays took: the
+ * plan's bound is of all paths. Samples that lie on an edge to within what their rays are off by
+ * are not counted. 0: there were no such rays. Infinite: it is not known. */
+double shd_request_ray_error(const shd_request *request);
+
 #endif

@@ -172,7 +172,7 @@ static shd_status fail_budget(const shd_plan *draft, const shd_shown *shown, shd
     const char *path = "/accuracy/maxError", *metric = shd_metric_names[accuracy->metric];
     if (!isfinite(reached))
         return shd_fail(error, SHD_SCENE, path, "no bound in %s is known for this scene: %s",
-                        metric, shd_no_linear_bound(draft));
+                        metric, shd_no_linear_bound());
     char told[SHD_BOUND_TEXT];
     shd_print_bound(reached, INFINITY, told);
     return shd_fail(error, SHD_SCENE, path,

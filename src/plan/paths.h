@@ -17,6 +17,33 @@ typedef struct shd_paths {
  * and all that is cut, none of which is behind another, is at most max(1, m)^(d+1). */
 shd_paths shd_find_paths(const shd_plan *plan);
 
+/* How far off an object's own light is for rays that are off, by levels of how far they are, and of
+ * N.V. */
+enum { SHD_STRAY_LEVELS = 10, SHD_STRAY_VIEWS = 4 };
+static const double SHD_STRAY_OFF[SHD_STRAY_LEVELS] = {1e-13, 1e-12, 1e-11, 1e-10, 1e-9,
+                                                       1e-8,  1e-7,  1e-6,  1e-5,  1e-4},
+                    SHD_STRAY_VIEW[SHD_STRAY_VIEWS] = {1e-4, 1e-3, 1e-2, 0.1};
+
+typedef struct shd_stray {
+    double bend; /* by how much its surface bends for each length; 0: it is flat */
+    /* Of any channel, if no N.V is below the view's level. Directions to the eye and twice the
+     * normal are turned by no more than `off`, and points beside by no more than that times
+     * shd_strays.wide. */
+    double error[SHD_STRAY_VIEWS][SHD_STRAY_LEVELS];
+    bool by_view; /* it depends on N.V, even below these levels */
+    double most;  /* of what it shows by itself */
+} shd_stray;
+
+/* What tracing needs to add up how far off its rays are. */
+typedef struct shd_strays {
+    shd_stray *of; /* [object_count] */
+    double wide;
+    double rounding; /* a length: how far off the surface f64 puts hits */
+    double further;  /* the part of it for each length of the ray, on infinite planes */
+    double most;     /* the most that any ray brings */
+    double seen;     /* how far off is what the eye sees, but for what further rays bring */
+} shd_strays;
+
 /* The nanoseconds that rays to lights and further rays take for a sample that meets the object. 0
  * if the scene is not traced. */
 double shd_traced_cost(const shd_plan *plan, const shd_paths *paths, size_t object);

@@ -309,6 +309,10 @@ uint64_t shd_request_saturated(const shd_request *request) {
     return request->rendering.saturated;
 }
 
+double shd_request_ray_error(const shd_request *request) {
+    return request->rendering.ray_error;
+}
+
 uint64_t shd_request_rays(const shd_request *request, double *cut) {
     *cut = request->rendering.cut;
     return request->rendering.rays;

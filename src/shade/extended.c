@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "plan/peaks.h"
 #include "shade/area.h"
 #include "shade/exact.h"
 #include "shade/westin.h"
@@ -45,26 +46,55 @@ static double sharpness_of(const shd_plan_material *m) {
     return most;
 }
 
-/* A light with a shape: Phong's model by its boundary, others by quadrature over directions. */
+/* No point of the light is nearer. */
+static double nearest_of(const shd_light *shape, shd_vec3 position) {
+    const double reach =
+        shape->type == SHD_LIGHT_RECT ? hypot(shape->size[0], shape->size[1]) / 2 : shape->radius;
+    return shd_length(shd_sub(shape->position, position)) - reach;
+}
+
+/* By quadrature over directions, whose sums may be anything if a peak hides between its points:
+ * they are held to what the light can add at most, which bounds count on. */
+static bool sum_model(const shd_plan *plan, const shd_light *shape, const shd_surface *at,
+                      double row[SHD_BRDF_ROWS]) {
+    const shd_plan_material *m = at->material;
+    /* Lobes of R.V end at W's horizon, and Oren-Nayar's light changes where L and V stand at
+     * right angles around the normal. */
+    const shd_vec3 crease = m->model == SHD_MODEL_OREN_NAYAR
+                                ? shd_madd(at->view, at->normal, -shd_dot(at->normal, at->view))
+                                : at->mirror;
+    const lit_point point = {plan, at};
+    const shd_area_model model = {weigh_direction, &point,   3 + 3 * m->lobe_count,
+                                  sharpness_of(m), {crease}, 1};
+    if (!(shd_area_integrate(shape, at, plan->point_off, &model, row) >= 0)) return false;
+    const double nearest = nearest_of(shape, at->position);
+    for (size_t t = 0; t < 1 + m->lobe_count; t++) {
+        const shd_peak peak = shd_peak_of(m, t);
+        const double most = shd_shape_most(shape, &peak, nearest);
+        for (size_t c = 0; c < 3; c++) row[3 * t + c] = shd_smaller(row[3 * t + c], most);
+    }
+    return true;
+}
+
+/* A light with a shape: Phong's model and Lambert's light by its boundary, the rest by quadrature.
+ */
 static bool weigh_shape(const shd_plan *plan, const shd_light *shape, const shd_surface *at,
                         double row[SHD_BRDF_ROWS]) {
     const shd_plan_material *m = at->material;
-    if (m->model != SHD_MODEL_PHONG) {
-        /* Lobes of R.V end at W's horizon, and Oren-Nayar's light changes where L and V stand at
-         * right angles around the normal. */
-        const shd_vec3 crease = m->model == SHD_MODEL_OREN_NAYAR
-                                    ? shd_madd(at->view, at->normal, -shd_dot(at->normal, at->view))
-                                    : at->mirror;
-        const lit_point point = {plan, at};
-        const shd_area_model model = {weigh_direction, &point,   3 + 3 * m->lobe_count,
-                                      sharpness_of(m), {crease}, 1};
-        return shd_area_integrate(shape, at, plan->point_off, &model, row) >= 0;
-    }
+    const bool phong = m->model == SHD_MODEL_PHONG;
+    if (!phong && !sum_model(plan, shape, at, row)) return false;
+    if (m->model == SHD_MODEL_OREN_NAYAR || m->model == SHD_MODEL_WESTIN) return true;
     double diffuse, lobes[1 + SHD_LOBES_MOST];
-    if (!shd_area_weigh(shape, at, plan->point_off, &diffuse, lobes, NULL)) return false;
+    shd_plan_material lambert = *m;
+    shd_surface here = *at;
+    if (!phong) {
+        lambert.lobe_count = 0;
+        here.material = &lambert;
+    }
+    if (!shd_area_weigh(shape, &here, plan->point_off, &diffuse, lobes, NULL)) return !phong;
     for (size_t c = 0; c < 3; c++) {
         row[c] = diffuse;
-        for (size_t k = 0; k < m->lobe_count; k++) row[3 + 3 * k + c] = lobes[k];
+        for (size_t k = 0; phong && k < m->lobe_count; k++) row[3 + 3 * k + c] = lobes[k];
     }
     return true;
 }

@@ -62,10 +62,16 @@ static double rise_of(shd_vec3 way) {
     return atan2(sqrt(way.x * way.x + way.y * way.y), way.z);
 }
 
+/* There is none along the normal, within what rounding makes of it. */
+static double turn_of(shd_vec3 way) {
+    static const double POLE = 1e-9;
+    return way.x * way.x + way.y * way.y > POLE * POLE ? atan2(way.y, way.x) : 0;
+}
+
 /* rho of each channel: pi f_r / kd. */
 static void find_rho(const shd_westin *table, shd_vec3 light, shd_vec3 view, const double kd[3],
                      double out[3]) {
-    double turn = atan2(view.y, view.x), from = atan2(light.y, light.x);
+    double turn = turn_of(view), from = turn_of(light);
     if (table->isotropic) { /* the view stands on a node, so that only the difference counts */
         from -= turn - SHD_PI / SHD_WESTIN_TURNS;
         turn = SHD_PI / SHD_WESTIN_TURNS;

@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "trace/stray.h"
+
 enum { DEPTH = 16, WAITING = 2 * DEPTH + 4 };
 
 /* A ray that is still to be followed. */
@@ -10,6 +12,7 @@ typedef struct step {
     double weight[3]; /* the product of coefficients so far */
     int depth;        /* steps, this one among them */
     bool straight;    /* it goes on from the eye */
+    shd_stray_ray stray;
 } step;
 
 typedef struct path {
@@ -71,10 +74,14 @@ static shd_vec3 find_mirrored(shd_vec3 ray, const facing *f) {
     return way;
 }
 
-static bool find_refracted(shd_vec3 ray, const facing *f, double ior, shd_vec3 *out) {
-    const double eta = f->inside ? ior : 1 / ior;
-    if (!refract(ray, f->normal, eta, out)) return false;
-    if (!(shd_dot(*out, f->own) < 0) && !refract(ray, f->own, eta, out)) return false;
+/* *at: the normal at which the ray is bent. */
+static bool find_refracted(shd_vec3 ray, const facing *f, double eta, shd_vec3 *out, shd_vec3 *at) {
+    *at = f->normal;
+    if (!refract(ray, *at, eta, out)) return false;
+    if (!(shd_dot(*out, f->own) < 0)) {
+        *at = f->own;
+        if (!refract(ray, *at, eta, out)) return false;
+    }
     return shd_normalize(*out, out);
 }
 
@@ -89,39 +96,63 @@ static double most_of(const double weight[3]) {
  */
 static const double ABOUT_ONE = 1 - 1e-14;
 
+/* A ray that goes on. */
+typedef struct going {
+    shd_vec3 direction;
+    double weight[3];
+    bool straight;
+    shd_stray_ray stray;
+} going;
+
 /* Puts a ray off until later, unless it adds nothing or too little. */
-static void add_step(path *p, const step *from, shd_vec3 direction, const double weight[3],
-                     bool straight) {
+static void add_step(path *p, const step *from, const going *g) {
     const shd_trace *trace = &p->b->plan->scene->trace;
-    const double most = most_of(weight);
+    const double most = most_of(g->weight);
     if (!(most > 0)) return;
     if (from->depth >= trace->depth || most < ABOUT_ONE * trace->min_contribution) {
         p->out.cut += most;
         return;
     }
     step *next = &p->waiting[p->waits++];
-    *next = (step){.ray = from->ray, .depth = from->depth + 1, .straight = straight};
-    next->ray.direction = direction;
-    memcpy(next->weight, weight, sizeof next->weight);
+    *next = (step){
+        .ray = from->ray, .depth = from->depth + 1, .straight = g->straight, .stray = g->stray};
+    next->ray.direction = g->direction;
+    memcpy(next->weight, g->weight, sizeof next->weight);
+}
+
+static bool is_black(const double rgb[3]) {
+    return rgb[0] == 0 && rgb[1] == 0 && rgb[2] == 0;
 }
 
 /* Adds the rays that go on from a surface. `from` has its place, and the share of what is seen
  * there. */
-static void go_on(path *p, const step *from, shd_vec3 ray, const facing *f, size_t object) {
+static void go_on(path *p, const step *from, shd_vec3 ray, const facing *f, size_t object,
+                  shd_stray_hit *hit) {
     const shd_material *m = material_of(p->b->plan, object);
-    double mirrored[3], refracted[3], behind[3];
-    shd_vec3 bent = ray;
-    const bool any = m->transmission[0] != 0 || m->transmission[1] != 0 || m->transmission[2] != 0,
-               bends = any && find_refracted(ray, f, m->ior, &bent);
+    const double eta = f->inside ? m->ior : 1 / m->ior;
+    going mirrored = {.direction = find_mirrored(ray, f)}, refracted = {.direction = ray},
+          behind = {.direction = ray, .straight = from->straight, .stray = shd_stray_straight(hit)};
+    shd_vec3 at = f->normal;
+    const bool any = !is_black(m->transmission),
+               bends = any && find_refracted(ray, f, eta, &refracted.direction, &at);
     for (int c = 0; c < 3; c++) {
         const double solid = from->weight[c] * m->opacity[c];
-        mirrored[c] = solid * (m->reflection[c] + (bends ? 0 : m->transmission[c]));
-        refracted[c] = bends ? solid * m->transmission[c] : 0;
-        behind[c] = from->weight[c] * (1 - m->opacity[c]);
+        mirrored.weight[c] = solid * (m->reflection[c] + (bends ? 0 : m->transmission[c]));
+        refracted.weight[c] = bends ? solid * m->transmission[c] : 0;
+        behind.weight[c] = from->weight[c] * (1 - m->opacity[c]);
     }
-    add_step(p, from, find_mirrored(ray, f), mirrored, false);
-    add_step(p, from, bent, refracted, false);
-    add_step(p, from, ray, behind, from->straight);
+    const double in = fabs(shd_dot(ray, at));
+    if (any && !hit->ray.lost && shd_stray_turns(hit, eta, in)) {
+        p->out.error += 2 * p->b->strays->most * most_of(from->weight);
+        hit->ray.lost = true;
+    }
+    mirrored.stray = shd_stray_mirrored(hit, shd_dot(mirrored.direction, f->own));
+    if (bends)
+        refracted.stray = shd_stray_refracted(hit, eta, in, fabs(shd_dot(refracted.direction, at)),
+                                              shd_dot(refracted.direction, f->own));
+    add_step(p, from, &mirrored);
+    add_step(p, from, &refracted);
+    add_step(p, from, &behind);
 }
 
 /* What is seen at a hit, but for what lies beyond. */
@@ -149,6 +180,8 @@ static void follow_step(path *p, step *s) {
     }
     const shd_met_at at = shd_met_place(b->caster, &met);
     const shd_vec3 ray = s->ray.direction;
+    shd_stray_hit hit =
+        shd_stray_meet(b->strays, &s->stray, met.t, met.object, fabs(shd_dot(at.own, ray)));
     const shd_plan_material *material = &plan->materials[plan->objects[met.object].material];
     /* The side is decided by the surface's own normal; an interpolated one is then left as it is.
      */
@@ -162,11 +195,14 @@ static void follow_step(path *p, step *s) {
     surface.mirror = mirror(ray, surface.normal);
     double local[3];
     b->local.light(b->local.context, p->scratch, &surface, &met, local);
+    if (!s->stray.lost) /* otherwise all that it brings has been counted */
+        p->out.error += most_of(s->weight) * shd_stray_error(b->strays, &hit, met.object,
+                                                             shd_dot(surface.normal, surface.view));
     add_local(p, s->weight, met.object, local);
     if (!b->bounces[met.object]) return;
     s->ray = (shd_ray){at.position, ray, INFINITY, {(int32_t)met.object, met.triangle, at.own}};
     const facing f = face_ray(ray, at.own, at.normal);
-    go_on(p, s, ray, &f, met.object);
+    go_on(p, s, ray, &f, met.object, &hit);
 }
 
 shd_bounced shd_bounce(const shd_bouncing *b, void *scratch, const shd_surface *at,
@@ -178,10 +214,15 @@ shd_bounced shd_bounce(const shd_bouncing *b, void *scratch, const shd_surface *
     const step first = {
         .ray = {at->position, ray, INFINITY, {(int32_t)at->object, at->triangle, own}},
         .weight = {1, 1, 1},
-        .straight = true};
+        .straight = true,
+        .stray = {0, 16 * 0x1p-53, false}};
     const facing f = face_ray(ray, own, at->normal);
     add_local(&p, first.weight, at->object, local);
-    go_on(&p, &first, ray, &f, at->object);
+    const double away = shd_length(shd_sub(at->position, b->plan->scene->camera.position));
+    shd_stray_hit hit =
+        shd_stray_meet(b->strays, &first.stray, away, at->object, fabs(shd_dot(ray, own)));
+    if (hit.ray.lost) p.out.error = 2 * b->strays->most;
+    go_on(&p, &first, ray, &f, at->object, &hit);
     while (p.waits && !shd_is_cancelled(b->plan->cancelled)) {
         step next = p.waiting[--p.waits];
         follow_step(&p, &next);

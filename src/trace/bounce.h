@@ -12,11 +12,14 @@
  *
  * Each such ray is a step of a path. Paths end after `depth` steps, and steps are left out whose
  * product of coefficients is below `minContribution` in its largest channel. Both add nothing:
- * what is cut is counted. */
+ * what is cut is counted.
+ *
+ * Each ray also knows how far it is off: see stray.h. */
 #pragma once
 
 #include <stdatomic.h>
 
+#include "plan/paths.h"
 #include "shade/lighting.h"
 #include "sight/ray.h"
 
@@ -32,6 +35,7 @@ typedef struct shd_bouncing {
     const shd_caster *caster;
     shd_local_light local;
     const bool *bounces; /* [object]: whether rays go on from it */
+    const shd_strays *strays;
 } shd_bouncing;
 
 /* What a path's first hit became. */
@@ -39,6 +43,7 @@ typedef struct shd_bounced {
     double radiance[3]; /* I; over a background that is not transparent */
     double alpha;       /* 1 - the mean share through which a transparent background is seen */
     double cut;         /* the sum of the largest products of coefficients of what was left out */
+    double error; /* of radiance, at most, by what rays met; not what is seen at the first hit */
     uint64_t rays;
 } shd_bounced;
 

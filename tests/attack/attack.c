@@ -155,7 +155,10 @@ static void check_model(worker *w, const picture *exact) {
     const model_program *program = w->family->quad ? &model_quad : &model_long;
     const shd_plan *plan = exact->request->rendering.plan;
     const bool known = isfinite(plan->bound.linear);
-    const double bound = known ? plan->bound.linear : shd_linear_estimate(plan, NULL);
+    const double told = exact->request->rendering.ray_error,
+                 estimate = shd_linear_estimate(plan, NULL);
+    double bound = fmin(plan->bound.linear, estimate);
+    if (told > 0) bound = fmin(bound, told);
     double offsets[64][2];
     const size_t pixels = (size_t)raster->width * (size_t)raster->height;
     const unsigned beyond = w->family->beyond;

@@ -14,7 +14,7 @@
  *
  * So each hit divides by c, or by c s, and with p the product of all of these before it,
  *
- *     q <= Q / p,  d <= D / p:   D' = G D + H k Q + rounding,   Q' = Q + t D' + u
+ *     q <= Q / p,  d <= D / p:   D' = G D + H k Q + rounding,   Q' = 1.1 Q + t D' + u
  *
  * with (G, H) = (1, 2.2) for mirrors and (2 M^2, 2.2 M^2) for glass. Where p c >= g on all of a
  * path, both conditions hold if g^2 >= 8 k Q and g^2 >= 4 M^2 (D + 1.1 k Q), for p >= g / c and c
@@ -106,8 +106,7 @@ void shd_find_drifts(const shd_plan *plan, const shd_extent *extent, shd_drift o
     const optics o = find_optics(plan);
     const double square = 2 * o.glass * o.glass, keeps = shd_larger(1, square),
                  turns = 1.1 * shd_larger(2, square);
-    /* Roots of quartics and seams of meshes have some more of it. */
-    const double rounding = 4 * SHD_HIT_ROUNDING * extent->sizes;
+    const double rounding = SHD_DRIFT_ROUNDING * extent->sizes;
     shd_drift now = {rounding, SHD_WEIGHT_DIRECTION, LEAST, true};
     for (int k = 0; k < SHD_DRIFTS; k++) {
         const double bent = 8 * o.met * now.beside,
@@ -116,7 +115,7 @@ void shd_find_drifts(const shd_plan *plan, const shd_extent *extent, shd_drift o
         now.known = now.known && now.least <= SHD_LEAST_PATH;
         out[k] = now;
         now.turned = keeps * now.turned + turns * o.left * now.beside + SHD_WEIGHT_DIRECTION;
-        now.beside += extent->wide * now.turned + rounding;
+        now.beside = 1.1 * now.beside + extent->wide * now.turned + rounding;
         if (o.sheet) now.beside /= now.least;
     }
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "plan/plan.h"
+#include "plan/tier.h"
 
 /* Cosines of a path: of the angles at which its rays meet surfaces, and leave them refracted. What
  * is told holds for paths whose cosines multiply to `least` or more. At a hit with N.V = c, its
@@ -16,6 +17,10 @@ typedef struct shd_drift {
 static const double SHD_LEAST_PATH = 1e-3;
 
 enum { SHD_DRIFTS = 17 };
+
+/* Of the lengths on the way to a hit. Roots of quartics and seams of meshes have some more of it
+ * than hits of the eye's rays. */
+static const double SHD_DRIFT_ROUNDING = 4 * SHD_HIT_ROUNDING;
 
 /* How large a scene is to the rays that go on in it. */
 typedef struct shd_extent {

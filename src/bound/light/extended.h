@@ -1,7 +1,7 @@
 /* How far off extended scenes (shd_plan.extended) can be, whose light is computed in f64. */
 #pragma once
 
-#include "plan/plan.h"
+#include "plan/paths.h"
 
 /* Whether its lights err otherwise than those of Phong's model (excess.h). Shadows alone only take
  * light away, and the share that they leave is no source of error but on their edges, which no
@@ -12,11 +12,14 @@ bool shd_errs_otherwise(const shd_plan *plan);
  * Infinite: not known. */
 double shd_extended_error(const shd_plan *plan);
 
-/* What the error should stay below, where it is not known: four times what quadrature of models
+/* What the error should stay below where its bound is loose: four times what quadrature of models
  * beside Phong's aims at under lights with a shape, which `./dev attack` holds pictures to, and
  * four times `noise`: [material_count], the largest standard error of simulated microgeometry in pi
- * f_r, or NULL. It is no proof. Infinite: nothing is known, or a bound is. */
+ * f_r, against that microgeometry, or NULL. It is no proof. Infinite: there is nothing such. */
 double shd_linear_estimate(const shd_plan *plan, const double *noise);
 
+/* What tracing needs to add up how far off the rays of a picture are. NULL: the arena is full. */
+const shd_strays *shd_find_strays(const shd_plan *plan, shd_arena *arena);
+
 /* Why `linear` is not known, if it is not: "a light may touch a surface ...". */
-const char *shd_no_linear_bound(const shd_plan *plan);
+const char *shd_no_linear_bound(void);

@@ -24,3 +24,7 @@ shd_misplaced shd_misplaced_of(const shd_scene *scene, const shd_place *place);
 double shd_misplaced_at(const shd_scene *scene, const shd_misplaced *misplaced,
                         const shd_piece *piece, const shd_plan_light *light, double nearest,
                         double *beyond);
+
+/* By how much a tangent (shd_surface_tangent) is turned around the normal where points are `moved`
+ * along the surface and normals turned by `normal`: radians. */
+double shd_turned_around(const shd_place *place, double moved, double normal);

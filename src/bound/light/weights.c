@@ -2,6 +2,7 @@
 #include "bound/light/weights.h"
 
 #include "bound/light/error.h"
+#include "plan/peaks.h"
 
 static double smaller_of(double a, double b) {
     return a < b ? a : b;
@@ -95,8 +96,20 @@ static shd_weight weigh_facets(double index, double slope, const shd_glance *g) 
                                              4};
 }
 
+/* A product of splines over nodes that are 90/16 degrees of rise and 360/32 of turn apart, whose
+ * values are at most `most`: the slope over a distance of nodes is no more. Turns change by what
+ * directions do over the sine of their rise, which counts from 1e-4 on. */
+static shd_weight weigh_westin(const shd_plan_material *m, const shd_glance *g) {
+    static const double RISE = 16 / (SHD_PI / 2), TURN = 32 / (2 * SHD_PI), POLE = 1e-4;
+    const double most = shd_peak_of(m, 0).most;
+    const double nodes = 2 * (RISE * g->direction + TURN * (g->direction / POLE + g->around));
+    return (shd_weight){most * g->lit.facing_high,
+                        most * smaller_of(nodes + g->direction + 1e-12, 1)};
+}
+
 shd_weight shd_weight_of(const shd_plan_material *m, size_t term, const shd_glance *g,
                          size_t lights) {
+    if (m->model == SHD_MODEL_WESTIN) return weigh_westin(m, g);
     if (term == 0) return weigh_diffuse(m, g);
     const double shininess = m->lobes[term - 1].shininess;
     switch (m->model) {

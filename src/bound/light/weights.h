@@ -14,6 +14,7 @@ typedef struct shd_glance {
     double place;     /* the part of it by which points are beside */
     double view;      /* no N.V that counts is less */
     double half;      /* nor is any V.H */
+    double around;    /* by how much the tangent is turned around the normal, in radians */
     bool drifts;      /* directions are off by more than rounding of some operations */
 } shd_glance;
 
@@ -22,6 +23,6 @@ typedef struct shd_weight {
     double most, error;
 } shd_weight;
 
-/* Of term 0, the diffuse one, or 1 + lobe. `lights`: how many the scene has. Not of Westin. */
+/* Of term 0, the diffuse one, or 1 + lobe. `lights`: how many the scene has. */
 shd_weight shd_weight_of(const shd_plan_material *m, size_t term, const shd_glance *g,
                          size_t lights);

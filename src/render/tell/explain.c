@@ -21,7 +21,7 @@ static json_t *tell_bounds(const shd_explained *e) {
     json_t *all = json_object();
     for (shd_metric m = SHD_LINEAR; m <= SHD_DELTA_E_2000; m++) {
         const double most = shd_bound_in(&plan->bound, m);
-        const char *why = m == SHD_LINEAR ? shd_no_linear_bound(plan) : shd_no_shown_bound(plan);
+        const char *why = m == SHD_LINEAR ? shd_no_linear_bound() : shd_no_shown_bound(plan);
         json_object_set_new(all, shd_metric_names[m],
                             json_pack("{so ss ss ss?}", "most", shd_tell_number(most), "unit",
                                       units[m], "against", m == SHD_LINEAR ? "model" : "exact",

@@ -73,7 +73,7 @@ static void say_bounds(json_t *words, const shd_explained *e) {
     const shd_plan *plan = e->plan;
     char linear[128], codes[128];
     snprintf(codes, sizeof codes, "codes, as %s", shd_no_shown_bound(plan));
-    snprintf(linear, sizeof linear, "linear components, as %s", shd_no_linear_bound(plan));
+    snprintf(linear, sizeof linear, "linear components, as %s", shd_no_linear_bound());
     say_bound(words, plan, SHD_LINEAR, "linear components", plan->scene->working_space->name,
               linear);
     if (isfinite(e->estimate)) {

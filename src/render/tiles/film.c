@@ -346,10 +346,11 @@ static void find_background(film_job *j) {
     j->background_clipped = counts.clipped / SHD_TILE;
 }
 
-static void add_traced(shd_rendering *r, const shd_tile_scratch *s) {
+static void add_traced(shd_rendering *r, const shd_scenery *scenery, const shd_tile_scratch *s) {
     if (!s) return;
     r->rays += s->rays;
     r->cut = shd_larger(s->cut, r->cut);
+    if (s->rays) r->ray_error = shd_larger(r->ray_error, shd_traced_seen(scenery->traced) + s->off);
 }
 
 shd_status shd_film_render(shd_rendering *r, const shd_sight *sight, const shd_recall *recall,
@@ -386,7 +387,7 @@ shd_status shd_film_render(shd_rendering *r, const shd_sight *sight, const shd_r
         shd_times_add(&r->times, &j.slots[i]->watch.times);
         r->saturated += j.slots[i]->saturated;
         r->clipped += j.slots[i]->clipped;
-        add_traced(r, j.slots[i]->tile);
+        add_traced(r, &j.scenery, j.slots[i]->tile);
     }
     /* A cancellation ends what is made here before tiles, too. */
     if (shd_is_cancelled(r->cancelled)) return shd_rendering_cancelled(error);

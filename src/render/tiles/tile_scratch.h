@@ -49,6 +49,7 @@ typedef struct shd_tile_scratch {
     /* Of hits through which a transparent background may be seen: how much of a sample each one
      * covers. NULL: there are none. */
     float *alpha;
+    double off;    /* the most that a sample's rays are off by (trace/bounce.h) */
     double cut;    /* the most that a sample's rays left out (trace/bounce.h) */
     uint64_t rays; /* that were followed beyond the eye's, but for those to lights */
 

@@ -1,5 +1,6 @@
 #include "render/tiles/traced.h"
 
+#include "bound/light/extended.h"
 #include "render/tiles/radiance.h"
 #include "shade/exact.h"
 #include "trace/bounce.h"
@@ -75,8 +76,14 @@ bool shd_traced_make(const shd_plan *plan, const shd_sight *sight, shd_arena *ar
     if (!trace->depth) return true;
     const bool *bounces = shd_bouncing_objects(plan, arena);
     for (size_t i = 0; bounces && i < plan->scene->object_count; i++) traced->bounces |= bounces[i];
-    traced->bouncing = (shd_bouncing){plan, caster, {scenery, light_point}, bounces};
+    const shd_strays *strays = traced->bounces ? shd_find_strays(plan, arena) : NULL;
+    if (traced->bounces && !strays) return false;
+    traced->bouncing = (shd_bouncing){plan, caster, {scenery, light_point}, bounces, strays};
     return bounces;
+}
+
+double shd_traced_seen(const shd_traced *traced) {
+    return traced && traced->bounces ? traced->bouncing.strays->seen : 0;
 }
 
 const shd_shadows *shd_traced_shadows(const shd_traced *traced) {
@@ -129,6 +136,7 @@ static void bounce_hit(const shd_scenery *scenery, const shd_surface *at, size_t
     const shd_bounced b = shd_bounce(&scenery->traced->bouncing, s, at, local);
     s->rays += b.rays;
     s->cut = shd_larger(b.cut, s->cut);
+    s->off = shd_larger(b.error, s->off);
     if (s->alpha) s->alpha[i] = (float)b.alpha;
     for (size_t p = 0; p < plan->plane_count; p++)
         for (int c = 0; c < 3; c++) {

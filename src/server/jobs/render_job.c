@@ -164,7 +164,10 @@ static void add_making(shd_job *job) {
     }
     double cut;
     const uint64_t rays = shd_request_rays(job->request, &cut);
-    if (rays) shd_reply_header(reply, "Shaded-Rays", "%" PRIu64 "; cut=%.2g", rays, cut);
+    char error[48] = "";
+    const double off = shd_request_ray_error(job->request);
+    if (isfinite(off)) snprintf(error, sizeof error, "; error<=%.2g", 1.05 * off);
+    if (rays) shd_reply_header(reply, "Shaded-Rays", "%" PRIu64 "; cut=%.2g%s", rays, cut, error);
 }
 
 /* What the document itself tells, whether the picture is made or found. */

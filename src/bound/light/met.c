@@ -1,0 +1,201 @@
+/* What a ray brings is off by what the light of its hit is off by, and by what further rays bring.
+ *
+ * By planning, rays drift as drift.c says after each number of steps. Tracing knows the cosines and
+ * lengths of each path, and so how far it is off, which `shd_strays` turns into light. */
+#include "bound/light/met.h"
+
+#include "bound/light/brightest.h"
+#include "bound/light/error.h"
+#include "bound/light/misplaced.h"
+#include "bound/light/sums.h"
+
+static double smaller_of(double a, double b) {
+    return a < b ? a : b;
+}
+
+/* What rays meet of an object: any of its points, from anywhere. Infinite: nothing is known. */
+typedef struct met_place {
+    const shd_extent *extent;
+    double moved;  /* points, along the surface */
+    double leg;    /* the same for each length of the ray, on an infinite plane */
+    double turned; /* directions to the eye, and twice the normal */
+    double normal; /* the normal, by how the surface bends */
+    double view;   /* no N.V is less */
+} met_place;
+
+/* The light may be as near to the object's points as `nearest`. Beyond `far` on infinite planes a
+ * light is at least 3/4 as far away as the ray was long. */
+static void see_anywhere(const shd_lit_errors *f, const met_place *at, const shd_plan_light *light,
+                         double nearest, shd_glance *g) {
+    double moved = 0;
+    *g = (shd_glance){.view = at->view, .half = at->view / 2, .drifts = true};
+    g->lit = (shd_lit){
+        .nearest = nearest, .facing_high = 1, .shine_high = 1, .axis_low = -1, .axis_high = 1};
+    g->lit.fall_high = g->lit.factor_high =
+        shd_attenuation(light, nearest) * (1 + SHD_PIECE_MARGIN);
+    if (!light->directional) {
+        const double far =
+            4 * (at->extent->wide + shd_length(shd_sub(light->position, at->extent->middle)));
+        moved = at->moved / nearest;
+        if (!f->place.bounds->bounded)
+            moved = shd_larger(moved + far * at->leg / nearest, 2 * (at->moved / far + at->leg));
+    }
+    /* Lengths and directions change by no more than twice that, while it is small. */
+    g->place = smaller_of(2 * moved, 2);
+    g->direction = smaller_of(SHD_WEIGHT_DIRECTION + g->place + at->turned, 2);
+    g->around = shd_turned_around(&f->place, at->moved, at->normal);
+}
+
+static void add_light(shd_lit_errors *f, const met_place *at, const shd_plan_light *light) {
+    shd_glance g;
+    const double nearest = light->directional ? 0
+                           : light->shape     ? shd_shape_distance(&f->place, light->shape)
+                                              : shd_least_distance(&f->place, light->position);
+    see_anywhere(f, at, light, nearest, &g);
+    if (light->shape)
+        shd_add_drifted_shape(f, light, &g);
+    else
+        shd_add_terms(f, light, &g);
+}
+
+/* What an object shows by itself. Facets are lit as the camera sees them, where they are; between
+ * their corners light changes as if over a tenth of the object. */
+static shd_brought meet_object(const shd_plan *plan, size_t index, const met_place *at,
+                               double rounding, bool estimated) {
+    const shd_plan_object *bounds = &plan->objects[index];
+    const shd_object *object = &plan->scene->objects[index];
+    shd_lit_errors f = {.plan = plan,
+                        .material = &plan->materials[bounds->material],
+                        .place = shd_place_of(object, bounds),
+                        .estimated = estimated};
+    met_place here = *at;
+    shd_brought out = {0, 0};
+    shd_begin_errors(&f, object);
+    if (object->interpolation != SHD_PHONG) {
+        here.moved = SHD_HIT_ROUNDING * at->extent->sizes;
+        here.turned = here.leg = here.normal = 0;
+    }
+    for (size_t j = 0; j < bounds->light_count && !shd_is_cancelled(plan->cancelled); j++)
+        add_light(&f, &here, &plan->lights[bounds->lights[j]]);
+    double between = 0;
+    if (object->interpolation == SHD_GOURAUD)
+        between = smaller_of(10 * at->moved / bounds->radius, 1);
+    for (int c = 0; c < 3; c++) {
+        out.most = shd_larger(out.most, f.most[c]);
+        out.error = shd_larger(out.error, f.error[c] + (rounding + between) * f.most[c]);
+    }
+    return out;
+}
+
+/* The same for rays that have drifted. */
+static shd_brought meet_drifted(const shd_plan *plan, size_t index, const shd_extent *extent,
+                                const shd_drift *drift, double rounding, bool estimated) {
+    const shd_place place = shd_place_of(&plan->scene->objects[index], &plan->objects[index]);
+    const double bend = shd_misplaced_of(plan->scene, &place).bend, by = 1 / drift->least;
+    met_place at = {extent, INFINITY, INFINITY, 2, 2, SHD_LEAST_PATH};
+    if (drift->known) {
+        const double normal = 1.1 * by * bend * drift->beside;
+        at = (met_place){extent,
+                         1.1 * by * drift->beside,
+                         1.1 * by * drift->turned,
+                         by * drift->turned + 2 * normal,
+                         normal,
+                         drift->least};
+    }
+    return meet_object(plan, index, &at, rounding, estimated);
+}
+
+bool shd_lets_through(const shd_plan *plan, size_t object) {
+    const double *o = plan->materials[plan->objects[object].material].from->opacity;
+    return plan->scene->trace.depth && !(o[0] == 1 && o[1] == 1 && o[2] == 1);
+}
+
+/* What of further rays a surface shows, at most. */
+static double sends_on(const shd_plan *plan, size_t object) {
+    const shd_material *m = plan->materials[plan->objects[object].material].from;
+    double most = 0;
+    for (int c = 0; c < 3; c++) most = shd_larger(most, m->reflection[c] + m->transmission[c]);
+    return plan->scene->trace.depth ? most : 0;
+}
+
+/* I = o (local + r I_m + t I_t) + (1 - o) I_b is off by no more than local and (r + t) times what
+ * further rays are off by, or by as much as these. */
+void shd_add_beyond(const shd_plan *plan, size_t object, shd_brought local,
+                    const shd_brought *beyond, shd_brought *out) {
+    const double on = sends_on(plan, object);
+    out->most = shd_larger(out->most, local.most + on * beyond->most);
+    out->error = shd_larger(out->error, local.error + on * beyond->error);
+    if (!shd_lets_through(plan, object)) return;
+    out->most = shd_larger(out->most, beyond->most);
+    out->error = shd_larger(out->error, beyond->error);
+}
+
+double shd_background_most(const shd_scene *scene) {
+    double most = 0;
+    for (int c = 0; c < 3 && !scene->transparent; c++)
+        most = shd_larger(most, fabs(scene->background[c]));
+    return most;
+}
+
+/* Where drifts are not known, rays may have met anything else. */
+shd_brought shd_find_beyond(const shd_plan *plan, double rounding, bool estimated) {
+    const shd_scene *scene = plan->scene;
+    const double behind = shd_background_most(scene);
+    const shd_extent extent = shd_extent_of(plan);
+    shd_brought beyond = {0, 0};
+    bool bends = false;
+    for (size_t i = 0; i < scene->object_count && !bends; i++) bends = sends_on(plan, i) > 0;
+    if (!bends) return beyond;
+    shd_drift drifts[SHD_DRIFTS];
+    shd_find_drifts(plan, &extent, drifts);
+    for (int k = scene->trace.depth; k > 0; k--) {
+        shd_brought here = {behind, rounding * behind};
+        for (size_t i = 0; i < scene->object_count; i++) {
+            if (shd_is_cancelled(plan->cancelled)) break;
+            const shd_brought local =
+                meet_drifted(plan, i, &extent, &drifts[k], rounding, estimated);
+            shd_add_beyond(plan, i, local, &beyond, &here);
+        }
+        if (!drifts[k].known) here.error = 2 * here.most;
+        beyond = here;
+    }
+    return beyond;
+}
+
+static void fill_stray(const shd_plan *plan, size_t index, const shd_extent *extent,
+                       double rounding, shd_stray *out) {
+    const shd_place place = shd_place_of(&plan->scene->objects[index], &plan->objects[index]);
+    const shd_model model = plan->materials[plan->objects[index].material].model;
+    *out = (shd_stray){.bend = shd_misplaced_of(plan->scene, &place).bend,
+                       .by_view = model != SHD_MODEL_PHONG && model != SHD_MODEL_PHONG_NORMALIZED};
+    for (int v = 0; v < SHD_STRAY_VIEWS; v++)
+        for (int k = 0; k < SHD_STRAY_LEVELS; k++) {
+            const double off = SHD_STRAY_OFF[k];
+            const met_place at = {extent, off * extent->wide, 0, off, off / 2, SHD_STRAY_VIEW[v]};
+            if (v && !out->by_view) {
+                out->error[v][k] = out->error[0][k];
+                continue;
+            }
+            const shd_brought local = meet_object(plan, index, &at, rounding, false);
+            out->error[v][k] = local.error;
+            out->most = shd_larger(out->most, local.most);
+        }
+}
+
+void shd_fill_strays(const shd_plan *plan, double rounding, shd_strays *out) {
+    const shd_scene *scene = plan->scene;
+    const shd_extent extent = shd_extent_of(plan);
+    out->wide = extent.wide;
+    out->rounding = SHD_DRIFT_ROUNDING * extent.sizes;
+    out->further = 3 * SHD_DRIFT_ROUNDING;
+    shd_brought beyond = {0, 0};
+    for (size_t i = 0; i < scene->object_count && !shd_is_cancelled(plan->cancelled); i++)
+        fill_stray(plan, i, &extent, rounding, &out->of[i]);
+    for (int k = scene->trace.depth; k > 0; k--) {
+        shd_brought here = {shd_background_most(scene), 0};
+        for (size_t i = 0; i < scene->object_count; i++)
+            shd_add_beyond(plan, i, (shd_brought){out->of[i].most, 0}, &beyond, &here);
+        beyond = here;
+    }
+    out->most = beyond.most;
+}

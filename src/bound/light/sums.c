@@ -1,0 +1,148 @@
+#include "bound/light/sums.h"
+
+#include "bound/light/brightest.h"
+#include "bound/light/error.h"
+
+static double smaller_of(double a, double b) {
+    return a < b ? a : b;
+}
+
+void shd_begin_errors(shd_lit_errors *f, const shd_object *object) {
+    const shd_plan_material *m = f->material;
+    const shd_light *emitter = object->emitter;
+    const double shines = emitter ? SHD_PI / shd_light_area(emitter) : 0;
+    for (int c = 0; c < 3; c++) {
+        f->error[c] = 0;
+        f->most[c] = fabs(m->emissive[c]) + fabs(m->ambient[c]);
+        /* A mirror may see the side that the eye does not. */
+        if (emitter) f->most[c] = shd_larger(f->most[c], shines * fabs(emitter->color[c]));
+    }
+}
+
+/* A term's color times a light's, and what rounding leaves of it. The colors of a spectral scene
+ * are sums of rounded products, whose errors go with their absolute values:
+ * tests/unit/base_spectrum.c asks for as much. */
+typedef struct product {
+    double most[3], error[3];
+} product;
+
+static product product_of(const shd_plan *plan, const shd_plan_material *m,
+                          const shd_plan_light *light, size_t term, const double color[3]) {
+    static const double SUM = 1e-12;
+    product p = {.error = {0}};
+    double scratch[3], most[3];
+    for (int c = 0; c < 3; c++) p.most[c] = fabs(color[c] * light->color[c]);
+    if (!plan->bins) return p;
+    const double *sum = shd_term_color(plan, m, light, term, scratch);
+    shd_term_most(plan, m, light, term, most);
+    for (int c = 0; c < 3; c++) {
+        p.most[c] = term && m->model == SHD_MODEL_COOK_TORRANCE ? most[c] : fabs(sum[c]);
+        p.error[c] = SUM * most[c];
+    }
+    return p;
+}
+
+static void add_product(shd_lit_errors *f, product p, double most, double error) {
+    for (int c = 0; c < 3; c++) {
+        if (p.most[c] == 0 && p.error[c] == 0) continue;
+        f->most[c] += p.most[c] * most;
+        f->error[c] += p.most[c] * error + p.error[c] * most;
+    }
+}
+
+static void add_error(shd_lit_errors *f, product p, double error) {
+    for (int c = 0; c < 3; c++)
+        if (p.most[c] > 0) f->error[c] += p.most[c] * error;
+}
+
+static void add_weight(shd_lit_errors *f, product p, const shd_plan_light *light,
+                       const shd_glance *g, shd_weight w) {
+    /* Attenuation and cones multiply, and err by distances and directions. */
+    const double distance = light->attenuated ? 2 * g->place : 0,
+                 spot = light->spot ? shd_spot_error(SHD_EXACT, light, g->lit.axis_low,
+                                                     g->lit.axis_high, g->place)
+                                    : 0;
+    const double factor = g->lit.factor_high,
+                 error = factor * (w.error + w.most * (distance + SHD_WEIGHT_FUNCTION)) +
+                         g->lit.fall_high * spot * w.most;
+    /* Neither what is computed nor what should be is more than the most. */
+    const double most = factor * w.most;
+    add_product(f, p, most, g->drifts && most < INFINITY ? smaller_of(error, most) : error);
+}
+
+/* What quadrature of a term may be off by, of which a light adds `most`; `largest`: of all terms.
+ * That of Phong's lobes and of Lambert's light goes along boundaries and knows its error, which is
+ * allowed four times. Other weights are summed by cells that are halved until sums of more and of
+ * fewer points agree, to a part of the largest term: an estimate, and no bound, as a peak may hide
+ * between points. But no sum is taken for more than the light can add (shade/extended.c), so that
+ * it is off by no more than that. */
+static double quadrature_error(const shd_lit_errors *f, size_t term, double most, double largest) {
+    const shd_model model = f->material->model;
+    const bool lambert = term == 0 && model != SHD_MODEL_OREN_NAYAR && model != SHD_MODEL_WESTIN;
+    if (lambert || model == SHD_MODEL_PHONG) return 4 * SHD_AREA_TOLERANCE * most;
+    return f->estimated ? 4 * SHD_AREA_MODEL_TOLERANCE * largest : most;
+}
+
+void shd_add_shape(shd_lit_errors *f, const shd_plan_light *light) {
+    const shd_plan_material *m = f->material;
+    const double near = shd_shape_distance(&f->place, light->shape);
+    double largest = 0;
+    for (size_t t = 0; t < 1 + m->lobe_count; t++) {
+        const shd_peak peak = shd_peak_of(m, t);
+        largest = shd_larger(largest, shd_shape_most(light->shape, &peak, near));
+    }
+    for (size_t t = 0; t < 1 + m->lobe_count; t++) {
+        const double *color = t ? m->lobes[t - 1].specular : m->diffuse;
+        const shd_peak peak = shd_peak_of(m, t);
+        const double most = shd_shape_most(light->shape, &peak, near);
+        add_product(f, product_of(f->plan, m, light, t, color), most,
+                    quadrature_error(f, t, most, largest) + f->plan->point_off * most);
+    }
+}
+
+/* Four standard errors of what was simulated. */
+void shd_add_noise(shd_lit_errors *f, const shd_piece *piece, const shd_plan_light *light) {
+    const shd_peak even = {1, 1};
+    shd_lit lit = {.factor_high = 1, .facing_high = 1};
+    const double least = light->directional ? 0 : shd_least_distance(&f->place, light->position);
+    double light_of_one;
+    if (light->shape) {
+        light_of_one =
+            shd_shape_most(light->shape, &even, shd_shape_distance(&f->place, light->shape));
+    } else {
+        if (!shd_piece_lit(f->plan->scene, piece, light, least, &lit)) return;
+        light_of_one = lit.factor_high * lit.facing_high;
+    }
+    for (int c = 0; c < 3; c++) f->error[c] += 4 * *f->noise * light_of_one * fabs(light->color[c]);
+}
+
+/* A light that is a point, on all terms. */
+void shd_add_terms(shd_lit_errors *f, const shd_plan_light *light, const shd_glance *g) {
+    const shd_plan_material *m = f->material;
+    const size_t lights = f->plan->scene->light_count;
+    for (size_t t = m->has_diffuse ? 0 : 1; t < 1 + m->lobe_count; t++) {
+        const double *color = t ? m->lobes[t - 1].specular : m->diffuse;
+        add_weight(f, product_of(f->plan, m, light, t, color), light, g,
+                   shd_weight_of(m, t, g, lights));
+    }
+}
+
+/* The same where points and directions are off. What comes from a point of the shape changes as the
+ * light of a point does, and the part of the shape that is before the surface, or that shadows
+ * leave, by a strip as wide as directions are off: of all directions, or across the shape. */
+void shd_add_drifted_shape(shd_lit_errors *f, const shd_plan_light *light, const shd_glance *g) {
+    const shd_plan_material *m = f->material;
+    const double area = shd_light_area(light->shape), wide = 4 * sqrt(area / SHD_PI),
+                 strip = smaller_of(2 * SHD_PI, 4 * wide / g->lit.nearest) * g->direction / area;
+    shd_add_shape(f, light);
+    for (size_t t = m->has_diffuse ? 0 : 1; t < 1 + m->lobe_count; t++) {
+        const double *color = t ? m->lobes[t - 1].specular : m->diffuse;
+        const shd_peak peak = shd_peak_of(m, t);
+        const shd_weight w = shd_weight_of(m, t, g, f->plan->scene->light_count);
+        const double most = shd_shape_most(light->shape, &peak, g->lit.nearest);
+        const double moved =
+            most * (2 * g->place + 8 * g->direction) + w.most * strip +
+            shd_shape_most(light->shape, &(shd_peak){w.error, 2 * w.error}, g->lit.nearest);
+        add_error(f, product_of(f->plan, m, light, t, color), smaller_of(moved, most));
+    }
+}

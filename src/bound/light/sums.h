@@ -1,0 +1,29 @@
+/* Sums over lights of how bright a place of an object is, and how far off that may be. Inside of
+ * bound/. */
+#pragma once
+
+#include "bound/light/weights.h"
+
+typedef struct shd_lit_errors {
+    const shd_plan *plan;
+    const shd_plan_material *material;
+    shd_place place;
+    const double *noise; /* of the material's microgeometry, for estimates; NULL: there is none */
+    bool estimated;      /* the errors are those that quadrature and simulation aim at: no bound */
+    double most[3], error[3]; /* of each channel, added up */
+} shd_lit_errors;
+
+/* Sets f->most to what the object shows without lights, from any side. */
+void shd_begin_errors(shd_lit_errors *f, const shd_object *object);
+
+/* Adds a light that is a point, on all terms. */
+void shd_add_terms(shd_lit_errors *f, const shd_plan_light *light, const shd_glance *g);
+
+/* Adds a light with a shape, as seen from points that are where they should be. */
+void shd_add_shape(shd_lit_errors *f, const shd_plan_light *light);
+
+/* The same where points and directions are off. */
+void shd_add_drifted_shape(shd_lit_errors *f, const shd_plan_light *light, const shd_glance *g);
+
+/* Adds four standard errors of what was simulated. */
+void shd_add_noise(shd_lit_errors *f, const shd_piece *piece, const shd_plan_light *light);
