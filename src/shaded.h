@@ -325,8 +325,9 @@ uint64_t shd_request_clipped(const shd_request *request);
 uint64_t shd_request_rays(const shd_request *request, double *cut);
 
 /* How far linear components of the picture are off at most, by the paths that these rays took: the
- * plan's bound is of all paths. Samples that lie on an edge to within what their rays are off by
- * are not counted. 0: there were no such rays. Infinite: it is not known. */
-double shd_request_ray_error(const shd_request *request);
+ * plan's bound is of all paths. Samples with a path that meets a silhouette, or the edge of total
+ * reflection, to within what it is off by are not counted: *edges is their number. 0: there were no
+ * such rays. Infinite: it is not known. */
+double shd_request_ray_error(const shd_request *request, uint64_t *edges);
 
 #endif

@@ -30,17 +30,18 @@ typedef struct shd_stray {
      * normal are turned by no more than `off`, and points beside by no more than that times
      * shd_strays.wide. */
     double error[SHD_STRAY_VIEWS][SHD_STRAY_LEVELS];
+    bool plane;   /* it is infinite */
     bool by_view; /* it depends on N.V, even below these levels */
     double most;  /* of what it shows by itself */
 } shd_stray;
 
 /* What tracing needs to add up how far off its rays are. */
 typedef struct shd_strays {
+    double far;    /* four times as far as any light is from anything bounded, at least */
     shd_stray *of; /* [object_count] */
     double wide;
     double rounding; /* a length: how far off the surface f64 puts hits */
     double further;  /* the part of it for each length of the ray, on infinite planes */
-    double most;     /* the most that any ray brings */
     double seen;     /* how far off is what the eye sees, but for what further rays bring */
 } shd_strays;
 

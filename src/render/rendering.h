@@ -20,8 +20,9 @@ typedef struct shd_rendering {
     uint64_t rays;      /* mirrored, refracted and straight ones beyond the eye's */
     double cut;         /* the most that a sample's rays left out: see trace/bounce.h */
     /* How far linear components are off at most, by the paths that these rays took: 0 without any.
-     * Samples on edges are not counted. */
+     * Samples that a path loses on an edge are not counted there, but here. */
     double ray_error;
+    uint64_t ray_edges;
     /* The stage that runs, in processor seconds: the thread's clock when it began, and what other
      * threads did for it minus what this one did for other requests. */
     double began, beside;

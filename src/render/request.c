@@ -309,7 +309,8 @@ uint64_t shd_request_saturated(const shd_request *request) {
     return request->rendering.saturated;
 }
 
-double shd_request_ray_error(const shd_request *request) {
+double shd_request_ray_error(const shd_request *request, uint64_t *edges) {
+    *edges = request->rendering.ray_edges;
     return request->rendering.ray_error;
 }
 

@@ -142,10 +142,7 @@ static void go_on(path *p, const step *from, shd_vec3 ray, const facing *f, size
         behind.weight[c] = from->weight[c] * (1 - m->opacity[c]);
     }
     const double in = fabs(shd_dot(ray, at));
-    if (any && !hit->ray.lost && shd_stray_turns(hit, eta, in)) {
-        p->out.error += 2 * p->b->strays->most * most_of(from->weight);
-        hit->ray.lost = true;
-    }
+    if (any) hit->ray.lost |= shd_stray_turns(hit, eta, in);
     mirrored.stray = shd_stray_mirrored(hit, shd_dot(mirrored.direction, f->own));
     if (bends)
         refracted.stray = shd_stray_refracted(hit, eta, in, fabs(shd_dot(refracted.direction, at)),
@@ -195,7 +192,8 @@ static void follow_step(path *p, step *s) {
     surface.mirror = mirror(ray, surface.normal);
     double local[3];
     b->local.light(b->local.context, p->scratch, &surface, &met, local);
-    if (!s->stray.lost) /* otherwise all that it brings has been counted */
+    p->out.edge |= hit.ray.lost;
+    if (!hit.ray.lost)
         p->out.error += most_of(s->weight) * shd_stray_error(b->strays, &hit, met.object,
                                                              shd_dot(surface.normal, surface.view));
     add_local(p, s->weight, met.object, local);
@@ -221,7 +219,6 @@ shd_bounced shd_bounce(const shd_bouncing *b, void *scratch, const shd_surface *
     const double away = shd_length(shd_sub(at->position, b->plan->scene->camera.position));
     shd_stray_hit hit =
         shd_stray_meet(b->strays, &first.stray, away, at->object, fabs(shd_dot(ray, own)));
-    if (hit.ray.lost) p.out.error = 2 * b->strays->most;
     go_on(&p, &first, ray, &f, at->object, &hit);
     while (p.waits && !shd_is_cancelled(b->plan->cancelled)) {
         step next = p.waiting[--p.waits];

@@ -44,6 +44,7 @@ typedef struct shd_bounced {
     double alpha;       /* 1 - the mean share through which a transparent background is seen */
     double cut;         /* the sum of the largest products of coefficients of what was left out */
     double error; /* of radiance, at most, by what rays met; not what is seen at the first hit */
+    bool edge;    /* a ray was lost (stray.h), which `error` does not count */
     uint64_t rays;
 } shd_bounced;
 

@@ -11,17 +11,19 @@ shd_stray_hit shd_stray_meet(const shd_strays *strays, const shd_stray_ray *ray,
     hit.ray.lost |= !(facing * facing >= 8 * bend * hit.ray.beside && facing > 0);
     hit.moved = MORE * hit.ray.beside / facing;
     hit.normal = bend * hit.moved + DIRECTION;
+    hit.place = hit.moved / strays->wide;
+    /* So far out on a plane lights are 3/4 as far away at least. */
+    if (strays->of[object].plane && length > strays->far) hit.place *= strays->far / (3 * length);
     return hit;
 }
 
 double shd_stray_error(const shd_strays *strays, const shd_stray_hit *hit, size_t object,
                        double view) {
     const shd_stray *of = &strays->of[object];
-    const double off = shd_larger(hit->ray.turned + 2 * hit->normal, hit->moved / strays->wide);
+    const double off = shd_larger(hit->ray.turned + 2 * hit->normal, hit->place);
     int level = 0, seen = SHD_STRAY_VIEWS - 1;
     while (level < SHD_STRAY_LEVELS && !(off <= SHD_STRAY_OFF[level])) level++;
     while (seen >= 0 && !(view >= SHD_STRAY_VIEW[seen])) seen--;
-    if (hit->ray.lost) return 2 * strays->most;
     if (level == SHD_STRAY_LEVELS || (seen < 0 && of->by_view)) return 2 * of->most;
     return of->error[seen < 0 ? 0 : seen][level];
 }

@@ -9,9 +9,9 @@
  *     |out'| <= eta |d'| + eta |1 - eta c / s| (|d'| + |N'|) + |s - eta c| |N'|
  *
  * with s the cosine behind the surface, if s^2 is four times what it changes by. Other rays are
- * lost: what they bring may be anything. Rays that pass an edge within what they are off by (a
- * silhouette, the end of a light or of a shadow) may have met its other side, which nothing here
- * knows. */
+ * lost: they are on a silhouette, or on the edge of total reflection, to within what they are off
+ * by, and may bring anything. Rays that pass another edge as near (a silhouette that they miss, the
+ * end of a light or of a shadow) may have met its other side, which nothing here knows. */
 #pragma once
 
 #include "plan/paths.h"
@@ -26,14 +26,15 @@ typedef struct shd_stray_ray {
 typedef struct shd_stray_hit {
     shd_stray_ray ray;
     double moved, normal; /* of the point, along the surface, and of the normal: a chord */
+    double place;         /* what lights see of `moved`, over strays->wide */
 } shd_stray_hit;
 
 /* After `length` on its way, at an object that is met at the cosine `facing` of its own normal. */
 shd_stray_hit shd_stray_meet(const shd_strays *strays, const shd_stray_ray *ray, double length,
                              size_t object, double facing);
 
-/* How far off the light of the hit is in any channel, which is seen at N.V = `view`; that of a ray
- * that is lost: all that it brings. */
+/* How far off the light of the hit is in any channel, which is seen at N.V = `view`. Not of rays
+ * that are lost. */
 double shd_stray_error(const shd_strays *strays, const shd_stray_hit *hit, size_t object,
                        double view);
 

@@ -23,8 +23,12 @@ typedef struct met_place {
     double view;   /* no N.V is less */
 } met_place;
 
-/* The light may be as near to the object's points as `nearest`. Beyond `far` on infinite planes a
- * light is at least 3/4 as far away as the ray was long. */
+/* Beyond that on infinite planes a light is at least 3/4 as far away as the ray was long. */
+static double how_far(const shd_extent *extent, const shd_plan_light *light) {
+    return 4 * (extent->wide + shd_length(shd_sub(light->position, extent->middle)));
+}
+
+/* The light may be as near to the object's points as `nearest`. */
 static void see_anywhere(const shd_lit_errors *f, const met_place *at, const shd_plan_light *light,
                          double nearest, shd_glance *g) {
     double moved = 0;
@@ -166,7 +170,8 @@ static void fill_stray(const shd_plan *plan, size_t index, const shd_extent *ext
                        double rounding, shd_stray *out) {
     const shd_place place = shd_place_of(&plan->scene->objects[index], &plan->objects[index]);
     const shd_model model = plan->materials[plan->objects[index].material].model;
-    *out = (shd_stray){.bend = shd_misplaced_of(plan->scene, &place).bend,
+    *out = (shd_stray){.plane = !plan->objects[index].bounded,
+                       .bend = shd_misplaced_of(plan->scene, &place).bend,
                        .by_view = model != SHD_MODEL_PHONG && model != SHD_MODEL_PHONG_NORMALIZED};
     for (int v = 0; v < SHD_STRAY_VIEWS; v++)
         for (int k = 0; k < SHD_STRAY_LEVELS; k++) {
@@ -186,16 +191,12 @@ void shd_fill_strays(const shd_plan *plan, double rounding, shd_strays *out) {
     const shd_scene *scene = plan->scene;
     const shd_extent extent = shd_extent_of(plan);
     out->wide = extent.wide;
+    out->far = 4 * extent.wide;
+    for (size_t j = 0; j < plan->light_count; j++)
+        if (!plan->lights[j].directional)
+            out->far = shd_larger(out->far, how_far(&extent, &plan->lights[j]));
     out->rounding = SHD_DRIFT_ROUNDING * extent.sizes;
     out->further = 3 * SHD_DRIFT_ROUNDING;
-    shd_brought beyond = {0, 0};
     for (size_t i = 0; i < scene->object_count && !shd_is_cancelled(plan->cancelled); i++)
         fill_stray(plan, i, &extent, rounding, &out->of[i]);
-    for (int k = scene->trace.depth; k > 0; k--) {
-        shd_brought here = {shd_background_most(scene), 0};
-        for (size_t i = 0; i < scene->object_count; i++)
-            shd_add_beyond(plan, i, (shd_brought){out->of[i].most, 0}, &beyond, &here);
-        beyond = here;
-    }
-    out->most = beyond.most;
 }

@@ -50,6 +50,7 @@ typedef struct shd_tile_scratch {
      * covers. NULL: there are none. */
     float *alpha;
     double off;    /* the most that a sample's rays are off by (trace/bounce.h) */
+    uint64_t lost; /* samples that do not count in it */
     double cut;    /* the most that a sample's rays left out (trace/bounce.h) */
     uint64_t rays; /* that were followed beyond the eye's, but for those to lights */
 

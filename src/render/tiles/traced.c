@@ -136,7 +136,10 @@ static void bounce_hit(const shd_scenery *scenery, const shd_surface *at, size_t
     const shd_bounced b = shd_bounce(&scenery->traced->bouncing, s, at, local);
     s->rays += b.rays;
     s->cut = shd_larger(b.cut, s->cut);
-    s->off = shd_larger(b.error, s->off);
+    if (b.edge)
+        s->lost++;
+    else
+        s->off = shd_larger(b.error, s->off);
     if (s->alpha) s->alpha[i] = (float)b.alpha;
     for (size_t p = 0; p < plan->plane_count; p++)
         for (int c = 0; c < 3; c++) {

@@ -2,6 +2,7 @@
 
 #include <assert.h>
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -133,6 +134,16 @@ static void add_account(shd_reply *reply, shd_metrics *metrics, shd_cached cache
     shd_metrics_cached(metrics, cached);
 }
 
+static void add_rays(const shd_request *request, uint64_t rays, double cut, shd_reply *reply) {
+    uint64_t edges;
+    const double error = shd_request_ray_error(request, &edges);
+    char told[80] = "";
+    /* Rounded up to two digits. */
+    if (isfinite(error))
+        snprintf(told, sizeof told, "; error<=%.2g; edges=%" PRIu64, 1.05 * error, edges);
+    shd_reply_header(reply, "Shaded-Rays", "%" PRIu64 "; cut=%.2g%s", rays, cut, told);
+}
+
 /* What a picture's making tells: kept with it. */
 static void add_making(shd_job *job) {
     shd_reply *reply = &job->reply;
@@ -164,10 +175,7 @@ static void add_making(shd_job *job) {
     }
     double cut;
     const uint64_t rays = shd_request_rays(job->request, &cut);
-    char error[48] = "";
-    const double off = shd_request_ray_error(job->request);
-    if (isfinite(off)) snprintf(error, sizeof error, "; error<=%.2g", 1.05 * off);
-    if (rays) shd_reply_header(reply, "Shaded-Rays", "%" PRIu64 "; cut=%.2g%s", rays, cut, error);
+    if (rays) add_rays(job->request, rays, cut, reply);
 }
 
 /* What the document itself tells, whether the picture is made or found. */
