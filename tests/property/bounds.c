@@ -1,5 +1,4 @@
 /* Error bounds are upper bounds, in scenes of every kind, and not far above what is measured. */
-#include "bound/light/extended.h"
 #include "property/pieces.h"
 #include "render/tell/measure.h"
 #include "shade/exact.h"
@@ -414,101 +413,6 @@ static void a_budget_that_takes_all_light_is_bounded(void **state) {
     assert_true(s.code.count == 1 && bound.code < 30);
 }
 
-/* ---- Beyond Phong's model. ---- */
-
-static void write_extended_material(FILE *out, uint64_t *random) {
-    static const char *const members[] = {
-        "\"model\": \"blinn-phong\", \"specular\": 0.5, \"shininess\": 1e6",
-        "\"model\": \"blinn-phong\", \"specular\": [0.9, 0.2, 0.1], \"shininess\": 0",
-        "\"model\": \"phong-normalized\", \"specular\": 0.5, \"shininess\": 1e6",
-        "\"model\": \"phong-normalized\", \"specular\": 0.4, \"shininess\": 0",
-        "\"model\": \"oren-nayar\", \"sigma\": 60",
-        "\"model\": \"cook-torrance\", \"lobes\": [{\"roughness\": 0.0001}]",
-        "\"model\": \"cook-torrance\", \"lobes\": [{\"roughness\": 1}], \"fresnel\": {\"f0\": 1}",
-        "\"opacity\": 0.3, \"specular\": 0.5",
-        "\"specular\": 0.3, \"shininess\": 40"};
-    fprintf(out, "\"material\": {\"diffuse\": [%.17g, 0.5, %.17g], %s}", uniform(random, 0, 0.9),
-            uniform(random, 0, 0.9), members[below(random, 9)]);
-}
-
-static void write_extended_light(FILE *out, uint64_t *random) {
-    static const char *const lights[] = {
-        "\"type\": \"point\", ", "\"type\": \"point\", \"attenuation\": [0, 0, 1], ",
-        "\"type\": \"sphere\", \"radius\": 0.5, ",
-        "\"type\": \"rect\", \"size\": [2, 1], \"direction\": [0.1, -1, 0.2], "};
-    fprintf(out, "{%s\"intensity\": 0.7, ", lights[below(random, 4)]);
-    write_vector(out, "position", shd_scale(random_direction(random), uniform(random, 1.2, 4)));
-    fputs("}", out);
-}
-
-static char *extended_scene(const char *accuracy, uint64_t seed) {
-    static const char *const outputs[] = {"{}", "{\"format\": \"png\", \"bitDepth\": 16}",
-                                          "{\"format\": \"exr\"}"};
-    uint64_t random = seed * 4099 + 3;
-    writing w;
-    start(&w);
-    fprintf(w.out,
-            "{\"image\": {\"width\": 24, \"height\": 18, \"samples\": 1}, \"accuracy\": {%s}, "
-            "\"output\": %s, \"trace\": {\"depth\": %d}, \"spectral\": %s, \"lights\": [",
-            accuracy, outputs[seed % 3], below(&random, 3), below(&random, 4) ? "false" : "true");
-    for (int i = 0; i < 2; i++) {
-        fputs(i ? ", " : "", w.out);
-        write_extended_light(w.out, &random);
-    }
-    fputs("], \"objects\": [", w.out);
-    for (int i = 0; i < 3; i++) {
-        fprintf(w.out, "%s{\"type\": \"%s\", ", i ? ", " : "", shapes[below(&random, 5)]);
-        write_extended_material(w.out, &random);
-        fprintf(w.out, ", \"transform\": {\"rotate\": [%d, 20, 0], \"translate\": [%.17g, 0, 0]}}",
-                below(&random, 360), uniform(&random, -1, 1));
-    }
-    fputs("]}", w.out);
-    return finish(&w);
-}
-
-/* All tiers and all budgets that are met have the exact tier's picture, to the bit, and no more is
- * told of codes and CIEDE2000 than that. What is met in linear components is bounded, and no
- * estimate is. tests/attack holds the exact tier to its linear bound. */
-static void extended_scenes_keep_their_budgets(void **state) {
-    static const char *const metrics[] = {"linear", "code", "deltaE2000"};
-    int met = 0, refused = 0;
-    for (uint64_t seed = 1; seed <= 60; seed++) {
-        char *json = extended_scene("\"tier\": \"exact\"", seed);
-        drawn exact = shown_film_of(*state, json);
-        const shd_plan *plan = exact.request->rendering.plan;
-        const shd_bound bound = plan->bound;
-        if (plan->extended) assert_true(bound.code == 0 && bound.delta_e == 0);
-        const double estimate = shd_linear_estimate(plan, NULL);
-        assert_true(isinf(bound.linear) || isinf(estimate));
-        for (int metric = 0; metric < 3 && plan->extended; metric++) {
-            const double budget = metric ? 0.01 : seed % 2 ? 1e-6 : 2e-3;
-            char *accuracy =
-                text_of("\"maxError\": %.17g, \"metric\": \"%s\"", budget, metrics[metric]);
-            shd_error error = {.status = SHD_OK};
-            char *asking = extended_scene(accuracy, seed);
-            shd_request *request = read_scene(*state, asking);
-            const shd_status status =
-                shd_rendering_plan(&request->rendering, request->scene, &error);
-            const bool fits = metric || bound.linear <= budget;
-            assert_int_equal(status, fits ? SHD_OK : SHD_SCENE);
-            met += fits;
-            refused += !fits;
-            shd_request_drop(request);
-            free(accuracy);
-            free(asking);
-        }
-        spreads s = {.linear = {.count = 0}};
-        drop_drawn(&exact);
-        free(json);
-        if (isfinite(bound.linear))
-            check_texts(*state, extended_scene("\"tier\": \"standard\"", seed),
-                        extended_scene("\"tier\": \"exact\"", seed), &s);
-        assert_int_equal(s.linear.count, 0); /* nothing was off */
-    }
-    print_message("%d budgets met, %d refused\n", met, refused);
-    assert_true(met > 60 && refused > 10);
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(measured_errors_are_below_their_bounds),
@@ -520,7 +424,6 @@ int main(void) {
         cmocka_unit_test(bounds_hold_under_lights_that_are_nearer_than_steps_of_f32),
         cmocka_unit_test(exact_bounds_hold_what_f64_misplaces),
         cmocka_unit_test(a_budget_that_takes_all_light_is_bounded),
-        cmocka_unit_test(extended_scenes_keep_their_budgets),
     };
     return cmocka_run_group_tests(tests, make_engine, drop_engine);
 }
