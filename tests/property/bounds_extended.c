@@ -127,17 +127,19 @@ static shd_bound bound_of(shd_engine *engine, const char *members, const char *b
 static void every_model_has_a_bound(void **state) {
     static const char *const point = "\"type\": \"point\", ",
                              *const shape = "\"type\": \"sphere\", \"radius\": 0.5, ";
-    static const char *const models[] = {"\"model\": \"blinn-phong\", \"specular\": 0.5",
-                                         "\"model\": \"phong-normalized\", \"specular\": 0.5",
-                                         "\"model\": \"oren-nayar\", \"sigma\": 20",
-                                         "\"model\": \"cook-torrance\"", "\"model\": \"westin\""};
+    static const char *const models[] = {
+        "\"model\": \"blinn-phong\", \"specular\": 0.5",
+        "\"model\": \"phong-normalized\", \"specular\": 0.5",
+        "\"model\": \"oren-nayar\", \"sigma\": 20", "\"model\": \"cook-torrance\"",
+        "\"model\": \"westin\", \"microgeometry\": {\"type\": \"grooves\"}"};
     double estimate;
     for (size_t m = 0; m < 5; m++) {
         const double by_point = bound_of(*state, models[m], "0", point, &estimate).linear,
                      by_shape = bound_of(*state, models[m], "0", shape, &estimate).linear;
         print_message("%s: %g, and %g of a light with a shape, estimated at %g\n", models[m],
                       by_point, by_shape, estimate);
-        assert_true(by_point > 0 && by_point < 0.05);
+        /* Of Westin, planning knows no more than what white facets send on. */
+        assert_true(by_point > 0 && by_point < (m < 4 ? 1e-5 : 1));
         assert_true(by_shape > 0 && by_shape < 10);
         if (m < 4) assert_true(estimate < 1e-3 && estimate < by_shape);
     }

@@ -105,16 +105,15 @@ double shd_misplaced_at(const shd_scene *scene, const shd_misplaced *m, const sh
     return fmin(SHD_HIT_ROUNDING * (m->span + (m->plane ? far : 0)) * fmax(steep, 1) / nearest, 1);
 }
 
-/* A tangent is an axis laid onto the surface, 1e-3 of which is left at least. That of round shapes
- * goes around their own, which points count from 1e-4 of their size away. */
+/* Tangents of round shapes go around their own axis, which points count from 1e-4 of their size
+ * away. Others are an axis laid onto the surface, 1e-3 of which is left at least. */
 double shd_turned_around(const shd_place *place, double moved, double normal) {
     static const double LEFT = 1e-3, AWAY = 1e-4;
-    const shd_shape shape = place->object->shape;
-    const bool round =
-        shape == SHD_SPHERE || shape == SHD_CYLINDER || shape == SHD_CONE || shape == SHD_TORUS;
-    double axis = SHD_HIT_ROUNDING;
-    if (round && place->bounds->radius > 0)
-        axis += shd_norm(&place->object->transform) * place->norm * moved /
-                (AWAY * place->bounds->radius);
-    return fmin((axis + normal) / LEFT, 4);
+    const shd_object *object = place->object;
+    const shd_shape shape = object->shape;
+    if (shape != SHD_SPHERE && shape != SHD_CYLINDER && shape != SHD_CONE && shape != SHD_TORUS)
+        return fmin((SHD_HIT_ROUNDING + normal) / LEFT, 4);
+    const double across =
+        shd_norm(&object->transform) * place->norm * moved / (AWAY * place->bounds->radius);
+    return fmin(SHD_HIT_ROUNDING + across + normal, 4);
 }
