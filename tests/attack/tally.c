@@ -77,8 +77,10 @@ bool tally_write_page(const tally *a, const char *path, double seconds, int thre
         "tier's picture is held against\n`tests/attack/model.c`, an evaluation of "
         "[the model](model.md) in long double or 113 bits that shares no\ncode with `src/`. "
         "Every other picture is held against the exact tier's, which takes the full pattern of\n"
-        "samples. All three metrics are held to the bound that was stated, and to the budget. A "
-        "finding is told with\nits seed; `./dev attack --seed FAMILY:N` makes it again.\n\n"
+        "samples. All three metrics are held to the bound that was stated, and to the budget: the "
+        "exact tier to an\nestimate where that is less, and to what the rays of mirrors and glass "
+        "tell of a picture. A finding is told with\nits seed; `./dev attack --seed FAMILY:N` makes "
+        "it again.\n\n"
         "%.0f seconds on %d threads, seeds from %llu: %llu findings.\n\n",
         seconds, threads, (unsigned long long)first, (unsigned long long)tally_findings(a));
     tally_print_table(out, a);
