@@ -268,15 +268,15 @@ export class ShadedPreview extends HTMLElement {
         return this.hasAttribute("draft") ? this.#lighten(scene) : scene;
     }
 
-    /* A draft: as many samples and pixels as are made in some 25 milliseconds. */
+    /* A draft: as many samples and pixels as are made within a frame of the screen, or two. */
     #lighten(scene) {
         const image = { width: 512, height: 512, samples: 4, ...scene.image };
         let cost = this.#cost;
-        if (cost > 25 && image.samples > 1) {
+        if (cost > 16 && image.samples > 1) {
             cost /= image.samples;
             image.samples = 1;
         }
-        for (let i = 0; i < 2 && cost > 50 && Math.min(image.width, image.height) >= 128; i++) {
+        for (let i = 0; i < 2 && cost > 33 && Math.min(image.width, image.height) >= 128; i++) {
             image.width = Math.round(image.width / 2);
             image.height = Math.round(image.height / 2);
             delete image.region;

@@ -118,6 +118,7 @@ describe("the studio", { skip: CHROMIUM ? false : "chromium is not installed" },
     const IDLE = [/^\/output\/(quality|effort|matte)$/ /* of other formats, and of opaque pictures */, /segments$/ /* the surface is smooth */,
                   /minDistance$/ /* nothing is nearer */, /\/ior$/ /* nothing is seen through */, /trace\/(shadowSamples|minContribution|depth)$/, /transform\/rotate$/ /* of a ball */, /lights\/\d\/up$/ /* of a square */];
     test("every slider and every vector of every tab changes the picture", async () => {
+        const one = await Studio.open(browser, origin); // of its own: everything in it is unfolded
         const small = { image: { width: 48, height: 48, samples: 1 }, ambient: 0.1, background: 0.2, camera: { position: [0, 0.5, 4] }, trace: { shadows: true, depth: 2 } };
         const { trace, ...bare } = small;
         const key = { type: "spot", position: [-1, 1.5, 3], direction: [1, -1.5, -3], angle: 20, exponent: 2, attenuation: [1, 0.05, 0.01] };
@@ -131,14 +132,14 @@ describe("the studio", { skip: CHROMIUM ? false : "chromium is not installed" },
         };
         const moved = new Set();
         for (const [tabs, scene] of Object.entries(scenes)) {
-            await studio.set(scene);
-            const { hash, width, height } = await studio.look();
+            await one.set(scene);
+            const { hash, width, height } = await one.look();
             for (const tab of tabs.trim().split(" ")) {
-                await studio.tab(tab);
-                await studio.page.evaluate(name => document.querySelectorAll(`#panel-${name} details`).forEach(one => { one.open = true; }), tab);
-                const pointers = await studio.page.locator(`#panel-${tab} .row:is(:has(.slider), :has(.vector))[data-pointer]`).evaluateAll(list => list.map(one => one.dataset.pointer));
-                for (const pointer of pointers.filter(one => !IDLE.some(idle => idle.test(one)))) {
-                    const slider = studio.row(pointer).locator(".slider"), field = studio.row(pointer).locator(".vector .number").first();
+                await one.tab(tab);
+                await one.page.evaluate(name => document.querySelectorAll(`#panel-${name} details`).forEach(part => { part.open = true; }), tab);
+                const pointers = await one.page.locator(`#panel-${tab} .row:is(:has(.slider), :has(.vector))[data-pointer]`).evaluateAll(list => list.map(row => row.dataset.pointer));
+                for (const pointer of pointers.filter(pointer => !IDLE.some(idle => idle.test(pointer)))) {
+                    const slider = one.row(pointer).locator(".slider"), field = one.row(pointer).locator(".vector .number").first();
                     if (!await slider.count()) {
                         await field.fill(String(Number(await field.inputValue()) + 0.4));
                         await field.press("Enter");
@@ -146,14 +147,15 @@ describe("the studio", { skip: CHROMIUM ? false : "chromium is not installed" },
                         await slider.fill(Number(await slider.inputValue()) > 0.5 ? "0.2" : "0.8");
                         await slider.dispatchEvent("change");
                     } else continue;
-                    const now = await studio.look();
+                    const now = await one.look();
                     assert.ok(now.hash !== hash || now.width !== width || now.height !== height, `${pointer} of ${tab} changes nothing`);
                     moved.add(pointer);
-                    await studio.set(scene);
+                    await one.set(scene);
                 }
             }
         }
         assert.ok(moved.size >= 45, `${moved.size}: ${[...moved].join(" ")}`);
+        await one.close();
         console.log(`${moved.size} sliders and vectors`);
     });
 

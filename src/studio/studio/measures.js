@@ -31,7 +31,7 @@ export class ScopePanel {
         element.append(head, this.plot, this.table, this.counts);
         if (this.kinds) element.append(this.#scopes(preview));
         element.append(this.#planes(preview));
-        this.soon = debounce(200, () => this.#ask());
+        this.soon = debounce(200, seen => this.#ask(seen));
     }
 
     /* Pictures of scopes, where the daemon draws them. */
@@ -87,11 +87,13 @@ export class ScopePanel {
     }
 
     take(bound) {
-        if (!bound.draft) this.soon();
+        if (!bound.draft) this.soon(this.store.scene);
     }
 
-    async #ask() {
+    /* `seen`: the scene that there is a picture of. What has come since may have mistakes. */
+    async #ask(seen) {
         const { scene } = this.store;
+        if (scene !== seen) return;
         this.#drawScope();
         this.#drawPlanes();
         try {
@@ -139,14 +141,15 @@ export class LobePanel {
         this.image = h("img.lobe", { alt: "The lobe: where light from 45 degrees goes, and the share of light that is sent on, by its angle" });
         this.verdict = h("ul.words");
         element.append(h("h2", {}, "Reflectance"), this.image, this.verdict);
-        this.soon = debounce(250, () => this.#ask());
+        this.soon = debounce(250, seen => this.#ask(seen));
     }
 
     take(bound) {
-        if (!bound.draft) this.soon();
+        if (!bound.draft) this.soon(this.store.scene);
     }
 
-    async #ask() {
+    async #ask(seen) {
+        if (this.store.scene !== seen) return;
         const { materials, workingSpace, colorSpace, spectral } = this.store.scene;
         const material = this.material();
         const scene = JSON.parse(JSON.stringify({ workingSpace, colorSpace, spectral, materials, objects: [{ type: "sphere", material }] }));

@@ -36,7 +36,7 @@ export class AccuracyPanel {
         element.append(h("h2", {}, "Accuracy"), ...this.tier.element, this.budget,
                        h("dl.stats", {}, ...Object.values(this.figures)), this.bar, this.legend,
                        h("details.more", {}, h("summary", {}, "What was done, and what was left out"), this.words), measure, this.heat?.element ?? "", this.measures);
-        this.explainSoon = debounce(150, () => this.#explain());
+        this.explainSoon = debounce(150, seen => this.#explain(seen));
     }
 
     /* A picture has come. */
@@ -58,11 +58,12 @@ export class AccuracyPanel {
             h("li", {}, h("i", { class: `stage-${stage}` }), h("span", {}, stage), h("b", {}, ms.toFixed(ms < 10 ? 2 : 0)))),
             h("li.sum", {}, h("span", {}, { nothing: "total", picture: "the same picture was made before" }[bound.reuse] ?? `total, ${bound.reuse} kept`),
               h("b", {}, `${total.toFixed(total < 10 ? 2 : 0)} ms`)));
-        if (!bound.draft) this.explainSoon();
+        if (!bound.draft) this.explainSoon(this.store.scene);
     }
 
-    async #explain() {
+    async #explain(seen) {
         const { scene } = this.store;
+        if (scene !== seen) return;
         const told = await this.#asked.post("v1/explain", scene).catch(() => null);
         if (!told || scene !== this.store.scene) return;
         this.words.replaceChildren(...told.words.map(word => h("li", {}, word)));
