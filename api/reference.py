@@ -236,6 +236,15 @@ def unit_of(text):
     return next((unit for unit, pattern in UNITS.items() if re.search(pattern, text)), "")
 
 
+def takes_nothing(schemas, name):
+    """Whether a document that says nothing of a type means the first of its kinds, with all defaults."""
+    schema = schemas.all[name]
+    parts = [part for key in ("oneOf", "anyOf", "allOf") for part in schema.get(key, [])]
+    if parts and "$ref" in parts[0]:
+        return takes_nothing(schemas, parts[0]["$ref"].removeprefix(PREFIX))
+    return "properties" in schema and not schema.get("required")
+
+
 def row(schemas, member, schema, required):
     meaning = words(schemas.first(schema, "description"))
     section = schemas.find(schema)[0]
@@ -244,7 +253,8 @@ def row(schemas, member, schema, required):
     default = schemas.first(schema, "default")
     told = re.search(r"Default:\s*(.*?)\.?$", meaning)
     shown = "**required**" if required else f"`{json.dumps(default)}`" if default is not None else \
-        "see right" if told or meaning.startswith(("Absent:", "Default")) else "none"
+        "see right" if told or meaning.startswith(("Absent:", "Default")) else \
+        "its defaults" if section and takes_nothing(schemas, section) else "none"
     limits = ", ".join(filter(None, [schemas.range_of(schema), unit_of(meaning)]))
     return f"| `{member}` | {schemas.type_of(schema)} | {limits} | {shown} | {meaning} |"
 

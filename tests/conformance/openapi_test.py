@@ -111,6 +111,15 @@ class DocumentTest(unittest.TestCase):
         for name, text in runpy.run_path(str(SOURCE / "api/derive.py"))["texts"]().items():
             self.assertEqual((SOURCE / "api" / name).read_text(), text, "run `./dev api`")
 
+    def test_examples_of_the_reference_are_valid(self):
+        text = (SOURCE / "docs/reference.md").read_text()
+        examples = re.findall(r"^### (\w+)\n(?:(?!^###).*\n)*?```json\n((?:.*\n)*?)```", text, re.M)
+        self.assertEqual(len(examples), len(re.findall("^### ", text, re.M)))
+        for name, lines in examples:
+            for line in lines.splitlines():
+                with self.subTest(name):
+                    validate(json.loads(line), DOCUMENT["components"]["schemas"][name])
+
     def test_references_resolve_and_components_are_used(self):
         used = set()
         for place, value in walk(DOCUMENT):
