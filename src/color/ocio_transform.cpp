@@ -54,7 +54,8 @@ const shd_color_info &measured(shd_color_config *config, const OCIO::ConstColorS
 bool css_is_srgb(shd_color_config *config) {
     std::lock_guard<std::mutex> lock(config->mutex);
     const auto is_rec709 = [&](const shd_space_info *space, shd_transfer transfer) {
-        const shd_color_info &info = measured(config, config->ocio->getColorSpace(space->name));
+        const OCIO::ConstColorSpaceRcPtr named = config->ocio->getColorSpace(space->name);
+        const shd_color_info &info = measured(config, named);
         return info.transfer == transfer &&
                !std::memcmp(info.primaries, shd_rec709, sizeof shd_rec709);
     };
