@@ -3,6 +3,8 @@
 #include <stdarg.h>
 #include <stdio.h>
 
+#include "base/arena.h"
+
 void shd_report_init(shd_report *report, shd_arena *arena) {
     *report = (shd_report){.arena = arena};
 }

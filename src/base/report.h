@@ -2,7 +2,11 @@
  * the arena. If that is full, a fixed text stands in. */
 #pragma once
 
-#include "base/arena.h"
+#include <stddef.h>
+
+#include "base/status.h"
+
+typedef struct shd_arena shd_arena; /* base/arena.h */
 
 enum { SHD_REPORT_KEEP = 64 }; /* problems of each kind; the rest are counted */
 

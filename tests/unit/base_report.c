@@ -8,6 +8,7 @@
 
 #include <cmocka.h>
 
+#include "base/arena.h"
 #include "base/report.h"
 
 static void more_problems_than_are_kept_are_counted(void **state) {

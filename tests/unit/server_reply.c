@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "base/arena.h"
 #include "server/answer/problem.h"
 #include "server/answer/reply.h"
 
