@@ -11,10 +11,15 @@ if [ "$name" = shaded.conf ]; then
     pages=shaded.conf.5
 else
     "$@" --help >"$name.help"
-    make() { awk -v form="$1" -v program="$name" -f "$tools/roff.awk" -f "$tools/help.awk" $2 - <"$name.help"; }
+    make() {
+        form=$1
+        shift
+        awk -v form="$form" -v program="$name" -f "$tools/roff.awk" -f "$tools/help.awk" "$@" - \
+            <"$name.help"
+    }
     make man "$name.1.in" >"$name.1"
-    make bash "" >"$name.bash"
-    make zsh "" >"_$name"
+    make bash >"$name.bash"
+    make zsh >"_$name"
     pages=$name.1
 fi
 # Without a name or a time in it: the same bytes each time.

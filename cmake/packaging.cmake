@@ -118,3 +118,8 @@ install(FILES deploy/package/sysusers.conf DESTINATION lib/sysusers.d RENAME sha
 install(FILES config/shaded.conf DESTINATION ${sysconfdir}/shaded COMPONENT service)
 install(FILES deploy/package/default DESTINATION ${sysconfdir}/default RENAME shaded
         COMPONENT service)
+
+option(SHADED_DEBIAN "Make Debian packages of what is installed" OFF)
+if(SHADED_DEBIAN)
+  include(cmake/debian.cmake)
+endif()

@@ -45,20 +45,26 @@ def ask(path, document):
 
 def read(data, suffix):
     """Samples of a picture's bytes as [h,w,channels] floats, and the channels' names. Integer
-    samples come as codes."""
+    samples come as codes, multiplied by alpha where the picture has one."""
     import OpenImageIO as oiio
+    # In which light versions of OpenImageIO multiply differs, so that it is done here.
+    as_they_are = oiio.ImageSpec()
+    as_they_are.attribute("oiio:UnassociatedAlpha", 1)
     with tempfile.NamedTemporaryFile(suffix="." + suffix) as file:
         file.write(data)
         file.flush()
-        picture = oiio.ImageInput.open(file.name)
+        picture = oiio.ImageInput.open(file.name, as_they_are if suffix == "png" else oiio.ImageSpec())
         if picture is None:
             raise AssertionError(f"not a picture: {oiio.geterror()}")
         spec = picture.spec()
         kind = {"uint8": oiio.UINT8, "uint16": oiio.UINT16}.get(str(spec.format), oiio.FLOAT)
         pixels = picture.read_image(0, 0, 0, spec.nchannels, kind)
         picture.close()
-    samples = np.asarray(pixels).reshape(spec.height, spec.width, spec.nchannels)
-    return samples.astype(np.float64), list(spec.channelnames)
+    samples = np.asarray(pixels).reshape(spec.height, spec.width, spec.nchannels).astype(np.float64)
+    if suffix == "png" and spec.alpha_channel >= 0:
+        most = 65535 if kind == oiio.UINT16 else 255
+        samples[..., :-1] = np.floor(samples[..., :-1] * samples[..., -1:] / most)
+    return samples, list(spec.channelnames)
 
 
 def linear(document, tier="exact", layers=None):
