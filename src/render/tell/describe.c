@@ -4,6 +4,7 @@
 
 #include "base/json_memory.h"
 #include "render/engine.h"
+#include "render/tell/features.h"
 #include "render/tell/json.h"
 
 static json_t *tell_rgb(const double value[3]) {
@@ -192,11 +193,11 @@ static json_t *describe_tiers(void) {
 }
 
 static json_t *describe_version(const shd_engine *engine) {
-    return json_pack("{ss ss ss ss so so ss ss so}", "name", "shaded", "version", shd_version(),
+    return json_pack("{ss ss ss ss so so ss ss so so}", "name", "shaded", "version", shd_version(),
                      "compiler", COMPILER, "build", BUILD_KIND, "libraries", describe_libraries(),
                      "formats", describe_formats(), "colorConfig",
                      shd_color_config_digest(engine->color), "kernel", shd_isa_name(engine->isa),
-                     "kernels", describe_tiers());
+                     "kernels", describe_tiers(), "features", shd_tell_features());
 }
 
 shd_status shd_engine_describe(const shd_engine *engine, shd_topic topic, char **json,
