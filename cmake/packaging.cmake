@@ -3,11 +3,6 @@
 # documents (manuals, completions, data), library and development.
 include(GNUInstallDirs)
 
-# /etc belongs to /usr; every other prefix has its own.
-set(sysconfdir ${CMAKE_INSTALL_SYSCONFDIR})
-if(CMAKE_INSTALL_PREFIX STREQUAL "/usr")
-  set(sysconfdir ${CMAKE_INSTALL_FULL_SYSCONFDIR})
-endif()
 set(docdir ${CMAKE_INSTALL_DATAROOTDIR}/doc/shaded)
 
 # ---- The programs ----
@@ -105,19 +100,9 @@ install(FILES config/materials.json config/shaded.ocio api/openapi.yaml api/open
         DESTINATION ${CMAKE_INSTALL_DATADIR}/shaded COMPONENT documents)
 
 # ---- The service ----
-foreach(unit shaded.service shaded.socket shaded-admin.socket)
-  file(READ deploy/systemd/${unit} text)
-  string(REPLACE "/usr/bin/" "${CMAKE_INSTALL_FULL_BINDIR}/" text "${text}")
-  file(CONFIGURE OUTPUT systemd/${unit} CONTENT "${text}" @ONLY)
-  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS deploy/systemd/${unit})
-  install(FILES ${CMAKE_BINARY_DIR}/systemd/${unit} DESTINATION lib/systemd/system
-          COMPONENT service)
-endforeach()
-install(FILES deploy/package/sysusers.conf DESTINATION lib/sysusers.d RENAME shaded.conf
-        COMPONENT service)
-install(FILES config/shaded.conf DESTINATION ${sysconfdir}/shaded COMPONENT service)
-install(FILES deploy/package/default DESTINATION ${sysconfdir}/default RENAME shaded
-        COMPONENT service)
+install(CODE "set(SHADED_SOURCE \"${CMAKE_CURRENT_SOURCE_DIR}\")
+set(SHADED_STAGE \"${CMAKE_BINARY_DIR}/service\")" COMPONENT service)
+install(SCRIPT cmake/service.cmake COMPONENT service)
 
 option(SHADED_DEBIAN "Make Debian packages of what is installed" OFF)
 if(SHADED_DEBIAN)

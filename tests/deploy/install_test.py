@@ -103,6 +103,23 @@ class TreeTest(Installed):
         self.assertEqual((self.prefix / "share/shaded/materials.json").read_bytes(),
                          (SOURCE / "config/materials.json").read_bytes())
 
+    def test_the_service_names_what_is_installed(self):
+        unit = (self.prefix / "lib/systemd/system/shaded.service").read_text()
+        self.assertIn(f"\nExecStart=/{PREFIX}/bin/shaded\n", unit)
+        self.assertIn(f"\nEnvironmentFile=-/{PREFIX}/etc/default/shaded\n", unit)
+        self.assertIn(f"\nSHADED_CONFIG=/{PREFIX}/etc/shaded/shaded.conf\n",
+                      (self.prefix / "etc/default/shaded").read_text())
+
+    def test_the_service_of_usr_has_etc(self):
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run(["cmake", "--install", BUILD, "--prefix", "/usr", "--component", "service"],
+                           check=True, env={**os.environ, "DESTDIR": folder}, capture_output=True)
+            for name in ("systemd/shaded.service", "package/default"):
+                there = {"systemd/shaded.service": "usr/lib/systemd/system/shaded.service",
+                         "package/default": "etc/default/shaded"}[name]
+                self.assertEqual(Path(folder, there).read_text(), (SOURCE / "deploy" / name).read_text())
+            self.assertTrue(Path(folder, "etc/shaded/shaded.conf").is_file())
+
     def test_the_user_is_made(self):
         os.makedirs(self.folder / "root/etc", exist_ok=True)
         self.addCleanup(shutil.rmtree, self.folder / "root")
