@@ -41,7 +41,8 @@ def prepare():
     """Why it cannot be done here, or None."""
     if "SHADED_CONTAINER" not in os.environ:
         return "making packages takes minutes: ./dev package does it, and tries them"
-    missing = [tool for tool in ("mmdebstrap", "dpkg-shlibdeps", "cpack", "unshare") if not shutil.which(tool)]
+    tools = ("mmdebstrap", "dpkg-shlibdeps", "file", "cpack", "unshare")
+    missing = [tool for tool in tools if not shutil.which(tool)]
     if missing:
         return f"there is no {', '.join(missing)}"
     if os.geteuid() != 0:
