@@ -9,7 +9,8 @@ export type Scene = Schemas["Scene"];
 export type Problem = Schemas["Problem"];
 /** Merge patches (RFC 7396) of a scene, or lists of values by JSON Pointer. What the contract calls an
  * object is any object; generated types know the empty one only. */
-export type Batch = { scene: Partial<Scene> } & ({ variants: object[] } | { sweep: Record<string, unknown[]> });
+export type Batch = { scene: Partial<Scene>; name?: string } &
+    ({ variants?: object[]; sweep?: never } | { sweep: Record<string, unknown[]>; variants?: never });
 
 export interface Asking { signal?: AbortSignal; }
 
