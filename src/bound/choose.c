@@ -1,6 +1,7 @@
 /* The tier, and what may be left out under a budget. */
 #include <stdlib.h>
 
+#include "bound/light/brightest.h"
 #include "bound/light/extended.h"
 #include "bound/shown/shown.h"
 
@@ -17,6 +18,36 @@ static bool is_exact(const shd_choice *choice, const shd_excess_list *list) {
     return choice->tier == SHD_EXACT && list->more == 0;
 }
 
+/* How far a plan with points for shapes (point_off) is off the exact tier's picture, which has
+ * shapes: each is within its bound of the model. Channels may err any way, of any colors up to the
+ * brightest. */
+static void compare_points(const shd_plan *plan, shd_excess_list *out) {
+    static const shd_parts any = {{0, 0, 0}, {1, 1, 1}};
+    shd_plan shapes = *plan;
+    shapes.point_off = 0;
+    *out = (shd_excess_list){.count = 1, .mixed = plan->scene->raster.samples > 1};
+    out->more = shd_extended_error(plan) + shd_extended_error(&shapes);
+    shd_excess *e = &out->excess[0];
+    e->parts = e->gain = any;
+    const double most = shd_brightest(plan) + out->more;
+    for (int c = 0; c < 3; c++) e->most[c] = out->most[c] = most;
+}
+
+/* The bound of it in codes, or in CIEDE2000: `enough` as in shd_bound_delta_e. */
+static double shown_off(const shd_plan *plan, const shd_shown *shown, shd_metric metric,
+                        double enough) {
+    if (!(plan->point_off > 0)) return 0;
+    shd_excess_list list;
+    double worst = 0;
+    compare_points(plan, &list);
+    const size_t outputs = shown ? plan->scene->output_count : 0;
+    if (!outputs || !isfinite(list.most[0])) return INFINITY;
+    for (size_t o = 0; o < outputs; o++)
+        worst = fmax(worst, metric == SHD_CODE ? shd_bound_code(&list, &shown[o])
+                                               : shd_bound_delta_e(&list, &shown[o], enough));
+    return worst;
+}
+
 /* The worst of all outputs. */
 static void set_bound(shd_choice *choice, const shd_shown *shown, shd_excess_list *list) {
     const size_t outputs = choice->plan->scene->output_count;
@@ -24,10 +55,8 @@ static void set_bound(shd_choice *choice, const shd_shown *shown, shd_excess_lis
     if (shd_errs_otherwise(choice->plan)) {
         shd_plan plan = *choice->plan;
         plan.point_off = choice->point_off;
-        /* With points for shapes, the picture is not the exact tier's, from which codes and colors
-         * are measured. */
-        const double shown_off = plan.point_off > 0 ? INFINITY : 0;
-        *bound = (shd_bound){shd_extended_error(&plan), shown_off, shown_off};
+        *bound = (shd_bound){shd_extended_error(&plan), shown_off(&plan, shown, SHD_CODE, 0),
+                             shown_off(&plan, shown, SHD_DELTA_E_2000, 0)};
         return;
     }
     shd_excess_leave_out(list, choice->drop_tolerance + choice->dropped, choice->drop_relative);
@@ -186,12 +215,18 @@ static bool has_shapes(const shd_plan *plan) {
     return false;
 }
 
-/* The most that lights with a shape may be off as points within a budget of linear error. */
-static double find_point_off(const shd_plan *draft, double most) {
+/* The most that lights with a shape may be off as points within the budget. */
+static double find_point_off(const shd_plan *draft, const shd_shown *shown) {
+    const shd_accuracy *accuracy = &draft->scene->accuracy;
+    const double most = accuracy->max_error;
     shd_plan plan = *draft;
-    for (plan.point_off = 1e-2; plan.point_off > 1e-8; plan.point_off /= 10)
-        if (shd_is_cancelled(draft->cancelled) || shd_extended_error(&plan) <= most)
-            return plan.point_off;
+    for (plan.point_off = 1e-2; plan.point_off > 1e-8; plan.point_off /= 10) {
+        if (shd_is_cancelled(draft->cancelled)) return plan.point_off;
+        const double off = accuracy->metric == SHD_LINEAR
+                               ? shd_extended_error(&plan)
+                               : shown_off(&plan, shown, accuracy->metric, most);
+        if (off <= most) return plan.point_off;
+    }
     return 0;
 }
 
@@ -204,9 +239,7 @@ static shd_status meet_exactly(shd_choice *choice, const shd_shown *shown, shd_a
         !shd_excess_find(choice->plan, SHD_EXACT, arena, &list, NULL))
         return SHD_MEMORY;
     if (!is_within(choice, shown, &list)) return fail_budget(choice->plan, shown, arena, error);
-    const shd_accuracy *accuracy = &choice->plan->scene->accuracy;
-    if (accuracy->metric == SHD_LINEAR && has_shapes(choice->plan))
-        choice->point_off = find_point_off(choice->plan, accuracy->max_error);
+    if (has_shapes(choice->plan)) choice->point_off = find_point_off(choice->plan, shown);
     set_bound(choice, shown, &list);
     return SHD_OK;
 }

@@ -9,6 +9,9 @@
 /* What a light may be off as a point, of the most that it adds. */
 static const double POINT_OFF = 1e-9;
 
+/* What sums over a whole shape by few points may be off, of the same (area_cells.h). */
+static const double WHOLE_OFF = 1e-9;
+
 /* Under this size, sums over the boundary lose digits to cancellation, which is eps / size, and a
  * few points inside are exact. */
 static const double SMALL = 0.01;
@@ -65,11 +68,25 @@ static double held(double weight) {
 typedef struct power {
     shd_vec3 axis;
     double exponent;
+    unsigned whole; /* the exponent, if it is an integer that products are quicker for; or 0 */
 } power;
+
+static power power_of(shd_vec3 axis, double exponent) {
+    enum { MOST = 1024 };
+    const bool whole = exponent <= MOST && exponent == floor(exponent);
+    return (power){axis, exponent, whole ? (unsigned)exponent : 0};
+}
 
 static void power_at(const void *context, shd_vec3 toward, double *row) {
     const power *p = context;
     const shd_vec3 off = shd_sub(toward, p->axis);
+    if (p->whole) {
+        double square = shd_larger(1 - shd_dot(off, off) / 2, 0), product = 1;
+        for (unsigned n = p->whole; n; n >>= 1, square *= square)
+            if (n & 1) product *= square;
+        *row = product;
+        return;
+    }
     *row = shd_weigh_lobe(p->exponent, 1, shd_dot(off, off) / 2);
 }
 
@@ -90,12 +107,21 @@ static double weigh_power(const shd_seen *seen, shd_vec3 axis, double exponent, 
     double off = 0, sum = 0;
     if (is_faint(seen, axis, exponent)) return 0;
     if (is_point(seen, side, exponent)) {
-        power_at(&(power){axis, exponent}, seen->toward, &sum);
+        power_at(&(power){axis, exponent, 0}, seen->toward, &sum);
         return sum * seen->fall;
     }
     const bool steep = exponent < 2 && side < 1 && exponent != 1;
+    const power p = power_of(axis, exponent);
+    /* Powers that are no integers have a kink on their horizon, which few points stay away from. */
+    const bool smooth =
+        side == 1 && (exponent == 1 || shd_dot(axis, seen->toward) > 4 * seen->size);
+    if (smooth &&
+        shd_cells_whole(seen, off_as_point(seen->size, exponent), power_at, &p, 1, &sum)) {
+        *error = shd_larger(held(WHOLE_OFF * seen->fall), *error);
+        return held(sum * seen->gain);
+    }
     if (!steep && is_small(seen, exponent))
-        shd_cells_small(seen, power_at, &(power){axis, exponent}, 1, &sum);
+        shd_cells_small(seen, power_at, &p, 1, &sum);
     else
         sum = shd_contour_lobe(seen, axis, exponent, &off);
     *error = shd_larger(held(off * seen->gain), *error);
@@ -104,12 +130,13 @@ static double weigh_power(const shd_seen *seen, shd_vec3 axis, double exponent, 
 
 static double weigh_diffuse(const shd_seen *seen, shd_vec3 normal, int side) {
     double sum = 0;
-    const power cosine = {normal, 1};
+    const power cosine = power_of(normal, 1);
     if (is_point(seen, side, 1)) return shd_dot(normal, seen->toward) * seen->fall;
-    if (is_small(seen, 1))
-        shd_cells_small(seen, power_at, &cosine, 1, &sum);
-    else
+    if (!is_small(seen, 1))
         sum = shd_contour_diffuse(seen, normal);
+    else if (side < 1 ||
+             !shd_cells_whole(seen, off_as_point(seen->size, 1), power_at, &cosine, 1, &sum))
+        shd_cells_small(seen, power_at, &cosine, 1, &sum);
     return held(sum * seen->gain);
 }
 
@@ -158,7 +185,9 @@ static double sum_parts(const shd_seen *seen, shd_vec3 peak, const shd_area_mode
         return error;
     }
     if (!is_small(seen, model->sharpness)) return shd_cells_sum(seen, peak, model, row);
-    shd_cells_small(seen, model->weigh, model->context, model->count, row);
+    if (!shd_cells_whole(seen, off_as_point(seen->size, model->sharpness), model->weigh,
+                         model->context, model->count, row))
+        shd_cells_small(seen, model->weigh, model->context, model->count, row);
     return 0;
 }
 

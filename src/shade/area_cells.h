@@ -13,3 +13,10 @@ double shd_cells_sum(const shd_seen *seen, shd_vec3 peak, const shd_area_model *
  * it. Differences are exact there that boundary integrals lose. */
 void shd_cells_small(const shd_seen *seen, shd_area_function *f, const void *context, size_t count,
                      double *row);
+
+/* Adds the sum over a rectangle or a circle of which nothing is cut off, by as few points as are
+ * within 1e-9 of the largest that it can be: 4 of tiny ones, 36 at most. `off` tells how much the
+ * weights vary: what the shape would be off as a point at most. The weights have no kink in it.
+ * False: something is cut off, or they vary too much, and the row is as it was. */
+bool shd_cells_whole(const shd_seen *seen, double off, shd_area_function *f, const void *context,
+                     size_t count, double *row);

@@ -73,6 +73,10 @@ static double arc_diffuse(const shd_seen *s, const shd_stretch *p, shd_vec3 norm
     const fraction f = {r * r * shd_dot(normal, s->away), m1 * cos(turn) + m2 * sin(turn),
                         m2 * cos(turn) - m1 * sin(turn), (near + far) / 2, 2 * r * aside};
     const double from = p->from - turn, to = p->to - turn;
+    if (p->to - p->from >= 2 * SHD_PI) {
+        const double root = sqrt(near * far);
+        return 2 * SHD_PI / root * (f.m0 - f.m1 * f.b / (f.k + root));
+    }
     if (f.b < 0.1 * f.k) { /* differences below cancel, and few points are exact */
         const int parts = (int)ceil((to - from) / (SHD_PI / 2) - 1e-9);
         double sum = 0, off = 0;

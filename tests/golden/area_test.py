@@ -9,7 +9,7 @@ import unittest
 
 import numpy as np
 
-from reference import area, program
+from reference import area, color, program
 
 SIZE = 7
 CLOSE = 1e-5
@@ -139,8 +139,7 @@ class AreaLights(unittest.TestCase):
         self.near(picture([BALL], [camera]), picture([BALL], [world]), 1e-6)
 
     def test_small_and_far_lights_become_points_under_a_budget(self):
-        """The picture stays within the bound that is told, of the one without a budget; and one more budget, in codes,
-        has no bound for that, and leaves the shapes."""
+        """The picture stays within the bound that is told, of the one without a budget."""
         ball = [{"type": "sphere", "material": MATERIAL}]
         lights = [{"type": "sphere", "position": [3, 3, 3], "radius": 0.01},
                   {"type": "rect", "position": [-3, 2, 4], "direction": [3, -2, -4], "size": [0.02, 0.03]},
@@ -159,8 +158,41 @@ class AreaLights(unittest.TestCase):
             if most > 1e-3:
                 self.assertEqual(methods, ["point"] * 3)
                 self.assertGreater(off, 1e-9)
-        coded = json.loads(program.ask("/v1/explain", document(ball, lights, accuracy={"maxError": 1, "metric": "code"})))
-        self.assertNotIn("point", [light["method"] for light in coded["lights"]["list"]])
+
+    def test_points_stay_within_budgets_of_what_is_shown(self):
+        """Lights at the size from which they are points, at grazing light, sharp lobes, and tiny ones that are very
+        bright: what is measured is within the bound, and that within the budget."""
+        sharp = {**MATERIAL, "lobes": [{"specular": 0.3, "shininess": 20000}]}
+        small = [{"type": "sphere", "position": [3, 3, 3], "radius": 0.01},
+                 {"type": "disc", "position": [20, 30, 40], "direction": [-2, -3, -4], "radius": 0.1, "intensity": 100}]
+        scenes = [(MATERIAL, small),
+                  (MATERIAL, [{"type": "sphere", "position": [3, 3, 3], "radius": radius} for radius in (0.003, 0.03)]),
+                  (MATERIAL, [light_of("rect", [9, 0.1, -0.5], [0, 0, 0], size=[0.02, 0.03], intensity=80)]),
+                  (sharp, [{"type": "sphere", "position": [0.5, 0.3, 9], "radius": 0.002, "intensity": 80}]),
+                  (MATERIAL, [{"type": "sphere", "position": [3, 4, 300], "radius": 1e-3, "intensity": 3e5}])]
+        points = changed = 0
+        for material, lights in scenes:
+            ball = [{"type": "sphere", "material": material}]
+            whole = document(ball, lights)
+            shapes, shown = picture(ball, lights), program.codes({**whole, "accuracy": {"tier": "exact"}})
+            for metric, most in (("code", 1), ("code", 4), ("deltaE2000", 0.5), ("deltaE2000", 3)):
+                with self.subTest(lights=lights, metric=metric, most=most):
+                    scene = {**whole, "accuracy": {"maxError": most, "metric": metric}}
+                    told = json.loads(program.ask("/v1/explain", scene))
+                    bound = {name: told["bound"][name]["most"] for name in ("code", "deltaE2000")}
+                    self.assertLessEqual(bound[metric], most)
+                    found = program.codes(scene)
+                    self.assertLessEqual(np.abs(found.astype(int) - shown.astype(int)).max(), bound["code"])
+                    samples, names = program.read(
+                        program.shade({**scene, "output": {"format": "exr", "bitDepth": "float"}}), "exr")
+                    light = np.stack([samples[..., names.index(name)] for name in "RGB"], -1)
+                    seen = [color.lab(np.clip(rgb, 0, 1)) for rgb in (light, shapes)]
+                    off = color.delta_e_2000(*seen).max()
+                    self.assertLessEqual(off, bound["deltaE2000"] + 1e-4)  # the reference's matrix has four digits
+                    points += all(lamp["method"] == "point" for lamp in told["lights"]["list"])
+                    changed += np.abs(light - shapes).max() > 1e-9
+        self.assertGreater(points, 3)
+        self.assertGreater(changed, 3)
 
 
 if __name__ == "__main__":
