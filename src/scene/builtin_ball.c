@@ -16,7 +16,14 @@ typedef struct profile {
     int count;
 } profile;
 
+/* Where pieces meet, the point is one: roundings would make slivers of it. */
 static void add_point(profile *p, double r, double y, double nr, double ny) {
+    const int before = p->count - 1;
+    if (p->count && fabs(r - p->r[before]) + fabs(y - p->y[before]) < 1e-9) {
+        if (nr * p->nr[before] + ny * p->ny[before] > 1 - 1e-9) return;
+        r = p->r[before]; /* an edge: two normals at one place */
+        y = p->y[before];
+    }
     const int i = p->count++;
     p->r[i] = fabs(r) < 1e-12 ? 0 : r;
     p->y[i] = y;

@@ -260,14 +260,14 @@ static void evaluate(const patch *p, int r, int c, shd_vec3 *position, shd_vec3 
         right = shd_scale(right, -1); /* the rows come to a point */
     *position = (shd_vec3){at.x / (whole * UNIT), (at.z - HALF * whole) / (whole * UNIT),
                            -at.y / (whole * UNIT)};
-    const shd_vec3 n3 = shd_cross(down, right);
+    const shd_vec3 n3 = shd_cross(right, down);
     *normal = (shd_vec3){n3.x, n3.z, -n3.y};
 }
 
 /* One of the patch's mirror images. */
 static void add_image(shd_pieces *out, const patch *p, bool in_x, bool in_y) {
     const uint32_t first = (uint32_t)out->vertex_count;
-    const bool reversed = (in_x != in_y) != p->reversed;
+    const bool reversed = (in_x != in_y) == p->reversed;
     const double x = in_x ? -1 : 1, z = in_y ? -1 : 1, side = p->reversed ? -1 : 1;
     for (int r = 0; r <= p->rows; r++) {
         for (int c = 0; c <= SLICES; c++) {
