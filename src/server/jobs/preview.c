@@ -31,7 +31,7 @@ static const struct framed {
     {"torus", "{\"radius\": 0.75, \"tube\": 0.3, \"transform\": {\"rotate\": [30, 0, 0]}}"},
     {"disc", "{\"radius\": 1.05, \"transform\": {\"rotate\": [66, -10, 0]}}"},
     {"teapot",
-     "{\"transform\": {\"scale\": 0.64, \"rotate\": [0, 20, 0], \"translate\": [-0.07, 0, 0]}}"},
+     "{\"transform\": {\"scale\": 0.66, \"rotate\": [0, 20, 0], \"translate\": [-0.07, 0, 0]}}"},
     {"ball", "{\"transform\": {\"scale\": 0.8, \"translate\": [0, 0.17, 0]}}"},
     {"plane", "{\"transform\": {\"rotate\": [66, -10, 0]}}"},
 };
