@@ -125,9 +125,14 @@ static void put_material(sink *s, const shd_material *material) {
     }
 }
 
-/* A kept mesh is hashed by its name, which spares its numbers. It stands behind a count that no
- * mesh has. */
+/* A built-in or kept mesh is hashed by its name, which spares its numbers. It stands behind a count
+ * that no mesh has. */
 static void put_mesh(sink *s, const shd_mesh *mesh) {
+    if (mesh->type) {
+        put_count(s, SIZE_MAX);
+        put_text(s, mesh->type);
+        return;
+    }
     if (mesh->kept) {
         char text[SHD_DIGEST_TEXT];
         shd_digest_write(&mesh->kept->digest, text);

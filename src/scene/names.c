@@ -19,10 +19,17 @@ const char *const shd_light_names[] = {
 const char *const shd_interpolation_names[] = {
     [SHD_PHONG] = "phong", [SHD_GOURAUD] = "gouraud", [SHD_FLAT] = "flat", NULL};
 
-const char *const shd_shape_names[] = {
-    [SHD_SPHERE] = "sphere", [SHD_PLANE] = "plane",       [SHD_DISC] = "disc",
-    [SHD_BOX] = "box",       [SHD_CYLINDER] = "cylinder", [SHD_CONE] = "cone",
-    [SHD_TORUS] = "torus",   [SHD_MESH] = "mesh",         [SHD_SHAPE_COUNT] = NULL};
+const char *const shd_shape_names[] = {[SHD_SPHERE] = "sphere",
+                                       [SHD_PLANE] = "plane",
+                                       [SHD_DISC] = "disc",
+                                       [SHD_BOX] = "box",
+                                       [SHD_CYLINDER] = "cylinder",
+                                       [SHD_CONE] = "cone",
+                                       [SHD_TORUS] = "torus",
+                                       [SHD_MESH] = "mesh",
+                                       [SHD_SHAPE_COUNT + SHD_TEAPOT] = "teapot",
+                                       [SHD_SHAPE_COUNT + SHD_BALL] = "ball",
+                                       [SHD_SHAPE_COUNT + SHD_BUILTIN_COUNT] = NULL};
 
 const char *const shd_model_names[] = {[SHD_MODEL_PHONG] = "phong",
                                        [SHD_MODEL_BLINN_PHONG] = "blinn-phong",

@@ -2,6 +2,7 @@
 #include <assert.h>
 #include <string.h>
 
+#include "scene/builtin.h"
 #include "scene/read.h"
 
 typedef struct raw_object {
@@ -20,7 +21,8 @@ enum {
     TALL = KIND(SHD_CYLINDER) | KIND(SHD_CONE),
     ROUND = KIND(SHD_SPHERE) | KIND(SHD_DISC) | TALL | TORUS,
     MESH = KIND(SHD_MESH),
-    ANY = KIND(SHD_SHAPE_COUNT) - 1
+    TYPES = SHD_SHAPE_COUNT + SHD_BUILTIN_COUNT,
+    ANY = KIND(TYPES) - 1
 };
 
 enum { DIMENSIONS = 1, INTERPOLATION = 2, SEGMENTS = 4 }; /* marks */
@@ -54,14 +56,14 @@ static const shd_field object_fields[] = {
     {"name", .read = shd_read_label},
 };
 
-/* The shape of an object. SHD_SHAPE_COUNT, and an error, if it has none. */
-static shd_shape read_shape(shd_reader *r, const shd_node *node) {
+/* The type of an object: a shape, or one after these. TYPES, and an error, if it has none. */
+static int read_type(shd_reader *r, const shd_node *node) {
     const shd_node type = shd_node_member(node, "type");
     const int index = type.value ? shd_read_name(r, &type, shd_shape_names) : -1;
     if (!type.value)
         shd_wrong(r, node, "the member \"type\" is missing%s",
-                  shd_suggest(r->report, "", shd_shape_names, SHD_SHAPE_COUNT).text);
-    return index < 0 ? SHD_SHAPE_COUNT : (shd_shape)index;
+                  shd_suggest(r->report, "", shd_shape_names, TYPES).text);
+    return index < 0 ? TYPES : index;
 }
 
 static raw_object default_object(const shd_reader *r, shd_shape shape) {
@@ -91,17 +93,28 @@ static const shd_mesh *read_mesh(shd_reader *r, const shd_node *node, const raw_
     return inlined ? shd_make_mesh(r, node, arrays) : NULL;
 }
 
+static const shd_mesh *make_builtin(shd_reader *r, shd_builtin which) {
+    const shd_mesh *mesh = shd_builtin_mesh(which, r->arena);
+    if (mesh)
+        r->triangles += mesh->triangle_count;
+    else
+        shd_take(r, SIZE_MAX, 1); /* which tells that memory is short */
+    return mesh;
+}
+
 static void read_object(shd_reader *r, const shd_node *node, shd_object *out) {
     if (!shd_is_object(r, node)) return;
-    shd_shape shape = read_shape(r, node);
-    bool known = shape != SHD_SHAPE_COUNT;
+    const int type = read_type(r, node);
+    const bool known = type != TYPES, builtin = known && type >= SHD_SHAPE_COUNT;
+    const shd_shape shape = builtin ? SHD_MESH : known ? (shd_shape)type : SHD_SHAPE_COUNT;
     char what[16] = "an object";
-    if (known) strcat(strcpy(what, "a "), shd_shape_names[shape]);
+    if (known) strcat(strcpy(what, "a "), shd_shape_names[type]);
     raw_object raw = default_object(r, shape);
-    shd_read_fields(r, node, object_fields, SHD_LENGTH(object_fields), known ? KIND(shape) : ANY,
+    shd_read_fields(r, node, object_fields, SHD_LENGTH(object_fields), known ? KIND(type) : ANY,
                     what, &raw);
     shd_object *object = &raw.object;
-    object->mesh = read_mesh(r, node, &raw);
+    object->mesh =
+        builtin ? make_builtin(r, (shd_builtin)(type - SHD_SHAPE_COUNT)) : read_mesh(r, node, &raw);
     if (!known) return;
 
     object->interpolation = (shd_interpolation)raw.interpolation;

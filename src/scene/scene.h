@@ -159,6 +159,9 @@ typedef enum shd_shape {
     SHD_SHAPE_COUNT
 } shd_shape;
 
+/* Meshes that are built in. Their types follow those of shapes in shd_shape_names. */
+typedef enum shd_builtin { SHD_TEAPOT, SHD_BALL, SHD_BUILTIN_COUNT } shd_builtin;
+
 typedef enum shd_interpolation { SHD_PHONG, SHD_GOURAUD, SHD_FLAT } shd_interpolation;
 
 /* The parts of a mesh that are kept for many scenes, so that no scene makes them again. */
@@ -178,6 +181,7 @@ typedef struct shd_mesh {
     shd_vec3 low, high;        /* the box around its vertices */
     size_t inverted;           /* triangles whose normals point to their back */
     const shd_mesh_kept *kept; /* NULL: the mesh is of this scene alone */
+    const char *type;          /* what a built-in one is called: "teapot"; NULL: it is none */
 } shd_mesh;
 
 typedef struct shd_object {

@@ -40,7 +40,7 @@ typedef struct member {
 static const struct {
     const char *description;
     member members[4]; /* the first one without a name ends the list */
-} shapes[SHD_SHAPE_COUNT] = {
+} shapes[SHD_SHAPE_COUNT + SHD_BUILTIN_COUNT] = {
     [SHD_SPHERE] = {"A sphere around the origin",
                     {{"radius", "number", "1", "Its radius, greater than 0"}}},
     [SHD_PLANE] = {"The infinite plane y = 0, whose normal is +y", {{0}}},
@@ -64,6 +64,12 @@ static const struct {
            "Three vertices a triangle, counted from 0; where absent, every three vertices are one"},
           {"normals", "array", "null",
            "x, y, z of every vertex's normal; null: each triangle has its own"}}},
+    [SHD_SHAPE_COUNT + SHD_TEAPOT] =
+        {"Newell's teapot, closed: its body has radius 1 around the y axis, its spout is at +x",
+         {{0}}},
+    [SHD_SHAPE_COUNT + SHD_BALL] =
+        {"A ball of radius 1 around the origin, with a groove, on a stand down to y = -1.42",
+         {{0}}},
 };
 
 /* What every object has, whatever its shape. */
@@ -97,9 +103,9 @@ static json_t *describe_members(const member *m) {
 static json_t *describe_shapes(const shd_engine *engine) {
     (void)engine;
     json_t *list = json_array();
-    for (int i = 0; i < SHD_SHAPE_COUNT; i++) {
+    for (int i = 0; i < SHD_SHAPE_COUNT + SHD_BUILTIN_COUNT; i++) {
         json_t *members = describe_members(shapes[i].members);
-        if (shd_tessellation_triangles((shd_shape)i, 32) > 0)
+        if (i < SHD_SHAPE_COUNT && shd_tessellation_triangles((shd_shape)i, 32) > 0)
             json_array_append_new(members, describe_member(&segments_member));
         json_array_append_new(list,
                               json_pack("{ss ss so}", "type", shd_shape_names[i], "description",

@@ -93,10 +93,13 @@ static json_t *tell_objects(const shd_plan *plan) {
     for (size_t i = 0; i < scene->object_count; i++) {
         if (shd_is_cancelled_at(plan->cancelled, i)) break;
         const shd_plan_object *object = &plan->objects[i];
-        json_array_append_new(
-            list, json_pack("{ss ss sI sI}", "type", shd_shape_names[scene->objects[i].shape],
-                            "material", scene->materials[scene->objects[i].material].name, "group",
-                            (json_int_t)object->group, "lights", (json_int_t)object->light_count));
+        const shd_mesh *mesh = scene->objects[i].mesh;
+        const char *type =
+            mesh && mesh->type ? mesh->type : shd_shape_names[scene->objects[i].shape];
+        json_array_append_new(list, json_pack("{ss ss sI sI}", "type", type, "material",
+                                              scene->materials[scene->objects[i].material].name,
+                                              "group", (json_int_t)object->group, "lights",
+                                              (json_int_t)object->light_count));
     }
     return json_pack("{sI sI so}", "given", (json_int_t)scene->object_count, "groups",
                      (json_int_t)plan->group_count, "list", list);

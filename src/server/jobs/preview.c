@@ -30,6 +30,9 @@ static const struct framed {
     {"cone", "{\"radius\": 0.9, \"height\": 1.6, \"transform\": {\"translate\": [0, 0.1, 0]}}"},
     {"torus", "{\"radius\": 0.75, \"tube\": 0.3, \"transform\": {\"rotate\": [30, 0, 0]}}"},
     {"disc", "{\"radius\": 1.05, \"transform\": {\"rotate\": [66, -10, 0]}}"},
+    {"teapot",
+     "{\"transform\": {\"scale\": 0.66, \"rotate\": [0, 20, 0], \"translate\": [-0.07, 0, 0]}}"},
+    {"ball", "{\"transform\": {\"scale\": 0.8, \"translate\": [0, 0.17, 0]}}"},
     {"plane", "{\"transform\": {\"rotate\": [66, -10, 0]}}"},
 };
 
