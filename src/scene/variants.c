@@ -29,7 +29,9 @@ struct shd_variants {
 static shd_status sweep(const shd_variants *v, size_t index, shd_draft *draft, shd_error *error) {
     shd_span document = v->scene;
     size_t stride = v->count;
-    if (!v->axis_count) shd_patch_merge(draft, document, (shd_span){"{}", "{}" + 2});
+    static const char nothing[] = "{}";
+    if (!v->axis_count)
+        shd_patch_merge(draft, document, (shd_span){nothing, nothing + strlen(nothing)});
     for (size_t i = 0; i < v->axis_count; i++) {
         const axis *a = &v->axes[i];
         shd_draft next = {.cancelled = draft->cancelled};

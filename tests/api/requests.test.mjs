@@ -205,14 +205,15 @@ test("broken requests are refused with problem documents", async () => {
         [`${operation.method} ${operation.path}`, operation]));
     await holds(600, brokenRequests(), async request => {
         const answer = await daemon.ask(request);
-        const operation = byName.get(`${request.method.toLowerCase()} ${request.path}`);
+        const path = request.path === "/docs/" ? "/docs" : request.path; // one page
+        const operation = byName.get(`${request.method.toLowerCase()} ${path}`);
         seen[answer.status] = (seen[answer.status] ?? 0) + 1;
         if (operation) {
             checkAnswer(answer, operation);
             assert.ok(answer.status < 500, `${answer.status}`);
             return;
         }
-        const known = request.path in api.paths;
+        const known = path in api.paths;
         assert.equal(answer.status, known ? 405 : 404);
         assert.ok(answer.headers.get("x-request-id"));
         if (known) assert.ok(answer.headers.get("allow"));
