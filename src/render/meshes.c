@@ -1,24 +1,5 @@
 /* Meshes that are kept for many scenes: read once, with the tree that rays walk. */
 #include "render/request.h"
-#include "sight/ready.h"
-
-/* Of all that the request has read, the mesh alone becomes a thing of the store. */
-static shd_status keep_mesh(shd_request *request, const shd_mesh *mesh, const shd_digest *digest,
-                            const char *client, bool *known, shd_error *error) {
-    shd_store *store = request->rendering.engine->store;
-    shd_ready_mesh ready;
-    shd_status status = shd_ready_mesh_make(mesh, digest, &request->cancelled,
-                                            request->rendering.arena, &ready, error);
-    shd_stored *thing;
-    if (status == SHD_OK)
-        status = shd_stored_new(store, SHD_THING_MESH, digest, shd_ready_mesh_copy(&ready, NULL),
-                                &thing, error);
-    if (status != SHD_OK) return status;
-    shd_ready_mesh_copy(&ready, shd_stored_bytes(thing));
-    status = shd_store_put(store, thing, client, known, error);
-    shd_stored_drop(thing);
-    return status;
-}
 
 shd_status shd_request_keep_mesh(shd_request *request, const void *data, size_t length, bool binary,
                                  const shd_digest *digest, const char *client, bool *known) {
@@ -27,7 +8,8 @@ shd_status shd_request_keep_mesh(shd_request *request, const void *data, size_t 
     shd_error error;
     shd_status status = shd_mesh_read(data, length, binary, &request->limits, &request->cancelled,
                                       request->rendering.arena, &mesh, &request->report);
-    if (status == SHD_OK && (status = keep_mesh(request, mesh, digest, client, known, &error))) {
+    if (status == SHD_OK &&
+        (status = shd_request_keep_made(request, mesh, digest, client, known, &error))) {
         shd_report_error(&request->report, status, error.path, "%s", error.text);
         shd_report_limit(&request->report, error.limit);
     }

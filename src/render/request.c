@@ -213,25 +213,10 @@ shd_status shd_rendering_admit(shd_rendering *r, const shd_film *film, bool ligh
     return shd_fail(error, SHD_CROWDED, "", "%s", crowded_text);
 }
 
-/* A kept mesh, which the request holds from then on. */
-static const shd_mesh *find_mesh(void *context, const shd_digest *digest) {
-    shd_request *request = context;
-    for (const shd_held_mesh *m = request->held; m; m = m->next)
-        if (shd_digest_same(&m->digest, digest)) return shd_stored_bytes(m->stored);
-    shd_held_mesh *added = shd_arena_alloc(request->rendering.arena, 1, sizeof *added);
-    if (!added) request->held_full = true;
-    shd_store *store = request->rendering.engine->store;
-    shd_stored *stored = added ? shd_store_find(store, SHD_THING_MESH, digest) : NULL;
-    if (!stored) return NULL;
-    *added = (shd_held_mesh){request->held, *digest, stored};
-    request->held = added;
-    return shd_stored_bytes(stored);
-}
-
 shd_status shd_request_read(shd_request *request, const char *json, size_t length,
                             shd_format fallback) {
     const shd_engine *engine = request->rendering.engine;
-    const shd_mesh_shelf shelf = {find_mesh, request};
+    const shd_mesh_shelf shelf = shd_mesh_shelf_of(request);
     const bool keeps = shd_store_load_of(engine->store).cap > 0;
     shd_stage_begin(&request->rendering);
     shd_status status = shd_scene_read(json, length, &engine->catalog, &request->limits,

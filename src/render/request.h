@@ -38,6 +38,15 @@ shd_status shd_request_blame_report(shd_request *request, shd_status status);
  * where the document names the format. */
 shd_status shd_request_prepare_formats(shd_request *request, shd_error *error);
 
+/* Of all that the request has read or made, makes the mesh alone a thing of the store: see
+ * shd_request_keep_mesh. */
+shd_status shd_request_keep_made(shd_request *request, const shd_mesh *mesh,
+                                 const shd_digest *digest, const char *client, bool *known,
+                                 shd_error *error);
+
+/* For reading the request's scene: the meshes of the engine's store, which it then holds. */
+shd_mesh_shelf shd_mesh_shelf_of(shd_request *request);
+
 struct shd_film;
 
 /* Reserves memory for what the plan takes: what is not prepared of the film, the outputs (unless

@@ -93,8 +93,18 @@ static const shd_mesh *read_mesh(shd_reader *r, const shd_node *node, const raw_
     return inlined ? shd_make_mesh(r, node, arrays) : NULL;
 }
 
+/* It is kept under the digest of its name, which no mesh that a client puts can have: that is one
+ * of the mesh's bytes. */
 static const shd_mesh *make_builtin(shd_reader *r, shd_builtin which) {
-    const shd_mesh *mesh = shd_builtin_mesh(which, r->arena);
+    const char *name = shd_shape_names[SHD_SHAPE_COUNT + which];
+    const shd_digest digest = shd_digest_of(name, strlen(name));
+    const shd_mesh *mesh = r->shelf ? r->shelf->find(r->shelf->context, &digest) : NULL;
+    if (!mesh) {
+        mesh = shd_builtin_mesh(which, r->arena);
+        const bool keeps = mesh && r->shelf && r->shelf->keep;
+        const shd_mesh *kept = keeps ? r->shelf->keep(r->shelf->context, mesh, &digest) : NULL;
+        if (kept) mesh = kept;
+    }
     if (mesh)
         r->triangles += mesh->triangle_count;
     else

@@ -303,11 +303,13 @@ static inline bool shd_has_background(const shd_scene *scene) {
     return !scene->transparent || scene->background_alpha > 0;
 }
 
-/* The meshes that are kept. It finds one by its digest; NULL if there is none. The mesh stays as
- * long as the scene that is read. */
+/* The meshes that are kept. It finds one by its digest; NULL if there is none. It keeps one that is
+ * built in (NULL: it does not do that), and returns what is kept of it, or NULL. Meshes that it
+ * gives stay as long as the scene that is read. */
 typedef struct shd_mesh_shelf {
     const shd_mesh *(*find)(void *context, const shd_digest *digest);
     void *context;
+    const shd_mesh *(*keep)(void *context, const shd_mesh *mesh, const shd_digest *digest);
 } shd_mesh_shelf;
 
 /* Reads `length` bytes of JSON. `report` gets everything that is wrong, with JSON Pointers, and
