@@ -120,9 +120,10 @@ class AttackTest(unittest.TestCase):
         metrics = self.daemon.metrics()
         self.assertLessEqual(metrics["shaded_memory_used_bytes"], 192 * MB)
         if not SANITIZED:
-            most = resident(self.daemon)
-            self.assertLess(most - resident(self.daemon, "RssFile"), 192 * MB)
-            self.assertLess(most, 256 * MB)  # of which 192 are three quarters
+            # Pages of programs and libraries are no part of it: they are read again when memory is
+            # short. How many are there at once is the kernel's affair.
+            most = resident(self.daemon) - resident(self.daemon, "RssFile")
+            self.assertLess(most, 192 * MB)
 
     def test_answers_that_nobody_takes_are_dropped(self):
         """Some 9 MB each: 220 MB, in what 107 MB are left for."""
