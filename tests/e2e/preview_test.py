@@ -75,6 +75,29 @@ class PictureTest(unittest.TestCase):
         background = Image.new("RGB", picture.size, picture.getpixel((0, 0)))
         return ImageChops.difference(picture, background).getbbox()
 
+    def test_every_shape_stands_on_the_ground(self):
+        """The ground is at the height of the lowest row of a picture from the side, in steps of 3 / 768."""
+        text = (SOURCE / "src/server/jobs/preview.c").read_text()
+        table = re.findall(r'\{"(\w+)",\s*("(?:[^"\\]|\\.)*"),\s*(-[\d.]+)\}', text)
+        self.assertEqual({row[0] for row in table}, set(SHAPES) - {"plane"})
+        for shape, members, bottom in table:
+            seen = self.daemon.post("/v1/render", {
+                "camera": {"type": "orthographic", "position": [0, 0, 9], "height": 3}, "background": 0,
+                "image": {"width": 768, "height": 768}, "objects": [
+                    {"type": shape, **json.loads(json.loads(members)), "material": {"emissive": 1}}]})
+            self.assertEqual(seen.status, 200, seen.body)
+            lowest = Image.open(io.BytesIO(seen.body)).convert("L").point(lambda v: 255 * (v > 100)).getbbox()[3]
+            self.assertLess(abs(1.5 - 3 * lowest / 768 - float(bottom)), 3 / 768, shape)
+
+    def test_the_ground_is_there_if_it_is_asked_for(self):
+        plain = self.picture(link(size=64, shape="teapot"))
+        self.assertEqual(self.picture(link(size=64, shape="teapot", ground="false")).body, plain.body)
+        stands = Image.open(io.BytesIO(self.picture(link(size=64, shape="teapot", ground="true")).body)).convert("L")
+        floor = stands.getpixel((2, 60))
+        self.assertGreater(floor, Image.open(io.BytesIO(plain.body)).convert("L").getpixel((2, 60)) + 30)
+        shadow = [stands.getpixel((x, 36)) for x in range(56, 64)]
+        self.assertLess(min(shadow), 0.75 * floor)
+
     def test_black_rubber_is_seen_in_every_shape(self):
         for shape in SHAPES:
             answer = self.picture(link("black-rubber", shape=shape, size=96))
@@ -187,6 +210,7 @@ class PictureTest(unittest.TestCase):
     def test_each_wrong_parameter_is_named(self):
         for query, parameter, word in (
                 ("shape=tors", "shape", 'did you mean "torus"'), ("shape=", "shape", "sphere"),
+                ("ground=1", "ground", "true or false"), ("shape=plane&ground=true", "ground", "no end"),
                 ("shape=mesh", "shape", "no preview"), ("shape=%00", "shape", "UTF-8"),
                 ("shape=%ff", "shape", "UTF-8"), ("shape=sphere%00", "shape", "UTF-8"),
                 ("size=0", "size", "from 1"), ("size=65536", "size", "65535"),
@@ -213,7 +237,7 @@ class PictureTest(unittest.TestCase):
                 ("shininess=-1", "shininess", "0 or more"), ("shininess=x", "shininess", "number"),
                 ("shininess=1,2,3", "shininess", "number"),
                 ("display=sRBG", "display", 'did you mean "sRGB"'),
-                ("sizes=9", "sizes", "shape, size, width, height, samples, background, display, view"),
+                ("sizes=9", "sizes", "shape, size, ground, width, height, samples, background, display, view"),
                 ("s%69ze=9", "s%69ze", "not known"), ("=1", "", "not known")):
             problem = self.refused(f"/v1/preview/brass?{query}", 400, "query")
             self.assertEqual([error["parameter"] for error in problem["errors"]], [parameter],

@@ -2,6 +2,7 @@
 
 #include <ctype.h>
 #include <jansson.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -21,19 +22,26 @@ static const char surroundings[] =
     "{\"type\": \"directional\", \"direction\": [0.75, 0.45, -0.5], \"color\": [1, 0.9, 0.8],"
     " \"intensity\": 0.3}]}";
 
-/* Shapes in about the same frame; flat ones tilted so that the lamp is mirrored in them. */
+/* Shapes in about the same frame; flat ones tilted so that the lamp is mirrored in them. `bottom`
+ * is the height of their lowest point, where the ground is. */
 static const struct framed {
     const char *shape, *members;
+    double bottom;
 } framed[] = {
-    {"box", "{\"size\": [1.25, 1.25, 1.25], \"transform\": {\"rotate\": [0, -25, 0]}}"},
-    {"cylinder", "{\"radius\": 0.75, \"height\": 1.4}"},
-    {"cone", "{\"radius\": 0.9, \"height\": 1.6, \"transform\": {\"translate\": [0, 0.1, 0]}}"},
-    {"torus", "{\"radius\": 0.75, \"tube\": 0.3, \"transform\": {\"rotate\": [30, 0, 0]}}"},
-    {"disc", "{\"radius\": 1.05, \"transform\": {\"rotate\": [66, -10, 0]}}"},
+    {"sphere", "{}", -1},
+    {"box", "{\"size\": [1.25, 1.25, 1.25], \"transform\": {\"rotate\": [0, -25, 0]}}", -0.625},
+    {"cylinder", "{\"radius\": 0.75, \"height\": 1.4}", -0.7},
+    {"cone", "{\"radius\": 0.9, \"height\": 1.6, \"transform\": {\"translate\": [0, 0.1, 0]}}",
+     -0.7},
+    {"torus", "{\"radius\": 0.75, \"tube\": 0.3, \"transform\": {\"rotate\": [30, 0, 0]}}", -0.675},
+    {"disc", "{\"radius\": 1.05, \"transform\": {\"rotate\": [66, -10, 0]}}", -0.95923},
     {"teapot",
-     "{\"transform\": {\"scale\": 0.66, \"rotate\": [0, 20, 0], \"translate\": [-0.07, 0, 0]}}"},
-    {"ball", "{\"transform\": {\"scale\": 0.8, \"translate\": [0, 0.17, 0]}}"},
-    {"plane", "{\"transform\": {\"rotate\": [66, -10, 0]}}"},
+     "{\"transform\": {\"scale\": 0.66, \"rotate\": [0, 20, 0], \"translate\": [-0.07, 0, 0]}}",
+     -0.51975},
+    {"ball",
+     "{\"transform\": {\"scale\": 0.8, \"rotate\": [0, 60, 0], \"translate\": [0, 0.17, 0]}}",
+     -0.966},
+    {"plane", "{\"transform\": {\"rotate\": [66, -10, 0]}}", NAN},
 };
 
 enum { SIDE = 256, SAMPLES = 9, DIGITS_MOST = 15 };
@@ -42,9 +50,9 @@ enum { SIDE = 256, SAMPLES = 9, DIGITS_MOST = 15 };
 enum part { DOCUMENT, IMAGE, COEFFICIENTS, OUTPUT, PARTS, NO_PART = PARTS };
 
 /* What the text of a parameter stands for. */
-enum meaning { TEXT, WHOLE, NUMBER, COLOR };
+enum meaning { TEXT, WHOLE, NUMBER, COLOR, CHOICE };
 
-enum { SHAPE, SIZE, PARAMETERS = 18, MATERIAL = PARAMETERS };
+enum { SHAPE, SIZE, GROUND, PARAMETERS = 19, MATERIAL = PARAMETERS };
 
 /* What a mistake's pointer begins with is whose it is, by the longest beginning. */
 static const struct parameter {
@@ -55,6 +63,7 @@ static const struct parameter {
 } parameters[PARAMETERS + 1] = {
     [SHAPE] = {"shape", NO_PART, TEXT, "/objects/0"},
     [SIZE] = {"size", NO_PART, WHOLE, NULL},
+    [GROUND] = {"ground", NO_PART, CHOICE, NULL},
     {"width", IMAGE, WHOLE, "/image"},
     {"height", IMAGE, WHOLE, "/image/height"},
     {"samples", IMAGE, WHOLE, "/image/samples"},
@@ -99,8 +108,9 @@ static void add_unknown(link_read *l, const char *name, size_t length) {
     }
     l->unknown[l->unknown_count++] = copy;
     add_mistake(l, copy,
-                "it is not known here: there is shape, size, width, height, samples, background, "
-                "display, view, colorSpace, format, quality, emissive, ambient, diffuse, specular, "
+                "it is not known here: there is shape, size, ground, width, height, samples, "
+                "background, display, view, colorSpace, format, quality, emissive, ambient, "
+                "diffuse, specular, "
                 "shininess");
 }
 
@@ -180,10 +190,13 @@ static void read_value(link_read *l, size_t which) {
     const char *text = json_string_value(l->values[which]);
     json_t *value = NULL;
     if (!text || p->meaning == TEXT) return;
-    if (p->meaning == WHOLE)
+    if (p->meaning == CHOICE)
+        value = !strcmp(text, "true") ? json_true() : !strcmp(text, "false") ? json_false() : NULL;
+    else if (p->meaning == WHOLE)
         value = parse_whole(text);
     else
         value = parse_numbers(text, &l->is_short);
+    if (p->meaning == CHOICE && !value) add_mistake(l, p->name, "expected true or false");
     if (p->meaning == WHOLE && !value) add_mistake(l, p->name, "expected an integer");
     if (p->meaning == NUMBER && !json_is_real(value)) add_mistake(l, p->name, "expected a number");
     if (!value) return;
@@ -204,9 +217,20 @@ static void read_link(link_read *l, const char *target) {
     const char *shape = json_string_value(l->values[SHAPE]);
     if (shape && !strcmp(shape, "mesh"))
         add_mistake(l, "shape", "a mesh has no preview: its triangles are the scene's own");
+    if (shape && !strcmp(shape, "plane") && json_is_true(l->values[GROUND]))
+        add_mistake(l, "ground", "a plane has no end, and so no ground beneath it");
 }
 
 /* ---- The document ---- */
+
+/* A grey floor that the object stands on, and that it throws shadows on. Not 0 if memory is short.
+ */
+static int add_ground(json_t *document, json_t *objects, double height) {
+    json_t *ground = json_pack("{s:s, s:{s:f}, s:{s:[f,f,f]}}", "type", "plane", "material",
+                               "diffuse", 0.25, "transform", "translate", 0.0, height, 0.0);
+    return json_array_append_new(objects, ground) |
+           json_object_set_new(document, "trace", json_pack("{s:b}", "shadows", 1));
+}
 
 /* What is not given is as it is by default. NULL if memory is short. */
 static char *make_document(link_read *l, json_t *preset) {
@@ -222,14 +246,16 @@ static char *make_document(link_read *l, json_t *preset) {
     for (size_t i = 0; i < PARAMETERS; i++)
         if (l->values[i] && parameters[i].part != NO_PART)
             failed |= json_object_set(parts[parameters[i].part], parameters[i].name, l->values[i]);
-    const char *members = "{}";
+    const struct framed *frame = &framed[0];
     for (size_t i = 0; shape && i < sizeof framed / sizeof framed[0]; i++)
-        if (!strcmp(json_string_value(shape), framed[i].shape)) members = framed[i].members;
-    json_t *document = parts[DOCUMENT], *object = json_loads(members, 0, NULL);
+        if (!strcmp(json_string_value(shape), framed[i].shape)) frame = &framed[i];
+    json_t *document = parts[DOCUMENT], *object = json_loads(frame->members, 0, NULL);
     failed |= json_object_set(object, "type", shape);
     failed |= json_object_set_new(object, "material", parts[COEFFICIENTS]);
     failed |= json_object_set_new(document, "image", parts[IMAGE]);
-    failed |= json_object_set_new(document, "objects", json_pack("[o]", object));
+    json_t *objects = json_pack("[o]", object);
+    if (json_is_true(l->values[GROUND])) failed |= add_ground(document, objects, frame->bottom);
+    failed |= json_object_set_new(document, "objects", objects);
     failed |= json_object_set_new(document, "output", parts[OUTPUT]);
     char *text = failed ? NULL : json_dumps(document, JSON_COMPACT);
     json_decref(document);
