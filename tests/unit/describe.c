@@ -87,7 +87,7 @@ static void every_shape_is_accepted_with_the_members_that_it_requires(void **sta
         }
         json_decref(object);
     }
-    assert_int_equal(i, 8);
+    assert_int_equal(i, 10);
     json_decref(list);
 }
 
