@@ -4,6 +4,7 @@
 #include <math.h>
 #include <signal.h>
 #include <stdarg.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/ioctl.h>
@@ -96,7 +97,8 @@ const char *cli_name_of(const char *path) {
 
 /* ---- Interrupts ---- */
 
-static volatile sig_atomic_t interrupt;
+/* Free of locks, as handlers want it, and seen by all threads. */
+static atomic_int interrupt;
 
 static void on_interrupt(int number) {
     interrupt = number;
@@ -114,7 +116,8 @@ bool cli_interrupted(void) {
 }
 
 void cli_end_if_interrupted(void) {
-    if (interrupt) raise(interrupt); /* its default action is in force again */
+    const int number = interrupt;
+    if (number) raise(number); /* its default action is in force again */
 }
 
 /* ---- Progress ---- */

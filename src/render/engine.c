@@ -121,14 +121,15 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
     if (!engine) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     *engine = (shd_engine){
         .limits = options->limits,
-        .tiles = engine->own_tiles,
+        .tiles = calloc(2, sizeof *engine->tiles),
         .isa = isa,
         .budget = options->budget,
         .spares = shd_spares_new(spare_bytes(options, threads), options->budget),
     };
     pthread_mutex_init(&engine->reading, NULL);
-    shd_status status = engine->spares ? load_colors(options, &engine->color, error)
-                                       : shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
+    shd_status status = engine->spares && engine->tiles
+                            ? load_colors(options, &engine->color, error)
+                            : shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     if (status == SHD_OK) status = load_materials(engine, options->materials, error);
     if (status == SHD_OK)
         status = shd_reuse_new(options->reuse, options->budget, &engine->reuse, error);
@@ -177,6 +178,7 @@ void shd_engine_drop(shd_engine *engine) {
         shd_store_drop(engine->store);
         shd_westin_tables_drop(engine->westin);
         shd_spares_drop(engine->spares);
+        free(engine->tiles);
     }
     shd_library_drop(engine->library);
     pthread_mutex_destroy(&engine->reading);

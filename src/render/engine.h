@@ -27,8 +27,7 @@ struct shd_engine {
     struct shd_store *store; /* of meshes */
     struct shd_westin_tables *westin;
     shd_limits limits;
-    atomic_ullong own_tiles[2];
-    atomic_ullong *tiles; /* made, of this engine and those that borrow: wanted when done, or not */
+    atomic_ullong *tiles; /* [2] of this engine and those that borrow: wanted when done, or not */
     shd_isa isa;          /* of the kernels */
     bool floats_only; /* for tests: no colors go straight to codes, which gives the same bytes */
 };

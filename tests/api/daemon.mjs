@@ -7,7 +7,7 @@ import net from "node:net";
 import { createInterface } from "node:readline";
 
 // Limits that keep pictures small; scenes meet them now and then.
-const LIMITS = ["--max-pixels", "4096", "--max-samples", "16384", "--max-triangles", "20000",
+const LIMITS = ["--max-pixels", "4096", "--max-samples", "16384", "--max-triangles", "60000",
                 "--max-body", "1000000"];
 
 export class Daemon {
