@@ -2,8 +2,7 @@
  *
  * Smooth surfaces leave small numbers that hardly repeat, backgrounds and edges leave runs. So two
  * places alone are tried for a match: the pixel before, and where the same eight bytes were last
- * seen. A prefix code made for the block does the rest. libdeflate, which knows nothing of pixels,
- * takes twice the time for as many bytes (docs/speed-and-error.md). */
+ * seen. A prefix code made for the block does the rest. */
 #pragma once
 
 #include <stdbool.h>
