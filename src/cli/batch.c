@@ -19,6 +19,7 @@ typedef struct batch {
     pthread_mutex_t mutex; /* of what follows */
     FILE *file;
     size_t line;      /* of the file, from 1: the last one that was taken */
+    int problem;      /* errno of the file's end, or 0 */
     size_t at, size;  /* bytes of it that were read, and of all; 0: it is not known */
     void *names;      /* of pictures, as tsearch keeps them */
     size_t failed;    /* pictures and lines that became none */
@@ -207,8 +208,12 @@ static bool take_line(batch *b, item *e) {
     pthread_mutex_lock(&b->mutex);
     bool is_ours = false;
     while (!is_ours && !cli_interrupted()) {
+        errno = 0;
         length = getline(&e->text, &e->room, b->file);
-        if (length < 0) break;
+        if (length < 0) {
+            if (!b->problem) b->problem = errno;
+            break;
+        }
         b->at += (size_t)length;
         is_ours = b->line++ % shards == b->options->shard && !is_blank(e->text);
     }
@@ -268,8 +273,8 @@ static int run_batch(batch *b) {
     cli_end_if_interrupted();
     tdestroy(b->names, free);
     pthread_mutex_destroy(&b->mutex);
-    if (ferror(b->file)) {
-        cli_say("cannot read '%s': %s", b->path, strerror(errno));
+    if (b->problem) {
+        cli_say("cannot read '%s': %s", b->path, strerror(b->problem));
         return CLI_FAILED;
     }
     if (b->failed) cli_say("%zu pictures were made, and %zu failed", b->succeeded, b->failed);

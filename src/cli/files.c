@@ -139,7 +139,10 @@ void cli_file_discard(cli_file *file) {
 }
 
 bool cli_make_folder(const char *path) {
-    if (!mkdir(path, 0777) || errno == EEXIST) return true;
+    struct stat status;
+    if (!mkdir(path, 0777)) return true;
+    if (errno == EEXIST && !stat(path, &status)) errno = S_ISDIR(status.st_mode) ? 0 : ENOTDIR;
+    if (!errno) return true;
     cli_say("cannot make directory '%s': %s", path, strerror(errno));
     return false;
 }

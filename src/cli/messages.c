@@ -15,9 +15,11 @@
 void cli_say(const char *format, ...) {
     va_list args;
     va_start(args, format);
+    flockfile(stderr);
     fputs("shade: ", stderr);
     vfprintf(stderr, format, args);
     fputc('\n', stderr);
+    funlockfile(stderr);
     va_end(args);
 }
 

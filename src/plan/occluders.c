@@ -41,12 +41,7 @@ static ball ball_of(const shd_plan_object *object) {
 }
 
 static ball light_ball(const shd_plan_light *light) {
-    const struct shd_light *shape = light->shape;
-    double radius = 0;
-    if (shape)
-        radius = shape->type == SHD_LIGHT_RECT ? hypot(shape->size[0], shape->size[1]) / 2
-                                               : shape->radius;
-    return (ball){light->position, radius};
+    return (ball){light->position, light->shape ? shd_light_reach(light->shape) : 0};
 }
 
 /* Whether a plane is between a ball and a light, or touches one of them. */

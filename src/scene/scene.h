@@ -81,6 +81,12 @@ static inline double shd_light_area(const shd_light *light) {
                                          : SHD_PI * light->radius * light->radius;
 }
 
+/* No point of a light's shape is farther from its position. */
+static inline double shd_light_reach(const shd_light *light) {
+    return light->type == SHD_LIGHT_RECT ? hypot(light->size[0], light->size[1]) / 2
+                                         : light->radius;
+}
+
 /* How light is reflected. All but Phong are lit in the exact tier's arithmetic. */
 typedef enum shd_model {
     SHD_MODEL_PHONG,

@@ -48,9 +48,7 @@ static double sharpness_of(const shd_plan_material *m) {
 
 /* No point of the light is nearer. */
 static double nearest_of(const shd_light *shape, shd_vec3 position) {
-    const double reach =
-        shape->type == SHD_LIGHT_RECT ? hypot(shape->size[0], shape->size[1]) / 2 : shape->radius;
-    return shd_length(shd_sub(shape->position, position)) - reach;
+    return shd_length(shd_sub(shape->position, position)) - shd_light_reach(shape);
 }
 
 /* By quadrature over directions, whose sums may be anything if a peak hides between its points:

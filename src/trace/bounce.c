@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "plan/parts.h"
 #include "trace/stray.h"
 
 enum { DEPTH = 16, WAITING = 2 * DEPTH + 4 };
@@ -120,10 +121,6 @@ static void add_step(path *p, const step *from, const going *g) {
     memcpy(next->weight, g->weight, sizeof next->weight);
 }
 
-static bool is_black(const double rgb[3]) {
-    return rgb[0] == 0 && rgb[1] == 0 && rgb[2] == 0;
-}
-
 /* Adds the rays that go on from a surface. `from` has its place, and the share of what is seen
  * there. */
 static void go_on(path *p, const step *from, shd_vec3 ray, const facing *f, size_t object,
@@ -133,7 +130,7 @@ static void go_on(path *p, const step *from, shd_vec3 ray, const facing *f, size
     going mirrored = {.direction = find_mirrored(ray, f)}, refracted = {.direction = ray},
           behind = {.direction = ray, .straight = from->straight, .stray = shd_stray_straight(hit)};
     shd_vec3 at = f->normal;
-    const bool any = !is_black(m->transmission),
+    const bool any = !shd_is_black(m->transmission),
                bends = any && find_refracted(ray, f, eta, &refracted.direction, &at);
     for (int c = 0; c < 3; c++) {
         const double solid = from->weight[c] * m->opacity[c];

@@ -1,9 +1,7 @@
 #include "bound/light/brightest.h"
 
 double shd_shape_distance(const shd_place *place, const shd_light *shape) {
-    const double reach =
-        shape->type == SHD_LIGHT_RECT ? hypot(shape->size[0], shape->size[1]) / 2 : shape->radius;
-    return shd_larger(shd_least_distance(place, shape->position) - reach, 0);
+    return shd_larger(shd_least_distance(place, shape->position) - shd_light_reach(shape), 0);
 }
 
 /* Adds the most of one light on one term to each channel. */

@@ -33,10 +33,6 @@ static const shd_material *material_of(const shd_plan *plan, size_t object) {
     return plan->materials[plan->objects[object].material].from;
 }
 
-static bool is_black(const double rgb[3]) {
-    return rgb[0] == 0 && rgb[1] == 0 && rgb[2] == 0;
-}
-
 /* The middle of what is bounded. */
 static shd_vec3 find_middle(const shd_plan *plan) {
     shd_vec3 low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};
@@ -91,10 +87,10 @@ static optics find_optics(const shd_plan *plan) {
         const shd_material *m = material_of(plan, i);
         const shd_place place = shd_place_of(&scene->objects[i], &plan->objects[i]);
         const double bend = shd_misplaced_of(scene, &place).bend;
-        const bool refracts = !is_black(m->transmission);
+        const bool refracts = !shd_is_black(m->transmission);
         if (shd_is_cancelled_at(plan->cancelled, i)) break;
         out.met = shd_larger(out.met, bend);
-        if (refracts || !is_black(m->reflection)) out.left = shd_larger(out.left, bend);
+        if (refracts || !shd_is_black(m->reflection)) out.left = shd_larger(out.left, bend);
         if (!refracts) continue;
         out.glass = shd_larger(out.glass, shd_larger(m->ior, 1 / m->ior));
         out.sheet |= !plan->objects[i].bounded;

@@ -6,10 +6,6 @@
 #include "bound/light/misplaced.h"
 #include "bound/light/sums.h"
 
-static double smaller_of(double a, double b) {
-    return a < b ? a : b;
-}
-
 /* ---- Lights at a piece. ---- */
 
 /* What is found of an object's pieces. */
@@ -58,7 +54,7 @@ static void see_piece(const finding *f, const shd_piece *piece, const shd_plan_l
                                            g->lit.nearest, &beyond);
     beyond *= f->steps;
     /* Normals are turned by as much less as rays meet the surface more upright. */
-    const double turned = f->misplaced.turned * smaller_of(1, f->misplaced.grazing / g->view);
+    const double turned = f->misplaced.turned * shd_smaller(1, f->misplaced.grazing / g->view);
     g->direction = SHD_WEIGHT_DIRECTION + g->place + beyond + 2 * turned;
     if (f->sums.material->model != SHD_MODEL_WESTIN) return;
     const double moved = f->steps * SHD_HIT_ROUNDING * f->misplaced.span / g->view;
@@ -141,7 +137,7 @@ static shd_brought look_at(const shd_plan *plan, size_t index, bool estimated, c
     if (noise && m->model == SHD_MODEL_WESTIN) f.sums.noise = &noise[bounds->material];
     f.misplaced = shd_misplaced_of(scene, &f.sums.place);
     f.steps = find_steps(plan, &f.misplaced);
-    f.misplaced.turned = smaller_of(f.steps * f.misplaced.turned, 1);
+    f.misplaced.turned = shd_smaller(f.steps * f.misplaced.turned, 1);
     f.misplaced.grazing *= sqrt(f.steps);
     shd_piece pieces[SHD_MOST_PIECES];
     const size_t count = shd_plan_pieces(scene, index, bounds, FINENESS, plan->cancelled, pieces);
@@ -171,7 +167,7 @@ static double divided_by_alpha(const shd_plan *plan, shd_brought all) {
         if (!shd_lets_through(plan, i)) continue;
         const double *o = plan->materials[plan->objects[i].material].from->opacity,
                      mean = (o[0] + o[1] + o[2]) / 3;
-        if (mean > 0) least = smaller_of(least, mean);
+        if (mean > 0) least = shd_smaller(least, mean);
         any = true;
     }
     if (!any) return all.error;

@@ -9,10 +9,6 @@
 #include "bound/light/misplaced.h"
 #include "bound/light/sums.h"
 
-static double smaller_of(double a, double b) {
-    return a < b ? a : b;
-}
-
 /* What rays meet of an object: any of its points, from anywhere. Infinite: nothing is known. */
 typedef struct met_place {
     const shd_extent *extent;
@@ -38,15 +34,14 @@ static void see_anywhere(const shd_lit_errors *f, const met_place *at, const shd
     g->lit.fall_high = g->lit.factor_high =
         shd_attenuation(light, nearest) * (1 + SHD_PIECE_MARGIN);
     if (!light->directional) {
-        const double far =
-            4 * (at->extent->wide + shd_length(shd_sub(light->position, at->extent->middle)));
+        const double far = how_far(at->extent, light);
         moved = at->moved / nearest;
         if (!f->place.bounds->bounded)
             moved = shd_larger(moved + far * at->leg / nearest, 2 * (at->moved / far + at->leg));
     }
     /* Lengths and directions change by no more than twice that, while it is small. */
-    g->place = smaller_of(2 * moved, 2);
-    g->direction = smaller_of(SHD_WEIGHT_DIRECTION + g->place + at->turned, 2);
+    g->place = shd_smaller(2 * moved, 2);
+    g->direction = shd_smaller(SHD_WEIGHT_DIRECTION + g->place + at->turned, 2);
     g->around = shd_turned_around(&f->place, at->moved, at->normal);
 }
 
@@ -83,7 +78,7 @@ static shd_brought meet_object(const shd_plan *plan, size_t index, const met_pla
         add_light(&f, &here, &plan->lights[bounds->lights[j]]);
     double between = 0;
     if (object->interpolation == SHD_GOURAUD)
-        between = smaller_of(10 * at->moved / bounds->radius, 1);
+        between = shd_smaller(10 * at->moved / bounds->radius, 1);
     for (int c = 0; c < 3; c++) {
         out.most = shd_larger(out.most, f.most[c]);
         out.error = shd_larger(out.error, f.error[c] + (rounding + between) * f.most[c]);

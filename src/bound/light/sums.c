@@ -3,10 +3,6 @@
 #include "bound/light/brightest.h"
 #include "bound/light/error.h"
 
-static double smaller_of(double a, double b) {
-    return a < b ? a : b;
-}
-
 void shd_begin_errors(shd_lit_errors *f, const shd_object *object) {
     const shd_plan_material *m = f->material;
     const shd_light *emitter = object->emitter;
@@ -67,7 +63,7 @@ static void add_weight(shd_lit_errors *f, product p, const shd_plan_light *light
                          g->lit.fall_high * spot * w.most;
     /* Neither what is computed nor what should be is more than the most. */
     const double most = factor * w.most;
-    add_product(f, p, most, g->drifts && most < INFINITY ? smaller_of(error, most) : error);
+    add_product(f, p, most, g->drifts && most < INFINITY ? shd_smaller(error, most) : error);
 }
 
 /* What quadrature of a term may be off by, of which a light adds `most`; `largest`: of all terms.
@@ -133,7 +129,7 @@ void shd_add_terms(shd_lit_errors *f, const shd_plan_light *light, const shd_gla
 void shd_add_drifted_shape(shd_lit_errors *f, const shd_plan_light *light, const shd_glance *g) {
     const shd_plan_material *m = f->material;
     const double area = shd_light_area(light->shape), wide = 4 * sqrt(area / SHD_PI),
-                 strip = smaller_of(2 * SHD_PI, 4 * wide / g->lit.nearest) * g->direction / area;
+                 strip = shd_smaller(2 * SHD_PI, 4 * wide / g->lit.nearest) * g->direction / area;
     shd_add_shape(f, light);
     for (size_t t = m->has_diffuse ? 0 : 1; t < 1 + m->lobe_count; t++) {
         const double *color = t ? m->lobes[t - 1].specular : m->diffuse;
@@ -143,6 +139,6 @@ void shd_add_drifted_shape(shd_lit_errors *f, const shd_plan_light *light, const
         const double moved =
             most * (2 * g->place + 8 * g->direction) + w.most * strip +
             shd_shape_most(light->shape, &(shd_peak){w.error, 2 * w.error}, g->lit.nearest);
-        add_error(f, product_of(f->plan, m, light, t, color), smaller_of(moved, most));
+        add_error(f, product_of(f->plan, m, light, t, color), shd_smaller(moved, most));
     }
 }

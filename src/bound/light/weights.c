@@ -4,17 +4,13 @@
 #include "bound/light/error.h"
 #include "plan/peaks.h"
 
-static double smaller_of(double a, double b) {
-    return a < b ? a : b;
-}
-
 static shd_weight weigh_diffuse(const shd_plan_material *m, const shd_glance *g) {
     const double facing = g->lit.facing_high;
     const shd_weight lambert = {facing, g->direction + SHD_WEIGHT_FUNCTION * facing};
     if (m->model != SHD_MODEL_OREN_NAYAR) return lambert;
     /* N.L (a + b s), where s is max(0, L.V - N.L N.V) / max(N.L, N.V), and N.L s is at most 1. */
     const double square = m->from->sigma * m->from->sigma, b = 0.45 * square / (square + 0.09);
-    return (shd_weight){facing + b * smaller_of(1, facing / g->view),
+    return (shd_weight){facing + b * shd_smaller(1, facing / g->view),
                         lambert.error + b * (4 * g->direction / g->view + SHD_WEIGHT_FUNCTION)};
 }
 
@@ -35,7 +31,7 @@ static shd_weight weigh_phong(double shininess, const shd_glance *g, size_t ligh
 
 /* H = (L + V) / |L + V| errs by as much as L and V, divided by 2 V.H, twice. */
 static double half_error(const shd_glance *g) {
-    return smaller_of(g->direction / g->half, 1);
+    return shd_smaller(g->direction / g->half, 1);
 }
 
 static shd_weight weigh_blinn(double shininess, const shd_glance *g, size_t lights) {
@@ -76,7 +72,7 @@ static double index_of(const shd_plan_material *m) {
  * h. */
 static double open_error(const shd_glance *g) {
     const double near = 1 / (g->half * g->half);
-    if (8 * g->direction < smaller_of(g->view, g->half)) return 12 * near * g->direction;
+    if (8 * g->direction < shd_smaller(g->view, g->half)) return 12 * near * g->direction;
     return 16 / g->half * (1 / g->half + 1 / g->view) * g->direction;
 }
 
@@ -89,8 +85,8 @@ static shd_weight weigh_facets(double index, double slope, const shd_glance *g) 
     const double m = slope * slope, x = 1 + 3.5 * m, root = sqrt(3.5 * m);
     const double most = m > 0.5 ? 4 * m * exp(1 / m - 2) : 1 / m;
     const double steep = 2 * x * x * x * root / (m * m) + 4 * x * x * root / m;
-    const double over = smaller_of(1 / g->view, 2 / g->half), tilt = 0.5 / g->half;
-    const double turned = half_error(g), fresnel = smaller_of(8 * (1 + index) * turned, 1);
+    const double over = shd_smaller(1 / g->view, 2 / g->half), tilt = 0.5 / g->half;
+    const double turned = half_error(g), fresnel = shd_smaller(8 * (1 + index) * turned, 1);
     return (shd_weight){most * over / 4, (steep * turned * (over + tilt) + most * open_error(g) +
                                           most * over * (fresnel + SHD_WEIGHT_FUNCTION / m)) /
                                              4};
@@ -104,7 +100,7 @@ static shd_weight weigh_westin(const shd_plan_material *m, const shd_glance *g) 
     const double most = shd_peak_of(m, 0).most;
     const double nodes = 2 * (RISE * g->direction + TURN * (g->direction / POLE + g->around));
     return (shd_weight){most * g->lit.facing_high,
-                        most * smaller_of(nodes + g->direction + 1e-12, 1)};
+                        most * shd_smaller(nodes + g->direction + 1e-12, 1)};
 }
 
 shd_weight shd_weight_of(const shd_plan_material *m, size_t term, const shd_glance *g,
