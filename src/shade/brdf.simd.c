@@ -4,6 +4,7 @@
 #include "base/cpu.h"
 #include "shade/extended.h"
 #include "shade/lights_simd.h"
+#include "shade/westin_simd.h"
 
 SHD_INLINE shd_vd smaller(shd_vd a, shd_vd b) {
     return shd_vd_select(shd_vd_gt(a, b), b, a);
@@ -174,7 +175,40 @@ SHD_INLINE unsigned add_light(const shd_sums_job *job, const shd_wide_light *lig
     return left;
 }
 
+/* Microgeometry has no lobes, and a view that counts for all lights. */
+static void sum_westin(const shd_sums_job *job) {
+    westin_view view = {.object = -1};
+    const shd_md all = shd_md_not(shd_vd_gt(shd_vd_set(0), shd_vd_set(0)));
+    for (size_t i = job->first; i < job->end; i += VW) {
+        const size_t count = job->count - i;
+        points at;
+        if (count >= VW)
+            load_points(job->points, i, job->lighting->plan->scale, &at);
+        else
+            load_last(job->points, i, job->lighting->plan->scale, &at);
+        see_westin(job, i, &at, &view);
+        shd_vd sums[3] = {shd_vd_set(0), shd_vd_set(0), shd_vd_set(0)};
+        for (size_t k = 0; k < job->n; k++) {
+            const uint32_t index = job->which[k];
+            const shd_wide_light *light = &job->lighting->exact[index];
+            arrival by;
+            unsigned left = (1u << VW) - 1;
+            if (light->kind != SHD_KIND_WIDE) {
+                left = reach_points(light, &at, all, NULL, &by);
+                if (shd_md_any(by.lit)) add_westin(job, light, &at, &by, &view, sums);
+            }
+            if (count < VW) left &= (1u << count) - 1;
+            if (left) add_left(job, index, i, left, sums);
+        }
+        for (size_t c = 0; c < 3; c++) store_sums(job, c, i, sums[c]);
+    }
+}
+
 void SHD_VARIANT(shd_brdf64)(const shd_sums_job *job) {
+    if (job->material->model == SHD_MODEL_WESTIN) {
+        sum_westin(job);
+        return;
+    }
     const shd_wide_light *lights = job->lighting->exact;
     const double scale = job->lighting->plan->scale;
     const shd_md all = shd_md_not(shd_vd_gt(shd_vd_set(0), shd_vd_set(0)));

@@ -5,7 +5,7 @@
 #include "plan/peaks.h"
 #include "shade/area.h"
 #include "shade/exact.h"
-#include "shade/westin.h"
+#include "shade/westin_table.h"
 
 /* What its microgeometry does to light. False: it is not simulated. */
 static bool weigh_westin(const shd_plan *plan, const shd_surface *at, shd_vec3 toward,
@@ -181,7 +181,9 @@ void shd_add_extended(const shd_lighting *lighting, const shd_plan_material *mat
 bool shd_has_kernel(const shd_lighting *lighting, const shd_plan_material *material,
                     const uint32_t *which, size_t n) {
     if (lighting->shadows || lighting->plan->bins) return false;
-    if (material->model > SHD_MODEL_COOK_TORRANCE) return false;
+    const size_t at = (size_t)(material - lighting->plan->materials);
+    if (material->model == SHD_MODEL_WESTIN && !(lighting->westin && lighting->westin[at].table))
+        return false;
     for (size_t j = 0; j < n; j++)
         if (lighting->plan->lights[which[j]].shape) return false;
     return true;

@@ -7,6 +7,7 @@
 #include "shade/extended.h"
 #include "shade/packed.h"
 #include "shade/split32.h"
+#include "shade/westin_table.h"
 
 static int32_t kind_of(const shd_plan_light *light) {
     if (light->directional) return SHD_KIND_DIRECTIONAL;
@@ -156,6 +157,34 @@ static const shd_packed_energy *const *pack_energies(const shd_plan *plan, shd_a
     return all;
 }
 
+/* Tables that have their colors, 0.6 MB for each channel: further materials do without. Of shadows
+ * and spectra, lights are summed one by one. NULL: memory is short. */
+static const shd_westin_colored *color_tables(const shd_plan *plan, const shd_shadows *shadows,
+                                              shd_arena *arena) {
+    enum { MOST_CHANNELS = 24 };
+    const bool any = plan->westin && !shadows && !plan->bins;
+    const size_t count = any ? plan->scene->material_count : 0;
+    shd_westin_colored *all = shd_arena_zalloc(arena, count, sizeof *all);
+    size_t used = 0;
+    for (size_t m = 0; all && m < count; m++) {
+        const shd_westin *table = plan->westin[m];
+        if (!table) continue;
+        const double *kd = plan->materials[m].from->diffuse;
+        const size_t channels = kd[0] == kd[1] && kd[1] == kd[2] ? 1 : 3;
+        if (used + channels > MOST_CHANNELS || shd_is_cancelled(plan->cancelled)) break;
+        for (size_t c = 0; c < channels; c++) {
+            double *rho = shd_arena_alloc(arena, SHD_WESTIN_CHANNEL, sizeof *rho);
+            if (!rho) return NULL;
+            shd_westin_color(table, kd[c], rho);
+            all[m].rho[c] = rho;
+        }
+        all[m].channels = channels;
+        all[m].table = table;
+        used += channels;
+    }
+    return all;
+}
+
 shd_lighting *shd_lighting_new(const shd_plan *plan, const shd_shadows *shadows, shd_arena *arena) {
     static shd_sums_function *const sums32[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sums32),
                                     *const sums64[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sums64),
@@ -169,7 +198,8 @@ shd_lighting *shd_lighting_new(const shd_plan *plan, const shd_shadows *shadows,
     shd_packed_light *lights = shd_arena_alloc(arena, fast ? light_count : 0, sizeof *lights);
     shd_packed_material *materials = shd_arena_alloc(arena, material_count, sizeof *materials);
     const shd_packed_energy *const *energies = pack_energies(plan, arena);
-    if (!lighting || !exact || !wide || !lights || !materials || !energies) return NULL;
+    const shd_westin_colored *westin = color_tables(plan, shadows, arena);
+    if (!lighting || !exact || !wide || !lights || !materials || !energies || !westin) return NULL;
     for (size_t j = 0; fast && j < light_count; j++) {
         lights[j] = shd_pack_light(plan, &plan->lights[j]);
         if (wide[j].sheet_count) lights[j].kind = SHD_KIND_WIDE; /* f64 knows the side */
@@ -193,7 +223,8 @@ shd_lighting *shd_lighting_new(const shd_plan *plan, const shd_shadows *shadows,
                                .materials = materials,
                                .shadows = shadows,
                                .brdf64 = brdf64[plan->isa],
-                               .energies = energies};
+                               .energies = energies,
+                               .westin = plan->westin && !shadows && !plan->bins ? westin : NULL};
     return lighting;
 }
 

@@ -50,3 +50,26 @@ SHD_INLINE shd_vd shd_log1m64(shd_vd d) {
     shd_vd low = s * (half + tail) + k * shd_vd_set(0x1.a39ef35793c76p-33);
     return k * shd_vd_set(0x1.62e42feep-1) - ((half - low) - f);
 }
+
+/* The angle of (x, y), in [-pi, pi]; 0 where both are 0. atan is that of the Cephes library
+ * (S. Moshier, Methods and Programs for Mathematical Functions, 1989), x + x^3 P(x^2) / Q(x^2) up
+ * to 0.66, which is off by 2e-16. */
+SHD_INLINE shd_vd shd_atan2_64(shd_vd y, shd_vd x) {
+    static const double p[] = {-64.85021904942025, -122.88666844901361, -75.00855792314705,
+                               -16.157537187333652, -0.8750608600031904},
+                        q[] = {194.5506571482614,  485.3903996359137,  432.88106049129027,
+                               165.02700983169885, 24.858464901423062, 1};
+    const shd_vd zero = shd_vd_set(0), ax = shd_vd_max(x, -x), ay = shd_vd_max(y, -y);
+    const shd_md steep = shd_vd_gt(ay, ax);
+    const shd_vd large = shd_vd_select(steep, ay, ax), small = shd_vd_select(steep, ax, ay);
+    const shd_md past = shd_vd_gt(small, large * shd_vd_set(0.66)); /* of pi / 4 */
+    const shd_vd over = shd_vd_select(past, small - large, small),
+                 under =
+                     shd_vd_max(shd_vd_select(past, small + large, large), shd_vd_set(0x1p-1000));
+    const shd_vd t = over / under, z = t * t,
+                 rest = z * shd_polynomial64(z, p, 5) / shd_polynomial64(z, q, 6);
+    shd_vd angle = shd_vd_select(past, shd_vd_set(0x1.921fb54442d18p-1), zero) + (t + t * rest);
+    angle = shd_vd_select(steep, shd_vd_set(0x1.921fb54442d18p0) - angle, angle);
+    angle = shd_vd_select(shd_vd_gt(zero, x), shd_vd_set(0x1.921fb54442d18p1) - angle, angle);
+    return shd_vd_select(shd_vd_gt(zero, y), -angle, angle);
+}

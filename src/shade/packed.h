@@ -124,6 +124,7 @@ struct shd_lighting {
     shd_sums_function *brdf64;
     /* [plan->material_count] of [lobe_count]; NULL but for normalized Phong lobes */
     const shd_packed_energy *const *energies;
+    const struct shd_westin_colored *westin; /* [plan->material_count]; NULL: there is none */
 };
 
 /* Packs a light, and a material's lobes, for the tier. */

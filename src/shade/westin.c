@@ -62,10 +62,9 @@ static double rise_of(shd_vec3 way) {
     return atan2(sqrt(way.x * way.x + way.y * way.y), way.z);
 }
 
-/* There is none along the normal, within what rounding makes of it. */
 static double turn_of(shd_vec3 way) {
-    static const double POLE = 1e-9;
-    return way.x * way.x + way.y * way.y > POLE * POLE ? atan2(way.y, way.x) : 0;
+    const double pole = SHD_WESTIN_POLE * SHD_WESTIN_POLE;
+    return way.x * way.x + way.y * way.y > pole ? atan2(way.y, way.x) : 0;
 }
 
 /* rho of each channel: pi f_r / kd. */
@@ -94,6 +93,22 @@ void shd_westin_reflect(const shd_westin *table, shd_vec3 light, shd_vec3 view, 
     for (int c = 0; c < 3; c++) out[c] *= kd[c];
 }
 
+void shd_westin_color(const shd_westin *table, double kd, double *out) {
+    enum { LAST = SHD_WESTIN_BOUNCES - 1 };
+    const double rest = 1 / (1 - table->tail * kd);
+    for (size_t v = 0; v < SHD_WESTIN_QUARTER; v++)
+        for (size_t r = 0; r < SHD_WESTIN_RISES; r++, out += SHD_WESTIN_ROW) {
+            for (size_t t = 0; t < SHD_WESTIN_TURNS; t++) {
+                const float *rho = table->rho[v][r * SHD_WESTIN_TURNS + t];
+                double sum = (double)rho[LAST] * rest;
+                for (int n = LAST - 1; n >= 0; n--) sum = sum * kd + (double)rho[n];
+                out[t] = sum;
+            }
+            for (size_t t = SHD_WESTIN_TURNS; t < SHD_WESTIN_ROW; t++)
+                out[t] = out[t - SHD_WESTIN_TURNS];
+        }
+}
+
 shd_westin_error shd_westin_noise(const shd_westin *table) {
     return table->noise;
 }
@@ -117,35 +132,46 @@ static bool lay_flat(shd_vec3 axis, shd_vec3 normal, shd_vec3 *out) {
     return true;
 }
 
-shd_vec3 shd_surface_tangent(const shd_object *object, shd_vec3 position, shd_vec3 normal) {
+shd_tangents shd_tangents_of(const shd_object *object) {
     const shd_shape shape = object->shape;
-    shd_affine to_world, from_world;
-    shd_vec3 out;
-    if ((shape == SHD_SPHERE || shape == SHD_CYLINDER || shape == SHD_CONE || shape == SHD_TORUS) &&
-        shd_object_frame(object, &to_world, &from_world)) {
-        const shd_vec3 p = turn_by(from_world.linear, shd_sub(position, to_world.origin)),
-                       around = {p.z, 0, -p.x};
-        if (lay_flat(turn_by(to_world.linear, around), normal, &out)) return out;
-    }
+    shd_tangents out = {.around = false};
     const double(*linear)[3] = object->transform.linear;
-    const shd_vec3 x = {linear[0][0], linear[1][0], linear[2][0]},
-                   z = {linear[0][2], linear[1][2], linear[2][2]},
-                   y = {linear[0][1], linear[1][1], linear[2][1]};
-    if (lay_flat(x, normal, &out) || lay_flat(z, normal, &out) || lay_flat(y, normal, &out))
+    for (int axis = 0; axis < 3; axis++)
+        out.axes[axis] = (shd_vec3){linear[0][axis], linear[1][axis], linear[2][axis]};
+    if (shape == SHD_SPHERE || shape == SHD_CYLINDER || shape == SHD_CONE || shape == SHD_TORUS)
+        out.around = shd_object_frame(object, &out.to_world, &out.from_world);
+    return out;
+}
+
+shd_vec3 shd_tangent_at(const shd_tangents *t, shd_vec3 position, shd_vec3 normal) {
+    shd_vec3 out;
+    if (t->around) {
+        const shd_vec3 p = turn_by(t->from_world.linear, shd_sub(position, t->to_world.origin)),
+                       around = {p.z, 0, -p.x};
+        if (lay_flat(turn_by(t->to_world.linear, around), normal, &out)) return out;
+    }
+    if (lay_flat(t->axes[0], normal, &out) || lay_flat(t->axes[2], normal, &out) ||
+        lay_flat(t->axes[1], normal, &out))
         return out;
     return (shd_vec3){1, 0, 0}; /* no invertible transform comes here */
+}
+
+shd_vec3 shd_surface_tangent(const shd_object *object, shd_vec3 position, shd_vec3 normal) {
+    const shd_tangents tangents = shd_tangents_of(object);
+    return shd_tangent_at(&tangents, position, normal);
+}
+
+shd_tangents shd_westin_tangents(const shd_westin *table, const shd_object *object) {
+    if (!table->isotropic) return shd_tangents_of(object);
+    return (shd_tangents){.axes = {{1, 0, 0}, {0, 0, 1}, {0, 1, 0}}};
 }
 
 void shd_westin_weigh(const shd_westin *table, const shd_object *object, const shd_surface *at,
                       shd_vec3 toward, double row[3]) {
     row[0] = row[1] = row[2] = 0;
     const shd_vec3 n = at->normal;
-    shd_vec3 t = {0, 0, 0};
-    /* Any tangent is as good as another one for what does not depend on it. */
-    if (!table->isotropic)
-        t = shd_surface_tangent(object, at->position, n);
-    else if (!lay_flat((shd_vec3){1, 0, 0}, n, &t))
-        lay_flat((shd_vec3){0, 1, 0}, n, &t);
+    const shd_tangents tangents = shd_westin_tangents(table, object);
+    const shd_vec3 t = shd_tangent_at(&tangents, at->position, n);
     const shd_vec3 b = shd_cross(n, t),
                    light = {shd_dot(toward, t), shd_dot(toward, b), shd_dot(toward, n)},
                    view = {shd_dot(at->view, t), shd_dot(at->view, b), shd_dot(at->view, n)};

@@ -60,6 +60,19 @@ void shd_westin_reflect(const shd_westin *table, shd_vec3 light, shd_vec3 view, 
  * where x is along the normal. */
 shd_vec3 shd_surface_tangent(const shd_object *object, shd_vec3 position, shd_vec3 normal);
 
+/* The same for many points of an object. */
+typedef struct shd_tangents {
+    bool around; /* by the object's own frame */
+    shd_affine to_world, from_world;
+    shd_vec3 axes[3]; /* of the object, in the world */
+} shd_tangents;
+
+shd_tangents shd_tangents_of(const shd_object *object);
+shd_vec3 shd_tangent_at(const shd_tangents *tangents, shd_vec3 position, shd_vec3 normal);
+
+/* What its table is turned by: any tangent is as good as another one if it is isotropic. */
+shd_tangents shd_westin_tangents(const shd_westin *table, const shd_object *object);
+
 /* What a material adds to the light that arrives along `toward`, over kd and that light: row[c] =
  * pi f_r (N.L) / kd. */
 void shd_westin_weigh(const shd_westin *table, const shd_object *object, const shd_surface *at,

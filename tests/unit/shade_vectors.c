@@ -1,4 +1,5 @@
 /* The functions of the kernels on vectors, f64 against 113-bit floats and f32 against f64. */
+#include "base/vec3.h"
 #include "shade/math64_simd.h"
 #include "shade/math_simd.h"
 
@@ -16,10 +17,12 @@
 typedef __float128 wide;
 #define wide_exp   expq
 #define wide_log1p log1pq
+#define wide_atan2 atan2q
 #else
 typedef long double wide;
 #define wide_exp   expl
 #define wide_log1p log1pl
+#define wide_atan2 atan2l
 #endif
 
 static double exp_of(double x) {
@@ -31,6 +34,12 @@ static double exp_of(double x) {
 static double log1m_of(double d) {
     double out[SHD_W / 2];
     shd_vd_store(out, shd_log1m64(shd_vd_set(d)));
+    return out[0];
+}
+
+static double atan2_of(double y, double x) {
+    double out[SHD_W / 2];
+    shd_vd_store(out, shd_atan2_64(shd_vd_set(y), shd_vd_set(x)));
     return out[0];
 }
 
@@ -67,6 +76,21 @@ static void log_is_within_an_ulp(void **state) {
     }
     print_message("log(1 - d): %.2e relative\n", worst);
     assert_true(worst < 2.3e-16);
+}
+
+static void angles_are_within_some_ulps(void **state) {
+    (void)state;
+    srand(3);
+    double worst = 0;
+    for (int i = 0; i < 200000; i++) {
+        const double x = (i & 1 ? -1 : 1) * some(-i % 60, 0), y = (i & 2 ? -1 : 1) * some(-20, 0);
+        worst = fmax(worst, relative(atan2_of(y, x), wide_atan2((wide)y, (wide)x)));
+    }
+    print_message("atan2: %.2e relative\n", worst);
+    assert_true(worst < 6e-16); /* a quotient, a polynomial and a difference of pi / 2 */
+    assert_true(atan2_of(0, 0) == 0 && atan2_of(0, 1) == 0);
+    assert_true(atan2_of(1, 0) == SHD_PI / 2 && atan2_of(-1, 0) == -SHD_PI / 2);
+    assert_true(atan2_of(0, -1) == SHD_PI && fabs(atan2_of(1, 1) - SHD_PI / 4) < 2e-16);
 }
 
 static void ends_are_exact(void **state) {
@@ -123,11 +147,9 @@ static void log2_is_near_an_ulp_of_f32(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(exp_is_within_an_ulp),
-        cmocka_unit_test(log_is_within_an_ulp),
-        cmocka_unit_test(ends_are_exact),
-        cmocka_unit_test(exp2_is_near_an_ulp_of_f32),
-        cmocka_unit_test(log2_is_near_an_ulp_of_f32),
+        cmocka_unit_test(exp_is_within_an_ulp),        cmocka_unit_test(log_is_within_an_ulp),
+        cmocka_unit_test(angles_are_within_some_ulps), cmocka_unit_test(ends_are_exact),
+        cmocka_unit_test(exp2_is_near_an_ulp_of_f32),  cmocka_unit_test(log2_is_near_an_ulp_of_f32),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
