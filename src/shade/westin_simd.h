@@ -186,11 +186,12 @@ SHD_INLINE void add_westin(const shd_sums_job *job, const shd_wide_light *light,
                            const arrival *by, const westin_view *view, shd_vd *sums) {
     const shd_westin_colored *colored =
         &job->lighting->westin[job->material - job->lighting->plan->materials];
-    const shd_md lit = shd_md_and(by->lit, view->seen);
-    unsigned lanes = shd_md_bits(lit);
-    if (!lanes) return;
     const shd_vd x = dot_lanes(by->toward, view->x), y = dot_lanes(by->toward, view->y),
                  z = dot_lanes(by->toward, at->n);
+    /* Beside a face's plane, N.L itself may be on the other side by its rounding. */
+    const shd_md lit = shd_vd_gt_in(shd_md_and(by->lit, view->seen), z, shd_vd_set(0));
+    unsigned lanes = shd_md_bits(lit);
+    if (!lanes) return;
     westin_taps taps;
     double rho[3][VW] = {{0}};
     tap_westin(x, y, z, turn_of_lanes(x, y) - (view->turn - shd_vd_set(SHD_PI / SHD_WESTIN_TURNS)),
