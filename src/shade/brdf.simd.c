@@ -6,6 +6,38 @@
 #include "shade/lights_simd.h"
 #include "shade/westin_simd.h"
 
+/* The colors of a light on each term of the material. */
+typedef struct tints {
+    const double *color;       /* [term][3], for weights that are the same in all channels */
+    size_t step;               /* from a term to the next one; 0 in RGB */
+    const shd_packed_mix *mix; /* [term], for others; NULL: channels do not mix */
+} tints;
+
+SHD_INLINE tints tints_of(const shd_sums_job *job, uint32_t index) {
+    const shd_plan *plan = job->lighting->plan;
+    if (!plan->bins) return (tints){job->lighting->exact[index].color, 0, NULL};
+    const size_t m = (size_t)(job->material - plan->materials), terms = 1 + plan->max_lobes;
+    const shd_packed_mix *mixes = job->lighting->mixes[m];
+    return (tints){plan->term_colors + 3 * terms * (index + plan->light_count * m), 3,
+                   mixes ? mixes + index * (1 + job->material->lobe_count) : NULL};
+}
+
+/* Adds weights that are the same in all channels. */
+SHD_INLINE void add_grey(const tints *t, size_t term, shd_vd weight, shd_vd *sums) {
+    const double *color = t->color + t->step * term;
+    for (size_t c = 0; c < 3; c++) sums[c] += weight * shd_vd_set(color[c]);
+}
+
+/* Adds weights that differ. */
+SHD_INLINE void add_colors(const tints *t, size_t term, const shd_vd weights[3], shd_vd *sums) {
+    if (!t->mix) {
+        for (size_t c = 0; c < 3; c++) sums[c] += weights[c] * shd_vd_set(t->color[c]);
+        return;
+    }
+    for (size_t i = 0; i < 3; i++)
+        for (size_t c = 0; c < 3; c++) sums[c] += weights[i] * shd_vd_set(t->mix[term][i][c]);
+}
+
 SHD_INLINE shd_vd smaller(shd_vd a, shd_vd b) {
     return shd_vd_select(shd_vd_gt(a, b), b, a);
 }
@@ -68,7 +100,7 @@ SHD_INLINE shd_vd normalize_lobe(const shd_packed_energy *e, shd_vd facing) {
            (shd_vd_set(2 * SHD_PI) * c + shd_vd_set(e->beta) * fall * psi);
 }
 
-SHD_INLINE void add_shine(const shd_sums_job *job, const shd_wide_light *light, const points *at,
+SHD_INLINE void add_shine(const shd_sums_job *job, const tints *t, const points *at,
                           const arrival *by, const pairing *p, shd_vd *sums) {
     const shd_plan_material *m = job->material;
     const shd_plan_lobe *lobes = m->lobes + job->first_lobe;
@@ -87,7 +119,7 @@ SHD_INLINE void add_shine(const shd_sums_job *job, const shd_wide_light *light, 
         if (m->model == SHD_MODEL_PHONG_NORMALIZED)
             weight *= normalize_lobe(&energies[job->first_lobe + k], by->facing);
         weight = shd_vd_mul_in(in, weight, by->factor);
-        for (size_t c = 0; c < 3; c++) sums[3 + 3 * k + c] += weight * shd_vd_set(light->color[c]);
+        add_grey(t, 1 + job->first_lobe + k, weight, sums + 3 + 3 * k);
     }
 }
 
@@ -111,10 +143,43 @@ SHD_INLINE shd_vd mirror_lanes(double n, double k, shd_vd c2, shd_vd s2) {
     return across * half * (shd_vd_set(1) + along);
 }
 
-SHD_INLINE void add_facets(const shd_sums_job *job, const shd_wide_light *light, const arrival *by,
-                           const pairing *p, shd_vd *sums) {
+/* Adds lobes of facets, without Fresnel's reflectance `weights`, whose index is another one in each
+ * bin of the spectrum. */
+SHD_INLINE void add_bins(const shd_sums_job *job, uint32_t index, shd_md seen,
+                         const shd_vd *weights, shd_vd c2, shd_vd s2, shd_vd *sums) {
+    const shd_plan_material *m = job->material;
+    const size_t count = job->lighting->plan->bins->count;
+    const double(*light)[3] = job->lighting->plan->lights[index].bins,
+          *rows = m->bins + (1 + job->first_lobe) * count;
+    for (size_t b = 0; b < count; b++) {
+        const shd_fresnel *of = &m->indices[b / 3];
+        const shd_vd mirrored = mirror_lanes(of->n[b % 3], of->k[b % 3], c2, s2);
+        for (size_t k = 0; k < job->lobe_count; k++) {
+            const shd_vd lit =
+                shd_vd_mul_in(seen, weights[k], mirrored) * shd_vd_set(rows[k * count + b]);
+            for (size_t c = 0; c < 3; c++) sums[3 * k + c] += lit * shd_vd_set(light[b][c]);
+        }
+    }
+}
+
+SHD_INLINE void add_mirrored(const shd_sums_job *job, const tints *t, shd_md seen,
+                             const shd_vd *weights, shd_vd c2, shd_vd s2, shd_vd *sums) {
+    const shd_fresnel *of = &job->material->from->fresnel;
+    shd_vd mirrored[3];
+    for (int c = 0; c < 3; c++) {
+        const bool again = c && of->n[c] == of->n[0] && of->k[c] == of->k[0];
+        mirrored[c] = again ? mirrored[0] : mirror_lanes(of->n[c], of->k[c], c2, s2);
+    }
+    for (size_t k = 0; k < job->lobe_count; k++) {
+        shd_vd colors[3];
+        for (int c = 0; c < 3; c++) colors[c] = shd_vd_mul_in(seen, weights[k], mirrored[c]);
+        add_colors(t, 1 + job->first_lobe + k, colors, sums + 3 * k);
+    }
+}
+
+SHD_INLINE void add_facets(const shd_sums_job *job, uint32_t index, const tints *t,
+                           const arrival *by, const pairing *p, shd_vd *sums) {
     const shd_plan_lobe *lobes = job->material->lobes + job->first_lobe;
-    const shd_fresnel *fresnel = &job->material->from->fresnel;
     const shd_vd one = shd_vd_set(1), two = shd_vd_set(2), quarter = shd_vd_set(0.25),
                  nh = one - p->off;
     const shd_vd zero = shd_vd_set(0);
@@ -125,22 +190,17 @@ SHD_INLINE void add_facets(const shd_sums_job *job, const shd_wide_light *light,
     const shd_vd open =
         smaller(smaller(inverse, two * nh / vh), two * nh * by->facing / (vh * p->nv));
     const shd_vd tangent = p->off * (two - p->off) / nh2;
-    shd_vd mirrored[3];
-    for (int c = 0; c < 3; c++) {
-        const bool again = c && fresnel->n[c] == fresnel->n[0] && fresnel->k[c] == fresnel->k[0];
-        mirrored[c] =
-            again ? mirrored[0]
-                  : mirror_lanes(fresnel->n[c], fresnel->k[c], p->lv * quarter, p->apart * quarter);
-    }
+    shd_vd weights[SHD_WIDE_LOBES];
     for (size_t k = 0; k < job->lobe_count; k++) {
         const double slope = lobes[k].shininess * lobes[k].shininess;
         const shd_vd power = shd_vd_max(-tangent / shd_vd_set(slope), shd_vd_set(-700));
         const shd_vd d = shd_exp64(power) / (shd_vd_set(4 * slope) * (nh2 * nh2));
-        const shd_vd weight = shd_vd_mul_in(seen, d * open, by->factor);
-        for (size_t c = 0; c < 3; c++)
-            sums[3 + 3 * k + c] +=
-                shd_vd_mul_in(seen, weight, mirrored[c]) * shd_vd_set(light->color[c]);
+        weights[k] = shd_vd_mul_in(seen, d * open, by->factor);
     }
+    if (job->material->indices)
+        add_bins(job, index, seen, weights, p->lv * quarter, p->apart * quarter, sums + 3);
+    else
+        add_mirrored(job, t, seen, weights, p->lv * quarter, p->apart * quarter, sums + 3);
 }
 
 /* ---- Sums ---- */
@@ -160,18 +220,22 @@ __attribute__((noinline, cold)) static void add_left(const shd_sums_job *job, ui
 }
 
 /* Adds one light. Returns the lanes that are left to the reference. */
-SHD_INLINE unsigned add_light(const shd_sums_job *job, const shd_wide_light *light,
-                              const points *at, shd_md all, shd_vd *sums) {
+SHD_INLINE unsigned add_light(const shd_sums_job *job, uint32_t index, const points *at, shd_md all,
+                              shd_vd *sums) {
+    const shd_wide_light *light = &job->lighting->exact[index];
     arrival by;
     const unsigned left = reach_points(light, at, all, NULL, &by);
     if (!shd_md_any(by.lit)) return left;
-    const pairing p = pair_lanes(at, &by);
-    const shd_vd weight = shd_vd_mul_in(by.lit, by.factor, weigh_diffuse(job->material, &by, &p));
-    for (int c = 0; c < 3; c++) sums[c] += weight * shd_vd_set(light->color[c]);
-    if (job->material->model == SHD_MODEL_COOK_TORRANCE)
-        add_facets(job, light, &by, &p, sums);
+    const tints t = tints_of(job, index);
+    if (t.step) by.factor *= shd_vd_set(light->gain);
+    const shd_model model = job->material->model;
+    pairing p = {0}; /* the others do not ask */
+    if (model != SHD_MODEL_PHONG && model != SHD_MODEL_PHONG_NORMALIZED) p = pair_lanes(at, &by);
+    add_grey(&t, 0, shd_vd_mul_in(by.lit, by.factor, weigh_diffuse(job->material, &by, &p)), sums);
+    if (model == SHD_MODEL_COOK_TORRANCE)
+        add_facets(job, index, &t, &by, &p, sums);
     else
-        add_shine(job, light, at, &by, &p, sums);
+        add_shine(job, &t, at, &by, &p, sums);
     return left;
 }
 
@@ -195,7 +259,13 @@ static void sum_westin(const shd_sums_job *job) {
             unsigned left = (1u << VW) - 1;
             if (light->kind != SHD_KIND_WIDE) {
                 left = reach_points(light, &at, all, NULL, &by);
-                if (shd_md_any(by.lit)) add_westin(job, light, &at, &by, &view, sums);
+                if (shd_md_any(by.lit)) {
+                    const tints t = tints_of(job, index);
+                    if (t.step) by.factor *= shd_vd_set(light->gain);
+                    shd_vd weights[3];
+                    if (weigh_westin(job, &at, &by, &view, weights))
+                        add_colors(&t, 0, weights, sums);
+                }
             }
             if (count < VW) left &= (1u << count) - 1;
             if (left) add_left(job, index, i, left, sums);
@@ -224,8 +294,7 @@ void SHD_VARIANT(shd_brdf64)(const shd_sums_job *job) {
         for (size_t k = 0; k < job->n; k++) {
             const uint32_t index = job->which[k];
             unsigned left = (1u << VW) - 1;
-            if (lights[index].kind != SHD_KIND_WIDE)
-                left = add_light(job, &lights[index], &at, all, sums);
+            if (lights[index].kind != SHD_KIND_WIDE) left = add_light(job, index, &at, all, sums);
             if (count < VW) left &= (1u << count) - 1;
             if (left) add_left(job, index, i, left, sums);
         }

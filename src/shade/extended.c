@@ -180,7 +180,7 @@ void shd_add_extended(const shd_lighting *lighting, const shd_plan_material *mat
 
 bool shd_has_kernel(const shd_lighting *lighting, const shd_plan_material *material,
                     const uint32_t *which, size_t n) {
-    if (lighting->shadows || lighting->plan->bins) return false;
+    if (lighting->shadows || (lighting->plan->bins && !lighting->mixes)) return false;
     const size_t at = (size_t)(material - lighting->plan->materials);
     if (material->model == SHD_MODEL_WESTIN && !(lighting->westin && lighting->westin[at].table))
         return false;

@@ -33,11 +33,12 @@ static shd_wide_light pack_wide(const shd_plan *plan, const shd_plan_light *ligh
                           .outer = light->outer,
                           .inner = light->inner,
                           .exponent = light->exponent,
+                          .gain = light->gain / largest,
                           .kind = kind_of(light)};
     if (light->outer > light->inner) out.inverse_fade = 1 / (light->outer - light->inner);
     double brightest = 0;
     for (int k = 0; k < 3; k++) {
-        out.color[k] = light->color[k] * (light->gain / largest);
+        out.color[k] = light->color[k] * out.gain;
         brightest = fmax(brightest, fabs(out.color[k]));
     }
     const double reach = shd_max_abs(at);
@@ -157,12 +158,45 @@ static const shd_packed_energy *const *pack_energies(const shd_plan *plan, shd_a
     return all;
 }
 
-/* Tables that have their colors, 0.6 MB for each channel: further materials do without. Of shadows
- * and spectra, lights are summed one by one. NULL: memory is short. */
+/* False: memory is short. */
+static bool pack_mix(const shd_plan *plan, const shd_plan_material *material, shd_arena *arena,
+                     const shd_packed_mix **out) {
+    const size_t terms = 1 + material->lobe_count;
+    shd_packed_mix *mixes = shd_arena_alloc(arena, plan->light_count, terms * sizeof *mixes);
+    *out = mixes;
+    for (size_t j = 0; mixes && j < plan->light_count; j++) {
+        if (shd_is_cancelled(plan->cancelled)) return false;
+        for (size_t k = 0; k < terms; k++)
+            for (int i = 0; i < 3; i++)
+                shd_term_light(plan, material, &plan->lights[j], k,
+                               (const double[3]){i == 0, i == 1, i == 2}, mixes[j * terms + k][i]);
+    }
+    return mixes;
+}
+
+/* 5 MB at most, or none at all. False: memory is short. */
+static bool pack_mixes(const shd_plan *plan, shd_arena *arena, const shd_packed_mix *const **out) {
+    enum { MOST = 1 << 16 };
+    const size_t count = plan->scene->material_count, terms = 1 + plan->max_lobes;
+    *out = NULL;
+    if (!plan->term_colors || count > MOST / terms / plan->light_count) return true;
+    const shd_packed_mix **all = shd_arena_zalloc(arena, count, sizeof *all);
+    for (size_t m = 0; all && m < count; m++) {
+        const shd_plan_material *from = &plan->materials[m];
+        const bool differ = from->model == SHD_MODEL_WESTIN ||
+                            (from->model == SHD_MODEL_COOK_TORRANCE && !from->indices);
+        if (differ && !pack_mix(plan, from, arena, &all[m])) return false;
+    }
+    *out = all;
+    return all;
+}
+
+/* Tables that have their colors, 0.6 MB for each channel: further materials do without. Of shadows,
+ * lights are summed one by one. NULL: memory is short. */
 static const shd_westin_colored *color_tables(const shd_plan *plan, const shd_shadows *shadows,
                                               shd_arena *arena) {
     enum { MOST_CHANNELS = 24 };
-    const bool any = plan->westin && !shadows && !plan->bins;
+    const bool any = plan->westin && !shadows;
     const size_t count = any ? plan->scene->material_count : 0;
     shd_westin_colored *all = shd_arena_zalloc(arena, count, sizeof *all);
     size_t used = 0;
@@ -199,7 +233,10 @@ shd_lighting *shd_lighting_new(const shd_plan *plan, const shd_shadows *shadows,
     shd_packed_material *materials = shd_arena_alloc(arena, material_count, sizeof *materials);
     const shd_packed_energy *const *energies = pack_energies(plan, arena);
     const shd_westin_colored *westin = color_tables(plan, shadows, arena);
-    if (!lighting || !exact || !wide || !lights || !materials || !energies || !westin) return NULL;
+    const shd_packed_mix *const *mixes;
+    if (!lighting || !exact || !wide || !lights || !materials || !energies || !westin ||
+        !pack_mixes(plan, arena, &mixes))
+        return NULL;
     for (size_t j = 0; fast && j < light_count; j++) {
         lights[j] = shd_pack_light(plan, &plan->lights[j]);
         if (wide[j].sheet_count) lights[j].kind = SHD_KIND_WIDE; /* f64 knows the side */
@@ -224,7 +261,8 @@ shd_lighting *shd_lighting_new(const shd_plan *plan, const shd_shadows *shadows,
                                .shadows = shadows,
                                .brdf64 = brdf64[plan->isa],
                                .energies = energies,
-                               .westin = plan->westin && !shadows && !plan->bins ? westin : NULL};
+                               .westin = plan->westin && !shadows ? westin : NULL,
+                               .mixes = mixes};
     return lighting;
 }
 
@@ -321,7 +359,8 @@ void shd_light_sums64(const shd_lighting *lighting, const shd_plan_material *mat
                               .points = points,
                               .diffuse64 = diffuse,
                               .specular64 = specular};
-    sum_points(&job, material->model == SHD_MODEL_PHONG ? lighting->sums64 : lighting->brdf64);
+    const bool phong = material->model == SHD_MODEL_PHONG && !lighting->plan->bins;
+    sum_points(&job, phong ? lighting->sums64 : lighting->brdf64);
 }
 
 void shd_light_again(const shd_lighting *lighting, const shd_plan_material *material,

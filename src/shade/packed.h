@@ -48,7 +48,12 @@ typedef struct shd_wide_light {
     int32_t kind; /* SHD_KIND_WIDE: beyond f64, too, so that the reference does it */
     uint32_t sheet_count;
     const shd_packed_sheet *sheets;
+    double gain; /* what `color` holds beside Il */
 } shd_wide_light;
+
+/* Of a term of a material in a light's spectrum: a weight w[i] of each channel comes to the color c
+ * sum_i w[i] mix[i][c] (shd_term_light is linear). */
+typedef double shd_packed_mix[3][3];
 
 enum { SHD_LOG_TERMS = 5 };
 
@@ -125,6 +130,9 @@ struct shd_lighting {
     /* [plan->material_count] of [lobe_count]; NULL but for normalized Phong lobes */
     const shd_packed_energy *const *energies;
     const struct shd_westin_colored *westin; /* [plan->material_count]; NULL: there is none */
+    /* [plan->material_count] of [light_count][1 + lobe_count], of materials whose weights differ by
+     * channel. NULL: the scene is RGB, or memory for them would be too much. */
+    const shd_packed_mix *const *mixes;
 };
 
 /* Packs a light, and a material's lobes, for the tier. */

@@ -182,8 +182,9 @@ SHD_INLINE void see_westin(const shd_sums_job *job, size_t i, const points *at, 
         if (lanes >> k & 1) find_rows(&taps, k, &out->rows[k]);
 }
 
-SHD_INLINE void add_westin(const shd_sums_job *job, const shd_wide_light *light, const points *at,
-                           const arrival *by, const westin_view *view, shd_vd *sums) {
+/* The weights of each channel. False: they are 0, and not set. */
+SHD_INLINE bool weigh_westin(const shd_sums_job *job, const points *at, const arrival *by,
+                             const westin_view *view, shd_vd weights[3]) {
     const shd_westin_colored *colored =
         &job->lighting->westin[job->material - job->lighting->plan->materials];
     const shd_vd x = dot_lanes(by->toward, view->x), y = dot_lanes(by->toward, view->y),
@@ -191,7 +192,7 @@ SHD_INLINE void add_westin(const shd_sums_job *job, const shd_wide_light *light,
     /* Beside a face's plane, N.L itself may be on the other side by its rounding. */
     const shd_md lit = shd_vd_gt_in(shd_md_and(by->lit, view->seen), z, shd_vd_set(0));
     unsigned lanes = shd_md_bits(lit);
-    if (!lanes) return;
+    if (!lanes) return false;
     westin_taps taps;
     double rho[3][VW] = {{0}};
     tap_westin(x, y, z, turn_of_lanes(x, y) - (view->turn - shd_vd_set(SHD_PI / SHD_WESTIN_TURNS)),
@@ -204,8 +205,7 @@ SHD_INLINE void add_westin(const shd_sums_job *job, const shd_wide_light *light,
             rho[c][k] = read_lane(colored->rho[c], &view->rows[k], &lane);
     }
     const shd_vd weight = shd_vd_mul_in(lit, z, by->factor);
-    for (size_t c = 0; c < 3; c++) {
-        const shd_vd found = shd_vd_load(rho[colored->channels == 3 ? c : 0]);
-        sums[c] += weight * found * shd_vd_set(light->color[c]);
-    }
+    for (size_t c = 0; c < 3; c++)
+        weights[c] = weight * shd_vd_load(rho[colored->channels == 3 ? c : 0]);
+    return true;
 }

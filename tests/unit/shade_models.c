@@ -9,12 +9,13 @@
 
 #include <cmocka.h>
 
+#include "plan/parts.h"
 #include "shade/brdf.h"
 #include "shade/extended.h"
 #include "shade/westin.h"
 #include "unit/shade_support.h"
 
-enum { POINTS = 2048, LIGHTS = 5, LOBES = 11, ROWS = 3 + 3 * LOBES };
+enum { POINTS = 2048, LIGHTS = 5, LOBES = 11, ROWS = 3 + 3 * LOBES, BINS = 17 };
 
 typedef struct world {
     shd_scene scene;
@@ -25,6 +26,9 @@ typedef struct world {
     shd_object objects[2];
     const shd_westin *westin[1];
     size_t first; /* point: others follow it */
+    shd_bins bins;
+    double light_bins[LIGHTS][BINS][3], material_bins[(1 + LOBES) * BINS];
+    shd_fresnel indices[(BINS + 2) / 3];
     shd_plan plan;
 } world;
 
@@ -32,6 +36,9 @@ static const char *const names[] = {"phong",           "blinn-phong",   "phong-n
                                     "oren-nayar",      "cook-torrance", "westin",
                                     "isotropic westin"};
 enum { CASES = SHD_MODEL_COUNT + 1 };
+
+/* In RGB, in a spectrum, and with an index that changes with the wavelength. */
+typedef enum channels { RGB, SPECTRAL, DISPERSIVE, CHANNELS } channels;
 
 static void set_lights(world *w) {
     for (int j = 0; j < LIGHTS; j++) {
@@ -115,6 +122,34 @@ static void set_world(world *w, int which, shd_isa isa) {
     if (model == SHD_MODEL_WESTIN) set_microgeometry(w, which == SHD_MODEL_COUNT);
 }
 
+/* No light's colors and no material's, but all of them differ. */
+static void set_spectrum(world *w, channels how, shd_arena *arena) {
+    static const shd_affine SAME = {.linear = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    if (how == RGB) return;
+    assert_true(shd_bins_make(BINS, 380, 730, &SAME, arena, &w->bins));
+    w->plan.bins = &w->bins;
+    for (size_t j = 0; j < LIGHTS; j++) {
+        for (size_t b = 0; b < BINS; b++)
+            for (size_t c = 0; c < 3; c++) w->light_bins[j][b][c] = uniform() / BINS;
+        w->lights[j].bins = (const double(*)[3])w->light_bins[j];
+    }
+    for (size_t i = 0; i < sizeof w->material_bins / sizeof(double); i++)
+        w->material_bins[i] = uniform();
+    for (size_t b = 0; b < BINS; b++) {
+        w->indices[b / 3].n[b % 3] = 0.2 + 2 * uniform();
+        w->indices[b / 3].k[b % 3] = b % 4 ? 4 * uniform() : 0;
+    }
+    w->material.bins = w->material_bins;
+    if (how == DISPERSIVE) w->material.indices = w->indices;
+    w->plan.max_lobes = LOBES;
+    assert_true(shd_plan_term_colors(&w->plan, arena));
+    assert_non_null(w->plan.term_colors);
+}
+
+static bool is_case(int which, channels how) {
+    return how != DISPERSIVE || which == SHD_MODEL_COOK_TORRANCE;
+}
+
 /* Points that see all that is hard: grazing, L = V, opposite, N.V below 0, on the light. */
 static void set_points(const world *w, points *at, size_t count) {
     at->count = count;
@@ -160,69 +195,83 @@ static double tolerance_of(const world *w, size_t row) {
     return 1e-13 + (w->material.model == SHD_MODEL_PHONG_NORMALIZED ? 2e-12 : 0) + 1e-15 * sharp;
 }
 
-static void kernels_are_as_the_reference(void **state) {
-    (void)state;
-    static world w;
-    static points at;
-    static double first[ROWS][POINTS];
-    for (int model = SHD_MODEL_PHONG; model < CASES; model++) {
-        bool begun = false;
-        for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++) {
-            if (!shd_cpu_has(isa)) continue;
-            set_world(&w, model, isa);
-            set_points(&w, &at, POINTS - 3);
-            shd_arena *arena = shd_arena_new((size_t)1 << 24);
-            const shd_lighting *lighting = shd_lighting_new(&w.plan, NULL, arena);
-            assert_non_null(lighting);
-            sum_rows(lighting, &w, &at, false, rows_by_kernel);
-            sum_rows(lighting, &w, &at, true, rows_by_reference);
-            const size_t rows = 3 + 3 * w.material.lobe_count;
-            for (size_t k = 0; k < rows; k++) {
-                double most = 0, worst = 0;
-                for (size_t i = 0; i < at.count; i++) {
-                    const double a = rows_by_kernel[k][i], b = rows_by_reference[k][i];
-                    assert_true(isfinite(a) && isfinite(b));
-                    const double off = fabs(a - b) / fmax(fabs(b), 1);
-                    if (off > worst) worst = off;
-                    most = fmax(most, b);
-                }
-                /* Every row shows something, but for lobes that no point is in. */
-                if (k < 9) assert_true(most > 0);
-                if (!(worst <= tolerance_of(&w, k)))
-                    fail_msg("%s %s: row %zu is off by %g", names[model], shd_isa_name(isa), k,
-                             worst);
-            }
-            if (!begun) memcpy(first, rows_by_kernel, sizeof first);
-            begun = true;
-            assert_memory_equal(first, rows_by_kernel, sizeof first);
-            shd_arena_drop(arena);
+/* The kernels' rows are those of the reference. */
+static void assert_rows(const world *w, size_t count, const char *name, shd_isa isa) {
+    for (size_t k = 0; k < 3 + 3 * w->material.lobe_count; k++) {
+        double most = 0, worst = 0;
+        for (size_t i = 0; i < count; i++) {
+            const double a = rows_by_kernel[k][i], b = rows_by_reference[k][i];
+            assert_true(isfinite(a) && isfinite(b));
+            worst = fmax(worst, fabs(a - b) / fmax(fabs(b), 1));
+            most = fmax(most, b);
         }
+        /* Every row shows something, but for lobes that no point is in. */
+        if (k < 9) assert_true(most > 0);
+        if (!(worst <= tolerance_of(w, k)))
+            fail_msg("%s %s: row %zu is off by %g", name, shd_isa_name(isa), k, worst);
     }
 }
 
-/* A point's sums do not depend on what is beside it, nor on how many there are. */
-static void points_do_not_see_each_other(void **state) {
-    (void)state;
+static void compare_kernels(int model, channels how) {
+    static const uint32_t which[LIGHTS] = {0, 1, 2, 3, 4};
     static world w;
-    static points at, one;
-    for (int model = SHD_MODEL_BLINN_PHONG; model < CASES; model++) {
-        set_world(&w, model, shd_cpu_best());
-        set_points(&w, &at, 61);
+    static points at;
+    static double first[ROWS][POINTS];
+    bool begun = false;
+    for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++) {
+        if (!shd_cpu_has(isa)) continue;
+        set_world(&w, model, isa);
+        set_points(&w, &at, POINTS - 3);
         shd_arena *arena = shd_arena_new((size_t)1 << 24);
+        set_spectrum(&w, how, arena);
         const shd_lighting *lighting = shd_lighting_new(&w.plan, NULL, arena);
         assert_non_null(lighting);
-        w.first = 0;
+        assert_true(shd_has_kernel(lighting, &w.material, which, LIGHTS));
         sum_rows(lighting, &w, &at, false, rows_by_kernel);
-        for (size_t i = 0; i < at.count; i++) {
-            one.count = 1;
-            w.first = i;
-            set_point(&one, 0, lane_of(at.position, i), lane_of(at.normal, i), lane_of(at.view, i));
-            sum_rows(lighting, &w, &one, false, rows_by_reference);
-            for (size_t k = 0; k < 3 + 3 * w.material.lobe_count; k++)
-                assert_true(rows_by_reference[k][0] == rows_by_kernel[k][i]);
-        }
+        sum_rows(lighting, &w, &at, true, rows_by_reference);
+        assert_rows(&w, at.count, names[model], isa);
+        if (!begun) memcpy(first, rows_by_kernel, sizeof first);
+        begun = true;
+        assert_memory_equal(first, rows_by_kernel, sizeof first);
         shd_arena_drop(arena);
     }
+}
+
+static void kernels_are_as_the_reference(void **state) {
+    (void)state;
+    for (channels how = RGB; how < CHANNELS; how++)
+        for (int model = SHD_MODEL_PHONG; model < CASES; model++)
+            if (is_case(model, how)) compare_kernels(model, how);
+}
+
+/* Sums of one point do not depend on what is beside it, nor on how many there are. */
+static void look_alone(int model, channels how) {
+    static world w;
+    static points at, one;
+    set_world(&w, model, shd_cpu_best());
+    set_points(&w, &at, 61);
+    shd_arena *arena = shd_arena_new((size_t)1 << 24);
+    set_spectrum(&w, how, arena);
+    const shd_lighting *lighting = shd_lighting_new(&w.plan, NULL, arena);
+    assert_non_null(lighting);
+    w.first = 0;
+    sum_rows(lighting, &w, &at, false, rows_by_kernel);
+    for (size_t i = 0; i < at.count; i++) {
+        one.count = 1;
+        w.first = i;
+        set_point(&one, 0, lane_of(at.position, i), lane_of(at.normal, i), lane_of(at.view, i));
+        sum_rows(lighting, &w, &one, false, rows_by_reference);
+        for (size_t k = 0; k < 3 + 3 * w.material.lobe_count; k++)
+            assert_true(rows_by_reference[k][0] == rows_by_kernel[k][i]);
+    }
+    shd_arena_drop(arena);
+}
+
+static void points_do_not_see_each_other(void **state) {
+    (void)state;
+    for (channels how = RGB; how < CHANNELS; how++)
+        for (int model = SHD_MODEL_BLINN_PHONG; model < CASES; model++)
+            if (is_case(model, how)) look_alone(model, how);
 }
 
 static void fits_of_energy_are_close(void **state) {
