@@ -24,7 +24,7 @@ static const double TINY = 1e-30;
  * cos / distance^2 has the factor 1 + e with |e| <= 4 size to the first order and 12 size^2 to the
  * second. First orders vanish in the mean, but for their product. For n between 0 and 2, w'' is
  * unbounded at 90 degrees, which is 1 / size away or a horizon cuts the light. */
-static double off_as_point(double size, double exponent) {
+double shd_area_off(double size, double exponent) {
     return size * size * (exponent + 1 + 4 * sqrt(exponent) + 12);
 }
 
@@ -40,9 +40,9 @@ shd_area_method shd_area_choose(const shd_light *light, const shd_plan_lobe *lob
                                 double distance, double point_off, double *off) {
     const double size = size_at(light, distance);
     bool closed = true;
-    *off = off_as_point(size, 1);
+    *off = shd_area_off(size, 1);
     for (size_t k = 0; k < count; k++) {
-        *off = shd_larger(*off, off_as_point(size, lobes[k].shininess));
+        *off = shd_larger(*off, shd_area_off(size, lobes[k].shininess));
         closed &= light->type == SHD_LIGHT_RECT && shd_has_moments(lobes[k].shininess);
     }
     if (*off <= shd_larger(point_off, POINT_OFF)) return SHD_AREA_POINT;
@@ -53,7 +53,7 @@ shd_area_method shd_area_choose(const shd_light *light, const shd_plan_lobe *lob
 /* Whether the light is a point for this weight: no horizon cuts it, and it is small. */
 static bool is_point(const shd_seen *seen, int side, double exponent) {
     return seen->size < TINY ||
-           (side == 1 && off_as_point(seen->size, exponent) <= seen->point_off);
+           (side == 1 && shd_area_off(seen->size, exponent) <= seen->point_off);
 }
 
 /* Whether a few points inside are exact. */
@@ -116,7 +116,7 @@ static double weigh_power(const shd_seen *seen, shd_vec3 axis, double exponent, 
     const bool smooth =
         side == 1 && (exponent == 1 || shd_dot(axis, seen->toward) > 4 * seen->size);
     if (smooth &&
-        shd_cells_whole(seen, off_as_point(seen->size, exponent), power_at, &p, 1, &sum)) {
+        shd_cells_whole(seen, shd_area_off(seen->size, exponent), power_at, &p, 1, &sum)) {
         *error = shd_larger(held(WHOLE_OFF * seen->fall), *error);
         return held(sum * seen->gain);
     }
@@ -135,7 +135,7 @@ static double weigh_diffuse(const shd_seen *seen, shd_vec3 normal, int side) {
     if (!is_small(seen, 1))
         sum = shd_contour_diffuse(seen, normal);
     else if (side < 1 ||
-             !shd_cells_whole(seen, off_as_point(seen->size, 1), power_at, &cosine, 1, &sum))
+             !shd_cells_whole(seen, shd_area_off(seen->size, 1), power_at, &cosine, 1, &sum))
         shd_cells_small(seen, power_at, &cosine, 1, &sum);
     return held(sum * seen->gain);
 }
@@ -185,7 +185,7 @@ static double sum_parts(const shd_seen *seen, shd_vec3 peak, const shd_area_mode
         return error;
     }
     if (!is_small(seen, model->sharpness)) return shd_cells_sum(seen, peak, model, row);
-    if (!shd_cells_whole(seen, off_as_point(seen->size, model->sharpness), model->weigh,
+    if (!shd_cells_whole(seen, shd_area_off(seen->size, model->sharpness), model->weigh,
                          model->context, model->count, row))
         shd_cells_small(seen, model->weigh, model->context, model->count, row);
     return 0;

@@ -32,6 +32,10 @@ typedef enum shd_area_method {
     SHD_AREA_QUADRATURE
 } shd_area_method;
 
+/* How far the mean of a power of a cosine over a light of this size (half its extent, of the
+ * distance) is off the power at its middle, if no horizon cuts it. */
+double shd_area_off(double size, double exponent);
+
 /* The method for Phong's model with these lobes, seen from `distance` of its middle or farther. For
  * SHD_AREA_POINT, *off is at most how far off that is, of what the light adds at most, which is
  * within `point_off`, or rounding; otherwise the quadrature's error, or 0. Where a horizon cuts a

@@ -1,7 +1,8 @@
-/* Light sums in f64 of the models beside Phong's, under lights that are points and that nothing
- * stops. Compiled once for each instruction set; the equations are those of shade/brdf.h, which
- * tests/unit/shade_models.c holds it against. */
+/* Light sums in f64 of what goes beyond Phong's model and lights that are points in RGB, where
+ * nothing stops light. Compiled once for each instruction set; the equations are those of
+ * shade/brdf.h, which tests/unit/shade_models.c holds it against. */
 #include "base/cpu.h"
+#include "shade/area_simd.h"
 #include "shade/extended.h"
 #include "shade/lights_simd.h"
 #include "shade/westin_simd.h"
@@ -239,6 +240,57 @@ SHD_INLINE unsigned add_light(const shd_sums_job *job, uint32_t index, const poi
     return left;
 }
 
+/* Whether all lobes have closed forms over rectangles. */
+static bool is_closed(const shd_plan_material *m) {
+    for (size_t k = 0; k < m->lobe_count; k++)
+        if (!shd_has_moments(m->lobes[k].shininess)) return false;
+    return m->model == SHD_MODEL_PHONG;
+}
+
+SHD_INLINE void add_area_lobes(const shd_sums_job *job, const tints *t, rectangle *r,
+                               const points *at, shd_vd gain, shd_vd *sums) {
+    const shd_plan_lobe *lobes = job->material->lobes + job->first_lobe;
+    const shd_vd zero = shd_vd_set(0), largest = shd_vd_set(SHD_LARGEST_FALL);
+    shd_vd most, found[SHD_WIDE_LOBES];
+    const shd_md lit = rise_over_lobes(r, at->w, &most);
+    shd_md in[SHD_WIDE_LOBES];
+    bool any = false;
+    for (size_t k = 0; k < job->lobe_count; k++) {
+        in[k] = shd_vd_gt_in(lit, most, shd_vd_set(faint_of(lobes[k].shininess)));
+        any |= shd_md_any(in[k]);
+    }
+    if (!any) return;
+    sum_lobes(&r->edge, at->w, lobes, job->lobe_count, found);
+    for (size_t k = 0; k < job->lobe_count; k++) {
+        const shd_vd weight = smaller(shd_vd_max(found[k], zero) * gain, largest);
+        add_grey(t, 1 + job->first_lobe + k, shd_vd_mul_in(in[k], weight, shd_vd_set(1)),
+                 sums + 3 + 3 * k);
+    }
+}
+
+/* Adds a rectangle to a material that is closed. As add_light. */
+__attribute__((noinline)) static unsigned add_rectangle(const shd_sums_job *job, uint32_t index,
+                                                        const points *at, shd_vd *sums) {
+    const shd_plan *plan = job->lighting->plan;
+    const shd_plan_light *light = &plan->lights[index];
+    const double area = shd_light_area(light->shape);
+    const shd_vd gain = shd_vd_set(shd_smaller(1 / area, SHD_LARGEST_FALL)),
+                 largest = shd_vd_set(SHD_LARGEST_FALL);
+    rectangle r;
+    if (job->lighting->exact[index].sheet_count) return (1u << VW) - 1;
+    see_rectangle(light->shape, at, plan->scale, &r);
+    rise_over(&r, at->n, plan->point_off);
+    const unsigned left = shd_md_bits(r.left);
+    if (!shd_md_any(r.lit)) return left;
+    tints t = tints_of(job, index);
+    if (!t.step) t.color = light->color;
+    const shd_vd half = shd_vd_set(0.5), zero = shd_vd_set(0),
+                 sum = shd_vd_max(sum_diffuse(&r.edge, at->n) * half, zero) * gain;
+    add_grey(&t, 0, shd_vd_mul_in(r.lit, smaller(sum, largest), shd_vd_set(1)), sums);
+    if (job->lobe_count) add_area_lobes(job, &t, &r, at, gain, sums);
+    return left;
+}
+
 /* Microgeometry has no lobes, and a view that counts for all lights. */
 static void sum_westin(const shd_sums_job *job) {
     westin_view view = {.object = -1};
@@ -257,7 +309,7 @@ static void sum_westin(const shd_sums_job *job) {
             const shd_wide_light *light = &job->lighting->exact[index];
             arrival by;
             unsigned left = (1u << VW) - 1;
-            if (light->kind != SHD_KIND_WIDE) {
+            if (light->kind != SHD_KIND_WIDE && !job->lighting->plan->lights[index].shape) {
                 left = reach_points(light, &at, all, NULL, &by);
                 if (shd_md_any(by.lit)) {
                     const tints t = tints_of(job, index);
@@ -281,6 +333,7 @@ void SHD_VARIANT(shd_brdf64)(const shd_sums_job *job) {
     }
     const shd_wide_light *lights = job->lighting->exact;
     const double scale = job->lighting->plan->scale;
+    const bool closed = is_closed(job->material);
     const shd_md all = shd_md_not(shd_vd_gt(shd_vd_set(0), shd_vd_set(0)));
     for (size_t i = job->first; i < job->end; i += VW) {
         const size_t count = job->count - i;
@@ -294,7 +347,12 @@ void SHD_VARIANT(shd_brdf64)(const shd_sums_job *job) {
         for (size_t k = 0; k < job->n; k++) {
             const uint32_t index = job->which[k];
             unsigned left = (1u << VW) - 1;
-            if (lights[index].kind != SHD_KIND_WIDE) left = add_light(job, index, &at, all, sums);
+            const shd_light *shape = job->lighting->plan->lights[index].shape;
+            const bool held = lights[index].kind != SHD_KIND_WIDE;
+            if (held && !shape)
+                left = add_light(job, index, &at, all, sums);
+            else if (held && closed && shape->type == SHD_LIGHT_RECT)
+                left = add_rectangle(job, index, &at, sums);
             if (count < VW) left &= (1u << count) - 1;
             if (left) add_left(job, index, i, left, sums);
         }

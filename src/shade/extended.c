@@ -178,14 +178,11 @@ void shd_add_extended(const shd_lighting *lighting, const shd_plan_material *mat
     add_light(lighting, index, &at, sums);
 }
 
-bool shd_has_kernel(const shd_lighting *lighting, const shd_plan_material *material,
-                    const uint32_t *which, size_t n) {
+bool shd_has_kernel(const shd_lighting *lighting, const shd_plan_material *material) {
     if (lighting->shadows || (lighting->plan->bins && !lighting->mixes)) return false;
     const size_t at = (size_t)(material - lighting->plan->materials);
     if (material->model == SHD_MODEL_WESTIN && !(lighting->westin && lighting->westin[at].table))
         return false;
-    for (size_t j = 0; j < n; j++)
-        if (lighting->plan->lights[which[j]].shape) return false;
     return true;
 }
 

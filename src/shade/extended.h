@@ -17,10 +17,9 @@ bool shd_weigh_extended(const shd_plan *plan, const shd_plan_light *light, const
 void shd_color_extended(const shd_plan *plan, const shd_plan_light *light, const shd_surface *at,
                         const double row[SHD_BRDF_ROWS], const double share[3], double *sums);
 
-/* Whether shd_brdf64 or, for Phong's model in RGB, shd_sums64 can sum the lights: they are points,
- * which nothing stops, and what the model needs of them is kept. */
-bool shd_has_kernel(const shd_lighting *lighting, const shd_plan_material *material,
-                    const uint32_t *which, size_t n);
+/* Whether shd_brdf64 can sum lights on the material: nothing stops them, and what the model needs
+ * of them is kept. */
+bool shd_has_kernel(const shd_lighting *lighting, const shd_plan_material *material);
 
 /* Adds one light at one point to sums[SHD_BRDF_ROWS]. */
 void shd_add_extended(const shd_lighting *lighting, const shd_plan_material *material,

@@ -343,11 +343,17 @@ void shd_light_sums32(const shd_lighting *lighting, const shd_plan_material *mat
     sum_points(&job, packed->wide ? lighting->sums64 : lighting->sums32);
 }
 
+static bool has_shape(const shd_plan *plan, const uint32_t *which, size_t n) {
+    for (size_t j = 0; j < n; j++)
+        if (plan->lights[which[j]].shape) return true;
+    return false;
+}
+
 void shd_light_sums64(const shd_lighting *lighting, const shd_plan_material *material,
                       const uint32_t *which, size_t n, const shd_points64 *points,
                       double *const diffuse[3], double *const *specular) {
     const bool extended = lighting->plan->extended;
-    if (extended && !shd_has_kernel(lighting, material, which, n)) {
+    if (extended && !shd_has_kernel(lighting, material)) {
         shd_extended_sums(lighting, material, which, n, points, diffuse, specular);
         return;
     }
@@ -359,8 +365,9 @@ void shd_light_sums64(const shd_lighting *lighting, const shd_plan_material *mat
                               .points = points,
                               .diffuse64 = diffuse,
                               .specular64 = specular};
-    const bool phong = material->model == SHD_MODEL_PHONG && !lighting->plan->bins;
-    sum_points(&job, phong ? lighting->sums64 : lighting->brdf64);
+    const bool beyond = extended && (material->model != SHD_MODEL_PHONG || lighting->plan->bins ||
+                                     has_shape(lighting->plan, which, n));
+    sum_points(&job, beyond ? lighting->brdf64 : lighting->sums64);
 }
 
 void shd_light_again(const shd_lighting *lighting, const shd_plan_material *material,

@@ -109,7 +109,7 @@ typedef void shd_sums_function(const shd_sums_job *job);
 shd_sums_function shd_sums32_portable, shd_sums32_avx2, shd_sums32_avx512;
 shd_sums_function shd_sums64_portable, shd_sums64_avx2, shd_sums64_avx512;
 
-/* Sums in f64 of the models beside Phong's, of points in f64 and lights without a shape. */
+/* Sums in f64 of all models, spectra and lights with a shape, of points in f64. */
 shd_sums_function shd_brdf64_portable, shd_brdf64_avx2, shd_brdf64_avx512;
 
 /* Computes one light at one vector of floats. The contributions of the set bits of `lanes`, from

@@ -213,7 +213,6 @@ static void assert_rows(const world *w, size_t count, const char *name, shd_isa 
 }
 
 static void compare_kernels(int model, channels how) {
-    static const uint32_t which[LIGHTS] = {0, 1, 2, 3, 4};
     static world w;
     static points at;
     static double first[ROWS][POINTS];
@@ -226,7 +225,7 @@ static void compare_kernels(int model, channels how) {
         set_spectrum(&w, how, arena);
         const shd_lighting *lighting = shd_lighting_new(&w.plan, NULL, arena);
         assert_non_null(lighting);
-        assert_true(shd_has_kernel(lighting, &w.material, which, LIGHTS));
+        assert_true(shd_has_kernel(lighting, &w.material));
         sum_rows(lighting, &w, &at, false, rows_by_kernel);
         sum_rows(lighting, &w, &at, true, rows_by_reference);
         assert_rows(&w, at.count, names[model], isa);
