@@ -58,9 +58,28 @@ typedef struct fraction {
     double m0, m1, m2, k, b;
 } fraction;
 
-static double fraction_at(const void *context, double t) {
-    const fraction *f = context;
-    return (f->m0 + f->m1 * cos(t) + f->m2 * sin(t)) / (f->k + f->b * cos(t));
+/* For b below k / 10, where closed forms cancel: 1 / (k + b cos t) is a series of cosines, E_0 / 2
+ * + sum_j E_j cos jt with E_j = 2 (-b / (k + root))^j / root, root^2 = k^2 - b^2. */
+static double series_of(const fraction *f, double root, double from, double to) {
+    const double rho = -f->b / (f->k + root), c[2] = {cos(from), cos(to)},
+                 s[2] = {sin(from), sin(to)};
+    double last[2] = {0, 0}, now[2] = {s[0], s[1]}; /* sin (j - 1) t, sin jt */
+    double before = 2 / root, e = before * rho;     /* E_(j - 1), E_j */
+    double sum = (f->m0 * before + f->m1 * e) / 2 * (to - from);
+    for (int j = 1; fabs(before) > 1e-18 / root; j++) {
+        const double after = e * rho, part = (now[1] - now[0]) / j;
+        sum += (f->m0 * e + f->m1 * (before + after) / 2) * part;
+        for (int i = 0; i < 2; i++) {
+            const double next = 2 * c[i] * now[i] - last[i];
+            last[i] = now[i];
+            now[i] = next;
+        }
+        before = e;
+        e = after;
+    }
+    /* And sin t / (k + b cos t) is -log(k + b cos t)' / b. */
+    const double step = (c[1] - c[0]) / (f->k + f->b * c[0]), x = f->b * step;
+    return sum - f->m2 * step * (x != 0 ? log1p(x) / x : 1);
 }
 
 static double arc_diffuse(const shd_seen *s, const shd_stretch *p, shd_vec3 normal) {
@@ -77,14 +96,7 @@ static double arc_diffuse(const shd_seen *s, const shd_stretch *p, shd_vec3 norm
         const double root = sqrt(near * far);
         return 2 * SHD_PI / root * (f.m0 - f.m1 * f.b / (f.k + root));
     }
-    if (f.b < 0.1 * f.k) { /* differences below cancel, and few points are exact */
-        const int parts = (int)ceil((to - from) / (SHD_PI / 2) - 1e-9);
-        double sum = 0, off = 0;
-        for (int i = 0; i < parts; i++)
-            sum += integrate_once(fraction_at, &f, from + (to - from) * i / parts,
-                                  from + (to - from) * (i + 1) / parts, &off);
-        return sum;
-    }
+    if (f.b < 0.1 * f.k) return series_of(&f, sqrt(near * far), from, to);
     const double m = sqrt(near / far);
     double whole = 0, ends[2] = {from, to}, t[2], logs[2];
     for (int e = 0; e < 2; e++) {
@@ -137,8 +149,24 @@ static const double NOTHING = 40;
 /* What a quadrature may be off, of the most that the light can add. */
 static const double TOLERANCE = 1e-8;
 
+/* The same as sum of z^2k, for an integer: nothing cancels. */
+static double whole_fall(unsigned power, double z) {
+    const double q = z * z;
+    double sum = 0, last = 1; /* of k < m, and q^m, for the first bits of power / 2 as m */
+    for (unsigned bit = 1u << 6; bit > 1; bit >>= 1) {
+        sum *= 1 + last;
+        last *= last;
+        if (!(power & bit)) continue;
+        sum = 1 + q * sum;
+        last *= q;
+    }
+    return power & 1 ? sum + last / (1 + z) : sum;
+}
+
 /* (1 - z^(n+1)) / (1 - z^2) with z = 1 - d; `power` is n + 1. */
 static double fall_of(double power, double d) {
+    if (power < 128 && power == (unsigned)power && d <= 1)
+        return whole_fall((unsigned)power, 1 - d);
     if (!(d > 1e-300)) return power / 2;
     return -expm1(power * log1p(-shd_smaller(d, 1))) / (d * (2 - d));
 }

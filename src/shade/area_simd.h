@@ -3,12 +3,8 @@
  * The equations are those of area_contour.c. Only for brdf.simd.c. */
 #pragma once
 
-#include <math.h>
-
-#include "base/cpu.h"
-#include "shade/area.h"
 #include "shade/area_contour.h"
-#include "shade/lights_simd.h"
+#include "shade/shape_simd.h"
 
 /* Four edges, and one for each horizon that cuts them. */
 enum { EDGES_MOST = 6 };
@@ -213,38 +209,24 @@ typedef struct rectangle {
 /* As shd_see_area. Small ones are left, which other formulas are for (area.c). */
 SHD_INLINE void see_rectangle(const shd_light *light, const points *at, double scale,
                               rectangle *out) {
-    static const double SMALL = 0.01, sx[] = {-1, 1, 1, -1, -1}, sy[] = {-1, -1, 1, 1, -1};
-    const double place[3] = {light->position.x, light->position.y, light->position.z},
-                 down[3] = {light->direction.x, light->direction.y, light->direction.z},
-                 extent = shd_length((shd_vec3){light->size[0], light->size[1], 0}) / 2;
-    const shd_vd one = shd_vd_set(1);
+    static const double sx[] = {-1, 1, 1, -1, -1}, sy[] = {-1, -1, 1, 1, -1};
+    const double extent = shd_length((shd_vec3){light->size[0], light->size[1], 0}) / 2;
+    const sighting m = find_middle(light, at, scale);
+    const shd_vd one = shd_vd_set(1), unit = one / (m.distance + shd_vd_set(extent));
     outline *o = &out->edge;
-    shd_vd p[3], path[3], ahead = shd_vd_set(0);
-    for (int c = 0; c < 3; c++) {
-        p[c] = at->p[c] * shd_vd_set(1 / scale);
-        path[c] = shd_vd_set(place[c]) - p[c];
-        ahead -= path[c] * shd_vd_set(down[c]);
-    }
-    const shd_vd squared = dot_lanes(path, path), distance = shd_vd_sqrt(squared),
-                 origin = dot_lanes(p, p), farthest = shd_vd_set(FARTHEST2),
-                 reach = shd_vd_set(shd_length(light->position)) + shd_vd_sqrt(origin);
-    const shd_md held =
-        shd_vd_gt_in(shd_vd_gt_in(shd_vd_gt(squared, shd_vd_set(NEAREST2)), farthest, squared),
-                     farthest, origin);
-    const shd_vd unit = one / (distance + shd_vd_set(extent)), eps = shd_vd_set(16 * 0x1p-52);
-    out->size = shd_vd_set(extent) / distance;
-    out->slack = eps * reach * unit;
-    out->lit = shd_vd_gt_in(held, ahead, eps * reach);
-    out->left =
-        shd_md_or(shd_md_not(held), shd_md_and(out->lit, shd_vd_gt(shd_vd_set(SMALL), out->size)));
+    out->size = shd_vd_set(extent) / m.distance;
+    out->slack = m.slack * unit;
+    out->lit = shd_vd_gt_in(m.held, m.ahead, m.slack);
+    out->left = shd_md_or(shd_md_not(m.held),
+                          shd_md_and(out->lit, shd_vd_gt(shd_vd_set(SMALL_SHAPE), out->size)));
     const shd_vec3 b = shd_scale(light->up, -1);
     *o = (outline){.a = {light->across.x, light->across.y, light->across.z},
                    .b = {b.x, b.y, b.z},
-                   .height = ahead * unit,
+                   .height = m.ahead * unit,
                    .count = 4};
     for (int c = 0; c < 3; c++) {
-        out->toward[c] = path[c] / distance;
-        o->center[c] = path[c] * unit;
+        out->toward[c] = m.path[c] / m.distance;
+        o->center[c] = m.path[c] * unit;
     }
     for (int i = 0; i < 4; i++) {
         for (int e = 0; e < 2; e++) {
@@ -272,22 +254,13 @@ SHD_INLINE void rise_over(rectangle *r, const shd_vd n[3], double point_off) {
 
 /* The same of lobes: where they shine, but for their powers. *most is at least the largest L.W. */
 SHD_INLINE shd_md rise_over_lobes(rectangle *r, const shd_vd w[3], shd_vd *most) {
-    const shd_vd zero = shd_vd_set(0), one = shd_vd_set(1);
+    const shd_vd zero = shd_vd_set(0);
     shd_vd k[3];
     shd_md some, whole;
     lay_plane(&r->edge, w, k);
     find_side(&r->edge, k, zero, &some, &whole);
     const shd_md lit = shd_md_and(r->lit, some), part = shd_md_and(lit, shd_md_not(whole));
     if (shd_md_any(part)) cut_off(&r->edge, k, part);
-    const shd_vd s = r->size, z = dot_lanes(w, r->toward),
-                 cosine = shd_vd_sqrt(shd_vd_max((one - s) * (one + s), zero)),
-                 sine = shd_vd_sqrt(shd_vd_max((one - z) * (one + z), zero));
-    const shd_md beside = shd_vd_gt_in(shd_vd_gt(one, s), cosine, z);
-    *most = shd_vd_select(beside, z * cosine + sine * s, one);
+    *most = most_of(w, r->toward, r->size);
     return lit;
-}
-
-/* Up to this, the n-th power is less than e^-40. */
-SHD_INLINE double faint_of(double n) {
-    return n > 0 ? exp(-40 / n) : -2;
 }

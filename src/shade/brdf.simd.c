@@ -3,6 +3,7 @@
  * shade/brdf.h, which tests/unit/shade_models.c holds it against. */
 #include "base/cpu.h"
 #include "shade/area_simd.h"
+#include "shade/circle_simd.h"
 #include "shade/extended.h"
 #include "shade/lights_simd.h"
 #include "shade/westin_simd.h"
@@ -37,10 +38,6 @@ SHD_INLINE void add_colors(const tints *t, size_t term, const shd_vd weights[3],
     }
     for (size_t i = 0; i < 3; i++)
         for (size_t c = 0; c < 3; c++) sums[c] += weights[i] * shd_vd_set(t->mix[term][i][c]);
-}
-
-SHD_INLINE shd_vd smaller(shd_vd a, shd_vd b) {
-    return shd_vd_select(shd_vd_gt(a, b), b, a);
 }
 
 /* A point, a light and what models make of both. */
@@ -85,7 +82,7 @@ SHD_INLINE shd_vd weigh_diffuse(const shd_plan_material *m, const arrival *by, c
 
 /* pi N.L / E(N.L, n). */
 SHD_INLINE shd_vd normalize_lobe(const shd_packed_energy *e, shd_vd facing) {
-    const shd_vd one = shd_vd_set(1), c = smaller(facing, one), kappa = shd_vd_set(e->kappa);
+    const shd_vd one = shd_vd_set(1), c = smaller_of(facing, one), kappa = shd_vd_set(e->kappa);
     const shd_vd t = (kappa - c) / (kappa + c),
                  x = (t - shd_vd_set(e->middle)) * shd_vd_set(e->twice);
     shd_vd b1 = shd_vd_set(0), b2 = b1; /* Clenshaw: x is doubled */
@@ -189,7 +186,7 @@ SHD_INLINE void add_facets(const shd_sums_job *job, uint32_t index, const tints 
     if (!shd_md_any(seen)) return;
     const shd_vd vh = shd_vd_sqrt(p->lv) * shd_vd_set(0.5), inverse = one / p->nv, nh2 = nh * nh;
     const shd_vd open =
-        smaller(smaller(inverse, two * nh / vh), two * nh * by->facing / (vh * p->nv));
+        smaller_of(smaller_of(inverse, two * nh / vh), two * nh * by->facing / (vh * p->nv));
     const shd_vd tangent = p->off * (two - p->off) / nh2;
     shd_vd weights[SHD_WIDE_LOBES];
     for (size_t k = 0; k < job->lobe_count; k++) {
@@ -242,9 +239,10 @@ SHD_INLINE unsigned add_light(const shd_sums_job *job, uint32_t index, const poi
 
 /* Whether all lobes have closed forms over rectangles. */
 static bool is_closed(const shd_plan_material *m) {
+    if (m->model != SHD_MODEL_PHONG) return false;
     for (size_t k = 0; k < m->lobe_count; k++)
         if (!shd_has_moments(m->lobes[k].shininess)) return false;
-    return m->model == SHD_MODEL_PHONG;
+    return true;
 }
 
 SHD_INLINE void add_area_lobes(const shd_sums_job *job, const tints *t, rectangle *r,
@@ -262,7 +260,7 @@ SHD_INLINE void add_area_lobes(const shd_sums_job *job, const tints *t, rectangl
     if (!any) return;
     sum_lobes(&r->edge, at->w, lobes, job->lobe_count, found);
     for (size_t k = 0; k < job->lobe_count; k++) {
-        const shd_vd weight = smaller(shd_vd_max(found[k], zero) * gain, largest);
+        const shd_vd weight = smaller_of(shd_vd_max(found[k], zero) * gain, largest);
         add_grey(t, 1 + job->first_lobe + k, shd_vd_mul_in(in[k], weight, shd_vd_set(1)),
                  sums + 3 + 3 * k);
     }
@@ -286,9 +284,56 @@ __attribute__((noinline)) static unsigned add_rectangle(const shd_sums_job *job,
     if (!t.step) t.color = light->color;
     const shd_vd half = shd_vd_set(0.5), zero = shd_vd_set(0),
                  sum = shd_vd_max(sum_diffuse(&r.edge, at->n) * half, zero) * gain;
-    add_grey(&t, 0, shd_vd_mul_in(r.lit, smaller(sum, largest), shd_vd_set(1)), sums);
+    add_grey(&t, 0, shd_vd_mul_in(r.lit, smaller_of(sum, largest), shd_vd_set(1)), sums);
     if (job->lobe_count) add_area_lobes(job, &t, &r, at, gain, sums);
     return left;
+}
+
+/* Adds a disc or a sphere to a material of Phong's model. As add_light. */
+__attribute__((noinline)) static unsigned add_circle(const shd_sums_job *job, uint32_t index,
+                                                     const points *at, shd_vd *sums) {
+    const shd_plan *plan = job->lighting->plan;
+    const shd_plan_light *light = &plan->lights[index];
+    const shd_plan_lobe *lobes = job->material->lobes + job->first_lobe;
+    const shd_vd one = shd_vd_set(1), largest = shd_vd_set(SHD_LARGEST_FALL),
+                 gain = shd_vd_set(shd_smaller(1 / shd_light_area(light->shape), SHD_LARGEST_FALL));
+    circle o;
+    shd_md bright, in[SHD_WIDE_LOBES];
+    shd_vd found[SHD_WIDE_LOBES];
+    if (job->lighting->exact[index].sheet_count) return (1u << VW) - 1;
+    see_circle(light->shape, at, plan->scale, &o);
+    keep_whole(&o, at, job->lobe_count, plan->point_off, &bright);
+    const bool shines = shd_md_any(bright);
+    if (shines) {
+        const shd_vd most = most_of(at->w, o.toward, o.size);
+        for (size_t k = 0; k < job->lobe_count; k++)
+            in[k] = shd_vd_gt_in(bright, most, shd_vd_set(faint_of(lobes[k].shininess)));
+        const shd_md hard = sum_round_lobes(&o, at->w, light->shape->type == SHD_LIGHT_SPHERE,
+                                            lobes, job->lobe_count, in, found);
+        o.left = shd_md_or(o.left, hard);
+        o.lit = shd_md_and(o.lit, shd_md_not(hard));
+    }
+    const unsigned left = shd_md_bits(o.left);
+    if (!shd_md_any(o.lit)) return left;
+    tints t = tints_of(job, index);
+    if (!t.step) t.color = light->color;
+    const shd_vd diffuse = smaller_of(sum_round_diffuse(&o, at->n) * gain, largest);
+    add_grey(&t, 0, shd_vd_mul_in(o.lit, diffuse, one), sums);
+    for (size_t k = 0; shines && k < job->lobe_count; k++) {
+        const shd_vd weight = smaller_of(found[k] * gain, largest);
+        add_grey(&t, 1 + job->first_lobe + k, shd_vd_mul_in(shd_md_and(in[k], o.lit), weight, one),
+                 sums + 3 + 3 * k);
+    }
+    return left;
+}
+
+/* Adds a light with a shape to a material of Phong's model; rectangles only if it is `closed`. As
+ * add_light. */
+SHD_INLINE unsigned add_shape(const shd_sums_job *job, uint32_t index, bool closed,
+                              const points *at, shd_vd *sums) {
+    if (job->lighting->plan->lights[index].shape->type != SHD_LIGHT_RECT)
+        return add_circle(job, index, at, sums);
+    return closed ? add_rectangle(job, index, at, sums) : (1u << VW) - 1;
 }
 
 /* Microgeometry has no lobes, and a view that counts for all lights. */
@@ -351,8 +396,8 @@ void SHD_VARIANT(shd_brdf64)(const shd_sums_job *job) {
             const bool held = lights[index].kind != SHD_KIND_WIDE;
             if (held && !shape)
                 left = add_light(job, index, &at, all, sums);
-            else if (held && closed && shape->type == SHD_LIGHT_RECT)
-                left = add_rectangle(job, index, &at, sums);
+            else if (held && job->material->model == SHD_MODEL_PHONG)
+                left = add_shape(job, index, closed, &at, sums);
             if (count < VW) left &= (1u << count) - 1;
             if (left) add_left(job, index, i, left, sums);
         }

@@ -12,22 +12,35 @@ SHD_INLINE shd_vd shd_polynomial64(shd_vd x, const double *c, int n) {
     return sum;
 }
 
-/* exp(x) for x in [-700, 0]; 1 at 0 and never more. x = k log 2 + r, |r| <= log(2)/2, and e^r is
- * 1 + r + r^2/2 + r^3 times a minimax polynomial, off by 6e-18. */
-SHD_INLINE shd_vd shd_exp64(shd_vd x) {
+/* e^r - 1 and k of exp(x) = 2^k e^r, |r| <= log(2)/2, x in [-700, 0]: r + r^2/2 + r^3 times a
+ * minimax polynomial, off by 6e-18. k comes shifted to a double's last bits. */
+SHD_INLINE shd_vd shd_split_exp64(shd_vd x, shd_vd *shifted) {
     static const double tail[] = {
         0x1.5555555555501p-3,  0x1.5555555553206p-5,  0x1.1111111128879p-7,
         0x1.6c16c17cc34bbp-10, 0x1.a01a011c23842p-13, 0x1.a019ab2cdd096p-16,
         0x1.71df553fcb12ap-19, 0x1.289f8b35256ddp-22, 0x1.ad201aa9111b4p-26};
     const shd_vd magic = shd_vd_set(0x1.8p52); /* rounds to an integer */
-    shd_vd shifted = x * shd_vd_set(0x1.71547652b82fep0) + magic;
-    shd_vd k = shifted - magic;
+    *shifted = x * shd_vd_set(0x1.71547652b82fep0) + magic;
+    shd_vd k = *shifted - magic;
     /* log 2 in two parts; the first times k is exact */
     shd_vd r = x - k * shd_vd_set(0x1.62e42feep-1) - k * shd_vd_set(0x1.a39ef35793c76p-33);
     shd_vd r2 = r * r;
     shd_vd sum = shd_polynomial64(r, tail, 9) * (r2 * r);
-    shd_vd power = shd_vd_set(1) + (r + (r2 * shd_vd_set(0.5) + sum));
+    return r + (r2 * shd_vd_set(0.5) + sum);
+}
+
+/* exp(x) for x in [-700, 0]; 1 at 0 and never more. */
+SHD_INLINE shd_vd shd_exp64(shd_vd x) {
+    shd_vd shifted, power = shd_vd_set(1) + shd_split_exp64(x, &shifted);
     return (shd_vd)((shd_vul)power + ((shd_vul)shifted << 52));
+}
+
+/* 1 - exp(x) for x in [-700, 0], whose digits are all its own: 1 - 2^k - 2^k (e^r - 1). */
+SHD_INLINE shd_vd shd_fall64(shd_vd x) {
+    const shd_vd one = shd_vd_set(1);
+    shd_vd shifted, rest = shd_split_exp64(x, &shifted);
+    const shd_vd scale = (shd_vd)((shd_vul)one + ((shd_vul)shifted << 52));
+    return (one - scale) - scale * rest;
 }
 
 /* log(1 - d) for d in [0, 1 - 2^-53]. 1 - d = 2^k (1 + f) with 1 + f in [sqrt(1/2), sqrt(2)); f

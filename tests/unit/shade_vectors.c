@@ -17,17 +17,25 @@
 typedef __float128 wide;
 #define wide_exp   expq
 #define wide_log1p log1pq
+#define wide_expm1 expm1q
 #define wide_atan2 atan2q
 #else
 typedef long double wide;
 #define wide_exp   expl
 #define wide_log1p log1pl
+#define wide_expm1 expm1l
 #define wide_atan2 atan2l
 #endif
 
 static double exp_of(double x) {
     double out[SHD_W / 2];
     shd_vd_store(out, shd_exp64(shd_vd_set(x)));
+    return out[0];
+}
+
+static double fall_of(double x) {
+    double out[SHD_W / 2];
+    shd_vd_store(out, shd_fall64(shd_vd_set(x)));
     return out[0];
 }
 
@@ -63,6 +71,19 @@ static void exp_is_within_an_ulp(void **state) {
     }
     print_message("exp: %.2e relative\n", worst);
     assert_true(worst < 2.3e-16);
+}
+
+static void falls_are_within_some_ulps(void **state) {
+    (void)state;
+    srand(4);
+    double worst = 0;
+    for (int i = 0; i < 200000; i++) {
+        const double x = -some(-300, 9.45);
+        worst = fmax(worst, relative(fall_of(x), -wide_expm1((wide)x)));
+    }
+    print_message("1 - exp: %.2e relative\n", worst);
+    assert_true(worst < 5e-16);
+    assert_true(fall_of(0) == 0 && fall_of(-700) == 1);
 }
 
 static void log_is_within_an_ulp(void **state) {
@@ -147,9 +168,13 @@ static void log2_is_near_an_ulp_of_f32(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(exp_is_within_an_ulp),        cmocka_unit_test(log_is_within_an_ulp),
-        cmocka_unit_test(angles_are_within_some_ulps), cmocka_unit_test(ends_are_exact),
-        cmocka_unit_test(exp2_is_near_an_ulp_of_f32),  cmocka_unit_test(log2_is_near_an_ulp_of_f32),
+        cmocka_unit_test(exp_is_within_an_ulp),
+        cmocka_unit_test(falls_are_within_some_ulps),
+        cmocka_unit_test(log_is_within_an_ulp),
+        cmocka_unit_test(angles_are_within_some_ulps),
+        cmocka_unit_test(ends_are_exact),
+        cmocka_unit_test(exp2_is_near_an_ulp_of_f32),
+        cmocka_unit_test(log2_is_near_an_ulp_of_f32),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
