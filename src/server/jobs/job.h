@@ -61,7 +61,8 @@ struct shd_job {
     size_t variant;
     unsigned char *decoded;
     size_t body_bytes; /* of both, as the server counts them */
-    bool takes_gzip;   /* its one exchange does, as above */
+    bool takes_gzip;   /* its one exchange does, as above, */
+    bool takes_parts;  /* and multipart/form-data */
 
     char id[SHD_ID_SIZE]; /* of the request that it was made for */
     shd_request *request;

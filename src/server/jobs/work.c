@@ -234,6 +234,7 @@ static shd_job *make_job(shd_exchange *exchange, const shd_work *work) {
                                   .is_digest = exchange->kept,
                                   .settings = exchange->settings->number}};
     memcpy(job->id, exchange->id, sizeof job->id);
+    job->takes_parts = shd_accepts(exchange->accept, "multipart/form-data");
     shd_question *asked = &job->question;
     strcpy(job->client, exchange->client);
     job->takes_gzip = shd_accepts_gzip(exchange->accept_encoding);

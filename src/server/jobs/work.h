@@ -28,6 +28,13 @@ void shd_job_enter(shd_job *job, shd_waiter *waiter);
 /* Of a variant of a batch: the job has a `variety`. */
 extern const shd_work shd_variant_work;
 
+/* Parts of the work of pictures: shd_work's functions, and, for the end of its `read`, whether the
+ * picture is kept. */
+void shd_picture_find(shd_job *job);
+void shd_picture_run(shd_job *job);
+bool shd_picture_settle(const shd_job *job, const shd_exchange *exchange, shd_reply *reply);
+void shd_picture_add(const shd_job *job, double queued, shd_reply *reply);
+
 /* server->jobs, once there is an engine. */
 shd_status shd_server_start_jobs(shd_server *server, shd_error *error);
 
