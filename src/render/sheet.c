@@ -49,6 +49,12 @@ static void blame_variant(const reading *a, size_t index, shd_status status, con
                           const char *detail) {
     shd_report *report = &a->request->report;
     char *place = shd_variants_place(a->request->batch, index, pointer);
+    for (size_t i = 0; place && i < shd_report_errors_kept(report); i++) {
+        if (strcmp(report->errors[i].pointer, place) || strcmp(report->errors[i].detail, detail))
+            continue; /* what is wrong with the scene is so with all */
+        free(place);
+        return;
+    }
     const bool named = place && !strncmp(place, "/variants/", strlen("/variants/")) && *pointer;
     shd_report_error(report, status, place ? place : "", "%s%s%s", named ? pointer : "",
                      named ? ": " : "", detail);

@@ -2,6 +2,8 @@
 
 import io
 import json
+import os
+from pathlib import Path
 import unittest
 
 import numpy
@@ -13,6 +15,7 @@ from e2e.daemon_test import ENDLESS, wait_until
 
 SCENE = {"image": {"width": 60, "height": 40, "samples": 1}, "objects": [{"type": "sphere", "material": "m"}],
          "materials": {"m": {"diffuse": [0.6, 0.3, 0.1], "specular": 0.5}}}
+LONG = {**ENDLESS, "image": {"width": 2000, "height": 2000, "samples": 16}}
 SHININESS = "/materials/m/shininess"
 SWEEP = {SHININESS: [10, 30, 90, 270]}
 GROUND = 0x26
@@ -74,7 +77,7 @@ class SheetTest(unittest.TestCase):
 
     def test_formats_and_depths(self):
         for output, kind in (({"format": "webp", "quality": 100}, "webp"), ({"format": "tiff"}, "tiff"),
-                             ({"bitDepth": 16}, "png"), ({"format": "jpeg"}, "jpeg"), ({"channel": 1}, "png")):
+                             ({"bitDepth": 16}, "png"), ({"format": "jpeg"}, "jpeg"), ({"channel": "G"}, "png")):
             scene = {**SCENE, "output": output}
             answer = self.sheet(scene=scene, sweep=SWEEP, sheet={"columns": 2, "labels": False})
             self.assertEqual(answer.headers["Content-Type"], f"image/{kind}")
@@ -103,10 +106,11 @@ class SheetTest(unittest.TestCase):
         for one, other in zip(self.cells(got, 4, 2, label)[0], self.cells(plain, 4, 2)[0]):
             numpy.testing.assert_array_equal(one, other)
         rest = self.cells(got, 4, 2, label)[1]
-        for row in (0, 1):  # something is written, and nothing left of it or beyond
+        for row in (0, 1):  # something is written, and nothing beside it
             strip = rest[GAP + 40 + row * (44 + label):][:label, GAP:GAP + 60, 0]
             self.assertGreater((strip > 100).sum(), 20)
-            self.assertEqual(set(numpy.unique(strip[:, (0, -1)])), {GROUND})
+        between = numpy.concatenate([rest[:, x:x + GAP, 0] for x in (0, 60 + GAP, 2 * (60 + GAP))])
+        self.assertEqual(set(numpy.unique(between)), {GROUND})
         given = [f"shininess {value}" for value in SWEEP[SHININESS]]
         self.assertEqual(self.sheet(sweep=SWEEP, sheet={"columns": 2, "labels": given}).body, made)
         self.assertNotEqual(self.sheet(sweep=SWEEP, sheet={"columns": 2, "labels": ["a", "b", "c", "d"]}).body, made)
@@ -181,21 +185,27 @@ class SheetTest(unittest.TestCase):
         many = {**SCENE, "image": {"width": 60, "height": 40, "samples": 16}}
         self.refused("/sheet", "`samples`", scene=many, sweep={"/ambient": [i / 64 for i in range(8)]})
 
+    def test_the_contact_sheet_of_the_examples(self):
+        batch = json.loads((Path(os.environ["SHADED_SOURCE"]) / "api/examples/batch/contact-sheet.json").read_text())
+        batch["scene"]["image"] = {"width": 60, "height": 40, "samples": 1}
+        found, _ = self.cells(pixels(self.sheet(**batch).body), 12, 4, 18)
+        self.assertEqual(len({cell.tobytes() for cell in found}), 12)
+
     def test_accept_has_a_say(self):
         for accept, status in (("image/png", 200), ("multipart/form-data", 406), ("text/css", 406), ("*/*", 200)):
             answer = self.daemon.post("/v1/batch", {"scene": SCENE, "sheet": {}}, {"Accept": accept})
             self.assertEqual(answer.status, status, accept)
 
     def test_who_leaves_ends_it(self):
-        batch = {"scene": ENDLESS, "sweep": {"/ambient": [0.1, 0.2]}, "sheet": {}}
+        batch = {"scene": LONG, "sweep": {"/ambient": [0.1, 0.2]}, "sheet": {}}
         with Daemon("--threads", "1", "--timeout", "300") as daemon:
             reader = Reader(daemon, batch)
-            wait_until(lambda: daemon.metrics()["shaded_workers_busy"] == 1)
+            wait_until(lambda: daemon.metrics()["shaded_large_begun"] == 1)
             reader.close()
             wait_until(lambda: daemon.metrics()["shaded_workers_busy"] == 0)
 
     def test_it_has_one_deadline(self):
-        batch = {"scene": ENDLESS, "sweep": {"/ambient": [0.1, 0.2]}, "sheet": {}}
+        batch = {"scene": LONG, "sweep": {"/ambient": [0.1, 0.2]}, "sheet": {}}
         with Daemon("--threads", "1", "--timeout", "1") as daemon:
             self.assertEqual(daemon.post("/v1/batch", batch).status, 504)
             wait_until(lambda: daemon.metrics()["shaded_workers_busy"] == 0)
