@@ -190,9 +190,9 @@ shd_status shd_batch_document(const shd_batch *batch, size_t index, const shd_re
 /* Whether the batch asks for one picture of all variants, a sheet. */
 bool shd_batch_has_sheet(const shd_batch *batch);
 
-/* After shd_request_read_batch: reads each variant of a batch with a sheet, and makes the sheet what
- * the request renders. The batch is the request's from then on, whatever comes of it. Returns the
- * report's status. */
+/* After shd_request_read_batch: reads each variant of a batch with a sheet, and makes the sheet
+ * what the request renders. The batch is the request's from then on, whatever comes of it. Returns
+ * the report's status. */
 shd_status shd_request_read_sheet(shd_request *request, shd_batch *batch, shd_format fallback);
 
 /* Errors and warnings so far; never NULL. */

@@ -18,9 +18,9 @@ struct shd_request {
     shd_color_lease *lease;
     bool full, crowded; /* as another arena of it has been */
     shd_report report;
-    const shd_scene *scene;  /* NULL: it has a sheet */
+    const shd_scene *scene;          /* NULL: it has a sheet */
     struct shd_contact_sheet *sheet; /* NULL: it has a scene */
-    shd_batch *batch;        /* the sheet's, owned */
+    shd_batch *batch;                /* the sheet's, owned */
     shd_held_mesh *held;
     struct shd_held_table *tables;
     bool held_full; /* the arena had no room to hold more */
