@@ -67,8 +67,12 @@ static shd_status render_cell(shd_request *cell, const shd_render_options *optio
 
 shd_status shd_request_render(shd_request *request, const shd_render_options *options,
                               shd_error *error) {
-    const shd_status status = request->sheet
-                                  ? shd_sheet_render(request, options, render_cell, error)
-                                  : render_scene(request, options, error);
+    shd_status status;
+    if (!request->sheet)
+        status = render_scene(request, options, error);
+    else if (request->sheet->turns)
+        status = shd_turn_render(request, options, render_cell, error);
+    else
+        status = shd_sheet_render(request, options, render_cell, error);
     return shd_request_blame(request, status, error);
 }

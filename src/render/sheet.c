@@ -188,40 +188,50 @@ static void lay_out(shd_contact_sheet *sheet, int columns) {
     sheet->height = sheet->gap + (int)sheet->rows * (h + sheet->label_height + sheet->gap);
 }
 
-static void check_limit(shd_report *report, const char *what, uint64_t value, shd_limit limit,
-                        uint64_t most) {
+static void check_limit(shd_report *report, const char *place, const char *what, uint64_t value,
+                        shd_limit limit, uint64_t most) {
     if (value <= most) return;
-    shd_report_error(report, SHD_LIMIT, "/sheet", "%s %llu; the limit `%s` is %llu", what,
+    shd_report_error(report, SHD_LIMIT, place, "%s %llu; the limit `%s` is %llu", what,
                      (unsigned long long)value, shd_limit_names[limit], (unsigned long long)most);
     shd_report_limit(report, limit);
 }
 
-static void check_whole(reading *a) {
-    shd_contact_sheet *sheet = a->sheet;
+/* Frames are counted as if they were one picture. */
+static void check_limits(const reading *a, uint64_t pixels) {
     shd_report *report = &a->request->report;
     const shd_limits *limits = &a->request->limits;
+    const char *place = a->sheet->turns ? "/turntable" : "/sheet";
+    check_limit(report, place, "its pixels are", pixels, SHD_LIMIT_PIXELS, limits->pixels);
+    check_limit(report, place, "the samples of its pictures are", a->samples, SHD_LIMIT_SAMPLES,
+                limits->samples);
+    check_limit(report, place, "samples times lights times terms of its pictures are",
+                a->light_samples, SHD_LIMIT_LIGHT_SAMPLES, limits->light_samples);
+    check_limit(report, place, "the bytes that it and its pictures take at least are",
+                a->sheet->needs, SHD_LIMIT_MEMORY, limits->memory);
+}
+
+static void check_grid(reading *a) {
+    shd_contact_sheet *sheet = a->sheet;
     const shd_format_info *format = shd_format_get(sheet->format);
+    const uint64_t pixels = (uint64_t)sheet->width * (uint64_t)sheet->height;
     if (sheet->width > format->side || sheet->height > format->side) {
-        shd_report_error(report, SHD_SCENE, "/sheet",
+        shd_report_error(&a->request->report, SHD_SCENE, "/sheet",
                          "a %s picture is at most %d pixels wide and high, not %d x %d",
                          format->name, format->side, sheet->width, sheet->height);
         return;
     }
-    check_limit(report, "its pixels are", (uint64_t)sheet->width * (uint64_t)sheet->height,
-                SHD_LIMIT_PIXELS, limits->pixels);
-    check_limit(report, "the samples of its pictures are", a->samples, SHD_LIMIT_SAMPLES,
-                limits->samples);
-    check_limit(report, "samples times lights times terms of its pictures are", a->light_samples,
-                SHD_LIMIT_LIGHT_SAMPLES, limits->light_samples);
-    if (report->status != SHD_OK) return;
     const shd_image image = shd_sheet_image(sheet);
     const uint64_t scratch = shd_image_scratch(&image, sheet->format, true);
     const shd_pack pack = shd_pack_of(&image, sheet->format);
-    sheet->needs =
-        (uint64_t)sheet->width * (uint64_t)sheet->height * (uint64_t)pack.count * pack.bytes;
+    sheet->needs = pixels * (uint64_t)pack.count * pack.bytes;
     add_saturated(&sheet->needs, scratch > a->needs ? scratch : a->needs);
-    check_limit(report, "bytes that the sheet and its pictures take at least are", sheet->needs,
-                SHD_LIMIT_MEMORY, limits->memory);
+    check_limits(a, pixels);
+}
+
+static void check_frames(reading *a) {
+    a->sheet->needs = a->needs;
+    check_limits(a, (uint64_t)a->sheet->cell_width * (uint64_t)a->sheet->cell_height *
+                        a->sheet->count);
 }
 
 shd_image shd_sheet_image(const shd_contact_sheet *sheet) {
@@ -234,18 +244,30 @@ shd_image shd_sheet_image(const shd_contact_sheet *sheet) {
                        .slots = 1};
 }
 
-static void make_etag(reading *a, const shd_sheet_wish *wish) {
+static void make_etag(reading *a, int shape_given) {
     uint8_t bytes[(sizeof a->request->etag - 1) / 2];
-    const uint32_t shape[] = {(uint32_t)wish->columns, (uint32_t)a->sheet->columns,
+    const uint32_t shape[] = {(uint32_t)shape_given, (uint32_t)a->sheet->columns,
                               (uint32_t)a->sheet->label_height};
     sha256_update(&a->hash, sizeof shape, (const uint8_t *)shape);
     sha256_digest(&a->hash, sizeof bytes, bytes);
     base16_encode_update(a->request->etag, sizeof bytes, bytes);
 }
 
-static shd_status read_sheet(shd_request *request, shd_format fallback) {
-    static const char kind[] = "sheet 1";
-    const shd_sheet_wish wish = shd_variants_sheet(request->batch);
+static void read_grid(reading *a) {
+    const shd_sheet_wish wish = shd_variants_sheet(a->request->batch);
+    shd_report *report = &a->request->report;
+    if (wish.labels && !measure_labels(a)) {
+        shd_report_error(report, SHD_EXHAUSTED, "", "out of memory");
+        return;
+    }
+    lay_out(a->sheet, wish.columns);
+    check_grid(a);
+    make_etag(a, wish.columns);
+}
+
+static shd_status read_all(shd_request *request, shd_format fallback) {
+    static const char *const kinds[] = {"sheet 1", "turntable 1"};
+    const shd_turn turn = shd_variants_turn(request->batch);
     shd_report *report = &request->report;
     shd_contact_sheet *sheet = shd_arena_zalloc(request->rendering.arena, 1, sizeof *sheet);
     if (!sheet) {
@@ -254,26 +276,26 @@ static shd_status read_sheet(shd_request *request, shd_format fallback) {
     }
     request->sheet = sheet;
     sheet->count = shd_variants_count(request->batch);
+    sheet->turns = turn.frames;
     sheet->fallback = fallback;
     reading a = {.request = request, .sheet = sheet};
     sha256_init(&a.hash);
-    sha256_update(&a.hash, sizeof kind, (const uint8_t *)kind);
+    sha256_update(&a.hash, strlen(kinds[sheet->turns]), (const uint8_t *)kinds[sheet->turns]);
     for (size_t i = 0; i < sheet->count && read_cell(&a, i); i++) continue;
     if (report->status != SHD_OK) return report->status;
-    if (wish.labels && !measure_labels(&a)) {
-        shd_report_error(report, SHD_EXHAUSTED, "", "out of memory");
-        return report->status;
+    if (sheet->turns) {
+        check_frames(&a);
+        make_etag(&a, turn.milliseconds);
+    } else {
+        read_grid(&a);
     }
-    lay_out(sheet, wish.columns);
-    check_whole(&a);
-    make_etag(&a, &wish);
     return report->status;
 }
 
-shd_status shd_request_read_sheet(shd_request *request, shd_batch *batch, shd_format fallback) {
+shd_status shd_request_read_one(shd_request *request, shd_batch *batch, shd_format fallback) {
     request->batch = batch;
     shd_stage_begin(&request->rendering);
-    const shd_status status = read_sheet(request, fallback);
+    const shd_status status = read_all(request, fallback);
     shd_stage_end(&request->rendering, &request->rendering.times.parse);
     return shd_request_blame_report(request, status);
 }

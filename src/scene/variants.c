@@ -35,7 +35,9 @@ shd_status shd_variants_document(const shd_variants *v, size_t index, const atom
     shd_draft draft = {.cancelled = cancelled};
     shd_status status = SHD_OK;
     assert(index < v->count);
-    if (v->patches)
+    if (v->turn.frames)
+        shd_put_frame(&v->turn, index, &draft, v->scene);
+    else if (v->patches)
         shd_patch_merge(&draft, v->scene, v->patches[index]);
     else
         status = sweep(v, index, &draft, error);
@@ -60,6 +62,10 @@ size_t shd_variants_size(const shd_variants *v) {
 
 shd_sheet_wish shd_variants_sheet(const shd_variants *v) {
     return v->wish;
+}
+
+shd_turn shd_variants_turn(const shd_variants *v) {
+    return v->turn;
 }
 
 const char *shd_variants_name(const shd_variants *v) {
@@ -153,18 +159,31 @@ static void check_sweep(shd_reader *r, const shd_node *node, void *out) {
         shd_wrong(r, node, "the lists have more than %d combinations", SHD_VARIANTS_MOST);
 }
 
-static void check_tree(shd_reader *r, json_t *tree, shd_sheet_wish *wish) {
-    enum { VARIANTS = 1, SWEEP = 2 };
+/* How all variants become one answer. */
+typedef struct joining {
+    shd_sheet_wish sheet;
+    shd_turn turn;
+} joining;
+
+static void check_tree(shd_reader *r, json_t *tree, joining *out) {
+    enum { VARIANTS = 1, SWEEP = 2, SHEET = 4, TURN = 8 };
     static const shd_field fields[] = {
-        {"$schema", .read = shd_read_label},      {"name", .read = shd_read_label},
-        {"scene", check_scene, .required = true}, {"variants", check_variants, .mark = VARIANTS},
-        {"sweep", check_sweep, .mark = SWEEP},    {"sheet", .read = shd_read_sheet_wish},
+        {"$schema", .read = shd_read_label},
+        {"name", .read = shd_read_label},
+        {"scene", check_scene, .required = true},
+        {"variants", check_variants, .mark = VARIANTS},
+        {"sweep", check_sweep, .mark = SWEEP},
+        {"sheet", shd_read_sheet_wish, .offset = offsetof(joining, sheet), .mark = SHEET},
+        {"turntable", shd_read_turn, .offset = offsetof(joining, turn), .mark = TURN},
     };
     const shd_node root = {.value = tree};
     if (!tree || !shd_is_object(r, &root)) return;
-    shd_read_fields(r, &root, fields, SHD_LENGTH(fields), 0, "the batch", wish);
+    shd_read_fields(r, &root, fields, SHD_LENGTH(fields), 0, "the batch", out);
     if ((r->seen & (VARIANTS | SWEEP)) == (VARIANTS | SWEEP))
         shd_wrong(r, &root, "give either `variants` or `sweep`, not both");
+    if (r->seen & TURN && r->seen & (VARIANTS | SWEEP | SHEET))
+        shd_wrong(r, &root, "a turntable is of one scene: give no `variants`, `sweep` or `sheet`");
+    shd_find_orbit(json_object_get(tree, "scene"), &out->turn);
 }
 
 /* ---- Finding the parts ---- */
@@ -243,10 +262,12 @@ static void try_first(const shd_variants *v, const atomic_bool *cancelled, shd_r
     free(text);
 }
 
-static void check_parts(shd_variants *v, shd_sheet_wish wish, const atomic_bool *cancelled,
+static void check_parts(shd_variants *v, const joining *joined, const atomic_bool *cancelled,
                         shd_report *report) {
-    v->wish = wish;
-    if (wish.wanted && v->count > SHD_CELLS_MOST)
+    v->wish = joined->sheet;
+    v->turn = joined->turn;
+    if (v->turn.frames) v->count = (size_t)v->turn.frames;
+    if (v->wish.wanted && v->count > SHD_CELLS_MOST)
         shd_report_error(report, SHD_SCENE, "/sheet", "a sheet has at most %d variants, not %zu",
                          SHD_CELLS_MOST, v->count);
     if (v->labels && v->label_count != v->count)
@@ -264,15 +285,15 @@ shd_status shd_variants_read(const char *text, size_t length, const shd_limits *
         return report->status;
     shd_reader r = {
         .limits = limits, .cancelled = cancelled, .arena = arena, .json = &json, .report = report};
-    shd_sheet_wish wish = {0};
-    check_tree(&r, json.tree, &wish);
+    joining joined = {0};
+    check_tree(&r, json.tree, &joined);
     shd_json_drop(&json, arena);
     if (report->status != SHD_OK) return report->status;
     shd_variants *v = calloc(1, sizeof *v);
     if (!v || !take_parts(v, shd_span_of(text, text + length)))
         shd_report_error(report, SHD_EXHAUSTED, "", "out of memory");
     else
-        check_parts(v, wish, cancelled, report);
+        check_parts(v, &joined, cancelled, report);
     if (report->status == SHD_OK)
         *out = v;
     else

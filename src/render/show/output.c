@@ -390,6 +390,6 @@ shd_status shd_output_make(shd_rendering *r, const shd_film *film, size_t index,
     shd_stage_end(r, &r->times.encode);
     if (status != SHD_OK) return status;
     shd_arena_return(r->arena, mark);
-    *out = (shd_picture){d.output->name, d.output->format, bytes.data, bytes.size};
+    *out = (shd_picture){d.output->name, d.output->format, bytes.data, bytes.size, false};
     return SHD_OK;
 }

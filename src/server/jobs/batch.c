@@ -291,20 +291,21 @@ static parade *new_parade(shd_job *job, shd_batch *batch) {
 
 static void read_batch(shd_job *job);
 
-/* A sheet is a picture, and the job's from now on. */
-static void read_sheet(shd_job *job, shd_batch *batch) {
+/* A sheet, or a turntable, is a picture, and the job's from now on. */
+static void read_one(shd_job *job, shd_batch *batch) {
     static const shd_work work = {.read = read_batch,
                                   .run = shd_picture_run,
                                   .settle = shd_picture_settle,
                                   .add = shd_picture_add};
-    const shd_status status = shd_request_read_sheet(job->request, batch, job->question.fallback);
+    const shd_status status = shd_request_read_one(job->request, batch, job->question.fallback);
     if (status == SHD_CANCELLED) return;
     job->work = &work;
     if (status != SHD_OK)
         shd_problem_report(&job->reply, shd_request_report(job->request), SHD_BAD_SCENE);
     else if (!job->question.picture_accepted)
         shd_problem_reply(&job->reply, SHD_NOT_ACCEPTABLE,
-                          "Accept admits multipart/form-data only, but the batch has a `sheet`");
+                          "Accept admits multipart/form-data only, but the batch asks for one "
+                          "picture");
     else
         shd_picture_find(job);
 }
@@ -315,7 +316,8 @@ static void read_parts(shd_job *job, shd_batch *batch) {
     if (!job->takes_parts) {
         shd_batch_drop(batch);
         shd_problem_reply(reply, SHD_NOT_ACCEPTABLE,
-                          "a batch without a `sheet` is answered as multipart/form-data");
+                          "a batch without a `sheet` or a `turntable` is answered as "
+                          "multipart/form-data");
         return;
     }
     parade *p = new_parade(job, batch);
@@ -338,8 +340,8 @@ static void read_batch(shd_job *job) {
     if (status == SHD_CANCELLED) return;
     if (status != SHD_OK)
         shd_problem_report(&job->reply, shd_request_report(job->request), SHD_BAD_SCENE);
-    else if (shd_batch_has_sheet(batch))
-        read_sheet(job, batch);
+    else if (shd_batch_is_one(batch))
+        read_one(job, batch);
     else
         read_parts(job, batch);
 }

@@ -92,7 +92,9 @@ static void set_multipart(shd_reply *reply, shd_budget *budget, shd_request *req
 static void set_single(shd_reply *reply, shd_budget *budget, shd_request *request) {
     size_t count;
     const shd_picture *picture = shd_request_pictures(request, &count);
-    const char *media_type = shd_format_get(picture->format)->media_type;
+    const char *media_type = picture->animated && picture->format == SHD_PNG
+                                 ? "image/apng"
+                                 : shd_format_get(picture->format)->media_type;
     const size_t size = picture->size;
     assert(count == 1);
     shd_reply_give(reply, media_type, shd_request_take(request, 0), size);
