@@ -422,7 +422,7 @@ class ServerTest(unittest.TestCase):
     def batch_path(self):
         content = DOCUMENT["paths"][BATCH]["post"]["requestBody"]["content"]
         examples = {name: example["value"] for name, example in content["application/json"]["examples"].items()}
-        sheets = {name: examples.pop(name) for name in list(examples) if "sheet" in examples[name]}
+        sheets = {name: examples.pop(name) for name in list(examples) if {"sheet", "turntable"} & set(examples[name])}
         counts = [len(parts(self.batch(self.daemon, "200", value))) for value in examples.values()]
         self.assertEqual(counts, [2, 8])
         for value in sheets.values():

@@ -22,14 +22,24 @@ LONG = {**ENDLESS, "image": {"width": 2000, "height": 2000, "samples": 16}}
 
 
 def turned(scene, share):
-    """The scene with its camera after a share of the turn: O. Rodrigues' formula."""
+    """The scene with its camera after a share of the turn: O. Rodrigues' formula, in the daemon's order, so that
+    the last digits are its own."""
+    if not share:
+        return scene
     camera = {"position": [0, 0, 4], "target": [0, 0, 0], "up": [0, 1, 0], **scene.get("camera", {})}
-    target = numpy.array(camera["target"], float)
-    axis = numpy.array(camera["up"], float) / math.sqrt(numpy.dot(camera["up"], camera["up"]))
-    d = numpy.array(camera["position"], float) - target
+
+    def dot(a, b):
+        return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+    largest = max(map(abs, camera["up"]))
+    up = [x / largest for x in camera["up"]]
+    up = [x * (1 / math.sqrt(dot(up, up))) for x in up]
+    d = [p - t for p, t in zip(camera["position"], camera["target"])]
+    beside = [up[1] * d[2] - up[2] * d[1], up[2] * d[0] - up[0] * d[2], up[0] * d[1] - up[1] * d[0]]
     c, s = math.cos(2 * math.pi * share), math.sin(2 * math.pi * share)
-    position = target + (d * c + numpy.cross(axis, d) * s + axis * (numpy.dot(axis, d) * (1 - c)))
-    return {**scene, "camera": {**camera, "position": list(position)}}
+    along = dot(up, d) * (1 - c)
+    position = [t + (x * c + y * s + z * along) for t, x, y, z in zip(camera["target"], d, beside, up)]
+    return {**scene, "camera": {**camera, "position": position}}
 
 
 def frames_of(data):
@@ -73,11 +83,6 @@ class TurntableTest(unittest.TestCase):
         self.assertEqual(answer.status, 200, answer.body[:500])
         return numpy.array(Image.open(io.BytesIO(answer.body)).convert("RGBA")).astype(int)
 
-    def assert_near(self, one, other):
-        """The positions differ in their last digits, so that an edge may go through another sample."""
-        self.assertEqual(one.shape, other.shape)
-        self.assertLess((one != other).mean(), 0.002)
-
     def test_frames_are_the_pictures_of_the_turned_camera(self):
         for kind, output in (("apng", {}), ("webp", {"quality": 100})):
             for background in (0.1, [0, 0, 0, 0]):
@@ -90,7 +95,7 @@ class TurntableTest(unittest.TestCase):
                 png = {"format": "png"}
                 numpy.testing.assert_array_equal(found[0], self.alone(scene, 0, **png))
                 for i, frame in enumerate(found):
-                    self.assert_near(frame, self.alone(scene, i / 5, **png))
+                    numpy.testing.assert_array_equal(frame, self.alone(scene, i / 5, **png))
                 self.assertEqual(len({frame.tobytes() for frame in found}), 5)
 
     def test_a_quarter_of_a_turn_without_a_camera(self):
@@ -99,7 +104,9 @@ class TurntableTest(unittest.TestCase):
         found = frames_of(self.turn(scene, frames=4, format="apng").body)[1]
         for i, position in enumerate(([0, 0, 4], [4, 0, 0], [0, 0, -4], [-4, 0, 0])):
             answer = self.daemon.render({**scene, "camera": {"position": position}})
-            self.assert_near(found[i], numpy.array(Image.open(io.BytesIO(answer.body)).convert("RGBA")).astype(int))
+            expected = numpy.array(Image.open(io.BytesIO(answer.body)).convert("RGBA")).astype(int)
+            # The sine of pi is not quite 0: an edge may go through another sample.
+            self.assertLess((found[i] != expected).mean(), 0.01)
 
     def test_apng_is_a_png_whose_picture_is_the_first_frame(self):
         data = self.turn(format="apng", frames=7).body
@@ -138,12 +145,11 @@ class TurntableTest(unittest.TestCase):
     def refused(self, pointer, word, scene=SCENE, **members):
         answer = self.daemon.post("/v1/batch", {"scene": scene, **members})
         self.assertEqual(answer.status, 422, answer.body[:500])
-        errors = {error["pointer"]: error["detail"] for error in json.loads(answer.body)["errors"]}
-        self.assertIn(pointer, errors)
-        self.assertIn(word, errors[pointer])
+        errors = json.loads(answer.body)["errors"]
+        self.assertTrue([e for e in errors if e["pointer"] == pointer and word in e["detail"]], errors)
 
     def test_mistakes(self):
-        self.refused("/turntable/frames", "", turntable={})
+        self.refused("/turntable", "frames", turntable={})
         self.refused("/turntable/frames", "2 to 360", turntable={"frames": 361})
         self.refused("/turntable/format", "apng", turntable={"frames": 3, "format": "gif"})
         self.refused("/turntable/duration", "10 to", turntable={"frames": 3, "duration": 1})

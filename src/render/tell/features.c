@@ -11,7 +11,7 @@
 static const char *const always[] = {
     "analyze", "batch", "brdf",     "budget",  "compare", "css-colors", "explain",
     "layers",  "links", "meshes",   "opacity", "outputs", "preview",    "region",
-    "scenes",  "sheet", "spectral", "sweep",   "trace",
+    "scenes",  "sheet", "spectral", "sweep",   "trace",   "turntable",
 };
 
 static void tell_group(json_t *list, const char *group, const char *const *names) {
