@@ -28,6 +28,8 @@ shd_status shd_sheet_cell(shd_request *request, size_t index, shd_request **out,
     char *text;
     size_t length;
     shd_request *cell = NULL;
+    /* Before each of many, others take their turn. */
+    request->rendering.beside -= shd_pool_lend(request->rendering.engine->pool);
     shd_status status = shd_request_new(request->rendering.engine, &cell, error);
     if (status != SHD_OK) return status;
     cell->rendering.cancelled = request->rendering.cancelled;

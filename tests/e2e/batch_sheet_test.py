@@ -1,5 +1,6 @@
 """POST /v1/batch with a sheet: all variants in one picture."""
 
+import gzip
 import io
 import json
 import os
@@ -186,10 +187,23 @@ class SheetTest(unittest.TestCase):
         self.refused("/sheet", "`samples`", scene=many, sweep={"/ambient": [i / 64 for i in range(8)]})
 
     def test_the_contact_sheet_of_the_examples(self):
-        batch = json.loads((Path(os.environ["SHADED_SOURCE"]) / "api/examples/batch/contact-sheet.json").read_text())
+        batch = json.loads((Path(os.environ["SHADED_SOURCE"]) / "api/batches/contact-sheet.json").read_text())
         batch["scene"]["image"] = {"width": 60, "height": 40, "samples": 1}
         found, _ = self.cells(pixels(self.sheet(**batch).body), 12, 4, 18)
         self.assertEqual(len({cell.tobytes() for cell in found}), 12)
+
+    def test_many_long_documents_have_a_turn_of_their_own(self):
+        many = {**SCENE, "lights": [{"type": "point", "position": [i / 7, 3, 4]} for i in range(300)]}
+        batch = {"scene": many, "sweep": {"/ambient": [i / 16 for i in range(8)]}, "sheet": {"labels": False}}
+        plain = self.sheet(**batch)
+        body = gzip.compress(json.dumps(batch).encode())
+        self.assertLess(len(json.dumps(batch)), 64 << 10)
+        with Daemon("--threads", "1", "--response-cache", "0") as daemon:
+            for coding in ({}, {"Content-Encoding": "gzip"}):
+                got = daemon.post("/v1/batch", body if coding else batch, coding)
+                self.assertEqual((got.status, got.body), (200, plain.body))
+        expected = pixels(self.render({**many, "ambient": 7 / 16}))
+        numpy.testing.assert_array_equal(self.cells(pixels(plain.body), 8, 3)[0][7], expected)
 
     def test_accept_has_a_say(self):
         for accept, status in (("image/png", 200), ("multipart/form-data", 406), ("text/css", 406), ("*/*", 200)):

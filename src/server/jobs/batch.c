@@ -297,6 +297,10 @@ static void read_one(shd_job *job, shd_batch *batch) {
                                   .run = shd_picture_run,
                                   .settle = shd_picture_settle,
                                   .add = shd_picture_add};
+    if (shd_job_outgrows(job, shd_batch_count(batch) * shd_batch_size(batch))) {
+        shd_batch_drop(batch);
+        return;
+    }
     const shd_status status = shd_request_read_one(job->request, batch, job->question.fallback);
     if (status == SHD_CANCELLED) return;
     job->work = &work;

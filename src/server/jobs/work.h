@@ -45,5 +45,9 @@ extern const shd_departure shd_exchange_departure;
  * report says. */
 void shd_job_read(shd_job *job);
 
+/* For shd_work.read, of a body that stands for so many bytes of documents. True: to read these is
+ * for another turn, in which `read` is called again. It does no more then. */
+bool shd_job_outgrows(shd_job *job, size_t documents);
+
 /* The document's warnings, the first few of them, as headers of the reply. */
 void shd_job_warn(shd_job *job);
