@@ -78,7 +78,12 @@ static void take_first(shd_contact_sheet *sheet, const shd_scene *scene) {
     sheet->cell_height = scene->raster.h;
     sheet->format = output->format;
     sheet->depth = output->depth;
-    sheet->grey = output->channel >= 0;
+    sheet->channel = output->channel;
+}
+
+/* Color, a channel of it, or alpha: they have different samples. */
+static int find_kind(int channel) {
+    return channel < 0 ? -1 : channel == 3;
 }
 
 static bool check_cell(const reading *a, size_t index, const shd_scene *scene) {
@@ -101,9 +106,9 @@ static bool check_cell(const reading *a, size_t index, const shd_scene *scene) {
     } else if (output->depth != sheet->depth) {
         pointer = "/output/bitDepth";
         detail = "all pictures of a sheet have the depth of the first one";
-    } else if ((output->channel >= 0) != sheet->grey) {
+    } else if (find_kind(output->channel) != find_kind(sheet->channel)) {
         pointer = "/output/channel";
-        detail = "all pictures of a sheet show a channel, or none does";
+        detail = "all pictures of a sheet are of color, of one channel, or of alpha";
     }
     if (pointer) blame_variant(a, index, SHD_SCENE, pointer, detail);
     return !pointer;
@@ -239,7 +244,7 @@ static void check_frames(reading *a) {
 shd_image shd_sheet_image(const shd_contact_sheet *sheet) {
     return (shd_image){.width = sheet->width,
                        .height = sheet->height,
-                       .channel = sheet->grey ? 0 : -1,
+                       .channel = sheet->channel,
                        .alpha = sheet->alpha,
                        .depth = sheet->depth,
                        .quality = 100,

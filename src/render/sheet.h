@@ -17,7 +17,8 @@ typedef struct shd_contact_sheet {
     shd_format format;
     shd_format fallback; /* of variants that name none */
     shd_depth depth;
-    bool alpha, grey;
+    int channel;          /* as shd_image.channel, of the first one */
+    bool alpha;           /* of any of them */
     uint64_t work, needs; /* as shd_request_work and shd_request_needs */
     char told[224];       /* as shd_request_plan */
 } shd_contact_sheet;

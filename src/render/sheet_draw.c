@@ -85,6 +85,9 @@ static shd_status copy_cell(const sheet_drawing *d, const shd_image *image, shd_
     int left, top;
     find_place(d, &left, &top);
     if (!packed) return shd_rendering_full(&d->request->rendering, "picture", error);
+    if (pack.bytes != d->pack.bytes || pack.count > d->pack.count ||
+        pack.count + (d->pack.alpha && !pack.alpha) != d->pack.count)
+        return shd_fail(error, SHD_INTERNAL, "", "a sheet's picture has other samples than it");
     for (int y = 0; y < image->height; y++) {
         const unsigned char *from = packed;
         if (image->samples)
@@ -154,6 +157,8 @@ static void take_look(sheet_drawing *d, const shd_image *cell) {
     shd_rendering *r = &d->request->rendering;
     shd_image *image = &d->image;
     if (d->at) {
+        if (image->about && (!cell->about || strcmp(image->about, cell->about)))
+            image->about = NULL;
         if (cell->transfer == image->transfer && cell->has_primaries == image->has_primaries &&
             !memcmp(cell->primaries, image->primaries, sizeof cell->primaries))
             return;

@@ -98,6 +98,17 @@ class SheetTest(unittest.TestCase):
         for cell, background in zip(found, ([0, 0, 0, 0], 0.5)):
             numpy.testing.assert_array_equal(cell, pixels(self.render({**SCENE, "background": background})))
 
+    def test_channels(self):
+        scene = {**SCENE, "background": [0, 0, 0, 0]}
+        for channels in (["R", "B"], ["A"], ["G"]):
+            answer = self.sheet(scene=scene, sweep={"/output/channel": channels}, sheet={"columns": 2, "labels": False})
+            found, _ = self.cells(pixels(answer.body), len(channels), 2)
+            for cell, channel in zip(found, channels):
+                alone = pixels(self.render({**scene, "output": {"channel": channel}}))
+                numpy.testing.assert_array_equal(cell, alone, channel)
+        for channels in (["A", "R"], ["R", "A"]):
+            self.refused("/sweep/~1output~1channel/1", "alpha", scene=scene, sweep={"/output/channel": channels})
+
     def test_labels_are_below_their_cells(self):
         plain = pixels(self.sheet(sweep=SWEEP, sheet={"columns": 2, "labels": False}).body)
         made = self.sheet(sweep=SWEEP, sheet={"columns": 2}).body
