@@ -100,7 +100,7 @@ add_custom_target(manual ${all} DEPENDS ${made})
 install(FILES README.md CHANGELOG.md SECURITY.md DESTINATION ${docdir} COMPONENT documents)
 install(DIRECTORY docs DESTINATION ${docdir} COMPONENT documents
         PATTERN site EXCLUDE PATTERN make EXCLUDE)
-install(DIRECTORY api/examples DESTINATION ${docdir} COMPONENT documents)
+install(DIRECTORY api/examples api/batches DESTINATION ${docdir} COMPONENT documents)
 install(FILES config/materials.json config/shaded.ocio api/openapi.yaml api/openapi.json
               api/scene.schema.json
         DESTINATION ${CMAKE_INSTALL_DATADIR}/shaded COMPONENT documents)

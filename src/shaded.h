@@ -187,6 +187,14 @@ size_t shd_batch_size(const shd_batch *batch);      /* bytes of the scene that t
 shd_status shd_batch_document(const shd_batch *batch, size_t index, const shd_request *request,
                               char **json, size_t *length, shd_error *error);
 
+/* Whether the batch asks for one picture of all variants: a sheet, or a turntable. */
+bool shd_batch_is_one(const shd_batch *batch);
+
+/* After shd_request_read_batch, of a batch that asks for one picture: reads each variant, and makes
+ * that picture what the request renders. The batch is the request's from then on, whatever comes of
+ * it. Returns the report's status. */
+shd_status shd_request_read_one(shd_request *request, shd_batch *batch, shd_format fallback);
+
 /* Errors and warnings so far; never NULL. */
 const shd_report *shd_request_report(const shd_request *request);
 
@@ -263,6 +271,7 @@ typedef struct shd_picture {
     shd_format format;
     unsigned char *data;
     size_t size;
+    bool animated; /* several frames, of a turntable: in PNG, what is called APNG */
 } shd_picture;
 
 /* After a successful render. The bytes live as long as the request. */

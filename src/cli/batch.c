@@ -67,7 +67,8 @@ static int count_digits(size_t most) {
 /* The name of a line's picture: its own, or the line's number; and the variant's, if there are
  * several. NULL: it was said why there is none. The caller frees it. */
 static char *make_name(const item *e, const shd_batch *variants, size_t index) {
-    const size_t count = variants ? shd_batch_count(variants) : 1;
+    const bool is_one = !variants || shd_batch_is_one(variants);
+    const size_t count = is_one ? 1 : shd_batch_count(variants);
     const char *given = variants ? shd_batch_name(variants) : "";
     char number[32] = "", *name = NULL;
     if (!*given) snprintf(number, sizeof number, "%06zu", e->line);
@@ -172,6 +173,15 @@ static void render_variants(const item *e, const shd_batch *variants) {
     }
 }
 
+/* All variants become one picture. */
+static void render_one(const item *e, shd_request *request, shd_batch *variants) {
+    char *name = make_name(e, variants, 0);
+    const shd_status status = shd_request_read_one(request, variants, SHD_PNG);
+    cli_print_report(cli_name_of(e->batch->path), e->line, shd_request_report(request));
+    count_picture(e->batch, name && status == SHD_OK && render(e, name, request));
+    free(name);
+}
+
 static void render_line(const item *e) {
     shd_request *request = NULL;
     shd_batch *variants = NULL;
@@ -184,15 +194,19 @@ static void render_line(const item *e) {
     }
     if (shd_request_new(e->batch->engine, &request, &error) != SHD_OK) {
         cli_print_error(e->place, &error);
+        count_picture(e->batch, false);
     } else if (shd_request_read_batch(request, e->text, e->length, &variants) != SHD_OK) {
         cli_print_report(cli_name_of(e->batch->path), e->line, shd_request_report(request));
+        count_picture(e->batch, false);
+    } else if (shd_batch_is_one(variants)) {
+        render_one(e, request, variants); /* which are the request's */
+    } else {
+        shd_request_drop(request);
+        request = NULL;
+        render_variants(e, variants);
+        shd_batch_drop(variants);
     }
     shd_request_drop(request);
-    if (variants)
-        render_variants(e, variants);
-    else
-        count_picture(e->batch, false);
-    shd_batch_drop(variants);
 }
 
 /* ---- Lines ---- */

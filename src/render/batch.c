@@ -23,6 +23,10 @@ bool shd_batch_is(const char *json, size_t length) {
     return shd_variants_are(json, length);
 }
 
+bool shd_batch_is_one(const shd_batch *batch) {
+    return shd_variants_sheet(batch).wanted || shd_variants_turn(batch).frames;
+}
+
 const char *shd_batch_name(const shd_batch *batch) {
     return shd_variants_name(batch);
 }

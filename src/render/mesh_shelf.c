@@ -7,7 +7,7 @@ shd_status shd_request_keep_made(shd_request *request, const shd_mesh *mesh,
                                  shd_error *error) {
     shd_store *store = request->rendering.engine->store;
     shd_ready_mesh ready;
-    shd_status status = shd_ready_mesh_make(mesh, digest, &request->cancelled,
+    shd_status status = shd_ready_mesh_make(mesh, digest, request->rendering.cancelled,
                                             request->rendering.arena, &ready, error);
     shd_stored *thing;
     if (status == SHD_OK)

@@ -1,11 +1,12 @@
 /* The story: a scene becomes pictures. */
 #include "render/planning.h"
 #include "render/request.h"
+#include "render/sheet.h"
 #include "render/show/output.h"
 #include "render/tiles/keep.h"
 
-static shd_status render_scene(shd_request *request, const shd_render_options *options,
-                               shd_error *error) {
+static shd_status render_film(shd_request *request, const shd_render_options *options,
+                              shd_film *film, shd_error *error) {
     const shd_scene *scene = request->scene;
     shd_rendering *r = &request->rendering;
     shd_status status = shd_request_prepare_formats(request, error);
@@ -22,17 +23,25 @@ static shd_status render_scene(shd_request *request, const shd_render_options *o
     request->reused = recall.light      ? SHD_REUSED_LIGHT
                       : recall.geometry ? SHD_REUSED_GEOMETRY
                                         : SHD_REUSED_NOTHING;
-    shd_film film = {0};
     shd_sight *sight = NULL;
-    status = shd_output_prepare(r, &film, error);
-    if (status == SHD_OK) status = shd_rendering_admit(r, &film, !recall.light, error);
+    status = shd_output_prepare(r, film, error);
+    if (status == SHD_OK) status = shd_rendering_admit(r, film, !recall.light, error);
     if (status == SHD_OK && !recall.light)
         status = shd_sight_new(r->plan, r->cancelled, r->arena, &sight, error);
     shd_stage_end(r, &r->times.visibility);
 
     /* What is seen, and how is it lit? */
-    if (status == SHD_OK) status = shd_film_render(r, sight, &recall, options, &film, error);
+    if (status == SHD_OK) status = shd_film_render(r, sight, &recall, options, film, error);
     shd_recall_close(&recall, status == SHD_OK);
+    return status;
+}
+
+static shd_status render_scene(shd_request *request, const shd_render_options *options,
+                               shd_error *error) {
+    const shd_scene *scene = request->scene;
+    shd_rendering *r = &request->rendering;
+    shd_film film = {0};
+    shd_status status = render_film(request, options, &film, error);
     if (status != SHD_OK) return status;
 
     /* How is it shown? */
@@ -48,7 +57,22 @@ static shd_status render_scene(shd_request *request, const shd_render_options *o
     return SHD_OK;
 }
 
+/* A variant's pixels, for a picture of several. */
+static shd_status render_cell(shd_request *cell, const shd_render_options *options, shd_image *out,
+                              shd_error *error) {
+    shd_film film = {0};
+    const shd_status status = render_film(cell, options, &film, error);
+    return status == SHD_OK ? shd_output_paint(&cell->rendering, &film, 0, out, error) : status;
+}
+
 shd_status shd_request_render(shd_request *request, const shd_render_options *options,
                               shd_error *error) {
-    return shd_request_blame(request, render_scene(request, options, error), error);
+    shd_status status;
+    if (!request->sheet)
+        status = render_scene(request, options, error);
+    else if (request->sheet->turns)
+        status = shd_turn_render(request, options, render_cell, error);
+    else
+        status = shd_sheet_render(request, options, render_cell, error);
+    return shd_request_blame(request, status, error);
 }

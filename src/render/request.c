@@ -8,10 +8,12 @@
 
 #include "plan/cost.h"
 #include "render/request.h"
+#include "render/sheet.h"
 #include "render/show/output.h"
 #include "render/tell/estimate.h"
 #include "render/tiles/fragments.h"
 #include "render/westin_tables.h"
+#include "scene/variants.h"
 
 shd_status shd_request_new(shd_engine *engine, shd_request **out, shd_error *error) {
     shd_request *request = calloc(1, sizeof *request);
@@ -49,6 +51,7 @@ void shd_request_drop(shd_request *request) {
     shd_held_tables_drop(request->tables);
     shd_arena_drop(request->rendering.arena);
     shd_color_lease_drop(request->lease);
+    shd_variants_drop(request->batch);
     free(request);
 }
 
@@ -129,8 +132,9 @@ shd_status shd_request_prepare_formats(shd_request *request, shd_error *error) {
     shd_error why;
     shd_stage_begin(&request->rendering);
     for (size_t o = 0; o < scene->output_count; o++) {
-        const shd_status status = shd_image_prepare(
-            scene->outputs[o].format, request->rendering.engine->budget, &request->cancelled, &why);
+        const shd_status status =
+            shd_image_prepare(scene->outputs[o].format, request->rendering.engine->budget,
+                              request->rendering.cancelled, &why);
         if (status != SHD_OK) return fail_format(scene, o, status, why.text, error);
     }
     shd_stage_end(&request->rendering, &request->rendering.times.encode);
@@ -173,13 +177,16 @@ static shd_status check_lights(shd_request *request) {
     return request->report.status;
 }
 
-/* The time that the plan is expected to take, by the table of its kernels. */
-static shd_status check_work(const shd_rendering *r, shd_error *error) {
+double shd_rendering_seconds(const shd_rendering *r) {
     const shd_plan *plan = r->plan;
     const shd_raster *raster = &plan->scene->raster;
     const shd_ray_cost cost = shd_plan_ray_cost(plan, plan->tier, shd_plan_kernel_costs(plan));
     const double pixels = (double)raster->w * raster->h;
-    const double seconds = (pixels * (cost.rays + cost.light) + cost.meshes) / 1e9;
+    return (pixels * (cost.rays + cost.light) + cost.meshes) / 1e9;
+}
+
+static shd_status check_work(const shd_rendering *r, shd_error *error) {
+    const double seconds = shd_rendering_seconds(r);
     if (seconds <= (double)r->limits->work) return SHD_OK;
     shd_fail(error, SHD_LIMIT, "",
              "it is expected to take %.0f seconds of one processor; the limit `work` is %llu",
@@ -219,9 +226,9 @@ shd_status shd_request_read(shd_request *request, const char *json, size_t lengt
     const shd_mesh_shelf shelf = shd_mesh_shelf_of(request);
     const bool keeps = shd_store_load_of(engine->store).cap > 0;
     shd_stage_begin(&request->rendering);
-    shd_status status = shd_scene_read(json, length, &engine->catalog, &request->limits,
-                                       &request->cancelled, fallback, keeps ? &shelf : NULL,
-                                       request->rendering.arena, &request->scene, &request->report);
+    shd_status status = shd_scene_read(
+        json, length, &engine->catalog, &request->limits, request->rendering.cancelled, fallback,
+        keeps ? &shelf : NULL, request->rendering.arena, &request->scene, &request->report);
     if (status == SHD_MISSING && request->held_full) /* what is missing was not looked for */
         status = report_only(request, SHD_MEMORY, "the limit `memory` is reached");
     if (status == SHD_OK) status = check_formats(request);
@@ -241,19 +248,19 @@ const char *shd_request_etag(const shd_request *request) {
 }
 
 uint64_t shd_request_work(const shd_request *request) {
-    return shd_estimate_work(request->scene);
+    return request->sheet ? request->sheet->work : shd_estimate_work(request->scene);
 }
 
 uint64_t shd_request_needs(const shd_request *request) {
-    return shd_estimate_memory(request->scene);
+    return request->sheet ? request->sheet->needs : shd_estimate_memory(request->scene);
 }
 
 bool shd_request_multipart(const shd_request *request) {
-    return request->scene->multipart;
+    return request->scene && request->scene->multipart;
 }
 
 shd_format shd_request_format(const shd_request *request, size_t index) {
-    return request->scene->outputs[index].format;
+    return request->sheet ? request->sheet->format : request->scene->outputs[index].format;
 }
 
 void shd_request_cancel(shd_request *request) {
@@ -283,6 +290,7 @@ const shd_times *shd_request_times(const shd_request *request) {
 }
 
 const char *shd_request_plan(const shd_request *request) {
+    if (request->sheet) return request->sheet->told;
     return request->rendering.plan ? request->rendering.plan->summary : "";
 }
 

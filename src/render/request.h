@@ -18,7 +18,9 @@ struct shd_request {
     shd_color_lease *lease;
     bool full, crowded; /* as another arena of it has been */
     shd_report report;
-    const shd_scene *scene;
+    const shd_scene *scene;          /* NULL: it has a sheet */
+    struct shd_contact_sheet *sheet; /* NULL: it has a scene */
+    shd_batch *batch;                /* the sheet's, owned */
     shd_held_mesh *held;
     struct shd_held_table *tables;
     bool held_full; /* the arena had no room to hold more */
@@ -46,6 +48,9 @@ shd_status shd_request_keep_made(shd_request *request, const shd_mesh *mesh,
 
 /* For reading the request's scene: the meshes of the engine's store, which it then holds. */
 shd_mesh_shelf shd_mesh_shelf_of(shd_request *request);
+
+/* Seconds of one processor that the plan is expected to take, by the table of its kernels. */
+double shd_rendering_seconds(const shd_rendering *r);
 
 struct shd_film;
 

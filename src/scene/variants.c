@@ -5,23 +5,7 @@
 #include <string.h>
 
 #include "scene/patch.h"
-#include "scene/read.h"
-
-/* A list of values for one place. */
-typedef struct axis {
-    char *pointer;
-    shd_span *values;
-    size_t count;
-} axis;
-
-struct shd_variants {
-    shd_span scene;
-    char *name; /* NULL: there is none */
-    size_t count;
-    shd_span *patches; /* NULL: there is a sweep, or nothing is varied */
-    axis axes[SHD_AXES_MOST];
-    size_t axis_count;
-};
+#include "scene/variants_parts.h"
 
 /* ---- Documents ---- */
 
@@ -33,7 +17,7 @@ static shd_status sweep(const shd_variants *v, size_t index, shd_draft *draft, s
     if (!v->axis_count)
         shd_patch_merge(draft, document, (shd_span){nothing, nothing + strlen(nothing)});
     for (size_t i = 0; i < v->axis_count; i++) {
-        const axis *a = &v->axes[i];
+        const shd_axis *a = &v->axes[i];
         shd_draft next = {.cancelled = draft->cancelled};
         stride /= a->count;
         const shd_status status = shd_patch_replace(&next, document, a->pointer,
@@ -51,7 +35,9 @@ shd_status shd_variants_document(const shd_variants *v, size_t index, const atom
     shd_draft draft = {.cancelled = cancelled};
     shd_status status = SHD_OK;
     assert(index < v->count);
-    if (v->patches)
+    if (v->turn.frames)
+        shd_put_frame(&v->turn, index, &draft, v->scene);
+    else if (v->patches)
         shd_patch_merge(&draft, v->scene, v->patches[index]);
     else
         status = sweep(v, index, &draft, error);
@@ -74,6 +60,14 @@ size_t shd_variants_size(const shd_variants *v) {
     return (size_t)(v->scene.end - v->scene.at);
 }
 
+shd_sheet_wish shd_variants_sheet(const shd_variants *v) {
+    return v->wish;
+}
+
+shd_turn shd_variants_turn(const shd_variants *v) {
+    return v->turn;
+}
+
 const char *shd_variants_name(const shd_variants *v) {
     return v->name ? v->name : "";
 }
@@ -85,6 +79,7 @@ void shd_variants_drop(shd_variants *v) {
         free(v->axes[i].values);
     }
     free(v->patches);
+    free(v->labels);
     free(v->name);
     free(v);
 }
@@ -164,18 +159,31 @@ static void check_sweep(shd_reader *r, const shd_node *node, void *out) {
         shd_wrong(r, node, "the lists have more than %d combinations", SHD_VARIANTS_MOST);
 }
 
-static void check_tree(shd_reader *r, json_t *tree) {
-    enum { VARIANTS = 1, SWEEP = 2 };
+/* How all variants become one answer. */
+typedef struct joining {
+    shd_sheet_wish sheet;
+    shd_turn turn;
+} joining;
+
+static void check_tree(shd_reader *r, json_t *tree, joining *out) {
+    enum { VARIANTS = 1, SWEEP = 2, SHEET = 4, TURN = 8 };
     static const shd_field fields[] = {
-        {"$schema", .read = shd_read_label},      {"name", .read = shd_read_label},
-        {"scene", check_scene, .required = true}, {"variants", check_variants, .mark = VARIANTS},
+        {"$schema", .read = shd_read_label},
+        {"name", .read = shd_read_label},
+        {"scene", check_scene, .required = true},
+        {"variants", check_variants, .mark = VARIANTS},
         {"sweep", check_sweep, .mark = SWEEP},
+        {"sheet", shd_read_sheet_wish, .offset = offsetof(joining, sheet), .mark = SHEET},
+        {"turntable", shd_read_turn, .offset = offsetof(joining, turn), .mark = TURN},
     };
     const shd_node root = {.value = tree};
     if (!tree || !shd_is_object(r, &root)) return;
-    shd_read_fields(r, &root, fields, SHD_LENGTH(fields), 0, "the batch", r);
+    shd_read_fields(r, &root, fields, SHD_LENGTH(fields), 0, "the batch", out);
     if ((r->seen & (VARIANTS | SWEEP)) == (VARIANTS | SWEEP))
         shd_wrong(r, &root, "give either `variants` or `sweep`, not both");
+    if (r->seen & TURN && r->seen & (VARIANTS | SWEEP | SHEET))
+        shd_wrong(r, &root, "a turntable is of one scene: give no `variants`, `sweep` or `sheet`");
+    shd_find_orbit(json_object_get(tree, "scene"), &out->turn);
 }
 
 /* ---- Finding the parts ---- */
@@ -198,11 +206,23 @@ static bool take_axes(shd_variants *v, shd_span object) {
     shd_span key, value;
     v->count = 1;
     while (shd_span_next(object, &at, &key, &value)) {
-        axis *a = &v->axes[v->axis_count++];
+        shd_axis *a = &v->axes[v->axis_count++];
         a->pointer = shd_span_text(key);
         a->values = list_items(value, &a->count);
         if (!a->pointer || !a->values) return false;
         v->count *= a->count;
+    }
+    return true;
+}
+
+/* Those that the sheet has of its own. */
+static bool take_labels(shd_variants *v, shd_span sheet) {
+    const char *at = NULL;
+    shd_span key, value;
+    while (shd_span_next(sheet, &at, &key, &value)) {
+        if (!shd_span_is(key, "labels") || *value.at != '[') continue;
+        v->labels = list_items(value, &v->label_count);
+        return v->labels;
     }
     return true;
 }
@@ -224,6 +244,8 @@ static bool take_parts(shd_variants *v, shd_span whole) {
             is_complete = v->patches;
         } else if (shd_span_is(key, "sweep")) {
             is_complete = take_axes(v, value);
+        } else if (shd_span_is(key, "sheet")) {
+            is_complete = take_labels(v, value);
         }
     }
     return is_complete && v->scene.at;
@@ -240,6 +262,21 @@ static void try_first(const shd_variants *v, const atomic_bool *cancelled, shd_r
     free(text);
 }
 
+static void check_parts(shd_variants *v, const joining *joined, const atomic_bool *cancelled,
+                        shd_report *report) {
+    v->wish = joined->sheet;
+    v->turn = joined->turn;
+    if (v->turn.frames) v->count = (size_t)v->turn.frames;
+    if (v->wish.wanted && v->count > SHD_CELLS_MOST)
+        shd_report_error(report, SHD_SCENE, "/sheet", "a sheet has at most %d variants, not %zu",
+                         SHD_CELLS_MOST, v->count);
+    if (v->labels && v->label_count != v->count)
+        shd_report_error(report, SHD_SCENE, "/sheet/labels",
+                         "expected a label for each variant, which are %zu, got %zu", v->count,
+                         v->label_count);
+    try_first(v, cancelled, report);
+}
+
 shd_status shd_variants_read(const char *text, size_t length, const shd_limits *limits,
                              const atomic_bool *cancelled, shd_arena *arena, shd_variants **out,
                              shd_report *report) {
@@ -248,14 +285,15 @@ shd_status shd_variants_read(const char *text, size_t length, const shd_limits *
         return report->status;
     shd_reader r = {
         .limits = limits, .cancelled = cancelled, .arena = arena, .json = &json, .report = report};
-    check_tree(&r, json.tree);
+    joining joined = {0};
+    check_tree(&r, json.tree, &joined);
     shd_json_drop(&json, arena);
     if (report->status != SHD_OK) return report->status;
     shd_variants *v = calloc(1, sizeof *v);
     if (!v || !take_parts(v, shd_span_of(text, text + length)))
         shd_report_error(report, SHD_EXHAUSTED, "", "out of memory");
     else
-        try_first(v, cancelled, report);
+        check_parts(v, &joined, cancelled, report);
     if (report->status == SHD_OK)
         *out = v;
     else

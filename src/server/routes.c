@@ -14,8 +14,7 @@
 #include "server/jobs/work.h"
 #include "server/ops/settings.h"
 
-static const char media_json[] = "application/json", media_page[] = "text/html",
-                  media_parts[] = "multipart/form-data";
+static const char media_json[] = "application/json", media_page[] = "text/html";
 
 /* At "/" are the list of paths for programs and the page for people: that is for who likes HTML
  * better than JSON, as browsers do. */
@@ -173,14 +172,11 @@ static bool admit_media_types(shd_exchange *exchange) {
                            media_json);
     if (exchange->route == SHD_ROUTE_SCENE || exchange->route == SHD_ROUTE_KEPT)
         return shd_scene_link_admit(exchange);
-    if (exchange->route == SHD_ROUTE_RENDER || exchange->route == SHD_ROUTE_PREVIEW)
+    if (exchange->route == SHD_ROUTE_RENDER || exchange->route == SHD_ROUTE_PREVIEW ||
+        exchange->route == SHD_ROUTE_BATCH)
         return admit_picture(exchange);
     if (exchange->route == SHD_ROUTE_BRDF) return admit_figure(exchange);
     if (is_studio(exchange) || is_page(exchange)) return admit_file(exchange);
-    if (exchange->route == SHD_ROUTE_BATCH)
-        return shd_accepts(exchange->accept, media_parts) ||
-               shd_problem_reply(&exchange->reply, SHD_NOT_ACCEPTABLE, "this path answers %s",
-                                 media_parts);
     /* The contract and the schema are files rather than representations: no negotiation. */
     const char *type = exchange->settings->documents[exchange->route].media_type;
     return (type && strcmp(type, media_json) != 0) || admit_json(exchange);

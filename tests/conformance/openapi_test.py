@@ -421,9 +421,15 @@ class ServerTest(unittest.TestCase):
 
     def batch_path(self):
         content = DOCUMENT["paths"][BATCH]["post"]["requestBody"]["content"]
-        counts = [len(parts(self.batch(self.daemon, "200", example["value"])))
-                  for example in content["application/json"]["examples"].values()]
+        examples = {name: example["value"] for name, example in content["application/json"]["examples"].items()}
+        sheets = {name: examples.pop(name) for name in list(examples) if {"sheet", "turntable"} & set(examples[name])}
+        counts = [len(parts(self.batch(self.daemon, "200", value))) for value in examples.values()]
         self.assertEqual(counts, [2, 8])
+        for value in sheets.values():
+            tag = self.batch(self.daemon, "200", value).headers["ETag"]
+            self.batch(self.daemon, "304", value, **{"If-None-Match": tag})
+        unknown = {**SMALL, "objects": [{"type": "mesh", "data": "sha256-" + "0" * 64}]}
+        self.batch(self.daemon, "409", {"scene": unknown, "sheet": {}})
         self.batch(self.daemon, "400", b"{")
         self.check(self.daemon.call("PUT", BATCH, b"{}", JSON), BATCH, "post", "405")
         self.batch(self.daemon, "406", Accept="image/png")

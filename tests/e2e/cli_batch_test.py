@@ -46,6 +46,22 @@ class BatchTest(Case):
         self.assertEqual(self.bytes_of("000004-0.png"), self.rendered({**SMALL, "background": [0, 1, 0]}))
         self.assertEqual(self.bytes_of("swept-10.png"), self.rendered({**SMALL, "background": [0, 0, 10 / 11]}))
 
+    def test_a_sheet_and_a_turntable_are_one_file(self):
+        swept = {"scene": SMALL, "sweep": {"/background": [0.1, 0.2, 0.3]}}
+        self.write({"name": "all", **swept, "sheet": {"columns": 3, "labels": False}},
+                   {"scene": {**SMALL, "output": {"format": "jpeg"}}, "sheet": {}},
+                   {"name": "around", "scene": SMALL, "turntable": {"frames": 3}},
+                   {"name": "round", "scene": SMALL, "turntable": {"frames": 3, "format": "apng"}})
+        done = self.batch()
+        self.assertEqual((done.returncode, done.stderr), (0, b""))
+        self.assertEqual(self.made(), ["000002.jpeg", "all.png", "around.webp", "round.png"])
+        self.assertIn(b"acTL", self.bytes_of("round.png"))
+        self.assertIn(b"ANIM", self.bytes_of("around.webp"))
+        self.write({"scene": SMALL, "variants": [{}, {"camera": {"fov": 900}}], "sheet": {}})
+        done = self.batch()
+        self.assertEqual(done.returncode, 1)
+        self.assertIn(b"/variants/1", done.stderr)
+
     def test_outputs_become_a_folder(self):
         self.write({"name": "both", "scene": {**SMALL, "outputs": [{"name": "a"}, {"name": "b", "format": "jpeg"}]}})
         self.assertEqual(self.batch().returncode, 0)

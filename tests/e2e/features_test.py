@@ -67,6 +67,8 @@ class Features(unittest.TestCase):
             "region": lambda: render({**SMALL, "image": {**SMALL["image"], "region": [0, 0, 4, 4]}}),
             "scenes": self.put_scene,
             "spectral": lambda: render({**SMALL, "spectral": {}}),
+            "sheet": lambda: post("/v1/batch", {"scene": SMALL, "sheet": {"labels": False}}),
+            "turntable": lambda: post("/v1/batch", {"scene": SMALL, "turntable": {"frames": 2}}),
             "sweep": lambda: post("/v1/batch", {"scene": with_material(shininess=3),
                                                 "sweep": {"/objects/0/material/shininess": [3, 9]}}),
             "trace": lambda: render({**SMALL, "trace": {"shadows": True}}),

@@ -283,6 +283,20 @@ class DaemonTest(Case):
                 self.assertTrue(b"urn:shaded:problem:" in body or not body.endswith(b"--\r\n"), body)
             self.assertTrue(whole(self.ask(daemon, "/v1/batch", batch)[1]))
 
+    def test_sheets_and_turntables_are_right_or_refused(self):
+        batches = {"sheet": {"scene": SCENE, "sweep": {"/background": [0, 0.5]}, "sheet": {}},
+                   "webp": {"scene": SCENE, "turntable": {"frames": 2}},
+                   "apng": {"scene": SCENE, "turntable": {"frames": 2, "format": "apng"}}}
+        flags = ("--reuse", "0", "--response-cache", "0")
+        with Daemon(*flags, "--log-requests", "off") as calm, self.start(*flags) as daemon:
+            self.before = self.descriptors(daemon)
+            for name, batch in batches.items():
+                def right(batch, answer):
+                    return answer[0] == 200 and answer == self.ask(calm, "/v1/batch", batch)
+
+                self.refuse_each(f"POST /v1/batch {name}", daemon, "/v1/batch",
+                                 lambda n, batch=batch: another_batch(batch, n), right)
+
     def test_what_is_kept_stays_right(self):
         self.try_pictures(True, "--reuse", "1M", "--response-cache", "64K")
 

@@ -352,17 +352,37 @@ static shd_status color_drawing(shd_rendering *r, const shd_film *film, drawing 
     return made ? SHD_OK : shd_rendering_full(r, "picture", error);
 }
 
+/* Its pixels, in the arena. */
+static shd_status make_drawing(shd_rendering *r, const shd_film *film, size_t index, drawing *out,
+                               shd_error *error) {
+    shd_stage_begin(r);
+    shd_status status = begin_drawing(r, film, index, out, error);
+    if (status == SHD_OK && out->output->scope)
+        status = shd_scope_make(r, film, out->output, &out->image.samples, error);
+    else if (status == SHD_OK)
+        status = color_drawing(r, film, out, error);
+    shd_stage_end(r, &r->times.color);
+    return status;
+}
+
+shd_status shd_output_paint(shd_rendering *r, const shd_film *film, size_t index, shd_image *out,
+                            shd_error *error) {
+    drawing d;
+    const shd_status status = make_drawing(r, film, index, &d, error);
+    if (status == SHD_OK) *out = d.image;
+    return status;
+}
+
+void shd_output_hand_over(shd_rendering *r, shd_image *image) {
+    image->context = r;
+    image->elsewhere = &r->beside;
+}
+
 shd_status shd_output_make(shd_rendering *r, const shd_film *film, size_t index, shd_picture *out,
                            shd_error *error) {
     const shd_arena_mark mark = shd_arena_mark_here(r->arena);
-    shd_stage_begin(r);
     drawing d;
-    shd_status status = begin_drawing(r, film, index, &d, error);
-    if (status == SHD_OK && d.output->scope)
-        status = shd_scope_make(r, film, d.output, &d.image.samples, error);
-    else if (status == SHD_OK)
-        status = color_drawing(r, film, &d, error);
-    shd_stage_end(r, &r->times.color);
+    shd_status status = make_drawing(r, film, index, &d, error);
     if (status != SHD_OK) return status;
 
     shd_bytes bytes;
@@ -370,6 +390,6 @@ shd_status shd_output_make(shd_rendering *r, const shd_film *film, size_t index,
     shd_stage_end(r, &r->times.encode);
     if (status != SHD_OK) return status;
     shd_arena_return(r->arena, mark);
-    *out = (shd_picture){d.output->name, d.output->format, bytes.data, bytes.size};
+    *out = (shd_picture){d.output->name, d.output->format, bytes.data, bytes.size, false};
     return SHD_OK;
 }

@@ -19,6 +19,12 @@ shd_route shd_route_of(const shd_scene *scene, const shd_output *output, bool ap
 shd_status shd_output_make(shd_rendering *r, const shd_film *film, size_t index, shd_picture *out,
                            shd_error *error);
 
+/* The same without a file: *out has `rgba` or `samples` of the arena. It is encoded for `r`, unless
+ * another rendering takes it over, which outlives its texts. */
+shd_status shd_output_paint(shd_rendering *r, const shd_film *film, size_t index, shd_image *out,
+                            shd_error *error);
+void shd_output_hand_over(shd_rendering *r, shd_image *image);
+
 /* Before the film is rendered: makes its samples if the tiles store those of the only output at
  * once. SHD_MEMORY. */
 shd_status shd_output_prepare(shd_rendering *r, shd_film *film, shd_error *error);

@@ -289,14 +289,39 @@ static parade *new_parade(shd_job *job, shd_batch *batch) {
     return p;
 }
 
-static void read_batch(shd_job *job) {
-    const char *body = job->body ? (const char *)job->body : "";
-    shd_reply *reply = &job->reply;
-    shd_batch *batch;
-    const shd_status status = shd_request_read_batch(job->request, body, job->size, &batch);
+static void read_batch(shd_job *job);
+
+/* A sheet, or a turntable, is a picture, and the job's from now on. */
+static void read_one(shd_job *job, shd_batch *batch) {
+    static const shd_work work = {.read = read_batch,
+                                  .run = shd_picture_run,
+                                  .settle = shd_picture_settle,
+                                  .add = shd_picture_add};
+    if (shd_job_outgrows(job, shd_batch_count(batch) * shd_batch_size(batch))) {
+        shd_batch_drop(batch);
+        return;
+    }
+    const shd_status status = shd_request_read_one(job->request, batch, job->question.fallback);
     if (status == SHD_CANCELLED) return;
-    if (status != SHD_OK) {
-        shd_problem_report(reply, shd_request_report(job->request), SHD_BAD_SCENE);
+    job->work = &work;
+    if (status != SHD_OK)
+        shd_problem_report(&job->reply, shd_request_report(job->request), SHD_BAD_SCENE);
+    else if (!job->question.picture_accepted)
+        shd_problem_reply(&job->reply, SHD_NOT_ACCEPTABLE,
+                          "Accept admits multipart/form-data only, but the batch asks for one "
+                          "picture");
+    else
+        shd_picture_find(job);
+}
+
+/* Its variants are parts of one answer. */
+static void read_parts(shd_job *job, shd_batch *batch) {
+    shd_reply *reply = &job->reply;
+    if (!job->takes_parts) {
+        shd_batch_drop(batch);
+        shd_problem_reply(reply, SHD_NOT_ACCEPTABLE,
+                          "a batch without a `sheet` or a `turntable` is answered as "
+                          "multipart/form-data");
         return;
     }
     parade *p = new_parade(job, batch);
@@ -310,6 +335,19 @@ static void read_batch(shd_job *job) {
     shd_reply_header(reply, "Content-Type", "multipart/form-data; boundary=%s", p->boundary);
     shd_reply_plain(reply, "Cache-Control", "no-store");
     shd_job_warn(job);
+}
+
+static void read_batch(shd_job *job) {
+    const char *body = job->body ? (const char *)job->body : "";
+    shd_batch *batch;
+    const shd_status status = shd_request_read_batch(job->request, body, job->size, &batch);
+    if (status == SHD_CANCELLED) return;
+    if (status != SHD_OK)
+        shd_problem_report(&job->reply, shd_request_report(job->request), SHD_BAD_SCENE);
+    else if (shd_batch_is_one(batch))
+        read_one(job, batch);
+    else
+        read_parts(job, batch);
 }
 
 static void run_nothing(shd_job *job) {

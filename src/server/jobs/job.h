@@ -55,13 +55,16 @@ struct shd_job {
     const unsigned char *body;
     size_t size;
     bool was_measured;
-    bool is_link; /* the document was made of a link, in whose words its mistakes are told */
+    size_t
+        documents; /* bytes of those that a batch for one picture stands for; 0 until it is read */
+    bool is_link;  /* the document was made of a link, in whose words its mistakes are told */
     shd_kept_scene *kept;        /* whose text `body` is, or NULL */
     struct shd_variety *variety; /* it is a variant of this, or NULL */
     size_t variant;
     unsigned char *decoded;
     size_t body_bytes; /* of both, as the server counts them */
-    bool takes_gzip;   /* its one exchange does, as above */
+    bool takes_gzip;   /* its one exchange does, as above, */
+    bool takes_parts;  /* and multipart/form-data */
 
     char id[SHD_ID_SIZE]; /* of the request that it was made for */
     shd_request *request;

@@ -92,7 +92,9 @@ static void set_multipart(shd_reply *reply, shd_budget *budget, shd_request *req
 static void set_single(shd_reply *reply, shd_budget *budget, shd_request *request) {
     size_t count;
     const shd_picture *picture = shd_request_pictures(request, &count);
-    const char *media_type = shd_format_get(picture->format)->media_type;
+    const char *media_type = picture->animated && picture->format == SHD_PNG
+                                 ? "image/apng"
+                                 : shd_format_get(picture->format)->media_type;
     const size_t size = picture->size;
     assert(count == 1);
     shd_reply_give(reply, media_type, shd_request_take(request, 0), size);
@@ -193,9 +195,9 @@ static bool is_known(const shd_exchange *exchange, const char *tag) {
 /* ---- The response cache ---- */
 
 /* Warnings are found by reading: a document that has some must be read. A variant has no bytes that
- * were sent. */
+ * were sent, and what no kept question is looked up for leaves none. */
 static const shd_question *question_to_keep(const shd_job *job) {
-    if (job->variety) return NULL;
+    if (job->variety || !job->work->recall) return NULL;
     return shd_request_report(job->request)->warning_count ? NULL : &job->question;
 }
 
@@ -216,7 +218,7 @@ static bool recall_picture(const shd_job *job, const shd_exchange *exchange, shd
     return true;
 }
 
-static void find_kept(shd_job *job) {
+void shd_picture_find(shd_job *job) {
     job->cached = shd_cache_find(job->server->cache, shd_request_etag(job->request),
                                  question_to_keep(job), &job->reply);
     if (job->cached != SHD_CACHE_HIT) return;
@@ -237,7 +239,7 @@ static void read_scene(shd_job *job) {
         shd_problem_reply(&job->reply, SHD_NOT_ACCEPTABLE,
                           "Accept admits multipart/form-data only, but the scene has no `outputs`");
     else
-        find_kept(job);
+        shd_picture_find(job);
 }
 
 static void read_variant(shd_job *job) {
@@ -251,10 +253,10 @@ static void read_variant(shd_job *job) {
                            .detail = "a variant has one picture: give one `output` instead"},
             1);
     else
-        find_kept(job);
+        shd_picture_find(job);
 }
 
-static bool settle_known(const shd_job *job, const shd_exchange *exchange, shd_reply *reply) {
+bool shd_picture_settle(const shd_job *job, const shd_exchange *exchange, shd_reply *reply) {
     const char *tag = shd_request_etag(job->request);
     if (!is_known(exchange, tag)) return false;
     reply->status = 304;
@@ -266,7 +268,7 @@ static void note_progress(void *job, double share) {
     ((shd_job *)job)->done = share;
 }
 
-static void render_pictures(shd_job *job) {
+void shd_picture_run(shd_job *job) {
     shd_error error;
     shd_reply *reply = &job->reply;
     const shd_render_options options = {.progress = note_progress, .context = job};
@@ -292,18 +294,18 @@ static void render_pictures(shd_job *job) {
     add_document(job);
 }
 
-static void add_waited_for(const shd_job *job, double queued, shd_reply *reply) {
+void shd_picture_add(const shd_job *job, double queued, shd_reply *reply) {
     add_account(reply, &job->server->metrics, job->cached, queued, job->timing);
 }
 
-const shd_work shd_variant_work = {.read = read_variant, .run = render_pictures};
+const shd_work shd_variant_work = {.read = read_variant, .run = shd_picture_run};
 
 void shd_render_submit(shd_exchange *exchange) {
     static const shd_work work = {.recall = recall_picture,
                                   .read = read_scene,
-                                  .run = render_pictures,
-                                  .settle = settle_known,
-                                  .add = add_waited_for,
+                                  .run = shd_picture_run,
+                                  .settle = shd_picture_settle,
+                                  .add = shd_picture_add,
                                   .shared = true};
     shd_job_submit(exchange, &work);
 }

@@ -62,11 +62,18 @@ static void drop_job(shd_job *job) {
 
 /* Whether the document is known to be long. In a coding it is once it was measured. */
 static bool is_long(const shd_job *job) {
-    return job->size > small_document && (!job->question.coding || job->was_measured);
+    return job->documents > small_document ||
+           (job->size > small_document && (!job->question.coding || job->was_measured));
+}
+
+bool shd_job_outgrows(shd_job *job, size_t documents) {
+    const bool was_long = is_long(job);
+    job->documents = documents;
+    return !was_long && is_long(job);
 }
 
 static double find_unread_cost(const shd_job *job) {
-    return unread_cost + unread_byte_cost * (double)job->size;
+    return unread_cost + unread_byte_cost * (double)(job->size + job->documents);
 }
 
 /* Whoever still waits gets the reply. There is none only if nobody does. */
@@ -136,6 +143,12 @@ static void read_and_make(shd_job *job, bool had_turn) {
         finish_job(job);
         return;
     }
+    if (!had_turn && is_long(job)) {
+        shd_request_drop(job->request);
+        job->request = NULL;
+        if (!shd_jobs_defer(jobs, job, find_unread_cost(job))) drop_job(job);
+        return;
+    }
     const double cost = find_cost(job);
     const bool is_large = job->work->size == SHD_LARGE || cost > small_work;
     if (had_turn && shd_jobs_is_early(jobs, job, cost)) {
@@ -171,7 +184,8 @@ static void work_on(shd_job *job) {
         drop_job(job);
         return;
     }
-    const bool is_known = job->request && (!job->question.coding || decode_body(job, had_turn));
+    const bool is_decoded = !job->question.coding || (job->documents && job->decoded);
+    const bool is_known = job->request && (is_decoded || decode_body(job, had_turn));
     job->seconds += shd_now() - start;
     if (is_known && had_turn && job->question.coding)
         shd_jobs_correct(job->server->jobs, job, find_unread_cost(job));
@@ -234,6 +248,7 @@ static shd_job *make_job(shd_exchange *exchange, const shd_work *work) {
                                   .is_digest = exchange->kept,
                                   .settings = exchange->settings->number}};
     memcpy(job->id, exchange->id, sizeof job->id);
+    job->takes_parts = shd_accepts(exchange->accept, "multipart/form-data");
     shd_question *asked = &job->question;
     strcpy(job->client, exchange->client);
     job->takes_gzip = shd_accepts_gzip(exchange->accept_encoding);
