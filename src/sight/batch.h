@@ -36,6 +36,7 @@ typedef struct shd_batch {
     SHD_ALIGNED double x[SHD_RAYS], y[SHD_RAYS]; /* in pixels */
     double direction[3][SHD_RAYS];               /* unit */
     double start[3][SHD_RAYS];                   /* set in an orthographic camera */
+    double cosine[SHD_RAYS];                     /* between the ray and the camera's axis */
     bool orthographic;
     shd_work work[2];
     shd_surfaces surfaces;
@@ -66,7 +67,8 @@ void SHD_VARIANT(shd_place_surfaces)(shd_shape shape, double tube, const shd_wor
                                      shd_surfaces *out);
 void SHD_VARIANT(shd_find_torus)(double tube, shd_work *work);
 void SHD_VARIANT(shd_place_torus)(double tube, const shd_work *work, shd_surfaces *out);
-/* The nearest triangles at t up to about `limit`; the surface, where `hits` are the object's. */
+/* The nearest triangles at depths up to about `limit`; the surface, where `hits` are the object's.
+ */
 bool SHD_VARIANT(shd_find_mesh)(const shd_lens *lens, const shd_item *it, const shd_batch *b,
                                 double limit, shd_mesh_hits *out);
 void SHD_VARIANT(shd_place_mesh)(const shd_item *it, double object, const shd_stage *hits,

@@ -71,6 +71,11 @@ static void make_rays(const shd_sight *sight, shd_batch *restrict b) {
     }
 }
 
+static void set_cosines(const shd_sight *sight, shd_batch *restrict b) {
+    const shd_vec3 back = sight->lens.camera->back;
+    SHD_EACH_LANE(i) b->cosine[i] = -shd_dot(shd_lane(b->direction, i), back);
+}
+
 /* ---- Other shapes, in their frames. ---- */
 
 /* Carries rays into an item's frame. Unless it is a plane, they are then moved closer. */
@@ -245,6 +250,8 @@ static void take_hits(const shd_stage *restrict from, double object, wants want,
 
 /* ---- A batch. ---- */
 
+static const size_t UNSETTLED = SIZE_MAX;
+
 /* For hits that differ by no more than this, relative, it is asked how far rounding moved them. */
 static const double CLOSE = 0x1p-24;
 
@@ -344,14 +351,19 @@ static bool keep_first(double object, const double *restrict t, shd_stage *restr
     return any;
 }
 
-/* The largest t of any lane. They are positive, so that their bits are in their order. */
-static double farthest_hit(const double *restrict t) {
+/* The largest depth of any lane. They are positive, so that their bits are in their order. */
+static double farthest_hit(const double *restrict t, const double *restrict cosine) {
     int64_t most = 0;
     SHD_EACH_LANE(i) {
-        const int64_t bits = (int64_t)shd_bits64_of(t[i]);
+        const int64_t bits = (int64_t)shd_bits64_of(t[i] * cosine[i]);
         most = bits > most ? bits : most;
     }
     return shd_double_of((uint64_t)most);
+}
+
+/* What begins farther away is not seen, and equal to nothing that is. */
+static double end_of(const shd_batch *b, const shd_stage *s) {
+    return farthest_hit(s->t, b->cosine) * (1 + 2 * CLOSE);
 }
 
 /* Objects between looks at the flag that cancels. */
@@ -366,6 +378,7 @@ static int find_nearest(const shd_sight *sight, const uint32_t *candidates, size
     int held = 0;
     bool some = false; /* lane hit an object */
     *holder = SHD_NOTHING;
+    set_cosines(sight, b);
     SHD_EACH_LANE(i) {
         out->t[i] = INFINITY;
         out->object[i] = SHD_NOTHING;
@@ -391,7 +404,7 @@ static int find_nearest(const shd_sight *sight, const uint32_t *candidates, size
             *holder = (int)candidates[k];
         }
         some = true;
-        if (count > 4) limit = farthest_hit(out->t) * (1 + 2 * CLOSE);
+        if (count > 4) limit = end_of(b, out);
     }
     return held;
 }
@@ -414,9 +427,12 @@ static void show_hits(const shd_sight *sight, shd_batch *b, int held, int holder
     }
 }
 
-/* Casts shots [first, first + SHD_RAYS), or as many as there are. Returns the hits. */
-static size_t cast_batch(const shd_sight *sight, const uint32_t *candidates, size_t candidate_count,
-                         const shd_shots *shots, size_t first, wants want, shd_stage *out) {
+/* Casts shots [first, first + SHD_RAYS), or as many as there are. Returns the hits, or `UNSETTLED`
+ * if other objects than the targets may be nearer. */
+static size_t cast_batch(const shd_sight *sight, const shd_targets *targets, const shd_shots *shots,
+                         size_t first, wants want, shd_stage *out) {
+    const uint32_t *candidates = targets->objects;
+    const size_t candidate_count = targets->count;
     const size_t left = shots->count - first;
     const int used = left < SHD_RAYS ? (int)left : SHD_RAYS;
     const shd_item *one = candidate_count == 1 ? &sight->items[candidates[0]] : NULL;
@@ -431,6 +447,7 @@ static size_t cast_batch(const shd_sight *sight, const uint32_t *candidates, siz
         SHD_EACH_LANE(i) out->object[i] = out->t[i] < INFINITY ? object : SHD_NOTHING;
     } else {
         held = find_nearest(sight, candidates, candidate_count, &b, out, &holder);
+        if (targets->beyond < INFINITY && !(end_of(&b, out) < targets->beyond)) return UNSETTLED;
     }
     for (int i = used; i < SHD_RAYS; i++) out->t[i] = INFINITY, out->object[i] = SHD_NOTHING;
     long long lanes = 0;
@@ -447,17 +464,16 @@ static size_t cast_batch(const shd_sight *sight, const uint32_t *candidates, siz
     return hits;
 }
 
-size_t SHD_VARIANT(shd_shoot)(const shd_sight *sight, const uint32_t *candidates,
-                              size_t candidate_count, const shd_shots *shots, shd_hits *out) {
+size_t SHD_VARIANT(shd_shoot)(const shd_sight *sight, const shd_targets *targets,
+                              const shd_shots *shots, size_t first, shd_hits *out) {
     const wants want = {out->position32[0], out->low32[0], out->world32[0], out->depth};
-    const size_t before = out->count;
-    if (!candidate_count) return 0;
+    if (!targets->count) return shots->count;
     shd_stage stage;
-    for (size_t first = 0; first < shots->count; first += SHD_RAYS) {
+    for (; first < shots->count; first += SHD_RAYS) {
         if (shd_is_cancelled(sight->cancelled)) break;
-        const size_t hits =
-            cast_batch(sight, candidates, candidate_count, shots, first, want, &stage);
+        const size_t hits = cast_batch(sight, targets, shots, first, want, &stage);
+        if (hits == UNSETTLED) return first;
         if (hits) SHD_VARIANT(shd_append_hits)(&stage, hits, first, out);
     }
-    return out->count - before;
+    return shots->count;
 }

@@ -46,7 +46,7 @@ typedef struct shd_item {
     shd_affine normal_map;
     shd_vec3 eye;     /* the camera's position in the unit form's frame */
     shd_vec3 forward; /* the rays' direction there, in an orthographic camera */
-    double nearest;   /* no ray meets the object at a smaller t */
+    double nearest;   /* no ray meets the object at a smaller depth, along the camera's axis */
     double blind;     /* hits up to this t do not count; 0 for planes, which are met exactly */
     bool far;         /* the eye is so far away that a ball's rays have to be moved twice */
     shd_triangles triangles; /* of SHD_MESH */
@@ -100,9 +100,18 @@ static inline shd_vec3 shd_sizes(shd_vec3 v) {
 bool shd_mesh_view_make(shd_item *it, const shd_mesh_tree *tree, const shd_camera *camera,
                         const atomic_bool *cancelled, shd_arena *arena);
 
-/* The variants of shd_sight_shoot. */
-typedef size_t shd_shoot_function(const shd_sight *sight, const uint32_t *candidates,
-                                  size_t candidate_count, const shd_shots *shots, shd_hits *out);
+/* Objects to cast at. There may be others, but no ray meets these at a smaller depth than `beyond`.
+ */
+typedef struct shd_targets {
+    const uint32_t *objects;
+    size_t count;
+    double beyond; /* infinity: there are none */
+} shd_targets;
+
+/* The variants of shd_sight_shoot: cast from shot `first` on. Returns the shot before which the
+ * others would have had to be known, or how many shots there are. */
+typedef size_t shd_shoot_function(const shd_sight *sight, const shd_targets *targets,
+                                  const shd_shots *shots, size_t first, shd_hits *out);
 shd_shoot_function shd_shoot_portable, shd_shoot_avx2, shd_shoot_avx512;
 
 /* Fills order, outlines, frames, and `nearest` of the items. False: the arena is full. */

@@ -132,13 +132,12 @@ static void set_box_functions(const shd_mesh_view *view, bundle *k) {
 static void aim_bundle(const shd_lens *lens, const shd_item *it, const shd_batch *restrict b,
                        double limit, bundle *restrict k) {
     const shd_mesh_view *view = &it->view;
-    const shd_vec3 back = lens->camera->back;
     const double middle_x = lens->middle_x, middle_y = lens->middle_y;
     const double unit = 1 / view->unit, blind = it->blind * unit;
     const double across = view->orthographic ? lens->step_x * unit : lens->step_x,
                  up = view->orthographic ? lens->step_y * unit : lens->step_y;
     SHD_EACH_LANE(i) {
-        const double cosine = -shd_dot(shd_lane(b->direction, i), back);
+        const double cosine = b->cosine[i];
         k->p[i] = (b->x[i] - middle_x) * across;
         k->q[i] = (middle_y - b->y[i]) * up;
         k->cosine[i] = cosine;
@@ -148,7 +147,7 @@ static void aim_bundle(const shd_lens *lens, const shd_item *it, const shd_batch
     }
     bound_bundle(k);
     set_box_functions(view, k);
-    set_reach(k, limit * unit); /* a cosine is 1 at most, but for rounding */
+    set_reach(k, limit * unit);
 }
 
 /* ---- Triangles. ---- */

@@ -12,6 +12,9 @@
 
 #include "sight/item.h"
 
+/* As many candidates of a block are listed before any ray tells what is hidden. */
+enum { AT_FIRST = 16 };
+
 /* The part of a pixel by which outlines are widened on all sides. */
 static const double WIDER = 1e-2;
 
@@ -67,17 +70,24 @@ static void set_frame(const shd_lens *lens, const sighting *from, const shd_fram
     frames->bottom[k] = (float)((1 - q.low / lens->half_y) * lens->height / 2 + WIDER);
 }
 
-/* Where the corners of the box around an object are seen. False: not all are before the eye. */
-static bool corner_ranges(const shd_sight *sight, size_t index, range *p, range *q) {
+/* More than rounding makes of depths, relative to the sizes of what they are made of. */
+static const double DEEPER = 1e-9;
+
+/* Where the corners of the box around an object are seen, and from which depth on. False: not all
+ * are before the eye. */
+static bool corner_ranges(const shd_sight *sight, size_t index, range *p, range *q, double *depth) {
     const shd_camera *camera = sight->lens.camera;
     const shd_object *object = &sight->plan->scene->objects[index];
     shd_vec3 low, high;
     if (!shd_object_box(object, &low, &high)) return false;
+    const shd_vec3 from = shd_sub(object->transform.origin, camera->position);
+    double least = INFINITY, size = shd_max_abs(from);
     *p = *q = (range){INFINITY, -INFINITY};
     for (int corner = 0; corner < 8; corner++) {
         shd_vec3 at = shd_box_corner(low, high, corner);
-        shd_vec3 from = shd_sub(object->transform.origin, camera->position);
         shd_vec3 v = in_camera(camera, shd_add(shd_linear(&object->transform, at), from));
+        least = fmin(least, v.z);
+        size = fmax(size, shd_max_abs(v));
         if (camera->projection == SHD_PERSPECTIVE) {
             if (!(v.z > 1e-9 * shd_max_abs(v))) return false;
             v.x /= v.z;
@@ -85,14 +95,16 @@ static bool corner_ranges(const shd_sight *sight, size_t index, range *p, range 
         }
         grow_ranges(p, q, v.x, v.y);
     }
+    *depth = least - DEEPER * size;
     return true;
 }
 
-/* Finds where a mesh's vertices are seen, and how far they are from its middle `v`, as rays see
- * them. False: not all are before the eye. */
-static bool vertex_ranges(const shd_item *it, shd_vec3 v, range *p, range *q, double *radius) {
+/* Finds where a mesh's vertices are seen, from which depth on, and how far they are from its middle
+ * `v`, as rays see them. False: not all are before the eye. */
+static bool vertex_ranges(const shd_item *it, shd_vec3 v, range *p, range *q, double *radius,
+                          double *depth) {
     const shd_mesh_view *view = &it->view;
-    double square = 0;
+    double square = 0, least = INFINITY, size = shd_max_abs(v);
     *p = *q = (range){INFINITY, -INFINITY};
     for (size_t i = 0; i < it->triangles.vertex_count; i++) {
         const shd_seen_vertex *at = &view->vertices[i];
@@ -102,8 +114,11 @@ static bool vertex_ranges(const shd_item *it, shd_vec3 v, range *p, range *q, do
                      y = view->orthographic ? at->y * view->unit : at->q;
         if (!(at->w > 1e-9 * (fabs(at->x) + fabs(at->y))) || !isfinite(x + y)) return false;
         square = fmax(square, shd_dot(from, from));
+        least = fmin(least, at->depth);
+        size = fmax(size, view->unit * fmax(fabs(at->x), fmax(fabs(at->y), fabs(at->depth))));
         grow_ranges(p, q, x, y);
     }
+    *depth = least * view->unit - DEEPER * size - view->unit * 1e-12 * shd_max_abs(view->eye);
     if (isfinite(square) && square > 1e-200) *radius = fmin(*radius, sqrt(square));
     return true;
 }
@@ -129,8 +144,10 @@ static void outline_sphere(const shd_sight *sight, size_t index, const shd_item 
     shd_vec3 v = in_camera(camera, shd_sub(bounds->center, camera->position));
     double radius = bounds->radius;
     range p, q;
-    const bool mesh = it->shape == SHD_MESH, ranged = mesh ? vertex_ranges(it, v, &p, &q, &radius)
-                                                           : corner_ranges(sight, index, &p, &q);
+    double depth = 0;
+    const bool mesh = it->shape == SHD_MESH,
+               ranged = mesh ? vertex_ranges(it, v, &p, &q, &radius, &depth)
+                             : corner_ranges(sight, index, &p, &q, &depth);
     if (it->shape == SHD_SPHERE) radius = fmin(radius, shd_norm(&it->to_world));
     radius *= 1 + 1e-9;
     const double distance = shd_length(v);
@@ -144,15 +161,14 @@ static void outline_sphere(const shd_sight *sight, size_t index, const shd_item 
         out->kind = SHD_OUTLINE_NONE;
         return;
     }
+    s->nearest = fmax(0, fmax(depth, v.z - radius - DEEPER * distance));
     if (camera->projection == SHD_ORTHOGRAPHIC) {
         out->kind = SHD_OUTLINE_ROUND;
-        s->nearest = fmax(0, v.z - radius) * (1 - 1e-9);
         out->margin = 1e-12 * fmax(fabs(v.x), fabs(v.y));
         const double reach = radius + out->margin;
         s->p = (range){v.x - reach, v.x + reach};
         s->q = (range){v.y - reach, v.y + reach};
     } else {
-        s->nearest = fmax(0, distance - radius) * (1 - 1e-9);
         out->kind = distance > radius ? SHD_OUTLINE_CONE : SHD_OUTLINE_ALL;
         out->tangent = sqrt(distance - radius) * sqrt(distance + radius);
         out->margin = 1e-13 * distance;
@@ -304,6 +320,28 @@ static size_t look_through(const shd_sight *sight, const window *w, uint32_t *ra
     return count;
 }
 
+/* Lists candidates of a block until there are as many as `most`. */
+static void list_block(const shd_sight *sight, shd_survey *s, size_t index, uint32_t most) {
+    const shd_tile rect = s->rect;
+    shd_block *block = &s->blocks[index];
+    const int x = (int)(index % (size_t)s->across) * SHD_BLOCK_SIDE,
+              y = (int)(index / (size_t)s->across) * SHD_BLOCK_SIDE,
+              w = rect.w - x < SHD_BLOCK_SIDE ? rect.w - x : SHD_BLOCK_SIDE,
+              h = rect.h - y < SHD_BLOCK_SIDE ? rect.h - y : SHD_BLOCK_SIDE;
+    const window part = make_window(&sight->lens, rect.x + x, rect.y + y, w, h);
+    for (; block->next < s->candidate_count && block->count < most; block->next++) {
+        const uint32_t rank = s->candidates[block->next], object = sight->order[rank];
+        const shd_item *it = &sight->items[object];
+        if (reaches_into(&sight->frames, rank, &part) && may_see(&sight->outlines[rank], &part) &&
+            (it->shape != SHD_TORUS || may_meet_tube(sight, it, &part)))
+            s->candidates[block->first + block->count++] = object;
+    }
+}
+
+void shd_survey_complete(const shd_sight *sight, shd_survey *survey, size_t block) {
+    list_block(sight, survey, block, UINT32_MAX);
+}
+
 void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out) {
     out->across = (rect.w + SHD_BLOCK_SIDE - 1) / SHD_BLOCK_SIDE;
     out->down = (rect.h + SHD_BLOCK_SIDE - 1) / SHD_BLOCK_SIDE;
@@ -312,27 +350,13 @@ void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out) {
     const window all = make_window(&sight->lens, rect.x, rect.y, rect.w, rect.h);
     const size_t count = look_through(sight, &all, out->candidates);
     out->candidate_count = count;
-    uint32_t first = (uint32_t)count;
+    out->rect = rect;
+    out->even = false;
     for (size_t i = 0; i < blocks; i++) {
-        shd_block *block = &out->blocks[i];
-        *block = (shd_block){first, 0};
-        if (!count) continue;
-        int x = (int)(i % (size_t)out->across) * SHD_BLOCK_SIDE,
-            y = (int)(i / (size_t)out->across) * SHD_BLOCK_SIDE;
-        int w = rect.w - x < SHD_BLOCK_SIDE ? rect.w - x : SHD_BLOCK_SIDE,
-            h = rect.h - y < SHD_BLOCK_SIDE ? rect.h - y : SHD_BLOCK_SIDE;
-        const window part = make_window(&sight->lens, rect.x + x, rect.y + y, w, h);
-        for (size_t k = 0; k < count; k++) {
-            const uint32_t rank = out->candidates[k], object = sight->order[rank];
-            const shd_item *it = &sight->items[object];
-            if (!reaches_into(&sight->frames, rank, &part) ||
-                !may_see(&sight->outlines[rank], &part) ||
-                (it->shape == SHD_TORUS && !may_meet_tube(sight, it, &part)))
-                continue;
-            out->candidates[first + block->count++] = object;
-        }
-        first += block->count;
+        out->blocks[i] = (shd_block){(uint32_t)(count * (i + 1)), 0, 0};
+        if (count) list_block(sight, out, i, AT_FIRST);
     }
-    for (size_t k = 0; k < count; k++) out->candidates[k] = sight->order[out->candidates[k]];
-    out->even = count == 1 && sight->items[out->candidates[0]].ball;
+    if (count != 1) return;
+    out->candidates[0] = sight->order[out->candidates[0]];
+    out->even = sight->items[out->candidates[0]].ball;
 }
