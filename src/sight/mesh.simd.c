@@ -42,9 +42,11 @@ typedef struct bundle {
     double depth[SHD_RAYS], name[SHD_RAYS];      /* of the nearest triangle; infinity: none */
     double second[SHD_RAYS], third[SHD_RAYS];    /* the weights of its corners */
     double left[GROUPS], right[GROUPS], bottom[GROUPS], top[GROUPS];
+    SHD_ALIGNED double middle[2][GROUPS], half[2][GROUPS]; /* the same: p, q */
     area all;
-    double reach; /* nothing farther is wanted */
-    double slack; /* more than rounding changes depths by */
+    double most[2]; /* the largest |p| and |q| */
+    double reach;   /* nothing farther is wanted */
+    double slack;   /* more than rounding changes depths by */
     /* Linear functions: how far a point is within each side of the bundle, and before the eye and
      * `reach`. A box is left out if one of them, but that of DEPTH, is negative all over it. */
     SHD_ALIGNED double x[SIDES], y[SIDES], z[SIDES], fixed[SIDES];
@@ -86,6 +88,14 @@ static void bound_bundle(bundle *k) {
         all.top = shd_larger(k->top[g], all.top);
     }
     k->all = all;
+    k->most[0] = shd_larger(fabs(all.left), fabs(all.right));
+    k->most[1] = shd_larger(fabs(all.bottom), fabs(all.top));
+    for (int g = 0; g < GROUPS; g++) {
+        k->middle[0][g] = 0.5 * (k->left[g] + k->right[g]);
+        k->middle[1][g] = 0.5 * (k->bottom[g] + k->top[g]);
+        k->half[0][g] = 0.5 * (k->right[g] - k->left[g]);
+        k->half[1][g] = 0.5 * (k->top[g] - k->bottom[g]);
+    }
 }
 
 static void set_function(bundle *k, int at, shd_vec3 n, double fixed) {
@@ -215,6 +225,44 @@ static inline unsigned groups_in(const bundle *k, area there) {
     return groups;
 }
 
+/* On which side of an edge rays pass: fixed + p across + q up, to within `error` of what try_rays
+ * finds. */
+typedef struct edge {
+    double fixed, across, up, error;
+} edge;
+
+SHD_INLINE edge edge_of(const bundle *k, const shd_seen_vertex *a, const shd_seen_vertex *b) {
+    const double p = k->most[0], q = k->most[1], ax = fabs(a->x) + p * fabs(a->w),
+                 ay = fabs(a->y) + q * fabs(a->w), bx = fabs(b->x) + p * fabs(b->w),
+                 by = fabs(b->y) + q * fabs(b->w);
+    return (edge){a->x * b->y - a->y * b->x, a->y * b->w - a->w * b->y, a->w * b->x - a->x * b->w,
+                  ROUNDING * (ax * by + ay * bx)};
+}
+
+/* The groups of which some ray may pass all edges on the same side. */
+static unsigned groups_within(const bundle *k, const shd_seen_vertex *a, const shd_seen_vertex *b,
+                              const shd_seen_vertex *c) {
+    const edge edges[3] = {edge_of(k, b, c), edge_of(k, c, a), edge_of(k, a, b)};
+    const shd_vd zero = shd_vd_set(0);
+    unsigned out = 0;
+    for (int g = 0; g < GROUPS; g += SHD_W / 2) {
+        const shd_vd p = shd_vd_load(k->middle[0] + g), q = shd_vd_load(k->middle[1] + g),
+                     wide = shd_vd_load(k->half[0] + g), high = shd_vd_load(k->half[1] + g);
+        unsigned left = 0, right = 0;
+        for (int e = 0; e < 3; e++) {
+            const edge *at = &edges[e];
+            const shd_vd middle = shd_vd_set(at->fixed) + p * shd_vd_set(at->across) +
+                                  q * shd_vd_set(at->up),
+                         reach = wide * shd_vd_set(fabs(at->across)) +
+                                 high * shd_vd_set(fabs(at->up)) + shd_vd_set(at->error);
+            left |= shd_md_bits(shd_vd_gt(zero, middle + reach));
+            right |= shd_md_bits(shd_vd_gt(middle - reach, zero));
+        }
+        out |= (left & right) << g;
+    }
+    return ~out;
+}
+
 static bool try_triangle(bundle *k, const shd_mesh_view *view, const shd_leaf *leaf) {
     const shd_seen_vertex *a = &view->vertices[leaf->corner[0]],
                           *b = &view->vertices[leaf->corner[1]],
@@ -229,6 +277,7 @@ static bool try_triangle(bundle *k, const shd_mesh_view *view, const shd_leaf *l
             return false;
         groups = groups_in(k, there);
     }
+    if (groups & (groups - 1)) groups &= groups_within(k, a, b, c);
     bool any = false;
     for (; groups; groups &= groups - 1) {
         const int at = __builtin_ctz(groups) * GROUP;
@@ -240,13 +289,61 @@ static bool try_triangle(bundle *k, const shd_mesh_view *view, const shd_leaf *l
 
 /* ---- The tree. ---- */
 
-/* Whether any ray may meet the box, and from which depth on. */
-SHD_INLINE bool may_meet(const bundle *k, const shd_branch *b, double *depth) {
+/* The product of an axis with the functions' gradients: their slopes along it. */
+SHD_INLINE shd_vd slopes_along(shd_vec3 axis, shd_vd x, shd_vd y, shd_vd z) {
+    return x * shd_vd_set(axis.x) + y * shd_vd_set(axis.y) + z * shd_vd_set(axis.z);
+}
+
+static shd_vec3 seen_along(const shd_mesh_view *view, shd_vec3 v) {
+    return (shd_vec3){shd_dot(view->rows[0], v), shd_dot(view->rows[1], v),
+                      shd_dot(view->rows[2], v)};
+}
+
+/* Whether the bundle passes beside a turned box of which nothing is nearer than `depth`. With e the
+ * box's first axis, c its middle and r a ray through the eye, (e x c) . r is the same for all
+ * points of the box that differ along e only. In an orthographic camera it is (e x r) . (o - c),
+ * of rays that start at o. */
+static bool is_beside(const bundle *k, const shd_mesh_view *view, const shd_branch *b,
+                      double depth) {
+    const shd_vec3 *axis = view->tree->turns[b->turn].axis;
+    shd_vec3 middle = shd_scale(view->eye, -1), half[3], seen[3];
+    double size = 0;
+    for (int c = 0; c < 3; c++) {
+        middle = shd_madd(middle, axis[c], 0.5 * (b->low[c] + b->high[c]));
+        seen[c] = seen_along(view, axis[c]);
+        half[c] = shd_scale(seen[c], 0.5 * (b->high[c] - b->low[c]));
+        size = shd_larger(size, shd_max_abs(view->rows[c]));
+    }
+    const bool orthographic = view->orthographic;
+    const shd_vec3 at = seen_along(view, middle), ray = {0, 0, 1},
+                   n = shd_cross(seen[0], orthographic ? ray : at);
+    const double p = 0.5 * (k->all.left + k->all.right), q = 0.5 * (k->all.bottom + k->all.top),
+                 spread = fabs(n.x) * 0.5 * (k->all.right - k->all.left) +
+                          fabs(n.y) * 0.5 * (k->all.top - k->all.bottom),
+                 reach = fabs(shd_dot(n, half[1])) + fabs(shd_dot(n, half[2])),
+                 sizes = size * (3 + 3 * shd_max_abs(view->eye)),
+                 error = 100 * ROUNDING * sizes * (1 + k->most[0] + k->most[1]);
+    if (orthographic)
+        return fabs(n.x * (p - at.x) + n.y * (q - at.y)) > spread + reach + error * (size + sizes);
+    if (!(depth > 1e-6 * sizes)) return false;
+    return fabs(n.x * p + n.y * q + n.z) > spread + reach / depth * (1 + 1e-9) + 3 * size * error;
+}
+
+/* Whether any ray may meet the box, and from which depth on. What turning rounds is a small part of
+ * the functions' margin. */
+SHD_INLINE bool may_meet(const bundle *k, const shd_mesh_view *view, const shd_branch *b,
+                         double *depth) {
     SHD_ALIGNED double most[SIDES];
     unsigned out = 0;
     for (int s = 0; s < SIDES; s += SHD_W / 2) {
-        const shd_vd x = shd_vd_load(k->x + s), y = shd_vd_load(k->y + s),
-                     z = shd_vd_load(k->z + s);
+        shd_vd x = shd_vd_load(k->x + s), y = shd_vd_load(k->y + s), z = shd_vd_load(k->z + s);
+        if (b->turn) {
+            const shd_vec3 *axis = view->tree->turns[b->turn].axis;
+            const shd_vd one = slopes_along(axis[0], x, y, z), two = slopes_along(axis[1], x, y, z);
+            z = slopes_along(axis[2], x, y, z);
+            x = one;
+            y = two;
+        }
         const shd_vd along_x = shd_vd_max(x * shd_vd_set(b->low[0]), x * shd_vd_set(b->high[0])),
                      along_y = shd_vd_max(y * shd_vd_set(b->low[1]), y * shd_vd_set(b->high[1])),
                      along_z = shd_vd_max(z * shd_vd_set(b->low[2]), z * shd_vd_set(b->high[2]));
@@ -255,7 +352,7 @@ SHD_INLINE bool may_meet(const bundle *k, const shd_branch *b, double *depth) {
         shd_vd_store(most + s, all);
     }
     *depth = -most[DEPTH];
-    return !(out & ~(1u << DEPTH));
+    return !(out & ~(1u << DEPTH)) && !(b->turn && is_beside(k, view, b, *depth));
 }
 
 static void update_reach(bundle *k) {
@@ -279,7 +376,7 @@ static bool walk_tree(bundle *k, const shd_mesh_view *view) {
     bool met = false;
     const shd_branch *branches = view->tree->branches;
     double depth;
-    if (!view->tree->leaf_count || !may_meet(k, branches, &depth)) return false;
+    if (!view->tree->leaf_count || !may_meet(k, view, branches, &depth)) return false;
     for (uint32_t at = 0;;) {
         const shd_branch *now = &branches[at];
         if (shd_is_cancelled_at(view->cancelled, ++steps)) return met;
@@ -291,8 +388,8 @@ static bool walk_tree(bundle *k, const shd_mesh_view *view) {
             met = met || any;
         } else {
             double one, other;
-            const bool first = may_meet(k, &branches[now->first], &one),
-                       second = may_meet(k, &branches[now->first + 1], &other);
+            const bool first = may_meet(k, view, &branches[now->first], &one),
+                       second = may_meet(k, view, &branches[now->first + 1], &other);
             const bool swapped = second && (!first || other < one);
             if (first && second) {
                 assert(waits < SHD_TREE_DEPTH);
