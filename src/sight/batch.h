@@ -60,6 +60,11 @@ typedef struct shd_mesh_hits {
     double u[SHD_RAYS], v[SHD_RAYS]; /* the weights of its second and third corner */
 } shd_mesh_hits;
 
+/* The rays of `used` shots from `first` on, the last of which the other lanes repeat; and their
+ * cosines. */
+void SHD_VARIANT(shd_make_rays)(const shd_sight *sight, const shd_shots *shots, size_t first,
+                                int used, shd_batch *b);
+void SHD_VARIANT(shd_set_cosines)(const shd_sight *sight, shd_batch *b);
 /* The functions of a variant. "Find" tells where rays meet a shape other than a mesh: t,
  * and what "place" needs, which tells the surface there. */
 void SHD_VARIANT(shd_find_surfaces)(shd_shape shape, double tube, shd_work *work);
@@ -77,6 +82,9 @@ void SHD_VARIANT(shd_place_mesh)(const shd_item *it, double object, const shd_st
 void SHD_VARIANT(shd_find_ball)(const shd_item *it, const shd_batch *b, double *t);
 void SHD_VARIANT(shd_place_ball)(const shd_item *it, const shd_batch *b, shd_surfaces *out);
 void SHD_VARIANT(shd_show_ball)(const shd_item *it, const shd_batch *b, double *t, shd_stage *out);
+/* The same, but for t, in some vectors of 8 lanes, a bit each. */
+void SHD_VARIANT(shd_show_ball_in)(const shd_item *it, const shd_batch *b, unsigned vectors,
+                                   shd_stage *out);
 /* Appends the hits of a stage, whose first lane is shot `first`. */
 void SHD_VARIANT(shd_append_hits)(const shd_stage *stage, size_t hits, size_t first, shd_hits *out);
 

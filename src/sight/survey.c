@@ -57,7 +57,6 @@ typedef struct sighting {
     shd_outline outline;
     range p, q;
     double nearest;
-    uint32_t object;
 } sighting;
 
 /* Sets a frame from the image plane. Rounding to f32 is less than a hundredth of any pixel. */
@@ -145,10 +144,12 @@ static void outline_sphere(const shd_sight *sight, size_t index, const shd_item 
     double radius = bounds->radius;
     range p, q;
     double depth = 0;
-    const bool mesh = it->shape == SHD_MESH,
+    /* Around a ball before the eye, tangents are closer than a box. */
+    const bool mesh = it->shape == SHD_MESH, round = it->ball && v.z > 2 * radius,
                ranged = mesh ? vertex_ranges(it, v, &p, &q, &radius, &depth)
-                             : corner_ranges(sight, index, &p, &q, &depth);
-    if (it->shape == SHD_SPHERE) radius = fmin(radius, shd_norm(&it->to_world));
+                             : !round && corner_ranges(sight, index, &p, &q, &depth);
+    if (it->shape == SHD_SPHERE)
+        radius = fmin(radius, it->ball ? it->size : shd_norm(&it->to_world));
     radius *= 1 + 1e-9;
     const double distance = shd_length(v);
     if (!isfinite(distance) || !isfinite(radius)) {
@@ -183,38 +184,84 @@ static void outline_sphere(const shd_sight *sight, size_t index, const shd_item 
     }
 }
 
+/* What is sorted instead of sightings, which are large. */
+typedef struct place {
+    double nearest;
+    uint32_t object;
+} place;
+
 static int by_distance(const void *a, const void *b) {
-    const sighting *x = a, *y = b;
+    const place *x = a, *y = b;
     if (x->nearest != y->nearest) return x->nearest < y->nearest ? -1 : 1;
     return (x->object > y->object) - (x->object < y->object);
+}
+
+/* The bands that an object's frame reaches into, first and last. False: none. */
+static bool bands_reached(const shd_sight *sight, size_t rank, int reached[2]) {
+    const float most = (float)sight->band_count, top = sight->frames.top[rank] / SHD_BAND,
+                bottom = sight->frames.bottom[rank] / SHD_BAND;
+    if (bottom < 0 || top > most) return false;
+    /* An edge between bands is in both. Not-a-number reaches anywhere. */
+    reached[0] = top > 1 ? (int)ceilf(top) - 1 : 0;
+    reached[1] = bottom < most ? (int)bottom : sight->band_count - 1;
+    if (reached[0] >= sight->band_count) reached[0] = sight->band_count - 1;
+    return true;
+}
+
+/* Sorts the ranks of many objects by the bands that they reach into, unless most are high. False:
+ * the arena is full. */
+static bool fill_bands(shd_sight *sight, shd_arena *arena) {
+    enum { MANY = 256, HIGH = 4 };
+    if (sight->count < MANY) return true;
+    sight->band_count = (int)ceil(sight->lens.height / SHD_BAND);
+    size_t total = 0;
+    int reached[2];
+    for (size_t k = 0; k < sight->count; k++)
+        if (bands_reached(sight, k, reached)) total += (size_t)(reached[1] - reached[0] + 1);
+    if (total > HIGH * sight->count) return true;
+    uint32_t *bands = shd_arena_zalloc(arena, (size_t)sight->band_count + 2, sizeof *bands);
+    sight->banded = shd_arena_alloc(arena, total + 1, sizeof *sight->banded);
+    if (!bands || !sight->banded) return false;
+    for (size_t k = 0; k < sight->count; k++)
+        if (bands_reached(sight, k, reached))
+            for (int b = reached[0]; b <= reached[1]; b++) bands[b + 2]++;
+    for (int b = 0; b < sight->band_count; b++) bands[b + 2] += bands[b + 1];
+    for (size_t k = 0; k < sight->count; k++)
+        if (bands_reached(sight, k, reached))
+            for (int b = reached[0]; b <= reached[1]; b++)
+                sight->banded[bands[b + 1]++] = (uint32_t)k;
+    sight->bands = bands;
+    return true;
 }
 
 bool shd_sight_outline(shd_sight *sight, shd_arena *arena) {
     const size_t count = sight->count;
     sighting *seen = shd_arena_alloc(arena, count, sizeof *seen);
+    place *places = shd_arena_alloc(arena, count, sizeof *places);
     float *frames = shd_arena_alloc(arena, 4 * count, sizeof *frames);
     sight->order = shd_arena_alloc(arena, count, sizeof *sight->order);
     sight->outlines = shd_arena_alloc(arena, count, sizeof *sight->outlines);
-    if (!seen || !frames || !sight->order || !sight->outlines) return false;
+    if (!seen || !places || !frames || !sight->order || !sight->outlines) return false;
     sight->frames = (shd_frames){frames, frames + count, frames + 2 * count, frames + 3 * count};
     const range all = {-INFINITY, INFINITY}, none = {INFINITY, -INFINITY};
     for (size_t i = 0; i < count; i++) {
         shd_item *it = &sight->items[i];
-        seen[i] = (sighting){.p = all, .q = all, .object = (uint32_t)i};
+        seen[i] = (sighting){.p = all, .q = all};
         if (it->shape == SHD_PLANE)
             outline_plane(sight, it, &seen[i].outline);
         else
             outline_sphere(sight, i, it, &seen[i]);
         if (seen[i].outline.kind == SHD_OUTLINE_NONE) seen[i].p = none;
         it->nearest = seen[i].nearest;
+        places[i] = (place){seen[i].nearest, (uint32_t)i};
     }
-    qsort(seen, count, sizeof *seen, by_distance);
+    qsort(places, count, sizeof *places, by_distance);
     for (size_t k = 0; k < count; k++) {
-        sight->order[k] = seen[k].object;
-        sight->outlines[k] = seen[k].outline;
-        set_frame(&sight->lens, &seen[k], &sight->frames, k);
+        const uint32_t object = sight->order[k] = places[k].object;
+        sight->outlines[k] = seen[object].outline;
+        set_frame(&sight->lens, &seen[object], &sight->frames, k);
     }
-    return true;
+    return fill_bands(sight, arena);
 }
 
 /* ---- Rectangles of pixels. ---- */
@@ -302,10 +349,25 @@ static inline bool reaches_into(const shd_frames *f, size_t k, const window *w) 
              (f->top[k] > w->bottom));
 }
 
+/* The band of the picture in which a row lies, or -1. */
+static int band_of(const shd_sight *sight, float row) {
+    if (!sight->bands || !(row >= 0 && row < (float)(sight->band_count * SHD_BAND))) return -1;
+    return (int)row / SHD_BAND;
+}
+
 /* Lists the ranks of objects that may be seen. Returns how many. */
 static size_t look_through(const shd_sight *sight, const window *w, uint32_t *ranks) {
     enum { CHUNK = 64 };
     size_t count = 0;
+    const int band = band_of(sight, w->top);
+    if (band >= 0 && w->bottom <= (float)((band + 1) * SHD_BAND)) {
+        for (uint32_t i = sight->bands[band]; i < sight->bands[band + 1]; i++) {
+            const uint32_t rank = sight->banded[i];
+            if (reaches_into(&sight->frames, rank, w) && may_see(&sight->outlines[rank], w))
+                ranks[count++] = rank;
+        }
+        return count;
+    }
     for (size_t first = 0; first < sight->count; first += CHUNK) {
         const size_t left = sight->count - first, size = left < CHUNK ? left : CHUNK;
         uint32_t reaches[CHUNK], any = 0;
