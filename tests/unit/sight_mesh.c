@@ -243,24 +243,7 @@ static void stretched_tori_are_exact(void **state) {
     }
 }
 
-/* Needles that lie along `bunches` directions. */
-static solid new_needles(uint64_t *random, int bunches, double width) {
-    solid s = new_solid(3 * 400, 400);
-    for (int i = 0; i < 400; i++) {
-        uint64_t bunch = 77 + (uint64_t)(i % bunches);
-        const shd_vec3 along = random_direction(&bunch), side = random_direction(random),
-                       middle = random_direction(random);
-        for (int k = 0; k < 3; k++) {
-            const shd_vec3 at = shd_madd(shd_madd(middle, along, k == 2 ? -2.0 : 2.0 + 0.1 * k),
-                                         side, k == 1 ? width : 0);
-            add_vertex(&s, at.x, at.y, at.z);
-        }
-        add_triangle(&s, 3 * (uint32_t)i, 3 * (uint32_t)i + 1, 3 * (uint32_t)i + 2);
-    }
-    return s;
-}
-
-/* The tree's boxes are turned to them. */
+/* The tree's boxes are turned to needles. */
 static void needles_are_exact(void **state) {
     static const char *const cameras[] = {
         "\"position\": [1, 2, 6], \"fov\": 50", "\"position\": [0.1, 0.2, 0.3], \"fov\": 90",
