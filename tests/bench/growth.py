@@ -117,8 +117,8 @@ def report(found, machine):
     lines = [
         "# How time grows", "",
         "What `./dev bench --growth` has measured: milliseconds of visibility and shading together,",
-        "by the library's own clocks, medians of one run on one core. Planning, in which trees are",
-        "built, is told beside it.", "",
+        "by the library's own clocks, medians of one run on one core. Visibility has the building of",
+        "trees in it. Needles lie alike: of those in all directions, boxes still overlap.", "",
         f"On {machine['processor']}, {machine['system']}.", "",
         "| what | number | visibility | shading | together | times the one before | planning |",
         "| --- | --- | --- | --- | --- | --- | --- |"]
