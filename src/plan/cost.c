@@ -76,10 +76,9 @@ static double pixels_of(const shd_scene *scene) {
 }
 
 /* Finds the rectangle around the corners of an object's box. False: some are behind the camera. */
-static bool find_frame(const shd_scene *scene, const shd_object *object, shd_vec3 low,
-                       shd_vec3 high, frame *out) {
+static bool find_frame(const shd_scene *scene, const shd_object *object, double pixels,
+                       shd_vec3 low, shd_vec3 high, frame *out) {
     const shd_camera *camera = &scene->camera;
-    const double pixels = pixels_of(scene);
     frame f = {INFINITY, -INFINITY, INFINITY, -INFINITY};
     for (int corner = 0; corner < 8; corner++) {
         const shd_vec3 at = shd_box_corner(low, high, corner),
@@ -110,7 +109,8 @@ static double seen_of(const shd_object *object, shd_vec3 low, shd_vec3 high, shd
            (object->shape == SHD_SPHERE ? sqrt(x * x + y * y + z * z) : x + y + z);
 }
 
-static outline outline_of(const shd_plan *plan, size_t index) {
+/* `per_length`: as pixels_of has it. */
+static outline outline_of(const shd_plan *plan, size_t index, double per_length) {
     const shd_scene *scene = plan->scene;
     const shd_camera *camera = &scene->camera;
     const shd_object *object = &scene->objects[index];
@@ -120,7 +120,7 @@ static outline outline_of(const shd_plan *plan, size_t index) {
     if (object->shape == SHD_SPHERE) radius = fmin(radius, object->radius * most);
     shd_vec3 low, high, view = camera->back;
     if (!shd_object_box(object, &low, &high)) return (outline){PLANE_FILLS * all, all};
-    double pixels = pixels_of(scene);
+    double pixels = per_length;
     const shd_vec3 path = shd_sub(camera->position, plan->objects[index].center);
     if (shd_dot(camera->back, path) <= -radius) return (outline){0, 0}; /* behind the camera */
     if (camera->projection == SHD_PERSPECTIVE) {
@@ -129,7 +129,7 @@ static outline outline_of(const shd_plan *plan, size_t index) {
         pixels /= fmax(distance, radius);
     }
     frame whole = {-w / 2, w / 2, -h / 2, h / 2};
-    find_frame(scene, object, low, high, &whole);
+    find_frame(scene, object, per_length, low, high, &whole);
     const frame part = {fmax(whole.left, -w / 2), fmin(whole.right, w / 2),
                         fmax(whole.bottom, -h / 2), fmin(whole.top, h / 2)};
     if (!(part.left <= part.right && part.bottom <= part.top)) return (outline){0, 0};
@@ -213,11 +213,12 @@ shd_ray_cost shd_plan_ray_cost(const shd_plan *plan, shd_tier tier, const shd_ke
     const double samples = scene->raster.samples;
     const double factor = light_factor(plan, costs, tier);
     const shd_paths paths = shd_find_paths(plan);
+    const double per_length = pixels_of(scene);
     double covered = 0;
     shd_ray_cost cost = {PIXEL, 0, 0};
     for (size_t i = 0; i < scene->object_count; i++) {
         const shd_object *object = &scene->objects[i];
-        const outline o = outline_of(plan, i);
+        const outline o = outline_of(plan, i, per_length);
         covered += o.area / all;
         cost.rays += samples * o.met / all * cast_of(plan, object, &o, tier);
         cost.light += samples * o.area / all * light_of(plan, i, &costs[tier], factor, tier);

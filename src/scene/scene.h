@@ -393,7 +393,10 @@ static inline double shd_half_height(const shd_camera *camera) {
     return camera->projection == SHD_PERSPECTIVE ? tan(camera->fov / 2) : camera->height / 2;
 }
 
-/* The map of an object's unit form (see sight/item.h) to the world, and the inverse of its linear
+/* The map of an object's unit form (see sight/item.h) to the world. */
+shd_affine shd_object_to_world(const shd_object *object);
+
+/* That map, and the inverse of its linear
  * part. False if there is no inverse, which no object of a scene has. */
 bool shd_object_frame(const shd_object *object, shd_affine *to_world, shd_affine *from_world);
 

@@ -10,7 +10,7 @@ static shd_vec3 unit_size(const shd_object *object) {
     return sizes[object->shape];
 }
 
-bool shd_object_frame(const shd_object *object, shd_affine *to_world, shd_affine *from_world) {
+shd_affine shd_object_to_world(const shd_object *object) {
     shd_vec3 size = unit_size(object);
     shd_affine sized = object->transform;
     for (int r = 0; r < 3; r++) {
@@ -18,7 +18,11 @@ bool shd_object_frame(const shd_object *object, shd_affine *to_world, shd_affine
         sized.linear[r][1] *= size.y;
         sized.linear[r][2] *= size.z;
     }
-    *to_world = sized;
+    return sized;
+}
+
+bool shd_object_frame(const shd_object *object, shd_affine *to_world, shd_affine *from_world) {
+    shd_affine sized = *to_world = shd_object_to_world(object);
     sized.origin = (shd_vec3){0, 0, 0};
     return shd_invert(&sized, from_world);
 }

@@ -95,6 +95,27 @@ SHD_INLINE void show_ball(const shd_item *it, const shd_batch *restrict b, doubl
     }
 }
 
+/* The same in vectors of lanes: bit v of `vectors` is lanes 8 v to 8 v + 7. */
+SHD_INLINE void show_ball_in(const shd_item *it, const shd_batch *restrict b, unsigned vectors,
+                             shd_stage *restrict out, bool orthographic, bool far) {
+    const ball own = ball_of(it);
+    for (; vectors; vectors &= vectors - 1) {
+        const int first = 8 * __builtin_ctz(vectors);
+        for (int i = first; i < first + 8; i++) {
+            const ball_hit hit = meet_lane(&own, b, i, orthographic, far);
+            shd_set_lane32(out->position32, i, shd_madd(own.center, hit.at, own.scale));
+            shd_set_lane32(out->normal32, i, shd_scale(hit.at, hit.side < 0 ? 1 : own.turned));
+            shd_set_lane32(out->mirror32, i,
+                           shd_madd(shd_lane(b->direction, i), hit.at, -2 * hit.side));
+        }
+    }
+}
+
+void SHD_VARIANT(shd_show_ball_in)(const shd_item *it, const shd_batch *b, unsigned vectors,
+                                   shd_stage *out) {
+    CALL_FOR(b, show_ball_in, it, b, vectors, out);
+}
+
 void SHD_VARIANT(shd_show_ball)(const shd_item *it, const shd_batch *b, double *t, shd_stage *out) {
     CALL_FOR(b, show_ball, it, b, t, out);
 }

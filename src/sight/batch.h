@@ -36,6 +36,7 @@ typedef struct shd_batch {
     SHD_ALIGNED double x[SHD_RAYS], y[SHD_RAYS]; /* in pixels */
     double direction[3][SHD_RAYS];               /* unit */
     double start[3][SHD_RAYS];                   /* set in an orthographic camera */
+    double cosine[SHD_RAYS];                     /* between the ray and the camera's axis */
     bool orthographic;
     shd_work work[2];
     shd_surfaces surfaces;
@@ -59,6 +60,11 @@ typedef struct shd_mesh_hits {
     double u[SHD_RAYS], v[SHD_RAYS]; /* the weights of its second and third corner */
 } shd_mesh_hits;
 
+/* The rays of `used` shots from `first` on, the last of which the other lanes repeat; and their
+ * cosines. */
+void SHD_VARIANT(shd_make_rays)(const shd_sight *sight, const shd_shots *shots, size_t first,
+                                int used, shd_batch *b);
+void SHD_VARIANT(shd_set_cosines)(const shd_sight *sight, shd_batch *b);
 /* The functions of a variant. "Find" tells where rays meet a shape other than a mesh: t,
  * and what "place" needs, which tells the surface there. */
 void SHD_VARIANT(shd_find_surfaces)(shd_shape shape, double tube, shd_work *work);
@@ -66,7 +72,8 @@ void SHD_VARIANT(shd_place_surfaces)(shd_shape shape, double tube, const shd_wor
                                      shd_surfaces *out);
 void SHD_VARIANT(shd_find_torus)(double tube, shd_work *work);
 void SHD_VARIANT(shd_place_torus)(double tube, const shd_work *work, shd_surfaces *out);
-/* The nearest triangles at t up to about `limit`; the surface, where `hits` are the object's. */
+/* The nearest triangles at depths up to about `limit`; the surface, where `hits` are the object's.
+ */
 bool SHD_VARIANT(shd_find_mesh)(const shd_lens *lens, const shd_item *it, const shd_batch *b,
                                 double limit, shd_mesh_hits *out);
 void SHD_VARIANT(shd_place_mesh)(const shd_item *it, double object, const shd_stage *hits,
@@ -75,6 +82,9 @@ void SHD_VARIANT(shd_place_mesh)(const shd_item *it, double object, const shd_st
 void SHD_VARIANT(shd_find_ball)(const shd_item *it, const shd_batch *b, double *t);
 void SHD_VARIANT(shd_place_ball)(const shd_item *it, const shd_batch *b, shd_surfaces *out);
 void SHD_VARIANT(shd_show_ball)(const shd_item *it, const shd_batch *b, double *t, shd_stage *out);
+/* The same, but for t, in some vectors of 8 lanes, a bit each. */
+void SHD_VARIANT(shd_show_ball_in)(const shd_item *it, const shd_batch *b, unsigned vectors,
+                                   shd_stage *out);
 /* Appends the hits of a stage, whose first lane is shot `first`. */
 void SHD_VARIANT(shd_append_hits)(const shd_stage *stage, size_t hits, size_t first, shd_hits *out);
 

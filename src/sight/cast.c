@@ -48,9 +48,28 @@ void shd_hits_pad(shd_hits *hits) {
 #undef PAD
 }
 
+static shd_shoot_function *const VARIANTS[SHD_ISA_COUNT] = SHD_VARIANTS(shd_shoot);
+
 size_t shd_sight_shoot(const shd_sight *sight, const uint32_t *candidates, size_t candidate_count,
                        const shd_shots *shots, shd_hits *out) {
-    static shd_shoot_function *const variants[SHD_ISA_COUNT] = SHD_VARIANTS(shd_shoot);
-    assert(out->capacity - out->count >= shots->count);
-    return variants[sight->plan->isa](sight, candidates, candidate_count, shots, out);
+    const shd_targets all = {candidates, candidate_count, INFINITY};
+    const size_t before = out->count;
+    assert(out->capacity - before >= shots->count);
+    VARIANTS[sight->plan->isa](sight, &all, shots, 0, out);
+    return out->count - before;
+}
+
+size_t shd_sight_shoot_block(const shd_sight *sight, shd_survey *survey, size_t block,
+                             const shd_shots *shots, shd_hits *out) {
+    const shd_block *b = &survey->blocks[block];
+    const size_t before = out->count;
+    assert(out->capacity - before >= shots->count);
+    for (size_t first = 0; first < shots->count && !shd_is_cancelled(sight->cancelled);) {
+        shd_targets known = {survey->candidates + b->first, b->count, INFINITY};
+        if (b->next < survey->candidate_count)
+            known.beyond = sight->items[sight->order[survey->candidates[b->next]]].nearest;
+        first = VARIANTS[sight->plan->isa](sight, &known, shots, first, out);
+        if (first < shots->count) shd_survey_complete(sight, survey, block);
+    }
+    return out->count - before;
 }

@@ -21,56 +21,6 @@ static bool is_quick(const shd_item *it, wants want) {
     return it->ball && want.fast && !want.low && !want.world;
 }
 
-/* ---- Camera rays. ---- */
-
-/* Finds where shots go through the picture, in pixels. Lanes beyond the last shot repeat it. */
-static void read_shots(const shd_sight *sight, const shd_shots *shots, size_t first, int used,
-                       double *restrict px, double *restrict py) {
-    const int32_t *x = shots->x + first, *y = shots->y + first;
-    const uint8_t *sample = shots->sample + first;
-    if (used == SHD_RAYS) {
-        int other = 0;
-        SHD_EACH_LANE(i) other |= sample[i] ^ sample[0];
-        if (!other) {
-            const double dx = sight->offset_x[sample[0]], dy = sight->offset_y[sample[0]];
-            SHD_EACH_LANE(i) {
-                px[i] = x[i] + dx;
-                py[i] = y[i] + dy;
-            }
-            return;
-        }
-    }
-    SHD_EACH_LANE(i) {
-        const int from = i < used ? i : used - 1;
-        px[i] = x[from] + sight->offset_x[sample[from]];
-        py[i] = y[from] + sight->offset_y[sample[from]];
-    }
-}
-
-/* Where a point of the picture, in pixels, is on the image plane. */
-SHD_INLINE shd_vec3 aside_of(const shd_lens *lens, const shd_camera *camera, double x, double y) {
-    const double p = (x - lens->middle_x) * lens->step_x, q = (lens->middle_y - y) * lens->step_y;
-    return shd_madd(shd_scale(camera->right, p), camera->up, q);
-}
-
-/* Makes a batch's rays from its x and y. */
-static void make_rays(const shd_sight *sight, shd_batch *restrict b) {
-    const shd_lens lens = sight->lens;
-    const shd_camera camera = *lens.camera;
-    b->orthographic = camera.projection == SHD_ORTHOGRAPHIC;
-    if (b->orthographic) {
-        SHD_EACH_LANE(i) {
-            shd_set_lane(b->start, i, aside_of(&lens, &camera, b->x[i], b->y[i]));
-            shd_set_lane(b->direction, i, shd_scale(camera.back, -1));
-        }
-        return;
-    }
-    SHD_EACH_LANE(i) {
-        const shd_vec3 way = shd_sub(aside_of(&lens, &camera, b->x[i], b->y[i]), camera.back);
-        shd_set_lane(b->direction, i, shd_scale(way, shd_inverse_root(shd_dot(way, way))));
-    }
-}
-
 /* ---- Other shapes, in their frames. ---- */
 
 /* Carries rays into an item's frame. Unless it is a plane, they are then moved closer. */
@@ -245,6 +195,8 @@ static void take_hits(const shd_stage *restrict from, double object, wants want,
 
 /* ---- A batch. ---- */
 
+static const size_t UNSETTLED = SIZE_MAX;
+
 /* For hits that differ by no more than this, relative, it is asked how far rounding moved them. */
 static const double CLOSE = 0x1p-24;
 
@@ -277,25 +229,29 @@ static size_t take_lanes(double *restrict left, double object) {
     return (size_t)lanes;
 }
 
+/* The lanes of a vector in which two hits are close. */
+SHD_INLINE shd_md close_in(const double *t, const shd_stage *best, int i) {
+    const shd_vd wider = shd_vd_set(1 + CLOSE), now = shd_vd_load(t + i),
+                 before = shd_vd_load(best->t + i);
+    const shd_md apart = shd_md_or(shd_vd_gt(now, before * wider), shd_vd_gt(before, now * wider));
+    return shd_md_and(shd_vd_gt(shd_vd_set(INFINITY), now), shd_md_not(apart));
+}
+
 /* Finds how far rounding may have moved two hits, in the lanes in which they are close; it is 0 in
- * the others. `triangle` is of `object`. */
-static void find_margins(const shd_sight *sight, double object, shd_batch *b, const double *t,
+ * the others. `triangle` is of `object`. False: in no lane they are, and nothing is set. */
+static bool find_margins(const shd_sight *sight, double object, shd_batch *b, const double *t,
                          const uint32_t *triangle, const shd_stage *best, double *margin) {
     SHD_ALIGNED double whose[SHD_RAYS], mine[SHD_RAYS];
-    const shd_vd wider = shd_vd_set(1 + CLOSE), missed = shd_vd_set(INFINITY),
-                 nothing = shd_vd_set(SHD_NOTHING), name = shd_vd_set(object);
+    const shd_vd nothing = shd_vd_set(SHD_NOTHING), name = shd_vd_set(object);
     unsigned any = 0;
+    for (int i = 0; i < SHD_RAYS; i += SHD_W / 2) any |= shd_md_bits(close_in(t, best, i));
+    if (!any) return false;
     for (int i = 0; i < SHD_RAYS; i += SHD_W / 2) {
-        const shd_vd now = shd_vd_load(t + i), before = shd_vd_load(best->t + i);
-        const shd_md apart =
-                         shd_md_or(shd_vd_gt(now, before * wider), shd_vd_gt(before, now * wider)),
-                     close = shd_md_and(shd_vd_gt(missed, now), shd_md_not(apart));
-        any |= shd_md_bits(close);
+        const shd_md close = close_in(t, best, i);
         shd_vd_store(mine + i, shd_vd_select(close, name, nothing));
         shd_vd_store(whose + i, shd_vd_select(close, shd_vd_load(best->object + i), nothing));
         shd_vd_store(margin + i, shd_vd_set(0));
     }
-    if (!any) return;
     add_rounding(sight, object, b, t, mine, triangle, margin);
     for (int i = 0; i < SHD_RAYS; i++) {
         const double other = whose[i];
@@ -303,6 +259,21 @@ static void find_margins(const shd_sight *sight, double object, shd_batch *b, co
         add_rounding(sight, other, b, best->t, whose, best->triangle, margin);
         take_lanes(whose, other);
     }
+    return true;
+}
+
+/* Takes what is nearer where no lane's hits are close. Returns whether any was. */
+SHD_INLINE bool keep_plain(shd_vd mine, const double *restrict t, shd_stage *restrict best) {
+    unsigned any = 0;
+    for (int i = 0; i < SHD_RAYS; i += SHD_W / 2) {
+        const shd_vd now = shd_vd_load(t + i), before = shd_vd_load(best->t + i),
+                     whose = shd_vd_load(best->object + i);
+        const shd_md nearer = shd_vd_gt(before, now);
+        any |= shd_md_bits(nearer);
+        shd_vd_store(best->t + i, shd_vd_select(nearer, now, before));
+        shd_vd_store(best->object + i, shd_vd_select(nearer, mine, whose));
+    }
+    return any;
 }
 
 /* At equal distance, to within rounding, the object that comes first in the scene stays: or
@@ -314,7 +285,8 @@ static bool keep_nearer(const shd_sight *sight, double object, shd_batch *b,
     SHD_ALIGNED double margin[SHD_RAYS];
     const shd_vd mine = shd_vd_set(object);
     unsigned any = 0;
-    find_margins(sight, object, b, t, triangle, best, margin);
+    if (!find_margins(sight, object, b, t, triangle, best, margin))
+        return keep_plain(mine, t, best);
     for (int i = 0; i < SHD_RAYS; i += SHD_W / 2) {
         const shd_vd now = shd_vd_load(t + i), before = shd_vd_load(best->t + i),
                      whose = shd_vd_load(best->object + i), rounding = shd_vd_load(margin + i);
@@ -344,14 +316,19 @@ static bool keep_first(double object, const double *restrict t, shd_stage *restr
     return any;
 }
 
-/* The largest t of any lane. They are positive, so that their bits are in their order. */
-static double farthest_hit(const double *restrict t) {
+/* The largest depth of any lane. They are positive, so that their bits are in their order. */
+static double farthest_hit(const double *restrict t, const double *restrict cosine) {
     int64_t most = 0;
     SHD_EACH_LANE(i) {
-        const int64_t bits = (int64_t)shd_bits64_of(t[i]);
+        const int64_t bits = (int64_t)shd_bits64_of(t[i] * cosine[i]);
         most = bits > most ? bits : most;
     }
     return shd_double_of((uint64_t)most);
+}
+
+/* What begins farther away is not seen, and equal to nothing that is. */
+static double end_of(const shd_batch *b, const shd_stage *s) {
+    return farthest_hit(s->t, b->cosine) * (1 + 2 * CLOSE);
 }
 
 /* Objects between looks at the flag that cancels. */
@@ -366,6 +343,7 @@ static int find_nearest(const shd_sight *sight, const uint32_t *candidates, size
     int held = 0;
     bool some = false; /* lane hit an object */
     *holder = SHD_NOTHING;
+    SHD_VARIANT(shd_set_cosines)(sight, b);
     SHD_EACH_LANE(i) {
         out->t[i] = INFINITY;
         out->object[i] = SHD_NOTHING;
@@ -391,9 +369,35 @@ static int find_nearest(const shd_sight *sight, const uint32_t *candidates, size
             *holder = (int)candidates[k];
         }
         some = true;
-        if (count > 4) limit = farthest_hit(out->t) * (1 + 2 * CLOSE);
+        if (count > 4) limit = end_of(b, out);
     }
     return held;
+}
+
+/* Takes what is quick from vectors of 8 lanes. */
+static void take_quick(const shd_stage *restrict from, double object, unsigned vectors,
+                       shd_stage *restrict to) {
+    for (; vectors; vectors &= vectors - 1) {
+        const int first = 8 * __builtin_ctz(vectors);
+        for (int c = 0; c < 3; c++)
+            for (int i = first; i < first + 8; i++) {
+                const bool same = to->object[i] == object;
+                to->position32[c][i] = same ? from->position32[c][i] : to->position32[c][i];
+                to->normal32[c][i] = same ? from->normal32[c][i] : to->normal32[c][i];
+                to->mirror32[c][i] = same ? from->mirror32[c][i] : to->mirror32[c][i];
+            }
+    }
+}
+
+/* The vectors of 8 lanes in which an object was hit. */
+static unsigned vectors_of(const double *restrict objects, double object) {
+    unsigned vectors = 0;
+    for (int v = 0; v < SHD_RAYS / 8; v++) {
+        int lanes = 0;
+        for (int i = 8 * v; i < 8 * v + 8; i++) lanes |= objects[i] == object;
+        vectors |= (unsigned)lanes << v;
+    }
+    return vectors;
 }
 
 /* Every object that some lane hit, in turn. */
@@ -407,30 +411,40 @@ static void show_hits(const shd_sight *sight, shd_batch *b, int held, int holder
         if (object == SHD_NOTHING) continue;
         const size_t mine = take_lanes(left, object);
         const bool made = (int)object == holder, alone = mine == hits;
+        const shd_item *it = &sight->items[(int)object];
+        shown += (int)mine;
+        if (!alone && is_quick(it, want)) {
+            const unsigned vectors = vectors_of(out->object, object);
+            SHD_VARIANT(shd_show_ball_in)(it, b, vectors, &part);
+            take_quick(&part, object, vectors, out);
+            continue;
+        }
         shd_work *work = &b->work[made ? held : !held];
         show_object(sight, (int)object, b, work, made, want, out, alone ? out : &part);
         if (!alone) take_hits(&part, object, want, out);
-        shown += (int)mine;
     }
 }
 
-/* Casts shots [first, first + SHD_RAYS), or as many as there are. Returns the hits. */
-static size_t cast_batch(const shd_sight *sight, const uint32_t *candidates, size_t candidate_count,
-                         const shd_shots *shots, size_t first, wants want, shd_stage *out) {
+/* Casts shots [first, first + SHD_RAYS), or as many as there are. Returns the hits, or `UNSETTLED`
+ * if other objects than the targets may be nearer. */
+static size_t cast_batch(const shd_sight *sight, const shd_targets *targets, const shd_shots *shots,
+                         size_t first, wants want, shd_stage *out) {
+    const uint32_t *candidates = targets->objects;
+    const size_t candidate_count = targets->count;
     const size_t left = shots->count - first;
     const int used = left < SHD_RAYS ? (int)left : SHD_RAYS;
     const shd_item *one = candidate_count == 1 ? &sight->items[candidates[0]] : NULL;
     const bool quick = one && is_quick(one, want);
     shd_batch b;
     int held = 0, holder = SHD_NOTHING;
-    read_shots(sight, shots, first, used, b.x, b.y);
-    make_rays(sight, &b);
+    SHD_VARIANT(shd_make_rays)(sight, shots, first, used, &b);
     if (quick) {
         const double object = candidates[0];
         SHD_VARIANT(shd_show_ball)(one, &b, out->t, out);
         SHD_EACH_LANE(i) out->object[i] = out->t[i] < INFINITY ? object : SHD_NOTHING;
     } else {
         held = find_nearest(sight, candidates, candidate_count, &b, out, &holder);
+        if (targets->beyond < INFINITY && !(end_of(&b, out) < targets->beyond)) return UNSETTLED;
     }
     for (int i = used; i < SHD_RAYS; i++) out->t[i] = INFINITY, out->object[i] = SHD_NOTHING;
     long long lanes = 0;
@@ -447,17 +461,16 @@ static size_t cast_batch(const shd_sight *sight, const uint32_t *candidates, siz
     return hits;
 }
 
-size_t SHD_VARIANT(shd_shoot)(const shd_sight *sight, const uint32_t *candidates,
-                              size_t candidate_count, const shd_shots *shots, shd_hits *out) {
+size_t SHD_VARIANT(shd_shoot)(const shd_sight *sight, const shd_targets *targets,
+                              const shd_shots *shots, size_t first, shd_hits *out) {
     const wants want = {out->position32[0], out->low32[0], out->world32[0], out->depth};
-    const size_t before = out->count;
-    if (!candidate_count) return 0;
+    if (!targets->count) return shots->count;
     shd_stage stage;
-    for (size_t first = 0; first < shots->count; first += SHD_RAYS) {
+    for (; first < shots->count; first += SHD_RAYS) {
         if (shd_is_cancelled(sight->cancelled)) break;
-        const size_t hits =
-            cast_batch(sight, candidates, candidate_count, shots, first, want, &stage);
+        const size_t hits = cast_batch(sight, targets, shots, first, want, &stage);
+        if (hits == UNSETTLED) return first;
         if (hits) SHD_VARIANT(shd_append_hits)(&stage, hits, first, out);
     }
-    return out->count - before;
+    return shots->count;
 }

@@ -31,27 +31,27 @@ static inline shd_vec3 shd_lens_view(const shd_lens *lens, shd_vec3 p) {
  * for itself whether an eye on the surface has that before or behind itself. */
 #define SHD_BLIND 1e-12
 
-/* An object as rays meet it. */
+/* An object as rays meet it. What balls are met by comes first, for there may be many. */
 typedef struct shd_item {
     shd_shape shape; /* SHD_MESH for tessellated shapes too */
-    double tube;     /* the ratio of a torus's radii */
     bool front_only;
-    bool similar; /* the map from the unit form turns, mirrors and moves, and scales all alike */
-    bool ball;    /* a similar sphere; its maps do not turn, for that shows nothing */
-    double size;  /* that scale, if it is similar */
+    bool similar;   /* the map from the unit form turns, mirrors and moves, and scales all alike */
+    bool ball;      /* a similar sphere; its maps do not turn, for that shows nothing */
+    bool far;       /* the eye is so far away that a ball's rays have to be moved twice */
+    bool smooth;    /* the mesh's normals are interpolated at each sample */
+    double size;    /* that scale, if it is similar */
+    double nearest; /* no ray meets the object at a smaller depth, along the camera's axis */
+    double blind;   /* hits up to this t do not count; 0 for planes, which are met exactly */
+    shd_vec3 eye;   /* the camera's position in the unit form's frame */
+    shd_affine to_frame; /* to the plan's frame */
+    double tube;         /* the ratio of a torus's radii */
     /* Maps of the unit form. The origin of from_world is not used, because points are taken
      * relative to to_world.origin first. */
     shd_affine to_world, from_world;
-    shd_affine to_frame; /* to the plan's frame */
     shd_affine normal_map;
-    shd_vec3 eye;     /* the camera's position in the unit form's frame */
-    shd_vec3 forward; /* the rays' direction there, in an orthographic camera */
-    double nearest;   /* no ray meets the object at a smaller t */
-    double blind;     /* hits up to this t do not count; 0 for planes, which are met exactly */
-    bool far;         /* the eye is so far away that a ball's rays have to be moved twice */
+    shd_vec3 forward;        /* the rays' direction there, in an orthographic camera */
     shd_triangles triangles; /* of SHD_MESH */
     shd_mesh_view view;
-    bool smooth;         /* the mesh's normals are interpolated at each sample */
     const double *units; /* [vertex_count][3]: these normals, unit */
     const shd_facets *facets;
 } shd_item;
@@ -79,15 +79,23 @@ typedef struct shd_frames {
     float *left, *right, *top, *bottom;
 } shd_frames;
 
+enum { SHD_BAND = 32 };
+
 struct shd_sight {
     const shd_plan *plan;
     const atomic_bool *cancelled;
     shd_lens lens;
     shd_item *items; /* as shd_scene.objects */
     size_t count;
-    uint32_t *order;                   /* [count]: roughly nearer ones first */
-    shd_outline *outlines;             /* [count]: in that order */
-    shd_frames frames;                 /* [count]: in that order */
+    uint32_t *order;       /* [count]: roughly nearer ones first */
+    shd_outline *outlines; /* [count]: in that order */
+    shd_frames frames;     /* [count]: in that order */
+    /* Bands of SHD_BAND rows of the picture: places in that order of what reaches into band b are
+     * banded[bands[b]] up to banded[bands[b + 1]]. NULL: there are few objects, or they are high.
+     */
+    const uint32_t *bands;
+    uint32_t *banded;
+    int band_count;
     double offset_x[64], offset_y[64]; /* the sample pattern */
 };
 
@@ -100,9 +108,18 @@ static inline shd_vec3 shd_sizes(shd_vec3 v) {
 bool shd_mesh_view_make(shd_item *it, const shd_mesh_tree *tree, const shd_camera *camera,
                         const atomic_bool *cancelled, shd_arena *arena);
 
-/* The variants of shd_sight_shoot. */
-typedef size_t shd_shoot_function(const shd_sight *sight, const uint32_t *candidates,
-                                  size_t candidate_count, const shd_shots *shots, shd_hits *out);
+/* Objects to cast at. There may be others, but no ray meets these at a smaller depth than `beyond`.
+ */
+typedef struct shd_targets {
+    const uint32_t *objects;
+    size_t count;
+    double beyond; /* infinity: there are none */
+} shd_targets;
+
+/* The variants of shd_sight_shoot: cast from shot `first` on. Returns the shot before which the
+ * others would have had to be known, or how many shots there are. */
+typedef size_t shd_shoot_function(const shd_sight *sight, const shd_targets *targets,
+                                  const shd_shots *shots, size_t first, shd_hits *out);
 shd_shoot_function shd_shoot_portable, shd_shoot_avx2, shd_shoot_avx512;
 
 /* Fills order, outlines, frames, and `nearest` of the items. False: the arena is full. */

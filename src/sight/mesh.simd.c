@@ -42,9 +42,11 @@ typedef struct bundle {
     double depth[SHD_RAYS], name[SHD_RAYS];      /* of the nearest triangle; infinity: none */
     double second[SHD_RAYS], third[SHD_RAYS];    /* the weights of its corners */
     double left[GROUPS], right[GROUPS], bottom[GROUPS], top[GROUPS];
+    SHD_ALIGNED double middle[2][GROUPS], half[2][GROUPS]; /* the same: p, q */
     area all;
-    double reach; /* nothing farther is wanted */
-    double slack; /* more than rounding changes depths by */
+    double most[2]; /* the largest |p| and |q| */
+    double reach;   /* nothing farther is wanted */
+    double slack;   /* more than rounding changes depths by */
     /* Linear functions: how far a point is within each side of the bundle, and before the eye and
      * `reach`. A box is left out if one of them, but that of DEPTH, is negative all over it. */
     SHD_ALIGNED double x[SIDES], y[SIDES], z[SIDES], fixed[SIDES];
@@ -86,6 +88,14 @@ static void bound_bundle(bundle *k) {
         all.top = shd_larger(k->top[g], all.top);
     }
     k->all = all;
+    k->most[0] = shd_larger(fabs(all.left), fabs(all.right));
+    k->most[1] = shd_larger(fabs(all.bottom), fabs(all.top));
+    for (int g = 0; g < GROUPS; g++) {
+        k->middle[0][g] = 0.5 * (k->left[g] + k->right[g]);
+        k->middle[1][g] = 0.5 * (k->bottom[g] + k->top[g]);
+        k->half[0][g] = 0.5 * (k->right[g] - k->left[g]);
+        k->half[1][g] = 0.5 * (k->top[g] - k->bottom[g]);
+    }
 }
 
 static void set_function(bundle *k, int at, shd_vec3 n, double fixed) {
@@ -132,13 +142,12 @@ static void set_box_functions(const shd_mesh_view *view, bundle *k) {
 static void aim_bundle(const shd_lens *lens, const shd_item *it, const shd_batch *restrict b,
                        double limit, bundle *restrict k) {
     const shd_mesh_view *view = &it->view;
-    const shd_vec3 back = lens->camera->back;
     const double middle_x = lens->middle_x, middle_y = lens->middle_y;
     const double unit = 1 / view->unit, blind = it->blind * unit;
     const double across = view->orthographic ? lens->step_x * unit : lens->step_x,
                  up = view->orthographic ? lens->step_y * unit : lens->step_y;
     SHD_EACH_LANE(i) {
-        const double cosine = -shd_dot(shd_lane(b->direction, i), back);
+        const double cosine = b->cosine[i];
         k->p[i] = (b->x[i] - middle_x) * across;
         k->q[i] = (middle_y - b->y[i]) * up;
         k->cosine[i] = cosine;
@@ -148,7 +157,7 @@ static void aim_bundle(const shd_lens *lens, const shd_item *it, const shd_batch
     }
     bound_bundle(k);
     set_box_functions(view, k);
-    set_reach(k, limit * unit); /* a cosine is 1 at most, but for rounding */
+    set_reach(k, limit * unit);
 }
 
 /* ---- Triangles. ---- */
@@ -216,6 +225,44 @@ static inline unsigned groups_in(const bundle *k, area there) {
     return groups;
 }
 
+/* On which side of an edge rays pass: fixed + p across + q up, to within `error` of what try_rays
+ * finds. */
+typedef struct edge {
+    double fixed, across, up, error;
+} edge;
+
+SHD_INLINE edge edge_of(const bundle *k, const shd_seen_vertex *a, const shd_seen_vertex *b) {
+    const double p = k->most[0], q = k->most[1], ax = fabs(a->x) + p * fabs(a->w),
+                 ay = fabs(a->y) + q * fabs(a->w), bx = fabs(b->x) + p * fabs(b->w),
+                 by = fabs(b->y) + q * fabs(b->w);
+    return (edge){a->x * b->y - a->y * b->x, a->y * b->w - a->w * b->y, a->w * b->x - a->x * b->w,
+                  ROUNDING * (ax * by + ay * bx)};
+}
+
+/* The groups of which some ray may pass all edges on the same side. */
+static unsigned groups_within(const bundle *k, const shd_seen_vertex *a, const shd_seen_vertex *b,
+                              const shd_seen_vertex *c) {
+    const edge edges[3] = {edge_of(k, b, c), edge_of(k, c, a), edge_of(k, a, b)};
+    const shd_vd zero = shd_vd_set(0);
+    unsigned out = 0;
+    for (int g = 0; g < GROUPS; g += SHD_W / 2) {
+        const shd_vd p = shd_vd_load(k->middle[0] + g), q = shd_vd_load(k->middle[1] + g),
+                     wide = shd_vd_load(k->half[0] + g), high = shd_vd_load(k->half[1] + g);
+        unsigned left = 0, right = 0;
+        for (int e = 0; e < 3; e++) {
+            const edge *at = &edges[e];
+            const shd_vd middle = shd_vd_set(at->fixed) + p * shd_vd_set(at->across) +
+                                  q * shd_vd_set(at->up),
+                         reach = wide * shd_vd_set(fabs(at->across)) +
+                                 high * shd_vd_set(fabs(at->up)) + shd_vd_set(at->error);
+            left |= shd_md_bits(shd_vd_gt(zero, middle + reach));
+            right |= shd_md_bits(shd_vd_gt(middle - reach, zero));
+        }
+        out |= (left & right) << g;
+    }
+    return ~out;
+}
+
 static bool try_triangle(bundle *k, const shd_mesh_view *view, const shd_leaf *leaf) {
     const shd_seen_vertex *a = &view->vertices[leaf->corner[0]],
                           *b = &view->vertices[leaf->corner[1]],
@@ -230,6 +277,7 @@ static bool try_triangle(bundle *k, const shd_mesh_view *view, const shd_leaf *l
             return false;
         groups = groups_in(k, there);
     }
+    if (groups & (groups - 1)) groups &= groups_within(k, a, b, c);
     bool any = false;
     for (; groups; groups &= groups - 1) {
         const int at = __builtin_ctz(groups) * GROUP;
@@ -241,13 +289,61 @@ static bool try_triangle(bundle *k, const shd_mesh_view *view, const shd_leaf *l
 
 /* ---- The tree. ---- */
 
-/* Whether any ray may meet the box, and from which depth on. */
-SHD_INLINE bool may_meet(const bundle *k, const shd_branch *b, double *depth) {
+/* The product of an axis with the functions' gradients: their slopes along it. */
+SHD_INLINE shd_vd slopes_along(shd_vec3 axis, shd_vd x, shd_vd y, shd_vd z) {
+    return x * shd_vd_set(axis.x) + y * shd_vd_set(axis.y) + z * shd_vd_set(axis.z);
+}
+
+static shd_vec3 seen_along(const shd_mesh_view *view, shd_vec3 v) {
+    return (shd_vec3){shd_dot(view->rows[0], v), shd_dot(view->rows[1], v),
+                      shd_dot(view->rows[2], v)};
+}
+
+/* Whether the bundle passes beside a turned box of which nothing is nearer than `depth`. With e the
+ * box's first axis, c its middle and r a ray through the eye, (e x c) . r is the same for all
+ * points of the box that differ along e only. In an orthographic camera it is (e x r) . (o - c),
+ * of rays that start at o. */
+static bool is_beside(const bundle *k, const shd_mesh_view *view, const shd_branch *b,
+                      double depth) {
+    const shd_vec3 *axis = view->tree->turns[b->turn].axis;
+    shd_vec3 middle = shd_scale(view->eye, -1), half[3], seen[3];
+    double size = 0;
+    for (int c = 0; c < 3; c++) {
+        middle = shd_madd(middle, axis[c], 0.5 * (b->low[c] + b->high[c]));
+        seen[c] = seen_along(view, axis[c]);
+        half[c] = shd_scale(seen[c], 0.5 * (b->high[c] - b->low[c]));
+        size = shd_larger(size, shd_max_abs(view->rows[c]));
+    }
+    const bool orthographic = view->orthographic;
+    const shd_vec3 at = seen_along(view, middle), ray = {0, 0, 1},
+                   n = shd_cross(seen[0], orthographic ? ray : at);
+    const double p = 0.5 * (k->all.left + k->all.right), q = 0.5 * (k->all.bottom + k->all.top),
+                 spread = fabs(n.x) * 0.5 * (k->all.right - k->all.left) +
+                          fabs(n.y) * 0.5 * (k->all.top - k->all.bottom),
+                 reach = fabs(shd_dot(n, half[1])) + fabs(shd_dot(n, half[2])),
+                 sizes = size * (3 + 3 * shd_max_abs(view->eye)),
+                 error = 100 * ROUNDING * sizes * (1 + k->most[0] + k->most[1]);
+    if (orthographic)
+        return fabs(n.x * (p - at.x) + n.y * (q - at.y)) > spread + reach + error * (size + sizes);
+    if (!(depth > 1e-6 * sizes)) return false;
+    return fabs(n.x * p + n.y * q + n.z) > spread + reach / depth * (1 + 1e-9) + 3 * size * error;
+}
+
+/* Whether any ray may meet the box, and from which depth on. What turning rounds is a small part of
+ * the functions' margin. */
+SHD_INLINE bool may_meet(const bundle *k, const shd_mesh_view *view, const shd_branch *b,
+                         double *depth) {
     SHD_ALIGNED double most[SIDES];
     unsigned out = 0;
     for (int s = 0; s < SIDES; s += SHD_W / 2) {
-        const shd_vd x = shd_vd_load(k->x + s), y = shd_vd_load(k->y + s),
-                     z = shd_vd_load(k->z + s);
+        shd_vd x = shd_vd_load(k->x + s), y = shd_vd_load(k->y + s), z = shd_vd_load(k->z + s);
+        if (b->turn) {
+            const shd_vec3 *axis = view->tree->turns[b->turn].axis;
+            const shd_vd one = slopes_along(axis[0], x, y, z), two = slopes_along(axis[1], x, y, z);
+            z = slopes_along(axis[2], x, y, z);
+            x = one;
+            y = two;
+        }
         const shd_vd along_x = shd_vd_max(x * shd_vd_set(b->low[0]), x * shd_vd_set(b->high[0])),
                      along_y = shd_vd_max(y * shd_vd_set(b->low[1]), y * shd_vd_set(b->high[1])),
                      along_z = shd_vd_max(z * shd_vd_set(b->low[2]), z * shd_vd_set(b->high[2]));
@@ -256,7 +352,7 @@ SHD_INLINE bool may_meet(const bundle *k, const shd_branch *b, double *depth) {
         shd_vd_store(most + s, all);
     }
     *depth = -most[DEPTH];
-    return !(out & ~(1u << DEPTH));
+    return !(out & ~(1u << DEPTH)) && !(b->turn && is_beside(k, view, b, *depth));
 }
 
 static void update_reach(bundle *k) {
@@ -280,7 +376,7 @@ static bool walk_tree(bundle *k, const shd_mesh_view *view) {
     bool met = false;
     const shd_branch *branches = view->tree->branches;
     double depth;
-    if (!view->tree->leaf_count || !may_meet(k, branches, &depth)) return false;
+    if (!view->tree->leaf_count || !may_meet(k, view, branches, &depth)) return false;
     for (uint32_t at = 0;;) {
         const shd_branch *now = &branches[at];
         if (shd_is_cancelled_at(view->cancelled, ++steps)) return met;
@@ -292,8 +388,8 @@ static bool walk_tree(bundle *k, const shd_mesh_view *view) {
             met = met || any;
         } else {
             double one, other;
-            const bool first = may_meet(k, &branches[now->first], &one),
-                       second = may_meet(k, &branches[now->first + 1], &other);
+            const bool first = may_meet(k, view, &branches[now->first], &one),
+                       second = may_meet(k, view, &branches[now->first + 1], &other);
             const bool swapped = second && (!first || other < one);
             if (first && second) {
                 assert(waits < SHD_TREE_DEPTH);
@@ -335,87 +431,4 @@ bool SHD_VARIANT(shd_find_mesh)(const shd_lens *lens, const shd_item *it, const 
     if (!walk_tree(&k, &it->view)) return false;
     tell_hits(&k, it->view.unit, out);
     return true;
-}
-
-/* ---- Surfaces. ---- */
-
-/* A triangle. */
-typedef struct facet {
-    uint32_t triangle;
-    double plane[4][3];  /* the first corner, from it to the others, and the normal by these */
-    double normal[3][3]; /* the corners' normals, of the side that is seen */
-} facet;
-
-/* All rays that meet a triangle see the same side of it. The normal is turned to that here if there
- * are others at the corners, and else by cast.simd.c. */
-static void set_facet(const shd_item *it, uint32_t triangle, facet *out) {
-    const uint32_t *vertex = it->triangles.indices + 3 * (size_t)triangle;
-    const double *positions = it->triangles.positions, scale = it->view.tree->scale;
-    const shd_vec3 at = shd_vec3_at(positions, vertex[0]),
-                   ab = shd_sub(shd_vec3_at(positions, vertex[1]), at),
-                   ac = shd_sub(shd_vec3_at(positions, vertex[2]), at),
-                   face = shd_cross(shd_scale(ab, scale), shd_scale(ac, scale)),
-                   ray = it->view.orthographic ? it->forward : shd_sub(at, it->eye);
-    const bool behind = it->smooth && shd_dot(face, ray) > 0 && !it->front_only;
-    const double turn = behind ? -1 : 1;
-    out->triangle = triangle;
-    memcpy(out->plane, (shd_vec3[]){at, ab, ac, shd_scale(face, turn)}, sizeof out->plane);
-    for (int n = 0; it->smooth && n < 3; n++) {
-        const shd_vec3 normal = shd_scale(shd_vec3_at(it->units, vertex[n]), turn);
-        memcpy(out->normal[n], &normal, sizeof normal);
-    }
-}
-
-/* Places a vector of rays that meet the facet. Points are reckoned from a corner. If all corners of
- * a triangle have one y, so do all of its points, and no light at this y shines on some of them. If
- * the corners' normals cancel, the plane's own stays. */
-SHD_INLINE void place_rays(const facet *f, bool smooth, shd_vd u, shd_vd v, shd_vd point[3],
-                           shd_vd normal[3]) {
-    const shd_vd zero = shd_vd_set(0), first = shd_vd_set(1) - u - v;
-    shd_vd sum[3], size = zero;
-    for (int c = 0; c < 3; c++) {
-        point[c] = shd_vd_set(f->plane[0][c]) + shd_vd_set(f->plane[1][c]) * u +
-                   shd_vd_set(f->plane[2][c]) * v;
-        normal[c] = shd_vd_set(f->plane[3][c]);
-    }
-    for (int c = 0; smooth && c < 3; c++) {
-        sum[c] = shd_vd_set(f->normal[0][c]) * first + shd_vd_set(f->normal[1][c]) * u +
-                 shd_vd_set(f->normal[2][c]) * v;
-        size = shd_vd_max(size, shd_vd_max(sum[c], zero - sum[c]));
-    }
-    const shd_md some = shd_vd_gt(size, zero);
-    for (int c = 0; smooth && c < 3; c++) normal[c] = shd_vd_select(some, sum[c], normal[c]);
-}
-
-/* Most rays of a vector meet the same triangle. So each triangle is set for all of them, in turn.
- * Lanes that meet nothing of the object keep what is there. */
-void SHD_VARIANT(shd_place_mesh)(const shd_item *it, double object, const shd_stage *hits,
-                                 shd_surfaces *out) {
-    enum { WIDE = SHD_W / 2 };
-    facet known[4]; /* rows of a block go back and forth between its triangles */
-    for (int k = 0; k < 4; k++) known[k].triangle = UINT32_MAX;
-    for (int i = 0; i < SHD_RAYS; i += WIDE) {
-        SHD_ALIGNED double name[WIDE];
-        unsigned left = 0;
-        for (int k = 0; k < WIDE; k++) {
-            name[k] = hits->triangle[i + k];
-            left |= (unsigned)(hits->object[i + k] == object) << k;
-        }
-        while (left) {
-            const uint32_t triangle = hits->triangle[i + __builtin_ctz(left)];
-            facet *f = &known[triangle % 4];
-            if (triangle != f->triangle) set_facet(it, triangle, f);
-            const shd_vd u = shd_vd_load(hits->u + i), v = shd_vd_load(hits->v + i);
-            shd_vd p[3], n[3];
-            place_rays(f, it->smooth, u, v, p, n);
-            const shd_vd names = shd_vd_load(name), wanted = shd_vd_set((double)triangle);
-            const shd_md others = shd_md_or(shd_vd_gt(names, wanted), shd_vd_gt(wanted, names));
-            for (int c = 0; c < 3; c++) {
-                double *point = out->point[c] + i, *normal = out->normal[c] + i;
-                shd_vd_store(point, shd_vd_select(others, shd_vd_load(point), p[c]));
-                shd_vd_store(normal, shd_vd_select(others, shd_vd_load(normal), n[c]));
-            }
-            left &= shd_md_bits(others);
-        }
-    }
 }

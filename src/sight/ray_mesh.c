@@ -153,16 +153,41 @@ static bool try_leaf(const shd_item *it, sheared *s, const shd_leaf *leaf, shd_m
 
 /* ---- The tree. ---- */
 
-/* Whether the ray may meet the box before s->far, and from which t on. */
-static bool may_meet(const sheared *s, const shd_branch *b, double *enter) {
-    double low = 0, high = s->far;
+/* The ray in the coordinates of a box. */
+typedef struct turned_ray {
+    double o[3], d[3], inverse[3], pad;
+} turned_ray;
+
+static turned_ray turn_ray(const sheared *s, const shd_turn *turn) {
+    turned_ray r = {.pad = 4 * s->pad};
     for (int k = 0; k < 3; k++) {
-        const double near = b->low[k] - s->pad - s->o[k], beyond = b->high[k] + s->pad - s->o[k];
-        if (s->d[k] == 0) {
+        r.o[k] = shd_dot(turn->axis[k], (shd_vec3){s->o[0], s->o[1], s->o[2]});
+        r.d[k] = shd_dot(turn->axis[k], (shd_vec3){s->d[0], s->d[1], s->d[2]});
+        r.inverse[k] = 1 / r.d[k];
+    }
+    return r;
+}
+
+/* Whether the ray may meet the box before s->far, and from which t on. */
+static bool may_meet(const shd_mesh_tree *tree, const sheared *s, const shd_branch *b,
+                     double *enter) {
+    turned_ray turned;
+    const double *o = s->o, *d = s->d, *inverse = s->inverse;
+    double low = 0, high = s->far, pad = s->pad;
+    if (b->turn) {
+        turned = turn_ray(s, &tree->turns[b->turn]);
+        o = turned.o;
+        d = turned.d;
+        inverse = turned.inverse;
+        pad = turned.pad;
+    }
+    for (int k = 0; k < 3; k++) {
+        const double near = b->low[k] - pad - o[k], beyond = b->high[k] + pad - o[k];
+        if (d[k] == 0) {
             if (near > 0 || beyond < 0) return false;
             continue;
         }
-        const double one = near * s->inverse[k], two = beyond * s->inverse[k];
+        const double one = near * inverse[k], two = beyond * inverse[k];
         low = shd_larger(one < two ? one : two, low);
         high = shd_smaller(one < two ? two : one, high);
     }
@@ -179,20 +204,20 @@ bool shd_meet_mesh(const shd_item *it, const shd_local_ray *r, const atomic_bool
     bool met = false;
     double enter;
     sheared s = shear_ray(it, r);
-    if (!tree->leaf_count || !may_meet(&s, tree->branches, &enter)) return false;
+    if (!tree->leaf_count || !may_meet(tree, &s, tree->branches, &enter)) return false;
     waiting[waits++] = 0;
     while (waits) {
         const shd_branch *now = &tree->branches[waiting[--waits]];
         if (shd_is_cancelled_at(cancelled, ++steps)) return met;
-        if (!may_meet(&s, now, &enter)) continue;
+        if (!may_meet(tree, &s, now, &enter)) continue;
         if (now->count) {
             for (uint32_t i = now->first; i < now->first + now->count; i++)
                 met = try_leaf(it, &s, &tree->leaves[i], out) || met;
             continue;
         }
         double one, other;
-        const bool first = may_meet(&s, &tree->branches[now->first], &one),
-                   second = may_meet(&s, &tree->branches[now->first + 1], &other);
+        const bool first = may_meet(tree, &s, &tree->branches[now->first], &one),
+                   second = may_meet(tree, &s, &tree->branches[now->first + 1], &other);
         const bool swapped = first && second && other < one;
         assert(waits + 2 <= SHD_TREE_DEPTH);
         if (second && !swapped) waiting[waits++] = now->first + 1;

@@ -50,6 +50,7 @@ size_t shd_ready_mesh_copy(const shd_ready_mesh *ready, void *block) {
     kept.units = put_in_pile(&p, kept.units, normals, 3 * sizeof *kept.units);
     tree.branches = put_in_pile(&p, tree.branches, tree.branch_count, sizeof *tree.branches);
     kept.memo = put_in_pile(&p, NULL, shd_mesh_memo_size(&mesh), 1);
+    tree.turns = put_in_pile(&p, tree.turns, tree.turn_count, sizeof *tree.turns);
     tree.leaves = put_in_pile(&p, tree.leaves, tree.leaf_count, sizeof *tree.leaves);
     if (!block) return p.used;
     mesh.kept = kept_at;

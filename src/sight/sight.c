@@ -181,6 +181,22 @@ static shd_status make_mesh(const shd_sight *sight, size_t index, shd_arena *are
     return SHD_OK;
 }
 
+/* Makes a sphere that stays one, which has an inverse in any case. False: it is none. */
+static bool make_ball(const shd_plan *plan, const shd_object *object, shd_item *it) {
+    double axes[3];
+    if (object->shape != SHD_SPHERE || object->interpolation != SHD_PHONG) return false;
+    const shd_affine to_world = shd_object_to_world(object);
+    if (!is_similar(&to_world, axes) || !isfinite(1 / axes[0])) return false;
+    it->ball = it->similar = true;
+    it->size = axes[0];
+    it->to_world = scaling_map(it->size, to_world.origin);
+    it->from_world = scaling_map(1 / it->size, (shd_vec3){0, 0, 0});
+    it->normal_map = scaling_map(1, (shd_vec3){0, 0, 0});
+    place_eye(plan, it);
+    it->blind = SHD_BLIND * fmax(axes[0], fmax(axes[1], axes[2]));
+    return true;
+}
+
 static shd_status make_item(const shd_sight *sight, size_t index, shd_arena *arena,
                             shd_error *error) {
     const shd_plan *plan = sight->plan;
@@ -189,11 +205,12 @@ static shd_status make_item(const shd_sight *sight, size_t index, shd_arena *are
     it->shape = object->shape;
     it->tube = object->tube / object->radius;
     it->front_only = plan->materials[object->material].front_only;
+    bool faceted = object->interpolation != SHD_PHONG;
+    if (make_ball(plan, object, it)) return SHD_OK;
     if (!shd_object_frame(object, &it->to_world, &it->from_world))
         return fail_object(error, SHD_INTERNAL, index,
                            "this object's size and transform are singular");
     it->normal_map = shd_normal_map(&it->to_world);
-    bool faceted = object->interpolation != SHD_PHONG;
     double axes[3];
     it->similar = is_similar(&it->to_world, axes);
     it->size = axes[0];
@@ -201,12 +218,6 @@ static shd_status make_item(const shd_sight *sight, size_t index, shd_arena *are
         for (int r = 0; r < 3; r++)
             for (int c = 0; c < 3; c++)
                 it->normal_map.linear[r][c] = it->to_world.linear[r][c] / it->size;
-    it->ball = it->similar && it->shape == SHD_SPHERE && !faceted;
-    if (it->ball) {
-        it->to_world = scaling_map(it->size, it->to_world.origin);
-        it->from_world = scaling_map(1 / it->size, (shd_vec3){0, 0, 0});
-        it->normal_map = scaling_map(1, (shd_vec3){0, 0, 0});
-    }
     place_eye(plan, it);
 
     if (object->shape == SHD_MESH) {

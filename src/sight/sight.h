@@ -35,13 +35,16 @@ enum { SHD_BLOCK_SIDE = 8 }; /* pixels */
  * and lower edges. */
 typedef struct shd_block {
     uint32_t first, count; /* in survey.candidates; count 0: nothing is seen, and no ray is cast */
+    uint32_t next;         /* of the rectangle's, from this one on nothing was looked at so far */
 } shd_block;
 
 typedef struct shd_survey {
     int across, down;       /* blocks of the rectangle that was surveyed */
+    shd_tile rect;          /* that */
     shd_block *blocks;      /* [down][across] */
-    uint32_t *candidates;   /* indices of objects, nearer ones roughly first */
-    size_t candidate_count; /* of the whole rectangle: the first ones of `candidates` */
+    uint32_t *candidates;   /* indices of objects, nearer ones roughly first; see below */
+    size_t candidate_count; /* of the whole rectangle: the first ones of `candidates`, as places in
+                             * the sight's order of objects, unless it is only one */
     bool even;              /* rays cost the same in any order, because there is only one ball */
     size_t capacity;        /* in blocks */
 } shd_survey;
@@ -51,9 +54,13 @@ typedef struct shd_survey {
 void shd_survey_lay_out(size_t object_count, int w, int h, shd_scratch *memory, shd_survey *out);
 
 /* Surveys a rectangle of pixels of the whole picture, or partly outside of it, in blocks from its
- * upper left corner. An object that is seen through a block is always among its candidates. An
- * object that is not seen may be. */
+ * upper left corner. An object that is seen through a block is always among its candidates once
+ * these are all listed. An object that is not seen may be. Of a block with many candidates only
+ * the nearest ones are listed at first, because they may hide the rest. */
 void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out);
+
+/* Lists all candidates of a block. */
+void shd_survey_complete(const shd_sight *sight, shd_survey *survey, size_t block);
 
 /* ---- Casting. ---- */
 
@@ -64,6 +71,10 @@ void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out);
  * the instruction set. Once the flag of shd_sight_new is raised, hits are missing or wrong. */
 size_t shd_sight_shoot(const shd_sight *sight, const uint32_t *candidates, size_t candidate_count,
                        const shd_shots *shots, shd_hits *out);
+
+/* The same at what is seen through a block, which lists no more candidates than it has to. */
+size_t shd_sight_shoot_block(const shd_sight *sight, shd_survey *survey, size_t block,
+                             const shd_shots *shots, shd_hits *out);
 
 /* The points at which a faceted object is lit. Flat: each face's centroid with the face's normal.
  * Gouraud: each vertex with its normal, once for each side from which a face is seen that the

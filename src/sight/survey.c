@@ -12,6 +12,9 @@
 
 #include "sight/item.h"
 
+/* As many candidates of a block are listed before any ray tells what is hidden. */
+enum { AT_FIRST = 16 };
+
 /* The part of a pixel by which outlines are widened on all sides. */
 static const double WIDER = 1e-2;
 
@@ -54,7 +57,6 @@ typedef struct sighting {
     shd_outline outline;
     range p, q;
     double nearest;
-    uint32_t object;
 } sighting;
 
 /* Sets a frame from the image plane. Rounding to f32 is less than a hundredth of any pixel. */
@@ -67,17 +69,24 @@ static void set_frame(const shd_lens *lens, const sighting *from, const shd_fram
     frames->bottom[k] = (float)((1 - q.low / lens->half_y) * lens->height / 2 + WIDER);
 }
 
-/* Where the corners of the box around an object are seen. False: not all are before the eye. */
-static bool corner_ranges(const shd_sight *sight, size_t index, range *p, range *q) {
+/* More than rounding makes of depths, relative to the sizes of what they are made of. */
+static const double DEEPER = 1e-9;
+
+/* Where the corners of the box around an object are seen, and from which depth on. False: not all
+ * are before the eye. */
+static bool corner_ranges(const shd_sight *sight, size_t index, range *p, range *q, double *depth) {
     const shd_camera *camera = sight->lens.camera;
     const shd_object *object = &sight->plan->scene->objects[index];
     shd_vec3 low, high;
     if (!shd_object_box(object, &low, &high)) return false;
+    const shd_vec3 from = shd_sub(object->transform.origin, camera->position);
+    double least = INFINITY, size = shd_max_abs(from);
     *p = *q = (range){INFINITY, -INFINITY};
     for (int corner = 0; corner < 8; corner++) {
         shd_vec3 at = shd_box_corner(low, high, corner);
-        shd_vec3 from = shd_sub(object->transform.origin, camera->position);
         shd_vec3 v = in_camera(camera, shd_add(shd_linear(&object->transform, at), from));
+        least = fmin(least, v.z);
+        size = fmax(size, shd_max_abs(v));
         if (camera->projection == SHD_PERSPECTIVE) {
             if (!(v.z > 1e-9 * shd_max_abs(v))) return false;
             v.x /= v.z;
@@ -85,14 +94,16 @@ static bool corner_ranges(const shd_sight *sight, size_t index, range *p, range 
         }
         grow_ranges(p, q, v.x, v.y);
     }
+    *depth = least - DEEPER * size;
     return true;
 }
 
-/* Finds where a mesh's vertices are seen, and how far they are from its middle `v`, as rays see
- * them. False: not all are before the eye. */
-static bool vertex_ranges(const shd_item *it, shd_vec3 v, range *p, range *q, double *radius) {
+/* Finds where a mesh's vertices are seen, from which depth on, and how far they are from its middle
+ * `v`, as rays see them. False: not all are before the eye. */
+static bool vertex_ranges(const shd_item *it, shd_vec3 v, range *p, range *q, double *radius,
+                          double *depth) {
     const shd_mesh_view *view = &it->view;
-    double square = 0;
+    double square = 0, least = INFINITY, size = shd_max_abs(v);
     *p = *q = (range){INFINITY, -INFINITY};
     for (size_t i = 0; i < it->triangles.vertex_count; i++) {
         const shd_seen_vertex *at = &view->vertices[i];
@@ -102,8 +113,11 @@ static bool vertex_ranges(const shd_item *it, shd_vec3 v, range *p, range *q, do
                      y = view->orthographic ? at->y * view->unit : at->q;
         if (!(at->w > 1e-9 * (fabs(at->x) + fabs(at->y))) || !isfinite(x + y)) return false;
         square = fmax(square, shd_dot(from, from));
+        least = fmin(least, at->depth);
+        size = fmax(size, view->unit * fmax(fabs(at->x), fmax(fabs(at->y), fabs(at->depth))));
         grow_ranges(p, q, x, y);
     }
+    *depth = least * view->unit - DEEPER * size - view->unit * 1e-12 * shd_max_abs(view->eye);
     if (isfinite(square) && square > 1e-200) *radius = fmin(*radius, sqrt(square));
     return true;
 }
@@ -129,9 +143,13 @@ static void outline_sphere(const shd_sight *sight, size_t index, const shd_item 
     shd_vec3 v = in_camera(camera, shd_sub(bounds->center, camera->position));
     double radius = bounds->radius;
     range p, q;
-    const bool mesh = it->shape == SHD_MESH, ranged = mesh ? vertex_ranges(it, v, &p, &q, &radius)
-                                                           : corner_ranges(sight, index, &p, &q);
-    if (it->shape == SHD_SPHERE) radius = fmin(radius, shd_norm(&it->to_world));
+    double depth = 0;
+    /* Around a ball before the eye, tangents are closer than a box. */
+    const bool mesh = it->shape == SHD_MESH, round = it->ball && v.z > 2 * radius,
+               ranged = mesh ? vertex_ranges(it, v, &p, &q, &radius, &depth)
+                             : !round && corner_ranges(sight, index, &p, &q, &depth);
+    if (it->shape == SHD_SPHERE)
+        radius = fmin(radius, it->ball ? it->size : shd_norm(&it->to_world));
     radius *= 1 + 1e-9;
     const double distance = shd_length(v);
     if (!isfinite(distance) || !isfinite(radius)) {
@@ -144,15 +162,14 @@ static void outline_sphere(const shd_sight *sight, size_t index, const shd_item 
         out->kind = SHD_OUTLINE_NONE;
         return;
     }
+    s->nearest = fmax(0, fmax(depth, v.z - radius - DEEPER * distance));
     if (camera->projection == SHD_ORTHOGRAPHIC) {
         out->kind = SHD_OUTLINE_ROUND;
-        s->nearest = fmax(0, v.z - radius) * (1 - 1e-9);
         out->margin = 1e-12 * fmax(fabs(v.x), fabs(v.y));
         const double reach = radius + out->margin;
         s->p = (range){v.x - reach, v.x + reach};
         s->q = (range){v.y - reach, v.y + reach};
     } else {
-        s->nearest = fmax(0, distance - radius) * (1 - 1e-9);
         out->kind = distance > radius ? SHD_OUTLINE_CONE : SHD_OUTLINE_ALL;
         out->tangent = sqrt(distance - radius) * sqrt(distance + radius);
         out->margin = 1e-13 * distance;
@@ -167,38 +184,84 @@ static void outline_sphere(const shd_sight *sight, size_t index, const shd_item 
     }
 }
 
+/* What is sorted instead of sightings, which are large. */
+typedef struct place {
+    double nearest;
+    uint32_t object;
+} place;
+
 static int by_distance(const void *a, const void *b) {
-    const sighting *x = a, *y = b;
+    const place *x = a, *y = b;
     if (x->nearest != y->nearest) return x->nearest < y->nearest ? -1 : 1;
     return (x->object > y->object) - (x->object < y->object);
+}
+
+/* The bands that an object's frame reaches into, first and last. False: none. */
+static bool bands_reached(const shd_sight *sight, size_t rank, int reached[2]) {
+    const float most = (float)sight->band_count, top = sight->frames.top[rank] / SHD_BAND,
+                bottom = sight->frames.bottom[rank] / SHD_BAND;
+    if (bottom < 0 || top > most) return false;
+    /* An edge between bands is in both. Not-a-number reaches anywhere. */
+    reached[0] = top > 1 ? (int)ceilf(top) - 1 : 0;
+    reached[1] = bottom < most ? (int)bottom : sight->band_count - 1;
+    if (reached[0] >= sight->band_count) reached[0] = sight->band_count - 1;
+    return true;
+}
+
+/* Sorts the ranks of many objects by the bands that they reach into, unless most are high. False:
+ * the arena is full. */
+static bool fill_bands(shd_sight *sight, shd_arena *arena) {
+    enum { MANY = 256, HIGH = 4 };
+    if (sight->count < MANY) return true;
+    sight->band_count = (int)ceil(sight->lens.height / SHD_BAND);
+    size_t total = 0;
+    int reached[2];
+    for (size_t k = 0; k < sight->count; k++)
+        if (bands_reached(sight, k, reached)) total += (size_t)(reached[1] - reached[0] + 1);
+    if (total > HIGH * sight->count) return true;
+    uint32_t *bands = shd_arena_zalloc(arena, (size_t)sight->band_count + 2, sizeof *bands);
+    sight->banded = shd_arena_alloc(arena, total + 1, sizeof *sight->banded);
+    if (!bands || !sight->banded) return false;
+    for (size_t k = 0; k < sight->count; k++)
+        if (bands_reached(sight, k, reached))
+            for (int b = reached[0]; b <= reached[1]; b++) bands[b + 2]++;
+    for (int b = 0; b < sight->band_count; b++) bands[b + 2] += bands[b + 1];
+    for (size_t k = 0; k < sight->count; k++)
+        if (bands_reached(sight, k, reached))
+            for (int b = reached[0]; b <= reached[1]; b++)
+                sight->banded[bands[b + 1]++] = (uint32_t)k;
+    sight->bands = bands;
+    return true;
 }
 
 bool shd_sight_outline(shd_sight *sight, shd_arena *arena) {
     const size_t count = sight->count;
     sighting *seen = shd_arena_alloc(arena, count, sizeof *seen);
+    place *places = shd_arena_alloc(arena, count, sizeof *places);
     float *frames = shd_arena_alloc(arena, 4 * count, sizeof *frames);
     sight->order = shd_arena_alloc(arena, count, sizeof *sight->order);
     sight->outlines = shd_arena_alloc(arena, count, sizeof *sight->outlines);
-    if (!seen || !frames || !sight->order || !sight->outlines) return false;
+    if (!seen || !places || !frames || !sight->order || !sight->outlines) return false;
     sight->frames = (shd_frames){frames, frames + count, frames + 2 * count, frames + 3 * count};
     const range all = {-INFINITY, INFINITY}, none = {INFINITY, -INFINITY};
     for (size_t i = 0; i < count; i++) {
         shd_item *it = &sight->items[i];
-        seen[i] = (sighting){.p = all, .q = all, .object = (uint32_t)i};
+        seen[i] = (sighting){.p = all, .q = all};
         if (it->shape == SHD_PLANE)
             outline_plane(sight, it, &seen[i].outline);
         else
             outline_sphere(sight, i, it, &seen[i]);
         if (seen[i].outline.kind == SHD_OUTLINE_NONE) seen[i].p = none;
         it->nearest = seen[i].nearest;
+        places[i] = (place){seen[i].nearest, (uint32_t)i};
     }
-    qsort(seen, count, sizeof *seen, by_distance);
+    qsort(places, count, sizeof *places, by_distance);
     for (size_t k = 0; k < count; k++) {
-        sight->order[k] = seen[k].object;
-        sight->outlines[k] = seen[k].outline;
-        set_frame(&sight->lens, &seen[k], &sight->frames, k);
+        const uint32_t object = sight->order[k] = places[k].object;
+        sight->outlines[k] = seen[object].outline;
+        set_frame(&sight->lens, &seen[object], &sight->frames, k);
     }
-    return true;
+    return fill_bands(sight, arena);
 }
 
 /* ---- Rectangles of pixels. ---- */
@@ -286,10 +349,25 @@ static inline bool reaches_into(const shd_frames *f, size_t k, const window *w) 
              (f->top[k] > w->bottom));
 }
 
+/* The band of the picture in which a row lies, or -1. */
+static int band_of(const shd_sight *sight, float row) {
+    if (!sight->bands || !(row >= 0 && row < (float)(sight->band_count * SHD_BAND))) return -1;
+    return (int)row / SHD_BAND;
+}
+
 /* Lists the ranks of objects that may be seen. Returns how many. */
 static size_t look_through(const shd_sight *sight, const window *w, uint32_t *ranks) {
     enum { CHUNK = 64 };
     size_t count = 0;
+    const int band = band_of(sight, w->top);
+    if (band >= 0 && w->bottom <= (float)((band + 1) * SHD_BAND)) {
+        for (uint32_t i = sight->bands[band]; i < sight->bands[band + 1]; i++) {
+            const uint32_t rank = sight->banded[i];
+            if (reaches_into(&sight->frames, rank, w) && may_see(&sight->outlines[rank], w))
+                ranks[count++] = rank;
+        }
+        return count;
+    }
     for (size_t first = 0; first < sight->count; first += CHUNK) {
         const size_t left = sight->count - first, size = left < CHUNK ? left : CHUNK;
         uint32_t reaches[CHUNK], any = 0;
@@ -304,6 +382,28 @@ static size_t look_through(const shd_sight *sight, const window *w, uint32_t *ra
     return count;
 }
 
+/* Lists candidates of a block until there are as many as `most`. */
+static void list_block(const shd_sight *sight, shd_survey *s, size_t index, uint32_t most) {
+    const shd_tile rect = s->rect;
+    shd_block *block = &s->blocks[index];
+    const int x = (int)(index % (size_t)s->across) * SHD_BLOCK_SIDE,
+              y = (int)(index / (size_t)s->across) * SHD_BLOCK_SIDE,
+              w = rect.w - x < SHD_BLOCK_SIDE ? rect.w - x : SHD_BLOCK_SIDE,
+              h = rect.h - y < SHD_BLOCK_SIDE ? rect.h - y : SHD_BLOCK_SIDE;
+    const window part = make_window(&sight->lens, rect.x + x, rect.y + y, w, h);
+    for (; block->next < s->candidate_count && block->count < most; block->next++) {
+        const uint32_t rank = s->candidates[block->next], object = sight->order[rank];
+        const shd_item *it = &sight->items[object];
+        if (reaches_into(&sight->frames, rank, &part) && may_see(&sight->outlines[rank], &part) &&
+            (it->shape != SHD_TORUS || may_meet_tube(sight, it, &part)))
+            s->candidates[block->first + block->count++] = object;
+    }
+}
+
+void shd_survey_complete(const shd_sight *sight, shd_survey *survey, size_t block) {
+    list_block(sight, survey, block, UINT32_MAX);
+}
+
 void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out) {
     out->across = (rect.w + SHD_BLOCK_SIDE - 1) / SHD_BLOCK_SIDE;
     out->down = (rect.h + SHD_BLOCK_SIDE - 1) / SHD_BLOCK_SIDE;
@@ -312,27 +412,13 @@ void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out) {
     const window all = make_window(&sight->lens, rect.x, rect.y, rect.w, rect.h);
     const size_t count = look_through(sight, &all, out->candidates);
     out->candidate_count = count;
-    uint32_t first = (uint32_t)count;
+    out->rect = rect;
+    out->even = false;
     for (size_t i = 0; i < blocks; i++) {
-        shd_block *block = &out->blocks[i];
-        *block = (shd_block){first, 0};
-        if (!count) continue;
-        int x = (int)(i % (size_t)out->across) * SHD_BLOCK_SIDE,
-            y = (int)(i / (size_t)out->across) * SHD_BLOCK_SIDE;
-        int w = rect.w - x < SHD_BLOCK_SIDE ? rect.w - x : SHD_BLOCK_SIDE,
-            h = rect.h - y < SHD_BLOCK_SIDE ? rect.h - y : SHD_BLOCK_SIDE;
-        const window part = make_window(&sight->lens, rect.x + x, rect.y + y, w, h);
-        for (size_t k = 0; k < count; k++) {
-            const uint32_t rank = out->candidates[k], object = sight->order[rank];
-            const shd_item *it = &sight->items[object];
-            if (!reaches_into(&sight->frames, rank, &part) ||
-                !may_see(&sight->outlines[rank], &part) ||
-                (it->shape == SHD_TORUS && !may_meet_tube(sight, it, &part)))
-                continue;
-            out->candidates[first + block->count++] = object;
-        }
-        first += block->count;
+        out->blocks[i] = (shd_block){(uint32_t)(count * (i + 1)), 0, 0};
+        if (count) list_block(sight, out, i, AT_FIRST);
     }
-    for (size_t k = 0; k < count; k++) out->candidates[k] = sight->order[out->candidates[k]];
-    out->even = count == 1 && sight->items[out->candidates[0]].ball;
+    if (count != 1) return;
+    out->candidates[0] = sight->order[out->candidates[0]];
+    out->even = sight->items[out->candidates[0]].ball;
 }

@@ -10,6 +10,9 @@ enum {
     BINS = 16,
     FEW = 4,       /* as many triangles are not split further */
     LEAST = 2,     /* triangles on either side of a split: there are fewer branches than leaves */
+    LEAN = 6,      /* a triangle is, if half of its box's surface is as often twice its area */
+    FEW_LEAN = 16, /* fewer triangles are not turned */
+    MOST_TURNS = 4096,
     SAH_DEPTH = 60 /* below this depth, triangles are split in halves, however they lie */
 };
 
@@ -25,6 +28,7 @@ typedef struct box {
 
 typedef struct job {
     uint32_t branch, first, count;
+    uint16_t turn; /* of its parts' boxes */
     int depth;
 } job;
 
@@ -34,6 +38,8 @@ typedef struct planter {
     const atomic_bool *cancelled;
     shd_mesh_tree *tree;
     part *parts;
+    uint32_t lean;       /* triangles that boxes are much too large for */
+    uint32_t most_turns; /* that there is room for */
 } planter;
 
 static const box EMPTY = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
@@ -76,10 +82,14 @@ static uint32_t list_parts(planter *w) {
     for (uint32_t i = 0; i < w->triangles->triangle_count; i++) {
         if (shd_is_cancelled_at(w->cancelled, i)) break;
         const shd_vec3 a = corner_of(w, i, 0), b = corner_of(w, i, 1), c = corner_of(w, i, 2);
-        if (!(shd_max_abs(shd_cross(shd_sub(b, a), shd_sub(c, a))) > 0)) continue;
+        const shd_vec3 normal = shd_cross(shd_sub(b, a), shd_sub(c, a));
+        if (!(shd_max_abs(normal) > 0)) continue;
         const shd_vec3 low = shd_vec3_min(shd_vec3_min(a, b), c),
                        high = shd_vec3_max(shd_vec3_max(a, b), c);
-        w->parts[count++] = (part){{low.x, low.y, low.z}, {high.x, high.y, high.z}, i};
+        const part all = {{low.x, low.y, low.z}, {high.x, high.y, high.z}, i};
+        w->lean += half_area(&(box){{low.x, low.y, low.z}, {high.x, high.y, high.z}}) >
+                   LEAN * shd_length(normal);
+        w->parts[count++] = all;
     }
     return count;
 }
@@ -151,6 +161,100 @@ static uint32_t drop_repeated(const planter *w, part *parts, uint32_t count) {
     for (uint32_t i = 1; i < count && !shd_is_cancelled_at(w->cancelled, i); i++)
         if (compare_places(w->triangles, &parts[kept - 1], &parts[i])) parts[kept++] = parts[i];
     return kept;
+}
+
+/* ---- Turns. ---- */
+
+/* What triangles lie along: the sum of their longest edges' products, and their normals. */
+typedef struct lay {
+    double xx, yy, zz, xy, xz, yz;
+    shd_vec3 longest, normal;
+    double area, boxes; /* twice their areas; half of their boxes' surfaces */
+} lay;
+
+static void add_lay(const planter *w, const part *p, lay *to) {
+    const shd_vec3 a = corner_of(w, p->triangle, 0), b = corner_of(w, p->triangle, 1),
+                   c = corner_of(w, p->triangle, 2);
+    const shd_vec3 sides[3] = {shd_sub(b, a), shd_sub(c, b), shd_sub(a, c)};
+    const shd_vec3 normal = shd_cross(sides[0], sides[1]);
+    shd_vec3 side = sides[0];
+    for (int k = 1; k < 3; k++)
+        if (shd_dot(sides[k], sides[k]) > shd_dot(side, side)) side = sides[k];
+    if (shd_dot(side, side) > shd_dot(to->longest, to->longest)) to->longest = side;
+    to->xx += side.x * side.x;
+    to->yy += side.y * side.y;
+    to->zz += side.z * side.z;
+    to->xy += side.x * side.y;
+    to->xz += side.x * side.z;
+    to->yz += side.y * side.z;
+    to->normal = shd_madd(to->normal, normal, shd_dot(normal, to->normal) < 0 ? -1 : 1);
+    to->area += shd_length(normal);
+    box around = EMPTY;
+    enclose_box(&around, p->low, p->high);
+    to->boxes += half_area(&around);
+}
+
+/* Axes of which the first is what most of the triangles lie along. False: there is none. */
+static bool find_turn(const lay *l, shd_turn *out) {
+    shd_vec3 along = l->longest, side = l->normal;
+    for (int step = 0; step < 8; step++) { /* power iteration */
+        if (!shd_normalize(along, &along)) return false;
+        along = (shd_vec3){l->xx * along.x + l->xy * along.y + l->xz * along.z,
+                           l->xy * along.x + l->yy * along.y + l->yz * along.z,
+                           l->xz * along.x + l->yz * along.y + l->zz * along.z};
+    }
+    if (!shd_normalize(along, &along)) return false;
+    if (!shd_normalize(side, &side) || fabs(shd_dot(side, along)) > 0.9)
+        side = fabs(along.x) < 0.6 ? (shd_vec3){1, 0, 0} : (shd_vec3){0, 1, 0};
+    if (!shd_normalize(shd_madd(side, along, -shd_dot(side, along)), &side)) return false;
+    out->axis[0] = along;
+    out->axis[1] = side;
+    return shd_normalize(shd_cross(along, side), &out->axis[2]);
+}
+
+/* Turned, and larger than rounding makes it. */
+static part turn_part(const planter *w, const shd_turn *turn, uint32_t triangle) {
+    part out = {.triangle = triangle};
+    for (int k = 0; k < 3; k++) {
+        const double a = shd_dot(turn->axis[k], corner_of(w, triangle, 0)),
+                     b = shd_dot(turn->axis[k], corner_of(w, triangle, 1)),
+                     c = shd_dot(turn->axis[k], corner_of(w, triangle, 2));
+        out.low[k] = shd_smaller(shd_smaller(a, b), c) - 0x1p-48;
+        out.high[k] = shd_larger(shd_larger(a, b), c) + 0x1p-48;
+    }
+    return out;
+}
+
+static double turned_areas(const planter *w, const job *j, const shd_turn *turn) {
+    double sum = 0;
+    for (uint32_t i = j->first; i < j->first + j->count; i++) {
+        if (shd_is_cancelled_at(w->cancelled, i)) break;
+        const part p = turn_part(w, turn, w->parts[i].triangle);
+        box b = EMPTY;
+        enclose_box(&b, p.low, p.high);
+        sum += half_area(&b);
+    }
+    return sum;
+}
+
+/* Turns the boxes of a branch's triangles if that makes them much smaller. */
+static void turn_parts(planter *w, job *j) {
+    shd_mesh_tree *tree = w->tree;
+    lay l = {.area = 0};
+    shd_turn turn;
+    if (j->count < FEW_LEAN || j->depth % 2 || tree->turn_count >= w->most_turns) return;
+    for (uint32_t i = j->first; i < j->first + j->count; i++) {
+        if (shd_is_cancelled_at(w->cancelled, i)) return;
+        add_lay(w, &w->parts[i], &l);
+    }
+    if (!(l.boxes > LEAN * l.area) || !find_turn(&l, &turn)) return;
+    if (!(turned_areas(w, j, &turn) < 0.5 * l.boxes)) return;
+    j->turn = (uint16_t)tree->turn_count;
+    tree->turns[tree->turn_count++] = turn;
+    for (uint32_t i = j->first; i < j->first + j->count; i++) {
+        if (shd_is_cancelled_at(w->cancelled, i)) return;
+        w->parts[i] = turn_part(w, &turn, w->parts[i].triangle);
+    }
 }
 
 /* ---- Splits. ---- */
@@ -258,13 +362,14 @@ static void set_box(const planter *w, const job *j) {
     shd_branch *branch = &w->tree->branches[j->branch];
     memcpy(branch->low, all.low, sizeof all.low);
     memcpy(branch->high, all.high, sizeof all.high);
+    branch->turn = j->turn;
 }
 
 static void put_leaves(const planter *w, const job *j, uint32_t count) {
     shd_mesh_tree *tree = w->tree;
     shd_branch *branch = &tree->branches[j->branch];
     branch->first = (uint32_t)tree->leaf_count;
-    branch->count = count;
+    branch->count = (uint16_t)count;
     for (uint32_t i = 0; i < count; i++)
         tree->leaves[tree->leaf_count++] = make_leaf(w->triangles, w->parts[j->first + i].triangle);
 }
@@ -272,10 +377,11 @@ static void put_leaves(const planter *w, const job *j, uint32_t count) {
 /* Grows the tree depth first. The smaller side is grown at once, so that 64 larger ones may wait.
  * False: it was cancelled. */
 static bool grow_tree(planter *w, uint32_t count) {
-    job waiting[64], now = {0, 0, count, 0};
+    job waiting[64], now = {.count = count};
     int waits = 0;
     w->tree->branch_count = 1;
     for (;;) {
+        if (w->most_turns) turn_parts(w, &now);
         set_box(w, &now);
         uint32_t left = 0, kept = now.count;
         if (now.count > FEW) left = split_parts(w, w->parts + now.first, &kept, now.depth);
@@ -289,13 +395,24 @@ static bool grow_tree(planter *w, uint32_t count) {
         shd_branch *branch = &w->tree->branches[now.branch];
         branch->first = w->tree->branch_count;
         branch->count = 0;
-        job one = {branch->first, now.first, left, now.depth + 1},
-            other = {branch->first + 1, now.first + left, kept - left, now.depth + 1};
+        job one = {branch->first, now.first, left, now.turn, now.depth + 1},
+            other = {branch->first + 1, now.first + left, kept - left, now.turn, now.depth + 1};
         w->tree->branch_count += 2;
         assert(left && left < kept && waits < (int)(sizeof waiting / sizeof *waiting));
         waiting[waits++] = one.count < other.count ? other : one;
         now = one.count < other.count ? one : other;
     }
+}
+
+/* Makes room for turns, if many triangles are lean. False: the arena is full. */
+static bool allow_turns(planter *w, shd_arena *arena) {
+    const uint32_t wanted = w->lean / FEW_LEAN;
+    if (wanted < 1 || w->lean < w->triangles->triangle_count / 8) return true;
+    w->most_turns = 1 + (wanted < MOST_TURNS ? wanted : MOST_TURNS);
+    w->tree->turns = shd_arena_alloc(arena, w->most_turns, sizeof *w->tree->turns);
+    w->tree->turn_count = 1;
+    if (w->tree->turns) w->tree->turns[0] = (shd_turn){{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+    return w->tree->turns;
 }
 
 shd_status shd_mesh_tree_new(const shd_triangles *triangles, const atomic_bool *cancelled,
@@ -310,9 +427,11 @@ shd_status shd_mesh_tree_new(const shd_triangles *triangles, const atomic_bool *
     if (tree) tree->leaves = shd_arena_alloc(arena, count, sizeof *tree->leaves);
     if (!tree || !parts || !tree->branches || !tree->leaves)
         return shd_fail(error, SHD_MEMORY, "", "the limit `memory` is reached by a mesh");
-    planter w = {triangles, cancelled, tree, parts};
+    planter w = {triangles, cancelled, tree, parts, 0, 0};
     measure_mesh(&w);
     const uint32_t with_area = list_parts(&w);
+    if (!allow_turns(&w, arena))
+        return shd_fail(error, SHD_MEMORY, "", "the limit `memory` is reached by a mesh");
     if (shd_is_cancelled(cancelled) || (with_area && !grow_tree(&w, with_area)))
         return shd_fail(error, SHD_CANCELLED, "", "the render was cancelled");
     assert(tree->branch_count <= count + 1 && tree->leaf_count <= count);

@@ -2,8 +2,11 @@
  *
  * It is in the mesh's own frame, so that it does not depend on the camera, scaled by a power of 2
  * to coordinates of at most 1. Boxes are exact: the least and largest coordinates of corners, in
- * f64. Triangles decide what a ray meets. A tree only leaves out what no ray of a bundle may meet,
- * so that no hit depends on how it was built. */
+ * f64. Around triangles that are long and thin, and lie much alike, they are turned to where they
+ * are small (S. Woop et al., "Exploiting local orientation similarity for efficient ray traversal
+ * of hair and fur", 2014), and larger by more than rounding. Triangles decide what a ray meets. A
+ * tree only leaves out what no ray of a bundle may meet, so that no hit depends on how it was
+ * built. */
 #pragma once
 
 #include <stdatomic.h>
@@ -11,10 +14,17 @@
 #include "sight/mesh.h"
 
 typedef struct shd_branch {
-    double low[3], high[3];
+    double low[3], high[3]; /* of the coordinates that its turn gives */
     /* count > 0: leaves [first, first + count). 0: branches first and first + 1. */
-    uint32_t first, count;
+    uint32_t first;
+    uint16_t count;
+    uint16_t turn; /* of the tree's; 0: not turned */
 } shd_branch;
+
+/* Unit vectors at right angles, to rounding: a point's coordinates are its products with them. */
+typedef struct shd_turn {
+    shd_vec3 axis[3];
+} shd_turn;
 
 /* A triangle. Its corners ascend by x, then y, then z, so that triangles with the same corners, in
  * any order, are met by the same arithmetic. */
@@ -36,6 +46,8 @@ struct shd_mesh_tree {
     uint32_t branch_count;
     shd_leaf *leaves;  /* triangles with an area, but for repeated ones */
     size_t leaf_count; /* 0: there are no branches */
+    shd_turn *turns;   /* [turn_count]; the first is not used. NULL: there are none */
+    uint32_t turn_count;
 };
 
 /* Triangles without an area are not met. If several have their corners at the same places, the

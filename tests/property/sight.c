@@ -270,12 +270,34 @@ static bool names(const shd_survey *survey, const shd_block *block, int32_t obje
     return false;
 }
 
+/* Rows of shots are cast block by block, at the candidates that are listed for these. */
+static void check_blocks(const looked *l, shd_survey *survey, size_t block, const shd_shots *row,
+                         const shd_hits *wanted, shd_hits *hits) {
+    const size_t step = 8 * (size_t)l->raster->samples;
+    size_t seen = 0;
+    for (size_t first = 0; first < row->count; first += step, block++) {
+        const size_t left = row->count - first;
+        const shd_shots part = {left < step ? left : step, row->x + first, row->y + first,
+                                row->sample + first};
+        hits->count = 0;
+        shd_sight_shoot_block(l->sight, survey, block, &part, hits);
+        for (size_t k = 0; k < hits->count; k++, seen++) {
+            assert_true(seen < wanted->count);
+            assert_int_equal(hits->shot[k] + first, wanted->shot[seen]);
+            assert_int_equal(hits->object[k], wanted->object[seen]);
+            for (int c = 0; c < 3; c++)
+                assert_true(hits->position32[c][k] == wanted->position32[c][seen]);
+        }
+    }
+    assert_int_equal(seen, wanted->count);
+}
+
 /* What all of the samples see in a rectangle, by brute force, against its survey. */
 static void check_survey(const looked *l, shd_tile rect, shd_survey *survey, list *shots) {
     const int n = l->raster->samples;
     size_t objects;
     uint32_t *all = all_objects(l, &objects);
-    shd_hits hits = hits_of(l, MOST_SHOTS);
+    shd_hits hits = hits_of(l, MOST_SHOTS), again = hits_of(l, MOST_SHOTS);
     shd_sight_survey(l->sight, rect, survey);
     assert_int_equal(survey->across, (rect.w + 7) / 8);
     assert_int_equal(survey->down, (rect.h + 7) / 8);
@@ -290,6 +312,7 @@ static void check_survey(const looked *l, shd_tile rect, shd_survey *survey, lis
         const shd_shots row = {shots->count, shots->x, shots->y, shots->sample};
         hits.count = 0;
         shd_sight_shoot(l->sight, all, objects, &row, &hits);
+        check_blocks(l, survey, (size_t)(y / 8 * survey->across), &row, &hits, &again);
         for (size_t k = 0; k < hits.count; k++) {
             const size_t x = hits.shot[k] / (size_t)n;
             const shd_block *block = &survey->blocks[(size_t)(y / 8 * survey->across) + x / 8];
@@ -330,8 +353,9 @@ static void surveys_of_a_sphere_follow_its_outline(void **state) {
     shd_sight_survey(l.sight, (shd_tile){0, 0, 512, 512}, &survey);
     size_t seen = 0;
     for (int i = 0; i < 64 * 64; i++) seen += survey.blocks[i].count;
-    /* From distance 4 with a field of 40 degrees the circle's radius is tan(asin(1/4)) / tan 20 of
-     * half the picture, in blocks 22.7; its rim may take in blocks that it does not touch. */
+    /* From distance 4 with a field of 40 degrees the circle's radius is tan(asin(1/4)) / tan 20
+     * of half the picture, in blocks 22.7; its rim may take in blocks that it does not touch.
+     */
     double area = SHD_PI * 22.7 * 22.7, rim = 2 * SHD_PI * 22.7;
     assert_true((double)seen > area && (double)seen < area + rim);
     drop_looked(&l);

@@ -243,6 +243,42 @@ static void stretched_tori_are_exact(void **state) {
     }
 }
 
+/* The tree's boxes are turned to needles. */
+static void needles_are_exact(void **state) {
+    static const char *const cameras[] = {
+        "\"position\": [1, 2, 6], \"fov\": 50", "\"position\": [0.1, 0.2, 0.3], \"fov\": 90",
+        "\"type\": \"orthographic\", \"height\": 5, \"position\": [1, 2, 6]",
+        "\"position\": [1000, 2000, 6000], \"fov\": 0.05"};
+    uint64_t random = 15;
+    for (int k = 0; k < 24; k++) {
+        const double width = k % 3 == 0 ? 0.05 : k % 3 == 1 ? 1e-3 : 0.3;
+        solid s = new_needles(&random, k < 12 ? 1 : 3, width);
+        const size_t hits =
+            check_solid(*state, &s, cameras[k / 3 % 4], k / 3 % 4 == 3 ? 2e4 : 20, 0.7);
+        assert_true(hits > (k % 3 == 1 ? 1 : 200));
+        drop_solid(&s);
+    }
+}
+
+/* ... or the sight of them would cost what boxes that all overlap do. */
+static void boxes_are_turned_to_needles(void **state) {
+    uint64_t random = 16;
+    solid s = new_needles(&random, 1, 0.01);
+    char *json = scene_of(&s, "\"position\": [1, 2, 6]", "");
+    seen l = see(*state, json, SHD_PORTABLE);
+    const shd_mesh_tree *tree = l.sight->items[0].view.tree;
+    assert_true(tree->turn_count > 1 && tree->branches[0].turn == 1);
+    for (uint32_t i = 0; i < tree->branch_count; i++) {
+        const shd_branch *b = &tree->branches[i];
+        assert_true(b->turn && b->turn < tree->turn_count);
+        const double x = b->high[0] - b->low[0];
+        if (b->count) assert_true(b->high[1] - b->low[1] < x / 2 || b->high[2] - b->low[2] < x / 2);
+    }
+    drop_seen(&l);
+    free(json);
+    drop_solid(&s);
+}
+
 static void meshes_far_away_tiny_and_huge_are_exact(void **state) {
     static const double sizes[] = {1, 1e-23, 1e20, 1e-140, 1e140};
     for (size_t k = 0; k < sizeof sizes / sizeof sizes[0]; k++)
@@ -417,6 +453,8 @@ int main(void) {
         cmocka_unit_test(the_nearer_of_two_layers_is_seen),
         cmocka_unit_test(edges_are_where_they_are_at_any_zoom),
         cmocka_unit_test(stretched_tori_are_exact),
+        cmocka_unit_test(needles_are_exact),
+        cmocka_unit_test(boxes_are_turned_to_needles),
         cmocka_unit_test(meshes_far_away_tiny_and_huge_are_exact),
         cmocka_unit_test(no_ray_slips_through_corners_and_edges),
         cmocka_unit_test(from_inside_a_closed_mesh_every_ray_meets_it),

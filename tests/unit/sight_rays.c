@@ -293,6 +293,40 @@ static void rays_leave_triangles_once(void **state) {
     drop_solid(&s);
 }
 
+/* Turned boxes leave out nothing: every triangle is tried beside. */
+static void needles_are_met_as_without_a_tree(void **state) {
+    for (int bunches = 1; bunches < 4; bunches++) {
+        solid s = new_needles(&random_state, bunches, 0.05);
+        cast c = cast_in_solid(
+            *state, &s, ", \"transform\": {\"scale\": [3, 0.2, 1], \"rotate\": [20, 30, 40]}");
+        shd_item every = c.s.sight->items[0];
+        const shd_item *it = &c.s.sight->items[0];
+        shd_mesh_tree tree = *it->view.tree;
+        shd_branch one = {{-1, -1, -1}, {1, 1, 1}, 0, (uint16_t)tree.leaf_count, 0};
+        assert_true((tree.turn_count > 1 || bunches > 1) && tree.leaf_count == 400);
+        tree.branches = &one;
+        every.view.tree = &tree;
+        int hits = 0;
+        for (int i = 0; i < RAYS; i++) {
+            const size_t triangle = (size_t)below(&random_state, (int)s.triangles);
+            const shd_vec3 from = shd_scale(random_direction(&random_state), 3);
+            const shd_vec3 to = shd_vec3_at(s.positions[0], 3 * triangle + (size_t)(i % 3)),
+                           axis = {i % 5 == 0, i % 5 == 1, i % 5 == 2};
+            const shd_local_ray ray = {
+                .origin = from, .direction = i % 5 < 3 ? axis : shd_sub(to, from), .far = INFINITY};
+            shd_meeting a, b;
+            const bool met = shd_meet_mesh(it, &ray, NULL, &a);
+            assert_int_equal(met, shd_meet_mesh(&every, &ray, NULL, &b));
+            if (!met) continue;
+            assert_true(a.t == b.t && a.triangle == b.triangle && a.u == b.u && a.v == b.v);
+            hits++;
+        }
+        assert_true(hits > RAYS / 10);
+        drop_seen(&c.s);
+        drop_solid(&s);
+    }
+}
+
 /* A floor and a wall that share an edge: from points on the very edge, the wall hides what is
  * behind it. */
 static void a_fold_hides_what_is_behind_it_from_its_edge(void **state) {
@@ -390,6 +424,7 @@ int main(void) {
         cmocka_unit_test(rays_leave_surfaces_once),
         cmocka_unit_test(no_ray_slips_between_triangles),
         cmocka_unit_test(rays_leave_triangles_once),
+        cmocka_unit_test(needles_are_met_as_without_a_tree),
         cmocka_unit_test(a_fold_hides_what_is_behind_it_from_its_edge),
         cmocka_unit_test(the_tree_finds_what_every_object_tells),
         cmocka_unit_test(an_end_on_a_surface_is_not_behind_it),

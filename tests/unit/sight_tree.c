@@ -6,14 +6,43 @@
 #include "sight/tree.h"
 #include "solid.h"
 
+/* A point's coordinates in a branch's box. Of turned ones, the box has to be larger than what is
+ * rounded here. */
+static shd_vec3 place_in(const shd_mesh_tree *tree, const shd_branch *b, shd_vec3 p) {
+    if (!b->turn) return p;
+    assert_true(b->turn < tree->turn_count);
+    const shd_vec3 *axis = tree->turns[b->turn].axis;
+    return (shd_vec3){shd_dot(axis[0], p), shd_dot(axis[1], p), shd_dot(axis[2], p)};
+}
+
+/* Every corner of every triangle is in the box. */
+static void check_inside(const shd_mesh_tree *tree, const shd_triangles *t, const shd_branch *box,
+                         const shd_branch *b) {
+    if (!b->count) {
+        check_inside(tree, t, box, &tree->branches[b->first]);
+        check_inside(tree, t, box, &tree->branches[b->first + 1]);
+        return;
+    }
+    for (uint32_t i = b->first; i < b->first + b->count; i++)
+        for (int k = 0; k < 3; k++) {
+            const shd_vec3 at =
+                shd_scale(shd_vec3_at(t->positions, tree->leaves[i].corner[k]), tree->scale);
+            const shd_vec3 in = place_in(tree, box, at);
+            assert_true(in.x >= box->low[0] && in.x <= box->high[0]);
+            assert_true(in.y >= box->low[1] && in.y <= box->high[1]);
+            assert_true(in.z >= box->low[2] && in.z <= box->high[2]);
+        }
+}
+
 /* Every triangle is in one leaf, in all boxes above it, and paths are not longer than told. */
 static size_t walk_tree(const shd_mesh_tree *tree, const shd_triangles *t, uint32_t at, int depth,
                         uint8_t *found) {
     const shd_branch *b = &tree->branches[at];
     assert_true(depth <= SHD_TREE_DEPTH);
+    check_inside(tree, t, b, b);
     if (!b->count) {
         for (uint32_t child = b->first; child < b->first + 2; child++)
-            for (int c = 0; c < 3; c++) {
+            for (int c = 0; c < 3 && tree->branches[child].turn == b->turn; c++) {
                 assert_true(tree->branches[child].low[c] >= b->low[c]);
                 assert_true(tree->branches[child].high[c] <= b->high[c]);
             }
@@ -29,10 +58,8 @@ static size_t walk_tree(const shd_mesh_tree *tree, const shd_triangles *t, uint3
         for (int k = 0; k < 3; k++) {
             const uint32_t corner = t->indices[3 * triangle + (uint32_t)k];
             assert_int_equal(leaf->corner[place[k]], corner);
-            for (int c = 0; c < 3; c++) {
-                const double x = t->positions[3 * (size_t)corner + (size_t)c] * tree->scale;
-                assert_true(x >= b->low[c] && x <= b->high[c] && fabs(x) <= 1);
-            }
+            for (int c = 0; c < 3; c++)
+                assert_true(fabs(t->positions[3 * (size_t)corner + (size_t)c] * tree->scale) <= 1);
         }
     }
     return b->count;

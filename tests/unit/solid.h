@@ -40,6 +40,23 @@ static inline void add_square(solid *s, double half, double height) {
     add_triangle(s, a, d, c);
 }
 
+/* Needles that lie along `bunches` directions. */
+static inline solid new_needles(uint64_t *random, int bunches, double width) {
+    solid s = new_solid(3 * 400, 400);
+    for (int i = 0; i < 400; i++) {
+        uint64_t bunch = 77 + (uint64_t)(i % bunches);
+        const shd_vec3 along = random_direction(&bunch), side = random_direction(random),
+                       middle = random_direction(random);
+        for (int k = 0; k < 3; k++) {
+            const shd_vec3 at = shd_madd(shd_madd(middle, along, k == 2 ? -2.0 : 2.0 + 0.1 * k),
+                                         side, k == 1 ? width : 0);
+            add_vertex(&s, at.x, at.y, at.z);
+        }
+        add_triangle(&s, 3 * (uint32_t)i, 3 * (uint32_t)i + 1, 3 * (uint32_t)i + 2);
+    }
+    return s;
+}
+
 static inline void add_ball(solid *s, int slices, int stacks, double radius) {
     const uint32_t first = (uint32_t)s->vertices, row = (uint32_t)slices;
     for (int k = 0; k <= stacks; k++)

@@ -100,7 +100,7 @@ shd_chunk shd_make_chunk(shd_tile tile, shd_tile_scratch *s, size_t first, size_
 
 void shd_shoot_chunk(const shd_scenery *scenery, const shd_chunk *c, shd_tile_scratch *s) {
     const uint32_t samples = (uint32_t)scenery->plan->scene->raster.samples;
-    const shd_survey *survey = &s->survey;
+    shd_survey *survey = &s->survey;
     s->hits.count = 0;
     s->now = &s->hits;
     uint32_t first = 0;
@@ -108,10 +108,13 @@ void shd_shoot_chunk(const shd_scenery *scenery, const shd_chunk *c, shd_tile_sc
         const uint32_t shots = c->bundles[b].count * samples;
         const shd_block *block = c->bundles[b].block;
         const size_t before = s->hits.count;
-        shd_sight_shoot(scenery->sight, survey->candidates + (block ? block->first : 0),
-                        block ? block->count : survey->candidate_count,
-                        &(shd_shots){shots, s->x + first, s->y + first, s->sample + first},
-                        &s->hits);
+        const shd_shots part = {shots, s->x + first, s->y + first, s->sample + first};
+        if (block)
+            shd_sight_shoot_block(scenery->sight, survey, (size_t)(block - survey->blocks), &part,
+                                  &s->hits);
+        else
+            shd_sight_shoot(scenery->sight, survey->candidates, survey->candidate_count, &part,
+                            &s->hits);
         for (size_t i = before; i < s->hits.count; i++) s->hits.shot[i] += first;
         first += shots;
     }

@@ -1,0 +1,154 @@
+"""Measures how time grows with numbers: growth.py FOLDER
+
+Writes FOLDER/growth.md. All times are of one run, on one core: of a scene's sizes, one after the
+other, in turns. `./dev bench --growth` builds what this needs and runs it."""
+
+import json
+import math
+import random
+import sys
+from pathlib import Path
+
+import programs
+from priority import raise_priority
+
+ROUNDS = 5
+CAMERA = {"position": [0, 0, 4], "target": [0, 0, 0], "fov": 28.0724869}  # sees the same at z = 0
+# Digits that differ in every request, see jobs.h.
+LAMP = {"type": "directional", "direction": ["TURN", -1, -2]}
+COLORS = ([0.8, 0.3, 0.2], [0.2, 0.7, 0.3], [0.2, 0.3, 0.8], [0.7, 0.7, 0.2])
+# What is drawn at random is drawn the same in every run.
+SEED = 15
+
+
+def scene(objects, *, size=512, samples=1):
+    return {"image": {"width": size, "height": size, "samples": samples}, "camera": CAMERA,
+            "ambient": 0.1, "lights": [LAMP], "objects": objects}
+
+
+def colored(kind, number, **more):
+    return {"type": kind, "material": {"diffuse": COLORS[number % 4], "specular": 0.2,
+                                       "shininess": 20}, **more}
+
+
+def rounded(values):
+    return [round(v, 6) for v in values]
+
+
+def spheres(count, **more):
+    """Of half of the picture's area together, wherever they are."""
+    draw = random.Random(SEED)
+    radius = math.sqrt(0.5 * 4 / (math.pi * count))
+    return scene([colored("sphere", i, radius=round(radius, 6), transform={"translate": rounded(
+        (draw.uniform(-1, 1), draw.uniform(-1, 1), draw.uniform(-0.3, 0.3)))})
+        for i in range(count)], **more)
+
+
+def needles(count):
+    """A mesh of triangles from corner to corner, and from front to back: half of the picture's area
+    together, so that the more there are, the thinner they are. Boxes around them overlap all."""
+    draw = random.Random(SEED)
+    places, half = [], 0.25 / count * 2 * math.sqrt(2)
+    for _ in range(count):
+        aside = draw.uniform(-math.sqrt(2), math.sqrt(2))
+        x, y = aside / math.sqrt(2), -aside / math.sqrt(2)
+        for along, across in ((-1, -half), (-1, half), (1, draw.uniform(-half, half))):
+            places += rounded((x + along + across / math.sqrt(2), y + along - across / math.sqrt(2),
+                               0.3 * along))
+    return scene([colored("mesh", 0, positions=places, indices=list(range(3 * count)))])
+
+
+def stack(count):
+    """Meshes of one triangle that fill the picture, one before the other."""
+    return scene([colored("mesh", i, positions=[-3, -2, 0, 3, -2, 0, 0, 4, 0], indices=[0, 1, 2],
+                          transform={"translate": [0, 0, round(-i / count, 6)]})
+                  for i in range(count)])
+
+
+def heap(count):
+    """The same, from the last to the first: what comes later hides what came before."""
+    document = stack(count)
+    document["objects"].reverse()
+    return document
+
+
+def cloud(count):
+    """A mesh of small triangles, wherever they are: half of the picture's area together."""
+    draw = random.Random(SEED)
+    places, side = [], math.sqrt(0.5 * 4 / count * 2)
+    for _ in range(count):
+        x, y, z = (draw.uniform(-1, 1) for _ in range(3))
+        places += rounded((x, y, 0.3 * z, x + side, y, 0.3 * z, x, y + side, 0.3 * z))
+    return scene([colored("mesh", 0, positions=places, indices=list(range(3 * count)))])
+
+
+def pictures(samples):
+    """The same rays of 10,000 spheres: as many pixels, or as many samples."""
+    return spheres(10000, size=512 if samples == 1 else 64, samples=samples)
+
+
+# What is grown: in words, by which numbers, and how much more ten times (or all) may cost.
+ROWS = (
+    ("spheres of equal coverage", spheres, (100, 1000, 10000), None, 3),
+    ("diagonal needles, one mesh", needles, (100, 1000, 10000), 3, None),
+    ("meshes of a triangle, one before the other, nearest first", stack, (10, 100, 1000), 3, None),
+    ("the same, farthest first", heap, (10, 100, 1000), 3, None),
+    ("small triangles of equal coverage, one mesh", cloud, (100, 1000, 10000), 3, None),
+    ("10,000 spheres: 512x512 with 1 sample, 64x64 with 64", pictures, (1, 64), None, None),
+)
+
+
+def text(document):
+    return json.dumps(document, separators=(",", ":")).replace('"TURN"', "-0.5@@@@@@")
+
+
+def measure():
+    jobs = {(row[0], number): {"text": text(row[1](number)), "format": "png", "keep": False}
+            for row in ROWS for number in row[2]}
+    samples = programs.library(list(jobs.values()), ROUNDS, warm=1)
+    return {key: programs.medians(found) for key, found in zip(jobs, samples)}
+
+
+def told(value):
+    return f"{value:.3g}" if value < 1000 else f"{value:,.0f}"
+
+
+def report(found, machine):
+    lines = [
+        "# How time grows", "",
+        "What `./dev bench --growth` has measured: milliseconds of visibility and shading together,",
+        "by the library's own clocks, medians of one run on one core. Visibility has the building of",
+        "trees in it. Needles lie alike: of those in all directions, boxes still overlap.", "",
+        f"On {machine['processor']}, {machine['system']}.", "",
+        "| what | number | visibility | shading | together | times the one before | planning |",
+        "| --- | --- | --- | --- | --- | --- | --- |"]
+    wanted = ["", "| wanted | reached |", "| --- | --- |"]
+    for name, _, numbers, step, whole in ROWS:
+        seen = [found[name, n]["visibility"] + found[name, n]["shade"] for n in numbers]
+        for k, number in enumerate(numbers):
+            entry = found[name, number]
+            times = f"{seen[k] / seen[k - 1]:.2f}" if k else ""
+            lines.append(f"| {name} | {number:,} | {told(entry['visibility'])} | "
+                         f"{told(entry['shade'])} | {told(seen[k])} | {times} | "
+                         f"{told(entry['plan'])} |")
+        steps = [b / a for a, b in zip(seen, seen[1:])]
+        if step:
+            wanted.append(f"| {name}: at most {step} times for 10 times the number | "
+                          f"{max(steps):.2f} times |")
+        if whole:
+            wanted.append(f"| {name}: at most {whole} times from {numbers[0]:,} to {numbers[-1]:,} "
+                          f"| {seen[-1] / seen[0]:.2f} times |")
+    return "\n".join(lines + wanted) + "\n"
+
+
+def main():
+    folder = Path(sys.argv[-1])
+    programs.WORK.mkdir(parents=True, exist_ok=True)
+    raise_priority()
+    page = report(measure(), programs.machine())
+    (folder / "growth.md").write_text(page, encoding="utf-8")
+    print(page)
+
+
+if __name__ == "__main__":
+    main()
