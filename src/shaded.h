@@ -313,6 +313,10 @@ shd_mesh_load shd_engine_meshes(shd_engine *engine);
 /* After a successful render: the plan in a line, for the Shaded-Plan header. */
 const char *shd_request_plan(const shd_request *request);
 
+/* After a successful render: what lossy formats lost under a budget, for the Shaded-Codec header;
+ * NULL: there was no budget, or no lossy format. */
+const char *shd_request_codec(const shd_request *request);
+
 /* The most bytes that the request's arena has held so far, which the limit `memory` bounds. */
 size_t shd_request_memory(const shd_request *request);
 

@@ -55,6 +55,8 @@ class Features(unittest.TestCase):
             "batch": lambda: post("/v1/batch", {"scene": SMALL, "variants": [{}]}),
             "brdf": lambda: post("/v1/brdf", SMALL),
             "budget": lambda: render({**SMALL, "accuracy": {"maxError": 1}}),
+            "codec-budget": lambda: render({**SMALL, "accuracy": {"maxError": 90, "metric": "code"},
+                                            "output": {"format": "jpeg"}}),
             "compare": lambda: post("/v1/compare", SMALL),
             "css-colors": lambda: render(with_material(diffuse="rebeccapurple")),
             "explain": lambda: post("/v1/explain", SMALL),
