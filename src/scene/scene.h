@@ -239,6 +239,7 @@ typedef enum shd_layer_kind {
     SHD_LAYER_POSITION,
     SHD_LAYER_DEPTH,
     SHD_LAYER_OBJECT,
+    SHD_LAYER_BOUND, /* of the pixel's linear error */
     SHD_LAYER_KINDS
 } shd_layer_kind;
 

@@ -77,12 +77,13 @@ static void spread_encoding(void *context, size_t count,
 /* Color layers have no values yet. */
 static shd_image_layer describe_layer(const shd_layer *layer, const shd_film *film) {
     static const char *const rgb[] = {"R", "G", "B"}, *const xyz[] = {"X", "Y", "Z"},
-                             *const z[] = {"Z"}, *const id[] = {"id"};
+                             *const z[] = {"Z"}, *const id[] = {"id"}, *const error[] = {"error"};
     const shd_image_layer data[SHD_LAYER_KINDS] = {
         [SHD_LAYER_NORMAL] = {layer->name, xyz, 3, true, film->normal},
         [SHD_LAYER_POSITION] = {layer->name, xyz, 3, true, film->position},
         [SHD_LAYER_DEPTH] = {layer->name, z, 1, true, film->depth},
-        [SHD_LAYER_OBJECT] = {layer->name, id, 1, true, film->object}};
+        [SHD_LAYER_OBJECT] = {layer->name, id, 1, true, film->object},
+        [SHD_LAYER_BOUND] = {layer->name, error, 1, true, film->bound}};
     const shd_image_layer color = {layer->name, rgb, 3, false, NULL};
     return layer->kind < SHD_LAYER_NORMAL ? color : data[layer->kind];
 }
