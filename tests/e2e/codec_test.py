@@ -27,8 +27,9 @@ class CodecTest(unittest.TestCase):
         cls.daemon = Daemon()
         cls.addClassCleanup(cls.daemon.stop)
 
-    def picture(self, most, metric, **output):
-        scene = {**SCENE, "accuracy": {"maxError": most, "metric": metric}, "output": output}
+    def picture(self, most, metric, side=96, **output):
+        scene = {**SCENE, "image": {**SCENE["image"], "width": side},
+                 "accuracy": {"maxError": most, "metric": metric}, "output": output}
         answer = self.daemon.render(scene)
         self.assertEqual(answer.status, 200, answer.body)
         return answer
@@ -37,6 +38,17 @@ class CodecTest(unittest.TestCase):
         answer = self.daemon.render({**SCENE, **scene})
         self.assertEqual(answer.status, 422, answer.body[:100])
         return json.loads(answer.body)["errors"][0]
+
+    def test_pictures_whose_colors_go_through_floats(self):
+        """Small ones, and those that are dithered, have no ready samples."""
+        for output in {"side": 17}, {"side": 31, "dither": True}, {"dither": True}:
+            with self.subTest(output=output):
+                answer = self.picture(60, "code", format="jpeg", **output)
+                image = {**SCENE["image"], "width": output.pop("side", 96)}
+                png = self.daemon.render({**SCENE, "image": image, "output": output})
+                errors = np.abs(pixels(png.body) - pixels(answer.body))
+                # The plan may take another tier: a code.
+                self.assertLessEqual(errors.max(), float(TOLD.match(answer.headers["Shaded-Codec"])[2]) + 1)
 
     def samples(self, answer, mode="RGB"):
         """What was encoded: a PNG in the tier that the answer tells."""

@@ -240,10 +240,12 @@ shd_status shd_codec_encode(shd_rendering *r, shd_codec *c, shd_image *image, sh
     const int named = c->output->quality, best = c->output->format == SHD_WEBP ? 99 : 100,
               top = named ? named : best;
     const shd_pack pack = shd_pack_of(image, c->output->format);
+    const void *samples;
     shd_bytes bytes = {NULL, 0};
     bool meets = false;
-    shd_status status = shd_pack_samples(&pack, image, r->arena, &image->samples, error);
+    shd_status status = shd_pack_samples(&pack, image, r->arena, &samples, error);
     if (status != SHD_OK) return status;
+    image->samples = samples; /* of all tries */
     pthread_mutex_init(&c->mutex, NULL);
     status = try_quality(r, c, image, top, true, &bytes, &meets, error);
     if (status == SHD_OK && !meets) status = refuse_quality(r, c, error);
