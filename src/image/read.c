@@ -55,42 +55,66 @@ static unsigned char *read_all(const char *path, size_t *size) {
     return NULL;
 }
 
-static shd_status read_webp(const char *path, int width, int height, shd_samples *out,
-                            shd_error *error) {
+/* What a JPEG or a WebP is. False: it is neither. */
+static bool describe(shd_format format, const unsigned char *data, size_t size, shd_samples *out) {
+    WebPBitstreamFeatures features;
+    int sampling, space;
+    if (format == SHD_WEBP) {
+        if (WebPGetFeatures(data, size, &features) != VP8_STATUS_OK) return false;
+        out->width = features.width;
+        out->height = features.height;
+        out->alpha = features.has_alpha;
+        out->count = out->alpha ? 4 : 3;
+        return true;
+    }
+    tjhandle reader = tjInitDecompress();
+    const bool known = reader && !tjDecompressHeader3(reader, data, size, &out->width, &out->height,
+                                                      &sampling, &space);
+    if (reader) tjDestroy(reader);
+    out->count = known && space == TJCS_GRAY ? 1 : 3;
+    return known;
+}
+
+static shd_status wrong_size(const shd_samples *found, int width, int height, shd_error *error) {
+    return shd_fail(error, SHD_SCENE, "", "the picture has %d x %d pixels, not %d x %d",
+                    found->width, found->height, width, height);
+}
+
+static shd_status read_lossy(const char *path, shd_format format, int width, int height,
+                             shd_samples *out, shd_error *error) {
     size_t size;
     unsigned char *data = read_all(path, &size);
-    WebPBitstreamFeatures features;
-    const bool known = data && WebPGetFeatures(data, size, &features) == VP8_STATUS_OK;
-    const size_t pixels = (size_t)width * (size_t)height;
-    unsigned char *codes = known ? malloc(pixels * 4) : NULL;
-    out->alpha = known && features.has_alpha;
-    out->count = out->alpha ? 4 : 3;
+    const bool known = data && describe(format, data, size, out);
+    const bool fits = known && out->width == width && out->height == height;
+    const size_t samples = (size_t)width * (size_t)height * (size_t)out->count;
+    unsigned char *codes = fits ? malloc(samples) : NULL;
     out->depth = SHD_U8;
-    const size_t samples = pixels * (size_t)out->count;
     out->values = codes ? malloc(samples * sizeof *out->values) : NULL;
-    const bool read = out->values && decode_webp(data, size, width, height, out->count, codes);
+    const bool read =
+        out->values && shd_image_decode(format, data, size, width, height, out->count, codes);
     for (size_t i = 0; read && i < samples; i++) out->values[i] = codes[i];
     free(codes);
     free(data);
     if (read) return SHD_OK;
     free(out->values);
     out->values = NULL;
-    if (known && (features.width != width || features.height != height))
-        return shd_fail(error, SHD_SCENE, "", "the picture has %d x %d pixels, not %d x %d",
-                        features.width, features.height, width, height);
-    return shd_fail(error, SHD_SCENE, "", "the picture cannot be read as WebP");
+    if (known && !fits) return wrong_size(out, width, height, error);
+    return shd_fail(error, SHD_SCENE, "", "the picture cannot be read as %s",
+                    shd_format_get(format)->name);
 }
 
 shd_status shd_image_read(const char *path, shd_format format, int width, int height,
                           shd_samples *out, shd_error *error) {
     *out = (shd_samples){.width = width, .height = height};
-    if (format == SHD_WEBP) return read_webp(path, width, height, out, error);
+    if (format == SHD_WEBP || format == SHD_JPEG)
+        return read_lossy(path, format, width, height, out, error);
     shd_oiio_file file = {.path = path, .width = width, .height = height};
     const shd_status status = shd_oiio_read_file(&file, error);
     if (status != SHD_OK) return status;
-    if (!file.values)
-        return shd_fail(error, SHD_SCENE, "", "the picture has %d x %d pixels, not %d x %d",
-                        file.found_width, file.found_height, width, height);
+    if (!file.values) {
+        const shd_samples found = {.width = file.found_width, .height = file.found_height};
+        return wrong_size(&found, width, height, error);
+    }
     out->count = file.count;
     out->alpha = file.alpha;
     out->depth = file.depth;

@@ -10,9 +10,10 @@ typedef struct shd_samples {
     float *values; /* malloc: [height][width][count]; codes of integers, exactly */
 } shd_samples;
 
-/* Reads the picture in a file, which is to be as wide and high. PNG, JPEG, TIFF, EXR and HDR are
- * read by OpenImageIO, whose module is loaded; WebP by libwebp. Layers are left out. SHD_SCENE: it
- * cannot be read, or is of another size. SHD_EXHAUSTED: out of memory. */
+/* Reads the picture in a file, which is to be as wide and high. PNG, TIFF, EXR and HDR are
+ * read by OpenImageIO, whose module is loaded; JPEG by libjpeg-turbo and WebP by libwebp. Layers
+ * are left out. SHD_SCENE: it cannot be read, or is of another size. SHD_EXHAUSTED: out of memory.
+ */
 shd_status shd_image_read(const char *path, shd_format format, int width, int height,
                           shd_samples *out, shd_error *error);
 

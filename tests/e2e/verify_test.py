@@ -56,11 +56,15 @@ class VerifyTest(unittest.TestCase):
                    ("exr", {}), ("exr", {"bitDepth": "float"}), ("exr", {"layers": ["diffuse", "depth"],
                                                                         "colorSpace": "lin_rec709"}),
                    ("hdr", {}), ("jpg", {}), ("jpg", {"quality": 60}), ("webp", {}), ("webp", {"quality": 100})]
+        # To load OpenImageIO takes a while, so that not all meet all.
+        chosen = {"plain": outputs, "transparent": [("png", {}), ("tif", {}), ("exr", {}), ("webp", {}),
+                                                    ("webp", {"quality": 100})]}
+        some = [("exr", {"bitDepth": "float"}), ("webp", {"quality": 100}), ("jpg", {})]
         for name, scene in scenes.items():
-            for suffix, output in outputs if name in ("plain", "transparent") else outputs[::5] + outputs[-4:]:
+            for suffix, output in chosen.get(name, some):
                 if name == "budget" and suffix in ("jpg", "webp") and output.get("quality") != 100:
                     continue
-                if name == "matte" and suffix in ("exr", "hdr", "tif"):
+                if name == "matte" and suffix == "exr":
                     continue
                 with self.subTest(scene=name, suffix=suffix, output=output):
                     picture, path = self.render({**scene, "output": {**scene.get("output", {}), **output}}, suffix)
@@ -71,7 +75,7 @@ class VerifyTest(unittest.TestCase):
     def test_a_pixel_that_is_off_by_two_codes(self):
         for suffix in "png", "tif", "webp":
             output = {"quality": 100} if suffix == "webp" else {}
-            for x, y in (30, 20), (3, 50):
+            for x, y in [(30, 20), (3, 50)] if suffix == "webp" else [(30, 20)]:
                 picture, path = self.render({**SCENE, "output": output}, suffix)
                 pixels = np.asarray(Image.open(picture).convert("RGB")).copy()
                 was = int(pixels[y, x, 1])
@@ -120,15 +124,15 @@ class VerifyTest(unittest.TestCase):
         self.verify(picture, path, "--tolerance", 40)
 
     def test_another_scene(self):
-        picture, _ = self.render(SCENE, "png")
-        other = self.write({**SCENE, "lights": [{**SCENE["lights"][0], "intensity": 0.97}, SCENE["lights"][1]]}, "other")
+        picture, _ = self.render({**SCENE, "output": {"quality": 100}}, "webp")
+        other = self.write({**SCENE, "output": {"quality": 100}, "lights": [{**SCENE["lights"][0], "intensity": 0.97}, SCENE["lights"][1]]}, "other")
         told = self.verify(picture, other, status=1)
         self.assertGreater(told["failed"], 20)
         self.assertEqual(told["checked"], 400)
         self.assertLessEqual(len(told["failures"]), 64)
 
     def test_seeds_choose_pixels(self):
-        picture, path = self.render(SCENE, "png")
+        picture, path = self.render(SCENE, "jpg")
         other = self.write({**SCENE, "background": 1}, "other")
         places = [[(one["x"], one["y"]) for one in
                    self.verify(picture, other, "--pixels", 15, "--seed", seed, status=1)["failures"]]
