@@ -43,7 +43,8 @@ uint64_t shd_webp_scratch(const shd_image *image, shd_format format, bool sample
     (void)format, (void)samples;
     const uint64_t pixels = (uint64_t)image->width * (uint64_t)image->height;
     const bool lossless = image->quality >= 100 || image->alpha;
-    return pixels * (lossless ? 56 : is_sharp(image) ? 32 : 24) + (1 << 20);
+    const unsigned held = image->decoded ? 4 : 0; /* the samples, for comparing */
+    return pixels * (held + (lossless ? 56 : is_sharp(image) ? 32 : 24)) + (1 << 20);
 }
 
 /* What decoding takes beside the samples: a plane of alpha and its own decoder's picture. */

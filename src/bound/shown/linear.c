@@ -1,5 +1,5 @@
 /* The bound of linear errors, of a whole picture and by the color of a pixel. */
-#include "bound/light/extended.h"
+#include "bound/light/error.h"
 #include "bound/shown/shown.h"
 
 double shd_bound_linear(const shd_excess_list *list) {
@@ -27,13 +27,16 @@ static void mix_excesses(const shd_excess_list *list, shd_linear_error out[3]) {
 }
 
 bool shd_pixel_bound_make(const shd_plan *plan, shd_arena *arena, shd_pixel_bound *out) {
-    shd_excess_list *list = shd_arena_alloc(arena, 1, sizeof *list);
-    if (!list || !shd_excess_find(plan, plan->tier, arena, list, NULL)) return false;
+    const double rounding = shd_color_error(plan, plan->tier);
     *out = (shd_pixel_bound){.most = plan->bound.linear, .background = 0};
     for (int c = 0; c < 3; c++)
-        out->background = fmax(out->background, list->rounding * fabs(plan->scene->background[c]));
+        out->background = fmax(out->background, rounding * fabs(plan->scene->background[c]));
     out->background = fmin(out->background, out->most);
-    if (shd_errs_otherwise(plan) || !list->nonnegative || !isfinite(out->most)) return true;
+    /* Shadows take light away, so that an excess has no base there. */
+    if (plan->extended || !isfinite(out->most)) return true;
+    shd_excess_list *list = shd_arena_alloc(arena, 1, sizeof *list);
+    if (!list || !shd_excess_find(plan, plan->tier, arena, list, NULL)) return false;
+    if (!list->nonnegative) return true;
     shd_excess_leave_out(list, plan->drop_tolerance + plan->dropped, plan->drop_relative);
     out->color = list->color;
     out->more = list->more + list->misplaced;
