@@ -243,6 +243,22 @@ shd_status shd_request_compare(shd_request *request, const shd_render_options *o
 shd_status shd_request_analyze(shd_request *request, const shd_render_options *options, char **json,
                                shd_error *error);
 
+/* Holds the picture in a file against the scene. Random pixels of it must lie within what the exact
+ * tier's picture, the bounds of both, rounding and the codec admit; the exact tier renders all of
+ * it. Of several outputs it is the first one of `format`. *json tells which pixels fail, up to 64
+ * samples. Otherwise as shd_request_compare. SHD_SCENE: also if the file cannot be read, or has
+ * another form than the scene asks for. */
+typedef struct shd_verify_options {
+    size_t pixels; /* how many; no more than there are */
+    uint64_t seed;
+    double tolerance; /* what a lossy format may lose, in codes. Negative: it is measured */
+} shd_verify_options;
+
+shd_status shd_request_verify(shd_request *request, const char *path, shd_format format,
+                              const shd_verify_options *options,
+                              const shd_render_options *render_options, bool *verified, char **json,
+                              shd_error *error);
+
 /* Plans the scene and tells the plan, without rendering anything: what is used, what is left out
  * and why, upper bounds of the picture's error, and an estimate of what it costs. The text is JSON,
  * as the HTTP route of the same name answers it, or words, a sentence a line. Call it once, after a
@@ -321,6 +337,10 @@ shd_mesh_load shd_engine_meshes(shd_engine *engine);
 
 /* After a successful render: the plan in a line, for the Shaded-Plan header. */
 const char *shd_request_plan(const shd_request *request);
+
+/* After a successful render: what lossy formats lost under a budget, for the Shaded-Codec header;
+ * NULL: there was no budget, or no lossy format. */
+const char *shd_request_codec(const shd_request *request);
 
 /* The most bytes that the request's arena has held so far, which the limit `memory` bounds. */
 size_t shd_request_memory(const shd_request *request);

@@ -239,7 +239,8 @@ static shd_status meet_exactly(shd_choice *choice, const shd_shown *shown, shd_a
         !shd_excess_find(choice->plan, SHD_EXACT, arena, &list, NULL))
         return SHD_MEMORY;
     if (!is_within(choice, shown, &list)) return fail_budget(choice->plan, shown, arena, error);
-    if (has_shapes(choice->plan)) choice->point_off = find_point_off(choice->plan, shown);
+    if (has_shapes(choice->plan) && !choice->plan->scene->accuracy.exactly)
+        choice->point_off = find_point_off(choice->plan, shown);
     set_bound(choice, shown, &list);
     return SHD_OK;
 }
@@ -254,6 +255,7 @@ static shd_status meet_budget(shd_choice *choice, const shd_shown *shown,
         shd_excess_list list;
         shd_influences influences;
         choice->tier = ranked[k];
+        if (draft->scene->accuracy.exactly && choice->tier != SHD_EXACT) continue;
         if (!shd_excess_find(draft, choice->tier, arena, &list, &influences)) return SHD_MEMORY;
         if (!is_within(choice, shown, &list)) continue;
         if (choice->tier != SHD_EXACT)

@@ -73,6 +73,8 @@ typedef struct cli_options {
     bool json;            /* --json */
     bool resume;          /* --resume */
     size_t shard, shards; /* --shard; 0 of 0: not given */
+    bool checks_pixels;   /* --pixels, --seed or --tolerance is given */
+    shd_verify_options verify;
     shd_engine_options engine;
 } cli_options;
 
@@ -89,6 +91,11 @@ enum cli_command {
 /* Only CLI_CHECK takes several scenes; CLI_RENDER has an output. Returns the exit status. */
 int cli_run(enum cli_command command, const char *const *scenes, size_t count,
             const cli_options *options);
+
+/* ---- verify.c ---- */
+
+/* Tells whether a picture is that of a scene. Returns the exit status. */
+int cli_verify(const char *picture, const char *scene, const cli_options *options);
 
 /* ---- link.c ---- */
 

@@ -30,6 +30,9 @@ static const char help_text[] =
     "  shade batch FILE.jsonl -o FOLDER     render each line of a file, a scene or a scene with\n"
     "                                       variants as POST /v1/batch has them, into FOLDER: by\n"
     "                                       the name beside `scene`, or the line's number\n"
+    "  shade verify PICTURE SCENE.json      say whether a picture is that of a scene, as JSON: "
+    "random\n"
+    "                                       pixels are held against the exact tier, in intervals\n"
     "  shade check SCENE.json...            say what is wrong with scenes; silent if nothing is\n"
     "\n"
     "  -o, --output OUT   where the picture goes. Its suffix (png, jpg, webp, tif, exr, hdr)\n"
@@ -39,6 +42,9 @@ static const char help_text[] =
     "      --json         explain as JSON on a terminal, too\n"
     "      --shard I/N    render every Nth line of a batch, from line I + 1 on; I is 0 to N - 1\n"
     "      --resume       leave pictures of a batch alone that are there already\n"
+    "      --pixels N     pixels to verify (default: 400)\n"
+    "      --seed N       other ones (default: 1)\n"
+    "      --tolerance N  codes that jpeg or webp may have lost (default: measured)\n"
     "      --threads N    threads to render with (default: as processors allow)\n"
     "      --kernel NAME  portable, avx2, avx512 or neon: instructions to render with (default:\n"
     "                     auto, the widest there are; the picture is the same)\n"
@@ -55,10 +61,11 @@ static const char help_text[] =
     "is complete, or not at all. Limits are wide: 268 million pixels, 67 million triangles,\n"
     "a million lights and objects, 1 GiB of JSON, and as much memory as the machine has.\n"
     "\n"
-    "Exit status: 0 done; 1 the scene is wrong, or a file could not be read or written; 2 the\n"
-    "command line is wrong.\n";
+    "Exit status: 0 done; 1 the scene is wrong, a file could not be read or written, or a picture "
+    "is\n"
+    "not that of the scene; 2 the command line is wrong.\n";
 
-#define COMMANDS "render, explain, compare, analyze, brdf, link, batch or check"
+#define COMMANDS "render, explain, compare, analyze, brdf, link, batch, verify or check"
 
 static int print_and_exit(const char *text) {
     return cli_write_stdout(text, strlen(text)) ? CLI_DONE : CLI_FAILED;
@@ -121,8 +128,32 @@ enum {
     OPTION_OCIO,
     OPTION_MATERIALS,
     OPTION_SHARD,
-    OPTION_RESUME
+    OPTION_RESUME,
+    OPTION_PIXELS,
+    OPTION_SEED,
+    OPTION_TOLERANCE
 };
+
+/* Those of verify. As take_option. */
+static int take_number(int option, const char *value, cli_options *options) {
+    char *end;
+    const unsigned long long number = strtoull(value, &end, 10);
+    const bool whole = isdigit((unsigned char)*value) && !*end;
+    options->checks_pixels = true;
+    if (option == OPTION_PIXELS) {
+        if (!whole || number < 1 || number > UINT64_C(1) << 40)
+            return cli_usage("--pixels wants a number from 1 on, not '%s'", value);
+        options->verify.pixels = (size_t)number;
+    } else if (option == OPTION_SEED) {
+        if (!whole) return cli_usage("--seed wants a number from 0 on, not '%s'", value);
+        options->verify.seed = number;
+    } else {
+        if (!whole || number > 65535)
+            return cli_usage("--tolerance wants a number from 0 to 65535, not '%s'", value);
+        options->verify.tolerance = (double)number;
+    }
+    return -1;
+}
 
 /* Takes one option and its value. Returns the exit status, or -1: go on. */
 static int take_option(int option, const char *value, cli_options *options) {
@@ -152,6 +183,10 @@ static int take_option(int option, const char *value, cli_options *options) {
     case OPTION_RESUME:
         options->resume = true;
         return -1;
+    case OPTION_PIXELS:
+    case OPTION_SEED:
+    case OPTION_TOLERANCE:
+        return take_number(option, value, options);
     case 'h':
         return print_and_exit(help_text);
     case 'V':
@@ -174,6 +209,9 @@ static int read_options(int argc, char **argv, cli_options *options, size_t *cou
         {"materials", required_argument, NULL, OPTION_MATERIALS},
         {"shard", required_argument, NULL, OPTION_SHARD},
         {"resume", no_argument, NULL, OPTION_RESUME},
+        {"pixels", required_argument, NULL, OPTION_PIXELS},
+        {"seed", required_argument, NULL, OPTION_SEED},
+        {"tolerance", required_argument, NULL, OPTION_TOLERANCE},
         {"help", no_argument, NULL, 'h'},
         {"version", no_argument, NULL, 'V'},
         {NULL, 0, NULL, 0},
@@ -201,6 +239,13 @@ static int run_command(const char *name, const char *const *scenes, size_t count
         return cli_usage("--json is for explain, which has words as well");
     if ((options->shards || options->resume) && strcmp(name, "batch"))
         return cli_usage("--shard and --resume are for batch");
+    if (options->checks_pixels && strcmp(name, "verify"))
+        return cli_usage("--pixels, --seed and --tolerance are for verify");
+    if (!strcmp(name, "verify")) {
+        if (options->output) return cli_usage("verify writes to stdout: -o has no place here");
+        if (count != 2) return cli_usage("verify wants a picture and a scene, not %zu", count);
+        return cli_verify(scenes[0], scenes[1], options);
+    }
     if (!strcmp(name, "link")) {
         if (options->output) return cli_usage("link writes to stdout: -o has no place here");
         if (count != 1) return cli_usage("link wants one scene, not %zu", count);
@@ -225,7 +270,8 @@ int main(int argc, char **argv) {
     signal(SIGPIPE, SIG_IGN);
     signal(SIGXFSZ, SIG_IGN);
 
-    cli_options options = {.engine.limits = limits_of_machine()}; /* of one scene nothing is kept */
+    /* Of one scene nothing is kept. */
+    cli_options options = {.engine.limits = limits_of_machine(), .verify = {400, 1, -1}};
     size_t count = 0;
     const int result = read_options(argc, argv, &options, &count);
     if (result >= 0) return result;

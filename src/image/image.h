@@ -59,6 +59,12 @@ typedef struct shd_image {
     unsigned slots;
     void *context;     /* of both */
     double *elsewhere; /* NULL; or processor seconds of threads of the encoder's own are added */
+    /* NULL; or JPEG and WebP are decoded again, and it is told what became of the samples in rows
+     * [first, first + rows), each [rows][width][count] of 8 bits; on several threads. Chroma is
+     * then kept as well as the format can: JPEG 4:4:4, WebP chosen for edges, at any quality. */
+    void (*decoded)(void *measuring, size_t first, size_t rows, const unsigned char *given,
+                    const unsigned char *made);
+    void *measuring;
 } shd_image;
 
 typedef struct shd_bytes {

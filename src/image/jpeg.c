@@ -44,7 +44,9 @@ typedef struct job {
     size_t samples; /* a pixel */
     cut cut;
     strip *strips;
-    tjhandle *handles; /* [slots] */
+    tjhandle *handles;   /* [slots] */
+    tjhandle *readers;   /* [slots]; NULL: nothing is decoded */
+    unsigned char *made; /* [slots] of a strip's samples */
     atomic_bool failed;
     char words[200]; /* libjpeg-turbo's, of the first strip that failed */
     atomic_flag told;
@@ -72,24 +74,44 @@ static bool read_strip(strip *s) {
     return false;
 }
 
+/* With 4:4:4, no sample of a strip depends on another strip, so that the whole file's are these. */
+static bool decode_strip(const job *j, const strip *s, size_t first, size_t rows, unsigned slot) {
+    const shd_image *image = j->image;
+    const size_t row = (size_t)image->width * j->samples;
+    unsigned char *made = j->made + (size_t)slot * (size_t)j->cut.rows * row;
+    if (!j->readers[slot]) j->readers[slot] = tjInitDecompress();
+    if (!j->readers[slot] ||
+        tjDecompress2(j->readers[slot], s->jpeg, s->size, made, image->width, 0, (int)rows,
+                      j->samples == 1 ? TJPF_GRAY : TJPF_RGB, TJFLAG_ACCURATEDCT))
+        return false;
+    image->decoded(image->measuring, first, rows, (const unsigned char *)j->pixels + first * row,
+                   made);
+    return true;
+}
+
 static void encode_strip(void *context, size_t index, unsigned slot) {
     job *j = context;
     const shd_image *image = j->image;
     if (atomic_load(&j->failed)) return;
     strip *s = &j->strips[index];
-    const int rows = j->cut.rows, first = (int)index * rows, left = image->height - first;
+    const int most = j->cut.rows, first = (int)index * most, left = image->height - first,
+              rows = left < most ? left : most;
     const unsigned char *pixels = j->pixels;
     if (!j->handles[slot]) j->handles[slot] = tjInitCompress();
     const int failed =
         !j->handles[slot] ||
         tjCompress2(j->handles[slot], pixels + (size_t)first * (size_t)image->width * j->samples,
-                    image->width, 0, left < rows ? left : rows,
-                    j->samples == 1 ? TJPF_GRAY : TJPF_RGB, &s->jpeg, &s->size, j->cut.sampling,
-                    image->quality, TJFLAG_NOREALLOC | TJFLAG_ACCURATEDCT);
-    if (!failed && read_strip(s)) return;
+                    image->width, 0, rows, j->samples == 1 ? TJPF_GRAY : TJPF_RGB, &s->jpeg,
+                    &s->size, j->cut.sampling, image->quality,
+                    TJFLAG_NOREALLOC | TJFLAG_ACCURATEDCT);
+    const bool known = !failed && read_strip(s);
+    if (known && !image->decoded) return;
+    if (known && decode_strip(j, s, (size_t)first, (size_t)rows, slot)) return;
     if (!atomic_flag_test_and_set(&j->told))
         snprintf(j->words, sizeof j->words, "%s",
-                 failed ? tjGetErrorStr2(j->handles[slot]) : "an unknown form");
+                 failed  ? tjGetErrorStr2(j->handles[slot])
+                 : known ? tjGetErrorStr2(j->readers[slot])
+                         : "an unknown form");
     atomic_store(&j->failed, true);
 }
 
@@ -151,7 +173,8 @@ static shd_status join_strips(const job *j, const shd_icc *icc, shd_arena *scrat
 
 static cut cut_strips(const shd_image *image, bool grey) {
     /* Coarse chroma shows at colored edges; whoever asks for high quality looks for them. */
-    const int sampling = grey ? TJSAMP_GRAY : image->quality >= 90 ? TJSAMP_444 : TJSAMP_420;
+    const bool sharp = image->quality >= 90 || image->decoded;
+    const int sampling = grey ? TJSAMP_GRAY : sharp ? TJSAMP_444 : TJSAMP_420;
     const int side = sampling == TJSAMP_420 ? 16 : 8;
     int rows = STRIP_PIXELS / image->width / side * side;
     rows = rows < side ? side : rows < image->height ? rows : image->height;
@@ -166,7 +189,17 @@ uint64_t shd_jpeg_scratch(const shd_image *image, shd_format format, bool sample
     const shd_pack pack = shd_pack_of(image, format);
     const cut s = cut_strips(image, pack.count == 1);
     const uint64_t pixels = (uint64_t)image->width * (uint64_t)image->height;
-    return (samples ? 0 : pixels * (uint64_t)pack.count) + s.count * (uint64_t)s.bound;
+    const uint64_t made = (uint64_t)shd_encode_slots(image) * (uint64_t)image->width *
+                          (uint64_t)s.rows * (uint64_t)pack.count;
+    return (samples ? 0 : pixels * (uint64_t)pack.count) + s.count * (uint64_t)s.bound +
+           (image->decoded ? made : 0);
+}
+
+static bool prepare_readers(job *j, unsigned slots, shd_arena *scratch) {
+    j->readers = shd_arena_zalloc(scratch, slots, sizeof *j->readers);
+    j->made = shd_arena_alloc(scratch, (size_t)slots * (size_t)j->cut.rows,
+                              (size_t)j->image->width * j->samples);
+    return j->readers && j->made;
 }
 
 shd_status shd_encode_jpeg(const shd_image *image, shd_format format, shd_arena *scratch,
@@ -188,9 +221,12 @@ shd_status shd_encode_jpeg(const shd_image *image, shd_format format, shd_arena 
         j.strips[i].jpeg = shd_arena_alloc(scratch, j.cut.bound, 1);
         if (!j.strips[i].jpeg) return shd_encode_no_memory(error);
     }
+    if (image->decoded && !prepare_readers(&j, slots, scratch)) return shd_encode_no_memory(error);
     const bool done = shd_encode_spread(image, j.cut.count, encode_strip, &j);
-    for (unsigned i = 0; i < slots; i++)
+    for (unsigned i = 0; i < slots; i++) {
         if (j.handles[i]) tjDestroy(j.handles[i]);
+        if (j.readers && j.readers[i]) tjDestroy(j.readers[i]);
+    }
     if (!done) return shd_encode_cancelled(error);
     if (atomic_load(&j.failed))
         return shd_fail(error, SHD_INTERNAL, "", "libjpeg-turbo: %s", j.words);

@@ -162,6 +162,22 @@ shd_status shd_oiio_load(shd_oiio_encode_fn **out, shd_error *error) {
     return status;
 }
 
+shd_status shd_oiio_read_file(shd_oiio_file *file, shd_error *error) {
+    shd_oiio_encode_fn *encode;
+    char text[256] = "";
+    const shd_status status = shd_oiio_load(&encode, error);
+    if (status != SHD_OK) return status;
+    void *module = dlopen(module_path, RTLD_NOW | RTLD_NOLOAD);
+    shd_oiio_read_fn *read = NULL;
+    if (module) *(void **)&read = dlsym(module, "shd_oiio_read");
+    if (!read) return shd_fail(error, SHD_CONFIG, "", "the module is of another build");
+    file->abi = sizeof *file;
+    const int failed = read(file, text, sizeof text);
+    if (!failed) return SHD_OK;
+    return failed == 1 ? shd_fail(error, SHD_EXHAUSTED, "", "out of memory")
+                       : shd_fail(error, SHD_SCENE, "", "%s", text);
+}
+
 /* With the mutex held. The module takes 127 MB, by VmRSS on Debian 12. 52 of these are its own, and
  * the rest are files, whose pages the system takes back if memory is short. */
 static shd_status load_within(shd_budget *budget, const atomic_bool *cancelled, shd_error *error) {

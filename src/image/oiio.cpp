@@ -286,6 +286,52 @@ int encode_picture(const shd_oiio_job &job, unsigned char **data, size_t *size) 
     return 0;
 }
 
+/* The channels of the picture itself: a file may have layers beside it. Returns how many. */
+int find_channels(const OIIO::ImageSpec &spec, int channels[4], bool *alpha) {
+    int count = 0;
+    for (const char *name : {"R", "G", "B"}) {
+        const int at = spec.channelindex(name);
+        if (at >= 0) channels[count++] = at;
+    }
+    if (count != 3) {
+        const int grey = spec.channelindex("Y");
+        channels[0] = grey >= 0 ? grey : 0;
+        count = 1;
+    }
+    const int at = spec.channelindex("A");
+    *alpha = at >= 0 && at != channels[0];
+    if (*alpha) channels[count++] = at;
+    return count;
+}
+
+void read_picture(shd_oiio_file &file) {
+    OIIO::ImageSpec straight;
+    straight.attribute("oiio:UnassociatedAlpha", 1);
+    auto input = OIIO::ImageInput::open(file.path, &straight);
+    if (!input) throw std::runtime_error(OIIO::geterror());
+    const OIIO::ImageSpec spec = input->spec();
+    file.found_width = spec.width;
+    file.found_height = spec.height;
+    if (spec.width != file.width || spec.height != file.height) return;
+    int channels[4];
+    file.count = find_channels(spec, channels, &file.alpha);
+    const OIIO::TypeDesc type = spec.channelformat(channels[0]);
+    file.depth = type == OIIO::TypeDesc::UINT8    ? SHD_U8
+                 : type == OIIO::TypeDesc::UINT16 ? SHD_U16
+                 : type == OIIO::TypeDesc::HALF   ? SHD_HALF
+                                                  : SHD_FLOAT;
+    const size_t pixels = static_cast<size_t>(spec.width) * static_cast<size_t>(spec.height),
+                 count = static_cast<size_t>(file.count), all = static_cast<size_t>(spec.nchannels);
+    std::vector<float> whole(pixels * all);
+    if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, whole.data()))
+        throw std::runtime_error(input->geterror());
+    file.values = static_cast<float *>(std::malloc(pixels * count * sizeof(float)));
+    if (!file.values) throw std::bad_alloc();
+    for (size_t i = 0; i < pixels; i++)
+        for (size_t c = 0; c < count; c++)
+            file.values[i * count + c] = whole[i * all + static_cast<size_t>(channels[c])];
+}
+
 int tell_failure(char *text, size_t size, const char *what) {
     std::snprintf(text, size, "OpenImageIO: %s", what);
     std::replace(text, text + std::strlen(text), '\n', ' ');
@@ -304,6 +350,23 @@ static int encode_job(const shd_oiio_job *job, unsigned char **data, size_t *siz
         return encode_picture(*job, data, size);
     } catch (const Stopped &) {
         return 2;
+    } catch (const std::bad_alloc &) {
+        return 1;
+    } catch (const std::exception &e) {
+        return tell_failure(text, text_size, e.what());
+    } catch (...) {
+        return tell_failure(text, text_size, "an unknown exception");
+    }
+}
+
+extern "C" __attribute__((visibility("default"))) int shd_oiio_read(shd_oiio_file *file, char *text,
+                                                                    size_t text_size) {
+    if (file->abi != sizeof *file)
+        return tell_failure(text, text_size, "the module is of another build");
+    file->values = nullptr;
+    try {
+        read_picture(*file);
+        return 0;
     } catch (const std::bad_alloc &) {
         return 1;
     } catch (const std::exception &e) {

@@ -43,8 +43,25 @@ typedef struct shd_oiio_job {
 typedef int shd_oiio_encode_fn(const shd_oiio_job *job, unsigned char **data, size_t *size,
                                char *text, size_t text_size);
 
-/* The module's only symbol: sets OpenImageIO up, once, and returns the encoder. NULL: out of
- * memory. */
+/* A file that is read: its first three colors and its alpha, or its one grey. */
+typedef struct shd_oiio_file {
+    size_t abi;        /* sizeof(shd_oiio_file) */
+    const char *path;  /* of any format but WebP */
+    int width, height; /* what is expected: others are not read */
+    int found_width, found_height;
+    int count;  /* 1 to 4 */
+    bool alpha; /* the last of them is alpha */
+    shd_depth depth;
+    float *values; /* malloc: [height][width][count], integers in [0,1]; straight alpha where the
+                    * format has that. NULL: the size is another one */
+} shd_oiio_file;
+
+/* As shd_oiio_encode_fn. */
+typedef int shd_oiio_read_fn(shd_oiio_file *file, char *text, size_t text_size);
+shd_oiio_read_fn shd_oiio_read;
+
+/* Beside it the module's only symbol: sets OpenImageIO up, once, and returns the encoder. NULL: out
+ * of memory. */
 typedef shd_oiio_encode_fn *shd_oiio_open_fn(void);
 shd_oiio_open_fn shd_oiio_open;
 

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <sys/resource.h>
 #include <unistd.h>
+#include <webp/decode.h>
 #include <webp/encode.h>
 #include <webp/mux.h>
 
@@ -31,7 +32,7 @@ static shd_status encoder_error(int code, shd_error *error) {
 
 /* Coarse chroma shows at colored edges; whoever asks for high quality looks for them. */
 static bool is_sharp(const shd_image *image) {
-    return image->quality >= 90 && image->quality < 100;
+    return (image->quality >= 90 || image->decoded) && image->quality < 100;
 }
 
 /* What encoding takes: samples, then the picture as libwebp sees it, and what it compares. For
@@ -42,7 +43,13 @@ uint64_t shd_webp_scratch(const shd_image *image, shd_format format, bool sample
     (void)format, (void)samples;
     const uint64_t pixels = (uint64_t)image->width * (uint64_t)image->height;
     const bool lossless = image->quality >= 100 || image->alpha;
-    return pixels * (lossless ? 56 : is_sharp(image) ? 32 : 24) + (1 << 20);
+    const unsigned held = image->decoded ? 4 : 0; /* the samples, for comparing */
+    return pixels * (held + (lossless ? 56 : is_sharp(image) ? 32 : 24)) + (1 << 20);
+}
+
+/* What decoding takes beside the samples: a plane of alpha and its own decoder's picture. */
+static size_t decoder_size(const shd_image *image) {
+    return (size_t)image->width * (size_t)image->height * (image->alpha ? 6 : 1) + (1 << 20);
 }
 
 /* A picture and the thread that encodes it. */
@@ -272,6 +279,75 @@ static shd_status encode_picture(encoding *e, const shd_image *image, shd_arena 
     return SHD_OK;
 }
 
+/* ---- Decoded again ---- */
+
+/* In pieces, between which it asks whether to go on. */
+static shd_status decode_file(const shd_image *image, const shd_bytes *file, int count,
+                              unsigned char *made, size_t size, shd_error *error) {
+    enum { PIECES = 256 };
+    WebPIDecoder *decoder =
+        WebPINewRGB(count == 4 ? MODE_RGBA : MODE_RGB, made, size, image->width * count);
+    if (!decoder) return shd_encode_no_memory(error);
+    const size_t step = file->size / PIECES + 1;
+    VP8StatusCode code = VP8_STATUS_SUSPENDED;
+    bool goes_on = true;
+    for (size_t end = step; code == VP8_STATUS_SUSPENDED; end += step) {
+        goes_on = shd_encode_goes_on(image);
+        if (!goes_on) break;
+        code = WebPIUpdate(decoder, file->data, end < file->size ? end : file->size);
+        if (end >= file->size) break;
+    }
+    WebPIDelete(decoder);
+    if (!goes_on) return shd_encode_cancelled(error);
+    if (code == VP8_STATUS_OUT_OF_MEMORY) return shd_encode_no_memory(error);
+    if (code != VP8_STATUS_OK)
+        return shd_fail(error, SHD_INTERNAL, "", "libwebp cannot read what it wrote: %d", code);
+    return SHD_OK;
+}
+
+typedef struct comparing {
+    const shd_image *image;
+    const unsigned char *given, *made;
+    size_t row, rows; /* bytes of a row, rows of a band */
+} comparing;
+
+static void compare_band(void *context, size_t index, unsigned slot) {
+    (void)slot;
+    const comparing *c = context;
+    const size_t first = index * c->rows, left = (size_t)c->image->height - first;
+    c->image->decoded(c->image->measuring, first, left < c->rows ? left : c->rows,
+                      c->given + first * c->row, c->made + first * c->row);
+}
+
+static shd_status read_back(const shd_image *image, const shd_bytes *file, shd_arena *scratch,
+                            shd_error *error) {
+    enum { BAND = 1 << 14 }; /* pixels */
+    const shd_pack pack = shd_pack_of(image, SHD_WEBP);
+    const size_t height = (size_t)image->height, row = (size_t)image->width * (size_t)pack.count;
+    const void *given;
+    shd_status status = shd_pack_samples(&pack, image, scratch, &given, error);
+    if (status) return status;
+    unsigned char *made = shd_arena_alloc(scratch, height, row);
+    if (!made || !shd_arena_borrow(scratch, decoder_size(image)))
+        return shd_encode_no_memory(error);
+    status = decode_file(image, file, pack.count, made, height * row, error);
+    shd_arena_repay(scratch, decoder_size(image));
+    if (status) return status;
+    comparing c = {image, given, made, row, 1 + BAND / (size_t)image->width};
+    return shd_encode_spread(image, (height + c.rows - 1) / c.rows, compare_band, &c)
+               ? SHD_OK
+               : shd_encode_cancelled(error);
+}
+
+static shd_status check_file(const shd_image *image, shd_bytes *file, shd_arena *scratch,
+                             shd_error *error) {
+    const shd_status status = image->decoded ? read_back(image, file, scratch, error) : SHD_OK;
+    if (status == SHD_OK) return SHD_OK;
+    shd_arena_repay(scratch, file->size);
+    free(file->data);
+    return status;
+}
+
 shd_status shd_encode_webp(const shd_image *image, shd_format format, shd_arena *scratch,
                            shd_bytes *out, shd_error *error) {
     if (!wait_for_abandoned(image)) return shd_encode_cancelled(error);
@@ -296,5 +372,5 @@ shd_status shd_encode_webp(const shd_image *image, shd_format format, shd_arena 
         return shd_encode_no_memory(error);
     }
     *out = file;
-    return SHD_OK;
+    return check_file(image, out, scratch, error);
 }

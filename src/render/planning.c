@@ -20,10 +20,28 @@ shd_status shd_plan_make(const shd_scene *scene, shd_isa isa, const shd_shown *s
     return status;
 }
 
+shd_status shd_scene_exactly(const shd_scene *scene, shd_arena *arena, const shd_scene **out,
+                             shd_error *error) {
+    shd_scene *exactly = shd_arena_alloc(arena, 1, sizeof *exactly);
+    if (!exactly) return shd_fail(error, SHD_MEMORY, "", "the limit `memory` is reached");
+    *exactly = *scene;
+    exactly->accuracy.exactly = true;
+    exactly->accuracy.max_error = exactly->accuracy.whole;
+    *out = exactly;
+    return SHD_OK;
+}
+
 shd_status shd_rendering_plan(shd_rendering *r, const shd_scene *scene, shd_error *error) {
     const shd_shown *shown = NULL;
+    const shd_isa isa = r->engine->isa;
     shd_status status = shd_shown_make(r, scene, &shown, error);
     if (status != SHD_OK) return status;
-    status = shd_plan_make(scene, r->engine->isa, shown, r->cancelled, r->arena, &r->plan, error);
+    status = shd_plan_make(scene, isa, shown, r->cancelled, r->arena, &r->plan, error);
+    /* The exact tier leaves more to a lossy format than a part of the budget would. */
+    if (status == SHD_SCENE && shd_is_shared(&scene->accuracy)) {
+        status = shd_scene_exactly(scene, r->arena, &scene, error);
+        if (status == SHD_OK)
+            status = shd_plan_make(scene, isa, shown, r->cancelled, r->arena, &r->plan, error);
+    }
     return status == SHD_OK ? shd_rendering_simulate(r, error) : status;
 }

@@ -11,5 +11,10 @@ shd_status shd_plan_make(const shd_scene *scene, shd_isa isa, const shd_shown *s
                          const atomic_bool *cancelled, shd_arena *arena, const shd_plan **out,
                          shd_error *error);
 
-/* The scene's plan, for its outputs: sets r->plan. */
+/* The scene's plan, for its outputs: sets r->plan. If no plan meets the part of a budget that lossy
+ * formats leave, it is the exact tier's, which may then have all of it. */
 shd_status shd_rendering_plan(shd_rendering *r, const shd_scene *scene, shd_error *error);
+
+/* The same scene, whose whole budget is to be met by the exact tier alone. SHD_MEMORY. */
+shd_status shd_scene_exactly(const shd_scene *scene, shd_arena *arena, const shd_scene **out,
+                             shd_error *error);

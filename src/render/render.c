@@ -1,13 +1,14 @@
 /* The story: a scene becomes pictures. */
+#include <stdlib.h>
+
 #include "render/planning.h"
 #include "render/request.h"
 #include "render/sheet.h"
 #include "render/show/output.h"
 #include "render/tiles/keep.h"
 
-static shd_status render_film(shd_request *request, const shd_render_options *options,
-                              shd_film *film, shd_error *error) {
-    const shd_scene *scene = request->scene;
+static shd_status render_film(shd_request *request, const shd_scene *scene,
+                              const shd_render_options *options, shd_film *film, shd_error *error) {
     shd_rendering *r = &request->rendering;
     shd_status status = shd_request_prepare_formats(request, error);
     if (status != SHD_OK) return status;
@@ -36,12 +37,11 @@ static shd_status render_film(shd_request *request, const shd_render_options *op
     return status;
 }
 
-static shd_status render_scene(shd_request *request, const shd_render_options *options,
-                               shd_error *error) {
-    const shd_scene *scene = request->scene;
+static shd_status render_scene(shd_request *request, const shd_scene *scene,
+                               const shd_render_options *options, shd_error *error) {
     shd_rendering *r = &request->rendering;
     shd_film film = {0};
-    shd_status status = render_film(request, options, &film, error);
+    shd_status status = render_film(request, scene, options, &film, error);
     if (status != SHD_OK) return status;
 
     /* How is it shown? */
@@ -61,15 +61,49 @@ static shd_status render_scene(shd_request *request, const shd_render_options *o
 static shd_status render_cell(shd_request *cell, const shd_render_options *options, shd_image *out,
                               shd_error *error) {
     shd_film film = {0};
-    const shd_status status = render_film(cell, options, &film, error);
+    const shd_status status = render_film(cell, cell->scene, options, &film, error);
     return status == SHD_OK ? shd_output_paint(&cell->rendering, &film, 0, out, error) : status;
+}
+
+/* Whether the exact tier might meet the budget where this did not: a lossy format takes more of it
+ * than light has left. */
+static bool exact_may_meet(const shd_rendering *r, const shd_scene *scene) {
+    const shd_plan *plan = r->plan;
+    return shd_is_shared(&scene->accuracy) && plan && !plan->scene->accuracy.exactly &&
+           (plan->tier != SHD_EXACT || plan->point_off > 0);
+}
+
+/* As if nothing had been rendered, but for the time that it took. */
+static void begin_again(shd_request *request) {
+    shd_rendering *r = &request->rendering;
+    for (size_t i = 0; i < request->picture_count; i++) {
+        shd_arena_repay(r->arena, request->pictures[i].size);
+        free(request->pictures[i].data);
+    }
+    request->picture_count = 0;
+    r->saturated = r->clipped = r->rays = r->ray_edges = 0;
+    r->cut = r->ray_error = 0;
+    r->codec = NULL;
+}
+
+static shd_status render_within(shd_request *request, const shd_render_options *options,
+                                shd_error *error) {
+    shd_rendering *r = &request->rendering;
+    const shd_scene *scene = request->scene, *exactly;
+    const shd_arena_mark mark = shd_arena_mark_here(r->arena);
+    shd_status status = render_scene(request, scene, options, error);
+    if (status != SHD_SCENE || !exact_may_meet(r, scene)) return status;
+    begin_again(request);
+    shd_arena_return(r->arena, mark);
+    status = shd_scene_exactly(scene, r->arena, &exactly, error);
+    return status == SHD_OK ? render_scene(request, exactly, options, error) : status;
 }
 
 shd_status shd_request_render(shd_request *request, const shd_render_options *options,
                               shd_error *error) {
     shd_status status;
     if (!request->sheet)
-        status = render_scene(request, options, error);
+        status = render_within(request, options, error);
     else if (request->sheet->turns)
         status = shd_turn_render(request, options, render_cell, error);
     else

@@ -23,6 +23,7 @@ typedef struct shd_rendering {
      * Samples that a path loses on an edge are not counted there, but here. */
     double ray_error;
     uint64_t ray_edges;
+    const char *codec; /* what lossy formats lost under a budget, for Shaded-Codec; or NULL */
     /* The stage that runs, in processor seconds: the thread's clock when it began, and what other
      * threads did for it minus what this one did for other requests. */
     double began, beside;

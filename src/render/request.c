@@ -294,6 +294,10 @@ const char *shd_request_plan(const shd_request *request) {
     return request->rendering.plan ? request->rendering.plan->summary : "";
 }
 
+const char *shd_request_codec(const shd_request *request) {
+    return request->rendering.codec;
+}
+
 size_t shd_request_memory(const shd_request *request) {
     return shd_arena_peak(request->rendering.arena);
 }

@@ -48,6 +48,7 @@ static void read_accuracy(shd_reader *r, const shd_node *node, void *out) {
     *(shd_accuracy *)out = (shd_accuracy){.tier = raw.tier == EXACT ? SHD_EXACT : SHD_STANDARD,
                                           .draft = raw.tier == DRAFT,
                                           .budget = r->seen & MAX_ERROR,
+                                          .whole = raw.max_error,
                                           .max_error = raw.max_error,
                                           .metric = (shd_metric)raw.metric};
 }
@@ -106,6 +107,7 @@ static void read_document(shd_reader *r, json_t *tree) {
         check_formats(r);
     warn_of_mirrors(r);
     if (r->scene->outputs) shd_lay_over_matte(r->scene);
+    shd_share_budget(r->scene);
 }
 
 shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *catalog,

@@ -177,6 +177,9 @@ void shd_warn_of_trace(shd_reader *r, const shd_node *node, const shd_material *
 /* A transparent picture that all outputs lay over the same matte is one with that background. */
 void shd_lay_over_matte(shd_scene *scene);
 
+/* Planning has a part of the budget if some output's format is lossy. */
+void shd_share_budget(shd_scene *scene);
+
 shd_field_read shd_read_materials; /* r->named */
 
 /* The material of an entry of the library. After an error it means nothing. */

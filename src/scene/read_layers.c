@@ -11,7 +11,8 @@ static const char *const layer_names[] = {
     [SHD_LAYER_LIGHT] = "light.<i>",   [SHD_LAYER_SHADOW] = "shadow",
     [SHD_LAYER_BOUNCE] = "bounce",     [SHD_LAYER_NORMAL] = "normal",
     [SHD_LAYER_POSITION] = "position", [SHD_LAYER_DEPTH] = "depth",
-    [SHD_LAYER_OBJECT] = "object",     [SHD_LAYER_KINDS] = NULL};
+    [SHD_LAYER_OBJECT] = "object",     [SHD_LAYER_BOUND] = "bound",
+    [SHD_LAYER_KINDS] = NULL};
 
 /* How many lobes the scene's materials have at most. SIZE_MAX: they are wrong. */
 static size_t count_lobes(const shd_reader *r) {

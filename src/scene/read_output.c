@@ -324,8 +324,17 @@ static void check_layers(shd_reader *r, const shd_node *node, const raw_output *
 
 /* ---- One output, and several ---- */
 
+/* A budget counts what lossy formats lose. A scope is a drawing, which shows the picture's values
+ * but has none of them. */
+static void resolve_quality(const shd_reader *r, shd_output *out) {
+    enum { USUAL = 90 };
+    const bool lossy = out->format == SHD_JPEG || (out->format == SHD_WEBP && out->quality < 100);
+    out->measured = r->scene->accuracy.budget && lossy && !out->scope;
+    if (!out->quality && !out->measured) out->quality = USUAL;
+}
+
 static void read_one(shd_reader *r, const shd_node *node, unsigned kind, shd_output *out) {
-    raw_output raw = {.output = {.channel = -1, .quality = 90, .adjust = {.gamma = 1}},
+    raw_output raw = {.output = {.channel = -1, .adjust = {.gamma = 1}},
                       .format = (int)r->fallback};
     if (!shd_read_fields(r, node, output_fields, SHD_LENGTH(output_fields), kind, "an output",
                          &raw))
@@ -353,6 +362,7 @@ static void read_one(shd_reader *r, const shd_node *node, unsigned kind, shd_out
     if (!shd_format_get(output->format)->alpha && output->channel != 3 && !(r->seen & MATTE))
         r->flat |= r->formats & 1u << raw.format;
     if (r->seen & LAYERS) check_layers(r, node, &raw);
+    resolve_quality(r, output);
     const shd_node layers = {node, "layers", 0, raw.layers};
     if (raw.layers) shd_read_layers(r, &layers, output);
     *out = *output;
@@ -387,6 +397,13 @@ void shd_read_outputs(shd_reader *r, const shd_node *node, void *out) {
     scene->outputs = outputs;
     scene->output_count = count;
     scene->multipart = true;
+}
+
+void shd_share_budget(shd_scene *scene) {
+    /* What light may be off costs less than what a format may lose. */
+    static const double SHARE = 0.25;
+    for (size_t i = 0; i < scene->output_count; i++)
+        if (scene->outputs[i].measured) scene->accuracy.max_error = SHARE * scene->accuracy.whole;
 }
 
 void shd_lay_over_matte(shd_scene *scene) {

@@ -212,10 +212,18 @@ typedef struct shd_accuracy {
     /* Whether the document asks for `draft`, which renders as `standard`: no kernel gains by less
      * precision. */
     bool draft;
-    bool budget; /* whether max_error and metric are given instead of a tier */
-    double max_error;
+    bool budget; /* whether a budget and its metric are given instead of a tier */
+    /* What the document asks for, and what of it planning has: all of it, but where a lossy
+     * format takes a part (shd_output.measured). */
+    double whole, max_error;
     shd_metric metric;
+    bool exactly; /* no tier but the exact one is to meet the budget */
 } shd_accuracy;
+
+/* Whether planning has only a part of the budget. */
+static inline bool shd_is_shared(const shd_accuracy *accuracy) {
+    return accuracy->budget && accuracy->max_error < accuracy->whole;
+}
 
 typedef enum shd_layer_kind {
     SHD_LAYER_BEAUTY,
@@ -231,6 +239,7 @@ typedef enum shd_layer_kind {
     SHD_LAYER_POSITION,
     SHD_LAYER_DEPTH,
     SHD_LAYER_OBJECT,
+    SHD_LAYER_BOUND, /* of the pixel's linear error */
     SHD_LAYER_KINDS
 } shd_layer_kind;
 
@@ -248,8 +257,9 @@ typedef struct shd_output {
     const shd_space_info *color_space; /* NULL if display and view are set */
     int channel;                       /* -1: all; 0 to 2: that one as grey; 3: alpha */
     shd_depth depth;
-    int quality; /* 1 to 100 */
-    int effort;  /* of WebP, 0 to 6 */
+    int quality;   /* 1 to 100; 0: the least that meets the budget */
+    int effort;    /* of WebP, 0 to 6 */
+    bool measured; /* the format is lossy, and there is a budget that counts what it loses */
     shd_adjust adjust;
     bool dither;             /* of 8 bits */
     double matte[3];         /* under transparent pixels where the format has no alpha */

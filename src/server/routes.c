@@ -252,7 +252,7 @@ void shd_route_add_cors(shd_exchange *exchange) {
     shd_reply_header(reply, "Access-Control-Allow-Origin", "%s", anybody ? "*" : exchange->origin);
     shd_reply_plain(reply, "Access-Control-Expose-Headers",
                     "Cache-Status, ETag, Location, Retry-After, Server-Timing, Shaded-Clipped, "
-                    "Shaded-Plan, Shaded-Rays, "
+                    "Shaded-Codec, Shaded-Plan, Shaded-Rays, "
                     "Shaded-Saturated, Shaded-Warning, X-Request-Id");
     if (!exchange->is_preflight || !admits) return;
     shd_reply_plain(reply, "Access-Control-Allow-Methods", "GET, HEAD, POST, PUT, OPTIONS");

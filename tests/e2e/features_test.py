@@ -53,8 +53,11 @@ class Features(unittest.TestCase):
         return {
             "analyze": lambda: post("/v1/analyze", SMALL),
             "batch": lambda: post("/v1/batch", {"scene": SMALL, "variants": [{}]}),
+            "bound-layer": lambda: render(with_output(format="exr", colorSpace="lin_rec709", layers=["bound"])),
             "brdf": lambda: post("/v1/brdf", SMALL),
             "budget": lambda: render({**SMALL, "accuracy": {"maxError": 1}}),
+            "codec-budget": lambda: render({**SMALL, "accuracy": {"maxError": 90, "metric": "code"},
+                                            "output": {"format": "jpeg"}}),
             "compare": lambda: post("/v1/compare", SMALL),
             "css-colors": lambda: render(with_material(diffuse="rebeccapurple")),
             "explain": lambda: post("/v1/explain", SMALL),

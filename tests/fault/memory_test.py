@@ -36,9 +36,10 @@ SCENES = {
     "jpeg": {**SCENE, "output": {"format": "jpeg"}},
     "webp": {**SCENE, "output": {"format": "webp"}},
     "samples": {**SCENE, "image": {"width": 40, "height": 30, "samples": 16}},
-    "layers": {**SCENE, "interpolation": "gouraud", "accuracy": {"maxError": 1},
+    "layers": {**SCENE, "interpolation": "gouraud",
+               "accuracy": {"maxError": 200, "metric": "code"},
                "outputs": [{"name": "a", "format": "png", "channel": "G"},
-                           {"name": "b", "format": "jpeg", "colorSpace": "HSV"}]},
+                           {"name": "b", "format": "jpeg", "colorSpace": "YIQ"}]},
     "mesh": {**SCENE, "objects": [{"type": "mesh", "indices": [0, 1, 2],
                                    "positions": [-1, -1, 0, 1, -1, 0, 0, 1, 0]}]},
 }

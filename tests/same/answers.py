@@ -25,7 +25,7 @@ from e2e.daemon import Daemon  # noqa: E402
 
 OPTIONS = ("--reuse", "0", "--response-cache", "0", "--log-requests", "off", "--timeout", "600")
 KERNELS = ("portable", "avx2", "avx512", "neon")
-HEADERS = ("Content-Type", "Shaded-Plan", "Shaded-Warning", "Shaded-Saturated", "Shaded-Clipped", "Shaded-Rays",
+HEADERS = ("Content-Type", "Shaded-Plan", "Shaded-Warning", "Shaded-Saturated", "Shaded-Clipped", "Shaded-Rays", "Shaded-Codec",
            "Allow")
 TIMES = {"milliseconds", "seconds", "times", "version", "versions"}
 FORMATS = ("png", "jpeg", "webp", "tiff", "exr", "hdr")

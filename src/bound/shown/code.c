@@ -21,14 +21,6 @@ shd_screen shd_screen_of(const shd_shown *shown) {
     return s;
 }
 
-double shd_bound_linear(const shd_excess_list *list) {
-    double most = 0;
-    for (int c = 0; c < 3; c++) most = fmax(most, list->most[c]);
-    const double worst =
-        list->worst + list->misplaced + (list->color - list->rounding) * most + list->more;
-    return worst < 1e37 ? worst : INFINITY; /* beyond what the film holds */
-}
-
 /* ---- Codes. ---- */
 
 /* The error of an output's linear channel is at most

@@ -38,6 +38,28 @@ static inline void shd_apply(const double m[3][3], const double v[3], double out
 static const double SHD_MIXTURE = 1.4;
 
 double shd_bound_linear(const shd_excess_list *list);
+
+/* The error of a channel of value v: absolute + min(limited, ratio (v - base)+ + distance v). */
+typedef struct shd_linear_error {
+    double absolute, limited, ratio, distance, base;
+} shd_linear_error;
+
+/* How far off the linear components of a pixel are, by its color. Constant once made; any threads
+ * may use it. */
+typedef struct shd_pixel_bound {
+    double most;               /* of the plan; infinite: it is not known */
+    double background;         /* of pixels that show nothing else */
+    double color, more;        /* relative to the channel; of every channel */
+    size_t count;              /* of the excesses that a pixel may show */
+    shd_linear_error (*of)[3]; /* [count], in the arena; NULL: no color tells more */
+} shd_pixel_bound;
+
+/* False: memory, or cancelled. */
+bool shd_pixel_bound_make(const shd_plan *plan, shd_arena *arena, shd_pixel_bound *out);
+
+/* Of a pixel that shows this color of the working space, in any of the three components. */
+double shd_pixel_bound_at(const shd_pixel_bound *bound, const double rgb[3]);
+
 double shd_bound_code(const shd_excess_list *list, const shd_shown *shown);
 /* A bound up to `enough` may be told as `enough`, and a larger one as any value above it. */
 double shd_bound_delta_e(const shd_excess_list *list, const shd_shown *shown, double enough);

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/sample.h"
+#include "render/show/codec.h"
 #include "render/show/conversion.h"
 #include "render/show/scope.h"
 
@@ -58,6 +59,7 @@ typedef struct drawing {
     shd_image image;
     shd_image_layer *layers; /* image.layers */
     shd_pack layout;
+    shd_codec *codec; /* NULL: nothing is lost, or nobody wants to know */
 } drawing;
 
 /* Between the pieces of a long encoding, other requests take their turn. */
@@ -75,12 +77,13 @@ static void spread_encoding(void *context, size_t count,
 /* Color layers have no values yet. */
 static shd_image_layer describe_layer(const shd_layer *layer, const shd_film *film) {
     static const char *const rgb[] = {"R", "G", "B"}, *const xyz[] = {"X", "Y", "Z"},
-                             *const z[] = {"Z"}, *const id[] = {"id"};
+                             *const z[] = {"Z"}, *const id[] = {"id"}, *const error[] = {"error"};
     const shd_image_layer data[SHD_LAYER_KINDS] = {
         [SHD_LAYER_NORMAL] = {layer->name, xyz, 3, true, film->normal},
         [SHD_LAYER_POSITION] = {layer->name, xyz, 3, true, film->position},
         [SHD_LAYER_DEPTH] = {layer->name, z, 1, true, film->depth},
-        [SHD_LAYER_OBJECT] = {layer->name, id, 1, true, film->object}};
+        [SHD_LAYER_OBJECT] = {layer->name, id, 1, true, film->object},
+        [SHD_LAYER_BOUND] = {layer->name, error, 1, true, film->bound}};
     const shd_image_layer color = {layer->name, rgb, 3, false, NULL};
     return layer->kind < SHD_LAYER_NORMAL ? color : data[layer->kind];
 }
@@ -137,7 +140,7 @@ static shd_status begin_drawing(shd_rendering *r, const shd_film *film, size_t i
     memcpy(out->image.primaries, info->primaries, sizeof info->primaries);
     if (output->scope) shd_scope_describe(r, output, &out->image);
     out->layout = shd_pack_of(&out->image, output->format);
-    return SHD_OK;
+    return shd_codec_new(r, index, info, &out->image, &out->codec, error);
 }
 
 static bool go_on_baking(const void *context) {
@@ -386,10 +389,14 @@ shd_status shd_output_make(shd_rendering *r, const shd_film *film, size_t index,
     if (status != SHD_OK) return status;
 
     shd_bytes bytes;
-    status = shd_image_encode(&d.image, d.output->format, r->arena, &bytes, error);
+    shd_lost lost = {0};
+    if (d.codec)
+        status = shd_codec_encode(r, d.codec, &d.image, &bytes, &lost, error);
+    else
+        status = shd_image_encode(&d.image, d.output->format, r->arena, &bytes, error);
     shd_stage_end(r, &r->times.encode);
     if (status != SHD_OK) return status;
     shd_arena_return(r->arena, mark);
     *out = (shd_picture){d.output->name, d.output->format, bytes.data, bytes.size, false};
-    return SHD_OK;
+    return shd_codec_tell(r, index, &lost) ? SHD_OK : shd_rendering_full(r, "picture", error);
 }

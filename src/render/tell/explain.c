@@ -185,7 +185,7 @@ static json_t *tell_tiers(const shd_explained *e) {
 
 static json_t *tell_accuracy(const shd_accuracy *accuracy) {
     if (!accuracy->budget) return json_pack("{ss}", "tier", shd_asked_tier(accuracy));
-    return json_pack("{sf ss}", "maxError", accuracy->max_error, "metric",
+    return json_pack("{sf ss}", "maxError", accuracy->whole, "metric",
                      shd_metric_names[accuracy->metric]);
 }
 

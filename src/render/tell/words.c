@@ -38,7 +38,11 @@ static void say_tier(json_t *words, const shd_explained *e) {
     if (accuracy->budget)
         say_line(words, "Tier %s, with %s kernels: the cheapest one that stays within %.6g %s.",
                  tier, isa, accuracy->max_error, shd_metric_names[accuracy->metric]);
-    else if (plan->extended)
+    if (accuracy->budget && accuracy->max_error < accuracy->whole)
+        say_line(words, "The rest of the %.6g is for what the format loses, which is measured.",
+                 accuracy->whole);
+    if (accuracy->budget) return;
+    if (plan->extended)
         say_line(
             words,
             "Tier %s: the only one for models beside Phong's, lights with a shape, traced rays "

@@ -4,6 +4,7 @@
 #include <float.h>
 #include <string.h>
 
+#include "bound/shown/shown.h"
 #include "render/tiles/facets.h"
 #include "render/tiles/radiance.h"
 #include "render/tiles/traced.h"
@@ -28,6 +29,7 @@ typedef struct film_job {
     shd_film *film;
     uint8_t background[16 * SHD_TILE]; /* samples of a row through which nothing is seen */
     uint64_t background_clipped;       /* of a pixel's samples */
+    shd_pixel_bound bound;             /* if the film has a layer of it */
     pthread_mutex_t mutex;             /* guards the arena while threads run */
     film_scratch **slots;
     atomic_bool failed; /* memory ran out */
@@ -198,6 +200,32 @@ static inline void store_floats(const film_job *j, film_scratch *s, shd_tile til
     }
 }
 
+/* Rounded up: a bound that is told holds. */
+static float bound_of(const film_job *j, const film_scratch *s, size_t cell) {
+    const double rgb[3] = {(double)s->pixels[0][cell], (double)s->pixels[1][cell],
+                           (double)s->pixels[2][cell]};
+    double bound = shd_pixel_bound_at(&j->bound, rgb);
+    const double seen = shd_traced_seen(j->scenery.traced); /* 0: no rays are followed */
+    if (seen > 0 && s->tile && s->tile->stray)
+        bound = shd_smaller(bound, seen + (double)s->tile->stray[cell]);
+    const float told = (float)bound;
+    return (double)told < bound ? nextafterf(told, INFINITY) : told;
+}
+
+/* The beauty is in s->pixels. */
+static void store_bounds(const film_job *j, const film_scratch *s, const shd_fragments *f,
+                         shd_tile tile) {
+    bool hit[SHD_TILE_PIXELS] = {false};
+    for (size_t i = 0; i < f->count; i++) hit[f->cell[i]] = true;
+    const float nothing = nextafterf((float)j->bound.background, INFINITY);
+    for (int y = tile.y; y < tile.y + tile.h; y++)
+        for (int x = tile.x; x < tile.x + tile.w; x++) {
+            const size_t cell = place_in_scratch(x, y);
+            float *out = &j->film->bound[place_in_film(j, x, y)];
+            *out = hit[cell] ? bound_of(j, s, cell) : j->bound.background > 0 ? nothing : 0;
+        }
+}
+
 static void store_codes(const film_job *j, film_scratch *s, shd_tile tile, bool empty) {
     const shd_film *film = j->film;
     const size_t size = (size_t)film->layout.count * film->layout.bytes, width = (size_t)tile.w;
@@ -279,6 +307,7 @@ static void render_tile(void *context, size_t index, unsigned slot) {
                 store_floats(j, s, tile, j->film->planes[p], 3);
             else if (j->film->rgba)
                 store_floats(j, s, tile, j->film->rgba, 4);
+            if (!p && j->film->bound) store_bounds(j, s, f, tile);
         }
         shd_end(watch, &watch->times.shade);
         if (j->film->codes) store_codes(j, s, tile, false);
@@ -305,6 +334,7 @@ static void lay_out_film(size_t pixels, size_t plane_count, const bool *wants, s
     if (wants[SHD_LAYER_POSITION])
         film->position = shd_scratch_take(memory, pixels, 3 * sizeof(float));
     if (wants[SHD_LAYER_DEPTH]) film->depth = shd_scratch_take(memory, pixels, sizeof(float));
+    if (wants[SHD_LAYER_BOUND]) film->bound = shd_scratch_take(memory, pixels, sizeof(float));
     if (wants[SHD_LAYER_OBJECT]) film->object = shd_scratch_take(memory, pixels, sizeof(float));
 }
 
@@ -331,6 +361,7 @@ static bool make_film(film_job *j) {
     if (film->position) paint->fill(film->position, 3 * pixels, 0);
     if (film->depth) paint->fill(film->depth, pixels, INFINITY);
     if (film->object) paint->fill(film->object, pixels, -1);
+    if (film->bound && !shd_pixel_bound_make(plan, memory.arena, &j->bound)) return false;
     j->scenery.data = film->normal || film->position || film->depth || film->object;
     return true;
 }

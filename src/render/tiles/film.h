@@ -18,6 +18,7 @@ typedef struct shd_film {
     float *normal, *position; /* [height][width][3]; 0 if nothing is hit */
     float *depth;             /* [height][width]; infinity if nothing is hit */
     float *object;            /* [height][width]; -1 if nothing is hit */
+    float *bound;             /* [height][width]: of the pixel's linear error; NULL: not wanted */
     /* Set before rendering if colors go straight to codes: the opaque beauty is stored as `samples`
      * of `layout`, and no other part of the film is made. */
     const shd_color_codes *codes;

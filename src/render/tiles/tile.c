@@ -421,6 +421,7 @@ const shd_fragments *shd_tile_look(const shd_scenery *scenery, size_t index, shd
     const shd_record *known = scenery->recall.geometry;
     s->fragments.count = s->fragments.run_count = 0;
     s->whole = true;
+    if (s->stray) memset(s->stray, 0, SHD_TILE_PIXELS * sizeof *s->stray);
     s->tile = index;
     s->recalled = known ? shd_record_get(known, index) : NULL;
     /* The grid's whole cell, so that a region sees the same blocks as the whole picture. */

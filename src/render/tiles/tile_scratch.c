@@ -28,6 +28,8 @@ static void lay_out_chunk(const shd_plan *plan, shd_scratch *memory, shd_tile_sc
     s->outs = shd_scratch_take(memory, rows, sizeof *s->outs);
     if (plan->scene->transparent && plan->scene->trace.depth)
         s->alpha = shd_scratch_take(memory, length, sizeof *s->alpha);
+    if (plan->wants[SHD_LAYER_BOUND] && plan->scene->trace.depth)
+        s->stray = shd_scratch_take(memory, SHD_TILE_PIXELS, sizeof *s->stray);
     shd_hits_lay_out(plan, length, memory, &s->hits);
     shd_hits_lay_out(plan, length, memory, &s->sorted);
     if (plan->tier == SHD_EXACT) return;

@@ -49,6 +49,9 @@ typedef struct shd_tile_scratch {
     /* Of hits through which a transparent background may be seen: how much of a sample each one
      * covers. NULL: there are none. */
     float *alpha;
+    /* How far off the rays of each cell's samples are at most; infinite: one is lost. NULL: no rays
+     * are followed, or nobody wants to know. */
+    float *stray;
     double off;    /* the most that a sample's rays are off by (trace/bounce.h) */
     uint64_t lost; /* samples that do not count in it */
     double cut;    /* the most that a sample's rays left out (trace/bounce.h) */

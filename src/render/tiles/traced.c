@@ -126,6 +126,12 @@ static void find_shadow(const shd_scenery *scenery, const shd_surface *at, doubl
     for (int c = 0; c < 3; c++) out[c] = count ? sum[c] / (double)count : 1;
 }
 
+/* The most of a pixel's samples, rounded up. */
+static void note_stray(const shd_bounced *b, float *most) {
+    const float error = b->edge ? INFINITY : nextafterf((float)b->error, INFINITY);
+    if (!(error <= *most)) *most = error;
+}
+
 /* Follows the rays from hit i. */
 static void bounce_hit(const shd_scenery *scenery, const shd_surface *at, size_t i,
                        shd_tile_scratch *s) {
@@ -140,6 +146,7 @@ static void bounce_hit(const shd_scenery *scenery, const shd_surface *at, size_t
         s->lost++;
     else
         s->off = shd_larger(b.error, s->off);
+    if (s->stray) note_stray(&b, &s->stray[s->cell[i]]);
     if (s->alpha) s->alpha[i] = (float)b.alpha;
     for (size_t p = 0; p < plan->plane_count; p++)
         for (int c = 0; c < 3; c++) {

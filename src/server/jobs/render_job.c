@@ -165,6 +165,9 @@ static void add_making(shd_job *job) {
                  reused[shd_request_reused(job->request)]);
     shd_reply_header(reply, "Shaded-Plan", "%s", shd_request_plan(job->request));
 
+    const char *codec = shd_request_codec(job->request);
+    if (codec) shd_reply_header(reply, "Shaded-Codec", "%s", codec);
+
     uint64_t saturated = shd_request_saturated(job->request);
     if (saturated) {
         atomic_fetch_add(&metrics->saturated, saturated);
