@@ -99,8 +99,9 @@ static bool check_cell(const reading *a, size_t index, const shd_scene *scene) {
         detail = "a sheet has samples of 8 or 16 bits: it is png, jpeg, webp or tiff";
     } else if (shd_is_shared(&scene->accuracy)) {
         pointer = "/accuracy/maxError";
-        detail = "what a sheet or a turntable loses in JPEG or WebP is not measured: a budget wants "
-                 "another format";
+        detail =
+            "what a sheet or a turntable loses in JPEG or WebP is not measured: a budget wants "
+            "another format";
     } else if (scene->raster.w != sheet->cell_width || scene->raster.h != sheet->cell_height) {
         pointer = scene->raster.w != sheet->cell_width ? "/image/width" : "/image/height";
         detail = size;

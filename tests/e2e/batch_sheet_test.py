@@ -181,6 +181,9 @@ class SheetTest(unittest.TestCase):
         self.refused("/variants/1", "depth", variants=[{}, {"output": {"bitDepth": 16}}])
         self.refused("/variants/0", "16 bits", variants=[{"output": {"format": "exr"}}])
         self.refused("/variants/0", "one picture", variants=[{"outputs": [{"name": "a"}]}])
+        budget = {"accuracy": {"maxError": 4, "metric": "code"}}
+        self.refused("/variants/1", "budget", variants=[{}, budget], scene={**SCENE, "output": {"format": "jpeg"}})
+        self.assertEqual(self.sheet(variants=[{}, budget], sheet={}).status, 200)
 
     def test_mistakes_in_the_sheet_itself(self):
         self.refused("/sheet/colums", "columns", sheet={"colums": 2})
