@@ -58,12 +58,13 @@ def refused(job):
 
 
 class Daemon:
-    """`shaded` with one rendering thread, pinned with all its threads to one core."""
+    """`shaded` with one rendering thread, or more, pinned with all its threads to one core, or (None) to none."""
 
-    def __init__(self, core=FIRST):
-        command = [BUILD / "shaded", "--threads", "1", "--listen", "127.0.0.1:0", "--admin", "off",
+    def __init__(self, core=FIRST, threads=1):
+        command = [BUILD / "shaded", "--threads", threads, "--listen", "127.0.0.1:0", "--admin", "off",
                    "--log-requests", "off", "--response-cache", "0"]
-        self.process = subprocess.Popen(pinned(command, core), stderr=subprocess.PIPE, text=True,
+        command = [str(word) for word in command] if core is None else pinned(command, core)
+        self.process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True,
                                         env=clean_environment())
         for line in self.process.stderr:
             event = json.loads(line)
