@@ -20,6 +20,8 @@ export interface Picture {
     etag: string | null;
     /** The plan in a line: the tier, what is used, and bounds of the error. */
     plan: string | null;
+    /** Under a budget, what JPEG or WebP lose: the quality that was found, and its error. */
+    codec: string | null;
     timing: string | null;
     warnings: string | null;
 }

@@ -48,7 +48,7 @@ export class Shaded {
         if (answer.status === 304) return null;
         const of = name => answer.headers.get(name);
         return { blob: await answer.blob(), type: of("Content-Type"), etag: of("ETag"),
-                 plan: of("Shaded-Plan"), timing: of("Server-Timing"), warnings: of("Shaded-Warning") };
+                 plan: of("Shaded-Plan"), codec: of("Shaded-Codec"), timing: of("Server-Timing"), warnings: of("Shaded-Warning") };
     }
 
     async #tell(path, options) { return (await this.request(path, options)).json(); }

@@ -17,6 +17,6 @@ def between(one, other, metric):
     kind = "exr" if metric == "linear" else "png"
     a, b = (program.read(path.read_bytes(), kind)[0][..., :3] for path in (one, other))
     if metric == "deltaE2000":
-        a, b = (color.srgb_decode(picture / 65535) for picture in (a, b))
+        a, b = (color.lab(color.srgb_decode(picture / 65535)) for picture in (a, b))
         return float(color.delta_e_2000(a, b).max())
     return float(np.abs(a - b).max())

@@ -220,7 +220,7 @@ class Report:
         rows = []
         for e in self.result["budgets"]:
             exact = find(self.result["budgets"], metric=e["metric"], most=0)
-            rows.append((e["metric"], e["most"] or "exact tier", three(e["error"]),
+            rows.append((e["metric"], e["most"] or "exact tier", three(e["error"]) if e["error"] is not None else "not measured",
                          three(e["before_encoding"]),
                          three(exact["before_encoding"] / e["before_encoding"]), e["plan_line"]))
         return table(("metric", "budget", "measured", "ms before encoding", "times faster than exact",

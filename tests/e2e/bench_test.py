@@ -10,6 +10,7 @@ from pathlib import Path
 from daemon import BUILD, SOURCE, Daemon, environment
 
 sys.path.insert(0, str(SOURCE / "tests/bench"))
+import errors  # noqa: E402
 import report  # noqa: E402
 import scenes  # noqa: E402
 
@@ -80,6 +81,15 @@ class BenchTest(unittest.TestCase):
         one, other, same = (path.read_bytes() for path in paths)
         self.assertNotEqual(one, other)
         self.assertEqual(other, same)
+
+    def test_errors_are_in_their_metrics(self):
+        black, white = paths = [self.folder / name for name in ("black", "white")]
+        self.answers(run("library", ["1"], [
+            {"text": json.dumps({"objects": [], "background": value, "image": {"width": 2, "height": 2}, "output": {"bitDepth": 16}}),
+             "save": str(path)} for value, path in enumerate(paths)]))
+        self.assertEqual(errors.between(black, white, "code"), 65535)
+        self.assertAlmostEqual(errors.between(black, white, "deltaE2000"), 100, places=3)
+        self.assertEqual(errors.between(white, white, "deltaE2000"), 0)
 
     def test_the_pages_are_made_of_the_results(self):
         docs = SOURCE / "docs"
