@@ -185,12 +185,12 @@ static double rounding_of(const shd_plan *plan) {
 static double picture_error(const shd_plan *plan, bool estimated, const double *noise,
                             const shd_brought *beyond) {
     const shd_scene *scene = plan->scene;
-    const double rounding = rounding_of(plan), behind = shd_background_most(scene);
+    const double rounding = rounding_of(plan), behind = shd_background_most(plan);
     shd_brought all = {behind, rounding * behind};
     for (size_t i = 0; i < scene->object_count; i++)
         shd_add_beyond(plan, i, look_at(plan, i, estimated, noise, rounding), beyond, &all);
     const double error = divided_by_alpha(plan, all);
-    return error < 1e37 ? error : INFINITY;
+    return error < 1e37 && !plan->beyond ? error : INFINITY;
 }
 
 const char *shd_no_linear_bound(void) {
