@@ -205,6 +205,16 @@ static inline size_t shd_ray_channels(const shd_plan *plan) {
     return plan->tinted ? plan->bins->count : 3;
 }
 
+static inline bool shd_is_all(const double *values, size_t count, double value) {
+    for (size_t c = 0; c < count; c++)
+        if (values[c] != value) return false;
+    return true;
+}
+
+/* The mean of red, green and blue of white light of which such shares are left in the channels that
+ * rays carry. */
+double shd_mean_share(const shd_plan *plan, const double *share);
+
 /* Fills [bins->count] with what each bin adds to a light's color. */
 void shd_light_in_bins(const shd_plan *plan, const shd_light *light, double (*out)[3]);
 

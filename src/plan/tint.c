@@ -8,7 +8,8 @@
 static bool is_tinted(const shd_scene *scene) {
     for (size_t i = 0; i < scene->material_count; i++) {
         const shd_material *m = &scene->materials[i];
-        if (!shd_is_grey(m->opacity)) return true;
+        if (m->opacity_curve || !shd_is_grey(m->opacity)) return true;
+        if (scene->trace.depth && (m->reflection_curve || m->transmission_curve)) return true;
         if (scene->trace.depth && !(shd_is_grey(m->reflection) && shd_is_grey(m->transmission)))
             return true;
     }
@@ -26,7 +27,11 @@ bool shd_plan_tinted(shd_plan *plan, shd_arena *arena) {
     return true;
 }
 
-static void lift(const shd_bins *bins, const double rgb[3], double *out) {
+static void lift(const shd_bins *bins, const shd_curve *curve, const double rgb[3], double *out) {
+    if (curve) {
+        shd_bins_reflect(bins, curve, out);
+        return;
+    }
     if (!shd_is_grey(rgb)) {
         shd_bins_lift(bins, rgb, out);
         return;
@@ -46,9 +51,9 @@ bool shd_plan_tint(shd_plan *plan, double (*ambient)[3], shd_arena *arena,
     double reflectance[SHD_BINS_MOST];
     shd_tint *tint = shd_arena_alloc(arena, 1, sizeof *tint);
     if (!block || !tint || shd_is_cancelled(plan->cancelled)) return false;
-    lift(bins, from->opacity, block);
-    lift(bins, from->reflection, block + n);
-    lift(bins, from->transmission, block + 2 * n);
+    lift(bins, from->opacity_curve, from->opacity, block);
+    lift(bins, from->reflection_curve, from->reflection, block + n);
+    lift(bins, from->transmission_curve, from->transmission, block + 2 * n);
     if (from->emissive_curve)
         shd_bins_add_light(bins, from->emissive_curve, colors);
     else
@@ -94,6 +99,13 @@ void shd_light_in_bins(const shd_plan *plan, const shd_light *light, double (*ou
         shd_bins_add_light(plan->bins, light->color_curve, out);
     else
         shd_bins_add_lifted(plan->bins, light->color, out);
+}
+
+double shd_mean_share(const shd_plan *plan, const double *share) {
+    double rgb[3];
+    if (!plan->tinted) return (share[0] + share[1] + share[2]) / 3;
+    shd_bins_mix(plan->bins->count, share, (const double(*)[3])plan->bins->white, rgb);
+    return (rgb[0] + rgb[1] + rgb[2]) / 3;
 }
 
 double shd_most_in_bins(const shd_bins *bins, const double (*of)[3]) {

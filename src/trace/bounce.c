@@ -37,10 +37,9 @@ const bool *shd_bouncing_objects(const shd_plan *plan, shd_arena *arena) {
     const size_t count = plan->scene->object_count;
     bool *bounces = shd_arena_alloc(arena, count, sizeof *bounces);
     for (size_t i = 0; bounces && i < count; i++) {
-        const shd_material *m = material_of(plan, i);
-        bounces[i] = false;
-        for (int c = 0; c < 3; c++)
-            bounces[i] |= m->opacity[c] != 1 || m->reflection[c] != 0 || m->transmission[c] != 0;
+        const shd_coefficients k = shd_coefficients_of(plan, i);
+        bounces[i] = !(shd_is_all(k.opacity, k.count, 1) && shd_is_all(k.reflection, k.count, 0) &&
+                       shd_is_all(k.transmission, k.count, 0));
     }
     return bounces;
 }
@@ -141,7 +140,7 @@ static void go_on(path *p, const step *from, shd_vec3 ray, const facing *f, size
                     .straight = from->straight,
                     .stray = shd_stray_straight(hit)};
     shd_vec3 at = f->normal;
-    const bool any = !shd_is_black(m->transmission),
+    const bool any = !shd_is_all(k.transmission, k.count, 0),
                bends = any && find_refracted(ray, f, eta, &refracted.direction, &at);
     for (size_t c = 0; c < p->channels; c++) {
         const double solid = p->weight[c] * k.opacity[c];
@@ -172,20 +171,10 @@ static void add_local(path *p, size_t object, const double (*local)[3]) {
         if (weight[c] != 0) p->out.radiance[c] += weight[c] * k.opacity[c] * local[0][c];
 }
 
-/* How much of white light goes through, in the mean of red, green and blue. */
-static double mean_of(const path *p) {
-    const shd_bins *bins = p->b->plan->bins;
-    const double *weight = p->weight;
-    double rgb[3];
-    if (!p->b->plan->tinted) return (weight[0] + weight[1] + weight[2]) / 3;
-    shd_bins_mix(bins->count, weight, (const double(*)[3])bins->white, rgb);
-    return (rgb[0] + rgb[1] + rgb[2]) / 3;
-}
-
 static void add_background(path *p, const step *s) {
     const shd_plan *plan = p->b->plan;
     const shd_scene *scene = plan->scene;
-    if (scene->transparent && s->straight) p->through += mean_of(p);
+    if (scene->transparent && s->straight) p->through += shd_mean_share(plan, p->weight);
     if (plan->tinted) {
         double color[3];
         shd_bins_mix(p->channels, p->weight, plan->background, color);

@@ -178,8 +178,8 @@ const bool *shd_solid_objects(const shd_plan *plan, shd_arena *arena) {
     const size_t count = plan->scene->object_count;
     bool *solid = shd_arena_alloc(arena, count, sizeof *solid);
     for (size_t i = 0; solid && i < count; i++) {
-        const double *opacity = plan->materials[plan->objects[i].material].from->opacity;
-        solid[i] = opacity[0] == 1 && opacity[1] == 1 && opacity[2] == 1 &&
+        const shd_coefficients k = shd_coefficients_of(plan, i);
+        solid[i] = shd_is_all(k.opacity, k.count, 1) &&
                    !plan->scene->objects[i].emitter; /* its own light passes */
     }
     return solid;

@@ -165,8 +165,7 @@ static double divided_by_alpha(const shd_plan *plan, shd_brought all) {
     bool any = false;
     for (size_t i = 0; i < scene->object_count && scene->transparent; i++) {
         if (!shd_lets_through(plan, i)) continue;
-        const double *o = plan->materials[plan->objects[i].material].from->opacity,
-                     mean = (o[0] + o[1] + o[2]) / 3;
+        const double mean = shd_mean_share(plan, shd_coefficients_of(plan, i).opacity);
         if (mean > 0) least = shd_smaller(least, mean);
         any = true;
     }

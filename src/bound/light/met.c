@@ -105,8 +105,8 @@ static shd_brought meet_drifted(const shd_plan *plan, size_t index, const shd_ex
 }
 
 bool shd_lets_through(const shd_plan *plan, size_t object) {
-    const double *o = plan->materials[plan->objects[object].material].from->opacity;
-    return plan->scene->trace.depth && !(o[0] == 1 && o[1] == 1 && o[2] == 1);
+    const shd_coefficients k = shd_coefficients_of(plan, object);
+    return plan->scene->trace.depth && !shd_is_all(k.opacity, k.count, 1);
 }
 
 /* What of further rays a surface shows, at most. */
