@@ -213,12 +213,6 @@ static bool same_lobes(const shd_material *a, const shd_material *b) {
     return true;
 }
 
-static bool same_rays(const shd_material *a, const shd_material *b) {
-    return !memcmp(a->opacity, b->opacity, sizeof a->opacity) &&
-           !memcmp(a->reflection, b->reflection, sizeof a->reflection) &&
-           !memcmp(a->transmission, b->transmission, sizeof a->transmission);
-}
-
 /* Whether there are warnings already about a material that is like this one. */
 static bool is_warned(shd_reader *r, const shd_material *m) {
     for (size_t i = 0; i < r->warned_count; i++) {
@@ -226,7 +220,7 @@ static bool is_warned(shd_reader *r, const shd_material *m) {
         if (!memcmp(known->emissive, m->emissive, sizeof m->emissive) &&
             !memcmp(known->ambient, m->ambient, sizeof m->ambient) &&
             !memcmp(known->diffuse, m->diffuse, sizeof m->diffuse) && known->model == m->model &&
-            known->lobe_count == m->lobe_count && same_lobes(known, m) && same_rays(known, m))
+            known->lobe_count == m->lobe_count && same_lobes(known, m) && shd_same_rays(known, m))
             return true;
     }
     return false;

@@ -100,6 +100,12 @@ bool shd_is_rayed(const shd_material *m) {
     return !(is_usual(m->opacity, 1) && is_usual(m->reflection, 0) && is_usual(m->transmission, 0));
 }
 
+bool shd_same_rays(const shd_material *a, const shd_material *b) {
+    return !memcmp(a->opacity, b->opacity, sizeof a->opacity) &&
+           !memcmp(a->reflection, b->reflection, sizeof a->reflection) &&
+           !memcmp(a->transmission, b->transmission, sizeof a->transmission);
+}
+
 void shd_warn_of_trace(shd_reader *r, const shd_node *node, const shd_material *m) {
     double most = 0;
     for (int c = 0; c < 3; c++) most = shd_larger(m->reflection[c] + m->transmission[c], most);

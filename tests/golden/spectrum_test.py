@@ -324,6 +324,28 @@ class Pictures(unittest.TestCase):
         gone = {"diffuse": 0, "reflection": [0.2, 0.8, 0.5]}
         self.near(seen(gone, [], mirror, [0.2, 0.7, 0.4]), c.light([0.2, 0.7, 0.4]) @ (r * c.surface(gone["reflection"]) * r))
 
+    def test_spectra_of_mirrors_and_glass(self):
+        """A pane of one spectrum before a mirror of another, in which a lamp of a third is seen."""
+        for spectral, c in ((True, Channels()), ({"channels": 41, "from": 360, "to": 800}, Channels(41, 360, 800))):
+            for mirror in ({"spectrum": "TCS04", "scale": 0.9}, {"wavelengths": [555, 556], "values": [0.2, 0.8]}):
+                for opacity in (0, 0.25, BUMPS):
+                    pane = {"diffuse": 0, "ambient": 0, "opacity": opacity, "transmission": {"spectrum": "TCS10"}, "ior": 1}
+                    document = {**scene([], {}), "spectral": spectral, "trace": {"depth": 4, "minContribution": 0}, "objects": [
+                        {"type": "disc", "radius": 2, "transform": {"rotate": [90, 0, 0], "translate": [0, 0, 3]}, "material": pane},
+                        {"type": "disc", "radius": 2, "transform": {"rotate": [90, 45, 0]},
+                         "material": {"diffuse": 0, "ambient": 0, "reflection": mirror}},
+                        {"type": "disc", "radius": 3, "transform": {"rotate": [0, 0, 90], "translate": [9, 0, 0]},
+                         "material": {"diffuse": 0, "ambient": 0, "emissive": {"spectrum": "A"}}}]}
+                    o = c.surface(opacity) if opacity else 0
+                    wanted = c.light({"spectrum": "A"}) @ ((1 - o + o * c.surface({"spectrum": "TCS10"})) * c.surface(mirror))
+                    with self.subTest(mirror=mirror, opacity=opacity, spectral=spectral):
+                        shown = centre(document)
+                        self.near(shown, wanted)
+                        told = json.loads(program.ask("/v1/explain", {**document, "accuracy": {"tier": "exact"}}))
+                        bound = told["bound"]["linear"]["most"]
+                        self.assertLess(np.abs(shown - wanted).max(), bound)
+                        self.assertLess(bound, 1e-4)
+
     def panes(self, layers=None, **more):
         pane = {"type": "disc", "radius": 9, "material": {"opacity": [0.1, 0.5, 0.8], "ambient": 0, "diffuse": [0.3, 0.6, 0.2]}}
         up = {"rotate": [90, 0, 0]}
