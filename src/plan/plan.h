@@ -199,7 +199,13 @@ typedef struct shd_coefficients {
     const double *opacity, *reflection, *transmission; /* [count] */
 } shd_coefficients;
 
-shd_coefficients shd_coefficients_of(const shd_plan *plan, size_t object);
+static inline shd_coefficients shd_coefficients_of(const shd_plan *plan, size_t object) {
+    const shd_plan_material *m = &plan->materials[plan->objects[object].material];
+    if (!m->tint)
+        return (shd_coefficients){3, m->from->opacity, m->from->reflection, m->from->transmission};
+    return (shd_coefficients){plan->bins->count, m->tint->opacity, m->tint->reflection,
+                              m->tint->transmission};
+}
 
 static inline size_t shd_ray_channels(const shd_plan *plan) {
     return plan->tinted ? plan->bins->count : 3;

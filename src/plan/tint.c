@@ -79,14 +79,6 @@ bool shd_same_tint(const shd_plan_material *x, const shd_plan_material *y) {
     return !n || !memcmp(x->tint->opacity, y->tint->opacity, 9 * n * sizeof(double));
 }
 
-shd_coefficients shd_coefficients_of(const shd_plan *plan, size_t object) {
-    const shd_plan_material *m = &plan->materials[plan->objects[object].material];
-    if (!m->tint)
-        return (shd_coefficients){3, m->from->opacity, m->from->reflection, m->from->transmission};
-    return (shd_coefficients){plan->bins->count, m->tint->opacity, m->tint->reflection,
-                              m->tint->transmission};
-}
-
 void shd_light_in_bins(const shd_plan *plan, const shd_light *light, double (*out)[3]) {
     const size_t n = plan->bins->count;
     for (size_t j = 0; j < plan->light_count; j++)
