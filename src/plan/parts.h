@@ -40,6 +40,15 @@ bool shd_plan_light_bins(const shd_plan *plan, shd_plan_light *lights, size_t co
 bool shd_plan_material_bins(const shd_plan *plan, double (*ambient)[3], shd_arena *arena,
                             shd_plan_material *material);
 bool shd_plan_term_colors(shd_plan *plan, shd_arena *arena);
+/* Finds whether the plan is tinted; then each of its materials has a tint. */
+bool shd_plan_tinted(shd_plan *plan, shd_arena *arena);
+bool shd_plan_tint(shd_plan *plan, double (*ambient)[3], shd_arena *arena,
+                   shd_plan_material *material);
+
+bool shd_same_tint(const shd_plan_material *x, const shd_plan_material *y);
+
+/* The most that bins add to any channel, whatever of each of them arrives, up to all. */
+double shd_most_in_bins(const shd_bins *bins, const double (*of)[3]);
 
 /* Whether a spot's cone misses a sphere. `path` leads from the sphere's center to the light. */
 bool shd_outside_cone(const shd_plan_light *light, shd_vec3 path, double radius);

@@ -13,12 +13,13 @@ typedef struct brought {
     double by[3];
 } brought;
 
-static brought find_brought(const shd_material *m) {
+static brought find_brought(const shd_plan *plan, size_t object) {
+    const shd_coefficients k = shd_coefficients_of(plan, object);
     brought b = {{0, 0, 0}};
-    for (int c = 0; c < 3; c++) {
-        b.by[0] = shd_larger(m->opacity[c] * m->reflection[c], b.by[0]);
-        b.by[1] = shd_larger(m->opacity[c] * m->transmission[c], b.by[1]);
-        b.by[2] = shd_larger(1 - m->opacity[c], b.by[2]);
+    for (size_t c = 0; c < k.count; c++) {
+        b.by[0] = shd_larger(fabs(k.opacity[c] * k.reflection[c]), b.by[0]);
+        b.by[1] = shd_larger(fabs(k.opacity[c] * k.transmission[c]), b.by[1]);
+        b.by[2] = shd_larger(fabs(1 - k.opacity[c]), b.by[2]);
     }
     return b;
 }
@@ -57,7 +58,7 @@ shd_paths shd_find_paths(const shd_plan *plan) {
     brought all = {{0, 0, 0}};
     double most = 0, rays = 0;
     for (size_t i = 0; trace->depth && i < plan->scene->object_count; i++) {
-        const brought b = find_brought(plan->materials[plan->objects[i].material].from);
+        const brought b = find_brought(plan, i);
         paths.bouncing += kinds_of(&b) > 0;
         most = shd_larger(sum_of(&b), most);
         rays = shd_larger(kinds_of(&b), rays);
@@ -84,7 +85,7 @@ static double count_lights(const shd_plan *plan, size_t object) {
 
 double shd_traced_cost(const shd_plan *plan, const shd_paths *paths, size_t object) {
     if (!shd_is_traced(plan->scene)) return 0;
-    const brought b = find_brought(plan->materials[plan->objects[object].material].from);
+    const brought b = find_brought(plan, object);
     const double from = kinds_of(&b) ? paths->steps : 0;
     return RAY * (count_lights(plan, object) * (1 + from) + from);
 }

@@ -138,7 +138,8 @@ static bool make_materials(shd_plan *plan, const double ambient[3], double (*bin
     if (!materials) return false;
     for (size_t i = 0; i < scene->material_count; i++) {
         if (!plan_material(&scene->materials[i], ambient, arena, &materials[i]) ||
-            !shd_plan_material_bins(plan, bins, arena, &materials[i]))
+            !shd_plan_material_bins(plan, bins, arena, &materials[i]) ||
+            !shd_plan_tint(plan, bins, arena, &materials[i]))
             return false;
         if (materials[i].lobe_count > plan->max_lobes) plan->max_lobes = materials[i].lobe_count;
     }
@@ -156,7 +157,7 @@ bool shd_plan_draft(const shd_scene *scene, shd_isa isa, bool whole, const atomi
 
     double ambient[3], (*bins)[3];
     size_t count = 0;
-    if (!shd_plan_bins(plan, &bins, arena)) return false;
+    if (!shd_plan_bins(plan, &bins, arena) || !shd_plan_tinted(plan, arena)) return false;
     memcpy(ambient, scene->ambient, sizeof ambient);
     for (size_t i = 0; i < scene->light_count; i++) {
         const shd_light *light = &scene->lights[i];

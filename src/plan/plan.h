@@ -35,6 +35,13 @@ enum {
 
 typedef shd_lobe shd_plan_lobe;
 
+/* A material where rays carry bins (plan->tinted): [bins->count] each, and one block of 9 [count].
+ * Coefficients that are grey are the same in all bins. */
+typedef struct shd_tint {
+    const double *opacity, *reflection, *transmission;
+    const double (*emissive)[3], (*ambient)[3]; /* ke and ka Ia: what each bin adds to the color */
+} shd_tint;
+
 typedef struct shd_plan_material {
     double emissive[3];
     double ambient[3];  /* ka Ia */
@@ -53,6 +60,7 @@ typedef struct shd_plan_material {
     /* [(plan->bins->count + 2) / 3]: three bins each of a Cook-Torrance material's index, the last
      * one repeated; NULL: it is the same in a channel's bins. */
     const shd_fresnel *indices;
+    const shd_tint *tint; /* NULL: rays carry three channels */
 } shd_plan_material;
 
 /* An object as its lights see it. */
@@ -134,6 +142,11 @@ typedef struct shd_plan {
      * NULL for others. NULL: there is none, or it is not simulated yet. */
     const struct shd_westin *const *westin;
     const shd_bins *bins; /* the channels of spectral scenes; NULL: RGB */
+    /* Whether rays carry bins, because coefficients of a spectral scene's rays are colored. Others
+     * multiply all bins alike, and so a color. */
+    bool tinted;
+    bool beyond;                   /* tinted, and an opacity is below 0 or above 1 in some bin */
+    const double (*background)[3]; /* tinted: [bins->count], what each bin adds to the color */
     /* [scene->material_count][light_count][1 + max_lobes][3]: shd_term_color's, or NULL. */
     const double *term_colors;
     /* For people and the Shaded-Plan header: "tier=standard; lights=3/4; error<=2.1e-06 linear, 1
@@ -179,6 +192,37 @@ void shd_term_light(const shd_plan *plan, const shd_plan_material *material,
 /* The same sums of absolute values: no weights of 0 to 1 become more. */
 void shd_term_most(const shd_plan *plan, const shd_plan_material *material,
                    const shd_plan_light *light, size_t term, double out[3]);
+
+/* What a surface makes of rays, in the channels that they carry: red, green and blue, or bins. */
+typedef struct shd_coefficients {
+    size_t count;
+    const double *opacity, *reflection, *transmission; /* [count] */
+} shd_coefficients;
+
+static inline shd_coefficients shd_coefficients_of(const shd_plan *plan, size_t object) {
+    const shd_plan_material *m = &plan->materials[plan->objects[object].material];
+    if (!m->tint)
+        return (shd_coefficients){3, m->from->opacity, m->from->reflection, m->from->transmission};
+    return (shd_coefficients){plan->bins->count, m->tint->opacity, m->tint->reflection,
+                              m->tint->transmission};
+}
+
+static inline size_t shd_ray_channels(const shd_plan *plan) {
+    return plan->tinted ? plan->bins->count : 3;
+}
+
+static inline bool shd_is_all(const double *values, size_t count, double value) {
+    for (size_t c = 0; c < count; c++)
+        if (values[c] != value) return false;
+    return true;
+}
+
+/* The mean of red, green and blue of white light of which such shares are left in the channels that
+ * rays carry. */
+double shd_mean_share(const shd_plan *plan, const double *share);
+
+/* Fills [bins->count] with what each bin adds to a light's color. */
+void shd_light_in_bins(const shd_plan *plan, const shd_light *light, double (*out)[3]);
 
 enum { SHD_BOUND_TEXT = 32 };
 

@@ -204,6 +204,13 @@ static void put_curve(sink *s, const shd_curve *curve) {
     put_numbers(s, curve->values, curve->count);
 }
 
+/* Others keep their digest. */
+static void put_curve_of_rays(sink *s, const shd_curve *curve, size_t which) {
+    if (!curve) return;
+    put_count(s, SIZE_MAX - 2 - which);
+    put_curve(s, curve);
+}
+
 /* Without `spectral`, spectra are their RGB. */
 static void put_spectra(sink *s, const shd_scene *scene) {
     if (!scene->spectral.channels) return;
@@ -220,6 +227,9 @@ static void put_spectra(sink *s, const shd_scene *scene) {
         put_curve(s, m->emissive_curve);
         put_curve(s, m->ambient_curve);
         put_curve(s, m->diffuse_curve);
+        put_curve_of_rays(s, m->opacity_curve, 1);
+        put_curve_of_rays(s, m->reflection_curve, 2);
+        put_curve_of_rays(s, m->transmission_curve, 3);
         for (size_t k = 0; m->lobe_curves && k < m->lobe_count; k++)
             put_curve(s, m->lobe_curves[k]);
         if (m->model != SHD_MODEL_COOK_TORRANCE) continue;

@@ -72,13 +72,6 @@ static void check_formats(shd_reader *r) {
     }
 }
 
-static void warn_of_mirrors(shd_reader *r) {
-    if (r->scene->spectral.channels && r->scene->trace.depth)
-        shd_report_warning(
-            r->report, "/spectral",
-            "mirrors, glass and opacities multiply the RGB of light, not its channels");
-}
-
 static void read_document(shd_reader *r, json_t *tree) {
     /* Order: colors need both spaces; lights need the camera's frame; materials need to
      * know what is traced; objects need the materials and the interpolation; outputs need the
@@ -105,7 +98,6 @@ static void read_document(shd_reader *r, json_t *tree) {
     const shd_node root = {.value = tree};
     if (shd_read_fields(r, &root, fields, SHD_LENGTH(fields), 0, "the scene", r->scene))
         check_formats(r);
-    warn_of_mirrors(r);
     if (r->scene->outputs) shd_lay_over_matte(r->scene);
     shd_share_budget(r->scene);
 }

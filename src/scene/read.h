@@ -172,6 +172,8 @@ shd_field_read shd_read_bounced; /* double[3]: its reflection or transmission */
 
 /* Whether the material has what only rays show. */
 bool shd_is_rayed(const shd_material *material);
+/* Whether these colors are equal. */
+bool shd_same_rays(const shd_material *a, const shd_material *b);
 void shd_warn_of_trace(shd_reader *r, const shd_node *node, const shd_material *material);
 
 /* A transparent picture that all outputs lay over the same matte is one with that background. */

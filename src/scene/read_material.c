@@ -30,6 +30,7 @@ typedef struct raw_material {
     double opacity[3], reflection[3], transmission[3], ior;
     double alpha; /* of `diffuse`; negative: it has none */
     const shd_curve *emissive_curve, *ambient_curve, *diffuse_curve, *specular_curve;
+    const shd_curve *opacity_curve, *reflection_curve, *transmission_curve;
 } raw_material;
 
 /* ---- The library ---- */
@@ -179,9 +180,9 @@ static const shd_field material_fields[] = {
     {"fresnel", shd_read_fresnel, AT(fresnel), .kinds = FACETS},
     {"microgeometry", shd_read_microgeometry, AT(microgeometry), WESTIN, .mark = MICRO},
     {"side", shd_read_choice, AT(side), .choices = sides},
-    {"opacity", shd_read_opacity, AT(opacity), .mark = OPACITY},
-    {"reflection", shd_read_bounced, .offset = AT(reflection)},
-    {"transmission", shd_read_bounced, .offset = AT(transmission)},
+    {"opacity", shd_read_opacity, AT(opacity), .mark = OPACITY, .curve = AT(opacity_curve)},
+    {"reflection", shd_read_bounced, .offset = AT(reflection), .curve = AT(reflection_curve)},
+    {"transmission", shd_read_bounced, .offset = AT(transmission), .curve = AT(transmission_curve)},
     {"ior", shd_read_number, AT(ior), .range = &shd_positive},
 };
 
@@ -212,12 +213,6 @@ static bool same_lobes(const shd_material *a, const shd_material *b) {
     return true;
 }
 
-static bool same_rays(const shd_material *a, const shd_material *b) {
-    return !memcmp(a->opacity, b->opacity, sizeof a->opacity) &&
-           !memcmp(a->reflection, b->reflection, sizeof a->reflection) &&
-           !memcmp(a->transmission, b->transmission, sizeof a->transmission);
-}
-
 /* Whether there are warnings already about a material that is like this one. */
 static bool is_warned(shd_reader *r, const shd_material *m) {
     for (size_t i = 0; i < r->warned_count; i++) {
@@ -225,7 +220,7 @@ static bool is_warned(shd_reader *r, const shd_material *m) {
         if (!memcmp(known->emissive, m->emissive, sizeof m->emissive) &&
             !memcmp(known->ambient, m->ambient, sizeof m->ambient) &&
             !memcmp(known->diffuse, m->diffuse, sizeof m->diffuse) && known->model == m->model &&
-            known->lobe_count == m->lobe_count && same_lobes(known, m) && same_rays(known, m))
+            known->lobe_count == m->lobe_count && same_lobes(known, m) && shd_same_rays(known, m))
             return true;
     }
     return false;
@@ -284,6 +279,9 @@ static void make_material(shd_reader *r, const raw_material *raw, const char *na
                           .emissive_curve = raw->emissive_curve,
                           .ambient_curve = raw->ambient_curve,
                           .diffuse_curve = raw->diffuse_curve,
+                          .opacity_curve = raw->alpha < 0 ? raw->opacity_curve : NULL,
+                          .reflection_curve = raw->reflection_curve,
+                          .transmission_curve = raw->transmission_curve,
                           .lobe_curves = curves};
     for (int c = 0; c < 3; c++) out->opacity[c] = raw->alpha < 0 ? raw->opacity[c] : raw->alpha;
     memcpy(out->reflection, raw->reflection, sizeof out->reflection);
@@ -356,6 +354,7 @@ static void read_own_members(shd_reader *r, const shd_node *node, int kind, raw_
     *raw = default_material(r, (shd_model)kind);
     read_members(r, node, kind, raw);
     for (int c = 0; c < 3 && raw->alpha >= 0; c++) raw->opacity[c] = raw->alpha;
+    if (raw->alpha >= 0) raw->opacity_curve = NULL;
     raw->alpha = -1;
 }
 

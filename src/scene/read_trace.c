@@ -29,13 +29,34 @@ void shd_read_trace(shd_reader *r, const shd_node *node, void *out) {
 /* Rounding of color conversion. */
 static const double SLACK = 1e-6;
 
+/* NULL: it is none, or wrong. */
+static const shd_curve *read_curve(shd_reader *r, const shd_node *node, double most,
+                                   const char *expected, void *out) {
+    void *at = (char *)out - r->field->offset + r->field->curve;
+    const shd_curve **place = at;
+    *place = NULL;
+    if (!json_is_object(node->value)) return NULL;
+    shd_read_color_or_spectrum(r, node, out);
+    const shd_curve *curve = *place;
+    for (size_t i = 0; curve && i < curve->count; i++) {
+        const double value = curve->values[i] * curve->scale;
+        if (value <= most) continue;
+        shd_wrong(r, node, "must be %s at every wavelength, got %.9g", expected, value);
+        return NULL;
+    }
+    return curve;
+}
+
 /* Reads a coefficient that is from 0 to `most` in every channel, as it is given and in the working
- * space. A number is every channel's, in any working space. */
+ * space, or at every wavelength. A number is every channel's, in any working space. */
 static void read_share(shd_reader *r, const shd_node *node, double most, const char *expected,
                        double out[3]) {
     const size_t before = r->report->error_count;
     const bool grey = json_is_number(node->value);
     double rgb[3] = {0, 0, 0};
+    const shd_curve *curve = read_curve(r, node, most, expected, out);
+    /* Without `spectral`, it is its color. */
+    if (curve && r->scene->spectral.channels) return;
     for (size_t k = 0; k < (grey ? 1 : json_array_size(node->value)) && k < 3; k++) {
         const shd_node item = grey ? *node : shd_node_item(node, k);
         const double given = json_is_number(item.value) ? json_number_value(item.value) : 0;
@@ -44,6 +65,8 @@ static void read_share(shd_reader *r, const shd_node *node, double most, const c
     }
     if (grey)
         rgb[0] = rgb[1] = rgb[2] = json_number_value(node->value);
+    else if (json_is_object(node->value))
+        memcpy(rgb, out, sizeof rgb);
     else
         shd_read_color(r, node, rgb);
     if (r->report->error_count > before || isnan(rgb[0])) return;
@@ -73,7 +96,14 @@ static bool is_usual(const double rgb[3], double usual) {
 }
 
 bool shd_is_rayed(const shd_material *m) {
+    if (m->opacity_curve || m->reflection_curve || m->transmission_curve) return true;
     return !(is_usual(m->opacity, 1) && is_usual(m->reflection, 0) && is_usual(m->transmission, 0));
+}
+
+bool shd_same_rays(const shd_material *a, const shd_material *b) {
+    return !memcmp(a->opacity, b->opacity, sizeof a->opacity) &&
+           !memcmp(a->reflection, b->reflection, sizeof a->reflection) &&
+           !memcmp(a->transmission, b->transmission, sizeof a->transmission);
 }
 
 void shd_warn_of_trace(shd_reader *r, const shd_node *node, const shd_material *m) {

@@ -145,9 +145,10 @@ typedef struct shd_material {
     shd_fresnel fresnel;                    /* Cook-Torrance */
     const shd_microgeometry *microgeometry; /* Westin; else NULL */
     /* What counts only if the scene is traced. */
-    double opacity[3];                     /* 1 */
-    double reflection[3], transmission[3]; /* 0 */
-    double ior;                            /* of what is behind the surface; 1.5 */
+    double opacity[3];                                                      /* 1 */
+    double reflection[3], transmission[3];                                  /* 0 */
+    const shd_curve *opacity_curve, *reflection_curve, *transmission_curve; /* or NULL */
+    double ior; /* of what is behind the surface; 1.5 */
     /* What these colors are the RGB of; NULL: they are RGB. */
     const shd_curve *emissive_curve, *ambient_curve, *diffuse_curve;
     const shd_curve *const *lobe_curves; /* [lobe_count]: the same of lobes; NULL: all are RGB */

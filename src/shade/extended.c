@@ -161,15 +161,95 @@ void shd_color_extended(const shd_plan *plan, const shd_plan_light *light, const
     if (facets) add_facets(plan, light, at, share, sums);
 }
 
+/* ---- In bins. ---- */
+
+static void spread_facets(const shd_plan *plan, const shd_plan_light *light, const shd_surface *at,
+                          const shd_terms *terms, const double *share, double (*out)[3]) {
+    const shd_plan_material *m = at->material;
+    const size_t bins = plan->bins->count;
+    shd_surface here = *at;
+    double row[SHD_BRDF_ROWS];
+    for (size_t b = 0; b < bins && !shd_is_cancelled(plan->cancelled); b++) {
+        here.index = &m->indices[b / 3];
+        if (b % 3 == 0 && !shd_weigh_extended(plan, light, &here, row)) return;
+        for (size_t k = 1 + terms->first; k <= terms->end; k++) {
+            const double lit = row[3 * k + b % 3] * m->bins[k * bins + b] * share[b];
+            for (size_t c = 0; c < 3; c++) out[b][c] += lit * light->bins[b][c];
+        }
+    }
+}
+
+static void spread_term(const shd_plan *plan, const shd_plan_light *light,
+                        const shd_plan_material *m, size_t term, const double weights[3],
+                        const double *share, double (*out)[3]) {
+    const size_t bins = plan->bins->count;
+    double by[SHD_BINS_MOST];
+    const bool grey = weights[0] == weights[1] && weights[1] == weights[2];
+    if (!grey) shd_bins_lift(plan->bins, weights, by);
+    for (size_t b = 0; b < bins; b++) {
+        const double lit = (grey ? weights[0] : by[b]) * m->bins[term * bins + b] * share[b];
+        for (size_t c = 0; c < 3; c++) out[b][c] += lit * light->bins[b][c];
+    }
+}
+
+static void spread_light(const shd_plan *plan, const shd_plan_light *light, const shd_surface *at,
+                         const double *row, const shd_terms *terms, const double *share,
+                         double (*out)[3]) {
+    const shd_plan_material *m = at->material;
+    if (terms->diffuse) spread_term(plan, light, m, 0, row, share, out);
+    if (m->indices) {
+        if (terms->first < terms->end) spread_facets(plan, light, at, terms, share, out);
+        return;
+    }
+    for (size_t k = 1 + terms->first; k <= terms->end; k++)
+        spread_term(plan, light, m, k, row + 3 * k, share, out);
+}
+
+/* Finds a light's weights, and what arrives of each of `channels`. False: it adds nothing. */
+static bool reach_point(const shd_lighting *lighting, uint32_t index, const shd_surface *at,
+                        size_t channels, double row[SHD_BRDF_ROWS], double *share) {
+    const shd_plan_light *light = &lighting->plan->lights[index];
+    const shd_vec3 scaled = shd_scale(at->position, lighting->plan->scale);
+    if (shd_is_behind_face(&lighting->exact[index], scaled, at->normal)) return false;
+    if (!shd_weigh_extended(lighting->plan, light, at, row)) return false;
+    for (size_t c = 0; c < channels; c++) share[c] = 1;
+    if (lighting->shadows) lighting->shadows->share(lighting->shadows->context, light, at, share);
+    return true;
+}
+
+void shd_light_bins(const shd_lighting *lighting, uint32_t index, const shd_surface *at,
+                    const shd_terms *terms, double (*out)[3]) {
+    const shd_plan *plan = lighting->plan;
+    double row[SHD_BRDF_ROWS], share[SHD_BINS_MOST];
+    if (reach_point(lighting, index, at, plan->bins->count, row, share))
+        spread_light(plan, &plan->lights[index], at, row, terms, share, out);
+}
+
+/* The share differs by bins: each term's light goes through it before it becomes a color. */
+static void color_shared(const shd_plan *plan, const shd_plan_light *light, const shd_surface *at,
+                         const double *row, const double *share, double *sums) {
+    double spread[SHD_BINS_MOST][3];
+    for (size_t k = 0; k < 1 + at->material->lobe_count; k++) {
+        const shd_terms term = {k == 0, k ? k - 1 : 0, k};
+        double lit[3];
+        memset(spread, 0, plan->bins->count * sizeof *spread);
+        spread_light(plan, light, at, row, &term, share, spread);
+        shd_bins_mix(plan->bins->count, NULL, (const double(*)[3])spread, lit);
+        for (int c = 0; c < 3; c++) sums[3 * k + (size_t)c] += lit[c];
+    }
+}
+
 static void add_light(const shd_lighting *lighting, uint32_t index, const shd_surface *at,
                       double sums[SHD_BRDF_ROWS]) {
-    const shd_plan_light *light = &lighting->plan->lights[index];
-    double row[SHD_BRDF_ROWS], share[3] = {1, 1, 1};
-    const shd_vec3 scaled = shd_scale(at->position, lighting->plan->scale);
-    if (shd_is_behind_face(&lighting->exact[index], scaled, at->normal)) return;
-    if (!shd_weigh_extended(lighting->plan, light, at, row)) return;
-    if (lighting->shadows) lighting->shadows->share(lighting->shadows->context, light, at, share);
-    shd_color_extended(lighting->plan, light, at, row, share, sums);
+    const shd_plan *plan = lighting->plan;
+    const shd_plan_light *light = &plan->lights[index];
+    double row[SHD_BRDF_ROWS], share[SHD_BINS_MOST];
+    const bool tinted = plan->tinted && lighting->shadows;
+    if (!reach_point(lighting, index, at, tinted ? plan->bins->count : 3, row, share)) return;
+    if (tinted)
+        color_shared(plan, light, at, row, share, sums);
+    else
+        shd_color_extended(plan, light, at, row, share, sums);
 }
 
 void shd_add_extended(const shd_lighting *lighting, const shd_plan_material *material,

@@ -56,11 +56,18 @@ typedef struct shd_surface {
 /* What tells how much of a light arrives at a point. */
 typedef struct shd_shadows {
     const void *context;
-    /* Writes the share of each channel. Only called if the light would reach the point. Any thread.
+    /* Writes the share of each channel that rays carry (shd_ray_channels). Only called if the light
+     * would reach the point. Any thread.
      */
     void (*share)(const void *context, const shd_plan_light *light, const shd_surface *at,
-                  double out[3]);
+                  double *out);
 } shd_shadows;
+
+/* Which terms of a material: the diffuse one, and lobes first .. end - 1 of shd_plan_material. */
+typedef struct shd_terms {
+    bool diffuse;
+    size_t first, end;
+} shd_terms;
 
 /* The plan's lights and lobes in the form that kernels read. */
 typedef struct shd_lighting shd_lighting;
@@ -93,3 +100,8 @@ void shd_light_sums64(const shd_lighting *lighting, const shd_plan_material *mat
 void shd_light_again(const shd_lighting *lighting, const shd_plan_material *material,
                      const uint32_t *which, size_t n, const shd_points64 *points,
                      const uint32_t *at, float *const diffuse[3], float *const *specular);
+
+/* In a spectral scene, adds what light `index` of the plan's does on the terms at a point, as what
+ * each bin adds to the color: [bins->count], which sum up to the color. */
+void shd_light_bins(const shd_lighting *lighting, uint32_t index, const shd_surface *at,
+                    const shd_terms *terms, double (*out)[3]);

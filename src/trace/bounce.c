@@ -10,15 +10,19 @@ enum { DEPTH = 16, WAITING = 2 * DEPTH + 4 };
 /* A ray that is still to be followed. */
 typedef struct step {
     shd_ray ray;
-    double weight[3]; /* the product of coefficients so far */
-    int depth;        /* steps, this one among them */
-    bool straight;    /* it goes on from the eye */
+    int depth;     /* steps, this one among them */
+    bool straight; /* it goes on from the eye */
     shd_stray_ray stray;
 } step;
 
 typedef struct path {
     const shd_bouncing *b;
     void *scratch;
+    size_t channels;
+    double *weight; /* [channels]: of the step in hand: the product of coefficients */
+    double *mirrored, *refracted, *behind; /* [channels]: the same of rays that go on from it */
+    double (*local)[3];                    /* [channels]; but for bins, the first is all */
+    double *weights;                       /* [WAITING][channels] */
     step waiting[WAITING];
     int waits;
     double through; /* the mean share of a transparent background */
@@ -33,10 +37,9 @@ const bool *shd_bouncing_objects(const shd_plan *plan, shd_arena *arena) {
     const size_t count = plan->scene->object_count;
     bool *bounces = shd_arena_alloc(arena, count, sizeof *bounces);
     for (size_t i = 0; bounces && i < count; i++) {
-        const shd_material *m = material_of(plan, i);
-        bounces[i] = false;
-        for (int c = 0; c < 3; c++)
-            bounces[i] |= m->opacity[c] != 1 || m->reflection[c] != 0 || m->transmission[c] != 0;
+        const shd_coefficients k = shd_coefficients_of(plan, i);
+        bounces[i] = !(shd_is_all(k.opacity, k.count, 1) && shd_is_all(k.reflection, k.count, 0) &&
+                       shd_is_all(k.transmission, k.count, 0));
     }
     return bounces;
 }
@@ -88,8 +91,10 @@ static bool find_refracted(shd_vec3 ray, const facing *f, double eta, shd_vec3 *
 
 /* ---- Steps. ---- */
 
-static double most_of(const double weight[3]) {
-    return shd_larger(weight[0], shd_larger(weight[1], weight[2]));
+static double most_of(const path *p, const double *weight) {
+    double most = 0;
+    for (size_t c = 0; c < p->channels; c++) most = shd_larger(fabs(weight[c]), most);
+    return most;
 }
 
 /* Products of coefficients that are equal to minContribution but for their rounding are not below
@@ -100,7 +105,7 @@ static const double ABOUT_ONE = 1 - 1e-14;
 /* A ray that goes on. */
 typedef struct going {
     shd_vec3 direction;
-    double weight[3];
+    const double *weight; /* [channels] */
     bool straight;
     shd_stray_ray stray;
 } going;
@@ -108,17 +113,17 @@ typedef struct going {
 /* Puts a ray off until later, unless it adds nothing or too little. */
 static void add_step(path *p, const step *from, const going *g) {
     const shd_trace *trace = &p->b->plan->scene->trace;
-    const double most = most_of(g->weight);
+    const double most = most_of(p, g->weight);
     if (!(most > 0)) return;
     if (from->depth >= trace->depth || most < ABOUT_ONE * trace->min_contribution) {
         p->out.cut += most;
         return;
     }
+    memcpy(p->weights + (size_t)p->waits * p->channels, g->weight, p->channels * sizeof *g->weight);
     step *next = &p->waiting[p->waits++];
     *next = (step){
         .ray = from->ray, .depth = from->depth + 1, .straight = g->straight, .stray = g->stray};
     next->ray.direction = g->direction;
-    memcpy(next->weight, g->weight, sizeof next->weight);
 }
 
 /* Adds the rays that go on from a surface. `from` has its place, and the share of what is seen
@@ -127,16 +132,21 @@ static void go_on(path *p, const step *from, shd_vec3 ray, const facing *f, size
                   shd_stray_hit *hit) {
     const shd_material *m = material_of(p->b->plan, object);
     const double eta = f->inside ? m->ior : 1 / m->ior;
-    going mirrored = {.direction = find_mirrored(ray, f)}, refracted = {.direction = ray},
-          behind = {.direction = ray, .straight = from->straight, .stray = shd_stray_straight(hit)};
+    const shd_coefficients k = shd_coefficients_of(p->b->plan, object);
+    going mirrored = {.direction = find_mirrored(ray, f), .weight = p->mirrored},
+          refracted = {.direction = ray, .weight = p->refracted},
+          behind = {.direction = ray,
+                    .weight = p->behind,
+                    .straight = from->straight,
+                    .stray = shd_stray_straight(hit)};
     shd_vec3 at = f->normal;
-    const bool any = !shd_is_black(m->transmission),
+    const bool any = !shd_is_all(k.transmission, k.count, 0),
                bends = any && find_refracted(ray, f, eta, &refracted.direction, &at);
-    for (int c = 0; c < 3; c++) {
-        const double solid = from->weight[c] * m->opacity[c];
-        mirrored.weight[c] = solid * (m->reflection[c] + (bends ? 0 : m->transmission[c]));
-        refracted.weight[c] = bends ? solid * m->transmission[c] : 0;
-        behind.weight[c] = from->weight[c] * (1 - m->opacity[c]);
+    for (size_t c = 0; c < p->channels; c++) {
+        const double solid = p->weight[c] * k.opacity[c];
+        p->mirrored[c] = solid * (k.reflection[c] + (bends ? 0 : k.transmission[c]));
+        p->refracted[c] = bends ? solid * k.transmission[c] : 0;
+        p->behind[c] = p->weight[c] * (1 - k.opacity[c]);
     }
     const double in = fabs(shd_dot(ray, at));
     if (any) hit->ray.lost |= shd_stray_turns(hit, eta, in);
@@ -150,17 +160,28 @@ static void go_on(path *p, const step *from, shd_vec3 ray, const facing *f, size
 }
 
 /* What is seen at a hit, but for what lies beyond. */
-static void add_local(path *p, const double weight[3], size_t object, const double local[3]) {
-    const shd_material *m = material_of(p->b->plan, object);
-    for (int c = 0; c < 3; c++)
-        if (weight[c] != 0) p->out.radiance[c] += weight[c] * m->opacity[c] * local[c];
+static void add_local(path *p, size_t object, const double (*local)[3]) {
+    const shd_coefficients k = shd_coefficients_of(p->b->plan, object);
+    const double *weight = p->weight;
+    for (size_t b = 0; p->b->plan->tinted && b < p->channels; b++) {
+        const double by = weight[b] * k.opacity[b];
+        for (int c = 0; c < 3; c++) p->out.radiance[c] += by * local[b][c];
+    }
+    for (int c = 0; !p->b->plan->tinted && c < 3; c++)
+        if (weight[c] != 0) p->out.radiance[c] += weight[c] * k.opacity[c] * local[0][c];
 }
 
 static void add_background(path *p, const step *s) {
-    const shd_scene *scene = p->b->plan->scene;
-    if (scene->transparent && s->straight)
-        p->through += (s->weight[0] + s->weight[1] + s->weight[2]) / 3;
-    for (int c = 0; c < 3; c++) p->out.radiance[c] += s->weight[c] * scene->background[c];
+    const shd_plan *plan = p->b->plan;
+    const shd_scene *scene = plan->scene;
+    if (scene->transparent && s->straight) p->through += shd_mean_share(plan, p->weight);
+    if (plan->tinted) {
+        double color[3];
+        shd_bins_mix(p->channels, p->weight, plan->background, color);
+        for (int c = 0; c < 3; c++) p->out.radiance[c] += color[c];
+        return;
+    }
+    for (int c = 0; c < 3; c++) p->out.radiance[c] += p->weight[c] * scene->background[c];
 }
 
 static void follow_step(path *p, step *s) {
@@ -187,38 +208,57 @@ static void follow_step(path *p, step *s) {
                            .object = met.object,
                            .triangle = met.triangle};
     surface.mirror = mirror(ray, surface.normal);
-    double local[3];
-    b->local.light(b->local.context, p->scratch, &surface, &met, local);
+    b->local.light(b->local.context, p->scratch, &surface, &met, p->local);
     p->out.edge |= hit.ray.lost;
     if (!hit.ray.lost)
-        p->out.error += most_of(s->weight) * shd_stray_error(b->strays, &hit, met.object,
-                                                             shd_dot(surface.normal, surface.view));
-    add_local(p, s->weight, met.object, local);
+        p->out.error +=
+            most_of(p, p->weight) *
+            shd_stray_error(b->strays, &hit, met.object, shd_dot(surface.normal, surface.view));
+    add_local(p, met.object, (const double(*)[3])p->local);
     if (!b->bounces[met.object]) return;
     s->ray = (shd_ray){at.position, ray, INFINITY, {(int32_t)met.object, met.triangle, at.own}};
     const facing f = face_ray(ray, at.own, at.normal);
     go_on(p, s, ray, &f, met.object, &hit);
 }
 
-shd_bounced shd_bounce(const shd_bouncing *b, void *scratch, const shd_surface *at,
-                       const double local[3]) {
+/* Beside what waits: the weights of a step and of what goes on from it, and local light. */
+enum { ROWS = WAITING + 4 + 3 };
+
+size_t shd_bounce_room(const shd_plan *plan) {
+    return ROWS * shd_ray_channels(plan);
+}
+
+static void share_room(path *p, double *room) {
+    const size_t n = p->channels = shd_ray_channels(p->b->plan);
+    p->local = (double(*)[3])(void *)room;
+    p->weight = room + 3 * n;
+    p->mirrored = p->weight + n;
+    p->refracted = p->mirrored + n;
+    p->behind = p->refracted + n;
+    p->weights = p->behind + n;
+    for (size_t c = 0; c < n; c++) p->weight[c] = 1;
+}
+
+shd_bounced shd_bounce(const shd_bouncing *b, void *scratch, double *room, const shd_surface *at,
+                       const double (*local)[3]) {
     path p = {.b = b, .scratch = scratch};
+    share_room(&p, room);
     const shd_vec3 ray = shd_scale(at->view, -1),
                    own = shd_outward_normal(b->caster, at->object, at->triangle, at->position,
                                             at->normal);
     const step first = {
         .ray = {at->position, ray, INFINITY, {(int32_t)at->object, at->triangle, own}},
-        .weight = {1, 1, 1},
         .straight = true,
         .stray = {0, 16 * 0x1p-53, false}};
     const facing f = face_ray(ray, own, at->normal);
-    add_local(&p, first.weight, at->object, local);
+    add_local(&p, at->object, local);
     const double away = shd_length(shd_sub(at->position, b->plan->scene->camera.position));
     shd_stray_hit hit =
         shd_stray_meet(b->strays, &first.stray, away, at->object, fabs(shd_dot(ray, own)));
     go_on(&p, &first, ray, &f, at->object, &hit);
     while (p.waits && !shd_is_cancelled(b->plan->cancelled)) {
         step next = p.waiting[--p.waits];
+        memcpy(p.weight, p.weights + (size_t)p.waits * p.channels, p.channels * sizeof *p.weight);
         follow_step(&p, &next);
     }
     p.out.alpha = 1 - p.through;

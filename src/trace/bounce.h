@@ -14,6 +14,9 @@
  * product of coefficients is below `minContribution` in its largest channel. Both add nothing:
  * what is cut is counted.
  *
+ * Channels are those of shd_ray_channels. In a tinted plan they are bins, and the color at the eye
+ * is the sum of what each bin adds to it.
+ *
  * Each ray also knows how far it is off: see stray.h. */
 #pragma once
 
@@ -23,11 +26,12 @@
 #include "shade/lighting.h"
 #include "sight/ray.h"
 
-/* Writes the radiance of the local model at a point, where `meeting` was met. */
+/* Writes the radiance of the local model at a point, where `meeting` was met: out[0], or in a
+ * tinted plan [bins->count], what each bin adds to it. */
 typedef struct shd_local_light {
     const void *context;
     void (*light)(const void *context, void *scratch, const shd_surface *at,
-                  const shd_meeting *meeting, double out[3]);
+                  const shd_meeting *meeting, double (*out)[3]);
 } shd_local_light;
 
 typedef struct shd_bouncing {
@@ -51,7 +55,10 @@ typedef struct shd_bounced {
 /* [object]. NULL: the arena is full. */
 const bool *shd_bouncing_objects(const shd_plan *plan, shd_arena *arena);
 
-/* Follows the rays from what the eye sees at a point, whose local radiance is known. `scratch` is
- * for the local model. Any thread. */
-shd_bounced shd_bounce(const shd_bouncing *bouncing, void *scratch, const shd_surface *at,
-                       const double local[3]);
+/* The doubles of memory that paths take. */
+size_t shd_bounce_room(const shd_plan *plan);
+
+/* Follows the rays from what the eye sees at a point, whose local radiance is known, as
+ * shd_local_light has it. `scratch` is for the local model, `room` for paths. Any thread. */
+shd_bounced shd_bounce(const shd_bouncing *bouncing, void *scratch, double *room,
+                       const shd_surface *at, const double (*local)[3]);

@@ -8,6 +8,7 @@ enum { MOST_CROSSED = 4096 };
 typedef struct shadow_map {
     const shd_plan *plan;
     const shd_caster *caster;
+    size_t channels;
     const bool *solid; /* [object] */
     shd_occlusion occlusion;
     int samples;
@@ -22,14 +23,18 @@ typedef struct in_the_way {
     const struct shd_light *shape; /* the light's, or NULL */
 } in_the_way;
 
-static bool dim(const shd_plan *plan, size_t object, double share[3]) {
-    const double *opacity = plan->materials[plan->objects[object].material].from->opacity;
-    for (int c = 0; c < 3; c++) share[c] *= 1 - opacity[c];
-    return share[0] > 0 || share[1] > 0 || share[2] > 0;
+static bool dim(const shd_plan *plan, size_t object, double *share) {
+    const shd_coefficients k = shd_coefficients_of(plan, object);
+    bool any = false;
+    for (size_t c = 0; c < k.count; c++) {
+        share[c] *= 1 - k.opacity[c];
+        any |= share[c] != 0;
+    }
+    return any;
 }
 
 /* Multiplies the share by what the surfaces on the way leave. */
-static void follow_ray(const shadow_map *map, shd_ray ray, in_the_way way, double share[3]) {
+static void follow_ray(const shadow_map *map, shd_ray ray, in_the_way way, double *share) {
     for (int crossed = 0; crossed < MOST_CROSSED; crossed++) {
         shd_meeting m;
         if (shd_is_cancelled_at(map->plan->cancelled, (size_t)crossed)) return;
@@ -37,7 +42,7 @@ static void follow_ray(const shadow_map *map, shd_ray ray, in_the_way way, doubl
         const struct shd_light *emitter = map->plan->scene->objects[m.object].emitter;
         const bool itself = emitter && emitter == way.shape;
         if (map->solid[m.object] || (!itself && !dim(map->plan, m.object, share))) {
-            memset(share, 0, 3 * sizeof *share);
+            memset(share, 0, map->channels * sizeof *share);
             return;
         }
         const shd_met_at place = shd_met_place(map->caster, &m);
@@ -57,8 +62,8 @@ static shd_vec3 own_normal(const shadow_map *map, const shd_surface *at) {
 
 /* The share of light that comes along `toward` from the distance `far`. */
 static void find_share(const shadow_map *map, const shd_surface *at, shd_vec3 own, shd_vec3 toward,
-                       double far, in_the_way way, double share[3]) {
-    for (int c = 0; c < 3; c++) share[c] = 1;
+                       double far, in_the_way way, double *share) {
+    for (size_t c = 0; c < map->channels; c++) share[c] = 1;
     if (!(shd_dot(own, toward) > 0) && !dim(map->plan, at->object, share)) return;
     const shd_ray ray = {at->position, toward, far, {(int32_t)at->object, at->triangle, own}};
     follow_ray(map, ray, way, share);
@@ -116,11 +121,12 @@ static double way_to_sphere(const struct shd_light *light, const double uv[2], s
 }
 
 static void find_mean(const shadow_map *map, const struct shd_light *light, const shd_surface *at,
-                      shd_vec3 own, in_the_way way, double out[3]) {
-    double all = 0, sum[3] = {0, 0, 0};
+                      shd_vec3 own, in_the_way way, double *out) {
+    double all = 0, sum[SHD_BINS_MOST], share[SHD_BINS_MOST];
+    memset(sum, 0, map->channels * sizeof *sum);
     for (int i = 0; i < map->samples; i++) {
         shd_vec3 toward = {0, 0, 0};
-        double far = 0, share[3], weight;
+        double far = 0, weight;
         if (shd_is_cancelled_at(map->plan->cancelled, (size_t)i)) break;
         weight = light->type == SHD_LIGHT_SPHERE
                      ? way_to_sphere(light, map->pattern[i], at->position, &toward, &far)
@@ -129,19 +135,19 @@ static void find_mean(const shadow_map *map, const struct shd_light *light, cons
         if (!(weight > 0)) continue;
         find_share(map, at, own, toward, far, way, share);
         all += weight;
-        for (int c = 0; c < 3; c++) sum[c] += weight * share[c];
+        for (size_t c = 0; c < map->channels; c++) sum[c] += weight * share[c];
     }
-    for (int c = 0; c < 3; c++) out[c] = all > 0 ? sum[c] / all : 1;
+    for (size_t c = 0; c < map->channels; c++) out[c] = all > 0 ? sum[c] / all : 1;
 }
 
 /* ---- The hook. ---- */
 
 static void share_light(const void *context, const shd_plan_light *light, const shd_surface *at,
-                        double out[3]) {
+                        double *out) {
     const shadow_map *map = context;
     const shd_plan *plan = map->plan;
     in_the_way way = {NULL, 0, light->shape};
-    for (int c = 0; c < 3; c++) out[c] = 1;
+    for (size_t c = 0; c < map->channels; c++) out[c] = 1;
     const shd_vec3 own = own_normal(map, at);
     if (map->occlusion.pairs) {
         const size_t j = (size_t)(light - plan->lights);
@@ -172,8 +178,8 @@ const bool *shd_solid_objects(const shd_plan *plan, shd_arena *arena) {
     const size_t count = plan->scene->object_count;
     bool *solid = shd_arena_alloc(arena, count, sizeof *solid);
     for (size_t i = 0; solid && i < count; i++) {
-        const double *opacity = plan->materials[plan->objects[i].material].from->opacity;
-        solid[i] = opacity[0] == 1 && opacity[1] == 1 && opacity[2] == 1 &&
+        const shd_coefficients k = shd_coefficients_of(plan, i);
+        solid[i] = shd_is_all(k.opacity, k.count, 1) &&
                    !plan->scene->objects[i].emitter; /* its own light passes */
     }
     return solid;
@@ -186,6 +192,7 @@ bool shd_shadows_make(const shd_plan *plan, const shd_caster *caster, shd_arena 
     if (!map) return false;
     *map = (shadow_map){.plan = plan,
                         .caster = caster,
+                        .channels = shd_ray_channels(plan),
                         .solid = shd_solid_objects(plan, arena),
                         .samples = samples,
                         .pattern = shd_arena_alloc(arena, (size_t)samples, sizeof *map->pattern)};

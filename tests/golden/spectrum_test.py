@@ -298,6 +298,97 @@ class Pictures(unittest.TestCase):
             plain, wide = (centre(scene([lamp], material, workingSpace=space)) for space in ("lin_rec709", "ACEScg"))
             self.near(plain, wide, 3e-6)
 
+    def test_mirrors_and_glass_are_in_bins(self):
+        """The eye looks down on a colored mirror at 45 degrees, which shows a lit wall, or a lamp; and through panes."""
+        c, sun = Channels(), {**SUN, "direction": [1, 0, 0], "color": {"spectrum": "F11"}}
+        mirror = {"diffuse": 0, "ambient": 0, "reflection": [0.9, 0.3, 0.1]}
+        tilted = {"rotate": [90, 45, 0]}  # normal (1, 0, 1) / sqrt(2)
+        far = {"rotate": [0, 0, 90], "translate": [9, 0, 0]}  # normal (-1, 0, 0)
+
+        def seen(wall, lights, mirrors, background=None, **more):
+            return centre({**scene(lights, {}), "trace": {"depth": 4, "minContribution": 0}, "background": background,
+                           "objects": [{"type": "disc", "radius": 2, "transform": tilted, "material": mirrors},
+                                       {"type": "disc", "radius": 3, "transform": far, "material": {"ambient": 0, **wall}}],
+                           **more})
+
+        r, lamp = c.surface(mirror["reflection"]), c.light({"spectrum": "F11"})
+        paint, f2 = c.surface(BUMPS), c.light({"spectrum": "F2"})
+        shines = {"diffuse": 0, "emissive": {"spectrum": "F2"}}
+        self.near(seen(shines, [], mirror), f2 @ r)
+        self.near(seen({"diffuse": BUMPS}, [sun], mirror), lamp @ (r * paint))
+        # Without bins the product would be another color, by far more than what is asked for.
+        self.assertGreater(np.abs(lamp @ (r * paint) - (lamp @ paint) * mirror["reflection"]).max(), 0.01)
+        # Straight through, and by a mirror in a mirror: the background is lifted as light.
+        self.near(seen(shines, [], {**mirror, "transmission": [0, 0.4, 0.5], "ior": 1}, [0.2, 0.7, 0.4]),
+                  f2 @ r + c.light([0.2, 0.7, 0.4]) @ c.surface([0, 0.4, 0.5]))
+        gone = {"diffuse": 0, "reflection": [0.2, 0.8, 0.5]}
+        self.near(seen(gone, [], mirror, [0.2, 0.7, 0.4]), c.light([0.2, 0.7, 0.4]) @ (r * c.surface(gone["reflection"]) * r))
+
+    def test_spectra_of_mirrors_and_glass(self):
+        """A pane of one spectrum before a mirror of another, in which a lamp of a third is seen."""
+        for spectral, c in ((True, Channels()), ({"channels": 41, "from": 360, "to": 800}, Channels(41, 360, 800))):
+            for mirror in ({"spectrum": "TCS04", "scale": 0.9}, {"wavelengths": [555, 556], "values": [0.2, 0.8]}):
+                for opacity in (0, 0.25, BUMPS):
+                    pane = {"diffuse": 0, "ambient": 0, "opacity": opacity, "transmission": {"spectrum": "TCS10"}, "ior": 1}
+                    document = {**scene([], {}), "spectral": spectral, "trace": {"depth": 4, "minContribution": 0}, "objects": [
+                        {"type": "disc", "radius": 2, "transform": {"rotate": [90, 0, 0], "translate": [0, 0, 3]}, "material": pane},
+                        {"type": "disc", "radius": 2, "transform": {"rotate": [90, 45, 0]},
+                         "material": {"diffuse": 0, "ambient": 0, "reflection": mirror}},
+                        {"type": "disc", "radius": 3, "transform": {"rotate": [0, 0, 90], "translate": [9, 0, 0]},
+                         "material": {"diffuse": 0, "ambient": 0, "emissive": {"spectrum": "A"}}}]}
+                    o = c.surface(opacity) if opacity else 0
+                    wanted = c.light({"spectrum": "A"}) @ ((1 - o + o * c.surface({"spectrum": "TCS10"})) * c.surface(mirror))
+                    with self.subTest(mirror=mirror, opacity=opacity, spectral=spectral):
+                        shown = centre(document)
+                        self.near(shown, wanted)
+                        told = json.loads(program.ask("/v1/explain", {**document, "accuracy": {"tier": "exact"}}))
+                        bound = told["bound"]["linear"]["most"]
+                        self.assertLess(np.abs(shown - wanted).max(), bound)
+                        self.assertLess(bound, 1e-4)
+
+    def panes(self, layers=None, **more):
+        pane = {"type": "disc", "radius": 9, "material": {"opacity": [0.1, 0.5, 0.8], "ambient": 0, "diffuse": [0.3, 0.6, 0.2]}}
+        up = {"rotate": [90, 0, 0]}
+        document = {**scene([{**SUN, "color": {"spectrum": "A"}}], {}), "trace": {"depth": 4, "shadows": True},
+                    "objects": [{**pane, "transform": {**up, "translate": [0, 0, 1]}},
+                                {**pane, "transform": {**up, "translate": [0, 0, 2]}},
+                                {**WALL, "material": {"ambient": 0, "diffuse": {"spectrum": "TCS03"}}}], **more}
+        return program.linear(document, layers=layers)
+
+    def test_opacity_and_shadows_are_in_bins(self):
+        """Two panes before a wall: light goes through them on its way there, and again to the eye."""
+        c = Channels()
+        o, paint, wall = c.surface([0.1, 0.5, 0.8]), c.surface([0.3, 0.6, 0.2]), c.surface({"spectrum": "TCS03"})
+        lamp, through = c.light({"spectrum": "A"}), 1 - c.surface([0.1, 0.5, 0.8])
+        first, second = o * paint, through * o * paint * through
+        beyond = second + through ** 4 * wall
+        shown = self.panes(layers=["beauty", "diffuse", "light.0", "bounce", "shadow"])
+        self.near(program.rgb(shown)[1, 1], lamp @ (first + beyond))
+
+        def layer(name):
+            return np.array([shown[f"{name}.{channel}"][1, 1] for channel in "RGB"])
+
+        self.near(layer("diffuse"), lamp @ first)
+        self.near(layer("light.0"), lamp @ first)
+        self.near(layer("bounce"), lamp @ beyond)
+        self.near(layer("shadow"), [1, 1, 1])
+        aside = {"type": "disc", "radius": 1, "material": {"opacity": [0.1, 0.5, 0.8]},
+                 "transform": {"rotate": [90, 0, 0], "translate": [3, 0, 3]}}
+        for lamp_of in (SUN, {"type": "point", "position": [6, 0, 6], "attenuation": [0, 0, 1]}):
+            for trace in ({"shadows": True}, {"shadows": True, "depth": 1}):
+                document = {**scene([{**lamp_of, "direction": [-1, 0, -1], "color": {"spectrum": "A"}}
+                                     if lamp_of is SUN else {**lamp_of, "color": {"spectrum": "A"}}], {}), "trace": trace,
+                            "objects": [aside, {**WALL, "material": {"ambient": 0, "diffuse": {"spectrum": "TCS03"}}}]}
+                fall = 1 if lamp_of is SUN else 1 / 72
+                shown = program.linear(document, layers=["beauty", "shadow"])
+                self.near(program.rgb(shown)[1, 1], np.sqrt(0.5) * fall * lamp @ (through * wall))
+                self.near([shown[f"shadow.{channel}"][1, 1] for channel in "RGB"], [0.9, 0.5, 0.2])
+
+    def test_a_pane_alone_has_the_alpha_of_its_colors(self):
+        shown = program.linear({**scene([], {}), "trace": {"depth": 2}, "background": None,
+                                "objects": [{**WALL, "material": {"opacity": [0.1, 0.5, 0.8]}}]})
+        self.near(shown["A"][1, 1], 1.4 / 3)
+
     def test_without_spectral_a_spectrum_is_its_color(self):
         many = Channels(350)
         for given in (BUMPS, {"spectrum": "TCS12"}, {"wavelengths": [1], "values": [0.5]}):

@@ -3,7 +3,10 @@
 #include "unit/scene_support.h"
 
 #define SURFACE(members) OBJECT("'type': 'sphere', 'material': {" members "}")
-#define BUMPS            "{'wavelengths': [400, 500, 600], 'values': [0.25, 0.5, 0.125]}"
+#define RAYS(members)                                                                              \
+    "{'spectral': true, 'trace': {'depth': 1}, 'objects': [{'type': 'sphere', 'material': "        \
+    "{" members "}}]}"
+#define BUMPS "{'wavelengths': [400, 500, 600], 'values': [0.25, 0.5, 0.125]}"
 
 static void spectra_are_kept_beside_their_colors(void **state) {
     (void)state;
@@ -89,6 +92,12 @@ static void mistakes_are_named(void **state) {
          "/objects/0/material/diffuse/values/0", "0 to 1e30"},
         {LIGHT("'type': 'point', 'color': {'wavelengths': [300, 310], 'values': [1, 0]}"),
          "/lights/0/color", "nothing of this light is visible"},
+        {SURFACE("'reflection': {'spectrum': 'D65'}"), "/objects/0/material/reflection",
+         "is an illuminant"},
+        {SURFACE("'opacity': {'wavelengths': [500, 600], 'values': [0.5, 0.75], 'scale': 2}"),
+         "/objects/0/material/opacity", "from 0 to 1 at every wavelength, got 1.5"},
+        {SURFACE("'opacity': {'spectrum': 'TCS01'}, 'diffuse': [1, 1, 1, 0.5]"),
+         "/objects/0/material", "either `opacity` or a fourth component"},
         {WITH("'background': {'spectrum': 'A'}"), "/background/spectrum", "space"},
     };
     for (size_t i = 0; i + 1 < sizeof cases / sizeof cases[0]; i++) assert_refused(&cases[i], 1);
@@ -119,9 +128,15 @@ static void digests_see_spectra(void **state) {
         ", 'ambient': 0}}]}",
         "{'spectral': true, 'objects': [{'type': 'sphere', 'material': {'diffuse': {'spectrum': "
         "'TCS01'}}}]}",
-        "{'objects': [{'type': 'sphere', 'material': {'diffuse': {'spectrum': 'TCS01'}}}]}"};
-    char digests[9][33], again[33];
-    for (size_t i = 0; i < 9; i++) {
+        "{'objects': [{'type': 'sphere', 'material': {'diffuse': {'spectrum': 'TCS01'}}}]}",
+        RAYS("'opacity': {'spectrum': 'TCS02'}"),
+        RAYS("'reflection': {'spectrum': 'TCS02'}"),
+        RAYS("'transmission': {'spectrum': 'TCS02'}"),
+        RAYS("'reflection': {'spectrum': 'TCS02', 'scale': 0.5}"),
+        RAYS("'reflection': 0.5")};
+    enum { COUNT = sizeof other / sizeof *other };
+    char digests[COUNT][33], again[33];
+    for (size_t i = 0; i < COUNT; i++) {
         digest_of(other[i], digests[i]);
         for (size_t j = 0; j < i; j++) assert_string_not_equal(digests[i], digests[j]);
     }

@@ -4,6 +4,17 @@ double shd_shape_distance(const shd_place *place, const shd_light *shape) {
     return shd_larger(shd_least_distance(place, shape->position) - shd_light_reach(shape), 0);
 }
 
+double shd_tinted_most(const shd_plan *plan, const shd_plan_material *material,
+                       const shd_light *emitter) {
+    double color[SHD_BINS_MOST][3];
+    const double most = shd_most_in_bins(plan->bins, material->tint->emissive) +
+                        shd_most_in_bins(plan->bins, material->tint->ambient);
+    if (!emitter) return most;
+    shd_light_in_bins(plan, emitter, color);
+    const double shines = shd_most_in_bins(plan->bins, (const double(*)[3])color);
+    return shd_larger(most, shines * (SHD_PI / shd_light_area(emitter)));
+}
+
 /* Adds the most of one light on one term to each channel. */
 static void add_term(const shd_plan *plan, const shd_plan_material *m, const shd_plan_light *light,
                      size_t term, const shd_place *place, double most[3]) {
@@ -31,6 +42,7 @@ static double brightest_of(const shd_plan *plan, size_t index) {
     for (int c = 0; c < 3; c++) most[c] = fabs(m->emissive[c]) + fabs(m->ambient[c]);
     for (int c = 0; emitter && c < 3; c++) /* a mirror may see the side that the eye does not */
         most[c] = shd_larger(most[c], fabs(emitter->color[c]) * (SHD_PI / shd_light_area(emitter)));
+    if (plan->tinted) most[0] = most[1] = most[2] = shd_tinted_most(plan, m, emitter);
     for (size_t j = 0; j < bounds->light_count; j++) {
         if (shd_is_cancelled_at(plan->cancelled, j)) break;
         for (size_t t = 0; t < 1 + m->lobe_count; t++)
@@ -49,12 +61,13 @@ double shd_brightest(const shd_plan *plan) {
         behind = shd_larger(behind, fabs(scene->background[c]));
     for (size_t i = 0; i < scene->object_count; i++) {
         if (shd_is_cancelled_at(plan->cancelled, i)) break;
-        const shd_material *m = plan->materials[plan->objects[i].material].from;
+        const shd_coefficients k = shd_coefficients_of(plan, i);
         local = shd_larger(local, brightest_of(plan, i));
-        for (int c = 0; c < 3 && scene->trace.depth; c++)
-            on = shd_larger(on, m->reflection[c] + m->transmission[c]);
+        for (size_t c = 0; c < k.count && scene->trace.depth; c++)
+            on = shd_larger(on, fabs(k.reflection[c]) + fabs(k.transmission[c]));
     }
-    if (!(on < 1)) return local > 0 || behind > 0 ? INFINITY : 0;
+    if (plan->tinted) behind = shd_most_in_bins(plan->bins, plan->background);
+    if (!(on < 1) || plan->beyond) return local > 0 || behind > 0 ? INFINITY : 0;
     const double most = shd_larger(local / (1 - on), behind);
     return most < 1e37 ? most : INFINITY;
 }

@@ -87,10 +87,12 @@ static optics find_optics(const shd_plan *plan) {
         const shd_material *m = material_of(plan, i);
         const shd_place place = shd_place_of(&scene->objects[i], &plan->objects[i]);
         const double bend = shd_misplaced_of(scene, &place).bend;
-        const bool refracts = !shd_is_black(m->transmission);
+        const shd_coefficients k = shd_coefficients_of(plan, i);
+        const bool refracts = !shd_is_all(k.transmission, k.count, 0);
         if (shd_is_cancelled_at(plan->cancelled, i)) break;
         out.met = shd_larger(out.met, bend);
-        if (refracts || !shd_is_black(m->reflection)) out.left = shd_larger(out.left, bend);
+        if (refracts || !shd_is_all(k.reflection, k.count, 0))
+            out.left = shd_larger(out.left, bend);
         if (!refracts) continue;
         out.glass = shd_larger(out.glass, shd_larger(m->ior, 1 / m->ior));
         out.sheet |= !plan->objects[i].bounded;

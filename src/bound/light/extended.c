@@ -165,8 +165,7 @@ static double divided_by_alpha(const shd_plan *plan, shd_brought all) {
     bool any = false;
     for (size_t i = 0; i < scene->object_count && scene->transparent; i++) {
         if (!shd_lets_through(plan, i)) continue;
-        const double *o = plan->materials[plan->objects[i].material].from->opacity,
-                     mean = (o[0] + o[1] + o[2]) / 3;
+        const double mean = shd_mean_share(plan, shd_coefficients_of(plan, i).opacity);
         if (mean > 0) least = shd_smaller(least, mean);
         any = true;
     }
@@ -185,12 +184,12 @@ static double rounding_of(const shd_plan *plan) {
 static double picture_error(const shd_plan *plan, bool estimated, const double *noise,
                             const shd_brought *beyond) {
     const shd_scene *scene = plan->scene;
-    const double rounding = rounding_of(plan), behind = shd_background_most(scene);
+    const double rounding = rounding_of(plan), behind = shd_background_most(plan);
     shd_brought all = {behind, rounding * behind};
     for (size_t i = 0; i < scene->object_count; i++)
         shd_add_beyond(plan, i, look_at(plan, i, estimated, noise, rounding), beyond, &all);
     const double error = divided_by_alpha(plan, all);
-    return error < 1e37 ? error : INFINITY;
+    return error < 1e37 && !plan->beyond ? error : INFINITY;
 }
 
 const char *shd_no_linear_bound(void) {

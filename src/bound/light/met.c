@@ -105,15 +105,16 @@ static shd_brought meet_drifted(const shd_plan *plan, size_t index, const shd_ex
 }
 
 bool shd_lets_through(const shd_plan *plan, size_t object) {
-    const double *o = plan->materials[plan->objects[object].material].from->opacity;
-    return plan->scene->trace.depth && !(o[0] == 1 && o[1] == 1 && o[2] == 1);
+    const shd_coefficients k = shd_coefficients_of(plan, object);
+    return plan->scene->trace.depth && !shd_is_all(k.opacity, k.count, 1);
 }
 
 /* What of further rays a surface shows, at most. */
 static double sends_on(const shd_plan *plan, size_t object) {
-    const shd_material *m = plan->materials[plan->objects[object].material].from;
+    const shd_coefficients k = shd_coefficients_of(plan, object);
     double most = 0;
-    for (int c = 0; c < 3; c++) most = shd_larger(most, m->reflection[c] + m->transmission[c]);
+    for (size_t c = 0; c < k.count; c++)
+        most = shd_larger(most, fabs(k.reflection[c]) + fabs(k.transmission[c]));
     return plan->scene->trace.depth ? most : 0;
 }
 
@@ -129,8 +130,10 @@ void shd_add_beyond(const shd_plan *plan, size_t object, shd_brought local,
     out->error = shd_larger(out->error, beyond->error);
 }
 
-double shd_background_most(const shd_scene *scene) {
+double shd_background_most(const shd_plan *plan) {
+    const shd_scene *scene = plan->scene;
     double most = 0;
+    if (plan->tinted) return shd_most_in_bins(plan->bins, plan->background);
     for (int c = 0; c < 3 && !scene->transparent; c++)
         most = shd_larger(most, fabs(scene->background[c]));
     return most;
@@ -139,7 +142,7 @@ double shd_background_most(const shd_scene *scene) {
 /* Where drifts are not known, rays may have met anything else. */
 shd_brought shd_find_beyond(const shd_plan *plan, double rounding, bool estimated) {
     const shd_scene *scene = plan->scene;
-    const double behind = shd_background_most(scene);
+    const double behind = shd_background_most(plan);
     const shd_extent extent = shd_extent_of(plan);
     shd_brought beyond = {0, 0};
     bool bends = false;

@@ -4,7 +4,9 @@
 #include "bound/light/drift.h"
 #include "plan/paths.h"
 
-/* The most that rays bring, in any channel, and how far off that is. */
+/* The most that rays bring, in any channel, and how far off that is. In a tinted plan both are of
+ * what bins add up to, each by its absolute value, so that no shares of bins up to 1 make it more.
+ */
 typedef struct shd_brought {
     double most, error;
 } shd_brought;
@@ -21,8 +23,9 @@ void shd_add_beyond(const shd_plan *plan, size_t object, shd_brought local,
 /* Whether rays go straight on through the object. */
 bool shd_lets_through(const shd_plan *plan, size_t object);
 
-/* The largest component of the background; 0: there is none. */
-double shd_background_most(const shd_scene *scene);
+/* The largest component of the background, in a tinted plan of any share of its bins; 0: there is
+ * none. */
+double shd_background_most(const shd_plan *plan);
 
 /* Fills what tracing needs to know of each object to add up its errors: [object_count]. */
 void shd_fill_strays(const shd_plan *plan, double rounding, shd_strays *out);

@@ -12,6 +12,7 @@ void shd_begin_errors(shd_lit_errors *f, const shd_object *object) {
         f->most[c] = fabs(m->emissive[c]) + fabs(m->ambient[c]);
         /* A mirror may see the side that the eye does not. */
         if (emitter) f->most[c] = shd_larger(f->most[c], shines * fabs(emitter->color[c]));
+        if (f->plan->tinted) f->most[c] = shd_tinted_most(f->plan, m, emitter);
     }
 }
 
@@ -32,7 +33,8 @@ static product product_of(const shd_plan *plan, const shd_plan_material *m,
     const double *sum = shd_term_color(plan, m, light, term, scratch);
     shd_term_most(plan, m, light, term, most);
     for (int c = 0; c < 3; c++) {
-        p.most[c] = term && m->model == SHD_MODEL_COOK_TORRANCE ? most[c] : fabs(sum[c]);
+        const bool apart = plan->tinted || (term && m->model == SHD_MODEL_COOK_TORRANCE);
+        p.most[c] = apart ? most[c] : fabs(sum[c]);
         p.error[c] = SUM * most[c];
     }
     return p;
@@ -109,7 +111,10 @@ void shd_add_noise(shd_lit_errors *f, const shd_piece *piece, const shd_plan_lig
         if (!shd_piece_lit(f->plan->scene, piece, light, least, &lit)) return;
         light_of_one = lit.factor_high * lit.facing_high;
     }
-    for (int c = 0; c < 3; c++) f->error[c] += 4 * *f->noise * light_of_one * fabs(light->color[c]);
+    const bool tinted = f->plan->tinted;
+    const double most = tinted ? shd_most_in_bins(f->plan->bins, light->bins) : 0;
+    for (int c = 0; c < 3; c++)
+        f->error[c] += 4 * *f->noise * light_of_one * (tinted ? most : fabs(light->color[c]));
 }
 
 /* A light that is a point, on all terms. */

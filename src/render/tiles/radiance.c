@@ -2,19 +2,12 @@
 
 #include <string.h>
 
-/* What of a material a plane shows. */
-typedef struct part {
-    double constant[3];
-    bool diffuse;
-    size_t first, end; /* lobes, in shd_plan_material.lobes */
-} part;
-
 static bool counts(const shd_lobe *lobe) {
     return lobe->specular[0] != 0 || lobe->specular[1] != 0 || lobe->specular[2] != 0;
 }
 
 /* Where lobe `index` of the scene's material is among those that are not black. */
-static void find_lobe(const shd_plan_material *material, size_t index, part *p) {
+static void find_lobe(const shd_plan_material *material, size_t index, shd_terms *p) {
     const shd_material *from = material->from;
     p->first = 0;
     for (size_t k = 0; k < from->lobe_count && k < index; k++) p->first += counts(&from->lobes[k]);
@@ -22,29 +15,31 @@ static void find_lobe(const shd_plan_material *material, size_t index, part *p) 
     if (index < from->lobe_count) p->end += counts(&from->lobes[index]);
 }
 
-static part part_of(const shd_plan *plan, const shd_plan_material *material, size_t plane) {
+shd_part shd_part_of(const shd_plan *plan, const shd_plan_material *material, size_t plane) {
     const shd_layer_kind kind = plan->planes[plane].kind;
     const bool beauty = kind == SHD_LAYER_BEAUTY, light = kind == SHD_LAYER_LIGHT;
-    part p = {.diffuse = (beauty || light || kind == SHD_LAYER_DIFFUSE) && material->has_diffuse};
-    if (beauty || light || kind == SHD_LAYER_SPECULAR) p.end = material->lobe_count;
-    if (kind == SHD_LAYER_LOBE) find_lobe(material, plan->planes[plane].light, &p);
+    shd_part p = {.emissive = beauty || kind == SHD_LAYER_EMISSIVE,
+                  .ambient = beauty || kind == SHD_LAYER_AMBIENT};
+    p.terms.diffuse = (beauty || light || kind == SHD_LAYER_DIFFUSE) && material->has_diffuse;
+    if (beauty || light || kind == SHD_LAYER_SPECULAR) p.terms.end = material->lobe_count;
+    if (kind == SHD_LAYER_LOBE) find_lobe(material, plan->planes[plane].light, &p.terms);
     for (int c = 0; c < 3; c++) {
-        if (beauty || kind == SHD_LAYER_EMISSIVE) p.constant[c] += material->emissive[c];
-        if (beauty || kind == SHD_LAYER_AMBIENT) p.constant[c] += material->ambient[c];
+        if (p.emissive) p.constant[c] += material->emissive[c];
+        if (p.ambient) p.constant[c] += material->ambient[c];
     }
     return p;
 }
 
 size_t shd_plane_terms(const shd_plan *plan, const shd_plan_material *material, size_t plane,
                        float constant[3], shd_paint_term *terms, size_t *term_of) {
-    const part p = part_of(plan, material, plane);
+    const shd_part p = shd_part_of(plan, material, plane);
     size_t count = 0;
     for (int c = 0; c < 3; c++) constant[c] = (float)p.constant[c];
-    if (p.diffuse) {
+    if (p.terms.diffuse) {
         for (int c = 0; c < 3; c++) terms[count].color[c] = (float)material->diffuse[c];
         term_of[count++] = 0;
     }
-    for (size_t k = p.first; k < p.end; k++) {
+    for (size_t k = p.terms.first; k < p.terms.end; k++) {
         for (int c = 0; c < 3; c++) terms[count].color[c] = (float)material->lobes[k].specular[c];
         term_of[count++] = 1 + k;
     }
@@ -59,13 +54,13 @@ static void add_exact(const double color[3], bool grey, double *const *sums, siz
 
 void shd_mix_exact(const shd_plan *plan, const shd_plan_material *material, size_t plane,
                    double *const *sums, size_t count, float *const out[3]) {
-    const part p = part_of(plan, material, plane);
+    const shd_part p = shd_part_of(plan, material, plane);
     const bool grey = plan->grey_lights;
     for (size_t i = 0; i < count; i++) {
         double radiance[3];
         memcpy(radiance, p.constant, sizeof radiance);
-        if (p.diffuse) add_exact(material->diffuse, grey, sums, i, radiance);
-        for (size_t k = p.first; k < p.end; k++)
+        if (p.terms.diffuse) add_exact(material->diffuse, grey, sums, i, radiance);
+        for (size_t k = p.terms.first; k < p.terms.end; k++)
             add_exact(material->lobes[k].specular, grey, sums + 3 * (1 + k), i, radiance);
         for (int c = 0; c < 3; c++) out[c][i] = (float)radiance[c];
     }

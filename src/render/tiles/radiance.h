@@ -3,6 +3,16 @@
 
 #include "plan/plan.h"
 #include "render/tiles/paint.h"
+#include "shade/lighting.h"
+
+/* What of a material a plane shows. */
+typedef struct shd_part {
+    bool emissive, ambient;
+    double constant[3]; /* of these two */
+    shd_terms terms;
+} shd_part;
+
+shd_part shd_part_of(const shd_plan *plan, const shd_plan_material *material, size_t plane);
 
 /* The terms of a plane's radiance: what is constant, and the colors that multiply sums of light.
  * `terms` has room for 1 + plan->max_lobes, and its sums are left to the caller. term_of[k] is the

@@ -1,5 +1,7 @@
 #include "render/tiles/tile_scratch.h"
 
+#include "trace/bounce.h"
+
 /* A chunk's pixels are a multiple of it: so many rays of the same sample are cast faster. */
 enum { BESIDE = 64 };
 
@@ -28,6 +30,8 @@ static void lay_out_chunk(const shd_plan *plan, shd_scratch *memory, shd_tile_sc
     s->outs = shd_scratch_take(memory, rows, sizeof *s->outs);
     if (plan->scene->transparent && plan->scene->trace.depth)
         s->alpha = shd_scratch_take(memory, length, sizeof *s->alpha);
+    if (plan->scene->trace.depth)
+        s->room = shd_scratch_take(memory, shd_bounce_room(plan), sizeof *s->room);
     if (plan->wants[SHD_LAYER_BOUND] && plan->scene->trace.depth)
         s->stray = shd_scratch_take(memory, SHD_TILE_PIXELS, sizeof *s->stray);
     shd_hits_lay_out(plan, length, memory, &s->hits);

@@ -55,6 +55,7 @@ typedef struct shd_tile_scratch {
     double off;    /* the most that a sample's rays are off by (trace/bounce.h) */
     uint64_t lost; /* samples that do not count in it */
     double cut;    /* the most that a sample's rays left out (trace/bounce.h) */
+    double *room;  /* for paths (shd_bounce); NULL: none are followed */
     uint64_t rays; /* that were followed beyond the eye's, but for those to lights */
 
     /* Their means. */

@@ -1,7 +1,10 @@
 #include "render/tiles/traced.h"
 
+#include <string.h>
+
 #include "bound/light/extended.h"
 #include "render/tiles/radiance.h"
+#include "render/tiles/tinted.h"
 #include "shade/exact.h"
 #include "trace/bounce.h"
 #include "trace/shadows.h"
@@ -28,15 +31,20 @@ static void light_facets(const shd_scenery *scenery, const shd_facets *facets,
 
 /* The radiance of a light's visible shape. Its material has that of the side that the camera sees,
  * and a mirror may see the other one. */
+static bool shines_at(const shd_light *light, const shd_surface *at) {
+    return light->type == SHD_LIGHT_SPHERE || shd_dot(at->view, light->direction) > 0;
+}
+
 static void light_emitter(const shd_light *light, const shd_surface *at, double out[3]) {
-    const bool shines = light->type == SHD_LIGHT_SPHERE || shd_dot(at->view, light->direction) > 0;
+    const bool shines = shines_at(light, at);
     for (int c = 0; c < 3; c++)
         out[c] = shines ? light->color[c] * (SHD_PI / shd_light_area(light)) : 0;
 }
 
 static void light_point(const void *context, void *scratch, const shd_surface *at,
-                        const shd_meeting *met, double out[3]) {
+                        const shd_meeting *met, double (*into)[3]) {
     const shd_scenery *scenery = context;
+    double *out = *into;
     shd_tile_scratch *s = scratch;
     const shd_facets *facets = shd_sight_facets(scenery->sight, at->object);
     const shd_light *emitter = scenery->plan->scene->objects[at->object].emitter;
@@ -63,6 +71,29 @@ static void light_point(const void *context, void *scratch, const shd_surface *a
     for (int c = 0; c < 3; c++) out[c] = (double)mixed[c];
 }
 
+/* The same in bins. What is kept of faceted objects is a color, which is lifted as light. */
+static void light_tinted(const void *context, void *scratch, const shd_surface *at,
+                         const shd_meeting *met, double (*out)[3]) {
+    const shd_scenery *scenery = context;
+    const shd_plan *plan = scenery->plan;
+    const shd_light *emitter = plan->scene->objects[at->object].emitter;
+    const shd_facets *facets = shd_sight_facets(scenery->sight, at->object);
+    (void)scratch;
+    memset(out, 0, plan->bins->count * sizeof *out);
+    if (emitter) {
+        if (shines_at(emitter, at)) shd_light_in_bins(plan, emitter, out);
+        const double by = SHD_PI / shd_light_area(emitter);
+        for (size_t b = 0; b < plan->bins->count; b++)
+            for (int c = 0; c < 3; c++) out[b][c] *= by;
+    } else if (facets) {
+        double color[3];
+        light_facets(scenery, facets, met, color);
+        shd_bins_add_lifted(plan->bins, color, out);
+    } else {
+        shd_tinted_plane(scenery, at, 0, out);
+    }
+}
+
 bool shd_traced_make(const shd_plan *plan, const shd_sight *sight, shd_arena *arena,
                      shd_scenery *scenery) {
     const shd_trace *trace = &plan->scene->trace;
@@ -78,7 +109,9 @@ bool shd_traced_make(const shd_plan *plan, const shd_sight *sight, shd_arena *ar
     for (size_t i = 0; bounces && i < plan->scene->object_count; i++) traced->bounces |= bounces[i];
     const shd_strays *strays = traced->bounces ? shd_find_strays(plan, arena) : NULL;
     if (traced->bounces && !strays) return false;
-    traced->bouncing = (shd_bouncing){plan, caster, {scenery, light_point}, bounces, strays};
+    void (*const local)(const void *, void *, const shd_surface *, const shd_meeting *,
+                        double(*)[3]) = plan->tinted ? light_tinted : light_point;
+    traced->bouncing = (shd_bouncing){plan, caster, {scenery, local}, bounces, strays};
     return bounces;
 }
 
@@ -113,16 +146,20 @@ static void find_shadow(const shd_scenery *scenery, const shd_surface *at, doubl
     const shd_plan *plan = scenery->plan;
     const shd_shadows *shadows = &scenery->traced->shadows;
     const shd_plan_object *object = &plan->objects[at->object];
-    double sum[3] = {0, 0, 0}, share[3], factor, off;
+    const size_t channels = shd_ray_channels(plan);
+    double sum[SHD_BINS_MOST], share[SHD_BINS_MOST], factor, off;
     size_t count = 0;
+    memset(sum, 0, channels * sizeof *sum);
     for (size_t j = 0; j < object->light_count && !shd_is_cancelled(plan->cancelled); j++) {
         const shd_plan_light *light = &plan->lights[object->lights[j]];
         shd_weigh_light(light, at->position, at->normal, at->mirror, &factor, &off);
         if (!(factor > 0) && !light->shape) continue;
         shadows->share(shadows->context, light, at, share);
-        for (int c = 0; c < 3; c++) sum[c] += share[c];
+        for (size_t c = 0; c < channels; c++) sum[c] += share[c];
         count++;
     }
+    if (plan->tinted && count)
+        shd_bins_mix(channels, sum, (const double(*)[3])plan->bins->white, sum);
     for (int c = 0; c < 3; c++) out[c] = count ? sum[c] / (double)count : 1;
 }
 
@@ -136,10 +173,11 @@ static void note_stray(const shd_bounced *b, float *most) {
 static void bounce_hit(const shd_scenery *scenery, const shd_surface *at, size_t i,
                        shd_tile_scratch *s) {
     const shd_plan *plan = scenery->plan;
-    const double *opacity = at->material->from->opacity;
-    double local[3];
-    for (int c = 0; c < 3; c++) local[c] = (double)s->sums[shd_sum_of(plan, 0, 0, c)][i];
-    const shd_bounced b = shd_bounce(&scenery->traced->bouncing, s, at, local);
+    double local[SHD_BINS_MOST][3];
+    for (int c = 0; c < 3; c++) local[0][c] = (double)s->sums[shd_sum_of(plan, 0, 0, c)][i];
+    if (plan->tinted) shd_tinted_hit(scenery, at, s, i, 0, local);
+    const shd_bounced b =
+        shd_bounce(&scenery->traced->bouncing, s, s->room, at, (const double(*)[3])local);
     s->rays += b.rays;
     s->cut = shd_larger(b.cut, s->cut);
     if (b.edge)
@@ -148,13 +186,18 @@ static void bounce_hit(const shd_scenery *scenery, const shd_surface *at, size_t
         s->off = shd_larger(b.error, s->off);
     if (s->stray) note_stray(&b, &s->stray[s->cell[i]]);
     if (s->alpha) s->alpha[i] = (float)b.alpha;
+    if (plan->tinted) {
+        shd_tinted_planes(scenery, at, s, i, b.radiance, local);
+        return;
+    }
+    const double *opacity = at->material->from->opacity;
     for (size_t p = 0; p < plan->plane_count; p++)
         for (int c = 0; c < 3; c++) {
             float *value = &s->sums[shd_sum_of(plan, p, 0, c)][i];
             if (plan->planes[p].kind == SHD_LAYER_BEAUTY)
                 *value = (float)b.radiance[c];
             else if (plan->planes[p].kind == SHD_LAYER_BOUNCE)
-                *value = (float)(b.radiance[c] - opacity[c] * local[c]);
+                *value = (float)(b.radiance[c] - opacity[c] * local[0][c]);
             else
                 *value = (float)(opacity[c] * (double)*value);
         }
