@@ -205,51 +205,59 @@ static void spread_light(const shd_plan *plan, const shd_plan_light *light, cons
         spread_term(plan, light, m, k, row + 3 * k, share, out);
 }
 
-/* Finds a light's weights, and what arrives of each of `channels`. False: it adds nothing. */
-static bool reach_point(const shd_lighting *lighting, uint32_t index, const shd_surface *at,
-                        size_t channels, double row[SHD_BRDF_ROWS], double *share) {
-    const shd_plan_light *light = &lighting->plan->lights[index];
-    const shd_vec3 scaled = shd_scale(at->position, lighting->plan->scale);
+/* Finds a light's weights. False: it adds nothing. */
+static inline bool reach_point(const shd_lighting *lighting, uint32_t index, const shd_surface *at,
+                               double row[SHD_BRDF_ROWS]) {
+    const shd_plan *plan = lighting->plan;
+    const shd_vec3 scaled = shd_scale(at->position, plan->scale);
     if (shd_is_behind_face(&lighting->exact[index], scaled, at->normal)) return false;
-    if (!shd_weigh_extended(lighting->plan, light, at, row)) return false;
-    for (size_t c = 0; c < channels; c++) share[c] = 1;
-    if (lighting->shadows) lighting->shadows->share(lighting->shadows->context, light, at, share);
-    return true;
+    return shd_weigh_extended(plan, &plan->lights[index], at, row);
+}
+
+/* What arrives of a light in each bin. */
+static void share_bins(const shd_lighting *lighting, const shd_plan_light *light,
+                       const shd_surface *at, double *share) {
+    const shd_shadows *shadows = lighting->shadows;
+    for (size_t b = 0; b < lighting->plan->bins->count; b++) share[b] = 1;
+    if (shadows) shadows->share(shadows->context, light, at, share);
 }
 
 void shd_light_bins(const shd_lighting *lighting, uint32_t index, const shd_surface *at,
                     const shd_terms *terms, double (*out)[3]) {
-    const shd_plan *plan = lighting->plan;
+    const shd_plan_light *light = &lighting->plan->lights[index];
     double row[SHD_BRDF_ROWS], share[SHD_BINS_MOST];
-    if (reach_point(lighting, index, at, plan->bins->count, row, share))
-        spread_light(plan, &plan->lights[index], at, row, terms, share, out);
+    if (!reach_point(lighting, index, at, row)) return;
+    share_bins(lighting, light, at, share);
+    spread_light(lighting->plan, light, at, row, terms, share, out);
 }
 
 /* The share differs by bins: each term's light goes through it before it becomes a color. */
-static void color_shared(const shd_plan *plan, const shd_plan_light *light, const shd_surface *at,
-                         const double *row, const double *share, double *sums) {
-    double spread[SHD_BINS_MOST][3];
+static void color_shared(const shd_lighting *lighting, const shd_plan_light *light,
+                         const shd_surface *at, const double *row, double *sums) {
+    const shd_plan *plan = lighting->plan;
+    double spread[SHD_BINS_MOST][3], share[SHD_BINS_MOST];
+    share_bins(lighting, light, at, share);
     for (size_t k = 0; k < 1 + at->material->lobe_count; k++) {
         const shd_terms term = {k == 0, k ? k - 1 : 0, k};
         double lit[3];
         memset(spread, 0, plan->bins->count * sizeof *spread);
         spread_light(plan, light, at, row, &term, share, spread);
         shd_bins_mix(plan->bins->count, NULL, (const double(*)[3])spread, lit);
-        for (int c = 0; c < 3; c++) sums[3 * k + (size_t)c] += lit[c];
+        for (size_t c = 0; c < 3; c++) sums[3 * k + c] += lit[c];
     }
 }
 
-static void add_light(const shd_lighting *lighting, uint32_t index, const shd_surface *at,
-                      double sums[SHD_BRDF_ROWS]) {
-    const shd_plan *plan = lighting->plan;
-    const shd_plan_light *light = &plan->lights[index];
-    double row[SHD_BRDF_ROWS], share[SHD_BINS_MOST];
-    const bool tinted = plan->tinted && lighting->shadows;
-    if (!reach_point(lighting, index, at, tinted ? plan->bins->count : 3, row, share)) return;
-    if (tinted)
-        color_shared(plan, light, at, row, share, sums);
-    else
-        shd_color_extended(plan, light, at, row, share, sums);
+static inline void add_light(const shd_lighting *lighting, uint32_t index, const shd_surface *at,
+                             double sums[SHD_BRDF_ROWS]) {
+    const shd_plan_light *light = &lighting->plan->lights[index];
+    double row[SHD_BRDF_ROWS], share[3] = {1, 1, 1};
+    if (!reach_point(lighting, index, at, row)) return;
+    if (lighting->shadows && lighting->plan->tinted) {
+        color_shared(lighting, light, at, row, sums);
+        return;
+    }
+    if (lighting->shadows) lighting->shadows->share(lighting->shadows->context, light, at, share);
+    shd_color_extended(lighting->plan, light, at, row, share, sums);
 }
 
 void shd_add_extended(const shd_lighting *lighting, const shd_plan_material *material,

@@ -91,7 +91,20 @@ static bool find_refracted(shd_vec3 ray, const facing *f, double eta, shd_vec3 *
 
 /* ---- Steps. ---- */
 
+static void keep(const path *p, const double *from, double *to) {
+    if (p->channels == 3)
+        for (int c = 0; c < 3; c++) to[c] = from[c];
+    else
+        memcpy(to, from, p->channels * sizeof *to);
+}
+
+static double *weights_of(const path *p, int waiting) {
+    return p->weights + (size_t)waiting * p->channels;
+}
+
 static double most_of(const path *p, const double *weight) {
+    if (p->channels == 3)
+        return shd_larger(fabs(weight[0]), shd_larger(fabs(weight[1]), fabs(weight[2])));
     double most = 0;
     for (size_t c = 0; c < p->channels; c++) most = shd_larger(fabs(weight[c]), most);
     return most;
@@ -119,11 +132,21 @@ static void add_step(path *p, const step *from, const going *g) {
         p->out.cut += most;
         return;
     }
-    memcpy(p->weights + (size_t)p->waits * p->channels, g->weight, p->channels * sizeof *g->weight);
+    keep(p, g->weight, weights_of(p, p->waits));
     step *next = &p->waiting[p->waits++];
     *next = (step){
         .ray = from->ray, .depth = from->depth + 1, .straight = g->straight, .stray = g->stray};
     next->ray.direction = g->direction;
+}
+
+/* What of the step's share goes on which way. */
+static inline void share_out(const path *p, const shd_coefficients *k, bool bends, size_t n) {
+    for (size_t c = 0; c < n; c++) {
+        const double solid = p->weight[c] * k->opacity[c];
+        p->mirrored[c] = solid * (k->reflection[c] + (bends ? 0 : k->transmission[c]));
+        p->refracted[c] = bends ? solid * k->transmission[c] : 0;
+        p->behind[c] = p->weight[c] * (1 - k->opacity[c]);
+    }
 }
 
 /* Adds the rays that go on from a surface. `from` has its place, and the share of what is seen
@@ -142,12 +165,10 @@ static void go_on(path *p, const step *from, shd_vec3 ray, const facing *f, size
     shd_vec3 at = f->normal;
     const bool any = !shd_is_all(k.transmission, k.count, 0),
                bends = any && find_refracted(ray, f, eta, &refracted.direction, &at);
-    for (size_t c = 0; c < p->channels; c++) {
-        const double solid = p->weight[c] * k.opacity[c];
-        p->mirrored[c] = solid * (k.reflection[c] + (bends ? 0 : k.transmission[c]));
-        p->refracted[c] = bends ? solid * k.transmission[c] : 0;
-        p->behind[c] = p->weight[c] * (1 - k.opacity[c]);
-    }
+    if (p->channels == 3)
+        share_out(p, &k, bends, 3);
+    else
+        share_out(p, &k, bends, p->channels);
     const double in = fabs(shd_dot(ray, at));
     if (any) hit->ray.lost |= shd_stray_turns(hit, eta, in);
     mirrored.stray = shd_stray_mirrored(hit, shd_dot(mirrored.direction, f->own));
@@ -258,7 +279,7 @@ shd_bounced shd_bounce(const shd_bouncing *b, void *scratch, double *room, const
     go_on(&p, &first, ray, &f, at->object, &hit);
     while (p.waits && !shd_is_cancelled(b->plan->cancelled)) {
         step next = p.waiting[--p.waits];
-        memcpy(p.weight, p.weights + (size_t)p.waits * p.channels, p.channels * sizeof *p.weight);
+        keep(&p, weights_of(&p, p.waits), p.weight);
         follow_step(&p, &next);
     }
     p.out.alpha = 1 - p.through;

@@ -23,6 +23,12 @@ typedef struct in_the_way {
     const struct shd_light *shape; /* the light's, or NULL */
 } in_the_way;
 
+/* All of the light arrives. */
+static void share_all(const shadow_map *map, double *share) {
+    share[0] = share[1] = share[2] = 1;
+    for (size_t c = 3; c < map->channels; c++) share[c] = 1;
+}
+
 static bool dim(const shd_plan *plan, size_t object, double *share) {
     const shd_coefficients k = shd_coefficients_of(plan, object);
     bool any = false;
@@ -63,7 +69,7 @@ static shd_vec3 own_normal(const shadow_map *map, const shd_surface *at) {
 /* The share of light that comes along `toward` from the distance `far`. */
 static void find_share(const shadow_map *map, const shd_surface *at, shd_vec3 own, shd_vec3 toward,
                        double far, in_the_way way, double *share) {
-    for (size_t c = 0; c < map->channels; c++) share[c] = 1;
+    share_all(map, share);
     if (!(shd_dot(own, toward) > 0) && !dim(map->plan, at->object, share)) return;
     const shd_ray ray = {at->position, toward, far, {(int32_t)at->object, at->triangle, own}};
     follow_ray(map, ray, way, share);
@@ -147,7 +153,7 @@ static void share_light(const void *context, const shd_plan_light *light, const 
     const shadow_map *map = context;
     const shd_plan *plan = map->plan;
     in_the_way way = {NULL, 0, light->shape};
-    for (size_t c = 0; c < map->channels; c++) out[c] = 1;
+    share_all(map, out);
     const shd_vec3 own = own_normal(map, at);
     if (map->occlusion.pairs) {
         const size_t j = (size_t)(light - plan->lights);
