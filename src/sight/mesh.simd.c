@@ -154,6 +154,7 @@ static void aim_bundle(const shd_lens *lens, const shd_item *it, const shd_batch
         k->near[i] = blind * cosine;
         k->depth[i] = INFINITY;
         k->name[i] = INFINITY;
+        k->second[i] = k->third[i] = 0; /* copied with lanes that met nothing, used of none */
     }
     bound_bundle(k);
     set_box_functions(view, k);
