@@ -507,4 +507,11 @@ static struct model *read_document(const char *json, const double (*offsets)[2])
     return NULL;
 }
 
-const model_program MODEL_PROGRAM = {read_document, evaluate, drop};
+static void tell(model *whole, table_function *weigh, const void *table) {
+    for (size_t i = 0; i < whole->d.thing_count; i++) {
+        whole->d.things[i].stuff.weigh = weigh;
+        whole->d.things[i].stuff.table = table;
+    }
+}
+
+const model_program MODEL_PROGRAM = {read_document, evaluate, tell, drop};

@@ -67,10 +67,10 @@ static real energy_of(real c, real n) {
 
 /* The same between Chebyshev's nodes in the light's angle, of parts that are found when they are
  * first asked for: integrals over lights with a shape want it some 1e5 times. Parts are narrower
- * than 1 / sqrt(n), over which it changes at the horizon, for exponents up to 1e4; it is off by
+ * than 1 / sqrt(n), over which it changes at the horizon, for exponents up to 1e6; it is off by
  * 5e-11 of itself at most, and by 1e-12 if exponents are 1 or more. */
-enum { PARTS = 128, PART_NODES = 12, KEPT = 4 };
-static const real MOST_KEPT = (real)1e4; /* the largest exponent */
+enum { FEWEST_PARTS = 128, PARTS = 1280, PART_NODES = 12, KEPT = 4 };
+static const real MOST_KEPT = (real)1e6; /* the largest exponent */
 
 typedef struct energies {
     real exponent;
@@ -89,8 +89,9 @@ static energies *energies_of(real n) {
 }
 
 static real kept_energy_of(real c, real n) {
-    const real width = (real)(HALF_TURN / 2) / PARTS, angle = ANGLE(ROOT(larger(0, 1 - c * c)), c);
-    const int part = (int)smaller(angle / width, PARTS - 1);
+    const int parts = (int)larger(FEWEST_PARTS, smaller((real)1.28 * ROOT(n), PARTS));
+    const real width = (real)(HALF_TURN / 2) / parts, angle = ANGLE(ROOT(larger(0, 1 - c * c)), c);
+    const int part = (int)smaller(angle / width, parts - 1);
     real x[PART_NODES], above = 0, below = 0;
     if (n > MOST_KEPT) return energy_of(c, n);
     energies *e = energies_of(n);
@@ -148,7 +149,13 @@ static void reflect_by(energy_function *energy, const stuff *m, point n, point v
     const bool bisects = length(sum) > 0;
     const real upright = bisects ? dot(n, half) : 0, bent = bisects ? dot(v, half) : 0;
     *cases = (viewing > 0) + 2 * (shine > 0) + 4 * (upright > 0);
-    for (int c = 0; c < 3; c++) out[c] = m->diffuse[c] * diffuse_of(m, facing, viewing, between);
+    const long double nvl[3][3] = {{(long double)n.x, (long double)n.y, (long double)n.z},
+                                   {(long double)v.x, (long double)v.y, (long double)v.z},
+                                   {(long double)l.x, (long double)l.y, (long double)l.z}};
+    for (int c = 0; c < 3; c++)
+        out[c] =
+            m->diffuse[c] * (m->kind == TABLED ? m->weigh(m->table, nvl, (long double)m->diffuse[c])
+                                               : diffuse_of(m, facing, viewing, between));
     for (size_t k = 0; k < m->lobe_count; k++) {
         const real e = m->lobes[k].shininess;
         real weight = 0;
