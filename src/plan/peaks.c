@@ -8,11 +8,12 @@
  * V.H / v), and G / v is 2 N.H / V.H at most; the integral of D N.H is pi, so that 2 pi is the
  * most. At grazing views there is no limit for one direction. Westin: all light leaves if
  * facets are white, under any V, so that no node of the table has more than 1 over the light that
- * it stands for, which is 1 / 2862 at least; and no more leaves if they are not. */
+ * it stands for, which is 1 / 2862 at least; and no more leaves if they are not. Splines have no
+ * more than their nodes, so that a table that is there tells its own most. */
 #include "plan/peaks.h"
 
 shd_peak shd_peak_of(const shd_plan_material *m, size_t term) {
-    if (m->model == SHD_MODEL_WESTIN) return (shd_peak){2900, 1.001};
+    if (m->model == SHD_MODEL_WESTIN) return (shd_peak){m->table ? m->table->most : 2900, 1.001};
     if (term == 0) {
         if (m->model != SHD_MODEL_OREN_NAYAR) return (shd_peak){1, 1};
         const double square = m->from->sigma * m->from->sigma, b = 0.45 * square / (square + 0.09);

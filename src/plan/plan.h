@@ -42,6 +42,16 @@ typedef struct shd_tint {
     const double (*emissive)[3], (*ambient)[3]; /* ke and ka Ia: what each bin adds to the color */
 } shd_tint;
 
+/* Of a table of microgeometry (shade/westin.h), with the sum over bounces for facets of any
+ * reflectance up to 1: its largest value, and by how much two nodes differ at most that are
+ * neighbors in rise, in turn, or in turn beside the normal (SHD_WESTIN_NEAR). */
+typedef struct shd_table_limits {
+    double most, rise, turn, near;
+} shd_table_limits;
+
+/* Directions whose sine of the rise is less read no node but the first three from the normal. */
+static const double SHD_WESTIN_NEAR = 0.14;
+
 typedef struct shd_plan_material {
     double emissive[3];
     double ambient[3];  /* ka Ia */
@@ -52,7 +62,8 @@ typedef struct shd_plan_material {
     size_t lobe_count;
     bool front_only;
     shd_model model;
-    const shd_material *from; /* what of it only extended scenes have */
+    const shd_material *from;      /* what of it only extended scenes have */
+    const shd_table_limits *table; /* of its microgeometry; NULL: none, or not simulated yet */
     /* [1 + lobe_count][plan->bins->count]: the reflectances of the diffuse term and of the lobes,
      * whose colors above are then 1; NULL: they are RGB. */
     const double *bins;

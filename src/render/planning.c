@@ -1,15 +1,35 @@
 #include "render/planning.h"
 
+#include <string.h>
+
 #include "render/show/shown.h"
 #include "render/westin_tables.h"
 
-shd_status shd_plan_make(const shd_scene *scene, shd_isa isa, const shd_shown *shown,
-                         const atomic_bool *cancelled, shd_arena *arena, const shd_plan **out,
-                         shd_error *error) {
+/* Tells a draft of the tables that its materials have. False: memory. */
+static bool add_tables(const shd_westin *const *tables, shd_arena *arena, const shd_plan **draft) {
+    const size_t count = (*draft)->scene->material_count;
+    if (!tables) return true;
+    shd_plan *plan = shd_arena_alloc(arena, 1, sizeof *plan);
+    shd_plan_material *materials = shd_arena_alloc(arena, count, sizeof *materials);
+    if (!plan || !materials) return false;
+    *plan = **draft;
+    memcpy(materials, plan->materials, count * sizeof *materials);
+    for (size_t m = 0; m < count; m++)
+        if (tables[m]) materials[m].table = &tables[m]->limits;
+    plan->materials = materials;
+    plan->westin = tables;
+    *draft = plan;
+    return true;
+}
+
+static shd_status make_plan(const shd_scene *scene, shd_isa isa, const shd_shown *shown,
+                            const shd_westin *const *tables, const atomic_bool *cancelled,
+                            shd_arena *arena, const shd_plan **out, shd_error *error) {
     const shd_plan *draft;
     shd_choice choice;
     shd_status status = SHD_MEMORY;
-    if (shd_plan_draft(scene, isa, false, cancelled, arena, &draft))
+    if (shd_plan_draft(scene, isa, false, cancelled, arena, &draft) &&
+        add_tables(tables, arena, &draft))
         status = shd_choose(draft, shown, shd_plan_kernel_costs(draft), arena, &choice, error);
     if (status == SHD_OK && !shd_plan_finish(&choice, arena, out)) status = SHD_MEMORY;
     /* Parts that are cancelled say that there is no memory. */
@@ -18,6 +38,20 @@ shd_status shd_plan_make(const shd_scene *scene, shd_isa isa, const shd_shown *s
     if (status == SHD_MEMORY)
         shd_fail(error, SHD_MEMORY, "", "the limit `memory` is too small for this scene's plan");
     return status;
+}
+
+shd_status shd_plan_make(const shd_scene *scene, shd_isa isa, const shd_shown *shown,
+                         const atomic_bool *cancelled, shd_arena *arena, const shd_plan **out,
+                         shd_error *error) {
+    return make_plan(scene, isa, shown, NULL, cancelled, arena, out, error);
+}
+
+shd_status shd_rendering_plan_for(shd_rendering *r, const shd_scene *scene, const shd_shown *shown,
+                                  const shd_plan **out, shd_error *error) {
+    const shd_westin *const *tables;
+    const shd_status status = shd_rendering_simulate(r, scene, &tables, error);
+    if (status != SHD_OK) return status;
+    return make_plan(scene, r->engine->isa, shown, tables, r->cancelled, r->arena, out, error);
 }
 
 shd_status shd_scene_exactly(const shd_scene *scene, shd_arena *arena, const shd_scene **out,
@@ -33,15 +67,13 @@ shd_status shd_scene_exactly(const shd_scene *scene, shd_arena *arena, const shd
 
 shd_status shd_rendering_plan(shd_rendering *r, const shd_scene *scene, shd_error *error) {
     const shd_shown *shown = NULL;
-    const shd_isa isa = r->engine->isa;
     shd_status status = shd_shown_make(r, scene, &shown, error);
     if (status != SHD_OK) return status;
-    status = shd_plan_make(scene, isa, shown, r->cancelled, r->arena, &r->plan, error);
+    status = shd_rendering_plan_for(r, scene, shown, &r->plan, error);
     /* The exact tier leaves more to a lossy format than a part of the budget would. */
     if (status == SHD_SCENE && shd_is_shared(&scene->accuracy)) {
         status = shd_scene_exactly(scene, r->arena, &scene, error);
-        if (status == SHD_OK)
-            status = shd_plan_make(scene, isa, shown, r->cancelled, r->arena, &r->plan, error);
+        if (status == SHD_OK) status = shd_rendering_plan_for(r, scene, shown, &r->plan, error);
     }
-    return status == SHD_OK ? shd_rendering_simulate(r, error) : status;
+    return status;
 }

@@ -180,8 +180,8 @@ static shd_status hold_table(shd_rendering *r, const shd_microgeometry *micro,
     return SHD_OK;
 }
 
-shd_status shd_rendering_simulate(shd_rendering *r, shd_error *error) {
-    const shd_scene *scene = r->plan->scene;
+shd_status shd_rendering_simulate(shd_rendering *r, const shd_scene *scene,
+                                  const shd_westin *const **out, shd_error *error) {
     const shd_westin **tables = NULL;
     for (size_t m = 0; m < scene->material_count; m++) {
         const shd_microgeometry *micro = scene->materials[m].microgeometry;
@@ -191,11 +191,6 @@ shd_status shd_rendering_simulate(shd_rendering *r, shd_error *error) {
         const shd_status status = hold_table(r, micro, &tables[m], error);
         if (status != SHD_OK) return status;
     }
-    if (!tables) return SHD_OK;
-    shd_plan *plan = shd_arena_alloc(r->arena, 1, sizeof *plan);
-    if (!plan) return shd_rendering_full(r, "plan", error);
-    *plan = *r->plan;
-    plan->westin = tables;
-    r->plan = plan;
+    *out = tables;
     return SHD_OK;
 }

@@ -33,10 +33,12 @@ shd_westin_load shd_westin_tables_load_of(shd_westin_tables *tables);
 
 struct shd_rendering;
 
-/* Gives r->plan the tables of all its materials that want one, which the request holds from then
- * on. SHD_SCENE: they are more than SHD_WESTIN_MOST. */
+/* Finds the tables of all of the scene's materials that want one, which the request holds from then
+ * on: [material_count], NULL where none is wanted; *out is NULL if none is at all. SHD_SCENE: they
+ * are more than SHD_WESTIN_MOST. */
 enum { SHD_WESTIN_MOST = 16 };
-shd_status shd_rendering_simulate(struct shd_rendering *r, shd_error *error);
+shd_status shd_rendering_simulate(struct shd_rendering *r, const shd_scene *scene,
+                                  const shd_westin *const **out, shd_error *error);
 
 /* A table that a request holds. */
 typedef struct shd_held_table {

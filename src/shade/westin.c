@@ -109,6 +109,64 @@ void shd_westin_color(const shd_westin *table, double kd, double *out) {
         }
 }
 
+/* ---- How large and how steep it is. ---- */
+
+/* A node's values, as the last bounce stands for all that follow: no more for any reflectance up to
+ * 1. */
+static void read_node(const shd_westin *table, int view, int light,
+                      double out[SHD_WESTIN_BOUNCES]) {
+    enum { LAST = SHD_WESTIN_BOUNCES - 1 };
+    const float *rho = shd_westin_at(table, view, light);
+    for (int n = 0; n <= LAST; n++) out[n] = (double)rho[n];
+    out[LAST] /= 1 - table->tail;
+}
+
+/* The way of a node's neighbor, as splines read it: across the pole, and again at the horizon. */
+static int beside(int way, int rises, int turns) {
+    int rise = way / SHD_WESTIN_TURNS + rises, turn = way % SHD_WESTIN_TURNS + turns;
+    if (rise < 0) {
+        rise = -1 - rise;
+        turn += SHD_WESTIN_TURNS / 2;
+    }
+    if (rise >= SHD_WESTIN_RISES) rise = SHD_WESTIN_RISES - 1;
+    return rise * SHD_WESTIN_TURNS + (turn & (SHD_WESTIN_TURNS - 1));
+}
+
+static void widen(const shd_westin *table, const double here[SHD_WESTIN_BOUNCES], int view,
+                  int light, double *apart) {
+    double there[SHD_WESTIN_BOUNCES], sum = 0;
+    read_node(table, view, light, there);
+    for (int n = 0; n < SHD_WESTIN_BOUNCES; n++) sum += fabs(there[n] - here[n]);
+    *apart = shd_larger(*apart, sum);
+}
+
+/* Adds a pair of nodes and its neighbors. If only the difference of both turns counts, that of
+ * either direction turns the other one, too. */
+static void add_node(const shd_westin *table, int view, int light, shd_table_limits *out) {
+    enum { NEAR = 3 * SHD_WESTIN_TURNS }; /* SHD_WESTIN_NEAR */
+    const bool either = table->isotropic && (view < NEAR || light < NEAR);
+    double here[SHD_WESTIN_BOUNCES], sum = 0;
+    read_node(table, view, light, here);
+    for (int n = 0; n < SHD_WESTIN_BOUNCES; n++) sum += here[n];
+    out->most = shd_larger(out->most, sum);
+    for (int side = -1; side <= 1; side += 2) {
+        widen(table, here, view, beside(light, side, 0), &out->rise);
+        widen(table, here, beside(view, side, 0), light, &out->rise);
+    }
+    widen(table, here, view, beside(light, 0, 1), either || light < NEAR ? &out->near : &out->turn);
+    widen(table, here, beside(view, 0, 1), light, either || view < NEAR ? &out->near : &out->turn);
+}
+
+void shd_westin_limit(shd_westin *table) {
+    static const double MORE = 1 + 1e-12;
+    shd_table_limits out = {0, 0, 0, 0};
+    for (int view = 0; view < SHD_WESTIN_WAYS; view++)
+        for (int light = 0; light < SHD_WESTIN_WAYS; light++) add_node(table, view, light, &out);
+    out.turn = shd_larger(out.turn, out.near);
+    table->limits =
+        (shd_table_limits){out.most * MORE, out.rise * MORE, out.turn * MORE, out.near * MORE};
+}
+
 shd_westin_error shd_westin_noise(const shd_westin *table) {
     return table->noise;
 }

@@ -17,7 +17,7 @@
 #pragma once
 
 #include "base/cancel.h"
-#include "scene/scene.h"
+#include "plan/plan.h"
 #include "shade/lighting.h"
 
 enum {
@@ -38,6 +38,7 @@ typedef struct shd_westin {
     bool isotropic; /* a turn of both directions about the normal changes nothing */
     double tail;    /* each bounce after the last has this share of the one before it */
     shd_westin_error noise;
+    shd_table_limits limits;
     /* rho [way of the view within a quarter][way of the light][bounce]. A way is [rise][turn]. */
     float rho[SHD_WESTIN_QUARTER][SHD_WESTIN_WAYS][SHD_WESTIN_BOUNCES];
 } shd_westin;

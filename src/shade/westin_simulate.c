@@ -341,6 +341,7 @@ shd_status shd_westin_make(const shd_microgeometry *micro, const atomic_bool *ca
     }
     finish(s, out);
     free(s);
+    if (!shd_is_cancelled(cancelled)) shd_westin_limit(out);
     if (shd_is_cancelled(cancelled))
         return shd_fail(error, SHD_CANCELLED, "", "the simulation was cancelled");
     return SHD_OK;

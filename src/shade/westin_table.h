@@ -22,6 +22,9 @@ typedef struct shd_westin_colored {
 
 enum { SHD_WESTIN_CHANNEL = SHD_WESTIN_QUARTER * SHD_WESTIN_RISES * SHD_WESTIN_ROW };
 
+/* Finds table->limits by all pairs of neighbors. */
+void shd_westin_limit(shd_westin *table);
+
 /* Fills out[SHD_WESTIN_CHANNEL] for facets of reflectance kd. */
 void shd_westin_color(const shd_westin *table, double kd, double *out);
 

@@ -106,10 +106,9 @@ static bool read_lamps(const json_t *lights, document *d, real ambient[3]) {
 
 static void read_reflection(const json_t *from, stuff *out) {
     static const char *const kinds[REFLECTIONS] = {
-        [BLINN] = "blinn-phong",
-        [NORMALIZED] = "phong-normalized",
-        [OREN_NAYAR] = "oren-nayar",
-        [COOK_TORRANCE] = "cook-torrance",
+        [BLINN] = "blinn-phong",     [NORMALIZED] = "phong-normalized",
+        [OREN_NAYAR] = "oren-nayar", [COOK_TORRANCE] = "cook-torrance",
+        [TABLED] = "westin",
     };
     const json_t *fresnel = json_object_get(from, "fresnel");
     real f0[3];

@@ -5,6 +5,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "attack/model.h"
 #include "attack/solids.h"
 
 typedef enum light_kind {
@@ -33,6 +34,7 @@ typedef enum reflection_kind {
     NORMALIZED,
     OREN_NAYAR,
     COOK_TORRANCE,
+    TABLED, /* of a table that the caller knows */
     REFLECTIONS
 } reflection_kind;
 
@@ -48,6 +50,8 @@ typedef struct stuff {
     size_t lobe_count;
     bool front_only;
     reflection_kind kind;
+    table_function *weigh;
+    const void *table;
     real sigma;                   /* radians */
     real index[3], absorption[3]; /* refractive; an index of infinity mirrors all */
     real opacity[3], reflection[3], transmission[3], ior;

@@ -22,6 +22,7 @@ struct model {
     document d;
     const double (*offsets)[2];
     real aside;     /* in pixels: how far beside a sample its case must be the same */
+    bool shaped;    /* a light has a shape */
     shade **facets; /* [thing]: of each triangle's corners, or of a box's faces; or NULL */
 };
 
@@ -71,12 +72,16 @@ static real strength(const lamp *l, const spot *s, point *toward, uint64_t *key,
     return f;
 }
 
+/* Lights with a shape are left out while it is only asked which cases a sample has: their integrals
+ * take a thousand times as long. */
+static _Thread_local bool cases_only;
+
 static void add_shape(const lamp *l, const stuff *m, const spot *s, uint64_t *key, shade *out) {
     const point path = sub(l->position, s->at);
     const bool before = l->kind == BALL ? length(path) > l->radius : dot(path, l->axis) < 0;
     real sum[3];
     note(key, before);
-    if (!before) return;
+    if (!before || cases_only) return;
     reflect_shape(m, l, s->at, s->normal, s->view, sum);
     for (int c = 0; c < 3; c++) {
         out->low[c] += sum[c];
@@ -367,6 +372,20 @@ static bool look(const model *whole, real x, real y, candidate *out) {
     return tied;
 }
 
+/* Looks beside a sample. True: another case is there, or a tie. */
+static bool look_beside(const model *whole, real x, real y, const candidate *at, candidate *range) {
+    bool differs = false;
+    *range = *at;
+    for (int k = 0; k < 4; k++) {
+        candidate beside;
+        differs |= look(whole, x + (k & 1 ? whole->aside : -whole->aside),
+                        y + (k & 2 ? whole->aside : -whole->aside), &beside);
+        differs |= beside.key != at->key;
+        widen(range, &beside);
+    }
+    return differs;
+}
+
 static void evaluate(const model *whole, int px, int py, model_pixel *out) {
     real low[4] = {0, 0, 0, 0}, high[4] = {0, 0, 0, 0};
     const int samples = whole->d.samples;
@@ -374,15 +393,12 @@ static void evaluate(const model *whole, int px, int py, model_pixel *out) {
     for (int i = 0; i < samples; i++) {
         const real x = px + (real)whole->offsets[i][0], y = py + (real)whole->offsets[i][1];
         candidate at;
+        candidate range;
         bool unsure = look(whole, x, y, &at);
-        candidate range = at;
-        for (int k = 0; k < 4; k++) {
-            candidate beside;
-            unsure |= look(whole, x + (k & 1 ? whole->aside : -whole->aside),
-                           y + (k & 2 ? whole->aside : -whole->aside), &beside);
-            unsure |= beside.key != at.key;
-            widen(&range, &beside);
-        }
+        cases_only = whole->shaped;
+        unsure |= look_beside(whole, x, y, &at, &range);
+        cases_only = false;
+        if (unsure && whole->shaped) look_beside(whole, x, y, &at, &range);
         for (int c = 0; c < 4; c++) unsure |= at.low[c] != at.high[c];
         for (int c = 0; c < 4; c++) {
             low[c] += unsure ? range.low[c] : at.low[c];
@@ -475,6 +491,8 @@ static struct model *read_document(const char *json, const double (*offsets)[2])
     if (good) {
         whole->offsets = offsets;
         whole->aside = find_aside(&whole->d);
+        for (size_t j = 0; j < whole->d.lamp_count; j++)
+            whole->shaped |= whole->d.lamps[j].kind >= RECTANGLE;
         whole->facets = calloc(whole->d.thing_count + 1, sizeof *whole->facets);
         good = whole->facets;
     }
@@ -489,4 +507,11 @@ static struct model *read_document(const char *json, const double (*offsets)[2])
     return NULL;
 }
 
-const model_program MODEL_PROGRAM = {read_document, evaluate, drop};
+static void tell(model *whole, table_function *weigh, const void *table) {
+    for (size_t i = 0; i < whole->d.thing_count; i++) {
+        whole->d.things[i].stuff.weigh = weigh;
+        whole->d.things[i].stuff.table = table;
+    }
+}
+
+const model_program MODEL_PROGRAM = {read_document, evaluate, tell, drop};

@@ -30,10 +30,16 @@ typedef struct model_pixel {
     int undecided;          /* of its samples */
 } model_pixel;
 
+/* pi f_r (N.L) / kd of a table, for facets of the reflectance kd: N, V and L are unit. */
+typedef long double table_function(const void *table, const long double nvl[3][3], long double kd);
+
 typedef struct model_program {
     /* `offsets`: [samples][2], in pixels from the pixel's top left corner. NULL: memory. */
     model *(*read)(const char *json, const double (*offsets)[2]);
     void (*evaluate)(const model *, int x, int y, model_pixel *out);
+    /* What objects of microgeometry reflect, which it does not know by itself: all of them have the
+     * table. */
+    void (*tell)(model *, table_function *weigh, const void *table);
     void (*drop)(model *);
 } model_program;
 

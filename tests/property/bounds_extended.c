@@ -138,8 +138,8 @@ static void every_model_has_a_bound(void **state) {
                      by_shape = bound_of(*state, models[m], "0", shape, &estimate).linear;
         print_message("%s: %g, and %g of a light with a shape, estimated at %g\n", models[m],
                       by_point, by_shape, estimate);
-        /* Of Westin, planning knows no more than what white facets send on. */
-        assert_true(by_point > 0 && by_point < (m < 4 ? 1e-5 : 1));
+        /* Westin's directions change quickly around the normal. */
+        assert_true(by_point > 0 && by_point < (m < 4 ? 1e-5 : 1e-3));
         assert_true(by_shape > 0 && by_shape < 10);
         if (m < 4) assert_true(estimate < 1e-3 && estimate < by_shape);
     }

@@ -10,6 +10,7 @@
 #include <cmocka.h>
 
 #include "base/digest.h"
+#include "bound/light/weights.h"
 #include "shade/westin.h"
 #include "shade/westin_relief.h"
 
@@ -74,6 +75,58 @@ static void flat_grooves_are_lambertian(void **state) {
         }
     assert_true(shd_westin_noise(table).max < 1e-6);
     free(table);
+}
+
+/* ---- Limits. ---- */
+
+/* `v`, moved by `by` in any direction. */
+static shd_vec3 beside(shd_vec3 v, double by) {
+    const double a = rand(), b = rand(), c = rand();
+    shd_vec3 out = v;
+    shd_normalize(shd_madd(v, (shd_vec3){a - b, b - c, c - a}, by / RAND_MAX / 2), &out);
+    return out;
+}
+
+static shd_vec3 any_way(int i) {
+    static const double rises[] = {0, 0.006, 0.3, 3, 7.9, 8.1, 12, 45, 84, 89.9, 90};
+    const double turn = 360.0 * rand() / RAND_MAX;
+    return way(i % 4 ? rises[rand() % 11] : 90.0 * rand() / RAND_MAX, turn);
+}
+
+/* What bounds take tables for: no value is above the largest node, and directions that are off
+ * change what is reflected by no more than is told, wherever rises are above 1e-4. */
+static void no_value_exceeds_what_tables_tell(void **state) {
+    (void)state;
+    srand(11);
+    double tightest = 0;
+    for (size_t m = 0; m < 3; m++) {
+        const shd_westin *table = made[m];
+        const shd_plan_material material = {.model = SHD_MODEL_WESTIN, .table = &table->limits};
+        assert_true(table->limits.most > 1 && table->limits.most < 2900);
+        assert_true(table->limits.near <= table->limits.turn);
+        for (int i = 0; i < 300000; i++) {
+            const double by = pow(10, -1 - rand() % 9), kd = i % 3 ? 1 : 0.4;
+            const shd_vec3 light = any_way(i), view = any_way(i / 4), l = beside(light, by),
+                           v = beside(view, by);
+            const double here = light.z * reflect(table, light, view, kd) / kd,
+                         there = l.z * reflect(table, l, v, kd) / kd;
+            const double poles[] = {light.z, view.z, l.z, v.z};
+            bool counts = true; /* no N.L or N.V is on the edge, nor any rise */
+            for (int k = 0; k < 4; k++)
+                counts &= poles[k] > 0 && (1 - poles[k]) * (1 + poles[k]) > 1e-8;
+            assert_true(here <= table->limits.most);
+            if (!counts) continue;
+            shd_glance g = {.direction = shd_length(shd_sub(light, l)) +
+                                         shd_length(shd_sub(view, v)) + 1e-15};
+            g.lit.facing_high = shd_larger(light.z, l.z);
+            const shd_weight told = shd_weight_of(&material, 0, &g, 1);
+            tightest = shd_larger(tightest, fabs(here - there) / told.error);
+            if (!(fabs(here - there) <= told.error))
+                fail_msg("%zu: %g becomes %g by %g: told %g", m, here, there, by, told.error);
+        }
+    }
+    print_message("of what is told of tables, at most %.2g\n", tightest);
+    assert_true(tightest > 0.02); /* it is not told too loosely, either */
 }
 
 /* ---- Radiosity of V-grooves. ---- */
@@ -364,6 +417,7 @@ static void tangents_follow_shapes(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(flat_grooves_are_lambertian),
+        cmocka_unit_test(no_value_exceeds_what_tables_tell),
         cmocka_unit_test(grooves_agree_with_radiosity),
         cmocka_unit_test(first_bounces_agree_with_marched_rays),
         cmocka_unit_test(cast_rays_end_on_the_surface),

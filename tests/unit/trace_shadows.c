@@ -1,4 +1,5 @@
 /* How much of a light with a shape arrives: what stands before half of it takes half. */
+#include "bound/light/weights.h"
 #include "see.h"
 #include "trace/shadows.h"
 
@@ -90,10 +91,147 @@ static void a_disc_before_the_middle_leaves_a_ring(void **state) {
     assert_true(fabs(share - (1 - hidden / all)) < 0.002); /* one point is 0.001 */
 }
 
+/* ---- Near the light's horizon. ---- */
+
+typedef struct exact3 {
+    long double x, y, z;
+} exact3;
+
+static exact3 exact_of(shd_vec3 v) {
+    return (exact3){(long double)v.x, (long double)v.y, (long double)v.z};
+}
+
+static exact3 along(exact3 a, exact3 d, long double t) {
+    return (exact3){a.x + t * d.x, a.y + t * d.y, a.z + t * d.z};
+}
+
+static long double dot_of(exact3 a, exact3 b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+static exact3 unit_of(exact3 v) {
+    return along((exact3){0, 0, 0}, v, 1 / sqrtl(dot_of(v, v)));
+}
+
+static exact3 across_of(exact3 a, exact3 b) {
+    return (exact3){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+/* A frame around n as docs/model.md's points are laid out in. */
+static void frame_of(exact3 n, exact3 *a, exact3 *b) {
+    const exact3 x = {1, 0, 0}, y = {0, 1, 0};
+    *a = unit_of(across_of(fabsl(n.x) < 0.5L ? x : y, n));
+    *b = across_of(n, *a);
+}
+
+/* The way to a point of the light, and its weight but for N.L. */
+static long double way_to(const shd_light *l, long double u, long double v, exact3 from,
+                          exact3 *way) {
+    const long double turn = 2 * M_PIl * v, r = (long double)l->radius;
+    const exact3 middle = exact_of(l->position), path = along(middle, from, -1);
+    exact3 a = exact_of(l->across), b = exact_of(l->up), point;
+    if (l->type == SHD_LIGHT_SPHERE) {
+        const long double sine2 = r * r / dot_of(path, path), down = u * (1 - sqrtl(1 - sine2)),
+                          aside = sqrtl(down * (2 - down));
+        frame_of(unit_of(path), &a, &b);
+        *way =
+            along(along(along((exact3){0, 0, 0}, unit_of(path), 1 - down), a, aside * cosl(turn)),
+                  b, aside * sinl(turn));
+        return 1;
+    }
+    if (l->type == SHD_LIGHT_RECT) {
+        point = along(along(middle, a, (u - 0.5L) * (long double)l->size[0]), b,
+                      (v - 0.5L) * (long double)l->size[1]);
+    } else {
+        frame_of(exact_of(l->direction), &a, &b);
+        point = along(along(middle, a, r * sqrtl(u) * cosl(turn)), b, r * sqrtl(u) * sinl(turn));
+    }
+    const exact3 to = along(point, from, -1);
+    *way = unit_of(to);
+    return fmaxl(0, -dot_of(*way, exact_of(l->direction))) / dot_of(to, to);
+}
+
+/* The share that a disc of radius `wide`, `high` over a floor, leaves at a point of that, and the
+ * mean of (N.L)+ l; negative: a ray passes the disc's rim, or the horizon, to within rounding. */
+static long double exact_share(const shd_light *l, exact3 from, long double high, long double wide,
+                               long double *mean) {
+    long double all = 0, sum = 0, square = 0;
+    for (unsigned i = 0; i < 1024; i++) {
+        long double v = 0.5L / 1024, bit = 0.5L;
+        for (unsigned k = i; k; k >>= 1, bit /= 2) v += k & 1 ? bit : 0;
+        exact3 way;
+        const long double weight = way_to(l, (i + 0.5L) / 1024, v, from, &way),
+                          w = weight * fmaxl(way.y, 0);
+        /* 1 / d^2 is the weight without the light's cosine. */
+        square += l->type == SHD_LIGHT_SPHERE || !(weight > 0)
+                      ? weight
+                      : weight / -dot_of(way, exact_of(l->direction));
+        if (!(w > 0)) continue;
+        const exact3 at = along(from, way, high / way.y);
+        const long double off = sqrtl(at.x * at.x + at.z * at.z) / wide;
+        if (fabsl(off - 1) < 1e-9L) return -1;
+        all += w;
+        sum += off > 1 ? w : 0;
+    }
+    *mean = square > 0 ? all / square : 0;
+    return all > 0 ? sum / all : 1;
+}
+
+/* A light that dips into the floor or stands edge on, behind a disc: what is told of the share
+ * holds wherever the mean is above 1e-4, and is some 1e-11 there. */
+static void shares_near_the_horizon_err_by_what_is_told(void **state) {
+    static const double heights[] = {1e-3, 0.05, 0.5, 1};
+    uint64_t random = 5;
+    double worst = 0;
+    int counted = 0;
+    for (int k = 0; k < 12; k++) {
+        const double high = heights[k / 3];
+        shd_light light = {.type = (shd_light_type)(SHD_LIGHT_RECT + k % 3),
+                           .position = {3, high, 0.5},
+                           .direction = {-1, 0, 0},
+                           .across = {0, 0, 1},
+                           .up = {0, 1, 0},
+                           .size = {2, 2},
+                           .radius = 1};
+        place p;
+        char *disc = text_of(", {\"type\": \"disc\", \"radius\": 0.25, \"transform\": "
+                             "{\"translate\": [0, %.17g, 0]}}",
+                             high / 4);
+        make_place(*state, disc, light, &p);
+        free(disc);
+        for (int i = 0; i < 150; i++) {
+            const double away = i % 3 ? 1 : pow(10, uniform(&random, -12, 0));
+            p.at.position = (shd_vec3){i % 3 ? uniform(&random, -3, 2.9) : 3 - away, 0,
+                                       uniform(&random, -2, 2)};
+            long double mean;
+            double share[3];
+            const shd_vec3 path = shd_sub(light.position, p.at.position);
+            if (light.type == SHD_LIGHT_SPHERE && !(shd_length(path) > light.radius)) continue;
+            const long double wanted =
+                exact_share(&light, exact_of(p.at.position), (long double)high / 4, 0.25L, &mean);
+            if (wanted < 0 || !(mean >= 1e-4L)) continue;
+            p.shadows.share(p.shadows.context, &p.light, &p.at, share);
+            const double off = fabs(share[0] - (double)wanted),
+                         nearest = light.type == SHD_LIGHT_SPHERE ? shd_length(path) - light.radius
+                                                                  : fmax(away, 1e-12),
+                         told = 2e4 * (4 * SHD_WEIGHT_DIRECTION + 40 * 0x1p-53 / nearest);
+            counted++;
+            worst = fmax(worst, off / told);
+            if (!(off <= told))
+                fail_msg("%d, %d: %.17g, not %.17Lg: told %g, mean %Lg", k, i, share[0], wanted,
+                         told, mean);
+        }
+        drop_seen(&p.s);
+    }
+    print_message("%d shares: at most %.2g of what is told\n", counted, worst);
+    assert_true(counted > 600);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(half_of_a_light_is_hidden_by_what_is_before_half_of_it),
         cmocka_unit_test(a_disc_before_the_middle_leaves_a_ring),
+        cmocka_unit_test(shares_near_the_horizon_err_by_what_is_told),
     };
     return cmocka_run_group_tests(tests, make_engine, drop_engine);
 }

@@ -28,6 +28,13 @@ static shd_vec3 toward_eye(const shd_scene *scene, const shd_piece *piece, shd_a
     return distance > 0 ? shd_scale(path, 1 / distance) : camera->back;
 }
 
+/* The least N.V at the piece, seen from the eye. */
+static double least_view(const finding *f, const shd_piece *piece, shd_vec3 eye, shd_angle eyes) {
+    const double facing = shd_cosine_more(shd_angle_of(shd_dot(piece->axis, eye)),
+                                          shd_angle_sum(eyes, piece->spread));
+    return shd_larger(facing, f->misplaced.grazing > 0 ? f->misplaced.grazing : 1e-4);
+}
+
 static void see_piece(const finding *f, const shd_piece *piece, const shd_plan_light *light,
                       shd_glance *g) {
     shd_angle eyes, lights = {1, 0};
@@ -44,9 +51,7 @@ static void see_piece(const finding *f, const shd_piece *piece, const shd_plan_l
     g->drifts = false;
     const double between =
         shd_cosine_more(shd_angle_of(shd_dot(eye, toward)), shd_angle_sum(eyes, lights));
-    const double facing = shd_cosine_more(shd_angle_of(shd_dot(piece->axis, eye)),
-                                          shd_angle_sum(eyes, piece->spread));
-    g->view = shd_larger(facing, f->misplaced.grazing > 0 ? f->misplaced.grazing : 1e-4);
+    g->view = least_view(f, piece, eye, eyes);
     /* |L + V| is 2 V.H, and no less than N.V where the light is before the surface. */
     g->half = shd_larger(sqrt(shd_larger((1 + between) / 2, 0)), g->view / 2);
     double beyond;
@@ -61,6 +66,35 @@ static void see_piece(const finding *f, const shd_piece *piece, const shd_plan_l
     g->around = shd_turned_around(&f->sums.place, moved, SHD_WEIGHT_DIRECTION + turned);
 }
 
+/* By how much directions to points of a shape, their lengths and normals are off together. Out on
+ * an infinite plane a light is half as far away as the eye at least, if it is no larger than the
+ * way to it is long. Heights over the plane are off by rounding of that way, which is some of
+ * SHD_WEIGHT_DIRECTION in N.L; and what the plane's point is beside by along it changes N.L and
+ * lengths by as much of themselves. N.L counts from 1e-4 on (shd_add_share), where that is no more
+ * than what ends the function adds. */
+static double off_of_shape(const finding *f, const shd_piece *piece, const shd_plan_light *light) {
+    const shd_scene *scene = f->sums.plan->scene;
+    const shd_misplaced *m = &f->misplaced;
+    const double nearest = shd_shape_distance(&f->sums.place, light->shape),
+                 reach = shd_light_reach(light->shape);
+    shd_angle eyes;
+    const shd_vec3 eye = toward_eye(scene, piece, &eyes);
+    const double view = least_view(f, piece, eye, eyes),
+                 turned = m->turned * shd_smaller(1, m->grazing / view);
+    double beyond, far = 0;
+    if (!(nearest > 0)) return 1;
+    const double place = f->steps * shd_misplaced_at(scene, m, piece, light, nearest, &beyond);
+    if (m->plane && scene->camera.projection != SHD_ORTHOGRAPHIC) {
+        const double height = fabs(shd_dot(m->normal, shd_sub(m->point, scene->camera.position))),
+                     above = reach +
+                             fabs(shd_dot(m->normal, shd_sub(light->shape->position, m->point))),
+                     away = shd_length(shd_sub(light->shape->position, scene->camera.position));
+        if (!(reach <= away + height)) return 1;
+        far = f->steps * 4 * SHD_HIT_ROUNDING * (m->span * 1e-4 + 2 * above) / height;
+    }
+    return 4 * SHD_WEIGHT_DIRECTION + place + 2 * turned + far;
+}
+
 static void add_light(finding *f, const shd_piece *piece, const shd_plan_light *light) {
     shd_lit_errors *sums = &f->sums;
     if (sums->noise) {
@@ -69,6 +103,8 @@ static void add_light(finding *f, const shd_piece *piece, const shd_plan_light *
     }
     if (light->shape) {
         shd_add_shape(sums, light);
+        if (sums->plan->scene->trace.shadows)
+            shd_add_share(sums, light, off_of_shape(f, piece, light));
         return;
     }
     const double least = light->directional ? 0 : shd_least_distance(&sums->place, light->position);

@@ -4,8 +4,9 @@
 #include "plan/paths.h"
 
 /* Whether its lights err otherwise than those of Phong's model (excess.h). Shadows alone only take
- * light away, and the share that they leave is no source of error but on their edges, which no
- * bound counts (error.h). */
+ * light away, and what they leave of light that comes from points is no source of error but on
+ * their edges, which no bound counts (error.h). The share that they leave of a light with a shape
+ * is one (shd_add_share). */
 bool shd_errs_otherwise(const shd_plan *plan);
 
 /* An upper bound of the error of the film's components against the model of docs/model.md.

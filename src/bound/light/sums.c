@@ -98,6 +98,27 @@ void shd_add_shape(shd_lit_errors *f, const shd_plan_light *light) {
     }
 }
 
+/* The share is sum w s / sum w over the points of a pattern (trace/shadows.h), s of each being what
+ * arrives of it, and w = (N.L)+ l / d^2, with l the light's own cosine; of a sphere, (N.L)+. With
+ * other weights w' the share changes by sum (w' - w) (s - share) / sum w', which is sum |w' - w| /
+ * sum w' at most. Each |w' - w| is at most 1 / d^2 times twice the `off` of N.L, l and d. So
+ * the error is 2 off over the mean of (N.L)+ l, weighed by 1 / d^2. Where that is below 1e-4, the
+ * light is on its horizon, or seen from its edge, as surfaces count that are seen with an N.V below
+ * 1e-4: samples there are on an edge, and are not counted. Nor are those of which what stands
+ * before a point of the pattern ends there, to within rounding. */
+void shd_add_share(shd_lit_errors *f, const shd_plan_light *light, double off) {
+    static const double LEAST = 1e-4;
+    const shd_plan_material *m = f->material;
+    const double near = shd_shape_distance(&f->place, light->shape),
+                 share = shd_smaller(2 * off / LEAST, 1);
+    for (size_t t = 0; t < 1 + m->lobe_count; t++) {
+        const double *color = t ? m->lobes[t - 1].specular : m->diffuse;
+        const shd_peak peak = shd_peak_of(m, t);
+        add_error(f, product_of(f->plan, m, light, t, color),
+                  share * shd_shape_most(light->shape, &peak, near));
+    }
+}
+
 /* Four standard errors of what was simulated. */
 void shd_add_noise(shd_lit_errors *f, const shd_piece *piece, const shd_plan_light *light) {
     const shd_peak even = {1, 1};
@@ -129,13 +150,14 @@ void shd_add_terms(shd_lit_errors *f, const shd_plan_light *light, const shd_gla
 }
 
 /* The same where points and directions are off. What comes from a point of the shape changes as the
- * light of a point does, and the part of the shape that is before the surface, or that shadows
- * leave, by a strip as wide as directions are off: of all directions, or across the shape. */
+ * light of a point does, and the part of the shape that is before the surface by a strip as wide as
+ * directions are off: of all directions, or across the shape. */
 void shd_add_drifted_shape(shd_lit_errors *f, const shd_plan_light *light, const shd_glance *g) {
     const shd_plan_material *m = f->material;
     const double area = shd_light_area(light->shape), wide = 4 * sqrt(area / SHD_PI),
                  strip = shd_smaller(2 * SHD_PI, 4 * wide / g->lit.nearest) * g->direction / area;
     shd_add_shape(f, light);
+    if (f->plan->scene->trace.shadows) shd_add_share(f, light, 2 * g->direction);
     for (size_t t = m->has_diffuse ? 0 : 1; t < 1 + m->lobe_count; t++) {
         const double *color = t ? m->lobes[t - 1].specular : m->diffuse;
         const shd_peak peak = shd_peak_of(m, t);

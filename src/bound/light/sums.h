@@ -22,7 +22,11 @@ void shd_add_terms(shd_lit_errors *f, const shd_plan_light *light, const shd_gla
 /* Adds a light with a shape, as seen from points that are where they should be. */
 void shd_add_shape(shd_lit_errors *f, const shd_plan_light *light);
 
-/* The same where points and directions are off. */
+/* Adds what the share of a light with a shape is off by that shadows leave, where directions to its
+ * points, lengths and normals are off by `off` together. */
+void shd_add_share(shd_lit_errors *f, const shd_plan_light *light, double off);
+
+/* The same as shd_add_shape where points and directions are off. */
 void shd_add_drifted_shape(shd_lit_errors *f, const shd_plan_light *light, const shd_glance *g);
 
 /* Adds four standard errors of what was simulated. */

@@ -92,15 +92,24 @@ static shd_weight weigh_facets(double index, double slope, const shd_glance *g) 
                                              4};
 }
 
-/* A product of splines over nodes that are 90/16 degrees of rise and 360/32 of turn apart, whose
- * values are at most `most`: the slope over a distance of nodes is no more. Turns change by what
- * directions do over the sine of their rise, which counts from 1e-4 on. */
+/* A product of quadratic splines over nodes that are 90/16 degrees of rise and 360/32 of turn
+ * apart, in both directions. The derivative of such a spline along one coordinate is a mean of
+ * differences of nodes that are neighbors along it, so that over a distance of nodes it changes by
+ * no more than the largest of these; nor by more than the largest value, as none is negative. Turns
+ * change by what directions do over the sine of their rise, which counts from 1e-4 on. The other
+ * factor is N.L. */
 static shd_weight weigh_westin(const shd_plan_material *m, const shd_glance *g) {
     static const double RISE = 16 / (SHD_PI / 2), TURN = 32 / (2 * SHD_PI), POLE = 1e-4;
-    const double most = shd_peak_of(m, 0).most;
-    const double nodes = 2 * (RISE * g->direction + TURN * (g->direction / POLE + g->around));
-    return (shd_weight){most * g->lit.facing_high,
-                        most * shd_smaller(nodes + g->direction + 1e-12, 1)};
+    const double most = shd_peak_of(m, 0).most, facing = g->lit.facing_high;
+    const shd_table_limits any = {most, most, most, most}, *t = m->table ? m->table : &any;
+    const double off = g->direction;
+    /* What is near the normal before it has moved may not be so after it. */
+    const double near = shd_smaller(off, 1) < SHD_WESTIN_NEAR / 2 ? t->near : t->turn;
+    const double turned = shd_larger(near * (off / POLE + g->around),
+                                     t->turn * (off / (SHD_WESTIN_NEAR / 2) + g->around));
+    const double moved = 2 * (RISE * t->rise * off + TURN * turned);
+    return (shd_weight){
+        most * facing, shd_smaller(facing * shd_smaller(moved, most) + most * (off + 1e-12), most)};
 }
 
 shd_weight shd_weight_of(const shd_plan_material *m, size_t term, const shd_glance *g,

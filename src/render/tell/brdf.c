@@ -10,7 +10,6 @@
 #include "render/tell/figures.h"
 #include "render/tell/json.h"
 #include "render/tell/lobe_plot.h"
-#include "render/westin_tables.h"
 #include "shade/westin.h"
 
 #define DEGREE (SHD_PI / 180)
@@ -39,9 +38,7 @@ static shd_status find_all(shd_rendering *r, const shd_scene *scene, size_t most
     if (!whole) return shd_fail(error, SHD_MEMORY, "", "the limit `memory` is reached");
     *whole = *scene;
     whole->accuracy = (shd_accuracy){.tier = SHD_EXACT}; /* no budget decides on anything here */
-    shd_status status =
-        shd_plan_make(whole, r->engine->isa, NULL, r->cancelled, r->arena, &r->plan, error);
-    if (status == SHD_OK) status = shd_rendering_simulate(r, error);
+    const shd_status status = shd_rendering_plan_for(r, whole, NULL, &r->plan, error);
     if (status != SHD_OK) return status;
     const shd_plan *plan = r->plan;
     *out = (finding){0, shd_arena_alloc(r->arena, scene->material_count, sizeof *out->list)};

@@ -12,7 +12,7 @@
 #include "render/tell/json.h"
 #include "render/tell/lamps.h"
 #include "render/tell/words.h"
-#include "render/westin_tables.h"
+#include "shade/westin.h"
 
 /* The bounds with what they count and, if one is not known, why. */
 static json_t *tell_bounds(const shd_explained *e) {
@@ -271,11 +271,8 @@ static void find_estimates(shd_explained *e, shd_arena *arena) {
 
 static shd_status explain_plan(shd_rendering *r, const shd_scene *scene, shd_explained *e,
                                shd_error *error) {
-    const shd_isa isa = r->engine->isa;
     shd_status status = shd_shown_make(r, scene, &e->shown, error);
-    if (status == SHD_OK)
-        status = shd_plan_make(scene, isa, e->shown, r->cancelled, r->arena, &r->plan, error);
-    if (status == SHD_OK) status = shd_rendering_simulate(r, error);
+    if (status == SHD_OK) status = shd_rendering_plan_for(r, scene, e->shown, &r->plan, error);
     if (status != SHD_OK) return status;
     e->plan = r->plan;
     bool *codes = shd_arena_alloc(r->arena, scene->output_count, sizeof *codes);
@@ -292,7 +289,7 @@ static shd_status explain_plan(shd_rendering *r, const shd_scene *scene, shd_exp
         shd_scene asking = *scene;
         asking.accuracy = (shd_accuracy){.tier = (shd_tier)t};
         const shd_plan *plan;
-        status = shd_plan_make(&asking, isa, e->shown, r->cancelled, r->arena, &plan, error);
+        status = shd_rendering_plan_for(r, &asking, e->shown, &plan, error);
         if (status != SHD_OK) return status;
         e->bounds[t] = plan->bound;
         e->costs[t] = cost_of(plan, codes);

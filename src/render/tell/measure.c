@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/bits.h"
+#include "bound/light/extended.h"
 #include "bound/shown/picture.h"
 #include "render/show/conversion.h"
 #include "render/show/output.h"
@@ -195,6 +196,8 @@ static bool find_errors(const shd_rendering *r, const shd_showing *showing,
     const shd_plan *plan = r->plan;
     const shd_shown shown = shd_shown_of(showing);
     shd_excess_list list;
+    *out = NULL;
+    if (shd_errs_otherwise(plan)) return true; /* excesses are of Phong's model and of points */
     if (!shd_excess_find(plan, plan->tier, r->arena, &list, NULL)) return false;
     shd_excess_leave_out(&list, plan->drop_tolerance + plan->dropped, plan->drop_relative);
     return shd_picture_errors_new(plan, &list, &shown, r->arena, out);
