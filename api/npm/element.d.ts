@@ -38,6 +38,13 @@ export class ShadedPreview extends HTMLElement {
     view: string | null;
     colorSpace: string | null;
     format: string | null;
+    quality: string | number | null;
+    emissive: string | null;
+    ambient: string | null;
+    diffuse: string | null;
+    specular: string | null;
+    shininess: string | number | null;
+    ground: boolean;
     server: string | null;
     label: string | null;
     loading: string | null;

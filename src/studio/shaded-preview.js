@@ -5,9 +5,10 @@
  *     <shaded-preview material="brass" shape="torus" size="256"></shaded-preview>
  *
  * Attributes, each with a property of its name in camelCase:
- *   material, shape, size, width, height, samples, background, display, view, color-space, format
+ *   material, shape, size, ground, width, height, samples, background, display, view, color-space,
+ *   format, quality, emissive, ambient, diffuse, specular, shininess
  *               as of GET /v1/preview/{material}. Sizes are in CSS pixels: on a screen with two
- *               pixels for each of these, the picture has as many
+ *               pixels for each of these, the picture has as many. `ground` is there, or not, or "false"
  *   scene       a scene document, as JSON (the property takes an object, too); posted as it is, to
  *               which `display`, `view` and `color-space` are added, and a size if it has none
  *   draft       while it is there, pictures are made quickly: with fewer samples and pixels if the
@@ -28,8 +29,10 @@
  * is aborted, too. */
 
 const HERE = new URL(".", import.meta.url);
-const LINK = ["material", "shape", "size", "width", "height", "samples", "background", "display",
-              "view", "color-space", "format"];
+const LINK = ["material", "shape", "size", "ground", "width", "height", "samples", "background",
+              "display", "view", "color-space", "format", "quality", "emissive", "ambient",
+              "diffuse", "specular", "shininess"];
+const SWITCHES = ["ground", "draft"]; // that are on while they are there
 const SHOWN = new Set(["png", "jpeg", "webp"]);
 const ACCEPT = "image/png, image/webp, image/jpeg, application/problem+json";
 
@@ -205,7 +208,7 @@ export class ShadedPreview extends HTMLElement {
         queueMicrotask(() => {
             this.#queued = false;
             if (!this.isConnected) return;
-            if (!this.hasAttribute("draft") || this.#flights.some(one => !one.draft)) {
+            if (!this.draft || this.#flights.some(one => !one.draft)) {
                 if (this.#flights.length) this.#asked = "";
                 this.#drop(this.#flights);
             }
@@ -217,7 +220,7 @@ export class ShadedPreview extends HTMLElement {
     /* A second draft beside the first hides the way there and back. Where the server's own work is
      * what takes long, it would only take the processors from the first. */
     get #hasRoom() {
-        const most = this.hasAttribute("draft") && this.#cost < 30 ? 2 : 1;
+        const most = this.draft && this.#cost < 30 ? 2 : 1;
         return this.#flights.length < most;
     }
 
@@ -239,7 +242,8 @@ export class ShadedPreview extends HTMLElement {
             const value = this.getAttribute(name);
             if (value === null) continue;
             const isSide = ["size", "width", "height"].includes(name);
-            query.set(camel(name), isSide ? Math.round(Number(value) * this.#density) : value);
+            query.set(camel(name), isSide ? Math.round(Number(value) * this.#density)
+                                  : SWITCHES.includes(name) ? value || "true" : value);
         }
         return { method: "GET", path: `v1/preview/${encodeURIComponent(material)}?${query}` };
     }
@@ -265,7 +269,7 @@ export class ShadedPreview extends HTMLElement {
             const side = Math.round(Number(this.getAttribute("size")) * this.#density);
             scene.image = { width: side, height: side };
         }
-        return this.hasAttribute("draft") ? this.#lighten(scene) : scene;
+        return this.draft ? this.#lighten(scene) : scene;
     }
 
     /* A draft: as many samples and pixels as are made within a frame of the screen, or two. */
@@ -311,7 +315,7 @@ export class ShadedPreview extends HTMLElement {
             return;
         }
         this.#asked = asked;
-        const flight = { control: new AbortController(), draft: this.hasAttribute("draft") };
+        const flight = { control: new AbortController(), draft: this.draft };
         this.#flights.push(flight);
         if (!flight.draft) this.setAttribute("aria-busy", "true");
         const started = performance.now();
@@ -418,7 +422,7 @@ export class ShadedPreview extends HTMLElement {
 }
 
 /* Each attribute as a property; numbers and texts alike are told as text. */
-for (const name of [...LINK, "server", "label", "loading"]) {
+for (const name of [...LINK, "server", "label", "loading"].filter(one => !SWITCHES.includes(one))) {
     Object.defineProperty(ShadedPreview.prototype, camel(name), {
         configurable: true,
         get() { return this.getAttribute(name); },
@@ -428,10 +432,12 @@ for (const name of [...LINK, "server", "label", "loading"]) {
         },
     });
 }
-Object.defineProperty(ShadedPreview.prototype, "draft", {
-    configurable: true,
-    get() { return this.hasAttribute("draft"); },
-    set(value) { this.toggleAttribute("draft", Boolean(value)); },
-});
+for (const name of SWITCHES) {
+    Object.defineProperty(ShadedPreview.prototype, name, {
+        configurable: true,
+        get() { return this.hasAttribute(name) && this.getAttribute(name) !== "false"; },
+        set(value) { this.toggleAttribute(name, Boolean(value)); },
+    });
+}
 
 if (!customElements.get("shaded-preview")) customElements.define("shaded-preview", ShadedPreview);

@@ -669,6 +669,34 @@ describe("the element", { skip: CHROMIUM ? false : "chromium is not installed" }
         assert.ok(truth.body.equals(Buffer.from(bytes)));
     });
 
+    test("has an attribute and a property for each parameter of the link that says what is seen", async () => {
+        const api = JSON.parse((await daemon.ask({ method: "GET", path: "/openapi.json" })).body);
+        const names = api.paths["/v1/preview/{material}"].get.parameters.map(one => one.$ref ? api.components.parameters[one.$ref.split("/").at(-1)] : one)
+            .filter(one => one.in !== "header" && !["expires", "signature"].includes(one.name)).map(one => one.name);
+        assert.ok(names.includes("ground") && names.includes("shininess"));
+        const missing = await page.evaluate(names => {
+            const type = customElements.get("shaded-preview"), kebab = name => name.replace(/[A-Z]/g, c => "-" + c.toLowerCase());
+            return names.filter(name => !type.observedAttributes.includes(kebab(name)) || !(name in type.prototype));
+        }, names);
+        assert.deepEqual(missing, []);
+    });
+
+    test("stands on a floor, and takes other coefficients", async () => {
+        const shown = change => page.evaluate(async change => {
+            const one = document.getElementById("near");
+            Object.assign(one, change);
+            await new Promise(done => one.addEventListener("load", done, { once: true }));
+            return [one.ground, [...new Uint8Array(await one.picture.arrayBuffer())]];
+        }, change);
+        for (const [change, query, ground] of [[{ ground: true }, "&ground=true", true], [{ ground: false }, "", false],
+            [{ diffuse: "tomato", specular: "0", shininess: 5 }, "&diffuse=tomato&specular=0&shininess=5", false]]) {
+            const truth = await daemon.ask({ method: "GET", path: `/v1/preview/brass?shape=torus&size=64${query}` });
+            const [is, bytes] = await shown(change);
+            assert.equal(is, ground);
+            assert.ok(truth.body.equals(Buffer.from(bytes)), query);
+        }
+    });
+
     test("tells mistakes", async () => {
         const { status, problem } = await told("wrong", "error");
         assert.deepEqual([status, problem.type], [404, "urn:shaded:problem:not-found"]);
