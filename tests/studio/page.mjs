@@ -105,6 +105,17 @@ export class Studio {
         });
     }
 
+    // Red of all pixels, as codes.
+    async reds() {
+        await this.settled();
+        return this.page.evaluate(async () => {
+            const picture = await createImageBitmap(studio.view.picture), { width, height } = picture;
+            const context = new OffscreenCanvas(width, height).getContext("2d");
+            context.drawImage(picture, 0, 0);
+            return [...context.getImageData(0, 0, width, height).data.filter((_, i) => i % 4 === 0)];
+        });
+    }
+
     tab(name) { return this.page.click(`#tab-${name}`); }
     row(pointer) { return this.page.locator(`.row[data-pointer="${pointer}"]`).first(); }
 

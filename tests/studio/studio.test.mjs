@@ -114,31 +114,73 @@ describe("the studio", { skip: CHROMIUM ? false : "chromium is not installed" },
         assert.deepEqual(Object.keys((await studio.scene()).objects[0].material.fresnel), ["f0"]);
     });
 
+    test("what traced rays show follows their controls", async () => {
+        const small = { image: { width: 96, height: 96, samples: 1 }, camera: { position: [0, 0, 4] }, trace: { depth: 4 }, lights: [] };
+        const lamp = (x, z, side) => ({ type: "box", material: { emissive: 1.2 }, transform: { scale: side, translate: [x, 0, z] } });
+        const ball = more => ({ type: "sphere", material: { diffuse: 0, specular: 0, ...more } });
+        // A ball of glass before a lamp that is hidden but for the ball, to the left of the middle.
+        const glass = { ...small, objects: [ball({ transmission: 0.7, ior: 1.5 }), lamp(-0.4, -3, 0.3)] };
+        await studio.tab("material");
+        let [old, now] = await change(glass, () => studio.type(`${material}/ior`, "1"));
+        assert.ok(old.brightX > 0.52 && now.brightX < 0.48, `a ball of glass turns the picture around: ${old.brightX} ${now.brightX}`);
+        [old, now] = await change(glass, () => studio.type(`${material}/transmission`, "0.9"));
+        assert.ok(sum(now.mean) > 1.1 * sum(old.mean), `${old.mean} ${now.mean}`);
+        await studio.tab("scene");
+        await studio.set(glass);
+        await studio.page.click('[data-group="Rays"] > summary');
+        [old, now] = await change(glass, () => studio.type("/trace/depth", "1"));
+        assert.ok(sum(old.mean) > 1 && sum(now.mean) < 0.1 * sum(old.mean), "a path that ends in the glass brings nothing");
+        // A mirror before a lamp behind the camera.
+        const mirror = { ...small, objects: [ball({ reflection: 0.3 }), lamp(0, 8, 4)] };
+        await studio.tab("material");
+        [old, now] = await change(mirror, () => studio.type(`${material}/reflection`, "0.8"));
+        assert.ok(now.middle[0] > old.middle[0] + 40 && old.middle[0] > 40, `${old.middle} ${now.middle}`);
+        await studio.tab("scene");
+        [old, now] = await change(mirror, () => studio.type("/trace/minContribution", "0.5"));
+        assert.ok(old.middle[0] > 40 && now.middle[0] === 0, "0.3 is below 0.5");
+        // The half-shadow of a square lamp.
+        const square = { type: "rect", position: [0, 3, 0], direction: [0, -1, 0], size: [2, 2], intensity: 6 };
+        const shade = { ...small, camera: { position: [0, 4, 6] }, trace: { shadows: true, shadowSamples: 1024 }, lights: [square],
+                        objects: [{ type: "sphere", material: { diffuse: 0.6 }, transform: { scale: 0.5 } },
+                                  { type: "plane", material: { diffuse: 0.6 }, transform: { translate: [0, -1, 0] } }] };
+        await studio.set(shade);
+        const truth = await studio.reds(), off = [];
+        for (const samples of [1, 16, 256]) {
+            await studio.type("/trace/shadowSamples", samples);
+            off.push(sum((await studio.reds()).map((red, i) => Math.abs(red - truth[i]))));
+        }
+        await studio.page.click('[data-group="Rays"] > summary'); // folded, as other tests find it
+        assert.ok(off[0] > 2 * off[1] && off[1] > 2 * off[2] && off[2] > 0, `more points of the lamp, less error: ${off}`);
+    });
+
     // Controls that change nothing in a picture of eight bits as PNG, and why.
     const IDLE = [/^\/output\/(quality|effort|matte)$/ /* of other formats, and of opaque pictures */, /segments$/ /* the surface is smooth */,
-                  /minDistance$/ /* nothing is nearer */, /\/ior$/ /* nothing is seen through */, /trace\/(shadowSamples|minContribution|depth)$/, /transform\/rotate$/ /* of a ball */, /lights\/\d\/up$/ /* of a square */];
+                  /minDistance$/ /* nothing is nearer */, /transform\/rotate$/ /* of a ball */, /lights\/\d\/up$/ /* of a square */];
     test("every slider and every vector of every tab changes the picture", async () => {
         const one = await Studio.open(browser, origin); // of its own: everything in it is unfolded
-        const small = { image: { width: 48, height: 48, samples: 1 }, ambient: 0.1, background: 0.2, camera: { position: [0, 0.5, 4] }, trace: { shadows: true, depth: 2 } };
+        const small = { image: { width: 48, height: 48, samples: 1 }, ambient: 0.1, background: 0.2, camera: { position: [0, 0.5, 4] }, trace: { shadows: true, depth: 2, shadowSamples: 2 } };
         const { trace, ...bare } = small;
         const key = { type: "spot", position: [-1, 1.5, 3], direction: [1, -1.5, -3], angle: 20, exponent: 2, attenuation: [1, 0.05, 0.01] };
-        const sphere = { type: "sphere", material: { diffuse: [0.5, 0.2, 0.1], specular: 0.5, shininess: 20, opacity: 0.7, reflection: 0.2 } };
+        const sphere = { type: "sphere", material: { diffuse: [0.5, 0.2, 0.1], specular: 0.5, shininess: 20, opacity: 0.7, reflection: 0.2, transmission: 0.2, ior: 1.5 } };
+        const globe = { type: "sphere", radius: 1, position: [2, 2, 1], intensity: 3 };
+        const around = [{ type: "box", transform: { translate: [-0.5, 0, -3] } }, { type: "plane", transform: { translate: [0, -1, 0] } }];
         const scenes = {
-            "material lights scene color": { ...small, lights: [key], objects: [sphere] },
+            "material lights scene color": { ...small, lights: [key, globe], objects: [sphere, ...around] },
             material: { ...small, lights: [key], objects: [{ type: "torus", material: { model: "cook-torrance", diffuse: 0.2, fresnel: { n: 1.3, k: 2 }, lobes: [{ roughness: 0.4, weight: 0.7 }, { roughness: 0.1, weight: 0.2 }] } }] },
             "material ": { ...small, lights: [key], objects: [{ type: "box", material: { model: "oren-nayar", diffuse: 0.5, sigma: 30 } }] },
             lights: { ...bare, lights: ["rect", "disc", "sphere"].map(type => ({ type, position: [-2, 2, 3], ...(type === "sphere" ? {} : { direction: [2, -2, -3] }), intensity: 3 })), objects: [sphere] },
-            scene: { ...small, camera: { ...small.camera, type: "orthographic", height: 2 }, lights: [key], objects: [{ type: "torus", material: { diffuse: 0.5 } }] },
+            scene: { ...small, camera: { ...small.camera, type: "orthographic", height: 2 }, lights: [key, globe], objects: [{ ...sphere, type: "torus" }, ...around] },
         };
         const moved = new Set();
         for (const [tabs, scene] of Object.entries(scenes)) {
+            const idle = scene.objects[0].material.transmission ? IDLE : [...IDLE, /\/ior$/ /* nothing is seen through */];
             await one.set(scene);
             const { hash, width, height } = await one.look();
             for (const tab of tabs.trim().split(" ")) {
                 await one.tab(tab);
                 await one.page.evaluate(name => document.querySelectorAll(`#panel-${name} details`).forEach(part => { part.open = true; }), tab);
                 const pointers = await one.page.locator(`#panel-${tab} .row:is(:has(.slider), :has(.vector))[data-pointer]`).evaluateAll(list => list.map(row => row.dataset.pointer));
-                for (const pointer of pointers.filter(pointer => !IDLE.some(idle => idle.test(pointer)))) {
+                for (const pointer of pointers.filter(pointer => !idle.some(one => one.test(pointer)))) {
                     const slider = one.row(pointer).locator(".slider"), field = one.row(pointer).locator(".vector .number").first();
                     if (!await slider.count()) {
                         await field.fill(String(Number(await field.inputValue()) + 0.4));
