@@ -2,14 +2,20 @@
  *
  * Lambert: c, whose integral is pi. Phong: (R.V)^n, at most 2 pi / (n + 1) over the hemisphere of
  * R, which all directions before the surface are. Blinn: (N.H)^n; as dw = 4 V.H dw_H, four times
- * that. Normalized: pi c / E is (n + 2) / 2 at most (extended.c), which multiplies both.
- * Oren-Nayar: c A + B c s with A at most 1, and c s = (L.V - c v) c / max(c, v) at most 1, which is
- * its whole integral's 2 pi at most. Cook-Torrance: F D G / (4 v) over dw = 4 V.H dw_H is F D (G
- * V.H / v), and G / v is 2 N.H / V.H at most; the integral of D N.H is pi, so that 2 pi is the
- * most. At grazing views there is no limit for one direction. Westin: all light leaves if
- * facets are white, under any V, so that no node of the table has more than 1 over the light that
- * it stands for, which is 1 / 2862 at least; and no more leaves if they are not. Splines have no
- * more than their nodes, so that a table that is there tells its own most. */
+ * that, and no more than the hemisphere's own 2 pi. Normalized: pi c / E is (n + 2) / 2 at most
+ * (extended.c), which multiplies both. Oren-Nayar: c A + B c s with A at most 1, and c s = (L.V - c
+ * v) c / max(c, v) at most 1, which is its whole integral's 2 pi at most.
+ *
+ * Cook-Torrance: F D G / (4 v) over dw = 4 V.H dw_H is at most D min(V.H, 2 N.H v) / v, of H with
+ * V.H > 0. H and its mirror image by N are two sides of a groove, with the same D, and V.H + V.H' =
+ * 2 N.H v. If both are positive, they add up to that, and if only one is, to no more: D N.H v a
+ * side, whose integral is pi v. So pi is the most. For one direction G / v is 1 / v and 2 / V.H at
+ * most, so that there is no limit where both may be 0.
+ *
+ * Westin: all light leaves if facets are white, under any V, so that no node of the table has more
+ * than 1 over the light that it stands for, which is 1 / 2862 at least; and no more leaves if they
+ * are not. Splines have no more than their nodes, so that a table that is there tells its own most.
+ */
 #include "plan/peaks.h"
 
 shd_peak shd_peak_of(const shd_plan_material *m, size_t term) {
@@ -19,10 +25,16 @@ shd_peak shd_peak_of(const shd_plan_material *m, size_t term) {
         const double square = m->from->sigma * m->from->sigma, b = 0.45 * square / (square + 0.09);
         return (shd_peak){1 + b, 1 + 2 * b};
     }
-    if (m->model == SHD_MODEL_COOK_TORRANCE) return (shd_peak){INFINITY, 2};
+    if (m->model == SHD_MODEL_COOK_TORRANCE) return (shd_peak){INFINITY, 1};
     const double n = m->lobes[term - 1].shininess, phong = 2 / (n + 1), factor = (n + 2) / 2;
     if (m->model == SHD_MODEL_PHONG_NORMALIZED) return (shd_peak){factor, factor * phong};
-    return (shd_peak){1, m->model == SHD_MODEL_BLINN_PHONG ? 4 * phong : phong};
+    return (shd_peak){1, m->model == SHD_MODEL_BLINN_PHONG ? shd_smaller(4 * phong, 2) : phong};
+}
+
+/* With x = tan^2 it is largest at max(0, 2 m^2 - 1). */
+double shd_facets_most(double roughness) {
+    const double m = roughness * roughness;
+    return m > 0.5 ? 4 * m * exp(1 / m - 2) : 1 / m;
 }
 
 /* 1 / A times the integral over the light's solid angle, which is at most 2 A over the square of
@@ -30,5 +42,29 @@ shd_peak shd_peak_of(const shd_plan_material *m, size_t term) {
 double shd_shape_most(const shd_light *shape, const shd_peak *peak, double nearest) {
     const double of_all = peak->whole * SHD_PI / shd_light_area(shape),
                  of_seen = nearest > 0 ? peak->most * 2 / (nearest * nearest) : INFINITY;
+    return of_all < of_seen ? of_all : of_seen;
+}
+
+/* The solid angle over A: of a flat shape the mean of its cosine over the square of the distance;
+ * of a sphere at the distance D from its center, whose A is pi r^2, 2 pi (1 - sqrt(1 - r^2 / D^2))
+ * / A. */
+static double most_seen(const shd_light *shape, double nearest) {
+    if (!(nearest > 0)) return INFINITY;
+    if (shape->type != SHD_LIGHT_SPHERE) return 1 / (nearest * nearest);
+    const double away = nearest + shape->radius, sine = shape->radius / away;
+    return 2 / (away * away * (1 + sqrt((1 - sine) * (1 + sine))));
+}
+
+double shd_shape_most_at(const shd_light *shape, const shd_plan_material *m, size_t term,
+                         const shd_stance *at) {
+    shd_peak peak = shd_peak_of(m, term);
+    if (term && m->model == SHD_MODEL_COOK_TORRANCE) {
+        const double by_view = at->view > 0 ? 1 / at->view : INFINITY,
+                     by_half = at->half > 0 ? 2 / at->half : INFINITY;
+        peak.most =
+            shd_facets_most(m->lobes[term - 1].shininess) * shd_smaller(by_view, by_half) / 4;
+    }
+    const double of_all = peak.whole * SHD_PI / shd_light_area(shape),
+                 of_seen = peak.most * most_seen(shape, at->nearest);
     return of_all < of_seen ? of_all : of_seen;
 }

@@ -46,9 +46,22 @@ static double sharpness_of(const shd_plan_material *m) {
     return most;
 }
 
-/* No point of the light is nearer. */
-static double nearest_of(const shd_light *shape, shd_vec3 position) {
-    return shd_length(shd_sub(shape->position, position)) - shd_light_reach(shape);
+/* How a point sees a light with a shape. Directions to it are in the cone of the sphere around it,
+ * whose cosine with V is least where it leans away. */
+static shd_stance find_stance(const shd_light *shape, const shd_surface *at) {
+    const shd_vec3 path = shd_sub(shape->position, at->position);
+    const double distance = shd_length(path), reach = shd_light_reach(shape),
+                 before = shape->type == SHD_LIGHT_SPHERE ? 0 : -shd_dot(path, shape->direction);
+    shd_stance out = {.nearest = shd_larger(distance - reach, before),
+                      .view = shd_dot(at->normal, at->view)};
+    if (!(distance > reach)) return out;
+    const double sine = reach / distance, wide = sqrt((1 - sine) * (1 + sine)),
+                 cosine = shd_smaller(shd_larger(shd_dot(at->view, path) / distance, -1), 1);
+    if (cosine > -wide) {
+        const double least = cosine * wide - sqrt((1 - cosine) * (1 + cosine)) * sine;
+        out.half = sqrt(shd_larger((1 + least) / 2, 0));
+    }
+    return out;
 }
 
 /* By quadrature over directions, whose sums may be anything if a peak hides between its points:
@@ -65,11 +78,11 @@ static bool sum_model(const shd_plan *plan, const shd_light *shape, const shd_su
     const shd_area_model model = {weigh_direction, &point,   3 + 3 * m->lobe_count,
                                   sharpness_of(m), {crease}, 1};
     if (!(shd_area_integrate(shape, at, plan->point_off, &model, row) >= 0)) return false;
-    const double nearest = nearest_of(shape, at->position);
+    const shd_stance stance = find_stance(shape, at);
     for (size_t t = 0; t < 1 + m->lobe_count; t++) {
-        const shd_peak peak = shd_peak_of(m, t);
-        const double most = shd_shape_most(shape, &peak, nearest);
-        for (size_t c = 0; c < 3; c++) row[3 * t + c] = shd_smaller(row[3 * t + c], most);
+        const double most = shd_shape_most_at(shape, m, t, &stance);
+        for (size_t c = 0; c < 3; c++)
+            row[3 * t + c] = shd_larger(shd_smaller(row[3 * t + c], most), 0);
     }
     return true;
 }

@@ -140,7 +140,7 @@ static void every_model_has_a_bound(void **state) {
                       by_point, by_shape, estimate);
         /* Westin's directions change quickly around the normal. */
         assert_true(by_point > 0 && by_point < (m < 4 ? 1e-5 : 1e-3));
-        assert_true(by_shape > 0 && by_shape < 10);
+        assert_true(by_shape > 0 && by_shape < 1);
         if (m < 4) assert_true(estimate < 1e-3 && estimate < by_shape);
     }
     /* Lambert's light is in closed form: what is not known is the lobe's, of which there is none.
@@ -148,6 +148,68 @@ static void every_model_has_a_bound(void **state) {
     assert_true(
         bound_of(*state, "\"model\": \"blinn-phong\", \"specular\": 0", "0", shape, &estimate)
             .linear < 1e-4);
+}
+
+/* ---- What is summed over directions. ---- */
+
+static char *scene_of_one_term(uint64_t seed) {
+    static const char *const kinds[] = {
+        "\"model\": \"blinn-phong\", \"diffuse\": 0, \"specular\": 1, \"shininess\": ",
+        "\"model\": \"phong-normalized\", \"diffuse\": 0, \"specular\": 1, \"shininess\": ",
+        "\"model\": \"oren-nayar\", \"diffuse\": 1, \"sigma\": ",
+        "\"model\": \"cook-torrance\", \"diffuse\": 0, \"fresnel\": {\"f0\": 1}, "
+        "\"lobes\": [{\"roughness\": "};
+    static const double ends[][4] = {
+        {0, 1.5, 30, 1e4}, {0, 1.5, 30, 1e3}, {0, 20, 60, 90}, {0.02, 0.2, 0.6, 2}};
+    static const char *const lights[] = {"rect\", \"size\": [",
+                                         "disc\", \"radius\": ", "sphere\", \"radius\": "};
+    uint64_t random = seed * 7919 + 5;
+    const int kind = (int)(seed % 4), light = below(&random, 3);
+    const double size = pow(10, uniform(&random, -3, 0.5));
+    const shd_vec3 from = random_direction(&random);
+    writing w;
+    start(&w);
+    fputs("{\"image\": {\"width\": 24, \"height\": 18, \"samples\": 1}, \"background\": 0, "
+          "\"camera\": {",
+          w.out);
+    write_vector(w.out, "position", shd_scale(random_direction(&random), uniform(&random, 2, 5)));
+    fprintf(w.out, "}, \"lights\": [{\"type\": \"%s%.17g", lights[light], size);
+    if (light == 0) fprintf(w.out, ", %.17g]", size * uniform(&random, 0.2, 1));
+    fputs(", ", w.out);
+    if (light < 2) {
+        write_vector(w.out, "direction",
+                     shd_madd(shd_scale(from, -1), random_direction(&random), 0.7));
+        fputs(", ", w.out);
+    }
+    write_vector(w.out, "position",
+                 shd_scale(from, 1 + pow(10, uniform(&random, -1, 1)) + (light > 1 ? size : 0)));
+    fprintf(w.out,
+            "}], \"objects\": [{\"type\": \"%s\", \"transform\": {\"rotate\": [%d, 20, 0]}, "
+            "\"material\": {\"ambient\": 0, %s%.17g%s}}]}",
+            shapes[below(&random, 5)], below(&random, 360), kinds[kind],
+            ends[kind][below(&random, 4)], kind == 3 ? "}]" : "");
+    return finish(&w);
+}
+
+/* All of the light that is summed over directions may be missing, as far as its bound knows, so
+ * that no pixel shows more. */
+static void no_shape_adds_more_than_its_bound(void **state) {
+    double tightest[4] = {0, 0, 0, 0};
+    for (uint64_t seed = 1; seed <= 400; seed++) {
+        char *json = scene_of_one_term(seed);
+        drawn d = shown_film_of(*state, json);
+        const double bound = d.request->rendering.plan->bound.linear;
+        double most = 0;
+        for (int i = 0; i < 24 * 18; i++) most = fmax(most, (double)d.film.rgba[4 * i]);
+        if (!(most <= bound)) fail_msg("%d: %g, told %g: %s", (int)seed, most, bound, json);
+        tightest[seed % 4] = fmax(tightest[seed % 4], most / bound);
+        drop_drawn(&d);
+        free(json);
+    }
+    for (int k = 0; k < 4; k++) {
+        print_message("model %d: at most %.2g of its bound\n", k, tightest[k]);
+        assert_true(tightest[k] > 0.3);
+    }
 }
 
 /* Colors over a transparent background are divided by what hides it. */
@@ -214,6 +276,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(extended_scenes_keep_their_budgets),
         cmocka_unit_test(every_model_has_a_bound),
+        cmocka_unit_test(no_shape_adds_more_than_its_bound),
         cmocka_unit_test(opacity_over_nothing_has_a_bound),
         cmocka_unit_test(paths_tell_how_far_they_are_off),
     };

@@ -95,6 +95,32 @@ static double off_of_shape(const finding *f, const shd_piece *piece, const shd_p
     return 4 * SHD_WEIGHT_DIRECTION + place + 2 * turned + far;
 }
 
+/* Where a flat shape is above the piece by h, or the piece above it, no point of it is nearer.
+ * Light at the corners of facets counts for all of them, however these are seen. */
+static shd_stance find_stance(const finding *f, const shd_piece *piece,
+                              const shd_plan_light *light) {
+    static const double LESS = 1 - 1e-12;
+    const shd_light *shape = light->shape;
+    const double reach = shd_light_reach(shape);
+    shd_stance out = {.nearest = shd_shape_distance(&f->sums.place, shape)};
+    if (f->sums.place.object->interpolation != SHD_PHONG || !isfinite(piece->radius)) return out;
+    const shd_vec3 path = shd_sub(shape->position, piece->center);
+    const double distance = shd_plan_length(path), beside = distance - piece->radius - reach,
+                 before = shape->type == SHD_LIGHT_SPHERE
+                              ? 0
+                              : -shd_dot(path, shape->direction) - piece->radius;
+    out.nearest = LESS * shd_larger(out.nearest, shd_larger(beside, before));
+    shd_angle eyes;
+    const shd_vec3 eye = toward_eye(f->sums.plan->scene, piece, &eyes);
+    out.view = least_view(f, piece, eye, eyes);
+    if (!(distance > 0)) return out;
+    const shd_angle lights = shd_seen_from(piece->radius + reach, 1 / distance),
+                    between = shd_angle_of(shd_dot(eye, path) / distance);
+    const double cosine = shd_cosine_more(between, shd_angle_sum(eyes, lights));
+    out.half = LESS * sqrt(shd_larger((1 + cosine) / 2 - 1e-15, 0));
+    return out;
+}
+
 static void add_light(finding *f, const shd_piece *piece, const shd_plan_light *light) {
     shd_lit_errors *sums = &f->sums;
     if (sums->noise) {
@@ -102,9 +128,10 @@ static void add_light(finding *f, const shd_piece *piece, const shd_plan_light *
         return;
     }
     if (light->shape) {
-        shd_add_shape(sums, light);
+        const shd_stance at = find_stance(f, piece, light);
+        shd_add_shape(sums, light, &at);
         if (sums->plan->scene->trace.shadows)
-            shd_add_share(sums, light, off_of_shape(f, piece, light));
+            shd_add_share(sums, light, &at, off_of_shape(f, piece, light));
         return;
     }
     const double least = light->directional ? 0 : shd_least_distance(&sums->place, light->position);

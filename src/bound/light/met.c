@@ -139,6 +139,36 @@ double shd_background_most(const shd_plan *plan) {
     return most;
 }
 
+static bool is_negative(const double color[3]) {
+    return color[0] < 0 || color[1] < 0 || color[2] < 0;
+}
+
+/* Whether a surface may show less than nothing. Bins' colors are below 0 in some channel. */
+static bool may_be_negative(const shd_plan *plan, size_t index) {
+    const shd_plan_object *object = &plan->objects[index];
+    const shd_plan_material *m = &plan->materials[object->material];
+    const shd_light *emitter = plan->scene->objects[index].emitter;
+    const shd_coefficients k = shd_coefficients_of(plan, index);
+    bool any = plan->bins || is_negative(m->emissive) || is_negative(m->ambient) ||
+               is_negative(m->diffuse) || (emitter && is_negative(emitter->color));
+    for (size_t t = 0; t < m->lobe_count; t++) any |= is_negative(m->lobes[t].specular);
+    for (size_t j = 0; j < object->light_count; j++)
+        any |= is_negative(plan->lights[object->lights[j]].color);
+    for (size_t c = 0; c < k.count; c++) any |= k.reflection[c] < 0 || k.transmission[c] < 0;
+    return any;
+}
+
+/* Two rays that bring no more than `most` differ by that, if neither brings less than nothing. */
+static double wrong_by(const shd_plan *plan) {
+    const shd_scene *scene = plan->scene;
+    double by = scene->transparent || !is_negative(scene->background) ? 1 : 2;
+    for (size_t i = 0; i < scene->object_count && by < 2; i++) {
+        if (shd_is_cancelled_at(plan->cancelled, i)) break;
+        if (may_be_negative(plan, i)) by = 2;
+    }
+    return by;
+}
+
 /* Where drifts are not known, rays may have met anything else. */
 shd_brought shd_find_beyond(const shd_plan *plan, double rounding, bool estimated) {
     const shd_scene *scene = plan->scene;
@@ -150,6 +180,7 @@ shd_brought shd_find_beyond(const shd_plan *plan, double rounding, bool estimate
     if (!bends) return beyond;
     shd_drift drifts[SHD_DRIFTS];
     shd_find_drifts(plan, &extent, drifts);
+    const double wrong = wrong_by(plan);
     for (int k = scene->trace.depth; k > 0; k--) {
         shd_brought here = {behind, rounding * behind};
         for (size_t i = 0; i < scene->object_count; i++) {
@@ -158,7 +189,7 @@ shd_brought shd_find_beyond(const shd_plan *plan, double rounding, bool estimate
                 meet_drifted(plan, i, &extent, &drifts[k], rounding, estimated);
             shd_add_beyond(plan, i, local, &beyond, &here);
         }
-        if (!drifts[k].known) here.error = 2 * here.most;
+        if (!drifts[k].known) here.error = wrong * here.most;
         beyond = here;
     }
     return beyond;

@@ -68,6 +68,21 @@ static void add_weight(shd_lit_errors *f, product p, const shd_plan_light *light
     add_product(f, p, most, g->drifts && most < INFINITY ? shd_smaller(error, most) : error);
 }
 
+/* Phong's lobes and Lambert's light are integrals along the boundary of a light with a shape. */
+static bool is_along_boundary(shd_model model, size_t term) {
+    if (term == 0) return model != SHD_MODEL_OREN_NAYAR && model != SHD_MODEL_WESTIN;
+    return model == SHD_MODEL_PHONG;
+}
+
+/* The most that a light with a shape makes of a term. */
+static double term_most(const shd_lit_errors *f, const shd_plan_light *light, size_t term,
+                        const shd_stance *at) {
+    const shd_plan_material *m = f->material;
+    if (!is_along_boundary(m->model, term)) return shd_shape_most_at(light->shape, m, term, at);
+    const shd_peak peak = shd_peak_of(m, term);
+    return shd_shape_most(light->shape, &peak, shd_shape_distance(&f->place, light->shape));
+}
+
 /* What quadrature of a term may be off by, of which a light adds `most`; `largest`: of all terms.
  * That of Phong's lobes and of Lambert's light goes along boundaries and knows its error, which is
  * allowed four times. Other weights are summed by cells that are halved until sums of more and of
@@ -75,24 +90,18 @@ static void add_weight(shd_lit_errors *f, product p, const shd_plan_light *light
  * between points. But no sum is taken for more than the light can add (shade/extended.c), so that
  * it is off by no more than that. */
 static double quadrature_error(const shd_lit_errors *f, size_t term, double most, double largest) {
-    const shd_model model = f->material->model;
-    const bool lambert = term == 0 && model != SHD_MODEL_OREN_NAYAR && model != SHD_MODEL_WESTIN;
-    if (lambert || model == SHD_MODEL_PHONG) return 4 * SHD_AREA_TOLERANCE * most;
+    if (is_along_boundary(f->material->model, term)) return 4 * SHD_AREA_TOLERANCE * most;
     return f->estimated ? 4 * SHD_AREA_MODEL_TOLERANCE * largest : most;
 }
 
-void shd_add_shape(shd_lit_errors *f, const shd_plan_light *light) {
+void shd_add_shape(shd_lit_errors *f, const shd_plan_light *light, const shd_stance *at) {
     const shd_plan_material *m = f->material;
-    const double near = shd_shape_distance(&f->place, light->shape);
     double largest = 0;
-    for (size_t t = 0; t < 1 + m->lobe_count; t++) {
-        const shd_peak peak = shd_peak_of(m, t);
-        largest = shd_larger(largest, shd_shape_most(light->shape, &peak, near));
-    }
+    for (size_t t = 0; t < 1 + m->lobe_count; t++)
+        largest = shd_larger(largest, term_most(f, light, t, at));
     for (size_t t = 0; t < 1 + m->lobe_count; t++) {
         const double *color = t ? m->lobes[t - 1].specular : m->diffuse;
-        const shd_peak peak = shd_peak_of(m, t);
-        const double most = shd_shape_most(light->shape, &peak, near);
+        const double most = term_most(f, light, t, at);
         add_product(f, product_of(f->plan, m, light, t, color), most,
                     quadrature_error(f, t, most, largest) + f->plan->point_off * most);
     }
@@ -106,16 +115,14 @@ void shd_add_shape(shd_lit_errors *f, const shd_plan_light *light) {
  * light is on its horizon, or seen from its edge, as surfaces count that are seen with an N.V below
  * 1e-4: samples there are on an edge, and are not counted. Nor are those of which what stands
  * before a point of the pattern ends there, to within rounding. */
-void shd_add_share(shd_lit_errors *f, const shd_plan_light *light, double off) {
+void shd_add_share(shd_lit_errors *f, const shd_plan_light *light, const shd_stance *at,
+                   double off) {
     static const double LEAST = 1e-4;
     const shd_plan_material *m = f->material;
-    const double near = shd_shape_distance(&f->place, light->shape),
-                 share = shd_smaller(2 * off / LEAST, 1);
+    const double share = shd_smaller(2 * off / LEAST, 1);
     for (size_t t = 0; t < 1 + m->lobe_count; t++) {
         const double *color = t ? m->lobes[t - 1].specular : m->diffuse;
-        const shd_peak peak = shd_peak_of(m, t);
-        add_error(f, product_of(f->plan, m, light, t, color),
-                  share * shd_shape_most(light->shape, &peak, near));
+        add_error(f, product_of(f->plan, m, light, t, color), share * term_most(f, light, t, at));
     }
 }
 
@@ -156,13 +163,15 @@ void shd_add_drifted_shape(shd_lit_errors *f, const shd_plan_light *light, const
     const shd_plan_material *m = f->material;
     const double area = shd_light_area(light->shape), wide = 4 * sqrt(area / SHD_PI),
                  strip = shd_smaller(2 * SHD_PI, 4 * wide / g->lit.nearest) * g->direction / area;
-    shd_add_shape(f, light);
-    if (f->plan->scene->trace.shadows) shd_add_share(f, light, 2 * g->direction);
+    /* Corners of facets, and what rays meet of which nothing is known, are seen from anywhere. */
+    const bool seen = g->direction < 2 && f->place.object->interpolation == SHD_PHONG;
+    const shd_stance at = {g->lit.nearest, seen ? g->view : 0, seen ? g->half : 0};
+    shd_add_shape(f, light, &at);
+    if (f->plan->scene->trace.shadows) shd_add_share(f, light, &at, 2 * g->direction);
     for (size_t t = m->has_diffuse ? 0 : 1; t < 1 + m->lobe_count; t++) {
         const double *color = t ? m->lobes[t - 1].specular : m->diffuse;
-        const shd_peak peak = shd_peak_of(m, t);
         const shd_weight w = shd_weight_of(m, t, g, f->plan->scene->light_count);
-        const double most = shd_shape_most(light->shape, &peak, g->lit.nearest);
+        const double most = term_most(f, light, t, &at);
         const double moved =
             most * (2 * g->place + 8 * g->direction) + w.most * strip +
             shd_shape_most(light->shape, &(shd_peak){w.error, 2 * w.error}, g->lit.nearest);

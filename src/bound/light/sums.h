@@ -3,6 +3,7 @@
 #pragma once
 
 #include "bound/light/weights.h"
+#include "plan/peaks.h"
 
 typedef struct shd_lit_errors {
     const shd_plan *plan;
@@ -20,11 +21,12 @@ void shd_begin_errors(shd_lit_errors *f, const shd_object *object);
 void shd_add_terms(shd_lit_errors *f, const shd_plan_light *light, const shd_glance *g);
 
 /* Adds a light with a shape, as seen from points that are where they should be. */
-void shd_add_shape(shd_lit_errors *f, const shd_plan_light *light);
+void shd_add_shape(shd_lit_errors *f, const shd_plan_light *light, const shd_stance *at);
 
 /* Adds what the share of a light with a shape is off by that shadows leave, where directions to its
  * points, lengths and normals are off by `off` together. */
-void shd_add_share(shd_lit_errors *f, const shd_plan_light *light, double off);
+void shd_add_share(shd_lit_errors *f, const shd_plan_light *light, const shd_stance *at,
+                   double off);
 
 /* The same as shd_add_shape where points and directions are off. */
 void shd_add_drifted_shape(shd_lit_errors *f, const shd_plan_light *light, const shd_glance *g);

@@ -83,7 +83,7 @@ static double open_error(const shd_glance *g) {
  * that is what it does to g. */
 static shd_weight weigh_facets(double index, double slope, const shd_glance *g) {
     const double m = slope * slope, x = 1 + 3.5 * m, root = sqrt(3.5 * m);
-    const double most = m > 0.5 ? 4 * m * exp(1 / m - 2) : 1 / m;
+    const double most = shd_facets_most(slope);
     const double steep = 2 * x * x * x * root / (m * m) + 4 * x * x * root / m;
     const double over = shd_smaller(1 / g->view, 2 / g->half), tilt = 0.5 / g->half;
     const double turned = half_error(g), fresnel = shd_smaller(8 * (1 + index) * turned, 1);
