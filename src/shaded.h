@@ -138,13 +138,12 @@ shd_status shd_request_read(shd_request *request, const char *json, size_t lengt
 shd_status shd_request_keep_mesh(shd_request *request, const void *data, size_t length, bool binary,
                                  const shd_digest *digest, const char *client, bool *known);
 
-/* Keeps the scene document that was read, beside the meshes, for links to it. What is kept are its
- * bytes without the blanks between tokens, and *digest is the SHA-256 of that. `json` is what was
- * read, `client` as above. SHD_LIMIT if it does not fit into the store, or errors of memory.
- * `known`: it was kept already. */
-shd_status shd_request_keep_scene(shd_request *request, const char *json, size_t length,
-                                  const char *client, shd_digest *digest, bool *known,
-                                  shd_error *error);
+/* What of a scene document is kept for links to it: its bytes without the blanks between tokens,
+ * and *digest is the SHA-256 of that. `json` is what was read. The text lives as long as the
+ * request. SHD_MEMORY. */
+shd_status shd_request_condense(shd_request *request, const char *json, size_t length,
+                                const char **text, size_t *size, shd_digest *digest,
+                                shd_error *error);
 
 /* After a successful read: what links to the scene's picture end in, "png", "jpg" or "webp".
  * SHD_SCENE: it has several pictures, or one that no link shows. */
@@ -160,6 +159,16 @@ shd_status shd_request_link(const shd_request *request, const char *json, size_t
 typedef struct shd_stored shd_kept_scene;
 shd_kept_scene *shd_engine_find_scene(shd_engine *engine, const shd_digest *digest,
                                       const char **json, size_t *length);
+
+/* A scene that is not kept yet: the caller fills its `length` bytes at *text, keeps it, and drops
+ * it. SHD_CROWDED or SHD_EXHAUSTED. */
+shd_status shd_engine_new_scene(shd_engine *engine, const shd_digest *digest, size_t length,
+                                shd_kept_scene **out, char **text, shd_error *error);
+
+/* Keeps it beside the meshes, for links to it; `client` as above. SHD_LIMIT if it does not fit into
+ * the store; SHD_EXHAUSTED. `known`: one was kept already by its digest, and stays. */
+shd_status shd_engine_keep_scene(shd_engine *engine, shd_kept_scene *scene, const char *client,
+                                 bool *known, shd_error *error);
 void shd_kept_scene_drop(shd_kept_scene *scene); /* before the engine; NULL is fine */
 
 /* A scene and its variants: {"scene": {...}, "variants": [...]}, merge patches (RFC 7396), or

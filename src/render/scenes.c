@@ -80,36 +80,34 @@ shd_status shd_request_link(const shd_request *request, const char *json, size_t
     return is_made ? SHD_OK : shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
 }
 
-static shd_status keep_text(shd_store *store, const char *text, size_t length,
-                            const shd_digest *digest, const char *client, bool *known,
-                            shd_error *error) {
-    shd_stored *thing;
-    shd_status status =
-        shd_stored_new(store, SHD_THING_SCENE, digest, sizeof(kept_text) + length, &thing, error);
-    if (status != SHD_OK) return status;
-    kept_text *kept = shd_stored_bytes(thing);
-    kept->length = length;
-    memcpy(kept->text, text, length);
-    status = shd_store_put(store, thing, client, known, error);
-    shd_stored_drop(thing);
-    return status;
-}
-
-shd_status shd_request_keep_scene(shd_request *request, const char *json, size_t length,
-                                  const char *client, shd_digest *digest, bool *known,
-                                  shd_error *error) {
-    shd_store *store = request->rendering.engine->store;
-    char *text = shd_arena_alloc(request->rendering.arena, length, 1);
-    if (!text) {
+shd_status shd_request_condense(shd_request *request, const char *json, size_t length,
+                                const char **text, size_t *size, shd_digest *digest,
+                                shd_error *error) {
+    char *out = shd_arena_alloc(request->rendering.arena, length, 1);
+    if (!out) {
         shd_fail(error, SHD_MEMORY, "", "the limit `memory` is reached");
         return shd_request_blame(request, SHD_MEMORY, error);
     }
-    const size_t condensed = condense(json, length, text);
-    *digest = shd_digest_of(text, condensed);
-    shd_stored *there = shd_store_find(store, SHD_THING_SCENE, digest);
-    shd_stored_drop(there);
-    *known = there;
-    return there ? SHD_OK : keep_text(store, text, condensed, digest, client, known, error);
+    *text = out;
+    *size = condense(json, length, out);
+    *digest = shd_digest_of(out, *size);
+    return SHD_OK;
+}
+
+shd_status shd_engine_new_scene(shd_engine *engine, const shd_digest *digest, size_t length,
+                                shd_kept_scene **out, char **text, shd_error *error) {
+    const shd_status status = shd_stored_new(engine->store, SHD_THING_SCENE, digest,
+                                             sizeof(kept_text) + length, out, error);
+    if (status != SHD_OK) return status;
+    kept_text *kept = shd_stored_bytes(*out);
+    kept->length = length;
+    *text = kept->text;
+    return SHD_OK;
+}
+
+shd_status shd_engine_keep_scene(shd_engine *engine, shd_kept_scene *scene, const char *client,
+                                 bool *known, shd_error *error) {
+    return shd_store_put(engine->store, scene, client, known, error);
 }
 
 shd_kept_scene *shd_engine_find_scene(shd_engine *engine, const shd_digest *digest,

@@ -49,7 +49,8 @@ typedef struct shd_exchange {
     shd_digest digest; /* of a path that ends in one */
     bool is_link;      /* scene_link.h: the path ends in a format, which is the answer's */
     shd_format format;
-    shd_kept_scene *kept; /* the document, or NULL; its text is not the body then */
+    bool is_digest;       /* of a document that is kept, and not the body, which is the digest */
+    shd_kept_scene *kept; /* that document; NULL: a worker finds it */
     const char *kept_text;
     size_t kept_size;
     bool is_binary;    /* the body is application/octet-stream */

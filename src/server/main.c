@@ -19,6 +19,7 @@
 #include "server/conn/doors.h"
 #include "server/conn/http.h"
 #include "server/conn/linger.h"
+#include "server/jobs/scene_folder.h"
 #include "server/jobs/work.h"
 #include "server/ops/admin.h"
 #include "server/ops/config.h"
@@ -138,6 +139,9 @@ static shd_status start_all(shd_server *server, ports *out, shd_error *error) {
         shd_listen_describe(given.admin, admin);
     else if (!status && strcmp(config->admin, "off") != 0)
         status = shd_listen(config->admin, &given.admin, admin, error);
+    if (!status && *config->scenes_folder)
+        status =
+            shd_scene_folder_open(config->scenes_folder, &server->metrics, &server->scenes, error);
     if (!status) status = make_engine(server, error);
     if (!status)
         status = shd_cache_new(config->response_cache, server->budget, &server->cache, error);
@@ -237,6 +241,7 @@ static void release_all(shd_server *server, ports *open) {
     shd_linger_drop(server->linger);
     shd_jobs_drop(server->jobs);
     shd_cache_drop(server->cache);
+    shd_scene_folder_drop(server->scenes);
     shd_settings_drop(server->settings);
     shd_quotas_drop(server->quotas);
     shd_budget_drop(server->budget);

@@ -29,6 +29,7 @@ typedef struct shd_server {
     struct shd_quotas *quotas;     /* of tokens, whatever settings these are in */
     struct shd_jobs *jobs;
     struct shd_cache *cache;
+    struct shd_scene_folder *scenes; /* NULL: they are kept in memory alone */
     struct shd_linger *linger;
     struct shd_reaper *reaper;
     /* http.c's answer if there is no memory for any other. */

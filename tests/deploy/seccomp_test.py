@@ -9,7 +9,7 @@ import unittest
 from pathlib import Path
 
 from deploy.tools import DEPLOY
-from e2e.daemon import SHADED, SMALL, Daemon
+from e2e.daemon import JSON, SHADED, SMALL, Daemon
 
 try:
     import seccomp
@@ -61,7 +61,7 @@ class SeccompTest(unittest.TestCase):
         confined = Path(folder.name) / "confined"
         confined.write_text(f'#!/bin/sh\nexec {sys.executable} {__file__} confine {SHADED} "$@"\n')
         confined.chmod(0o700)
-        with Daemon(program=str(confined)) as daemon:
+        with Daemon("--scenes-folder", folder.name, program=str(confined)) as daemon:
             for name in FORMATS:
                 with self.subTest(name):
                     answer = daemon.render({**SMALL, "output": {"format": name}})
@@ -69,13 +69,16 @@ class SeccompTest(unittest.TestCase):
             mesh = {"type": "mesh", "positions": [0, 0, 0, 1, 0, 0, 0, 1, 0],
                     "indices": [0, 1, 2]}
             self.assertEqual(daemon.render({**SMALL, "objects": [mesh]}).status, 200)
+            kept = daemon.call("PUT", "/v1/scenes", json.dumps(SMALL), JSON)
+            self.assertEqual(kept.status, 201, kept.body)
+            self.assertFalse(daemon.events("scenes-folder-unwritable"))
             self.assertEqual(daemon.get("/readyz", admin=True).status, 200)
             self.assertEqual(daemon.get("/metrics", admin=True).status, 200)
 
     @unittest.skipUnless(seccomp, "there is no python3-seccomp")
     def test_other_calls_do_not_exist_under_it(self):
         script = ("import os, socket\n"
-                  "for call in (lambda: os.unlink('/nonexistent'),\n"
+                  "for call in (lambda: os.chmod('/nonexistent', 0),\n"
                   "             lambda: os.mkdir('/tmp/x'),\n"
                   "             lambda: socket.socket(socket.AF_NETLINK, socket.SOCK_RAW)):\n"
                   "    try: call(); print('done')\n"

@@ -37,6 +37,7 @@ static const struct {
     [SHD_NO_MEMORY] = {503, "memory", "The server is out of memory"},
     [SHD_DRAINING] = {503, "draining", "The server is stopping"},
     [SHD_OVERDUE] = {504, "deadline", "The request took too long"},
+    [SHD_NO_STORAGE] = {507, "storage", "The server cannot keep this"},
 };
 
 /* The one table from the library's statuses to HTTP's, by way of the kinds. */

@@ -31,6 +31,7 @@ typedef enum shd_problem_kind {
     SHD_NO_MEMORY,      /* 503, with Retry-After: the system refused memory */
     SHD_DRAINING,       /* 503, with Retry-After: the daemon is stopping */
     SHD_OVERDUE,        /* 504: `timeout` seconds passed */
+    SHD_NO_STORAGE,     /* 507: the folder of scenes is full, or cannot be written */
     SHD_PROBLEM_KINDS
 } shd_problem_kind;
 

@@ -58,7 +58,7 @@ struct shd_job {
     size_t
         documents; /* bytes of those that a batch for one picture stands for; 0 until it is read */
     bool is_link;  /* the document was made of a link, in whose words its mistakes are told */
-    shd_kept_scene *kept;        /* whose text `body` is, or NULL */
+    shd_kept_scene *kept;        /* whose text `body` is, or NULL: it is to be found, or none */
     struct shd_variety *variety; /* it is a variant of this, or NULL */
     size_t variant;
     unsigned char *decoded;

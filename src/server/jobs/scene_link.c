@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "scene_folder.h"
 #include "server/answer/negotiate.h"
 #include "server/answer/problem.h"
 #include "server/ops/settings.h"
@@ -159,16 +160,15 @@ static bool read_document(shd_exchange *exchange) {
                             "JSON in deflate without a head");
 }
 
-/* The document is kept: its digest is all that is asked. */
+/* The document is kept: its digest is all that is asked. A worker looks into the folder, if there
+ * is one. */
 static bool find_document(shd_exchange *exchange) {
     shd_reply *reply = &exchange->reply;
     const shd_digest *digest = &exchange->digest;
     exchange->kept = shd_engine_find_scene(exchange->settings->engine, digest, &exchange->kept_text,
                                            &exchange->kept_size);
-    if (!exchange->kept)
-        return shd_problem_reply(reply, SHD_NOT_FOUND,
-                                 "no scene is kept by this digest: PUT the document to /v1/scenes, "
-                                 "then repeat");
+    if (!exchange->kept && !exchange->server->scenes) return shd_scene_folder_lacks(reply);
+    exchange->is_digest = true;
     exchange->body = malloc(sizeof digest->bytes);
     if (!exchange->body) return shd_problem_reply(reply, SHD_NO_MEMORY, "out of memory");
     memcpy(exchange->body, digest->bytes, sizeof digest->bytes);
@@ -207,18 +207,54 @@ static void read_kept(shd_job *job) {
     if (shd_request_suffix(job->request, &suffix, &error)) shd_problem_error(&job->reply, &error);
 }
 
+/* In memory, beside the meshes. */
+static shd_status keep_here(const shd_job *job, const shd_digest *digest, const char *text,
+                            size_t size, bool *known, shd_error *error) {
+    shd_engine *engine = job->settings->engine;
+    const char *there;
+    size_t length;
+    shd_kept_scene *scene = shd_engine_find_scene(engine, digest, &there, &length);
+    *known = scene;
+    shd_status status = SHD_OK;
+    if (!*known) {
+        char *room;
+        status = shd_engine_new_scene(engine, digest, size, &scene, &room, error);
+        if (!status) {
+            memcpy(room, text, size);
+            status = shd_engine_keep_scene(engine, scene, job->client, known, error);
+        }
+    }
+    shd_kept_scene_drop(scene);
+    return status;
+}
+
+/* A scene that is in the folder is kept, even if memory has no room for it. False: the reply says
+ * what is wrong. */
+static bool keep_text(shd_job *job, shd_digest *digest, bool *known) {
+    const char *text;
+    size_t size;
+    shd_error error;
+    shd_scene_folder *folder = job->server->scenes;
+    bool is_here;
+    shd_status status = shd_request_condense(job->request, (const char *)job->body, job->size,
+                                             &text, &size, digest, &error);
+    if (!status && folder) {
+        status = shd_scene_folder_keep(folder, digest, text, size, known, &error);
+        if (status) return shd_problem_reply(&job->reply, SHD_NO_STORAGE, "%s", error.text);
+        keep_here(job, digest, text, size, &is_here, NULL);
+    } else if (!status) {
+        status = keep_here(job, digest, text, size, known, &error);
+    }
+    if (status) shd_problem_error(&job->reply, &error);
+    return !status;
+}
+
 static void keep_scene(shd_job *job) {
     shd_reply *reply = &job->reply;
     shd_digest digest;
     char digits[SHD_DIGEST_TEXT], path[128], *text;
     bool known;
-    shd_error error;
-    const shd_status status = shd_request_keep_scene(
-        job->request, (const char *)job->body, job->size, job->client, &digest, &known, &error);
-    if (status) {
-        shd_problem_error(reply, &error);
-        return;
-    }
+    if (!keep_text(job, &digest, &known)) return;
     shd_digest_write(&digest, digits);
     snprintf(path, sizeof path, "%s%s%s", "/v1/scenes/", digits,
              suffix_of(shd_request_format(job->request, 0)));

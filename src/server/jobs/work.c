@@ -6,6 +6,7 @@
 
 #include "base/clock.h"
 #include "preview.h"
+#include "scene_folder.h"
 #include "server/answer/negotiate.h"
 #include "server/answer/problem.h"
 #include "server/ops/memory.h"
@@ -132,6 +133,30 @@ static bool decode_body(shd_job *job, bool has_turn) {
     return true;
 }
 
+/* A document that is kept, but not in memory. False: the reply says what is wrong. */
+static bool find_kept(shd_job *job) {
+    shd_error error;
+    const char *text;
+    const shd_status status = shd_scene_folder_find(
+        job->server->scenes, job->settings->engine, (const shd_digest *)(void *)job->question.body,
+        job->settings->config.limits.body, job->client, &job->kept, &text, &job->size, &error);
+    if (status == SHD_MISSING)
+        return shd_problem_reply(&job->reply, SHD_NOT_FOUND, "%s", error.text);
+    if (status)
+        shd_problem_error(&job->reply, &error);
+    else
+        job->body = (const unsigned char *)text;
+    return !status;
+}
+
+/* Whether the document that the question's body stands for is there. */
+static bool fetch_document(shd_job *job, bool has_turn) {
+    const shd_question *asked = &job->question;
+    if (asked->is_digest && !job->kept) return find_kept(job);
+    const bool is_decoded = !asked->coding || (job->documents && job->decoded);
+    return is_decoded || decode_body(job, has_turn);
+}
+
 /* Reads the document, and runs the job unless that is for another turn, among the large ones. */
 static void read_and_make(shd_job *job, bool had_turn) {
     shd_jobs *jobs = job->server->jobs;
@@ -184,8 +209,7 @@ static void work_on(shd_job *job) {
         drop_job(job);
         return;
     }
-    const bool is_decoded = !job->question.coding || (job->documents && job->decoded);
-    const bool is_known = job->request && (is_decoded || decode_body(job, had_turn));
+    const bool is_known = job->request && fetch_document(job, had_turn);
     job->seconds += shd_now() - start;
     if (is_known && had_turn && job->question.coding)
         shd_jobs_correct(job->server->jobs, job, find_unread_cost(job));
@@ -230,7 +254,7 @@ static void answer_waiter(shd_waiter *waiter) {
 static shd_job *make_job(shd_exchange *exchange, const shd_work *work) {
     shd_job *job = calloc(1, sizeof *job);
     if (!job) return NULL;
-    const bool is_inside = !exchange->coding && !exchange->kept;
+    const bool is_inside = !exchange->coding && !exchange->is_digest;
     *job = (shd_job){.server = exchange->server,
                      .settings = exchange->settings,
                      .work = work,
@@ -239,13 +263,13 @@ static shd_job *make_job(shd_exchange *exchange, const shd_work *work) {
                      .is_link = exchange->route == SHD_ROUTE_PREVIEW,
                      .kept = exchange->kept,
                      .body = is_inside ? exchange->body : (const void *)exchange->kept_text,
-                     .size = exchange->kept ? exchange->kept_size : exchange->size,
+                     .size = exchange->is_digest ? exchange->kept_size : exchange->size,
                      .question = {.body = exchange->body,
                                   .size = exchange->size,
                                   .coding = exchange->coding,
                                   .fallback = exchange->format,
                                   .is_link = exchange->is_link,
-                                  .is_digest = exchange->kept,
+                                  .is_digest = exchange->is_digest,
                                   .settings = exchange->settings->number}};
     memcpy(job->id, exchange->id, sizeof job->id);
     job->takes_parts = shd_accepts(exchange->accept, "multipart/form-data");

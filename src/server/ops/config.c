@@ -88,6 +88,8 @@ static const option_info options[] = {
      "memory for what later pictures share with earlier ones; 0: nothing is kept"},
     {"mesh-store", BYTES, true, FIELD(mesh_store), 0, 1ull << 46, "BYTES",
      "memory for meshes and scenes that are named by their digest; 0: none are kept"},
+    {"scenes-folder", TEXT, true, FIELD(scenes_folder), 0, 0, "FOLDER",
+     "where scenes that are named by their digest are kept as files, too; none: in memory alone"},
     {"response-cache", BYTES, true, FIELD(response_cache), 0, 1ull << 46, "BYTES",
      "memory for finished pictures, for who asks for the same ones; 0: none are kept"},
     {"tokens", TEXT, false, FIELD(tokens), 0, 0, "FILE",

@@ -11,14 +11,15 @@
 #include "base/limits.h"
 
 typedef struct shd_config {
-    char listen[1024];       /* ADDR:PORT, unix:/path, parted by blanks or commas */
-    char admin[256];         /* ADDR:PORT or "off" */
-    char ocio[4096];         /* path; "": the embedded configuration */
-    char kernel[16];         /* auto, portable, avx2, avx512, neon */
-    char cache_control[256]; /* of pictures */
-    char tokens[4096];       /* path; "": everybody may ask */
-    char admin_tokens[4096]; /* path; "": everybody may ask for metrics */
-    char preview_keys[4096]; /* path; "": previews need no signature */
+    char listen[1024];        /* ADDR:PORT, unix:/path, parted by blanks or commas */
+    char admin[256];          /* ADDR:PORT or "off" */
+    char ocio[4096];          /* path; "": the embedded configuration */
+    char kernel[16];          /* auto, portable, avx2, avx512, neon */
+    char cache_control[256];  /* of pictures */
+    char tokens[4096];        /* path; "": everybody may ask */
+    char admin_tokens[4096];  /* path; "": everybody may ask for metrics */
+    char preview_keys[4096];  /* path; "": previews need no signature */
+    char scenes_folder[4096]; /* path; "": scenes are kept in memory alone */
     char cors_origins[1024];
     char materials[2048];       /* paths of files of materials, parted by blanks */
     char trusted_proxies[1024]; /* networks whose X-Forwarded-For is believed */

@@ -9,12 +9,14 @@
 const char *const shd_stage_names[SHD_STAGE_COUNT] = {"queue", "parse", "plan",  "visibility",
                                                       "shade", "trace", "color", "encode"};
 static const char *const phase_names[SHD_PHASES] = {"rest", "head", "body", "work", "answer"};
+static const char *const filed_names[SHD_FILED_COUNT] = {
+    "written", "known", "read", "missing", "damaged", "unreadable", "unwritable"};
 static const char *const ending_names[SHD_ENDINGS] = {"time", "left", "room", "memory"};
 
 /* The last one, 0, takes every other status. */
 static const unsigned statuses[SHD_STATUSES] = {200, 201, 204, 304, 400, 401, 403, 404,
                                                 405, 406, 409, 413, 414, 415, 422, 429,
-                                                431, 500, 501, 503, 504, 505, 0};
+                                                431, 500, 501, 503, 504, 505, 507, 0};
 
 static const double bounds[SHD_BUCKETS] = {0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1,
                                            0.25,   0.5,   1,      2.5,   5,    10,    30};
@@ -193,6 +195,14 @@ static void print_outcomes(FILE *out, shd_metrics *metrics, const shd_gauges *no
     print_metrics(out, "shaded_", outcomes, sizeof outcomes / sizeof outcomes[0]);
 }
 
+static void print_files(FILE *out, shd_metrics *metrics) {
+    print_head(out, "shaded_", "scene_files_total", "counter",
+               "Files of scenes, by what was done with them or could not be.");
+    for (size_t i = 0; i < SHD_FILED_COUNT; i++)
+        print_labelled(out, "scene_files_total", "result", filed_names[i],
+                       atomic_load(&metrics->scene_files[i]));
+}
+
 /* Requests over a limit, and those that could not be read. */
 static void print_refusals(FILE *out, shd_metrics *metrics) {
     print_head(out, "shaded_", "refused_total", "counter", "Requests over a limit, by its name.");
@@ -269,6 +279,7 @@ char *shd_metrics_text(shd_metrics *metrics, const shd_gauges *gauges) {
     print_present(out, metrics, gauges);
     print_outcomes(out, metrics, gauges);
     print_refusals(out, metrics);
+    print_files(out, metrics);
     print_connections(out, metrics, gauges);
     print_requests(out, metrics);
     print_durations(out, metrics);

@@ -26,7 +26,19 @@ typedef enum shd_stage {
 
 extern const char *const shd_stage_names[SHD_STAGE_COUNT];
 
-enum { SHD_BUCKETS = 15, SHD_STATUSES = 23 };
+enum { SHD_BUCKETS = 15, SHD_STATUSES = 24 };
+
+/* What was done with a file of a scene that is kept, or could not be. */
+typedef enum shd_filed {
+    SHD_FILED_WRITTEN,
+    SHD_FILED_KNOWN, /* it was there already */
+    SHD_FILED_READ,
+    SHD_FILED_MISSING,
+    SHD_FILED_DAMAGED,
+    SHD_FILED_UNREADABLE,
+    SHD_FILED_UNWRITABLE,
+    SHD_FILED_COUNT
+} shd_filed;
 
 typedef struct shd_histogram {
     atomic_uint_least64_t buckets[SHD_BUCKETS + 1]; /* the last one has no upper bound */
@@ -42,6 +54,7 @@ typedef struct shd_metrics {
     atomic_uint_least64_t aborted; /* requests without an answer, or whose client did not take it */
     atomic_uint_least64_t refused[SHD_LIMIT_COUNT]; /* by the limit that they were over */
     atomic_uint_least64_t unreadable[SHD_STATUSES];
+    atomic_uint_least64_t scene_files[SHD_FILED_COUNT];
     atomic_size_t memory;             /* the most that one request has taken */
     atomic_uint_least64_t reloads[2]; /* that failed, that were done */
     shd_histogram durations[SHD_ROUTE_COUNT];
