@@ -389,6 +389,10 @@ class ServerTest(unittest.TestCase):
             for method in ("get", "head"):
                 self.check(daemon.call(method.upper(), kept.replace("png", "jpg")), KEPT, method, "422")
         self.forgotten_mesh()
+        with tempfile.TemporaryDirectory() as folder:
+            daemon = Daemon("--scenes-folder", folder)
+        with daemon:  # it has lost its folder
+            self.keep(daemon, "507", SMALL)
         with tempfile.NamedTemporaryFile("w", encoding="ascii") as file:
             file.write("0123456789abcdef0123456789abcdef\n")
             file.flush()

@@ -225,6 +225,19 @@ class KubernetesTest(unittest.TestCase):
         self.assertEqual(profile, {"type": "Localhost",
                                    "localhostProfile": "profiles/shaded.json"})
 
+    def test_kept_mounts_its_claim_where_the_option_says(self):
+        claim = yaml.safe_load((KUBERNETES / "kept/claim.yaml").read_text())
+        pod = yaml.safe_load((KUBERNETES / "kept/folder.yaml").read_text())["spec"]["template"]["spec"]
+        (container,) = pod["containers"]
+        (variable,) = container["env"]
+        self.assertIn(variable["name"], options())
+        self.assertEqual(container["volumeMounts"], [{"name": "scenes", "mountPath": variable["value"]}])
+        self.assertEqual(pod["volumes"], [{"name": "scenes", "persistentVolumeClaim":
+                                           {"claimName": claim["metadata"]["name"]}}])
+        whole = self.pods(self.build("kept"))
+        self.confined(self.build("kept"))
+        self.assertEqual(sum("fsGroup" in pod["securityContext"] for pod in whole), 1)
+
     def test_a_catalogue_has_as_many_shards_as_pods(self):
         objects = {item["kind"]: item for item in self.build("catalogue")}
         self.assertEqual(set(objects), {"Job", "PersistentVolumeClaim", "ConfigMap"})
@@ -288,7 +301,7 @@ class KubernetesTest(unittest.TestCase):
                         self.assertTrue((path.parent / name).exists(), name)
                     unnamed = {other.name for other in path.parent.iterdir()} - set(named)
                     self.assertEqual(unnamed, {path.name})
-                elif path.parent.name != "confined":
+                elif path.parent.name not in ("confined", "kept"):
                     objects[item["kind"], item["metadata"]["name"]] = item
         pods = {name: item["spec"]["template"] for (kind, name), item in objects.items()
                 if kind == "Deployment"}
