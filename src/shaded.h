@@ -268,6 +268,52 @@ shd_status shd_request_verify(shd_request *request, const char *path, shd_format
                               const shd_render_options *render_options, bool *verified, char **json,
                               shd_error *error);
 
+/* How far apart two pictures are, for an eye that sees them side by side, and in turns. */
+typedef struct shd_apart {
+    double mean, p50, p95, p99, max; /* percentiles of the nearest rank */
+    int x, y;                        /* where the most is, first of several in rows */
+} shd_apart;
+
+typedef struct shd_diff {
+    int width, height;
+    uint64_t pixels;   /* that have another color or alpha */
+    double alpha;      /* the most that alphas differ, in [0,1] */
+    shd_apart delta_e; /* CIEDE2000 */
+    shd_apart flip;    /* LDR-FLIP, in [0,1] */
+} shd_diff;
+
+/* Makes a picture the request's instead of a scene: that of a file. Its samples, of 8 or 16 bits,
+ * are taken for sRGB, over black. SHD_SCENE: it cannot be read, or has other samples. SHD_LIMIT,
+ * SHD_MEMORY. */
+shd_status shd_request_read_picture(shd_request *request, const char *path, shd_format format,
+                                    shd_error *error);
+
+/* Makes the picture of a scene that was read, as the codes of its output have it before any codec,
+ * over black. Call it before shd_request_diff, once; a picture is there already. SHD_SCENE: the
+ * output shows no color. Otherwise as shd_request_compare. */
+shd_status shd_request_show(shd_request *request, const shd_render_options *options,
+                            shd_error *error);
+
+typedef struct shd_diff_options {
+    double density; /* pixels a degree of sight, 10 to 400; 0: 67 */
+    bool map;       /* *map is made, a PNG of FLIP's errors; it must not be NULL */
+} shd_diff_options;
+
+/* Compares the pictures of two requests. *json tells what *out has; the caller frees it
+ * and the map. Memory is of `a`, whose cancelling ends it.
+ * SHD_SCENE: the sizes differ. */
+shd_status shd_request_diff(shd_request *a, const shd_request *b, const shd_diff_options *options,
+                            shd_diff *out, char **json, unsigned char **map, size_t *map_size,
+                            shd_error *error);
+
+/* Reads two scenes instead of one: {"a": {...}, "b": {...}, "pixelsPerDegree": 67}. Each may take
+ * half of the limit `memory`. Returns the report's status. */
+shd_status shd_request_read_pair(shd_request *request, const char *json, size_t length);
+
+/* After that: compares their pictures, and tells how far they are apart, as JSON or as the map. */
+shd_status shd_request_diff_pair(shd_request *request, bool map, unsigned char **data, size_t *size,
+                                 shd_error *error);
+
 /* Plans the scene and tells the plan, without rendering anything: what is used, what is left out
  * and why, upper bounds of the picture's error, and an estimate of what it costs. The text is JSON,
  * as the HTTP route of the same name answers it, or words, a sentence a line. Call it once, after a

@@ -61,3 +61,15 @@ bool shd_primaries_adapt(const double xy[8], shd_vec3 white, shd_affine *adapt, 
     *out = shd_compose(adapt, &rgb);
     return true;
 }
+
+void shd_matrix_invert(const double m[3][3], double out[3][3]) {
+    double all = 0;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            const int a = (j + 1) % 3, b = (j + 2) % 3, c = (i + 1) % 3, d = (i + 2) % 3;
+            out[i][j] = m[a][c] * m[b][d] - m[a][d] * m[b][c];
+        }
+    for (int i = 0; i < 3; i++) all += m[0][i] * out[i][0];
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) out[i][j] /= all;
+}

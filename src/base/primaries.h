@@ -22,3 +22,6 @@ SHD_C bool shd_primaries_to_xyz(const double xy[8], double out[3][3]);
  * False, and nothing is written that may be read, if the primaries span no volume. */
 SHD_C bool shd_primaries_adapt(const double xy[8], shd_vec3 white, shd_affine *adapt,
                                shd_affine *out);
+
+/* The inverse of a matrix of rows whose columns span a volume. */
+SHD_C void shd_matrix_invert(const double m[3][3], double out[3][3]);

@@ -68,6 +68,15 @@ bool cli_write_stdout(const void *data, size_t size);
 
 /* ---- render.c ---- */
 
+enum { CLI_ABOVE_MOST = 16 };
+
+/* --fail-above: a metric, where it is in shd_diff, and what it may be at most. */
+typedef struct cli_above {
+    const char *name;
+    size_t offset;
+    double value;
+} cli_above;
+
 typedef struct cli_options {
     const char *output;   /* -o; NULL: not given */
     bool json;            /* --json */
@@ -75,6 +84,10 @@ typedef struct cli_options {
     size_t shard, shards; /* --shard; 0 of 0: not given */
     bool checks_pixels;   /* --pixels, --seed or --tolerance is given */
     shd_verify_options verify;
+    bool compares; /* --fail-above or --density is given */
+    cli_above above[CLI_ABOVE_MOST];
+    size_t above_count;
+    double density; /* --density; 0: not given */
     shd_engine_options engine;
 } cli_options;
 
@@ -96,6 +109,14 @@ int cli_run(enum cli_command command, const char *const *scenes, size_t count,
 
 /* Tells whether a picture is that of a scene. Returns the exit status. */
 int cli_verify(const char *picture, const char *scene, const cli_options *options);
+
+/* ---- diff.c ---- */
+
+/* Takes METRIC=VALUE. False: it is something else. */
+bool cli_take_above(const char *text, cli_options *options);
+
+/* Tells how far two pictures are apart, each of a file or a scene. Returns the exit status. */
+int cli_diff(const char *const paths[2], const cli_options *options);
 
 /* ---- link.c ---- */
 

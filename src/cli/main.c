@@ -33,6 +33,11 @@ static const char help_text[] =
     "  shade verify PICTURE SCENE.json      say whether a picture is that of a scene, as JSON: "
     "random\n"
     "                                       pixels are held against the exact tier, in intervals\n"
+    "  shade diff A B [-o MAP.png]          say how far two pictures are apart, as JSON: "
+    "CIEDE2000\n"
+    "                                       and FLIP. A and B are files (png, jpg, webp, tif, "
+    "taken\n"
+    "                                       for sRGB) or scenes (json); MAP shows FLIP's errors\n"
     "  shade check SCENE.json...            say what is wrong with scenes; silent if nothing is\n"
     "\n"
     "  -o, --output OUT   where the picture goes. Its suffix (png, jpg, webp, tif, exr, hdr)\n"
@@ -45,6 +50,11 @@ static const char help_text[] =
     "      --pixels N     pixels to verify (default: 400)\n"
     "      --seed N       other ones (default: 1)\n"
     "      --tolerance N  codes that jpeg or webp may have lost (default: measured)\n"
+    "      --fail-above METRIC=VALUE  exit 1 if a difference is more: deltaE2000, flip (their "
+    "means,\n"
+    "                     or with .mean .p50 .p95 .p99 .max), alpha; may be given several times\n"
+    "      --density N    pixels a degree of sight that FLIP reckons with, 10 to 400 (default: "
+    "67)\n"
     "      --threads N    threads to render with (default: as processors allow)\n"
     "      --kernel NAME  portable, avx2, avx512 or neon: instructions to render with (default:\n"
     "                     auto, the widest there are; the picture is the same)\n"
@@ -63,9 +73,10 @@ static const char help_text[] =
     "\n"
     "Exit status: 0 done; 1 the scene is wrong, a file could not be read or written, or a picture "
     "is\n"
-    "not that of the scene; 2 the command line is wrong.\n";
+    "not that of the scene, or farther apart than --fail-above says; 2 the command line is "
+    "wrong.\n";
 
-#define COMMANDS "render, explain, compare, analyze, brdf, link, batch, verify or check"
+#define COMMANDS "render, explain, compare, analyze, brdf, link, batch, verify, diff or check"
 
 static int print_and_exit(const char *text) {
     return cli_write_stdout(text, strlen(text)) ? CLI_DONE : CLI_FAILED;
@@ -131,8 +142,26 @@ enum {
     OPTION_RESUME,
     OPTION_PIXELS,
     OPTION_SEED,
-    OPTION_TOLERANCE
+    OPTION_TOLERANCE,
+    OPTION_FAIL_ABOVE,
+    OPTION_DENSITY
 };
+
+/* Those of diff. As take_option. */
+static int take_comparison(int option, const char *value, cli_options *options) {
+    char *end;
+    options->compares = true;
+    if (option == OPTION_FAIL_ABOVE) {
+        if (cli_take_above(value, options)) return -1;
+        return cli_usage("--fail-above wants a metric and a number, such as flip.p99=0.1, not '%s'",
+                         value);
+    }
+    options->density = strtod(value, &end);
+    if (isdigit((unsigned char)*value) && !*end && options->density >= 10 &&
+        options->density <= 400)
+        return -1;
+    return cli_usage("--density wants a number from 10 to 400, not '%s'", value);
+}
 
 /* Those of verify. As take_option. */
 static int take_number(int option, const char *value, cli_options *options) {
@@ -187,6 +216,9 @@ static int take_option(int option, const char *value, cli_options *options) {
     case OPTION_SEED:
     case OPTION_TOLERANCE:
         return take_number(option, value, options);
+    case OPTION_FAIL_ABOVE:
+    case OPTION_DENSITY:
+        return take_comparison(option, value, options);
     case 'h':
         return print_and_exit(help_text);
     case 'V':
@@ -212,6 +244,8 @@ static int read_options(int argc, char **argv, cli_options *options, size_t *cou
         {"pixels", required_argument, NULL, OPTION_PIXELS},
         {"seed", required_argument, NULL, OPTION_SEED},
         {"tolerance", required_argument, NULL, OPTION_TOLERANCE},
+        {"fail-above", required_argument, NULL, OPTION_FAIL_ABOVE},
+        {"density", required_argument, NULL, OPTION_DENSITY},
         {"help", no_argument, NULL, 'h'},
         {"version", no_argument, NULL, 'V'},
         {NULL, 0, NULL, 0},
@@ -229,6 +263,33 @@ static int read_options(int argc, char **argv, cli_options *options, size_t *cou
     return -1;
 }
 
+/* Those that write to stdout, or files of their own. -1: it is none of them. */
+static int run_other(const char *name, const char *const *scenes, size_t count,
+                     const cli_options *options) {
+    if (!strcmp(name, "verify")) {
+        if (options->output) return cli_usage("verify writes to stdout: -o has no place here");
+        if (count != 2) return cli_usage("verify wants a picture and a scene, not %zu", count);
+        return cli_verify(scenes[0], scenes[1], options);
+    }
+    if (!strcmp(name, "diff")) {
+        if (count != 2) return cli_usage("diff wants two pictures or scenes, not %zu", count);
+        if (!strcmp(scenes[0], "-") && !strcmp(scenes[1], "-"))
+            return cli_usage("stdin is one scene, not two");
+        return cli_diff(scenes, options);
+    }
+    if (!strcmp(name, "link")) {
+        if (options->output) return cli_usage("link writes to stdout: -o has no place here");
+        if (count != 1) return cli_usage("link wants one scene, not %zu", count);
+        return cli_link(scenes[0], &options->engine);
+    }
+    if (!strcmp(name, "batch")) {
+        if (!options->output || !*options->output) return cli_usage("batch wants -o FOLDER");
+        if (count != 1) return cli_usage("batch wants one file, not %zu", count);
+        return cli_batch(scenes[0], options);
+    }
+    return -1;
+}
+
 static int run_command(const char *name, const char *const *scenes, size_t count,
                        const cli_options *options) {
     static const char *const names[] = {"render", "explain", "compare", "analyze", "brdf", "check"};
@@ -241,21 +302,10 @@ static int run_command(const char *name, const char *const *scenes, size_t count
         return cli_usage("--shard and --resume are for batch");
     if (options->checks_pixels && strcmp(name, "verify"))
         return cli_usage("--pixels, --seed and --tolerance are for verify");
-    if (!strcmp(name, "verify")) {
-        if (options->output) return cli_usage("verify writes to stdout: -o has no place here");
-        if (count != 2) return cli_usage("verify wants a picture and a scene, not %zu", count);
-        return cli_verify(scenes[0], scenes[1], options);
-    }
-    if (!strcmp(name, "link")) {
-        if (options->output) return cli_usage("link writes to stdout: -o has no place here");
-        if (count != 1) return cli_usage("link wants one scene, not %zu", count);
-        return cli_link(scenes[0], &options->engine);
-    }
-    if (!strcmp(name, "batch")) {
-        if (!options->output || !*options->output) return cli_usage("batch wants -o FOLDER");
-        if (count != 1) return cli_usage("batch wants one file, not %zu", count);
-        return cli_batch(scenes[0], options);
-    }
+    if (options->compares && strcmp(name, "diff"))
+        return cli_usage("--fail-above and --density are for diff");
+    const int other = run_other(name, scenes, count, options);
+    if (other >= 0) return other;
     if (command == CLI_COMMANDS) return cli_usage("unknown command '%s': " COMMANDS, name);
     if (checks && count == 0) return cli_usage("check wants a scene");
     if (checks && options->output) return cli_usage("check writes nothing: -o has no place here");

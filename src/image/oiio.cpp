@@ -312,7 +312,11 @@ void read_picture(shd_oiio_file &file) {
     const OIIO::ImageSpec spec = input->spec();
     file.found_width = spec.width;
     file.found_height = spec.height;
-    if (spec.width != file.width || spec.height != file.height) return;
+    if (!file.width &&
+        (spec.width < 1 || spec.height < 1 ||
+         static_cast<size_t>(spec.width) > file.most / static_cast<size_t>(spec.height)))
+        return;
+    if (file.width && (spec.width != file.width || spec.height != file.height)) return;
     int channels[4];
     file.count = find_channels(spec, channels, &file.alpha);
     const OIIO::TypeDesc type = spec.channelformat(channels[0]);

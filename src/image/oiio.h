@@ -48,6 +48,7 @@ typedef struct shd_oiio_file {
     size_t abi;        /* sizeof(shd_oiio_file) */
     const char *path;  /* of any format but WebP */
     int width, height; /* what is expected: others are not read */
+    size_t most;       /* pixels, where the width is 0: any size up to that is */
     int found_width, found_height;
     int count;  /* 1 to 4 */
     bool alpha; /* the last of them is alpha */

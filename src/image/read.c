@@ -75,53 +75,80 @@ static bool describe(shd_format format, const unsigned char *data, size_t size, 
     return known;
 }
 
-static shd_status wrong_size(const shd_samples *found, int width, int height, shd_error *error) {
-    return shd_fail(error, SHD_SCENE, "", "the picture has %d x %d pixels, not %d x %d",
-                    found->width, found->height, width, height);
+/* What may be read: one size, or with the width 0 any of so many pixels. */
+typedef struct wanted {
+    int width, height;
+    size_t most;
+} wanted;
+
+static bool is_wanted(const wanted *w, int width, int height) {
+    if (width < 1 || height < 1) return false;
+    if (w->width) return width == w->width && height == w->height;
+    return (size_t)width <= w->most / (size_t)height;
 }
 
-static shd_status read_lossy(const char *path, shd_format format, int width, int height,
-                             shd_samples *out, shd_error *error) {
+static shd_status wrong_size(const wanted *w, int width, int height, shd_error *error) {
+    if (w->width)
+        return shd_fail(error, SHD_SCENE, "", "the picture has %d x %d pixels, not %d x %d", width,
+                        height, w->width, w->height);
+    shd_fail(error, SHD_LIMIT, "", "the picture has %d x %d pixels; the limit `pixels` is %zu",
+             width, height, w->most);
+    return shd_fail_limit(error, SHD_LIMIT_PIXELS);
+}
+
+static shd_status read_lossy(const char *path, shd_format format, const wanted *w, shd_samples *out,
+                             shd_error *error) {
     size_t size;
     unsigned char *data = read_all(path, &size);
     const bool known = data && describe(format, data, size, out);
-    const bool fits = known && out->width == width && out->height == height;
-    const size_t samples = (size_t)width * (size_t)height * (size_t)out->count;
+    const bool fits = known && is_wanted(w, out->width, out->height);
+    const size_t samples = (size_t)out->width * (size_t)out->height * (size_t)out->count;
     unsigned char *codes = fits ? malloc(samples) : NULL;
     out->depth = SHD_U8;
     out->values = codes ? malloc(samples * sizeof *out->values) : NULL;
-    const bool read =
-        out->values && shd_image_decode(format, data, size, width, height, out->count, codes);
+    const bool read = out->values && shd_image_decode(format, data, size, out->width, out->height,
+                                                      out->count, codes);
     for (size_t i = 0; read && i < samples; i++) out->values[i] = codes[i];
     free(codes);
     free(data);
     if (read) return SHD_OK;
     free(out->values);
     out->values = NULL;
-    if (known && !fits) return wrong_size(out, width, height, error);
+    if (known && !fits) return wrong_size(w, out->width, out->height, error);
     return shd_fail(error, SHD_SCENE, "", "the picture cannot be read as %s",
                     shd_format_get(format)->name);
 }
 
-shd_status shd_image_read(const char *path, shd_format format, int width, int height,
-                          shd_samples *out, shd_error *error) {
-    *out = (shd_samples){.width = width, .height = height};
-    if (format == SHD_WEBP || format == SHD_JPEG)
-        return read_lossy(path, format, width, height, out, error);
-    shd_oiio_file file = {.path = path, .width = width, .height = height};
+static shd_status read_wanted(const char *path, shd_format format, const wanted *w,
+                              shd_samples *out, shd_error *error) {
+    if (format == SHD_WEBP || format == SHD_JPEG) return read_lossy(path, format, w, out, error);
+    shd_oiio_file file = {.path = path, .width = w->width, .height = w->height, .most = w->most};
     const shd_status status = shd_oiio_read_file(&file, error);
     if (status != SHD_OK) return status;
-    if (!file.values) {
-        const shd_samples found = {.width = file.found_width, .height = file.found_height};
-        return wrong_size(&found, width, height, error);
-    }
+    if (!file.values) return wrong_size(w, file.found_width, file.found_height, error);
+    out->width = file.found_width;
+    out->height = file.found_height;
     out->count = file.count;
     out->alpha = file.alpha;
     out->depth = file.depth;
     out->values = file.values;
-    const size_t samples = (size_t)width * (size_t)height * (size_t)file.count;
+    const size_t samples = (size_t)out->width * (size_t)out->height * (size_t)file.count;
     const float most = file.depth == SHD_U8 ? 255 : 65535;
     for (size_t i = 0; i < samples && (file.depth == SHD_U8 || file.depth == SHD_U16); i++)
         file.values[i] = roundf(file.values[i] * most);
     return SHD_OK;
+}
+
+shd_status shd_image_read(const char *path, shd_format format, int width, int height,
+                          shd_samples *out, shd_error *error) {
+    const wanted w = {.width = width, .height = height};
+    *out = (shd_samples){.width = width, .height = height};
+    return read_wanted(path, format, &w, out, error);
+}
+
+shd_status shd_image_read_any(const char *path, shd_format format, size_t most, shd_samples *out,
+                              shd_error *error) {
+    const wanted w = {.most = most};
+    *out = (shd_samples){0};
+    return read_wanted(path, format, &w, out, error);
 }

@@ -17,7 +17,11 @@ typedef struct shd_samples {
 shd_status shd_image_read(const char *path, shd_format format, int width, int height,
                           shd_samples *out, shd_error *error);
 
-/* The same of a file in memory, of JPEG or WebP: [height][width][count] codes of 8 bits go to
+/* The same of any size up to `most` pixels, which *out tells. Above: SHD_LIMIT. */
+shd_status shd_image_read_any(const char *path, shd_format format, size_t most, shd_samples *out,
+                              shd_error *error);
+
+/* That of a file in memory, of JPEG or WebP: [height][width][count] codes of 8 bits go to
  * `out`. False: it cannot be read as such. */
 bool shd_image_decode(shd_format format, const unsigned char *data, size_t size, int width,
                       int height, int count, unsigned char *out);

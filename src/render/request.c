@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "plan/cost.h"
+#include "render/pair.h"
 #include "render/request.h"
 #include "render/sheet.h"
 #include "render/show/output.h"
@@ -48,6 +49,7 @@ void shd_request_drop(shd_request *request) {
     if (!request) return;
     for (size_t i = 0; i < request->picture_count; i++) free(request->pictures[i].data);
     for (const shd_held_mesh *m = request->held; m; m = m->next) shd_stored_drop(m->stored);
+    for (int i = 0; request->pair && i < 2; i++) shd_request_drop(request->pair->sides[i]);
     shd_held_tables_drop(request->tables);
     shd_arena_drop(request->rendering.arena);
     shd_color_lease_drop(request->lease);
@@ -248,6 +250,7 @@ const char *shd_request_etag(const shd_request *request) {
 }
 
 uint64_t shd_request_work(const shd_request *request) {
+    if (request->pair) return request->pair->work;
     return request->sheet ? request->sheet->work : shd_estimate_work(request->scene);
 }
 

@@ -21,6 +21,8 @@ struct shd_request {
     const shd_scene *scene;          /* NULL: it has a sheet */
     struct shd_contact_sheet *sheet; /* NULL: it has a scene */
     shd_batch *batch;                /* the sheet's, owned */
+    struct shd_side *side;           /* the picture that is compared, or NULL */
+    struct shd_pair *pair;           /* NULL: it is of one scene; in the arena */
     shd_held_mesh *held;
     struct shd_held_table *tables;
     bool held_full; /* the arena had no room to hold more */

@@ -3,9 +3,9 @@
 
 #include "analysis/figures.h"
 #include "base/json_memory.h"
-#include "render/planning.h"
 #include "render/request.h"
 #include "render/show/displayed.h"
+#include "render/tell/bare.h"
 #include "render/tell/json.h"
 
 enum { AXES = SHD_AXES_LAB + 1, CHANNELS = 3 };
@@ -140,35 +140,6 @@ static shd_status analyze_output(shd_rendering *r, const shd_film *film, const s
 
 /* ---- The story. ---- */
 
-/* The scene without the layers of its outputs, of which nothing is told. */
-static const shd_scene *without_layers(const shd_scene *given, shd_arena *arena) {
-    shd_scene *scene = shd_arena_alloc(arena, 1, sizeof *scene);
-    shd_output *outputs = shd_arena_alloc(arena, given->output_count, sizeof *outputs);
-    if (!scene || !outputs) return NULL;
-    *scene = *given;
-    for (size_t i = 0; i < given->output_count; i++) {
-        outputs[i] = given->outputs[i];
-        outputs[i].layer_count = 0;
-    }
-    scene->outputs = outputs;
-    return scene;
-}
-
-static shd_status render(shd_rendering *r, const shd_scene *given,
-                         const shd_render_options *options, shd_film *film, shd_error *error) {
-    const shd_scene *scene = without_layers(given, r->arena);
-    if (!scene) return shd_rendering_full(r, "analysis", error);
-    shd_stage_begin(r);
-    shd_status status = shd_rendering_plan(r, scene, error);
-    if (status == SHD_OK) status = shd_rendering_admit(r, NULL, true, error);
-    shd_stage_end(r, &r->times.plan);
-    shd_sight *sight;
-    if (status == SHD_OK) status = shd_sight_new(r->plan, r->cancelled, r->arena, &sight, error);
-    shd_stage_end(r, &r->times.visibility);
-    if (status == SHD_OK) status = shd_film_render(r, sight, NULL, options, film, error);
-    return status;
-}
-
 static shd_status analyze_film(shd_rendering *r, const shd_film *film, char **json,
                                shd_error *error) {
     const shd_scene *scene = r->plan->scene;
@@ -196,7 +167,7 @@ shd_status shd_request_analyze(shd_request *request, const shd_render_options *o
                                shd_error *error) {
     shd_rendering *r = &request->rendering;
     shd_film film = {0};
-    shd_status status = render(r, request->scene, options, &film, error);
+    shd_status status = shd_bare_render(r, request->scene, options, &film, error);
     if (status == SHD_OK) status = analyze_film(r, &film, json, error);
     return shd_request_blame(request, status, error);
 }

@@ -1,0 +1,91 @@
+/* Two scenes are read, each as a request of its own. */
+#include "render/pair.h"
+
+#include "render/tell/estimate.h"
+#include "scene/pair.h"
+
+/* What comparing a pixel costs, in units of shd_request_work. */
+enum { COMPARING = 1000 };
+
+static const char *const places[] = {"/a", "/b"};
+
+/* What is wrong with a side, and what it is warned of, at its place in the document. */
+static void take_report(shd_request *request, int which, const shd_report *from) {
+    shd_report *report = &request->report;
+    shd_arena *arena = request->rendering.arena;
+    for (size_t i = 0; i < shd_report_errors_kept(from); i++) {
+        const char *place = shd_arena_printf(arena, "%s%s", places[which], from->errors[i].pointer);
+        shd_report_error(report, from->status, place ? place : places[which], "%s",
+                         from->errors[i].detail);
+    }
+    if (from->status == SHD_LIMIT || from->status == SHD_MEMORY)
+        shd_report_limit(report, from->limit);
+    for (size_t i = 0; i < shd_report_warnings_kept(from); i++) {
+        const char *place =
+            shd_arena_printf(arena, "%s%s", places[which], from->warnings[i].pointer);
+        shd_report_warning(report, place ? place : places[which], "%s", from->warnings[i].detail);
+    }
+}
+
+static shd_status read_side(shd_request *request, int which, const char *text, size_t length,
+                            shd_error *error) {
+    const size_t used = shd_arena_used(request->rendering.arena);
+    const uint64_t most = request->limits.memory;
+    shd_request **side = &request->pair->sides[which];
+    const shd_status status = shd_request_new(request->rendering.engine, side, error);
+    if (status != SHD_OK) {
+        shd_report_error(&request->report, status, places[which], "%s", error->text);
+        return status;
+    }
+    (*side)->rendering.cancelled = request->rendering.cancelled;
+    shd_request_hold(*side, used < most ? (most - used) / 2 : 0);
+    shd_request_read(*side, text, length, SHD_PNG);
+    take_report(request, which, &(*side)->report);
+    return (*side)->report.status;
+}
+
+static void check_sizes(shd_request *request) {
+    shd_pair *pair = request->pair;
+    const shd_raster *a = &pair->sides[0]->scene->raster, *b = &pair->sides[1]->scene->raster;
+    if (a->w != b->w || a->h != b->h) {
+        shd_report_error(
+            &request->report, SHD_SCENE, a->w != b->w ? "/b/image/width" : "/b/image/height",
+            "both pictures have one size: the other one has %d x %d pixels", a->w, a->h);
+        return;
+    }
+    pair->work = (uint64_t)a->w * (uint64_t)a->h * COMPARING;
+    for (int i = 0; i < 2; i++)
+        if (__builtin_add_overflow(pair->work, shd_request_work(pair->sides[i]), &pair->work))
+            pair->work = UINT64_MAX;
+}
+
+static shd_status read_pair(shd_request *request, const char *json, size_t length) {
+    shd_error error;
+    shd_pair_texts texts;
+    shd_report *report = &request->report;
+    if (shd_pair_read(json, length, &request->limits, request->rendering.cancelled,
+                      request->rendering.arena, &texts, report) != SHD_OK)
+        return report->status;
+    shd_pair *pair = shd_arena_zalloc(request->rendering.arena, 1, sizeof *pair);
+    if (!pair) {
+        shd_report_error(report, SHD_MEMORY, "", "the limit `memory` is reached");
+        return report->status;
+    }
+    request->pair = pair;
+    pair->density = texts.density;
+    for (int i = 0; i < 2; i++) {
+        const shd_status status =
+            read_side(request, i, texts.sides[i].at,
+                      (size_t)(texts.sides[i].end - texts.sides[i].at), &error);
+        if (status != SHD_OK && status != SHD_SCENE) return status;
+    }
+    if (report->status == SHD_OK) check_sizes(request);
+    return report->status;
+}
+
+shd_status shd_request_read_pair(shd_request *request, const char *json, size_t length) {
+    shd_stage_begin(&request->rendering);
+    const shd_status status = read_pair(request, json, length);
+    shd_stage_end(&request->rendering, &request->rendering.times.parse);
+    return shd_request_blame_report(request, status);
+}
