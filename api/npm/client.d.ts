@@ -44,6 +44,7 @@ export class Shaded {
     compare(scene: Scene, options?: Asking): Promise<Answer<"/v1/compare", "post">>;
     analyze(scene: Scene, options?: Asking): Promise<Answer<"/v1/analyze", "post">>;
     brdf(scene: Scene, options?: Asking): Promise<Answer<"/v1/brdf", "post">>;
+    diff(a: Scene, b: Scene, options?: Asking): Promise<Answer<"/v1/diff", "post">>;
     batch(batch: Batch, options?: Asking): Promise<Response>;
     keepScene(scene: Scene, options?: Asking): Promise<Answer<"/v1/scenes", "put">>;
     materials(options?: Asking): Promise<Answer<"/v1/materials", "get">>;

@@ -61,6 +61,12 @@ export class Shaded {
         return this.#tell("v1/brdf", { ...options, method: "POST", body: scene, headers });
     }
 
+    /* How far the pictures of two scenes are apart. */
+    diff(a, b, options) {
+        const headers = { Accept: "application/json" };
+        return this.#tell("v1/diff", { ...options, method: "POST", body: { a, b }, headers });
+    }
+
     /* The parts as they come, in the body of the answer. */
     batch(batch, options) { return this.request("v1/batch", { ...options, method: "POST", body: batch }); }
 

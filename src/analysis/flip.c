@@ -116,6 +116,7 @@ void shd_flip_make(double density, shd_flip *out) {
 /* The rows of a band, and as many around it as filters reach. */
 typedef struct band {
     const shd_flip *flip;
+    const atomic_bool *cancelled;
     int width, height, first, rows;
     float *line; /* [3][width + 2 reach]: Y, Cx, Cz of a row and beyond its ends */
     /* Of both pictures. */
@@ -170,6 +171,7 @@ static void filter_rows(const band *b, const float *picture, float *const planes
         [YELLOW] = {2, &f->blue[1]}, [SMOOTH] = {0, &f->smooth}, [EDGE] = {0, &f->edge},
         [POINT] = {0, &f->point}};
     for (int row = 0; row < b->rows + 2 * f->reach; row++) {
+        if (shd_is_cancelled(b->cancelled)) return;
         open_row(b, picture, hold_row(b, b->first - f->reach + row));
         for (int p = 0; p < PLANES; p++)
             filter_x(b, b->line + how[p].channel * size, how[p].taps,
@@ -230,9 +232,14 @@ static float error_at(const band *b, int x) {
 }
 
 void shd_flip_band(const shd_flip *flip, const float *a, const float *b, int width, int height,
-                   int first, int rows, float *scratch, float *out) {
+                   int first, int rows, const atomic_bool *cancelled, float *scratch, float *out) {
     const size_t high = (size_t)rows + 2 * (size_t)flip->reach, wide = (size_t)width;
-    band it = {.flip = flip, .width = width, .height = height, .first = first, .rows = rows};
+    band it = {.flip = flip,
+               .cancelled = cancelled,
+               .width = width,
+               .height = height,
+               .first = first,
+               .rows = rows};
     it.line = scratch;
     scratch += 3 * line_size(flip, width);
     for (int side = 0; side < 2; side++) {
@@ -240,7 +247,7 @@ void shd_flip_band(const shd_flip *flip, const float *a, const float *b, int wid
         for (int i = 0; i < OUTS; i++, scratch += wide) it.outs[side][i] = scratch;
         filter_rows(&it, side ? b : a, it.planes[side]);
     }
-    for (int row = 0; row < rows; row++) {
+    for (int row = 0; row < rows && !shd_is_cancelled(cancelled); row++) {
         filter_columns(&it, 0, row);
         filter_columns(&it, 1, row);
         for (int x = 0; x < width; x++) out[(size_t)row * wide + (size_t)x] = error_at(&it, x);

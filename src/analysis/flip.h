@@ -10,6 +10,8 @@
 
 #include <stddef.h>
 
+#include "base/cancel.h"
+
 /* Pixels a degree of sight; the paper's is a display 0.7 m wide of 3840 pixels at 0.7 m. */
 #define SHD_FLIP_USUAL 67.0206432765823
 #define SHD_FLIP_LEAST 10.0
@@ -38,6 +40,7 @@ void shd_flip_make(double density, shd_flip *out);
 /* Floats that a band of so many rows works in. */
 size_t shd_flip_scratch(const shd_flip *flip, int width, int rows);
 
-/* The errors of rows [first, first + rows), at out[rows][width]. */
+/* The errors of rows [first, first + rows), at out[rows][width]. Looks at `cancelled` (or NULL) at
+ * each row. */
 void shd_flip_band(const shd_flip *flip, const float *a, const float *b, int width, int height,
-                   int first, int rows, float *scratch, float *out);
+                   int first, int rows, const atomic_bool *cancelled, float *scratch, float *out);

@@ -127,6 +127,13 @@ static bool admit_figure(shd_exchange *exchange) {
                              "this path answers application/json, image/svg+xml and image/png");
 }
 
+static bool admit_diff(shd_exchange *exchange) {
+    bool map;
+    return shd_accepts_map(exchange->accept, &map) ||
+           shd_problem_reply(&exchange->reply, SHD_NOT_ACCEPTABLE,
+                             "this path answers application/json and image/png");
+}
+
 static bool refuse_type(shd_exchange *exchange, const char *field, const char *types) {
     const char *type = exchange->content_type;
     shd_problem_reply(&exchange->reply, SHD_BAD_TYPE, "%s%s: send Content-Type: %s",
@@ -176,6 +183,7 @@ static bool admit_media_types(shd_exchange *exchange) {
         exchange->route == SHD_ROUTE_BATCH)
         return admit_picture(exchange);
     if (exchange->route == SHD_ROUTE_BRDF) return admit_figure(exchange);
+    if (exchange->route == SHD_ROUTE_DIFF) return admit_diff(exchange);
     if (is_studio(exchange) || is_page(exchange)) return admit_file(exchange);
     /* The contract and the schema are files rather than representations: no negotiation. */
     const char *type = exchange->settings->documents[exchange->route].media_type;
@@ -294,7 +302,7 @@ static void (*const submits[SHD_ROUTE_OTHER])(shd_exchange *exchange) = {
     [SHD_ROUTE_SCENES] = shd_scene_put_submit, [SHD_ROUTE_EXPLAIN] = shd_explain_submit,
     [SHD_ROUTE_COMPARE] = shd_compare_submit,  [SHD_ROUTE_BRDF] = shd_brdf_submit,
     [SHD_ROUTE_BATCH] = shd_batch_submit,      [SHD_ROUTE_MESHES] = shd_mesh_submit,
-    [SHD_ROUTE_ANALYZE] = shd_analyze_submit};
+    [SHD_ROUTE_ANALYZE] = shd_analyze_submit,  [SHD_ROUTE_DIFF] = shd_diff_submit};
 
 void shd_route_answer(shd_exchange *exchange) {
     const shd_route route = exchange->route;

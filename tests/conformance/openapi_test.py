@@ -31,10 +31,11 @@ PREVIEW = "/v1/preview/{material}"
 MESHES = "/v1/meshes/{sha256}"
 LINK, SCENES = "/v1/scene/{document}.{format}", "/v1/scenes"
 KEPT, BATCH = "/v1/scenes/{digest}.{format}", "/v1/batch"
+DIFF = "/v1/diff"
 STUDIO, DOCS, PAGE = "/studio/{file}", "/docs", "/docs/{page}"
 # Nothing fails, and what is made in milliseconds does not pass a deadline of a second.
 UNREACHABLE = {*((path, "post", "500") for path in SCENE_PATHS), ("/v1/explain", "post", "504"),
-               (BATCH, "post", "500"), (BATCH, "post", "504"),
+               (BATCH, "post", "500"), (BATCH, "post", "504"), (DIFF, "post", "500"),
                *((path, method, "503") for path in (DOCS, PAGE) for method in ("get", "head")),
                *((path, "put", status) for path in (MESHES, SCENES) for status in ("500", "504")),
                *((path, method, "500") for path in (LINK, KEPT) for method in ("get", "head")),
@@ -231,6 +232,7 @@ class ServerTest(unittest.TestCase):
         self.compare_path()
         self.analyze_path()
         self.brdf_path()
+        self.diff_path()
         self.mesh_path()
         self.link_paths()
         self.scenes_path()
@@ -506,6 +508,35 @@ class ServerTest(unittest.TestCase):
         self.assertTrue(answer.headers["Shaded-Warning"])
         self.refusals(path)
 
+    def diff_path(self):
+        operation = DOCUMENT["paths"][DIFF]["post"]
+
+        def check(status, document, headers=None):
+            answer = self.daemon.post(DIFF, document, headers)
+            self.check(answer, DIFF, "post", status)
+            return answer
+
+        def pair(scene):
+            return {"a": SMALL, "b": scene}
+
+        for example in operation["requestBody"]["content"]["application/json"]["examples"].values():
+            for media_type in operation["responses"]["200"]["content"]:
+                answer = check("200", example["value"], {"Accept": media_type})
+                self.assertEqual(answer.headers["Content-Type"], media_type)
+        warned = check("200", pair({**SMALL, "objects": [{"type": "sphere", "material": {"shininess": 2000}}]}))
+        self.assertTrue(warned.headers["Shaded-Warning"])
+        check("400", b"{")
+        self.check(self.daemon.call("PUT", DIFF, b"{}", JSON), DIFF, "post", "405")
+        check("406", pair(SMALL), {"Accept": "image/svg+xml"})
+        check("409", pair({"objects": [{"type": "mesh", "data": "sha256-" + "0" * 64}]}))
+        check("413", b"x" * 100001)
+        check("415", pair(SMALL), {"Content-Type": "text/css"})
+        for scene in ({}, {"objects": [{"type": "sphere"}]}, {**SMALL, "output": {"channel": "R"}},
+                      {**SMALL, "image": {"width": 8192, "height": 8192}}, {**SMALL, "outputs": [{"name": "a"}]}):
+            check("422", pair(scene))
+        for document in ({"a": SMALL}, {**pair(SMALL), "c": 1}, {**pair(SMALL), "pixelsPerDegree": 9}, []):
+            check("422", document)
+
     def put(self, daemon, status, body=b'{"positions": [0,0,0, 1,0,0, 0,1,0]}', digest=None,
             media_type="application/json"):
         path = "/v1/meshes/" + (digest or hashlib.sha256(body).hexdigest())
@@ -564,6 +595,7 @@ class ServerTest(unittest.TestCase):
             for path in SCENE_PATHS:
                 self.check(daemon.post(path, SMALL), path, "post", "429")
             self.put(daemon, "429")
+            self.check(daemon.post(DIFF, {"a": SMALL, "b": SMALL}), DIFF, "post", "429")
             self.keep(daemon, "429", SMALL)
             self.batch(daemon, "429")
             self.links(daemon, "429", kept)
@@ -604,6 +636,7 @@ class ServerTest(unittest.TestCase):
             many = {"objects": [{"type": "sphere", "material": {
                 "model": "phong-normalized", "specular": 0.5, "shininess": i}} for i in range(300)]}
             self.check(daemon.post("/v1/brdf", many), "/v1/brdf", "post", "504")
+            self.check(daemon.post(DIFF, {"a": ENDLESS, "b": ENDLESS}), DIFF, "post", "504")
 
     def draining(self):
         daemon = Daemon("--threads", "1", "--timeout", "300", "--drain-time", "300")
@@ -614,6 +647,7 @@ class ServerTest(unittest.TestCase):
         for path in SCENE_PATHS:
             self.check(daemon.post(path, SMALL), path, "post", "503")
         self.put(daemon, "503")
+        self.check(daemon.post(DIFF, {"a": SMALL, "b": SMALL}), DIFF, "post", "503")
         self.keep(daemon, "503", SMALL)
         self.batch(daemon, "503")
         self.links(daemon, "503", kept)

@@ -163,5 +163,54 @@ class CommandTest(Test):
             self.assertIn(word, stderr)
 
 
+class RequestTest(Test):
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = Daemon()
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.daemon.stop()
+
+    def post(self, a, b, headers=None, **more):
+        return self.daemon.post("/v1/diff", {"a": a, "b": b, **more}, headers)
+
+    def problem(self, answer, code):
+        self.assertEqual(answer.status, code, answer.body)
+        return {error["pointer"]: error["detail"] for error in json.loads(answer.body)["errors"]}
+
+    def test_it_tells_what_the_command_line_does(self):
+        one, other = self.scene("a.json", SPHERE), self.scene("b.json", GREEN)
+        for density in ({}, {"pixelsPerDegree": 30}):
+            words = ["--density", "30"] if density else []
+            self.assertEqual(json.loads(self.post(SPHERE, GREEN, **density).body), self.tell(one, other, *words))
+        same = json.loads(self.post(SPHERE, SPHERE).body)
+        self.assertEqual((same["differing"], same["flip"]["max"]), (0, 0))
+
+    def test_the_map_is_a_picture(self):
+        answer = self.post(SPHERE, GREEN, {"Accept": "image/png"})
+        self.assertEqual((answer.status, answer.headers["Content-Type"]), (200, "image/png"))
+        heat = self.folder / "map.png"
+        self.tell(self.scene("a.json", SPHERE), self.scene("b.json", GREEN), "-o", heat)
+        self.assertEqual(Image.open(io.BytesIO(answer.body)).tobytes(), Image.open(heat).tobytes())
+
+    def test_mistakes_are_told_at_their_places(self):
+        bad = {**SPHERE, "camera": {"fov": 400}, "lights": 3}
+        self.assertEqual(set(self.problem(self.post(bad, {}), 422)), {"/a/camera/fov", "/a/lights", "/b"})
+        self.assertIn("45 x 37", self.problem(self.post(SPHERE, SMALL), 422)["/b/image/width"])
+        for output, place in (({"channel": "R"}, "/output/channel"), ({"scope": "waveform"}, "/output/scope")):
+            self.assertEqual(list(self.problem(self.post(SPHERE, {**SPHERE, "output": output}), 422)), ["/b" + place])
+        self.assertEqual(list(self.problem(self.daemon.post("/v1/diff", {"a": SMALL}), 422)), [""])
+        large = {**SPHERE, "image": {"width": 9000, "height": 9000}}
+        self.assertEqual(set(self.problem(self.post(large, large), 422)), {"/a/image"})
+
+    def test_memory_is_bounded(self):
+        wide = {**SMALL, "image": {"width": 1000, "height": 1000, "samples": 1}}
+        with Daemon("--max-memory", "64M", "--threads", "1") as daemon:
+            answer = daemon.post("/v1/diff", {"a": wide, "b": wide})
+            self.assertIn("`memory`", " ".join(self.problem(answer, 422).values()))
+            self.assertEqual(daemon.post("/v1/diff", {"a": SMALL, "b": SMALL}).status, 200)
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -60,6 +60,7 @@ class Features(unittest.TestCase):
                                             "output": {"format": "jpeg"}}),
             "compare": lambda: post("/v1/compare", SMALL),
             "css-colors": lambda: render(with_material(diffuse="rebeccapurple")),
+            "diff": lambda: post("/v1/diff", {"a": SMALL, "b": SMALL}),
             "explain": lambda: post("/v1/explain", SMALL),
             "layers": lambda: render(with_output(format="exr", layers=["depth"])),
             "links": lambda: self.daemon.get(f"/v1/scene/{packed(SMALL)}.png"),

@@ -236,6 +236,15 @@ static void write_deep_png(FILE *out, int size) {
     write_output(out, size, "\"format\": \"png\", \"colorSpace\": \"YIQ\", \"bitDepth\": 16");
 }
 
+/* Scenes in one document, that are compared. */
+static void write_two(FILE *out, int size) {
+    fputs("{\"a\": ", out);
+    write_png(out, size);
+    fputs(", \"b\": ", out);
+    write_deep_png(out, size);
+    fputs("}", out);
+}
+
 /* Whose encoders' lines are long. */
 static void write_wide(FILE *out, int size) {
     fprintf(out,
@@ -258,7 +267,7 @@ static void write_weaves(FILE *out, int size) {
     fputs("]}", out);
 }
 
-typedef enum call { RENDER, COMPARE, ANALYZE, EXPLAIN } call;
+typedef enum call { RENDER, COMPARE, ANALYZE, DIFF, EXPLAIN } call;
 
 typedef struct stage {
     const char *name;
@@ -296,6 +305,7 @@ static const stage stages[] = {
     {"hdr", write_hdr, 1000, RENDER, 0},
     {"comparison", write_png, 600, COMPARE, 0},
     {"analysis", write_png, 600, ANALYZE, 0},
+    {"difference", write_two, 300, DIFF, 0},
     {"explanation", write_pairs, 500, EXPLAIN, 0},
 };
 
@@ -315,7 +325,12 @@ static shd_status ask(shd_engine *engine, call which, const char *json) {
     shd_request *request = NULL;
     char *text = NULL;
     assert_int_equal(shd_request_new(engine, &request, &error), SHD_OK);
-    shd_status status = shd_request_read(request, json, strlen(json), SHD_PNG);
+    unsigned char *data = NULL;
+    size_t size;
+    shd_status status = which == DIFF ? shd_request_read_pair(request, json, strlen(json))
+                                      : shd_request_read(request, json, strlen(json), SHD_PNG);
+    if (status == SHD_OK && which == DIFF)
+        status = shd_request_diff_pair(request, true, &data, &size, &error);
     if (status == SHD_OK && which == RENDER) status = shd_request_render(request, NULL, &error);
     if (status == SHD_OK && which == COMPARE)
         status = shd_request_compare(request, NULL, &text, &error);
@@ -324,6 +339,7 @@ static shd_status ask(shd_engine *engine, call which, const char *json) {
     if (status == SHD_OK && which == EXPLAIN)
         status = shd_request_explain(request, SHD_IN_JSON, &text, &error);
     free(text);
+    free(data);
     shd_request_drop(request);
     return status;
 }

@@ -42,6 +42,7 @@ static void lab_of(const diffing *d, const float rgb[3], double lab[3]) {
 
 static void find_delta_e(const diffing *d, size_t first, size_t count) {
     for (size_t i = first; i < first + count; i++) {
+        if (shd_is_cancelled_at(d->r->cancelled, i)) return;
         const float *a = d->a->rgb + 3 * i, *b = d->b->rgb + 3 * i;
         double from[3], to[3];
         d->delta_e[i] = 0;
@@ -60,7 +61,7 @@ static void diff_band(void *context, size_t index, unsigned slot) {
     const size_t wide = (size_t)d->a->width, at = (size_t)first * wide;
     find_delta_e(d, at, (size_t)rows * wide);
     shd_flip_band(&d->filters, d->a->rgb, d->b->rgb, d->a->width, d->a->height, first, rows,
-                  d->scratch + slot * d->scratch_size, d->flip + at);
+                  d->r->cancelled, d->scratch + slot * d->scratch_size, d->flip + at);
 }
 
 static bool find_figures(const diffing *d, const float *values, double high, shd_apart *out) {
@@ -140,7 +141,11 @@ static void heat_of(double value, unsigned char out[3]) {
                                  (at - below) * (stops[below + 1][c] - stops[below][c]) + 0.5);
 }
 
-static shd_status draw_map(const diffing *d, unsigned char **data, size_t *size, shd_error *error) {
+static bool goes_on(void *context) {
+    return !shd_is_cancelled(((const diffing *)context)->r->cancelled);
+}
+
+static shd_status draw_map(diffing *d, unsigned char **data, size_t *size, shd_error *error) {
     shd_arena *arena = d->r->arena;
     unsigned char *rgb = shd_arena_alloc(arena, d->pixels, 3);
     if (!rgb) return shd_rendering_full(d->r, "map", error);
@@ -154,7 +159,9 @@ static shd_status draw_map(const diffing *d, unsigned char **data, size_t *size,
                              .channel = -1,
                              .samples = rgb,
                              .transfer = SHD_TRANSFER_SRGB,
-                             .slots = 1};
+                             .go_on = goes_on,
+                             .slots = 1,
+                             .context = d};
     shd_bytes file;
     const shd_status status = shd_image_encode(&image, SHD_PNG, arena, &file, error);
     if (status != SHD_OK) return status;

@@ -112,20 +112,35 @@ bool shd_accepts_picture(const char *accept, shd_format *out) {
     return best > 0;
 }
 
+/* The first of those that `accept` likes best. -1: it admits none. */
+static int find_best(const char *accept, const char *const *types, int count) {
+    if (!has_preferences(accept)) accept = "*/*";
+    double best = 0;
+    int found = -1;
+    for (int i = 0; i < count; i++) {
+        int how = 0;
+        const double q = type_quality(accept, types[i], &how, 0);
+        if (!(q > best)) continue;
+        best = q;
+        found = i;
+    }
+    return found;
+}
+
 bool shd_accepts_figure(const char *accept, shd_brdf_form *out) {
     static const char *const types[] = {[SHD_BRDF_JSON] = "application/json",
                                         [SHD_BRDF_SVG] = "image/svg+xml",
                                         [SHD_BRDF_PNG] = "image/png"};
-    if (!has_preferences(accept)) accept = "*/*";
-    double best = 0;
-    for (int form = 0; form <= SHD_BRDF_PNG; form++) {
-        int how = 0;
-        const double q = type_quality(accept, types[form], &how, 0);
-        if (!(q > best)) continue;
-        best = q;
-        *out = (shd_brdf_form)form;
-    }
-    return best > 0;
+    const int best = find_best(accept, types, SHD_BRDF_PNG + 1);
+    if (best >= 0) *out = (shd_brdf_form)best;
+    return best >= 0;
+}
+
+bool shd_accepts_map(const char *accept, bool *map) {
+    static const char *const types[] = {"application/json", "image/png"};
+    const int best = find_best(accept, types, 2);
+    *map = best == 1;
+    return best >= 0;
 }
 
 bool shd_accepts_gzip(const char *accept_encoding) {

@@ -24,6 +24,9 @@ bool shd_accepts_picture(const char *accept, shd_format *out);
  * it admits none. */
 bool shd_accepts_figure(const char *accept, shd_brdf_form *out);
 
+/* The same of how two pictures differ: JSON, or the map, a PNG. */
+bool shd_accepts_map(const char *accept, bool *map);
+
 /* Whether a Content-Type is JSON: application/json or anything/anything+json, any parameters. */
 bool shd_is_json(const char *content_type);
 

@@ -82,6 +82,31 @@ static void tell_brdf_png(shd_job *job) {
     tell_brdf(job, SHD_BRDF_PNG);
 }
 
+static void read_pair(shd_job *job) {
+    const char *body = job->body ? (const char *)job->body : "";
+    const shd_status status = shd_request_read_pair(job->request, body, job->size);
+    if (status == SHD_OK || status == SHD_CANCELLED) return;
+    shd_problem_report(&job->reply, shd_request_report(job->request), SHD_BAD_SCENE);
+}
+
+static void diff_pair(shd_job *job, bool map) {
+    unsigned char *data = NULL;
+    size_t size = 0;
+    shd_error error;
+    if (map) job->takes_gzip = false;
+    const shd_status status = shd_request_diff_pair(job->request, map, &data, &size, &error);
+    answer_text(job, status, map ? "image/png" : "application/json", (char *)data, size,
+                "Accept, Accept-Encoding", &error);
+}
+
+static void diff_json(shd_job *job) {
+    diff_pair(job, false);
+}
+
+static void diff_map(shd_job *job) {
+    diff_pair(job, true);
+}
+
 void shd_compare_submit(shd_exchange *exchange) {
     static const shd_work work = {.read = shd_job_read, .run = compare_tiers, .size = SHD_LARGE};
     shd_job_submit(exchange, &work);
@@ -105,4 +130,12 @@ void shd_brdf_submit(shd_exchange *exchange) {
     shd_brdf_form form = SHD_BRDF_JSON;
     shd_accepts_figure(exchange->accept, &form);
     shd_job_submit(exchange, &works[form]);
+}
+
+void shd_diff_submit(shd_exchange *exchange) {
+    static const shd_work works[] = {{.read = read_pair, .run = diff_json},
+                                     {.read = read_pair, .run = diff_map}};
+    bool map = false;
+    shd_accepts_map(exchange->accept, &map);
+    shd_job_submit(exchange, &works[map]);
 }
