@@ -37,6 +37,28 @@ double shd_facets_most(double roughness) {
     return m > 0.5 ? 4 * m * exp(1 / m - 2) : 1 / m;
 }
 
+/* Of light that is polarized across the plane of incidence, the less the steeper it comes: c / a
+ * grows with c, where a^2 = n^2 - 1 + c^2. Of the other, n^2 c / a grows, and what is mirrored
+ * falls until that is 1, and rises from there: no more than at either end. */
+static double mirrored_most(const shd_fresnel *index, int channel, double half) {
+    const double n = index->n[channel], c = shd_smaller(half, 1), n2 = n * n;
+    if (!(c > 0) || !(n >= 1) || isinf(n) || index->k[channel] != 0) return 1;
+    const double a = sqrt(n2 - (1 - c) * (1 + c)), across = (a - c) / (a + c),
+                 along = (n2 * c - a) / (n2 * c + a), upright = (n - 1) / (n + 1);
+    const double most = across * across + shd_larger(along * along, upright * upright);
+    return shd_smaller(most / 2 * (1 + 1e-12) + 1e-15, 1);
+}
+
+double shd_mirrored_most(const shd_plan_material *m, double half) {
+    const size_t bins = m->indices ? m->bin_count / (1 + m->lobe_count) : 3;
+    double most = 0;
+    for (size_t b = 0; b < bins && most < 1; b++) {
+        const shd_fresnel *index = m->indices ? &m->indices[b / 3] : &m->from->fresnel;
+        most = shd_larger(most, mirrored_most(index, (int)(b % 3), half));
+    }
+    return most;
+}
+
 /* 1 / A times the integral over the light's solid angle, which is at most 2 A over the square of
  * the distance. */
 double shd_shape_most(const shd_light *shape, const shd_peak *peak, double nearest) {
@@ -60,9 +82,11 @@ double shd_shape_most_at(const shd_light *shape, const shd_plan_material *m, siz
     shd_peak peak = shd_peak_of(m, term);
     if (term && m->model == SHD_MODEL_COOK_TORRANCE) {
         const double by_view = at->view > 0 ? 1 / at->view : INFINITY,
-                     by_half = at->half > 0 ? 2 / at->half : INFINITY;
-        peak.most =
-            shd_facets_most(m->lobes[term - 1].shininess) * shd_smaller(by_view, by_half) / 4;
+                     by_half = at->half > 0 ? 2 / at->half : INFINITY,
+                     mirrored = shd_mirrored_most(m, at->half);
+        peak.most = mirrored * shd_facets_most(m->lobes[term - 1].shininess) *
+                    shd_smaller(by_view, by_half) / 4;
+        peak.whole *= mirrored;
     }
     const double of_all = peak.whole * SHD_PI / shd_light_area(shape),
                  of_seen = peak.most * most_seen(shape, at->nearest);

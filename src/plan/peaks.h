@@ -26,6 +26,10 @@ typedef struct shd_stance {
 double shd_shape_most_at(const shd_light *shape, const shd_plan_material *m, size_t term,
                          const shd_stance *at);
 
+/* The most that facets of Cook and Torrance's model mirror in any channel or bin of light that they
+ * meet at a V.H of `half` or more. */
+double shd_mirrored_most(const shd_plan_material *m, double half);
+
 /* (1 + x)^2 e^(-x / m^2) / m^2 at most, over all x = tan^2 of an angle: Beckmann's distribution
  * times pi. */
 double shd_facets_most(double roughness);

@@ -157,8 +157,8 @@ static char *scene_of_one_term(uint64_t seed) {
         "\"model\": \"blinn-phong\", \"diffuse\": 0, \"specular\": 1, \"shininess\": ",
         "\"model\": \"phong-normalized\", \"diffuse\": 0, \"specular\": 1, \"shininess\": ",
         "\"model\": \"oren-nayar\", \"diffuse\": 1, \"sigma\": ",
-        "\"model\": \"cook-torrance\", \"diffuse\": 0, \"fresnel\": {\"f0\": 1}, "
-        "\"lobes\": [{\"roughness\": "};
+        ("\"model\": \"cook-torrance\", \"diffuse\": 0, \"fresnel\": {\"f0\": 1}, "
+         "\"lobes\": [{\"roughness\": ")};
     static const double ends[][4] = {
         {0, 1.5, 30, 1e4}, {0, 1.5, 30, 1e3}, {0, 20, 60, 90}, {0.02, 0.2, 0.6, 2}};
     static const char *const lights[] = {"rect\", \"size\": [",

@@ -64,6 +64,9 @@ static void values_out_of_range_are_refused(void **state) {
         {OBJECT("'type': 'box', 'size': [1, 0, 1]"), "/objects/0/size/1", "greater than 0"},
         {OBJECT("'type': 'disc', 'segments': 2"), "/objects/0/segments", "3 to 1024"},
         {OBJECT("'type': 'disc', 'segments': 1025"), "/objects/0/segments", "3 to 1024"},
+        {OBJECT(
+             "'type': 'disc', 'material': {'model': 'cook-torrance', 'lobes': [{'roughness': 0}]}"),
+         "/objects/0/material/lobes/0/roughness", "0.0001 to 10"},
         {OBJECT("'type': 'disc', 'material': {'shininess': -1}"), "/objects/0/material/shininess",
          "0 or more"},
         {WITH("'accuracy': {'maxError': 0}"), "/accuracy/maxError", "greater than 0"},

@@ -76,20 +76,21 @@ static double open_error(const shd_glance *g) {
     return 16 / g->half * (1 / g->half + 1 / g->view) * g->direction;
 }
 
-/* F D g / 4 with F at most 1, and g at most 1 / N.V and 2 / V.H. With x = tan^2 of the angle of H,
- * D = (1 + x)^2 e^(-x / m^2) / m^2 is largest at x = max(0, 2 m^2 - 1), and its slope by that angle
- * is at most 2 (1 + x)^3 sqrt(x) / m^4 + 4 (1 + x)^2 sqrt(x) / m^2 with x <= 3.5 m^2, which is four
- * times D sqrt(x) at least. N.H errs by the sine of that angle times what H does, and 2 / V.H times
- * that is what it does to g. */
-static shd_weight weigh_facets(double index, double slope, const shd_glance *g) {
+/* F D g / 4 with F at most `mirrored`, and g at most 1 / N.V and 2 / V.H. With x = tan^2 of the
+ * angle of H, D = (1 + x)^2 e^(-x / m^2) / m^2 is largest at x = max(0, 2 m^2 - 1), and its slope
+ * by that angle is at most 2 (1 + x)^3 sqrt(x) / m^4 + 4 (1 + x)^2 sqrt(x) / m^2 with x <= 3.5 m^2,
+ * which is four times D sqrt(x) at least. N.H errs by the sine of that angle times what H does, and
+ * 2 / V.H times that is what it does to g. */
+static shd_weight weigh_facets(double index, double mirrored, double slope, const shd_glance *g) {
     const double m = slope * slope, x = 1 + 3.5 * m, root = sqrt(3.5 * m);
     const double most = shd_facets_most(slope);
     const double steep = 2 * x * x * x * root / (m * m) + 4 * x * x * root / m;
     const double over = shd_smaller(1 / g->view, 2 / g->half), tilt = 0.5 / g->half;
     const double turned = half_error(g), fresnel = shd_smaller(8 * (1 + index) * turned, 1);
-    return (shd_weight){most * over / 4, (steep * turned * (over + tilt) + most * open_error(g) +
-                                          most * over * (fresnel + SHD_WEIGHT_FUNCTION / m)) /
-                                             4};
+    return (shd_weight){mirrored * most * over / 4,
+                        (mirrored * (steep * turned * (over + tilt) + most * open_error(g)) +
+                         most * over * (fresnel + mirrored * SHD_WEIGHT_FUNCTION / m)) /
+                            4};
 }
 
 /* A product of quadratic splines over nodes that are 90/16 degrees of rise and 360/32 of turn
@@ -123,7 +124,7 @@ shd_weight shd_weight_of(const shd_plan_material *m, size_t term, const shd_glan
     case SHD_MODEL_PHONG_NORMALIZED:
         return weigh_normalized(shininess, g, lights);
     case SHD_MODEL_COOK_TORRANCE:
-        return weigh_facets(index_of(m), shininess, g);
+        return weigh_facets(index_of(m), shd_mirrored_most(m, g->half), shininess, g);
     case SHD_MODEL_PHONG:
         return weigh_phong(shininess, g, lights);
     default:
