@@ -41,6 +41,9 @@ static shd_status read_side(shd_request *request, int which, const char *text, s
     shd_request_hold(*side, used < most ? (most - used) / 2 : 0);
     shd_request_read(*side, text, length, SHD_PNG);
     take_report(request, which, &(*side)->report);
+    if ((*side)->report.status != SHD_OK && request->report.status == SHD_OK)
+        shd_report_error(&request->report, (*side)->report.status, places[which],
+                         "it was not read");
     return (*side)->report.status;
 }
 

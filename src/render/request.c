@@ -302,7 +302,10 @@ const char *shd_request_codec(const shd_request *request) {
 }
 
 size_t shd_request_memory(const shd_request *request) {
-    return shd_arena_peak(request->rendering.arena);
+    size_t bytes = shd_arena_peak(request->rendering.arena);
+    for (int i = 0; request->pair && i < 2; i++)
+        if (request->pair->sides[i]) bytes += shd_request_memory(request->pair->sides[i]);
+    return bytes;
 }
 
 uint64_t shd_request_saturated(const shd_request *request) {

@@ -48,6 +48,7 @@ def documents():
                                               "interpolation": "flat"}] * 2, "image": image(64)}),
         ("analysis", "/v1/analyze", {"objects": [ROUGH], "image": image(1200)}),
         ("comparison", "/v1/compare", {"objects": [ROUGH], "image": image(1200)}),
+        ("difference", "/v1/diff", {side: {"objects": [ROUGH], "image": image(900)} for side in "ab"}),
     ]
 
 
