@@ -145,9 +145,18 @@ static void place_eye(const shd_plan *plan, shd_item *it) {
             it->to_frame.linear[r][c] = it->to_world.linear[r][c] * plan->scale;
 }
 
-/* Vertices that are seen once for all rays, in 48 bytes each. Those of further meshes are found for
- * each triangle that a ray may meet, so that one mesh may be in a scene many times. */
-enum { SEEN_MOST = 1 << 20 };
+/* Vertices that are seen once for all rays, or the first mesh's, but in no more than a part of what
+ * memory is left. Those of further meshes are found for each triangle that a ray may meet, so that
+ * one mesh may be in a scene many times. */
+enum { SEEN_MOST = 1 << 20, SEEN_PART = 4 };
+
+static bool sees_whole(shd_sight *sight, size_t vertices, const shd_arena *arena) {
+    const size_t all = sight->seen_vertices + vertices;
+    if (sight->seen_vertices && all > SEEN_MOST) return false;
+    if (all > shd_arena_room(arena) / SEEN_PART / sizeof(shd_seen_vertex)) return false;
+    sight->seen_vertices = all;
+    return true;
+}
 
 static shd_status make_mesh(shd_sight *sight, size_t index, shd_arena *arena, shd_error *error) {
     const atomic_bool *cancelled = sight->cancelled;
@@ -164,9 +173,7 @@ static shd_status make_mesh(shd_sight *sight, size_t index, shd_arena *arena, sh
             return fail_object(error, SHD_MEMORY, index, FULL);
     }
     it->blind = SHD_BLIND * sight->plan->objects[index].radius;
-    const size_t vertices = it->triangles.vertex_count;
-    const bool is_whole = !sight->seen_vertices || sight->seen_vertices + vertices <= SEEN_MOST;
-    if (is_whole) sight->seen_vertices += vertices;
+    const bool is_whole = sees_whole(sight, it->triangles.vertex_count, arena);
     if (!shd_mesh_view_make(it, tree, sight->lens.camera, is_whole, cancelled, arena))
         return fail_object(error, SHD_MEMORY, index, FULL);
     return SHD_OK;
