@@ -95,3 +95,16 @@ double shd_norm(const shd_affine *m) {
     /* If the two largest are nearly the same, acos has half of its digits. */
     return largest * sqrt(most) * (1 + 1e-7);
 }
+
+bool shd_is_similar(const shd_affine *m, double length[3]) {
+    for (int c = 0; c < 3; c++)
+        length[c] = shd_length((shd_vec3){m->linear[0][c], m->linear[1][c], m->linear[2][c]});
+    const double s = length[0];
+    for (int c = 0; c < 3; c++) {
+        const int d = (c + 1) % 3;
+        double product = 0;
+        for (int r = 0; r < 3; r++) product += m->linear[r][c] / s * (m->linear[r][d] / s);
+        if (!(fabs(length[c] / s - 1) < 1e-14 && fabs(product) < 1e-14)) return false;
+    }
+    return true;
+}

@@ -123,3 +123,7 @@ shd_affine shd_normal_map(const shd_affine *m);
 /* An upper bound of the linear part's largest singular value, at most 1.1e-7 of it too large: no
  * vector grows by more. For a part that is not finite, the largest component by size. */
 double shd_norm(const shd_affine *m);
+
+/* Whether a map turns or mirrors and scales all directions alike, to rounding. `length`: those that
+ * it gives to the axes' unit vectors. */
+bool shd_is_similar(const shd_affine *m, double length[3]);

@@ -320,8 +320,9 @@ int main(int argc, char **argv) {
     signal(SIGPIPE, SIG_IGN);
     signal(SIGXFSZ, SIG_IGN);
 
-    /* Of one scene nothing is kept. */
-    cli_options options = {.engine.limits = limits_of_machine(), .verify = {400, 1, -1}};
+    /* Of one scene nothing is kept but what is built in, for objects that have it, too. */
+    cli_options options = {.engine = {.limits = limits_of_machine(), .mesh_store = 256 << 20},
+                           .verify = {400, 1, -1}};
     size_t count = 0;
     const int result = read_options(argc, argv, &options, &count);
     if (result >= 0) return result;

@@ -11,6 +11,9 @@ typedef struct view {
     int projection, side, own;
 } view;
 
+/* Instead of a projection: the mesh's own frame, from no place. */
+enum { NOWHERE = -1 };
+
 static shd_vec3 normal_of(const shd_vec3 at[3]) {
     return shd_cross(shd_sub(at[1], at[0]), shd_sub(at[2], at[0]));
 }
@@ -70,7 +73,7 @@ static void find_cells(const view *v, const shd_mesh *mesh, const atomic_bool *c
                 to->low = shd_vec3_min(to->low, p[c]);
                 to->high = shd_vec3_max(to->high, p[c]);
             }
-            if (pass == 0 && !v->own) add_sides(v, p, to->sides);
+            if (pass == 0 && !v->own && v->projection != NOWHERE) add_sides(v, p, to->sides);
             for (int c = 0; c < count; c++) {
                 if (pass == 0)
                     to->normals = shd_add(to->normals, n[c]);
@@ -79,6 +82,7 @@ static void find_cells(const view *v, const shd_mesh *mesh, const atomic_bool *c
             }
             if (!count) to->cosine = -1;
             to->any = true;
+            if (v->projection == NOWHERE) to->sides[0] = to->sides[1] = true;
         }
         for (int i = 0; pass == 0 && i < side * side * side; i++)
             if (cells[i].any && !shd_plan_normalize(cells[i].normals, &cells[i].normals))
@@ -89,8 +93,8 @@ static void find_cells(const view *v, const shd_mesh *mesh, const atomic_bool *c
 /* ---- Kept meshes ---- */
 
 enum {
-    VIEWS = 4,             /* a scene may have several objects of one mesh */
-    TRIANGLES_LEAST = 4096 /* smaller meshes are looked at in less than what else a request takes */
+    VIEWS = 4,            /* a scene may have several objects of one mesh */
+    TRIANGLES_LEAST = 512 /* smaller meshes are looked at in less than what else a request takes */
 };
 
 struct shd_mesh_memo {
@@ -125,21 +129,48 @@ static void note_cells(struct shd_mesh_memo *memo, const view *v, const shd_cell
     memo->taken = false;
 }
 
+/* ---- Meshes that are there many times ---- */
+
+/* So many triangles of all objects together, some of them again and again, are not looked at. */
+enum { CROWD = 1 << 20 };
+
+/* From the mesh's frame to the world's. Angles between normals are the same there if the map turns,
+ * mirrors and scales all alike, to less than what add_mesh takes off. */
+static void turn_cells(const shd_affine *to_world, const shd_affine *normal_map, int side,
+                       shd_cell cells[SHD_CELLS]) {
+    double length[3];
+    const bool similar = shd_is_similar(to_world, length);
+    for (int i = 0; i < side * side * side; i++) {
+        shd_cell *c = &cells[i];
+        if (!similar || !(c->cosine > -1) ||
+            !shd_plan_normalize(shd_linear(normal_map, c->normals), &c->normals))
+            c->cosine = -1;
+    }
+}
+
 void shd_plan_cells(const shd_scene *scene, const shd_object *object, const shd_affine *to_world,
                     const shd_affine *normal_map, int side, const atomic_bool *cancelled,
                     shd_cell out[SHD_CELLS]) {
     const shd_mesh *mesh = object->mesh;
     struct shd_mesh_memo *memo = mesh->kept ? mesh->kept->memo : NULL;
     view v;
+    const bool crowded = memo && scene->mesh_triangles > CROWD;
     memset(&v, 0, sizeof v); /* its padding is compared, too */
-    v.to_world = *to_world;
-    v.normal_map = *normal_map;
-    v.eye = scene->camera.position;
-    v.back = scene->camera.back;
-    v.projection = scene->camera.projection;
     v.side = side;
     v.own = !mesh->normals || object->interpolation == SHD_FLAT;
-    if (recall_cells(memo, &v, out)) return;
-    find_cells(&v, mesh, cancelled, out);
-    if (!shd_is_cancelled(cancelled)) note_cells(memo, &v, out);
+    if (crowded) {
+        v.to_world = v.normal_map = (shd_affine){{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};
+        v.projection = NOWHERE;
+    } else {
+        v.to_world = *to_world;
+        v.normal_map = *normal_map;
+        v.eye = scene->camera.position;
+        v.back = scene->camera.back;
+        v.projection = scene->camera.projection;
+    }
+    if (!recall_cells(memo, &v, out)) {
+        find_cells(&v, mesh, cancelled, out);
+        if (!shd_is_cancelled(cancelled)) note_cells(memo, &v, out);
+    }
+    if (crowded) turn_cells(to_world, normal_map, side, out);
 }

@@ -18,7 +18,9 @@ typedef struct shd_cell {
 
 /* Finds the cells of a grid of side^3, `side` up to SHD_CELL_SIDE, in the box around an object that
  * is a mesh. It takes some 30 ns a triangle, which `cancelled` (or NULL) ends anywhere, and nothing
- * for a kept mesh that is seen again in the same way. */
+ * for a kept mesh that is seen again in the same way. In scenes that have kept meshes many times it
+ * takes nothing either way: cells are then looked at from nowhere and turned, so that both sides
+ * may be seen, and, where a map does not keep angles, any normal. */
 void shd_plan_cells(const shd_scene *scene, const shd_object *object, const shd_affine *to_world,
                     const shd_affine *normal_map, int side, const atomic_bool *cancelled,
                     shd_cell out[SHD_CELLS]);

@@ -236,7 +236,6 @@ const shd_mesh *shd_find_mesh(shd_reader *r, const shd_node *data, size_t index)
     } else if (!(mesh = r->shelf->find(r->shelf->context, &digest))) {
         add_missing(r, &digest, index);
     } else {
-        r->triangles += mesh->triangle_count;
         warn_of_inverted_normals(r, data, mesh);
     }
     return mesh;

@@ -105,10 +105,7 @@ static const shd_mesh *make_builtin(shd_reader *r, shd_builtin which) {
         const shd_mesh *kept = keeps ? r->shelf->keep(r->shelf->context, mesh, &digest) : NULL;
         if (kept) mesh = kept;
     }
-    if (mesh)
-        r->triangles += mesh->triangle_count;
-    else
-        shd_take(r, SIZE_MAX, 1); /* which tells that memory is short */
+    if (!mesh) shd_take(r, SIZE_MAX, 1); /* which tells that memory is short */
     return mesh;
 }
 
@@ -144,6 +141,34 @@ static void read_object(shd_reader *r, const shd_node *node, shd_object *out) {
     *out = *object;
 }
 
+static int compare_meshes(const void *one, const void *other) {
+    const uintptr_t a = (uintptr_t) * (const shd_mesh *const *)one,
+                    b = (uintptr_t) * (const shd_mesh *const *)other;
+    return (a > b) - (a < b);
+}
+
+/* Adds the triangles of meshes that are not in the document. One that is kept counts once, however
+ * many objects have it, unless their faces are shaded alone, which is made for each. False: memory.
+ */
+static bool count_meshes(shd_reader *r, const shd_object *objects, size_t count, uint64_t *all) {
+    const shd_mesh **named = shd_take(r, count, sizeof *named);
+    size_t names = 0;
+    if (!named) return false;
+    for (size_t i = 0; i < count; i++) {
+        const shd_mesh *mesh = objects[i].mesh;
+        if (mesh) *all += mesh->triangle_count;
+        if (!mesh || (!mesh->kept && !mesh->type)) continue;
+        if (mesh->kept && objects[i].interpolation == SHD_PHONG)
+            named[names++] = mesh;
+        else
+            r->triangles += mesh->triangle_count;
+    }
+    qsort(named, names, sizeof *named, compare_meshes);
+    for (size_t i = 0; i < names; i++)
+        if (!i || named[i] != named[i - 1]) r->triangles += named[i]->triangle_count;
+    return true;
+}
+
 void shd_read_objects(shd_reader *r, const shd_node *node, void *out) {
     if (!shd_is_array(r, node, 0, SIZE_MAX, "an array of objects")) return;
     const size_t count =
@@ -159,6 +184,7 @@ void shd_read_objects(shd_reader *r, const shd_node *node, void *out) {
         read_object(r, &object, &objects[i]);
     }
     if (emitters) shd_add_emitters(r, node, objects + count);
+    if (!count_meshes(r, objects, count, &((shd_scene *)out)->mesh_triangles)) return;
     shd_hold_to_limit(r, node, "the scene asks for", r->triangles, SHD_LIMIT_TRIANGLES,
                       r->limits->triangles);
     assert(r->material_count <= count + emitters);

@@ -298,6 +298,8 @@ typedef struct shd_scene {
     size_t material_count;
     const shd_object *objects;
     size_t object_count;
+    /* Triangles of all objects that are meshes, each as often as it is there. */
+    uint64_t mesh_triangles;
     shd_accuracy accuracy;
     shd_trace trace;
     shd_spectral spectral;

@@ -87,6 +87,7 @@ struct shd_sight {
     shd_lens lens;
     shd_item *items; /* as shd_scene.objects */
     size_t count;
+    size_t seen_vertices;  /* of all views that are whole */
     uint32_t *order;       /* [count]: roughly nearer ones first */
     shd_outline *outlines; /* [count]: in that order */
     shd_frames frames;     /* [count]: in that order */
@@ -104,9 +105,10 @@ static inline shd_vec3 shd_sizes(shd_vec3 v) {
     return (shd_vec3){fabs(v.x), fabs(v.y), fabs(v.z)};
 }
 
-/* Makes the view of an item whose triangles, frame and eye are set. False: the arena is full. */
+/* Makes the view of an item whose triangles, frame and eye are set, with all its vertices if it is
+ * to be whole. False: the arena is full. */
 bool shd_mesh_view_make(shd_item *it, const shd_mesh_tree *tree, const shd_camera *camera,
-                        const atomic_bool *cancelled, shd_arena *arena);
+                        bool is_whole, const atomic_bool *cancelled, shd_arena *arena);
 
 /* Objects to cast at. There may be others, but no ray meets these at a smaller depth than `beyond`.
  */

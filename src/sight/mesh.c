@@ -39,12 +39,10 @@ static shd_vec3 row_of(const shd_affine *m, double scale, shd_vec3 axis) {
 }
 
 bool shd_mesh_view_make(shd_item *it, const shd_mesh_tree *tree, const shd_camera *camera,
-                        const atomic_bool *cancelled, shd_arena *arena) {
+                        bool is_whole, const atomic_bool *cancelled, shd_arena *arena) {
     const shd_triangles *triangles = &it->triangles;
     const shd_affine *to_world = &it->to_world;
     shd_mesh_view *out = &it->view;
-    shd_seen_vertex *seen = shd_arena_alloc(arena, triangles->vertex_count, sizeof *seen);
-    if (!seen) return false;
     /* Powers of 2 bring the mesh, and then the map, to a size of about 1: products of coordinates
      * neither overflow nor vanish. */
     int exponent = 0;
@@ -52,20 +50,21 @@ bool shd_mesh_view_make(shd_item *it, const shd_mesh_tree *tree, const shd_camer
     const double scale = ldexp(1, exponent > 1000 ? -1000 : exponent < -1000 ? 1000 : -exponent);
     *out = (shd_mesh_view){.tree = tree,
                            .cancelled = cancelled,
-                           .vertices = seen,
+                           .positions = triangles->positions,
                            .rows = {row_of(to_world, scale, camera->right),
                                     row_of(to_world, scale, camera->up),
                                     row_of(to_world, scale, shd_scale(camera->back, -1))},
                            .eye = shd_scale(it->eye, tree->scale),
+                           .scale = tree->scale,
                            .unit = ldexp(1 / scale, tree->exponent),
                            .orthographic = camera->projection == SHD_ORTHOGRAPHIC};
+    if (!is_whole) return true;
+    shd_seen_vertex *seen = shd_arena_alloc(arena, triangles->vertex_count, sizeof *seen);
+    if (!seen) return false;
     for (size_t i = 0; i < triangles->vertex_count; i++) {
         if (shd_is_cancelled_at(cancelled, i)) break;
-        const shd_vec3 p = shd_scale(shd_vec3_at(triangles->positions, i), tree->scale),
-                       from = shd_sub(p, out->eye);
-        const double x = shd_dot(out->rows[0], from), y = shd_dot(out->rows[1], from),
-                     depth = shd_dot(out->rows[2], from), w = out->orthographic ? 1 : depth;
-        seen[i] = (shd_seen_vertex){x, y, w, depth, x / w, y / w};
+        seen[i] = shd_see_vertex(out, i);
     }
+    out->vertices = seen;
     return true;
 }

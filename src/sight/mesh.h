@@ -42,8 +42,19 @@ typedef struct shd_seen_vertex {
 typedef struct shd_mesh_view {
     const shd_mesh_tree *tree;
     const atomic_bool *cancelled;    /* if it is raised, rays end anywhere; or NULL */
-    const shd_seen_vertex *vertices; /* as in shd_triangles */
+    const shd_seen_vertex *vertices; /* as in shd_triangles. NULL: each is found when wanted */
+    const double *positions;         /* of shd_triangles */
     shd_vec3 rows[3], eye; /* row . (v - eye) is x, y or depth of a point v in the tree's frame */
+    double scale;          /* of the tree's frame, a power of 2 */
     double unit;           /* the length in the world of 1 here */
     bool orthographic;
 } shd_mesh_view;
+
+/* How the camera sees a vertex. It is the same wherever it is found. */
+static inline shd_seen_vertex shd_see_vertex(const shd_mesh_view *view, size_t vertex) {
+    const shd_vec3 p = shd_scale(shd_vec3_at(view->positions, vertex), view->scale),
+                   from = shd_sub(p, view->eye);
+    const double x = shd_dot(view->rows[0], from), y = shd_dot(view->rows[1], from),
+                 depth = shd_dot(view->rows[2], from), w = view->orthographic ? 1 : depth;
+    return (shd_seen_vertex){x, y, w, depth, x / w, y / w};
+}

@@ -264,10 +264,8 @@ static unsigned groups_within(const bundle *k, const shd_seen_vertex *a, const s
     return ~out;
 }
 
-static bool try_triangle(bundle *k, const shd_mesh_view *view, const shd_leaf *leaf) {
-    const shd_seen_vertex *a = &view->vertices[leaf->corner[0]],
-                          *b = &view->vertices[leaf->corner[1]],
-                          *c = &view->vertices[leaf->corner[2]];
+SHD_INLINE bool try_corners(bundle *k, const shd_leaf *leaf, const shd_seen_vertex *a,
+                            const shd_seen_vertex *b, const shd_seen_vertex *c) {
     unsigned groups = (1u << GROUPS) - 1;
     if (least_of_three(a->depth, b->depth, c->depth) > k->reach) return false;
     if (least_of_three(a->w, b->w, c->w) > 0) {
@@ -286,6 +284,15 @@ static bool try_triangle(bundle *k, const shd_mesh_view *view, const shd_leaf *l
             any = try_rays(k, i, a, b, c, leaf->name) || any;
     }
     return any;
+}
+
+static bool try_triangle(bundle *k, const shd_mesh_view *view, const shd_leaf *leaf) {
+    const uint32_t *corner = leaf->corner;
+    const shd_seen_vertex *seen = view->vertices;
+    if (seen) return try_corners(k, leaf, &seen[corner[0]], &seen[corner[1]], &seen[corner[2]]);
+    const shd_seen_vertex a = shd_see_vertex(view, corner[0]), b = shd_see_vertex(view, corner[1]),
+                          c = shd_see_vertex(view, corner[2]);
+    return try_corners(k, leaf, &a, &b, &c);
 }
 
 /* ---- The tree. ---- */

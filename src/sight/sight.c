@@ -132,21 +132,6 @@ static shd_affine scaling_map(double size, shd_vec3 origin) {
     return (shd_affine){{{size, 0, 0}, {0, size, 0}, {0, 0, size}}, origin};
 }
 
-/* Whether a map turns or mirrors and scales all directions alike, to rounding. `length`: those that
- * it gives to the axes' unit vectors. */
-static bool is_similar(const shd_affine *m, double length[3]) {
-    for (int c = 0; c < 3; c++)
-        length[c] = shd_length((shd_vec3){m->linear[0][c], m->linear[1][c], m->linear[2][c]});
-    const double s = length[0];
-    for (int c = 0; c < 3; c++) {
-        const int d = (c + 1) % 3;
-        double product = 0;
-        for (int r = 0; r < 3; r++) product += m->linear[r][c] / s * (m->linear[r][d] / s);
-        if (!(fabs(length[c] / s - 1) < 1e-14 && fabs(product) < 1e-14)) return false;
-    }
-    return true;
-}
-
 /* Places the camera in the item's frame, and the item in the plan's. */
 static void place_eye(const shd_plan *plan, shd_item *it) {
     const shd_camera *camera = &plan->scene->camera;
@@ -160,8 +145,20 @@ static void place_eye(const shd_plan *plan, shd_item *it) {
             it->to_frame.linear[r][c] = it->to_world.linear[r][c] * plan->scale;
 }
 
-static shd_status make_mesh(const shd_sight *sight, size_t index, shd_arena *arena,
-                            shd_error *error) {
+/* Vertices that are seen once for all rays, or the first mesh's, but in no more than a part of what
+ * memory is left. Those of further meshes are found for each triangle that a ray may meet, so that
+ * one mesh may be in a scene many times. */
+enum { SEEN_MOST = 1 << 20, SEEN_PART = 4 };
+
+static bool sees_whole(shd_sight *sight, size_t vertices, const shd_arena *arena) {
+    const size_t all = sight->seen_vertices + vertices;
+    if (sight->seen_vertices && all > SEEN_MOST) return false;
+    if (all > shd_arena_room(arena) / SEEN_PART / sizeof(shd_seen_vertex)) return false;
+    sight->seen_vertices = all;
+    return true;
+}
+
+static shd_status make_mesh(shd_sight *sight, size_t index, shd_arena *arena, shd_error *error) {
     const atomic_bool *cancelled = sight->cancelled;
     const shd_mesh *mesh = sight->plan->scene->objects[index].mesh;
     shd_item *it = &sight->items[index];
@@ -176,7 +173,8 @@ static shd_status make_mesh(const shd_sight *sight, size_t index, shd_arena *are
             return fail_object(error, SHD_MEMORY, index, FULL);
     }
     it->blind = SHD_BLIND * sight->plan->objects[index].radius;
-    if (!shd_mesh_view_make(it, tree, sight->lens.camera, cancelled, arena))
+    const bool is_whole = sees_whole(sight, it->triangles.vertex_count, arena);
+    if (!shd_mesh_view_make(it, tree, sight->lens.camera, is_whole, cancelled, arena))
         return fail_object(error, SHD_MEMORY, index, FULL);
     return SHD_OK;
 }
@@ -186,7 +184,7 @@ static bool make_ball(const shd_plan *plan, const shd_object *object, shd_item *
     double axes[3];
     if (object->shape != SHD_SPHERE || object->interpolation != SHD_PHONG) return false;
     const shd_affine to_world = shd_object_to_world(object);
-    if (!is_similar(&to_world, axes) || !isfinite(1 / axes[0])) return false;
+    if (!shd_is_similar(&to_world, axes) || !isfinite(1 / axes[0])) return false;
     it->ball = it->similar = true;
     it->size = axes[0];
     it->to_world = scaling_map(it->size, to_world.origin);
@@ -197,8 +195,7 @@ static bool make_ball(const shd_plan *plan, const shd_object *object, shd_item *
     return true;
 }
 
-static shd_status make_item(const shd_sight *sight, size_t index, shd_arena *arena,
-                            shd_error *error) {
+static shd_status make_item(shd_sight *sight, size_t index, shd_arena *arena, shd_error *error) {
     const shd_plan *plan = sight->plan;
     const shd_object *object = &plan->scene->objects[index];
     shd_item *it = &sight->items[index];
@@ -212,7 +209,7 @@ static shd_status make_item(const shd_sight *sight, size_t index, shd_arena *are
                            "this object's size and transform are singular");
     it->normal_map = shd_normal_map(&it->to_world);
     double axes[3];
-    it->similar = is_similar(&it->to_world, axes);
+    it->similar = shd_is_similar(&it->to_world, axes);
     it->size = axes[0];
     if (it->similar)
         for (int r = 0; r < 3; r++)

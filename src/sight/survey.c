@@ -146,8 +146,9 @@ static void outline_sphere(const shd_sight *sight, size_t index, const shd_item 
     double depth = 0;
     /* Around a ball before the eye, tangents are closer than a box. */
     const bool mesh = it->shape == SHD_MESH, round = it->ball && v.z > 2 * radius,
-               ranged = mesh ? vertex_ranges(it, v, &p, &q, &radius, &depth)
-                             : !round && corner_ranges(sight, index, &p, &q, &depth);
+               ranged = mesh && it->view.vertices
+                            ? vertex_ranges(it, v, &p, &q, &radius, &depth)
+                            : !round && corner_ranges(sight, index, &p, &q, &depth);
     if (it->shape == SHD_SPHERE)
         radius = fmin(radius, it->ball ? it->size : shd_norm(&it->to_world));
     radius *= 1 + 1e-9;

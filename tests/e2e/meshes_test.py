@@ -151,11 +151,17 @@ class MeshesTest(Test):
         self.assert_problem(self.put(self.daemon, plain(ball(40))), 422, "limit",
                             "`triangles` is 2000")
         self.assert_problem(self.put(self.daemon, b"\0" * (200 * 1024 + 1)), 413, "body-too-large")
-        # Named twice it counts twice.
-        body = plain(ball(25))
-        self.assertEqual(self.put(self.daemon, body).status, 201)
-        self.assert_problem(self.daemon.render(named(digest_of(body), digest_of(body))), 422, "limit",
-                            "2500 triangles")
+        # Named twice it counts once, but for its faces.
+        body, other = plain(ball(25)), plain(ball(24))
+        for one in (body, other):
+            self.assertEqual(self.put(self.daemon, one).status, 201)
+        twice = named(digest_of(body), digest_of(body))
+        self.assertEqual(self.daemon.render(twice).status, 200)
+        for one in twice["objects"]:
+            one["interpolation"] = "flat"
+        self.assert_problem(self.daemon.render(twice), 422, "limit", "2500 triangles")
+        self.assert_problem(self.daemon.render(named(digest_of(body), digest_of(other))), 422, "limit",
+                            "triangles; the limit `triangles` is 2000")
 
     def test_slow_and_chunked_bodies(self):
         body = plain(ball(7))

@@ -73,7 +73,7 @@ static const option_info options[] = {
     {"max-lights", WHOLE, false, FIELD(limits.lights), 0, 1ull << 40, "N", "lights of a scene"},
     {"max-objects", WHOLE, false, FIELD(limits.objects), 0, 1ull << 40, "N", "objects of a scene"},
     {"max-triangles", WHOLE, false, FIELD(limits.triangles), 0, 1ull << 40, "N",
-     "triangles of a scene, those of tessellated shapes too"},
+     "triangles of a scene, those of tessellated shapes too; a kept mesh counts once"},
     {"max-light-samples", WHOLE, false, FIELD(limits.light_samples), 1, 1ull << 62, "N",
      "samples of a picture times lights times terms: diffuse, and each specular lobe"},
     {"max-object-lights", WHOLE, false, FIELD(limits.object_lights), 0, 1ull << 62, "N",
