@@ -64,10 +64,15 @@ typedef struct hard_case {
     int count;                        /* of the same light; 0: one */
 } hard_case;
 
-#define FLOOR  "\"type\": \"disc\", \"radius\": 3"
-#define BALL   "\"type\": \"sphere\""
-#define ABOVE  "\"position\": [0.3, 2, 2.5]"
-#define LEVEL  "\"position\": [0, 1e-4, 2], \"target\": [0, 0, 0]"
+#define FLOOR "\"type\": \"disc\", \"radius\": 3"
+#define BALL  "\"type\": \"sphere\""
+#define ABOVE "\"position\": [0.3, 2, 2.5]"
+#define LEVEL                                                                                      \
+    "\"type\": \"orthographic\", \"height\": 1e-4, \"position\": [0, 6e-4, 2], \"target\": [0, "   \
+    "0, 0]"
+#define LEVELER                                                                                    \
+    "\"type\": \"orthographic\", \"height\": 1e-8, \"position\": [0, 1e-6, 2], \"target\": [0, "   \
+    "0, 0]"
 #define BESIDE "\"position\": [0.2, 0.4, 3]"
 #define LAMP   "[1, 2, 0.7]", "[-1, -2, -0.7]"
 #define GREY   "[0.7, 0.4, 0.2]"
@@ -149,8 +154,11 @@ static const hard_case cases[] = {
     {"a hundred lights", BALL, BESIDE, LAMP, 1, &USUAL, GREY, "", "", .count = 100},
     {"normals away from the eye", AWAY, "\"position\": [0, 0, 3], \"fov\": 20", "[-1, 0.3, -3]",
      "[1, 0, 3]", 1, &USUAL, GREY, "", .more = ""},
-    {"opposite the eye, along the surface", FLOOR, "\"position\": [0, 1e-3, 2]", "[0, 1e-3, -2]",
-     "[0, 0, 1]", 1e-4, &DULL, GREY, "", .more = ""},
+    {"opposite the eye, along the surface", FLOOR, LEVEL, "[0, 6e-4, -2]", "[0, -3e-4, 1]", 1e-4,
+     &USUAL, GREY, "", .more = ""},
+    {"opposite the eye, 1e-6 above", FLOOR, LEVELER, "[0, 1e-6, -2]", "[0, -5e-7, 1]", 1e-7, &USUAL,
+     GREY, "", .more = ""},
+    {"1e-6 above", FLOOR, LEVELER, LAMP, 1, &USUAL, GREY, "", .more = ""},
 };
 
 /* One cell of the table. */

@@ -28,8 +28,25 @@ static shd_vec3 toward_eye(const shd_scene *scene, const shd_piece *piece, shd_a
     return distance > 0 ? shd_scale(path, 1 / distance) : camera->back;
 }
 
-/* The least N.V at the piece, seen from the eye. */
+/* The least N.V at a flat piece: the eye's height over it, of the longest way there; 0: it is not
+ * known. */
+static double least_flat_view(const finding *f, const shd_piece *piece) {
+    const shd_camera *camera = &f->sums.plan->scene->camera;
+    const shd_vec3 path = shd_sub(piece->center, camera->position);
+    if (camera->projection == SHD_ORTHOGRAPHIC)
+        return fabs(shd_dot(piece->axis, camera->back)) - SHD_WEIGHT_DIRECTION;
+    const double height =
+        fabs(shd_dot(piece->axis, path)) - 4 * SHD_HIT_ROUNDING * f->misplaced.span;
+    return height / (shd_plan_length(path) + piece->radius);
+}
+
+/* The least N.V at the piece, seen from the eye, that counts. Flat ones may all be seen as flatly,
+ * but for the horizon of infinite planes. */
 static double least_view(const finding *f, const shd_piece *piece, shd_vec3 eye, shd_angle eyes) {
+    if (!f->misplaced.smooth && piece->spread.cosine >= 1) {
+        const double flat = least_flat_view(f, piece);
+        if (flat > 0) return flat;
+    }
     const double facing = shd_cosine_more(shd_angle_of(shd_dot(piece->axis, eye)),
                                           shd_angle_sum(eyes, piece->spread));
     return shd_larger(facing, f->misplaced.grazing > 0 ? f->misplaced.grazing : 1e-4);
