@@ -57,6 +57,7 @@ typedef struct shd_tile_scratch {
     double cut;    /* the most that a sample's rays left out (trace/bounce.h) */
     double *room;  /* for paths (shd_bounce); NULL: none are followed */
     uint64_t rays; /* that were followed beyond the eye's, but for those to lights */
+    double shadowed; /* seconds of those to lights, of the tile, within the stage shade */
 
     /* Their means. */
     uint16_t fragment_of[SHD_TILE_PIXELS]; /* a cell's fragment of a run */
