@@ -215,19 +215,25 @@ shd_ray_cost shd_plan_ray_cost(const shd_plan *plan, shd_tier tier, const shd_ke
     const shd_paths paths = shd_find_paths(plan);
     const double per_length = pixels_of(scene);
     double covered = 0;
-    shd_ray_cost cost = {PIXEL, 0, 0};
+    shd_ray_cost cost = {.rays = PIXEL};
     for (size_t i = 0; i < scene->object_count; i++) {
         const shd_object *object = &scene->objects[i];
         const outline o = outline_of(plan, i, per_length);
         covered += o.area / all;
         cost.rays += samples * o.met / all * cast_of(plan, object, &o, tier);
         cost.light += samples * o.area / all * light_of(plan, i, &costs[tier], factor, tier);
-        cost.light += samples * o.area / all * shd_traced_cost(plan, &paths, i);
+        const shd_traced_cost traced = shd_find_traced_cost(plan, &paths, i);
+        cost.shadow += samples * o.area / all * traced.shadow;
+        cost.trace += samples * o.area / all * traced.trace;
         cost.meshes += (double)triangles_of(object) * TRIANGLE;
     }
     /* Objects are taken to be side by side until the picture is full, and then before each other:
      * rays are cast at each, and the nearest one is lit. */
-    if (covered > 1) cost.light /= covered;
+    if (covered > 1) {
+        cost.light /= covered;
+        cost.shadow /= covered;
+        cost.trace /= covered;
+    }
     return cost;
 }
 

@@ -13,7 +13,8 @@ typedef struct shd_kernel_cost {
 /* Nanoseconds of one core. */
 typedef struct shd_ray_cost {
     double rays, light; /* of all samples of a pixel, on the average of the whole picture */
-    double meshes;      /* once, to make triangles findable */
+    double shadow, trace; /* the same of rays to lights, and of those that go on */
+    double meshes;        /* once, to make triangles findable */
 } shd_ray_cost;
 
 /* The tiers' costs with the kernels of plan->isa, [SHD_EXACT + 1]: plan/kernel_costs.h. */

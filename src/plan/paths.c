@@ -83,9 +83,9 @@ static double count_lights(const shd_plan *plan, size_t object) {
     return rays;
 }
 
-double shd_traced_cost(const shd_plan *plan, const shd_paths *paths, size_t object) {
-    if (!shd_is_traced(plan->scene)) return 0;
+shd_traced_cost shd_find_traced_cost(const shd_plan *plan, const shd_paths *paths, size_t object) {
+    if (!shd_is_traced(plan->scene)) return (shd_traced_cost){0, 0};
     const brought b = find_brought(plan, object);
-    const double from = kinds_of(&b) ? paths->steps : 0;
-    return RAY * (count_lights(plan, object) * (1 + from) + from);
+    const double from = kinds_of(&b) ? paths->steps : 0, lights = count_lights(plan, object);
+    return (shd_traced_cost){RAY * lights, RAY * from * (1 + lights)};
 }

@@ -305,7 +305,7 @@ static void add_to_crowd(const shd_lighting *lighting, uint32_t index, crowded *
     for (size_t i = 0; i < c->crowd.count; i++) {
         double row[SHD_BRDF_ROWS];
         if (!reach_point(lighting, index, &c->crowd.at[i], row)) continue;
-        memcpy(c->rows + reached * c->width, row, c->width * sizeof *row);
+        for (size_t r = 0; r < c->width; r++) c->rows[reached * c->width + r] = row[r];
         which[reached++] = (uint8_t)i;
     }
     if (!reached) return;
