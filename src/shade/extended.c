@@ -282,7 +282,7 @@ typedef struct crowded {
 
 /* Takes the points of one object that follow each other. */
 static void take_crowd(const shd_lighting *lighting, const shd_plan_material *material,
-                         const shd_points64 *points, size_t first, crowded *c) {
+                       const shd_points64 *points, size_t first, crowded *c) {
     size_t most = SHD_CROWD, count = 0;
     if (most > CROWD_ROWS / c->width) most = CROWD_ROWS / c->width;
     if (most > CROWD_SHARES / c->channels) most = CROWD_SHARES / c->channels;

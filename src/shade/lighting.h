@@ -73,7 +73,8 @@ typedef struct shd_shadows {
      */
     void (*share)(const void *context, const shd_plan_light *light, const shd_surface *at,
                   double *out);
-    /* The same of many points: fills what is known of a crowd, whose first three members are set. */
+    /* The same of many points: fills what is known of a crowd, whose first three members are set.
+     */
     void (*gather)(const void *context, shd_crowd *crowd);
     /* And then, light by light, writes a row for each of the points which[0..n) of it. The clock is
      * read twice, whatever n. */

@@ -223,8 +223,8 @@ static in_the_way narrow_way(const shadow_map *map, const shd_plan_light *light,
                 shd_may_object_hide(map->plan, crowd->around, light, way.list[k]))
                 list[count++] = way.list[k];
     } else {
-        count = shd_list_between(map->caster, crowd->around, light, object, list,
-                                 SHD_OCCLUDERS_MOST);
+        count =
+            shd_list_between(map->caster, crowd->around, light, object, list, SHD_OCCLUDERS_MOST);
         if (count > SHD_OCCLUDERS_MOST) return way;
     }
     *alone = count == 0;
@@ -296,7 +296,8 @@ bool shd_shadows_make(const shd_plan *plan, const shd_caster *caster, shd_arena 
                         .convex = find_convex(plan, caster, arena),
                         .samples = samples,
                         .pattern = shd_arena_alloc(arena, (size_t)samples, sizeof *map->pattern)};
-    if (!map->solid || !map->convex || !map->pattern || !shd_find_occlusion(plan, arena, &map->occlusion))
+    if (!map->solid || !map->convex || !map->pattern ||
+        !shd_find_occlusion(plan, arena, &map->occlusion))
         return false;
     for (int i = 0; i < samples; i++) {
         map->pattern[i][0] = (i + 0.5) / samples;

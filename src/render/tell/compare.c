@@ -100,9 +100,9 @@ static json_t *tell_tier(const shd_rendering *r, shd_tier tier, const shd_differ
     if (plan->scene->trace.shadows)
         json_object_set_new(seconds, "shadow", json_real(times->shadow));
     if (plan->scene->trace.depth) json_object_set_new(seconds, "trace", json_real(times->trace));
-    return json_pack("{ss ss so so so so}", "tier", shd_tier_names[tier], "plan",
-                     plan->summary, "bound", shd_tell_bound(&plan->bound), "boundSeen",
-                     shd_tell_bound(&seen), "seconds", seconds, "error", tell_error(difference));
+    return json_pack("{ss ss so so so so}", "tier", shd_tier_names[tier], "plan", plan->summary,
+                     "bound", shd_tell_bound(&plan->bound), "boundSeen", shd_tell_bound(&seen),
+                     "seconds", seconds, "error", tell_error(difference));
 }
 
 /* Takes the references to `tiers` and `spectral`. */

@@ -101,7 +101,8 @@ static void say_cost(json_t *words, const shd_cost *c) {
         "for colors, %.2g to encode.",
         c->total, c->visibility, c->shade, c->color, c->encode);
     if (c->shadow + c->trace > 0)
-        say_line(words, "%.2g ms of it are for shadows, and %.2g for rays that go on from surfaces.",
+        say_line(words,
+                 "%.2g ms of it are for shadows, and %.2g for rays that go on from surfaces.",
                  c->shadow, c->trace);
 }
 

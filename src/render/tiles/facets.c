@@ -67,13 +67,11 @@ static void light_points(const facet_job *l, size_t first, size_t count, const u
                      edges);
     for (size_t i = 0; i < count; i++) {
         if (!edges[i]) continue;
-        const shd_points64 point = {1,
-                                    {&d[0][i], &d[1][i], &d[2][i]},
-                                    {&d[3][i], &d[4][i], &d[5][i]},
-                                    {&d[6][i], &d[7][i], &d[8][i]},
-                                    &l->object,
-                                    NULL,
-                                    NULL};
+        const shd_points64 point = {.count = 1,
+                                    .position = {&d[0][i], &d[1][i], &d[2][i]},
+                                    .normal = {&d[3][i], &d[4][i], &d[5][i]},
+                                    .view = {&d[6][i], &d[7][i], &d[8][i]},
+                                    .object = &l->object};
         shd_light_again(lighting, l->material, which, lights, &point, &(uint32_t){(uint32_t)i},
                         s->arrays, s->arrays + 3);
     }
