@@ -353,11 +353,12 @@ const shd_picture *shd_request_pictures(const shd_request *request, size_t *coun
 unsigned char *shd_request_take(shd_request *request, size_t index);
 
 /* Seconds by stage, summed over the threads that worked on it. They are processor time. In tiles
- * (visibility, shade, trace, and color if it goes straight to samples) they are wall time. `trace`
- * is what follows from mirrors and glass: their rays, and the light on what these meet. Rays to
- * lights are part of `shade`, or of `trace` beyond mirrors and glass. */
+ * (visibility, shade, shadow, trace, and color if it goes straight to samples) they are wall time.
+ * `shadow` is what finds how much of each light arrives: rays to lights, and proofs that none is
+ * needed. `trace` is what follows from mirrors and glass: their rays, and the light on what these
+ * meet, with its shadows. */
 typedef struct shd_times {
-    double parse, plan, visibility, shade, trace, color, encode;
+    double parse, plan, visibility, shade, shadow, trace, color, encode;
 } shd_times;
 
 const shd_times *shd_request_times(const shd_request *request);

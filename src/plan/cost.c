@@ -12,7 +12,6 @@ static const double WIDE_SAMPLE = 4.5;  /* the same if it is lit in f64 */
 static const double EXACT_SAMPLE = 1.2; /* more in the exact tier, which keeps positions in f64 */
 static const double FACET = 3;          /* a hit between points that are lit */
 static const double WIDE_SPOT = 2.5;    /* how many other lights a spot costs in f64 */
-static const double AREA = 500;         /* the same of a light with a shape and Phong's model */
 static const double BALL = 3.5;         /* a ray at a sphere that stays one, in a tier in f32 */
 static const double WIDE_BALL = 6.5;    /* the same if more digits are wanted */
 static const double BUNDLE_RAY = 4.5;   /* a ray at a mesh */
@@ -183,7 +182,7 @@ static double light_factor(const shd_plan *plan, const shd_kernel_cost *costs, s
     double sum = 0;
     for (size_t i = 0; i < plan->light_count; i++) {
         const shd_plan_light *light = &plan->lights[i];
-        const double wide = light->shape ? AREA : light->spot ? WIDE_SPOT : 1;
+        const double wide = light->spot ? WIDE_SPOT : 1;
         sum += is_wide(plan, tier) ? wide : 1;
         if (light->steep && !is_wide(plan, tier))
             sum += wide * costs[SHD_EXACT].light / costs[tier].light;
@@ -200,7 +199,13 @@ static double light_of(const shd_plan *plan, size_t index, const shd_kernel_cost
     if (plan->scene->objects[index].interpolation != SHD_PHONG) return SAMPLE * slower + FACET;
     const double sample = slower * ((is_wide(plan, tier) ? WIDE_SAMPLE : SAMPLE) +
                                     (tier == SHD_EXACT ? EXACT_SAMPLE : 0));
-    return sample + (double)lit->light_count * (factor * cost->light + lobes * cost->lobe);
+    const double light = factor * cost->light + lobes * cost->lobe;
+    if (!plan->extended) return sample + (double)lit->light_count * light;
+    double sum = sample;
+    for (size_t j = 0; j < lit->light_count; j++)
+        sum += slower * shd_beyond_cost(plan, &plan->materials[lit->material],
+                                        &plan->lights[lit->lights[j]], light / slower);
+    return sum;
 }
 
 const shd_kernel_cost *shd_plan_kernel_costs(const shd_plan *plan) {
@@ -215,19 +220,25 @@ shd_ray_cost shd_plan_ray_cost(const shd_plan *plan, shd_tier tier, const shd_ke
     const shd_paths paths = shd_find_paths(plan);
     const double per_length = pixels_of(scene);
     double covered = 0;
-    shd_ray_cost cost = {PIXEL, 0, 0};
+    shd_ray_cost cost = {.rays = PIXEL};
     for (size_t i = 0; i < scene->object_count; i++) {
         const shd_object *object = &scene->objects[i];
         const outline o = outline_of(plan, i, per_length);
         covered += o.area / all;
         cost.rays += samples * o.met / all * cast_of(plan, object, &o, tier);
         cost.light += samples * o.area / all * light_of(plan, i, &costs[tier], factor, tier);
-        cost.light += samples * o.area / all * shd_traced_cost(plan, &paths, i);
+        const shd_traced_cost traced = shd_find_traced_cost(plan, &paths, i);
+        cost.shadow += samples * o.area / all * traced.shadow;
+        cost.trace += samples * o.area / all * traced.trace;
         cost.meshes += (double)triangles_of(object) * TRIANGLE;
     }
     /* Objects are taken to be side by side until the picture is full, and then before each other:
      * rays are cast at each, and the nearest one is lit. */
-    if (covered > 1) cost.light /= covered;
+    if (covered > 1) {
+        cost.light /= covered;
+        cost.shadow /= covered;
+        cost.trace /= covered;
+    }
     return cost;
 }
 

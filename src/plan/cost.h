@@ -12,8 +12,9 @@ typedef struct shd_kernel_cost {
 
 /* Nanoseconds of one core. */
 typedef struct shd_ray_cost {
-    double rays, light; /* of all samples of a pixel, on the average of the whole picture */
-    double meshes;      /* once, to make triangles findable */
+    double rays, light;   /* of all samples of a pixel, on the average of the whole picture */
+    double shadow, trace; /* the same of rays to lights, and of those that go on */
+    double meshes;        /* once, to make triangles findable */
 } shd_ray_cost;
 
 /* The tiers' costs with the kernels of plan->isa, [SHD_EXACT + 1]: plan/kernel_costs.h. */
@@ -21,6 +22,11 @@ const shd_kernel_cost *shd_plan_kernel_costs(const shd_plan *plan);
 
 /* What the plan costs in a tier, if lights cost `costs`. */
 shd_ray_cost shd_plan_ray_cost(const shd_plan *plan, shd_tier tier, const shd_kernel_cost *costs);
+
+/* Nanoseconds of a light at a hit in an extended plan, of which `vectors` are those of a point on
+ * Phong's model; but for the rays to it. Inside of plan/. */
+double shd_beyond_cost(const shd_plan *plan, const shd_plan_material *m,
+                       const shd_plan_light *light, double vectors);
 
 /* Sorts the tiers by what the plan costs in each, the cheapest first, and the more exact one first
  * if two cost the same. The order is the same for any region of a picture. */

@@ -4,15 +4,9 @@
  * it saves. */
 enum { MOST_TRIPLES = 1 << 24 };
 
-/* A ball that rays begin or end in. */
-typedef struct ball {
-    shd_vec3 center;
-    double radius;
-} ball;
-
 /* Whether a ball touches the hull of two others: it touches one of those between them, whose
  * centers and radii go evenly from one to the other. |o - s a| <= r + s g is a quadratic in s. */
-static bool touches_hull(ball from, ball to, ball other) {
+static bool touches_hull(shd_ball from, shd_ball to, shd_ball other) {
     const shd_vec3 a = shd_sub(to.center, from.center), o = shd_sub(other.center, from.center);
     const double grows = to.radius - from.radius, r = from.radius + other.radius,
                  reach = shd_max_abs(a) + shd_max_abs(o) + r + fabs(grows), slack = 1e-9;
@@ -28,7 +22,7 @@ static bool touches_hull(ball from, ball to, ball other) {
 }
 
 /* The same of what is on the way of parallel light. */
-static bool is_on_the_way(ball from, shd_vec3 toward, ball other) {
+static bool is_on_the_way(shd_ball from, shd_vec3 toward, shd_ball other) {
     const shd_vec3 o = shd_sub(other.center, from.center);
     const double radius = (from.radius + other.radius) * (1 + 1e-9) +
                           1e-9 * (shd_max_abs(from.center) + shd_max_abs(other.center)),
@@ -36,16 +30,16 @@ static bool is_on_the_way(ball from, shd_vec3 toward, ball other) {
     return along >= -radius && shd_length(shd_madd(o, toward, -along)) <= radius;
 }
 
-static ball ball_of(const shd_plan_object *object) {
-    return (ball){object->center, object->radius};
+static shd_ball ball_of(const shd_plan_object *object) {
+    return (shd_ball){object->center, object->radius};
 }
 
-static ball light_ball(const shd_plan_light *light) {
-    return (ball){light->position, light->shape ? shd_light_reach(light->shape) : 0};
+static shd_ball light_ball(const shd_plan_light *light) {
+    return (shd_ball){light->position, light->shape ? shd_light_reach(light->shape) : 0};
 }
 
 /* Whether a plane is between a ball and a light, or touches one of them. */
-static bool plane_is_between(const shd_object *plane, ball at, const shd_plan_light *light) {
+static bool plane_is_between(const shd_object *plane, shd_ball at, const shd_plan_light *light) {
     const double(*m)[3] = plane->transform.linear;
     shd_vec3 normal = {0, 1, 0};
     const shd_vec3 x = {m[0][0], m[1][0], m[2][0]}, z = {m[0][2], m[1][2], m[2][2]},
@@ -55,12 +49,24 @@ static bool plane_is_between(const shd_object *plane, ball at, const shd_plan_li
                  height = shd_dot(normal, shd_sub(at.center, origin)), side = height > 0 ? 1 : -1;
     if (fabs(height) <= at.radius * (1 + 1e-9) + slack) return true;
     if (light->directional) return side * shd_dot(normal, light->toward) < 1e-9;
-    const ball end = light_ball(light);
+    const shd_ball end = light_ball(light);
     return side * shd_dot(normal, shd_sub(end.center, origin)) <=
            end.radius * (1 + 1e-9) + slack + 1e-9 * shd_max_abs(end.center);
 }
 
-static bool is_flat(const shd_object *object) {
+bool shd_may_hide(shd_ball at, const shd_plan_light *light, shd_ball by) {
+    if (light->directional) return is_on_the_way(at, light->toward, by);
+    return touches_hull(light_ball(light), at, by);
+}
+
+bool shd_may_object_hide(const shd_plan *plan, shd_ball at, const shd_plan_light *light,
+                         size_t by) {
+    const shd_plan_object *object = &plan->objects[by];
+    return object->bounded ? shd_may_hide(at, light, ball_of(object))
+                           : plane_is_between(&plan->scene->objects[by], at, light);
+}
+
+bool shd_is_flat(const shd_object *object) {
     return object->shape == SHD_PLANE ||
            (object->shape == SHD_DISC && object->interpolation == SHD_PHONG);
 }
@@ -68,13 +74,10 @@ static bool is_flat(const shd_object *object) {
 /* Whether `other` may shadow a point of `object`. */
 static bool may_shadow(const shd_plan *plan, size_t object, const shd_plan_light *light,
                        size_t other) {
-    const shd_plan_object *at = &plan->objects[object], *by = &plan->objects[other];
-    const shd_object *objects = plan->scene->objects;
-    if (object == other) return !is_flat(&objects[object]);
+    const shd_plan_object *at = &plan->objects[object];
+    if (object == other) return !shd_is_flat(&plan->scene->objects[object]);
     if (!at->bounded) return true;
-    if (!by->bounded) return plane_is_between(&objects[other], ball_of(at), light);
-    if (light->directional) return is_on_the_way(ball_of(at), light->toward, ball_of(by));
-    return touches_hull(light_ball(light), ball_of(at), ball_of(by));
+    return shd_may_object_hide(plan, ball_of(at), light, other);
 }
 
 /* Lists what may shadow an object from a light, behind list[used]. */

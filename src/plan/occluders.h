@@ -3,6 +3,21 @@
 
 #include "plan/plan.h"
 
+/* A ball that holds points. */
+typedef struct shd_ball {
+    shd_vec3 center;
+    double radius;
+} shd_ball;
+
+/* Whether what is in the ball `by` may hide some of the light from a point of `at`. */
+bool shd_may_hide(shd_ball at, const shd_plan_light *light, shd_ball by);
+
+/* The same of an object, which may be unbounded. */
+bool shd_may_object_hide(const shd_plan *plan, shd_ball at, const shd_plan_light *light, size_t by);
+
+/* Whether it never hides a point of itself. */
+bool shd_is_flat(const shd_object *object);
+
 /* What may shadow an object from a light. */
 typedef struct shd_occluders {
     uint32_t first, count; /* in shd_occlusion.list; count SHD_OCCLUDERS_ANY: any object may */

@@ -1,8 +1,12 @@
 #include "plan/paths.h"
 
-/* Nanoseconds of a ray, of the processor that kernel_costs.h names: it depends on what it passes,
- * and this is for a few objects. */
-static const double RAY = 300;
+/* Nanoseconds, of the processor that kernel_costs.h names: a ray, which depends on what it passes:
+ * this is for a few objects; one at a mesh, or among many objects. */
+static const double RAY = 120, LONG_RAY = 300;
+
+/* Whether rays to a light are needed for the points of a block; and the rays, on the average of
+ * points that need some and others: on a convex object alone, among objects. */
+static const double LOOK = 15, ALONE = 2, AMONG = 30;
 
 /* How many rays that go on from a surface meet another one from which rays go on: most of those
  * within glass, few of those that are mirrored. The examples' pictures have this at least. */
@@ -73,19 +77,31 @@ shd_paths shd_find_paths(const shd_plan *plan) {
     return paths;
 }
 
-/* Rays from a point to the lights of an object. */
-static double count_lights(const shd_plan *plan, size_t object) {
-    const shd_trace *trace = &plan->scene->trace;
-    const shd_plan_object *lit = &plan->objects[object];
-    double rays = 0;
-    for (size_t j = 0; trace->shadows && j < lit->light_count; j++)
-        rays += plan->lights[lit->lights[j]].shape ? trace->shadow_samples : 1;
-    return rays;
+/* The least that objects are many. */
+enum { MANY = 100 };
+
+static double ray_of(const shd_plan *plan, size_t object) {
+    const shd_object *from = &plan->scene->objects[object];
+    const bool folded =
+        from->shape == SHD_MESH || from->shape == SHD_TORUS || from->interpolation != SHD_PHONG;
+    if (folded || plan->scene->object_count >= MANY) return LONG_RAY;
+    return plan->scene->object_count > 1 ? AMONG : ALONE;
 }
 
-double shd_traced_cost(const shd_plan *plan, const shd_paths *paths, size_t object) {
-    if (!shd_is_traced(plan->scene)) return 0;
+/* What is done for a point to know what arrives of the lights of an object. */
+static double find_arriving(const shd_plan *plan, size_t object) {
+    const shd_trace *trace = &plan->scene->trace;
+    const shd_plan_object *lit = &plan->objects[object];
+    const double ray = ray_of(plan, object);
+    double sum = 0;
+    for (size_t j = 0; trace->shadows && j < lit->light_count; j++)
+        sum += LOOK + ray * (plan->lights[lit->lights[j]].shape ? trace->shadow_samples : 1);
+    return sum;
+}
+
+shd_traced_cost shd_find_traced_cost(const shd_plan *plan, const shd_paths *paths, size_t object) {
+    if (!shd_is_traced(plan->scene)) return (shd_traced_cost){0, 0};
     const brought b = find_brought(plan, object);
-    const double from = kinds_of(&b) ? paths->steps : 0;
-    return RAY * (count_lights(plan, object) * (1 + from) + from);
+    const double from = kinds_of(&b) ? paths->steps : 0, lights = find_arriving(plan, object);
+    return (shd_traced_cost){lights, from * (RAY + lights)};
 }

@@ -45,6 +45,10 @@ typedef struct shd_strays {
     double seen;     /* how far off is what the eye sees, but for what further rays bring */
 } shd_strays;
 
-/* The nanoseconds that rays to lights and further rays take for a sample that meets the object. 0
- * if the scene is not traced. */
-double shd_traced_cost(const shd_plan *plan, const shd_paths *paths, size_t object);
+/* The nanoseconds that rays to lights take for a sample that meets the object, and those that
+ * further rays take with the shadows where they end. 0 if the scene is not traced. */
+typedef struct shd_traced_cost {
+    double shadow, trace;
+} shd_traced_cost;
+
+shd_traced_cost shd_find_traced_cost(const shd_plan *plan, const shd_paths *paths, size_t object);

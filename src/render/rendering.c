@@ -5,6 +5,7 @@ void shd_times_add(shd_times *sum, const shd_times *times) {
     sum->plan += times->plan;
     sum->visibility += times->visibility;
     sum->shade += times->shade;
+    sum->shadow += times->shadow;
     sum->trace += times->trace;
     sum->color += times->color;
     sum->encode += times->encode;

@@ -63,6 +63,13 @@ static inline void shd_end(shd_stopwatch *watch, double *stage) {
     watch->since = now;
 }
 
+/* Takes what shadows took out of the stage that it is in, and begins to count anew. */
+static inline void shd_end_shadows(shd_stopwatch *watch, double *shadowed) {
+    watch->times.shade -= *shadowed;
+    watch->times.shadow += *shadowed;
+    *shadowed = 0;
+}
+
 void shd_times_add(shd_times *sum, const shd_times *times);
 
 /* How a stage fails: the arena gave nothing while `what` ("picture", "comparison") was made. */

@@ -184,7 +184,7 @@ double shd_rendering_seconds(const shd_rendering *r) {
     const shd_raster *raster = &plan->scene->raster;
     const shd_ray_cost cost = shd_plan_ray_cost(plan, plan->tier, shd_plan_kernel_costs(plan));
     const double pixels = (double)raster->w * raster->h;
-    return (pixels * (cost.rays + cost.light) + cost.meshes) / 1e9;
+    return (pixels * (cost.rays + cost.light + cost.shadow + cost.trace) + cost.meshes) / 1e9;
 }
 
 static shd_status check_work(const shd_rendering *r, shd_error *error) {

@@ -246,10 +246,10 @@ void shd_light_bins(const shd_lighting *lighting, uint32_t index, const shd_surf
 
 /* The share differs by bins: each term's light goes through it before it becomes a color. */
 static void color_shared(const shd_lighting *lighting, const shd_plan_light *light,
-                         const shd_surface *at, const double *row, double *sums) {
+                         const shd_surface *at, const double *row, const double *share,
+                         double *sums) {
     const shd_plan *plan = lighting->plan;
-    double spread[SHD_BINS_MOST][3], share[SHD_BINS_MOST];
-    share_bins(lighting, light, at, share);
+    double spread[SHD_BINS_MOST][3];
     for (size_t k = 0; k < 1 + at->material->lobe_count; k++) {
         const shd_terms term = {k == 0, k ? k - 1 : 0, k};
         double lit[3];
@@ -262,15 +262,11 @@ static void color_shared(const shd_lighting *lighting, const shd_plan_light *lig
 
 static inline void add_light(const shd_lighting *lighting, uint32_t index, const shd_surface *at,
                              double sums[SHD_BRDF_ROWS]) {
+    static const double all[3] = {1, 1, 1};
     const shd_plan_light *light = &lighting->plan->lights[index];
-    double row[SHD_BRDF_ROWS], share[3] = {1, 1, 1};
-    if (!reach_point(lighting, index, at, row)) return;
-    if (lighting->shadows && lighting->plan->tinted) {
-        color_shared(lighting, light, at, row, sums);
-        return;
-    }
-    if (lighting->shadows) lighting->shadows->share(lighting->shadows->context, light, at, share);
-    shd_color_extended(lighting->plan, light, at, row, share, sums);
+    double row[SHD_BRDF_ROWS];
+    if (reach_point(lighting, index, at, row))
+        shd_color_extended(lighting->plan, light, at, row, all, sums);
 }
 
 void shd_add_extended(const shd_lighting *lighting, const shd_plan_material *material,
@@ -287,10 +283,87 @@ bool shd_has_kernel(const shd_lighting *lighting, const shd_plan_material *mater
     return true;
 }
 
+/* ---- Behind shadows: points that lie beside each other, light by light. ---- */
+
+enum { CROWD_ROWS = 1024, CROWD_SHARES = 16 * SHD_BINS_MOST };
+
+typedef struct crowded {
+    shd_crowd crowd;
+    size_t width, channels; /* of a point's rows, and of its share */
+    double sums[CROWD_ROWS], rows[CROWD_ROWS], shares[CROWD_SHARES];
+} crowded;
+
+/* Takes the points of one object that follow each other. */
+static void take_crowd(const shd_lighting *lighting, const shd_plan_material *material,
+                       const shd_points64 *points, size_t first, crowded *c) {
+    size_t most = SHD_CROWD, count = 0;
+    if (most > CROWD_ROWS / c->width) most = CROWD_ROWS / c->width;
+    if (most > CROWD_SHARES / c->channels) most = CROWD_SHARES / c->channels;
+    if (most > points->count - first) most = points->count - first;
+    for (; count < most && points->object[first + count] == points->object[first]; count++)
+        c->crowd.at[count] = surface_of(points, first + count, material);
+    c->crowd.count = count;
+    c->crowd.seconds = points->shadowed;
+    lighting->shadows->gather(lighting->shadows->context, &c->crowd);
+    memset(c->sums, 0, count * c->width * sizeof *c->sums);
+}
+
+/* The weights of the points that the light would reach, then what of it arrives there, then both
+ * with colors. */
+static void add_to_crowd(const shd_lighting *lighting, uint32_t index, crowded *c) {
+    const shd_plan_light *light = &lighting->plan->lights[index];
+    const shd_shadows *shadows = lighting->shadows;
+    uint8_t which[SHD_CROWD];
+    size_t reached = 0;
+    for (size_t i = 0; i < c->crowd.count; i++) {
+        double row[SHD_BRDF_ROWS];
+        if (!reach_point(lighting, index, &c->crowd.at[i], row)) continue;
+        for (size_t r = 0; r < c->width; r++) c->rows[reached * c->width + r] = row[r];
+        which[reached++] = (uint8_t)i;
+    }
+    if (!reached) return;
+    shadows->shares(shadows->context, light, &c->crowd, which, reached, c->shares);
+    if (shd_is_cancelled(lighting->plan->cancelled)) return;
+    for (size_t i = 0; i < reached; i++) {
+        const shd_surface *at = &c->crowd.at[which[i]];
+        const double *row = c->rows + i * c->width, *share = c->shares + i * c->channels;
+        double *sums = c->sums + which[i] * c->width;
+        if (lighting->plan->tinted)
+            color_shared(lighting, light, at, row, share, sums);
+        else
+            shd_color_extended(lighting->plan, light, at, row, share, sums);
+    }
+}
+
+static void sum_behind_shadows(const shd_lighting *lighting, const shd_plan_material *material,
+                               const uint32_t *which, size_t n, const shd_points64 *points,
+                               double *const diffuse[3], double *const *specular) {
+    crowded c;
+    c.width = 3 + 3 * material->lobe_count;
+    c.channels = shd_ray_channels(lighting->plan);
+    for (size_t first = 0; first < points->count; first += c.crowd.count) {
+        take_crowd(lighting, material, points, first, &c);
+        for (size_t j = 0; j < n; j++) {
+            if (shd_is_cancelled(lighting->plan->cancelled)) return;
+            add_to_crowd(lighting, which[j], &c);
+        }
+        for (size_t i = 0; i < c.crowd.count; i++) {
+            const double *sums = c.sums + i * c.width;
+            for (size_t r = 0; r < 3; r++)
+                if (diffuse) diffuse[r][first + i] = sums[r];
+            for (size_t r = 3; r < c.width; r++) specular[r - 3][first + i] = sums[r];
+        }
+    }
+}
+
 void shd_extended_sums(const shd_lighting *lighting, const shd_plan_material *material,
                        const uint32_t *which, size_t n, const shd_points64 *points,
                        double *const diffuse[3], double *const *specular) {
     const shd_plan *plan = lighting->plan;
+    if (lighting->shadows) {
+        sum_behind_shadows(lighting, material, which, n, points, diffuse, specular);
+        return;
+    }
     for (size_t i = 0; i < points->count; i++) {
         const shd_surface at = surface_of(points, i, material);
         double sums[SHD_BRDF_ROWS];

@@ -15,6 +15,7 @@
 #pragma once
 
 #include "base/arena.h"
+#include "plan/occluders.h"
 #include "plan/plan.h"
 #include "plan/tier.h"
 
@@ -41,6 +42,7 @@ typedef struct shd_points64 {
     const double *position[3], *normal[3], *view[3];
     const int32_t *object;    /* index in shd_scene.objects; read only if plan->extended */
     const uint32_t *triangle; /* of meshes and faceted objects; NULL: nobody asks */
+    double *shadowed;         /* to which the seconds of rays to lights are added; NULL: to none */
 } shd_points64;
 
 /* One point of a surface, in the world's frame. */
@@ -53,6 +55,16 @@ typedef struct shd_surface {
     const shd_fresnel *index; /* for three bins of a spectrum; NULL: the material's own */
 } shd_surface;
 
+/* Points of one object that lie beside each other, and what is known of them together. */
+enum { SHD_CROWD = 64 };
+typedef struct shd_crowd {
+    size_t count;
+    shd_surface at[SHD_CROWD];
+    double *seconds; /* that `shares` took are added here; NULL: nobody asks */
+    shd_ball around;
+    uint64_t outward; /* bit i: a ray from point i to before its surface never meets its object */
+} shd_crowd;
+
 /* What tells how much of a light arrives at a point. */
 typedef struct shd_shadows {
     const void *context;
@@ -61,6 +73,13 @@ typedef struct shd_shadows {
      */
     void (*share)(const void *context, const shd_plan_light *light, const shd_surface *at,
                   double *out);
+    /* The same of many points: fills what is known of a crowd, whose first three members are set.
+     */
+    void (*gather)(const void *context, shd_crowd *crowd);
+    /* And then, light by light, writes a row for each of the points which[0..n) of it. The clock is
+     * read twice, whatever n. */
+    void (*shares)(const void *context, const shd_plan_light *light, const shd_crowd *crowd,
+                   const uint8_t *which, size_t n, double *out);
 } shd_shadows;
 
 /* Which terms of a material: the diffuse one, and lobes first .. end - 1 of shd_plan_material. */

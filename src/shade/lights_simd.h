@@ -187,6 +187,7 @@ __attribute__((noinline, cold)) static void load_last(const shd_points64 *from, 
                                {held[3], held[4], held[5]},
                                {held[6], held[7], held[8]},
                                NULL,
+                               NULL,
                                NULL};
     load_points(&last, 0, scale, to);
 }

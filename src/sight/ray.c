@@ -253,6 +253,59 @@ bool shd_cast_ray(const shd_caster *caster, const shd_ray *ray, const uint32_t *
     return s.met;
 }
 
+/* ---- What may be between points and a light. ---- */
+
+static double size_of(const shd_affine *m) {
+    double sum = 0;
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++) sum += m->linear[i][k] * m->linear[i][k];
+    return sqrt(sum);
+}
+
+bool shd_is_convex(const shd_caster *caster, size_t object) {
+    static const double THIN = 1e3;
+    const shd_item *it = &caster->sight->items[object];
+    return (it->shape == SHD_SPHERE || it->shape == SHD_BOX || it->shape == SHD_CYLINDER ||
+            it->shape == SHD_CONE) &&
+           size_of(&it->to_world) * size_of(&it->from_world) < THIN;
+}
+
+bool shd_is_outside(const shd_caster *caster, size_t object, shd_vec3 position, shd_vec3 normal) {
+    const shd_item *it = &caster->sight->items[object];
+    const shd_vec3 from = shd_linear(&it->from_world, shd_sub(position, it->to_world.origin));
+    return shd_points_outward(it, from, carry_normal(it, normal));
+}
+
+size_t shd_list_between(const shd_caster *c, shd_ball at, const shd_plan_light *light, size_t own,
+                        uint32_t *list, size_t most) {
+    const shd_plan *plan = c->sight->plan;
+    uint32_t waiting[DEPTH];
+    size_t found = 0;
+    int waits = 0;
+    for (size_t k = 0; k < c->endless_count; k++)
+        if (c->endless[k] != own && shd_may_object_hide(plan, at, light, c->endless[k])) {
+            if (found < most) list[found] = c->endless[k];
+            found++;
+        }
+    if (c->branch_count) waiting[waits++] = 0;
+    while (waits && found <= most) {
+        const branch *b = &c->branches[waiting[--waits]];
+        const shd_vec3 half = shd_scale(shd_sub(b->high, b->low), 0.5);
+        if (!shd_may_hide(at, light, (shd_ball){shd_add(b->low, half), shd_length(half)})) continue;
+        if (!b->count) {
+            waiting[waits++] = b->first + 1;
+            waiting[waits++] = b->first;
+            continue;
+        }
+        for (uint32_t i = b->first; i < b->first + b->count; i++) {
+            if (c->order[i] == own || !shd_may_object_hide(plan, at, light, c->order[i])) continue;
+            if (found < most) list[found] = c->order[i];
+            found++;
+        }
+    }
+    return found;
+}
+
 /* ---- The surface there. ---- */
 
 shd_vec3 shd_own_normal(const shd_caster *caster, size_t object, uint32_t triangle) {

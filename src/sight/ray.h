@@ -17,6 +17,7 @@
  * triangle that has no corner on the side of its own plane to which it goes. */
 #pragma once
 
+#include "plan/occluders.h"
 #include "sight/sight.h"
 
 typedef struct shd_caster shd_caster;
@@ -60,6 +61,18 @@ shd_caster *shd_caster_new(const shd_sight *sight, shd_arena *arena);
  * sight's flag is raised, the answer means nothing. */
 bool shd_cast_ray(const shd_caster *caster, const shd_ray *ray, const uint32_t *list, size_t count,
                   const bool *solid, shd_meeting *out);
+
+/* Whether rays that leave the object on its outer side never meet it again: it is convex, and not
+ * so thin that rounding could turn their side. */
+bool shd_is_convex(const shd_caster *caster, size_t object);
+
+/* Whether `normal`, the surface's own of any side at a point of a convex object, points outward. */
+bool shd_is_outside(const shd_caster *caster, size_t object, shd_vec3 position, shd_vec3 normal);
+
+/* Lists the objects but for `own` that may hide some of a light from points in a ball. Returns how
+ * many there are; more than `most`: the list is not complete. */
+size_t shd_list_between(const shd_caster *caster, shd_ball at, const shd_plan_light *light,
+                        size_t own, uint32_t *list, size_t most);
 
 /* Where it was met. */
 shd_met_at shd_met_place(const shd_caster *caster, const shd_meeting *meeting);

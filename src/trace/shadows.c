@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "base/clock.h"
+
 /* Surfaces that a ray may cross. More are not there but by rounding. */
 enum { MOST_CROSSED = 4096 };
 
@@ -9,7 +11,7 @@ typedef struct shadow_map {
     const shd_plan *plan;
     const shd_caster *caster;
     size_t channels;
-    const bool *solid; /* [object] */
+    const bool *solid, *convex; /* [object] */
     shd_occlusion occlusion;
     int samples;
     double (*pattern)[2]; /* [samples] */
@@ -148,20 +150,22 @@ static void find_mean(const shadow_map *map, const struct shd_light *light, cons
 
 /* ---- The hook. ---- */
 
-static void share_light(const void *context, const shd_plan_light *light, const shd_surface *at,
-                        double *out) {
-    const shadow_map *map = context;
+/* What may be in the way to any point of an object. */
+static in_the_way find_way(const shadow_map *map, const shd_plan_light *light, size_t object) {
     const shd_plan *plan = map->plan;
-    in_the_way way = {NULL, 0, light->shape};
+    const in_the_way any = {NULL, 0, light->shape};
+    if (!map->occlusion.pairs) return any;
+    const size_t j = (size_t)(light - plan->lights);
+    const shd_occluders *o = &map->occlusion.pairs[object * plan->light_count + j];
+    if (o->count == (uint32_t)SHD_OCCLUDERS_ANY) return any;
+    return (in_the_way){map->occlusion.list + o->first, o->count, light->shape};
+}
+
+static void share_behind(const shadow_map *map, const shd_plan_light *light, const shd_surface *at,
+                         in_the_way way, double *out) {
     share_all(map, out);
+    if (way.list && !way.count) return; /* a flat surface is no fold */
     const shd_vec3 own = own_normal(map, at);
-    if (map->occlusion.pairs) {
-        const size_t j = (size_t)(light - plan->lights);
-        const shd_occluders *o = &map->occlusion.pairs[at->object * plan->light_count + j];
-        if (o->count != (uint32_t)SHD_OCCLUDERS_ANY)
-            way = (in_the_way){map->occlusion.list + o->first, o->count, light->shape};
-        if (way.list && !way.count) return; /* a flat surface is no fold */
-    }
     if (light->shape) {
         find_mean(map, light->shape, at, own, way, out);
     } else if (light->directional) {
@@ -172,6 +176,88 @@ static void share_light(const void *context, const shd_plan_light *light, const 
         if (shd_normalize(path, &toward))
             find_share(map, at, own, toward, shd_length(path), way, out);
     }
+}
+
+static void share_light(const void *context, const shd_plan_light *light, const shd_surface *at,
+                        double *out) {
+    const shadow_map *map = context;
+    share_behind(map, light, at, find_way(map, light, at->object), out);
+}
+
+/* ---- Of many points. ---- */
+
+/* Looking is worth it for so many points. */
+enum { WORTH_LOOKING = 4 };
+
+static void gather_crowd(const void *context, shd_crowd *crowd) {
+    const shadow_map *map = context;
+    const size_t object = crowd->at[0].object;
+    shd_vec3 low = crowd->at[0].position, high = low;
+    crowd->outward = 0;
+    if (crowd->count < WORTH_LOOKING) return;
+    for (size_t i = 1; i < crowd->count; i++) {
+        low = shd_vec3_min(crowd->at[i].position, low);
+        high = shd_vec3_max(crowd->at[i].position, high);
+    }
+    const shd_vec3 half = shd_scale(shd_sub(high, low), 0.5);
+    crowd->around = (shd_ball){shd_add(low, half), shd_length(half)};
+    for (size_t i = 0; map->convex[object] && i < crowd->count; i++) {
+        const shd_surface *at = &crowd->at[i];
+        if (shd_is_outside(map->caster, object, at->position, at->normal))
+            crowd->outward |= UINT64_C(1) << i;
+    }
+}
+
+/* What may be in the way to a crowd. Its object itself comes last; *alone: nothing else does. */
+static in_the_way narrow_way(const shadow_map *map, const shd_plan_light *light,
+                             const shd_crowd *crowd, uint32_t list[SHD_OCCLUDERS_MOST + 1],
+                             bool *alone) {
+    const size_t object = crowd->at[0].object;
+    const in_the_way way = find_way(map, light, object);
+    size_t count = 0;
+    *alone = false;
+    if (crowd->count < WORTH_LOOKING) return way;
+    if (way.list) {
+        for (size_t k = 0; k < way.count; k++)
+            if (way.list[k] != object &&
+                shd_may_object_hide(map->plan, crowd->around, light, way.list[k]))
+                list[count++] = way.list[k];
+    } else {
+        count =
+            shd_list_between(map->caster, crowd->around, light, object, list, SHD_OCCLUDERS_MOST);
+        if (count > SHD_OCCLUDERS_MOST) return way;
+    }
+    *alone = count == 0;
+    if (!shd_is_flat(&map->plan->scene->objects[object])) list[count++] = (uint32_t)object;
+    return (in_the_way){list, count, light->shape};
+}
+
+/* Whether all of a light is before a convex surface, by more than what rounding may do to it: a ray
+ * to it leaves the object, and does not meet it again. */
+static bool is_before(const shd_plan_light *light, const shd_surface *at) {
+    static const double BY = 1e-9;
+    if (light->directional) return shd_dot(at->normal, light->toward) > BY;
+    const shd_vec3 path = shd_sub(light->position, at->position);
+    const double reach = light->shape ? shd_light_reach(light->shape) : 0;
+    return shd_dot(at->normal, path) - reach > BY * (shd_max_abs(path) + reach);
+}
+
+static void share_crowd(const void *context, const shd_plan_light *light, const shd_crowd *crowd,
+                        const uint8_t *which, size_t n, double *out) {
+    const shadow_map *map = context;
+    const double began = crowd->seconds ? shd_now() : 0;
+    uint32_t list[SHD_OCCLUDERS_MOST + 1];
+    bool alone;
+    const in_the_way way = narrow_way(map, light, crowd, list, &alone);
+    for (size_t i = 0; i < n && !shd_is_cancelled_at(map->plan->cancelled, i); i++) {
+        const shd_surface *at = &crowd->at[which[i]];
+        double *share = out + i * map->channels;
+        if (alone && (crowd->outward >> which[i] & 1) && is_before(light, at))
+            share_all(map, share);
+        else
+            share_behind(map, light, at, way, share);
+    }
+    if (crowd->seconds) *crowd->seconds += shd_now() - began;
 }
 
 static double mirror_bits(uint32_t i) {
@@ -191,6 +277,13 @@ const bool *shd_solid_objects(const shd_plan *plan, shd_arena *arena) {
     return solid;
 }
 
+static const bool *find_convex(const shd_plan *plan, const shd_caster *caster, shd_arena *arena) {
+    const size_t count = plan->scene->object_count;
+    bool *convex = shd_arena_alloc(arena, count, sizeof *convex);
+    for (size_t i = 0; convex && i < count; i++) convex[i] = shd_is_convex(caster, i);
+    return convex;
+}
+
 bool shd_shadows_make(const shd_plan *plan, const shd_caster *caster, shd_arena *arena,
                       shd_shadows *out) {
     const int samples = plan->scene->trace.shadow_samples;
@@ -200,14 +293,16 @@ bool shd_shadows_make(const shd_plan *plan, const shd_caster *caster, shd_arena 
                         .caster = caster,
                         .channels = shd_ray_channels(plan),
                         .solid = shd_solid_objects(plan, arena),
+                        .convex = find_convex(plan, caster, arena),
                         .samples = samples,
                         .pattern = shd_arena_alloc(arena, (size_t)samples, sizeof *map->pattern)};
-    if (!map->solid || !map->pattern || !shd_find_occlusion(plan, arena, &map->occlusion))
+    if (!map->solid || !map->convex || !map->pattern ||
+        !shd_find_occlusion(plan, arena, &map->occlusion))
         return false;
     for (int i = 0; i < samples; i++) {
         map->pattern[i][0] = (i + 0.5) / samples;
         map->pattern[i][1] = mirror_bits((uint32_t)i) + 0.5 / samples;
     }
-    *out = (shd_shadows){map, share_light};
+    *out = (shd_shadows){map, share_light, gather_crowd, share_crowd};
     return true;
 }

@@ -131,6 +131,8 @@ static void render(const json_t *job, const char *text, json_t *samples) {
     add_sample(samples, "plan", times->plan);
     add_sample(samples, "visibility", times->visibility);
     add_sample(samples, "shade", times->shade);
+    add_sample(samples, "shadow", times->shadow);
+    add_sample(samples, "trace", times->trace);
     add_sample(samples, "color", times->color);
     add_sample(samples, "encode", times->encode);
     size_t count;

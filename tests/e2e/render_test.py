@@ -82,6 +82,19 @@ class RenderTest(unittest.TestCase):
                          ['shaded_stage_duration_seconds_count{stage="trace"}'],
                          counted['shaded_stage_duration_seconds_count{stage="trace"}'])
 
+    def test_shadows_have_a_stage(self):
+        floor = {"type": "plane", "transform": {"translate": [0, -1, 0]}}
+        scene = {**SMALL, "objects": [{"type": "sphere", "radius": 0.4}, floor], "trace": {"shadows": True}}
+        timing = self.render(scene).headers["Server-Timing"]
+        self.assertRegex(timing, r", shade;dur=[\d.]+, shadow;dur=[\d.]+, color;dur=")
+        count = 'shaded_stage_duration_seconds_count{stage="shadow"}'
+        counted = self.daemon.metrics()[count]
+        self.assertGreater(counted, 0)
+        self.render({**SMALL, "camera": {"fov": 34}})
+        self.assertEqual(self.daemon.metrics()[count], counted)
+        flat = self.render({**scene, "objects": [floor]}).headers["Server-Timing"]
+        self.assertRegex(flat, r", shade;dur=[\d.]+,")
+
     def test_a_picture_takes_from_earlier_ones_what_did_not_change(self):
         def scene(red, light, radius):
             return {**SMALL, "lights": [{"type": "point", "position": [light, 2, 3]}],

@@ -52,6 +52,7 @@ static double share_of(shd_engine *engine, const char *objects, shd_light shape)
 #define HALF                                                                                       \
     ", {\"type\": \"box\", \"size\": [20, 0.1, 20], \"transform\": {\"translate\": [-10, 2, 0]}}"
 #define ROOF   ", {\"type\": \"disc\", \"radius\": 9, \"transform\": {\"translate\": [0, 2, 0]}}"
+#define BALL   ", {\"type\": \"sphere\", \"transform\": {\"translate\": [4, 1.5, 0]}}"
 #define BESIDE ", {\"type\": \"sphere\", \"transform\": {\"translate\": [40, 2, 0]}}"
 
 static void half_of_a_light_is_hidden_by_what_is_before_half_of_it(void **state) {
@@ -89,6 +90,72 @@ static void a_disc_before_the_middle_leaves_a_ring(void **state) {
                                   "{\"translate\": [0, 2, 0]}}",
                                   disc);
     assert_true(fabs(share - (1 - hidden / all)) < 0.002); /* one point is 0.001 */
+}
+
+/* ---- Many points. ---- */
+
+/* Points of the floor in a square, or of the second object, a unit sphere, around its top. */
+static void make_crowd(const place *p, bool ball, double x, double side, shd_crowd *crowd) {
+    crowd->count = SHD_CROWD;
+    crowd->seconds = NULL;
+    for (size_t i = 0; i < SHD_CROWD; i++) {
+        shd_surface *at = &crowd->at[i];
+        *at = p->at;
+        at->position.x = x + side * ((double)(i % 8) / 7 - 0.5);
+        at->position.z = side * ((double)(i / 8) / 7 - 0.5);
+        if (!ball) continue;
+        at->object = 1;
+        at->material = &p->plan.materials[p->plan.objects[1].material];
+        shd_normalize((shd_vec3){at->position.x, 0.5, at->position.z}, &at->normal);
+        at->position = shd_add(p->plan.objects[1].center, at->normal);
+    }
+    p->shadows.gather(p->shadows.context, crowd);
+}
+
+/* Whether the crowd's shares are those of its points, to the bit. Adds up what is not 1. */
+static void check_crowd(const place *p, const shd_crowd *crowd, int *hidden, int *open) {
+    uint8_t which[SHD_CROWD];
+    double shares[SHD_CROWD][3], alone[3];
+    size_t n = 0;
+    for (size_t i = 0; i < SHD_CROWD; i++)
+        if (i % 5) which[n++] = (uint8_t)i;
+    p->shadows.shares(p->shadows.context, &p->light, crowd, which, n, shares[0]);
+    for (size_t i = 0; i < n; i++) {
+        p->shadows.share(p->shadows.context, &p->light, &crowd->at[which[i]], alone);
+        for (int c = 0; c < 3; c++) assert_true(shares[i][c] == alone[c]);
+        *(alone[0] < 1 ? hidden : open) += 1;
+    }
+}
+
+static void crowds_have_the_shares_of_their_points(void **state) {
+    static const char *const objects[] = {BALL, BALL HALF, BALL ROOF, BALL BESIDE};
+    const shd_light lights[] = {
+        {.type = SHD_LIGHT_DISC, .position = {0, 4, 0}, .direction = {0, -1, 0}, .radius = 1},
+        {.type = SHD_LIGHT_SPHERE, .position = {3, 1, 0}, .radius = 0.9},
+        {.type = SHD_LIGHT_POINT, .position = {0.5, 4, 0.2}}};
+    int hidden = 0, open = 0;
+    for (size_t k = 0; k < 4; k++)
+        for (size_t l = 0; l < 3; l++) {
+            place p;
+            shd_crowd crowd;
+            make_place(*state, objects[k], lights[l], &p);
+            if (lights[l].type == SHD_LIGHT_POINT) p.light.shape = NULL;
+            for (int at = -6; at < 6; at++) {
+                make_crowd(&p, false, at, at % 2 ? 0.3 : 2, &crowd);
+                assert_true(crowd.outward == 0); /* a plane is no body */
+                check_crowd(&p, &crowd, &hidden, &open);
+            }
+            make_crowd(&p, true, 0, 1, &crowd);
+            assert_true(crowd.outward == UINT64_MAX);
+            check_crowd(&p, &crowd, &hidden, &open);
+            for (size_t i = 0; i < SHD_CROWD; i++) /* as an eye within sees it */
+                crowd.at[i].normal = shd_scale(crowd.at[i].normal, -1);
+            p.shadows.gather(p.shadows.context, &crowd);
+            assert_true(crowd.outward == 0);
+            check_crowd(&p, &crowd, &hidden, &open);
+            drop_seen(&p.s);
+        }
+    assert_true(hidden > 500 && open > 500);
 }
 
 /* ---- Near the light's horizon. ---- */
@@ -231,6 +298,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(half_of_a_light_is_hidden_by_what_is_before_half_of_it),
         cmocka_unit_test(a_disc_before_the_middle_leaves_a_ring),
+        cmocka_unit_test(crowds_have_the_shares_of_their_points),
         cmocka_unit_test(shares_near_the_horizon_err_by_what_is_told),
     };
     return cmocka_run_group_tests(tests, make_engine, drop_engine);

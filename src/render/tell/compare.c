@@ -95,11 +95,14 @@ static json_t *tell_tier(const shd_rendering *r, shd_tier tier, const shd_differ
     const shd_times *times = &r->times;
     shd_bound seen = plan->bound;
     seen.delta_e = difference->most;
-    return json_pack("{ss ss so so s{sf sf sf sf} so}", "tier", shd_tier_names[tier], "plan",
-                     plan->summary, "bound", shd_tell_bound(&plan->bound), "boundSeen",
-                     shd_tell_bound(&seen), "seconds", "plan", times->plan, "visibility",
-                     times->visibility, "shade", times->shade, "color", times->color, "error",
-                     tell_error(difference));
+    json_t *seconds = json_pack("{sf sf sf sf}", "plan", times->plan, "visibility",
+                                times->visibility, "shade", times->shade, "color", times->color);
+    if (plan->scene->trace.shadows)
+        json_object_set_new(seconds, "shadow", json_real(times->shadow));
+    if (plan->scene->trace.depth) json_object_set_new(seconds, "trace", json_real(times->trace));
+    return json_pack("{ss ss so so so so}", "tier", shd_tier_names[tier], "plan", plan->summary,
+                     "bound", shd_tell_bound(&plan->bound), "boundSeen", shd_tell_bound(&seen),
+                     "seconds", seconds, "error", tell_error(difference));
 }
 
 /* Takes the references to `tiers` and `spectral`. */

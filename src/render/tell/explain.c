@@ -170,8 +170,12 @@ static json_t *tell_outputs(const shd_explained *e) {
 }
 
 static json_t *tell_cost(const shd_cost *cost) {
-    return json_pack("{sf sf sf sf sf}", "visibility", cost->visibility, "shade", cost->shade,
-                     "color", cost->color, "encode", cost->encode, "total", cost->total);
+    json_t *told =
+        json_pack("{sf sf sf sf sf}", "visibility", cost->visibility, "shade", cost->shade, "color",
+                  cost->color, "encode", cost->encode, "total", cost->total);
+    if (cost->shadow > 0) json_object_set_new(told, "shadow", json_real(cost->shadow));
+    if (cost->trace > 0) json_object_set_new(told, "trace", json_real(cost->trace));
+    return told;
 }
 
 static json_t *tell_tiers(const shd_explained *e) {
@@ -228,7 +232,9 @@ static shd_cost cost_of(const shd_plan *plan, const bool *codes) {
     const double pixels = (double)scene->raster.w * scene->raster.h, million = 1e6;
     const shd_ray_cost rays = shd_plan_ray_cost(plan, plan->tier, shd_plan_kernel_costs(plan));
     shd_cost cost = {.visibility = (pixels * rays.rays + rays.meshes) / million,
-                     .shade = pixels * rays.light / million};
+                     .shade = pixels * rays.light / million,
+                     .shadow = pixels * rays.shadow / million,
+                     .trace = pixels * rays.trace / million};
     for (size_t o = 0; o < scene->output_count; o++) {
         const shd_output *output = &scene->outputs[o];
         const shd_format_info *format = shd_format_get(output->format);
@@ -240,7 +246,7 @@ static shd_cost cost_of(const shd_plan *plan, const bool *codes) {
         cost.color += pixels * pictures * color / million;
         cost.encode += values * encoder_of(output) * deep / million;
     }
-    cost.total = cost.visibility + cost.shade + cost.color + cost.encode;
+    cost.total = cost.visibility + cost.shade + cost.shadow + cost.trace + cost.color + cost.encode;
     return cost;
 }
 

@@ -100,6 +100,10 @@ static void say_cost(json_t *words, const shd_cost *c) {
         "Cost: about %.2g ms of one core, which is an estimate: %.2g to see, %.2g to shade, %.2g "
         "for colors, %.2g to encode.",
         c->total, c->visibility, c->shade, c->color, c->encode);
+    if (c->shadow + c->trace > 0)
+        say_line(words,
+                 "%.2g ms of it are for shadows, and %.2g for rays that go on from surfaces.",
+                 c->shadow, c->trace);
 }
 
 static void say_lights(json_t *words, const shd_plan *plan) {

@@ -9,7 +9,7 @@
 
 /* What a plan costs, roughly, in milliseconds of one core. */
 typedef struct shd_cost {
-    double visibility, shade, color, encode, total;
+    double visibility, shade, shadow, trace, color, encode, total;
 } shd_cost;
 
 typedef struct shd_explained {

@@ -11,6 +11,7 @@ typedef struct facet_scratch {
     shd_paint_term *terms;
     size_t *term_of;
     shd_stopwatch watch;
+    double shadowed; /* seconds of rays to lights, within the stage */
 } facet_scratch;
 
 typedef struct facet_job {
@@ -24,7 +25,7 @@ typedef struct facet_job {
 } facet_job;
 
 static void light_points(const facet_job *l, size_t first, size_t count, const uint32_t *which,
-                         size_t lights, const facet_scratch *s) {
+                         size_t lights, facet_scratch *s) {
     const shd_plan *plan = l->scenery->plan;
     const shd_lighting *lighting = l->scenery->lighting;
     const shd_facets *facets = l->facets;
@@ -54,7 +55,8 @@ static void light_points(const facet_job *l, size_t first, size_t count, const u
                                      {d[3], d[4], d[5]},
                                      {d[6], d[7], d[8]},
                                      objects,
-                                     facets->triangles ? facets->triangles + first : NULL};
+                                     facets->triangles ? facets->triangles + first : NULL,
+                                     &s->shadowed};
         shd_light_sums64(lighting, l->material, which, lights, &points, s->exact, s->exact + 3);
         return;
     }
@@ -65,12 +67,11 @@ static void light_points(const facet_job *l, size_t first, size_t count, const u
                      edges);
     for (size_t i = 0; i < count; i++) {
         if (!edges[i]) continue;
-        const shd_points64 point = {1,
-                                    {&d[0][i], &d[1][i], &d[2][i]},
-                                    {&d[3][i], &d[4][i], &d[5][i]},
-                                    {&d[6][i], &d[7][i], &d[8][i]},
-                                    &l->object,
-                                    NULL};
+        const shd_points64 point = {.count = 1,
+                                    .position = {&d[0][i], &d[1][i], &d[2][i]},
+                                    .normal = {&d[3][i], &d[4][i], &d[5][i]},
+                                    .view = {&d[6][i], &d[7][i], &d[8][i]},
+                                    .object = &l->object};
         shd_light_again(lighting, l->material, which, lights, &point, &(uint32_t){(uint32_t)i},
                         s->arrays, s->arrays + 3);
     }
@@ -115,6 +116,7 @@ static void light_block(void *context, size_t index, unsigned slot) {
     for (size_t p = 0; p < plan->plane_count; p++)
         if (plan->planes[p].kind != SHD_LAYER_LIGHT) mix_plane(l, s, p, first, count);
     shd_end(&s->watch, &s->watch.times.shade);
+    shd_end_shadows(&s->watch, &s->shadowed);
 }
 
 /* False: the arena is full. */

@@ -175,7 +175,8 @@ static void sum_lights(const shd_scenery *scenery, const lit_run *l, size_t plan
 static void light_exactly(const shd_scenery *scenery, const lit_run *l, size_t plane,
                           shd_tile_scratch *s) {
     const shd_plan *plan = scenery->plan;
-    const shd_points64 points = points64_of(l->hits, l->first, l->count);
+    shd_points64 points = points64_of(l->hits, l->first, l->count);
+    points.shadowed = &s->shadowed;
     const bool light = plan->planes[plane].kind == SHD_LAYER_LIGHT;
     shd_light_sums64(scenery->lighting, l->material, l->which, l->lights, &points,
                      l->material->has_diffuse ? s->exact : NULL, s->exact + 3);
@@ -433,6 +434,7 @@ const shd_fragments *shd_tile_look(const shd_scenery *scenery, size_t index, shd
     } else {
         shd_end(watch, &watch->times.visibility);
     }
+    shd_end_shadows(watch, &s->shadowed);
     s->fragments.coverage = s->whole ? NULL : s->coverage;
     return &s->fragments;
 }

@@ -22,7 +22,8 @@ typedef struct shd_scenery {
 } shd_scenery;
 
 /* Looks at the pixels of tile `index`. The fragments live in the scratch until the next call. Data
- * layers go to the film at once. Ends the stages visibility, shade and trace. `tile` lies within
+ * layers go to the film at once. Ends the stages visibility, shade, shadow and
+ * trace. `tile` lies within
  * one tile of the grid. */
 const shd_fragments *shd_tile_look(const shd_scenery *scenery, size_t index, shd_tile tile,
                                    shd_tile_scratch *scratch, const struct shd_film *film,

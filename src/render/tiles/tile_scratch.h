@@ -52,11 +52,12 @@ typedef struct shd_tile_scratch {
     /* How far off the rays of each cell's samples are at most; infinite: one is lost. NULL: no rays
      * are followed, or nobody wants to know. */
     float *stray;
-    double off;    /* the most that a sample's rays are off by (trace/bounce.h) */
-    uint64_t lost; /* samples that do not count in it */
-    double cut;    /* the most that a sample's rays left out (trace/bounce.h) */
-    double *room;  /* for paths (shd_bounce); NULL: none are followed */
-    uint64_t rays; /* that were followed beyond the eye's, but for those to lights */
+    double off;      /* the most that a sample's rays are off by (trace/bounce.h) */
+    uint64_t lost;   /* samples that do not count in it */
+    double cut;      /* the most that a sample's rays left out (trace/bounce.h) */
+    double *room;    /* for paths (shd_bounce); NULL: none are followed */
+    uint64_t rays;   /* that were followed beyond the eye's, but for those to lights */
+    double shadowed; /* seconds of those to lights, of the tile, within the stage shade */
 
     /* Their means. */
     uint16_t fragment_of[SHD_TILE_PIXELS]; /* a cell's fragment of a run */

@@ -63,7 +63,8 @@ static void light_point(const void *context, void *scratch, const shd_surface *a
                                 {&at->normal.x, &at->normal.y, &at->normal.z},
                                 {&at->view.x, &at->view.y, &at->view.z},
                                 &index,
-                                &at->triangle};
+                                &at->triangle,
+                                NULL};
     float mixed[3], *const to[3] = {&mixed[0], &mixed[1], &mixed[2]};
     shd_light_sums64(scenery->lighting, at->material, object->lights, object->light_count, &point,
                      at->material->has_diffuse ? s->exact : NULL, s->exact + 3);
@@ -221,12 +222,17 @@ void shd_trace_hits(const shd_scenery *scenery, const shd_hits *hits, shd_tile_s
     for (size_t i = 0; s->alpha && i < hits->count; i++) s->alpha[i] = 1;
     if (!shadows && !traced->bounces) return;
     shd_end(watch, &watch->times.shade);
-    for (size_t i = 0; i < hits->count && !shd_is_cancelled(plan->cancelled); i++) {
-        const bool bounces = traced->bounces && traced->bouncing.bounces[hits->object[i]];
-        if (!shadows && !bounces) continue;
+    for (size_t i = 0; traced->bounces && i < hits->count; i++) {
+        if (shd_is_cancelled(plan->cancelled)) return;
+        if (!traced->bouncing.bounces[hits->object[i]]) continue;
         const shd_surface at = surface_of(plan, hits, i);
-        if (bounces) bounce_hit(scenery, &at, i, s);
-        if (shadows) store_shadow(scenery, &at, i, s);
+        bounce_hit(scenery, &at, i, s);
     }
-    shd_end(watch, &watch->times.trace);
+    if (traced->bounces) shd_end(watch, &watch->times.trace);
+    for (size_t i = 0; shadows && i < hits->count; i++) {
+        if (shd_is_cancelled(plan->cancelled)) return;
+        const shd_surface at = surface_of(plan, hits, i);
+        store_shadow(scenery, &at, i, s);
+    }
+    if (shadows) shd_end(watch, &watch->times.shadow);
 }

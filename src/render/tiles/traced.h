@@ -17,7 +17,7 @@ double shd_traced_seen(const struct shd_traced *traced);
 
 /* Completes the radiance of lit hits, s->sums of s->runs, by what their rays meet, and fills the
  * layers of shadows and bounces, and s->alpha. Layers of the light model's parts are multiplied by
- * the opacity, so that they and the bounces add up to the beauty. Ends the stages shade and trace
- * if there is anything to do. */
+ * the opacity, so that they and the bounces add up to the beauty. Ends the stages shade, trace and
+ * shadow if there is anything to do. */
 void shd_trace_hits(const shd_scenery *scenery, const shd_hits *hits, shd_tile_scratch *s,
                     shd_stopwatch *watch);

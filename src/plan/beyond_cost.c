@@ -1,0 +1,56 @@
+/* What lights cost that go beyond Phong's model and points. */
+#include "plan/cost.h"
+
+/* Nanoseconds of a light at a hit, of the processor that kernel_costs.h names:
+ * `tests/bench/costs.py
+ * --beyond` measures pictures beside what these make of them. */
+typedef struct light_cost {
+    double light, lobe;
+} light_cost;
+
+/* How a light is summed: vectors of points, or one by one behind shadows. */
+enum { VECTORS, ALONE, WAYS };
+
+/* Lights that are points, beyond what kernels take for Phong's model. */
+static const double models[SHD_MODEL_COUNT] = {
+    [SHD_MODEL_BLINN_PHONG] = 7,    [SHD_MODEL_PHONG_NORMALIZED] = 10, [SHD_MODEL_OREN_NAYAR] = 2,
+    [SHD_MODEL_COOK_TORRANCE] = 10, [SHD_MODEL_WESTIN] = 90,
+};
+static const light_cost points = {25, 15}; /* alone */
+
+/* Lights with a shape on Phong's model, by their boundary. */
+static const light_cost rects[WAYS] = {{31, 39}, {400, 260}},
+                        rounds[WAYS] = {{106, 350}, {380, 600}};
+
+/* A lobe with a real exponent, by quadrature along edges. */
+static const double REAL_LOBE = 1950;
+
+/* Other models, by quadrature over the shape: a rectangle, and how many times that others take. */
+static const double ROUND = 1.75;
+static const double quadratures[SHD_MODEL_COUNT] = {
+    [SHD_MODEL_BLINN_PHONG] = 78e3, [SHD_MODEL_PHONG_NORMALIZED] = 255e3,
+    [SHD_MODEL_OREN_NAYAR] = 23e3,  [SHD_MODEL_COOK_TORRANCE] = 109e3,
+    [SHD_MODEL_WESTIN] = 915e3,
+};
+
+static bool has_moments(double shininess) {
+    return shininess == floor(shininess) && shininess <= 96; /* SHD_MOMENTS_MOST */
+}
+
+static double shape_cost(const shd_plan_material *m, const shd_light *shape, int way) {
+    const bool rect = shape->type == SHD_LIGHT_RECT;
+    const light_cost *cost = rect ? &rects[way] : &rounds[way];
+    if (m->model != SHD_MODEL_PHONG) return (rect ? 1 : ROUND) * quadratures[m->model];
+    double sum = cost->light;
+    for (size_t k = 0; k < m->lobe_count; k++)
+        sum += !rect || has_moments(m->lobes[k].shininess) ? cost->lobe : REAL_LOBE;
+    return sum;
+}
+
+double shd_beyond_cost(const shd_plan *plan, const shd_plan_material *m,
+                       const shd_plan_light *light, double vectors) {
+    const int way = plan->scene->trace.shadows ? ALONE : VECTORS;
+    if (light->shape) return shape_cost(m, light->shape, way);
+    if (way == VECTORS) return vectors + models[m->model];
+    return points.light + (double)m->lobe_count * points.lobe + models[m->model];
+}
