@@ -177,7 +177,8 @@ def main():
     say("peers")
     result["peers"], result["differences"], result["about"] = \
         peers.measure(*((2, 5) if quick else (7, 15)))
-    for part in (stages, objects, reuse, scaling, light_cost, budgets, ladder):
+    from front import front  # which needs this module
+    for part in (stages, objects, reuse, scaling, light_cost, budgets, front, ladder):
         say(part.__name__)
         result[part.__name__] = part(quick)
     result["load"].append(round(os.getloadavg()[0], 2))

@@ -1,14 +1,16 @@
 """Makes docs/speed-and-error.md and what it links to of measured figures: report.py FOLDER
 
 FOLDER/bench has a file of results for each processor, PROCESSOR.json. FOLDER gets
-speed-and-error.md, bench/PROCESSOR.md and bench/PROCESSOR-*.svg; without gnuplot the plots stay as
-they are."""
+speed-and-error.md, bench/PROCESSOR.md and bench/PROCESSOR-*.svg; without gnuplot the plots of
+lights stay as they are."""
 
 import json
 import shutil
 import subprocess
 import sys
 from pathlib import Path
+
+import chart
 
 TIERS = ("standard", "exact")
 
@@ -100,7 +102,21 @@ class Report:
             below(f"cost of a light at a point, {most} lights against 4 ({name})", *costs, wanted,
                   words, "ns")
         rows.extend(self.error_targets())
+        rows.extend(self.front_targets())
         return rows
+
+    def front_targets(self):
+        """Whether each tier is at least 1.5 times left of the next; one that renders as another is not."""
+        front = [e for e in self.result.get("front", []) if "tier" in e]
+        for slow, fast in (("exact", "standard"), ("standard", "draft")):
+            for kernel in self.result["kernels"] if front else ():
+                over, under = (find(front, tier=tier, kernel=kernel) for tier in (slow, fast))
+                ratio = over["seen"] / under["seen"]
+                same = chart.rendered(under) != fast
+                yield (f"{fast} against {slow}, {kernel} (CPU)", "at least 1.5 times faster",
+                       f"renders as {slow}" if same else
+                       f"{three(ratio)} times ({three(over['seen'])} : {three(under['seen'])} ms)",
+                       not same and ratio >= 1.5)
 
     def error_targets(self):
         errors = self.result["ladder"]["errors"]
@@ -242,6 +258,36 @@ class Report:
 
     # ---- Plots ----
 
+    def others(self):
+        """[(name, ms, mean difference in codes)] of the peers, without what follows the codes."""
+        places = (("llvmpipe", "llvmpipe", "llvmpipe", "cpu"),
+                  ("llvmpipe, scene compiled in", "llvmpipe folded", "llvmpipe folded", "cpu"),
+                  ("three.js, 128 x 64", "three.js png", "three.js png", "frame"),
+                  ("three.js, 64 x 32", "three.js coarse png", "three.js coarse png", "frame"),
+                  ("POV-Ray", "povray", "povray", "trace"))
+        return [(words, self.peers[name][figure], self.result["differences"][other]["mean"])
+                for words, name, other, figure in places if other in self.result["differences"]]
+
+    def front_chart(self):
+        return chart.draw(self.processor(), self.result["front"], self.others())
+
+    def front_table(self):
+        rows = [(e.get("tier") or f"maxError {e['most']:g}, {e['metric']}",
+                 e.get("kernel", self.result["kernels"][-1]), three(e["seen"]),
+                 three(e["codes"]["mean"]), e["codes"]["max"], e["plan_line"])
+                for e in self.result.get("front", [])]
+        return table(("asked for", "kernel", "ms", "mean difference (codes)", "largest", "plan"),
+                     rows) if rows else ""
+
+    def front_text(self):
+        if "front" not in self.result:
+            return "Not measured on this processor.\n"
+        load = self.result.get("front_load")
+        apart = "" if load is None else (
+            " Tiers and\nbudgets were measured after the other programs, when the machine had other work: a load "
+            f"average of {load}.")
+        return template("front.md").format(slug=self.slug, apart=apart, front=self.front_table())
+
     def plot(self, path, setup, series):
         """series: [(title, style, [(x, y)])]"""
         blocks = "".join(f"$data{i} << end\n" + "\n".join(f"{x} {y}" for x, y in points)
@@ -253,22 +299,12 @@ class Report:
         subprocess.run(["gnuplot"], input=script.encode(), check=True)
 
     def plots(self, folder):
-        ladder = self.result["ladder"]
-        errors = {(e["lights"], e["shininess"], e["kernel"], e["tier"]): e["error"]
-                  for e in ladder["errors"]}
-        series = []
-        for t, tier in enumerate(TIERS):
-            for k, kernel in enumerate(self.result["kernels"]):
-                points = []
-                for e in ladder["times"]:
-                    if (e["tier"], e["kernel"], e["lights"]) != (tier, kernel, 4):
-                        continue
-                    error = errors[4, e["shininess"], kernel, tier]["linear"]["max"]
-                    points.append((e["seen"], max(error, 3e-8)))
-                series.append((f"{tier} {kernel}", f"points pt {5 + 2 * k} lc {t + 1}", points))
-        self.plot(folder / f"{self.slug}-error.svg", "set logscale xy\nset format y '10^{%L}'\n"
-                  "set xlabel 'cast + shade + sRGB, ms'\n"
-                  "set ylabel 'largest linear error (exact: below 10^{-7})'", series)
+        if shutil.which("gnuplot"):
+            self.light_plot(folder)
+        if "front" in self.result:
+            (folder / f"{self.slug}-front.svg").write_text(self.front_chart())
+
+    def light_plot(self, folder):
         entries = self.result["light_cost"]
         names = sorted({e["scene"] for e in entries}, key=[e["scene"] for e in entries].index)
         self.plot(folder / f"{self.slug}-lights.svg", "set logscale xy\nset xlabel 'lights'\n"
@@ -291,7 +327,7 @@ class Report:
             peers=self.peer_table(),
             differences=self.difference_table(), stages=self.stage_table(),
             objects=self.object_table(), reuse=self.reuse_table(), scaling=self.scaling_table(), lights=self.light_table(),
-            budgets=self.budget_table(), errors=self.error_table(), times=self.time_table(), covered=r["covered"],
+            budgets=self.budget_table(), errors=self.error_table(), times=self.time_table(), front=self.front_text(), covered=r["covered"],
             runs=r["peers"]["library"]["runs"], processes=r["peers"]["povray"]["runs"],
             load=f"{r['load'][0]} at its beginning and {r['load'][1]} at its end",
             priority="; all that was measured went before what else ran (`nice -19`)"
@@ -337,8 +373,7 @@ def main():
     (folder / "speed-and-error.md").write_text(overview(reports))
     for report in reports:
         (folder / "bench" / f"{report.slug}.md").write_text(report.page())
-        if shutil.which("gnuplot"):
-            report.plots(folder / "bench")
+        report.plots(folder / "bench")
 
 
 if __name__ == "__main__":

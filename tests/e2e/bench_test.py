@@ -6,10 +6,12 @@ import sys
 import tempfile
 import unittest
 from pathlib import Path
+from xml.etree import ElementTree
 
 from daemon import BUILD, SOURCE, Daemon, environment
 
 sys.path.insert(0, str(SOURCE / "tests/bench"))
+import chart  # noqa: E402
 import errors  # noqa: E402
 import report  # noqa: E402
 import scenes  # noqa: E402
@@ -99,6 +101,34 @@ class BenchTest(unittest.TestCase):
         for one in reports:
             self.assertFalse(one.result["quick"])
             self.assertEqual(one.page(), (docs / "bench" / f"{one.slug}.md").read_text())
+            if "front" in one.result:
+                self.assertEqual(one.front_chart(),
+                                 (docs / "bench" / f"{one.slug}-front.svg").read_text())
+
+    def test_the_chart_places_time_error_and_names(self):
+        def entry(seen, mean, plan, **asked):
+            return {"seen": seen, "codes": {"mean": mean}, "plan_line": f"tier={plan}; x", **asked}
+
+        front = [entry(4, 0, "exact", tier="exact", kernel="avx2"),
+                 entry(2, 1e-5, "standard", tier="standard", kernel="avx2"),
+                 entry(2, 1e-5, "standard", tier="draft", kernel="avx2"),
+                 entry(1.5, 1e-3, "standard", metric="linear", most=0.01)]
+        root = ElementTree.fromstring(chart.draw("<this>", front, [("that", 60, 0.1)]))
+        svg = "{http://www.w3.org/2000/svg}"
+        self.assertIn("<this>", root.find(f"{svg}title").text)
+        self.assertIn("prefers-color-scheme: dark", root.find(f"{svg}style").text)
+        words = [text.text for text in root.iter(f"{svg}text")]
+        for word in ("exact", "standard, which draft renders as", "that", "maxError 0.01, linear"):
+            self.assertIn(word, words)
+        places = {}
+        for path in root.iter(f"{svg}path"):
+            if path.find(f"{svg}title") is not None:
+                name = path.find(f"{svg}title").text.split(",")[0].split(":")[0]
+                places[name] = [float(v) for v in path.get("transform")[10:-1].split()]
+        order = ("maxError 0.01 linear", "standard", "exact", "that")
+        self.assertEqual(sorted(places, key=lambda n: places[n][0]), list(order))
+        self.assertEqual(sorted(places, key=lambda n: places[n][1]),
+                         ["that", "maxError 0.01 linear", "standard", "exact"])
 
 
 if __name__ == "__main__":
