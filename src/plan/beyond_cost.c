@@ -2,8 +2,7 @@
 #include "plan/cost.h"
 
 /* Nanoseconds of a light at a hit, of the processor that kernel_costs.h names:
- * `tests/bench/costs.py
- * --beyond` measures pictures beside what these make of them. */
+ * `tests/bench/costs.py --beyond` measures pictures beside what these make of them. */
 typedef struct light_cost {
     double light, lobe;
 } light_cost;
