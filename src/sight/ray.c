@@ -13,8 +13,17 @@ typedef struct branch {
     uint32_t first, count; /* count > 0: objects order[first...]; else branches first, first + 1 */
 } branch;
 
+/* What rays ask of an object before they meet it. */
+typedef struct aim {
+    shd_vec3 center;
+    double radius;    /* with room for rounding; infinite: the object is not bounded */
+    double length[3]; /* of the rows of the item's map from the world */
+    uint8_t seen[3];  /* bits 0, 1 and 2: the row's x, y and z are not 0 */
+} aim;
+
 struct shd_caster {
     const shd_sight *sight;
+    aim *aims;        /* [object] */
     branch *branches; /* [branch_count]; 0: no object is bounded */
     uint32_t branch_count;
     uint32_t *order; /* bounded objects, by leaf */
@@ -25,16 +34,23 @@ struct shd_caster {
 /* ---- The tree over objects. ---- */
 
 static shd_vec3 middle_of(const shd_caster *c, uint32_t object) {
-    return c->sight->plan->objects[object].center;
+    return c->aims[object].center;
 }
 
 static double component(shd_vec3 v, int axis) {
     return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
 }
 
-/* The radius with room for rounding. */
-static double radius_of(const shd_plan_object *object) {
-    return object->radius * (1 + 1e-9) + 1e-14 * shd_max_abs(object->center);
+static aim aim_at(const shd_plan_object *object, const shd_item *it) {
+    aim a = {.center = object->center, .radius = INFINITY};
+    if (object->bounded)
+        a.radius = object->radius * (1 + 1e-9) + 1e-14 * shd_max_abs(object->center);
+    for (int i = 0; i < 3; i++) {
+        const double *row = it->from_world.linear[i];
+        a.length[i] = shd_length((shd_vec3){row[0], row[1], row[2]});
+        for (int k = 0; k < 3; k++) a.seen[i] |= (uint8_t)((row[k] != 0) << k);
+    }
+    return a;
 }
 
 static void enclose_objects(const shd_caster *c, branch *b, shd_vec3 *low, shd_vec3 *high) {
@@ -42,8 +58,8 @@ static void enclose_objects(const shd_caster *c, branch *b, shd_vec3 *low, shd_v
     b->low = *low = most;
     b->high = *high = least;
     for (uint32_t i = b->first; i < b->first + b->count; i++) {
-        const shd_plan_object *object = &c->sight->plan->objects[c->order[i]];
-        const double r = radius_of(object);
+        const aim *object = &c->aims[c->order[i]];
+        const double r = object->radius;
         const shd_vec3 p = object->center, out = {r, r, r};
         b->low = shd_vec3_min(shd_sub(p, out), b->low);
         b->high = shd_vec3_max(shd_add(p, out), b->high);
@@ -107,25 +123,43 @@ shd_caster *shd_caster_new(const shd_sight *sight, shd_arena *arena) {
     shd_caster *c = shd_arena_zalloc(arena, 1, sizeof *c);
     if (!c) return NULL;
     c->sight = sight;
+    c->aims = shd_arena_alloc(arena, count, sizeof *c->aims);
     c->branches = shd_arena_alloc(arena, 2 * count + 1, sizeof *c->branches);
     c->order = shd_arena_alloc(arena, count, sizeof *c->order);
     c->endless = shd_arena_alloc(arena, count, sizeof *c->endless);
-    if (!c->branches || !c->order || !c->endless) return NULL;
-    for (uint32_t i = 0; i < count; i++)
+    if (!c->aims || !c->branches || !c->order || !c->endless) return NULL;
+    for (uint32_t i = 0; i < count; i++) {
+        c->aims[i] = aim_at(&plan->objects[i], &sight->items[i]);
         if (plan->objects[i].bounded)
             c->order[c->bounded_count++] = i;
         else
             c->endless[c->endless_count++] = i;
+    }
     if (c->bounded_count) grow_tree(c);
     return c;
 }
 
 /* ---- One object. ---- */
 
-/* The row's length, times that of the components at which it is not 0. */
-static double reach_of(const double row[3], shd_vec3 v) {
-    const shd_vec3 seen = {row[0] != 0 ? v.x : 0, row[1] != 0 ? v.y : 0, row[2] != 0 ? v.z : 0};
-    return shd_length((shd_vec3){row[0], row[1], row[2]}) * shd_length(seen);
+/* How far off rounding puts the components of an origin in an item's frame, where `sizes` are those
+ * that were added up in the world: at each, the row's length times that of the components at which
+ * it is not 0. */
+static shd_vec3 carried_by(const aim *a, shd_vec3 sizes) {
+    const double one[8] = {0, sizes.x, sizes.y, 0, sizes.z, 0, 0, 0};
+    double reach[3];
+    for (int i = 0; i < 3; i++) {
+        const int seen = a->seen[i];
+        if (!(seen & (seen - 1))) /* one axis needs no root */
+            reach[i] = one[seen];
+        else if (i && seen == a->seen[i - 1])
+            reach[i] = reach[i - 1];
+        else
+            reach[i] = shd_length(
+                (shd_vec3){seen & 1 ? sizes.x : 0, seen & 2 ? sizes.y : 0, seen & 4 ? sizes.z : 0});
+    }
+    return (shd_vec3){SHD_HIT_ROUNDING * (a->length[0] * reach[0]),
+                      SHD_HIT_ROUNDING * (a->length[1] * reach[1]),
+                      SHD_HIT_ROUNDING * (a->length[2] * reach[2])};
 }
 
 /* A normal in the frame of an item: the map's transpose carries it back. */
@@ -136,32 +170,29 @@ static shd_vec3 carry_normal(const shd_item *it, shd_vec3 n) {
                       m[0][2] * n.x + m[1][2] * n.y + m[2][2] * n.z};
 }
 
-/* The ray in the frame of an item. */
-static shd_local_ray carry_ray(const shd_item *it, size_t object, const shd_ray *ray, double far) {
+/* The ray in the frame of an item, field by field: a compiler copies a whole one once more. */
+static void carry_ray(const shd_item *it, const aim *at, size_t object, const shd_ray *ray,
+                      double far, shd_local_ray *r) {
     const shd_vec3 from = shd_sub(ray->origin, it->to_world.origin),
                    sizes = shd_add(shd_sizes(ray->origin), shd_sizes(it->to_world.origin));
-    const double(*a)[3] = it->from_world.linear;
-    shd_local_ray r = {.origin = shd_linear(&it->from_world, from),
-                       .direction = shd_linear(&it->from_world, ray->direction),
-                       .carried = {SHD_HIT_ROUNDING * reach_of(a[0], sizes),
-                                   SHD_HIT_ROUNDING * reach_of(a[1], sizes),
-                                   SHD_HIT_ROUNDING * reach_of(a[2], sizes)},
-                       .far = far,
-                       .starts = ray->start.object == (int32_t)object,
-                       .start = ray->start.triangle};
-    if (!r.starts || it->shape == SHD_MESH) return r;
+    r->origin = shd_linear(&it->from_world, from);
+    r->direction = shd_linear(&it->from_world, ray->direction);
+    r->carried = carried_by(at, sizes);
+    r->far = far;
+    r->starts = ray->start.object == (int32_t)object;
+    r->start = ray->start.triangle;
+    r->outward = false;
+    if (!r->starts || it->shape == SHD_MESH) return;
     const shd_vec3 own = carry_normal(it, ray->start.normal);
-    const bool same = shd_points_outward(it, r.origin, own);
-    r.outward = (shd_dot(own, r.direction) >= 0) == same;
-    return r;
+    const bool same = shd_points_outward(it, r->origin, own);
+    r->outward = (shd_dot(own, r->direction) >= 0) == same;
 }
 
-/* Whether the ray may meet the object's sphere before `far`. */
-static bool may_meet(const shd_plan_object *object, const shd_ray *ray, double far) {
-    if (!object->bounded) return true;
+/* Whether the ray may meet the object's sphere before `far`. `pad`: what rounding may do. */
+static bool may_meet(const aim *object, const shd_ray *ray, double pad, double far) {
+    if (!(object->radius < INFINITY)) return true;
     const shd_vec3 toward = shd_sub(object->center, ray->origin);
-    const double radius = radius_of(object) + 1e-14 * shd_max_abs(ray->origin),
-                 along = shd_dot(toward, ray->direction);
+    const double radius = object->radius + pad, along = shd_dot(toward, ray->direction);
     const shd_vec3 off = shd_madd(toward, ray->direction, -along);
     return shd_dot(off, off) <= radius * radius * (1 + 1e-12) + 1e-28 * along * along &&
            along >= -radius && along - radius <= far;
@@ -173,6 +204,7 @@ typedef struct search {
     const shd_ray *ray;
     const bool *solid;
     shd_meeting *out;
+    double pad; /* what rounding does to the ray's origin */
     double far; /* as far as it is worth looking */
     bool met, done;
 } search;
@@ -182,8 +214,10 @@ typedef struct search {
 static void try_object(search *s, uint32_t object) {
     const shd_sight *sight = s->caster->sight;
     const shd_item *it = &sight->items[object];
-    if (!may_meet(&sight->plan->objects[object], s->ray, s->far)) return;
-    const shd_local_ray local = carry_ray(it, object, s->ray, s->far);
+    const aim *at = &s->caster->aims[object];
+    if (!may_meet(at, s->ray, s->pad, s->far)) return;
+    shd_local_ray local;
+    carry_ray(it, at, object, s->ray, s->far, &local);
     shd_meeting m;
     if (!(it->shape == SHD_MESH ? shd_meet_mesh(it, &local, sight->cancelled, &m)
                                 : shd_meet_shape(it, &local, &m)))
@@ -242,7 +276,12 @@ static void walk_tree(search *s) {
 
 bool shd_cast_ray(const shd_caster *caster, const shd_ray *ray, const uint32_t *list, size_t count,
                   const bool *solid, shd_meeting *out) {
-    search s = {.caster = caster, .ray = ray, .solid = solid, .out = out, .far = ray->far};
+    search s = {.caster = caster,
+                .ray = ray,
+                .solid = solid,
+                .out = out,
+                .pad = 1e-14 * shd_max_abs(ray->origin),
+                .far = ray->far};
     if (list) {
         for (size_t k = 0; k < count && !s.done; k++) try_object(&s, list[k]);
         return s.met;

@@ -60,35 +60,32 @@ static void cut_quadric(span *s, double a, double b, double c, bool before) {
     }
 }
 
-static span span_of(const shd_item *it, shd_vec3 o, shd_vec3 d, bool some) {
-    span s = {{-INFINITY, INFINITY}, {{0, 0, 0}, {0, 0, 0}}, some};
+static void find_span(const shd_item *it, shd_vec3 o, shd_vec3 d, bool some, span *s) {
+    *s = (span){{-INFINITY, INFINITY}, {{0, 0, 0}, {0, 0, 0}}, some};
     const shd_vec3 x = {1, 0, 0}, y = {0, 1, 0}, z = {0, 0, 1};
     const double across = d.x * d.x + d.z * d.z, toward = o.x * d.x + o.z * d.z,
                  away = o.x * o.x + o.z * o.z, k = 0.5 - o.y;
     if (it->shape == SHD_BOX) {
-        cut_slab(&s, o.x, d.x, x);
-        cut_slab(&s, o.y, d.y, y);
-        cut_slab(&s, o.z, d.z, z);
+        cut_slab(s, o.x, d.x, x);
+        cut_slab(s, o.y, d.y, y);
+        cut_slab(s, o.z, d.z, z);
     } else if (it->shape == SHD_SPHERE) {
         /* The origin is where the ray is closest to the center. */
         const double inside = 1 - shd_dot(o, o), half = sqrt(fmax(0, inside) / shd_dot(d, d));
-        s.t[0] = -half;
-        s.t[1] = inside >= 0 || some ? half : -INFINITY;
+        s->t[0] = -half;
+        s->t[1] = inside >= 0 || some ? half : -INFINITY;
     } else if (it->shape == SHD_CYLINDER) {
-        cut_slab(&s, o.y, d.y, y);
-        cut_quadric(&s, across, toward, away - 1, false);
+        cut_slab(s, o.y, d.y, y);
+        cut_quadric(s, across, toward, away - 1, false);
     } else {
-        cut_slab(&s, o.y, d.y, y);
-        cut_quadric(&s, across - d.y * d.y, toward + k * d.y, away - k * k, d.y > 0);
+        cut_slab(s, o.y, d.y, y);
+        cut_quadric(s, across - d.y * d.y, toward + k * d.y, away - k * k, d.y > 0);
     }
-    return s;
 }
 
 /* The point on the shape and the outward unit normal there, where `face` is that of a flat face or
  * 0. */
 static void place_side(const shd_item *it, shd_vec3 p, shd_vec3 face, shd_meeting *out) {
-    const double ring = hypot(p.x, p.z), x = ring > 0 ? p.x / ring : 1,
-                 z = ring > 0 ? p.z / ring : 0;
     out->bend = face;
     out->local = p;
     if (face.x != 0) out->local.x = 0.5 * face.x;
@@ -99,7 +96,11 @@ static void place_side(const shd_item *it, shd_vec3 p, shd_vec3 face, shd_meetin
     if (it->shape == SHD_SPHERE) {
         shd_normalize(p, &p);
         out->local = out->bend = p;
-    } else if (it->shape == SHD_CYLINDER) {
+        return;
+    }
+    const double ring = hypot(p.x, p.z), x = ring > 0 ? p.x / ring : 1,
+                 z = ring > 0 ? p.z / ring : 0;
+    if (it->shape == SHD_CYLINDER) {
         out->local = (shd_vec3){x, p.y, z};
         out->bend = (shd_vec3){x, 0, z};
     } else if (it->shape == SHD_CONE) {
@@ -130,7 +131,7 @@ static double rounding_of(const shd_item *it, const shd_local_ray *r, double shi
 
 static bool take_meeting(const shd_item *it, const shd_local_ray *r, double shift, double t,
                          shd_vec3 face, shd_meeting *out) {
-    if (!isfinite(t) || !(t < r->far)) return false;
+    if (!isfinite(t) || !(t >= 0 && t < r->far)) return false;
     out->t = t;
     out->triangle = 0;
     out->u = out->v = 0;
@@ -160,7 +161,8 @@ bool shd_meet_shape(const shd_item *it, const shd_local_ray *r, shd_meeting *out
     if (it->shape == SHD_TORUS) return meet_torus(it, r, out);
     if (r->starts && r->outward) return false; /* it is convex */
     const double shift = -shd_dot(r->origin, r->direction) / shd_dot(r->direction, r->direction);
-    const span s = span_of(it, shd_madd(r->origin, r->direction, shift), r->direction, r->starts);
+    span s;
+    find_span(it, shd_madd(r->origin, r->direction, shift), r->direction, r->starts, &s);
     if (!r->starts && !(s.t[0] <= s.t[1])) return false;
     if (!r->starts && take_meeting(it, r, shift, s.t[0] + shift, s.n[0], out)) return true;
     double leave = s.t[1] + shift;

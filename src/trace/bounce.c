@@ -262,7 +262,12 @@ static void share_room(path *p, double *room) {
 
 shd_bounced shd_bounce(const shd_bouncing *b, void *scratch, double *room, const shd_surface *at,
                        const double (*local)[3]) {
-    path p = {.b = b, .scratch = scratch};
+    path p; /* the steps are left as they are: there are many, and few are taken */
+    p.b = b;
+    p.scratch = scratch;
+    p.waits = 0;
+    p.through = 0;
+    p.out = (shd_bounced){0};
     share_room(&p, room);
     const shd_vec3 ray = shd_scale(at->view, -1),
                    own = shd_outward_normal(b->caster, at->object, at->triangle, at->position,
