@@ -170,7 +170,8 @@ static shd_vec3 carry_normal(const shd_item *it, shd_vec3 n) {
                       m[0][2] * n.x + m[1][2] * n.y + m[2][2] * n.z};
 }
 
-/* The ray in the frame of an item, field by field: a compiler copies a whole one once more. */
+/* The ray in the frame of an item, but for `any`; field by field: a compiler copies a whole one
+ * once more. */
 static void carry_ray(const shd_item *it, const aim *at, size_t object, const shd_ray *ray,
                       double far, shd_local_ray *r) {
     const shd_vec3 from = shd_sub(ray->origin, it->to_world.origin),
@@ -217,13 +218,14 @@ static void try_object(search *s, uint32_t object) {
     const aim *at = &s->caster->aims[object];
     if (!may_meet(at, s->ray, s->pad, s->far)) return;
     shd_local_ray local;
+    local.any = s->solid && s->solid[object];
     carry_ray(it, at, object, s->ray, s->far, &local);
     shd_meeting m;
     if (!(it->shape == SHD_MESH ? shd_meet_mesh(it, &local, sight->cancelled, &m)
                                 : shd_meet_shape(it, &local, &m)))
         return;
     m.object = object;
-    s->done = s->solid && s->solid[object];
+    s->done = local.any;
     if (s->met && !s->done) {
         const double both = m.rounding + s->out->rounding;
         if (m.t > s->out->t + both || (!(m.t < s->out->t - both) && object > s->out->object))

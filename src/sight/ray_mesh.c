@@ -6,7 +6,8 @@
 
 /* A ray in the tree's frame, seen along its largest component. */
 typedef struct sheared {
-    double o[3], d[3], inverse[3];
+    double o[3], d[3];
+    double inverse[3]; /* of d, by `invert` */
     int x, y, z;       /* the axes: z is the largest component's */
     double sx, sy, sz; /* of the shear that makes the direction (0, 0, 1) */
     double pad;        /* more than rounding moves corners by */
@@ -64,6 +65,11 @@ static bool is_on_side(const shd_item *it, const sheared *s, const shd_leaf *lea
     return false;
 }
 
+/* 1 / d, and finite: by it, boxes that a ray runs along are passed for ever or never. */
+static double invert(double d) {
+    return fabs(d) < 0x1p-1000 ? copysign(0x1p1000, d) : 1 / d;
+}
+
 static sheared shear_ray(const shd_item *it, const shd_local_ray *r) {
     const double scale = it->view.tree->scale;
     const shd_vec3 at = r->starts ? move_inside(it, r->start, r->origin) : r->origin,
@@ -82,7 +88,7 @@ static sheared shear_ray(const shd_item *it, const shd_local_ray *r) {
     s.sx = s.d[s.x] / s.d[s.z];
     s.sy = s.d[s.y] / s.d[s.z];
     s.sz = 1 / s.d[s.z];
-    for (int k = 0; k < 3; k++) s.inverse[k] = 1 / s.d[k];
+    for (int k = 0; k < 3; k++) s.inverse[k] = invert(s.d[k]);
     if (s.starts) set_plane(it, &s);
     return s;
 }
@@ -155,74 +161,80 @@ static bool try_leaf(const shd_item *it, sheared *s, const shd_leaf *leaf, shd_m
 
 /* The ray in the coordinates of a box. */
 typedef struct turned_ray {
-    double o[3], d[3], inverse[3], pad;
+    double o[3], inverse[3], pad;
 } turned_ray;
 
 static turned_ray turn_ray(const sheared *s, const shd_turn *turn) {
     turned_ray r = {.pad = 4 * s->pad};
     for (int k = 0; k < 3; k++) {
         r.o[k] = shd_dot(turn->axis[k], (shd_vec3){s->o[0], s->o[1], s->o[2]});
-        r.d[k] = shd_dot(turn->axis[k], (shd_vec3){s->d[0], s->d[1], s->d[2]});
-        r.inverse[k] = 1 / r.d[k];
+        r.inverse[k] = invert(shd_dot(turn->axis[k], (shd_vec3){s->d[0], s->d[1], s->d[2]}));
     }
     return r;
+}
+
+/* Entering behind this is not before `far`. */
+static bool is_before(double enter, double far) {
+    return enter <= far * (1 + 0x1p-48);
 }
 
 /* Whether the ray may meet the box before s->far, and from which t on. */
 static bool may_meet(const shd_mesh_tree *tree, const sheared *s, const shd_branch *b,
                      double *enter) {
     turned_ray turned;
-    const double *o = s->o, *d = s->d, *inverse = s->inverse;
+    const double *o = s->o, *inverse = s->inverse;
     double low = 0, high = s->far, pad = s->pad;
     if (b->turn) {
         turned = turn_ray(s, &tree->turns[b->turn]);
         o = turned.o;
-        d = turned.d;
         inverse = turned.inverse;
         pad = turned.pad;
     }
     for (int k = 0; k < 3; k++) {
-        const double near = b->low[k] - pad - o[k], beyond = b->high[k] + pad - o[k];
-        if (d[k] == 0) {
-            if (near > 0 || beyond < 0) return false;
-            continue;
-        }
-        const double one = near * inverse[k], two = beyond * inverse[k];
-        low = shd_larger(one < two ? one : two, low);
-        high = shd_smaller(one < two ? two : one, high);
+        const double one = (b->low[k] - pad - o[k]) * inverse[k],
+                     two = (b->high[k] + pad - o[k]) * inverse[k];
+        low = shd_larger(shd_smaller(one, two), low);
+        high = shd_smaller(shd_larger(one, two), high);
     }
     *enter = low;
-    return low <= high * (1 + 0x1p-48);
+    return is_before(low, high);
 }
+
+/* A branch that the ray may meet, and from where on. */
+typedef struct entry {
+    uint32_t branch;
+    double enter;
+} entry;
 
 bool shd_meet_mesh(const shd_item *it, const shd_local_ray *r, const atomic_bool *cancelled,
                    shd_meeting *out) {
     const shd_mesh_tree *tree = it->view.tree;
-    uint32_t waiting[SHD_TREE_DEPTH];
+    entry waiting[SHD_TREE_DEPTH];
     int waits = 0;
     size_t steps = 0;
     bool met = false;
-    double enter;
+    entry root = {0, 0};
     sheared s = shear_ray(it, r);
-    if (!tree->leaf_count || !may_meet(tree, &s, tree->branches, &enter)) return false;
-    waiting[waits++] = 0;
-    while (waits) {
-        const shd_branch *now = &tree->branches[waiting[--waits]];
+    if (!tree->leaf_count || !may_meet(tree, &s, tree->branches, &root.enter)) return false;
+    waiting[waits++] = root;
+    while (waits && !(met && r->any)) {
+        const entry at = waiting[--waits];
         if (shd_is_cancelled_at(cancelled, ++steps)) return met;
-        if (!may_meet(tree, &s, now, &enter)) continue;
+        if (!is_before(at.enter, s.far)) continue;
+        const shd_branch *now = &tree->branches[at.branch];
         if (now->count) {
             for (uint32_t i = now->first; i < now->first + now->count; i++)
                 met = try_leaf(it, &s, &tree->leaves[i], out) || met;
             continue;
         }
-        double one, other;
-        const bool first = may_meet(tree, &s, &tree->branches[now->first], &one),
-                   second = may_meet(tree, &s, &tree->branches[now->first + 1], &other);
-        const bool swapped = first && second && other < one;
+        entry one = {now->first, 0}, other = {now->first + 1, 0};
+        const bool first = may_meet(tree, &s, &tree->branches[one.branch], &one.enter),
+                   second = may_meet(tree, &s, &tree->branches[other.branch], &other.enter);
+        const bool swapped = first && second && other.enter < one.enter;
         assert(waits + 2 <= SHD_TREE_DEPTH);
-        if (second && !swapped) waiting[waits++] = now->first + 1;
-        if (first) waiting[waits++] = now->first;
-        if (second && swapped) waiting[waits++] = now->first + 1;
+        if (second && !swapped) waiting[waits++] = other;
+        if (first) waiting[waits++] = one;
+        if (second && swapped) waiting[waits++] = other;
     }
     return met;
 }

@@ -11,6 +11,7 @@ typedef struct shd_local_ray {
     shd_vec3 carried; /* how far off rounding may have put each component of the origin */
     double far;
     bool starts;    /* on this item, at t = 0 */
+    bool any;       /* any meeting will do: it need not be the nearest */
     bool outward;   /* and leaves it to its outer side; not for triangles */
     uint32_t start; /* the triangle */
 } shd_local_ray;
