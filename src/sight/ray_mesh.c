@@ -15,7 +15,7 @@ typedef struct sheared {
     shd_vec3 carried;  /* as shd_local_ray has it */
     double far;
     uint32_t start;
-    bool starts;
+    bool starts, put;      /* on a triangle; within it, in its own frame */
     shd_vec3 corner, side; /* of the plane that it starts on, toward where it goes */
     double spread;         /* the product of the edges' lengths there */
 } sheared;
@@ -26,17 +26,31 @@ static void get_three(shd_vec3 v, double out[3]) {
     out[2] = v.z;
 }
 
-/* The origin of a ray that starts on a triangle, moved into it. */
-static shd_vec3 move_inside(const shd_item *it, uint32_t triangle, shd_vec3 origin) {
-    const shd_vec3 a = shd_triangle_corner(&it->triangles, triangle, 0),
-                   b = shd_triangle_corner(&it->triangles, triangle, 1),
-                   c = shd_triangle_corner(&it->triangles, triangle, 2);
-    const shd_vec3 middle = shd_scale(shd_add(a, shd_add(b, c)), 1.0 / 3);
+/* The origin of a ray that starts on a triangle, put into it, in the tree's frame: at the weights
+ * of its corners that the origin has, where rounding in the world may have left the triangle's
+ * plane, and passed its edges and corners. Of slivers weights are not known; those stay, and are
+ * false. */
+static bool put_inside(const shd_item *it, uint32_t triangle, shd_vec3 carried, shd_vec3 *origin) {
+    const double scale = it->view.tree->scale;
+    shd_vec3 p[3];
+    for (int k = 0; k < 3; k++)
+        p[k] = shd_scale(shd_triangle_corner(&it->triangles, triangle, k), scale);
+    const shd_vec3 ab = shd_sub(p[1], p[0]), ac = shd_sub(p[2], p[0]), n = shd_cross(ab, ac),
+                   from = shd_sub(*origin, p[0]);
+    const double area = shd_dot(n, n), one = shd_dot(n, shd_cross(from, ac)) / area,
+                 two = shd_dot(n, shd_cross(ab, from)) / area;
+    const double a = shd_larger(1 - one - two, 0), b = shd_larger(one, 0), c = shd_larger(two, 0);
+    const shd_vec3 middle = shd_madd(p[0], shd_add(ab, ac), 1.0 / 3),
+                   at = shd_madd(shd_madd(p[0], ab, b / (a + b + c)), ac, c / (a + b + c));
     const double size = shd_max_abs(
-                     shd_vec3_max(shd_sizes(a), shd_vec3_max(shd_sizes(b), shd_sizes(c)))),
-                 step = 0x1p-43 * size, length = shd_length(shd_sub(middle, origin));
-    if (!(length > 0)) return origin;
-    return shd_madd(origin, shd_sub(middle, origin), step < length ? step / length : 1);
+                     shd_vec3_max(shd_sizes(p[0]), shd_vec3_max(shd_sizes(p[1]), shd_sizes(p[2])))),
+                 off = shd_length(shd_sub(at, *origin));
+    const bool known =
+        off <= 0x1p-36 * size + 8 * shd_max_abs(carried); /* not if it is no number */
+    const shd_vec3 start = known ? at : *origin, inward = shd_sub(middle, start);
+    const double length = shd_length(inward), step = 0x1p-43 * size + 0x1p-40 * length;
+    if (length > 0) *origin = shd_madd(start, inward, step < length ? step / length : 1);
+    return known;
 }
 
 /* Sets the plane of the triangle that the ray starts on. */
@@ -52,17 +66,28 @@ static void set_plane(const shd_item *it, sheared *s) {
     s->spread = shd_length(ab) * shd_length(ac);
 }
 
-/* Whether a triangle has a corner on the side of the start's plane to which the ray goes, by more
- * than rounding. No other one is met: not the next one of a convex edge, over which the ray passes
- * by less than rounding. */
-static bool is_on_side(const shd_item *it, const sheared *s, const shd_leaf *leaf) {
+/* Where a triangle's corners are, from the plane that the ray starts on, by more than rounding. */
+typedef enum shd_side {
+    SHD_SIDE_NONE, /* none on the side to which the ray goes: it is not met. The next one of a
+                      convex edge is not, over which the ray passes by less than rounding. */
+    SHD_SIDE_ALL,  /* one or more there, none on the other side: it is met behind the start, however
+                      near. The next one of a fold is, on whose edge the ray starts. */
+    SHD_SIDE_BOTH
+} shd_side;
+
+static shd_side find_side(const shd_item *it, const sheared *s, const shd_leaf *leaf) {
+    bool before = false, behind = false;
+    if (!(s->spread > 0)) return SHD_SIDE_BOTH;
     for (int k = 0; k < 3; k++) {
         const shd_vec3 v = shd_scale(shd_vec3_at(it->triangles.positions, leaf->corner[k]),
                                      it->view.tree->scale),
                        from = shd_sub(v, s->corner);
-        if (shd_dot(s->side, from) > SHD_HIT_ROUNDING * s->spread * shd_length(from)) return true;
+        const double up = shd_dot(s->side, from),
+                     least = SHD_HIT_ROUNDING * s->spread * shd_length(from);
+        before |= up > least;
+        behind |= up < -least;
     }
-    return false;
+    return !before ? SHD_SIDE_NONE : behind ? SHD_SIDE_BOTH : SHD_SIDE_ALL;
 }
 
 /* 1 / d, and finite: by it, boxes that a ray runs along are passed for ever or never. */
@@ -72,13 +97,15 @@ static double invert(double d) {
 
 static sheared shear_ray(const shd_item *it, const shd_local_ray *r) {
     const double scale = it->view.tree->scale;
-    const shd_vec3 at = r->starts ? move_inside(it, r->start, r->origin) : r->origin,
-                   o = shd_scale(at, scale), d = shd_scale(r->direction, scale);
+    const shd_vec3 d = shd_scale(r->direction, scale), carried = shd_scale(r->carried, scale);
+    shd_vec3 o = shd_scale(r->origin, scale);
+    const bool put = r->starts && put_inside(it, r->start, carried, &o);
     sheared s = {.far = r->far,
                  .start = r->start,
                  .starts = r->starts,
+                 .put = put,
                  .most = shd_max_abs(d),
-                 .carried = shd_scale(r->carried, scale),
+                 .carried = carried,
                  .pad = 0x1p-49 * (1 + shd_max_abs(o))};
     get_three(o, s.o);
     get_three(d, s.d);
@@ -111,8 +138,9 @@ static bool is_aside(double a, double b, double c) {
     return (a > 0 && b > 0 && c > 0) || (a < 0 && b < 0 && c < 0);
 }
 
-/* How far rounding may have moved t: as shd_triangle_rounding has it. */
-static double rounding_of(const shd_item *it, const sheared *s, uint32_t triangle) {
+/* How far rounding may have moved t: as shd_triangle_rounding has it. `own`: of that what the
+ * triangle makes, without what carried the origin into the mesh's frame. */
+static double rounding_of(const shd_item *it, const sheared *s, uint32_t triangle, double *own) {
     shd_vec3 corner[3];
     double far = 0, edge = 0;
     const double scale = it->view.tree->scale;
@@ -125,9 +153,8 @@ static double rounding_of(const shd_item *it, const sheared *s, uint32_t triangl
         edge = fmax(edge, shd_length(shd_sub(corner[(k + 1) % 3], corner[k])));
     const shd_vec3 normal = shd_cross(shd_sub(corner[1], corner[0]), shd_sub(corner[2], corner[0]));
     const double area = shd_length(normal), steep = fabs(shd_dot(normal, d));
-    return (SHD_HIT_ROUNDING * (far * area + edge * edge * edge) +
-            shd_dot(shd_sizes(normal), s->carried)) /
-           steep;
+    *own = SHD_HIT_ROUNDING * (far * area + edge * edge * edge) / steep;
+    return *own + shd_dot(shd_sizes(normal), s->carried) / steep;
 }
 
 static bool try_leaf(const shd_item *it, sheared *s, const shd_leaf *leaf, shd_meeting *out) {
@@ -143,16 +170,19 @@ static bool try_leaf(const shd_item *it, sheared *s, const shd_leaf *leaf, shd_m
         return false;
     const double weight[3] = {u / sum, v / sum, w / sum};
     const double t = weight[0] * p[0].t + weight[1] * p[1].t + weight[2] * p[2].t;
-    if (!(t > 0 && t < s->far) || (s->starts && !is_on_side(it, s, leaf))) return false;
-    const double rounding = rounding_of(it, s, triangle);
-    if (!(t > rounding && t < s->far - rounding)) return false;
+    const shd_side side = s->starts && t < s->far ? find_side(it, s, leaf) : SHD_SIDE_BOTH;
+    if (!(t < s->far && (t > 0 || side == SHD_SIDE_ALL)) || side == SHD_SIDE_NONE) return false;
+    double own;
+    const double rounding = rounding_of(it, s, triangle, &own);
+    if (!(t < s->far - rounding)) return false;
+    if (side != SHD_SIDE_ALL && !(t > (s->put ? own : rounding))) return false;
     double by[3]; /* by the triangle's own order of corners */
     const uint32_t one = leaf->name >> 2 & 3, two = leaf->name & 3, three = 3 - one - two;
     by[0] = weight[one];
     by[1] = weight[two];
     by[2] = weight[three];
-    *out =
-        (shd_meeting){.t = t, .rounding = rounding, .triangle = triangle, .u = by[1], .v = by[2]};
+    *out = (shd_meeting){
+        .t = t > 0 ? t : 0, .rounding = rounding, .triangle = triangle, .u = by[1], .v = by[2]};
     s->far = t;
     return true;
 }

@@ -162,10 +162,11 @@ static void check_model(worker *w, const picture *exact) {
     double offsets[64][2];
     const size_t pixels = (size_t)raster->width * (size_t)raster->height;
     const unsigned beyond = w->family->beyond;
-    const size_t samples = beyond & BEYOND_SHAPES                       ? MOST_SHAPED
-                           : beyond & (BEYOND_OPACITY | BEYOND_MIRRORS) ? MOST_VEILED
-                           : w->family->quad                            ? MOST_QUAD
-                                                                        : MOST_SAMPLES,
+    const size_t samples = beyond & BEYOND_SHAPES ? MOST_SHAPED
+                           : beyond & (BEYOND_OPACITY | BEYOND_MIRRORS | BEYOND_SHADOWS)
+                               ? MOST_VEILED
+                           : w->family->quad ? MOST_QUAD
+                                             : MOST_SAMPLES,
                  most = samples / (size_t)raster->samples;
     const size_t step = pixels > most ? pixels / most : 1;
     model *m = read_model(w, program, raster, offsets);

@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "attack/facets.h"
+
 static real number(const json_t *object, const char *name, double without) {
     const json_t *value = json_object_get(object, name);
     return json_is_number(value) ? (real)json_number_value(value) : (real)without;
@@ -196,9 +198,15 @@ static bool read_mesh(const json_t *from, thing *t) {
     t->corners = calloc(count + 1, sizeof *t->corners);
     t->placed = calloc(count + 1, sizeof *t->placed);
     if (json_is_array(normals)) t->normals = calloc(count + 1, sizeof *t->normals);
-    if (!t->corners || !t->placed || (json_is_array(normals) && !t->normals)) return false;
+    t->vertices = calloc(count + 1, sizeof *t->vertices);
+    t->polygons = calloc(count + 1, sizeof *t->polygons);
+    if (!t->corners || !t->placed || !t->vertices || !t->polygons ||
+        (json_is_array(normals) && !t->normals))
+        return false;
     for (size_t i = 0; i < count; i++) {
         const size_t v = 3 * (size_t)json_integer_value(json_array_get(indices, i));
+        t->vertices[i] = v / 3;
+        t->polygons[i / 3] = i / 3;
         const point p = {item(positions, v), item(positions, v + 1), item(positions, v + 2)};
         t->corners[i] = p;
         t->placed[i] = place(t, p);
@@ -243,7 +251,7 @@ static bool read_thing(const json_t *from, way all, const json_t *materials, con
                                     [CONE] = s->radius + s->height / 2,
                                     [TORUS] = s->radius + s->tube};
     t->reach = most * form_reach[s->form];
-    return true;
+    return t->way == PHONG || facets_cut(t, (int)number(from, "segments", 32));
 }
 
 static bool read_all(const json_t *root, document *d) {
@@ -256,6 +264,8 @@ static bool read_all(const json_t *root, document *d) {
     d->transparent = json_is_null(background);
     d->depth = (int)number(json_object_get(root, "trace"), "depth", 0);
     d->least = number(json_object_get(root, "trace"), "minContribution", 0.001);
+    d->shadows = json_is_true(json_object_get(json_object_get(root, "trace"), "shadows"));
+    d->shadow_samples = (int)number(json_object_get(root, "trace"), "shadowSamples", 16);
     color(root, "background", grey(0), d->background);
     read_camera(json_object_get(root, "camera"), d);
     real ambient[3];
@@ -288,6 +298,8 @@ void document_drop(document *d) {
         free(d->things[i].corners);
         free(d->things[i].placed);
         free(d->things[i].normals);
+        free(d->things[i].vertices);
+        free(d->things[i].polygons);
     }
     free(d->things);
     free(d->lamps);

@@ -67,9 +67,11 @@ typedef struct thing {
     point origin;
     bool mirrored;
     real reach; /* of a sphere around `origin`, in the world; planes: 0 */
-    /* Of a mesh: corners in its frame and the world's, [triangles][3]; normals, made unit, or
-     * NULL. */
+    /* Of a mesh, or of a shape that is cut into facets: corners in its frame and the world's,
+     * [triangles][3]; normals, made unit, or NULL; which vertex each corner is; [triangles]: the
+     * polygon of each. */
     point *corners, *placed, *normals;
+    size_t *vertices, *polygons;
     size_t triangles;
 } thing;
 
@@ -85,6 +87,8 @@ typedef struct document {
     size_t thing_count;
     int depth; /* of traced rays */
     real least;
+    bool shadows;
+    int shadow_samples;
 } document;
 
 bool document_read(const char *json, document *out); /* false: memory, or not of scenes.h */

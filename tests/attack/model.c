@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "attack/document.h"
+#include "attack/occlude.h"
 #include "attack/reflect.h"
 
 #ifdef ATTACK_QUAD
@@ -23,7 +24,7 @@ struct model {
     const double (*offsets)[2];
     real aside;     /* in pixels: how far beside a sample its case must be the same */
     bool shaped;    /* a light has a shape */
-    shade **facets; /* [thing]: of each triangle's corners, or of a box's faces; or NULL */
+    shade **facets; /* [thing]: of each triangle's corners; or NULL */
 };
 
 /* ---- Light. ---- */
@@ -33,6 +34,7 @@ typedef struct spot {
     point at, normal, view;
     bool flat;
     real size; /* of the thing that it is a place of, and how far away that is */
+    site site; /* what shadows see of it */
 } spot;
 
 static void note(uint64_t *key, uint64_t value) {
@@ -76,16 +78,21 @@ static real strength(const lamp *l, const spot *s, point *toward, uint64_t *key,
  * take a thousand times as long. */
 static _Thread_local bool cases_only;
 
-static void add_shape(const lamp *l, const stuff *m, const spot *s, uint64_t *key, shade *out) {
+static const arrival ALL = {{1, 1, 1}, {1, 1, 1}};
+
+static void add_shape(const document *d, const lamp *l, const stuff *m, const spot *s,
+                      uint64_t *key, shade *out) {
     const point path = sub(l->position, s->at);
     const bool before = l->kind == BALL ? length(path) > l->radius : dot(path, l->axis) < 0;
     real sum[3];
     note(key, before);
-    if (!before || cases_only) return;
+    if (!before) return;
+    const arrival arrives = d->shadows ? occlude_shape(d, l, &s->site, key) : ALL;
+    if (cases_only) return;
     reflect_shape(m, l, s->at, s->normal, s->view, sum);
     for (int c = 0; c < 3; c++) {
-        out->low[c] += sum[c];
-        out->high[c] += sum[c];
+        out->low[c] += sum[c] * arrives.low[c];
+        out->high[c] += sum[c] * arrives.high[c];
     }
 }
 
@@ -97,11 +104,12 @@ static unsigned jumps_of(const stuff *m) {
     return jumps;
 }
 
-static void add_lamp(const lamp *l, const stuff *m, const spot *s, uint64_t *key, shade *out) {
+static void add_lamp(const document *d, const lamp *l, const stuff *m, const spot *s, uint64_t *key,
+                     shade *out) {
     point toward;
     bool unsure = false;
     if (l->kind >= RECTANGLE) {
-        add_shape(l, m, s, key, out);
+        add_shape(d, l, m, s, key, out);
         return;
     }
     const real f = strength(l, s, &toward, key, &unsure), facing = dot(s->normal, toward);
@@ -112,27 +120,44 @@ static void add_lamp(const lamp *l, const stuff *m, const spot *s, uint64_t *key
     unsigned cases;
     reflect_light(m, s->normal, s->view, toward, &cases, sums);
     note(key, cases & jumps_of(m));
+    const arrival arrives = d->shadows && f != 0 ? occlude_point(d, l, &s->site, toward, key) : ALL;
     for (int c = 0; c < 3; c++) {
-        const real sum = sums[c] * f * l->color[c];
-        out->low[c] += unsure ? smaller(0, sum) : sum;
-        out->high[c] += unsure ? larger(0, sum) : sum;
+        const real sum = sums[c] * f * l->color[c], low = sum * arrives.low[c],
+                   high = sum * arrives.high[c];
+        out->low[c] += unsure ? smaller(0, low) : low;
+        out->high[c] += unsure ? larger(0, high) : high;
     }
 }
 
+/* A triangle's own normal, outward where its mirror image would be inward. */
+static point face_of(const thing *t, size_t triangle) {
+    const point *p = t->placed + 3 * triangle;
+    return times(cross(sub(p[1], p[0]), sub(p[2], p[0])), t->mirrored ? -1 : 1);
+}
+
 /* `face`: the geometric normal, which decides on the side; it and `normal` outward, not unit.
- * `ray`: unit, along which it is seen. */
+ * `ray`: unit, along which it is seen. `triangle`: of a mesh, on which rays to lights start. */
 static shade light_place(const model *whole, const thing *t, point at, point face, point normal,
-                         point ray, bool flat, uint64_t *key) {
+                         point ray, bool flat, size_t triangle, uint64_t *key) {
     const document *d = &whole->d;
     const stuff *m = &t->stuff;
-    spot s = {at, unit(normal), times(ray, -1), flat, length(t->origin) + t->reach};
+    spot s = {at,
+              unit(normal),
+              times(ray, -1),
+              flat,
+              length(t->origin) + t->reach,
+              {.at = at, .outward = unit(face), .thing = (size_t)(t - d->things)}};
     const bool away = dot(face, s.view) < 0;
     note(key, away);
     if (away && !m->front_only) s.normal = times(s.normal, -1);
+    s.site.normal = s.normal;
+    s.site.triangle = triangle;
+    s.site.own = times(t->solid.form == MESH ? unit(face_of(t, triangle)) : s.site.outward,
+                       away && !m->front_only ? -1 : 1);
     shade out;
     for (int c = 0; c < 3; c++) out.low[c] = out.high[c] = m->constant[c];
     for (size_t j = 0; j < d->lamp_count; j++)
-        if (d->lamps[j].kind != AMBIENT) add_lamp(&d->lamps[j], m, &s, key, &out);
+        if (d->lamps[j].kind != AMBIENT) add_lamp(d, &d->lamps[j], m, &s, key, &out);
     return out;
 }
 
@@ -161,20 +186,15 @@ static void put_meeting(meetings *m, const crossing *c, size_t index, real u, re
     if (m->count < MOST_MEETINGS) m->list[m->count++] = (meeting){*c, index, u, v};
 }
 
-/* A triangle's own normal, outward where its mirror image would be inward. */
-static point face_of(const thing *t, size_t triangle) {
-    const point *p = t->placed + 3 * triangle;
-    return times(cross(sub(p[1], p[0]), sub(p[2], p[0])), t->mirrored ? -1 : 1);
-}
-
 static void meet_mesh(const thing *t, size_t index, point o, point d, meetings *out) {
+    const real slack = 16 * EPS; /* on an edge, a ray meets both */
     for (size_t i = 0; i < t->triangles; i++) {
         const point *p = t->placed + 3 * i, ab = sub(p[1], p[0]), ac = sub(p[2], p[0]);
         const point h = cross(d, ac), from = sub(o, p[0]), q = cross(from, ab);
         const real volume = dot(ab, h);
         if (volume == 0) continue;
         const real u = dot(from, h) / volume, v = dot(d, q) / volume, at = dot(ac, q) / volume;
-        if (!(u >= 0 && v >= 0 && u + v <= 1 && at > 0)) continue;
+        if (!(u >= -slack && v >= -slack && u + v <= 1 + slack && at > 0)) continue;
         const crossing c = {at, (int)i, !t->normals, add(o, times(d, at)), face_of(t, i)};
         put_meeting(out, &c, index, u, v);
     }
@@ -224,13 +244,13 @@ static shade shade_of(const model *whole, const meeting *m, point ray, uint64_t 
     const real weight[3] = {1 - m->u - m->v, m->u, m->v};
     note(key, m->thing + 1);
     note(key, (uint64_t)m->c.part + 1);
-    if (whole->facets[m->thing] && t->solid.form != MESH) return whole->facets[m->thing][m->c.part];
     shade out;
     if (whole->facets[m->thing]) {
         blend(whole->facets[m->thing] + 3 * (size_t)m->c.part, weight, &out);
         return out;
     }
-    return light_place(whole, t, m->c.at, m->c.normal, normal_of(t, m), ray, m->c.flat, key);
+    return light_place(whole, t, m->c.at, m->c.normal, normal_of(t, m), ray, m->c.flat,
+                       (size_t)m->c.part, key);
 }
 
 /* ---- Rays that go on. ---- */
@@ -439,40 +459,51 @@ static real find_aside(const document *d) {
     return smaller(most, 1);
 }
 
+/* Whether the viewer sees the side of a triangle that is inward. */
+static bool is_away(const model *whole, const thing *t, size_t triangle) {
+    return dot(face_of(t, triangle), ray_to(whole, t->placed[3 * triangle])) > 0;
+}
+
+/* The first triangle that has a corner, seen from the same side: that of its light. */
+static size_t first_with(const model *whole, const thing *t, size_t corner) {
+    const bool away = is_away(whole, t, corner / 3);
+    for (size_t c = 0; t->normals && c < corner; c++)
+        if (t->vertices[c] == t->vertices[corner] &&
+            (t->stuff.front_only || is_away(whole, t, c / 3) == away))
+            return c / 3;
+    return corner / 3;
+}
+
+static void light_polygon(const model *whole, const thing *t, size_t first, size_t count,
+                          shade *out) {
+    point middle = {0, 0, 0}, face = {0, 0, 0};
+    real area = 0;
+    uint64_t key = 0;
+    for (size_t i = first; i < first + count; i++) {
+        const point *p = t->placed + 3 * i, n = face_of(t, i);
+        middle = add(middle, times(add(p[0], add(p[1], p[2])), length(n) / 3));
+        area += length(n);
+        face = add(face, n);
+    }
+    middle = times(middle, 1 / area);
+    out[0] = light_place(whole, t, middle, face, face, ray_to(whole, middle), true, first, &key);
+    for (size_t c = 1; c < 3 * count; c++) out[c] = out[0];
+}
+
 static shade *light_corners(const model *whole, const thing *t) {
     shade *out = calloc(3 * t->triangles + 1, sizeof *out);
     uint64_t key = 0;
-    for (size_t i = 0; out && i < t->triangles; i++) {
-        const point *p = t->placed + 3 * i;
-        const point face = face_of(t, i);
-        if (t->way == FLAT) {
-            const point middle = times(add(add(p[0], p[1]), p[2]), (real)1 / 3);
-            out[3 * i] =
-                light_place(whole, t, middle, face, face, ray_to(whole, middle), true, &key);
-            out[3 * i + 1] = out[3 * i + 2] = out[3 * i];
-            continue;
-        }
-        for (size_t k = 0; k < 3; k++) {
-            const point normal = t->normals ? apply(t->cofactor, t->normals[3 * i + k]) : face;
-            out[3 * i + k] =
-                light_place(whole, t, p[k], face, normal, ray_to(whole, p[k]), !t->normals, &key);
-        }
+    for (size_t i = 0; out && t->way == FLAT && i < t->triangles;) {
+        size_t count = 1;
+        while (i + count < t->triangles && t->polygons[i + count] == t->polygons[i]) count++;
+        light_polygon(whole, t, i, count, out + 3 * i);
+        i += count;
     }
-    return out;
-}
-
-/* In the order of cross_solid's parts. */
-static shade *light_box(const model *whole, const thing *t) {
-    shade *out = calloc(6, sizeof *out);
-    uint64_t key = 0;
-    for (int i = 0; out && i < 6; i++) {
-        const real sign = i % 2 ? 1 : -1, x = i / 2 == 0 ? sign : 0, y = i / 2 == 1 ? sign : 0,
-                   z = i / 2 == 2 ? sign : 0;
-        const point out_of = apply(t->cofactor, (point){x, y, z}),
-                    middle = {x * t->solid.size.x / 2, y * t->solid.size.y / 2,
-                              z * t->solid.size.z / 2};
-        const point at = place(t, middle);
-        out[i] = light_place(whole, t, at, out_of, out_of, ray_to(whole, at), true, &key);
+    for (size_t c = 0; out && t->way == GOURAUD && c < 3 * t->triangles; c++) {
+        const point p = t->placed[c], face = face_of(t, c / 3),
+                    normal = t->normals ? apply(t->cofactor, t->normals[c]) : face;
+        out[c] = light_place(whole, t, p, face, normal, ray_to(whole, p), !t->normals,
+                             whole->d.shadows ? first_with(whole, t, c) : c / 3, &key);
     }
     return out;
 }
@@ -499,7 +530,7 @@ static struct model *read_document(const char *json, const double (*offsets)[2])
     for (size_t i = 0; good && i < whole->d.thing_count; i++) {
         const thing *t = &whole->d.things[i];
         if (t->way == PHONG) continue;
-        whole->facets[i] = t->solid.form == MESH ? light_corners(whole, t) : light_box(whole, t);
+        whole->facets[i] = light_corners(whole, t);
         good = whole->facets[i];
     }
     if (good) return whole;

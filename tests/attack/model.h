@@ -11,8 +11,8 @@
  * coordinates. Such a sample has the range of all values that are found there; any other one
  * value.
  *
- * Models beside Phong's and lights with a shape are reflect.h's. Of traced rays it knows those that
- * go on, but no shadows; of spectra those for which light is the product of two colors.
+ * Models beside Phong's and lights with a shape are reflect.h's, shadows occlude.h's. Of spectra it
+ * knows those for which light is the product of two colors.
  *
  * Documents are those of scenes.h: valid, their colors numbers of the working space. A thread
  * may use a model at a time. */

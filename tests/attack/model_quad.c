@@ -3,9 +3,14 @@
 #define cross_solid   cross_solid_quad
 #define document_read document_read_quad
 #define document_drop document_drop_quad
+#define facets_cut    facets_cut_quad
+#define occlude_point occlude_point_quad
+#define occlude_shape occlude_shape_quad
 #define reflect_light reflect_light_quad
 #define reflect_shape reflect_shape_quad
 #include "attack/document.c"
+#include "attack/facets.c"
 #include "attack/model.c"
+#include "attack/occlude.c"
 #include "attack/reflect.c"
 #include "attack/solids.c"

@@ -21,7 +21,8 @@ enum {
     BEYOND_OPACITY = 4,
     BEYOND_SPECTRUM = 8,
     BEYOND_MIRRORS = 16,
-    BEYOND_GLASS = 32
+    BEYOND_GLASS = 32,
+    BEYOND_SHADOWS = 64
 };
 
 extern const family families[];

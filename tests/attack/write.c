@@ -18,13 +18,18 @@ void set_beyond(unsigned beyond, uint64_t *random) {
 void put_beyond(FILE *out, uint64_t *random) {
     if (style & BEYOND_SPECTRUM)
         fprintf(out, ", \"spectral\": {\"channels\": %d}", 16 + one_of(random, 64));
-    if (style & BEYOND_MIRRORS)
-        fprintf(out, ", \"trace\": {\"depth\": %d, \"minContribution\": %.17g}",
-                1 + one_of(random, style & BEYOND_GLASS ? 4 : 6),
+    if (!(style & (BEYOND_MIRRORS | BEYOND_OPACITY | BEYOND_SHADOWS))) return;
+    fputs(", \"trace\": {", out);
+    if (style & BEYOND_SHADOWS)
+        fprintf(out, "\"shadows\": true, \"shadowSamples\": %d%s", 1 + one_of(random, 20),
+                style & (BEYOND_MIRRORS | BEYOND_OPACITY) ? ", " : "");
+    if (style & (BEYOND_MIRRORS | BEYOND_OPACITY))
+        fprintf(out, "\"depth\": %d, \"minContribution\": %.17g",
+                1 + one_of(random, !(style & BEYOND_MIRRORS) ? 16
+                                   : style & BEYOND_GLASS    ? 4
+                                                             : 6),
                 one_of(random, 2) ? 0 : decades(random, 1e-4, 0.2));
-    else if (style & BEYOND_OPACITY)
-        fprintf(out, ", \"trace\": {\"depth\": %d, \"minContribution\": %.17g}",
-                1 + one_of(random, 16), one_of(random, 2) ? 0 : decades(random, 1e-4, 0.2));
+    fputs("}", out);
 }
 
 double between(uint64_t *random, double low, double high) {

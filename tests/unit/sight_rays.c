@@ -327,38 +327,55 @@ static void needles_are_met_as_without_a_tree(void **state) {
     }
 }
 
-/* A floor and a wall that share an edge: from points on the very edge, the wall hides what is
- * behind it. */
-static void a_fold_hides_what_is_behind_it_from_its_edge(void **state) {
+/* Looks along rays from points on the edge, and the end of the edge, of a floor and a wall that
+ * meet at an angle: between the two, nothing is met, and the wall hides the directions behind it.
+ */
+static void look_from_fold(shd_engine *engine, double angle, const char *transform) {
+    const double up = sin(angle), along = cos(angle);
     solid s = new_solid(6, 4);
     const uint32_t a = add_vertex(&s, -3, 0, 0), b = add_vertex(&s, 3, 0, 0),
                    c = add_vertex(&s, 3, 0, 2.7), d = add_vertex(&s, -3, 0, 2.7),
-                   e = add_vertex(&s, 3, 3.1, 0), f = add_vertex(&s, -3, 3.1, 0);
-    add_triangle(&s, a, c, b); /* the floor, in front of the wall */
+                   e = add_vertex(&s, 3, 3.1 * up, 3.1 * along),
+                   f = add_vertex(&s, -3, 3.1 * up, 3.1 * along);
+    add_triangle(&s, a, c, b); /* the floor */
     add_triangle(&s, a, d, c);
     add_triangle(&s, a, b, e);
     add_triangle(&s, a, e, f);
-    cast room = cast_in_solid(*state, &s,
-                              ", \"transform\": {\"rotate\": [13, 27, 41], \"translate\": "
-                              "[0.1, 0.7, 0.3]}");
+    cast room = cast_in_solid(engine, &s, transform);
     const shd_item *it = &room.s.sight->items[0];
-    for (int i = 0; i < STARTS; i++) {
-        const double x = uniform(&random_state, -2.9, 2.9);
+    for (int i = 0; i < STARTS / 20; i++) {
+        const bool end = i % 4 == 0;
+        const double x = end ? 3 : uniform(&random_state, -2.9, 2.9),
+                     aside = end ? uniform(&random_state, -2, -0.01)
+                                 : uniform(&random_state, -0.05, 0.05),
+                     less = uniform(&random_state, 0.1, 0.9) * angle,
+                     more = angle + (SHD_PI - angle) * uniform(&random_state, 0.1, 0.9);
         const shd_vec3 at = shd_transform(&it->to_world, (shd_vec3){x, 0, 0}),
-                       behind = shd_transform(&it->to_world,
-                                              (shd_vec3){x + uniform(&random_state, -0.05, 0.05),
-                                                         uniform(&random_state, 0.1, 2),
-                                                         uniform(&random_state, -2, -0.1)}),
-                       before = shd_transform(&it->to_world, (shd_vec3){x, 1, 1});
-        shd_ray ray = {at, {0, 0, 0}, shd_length(shd_sub(behind, at)), {0, 0, {0, 1, 0}}};
+                       behind = {aside, sin(more), cos(more)},
+                       before = {aside, sin(less), cos(less)};
+        shd_ray ray = {at, {0, 0, 0}, INFINITY, {0, 0, {0, 1, 0}}};
         shd_meeting m;
-        assert_true(shd_normalize(shd_sub(behind, at), &ray.direction));
+        assert_true(shd_normalize(shd_linear(&it->to_world, behind), &ray.direction));
         assert_true(shd_cast_ray(room.caster, &ray, NULL, 0, NULL, &m));
-        assert_true(shd_normalize(shd_sub(before, at), &ray.direction));
+        assert_true(shd_normalize(shd_linear(&it->to_world, before), &ray.direction));
         assert_false(shd_cast_ray(room.caster, &ray, NULL, 0, NULL, &m));
     }
     drop_seen(&room.s);
     drop_solid(&s);
+}
+
+/* However flat the fold is, and wherever: what rounding of the place in the world does is far more
+ * than what the edge is told by. */
+static void a_fold_hides_what_is_behind_it_from_its_edge(void **state) {
+    static const double angles[] = {0.5 * SHD_PI, 0.9 * SHD_PI, SHD_PI - 1e-3, SHD_PI - 1e-6, 0.05};
+    static const char *const places[] = {
+        ", \"transform\": {\"rotate\": [13, 27, 41], \"translate\": [0.1, 0.7, 0.3]}",
+        ", \"transform\": {\"rotate\": [13, 27, 41], \"translate\": [300, -200, 5000]}",
+        ", \"transform\": {\"scale\": [1e-3, -2e-3, 1e-3], \"rotate\": [50, 27, 41], "
+        "\"translate\": [70, 90, -80]}"};
+    for (size_t k = 0; k < sizeof angles / sizeof *angles; k++)
+        for (size_t p = 0; p < sizeof places / sizeof *places; p++)
+            look_from_fold(*state, angles[k], places[p]);
 }
 
 /* ---- Among objects. ---- */

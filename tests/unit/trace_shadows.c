@@ -1,4 +1,5 @@
 /* How much of a light with a shape arrives: what stands before half of it takes half. */
+#include "bound/light/extended.h"
 #include "bound/light/weights.h"
 #include "see.h"
 #include "trace/shadows.h"
@@ -294,12 +295,79 @@ static void shares_near_the_horizon_err_by_what_is_told(void **state) {
     assert_true(counted > 600);
 }
 
+/* ---- Which shadows are bounded. ---- */
+
+static shd_light any_light(uint64_t *random) {
+    shd_light l = {.type = (shd_light_type)(SHD_LIGHT_RECT + below(random, 3)),
+                   .size = {1, 0.5},
+                   .radius = uniform(random, 0.05, 0.8)};
+    l.position = shd_scale(random_direction(random), uniform(random, 1.5, 5));
+    assert_true(shd_normalize(
+        shd_madd(random_direction(random), l.position, -uniform(random, 0, 2)), &l.direction));
+    exact3 a, b;
+    frame_of(exact_of(l.direction), &a, &b);
+    l.across = (shd_vec3){(double)a.x, (double)a.y, (double)a.z};
+    l.up = (shd_vec3){(double)b.x, (double)b.y, (double)b.z};
+    return l;
+}
+
+/* The mean of (N.L)+ l at what is seen of object 1; 1 where no point of the light sends any. */
+static double least_mean(const place *p) {
+    double least = 1;
+    for (size_t i = 0; i < p->s.hits.count; i += 13) {
+        if (p->s.hits.object[i] != 1) continue;
+        const double *const *at = (const double *const *)p->s.hits.position,
+                            *const *n = (const double *const *)p->s.hits.normal;
+        const exact3 from = {at[0][i], at[1][i], at[2][i]}, normal = {n[0][i], n[1][i], n[2][i]};
+        long double sum = 0, all = 0;
+        for (int k = 0; k < 64; k++) {
+            exact3 way;
+            const long double weight =
+                way_to(&p->shape, (k % 8 + 0.5L) / 8, (k / 8 + 0.5L) / 8, from, &way);
+            const long double l =
+                p->shape.type == SHD_LIGHT_SPHERE ? 1 : -dot_of(way, exact_of(p->shape.direction));
+            sum += weight > 0 ? fmaxl(dot_of(normal, way), 0) * weight : 0;
+            all += weight > 0 ? weight / l : 0;
+        }
+        if (sum > 0) least = fmin(least, (double)(sum / all));
+    }
+    return least;
+}
+
+static void shadows_are_bounded_where_no_light_is_at_the_horizon(void **state) {
+    static const char *const shapes[] = {"disc", "box", "sphere", "cylinder", "cone", "torus"};
+    uint64_t random = 77;
+    int known = 0, open = 0;
+    for (int k = 0; k < 120; k++) {
+        const shd_light light = any_light(&random);
+        char *object = text_of(", {\"type\": \"%s\", \"transform\": {\"scale\": %.17g, \"rotate\": "
+                               "[%.17g, %.17g, 0]}}",
+                               shapes[k % 6], uniform(&random, 0.1, 0.6), uniform(&random, 0, 360),
+                               uniform(&random, 0, 360));
+        place p;
+        make_place(*state, object, light, &p);
+        free(object);
+        const double least = least_mean(&p);
+        const bool bounded = shd_share_has_bound(&p.plan, 1, &p.light);
+        if (bounded && !(least >= 1e-4)) fail_msg("%d: bounded, with a mean of %g", k, least);
+        known += bounded;
+        open += !bounded;
+        /* All of the light is before a disc, or behind it, but for few. */
+        if (k % 6 == 0 && least > 0.2 && least < 1 && light.type == SHD_LIGHT_SPHERE)
+            assert_true(bounded);
+        drop_seen(&p.s);
+    }
+    print_message("%d bounded, %d not\n", known, open);
+    assert_true(known > 15 && open > 40);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(half_of_a_light_is_hidden_by_what_is_before_half_of_it),
         cmocka_unit_test(a_disc_before_the_middle_leaves_a_ring),
         cmocka_unit_test(crowds_have_the_shares_of_their_points),
         cmocka_unit_test(shares_near_the_horizon_err_by_what_is_told),
+        cmocka_unit_test(shadows_are_bounded_where_no_light_is_at_the_horizon),
     };
     return cmocka_run_group_tests(tests, make_engine, drop_engine);
 }

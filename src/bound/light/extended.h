@@ -22,5 +22,10 @@ double shd_linear_estimate(const shd_plan *plan, const double *noise);
 /* What tracing needs to add up how far off the rays of a picture are. NULL: the arena is full. */
 const shd_strays *shd_find_strays(const shd_plan *plan, shd_arena *arena);
 
+/* Whether the share that shadows leave of a light is bounded at all that is seen of the object. It
+ * is not where a light with a shape is at the horizon, or seen from its edge (shd_add_share).
+ * False: or that is not known. */
+bool shd_share_has_bound(const shd_plan *plan, size_t object, const shd_plan_light *light);
+
 /* Why `linear` is not known, if it is not: "a light may touch a surface ...". */
 const char *shd_no_linear_bound(void);

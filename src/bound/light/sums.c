@@ -111,15 +111,14 @@ void shd_add_shape(shd_lit_errors *f, const shd_plan_light *light, const shd_sta
  * arrives of it, and w = (N.L)+ l / d^2, with l the light's own cosine; of a sphere, (N.L)+. With
  * other weights w' the share changes by sum (w' - w) (s - share) / sum w', which is sum |w' - w| /
  * sum w' at most. Each |w' - w| is at most 1 / d^2 times twice the `off` of N.L, l and d. So
- * the error is 2 off over the mean of (N.L)+ l, weighed by 1 / d^2. Where that is below 1e-4, the
- * light is on its horizon, or seen from its edge, as surfaces count that are seen with an N.V below
- * 1e-4: samples there are on an edge, and are not counted. Nor are those of which what stands
- * before a point of the pattern ends there, to within rounding. */
+ * the error is 2 off over the mean of (N.L)+ l, weighed by 1 / d^2. Where that is below
+ * SHD_LEAST_SHARED, the light is on its horizon, or seen from its edge, as surfaces count that are
+ * seen with an N.V below 1e-4: samples there are on an edge, and are not counted. Nor are those of
+ * which what stands before a point of the pattern ends there, to within rounding. */
 void shd_add_share(shd_lit_errors *f, const shd_plan_light *light, const shd_stance *at,
                    double off) {
-    static const double LEAST = 1e-4;
     const shd_plan_material *m = f->material;
-    const double share = shd_smaller(2 * off / LEAST, 1);
+    const double share = shd_smaller(2 * off / SHD_LEAST_SHARED, 1);
     for (size_t t = 0; t < 1 + m->lobe_count; t++) {
         const double *color = t ? m->lobes[t - 1].specular : m->diffuse;
         add_error(f, product_of(f->plan, m, light, t, color), share * term_most(f, light, t, at));

@@ -33,3 +33,6 @@ void shd_add_drifted_shape(shd_lit_errors *f, const shd_plan_light *light, const
 
 /* Adds four standard errors of what was simulated. */
 void shd_add_noise(shd_lit_errors *f, const shd_piece *piece, const shd_plan_light *light);
+/* The share that shadows leave of a light with a shape is bounded where the mean of (N.L)+ times
+ * the light's cosine is this or more. */
+static const double SHD_LEAST_SHARED = 1e-4;

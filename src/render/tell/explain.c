@@ -138,14 +138,23 @@ static json_t *tell_materials(const shd_plan *plan) {
 
 /* ---- What is traced. ---- */
 
+static json_t *tell_unbounded(const shd_explained *e) {
+    json_t *list = json_array();
+    for (size_t i = 0; i < e->unbounded_count && i < SHD_UNBOUNDED_TOLD; i++)
+        json_array_append_new(list, json_pack("{sI sI}", "light", (json_int_t)e->unbounded[i][0],
+                                              "object", (json_int_t)e->unbounded[i][1]));
+    return json_pack("{sI so}", "pairs", (json_int_t)e->unbounded_count, "list", list);
+}
+
 static json_t *tell_traced(const shd_explained *e) {
     const shd_trace *trace = &e->plan->scene->trace;
-    return json_pack(
-        "{sb si sI sI si sf sI sf so}", "shadows", trace->shadows, "shadowSamples",
-        trace->shadow_samples, "pairs", (json_int_t)(trace->shadows ? e->occlusion.pair_count : 0),
-        "shadowed", (json_int_t)(trace->shadows ? e->occlusion.shadowed : 0), "depth", trace->depth,
-        "minContribution", trace->min_contribution, "objects", (json_int_t)e->paths.bouncing, "cut",
-        e->paths.cut, "cutLinear", shd_tell_number(e->cut));
+    return json_pack("{sb si sI sI so si sf sI sf so}", "shadows", trace->shadows, "shadowSamples",
+                     trace->shadow_samples, "pairs",
+                     (json_int_t)(trace->shadows ? e->occlusion.pair_count : 0), "shadowed",
+                     (json_int_t)(trace->shadows ? e->occlusion.shadowed : 0), "unboundedShadows",
+                     tell_unbounded(e), "depth", trace->depth, "minContribution",
+                     trace->min_contribution, "objects", (json_int_t)e->paths.bouncing, "cut",
+                     e->paths.cut, "cutLinear", shd_tell_number(e->cut));
 }
 
 /* ---- Outputs, tiers. ---- */
@@ -275,6 +284,35 @@ static void find_estimates(shd_explained *e, shd_arena *arena) {
     e->estimate = shd_linear_estimate(e->plan, find_noise(e->plan, arena));
 }
 
+/* Whether anything may be between the object and the light. */
+static bool may_be_shadowed(const shd_explained *e, size_t object, uint32_t light) {
+    const shd_occluders *pairs = e->occlusion.pairs;
+    return !pairs || pairs[object * e->plan->light_count + light].count;
+}
+
+/* False: the arena is full. */
+static bool find_unbounded(shd_explained *e, shd_arena *arena) {
+    const shd_plan *plan = e->plan;
+    e->unbounded = shd_arena_alloc(arena, SHD_UNBOUNDED_TOLD, sizeof *e->unbounded);
+    if (!e->unbounded) return false;
+    for (size_t i = 0; i < plan->scene->object_count; i++) {
+        const shd_plan_object *object = &plan->objects[i];
+        for (size_t k = 0; k < object->light_count; k++) {
+            const uint32_t j = object->lights[k];
+            if (shd_is_cancelled(plan->cancelled)) return true;
+            if (!plan->lights[j].shape || !may_be_shadowed(e, i, j) ||
+                shd_share_has_bound(plan, i, &plan->lights[j]))
+                continue;
+            if (e->unbounded_count < SHD_UNBOUNDED_TOLD) {
+                e->unbounded[e->unbounded_count][0] = plan->lights[j].index;
+                e->unbounded[e->unbounded_count][1] = i;
+            }
+            e->unbounded_count++;
+        }
+    }
+    return true;
+}
+
 static shd_status explain_plan(shd_rendering *r, const shd_scene *scene, shd_explained *e,
                                shd_error *error) {
     shd_status status = shd_shown_make(r, scene, &e->shown, error);
@@ -288,7 +326,8 @@ static shd_status explain_plan(shd_rendering *r, const shd_scene *scene, shd_exp
         codes[i] = shd_route_of(scene, &scene->outputs[i], channels_keep_apart(&e->shown[i])).codes;
     e->cost = cost_of(e->plan, codes);
     find_estimates(e, r->arena);
-    if (scene->trace.shadows && !shd_find_occlusion(e->plan, r->arena, &e->occlusion))
+    if (scene->trace.shadows &&
+        !(shd_find_occlusion(e->plan, r->arena, &e->occlusion) && find_unbounded(e, r->arena)))
         return shd_fail(error, SHD_MEMORY, "", "the limit `memory` is too small");
     /* Plan each tier as if it had been asked for. */
     for (int t = 0; t <= SHD_EXACT; t++) {

@@ -187,6 +187,21 @@ static void say_objects(json_t *words, const shd_plan *plan) {
                  "Positions keep more digits than f32 has: a light is near an object, or steep.");
 }
 
+/* Which soft shadows have no bound: some pairs by name. */
+static void say_unbounded(json_t *words, const shd_explained *e) {
+    enum { NAMED = 4 };
+    char names[NAMED * 64] = "";
+    size_t used = 0;
+    if (!e->unbounded_count) return;
+    for (size_t i = 0; i < e->unbounded_count && i < NAMED; i++)
+        used += (size_t)snprintf(names + used, sizeof names - used, "%slight %zu on object %zu",
+                                 i ? ", " : "", e->unbounded[i][0], e->unbounded[i][1]);
+    say_line(words,
+             "Soft shadows have no bound where a light is at a surface's horizon, or seen from its "
+             "edge: %s%s.",
+             names, e->unbounded_count > NAMED ? ", and more" : "");
+}
+
 /* What is traced beyond the eye's rays. */
 static void say_traced(json_t *words, const shd_explained *e) {
     const shd_trace *trace = &e->plan->scene->trace;
@@ -196,6 +211,7 @@ static void say_traced(json_t *words, const shd_explained *e) {
                  "Shadows: of %zu pairs of an object and a light, %zu may have something between "
                  "them; rays go there only.",
                  e->occlusion.pair_count, e->occlusion.shadowed);
+    say_unbounded(words, e);
     if (!trace->depth) return;
     if (!e->paths.bouncing) {
         say_line(words, "No ray goes on: all objects are opaque, and none mirrors or transmits.");

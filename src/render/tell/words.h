@@ -18,12 +18,16 @@ typedef struct shd_explained {
     const bool *codes;      /* [output_count]: colors go straight to codes */
     shd_cost cost;
     shd_occlusion occlusion; /* if there are shadows */
+    /* Pairs of which shadows have no bound, and the first of them: {light, object}. */
+    size_t unbounded_count, (*unbounded)[2];
     shd_paths paths;
     double cut;      /* of linear components, by what is not traced further; infinite: not known */
     double estimate; /* shd_linear_estimate's */
     shd_bound bounds[SHD_EXACT + 1]; /* of each tier, as if it had been asked for */
     shd_cost costs[SHD_EXACT + 1];
 } shd_explained;
+
+enum { SHD_UNBOUNDED_TOLD = 100 };
 
 /* The first reason why a light is left out. NULL: it is not. */
 const char *shd_drop_reason(unsigned drops);
