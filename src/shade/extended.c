@@ -276,8 +276,9 @@ void shd_add_extended(const shd_lighting *lighting, const shd_plan_material *mat
 }
 
 bool shd_has_kernel(const shd_lighting *lighting, const shd_plan_material *material) {
-    if (lighting->shadows || (lighting->plan->bins && !lighting->mixes)) return false;
-    const size_t at = (size_t)(material - lighting->plan->materials);
+    const shd_plan *plan = lighting->plan;
+    if (plan->bins && (!lighting->mixes || (lighting->shadows && plan->tinted))) return false;
+    const size_t at = (size_t)(material - plan->materials);
     if (material->model == SHD_MODEL_WESTIN && !(lighting->westin && lighting->westin[at].table))
         return false;
     return true;

@@ -17,8 +17,8 @@ bool shd_weigh_extended(const shd_plan *plan, const shd_plan_light *light, const
 void shd_color_extended(const shd_plan *plan, const shd_plan_light *light, const shd_surface *at,
                         const double row[SHD_BRDF_ROWS], const double share[3], double *sums);
 
-/* Whether shd_brdf64 can sum lights on the material: nothing stops them, and what the model needs
- * of them is kept. */
+/* Whether kernels can sum lights on the material: what the model needs of them is kept, and shadows
+ * (if there are any) leave a share of each channel, not of each bin. */
 bool shd_has_kernel(const shd_lighting *lighting, const shd_plan_material *material);
 
 /* Adds one light at one point to sums[SHD_BRDF_ROWS]. */

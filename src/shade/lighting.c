@@ -6,6 +6,7 @@
 #include "shade/exact.h"
 #include "shade/extended.h"
 #include "shade/packed.h"
+#include "shade/shadowed.h"
 #include "shade/split32.h"
 #include "shade/westin_table.h"
 
@@ -191,13 +192,11 @@ static bool pack_mixes(const shd_plan *plan, shd_arena *arena, const shd_packed_
     return all;
 }
 
-/* Tables that have their colors, 0.6 MB for each channel: further materials do without. Of shadows,
- * lights are summed one by one. NULL: memory is short. */
-static const shd_westin_colored *color_tables(const shd_plan *plan, const shd_shadows *shadows,
-                                              shd_arena *arena) {
+/* Tables that have their colors, 0.6 MB for each channel: further materials do without. NULL:
+ * memory is short. */
+static const shd_westin_colored *color_tables(const shd_plan *plan, shd_arena *arena) {
     enum { MOST_CHANNELS = 24 };
-    const bool any = plan->westin && !shadows;
-    const size_t count = any ? plan->scene->material_count : 0;
+    const size_t count = plan->westin ? plan->scene->material_count : 0;
     shd_westin_colored *all = shd_arena_zalloc(arena, count, sizeof *all);
     size_t used = 0;
     for (size_t m = 0; all && m < count; m++) {
@@ -232,7 +231,7 @@ shd_lighting *shd_lighting_new(const shd_plan *plan, const shd_shadows *shadows,
     shd_packed_light *lights = shd_arena_alloc(arena, fast ? light_count : 0, sizeof *lights);
     shd_packed_material *materials = shd_arena_alloc(arena, material_count, sizeof *materials);
     const shd_packed_energy *const *energies = pack_energies(plan, arena);
-    const shd_westin_colored *westin = color_tables(plan, shadows, arena);
+    const shd_westin_colored *westin = color_tables(plan, arena);
     const shd_packed_mix *const *mixes;
     if (!lighting || !exact || !wide || !lights || !materials || !energies || !westin ||
         !pack_mixes(plan, arena, &mixes))
@@ -261,7 +260,7 @@ shd_lighting *shd_lighting_new(const shd_plan *plan, const shd_shadows *shadows,
                                .shadows = shadows,
                                .brdf64 = brdf64[plan->isa],
                                .energies = energies,
-                               .westin = plan->westin && !shadows ? westin : NULL,
+                               .westin = plan->westin ? westin : NULL,
                                .mixes = mixes};
     return lighting;
 }
@@ -349,14 +348,10 @@ static bool has_shape(const shd_plan *plan, const uint32_t *which, size_t n) {
     return false;
 }
 
-void shd_light_sums64(const shd_lighting *lighting, const shd_plan_material *material,
-                      const uint32_t *which, size_t n, const shd_points64 *points,
-                      double *const diffuse[3], double *const *specular) {
+void shd_open_sums(const shd_lighting *lighting, const shd_plan_material *material,
+                   const uint32_t *which, size_t n, const shd_points64 *points,
+                   double *const diffuse[3], double *const *specular) {
     const bool extended = lighting->plan->extended;
-    if (extended && !shd_has_kernel(lighting, material)) {
-        shd_extended_sums(lighting, material, which, n, points, diffuse, specular);
-        return;
-    }
     const shd_sums_job job = {.lighting = lighting,
                               .material = material,
                               .which = which,
@@ -368,6 +363,19 @@ void shd_light_sums64(const shd_lighting *lighting, const shd_plan_material *mat
     const bool beyond = extended && (material->model != SHD_MODEL_PHONG || lighting->plan->bins ||
                                      has_shape(lighting->plan, which, n));
     sum_points(&job, beyond ? lighting->brdf64 : lighting->sums64);
+}
+
+void shd_light_sums64(const shd_lighting *lighting, const shd_plan_material *material,
+                      const uint32_t *which, size_t n, const shd_points64 *points,
+                      double *const diffuse[3], double *const *specular) {
+    if (!lighting->plan->extended)
+        shd_open_sums(lighting, material, which, n, points, diffuse, specular);
+    else if (!shd_has_kernel(lighting, material))
+        shd_extended_sums(lighting, material, which, n, points, diffuse, specular);
+    else if (lighting->shadows)
+        shd_shadowed_sums(lighting, material, which, n, points, diffuse, specular);
+    else
+        shd_open_sums(lighting, material, which, n, points, diffuse, specular);
 }
 
 void shd_light_again(const shd_lighting *lighting, const shd_plan_material *material,

@@ -148,5 +148,10 @@ static inline void shd_mark_edges(uint8_t *edges, size_t first, unsigned lanes) 
  */
 bool shd_is_behind_face(const shd_wide_light *light, shd_vec3 p, shd_vec3 normal);
 
+/* As shd_light_sums64, where nothing stops light. */
+void shd_open_sums(const shd_lighting *lighting, const shd_plan_material *material,
+                   const uint32_t *which, size_t n, const shd_points64 *points,
+                   double *const diffuse[3], double *const *specular);
+
 /* Computes one light at one point by the f64 reference, to row[SHD_WIDE_ROWS] as above. */
 void shd_add_reference(const shd_sums_job *job, uint32_t index, size_t point, double *row);
