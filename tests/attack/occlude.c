@@ -92,8 +92,9 @@ static verdict meet_next(const way_there *w, const point *p, point n, const real
         const point a = p[(k + 1) % 3], b = p[(k + 2) % 3], rise = unit(cross(n, sub(b, a)));
         if (weights[k] > CLOSE) continue;
         const real inside = dot(rise, q);
-        if (inside < -CLOSE * length(q)) return IS_PASSED;
-        if (inside < CLOSE * length(q)) out = IS_OPEN;
+        const real room = CLOSE * (length(q) + length(inward));
+        if (inside < -room) return IS_PASSED;
+        if (inside < room) out = IS_OPEN;
     }
     return out;
 }
