@@ -67,7 +67,7 @@ static shd_stance find_stance(const shd_light *shape, const shd_surface *at) {
 
 /* What sums the model in vectors, of `out`; NULL: nothing does. */
 static shd_area_sum_function *find_sum(const shd_lighting *kernels, const shd_surface *at,
-                                       shd_way_point *out) {
+                                       shd_westin_seen *seen, shd_way_point *out) {
     static shd_area_sum_function *const sums[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sum_ways);
     if (!kernels) return NULL;
     const shd_plan *plan = kernels->plan;
@@ -78,6 +78,8 @@ static shd_area_sum_function *find_sum(const shd_lighting *kernels, const shd_su
     if (!table) return NULL;
     const shd_tangents tangents = shd_westin_tangents(table, &plan->scene->objects[at->object]);
     out->westin = &kernels->westin[material];
+    out->seen = seen;
+    seen->made = false;
     out->tangent = shd_tangent_at(&tangents, at->position, at->normal);
     return sums[plan->isa];
 }
@@ -94,13 +96,14 @@ static bool sum_model(const shd_plan *plan, const shd_lighting *kernels, const s
                                 : at->mirror;
     const lit_point point = {plan, at};
     shd_way_point ways;
+    shd_westin_seen seen;
     shd_area_model model = {.weigh = weigh_direction,
                             .context = &point,
                             .count = 3 + 3 * m->lobe_count,
                             .sharpness = sharpness_of(m),
                             .creases = {crease},
                             .crease_count = 1};
-    model.sum = find_sum(kernels, at, &ways);
+    model.sum = find_sum(kernels, at, &seen, &ways);
     if (model.sum) model.context = &ways, model.isa = plan->isa;
     if (!(shd_area_integrate(shape, at, plan->point_off, &model, row) >= 0)) return false;
     const shd_stance stance = find_stance(shape, at);

@@ -7,12 +7,19 @@
 #include "shade/packed.h"
 #include "shade/westin_table.h"
 
+/* A colored Westin table from one view: what is made of it once pays for many lights. */
+typedef struct shd_westin_seen {
+    bool made;
+    double rho[3][SHD_WESTIN_RISES][SHD_WESTIN_ROW]; /* [channel], as in shd_westin_colored */
+} shd_westin_seen;
+
 /* A point and what is known of its material. */
 typedef struct shd_way_point {
     const shd_surface *at;
     const shd_packed_energy *energies; /* [lobe]; NULL but for normalized Phong lobes */
     const shd_westin_colored *westin;  /* NULL: it is no microgeometry */
     shd_vec3 tangent;                  /* of microgeometry: unit, perpendicular to the normal */
+    shd_westin_seen *seen;             /* scratch of it, not made yet */
 } shd_way_point;
 
 /* shd_area_sum_function of a shd_way_point: rows are those of shd_brdf_weigh. Sums are the same

@@ -8,7 +8,10 @@
 #include "shade/models_simd.h"
 #include "shade/westin_simd.h"
 
-enum { STEP = SHD_WAYS_STEP };
+enum {
+    STEP = SHD_WAYS_STEP,
+    FEW_WAYS = 16 /* of a light that cost less than to see a whole table */
+};
 
 /* ---- Sums ---- */
 
@@ -140,11 +143,49 @@ SHD_INLINE void sum_facets(const shd_way_point *p, const shd_ways *w, const poin
     }
 }
 
+/* The table's rows of one rise of the light, as the view's nodes have them: first by quarters of
+ * the view, then folded back. */
+SHD_INLINE void see_rise(const double *rho, const westin_rows *rows, double *out) {
+    enum { TURNS = SHD_WESTIN_TURNS };
+    double by[4][TURNS];
+    bool any[4] = {false, false, false, false};
+    for (int k = 0; k < 9; k++) {
+        const uint32_t q = rows->quarter[k];
+        for (size_t t = 0; t < TURNS; t += VW) {
+            const shd_vd add = shd_vd_set(rows->weight[k]) * shd_vd_load(rho + rows->row[k] + t);
+            shd_vd_store(by[q] + t, any[q] ? shd_vd_load(by[q] + t) + add : add);
+        }
+        any[q] = true;
+    }
+    for (int t = 0; t < SHD_WESTIN_ROW; t++) out[t] = 0;
+    for (int q = 0; q < 4; q++)
+        for (int t = 0; any[q] && t < TURNS; t++) out[t] += by[q][shd_westin_fold(q, t)];
+    for (int t = TURNS; t < SHD_WESTIN_ROW; t++) out[t] = out[t - TURNS];
+}
+
+SHD_INLINE void see_table(const shd_westin_colored *colored, const westin_rows *rows,
+                          shd_westin_seen *out) {
+    for (size_t c = 0; c < colored->channels; c++)
+        for (size_t rise = 0; rise < SHD_WESTIN_RISES; rise++)
+            see_rise(colored->rho[c] + rise * SHD_WESTIN_ROW, rows, out->rho[c][rise]);
+    out->made = true;
+}
+
+/* As read_lane. */
+SHD_INLINE double read_seen(const double rho[SHD_WESTIN_RISES][SHD_WESTIN_ROW],
+                            const westin_lane *lane) {
+    westin_turns turns;
+    read_turns(rho[0], lane->start[0], lane->rises, &turns);
+    turns *= lane->turns[0];
+    return turns[0] + turns[1] + turns[2];
+}
+
 /* Microgeometry: one view, many lights. */
 SHD_INLINE void sum_westin(const shd_way_point *p, const shd_ways *w, const points *at,
                            double (*out)[SHD_WAY_SUMS]) {
     const shd_westin_colored *colored = p->westin;
     const bool isotropic = colored->table->isotropic;
+    const bool many = w->points > FEW_WAYS;
     const shd_vd node = shd_vd_set(SHD_PI / SHD_WESTIN_TURNS), zero = shd_vd_set(0);
     shd_vd x[3], y[3];
     westin_taps taps;
@@ -157,6 +198,7 @@ SHD_INLINE void sum_westin(const shd_way_point *p, const shd_ways *w, const poin
     const shd_vd turn = turn_of_lanes(vx, vy), by = isotropic ? turn : node;
     tap_westin(vx, vy, vz, isotropic ? node : turn, &taps);
     find_rows(&taps, 0, &rows);
+    if (many && !p->seen->made) see_table(colored, &rows, p->seen);
     for (size_t i = 0; i < w->count; i += VW) {
         shd_vd toward[3];
         load_way(w, i, toward);
@@ -166,9 +208,12 @@ SHD_INLINE void sum_westin(const shd_way_point *p, const shd_ways *w, const poin
         for (unsigned lanes = shd_md_bits(shd_vd_gt(lz, zero)); lanes; lanes &= lanes - 1) {
             const size_t k = (size_t)__builtin_ctz(lanes);
             westin_lane lane;
-            start_lane(&taps, k, rows.quarters, &lane);
-            for (size_t c = 0; c < colored->channels; c++)
-                rho[c][i + k] = lz[k] * read_lane(colored->rho[c], &rows, &lane);
+            start_lane(&taps, k, many ? 1 : rows.quarters, &lane);
+            for (size_t c = 0; c < colored->channels; c++) {
+                const double value = many ? read_seen(p->seen->rho[c], &lane)
+                                          : read_lane(colored->rho[c], &rows, &lane);
+                rho[c][i + k] = lz[k] * value;
+            }
         }
     }
     for (size_t c = 0; c < 3; c++) {

@@ -111,10 +111,13 @@ static void weigh_one(const world *w, const shd_surface *at, shd_vec3 toward,
 
 static shd_way_point way_point(const world *w, const shd_lighting *lighting,
                                const shd_surface *at) {
+    static shd_westin_seen seen;
     shd_way_point p = {.at = at, .energies = lighting->energies[0]};
     if (!w->plan.westin) return p;
     const shd_tangents tangents = shd_westin_tangents(w->westin[0], &w->object);
     p.westin = &lighting->westin[0];
+    p.seen = &seen;
+    seen.made = false;
     p.tangent = shd_tangent_at(&tangents, at->position, at->normal);
     return p;
 }
