@@ -112,16 +112,16 @@ static double weigh_power(const shd_seen *seen, shd_vec3 axis, double exponent, 
     }
     const bool steep = exponent < 2 && side < 1 && exponent != 1;
     const power p = power_of(axis, exponent);
+    const shd_area_model model = {.weigh = power_at, .context = &p, .count = 1};
     /* Powers that are no integers have a kink on their horizon, which few points stay away from. */
     const bool smooth =
         side == 1 && (exponent == 1 || shd_dot(axis, seen->toward) > 4 * seen->size);
-    if (smooth &&
-        shd_cells_whole(seen, shd_area_off(seen->size, exponent), power_at, &p, 1, &sum)) {
+    if (smooth && shd_cells_whole(seen, shd_area_off(seen->size, exponent), &model, &sum)) {
         *error = shd_larger(held(WHOLE_OFF * seen->fall), *error);
         return held(sum * seen->gain);
     }
     if (!steep && is_small(seen, exponent))
-        shd_cells_small(seen, power_at, &p, 1, &sum);
+        shd_cells_small(seen, &model, &sum);
     else
         sum = shd_contour_lobe(seen, axis, exponent, &off);
     *error = shd_larger(held(off * seen->gain), *error);
@@ -131,12 +131,12 @@ static double weigh_power(const shd_seen *seen, shd_vec3 axis, double exponent, 
 static double weigh_diffuse(const shd_seen *seen, shd_vec3 normal, int side) {
     double sum = 0;
     const power cosine = power_of(normal, 1);
+    const shd_area_model model = {.weigh = power_at, .context = &cosine, .count = 1};
     if (is_point(seen, side, 1)) return shd_dot(normal, seen->toward) * seen->fall;
     if (!is_small(seen, 1))
         sum = shd_contour_diffuse(seen, normal);
-    else if (side < 1 ||
-             !shd_cells_whole(seen, shd_area_off(seen->size, 1), power_at, &cosine, 1, &sum))
-        shd_cells_small(seen, power_at, &cosine, 1, &sum);
+    else if (side < 1 || !shd_cells_whole(seen, shd_area_off(seen->size, 1), &model, &sum))
+        shd_cells_small(seen, &model, &sum);
     return held(sum * seen->gain);
 }
 
@@ -185,9 +185,8 @@ static double sum_parts(const shd_seen *seen, shd_vec3 peak, const shd_area_mode
         return error;
     }
     if (!is_small(seen, model->sharpness)) return shd_cells_sum(seen, peak, model, row);
-    if (!shd_cells_whole(seen, shd_area_off(seen->size, model->sharpness), model->weigh,
-                         model->context, model->count, row))
-        shd_cells_small(seen, model->weigh, model->context, model->count, row);
+    if (!shd_cells_whole(seen, shd_area_off(seen->size, model->sharpness), model, row))
+        shd_cells_small(seen, model, row);
     return 0;
 }
 
@@ -201,7 +200,9 @@ double shd_area_integrate(const shd_light *light, const shd_surface *at, double 
     for (int i = 0; i < model->crease_count; i++) /* a point has no kink in it */
         if (before && !shd_side_of_seen(&seen, model->creases[i], 0)) before = 0;
     if (is_point(&seen, before, model->sharpness)) {
-        model->weigh(model->context, seen.toward, row);
+        shd_ways way = {.points = 0};
+        shd_add_way(&way, seen.toward, 1);
+        shd_sum_row(model, &way, row);
         gain = seen.fall;
     } else {
         error = sum_parts(&seen, at->mirror, model, 0, row);

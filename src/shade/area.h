@@ -23,6 +23,7 @@
  * Gauss-Kronrod quadrature, which knows its error. */
 #pragma once
 
+#include "base/cpu.h"
 #include "shade/lighting.h"
 
 /* How a light with a shape is summed. */
@@ -55,6 +56,19 @@ typedef void shd_area_function(const void *context, shd_vec3 toward, double *row
 
 enum { SHD_AREA_ROWS_MOST = 256, SHD_AREA_CREASES_MOST = 2 };
 
+/* Directions that are before the surface, and up to three weights of each. What is between `points`
+ * and `count`, the next multiple of SHD_WAYS_STEP, repeats the last one and weighs 0. */
+enum { SHD_WAYS_STEP = 8, SHD_WAYS_MOST = 64, SHD_WAY_SUMS = 3 };
+typedef struct shd_ways {
+    size_t points, count;
+    int sums; /* weights that are set */
+    double toward[3][SHD_WAYS_MOST], weight[SHD_WAY_SUMS][SHD_WAYS_MOST];
+} shd_ways;
+
+/* Adds to out[row][k] the sum of weight[k] times what each direction adds to the row. */
+typedef void shd_area_sum_function(const void *context, const shd_ways *ways,
+                                   double (*out)[SHD_WAY_SUMS]);
+
 /* A model as it is integrated. */
 typedef struct shd_area_model {
     shd_area_function *weigh;
@@ -67,6 +81,9 @@ typedef struct shd_area_model {
      * the sum is as exact as for smooth weights. Those of Phong's lobes have W. */
     shd_vec3 creases[SHD_AREA_CREASES_MOST];
     int crease_count;
+    /* What does the same as `weigh` for many directions at once; NULL: there is nothing. */
+    shd_area_sum_function *sum;
+    shd_isa isa; /* of kernels that find directions: they are the same by any */
 } shd_area_model;
 
 /* The weights of any model: row[k] = 1/A integral of w(L)[k] dw, by adaptive quadrature over

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "shade/gauss.h"
+#include "shade/ways.h"
 
 /* Where along a piece: x and y, and their derivatives. */
 typedef struct spot {
@@ -29,9 +30,39 @@ static void find_middle(const shd_seen *s, double *x, double *y) {
         }
 }
 
-void shd_cells_small(const shd_seen *s, shd_area_function *f, const void *context, size_t count,
-                     double *row) {
-    double mx, my, values[SHD_AREA_ROWS_MOST];
+static void sum_ways(const shd_area_model *model, const shd_ways *ways,
+                     double (*out)[SHD_WAY_SUMS]) {
+    double values[SHD_AREA_ROWS_MOST];
+    if (model->sum) {
+        model->sum(model->context, ways, out);
+        return;
+    }
+    for (size_t i = 0; i < ways->points; i++) {
+        const shd_vec3 toward = {ways->toward[0][i], ways->toward[1][i], ways->toward[2][i]};
+        model->weigh(model->context, toward, values);
+        for (size_t k = 0; k < model->count; k++)
+            for (int j = 0; j < ways->sums; j++) out[k][j] += ways->weight[j][i] * values[k];
+    }
+}
+
+void shd_sum_row(const shd_area_model *model, shd_ways *ways, double *row) {
+    double out[SHD_AREA_ROWS_MOST][SHD_WAY_SUMS];
+    const size_t last = ways->points - 1, steps = last / SHD_WAYS_STEP + 1;
+    const shd_vec3 toward = {ways->toward[0][last], ways->toward[1][last], ways->toward[2][last]};
+    ways->sums = 1;
+    ways->count = steps * SHD_WAYS_STEP;
+    while (ways->points < ways->count) shd_add_way(ways, toward, 0);
+    ways->points = last + 1;
+    for (size_t k = 0; k < model->count; k++) out[k][0] = row[k];
+    sum_ways(model, ways, out);
+    for (size_t k = 0; k < model->count; k++) row[k] = out[k][0];
+    ways->points = 0;
+}
+
+void shd_cells_small(const shd_seen *s, const shd_area_model *model, double *row) {
+    double mx, my;
+    shd_ways ways;
+    ways.points = 0;
     find_middle(s, &mx, &my);
     for (int i = 0; i < s->count; i++) {
         const shd_stretch *piece = &s->pieces[i];
@@ -44,11 +75,10 @@ void shd_cells_small(const shd_seen *s, shd_area_function *f, const void *contex
                 const double t = (1 + SHD_NODES_7[j]) / 2;
                 const shd_vec3 p = shd_seen_at(s, mx + t * ex, my + t * ey);
                 const double squared = shd_dot(p, p), length = sqrt(squared);
-                const double weight =
-                    wide * SHD_WEIGHTS_G3[j] / 2 * t * s->height / (squared * length);
-                f(context, shd_scale(p, 1 / length), values);
-                for (size_t c = 0; c < count; c++) row[c] += weight * values[c];
+                shd_add_way(&ways, shd_scale(p, 1 / length),
+                            wide * SHD_WEIGHTS_G3[j] / 2 * t * s->height / (squared * length));
             }
+            if (k % 7 == 6) shd_sum_row(model, &ways, row);
         }
     }
 }
@@ -61,123 +91,97 @@ static double nearness(const shd_seen *s, const shd_stretch *p, double t, shd_ve
     return shd_dot(*out, to);
 }
 
-/* Where a piece is nearest to a direction, about: from the best of some places, in ever smaller
- * steps. */
-static double find_nearest(const shd_seen *s, const shd_stretch *p, shd_vec3 to, double *most,
-                           shd_vec3 *out) {
-    enum { PLACES = 8, STEPS = 12 };
-    double t = 0, step = 1.0 / PLACES;
+/* What is known of the place of a piece that is nearest to a direction. */
+typedef struct nearest {
+    double t, cosine;
     shd_vec3 at;
-    *most = -3;
-    for (int k = 0; k <= PLACES; k++) {
-        const double z = nearness(s, p, k * step, to, &at);
-        if (!(z > *most)) continue;
-        *most = z;
-        *out = at;
-        t = k * step;
-    }
-    for (int k = 0; k < STEPS; k++) {
-        step *= 0.55;
-        const double here = t;
-        for (int side = -1; side <= 1; side += 2) {
-            const double other = shd_larger(shd_smaller(here + side * step, 1), 0);
-            const double z = nearness(s, p, other, to, &at);
-            if (!(z > *most)) continue;
-            *most = z;
-            *out = at;
-            t = other;
-        }
-    }
-    return t;
+} nearest;
+
+static void try_place(const shd_seen *s, const shd_stretch *p, double t, shd_vec3 to,
+                      nearest *best) {
+    shd_vec3 at;
+    const double z = nearness(s, p, t, to, &at);
+    if (z > best->cosine) *best = (nearest){t, z, at};
 }
 
-/* How a piece is walked, so that the angle around the apex and the distance from it both change
- * slowly: t = foot + near sinh(from + s (to - from)) for s from 0 to 1. */
-typedef struct pacing {
-    double foot, near, from, to;
-} pacing;
+/* On a segment, the cosine (a + b t) / |p + d t| has one extremum. */
+static nearest nearest_of_segment(const shd_seen *s, const shd_stretch *p, shd_vec3 to) {
+    nearest best = {0, -3, s->away};
+    const shd_vec3 from = shd_seen_at(s, p->x[0], p->y[0]),
+                   step = shd_sub(shd_seen_at(s, p->x[1], p->y[1]), from);
+    const double a = shd_dot(to, from), b = shd_dot(to, step), mixed = shd_dot(from, step);
+    const double t = (a * mixed - b * shd_dot(from, from)) / (b * mixed - a * shd_dot(step, step));
+    for (int k = 0; k < 2; k++) try_place(s, p, k, to, &best);
+    if (t > 0 && t < 1) try_place(s, p, t, to, &best);
+    return best;
+}
 
-static pacing pace(const shd_seen *s, const shd_stretch *p, shd_vec3 apex) {
-    double most;
-    shd_vec3 at;
-    pacing out = {.foot = find_nearest(s, p, apex, &most, &at)};
-    const spot here = walk(s, p, out.foot);
+/* Where a piece is nearest to a direction; of an arc about: from the best of some places, in ever
+ * smaller steps. */
+static nearest find_nearest(const shd_seen *s, const shd_stretch *p, shd_vec3 to) {
+    enum { PLACES = 8, STEPS = 12 };
+    if (!p->arc) return nearest_of_segment(s, p, to);
+    double step = 1.0 / PLACES;
+    nearest best = {0, -3, s->away};
+    for (int k = 0; k <= PLACES; k++) try_place(s, p, k * step, to, &best);
+    for (int k = 0; k < STEPS; k++) {
+        step *= 0.55;
+        const double here = best.t;
+        for (int side = -1; side <= 1; side += 2)
+            try_place(s, p, shd_larger(shd_smaller(here + side * step, 1), 0), to, &best);
+    }
+    return best;
+}
+
+/* A piece is walked so that the angle around the apex and the distance from it both change slowly.
+ */
+static shd_fan spread_fan(const shd_seen *s, const shd_stretch *p, shd_vec3 apex) {
+    const nearest best = find_nearest(s, p, apex);
+    const spot here = walk(s, p, best.t);
     const shd_vec3 place = shd_seen_at(s, here.x, here.y);
     const double length = sqrt(here.dx * here.dx + here.dy * here.dy),
-                 away = shd_length(shd_sub(at, apex)) * shd_length(place);
+                 away = shd_length(shd_sub(best.at, apex)) * shd_length(place);
+    shd_fan out = {.seen = s, .piece = p, .apex = apex, .foot = best.t};
     out.near = shd_larger(away / length, 1e-5);
     out.from = asinh(-out.foot / out.near);
     out.to = asinh((1 - out.foot) / out.near);
     return out;
 }
 
-/* A cell lies between the apex and a part of a piece, in directions: t along the piece's pacing, h
- * from the apex (0) to the piece (1). */
+/* A cell lies between the apex and a part of a piece. */
 typedef struct cell {
     int piece, depth;
-    double t[2], h[2];
+    double t[2], h[2]; /* of shd_fan_ways, which has t for s */
 } cell;
 
-typedef struct fan {
-    const shd_seen *seen;
-    shd_vec3 apex;
-    const shd_area_model *model;
-    pacing strides[SHD_STRETCHES_MOST]; /* of each piece */
-} fan;
-
-/* The sums of a cell: by 7 points both ways, by 3 one way, and by 3 both ways. */
+/* The sums of a cell in each row: by 7 points both ways, by 3 along the piece, by 3 from the apex.
+ */
 typedef struct sums {
-    double fine[SHD_AREA_ROWS_MOST], along[SHD_AREA_ROWS_MOST], up[SHD_AREA_ROWS_MOST],
-        rough[SHD_AREA_ROWS_MOST];
+    double row[SHD_AREA_ROWS_MOST][SHD_WAY_SUMS];
 } sums;
 
-/* Adds node i along the piece, with all nodes from the apex, or every second one. */
-static void add_ray(const fan *g, const cell *c, int i, int first, int every, sums *out) {
-    const shd_seen *s = g->seen;
-    const double half = (c->t[1] - c->t[0]) / 2;
-    const pacing *pace = &g->strides[c->piece];
-    const double span = pace->to - pace->from,
-                 x = pace->from + span * (c->t[0] + half * (1 + SHD_NODES_7[i]));
-    const spot at = walk(s, &s->pieces[c->piece], pace->foot + pace->near * sinh(x));
-    const double quick = span * pace->near * cosh(x);
-    const shd_vec3 p = shd_seen_at(s, at.x, at.y),
-                   step = shd_madd(shd_scale(s->a, at.dx), s->b, at.dy),
-                   side = shd_cross(g->apex, p);
-    const double squared = shd_dot(side, side), ahead = shd_dot(g->apex, p);
-    if (!(squared > 0)) return;
-    const double aside = sqrt(squared), reach = atan2(aside, ahead);
-    const double turn = half * quick * shd_dot(g->apex, shd_cross(p, step)) / squared;
-    const shd_vec3 out_of = shd_scale(shd_madd(p, g->apex, -ahead), 1 / aside);
-    const double deep = (c->h[1] - c->h[0]) / 2;
-    double values[SHD_AREA_ROWS_MOST];
-    for (int j = first; j < 7; j += every) {
-        const double angle = reach * (c->h[0] + deep * (1 + SHD_NODES_7[j])), sine = sin(angle);
-        const double weight = turn * deep * reach * sine;
-        g->model->weigh(g->model->context, shd_madd(shd_scale(g->apex, cos(angle)), out_of, sine),
-                        values);
-        for (size_t k = 0; k < g->model->count; k++) {
-            const double v = weight * values[k];
-            out->fine[k] += SHD_WEIGHTS_7[i] * SHD_WEIGHTS_7[j] * v;
-            out->along[k] += SHD_WEIGHTS_G3[i] * SHD_WEIGHTS_7[j] * v;
-            out->up[k] += SHD_WEIGHTS_7[i] * SHD_WEIGHTS_G3[j] * v;
-            out->rough[k] += SHD_WEIGHTS_G3[i] * SHD_WEIGHTS_G3[j] * v;
-        }
-    }
-}
+typedef struct fans {
+    const shd_seen *seen;
+    const shd_area_model *model;
+    shd_fan of[SHD_STRETCHES_MOST]; /* each piece */
+    shd_ways ways;
+} fans;
 
-static void sum_cell(const fan *g, const cell *c, sums *out) {
-    memset(out->fine, 0, g->model->count * sizeof *out->fine);
-    memset(out->along, 0, g->model->count * sizeof *out->along);
-    memset(out->up, 0, g->model->count * sizeof *out->up);
-    for (int i = 0; i < 7; i++) add_ray(g, c, i, 0, 1, out);
+/* Adds a cell's sums; a rough one has but the first. */
+static void add_cell(fans *g, const cell *c, bool rough, sums *out) {
+    static shd_fan_ways_function *const fan_ways[SHD_ISA_COUNT] = SHD_VARIANTS(shd_fan_ways);
+    fan_ways[g->model->isa](&g->of[c->piece], c->t, c->h, rough, &g->ways);
+    g->ways.points = g->ways.count;
+    sum_ways(g->model, &g->ways, out->row);
 }
 
 /* How far 3 points are off 7, either way, in the worst row. */
-static double judge(const fan *g, const sums *s, double *along, double *up) {
+static double judge(const fans *g, const sums *s, double *along, double *up) {
     *along = *up = 0;
     for (size_t k = 0; k < g->model->count; k++) {
-        *along = shd_larger(fabs(s->fine[k] - s->along[k]), *along);
-        *up = shd_larger(fabs(s->fine[k] - s->up[k]), *up);
+        const double *row = s->row[k];
+        *along = shd_larger(fabs(row[0] - row[1]), *along);
+        *up = shd_larger(fabs(row[0] - row[2]), *up);
     }
     return *along + *up;
 }
@@ -192,7 +196,7 @@ enum { SMOOTH = 6 };
 
 /* Fills the stack with cells for each piece, or quarter of a circle: near the apex, where the peak
  * is, some of the lobe's width, and then ever larger ones, so that no peak lies between points. */
-static int begin_cells(const fan *g, cell *stack) {
+static int begin_cells(const fans *g, cell *stack) {
     const double width = 3 / sqrt(g->model->sharpness + 1);
     const shd_seen *s = g->seen;
     int count = 0;
@@ -215,27 +219,27 @@ static int begin_cells(const fan *g, cell *stack) {
 double shd_cells_sum(const shd_seen *seen, shd_vec3 peak, const shd_area_model *model,
                      double *row) {
     const size_t count = model->count;
-    fan g = {.seen = seen, .apex = peak, .model = model};
-    double nearest = -3, most = 0, error = 0;
+    fans g = {.seen = seen, .model = model};
+    shd_vec3 apex = peak;
+    double most = 0, error = 0, closest = -3;
     if (!shd_is_in_seen(seen, peak))
         for (int i = 0; i < seen->count; i++) {
-            double here;
-            shd_vec3 at = seen->away;
-            find_nearest(seen, &seen->pieces[i], peak, &here, &at);
-            if (here > nearest) nearest = here, g.apex = at;
+            const nearest here = find_nearest(seen, &seen->pieces[i], peak);
+            if (here.cosine > closest) closest = here.cosine, apex = here.at;
         }
-    for (int i = 0; i < seen->count; i++) g.strides[i] = pace(seen, &seen->pieces[i], g.apex);
+    for (int i = 0; i < seen->count; i++) g.of[i] = spread_fan(seen, &seen->pieces[i], apex);
     cell stack[CELLS_MOST];
     sums s;
     int left = begin_cells(&g, stack), work = 0;
-    memset(s.rough, 0, count * sizeof *s.rough);
+    memset(s.row, 0, count * sizeof *s.row);
     for (int i = 0; i < left; i++) /* about the size of the sums, for the tolerance */
-        for (int k = 1; k < 7; k += 2) add_ray(&g, &stack[i], k, 1, 2, &s);
-    for (size_t k = 0; k < count; k++) most = shd_larger(fabs(s.rough[k]), most);
+        add_cell(&g, &stack[i], true, &s);
+    for (size_t k = 0; k < count; k++) most = shd_larger(fabs(s.row[k][0]), most);
     while (left) {
         const cell c = stack[--left];
         double along, up;
-        sum_cell(&g, &c, &s);
+        memset(s.row, 0, count * sizeof *s.row);
+        add_cell(&g, &c, false, &s);
         const double off = judge(&g, &s, &along, &up);
         for (size_t k = 0; k < count; k++) most = shd_larger(fabs(row[k]), most);
         if (off > CELL_TOLERANCE * most && left + 2 <= CELLS_MOST && c.depth < DEEPEST &&
@@ -249,7 +253,7 @@ double shd_cells_sum(const shd_seen *seen, shd_vec3 peak, const shd_area_model *
             stack[left++] = halves[1];
             continue;
         }
-        for (size_t k = 0; k < count; k++) row[k] += s.fine[k];
+        for (size_t k = 0; k < count; k++) row[k] += s.row[k][0];
         error += off > CELL_TOLERANCE * most || c.depth > SMOOTH ? off : GAIN * off;
     }
     return error;

@@ -47,40 +47,29 @@ static const double RECT_MOST[5] = {1.5e-4, 0.009, 0.055, 0.23, 0.5},
                     DISC_MOST[3] = {1.4e-4, 0.05, 0.4};
 
 /* Sums are of values times height / distance^3. */
-typedef struct whole {
-    const shd_seen *seen;
-    shd_area_function *f;
-    const void *context;
-    size_t count;
-    double *row;
-} whole;
-
-static void add_point(const whole *w, double x, double y, double share) {
-    double values[SHD_AREA_ROWS_MOST];
-    const shd_vec3 p = shd_seen_at(w->seen, x, y);
+static void add_point(const shd_seen *s, double x, double y, double share, shd_ways *out) {
+    const shd_vec3 p = shd_seen_at(s, x, y);
     const double squared = shd_dot(p, p), inverse = 1 / sqrt(squared);
-    const double weight = share * w->seen->height * inverse / squared;
-    w->f(w->context, shd_scale(p, inverse), values);
-    for (size_t c = 0; c < w->count; c++) w->row[c] += weight * values[c];
+    shd_add_way(out, shd_scale(p, inverse), share * s->height * inverse / squared);
 }
 
-static void add_rectangle(const whole *w, int rule, double x, double y) {
+static void add_rectangle(const shd_seen *s, int rule, double x, double y, shd_ways *out) {
     const int n = rule + 2;
     for (int i = 0; i < n; i++)
         for (int k = 0; k < n; k++)
-            add_point(w, x * NODES[rule][i], y * NODES[rule][k],
-                      4 * x * y * SHARES[rule][i] * SHARES[rule][k]);
+            add_point(s, x * NODES[rule][i], y * NODES[rule][k],
+                      4 * x * y * SHARES[rule][i] * SHARES[rule][k], out);
 }
 
-static void add_disc(const whole *w, int rule) {
-    const double r = w->seen->radius;
+static void add_disc(const shd_seen *s, int rule, shd_ways *out) {
+    const double r = s->radius;
     for (int i = 0; i < (rule + 1) * (rule + 1); i++) {
         const double x = r * ROUND[rule][0][i], y = r * ROUND[rule][1][i],
                      share = SHD_PI * r * r * ROUND_SHARES[rule][i];
-        add_point(w, x, y, share);
-        add_point(w, -y, x, share);
-        add_point(w, -x, -y, share);
-        add_point(w, y, -x, share);
+        add_point(s, x, y, share, out);
+        add_point(s, -y, x, share, out);
+        add_point(s, -x, -y, share, out);
+        add_point(s, y, -x, share, out);
     }
 }
 
@@ -94,18 +83,19 @@ static bool is_whole(const shd_seen *s) {
     return p[0].x[0] < 0 && p[0].y[0] < 0 && p[1].y[0] < 0 && p[3].x[0] < 0;
 }
 
-bool shd_cells_whole(const shd_seen *s, double off, shd_area_function *f, const void *context,
-                     size_t count, double *row) {
-    const whole w = {s, f, context, count, row};
+bool shd_cells_whole(const shd_seen *s, double off, const shd_area_model *model, double *row) {
+    shd_ways ways;
     const bool disc = s->count == 1;
     const double *most = disc ? DISC_MOST : RECT_MOST;
     const int rules = disc ? 3 : 5;
     int rule = 0;
     while (rule < rules && !(off <= most[rule])) rule++;
     if (rule == rules || !is_whole(s)) return false;
+    ways.points = 0;
     if (disc)
-        add_disc(&w, rule);
+        add_disc(s, rule, &ways);
     else
-        add_rectangle(&w, rule, s->pieces[1].x[0], s->pieces[2].y[0]);
+        add_rectangle(s, rule, s->pieces[1].x[0], s->pieces[2].y[0], &ways);
+    shd_sum_row(model, &ways, row);
     return true;
 }

@@ -6,6 +6,7 @@
 #include "shade/circle_simd.h"
 #include "shade/extended.h"
 #include "shade/lights_simd.h"
+#include "shade/models_simd.h"
 #include "shade/westin_simd.h"
 
 /* The colors of a light on each term of the material. */
@@ -40,63 +41,7 @@ SHD_INLINE void add_colors(const tints *t, size_t term, const shd_vd weights[3],
         for (size_t c = 0; c < 3; c++) sums[c] += weights[i] * shd_vd_set(t->mix[term][i][c]);
 }
 
-/* A point, a light and what models make of both. */
-typedef struct pairing {
-    shd_vd nv;    /* N.V */
-    shd_vd lv;    /* |L + V|^2 */
-    shd_vd apart; /* |L - V|^2 */
-    shd_vd off;   /* 1 - N.H, 2 if there is no H */
-} pairing;
-
-SHD_INLINE pairing pair_lanes(const points *at, const arrival *by) {
-    const shd_vd zero = shd_vd_set(0), one = shd_vd_set(1);
-    shd_vd sum[3], difference[3], beside[3];
-    for (int c = 0; c < 3; c++) {
-        sum[c] = by->toward[c] + at->v[c];
-        difference[c] = by->toward[c] - at->v[c];
-    }
-    pairing p = {.nv = dot_lanes(at->n, at->v),
-                 .lv = dot_lanes(sum, sum),
-                 .apart = dot_lanes(difference, difference)};
-    const shd_md bisects = shd_vd_gt(p.lv, zero);
-    const shd_vd inverse = one / shd_vd_sqrt(shd_vd_select(bisects, p.lv, one));
-    for (int c = 0; c < 3; c++) beside[c] = sum[c] * inverse - at->n[c];
-    p.off = shd_vd_select(bisects, dot_lanes(beside, beside) * shd_vd_set(0.5), shd_vd_set(2));
-    return p;
-}
-
-/* ---- Diffuse ---- */
-
-SHD_INLINE shd_vd weigh_diffuse(const shd_plan_material *m, const arrival *by, const pairing *p) {
-    if (m->model != SHD_MODEL_OREN_NAYAR) return by->facing;
-    const double square = m->from->sigma * m->from->sigma, a = 1 - square / (2 * (square + 0.33)),
-                 b = 0.45 * square / (square + 0.09);
-    const shd_vd zero = shd_vd_set(0), view = shd_vd_max(p->nv, zero),
-                 between = shd_vd_set(1) - p->apart * shd_vd_set(0.5),
-                 along = shd_vd_max(between - by->facing * view, zero),
-                 rough = along / shd_vd_max(by->facing, view);
-    return by->facing * (shd_vd_set(a) + shd_vd_set(b) * rough);
-}
-
 /* ---- Lobes of Phong's kin ---- */
-
-/* pi N.L / E(N.L, n). */
-SHD_INLINE shd_vd normalize_lobe(const shd_packed_energy *e, shd_vd facing) {
-    const shd_vd one = shd_vd_set(1), c = smaller_of(facing, one), kappa = shd_vd_set(e->kappa);
-    const shd_vd t = (kappa - c) / (kappa + c),
-                 x = (t - shd_vd_set(e->middle)) * shd_vd_set(e->twice);
-    shd_vd b1 = shd_vd_set(0), b2 = b1; /* Clenshaw: x is doubled */
-    for (int k = SHD_ENERGY_TERMS - 1; k > 0; k--) {
-        const shd_vd b = shd_vd_set(e->terms[k]) + x * b1 - b2;
-        b2 = b1;
-        b1 = b;
-    }
-    const shd_vd psi = shd_vd_set(e->terms[0]) + x * b1 * shd_vd_set(0.5) - b2;
-    const shd_vd log = shd_log1m64(below_one(c * c)) * shd_vd_set(e->half + 1);
-    const shd_vd fall = shd_exp64(shd_vd_max(log, shd_vd_set(-700)));
-    return shd_vd_set(SHD_PI * (2 * e->half + 2)) * c /
-           (shd_vd_set(2 * SHD_PI) * c + shd_vd_set(e->beta) * fall * psi);
-}
 
 SHD_INLINE void add_shine(const shd_sums_job *job, const tints *t, const points *at,
                           const arrival *by, const pairing *p, shd_vd *sums) {
@@ -122,24 +67,6 @@ SHD_INLINE void add_shine(const shd_sums_job *job, const tints *t, const points 
 }
 
 /* ---- Cook-Torrance ---- */
-
-/* As shd_fresnel_reflectance. */
-SHD_INLINE shd_vd mirror_lanes(double n, double k, shd_vd c2, shd_vd s2) {
-    const shd_vd zero = shd_vd_set(0), half = shd_vd_set(0.5);
-    if (isinf(n)) return shd_vd_set(1);
-    const shd_vd c = shd_vd_sqrt(c2), real = shd_vd_set((n - k) * (n + k)) - s2,
-                 size = shd_vd_sqrt(real * real + shd_vd_set(4 * n * k * n * k)),
-                 large = shd_vd_sqrt((size + shd_vd_max(real, -real)) * half),
-                 some = shd_vd_max(large, shd_vd_set(0x1p-500)), small = shd_vd_set(n * k) / some;
-    const shd_md inside = shd_vd_gt(zero, real);
-    const shd_vd a = shd_vd_select(inside, small, large), b = shd_vd_select(inside, large, small),
-                 b2 = b * b, least = shd_vd_set(0x1p-1000);
-    const shd_vd across = ((a - c) * (a - c) + b2) / shd_vd_max((a + c) * (a + c) + b2, least);
-    const shd_vd ac = a * c, rest = b2 * c2,
-                 along = ((ac - s2) * (ac - s2) + rest) /
-                         shd_vd_max((ac + s2) * (ac + s2) + rest, least);
-    return across * half * (shd_vd_set(1) + along);
-}
 
 /* Adds lobes of facets, without Fresnel's reflectance `weights`, whose index is another one in each
  * bin of the spectrum. */
@@ -178,23 +105,13 @@ SHD_INLINE void add_mirrored(const shd_sums_job *job, const tints *t, shd_md see
 SHD_INLINE void add_facets(const shd_sums_job *job, uint32_t index, const tints *t,
                            const arrival *by, const pairing *p, shd_vd *sums) {
     const shd_plan_lobe *lobes = job->material->lobes + job->first_lobe;
-    const shd_vd one = shd_vd_set(1), two = shd_vd_set(2), quarter = shd_vd_set(0.25),
-                 nh = one - p->off;
-    const shd_vd zero = shd_vd_set(0);
-    const shd_md seen =
-        shd_vd_gt_in(shd_vd_gt_in(shd_vd_gt_in(by->lit, p->nv, zero), nh, zero), p->lv, zero);
+    const shd_vd quarter = shd_vd_set(0.25);
+    const shd_md seen = see_facets(by->lit, p);
     if (!shd_md_any(seen)) return;
-    const shd_vd vh = shd_vd_sqrt(p->lv) * shd_vd_set(0.5), inverse = one / p->nv, nh2 = nh * nh;
-    const shd_vd open =
-        smaller_of(smaller_of(inverse, two * nh / vh), two * nh * by->facing / (vh * p->nv));
-    const shd_vd tangent = p->off * (two - p->off) / nh2;
+    const facets f = face_lanes(by->facing, p);
     shd_vd weights[SHD_WIDE_LOBES];
-    for (size_t k = 0; k < job->lobe_count; k++) {
-        const double slope = lobes[k].shininess * lobes[k].shininess;
-        const shd_vd power = shd_vd_max(-tangent / shd_vd_set(slope), shd_vd_set(-700));
-        const shd_vd d = shd_exp64(power) / (shd_vd_set(4 * slope) * (nh2 * nh2));
-        weights[k] = shd_vd_mul_in(seen, d * open, by->factor);
-    }
+    for (size_t k = 0; k < job->lobe_count; k++)
+        weights[k] = shd_vd_mul_in(seen, weigh_slope(&f, lobes[k].shininess), by->factor);
     if (job->material->indices)
         add_bins(job, index, seen, weights, p->lv * quarter, p->apart * quarter, sums + 3);
     else
@@ -228,8 +145,10 @@ SHD_INLINE unsigned add_light(const shd_sums_job *job, uint32_t index, const poi
     if (t.step) by.factor *= shd_vd_set(light->gain);
     const shd_model model = job->material->model;
     pairing p = {0}; /* the others do not ask */
-    if (model != SHD_MODEL_PHONG && model != SHD_MODEL_PHONG_NORMALIZED) p = pair_lanes(at, &by);
-    add_grey(&t, 0, shd_vd_mul_in(by.lit, by.factor, weigh_diffuse(job->material, &by, &p)), sums);
+    if (model != SHD_MODEL_PHONG && model != SHD_MODEL_PHONG_NORMALIZED)
+        p = pair_lanes(at, by.toward);
+    add_grey(&t, 0, shd_vd_mul_in(by.lit, by.factor, weigh_diffuse(job->material, by.facing, &p)),
+             sums);
     if (model == SHD_MODEL_COOK_TORRANCE)
         add_facets(job, index, &t, &by, &p, sums);
     else

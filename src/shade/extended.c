@@ -5,6 +5,7 @@
 #include "plan/peaks.h"
 #include "shade/area.h"
 #include "shade/exact.h"
+#include "shade/ways.h"
 #include "shade/westin_table.h"
 
 /* What its microgeometry does to light. False: it is not simulated. */
@@ -64,10 +65,29 @@ static shd_stance find_stance(const shd_light *shape, const shd_surface *at) {
     return out;
 }
 
+/* What sums the model in vectors, of `out`; NULL: nothing does. */
+static shd_area_sum_function *find_sum(const shd_lighting *kernels, const shd_surface *at,
+                                       shd_westin_seen *seen, shd_way_point *out) {
+    static shd_area_sum_function *const sums[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sum_ways);
+    if (!kernels) return NULL;
+    const shd_plan *plan = kernels->plan;
+    const size_t material = (size_t)(at->material - plan->materials);
+    *out = (shd_way_point){.at = at, .energies = kernels->energies[material]};
+    if (at->material->model != SHD_MODEL_WESTIN) return sums[plan->isa];
+    const shd_westin *table = kernels->westin ? kernels->westin[material].table : NULL;
+    if (!table) return NULL;
+    const shd_tangents tangents = shd_westin_tangents(table, &plan->scene->objects[at->object]);
+    out->westin = &kernels->westin[material];
+    out->seen = seen;
+    seen->made = false;
+    out->tangent = shd_tangent_at(&tangents, at->position, at->normal);
+    return sums[plan->isa];
+}
+
 /* By quadrature over directions, whose sums may be anything if a peak hides between its points:
  * they are held to what the light can add at most, which bounds count on. */
-static bool sum_model(const shd_plan *plan, const shd_light *shape, const shd_surface *at,
-                      double row[SHD_BRDF_ROWS]) {
+static bool sum_model(const shd_plan *plan, const shd_lighting *kernels, const shd_light *shape,
+                      const shd_surface *at, double row[SHD_BRDF_ROWS]) {
     const shd_plan_material *m = at->material;
     /* Lobes of R.V end at W's horizon, and Oren-Nayar's light changes where L and V stand at
      * right angles around the normal. */
@@ -75,8 +95,16 @@ static bool sum_model(const shd_plan *plan, const shd_light *shape, const shd_su
                                 ? shd_madd(at->view, at->normal, -shd_dot(at->normal, at->view))
                                 : at->mirror;
     const lit_point point = {plan, at};
-    const shd_area_model model = {weigh_direction, &point,   3 + 3 * m->lobe_count,
-                                  sharpness_of(m), {crease}, 1};
+    shd_way_point ways;
+    shd_westin_seen seen;
+    shd_area_model model = {.weigh = weigh_direction,
+                            .context = &point,
+                            .count = 3 + 3 * m->lobe_count,
+                            .sharpness = sharpness_of(m),
+                            .creases = {crease},
+                            .crease_count = 1};
+    model.sum = find_sum(kernels, at, &seen, &ways);
+    if (model.sum) model.context = &ways, model.isa = plan->isa;
     if (!(shd_area_integrate(shape, at, plan->point_off, &model, row) >= 0)) return false;
     const shd_stance stance = find_stance(shape, at);
     for (size_t t = 0; t < 1 + m->lobe_count; t++) {
@@ -89,12 +117,14 @@ static bool sum_model(const shd_plan *plan, const shd_light *shape, const shd_su
 
 /* A light with a shape: Phong's model and Lambert's light by its boundary, the rest by quadrature.
  */
-static bool weigh_shape(const shd_plan *plan, const shd_light *shape, const shd_surface *at,
-                        double row[SHD_BRDF_ROWS]) {
+static bool weigh_shape(const shd_plan *plan, const shd_lighting *kernels, const shd_light *shape,
+                        const shd_surface *at, double row[SHD_BRDF_ROWS]) {
     const shd_plan_material *m = at->material;
-    const bool phong = m->model == SHD_MODEL_PHONG;
-    if (!phong && !sum_model(plan, shape, at, row)) return false;
-    if (m->model == SHD_MODEL_OREN_NAYAR || m->model == SHD_MODEL_WESTIN) return true;
+    const bool phong = m->model == SHD_MODEL_PHONG,
+               own = m->model == SHD_MODEL_OREN_NAYAR || m->model == SHD_MODEL_WESTIN,
+               summed = own || (!phong && m->lobe_count);
+    if (summed && !sum_model(plan, kernels, shape, at, row)) return false;
+    if (own) return true; /* of its diffuse light, which is not Lambert's */
     double diffuse, lobes[1 + SHD_LOBES_MOST];
     shd_plan_material lambert = *m;
     shd_surface here = *at;
@@ -102,7 +132,7 @@ static bool weigh_shape(const shd_plan *plan, const shd_light *shape, const shd_
         lambert.lobe_count = 0;
         here.material = &lambert;
     }
-    if (!shd_area_weigh(shape, &here, plan->point_off, &diffuse, lobes, NULL)) return !phong;
+    if (!shd_area_weigh(shape, &here, plan->point_off, &diffuse, lobes, NULL)) return summed;
     for (size_t c = 0; c < 3; c++) {
         row[c] = diffuse;
         for (size_t k = 0; phong && k < m->lobe_count; k++) row[3 + 3 * k + c] = lobes[k];
@@ -110,9 +140,10 @@ static bool weigh_shape(const shd_plan *plan, const shd_light *shape, const shd_
     return true;
 }
 
-bool shd_weigh_extended(const shd_plan *plan, const shd_plan_light *light, const shd_surface *at,
+bool shd_weigh_extended(const shd_plan *plan, const shd_lighting *kernels,
+                        const shd_plan_light *light, const shd_surface *at,
                         double row[SHD_BRDF_ROWS]) {
-    if (light->shape) return weigh_shape(plan, light->shape, at, row);
+    if (light->shape) return weigh_shape(plan, kernels, light->shape, at, row);
     shd_vec3 toward;
     const double factor = shd_arriving(light, at->position, &toward);
     if (!(factor > 0) || !weigh_toward(plan, at, toward, row)) return false;
@@ -148,15 +179,16 @@ static void add_term(const shd_plan *plan, const shd_surface *at, const shd_plan
 }
 
 /* The lobes of facets whose index changes with the wavelength, three bins at a time. */
-static void add_facets(const shd_plan *plan, const shd_plan_light *light, const shd_surface *at,
-                       const double share[3], double *sums) {
+static void add_facets(const shd_plan *plan, const shd_lighting *kernels,
+                       const shd_plan_light *light, const shd_surface *at, const double share[3],
+                       double *sums) {
     const shd_plan_material *m = at->material;
     const size_t bins = plan->bins->count;
     shd_surface here = *at;
     double row[SHD_BRDF_ROWS];
     for (size_t b = 0; b < bins && !shd_is_cancelled(plan->cancelled); b += 3) {
         here.index = &m->indices[b / 3];
-        if (!shd_weigh_extended(plan, light, &here, row)) return;
+        if (!shd_weigh_extended(plan, kernels, light, &here, row)) return;
         for (size_t k = 1; k <= m->lobe_count; k++)
             for (size_t i = 0; i < 3 && b + i < bins; i++) {
                 const double lit = row[3 * k + i] * m->bins[k * bins + b + i];
@@ -166,12 +198,13 @@ static void add_facets(const shd_plan *plan, const shd_plan_light *light, const 
     }
 }
 
-void shd_color_extended(const shd_plan *plan, const shd_plan_light *light, const shd_surface *at,
+void shd_color_extended(const shd_plan *plan, const shd_lighting *kernels,
+                        const shd_plan_light *light, const shd_surface *at,
                         const double row[SHD_BRDF_ROWS], const double share[3], double *sums) {
     const bool facets = at->material->indices;
     for (size_t k = 0; k < (facets ? 1 : 1 + at->material->lobe_count); k++)
         add_term(plan, at, light, k, row + 3 * k, share, sums + 3 * k);
-    if (facets) add_facets(plan, light, at, share, sums);
+    if (facets) add_facets(plan, kernels, light, at, share, sums);
 }
 
 /* ---- In bins. ---- */
@@ -184,7 +217,7 @@ static void spread_facets(const shd_plan *plan, const shd_plan_light *light, con
     double row[SHD_BRDF_ROWS];
     for (size_t b = 0; b < bins && !shd_is_cancelled(plan->cancelled); b++) {
         here.index = &m->indices[b / 3];
-        if (b % 3 == 0 && !shd_weigh_extended(plan, light, &here, row)) return;
+        if (b % 3 == 0 && !shd_weigh_extended(plan, NULL, light, &here, row)) return;
         for (size_t k = 1 + terms->first; k <= terms->end; k++) {
             const double lit = row[3 * k + b % 3] * m->bins[k * bins + b] * share[b];
             for (size_t c = 0; c < 3; c++) out[b][c] += lit * light->bins[b][c];
@@ -219,12 +252,12 @@ static void spread_light(const shd_plan *plan, const shd_plan_light *light, cons
 }
 
 /* Finds a light's weights. False: it adds nothing. */
-static inline bool reach_point(const shd_lighting *lighting, uint32_t index, const shd_surface *at,
-                               double row[SHD_BRDF_ROWS]) {
+static inline bool reach_point(const shd_lighting *lighting, const shd_lighting *kernels,
+                               uint32_t index, const shd_surface *at, double row[SHD_BRDF_ROWS]) {
     const shd_plan *plan = lighting->plan;
     const shd_vec3 scaled = shd_scale(at->position, plan->scale);
     if (shd_is_behind_face(&lighting->exact[index], scaled, at->normal)) return false;
-    return shd_weigh_extended(plan, &plan->lights[index], at, row);
+    return shd_weigh_extended(plan, kernels, &plan->lights[index], at, row);
 }
 
 /* What arrives of a light in each bin. */
@@ -239,7 +272,7 @@ void shd_light_bins(const shd_lighting *lighting, uint32_t index, const shd_surf
                     const shd_terms *terms, double (*out)[3]) {
     const shd_plan_light *light = &lighting->plan->lights[index];
     double row[SHD_BRDF_ROWS], share[SHD_BINS_MOST];
-    if (!reach_point(lighting, index, at, row)) return;
+    if (!reach_point(lighting, lighting, index, at, row)) return;
     share_bins(lighting, light, at, share);
     spread_light(lighting->plan, light, at, row, terms, share, out);
 }
@@ -260,19 +293,19 @@ static void color_shared(const shd_lighting *lighting, const shd_plan_light *lig
     }
 }
 
-static inline void add_light(const shd_lighting *lighting, uint32_t index, const shd_surface *at,
-                             double sums[SHD_BRDF_ROWS]) {
+static inline void add_light(const shd_lighting *lighting, const shd_lighting *kernels,
+                             uint32_t index, const shd_surface *at, double sums[SHD_BRDF_ROWS]) {
     static const double all[3] = {1, 1, 1};
     const shd_plan_light *light = &lighting->plan->lights[index];
     double row[SHD_BRDF_ROWS];
-    if (reach_point(lighting, index, at, row))
-        shd_color_extended(lighting->plan, light, at, row, all, sums);
+    if (reach_point(lighting, kernels, index, at, row))
+        shd_color_extended(lighting->plan, kernels, light, at, row, all, sums);
 }
 
 void shd_add_extended(const shd_lighting *lighting, const shd_plan_material *material,
                       uint32_t index, const shd_points64 *points, size_t point, double *sums) {
     const shd_surface at = surface_of(points, point, material);
-    add_light(lighting, index, &at, sums);
+    add_light(lighting, lighting, index, &at, sums);
 }
 
 bool shd_has_kernel(const shd_lighting *lighting, const shd_plan_material *material) {
@@ -318,7 +351,7 @@ static void add_to_crowd(const shd_lighting *lighting, uint32_t index, crowded *
     size_t reached = 0;
     for (size_t i = 0; i < c->crowd.count; i++) {
         double row[SHD_BRDF_ROWS];
-        if (!reach_point(lighting, index, &c->crowd.at[i], row)) continue;
+        if (!reach_point(lighting, NULL, index, &c->crowd.at[i], row)) continue;
         for (size_t r = 0; r < c->width; r++) c->rows[reached * c->width + r] = row[r];
         which[reached++] = (uint8_t)i;
     }
@@ -332,7 +365,7 @@ static void add_to_crowd(const shd_lighting *lighting, uint32_t index, crowded *
         if (lighting->plan->tinted)
             color_shared(lighting, light, at, row, share, sums);
         else
-            shd_color_extended(lighting->plan, light, at, row, share, sums);
+            shd_color_extended(lighting->plan, NULL, light, at, row, share, sums);
     }
 }
 
@@ -371,7 +404,7 @@ void shd_extended_sums(const shd_lighting *lighting, const shd_plan_material *ma
         memset(sums, 0, (3 + 3 * material->lobe_count) * sizeof *sums);
         for (size_t j = 0; j < n; j++) {
             if (shd_is_cancelled(plan->cancelled)) return;
-            add_light(lighting, which[j], &at, sums);
+            add_light(lighting, NULL, which[j], &at, sums);
         }
         for (size_t c = 0; c < 3; c++) {
             if (diffuse) diffuse[c][i] = sums[c];

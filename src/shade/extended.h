@@ -6,15 +6,17 @@
 #include "shade/packed.h"
 
 /* The weights of a light at a point, for each channel: row[c] those of the diffuse term, row[3 + 3
- * k
- * + c] those of lobe k. They hold neither the light's color nor the material's, but what of the
- * material is no factor (Fresnel's reflectance). False: the light adds nothing. */
-bool shd_weigh_extended(const shd_plan *plan, const shd_plan_light *light, const shd_surface *at,
+ * k + c] those of lobe k. They hold neither the light's color nor the material's, but what of the
+ * material is no factor (Fresnel's reflectance). `kernels` (or NULL: nothing is in vectors) sums
+ * models over lights with a shape. False: the light adds nothing. */
+bool shd_weigh_extended(const shd_plan *plan, const shd_lighting *kernels,
+                        const shd_plan_light *light, const shd_surface *at,
                         double row[SHD_BRDF_ROWS]);
 
 /* Adds to sums[SHD_BRDF_ROWS] what those weights send on of the light's color, times the share of
  * each channel that arrives. In spectral scenes, the colors are those of the materials, too. */
-void shd_color_extended(const shd_plan *plan, const shd_plan_light *light, const shd_surface *at,
+void shd_color_extended(const shd_plan *plan, const shd_lighting *kernels,
+                        const shd_plan_light *light, const shd_surface *at,
                         const double row[SHD_BRDF_ROWS], const double share[3], double *sums);
 
 /* Whether kernels can sum lights on the material: what the model needs of them is kept, and shadows

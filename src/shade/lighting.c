@@ -302,69 +302,6 @@ void shd_add_reference(const shd_sums_job *job, uint32_t index, size_t point, do
     }
 }
 
-static void sum_points(const shd_sums_job *all, shd_sums_function *sums) {
-    /* Between looks at the flag that cancels: so many points times lights times terms, or one
-     * vector of points if that is more. */
-    enum { AT_ONCE = 1 << 17 };
-    const size_t lobes = all->material->lobe_count, each = all->n * (1 + lobes),
-                 points = each ? AT_ONCE / each / SHD_LANES * SHD_LANES : AT_ONCE,
-                 step = points ? points : SHD_LANES;
-    for (size_t first = 0; first < all->count; first += step) {
-        shd_sums_job job = *all;
-        job.first = first;
-        job.end = all->count - first < step ? all->count : first + step;
-        do {
-            const size_t left = lobes - job.first_lobe;
-            if (shd_is_cancelled(all->lighting->plan->cancelled)) return;
-            job.lobe_count = left < SHD_WIDE_LOBES ? left : SHD_WIDE_LOBES;
-            sums(&job);
-            job.diffuse = NULL;
-            job.diffuse64 = NULL;
-            job.first_lobe += SHD_WIDE_LOBES;
-        } while (job.first_lobe < lobes);
-    }
-}
-
-void shd_light_sums32(const shd_lighting *lighting, const shd_plan_material *material,
-                      const uint32_t *which, size_t n, const shd_points32 *points,
-                      float *const diffuse[3], float *const *specular, uint8_t *edges) {
-    const shd_packed_material *packed = &lighting->materials[material - lighting->plan->materials];
-    const shd_sums_job job = {.lighting = lighting,
-                              .material = material,
-                              .lobes = packed->lobes,
-                              .which = which,
-                              .n = n,
-                              .count = points->count,
-                              .narrow = points,
-                              .diffuse = diffuse,
-                              .specular = specular,
-                              .edges = edges};
-    sum_points(&job, packed->wide ? lighting->sums64 : lighting->sums32);
-}
-
-static bool has_shape(const shd_plan *plan, const uint32_t *which, size_t n) {
-    for (size_t j = 0; j < n; j++)
-        if (plan->lights[which[j]].shape) return true;
-    return false;
-}
-
-void shd_open_sums(const shd_lighting *lighting, const shd_plan_material *material,
-                   const uint32_t *which, size_t n, const shd_points64 *points,
-                   double *const diffuse[3], double *const *specular) {
-    const bool extended = lighting->plan->extended;
-    const shd_sums_job job = {.lighting = lighting,
-                              .material = material,
-                              .which = which,
-                              .n = n,
-                              .count = points->count,
-                              .points = points,
-                              .diffuse64 = diffuse,
-                              .specular64 = specular};
-    const bool beyond = extended && (material->model != SHD_MODEL_PHONG || lighting->plan->bins ||
-                                     has_shape(lighting->plan, which, n));
-    sum_points(&job, beyond ? lighting->brdf64 : lighting->sums64);
-}
-
 void shd_light_sums64(const shd_lighting *lighting, const shd_plan_material *material,
                       const uint32_t *which, size_t n, const shd_points64 *points,
                       double *const diffuse[3], double *const *specular) {

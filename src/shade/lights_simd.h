@@ -171,8 +171,8 @@ SHD_INLINE void load_points(const shd_points64 *from, size_t i, double scale, po
 }
 
 /* The last vector of points, filled with repeats of the last point: nothing beyond is read. */
-__attribute__((noinline, cold)) static void load_last(const shd_points64 *from, size_t i,
-                                                      double scale, points *to) {
+__attribute__((noinline, cold, unused)) static void load_last(const shd_points64 *from, size_t i,
+                                                              double scale, points *to) {
     double held[9][VW];
     for (size_t k = 0; k < VW; k++) {
         const size_t at = i + k < from->count ? i + k : from->count - 1;

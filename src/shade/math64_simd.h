@@ -86,3 +86,25 @@ SHD_INLINE shd_vd shd_atan2_64(shd_vd y, shd_vd x) {
     angle = shd_vd_select(shd_vd_gt(zero, x), shd_vd_set(0x1.921fb54442d18p1) - angle, angle);
     return shd_vd_select(shd_vd_gt(zero, y), -angle, angle);
 }
+
+/* The sine and cosine of x in [-1000, 1000], by the polynomials of FreeBSD's msun, k_sin.c and
+ * k_cos.c, up to pi/4. */
+SHD_INLINE void shd_sincos64(shd_vd x, shd_vd *sine, shd_vd *cosine) {
+    static const double odd[] = {-1.66666666666666324348e-01, 8.33333333332248946124e-03,
+                                 -1.98412698298579493134e-04, 2.75573137070700676789e-06,
+                                 -2.50507602534068634195e-08, 1.58969099521155010221e-10},
+                        even[] = {4.16666666666666019037e-02, -1.38888888888741095749e-03,
+                                  2.48015872894767294178e-05, -2.75573143513906633035e-07,
+                                  2.08757232129817482790e-09, -1.13596475577881948265e-11};
+    const shd_vd magic = shd_vd_set(0x1.8p52); /* rounds to an integer */
+    const shd_vd shifted = x * shd_vd_set(0x1.45f306dc9c883p-1) + magic, k = shifted - magic;
+    /* pi/2 in two parts; the first times k is exact */
+    const shd_vd r = x - k * shd_vd_set(0x1.921fb544p0) - k * shd_vd_set(0x1.0b4611a626331p-34);
+    const shd_vd z = r * r, s = r + r * z * shd_polynomial64(z, odd, 6),
+                 c = shd_vd_set(1) - (z * shd_vd_set(0.5) - z * z * shd_polynomial64(z, even, 6));
+    const shd_vul turns = (shd_vul)shifted, one = (shd_vul)shd_vl_set(1);
+    const shd_md odds = shd_vd_gt((shd_vd)((turns & one) << 62), shd_vd_set(1)); /* 2 or 0 */
+    const shd_vul down = (turns & (one << 1)) << 62, back = ((turns + one) & (one << 1)) << 62;
+    *sine = (shd_vd)((shd_vul)shd_vd_select(odds, c, s) ^ down);
+    *cosine = (shd_vd)((shd_vul)shd_vd_select(odds, s, c) ^ back);
+}

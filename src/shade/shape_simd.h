@@ -6,14 +6,10 @@
 
 #include "base/cpu.h"
 #include "shade/area.h"
-#include "shade/lights_simd.h"
+#include "shade/models_simd.h"
 
 /* Below this, sums along the boundary lose digits (area.c). */
 static const double SMALL_SHAPE = 0.01;
-
-SHD_INLINE shd_vd smaller_of(shd_vd a, shd_vd b) {
-    return shd_vd_select(shd_vd_gt(a, b), b, a);
-}
 
 /* The way from points to a light's middle. */
 typedef struct sighting {

@@ -3,6 +3,8 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "base/cpu.h"
+#include "trace/pattern.h"
 
 /* Surfaces that a ray may cross. More are not there but by rounding. */
 enum { MOST_CROSSED = 4096 };
@@ -13,8 +15,7 @@ typedef struct shadow_map {
     size_t channels;
     const bool *solid, *convex; /* [object] */
     shd_occlusion occlusion;
-    int samples;
-    double (*pattern)[2]; /* [samples] */
+    shd_pattern pattern;
 } shadow_map;
 
 /* What may be in the way: no list means all objects. The visible shape of the light itself is not.
@@ -79,69 +80,25 @@ static void find_share(const shadow_map *map, const shd_surface *at, shd_vec3 ow
 
 /* ---- Lights with a shape. ---- */
 
-/* Two unit vectors at right angles to a unit vector. */
-static void span_plane(shd_vec3 n, shd_vec3 *a, shd_vec3 *b) {
-    const shd_vec3 x = {1, 0, 0}, y = {0, 1, 0};
-    *a = x;
-    shd_normalize(shd_cross(fabs(n.x) < 0.5 ? x : y, n), a);
-    *b = shd_cross(n, *a);
-}
-
-/* A point of a light's shape, by the pattern's, as a surface point sees it: the way there. Returns
- * the cosine at the light over the square of the distance; 0: it sends nothing there. */
-static double way_to_flat(const struct shd_light *light, const double uv[2], shd_vec3 from,
-                          shd_vec3 *toward, double *far) {
-    shd_vec3 point = light->position, a, b;
-    if (light->type == SHD_LIGHT_RECT) {
-        point = shd_madd(point, light->across, (uv[0] - 0.5) * light->size[0]);
-        point = shd_madd(point, light->up, (uv[1] - 0.5) * light->size[1]);
-    } else {
-        const double r = light->radius * sqrt(uv[0]), turn = 2 * SHD_PI * uv[1];
-        span_plane(light->direction, &a, &b);
-        point = shd_madd(shd_madd(point, a, r * cos(turn)), b, r * sin(turn));
-    }
-    const shd_vec3 path = shd_sub(point, from);
-    *far = shd_length(path);
-    if (!shd_normalize(path, toward)) return 0;
-    const double facing = -shd_dot(*toward, light->direction);
-    return facing > 0 ? facing / (*far * *far) : 0;
-}
-
-/* Even in the cone in which the sphere is seen, or all around from inside. */
-static double way_to_sphere(const struct shd_light *light, const double uv[2], shd_vec3 from,
-                            shd_vec3 *toward, double *far) {
-    const shd_vec3 path = shd_sub(light->position, from);
-    const double distance = shd_length(path), sine = light->radius / distance;
-    shd_vec3 axis = {0, 1, 0}, a, b;
-    shd_normalize(path, &axis);
-    span_plane(axis, &a, &b);
-    /* 1 - cos of the cone's half-angle, without cancellation */
-    const double most = sine < 1 ? sine * sine / (1 + sqrt(1 - sine * sine)) : 2,
-                 down = uv[0] * most, aside = sqrt(down * (2 - down)), turn = 2 * SHD_PI * uv[1];
-    *toward = shd_madd(shd_scale(axis, 1 - down), a, aside * cos(turn));
-    *toward = shd_madd(*toward, b, aside * sin(turn));
-    shd_normalize(*toward, toward);
-    const double along = shd_dot(path, *toward);
-    const shd_vec3 off = shd_madd(path, *toward, -along);
-    const double half = sqrt(fmax(0, light->radius * light->radius - shd_dot(off, off)));
-    *far = sine < 1 ? along - half : along + half;
-    return 1;
-}
-
 static void find_mean(const shadow_map *map, const struct shd_light *light, const shd_surface *at,
                       shd_vec3 own, in_the_way way, double *out) {
+    static shd_aim_function *const aim_at[SHD_ISA_COUNT] = SHD_VARIANTS(shd_aim);
+    const size_t samples = map->pattern.count;
+    const shd_aim aim = shd_aim_at(light, at->position, at->normal);
+    shd_aim_function *const find_aims =
+        shd_aim_is_held(&aim) ? aim_at[map->plan->isa] : shd_aim_singly;
     double all = 0, sum[SHD_BINS_MOST], share[SHD_BINS_MOST];
+    shd_aims aims;
     memset(sum, 0, map->channels * sizeof *sum);
-    for (int i = 0; i < map->samples; i++) {
-        shd_vec3 toward = {0, 0, 0};
-        double far = 0, weight;
-        if (shd_is_cancelled_at(map->plan->cancelled, (size_t)i)) break;
-        weight = light->type == SHD_LIGHT_SPHERE
-                     ? way_to_sphere(light, map->pattern[i], at->position, &toward, &far)
-                     : way_to_flat(light, map->pattern[i], at->position, &toward, &far);
-        weight *= fmax(0, shd_dot(at->normal, toward));
+    for (size_t i = 0; i < samples; i++) {
+        const size_t k = i % SHD_AIMS_MOST, left = samples - i;
+        if (shd_is_cancelled_at(map->plan->cancelled, i)) break;
+        if (!k)
+            find_aims(&aim, &map->pattern, i, left < SHD_AIMS_MOST ? left : SHD_AIMS_MOST, &aims);
+        const double weight = aims.weight[k];
         if (!(weight > 0)) continue;
-        find_share(map, at, own, toward, far, way, share);
+        const shd_vec3 toward = {aims.toward[0][k], aims.toward[1][k], aims.toward[2][k]};
+        find_share(map, at, own, toward, aims.far[k], way, share);
         all += weight;
         for (size_t c = 0; c < map->channels; c++) sum[c] += weight * share[c];
     }
@@ -260,12 +217,6 @@ static void share_crowd(const void *context, const shd_plan_light *light, const 
     if (crowd->seconds) *crowd->seconds += shd_now() - began;
 }
 
-static double mirror_bits(uint32_t i) {
-    double value = 0, bit = 0.5;
-    for (; i; i >>= 1, bit /= 2) value += i & 1 ? bit : 0;
-    return value;
-}
-
 const bool *shd_solid_objects(const shd_plan *plan, shd_arena *arena) {
     const size_t count = plan->scene->object_count;
     bool *solid = shd_arena_alloc(arena, count, sizeof *solid);
@@ -286,23 +237,17 @@ static const bool *find_convex(const shd_plan *plan, const shd_caster *caster, s
 
 bool shd_shadows_make(const shd_plan *plan, const shd_caster *caster, shd_arena *arena,
                       shd_shadows *out) {
-    const int samples = plan->scene->trace.shadow_samples;
     shadow_map *map = shd_arena_alloc(arena, 1, sizeof *map);
     if (!map) return false;
     *map = (shadow_map){.plan = plan,
                         .caster = caster,
                         .channels = shd_ray_channels(plan),
                         .solid = shd_solid_objects(plan, arena),
-                        .convex = find_convex(plan, caster, arena),
-                        .samples = samples,
-                        .pattern = shd_arena_alloc(arena, (size_t)samples, sizeof *map->pattern)};
-    if (!map->solid || !map->convex || !map->pattern ||
+                        .convex = find_convex(plan, caster, arena)};
+    if (!map->solid || !map->convex ||
+        !shd_pattern_make((size_t)plan->scene->trace.shadow_samples, arena, &map->pattern) ||
         !shd_find_occlusion(plan, arena, &map->occlusion))
         return false;
-    for (int i = 0; i < samples; i++) {
-        map->pattern[i][0] = (i + 0.5) / samples;
-        map->pattern[i][1] = mirror_bits((uint32_t)i) + 0.5 / samples;
-    }
     *out = (shd_shadows){map, share_light, gather_crowd, share_crowd};
     return true;
 }

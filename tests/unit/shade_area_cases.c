@@ -273,7 +273,12 @@ static void quadrature_over_directions_agrees_with_the_boundary(void **state) {
             surface_at(zero, shd_madd(random_unit(), far, 0.3), random_unit(), NULL);
         const weighed wanted = weigh_shape(&light, at, exponent);
         const two context = {at.normal, at.mirror, exponent};
-        const shd_area_model model = {phong_at, &context, 2, exponent, {at.mirror}, 1};
+        const shd_area_model model = {.weigh = phong_at,
+                                      .context = &context,
+                                      .count = 2,
+                                      .sharpness = exponent,
+                                      .creases = {at.mirror},
+                                      .crease_count = 1};
         double row[2];
         const double told = shd_area_integrate(&light, &at, 0, &model, row);
         assert_true((told >= 0) == wanted.lit);

@@ -23,8 +23,8 @@ void shd_reflectance_at(const shd_reflectance *r, shd_vec3 light, shd_vec3 view,
     plan.term_colors = NULL; /* they are of its own lights */
     double row[SHD_BRDF_ROWS], sums[SHD_BRDF_ROWS] = {0};
     f[0] = f[1] = f[2] = 0;
-    if (!(light.z > 0 && view.z > 0) || !shd_weigh_extended(&plan, &source, &at, row)) return;
-    shd_color_extended(&plan, &source, &at, row, (const double[3]){1, 1, 1}, sums);
+    if (!(light.z > 0 && view.z > 0) || !shd_weigh_extended(&plan, NULL, &source, &at, row)) return;
+    shd_color_extended(&plan, NULL, &source, &at, row, (const double[3]){1, 1, 1}, sums);
     for (size_t c = 0; c < 3; c++) {
         double sum = m->diffuse[c] * sums[c];
         for (size_t k = 0; k < m->lobe_count; k++)
