@@ -68,6 +68,12 @@ static shd_status blame_end(int status, const shd_model_limits *limits, shd_erro
     return SHD_OK;
 }
 
+/* assimp quotes what it reads, which must not steer a terminal. */
+static void make_printable(char *text) {
+    for (; *text; text++)
+        if ((unsigned char)*text < 0x20 || (unsigned char)*text > 0x7e) *text = '?';
+}
+
 /* What the child has written, mapped. */
 static shd_status take_model(int descriptor, const shd_model **out, shd_error *error) {
     struct stat file;
@@ -81,6 +87,7 @@ static shd_status take_model(int descriptor, const shd_model **out, shd_error *e
         *out = block;
     else
         munmap(block, size);
+    if (status != SHD_OK) make_printable(error->text);
     return status;
 }
 

@@ -346,6 +346,10 @@ class Hostile(Case):
         self.assertIn("no inverse", said)
         self.assertEqual(scene["objects"], [])
 
+    def test_what_a_file_says_does_not_reach_the_terminal(self):
+        said = self.refuse("a.obj", b"v 1 \x1b[31m\xff 2\nf 1 1 1\n")
+        self.assertEqual([c for c in said[:-1] if not c.isprintable()], [])
+
     def test_a_pipe_is_no_file(self):
         os.mkfifo(self.folder / "a.obj")
         done = self.shade("import", "a.obj", "-o", "scene.json")
