@@ -116,6 +116,11 @@ def ask(port, method, path, body=None):
 
 
 def build(tag, *arguments):
+    # With what ./dev test has compiled, and not where that was another machine's choice.
+    kept = os.environ.get("CCACHE_DIR")
+    if kept:
+        arguments = ["--build-arg", "LAUNCHER=ccache", "--build-arg", f"SOURCE={SOURCE}", "--volume", f"{kept}:/ccache",
+                     *arguments]
     subprocess.run(["buildah", "bud", "--isolation", "chroot", "--network", "host", "--layers",
                     "--format", "docker", "--build-arg", f"BASE={BASE}", *arguments, "-t", tag,
                     "-f", str(DEPLOY / "container/Containerfile"), str(SOURCE)],

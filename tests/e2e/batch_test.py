@@ -1,5 +1,6 @@
 """POST /v1/batch: many variants of a scene in one answer."""
 
+import contextlib
 import http.client
 import json
 import socket
@@ -175,6 +176,9 @@ class Reader:
         return response
 
     def close(self):
+        """A response that somebody still has would keep the connection, if that were only closed."""
+        with contextlib.suppress(OSError):
+            self.socket.shutdown(socket.SHUT_RDWR)
         self.socket.close()
 
 
