@@ -7,7 +7,7 @@
 #include <unistd.h>
 
 #include "base/clock.h"
-#include "base/module.h"
+#include "base/installed.h"
 #include "image/image.h"
 
 static const char module_name[] = "shaded_oiio.so";
@@ -29,7 +29,7 @@ static bool loader_ended;    /* and whoever waits joins it */
 static shd_error load_error; /* of the last time; its status may be SHD_OK */
 
 static void find_module(void) {
-    shd_module_find(module_name, module_path);
+    if (!shd_find_installed(module_name, R_OK, module_path)) *module_path = 0;
 }
 
 static bool takes_module(shd_format format) {

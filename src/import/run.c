@@ -12,7 +12,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "base/module.h"
+#include "base/installed.h"
 #include "import/import.h"
 
 static void limit(int which, rlim_t most) {
@@ -103,7 +103,7 @@ shd_status shd_model_load(const char *path, const shd_model_limits *limits, cons
     char module[PATH_MAX];
     shd_status status = check_file(path, error);
     if (status != SHD_OK) return status;
-    if (!shd_module_find("shaded_import.so", module))
+    if (!shd_find_installed("shaded_import.so", R_OK, module))
         return shd_fail(error, SHD_CONFIG, "",
                         "the importer is not installed: shaded_import.so is missing");
     const int descriptor = memfd_create("model", MFD_CLOEXEC);
