@@ -206,6 +206,9 @@ static void to_columns(const struct aiMatrix4x4 *m, double out[16]) {
                              m->c1, m->c2, m->c3, m->c4, m->d1, m->d2, m->d3, m->d4};
     for (int r = 0; r < 4; r++)
         for (int c = 0; c < 4; c++) out[4 * c + r] = rows[4 * r + c];
+    /* What a file has rounded is affine all the same. */
+    const double rest = fabs(out[3]) + fabs(out[7]) + fabs(out[11]) + fabs(out[15] - 1);
+    if (rest < 1e-5) out[3] = out[7] = out[11] = 0, out[15] = 1;
 }
 
 static void add_objects(walk *w, const struct aiNode *node, const struct aiMatrix4x4 *parent) {
